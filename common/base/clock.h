@@ -1,0 +1,18 @@
+// Monotonic time. Pure state machines take `now` as an argument; only the rim reads the clock.
+#pragma once
+
+#include <chrono>
+
+namespace tessera {
+
+using Clock = std::chrono::steady_clock;
+using TimePoint = Clock::time_point;
+using Duration = Clock::duration;
+
+inline double seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+
+inline Duration from_seconds(double s) {
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
+}
+
+}  // namespace tessera

@@ -1,0 +1,44 @@
+// SHA-256, the name of every scene block and of every finished frame (FIPS 180-4; by OpenSSL, which
+// is confined to digest.cpp here and to common/net).
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace tessera {
+
+struct Digest {
+  std::array<std::uint8_t, 32> bytes{};
+  auto operator<=>(const Digest&) const = default;
+
+  std::string hex() const;  // 64 lower-case digits
+};
+
+struct DigestHash {
+  std::size_t operator()(const Digest& d) const;
+};
+
+Digest sha256(std::span<const std::byte> bytes);
+
+// The same digest for bytes that come in pieces. Used by one thread at a time.
+class Sha256 {
+ public:
+  Sha256();
+  ~Sha256();
+  Sha256(const Sha256&) = delete;
+  Sha256& operator=(const Sha256&) = delete;
+
+  void update(std::span<const std::byte> bytes);
+  Digest finish();  // Requires: called once, last.
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace tessera

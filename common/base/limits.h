@@ -1,0 +1,68 @@
+// Every cap of the system, with its reason. Border code refuses what is above; inside, the caps are
+// trusted. Related caps are tied by static_assert.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tessera {
+
+// Image side, pixels. 16384 x 16384 float RGB is 3 GiB: what a master with 8 GiB holds once.
+inline constexpr int kImageSideMaxPx = 16384;
+
+// Edge of a square tile, pixels. Upper bound keeps one result (float RGB) below 1 MiB; lower bound
+// is one 4x4 bundle.
+inline constexpr int kTileEdgeMinPx = 4;
+inline constexpr int kTileEdgeMaxPx = 256;
+inline constexpr int kTileEdgeAutoPx = 32;
+inline constexpr std::size_t kTilePayloadBytesMax =
+    std::size_t{kTileEdgeMaxPx} * kTileEdgeMaxPx * 3 * sizeof(float);
+
+// Render threads of one slave. Debian's largest common machines have 256 hardware threads.
+inline constexpr int kWorkersMax = 256;
+// Tiles leased to one slave at once, per worker (prefetch 3, plus one being rendered, plus slack).
+inline constexpr int kTilesPerWorkerMax = 16;
+inline constexpr int kTilesLeasedMax = kTilesPerWorkerMax * kWorkersMax;
+
+// Frames in flight: the thesis's two-frames scheduling.
+inline constexpr int kFramesInFlightMax = 2;
+
+// Samples per pixel and light samples: bounds the time of a tile.
+inline constexpr int kSamplesPerPixelMax = 256;
+inline constexpr int kLightSamplesMax = 256;
+
+// One record. The protobuf header is small; bulk data is the payload.
+inline constexpr std::size_t kRecordHeaderBytesMax = 64 * 1024;
+inline constexpr std::size_t kPreAuthRecordBytesMax = 16 * 1024;  // before the peer is known
+inline constexpr std::size_t kSceneChunkBytesMax = 4 * 1024 * 1024;  // one piece of a scene block
+inline constexpr std::size_t kFrameChunkBytesMax = 4 * 1024 * 1024;  // one piece of a frame
+static_assert(kTilePayloadBytesMax <= kFrameChunkBytesMax, "a tile fits into one record");
+
+// Scenes. 2^30 triangles is what a kd-tree node's 30-bit index can address; blocks are bounded so
+// that counts times sizes never overflow 64 bits.
+inline constexpr std::uint64_t kTrianglesMax = std::uint64_t{1} << 30;
+inline constexpr std::uint64_t kSceneBlockBytesMax = std::uint64_t{8} << 30;
+inline constexpr std::uint32_t kSceneBlocksMax = 65536;
+inline constexpr std::uint32_t kInstancesMax = 1u << 20;
+inline constexpr std::uint32_t kMaterialsMax = 65536;
+inline constexpr std::uint32_t kLightsMax = 65536;
+inline constexpr int kTextureSideMaxPx = 16384;
+
+// Connections of one listener: all, unauthenticated, unauthenticated of one address.
+inline constexpr int kConnectionsMax = 4096;
+inline constexpr int kConnectionsPreAuthMax = 64;
+inline constexpr int kConnectionsPreAuthPerAddressMax = 16;
+inline constexpr std::size_t kNameBytesMax = 64;  // slave and cluster names
+
+// Liveness, milliseconds: heartbeat interval, missed ones until death, handshake deadline,
+// reconnect pauses (first, greatest).
+inline constexpr int kHeartbeatMs = 250;
+inline constexpr int kHeartbeatsMissedMax = 4;
+inline constexpr int kHandshakeMs = 2000;
+inline constexpr int kReconnectFirstMs = 100;
+inline constexpr int kReconnectMaxMs = 5000;
+
+// Attempts of one tile before its frame fails.
+inline constexpr int kTileAttemptsMax = 3;
+
+}  // namespace tessera

@@ -1,0 +1,99 @@
+#include "common/base/log.h"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <memory>
+
+namespace tessera {
+namespace {
+
+LogFormat g_format = LogFormat::kText;  // written once by init_log, before other threads start
+
+std::shared_ptr<spdlog::logger>& logger() {
+  static std::shared_ptr<spdlog::logger> instance = [] {
+    auto made = spdlog::stderr_color_mt("tessera");
+    made->set_level(spdlog::level::warn);
+    made->set_pattern("%H:%M:%S.%e %^%l%$ %v");
+    return made;
+  }();
+  return instance;
+}
+
+void append_json_string(std::string& out, std::string_view text) {
+  static constexpr char kDigits[] = "0123456789abcdef";
+  out.push_back('"');
+  for (const char c : text) {
+    const auto u = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      out.push_back('\\');
+      out.push_back(c);
+    } else if (u < 0x20) {
+      out += "\\u00";
+      out.push_back(kDigits[u >> 4]);
+      out.push_back(kDigits[u & 15]);
+    } else {
+      out.push_back(c);
+    }
+  }
+  out.push_back('"');
+}
+
+std::string json_body(std::string_view event, std::string_view text,
+                      std::initializer_list<LogField> fields) {
+  std::string out = "\"event\":";
+  append_json_string(out, event);
+  out += ",\"text\":";
+  append_json_string(out, text);
+  for (const LogField& field : fields) {
+    out.push_back(',');
+    append_json_string(out, field.key);
+    out.push_back(':');
+    append_json_string(out, field.value);
+  }
+  return out;
+}
+
+std::string text_body(std::string_view event, std::string_view text,
+                      std::initializer_list<LogField> fields) {
+  std::string out(event);
+  out += ": ";
+  out += text;
+  for (const LogField& field : fields) {
+    out += ' ';
+    out += field.key;
+    out += '=';
+    for (const char c : field.value) out.push_back(static_cast<unsigned char>(c) < 0x20 ? '?' : c);
+  }
+  return out;
+}
+
+}  // namespace
+
+void init_log(LogLevel level, LogFormat format) {
+  g_format = format;
+  logger()->set_level(static_cast<spdlog::level::level_enum>(level));
+  if (format == LogFormat::kJson) {
+    logger()->set_pattern(R"({"time":"%Y-%m-%dT%H:%M:%S.%e%z","level":"%l",%v})");
+  }
+}
+
+Result<LogLevel> parse_log_level(std::string_view text) {
+  static constexpr std::string_view kNames[] = {"trace", "debug", "info", "warn", "error", "off"};
+  for (int i = 0; i < 6; ++i) {
+    if (text == kNames[i]) return static_cast<LogLevel>(i);
+  }
+  return Status::invalid_argument("--log-level " + std::string(text) +
+                                  ": give one of trace, debug, info, warn, error, off");
+}
+
+void log_event(LogLevel level, std::string_view event, std::string_view text,
+               std::initializer_list<LogField> fields) {
+  const auto spd_level = static_cast<spdlog::level::level_enum>(level);
+  if (!logger()->should_log(spd_level)) return;
+  const std::string body = g_format == LogFormat::kJson ? json_body(event, text, fields)
+                                                        : text_body(event, text, fields);
+  logger()->log(spd_level, "{}", body);
+}
+
+}  // namespace tessera

@@ -1,0 +1,52 @@
+// Log lines for operators, as text or as one JSON object per line, on stderr.
+//
+// One event of the world gives one line: a short event name ("slave-lost"), a sentence, and fields.
+// Never logged: keys, pixels, scene content. spdlog is confined to log.cpp.
+//
+// Threads. Any thread may log after init_log(); lines never interleave. Before init_log() lines of
+// level warn and above go out as text.
+#pragma once
+
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+#include "common/base/status.h"
+
+namespace tessera {
+
+enum class LogLevel { kTrace, kDebug, kInfo, kWarn, kError, kOff };
+enum class LogFormat { kText, kJson };
+
+struct LogField {
+  std::string_view key;
+  std::string value;
+};
+
+// Call once, at the start of main.
+void init_log(LogLevel level, LogFormat format);
+
+// Returns: kInvalidArgument naming the values that exist.
+Result<LogLevel> parse_log_level(std::string_view text);
+
+void log_event(LogLevel level, std::string_view event, std::string_view text,
+               std::initializer_list<LogField> fields = {});
+
+inline void log_debug(std::string_view event, std::string_view text,
+                      std::initializer_list<LogField> fields = {}) {
+  log_event(LogLevel::kDebug, event, text, fields);
+}
+inline void log_info(std::string_view event, std::string_view text,
+                     std::initializer_list<LogField> fields = {}) {
+  log_event(LogLevel::kInfo, event, text, fields);
+}
+inline void log_warn(std::string_view event, std::string_view text,
+                     std::initializer_list<LogField> fields = {}) {
+  log_event(LogLevel::kWarn, event, text, fields);
+}
+inline void log_error(std::string_view event, std::string_view text,
+                      std::initializer_list<LogField> fields = {}) {
+  log_event(LogLevel::kError, event, text, fields);
+}
+
+}  // namespace tessera

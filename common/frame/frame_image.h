@@ -1,0 +1,37 @@
+// The pixels of a finished frame, in the frame's own format: little-endian, row by row from the top,
+// R G B. Immutable once delivered.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/base/digest.h"
+#include "common/frame/frame_settings.h"
+#include "common/frame/tile_grid.h"
+
+namespace tessera {
+
+struct FrameImage {
+  int width_px = 0;
+  int height_px = 0;
+  PixelFormat format = PixelFormat::kFloat;
+  std::vector<std::byte> bytes;               // [height * width * bytes_per_pixel(format)]
+  std::vector<std::uint16_t> tile_slave;      // [tile_count] who drew each tile (slave ordinal), or empty
+  int tile_edge_px = 32;
+
+  Digest digest() const { return sha256(bytes); }
+};
+
+// Converts float RGB to `format`, appending nothing: out has count * bytes_per_pixel(format) bytes.
+// Shapes: rgb [3 * count]. NaN stays NaN in float and half; in display8 it becomes 0.
+void encode_pixels(std::span<const float> rgb, PixelFormat format, std::span<std::byte> out);
+
+// The inverse, to linear floats. display8 is decoded through the sRGB curve.
+void decode_pixels(std::span<const std::byte> bytes, PixelFormat format, std::span<float> rgb);
+
+float srgb_encode(float linear);  // [0,1] -> [0,1], clamps; NaN gives 0
+float srgb_decode(float encoded);
+
+}  // namespace tessera

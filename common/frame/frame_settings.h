@@ -1,0 +1,47 @@
+// Everything that decides the bits of a frame, next to the scene version and the instruction set.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "common/base/isa.h"
+#include "common/base/status.h"
+#include "common/scene/camera.h"
+
+namespace tessera {
+
+// Values travel on the wire.
+enum class Renderer : std::uint8_t {
+  kPrimary = 0,  // distance along the normalised ray as linear grey, miss 0
+  kDirect = 1,   // lights and shadows
+};
+
+enum class PixelFormat : std::uint8_t {
+  kFloat = 0,     // 3 x float32, linear
+  kHalf = 1,      // 3 x float16, linear, rounded to nearest even
+  kDisplay8 = 2,  // 3 x uint8, sRGB-encoded
+};
+
+int bytes_per_pixel(PixelFormat format);  // 12, 6, 3
+std::string_view renderer_name(Renderer renderer);
+std::string_view pixel_format_name(PixelFormat format);
+Result<Renderer> parse_renderer(std::string_view text);
+Result<PixelFormat> parse_pixel_format(std::string_view text);
+
+struct FrameSettings {
+  int width_px = 640;   // in [1, kImageSideMaxPx]
+  int height_px = 480;  // in [1, kImageSideMaxPx]
+  Camera camera;
+  Renderer renderer = Renderer::kDirect;
+  PixelFormat pixel_format = PixelFormat::kFloat;
+  int tile_edge_px = 32;       // in [kTileEdgeMinPx, kTileEdgeMaxPx]
+  int samples_per_pixel = 1;   // in [1, kSamplesPerPixelMax]
+  int light_samples = 4;       // per area light, in [1, kLightSamplesMax]
+  std::uint32_t seed = 0;
+  bool operator==(const FrameSettings&) const = default;
+};
+
+// Returns: kInvalidArgument naming the field and its range. Also checks the camera.
+Status validate_frame_settings(const FrameSettings& settings);
+
+}  // namespace tessera

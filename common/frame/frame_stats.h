@@ -1,0 +1,64 @@
+// What one frame cost; the source of a --stats line and of the overlay.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/base/digest.h"
+#include "common/base/ids.h"
+#include "common/base/isa.h"
+
+namespace tessera {
+
+// Rays traced for a tile or frame.
+struct RayCounts {
+  std::uint64_t primary = 0, shadow = 0, secondary = 0;
+  RayCounts& operator+=(const RayCounts& o) {
+    primary += o.primary;
+    shadow += o.shadow;
+    secondary += o.secondary;
+    return *this;
+  }
+  bool operator==(const RayCounts&) const = default;
+};
+
+struct FrameStats {
+  FrameId frame = 0;
+  double seconds = 0;  // first lease to last result
+  SceneVersion scene_version = 0;
+  Isa isa = Isa::kScalar;
+  bool is_mixed = false;  // slaves of several instruction sets took part
+  std::uint32_t slave_count = 0;
+  std::uint32_t tile_count = 0;
+  std::uint32_t tile_edge_px = 0;
+  std::uint32_t tiles_reissued = 0;
+  std::uint32_t tiles_rejected = 0;
+  RayCounts rays;
+  std::uint64_t bytes_to_slaves = 0;
+  std::uint64_t bytes_from_slaves = 0;
+  double build_seconds = 0;  // slowest slave's build of this scene version
+  double utilisation = 0;    // 1 - starved / available worker time
+  Digest digest;             // of the pixels in the frame's format, row by row from the top
+};
+
+// One slave as a person sees it.
+struct SlaveStatus {
+  std::string name;
+  std::uint32_t threads = 0;
+  Isa isa = Isa::kScalar;        // widest it has
+  std::uint32_t tiles_in_flight = 0;
+  std::uint64_t tiles_done = 0;
+  double utilisation = 0;        // over the last second
+  double rtt_seconds = 0;
+  SceneVersion scene_version = 0;  // newest built
+  std::uint16_t tile_port = 0, scene_port = 0;  // the slave's ports, for status
+};
+
+struct ClusterStatus {
+  std::vector<SlaveStatus> slaves;
+  std::uint64_t frames_done = 0;
+  bool has_application = false;
+};
+
+}  // namespace tessera

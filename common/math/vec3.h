@@ -1,0 +1,47 @@
+// Three floats: points, directions, RGB radiance. Plain values, memory layout x, y, z (12 bytes).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera {
+
+struct Vec2f {
+  float x = 0, y = 0;
+  bool operator==(const Vec2f&) const = default;
+};
+
+struct Vec3f {
+  float x = 0, y = 0, z = 0;
+  bool operator==(const Vec3f&) const = default;
+  float operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
+};
+static_assert(sizeof(Vec3f) == 12);
+
+inline Vec3f operator+(Vec3f a, Vec3f b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vec3f operator-(Vec3f a, Vec3f b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vec3f operator-(Vec3f a) { return {-a.x, -a.y, -a.z}; }
+inline Vec3f operator*(Vec3f a, float s) { return {a.x * s, a.y * s, a.z * s}; }
+inline Vec3f operator*(float s, Vec3f a) { return a * s; }
+inline Vec3f operator*(Vec3f a, Vec3f b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+inline float dot(Vec3f a, Vec3f b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Vec3f cross(Vec3f a, Vec3f b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+inline float length(Vec3f a) { return std::sqrt(dot(a, a)); }
+// A zero vector stays zero.
+inline Vec3f normalize(Vec3f a) {
+  const float l = length(a);
+  return l > 0 ? a * (1 / l) : a;
+}
+inline Vec3f min(Vec3f a, Vec3f b) {
+  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
+}
+inline Vec3f max(Vec3f a, Vec3f b) {
+  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+}
+inline bool is_finite(Vec3f a) {
+  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
+}
+
+}  // namespace tessera

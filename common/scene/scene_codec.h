@@ -1,0 +1,62 @@
+// A scene as content-addressed blocks: what tessera-import hands over, what the master keeps and
+// broadcasts, what slaves cache. A block is one mesh, one texture, or the root (everything small,
+// with meshes and textures by block index). Equal content has equal bytes, hence an equal digest,
+// so an update sends only blocks that the receiver lacks.
+//
+// Bytes. Little-endian, arrays length-prefixed by uint64 counts; layout in common/scene/README.md.
+// Every count is checked against the bytes present before memory is taken.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "common/base/digest.h"
+#include "common/base/status.h"
+#include "common/scene/scene.h"
+
+namespace tessera {
+
+using BlockBytes = std::shared_ptr<const std::vector<std::byte>>;
+
+struct SceneBlock {
+  Digest digest;  // SHA-256 of *bytes
+  BlockBytes bytes;
+};
+
+// Block 0 is the root; the others are in the order in which the root refers to them.
+struct EncodedScene {
+  std::vector<SceneBlock> blocks;
+  std::uint64_t total_bytes() const;
+  Digest digest() const;  // SHA-256 over the block digests in order: the scene's identity
+};
+
+// Encodes meshes and textures; a caller that encodes version after version keeps one SceneEncoder,
+// which remembers the block of each mesh and texture by pointer and hashes only new ones.
+// Used by one thread.
+class SceneEncoder {
+ public:
+  // Requires: validate_scene(scene) is ok.
+  EncodedScene encode(const Scene& scene);
+
+ private:
+  std::unordered_map<const void*, std::pair<std::shared_ptr<const void>, SceneBlock>> known_;
+};
+
+// Decodes block after block; the cache shares meshes and textures with earlier versions by digest.
+// Used by one thread.
+class SceneDecoder {
+ public:
+  // Returns: kDataLoss for malformed bytes, or validate_scene()'s refusal. Digests are the caller's
+  // to have checked.
+  Result<Scene> decode(const EncodedScene& encoded);
+
+ private:
+  std::unordered_map<Digest, std::weak_ptr<const Mesh>, DigestHash> meshes_;
+  std::unordered_map<Digest, std::weak_ptr<const Texture>, DigestHash> textures_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,24 @@
+// Messages to records and back: protobuf headers with raw payloads beside them.
+#pragma once
+
+#include "common/base/status.h"
+#include "common/net/record.h"
+#include "common/wire/messages.h"
+
+namespace tessera::wire {
+
+// Limits of every record type, for net::Connection: unknown types have none and are refused before
+// allocation. Before the handshake only Hello, Join and Refuse are allowed.
+const net::RecordLimits& pre_auth_limits();
+const net::RecordLimits& session_limits();
+
+// Bulk payloads (SceneChunk, FrameChunk, TileResult) are moved or shared, never copied.
+net::Record encode(Message message);
+
+// Returns: kDataLoss naming message and field for anything malformed or out of range.
+Result<Message> decode(net::ReceivedRecord record);
+
+// "Hello", "TileResult", ... for logs.
+const char* message_name(const Message& message);
+
+}  // namespace tessera::wire

@@ -1,0 +1,135 @@
+// Every message of the protocol as plain values. codec.h turns them into records and back; what comes
+// out of decode() is validated, so that the state machines trust ranges and lengths (not meaning:
+// whether a tile was asked for is the ledger's to say). The protocol itself: proto/PROTOCOL.md.
+//
+// Threads. Plain values.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/digest.h"
+#include "common/base/ids.h"
+#include "common/base/isa.h"
+#include "common/frame/frame_settings.h"
+#include "common/frame/frame_stats.h"
+#include "common/net/record.h"
+
+namespace tessera::wire {
+
+inline constexpr std::uint16_t kProtocolVersionMin = 1;
+inline constexpr std::uint16_t kProtocolVersionMax = 1;
+
+enum class Role : std::uint8_t { kSlave = 0, kApp = 1, kStatus = 2 };
+
+// ---- handshake, both directions named from the master's side -------------------------------------
+// First record on a slave's tile connection, an application's or a status client's connection.
+struct Hello {
+  Role role = Role::kSlave;
+  std::uint16_t version_min = kProtocolVersionMin, version_max = kProtocolVersionMax;
+  std::string name;        // 1..kNameBytesMax printable bytes
+  std::uint32_t threads = 0;  // slave: render threads, 1..kWorkersMax
+  IsaMask isas = 0;        // slave: what it may use
+  std::string build_id;    // project version, for the log
+};
+// Answer: the session exists; the slave now opens its scene connection with Join.
+struct Welcome {
+  std::uint16_t version = 0;
+  SessionId session = 0;
+  std::uint64_t token = 0;  // random; the scene connection proves with it that it belongs
+  std::uint32_t heartbeat_ms = 0, heartbeats_missed_max = 0;
+};
+// First record on a slave's scene connection. Answered by Joined.
+struct Join {
+  std::uint16_t version = 0;
+  SessionId session = 0;
+  std::uint64_t token = 0;
+};
+struct Joined {};
+enum class RefuseCode : std::uint8_t {
+  kVersion = 0, kRole = 1, kName = 2, kIsa = 3, kBusy = 4, kSession = 5, kFull = 6, kProtocol = 7,
+};
+// Last record before the sender closes: why. Any direction, any connection.
+struct Refuse {
+  RefuseCode code = RefuseCode::kProtocol;
+  std::string reason;  // one line for a person
+};
+// Sent when nothing else was sent for heartbeat_ms; echoed as Pong at once, which gives the round trip.
+struct Ping { std::uint64_t sent_ns = 0; };
+struct Pong { std::uint64_t sent_ns = 0; };
+
+// ---- scene: sender -> holder (master -> slave on the scene connection; app -> master) -------------
+struct SceneAnnounce {
+  SceneVersion version = 0;
+  std::vector<Digest> digests;        // payload: 32 bytes each; block 0 is the root
+  std::vector<std::uint64_t> sizes;   // payload: 8 bytes each
+};
+struct SceneNeed {  // holder -> sender: indices of blocks it lacks, ascending (payload: u32 each)
+  SceneVersion version = 0;
+  std::vector<std::uint32_t> blocks;
+};
+struct SceneChunk {  // a piece of block `block` of `version`; pieces of a block come in order
+  SceneVersion version = 0;
+  std::uint32_t block = 0;
+  std::uint64_t offset = 0;
+  net::SharedBytes bytes;  // payload, 1..kSceneChunkBytesMax
+};
+struct SceneBuilt {  // slave -> master: frames of this version may be leased (master -> app: committed)
+  SceneVersion version = 0;
+  double build_seconds = 0;
+  std::uint64_t triangle_count = 0;
+};
+struct SceneFailed {
+  SceneVersion version = 0;
+  std::string reason;
+};
+struct SceneRetire { SceneVersion first_kept = 0; };  // older versions are not needed any more
+
+// ---- tiles: master -> slave on the tile connection ------------------------------------------------
+struct FrameBegin {
+  FrameId frame = 0;
+  SceneVersion version = 0;
+  Isa isa = Isa::kScalar;
+  FrameSettings settings;
+};
+struct TileLease { FrameId frame = 0; TileIndex tile = 0; Attempt attempt = 0; };
+struct FrameEnd { FrameId frame = 0; };  // finished or cancelled: drop its tiles
+// slave -> master
+struct TileResult {
+  FrameId frame = 0;
+  SceneVersion version = 0;
+  TileIndex tile = 0;
+  Attempt attempt = 0;
+  double seconds = 0;          // render time
+  double starved_seconds = 0;  // worker time lost on an empty queue since the last result
+  RayCounts rays;
+  std::vector<std::byte> pixels;  // payload, in the frame's format
+};
+struct TileReturned { FrameId frame = 0; TileIndex tile = 0; Attempt attempt = 0; };  // handed back, unrendered
+struct Goodbye { std::string reason; };  // orderly leave, either side; nothing follows
+
+// ---- application ----------------------------------------------------------------------------------
+struct FrameSubmit { FrameId frame = 0; SceneVersion version = 0; FrameSettings settings; };
+struct FrameCancel { FrameId frame = 0; };
+struct FrameChunk {  // master -> app, in order
+  FrameId frame = 0;
+  std::uint64_t offset = 0;
+  net::SharedBytes bytes;
+};
+struct FrameDone {  // after the last chunk, or alone when the frame failed
+  FrameStats stats;
+  std::string error;                     // empty: delivered
+  std::vector<std::uint16_t> tile_slave;  // payload: u16 each
+};
+struct StatusRequest {};
+struct StatusReply { ClusterStatus status; };
+
+using Message = std::variant<Hello, Welcome, Join, Joined, Refuse, Ping, Pong, SceneAnnounce, SceneNeed,
+                             SceneChunk, SceneBuilt, SceneFailed, SceneRetire, FrameBegin, TileLease,
+                             FrameEnd, TileResult, TileReturned, Goodbye, FrameSubmit, FrameCancel,
+                             FrameChunk, FrameDone, StatusRequest, StatusReply>;
+
+}  // namespace tessera::wire

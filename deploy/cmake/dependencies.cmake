@@ -1,0 +1,39 @@
+# Every third-party package, from Debian 12. design: which folder may use which is checked by
+# tests/tidy.
+find_package(Threads REQUIRED)
+find_package(PkgConfig REQUIRED)
+find_package(OpenSSL 3 REQUIRED COMPONENTS SSL Crypto)
+
+# Asio: headers only, no CMake package.
+find_path(ASIO_INCLUDE_DIR asio.hpp REQUIRED)
+add_library(dep_asio INTERFACE)
+target_include_directories(dep_asio SYSTEM INTERFACE ${ASIO_INCLUDE_DIR})
+target_compile_definitions(dep_asio INTERFACE
+  ASIO_STANDALONE ASIO_NO_DEPRECATED
+  # asio 1.22 does not recognise coroutines under clang; say so by hand
+  $<$<CXX_COMPILER_ID:Clang>:ASIO_HAS_CO_AWAIT=1;ASIO_HAS_STD_COROUTINE=1>)
+target_link_libraries(dep_asio INTERFACE Threads::Threads OpenSSL::SSL)
+
+find_package(Protobuf 3.21 REQUIRED MODULE)
+find_package(spdlog 1.10 REQUIRED CONFIG)
+find_package(hwy 1.0.3 REQUIRED CONFIG)
+find_package(TBB 2021 REQUIRED CONFIG)
+find_package(CLI11 REQUIRED CONFIG)
+find_package(tomlplusplus REQUIRED CONFIG)
+
+find_package(OpenImageIO 2.4 REQUIRED CONFIG)
+# Debian's exported target names an opencv folder that libopenimageio-dev does not install; without
+# these lines generation stops with "includes non-existent path".
+set_property(TARGET OpenImageIO::OpenImageIO PROPERTY INTERFACE_INCLUDE_DIRECTORIES "")
+set_property(TARGET OpenImageIO::OpenImageIO PROPERTY INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "")
+
+find_package(glfw3 3.3 REQUIRED CONFIG)
+find_package(OpenGL REQUIRED COMPONENTS OpenGL)
+pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
+pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
+find_package(assimp 5.2 REQUIRED CONFIG)
+
+if(TESSERA_TESTS)
+  find_package(GTest REQUIRED CONFIG)
+  include(GoogleTest)
+endif()

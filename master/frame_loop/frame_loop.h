@@ -1,0 +1,69 @@
+// The master's heart on the net thread: owns the cluster of slaves, the scheduler, the scene broadcast and the
+// two framebuffers, and turns submitted frames into finished ones, in order.
+//
+// Threads. Net thread only; callbacks run there too.
+//
+// Invariants. (1) At most frames_in_flight frames are leased at once; further submitted frames wait (bounded by
+// the caller). (2) Frames finish in the order of submission, each once. (3) A tile is leased only to slaves that
+// acknowledged the frame's scene version as built. (4) A pixel is written once, from a result that answered an
+// outstanding lease (session, frame, version, tile, attempt).
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "common/base/ids.h"
+#include "common/base/status.h"
+#include "common/frame/frame_image.h"
+#include "common/frame/frame_settings.h"
+#include "common/frame/frame_stats.h"
+#include "common/net/connection.h"
+#include "common/scene/scene_codec.h"
+
+namespace tessera::master {
+
+struct FrameLoopOptions {
+  int prefetch_per_thread = 3;
+  int frames_in_flight = 2;
+  int slaves_min = 0;         // no frame starts before so many slaves have joined
+  std::optional<Isa> isa;     // else the widest that all slaves have when the first frame starts
+  bool is_isa_mixed = false;
+  bool serves_applications = false;  // accept role app (serve); else such peers are refused
+};
+
+struct FrameOutcome {
+  FrameId frame = 0;
+  Status status;  // ok: image is complete
+  std::shared_ptr<const FrameImage> image;
+  FrameStats stats;
+};
+
+class FrameLoop {
+ public:
+  FrameLoop(net::IoThread& io, const FrameLoopOptions& options);
+  ~FrameLoop();
+
+  // A fresh connection from a listener or a local pair; its Hello decides what it is.
+  // `listener` may be null (local pairs); told when the peer has authenticated itself.
+  void accept(net::ConnectionPtr connection, net::Listener* listener);
+
+  // The application inside this process. Versions and frames count up; a frame's version was committed before.
+  // Every submitted frame ends in exactly one outcome.
+  void set_outcome_callback(std::function<void(FrameOutcome)> on_outcome);
+  void commit_scene(SceneVersion version, EncodedScene scene);
+  void submit(FrameId frame, SceneVersion version, const FrameSettings& settings);
+  void cancel_all();  // outcomes kCancelled
+  void free_scenes();
+
+  ClusterStatus status() const;
+
+  // Goodbye to every peer; every frame ends as kClosed. Nothing is accepted afterwards.
+  void shutdown();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera::master

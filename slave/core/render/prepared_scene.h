@@ -1,0 +1,42 @@
+// One scene version made ready for tracing: triangles in world space, the spatial index, materials,
+// textures, lights. Immutable; any number of threads read it without locks, and tiles of frame n hold it
+// alive while version n + 1 is built beside them.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "common/base/status.h"
+#include "common/scene/scene.h"
+
+namespace tessera::core {
+
+struct BuildOptions {
+  int threads = 1;                                  // at least 1
+  const std::atomic<bool>* is_cancelled = nullptr;  // may be null; polled
+};
+
+class PreparedScene {
+ public:
+  // Any thread; takes seconds for large scenes. Degenerate triangles keep their number and stay out of the
+  // tree. Requires: validate_scene(scene) is ok.
+  // Returns: kCancelled, or kResourceExhausted when the tree would pass its limits or memory ran out.
+  static Result<std::shared_ptr<const PreparedScene>> build(const Scene& scene, const BuildOptions& options);
+
+  ~PreparedScene();
+
+  std::uint64_t triangle_count() const;
+  std::uint64_t degenerate_count() const;
+  std::uint64_t memory_bytes() const;
+
+  struct Impl;  // slave/core/render/prepared_scene_impl.h
+  const Impl& impl() const { return *impl_; }
+  explicit PreparedScene(std::unique_ptr<Impl> impl);
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera::core
