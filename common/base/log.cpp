@@ -5,6 +5,8 @@
 
 #include <memory>
 
+#include "common/base/json.h"
+
 namespace tessera {
 namespace {
 
@@ -18,25 +20,6 @@ std::shared_ptr<spdlog::logger>& logger() {
     return made;
   }();
   return instance;
-}
-
-void append_json_string(std::string& out, std::string_view text) {
-  static constexpr char kDigits[] = "0123456789abcdef";
-  out.push_back('"');
-  for (const char c : text) {
-    const auto u = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      out.push_back('\\');
-      out.push_back(c);
-    } else if (u < 0x20) {
-      out += "\\u00";
-      out.push_back(kDigits[u >> 4]);
-      out.push_back(kDigits[u & 15]);
-    } else {
-      out.push_back(c);
-    }
-  }
-  out.push_back('"');
 }
 
 std::string json_body(std::string_view event, std::string_view text,

@@ -1,0 +1,190 @@
+// What a frame cost, and the state of the cluster.
+#include <bit>
+
+#include "common/wire/codec_internal.h"
+#include "proto/stats.pb.h"
+
+namespace tessera::wire {
+
+net::Record encode_one(FrameDone m) {
+  proto::FrameDone h;
+  const FrameStats& s = m.stats;
+  h.set_frame(s.frame);
+  h.set_seconds(s.seconds);
+  h.set_scene_version(s.scene_version);
+  h.set_isa(static_cast<std::uint32_t>(s.isa));
+  h.set_is_mixed(s.is_mixed);
+  h.set_slave_count(s.slave_count);
+  h.set_tile_count(s.tile_count);
+  h.set_tile_edge_px(s.tile_edge_px);
+  h.set_tiles_reissued(s.tiles_reissued);
+  h.set_tiles_rejected(s.tiles_rejected);
+  h.set_rays_primary(s.rays.primary);
+  h.set_rays_shadow(s.rays.shadow);
+  h.set_rays_secondary(s.rays.secondary);
+  h.set_bytes_to_slaves(s.bytes_to_slaves);
+  h.set_bytes_from_slaves(s.bytes_from_slaves);
+  h.set_build_seconds(s.build_seconds);
+  h.set_utilisation(s.utilisation);
+  h.set_digest(s.digest.bytes.data(), s.digest.bytes.size());
+  h.set_error(clean_line(std::move(m.error)));
+  h.set_tile_slave_count(static_cast<std::uint32_t>(m.tile_slave.size()));
+  std::vector<std::byte> payload;
+  payload.reserve(m.tile_slave.size() * sizeof(std::uint16_t));
+  for (const std::uint16_t slave : m.tile_slave) put_le(payload, slave);
+  return make_record(RecordType::kFrameDone, h, net::SharedBytes::of(std::move(payload)));
+}
+
+Result<Message> decode_frame_done(net::ReceivedRecord record) {
+  proto::FrameDone h;
+  if (!parse_header(record, h)) return bad_header("FrameDone");
+  FieldCheck check("FrameDone");
+  check.not_negative("seconds", h.seconds());
+  check.range("isa", h.isa(), 0, static_cast<std::uint64_t>(Isa::kAvx512));
+  check.range("slave_count", h.slave_count(), 0, kConnectionsMax);
+  check.range("tile_count", h.tile_count(), 0, kTilesPerFrameMax);
+  check.range("tile_edge_px", h.tile_edge_px(), 0, kTileEdgeMaxPx);
+  check.not_negative("build_seconds", h.build_seconds());
+  check.finite("utilisation", h.utilisation());
+  check.range("digest bytes", h.digest().size(), sizeof(Digest), sizeof(Digest));
+  check.line("error", h.error());
+  check.range("tile_slave_count", h.tile_slave_count(), 0, kTilesPerFrameMax);
+  check.payload_bytes(record.payload.size(), std::uint64_t{h.tile_slave_count()} * 2);
+  if (!check.is_ok()) return check.status();
+  FrameDone m;
+  FrameStats& s = m.stats;
+  s.frame = h.frame();
+  s.seconds = h.seconds();
+  s.scene_version = h.scene_version();
+  s.isa = static_cast<Isa>(h.isa());
+  s.is_mixed = h.is_mixed();
+  s.slave_count = h.slave_count();
+  s.tile_count = h.tile_count();
+  s.tile_edge_px = h.tile_edge_px();
+  s.tiles_reissued = h.tiles_reissued();
+  s.tiles_rejected = h.tiles_rejected();
+  s.rays = {h.rays_primary(), h.rays_shadow(), h.rays_secondary()};
+  s.bytes_to_slaves = h.bytes_to_slaves();
+  s.bytes_from_slaves = h.bytes_from_slaves();
+  s.build_seconds = h.build_seconds();
+  s.utilisation = h.utilisation();
+  std::memcpy(s.digest.bytes.data(), h.digest().data(), sizeof(Digest));
+  m.error = std::move(*h.mutable_error());
+  m.tile_slave.resize(h.tile_slave_count());
+  for (std::size_t i = 0; i < m.tile_slave.size(); ++i) {
+    m.tile_slave[i] = get_le<std::uint16_t>(record.payload, i * 2);
+  }
+  return Message(std::move(m));
+}
+
+net::Record encode_one(StatusRequest) {
+  return make_record(RecordType::kStatusRequest, proto::StatusRequest());
+}
+
+Result<Message> decode_status_request(net::ReceivedRecord record) {
+  proto::StatusRequest h;
+  if (!parse_header(record, h)) return bad_header("StatusRequest");
+  FieldCheck check("StatusRequest");
+  check.no_payload(record);
+  if (!check.is_ok()) return check.status();
+  return Message(StatusRequest{});
+}
+
+namespace {
+
+// After the name: threads u32, isa u8, tiles_in_flight u32, tiles_done u64, utilisation f64,
+// rtt_seconds f64, scene_version u64, tile_port u16, scene_port u16.
+constexpr std::size_t kStatusNumbersBytes = 4 + 1 + 4 + 8 + 8 + 8 + 8 + 2 + 2;
+static_assert(1 + kNameBytesMax + kStatusNumbersBytes <= kStatusEntryBytesMax);
+static_assert(kNameBytesMax <= 255, "the length of a name is one byte");
+
+void put_slave(std::vector<std::byte>& out, const SlaveStatus& s) {
+  const std::string name = s.name.substr(0, kNameBytesMax);
+  put_le(out, static_cast<std::uint8_t>(name.size()));
+  for (const char c : name) out.push_back(static_cast<std::byte>(c));
+  put_le(out, s.threads);
+  put_le(out, static_cast<std::uint8_t>(s.isa));
+  put_le(out, s.tiles_in_flight);
+  put_le(out, s.tiles_done);
+  put_le(out, std::bit_cast<std::uint64_t>(s.utilisation));
+  put_le(out, std::bit_cast<std::uint64_t>(s.rtt_seconds));
+  put_le(out, s.scene_version);
+  put_le(out, s.tile_port);
+  put_le(out, s.scene_port);
+}
+
+// Returns: the bytes used; 0 when they do not hold an entry or a field is out of range.
+std::size_t get_slave(std::span<const std::byte> in, FieldCheck& check, SlaveStatus& s) {
+  if (in.empty()) return 0;
+  const std::size_t name_bytes = std::to_integer<std::size_t>(in[0]);
+  const std::size_t entry_bytes = 1 + name_bytes + kStatusNumbersBytes;
+  if (in.size() < entry_bytes) return 0;
+  s.name.assign(reinterpret_cast<const char*>(in.data()) + 1, name_bytes);
+  check.name("slaves.name", s.name, 1, kNameBytesMax);
+  std::size_t at = 1 + name_bytes;
+  const auto take = [&in, &at]<typename T>(T& value) {
+    value = get_le<T>(in, at);
+    at += sizeof(T);
+  };
+  std::uint8_t isa = 0;
+  std::uint64_t utilisation = 0;
+  std::uint64_t rtt_seconds = 0;
+  take(s.threads);
+  take(isa);
+  take(s.tiles_in_flight);
+  take(s.tiles_done);
+  take(utilisation);
+  take(rtt_seconds);
+  take(s.scene_version);
+  take(s.tile_port);
+  take(s.scene_port);
+  s.utilisation = std::bit_cast<double>(utilisation);
+  s.rtt_seconds = std::bit_cast<double>(rtt_seconds);
+  check.range("slaves.threads", s.threads, 1, kWorkersMax);
+  check.range("slaves.isa", isa, 0, static_cast<std::uint64_t>(Isa::kAvx512));
+  check.finite("slaves.utilisation", s.utilisation);
+  check.not_negative("slaves.rtt_seconds", s.rtt_seconds);
+  if (!check.is_ok()) return 0;
+  s.isa = static_cast<Isa>(isa);
+  return entry_bytes;
+}
+
+}  // namespace
+
+net::Record encode_one(StatusReply m) {
+  if (m.status.slaves.size() > kConnectionsMax) m.status.slaves.resize(kConnectionsMax);
+  proto::StatusReply h;
+  h.set_frames_done(m.status.frames_done);
+  h.set_has_application(m.status.has_application);
+  h.set_slave_count(static_cast<std::uint32_t>(m.status.slaves.size()));
+  std::vector<std::byte> payload;
+  for (const SlaveStatus& slave : m.status.slaves) put_slave(payload, slave);
+  return make_record(RecordType::kStatusReply, h, net::SharedBytes::of(std::move(payload)));
+}
+
+Result<Message> decode_status_reply(net::ReceivedRecord record) {
+  proto::StatusReply h;
+  if (!parse_header(record, h)) return bad_header("StatusReply");
+  FieldCheck check("StatusReply");
+  check.range("slave_count", h.slave_count(), 0, kConnectionsMax);
+  // Each entry has at least one byte of length, one of name and its numbers.
+  check.range("slave_count", h.slave_count(), 0,
+              record.payload.size() / (2 + kStatusNumbersBytes));
+  if (!check.is_ok()) return check.status();
+  StatusReply m;
+  m.status.frames_done = h.frames_done();
+  m.status.has_application = h.has_application();
+  m.status.slaves.resize(h.slave_count());
+  std::span<const std::byte> rest(record.payload);
+  for (SlaveStatus& slave : m.status.slaves) {
+    const std::size_t used = get_slave(rest, check, slave);
+    if (used == 0) check.fail("slaves", ": payload ends within an entry");
+    if (!check.is_ok()) return check.status();
+    rest = rest.subspan(used);
+  }
+  check.payload_bytes(record.payload.size(), record.payload.size() - rest.size());
+  if (!check.is_ok()) return check.status();
+  return Message(std::move(m));
+}
+
+}  // namespace tessera::wire

@@ -1,0 +1,73 @@
+// Numbers of the records and the caps that hold for the wire alone (the shared ones are in
+// common/base/limits.h). The numbers never change and are never given away again; PROTOCOL.md lists
+// the same ones.
+//
+// Threads. Constants.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "common/base/limits.h"
+#include "common/net/record.h"
+
+namespace tessera::wire {
+
+enum class RecordType : std::uint16_t {
+  kHello = 1,
+  kWelcome = 2,
+  kJoin = 3,
+  kJoined = 4,
+  kRefuse = 5,
+  kPing = 6,
+  kPong = 7,
+  kGoodbye = 8,
+  kSceneAnnounce = 16,
+  kSceneNeed = 17,
+  kSceneChunk = 18,
+  kSceneBuilt = 19,
+  kSceneFailed = 20,
+  kSceneRetire = 21,
+  kFrameBegin = 32,
+  kTileLease = 33,
+  kFrameEnd = 34,
+  kTileResult = 35,
+  kTileReturned = 36,
+  kFrameSubmit = 48,
+  kFrameCancel = 49,
+  kFrameChunk = 50,
+  kFrameDone = 51,
+  kStatusRequest = 52,
+  kStatusReply = 53,
+};
+static_assert(static_cast<int>(RecordType::kStatusReply) < net::kRecordTypesMax);
+
+// Header of a message of plain numbers: at most 20 fields of at most 11 bytes each, with room for
+// fields of later versions.
+inline constexpr std::size_t kSmallHeaderBytesMax = 1024;
+// A line for a person. Longer ones are cut by the sender.
+inline constexpr std::size_t kReasonBytesMax = 1024;
+// Header of a message with such a line.
+inline constexpr std::size_t kTextHeaderBytesMax = 4096;
+static_assert(kReasonBytesMax + kSmallHeaderBytesMax <= kTextHeaderBytesMax);
+static_assert(kTextHeaderBytesMax <= kPreAuthRecordBytesMax);
+static_assert(kPreAuthRecordBytesMax <= kRecordHeaderBytesMax);
+inline constexpr std::size_t kBuildIdBytesMax = 64;
+
+// Tiles of the largest frame at the smallest tile: 4096 x 4096.
+inline constexpr std::uint32_t kTilesPerFrameMax =
+    std::uint32_t{kImageSideMaxPx / kTileEdgeMinPx} * (kImageSideMaxPx / kTileEdgeMinPx);
+// Pixels of the largest frame: float RGB.
+inline constexpr std::uint64_t kFrameBytesMax =
+    std::uint64_t{kImageSideMaxPx} * kImageSideMaxPx * 3 * sizeof(float);
+
+// SceneAnnounce: 32 bytes of digest and 8 of size for each block.
+inline constexpr std::size_t kAnnounceEntryBytes = 40;
+// StatusReply: one slave, its name length byte and the longest name included (codec_app.cpp).
+inline constexpr std::size_t kStatusEntryBytesMax = 1 + kNameBytesMax + 49;
+
+// What a master may ask for as heartbeat: from a tenth of a usual LAN's hiccup to a minute.
+inline constexpr std::uint32_t kHeartbeatMsMax = 60'000;
+inline constexpr std::uint32_t kHeartbeatsMissedLimit = 100;
+
+}  // namespace tessera::wire

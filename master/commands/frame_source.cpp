@@ -1,0 +1,81 @@
+#include "master/commands/frame_source.h"
+
+#include <cstdio>
+#include <thread>
+#include <utility>
+
+#include "common/base/clock.h"
+#include "common/scene/validate.h"
+
+namespace tessera::master {
+
+Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& progress) {
+  FrameSource source;
+  source.settings_ = options.frame;
+  std::optional<Camera> inline_camera;
+  if (!options.camera.empty()) {
+    if (options.camera.find(',') != std::string::npos) {
+      auto camera = parse_camera_text(options.camera);
+      if (!camera.is_ok()) return Status::invalid_argument("--camera: " + camera.status().message());
+      inline_camera = *camera;
+    } else {
+      auto path = read_camera_file(options.camera);
+      if (!path.is_ok()) return path.status();
+      source.path_ = std::move(*path);
+      if (const auto size = source.path_->size(); size && !options.has_size) {
+        source.settings_.width_px = size->width_px;
+        source.settings_.height_px = size->height_px;
+      }
+    }
+  }
+  auto loaded = load_scene(options.scene, [&](const std::string& text, double fraction) {
+    progress.update(text, fraction);
+  });
+  if (!loaded.is_ok()) return loaded.status();
+  source.loaded_ = std::move(*loaded);
+  for (const std::string& warning : source.loaded_.warnings) {
+    std::fprintf(stderr, "tessera-master: warning: %s\n", warning.c_str());
+  }
+  const Scene& scene = source.loaded_.scene;
+  progress.finish("loaded " + options.scene + ": " + std::to_string(scene.triangle_count()) + " triangles");
+  source.settings_.camera = inline_camera  ? *inline_camera
+                            : scene.camera ? *scene.camera
+                                           : camera_showing_all(scene);
+  const Status status = validate_frame_settings(source.settings_at(0));
+  if (!status.is_ok()) {
+    return Status::invalid_argument((options.camera.empty() ? "" : "--camera " + options.camera + ": ") +
+                                    status.message());
+  }
+  return source;
+}
+
+FrameSettings FrameSource::settings_at(double frame) const {
+  FrameSettings settings = settings_;
+  if (path_) settings.camera = path_->at(frame);
+  return settings;
+}
+
+Status wait_for_slaves(Session& session, const MasterOptions& options, const std::function<bool()>& should_stop) {
+  const auto wanted = static_cast<std::size_t>(options.session.slaves_min);
+  const TimePoint start = Clock::now();
+  double next_line_seconds = 5;
+  while (true) {
+    const std::size_t present = session.status().slaves.size();
+    if (present >= wanted) return Status::ok();
+    if (should_stop()) return Status::cancelled("interrupted while waiting for slaves");
+    const double waited_seconds = seconds(Clock::now() - start);
+    if (options.wait_seconds > 0 && waited_seconds >= options.wait_seconds) {
+      return Status::deadline_exceeded("only " + std::to_string(present) + " of " + std::to_string(wanted) +
+                                       " slaves came within --wait; start more with 'tessera-slave --master HOST:PORT'");
+    }
+    if (waited_seconds >= next_line_seconds) {
+      if (!options.is_quiet) {
+        std::fprintf(stderr, "waiting for slaves: %zu of %zu after %.0f s\n", present, wanted, waited_seconds);
+      }
+      next_line_seconds += 5;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+}
+
+}  // namespace tessera::master

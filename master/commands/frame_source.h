@@ -1,0 +1,38 @@
+// What to render: the scene of the command line with its camera path, frame by frame. Shared by view and render.
+//
+// Threads. One at a time.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "common/scene_io/camera_file.h"
+#include "master/commands/options.h"
+#include "master/commands/progress.h"
+#include "master/loader/load_scene.h"
+
+namespace tessera::master {
+
+class FrameSource {
+ public:
+  // Loads the scene (with progress) and the camera; warnings go to stderr, a line each.
+  // Returns: kInvalidArgument for a camera that cannot be, else the loader's refusal.
+  static Result<FrameSource> open(const MasterOptions& options, Progress& progress);
+
+  const LoadedScene& loaded() const { return loaded_; }
+  bool is_animated() const { return loaded_.is_animated; }
+  Scene scene_at(double seconds) const { return loaded_.is_animated ? loaded_.at_time(seconds) : loaded_.scene; }
+  // Everything but the camera is the same for all frames.
+  FrameSettings settings_at(double frame) const;
+
+ private:
+  LoadedScene loaded_;
+  FrameSettings settings_;
+  std::optional<CameraPath> path_;
+};
+
+// Waits until `session` has options.session.slaves_min slaves; a line every 5 s. Returns: kDeadlineExceeded after
+// --wait seconds, kCancelled on a signal.
+Status wait_for_slaves(Session& session, const MasterOptions& options, const std::function<bool()>& should_stop);
+
+}  // namespace tessera::master

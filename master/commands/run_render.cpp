@@ -1,0 +1,145 @@
+#include <cstdio>
+#include <thread>
+#include <utility>
+
+#include "common/base/bounded_queue.h"
+#include "master/commands/commands.h"
+#include "master/commands/frame_source.h"
+#include "master/commands/stats_file.h"
+#include "master/image/image_file.h"
+
+namespace tessera::master {
+namespace {
+
+constexpr std::chrono::milliseconds kPoll{100};
+
+// Writes pictures on its own thread, so that the cluster renders on meanwhile. At most two wait.
+class ImageWriter {
+ public:
+  ImageWriter(const OutputPattern& pattern, StatsFile& stats, bool is_half)
+      : pattern_(pattern), stats_(stats), is_half_(is_half), thread_([this] { run(); }) {}
+  ~ImageWriter() { finish(); }
+
+  // Waits for room. Returns: the first failure so far.
+  Status write(long number, FrameResult result) {
+    Job job{number, std::move(result)};
+    while (failure().is_ok() && !jobs_.try_push(job)) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    return failure();
+  }
+
+  // Writes what waits, joins. Returns: the first failure.
+  Status finish() {
+    jobs_.close();
+    if (thread_.joinable()) thread_.join();
+    return failure();
+  }
+
+ private:
+  struct Job {
+    long number = 0;
+    FrameResult result;
+  };
+
+  void run() {
+    while (auto job = jobs_.pop()) {
+      if (!failure().is_ok()) continue;
+      Status status = write_image(*job->result.image, pattern_.path(job->number), {is_half_});
+      if (status.is_ok()) status = stats_.write(job->result.stats, *job->result.image);
+      if (!status.is_ok()) {
+        MutexLock lock(mutex_);
+        failure_ = std::move(status);
+      }
+    }
+  }
+
+  Status failure() {
+    MutexLock lock(mutex_);
+    return failure_;
+  }
+
+  const OutputPattern pattern_;
+  StatsFile& stats_;
+  const bool is_half_;
+  BoundedQueue<Job> jobs_{2};
+
+  Mutex mutex_;
+  Status failure_ TESSERA_GUARDED_BY(mutex_);
+
+  std::thread thread_;
+};
+
+// Takes one finished frame, if one comes in time. Returns: how many were taken (0 or 1).
+Result<int> take_frame(Session& session, const MasterOptions& options, ImageWriter& writer, Progress& progress,
+                       long done, long total) {
+  auto result = session.next_frame(kPoll);
+  if (!result.is_ok()) {
+    if (result.status().code() == StatusCode::kDeadlineExceeded) return 0;
+    return result.status();
+  }
+  const long number = options.frame_first + done;
+  if (!result->status.is_ok()) {
+    return Status::unavailable("frame " + std::to_string(number) + " failed: " + result->status.message());
+  }
+  const double mrays = static_cast<double>(result->stats.rays.primary + result->stats.rays.shadow +
+                                           result->stats.rays.secondary) /
+                       1e6 / std::max(result->stats.seconds, 1e-9);
+  char text[160];
+  std::snprintf(text, sizeof(text), "rendered %ld of %ld frames, %.0f ms, %.1f Mrays/s, %u slaves", done + 1, total,
+                1e3 * result->stats.seconds, mrays, result->stats.slave_count);
+  progress.update(text, static_cast<double>(done + 1) / static_cast<double>(total));
+  TESSERA_RETURN_IF_ERROR(writer.write(number, std::move(*result)));
+  return 1;
+}
+
+Status render_frames(Session& session, const FrameSource& source, const MasterOptions& options, ImageWriter& writer,
+                     Progress& progress, const SignalWatch& signals) {
+  const long total = options.frame_last - options.frame_first + 1;
+  long submitted = 0, done = 0;
+  while (done < total) {
+    if (signals.is_signalled()) return Status::cancelled("interrupted; finished pictures are kept");
+    if (submitted < total && submitted - done < options.session.frames_in_flight) {
+      const long number = options.frame_first + submitted;
+      if (submitted == 0 || source.is_animated()) {
+        auto version = session.commit_scene(source.scene_at(static_cast<double>(number) / options.fps));
+        if (!version.is_ok()) return version.status();
+      }
+      auto frame = session.submit(source.settings_at(static_cast<double>(number)));
+      if (!frame.is_ok()) return frame.status();
+      ++submitted;
+      continue;
+    }
+    if (done == 0) progress.update("rendering", 0);
+    auto taken = take_frame(session, options, writer, progress, done, total);
+    if (!taken.is_ok()) return taken.status();
+    done += *taken;
+  }
+  return Status::ok();
+}
+
+}  // namespace
+
+int run_render(const MasterOptions& options, const SignalWatch& signals) {
+  Progress progress(options.is_quiet);
+  auto pattern = OutputPattern::parse(options.output, options.frame_last > options.frame_first);
+  if (!pattern.is_ok()) return report_usage(pattern.status());
+  auto source = FrameSource::open(options, progress);
+  if (!source.is_ok()) return report_failure(source.status());
+  auto stats = StatsFile::open(options.stats_path);
+  if (!stats.is_ok()) return report_failure(stats.status());
+  auto session = Session::open(options.session);
+  if (!session.is_ok()) return report_failure(session.status());
+  Status status = wait_for_slaves(**session, options, [&] { return signals.is_signalled(); });
+  if (status.is_ok()) {
+    ImageWriter writer(*pattern, *stats, options.frame.pixel_format == PixelFormat::kHalf);
+    status = render_frames(**session, *source, options, writer, progress, signals);
+    const Status written = writer.finish();
+    if (status.is_ok()) status = written;
+  }
+  if (!status.is_ok()) return report_failure(status);
+  const std::string first = pattern->path(options.frame_first);
+  progress.finish(options.frame_last > options.frame_first ? "wrote " + first + " to " + pattern->path(options.frame_last)
+                                                           : "wrote " + first);
+  return 0;
+}
+
+}  // namespace tessera::master

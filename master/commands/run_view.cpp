@@ -1,0 +1,142 @@
+#include <atomic>
+#include <map>
+#include <thread>
+#include <utility>
+
+#include "common/base/clock.h"
+#include "common/scene/validate.h"
+#include "master/commands/commands.h"
+#include "master/commands/frame_source.h"
+#include "master/commands/stats_file.h"
+#include "master/display/viewer.h"
+#include "master/image/image_file.h"
+
+namespace tessera::master {
+namespace {
+
+constexpr std::chrono::milliseconds kPoll{5};
+constexpr double kStatusIntervalSeconds = 0.5;
+
+// Keeps the cluster busy while something changes: submits the viewer's newest view, publishes what comes back.
+//
+// Threads. run() is the pump thread's; the constructor's arguments outlive it. stop() and failure(): main thread.
+class Pump {
+ public:
+  Pump(Session& session, const FrameSource& source, const MasterOptions& options, Viewer& viewer, StatsFile& stats)
+      : session_(session), source_(source), options_(options), viewer_(viewer), stats_(stats), thread_([this] { run(); }) {}
+  ~Pump() { stop(); }
+
+  void stop() {
+    is_stopping_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+  bool has_ended() const { return has_ended_; }
+  // Requires: stop() was called.
+  const Status& failure() const { return failure_; }
+
+ private:
+  void run() {
+    while (!is_stopping_) {
+      failure_ = step();
+      if (!failure_.is_ok()) break;
+    }
+    has_ended_ = true;
+  }
+
+  Status step() {
+    const Viewer::View view = viewer_.view();
+    const bool is_wanted = source_.is_animated() || submitted_ == 0 || view.revision != revision_;
+    const bool has_room = in_flight_.size() < static_cast<std::size_t>(options_.session.frames_in_flight);
+    if (is_wanted && has_room) {
+      TESSERA_RETURN_IF_ERROR(submit(view));
+      if (in_flight_.size() < static_cast<std::size_t>(options_.session.frames_in_flight)) return Status::ok();
+    }
+    return take();
+  }
+
+  Status submit(const Viewer::View& view) {
+    if (submitted_ == 0 || source_.is_animated()) {
+      auto version = session_.commit_scene(source_.scene_at(seconds(Clock::now() - start_)));
+      if (!version.is_ok()) return version.status();
+    }
+    FrameSettings settings = source_.settings_at(0);
+    settings.camera = view.camera;
+    settings.width_px = view.width_px;
+    settings.height_px = view.height_px;
+    auto frame = session_.submit(settings);
+    if (!frame.is_ok()) return frame.status();
+    in_flight_[*frame] = Clock::now();
+    revision_ = view.revision;
+    ++submitted_;
+    return Status::ok();
+  }
+
+  Status take() {
+    auto result = session_.next_frame(kPoll);
+    if (!result.is_ok()) {
+      return result.status().code() == StatusCode::kDeadlineExceeded ? Status::ok() : result.status();
+    }
+    const TimePoint submitted = in_flight_[result->frame];
+    in_flight_.erase(result->frame);
+    if (!result->status.is_ok()) return result->status;
+    TESSERA_RETURN_IF_ERROR(stats_.write(result->stats, *result->image));
+    const TimePoint now = Clock::now();
+    if (seconds(now - status_time_) > kStatusIntervalSeconds) {
+      cluster_ = session_.status();
+      status_time_ = now;
+    }
+    viewer_.publish({result->image, result->stats, cluster_, seconds(now - submitted)});
+    return Status::ok();
+  }
+
+  Session& session_;
+  const FrameSource& source_;
+  const MasterOptions& options_;
+  Viewer& viewer_;
+  StatsFile& stats_;
+  const TimePoint start_ = Clock::now();
+  std::map<FrameId, TimePoint> in_flight_;
+  std::uint64_t revision_ = 0;
+  std::uint64_t submitted_ = 0;
+  ClusterStatus cluster_;
+  TimePoint status_time_;
+  Status failure_;
+  std::atomic<bool> is_stopping_{false};
+  std::atomic<bool> has_ended_{false};
+  std::thread thread_;  // last: starts when all else is there
+};
+
+}  // namespace
+
+int run_view(const MasterOptions& options, const SignalWatch& signals) {
+  Progress progress(options.is_quiet);
+  auto source = FrameSource::open(options, progress);
+  if (!source.is_ok()) return report_failure(source.status());
+  auto stats = StatsFile::open(options.stats_path);
+  if (!stats.is_ok()) return report_failure(stats.status());
+  const FrameSettings settings = source->settings_at(0);
+  ViewerOptions viewer_options;
+  viewer_options.title = "Tessera: " + options.scene;
+  viewer_options.width_px = settings.width_px;
+  viewer_options.height_px = settings.height_px;
+  viewer_options.camera = settings.camera;
+  viewer_options.bounds = scene_bounds(source->loaded().scene);
+  viewer_options.screenshot_path = options.screenshot_path;
+  viewer_options.screenshot_after = options.screenshot_after;
+  viewer_options.save = [](const FrameImage& image, const std::string& path) { return write_image(image, path, {}); };
+  auto viewer = Viewer::open(viewer_options);
+  if (!viewer.is_ok()) return report_failure(viewer.status());
+  auto session = Session::open(options.session);
+  if (!session.is_ok()) return report_failure(session.status());
+  Status status = wait_for_slaves(**session, options, [&] { return signals.is_signalled(); });
+  if (status.is_ok()) {
+    Pump pump(**session, *source, options, **viewer, *stats);
+    (*viewer)->run([&] { return signals.is_signalled() || pump.has_ended(); });
+    (*session)->cancel_frames();
+    pump.stop();
+    status = pump.failure();
+  }
+  return status.is_ok() || status.code() == StatusCode::kCancelled ? 0 : report_failure(status);
+}
+
+}  // namespace tessera::master

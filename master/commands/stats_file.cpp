@@ -1,0 +1,54 @@
+#include "master/commands/stats_file.h"
+
+#include <cerrno>
+#include <cstring>
+
+#include "common/base/json.h"
+
+namespace tessera::master {
+
+std::string stats_json(const FrameStats& s, int width_px, int height_px, PixelFormat pixels) {
+  JsonObject json;
+  json.add("frame", s.frame)
+      .add("seconds", s.seconds)
+      .add("width", width_px)
+      .add("height", height_px)
+      .add("pixels", pixel_format_name(pixels))
+      .add("isa", isa_name(s.isa))
+      .add("mixed", s.is_mixed)
+      .add("slaves", s.slave_count)
+      .add("tiles", s.tile_count)
+      .add("tile_px", s.tile_edge_px)
+      .add("tiles_reissued", s.tiles_reissued)
+      .add("tiles_rejected", s.tiles_rejected)
+      .add("rays_primary", s.rays.primary)
+      .add("rays_shadow", s.rays.shadow)
+      .add("rays_secondary", s.rays.secondary)
+      .add("bytes_to_slaves", s.bytes_to_slaves)
+      .add("bytes_from_slaves", s.bytes_from_slaves)
+      .add("scene_version", s.scene_version)
+      .add("build_seconds", s.build_seconds)
+      .add("utilisation", s.utilisation)
+      .add("digest", s.digest.hex());
+  return json.text();
+}
+
+Result<StatsFile> StatsFile::open(const std::string& path) {
+  StatsFile stats;
+  stats.path_ = path;
+  if (path.empty()) return stats;
+  stats.file_.reset(std::fopen(path.c_str(), "we"));
+  if (!stats.file_) return Status::not_found("--stats " + path + ": " + std::strerror(errno));
+  return stats;
+}
+
+Status StatsFile::write(const FrameStats& stats, const FrameImage& image) {
+  if (!file_) return Status::ok();
+  const std::string line = stats_json(stats, image.width_px, image.height_px, image.format) + "\n";
+  if (std::fputs(line.c_str(), file_.get()) < 0 || std::fflush(file_.get()) != 0) {
+    return Status::resource_exhausted("cannot write " + path_ + ": " + std::strerror(errno));
+  }
+  return Status::ok();
+}
+
+}  // namespace tessera::master

@@ -1,0 +1,3 @@
+#include "master/commands/run_command.h"
+
+int main(int argc, char** argv) { return tessera::master::run_command(argc, argv); }

@@ -1,0 +1,73 @@
+#include "master/session/in_process_session.h"
+
+#include <utility>
+
+#include "common/scene/scene_codec.h"
+#include "common/scene/validate.h"
+#include "master/session/master_host.h"
+#include "master/session/outcome_queue.h"
+
+namespace tessera::master {
+namespace {
+
+class InProcessSession final : public Session {
+ public:
+  InProcessSession(std::unique_ptr<MasterHost> host, const SessionOptions& options)
+      : outcomes_(options.frames_in_flight), host_(std::move(host)) {
+    host_->io().run_and_wait([this] {
+      host_->frame_loop().set_outcome_callback([this](FrameOutcome outcome) {
+        outcomes_.push({outcome.frame, std::move(outcome.status), std::move(outcome.image), outcome.stats});
+      });
+    });
+  }
+
+  ~InProcessSession() override {
+    outcomes_.end(Status::closed("the session was closed"));
+    host_.reset();  // joins; no outcome comes after it
+  }
+
+  Result<SceneVersion> commit_scene(const Scene& scene) override {
+    TESSERA_RETURN_IF_ERROR(validate_scene(scene));
+    const SceneVersion version = ++version_;
+    host_->io().post([this, version, encoded = encoder_.encode(scene)]() mutable {
+      host_->frame_loop().commit_scene(version, std::move(encoded));
+    });
+    return version;
+  }
+
+  Result<FrameId> submit(const FrameSettings& settings) override {
+    TESSERA_RETURN_IF_ERROR(validate_frame_settings(settings));
+    if (version_ == 0) return Status::invalid_argument("submit() before the first commit_scene()");
+    auto frame = outcomes_.begin_frame();
+    if (!frame.is_ok()) return frame;
+    host_->io().post([this, frame = *frame, version = version_, settings] {
+      host_->frame_loop().submit(frame, version, settings);
+    });
+    return frame;
+  }
+
+  Result<FrameResult> next_frame(std::chrono::milliseconds timeout) override { return outcomes_.pop(timeout); }
+
+  void cancel_frames() override {
+    host_->io().post([this] { host_->frame_loop().cancel_all(); });
+  }
+
+  ClusterStatus status() override { return host_->status(); }
+  std::uint16_t listen_port() const override { return host_->listen_port(); }
+
+ private:
+  OutcomeQueue outcomes_;
+  SceneEncoder encoder_;      // application thread
+  SceneVersion version_ = 0;  // application thread
+  std::unique_ptr<MasterHost> host_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Session>> open_in_process_session(const SessionOptions& options) {
+  auto host = MasterHost::start(options, /*serves_applications=*/false);
+  if (!host.is_ok()) return host.status();
+  return std::unique_ptr<Session>(std::make_unique<InProcessSession>(std::move(*host), options));
+}
+
+}  // namespace tessera::master

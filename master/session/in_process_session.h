@@ -1,0 +1,12 @@
+// The session whose master lives inside this process. Threads and promises: session.h.
+#pragma once
+
+#include <memory>
+
+#include "master/session/session.h"
+
+namespace tessera::master {
+
+Result<std::unique_ptr<Session>> open_in_process_session(const SessionOptions& options);
+
+}  // namespace tessera::master

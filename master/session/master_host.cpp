@@ -1,0 +1,124 @@
+#include "master/session/master_host.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/base/cpu_count.h"
+#include "common/base/limits.h"
+#include "common/base/log.h"
+#include "slave/core/render/tile_renderer.h"
+
+namespace tessera::master {
+
+Result<std::shared_ptr<net::TlsContext>> credentials(const SessionOptions& options,
+                                                     const net::Endpoint& endpoint,
+                                                     const std::string& role) {
+  if (!options.keys_folder.empty() && options.is_plain) {
+    return Status::invalid_argument("--keys and --plain exclude each other; give one of them");
+  }
+  if (!options.keys_folder.empty()) return net::TlsContext::load(options.keys_folder, role);
+  const std::string mend = "make keys with 'tessera-keys init cluster' and 'tessera-keys add cluster " + role +
+                           " NAME', then pass --keys cluster/NAME";
+  if (!net::is_loopback(endpoint)) {
+    return Status::invalid_argument(endpoint.text() + " is not loopback, so it needs keys: " + mend);
+  }
+  if (!options.is_plain) {
+    return Status::invalid_argument(endpoint.text() + " needs --keys DIR, or --plain (loopback only): " + mend);
+  }
+  return std::shared_ptr<net::TlsContext>();
+}
+
+MasterHost::MasterHost() = default;
+
+Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& options, bool serves_applications) {
+  std::unique_ptr<MasterHost> host(new MasterHost);
+  FrameLoopOptions loop_options;
+  loop_options.prefetch_per_thread = options.prefetch_per_thread;
+  loop_options.frames_in_flight = options.frames_in_flight;
+  loop_options.slaves_min = options.slaves_min;
+  loop_options.isa = options.isa;
+  loop_options.is_isa_mixed = options.is_isa_mixed;
+  loop_options.serves_applications = serves_applications;
+  host->io_.run_and_wait([&] { host->frame_loop_ = std::make_unique<FrameLoop>(host->io_, loop_options); });
+  if (!options.listen.empty()) TESSERA_RETURN_IF_ERROR(host->listen_at(options));
+  TESSERA_RETURN_IF_ERROR(host->start_local_slaves(options));
+  return host;
+}
+
+MasterHost::~MasterHost() {
+  for (auto& slave : slaves_) slave->stop();
+  io_.run_and_wait([this] {
+    listener_.reset();
+    if (frame_loop_) frame_loop_->shutdown();
+  });
+  slaves_.clear();
+  if (slave_io_) slave_io_->stop();
+  io_.run_and_wait([this] { frame_loop_.reset(); });
+  io_.stop();
+}
+
+Status MasterHost::listen_at(const SessionOptions& options) {
+  auto endpoint = net::parse_endpoint(options.listen);
+  if (!endpoint.is_ok()) return Status::invalid_argument("--listen " + endpoint.status().message());
+  auto tls = credentials(options, *endpoint, "master");
+  if (!tls.is_ok()) return {tls.status().code(), "--listen " + tls.status().message()};
+  Status status;
+  io_.run_and_wait([&] {
+    auto listener = net::listen(io_, *endpoint, *tls, [this](net::ConnectionPtr connection) {
+      frame_loop_->accept(std::move(connection), listener_.get());
+    });
+    if (listener.is_ok()) {
+      listener_ = std::move(*listener);
+    } else {
+      status = listener.status();
+    }
+  });
+  if (status.is_ok()) {
+    endpoint->port = listen_port();
+    log_info("listening", "waiting for slaves at " + endpoint->text(),
+             {{"link", *tls ? "tls" : "plain"}, {"port", std::to_string(listen_port())}});
+  }
+  return status;
+}
+
+slave::LinkFactory MasterHost::local_link_factory() {
+  return [this](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
+    auto [ours, theirs] = net::make_local_pair(io_, *slave_io_);
+    io_.post([this, ours = ours] { frame_loop_->accept(ours, nullptr); });
+    slave_io_->post([theirs = theirs, on_connected] { on_connected(theirs); });
+    return std::unique_ptr<net::ConnectAttempt>();
+  };
+}
+
+Status MasterHost::start_local_slaves(const SessionOptions& options) {
+  if (options.local_slaves <= 0) return Status::ok();
+  const IsaMask supported = core::supported_isas();
+  if (options.isa && (supported & isa_bit(*options.isa)) == 0) {
+    std::string names;
+    for (int i = 0; i < 4; ++i) {
+      if (supported >> i & 1u) names += " " + std::string(isa_name(static_cast<Isa>(i)));
+    }
+    return Status::invalid_argument("--isa " + std::string(isa_name(*options.isa)) +
+                                    ": this CPU does not have it; it has:" + names);
+  }
+  const int threads_all = options.local_threads > 0 ? options.local_threads : available_cpu_count();
+  slave_io_ = std::make_unique<net::IoThread>("slave-net");
+  for (int i = 0; i < options.local_slaves; ++i) {
+    slave::SlaveOptions slave_options;
+    slave_options.name = "local-" + std::to_string(i + 1);
+    slave_options.threads = std::clamp(
+        threads_all / options.local_slaves + (i < threads_all % options.local_slaves ? 1 : 0), 1, kWorkersMax);
+    slave_options.isas = supported;
+    slaves_.push_back(std::make_unique<slave::SlaveNode>(*slave_io_, slave_options, local_link_factory()));
+    slaves_.back()->start([](const Status& status) { log_error("local-slave-ended", status.message()); });
+  }
+  return Status::ok();
+}
+
+ClusterStatus MasterHost::status() {
+  ClusterStatus status;
+  io_.run_and_wait([&] { status = frame_loop_->status(); });
+  return status;
+}
+
+}  // namespace tessera::master

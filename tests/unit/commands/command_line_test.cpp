@@ -1,0 +1,73 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "master/commands/options.h"
+
+namespace tessera::master {
+namespace {
+
+ParsedCommandLine parse(std::vector<const char*> words) {
+  words.insert(words.begin(), "tessera-master");
+  return parse_command_line(static_cast<int>(words.size()), words.data());
+}
+
+TEST(CommandLine, WrongUsageIsExitCodeTwo) {
+  const std::vector<std::vector<const char*>> wrong = {
+      {},
+      {"dance"},
+      {"render", "a.obj"},
+      {"render", "a.obj", "-o", "x.png", "--bogus"},
+      {"render", "a.obj", "-o", "x.png", "--size", "0x0"},
+      {"render", "a.obj", "-o", "x.png", "--size", "99999x10"},
+      {"render", "a.obj", "-o", "x.png", "--size", "640"},
+      {"render", "a.obj", "-o", "x.png", "--frames", "5:2"},
+      {"render", "a.obj", "-o", "x.png", "--tile", "0"},
+      {"render", "a.obj", "-o", "x.png", "--tile", "abc"},
+      {"render", "a.obj", "-o", "x.png", "--aa", "0"},
+      {"render", "a.obj", "-o", "x.png", "--isa", "mmx"},
+      {"render", "a.obj", "-o", "x.png", "--renderer", "igi"},
+      {"render", "a.obj", "-o", "x.png", "--frames-in-flight", "3"},
+      {"render", "a.obj", "-o", "x.png", "--slaves", "2"},
+      {"render", "a.obj", "-o", "x.png", "--connect", "nowhere"},
+      {"render", "a.obj", "-o", "x.png", "--keys", "k", "--plain"},
+      {"serve", "--log-level", "loud"},
+      {"status"},
+  };
+  for (const auto& words : wrong) {
+    std::string text;
+    for (const char* word : words) text += std::string(word) + " ";
+    EXPECT_EQ(parse(words).exit_code, 2) << text;
+  }
+}
+
+TEST(CommandLine, DefaultsAreThoseOfTheContract) {
+  const auto parsed = parse({"render", "builtin:cornell", "-o", "x.exr"});
+  ASSERT_FALSE(parsed.exit_code);
+  EXPECT_EQ(parsed.options.session.local_slaves, 1);
+  EXPECT_EQ(parsed.options.frame.width_px, 640);
+  EXPECT_EQ(parsed.options.frame.height_px, 480);
+  EXPECT_EQ(parsed.options.frame.pixel_format, PixelFormat::kFloat);
+  EXPECT_EQ(parsed.options.session.frames_in_flight, 2);
+  EXPECT_EQ(parsed.options.session.prefetch_per_thread, 3);
+  EXPECT_EQ(parse({"serve", "--plain"}).options.session.listen, "127.0.0.1:7400");
+  EXPECT_EQ(parse({"view", "builtin:cornell"}).options.frame.pixel_format, PixelFormat::kHalf);
+  EXPECT_EQ(parse({"render", "s.obj", "-o", "x.exr", "--listen", "127.0.0.1:0", "--plain"}).options.session.local_slaves, 0);
+}
+
+TEST(CommandLine, ConfigFileFillsWhatTheCommandLineLeavesOpen) {
+  const std::string path = testing::TempDir() + "tessera_config_test.toml";
+  std::ofstream(path) << "size = \"100x50\"\naa = 4\nplain = true\n";
+  const auto parsed = parse({"render", "s.obj", "-o", "x.exr", "--aa", "2", "--config", path.c_str()});
+  ASSERT_FALSE(parsed.exit_code);
+  EXPECT_EQ(parsed.options.frame.width_px, 100);
+  EXPECT_EQ(parsed.options.frame.samples_per_pixel, 2);  // the command line wins
+  EXPECT_TRUE(parsed.options.session.is_plain);
+  std::ofstream(path) << "sise = \"100x50\"\n";
+  EXPECT_EQ(parse({"render", "s.obj", "-o", "x.exr", "--config", path.c_str()}).exit_code, 2);
+  std::ofstream(path) << "size = = 3\n";
+  EXPECT_EQ(parse({"render", "s.obj", "-o", "x.exr", "--config", path.c_str()}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace tessera::master
