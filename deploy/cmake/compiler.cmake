@@ -1,6 +1,10 @@
 # Compiler settings shared by every target. tessera_warnings is linked PRIVATE by each of our own
 # targets; -ffp-contract=off is global, since an edge test contracted by the compiler leaks.
 include_directories(${CMAKE_SOURCE_DIR})
+# Programs and the plug-ins that they load lie side by side, so that both find each other in the
+# build tree; the install tree has its own places (deploy/cmake/install.cmake).
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 add_compile_options(-ffp-contract=off)
 set(CMAKE_CXX_VISIBILITY_PRESET hidden)
 set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)

@@ -9,26 +9,33 @@ namespace tessera::master {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kPoleRadians = kPi / 180;   // orbiting stops one degree before the up vector
-constexpr double kZoomPerStep = 0.9;         // distance factor of one wheel step
-constexpr double kScrollStepsMax = 100;      // of one event; more is a broken device
-constexpr double kFlySizesPerSecond = 0.4;   // scene diagonals
+constexpr double kPoleRadians = kPi / 180;  // orbiting stops one degree before the up vector
+constexpr double kZoomPerStep = 0.9;        // distance factor of one wheel step
+constexpr double kScrollStepsMax = 100;     // of one event; more is a broken device
+constexpr double kFlySizesPerSecond = 0.4;  // scene diagonals
 constexpr double kFlyFastFactor = 4;
 constexpr double kNearSizes = 1e-3, kFarSizes = 100;  // bounds of the distance, scene diagonals
-constexpr double kReachSizes = 1000;                  // how far the target may leave the scene's centre
-// eye and target must differ after rounding to float: 2^-24 of the coordinate per rounding, two roundings, and room for
-// a direction good to about four bits more.
+constexpr double kReachSizes = 1000;  // how far the target may leave the scene's centre
+// eye and target must differ after rounding to float: 2^-24 of the coordinate per rounding, two
+// roundings, and room for a direction good to about four bits more.
 constexpr double kNearOfCoordinate = 1.0 / (1 << 18);
 
 int fly_slot(Key key) {
   switch (key) {
-    case Key::kW: return 0;
-    case Key::kS: return 1;
-    case Key::kD: return 2;
-    case Key::kA: return 3;
-    case Key::kE: return 4;
-    case Key::kQ: return 5;
-    default: return -1;
+    case Key::kW:
+      return 0;
+    case Key::kS:
+      return 1;
+    case Key::kD:
+      return 2;
+    case Key::kA:
+      return 3;
+    case Key::kE:
+      return 4;
+    case Key::kQ:
+      return 5;
+    default:
+      return -1;
   }
 }
 
@@ -69,7 +76,8 @@ CameraControls::Vec3d CameraControls::add(Vec3d a, Vec3d b, double scale) {
   return {a.x + b.x * scale, a.y + b.y * scale, a.z + b.z * scale};
 }
 
-CameraControls::CameraControls(const Camera& home, const Bounds3f& bounds) : home_(home), camera_(home) {
+CameraControls::CameraControls(const Camera& home, const Bounds3f& bounds)
+    : home_(home), camera_(home) {
   const Vec3d eye = wide<Vec3d>(home.eye), target = wide<Vec3d>(home.target);
   const Vec3d offset = add(eye, target, -1);
   const double home_distance = std::sqrt(dot3(offset, offset));
@@ -88,7 +96,8 @@ CameraControls::CameraControls(const Camera& home, const Bounds3f& bounds) : hom
   front_ = unit3(add(offset, up_, -dot3(offset, up_)));
   side_ = cross3(up_, front_);
   adopt(home);
-  // Home may stand nearer, farther or steeper than the bounds would let a person go; then home is the bound.
+  // Home may stand nearer, farther or steeper than the bounds would let a person go; then home is
+  // the bound.
   distance_min_ = std::min(kNearSizes * scene_size_, home_distance);
   distance_max_ = std::max(kFarSizes * scene_size_, home_distance);
   polar_min_ = std::min(kPoleRadians, polar_);
@@ -128,7 +137,8 @@ void CameraControls::compose() {
   Camera next = home_;
   next.target = narrow(target_);
   next.eye = narrow(add(target_, offset_direction(), distance));
-  if (next == camera_) return;
+  if (next == camera_ || !is_finite(next.eye))
+    return;  // at the end of what a float holds: stand still
   camera_ = next;
   ++revision_;
 }
@@ -170,12 +180,9 @@ void CameraControls::fit() {
 
 void CameraControls::move_target(Vec3d direction, double distance) {
   const Vec3d moved = add(target_, direction, distance);
-  const Vec3d from_centre = add(moved, scene_centre_, -1);
-  const double far = std::sqrt(dot3(from_centre, from_centre));
-  const double reach = kReachSizes * scene_size_;
-  if (far <= reach) {
-    target_ = moved;  // NaN would not pass
-  }
+  const Vec3d before = add(target_, scene_centre_, -1), after = add(moved, scene_centre_, -1);
+  const double reach = std::max(kReachSizes * scene_size_, std::sqrt(dot3(before, before)));
+  if (std::sqrt(dot3(after, after)) <= reach) target_ = moved;  // NaN does not pass
 }
 
 bool CameraControls::is_flying() const {
@@ -186,7 +193,9 @@ void CameraControls::advance(double seconds) {
   if (!is_flying() || !(seconds > 0)) return;
   const double step = std::min(seconds, kStepSecondsMax) * kFlySizesPerSecond * scene_size_ *
                       (is_fast_ ? kFlyFastFactor : 1);
-  const auto sign = [this](std::size_t plus) { return double(is_down_[plus]) - double(is_down_[plus + 1]); };
+  const auto sign = [this](std::size_t plus) {
+    return double(is_down_[plus]) - double(is_down_[plus + 1]);
+  };
   move_target(offset_direction(), -step * sign(0));
   move_target(right(), step * sign(2));
   move_target(up_, step * sign(4));
@@ -195,13 +204,20 @@ void CameraControls::advance(double seconds) {
 
 ViewerCommand CameraControls::handle_key(const InputEvent& event) {
   if (event.has_control) return event.key == Key::kQ ? ViewerCommand::kQuit : ViewerCommand::kNone;
-  if (const int slot = fly_slot(event.key); slot >= 0) is_down_[static_cast<std::size_t>(slot)] = true;
+  if (const int slot = fly_slot(event.key); slot >= 0)
+    is_down_[static_cast<std::size_t>(slot)] = true;
   switch (event.key) {
-    case Key::kEscape: return ViewerCommand::kQuit;
-    case Key::kH: return ViewerCommand::kToggleHelp;
-    case Key::kO: return ViewerCommand::kToggleOverlay;
-    case Key::kT: return ViewerCommand::kToggleTint;
-    case Key::kF: fit(); return ViewerCommand::kNone;
+    case Key::kEscape:
+      return ViewerCommand::kQuit;
+    case Key::kH:
+      return ViewerCommand::kToggleHelp;
+    case Key::kO:
+      return ViewerCommand::kToggleOverlay;
+    case Key::kT:
+      return ViewerCommand::kToggleTint;
+    case Key::kF:
+      fit();
+      return ViewerCommand::kNone;
     case Key::kR:
       adopt(home_);
       if (!(camera_ == home_)) {
@@ -209,7 +225,8 @@ ViewerCommand CameraControls::handle_key(const InputEvent& event) {
         ++revision_;
       }
       return ViewerCommand::kNone;
-    default: return ViewerCommand::kNone;
+    default:
+      return ViewerCommand::kNone;
   }
 }
 
@@ -221,7 +238,8 @@ ViewerCommand CameraControls::handle(const InputEvent& event) {
       return handle_key(event);
     case Kind::kKeyUp:
       is_fast_ = event.has_shift;
-      if (const int slot = fly_slot(event.key); slot >= 0) is_down_[static_cast<std::size_t>(slot)] = false;
+      if (const int slot = fly_slot(event.key); slot >= 0)
+        is_down_[static_cast<std::size_t>(slot)] = false;
       break;
     case Kind::kButtonDown:
       if (drag_ != Drag::kNone || event.button == MouseButton::kOther) break;

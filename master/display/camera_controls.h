@@ -1,13 +1,15 @@
-// Turns input events into camera motion: orbit, pan, zoom, fly; and keys into commands for the viewer.
+// Turns input events into camera motion: orbit, pan, zoom, fly; and keys into commands for the
+// viewer.
 //
-// The camera is held as a target, a distance and two angles around the up vector of the first camera ("home"):
-// orbiting cannot change the distance, panning cannot change the direction, and the polar angle is bounded away
-// from both poles, so that the picture never flips.
+// The camera is held as a target, a distance and two angles around the up vector of the first
+// camera ("home"): orbiting cannot change the distance, panning cannot change the direction, and
+// the polar angle is bounded away from both poles, so that the picture never flips.
 //
 // Threads. One owner (the viewer's main thread).
 //
-// Invariants. camera() satisfies validate_camera() and has home's up vector and opening angle. Before the first motion,
-// and after kReset, it is home to the bit. revision() counts up exactly when camera() changed.
+// Invariants. camera() satisfies validate_camera() and has home's up vector and opening angle.
+// Before the first motion, and after kReset, it is home to the bit. revision() counts up exactly
+// when camera() changed.
 #pragma once
 
 #include <array>
@@ -23,7 +25,8 @@ enum class ViewerCommand { kNone, kQuit, kToggleHelp, kToggleOverlay, kToggleTin
 
 class CameraControls {
  public:
-  // Requires: home is valid. Empty or non-finite bounds: home's distance stands for the size of the scene.
+  // Requires: home is valid. Empty or non-finite bounds: home's distance stands for the size of the
+  // scene.
   CameraControls(const Camera& home, const Bounds3f& bounds);
 
   // Framebuffer size, pixels, at least 1 each: scales drags.
@@ -31,8 +34,8 @@ class CameraControls {
 
   ViewerCommand handle(const InputEvent& event);
 
-  // Flies on while fly keys are down. seconds: since the last call; longer than kStepSecondsMax counts as that, so that
-  // a stall does not become a leap.
+  // Flies on while fly keys are down. seconds: since the last call; longer than kStepSecondsMax
+  // counts as that, so that a stall does not become a leap.
   void advance(double seconds);
   bool is_flying() const;
 
@@ -64,14 +67,14 @@ class CameraControls {
   Camera camera_;
   std::uint64_t revision_ = 0;
 
-  double scene_size_ = 1;      // diagonal of the scene's box
+  double scene_size_ = 1;  // diagonal of the scene's box
   Vec3d scene_centre_;
   bool has_bounds_ = false;
-  Vec3d up_, side_, front_;    // orthonormal; angles are taken in it
+  Vec3d up_, side_, front_;  // orthonormal; angles are taken in it
   Vec3d target_;
-  double distance_ = 1;        // eye to target, in [distance_min_, distance_max_]
-  double azimuth_ = 0;         // radians, around up_, from front_ towards side_
-  double polar_ = 1.5;         // radians between up_ and offset, in [polar_min_, polar_max_]
+  double distance_ = 1;  // eye to target, in [distance_min_, distance_max_]
+  double azimuth_ = 0;   // radians, around up_, from front_ towards side_
+  double polar_ = 1.5;   // radians between up_ and offset, in [polar_min_, polar_max_]
   double distance_min_ = 0, distance_max_ = 1;
   double polar_min_ = 0, polar_max_ = 3;
 

@@ -1,4 +1,5 @@
-// What a person did at the window, free of any window library, so that the controls can be tested without one.
+// What a person did at the window, free of any window library, so that the controls can be tested
+// without one.
 //
 // Positions are in framebuffer pixels, x to the right, y downwards, origin at the top left.
 //
@@ -9,8 +10,17 @@ namespace tessera::master {
 
 enum class Key {
   kOther,
-  kW, kA, kS, kD, kQ, kE,  // fly
-  kH, kO, kT, kR, kF,      // commands
+  kW,
+  kA,
+  kS,
+  kD,
+  kQ,
+  kE,  // fly
+  kH,
+  kO,
+  kT,
+  kR,
+  kF,  // commands
   kEscape,
 };
 
@@ -18,11 +28,13 @@ enum class MouseButton { kOther, kLeft, kMiddle };
 
 struct InputEvent {
   enum class Kind {
-    kKeyDown, kKeyUp,      // key, has_shift, has_control
-    kButtonDown, kButtonUp,  // button, has_shift
-    kMove,                 // x_px, y_px
-    kScroll,               // scroll_steps: away from the person is positive
-    kFocusLost,            // every key and button counts as released
+    kKeyDown,
+    kKeyUp,  // key, has_shift, has_control
+    kButtonDown,
+    kButtonUp,   // button, has_shift
+    kMove,       // x_px, y_px
+    kScroll,     // scroll_steps: away from the person is positive
+    kFocusLost,  // every key and button counts as released
   };
   Kind kind = Kind::kFocusLost;
   Key key = Key::kOther;

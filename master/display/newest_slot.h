@@ -1,7 +1,8 @@
-// One place for the newest value: a writer replaces what was not taken yet, a reader takes it or finds nothing.
+// One place for the newest value: a writer replaces what was not taken yet, a reader takes it or
+// finds nothing.
 //
-// Threads. Any thread puts and takes. Nothing here waits longer than a move; the value that is replaced is destroyed
-// outside the lock (a frame's pixels may be large).
+// Threads. Any thread puts and takes. Nothing here waits longer than a move; the value that is
+// replaced is destroyed outside the lock (a frame's pixels may be large).
 #pragma once
 
 #include <cstdint>
@@ -27,6 +28,11 @@ class NewestSlot {
     MutexLock lock(mutex_);
     std::swap(value_, taken);
     return taken;
+  }
+
+  bool is_empty() const TESSERA_EXCLUDES(mutex_) {
+    MutexLock lock(mutex_);
+    return !value_.has_value();
   }
 
   std::uint64_t put_count() const TESSERA_EXCLUDES(mutex_) {

@@ -21,7 +21,9 @@ PixelRect letterbox(PixelSize picture, PixelSize window) {
 }
 
 ResizeDebounce::ResizeDebounce(PixelSize first, int side_max_px)
-    : side_max_px_(std::max(side_max_px, kSideMinPx)), settled_(clamped(first)), wanted_(settled_) {}
+    : side_max_px_(std::max(side_max_px, kSideMinPx)),
+      settled_(clamped(first)),
+      wanted_(settled_) {}
 
 PixelSize ResizeDebounce::clamped(PixelSize size) const {
   return {std::clamp(size.width_px, kSideMinPx, side_max_px_),

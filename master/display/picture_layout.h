@@ -1,5 +1,5 @@
-// Where the picture lies in the window, when the window's size counts, and what colour stands for a slave: the pure
-// part of drawing.
+// Where the picture lies in the window, when the window's size counts, and what colour stands for a
+// slave: the pure part of drawing.
 //
 // Threads. Plain values; ResizeDebounce has one owner.
 #pragma once
@@ -20,11 +20,12 @@ struct PixelSize {
   bool operator==(const PixelSize&) const = default;
 };
 
-// The greatest rectangle of the picture's aspect inside the window, centred; the whole window when the sizes agree.
-// Requires: all at least 1.
+// The greatest rectangle of the picture's aspect inside the window, centred; the whole window when
+// the sizes agree. Requires: all at least 1.
 PixelRect letterbox(PixelSize picture, PixelSize window);
 
-// A person drags the border through hundreds of sizes; frames are asked for in a size that has stood still.
+// A person drags the border through hundreds of sizes; frames are asked for in a size that has
+// stood still.
 class ResizeDebounce {
  public:
   static constexpr double kQuietSeconds = 0.15;
@@ -47,7 +48,8 @@ class ResizeDebounce {
   double changed_seconds_ = 0;
 };
 
-// sRGB-encoded, [0, 1]; neighbours in number are far apart in hue, the first 12 tell well from each other.
+// sRGB-encoded, [0, 1]; neighbours in number are far apart in hue, the first 12 tell well from each
+// other.
 std::array<float, 3> slave_colour(std::uint16_t ordinal);
 
 // How strongly a tint covers the picture.

@@ -1,0 +1,31 @@
+# The install tree: what no folder's own list lays out. Programs install themselves (bin/).
+include(GNUInstallDirs)
+
+# The session library's header and the headers that it includes, found by following them.
+function(tessera_install_headers header)
+  set(queue ${header})
+  set(found "")
+  while(queue)
+    list(POP_FRONT queue file)
+    if(file IN_LIST found OR NOT EXISTS ${CMAKE_SOURCE_DIR}/${file})
+      continue()
+    endif()
+    list(APPEND found ${file})
+    file(STRINGS ${CMAKE_SOURCE_DIR}/${file} lines REGEX "^#include \"")
+    foreach(line ${lines})
+      string(REGEX REPLACE "^#include \"([^\"]+)\".*" "\\1" included "${line}")
+      list(APPEND queue ${included})
+    endforeach()
+    get_filename_component(folder ${file} DIRECTORY)
+    install(FILES ${CMAKE_SOURCE_DIR}/${file}
+            DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tessera/${folder})
+  endwhile()
+endfunction()
+tessera_install_headers(master/session/session.h)
+
+file(GLOB units CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/systemd/*.service)
+install(FILES ${units} DESTINATION lib/systemd/system)
+file(GLOB samples CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/config/*.toml)
+install(FILES ${samples} DESTINATION ${CMAKE_INSTALL_DATADIR}/tessera)
+install(PROGRAMS ${CMAKE_CURRENT_SOURCE_DIR}/launch-slaves.sh
+        DESTINATION ${CMAKE_INSTALL_BINDIR} RENAME tessera-launch-slaves)

@@ -1,0 +1,174 @@
+#include "master/display/overlay.h"
+
+#include <imgui/backends/imgui_impl_glfw.h>
+#include <imgui/backends/imgui_impl_opengl3.h>
+#include <imgui/imgui.h>
+
+#include <cstddef>
+#include <string>
+
+#include "common/base/isa.h"
+#include "master/display/picture_layout.h"
+
+namespace tessera::master {
+
+namespace {
+
+constexpr std::size_t kSlaveRowsMax = 32;  // more would leave the window; the rest is counted
+
+constexpr ImGuiWindowFlags kPanelFlags =
+    ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings |
+    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav;
+
+void text(const std::string& words) { ImGui::TextUnformatted(words.c_str()); }
+
+void draw_speeds(const OverlayState& state) {
+  const ViewerFrame& frame = state.frame;
+  if (!frame.image) {
+    text("waiting for the first frame");
+    return;
+  }
+  const RayCounts& rays = frame.stats.rays;
+  const double ray_count = static_cast<double>(rays.primary + rays.shadow + rays.secondary);
+  const double seconds = frame.stats.seconds;
+  ImGui::Text("%.1f frames/s   %.1f Mrays/s", state.frames_per_second,
+              seconds > 0 ? ray_count / seconds * 1e-6 : 0.0);
+  ImGui::Text("latency %.1f ms   frame %.1f ms", frame.latency_seconds * 1e3, seconds * 1e3);
+  const std::string isa(isa_name(frame.stats.isa));
+  ImGui::Text("%dx%d   frame %llu   scene version %llu   %s%s", frame.image->width_px,
+              frame.image->height_px, static_cast<unsigned long long>(frame.stats.frame),
+              static_cast<unsigned long long>(frame.stats.scene_version), isa.c_str(),
+              frame.stats.is_mixed ? " (mixed)" : "");
+}
+
+// The row number is the slave's ordinal: the colour that its tiles are tinted with.
+void draw_slave_row(std::size_t ordinal, const SlaveStatus& slave, bool tints_tiles) {
+  ImGui::TableNextRow();
+  ImGui::TableNextColumn();
+  if (tints_tiles) {
+    const auto c = slave_colour(static_cast<std::uint16_t>(ordinal));
+    const float edge = ImGui::GetTextLineHeight();
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    ImGui::GetWindowDrawList()->AddRectFilled(
+        at, ImVec2(at.x + edge, at.y + edge),
+        ImGui::ColorConvertFloat4ToU32(ImVec4(c[0], c[1], c[2], 1)));
+    ImGui::Dummy(ImVec2(edge, edge));
+    ImGui::SameLine();
+  }
+  text(slave.name);
+  ImGui::TableNextColumn();
+  ImGui::Text("%u", slave.threads);
+  ImGui::TableNextColumn();
+  text(std::string(isa_name(slave.isa)));
+  ImGui::TableNextColumn();
+  ImGui::Text("%.0f %%", slave.utilisation * 100);
+  ImGui::TableNextColumn();
+  ImGui::Text("%llu", static_cast<unsigned long long>(slave.tiles_done));
+  ImGui::TableNextColumn();
+  ImGui::Text("%.2f ms", slave.rtt_seconds * 1e3);
+}
+
+void draw_slaves(const ClusterStatus& cluster, bool tints_tiles) {
+  if (cluster.slaves.empty()) {
+    text("no slaves");
+    return;
+  }
+  constexpr ImGuiTableFlags kFlags = ImGuiTableFlags_SizingFixedFit |
+                                     ImGuiTableFlags_BordersInnerV | ImGuiTableFlags_NoHostExtendX;
+  if (ImGui::BeginTable("slaves", 6, kFlags)) {
+    for (const char* title : {"slave", "threads", "isa", "busy", "tiles", "rtt"}) {
+      ImGui::TableSetupColumn(title);
+    }
+    ImGui::TableHeadersRow();
+    for (std::size_t i = 0; i < cluster.slaves.size() && i < kSlaveRowsMax; ++i) {
+      draw_slave_row(i, cluster.slaves[i], tints_tiles);
+    }
+    ImGui::EndTable();
+  }
+  if (cluster.slaves.size() > kSlaveRowsMax) {
+    text("and " + std::to_string(cluster.slaves.size() - kSlaveRowsMax) + " more");
+  }
+}
+
+void draw_panel(OverlayState& state) {
+  ImGui::SetNextWindowPos(ImVec2(10, 10), ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowBgAlpha(0.75f);
+  if (ImGui::Begin("tessera", nullptr, kPanelFlags)) {
+    draw_speeds(state);
+    ImGui::Separator();
+    draw_slaves(state.frame.cluster, state.tints_tiles);
+    ImGui::Separator();
+    ImGui::Checkbox("tint tiles by slave (t)", &state.tints_tiles);
+    ImGui::SameLine();
+    ImGui::Checkbox("help (h)", &state.shows_help);
+  }
+  ImGui::End();
+}
+
+void draw_help() {
+  const ImGuiIO& io = ImGui::GetIO();
+  ImGui::SetNextWindowPos(ImVec2(io.DisplaySize.x - 10, io.DisplaySize.y - 10), ImGuiCond_Always,
+                          ImVec2(1, 1));
+  ImGui::SetNextWindowBgAlpha(0.85f);
+  if (ImGui::Begin("help", nullptr, kPanelFlags | ImGuiWindowFlags_NoMove)) {
+    constexpr const char* kLines[][2] = {
+        {"left drag", "orbit"},
+        {"middle drag, shift + left drag", "pan"},
+        {"wheel", "zoom"},
+        {"w s   a d", "fly forward, back   left, right"},
+        {"e q", "fly up, down"},
+        {"shift + fly key", "faster"},
+        {"f", "fit the scene"},
+        {"r", "reset the camera"},
+        {"t", "tint tiles by slave"},
+        {"o", "overlay on, off"},
+        {"h", "this help on, off"},
+        {"Esc, Ctrl + Q", "quit"},
+    };
+    if (ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit)) {
+      for (const auto& line : kLines) {
+        ImGui::TableNextColumn();
+        ImGui::TextUnformatted(line[0]);
+        ImGui::TableNextColumn();
+        ImGui::TextUnformatted(line[1]);
+      }
+      ImGui::EndTable();
+    }
+  }
+  ImGui::End();
+}
+
+}  // namespace
+
+Overlay::Overlay(GLFWwindow* window) {
+  IMGUI_CHECKVERSION();
+  ImGui::CreateContext();
+  ImGui::GetIO().IniFilename = nullptr;  // nothing is written into the folder of the moment
+  ImGui::StyleColorsDark();
+  ImGui::GetStyle().WindowRounding = 4;
+  is_ready_ =
+      ImGui_ImplGlfw_InitForOpenGL(window, true) && ImGui_ImplOpenGL3_Init("#version 330 core");
+}
+
+Overlay::~Overlay() {
+  if (is_ready_) {
+    ImGui_ImplOpenGL3_Shutdown();
+    ImGui_ImplGlfw_Shutdown();
+  }
+  ImGui::DestroyContext();
+}
+
+void Overlay::draw(OverlayState& state) {
+  if (!is_ready_) return;
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui_ImplGlfw_NewFrame();
+  ImGui::NewFrame();
+  if (state.shows_overlay) draw_panel(state);
+  if (state.shows_help) draw_help();
+  ImGui::Render();
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+bool Overlay::is_mouse_over() const { return ImGui::GetIO().WantCaptureMouse; }
+
+}  // namespace tessera::master

@@ -1,0 +1,40 @@
+// Draws a frame into the window and reads the window back: all of OpenGL stands in picture_gl.cpp.
+//
+// The picture is one triangle that covers the letterbox rectangle; float and half frames stay
+// linear in the texture and are sRGB-encoded in the fragment shader, kDisplay8 is shown as it is. A
+// second texture holds one colour per tile. Scaled up, pixels stay squares; scaled down, they are
+// filtered.
+//
+// Threads. Main thread, with the window's context current from construction to destruction.
+#pragma once
+
+#include <memory>
+
+#include "common/base/status.h"
+#include "common/frame/frame_image.h"
+#include "master/display/picture_layout.h"
+
+namespace tessera::master {
+
+class PictureGl {
+ public:
+  // Requires: a current context of at least OpenGL 3.3. Returns: kUnavailable with the driver's
+  // words.
+  static Result<std::unique_ptr<PictureGl>> create();
+  virtual ~PictureGl() = default;
+
+  // Greatest side of a picture that show() takes, pixels.
+  virtual int side_max_px() const = 0;
+
+  // Takes over a frame's pixels (copies them to the display). Returns: kResourceExhausted when it
+  // is too large, kInternal when its bytes do not fit its size; then the picture before stays.
+  virtual Status show(const FrameImage& image) = 0;
+
+  // Clears the window and draws the picture (if any) letterboxed. Requires: sides at least 1.
+  virtual void draw(PixelSize window, bool tints_tiles) = 0;
+
+  // The window as drawn, before it is swapped: kDisplay8, rows from the top.
+  virtual FrameImage read_back(PixelSize window) = 0;
+};
+
+}  // namespace tessera::master

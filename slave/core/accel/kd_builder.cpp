@@ -1,0 +1,215 @@
+#include "slave/core/accel/kd_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "slave/core/accel/sah_split.h"
+#include "slave/core/parallel/run_tasks.h"
+
+namespace tessera::core {
+namespace {
+
+// A subtree is handed to a task of its own from this size down or from this depth on: enough tasks
+// to keep 16 threads busy, few enough that the serial top stays small.
+constexpr std::size_t kTaskRefsMax = 8192;
+constexpr int kTaskDepth = 7;
+
+void set_axis(Vec3f& v, int axis, float value) {
+  (axis == 0 ? v.x : axis == 1 ? v.y : v.z) = value;
+}
+
+struct Voxel {
+  Bounds3f bounds;
+  std::vector<std::uint32_t> refs;
+  std::uint64_t budget = 0;  // entries that the leaves below may have in all; at least refs.size()
+  int depth = 0;
+};
+
+// A finished part of the tree; indices count from its own first node and entry.
+struct Fragment {
+  std::vector<KdNode> nodes;
+  std::vector<std::uint32_t> refs;
+};
+
+struct Shared {
+  std::span<const Bounds3f> boxes;
+  const KdBuildConfig& config;
+  const std::atomic<bool>* is_cancelled;
+  int depth_max;
+
+  bool cancelled() const {
+    return is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed);
+  }
+};
+
+KdNode inner_node(int axis, float split, std::size_t child) {
+  KdNode node;
+  node.tag_and_index = static_cast<std::uint32_t>(child << 2) | static_cast<std::uint32_t>(axis);
+  node.split = split;
+  return node;
+}
+
+void make_leaf(const Voxel& voxel, std::size_t slot, Fragment& out) {
+  KdNode node;
+  node.tag_and_index = static_cast<std::uint32_t>(out.refs.size() << 2) | kKdLeafTag;
+  node.count = static_cast<std::uint32_t>(voxel.refs.size());
+  out.nodes[slot] = node;
+  out.refs.insert(out.refs.end(), voxel.refs.begin(), voxel.refs.end());
+}
+
+// Splits the voxel in two. Returns false, with the children untouched, when it should be a leaf.
+bool split_voxel(const Shared& shared, Voxel& voxel, SahScratch& scratch, SahSplit& split,
+                 Voxel (&child)[2]) {
+  if (voxel.depth >= shared.depth_max) return false;
+  split = choose_split(shared.boxes, voxel.refs, voxel.bounds, shared.config, scratch);
+  if (split.axis < 0) return false;
+  std::size_t count[2] = {0, 0};
+  for (const std::uint32_t r : voxel.refs) {
+    const float lower = shared.boxes[r].lower[split.axis],
+                upper = shared.boxes[r].upper[split.axis];
+    count[0] += goes_below(lower, split.plane, upper) ? 1u : 0u;
+    count[1] += goes_above(split.plane, upper) ? 1u : 0u;
+  }
+  const std::uint64_t total = count[0] + count[1];
+  if (total > voxel.budget) return false;
+  for (int side = 0; side < 2; ++side) {
+    child[side].bounds = voxel.bounds;
+    child[side].depth = voxel.depth + 1;
+    child[side].refs.clear();
+    child[side].refs.reserve(count[side]);
+  }
+  set_axis(child[0].bounds.upper, split.axis, split.plane);
+  set_axis(child[1].bounds.lower, split.axis, split.plane);
+  for (const std::uint32_t r : voxel.refs) {
+    const float lower = shared.boxes[r].lower[split.axis],
+                upper = shared.boxes[r].upper[split.axis];
+    if (goes_below(lower, split.plane, upper)) child[0].refs.push_back(r);
+    if (goes_above(split.plane, upper)) child[1].refs.push_back(r);
+  }
+  const std::uint64_t spare = voxel.budget - (child[0].refs.size() + child[1].refs.size());
+  const std::uint64_t n0 = child[0].refs.size(), n1 = child[1].refs.size();
+  const std::uint64_t spare0 = n0 + n1 == 0 ? 0 : spare / (n0 + n1) * n0;
+  child[0].budget = n0 + spare0;
+  child[1].budget = n1 + (spare - spare0);
+  voxel.refs = {};  // free before the children are built: memory stays O(n) per level of depth
+  return true;
+}
+
+// Recursion is bounded by depth_max <= kKdDepthMax.
+void build_subtree(const Shared& shared, Voxel voxel, std::size_t slot, SahScratch& scratch,
+                   Fragment& out) {
+  if (voxel.refs.size() > 256 && shared.cancelled()) return;
+  SahSplit split;
+  Voxel child[2];
+  if (!split_voxel(shared, voxel, scratch, split, child)) {
+    make_leaf(voxel, slot, out);
+    return;
+  }
+  const std::size_t first = out.nodes.size();
+  out.nodes.resize(first + 2);
+  out.nodes[slot] = inner_node(split.axis, split.plane, first);
+  build_subtree(shared, std::move(child[0]), first, scratch, out);
+  build_subtree(shared, std::move(child[1]), first + 1, scratch, out);
+}
+
+struct Task {
+  Voxel voxel;
+  std::size_t slot;  // of the top fragment, to be replaced by the subtree's root
+  Fragment result;
+};
+
+void build_top(const Shared& shared, Voxel voxel, std::size_t slot, SahScratch& scratch,
+               Fragment& top, std::vector<Task>& tasks) {
+  if (shared.cancelled()) return;
+  if (voxel.refs.size() <= kTaskRefsMax || voxel.depth >= kTaskDepth) {
+    tasks.push_back({std::move(voxel), slot, {}});
+    return;
+  }
+  SahSplit split;
+  Voxel child[2];
+  if (!split_voxel(shared, voxel, scratch, split, child)) {
+    make_leaf(voxel, slot, top);
+    return;
+  }
+  const std::size_t first = top.nodes.size();
+  top.nodes.resize(first + 2);
+  top.nodes[slot] = inner_node(split.axis, split.plane, first);
+  build_top(shared, std::move(child[0]), first, scratch, top, tasks);
+  build_top(shared, std::move(child[1]), first + 1, scratch, top, tasks);
+}
+
+// Appends a subtree behind the top; its root takes the slot that the top kept for it.
+void append(Fragment& top, std::size_t slot, const Fragment& part) {
+  const std::size_t node_base = top.nodes.size() - 1;  // part's node 1 lands at the end of top
+  const std::size_t ref_base = top.refs.size();
+  const auto moved = [&](KdNode node) {
+    const bool is_leaf = (node.tag_and_index & 3u) == kKdLeafTag;
+    node.tag_and_index += static_cast<std::uint32_t>((is_leaf ? ref_base : node_base) << 2);
+    return node;
+  };
+  top.nodes[slot] = moved(part.nodes[0]);
+  for (std::size_t n = 1; n < part.nodes.size(); ++n) top.nodes.push_back(moved(part.nodes[n]));
+  top.refs.insert(top.refs.end(), part.refs.begin(), part.refs.end());
+}
+
+Result<KdTree> build(std::span<const Bounds3f> boxes, const KdBuildControl& control,
+                     const KdBuildConfig& config) {
+  Voxel root;
+  for (std::size_t p = 0; p < boxes.size(); ++p) {
+    if (boxes[p].is_empty()) continue;
+    root.bounds.grow(boxes[p]);
+    root.refs.push_back(static_cast<std::uint32_t>(p));
+  }
+  if (root.refs.empty()) return KdTree();
+  const Bounds3f bounds = root.bounds;
+  root.budget = std::uint64_t{config.refs_per_primitive_max} * root.refs.size() + 64;
+  const double log2_count = std::log2(static_cast<double>(root.refs.size()));
+  Shared shared{boxes, config, control.is_cancelled,
+                std::min(kKdDepthMax, static_cast<int>(8 + 1.3 * log2_count))};
+  Fragment top;
+  top.nodes.resize(1);
+  std::vector<Task> tasks;
+  SahScratch scratch;
+  build_top(shared, std::move(root), 0, scratch, top, tasks);
+  run_tasks(static_cast<int>(tasks.size()), control.thread_count, [&](int i) {
+    Task& task = tasks[static_cast<std::size_t>(i)];
+    SahScratch own;
+    task.result.nodes.resize(1);
+    build_subtree(shared, std::move(task.voxel), 0, own, task.result);
+  });
+  if (shared.cancelled()) return Status::cancelled("the build of the spatial index was cancelled");
+  std::uint64_t node_count = top.nodes.size(), ref_count = top.refs.size();
+  for (const Task& task : tasks) {
+    node_count += task.result.nodes.size();
+    ref_count += task.result.refs.size();
+  }
+  if (node_count > kKdIndexMax || ref_count > kKdIndexMax) {
+    return Status::resource_exhausted("the spatial index of " + std::to_string(boxes.size()) +
+                                      " triangles has more than 2^30 entries: split the scene");
+  }
+  top.nodes.reserve(node_count);
+  top.refs.reserve(ref_count);
+  for (Task& task : tasks) {
+    append(top, task.slot, task.result);
+    task.result = {};
+  }
+  return KdTree(bounds, std::move(top.nodes), std::move(top.refs));
+}
+
+}  // namespace
+
+Result<KdTree> build_kd_tree(std::span<const Bounds3f> boxes, const KdBuildControl& control,
+                             const KdBuildConfig& config) {
+  try {
+    return build(boxes, control, config);
+  } catch (const std::bad_alloc&) {
+    return Status::resource_exhausted("no memory for the spatial index of " +
+                                      std::to_string(boxes.size()) + " triangles");
+  }
+}
+
+}  // namespace tessera::core

@@ -1,0 +1,40 @@
+// Builds a kd-tree from boxes by the surface area heuristic (SAH).
+//
+// Method. MacDonald and Booth, "Heuristics for ray tracing using space subdivision", 1990, with the
+// empty-space bonus of Wald and Havran, "On building fast kd-trees for ray tracing, and on doing
+// that in O(N log N)", 2006. Many primitives: planes are tried at the borders of bins; few: at
+// every face of a box.
+//
+// Threads. The calling thread and up to thread_count - 1 more. The tree does not depend on their
+// number: the top of the tree is split into subtrees by counts alone, and each subtree is built by
+// one thread.
+#pragma once
+
+#include <atomic>
+#include <span>
+
+#include "common/base/status.h"
+#include "common/math/bounds3.h"
+#include "slave/core/accel/kd_tree.h"
+
+namespace tessera::core {
+
+struct KdBuildConfig {
+  float cost_traverse = 1.0f;   // cost of one step down, the unit
+  float cost_intersect = 0.2f;  // cost of one triangle test; measured, see README.md
+  float empty_bonus = 0.2f;     // share of cost forgiven to a split that cuts empty space off
+  std::uint32_t refs_per_primitive_max =
+      8;  // bound on memory: leaves list at most this often on average
+};
+
+struct KdBuildControl {
+  int thread_count = 1;                             // at least 1
+  const std::atomic<bool>* is_cancelled = nullptr;  // may be null; polled
+};
+
+// Shape: boxes [primitive_count]; an empty box keeps its number and stays out. Boxes are finite.
+// Returns: kCancelled; kResourceExhausted when nodes cannot address the result or memory ran out.
+Result<KdTree> build_kd_tree(std::span<const Bounds3f> boxes, const KdBuildControl& control,
+                             const KdBuildConfig& config = {});
+
+}  // namespace tessera::core

@@ -1,0 +1,38 @@
+// Chooses the split plane of one voxel by the surface area heuristic. Pure; scratch memory is the
+// caller's.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/math/bounds3.h"
+
+namespace tessera::core {
+
+struct KdBuildConfig;
+
+// Memory reused from voxel to voxel; owned by one thread.
+struct SahScratch {
+  std::vector<float> lowers, uppers,
+      flats;  // faces on one axis, sorted; flats: boxes of zero thickness
+};
+
+struct SahSplit {
+  int axis = -1;  // -1: no plane is cheaper than a leaf
+  float plane = 0;
+  float cost = 0;
+};
+
+// The part of a primitive on one axis of a voxel decides its side. A flat box in the plane goes
+// below.
+inline bool goes_below(float lower, float plane, float upper) {
+  return lower < plane || (lower == plane && upper == plane);
+}
+inline bool goes_above(float plane, float upper) { return upper > plane; }
+
+// Shape: refs [count], numbers into boxes. Requires: every box touches the voxel.
+SahSplit choose_split(std::span<const Bounds3f> boxes, std::span<const std::uint32_t> refs,
+                      const Bounds3f& voxel, const KdBuildConfig& config, SahScratch& scratch);
+
+}  // namespace tessera::core

@@ -1,0 +1,32 @@
+// Entry points of the kernels for one instruction set. All other code calls through this table. The
+// set is a property of the frame, so it is an argument and no global choice: slaves of one process
+// may differ. A call covers a bundle, so its indirect jump costs well under 1 % of the work.
+//
+// Threads. Tables are constant; kernels read the scene and write only what they are given.
+#pragma once
+
+#include "common/base/isa.h"
+#include "slave/core/kernel/bundle_layout.h"
+#include "slave/core/kernel/scene_view_layout.h"
+
+namespace tessera::core {
+
+struct KernelTable {
+  Isa isa;
+  int lane_count;  // rays per register: 1, 4, 8, 16
+
+  // Closest hit of every active ray; of hits at equal t the lowest primitive number. Inactive rays
+  // become misses. A ray's answer does not depend on its companions.
+  void (*trace_closest)(const SceneView& scene, const RayBundle& rays, HitBundle& hits);
+
+  // Returns the bits of the active rays that something blocks.
+  uint32_t (*trace_occluded)(const SceneView& scene, const RayBundle& rays);
+};
+
+// Requires: isa is in supported_isas().
+const KernelTable& kernels_for(Isa isa);
+
+// Instruction sets compiled into this build, whether this CPU has them or not.
+IsaMask compiled_isas();
+
+}  // namespace tessera::core

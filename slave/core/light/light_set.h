@@ -1,0 +1,44 @@
+// What sheds light in one scene version: lights without extent, and triangles that emit.
+//
+// Threads. Filled once, then read by any thread.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/scene/scene.h"
+#include "slave/core/geometry/triangle_store.h"
+
+namespace tessera::core {
+
+// Up to this many emitting triangles each get all light samples of a pixel; above it the samples
+// are shared out by power, so that cost does not grow with the number of emitters.
+inline constexpr std::size_t kEmittersEachMax = 64;
+
+struct Emitter {
+  Vec3f a, edge_b, edge_c;  // A, B - A, C - A, world units
+  Vec3f normal;             // unit, along (B - A) x (C - A): the side that emits
+  Vec3f emission;           // radiance
+  float area = 0;           // greater than 0
+  float share = 1;          // chance to be picked, where samples are shared out
+};
+
+struct LightSet {
+  std::vector<Light> lights;  // direction normalised
+  std::vector<Emitter> emitters;
+  std::vector<float>
+      cumulative;  // [emitter_count]; ends at 1; empty where every emitter is sampled
+
+  bool is_empty() const { return lights.empty() && emitters.empty(); }
+  bool is_shared_out() const { return !cumulative.empty(); }
+  // Requires: is_shared_out(), 0 <= x < 1.
+  const Emitter& pick(float x) const;
+};
+
+// Shape: boxes as make_triangle_store() left them; triangles that stayed out of the tree do not
+// emit.
+LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
+                        std::span<const Bounds3f> boxes);
+
+}  // namespace tessera::core

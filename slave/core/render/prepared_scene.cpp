@@ -1,0 +1,86 @@
+#include "slave/core/render/prepared_scene.h"
+
+#include <new>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "common/base/check.h"
+#include "slave/core/accel/kd_builder.h"
+#include "slave/core/render/prepared_scene_impl.h"
+
+namespace tessera::core {
+namespace {
+
+SurfaceFeatures features_of(const Scene& scene) {
+  SurfaceFeatures features;
+  for (const auto& mesh : scene.meshes) features.has_normals |= !mesh->normals.empty();
+  for (const Material& material : scene.materials) {
+    features.has_textures |= material.albedo_texture != kNoTexture;
+  }
+  return features;
+}
+
+Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
+                                                           const BuildOptions& options) {
+  const std::uint64_t count = scene.triangle_count();
+  if (count > kKdIndexMax) {
+    return Status::resource_exhausted("the scene has " + std::to_string(count) +
+                                      " triangles, more than 2^30: split it");
+  }
+  auto impl = std::make_unique<PreparedScene::Impl>();
+  std::vector<Bounds3f> boxes;
+  impl->triangles = make_triangle_store(scene, boxes);
+  Result<KdTree> tree = build_kd_tree(boxes, {options.threads, options.is_cancelled});
+  if (!tree.is_ok()) return tree.status();
+  impl->tree = std::move(*tree);
+  impl->lights = make_light_set(scene, impl->triangles, boxes);
+  impl->features = features_of(scene);
+  impl->meshes = scene.meshes;
+  impl->textures = scene.textures;
+  impl->materials = scene.materials;
+  impl->instances = scene.instances;
+  return std::shared_ptr<const PreparedScene>(std::make_shared<PreparedScene>(std::move(impl)));
+}
+
+}  // namespace
+
+SceneView PreparedScene::Impl::view() const {
+  const Bounds3f& b = tree.bounds();
+  return {tree.nodes().data(),
+          tree.primitive_refs().data(),
+          triangles.vertices.data(),
+          {b.lower.x, b.lower.y, b.lower.z},
+          {b.upper.x, b.upper.y, b.upper.z}};
+}
+
+Result<std::shared_ptr<const PreparedScene>> PreparedScene::build(const Scene& scene,
+                                                                  const BuildOptions& options) {
+  TESSERA_CHECK_GE(options.threads, 1);
+  try {
+    return build_checked(scene, options);
+  } catch (const std::bad_alloc&) {
+    return Status::resource_exhausted("no memory to prepare a scene of " +
+                                      std::to_string(scene.triangle_count()) + " triangles");
+  }
+}
+
+PreparedScene::PreparedScene(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+PreparedScene::~PreparedScene() = default;
+
+std::uint64_t PreparedScene::triangle_count() const { return impl_->triangles.triangle_count(); }
+std::uint64_t PreparedScene::degenerate_count() const { return impl_->triangles.degenerate_count; }
+
+std::uint64_t PreparedScene::memory_bytes() const {
+  std::uint64_t bytes = sizeof(Impl) + impl_->tree.memory_bytes();
+  bytes += impl_->triangles.vertices.capacity() * sizeof(float);
+  bytes += impl_->lights.emitters.capacity() * sizeof(Emitter);
+  for (const auto& mesh : impl_->meshes) {
+    bytes += mesh->positions.size() * sizeof(Vec3f) + mesh->normals.size() * sizeof(Vec3f);
+    bytes += mesh->uvs.size() * sizeof(Vec2f) + mesh->triangles.size() * 3 * sizeof(std::uint32_t);
+  }
+  for (const auto& texture : impl_->textures) bytes += texture->rgba.size();
+  return bytes;
+}
+
+}  // namespace tessera::core

@@ -1,0 +1,35 @@
+// The inside of PreparedScene, for the renderer, tests and tools that trace rays of their own.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "slave/core/accel/kd_tree.h"
+#include "slave/core/geometry/triangle_store.h"
+#include "slave/core/kernel/scene_view_layout.h"
+#include "slave/core/light/light_set.h"
+#include "slave/core/render/prepared_scene.h"
+
+namespace tessera::core {
+
+// What the scene at hand uses; shading skips the rest.
+struct SurfaceFeatures {
+  bool has_textures = false;
+  bool has_normals = false;
+};
+
+struct PreparedScene::Impl {
+  TriangleStore triangles;
+  KdTree tree;
+  LightSet lights;
+  SurfaceFeatures features;
+  std::vector<std::shared_ptr<const Mesh>> meshes;
+  std::vector<std::shared_ptr<const Texture>> textures;
+  std::vector<Material> materials;
+  std::vector<Instance> instances;
+
+  // Valid as long as this object lives.
+  SceneView view() const;
+};
+
+}  // namespace tessera::core

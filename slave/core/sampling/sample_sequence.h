@@ -1,0 +1,68 @@
+// Counter-based samples: a pure function of (seed, pixel, dimension, index), so that a pixel is the
+// same in every tile, on every slave and at every attempt.
+//
+// The sequence is the (0,2)-sequence of van der Corput and Sobol with random digit scrambling,
+// after Kollig and Keller, "Efficient multidimensional sampling", 2002. Any run of 2^k indices from
+// a multiple of 2^k is stratified in all elementary intervals of area 2^-k.
+#pragma once
+
+#include <cstdint>
+
+#include "common/math/vec3.h"
+
+namespace tessera::core {
+
+// A 32-bit mix with full avalanche (the finaliser of MurmurHash3; Appleby 2011).
+constexpr std::uint32_t mix_bits(std::uint32_t h) {
+  h ^= h >> 16;
+  h *= 0x85ebca6bu;
+  h ^= h >> 13;
+  h *= 0xc2b2ae35u;
+  h ^= h >> 16;
+  return h;
+}
+
+constexpr std::uint32_t hash_combine(std::uint32_t h, std::uint32_t value) {
+  return mix_bits(h ^ (value + 0x9e3779b9u + (h << 6) + (h >> 2)));
+}
+
+// 24 high bits to [0, 1): exact, never 1.
+constexpr float unit_float(std::uint32_t bits) {
+  return static_cast<float>(bits >> 8) * (1.0f / 16777216.0f);
+}
+
+constexpr std::uint32_t van_der_corput_bits(std::uint32_t i) {
+  i = (i << 16) | (i >> 16);
+  i = ((i & 0x00ff00ffu) << 8) | ((i & 0xff00ff00u) >> 8);
+  i = ((i & 0x0f0f0f0fu) << 4) | ((i & 0xf0f0f0f0u) >> 4);
+  i = ((i & 0x33333333u) << 2) | ((i & 0xccccccccu) >> 2);
+  return ((i & 0x55555555u) << 1) | ((i & 0xaaaaaaaau) >> 1);
+}
+
+constexpr std::uint32_t sobol2_bits(std::uint32_t i) {
+  std::uint32_t r = 0;
+  for (std::uint32_t v = 1u << 31; i != 0; i >>= 1, v ^= v >> 1) {
+    if ((i & 1u) != 0) r ^= v;
+  }
+  return r;
+}
+
+// Independent scramble of one use of one pixel; dimensions are numbered by the renderer.
+constexpr std::uint32_t pixel_key(std::uint32_t seed, int x_px, int y_px, std::uint32_t dimension) {
+  std::uint32_t h = mix_bits(seed ^ 0x5bd1e995u);
+  h = hash_combine(h, static_cast<std::uint32_t>(x_px));
+  h = hash_combine(h, static_cast<std::uint32_t>(y_px));
+  return hash_combine(h, dimension);
+}
+
+// Point `index` of the sequence scrambled by key, in [0, 1)^2.
+inline Vec2f sample_2d(std::uint32_t key, std::uint32_t index) {
+  return {unit_float(van_der_corput_bits(index) ^ key),
+          unit_float(sobol2_bits(index) ^ mix_bits(key))};
+}
+
+inline float sample_1d(std::uint32_t key, std::uint32_t index) {
+  return unit_float(van_der_corput_bits(index) ^ key);
+}
+
+}  // namespace tessera::core

@@ -1,0 +1,38 @@
+// One frame as a slave knows it between FrameBegin and FrameEnd, shared by its tiles: a tile holds its
+// frame, the frame its prepared scene, so that older scenes live as long as tiles need them.
+//
+// Threads. Immutable after construction, apart from is_cancelled, which any thread may set.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+
+#include "common/frame/tile_grid.h"
+#include "common/wire/messages.h"
+#include "slave/core/render/prepared_scene.h"
+
+namespace tessera::slave {
+
+struct FrameWork {
+  FrameWork(const wire::FrameBegin& frame_begin, std::shared_ptr<const core::PreparedScene> prepared,
+            std::uint64_t session_generation)
+      : begin(frame_begin),
+        scene(std::move(prepared)),
+        grid(begin.settings.width_px, begin.settings.height_px, begin.settings.tile_edge_px),
+        generation(session_generation) {}
+
+  const wire::FrameBegin begin;
+  const std::shared_ptr<const core::PreparedScene> scene;  // null: version was retired meanwhile
+  const TileGrid grid;
+  const std::uint64_t generation;  // which session of ours it belongs to
+  std::atomic<bool> is_cancelled{false};
+};
+
+struct TileJob {
+  std::shared_ptr<FrameWork> frame;
+  TileIndex tile = 0;
+  Attempt attempt = 0;
+};
+
+}  // namespace tessera::slave

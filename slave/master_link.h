@@ -1,0 +1,87 @@
+// The two connections of a slave to its master as one thing that is either there or not: connects,
+// shakes hands, keeps both alive, and starts over with growing pauses when either is lost.
+//
+//   idle -> tile link -> Hello/Welcome -> scene link -> Join/Joined -> ready -> (lost) -> idle
+//
+// Threads. The io thread only, construction and destruction included. Callbacks come on it, too, and never
+// from inside start(), send_*() or leave().
+// Invariants. (1) on_ready and on_lost alternate. (2) After leave() no callback follows.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+
+#include "common/net/connection.h"
+#include "common/wire/messages.h"
+#include "slave/backoff.h"
+#include "slave/liveness.h"
+#include "slave/slave_node.h"
+
+namespace tessera::slave {
+
+struct MasterLinkEvents {
+  std::function<void()> on_ready;
+  std::function<void()> on_lost;
+  // A status that is not ok is a breach of protocol: it is told to the master, and the session ends.
+  std::function<Status(wire::Message)> on_tile_message;
+  std::function<Status(wire::Message)> on_scene_message;
+  std::function<void()> on_drained;      // the tile connection takes bulk data again
+  std::function<void(Status)> on_fatal;  // trying again cannot help; nothing more is tried
+};
+
+class MasterLink {
+ public:
+  MasterLink(net::IoThread& io, wire::Hello hello, LinkFactory open_link, MasterLinkEvents events);
+  ~MasterLink();
+
+  void start();
+  void send_tile(wire::Message message);
+  void send_scene(wire::Message message);
+  std::uint64_t tile_queue_bytes() const;  // 0 when not ready
+
+  // Says goodbye and closes, sending what is queued for at most `grace`. Nothing is tried again.
+  void leave(const std::string& reason, std::chrono::milliseconds grace);
+
+ private:
+  enum class State { kIdle, kTileLink, kHello, kSceneLink, kJoin, kReady, kEnded };
+
+  void open(State next);
+  void on_opened(Result<net::ConnectionPtr> link);
+  void watch(const net::ConnectionPtr& link, bool is_scene);
+  void on_record(net::ReceivedRecord record, bool is_scene);
+  void on_message(wire::Message message, bool is_scene);
+  void on_welcome(const wire::Welcome& welcome);
+  void on_refused(const wire::Refuse& refuse);
+  void on_joined();
+  void on_tick();
+  bool keep_alive(net::Connection& link, Liveness& liveness, const char* which);
+  void break_off(const Status& why);  // our verdict: tells the master
+  void lose(const Status& why);       // closes both and waits for the next attempt
+  void lose_for(const Status& why, std::chrono::milliseconds pause);
+  void end_with(const Status& why);
+  void close_links(std::chrono::milliseconds grace);
+  void log_waiting(const Status& why, std::chrono::milliseconds pause);
+
+  net::IoThread& io_;
+  const wire::Hello hello_;
+  const LinkFactory open_link_;
+  const MasterLinkEvents events_;
+
+  State state_ = State::kIdle;
+  std::uint64_t generation_ = 0;  // of the attempt; what comes from an older one is ignored
+  Backoff backoff_;
+  std::unique_ptr<net::ConnectAttempt> attempt_;
+  net::ConnectionPtr tile_, scene_;
+  net::ConnectionPtr parting_tile_, parting_scene_;  // closing; kept until the next attempt
+  wire::Welcome welcome_;
+  Liveness tile_liveness_, scene_liveness_;
+  TimePoint handshake_deadline_{};
+  bool was_welcomed_ = false;  // in any session
+  bool was_wait_logged_ = false;
+  TimePoint wait_logged_{};
+  net::Timer tick_, retry_;
+  std::shared_ptr<int> alive_ = std::make_shared<int>(0);
+};
+
+}  // namespace tessera::slave

@@ -1,0 +1,99 @@
+#include "slave/render_service.h"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include "common/base/limits.h"
+#include "common/base/log.h"
+#include "common/frame/frame_image.h"
+#include "slave/core/render/tile_renderer.h"
+
+namespace tessera::slave {
+
+// Scratch of one render thread.
+class RenderService::Worker {
+ public:
+  core::TileRenderer renderer;
+  std::vector<float> rgb;
+};
+
+RenderService::RenderService(int threads, int tile_sleep_ms, OnDone on_done)
+    : tile_sleep_ms_(tile_sleep_ms), on_done_(std::move(on_done)), queue_(kTilesLeasedMax) {
+  {
+    MutexLock lock(mutex_);
+    workers_running_ = threads;
+  }
+  for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
+}
+
+RenderService::~RenderService() { stop(std::chrono::milliseconds(0), [] {}); }
+
+void RenderService::stop(std::chrono::milliseconds patience, const std::function<void()>& give_up) {
+  if (threads_.empty()) return;
+  queue_.close();
+  bool is_patient = true;
+  {
+    const TimePoint deadline = Clock::now() + patience;
+    MutexLock lock(mutex_);
+    while (workers_running_ > 0 && is_patient) {
+      is_patient = worker_ended_.wait_until(mutex_, deadline);
+    }
+  }
+  if (!is_patient) give_up();
+  for (std::thread& thread : threads_) thread.join();
+  threads_.clear();
+}
+
+void RenderService::work() {
+  {
+    Worker worker;
+    while (std::optional<TileJob> job = queue_.pop()) {
+      std::optional<wire::TileResult> result;
+      try {
+        if (!job->frame->is_cancelled) result = render(*job, worker);
+      } catch (const std::exception& e) {
+        log_error("tile-failed", std::string("a tile could not be rendered: ") + e.what(), {});
+      }
+      on_done_(*job, std::move(result));
+    }
+  }
+  MutexLock lock(mutex_);
+  --workers_running_;
+  worker_ended_.notify_all();
+}
+
+std::optional<wire::TileResult> RenderService::render(const TileJob& job, Worker& worker) {
+  const TimePoint began = Clock::now();
+  const wire::FrameBegin& begin = job.frame->begin;
+  const TileRect rect = job.frame->grid.rect(job.tile);
+  const std::size_t floats = 3 * static_cast<std::size_t>(rect.pixel_count());
+  if (worker.rgb.size() < floats) worker.rgb.resize(floats);
+  const std::span<float> rgb(worker.rgb.data(), floats);
+
+  wire::TileResult result;
+  if (tile_sleep_ms_ > 0) {
+    std::fill(rgb.begin(), rgb.end(), 0.0f);
+    const TimePoint until = began + std::chrono::milliseconds(tile_sleep_ms_);
+    while (Clock::now() < until && !job.frame->is_cancelled) {
+      std::this_thread::sleep_for(
+          std::min<Duration>(until - Clock::now(), std::chrono::milliseconds(5)));
+    }
+  } else {
+    result.rays = worker.renderer.render(*job.frame->scene, begin.settings, begin.isa, rect, rgb,
+                                         &job.frame->is_cancelled);
+  }
+  if (job.frame->is_cancelled) return std::nullopt;
+  result.pixels.resize(static_cast<std::size_t>(rect.pixel_count()) *
+                       static_cast<std::size_t>(bytes_per_pixel(begin.settings.pixel_format)));
+  encode_pixels(rgb, begin.settings.pixel_format, result.pixels);
+  result.frame = begin.frame;
+  result.version = begin.version;
+  result.tile = job.tile;
+  result.attempt = job.attempt;
+  result.seconds = seconds(Clock::now() - began);
+  result.starved_seconds = queue_.take_starved_seconds();
+  return result;
+}
+
+}  // namespace tessera::slave

@@ -1,0 +1,49 @@
+// The render threads of one slave: take a tile from the queue, render it, encode its pixels straight
+// into the payload that travels, hand it over.
+//
+// Threads. Owned by the node. Everything but stop() from any thread; stop() from the owner's.
+// Invariants. (1) Each job pushed leaves exactly once: rendered, cancelled (on_done with no result) or
+// taken out by remove_*(). (2) on_done runs on a render thread and must not block.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "common/base/mutex.h"
+#include "slave/tile_queue.h"
+
+namespace tessera::slave {
+
+class RenderService {
+ public:
+  using OnDone = std::function<void(const TileJob&, std::optional<wire::TileResult>)>;
+
+  RenderService(int threads, int tile_sleep_ms, OnDone on_done);
+  ~RenderService();  // stop()
+
+  TileQueue& queue() { return queue_; }
+
+  // Takes no more jobs and waits at most `patience` for the tiles being rendered; then calls `give_up`,
+  // which must cancel their frames, and joins. Take the queued jobs out before.
+  void stop(std::chrono::milliseconds patience, const std::function<void()>& give_up);
+
+ private:
+  class Worker;
+  void work();
+  std::optional<wire::TileResult> render(const TileJob& job, Worker& worker);
+
+  const int tile_sleep_ms_;
+  const OnDone on_done_;
+  TileQueue queue_;
+
+  Mutex mutex_;
+  CondVar worker_ended_;
+  int workers_running_ TESSERA_GUARDED_BY(mutex_) = 0;
+
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace tessera::slave

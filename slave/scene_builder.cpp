@@ -1,0 +1,89 @@
+#include "slave/scene_builder.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <exception>
+#include <utility>
+
+#include "common/base/clock.h"
+
+namespace tessera::slave {
+
+namespace {
+
+// Threads that a build starts inherit it. That it may fail is no harm.
+void lower_thread_priority() {
+  constexpr int kNice = 10;
+  (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
+}
+
+}  // namespace
+
+SceneBuilder::SceneBuilder(int threads, OnBuilt on_built)
+    : build_threads_(threads), on_built_(std::move(on_built)), queue_(kQueueMax) {
+  thread_ = std::thread([this] { work(); });
+}
+
+SceneBuilder::~SceneBuilder() { stop(); }
+
+bool SceneBuilder::try_push(BuildTask task) { return queue_.try_push(std::move(task)); }
+
+bool SceneBuilder::is_retired(const BuildTask& task) const {
+  return is_stopped_ || task.generation < generation_ ||
+         (task.generation == generation_ && task.version < first_kept_);
+}
+
+void SceneBuilder::retire(std::uint64_t generation, SceneVersion first_kept) {
+  MutexLock lock(mutex_);
+  generation_ = generation;
+  first_kept_ = first_kept;
+  if (current_ != nullptr && is_retired(*current_)) is_cancelled_ = true;
+}
+
+void SceneBuilder::stop() {
+  if (!thread_.joinable()) return;
+  {
+    MutexLock lock(mutex_);
+    is_stopped_ = true;
+    is_cancelled_ = true;
+  }
+  queue_.close();
+  thread_.join();
+}
+
+void SceneBuilder::work() {
+  lower_thread_priority();
+  while (const std::optional<BuildTask> task = queue_.pop()) {
+    const TimePoint began = Clock::now();
+    bool is_wanted = false;
+    {
+      MutexLock lock(mutex_);
+      is_wanted = !is_retired(*task);
+      current_ = &*task;
+      is_cancelled_ = !is_wanted;
+    }
+    Result<std::shared_ptr<const core::PreparedScene>> scene =
+        is_wanted ? build(*task)
+                  : Result<std::shared_ptr<const core::PreparedScene>>(
+                        Status::cancelled("retired before it was built"));
+    {
+      MutexLock lock(mutex_);
+      current_ = nullptr;
+      if (is_stopped_) return;
+    }
+    on_built_({task->generation, task->version, seconds(Clock::now() - began), std::move(scene)});
+  }
+}
+
+Result<std::shared_ptr<const core::PreparedScene>> SceneBuilder::build(const BuildTask& task) {
+  try {
+    const Result<Scene> scene = decoder_.decode(task.scene);
+    if (!scene.is_ok()) return scene.status();
+    return core::PreparedScene::build(*scene, {build_threads_, &is_cancelled_});
+  } catch (const std::exception& e) {
+    return Status::resource_exhausted(std::string("the scene could not be built: ") + e.what());
+  }
+}
+
+}  // namespace tessera::slave

@@ -1,0 +1,73 @@
+// The building half of the scene pipeline: one thread that decodes complete scenes and prepares them for
+// tracing, beside the render threads and at lower priority, in the order of their versions.
+//
+// Threads. push(), retire(): network thread. on_built runs on the builder thread and must not block.
+// stop(): the owner's thread.
+// Invariants. (1) Each pushed scene gets exactly one on_built, kCancelled included, unless stop() came
+// first. (2) At most kQueueMax scenes wait.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <thread>
+
+#include "common/base/bounded_queue.h"
+#include "common/base/ids.h"
+#include "common/base/status.h"
+#include "common/scene/scene_codec.h"
+#include "slave/core/render/prepared_scene.h"
+
+namespace tessera::slave {
+
+struct BuildTask {
+  std::uint64_t generation = 0;  // of the session that asked
+  SceneVersion version = 0;
+  EncodedScene scene;
+};
+
+struct BuildOutcome {
+  std::uint64_t generation = 0;
+  SceneVersion version = 0;
+  double seconds = 0;
+  Result<std::shared_ptr<const core::PreparedScene>> scene;
+};
+
+class SceneBuilder {
+ public:
+  static constexpr std::size_t kQueueMax = 16;
+  using OnBuilt = std::function<void(BuildOutcome)>;
+
+  // `threads`: how many a build may use.
+  SceneBuilder(int threads, OnBuilt on_built);
+  ~SceneBuilder();  // stop()
+
+  [[nodiscard]] bool try_push(BuildTask task);
+
+  // Gives up builds of `generation` older than `first_kept`, and all of earlier generations.
+  void retire(std::uint64_t generation, SceneVersion first_kept);
+
+  void stop();
+
+ private:
+  void work();
+  Result<std::shared_ptr<const core::PreparedScene>> build(const BuildTask& task);
+  bool is_retired(const BuildTask& task) const TESSERA_REQUIRES(mutex_);
+
+  const int build_threads_;
+  const OnBuilt on_built_;
+  BoundedQueue<BuildTask> queue_;
+  SceneDecoder decoder_;  // builder thread
+
+  mutable Mutex mutex_;
+  std::uint64_t generation_ TESSERA_GUARDED_BY(mutex_) = 0;
+  SceneVersion first_kept_ TESSERA_GUARDED_BY(mutex_) = 0;
+  const BuildTask* current_ TESSERA_GUARDED_BY(mutex_) = nullptr;
+  bool is_stopped_ TESSERA_GUARDED_BY(mutex_) = false;
+  std::atomic<bool> is_cancelled_{false};  // of the current build
+
+  std::thread thread_;
+};
+
+}  // namespace tessera::slave

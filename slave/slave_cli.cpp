@@ -1,0 +1,155 @@
+#include "slave/slave_cli.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstdio>
+
+#include "common/base/limits.h"
+#include "slave/core/render/tile_renderer.h"
+#include "slave/cpu_count.h"
+
+namespace tessera::slave {
+
+namespace {
+
+constexpr int kExitFailed = 1;
+constexpr int kExitUsage = 2;
+
+// What the person wrote, before it is checked.
+struct Words {
+  std::string master;
+  int threads = 0;
+  std::string isa = "auto";
+  std::string name;
+  std::string keys_folder;
+  bool is_plain = false;
+  std::string log_level = "info";
+  std::string log_format = "text";
+  bool is_quiet = false;
+  int tile_sleep_ms = 0;
+};
+
+ParsedCommand failed(int exit_code, const std::string& what) {
+  std::fprintf(stderr, "tessera-slave: %s\n", what.c_str());
+  return {{}, exit_code};
+}
+
+bool is_printable(const std::string& text) {
+  for (const char c : text) {
+    if (c < 0x20 || c > 0x7e) return false;
+  }
+  return true;
+}
+
+std::string default_name() {
+  std::array<char, 256> buffer{};
+  if (gethostname(buffer.data(), buffer.size() - 1) != 0) return "slave";
+  const std::string name = std::string(buffer.data()).substr(0, kNameBytesMax);
+  return name.empty() || !is_printable(name) ? "slave" : name;
+}
+
+std::string isa_list(IsaMask mask) {
+  std::string text;
+  for (const Isa isa : {Isa::kScalar, Isa::kSse4, Isa::kAvx2, Isa::kAvx512}) {
+    if ((mask & isa_bit(isa)) == 0) continue;
+    if (!text.empty()) text += ", ";
+    text += isa_name(isa);
+  }
+  return text;
+}
+
+void declare(CLI::App& app, Words& words) {
+  app.add_option("--master", words.master, "where the master listens")
+      ->required()
+      ->type_name("HOST:PORT");
+  app.add_option("--threads", words.threads, "render threads (default: all this process may use)")
+      ->check(CLI::Range(1, kWorkersMax));
+  app.add_option("--isa", words.isa,
+                 "instruction set to offer: auto (all this CPU has), scalar, sse4, avx2, avx512")
+      ->type_name("NAME")
+      ->capture_default_str();
+  app.add_option("--name", words.name, "name shown by the master (default: the host's)")
+      ->type_name("NAME");
+  auto* keys = app.add_option("--keys", words.keys_folder,
+                              "credentials folder of this slave, made by tessera-keys")
+                   ->type_name("DIR");
+  app.add_flag("--plain", words.is_plain, "no encryption; only for a master on this machine")
+      ->excludes(keys);
+  app.add_option("--log-level", words.log_level, "trace, debug, info, warn, error or off")
+      ->type_name("LEVEL")
+      ->capture_default_str();
+  app.add_option("--log-format", words.log_format, "text or json")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->type_name("FORMAT")
+      ->capture_default_str();
+  app.add_flag("--quiet", words.is_quiet, "errors only");
+  app.add_option("--test-tile-sleep-ms", words.tile_sleep_ms)
+      ->check(CLI::Range(0, 60'000))
+      ->group("");  // for tests: not shown
+}
+
+ParsedCommand check_words(const Words& words) {
+  SlaveCommand command;
+  SlaveOptions& options = command.options;
+  const Result<net::Endpoint> master = net::parse_endpoint(words.master);
+  if (!master.is_ok()) return failed(kExitUsage, "--master: " + master.status().message());
+  command.master = *master;
+  if (command.master.host.empty() || command.master.port == 0) {
+    return failed(kExitUsage, "--master " + words.master + ": give a host and a port, HOST:PORT");
+  }
+  if (!words.is_plain && words.keys_folder.empty()) {
+    return failed(kExitUsage,
+                  "give --keys DIR (credentials, made by 'tessera-keys add DIR slave NAME'), or "
+                  "--plain for a master on this machine");
+  }
+  if (words.is_plain && !net::is_loopback(command.master)) {
+    return failed(kExitUsage, "--plain is for a master on this machine, and " + words.master +
+                                  " is not a loopback address: give --keys DIR instead");
+  }
+  command.keys_folder = words.keys_folder;
+  options.name = words.name.empty() ? default_name() : words.name;
+  if (options.name.size() > kNameBytesMax || !is_printable(options.name)) {
+    return failed(kExitUsage, "--name: 1 to " + std::to_string(kNameBytesMax) +
+                                  " printable ASCII characters are allowed");
+  }
+  options.threads = words.threads > 0 ? words.threads : usable_cpu_count();
+  options.tile_sleep_ms = words.tile_sleep_ms;
+  const Result<LogLevel> level = parse_log_level(words.log_level);
+  if (!level.is_ok()) return failed(kExitUsage, "--log-level: " + level.status().message());
+  command.log_level = words.is_quiet ? LogLevel::kError : *level;
+  command.log_format = words.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
+  const IsaMask supported = core::supported_isas();
+  options.isas = supported;
+  if (words.isa != "auto") {
+    const Result<Isa> isa = parse_isa(words.isa);
+    if (!isa.is_ok()) return failed(kExitUsage, "--isa: " + isa.status().message());
+    options.isas = isa_bit(*isa);
+    if ((supported & options.isas) == 0) {
+      return failed(kExitFailed, "--isa " + words.isa + ": this CPU does not have it; it has " +
+                                     isa_list(supported));
+    }
+  }
+  return {command, std::nullopt};
+}
+
+}  // namespace
+
+ParsedCommand parse_command_line(int argc, char** argv) {
+  CLI::App app("Renders tiles for a tessera-master, until it is told to stop (SIGTERM).",
+               "tessera-slave");
+  app.set_version_flag("--version", std::string("tessera-slave ") + TESSERA_VERSION);
+  Words words;
+  declare(app, words);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    return {{}, app.exit(success)};
+  } catch (const CLI::ParseError& error) {
+    return failed(kExitUsage, std::string(error.what()) + " (see --help)");
+  }
+  return check_words(words);
+}
+
+}  // namespace tessera::slave

@@ -1,0 +1,32 @@
+// The command line of tessera-slave: words in, checked options or an exit code out.
+//
+// Threads. Called once, by main.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/base/log.h"
+#include "common/net/connection.h"
+#include "slave/slave_node.h"
+
+namespace tessera::slave {
+
+struct SlaveCommand {
+  SlaveOptions options;
+  net::Endpoint master;
+  std::string keys_folder;  // empty: plain TCP, master on loopback
+  LogLevel log_level = LogLevel::kInfo;
+  LogFormat log_format = LogFormat::kText;
+};
+
+// Exactly one of the two is meaningful: with `exit_code` set, what had to be said has been printed.
+struct ParsedCommand {
+  SlaveCommand command;
+  std::optional<int> exit_code;
+};
+
+ParsedCommand parse_command_line(int argc, char** argv);
+
+}  // namespace tessera::slave

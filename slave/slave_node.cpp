@@ -1,0 +1,324 @@
+#include "slave/slave_node.h"
+
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <thread>
+#include <utility>
+
+#include "common/base/check.h"
+#include "common/base/limits.h"
+#include "common/base/log.h"
+#include "common/wire/codec.h"
+#include "slave/master_link.h"
+#include "slave/render_service.h"
+#include "slave/scene_builder.h"
+#include "slave/scene_receiver.h"
+
+namespace tessera::slave {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+// Frames between FrameBegin and FrameEnd: those in flight, and as many whose end is under way.
+constexpr std::size_t kFramesHeldMax = 2 * kFramesInFlightMax;
+// Scene versions announced and not retired.
+constexpr std::size_t kSceneVersionsHeldMax = 32;
+// Results wait in our own queue while the connection's holds this much: the master reads slower than
+// we render. Two of the largest tiles keep the wire busy.
+constexpr std::uint64_t kSendQueueBytesMax = 4 * kTilePayloadBytesMax;
+// Leaving: how long tiles being rendered may take to finish, how long the wire to take the rest.
+constexpr milliseconds kFinishTilesMs{2000};
+constexpr milliseconds kFlushMs{2000};
+
+}  // namespace
+
+// Everything here belongs to the io thread, but for the services' own threads and what is constant.
+struct SlaveNode::Impl : std::enable_shared_from_this<SlaveNode::Impl> {
+  Impl(net::IoThread& io_thread, SlaveOptions slave_options, LinkFactory factory)
+      : io(io_thread), options(std::move(slave_options)), open_link(std::move(factory)) {}
+
+  void start_on_io();
+  Status on_tile_message(wire::Message message);
+  Status on_frame_begin(const wire::FrameBegin& begin);
+  Status on_lease(const wire::TileLease& lease);
+  Status on_frame_end(const wire::FrameEnd& end);
+  Status on_scene_message(wire::Message message);
+  Status do_scene_actions(SceneReceiver::Actions actions);
+  void on_built(BuildOutcome outcome);
+  void on_tile_done(const TileJob& job, std::optional<wire::TileResult> result);
+  void give_back(const TileJob& job);
+  void flush_results();
+  void on_lost();
+  void cancel_all_frames();
+
+  net::IoThread& io;
+  const SlaveOptions options;
+  const LinkFactory open_link;
+  std::function<void(Status)> on_fatal;
+
+  std::unique_ptr<MasterLink> link;
+  std::unique_ptr<net::Timer> flush_timer;
+  bool is_leaving = false;
+  std::uint64_t generation = 1;  // counts sessions; what an older one left behind is dropped
+  SceneReceiver receiver;
+  SceneVersion first_kept = 0;
+  std::map<SceneVersion, std::shared_ptr<const core::PreparedScene>> built;
+  std::map<FrameId, std::shared_ptr<FrameWork>> frames;
+  std::deque<wire::TileResult> results;  // waiting for the wire
+
+  std::unique_ptr<SceneBuilder> builder;
+  std::unique_ptr<RenderService> render;
+  bool is_started = false;  // owner's thread
+};
+
+SlaveNode::SlaveNode(net::IoThread& io, const SlaveOptions& options, LinkFactory open_link)
+    : impl_(std::make_shared<Impl>(io, options, std::move(open_link))) {}
+
+SlaveNode::~SlaveNode() { stop(); }
+
+void SlaveNode::start(std::function<void(Status)> on_fatal) {
+  TESSERA_CHECK(!impl_->is_started);
+  Impl& self = *impl_;
+  self.is_started = true;
+  self.on_fatal = std::move(on_fatal);
+  const std::weak_ptr<Impl> weak = impl_;
+  net::IoThread& io = self.io;
+  self.render = std::make_unique<RenderService>(
+      self.options.threads, self.options.tile_sleep_ms,
+      [weak, &io](const TileJob& job, std::optional<wire::TileResult> result) {
+        io.post([weak, job, result = std::move(result)]() mutable {
+          if (const auto impl = weak.lock()) impl->on_tile_done(job, std::move(result));
+        });
+      });
+  self.builder = std::make_unique<SceneBuilder>(
+      self.options.threads, [weak, &io](BuildOutcome outcome) {
+        io.post([weak, outcome = std::move(outcome)]() mutable {
+          if (const auto impl = weak.lock()) impl->on_built(std::move(outcome));
+        });
+      });
+  io.run_and_wait([&self] { self.start_on_io(); });
+}
+
+void SlaveNode::stop() {
+  Impl& self = *impl_;
+  if (!self.is_started) return;
+  self.is_started = false;
+  self.io.run_and_wait([&self] {
+    self.is_leaving = true;
+    for (const TileJob& job : self.render->queue().remove_all()) self.give_back(job);
+  });
+  self.builder->stop();
+  self.render->stop(kFinishTilesMs,
+                    [&self] { self.io.run_and_wait([&self] { self.cancel_all_frames(); }); });
+  // The last results were posted before the threads ended, so they are sent before this looks.
+  const TimePoint deadline = Clock::now() + kFlushMs;
+  bool is_flushed = false;
+  while (!is_flushed && Clock::now() < deadline) {
+    self.io.run_and_wait([&self, &is_flushed] {
+      self.flush_results();
+      is_flushed = self.results.empty() && self.link->tile_queue_bytes() == 0;
+    });
+    if (!is_flushed) std::this_thread::sleep_for(milliseconds(2));
+  }
+  self.io.run_and_wait([&self] { self.link->leave("the slave was stopped", milliseconds(500)); });
+  // The goodbye is on its way: give it a moment before the connections are destroyed.
+  std::this_thread::sleep_for(milliseconds(20));
+  self.io.run_and_wait([&self] {
+    self.flush_timer.reset();
+    self.link.reset();
+    self.frames.clear();
+    self.built.clear();
+  });
+}
+
+void SlaveNode::Impl::start_on_io() {
+  wire::Hello hello;
+  hello.role = wire::Role::kSlave;
+  hello.name = options.name;
+  hello.threads = static_cast<std::uint32_t>(options.threads);
+  hello.isas = options.isas;
+  hello.build_id = TESSERA_VERSION;
+  MasterLinkEvents events;
+  events.on_ready = [this] { render->queue().set_open_frames(0); };
+  events.on_lost = [this] { on_lost(); };
+  events.on_tile_message = [this](wire::Message m) { return on_tile_message(std::move(m)); };
+  events.on_scene_message = [this](wire::Message m) { return on_scene_message(std::move(m)); };
+  events.on_drained = [this] { flush_results(); };
+  events.on_fatal = [this](Status status) {
+    if (on_fatal && !is_leaving) std::exchange(on_fatal, {})(std::move(status));
+  };
+  flush_timer = std::make_unique<net::Timer>(io);
+  link = std::make_unique<MasterLink>(io, std::move(hello), open_link, std::move(events));
+  link->start();
+}
+
+// ---- tiles -----------------------------------------------------------------------------------------
+
+Status SlaveNode::Impl::on_tile_message(wire::Message message) {
+  if (const auto* lease = std::get_if<wire::TileLease>(&message)) return on_lease(*lease);
+  if (const auto* begin = std::get_if<wire::FrameBegin>(&message)) return on_frame_begin(*begin);
+  if (const auto* end = std::get_if<wire::FrameEnd>(&message)) return on_frame_end(*end);
+  return Status::data_loss(std::string(wire::message_name(message)) +
+                           " does not belong on the tile connection");
+}
+
+Status SlaveNode::Impl::on_frame_begin(const wire::FrameBegin& begin) {
+  const std::string frame = "FrameBegin of frame " + std::to_string(begin.frame);
+  if (frames.contains(begin.frame)) return Status::data_loss(frame + ": it has begun before");
+  if (frames.size() >= kFramesHeldMax) {
+    return Status::resource_exhausted(frame + ": more than " + std::to_string(kFramesHeldMax) +
+                                      " frames at once");
+  }
+  if ((options.isas & isa_bit(begin.isa)) == 0) {
+    return Status::data_loss(frame + ": instruction set " + std::string(isa_name(begin.isa)) +
+                             " was not offered");
+  }
+  // A retired version is no error: SceneRetire travels on the other connection and may overtake the
+  // frame. Its tiles are handed back.
+  const auto scene = built.find(begin.version);
+  if (scene == built.end() && begin.version >= first_kept) {
+    return Status::data_loss(frame + ": scene version " + std::to_string(begin.version) +
+                             " is not built here");
+  }
+  frames.emplace(begin.frame,
+                 std::make_shared<FrameWork>(
+                     begin, scene == built.end() ? nullptr : scene->second, generation));
+  render->queue().set_open_frames(frames.size());
+  return Status::ok();
+}
+
+Status SlaveNode::Impl::on_lease(const wire::TileLease& lease) {
+  const auto frame = frames.find(lease.frame);
+  if (frame == frames.end()) {
+    return Status::data_loss("TileLease of frame " + std::to_string(lease.frame) +
+                             ", which has not begun");
+  }
+  if (lease.tile >= frame->second->grid.tile_count()) {
+    return Status::data_loss("TileLease of tile " + std::to_string(lease.tile) + ": the frame has " +
+                             std::to_string(frame->second->grid.tile_count()));
+  }
+  TileJob job{frame->second, lease.tile, lease.attempt};
+  if (is_leaving || job.frame->scene == nullptr) {
+    give_back(job);
+  } else if (!render->queue().try_push(std::move(job))) {
+    return Status::resource_exhausted("more than " + std::to_string(kTilesLeasedMax) +
+                                      " tiles leased at once");
+  }
+  return Status::ok();
+}
+
+Status SlaveNode::Impl::on_frame_end(const wire::FrameEnd& end) {
+  const auto frame = frames.find(end.frame);
+  if (frame == frames.end()) {
+    return Status::data_loss("FrameEnd of frame " + std::to_string(end.frame) +
+                             ", which has not begun");
+  }
+  frame->second->is_cancelled = true;
+  render->queue().remove_frame(frame->second.get());
+  std::erase_if(results, [&end](const wire::TileResult& r) { return r.frame == end.frame; });
+  frames.erase(frame);
+  render->queue().set_open_frames(frames.size());
+  return Status::ok();
+}
+
+void SlaveNode::Impl::on_tile_done(const TileJob& job, std::optional<wire::TileResult> result) {
+  if (job.frame->generation != generation) return;         // of a session that is gone
+  if (!frames.contains(job.frame->begin.frame)) return;    // ended meanwhile: nobody waits for it
+  if (!result) return give_back(job);
+  results.push_back(std::move(*result));
+  flush_results();
+}
+
+void SlaveNode::Impl::give_back(const TileJob& job) {
+  link->send_tile(wire::TileReturned{job.frame->begin.frame, job.tile, job.attempt});
+}
+
+void SlaveNode::Impl::flush_results() {
+  if (!link) return;
+  while (!results.empty() && link->tile_queue_bytes() < kSendQueueBytesMax) {
+    link->send_tile(std::move(results.front()));
+    results.pop_front();
+  }
+  // on_drained tells of the connection's own bound, which may be far above ours.
+  if (!results.empty()) flush_timer->start_once(milliseconds(2), [this] { flush_results(); });
+}
+
+void SlaveNode::Impl::cancel_all_frames() {
+  for (const auto& [id, frame] : frames) frame->is_cancelled = true;
+}
+
+void SlaveNode::Impl::on_lost() {
+  cancel_all_frames();
+  render->queue().remove_all();
+  frames.clear();
+  render->queue().set_open_frames(0);
+  results.clear();
+  flush_timer->cancel();
+  built.clear();
+  receiver.reset();
+  first_kept = 0;
+  ++generation;
+  builder->retire(generation, 0);
+}
+
+// ---- scenes ----------------------------------------------------------------------------------------
+
+Status SlaveNode::Impl::on_scene_message(wire::Message message) {
+  SceneReceiver::Actions actions;
+  if (const auto* chunk = std::get_if<wire::SceneChunk>(&message)) {
+    TESSERA_RETURN_IF_ERROR(receiver.chunk(*chunk, actions));
+  } else if (auto* announce = std::get_if<wire::SceneAnnounce>(&message)) {
+    if (built.size() >= kSceneVersionsHeldMax) {
+      return Status::resource_exhausted("more than " + std::to_string(kSceneVersionsHeldMax) +
+                                        " scene versions not retired");
+    }
+    TESSERA_RETURN_IF_ERROR(receiver.announce(std::move(*announce), actions));
+  } else if (const auto* retire = std::get_if<wire::SceneRetire>(&message)) {
+    first_kept = std::max(first_kept, retire->first_kept);
+    built.erase(built.begin(), built.lower_bound(first_kept));
+    builder->retire(generation, first_kept);
+    receiver.retire(first_kept, actions);
+  } else {
+    return Status::data_loss(std::string(wire::message_name(message)) +
+                             " does not belong on the scene connection");
+  }
+  return do_scene_actions(std::move(actions));
+}
+
+Status SlaveNode::Impl::do_scene_actions(SceneReceiver::Actions actions) {
+  for (wire::SceneFailed& failed : actions.failed) {
+    log_error("scene-failed", failed.reason, {{"version", std::to_string(failed.version)}});
+    link->send_scene(std::move(failed));
+  }
+  for (wire::SceneNeed& need : actions.need) link->send_scene(std::move(need));
+  for (SceneReceiver::Complete& complete : actions.complete) {
+    const SceneVersion version = complete.version;
+    if (!is_leaving && !builder->try_push({generation, version, std::move(complete.scene)})) {
+      return Status::resource_exhausted("more than " + std::to_string(SceneBuilder::kQueueMax) +
+                                        " scenes wait to be built");
+    }
+  }
+  return Status::ok();
+}
+
+void SlaveNode::Impl::on_built(BuildOutcome outcome) {
+  if (outcome.generation != generation || outcome.version < first_kept) return;
+  if (!outcome.scene.is_ok()) {
+    if (outcome.scene.status().code() == StatusCode::kCancelled) return;
+    log_error("scene-failed", outcome.scene.status().message(),
+              {{"version", std::to_string(outcome.version)}});
+    link->send_scene(wire::SceneFailed{outcome.version, outcome.scene.status().message()});
+    return;
+  }
+  const std::uint64_t triangle_count = (*outcome.scene)->triangle_count();
+  log_info("scene-built", "a scene is ready",
+           {{"version", std::to_string(outcome.version)},
+            {"triangles", std::to_string(triangle_count)},
+            {"seconds", std::to_string(outcome.seconds)}});
+  built.emplace(outcome.version, std::move(*outcome.scene));
+  link->send_scene(wire::SceneBuilt{outcome.version, outcome.seconds, triangle_count});
+}
+
+}  // namespace tessera::slave

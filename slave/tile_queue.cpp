@@ -1,0 +1,62 @@
+#include "slave/tile_queue.h"
+
+#include <utility>
+
+namespace tessera::slave {
+
+bool TileQueue::try_push(TileJob job) {
+  {
+    MutexLock lock(mutex_);
+    if (is_closed_ || jobs_.size() >= capacity_) return false;
+    jobs_.push_back(std::move(job));
+  }
+  not_empty_.notify_one();
+  return true;
+}
+
+std::optional<TileJob> TileQueue::pop() {
+  MutexLock lock(mutex_);
+  if (jobs_.empty() && !is_closed_) {
+    starvation_.set_waiting(starvation_.waiting() + 1, Clock::now());
+    while (jobs_.empty() && !is_closed_) not_empty_.wait(mutex_);
+    starvation_.set_waiting(starvation_.waiting() - 1, Clock::now());
+  }
+  if (jobs_.empty()) return std::nullopt;
+  TileJob job = std::move(jobs_.front());
+  jobs_.pop_front();
+  return job;
+}
+
+std::deque<TileJob> TileQueue::remove_frame(const FrameWork* frame) {
+  MutexLock lock(mutex_);
+  std::deque<TileJob> kept;
+  std::deque<TileJob> removed;
+  for (TileJob& job : jobs_) (job.frame.get() == frame ? removed : kept).push_back(std::move(job));
+  jobs_ = std::move(kept);
+  return removed;
+}
+
+std::deque<TileJob> TileQueue::remove_all() {
+  MutexLock lock(mutex_);
+  return std::exchange(jobs_, {});
+}
+
+void TileQueue::set_open_frames(std::size_t frames) {
+  MutexLock lock(mutex_);
+  starvation_.set_open_frames(static_cast<int>(frames), Clock::now());
+}
+
+double TileQueue::take_starved_seconds() {
+  MutexLock lock(mutex_);
+  return starvation_.take(Clock::now());
+}
+
+void TileQueue::close() {
+  {
+    MutexLock lock(mutex_);
+    is_closed_ = true;
+  }
+  not_empty_.notify_all();
+}
+
+}  // namespace tessera::slave

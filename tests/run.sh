@@ -1,0 +1,111 @@
+#!/bin/bash
+# Installs what is missing, builds, runs the tests, says what was skipped. Exit code 0: all passed.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+usage() {
+  cat <<'END'
+Usage: tests/run.sh [--quick] [--require LABEL,...] [--preset NAME] [--no-install]
+
+  --quick         the release build only; else also, after it: address + undefined behaviour
+                  sanitizers on unit and fuzz tests, thread sanitizer on cluster tests, and
+                  clang's lock annotations (compile only, where clang-14 is installed)
+  --require LIST  skips of tests with these labels (lab, compose, embree, ...) are failures;
+                  what those tests need is installed first
+  --preset NAME   this preset alone, with all tests that it has
+  --no-install    use what is there
+END
+}
+
+is_quick=no
+is_install=yes
+require=
+only=
+while (($# > 0)); do
+  case $1 in
+    --quick) is_quick=yes && shift ;;
+    --no-install) is_install=no && shift ;;
+    --require | --preset)
+      if (($# < 2)); then
+        echo "run.sh: $1 needs a value (see --help)" >&2
+        exit 2
+      fi
+      if [[ $1 == --require ]]; then require=$2; else only=$2; fi
+      shift 2
+      ;;
+    -h | --help) usage && exit 0 ;;
+    *) echo "run.sh: unknown option '$1' (see --help)" >&2 && exit 2 ;;
+  esac
+done
+
+sets=build,test
+for label in ${require//,/ }; do
+  case $label in lab | compose | embree) sets+=,$label ;; esac
+done
+if [[ $is_install == yes ]]; then deploy/install-dependencies.sh --with "$sets"; fi
+
+jobs=$(nproc)
+if ((jobs > 2)); then jobs=2; fi  # cluster tests start several processes each
+began=$SECONDS
+failed=()
+summaries=()
+
+summary_line() {  # file with ctest's output
+  grep -E '^[0-9]+% tests passed, [0-9]+ tests? failed out of [0-9]+' "$1" | tail -n 1 || true
+}
+
+# preset, label expression ("" for all), --require list, targets: builds and runs; the skips are
+# kept for the end.
+run_preset() {
+  local preset=$1 labels=$2 needed=$3 folder=build/$1 code=0
+  echo "== $preset: building"
+  if ! deploy/build.sh --preset "$preset" --tests "${@:4}"; then
+    failed+=("$preset: build")
+    return 0
+  fi
+  local choice=()
+  if [[ -n $labels ]]; then choice=(-L "$labels"); fi
+  echo "== $preset: testing"
+  ctest --test-dir "$folder" --output-on-failure -j "$jobs" "${choice[@]}" --no-tests=error \
+    --test-output-size-passed 200000 --output-junit run.xml 2>&1 | tee "$folder/run.log" || code=$?
+  if ((code != 0)); then failed+=("$preset: tests"); fi
+  if ! python3 tests/list_skipped.py ${needed:+--require "$needed"} "$folder/run.xml" \
+    >"$folder/skipped.txt"; then
+    failed+=("$preset: required tests skipped")
+  fi
+  summaries+=("$preset")
+}
+
+if [[ -n $only ]]; then
+  run_preset "$only" "" "$require"
+else
+  run_preset release "" "$require"
+fi
+if [[ -z $only && $is_quick == no ]]; then
+  export ASAN_OPTIONS=detect_stack_use_after_return=1 UBSAN_OPTIONS=print_stacktrace=1
+  run_preset asan '^(unit|fuzz)$' "" tests_unit tests_fuzz programs
+  export TSAN_OPTIONS="halt_on_error=1 second_deadlock_stack=1"
+  run_preset tsan '^cluster-small$' "" tests_cluster-small programs
+  if command -v clang++-14 >/dev/null; then
+    echo "== clang-annotations: compiling"
+    deploy/build.sh --preset clang-annotations || failed+=("clang-annotations: build")
+    annotations="compiled"
+  else
+    annotations="skipped: clang-14 is not installed (deploy/install-dependencies.sh --with lint)"
+  fi
+fi
+
+echo
+echo "== after $((SECONDS - began)) s"
+for preset in "${summaries[@]}"; do
+  echo "$preset: $(cat "build/$preset/skipped.txt")"
+done
+if [[ -n ${annotations:-} ]]; then echo "clang-annotations: $annotations"; fi
+for ((i = ${#summaries[@]} - 1; i >= 0; --i)); do  # the release build's comes last
+  echo "${summaries[i]}:"
+  summary_line "build/${summaries[i]}/run.log"
+done
+if ((${#failed[@]} > 0)); then
+  printf 'FAILED: %s\n' "${failed[@]}"
+  exit 1
+fi

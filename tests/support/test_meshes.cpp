@@ -1,0 +1,140 @@
+#include "tests/support/test_meshes.h"
+
+#include <cmath>
+#include <map>
+#include <random>
+#include <utility>
+
+namespace tessera::test {
+namespace {
+
+using Index = std::uint32_t;
+
+Index midpoint(Mesh& mesh, std::map<std::pair<Index, Index>, Index>& known, Index a, Index b) {
+  const auto key = std::minmax(a, b);
+  const auto found = known.find(key);
+  if (found != known.end()) return found->second;
+  mesh.positions.push_back(normalize(mesh.positions[a] + mesh.positions[b]));
+  const Index m = static_cast<Index>(mesh.positions.size() - 1);
+  known[key] = m;
+  return m;
+}
+
+// Two triangles for each cell of a grid of rows * columns vertices that closes on itself.
+void close_grid(Mesh& mesh, Index rows, Index columns) {
+  for (Index i = 0; i < rows; ++i) {
+    for (Index j = 0; j < columns; ++j) {
+      const Index i1 = (i + 1) % rows, j1 = (j + 1) % columns;
+      const Index a = i * columns + j, b = i1 * columns + j, c = i1 * columns + j1,
+                  d = i * columns + j1;
+      mesh.triangles.push_back({a, b, c});
+      mesh.triangles.push_back({a, c, d});
+    }
+  }
+}
+
+}  // namespace
+
+Mesh make_cube() {
+  Mesh mesh;
+  for (int i = 0; i < 8; ++i) {
+    mesh.positions.push_back({i & 1 ? 1.0f : -1.0f, i & 2 ? 1.0f : -1.0f, i & 4 ? 1.0f : -1.0f});
+  }
+  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  mesh.materials = {0};
+  return mesh;
+}
+
+Mesh make_icosphere(int levels) {
+  Mesh mesh;
+  const float g = (1 + std::sqrt(5.0f)) / 2;
+  mesh.positions = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                    {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  for (Vec3f& p : mesh.positions) p = normalize(p);
+  mesh.triangles = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                    {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                    {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                    {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
+  for (int level = 0; level < levels; ++level) {
+    std::map<std::pair<Index, Index>, Index> known;
+    std::vector<std::array<Index, 3>> finer;
+    for (const auto& t : mesh.triangles) {
+      const Index a = midpoint(mesh, known, t[0], t[1]), b = midpoint(mesh, known, t[1], t[2]),
+                  c = midpoint(mesh, known, t[2], t[0]);
+      finer.insert(finer.end(), {{t[0], a, c}, {t[1], b, a}, {t[2], c, b}, {a, b, c}});
+    }
+    mesh.triangles = std::move(finer);
+  }
+  mesh.materials = {0};
+  return mesh;
+}
+
+Mesh make_torus(int around, int across) {
+  Mesh mesh;
+  const float turn = 6.2831853f;
+  for (int i = 0; i < around; ++i) {
+    const float a = turn * static_cast<float>(i) / static_cast<float>(around);
+    for (int j = 0; j < across; ++j) {
+      const float b = turn * static_cast<float>(j) / static_cast<float>(across);
+      const float r = 1 + 0.4f * std::cos(b);
+      mesh.positions.push_back({r * std::cos(a), r * std::sin(a), 0.4f * std::sin(b)});
+    }
+  }
+  close_grid(mesh, static_cast<Index>(around), static_cast<Index>(across));
+  mesh.materials = {0};
+  return mesh;
+}
+
+Mesh make_random_triangles(std::uint32_t count, float size, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> unit(-1, 1);
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Vec3f a{unit(random), unit(random), unit(random)};
+    mesh.positions.push_back(a);
+    mesh.positions.push_back(a + Vec3f{unit(random), unit(random), unit(random)} * size);
+    mesh.positions.push_back(a + Vec3f{unit(random), unit(random), unit(random)} * size);
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  mesh.materials = {0};
+  return mesh;
+}
+
+Mesh make_terrain(int n, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> bump(-0.3f, 0.3f);
+  Mesh mesh;
+  const float cell = 2 / static_cast<float>(n);
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; j <= n; ++j) {
+      const float x = -1 + cell * static_cast<float>(j), z = -1 + cell * static_cast<float>(i);
+      const float y = 0.15f * std::sin(9 * x) * std::cos(7 * z) + bump(random) * cell;
+      mesh.positions.push_back({x, y, z});
+    }
+  }
+  const Index row = static_cast<Index>(n) + 1;
+  for (Index i = 0; i + 1 < row; ++i) {
+    for (Index j = 0; j + 1 < row; ++j) {
+      const Index a = i * row + j;
+      mesh.triangles.push_back({a, a + row, a + row + 1});
+      mesh.triangles.push_back({a, a + row + 1, a + 1});
+    }
+  }
+  mesh.materials = {0};
+  return mesh;
+}
+
+void place(Mesh& mesh, float scale, Vec3f offset) {
+  for (Vec3f& p : mesh.positions) p = p * scale + offset;
+}
+
+Scene make_scene(Mesh mesh) {
+  Scene scene;
+  scene.meshes.push_back(std::make_shared<const Mesh>(std::move(mesh)));
+  scene.materials.emplace_back();
+  scene.instances.emplace_back();
+  return scene;
+}
+
+}  // namespace tessera::test

@@ -1,0 +1,27 @@
+// Meshes for tests: closed ones, whose edges are shared by bits, and random triangles.
+#pragma once
+
+#include <cstdint>
+
+#include "common/scene/scene.h"
+
+namespace tessera::test {
+
+// Unit cube [-1, 1]^3, 12 triangles, outward normals.
+Mesh make_cube();
+// Sphere of radius 1: an icosahedron subdivided `levels` times, 20 * 4^levels triangles.
+Mesh make_icosphere(int levels);
+// Torus around z, radii 1 and 0.4, 2 * around * across triangles.
+Mesh make_torus(int around, int across);
+// Triangles with a first corner in [-1, 1]^3 and edges up to `size`, not connected.
+Mesh make_random_triangles(std::uint32_t count, float size, std::uint32_t seed);
+// Height field over [-1, 1]^2 in y, 2 * n * n triangles.
+Mesh make_terrain(int n, std::uint32_t seed);
+
+// Moves and scales every vertex: p * scale + offset, in float32.
+void place(Mesh& mesh, float scale, Vec3f offset);
+
+// One mesh, one instance, one grey material.
+Scene make_scene(Mesh mesh);
+
+}  // namespace tessera::test

@@ -1,0 +1,173 @@
+// Whole frames through Session: the same bits whatever the number of slaves, threads, the tile size, the frames in
+// flight and the way the session reaches its master.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "master/session/master_host.h"
+#include "master/session/session.h"
+
+namespace tessera {
+namespace {
+
+using namespace std::chrono_literals;
+
+// A lit box corner: small, with shadows, emission and a point light. `height` changes the picture.
+Scene small_scene(float height = 1) {
+  Scene scene;
+  auto mesh = std::make_shared<Mesh>();
+  mesh->positions = {{-2, 0, -2}, {2, 0, -2}, {2, 0, 2},      {-2, 0, 2},     {-0.5f, height, -0.5f},
+                     {0.5f, height, -0.5f}, {0.5f, height, 0.5f}, {-0.5f, 3, -0.5f}, {0.5f, 3, -0.5f}, {0, 3, 0.5f}};
+  mesh->triangles = {{0, 2, 1}, {0, 3, 2}, {4, 6, 5}, {7, 8, 9}};
+  mesh->materials = {0, 0, 1, 2};
+  scene.meshes = {mesh};
+  scene.materials.resize(3);
+  scene.materials[1].albedo = {0.9f, 0.2f, 0.1f};
+  scene.materials[2].emission = {8, 8, 8};
+  scene.instances.resize(1);
+  scene.lights.push_back({LightKind::kPoint, {2, 3, 2}, {0, -1, 0}, {10, 10, 10}, 1, 0});
+  scene.camera = Camera{{3, 2, 4}, {0, 0.5f, 0}, {0, 1, 0}, 45};
+  return scene;
+}
+
+FrameSettings small_settings(int tile_edge_px = 16) {
+  FrameSettings settings;
+  settings.width_px = 150;
+  settings.height_px = 101;
+  settings.camera = *small_scene().camera;
+  settings.tile_edge_px = tile_edge_px;
+  settings.samples_per_pixel = 2;
+  return settings;
+}
+
+FrameResult take(Session& session) {
+  auto result = session.next_frame(60s);
+  EXPECT_TRUE(result.is_ok()) << result.status().message();
+  if (!result.is_ok()) return {};
+  EXPECT_TRUE(result->status.is_ok()) << result->status.message();
+  return std::move(*result);
+}
+
+std::string digest_of_one_frame(const SessionOptions& options, int tile_edge_px) {
+  auto session = Session::open(options);
+  EXPECT_TRUE(session.is_ok()) << session.status().message();
+  if (!session.is_ok()) return "";
+  EXPECT_TRUE((*session)->commit_scene(small_scene()).is_ok());
+  EXPECT_TRUE((*session)->submit(small_settings(tile_edge_px)).is_ok());
+  const FrameResult result = take(**session);
+  if (!result.image) return "";
+  EXPECT_EQ(result.image->digest(), result.stats.digest);
+  EXPECT_GT(result.stats.rays.primary, 0u);
+  EXPECT_GT(result.stats.rays.shadow, 0u);
+  return result.stats.digest.hex();
+}
+
+SessionOptions local(int slaves, int threads) {
+  SessionOptions options;
+  options.local_slaves = slaves;
+  options.local_threads = threads;
+  options.slaves_min = slaves;
+  return options;
+}
+
+TEST(SessionFrames, BitsDoNotDependOnSlavesThreadsOrTiles) {
+  std::set<std::string> digests;
+  for (const int slaves : {1, 2, 3}) {
+    for (const int tile_edge_px : {8, 16, 40, 256}) digests.insert(digest_of_one_frame(local(slaves, 3), tile_edge_px));
+  }
+  EXPECT_EQ(digests.size(), 1u);
+}
+
+TEST(SessionFrames, ComeInOrderEachOfItsOwnSceneVersion) {
+  auto session = Session::open(local(2, 2));
+  ASSERT_TRUE(session.is_ok()) << session.status().message();
+  std::vector<std::string> alone;
+  for (int i = 0; i < 4; ++i) {
+    ASSERT_TRUE((*session)->commit_scene(small_scene(0.5f + 0.25f * static_cast<float>(i))).is_ok());
+    ASSERT_TRUE((*session)->submit(small_settings()).is_ok());
+    alone.push_back(take(**session).stats.digest.hex());
+  }
+  EXPECT_EQ(std::set<std::string>(alone.begin(), alone.end()).size(), 4u);
+  std::vector<FrameResult> overlapped;
+  for (int i = 0; i < 4; ++i) {
+    ASSERT_TRUE((*session)->commit_scene(small_scene(0.5f + 0.25f * static_cast<float>(i))).is_ok());
+    ASSERT_TRUE((*session)->submit(small_settings()).is_ok());
+    if (i >= 1) overlapped.push_back(take(**session));
+  }
+  overlapped.push_back(take(**session));
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(overlapped[i].frame, 4 + i);
+    EXPECT_EQ(overlapped[i].stats.digest.hex(), alone[i]) << "frame " << i;
+  }
+}
+
+struct Served {
+  std::unique_ptr<master::MasterHost> host;
+  SessionOptions client;
+};
+
+Served serve_plain(int slaves) {
+  SessionOptions options = local(slaves, slaves);
+  options.slaves_min = 0;
+  options.listen = "127.0.0.1:0";
+  options.is_plain = true;
+  Served served;
+  auto host = master::MasterHost::start(options, /*serves_applications=*/true);
+  EXPECT_TRUE(host.is_ok()) << host.status().message();
+  if (!host.is_ok()) return served;
+  served.host = std::move(*host);
+  served.client.connect = "127.0.0.1:" + std::to_string(served.host->listen_port());
+  served.client.is_plain = true;
+  return served;
+}
+
+TEST(SessionFrames, ConnectedSessionGivesTheSameBits) {
+  const std::string in_process = digest_of_one_frame(local(1, 1), 16);
+  Served served = serve_plain(2);
+  ASSERT_TRUE(served.host);
+  EXPECT_EQ(digest_of_one_frame(served.client, 16), in_process);
+  EXPECT_EQ(digest_of_one_frame(served.client, 32), in_process) << "the next application finds a clean master";
+}
+
+TEST(SessionFrames, SecondApplicationIsToldBusy) {
+  Served served = serve_plain(1);
+  ASSERT_TRUE(served.host);
+  auto first = Session::open(served.client);
+  ASSERT_TRUE(first.is_ok()) << first.status().message();
+  auto second = Session::open(served.client);
+  ASSERT_FALSE(second.is_ok());
+  EXPECT_NE(second.status().message().find("busy"), std::string::npos) << second.status().message();
+}
+
+TEST(SessionFrames, CancelledFramesComeOutAsCancelledAndTheNextIsWhole) {
+  auto session = Session::open(local(1, 1));
+  ASSERT_TRUE(session.is_ok());
+  ASSERT_TRUE((*session)->commit_scene(small_scene()).is_ok());
+  FrameSettings large = small_settings();
+  large.width_px = large.height_px = 2000;
+  large.samples_per_pixel = 16;
+  ASSERT_TRUE((*session)->submit(large).is_ok());
+  (*session)->cancel_frames();
+  auto cancelled = (*session)->next_frame(20s);
+  ASSERT_TRUE(cancelled.is_ok()) << cancelled.status().message();
+  EXPECT_EQ(cancelled->status.code(), StatusCode::kCancelled);
+  ASSERT_TRUE((*session)->submit(small_settings()).is_ok());
+  EXPECT_TRUE(take(**session).image);
+}
+
+TEST(SessionFrames, OpenRefusesWhatCannotWork) {
+  SessionOptions options;
+  options.connect = "127.0.0.1:1";
+  options.is_plain = true;
+  EXPECT_EQ(Session::open(options).status().code(), StatusCode::kUnavailable);
+  options.is_plain = false;
+  EXPECT_EQ(Session::open(options).status().code(), StatusCode::kInvalidArgument);
+  SessionOptions beyond;
+  beyond.listen = "0.0.0.0:0";
+  beyond.is_plain = true;
+  const Status status = Session::open(beyond).status();
+  EXPECT_NE(status.message().find("tessera-keys init"), std::string::npos) << status.message();
+}
+
+}  // namespace
+}  // namespace tessera
