@@ -6,8 +6,8 @@
 //
 // Invariants. (1) Limits of type and length are checked on the record head before a byte is allocated for
 // it; the checksum (CRC-32C, links without TLS) before the record is handed on. (2) The send queue is bounded
-// by bytes; queue_bytes() tells, and a sender that would pass `send_queue_bytes_max` is closed with
-// kResourceExhausted: callers of bulk data watch on_drained. (3) A started record must be complete within
+// by kSendQueueBytesMax; queue_bytes() tells, and a sender that would pass it is closed with kResourceExhausted: callers
+// of bulk data watch on_drained. (3) A started record must be complete within
 // its deadline (fault-matrix T_msg). (4) no_delay on both ends.
 #pragma once
 
@@ -25,6 +25,9 @@
 
 namespace tessera::net {
 
+inline constexpr std::uint64_t kSendQueueBytesMax = std::uint64_t{64} << 20;
+inline constexpr std::uint64_t kSendQueueLowBytes = std::uint64_t{1} << 20;
+
 // Who the peer is, as proven by TLS; plain and local links have an empty role, and may take any.
 struct PeerIdentity {
   bool is_authenticated = false;
@@ -39,7 +42,7 @@ struct ConnectionCallbacks {
   // Once, whatever ended the link (peer closed: kUnavailable; bad bytes: kDataLoss; ...). Not after our own
   // close().
   std::function<void(Status)> on_closed;
-  // The send queue fell below half of its bound after having been above.
+  // The send queue fell below kSendQueueLowBytes after having been above: time for more bulk data.
   std::function<void()> on_drained;
 };
 

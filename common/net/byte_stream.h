@@ -1,0 +1,47 @@
+// One interface over the three kinds of byte stream: TLS over TCP, TCP, and a socket pair inside the process. For
+// common/net alone. Io thread only.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/base/check.h"
+#include "common/net/connection.h"
+#include "common/net/io_thread_asio.h"
+#include "common/net/tls_impl.h"
+
+namespace tessera::net {
+
+using StreamHandler = std::function<void(const asio::error_code&, std::size_t)>;
+
+class ByteStream {
+ public:
+  virtual ~ByteStream() = default;
+  virtual void read_some(std::span<std::byte> buffer, StreamHandler handler) = 0;
+  virtual void read_all(std::span<std::byte> buffer, StreamHandler handler) = 0;
+  virtual void write_all(const std::vector<asio::const_buffer>& buffers, StreamHandler handler) = 0;
+  virtual void shutdown_send() = 0;
+  virtual void close() = 0;
+  virtual bool needs_checksum() const = 0;  // TCP without TLS
+};
+
+using TcpSocket = asio::ip::tcp::socket;
+using TlsStream = asio::ssl::stream<TcpSocket>;
+using LocalSocket = asio::local::stream_protocol::socket;
+
+std::unique_ptr<ByteStream> make_byte_stream(TcpSocket socket);
+std::unique_ptr<ByteStream> make_byte_stream(std::unique_ptr<TlsStream> stream);
+std::unique_ptr<ByteStream> make_byte_stream(LocalSocket socket);
+
+// "10.0.0.5:41234", and the port alone. Empty and 0 when the socket is not connected.
+PeerIdentity address_of(const TcpSocket& socket);
+
+// The connection over a stream that is ready (TLS handshake done).
+ConnectionPtr make_connection(IoThread& io, std::unique_ptr<ByteStream> stream, PeerIdentity peer);
+
+// Ends a connection from outside as if the peer had: on_closed(status) follows.
+void end_connection(Connection& connection, Status status);
+
+}  // namespace tessera::net

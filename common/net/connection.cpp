@@ -1,0 +1,341 @@
+#include "common/net/connection.h"
+
+#include <cstring>
+#include <deque>
+#include <utility>
+
+#include "common/net/byte_stream.h"
+#include "common/net/crc32c.h"
+#include "common/net/record_head.h"
+
+namespace tessera::net {
+namespace {
+
+constexpr std::size_t kInputBufferBytes = 64 * 1024;
+constexpr std::size_t kGatherBuffersMax = 60;  // below IOV_MAX with room; 20 records in one call
+// A started record must be complete within 2 s plus its size over the slowest supported link.
+constexpr std::chrono::milliseconds kRecordGrace{2000};
+constexpr std::uint64_t kSlowestBytesPerSecond = 64 * 1024;
+
+struct Outgoing {
+  std::array<std::byte, kRecordHeadBytes> head;
+  Record record;
+  std::uint64_t total_bytes() const { return head.size() + record.header.size() + record.payload.bytes.size(); }
+};
+
+std::uint32_t checksum_of(const std::string& header, std::span<const std::byte> payload) {
+  return crc32c(crc32c(0, std::as_bytes(std::span(header))), payload);
+}
+
+// The state behind a Connection; kept alive by pending stream operations.
+class Core : public std::enable_shared_from_this<Core> {
+ public:
+  Core(IoThread& io, std::unique_ptr<ByteStream> stream, PeerIdentity peer)
+      : io_(io), stream_(std::move(stream)), peer_(std::move(peer)), deadline_(context_of(io)), grace_(context_of(io)) {}
+
+  void start(ConnectionCallbacks callbacks, const RecordLimits& limits) {
+    callbacks_ = std::move(callbacks);
+    limits_ = limits;
+    input_.resize(kInputBufferBytes);
+    read_more();
+  }
+  void set_limits(const RecordLimits& limits) { limits_ = limits; }
+  void send(Record record);
+  void close(std::chrono::milliseconds grace);
+  void end(Status status);
+
+  const PeerIdentity& peer() const { return peer_; }
+  std::uint64_t queue_bytes() const { return queue_bytes_; }
+  std::uint64_t bytes_sent() const { return bytes_sent_; }
+  std::uint64_t bytes_received() const { return bytes_received_; }
+  std::chrono::steady_clock::time_point last_received() const { return last_received_; }
+  std::chrono::steady_clock::time_point last_sent() const { return last_sent_; }
+
+ private:
+  bool is_open() const { return state_ == State::kOpen; }
+  void read_more();
+  void on_input(std::size_t bytes);
+  bool take_record();
+  void read_rest_of_payload(std::size_t have);
+  void deliver();
+  void arm_deadline(std::uint64_t bytes);
+  void write_next();
+  void on_written(const asio::error_code& error, std::size_t bytes);
+  void discard_until_end();
+  void shut();
+  Status status_of(const asio::error_code& error) const;
+
+  enum class State { kOpen, kClosing, kClosed };
+
+  IoThread& io_;
+  std::unique_ptr<ByteStream> stream_;
+  const PeerIdentity peer_;
+  ConnectionCallbacks callbacks_;
+  RecordLimits limits_{};
+  State state_ = State::kOpen;
+
+  std::vector<std::byte> input_;
+  std::size_t input_begin_ = 0, input_end_ = 0;
+  std::optional<RecordHead> head_;  // of the record in work
+  ReceivedRecord incoming_;
+  asio::steady_timer deadline_;
+  bool has_deadline_ = false;
+
+  std::deque<Outgoing> queue_;
+  std::size_t writing_count_ = 0;  // of queue_'s front, in the write in progress
+  std::uint64_t queue_bytes_ = 0;
+  bool was_above_low_ = false;
+  asio::steady_timer grace_;
+
+  std::uint64_t bytes_sent_ = 0, bytes_received_ = 0;
+  std::chrono::steady_clock::time_point last_received_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point last_sent_ = last_received_;
+};
+
+void Core::send(Record record) {
+  if (!is_open()) return;
+  RecordHead head;
+  head.type = record.type;
+  head.header_bytes = static_cast<std::uint32_t>(record.header.size());
+  head.payload_bytes = static_cast<std::uint32_t>(record.payload.bytes.size());
+  if (stream_->needs_checksum()) head.checksum = checksum_of(record.header, record.payload.bytes);
+  Outgoing outgoing{encode_head(head), std::move(record)};
+  if (queue_bytes_ + outgoing.total_bytes() > kSendQueueBytesMax) {
+    io_.post([self = shared_from_this()] {
+      self->end(Status::resource_exhausted("the peer takes data too slowly; its send queue is full"));
+    });
+    return;
+  }
+  queue_bytes_ += outgoing.total_bytes();
+  was_above_low_ = was_above_low_ || queue_bytes_ > kSendQueueLowBytes;
+  queue_.push_back(std::move(outgoing));
+  if (writing_count_ == 0) write_next();
+}
+
+void Core::write_next() {
+  std::vector<asio::const_buffer> buffers;
+  writing_count_ = 0;
+  for (const Outgoing& outgoing : queue_) {
+    if (buffers.size() + 3 > kGatherBuffersMax) break;
+    buffers.emplace_back(outgoing.head.data(), outgoing.head.size());
+    if (!outgoing.record.header.empty()) buffers.emplace_back(outgoing.record.header.data(), outgoing.record.header.size());
+    const auto payload = outgoing.record.payload.bytes;
+    if (!payload.empty()) buffers.emplace_back(payload.data(), payload.size());
+    ++writing_count_;
+  }
+  last_sent_ = std::chrono::steady_clock::now();
+  stream_->write_all(buffers, [self = shared_from_this()](const asio::error_code& error, std::size_t bytes) {
+    self->on_written(error, bytes);
+  });
+}
+
+void Core::on_written(const asio::error_code& error, std::size_t bytes) {
+  bytes_sent_ += bytes;
+  if (state_ == State::kClosed) return;
+  if (error) return state_ == State::kClosing ? shut() : end(status_of(error));
+  for (; writing_count_ > 0; --writing_count_) {
+    queue_bytes_ -= queue_.front().total_bytes();
+    queue_.pop_front();
+  }
+  if (!queue_.empty()) {
+    write_next();
+  } else if (state_ == State::kClosing) {
+    stream_->shutdown_send();
+  }
+  if (is_open() && was_above_low_ && queue_bytes_ < kSendQueueLowBytes) {
+    was_above_low_ = false;
+    if (callbacks_.on_drained) callbacks_.on_drained();
+  }
+}
+
+void Core::read_more() {
+  if (input_begin_ > 0) {
+    std::memmove(input_.data(), input_.data() + input_begin_, input_end_ - input_begin_);
+    input_end_ -= input_begin_;
+    input_begin_ = 0;
+  }
+  stream_->read_some(std::span(input_).subspan(input_end_),
+                     [self = shared_from_this()](const asio::error_code& error, std::size_t bytes) {
+                       if (self->state_ == State::kClosed) return;
+                       if (self->state_ == State::kClosing) return error ? self->shut() : self->discard_until_end();
+                       if (error) return self->end(self->status_of(error));
+                       self->on_input(bytes);
+                     });
+}
+
+void Core::on_input(std::size_t bytes) {
+  bytes_received_ += bytes;
+  last_received_ = std::chrono::steady_clock::now();
+  input_end_ += bytes;
+  while (is_open()) {
+    if (!take_record()) return;
+  }
+  if (state_ == State::kClosing) discard_until_end();
+}
+
+// Takes one record from the input buffer, or arranges for more input. Returns: whether to look for another.
+bool Core::take_record() {
+  std::size_t available = input_end_ - input_begin_;
+  if (!head_) {
+    if (available < kRecordHeadBytes) {
+      if (available > 0) arm_deadline(kRecordHeadBytes);
+      read_more();
+      return false;
+    }
+    RecordRefusal refusal{};
+    head_ = decode_head(std::span<const std::byte, kRecordHeadBytes>(input_.data() + input_begin_, kRecordHeadBytes),
+                        limits_, refusal);
+    if (!head_) {
+      end(Status::data_loss(refusal_text(refusal)));
+      return false;
+    }
+    input_begin_ += kRecordHeadBytes;
+    available -= kRecordHeadBytes;
+    if (head_->header_bytes > kInputBufferBytes - kRecordHeadBytes) {
+      end(Status::data_loss(refusal_text(RecordRefusal::kHeaderTooLong)));
+      return false;
+    }
+  }
+  if (available < head_->header_bytes) {
+    arm_deadline(std::uint64_t{head_->header_bytes} + head_->payload_bytes);
+    read_more();
+    return false;
+  }
+  incoming_.type = head_->type;
+  incoming_.header.assign(reinterpret_cast<const char*>(input_.data() + input_begin_), head_->header_bytes);
+  input_begin_ += head_->header_bytes;
+  available -= head_->header_bytes;
+  const std::size_t have = std::min<std::size_t>(available, head_->payload_bytes);
+  incoming_.payload.resize(head_->payload_bytes);
+  if (have > 0) std::memcpy(incoming_.payload.data(), input_.data() + input_begin_, have);
+  input_begin_ += have;
+  if (have < head_->payload_bytes) {
+    read_rest_of_payload(have);
+    return false;
+  }
+  deliver();
+  return true;
+}
+
+// Straight into the record's own buffer.
+void Core::read_rest_of_payload(std::size_t have) {
+  if (have == 0 || !has_deadline_) arm_deadline(head_->payload_bytes);
+  stream_->read_some(std::span(incoming_.payload).subspan(have),
+                     [self = shared_from_this(), have](const asio::error_code& error, std::size_t bytes) {
+                       if (self->state_ == State::kClosed) return;
+                       if (self->state_ == State::kClosing) return error ? self->shut() : self->discard_until_end();
+                       if (error) return self->end(self->status_of(error));
+                       self->bytes_received_ += bytes;
+                       self->last_received_ = std::chrono::steady_clock::now();
+                       if (have + bytes < self->incoming_.payload.size()) return self->read_rest_of_payload(have + bytes);
+                       self->deliver();
+                       self->on_input(0);
+                     });
+}
+
+void Core::deliver() {
+  if (has_deadline_) {
+    has_deadline_ = false;
+    deadline_.cancel();
+  }
+  const RecordHead head = *std::exchange(head_, std::nullopt);
+  ReceivedRecord record = std::exchange(incoming_, {});
+  if (stream_->needs_checksum() && checksum_of(record.header, record.payload) != head.checksum) {
+    return end(Status::data_loss(refusal_text(RecordRefusal::kChecksum)));
+  }
+  callbacks_.on_record(std::move(record));
+}
+
+void Core::arm_deadline(std::uint64_t bytes) {
+  if (has_deadline_) return;
+  has_deadline_ = true;
+  deadline_.expires_after(kRecordGrace + std::chrono::milliseconds(1000 * bytes / kSlowestBytesPerSecond));
+  deadline_.async_wait([self = shared_from_this()](const asio::error_code& error) {
+    if (!error && self->has_deadline_ && self->is_open()) {
+      self->end(Status::deadline_exceeded("a started record was not completed in time"));
+    }
+  });
+}
+
+void Core::discard_until_end() {
+  input_begin_ = input_end_ = 0;
+  read_more();
+}
+
+void Core::close(std::chrono::milliseconds grace) {
+  if (!is_open()) return;
+  if (grace.count() == 0) return shut();
+  state_ = State::kClosing;
+  io_.post([self = shared_from_this()] { self->callbacks_ = {}; });  // one of them may be running
+  if (input_.empty()) {  // never started: read to see the peer's end
+    input_.resize(kInputBufferBytes);
+    read_more();
+  }
+  if (queue_.empty()) stream_->shutdown_send();
+  grace_.expires_after(grace);
+  grace_.async_wait([self = shared_from_this()](const asio::error_code& error) {
+    if (!error) self->shut();
+  });
+}
+
+void Core::shut() {
+  if (state_ == State::kClosed) return;
+  state_ = State::kClosed;
+  deadline_.cancel();
+  grace_.cancel();
+  stream_->close();
+  io_.post([self = shared_from_this()] { self->callbacks_ = {}; });
+}
+
+void Core::end(Status status) {
+  if (!is_open()) return;
+  const auto on_closed = callbacks_.on_closed;
+  shut();
+  if (on_closed) on_closed(std::move(status));
+}
+
+Status Core::status_of(const asio::error_code& error) const {
+  if (error.category() == asio::error::get_ssl_category()) {
+    return Status::permission_denied("the peer refused our certificate: " + error.message());
+  }
+  if (error == asio::error::eof || error == asio::ssl::error::stream_truncated || error == asio::error::connection_reset ||
+      error == asio::error::broken_pipe) {
+    return Status::unavailable("the peer closed the connection");
+  }
+  return Status::unavailable(error.message());
+}
+
+class CoreConnection final : public Connection {
+ public:
+  explicit CoreConnection(std::shared_ptr<Core> core) : core_(std::move(core)) {}
+  ~CoreConnection() override { core_->close(std::chrono::milliseconds(0)); }
+
+  void start(ConnectionCallbacks callbacks, const RecordLimits& limits) override {
+    core_->start(std::move(callbacks), limits);
+  }
+  void set_limits(const RecordLimits& limits) override { core_->set_limits(limits); }
+  void send(Record record) override { core_->send(std::move(record)); }
+  std::uint64_t queue_bytes() const override { return core_->queue_bytes(); }
+  void close(std::chrono::milliseconds grace) override { core_->close(grace); }
+  const PeerIdentity& peer() const override { return core_->peer(); }
+  std::uint64_t bytes_sent() const override { return core_->bytes_sent(); }
+  std::uint64_t bytes_received() const override { return core_->bytes_received(); }
+  std::chrono::steady_clock::time_point last_received() const override { return core_->last_received(); }
+  std::chrono::steady_clock::time_point last_sent() const override { return core_->last_sent(); }
+  void end(Status status) { core_->end(std::move(status)); }
+
+ private:
+  std::shared_ptr<Core> core_;
+};
+
+}  // namespace
+
+ConnectionPtr make_connection(IoThread& io, std::unique_ptr<ByteStream> stream, PeerIdentity peer) {
+  return std::make_shared<CoreConnection>(std::make_shared<Core>(io, std::move(stream), std::move(peer)));
+}
+
+void end_connection(Connection& connection, Status status) {
+  static_cast<CoreConnection&>(connection).end(std::move(status));
+}
+
+}  // namespace tessera::net

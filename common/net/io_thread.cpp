@@ -1,0 +1,99 @@
+#include "common/net/io_thread.h"
+
+#include <pthread.h>
+
+#include <cstdio>
+#include <future>
+#include <utility>
+
+#include "common/base/check.h"
+#include "common/net/io_thread_asio.h"
+
+namespace tessera::net {
+
+IoThread::IoThread(std::string thread_name) : impl_(std::make_unique<Impl>()) {
+  impl_->thread = std::thread([this, name = thread_name.substr(0, 15)] {
+    pthread_setname_np(pthread_self(), name.c_str());
+    impl_->context.run();
+  });
+}
+
+IoThread::~IoThread() { stop(); }
+
+void IoThread::post(std::function<void()> task) {
+  if (impl_->is_stopped) return;
+  asio::post(impl_->context, std::move(task));
+}
+
+void IoThread::run_and_wait(std::function<void()> task) {
+  if (is_current()) return task();
+  if (impl_->is_stopped) return;
+  std::promise<void> done;
+  asio::post(impl_->context, [&] {
+    task();
+    done.set_value();
+  });
+  done.get_future().wait();
+}
+
+bool IoThread::is_current() const { return std::this_thread::get_id() == impl_->thread.get_id(); }
+
+void IoThread::stop() {
+  if (!impl_->thread.joinable()) return;
+  TESSERA_CHECK(!is_current());
+  impl_->is_stopped = true;
+  asio::post(impl_->context, [this] { impl_->context.stop(); });
+  impl_->thread.join();
+}
+
+// The callback lives in shared state; a cancelled timer clears it, so that a completion that is already queued finds
+// nothing to call.
+struct Timer::Impl {
+  explicit Impl(asio::io_context& context) : timer(context) {}
+  asio::steady_timer timer;
+  std::function<void()> callback;
+  std::chrono::milliseconds interval{0};  // 0: once
+  std::uint64_t generation = 0;
+
+  static void wait(const std::shared_ptr<Impl>& self) {
+    self->timer.async_wait([self, generation = self->generation](const asio::error_code& error) {
+      if (error || generation != self->generation) return;
+      const auto callback = self->callback;
+      if (self->interval.count() > 0) {
+        self->timer.expires_after(self->interval);
+        wait(self);
+      } else {
+        self->callback = nullptr;
+      }
+      callback();
+    });
+  }
+
+  static void start(const std::shared_ptr<Impl>& self, std::chrono::milliseconds delay,
+                    std::chrono::milliseconds interval, std::function<void()> callback) {
+    ++self->generation;
+    self->callback = std::move(callback);
+    self->interval = interval;
+    self->timer.expires_after(delay);
+    wait(self);
+  }
+};
+
+Timer::Timer(IoThread& io) : impl_(std::make_shared<Impl>(context_of(io))) {}
+Timer::~Timer() { cancel(); }
+
+void Timer::start_once(std::chrono::milliseconds delay, std::function<void()> callback) {
+  Impl::start(impl_, delay, std::chrono::milliseconds(0), std::move(callback));
+}
+
+void Timer::start_repeating(std::chrono::milliseconds interval, std::function<void()> callback) {
+  Impl::start(impl_, interval, interval, std::move(callback));
+}
+
+void Timer::cancel() {
+  ++impl_->generation;
+  impl_->callback = nullptr;
+  impl_->timer.cancel();
+}
+
+}  // namespace tessera::net

@@ -1,0 +1,229 @@
+#include <algorithm>
+#include <list>
+#include <utility>
+
+#include "common/base/limits.h"
+#include "common/base/log.h"
+#include "common/net/byte_stream.h"
+
+namespace tessera::net {
+namespace {
+
+using Tcp = asio::ip::tcp;
+constexpr std::chrono::milliseconds kSweep{250};
+constexpr int kLoggedPerSecondMax = 10;
+
+// A peer that has not proven itself: in its TLS handshake, or handed on and not yet marked.
+struct Pending {
+  std::string address;                          // without the port
+  std::chrono::steady_clock::time_point since;  // oldest first in the list
+  std::shared_ptr<TlsStream> handshaking;       // null once handed on
+  std::weak_ptr<Connection> connection;
+};
+
+// State of a listener; pending operations keep it alive.
+class Acceptor : public std::enable_shared_from_this<Acceptor> {
+ public:
+  Acceptor(IoThread& io, std::shared_ptr<TlsContext> tls, std::function<void(ConnectionPtr)> on_accept)
+      : io_(io), tls_(std::move(tls)), on_accept_(std::move(on_accept)), acceptor_(context_of(io)), sweep_(io) {}
+
+  Status open(const Endpoint& endpoint);
+  void accept_next();
+  void close();
+  std::uint16_t port() const { return port_; }
+  void mark_authenticated(const Connection& connection);
+
+ private:
+  void on_socket(Tcp::socket socket);
+  void make_room(const std::string& address);
+  void drop(std::list<Pending>::iterator pending, const char* reason);
+  void handshake(Tcp::socket socket, const std::string& address);
+  void hand_on(std::list<Pending>::iterator pending, std::unique_ptr<ByteStream> stream, PeerIdentity identity);
+  void sweep();
+  void log_failure(const std::string& address, const std::string& reason);
+  std::size_t open_count();
+
+  IoThread& io_;
+  const std::shared_ptr<TlsContext> tls_;
+  std::function<void(ConnectionPtr)> on_accept_;
+  Tcp::acceptor acceptor_;
+  std::uint16_t port_ = 0;
+  std::list<Pending> pending_;
+  std::vector<std::weak_ptr<Connection>> authenticated_;
+  Timer sweep_;
+  int logged_ = 0;
+  std::chrono::steady_clock::time_point logged_since_;
+  bool is_closed_ = false;
+};
+
+Status Acceptor::open(const Endpoint& endpoint) {
+  asio::error_code error;
+  Tcp::resolver resolver(context_of(io_));
+  const auto results = resolver.resolve(endpoint.host, std::to_string(endpoint.port), Tcp::resolver::passive, error);
+  if (error || results.empty()) {
+    return Status::unavailable("cannot listen on " + endpoint.text() + ": the name does not resolve to an address");
+  }
+  const Tcp::endpoint address = results.begin()->endpoint();
+  acceptor_.open(address.protocol(), error);
+  if (!error) acceptor_.set_option(Tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor_.bind(address, error);
+  if (!error) acceptor_.listen(kConnectionsPreAuthMax, error);
+  if (error) {
+    const char* mend = error == asio::error::address_in_use ? "; stop the other program or choose another port" : "";
+    return Status::unavailable("cannot listen on " + endpoint.text() + ": " + error.message() + mend);
+  }
+  port_ = acceptor_.local_endpoint(error).port();
+  sweep_.start_repeating(kSweep, [this] { sweep(); });
+  return Status::ok();
+}
+
+void Acceptor::accept_next() {
+  acceptor_.async_accept([self = shared_from_this()](const asio::error_code& error, Tcp::socket socket) {
+    if (self->is_closed_) return;
+    if (error) {  // out of descriptors, or the peer left already: breathe, then go on
+      self->log_failure("", "accept: " + error.message());
+      auto pause = std::make_shared<asio::steady_timer>(context_of(self->io_), std::chrono::milliseconds(100));
+      pause->async_wait([self, pause](const asio::error_code&) {
+        if (!self->is_closed_) self->accept_next();
+      });
+      return;
+    }
+    self->on_socket(std::move(socket));
+    self->accept_next();
+  });
+}
+
+std::size_t Acceptor::open_count() {
+  std::erase_if(authenticated_, [](const auto& connection) { return connection.expired(); });
+  return authenticated_.size() + pending_.size();
+}
+
+void Acceptor::on_socket(Tcp::socket socket) {
+  asio::error_code error;
+  const auto endpoint = socket.remote_endpoint(error);
+  if (error || open_count() >= kConnectionsMax) return;
+  socket.set_option(Tcp::no_delay(true), error);
+  const std::string address = endpoint.address().to_string();
+  make_room(address);
+  if (tls_) return handshake(std::move(socket), address);
+  PeerIdentity identity = address_of(socket);
+  pending_.push_back({address, std::chrono::steady_clock::now(), nullptr, {}});
+  hand_on(std::prev(pending_.end()), make_byte_stream(std::move(socket)), std::move(identity));
+}
+
+// Oldest first, so that a good peer still gets in while idle ones wait.
+void Acceptor::make_room(const std::string& address) {
+  const auto of_address = [&](const Pending& p) { return p.address == address; };
+  if (std::count_if(pending_.begin(), pending_.end(), of_address) >= kConnectionsPreAuthPerAddressMax) {
+    drop(std::find_if(pending_.begin(), pending_.end(), of_address), "too many unauthenticated connections");
+  }
+  if (pending_.size() >= kConnectionsPreAuthMax) drop(pending_.begin(), "too many unauthenticated connections");
+}
+
+void Acceptor::drop(std::list<Pending>::iterator pending, const char* reason) {
+  log_failure(pending->address, reason);
+  if (pending->handshaking) {
+    asio::error_code ignored;
+    pending->handshaking->next_layer().close(ignored);
+  } else if (const ConnectionPtr connection = pending->connection.lock()) {
+    end_connection(*connection, Status::deadline_exceeded(reason));
+  }
+  pending_.erase(pending);
+}
+
+void Acceptor::handshake(Tcp::socket socket, const std::string& address) {
+  PeerIdentity identity = address_of(socket);
+  auto stream = std::make_shared<TlsStream>(std::move(socket), tls_->impl().server);
+  pending_.push_back({address, std::chrono::steady_clock::now(), stream, {}});
+  stream->async_handshake(
+      asio::ssl::stream_base::server, [self = shared_from_this(), stream, identity](const asio::error_code& error) mutable {
+        if (self->is_closed_) return;
+        const auto pending = std::find_if(self->pending_.begin(), self->pending_.end(),
+                                          [&](const Pending& p) { return p.handshaking == stream; });
+        if (pending == self->pending_.end()) return;  // dropped meanwhile
+        if (error) {
+          self->log_failure(identity.address, handshake_failure(stream->native_handle(), error));
+          self->pending_.erase(pending);
+          return;
+        }
+        PeerIdentity proven = identity_of(stream->native_handle());
+        proven.address = identity.address;
+        proven.port = identity.port;
+        pending->handshaking.reset();
+        self->hand_on(pending, make_byte_stream(std::make_unique<TlsStream>(std::move(*stream))), std::move(proven));
+      });
+}
+
+void Acceptor::hand_on(std::list<Pending>::iterator pending, std::unique_ptr<ByteStream> stream, PeerIdentity identity) {
+  const ConnectionPtr connection = make_connection(io_, std::move(stream), std::move(identity));
+  pending->connection = connection;
+  on_accept_(connection);
+}
+
+void Acceptor::mark_authenticated(const Connection& connection) {
+  for (auto pending = pending_.begin(); pending != pending_.end(); ++pending) {
+    if (pending->connection.lock().get() == &connection) {
+      authenticated_.push_back(pending->connection);
+      pending_.erase(pending);
+      return;
+    }
+  }
+}
+
+void Acceptor::sweep() {
+  const auto oldest = std::chrono::steady_clock::now() - std::chrono::milliseconds(kHandshakeMs);
+  for (auto pending = pending_.begin(); pending != pending_.end();) {
+    const auto next = std::next(pending);
+    if (!pending->handshaking && pending->connection.expired()) {
+      pending_.erase(pending);
+    } else if (pending->since < oldest) {
+      drop(pending, "no complete handshake in time");
+    }
+    pending = next;
+  }
+}
+
+void Acceptor::log_failure(const std::string& address, const std::string& reason) {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - logged_since_ > std::chrono::seconds(1)) {
+    logged_since_ = now;
+    logged_ = 0;
+  }
+  if (++logged_ <= kLoggedPerSecondMax) {
+    log_warn("handshake-failed", "a peer was not let in: " + reason, {{"address", address}});
+  }
+}
+
+void Acceptor::close() {
+  is_closed_ = true;
+  asio::error_code ignored;
+  acceptor_.close(ignored);
+  sweep_.cancel();
+  for (const Pending& pending : pending_) {
+    if (pending.handshaking) pending.handshaking->next_layer().close(ignored);
+  }
+  pending_.clear();
+}
+
+class AcceptorListener final : public Listener {
+ public:
+  explicit AcceptorListener(std::shared_ptr<Acceptor> acceptor) : acceptor_(std::move(acceptor)) {}
+  ~AcceptorListener() override { acceptor_->close(); }
+  std::uint16_t port() const override { return acceptor_->port(); }
+  void mark_authenticated(const Connection& connection) override { acceptor_->mark_authenticated(connection); }
+
+ private:
+  std::shared_ptr<Acceptor> acceptor_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Listener>> listen(IoThread& io, const Endpoint& endpoint, std::shared_ptr<TlsContext> tls,
+                                         std::function<void(ConnectionPtr)> on_accept) {
+  auto acceptor = std::make_shared<Acceptor>(io, std::move(tls), std::move(on_accept));
+  TESSERA_RETURN_IF_ERROR(acceptor->open(endpoint));
+  acceptor->accept_next();
+  return std::unique_ptr<Listener>(std::make_unique<AcceptorListener>(std::move(acceptor)));
+}
+
+}  // namespace tessera::net

@@ -1,0 +1,187 @@
+"""Real processes for the cluster tests: a master, slaves, applications, with keys, on free loopback ports.
+
+TESSERA_BIN names the folder of the programs. Every process that a Cluster starts is ended by it.
+"""
+import json
+import os
+import pathlib
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+SKIP = 77
+# Sanitizer builds on a busy machine are slow; a bound is there so that nothing hangs for ever.
+PATIENCE_S = 120
+
+
+def program(name):
+    folder = os.environ.get("TESSERA_BIN")
+    if not folder:
+        sys.exit("TESSERA_BIN is not set: the folder of tessera-master and the others")
+    return str(pathlib.Path(folder, name))
+
+
+def skip(reason):
+    print(f"skipped: {reason}")
+    sys.exit(SKIP)
+
+
+def free_port():
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return one.getsockname()[1]
+
+
+def wait_until(what, condition, seconds=PATIENCE_S):
+    """Polls until `condition` returns something true, and returns that."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        answer = condition()
+        if answer:
+            return answer
+        time.sleep(0.02)
+    raise AssertionError(f"after {seconds} s: still not {what}")
+
+
+class Run:
+    """How one program ended."""
+
+    def __init__(self, code, stdout, stderr, stats):
+        self.code, self.stdout, self.stderr, self.stats = code, stdout, stderr, stats
+
+    @property
+    def digests(self):
+        return [line["digest"] for line in self.stats]
+
+
+class Cluster:
+    """One key folder, at most one serving master, slaves and applications.
+
+    host is where the master listens; prefix(node) gives the words that go before each command
+    (tests in network namespaces); node 1 is the master's, the others are the slaves' in order.
+    """
+
+    def __init__(self, host="127.0.0.1", launch=None):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="tessera-cluster-"))
+        self.keys = self.folder / "keys"
+        self.host, self.launch = host, launch
+        self.port = None
+        self.processes = {}
+        self.runs = 0
+
+    def __enter__(self):
+        self.make_keys("init", str(self.keys))
+        self.add_key("master", "master")
+        self.add_key("app", "app")
+        return self
+
+    def __exit__(self, kind, value, traceback):
+        for process in self.processes.values():
+            if process.poll() is None:
+                process.send_signal(signal.SIGCONT)
+                process.terminate()
+        unclean = []
+        for name, process in self.processes.items():
+            try:
+                code = process.wait(20)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+                code = "none: it did not end when asked"
+            if code not in (0, -signal.SIGKILL, -signal.SIGTERM):
+                unclean.append(f"{name}: exit code {code}")
+        if kind is not None or unclean:
+            for log in sorted(self.folder.glob("*.log")):
+                print(f"--- {log.name}\n" + "".join(log.read_text(errors="replace").splitlines(True)[-20:]))
+        shutil.rmtree(self.folder, ignore_errors=True)
+        if kind is None and unclean:
+            raise AssertionError("daemons that ended badly: " + ", ".join(unclean))
+
+    def make_keys(self, *words):
+        subprocess.run([program("tessera-keys"), *words], check=True, stdout=subprocess.DEVNULL)
+
+    def add_key(self, role, name):
+        if not (self.keys / name).exists():
+            self.make_keys("add", str(self.keys), role, name)
+        return str(self.keys / name)
+
+    @property
+    def address(self):
+        return f"{self.host}:{self.port}"
+
+    def start(self, name, words, node=1):
+        """A daemon in the background; its output goes to NAME.log."""
+        log = open(self.folder / f"{name}.log", "ab")
+        if self.launch:
+            process = self.launch(node, words, log)
+        else:
+            process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+        log.close()
+        self.processes[name] = process
+        return process
+
+    def serve(self, *options):
+        # Between free_port() and listen() another process may take the port: then the next one.
+        for _ in range(5):
+            self.port = free_port()
+            process = self.start("master", [program("tessera-master"), "serve", "--listen", self.address,
+                                            "--keys", str(self.keys / "master"), *options])
+            if wait_until("listening", lambda: self.status() is not None or process.poll() is not None) and process.poll() is None:
+                return process
+        raise AssertionError("the master does not start: " + (self.folder / "master.log").read_text())
+
+    def slave(self, name, *options, threads=1, node=2):
+        return self.start(name, [program("tessera-slave"), "--master", self.address, "--keys",
+                                 self.add_key("slave", name), "--name", name, "--threads", str(threads), *options], node)
+
+    def slaves(self, count, *options, threads=1):
+        for i in range(count):
+            self.slave(f"slave-{i + 1}", *options, threads=threads)
+        self.wait_for_slaves(count)
+
+    def wait_for_slaves(self, count):
+        wait_until(f"{count} slaves there", lambda: len((self.status() or {"slaves": []})["slaves"]) == count)
+
+    def status(self):
+        run = subprocess.run([program("tessera-master"), "status", "--json", "--connect", self.address, "--keys",
+                              str(self.keys / "app")], capture_output=True, text=True, timeout=PATIENCE_S)
+        return json.loads(run.stdout) if run.returncode == 0 else None
+
+    def slave_status(self, name):
+        status = self.status()
+        return next((s for s in status["slaves"] if s["name"] == name), None) if status else None
+
+    def end(self, name):
+        process = self.processes.pop(name)
+        process.terminate()
+        assert process.wait(20) in (0, -signal.SIGTERM), f"{name} ended with {process.returncode}"
+
+    def start_render(self, scene, *options, connect=True, output=None):
+        """An application in the background; finish() waits for it."""
+        self.runs += 1
+        stats = self.folder / f"stats-{self.runs}.jsonl"
+        words = [program("tessera-master"), "render", scene, "--quiet", "--stats", str(stats), *options]
+        words += ["-o", output or str(self.folder / f"out-{self.runs}-%04d.pfm")]
+        if connect:
+            words += ["--connect", self.address, "--keys", str(self.keys / "app")]
+        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.processes[f"render-{self.runs}"] = process
+        process.tessera = (f"render-{self.runs}", stats)
+        return process
+
+    def finish(self, process, seconds=PATIENCE_S):
+        name, stats = process.tessera
+        stdout, stderr = process.communicate(timeout=seconds)
+        self.processes.pop(name, None)
+        lines = [json.loads(line) for line in stats.read_text().splitlines()] if stats.exists() else []
+        return Run(process.returncode, stdout, stderr, lines)
+
+    def render(self, scene, *options, connect=True):
+        """Renders, expects success. Returns a Run."""
+        run = self.finish(self.start_render(scene, *options, connect=connect))
+        assert run.code == 0, f"render {scene} {' '.join(options)}: exit code {run.code}: {run.stderr}"
+        return run

@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+"""The bits of a picture do not depend on slaves, threads, tiles, frames in flight or the kind of session.
+
+--small: two slaves, one scene, few settings (for builds with sanitizers).
+"""
+import sys
+
+import cluster_lib
+
+SIZE = ["--size", "150x110", "--aa", "2"]
+TILES = ["16", "32", "40", "auto"]
+FLIGHTS = ["1", "2"]
+SCENES = [("builtin:cornell", "0:1"), ("builtin:waves", "0:3")]
+
+
+class Table:
+    def __init__(self):
+        self.expected = {}
+        self.wrong = 0
+
+    def add(self, scene, how, run, frames):
+        assert len(run.digests) == frames, f"{scene} {how}: {len(run.digests)} lines of statistics, {frames} frames"
+        expected = self.expected.setdefault(scene, run.digests)
+        is_same = run.digests == expected
+        self.wrong += not is_same
+        short = " ".join(digest[:8] for digest in run.digests)
+        print(f"{scene:16} {how:58} {short}{'' if is_same else '   DIFFERS'}", flush=True)
+
+
+def options_of(frames, tile, flight):
+    return [*SIZE, "--frames", frames, "--tile", tile, "--frames-in-flight", flight]
+
+
+def count_of(frames):
+    first, last = frames.split(":")
+    return int(last) - int(first) + 1
+
+
+def through_daemons(table, slaves, threads, tiles, scenes):
+    with cluster_lib.Cluster() as cluster:
+        cluster.serve()
+        cluster.slaves(slaves, threads=threads)
+        for scene, frames in scenes:
+            for tile in tiles:
+                for flight in FLIGHTS:
+                    run = cluster.render(scene, *options_of(frames, tile, flight))
+                    assert all(line["slaves"] == slaves for line in run.stats), run.stats
+                    table.add(scene, f"connect: {slaves} slaves x {threads} threads, tiles {tile}, {flight} in flight",
+                              run, count_of(frames))
+
+
+def in_process(table, slaves, threads, tiles, scenes):
+    with cluster_lib.Cluster() as cluster:
+        for scene, frames in scenes:
+            for i, tile in enumerate(tiles):
+                flight = FLIGHTS[i % 2]
+                run = cluster.render(scene, *options_of(frames, tile, flight), "--local", str(slaves), "--threads",
+                                     str(threads), connect=False)
+                table.add(scene, f"in process: {slaves} slaves x {threads} threads, tiles {tile}, {flight} in flight",
+                          run, count_of(frames))
+
+
+def main():
+    table = Table()
+    if "--small" in sys.argv:
+        scenes = [("builtin:waves", "0:1")]
+        in_process(table, 1, 2, ["auto"], scenes)
+        through_daemons(table, 2, 2, ["32"], scenes)
+    else:
+        for slaves in (1, 2, 5):
+            for threads in (1, 2):
+                in_process(table, slaves, threads, TILES, SCENES)
+                through_daemons(table, slaves, threads, TILES, SCENES)
+    assert len(set(map(tuple, table.expected.values()))) == len(table.expected), "two scenes with one digest"
+    animated = table.expected["builtin:waves"]
+    assert len(set(animated)) == len(animated), "the animated scene does not move"
+    print(f"{table.wrong} rows differ")
+    return 1 if table.wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""Slaves that die, hang, leave or join while frames are rendered: every picture stays the same, to the bit."""
+import os
+import signal
+import sys
+import unittest
+
+import cluster_lib
+
+# Tiles that sleep, so that a frame is certainly under way when something is done to it.
+SLOW = ["--test-tile-sleep-ms", "40"]
+FRAME = ["--size", "256x192", "--tile", "16"]
+SCENE = "builtin:cornell"
+
+
+class SlaveFaults(unittest.TestCase):
+    def setUp(self):
+        self.cluster = cluster_lib.Cluster()
+        self.cluster.__enter__()
+        self.addCleanup(lambda: self.cluster.__exit__(*sys.exc_info()))
+        self.cluster.serve()
+
+    def expected(self, *options):
+        return self.cluster.render(SCENE, *FRAME, *options, "--local", "1", connect=False).digests
+
+    def wait_until_it_holds_tiles(self, name):
+        held = cluster_lib.wait_until(f"{name} with tiles", lambda: (self.cluster.slave_status(name) or {}).get("tiles_in_flight"))
+        print(f"{name} holds {held} tiles")
+        return held
+
+    def finish(self, render, expected):
+        run = self.cluster.finish(render)
+        self.assertEqual(run.code, 0, run.stderr)
+        self.assertEqual(run.digests, expected)
+        return run
+
+    def test_a_slave_killed_in_mid_frame_costs_no_pixel(self):
+        expected = self.expected()
+        self.cluster.slaves(2, *SLOW)
+        render = self.cluster.start_render(SCENE, *FRAME)
+        self.wait_until_it_holds_tiles("slave-2")
+        self.cluster.processes["slave-2"].kill()
+        run = self.finish(render, expected)
+        self.assertGreater(run.stats[0]["tiles_reissued"], 0)
+        self.assertIsNone(self.cluster.slave_status("slave-2"))
+
+    def test_a_slave_asked_to_end_in_mid_frame_costs_no_pixel(self):
+        expected = self.expected()
+        self.cluster.slaves(2, *SLOW)
+        render = self.cluster.start_render(SCENE, *FRAME)
+        self.wait_until_it_holds_tiles("slave-2")
+        self.cluster.end("slave-2")
+        self.finish(render, expected)
+
+    def test_a_slave_that_hangs_is_left_behind_and_comes_back(self):
+        expected = self.expected()
+        self.cluster.slaves(2, *SLOW)
+        render = self.cluster.start_render(SCENE, *FRAME)
+        self.wait_until_it_holds_tiles("slave-2")
+        os.kill(self.cluster.processes["slave-2"].pid, signal.SIGSTOP)
+        self.finish(render, expected)
+        os.kill(self.cluster.processes["slave-2"].pid, signal.SIGCONT)
+        self.cluster.wait_for_slaves(2)
+        self.assertEqual(self.cluster.render(SCENE, *FRAME).digests, expected)
+
+    def test_the_only_slave_dies_and_the_next_one_ends_the_frame(self):
+        expected = self.expected()
+        self.cluster.slaves(1, *SLOW)
+        render = self.cluster.start_render(SCENE, *FRAME)
+        self.wait_until_it_holds_tiles("slave-1")
+        self.cluster.processes["slave-1"].kill()
+        self.cluster.processes["slave-1"].wait()
+        self.cluster.slave("slave-9")
+        self.finish(render, expected)
+
+    def test_a_slave_joins_in_mid_sequence(self):
+        scene, frames = "builtin:waves", ["--frames", "0:5"]
+        expected = self.cluster.render(scene, *FRAME, *frames, "--local", "1", connect=False).digests
+        self.cluster.slaves(1, *SLOW)
+        render = self.cluster.start_render(scene, *FRAME, *frames)
+        cluster_lib.wait_until("one frame is done", lambda: self.cluster.status()["frames_done"] > 0)
+        self.cluster.slave("slave-2", *SLOW)
+        run = self.finish(render, expected)
+        self.assertEqual(run.stats[0]["slaves"], 1)
+        self.assertGreater(self.cluster.slave_status("slave-2")["tiles_done"], 0)
+
+    def test_an_application_that_is_killed_frees_the_cluster_for_the_next(self):
+        expected = self.expected()
+        self.cluster.slaves(1, *SLOW)
+        first = self.cluster.start_render(SCENE, *FRAME)
+        self.wait_until_it_holds_tiles("slave-1")
+        first.kill()
+        first.communicate()
+        cluster_lib.wait_until("without an application", lambda: not self.cluster.status()["has_application"])
+        self.assertEqual(self.cluster.render(SCENE, *FRAME).digests, expected)
+
+    def test_a_second_application_is_told_that_the_cluster_is_busy(self):
+        self.cluster.slaves(1, *SLOW)
+        first = self.cluster.start_render(SCENE, *FRAME)
+        self.wait_until_it_holds_tiles("slave-1")
+        second = self.cluster.finish(self.cluster.start_render(SCENE, *FRAME))
+        self.assertEqual(second.code, 1)
+        self.assertIn("busy", second.stderr)
+        self.assertEqual(len(second.stderr.splitlines()), 1, second.stderr)
+        self.assertEqual(self.cluster.finish(first).code, 0)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

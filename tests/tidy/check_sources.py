@@ -1,0 +1,222 @@
+#!/usr/bin/env python3
+"""Reads the sources and checks the walls of the house (rules.py): prints file:line: what is wrong.
+
+Usage: check_sources.py ROOT        exit code 1 when anything is found
+"""
+import pathlib
+import re
+import sys
+
+import rules
+
+INCLUDE = re.compile(r'^\s*#\s*include\s+(["<])([^">]+)[">]')
+SOURCES = {".h", ".hpp", ".cpp", ".cc"}
+TOPS = ["common", "slave", "master", "proto", "deploy", "tests"]
+PATH_CHECKED = SOURCES | {".py", ".sh", ".cmake", ".txt", ".json", ".toml", ".md", ".service", ".yaml", ".proto", ""}
+MACHINE_PATH = re.compile(r"(?<![\w.}/$*-])/(?:" + "|".join(rules.MACHINE_PATHS) + r")/[A-Za-z.]")
+
+
+class Findings:
+    def __init__(self):
+        self.lines = []
+
+    def add(self, path, line, text):
+        self.lines.append(f"{path}:{line}: {text}")
+
+
+def folder_rule(path):
+    """The longest folder with a rule that holds `path`; None when none does."""
+    folder = path.rpartition("/")[0]
+    while folder:
+        if folder in rules.ARROWS:
+            return folder
+        folder = folder.rpartition("/")[0]
+    return None
+
+
+def lies_in(path, places):
+    return any(path.startswith(place) if place.endswith("/") else path == place for place in places)
+
+
+def includes_of(text):
+    for number, line in enumerate(text.splitlines(), 1):
+        match = INCLUDE.match(line)
+        if match:
+            yield number, match.group(2), match.group(1) == '"'
+
+
+def check_arrows(path, text, found):
+    if path.startswith("tests/"):
+        return
+    owner = folder_rule(path)
+    if owner is None:
+        found.add(path, 1, "this folder has no line in the table of arrows (tests/tidy/rules.py)")
+        return
+    for number, name, is_own in includes_of(text):
+        if not is_own or "/" not in name or name.split("/")[0] not in TOPS:
+            continue
+        target = folder_rule(name)
+        if name.startswith("tests/"):
+            found.add(path, number, f"nothing outside tests/ may include {name}")
+        elif target != owner and target not in rules.ARROWS[owner]:
+            found.add(path, number, f"{owner} may not include {name}: the arrow {target} -> {owner} does not exist")
+
+
+def check_confinement(path, text, found):
+    for number, name, _ in includes_of(text):
+        for library, (patterns, places) in rules.CONFINED.items():
+            if path.startswith("tests/") and library != "spdlog":
+                continue
+            if lies_in(name, patterns) or any(name.startswith(p) for p in patterns):
+                if not lies_in(path, places):
+                    found.add(path, number, f"{library} ({name}) is confined to {', '.join(places)}")
+
+
+def check_one_file(sources, found):
+    for library, patterns in rules.ONE_FILE_PER_FOLDER.items():
+        first_of = {}
+        for path, text in sources:
+            if path.startswith("tests/"):
+                continue
+            for number, name, _ in includes_of(text):
+                if not any(name.startswith(p) for p in patterns):
+                    continue
+                folder = path.rpartition("/")[0]
+                other = first_of.setdefault(folder, path)
+                if other != path:
+                    found.add(path, number, f"{library} is already included by {other}: one file per folder")
+
+
+def check_header(path, text, found):
+    lines = text.splitlines()
+    opening = 0
+    while opening < len(lines) and lines[opening].startswith("//"):
+        opening += 1
+    if opening < rules.HEADER_COMMENT_LINES_MIN:
+        found.add(path, 1, f"a header opens with {rules.HEADER_COMMENT_LINES_MIN} or more lines of // comment: what it is for, threads, invariants")
+    has_guard = any(re.match(r"#pragma once\b", line) for line in lines)
+    is_toggled = path.endswith("-inl.h") and "HWY_TARGET_TOGGLE" in text
+    if not has_guard and not is_toggled:
+        found.add(path, 1, "no #pragma once")
+
+
+def check_inl(path, text, found):
+    for number, name, _ in includes_of(text):
+        if name in rules.C_HEADERS or any(re.match(p, name) for p in rules.INL_MAY_INCLUDE):
+            continue
+        found.add(path, number, f"-inl.h files include only hwy/, -inl.h, _layout.h and C headers, not {name}")
+
+
+def blank_text(text):
+    """`text` with comments, strings and characters blanked out, line breaks kept."""
+    token = re.compile(
+        r'R"(?P<tag>[^()\\\s]{0,16})\(.*?\)(?P=tag)"|//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|(?<![0-9A-Fa-f])\'(?:\\.|[^\'\\\n])+\'',
+        re.DOTALL)
+    return token.sub(lambda m: re.sub(r"[^\n]", " ", m.group(0)), text)
+
+
+SCOPE = re.compile(r"\b(namespace|class|struct|union|enum|extern)\b[^;(){}]*$")
+GTEST_BODY = re.compile(r"\b(TEST|TEST_F|TEST_P|TYPED_TEST)\s*\([^{}]*\)\s*$")
+
+
+def opens_function(head):
+    """Whether a brace after `head` (the text since the last ; { or }) opens a function's body."""
+    head = " ".join(line for line in head.splitlines() if not line.lstrip().startswith("#")).strip()
+    if GTEST_BODY.search(head):
+        return True
+    if not head or head.endswith(("=", ",", "(", "return", "]")) or SCOPE.search(head):
+        return False
+    return ")" in head
+
+
+def long_functions(text):
+    """(line, lines) of each function body, outermost only, that is longer than the limit."""
+    clean = blank_text(text)
+    stack, head_start, line = [], 0, 1
+    for i, c in enumerate(clean):
+        if c == "\n":
+            line += 1
+        elif c == "{":
+            head = clean[head_start:i]
+            is_inside = any(entry is not None for entry in stack)
+            start = line - head.strip().count("\n")
+            stack.append(start if not is_inside and opens_function(head) else None)
+            head_start = i + 1
+        elif c == "}":
+            start = stack.pop() if stack else None
+            if start is not None and line - start + 1 > rules.FUNCTION_LINES_MAX:
+                yield start, line - start + 1
+            head_start = i + 1
+        elif c == ";":
+            head_start = i + 1
+
+
+def check_lengths(path, text, found):
+    count = text.count("\n")
+    if count > rules.FILE_LINES_MAX:
+        found.add(path, count, f"{count} lines, {rules.FILE_LINES_MAX} are the most: split by meaning")
+    for line, lines in long_functions(text):
+        found.add(path, line, f"a function of {lines} lines, {rules.FUNCTION_LINES_MAX} are the most")
+
+
+def check_machine_paths(path, text, found):
+    for number, line in enumerate(text.splitlines(), 1):
+        if MACHINE_PATH.search(line):
+            found.add(path, number, "a path of one particular machine")
+
+
+def is_kept(path):
+    """Whether the file is the project's own text (not built, not hidden by another tool)."""
+    parts = path.split("/")
+    return not any(part in ("build", "out", "__pycache__") or (part.startswith(".") and part != ".ci") for part in parts)
+
+
+def read_tree(root):
+    files = []
+    for top in TOPS + [".ci"]:
+        for file in sorted((root / top).rglob("*")):
+            path = file.relative_to(root).as_posix()
+            if file.is_file() and is_kept(path) and file.suffix in PATH_CHECKED:
+                files.append((path, file.read_text(encoding="utf-8", errors="replace")))
+    for name in ["CMakeLists.txt", "CMakePresets.json", "README.md"]:
+        if (root / name).is_file():
+            files.append((name, (root / name).read_text(encoding="utf-8")))
+    return files
+
+
+def check_tree(root):
+    """All findings below `root`, as file:line: text."""
+    found = Findings()
+    files = read_tree(pathlib.Path(root))
+    sources = [(path, text) for path, text in files if pathlib.PurePosixPath(path).suffix in SOURCES]
+    for path, text in sources:
+        check_arrows(path, text, found)
+        check_confinement(path, text, found)
+        check_lengths(path, text, found)
+        if path.endswith((".h", ".hpp")):
+            check_header(path, text, found)
+        if path.endswith("-inl.h"):
+            check_inl(path, text, found)
+    check_one_file(sources, found)
+    for path, text in files:
+        if not path.startswith("tests/tidy/"):
+            check_machine_paths(path, text, found)
+    return found.lines, len(sources)
+
+
+def main():
+    if len(sys.argv) != 2:
+        print(__doc__, file=sys.stderr)
+        return 2
+    lines, count = check_tree(sys.argv[1])
+    for line in lines:
+        print(line)
+    if count == 0:
+        print(f"no sources below {sys.argv[1]}")
+        return 1
+    print(f"{count} sources, {len(lines)} findings")
+    return 1 if lines else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

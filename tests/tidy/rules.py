@@ -1,0 +1,84 @@
+"""The walls of the house as tables: who may include whom, where each library may be named, limits.
+
+tests/tidy/README.md says why; check_sources.py applies them.
+"""
+
+FILE_LINES_MAX = 400
+FUNCTION_LINES_MAX = 70
+HEADER_COMMENT_LINES_MIN = 2
+
+# Folder -> folders whose headers it may include, besides its own. The longest matching key rules
+# a file; folders that have no key may not exist. tests/ may include everything.
+_BASE = ["common/base"]
+_VALUES = _BASE + ["common/math", "common/scene", "common/frame"]
+_COMMON = _VALUES + ["common/metrics", "common/net"]
+_CORE = "slave/core/"
+_STORES = [_CORE + "simd", _CORE + "sampling", _CORE + "parallel", _CORE + "geometry"]
+_TREES = _STORES + [_CORE + "accel", _CORE + "light"]
+_STAGES = ["master/image", "master/schedule"]
+_CLUSTER = _STAGES + ["master/cluster"]
+_FRAMES = _CLUSTER + ["master/loader", "master/display", "master/frame_loop"]
+
+ARROWS = {
+    "proto": [],
+    "common/base": [],
+    "common/math": _BASE,
+    "common/metrics": _BASE,
+    "common/scene": _BASE + ["common/math", "common/metrics"],
+    "common/frame": _BASE + ["common/math", "common/metrics", "common/scene"],
+    "common/net": _BASE + ["common/metrics"],
+    "common/wire": _COMMON + ["proto"],
+    "common/scene_io": _BASE + ["common/math", "common/scene"],
+    _CORE + "simd": _VALUES,
+    _CORE + "sampling": _VALUES,
+    _CORE + "parallel": _VALUES,
+    _CORE + "geometry": _VALUES + [_CORE + "simd"],
+    _CORE + "accel": _VALUES + _STORES,
+    _CORE + "light": _VALUES + _STORES,
+    _CORE + "kernel": _VALUES + _TREES,
+    _CORE + "render": _VALUES + _TREES + [_CORE + "kernel"],
+    # Two headers of the core are its door: what renders, and what it renders.
+    "slave": _COMMON + ["common/wire", "proto", _CORE + "render"],
+    "slave/tools": _VALUES + ["common/scene_io", _CORE + "render"],
+    "master/image": _COMMON,
+    "master/schedule": _COMMON,
+    "master/cluster": _COMMON + ["common/wire", "proto", "master/schedule"],
+    "master/import": _VALUES + ["common/scene_io"],
+    "master/loader": _COMMON + _CLUSTER,
+    "master/display": _COMMON + _CLUSTER,
+    # An application's connection to a running master speaks the wire's language, too.
+    "master/frame_loop": _COMMON + ["common/wire"] + _CLUSTER,
+    # The in-process slave is the one place where the master knows slave/.
+    "master/session": _COMMON + ["common/wire", "slave", _CORE + "render"] + _FRAMES,
+    # common/scene_io: camera files, which are small text and no scene.
+    "master/commands": _COMMON + ["common/scene_io", "master/session"] + _FRAMES,
+    "master": ["master/commands"],
+    "deploy/keys": _COMMON,
+}
+
+# Library -> (pattern of its includes, files or folders that may have them). Matched at the start
+# of the included name; a file that ends in "/" is a folder. tests/ are free, except for spdlog.
+CONFINED = {
+    "spdlog": (["spdlog/"], ["common/base/log.cpp"]),
+    "Asio": (["asio.hpp", "asio/"], ["common/net/"]),
+    "OpenSSL": (["openssl/"], ["common/net/", "common/base/digest.cpp", "deploy/keys/"]),
+    "Protocol Buffers": (["google/protobuf/", "proto/"], ["common/wire/", "proto/"]),
+    "compression": (["zstd.h", "lz4", "blosc"], ["common/wire/"]),
+    "OpenImageIO": (["OpenImageIO/"], ["master/image/", "master/import/"]),
+    "Assimp": (["assimp/"], ["master/import/"]),
+    "GLFW": (["GLFW/"], ["master/display/"]),
+    "OpenGL": (["epoxy/", "GL/"], ["master/display/"]),
+    "ImGui": (["imgui"], ["master/display/"]),
+    "Highway": (["hwy/"], ["slave/core/simd/", "slave/core/kernel/"]),
+    "TBB": (["tbb/", "oneapi/"], ["slave/core/parallel/", "slave/core/accel/"]),
+    "toml++": (["toml++/"], ["master/commands/", "slave/"]),
+}
+# These may be included by one file per folder at most (the second is slow to compile, too).
+ONE_FILE_PER_FOLDER = {"GLFW": ["GLFW/"], "OpenGL": ["epoxy/"], "CLI11": ["CLI/"], "toml++": ["toml++/"]}
+
+# What files that are compiled once per instruction set may include.
+INL_MAY_INCLUDE = [r"hwy/", r".*-inl\.h$", r".*_layout\.h$"]
+C_HEADERS = {"stddef.h", "stdint.h", "string.h", "math.h", "float.h", "limits.h", "stdbool.h"}
+
+# Roots of paths that belong to one machine; a source that names one runs only there.
+MACHINE_PATHS = ["work", "home", "root", "Users", "mnt"]

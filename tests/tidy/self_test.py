@@ -1,0 +1,88 @@
+#!/usr/bin/env python3
+"""Breaks each wall on purpose in a small tree and expects check_sources to say so, in that line."""
+import pathlib
+import sys
+import tempfile
+import unittest
+
+import check_sources
+import rules
+
+HEADER = "// One.\n// Two.\n#pragma once\n"
+
+
+class Walls(unittest.TestCase):
+    def findings(self, files):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in files.items():
+                path = pathlib.Path(folder, name)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text)
+            return check_sources.check_tree(folder)[0]
+
+    def expect(self, files, start, words):
+        lines = self.findings(files)
+        self.assertEqual(len(lines), 1, lines)
+        self.assertTrue(lines[0].startswith(start + ":"), lines)
+        self.assertIn(words, lines[0])
+
+    def test_a_clean_tree_has_no_findings(self):
+        self.assertEqual(self.findings({
+            "common/base/a.h": HEADER,
+            "common/math/a.h": HEADER + '#include "common/base/a.h"\n',
+            "slave/core/kernel/a-inl.h": HEADER + '#include <stdint.h>\n#include "hwy/highway.h"\n',
+            "tests/unit/a_test.cpp": '#include "slave/core/kernel/a-inl.h"\n#include "master/session/x.h"\n',
+        }), [])
+
+    def test_a_broken_arrow_is_red(self):
+        self.expect({"common/base/a.h": HEADER + '#include "common/net/b.h"\n'}, "common/base/a.h:4", "common/net -> common/base")
+        self.expect({"slave/core/accel/a.cpp": '#include "slave/core/render/b.h"\n'}, "slave/core/accel/a.cpp:1", "does not exist")
+        self.expect({"slave/core/render/a.cpp": '#include "common/net/b.h"\n'}, "slave/core/render/a.cpp:1", "does not exist")
+        self.expect({"master/schedule/a.cpp": '\n#include "slave/slave_node.h"\n'}, "master/schedule/a.cpp:2", "does not exist")
+
+    def test_including_tests_is_red(self):
+        self.expect({"common/base/a.cpp": '#include "tests/support/x.h"\n'}, "common/base/a.cpp:1", "tests/")
+
+    def test_a_folder_without_a_rule_is_red(self):
+        self.expect({"common/helpers/a.cpp": "int a;\n"}, "common/helpers/a.cpp:1", "table of arrows")
+
+    def test_a_library_outside_its_folder_is_red(self):
+        self.expect({"master/session/a.cpp": "#include <asio.hpp>\n"}, "master/session/a.cpp:1", "Asio")
+        self.expect({"common/base/b.cpp": "#include <spdlog/spdlog.h>\n"}, "common/base/b.cpp:1", "spdlog")
+        self.expect({"slave/a.cpp": "#include <OpenImageIO/imageio.h>\n"}, "slave/a.cpp:1", "OpenImageIO")
+        self.expect({"tests/unit/a.cpp": "#include <spdlog/spdlog.h>\n"}, "tests/unit/a.cpp:1", "spdlog")
+
+    def test_a_second_file_with_a_one_file_library_is_red(self):
+        self.expect({"slave/a.cpp": "#include <CLI/CLI.hpp>\n", "slave/b.cpp": "#include <CLI/CLI.hpp>\n"}, "slave/b.cpp:1", "CLI11")
+
+    def test_a_long_file_is_red(self):
+        lines = rules.FILE_LINES_MAX + 1
+        self.expect({"common/base/a.cpp": "int x();\n" * lines}, f"common/base/a.cpp:{lines}", "split by meaning")
+        self.assertEqual(self.findings({"common/base/a.cpp": "int x();\n" * (lines - 1)}), [])
+
+    def test_a_long_function_is_red(self):
+        body = "  x();\n" * (rules.FUNCTION_LINES_MAX - 1)
+        start = "namespace n {\nstruct S {\n  int a = 0;\n};\n"
+        self.expect({"common/base/a.cpp": start + "void f(int a,\n       int b) {\n" + body + "}\n}\n"}, "common/base/a.cpp:5", "function of 72 lines")
+        self.expect({"tests/unit/a.cpp": "TEST(A, B) {\n" + body + "  y();\n}\n"}, "tests/unit/a.cpp:1", "function of 72 lines")
+        self.assertEqual(self.findings({"common/base/a.cpp": start + "void f() {\n" + body[7:] + "}\n}\n"}), [])
+
+    def test_braces_in_text_do_not_count(self):
+        body = "  x('{', \"{{{\");  // {\n" * 5
+        self.assertEqual(self.findings({"common/base/a.cpp": "void f() {\n" + body + "}\n" + "int y;\n" * 80}), [])
+
+    def test_a_bare_header_is_red(self):
+        self.expect({"common/base/a.h": "// One.\n#pragma once\n"}, "common/base/a.h:1", "opens with")
+        self.expect({"common/base/a.h": "// One.\n// Two.\n"}, "common/base/a.h:1", "#pragma once")
+
+    def test_what_a_kernel_text_includes(self):
+        name = "slave/core/kernel/a-inl.h"
+        self.expect({name: HEADER + "#include <vector>\n"}, f"{name}:4", "<vector>"[1:-1])
+        self.expect({name: HEADER + '#include "common/base/status.h"\n'}, f"{name}:4", "common/base/status.h")
+
+    def test_a_machine_path_is_red(self):
+        self.expect({"deploy/a.sh": "cd " + "/ho" + "me/someone\n"}, "deploy/a.sh:1", "machine")
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main(verbosity=1))
