@@ -61,14 +61,14 @@ class Run:
 class Cluster:
     """One key folder, at most one serving master, slaves and applications.
 
-    host is where the master listens; prefix(node) gives the words that go before each command
-    (tests in network namespaces); node 1 is the master's, the others are the slaves' in order.
+    host is where the master listens; prefix(node) gives the words that go before a command so that
+    it runs on that node of a lab: 1 is the master's and the applications', slaves say which.
     """
 
-    def __init__(self, host="127.0.0.1", launch=None):
+    def __init__(self, host="127.0.0.1", prefix=lambda node: []):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="tessera-cluster-"))
         self.keys = self.folder / "keys"
-        self.host, self.launch = host, launch
+        self.host, self.prefix = host, prefix
         self.port = None
         self.processes = {}
         self.runs = 0
@@ -116,10 +116,7 @@ class Cluster:
     def start(self, name, words, node=1):
         """A daemon in the background; its output goes to NAME.log."""
         log = open(self.folder / f"{name}.log", "ab")
-        if self.launch:
-            process = self.launch(node, words, log)
-        else:
-            process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+        process = subprocess.Popen([*self.prefix(node), *words], stdin=subprocess.DEVNULL, stdout=log, stderr=log)
         log.close()
         self.processes[name] = process
         return process
@@ -147,7 +144,7 @@ class Cluster:
         wait_until(f"{count} slaves there", lambda: len((self.status() or {"slaves": []})["slaves"]) == count)
 
     def status(self):
-        run = subprocess.run([program("tessera-master"), "status", "--json", "--connect", self.address, "--keys",
+        run = subprocess.run([*self.prefix(1), program("tessera-master"), "status", "--json", "--connect", self.address, "--keys",
                               str(self.keys / "app")], capture_output=True, text=True, timeout=PATIENCE_S)
         return json.loads(run.stdout) if run.returncode == 0 else None
 
@@ -168,7 +165,7 @@ class Cluster:
         words += ["-o", output or str(self.folder / f"out-{self.runs}-%04d.pfm")]
         if connect:
             words += ["--connect", self.address, "--keys", str(self.keys / "app")]
-        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        process = subprocess.Popen([*self.prefix(1), *words], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.processes[f"render-{self.runs}"] = process
         process.tessera = (f"render-{self.runs}", stats)
         return process

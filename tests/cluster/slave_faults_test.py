@@ -2,7 +2,6 @@
 """Slaves that die, hang, leave or join while frames are rendered: every picture stays the same, to the bit."""
 import os
 import signal
-import sys
 import unittest
 
 import cluster_lib
@@ -17,8 +16,11 @@ class SlaveFaults(unittest.TestCase):
     def setUp(self):
         self.cluster = cluster_lib.Cluster()
         self.cluster.__enter__()
-        self.addCleanup(lambda: self.cluster.__exit__(*sys.exc_info()))
+        self.addCleanup(self.end_cluster)
         self.cluster.serve()
+
+    def end_cluster(self):
+        self.cluster.__exit__(None if self._outcome.success else AssertionError, None, None)
 
     def expected(self, *options):
         return self.cluster.render(SCENE, *FRAME, *options, "--local", "1", connect=False).digests

@@ -1,0 +1,130 @@
+#!/bin/bash
+# Brings up compose.yaml, renders through it, compares with a picture rendered by one process here,
+# takes everything down. On a Docker engine where one runs, else on podman. Exit 77: neither is here.
+# Usage: run-compose.sh [--check | --compile]
+#   --check     only reads compose.yaml
+#   --compile   compiles inside the image, instead of taking the programs of build/release
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+file=deploy/docker/compose.yaml
+mode=${1:-}
+
+skip() {
+  echo "skipped: $1"
+  exit 77
+}
+say() { echo "compose: $1"; }
+
+command -v docker-compose >/dev/null || skip "docker-compose is not installed (deploy/install-dependencies.sh --with compose)"
+docker-compose -f "$file" config -q
+if [[ $mode == --check ]]; then
+  say "$file is right"
+  exit 0
+fi
+
+work=$(mktemp -d)
+engine=
+service_pid=
+cleanup() {
+  local code=$?
+  trap '' INT TERM
+  if [[ -n $engine ]]; then
+    if ((code != 0)); then docker-compose -f "$file" logs --tail=20 2>/dev/null || true; fi
+    docker-compose -f "$file" down -v --remove-orphans >"$work/down.log" 2>&1 || cat "$work/down.log"
+  fi
+  if [[ -n $service_pid ]]; then
+    kill "$service_pid" 2>/dev/null || true
+    wait "$service_pid" 2>/dev/null || true
+  fi
+  rm -rf "$work"
+  exit "$code"
+}
+trap cleanup EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
+start_podman() {
+  cat >"$work/containers.conf" <<'END'
+[containers]
+default_ulimits = ["nofile=1024:1024", "nproc=4096:4096"]
+[engine]
+runtime = "runc"
+cgroup_manager = "cgroupfs"
+events_logger = "file"
+[network]
+network_backend = "netavark"
+END
+  export CONTAINERS_CONF=$work/containers.conf
+  podman system service --time=0 "unix://$work/podman.sock" >"$work/podman.log" 2>&1 &
+  service_pid=$!
+  export DOCKER_HOST=unix://$work/podman.sock DOCKER_BUILDKIT=0
+  for _ in $(seq 100); do
+    if [[ -S $work/podman.sock ]] && podman version >/dev/null 2>&1; then return 0; fi
+    sleep 0.1
+  done
+  skip "podman does not serve here: $(tail -n 1 "$work/podman.log")"
+}
+
+# podman fetches nothing here: the base image is made from the distribution's own packages, once.
+make_base() {
+  export TESSERA_BASE=localhost/debian:bookworm-slim
+  if podman image exists "$TESSERA_BASE"; then return 0; fi
+  say "making the base image with debootstrap"
+  debootstrap --variant=minbase bookworm "$work/base" >"$work/debootstrap.log" 2>&1 ||
+    skip "debootstrap cannot make a base image here: $(tail -n 1 "$work/debootstrap.log")"
+  # Where packages come through a proxy or a mirror, the image's apt must know it, too.
+  cp -r /etc/apt/apt.conf.d/. "$work/base/etc/apt/apt.conf.d/"
+  tar -C "$work/base" -c . | podman import - "$TESSERA_BASE" >/dev/null
+}
+
+if docker info >/dev/null 2>&1; then
+  engine=docker
+elif command -v podman >/dev/null && command -v debootstrap >/dev/null && [[ $(id -u) == 0 ]]; then
+  start_podman
+  make_base
+  engine=podman
+else
+  skip "no Docker engine runs, and podman with debootstrap and root is not there"
+fi
+say "on $engine"
+
+if [[ $mode == --compile ]]; then
+  export TESSERA_PROGRAMS=compiled
+else
+  export TESSERA_PROGRAMS=prebuilt
+  rm -rf out/docker/programs
+  DESTDIR=$PWD/out/docker/programs cmake --install build/release --prefix /usr/local >/dev/null
+fi
+# A port that is free now; the pictures are rendered inside, so nobody waits for this one.
+TESSERA_PORT=$((20000 + RANDOM % 12000))
+export TESSERA_PORT COMPOSE_PROJECT_NAME=tessera-test
+
+docker-compose -f "$file" build
+docker-compose -f "$file" up -d --scale slave=3
+container=$(docker-compose -f "$file" ps -q master)
+inside() { "$engine" exec "$container" "$@"; }
+app=(--connect master:7400 --keys /keys/app)
+slaves() { inside tessera-master status --json "${app[@]}" 2>/dev/null | grep -o '"tile_port"' | wc -l || true; }
+for ((i = 0; ; ++i)); do
+  count=$(slaves)
+  if ((count == 3)); then break; fi
+  if ((i == 120)); then
+    say "only $count of 3 slaves reached the master" >&2
+    exit 1
+  fi
+  sleep 0.5
+done
+say "three slaves are there"
+
+picture=(builtin:cornell --size 320x240 --frames 0:1 --quiet)
+digests() { grep -o '"digest": *"[0-9a-f]*"' | tr -d ' '; }
+inside tessera-master render "${picture[@]}" "${app[@]}" -o /tmp/x-%04d.pfm --stats /tmp/stats.jsonl
+through=$(inside cat /tmp/stats.jsonl | digests)
+build/release/bin/tessera-master render "${picture[@]}" -o "$work/x-%04d.pfm" --stats "$work/stats.jsonl"
+here=$(digests <"$work/stats.jsonl")
+echo "$through"
+if [[ -z $here || $through != "$here" ]]; then
+  say "the pictures differ; rendered here: $here" >&2
+  exit 1
+fi
+say "three slaves in containers and one process here drew the same pictures"

@@ -1,0 +1,65 @@
+// One connection with messages on it: encodes and decodes, keeps the link alive with heartbeats, finds a silent peer,
+// measures the round trip. Under it records, over it the state machines of slaves and applications.
+//
+// Threads. Io thread only. The callbacks may destroy the link they come from.
+//
+// Invariants. (1) Ping and Pong are handled here and never reach on_message. (2) on_ended comes at most once, and nothing
+// after it; never after close() or refuse().
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/base/limits.h"
+#include "common/net/connection.h"
+#include "common/wire/messages.h"
+
+namespace tessera::master {
+
+class PeerLink {
+ public:
+  struct Callbacks {
+    std::function<void(wire::Message)> on_message;
+    std::function<void(Status)> on_ended;
+    std::function<void()> on_drained;  // may be null
+  };
+
+  // Starts to read. No heartbeat before start_heartbeat(): until then the listener watches the time.
+  PeerLink(net::IoThread& io, net::ConnectionPtr connection, const net::RecordLimits& limits, Callbacks callbacks);
+  ~PeerLink();
+  PeerLink(const PeerLink&) = delete;
+  PeerLink& operator=(const PeerLink&) = delete;
+
+  // For whoever takes the link over after the handshake.
+  void set_callbacks(Callbacks callbacks);
+  void set_limits(const net::RecordLimits& limits) { connection_->set_limits(limits); }
+  void start_heartbeat(std::uint32_t heartbeat_ms = kHeartbeatMs, std::uint32_t missed_max = kHeartbeatsMissedMax);
+
+  void send(wire::Message message);
+  // Says why, then closes. Nothing comes afterwards.
+  void refuse(wire::RefuseCode code, const std::string& reason);
+  void close();
+  void say_goodbye(const std::string& reason);
+
+  net::Connection& connection() { return *connection_; }
+  const net::Connection& connection() const { return *connection_; }
+  std::string peer_text() const;  // "slave 'a' at 10.0.0.5:4000", for logs
+  double rtt_seconds() const { return rtt_seconds_; }
+
+ private:
+  void on_record(net::ReceivedRecord record);
+  void beat();
+  void end(Status status);
+
+  net::IoThread& io_;
+  net::ConnectionPtr connection_;
+  Callbacks callbacks_;
+  net::Timer heartbeat_;
+  std::uint32_t heartbeat_ms_ = kHeartbeatMs;
+  std::uint32_t missed_max_ = kHeartbeatsMissedMax;
+  double rtt_seconds_ = 0;
+  bool is_over_ = false;
+};
+
+}  // namespace tessera::master

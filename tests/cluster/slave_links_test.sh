@@ -1,0 +1,7 @@
+#!/bin/bash
+# A slave links neither OpenImageIO nor a window library: usage slave_links_test.sh TESSERA_SLAVE
+set -euo pipefail
+libraries=$(ldd "$1")
+echo "$libraries"
+grep -q libprotobuf <<<"$libraries"  # ldd told something
+! grep -iE 'openimageio|glfw|libGL|epoxy|assimp|imgui|libX11' <<<"$libraries"

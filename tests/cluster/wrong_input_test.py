@@ -1,0 +1,291 @@
+#!/usr/bin/env python3
+"""Every wrong input gets one line on stderr that says what is wrong, and exit code 1 or 2."""
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import unittest
+
+import cluster_lib
+
+TIMEOUT_S = 60
+QUAD = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+# Command line (after 'render', with -o and a scene added where absent), exit code, words of the line.
+USAGE = [
+    ("--nonsense", 2, ["--nonsense"]),
+    ("--size 0x0", 2, ["--size", "0x0"]),
+    ("--size 99999x99999", 2, ["--size", "16384"]),
+    ("--size 640", 2, ["--size"]),
+    ("--size 10x10x10", 2, ["--size"]),
+    ("--frames 5:2", 2, ["--frames", "5:2"]),
+    ("--frames 1", 2, ["--frames"]),
+    ("--tile 0", 2, ["--tile"]),
+    ("--tile 1e9", 2, ["--tile"]),
+    ("--threads 0", 2, ["--threads"]),
+    ("--renderer nonsense", 2, ["nonsense"]),
+    ("--pixels nonsense", 2, ["nonsense"]),
+    ("--isa nonsense", 2, ["nonsense"]),
+    ("--aa 0", 2, ["--aa"]),
+    ("--fps 0", 2, ["--fps"]),
+    ("--fps nan", 2, ["--fps"]),
+    ("--wait -1", 2, ["--wait"]),
+    ("--frames-in-flight 3", 2, ["--frames-in-flight"]),
+    ("--log-level loud", 2, ["loud"]),
+    ("--log-format xml", 2, ["xml"]),
+    ("--listen nowhere", 2, ["nowhere"]),
+    ("--listen 127.0.0.1:99999", 2, ["99999"]),
+    ("--slaves 3", 2, ["--slaves"]),
+    ("--plain --keys x", 2, ["--plain"]),
+    ("--connect 127.0.0.1:1 --listen 127.0.0.1:2", 2, ["--connect"]),
+    ("--config missing.toml", 2, ["missing.toml"]),
+    ("--config broken.toml", 2, ["broken.toml"]),
+    ("--config unknown.toml", 2, ["unknown.toml", "colour"]),
+    ("--camera missing.camera", 1, ["missing.camera"]),
+    ("--camera unknown.camera", 1, ["unknown.camera", "2"]),
+    ("--camera 1,2,3", None, ["camera"]),
+    ("--camera=0,0,0 0,0,0 0,1,0 45", None, ["camera"]),
+    ("--camera=0,0,0 0,2,0 0,1,0 45", None, ["camera"]),
+    ("--camera=0,0,nan 0,2,0 0,0,1 45", None, ["camera"]),
+    ("-o out.tga", 2, ["out.tga"]),
+    ("-o out", 2, ["out"]),
+    ("-o no-such-folder/out.png", 1, ["no-such-folder"]),
+    ("-o out.png --frames 0:1", 2, ["%04d"]),
+    ("-o out-%s.png", 2, ["%"]),
+    ("-o out-%04d-%04d.png --frames 0:1", 2, ["%"]),
+    ("--stats no-such-folder/s.jsonl", 1, ["no-such-folder"]),
+    ("builtin:nonsense", None, ["nonsense"]),
+    ("missing.obj", 1, ["missing.obj"]),
+    ("folder.obj", 1, ["folder.obj"]),
+    ("scene.xyz", None, ["scene.xyz"]),
+    ("empty.obj", 1, ["empty.obj"]),
+    ("empty.ply", 1, ["empty.ply"]),
+    ("empty.glb", 1, ["empty.glb"]),
+    ("malformed.obj", 1, ["malformed.obj"]),
+    ("malformed.ply", 1, ["malformed.ply"]),
+    ("malformed.gltf", 1, ["malformed.gltf"]),
+    ("huge.ply", 1, ["huge.ply"]),
+    ("range.obj", 1, ["range.obj"]),
+    ("range.ply", 1, ["range.ply"]),
+    ("nan.obj", 1, ["nan.obj"]),
+    ("garbage.glb", 1, ["garbage.glb"]),
+    ("/dev/zero", 1, ["/dev/zero"]),
+    ("pipe.obj", 1, ["pipe.obj"]),
+]
+OTHERS = [
+    ("tessera-master", "", 2, []),
+    ("tessera-master", "nonsense", 2, []),
+    ("tessera-master", "render", 2, []),
+    ("tessera-master", "serve --listen 0.0.0.0:0", None, ["tessera-keys"]),
+    ("tessera-master", "serve --listen 0.0.0.0:7400 --plain", None, ["loopback"]),
+    ("tessera-master", "serve --listen 127.0.0.1:7400 --keys no-such-folder", 1, ["no-such-folder"]),
+    ("tessera-master", "serve --nonsense", 2, ["--nonsense"]),
+    ("tessera-master", "status --connect 127.0.0.1:1 --plain", 1, ["127.0.0.1:1"]),
+    ("tessera-slave", "", 2, ["--master"]),
+    ("tessera-slave", "--master 127.0.0.1:7400", 2, ["--keys"]),
+    ("tessera-slave", "--master 10.0.0.1:7400 --plain", 2, ["loopback"]),
+    ("tessera-slave", "--master nowhere --plain", 2, ["nowhere"]),
+    ("tessera-slave", "--master 127.0.0.1:7400 --plain --threads 0", 2, ["--threads"]),
+    ("tessera-slave", "--master 127.0.0.1:7400 --plain --isa nonsense", 2, ["nonsense"]),
+    ("tessera-slave", "--master 127.0.0.1:7400 --keys no-such-folder", 1, ["no-such-folder"]),
+    ("tessera-keys", "", 2, []),
+    ("tessera-keys", "nonsense", 2, []),
+    ("tessera-keys", "add no-such-folder slave x", 1, ["no-such-folder"]),
+]
+
+
+def write_files(folder):
+    texts = {
+        "scene.xyz": "x", "empty.obj": "", "empty.ply": "", "empty.glb": "",
+        "malformed.obj": QUAD + "f 1 2\nf x y z\n",
+        "range.obj": QUAD + "f 1 2 9\n",
+        "nan.obj": QUAD.replace("1 1 0", "nan 1 0") + "f 1 2 3\n",
+        "malformed.gltf": '{"asset": {"version": "2.0"}, "meshes": [',
+        "broken.toml": "size = \n", "unknown.toml": 'colour = "blue"\n',
+        "unknown.camera": "eye 0 0 5\nlens 3\n",
+        "good.obj": QUAD + "f 1 2 3 4\n",
+        "no-material.obj": "mtllib gone.mtl\n" + QUAD + "usemtl red\nf 1 2 3 4\n",
+        "no-texture.obj": "mtllib textured.mtl\n" + QUAD + "usemtl red\nf 1 2 3 4\n",
+        "textured.mtl": "newmtl red\nKd 1 0 0\nmap_Kd gone.png\n",
+    }
+    head = "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n" \
+           "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    texts["malformed.ply"] = head.format(3) + "0 0 0\n1 0"
+    texts["huge.ply"] = head.format(4294967295) + "0 0 0\n"
+    texts["range.ply"] = head.format(3) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"
+    for name, text in texts.items():
+        (folder / name).write_text(text)
+    (folder / "garbage.glb").write_bytes(b"glTF\x02\0\0\0\xff\xff\xff\xff" + bytes(range(256)))
+    (folder / "folder.obj").mkdir()
+    os.mkfifo(folder / "pipe.obj")
+
+
+class WrongInput(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.cluster = cluster_lib.Cluster()
+        cls.cluster.__enter__()
+        cls.addClassCleanup(cls.cluster.__exit__, None, None, None)
+        cls.folder = cls.cluster.folder / "input"
+        cls.folder.mkdir()
+        write_files(cls.folder)
+
+    def run_program(self, name, words, **more):
+        return subprocess.run([cluster_lib.program(name), *words], cwd=self.folder, stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True, errors="replace", timeout=TIMEOUT_S, **more)
+
+    def expect(self, name, words, code, said, **more):
+        before = sorted(os.listdir(self.folder))
+        run = self.run_program(name, words, **more)
+        print(f"{run.returncode}  {name} {' '.join(words)}\n   {run.stderr.strip()}")
+        codes = (1, 2) if code is None else (code,)
+        self.assertIn(run.returncode, codes, run.stderr)
+        self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
+        for word in said:
+            self.assertIn(word, run.stderr)
+        self.assertEqual(sorted(os.listdir(self.folder)), before, "a file is left behind")
+
+    @staticmethod
+    def words_of(line):
+        if line.startswith("--camera="):
+            return [line]
+        words = line.split()
+        scene = [] if words[0][0] != "-" else ["builtin:cornell"]
+        output = [] if "-o" in words else ["-o", "out.png"]
+        return [*scene, "--size", "16x16", *words, *output] if "--size" not in words else [*scene, *words, *output]
+
+    def test_the_command_line_of_render(self):
+        for line, code, said in USAGE:
+            with self.subTest(line):
+                words = self.words_of(line)
+                if line.startswith("--camera="):
+                    words = ["builtin:cornell", "-o", "out.png", *words]
+                self.expect("tessera-master", ["render", "--quiet", *words], code, said)
+
+    def test_other_programs(self):
+        for name, line, code, said in OTHERS:
+            with self.subTest(f"{name} {line}"):
+                self.expect(name, line.split(), code, said)
+
+    def test_help_and_version(self):
+        for name in ("tessera-master", "tessera-slave", "tessera-keys", "tessera-import"):
+            for word in ("--help", "--version"):
+                with self.subTest(f"{name} {word}"):
+                    run = self.run_program(name, [word])
+                    self.assertEqual((run.returncode, run.stderr), (0, ""))
+                    self.assertIn("tessera", run.stdout.lower())
+
+    def test_what_is_only_worth_a_warning(self):
+        for scene, word in (("no-material.obj", "gone.mtl"), ("no-texture.obj", "gone.png")):
+            with self.subTest(scene):
+                run = self.run_program("tessera-master", ["render", scene, "--size", "16x16", "-o", "warned.png", "--quiet"])
+                self.assertEqual(run.returncode, 0, run.stderr)
+                self.assertIn(word, run.stderr)
+                (self.folder / "warned.png").unlink()
+
+    def test_a_scene_that_may_not_be_read(self):
+        path = self.folder / "secret.obj"
+        path.write_text(QUAD)
+        path.chmod(0)
+        try:
+            if os.access(path, os.R_OK):
+                self.skipTest("root reads everything")
+            self.expect("tessera-master", ["render", "--quiet", path.name, "-o", "out.png"], 1, ["secret.obj"])
+        finally:
+            path.unlink()
+
+    def test_a_full_disk_names_file_and_reason_and_leaves_no_half_file(self):
+        def limit():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # so that write() fails, as it does on a full disk
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+        self.expect("tessera-master", ["render", "--quiet", "builtin:cornell", "--size", "400x400", "-o", "big.pfm"], 1,
+                    ["big.pfm"], preexec_fn=limit)
+
+    def test_a_port_in_use(self):
+        with socket.socket() as taken:
+            taken.bind(("127.0.0.1", 0))
+            taken.listen()
+            address = f"127.0.0.1:{taken.getsockname()[1]}"
+            self.expect("tessera-master", ["serve", "--listen", address, "--keys", str(self.cluster.keys / "master")], 1, [address])
+
+    def test_a_name_that_does_not_resolve(self):
+        self.expect("tessera-master", ["render", "--quiet", "builtin:cornell", "-o", "out.png", "--connect",
+                                       "no-such-host.invalid:7400", "--keys", str(self.cluster.keys / "app")], 1, ["no-such-host.invalid"])
+
+    def test_no_slave_comes(self):
+        self.expect("tessera-master", ["render", "--quiet", "builtin:cornell", "-o", "out.png", "--listen", "127.0.0.1:0",
+                                       "--keys", str(self.cluster.keys / "master"), "--slaves", "1", "--wait", "1"], 1, ["slave"])
+
+    def test_a_key_that_others_may_read(self):
+        folder = self.cluster.keys.parent / "loose"
+        shutil.copytree(self.cluster.keys / "app", folder)
+        (folder / "node.key").chmod(0o644)
+        self.expect("tessera-master", ["status", "--connect", "127.0.0.1:1", "--keys", str(folder)], 1, ["node.key"])
+
+    def test_no_display(self):
+        environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+        self.expect("tessera-master", ["view", "--quiet", "builtin:cornell"], 1, ["display"], env=environment)
+
+
+class WrongPeers(unittest.TestCase):
+    def setUp(self):
+        self.cluster = cluster_lib.Cluster()
+        self.cluster.__enter__()
+        self.addCleanup(self.cluster.__exit__, None, None, None)
+
+    def log(self, name):
+        path = pathlib.Path(self.cluster.folder, f"{name}.log")
+        return path.read_text(errors="replace") if path.exists() else ""
+
+    def test_a_slave_waits_for_its_master_and_says_so(self):
+        self.cluster.port = cluster_lib.free_port()
+        slave = self.cluster.slave("early")
+        cluster_lib.wait_until("a line about waiting", lambda: self.cluster.address in self.log("early"))
+        self.assertIsNone(slave.poll())
+        self.cluster.start("master", [cluster_lib.program("tessera-master"), "serve", "--listen", self.cluster.address,
+                                      "--keys", str(self.cluster.keys / "master")])
+        self.cluster.wait_for_slaves(1)
+
+    def test_a_slave_survives_its_master(self):
+        master = self.cluster.serve()
+        self.cluster.slaves(1)
+        before = self.cluster.render("builtin:cornell", "--size", "64x64").digests
+        master.kill()
+        master.wait()
+        self.cluster.start("master-again", [cluster_lib.program("tessera-master"), "serve", "--listen", self.cluster.address,
+                                            "--keys", str(self.cluster.keys / "master")])
+        self.cluster.wait_for_slaves(1)
+        self.assertEqual(self.cluster.render("builtin:cornell", "--size", "64x64").digests, before)
+
+    def test_keys_of_the_wrong_role_are_refused(self):
+        self.cluster.serve()
+        slave = [cluster_lib.program("tessera-slave"), "--master", self.cluster.address, "--name", "wrong",
+                 "--keys", str(self.cluster.keys / "app")]
+        self.cluster.start("wrong-role", slave)
+        cluster_lib.wait_until("a line about the role", lambda: "role" in self.log("wrong-role") + self.log("master"))
+        self.assertEqual(self.cluster.status()["slaves"], [])
+
+    def test_keys_of_another_cluster_are_refused(self):
+        self.cluster.serve()
+        with cluster_lib.Cluster() as other:
+            self.cluster.start("stranger", [cluster_lib.program("tessera-slave"), "--master", self.cluster.address, "--name",
+                                            "stranger", "--keys", other.add_key("slave", "stranger")])
+            cluster_lib.wait_until("a line about the certificate", lambda: "certificate" in self.log("stranger") + self.log("master"))
+            self.assertEqual(self.cluster.status()["slaves"], [])
+            self.cluster.end("stranger")
+
+    def test_a_name_is_used_once(self):
+        self.cluster.serve()
+        self.cluster.slaves(1)
+        self.cluster.start("twin", [cluster_lib.program("tessera-slave"), "--master", self.cluster.address, "--keys",
+                                    str(self.cluster.keys / "slave-1"), "--name", "slave-1"])
+        cluster_lib.wait_until("a line about the name", lambda: "slave-1" in self.log("twin"))
+        self.assertEqual(len(self.cluster.status()["slaves"]), 1)
+
+
+if __name__ == "__main__":
+    sys.exit(unittest.main(verbosity=1))
