@@ -33,7 +33,7 @@ packages_of() {  # set
       echo libgtest-dev libgmock-dev python3 xvfb xauth imagemagick openimageio-tools procps
       ;;
     lab) echo python3 iproute2 openssh-server openssh-client procps ;;
-    compose) echo podman runc netavark aardvark-dns docker-compose debootstrap python3 ;;
+    compose) echo podman runc iptables netavark aardvark-dns docker-compose debootstrap python3 ;;
     embree) echo libembree-dev ;;
     lint) echo clang-14 clang-format-14 libclang-rt-14-dev shellcheck ;;
     runtime)

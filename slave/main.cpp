@@ -1,14 +1,13 @@
 // tessera-slave: one slave daemon. Exit code 0: stopped on request; 1: failed; 2: wrong usage.
-#include <pthread.h>
-#include <signal.h>
-#include <unistd.h>
-
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "common/base/limits.h"
 #include "common/base/mutex.h"
+#include "common/base/signal_watch.h"
 #include "common/net/tls.h"
 #include "slave/slave_cli.h"
 #include "slave/slave_node.h"
@@ -16,47 +15,36 @@
 namespace tessera::slave {
 namespace {
 
-// A second SIGTERM or SIGINT while we leave.
-extern "C" void exit_at_once(int) { _exit(1); }
-
 // Why the node gave up, from the io thread to main.
-struct Fatal {
-  Mutex mutex;
-  Status status TESSERA_GUARDED_BY(mutex);
+class Fatal {
+ public:
+  void set(Status status) TESSERA_EXCLUDES(mutex_) {
+    MutexLock lock(mutex_);
+    status_ = std::move(status);
+  }
+  Status get() const TESSERA_EXCLUDES(mutex_) {
+    MutexLock lock(mutex_);
+    return status_;
+  }
+
+ private:
+  mutable Mutex mutex_;
+  Status status_ TESSERA_GUARDED_BY(mutex_);
 };
 
-// SIGUSR1 is our own: the io thread wakes main with it.
-sigset_t waited_signals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGUSR1);
-  return signals;
-}
-
-void arm_second_signal(const sigset_t& signals) {
-  signal(SIGTERM, exit_at_once);
-  signal(SIGINT, exit_at_once);
-  signal(SIGUSR1, SIG_IGN);
-  pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+int fail(const Status& status) {
+  std::fprintf(stderr, "tessera-slave: %s\n", status.message().c_str());
+  return 1;
 }
 
 int run(const SlaveCommand& command) {
-  // Before any thread starts, so that all inherit it and only main takes them.
-  const sigset_t signals = waited_signals();
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  signal(SIGPIPE, SIG_IGN);
-
+  const SignalWatch signals;  // before any other thread
   init_log(command.log_level, command.log_format);
   std::shared_ptr<net::TlsContext> tls;
   if (!command.keys_folder.empty()) {
     Result<std::shared_ptr<net::TlsContext>> loaded =
         net::TlsContext::load(command.keys_folder, "slave");
-    if (!loaded.is_ok()) {
-      std::fprintf(stderr, "tessera-slave: %s\n", loaded.status().message().c_str());
-      return 1;
-    }
+    if (!loaded.is_ok()) return fail(loaded.status());
     tls = std::move(*loaded);
   }
   log_info("slave-started", "looking for the master",
@@ -72,26 +60,16 @@ int run(const SlaveCommand& command) {
                                        std::chrono::milliseconds(kHandshakeMs),
                                        std::move(on_connected));
                  });
-  const pthread_t main_thread = pthread_self();
-  node.start([&fatal, main_thread](Status status) {
-    {
-      MutexLock lock(fatal.mutex);
-      fatal.status = std::move(status);
-    }
-    pthread_kill(main_thread, SIGUSR1);
-  });
-  int signal_number = 0;
-  sigwait(&signals, &signal_number);
-  arm_second_signal(signals);
+  node.start([&fatal](Status status) { fatal.set(std::move(status)); });
+  // A signal wakes at once; that the node gave up is seen this much later.
+  constexpr std::chrono::milliseconds kLook{100};
+  while (!signals.wait(kLook) && fatal.get().is_ok()) {
+  }
   node.stop();
   io.stop();
-  MutexLock lock(fatal.mutex);
-  if (fatal.status.is_ok()) {
-    log_info("slave-stopped", "stopped on request");
-    return 0;
-  }
-  std::fprintf(stderr, "tessera-slave: %s\n", fatal.status.message().c_str());
-  return 1;
+  if (const Status status = fatal.get(); !status.is_ok()) return fail(status);
+  log_info("slave-stopped", "stopped on request");
+  return 0;
 }
 
 }  // namespace

@@ -6,9 +6,10 @@
 #include <array>
 #include <cstdio>
 
+#include "common/base/cpu_count.h"
 #include "common/base/limits.h"
+#include "common/base/version.h"
 #include "slave/core/render/tile_renderer.h"
-#include "slave/cpu_count.h"
 
 namespace tessera::slave {
 
@@ -114,7 +115,7 @@ ParsedCommand check_words(const Words& words) {
     return failed(kExitUsage, "--name: 1 to " + std::to_string(kNameBytesMax) +
                                   " printable ASCII characters are allowed");
   }
-  options.threads = words.threads > 0 ? words.threads : usable_cpu_count();
+  options.threads = words.threads > 0 ? words.threads : available_cpu_count();
   options.tile_sleep_ms = words.tile_sleep_ms;
   const Result<LogLevel> level = parse_log_level(words.log_level);
   if (!level.is_ok()) return failed(kExitUsage, "--log-level: " + level.status().message());
@@ -139,7 +140,7 @@ ParsedCommand check_words(const Words& words) {
 ParsedCommand parse_command_line(int argc, char** argv) {
   CLI::App app("Renders tiles for a tessera-master, until it is told to stop (SIGTERM).",
                "tessera-slave");
-  app.set_version_flag("--version", std::string("tessera-slave ") + TESSERA_VERSION);
+  app.set_version_flag("--version", std::string("tessera-slave ") + kBuildId);
   Words words;
   declare(app, words);
   try {

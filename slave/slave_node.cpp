@@ -9,6 +9,7 @@
 #include "common/base/check.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
+#include "common/base/version.h"
 #include "common/wire/codec.h"
 #include "slave/master_link.h"
 #include "slave/render_service.h"
@@ -139,7 +140,7 @@ void SlaveNode::Impl::start_on_io() {
   hello.name = options.name;
   hello.threads = static_cast<std::uint32_t>(options.threads);
   hello.isas = options.isas;
-  hello.build_id = TESSERA_VERSION;
+  hello.build_id = kBuildId;
   MasterLinkEvents events;
   events.on_ready = [this] { render->queue().set_open_frames(0); };
   events.on_lost = [this] { on_lost(); };

@@ -1,13 +1,11 @@
 # The slave node as a library (a master's process may hold some), and the daemon around one.
 add_library(tessera_slave STATIC
-  backoff.cpp cpu_count.cpp master_link.cpp render_service.cpp scene_builder.cpp scene_receiver.cpp
+  backoff.cpp master_link.cpp render_service.cpp scene_builder.cpp scene_receiver.cpp
   slave_node.cpp tile_queue.cpp)
-target_compile_definitions(tessera_slave PRIVATE TESSERA_VERSION="${PROJECT_VERSION}")
 target_link_libraries(tessera_slave
   PUBLIC tessera_base tessera_scene tessera_frame tessera_net tessera_wire tessera_core
   PRIVATE tessera_warnings)
 
 add_executable(tessera-slave main.cpp slave_cli.cpp)
-target_compile_definitions(tessera-slave PRIVATE TESSERA_VERSION="${PROJECT_VERSION}")
 target_link_libraries(tessera-slave PRIVATE tessera_warnings tessera_slave CLI11::CLI11)
 install(TARGETS tessera-slave RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

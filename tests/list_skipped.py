@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """Lists the tests that a ctest run skipped, with the reason, from its JUnit file.
 
-Usage: list_skipped.py JUNIT.xml [--require LABEL,LABEL]
+Usage: list_skipped.py JUNIT.xml TESTS.json [--require LABEL,LABEL]
+TESTS.json is what 'ctest --show-only=json-v1' prints: the JUnit file of CMake 3.25 has no labels.
 Exit code 1 when a skipped test carries one of the required labels, or when no test carries one.
 """
 import argparse
+import json
 import re
 import sys
 import xml.etree.ElementTree as ET
@@ -14,11 +16,14 @@ GTEST_REASON = re.compile(r"^\S+:\d+: Skipped\n(.*)$", re.MULTILINE)
 SAID = re.compile(r"^skipped: (.*)$", re.MULTILINE | re.IGNORECASE)
 
 
-def labels_of(case):
-    for prop in case.iter("property"):
-        if prop.get("name") == "cmake_labels":
-            return set(prop.get("value", "").split(";"))
-    return set()
+def read_labels(path):
+    """Test name -> set of its labels."""
+    labels = {}
+    with open(path, encoding="utf-8") as file:
+        for test in json.load(file)["tests"]:
+            values = [p["value"] for p in test.get("properties", []) if p["name"] == "LABELS"]
+            labels[test["name"]] = set(values[0]) if values else set()
+    return labels
 
 
 def skips_of(case):
@@ -39,15 +44,17 @@ def skips_of(case):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("junit")
+    parser.add_argument("tests")
     parser.add_argument("--require", default="")
     args = parser.parse_args()
     required = {word for word in args.require.split(",") if word}
+    labels_of = read_labels(args.tests)
     cases = list(ET.parse(args.junit).getroot().iter("testcase"))
     broken = 0
     seen = set()
     skipped = []
     for case in cases:
-        labels = labels_of(case)
+        labels = labels_of.get(case.get("name"), set())
         seen |= labels
         for name, reason in skips_of(case):
             wanted = sorted(labels & required)

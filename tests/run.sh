@@ -69,8 +69,9 @@ run_preset() {
   ctest --test-dir "$folder" --output-on-failure -j "$jobs" "${choice[@]}" --no-tests=error \
     --test-output-size-passed 200000 --output-junit run.xml 2>&1 | tee "$folder/run.log" || code=$?
   if ((code != 0)); then failed+=("$preset: tests"); fi
-  if ! python3 tests/list_skipped.py ${needed:+--require "$needed"} "$folder/run.xml" \
-    >"$folder/skipped.txt"; then
+  ctest --test-dir "$folder" --show-only=json-v1 >"$folder/tests.json"
+  if ! python3 tests/list_skipped.py "$folder/run.xml" "$folder/tests.json" \
+    ${needed:+--require "$needed"} >"$folder/skipped.txt"; then
     failed+=("$preset: required tests skipped")
   fi
   summaries+=("$preset")

@@ -171,13 +171,6 @@ void FieldCheck::name(const char* field, const std::string& text, std::size_t by
   }
 }
 
-void FieldCheck::line(const char* field, const std::string& text) {
-  range(field, text.size(), 0, kReasonBytesMax);
-  for (const char c : text) {
-    if ((c >= 0 && c < 0x20) || c == 0x7f) return fail(field, " has a control character");
-  }
-}
-
 void FieldCheck::payload_bytes(std::size_t present, std::uint64_t expected) {
   if (present == expected) return;
   fail("payload", " has " + std::to_string(present) + " bytes instead of " +
@@ -187,7 +180,6 @@ void FieldCheck::payload_bytes(std::size_t present, std::uint64_t expected) {
 std::string clean_line(std::string text) {
   if (text.size() > kReasonBytesMax) text.resize(kReasonBytesMax);
   for (char& c : text) {
-    // Bytes beyond ASCII could be cut or damaged UTF-8, which the receiver's parser refuses.
     if (c < 0x20 || c > 0x7e) c = '?';
   }
   return text;

@@ -33,7 +33,7 @@ class FieldCheck {
   void not_negative(const char* field, double value);  // finite, too
   void name(const char* field, const std::string& text, std::size_t bytes_min,
             std::size_t bytes_max);  // printable ASCII
-  void line(const char* field, const std::string& text);  // no control characters
+  void line(const char* field, const std::string& text) { name(field, text, 0, kReasonBytesMax); }
   void payload_bytes(std::size_t present, std::uint64_t expected);
   void no_payload(const net::ReceivedRecord& record) { payload_bytes(record.payload.size(), 0); }
   void fail(const char* field, const std::string& what);

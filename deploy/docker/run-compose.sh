@@ -3,11 +3,13 @@
 # takes everything down. On a Docker engine where one runs, else on podman. Exit 77: neither is here.
 # Usage: run-compose.sh [--check | --compile]
 #   --check     only reads compose.yaml
-#   --compile   compiles inside the image, instead of taking the programs of build/release
+#   --compile   compiles inside the image, instead of taking the programs of build/release (or of the
+#               build folder that TESSERA_BUILD names)
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 file=deploy/docker/compose.yaml
 mode=${1:-}
+build=${TESSERA_BUILD:-build/release}
 
 skip() {
   echo "skipped: $1"
@@ -93,7 +95,7 @@ if [[ $mode == --compile ]]; then
 else
   export TESSERA_PROGRAMS=prebuilt
   rm -rf out/docker/programs
-  DESTDIR=$PWD/out/docker/programs cmake --install build/release --prefix /usr/local >/dev/null
+  DESTDIR=$PWD/out/docker/programs cmake --install "$build" --prefix /usr/local >/dev/null
 fi
 # A port that is free now; the pictures are rendered inside, so nobody waits for this one.
 TESSERA_PORT=$((20000 + RANDOM % 12000))
@@ -120,7 +122,7 @@ picture=(builtin:cornell --size 320x240 --frames 0:1 --quiet)
 digests() { grep -o '"digest": *"[0-9a-f]*"' | tr -d ' '; }
 inside tessera-master render "${picture[@]}" "${app[@]}" -o /tmp/x-%04d.pfm --stats /tmp/stats.jsonl
 through=$(inside cat /tmp/stats.jsonl | digests)
-build/release/bin/tessera-master render "${picture[@]}" -o "$work/x-%04d.pfm" --stats "$work/stats.jsonl"
+"$build/bin/tessera-master" render "${picture[@]}" -o "$work/x-%04d.pfm" --stats "$work/stats.jsonl"
 here=$(digests <"$work/stats.jsonl")
 echo "$through"
 if [[ -z $here || $through != "$here" ]]; then

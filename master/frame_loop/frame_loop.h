@@ -53,7 +53,8 @@ class FrameLoop {
   void set_outcome_callback(std::function<void(FrameOutcome)> on_outcome);
   void commit_scene(SceneVersion version, EncodedScene scene);
   void submit(FrameId frame, SceneVersion version, const FrameSettings& settings);
-  void cancel_all();  // outcomes kCancelled
+  void cancel(FrameId frame);  // outcome kCancelled; nothing when it is over already
+  void cancel_all();
   void free_scenes();
 
   ClusterStatus status() const;

@@ -1,0 +1,320 @@
+#include "master/cluster/cluster.h"
+
+#include <algorithm>
+#include <random>
+#include <utility>
+
+#include "common/base/check.h"
+#include "common/base/limits.h"
+#include "common/base/log.h"
+#include "common/wire/codec.h"
+
+namespace tessera::master {
+namespace {
+
+constexpr std::chrono::milliseconds kSweep{500};
+
+std::uint64_t random_nonzero() {
+  static thread_local std::random_device device;
+  std::uint64_t value = 0;
+  while (value == 0) value = std::uint64_t{device()} << 32 | device();
+  return value;
+}
+
+}  // namespace
+
+// One slave between Hello and loss.
+struct Cluster::Slave {
+  wire::Hello hello;
+  std::uint64_t token = 0;
+  std::uint16_t ordinal = 0;
+  TimePoint since = Clock::now();
+  std::unique_ptr<PeerLink> tile_link;
+  std::unique_ptr<PeerLink> scene_link;  // null until joined
+  std::unique_ptr<SceneSender> sender;
+  SceneVersion built = 0;
+  std::uint64_t tiles_done = 0;
+  double starved_seconds = 0;  // in this window
+  double utilisation = 0;
+  TimePoint window_start = Clock::now();
+
+  bool is_joined() const { return scene_link != nullptr; }
+};
+
+Cluster::Cluster(net::IoThread& io, std::optional<Isa> isa, bool is_isa_mixed, ClusterEvents events)
+    : io_(io), wanted_isa_(isa), is_isa_mixed_(is_isa_mixed), events_(std::move(events)), sweep_(io) {
+  sweep_.start_repeating(kSweep, [this] { sweep(); });
+}
+
+Cluster::~Cluster() = default;
+
+std::optional<std::pair<wire::RefuseCode, std::string>> Cluster::refusal_of(const wire::Hello& hello) const {
+  for (const auto& [session, slave] : slaves_) {
+    if (slave->hello.name == hello.name) {
+      return std::pair(wire::RefuseCode::kName,
+                       "the name '" + hello.name + "' is used twice; give this slave another --name");
+    }
+  }
+  const std::optional<Isa> needed = bound_isa_ ? bound_isa_ : wanted_isa_;
+  if (needed && !is_isa_mixed_ && (hello.isas & isa_bit(*needed)) == 0) {
+    return std::pair(wire::RefuseCode::kIsa,
+                     "this session renders with " + std::string(isa_name(*needed)) + ", which slave '" + hello.name +
+                         "' does not have; start the master with --isa-policy mixed to admit it");
+  }
+  if (hello.threads == 0 || (hello.isas & kIsaMaskAll) == 0) {
+    return std::pair(wire::RefuseCode::kProtocol, std::string("a slave needs threads and an instruction set"));
+  }
+  return std::nullopt;
+}
+
+PeerLink::Callbacks Cluster::callbacks_of(SessionId session, bool is_tile_link) {
+  PeerLink::Callbacks callbacks;
+  callbacks.on_message = [this, session, is_tile_link](wire::Message message) {
+    is_tile_link ? on_tile_message(session, std::move(message)) : on_scene_message(session, std::move(message));
+  };
+  callbacks.on_ended = [this, session](const Status& status) { lose(session, status.message()); };
+  if (!is_tile_link) {
+    callbacks.on_drained = [this, session] {
+      if (const auto slave = slaves_.find(session); slave != slaves_.end()) slave->second->sender->pump();
+    };
+  }
+  return callbacks;
+}
+
+void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::uint16_t version) {
+  if (const auto refusal = refusal_of(hello)) {
+    log_warn("slave-refused", refusal->second, {{"slave", hello.name}, {"peer", link->peer_text()}});
+    return link->refuse(refusal->first, refusal->second);
+  }
+  const SessionId session = random_nonzero();
+  auto slave = std::make_unique<Slave>();
+  slave->hello = std::move(hello);
+  slave->token = random_nonzero();
+  link->set_callbacks(callbacks_of(session, true));
+  link->send(wire::Welcome{version, session, slave->token, kHeartbeatMs, kHeartbeatsMissedMax});
+  link->start_heartbeat();
+  slave->tile_link = std::move(link);
+  slaves_[session] = std::move(slave);
+}
+
+void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
+  const auto found = slaves_.find(join.session);
+  if (found == slaves_.end() || found->second->token != join.token || found->second->is_joined()) {
+    log_warn("join-refused", "a scene connection for a session that does not exist", {{"peer", link->peer_text()}});
+    return link->refuse(wire::RefuseCode::kSession, "no such session; connect anew");
+  }
+  Slave& slave = *found->second;
+  link->set_callbacks(callbacks_of(join.session, false));
+  link->send(wire::Joined{});
+  link->start_heartbeat();
+  slave.scene_link = std::move(link);
+  slave.sender = std::make_unique<SceneSender>(*slave.scene_link);
+  slave.ordinal = next_ordinal_++;
+  log_info("slave-joined", "slave '" + slave.hello.name + "' is here",
+           {{"peer", slave.tile_link->connection().peer().address},
+            {"threads", std::to_string(slave.hello.threads)},
+            {"isa", std::string(isa_name(widest_isa(slave.hello.isas)))}});
+  for (const auto& [version, scene] : scenes_) {
+    slave.sender->need(version);
+    slave.sender->commit(version, scene);
+  }
+  events_.slave_joined(join.session, slave.hello.threads);
+}
+
+std::size_t Cluster::slave_count() const {
+  return static_cast<std::size_t>(
+      std::count_if(slaves_.begin(), slaves_.end(), [](const auto& entry) { return entry.second->is_joined(); }));
+}
+
+Isa Cluster::bind_isa() {
+  if (bound_isa_) return *bound_isa_;
+  if (wanted_isa_) {
+    bound_isa_ = wanted_isa_;
+    return *bound_isa_;
+  }
+  IsaMask common = kIsaMaskAll;
+  for (const auto& [session, slave] : slaves_) {
+    if (slave->is_joined()) common &= slave->hello.isas;
+  }
+  bound_isa_ = widest_isa(common != 0 ? common : isa_bit(Isa::kScalar));
+  return *bound_isa_;
+}
+
+Isa Cluster::isa_of(SessionId session) const {
+  TESSERA_CHECK(bound_isa_.has_value());
+  const auto slave = slaves_.find(session);
+  if (slave == slaves_.end() || (slave->second->hello.isas & isa_bit(*bound_isa_)) != 0) return *bound_isa_;
+  return widest_isa(slave->second->hello.isas);
+}
+
+void Cluster::send(SessionId session, wire::Message message) {
+  if (const auto slave = slaves_.find(session); slave != slaves_.end()) slave->second->tile_link->send(std::move(message));
+}
+
+void Cluster::on_tile_message(SessionId session, wire::Message message) {
+  const auto slave = slaves_.find(session);
+  if (slave == slaves_.end()) return;
+  if (!slave->second->is_joined() && !std::holds_alternative<wire::Goodbye>(message)) {
+    return expel(session, std::string(wire::message_name(message)) + " before the scene connection stands");
+  }
+  if (auto* result = std::get_if<wire::TileResult>(&message)) {
+    ++slave->second->tiles_done;
+    events_.tile_result(session, std::move(*result));
+  } else if (auto* returned = std::get_if<wire::TileReturned>(&message)) {
+    events_.tile_returned(session, *returned);
+  } else if (auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
+    lose(session, "said goodbye: " + goodbye->reason);
+  } else if (auto* refuse = std::get_if<wire::Refuse>(&message)) {
+    lose(session, "refused us: " + refuse->reason);
+  } else {
+    expel(session, std::string(wire::message_name(message)) + " does not belong on a tile connection");
+  }
+}
+
+void Cluster::on_scene_message(SessionId session, wire::Message message) {
+  const auto slave = slaves_.find(session);
+  if (slave == slaves_.end()) return;
+  SceneSender& sender = *slave->second->sender;
+  if (auto* need = std::get_if<wire::SceneNeed>(&message)) {
+    if (const Status status = sender.on_need(*need); !status.is_ok()) expel(session, status.message());
+  } else if (auto* built = std::get_if<wire::SceneBuilt>(&message)) {
+    slave->second->built = std::max(slave->second->built, built->version);
+    sender.on_answered(built->version);
+    events_.scene_built(session, built->version, built->build_seconds);
+  } else if (auto* failed = std::get_if<wire::SceneFailed>(&message)) {
+    log_warn("scene-failed", failed->reason, {{"slave", slave->second->hello.name}});
+    sender.on_answered(failed->version);
+    events_.scene_failed(session, failed->version, failed->reason);
+  } else if (auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
+    lose(session, "said goodbye: " + goodbye->reason);
+  } else if (auto* refuse = std::get_if<wire::Refuse>(&message)) {
+    lose(session, "refused us: " + refuse->reason);
+  } else {
+    expel(session, std::string(wire::message_name(message)) + " does not belong on a scene connection");
+  }
+}
+
+void Cluster::expel(SessionId session, const std::string& reason) {
+  const auto slave = slaves_.find(session);
+  if (slave == slaves_.end()) return;
+  slave->second->tile_link->refuse(wire::RefuseCode::kProtocol, reason);
+  lose(session, "expelled: " + reason);
+}
+
+void Cluster::lose(SessionId session, const std::string& reason) {
+  const auto found = slaves_.find(session);
+  if (found == slaves_.end()) return;
+  const std::shared_ptr<Slave> slave = std::move(found->second);
+  slaves_.erase(found);
+  for (PeerLink* link : {slave->tile_link.get(), slave->scene_link.get()}) {
+    if (link == nullptr) continue;
+    gone_bytes_sent_ += link->connection().bytes_sent();
+    gone_bytes_received_ += link->connection().bytes_received();
+    link->close();
+  }
+  log_warn("slave-lost", "slave '" + slave->hello.name + "' is gone",
+           {{"reason", reason}, {"peer", slave->tile_link->connection().peer().address}});
+  io_.post([slave] {});  // one of its callbacks may be running
+  if (slave->is_joined()) events_.slave_lost(session);
+}
+
+// Slaves that said Hello but never opened their scene connection; utilisation windows.
+void Cluster::sweep() {
+  const TimePoint now = Clock::now();
+  std::vector<SessionId> late;
+  for (auto& [session, slave] : slaves_) {
+    if (!slave->is_joined() && now - slave->since > std::chrono::milliseconds(kHandshakeMs)) late.push_back(session);
+    if (const double window = seconds(now - slave->window_start); window >= 1) {
+      const double available = window * slave->hello.threads;
+      slave->utilisation = std::clamp(1 - slave->starved_seconds / available, 0.0, 1.0);
+      slave->starved_seconds = 0;
+      slave->window_start = now;
+    }
+  }
+  for (const SessionId session : late) expel(session, "the scene connection did not come in time");
+}
+
+void Cluster::commit_scene(SceneVersion version, SharedScene scene) {
+  scenes_[version] = scene;
+  for (auto& [session, slave] : slaves_) {
+    if (slave->is_joined()) slave->sender->commit(version, scene);
+  }
+}
+
+void Cluster::need_scene(SceneVersion version) {
+  for (auto& [session, slave] : slaves_) {
+    if (slave->is_joined()) slave->sender->need(version);
+  }
+}
+
+void Cluster::retire_scenes(SceneVersion first_kept) {
+  scenes_.erase(scenes_.begin(), scenes_.lower_bound(first_kept));
+  for (auto& [session, slave] : slaves_) {
+    if (slave->is_joined()) slave->sender->retire(first_kept);
+  }
+}
+
+void Cluster::add_worker_time(SessionId session, double starved_seconds) {
+  if (const auto slave = slaves_.find(session); slave != slaves_.end()) slave->second->starved_seconds += starved_seconds;
+}
+
+std::uint16_t Cluster::ordinal_of(SessionId session) const {
+  const auto slave = slaves_.find(session);
+  return slave == slaves_.end() ? std::uint16_t{0} : slave->second->ordinal;
+}
+
+std::vector<SlaveStatus> Cluster::status(const std::function<std::uint32_t(SessionId)>& tiles_in_flight) const {
+  std::vector<SlaveStatus> result;
+  for (const auto& [session, slave] : slaves_) {
+    if (!slave->is_joined()) continue;
+    SlaveStatus status;
+    status.name = slave->hello.name;
+    status.threads = slave->hello.threads;
+    status.isa = widest_isa(slave->hello.isas);
+    status.tiles_in_flight = tiles_in_flight(session);
+    status.tiles_done = slave->tiles_done;
+    status.utilisation = slave->utilisation;
+    status.rtt_seconds = slave->tile_link->rtt_seconds();
+    status.scene_version = slave->built;
+    status.tile_port = slave->tile_link->connection().peer().port;
+    status.scene_port = slave->scene_link->connection().peer().port;
+    result.push_back(std::move(status));
+  }
+  std::sort(result.begin(), result.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  return result;
+}
+
+std::uint64_t Cluster::bytes_sent() const {
+  std::uint64_t bytes = gone_bytes_sent_;
+  for (const auto& [session, slave] : slaves_) {
+    bytes += slave->tile_link->connection().bytes_sent();
+    if (slave->is_joined()) bytes += slave->scene_link->connection().bytes_sent();
+  }
+  return bytes;
+}
+
+std::uint64_t Cluster::bytes_received() const {
+  std::uint64_t bytes = gone_bytes_received_;
+  for (const auto& [session, slave] : slaves_) {
+    bytes += slave->tile_link->connection().bytes_received();
+    if (slave->is_joined()) bytes += slave->scene_link->connection().bytes_received();
+  }
+  return bytes;
+}
+
+std::uint32_t Cluster::thread_count() const {
+  std::uint32_t count = 0;
+  for (const auto& [session, slave] : slaves_) count += slave->is_joined() ? slave->hello.threads : 0;
+  return count;
+}
+
+void Cluster::shutdown() {
+  sweep_.cancel();
+  for (auto& [session, slave] : slaves_) {
+    slave->tile_link->say_goodbye("the master ends");
+    if (slave->is_joined()) slave->scene_link->say_goodbye("the master ends");
+  }
+  slaves_.clear();
+}
+
+}  // namespace tessera::master

@@ -1,0 +1,96 @@
+// The slaves of a master: handshake, the pair of connections of each, scene versions on their way to them. Knows sessions
+// and messages, not frames: what to lease is the frame loop's to decide.
+//
+// Threads. Io thread only; events come there, never from inside a call of ours but join-time ones.
+//
+// Invariants. (1) The two connections of a slave are one unit: when one is lost or silent, both are closed and slave_lost
+// comes once. (2) slave_joined comes when both connections stand, and nothing of a session comes before it or after
+// slave_lost. (3) Names are unique among connected slaves. (4) Once bound, every slave has the session's instruction set,
+// unless it is mixed.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/ids.h"
+#include "common/frame/frame_stats.h"
+#include "master/cluster/peer_link.h"
+#include "master/cluster/scene_sender.h"
+
+namespace tessera::master {
+
+struct ClusterEvents {
+  std::function<void(SessionId, std::uint32_t threads)> slave_joined;
+  std::function<void(SessionId)> slave_lost;
+  std::function<void(SessionId, SceneVersion, double build_seconds)> scene_built;
+  std::function<void(SessionId, SceneVersion, const std::string& reason)> scene_failed;
+  std::function<void(SessionId, wire::TileResult)> tile_result;
+  std::function<void(SessionId, wire::TileReturned)> tile_returned;
+};
+
+class Cluster {
+ public:
+  Cluster(net::IoThread& io, std::optional<Isa> isa, bool is_isa_mixed, ClusterEvents events);
+  ~Cluster();
+
+  // From the reception.
+  void on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::uint16_t version);
+  void on_join(std::unique_ptr<PeerLink> link, const wire::Join& join);
+
+  std::size_t slave_count() const;  // joined ones
+
+  // Binds the session to an instruction set: the one asked for, else the widest that all joined slaves have.
+  // Requires: slave_count() >= 1 or an instruction set was asked for.
+  Isa bind_isa();
+  // What this slave renders with. Requires: bound.
+  Isa isa_of(SessionId session) const;
+
+  // To a joined slave; ignored when it is gone.
+  void send(SessionId session, wire::Message message);
+  // Ends the session for a broken promise. slave_lost follows at once.
+  void expel(SessionId session, const std::string& reason);
+
+  void commit_scene(SceneVersion version, SharedScene scene);
+  void need_scene(SceneVersion version);
+  void retire_scenes(SceneVersion first_kept);
+
+  void add_worker_time(SessionId session, double starved_seconds);
+  // The slave's place among all ever joined, and its name, for tinting tiles.
+  std::uint16_t ordinal_of(SessionId session) const;
+  std::vector<SlaveStatus> status(const std::function<std::uint32_t(SessionId)>& tiles_in_flight) const;
+  // Over all slaves, gone ones too.
+  std::uint64_t bytes_sent() const;
+  std::uint64_t bytes_received() const;
+  std::uint32_t thread_count() const;
+
+  void shutdown();
+
+ private:
+  struct Slave;
+  using SlaveMap = std::map<SessionId, std::unique_ptr<Slave>>;
+
+  std::optional<std::pair<wire::RefuseCode, std::string>> refusal_of(const wire::Hello& hello) const;
+  PeerLink::Callbacks callbacks_of(SessionId session, bool is_tile_link);
+  void on_tile_message(SessionId session, wire::Message message);
+  void on_scene_message(SessionId session, wire::Message message);
+  void lose(SessionId session, const std::string& reason);
+  void sweep();
+
+  net::IoThread& io_;
+  const std::optional<Isa> wanted_isa_;
+  const bool is_isa_mixed_;
+  const ClusterEvents events_;
+  std::optional<Isa> bound_isa_;
+  SlaveMap slaves_;
+  std::uint16_t next_ordinal_ = 0;
+  std::map<SceneVersion, SharedScene> scenes_;  // kept for whoever joins
+  std::uint64_t gone_bytes_sent_ = 0, gone_bytes_received_ = 0;
+  net::Timer sweep_;
+};
+
+}  // namespace tessera::master

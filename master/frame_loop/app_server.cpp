@@ -1,0 +1,168 @@
+#include "master/frame_loop/app_server.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/base/log.h"
+#include "common/wire/codec.h"
+
+namespace tessera::master {
+namespace {
+
+constexpr std::uint64_t kPieceBytes = 512 * 1024;  // of a frame on its way to the application
+static_assert(kPieceBytes <= kFrameChunkBytesMax && kPieceBytes < net::kSendQueueLowBytes);
+constexpr std::size_t kStatusClientsMax = 64;
+
+}  // namespace
+
+void AppServer::on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hello, std::uint16_t version) {
+  const bool is_app = hello.role == wire::Role::kApp;
+  if (is_app && application_) {
+    return link->refuse(wire::RefuseCode::kBusy, "busy: application '" + application_->name + "' is connected");
+  }
+  if (!is_app && status_clients_.size() >= kStatusClientsMax) {
+    return link->refuse(wire::RefuseCode::kFull, "too many status clients");
+  }
+  link->send(wire::Welcome{version, 0, 0, kHeartbeatMs, kHeartbeatsMissedMax});
+  link->start_heartbeat();
+  if (!is_app) return add_status_client(std::move(link));
+  log_info("application-joined", "application '" + hello.name + "' is here", {{"peer", link->peer_text()}});
+  PeerLink::Callbacks callbacks;
+  callbacks.on_message = [this](wire::Message message) { on_message(std::move(message)); };
+  callbacks.on_ended = [this](const Status& status) { drop_application(status.message()); };
+  callbacks.on_drained = [this] { pump(); };
+  link->set_callbacks(std::move(callbacks));
+  application_ = std::make_shared<Application>();
+  application_->name = hello.name;
+  application_->link = std::move(link);
+  loop_.set_outcome_callback([this](FrameOutcome outcome) { on_outcome(std::move(outcome)); });
+}
+
+void AppServer::add_status_client(std::unique_ptr<PeerLink> link) {
+  status_clients_.push_back(std::move(link));
+  const auto client = std::prev(status_clients_.end());
+  const auto leave = [this, client] {
+    io_.post([kept = std::move(*client)] {});  // its callback is running
+    status_clients_.erase(client);
+  };
+  PeerLink::Callbacks callbacks;
+  callbacks.on_message = [this, client, leave](const wire::Message& message) {
+    if (std::holds_alternative<wire::StatusRequest>(message)) return (*client)->send(status_reply());
+    if (!std::holds_alternative<wire::Goodbye>(message)) {
+      (*client)->refuse(wire::RefuseCode::kRole, "a status client may only ask for the status");
+    }
+    leave();
+  };
+  callbacks.on_ended = [leave](const Status&) { leave(); };
+  (*client)->set_callbacks(std::move(callbacks));
+}
+
+void AppServer::on_message(wire::Message message) {
+  if (!application_) return;
+  wire::SceneReceiver::Actions actions;
+  if (auto* announce = std::get_if<wire::SceneAnnounce>(&message)) {
+    const Status status = application_->receiver.announce(std::move(*announce), actions);
+    on_scene(status, std::move(actions));
+  } else if (auto* chunk = std::get_if<wire::SceneChunk>(&message)) {
+    const Status status = application_->receiver.chunk(*chunk, actions);
+    on_scene(status, std::move(actions));
+  } else if (auto* retire = std::get_if<wire::SceneRetire>(&message)) {
+    application_->receiver.retire(retire->first_kept, actions);
+    on_scene(Status::ok(), std::move(actions));
+  } else if (auto* submit = std::get_if<wire::FrameSubmit>(&message)) {
+    on_submit(*submit);
+  } else if (auto* cancel = std::get_if<wire::FrameCancel>(&message)) {
+    for (const auto& [ours, theirs] : application_->frames) {
+      if (theirs == cancel->frame) return loop_.cancel(ours);
+    }
+  } else if (std::holds_alternative<wire::StatusRequest>(message)) {
+    application_->link->send(status_reply());
+  } else if (auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
+    drop_application("said goodbye: " + goodbye->reason);
+  } else {
+    violation(std::string(wire::message_name(message)) + " is not for an application to send");
+  }
+}
+
+void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions actions) {
+  if (!status.is_ok()) return violation(status.message());
+  for (wire::SceneReceiver::Complete& complete : actions.complete) {
+    const SceneVersion ours = next_version_++;
+    application_->versions[complete.version] = ours;
+    while (application_->versions.size() > 8) application_->versions.erase(application_->versions.begin());
+    loop_.commit_scene(ours, std::move(complete.scene));
+    application_->link->send(wire::SceneBuilt{complete.version, 0, 0});
+  }
+  for (wire::SceneFailed& failed : actions.failed) application_->link->send(std::move(failed));
+  for (wire::SceneNeed& need : actions.need) application_->link->send(std::move(need));
+}
+
+void AppServer::on_submit(const wire::FrameSubmit& submit) {
+  if (application_->frames.size() + application_->deliveries.size() >= kOutstandingMax) {
+    return violation("more than " + std::to_string(kOutstandingMax) + " frames submitted at once");
+  }
+  const auto version = application_->versions.find(submit.version);
+  if (version == application_->versions.end()) {
+    return violation("a frame of scene version " + std::to_string(submit.version) + ", which is not here");
+  }
+  const FrameId ours = next_frame_++;
+  application_->frames[ours] = submit.frame;
+  loop_.submit(ours, version->second, submit.settings);
+}
+
+void AppServer::on_outcome(FrameOutcome outcome) {
+  if (!application_) return;
+  const auto frame = application_->frames.find(outcome.frame);
+  if (frame == application_->frames.end()) return;
+  outcome.frame = outcome.stats.frame = frame->second;
+  application_->frames.erase(frame);
+  application_->deliveries.push_back({std::move(outcome), 0});
+  pump();
+}
+
+void AppServer::pump() {
+  if (!application_) return;
+  PeerLink& link = *application_->link;
+  auto& deliveries = application_->deliveries;
+  while (!deliveries.empty() && link.connection().queue_bytes() <= net::kSendQueueLowBytes) {
+    Delivery& delivery = deliveries.front();
+    const auto& image = delivery.outcome.image;
+    if (image && delivery.sent_bytes < image->bytes.size()) {
+      const std::uint64_t size = std::min<std::uint64_t>(image->bytes.size() - delivery.sent_bytes, kPieceBytes);
+      net::SharedBytes piece{image, std::span(image->bytes).subspan(delivery.sent_bytes, size)};
+      link.send(wire::FrameChunk{delivery.outcome.frame, delivery.sent_bytes, std::move(piece)});
+      delivery.sent_bytes += size;
+      continue;
+    }
+    wire::FrameDone done;
+    done.stats = delivery.outcome.stats;
+    done.error = delivery.outcome.status.message();
+    if (image) done.tile_slave = image->tile_slave;
+    link.send(std::move(done));
+    deliveries.pop_front();
+  }
+}
+
+void AppServer::violation(const std::string& reason) {
+  application_->link->refuse(wire::RefuseCode::kProtocol, reason);
+  drop_application("protocol violation: " + reason);
+}
+
+void AppServer::drop_application(const std::string& reason) {
+  if (!application_) return;
+  const auto gone = std::exchange(application_, nullptr);
+  io_.post([gone] {});  // one of its callbacks may be running
+  log_info("application-left", "application '" + gone->name + "' is gone", {{"reason", reason}});
+  gone->link->close();
+  loop_.cancel_all();
+  loop_.free_scenes();
+}
+
+void AppServer::shutdown() {
+  if (application_) application_->link->say_goodbye("the master ends");
+  for (const auto& client : status_clients_) client->say_goodbye("the master ends");
+  application_.reset();
+  status_clients_.clear();
+}
+
+}  // namespace tessera::master

@@ -1,0 +1,66 @@
+// The applications' side of `tessera-master serve`: one application at a time uploads scenes, submits frames and takes the
+// finished ones; status clients ask how things are. When the application goes, its frames are cancelled, its scenes are freed,
+// the slaves stay.
+//
+// Threads. Io thread only.
+//
+// Invariants. (1) At most one application; the next one is told "busy". (2) Numbers of frames and versions inside the frame
+// loop never repeat from one application to the next. (3) Pieces of frames are queued only while the send queue is short;
+// pixels are shared with the image, never copied.
+#pragma once
+
+#include <deque>
+#include <list>
+#include <map>
+#include <memory>
+
+#include "common/wire/scene_receiver.h"
+#include "master/cluster/peer_link.h"
+#include "master/frame_loop/frame_loop.h"
+
+namespace tessera::master {
+
+class AppServer {
+ public:
+  static constexpr std::size_t kOutstandingMax = 4;  // submitted, not yet sent back
+
+  AppServer(net::IoThread& io, FrameLoop& loop) : io_(io), loop_(loop) {}
+
+  void on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hello, std::uint16_t version);
+  bool has_application() const { return application_ != nullptr; }
+  void shutdown();
+
+ private:
+  // A frame on its way to the application.
+  struct Delivery {
+    FrameOutcome outcome;  // numbered as the application does
+    std::uint64_t sent_bytes = 0;
+  };
+  struct Application {
+    std::string name;
+    std::unique_ptr<PeerLink> link;
+    wire::SceneReceiver receiver;
+    std::map<SceneVersion, SceneVersion> versions;  // theirs -> ours
+    std::map<FrameId, FrameId> frames;              // ours -> theirs
+    std::deque<Delivery> deliveries;
+  };
+
+  void on_message(wire::Message message);
+  void on_submit(const wire::FrameSubmit& submit);
+  void on_scene(const Status& status, wire::SceneReceiver::Actions actions);
+  void on_outcome(FrameOutcome outcome);
+  void pump();
+  void violation(const std::string& reason);
+  void drop_application(const std::string& reason);
+  void add_status_client(std::unique_ptr<PeerLink> link);
+  wire::StatusReply status_reply() const { return {loop_.status()}; }
+
+  net::IoThread& io_;
+  FrameLoop& loop_;
+  std::shared_ptr<Application> application_;
+  std::list<std::shared_ptr<PeerLink>> status_clients_;
+  FrameId next_frame_ = 0;
+  SceneVersion next_version_ = 1;
+};
+
+}  // namespace tessera::master

@@ -1,0 +1,72 @@
+#include "master/frame_loop/frame_assembly.h"
+
+#include <cstring>
+
+namespace tessera::master {
+namespace {
+
+// Counts components whose exponent bits are all ones.
+std::uint64_t count_nonfinite(std::span<const std::byte> bytes, PixelFormat format) {
+  std::uint64_t count = 0;
+  if (format == PixelFormat::kFloat) {
+    for (std::size_t i = 0; i + 4 <= bytes.size(); i += 4) {
+      std::uint32_t bits = 0;
+      std::memcpy(&bits, bytes.data() + i, 4);
+      count += (bits & 0x7f800000u) == 0x7f800000u ? 1 : 0;
+    }
+  } else if (format == PixelFormat::kHalf) {
+    for (std::size_t i = 0; i + 2 <= bytes.size(); i += 2) {
+      std::uint16_t bits = 0;
+      std::memcpy(&bits, bytes.data() + i, 2);
+      count += (bits & 0x7c00u) == 0x7c00u ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+}  // namespace
+
+FrameAssembly::FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings)
+    : settings_(settings),
+      grid_(settings.width_px, settings.height_px, settings.tile_edge_px),
+      image_(std::make_shared<FrameImage>()) {
+  stats_.frame = frame;
+  stats_.scene_version = version;
+  stats_.tile_count = grid_.tile_count();
+  stats_.tile_edge_px = static_cast<std::uint32_t>(settings.tile_edge_px);
+  image_->width_px = settings.width_px;
+  image_->height_px = settings.height_px;
+  image_->format = settings.pixel_format;
+  image_->tile_edge_px = settings.tile_edge_px;
+  image_->tile_slave.resize(grid_.tile_count());
+  image_->bytes.resize(static_cast<std::size_t>(settings.width_px) * static_cast<std::size_t>(settings.height_px) *
+                       static_cast<std::size_t>(bytes_per_pixel(settings.pixel_format)));
+}
+
+std::size_t FrameAssembly::tile_bytes(TileIndex tile) const {
+  return static_cast<std::size_t>(grid_.rect(tile).pixel_count()) *
+         static_cast<std::size_t>(bytes_per_pixel(settings_.pixel_format));
+}
+
+void FrameAssembly::write_tile(TileIndex tile, std::span<const std::byte> pixels, std::uint16_t slave_ordinal) {
+  TESSERA_CHECK_EQ(pixels.size(), tile_bytes(tile));
+  const TileRect rect = grid_.rect(tile);
+  const auto pixel_bytes = static_cast<std::size_t>(bytes_per_pixel(settings_.pixel_format));
+  const std::size_t row_bytes = static_cast<std::size_t>(rect.width_px) * pixel_bytes;
+  const std::size_t stride = static_cast<std::size_t>(settings_.width_px) * pixel_bytes;
+  std::byte* to = image_->bytes.data() + static_cast<std::size_t>(rect.y_px) * stride +
+                  static_cast<std::size_t>(rect.x_px) * pixel_bytes;
+  for (int row = 0; row < rect.height_px; ++row) {
+    std::memcpy(to, pixels.data() + static_cast<std::size_t>(row) * row_bytes, row_bytes);
+    to += stride;
+  }
+  image_->tile_slave[tile] = slave_ordinal;
+  nonfinite_count_ += count_nonfinite(pixels, settings_.pixel_format);
+}
+
+std::shared_ptr<const FrameImage> FrameAssembly::finish() {
+  stats_.digest = image_->digest();
+  return std::move(image_);
+}
+
+}  // namespace tessera::master

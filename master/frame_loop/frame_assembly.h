@@ -1,0 +1,45 @@
+// One frame on its way: its pixels as they come in, and what it costs. Pixels are written straight from a result's payload
+// into the image; there is no second copy.
+//
+// Threads. Io thread only. Invariant. Each tile is written once (the ledger sees to it).
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "common/base/clock.h"
+#include "common/frame/frame_image.h"
+#include "common/frame/frame_settings.h"
+#include "common/frame/frame_stats.h"
+#include "common/frame/tile_grid.h"
+
+namespace tessera::master {
+
+class FrameAssembly {
+ public:
+  FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings);
+
+  const FrameSettings& settings() const { return settings_; }
+  const TileGrid& grid() const { return grid_; }
+  FrameStats& stats() { return stats_; }
+  SceneVersion version() const { return stats_.scene_version; }
+
+  // Payload size that the tile must have.
+  std::size_t tile_bytes(TileIndex tile) const;
+  // Requires: pixels.size() == tile_bytes(tile).
+  void write_tile(TileIndex tile, std::span<const std::byte> pixels, std::uint16_t slave_ordinal);
+
+  // Pixels with a NaN or an infinity so far (float and half).
+  std::uint64_t nonfinite_count() const { return nonfinite_count_; }
+  // Takes the finished image and fills in its digest. Once.
+  std::shared_ptr<const FrameImage> finish();
+
+ private:
+  const FrameSettings settings_;
+  const TileGrid grid_;
+  FrameStats stats_;
+  std::shared_ptr<FrameImage> image_;
+  std::uint64_t nonfinite_count_ = 0;
+};
+
+}  // namespace tessera::master

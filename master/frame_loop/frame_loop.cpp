@@ -1,0 +1,292 @@
+#include "master/frame_loop/frame_loop.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "common/base/clock.h"
+#include "common/base/log.h"
+#include "master/cluster/cluster.h"
+#include "master/cluster/reception.h"
+#include "master/frame_loop/app_server.h"
+#include "master/frame_loop/frame_assembly.h"
+#include "master/schedule/scheduler.h"
+
+namespace tessera::master {
+namespace {
+
+constexpr std::chrono::milliseconds kTick{50};
+
+// One frame from submit to outcome, beside the scheduler's view of it.
+struct FrameWork {
+  FrameAssembly assembly;
+  bool has_begun = false;  // first tile leased
+  TimePoint begin;
+  std::uint64_t bytes_sent_at_begin = 0, bytes_received_at_begin = 0;
+  double starved_seconds = 0;
+  double available_threads = 0;
+  std::set<SessionId> slaves;
+
+  FrameWork(FrameId frame, SceneVersion version, const FrameSettings& settings) : assembly(frame, version, settings) {}
+};
+
+}  // namespace
+
+struct FrameLoop::Impl {
+  net::IoThread& io;
+  const FrameLoopOptions options;
+  Scheduler scheduler;
+  Cluster cluster;
+  AppServer apps;
+  Reception reception;
+  net::Timer tick;
+  std::map<FrameId, FrameWork> frames;
+  std::map<SceneVersion, double> build_seconds;  // slowest slave's, by version
+  std::function<void(FrameOutcome)> on_outcome;
+  SceneVersion newest_version = 0;
+  std::uint64_t frames_done = 0;
+  bool is_over = false;
+
+  Impl(FrameLoop& loop, net::IoThread& io_thread, const FrameLoopOptions& o)
+      : io(io_thread),
+        options(o),
+        scheduler({o.prefetch_per_thread, o.frames_in_flight}),
+        cluster(io_thread, o.isa, o.is_isa_mixed, cluster_events()),
+        apps(io_thread, loop),
+        reception(io_thread, reception_callbacks()),
+        tick(io_thread) {
+    tick.start_repeating(kTick, [this] { perform(scheduler.tick(Clock::now())); });
+  }
+
+  ClusterEvents cluster_events();
+  Reception::Callbacks reception_callbacks();
+  void start_when_ready();
+  void perform(const Actions& actions);
+  void begin_frame(const Action& action);
+  void on_result(SessionId session, const wire::TileResult& result);
+  void complete(FrameId frame);
+  void fail(const Action& action);
+  void deliver(FrameOutcome outcome);
+  void retire();
+};
+
+ClusterEvents FrameLoop::Impl::cluster_events() {
+  ClusterEvents events;
+  events.slave_joined = [this](SessionId session, std::uint32_t threads) {
+    scheduler.slave_joined(session, threads);
+    start_when_ready();
+  };
+  events.slave_lost = [this](SessionId session) { perform(scheduler.slave_lost(session, Clock::now())); };
+  events.scene_built = [this](SessionId session, SceneVersion version, double seconds_taken) {
+    double& slowest = build_seconds[version];
+    slowest = std::max(slowest, seconds_taken);
+    perform(scheduler.scene_built(session, version, Clock::now()));
+  };
+  events.scene_failed = [this](SessionId session, SceneVersion version, const std::string& reason) {
+    perform(scheduler.scene_failed(session, version, reason, Clock::now()));
+  };
+  events.tile_result = [this](SessionId session, const wire::TileResult& result) { on_result(session, result); };
+  events.tile_returned = [this](SessionId session, const wire::TileReturned& r) {
+    perform(scheduler.tile_returned(session, r.frame, r.tile, r.attempt, Clock::now()));
+  };
+  return events;
+}
+
+Reception::Callbacks FrameLoop::Impl::reception_callbacks() {
+  Reception::Callbacks callbacks;
+  callbacks.on_hello = [this](std::unique_ptr<PeerLink> link, wire::Hello hello, std::uint16_t version) {
+    if (hello.role == wire::Role::kSlave) return cluster.on_hello(std::move(link), std::move(hello), version);
+    if (hello.role == wire::Role::kApp && !options.serves_applications) {
+      return link->refuse(wire::RefuseCode::kRole, "this master renders for its own process; connect to 'tessera-master serve'");
+    }
+    apps.on_hello(std::move(link), hello, version);
+  };
+  callbacks.on_join = [this](std::unique_ptr<PeerLink> link, const wire::Join& join) {
+    cluster.on_join(std::move(link), join);
+  };
+  return callbacks;
+}
+
+// The first frame waits for the slaves asked for; then the session is bound to an instruction set.
+void FrameLoop::Impl::start_when_ready() {
+  if (scheduler.is_started() || frames.empty()) return;
+  if (cluster.slave_count() < static_cast<std::size_t>(std::max(options.slaves_min, 1))) return;
+  log_info("session-bound", "instruction set of this session: " + std::string(isa_name(cluster.bind_isa())));
+  perform(scheduler.start(Clock::now()));
+}
+
+void FrameLoop::Impl::perform(const Actions& actions) {
+  for (const Action& action : actions) {
+    switch (action.kind) {
+      case ActionKind::kBeginFrame: begin_frame(action); break;
+      case ActionKind::kLease:
+        if (const auto frame = frames.find(action.frame); frame != frames.end() && action.tile.attempt > 1) {
+          ++frame->second.assembly.stats().tiles_reissued;
+        }
+        cluster.send(action.session, wire::TileLease{action.frame, action.tile.tile, action.tile.attempt});
+        break;
+      case ActionKind::kEndFrame: cluster.send(action.session, wire::FrameEnd{action.frame}); break;
+      case ActionKind::kFrameComplete: complete(action.frame); break;
+      case ActionKind::kFrameFailed: fail(action); break;
+    }
+  }
+}
+
+void FrameLoop::Impl::begin_frame(const Action& action) {
+  const auto found = frames.find(action.frame);
+  if (found == frames.end()) return;
+  FrameWork& work = found->second;
+  const Isa isa = cluster.isa_of(action.session);
+  if (!work.has_begun) {
+    work.has_begun = true;
+    work.begin = Clock::now();
+    work.bytes_sent_at_begin = cluster.bytes_sent();
+    work.bytes_received_at_begin = cluster.bytes_received();
+    work.assembly.stats().isa = cluster.bind_isa();
+  }
+  work.available_threads = std::max<double>(work.available_threads, cluster.thread_count());
+  if (isa != work.assembly.stats().isa) work.assembly.stats().is_mixed = true;
+  cluster.send(action.session, wire::FrameBegin{action.frame, work.assembly.version(), isa, work.assembly.settings()});
+}
+
+void FrameLoop::Impl::on_result(SessionId session, const wire::TileResult& result) {
+  const auto found = frames.find(result.frame);
+  if (found != frames.end()) {
+    FrameAssembly& assembly = found->second.assembly;
+    if (result.tile >= assembly.grid().tile_count() || result.pixels.size() != assembly.tile_bytes(result.tile)) {
+      return cluster.expel(session, "a tile result of the wrong size");
+    }
+  }
+  Actions actions;
+  const ResultVerdict verdict =
+      scheduler.result(session, result.frame, result.version, result.tile, result.attempt, Clock::now(), actions);
+  cluster.add_worker_time(session, result.starved_seconds);
+  switch (verdict) {
+    case ResultVerdict::kAccepted: {
+      FrameWork& work = found->second;
+      work.assembly.write_tile(result.tile, result.pixels, cluster.ordinal_of(session));
+      work.assembly.stats().rays += result.rays;
+      work.starved_seconds += result.starved_seconds;
+      work.slaves.insert(session);
+      break;
+    }
+    case ResultVerdict::kDuplicate:
+    case ResultVerdict::kFrameEnded:
+      if (found != frames.end()) ++found->second.assembly.stats().tiles_rejected;
+      break;
+    default: return cluster.expel(session, std::string("a tile result ") + verdict_text(verdict));
+  }
+  perform(actions);
+}
+
+void FrameLoop::Impl::complete(FrameId id) {
+  const auto found = frames.find(id);
+  if (found == frames.end()) return;
+  FrameWork& work = found->second;
+  FrameStats& stats = work.assembly.stats();
+  stats.seconds = seconds(Clock::now() - work.begin);
+  stats.slave_count = static_cast<std::uint32_t>(work.slaves.size());
+  stats.bytes_to_slaves = cluster.bytes_sent() - work.bytes_sent_at_begin;
+  stats.bytes_from_slaves = cluster.bytes_received() - work.bytes_received_at_begin;
+  if (const auto built = build_seconds.find(stats.scene_version); built != build_seconds.end()) {
+    stats.build_seconds = built->second;
+  }
+  const double available = stats.seconds * std::max(work.available_threads, 1.0);
+  stats.utilisation = std::clamp(1 - work.starved_seconds / std::max(available, 1e-9), 0.0, 1.0);
+  if (const std::uint64_t count = work.assembly.nonfinite_count(); count > 0) {
+    log_warn("nonfinite-pixels", "a frame holds NaN or infinity",
+             {{"frame", std::to_string(id)}, {"components", std::to_string(count)}});
+  }
+  FrameOutcome outcome;
+  outcome.frame = id;
+  outcome.image = work.assembly.finish();
+  outcome.stats = stats;
+  frames.erase(found);
+  ++frames_done;
+  retire();
+  deliver(std::move(outcome));
+}
+
+void FrameLoop::Impl::fail(const Action& action) {
+  const auto found = frames.find(action.frame);
+  if (found == frames.end()) return;
+  FrameOutcome outcome;
+  outcome.frame = action.frame;
+  outcome.stats = found->second.assembly.stats();
+  outcome.status = action.is_cancelled ? Status::cancelled("the frame was cancelled") : Status::unavailable(action.reason);
+  if (!action.is_cancelled) log_warn("frame-failed", action.reason, {{"frame", std::to_string(action.frame)}});
+  frames.erase(found);
+  retire();
+  deliver(std::move(outcome));
+}
+
+// Outcomes leave through the loop's queue, so that who takes them may call us back.
+void FrameLoop::Impl::deliver(FrameOutcome outcome) {
+  if (on_outcome) on_outcome(std::move(outcome));
+}
+
+void FrameLoop::Impl::retire() {
+  const SceneVersion first_kept = scheduler.oldest_version_needed(newest_version);
+  cluster.retire_scenes(first_kept);
+  build_seconds.erase(build_seconds.begin(), build_seconds.lower_bound(first_kept));
+}
+
+FrameLoop::FrameLoop(net::IoThread& io, const FrameLoopOptions& options)
+    : impl_(std::make_unique<Impl>(*this, io, options)) {}
+
+FrameLoop::~FrameLoop() { shutdown(); }
+
+void FrameLoop::accept(net::ConnectionPtr connection, net::Listener* listener) {
+  if (!impl_->is_over) impl_->reception.receive(std::move(connection), listener);
+}
+
+void FrameLoop::set_outcome_callback(std::function<void(FrameOutcome)> on_outcome) {
+  impl_->on_outcome = std::move(on_outcome);
+}
+
+void FrameLoop::commit_scene(SceneVersion version, EncodedScene scene) {
+  impl_->newest_version = std::max(impl_->newest_version, version);
+  impl_->cluster.commit_scene(version, std::make_shared<const EncodedScene>(std::move(scene)));
+}
+
+void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings& settings) {
+  const auto [work, is_new] = impl_->frames.try_emplace(frame, frame, version, settings);
+  if (!is_new) return;
+  impl_->cluster.need_scene(version);
+  const TileIndex tile_count = work->second.assembly.grid().tile_count();
+  impl_->perform(impl_->scheduler.submit_frame(frame, version, tile_count, Clock::now()));
+  impl_->start_when_ready();
+}
+
+void FrameLoop::cancel(FrameId frame) { impl_->perform(impl_->scheduler.cancel_frame(frame, Clock::now())); }
+
+void FrameLoop::cancel_all() {
+  std::vector<FrameId> ids;
+  for (const auto& [id, work] : impl_->frames) ids.push_back(id);
+  for (const FrameId id : ids) cancel(id);
+}
+
+void FrameLoop::free_scenes() {
+  impl_->cluster.retire_scenes(impl_->newest_version + 1);
+  impl_->build_seconds.clear();
+}
+
+ClusterStatus FrameLoop::status() const {
+  ClusterStatus status;
+  status.slaves = impl_->cluster.status([this](SessionId session) { return impl_->scheduler.tiles_in_flight(session); });
+  status.frames_done = impl_->frames_done;
+  status.has_application = impl_->apps.has_application();
+  return status;
+}
+
+void FrameLoop::shutdown() {
+  if (std::exchange(impl_->is_over, true)) return;
+  impl_->tick.cancel();
+  cancel_all();
+  impl_->apps.shutdown();
+  impl_->reception.close_all();
+  impl_->cluster.shutdown();
+}
+
+}  // namespace tessera::master
