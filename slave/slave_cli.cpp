@@ -95,7 +95,7 @@ ParsedCommand check_words(const Words& words) {
   SlaveCommand command;
   SlaveOptions& options = command.options;
   const Result<net::Endpoint> master = net::parse_endpoint(words.master);
-  if (!master.is_ok()) return failed(kExitUsage, "--master: " + master.status().message());
+  if (!master.is_ok()) return failed(kExitUsage, "--master " + master.status().message());
   command.master = *master;
   if (command.master.host.empty() || command.master.port == 0) {
     return failed(kExitUsage, "--master " + words.master + ": give a host and a port, HOST:PORT");
@@ -125,7 +125,7 @@ ParsedCommand check_words(const Words& words) {
   options.isas = supported;
   if (words.isa != "auto") {
     const Result<Isa> isa = parse_isa(words.isa);
-    if (!isa.is_ok()) return failed(kExitUsage, "--isa: " + isa.status().message());
+    if (!isa.is_ok()) return failed(kExitUsage, isa.status().message());
     options.isas = isa_bit(*isa);
     if ((supported & options.isas) == 0) {
       return failed(kExitFailed, "--isa " + words.isa + ": this CPU does not have it; it has " +

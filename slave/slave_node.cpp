@@ -11,10 +11,11 @@
 #include "common/base/log.h"
 #include "common/base/version.h"
 #include "common/wire/codec.h"
+#include "common/wire/scene_receiver.h"
 #include "slave/master_link.h"
 #include "slave/render_service.h"
 #include "slave/scene_builder.h"
-#include "slave/scene_receiver.h"
+
 
 namespace tessera::slave {
 
@@ -46,7 +47,7 @@ struct SlaveNode::Impl : std::enable_shared_from_this<SlaveNode::Impl> {
   Status on_lease(const wire::TileLease& lease);
   Status on_frame_end(const wire::FrameEnd& end);
   Status on_scene_message(wire::Message message);
-  Status do_scene_actions(SceneReceiver::Actions actions);
+  Status do_scene_actions(wire::SceneReceiver::Actions actions);
   void on_built(BuildOutcome outcome);
   void on_tile_done(const TileJob& job, std::optional<wire::TileResult> result);
   void give_back(const TileJob& job);
@@ -63,7 +64,7 @@ struct SlaveNode::Impl : std::enable_shared_from_this<SlaveNode::Impl> {
   std::unique_ptr<net::Timer> flush_timer;
   bool is_leaving = false;
   std::uint64_t generation = 1;  // counts sessions; what an older one left behind is dropped
-  SceneReceiver receiver;
+  wire::SceneReceiver receiver;
   SceneVersion first_kept = 0;
   std::map<SceneVersion, std::shared_ptr<const core::PreparedScene>> built;
   std::map<FrameId, std::shared_ptr<FrameWork>> frames;
@@ -267,7 +268,7 @@ void SlaveNode::Impl::on_lost() {
 // ---- scenes ----------------------------------------------------------------------------------------
 
 Status SlaveNode::Impl::on_scene_message(wire::Message message) {
-  SceneReceiver::Actions actions;
+  wire::SceneReceiver::Actions actions;
   if (const auto* chunk = std::get_if<wire::SceneChunk>(&message)) {
     TESSERA_RETURN_IF_ERROR(receiver.chunk(*chunk, actions));
   } else if (auto* announce = std::get_if<wire::SceneAnnounce>(&message)) {
@@ -288,13 +289,13 @@ Status SlaveNode::Impl::on_scene_message(wire::Message message) {
   return do_scene_actions(std::move(actions));
 }
 
-Status SlaveNode::Impl::do_scene_actions(SceneReceiver::Actions actions) {
+Status SlaveNode::Impl::do_scene_actions(wire::SceneReceiver::Actions actions) {
   for (wire::SceneFailed& failed : actions.failed) {
     log_error("scene-failed", failed.reason, {{"version", std::to_string(failed.version)}});
     link->send_scene(std::move(failed));
   }
   for (wire::SceneNeed& need : actions.need) link->send_scene(std::move(need));
-  for (SceneReceiver::Complete& complete : actions.complete) {
+  for (wire::SceneReceiver::Complete& complete : actions.complete) {
     const SceneVersion version = complete.version;
     if (!is_leaving && !builder->try_push({generation, version, std::move(complete.scene)})) {
       return Status::resource_exhausted("more than " + std::to_string(SceneBuilder::kQueueMax) +

@@ -1,0 +1,132 @@
+#include "master/image/image_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "master/image/plugin_loader.h"
+
+namespace tessera::master {
+namespace {
+
+struct FreeMalloc {
+  void operator()(unsigned char* p) const { std::free(p); }
+};
+
+std::vector<float> linear_floats(const FrameImage& image) {
+  std::vector<float> rgb(3 * static_cast<std::size_t>(image.width_px) * static_cast<std::size_t>(image.height_px));
+  decode_pixels(image.bytes, image.format, rgb);
+  return rgb;
+}
+
+// Portable float map, little-endian, rows from the bottom (the sign of the scale says so).
+std::vector<std::byte> pfm_bytes(const FrameImage& image) {
+  const std::vector<float> rgb = linear_floats(image);
+  const std::string head = "PF\n" + std::to_string(image.width_px) + " " + std::to_string(image.height_px) + "\n-1.0\n";
+  const std::size_t row_floats = 3 * static_cast<std::size_t>(image.width_px);
+  std::vector<std::byte> bytes(head.size() + rgb.size() * sizeof(float));
+  std::memcpy(bytes.data(), head.data(), head.size());
+  for (std::size_t row = 0; row < static_cast<std::size_t>(image.height_px); ++row) {
+    const std::size_t from_bottom = static_cast<std::size_t>(image.height_px) - 1 - row;
+    std::memcpy(bytes.data() + head.size() + row * row_floats * sizeof(float), rgb.data() + from_bottom * row_floats,
+                row_floats * sizeof(float));
+  }
+  return bytes;
+}
+
+Status encode_by_plugin(const FrameImage& image, const std::string& path, const std::string& suffix,
+                        const WriteOptions& options, std::vector<std::byte>& out) {
+  auto plugin = image_plugin();
+  if (!plugin.is_ok()) return plugin.status();
+  const std::vector<float> rgb = linear_floats(image);
+  std::vector<std::byte> small;
+  PluginPixels type = PluginPixels::kFloat;
+  const void* pixels = rgb.data();
+  if (suffix == ".png" || (suffix == ".exr" && options.is_half_exr)) {
+    const PixelFormat format = suffix == ".png" ? PixelFormat::kDisplay8 : PixelFormat::kHalf;
+    type = suffix == ".png" ? PluginPixels::kUint8 : PluginPixels::kHalf;
+    small.resize(rgb.size() / 3 * static_cast<std::size_t>(bytes_per_pixel(format)));
+    encode_pixels(rgb, format, small);
+    pixels = small.data();
+  }
+  PluginBuffer buffer;
+  char error[512] = {};
+  if (plugin->encode(path.c_str(), image.width_px, image.height_px, type, pixels, &buffer, error, sizeof(error)) != 0) {
+    return Status::internal("cannot encode " + path + ": " + error);
+  }
+  const std::unique_ptr<unsigned char, FreeMalloc> owner(buffer.data);
+  out.resize(buffer.size);
+  std::memcpy(out.data(), buffer.data, buffer.size);
+  return Status::ok();
+}
+
+// A file that is removed unless it was renamed in the end.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::string& path)
+      : path_(path), file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644)) {}
+  ~TemporaryFile() {
+    if (file_ >= 0) ::close(file_);
+    if (!is_renamed_) ::unlink(path_.c_str());
+  }
+  bool is_open() const { return file_ >= 0; }
+  bool write_all(const std::vector<std::byte>& bytes) {
+    for (std::size_t done = 0; done < bytes.size();) {
+      const ssize_t written = ::write(file_, bytes.data() + done, bytes.size() - done);
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) return false;
+      done += static_cast<std::size_t>(written);
+    }
+    return true;
+  }
+  bool sync_and_close() {
+    const bool is_synced = ::fsync(file_) == 0;
+    const int error = errno;
+    const bool is_closed = ::close(file_) == 0;
+    file_ = -1;
+    if (!is_synced) errno = error;
+    return is_synced && is_closed;
+  }
+  bool rename_to(const std::string& path) { return is_renamed_ = ::rename(path_.c_str(), path.c_str()) == 0; }
+
+ private:
+  const std::string path_;
+  int file_;
+  bool is_renamed_ = false;
+};
+
+Status store(const std::vector<std::byte>& bytes, const std::string& path) {
+  const std::filesystem::path target(path);
+  const std::filesystem::path folder = target.parent_path().empty() ? "." : target.parent_path();
+  const std::string temporary =
+      (folder / ("." + target.filename().string() + ".part-" + std::to_string(::getpid()))).string();
+  const auto failed = [&] { return Status::resource_exhausted("cannot write " + path + ": " + std::strerror(errno)); };
+  TemporaryFile file(temporary);
+  if (!file.is_open() || !file.write_all(bytes) || !file.sync_and_close() || !file.rename_to(path)) return failed();
+  if (const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); directory >= 0) {
+    ::fsync(directory);  // the name; a file system that cannot is no failure
+    ::close(directory);
+  }
+  return Status::ok();
+}
+
+}  // namespace
+
+Status write_image(const FrameImage& image, const std::string& path, const WriteOptions& options) {
+  const std::string suffix = std::filesystem::path(path).extension().string();
+  std::vector<std::byte> bytes;
+  if (suffix == ".pfm") {
+    bytes = pfm_bytes(image);
+  } else {
+    TESSERA_RETURN_IF_ERROR(encode_by_plugin(image, path, suffix, options, bytes));
+  }
+  return store(bytes, path);
+}
+
+}  // namespace tessera::master

@@ -1,0 +1,17 @@
+// Finds and loads tessera_image_oiio.so when first asked.
+#pragma once
+
+#include "common/base/status.h"
+#include "master/image/oiio_plugin.h"
+
+namespace tessera::master {
+
+struct ImagePlugin {
+  EncodeImageFunction encode = nullptr;
+  ReadImageFunction read = nullptr;
+};
+
+// Looks beside the executable and in ../lib/tessera. Any thread. Returns: kNotFound saying where it was looked for.
+Result<ImagePlugin> image_plugin();
+
+}  // namespace tessera::master

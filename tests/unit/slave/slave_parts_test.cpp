@@ -1,0 +1,115 @@
+// The pure parts of a slave: back-off, liveness, starvation; and the tile queue.
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "common/base/limits.h"
+#include "slave/backoff.h"
+#include "slave/liveness.h"
+#include "slave/tile_queue.h"
+
+namespace tessera::slave {
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::milliseconds;
+
+TEST(Backoff, PausesGrowWithinTheirBounds) {
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    Backoff backoff(seed);
+    double nominal_ms = kReconnectFirstMs;
+    for (int k = 0; k < 20; ++k) {
+      const double ms = static_cast<double>(backoff.next().count());
+      EXPECT_GE(ms, nominal_ms * 0.5 - 1) << "seed " << seed << " attempt " << k;
+      EXPECT_LE(ms, std::min<double>(kReconnectMaxMs, nominal_ms * 1.5));
+      nominal_ms = std::min<double>(kReconnectMaxMs, nominal_ms * 2);
+    }
+  }
+}
+
+TEST(Backoff, SlavesDoNotKnockTogether) {
+  Backoff a(1);
+  Backoff b(2);
+  int different = 0;
+  for (int k = 0; k < 10; ++k) different += a.next() != b.next() ? 1 : 0;
+  EXPECT_GE(different, 5);
+}
+
+TEST(Backoff, OnlyAStableSessionStartsItAnew) {
+  const TimePoint t0{};
+  Backoff backoff(5);
+  for (int k = 0; k < 10; ++k) (void)backoff.next();
+  backoff.session_began(t0);
+  backoff.session_ended(t0 + 59s);
+  EXPECT_GE(backoff.next(), milliseconds(kReconnectMaxMs / 2));
+  backoff.session_began(t0 + 100s);
+  backoff.session_ended(t0 + 160s);
+  EXPECT_LE(backoff.next(), milliseconds(kReconnectFirstMs * 3 / 2));
+}
+
+TEST(Liveness, PingsWhenNothingWasSentAndDiesOfSilence) {
+  Liveness liveness(250ms, 4);
+  TimePoint now{};
+  const TimePoint heard = now;
+  for (int i = 0; i < 25; ++i, now += 50ms) {
+    EXPECT_EQ(liveness.look(now, now - 249ms, heard), LivenessAction::kNone) << i;
+  }
+  EXPECT_EQ(liveness.look(now, now - 250ms, heard), LivenessAction::kPing);
+  EXPECT_EQ(liveness.look(now + 1ms, now, heard), LivenessAction::kDead);
+  EXPECT_EQ(liveness.look(now + 1ms, now, now), LivenessAction::kNone);
+}
+
+TEST(Liveness, OurOwnSleepIsNotTheirs) {
+  Liveness liveness(250ms, 4);
+  const TimePoint t0{};
+  EXPECT_EQ(liveness.look(t0, t0, t0), LivenessAction::kNone);
+  EXPECT_NE(liveness.look(t0 + 60s, t0, t0), LivenessAction::kDead);
+  EXPECT_EQ(liveness.look(t0 + 60s + 50ms, t0, t0), LivenessAction::kDead);
+}
+
+TEST(StarvationClock, CountsWaitingWorkersWhileFramesAreOpen) {
+  StarvationClock clock;
+  const TimePoint t0 = TimePoint{} + 1h;
+  clock.set_waiting(2, t0);
+  clock.set_open_frames(1, t0 + 10s);  // the 10 s before do not count
+  clock.set_waiting(3, t0 + 11s);      // 2 x 1 s
+  clock.set_open_frames(2, t0 + 12s);  // 3 x 1 s
+  clock.set_open_frames(0, t0 + 13s);  // 3 x 1 s
+  EXPECT_DOUBLE_EQ(clock.take(t0 + 20s), 8.0);
+  EXPECT_DOUBLE_EQ(clock.take(t0 + 30s), 0.0);
+}
+
+std::shared_ptr<FrameWork> frame(FrameId id) {
+  return std::make_shared<FrameWork>(wire::FrameBegin{id, 1, Isa::kScalar, {}}, nullptr, 1);
+}
+
+TEST(TileQueue, FirstInFirstOutBoundedAndRemovableByFrame) {
+  TileQueue queue(3);
+  const auto a = frame(1);
+  const auto b = frame(2);
+  EXPECT_TRUE(queue.try_push({a, 0, 1}));
+  EXPECT_TRUE(queue.try_push({b, 1, 1}));
+  EXPECT_TRUE(queue.try_push({a, 2, 1}));
+  EXPECT_FALSE(queue.try_push({a, 3, 1})) << "full";
+  EXPECT_EQ(queue.pop()->tile, 0u);
+  const auto removed = queue.remove_frame(a.get());
+  ASSERT_EQ(removed.size(), 1u);
+  EXPECT_EQ(removed[0].tile, 2u);
+  EXPECT_EQ(queue.pop()->tile, 1u);
+  EXPECT_TRUE(queue.try_push({b, 4, 1}));
+  queue.close();
+  EXPECT_FALSE(queue.try_push({b, 5, 1})) << "closed";
+  EXPECT_EQ(queue.pop()->tile, 4u);
+  EXPECT_FALSE(queue.pop().has_value());
+}
+
+TEST(TileQueue, CloseWakesSleepers) {
+  TileQueue queue(1);
+  std::thread sleeper([&queue] { EXPECT_FALSE(queue.pop().has_value()); });
+  std::this_thread::sleep_for(5ms);
+  queue.close();
+  sleeper.join();
+}
+
+}  // namespace
+}  // namespace tessera::slave
