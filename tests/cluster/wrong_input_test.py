@@ -226,6 +226,10 @@ class WrongInput(unittest.TestCase):
         (folder / "node.key").chmod(0o644)
         self.expect("tessera-master", ["status", "--connect", "127.0.0.1:1", "--keys", str(folder)], 1, ["node.key"])
 
+    def test_a_certificate_that_has_expired(self):
+        self.cluster.make_keys("add", str(self.cluster.keys), "app", "old", "--days", "-1")
+        self.expect("tessera-master", ["status", "--connect", "127.0.0.1:1", "--keys", str(self.cluster.keys / "old")], 1, ["expired"])
+
     def test_no_display(self):
         environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
         self.expect("tessera-master", ["view", "--quiet", "builtin:cornell"], 1, ["display"], env=environment)

@@ -1,0 +1,19 @@
+// The built-in scenes, one function each; small code, no files.
+#pragma once
+
+#include "master/loader/load_scene.h"
+
+namespace tessera::master {
+
+LoadedScene make_cornell();
+LoadedScene make_room();
+LoadedScene make_teapot();
+LoadedScene make_waves();
+
+// A quad in a horizontal plane that shines downwards.
+class MeshMaker;
+void add_ceiling_light(MeshMaker& maker, Vec3f centre, float half_x, float half_z, std::uint32_t material);
+Material matte(const char* name, Vec3f albedo);
+Material glowing(const char* name, Vec3f emission);
+
+}  // namespace tessera::master

@@ -1,0 +1,2 @@
+# Sources of the built-in scenes.
+set(TESSERA_BUILTIN_SOURCES builtin.cpp builtin_room.cpp builtin_teapot.cpp mesh_maker.cpp)
