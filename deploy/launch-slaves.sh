@@ -122,23 +122,27 @@ remote() {  # host, script, arguments (checked words); standard input goes to th
   ssh "${ssh_options[@]}" "${port[@]}" -- "$host" "sh -c '$script' sh$words"
 }
 
-# Scripts for the hosts: POSIX sh, no single quotes. $1 folder, $2 name.
+# Scripts for the hosts: POSIX sh, no single quotes, expanded there and not here. $1 folder, $2 name.
+# shellcheck disable=SC2016
 readonly find_slave='
-cd "$1" 2>/dev/null || pid=
-pid=$(cat "$2.pid" 2>/dev/null) || pid=
+pid=
+if cd "$1" 2>/dev/null && [ -f "$2.pid" ]; then pid=$(cat "$2.pid"); fi
 if [ -n "$pid" ] && ! tr "\0" " " <"/proc/$pid/cmdline" 2>/dev/null | grep -q -e "tessera-slave.* --name $2 "; then
   pid=
 fi
 '
+# shellcheck disable=SC2016
 readonly put_binary='
 umask 077
 mkdir -p "$1" && chmod 700 "$1" && cd "$1" || exit 1
 cat >"tessera-slave.$2.new" && chmod 700 "tessera-slave.$2.new" && mv -f "tessera-slave.$2.new" tessera-slave
 '
+# shellcheck disable=SC2016
 readonly put_keys='
 umask 077
 mkdir -p "$1/$2" && chmod 700 "$1/$2" && tar -C "$1/$2" -xf - && chmod 600 "$1/$2/node.key"
 '
+# shellcheck disable=SC2016
 readonly start_slave="$find_slave"'
 if [ -n "$pid" ]; then echo "runs already, pid $pid"; exit 0; fi
 name=$2 master=$3 credentials=$4 threads=$5
@@ -155,9 +159,11 @@ rm -f "$name.pid"
 echo "ended at once: $(tail -n 1 "$name.log")"
 exit 1
 '
+# shellcheck disable=SC2016
 readonly list_slave="$find_slave"'
 if [ -n "$pid" ]; then echo "runs, pid $pid"; else echo "does not run"; fi
 '
+# shellcheck disable=SC2016
 readonly stop_slave="$find_slave"'
 if [ -z "$pid" ]; then echo "does not run"; exit 0; fi
 kill -TERM "$pid"

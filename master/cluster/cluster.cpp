@@ -163,7 +163,7 @@ void Cluster::on_tile_message(SessionId session, wire::Message message) {
   } else if (auto* returned = std::get_if<wire::TileReturned>(&message)) {
     events_.tile_returned(session, *returned);
   } else if (auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
-    lose(session, "said goodbye: " + goodbye->reason);
+    leave(session, goodbye->reason);
   } else if (auto* refuse = std::get_if<wire::Refuse>(&message)) {
     lose(session, "refused us: " + refuse->reason);
   } else {
@@ -186,7 +186,7 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
     sender.on_answered(failed->version);
     events_.scene_failed(session, failed->version, failed->reason);
   } else if (auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
-    lose(session, "said goodbye: " + goodbye->reason);
+    leave(session, goodbye->reason);
   } else if (auto* refuse = std::get_if<wire::Refuse>(&message)) {
     lose(session, "refused us: " + refuse->reason);
   } else {
@@ -202,8 +202,22 @@ void Cluster::expel(SessionId session, const std::string& reason) {
 }
 
 void Cluster::lose(SessionId session, const std::string& reason) {
+  const auto slave = slaves_.find(session);
+  if (slave == slaves_.end()) return;
+  log_warn("slave-lost", "slave '" + slave->second->hello.name + "' is gone",
+           {{"reason", reason}, {"peer", slave->second->tile_link->connection().peer().address}});
+  remove(session);
+}
+
+void Cluster::leave(SessionId session, const std::string& reason) {
+  const auto slave = slaves_.find(session);
+  if (slave == slaves_.end()) return;
+  log_info("slave-left", "slave '" + slave->second->hello.name + "' said goodbye", {{"reason", reason}});
+  remove(session);
+}
+
+void Cluster::remove(SessionId session) {
   const auto found = slaves_.find(session);
-  if (found == slaves_.end()) return;
   const std::shared_ptr<Slave> slave = std::move(found->second);
   slaves_.erase(found);
   for (PeerLink* link : {slave->tile_link.get(), slave->scene_link.get()}) {
@@ -212,8 +226,6 @@ void Cluster::lose(SessionId session, const std::string& reason) {
     gone_bytes_received_ += link->connection().bytes_received();
     link->close();
   }
-  log_warn("slave-lost", "slave '" + slave->hello.name + "' is gone",
-           {{"reason", reason}, {"peer", slave->tile_link->connection().peer().address}});
   io_.post([slave] {});  // one of its callbacks may be running
   if (slave->is_joined()) events_.slave_lost(session);
 }

@@ -79,6 +79,8 @@ class Cluster {
   void on_tile_message(SessionId session, wire::Message message);
   void on_scene_message(SessionId session, wire::Message message);
   void lose(SessionId session, const std::string& reason);
+  void leave(SessionId session, const std::string& reason);  // in order, as announced
+  void remove(SessionId session);
   void sweep();
 
   net::IoThread& io_;

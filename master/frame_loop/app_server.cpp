@@ -23,7 +23,7 @@ void AppServer::on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hell
   if (!is_app && status_clients_.size() >= kStatusClientsMax) {
     return link->refuse(wire::RefuseCode::kFull, "too many status clients");
   }
-  link->send(wire::Welcome{version, 0, 0, kHeartbeatMs, kHeartbeatsMissedMax});
+  link->send(wire::Welcome{version, ++next_session_, next_session_, kHeartbeatMs, kHeartbeatsMissedMax});
   link->start_heartbeat();
   if (!is_app) return add_status_client(std::move(link));
   log_info("application-joined", "application '" + hello.name + "' is here", {{"peer", link->peer_text()}});

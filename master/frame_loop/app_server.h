@@ -59,6 +59,7 @@ class AppServer {
   FrameLoop& loop_;
   std::shared_ptr<Application> application_;
   std::list<std::shared_ptr<PeerLink>> status_clients_;
+  SessionId next_session_ = 0;  // of applications and status clients; has no second connection to prove
   FrameId next_frame_ = 0;
   SceneVersion next_version_ = 1;
 };

@@ -36,7 +36,7 @@ ssh-keygen -q -t ed25519 -N '' -f "$work/host_key"
 ssh-keygen -q -t ed25519 -N '' -f "$work/user_key"
 cp "$work/user_key.pub" "$work/authorized"
 # A server run by root keeps its children apart in this folder; systems make it when they start their own server.
-if [[ $(id -u) == 0 ]]; then mkdir -p -m 0755 /run/sshd; fi
+if [[ $(id -u) == 0 ]]; then mkdir -p /run/sshd; fi
 
 start_server() {  # port; false when the port is taken
   cat >"$work/sshd_$1.conf" <<END
@@ -147,7 +147,8 @@ wrong "say start, list or stop"
 wrong "no HOST given" list
 wrong "unknown option" list --nonsense host
 wrong "HOST" list 'host;reboot'
-wrong "HOST" list -- -oProxyCommand=x
+wrong "unknown option" list -oProxyCommand=x
+wrong "HOST" list 'user@-oProxyCommand=x'
 wrong "needs --master" start host
 wrong "needs --keys" start --master 10.0.0.1:7400 --binary "$work/bin/tessera-slave" host
 echo "passed"

@@ -1,0 +1,292 @@
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <unordered_map>
+
+#include "common/base/limits.h"
+#include "common/scene_io/scene_reader.h"
+#include "common/scene_io/text_scanner.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::uint64_t kFileBytesMax = std::uint64_t{4} << 30;
+constexpr std::size_t kPolygonCornersMax = 65536;
+
+struct Corner {
+  std::uint32_t position = 0, uv = 0, normal = 0;  // uv and normal: 0 none, else index + 1
+  bool operator==(const Corner&) const = default;
+};
+
+struct CornerHash {
+  std::size_t operator()(const Corner& c) const {
+    std::uint64_t h = c.position * 0x9e3779b97f4a7c15u;
+    h = (h ^ c.uv) * 0xbf58476d1ce4e5b9u;
+    h = (h ^ c.normal) * 0x94d049bb133111ebu;
+    return static_cast<std::size_t>(h ^ h >> 31);
+  }
+};
+
+class ObjReader {
+ public:
+  ObjReader(std::string path, std::string_view text, const TextureLoader& load_texture)
+      : path_(std::move(path)), scanner_(text), load_texture_(load_texture) {}
+
+  Result<ReadScene> read() {
+    result_.scene.materials.emplace_back();
+    result_.scene.materials[0].name = "default";
+    while (scanner_.next_line()) TESSERA_RETURN_IF_ERROR(read_line());
+    if (mesh_.triangles.empty()) return Status::invalid_argument(path_ + ": holds no faces");
+    if (!has_normals_) mesh_.normals.clear();
+    if (!has_uvs_) mesh_.uvs.clear();
+    warn_degenerate(count_degenerate(mesh_), result_.warnings);
+    for (const auto& [word, line] : unknown_) {
+      result_.warnings.push_back(path_ + ":" + std::to_string(line) + ": '" + word + "' is not understood and left out");
+    }
+    result_.scene.meshes = {std::make_shared<const Mesh>(std::move(mesh_))};
+    result_.scene.instances.resize(1);
+    return std::move(result_);
+  }
+
+ private:
+  Status wrong(const std::string& text) const {
+    return Status::invalid_argument(path_ + ":" + std::to_string(scanner_.line_number()) + ": " + text);
+  }
+
+  Status read_line() {
+    const std::string_view key = scanner_.word();
+    if (key.empty() || key.front() == '#') return Status::ok();
+    if (key == "v") return read_position();
+    if (key == "vt") return read_uv();
+    if (key == "vn") return read_normal();
+    if (key == "f") return read_face();
+    if (key == "usemtl") {
+      use_material(std::string(scanner_.trimmed_rest_of_line()));
+      return Status::ok();
+    }
+    if (key == "mtllib") {
+      read_materials(std::string(scanner_.trimmed_rest_of_line()));
+      return Status::ok();
+    }
+    if (key == "o" || key == "g" || key == "s") return Status::ok();
+    unknown_.try_emplace(std::string(key), scanner_.line_number());
+    return Status::ok();
+  }
+
+  Status read_position() {
+    const auto x = scanner_.number<float>(), y = scanner_.number<float>(), z = scanner_.number<float>();
+    if (!x || !y || !z) return wrong("vertex " + std::to_string(positions_.size() + 1) + " needs three numbers");
+    const Vec3f p{*x, *y, *z};
+    if (!is_finite(p)) return wrong("vertex " + std::to_string(positions_.size() + 1) + " is not finite");
+    positions_.push_back(p);
+    return Status::ok();
+  }
+
+  Status read_uv() {
+    const auto u = scanner_.number<float>();
+    const auto v = scanner_.number<float>();
+    const Vec2f uv{u.value_or(0), v.value_or(0)};
+    if (!u || !std::isfinite(uv.x) || !std::isfinite(uv.y)) return wrong("a texture coordinate needs finite numbers");
+    uvs_.push_back(uv);
+    return Status::ok();
+  }
+
+  Status read_normal() {
+    const auto x = scanner_.number<float>(), y = scanner_.number<float>(), z = scanner_.number<float>();
+    const Vec3f n{x.value_or(0), y.value_or(0), z.value_or(0)};
+    if (!x || !y || !z || !is_finite(n)) return wrong("a normal needs three finite numbers");
+    normals_.push_back(n);
+    return Status::ok();
+  }
+
+  // "7", "-1": index from 0. `what` and the count are for the message.
+  Result<std::uint32_t> read_index(std::string_view text, std::size_t count, const char* what) {
+    const auto number = TextScanner::number_of<std::int64_t>(text);
+    if (!number) return wrong("'" + std::string(text) + "' is not an index");
+    const std::int64_t index = *number > 0 ? *number - 1 : *number + static_cast<std::int64_t>(count);
+    if (*number == 0 || index < 0 || index >= static_cast<std::int64_t>(count)) {
+      return wrong(std::string(what) + " " + std::string(text) + " is out of range, there are " + std::to_string(count));
+    }
+    return static_cast<std::uint32_t>(index);
+  }
+
+  Result<Corner> read_corner(std::string_view word) {
+    Corner corner;
+    const auto first = word.find('/');
+    auto position = read_index(word.substr(0, first), positions_.size(), "vertex");
+    if (!position.is_ok()) return position.status();
+    corner.position = *position;
+    if (first == std::string_view::npos) return corner;
+    const auto second = word.find('/', first + 1);
+    const std::string_view uv = word.substr(first + 1, second == std::string_view::npos ? second : second - first - 1);
+    if (!uv.empty()) {
+      auto index = read_index(uv, uvs_.size(), "texture coordinate");
+      if (!index.is_ok()) return index.status();
+      corner.uv = *index + 1;
+    }
+    if (second != std::string_view::npos && second + 1 < word.size()) {
+      auto index = read_index(word.substr(second + 1), normals_.size(), "normal");
+      if (!index.is_ok()) return index.status();
+      corner.normal = *index + 1;
+    }
+    return corner;
+  }
+
+  std::uint32_t vertex_of(const Corner& corner) {
+    const auto [entry, is_new] = vertices_.try_emplace(corner, static_cast<std::uint32_t>(mesh_.positions.size()));
+    if (is_new) {
+      mesh_.positions.push_back(positions_[corner.position]);
+      mesh_.uvs.push_back(corner.uv > 0 ? uvs_[corner.uv - 1] : Vec2f{});
+      mesh_.normals.push_back(corner.normal > 0 ? normals_[corner.normal - 1] : Vec3f{});
+      has_uvs_ = has_uvs_ || corner.uv > 0;
+      has_normals_ = has_normals_ || corner.normal > 0;
+    }
+    return entry->second;
+  }
+
+  Status read_face() {
+    corners_.clear();
+    for (std::string_view word = scanner_.word(); !word.empty(); word = scanner_.word()) {
+      if (corners_.size() >= kPolygonCornersMax) return wrong("a face has too many corners");
+      auto corner = read_corner(word);
+      if (!corner.is_ok()) return corner.status();
+      corners_.push_back(vertex_of(*corner));
+    }
+    if (corners_.size() < 3) return wrong("a face needs at least three corners");
+    for (std::size_t i = 2; i < corners_.size(); ++i) {
+      mesh_.triangles.push_back({corners_[0], corners_[i - 1], corners_[i]});
+      mesh_.materials.push_back(material_);
+    }
+    if (mesh_.triangles.size() > kTrianglesMax) return Status::resource_exhausted(path_ + ": more than 2^30 triangles");
+    return Status::ok();
+  }
+
+  void use_material(const std::string& name) {
+    const auto known = material_index_.find(name);
+    if (known != material_index_.end()) {
+      material_ = known->second;
+      return;
+    }
+    if (missing_.insert(name).second) {
+      result_.warnings.push_back(path_ + ":" + std::to_string(scanner_.line_number()) + ": material '" + name +
+                                 "' is not defined; grey is used");
+    }
+    material_ = 0;
+  }
+
+  void read_materials(const std::string& name);
+  void read_material_line(TextScanner& lines, Material*& material, const std::string& file);
+  void set_texture(Material& material, std::string name);
+
+  const std::string path_;
+  TextScanner scanner_;
+  const TextureLoader& load_texture_;
+  ReadScene result_;
+  Mesh mesh_;
+  std::vector<Vec3f> positions_, normals_;
+  std::vector<Vec2f> uvs_;
+  std::vector<std::uint32_t> corners_;
+  std::unordered_map<Corner, std::uint32_t, CornerHash> vertices_;
+  bool has_uvs_ = false, has_normals_ = false;
+  std::uint32_t material_ = 0;
+  std::unordered_map<std::string, std::uint32_t> material_index_;
+  std::map<std::string, std::uint32_t> texture_index_;
+  std::set<std::string> missing_;
+  std::map<std::string, std::uint64_t> unknown_;
+};
+
+void ObjReader::read_materials(const std::string& name) {
+  const std::filesystem::path folder = std::filesystem::path(path_).parent_path();
+  const std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
+  if (relative.is_absolute() || (!relative.empty() && *relative.begin() == "..")) {
+    result_.warnings.push_back(path_ + ": material file '" + name + "' lies outside the scene's folder and is left out");
+    return;
+  }
+  const std::string file = (folder / relative).string();
+  auto text = read_whole_file(file, kFileBytesMax);
+  if (!text.is_ok()) {
+    result_.warnings.push_back("material file " + text.status().message() + "; grey is used");
+    return;
+  }
+  TextScanner lines(*text);
+  Material* material = nullptr;
+  while (lines.next_line()) read_material_line(lines, material, file);
+}
+
+void ObjReader::read_material_line(TextScanner& lines, Material*& material, const std::string& file) {
+  static const std::set<std::string, std::less<>> kSilent = {"Ka",  "Ks",   "Ns", "Ni",       "d",        "Tr", "Tf", "illum",
+                                                             "Pr",  "Pm",   "Ps", "map_Ka",   "map_Bump", "bump", "map_bump",
+                                                             "map_d", "map_Ks", "sharpness", "map_refl", "refl", "map_Ns"};
+  const std::string key(lines.word());
+  if (key.empty() || key.front() == '#') return;
+  auto& materials = result_.scene.materials;
+  if (key == "newmtl") {
+    const std::string name(lines.trimmed_rest_of_line());
+    if (materials.size() >= kMaterialsMax) return;
+    material_index_[name] = static_cast<std::uint32_t>(materials.size());
+    materials.emplace_back();
+    material = &materials.back();
+    material->name = name.substr(0, 256);
+    return;
+  }
+  const auto warn = [&](const std::string& text) {
+    result_.warnings.push_back(file + ":" + std::to_string(lines.line_number()) + ": " + text);
+  };
+  if (material == nullptr) return warn("'" + key + "' before the first newmtl is left out");
+  if (key == "Kd" || key == "Ke") {
+    const auto r = lines.number<float>(), g = lines.number<float>(), b = lines.number<float>();
+    const Vec3f c{r.value_or(-1), g.value_or(r.value_or(-1)), b.value_or(r.value_or(-1))};
+    const bool is_albedo = key == "Kd";
+    if (!is_finite(c) || !(c.x >= 0 && c.y >= 0 && c.z >= 0)) return warn("'" + key + "' needs colours from 0; it is left out");
+    (is_albedo ? material->albedo : material->emission) = is_albedo ? min(c, Vec3f{1, 1, 1}) : c;
+  } else if (key == "map_Kd") {
+    set_texture(*material, std::string(lines.trimmed_rest_of_line()));
+  } else if (!kSilent.contains(key)) {
+    unknown_.try_emplace("mtl " + key, lines.line_number());
+  }
+}
+
+// Options before the name ("-s 1 1 1") are left out: the last word, unless the whole rest is a file.
+void ObjReader::set_texture(Material& material, std::string name) {
+  if (!name.empty() && name.front() == '-') name = name.substr(name.find_last_of(" \t") + 1);
+  for (char& c : name) c = c == '\\' ? '/' : c;
+  const auto known = texture_index_.find(name);
+  if (known != texture_index_.end()) {
+    material.albedo_texture = known->second;
+    return;
+  }
+  std::uint32_t index = kNoTexture;
+  auto texture = load_texture_ ? load_texture_(name) : Result<std::shared_ptr<const Texture>>(Status::unimplemented("no textures here"));
+  if (texture.is_ok()) {
+    index = static_cast<std::uint32_t>(result_.scene.textures.size());
+    result_.scene.textures.push_back(*texture);
+  } else {
+    result_.warnings.push_back("texture " + name + ": " + texture.status().message() + "; the plain colour is used");
+  }
+  texture_index_[name] = index;
+  material.albedo_texture = index;
+}
+
+}  // namespace
+
+std::uint64_t count_degenerate(const Mesh& mesh) {
+  std::uint64_t count = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vec3f n = cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
+    if (n == Vec3f{}) ++count;
+  }
+  return count;
+}
+
+void warn_degenerate(std::uint64_t count, std::vector<std::string>& warnings) {
+  if (count > 0) warnings.push_back(std::to_string(count) + " degenerate triangles have no area and are never hit");
+}
+
+Result<ReadScene> read_obj(const std::string& path, const TextureLoader& load_texture) {
+  auto text = read_whole_file(path, kFileBytesMax);
+  if (!text.is_ok()) return text.status();
+  return ObjReader(path, *text, load_texture).read();
+}
+
+}  // namespace tessera
