@@ -15,7 +15,8 @@ constexpr std::chrono::minutes kStable{1};
 Backoff::Backoff(std::uint64_t seed) : random_(seed) {}
 
 std::chrono::milliseconds Backoff::next() {
-  const double nominal_ms = std::min<double>(kReconnectMaxMs, kReconnectFirstMs * (1 << doublings_));
+  const double nominal_ms =
+      std::min<double>(kReconnectMaxMs, kReconnectFirstMs * (1 << doublings_));
   if (nominal_ms < kReconnectMaxMs) ++doublings_;
   // 53 random bits: the same numbers with every standard library.
   const double unit = static_cast<double>(random_() >> 11) * 0x1p-53;

@@ -1,5 +1,5 @@
-// One frame as a slave knows it between FrameBegin and FrameEnd, shared by its tiles: a tile holds its
-// frame, the frame its prepared scene, so that older scenes live as long as tiles need them.
+// One frame as a slave knows it between FrameBegin and FrameEnd, shared by its tiles: a tile holds
+// its frame, the frame its prepared scene, so that older scenes live as long as tiles need them.
 //
 // Threads. Immutable after construction, apart from is_cancelled, which any thread may set.
 #pragma once
@@ -15,8 +15,8 @@
 namespace tessera::slave {
 
 struct FrameWork {
-  FrameWork(const wire::FrameBegin& frame_begin, std::shared_ptr<const core::PreparedScene> prepared,
-            std::uint64_t session_generation)
+  FrameWork(const wire::FrameBegin& frame_begin,
+            std::shared_ptr<const core::PreparedScene> prepared, std::uint64_t session_generation)
       : begin(frame_begin),
         scene(std::move(prepared)),
         grid(begin.settings.width_px, begin.settings.height_px, begin.settings.tile_edge_px),

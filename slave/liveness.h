@@ -1,8 +1,8 @@
-// When to send a Ping and when to call the peer dead, for one connection. Any byte counts as life; a
-// peer is dead after heartbeat * (missed + 1) of silence.
+// When to send a Ping and when to call the peer dead, for one connection. Any byte counts as life;
+// a peer is dead after heartbeat * (missed + 1) of silence.
 //
-// If our own thread slept (the machine was suspended or overloaded), bytes may wait unread; so a look
-// that comes late never calls the peer dead, only the one after it may.
+// If our own thread slept (the machine was suspended or overloaded), bytes may wait unread; so a
+// look that comes late never calls the peer dead, only the one after it may.
 //
 // Threads. Pure: times go in. One owner thread.
 #pragma once

@@ -54,12 +54,12 @@ int run(const SlaveCommand& command) {
 
   Fatal fatal;
   net::IoThread io("net");
-  SlaveNode node(io, command.options,
-                 [&io, &command, tls](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
-                   return net::connect(io, command.master, tls, "master",
-                                       std::chrono::milliseconds(kHandshakeMs),
-                                       std::move(on_connected));
-                 });
+  SlaveNode node(
+      io, command.options,
+      [&io, &command, tls](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
+        return net::connect(io, command.master, tls, "master",
+                            std::chrono::milliseconds(kHandshakeMs), std::move(on_connected));
+      });
   node.start([&fatal](Status status) { fatal.set(std::move(status)); });
   // A signal wakes at once; that the node gave up is seen this much later.
   constexpr std::chrono::milliseconds kLook{100};

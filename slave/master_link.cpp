@@ -23,7 +23,8 @@ milliseconds default_heartbeat() { return milliseconds(kHeartbeatMs); }
 
 std::uint64_t now_ns() {
   return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count());
+      std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch())
+          .count());
 }
 
 }  // namespace
@@ -54,8 +55,8 @@ void MasterLink::open(State next) {
     parting_scene_.reset();
   }
   state_ = next;
-  // By way of the queue: the factory may call back from inside its call, and destroys nothing of its own
-  // while it is on the stack.
+  // By way of the queue: the factory may call back from inside its call, and destroys nothing of
+  // its own while it is on the stack.
   const auto on_connected = [this, alive = std::weak_ptr<int>(alive_), generation = generation_,
                              next](Result<net::ConnectionPtr> link) {
     if (alive.expired()) return;
@@ -170,7 +171,8 @@ void MasterLink::on_refused(const wire::Refuse& refuse) {
       log_warn("version-refused", why.message());
       return lose_for(why, milliseconds(kReconnectMaxMs));
     case wire::RefuseCode::kName:
-      // After a break, our own last session may still be closing there; at first it is a name used twice.
+      // After a break, our own last session may still be closing there; at first it is a name used
+      // twice.
       if (was_welcomed_) return lose(why);
       return end_with(Status::invalid_argument(
           "the master refuses the name '" + hello_.name +

@@ -3,9 +3,9 @@
 //
 //   idle -> tile link -> Hello/Welcome -> scene link -> Join/Joined -> ready -> (lost) -> idle
 //
-// Threads. The io thread only, construction and destruction included. Callbacks come on it, too, and never
-// from inside start(), send_*() or leave().
-// Invariants. (1) on_ready and on_lost alternate. (2) After leave() no callback follows.
+// Threads. The io thread only, construction and destruction included. Callbacks come on it, too,
+// and never from inside start(), send_*() or leave(). Invariants. (1) on_ready and on_lost
+// alternate. (2) After leave() no callback follows.
 #pragma once
 
 #include <chrono>
@@ -23,7 +23,8 @@ namespace tessera::slave {
 struct MasterLinkEvents {
   std::function<void()> on_ready;
   std::function<void()> on_lost;
-  // A status that is not ok is a breach of protocol: it is told to the master, and the session ends.
+  // A status that is not ok is a breach of protocol: it is told to the master, and the session
+  // ends.
   std::function<Status(wire::Message)> on_tile_message;
   std::function<Status(wire::Message)> on_scene_message;
   std::function<void()> on_drained;      // the tile connection takes bulk data again

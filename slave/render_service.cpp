@@ -27,7 +27,9 @@ RenderService::RenderService(int threads, int tile_sleep_ms, OnDone on_done)
   for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
 }
 
-RenderService::~RenderService() { stop(std::chrono::milliseconds(0), [] {}); }
+RenderService::~RenderService() {
+  stop(std::chrono::milliseconds(0), [] {});
+}
 
 void RenderService::stop(std::chrono::milliseconds patience, const std::function<void()>& give_up) {
   if (threads_.empty()) return;

@@ -1,9 +1,9 @@
-// The render threads of one slave: take a tile from the queue, render it, encode its pixels straight
-// into the payload that travels, hand it over.
+// The render threads of one slave: take a tile from the queue, render it, encode its pixels
+// straight into the payload that travels, hand it over.
 //
 // Threads. Owned by the node. Everything but stop() from any thread; stop() from the owner's.
-// Invariants. (1) Each job pushed leaves exactly once: rendered, cancelled (on_done with no result) or
-// taken out by remove_*(). (2) on_done runs on a render thread and must not block.
+// Invariants. (1) Each job pushed leaves exactly once: rendered, cancelled (on_done with no result)
+// or taken out by remove_*(). (2) on_done runs on a render thread and must not block.
 #pragma once
 
 #include <chrono>
@@ -26,8 +26,8 @@ class RenderService {
 
   TileQueue& queue() { return queue_; }
 
-  // Takes no more jobs and waits at most `patience` for the tiles being rendered; then calls `give_up`,
-  // which must cancel their frames, and joins. Take the queued jobs out before.
+  // Takes no more jobs and waits at most `patience` for the tiles being rendered; then calls
+  // `give_up`, which must cancel their frames, and joins. Take the queued jobs out before.
   void stop(std::chrono::milliseconds patience, const std::function<void()>& give_up);
 
  private:

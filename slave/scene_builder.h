@@ -1,10 +1,10 @@
-// The building half of the scene pipeline: one thread that decodes complete scenes and prepares them for
-// tracing, beside the render threads and at lower priority, in the order of their versions.
+// The building half of the scene pipeline: one thread that decodes complete scenes and prepares
+// them for tracing, beside the render threads and at lower priority, in the order of their
+// versions.
 //
-// Threads. push(), retire(): network thread. on_built runs on the builder thread and must not block.
-// stop(): the owner's thread.
-// Invariants. (1) Each pushed scene gets exactly one on_built, kCancelled included, unless stop() came
-// first. (2) At most kQueueMax scenes wait.
+// Threads. push(), retire(): network thread. on_built runs on the builder thread and must not
+// block. stop(): the owner's thread. Invariants. (1) Each pushed scene gets exactly one on_built,
+// kCancelled included, unless stop() came first. (2) At most kQueueMax scenes wait.
 #pragma once
 
 #include <atomic>

@@ -16,7 +16,6 @@
 #include "slave/render_service.h"
 #include "slave/scene_builder.h"
 
-
 namespace tessera::slave {
 
 namespace {
@@ -27,8 +26,8 @@ using std::chrono::milliseconds;
 constexpr std::size_t kFramesHeldMax = 2 * kFramesInFlightMax;
 // Scene versions announced and not retired.
 constexpr std::size_t kSceneVersionsHeldMax = 32;
-// Results wait in our own queue while the connection's holds this much: the master reads slower than
-// we render. Two of the largest tiles keep the wire busy.
+// Results wait in our own queue while the connection's holds this much: the master reads slower
+// than we render. Two of the largest tiles keep the wire busy.
 constexpr std::uint64_t kSendQueueBytesMax = 4 * kTilePayloadBytesMax;
 // Leaving: how long tiles being rendered may take to finish, how long the wire to take the rest.
 constexpr milliseconds kFinishTilesMs{2000};
@@ -94,8 +93,8 @@ void SlaveNode::start(std::function<void(Status)> on_fatal) {
           if (const auto impl = weak.lock()) impl->on_tile_done(job, std::move(result));
         });
       });
-  self.builder = std::make_unique<SceneBuilder>(
-      self.options.threads, [weak, &io](BuildOutcome outcome) {
+  self.builder =
+      std::make_unique<SceneBuilder>(self.options.threads, [weak, &io](BuildOutcome outcome) {
         io.post([weak, outcome = std::move(outcome)]() mutable {
           if (const auto impl = weak.lock()) impl->on_built(std::move(outcome));
         });
@@ -156,7 +155,8 @@ void SlaveNode::Impl::start_on_io() {
   link->start();
 }
 
-// ---- tiles -----------------------------------------------------------------------------------------
+// ---- tiles
+// -----------------------------------------------------------------------------------------
 
 Status SlaveNode::Impl::on_tile_message(wire::Message message) {
   if (const auto* lease = std::get_if<wire::TileLease>(&message)) return on_lease(*lease);
@@ -185,8 +185,8 @@ Status SlaveNode::Impl::on_frame_begin(const wire::FrameBegin& begin) {
                              " is not built here");
   }
   frames.emplace(begin.frame,
-                 std::make_shared<FrameWork>(
-                     begin, scene == built.end() ? nullptr : scene->second, generation));
+                 std::make_shared<FrameWork>(begin, scene == built.end() ? nullptr : scene->second,
+                                             generation));
   render->queue().set_open_frames(frames.size());
   return Status::ok();
 }
@@ -198,8 +198,8 @@ Status SlaveNode::Impl::on_lease(const wire::TileLease& lease) {
                              ", which has not begun");
   }
   if (lease.tile >= frame->second->grid.tile_count()) {
-    return Status::data_loss("TileLease of tile " + std::to_string(lease.tile) + ": the frame has " +
-                             std::to_string(frame->second->grid.tile_count()));
+    return Status::data_loss("TileLease of tile " + std::to_string(lease.tile) +
+                             ": the frame has " + std::to_string(frame->second->grid.tile_count()));
   }
   TileJob job{frame->second, lease.tile, lease.attempt};
   if (is_leaving || job.frame->scene == nullptr) {
@@ -226,8 +226,8 @@ Status SlaveNode::Impl::on_frame_end(const wire::FrameEnd& end) {
 }
 
 void SlaveNode::Impl::on_tile_done(const TileJob& job, std::optional<wire::TileResult> result) {
-  if (job.frame->generation != generation) return;         // of a session that is gone
-  if (!frames.contains(job.frame->begin.frame)) return;    // ended meanwhile: nobody waits for it
+  if (job.frame->generation != generation) return;       // of a session that is gone
+  if (!frames.contains(job.frame->begin.frame)) return;  // ended meanwhile: nobody waits for it
   if (!result) return give_back(job);
   results.push_back(std::move(*result));
   flush_results();
@@ -265,7 +265,8 @@ void SlaveNode::Impl::on_lost() {
   builder->retire(generation, 0);
 }
 
-// ---- scenes ----------------------------------------------------------------------------------------
+// ---- scenes
+// ----------------------------------------------------------------------------------------
 
 Status SlaveNode::Impl::on_scene_message(wire::Message message) {
   wire::SceneReceiver::Actions actions;
@@ -315,10 +316,12 @@ void SlaveNode::Impl::on_built(BuildOutcome outcome) {
     return;
   }
   const std::uint64_t triangle_count = (*outcome.scene)->triangle_count();
-  log_info("scene-built", "a scene is ready",
-           {{"version", std::to_string(outcome.version)},
-            {"triangles", std::to_string(triangle_count)},
-            {"seconds", std::to_string(outcome.seconds)}});
+  // An animation brings a scene with each frame: only what a person waits for is news.
+  const bool is_news = built.empty() || outcome.seconds >= 1;
+  log_event(is_news ? LogLevel::kInfo : LogLevel::kDebug, "scene-built", "a scene is ready",
+            {{"version", std::to_string(outcome.version)},
+             {"triangles", std::to_string(triangle_count)},
+             {"seconds", std::to_string(outcome.seconds)}});
   built.emplace(outcome.version, std::move(*outcome.scene));
   link->send_scene(wire::SceneBuilt{outcome.version, outcome.seconds, triangle_count});
 }

@@ -33,8 +33,8 @@ net::RecordLimits make_session_limits() {
         RecordType::kStatusRequest}) {
     set_limit(limits, type, kSmallHeaderBytesMax, 0);
   }
-  for (const RecordType type : {RecordType::kHello, RecordType::kRefuse, RecordType::kGoodbye,
-                                RecordType::kSceneFailed}) {
+  for (const RecordType type :
+       {RecordType::kHello, RecordType::kRefuse, RecordType::kGoodbye, RecordType::kSceneFailed}) {
     set_limit(limits, type, kTextHeaderBytesMax, 0);
   }
   set_limit(limits, RecordType::kSceneAnnounce, kSmallHeaderBytesMax,
@@ -173,8 +173,8 @@ void FieldCheck::name(const char* field, const std::string& text, std::size_t by
 
 void FieldCheck::payload_bytes(std::size_t present, std::uint64_t expected) {
   if (present == expected) return;
-  fail("payload", " has " + std::to_string(present) + " bytes instead of " +
-                      std::to_string(expected));
+  fail("payload",
+       " has " + std::to_string(present) + " bytes instead of " + std::to_string(expected));
 }
 
 std::string clean_line(std::string text) {

@@ -168,8 +168,7 @@ Result<Message> decode_status_reply(net::ReceivedRecord record) {
   FieldCheck check("StatusReply");
   check.range("slave_count", h.slave_count(), 0, kConnectionsMax);
   // Each entry has at least its byte of length and its numbers.
-  check.range("slave_count", h.slave_count(), 0,
-              record.payload.size() / (1 + kStatusNumbersBytes));
+  check.range("slave_count", h.slave_count(), 0, record.payload.size() / (1 + kStatusNumbersBytes));
   if (!check.is_ok()) return check.status();
   StatusReply m;
   m.status.frames_done = h.frames_done();

@@ -23,8 +23,7 @@ Result<Message> decode_scene_announce(net::ReceivedRecord record) {
   FieldCheck check("SceneAnnounce");
   check.at_least("version", h.version(), 1);
   check.range("block_count", h.block_count(), 1, kSceneBlocksMax);
-  check.payload_bytes(record.payload.size(),
-                      std::uint64_t{h.block_count()} * kAnnounceEntryBytes);
+  check.payload_bytes(record.payload.size(), std::uint64_t{h.block_count()} * kAnnounceEntryBytes);
   if (!check.is_ok()) return check.status();
   const std::size_t count = h.block_count();
   SceneAnnounce m;

@@ -1,6 +1,7 @@
-// Every message of the protocol as plain values. codec.h turns them into records and back; what comes
-// out of decode() is validated, so that the state machines trust ranges and lengths (not meaning:
-// whether a tile was asked for is the ledger's to say). The protocol itself: proto/PROTOCOL.md.
+// Every message of the protocol as plain values. codec.h turns them into records and back; what
+// comes out of decode() is validated, so that the state machines trust ranges and lengths (not
+// meaning: whether a tile was asked for is the ledger's to say). The protocol itself:
+// proto/PROTOCOL.md.
 //
 // Threads. Plain values.
 #pragma once
@@ -25,15 +26,16 @@ inline constexpr std::uint16_t kProtocolVersionMax = 1;
 
 enum class Role : std::uint8_t { kSlave = 0, kApp = 1, kStatus = 2 };
 
-// ---- handshake, both directions named from the master's side -------------------------------------
-// First record on a slave's tile connection, an application's or a status client's connection.
+// ---- handshake, both directions named from the master's side
+// ------------------------------------- First record on a slave's tile connection, an application's
+// or a status client's connection.
 struct Hello {
   Role role = Role::kSlave;
   std::uint16_t version_min = kProtocolVersionMin, version_max = kProtocolVersionMax;
-  std::string name;        // 1..kNameBytesMax printable bytes
+  std::string name;           // 1..kNameBytesMax printable bytes
   std::uint32_t threads = 0;  // slave: render threads, 1..kWorkersMax
-  IsaMask isas = 0;        // slave: what it may use
-  std::string build_id;    // project version, for the log
+  IsaMask isas = 0;           // slave: what it may use
+  std::string build_id;       // project version, for the log
 };
 // Answer: the session exists; the slave now opens its scene connection with Join.
 struct Welcome {
@@ -50,22 +52,35 @@ struct Join {
 };
 struct Joined {};
 enum class RefuseCode : std::uint8_t {
-  kVersion = 0, kRole = 1, kName = 2, kIsa = 3, kBusy = 4, kSession = 5, kFull = 6, kProtocol = 7,
+  kVersion = 0,
+  kRole = 1,
+  kName = 2,
+  kIsa = 3,
+  kBusy = 4,
+  kSession = 5,
+  kFull = 6,
+  kProtocol = 7,
 };
 // Last record before the sender closes: why. Any direction, any connection.
 struct Refuse {
   RefuseCode code = RefuseCode::kProtocol;
   std::string reason;  // one line for a person
 };
-// Sent when nothing else was sent for heartbeat_ms; echoed as Pong at once, which gives the round trip.
-struct Ping { std::uint64_t sent_ns = 0; };
-struct Pong { std::uint64_t sent_ns = 0; };
+// Sent when nothing else was sent for heartbeat_ms; echoed as Pong at once, which gives the round
+// trip.
+struct Ping {
+  std::uint64_t sent_ns = 0;
+};
+struct Pong {
+  std::uint64_t sent_ns = 0;
+};
 
-// ---- scene: sender -> holder (master -> slave on the scene connection; app -> master) -------------
+// ---- scene: sender -> holder (master -> slave on the scene connection; app -> master)
+// -------------
 struct SceneAnnounce {
   SceneVersion version = 0;
-  std::vector<Digest> digests;        // payload: 32 bytes each; block 0 is the root
-  std::vector<std::uint64_t> sizes;   // payload: 8 bytes each
+  std::vector<Digest> digests;       // payload: 32 bytes each; block 0 is the root
+  std::vector<std::uint64_t> sizes;  // payload: 8 bytes each
 };
 struct SceneNeed {  // holder -> sender: indices of blocks it lacks, ascending (payload: u32 each)
   SceneVersion version = 0;
@@ -77,7 +92,8 @@ struct SceneChunk {  // a piece of block `block` of `version`; pieces of a block
   std::uint64_t offset = 0;
   net::SharedBytes bytes;  // payload, 1..kSceneChunkBytesMax
 };
-struct SceneBuilt {  // slave -> master: frames of this version may be leased (master -> app: committed)
+struct SceneBuilt {  // slave -> master: frames of this version may be leased (master -> app:
+                     // committed)
   SceneVersion version = 0;
   double build_seconds = 0;
   std::uint64_t triangle_count = 0;
@@ -86,17 +102,26 @@ struct SceneFailed {
   SceneVersion version = 0;
   std::string reason;
 };
-struct SceneRetire { SceneVersion first_kept = 0; };  // older versions are not needed any more
+struct SceneRetire {
+  SceneVersion first_kept = 0;
+};  // older versions are not needed any more
 
-// ---- tiles: master -> slave on the tile connection ------------------------------------------------
+// ---- tiles: master -> slave on the tile connection
+// ------------------------------------------------
 struct FrameBegin {
   FrameId frame = 0;
   SceneVersion version = 0;
   Isa isa = Isa::kScalar;
   FrameSettings settings;
 };
-struct TileLease { FrameId frame = 0; TileIndex tile = 0; Attempt attempt = 0; };
-struct FrameEnd { FrameId frame = 0; };  // finished or cancelled: drop its tiles
+struct TileLease {
+  FrameId frame = 0;
+  TileIndex tile = 0;
+  Attempt attempt = 0;
+};
+struct FrameEnd {
+  FrameId frame = 0;
+};  // finished or cancelled: drop its tiles
 // slave -> master
 struct TileResult {
   FrameId frame = 0;
@@ -108,12 +133,25 @@ struct TileResult {
   RayCounts rays;
   std::vector<std::byte> pixels;  // payload, in the frame's format
 };
-struct TileReturned { FrameId frame = 0; TileIndex tile = 0; Attempt attempt = 0; };  // handed back, unrendered
-struct Goodbye { std::string reason; };  // orderly leave, either side; nothing follows
+struct TileReturned {
+  FrameId frame = 0;
+  TileIndex tile = 0;
+  Attempt attempt = 0;
+};  // handed back, unrendered
+struct Goodbye {
+  std::string reason;
+};  // orderly leave, either side; nothing follows
 
-// ---- application ----------------------------------------------------------------------------------
-struct FrameSubmit { FrameId frame = 0; SceneVersion version = 0; FrameSettings settings; };
-struct FrameCancel { FrameId frame = 0; };
+// ---- application
+// ----------------------------------------------------------------------------------
+struct FrameSubmit {
+  FrameId frame = 0;
+  SceneVersion version = 0;
+  FrameSettings settings;
+};
+struct FrameCancel {
+  FrameId frame = 0;
+};
 struct FrameChunk {  // master -> app, in order
   FrameId frame = 0;
   std::uint64_t offset = 0;
@@ -121,15 +159,18 @@ struct FrameChunk {  // master -> app, in order
 };
 struct FrameDone {  // after the last chunk, or alone when the frame failed
   FrameStats stats;
-  std::string error;                     // empty: delivered
+  std::string error;                      // empty: delivered
   std::vector<std::uint16_t> tile_slave;  // payload: u16 each
 };
 struct StatusRequest {};
-struct StatusReply { ClusterStatus status; };
+struct StatusReply {
+  ClusterStatus status;
+};
 
-using Message = std::variant<Hello, Welcome, Join, Joined, Refuse, Ping, Pong, SceneAnnounce, SceneNeed,
-                             SceneChunk, SceneBuilt, SceneFailed, SceneRetire, FrameBegin, TileLease,
-                             FrameEnd, TileResult, TileReturned, Goodbye, FrameSubmit, FrameCancel,
-                             FrameChunk, FrameDone, StatusRequest, StatusReply>;
+using Message =
+    std::variant<Hello, Welcome, Join, Joined, Refuse, Ping, Pong, SceneAnnounce, SceneNeed,
+                 SceneChunk, SceneBuilt, SceneFailed, SceneRetire, FrameBegin, TileLease, FrameEnd,
+                 TileResult, TileReturned, Goodbye, FrameSubmit, FrameCancel, FrameChunk, FrameDone,
+                 StatusRequest, StatusReply>;
 
 }  // namespace tessera::wire

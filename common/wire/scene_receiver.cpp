@@ -96,8 +96,8 @@ void SceneReceiver::finish_head(Actions& actions) {
   complete.version = head->announce.version;
   for (std::size_t i = 0; i < head->blocks.size(); ++i) {
     if (head->blocks[i]->size() != head->announce.sizes[i]) {
-      actions.failed.push_back({complete.version, "block " + std::to_string(i) +
-                                                      " does not have its announced size"});
+      actions.failed.push_back(
+          {complete.version, "block " + std::to_string(i) + " does not have its announced size"});
       return;
     }
     complete.scene.blocks.push_back({head->announce.digests[i], std::move(head->blocks[i])});

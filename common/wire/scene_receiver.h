@@ -1,13 +1,14 @@
-// The receiving half of the scene pipeline, pure: announcements and pieces go in; what is lacking and
-// scenes that are complete come out. Blocks are named by their SHA-256, checked here, and kept for the
-// two newest complete scenes, so that an update brings only what changed, also after a reconnect.
+// The receiving half of the scene pipeline, pure: announcements and pieces go in; what is lacking
+// and scenes that are complete come out. Blocks are named by their SHA-256, checked here, and kept
+// for the two newest complete scenes, so that an update brings only what changed, also after a
+// reconnect.
 //
 // Announcements are served one after the other: the next one is answered when the one before it is
 // complete, failed or retired, so that no block is asked for twice.
 //
 // Threads. One owner (the network thread). No socket, no clock.
-// Invariants. (1) At most kAnnouncedMax announcements wait. (2) A block is at most as long as announced.
-// (3) No bytes reach a scene before their digest has been checked.
+// Invariants. (1) At most kAnnouncedMax announcements wait. (2) A block is at most as long as
+// announced. (3) No bytes reach a scene before their digest has been checked.
 #pragma once
 
 #include <cstdint>
@@ -58,7 +59,8 @@ class SceneReceiver {
   struct Head {
     SceneAnnounce announce;
     std::vector<BlockBytes> blocks;  // null: lacking
-    std::unordered_map<Digest, std::vector<std::uint32_t>, DigestHash> lacking;  // first index is asked for
+    std::unordered_map<Digest, std::vector<std::uint32_t>, DigestHash>
+        lacking;  // first index is asked for
     std::unordered_map<std::uint32_t, Partial> partial;
   };
 

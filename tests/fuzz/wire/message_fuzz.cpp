@@ -1,5 +1,5 @@
-// Any record, as the network would hand it over: two bytes of type, one length byte pair of header, then
-// header and payload. What decodes must encode to a record that decodes again.
+// Any record, as the network would hand it over: a byte of type, two of header length, header,
+// payload. What decodes must encode to a record that decodes again.
 #include <cstdint>
 #include <cstdlib>
 #include <string>

@@ -1,5 +1,5 @@
-// A scripted master for tests of SlaveNode: takes its links over local pairs and gives the test thread
-// every message in order; says only what the test tells it to (but for Pong).
+// A scripted master for tests of SlaveNode: takes its links over local pairs and gives the test
+// thread every message in order; says only what the test tells it to (but for Pong).
 //
 // Threads. Constructor, expect(), send() and the like: the test thread.
 #pragma once
@@ -112,8 +112,7 @@ class FakeMaster {
   }
 
   void send(std::size_t link, wire::Message message) {
-    master_io_.run_and_wait(
-        [&] { links_.at(link)->send(wire::encode(std::move(message))); });
+    master_io_.run_and_wait([&] { links_.at(link)->send(wire::encode(std::move(message))); });
   }
   void close(std::size_t link) {
     master_io_.run_and_wait([&] { links_.at(link)->close(); });

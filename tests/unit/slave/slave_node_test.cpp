@@ -16,6 +16,7 @@ namespace tessera::slave {
 namespace {
 
 using namespace std::chrono_literals;
+using std::chrono::milliseconds;
 
 Scene one_triangle(float size) {
   auto mesh = std::make_shared<Mesh>();
@@ -64,11 +65,17 @@ class SlaveNodeTest : public testing::Test {
       const std::vector<std::byte>& bytes = *encoded.blocks.at(block).bytes;
       const std::size_t half = bytes.size() / 2;
       if (half > 0) {
-        master_.send(scene_, wire::SceneChunk{version, block, 0,
-                                              net::SharedBytes::of({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(half)})});
+        master_.send(scene_,
+                     wire::SceneChunk{
+                         version, block, 0,
+                         net::SharedBytes::of(
+                             {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(half)})});
       }
-      master_.send(scene_, wire::SceneChunk{version, block, half,
-                                            net::SharedBytes::of({bytes.begin() + static_cast<std::ptrdiff_t>(half), bytes.end()})});
+      master_.send(
+          scene_,
+          wire::SceneChunk{version, block, half,
+                           net::SharedBytes::of(
+                               {bytes.begin() + static_cast<std::ptrdiff_t>(half), bytes.end()})});
     }
   }
 
@@ -149,9 +156,12 @@ TEST_F(SlaveNodeTest, RendersEachLeasedTileOnce) {
     EXPECT_EQ(result.frame, 7u);
     EXPECT_EQ(result.version, 1u);
     EXPECT_EQ(result.attempt, result.tile + 1);
-    EXPECT_EQ(result.pixels.size(), static_cast<std::size_t>(grid.rect(result.tile).pixel_count()) * 12);
-    EXPECT_EQ(result.rays.primary, static_cast<std::uint64_t>(grid.rect(result.tile).pixel_count()));
-    for (const std::byte b : result.pixels) is_something_hit = is_something_hit || b != std::byte{0};
+    EXPECT_EQ(result.pixels.size(),
+              static_cast<std::size_t>(grid.rect(result.tile).pixel_count()) * 12);
+    EXPECT_EQ(result.rays.primary,
+              static_cast<std::uint64_t>(grid.rect(result.tile).pixel_count()));
+    for (const std::byte b : result.pixels)
+      is_something_hit = is_something_hit || b != std::byte{0};
   }
   EXPECT_TRUE(is_something_hit);
 }
@@ -278,8 +288,8 @@ TEST_F(SlaveNodeTest, KeepsTryingWhileTheMasterIsAway) {
 TEST_F(SlaveNodeTest, ASilentMasterIsDead) {
   start(1, 1);
   join(20);
-  // Pings are answered with pongs, so a silent master must be one that does not read: close nothing, but
-  // stop the fake's thread for longer than 20 ms * 5.
+  // Pings are answered with pongs, so a silent master must be one that does not read: close
+  // nothing, but stop the fake's thread for longer than 20 ms * 5.
   const auto began = Clock::now();
   master_.stall(400ms);
   EXPECT_TRUE(master_.expect_closed(tile_));
@@ -307,6 +317,17 @@ TEST_F(SlaveNodeTest, ARefusedNameIsFatalAtFirst) {
   EXPECT_NE(fatal().message().find("--name"), std::string::npos);
   EXPECT_NE(fatal().message().find("sara is here already"), std::string::npos);
   EXPECT_EQ(master_.attempts(), 1);
+}
+
+TEST_F(SlaveNodeTest, AnotherVersionIsTriedAgainOnlyAfterTheLongestPause) {
+  start(1, 1);
+  std::size_t link = 0;
+  (void)master_.expect<wire::Hello>(&link);
+  master_.send(link, wire::Refuse{wire::RefuseCode::kVersion, "1 to 1, this master 2 to 3"});
+  EXPECT_TRUE(master_.expect_closed(link));
+  std::this_thread::sleep_for(milliseconds(3 * kReconnectFirstMs));
+  EXPECT_EQ(master_.attempts(), 1);
+  EXPECT_TRUE(fatal().is_ok());
 }
 
 TEST_F(SlaveNodeTest, ABusyMasterIsTriedAgain) {

@@ -57,8 +57,9 @@ TEST(Codec, BulkPayloadsAreSharedNotCopied) {
 
 // The numbers are the protocol: a change here is a new protocol version.
 TEST(Codec, RecordNumbersAreFixed) {
-  const std::vector<std::uint16_t> expected = {1,  1,  2,  3,  4,  5,  6,  7,  16, 17, 17, 18, 19, 20,
-                                               21, 32, 33, 34, 35, 36, 8,  48, 49, 50, 51, 52, 53};
+  const std::vector<std::uint16_t> expected = {1,  1,  2,  3,  4,  5,  6,  7,  16,
+                                               17, 17, 18, 19, 20, 21, 32, 33, 34,
+                                               35, 36, 8,  48, 49, 50, 51, 52, 53};
   std::vector<std::uint16_t> found;
   for (Message& message : Samples(1).all()) found.push_back(encode(std::move(message)).type);
   EXPECT_EQ(found, expected);
@@ -90,8 +91,9 @@ std::vector<Damage> handshake_damages() {
   return {
       damage<Hello>("Hello.role", [](Hello& m) { m.role = static_cast<Role>(3); }),
       damage<Hello>("Hello.version_min", [](Hello& m) { m.version_min = 0; }),
-      damage<Hello>("Hello.version_max",
-                    [](Hello& m) { m.version_max = static_cast<std::uint16_t>(m.version_min - 1); }),
+      damage<Hello>(
+          "Hello.version_max",
+          [](Hello& m) { m.version_max = static_cast<std::uint16_t>(m.version_min - 1); }),
       damage<Hello>("Hello.name", [](Hello& m) { m.name.clear(); }),
       damage<Hello>("Hello.name", [](Hello& m) { m.name.assign(kNameBytesMax + 1, 'a'); }),
       damage<Hello>("Hello.build_id",
@@ -121,18 +123,26 @@ std::vector<Damage> scene_damages() {
                               m.digests.clear();
                               m.sizes.clear();
                             }),
-      damage<SceneAnnounce>("SceneAnnounce.payload", [](SceneAnnounce& m) { m.sizes.push_back(1); }),
+      damage<SceneAnnounce>("SceneAnnounce.payload",
+                            [](SceneAnnounce& m) { m.sizes.push_back(1); }),
       damage<SceneAnnounce>("SceneAnnounce.sizes", [](SceneAnnounce& m) { m.sizes[0] = 0; }),
       damage<SceneAnnounce>("SceneAnnounce.sizes",
                             [](SceneAnnounce& m) { m.sizes[0] = kSceneBlockBytesMax + 1; }),
       damage<SceneNeed>("SceneNeed.version", [](SceneNeed& m) { m.version = 0; }),
-      damage<SceneNeed>("SceneNeed.blocks", [](SceneNeed& m) { m.blocks = {1, 1}; }),
-      damage<SceneNeed>("SceneNeed.blocks", [](SceneNeed& m) { m.blocks = {2, 1}; }),
+      damage<SceneNeed>("SceneNeed.blocks",
+                        [](SceneNeed& m) {
+                          m.blocks = {1, 1};
+                        }),
+      damage<SceneNeed>("SceneNeed.blocks",
+                        [](SceneNeed& m) {
+                          m.blocks = {2, 1};
+                        }),
       damage<SceneNeed>("SceneNeed.blocks", [](SceneNeed& m) { m.blocks = {kSceneBlocksMax}; }),
       damage<SceneChunk>("SceneChunk.version", [](SceneChunk& m) { m.version = 0; }),
       damage<SceneChunk>("SceneChunk.block", [](SceneChunk& m) { m.block = kSceneBlocksMax; }),
       damage<SceneChunk>("SceneChunk.bytes", [](SceneChunk& m) { m.bytes = {}; }),
-      damage<SceneChunk>("SceneChunk.offset", [](SceneChunk& m) { m.offset = kSceneBlockBytesMax; }),
+      damage<SceneChunk>("SceneChunk.offset",
+                         [](SceneChunk& m) { m.offset = kSceneBlockBytesMax; }),
       damage<SceneBuilt>("SceneBuilt.version", [](SceneBuilt& m) { m.version = 0; }),
       damage<SceneBuilt>("SceneBuilt.build_seconds", [](SceneBuilt& m) { m.build_seconds = kNan; }),
       damage<SceneBuilt>("SceneBuilt.build_seconds", [](SceneBuilt& m) { m.build_seconds = -1; }),
@@ -176,8 +186,7 @@ std::vector<Damage> work_damages() {
                            [](TileReturned& m) { m.tile = kTilesPerFrameMax; }),
       damage<TileReturned>("TileReturned.attempt", [](TileReturned& m) { m.attempt = 0; }),
       damage<FrameSubmit>("FrameSubmit.version", [](FrameSubmit& m) { m.version = 0; }),
-      damage<FrameSubmit>("FrameSubmit.settings",
-                          [](FrameSubmit& m) { m.settings.height_px = 0; }),
+      damage<FrameSubmit>("FrameSubmit.settings", [](FrameSubmit& m) { m.settings.height_px = 0; }),
       damage<FrameChunk>("FrameChunk.bytes", [](FrameChunk& m) { m.bytes = {}; }),
       damage<FrameChunk>("FrameChunk.offset", [](FrameChunk& m) { m.offset = kFrameBytesMax; }),
   };
@@ -200,13 +209,15 @@ std::vector<Damage> app_damages() {
                         [](FrameDone& m) { m.stats.tile_count = kTilesPerFrameMax + 1; }),
       damage<FrameDone>("FrameDone.tile_edge_px",
                         [](FrameDone& m) { m.stats.tile_edge_px = kTileEdgeMaxPx + 1; }),
-      damage<FrameDone>("FrameDone.build_seconds", [](FrameDone& m) { m.stats.build_seconds = -1; }),
+      damage<FrameDone>("FrameDone.build_seconds",
+                        [](FrameDone& m) { m.stats.build_seconds = -1; }),
       damage<FrameDone>("FrameDone.utilisation", [](FrameDone& m) { m.stats.utilisation = kNan; }),
       damage<S>("StatusReply.slaves.name", one([](SlaveStatus& s) { s.name.clear(); })),
       damage<S>("StatusReply.slaves.name", one([](SlaveStatus& s) { s.name = "\n"; })),
       damage<S>("StatusReply.slaves.threads", one([](SlaveStatus& s) { s.threads = 0; })),
       damage<S>("StatusReply.slaves.isa", one([](SlaveStatus& s) { s.isa = static_cast<Isa>(9); })),
-      damage<S>("StatusReply.slaves.utilisation", one([](SlaveStatus& s) { s.utilisation = kInf; })),
+      damage<S>("StatusReply.slaves.utilisation",
+                one([](SlaveStatus& s) { s.utilisation = kInf; })),
       damage<S>("StatusReply.slaves.rtt_seconds", one([](SlaveStatus& s) { s.rtt_seconds = -1; })),
   };
 }
@@ -231,7 +242,8 @@ TEST(Codec, EveryFieldOutOfRangeIsRefusedByName) {
 TEST(Codec, APayloadOfAnotherLengthIsRefused) {
   // The three bulk messages take any length within their limits; the others exactly one.
   for (const Message& message : Samples(3).all()) {
-    if (std::holds_alternative<SceneChunk>(message) || std::holds_alternative<FrameChunk>(message) ||
+    if (std::holds_alternative<SceneChunk>(message) ||
+        std::holds_alternative<FrameChunk>(message) ||
         std::holds_alternative<TileResult>(message)) {
       continue;
     }

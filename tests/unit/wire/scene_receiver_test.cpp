@@ -22,7 +22,7 @@ SceneAnnounce announce_of(SceneVersion version, const std::vector<std::string>& 
 }
 
 SceneChunk piece(SceneVersion version, std::uint32_t block, std::uint64_t offset,
-                       const std::string& text) {
+                 const std::string& text) {
   return {version, block, offset, net::SharedBytes::of(bytes_of(text))};
 }
 
@@ -105,7 +105,8 @@ TEST(SceneReceiver, AWrongDigestFailsTheVersionAndTheNextIsServed) {
   EXPECT_EQ(actions.failed[0].version, 1u);
   EXPECT_TRUE(actions.complete.empty());
   ASSERT_EQ(actions.need.size(), 2u);
-  EXPECT_EQ(actions.need[1].blocks, (std::vector<std::uint32_t>{0})) << "the bad bytes are not kept";
+  EXPECT_EQ(actions.need[1].blocks, (std::vector<std::uint32_t>{0}))
+      << "the bad bytes are not kept";
 }
 
 TEST(SceneReceiver, AnAnnouncedSizeThatDoesNotFitTheKnownBlockFails) {

@@ -135,8 +135,7 @@ inline std::vector<Message> Samples::all() {
   m.push_back(need);
   m.push_back(SceneNeed{7, {}});
   m.push_back(SceneChunk{number(1, ~0ull), small(0, kSceneBlocksMax - 1),
-                         number(0, kSceneBlockBytesMax - 4096),
-                         net::SharedBytes::of(bytes(4096))});
+                         number(0, kSceneBlockBytesMax - 4096), net::SharedBytes::of(bytes(4096))});
   m.push_back(SceneBuilt{number(1, ~0ull), real(0, 100), number(0, kTrianglesMax)});
   m.push_back(SceneFailed{number(1, ~0ull), text(kReasonBytesMax, 0)});
   m.push_back(SceneRetire{number(1, ~0ull)});
@@ -149,8 +148,8 @@ inline std::vector<Message> Samples::all() {
   m.push_back(Goodbye{text(kReasonBytesMax, 0)});
   m.push_back(FrameSubmit{any(), number(1, ~0ull), settings()});
   m.push_back(FrameCancel{any()});
-  m.push_back(FrameChunk{any(), number(0, kFrameBytesMax - 4096),
-                         net::SharedBytes::of(bytes(4096))});
+  m.push_back(
+      FrameChunk{any(), number(0, kFrameBytesMax - 4096), net::SharedBytes::of(bytes(4096))});
   FrameDone done;
   done.stats = stats();
   done.error = text(kReasonBytesMax, 0);
@@ -167,7 +166,8 @@ inline std::vector<Message> Samples::all() {
   return m;
 }
 
-// ---- field by field ---------------------------------------------------------------------------------
+// ---- field by field
+// ---------------------------------------------------------------------------------
 inline bool same_bytes(const net::SharedBytes& a, const net::SharedBytes& b) {
   return std::ranges::equal(a.bytes, b.bytes);
 }

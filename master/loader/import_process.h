@@ -1,0 +1,24 @@
+// Runs tessera-import on one file, watches its limits, and turns its end or death into a scene or one line.
+//
+// Threads. Any; blocks until the process has ended.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "common/base/status.h"
+#include "common/scene/scene_stream.h"
+
+namespace tessera::master {
+
+struct ImportLimits {
+  double seconds_max = 300;
+  std::uint64_t bytes_max = std::uint64_t{16} << 30;
+};
+
+// `progress` is called every now and then with the bytes received so far.
+// Returns: the importer's own refusal, kResourceExhausted for a limit, kInternal when it died.
+Result<SceneStream> run_import(const std::string& path, const ImportLimits& limits,
+                               const std::function<void(std::uint64_t bytes)>& progress);
+
+}  // namespace tessera::master
