@@ -18,7 +18,7 @@ class ImageWriter {
  public:
   ImageWriter(const OutputPattern& pattern, StatsFile& stats, bool is_half)
       : pattern_(pattern), stats_(stats), is_half_(is_half), thread_([this] { run(); }) {}
-  ~ImageWriter() { finish(); }
+  ~ImageWriter() { (void)finish(); }  // run_render has asked for its outcome
 
   // Waits for room. Returns: the first failure so far.
   Status write(long number, FrameResult result) {
