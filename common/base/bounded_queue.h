@@ -18,7 +18,9 @@ template <typename T>
 class BoundedQueue {
  public:
   // Requires: capacity >= 1.
-  explicit BoundedQueue(std::size_t capacity) : capacity_(capacity) { TESSERA_CHECK_GE(capacity, 1u); }
+  explicit BoundedQueue(std::size_t capacity) : capacity_(capacity) {
+    TESSERA_CHECK_GE(capacity, 1u);
+  }
 
   // Returns: false when full or closed; the element is then not queued.
   [[nodiscard]] bool try_push(T element) TESSERA_EXCLUDES(mutex_) {

@@ -20,16 +20,16 @@ std::string both(const A& a, const B& b) {
 
 }  // namespace tessera::detail
 
-#define TESSERA_CHECK(condition)                                                       \
-  do {                                                                                 \
+#define TESSERA_CHECK(condition)                                                           \
+  do {                                                                                     \
     if (!(condition)) ::tessera::detail::check_failed(__FILE__, __LINE__, #condition, ""); \
   } while (false)
 
-#define TESSERA_CHECK_OP_(a, op, b)                                                          \
-  do {                                                                                       \
-    if (!((a)op(b)))                                                                         \
-      ::tessera::detail::check_failed(__FILE__, __LINE__, #a " " #op " " #b,                 \
-                                      ::tessera::detail::both((a), (b)));                    \
+#define TESSERA_CHECK_OP_(a, op, b)                                          \
+  do {                                                                       \
+    if (!((a)op(b)))                                                         \
+      ::tessera::detail::check_failed(__FILE__, __LINE__, #a " " #op " " #b, \
+                                      ::tessera::detail::both((a), (b)));    \
   } while (false)
 
 #define TESSERA_CHECK_EQ(a, b) TESSERA_CHECK_OP_(a, ==, b)

@@ -19,12 +19,14 @@ double cgroup_cpu_quota() {
     std::ifstream file("/sys/fs/cgroup/cpu.max");  // v2: "max 100000" or "150000 100000"
     std::string quota;
     double period = 0;
-    if (file >> quota >> period && quota != "max" && period > 0) return std::atof(quota.c_str()) / period;
+    if (file >> quota >> period && quota != "max" && period > 0)
+      return std::atof(quota.c_str()) / period;
   }
   std::ifstream quota_file("/sys/fs/cgroup/cpu/cpu.cfs_quota_us");
   std::ifstream period_file("/sys/fs/cgroup/cpu/cpu.cfs_period_us");
   double quota = 0, period = 0;
-  if (quota_file >> quota && period_file >> period && quota > 0 && period > 0) return quota / period;
+  if (quota_file >> quota && period_file >> period && quota > 0 && period > 0)
+    return quota / period;
   return 0;
 }
 

@@ -1,5 +1,5 @@
-// Instruction sets a session can be bound to. Names are those of --isa. Which of them this CPU has is
-// answered by slave/core/simd.
+// Instruction sets a session can be bound to. Names are those of --isa. Which of them this CPU has
+// is answered by slave/core/simd.
 #pragma once
 
 #include <cstdint>

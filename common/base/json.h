@@ -1,4 +1,5 @@
-// Writes JSON objects for logs, --stats lines and status output. Only writing; nothing here reads JSON.
+// Writes JSON objects for logs, --stats lines and status output. Only writing; nothing here reads
+// JSON.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +15,19 @@ void append_json_string(std::string& out, std::string_view text);
 class JsonObject {
  public:
   JsonObject& add(std::string_view key, std::string_view value);
-  JsonObject& add(std::string_view key, const char* value) { return add(key, std::string_view(value)); }
-  JsonObject& add(std::string_view key, bool value) { return add_raw(key, value ? "true" : "false"); }
+  JsonObject& add(std::string_view key, const char* value) {
+    return add(key, std::string_view(value));
+  }
+  JsonObject& add(std::string_view key, bool value) {
+    return add_raw(key, value ? "true" : "false");
+  }
   JsonObject& add(std::string_view key, double value);  // NaN and infinity become null
   JsonObject& add(std::string_view key, std::uint64_t value) {
     return add_raw(key, std::to_string(value));
   }
-  JsonObject& add(std::string_view key, std::uint32_t value) { return add(key, std::uint64_t{value}); }
+  JsonObject& add(std::string_view key, std::uint32_t value) {
+    return add(key, std::uint64_t{value});
+  }
   JsonObject& add(std::string_view key, int value) { return add_raw(key, std::to_string(value)); }
   // `json` is a complete JSON value.
   JsonObject& add_raw(std::string_view key, std::string_view json);

@@ -33,7 +33,7 @@ inline constexpr int kLightSamplesMax = 256;
 
 // One record. The protobuf header is small; bulk data is the payload.
 inline constexpr std::size_t kRecordHeaderBytesMax = 64 * 1024;
-inline constexpr std::size_t kPreAuthRecordBytesMax = 16 * 1024;  // before the peer is known
+inline constexpr std::size_t kPreAuthRecordBytesMax = 16 * 1024;     // before the peer is known
 inline constexpr std::size_t kSceneChunkBytesMax = 4 * 1024 * 1024;  // one piece of a scene block
 inline constexpr std::size_t kFrameChunkBytesMax = 4 * 1024 * 1024;  // one piece of a frame
 static_assert(kTilePayloadBytesMax <= kFrameChunkBytesMax, "a tile fits into one record");

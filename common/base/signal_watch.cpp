@@ -1,8 +1,8 @@
 #include "common/base/signal_watch.h"
 
+#include <unistd.h>
 #include <csignal>
 #include <thread>
-#include <unistd.h>
 
 #include "common/base/clock.h"
 #include "common/base/mutex.h"

@@ -1,8 +1,8 @@
-// SIGINT and SIGTERM as a flag that loops look at. The first signal asks to end in order; the second ends the
-// process at once with exit code 130.
+// SIGINT and SIGTERM as a flag that loops look at. The first signal asks to end in order; the
+// second ends the process at once with exit code 130.
 //
-// Threads. Construct once, at the start of main before any other thread, so that every thread inherits the
-// blocked mask. is_signalled() and wait() may be called by any thread.
+// Threads. Construct once, at the start of main before any other thread, so that every thread
+// inherits the blocked mask. is_signalled() and wait() may be called by any thread.
 #pragma once
 
 #include <chrono>

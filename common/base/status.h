@@ -16,7 +16,8 @@ namespace tessera {
 
 enum class StatusCode {
   kOk,
-  kInvalidArgument,    // the caller's or user's words are wrong; exit code 2 when from the command line
+  kInvalidArgument,    // the caller's or user's words are wrong; exit code 2 when from the command
+                       // line
   kNotFound,           // file, name or peer does not exist
   kPermissionDenied,   // credentials or file rights
   kDataLoss,           // bytes damaged or malformed
@@ -35,13 +36,21 @@ class [[nodiscard]] Status {
   Status(StatusCode code, std::string message) : code_(code), message_(std::move(message)) {}
 
   static Status ok() { return {}; }
-  static Status invalid_argument(std::string m) { return {StatusCode::kInvalidArgument, std::move(m)}; }
+  static Status invalid_argument(std::string m) {
+    return {StatusCode::kInvalidArgument, std::move(m)};
+  }
   static Status not_found(std::string m) { return {StatusCode::kNotFound, std::move(m)}; }
-  static Status permission_denied(std::string m) { return {StatusCode::kPermissionDenied, std::move(m)}; }
+  static Status permission_denied(std::string m) {
+    return {StatusCode::kPermissionDenied, std::move(m)};
+  }
   static Status data_loss(std::string m) { return {StatusCode::kDataLoss, std::move(m)}; }
-  static Status resource_exhausted(std::string m) { return {StatusCode::kResourceExhausted, std::move(m)}; }
+  static Status resource_exhausted(std::string m) {
+    return {StatusCode::kResourceExhausted, std::move(m)};
+  }
   static Status unavailable(std::string m) { return {StatusCode::kUnavailable, std::move(m)}; }
-  static Status deadline_exceeded(std::string m) { return {StatusCode::kDeadlineExceeded, std::move(m)}; }
+  static Status deadline_exceeded(std::string m) {
+    return {StatusCode::kDeadlineExceeded, std::move(m)};
+  }
   static Status cancelled(std::string m) { return {StatusCode::kCancelled, std::move(m)}; }
   static Status closed(std::string m) { return {StatusCode::kClosed, std::move(m)}; }
   static Status unimplemented(std::string m) { return {StatusCode::kUnimplemented, std::move(m)}; }
@@ -86,7 +95,7 @@ class [[nodiscard]] Result {
 }  // namespace tessera
 
 // Hands a failed Status of `expression` to the caller.
-#define TESSERA_RETURN_IF_ERROR(expression)                              \
-  do {                                                                   \
+#define TESSERA_RETURN_IF_ERROR(expression)                                         \
+  do {                                                                              \
     if (::tessera::Status status_ = (expression); !status_.is_ok()) return status_; \
   } while (false)

@@ -13,8 +13,10 @@ std::uint16_t half_from_float(float value) {
   const std::uint16_t sign = static_cast<std::uint16_t>(bits >> 16 & 0x8000u);
   const std::uint32_t magnitude = bits & 0x7fffffffu;
   if (magnitude > 0x7f800000u) return static_cast<std::uint16_t>(sign | 0x7e00u);
-  if (magnitude >= 0x47800000u) return static_cast<std::uint16_t>(sign | 0x7c00u);  // >= 65536, infinity
-  if (magnitude < 0x38800000u) {  // below 2^-14: a multiple of 2^-24, by one exact scaling and one rounding
+  if (magnitude >= 0x47800000u)
+    return static_cast<std::uint16_t>(sign | 0x7c00u);  // >= 65536, infinity
+  if (magnitude <
+      0x38800000u) {  // below 2^-14: a multiple of 2^-24, by one exact scaling and one rounding
     const float scaled = std::bit_cast<float>(magnitude) * 16777216.0f;
     return static_cast<std::uint16_t>(sign | static_cast<std::uint32_t>(std::nearbyint(scaled)));
   }
@@ -30,7 +32,8 @@ float float_from_half(std::uint16_t half) {
     const float magnitude = static_cast<float>(fraction) * 0x1p-24f;
     return sign != 0 ? -magnitude : magnitude;
   }
-  const std::uint32_t magnitude = exponent == 31 ? 0x7f800000u | fraction << 13 : (exponent + 112) << 23 | fraction << 13;
+  const std::uint32_t magnitude =
+      exponent == 31 ? 0x7f800000u | fraction << 13 : (exponent + 112) << 23 | fraction << 13;
   return std::bit_cast<float>(sign | magnitude);
 }
 
@@ -56,7 +59,9 @@ float srgb_decode(float encoded) {
 void encode_pixels(std::span<const float> rgb, PixelFormat format, std::span<std::byte> out) {
   TESSERA_CHECK_EQ(rgb.size() * static_cast<std::size_t>(bytes_per_pixel(format)), 3 * out.size());
   switch (format) {
-    case PixelFormat::kFloat: std::memcpy(out.data(), rgb.data(), out.size()); return;
+    case PixelFormat::kFloat:
+      std::memcpy(out.data(), rgb.data(), out.size());
+      return;
     case PixelFormat::kHalf:
       for (std::size_t i = 0; i < rgb.size(); ++i) {
         const std::uint16_t half = half_from_float(rgb[i]);
@@ -70,9 +75,12 @@ void encode_pixels(std::span<const float> rgb, PixelFormat format, std::span<std
 }
 
 void decode_pixels(std::span<const std::byte> bytes, PixelFormat format, std::span<float> rgb) {
-  TESSERA_CHECK_EQ(rgb.size() * static_cast<std::size_t>(bytes_per_pixel(format)), 3 * bytes.size());
+  TESSERA_CHECK_EQ(rgb.size() * static_cast<std::size_t>(bytes_per_pixel(format)),
+                   3 * bytes.size());
   switch (format) {
-    case PixelFormat::kFloat: std::memcpy(rgb.data(), bytes.data(), bytes.size()); return;
+    case PixelFormat::kFloat:
+      std::memcpy(rgb.data(), bytes.data(), bytes.size());
+      return;
     case PixelFormat::kHalf:
       for (std::size_t i = 0; i < rgb.size(); ++i) {
         std::uint16_t half = 0;
@@ -81,7 +89,8 @@ void decode_pixels(std::span<const std::byte> bytes, PixelFormat format, std::sp
       }
       return;
     case PixelFormat::kDisplay8:
-      for (std::size_t i = 0; i < rgb.size(); ++i) rgb[i] = srgb_decode(static_cast<float>(bytes[i]) / 255);
+      for (std::size_t i = 0; i < rgb.size(); ++i)
+        rgb[i] = srgb_decode(static_cast<float>(bytes[i]) / 255);
       return;
   }
 }

@@ -1,5 +1,5 @@
-// The pixels of a finished frame, in the frame's own format: little-endian, row by row from the top,
-// R G B. Immutable once delivered.
+// The pixels of a finished frame, in the frame's own format: little-endian, row by row from the
+// top, R G B. Immutable once delivered.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,9 @@ struct FrameImage {
   int width_px = 0;
   int height_px = 0;
   PixelFormat format = PixelFormat::kFloat;
-  std::vector<std::byte> bytes;               // [height * width * bytes_per_pixel(format)]
-  std::vector<std::uint16_t> tile_slave;      // [tile_count] who drew each tile (slave ordinal), or empty
+  std::vector<std::byte> bytes;  // [height * width * bytes_per_pixel(format)]
+  std::vector<std::uint16_t>
+      tile_slave;  // [tile_count] who drew each tile (slave ordinal), or empty
   int tile_edge_px = 32;
 
   Digest digest() const { return sha256(bytes); }

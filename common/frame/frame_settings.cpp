@@ -13,8 +13,9 @@ constexpr std::string_view kPixelNames[] = {"float", "half", "display8"};
 
 Status check_range(const char* field, int value, int low, int high) {
   if (value >= low && value <= high) return Status::ok();
-  return Status::invalid_argument(std::string(field) + " is " + std::to_string(value) + "; it must be " +
-                                  std::to_string(low) + " to " + std::to_string(high));
+  return Status::invalid_argument(std::string(field) + " is " + std::to_string(value) +
+                                  "; it must be " + std::to_string(low) + " to " +
+                                  std::to_string(high));
 }
 
 }  // namespace
@@ -23,8 +24,12 @@ int bytes_per_pixel(PixelFormat format) {
   return format == PixelFormat::kFloat ? 12 : format == PixelFormat::kHalf ? 6 : 3;
 }
 
-std::string_view renderer_name(Renderer renderer) { return kRendererNames[static_cast<int>(renderer)]; }
-std::string_view pixel_format_name(PixelFormat format) { return kPixelNames[static_cast<int>(format)]; }
+std::string_view renderer_name(Renderer renderer) {
+  return kRendererNames[static_cast<int>(renderer)];
+}
+std::string_view pixel_format_name(PixelFormat format) {
+  return kPixelNames[static_cast<int>(format)];
+}
 
 Result<Renderer> parse_renderer(std::string_view text) {
   for (int i = 0; i < 2; ++i) {
@@ -37,14 +42,16 @@ Result<PixelFormat> parse_pixel_format(std::string_view text) {
   for (int i = 0; i < 3; ++i) {
     if (text == kPixelNames[i]) return static_cast<PixelFormat>(i);
   }
-  return Status::invalid_argument("--pixels " + std::string(text) + ": give float, half or display8");
+  return Status::invalid_argument("--pixels " + std::string(text) +
+                                  ": give float, half or display8");
 }
 
 Status validate_frame_settings(const FrameSettings& s) {
   TESSERA_RETURN_IF_ERROR(check_range("frame width", s.width_px, 1, kImageSideMaxPx));
   TESSERA_RETURN_IF_ERROR(check_range("frame height", s.height_px, 1, kImageSideMaxPx));
   TESSERA_RETURN_IF_ERROR(check_range("tile edge", s.tile_edge_px, kTileEdgeMinPx, kTileEdgeMaxPx));
-  TESSERA_RETURN_IF_ERROR(check_range("samples per pixel", s.samples_per_pixel, 1, kSamplesPerPixelMax));
+  TESSERA_RETURN_IF_ERROR(
+      check_range("samples per pixel", s.samples_per_pixel, 1, kSamplesPerPixelMax));
   TESSERA_RETURN_IF_ERROR(check_range("light samples", s.light_samples, 1, kLightSamplesMax));
   return validate_camera(s.camera);
 }

@@ -34,9 +34,9 @@ struct FrameSettings {
   Camera camera;
   Renderer renderer = Renderer::kDirect;
   PixelFormat pixel_format = PixelFormat::kFloat;
-  int tile_edge_px = 32;       // in [kTileEdgeMinPx, kTileEdgeMaxPx]
-  int samples_per_pixel = 1;   // in [1, kSamplesPerPixelMax]
-  int light_samples = 4;       // per area light, in [1, kLightSamplesMax]
+  int tile_edge_px = 32;      // in [kTileEdgeMinPx, kTileEdgeMaxPx]
+  int samples_per_pixel = 1;  // in [1, kSamplesPerPixelMax]
+  int light_samples = 4;      // per area light, in [1, kLightSamplesMax]
   std::uint32_t seed = 0;
   bool operator==(const FrameSettings&) const = default;
 };

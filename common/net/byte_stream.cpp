@@ -45,7 +45,8 @@ class StreamOf final : public ByteStream {
 }  // namespace
 
 std::unique_ptr<ByteStream> make_byte_stream(TcpSocket socket) {
-  return std::make_unique<StreamOf<TcpSocket>>(std::make_unique<TcpSocket>(std::move(socket)), true);
+  return std::make_unique<StreamOf<TcpSocket>>(std::make_unique<TcpSocket>(std::move(socket)),
+                                               true);
 }
 
 std::unique_ptr<ByteStream> make_byte_stream(std::unique_ptr<TlsStream> stream) {
@@ -53,7 +54,8 @@ std::unique_ptr<ByteStream> make_byte_stream(std::unique_ptr<TlsStream> stream) 
 }
 
 std::unique_ptr<ByteStream> make_byte_stream(LocalSocket socket) {
-  return std::make_unique<StreamOf<LocalSocket>>(std::make_unique<LocalSocket>(std::move(socket)), false);
+  return std::make_unique<StreamOf<LocalSocket>>(std::make_unique<LocalSocket>(std::move(socket)),
+                                                 false);
 }
 
 PeerIdentity address_of(const TcpSocket& socket) {
@@ -76,8 +78,9 @@ std::pair<ConnectionPtr, ConnectionPtr> make_local_pair(IoThread& a, IoThread& b
   PeerIdentity peer;
   peer.address = "local";
   const asio::local::stream_protocol protocol;
-  return {make_connection(a, make_byte_stream(LocalSocket(context_of(a), protocol, ends[0])), peer),
-          make_connection(b, make_byte_stream(LocalSocket(context_of(b), protocol, ends[1])), peer)};
+  return {
+      make_connection(a, make_byte_stream(LocalSocket(context_of(a), protocol, ends[0])), peer),
+      make_connection(b, make_byte_stream(LocalSocket(context_of(b), protocol, ends[1])), peer)};
 }
 
 }  // namespace tessera::net

@@ -1,5 +1,5 @@
-// One interface over the three kinds of byte stream: TLS over TCP, TCP, and a socket pair inside the process. For
-// common/net alone. Io thread only.
+// One interface over the three kinds of byte stream: TLS over TCP, TCP, and a socket pair inside
+// the process. For common/net alone. Io thread only.
 #pragma once
 
 #include <functional>

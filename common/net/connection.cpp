@@ -20,7 +20,9 @@ constexpr std::uint64_t kSlowestBytesPerSecond = 64 * 1024;
 struct Outgoing {
   std::array<std::byte, kRecordHeadBytes> head;
   Record record;
-  std::uint64_t total_bytes() const { return head.size() + record.header.size() + record.payload.bytes.size(); }
+  std::uint64_t total_bytes() const {
+    return head.size() + record.header.size() + record.payload.bytes.size();
+  }
 };
 
 std::uint32_t checksum_of(const std::string& header, std::span<const std::byte> payload) {
@@ -31,7 +33,11 @@ std::uint32_t checksum_of(const std::string& header, std::span<const std::byte> 
 class Core : public std::enable_shared_from_this<Core> {
  public:
   Core(IoThread& io, std::unique_ptr<ByteStream> stream, PeerIdentity peer)
-      : io_(io), stream_(std::move(stream)), peer_(std::move(peer)), deadline_(context_of(io)), grace_(context_of(io)) {}
+      : io_(io),
+        stream_(std::move(stream)),
+        peer_(std::move(peer)),
+        deadline_(context_of(io)),
+        grace_(context_of(io)) {}
 
   void start(ConnectionCallbacks callbacks, const RecordLimits& limits) {
     callbacks_ = std::move(callbacks);
@@ -102,7 +108,8 @@ void Core::send(Record record) {
   Outgoing outgoing{encode_head(head), std::move(record)};
   if (queue_bytes_ + outgoing.total_bytes() > kSendQueueBytesMax) {
     io_.post([self = shared_from_this()] {
-      self->end(Status::resource_exhausted("the peer takes data too slowly; its send queue is full"));
+      self->end(
+          Status::resource_exhausted("the peer takes data too slowly; its send queue is full"));
     });
     return;
   }
@@ -118,15 +125,17 @@ void Core::write_next() {
   for (const Outgoing& outgoing : queue_) {
     if (buffers.size() + 3 > kGatherBuffersMax) break;
     buffers.emplace_back(outgoing.head.data(), outgoing.head.size());
-    if (!outgoing.record.header.empty()) buffers.emplace_back(outgoing.record.header.data(), outgoing.record.header.size());
+    if (!outgoing.record.header.empty())
+      buffers.emplace_back(outgoing.record.header.data(), outgoing.record.header.size());
     const auto payload = outgoing.record.payload.bytes;
     if (!payload.empty()) buffers.emplace_back(payload.data(), payload.size());
     ++writing_count_;
   }
   last_sent_ = std::chrono::steady_clock::now();
-  stream_->write_all(buffers, [self = shared_from_this()](const asio::error_code& error, std::size_t bytes) {
-    self->on_written(error, bytes);
-  });
+  stream_->write_all(buffers,
+                     [self = shared_from_this()](const asio::error_code& error, std::size_t bytes) {
+                       self->on_written(error, bytes);
+                     });
 }
 
 void Core::on_written(const asio::error_code& error, std::size_t bytes) {
@@ -157,7 +166,8 @@ void Core::read_more() {
   stream_->read_some(std::span(input_).subspan(input_end_),
                      [self = shared_from_this()](const asio::error_code& error, std::size_t bytes) {
                        if (self->state_ == State::kClosed) return;
-                       if (self->state_ == State::kClosing) return error ? self->shut() : self->discard_until_end();
+                       if (self->state_ == State::kClosing)
+                         return error ? self->shut() : self->discard_until_end();
                        if (error) return self->end(self->status_of(error));
                        self->on_input(bytes);
                      });
@@ -173,7 +183,8 @@ void Core::on_input(std::size_t bytes) {
   if (state_ == State::kClosing) discard_until_end();
 }
 
-// Takes one record from the input buffer, or arranges for more input. Returns: whether to look for another.
+// Takes one record from the input buffer, or arranges for more input. Returns: whether to look for
+// another.
 bool Core::take_record() {
   std::size_t available = input_end_ - input_begin_;
   if (!head_) {
@@ -183,7 +194,8 @@ bool Core::take_record() {
       return false;
     }
     RecordRefusal refusal{};
-    head_ = decode_head(std::span<const std::byte, kRecordHeadBytes>(input_.data() + input_begin_, kRecordHeadBytes),
+    head_ = decode_head(std::span<const std::byte, kRecordHeadBytes>(input_.data() + input_begin_,
+                                                                     kRecordHeadBytes),
                         limits_, refusal);
     if (!head_) {
       end(Status::data_loss(refusal_text(refusal)));
@@ -202,7 +214,8 @@ bool Core::take_record() {
     return false;
   }
   incoming_.type = head_->type;
-  incoming_.header.assign(reinterpret_cast<const char*>(input_.data() + input_begin_), head_->header_bytes);
+  incoming_.header.assign(reinterpret_cast<const char*>(input_.data() + input_begin_),
+                          head_->header_bytes);
   input_begin_ += head_->header_bytes;
   available -= head_->header_bytes;
   const std::size_t have = std::min<std::size_t>(available, head_->payload_bytes);
@@ -220,17 +233,20 @@ bool Core::take_record() {
 // Straight into the record's own buffer.
 void Core::read_rest_of_payload(std::size_t have) {
   if (have == 0 || !has_deadline_) arm_deadline(head_->payload_bytes);
-  stream_->read_some(std::span(incoming_.payload).subspan(have),
-                     [self = shared_from_this(), have](const asio::error_code& error, std::size_t bytes) {
-                       if (self->state_ == State::kClosed) return;
-                       if (self->state_ == State::kClosing) return error ? self->shut() : self->discard_until_end();
-                       if (error) return self->end(self->status_of(error));
-                       self->bytes_received_ += bytes;
-                       self->last_received_ = std::chrono::steady_clock::now();
-                       if (have + bytes < self->incoming_.payload.size()) return self->read_rest_of_payload(have + bytes);
-                       self->deliver();
-                       self->on_input(0);
-                     });
+  stream_->read_some(
+      std::span(incoming_.payload).subspan(have),
+      [self = shared_from_this(), have](const asio::error_code& error, std::size_t bytes) {
+        if (self->state_ == State::kClosed) return;
+        if (self->state_ == State::kClosing)
+          return error ? self->shut() : self->discard_until_end();
+        if (error) return self->end(self->status_of(error));
+        self->bytes_received_ += bytes;
+        self->last_received_ = std::chrono::steady_clock::now();
+        if (have + bytes < self->incoming_.payload.size())
+          return self->read_rest_of_payload(have + bytes);
+        self->deliver();
+        self->on_input(0);
+      });
 }
 
 void Core::deliver() {
@@ -249,7 +265,8 @@ void Core::deliver() {
 void Core::arm_deadline(std::uint64_t bytes) {
   if (has_deadline_) return;
   has_deadline_ = true;
-  deadline_.expires_after(kRecordGrace + std::chrono::milliseconds(1000 * bytes / kSlowestBytesPerSecond));
+  deadline_.expires_after(kRecordGrace +
+                          std::chrono::milliseconds(1000 * bytes / kSlowestBytesPerSecond));
   deadline_.async_wait([self = shared_from_this()](const asio::error_code& error) {
     if (!error && self->has_deadline_ && self->is_open()) {
       self->end(Status::deadline_exceeded("a started record was not completed in time"));
@@ -298,8 +315,8 @@ Status Core::status_of(const asio::error_code& error) const {
   if (error.category() == asio::error::get_ssl_category()) {
     return Status::permission_denied("the peer refused our certificate: " + error.message());
   }
-  if (error == asio::error::eof || error == asio::ssl::error::stream_truncated || error == asio::error::connection_reset ||
-      error == asio::error::broken_pipe) {
+  if (error == asio::error::eof || error == asio::ssl::error::stream_truncated ||
+      error == asio::error::connection_reset || error == asio::error::broken_pipe) {
     return Status::unavailable("the peer closed the connection");
   }
   return Status::unavailable(error.message());
@@ -320,7 +337,9 @@ class CoreConnection final : public Connection {
   const PeerIdentity& peer() const override { return core_->peer(); }
   std::uint64_t bytes_sent() const override { return core_->bytes_sent(); }
   std::uint64_t bytes_received() const override { return core_->bytes_received(); }
-  std::chrono::steady_clock::time_point last_received() const override { return core_->last_received(); }
+  std::chrono::steady_clock::time_point last_received() const override {
+    return core_->last_received();
+  }
   std::chrono::steady_clock::time_point last_sent() const override { return core_->last_sent(); }
   void end(Status status) { core_->end(std::move(status)); }
 
@@ -331,7 +350,8 @@ class CoreConnection final : public Connection {
 }  // namespace
 
 ConnectionPtr make_connection(IoThread& io, std::unique_ptr<ByteStream> stream, PeerIdentity peer) {
-  return std::make_shared<CoreConnection>(std::make_shared<Core>(io, std::move(stream), std::move(peer)));
+  return std::make_shared<CoreConnection>(
+      std::make_shared<Core>(io, std::move(stream), std::move(peer)));
 }
 
 void end_connection(Connection& connection, Status status) {

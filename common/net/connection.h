@@ -1,14 +1,14 @@
 // A framed, ordered, bounded byte link to one peer: TLS over TCP, plain TCP on loopback, or a local
 // socket pair inside the process. Knows records, not messages.
 //
-// Threads. Io thread only, unless a function says otherwise. Callbacks come on the io thread, never from
-// inside a call of ours, and never after close() or the destructor.
+// Threads. Io thread only, unless a function says otherwise. Callbacks come on the io thread, never
+// from inside a call of ours, and never after close() or the destructor.
 //
-// Invariants. (1) Limits of type and length are checked on the record head before a byte is allocated for
-// it; the checksum (CRC-32C, links without TLS) before the record is handed on. (2) The send queue is bounded
-// by kSendQueueBytesMax; queue_bytes() tells, and a sender that would pass it is closed with kResourceExhausted: callers
-// of bulk data watch on_drained. (3) A started record must be complete within
-// its deadline (fault-matrix T_msg). (4) no_delay on both ends.
+// Invariants. (1) Limits of type and length are checked on the record head before a byte is
+// allocated for it; the checksum (CRC-32C, links without TLS) before the record is handed on. (2)
+// The send queue is bounded by kSendQueueBytesMax; queue_bytes() tells, and a sender that would
+// pass it is closed with kResourceExhausted: callers of bulk data watch on_drained. (3) A started
+// record must be complete within its deadline (fault-matrix T_msg). (4) no_delay on both ends.
 #pragma once
 
 #include <chrono>
@@ -39,8 +39,8 @@ struct PeerIdentity {
 
 struct ConnectionCallbacks {
   std::function<void(ReceivedRecord)> on_record;
-  // Once, whatever ended the link (peer closed: kUnavailable; bad bytes: kDataLoss; ...). Not after our own
-  // close().
+  // Once, whatever ended the link (peer closed: kUnavailable; bad bytes: kDataLoss; ...). Not after
+  // our own close().
   std::function<void(Status)> on_closed;
   // The send queue fell below kSendQueueLowBytes after having been above: time for more bulk data.
   std::function<void()> on_drained;
@@ -63,7 +63,8 @@ class Connection {
   virtual const PeerIdentity& peer() const = 0;
   virtual std::uint64_t bytes_sent() const = 0;
   virtual std::uint64_t bytes_received() const = 0;
-  virtual std::chrono::steady_clock::time_point last_received() const = 0;  // any byte counts as life
+  virtual std::chrono::steady_clock::time_point last_received()
+      const = 0;  // any byte counts as life
   virtual std::chrono::steady_clock::time_point last_sent() const = 0;
 };
 
@@ -73,7 +74,8 @@ using ConnectionPtr = std::shared_ptr<Connection>;
 // Any thread, but each end is then used on its io thread only.
 std::pair<ConnectionPtr, ConnectionPtr> make_local_pair(IoThread& a, IoThread& b);
 
-// ---- listening -----------------------------------------------------------------------------------------
+// ---- listening
+// -----------------------------------------------------------------------------------------
 struct Endpoint {
   std::string host;  // name, IPv4 or IPv6 (without brackets)
   std::uint16_t port = 0;
@@ -81,11 +83,12 @@ struct Endpoint {
 };
 // "host:port", "[::1]:7400", ":7400" (all interfaces). Returns: kInvalidArgument.
 Result<Endpoint> parse_endpoint(const std::string& text);
-bool is_loopback(const Endpoint& endpoint);  // resolves "localhost"; false for what does not resolve
+bool is_loopback(
+    const Endpoint& endpoint);  // resolves "localhost"; false for what does not resolve
 
-// Accepts until destroyed. TLS handshakes (kHandshakeMs) are done before on_accept; caps of limits.h on
-// unauthenticated connections, per address and in all, are kept here, oldest dropped first. A handed-on
-// connection counts as unauthenticated until mark_authenticated().
+// Accepts until destroyed. TLS handshakes (kHandshakeMs) are done before on_accept; caps of
+// limits.h on unauthenticated connections, per address and in all, are kept here, oldest dropped
+// first. A handed-on connection counts as unauthenticated until mark_authenticated().
 class Listener {
  public:
   virtual ~Listener() = default;
@@ -98,9 +101,9 @@ Result<std::unique_ptr<Listener>> listen(IoThread& io, const Endpoint& endpoint,
                                          std::shared_ptr<TlsContext> tls,
                                          std::function<void(ConnectionPtr)> on_accept);
 
-// Connects once: resolve, TCP, TLS, within `deadline`. Calls back exactly once on the io thread unless the
-// returned handle is destroyed before. Io thread only.
-// Errors: kUnavailable (not there, does not resolve), kPermissionDenied (certificate refused, either side).
+// Connects once: resolve, TCP, TLS, within `deadline`. Calls back exactly once on the io thread
+// unless the returned handle is destroyed before. Io thread only. Errors: kUnavailable (not there,
+// does not resolve), kPermissionDenied (certificate refused, either side).
 class ConnectAttempt {
  public:
   virtual ~ConnectAttempt() = default;

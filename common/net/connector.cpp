@@ -10,8 +10,8 @@ using Tcp = asio::ip::tcp;
 // One attempt: resolve, TCP, TLS. Pending operations keep it alive; cancel() silences it.
 class Attempt : public std::enable_shared_from_this<Attempt> {
  public:
-  Attempt(IoThread& io, Endpoint endpoint, std::shared_ptr<TlsContext> tls, std::string expected_role,
-          std::function<void(Result<ConnectionPtr>)> on_connected)
+  Attempt(IoThread& io, Endpoint endpoint, std::shared_ptr<TlsContext> tls,
+          std::string expected_role, std::function<void(Result<ConnectionPtr>)> on_connected)
       : io_(io),
         endpoint_(std::move(endpoint)),
         tls_(std::move(tls)),
@@ -29,7 +29,9 @@ class Attempt : public std::enable_shared_from_this<Attempt> {
   void on_tcp(const asio::error_code& error);
   void on_handshake(const asio::error_code& error);
   void finish(Result<ConnectionPtr> result);
-  void fail(const std::string& reason) { finish(Status::unavailable("cannot connect to " + endpoint_.text() + ": " + reason)); }
+  void fail(const std::string& reason) {
+    finish(Status::unavailable("cannot connect to " + endpoint_.text() + ": " + reason));
+  }
 
   IoThread& io_;
   const Endpoint endpoint_;
@@ -48,17 +50,22 @@ void Attempt::start(std::chrono::milliseconds deadline) {
   deadline_.async_wait([self = shared_from_this()](const asio::error_code& error) {
     if (!error && self->on_connected_) self->fail("no answer in time");
   });
-  resolver_.async_resolve(endpoint_.host, std::to_string(endpoint_.port),
-                          [self = shared_from_this()](const asio::error_code& error, const auto& results) {
-                            if (self->on_connected_) self->on_resolved(error, results);
-                          });
+  resolver_.async_resolve(
+      endpoint_.host, std::to_string(endpoint_.port),
+      [self = shared_from_this()](const asio::error_code& error, const auto& results) {
+        if (self->on_connected_) self->on_resolved(error, results);
+      });
 }
 
-void Attempt::on_resolved(const asio::error_code& error, const Tcp::resolver::results_type& results) {
-  if (error) return fail("the name '" + endpoint_.host + "' does not resolve (" + error.message() + ")");
-  asio::async_connect(socket_, results, [self = shared_from_this()](const asio::error_code& failure, const Tcp::endpoint&) {
-    if (self->on_connected_) self->on_tcp(failure);
-  });
+void Attempt::on_resolved(const asio::error_code& error,
+                          const Tcp::resolver::results_type& results) {
+  if (error)
+    return fail("the name '" + endpoint_.host + "' does not resolve (" + error.message() + ")");
+  asio::async_connect(
+      socket_, results,
+      [self = shared_from_this()](const asio::error_code& failure, const Tcp::endpoint&) {
+        if (self->on_connected_) self->on_tcp(failure);
+      });
 }
 
 void Attempt::on_tcp(const asio::error_code& error) {
@@ -68,23 +75,27 @@ void Attempt::on_tcp(const asio::error_code& error) {
   peer_ = address_of(socket_);
   if (!tls_) return finish(make_connection(io_, make_byte_stream(std::move(socket_)), peer_));
   stream_ = std::make_unique<TlsStream>(std::move(socket_), tls_->impl().client);
-  stream_->async_handshake(asio::ssl::stream_base::client, [self = shared_from_this()](const asio::error_code& failure) {
-    if (self->on_connected_) self->on_handshake(failure);
-  });
+  stream_->async_handshake(asio::ssl::stream_base::client,
+                           [self = shared_from_this()](const asio::error_code& failure) {
+                             if (self->on_connected_) self->on_handshake(failure);
+                           });
 }
 
 void Attempt::on_handshake(const asio::error_code& error) {
   if (error) {
     const bool is_gone = error == asio::error::eof || error == asio::ssl::error::stream_truncated ||
                          error == asio::error::connection_reset;
-    if (is_gone) return fail("it closed the connection during the TLS handshake; is it a Tessera master with keys?");
+    if (is_gone)
+      return fail(
+          "it closed the connection during the TLS handshake; is it a Tessera master with keys?");
     return finish(Status::permission_denied("no trust between us and " + endpoint_.text() + ": " +
                                             handshake_failure(stream_->native_handle(), error)));
   }
   PeerIdentity proven = identity_of(stream_->native_handle());
   if (proven.role != expected_role_) {
-    return finish(Status::permission_denied(endpoint_.text() + " has a certificate of role '" + proven.role +
-                                            "' (" + proven.name + "), but role '" + expected_role_ + "' is needed"));
+    return finish(Status::permission_denied(endpoint_.text() + " has a certificate of role '" +
+                                            proven.role + "' (" + proven.name + "), but role '" +
+                                            expected_role_ + "' is needed"));
   }
   proven.address = peer_.address;
   proven.port = peer_.port;
@@ -117,10 +128,12 @@ class AttemptHandle final : public ConnectAttempt {
 
 }  // namespace
 
-std::unique_ptr<ConnectAttempt> connect(IoThread& io, const Endpoint& endpoint, std::shared_ptr<TlsContext> tls,
-                                        std::string expected_role, std::chrono::milliseconds deadline,
+std::unique_ptr<ConnectAttempt> connect(IoThread& io, const Endpoint& endpoint,
+                                        std::shared_ptr<TlsContext> tls, std::string expected_role,
+                                        std::chrono::milliseconds deadline,
                                         std::function<void(Result<ConnectionPtr>)> on_connected) {
-  auto attempt = std::make_shared<Attempt>(io, endpoint, std::move(tls), std::move(expected_role), std::move(on_connected));
+  auto attempt = std::make_shared<Attempt>(io, endpoint, std::move(tls), std::move(expected_role),
+                                           std::move(on_connected));
   attempt->start(deadline);
   return std::make_unique<AttemptHandle>(std::move(attempt));
 }

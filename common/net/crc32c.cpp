@@ -24,7 +24,8 @@ std::uint32_t by_table(std::uint32_t c, const std::byte* p, std::size_t n) {
   return c;
 }
 
-__attribute__((target("sse4.2"))) std::uint32_t by_instruction(std::uint32_t c, const std::byte* p, std::size_t n) {
+__attribute__((target("sse4.2"))) std::uint32_t by_instruction(std::uint32_t c, const std::byte* p,
+                                                               std::size_t n) {
   std::uint64_t wide = c;
   for (; n >= 8; p += 8, n -= 8) {
     std::uint64_t word = 0;
@@ -39,7 +40,8 @@ __attribute__((target("sse4.2"))) std::uint32_t by_instruction(std::uint32_t c, 
 std::uint32_t crc32c(std::uint32_t crc, std::span<const std::byte> bytes) {
   static const bool has_instruction = __builtin_cpu_supports("sse4.2") != 0;
   const std::uint32_t c = ~crc;
-  return ~(has_instruction ? by_instruction(c, bytes.data(), bytes.size()) : by_table(c, bytes.data(), bytes.size()));
+  return ~(has_instruction ? by_instruction(c, bytes.data(), bytes.size())
+                           : by_table(c, bytes.data(), bytes.size()));
 }
 
 }  // namespace tessera::net

@@ -11,7 +11,8 @@ std::string Endpoint::text() const {
 
 Result<Endpoint> parse_endpoint(const std::string& text) {
   const auto wrong = [&] {
-    return Status::invalid_argument(text + ": give HOST:PORT, such as 127.0.0.1:7400 or [::1]:7400");
+    return Status::invalid_argument(text +
+                                    ": give HOST:PORT, such as 127.0.0.1:7400 or [::1]:7400");
   };
   const auto colon = text.rfind(':');
   if (colon == std::string::npos) return wrong();

@@ -46,8 +46,8 @@ void IoThread::stop() {
   impl_->thread.join();
 }
 
-// The callback lives in shared state; a cancelled timer clears it, so that a completion that is already queued finds
-// nothing to call.
+// The callback lives in shared state; a cancelled timer clears it, so that a completion that is
+// already queued finds nothing to call.
 struct Timer::Impl {
   explicit Impl(asio::io_context& context) : timer(context) {}
   asio::steady_timer timer;

@@ -1,7 +1,8 @@
-// The network thread: one Asio loop in one thread. Everything in common/net, and every protocol object
-// built on it, belongs to exactly one IoThread and is touched on it alone.
+// The network thread: one Asio loop in one thread. Everything in common/net, and every protocol
+// object built on it, belongs to exactly one IoThread and is touched on it alone.
 //
-// Asio does not appear in any header outside common/net; inside, io_thread_asio.h gives the context.
+// Asio does not appear in any header outside common/net; inside, io_thread_asio.h gives the
+// context.
 #pragma once
 
 #include <chrono>
@@ -22,7 +23,8 @@ class IoThread {
   // Runs `task` on the thread, in order of posting. Any thread. After stop() tasks are dropped.
   void post(std::function<void()> task);
 
-  // Runs `task` on the thread and waits for it. Any other thread; runs directly on the thread itself.
+  // Runs `task` on the thread and waits for it. Any other thread; runs directly on the thread
+  // itself.
   void run_and_wait(std::function<void()> task);
 
   bool is_current() const;
@@ -37,7 +39,8 @@ class IoThread {
   std::unique_ptr<Impl> impl_;
 };
 
-// One-shot or repeating timer. Io thread only; destroying it cancels it, and the callback never runs after.
+// One-shot or repeating timer. Io thread only; destroying it cancels it, and the callback never
+// runs after.
 class Timer {
  public:
   explicit Timer(IoThread& io);

@@ -33,8 +33,10 @@ constexpr long kSecondsPerDay = 86400;
 
 Status write_new_file(const std::string& path, const std::string& text, mode_t mode) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
-  if (file < 0) return Status::permission_denied("cannot write " + path + ": " + std::strerror(errno));
-  const bool is_written = ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  if (file < 0)
+    return Status::permission_denied("cannot write " + path + ": " + std::strerror(errno));
+  const bool is_written =
+      ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
   const int error = errno;
   ::close(file);
   if (is_written) return Status::ok();
@@ -50,7 +52,8 @@ std::string text_of(BIO* bio) {
 
 std::string pem_of(EVP_PKEY* key) {
   const Bio bio(BIO_new(BIO_s_mem()));
-  TESSERA_CHECK_EQ(PEM_write_bio_PrivateKey(bio.get(), key, nullptr, nullptr, 0, nullptr, nullptr), 1);
+  TESSERA_CHECK_EQ(PEM_write_bio_PrivateKey(bio.get(), key, nullptr, nullptr, 0, nullptr, nullptr),
+                   1);
   return text_of(bio.get());
 }
 
@@ -61,7 +64,8 @@ std::string pem_of(X509* certificate) {
 }
 
 void add_entry(X509_NAME* name, const char* field, const std::string& value) {
-  X509_NAME_add_entry_by_txt(name, field, MBSTRING_UTF8, reinterpret_cast<const unsigned char*>(value.data()),
+  X509_NAME_add_entry_by_txt(name, field, MBSTRING_UTF8,
+                             reinterpret_cast<const unsigned char*>(value.data()),
                              static_cast<int>(value.size()), -1, 0);
 }
 
@@ -85,7 +89,8 @@ Certificate new_certificate(EVP_PKEY* key, int days) {
   BN_to_ASN1_INTEGER(number, X509_get_serialNumber(certificate.get()));
   BN_free(number);
   // A minute back, for clocks that disagree a little.
-  X509_gmtime_adj(X509_getm_notBefore(certificate.get()), days < 0 ? (days - 1L) * kSecondsPerDay : -60);
+  X509_gmtime_adj(X509_getm_notBefore(certificate.get()),
+                  days < 0 ? (days - 1L) * kSecondsPerDay : -60);
   X509_gmtime_adj(X509_getm_notAfter(certificate.get()), days * kSecondsPerDay);
   X509_set_pubkey(certificate.get(), key);
   return certificate;
@@ -106,7 +111,8 @@ std::string random_hex() {
 bool is_good_name(const std::string& name) {
   return !name.empty() && name.size() <= kNameBytesMax && name != "." && name != ".." &&
          std::all_of(name.begin(), name.end(), [](char c) {
-           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
+           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                  c == '.' || c == '_' || c == '-';
          });
 }
 
@@ -117,10 +123,12 @@ Bio open_bio(const std::string& path) { return Bio(BIO_new_file(path.c_str(), "r
 Status init_key_store(const std::string& folder) {
   std::error_code error;
   if (std::filesystem::exists(folder + "/ca.key", error)) {
-    return Status::invalid_argument(folder + " has a CA already; add nodes with 'tessera-keys add " + folder + " ROLE NAME'");
+    return Status::invalid_argument(
+        folder + " has a CA already; add nodes with 'tessera-keys add " + folder + " ROLE NAME'");
   }
   std::filesystem::create_directories(folder, error);
-  if (error) return Status::permission_denied("cannot make folder " + folder + ": " + error.message());
+  if (error)
+    return Status::permission_denied("cannot make folder " + folder + ": " + error.message());
   std::filesystem::permissions(folder, std::filesystem::perms::owner_all, error);
   const Key key(EVP_EC_gen("P-256"));
   const Certificate certificate = new_certificate(key.get(), kCaDays);
@@ -128,29 +136,38 @@ Status init_key_store(const std::string& folder) {
   add_entry(name, "O", "Tessera cluster " + random_hex());
   add_entry(name, "CN", "Tessera CA");
   X509_set_issuer_name(certificate.get(), name);
-  add_extension(certificate.get(), certificate.get(), NID_basic_constraints, "critical,CA:TRUE,pathlen:0");
-  add_extension(certificate.get(), certificate.get(), NID_key_usage, "critical,keyCertSign,cRLSign");
+  add_extension(certificate.get(), certificate.get(), NID_basic_constraints,
+                "critical,CA:TRUE,pathlen:0");
+  add_extension(certificate.get(), certificate.get(), NID_key_usage,
+                "critical,keyCertSign,cRLSign");
   add_extension(certificate.get(), certificate.get(), NID_subject_key_identifier, "hash");
   X509_sign(certificate.get(), key.get(), EVP_sha256());
   TESSERA_RETURN_IF_ERROR(write_new_file(folder + "/ca.key", pem_of(key.get()), 0600));
   return write_new_file(folder + "/ca.crt", pem_of(certificate.get()), 0644);
 }
 
-Status add_key(const std::string& folder, const std::string& role, const std::string& name, int days) {
+Status add_key(const std::string& folder, const std::string& role, const std::string& name,
+               int days) {
   if (role != "master" && role != "slave" && role != "app") {
     return Status::invalid_argument("role '" + role + "': give master, slave or app");
   }
   if (!is_good_name(name)) {
-    return Status::invalid_argument("name '" + name + "': give 1 to 64 of the characters A-Z a-z 0-9 . _ -");
+    return Status::invalid_argument("name '" + name +
+                                    "': give 1 to 64 of the characters A-Z a-z 0-9 . _ -");
   }
   const Bio ca_bio = open_bio(folder + "/ca.crt");
   const Bio key_bio = open_bio(folder + "/ca.key");
-  const Certificate ca(ca_bio ? PEM_read_bio_X509(ca_bio.get(), nullptr, nullptr, nullptr) : nullptr);
-  const Key ca_key(key_bio ? PEM_read_bio_PrivateKey(key_bio.get(), nullptr, nullptr, nullptr) : nullptr);
-  if (!ca || !ca_key) return Status::not_found(folder + " has no CA; make one with 'tessera-keys init " + folder + "'");
+  const Certificate ca(ca_bio ? PEM_read_bio_X509(ca_bio.get(), nullptr, nullptr, nullptr)
+                              : nullptr);
+  const Key ca_key(key_bio ? PEM_read_bio_PrivateKey(key_bio.get(), nullptr, nullptr, nullptr)
+                           : nullptr);
+  if (!ca || !ca_key)
+    return Status::not_found(folder + " has no CA; make one with 'tessera-keys init " + folder +
+                             "'");
   const std::string node = folder + "/" + name;
   if (::mkdir(node.c_str(), 0700) != 0) {
-    if (errno == EEXIST) return Status::invalid_argument("name '" + name + "' is used already: " + node + " exists");
+    if (errno == EEXIST)
+      return Status::invalid_argument("name '" + name + "' is used already: " + node + " exists");
     return Status::permission_denied("cannot make folder " + node + ": " + std::strerror(errno));
   }
   const Key key(EVP_EC_gen("P-256"));

@@ -24,8 +24,13 @@ struct Pending {
 // State of a listener; pending operations keep it alive.
 class Acceptor : public std::enable_shared_from_this<Acceptor> {
  public:
-  Acceptor(IoThread& io, std::shared_ptr<TlsContext> tls, std::function<void(ConnectionPtr)> on_accept)
-      : io_(io), tls_(std::move(tls)), on_accept_(std::move(on_accept)), acceptor_(context_of(io)), sweep_(io) {}
+  Acceptor(IoThread& io, std::shared_ptr<TlsContext> tls,
+           std::function<void(ConnectionPtr)> on_accept)
+      : io_(io),
+        tls_(std::move(tls)),
+        on_accept_(std::move(on_accept)),
+        acceptor_(context_of(io)),
+        sweep_(io) {}
 
   Status open(const Endpoint& endpoint);
   void accept_next();
@@ -38,7 +43,8 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
   void make_room(const std::string& address);
   void drop(std::list<Pending>::iterator pending, const char* reason);
   void handshake(Tcp::socket socket, const std::string& address);
-  void hand_on(std::list<Pending>::iterator pending, std::unique_ptr<ByteStream> stream, PeerIdentity identity);
+  void hand_on(std::list<Pending>::iterator pending, std::unique_ptr<ByteStream> stream,
+               PeerIdentity identity);
   void sweep();
   void log_failure(const std::string& address, const std::string& reason);
   std::size_t open_count();
@@ -59,9 +65,11 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
 Status Acceptor::open(const Endpoint& endpoint) {
   asio::error_code error;
   Tcp::resolver resolver(context_of(io_));
-  const auto results = resolver.resolve(endpoint.host, std::to_string(endpoint.port), Tcp::resolver::passive, error);
+  const auto results =
+      resolver.resolve(endpoint.host, std::to_string(endpoint.port), Tcp::resolver::passive, error);
   if (error || results.empty()) {
-    return Status::unavailable("cannot listen on " + endpoint.text() + ": the name does not resolve to an address");
+    return Status::unavailable("cannot listen on " + endpoint.text() +
+                               ": the name does not resolve to an address");
   }
   const Tcp::endpoint address = results.begin()->endpoint();
   acceptor_.open(address.protocol(), error);
@@ -69,8 +77,11 @@ Status Acceptor::open(const Endpoint& endpoint) {
   if (!error) acceptor_.bind(address, error);
   if (!error) acceptor_.listen(kConnectionsPreAuthMax, error);
   if (error) {
-    const char* mend = error == asio::error::address_in_use ? "; stop the other program or choose another port" : "";
-    return Status::unavailable("cannot listen on " + endpoint.text() + ": " + error.message() + mend);
+    const char* mend = error == asio::error::address_in_use
+                           ? "; stop the other program or choose another port"
+                           : "";
+    return Status::unavailable("cannot listen on " + endpoint.text() + ": " + error.message() +
+                               mend);
   }
   port_ = acceptor_.local_endpoint(error).port();
   sweep_.start_repeating(kSweep, [this] { sweep(); });
@@ -78,19 +89,21 @@ Status Acceptor::open(const Endpoint& endpoint) {
 }
 
 void Acceptor::accept_next() {
-  acceptor_.async_accept([self = shared_from_this()](const asio::error_code& error, Tcp::socket socket) {
-    if (self->is_closed_) return;
-    if (error) {  // out of descriptors, or the peer left already: breathe, then go on
-      self->log_failure("", "accept: " + error.message());
-      auto pause = std::make_shared<asio::steady_timer>(context_of(self->io_), std::chrono::milliseconds(100));
-      pause->async_wait([self, pause](const asio::error_code&) {
-        if (!self->is_closed_) self->accept_next();
+  acceptor_.async_accept(
+      [self = shared_from_this()](const asio::error_code& error, Tcp::socket socket) {
+        if (self->is_closed_) return;
+        if (error) {  // out of descriptors, or the peer left already: breathe, then go on
+          self->log_failure("", "accept: " + error.message());
+          auto pause = std::make_shared<asio::steady_timer>(context_of(self->io_),
+                                                            std::chrono::milliseconds(100));
+          pause->async_wait([self, pause](const asio::error_code&) {
+            if (!self->is_closed_) self->accept_next();
+          });
+          return;
+        }
+        self->on_socket(std::move(socket));
+        self->accept_next();
       });
-      return;
-    }
-    self->on_socket(std::move(socket));
-    self->accept_next();
-  });
 }
 
 std::size_t Acceptor::open_count() {
@@ -114,10 +127,13 @@ void Acceptor::on_socket(Tcp::socket socket) {
 // Oldest first, so that a good peer still gets in while idle ones wait.
 void Acceptor::make_room(const std::string& address) {
   const auto of_address = [&](const Pending& p) { return p.address == address; };
-  if (std::count_if(pending_.begin(), pending_.end(), of_address) >= kConnectionsPreAuthPerAddressMax) {
-    drop(std::find_if(pending_.begin(), pending_.end(), of_address), "too many unauthenticated connections");
+  if (std::count_if(pending_.begin(), pending_.end(), of_address) >=
+      kConnectionsPreAuthPerAddressMax) {
+    drop(std::find_if(pending_.begin(), pending_.end(), of_address),
+         "too many unauthenticated connections");
   }
-  if (pending_.size() >= kConnectionsPreAuthMax) drop(pending_.begin(), "too many unauthenticated connections");
+  if (pending_.size() >= kConnectionsPreAuthMax)
+    drop(pending_.begin(), "too many unauthenticated connections");
 }
 
 void Acceptor::drop(std::list<Pending>::iterator pending, const char* reason) {
@@ -136,10 +152,12 @@ void Acceptor::handshake(Tcp::socket socket, const std::string& address) {
   auto stream = std::make_shared<TlsStream>(std::move(socket), tls_->impl().server);
   pending_.push_back({address, std::chrono::steady_clock::now(), stream, {}});
   stream->async_handshake(
-      asio::ssl::stream_base::server, [self = shared_from_this(), stream, identity](const asio::error_code& error) mutable {
+      asio::ssl::stream_base::server,
+      [self = shared_from_this(), stream, identity](const asio::error_code& error) mutable {
         if (self->is_closed_) return;
-        const auto pending = std::find_if(self->pending_.begin(), self->pending_.end(),
-                                          [&](const Pending& p) { return p.handshaking == stream; });
+        const auto pending =
+            std::find_if(self->pending_.begin(), self->pending_.end(),
+                         [&](const Pending& p) { return p.handshaking == stream; });
         if (pending == self->pending_.end()) return;  // dropped meanwhile
         if (error) {
           self->log_failure(identity.address, handshake_failure(stream->native_handle(), error));
@@ -150,11 +168,13 @@ void Acceptor::handshake(Tcp::socket socket, const std::string& address) {
         proven.address = identity.address;
         proven.port = identity.port;
         pending->handshaking.reset();
-        self->hand_on(pending, make_byte_stream(std::make_unique<TlsStream>(std::move(*stream))), std::move(proven));
+        self->hand_on(pending, make_byte_stream(std::make_unique<TlsStream>(std::move(*stream))),
+                      std::move(proven));
       });
 }
 
-void Acceptor::hand_on(std::list<Pending>::iterator pending, std::unique_ptr<ByteStream> stream, PeerIdentity identity) {
+void Acceptor::hand_on(std::list<Pending>::iterator pending, std::unique_ptr<ByteStream> stream,
+                       PeerIdentity identity) {
   const ConnectionPtr connection = make_connection(io_, std::move(stream), std::move(identity));
   pending->connection = connection;
   on_accept_(connection);
@@ -210,7 +230,9 @@ class AcceptorListener final : public Listener {
   explicit AcceptorListener(std::shared_ptr<Acceptor> acceptor) : acceptor_(std::move(acceptor)) {}
   ~AcceptorListener() override { acceptor_->close(); }
   std::uint16_t port() const override { return acceptor_->port(); }
-  void mark_authenticated(const Connection& connection) override { acceptor_->mark_authenticated(connection); }
+  void mark_authenticated(const Connection& connection) override {
+    acceptor_->mark_authenticated(connection);
+  }
 
  private:
   std::shared_ptr<Acceptor> acceptor_;
@@ -218,7 +240,8 @@ class AcceptorListener final : public Listener {
 
 }  // namespace
 
-Result<std::unique_ptr<Listener>> listen(IoThread& io, const Endpoint& endpoint, std::shared_ptr<TlsContext> tls,
+Result<std::unique_ptr<Listener>> listen(IoThread& io, const Endpoint& endpoint,
+                                         std::shared_ptr<TlsContext> tls,
                                          std::function<void(ConnectionPtr)> on_accept) {
   auto acceptor = std::make_shared<Acceptor>(io, std::move(tls), std::move(on_accept));
   TESSERA_RETURN_IF_ERROR(acceptor->open(endpoint));

@@ -1,5 +1,5 @@
-// One record of the protocol: a fixed head, a small header (protobuf, opaque here) and a raw payload.
-// Byte layout and refusals: record_head.h and proto/PROTOCOL.md.
+// One record of the protocol: a fixed head, a small header (protobuf, opaque here) and a raw
+// payload. Byte layout and refusals: record_head.h and proto/PROTOCOL.md.
 #pragma once
 
 #include <array>
@@ -37,7 +37,8 @@ struct ReceivedRecord {
   std::vector<std::byte> payload;
 };
 
-// Greatest header and payload of each type; a type with header_bytes_max < 0 is unknown and refused.
+// Greatest header and payload of each type; a type with header_bytes_max < 0 is unknown and
+// refused.
 struct RecordLimit {
   std::int64_t header_bytes_max = -1;
   std::int64_t payload_bytes_max = 0;

@@ -1,7 +1,9 @@
-// The fixed head of every record, and every reason for refusing one. Pure; checked before a byte is allocated.
+// The fixed head of every record, and every reason for refusing one. Pure; checked before a byte is
+// allocated.
 //
-// Bytes, little-endian: "TSSR", u16 format version, u16 type, u32 header bytes, u32 payload bytes, u32 checksum
-// (CRC-32C of header and payload on TCP without TLS, else 0). proto/PROTOCOL.md has the page.
+// Bytes, little-endian: "TSSR", u16 format version, u16 type, u32 header bytes, u32 payload bytes,
+// u32 checksum (CRC-32C of header and payload on TCP without TLS, else 0). proto/PROTOCOL.md has
+// the page.
 #pragma once
 
 #include <array>
@@ -23,14 +25,21 @@ struct RecordHead {
   std::uint32_t checksum = 0;
 };
 
-enum class RecordRefusal { kMagic, kFormatVersion, kUnknownType, kHeaderTooLong, kPayloadTooLong, kChecksum };
+enum class RecordRefusal {
+  kMagic,
+  kFormatVersion,
+  kUnknownType,
+  kHeaderTooLong,
+  kPayloadTooLong,
+  kChecksum
+};
 
 const char* refusal_text(RecordRefusal refusal);
 
 std::array<std::byte, kRecordHeadBytes> encode_head(const RecordHead& head);
 
 // Returns: the head, or why the connection must be closed. `refusal` is set only then.
-std::optional<RecordHead> decode_head(std::span<const std::byte, kRecordHeadBytes> bytes, const RecordLimits& limits,
-                                      RecordRefusal& refusal);
+std::optional<RecordHead> decode_head(std::span<const std::byte, kRecordHeadBytes> bytes,
+                                      const RecordLimits& limits, RecordRefusal& refusal);
 
 }  // namespace tessera::net

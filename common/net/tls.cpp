@@ -23,22 +23,26 @@ std::string entry_of(X509* certificate, int nid) {
 }
 
 X509Ptr read_certificate(const std::string& path) {
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "re"), &std::fclose);
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "re"),
+                                                       &std::fclose);
   return {file ? PEM_read_X509(file.get(), nullptr, nullptr, nullptr) : nullptr, &X509_free};
 }
 
 Status check_files(const std::string& folder, const std::string& role) {
-  const std::string mend = "; make it with 'tessera-keys init cluster' and 'tessera-keys add cluster " + role + " NAME'";
+  const std::string mend =
+      "; make it with 'tessera-keys init cluster' and 'tessera-keys add cluster " + role + " NAME'";
   struct stat info {};
   if (stat(folder.c_str(), &info) != 0 || !S_ISDIR(info.st_mode)) {
     return Status::not_found("keys folder " + folder + " does not exist" + mend);
   }
   for (const char* name : {"ca.crt", "node.crt", "node.key"}) {
     const std::string path = folder + "/" + name;
-    if (stat(path.c_str(), &info) != 0) return Status::not_found("keys folder " + folder + " has no " + name + mend);
+    if (stat(path.c_str(), &info) != 0)
+      return Status::not_found("keys folder " + folder + " has no " + name + mend);
   }
   if ((info.st_mode & (S_IRWXG | S_IRWXO)) != 0) {  // node.key, the last one looked at
-    return Status::permission_denied(folder + "/node.key can be read by others; run 'chmod 600 " + folder + "/node.key'");
+    return Status::permission_denied(folder + "/node.key can be read by others; run 'chmod 600 " +
+                                     folder + "/node.key'");
   }
   return Status::ok();
 }
@@ -46,22 +50,28 @@ Status check_files(const std::string& folder, const std::string& role) {
 Status check_certificate(const std::string& folder, const std::string& role, std::string& name) {
   const X509Ptr own = read_certificate(folder + "/node.crt");
   const X509Ptr ca = read_certificate(folder + "/ca.crt");
-  if (!own || !ca) return Status::permission_denied("keys folder " + folder + ": node.crt or ca.crt is not a certificate");
+  if (!own || !ca)
+    return Status::permission_denied("keys folder " + folder +
+                                     ": node.crt or ca.crt is not a certificate");
   name = entry_of(own.get(), NID_commonName);
   const std::string own_role = entry_of(own.get(), NID_organizationalUnitName);
   if (own_role != role) {
-    return Status::permission_denied("the certificate in " + folder + " has role '" + own_role + "', but role '" + role +
-                                     "' is needed; use a folder made by 'tessera-keys add cluster " + role + " NAME'");
+    return Status::permission_denied(
+        "the certificate in " + folder + " has role '" + own_role + "', but role '" + role +
+        "' is needed; use a folder made by 'tessera-keys add cluster " + role + " NAME'");
   }
   if (X509_verify(own.get(), X509_get0_pubkey(ca.get())) != 1) {
-    return Status::permission_denied("the certificate in " + folder + " is not signed by the ca.crt beside it");
+    return Status::permission_denied("the certificate in " + folder +
+                                     " is not signed by the ca.crt beside it");
   }
   if (X509_cmp_current_time(X509_get0_notAfter(own.get())) < 0) {
-    return Status::permission_denied("the certificate in " + folder +
-                                     " has expired; make a new one with 'tessera-keys add cluster " + role + " NAME'");
+    return Status::permission_denied(
+        "the certificate in " + folder +
+        " has expired; make a new one with 'tessera-keys add cluster " + role + " NAME'");
   }
   if (X509_cmp_current_time(X509_get0_notBefore(own.get())) > 0) {
-    return Status::permission_denied("the certificate in " + folder + " is not valid yet; is this machine's clock right?");
+    return Status::permission_denied("the certificate in " + folder +
+                                     " is not valid yet; is this machine's clock right?");
   }
   return Status::ok();
 }
@@ -79,7 +89,8 @@ void configure(asio::ssl::context& context, const std::string& folder) {
 
 }  // namespace
 
-Result<std::shared_ptr<TlsContext>> TlsContext::load(const std::string& folder, const std::string& role) {
+Result<std::shared_ptr<TlsContext>> TlsContext::load(const std::string& folder,
+                                                     const std::string& role) {
   TESSERA_RETURN_IF_ERROR(check_files(folder, role));
   auto impl = std::make_unique<Impl>();
   TESSERA_RETURN_IF_ERROR(check_certificate(folder, role, impl->name));
@@ -90,7 +101,8 @@ Result<std::shared_ptr<TlsContext>> TlsContext::load(const std::string& folder, 
     return Status::permission_denied("keys folder " + folder + ": " + error.what());
   }
   if (SSL_CTX_check_private_key(impl->client.native_handle()) != 1) {
-    return Status::permission_denied("keys folder " + folder + ": node.key does not belong to node.crt");
+    return Status::permission_denied("keys folder " + folder +
+                                     ": node.key does not belong to node.crt");
   }
   return std::make_shared<TlsContext>(std::move(impl));
 }

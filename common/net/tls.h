@@ -1,6 +1,6 @@
-// Mutual TLS 1.3 with one cluster CA. A credentials folder, made by tessera-keys, holds ca.crt, node.crt
-// and node.key; the certificate's organizational unit is the role (master, slave, app), its common name the
-// node's name.
+// Mutual TLS 1.3 with one cluster CA. A credentials folder, made by tessera-keys, holds ca.crt,
+// node.crt and node.key; the certificate's organizational unit is the role (master, slave, app),
+// its common name the node's name.
 #pragma once
 
 #include <memory>
@@ -12,10 +12,11 @@ namespace tessera::net {
 
 class TlsContext {
  public:
-  // Reads and checks `folder`: files present, key not readable by others, key fits certificate, certificate
-  // signed by the CA, in date, of role `role`. Returns: kPermissionDenied or kNotFound with the command that
-  // mends it.
-  static Result<std::shared_ptr<TlsContext>> load(const std::string& folder, const std::string& role);
+  // Reads and checks `folder`: files present, key not readable by others, key fits certificate,
+  // certificate signed by the CA, in date, of role `role`. Returns: kPermissionDenied or kNotFound
+  // with the command that mends it.
+  static Result<std::shared_ptr<TlsContext>> load(const std::string& folder,
+                                                  const std::string& role);
 
   ~TlsContext();
   const std::string& name() const;  // common name of our own certificate

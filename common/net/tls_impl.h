@@ -18,7 +18,8 @@ struct TlsContext::Impl {
 // Role and name out of the peer's certificate. Requires: the handshake is done.
 PeerIdentity identity_of(SSL* ssl);
 
-// Why the handshake failed, for a person: names the peer's certificate and the reason where there is one.
+// Why the handshake failed, for a person: names the peer's certificate and the reason where there
+// is one.
 std::string handshake_failure(SSL* ssl, const asio::error_code& error);
 
 }  // namespace tessera::net

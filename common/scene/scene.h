@@ -31,7 +31,7 @@ struct Mesh {
   std::vector<Vec3f> normals;                           // [vertex_count] or empty: flat shading
   std::vector<Vec2f> uvs;                               // [vertex_count] or empty
   std::vector<std::array<std::uint32_t, 3>> triangles;  // [triangle_count], vertex indices
-  std::vector<std::uint32_t> materials;                 // [triangle_count], or 1 for all; never empty
+  std::vector<std::uint32_t> materials;  // [triangle_count], or 1 for all; never empty
   bool operator==(const Mesh&) const = default;
 };
 
@@ -47,8 +47,8 @@ struct Texture {
 // Lambert; emission is one-sided, along the geometric normal.
 struct Material {
   std::string name;
-  Vec3f albedo{0.8f, 0.8f, 0.8f};             // in [0, 1]; multiplied by the texture where there is one
-  Vec3f emission{0, 0, 0};                    // radiance
+  Vec3f albedo{0.8f, 0.8f, 0.8f};  // in [0, 1]; multiplied by the texture where there is one
+  Vec3f emission{0, 0, 0};         // radiance
   std::uint32_t albedo_texture = kNoTexture;  // index into Scene::textures
   bool operator==(const Material&) const = default;
 };
@@ -57,11 +57,11 @@ enum class LightKind : std::uint8_t { kPoint = 0, kSpot = 1, kDirectional = 2 };
 
 struct Light {
   LightKind kind = LightKind::kPoint;
-  Vec3f position{};            // point, spot
-  Vec3f direction{0, -1, 0};   // spot, directional: the way light travels; need not be normalised
-  Vec3f intensity{1, 1, 1};    // point, spot: W/sr; directional: irradiance on a facing surface
-  float cos_inner = 1;         // spot: full intensity inside this cone
-  float cos_outer = 0;         // spot: none outside; smooth in between
+  Vec3f position{};           // point, spot
+  Vec3f direction{0, -1, 0};  // spot, directional: the way light travels; need not be normalised
+  Vec3f intensity{1, 1, 1};   // point, spot: W/sr; directional: irradiance on a facing surface
+  float cos_inner = 1;        // spot: full intensity inside this cone
+  float cos_outer = 0;        // spot: none outside; smooth in between
   bool operator==(const Light&) const = default;
 };
 

@@ -12,10 +12,15 @@
 namespace tessera {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "arrays are copied as they lie in memory");
+static_assert(std::endian::native == std::endian::little,
+              "arrays are copied as they lie in memory");
 
 // First eight bytes of a block: what it is, and the version of its layout.
-enum class BlockKind : std::uint32_t { kRoot = 0x52535354, kMesh = 0x4d535354, kTexture = 0x54535354 };
+enum class BlockKind : std::uint32_t {
+  kRoot = 0x52535354,
+  kMesh = 0x4d535354,
+  kTexture = 0x54535354
+};
 constexpr std::uint32_t kLayoutVersion = 1;
 
 class Writer {
@@ -57,7 +62,9 @@ class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes) : rest_(bytes) {}
 
-  bool open(BlockKind kind) { return get<BlockKind>() == kind && get<std::uint32_t>() == kLayoutVersion && is_good_; }
+  bool open(BlockKind kind) {
+    return get<BlockKind>() == kind && get<std::uint32_t>() == kLayoutVersion && is_good_;
+  }
   template <typename T>
   T get() {
     T value{};
@@ -115,8 +122,9 @@ SceneBlock encode_mesh(const Mesh& mesh) {
 std::shared_ptr<const Mesh> decode_mesh(std::span<const std::byte> bytes) {
   Reader in(bytes);
   auto mesh = std::make_shared<Mesh>();
-  const bool is_good = in.open(BlockKind::kMesh) && in.get_array(mesh->positions) && in.get_array(mesh->normals) &&
-                       in.get_array(mesh->uvs) && in.get_array(mesh->triangles) && in.get_array(mesh->materials);
+  const bool is_good = in.open(BlockKind::kMesh) && in.get_array(mesh->positions) &&
+                       in.get_array(mesh->normals) && in.get_array(mesh->uvs) &&
+                       in.get_array(mesh->triangles) && in.get_array(mesh->materials);
   return is_good && in.is_finished() ? mesh : nullptr;
 }
 
@@ -177,7 +185,8 @@ constexpr std::uint64_t kInstanceBytes = 4 + sizeof(Transform);
 constexpr std::uint64_t kLightBytes = 4 + 3 * 12 + 2 * 4;
 
 // Everything but the meshes and textures themselves.
-bool decode_root(std::span<const std::byte> bytes, Scene& scene, std::uint64_t& mesh_count, std::uint64_t& texture_count) {
+bool decode_root(std::span<const std::byte> bytes, Scene& scene, std::uint64_t& mesh_count,
+                 std::uint64_t& texture_count) {
   Reader in(bytes);
   if (!in.open(BlockKind::kRoot)) return false;
   mesh_count = in.get<std::uint64_t>();
@@ -217,8 +226,9 @@ bool decode_root(std::span<const std::byte> bytes, Scene& scene, std::uint64_t& 
 }
 
 template <typename T>
-std::shared_ptr<const T> cached(std::unordered_map<Digest, std::weak_ptr<const T>, DigestHash>& cache,
-                                const SceneBlock& block, std::shared_ptr<const T> (*decode)(std::span<const std::byte>)) {
+std::shared_ptr<const T> cached(
+    std::unordered_map<Digest, std::weak_ptr<const T>, DigestHash>& cache, const SceneBlock& block,
+    std::shared_ptr<const T> (*decode)(std::span<const std::byte>)) {
   std::weak_ptr<const T>& entry = cache[block.digest];
   if (auto known = entry.lock()) return known;
   auto fresh = decode(*block.bytes);

@@ -1,7 +1,9 @@
-// A scene and its warnings as one stream of bytes: what tessera-import writes to its parent, and what the parent reads.
+// A scene and its warnings as one stream of bytes: what tessera-import writes to its parent, and
+// what the parent reads.
 //
-// Bytes, little-endian: "TSIM" u32 version; u64 count of warnings, each u64 length + text; u64 count of blocks, each u64 length,
-// 32 bytes digest, bytes. Every length is checked against what is left.
+// Bytes, little-endian: "TSIM" u32 version; u64 count of warnings, each u64 length + text; u64
+// count of blocks, each u64 length, 32 bytes digest, bytes. Every length is checked against what is
+// left.
 #pragma once
 
 #include <span>

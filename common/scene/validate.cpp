@@ -8,35 +8,42 @@
 namespace tessera {
 namespace {
 
-std::string numbered(const char* what, std::size_t index) { return std::string(what) + " " + std::to_string(index); }
+std::string numbered(const char* what, std::size_t index) {
+  return std::string(what) + " " + std::to_string(index);
+}
 
 bool is_radiance(Vec3f c) { return is_finite(c) && c.x >= 0 && c.y >= 0 && c.z >= 0; }
 
 Status validate_mesh(const Mesh& mesh, const std::string& name, std::size_t material_count) {
   const std::size_t vertex_count = mesh.positions.size();
-  if (vertex_count > 0xffffffffu) return Status::resource_exhausted(name + ": more than 2^32 - 1 vertices");
+  if (vertex_count > 0xffffffffu)
+    return Status::resource_exhausted(name + ": more than 2^32 - 1 vertices");
   for (std::size_t i = 0; i < vertex_count; ++i) {
-    if (!is_finite(mesh.positions[i])) return Status::invalid_argument(name + ", " + numbered("vertex", i) + " is not finite");
+    if (!is_finite(mesh.positions[i]))
+      return Status::invalid_argument(name + ", " + numbered("vertex", i) + " is not finite");
   }
   if (!mesh.normals.empty() && mesh.normals.size() != vertex_count) {
     return Status::invalid_argument(name + ": normals and vertices differ in number");
   }
   for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
-    if (!is_finite(mesh.normals[i])) return Status::invalid_argument(name + ", " + numbered("normal", i) + " is not finite");
+    if (!is_finite(mesh.normals[i]))
+      return Status::invalid_argument(name + ", " + numbered("normal", i) + " is not finite");
   }
   if (!mesh.uvs.empty() && mesh.uvs.size() != vertex_count) {
     return Status::invalid_argument(name + ": texture coordinates and vertices differ in number");
   }
   for (std::size_t i = 0; i < mesh.uvs.size(); ++i) {
     if (!std::isfinite(mesh.uvs[i].x) || !std::isfinite(mesh.uvs[i].y)) {
-      return Status::invalid_argument(name + ", " + numbered("texture coordinate", i) + " is not finite");
+      return Status::invalid_argument(name + ", " + numbered("texture coordinate", i) +
+                                      " is not finite");
     }
   }
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (const std::uint32_t vertex : mesh.triangles[i]) {
       if (vertex >= vertex_count) {
-        return Status::invalid_argument(name + ", " + numbered("triangle", i) + ": vertex " + std::to_string(vertex) +
-                                        " of " + std::to_string(vertex_count));
+        return Status::invalid_argument(name + ", " + numbered("triangle", i) + ": vertex " +
+                                        std::to_string(vertex) + " of " +
+                                        std::to_string(vertex_count));
       }
     }
   }
@@ -45,18 +52,23 @@ Status validate_mesh(const Mesh& mesh, const std::string& name, std::size_t mate
   }
   for (const std::uint32_t material : mesh.materials) {
     if (material >= material_count) {
-      return Status::invalid_argument(name + ": material " + std::to_string(material) + " of " + std::to_string(material_count));
+      return Status::invalid_argument(name + ": material " + std::to_string(material) + " of " +
+                                      std::to_string(material_count));
     }
   }
   return Status::ok();
 }
 
 Status validate_texture(const Texture& t, const std::string& name) {
-  if (t.width_px < 1 || t.height_px < 1 || t.width_px > kTextureSideMaxPx || t.height_px > kTextureSideMaxPx) {
-    return Status::invalid_argument(name + ": sides must be 1 to " + std::to_string(kTextureSideMaxPx) + " pixels");
+  if (t.width_px < 1 || t.height_px < 1 || t.width_px > kTextureSideMaxPx ||
+      t.height_px > kTextureSideMaxPx) {
+    return Status::invalid_argument(name + ": sides must be 1 to " +
+                                    std::to_string(kTextureSideMaxPx) + " pixels");
   }
-  const std::size_t bytes = 4 * static_cast<std::size_t>(t.width_px) * static_cast<std::size_t>(t.height_px);
-  if (t.rgba.size() != bytes) return Status::invalid_argument(name + ": texels do not fit its size");
+  const std::size_t bytes =
+      4 * static_cast<std::size_t>(t.width_px) * static_cast<std::size_t>(t.height_px);
+  if (t.rgba.size() != bytes)
+    return Status::invalid_argument(name + ": texels do not fit its size");
   return Status::ok();
 }
 
@@ -64,9 +76,11 @@ Status validate_material(const Material& m, const std::string& name, std::size_t
   if (!is_radiance(m.albedo) || m.albedo.x > 1 || m.albedo.y > 1 || m.albedo.z > 1) {
     return Status::invalid_argument(name + " '" + m.name + "': albedo must lie in [0, 1]");
   }
-  if (!is_radiance(m.emission)) return Status::invalid_argument(name + " '" + m.name + "': emission must be finite and >= 0");
+  if (!is_radiance(m.emission))
+    return Status::invalid_argument(name + " '" + m.name + "': emission must be finite and >= 0");
   if (m.albedo_texture != kNoTexture && m.albedo_texture >= texture_count) {
-    return Status::invalid_argument(name + " '" + m.name + "': texture " + std::to_string(m.albedo_texture) + " of " +
+    return Status::invalid_argument(name + " '" + m.name + "': texture " +
+                                    std::to_string(m.albedo_texture) + " of " +
                                     std::to_string(texture_count));
   }
   return Status::ok();
@@ -74,9 +88,11 @@ Status validate_material(const Material& m, const std::string& name, std::size_t
 
 Status validate_light(const Light& l, const std::string& name) {
   if (!is_finite(l.position) || !is_finite(l.direction) || !is_radiance(l.intensity)) {
-    return Status::invalid_argument(name + ": position, direction and intensity must be finite, intensity >= 0");
+    return Status::invalid_argument(
+        name + ": position, direction and intensity must be finite, intensity >= 0");
   }
-  if (l.kind != LightKind::kPoint && !(length(l.direction) > 0)) return Status::invalid_argument(name + ": direction is zero");
+  if (l.kind != LightKind::kPoint && !(length(l.direction) > 0))
+    return Status::invalid_argument(name + ": direction is zero");
   if (!(l.cos_inner >= -1 && l.cos_inner <= 1 && l.cos_outer >= -1 && l.cos_outer <= l.cos_inner)) {
     return Status::invalid_argument(name + ": cone needs -1 <= cos_outer <= cos_inner <= 1");
   }
@@ -85,11 +101,14 @@ Status validate_light(const Light& l, const std::string& name) {
 
 Status validate_counts(const Scene& scene) {
   if (scene.meshes.size() + scene.textures.size() + 1 > kSceneBlocksMax) {
-    return Status::resource_exhausted("more than " + std::to_string(kSceneBlocksMax) + " meshes and textures");
+    return Status::resource_exhausted("more than " + std::to_string(kSceneBlocksMax) +
+                                      " meshes and textures");
   }
   if (scene.materials.empty()) return Status::invalid_argument("the scene has no material");
-  if (scene.materials.size() > kMaterialsMax) return Status::resource_exhausted("too many materials");
-  if (scene.instances.size() > kInstancesMax) return Status::resource_exhausted("too many instances");
+  if (scene.materials.size() > kMaterialsMax)
+    return Status::resource_exhausted("too many materials");
+  if (scene.instances.size() > kInstancesMax)
+    return Status::resource_exhausted("too many instances");
   if (scene.lights.size() > kLightsMax) return Status::resource_exhausted("too many lights");
   return Status::ok();
 }
@@ -100,14 +119,16 @@ Status validate_scene(const Scene& scene) {
   TESSERA_RETURN_IF_ERROR(validate_counts(scene));
   for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
     if (!scene.meshes[i]) return Status::invalid_argument(numbered("mesh", i) + " is missing");
-    TESSERA_RETURN_IF_ERROR(validate_mesh(*scene.meshes[i], numbered("mesh", i), scene.materials.size()));
+    TESSERA_RETURN_IF_ERROR(
+        validate_mesh(*scene.meshes[i], numbered("mesh", i), scene.materials.size()));
   }
   for (std::size_t i = 0; i < scene.textures.size(); ++i) {
     if (!scene.textures[i]) return Status::invalid_argument(numbered("texture", i) + " is missing");
     TESSERA_RETURN_IF_ERROR(validate_texture(*scene.textures[i], numbered("texture", i)));
   }
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-    TESSERA_RETURN_IF_ERROR(validate_material(scene.materials[i], numbered("material", i), scene.textures.size()));
+    TESSERA_RETURN_IF_ERROR(
+        validate_material(scene.materials[i], numbered("material", i), scene.textures.size()));
   }
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     TESSERA_RETURN_IF_ERROR(validate_light(scene.lights[i], numbered("light", i)));
@@ -116,19 +137,23 @@ Status validate_scene(const Scene& scene) {
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
     if (instance.mesh >= scene.meshes.size()) {
-      return Status::invalid_argument(numbered("instance", i) + ": mesh " + std::to_string(instance.mesh) + " of " +
+      return Status::invalid_argument(numbered("instance", i) + ": mesh " +
+                                      std::to_string(instance.mesh) + " of " +
                                       std::to_string(scene.meshes.size()));
     }
     for (const auto& row : instance.object_to_world.m) {
       for (const float entry : row) {
-        if (!std::isfinite(entry)) return Status::invalid_argument(numbered("instance", i) + ": matrix is not finite");
+        if (!std::isfinite(entry))
+          return Status::invalid_argument(numbered("instance", i) + ": matrix is not finite");
       }
     }
     triangle_count += scene.meshes[instance.mesh]->triangles.size();
-    if (triangle_count > kTrianglesMax) return Status::resource_exhausted("more than 2^30 triangles");
+    if (triangle_count > kTrianglesMax)
+      return Status::resource_exhausted("more than 2^30 triangles");
   }
   const Bounds3f bounds = scene_bounds(scene);
-  if (!bounds.is_empty() && !(is_finite(bounds.lower) && is_finite(bounds.upper) && is_finite(bounds.extent()))) {
+  if (!bounds.is_empty() &&
+      !(is_finite(bounds.lower) && is_finite(bounds.upper) && is_finite(bounds.extent()))) {
     return Status::invalid_argument("the scene is too large: its box overflows");
   }
   if (scene.camera) return validate_camera(*scene.camera);
@@ -146,7 +171,8 @@ Status validate_camera(const Camera& camera) {
   if (!(length(camera.target - camera.eye) > 0) || !is_finite(view)) {
     return Status::invalid_argument("camera: eye and target are the same point");
   }
-  // sin of the angle between view and up; below a thousandth of a degree the picture's roll is rounding noise.
+  // sin of the angle between view and up; below a thousandth of a degree the picture's roll is
+  // rounding noise.
   if (!(length(cross(view, normalize(camera.up))) > 1.7e-5f)) {
     return Status::invalid_argument("camera: up is zero or parallel to the view direction");
   }
@@ -158,7 +184,8 @@ Bounds3f scene_bounds(const Scene& scene) {
   for (const Instance& instance : scene.instances) {
     const Mesh& mesh = *scene.meshes[instance.mesh];
     for (const auto& triangle : mesh.triangles) {
-      for (const std::uint32_t vertex : triangle) bounds.grow(instance.object_to_world.point(mesh.positions[vertex]));
+      for (const std::uint32_t vertex : triangle)
+        bounds.grow(instance.object_to_world.point(mesh.positions[vertex]));
     }
   }
   return bounds;
@@ -171,7 +198,8 @@ Camera camera_showing_all(const Scene& scene) {
   const Vec3f centre = bounds.lower + 0.5f * bounds.extent();
   float radius = 0.5f * length(bounds.extent());
   if (!(radius > 0)) radius = 1;
-  // The sphere around the box fills the vertical angle: distance = radius / sin(fov / 2), and a tenth more.
+  // The sphere around the box fills the vertical angle: distance = radius / sin(fov / 2), and a
+  // tenth more.
   const float half_angle = 0.5f * camera.vfov_degrees * 3.14159265f / 180;
   camera.target = centre;
   camera.eye = centre + normalize(Vec3f{0.3f, 0.35f, 1}) * (1.1f * radius / std::sin(half_angle));

@@ -17,7 +17,8 @@ float catmull_rom(float a, float b, float c, float d, float t) {
 }
 
 Vec3f catmull_rom(Vec3f a, Vec3f b, Vec3f c, Vec3f d, float t) {
-  return {catmull_rom(a.x, b.x, c.x, d.x, t), catmull_rom(a.y, b.y, c.y, d.y, t), catmull_rom(a.z, b.z, c.z, d.z, t)};
+  return {catmull_rom(a.x, b.x, c.x, d.x, t), catmull_rom(a.y, b.y, c.y, d.y, t),
+          catmull_rom(a.z, b.z, c.z, d.z, t)};
 }
 
 // One file in work.
@@ -30,13 +31,16 @@ struct CameraReader {
   std::optional<ImageSize> size;
 
   Status wrong(const std::string& text) const {
-    return Status::invalid_argument(path + ":" + std::to_string(scanner.line_number()) + ": " + text);
+    return Status::invalid_argument(path + ":" + std::to_string(scanner.line_number()) + ": " +
+                                    text);
   }
   Camera& current() { return has_frames ? keys.back().camera : common; }
 
   Status read_vector(const std::string& key, Vec3f& value) {
-    const auto x = scanner.number<float>(), y = scanner.number<float>(), z = scanner.number<float>();
-    if (!x || !y || !z || !scanner.word().empty()) return wrong("'" + key + "' needs three numbers");
+    const auto x = scanner.number<float>(), y = scanner.number<float>(),
+               z = scanner.number<float>();
+    if (!x || !y || !z || !scanner.word().empty())
+      return wrong("'" + key + "' needs three numbers");
     value = {*x, *y, *z};
     return Status::ok();
   }
@@ -58,7 +62,8 @@ struct CameraReader {
     if (key == "size") {
       const auto w = scanner.number<int>(), h = scanner.number<int>();
       if (!w || !h || *w < 1 || *h < 1 || *w > kImageSideMaxPx || *h > kImageSideMaxPx) {
-        return wrong("'size' needs width and height in pixels, each 1 to " + std::to_string(kImageSideMaxPx));
+        return wrong("'size' needs width and height in pixels, each 1 to " +
+                     std::to_string(kImageSideMaxPx));
       }
       size = ImageSize{*w, *h};
       return Status::ok();
@@ -66,7 +71,8 @@ struct CameraReader {
     if (key == "frame") {
       const auto number = scanner.number<long>();
       if (!number || *number < 0) return wrong("'frame' needs a number from 0");
-      if (!keys.empty() && static_cast<double>(*number) <= keys.back().frame) return wrong("frames must rise");
+      if (!keys.empty() && static_cast<double>(*number) <= keys.back().frame)
+        return wrong("frames must rise");
       keys.push_back({static_cast<double>(*number), has_frames ? keys.back().camera : common});
       has_frames = true;
       return Status::ok();
@@ -86,12 +92,14 @@ Camera CameraPath::at(double frame) const {
   const Camera& b = keys_[i].camera;
   const Camera& c = keys_[i + 1].camera;
   const Camera& d = keys_[std::min(i + 2, keys_.size() - 1)].camera;
-  const auto t = static_cast<float>((frame - keys_[i].frame) / (keys_[i + 1].frame - keys_[i].frame));
+  const auto t =
+      static_cast<float>((frame - keys_[i].frame) / (keys_[i + 1].frame - keys_[i].frame));
   Camera camera;
   camera.eye = catmull_rom(a.eye, b.eye, c.eye, d.eye, t);
   camera.target = catmull_rom(a.target, b.target, c.target, d.target, t);
   camera.up = catmull_rom(a.up, b.up, c.up, d.up, t);
-  camera.vfov_degrees = catmull_rom(a.vfov_degrees, b.vfov_degrees, c.vfov_degrees, d.vfov_degrees, t);
+  camera.vfov_degrees =
+      catmull_rom(a.vfov_degrees, b.vfov_degrees, c.vfov_degrees, d.vfov_degrees, t);
   return camera;
 }
 
@@ -103,7 +111,9 @@ Result<CameraPath> read_camera_file(const std::string& path) {
   if (reader.keys.empty()) reader.keys.push_back({0, reader.common});
   for (const CameraPath::Key& key : reader.keys) {
     if (const Status status = validate_camera(key.camera); !status.is_ok()) {
-      return Status::invalid_argument(path + ", frame " + std::to_string(static_cast<long>(key.frame)) + ": " + status.message());
+      return Status::invalid_argument(path + ", frame " +
+                                      std::to_string(static_cast<long>(key.frame)) + ": " +
+                                      status.message());
     }
   }
   return CameraPath(std::move(reader.keys), reader.size);
@@ -117,10 +127,13 @@ Result<Camera> parse_camera_text(const std::string& text) {
   float v[10] = {};
   for (float& value : v) {
     const auto number = scanner.number<float>();
-    if (!number) return Status::invalid_argument("give \"ex,ey,ez lx,ly,lz ux,uy,uz fov\" or a camera file, not '" + text + "'");
+    if (!number)
+      return Status::invalid_argument(
+          "give \"ex,ey,ez lx,ly,lz ux,uy,uz fov\" or a camera file, not '" + text + "'");
     value = *number;
   }
-  if (!scanner.word().empty()) return Status::invalid_argument("'" + text + "' has more than ten numbers");
+  if (!scanner.word().empty())
+    return Status::invalid_argument("'" + text + "' has more than ten numbers");
   const Camera camera{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]}, v[9]};
   TESSERA_RETURN_IF_ERROR(validate_camera(camera));
   return camera;

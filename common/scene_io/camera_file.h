@@ -1,8 +1,9 @@
 // Camera files and the camera text of the command line.
 //
-// File: lines "eye x y z", "target x y z" (or "at"), "up x y z", "vfov degrees" (or "fov"), "size w h", "light x y z" (for
-// benchmarks; skipped here). A line "frame N" begins the keys of frame N; keys before the first hold for all. '#' begins a
-// comment. An unknown key is an error with its line.
+// File: lines "eye x y z", "target x y z" (or "at"), "up x y z", "vfov degrees" (or "fov"), "size w
+// h", "light x y z" (for benchmarks; skipped here). A line "frame N" begins the keys of frame N;
+// keys before the first hold for all. '#' begins a comment. An unknown key is an error with its
+// line.
 //
 // Threads. Plain values.
 #pragma once
@@ -27,9 +28,11 @@ class CameraPath {
     Camera camera;
   };
   // Requires: keys not empty, frames rising.
-  CameraPath(std::vector<Key> keys, std::optional<ImageSize> size) : keys_(std::move(keys)), size_(size) {}
+  CameraPath(std::vector<Key> keys, std::optional<ImageSize> size)
+      : keys_(std::move(keys)), size_(size) {}
 
-  // Catmull-Rom between the keys (E. Catmull, R. Rom, "A Class of Local Interpolating Splines", 1974), constant outside.
+  // Catmull-Rom between the keys (E. Catmull, R. Rom, "A Class of Local Interpolating Splines",
+  // 1974), constant outside.
   Camera at(double frame) const;
   std::optional<ImageSize> size() const { return size_; }
 

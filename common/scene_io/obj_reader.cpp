@@ -42,7 +42,8 @@ class ObjReader {
     if (!has_uvs_) mesh_.uvs.clear();
     warn_degenerate(count_degenerate(mesh_), result_.warnings);
     for (const auto& [word, line] : unknown_) {
-      result_.warnings.push_back(path_ + ":" + std::to_string(line) + ": '" + word + "' is not understood and left out");
+      result_.warnings.push_back(path_ + ":" + std::to_string(line) + ": '" + word +
+                                 "' is not understood and left out");
     }
     result_.scene.meshes = {std::make_shared<const Mesh>(std::move(mesh_))};
     result_.scene.instances.resize(1);
@@ -51,7 +52,8 @@ class ObjReader {
 
  private:
   Status wrong(const std::string& text) const {
-    return Status::invalid_argument(path_ + ":" + std::to_string(scanner_.line_number()) + ": " + text);
+    return Status::invalid_argument(path_ + ":" + std::to_string(scanner_.line_number()) + ": " +
+                                    text);
   }
 
   Status read_line() {
@@ -75,10 +77,13 @@ class ObjReader {
   }
 
   Status read_position() {
-    const auto x = scanner_.number<float>(), y = scanner_.number<float>(), z = scanner_.number<float>();
-    if (!x || !y || !z) return wrong("vertex " + std::to_string(positions_.size() + 1) + " needs three numbers");
+    const auto x = scanner_.number<float>(), y = scanner_.number<float>(),
+               z = scanner_.number<float>();
+    if (!x || !y || !z)
+      return wrong("vertex " + std::to_string(positions_.size() + 1) + " needs three numbers");
     const Vec3f p{*x, *y, *z};
-    if (!is_finite(p)) return wrong("vertex " + std::to_string(positions_.size() + 1) + " is not finite");
+    if (!is_finite(p))
+      return wrong("vertex " + std::to_string(positions_.size() + 1) + " is not finite");
     positions_.push_back(p);
     return Status::ok();
   }
@@ -87,13 +92,15 @@ class ObjReader {
     const auto u = scanner_.number<float>();
     const auto v = scanner_.number<float>();
     const Vec2f uv{u.value_or(0), v.value_or(0)};
-    if (!u || !std::isfinite(uv.x) || !std::isfinite(uv.y)) return wrong("a texture coordinate needs finite numbers");
+    if (!u || !std::isfinite(uv.x) || !std::isfinite(uv.y))
+      return wrong("a texture coordinate needs finite numbers");
     uvs_.push_back(uv);
     return Status::ok();
   }
 
   Status read_normal() {
-    const auto x = scanner_.number<float>(), y = scanner_.number<float>(), z = scanner_.number<float>();
+    const auto x = scanner_.number<float>(), y = scanner_.number<float>(),
+               z = scanner_.number<float>();
     const Vec3f n{x.value_or(0), y.value_or(0), z.value_or(0)};
     if (!x || !y || !z || !is_finite(n)) return wrong("a normal needs three finite numbers");
     normals_.push_back(n);
@@ -104,9 +111,11 @@ class ObjReader {
   Result<std::uint32_t> read_index(std::string_view text, std::size_t count, const char* what) {
     const auto number = TextScanner::number_of<std::int64_t>(text);
     if (!number) return wrong("'" + std::string(text) + "' is not an index");
-    const std::int64_t index = *number > 0 ? *number - 1 : *number + static_cast<std::int64_t>(count);
+    const std::int64_t index =
+        *number > 0 ? *number - 1 : *number + static_cast<std::int64_t>(count);
     if (*number == 0 || index < 0 || index >= static_cast<std::int64_t>(count)) {
-      return wrong(std::string(what) + " " + std::string(text) + " is out of range, there are " + std::to_string(count));
+      return wrong(std::string(what) + " " + std::string(text) + " is out of range, there are " +
+                   std::to_string(count));
     }
     return static_cast<std::uint32_t>(index);
   }
@@ -119,7 +128,8 @@ class ObjReader {
     corner.position = *position;
     if (first == std::string_view::npos) return corner;
     const auto second = word.find('/', first + 1);
-    const std::string_view uv = word.substr(first + 1, second == std::string_view::npos ? second : second - first - 1);
+    const std::string_view uv =
+        word.substr(first + 1, second == std::string_view::npos ? second : second - first - 1);
     if (!uv.empty()) {
       auto index = read_index(uv, uvs_.size(), "texture coordinate");
       if (!index.is_ok()) return index.status();
@@ -134,7 +144,8 @@ class ObjReader {
   }
 
   std::uint32_t vertex_of(const Corner& corner) {
-    const auto [entry, is_new] = vertices_.try_emplace(corner, static_cast<std::uint32_t>(mesh_.positions.size()));
+    const auto [entry, is_new] =
+        vertices_.try_emplace(corner, static_cast<std::uint32_t>(mesh_.positions.size()));
     if (is_new) {
       mesh_.positions.push_back(positions_[corner.position]);
       mesh_.uvs.push_back(corner.uv > 0 ? uvs_[corner.uv - 1] : Vec2f{});
@@ -158,7 +169,8 @@ class ObjReader {
       mesh_.triangles.push_back({corners_[0], corners_[i - 1], corners_[i]});
       mesh_.materials.push_back(material_);
     }
-    if (mesh_.triangles.size() > kTrianglesMax) return Status::resource_exhausted(path_ + ": more than 2^30 triangles");
+    if (mesh_.triangles.size() > kTrianglesMax)
+      return Status::resource_exhausted(path_ + ": more than 2^30 triangles");
     return Status::ok();
   }
 
@@ -169,8 +181,8 @@ class ObjReader {
       return;
     }
     if (missing_.insert(name).second) {
-      result_.warnings.push_back(path_ + ":" + std::to_string(scanner_.line_number()) + ": material '" + name +
-                                 "' is not defined; grey is used");
+      result_.warnings.push_back(path_ + ":" + std::to_string(scanner_.line_number()) +
+                                 ": material '" + name + "' is not defined; grey is used");
     }
     material_ = 0;
   }
@@ -200,7 +212,8 @@ void ObjReader::read_materials(const std::string& name) {
   const std::filesystem::path folder = std::filesystem::path(path_).parent_path();
   const std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
   if (relative.is_absolute() || (!relative.empty() && *relative.begin() == "..")) {
-    result_.warnings.push_back(path_ + ": material file '" + name + "' lies outside the scene's folder and is left out");
+    result_.warnings.push_back(path_ + ": material file '" + name +
+                               "' lies outside the scene's folder and is left out");
     return;
   }
   const std::string file = (folder / relative).string();
@@ -214,10 +227,12 @@ void ObjReader::read_materials(const std::string& name) {
   while (lines.next_line()) read_material_line(lines, material, file);
 }
 
-void ObjReader::read_material_line(TextScanner& lines, Material*& material, const std::string& file) {
-  static const std::set<std::string, std::less<>> kSilent = {"Ka",  "Ks",   "Ns", "Ni",       "d",        "Tr", "Tf", "illum",
-                                                             "Pr",  "Pm",   "Ps", "map_Ka",   "map_Bump", "bump", "map_bump",
-                                                             "map_d", "map_Ks", "sharpness", "map_refl", "refl", "map_Ns"};
+void ObjReader::read_material_line(TextScanner& lines, Material*& material,
+                                   const std::string& file) {
+  static const std::set<std::string, std::less<>> kSilent = {
+      "Ka",       "Ks",    "Ns",     "Ni",        "d",        "Tr",       "Tf",
+      "illum",    "Pr",    "Pm",     "Ps",        "map_Ka",   "map_Bump", "bump",
+      "map_bump", "map_d", "map_Ks", "sharpness", "map_refl", "refl",     "map_Ns"};
   const std::string key(lines.word());
   if (key.empty() || key.front() == '#') return;
   auto& materials = result_.scene.materials;
@@ -238,7 +253,8 @@ void ObjReader::read_material_line(TextScanner& lines, Material*& material, cons
     const auto r = lines.number<float>(), g = lines.number<float>(), b = lines.number<float>();
     const Vec3f c{r.value_or(-1), g.value_or(r.value_or(-1)), b.value_or(r.value_or(-1))};
     const bool is_albedo = key == "Kd";
-    if (!is_finite(c) || !(c.x >= 0 && c.y >= 0 && c.z >= 0)) return warn("'" + key + "' needs colours from 0; it is left out");
+    if (!is_finite(c) || !(c.x >= 0 && c.y >= 0 && c.z >= 0))
+      return warn("'" + key + "' needs colours from 0; it is left out");
     (is_albedo ? material->albedo : material->emission) = is_albedo ? min(c, Vec3f{1, 1, 1}) : c;
   } else if (key == "map_Kd") {
     set_texture(*material, std::string(lines.trimmed_rest_of_line()));
@@ -247,7 +263,8 @@ void ObjReader::read_material_line(TextScanner& lines, Material*& material, cons
   }
 }
 
-// Options before the name ("-s 1 1 1") are left out: the last word, unless the whole rest is a file.
+// Options before the name ("-s 1 1 1") are left out: the last word, unless the whole rest is a
+// file.
 void ObjReader::set_texture(Material& material, std::string name) {
   if (!name.empty() && name.front() == '-') name = name.substr(name.find_last_of(" \t") + 1);
   for (char& c : name) c = c == '\\' ? '/' : c;
@@ -257,12 +274,16 @@ void ObjReader::set_texture(Material& material, std::string name) {
     return;
   }
   std::uint32_t index = kNoTexture;
-  auto texture = load_texture_ ? load_texture_(name) : Result<std::shared_ptr<const Texture>>(Status::unimplemented("no textures here"));
+  auto texture =
+      load_texture_
+          ? load_texture_(name)
+          : Result<std::shared_ptr<const Texture>>(Status::unimplemented("no textures here"));
   if (texture.is_ok()) {
     index = static_cast<std::uint32_t>(result_.scene.textures.size());
     result_.scene.textures.push_back(*texture);
   } else {
-    result_.warnings.push_back("texture " + name + ": " + texture.status().message() + "; the plain colour is used");
+    result_.warnings.push_back("texture " + name + ": " + texture.status().message() +
+                               "; the plain colour is used");
   }
   texture_index_[name] = index;
   material.albedo_texture = index;
@@ -273,14 +294,17 @@ void ObjReader::set_texture(Material& material, std::string name) {
 std::uint64_t count_degenerate(const Mesh& mesh) {
   std::uint64_t count = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
-    const Vec3f n = cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
+    const Vec3f n =
+        cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
     if (n == Vec3f{}) ++count;
   }
   return count;
 }
 
 void warn_degenerate(std::uint64_t count, std::vector<std::string>& warnings) {
-  if (count > 0) warnings.push_back(std::to_string(count) + " degenerate triangles have no area and are never hit");
+  if (count > 0)
+    warnings.push_back(std::to_string(count) +
+                       " degenerate triangles have no area and are never hit");
 }
 
 Result<ReadScene> read_obj(const std::string& path, const TextureLoader& load_texture) {

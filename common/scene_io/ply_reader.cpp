@@ -22,10 +22,12 @@ std::size_t size_of(Type type) {
 
 std::optional<Type> type_of(std::string_view name) {
   static constexpr std::pair<std::string_view, Type> kNames[] = {
-      {"char", Type::kInt8},    {"uchar", Type::kUint8},   {"short", Type::kInt16},   {"ushort", Type::kUint16},
-      {"int", Type::kInt32},    {"uint", Type::kUint32},   {"float", Type::kFloat32}, {"double", Type::kFloat64},
-      {"int8", Type::kInt8},    {"uint8", Type::kUint8},   {"int16", Type::kInt16},   {"uint16", Type::kUint16},
-      {"int32", Type::kInt32},  {"uint32", Type::kUint32}, {"float32", Type::kFloat32}, {"float64", Type::kFloat64}};
+      {"char", Type::kInt8},      {"uchar", Type::kUint8},    {"short", Type::kInt16},
+      {"ushort", Type::kUint16},  {"int", Type::kInt32},      {"uint", Type::kUint32},
+      {"float", Type::kFloat32},  {"double", Type::kFloat64}, {"int8", Type::kInt8},
+      {"uint8", Type::kUint8},    {"int16", Type::kInt16},    {"uint16", Type::kUint16},
+      {"int32", Type::kInt32},    {"uint32", Type::kUint32},  {"float32", Type::kFloat32},
+      {"float64", Type::kFloat64}};
   for (const auto& [known, type] : kNames) {
     if (name == known) return type;
   }
@@ -46,7 +48,8 @@ struct Element {
   // Fewest bytes that one of it takes: for checking counts against the bytes present.
   std::uint64_t bytes_min(Format format) const {
     std::uint64_t bytes = 0;
-    for (const Property& p : properties) bytes += format == Format::kAscii ? 2 : size_of(p.is_list ? p.count_type : p.type);
+    for (const Property& p : properties)
+      bytes += format == Format::kAscii ? 2 : size_of(p.is_list ? p.count_type : p.type);
     return std::max<std::uint64_t>(bytes, 1);
   }
 };
@@ -79,24 +82,33 @@ class PlyReader {
 
  private:
   Status wrong(const std::string& text) const {
-    return Status::invalid_argument(path_ + ":" + std::to_string(scanner_.line_number()) + ": " + text);
+    return Status::invalid_argument(path_ + ":" + std::to_string(scanner_.line_number()) + ": " +
+                                    text);
   }
-  Status wrong_element(const std::string& name, std::uint64_t index, const std::string& text) const {
-    const std::string line = format_ == Format::kAscii ? ":" + std::to_string(scanner_.line_number()) : "";
-    return Status::invalid_argument(path_ + line + ": " + name + " " + std::to_string(index) + " " + text);
+  Status wrong_element(const std::string& name, std::uint64_t index,
+                       const std::string& text) const {
+    const std::string line =
+        format_ == Format::kAscii ? ":" + std::to_string(scanner_.line_number()) : "";
+    return Status::invalid_argument(path_ + line + ": " + name + " " + std::to_string(index) + " " +
+                                    text);
   }
 
   Status read_header() {
-    if (!scanner_.next_line() || scanner_.line() != "ply") return Status::invalid_argument(path_ + ":1: does not begin with 'ply'");
+    if (!scanner_.next_line() || scanner_.line() != "ply")
+      return Status::invalid_argument(path_ + ":1: does not begin with 'ply'");
     bool has_format = false;
     while (scanner_.next_line()) {
       const std::string_view key = scanner_.word();
-      if (key == "end_header") return has_format ? Status::ok() : wrong("the header names no format");
+      if (key == "end_header")
+        return has_format ? Status::ok() : wrong("the header names no format");
       if (key == "comment" || key == "obj_info" || key.empty()) continue;
       if (key == "format") {
         const std::string_view name = scanner_.word();
-        format_ = name == "ascii" ? Format::kAscii : name == "binary_big_endian" ? Format::kBig : Format::kLittle;
-        if (format_ == Format::kLittle && name != "binary_little_endian") return wrong("unknown format '" + std::string(name) + "'");
+        format_ = name == "ascii"               ? Format::kAscii
+                  : name == "binary_big_endian" ? Format::kBig
+                                                : Format::kLittle;
+        if (format_ == Format::kLittle && name != "binary_little_endian")
+          return wrong("unknown format '" + std::string(name) + "'");
         has_format = true;
       } else if (key == "element") {
         const std::string name(scanner_.word());
@@ -113,13 +125,15 @@ class PlyReader {
   }
 
   Status read_property() {
-    if (elements_.empty() || elements_.back().properties.size() >= 256) return wrong("a property without its element");
+    if (elements_.empty() || elements_.back().properties.size() >= 256)
+      return wrong("a property without its element");
     Property property;
     std::string_view word = scanner_.word();
     if (word == "list") {
       property.is_list = true;
       const auto count_type = type_of(scanner_.word());
-      if (!count_type || *count_type >= Type::kFloat32) return wrong("a list needs a whole-number count");
+      if (!count_type || *count_type >= Type::kFloat32)
+        return wrong("a list needs a whole-number count");
       property.count_type = *count_type;
       word = scanner_.word();
     }
@@ -140,14 +154,22 @@ class PlyReader {
     body_.remove_prefix(size);
     const bool is_swapped = format_ == Format::kBig;
     switch (type) {
-      case Type::kInt8: return from_bytes<std::int8_t>(at, is_swapped);
-      case Type::kUint8: return from_bytes<std::uint8_t>(at, is_swapped);
-      case Type::kInt16: return from_bytes<std::int16_t>(at, is_swapped);
-      case Type::kUint16: return from_bytes<std::uint16_t>(at, is_swapped);
-      case Type::kInt32: return from_bytes<std::int32_t>(at, is_swapped);
-      case Type::kUint32: return from_bytes<std::uint32_t>(at, is_swapped);
-      case Type::kFloat32: return from_bytes<float>(at, is_swapped);
-      case Type::kFloat64: return from_bytes<double>(at, is_swapped);
+      case Type::kInt8:
+        return from_bytes<std::int8_t>(at, is_swapped);
+      case Type::kUint8:
+        return from_bytes<std::uint8_t>(at, is_swapped);
+      case Type::kInt16:
+        return from_bytes<std::int16_t>(at, is_swapped);
+      case Type::kUint16:
+        return from_bytes<std::uint16_t>(at, is_swapped);
+      case Type::kInt32:
+        return from_bytes<std::int32_t>(at, is_swapped);
+      case Type::kUint32:
+        return from_bytes<std::uint32_t>(at, is_swapped);
+      case Type::kFloat32:
+        return from_bytes<float>(at, is_swapped);
+      case Type::kFloat64:
+        return from_bytes<double>(at, is_swapped);
     }
     return std::nullopt;
   }
@@ -155,18 +177,22 @@ class PlyReader {
   Status read_element(const Element& element) {
     const std::uint64_t present = format_ == Format::kAscii ? scanner_.rest().size() : body_.size();
     if (element.count > present / element.bytes_min(format_) + 1) {
-      return Status::invalid_argument(path_ + ": announces " + std::to_string(element.count) + " of element " + element.name +
-                                      ", but only " + std::to_string(present) + " bytes follow");
+      return Status::invalid_argument(path_ + ": announces " + std::to_string(element.count) +
+                                      " of element " + element.name + ", but only " +
+                                      std::to_string(present) + " bytes follow");
     }
     const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
     if (is_vertex) prepare_vertices(element);
     for (std::uint64_t i = 0; i < element.count; ++i) {
-      if (format_ == Format::kAscii && !scanner_.next_line()) return wrong_element(element.name, i, "is missing: the file ends");
+      if (format_ == Format::kAscii && !scanner_.next_line())
+        return wrong_element(element.name, i, "is missing: the file ends");
       for (std::size_t p = 0; p < element.properties.size(); ++p) {
         const Property& property = element.properties[p];
-        const bool is_corners = is_face && (property.name == "vertex_indices" || property.name == "vertex_index");
-        TESSERA_RETURN_IF_ERROR(property.is_list ? read_list(element, i, property, is_corners)
-                                                 : read_scalar(element, i, property, is_vertex ? slots_[p] : nullptr));
+        const bool is_corners =
+            is_face && (property.name == "vertex_indices" || property.name == "vertex_index");
+        TESSERA_RETURN_IF_ERROR(
+            property.is_list ? read_list(element, i, property, is_corners)
+                             : read_scalar(element, i, property, is_vertex ? slots_[p] : nullptr));
       }
       if (is_vertex) TESSERA_RETURN_IF_ERROR(add_vertex(i));
     }
@@ -175,8 +201,9 @@ class PlyReader {
 
   // Where each property of a vertex goes.
   void prepare_vertices(const Element& element) {
-    static constexpr std::pair<std::string_view, int> kNames[] = {{"x", 0}, {"y", 1}, {"z", 2}, {"nx", 3}, {"ny", 4}, {"nz", 5},
-                                                                  {"s", 6}, {"u", 6}, {"texture_u", 6}, {"t", 7}, {"v", 7}, {"texture_v", 7}};
+    static constexpr std::pair<std::string_view, int> kNames[] = {
+        {"x", 0}, {"y", 1}, {"z", 2},         {"nx", 3}, {"ny", 4}, {"nz", 5},
+        {"s", 6}, {"u", 6}, {"texture_u", 6}, {"t", 7},  {"v", 7},  {"texture_v", 7}};
     slots_.assign(element.properties.size(), nullptr);
     for (std::size_t p = 0; p < slots_.size(); ++p) {
       for (const auto& [name, slot] : kNames) {
@@ -188,19 +215,23 @@ class PlyReader {
     }
   }
 
-  Status read_scalar(const Element& element, std::uint64_t index, const Property& property, double* slot) {
+  Status read_scalar(const Element& element, std::uint64_t index, const Property& property,
+                     double* slot) {
     const auto value = next_number(property.type);
-    if (!value) return wrong_element(element.name, index, "lacks a number for '" + property.name + "'");
+    if (!value)
+      return wrong_element(element.name, index, "lacks a number for '" + property.name + "'");
     if (slot != nullptr) *slot = *value;
     return Status::ok();
   }
 
   Status add_vertex(std::uint64_t index) {
-    const Vec3f p{static_cast<float>(vertex_[0]), static_cast<float>(vertex_[1]), static_cast<float>(vertex_[2])};
+    const Vec3f p{static_cast<float>(vertex_[0]), static_cast<float>(vertex_[1]),
+                  static_cast<float>(vertex_[2])};
     if (!is_finite(p)) return wrong_element("vertex", index, "is not finite");
     mesh_.positions.push_back(p);
     if (has_normals_) {
-      const Vec3f n{static_cast<float>(vertex_[3]), static_cast<float>(vertex_[4]), static_cast<float>(vertex_[5])};
+      const Vec3f n{static_cast<float>(vertex_[3]), static_cast<float>(vertex_[4]),
+                    static_cast<float>(vertex_[5])};
       mesh_.normals.push_back(is_finite(n) ? n : Vec3f{});
     }
     if (has_uvs_) {
@@ -210,27 +241,32 @@ class PlyReader {
     return Status::ok();
   }
 
-  Status read_list(const Element& element, std::uint64_t index, const Property& property, bool is_corners) {
+  Status read_list(const Element& element, std::uint64_t index, const Property& property,
+                   bool is_corners) {
     const auto count = next_number(property.count_type);
     if (!count || !(*count >= 0 && *count <= static_cast<double>(kPolygonCornersMax))) {
       return wrong_element(element.name, index, "has a list of impossible length");
     }
-    if (is_corners && *count < 3) return wrong_element(element.name, index, "has fewer than three corners");
+    if (is_corners && *count < 3)
+      return wrong_element(element.name, index, "has fewer than three corners");
     std::uint32_t first = 0, previous = 0;
     for (std::uint64_t k = 0; k < static_cast<std::uint64_t>(*count); ++k) {
       const auto value = next_number(property.type);
       if (!value) return wrong_element(element.name, index, "ends in the middle of a list");
       if (!is_corners) continue;
-      if (!(*value >= 0 && *value < static_cast<double>(mesh_.positions.size())) || *value != std::floor(*value)) {
-        return wrong_element(element.name, index, "names vertex " + std::to_string(*value) + ", there are " +
-                                                      std::to_string(mesh_.positions.size()));
+      if (!(*value >= 0 && *value < static_cast<double>(mesh_.positions.size())) ||
+          *value != std::floor(*value)) {
+        return wrong_element(element.name, index,
+                             "names vertex " + std::to_string(*value) + ", there are " +
+                                 std::to_string(mesh_.positions.size()));
       }
       const auto vertex = static_cast<std::uint32_t>(*value);
       if (k == 0) first = vertex;
       if (k >= 2) mesh_.triangles.push_back({first, previous, vertex});
       previous = vertex;
     }
-    if (mesh_.triangles.size() > kTrianglesMax) return Status::resource_exhausted(path_ + ": more than 2^30 triangles");
+    if (mesh_.triangles.size() > kTrianglesMax)
+      return Status::resource_exhausted(path_ + ": more than 2^30 triangles");
     return Status::ok();
   }
 

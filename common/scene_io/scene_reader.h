@@ -1,8 +1,8 @@
 // What every scene reader returns and asks for.
 //
-// Readers keep the order of the file: triangle i of the flattened scene is the i-th of the file, polygons fanned. Degenerate
-// triangles keep their number and are counted in one warning. A non-finite coordinate or an index out of range refuses the file,
-// naming element and line.
+// Readers keep the order of the file: triangle i of the flattened scene is the i-th of the file,
+// polygons fanned. Degenerate triangles keep their number and are counted in one warning. A
+// non-finite coordinate or an index out of range refuses the file, naming element and line.
 #pragma once
 
 #include <functional>
@@ -20,8 +20,10 @@ struct ReadScene {
   std::vector<std::string> warnings;  // one line each
 };
 
-// Loads the picture that a scene file names by `name` (as written in the file). Returns: a refusal becomes a warning.
-using TextureLoader = std::function<Result<std::shared_ptr<const Texture>>(const std::string& name)>;
+// Loads the picture that a scene file names by `name` (as written in the file). Returns: a refusal
+// becomes a warning.
+using TextureLoader =
+    std::function<Result<std::shared_ptr<const Texture>>(const std::string& name)>;
 
 // Wavefront OBJ with MTL (Kd, Ke, map_Kd). The MTL file must lie below the OBJ file's folder.
 Result<ReadScene> read_obj(const std::string& path, const TextureLoader& load_texture);

@@ -1,5 +1,5 @@
-// Scans text in one memory buffer, line by line and word by word; no copies, no locale. Shared by the readers.
-// Threads. Plain values.
+// Scans text in one memory buffer, line by line and word by word; no copies, no locale. Shared by
+// the readers. Threads. Plain values.
 #pragma once
 
 #include <charconv>
@@ -14,7 +14,8 @@
 
 namespace tessera {
 
-// Reads a whole regular file. Returns: one line naming file and reason; kResourceExhausted above `bytes_max`.
+// Reads a whole regular file. Returns: one line naming file and reason; kResourceExhausted above
+// `bytes_max`.
 Result<std::string> read_whole_file(const std::string& path, std::uint64_t bytes_max);
 
 class TextScanner {
@@ -43,7 +44,8 @@ class TextScanner {
       return {};
     }
     const auto end = line_.find_first_of(" \t", begin);
-    const std::string_view found = line_.substr(begin, end == std::string_view::npos ? end : end - begin);
+    const std::string_view found =
+        line_.substr(begin, end == std::string_view::npos ? end : end - begin);
     line_ = end == std::string_view::npos ? std::string_view() : line_.substr(end);
     return found;
   }

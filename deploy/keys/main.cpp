@@ -1,4 +1,5 @@
-// tessera-keys: makes the credentials of a cluster. One folder per node; copy it to that machine and to no other.
+// tessera-keys: makes the credentials of a cluster. One folder per node; copy it to that machine
+// and to no other.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -23,13 +24,16 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   std::string folder, role, name;
   int days = tessera::net::kNodeDays;
-  CLI::App* init = app.add_subcommand("init", "make the cluster's CA in DIR; keep DIR on one safe machine");
+  CLI::App* init =
+      app.add_subcommand("init", "make the cluster's CA in DIR; keep DIR on one safe machine");
   init->add_option("DIR", folder)->required();
   CLI::App* add = app.add_subcommand("add", "make DIR/NAME with the credentials of one node");
   add->add_option("DIR", folder)->required();
   add->add_option("ROLE", role, "master, slave or app")->required();
   add->add_option("NAME", name, "unique in the cluster")->required();
-  add->add_option("--days", days, "until the certificate expires")->check(CLI::Range(-3650, 3650))->capture_default_str();
+  add->add_option("--days", days, "until the certificate expires")
+      ->check(CLI::Range(-3650, 3650))
+      ->capture_default_str();
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -37,8 +41,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::Error& error) {
     return report(std::string(error.what()) + " (see 'tessera-keys --help')", 2);
   }
-  const tessera::Status status =
-      *init ? tessera::net::init_key_store(folder) : tessera::net::add_key(folder, role, name, days);
-  if (!status.is_ok()) return report(status.message(), status.code() == tessera::StatusCode::kInvalidArgument ? 2 : 1);
+  const tessera::Status status = *init ? tessera::net::init_key_store(folder)
+                                       : tessera::net::add_key(folder, role, name, days);
+  if (!status.is_ok())
+    return report(status.message(), status.code() == tessera::StatusCode::kInvalidArgument ? 2 : 1);
   return 0;
 }

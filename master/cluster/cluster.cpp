@@ -42,27 +42,35 @@ struct Cluster::Slave {
 };
 
 Cluster::Cluster(net::IoThread& io, std::optional<Isa> isa, bool is_isa_mixed, ClusterEvents events)
-    : io_(io), wanted_isa_(isa), is_isa_mixed_(is_isa_mixed), events_(std::move(events)), sweep_(io) {
+    : io_(io),
+      wanted_isa_(isa),
+      is_isa_mixed_(is_isa_mixed),
+      events_(std::move(events)),
+      sweep_(io) {
   sweep_.start_repeating(kSweep, [this] { sweep(); });
 }
 
 Cluster::~Cluster() = default;
 
-std::optional<std::pair<wire::RefuseCode, std::string>> Cluster::refusal_of(const wire::Hello& hello) const {
+std::optional<std::pair<wire::RefuseCode, std::string>> Cluster::refusal_of(
+    const wire::Hello& hello) const {
   for (const auto& [session, slave] : slaves_) {
     if (slave->hello.name == hello.name) {
-      return std::pair(wire::RefuseCode::kName,
-                       "the name '" + hello.name + "' is used twice; give this slave another --name");
+      return std::pair(
+          wire::RefuseCode::kName,
+          "the name '" + hello.name + "' is used twice; give this slave another --name");
     }
   }
   const std::optional<Isa> needed = bound_isa_ ? bound_isa_ : wanted_isa_;
   if (needed && !is_isa_mixed_ && (hello.isas & isa_bit(*needed)) == 0) {
     return std::pair(wire::RefuseCode::kIsa,
-                     "this session renders with " + std::string(isa_name(*needed)) + ", which slave '" + hello.name +
+                     "this session renders with " + std::string(isa_name(*needed)) +
+                         ", which slave '" + hello.name +
                          "' does not have; start the master with --isa-policy mixed to admit it");
   }
   if (hello.threads == 0 || (hello.isas & kIsaMaskAll) == 0) {
-    return std::pair(wire::RefuseCode::kProtocol, std::string("a slave needs threads and an instruction set"));
+    return std::pair(wire::RefuseCode::kProtocol,
+                     std::string("a slave needs threads and an instruction set"));
   }
   return std::nullopt;
 }
@@ -70,12 +78,14 @@ std::optional<std::pair<wire::RefuseCode, std::string>> Cluster::refusal_of(cons
 PeerLink::Callbacks Cluster::callbacks_of(SessionId session, bool is_tile_link) {
   PeerLink::Callbacks callbacks;
   callbacks.on_message = [this, session, is_tile_link](wire::Message message) {
-    is_tile_link ? on_tile_message(session, std::move(message)) : on_scene_message(session, std::move(message));
+    is_tile_link ? on_tile_message(session, std::move(message))
+                 : on_scene_message(session, std::move(message));
   };
   callbacks.on_ended = [this, session](const Status& status) { lose(session, status.message()); };
   if (!is_tile_link) {
     callbacks.on_drained = [this, session] {
-      if (const auto slave = slaves_.find(session); slave != slaves_.end()) slave->second->sender->pump();
+      if (const auto slave = slaves_.find(session); slave != slaves_.end())
+        slave->second->sender->pump();
     };
   }
   return callbacks;
@@ -83,7 +93,8 @@ PeerLink::Callbacks Cluster::callbacks_of(SessionId session, bool is_tile_link) 
 
 void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::uint16_t version) {
   if (const auto refusal = refusal_of(hello)) {
-    log_warn("slave-refused", refusal->second, {{"slave", hello.name}, {"peer", link->peer_text()}});
+    log_warn("slave-refused", refusal->second,
+             {{"slave", hello.name}, {"peer", link->peer_text()}});
     return link->refuse(refusal->first, refusal->second);
   }
   const SessionId session = random_nonzero();
@@ -100,7 +111,8 @@ void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::u
 void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
   const auto found = slaves_.find(join.session);
   if (found == slaves_.end() || found->second->token != join.token || found->second->is_joined()) {
-    log_warn("join-refused", "a scene connection for a session that does not exist", {{"peer", link->peer_text()}});
+    log_warn("join-refused", "a scene connection for a session that does not exist",
+             {{"peer", link->peer_text()}});
     return link->refuse(wire::RefuseCode::kSession, "no such session; connect anew");
   }
   Slave& slave = *found->second;
@@ -122,8 +134,8 @@ void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
 }
 
 std::size_t Cluster::slave_count() const {
-  return static_cast<std::size_t>(
-      std::count_if(slaves_.begin(), slaves_.end(), [](const auto& entry) { return entry.second->is_joined(); }));
+  return static_cast<std::size_t>(std::count_if(
+      slaves_.begin(), slaves_.end(), [](const auto& entry) { return entry.second->is_joined(); }));
 }
 
 Isa Cluster::bind_isa() {
@@ -143,19 +155,22 @@ Isa Cluster::bind_isa() {
 Isa Cluster::isa_of(SessionId session) const {
   TESSERA_CHECK(bound_isa_.has_value());
   const auto slave = slaves_.find(session);
-  if (slave == slaves_.end() || (slave->second->hello.isas & isa_bit(*bound_isa_)) != 0) return *bound_isa_;
+  if (slave == slaves_.end() || (slave->second->hello.isas & isa_bit(*bound_isa_)) != 0)
+    return *bound_isa_;
   return widest_isa(slave->second->hello.isas);
 }
 
 void Cluster::send(SessionId session, wire::Message message) {
-  if (const auto slave = slaves_.find(session); slave != slaves_.end()) slave->second->tile_link->send(std::move(message));
+  if (const auto slave = slaves_.find(session); slave != slaves_.end())
+    slave->second->tile_link->send(std::move(message));
 }
 
 void Cluster::on_tile_message(SessionId session, wire::Message message) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return;
   if (!slave->second->is_joined() && !std::holds_alternative<wire::Goodbye>(message)) {
-    return expel(session, std::string(wire::message_name(message)) + " before the scene connection stands");
+    return expel(session,
+                 std::string(wire::message_name(message)) + " before the scene connection stands");
   }
   if (auto* result = std::get_if<wire::TileResult>(&message)) {
     ++slave->second->tiles_done;
@@ -167,7 +182,8 @@ void Cluster::on_tile_message(SessionId session, wire::Message message) {
   } else if (auto* refuse = std::get_if<wire::Refuse>(&message)) {
     lose(session, "refused us: " + refuse->reason);
   } else {
-    expel(session, std::string(wire::message_name(message)) + " does not belong on a tile connection");
+    expel(session,
+          std::string(wire::message_name(message)) + " does not belong on a tile connection");
   }
 }
 
@@ -176,7 +192,8 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
   if (slave == slaves_.end()) return;
   SceneSender& sender = *slave->second->sender;
   if (auto* need = std::get_if<wire::SceneNeed>(&message)) {
-    if (const Status status = sender.on_need(*need); !status.is_ok()) expel(session, status.message());
+    if (const Status status = sender.on_need(*need); !status.is_ok())
+      expel(session, status.message());
   } else if (auto* built = std::get_if<wire::SceneBuilt>(&message)) {
     slave->second->built = std::max(slave->second->built, built->version);
     sender.on_answered(built->version);
@@ -190,7 +207,8 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
   } else if (auto* refuse = std::get_if<wire::Refuse>(&message)) {
     lose(session, "refused us: " + refuse->reason);
   } else {
-    expel(session, std::string(wire::message_name(message)) + " does not belong on a scene connection");
+    expel(session,
+          std::string(wire::message_name(message)) + " does not belong on a scene connection");
   }
 }
 
@@ -212,7 +230,8 @@ void Cluster::lose(SessionId session, const std::string& reason) {
 void Cluster::leave(SessionId session, const std::string& reason) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return;
-  log_info("slave-left", "slave '" + slave->second->hello.name + "' said goodbye", {{"reason", reason}});
+  log_info("slave-left", "slave '" + slave->second->hello.name + "' said goodbye",
+           {{"reason", reason}});
   remove(session);
 }
 
@@ -235,7 +254,8 @@ void Cluster::sweep() {
   const TimePoint now = Clock::now();
   std::vector<SessionId> late;
   for (auto& [session, slave] : slaves_) {
-    if (!slave->is_joined() && now - slave->since > std::chrono::milliseconds(kHandshakeMs)) late.push_back(session);
+    if (!slave->is_joined() && now - slave->since > std::chrono::milliseconds(kHandshakeMs))
+      late.push_back(session);
     if (const double window = seconds(now - slave->window_start); window >= 1) {
       const double available = window * slave->hello.threads;
       slave->utilisation = std::clamp(1 - slave->starved_seconds / available, 0.0, 1.0);
@@ -267,7 +287,8 @@ void Cluster::retire_scenes(SceneVersion first_kept) {
 }
 
 void Cluster::add_worker_time(SessionId session, double starved_seconds) {
-  if (const auto slave = slaves_.find(session); slave != slaves_.end()) slave->second->starved_seconds += starved_seconds;
+  if (const auto slave = slaves_.find(session); slave != slaves_.end())
+    slave->second->starved_seconds += starved_seconds;
 }
 
 std::uint16_t Cluster::ordinal_of(SessionId session) const {
@@ -275,7 +296,8 @@ std::uint16_t Cluster::ordinal_of(SessionId session) const {
   return slave == slaves_.end() ? std::uint16_t{0} : slave->second->ordinal;
 }
 
-std::vector<SlaveStatus> Cluster::status(const std::function<std::uint32_t(SessionId)>& tiles_in_flight) const {
+std::vector<SlaveStatus> Cluster::status(
+    const std::function<std::uint32_t(SessionId)>& tiles_in_flight) const {
   std::vector<SlaveStatus> result;
   for (const auto& [session, slave] : slaves_) {
     if (!slave->is_joined()) continue;
@@ -292,7 +314,8 @@ std::vector<SlaveStatus> Cluster::status(const std::function<std::uint32_t(Sessi
     status.scene_port = slave->scene_link->connection().peer().port;
     result.push_back(std::move(status));
   }
-  std::sort(result.begin(), result.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  std::sort(result.begin(), result.end(),
+            [](const auto& a, const auto& b) { return a.name < b.name; });
   return result;
 }
 
@@ -316,7 +339,8 @@ std::uint64_t Cluster::bytes_received() const {
 
 std::uint32_t Cluster::thread_count() const {
   std::uint32_t count = 0;
-  for (const auto& [session, slave] : slaves_) count += slave->is_joined() ? slave->hello.threads : 0;
+  for (const auto& [session, slave] : slaves_)
+    count += slave->is_joined() ? slave->hello.threads : 0;
   return count;
 }
 

@@ -1,12 +1,12 @@
-// The slaves of a master: handshake, the pair of connections of each, scene versions on their way to them. Knows sessions
-// and messages, not frames: what to lease is the frame loop's to decide.
+// The slaves of a master: handshake, the pair of connections of each, scene versions on their way
+// to them. Knows sessions and messages, not frames: what to lease is the frame loop's to decide.
 //
 // Threads. Io thread only; events come there, never from inside a call of ours but join-time ones.
 //
-// Invariants. (1) The two connections of a slave are one unit: when one is lost or silent, both are closed and slave_lost
-// comes once. (2) slave_joined comes when both connections stand, and nothing of a session comes before it or after
-// slave_lost. (3) Names are unique among connected slaves. (4) Once bound, every slave has the session's instruction set,
-// unless it is mixed.
+// Invariants. (1) The two connections of a slave are one unit: when one is lost or silent, both are
+// closed and slave_lost comes once. (2) slave_joined comes when both connections stand, and nothing
+// of a session comes before it or after slave_lost. (3) Names are unique among connected slaves.
+// (4) Once bound, every slave has the session's instruction set, unless it is mixed.
 #pragma once
 
 #include <functional>
@@ -44,8 +44,8 @@ class Cluster {
 
   std::size_t slave_count() const;  // joined ones
 
-  // Binds the session to an instruction set: the one asked for, else the widest that all joined slaves have.
-  // Requires: slave_count() >= 1 or an instruction set was asked for.
+  // Binds the session to an instruction set: the one asked for, else the widest that all joined
+  // slaves have. Requires: slave_count() >= 1 or an instruction set was asked for.
   Isa bind_isa();
   // What this slave renders with. Requires: bound.
   Isa isa_of(SessionId session) const;
@@ -62,7 +62,8 @@ class Cluster {
   void add_worker_time(SessionId session, double starved_seconds);
   // The slave's place among all ever joined, and its name, for tinting tiles.
   std::uint16_t ordinal_of(SessionId session) const;
-  std::vector<SlaveStatus> status(const std::function<std::uint32_t(SessionId)>& tiles_in_flight) const;
+  std::vector<SlaveStatus> status(
+      const std::function<std::uint32_t(SessionId)>& tiles_in_flight) const;
   // Over all slaves, gone ones too.
   std::uint64_t bytes_sent() const;
   std::uint64_t bytes_received() const;
@@ -74,7 +75,8 @@ class Cluster {
   struct Slave;
   using SlaveMap = std::map<SessionId, std::unique_ptr<Slave>>;
 
-  std::optional<std::pair<wire::RefuseCode, std::string>> refusal_of(const wire::Hello& hello) const;
+  std::optional<std::pair<wire::RefuseCode, std::string>> refusal_of(
+      const wire::Hello& hello) const;
   PeerLink::Callbacks callbacks_of(SessionId session, bool is_tile_link);
   void on_tile_message(SessionId session, wire::Message message);
   void on_scene_message(SessionId session, wire::Message message);

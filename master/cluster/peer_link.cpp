@@ -14,14 +14,18 @@ constexpr double kRttWeight = 0.125;                 // of the newest sample, as
 
 std::uint64_t now_ns() {
   return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count());
+      std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch())
+          .count());
 }
 
 }  // namespace
 
-PeerLink::PeerLink(net::IoThread& io, net::ConnectionPtr connection, const net::RecordLimits& limits,
-                   Callbacks callbacks)
-    : io_(io), connection_(std::move(connection)), callbacks_(std::move(callbacks)), heartbeat_(io) {
+PeerLink::PeerLink(net::IoThread& io, net::ConnectionPtr connection,
+                   const net::RecordLimits& limits, Callbacks callbacks)
+    : io_(io),
+      connection_(std::move(connection)),
+      callbacks_(std::move(callbacks)),
+      heartbeat_(io) {
   net::ConnectionCallbacks link;
   link.on_record = [this](net::ReceivedRecord record) { on_record(std::move(record)); };
   link.on_closed = [this](Status status) { end(std::move(status)); };
@@ -70,7 +74,8 @@ void PeerLink::close() {
 
 std::string PeerLink::peer_text() const {
   const net::PeerIdentity& peer = connection_->peer();
-  return peer.is_authenticated ? peer.role + " '" + peer.name + "' at " + peer.address : peer.address;
+  return peer.is_authenticated ? peer.role + " '" + peer.name + "' at " + peer.address
+                               : peer.address;
 }
 
 void PeerLink::on_record(net::ReceivedRecord record) {
@@ -93,7 +98,8 @@ void PeerLink::on_record(net::ReceivedRecord record) {
 void PeerLink::beat() {
   const auto interval = std::chrono::milliseconds(heartbeat_ms_);
   const TimePoint now = Clock::now();
-  if (now - connection_->last_received() > interval * (missed_max_ + 1) + from_seconds(rtt_seconds_)) {
+  if (now - connection_->last_received() >
+      interval * (missed_max_ + 1) + from_seconds(rtt_seconds_)) {
     return end(Status::deadline_exceeded("silent for too long"));
   }
   if (now - connection_->last_sent() >= interval) send(wire::Ping{now_ns()});

@@ -1,10 +1,11 @@
-// One connection with messages on it: encodes and decodes, keeps the link alive with heartbeats, finds a silent peer,
-// measures the round trip. Under it records, over it the state machines of slaves and applications.
+// One connection with messages on it: encodes and decodes, keeps the link alive with heartbeats,
+// finds a silent peer, measures the round trip. Under it records, over it the state machines of
+// slaves and applications.
 //
 // Threads. Io thread only. The callbacks may destroy the link they come from.
 //
-// Invariants. (1) Ping and Pong are handled here and never reach on_message. (2) on_ended comes at most once, and nothing
-// after it; never after close() or refuse().
+// Invariants. (1) Ping and Pong are handled here and never reach on_message. (2) on_ended comes at
+// most once, and nothing after it; never after close() or refuse().
 #pragma once
 
 #include <functional>
@@ -25,8 +26,10 @@ class PeerLink {
     std::function<void()> on_drained;  // may be null
   };
 
-  // Starts to read. No heartbeat before start_heartbeat(): until then the listener watches the time.
-  PeerLink(net::IoThread& io, net::ConnectionPtr connection, const net::RecordLimits& limits, Callbacks callbacks);
+  // Starts to read. No heartbeat before start_heartbeat(): until then the listener watches the
+  // time.
+  PeerLink(net::IoThread& io, net::ConnectionPtr connection, const net::RecordLimits& limits,
+           Callbacks callbacks);
   ~PeerLink();
   PeerLink(const PeerLink&) = delete;
   PeerLink& operator=(const PeerLink&) = delete;
@@ -34,7 +37,8 @@ class PeerLink {
   // For whoever takes the link over after the handshake.
   void set_callbacks(Callbacks callbacks);
   void set_limits(const net::RecordLimits& limits) { connection_->set_limits(limits); }
-  void start_heartbeat(std::uint32_t heartbeat_ms = kHeartbeatMs, std::uint32_t missed_max = kHeartbeatsMissedMax);
+  void start_heartbeat(std::uint32_t heartbeat_ms = kHeartbeatMs,
+                       std::uint32_t missed_max = kHeartbeatsMissedMax);
 
   void send(wire::Message message);
   // Says why, then closes. Nothing comes afterwards.

@@ -1,5 +1,5 @@
-// Receives fresh connections: waits for the first message, checks version and role, and hands the link on. Until then a peer
-// may say only Hello or Join; the listener watches the time.
+// Receives fresh connections: waits for the first message, checks version and role, and hands the
+// link on. Until then a peer may say only Hello or Join; the listener watches the time.
 //
 // Threads. Io thread only.
 #pragma once
@@ -43,7 +43,8 @@ class Reception {
 // The highest version that both speak; 0 when there is none.
 std::uint16_t common_version(std::uint16_t version_min, std::uint16_t version_max);
 
-// May a peer with this identity act as `role`? Peers that TLS has not identified (loopback, local) may be anything.
+// May a peer with this identity act as `role`? Peers that TLS has not identified (loopback, local)
+// may be anything.
 bool may_act_as(const net::PeerIdentity& peer, wire::Role role);
 
 }  // namespace tessera::master

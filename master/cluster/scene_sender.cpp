@@ -9,7 +9,8 @@ namespace {
 // One piece; heartbeats and leases on a link of 100 Mbit/s wait at most 20 ms behind it.
 constexpr std::uint64_t kPieceBytes = 256 * 1024;
 static_assert(kPieceBytes <= kSceneChunkBytesMax);
-static_assert(kPieceBytes < net::kSendQueueLowBytes, "on_drained comes only after the queue was above its low mark");
+static_assert(kPieceBytes < net::kSendQueueLowBytes,
+              "on_drained comes only after the queue was above its low mark");
 
 }  // namespace
 
@@ -47,7 +48,8 @@ Status SceneSender::on_need(const wire::SceneNeed& need) {
   if (need.version < first_kept_) return Status::ok();  // retired meanwhile
   const auto scene = scenes_.find(need.version);
   for (const std::uint32_t block : need.blocks) {
-    if (scene == scenes_.end() || !announced_.contains(need.version) || block >= scene->second->blocks.size()) {
+    if (scene == scenes_.end() || !announced_.contains(need.version) ||
+        block >= scene->second->blocks.size()) {
       return Status::data_loss("SceneNeed for a block that was not announced");
     }
     uploads_.push_back({need.version, block, 0});

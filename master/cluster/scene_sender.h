@@ -1,11 +1,13 @@
-// The sending half of the scene pipeline: announces versions, sends the blocks that the holder lacks, piece by piece, as the
-// link takes them. One for each slave, and one in an application that is connected to a master.
+// The sending half of the scene pipeline: announces versions, sends the blocks that the holder
+// lacks, piece by piece, as the link takes them. One for each slave, and one in an application that
+// is connected to a master.
 //
 // Threads. Io thread only.
 //
-// Invariants. (1) At most kUnansweredMax versions are announced and neither built nor failed; of those that wait behind them
-// only the ones that a frame needs, and the newest, are ever announced. (2) Pieces are queued only while the send queue is
-// short, so that one slow holder costs bounded memory and nobody else's time.
+// Invariants. (1) At most kUnansweredMax versions are announced and neither built nor failed; of
+// those that wait behind them only the ones that a frame needs, and the newest, are ever announced.
+// (2) Pieces are queued only while the send queue is short, so that one slow holder costs bounded
+// memory and nobody else's time.
 #pragma once
 
 #include <deque>

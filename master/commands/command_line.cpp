@@ -14,8 +14,9 @@ namespace {
 
 // Option values as typed; turned into MasterOptions by check_*().
 struct Typed {
-  std::string size, frames, renderer = "direct", pixels, isa = "auto", isa_policy = "same", tile = "auto",
-                            prefetch = "auto", log_level = "info", log_format = "text", config;
+  std::string size, frames, renderer = "direct", pixels, isa = "auto", isa_policy = "same",
+                            tile = "auto", prefetch = "auto", log_level = "info",
+                            log_format = "text", config;
   int local = -1;
   std::uint32_t threads = 0;
 };
@@ -24,8 +25,8 @@ Result<int> parse_int(const std::string& option, const std::string& text, int lo
   int value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || value < low || value > high) {
-    return Status::invalid_argument(option + " " + text + ": give a whole number from " + std::to_string(low) +
-                                    " to " + std::to_string(high));
+    return Status::invalid_argument(option + " " + text + ": give a whole number from " +
+                                    std::to_string(low) + " to " + std::to_string(high));
   }
   return value;
 }
@@ -39,12 +40,14 @@ std::optional<std::pair<long, long>> parse_pair(const std::string& text, char se
   const char* const end = begin + text.size();
   const auto a = std::from_chars(begin, begin + middle, first);
   const auto b = std::from_chars(begin + middle + 1, end, second);
-  if (a.ec != std::errc() || a.ptr != begin + middle || b.ec != std::errc() || b.ptr != end) return std::nullopt;
+  if (a.ec != std::errc() || a.ptr != begin + middle || b.ec != std::errc() || b.ptr != end)
+    return std::nullopt;
   return std::pair(first, second);
 }
 
 void add_log_options(CLI::App& app, MasterOptions& o, Typed& t) {
-  app.add_option("--log-level", t.log_level, "trace, debug, info, warn, error, off")->capture_default_str();
+  app.add_option("--log-level", t.log_level, "trace, debug, info, warn, error, off")
+      ->capture_default_str();
   app.add_option("--log-format", t.log_format, "text or json, on stderr")->capture_default_str();
   app.add_flag("--quiet", o.is_quiet, "no progress, and only warnings in the log");
   app.add_option("--config", t.config, "TOML file with the same names; the command line wins");
@@ -56,17 +59,22 @@ void add_key_options(CLI::App& app, MasterOptions& o) {
 }
 
 void add_cluster_options(CLI::App& app, MasterOptions& o, Typed& t) {
-  app.add_option("--listen", o.session.listen, "HOST:PORT where slaves (and, with serve, applications) connect");
-  app.add_option("--local", t.local, "slaves inside this process (default: 1 when nothing else gives slaves)");
+  app.add_option("--listen", o.session.listen,
+                 "HOST:PORT where slaves (and, with serve, applications) connect");
+  app.add_option("--local", t.local,
+                 "slaves inside this process (default: 1 when nothing else gives slaves)");
   app.add_option("--slaves", o.session.slaves_min, "wait for so many slaves before the first frame")
       ->check(CLI::Range(0, kConnectionsMax));
-  app.add_option("--wait", o.wait_seconds, "wait at most so many seconds for --slaves (default: for ever)")
+  app.add_option("--wait", o.wait_seconds,
+                 "wait at most so many seconds for --slaves (default: for ever)")
       ->check(CLI::Range(0.0, 1e6));
-  app.add_option("--threads", t.threads, "render threads of slaves inside this process (default: all)")
+  app.add_option("--threads", t.threads,
+                 "render threads of slaves inside this process (default: all)")
       ->check(CLI::Range(1u, std::uint32_t{kWorkersMax}));
   app.add_option("--isa", t.isa, "auto, scalar, sse4, avx2, avx512: instruction set of the session")
       ->capture_default_str();
-  app.add_option("--isa-policy", t.isa_policy, "same: one set per session; mixed: later slaves may have another")
+  app.add_option("--isa-policy", t.isa_policy,
+                 "same: one set per session; mixed: later slaves may have another")
       ->capture_default_str();
   app.add_option("--prefetch", t.prefetch, "tiles queued per render thread of a slave, or auto (3)")
       ->capture_default_str();
@@ -78,15 +86,18 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, Typed& t) {
 }
 
 void add_frame_options(CLI::App& app, MasterOptions& o, Typed& t) {
-  app.add_option("SCENE", o.scene, "scene file (.obj .ply .gltf .glb) or builtin:NAME (cornell, room, teapot, waves)")
+  app.add_option("SCENE", o.scene,
+                 "scene file (.obj .ply .gltf .glb) or builtin:NAME (cornell, room, teapot, waves)")
       ->required();
   app.add_option("--connect", o.session.connect, "HOST:PORT of a running 'tessera-master serve'");
   app.add_option("--size", t.size, "WxH in pixels, each 1 to 16384 (default: 640x480)");
-  app.add_option("--camera", o.camera, "camera file, or \"ex,ey,ez lx,ly,lz ux,uy,uz fov\" (eye, look-at, up, degrees)");
+  app.add_option("--camera", o.camera,
+                 "camera file, or \"ex,ey,ez lx,ly,lz ux,uy,uz fov\" (eye, look-at, up, degrees)");
   app.add_option("--fps", o.fps, "time of frame n is n/FPS seconds")
       ->check(CLI::Range(1e-3, 1e6))
       ->capture_default_str();
-  app.add_option("--renderer", t.renderer, "primary (distance) or direct (lights and shadows)")->capture_default_str();
+  app.add_option("--renderer", t.renderer, "primary (distance) or direct (lights and shadows)")
+      ->capture_default_str();
   app.add_option("--aa", o.frame.samples_per_pixel, "samples per pixel")
       ->check(CLI::Range(1, kSamplesPerPixelMax))
       ->capture_default_str();
@@ -94,8 +105,10 @@ void add_frame_options(CLI::App& app, MasterOptions& o, Typed& t) {
       ->check(CLI::Range(1, kLightSamplesMax))
       ->capture_default_str();
   app.add_option("--seed", o.frame.seed, "of every random choice")->capture_default_str();
-  app.add_option("--pixels", t.pixels, "float, half or display8: what travels (default: float for files, half for view)");
-  app.add_option("--tile", t.tile, "edge of a tile in pixels, 4 to 256, or auto")->capture_default_str();
+  app.add_option("--pixels", t.pixels,
+                 "float, half or display8: what travels (default: float for files, half for view)");
+  app.add_option("--tile", t.tile, "edge of a tile in pixels, 4 to 256, or auto")
+      ->capture_default_str();
   app.add_option("--stats", o.stats_path, "write one JSON object per frame to this file");
   add_cluster_options(app, o, t);
 }
@@ -105,7 +118,8 @@ Status check_frame(MasterOptions& o, const Typed& t) {
     const auto size = parse_pair(t.size, 'x');
     if (!size || size->first < 1 || size->second < 1 || size->first > kImageSideMaxPx ||
         size->second > kImageSideMaxPx) {
-      return Status::invalid_argument("--size " + t.size + ": give WxH, each from 1 to 16384, such as 640x480");
+      return Status::invalid_argument("--size " + t.size +
+                                      ": give WxH, each from 1 to 16384, such as 640x480");
     }
     o.frame.width_px = static_cast<int>(size->first);
     o.frame.height_px = static_cast<int>(size->second);
@@ -113,8 +127,10 @@ Status check_frame(MasterOptions& o, const Typed& t) {
   }
   if (!t.frames.empty()) {
     const auto frames = parse_pair(t.frames, ':');
-    if (!frames || frames->first < 0 || frames->second < frames->first || frames->second > 1'000'000'000) {
-      return Status::invalid_argument("--frames " + t.frames + ": give FIRST:LAST with 0 <= FIRST <= LAST, such as 0:23");
+    if (!frames || frames->first < 0 || frames->second < frames->first ||
+        frames->second > 1'000'000'000) {
+      return Status::invalid_argument("--frames " + t.frames +
+                                      ": give FIRST:LAST with 0 <= FIRST <= LAST, such as 0:23");
     }
     o.frame_first = frames->first;
     o.frame_last = frames->second;
@@ -122,7 +138,8 @@ Status check_frame(MasterOptions& o, const Typed& t) {
   auto renderer = parse_renderer(t.renderer);
   if (!renderer.is_ok()) return renderer.status();
   o.frame.renderer = *renderer;
-  auto pixels = parse_pixel_format(t.pixels.empty() ? (o.command == Command::kView ? "half" : "float") : t.pixels);
+  auto pixels = parse_pixel_format(
+      t.pixels.empty() ? (o.command == Command::kView ? "half" : "float") : t.pixels);
   if (!pixels.is_ok()) return pixels.status();
   o.frame.pixel_format = *pixels;
   o.frame.tile_edge_px = kTileEdgeAutoPx;
@@ -150,14 +167,16 @@ Status check_cluster(MasterOptions& o, const Typed& t) {
     o.session.prefetch_per_thread = *prefetch;
   }
   if (t.local < -1 || t.local > kWorkersMax) {
-    return Status::invalid_argument("--local: give a whole number from 0 to " + std::to_string(kWorkersMax));
+    return Status::invalid_argument("--local: give a whole number from 0 to " +
+                                    std::to_string(kWorkersMax));
   }
   const bool has_other_slaves = o.command == Command::kServe || !o.session.listen.empty() ||
                                 !o.session.connect.empty() || o.session.slaves_min > 0;
   o.session.local_slaves = t.local >= 0 ? t.local : has_other_slaves ? 0 : 1;
   o.session.local_threads = static_cast<int>(t.threads);
   if (!o.session.connect.empty() && (!o.session.listen.empty() || t.local > 0)) {
-    return Status::invalid_argument("--connect uses a running master; --listen and --local belong to that one");
+    return Status::invalid_argument(
+        "--connect uses a running master; --listen and --local belong to that one");
   }
   if (o.command == Command::kServe && o.session.listen.empty()) o.session.listen = "127.0.0.1:7400";
   if (!o.session.keys_folder.empty() && o.session.is_plain) {
@@ -168,7 +187,8 @@ Status check_cluster(MasterOptions& o, const Typed& t) {
     return Status::invalid_argument("--slaves " + std::to_string(o.session.slaves_min) +
                                     ": nobody can come; add --listen HOST:PORT or --local N");
   }
-  for (const auto& [option, value] : {std::pair("--listen", o.session.listen), std::pair("--connect", o.session.connect)}) {
+  for (const auto& [option, value] :
+       {std::pair("--listen", o.session.listen), std::pair("--connect", o.session.connect)}) {
     if (value.empty()) continue;
     if (auto endpoint = net::parse_endpoint(value); !endpoint.is_ok()) {
       return Status::invalid_argument(std::string(option) + " " + endpoint.status().message());
@@ -197,8 +217,11 @@ int usage_error(const std::string& text) {
 
 // The four commands and their options; `typed` and `options` must outlive the app.
 struct Grammar {
-  CLI::App app{"Tessera: one interactive frame on all the PCs in the room, that survives any of them.", "tessera-master"};
-  CLI::App* serve = app.add_subcommand("serve", "the daemon: keeps slaves, waits for applications; ends on SIGTERM");
+  CLI::App app{
+      "Tessera: one interactive frame on all the PCs in the room, that survives any of them.",
+      "tessera-master"};
+  CLI::App* serve = app.add_subcommand(
+      "serve", "the daemon: keeps slaves, waits for applications; ends on SIGTERM");
   CLI::App* view = app.add_subcommand("view", "show a scene in a window");
   CLI::App* render = app.add_subcommand("render", "render pictures to files");
   CLI::App* status = app.add_subcommand("status", "what a running master is doing");
@@ -208,11 +231,13 @@ struct Grammar {
     app.set_version_flag("--version", std::string("tessera-master ") + kBuildId);
     add_cluster_options(*serve, o, t);
     add_frame_options(*view, o, t);
-    view->add_option("--screenshot", o.screenshot_path, "save the window as PNG after --screenshot-after frames, and end");
+    view->add_option("--screenshot", o.screenshot_path,
+                     "save the window as PNG after --screenshot-after frames, and end");
     view->add_option("--screenshot-after", o.screenshot_after, "frames to show before --screenshot")
         ->check(CLI::Range(1, 1'000'000));
     add_frame_options(*render, o, t);
-    render->add_option("-o,--output", o.output, "OUT.(exr|png|hdr|pfm); %04d numbers a sequence")->required();
+    render->add_option("-o,--output", o.output, "OUT.(exr|png|hdr|pfm); %04d numbers a sequence")
+        ->required();
     render->add_option("--frames", t.frames, "FIRST:LAST, inclusive (default: 0:0)");
     status->add_option("--connect", o.session.connect, "HOST:PORT of a running master")->required();
     status->add_flag("--json", o.is_json, "machine-readable");
@@ -221,7 +246,10 @@ struct Grammar {
   }
 
   Command chosen() const {
-    return *serve ? Command::kServe : *view ? Command::kView : *status ? Command::kStatus : Command::kRender;
+    return *serve    ? Command::kServe
+           : *view   ? Command::kView
+           : *status ? Command::kStatus
+                     : Command::kRender;
   }
 
   // Long names of all options of all commands, or of those that were given.
@@ -244,7 +272,8 @@ struct Grammar {
   }
 };
 
-Status parse_into(MasterOptions& o, Typed& t, std::vector<std::string> words, std::vector<std::string>* config_words) {
+Status parse_into(MasterOptions& o, Typed& t, std::vector<std::string> words,
+                  std::vector<std::string>* config_words) {
   Grammar grammar(o, t);
   std::reverse(words.begin(), words.end());  // CLI11 takes them from the back
   grammar.app.parse(words);
@@ -253,7 +282,8 @@ Status parse_into(MasterOptions& o, Typed& t, std::vector<std::string> words, st
     auto read = read_config_file(t.config, grammar.names(false), grammar.names(true));
     if (!read.is_ok()) return read.status();
     for (const std::string& word : *read) {  // keys of other commands are theirs
-      if (grammar.command_has(o.command, word.substr(2, word.find('=') - 2))) config_words->push_back(word);
+      if (grammar.command_has(o.command, word.substr(2, word.find('=') - 2)))
+        config_words->push_back(word);
     }
     return Status::ok();
   }

@@ -1,4 +1,5 @@
-// The commands of tessera-master. Each returns the process's exit code after printing at most one line of failure.
+// The commands of tessera-master. Each returns the process's exit code after printing at most one
+// line of failure.
 //
 // Threads. Main thread; each call lives until the command is done.
 #pragma once
@@ -13,7 +14,8 @@ int run_view(const MasterOptions& options, const SignalWatch& signals);
 int run_render(const MasterOptions& options, const SignalWatch& signals);
 int run_status(const MasterOptions& options);
 
-// Prints "tessera-master: MESSAGE" on stderr. Returns: 2 for kInvalidArgument found before work began, else 1.
+// Prints "tessera-master: MESSAGE" on stderr. Returns: 2 for kInvalidArgument found before work
+// began, else 1.
 int report_failure(const Status& status);
 int report_usage(const Status& status);
 

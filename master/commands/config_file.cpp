@@ -1,6 +1,6 @@
+#include <toml++/toml.h>
 #include <algorithm>
 #include <filesystem>
-#include <toml++/toml.h>
 
 #include "master/commands/options.h"
 
@@ -17,7 +17,8 @@ Status at(const std::string& path, const toml::source_region& where, const std::
 
 }  // namespace
 
-Result<std::vector<std::string>> read_config_file(const std::string& path, const std::vector<std::string>& known,
+Result<std::vector<std::string>> read_config_file(const std::string& path,
+                                                  const std::vector<std::string>& known,
                                                   const std::vector<std::string>& given) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
@@ -33,7 +34,8 @@ Result<std::vector<std::string>> read_config_file(const std::string& path, const
   for (const auto& [key, node] : table) {
     const std::string name(key.str());
     if (!contains(known, name)) {
-      return at(path, node.source(), "unknown key '" + name + "'; keys are the long options without dashes");
+      return at(path, node.source(),
+                "unknown key '" + name + "'; keys are the long options without dashes");
     }
     if (contains(given, name)) continue;
     if (const auto text = node.value_exact<std::string>()) {

@@ -16,7 +16,8 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
   if (!options.camera.empty()) {
     if (options.camera.find(',') != std::string::npos) {
       auto camera = parse_camera_text(options.camera);
-      if (!camera.is_ok()) return Status::invalid_argument("--camera: " + camera.status().message());
+      if (!camera.is_ok())
+        return Status::invalid_argument("--camera: " + camera.status().message());
       inline_camera = *camera;
     } else {
       auto path = read_camera_file(options.camera);
@@ -37,14 +38,15 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
     std::fprintf(stderr, "tessera-master: warning: %s\n", warning.c_str());
   }
   const Scene& scene = source.loaded_.scene;
-  progress.finish("loaded " + options.scene + ": " + std::to_string(scene.triangle_count()) + " triangles");
+  progress.finish("loaded " + options.scene + ": " + std::to_string(scene.triangle_count()) +
+                  " triangles");
   source.settings_.camera = inline_camera  ? *inline_camera
                             : scene.camera ? *scene.camera
                                            : camera_showing_all(scene);
   const Status status = validate_frame_settings(source.settings_at(0));
   if (!status.is_ok()) {
-    return Status::invalid_argument((options.camera.empty() ? "" : "--camera " + options.camera + ": ") +
-                                    status.message());
+    return Status::invalid_argument(
+        (options.camera.empty() ? "" : "--camera " + options.camera + ": ") + status.message());
   }
   return source;
 }
@@ -55,7 +57,8 @@ FrameSettings FrameSource::settings_at(double frame) const {
   return settings;
 }
 
-Status wait_for_slaves(Session& session, const MasterOptions& options, const std::function<bool()>& should_stop) {
+Status wait_for_slaves(Session& session, const MasterOptions& options,
+                       const std::function<bool()>& should_stop) {
   const auto wanted = static_cast<std::size_t>(options.session.slaves_min);
   const TimePoint start = Clock::now();
   double next_line_seconds = 5;
@@ -65,12 +68,14 @@ Status wait_for_slaves(Session& session, const MasterOptions& options, const std
     if (should_stop()) return Status::cancelled("interrupted while waiting for slaves");
     const double waited_seconds = seconds(Clock::now() - start);
     if (options.wait_seconds > 0 && waited_seconds >= options.wait_seconds) {
-      return Status::deadline_exceeded("only " + std::to_string(present) + " of " + std::to_string(wanted) +
-                                       " slaves came within --wait; start more with 'tessera-slave --master HOST:PORT'");
+      return Status::deadline_exceeded(
+          "only " + std::to_string(present) + " of " + std::to_string(wanted) +
+          " slaves came within --wait; start more with 'tessera-slave --master HOST:PORT'");
     }
     if (waited_seconds >= next_line_seconds) {
       if (!options.is_quiet) {
-        std::fprintf(stderr, "waiting for slaves: %zu of %zu after %.0f s\n", present, wanted, waited_seconds);
+        std::fprintf(stderr, "waiting for slaves: %zu of %zu after %.0f s\n", present, wanted,
+                     waited_seconds);
       }
       next_line_seconds += 5;
     }

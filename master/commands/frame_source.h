@@ -1,4 +1,5 @@
-// What to render: the scene of the command line with its camera path, frame by frame. Shared by view and render.
+// What to render: the scene of the command line with its camera path, frame by frame. Shared by
+// view and render.
 //
 // Threads. One at a time.
 #pragma once
@@ -21,7 +22,9 @@ class FrameSource {
 
   const LoadedScene& loaded() const { return loaded_; }
   bool is_animated() const { return loaded_.is_animated; }
-  Scene scene_at(double seconds) const { return loaded_.is_animated ? loaded_.at_time(seconds) : loaded_.scene; }
+  Scene scene_at(double seconds) const {
+    return loaded_.is_animated ? loaded_.at_time(seconds) : loaded_.scene;
+  }
   // Everything but the camera is the same for all frames.
   FrameSettings settings_at(double frame) const;
 
@@ -31,8 +34,10 @@ class FrameSource {
   std::optional<CameraPath> path_;
 };
 
-// Waits until `session` has options.session.slaves_min slaves; a line every 5 s. Returns: kDeadlineExceeded after
+// Waits until `session` has options.session.slaves_min slaves; a line every 5 s. Returns:
+// kDeadlineExceeded after
 // --wait seconds, kCancelled on a signal.
-Status wait_for_slaves(Session& session, const MasterOptions& options, const std::function<bool()>& should_stop);
+Status wait_for_slaves(Session& session, const MasterOptions& options,
+                       const std::function<bool()>& should_stop);
 
 }  // namespace tessera::master

@@ -1,7 +1,7 @@
 // Everything a person can say on tessera-master's command line or in its config file, checked.
 //
-// parse_command_line() is the border: what it returns is in range and consistent, as far as can be told without opening
-// the scene. CLI11 is confined to command_line.cpp, toml++ to config_file.cpp.
+// parse_command_line() is the border: what it returns is in range and consistent, as far as can be
+// told without opening the scene. CLI11 is confined to command_line.cpp, toml++ to config_file.cpp.
 #pragma once
 
 #include <optional>
@@ -32,21 +32,23 @@ struct MasterOptions {
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;
   bool is_quiet = false;
-  bool is_json = false;          // status
-  std::string screenshot_path;   // view, tests: save the window and end
+  bool is_json = false;         // status
+  std::string screenshot_path;  // view, tests: save the window and end
   int screenshot_after = 0;
 };
 
 struct ParsedCommandLine {
-  std::optional<int> exit_code;  // --help, --version (0) or wrong usage (2): everything is printed already
+  std::optional<int>
+      exit_code;  // --help, --version (0) or wrong usage (2): everything is printed already
   MasterOptions options;
 };
 
 ParsedCommandLine parse_command_line(int argc, const char* const* argv);
 
-// Reads `path` (TOML, keys as the long options) into "--key=value" words, for keys in `known` that are not in
-// `given`. Returns: one line with file, line and what is wrong.
-Result<std::vector<std::string>> read_config_file(const std::string& path, const std::vector<std::string>& known,
+// Reads `path` (TOML, keys as the long options) into "--key=value" words, for keys in `known` that
+// are not in `given`. Returns: one line with file, line and what is wrong.
+Result<std::vector<std::string>> read_config_file(const std::string& path,
+                                                  const std::vector<std::string>& known,
                                                   const std::vector<std::string>& given);
 
 }  // namespace tessera::master

@@ -23,17 +23,23 @@ int run_command(int argc, const char* const* argv) {
   const MasterOptions& options = parsed.options;
   const bool is_daemon = options.command == Command::kServe;
   // An application's terminal shows progress; the log keeps to warnings unless asked.
-  init_log(is_daemon ? options.log_level : std::max(options.log_level, LogLevel::kWarn), options.log_format);
+  init_log(is_daemon ? options.log_level : std::max(options.log_level, LogLevel::kWarn),
+           options.log_format);
   const SignalWatch signals;
   try {
     switch (options.command) {
-      case Command::kServe: return run_serve(options, signals);
-      case Command::kView: return run_view(options, signals);
-      case Command::kRender: return run_render(options, signals);
-      case Command::kStatus: return run_status(options);
+      case Command::kServe:
+        return run_serve(options, signals);
+      case Command::kView:
+        return run_view(options, signals);
+      case Command::kRender:
+        return run_render(options, signals);
+      case Command::kStatus:
+        return run_status(options);
     }
   } catch (const std::bad_alloc&) {
-    return report_failure(Status::resource_exhausted("out of memory; try a smaller scene or --size"));
+    return report_failure(
+        Status::resource_exhausted("out of memory; try a smaller scene or --size"));
   } catch (const std::exception& error) {
     return report_failure(Status::internal(std::string("unexpected: ") + error.what()));
   }

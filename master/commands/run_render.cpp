@@ -23,7 +23,8 @@ class ImageWriter {
   // Waits for room. Returns: the first failure so far.
   Status write(long number, FrameResult result) {
     Job job{number, std::move(result)};
-    while (failure().is_ok() && !jobs_.try_push(job)) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    while (failure().is_ok() && !jobs_.try_push(job))
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
     return failure();
   }
 
@@ -69,8 +70,8 @@ class ImageWriter {
 };
 
 // Takes one finished frame, if one comes in time. Returns: how many were taken (0 or 1).
-Result<int> take_frame(Session& session, const MasterOptions& options, ImageWriter& writer, Progress& progress,
-                       long done, long total) {
+Result<int> take_frame(Session& session, const MasterOptions& options, ImageWriter& writer,
+                       Progress& progress, long done, long total) {
   auto result = session.next_frame(kPoll);
   if (!result.is_ok()) {
     if (result.status().code() == StatusCode::kDeadlineExceeded) return 0;
@@ -78,21 +79,22 @@ Result<int> take_frame(Session& session, const MasterOptions& options, ImageWrit
   }
   const long number = options.frame_first + done;
   if (!result->status.is_ok()) {
-    return Status::unavailable("frame " + std::to_string(number) + " failed: " + result->status.message());
+    return Status::unavailable("frame " + std::to_string(number) +
+                               " failed: " + result->status.message());
   }
   const double mrays = static_cast<double>(result->stats.rays.primary + result->stats.rays.shadow +
                                            result->stats.rays.secondary) /
                        1e6 / std::max(result->stats.seconds, 1e-9);
   char text[160];
-  std::snprintf(text, sizeof(text), "rendered %ld of %ld frames, %.0f ms, %.1f Mrays/s, %u slaves", done + 1, total,
-                1e3 * result->stats.seconds, mrays, result->stats.slave_count);
+  std::snprintf(text, sizeof(text), "rendered %ld of %ld frames, %.0f ms, %.1f Mrays/s, %u slaves",
+                done + 1, total, 1e3 * result->stats.seconds, mrays, result->stats.slave_count);
   progress.update(text, static_cast<double>(done + 1) / static_cast<double>(total));
   TESSERA_RETURN_IF_ERROR(writer.write(number, std::move(*result)));
   return 1;
 }
 
-Status render_frames(Session& session, const FrameSource& source, const MasterOptions& options, ImageWriter& writer,
-                     Progress& progress, const SignalWatch& signals) {
+Status render_frames(Session& session, const FrameSource& source, const MasterOptions& options,
+                     ImageWriter& writer, Progress& progress, const SignalWatch& signals) {
   const long total = options.frame_last - options.frame_first + 1;
   long submitted = 0, done = 0;
   while (done < total) {
@@ -100,7 +102,8 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
     if (submitted < total && submitted - done < options.session.frames_in_flight) {
       const long number = options.frame_first + submitted;
       if (submitted == 0 || source.is_animated()) {
-        auto version = session.commit_scene(source.scene_at(static_cast<double>(number) / options.fps));
+        auto version =
+            session.commit_scene(source.scene_at(static_cast<double>(number) / options.fps));
         if (!version.is_ok()) return version.status();
       }
       auto frame = session.submit(source.settings_at(static_cast<double>(number)));
@@ -137,8 +140,9 @@ int run_render(const MasterOptions& options, const SignalWatch& signals) {
   }
   if (!status.is_ok()) return report_failure(status);
   const std::string first = pattern->path(options.frame_first);
-  progress.finish(options.frame_last > options.frame_first ? "wrote " + first + " to " + pattern->path(options.frame_last)
-                                                           : "wrote " + first);
+  progress.finish(options.frame_last > options.frame_first
+                      ? "wrote " + first + " to " + pattern->path(options.frame_last)
+                      : "wrote " + first);
   return 0;
 }
 

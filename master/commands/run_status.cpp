@@ -40,12 +40,13 @@ void print_table(const ClusterStatus& status) {
               static_cast<unsigned long long>(status.frames_done),
               status.has_application ? "an application is connected" : "no application");
   if (status.slaves.empty()) return;
-  std::printf("%-24s %7s %-7s %6s %9s %5s %8s %6s %6s\n", "name", "threads", "isa", "queued", "done", "busy", "rtt ms",
-              "tiles", "scene");
+  std::printf("%-24s %7s %-7s %6s %9s %5s %8s %6s %6s\n", "name", "threads", "isa", "queued",
+              "done", "busy", "rtt ms", "tiles", "scene");
   for (const SlaveStatus& s : status.slaves) {
     std::printf("%-24s %7u %-7s %6u %9llu %4.0f%% %8.2f %6u %6u\n", s.name.c_str(), s.threads,
-                std::string(isa_name(s.isa)).c_str(), s.tiles_in_flight, static_cast<unsigned long long>(s.tiles_done),
-                100 * s.utilisation, 1e3 * s.rtt_seconds, s.tile_port, s.scene_port);
+                std::string(isa_name(s.isa)).c_str(), s.tiles_in_flight,
+                static_cast<unsigned long long>(s.tiles_done), 100 * s.utilisation,
+                1e3 * s.rtt_seconds, s.tile_port, s.scene_port);
   }
 }
 

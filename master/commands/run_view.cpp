@@ -17,13 +17,21 @@ namespace {
 constexpr std::chrono::milliseconds kPoll{5};
 constexpr double kStatusIntervalSeconds = 0.5;
 
-// Keeps the cluster busy while something changes: submits the viewer's newest view, publishes what comes back.
+// Keeps the cluster busy while something changes: submits the viewer's newest view, publishes what
+// comes back.
 //
-// Threads. run() is the pump thread's; the constructor's arguments outlive it. stop() and failure(): main thread.
+// Threads. run() is the pump thread's; the constructor's arguments outlive it. stop() and
+// failure(): main thread.
 class Pump {
  public:
-  Pump(Session& session, const FrameSource& source, const MasterOptions& options, Viewer& viewer, StatsFile& stats)
-      : session_(session), source_(source), options_(options), viewer_(viewer), stats_(stats), thread_([this] { run(); }) {}
+  Pump(Session& session, const FrameSource& source, const MasterOptions& options, Viewer& viewer,
+       StatsFile& stats)
+      : session_(session),
+        source_(source),
+        options_(options),
+        viewer_(viewer),
+        stats_(stats),
+        thread_([this] { run(); }) {}
   ~Pump() { stop(); }
 
   void stop() {
@@ -46,10 +54,12 @@ class Pump {
   Status step() {
     const Viewer::View view = viewer_.view();
     const bool is_wanted = source_.is_animated() || submitted_ == 0 || view.revision != revision_;
-    const bool has_room = in_flight_.size() < static_cast<std::size_t>(options_.session.frames_in_flight);
+    const bool has_room =
+        in_flight_.size() < static_cast<std::size_t>(options_.session.frames_in_flight);
     if (is_wanted && has_room) {
       TESSERA_RETURN_IF_ERROR(submit(view));
-      if (in_flight_.size() < static_cast<std::size_t>(options_.session.frames_in_flight)) return Status::ok();
+      if (in_flight_.size() < static_cast<std::size_t>(options_.session.frames_in_flight))
+        return Status::ok();
     }
     return take();
   }
@@ -74,7 +84,8 @@ class Pump {
   Status take() {
     auto result = session_.next_frame(kPoll);
     if (!result.is_ok()) {
-      return result.status().code() == StatusCode::kDeadlineExceeded ? Status::ok() : result.status();
+      return result.status().code() == StatusCode::kDeadlineExceeded ? Status::ok()
+                                                                     : result.status();
     }
     const TimePoint submitted = in_flight_[result->frame];
     in_flight_.erase(result->frame);
@@ -123,7 +134,9 @@ int run_view(const MasterOptions& options, const SignalWatch& signals) {
   viewer_options.bounds = scene_bounds(source->loaded().scene);
   viewer_options.screenshot_path = options.screenshot_path;
   viewer_options.screenshot_after = options.screenshot_after;
-  viewer_options.save = [](const FrameImage& image, const std::string& path) { return write_image(image, path, {}); };
+  viewer_options.save = [](const FrameImage& image, const std::string& path) {
+    return write_image(image, path, {});
+  };
   auto viewer = Viewer::open(viewer_options);
   if (!viewer.is_ok()) return report_failure(viewer.status());
   auto session = Session::open(options.session);

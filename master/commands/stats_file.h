@@ -1,4 +1,5 @@
-// --stats FILE.jsonl: one JSON object per finished frame (keys: design contract), flushed line by line.
+// --stats FILE.jsonl: one JSON object per finished frame (keys: design contract), flushed line by
+// line.
 #pragma once
 
 #include <cstdio>

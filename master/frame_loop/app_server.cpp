@@ -15,18 +15,22 @@ constexpr std::size_t kStatusClientsMax = 64;
 
 }  // namespace
 
-void AppServer::on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hello, std::uint16_t version) {
+void AppServer::on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hello,
+                         std::uint16_t version) {
   const bool is_app = hello.role == wire::Role::kApp;
   if (is_app && application_) {
-    return link->refuse(wire::RefuseCode::kBusy, "busy: application '" + application_->name + "' is connected");
+    return link->refuse(wire::RefuseCode::kBusy,
+                        "busy: application '" + application_->name + "' is connected");
   }
   if (!is_app && status_clients_.size() >= kStatusClientsMax) {
     return link->refuse(wire::RefuseCode::kFull, "too many status clients");
   }
-  link->send(wire::Welcome{version, ++next_session_, next_session_, kHeartbeatMs, kHeartbeatsMissedMax});
+  link->send(
+      wire::Welcome{version, ++next_session_, next_session_, kHeartbeatMs, kHeartbeatsMissedMax});
   link->start_heartbeat();
   if (!is_app) return add_status_client(std::move(link));
-  log_info("application-joined", "application '" + hello.name + "' is here", {{"peer", link->peer_text()}});
+  log_info("application-joined", "application '" + hello.name + "' is here",
+           {{"peer", link->peer_text()}});
   PeerLink::Callbacks callbacks;
   callbacks.on_message = [this](wire::Message message) { on_message(std::move(message)); };
   callbacks.on_ended = [this](const Status& status) { drop_application(status.message()); };
@@ -47,7 +51,8 @@ void AppServer::add_status_client(std::unique_ptr<PeerLink> link) {
   };
   PeerLink::Callbacks callbacks;
   callbacks.on_message = [this, client, leave](const wire::Message& message) {
-    if (std::holds_alternative<wire::StatusRequest>(message)) return (*client)->send(status_reply());
+    if (std::holds_alternative<wire::StatusRequest>(message))
+      return (*client)->send(status_reply());
     if (!std::holds_alternative<wire::Goodbye>(message)) {
       (*client)->refuse(wire::RefuseCode::kRole, "a status client may only ask for the status");
     }
@@ -89,7 +94,8 @@ void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions acti
   for (wire::SceneReceiver::Complete& complete : actions.complete) {
     const SceneVersion ours = next_version_++;
     application_->versions[complete.version] = ours;
-    while (application_->versions.size() > 8) application_->versions.erase(application_->versions.begin());
+    while (application_->versions.size() > 8)
+      application_->versions.erase(application_->versions.begin());
     loop_.commit_scene(ours, std::move(complete.scene));
     application_->link->send(wire::SceneBuilt{complete.version, 0, 0});
   }
@@ -103,7 +109,8 @@ void AppServer::on_submit(const wire::FrameSubmit& submit) {
   }
   const auto version = application_->versions.find(submit.version);
   if (version == application_->versions.end()) {
-    return violation("a frame of scene version " + std::to_string(submit.version) + ", which is not here");
+    return violation("a frame of scene version " + std::to_string(submit.version) +
+                     ", which is not here");
   }
   const FrameId ours = next_frame_++;
   application_->frames[ours] = submit.frame;
@@ -128,7 +135,8 @@ void AppServer::pump() {
     Delivery& delivery = deliveries.front();
     const auto& image = delivery.outcome.image;
     if (image && delivery.sent_bytes < image->bytes.size()) {
-      const std::uint64_t size = std::min<std::uint64_t>(image->bytes.size() - delivery.sent_bytes, kPieceBytes);
+      const std::uint64_t size =
+          std::min<std::uint64_t>(image->bytes.size() - delivery.sent_bytes, kPieceBytes);
       net::SharedBytes piece{image, std::span(image->bytes).subspan(delivery.sent_bytes, size)};
       link.send(wire::FrameChunk{delivery.outcome.frame, delivery.sent_bytes, std::move(piece)});
       delivery.sent_bytes += size;

@@ -1,12 +1,13 @@
-// The applications' side of `tessera-master serve`: one application at a time uploads scenes, submits frames and takes the
-// finished ones; status clients ask how things are. When the application goes, its frames are cancelled, its scenes are freed,
-// the slaves stay.
+// The applications' side of `tessera-master serve`: one application at a time uploads scenes,
+// submits frames and takes the finished ones; status clients ask how things are. When the
+// application goes, its frames are cancelled, its scenes are freed, the slaves stay.
 //
 // Threads. Io thread only.
 //
-// Invariants. (1) At most one application; the next one is told "busy". (2) Numbers of frames and versions inside the frame
-// loop never repeat from one application to the next. (3) Pieces of frames are queued only while the send queue is short;
-// pixels are shared with the image, never copied.
+// Invariants. (1) At most one application; the next one is told "busy". (2) Numbers of frames and
+// versions inside the frame loop never repeat from one application to the next. (3) Pieces of
+// frames are queued only while the send queue is short; pixels are shared with the image, never
+// copied.
 #pragma once
 
 #include <deque>
@@ -59,7 +60,8 @@ class AppServer {
   FrameLoop& loop_;
   std::shared_ptr<Application> application_;
   std::list<std::shared_ptr<PeerLink>> status_clients_;
-  SessionId next_session_ = 0;  // of applications and status clients; has no second connection to prove
+  SessionId next_session_ =
+      0;  // of applications and status clients; has no second connection to prove
   FrameId next_frame_ = 0;
   SceneVersion next_version_ = 1;
 };

@@ -39,7 +39,8 @@ FrameAssembly::FrameAssembly(FrameId frame, SceneVersion version, const FrameSet
   image_->format = settings.pixel_format;
   image_->tile_edge_px = settings.tile_edge_px;
   image_->tile_slave.resize(grid_.tile_count());
-  image_->bytes.resize(static_cast<std::size_t>(settings.width_px) * static_cast<std::size_t>(settings.height_px) *
+  image_->bytes.resize(static_cast<std::size_t>(settings.width_px) *
+                       static_cast<std::size_t>(settings.height_px) *
                        static_cast<std::size_t>(bytes_per_pixel(settings.pixel_format)));
 }
 
@@ -48,7 +49,8 @@ std::size_t FrameAssembly::tile_bytes(TileIndex tile) const {
          static_cast<std::size_t>(bytes_per_pixel(settings_.pixel_format));
 }
 
-void FrameAssembly::write_tile(TileIndex tile, std::span<const std::byte> pixels, std::uint16_t slave_ordinal) {
+void FrameAssembly::write_tile(TileIndex tile, std::span<const std::byte> pixels,
+                               std::uint16_t slave_ordinal) {
   TESSERA_CHECK_EQ(pixels.size(), tile_bytes(tile));
   const TileRect rect = grid_.rect(tile);
   const auto pixel_bytes = static_cast<std::size_t>(bytes_per_pixel(settings_.pixel_format));

@@ -1,5 +1,5 @@
-// One frame on its way: its pixels as they come in, and what it costs. Pixels are written straight from a result's payload
-// into the image; there is no second copy.
+// One frame on its way: its pixels as they come in, and what it costs. Pixels are written straight
+// from a result's payload into the image; there is no second copy.
 //
 // Threads. Io thread only. Invariant. Each tile is written once (the ledger sees to it).
 #pragma once

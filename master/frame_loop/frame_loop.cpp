@@ -28,7 +28,8 @@ struct FrameWork {
   double available_threads = 0;
   std::set<SessionId> slaves;
 
-  FrameWork(FrameId frame, SceneVersion version, const FrameSettings& settings) : assembly(frame, version, settings) {}
+  FrameWork(FrameId frame, SceneVersion version, const FrameSettings& settings)
+      : assembly(frame, version, settings) {}
 };
 
 }  // namespace
@@ -77,7 +78,9 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
     scheduler.slave_joined(session, threads);
     start_when_ready();
   };
-  events.slave_lost = [this](SessionId session) { perform(scheduler.slave_lost(session, Clock::now())); };
+  events.slave_lost = [this](SessionId session) {
+    perform(scheduler.slave_lost(session, Clock::now()));
+  };
   events.scene_built = [this](SessionId session, SceneVersion version, double seconds_taken) {
     double& slowest = build_seconds[version];
     slowest = std::max(slowest, seconds_taken);
@@ -86,7 +89,9 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
   events.scene_failed = [this](SessionId session, SceneVersion version, const std::string& reason) {
     perform(scheduler.scene_failed(session, version, reason, Clock::now()));
   };
-  events.tile_result = [this](SessionId session, const wire::TileResult& result) { on_result(session, result); };
+  events.tile_result = [this](SessionId session, const wire::TileResult& result) {
+    on_result(session, result);
+  };
   events.tile_returned = [this](SessionId session, const wire::TileReturned& r) {
     perform(scheduler.tile_returned(session, r.frame, r.tile, r.attempt, Clock::now()));
   };
@@ -95,10 +100,14 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
 
 Reception::Callbacks FrameLoop::Impl::reception_callbacks() {
   Reception::Callbacks callbacks;
-  callbacks.on_hello = [this](std::unique_ptr<PeerLink> link, wire::Hello hello, std::uint16_t version) {
-    if (hello.role == wire::Role::kSlave) return cluster.on_hello(std::move(link), std::move(hello), version);
+  callbacks.on_hello = [this](std::unique_ptr<PeerLink> link, wire::Hello hello,
+                              std::uint16_t version) {
+    if (hello.role == wire::Role::kSlave)
+      return cluster.on_hello(std::move(link), std::move(hello), version);
     if (hello.role == wire::Role::kApp && !options.serves_applications) {
-      return link->refuse(wire::RefuseCode::kRole, "this master renders for its own process; connect to 'tessera-master serve'");
+      return link->refuse(
+          wire::RefuseCode::kRole,
+          "this master renders for its own process; connect to 'tessera-master serve'");
     }
     apps.on_hello(std::move(link), hello, version);
   };
@@ -112,23 +121,34 @@ Reception::Callbacks FrameLoop::Impl::reception_callbacks() {
 void FrameLoop::Impl::start_when_ready() {
   if (scheduler.is_started() || frames.empty()) return;
   if (cluster.slave_count() < static_cast<std::size_t>(std::max(options.slaves_min, 1))) return;
-  log_info("session-bound", "instruction set of this session: " + std::string(isa_name(cluster.bind_isa())));
+  log_info("session-bound",
+           "instruction set of this session: " + std::string(isa_name(cluster.bind_isa())));
   perform(scheduler.start(Clock::now()));
 }
 
 void FrameLoop::Impl::perform(const Actions& actions) {
   for (const Action& action : actions) {
     switch (action.kind) {
-      case ActionKind::kBeginFrame: begin_frame(action); break;
+      case ActionKind::kBeginFrame:
+        begin_frame(action);
+        break;
       case ActionKind::kLease:
-        if (const auto frame = frames.find(action.frame); frame != frames.end() && action.tile.attempt > 1) {
+        if (const auto frame = frames.find(action.frame);
+            frame != frames.end() && action.tile.attempt > 1) {
           ++frame->second.assembly.stats().tiles_reissued;
         }
-        cluster.send(action.session, wire::TileLease{action.frame, action.tile.tile, action.tile.attempt});
+        cluster.send(action.session,
+                     wire::TileLease{action.frame, action.tile.tile, action.tile.attempt});
         break;
-      case ActionKind::kEndFrame: cluster.send(action.session, wire::FrameEnd{action.frame}); break;
-      case ActionKind::kFrameComplete: complete(action.frame); break;
-      case ActionKind::kFrameFailed: fail(action); break;
+      case ActionKind::kEndFrame:
+        cluster.send(action.session, wire::FrameEnd{action.frame});
+        break;
+      case ActionKind::kFrameComplete:
+        complete(action.frame);
+        break;
+      case ActionKind::kFrameFailed:
+        fail(action);
+        break;
     }
   }
 }
@@ -147,20 +167,22 @@ void FrameLoop::Impl::begin_frame(const Action& action) {
   }
   work.available_threads = std::max<double>(work.available_threads, cluster.thread_count());
   if (isa != work.assembly.stats().isa) work.assembly.stats().is_mixed = true;
-  cluster.send(action.session, wire::FrameBegin{action.frame, work.assembly.version(), isa, work.assembly.settings()});
+  cluster.send(action.session, wire::FrameBegin{action.frame, work.assembly.version(), isa,
+                                                work.assembly.settings()});
 }
 
 void FrameLoop::Impl::on_result(SessionId session, const wire::TileResult& result) {
   const auto found = frames.find(result.frame);
   if (found != frames.end()) {
     FrameAssembly& assembly = found->second.assembly;
-    if (result.tile >= assembly.grid().tile_count() || result.pixels.size() != assembly.tile_bytes(result.tile)) {
+    if (result.tile >= assembly.grid().tile_count() ||
+        result.pixels.size() != assembly.tile_bytes(result.tile)) {
       return cluster.expel(session, "a tile result of the wrong size");
     }
   }
   Actions actions;
-  const ResultVerdict verdict =
-      scheduler.result(session, result.frame, result.version, result.tile, result.attempt, Clock::now(), actions);
+  const ResultVerdict verdict = scheduler.result(session, result.frame, result.version, result.tile,
+                                                 result.attempt, Clock::now(), actions);
   cluster.add_worker_time(session, result.starved_seconds);
   switch (verdict) {
     case ResultVerdict::kAccepted: {
@@ -175,7 +197,8 @@ void FrameLoop::Impl::on_result(SessionId session, const wire::TileResult& resul
     case ResultVerdict::kFrameEnded:
       if (found != frames.end()) ++found->second.assembly.stats().tiles_rejected;
       break;
-    default: return cluster.expel(session, std::string("a tile result ") + verdict_text(verdict));
+    default:
+      return cluster.expel(session, std::string("a tile result ") + verdict_text(verdict));
   }
   perform(actions);
 }
@@ -214,8 +237,10 @@ void FrameLoop::Impl::fail(const Action& action) {
   FrameOutcome outcome;
   outcome.frame = action.frame;
   outcome.stats = found->second.assembly.stats();
-  outcome.status = action.is_cancelled ? Status::cancelled("the frame was cancelled") : Status::unavailable(action.reason);
-  if (!action.is_cancelled) log_warn("frame-failed", action.reason, {{"frame", std::to_string(action.frame)}});
+  outcome.status = action.is_cancelled ? Status::cancelled("the frame was cancelled")
+                                       : Status::unavailable(action.reason);
+  if (!action.is_cancelled)
+    log_warn("frame-failed", action.reason, {{"frame", std::to_string(action.frame)}});
   frames.erase(found);
   retire();
   deliver(std::move(outcome));
@@ -259,7 +284,9 @@ void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings&
   impl_->start_when_ready();
 }
 
-void FrameLoop::cancel(FrameId frame) { impl_->perform(impl_->scheduler.cancel_frame(frame, Clock::now())); }
+void FrameLoop::cancel(FrameId frame) {
+  impl_->perform(impl_->scheduler.cancel_frame(frame, Clock::now()));
+}
 
 void FrameLoop::cancel_all() {
   std::vector<FrameId> ids;
@@ -274,7 +301,8 @@ void FrameLoop::free_scenes() {
 
 ClusterStatus FrameLoop::status() const {
   ClusterStatus status;
-  status.slaves = impl_->cluster.status([this](SessionId session) { return impl_->scheduler.tiles_in_flight(session); });
+  status.slaves = impl_->cluster.status(
+      [this](SessionId session) { return impl_->scheduler.tiles_in_flight(session); });
   status.frames_done = impl_->frames_done;
   status.has_application = impl_->apps.has_application();
   return status;

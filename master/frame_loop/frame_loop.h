@@ -1,12 +1,13 @@
-// The master's heart on the net thread: owns the cluster of slaves, the scheduler, the scene broadcast and the
-// two framebuffers, and turns submitted frames into finished ones, in order.
+// The master's heart on the net thread: owns the cluster of slaves, the scheduler, the scene
+// broadcast and the two framebuffers, and turns submitted frames into finished ones, in order.
 //
 // Threads. Net thread only; callbacks run there too.
 //
-// Invariants. (1) At most frames_in_flight frames are leased at once; further submitted frames wait (bounded by
-// the caller). (2) Frames finish in the order of submission, each once. (3) A tile is leased only to slaves that
-// acknowledged the frame's scene version as built. (4) A pixel is written once, from a result that answered an
-// outstanding lease (session, frame, version, tile, attempt).
+// Invariants. (1) At most frames_in_flight frames are leased at once; further submitted frames wait
+// (bounded by the caller). (2) Frames finish in the order of submission, each once. (3) A tile is
+// leased only to slaves that acknowledged the frame's scene version as built. (4) A pixel is
+// written once, from a result that answered an outstanding lease (session, frame, version, tile,
+// attempt).
 #pragma once
 
 #include <functional>
@@ -26,8 +27,8 @@ namespace tessera::master {
 struct FrameLoopOptions {
   int prefetch_per_thread = 3;
   int frames_in_flight = 2;
-  int slaves_min = 0;         // no frame starts before so many slaves have joined
-  std::optional<Isa> isa;     // else the widest that all slaves have when the first frame starts
+  int slaves_min = 0;      // no frame starts before so many slaves have joined
+  std::optional<Isa> isa;  // else the widest that all slaves have when the first frame starts
   bool is_isa_mixed = false;
   bool serves_applications = false;  // accept role app (serve); else such peers are refused
 };
@@ -48,8 +49,8 @@ class FrameLoop {
   // `listener` may be null (local pairs); told when the peer has authenticated itself.
   void accept(net::ConnectionPtr connection, net::Listener* listener);
 
-  // The application inside this process. Versions and frames count up; a frame's version was committed before.
-  // Every submitted frame ends in exactly one outcome.
+  // The application inside this process. Versions and frames count up; a frame's version was
+  // committed before. Every submitted frame ends in exactly one outcome.
   void set_outcome_callback(std::function<void(FrameOutcome)> on_outcome);
   void commit_scene(SceneVersion version, EncodedScene scene);
   void submit(FrameId frame, SceneVersion version, const FrameSettings& settings);

@@ -20,7 +20,8 @@ struct FreeMalloc {
 };
 
 std::vector<float> linear_floats(const FrameImage& image) {
-  std::vector<float> rgb(3 * static_cast<std::size_t>(image.width_px) * static_cast<std::size_t>(image.height_px));
+  std::vector<float> rgb(3 * static_cast<std::size_t>(image.width_px) *
+                         static_cast<std::size_t>(image.height_px));
   decode_pixels(image.bytes, image.format, rgb);
   return rgb;
 }
@@ -28,14 +29,15 @@ std::vector<float> linear_floats(const FrameImage& image) {
 // Portable float map, little-endian, rows from the bottom (the sign of the scale says so).
 std::vector<std::byte> pfm_bytes(const FrameImage& image) {
   const std::vector<float> rgb = linear_floats(image);
-  const std::string head = "PF\n" + std::to_string(image.width_px) + " " + std::to_string(image.height_px) + "\n-1.0\n";
+  const std::string head =
+      "PF\n" + std::to_string(image.width_px) + " " + std::to_string(image.height_px) + "\n-1.0\n";
   const std::size_t row_floats = 3 * static_cast<std::size_t>(image.width_px);
   std::vector<std::byte> bytes(head.size() + rgb.size() * sizeof(float));
   std::memcpy(bytes.data(), head.data(), head.size());
   for (std::size_t row = 0; row < static_cast<std::size_t>(image.height_px); ++row) {
     const std::size_t from_bottom = static_cast<std::size_t>(image.height_px) - 1 - row;
-    std::memcpy(bytes.data() + head.size() + row * row_floats * sizeof(float), rgb.data() + from_bottom * row_floats,
-                row_floats * sizeof(float));
+    std::memcpy(bytes.data() + head.size() + row * row_floats * sizeof(float),
+                rgb.data() + from_bottom * row_floats, row_floats * sizeof(float));
   }
   return bytes;
 }
@@ -57,7 +59,8 @@ Status encode_by_plugin(const FrameImage& image, const std::string& path, const 
   }
   PluginBuffer buffer;
   char error[512] = {};
-  if (plugin->encode(path.c_str(), image.width_px, image.height_px, type, pixels, &buffer, error, sizeof(error)) != 0) {
+  if (plugin->encode(path.c_str(), image.width_px, image.height_px, type, pixels, &buffer, error,
+                     sizeof(error)) != 0) {
     return Status::internal("cannot encode " + path + ": " + error);
   }
   const std::unique_ptr<unsigned char, FreeMalloc> owner(buffer.data);
@@ -70,7 +73,8 @@ Status encode_by_plugin(const FrameImage& image, const std::string& path, const 
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& path)
-      : path_(path), file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644)) {}
+      : path_(path),
+        file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644)) {}
   ~TemporaryFile() {
     if (file_ >= 0) ::close(file_);
     if (!is_renamed_) ::unlink(path_.c_str());
@@ -93,7 +97,9 @@ class TemporaryFile {
     if (!is_synced) errno = error;
     return is_synced && is_closed;
   }
-  bool rename_to(const std::string& path) { return is_renamed_ = ::rename(path_.c_str(), path.c_str()) == 0; }
+  bool rename_to(const std::string& path) {
+    return is_renamed_ = ::rename(path_.c_str(), path.c_str()) == 0;
+  }
 
  private:
   const std::string path_;
@@ -105,11 +111,16 @@ Status store(const std::vector<std::byte>& bytes, const std::string& path) {
   const std::filesystem::path target(path);
   const std::filesystem::path folder = target.parent_path().empty() ? "." : target.parent_path();
   const std::string temporary =
-      (folder / ("." + target.filename().string() + ".part-" + std::to_string(::getpid()))).string();
-  const auto failed = [&] { return Status::resource_exhausted("cannot write " + path + ": " + std::strerror(errno)); };
+      (folder / ("." + target.filename().string() + ".part-" + std::to_string(::getpid())))
+          .string();
+  const auto failed = [&] {
+    return Status::resource_exhausted("cannot write " + path + ": " + std::strerror(errno));
+  };
   TemporaryFile file(temporary);
-  if (!file.is_open() || !file.write_all(bytes) || !file.sync_and_close() || !file.rename_to(path)) return failed();
-  if (const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); directory >= 0) {
+  if (!file.is_open() || !file.write_all(bytes) || !file.sync_and_close() || !file.rename_to(path))
+    return failed();
+  if (const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+      directory >= 0) {
     ::fsync(directory);  // the name; a file system that cannot is no failure
     ::close(directory);
   }

@@ -1,5 +1,5 @@
-// Picture files through OpenImageIO, which is a plug-in (tessera_image_oiio.so) loaded when first needed: it is slow
-// to start and 134 MB large.
+// Picture files through OpenImageIO, which is a plug-in (tessera_image_oiio.so) loaded when first
+// needed: it is slow to start and 134 MB large.
 //
 // Threads. One at a time (the image thread).
 #pragma once
@@ -11,11 +11,12 @@
 
 namespace tessera::master {
 
-// OUT of the command line: suffix .exr .png .hdr .pfm, and either no % at all or exactly one %0Nd (N 1..9).
+// OUT of the command line: suffix .exr .png .hdr .pfm, and either no % at all or exactly one %0Nd
+// (N 1..9).
 class OutputPattern {
  public:
-  // Checks the pattern, the folder (exists, writable) and, for several frames, that there is a %0Nd.
-  // Returns: kInvalidArgument / kNotFound / kPermissionDenied with what to do.
+  // Checks the pattern, the folder (exists, writable) and, for several frames, that there is a
+  // %0Nd. Returns: kInvalidArgument / kNotFound / kPermissionDenied with what to do.
   static Result<OutputPattern> parse(const std::string& text, bool has_several_frames);
   std::string path(long frame_number) const;
 
@@ -28,8 +29,9 @@ struct WriteOptions {
   bool is_half_exr = false;  // EXR with half floats
 };
 
-// Writes to a temporary name beside `path`, syncs, renames. PNG is sRGB-encoded 8 bit; EXR, HDR, PFM are linear.
-// Returns: one line naming file and reason; then no file of that name was left or changed.
+// Writes to a temporary name beside `path`, syncs, renames. PNG is sRGB-encoded 8 bit; EXR, HDR,
+// PFM are linear. Returns: one line naming file and reason; then no file of that name was left or
+// changed.
 Status write_image(const FrameImage& image, const std::string& path, const WriteOptions& options);
 
 }  // namespace tessera::master

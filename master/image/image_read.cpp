@@ -19,11 +19,13 @@ Result<FloatImage> read_image(const std::string& path) {
   FloatImage image;
   float* rgb = nullptr;
   char error[512] = {};
-  if (plugin->read(path.c_str(), &image.width_px, &image.height_px, &rgb, error, sizeof(error)) != 0) {
+  if (plugin->read(path.c_str(), &image.width_px, &image.height_px, &rgb, error, sizeof(error)) !=
+      0) {
     return Status::data_loss("cannot read " + path + ": " + error);
   }
   const std::unique_ptr<float, FreeMalloc> owner(rgb);
-  image.rgb.resize(3 * static_cast<std::size_t>(image.width_px) * static_cast<std::size_t>(image.height_px));
+  image.rgb.resize(3 * static_cast<std::size_t>(image.width_px) *
+                   static_cast<std::size_t>(image.height_px));
   std::memcpy(image.rgb.data(), rgb, image.rgb.size() * sizeof(float));
   return image;
 }

@@ -1,5 +1,5 @@
-// Reads a picture file to linear-or-as-stored floats, for comparing. Every format through the plug-in.
-// Threads. One at a time.
+// Reads a picture file to linear-or-as-stored floats, for comparing. Every format through the
+// plug-in. Threads. One at a time.
 #pragma once
 
 #include <string>

@@ -19,7 +19,8 @@ Status check_folder(const std::string& text) {
     return Status::not_found("output folder " + folder + " does not exist; make it first");
   }
   if (access(folder.c_str(), W_OK) != 0) {
-    return Status::permission_denied("cannot write into folder " + folder + ": " + std::strerror(errno));
+    return Status::permission_denied("cannot write into folder " + folder + ": " +
+                                     std::strerror(errno));
   }
   if (stat(text.c_str(), &info) == 0 && !S_ISREG(info.st_mode)) {
     return Status::invalid_argument("output " + text + " is not a regular file");
@@ -32,21 +33,26 @@ Status check_folder(const std::string& text) {
 Result<OutputPattern> OutputPattern::parse(const std::string& text, bool has_several_frames) {
   const std::string suffix = std::filesystem::path(text).extension().string();
   if (suffix != ".exr" && suffix != ".png" && suffix != ".hdr" && suffix != ".pfm") {
-    return Status::invalid_argument("output " + text + ": unknown suffix '" + suffix + "'; give .exr, .png, .hdr or .pfm");
+    return Status::invalid_argument("output " + text + ": unknown suffix '" + suffix +
+                                    "'; give .exr, .png, .hdr or .pfm");
   }
   OutputPattern pattern;
   pattern.prefix_ = text;
   if (const auto percent = text.find('%'); percent != std::string::npos) {
-    const bool is_number = text.size() > percent + 3 && text[percent + 1] == '0' && text[percent + 2] >= '1' &&
-                           text[percent + 2] <= '9' && text[percent + 3] == 'd';
+    const bool is_number = text.size() > percent + 3 && text[percent + 1] == '0' &&
+                           text[percent + 2] >= '1' && text[percent + 2] <= '9' &&
+                           text[percent + 3] == 'd';
     if (!is_number || text.find('%', percent + 1) != std::string::npos) {
-      return Status::invalid_argument("output " + text + ": the only % allowed is one frame number such as %04d");
+      return Status::invalid_argument("output " + text +
+                                      ": the only % allowed is one frame number such as %04d");
     }
     pattern.digits_ = text[percent + 2] - '0';
     pattern.prefix_ = text.substr(0, percent);
     pattern.suffix_ = text.substr(percent + 4);
   } else if (has_several_frames) {
-    return Status::invalid_argument("output " + text + ": several frames need a number in the name, such as frame-%04d" + suffix);
+    return Status::invalid_argument(
+        "output " + text + ": several frames need a number in the name, such as frame-%04d" +
+        suffix);
   }
   TESSERA_RETURN_IF_ERROR(check_folder(text));
   return pattern;

@@ -12,7 +12,8 @@ constexpr const char* kFileName = "tessera_image_oiio.so";
 
 Result<ImagePlugin> load() {
   std::error_code error;
-  const std::filesystem::path bin = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  const std::filesystem::path bin =
+      std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
   std::string reason;
   for (const auto& folder : {bin, bin / "../lib/tessera"}) {
     const std::filesystem::path path = folder / kFileName;
@@ -29,8 +30,9 @@ Result<ImagePlugin> load() {
     if (plugin.encode != nullptr && plugin.read != nullptr) return plugin;
     reason = path.string() + " is of another build";
   }
-  return Status::not_found(std::string("cannot load ") + kFileName + " from " + bin.string() + " or ../lib/tessera" +
-                           (reason.empty() ? "" : ": " + reason) + "; install tessera completely, or write a .pfm");
+  return Status::not_found(std::string("cannot load ") + kFileName + " from " + bin.string() +
+                           " or ../lib/tessera" + (reason.empty() ? "" : ": " + reason) +
+                           "; install tessera completely, or write a .pfm");
 }
 
 }  // namespace

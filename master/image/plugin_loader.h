@@ -11,7 +11,8 @@ struct ImagePlugin {
   ReadImageFunction read = nullptr;
 };
 
-// Looks beside the executable and in ../lib/tessera. Any thread. Returns: kNotFound saying where it was looked for.
+// Looks beside the executable and in ../lib/tessera. Any thread. Returns: kNotFound saying where it
+// was looked for.
 Result<ImagePlugin> image_plugin();
 
 }  // namespace tessera::master

@@ -28,16 +28,20 @@ Transform transform(const aiMatrix4x4& m) {
 class GltfReader {
  public:
   GltfReader(std::string path, const aiScene& source)
-      : path_(std::move(path)), folder_(std::filesystem::path(path_).parent_path().string()), source_(source) {}
+      : path_(std::move(path)),
+        folder_(std::filesystem::path(path_).parent_path().string()),
+        source_(source) {}
 
   Result<ReadScene> read() {
     for (unsigned i = 0; i < source_.mNumMaterials; ++i) add_material(*source_.mMaterials[i]);
     if (scene_.materials.empty()) scene_.materials.emplace_back();
-    for (unsigned i = 0; i < source_.mNumMeshes; ++i) TESSERA_RETURN_IF_ERROR(add_mesh(*source_.mMeshes[i], i));
+    for (unsigned i = 0; i < source_.mNumMeshes; ++i)
+      TESSERA_RETURN_IF_ERROR(add_mesh(*source_.mMeshes[i], i));
     TESSERA_RETURN_IF_ERROR(walk(*source_.mRootNode, Transform{}, 0));
     add_lights();
     add_camera();
-    if (scene_.triangle_count() == 0) return Status::invalid_argument(path_ + ": holds no triangles");
+    if (scene_.triangle_count() == 0)
+      return Status::invalid_argument(path_ + ": holds no triangles");
     warn_degenerate(degenerate_count_, result_.warnings);
     result_.scene = std::move(scene_);
     return std::move(result_);
@@ -48,16 +52,21 @@ class GltfReader {
     Material material;
     material.name = std::string(source.GetName().C_Str()).substr(0, 256);
     aiColor4D base(0.8f, 0.8f, 0.8f, 1);
-    if (source.Get(AI_MATKEY_BASE_COLOR, base) != AI_SUCCESS) source.Get(AI_MATKEY_COLOR_DIFFUSE, base);
+    if (source.Get(AI_MATKEY_BASE_COLOR, base) != AI_SUCCESS)
+      source.Get(AI_MATKEY_COLOR_DIFFUSE, base);
     material.albedo = max(min(Vec3f{base.r, base.g, base.b}, Vec3f{1, 1, 1}), Vec3f{});
     aiColor3D emission(0, 0, 0);
     float strength = 1;
     source.Get(AI_MATKEY_COLOR_EMISSIVE, emission);
     source.Get(AI_MATKEY_EMISSIVE_INTENSITY, strength);
-    const Vec3f glow = std::isfinite(strength) && strength >= 0 ? strength * Vec3f{emission.r, emission.g, emission.b} : Vec3f{};
+    const Vec3f glow = std::isfinite(strength) && strength >= 0
+                           ? strength * Vec3f{emission.r, emission.g, emission.b}
+                           : Vec3f{};
     aiString emissive_map;
-    const bool is_emission_textured = source.GetTexture(aiTextureType_EMISSIVE, 0, &emissive_map) == AI_SUCCESS;
-    if (is_finite(glow) && glow.x >= 0 && glow.y >= 0 && glow.z >= 0 && !is_emission_textured) material.emission = glow;
+    const bool is_emission_textured =
+        source.GetTexture(aiTextureType_EMISSIVE, 0, &emissive_map) == AI_SUCCESS;
+    if (is_finite(glow) && glow.x >= 0 && glow.y >= 0 && glow.z >= 0 && !is_emission_textured)
+      material.emission = glow;
     aiString name;
     if (source.GetTexture(aiTextureType_BASE_COLOR, 0, &name) == AI_SUCCESS ||
         source.GetTexture(aiTextureType_DIFFUSE, 0, &name) == AI_SUCCESS) {
@@ -74,7 +83,8 @@ class GltfReader {
       index = static_cast<std::uint32_t>(scene_.textures.size());
       scene_.textures.push_back(*texture);
     } else {
-      result_.warnings.push_back("texture " + name + ": " + texture.status().message() + "; the plain colour is used");
+      result_.warnings.push_back("texture " + name + ": " + texture.status().message() +
+                                 "; the plain colour is used");
     }
     return textures_[name] = index;
   }
@@ -83,7 +93,9 @@ class GltfReader {
     const aiTexture* embedded = source_.GetEmbeddedTexture(name.c_str());
     if (embedded == nullptr) return read_texture_file(folder_, name);
     if (embedded->mHeight != 0) return Status::unimplemented("is embedded without compression");
-    return read_texture_bytes({reinterpret_cast<const std::byte*>(embedded->pcData), embedded->mWidth}, embedded->achFormatHint);
+    return read_texture_bytes(
+        {reinterpret_cast<const std::byte*>(embedded->pcData), embedded->mWidth},
+        embedded->achFormatHint);
   }
 
   Status add_mesh(const aiMesh& source, unsigned index) {
@@ -91,7 +103,8 @@ class GltfReader {
     for (unsigned i = 0; i < source.mNumVertices; ++i) {
       mesh->positions.push_back(vec(source.mVertices[i]));
       if (!is_finite(mesh->positions.back())) {
-        return Status::invalid_argument(path_ + ": mesh " + std::to_string(index) + ", vertex " + std::to_string(i) + " is not finite");
+        return Status::invalid_argument(path_ + ": mesh " + std::to_string(index) + ", vertex " +
+                                        std::to_string(i) + " is not finite");
       }
       if (source.HasNormals()) {
         const Vec3f n = vec(source.mNormals[i]);
@@ -108,26 +121,32 @@ class GltfReader {
       mesh->triangles.push_back({face.mIndices[0], face.mIndices[1], face.mIndices[2]});
       for (const std::uint32_t vertex : mesh->triangles.back()) {
         if (vertex >= mesh->positions.size()) {
-          return Status::invalid_argument(path_ + ": mesh " + std::to_string(index) + ", triangle " + std::to_string(i) +
-                                          ": vertex " + std::to_string(vertex) + " is out of range");
+          return Status::invalid_argument(path_ + ": mesh " + std::to_string(index) +
+                                          ", triangle " + std::to_string(i) + ": vertex " +
+                                          std::to_string(vertex) + " is out of range");
         }
       }
     }
-    mesh->materials = {std::min(source.mMaterialIndex, static_cast<unsigned>(scene_.materials.size() - 1))};
+    mesh->materials = {
+        std::min(source.mMaterialIndex, static_cast<unsigned>(scene_.materials.size() - 1))};
     degenerate_count_ += count_degenerate(*mesh);
     scene_.meshes.push_back(std::move(mesh));
     return Status::ok();
   }
 
   Status walk(const aiNode& node, const Transform& parent, int depth) {
-    if (depth > kNodeDepthMax) return Status::invalid_argument(path_ + ": nodes are nested deeper than " + std::to_string(kNodeDepthMax));
+    if (depth > kNodeDepthMax)
+      return Status::invalid_argument(path_ + ": nodes are nested deeper than " +
+                                      std::to_string(kNodeDepthMax));
     const Transform here = parent * transform(node.mTransformation);
     nodes_[node.mName.C_Str()] = here;
     for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-      if (scene_.instances.size() >= kInstancesMax) return Status::resource_exhausted(path_ + ": too many instances");
+      if (scene_.instances.size() >= kInstancesMax)
+        return Status::resource_exhausted(path_ + ": too many instances");
       scene_.instances.push_back({node.mMeshes[i], here});
     }
-    for (unsigned i = 0; i < node.mNumChildren; ++i) TESSERA_RETURN_IF_ERROR(walk(*node.mChildren[i], here, depth + 1));
+    for (unsigned i = 0; i < node.mNumChildren; ++i)
+      TESSERA_RETURN_IF_ERROR(walk(*node.mChildren[i], here, depth + 1));
     return Status::ok();
   }
 
@@ -136,14 +155,16 @@ class GltfReader {
     return node == nodes_.end() ? Transform{} : node->second;
   }
 
-  // Unit factors: KHR_lights_punctual's candela and lux are taken as W/sr and W/m2 (no photometric factor).
+  // Unit factors: KHR_lights_punctual's candela and lux are taken as W/sr and W/m2 (no photometric
+  // factor).
   void add_lights() {
     for (unsigned i = 0; i < source_.mNumLights && i < kLightsMax; ++i) {
       const aiLight& source = *source_.mLights[i];
       const Transform node = node_of(source.mName);
       Light light;
       light.position = node.point(vec(source.mPosition));
-      light.direction = node.direction(length(vec(source.mDirection)) > 0 ? vec(source.mDirection) : Vec3f{0, 0, -1});
+      light.direction = node.direction(length(vec(source.mDirection)) > 0 ? vec(source.mDirection)
+                                                                          : Vec3f{0, 0, -1});
       light.intensity = {source.mColorDiffuse.r, source.mColorDiffuse.g, source.mColorDiffuse.b};
       if (source.mType == aiLightSource_DIRECTIONAL) light.kind = LightKind::kDirectional;
       if (source.mType == aiLightSource_SPOT) {
@@ -151,7 +172,8 @@ class GltfReader {
         light.cos_inner = std::cos(source.mAngleInnerCone);
         light.cos_outer = std::min(std::cos(source.mAngleOuterCone), light.cos_inner);
       }
-      const bool is_good = is_finite(light.position) && is_finite(light.intensity) && length(light.direction) > 0;
+      const bool is_good =
+          is_finite(light.position) && is_finite(light.intensity) && length(light.direction) > 0;
       if (is_good) {
         scene_.lights.push_back(light);
       } else {
@@ -169,7 +191,8 @@ class GltfReader {
     camera.target = camera.eye + node.direction(vec(source.mLookAt));
     camera.up = node.direction(vec(source.mUp));
     const float aspect = source.mAspect > 0 ? source.mAspect : 1;
-    camera.vfov_degrees = 2 * std::atan(std::tan(0.5f * source.mHorizontalFOV) / aspect) * 180 / 3.14159265f;
+    camera.vfov_degrees =
+        2 * std::atan(std::tan(0.5f * source.mHorizontalFOV) / aspect) * 180 / 3.14159265f;
     scene_.camera = camera;
   }
 
@@ -187,7 +210,8 @@ class GltfReader {
 Result<ReadScene> read_gltf(const std::string& path) {
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
-  if (scene == nullptr || scene->mRootNode == nullptr) return Status::invalid_argument(path + ": " + importer.GetErrorString());
+  if (scene == nullptr || scene->mRootNode == nullptr)
+    return Status::invalid_argument(path + ": " + importer.GetErrorString());
   return GltfReader(path, *scene).read();
 }
 

@@ -1,5 +1,6 @@
-// tessera-import: reads one scene file and writes it as validated blocks to standard output. The master runs it with the file
-// that a user names; whatever the file does to it, it does to this process only.
+// tessera-import: reads one scene file and writes it as validated blocks to standard output. The
+// master runs it with the file that a user names; whatever the file does to it, it does to this
+// process only.
 #include <sched.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -35,7 +36,8 @@ void limit(int resource, rlim_t value) {
   setrlimit(static_cast<__rlimit_resource>(resource), &both);
 }
 
-// Memory, time, output files, descriptors, no core, no new rights, no network where the kernel lets us, death with the parent.
+// Memory, time, output files, descriptors, no core, no new rights, no network where the kernel lets
+// us, death with the parent.
 void limit_self(std::uint64_t memory_mb, std::uint64_t cpu_seconds) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   limit(RLIMIT_AS, memory_mb << 20);
@@ -61,7 +63,8 @@ Result<tessera::ReadScene> read_file(const std::string& path) {
   }
   if (suffix == ".ply") return tessera::read_ply(path);
   if (suffix == ".gltf" || suffix == ".glb") return tessera::import::read_gltf(path);
-  return Status::invalid_argument(path + ": unknown suffix '" + suffix + "'; known are .obj, .ply, .gltf, .glb");
+  return Status::invalid_argument(path + ": unknown suffix '" + suffix +
+                                  "'; known are .obj, .ply, .gltf, .glb");
 }
 
 int import_file(const std::string& path) {
@@ -84,13 +87,20 @@ int import_file(const std::string& path) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Reads one scene file (.obj .ply .gltf .glb) and writes it as scene blocks to standard output.", "tessera-import");
+  CLI::App app(
+      "Reads one scene file (.obj .ply .gltf .glb) and writes it as scene blocks to standard "
+      "output.",
+      "tessera-import");
   app.set_version_flag("--version", std::string("tessera-import ") + tessera::kBuildId);
   std::string path;
   std::uint64_t memory_mb = 8192, cpu_seconds = 300;
   app.add_option("FILE", path)->required();
-  app.add_option("--memory-mb", memory_mb, "most memory")->check(CLI::Range(64, 1 << 20))->capture_default_str();
-  app.add_option("--cpu-seconds", cpu_seconds, "most processor time")->check(CLI::Range(1, 86400))->capture_default_str();
+  app.add_option("--memory-mb", memory_mb, "most memory")
+      ->check(CLI::Range(64, 1 << 20))
+      ->capture_default_str();
+  app.add_option("--cpu-seconds", cpu_seconds, "most processor time")
+      ->check(CLI::Range(1, 86400))
+      ->capture_default_str();
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -98,12 +108,14 @@ int main(int argc, char** argv) {
   } catch (const CLI::Error& error) {
     return report(std::string(error.what()) + " (see 'tessera-import --help')", 2);
   }
-  if (isatty(STDOUT_FILENO) == 1) return report("standard output is a terminal; the master runs this program", 2);
+  if (isatty(STDOUT_FILENO) == 1)
+    return report("standard output is a terminal; the master runs this program", 2);
   limit_self(memory_mb, cpu_seconds);
   try {
     return import_file(path);
   } catch (const std::bad_alloc&) {
-    return report(path + ": needs more memory than the limit of " + std::to_string(memory_mb) + " MiB", 1);
+    return report(
+        path + ": needs more memory than the limit of " + std::to_string(memory_mb) + " MiB", 1);
   } catch (const std::exception& error) {
     return report(path + ": " + error.what(), 1);
   }

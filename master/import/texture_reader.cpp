@@ -12,12 +12,15 @@ namespace {
 
 Result<std::shared_ptr<const Texture>> decode(OIIO::ImageInput& input) {
   const OIIO::ImageSpec& spec = input.spec();
-  if (spec.width < 1 || spec.height < 1 || spec.width > kTextureSideMaxPx || spec.height > kTextureSideMaxPx || spec.depth > 1) {
-    return Status::resource_exhausted("its sides must be 1 to " + std::to_string(kTextureSideMaxPx) + " pixels");
+  if (spec.width < 1 || spec.height < 1 || spec.width > kTextureSideMaxPx ||
+      spec.height > kTextureSideMaxPx || spec.depth > 1) {
+    return Status::resource_exhausted("its sides must be 1 to " +
+                                      std::to_string(kTextureSideMaxPx) + " pixels");
   }
   const auto channels = static_cast<std::size_t>(spec.nchannels);
   if (channels < 1 || channels > 16) return Status::data_loss("has no colour channels");
-  const std::size_t count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
+  const std::size_t count =
+      static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
   std::vector<std::uint8_t> texels(count * channels);
   if (!input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, texels.data())) {
     return Status::data_loss("is damaged: " + input.geterror());
@@ -37,24 +40,28 @@ Result<std::shared_ptr<const Texture>> decode(OIIO::ImageInput& input) {
 
 }  // namespace
 
-Result<std::shared_ptr<const Texture>> read_texture_file(const std::string& folder, const std::string& name) {
+Result<std::shared_ptr<const Texture>> read_texture_file(const std::string& folder,
+                                                         const std::string& name) {
   namespace fs = std::filesystem;
   const fs::path relative = fs::path(name);
-  if (relative.is_absolute() || name.find("://") != std::string::npos) return Status::permission_denied("only names below the scene's folder are read");
+  if (relative.is_absolute() || name.find("://") != std::string::npos)
+    return Status::permission_denied("only names below the scene's folder are read");
   std::error_code error;
   const fs::path root = fs::canonical(folder.empty() ? "." : folder, error);
   if (error) return Status::not_found(error.message());
   const fs::path file = fs::canonical(root / relative, error);
   if (error) return Status::not_found("no such file");
   const auto mismatch = std::mismatch(root.begin(), root.end(), file.begin(), file.end());
-  if (mismatch.first != root.end()) return Status::permission_denied("lies outside the scene's folder");
+  if (mismatch.first != root.end())
+    return Status::permission_denied("lies outside the scene's folder");
   if (!fs::is_regular_file(file, error)) return Status::permission_denied("is not a regular file");
   auto input = OIIO::ImageInput::open(file.string());
   if (!input) return Status::data_loss("cannot be read: " + OIIO::geterror());
   return decode(*input);
 }
 
-Result<std::shared_ptr<const Texture>> read_texture_bytes(std::span<const std::byte> bytes, const std::string& hint) {
+Result<std::shared_ptr<const Texture>> read_texture_bytes(std::span<const std::byte> bytes,
+                                                          const std::string& hint) {
   OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(bytes.data()), bytes.size());
   const std::string name = "embedded." + hint;
   auto input = OIIO::ImageInput::open(name, nullptr, &memory);

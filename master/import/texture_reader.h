@@ -1,7 +1,8 @@
-// Pictures that a scene file names, decoded to RGBA8 through OpenImageIO, in the limited process only.
+// Pictures that a scene file names, decoded to RGBA8 through OpenImageIO, in the limited process
+// only.
 //
-// Only regular files below the scene's folder are read: no absolute names, no "..", no links out of it, no devices.
-// Threads. One.
+// Only regular files below the scene's folder are read: no absolute names, no "..", no links out of
+// it, no devices. Threads. One.
 #pragma once
 
 #include <memory>
@@ -14,8 +15,10 @@
 namespace tessera::import {
 
 // `folder`: the scene file's. Returns: why the picture is refused, to become a warning.
-Result<std::shared_ptr<const Texture>> read_texture_file(const std::string& folder, const std::string& name);
+Result<std::shared_ptr<const Texture>> read_texture_file(const std::string& folder,
+                                                         const std::string& name);
 // A picture inside the scene file. `hint`: "png", "jpg", ...
-Result<std::shared_ptr<const Texture>> read_texture_bytes(std::span<const std::byte> bytes, const std::string& hint);
+Result<std::shared_ptr<const Texture>> read_texture_bytes(std::span<const std::byte> bytes,
+                                                          const std::string& hint);
 
 }  // namespace tessera::import

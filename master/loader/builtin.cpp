@@ -30,8 +30,8 @@ Material glowing(const char* name, Vec3f emission) {
 }
 
 void add_ceiling_light(MeshMaker& maker, Vec3f c, float hx, float hz, std::uint32_t material) {
-  maker.quad({c.x - hx, c.y, c.z - hz}, {c.x + hx, c.y, c.z - hz}, {c.x + hx, c.y, c.z + hz}, {c.x - hx, c.y, c.z + hz},
-             material);
+  maker.quad({c.x - hx, c.y, c.z - hz}, {c.x + hx, c.y, c.z - hz}, {c.x + hx, c.y, c.z + hz},
+             {c.x - hx, c.y, c.z + hz}, material);
 }
 
 std::vector<std::string> builtin_names() {
@@ -49,8 +49,9 @@ Result<LoadedScene> make_builtin(const std::string& name) {
   return Status::invalid_argument("builtin:" + name + " does not exist; there are " + known);
 }
 
-// The Cornell box, Goral, Torrance, Greenberg, Battaile, "Modeling the Interaction of Light Between Diffuse Surfaces", 1984;
-// measures and reflectances (as linear RGB) of the later Cornell University data.
+// The Cornell box, Goral, Torrance, Greenberg, Battaile, "Modeling the Interaction of Light Between
+// Diffuse Surfaces", 1984; measures and reflectances (as linear RGB) of the later Cornell
+// University data.
 LoadedScene make_cornell() {
   LoadedScene loaded;
   Scene& scene = loaded.scene;
@@ -65,10 +66,11 @@ LoadedScene make_cornell() {
   maker.quad(c, b, f, g, 2);  // right
   maker.quad(a, d, h, e, 1);  // left
   maker.quad({343, 548.7f, 227}, {343, 548.7f, 332}, {213, 548.7f, 332}, {213, 548.7f, 227}, 3);
-  const auto block = [&](const Vec2f (&corner)[4], float height) {
+  const auto block = [&](const Vec2f(&corner)[4], float height) {
     const auto at = [&](int i, float y) { return Vec3f{corner[i & 3].x, y, corner[i & 3].y}; };
     maker.quad(at(0, height), at(1, height), at(2, height), at(3, height), 0);
-    for (int i = 0; i < 4; ++i) maker.quad(at(i, 0), at(i + 1, 0), at(i + 1, height), at(i, height), 0);
+    for (int i = 0; i < 4; ++i)
+      maker.quad(at(i, 0), at(i + 1, 0), at(i + 1, height), at(i, height), 0);
   };
   block({{130, 65}, {82, 225}, {240, 272}, {290, 114}}, 165);
   block({{423, 247}, {265, 296}, {314, 456}, {472, 406}}, 330);
@@ -86,9 +88,12 @@ LoadedScene make_waves() {
     const auto t = static_cast<float>(seconds);
     for (int r = 0; r <= kCells; ++r) {
       for (int c = 0; c <= kCells; ++c) {
-        const float x = 12 * (static_cast<float>(c) / kCells - 0.5f), z = -12 * (static_cast<float>(r) / kCells - 0.5f);
-        const float y = 0.25f * std::sin(1.3f * x + 1.7f * t) + 0.18f * std::sin(0.9f * z - 1.1f * x + 2.3f * t) +
-                        0.06f * std::sin(4.1f * x + 3.3f * z + 4 * t) + 0.02f * std::sin(11 * x - 9 * z + 7 * t);
+        const float x = 12 * (static_cast<float>(c) / kCells - 0.5f),
+                    z = -12 * (static_cast<float>(r) / kCells - 0.5f);
+        const float y = 0.25f * std::sin(1.3f * x + 1.7f * t) +
+                        0.18f * std::sin(0.9f * z - 1.1f * x + 2.3f * t) +
+                        0.06f * std::sin(4.1f * x + 3.3f * z + 4 * t) +
+                        0.02f * std::sin(11 * x - 9 * z + 7 * t);
         points.push_back({x, y, z});
       }
     }
@@ -106,7 +111,8 @@ LoadedScene make_waves() {
       const float a = 3.14159265f * static_cast<float>(k) / 24;
       profile.push_back({0.35f * std::sin(a), -0.35f * std::cos(a)});
     }
-    buoys.lathe({9 * (hash_unit(i, 1) - 0.5f), 0.15f, 9 * (hash_unit(i, 2) - 0.5f)}, profile, 48, 1);
+    buoys.lathe({9 * (hash_unit(i, 1) - 0.5f), 0.15f, 9 * (hash_unit(i, 2) - 0.5f)}, profile, 48,
+                1);
   }
   scene.meshes = {sea_at(0), buoys.finish()};
   scene.instances = {{0, {}}, {1, {}}};

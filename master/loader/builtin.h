@@ -12,7 +12,8 @@ LoadedScene make_waves();
 
 // A quad in a horizontal plane that shines downwards.
 class MeshMaker;
-void add_ceiling_light(MeshMaker& maker, Vec3f centre, float half_x, float half_z, std::uint32_t material);
+void add_ceiling_light(MeshMaker& maker, Vec3f centre, float half_x, float half_z,
+                       std::uint32_t material);
 Material matte(const char* name, Vec3f albedo);
 Material glowing(const char* name, Vec3f emission);
 

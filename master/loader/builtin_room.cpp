@@ -1,5 +1,5 @@
-// A furnished room, about 300,000 triangles: turned legs, bars, cloth, books, stalks and a carpet of thin fibres. Everything
-// comes from a few dozen lines and an integer hash.
+// A furnished room, about 300,000 triangles: turned legs, bars, cloth, books, stalks and a carpet
+// of thin fibres. Everything comes from a few dozen lines and an integer hash.
 #include <cmath>
 
 #include "master/loader/builtin.h"
@@ -9,10 +9,23 @@ namespace tessera::master {
 namespace {
 
 enum RoomMaterial : std::uint32_t {
-  kWall, kFloor, kCeiling, kWood, kDark, kCloth, kMetal, kLeaf, kClay, kLamp, kPaper, kCarpet, kBookFirst
+  kWall,
+  kFloor,
+  kCeiling,
+  kWood,
+  kDark,
+  kCloth,
+  kMetal,
+  kLeaf,
+  kClay,
+  kLamp,
+  kPaper,
+  kCarpet,
+  kBookFirst
 };
 constexpr std::uint32_t kBookColours = 6;
-constexpr float kWidth = 6, kHeight = 2.8f, kDepth = 5;  // metres; floor at y = 0, centred on x and z
+constexpr float kWidth = 6, kHeight = 2.8f,
+                kDepth = 5;  // metres; floor at y = 0, centred on x and z
 
 std::shared_ptr<const Texture> plank_texture() {
   auto texture = std::make_shared<Texture>();
@@ -21,9 +34,13 @@ std::shared_ptr<const Texture> plank_texture() {
     for (std::uint32_t x = 0; x < 256; ++x) {
       const std::uint32_t plank = y / 32;
       const bool is_gap = y % 32 == 0 || (x + 97 * plank) % 256 == 0;
-      const float grain = std::sin(0.35f * static_cast<float>(y) + 3 * std::sin(0.03f * static_cast<float>(x + 61 * plank)));
-      const float shade = is_gap ? 0.35f : 0.8f + 0.08f * grain + 0.12f * hash_unit(plank, (x + 97 * plank) / 256);
-      const auto texel = [&](float colour) { return static_cast<std::uint8_t>(255 * std::min(1.0f, colour * shade)); };
+      const float grain = std::sin(0.35f * static_cast<float>(y) +
+                                   3 * std::sin(0.03f * static_cast<float>(x + 61 * plank)));
+      const float shade =
+          is_gap ? 0.35f : 0.8f + 0.08f * grain + 0.12f * hash_unit(plank, (x + 97 * plank) / 256);
+      const auto texel = [&](float colour) {
+        return static_cast<std::uint8_t>(255 * std::min(1.0f, colour * shade));
+      };
       texture->rgba.insert(texture->rgba.end(), {texel(0.82f), texel(0.62f), texel(0.42f), 255});
     }
   }
@@ -38,7 +55,8 @@ void add_shell(MeshMaker& m) {
   m.quad({-x, 0, z}, {-x, 0, -z}, {-x, h, -z}, {-x, h, z}, kWall);
   m.quad({x, 0, -z}, {x, 0, z}, {x, h, z}, {x, h, -z}, kWall);
   m.quad({x, 0, z}, {-x, 0, z}, {-x, h, z}, {x, h, z}, kWall);
-  for (const float side : {-1.0f, 1.0f}) m.box({-x, 0, side * (z - 0.01f) - 0.01f}, {x, 0.09f, side * (z - 0.01f) + 0.01f}, kWood);
+  for (const float side : {-1.0f, 1.0f})
+    m.box({-x, 0, side * (z - 0.01f) - 0.01f}, {x, 0.09f, side * (z - 0.01f) + 0.01f}, kWood);
 }
 
 // A window of bars on the left wall, and curtains beside it.
@@ -50,14 +68,17 @@ void add_window(MeshMaker& m) {
     const float z = -0.88f + 0.22f * static_cast<float>(i);
     m.box({x, 0.98f, z - 0.008f}, {x + 0.02f, 2.2f, z + 0.008f}, kMetal);
   }
-  for (int i = 1; i < 4; ++i) m.box({x, 0.98f + 0.3f * static_cast<float>(i), -0.9f}, {x + 0.015f, 0.99f + 0.3f * static_cast<float>(i), 0.9f}, kMetal);
+  for (int i = 1; i < 4; ++i)
+    m.box({x, 0.98f + 0.3f * static_cast<float>(i), -0.9f},
+          {x + 0.015f, 0.99f + 0.3f * static_cast<float>(i), 0.9f}, kMetal);
   for (const float side : {-1.0f, 1.0f}) {
     constexpr int kRows = 60, kColumns = 160;
     std::vector<Vec3f> points;
     for (int r = 0; r <= kRows; ++r) {
       for (int c = 0; c <= kColumns; ++c) {
         const float u = static_cast<float>(c) / kColumns, v = static_cast<float>(r) / kRows;
-        const float fold = 0.05f * std::sin(60 * u) * (0.4f + 0.6f * (1 - v)) + 0.02f * std::sin(23 * u + 5 * v);
+        const float fold =
+            0.05f * std::sin(60 * u) * (0.4f + 0.6f * (1 - v)) + 0.02f * std::sin(23 * u + 5 * v);
         points.push_back({x + 0.12f + fold, 0.15f + 2.3f * v, side * (0.75f + 0.55f * u)});
       }
     }
@@ -81,21 +102,26 @@ void add_table(MeshMaker& m, Vec3f at) {
   m.box(at + Vec3f{-0.8f, 0.72f, -0.45f}, at + Vec3f{0.8f, 0.76f, 0.45f}, kWood);
   m.box(at + Vec3f{-0.74f, 0.64f, -0.4f}, at + Vec3f{0.74f, 0.72f, 0.4f}, kWood);
   for (const float x : {-0.68f, 0.68f}) {
-    for (const float z : {-0.34f, 0.34f}) m.lathe(at + Vec3f{x, 0, z}, turned_leg(0.64f, 0.035f), 40, kWood);
+    for (const float z : {-0.34f, 0.34f})
+      m.lathe(at + Vec3f{x, 0, z}, turned_leg(0.64f, 0.035f), 40, kWood);
   }
 }
 
 void add_chair(MeshMaker& m, Vec3f at, float side) {
   m.box(at + Vec3f{-0.22f, 0.44f, -0.22f}, at + Vec3f{0.22f, 0.47f, 0.22f}, kDark);
   for (const float x : {-0.18f, 0.18f}) {
-    for (const float z : {-0.18f, 0.18f}) m.lathe(at + Vec3f{x, 0, z}, turned_leg(0.44f, 0.02f), 28, kDark);
+    for (const float z : {-0.18f, 0.18f})
+      m.lathe(at + Vec3f{x, 0, z}, turned_leg(0.44f, 0.02f), 28, kDark);
     m.lathe(at + Vec3f{x, 0.47f, side * 0.2f}, turned_leg(0.5f, 0.016f), 28, kDark);
   }
   for (int i = 0; i < 7; ++i) {
     const float x = -0.15f + 0.05f * static_cast<float>(i);
-    m.tube({at + Vec3f{x, 0.47f, side * 0.2f}, at + Vec3f{x, 0.7f, side * 0.225f}, at + Vec3f{x, 0.93f, side * 0.21f}}, 0.006f, 10, kDark);
+    m.tube({at + Vec3f{x, 0.47f, side * 0.2f}, at + Vec3f{x, 0.7f, side * 0.225f},
+            at + Vec3f{x, 0.93f, side * 0.21f}},
+           0.006f, 10, kDark);
   }
-  m.box(at + Vec3f{-0.21f, 0.93f, side * 0.2f - 0.015f}, at + Vec3f{0.21f, 0.99f, side * 0.2f + 0.015f}, kDark);
+  m.box(at + Vec3f{-0.21f, 0.93f, side * 0.2f - 0.015f},
+        at + Vec3f{0.21f, 0.99f, side * 0.2f + 0.015f}, kDark);
 }
 
 void add_bookshelf(MeshMaker& m, Vec3f at) {
@@ -107,15 +133,20 @@ void add_bookshelf(MeshMaker& m, Vec3f at) {
     float x = 0.03f;
     for (std::uint32_t book = 0; x < width - 0.08f; ++book) {
       const auto id = static_cast<std::uint32_t>(shelf) * 100 + book;
-      const float thick = 0.014f + 0.035f * hash_unit(id, 1), tall = 0.2f + 0.12f * hash_unit(id, 2);
+      const float thick = 0.014f + 0.035f * hash_unit(id, 1),
+                  tall = 0.2f + 0.12f * hash_unit(id, 2);
       const float deep = 0.16f + 0.09f * hash_unit(id, 3);
-      const std::uint32_t colour = kBookFirst + static_cast<std::uint32_t>(hash_unit(id, 4) * kBookColours);
-      m.box(at + Vec3f{x, y + 0.025f, 0.02f}, at + Vec3f{x + thick, y + 0.025f + tall, 0.02f + deep}, colour);
-      m.box(at + Vec3f{x + 0.003f, y + 0.03f, 0.025f}, at + Vec3f{x + thick - 0.003f, y + 0.027f + tall, 0.021f + deep}, kPaper);
+      const std::uint32_t colour =
+          kBookFirst + static_cast<std::uint32_t>(hash_unit(id, 4) * kBookColours);
+      m.box(at + Vec3f{x, y + 0.025f, 0.02f},
+            at + Vec3f{x + thick, y + 0.025f + tall, 0.02f + deep}, colour);
+      m.box(at + Vec3f{x + 0.003f, y + 0.03f, 0.025f},
+            at + Vec3f{x + thick - 0.003f, y + 0.027f + tall, 0.021f + deep}, kPaper);
       x += thick + (hash_unit(id, 5) < 0.06f ? 0.05f : 0.001f);
     }
   }
-  for (const float x : {-0.025f, width}) m.box(at + Vec3f{x, 0, 0}, at + Vec3f{x + 0.025f, 2.0f, depth}, kWood);
+  for (const float x : {-0.025f, width})
+    m.box(at + Vec3f{x, 0, 0}, at + Vec3f{x + 0.025f, 2.0f, depth}, kWood);
 }
 
 void add_plant(MeshMaker& m, Vec3f at) {
@@ -126,11 +157,13 @@ void add_plant(MeshMaker& m, Vec3f at) {
   }
   m.lathe(at, pot, 64, kClay);
   for (std::uint32_t i = 0; i < 60; ++i) {
-    const float angle = 6.2831853f * hash_unit(i, 10), lean = 0.15f + 0.5f * hash_unit(i, 11), tall = 0.5f + 0.8f * hash_unit(i, 12);
+    const float angle = 6.2831853f * hash_unit(i, 10), lean = 0.15f + 0.5f * hash_unit(i, 11),
+                tall = 0.5f + 0.8f * hash_unit(i, 12);
     std::vector<Vec3f> stalk;
     for (int k = 0; k <= 16; ++k) {
       const float v = static_cast<float>(k) / 16, out = 0.05f + lean * v * v;
-      stalk.push_back(at + Vec3f{out * std::cos(angle), 0.3f + tall * v - 0.3f * lean * v * v, out * std::sin(angle)});
+      stalk.push_back(at + Vec3f{out * std::cos(angle), 0.3f + tall * v - 0.3f * lean * v * v,
+                                 out * std::sin(angle)});
     }
     m.tube(stalk, 0.004f, 6, kLeaf);
     for (int k = 5; k <= 16; ++k) {
@@ -151,7 +184,8 @@ void add_carpet(MeshMaker& m, Vec3f at) {
     const Vec3f p = at + Vec3f{x, 0.008f, z};
     const Vec3f half{0.0016f * std::cos(a), 0, 0.0016f * std::sin(a)};
     const bool is_stripe = static_cast<int>((x + 1.3f) * 5) % 3 == 0;
-    m.triangle(p - half, p + half, p + Vec3f{lean * std::sin(a), 0.02f + 0.008f * hash_unit(i, 24), lean * std::cos(a)},
+    m.triangle(p - half, p + half,
+               p + Vec3f{lean * std::sin(a), 0.02f + 0.008f * hash_unit(i, 24), lean * std::cos(a)},
                is_stripe ? kDark : kCarpet);
   }
 }
@@ -170,8 +204,10 @@ void add_lamp_and_vases(MeshMaker& m, Vec3f table) {
   vase(table + Vec3f{0.35f, 0.76f, -0.1f}, 0.14f, 0.16f, kClay);
   vase(table + Vec3f{-0.45f, 0.76f, 0.1f}, 0.1f, 0.12f, kCloth);
   vase(table + Vec3f{-0.1f, 0.76f, -0.2f}, 0.08f, 0.18f, kMetal);
-  m.box(table + Vec3f{-0.1f, 0.76f, 0.1f}, table + Vec3f{0.12f, 0.785f, 0.38f}, kBookFirst + 1, 0.4f);
-  m.box(table + Vec3f{-0.09f, 0.785f, 0.12f}, table + Vec3f{0.11f, 0.8f, 0.36f}, kBookFirst + 3, 0.15f);
+  m.box(table + Vec3f{-0.1f, 0.76f, 0.1f}, table + Vec3f{0.12f, 0.785f, 0.38f}, kBookFirst + 1,
+        0.4f);
+  m.box(table + Vec3f{-0.09f, 0.785f, 0.12f}, table + Vec3f{0.11f, 0.8f, 0.36f}, kBookFirst + 3,
+        0.15f);
 }
 
 void add_pictures(MeshMaker& m) {
@@ -184,7 +220,8 @@ void add_pictures(MeshMaker& m) {
       const auto id = static_cast<std::uint32_t>(i) * 64 + k;
       const float px = x + 0.06f + 0.4f * hash_unit(id, 30), py = 1.36f + 0.5f * hash_unit(id, 31);
       const float size = 0.02f + 0.07f * hash_unit(id, 32);
-      m.box({px, py, z + 0.02f}, {px + size, py + size, z + 0.027f + 0.002f * hash_unit(id, 33)}, kBookFirst + id % kBookColours);
+      m.box({px, py, z + 0.02f}, {px + size, py + size, z + 0.027f + 0.002f * hash_unit(id, 33)},
+            kBookFirst + id % kBookColours);
     }
   }
 }
@@ -194,11 +231,13 @@ void add_pictures(MeshMaker& m) {
 LoadedScene make_room() {
   LoadedScene loaded;
   Scene& scene = loaded.scene;
-  scene.materials = {matte("wall", {0.72f, 0.68f, 0.58f}), matte("floor", {1, 1, 1}), matte("ceiling", {0.8f, 0.8f, 0.78f}),
-                     matte("wood", {0.45f, 0.28f, 0.15f}), matte("dark wood", {0.2f, 0.11f, 0.06f}),
-                     matte("cloth", {0.55f, 0.16f, 0.14f}), matte("metal", {0.5f, 0.5f, 0.52f}), matte("leaf", {0.16f, 0.42f, 0.12f}),
-                     matte("clay", {0.62f, 0.33f, 0.2f}), glowing("lamp", {16, 14.5f, 12}), matte("paper", {0.82f, 0.8f, 0.72f}),
-                     matte("carpet", {0.4f, 0.3f, 0.24f})};
+  scene.materials = {
+      matte("wall", {0.72f, 0.68f, 0.58f}),     matte("floor", {1, 1, 1}),
+      matte("ceiling", {0.8f, 0.8f, 0.78f}),    matte("wood", {0.45f, 0.28f, 0.15f}),
+      matte("dark wood", {0.2f, 0.11f, 0.06f}), matte("cloth", {0.55f, 0.16f, 0.14f}),
+      matte("metal", {0.5f, 0.5f, 0.52f}),      matte("leaf", {0.16f, 0.42f, 0.12f}),
+      matte("clay", {0.62f, 0.33f, 0.2f}),      glowing("lamp", {16, 14.5f, 12}),
+      matte("paper", {0.82f, 0.8f, 0.72f}),     matte("carpet", {0.4f, 0.3f, 0.24f})};
   const Vec3f books[kBookColours] = {{0.5f, 0.1f, 0.1f}, {0.12f, 0.2f, 0.45f}, {0.1f, 0.35f, 0.2f},
                                      {0.6f, 0.5f, 0.2f}, {0.3f, 0.15f, 0.35f}, {0.65f, 0.6f, 0.5f}};
   for (const Vec3f& colour : books) scene.materials.push_back(matte("book", colour));

@@ -26,7 +26,8 @@ Vec3f control_point(const std::uint16_t (&patch)[16], std::size_t i) {
   return {p[0], p[2], -p[1]};
 }
 
-Vec3f evaluate(const std::uint16_t (&patch)[16], const std::array<float, 4>& u, const std::array<float, 4>& v) {
+Vec3f evaluate(const std::uint16_t (&patch)[16], const std::array<float, 4>& u,
+               const std::array<float, 4>& v) {
   Vec3f sum;
   for (std::size_t i = 0; i < 4; ++i) {
     Vec3f row;
@@ -36,8 +37,9 @@ Vec3f evaluate(const std::uint16_t (&patch)[16], const std::array<float, 4>& u, 
   return sum;
 }
 
-// Neighbouring patches store a shared border in the same or in opposite order, and Bernstein sums of reversed points round
-// differently; snapping to a grid of 2^-20 makes shared border points the same bits.
+// Neighbouring patches store a shared border in the same or in opposite order, and Bernstein sums
+// of reversed points round differently; snapping to a grid of 2^-20 makes shared border points the
+// same bits.
 Vec3f snapped(Vec3f p) {
   const auto snap = [](float x) { return std::nearbyint(x * 1048576.0f) * 0x1p-20f; };
   return {snap(p.x), snap(p.y), snap(p.z)};
@@ -46,7 +48,8 @@ Vec3f snapped(Vec3f p) {
 // Where the tangent plane collapses (knob, bottom), the normal a little inside stands in.
 Vec3f normal_at(const std::uint16_t (&patch)[16], float u, float v) {
   const auto cross_at = [&](float a, float b) {
-    return cross(evaluate(patch, bernstein_slope(a), bernstein(b)), evaluate(patch, bernstein(a), bernstein_slope(b)));
+    return cross(evaluate(patch, bernstein_slope(a), bernstein(b)),
+                 evaluate(patch, bernstein(a), bernstein_slope(b)));
   };
   const Vec3f n = cross_at(u, v);
   if (length(n) > 1e-6f) return normalize(n);
@@ -83,8 +86,9 @@ std::shared_ptr<const Mesh> teapot_mesh() {
 LoadedScene make_teapot() {
   LoadedScene loaded;
   Scene& scene = loaded.scene;
-  scene.materials = {matte("porcelain", {0.75f, 0.72f, 0.66f}), matte("table", {0.34f, 0.22f, 0.14f}),
-                     glowing("lamp", {14, 13, 11}), matte("wall", {0.35f, 0.42f, 0.5f})};
+  scene.materials = {matte("porcelain", {0.75f, 0.72f, 0.66f}),
+                     matte("table", {0.34f, 0.22f, 0.14f}), glowing("lamp", {14, 13, 11}),
+                     matte("wall", {0.35f, 0.42f, 0.5f})};
   MeshMaker surroundings;
   surroundings.quad({-12, 0, 12}, {12, 0, 12}, {12, 0, -9}, {-12, 0, -9}, 1);
   surroundings.quad({-12, 0, -9}, {12, 0, -9}, {12, 12, -9}, {-12, 12, -9}, 3);

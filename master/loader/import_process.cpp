@@ -25,8 +25,10 @@ constexpr std::size_t kErrorBytesMax = 4096;
 std::string importer_path() {
   if (const char* override_path = std::getenv("TESSERA_IMPORT")) return override_path;
   std::error_code error;
-  const std::filesystem::path bin = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  for (const auto& candidate : {bin / "tessera-import", bin / "../libexec/tessera/tessera-import"}) {
+  const std::filesystem::path bin =
+      std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  for (const auto& candidate :
+       {bin / "tessera-import", bin / "../libexec/tessera/tessera-import"}) {
     if (std::filesystem::exists(candidate, error)) return candidate.string();
   }
   return (bin / "tessera-import").string();
@@ -50,7 +52,8 @@ struct Pipe {
 };
 
 // Spawned with an empty signal mask, whatever ours is.
-Result<pid_t> spawn(const std::string& program, const std::string& file, const Pipe& out, const Pipe& err) {
+Result<pid_t> spawn(const std::string& program, const std::string& file, const Pipe& out,
+                    const Pipe& err) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
@@ -71,7 +74,9 @@ Result<pid_t> spawn(const std::string& program, const std::string& file, const P
   const int error = posix_spawn(&child, program.c_str(), &actions, &attributes, argv, environ);
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
-  if (error != 0) return Status::not_found("cannot start " + program + ": " + std::strerror(error) + "; install tessera completely");
+  if (error != 0)
+    return Status::not_found("cannot start " + program + ": " + std::strerror(error) +
+                             "; install tessera completely");
   return child;
 }
 
@@ -93,11 +98,13 @@ Status verdict(int wait_status, const std::string& path, const std::string& erro
     const bool is_limit = signal == SIGXCPU || signal == SIGKILL;
     return Status(is_limit ? StatusCode::kResourceExhausted : StatusCode::kInternal,
                   path + ": the importer was ended by " + strsignal(signal) +
-                      (is_limit ? " (a limit on time or memory); try a smaller file" : "; the file is probably damaged"));
+                      (is_limit ? " (a limit on time or memory); try a smaller file"
+                                : "; the file is probably damaged"));
   }
   if (WEXITSTATUS(wait_status) == 0) return Status::ok();
   std::string line = error_line.substr(0, error_line.find('\n'));
-  if (const std::string prefix = "tessera-import: "; line.starts_with(prefix)) line = line.substr(prefix.size());
+  if (const std::string prefix = "tessera-import: "; line.starts_with(prefix))
+    line = line.substr(prefix.size());
   return Status::invalid_argument(line.empty() ? path + ": cannot be imported" : line);
 }
 
@@ -106,7 +113,8 @@ Status verdict(int wait_status, const std::string& path, const std::string& erro
 Result<SceneStream> run_import(const std::string& path, const ImportLimits& limits,
                                const std::function<void(std::uint64_t bytes)>& progress) {
   Pipe out, err;
-  if (!out.open() || !err.open()) return Status::resource_exhausted(std::string("cannot make a pipe: ") + std::strerror(errno));
+  if (!out.open() || !err.open())
+    return Status::resource_exhausted(std::string("cannot make a pipe: ") + std::strerror(errno));
   auto child = spawn(importer_path(), path, out, err);
   if (!child.is_ok()) return child.status();
   out.close_write();
@@ -116,15 +124,19 @@ Result<SceneStream> run_import(const std::string& path, const ImportLimits& limi
   const TimePoint start = Clock::now();
   Status limit;
   for (bool has_out = true, has_err = true; has_out || has_err;) {
-    pollfd files[2] = {{has_out ? out.ends[0] : -1, POLLIN, 0}, {has_err ? err.ends[0] : -1, POLLIN, 0}};
+    pollfd files[2] = {{has_out ? out.ends[0] : -1, POLLIN, 0},
+                       {has_err ? err.ends[0] : -1, POLLIN, 0}};
     ::poll(files, 2, kPollMs);
     if (files[0].revents != 0) has_out = read_some(out.ends[0], bytes);
     if (files[1].revents != 0) has_err = read_some(err.ends[0], error_line);
     error_line.resize(std::min(error_line.size(), kErrorBytesMax));
     progress(bytes.size());
-    if (bytes.size() > limits.bytes_max) limit = Status::resource_exhausted(path + ": the scene is larger than the limit");
+    if (bytes.size() > limits.bytes_max)
+      limit = Status::resource_exhausted(path + ": the scene is larger than the limit");
     if (seconds(Clock::now() - start) > limits.seconds_max) {
-      limit = Status::resource_exhausted(path + ": reading took longer than " + std::to_string(static_cast<int>(limits.seconds_max)) + " s");
+      limit =
+          Status::resource_exhausted(path + ": reading took longer than " +
+                                     std::to_string(static_cast<int>(limits.seconds_max)) + " s");
     }
     if (!limit.is_ok()) {
       ::kill(*child, SIGKILL);

@@ -1,4 +1,5 @@
-// Runs tessera-import on one file, watches its limits, and turns its end or death into a scene or one line.
+// Runs tessera-import on one file, watches its limits, and turns its end or death into a scene or
+// one line.
 //
 // Threads. Any; blocks until the process has ended.
 #pragma once

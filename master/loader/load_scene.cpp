@@ -15,23 +15,29 @@ namespace {
 Status check_file(const std::string& path) {
   struct stat info {};
   if (stat(path.c_str(), &info) != 0) {
-    return Status::not_found("scene " + path + ": " + std::strerror(errno) + "; give a file, or builtin:NAME");
+    return Status::not_found("scene " + path + ": " + std::strerror(errno) +
+                             "; give a file, or builtin:NAME");
   }
-  if (S_ISDIR(info.st_mode)) return Status::invalid_argument("scene " + path + " is a folder; give a file in it");
-  if (!S_ISREG(info.st_mode)) return Status::invalid_argument("scene " + path + " is not a regular file");
-  if (access(path.c_str(), R_OK) != 0) return Status::permission_denied("scene " + path + ": " + std::strerror(errno));
+  if (S_ISDIR(info.st_mode))
+    return Status::invalid_argument("scene " + path + " is a folder; give a file in it");
+  if (!S_ISREG(info.st_mode))
+    return Status::invalid_argument("scene " + path + " is not a regular file");
+  if (access(path.c_str(), R_OK) != 0)
+    return Status::permission_denied("scene " + path + ": " + std::strerror(errno));
   if (info.st_size == 0) return Status::invalid_argument("scene " + path + " is empty");
   const std::string suffix = std::filesystem::path(path).extension().string();
   if (suffix != ".obj" && suffix != ".ply" && suffix != ".gltf" && suffix != ".glb") {
-    return Status::invalid_argument("scene " + path + ": unknown suffix '" + suffix + "'; known are .obj, .ply, .gltf, .glb");
+    return Status::invalid_argument("scene " + path + ": unknown suffix '" + suffix +
+                                    "'; known are .obj, .ply, .gltf, .glb");
   }
   return Status::ok();
 }
 
 }  // namespace
 
-Result<LoadedScene> load_scene(const std::string& scene_argument,
-                               const std::function<void(const std::string& text, double fraction)>& progress) {
+Result<LoadedScene> load_scene(
+    const std::string& scene_argument,
+    const std::function<void(const std::string& text, double fraction)>& progress) {
   if (scene_argument.starts_with("builtin:")) return make_builtin(scene_argument.substr(8));
   TESSERA_RETURN_IF_ERROR(check_file(scene_argument));
   progress("reading " + scene_argument, -1);
@@ -41,7 +47,8 @@ Result<LoadedScene> load_scene(const std::string& scene_argument,
   if (!stream.is_ok()) return stream.status();
   SceneDecoder decoder;
   auto scene = decoder.decode(stream->scene);
-  if (!scene.is_ok()) return Status(scene.status().code(), scene_argument + ": " + scene.status().message());
+  if (!scene.is_ok())
+    return Status(scene.status().code(), scene_argument + ": " + scene.status().message());
   LoadedScene loaded;
   loaded.scene = std::move(*scene);
   loaded.warnings = std::move(stream->warnings);

@@ -1,5 +1,5 @@
-// SCENE of the command line to scene values: `builtin:NAME`, or a file, which tessera-import reads in a separate,
-// limited process so that nothing in a file can crash, hang or exhaust the master.
+// SCENE of the command line to scene values: `builtin:NAME`, or a file, which tessera-import reads
+// in a separate, limited process so that nothing in a file can crash, hang or exhaust the master.
 //
 // Threads. Any; blocks until done.
 #pragma once
@@ -15,18 +15,20 @@
 namespace tessera::master {
 
 struct LoadedScene {
-  Scene scene;                        // at time 0
+  Scene scene;  // at time 0
   bool is_animated = false;
   // Scene at a time in seconds; only where is_animated. Shares unchanged meshes with other times.
   std::function<Scene(double seconds)> at_time;
-  std::vector<std::string> warnings;  // one line each: missing texture, degenerate triangles, unknown keyword, ...
+  std::vector<std::string>
+      warnings;  // one line each: missing texture, degenerate triangles, unknown keyword, ...
 };
 
-// `progress(text, fraction)` is called now and then from the calling thread (fraction < 0: unknown).
-// Returns: one line naming the file and what to do: kNotFound, kInvalidArgument (malformed: element and line),
-// kResourceExhausted (limits), kDataLoss.
-Result<LoadedScene> load_scene(const std::string& scene_argument,
-                               const std::function<void(const std::string& text, double fraction)>& progress);
+// `progress(text, fraction)` is called now and then from the calling thread (fraction < 0:
+// unknown). Returns: one line naming the file and what to do: kNotFound, kInvalidArgument
+// (malformed: element and line), kResourceExhausted (limits), kDataLoss.
+Result<LoadedScene> load_scene(
+    const std::string& scene_argument,
+    const std::function<void(const std::string& text, double fraction)>& progress);
 
 // Built-in scenes; builtin.cpp.
 std::vector<std::string> builtin_names();

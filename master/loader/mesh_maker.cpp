@@ -42,7 +42,8 @@ void MeshMaker::box(Vec3f lower, Vec3f upper, std::uint32_t material, float angl
   const float c = std::cos(angle), s = std::sin(angle);
   Vec3f p[8];
   for (int i = 0; i < 8; ++i) {
-    const Vec3f q{(i & 1) != 0 ? upper.x : lower.x, (i & 2) != 0 ? upper.y : lower.y, (i & 4) != 0 ? upper.z : lower.z};
+    const Vec3f q{(i & 1) != 0 ? upper.x : lower.x, (i & 2) != 0 ? upper.y : lower.y,
+                  (i & 4) != 0 ? upper.z : lower.z};
     const float x = q.x - centre.x, z = q.z - centre.z;
     p[i] = {centre.x + c * x + s * z, q.y, centre.z - s * x + c * z};
   }
@@ -54,7 +55,8 @@ void MeshMaker::box(Vec3f lower, Vec3f upper, std::uint32_t material, float angl
   quad(p[4], p[5], p[7], p[6], material);  // +z
 }
 
-void MeshMaker::lathe(Vec3f base, const std::vector<Vec2f>& profile, int segments, std::uint32_t material) {
+void MeshMaker::lathe(Vec3f base, const std::vector<Vec2f>& profile, int segments,
+                      std::uint32_t material) {
   const int rows = static_cast<int>(profile.size()) - 1;
   std::vector<Vec3f> points;
   for (const Vec2f& p : profile) {
@@ -66,11 +68,13 @@ void MeshMaker::lathe(Vec3f base, const std::vector<Vec2f>& profile, int segment
   grid(rows, segments, points, material);
 }
 
-void MeshMaker::tube(const std::vector<Vec3f>& path, float radius, int sides, std::uint32_t material) {
+void MeshMaker::tube(const std::vector<Vec3f>& path, float radius, int sides,
+                     std::uint32_t material) {
   std::vector<Vec3f> points;
   for (std::size_t i = 0; i < path.size(); ++i) {
     const Vec3f along = normalize(path[std::min(i + 1, path.size() - 1)] - path[i > 0 ? i - 1 : 0]);
-    const Vec3f side = normalize(cross(along, std::abs(along.y) < 0.9f ? Vec3f{0, 1, 0} : Vec3f{1, 0, 0}));
+    const Vec3f side =
+        normalize(cross(along, std::abs(along.y) < 0.9f ? Vec3f{0, 1, 0} : Vec3f{1, 0, 0}));
     const Vec3f up = cross(side, along);
     for (int k = 0; k <= sides; ++k) {
       const float a = kTau * static_cast<float>(k % sides) / static_cast<float>(sides);
@@ -80,7 +84,8 @@ void MeshMaker::tube(const std::vector<Vec3f>& path, float radius, int sides, st
   grid(static_cast<int>(path.size()) - 1, sides, points, material);
 }
 
-void MeshMaker::grid(int rows, int columns, const std::vector<Vec3f>& points, std::uint32_t material, float uv_scale) {
+void MeshMaker::grid(int rows, int columns, const std::vector<Vec3f>& points,
+                     std::uint32_t material, float uv_scale) {
   const int stride = columns + 1;
   const auto at = [&](int r, int c) { return points[static_cast<std::size_t>(r * stride + c)]; };
   const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
@@ -92,7 +97,8 @@ void MeshMaker::grid(int rows, int columns, const std::vector<Vec3f>& points, st
       const Vec3f across = at(r, right) - at(r, left);
       const Vec3f along = at(std::min(r + 1, rows), c) - at(std::max(r - 1, 0), c);
       vertex(at(r, c), cross(across, along),
-             {uv_scale * static_cast<float>(c) / static_cast<float>(columns), uv_scale * static_cast<float>(r) / static_cast<float>(rows)});
+             {uv_scale * static_cast<float>(c) / static_cast<float>(columns),
+              uv_scale * static_cast<float>(r) / static_cast<float>(rows)});
     }
   }
   for (int r = 0; r < rows; ++r) {

@@ -1,5 +1,5 @@
-// Small tools for procedural meshes: boxes, quads, lathes, tubes, with materials. Deterministic: randomness is an integer hash.
-// Threads. Plain values.
+// Small tools for procedural meshes: boxes, quads, lathes, tubes, with materials. Deterministic:
+// randomness is an integer hash. Threads. Plain values.
 #pragma once
 
 #include <cstdint>
@@ -24,14 +24,18 @@ class MeshMaker {
   // Triangle and quad (a, b, c, d around it), normal along (b - a) x (c - a), flat.
   void triangle(Vec3f a, Vec3f b, Vec3f c, std::uint32_t material);
   void quad(Vec3f a, Vec3f b, Vec3f c, Vec3f d, std::uint32_t material);
-  // Axis-parallel box, faces outwards; turned by `angle` around the vertical axis through its centre.
+  // Axis-parallel box, faces outwards; turned by `angle` around the vertical axis through its
+  // centre.
   void box(Vec3f lower, Vec3f upper, std::uint32_t material, float angle = 0);
-  // Profile of (radius, height) pairs turned around the vertical axis through `base`; smooth normals.
+  // Profile of (radius, height) pairs turned around the vertical axis through `base`; smooth
+  // normals.
   void lathe(Vec3f base, const std::vector<Vec2f>& profile, int segments, std::uint32_t material);
   // A tube of `sides` around a path.
   void tube(const std::vector<Vec3f>& path, float radius, int sides, std::uint32_t material);
-  // Grid of (rows + 1) x (columns + 1) points, row by row; smooth normals; uv over [0, 1]^2 times `uv_scale`.
-  void grid(int rows, int columns, const std::vector<Vec3f>& points, std::uint32_t material, float uv_scale = 1);
+  // Grid of (rows + 1) x (columns + 1) points, row by row; smooth normals; uv over [0, 1]^2 times
+  // `uv_scale`.
+  void grid(int rows, int columns, const std::vector<Vec3f>& points, std::uint32_t material,
+            float uv_scale = 1);
 
   std::size_t triangle_count() const { return mesh_.triangles.size(); }
   // Requires: something was made.

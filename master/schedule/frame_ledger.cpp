@@ -8,17 +8,24 @@ namespace tessera::master {
 
 const char* verdict_text(ResultVerdict verdict) {
   switch (verdict) {
-    case ResultVerdict::kAccepted: return "accepted";
-    case ResultVerdict::kDuplicate: return "a duplicate";
-    case ResultVerdict::kFrameEnded: return "for a frame that is over";
-    case ResultVerdict::kUnknownFrame: return "for a frame never begun";
-    case ResultVerdict::kWrongVersion: return "of another scene version than the frame's";
-    case ResultVerdict::kNotLeased: return "for a tile that was not leased to it";
+    case ResultVerdict::kAccepted:
+      return "accepted";
+    case ResultVerdict::kDuplicate:
+      return "a duplicate";
+    case ResultVerdict::kFrameEnded:
+      return "for a frame that is over";
+    case ResultVerdict::kUnknownFrame:
+      return "for a frame never begun";
+    case ResultVerdict::kWrongVersion:
+      return "of another scene version than the frame's";
+    case ResultVerdict::kNotLeased:
+      return "for a tile that was not leased to it";
   }
   return "unknown";
 }
 
-FrameLedger::FrameLedger(SceneVersion version, TileIndex tile_count) : version_(version), tiles_(tile_count) {
+FrameLedger::FrameLedger(SceneVersion version, TileIndex tile_count)
+    : version_(version), tiles_(tile_count) {
   TESSERA_CHECK_GE(tile_count, 1u);
   for (TileIndex tile = 0; tile < tile_count; ++tile) pending_.push_back(tile);
 }
@@ -40,13 +47,15 @@ std::optional<TileAssignment> FrameLedger::lease_next(SessionId session, TimePoi
   return lease(index, session, now);
 }
 
-std::optional<TileAssignment> FrameLedger::lease_again(SessionId session, TimePoint now, Duration overdue) {
+std::optional<TileAssignment> FrameLedger::lease_again(SessionId session, TimePoint now,
+                                                       Duration overdue) {
   std::optional<TileIndex> oldest;
   TimePoint oldest_since = now - overdue;
   for (TileIndex index = 0; index < tile_count(); ++index) {
     const Tile& tile = tiles_[index];
     if (tile.is_done || tile.leases.empty() || tile.leases.size() >= kLeasesPerTileMax) continue;
-    if (tile.leases.front().session == session || tile.leases.front().since >= oldest_since) continue;
+    if (tile.leases.front().session == session || tile.leases.front().since >= oldest_since)
+      continue;
     oldest = index;
     oldest_since = tile.leases.front().since;
   }
@@ -66,7 +75,8 @@ void FrameLedger::make_pending(TileIndex index) {
   pending_.push_front(index);
 }
 
-ResultVerdict FrameLedger::accept(SessionId session, SceneVersion version, TileIndex index, Attempt attempt) {
+ResultVerdict FrameLedger::accept(SessionId session, SceneVersion version, TileIndex index,
+                                  Attempt attempt) {
   if (version != version_) return ResultVerdict::kWrongVersion;
   if (index >= tiles_.size()) return ResultVerdict::kNotLeased;
   Tile& tile = tiles_[index];
@@ -109,13 +119,15 @@ int FrameLedger::lose_session(SessionId session, std::size_t suspect_count) {
       if (lease.session == session) lost.push_back({index, lease.since, lease.attempt});
     }
   }
-  std::stable_sort(lost.begin(), lost.end(), [](const Lost& a, const Lost& b) { return a.since < b.since; });
+  std::stable_sort(lost.begin(), lost.end(),
+                   [](const Lost& a, const Lost& b) { return a.since < b.since; });
   int losses_max = 0;
   for (std::size_t i = 0; i < lost.size() && i < suspect_count; ++i) {
     Tile& tile = tiles_[lost[i].tile];
     if (!tile.is_done) losses_max = std::max(losses_max, ++tile.losses);
   }
-  for (auto entry = lost.rbegin(); entry != lost.rend(); ++entry) hand_back(session, entry->tile, entry->attempt);
+  for (auto entry = lost.rbegin(); entry != lost.rend(); ++entry)
+    hand_back(session, entry->tile, entry->attempt);
   return losses_max;
 }
 

@@ -1,11 +1,13 @@
 // Who owes which tile of one frame. Pure: no clock, no thread, no IO.
 //
-// A tile is pending, leased (at most kLeasesPerTileMax times at once) or done. Every lease ends once: accepted (first valid
-// result), rejected (a later valid result), or abandoned (slave lost, tile handed back, frame ended). So
-// issued == accepted + rejected + abandoned + in_flight at every moment.
+// A tile is pending, leased (at most kLeasesPerTileMax times at once) or done. Every lease ends
+// once: accepted (first valid result), rejected (a later valid result), or abandoned (slave lost,
+// tile handed back, frame ended). So issued == accepted + rejected + abandoned + in_flight at every
+// moment.
 //
-// Invariants. (1) A tile is accepted once. (2) Only a result that answers an outstanding lease (session, version, tile,
-// attempt) is accepted. (3) A lost tile without another lease is pending again, at the head.
+// Invariants. (1) A tile is accepted once. (2) Only a result that answers an outstanding lease
+// (session, version, tile, attempt) is accepted. (3) A lost tile without another lease is pending
+// again, at the head.
 #pragma once
 
 #include <cstdint>
@@ -54,7 +56,8 @@ class FrameLedger {
   // Leases the first pending tile.
   std::optional<TileAssignment> lease_next(SessionId session, TimePoint now);
 
-  // Leases once more the tile whose lease is oldest, if that is older than `overdue` and none of `session`'s.
+  // Leases once more the tile whose lease is oldest, if that is older than `overdue` and none of
+  // `session`'s.
   std::optional<TileAssignment> lease_again(SessionId session, TimePoint now, Duration overdue);
 
   ResultVerdict accept(SessionId session, SceneVersion version, TileIndex tile, Attempt attempt);
@@ -62,8 +65,8 @@ class FrameLedger {
   // The slave gives the tile back unrendered. Returns: false when it held no such lease.
   bool hand_back(SessionId session, TileIndex tile, Attempt attempt);
 
-  // The slave is gone. `suspect_count` of its oldest leases may have been in rendering; each counts as one loss of its
-  // tile. Returns: the greatest number of losses of one tile so far.
+  // The slave is gone. `suspect_count` of its oldest leases may have been in rendering; each counts
+  // as one loss of its tile. Returns: the greatest number of losses of one tile so far.
   int lose_session(SessionId session, std::size_t suspect_count);
 
   // Every outstanding lease is abandoned. Returns: how many there were.

@@ -9,15 +9,16 @@
 namespace tessera::master {
 namespace {
 
-// A tile is overdue after twice the usual time from lease to result, but never before this: short of it, the message to
-// a second slave costs more than waiting.
+// A tile is overdue after twice the usual time from lease to result, but never before this: short
+// of it, the message to a second slave costs more than waiting.
 constexpr std::chrono::milliseconds kOverdueMin{500};
 constexpr double kTurnaroundWeight = 0.1;  // of the newest result in the moving average
 
 }  // namespace
 
 Scheduler::Frame* Scheduler::find(FrameId id) {
-  const auto found = std::find_if(frames_.begin(), frames_.end(), [&](const Frame& f) { return f.id == id; });
+  const auto found =
+      std::find_if(frames_.begin(), frames_.end(), [&](const Frame& f) { return f.id == id; });
   return found == frames_.end() ? nullptr : &*found;
 }
 
@@ -52,7 +53,9 @@ Actions Scheduler::slave_lost(SessionId session, TimePoint now) {
     if (frame.state != FrameState::kOpen || frame.held.erase(session) == 0) continue;
     if (frame.ledger.lose_session(session, threads) >= kTileAttemptsMax) {
       end_frame(frame, FrameState::kFailed,
-                "a tile was lost with " + std::to_string(kTileAttemptsMax) + " slaves, one after the other", actions);
+                "a tile was lost with " + std::to_string(kTileAttemptsMax) +
+                    " slaves, one after the other",
+                actions);
     }
   }
   fail_hopeless(actions);
@@ -71,7 +74,8 @@ Actions Scheduler::scene_built(SessionId session, SceneVersion version, TimePoin
   return actions;
 }
 
-Actions Scheduler::scene_failed(SessionId session, SceneVersion version, const std::string& reason, TimePoint now) {
+Actions Scheduler::scene_failed(SessionId session, SceneVersion version, const std::string& reason,
+                                TimePoint now) {
   Actions actions;
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return actions;
@@ -89,16 +93,18 @@ void Scheduler::fail_hopeless(Actions& actions) {
   for (Frame& frame : frames_) {
     if (frame.state != FrameState::kOpen) continue;
     const SceneVersion version = frame.ledger.version();
-    const bool is_hopeless = std::all_of(slaves_.begin(), slaves_.end(),
-                                         [&](const auto& entry) { return entry.second.failed.contains(version); });
+    const bool is_hopeless = std::all_of(slaves_.begin(), slaves_.end(), [&](const auto& entry) {
+      return entry.second.failed.contains(version);
+    });
     if (is_hopeless) {
-      end_frame(frame, FrameState::kFailed, "no slave can hold the scene: " + slaves_.begin()->second.failed[version],
-                actions);
+      end_frame(frame, FrameState::kFailed,
+                "no slave can hold the scene: " + slaves_.begin()->second.failed[version], actions);
     }
   }
 }
 
-Actions Scheduler::submit_frame(FrameId frame, SceneVersion version, TileIndex tile_count, TimePoint now) {
+Actions Scheduler::submit_frame(FrameId frame, SceneVersion version, TileIndex tile_count,
+                                TimePoint now) {
   TESSERA_CHECK_GE(frame, next_frame_);
   next_frame_ = frame + 1;
   frames_.push_back({frame, FrameState::kOpen, "", FrameLedger(version, tile_count), {}});
@@ -120,24 +126,27 @@ Actions Scheduler::cancel_frame(FrameId id, TimePoint now) {
 }
 
 void Scheduler::release(Frame& frame, SessionId session) {
-  if (const auto held = frame.held.find(session); held != frame.held.end() && --held->second == 0) frame.held.erase(held);
+  if (const auto held = frame.held.find(session); held != frame.held.end() && --held->second == 0)
+    frame.held.erase(held);
   if (const auto slave = slaves_.find(session); slave != slaves_.end()) --slave->second.in_flight;
 }
 
-ResultVerdict Scheduler::result(SessionId session, FrameId id, SceneVersion version, TileIndex tile, Attempt attempt,
-                                TimePoint now, Actions& actions) {
+ResultVerdict Scheduler::result(SessionId session, FrameId id, SceneVersion version, TileIndex tile,
+                                Attempt attempt, TimePoint now, Actions& actions) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return ResultVerdict::kNotLeased;
   Frame* frame = find(id);
   if (frame == nullptr || frame->state != FrameState::kOpen) {
-    return slave->second.begun.contains(id) ? ResultVerdict::kFrameEnded : ResultVerdict::kUnknownFrame;
+    return slave->second.begun.contains(id) ? ResultVerdict::kFrameEnded
+                                            : ResultVerdict::kUnknownFrame;
   }
   const ResultVerdict verdict = frame->ledger.accept(session, version, tile, attempt);
   if (verdict != ResultVerdict::kAccepted && verdict != ResultVerdict::kDuplicate) return verdict;
   release(*frame, session);
   if (const auto since = leased_at_.find({id, tile}); since != leased_at_.end()) {
     const double turnaround = seconds(now - since->second);
-    turnaround_seconds_ += (turnaround_seconds_ == 0 ? 1 : kTurnaroundWeight) * (turnaround - turnaround_seconds_);
+    turnaround_seconds_ +=
+        (turnaround_seconds_ == 0 ? 1 : kTurnaroundWeight) * (turnaround - turnaround_seconds_);
     leased_at_.erase(since);
   }
   if (frame->ledger.is_complete()) {
@@ -151,10 +160,12 @@ ResultVerdict Scheduler::result(SessionId session, FrameId id, SceneVersion vers
   return verdict;
 }
 
-Actions Scheduler::tile_returned(SessionId session, FrameId id, TileIndex tile, Attempt attempt, TimePoint now) {
+Actions Scheduler::tile_returned(SessionId session, FrameId id, TileIndex tile, Attempt attempt,
+                                 TimePoint now) {
   Actions actions;
   Frame* frame = find(id);
-  if (frame == nullptr || frame->state != FrameState::kOpen || !frame->ledger.hand_back(session, tile, attempt)) {
+  if (frame == nullptr || frame->state != FrameState::kOpen ||
+      !frame->ledger.hand_back(session, tile, attempt)) {
     return actions;
   }
   release(*frame, session);
@@ -172,12 +183,15 @@ void Scheduler::end_frame(Frame& frame, FrameState state, std::string reason, Ac
   frame.reason = std::move(reason);
   frame.ledger.abandon_all();
   for (const auto& [session, count] : frame.held) {
-    if (const auto slave = slaves_.find(session); slave != slaves_.end()) slave->second.in_flight -= count;
+    if (const auto slave = slaves_.find(session); slave != slaves_.end())
+      slave->second.in_flight -= count;
   }
   frame.held.clear();
-  leased_at_.erase(leased_at_.lower_bound({frame.id, 0}), leased_at_.lower_bound({frame.id + 1, 0}));
+  leased_at_.erase(leased_at_.lower_bound({frame.id, 0}),
+                   leased_at_.lower_bound({frame.id + 1, 0}));
   for (auto& [session, slave] : slaves_) {
-    if (slave.begun.contains(frame.id)) actions.push_back({ActionKind::kEndFrame, session, frame.id, {}, false, ""});
+    if (slave.begun.contains(frame.id))
+      actions.push_back({ActionKind::kEndFrame, session, frame.id, {}, false, ""});
     while (slave.begun.size() > 16) slave.begun.erase(slave.begun.begin());
   }
 }
@@ -185,7 +199,8 @@ void Scheduler::end_frame(Frame& frame, FrameState state, std::string reason, Ac
 void Scheduler::deliver(Actions& actions) {
   while (!frames_.empty() && frames_.front().state != FrameState::kOpen) {
     Frame& frame = frames_.front();
-    const ActionKind kind = frame.state == FrameState::kComplete ? ActionKind::kFrameComplete : ActionKind::kFrameFailed;
+    const ActionKind kind = frame.state == FrameState::kComplete ? ActionKind::kFrameComplete
+                                                                 : ActionKind::kFrameFailed;
     actions.push_back({kind, 0, frame.id, {}, frame.state == FrameState::kCancelled, frame.reason});
     const LedgerCounts& counts = frame.ledger.counts();
     ended_counts_.issued += counts.issued;
@@ -196,7 +211,8 @@ void Scheduler::deliver(Actions& actions) {
   }
 }
 
-void Scheduler::issue(SessionId session, Slave& slave, Frame& frame, TileAssignment tile, Actions& actions) {
+void Scheduler::issue(SessionId session, Slave& slave, Frame& frame, TileAssignment tile,
+                      Actions& actions) {
   if (slave.begun.insert(frame.id).second) {
     actions.push_back({ActionKind::kBeginFrame, session, frame.id, {}, false, ""});
   }
@@ -207,7 +223,8 @@ void Scheduler::issue(SessionId session, Slave& slave, Frame& frame, TileAssignm
 
 // Returns: whether a tile was leased. Oldest frame first.
 bool Scheduler::lease_one(SessionId session, Slave& slave, TimePoint now, Actions& actions) {
-  const auto capacity = slave.threads * static_cast<std::uint32_t>(options_.prefetch_per_thread + 1);
+  const auto capacity =
+      slave.threads * static_cast<std::uint32_t>(options_.prefetch_per_thread + 1);
   if (!is_started_ || slave.in_flight >= capacity) return false;
   for (std::size_t i = 0; i < active_count(); ++i) {
     Frame& frame = frames_[i];
@@ -225,7 +242,8 @@ bool Scheduler::lease_one(SessionId session, Slave& slave, TimePoint now, Action
 void Scheduler::fill_all(TimePoint now, Actions& actions) {
   for (bool has_leased = true; has_leased;) {
     has_leased = false;
-    for (auto& [session, slave] : slaves_) has_leased = lease_one(session, slave, now, actions) || has_leased;
+    for (auto& [session, slave] : slaves_)
+      has_leased = lease_one(session, slave, now, actions) || has_leased;
   }
 }
 
@@ -237,7 +255,8 @@ Actions Scheduler::tick(TimePoint now) {
     if (slave.in_flight > 0) continue;
     for (std::size_t i = 0; i < active_count() && slave.in_flight < slave.threads; ++i) {
       Frame& frame = frames_[i];
-      if (frame.state != FrameState::kOpen || !slave.built.contains(frame.ledger.version())) continue;
+      if (frame.state != FrameState::kOpen || !slave.built.contains(frame.ledger.version()))
+        continue;
       while (slave.in_flight < slave.threads) {
         const auto tile = frame.ledger.lease_again(session, now, overdue);
         if (!tile) break;

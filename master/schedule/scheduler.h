@@ -1,13 +1,13 @@
-// Decides which slave renders which tile of which frame. Pure: events and `now` go in, actions come out, in the order in
-// which they are to be done. The product and tests/sim drive the same object.
+// Decides which slave renders which tile of which frame. Pure: events and `now` go in, actions come
+// out, in the order in which they are to be done. The product and tests/sim drive the same object.
 //
-// After Benthin 2006, 8.3: dynamic balancing (one result brings one new tile), prefetching (tiles queued on each slave
-// in advance), two frames in flight, tiles only of scene versions that the slave has built. Beyond it: slaves come and go
-// at any moment, and overdue tiles are leased twice.
+// After Benthin 2006, 8.3: dynamic balancing (one result brings one new tile), prefetching (tiles
+// queued on each slave in advance), two frames in flight, tiles only of scene versions that the
+// slave has built. Beyond it: slaves come and go at any moment, and overdue tiles are leased twice.
 //
-// Invariants. (1) At most frames_in_flight frames are leased at once, the oldest first. (2) kFrameComplete and kFrameFailed
-// come in the order of submission, once each. (3) A slave holds at most threads * (prefetch_per_thread + 1) tiles.
-// (4) Every loop is bounded by slaves times tiles.
+// Invariants. (1) At most frames_in_flight frames are leased at once, the oldest first. (2)
+// kFrameComplete and kFrameFailed come in the order of submission, once each. (3) A slave holds at
+// most threads * (prefetch_per_thread + 1) tiles. (4) Every loop is bounded by slaves times tiles.
 #pragma once
 
 #include <deque>
@@ -33,7 +33,7 @@ struct Action {
   ActionKind kind = ActionKind::kLease;
   SessionId session = 0;  // kBeginFrame, kLease, kEndFrame
   FrameId frame = 0;
-  TileAssignment tile;      // kLease
+  TileAssignment tile;        // kLease
   bool is_cancelled = false;  // kFrameFailed: on request
   std::string reason;         // kFrameFailed
 };
@@ -51,16 +51,18 @@ class Scheduler {
   void slave_joined(SessionId session, std::uint32_t threads);
   Actions slave_lost(SessionId session, TimePoint now);
   Actions scene_built(SessionId session, SceneVersion version, TimePoint now);
-  Actions scene_failed(SessionId session, SceneVersion version, const std::string& reason, TimePoint now);
+  Actions scene_failed(SessionId session, SceneVersion version, const std::string& reason,
+                       TimePoint now);
 
   // Requires: frame numbers count up.
   Actions submit_frame(FrameId frame, SceneVersion version, TileIndex tile_count, TimePoint now);
   Actions cancel_frame(FrameId frame, TimePoint now);
 
   // `actions` gets what follows from it. Violations change nothing.
-  ResultVerdict result(SessionId session, FrameId frame, SceneVersion version, TileIndex tile, Attempt attempt,
-                       TimePoint now, Actions& actions);
-  Actions tile_returned(SessionId session, FrameId frame, TileIndex tile, Attempt attempt, TimePoint now);
+  ResultVerdict result(SessionId session, FrameId frame, SceneVersion version, TileIndex tile,
+                       Attempt attempt, TimePoint now, Actions& actions);
+  Actions tile_returned(SessionId session, FrameId frame, TileIndex tile, Attempt attempt,
+                        TimePoint now);
 
   // Call every 50 to 100 ms: overdue tiles are leased again.
   Actions tick(TimePoint now);

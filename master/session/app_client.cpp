@@ -11,19 +11,20 @@
 namespace tessera::master {
 namespace {
 
-// Scene pieces are queued while less than this waits in the send queue: a few pieces, so that a frame submitted
-// meanwhile waits for tens of milliseconds on a slow link, not for the whole scene.
+// Scene pieces are queued while less than this waits in the send queue: a few pieces, so that a
+// frame submitted meanwhile waits for tens of milliseconds on a slow link, not for the whole scene.
 constexpr std::uint64_t kUploadQueueBytesMax = 2 * kSceneChunkBytesMax;
 
 std::uint64_t now_ns() {
   return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count());
+      std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch())
+          .count());
 }
 
 }  // namespace
 
-AppClient::AppClient(net::IoThread& io, net::ConnectionPtr connection, wire::Role role, std::string name,
-                     Callbacks callbacks)
+AppClient::AppClient(net::IoThread& io, net::ConnectionPtr connection, wire::Role role,
+                     std::string name, Callbacks callbacks)
     : io_(io),
       connection_(std::move(connection)),
       callbacks_(std::move(callbacks)),
@@ -40,7 +41,8 @@ AppClient::AppClient(net::IoThread& io, net::ConnectionPtr connection, wire::Rol
   hello.name = std::move(name);
   hello.build_id = kBuildId;
   send(std::move(hello));
-  heartbeat_timer_.start_repeating(std::chrono::milliseconds(heartbeat_ms_ / 2), [this] { heartbeat(); });
+  heartbeat_timer_.start_repeating(std::chrono::milliseconds(heartbeat_ms_ / 2),
+                                   [this] { heartbeat(); });
 }
 
 AppClient::~AppClient() {
@@ -125,7 +127,8 @@ void AppClient::handle(wire::Message message) {
 
 void AppClient::handle_frame_chunk(const wire::FrameChunk& chunk) {
   const auto found = frames_.find(chunk.frame);
-  if (found == frames_.end()) return end(Status::data_loss("the master sent a frame that was not asked for"));
+  if (found == frames_.end())
+    return end(Status::data_loss("the master sent a frame that was not asked for"));
   IncomingFrame& frame = found->second;
   if (!frame.image) {
     frame.image = std::make_shared<FrameImage>();
@@ -133,12 +136,14 @@ void AppClient::handle_frame_chunk(const wire::FrameChunk& chunk) {
     frame.image->height_px = frame.settings.height_px;
     frame.image->format = frame.settings.pixel_format;
     frame.image->tile_edge_px = frame.settings.tile_edge_px;
-    frame.image->bytes.resize(static_cast<std::size_t>(frame.settings.width_px) *
-                              static_cast<std::size_t>(frame.settings.height_px) *
-                              static_cast<std::size_t>(bytes_per_pixel(frame.settings.pixel_format)));
+    frame.image->bytes.resize(
+        static_cast<std::size_t>(frame.settings.width_px) *
+        static_cast<std::size_t>(frame.settings.height_px) *
+        static_cast<std::size_t>(bytes_per_pixel(frame.settings.pixel_format)));
   }
   auto& bytes = frame.image->bytes;
-  if (chunk.offset != frame.received_bytes || chunk.bytes.bytes.size() > bytes.size() - frame.received_bytes) {
+  if (chunk.offset != frame.received_bytes ||
+      chunk.bytes.bytes.size() > bytes.size() - frame.received_bytes) {
     return end(Status::data_loss("the master sent pieces of a frame out of order"));
   }
   std::memcpy(bytes.data() + chunk.offset, chunk.bytes.bytes.data(), chunk.bytes.bytes.size());
@@ -147,7 +152,8 @@ void AppClient::handle_frame_chunk(const wire::FrameChunk& chunk) {
 
 void AppClient::handle_frame_done(wire::FrameDone done) {
   const auto found = frames_.find(done.stats.frame);
-  if (found == frames_.end()) return end(Status::data_loss("the master finished a frame that was not asked for"));
+  if (found == frames_.end())
+    return end(Status::data_loss("the master finished a frame that was not asked for"));
   IncomingFrame frame = std::move(found->second);
   frames_.erase(found);
   FrameResult result;
@@ -174,7 +180,8 @@ void AppClient::pump_uploads() {
       continue;
     }
     const BlockBytes& bytes = scene->second.blocks[upload.block].bytes;
-    const std::uint64_t size = std::min<std::uint64_t>(bytes->size() - upload.offset, kSceneChunkBytesMax / 4);
+    const std::uint64_t size =
+        std::min<std::uint64_t>(bytes->size() - upload.offset, kSceneChunkBytesMax / 4);
     net::SharedBytes piece{bytes, std::span(*bytes).subspan(upload.offset, size)};
     send(wire::SceneChunk{upload.version, upload.block, upload.offset, std::move(piece)});
     upload.offset += size;

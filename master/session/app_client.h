@@ -1,10 +1,11 @@
-// An application's end of the protocol: handshake, heartbeats, scene upload, frames submitted and received. The state
-// behind RemoteSession, on its own net thread.
+// An application's end of the protocol: handshake, heartbeats, scene upload, frames submitted and
+// received. The state behind RemoteSession, on its own net thread.
 //
 // Threads. Io thread only; callbacks run there. Never waits.
 //
-// Invariants. (1) on_ended comes once, and nothing after it. (2) Scene pieces are queued only while the connection's send
-// queue is below its bound. (3) A frame is handed on only when all its bytes came and their digest is the one announced.
+// Invariants. (1) on_ended comes once, and nothing after it. (2) Scene pieces are queued only while
+// the connection's send queue is below its bound. (3) A frame is handed on only when all its bytes
+// came and their digest is the one announced.
 #pragma once
 
 #include <deque>
@@ -30,7 +31,8 @@ class AppClient {
     std::function<void(Status)> on_ended;  // refused, closed, silent, protocol error
   };
 
-  AppClient(net::IoThread& io, net::ConnectionPtr connection, wire::Role role, std::string name, Callbacks callbacks);
+  AppClient(net::IoThread& io, net::ConnectionPtr connection, wire::Role role, std::string name,
+            Callbacks callbacks);
   ~AppClient();  // says goodbye
 
   void commit_scene(SceneVersion version, EncodedScene scene);

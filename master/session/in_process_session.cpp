@@ -16,7 +16,8 @@ class InProcessSession final : public Session {
       : outcomes_(options.frames_in_flight), host_(std::move(host)) {
     host_->io().run_and_wait([this] {
       host_->frame_loop().set_outcome_callback([this](FrameOutcome outcome) {
-        outcomes_.push({outcome.frame, std::move(outcome.status), std::move(outcome.image), outcome.stats});
+        outcomes_.push(
+            {outcome.frame, std::move(outcome.status), std::move(outcome.image), outcome.stats});
       });
     });
   }
@@ -46,7 +47,9 @@ class InProcessSession final : public Session {
     return frame;
   }
 
-  Result<FrameResult> next_frame(std::chrono::milliseconds timeout) override { return outcomes_.pop(timeout); }
+  Result<FrameResult> next_frame(std::chrono::milliseconds timeout) override {
+    return outcomes_.pop(timeout);
+  }
 
   void cancel_frames() override {
     host_->io().post([this] { host_->frame_loop().cancel_all(); });

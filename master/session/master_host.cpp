@@ -17,20 +17,24 @@ Result<std::shared_ptr<net::TlsContext>> credentials(const SessionOptions& optio
     return Status::invalid_argument("--keys and --plain exclude each other; give one of them");
   }
   if (!options.keys_folder.empty()) return net::TlsContext::load(options.keys_folder, role);
-  const std::string mend = "make keys with 'tessera-keys init cluster' and 'tessera-keys add cluster " + role +
-                           " NAME', then pass --keys cluster/NAME";
+  const std::string mend =
+      "make keys with 'tessera-keys init cluster' and 'tessera-keys add cluster " + role +
+      " NAME', then pass --keys cluster/NAME";
   if (!net::is_loopback(endpoint)) {
-    return Status::invalid_argument(endpoint.text() + " is not loopback, so it needs keys: " + mend);
+    return Status::invalid_argument(endpoint.text() +
+                                    " is not loopback, so it needs keys: " + mend);
   }
   if (!options.is_plain) {
-    return Status::invalid_argument(endpoint.text() + " needs --keys DIR, or --plain (loopback only): " + mend);
+    return Status::invalid_argument(endpoint.text() +
+                                    " needs --keys DIR, or --plain (loopback only): " + mend);
   }
   return std::shared_ptr<net::TlsContext>();
 }
 
 MasterHost::MasterHost() = default;
 
-Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& options, bool serves_applications) {
+Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& options,
+                                                      bool serves_applications) {
   std::unique_ptr<MasterHost> host(new MasterHost);
   FrameLoopOptions loop_options;
   loop_options.prefetch_per_thread = options.prefetch_per_thread;
@@ -39,7 +43,8 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
   loop_options.isa = options.isa;
   loop_options.is_isa_mixed = options.is_isa_mixed;
   loop_options.serves_applications = serves_applications;
-  host->io_.run_and_wait([&] { host->frame_loop_ = std::make_unique<FrameLoop>(host->io_, loop_options); });
+  host->io_.run_and_wait(
+      [&] { host->frame_loop_ = std::make_unique<FrameLoop>(host->io_, loop_options); });
   if (!options.listen.empty()) TESSERA_RETURN_IF_ERROR(host->listen_at(options));
   TESSERA_RETURN_IF_ERROR(host->start_local_slaves(options));
   return host;
@@ -107,10 +112,13 @@ Status MasterHost::start_local_slaves(const SessionOptions& options) {
     slave::SlaveOptions slave_options;
     slave_options.name = "local-" + std::to_string(i + 1);
     slave_options.threads = std::clamp(
-        threads_all / options.local_slaves + (i < threads_all % options.local_slaves ? 1 : 0), 1, kWorkersMax);
+        threads_all / options.local_slaves + (i < threads_all % options.local_slaves ? 1 : 0), 1,
+        kWorkersMax);
     slave_options.isas = supported;
-    slaves_.push_back(std::make_unique<slave::SlaveNode>(*slave_io_, slave_options, local_link_factory()));
-    slaves_.back()->start([](const Status& status) { log_error("local-slave-ended", status.message()); });
+    slaves_.push_back(
+        std::make_unique<slave::SlaveNode>(*slave_io_, slave_options, local_link_factory()));
+    slaves_.back()->start(
+        [](const Status& status) { log_error("local-slave-ended", status.message()); });
   }
   return Status::ok();
 }

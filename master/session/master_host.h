@@ -1,6 +1,6 @@
-// A master inside this process: the net thread, the frame loop on it, the listener, and slaves inside the process over
-// local pairs (the same protocol code; nothing listens for them). `serve` runs one by itself; the in-process session
-// wraps one.
+// A master inside this process: the net thread, the frame loop on it, the listener, and slaves
+// inside the process over local pairs (the same protocol code; nothing listens for them). `serve`
+// runs one by itself; the in-process session wraps one.
 //
 // Threads. The owner's thread constructs, uses and destroys; frame_loop() is used on io() only.
 #pragma once
@@ -21,7 +21,8 @@ namespace tessera::master {
 class MasterHost {
  public:
   // Requires: options.connect is empty. Returns: one line for a person.
-  static Result<std::unique_ptr<MasterHost>> start(const SessionOptions& options, bool serves_applications);
+  static Result<std::unique_ptr<MasterHost>> start(const SessionOptions& options,
+                                                   bool serves_applications);
   ~MasterHost();  // goodbye to every peer, joins everything
 
   net::IoThread& io() { return io_; }
@@ -36,15 +37,17 @@ class MasterHost {
   slave::LinkFactory local_link_factory();
 
   net::IoThread io_{"master-net"};
-  std::unique_ptr<FrameLoop> frame_loop_;        // io_ thread
-  std::unique_ptr<net::Listener> listener_;      // io_ thread; null when nothing listens
-  std::unique_ptr<net::IoThread> slave_io_;      // of the local slaves; null without
+  std::unique_ptr<FrameLoop> frame_loop_;    // io_ thread
+  std::unique_ptr<net::Listener> listener_;  // io_ thread; null when nothing listens
+  std::unique_ptr<net::IoThread> slave_io_;  // of the local slaves; null without
   std::vector<std::unique_ptr<slave::SlaveNode>> slaves_;
 };
 
-// The credentials that options name, or null for plain. Returns: kInvalidArgument when neither or both are given or when
-// plain is asked for beyond loopback; the message has the command that mends it.
-Result<std::shared_ptr<net::TlsContext>> credentials(const SessionOptions& options, const net::Endpoint& endpoint,
+// The credentials that options name, or null for plain. Returns: kInvalidArgument when neither or
+// both are given or when plain is asked for beyond loopback; the message has the command that mends
+// it.
+Result<std::shared_ptr<net::TlsContext>> credentials(const SessionOptions& options,
+                                                     const net::Endpoint& endpoint,
                                                      const std::string& role);
 
 }  // namespace tessera::master

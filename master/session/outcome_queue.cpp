@@ -6,7 +6,8 @@ namespace tessera::master {
 
 Result<FrameId> OutcomeQueue::begin_frame() {
   MutexLock lock(mutex_);
-  while (ended_.is_ok() && (unfinished_ >= frames_in_flight_ || finished_.size() >= kUndeliveredMax)) {
+  while (ended_.is_ok() &&
+         (unfinished_ >= frames_in_flight_ || finished_.size() >= kUndeliveredMax)) {
     changed_.wait(mutex_);
   }
   if (!ended_.is_ok()) return ended_;

@@ -1,7 +1,9 @@
-// Where finished frames wait for the application, and where submit() waits for room. Shared by both kinds of session.
+// Where finished frames wait for the application, and where submit() waits for room. Shared by both
+// kinds of session.
 //
-// Threads. Any. Invariants. (1) At most frames_in_flight frames are unfinished, and at most kUndeliveredMax finished ones
-// wait. (2) Frames leave in the order in which they finished, which is the order of submission.
+// Threads. Any. Invariants. (1) At most frames_in_flight frames are unfinished, and at most
+// kUndeliveredMax finished ones wait. (2) Frames leave in the order in which they finished, which
+// is the order of submission.
 #pragma once
 
 #include <chrono>

@@ -31,7 +31,8 @@ struct Link {
   // Connects and shakes hands; blocks for at most twice kHandshakeMs.
   Status open(const SessionOptions& options, wire::Role role, AppClient::Callbacks callbacks) {
     auto endpoint = net::parse_endpoint(options.connect);
-    if (!endpoint.is_ok()) return Status::invalid_argument("--connect " + endpoint.status().message());
+    if (!endpoint.is_ok())
+      return Status::invalid_argument("--connect " + endpoint.status().message());
     auto tls = credentials(options, *endpoint, "app");
     if (!tls.is_ok()) return {tls.status().code(), "--connect " + tls.status().message()};
     auto welcome = std::make_shared<std::promise<Status>>();
@@ -46,14 +47,15 @@ struct Link {
       if (!answer(reason) && forward) forward(std::move(reason));
     };
     io.post([this, endpoint = *endpoint, tls = *tls, role, name = options.name, callbacks, answer] {
-      attempt = net::connect(io, endpoint, tls, "master", std::chrono::milliseconds(kHandshakeMs),
-                             [this, role, name, callbacks, answer](Result<net::ConnectionPtr> connection) {
-                               if (!connection.is_ok()) {
-                                 answer(connection.status());
-                                 return;
-                               }
-                               client = std::make_unique<AppClient>(io, *connection, role, name, callbacks);
-                             });
+      attempt = net::connect(
+          io, endpoint, tls, "master", std::chrono::milliseconds(kHandshakeMs),
+          [this, role, name, callbacks, answer](Result<net::ConnectionPtr> connection) {
+            if (!connection.is_ok()) {
+              answer(connection.status());
+              return;
+            }
+            client = std::make_unique<AppClient>(io, *connection, role, name, callbacks);
+          });
     });
     auto future = welcome->get_future();
     if (future.wait_for(std::chrono::milliseconds(2 * kHandshakeMs)) != std::future_status::ready) {
@@ -108,7 +110,9 @@ class RemoteSession final : public Session {
     return frame;
   }
 
-  Result<FrameResult> next_frame(std::chrono::milliseconds timeout) override { return outcomes_.pop(timeout); }
+  Result<FrameResult> next_frame(std::chrono::milliseconds timeout) override {
+    return outcomes_.pop(timeout);
+  }
 
   void cancel_frames() override {
     link_->io.post([this] { link_->client->cancel_all(); });

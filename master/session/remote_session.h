@@ -1,5 +1,6 @@
-// The session whose master is a running `tessera-master serve` (role app): scene blocks go up, finished frames come down.
-// Also the short exchange behind `tessera-master status`. Threads and promises: session.h.
+// The session whose master is a running `tessera-master serve` (role app): scene blocks go up,
+// finished frames come down. Also the short exchange behind `tessera-master status`. Threads and
+// promises: session.h.
 #pragma once
 
 #include <memory>

@@ -1,11 +1,11 @@
 // The API that applications link: describe scenes, submit frames, take pictures.
 //
-// One interface, two implementations: a master inside this process (with slaves inside it, or listening for
-// slaves), or a connection to a running `tessera-master serve`. Frames come out in the order of submission,
-// each exactly once: delivered, failed with a reason, or cancelled.
+// One interface, two implementations: a master inside this process (with slaves inside it, or
+// listening for slaves), or a connection to a running `tessera-master serve`. Frames come out in
+// the order of submission, each exactly once: delivered, failed with a reason, or cancelled.
 //
-// Threads. One application thread at a time calls commit_scene() and submit(); next_frame() may be called by
-// another; status() by any. Nothing here runs application code on internal threads.
+// Threads. One application thread at a time calls commit_scene() and submit(); next_frame() may be
+// called by another; status() by any. Nothing here runs application code on internal threads.
 #pragma once
 
 #include <chrono>
@@ -23,16 +23,16 @@
 namespace tessera {
 
 struct SessionOptions {
-  std::string connect;       // HOST:PORT of a running master; empty: a master inside this process
-  std::string listen;        // HOST:PORT for slaves and applications; empty: nothing listens
-  int local_slaves = 0;      // slaves inside this process
-  int local_threads = 0;     // render threads of all local slaves together; 0: all cores
-  int slaves_min = 0;        // wait for so many slaves before the first frame
-  std::string keys_folder;   // credentials; empty with is_plain: TCP without TLS, loopback only
+  std::string connect;      // HOST:PORT of a running master; empty: a master inside this process
+  std::string listen;       // HOST:PORT for slaves and applications; empty: nothing listens
+  int local_slaves = 0;     // slaves inside this process
+  int local_threads = 0;    // render threads of all local slaves together; 0: all cores
+  int slaves_min = 0;       // wait for so many slaves before the first frame
+  std::string keys_folder;  // credentials; empty with is_plain: TCP without TLS, loopback only
   bool is_plain = false;
   std::string name = "app";
-  std::optional<Isa> isa;    // bind the session to this instruction set; else the best that all have
-  bool is_isa_mixed = false; // --isa-policy mixed
+  std::optional<Isa> isa;  // bind the session to this instruction set; else the best that all have
+  bool is_isa_mixed = false;  // --isa-policy mixed
   int prefetch_per_thread = 3;
   int frames_in_flight = 2;  // 1 or 2
 };
@@ -50,15 +50,16 @@ class Session {
   static Result<std::unique_ptr<Session>> open(const SessionOptions& options);
   virtual ~Session() = default;  // cancels what is in flight; orderly goodbye to slaves
 
-  // Frames submitted from now on show this scene. Returns at once; data travels beside the frames in work.
-  // Returns: validate_scene()'s refusal.
+  // Frames submitted from now on show this scene. Returns at once; data travels beside the frames
+  // in work. Returns: validate_scene()'s refusal.
   virtual Result<SceneVersion> commit_scene(const Scene& scene) = 0;
 
-  // Blocks while frames_in_flight frames are unfinished or undelivered. Returns: the frame's number, kClosed, or
-  // kUnavailable when a remote master is gone.
+  // Blocks while frames_in_flight frames are unfinished or undelivered. Returns: the frame's
+  // number, kClosed, or kUnavailable when a remote master is gone.
   virtual Result<FrameId> submit(const FrameSettings& settings) = 0;
 
-  // Waits for the next frame in order. Returns: kDeadlineExceeded after `timeout`, kClosed / kUnavailable.
+  // Waits for the next frame in order. Returns: kDeadlineExceeded after `timeout`, kClosed /
+  // kUnavailable.
   virtual Result<FrameResult> next_frame(std::chrono::milliseconds timeout) = 0;
 
   // Gives up every frame not delivered yet; they come out of next_frame() as kCancelled.

@@ -1,6 +1,6 @@
 // One scene version made ready for tracing: triangles in world space, the spatial index, materials,
-// textures, lights. Immutable; any number of threads read it without locks, and tiles of frame n hold it
-// alive while version n + 1 is built beside them.
+// textures, lights. Immutable; any number of threads read it without locks, and tiles of frame n
+// hold it alive while version n + 1 is built beside them.
 #pragma once
 
 #include <atomic>
@@ -20,10 +20,11 @@ struct BuildOptions {
 
 class PreparedScene {
  public:
-  // Any thread; takes seconds for large scenes. Degenerate triangles keep their number and stay out of the
-  // tree. Requires: validate_scene(scene) is ok.
-  // Returns: kCancelled, or kResourceExhausted when the tree would pass its limits or memory ran out.
-  static Result<std::shared_ptr<const PreparedScene>> build(const Scene& scene, const BuildOptions& options);
+  // Any thread; takes seconds for large scenes. Degenerate triangles keep their number and stay out
+  // of the tree. Requires: validate_scene(scene) is ok. Returns: kCancelled, or kResourceExhausted
+  // when the tree would pass its limits or memory ran out.
+  static Result<std::shared_ptr<const PreparedScene>> build(const Scene& scene,
+                                                            const BuildOptions& options);
 
   ~PreparedScene();
 

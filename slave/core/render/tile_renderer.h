@@ -1,5 +1,5 @@
-// Renders one tile of one frame. A pixel depends on (settings, scene, isa, pixel, sample index) and nothing
-// else: not on the tile it stands in, on threads or on order.
+// Renders one tile of one frame. A pixel depends on (settings, scene, isa, pixel, sample index) and
+// nothing else: not on the tile it stands in, on threads or on order.
 #pragma once
 
 #include <atomic>
@@ -23,9 +23,10 @@ class TileRenderer {
   TileRenderer();
   ~TileRenderer();
 
-  // Writes linear radiance, row by row from the tile's top left. Shape: rgb [3 * rect.pixel_count()].
-  // Requires: valid settings, rect inside the frame, isa in supported_isas().
-  // Returns: rays traced. When *is_cancelled turns true it returns early and rgb is to be thrown away.
+  // Writes linear radiance, row by row from the tile's top left. Shape: rgb [3 *
+  // rect.pixel_count()]. Requires: valid settings, rect inside the frame, isa in supported_isas().
+  // Returns: rays traced. When *is_cancelled turns true it returns early and rgb is to be thrown
+  // away.
   RayCounts render(const PreparedScene& scene, const FrameSettings& settings, Isa isa,
                    const TileRect& rect, std::span<float> rgb,
                    const std::atomic<bool>* is_cancelled = nullptr);

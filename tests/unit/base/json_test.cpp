@@ -9,8 +9,12 @@ namespace {
 
 TEST(Json, EscapesWhatWouldBreakALine) {
   JsonObject json;
-  json.add("a\"b", "line\nquote\" back\\ ").add("n", std::uint64_t{18446744073709551615u}).add("t", true);
-  EXPECT_EQ(json.text(), "{\"a\\\"b\":\"line\\u000aquote\\\" back\\\\ \",\"n\":18446744073709551615,\"t\":true}");
+  json.add("a\"b", "line\nquote\" back\\ ")
+      .add("n", std::uint64_t{18446744073709551615u})
+      .add("t", true);
+  EXPECT_EQ(
+      json.text(),
+      "{\"a\\\"b\":\"line\\u000aquote\\\" back\\\\ \",\"n\":18446744073709551615,\"t\":true}");
 }
 
 TEST(Json, NumbersThatJsonLacksBecomeNull) {

@@ -52,13 +52,16 @@ TEST(CommandLine, DefaultsAreThoseOfTheContract) {
   EXPECT_EQ(parsed.options.session.prefetch_per_thread, 3);
   EXPECT_EQ(parse({"serve", "--plain"}).options.session.listen, "127.0.0.1:7400");
   EXPECT_EQ(parse({"view", "builtin:cornell"}).options.frame.pixel_format, PixelFormat::kHalf);
-  EXPECT_EQ(parse({"render", "s.obj", "-o", "x.exr", "--listen", "127.0.0.1:0", "--plain"}).options.session.local_slaves, 0);
+  EXPECT_EQ(parse({"render", "s.obj", "-o", "x.exr", "--listen", "127.0.0.1:0", "--plain"})
+                .options.session.local_slaves,
+            0);
 }
 
 TEST(CommandLine, ConfigFileFillsWhatTheCommandLineLeavesOpen) {
   const std::string path = testing::TempDir() + "tessera_config_test.toml";
   std::ofstream(path) << "size = \"100x50\"\naa = 4\nplain = true\n";
-  const auto parsed = parse({"render", "s.obj", "-o", "x.exr", "--aa", "2", "--config", path.c_str()});
+  const auto parsed =
+      parse({"render", "s.obj", "-o", "x.exr", "--aa", "2", "--config", path.c_str()});
   ASSERT_FALSE(parsed.exit_code);
   EXPECT_EQ(parsed.options.frame.width_px, 100);
   EXPECT_EQ(parsed.options.frame.samples_per_pixel, 2);  // the command line wins

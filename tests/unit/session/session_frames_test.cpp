@@ -1,5 +1,5 @@
-// Whole frames through Session: the same bits whatever the number of slaves, threads, the tile size, the frames in
-// flight and the way the session reaches its master.
+// Whole frames through Session: the same bits whatever the number of slaves, threads, the tile
+// size, the frames in flight and the way the session reaches its master.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -16,8 +16,16 @@ using namespace std::chrono_literals;
 Scene small_scene(float height = 1) {
   Scene scene;
   auto mesh = std::make_shared<Mesh>();
-  mesh->positions = {{-2, 0, -2}, {2, 0, -2}, {2, 0, 2},      {-2, 0, 2},     {-0.5f, height, -0.5f},
-                     {0.5f, height, -0.5f}, {0.5f, height, 0.5f}, {-0.5f, 3, -0.5f}, {0.5f, 3, -0.5f}, {0, 3, 0.5f}};
+  mesh->positions = {{-2, 0, -2},
+                     {2, 0, -2},
+                     {2, 0, 2},
+                     {-2, 0, 2},
+                     {-0.5f, height, -0.5f},
+                     {0.5f, height, -0.5f},
+                     {0.5f, height, 0.5f},
+                     {-0.5f, 3, -0.5f},
+                     {0.5f, 3, -0.5f},
+                     {0, 3, 0.5f}};
   mesh->triangles = {{0, 2, 1}, {0, 3, 2}, {4, 6, 5}, {7, 8, 9}};
   mesh->materials = {0, 0, 1, 2};
   scene.meshes = {mesh};
@@ -73,7 +81,8 @@ SessionOptions local(int slaves, int threads) {
 TEST(SessionFrames, BitsDoNotDependOnSlavesThreadsOrTiles) {
   std::set<std::string> digests;
   for (const int slaves : {1, 2, 3}) {
-    for (const int tile_edge_px : {8, 16, 40, 256}) digests.insert(digest_of_one_frame(local(slaves, 3), tile_edge_px));
+    for (const int tile_edge_px : {8, 16, 40, 256})
+      digests.insert(digest_of_one_frame(local(slaves, 3), tile_edge_px));
   }
   EXPECT_EQ(digests.size(), 1u);
 }
@@ -83,14 +92,16 @@ TEST(SessionFrames, ComeInOrderEachOfItsOwnSceneVersion) {
   ASSERT_TRUE(session.is_ok()) << session.status().message();
   std::vector<std::string> alone;
   for (int i = 0; i < 4; ++i) {
-    ASSERT_TRUE((*session)->commit_scene(small_scene(0.5f + 0.25f * static_cast<float>(i))).is_ok());
+    ASSERT_TRUE(
+        (*session)->commit_scene(small_scene(0.5f + 0.25f * static_cast<float>(i))).is_ok());
     ASSERT_TRUE((*session)->submit(small_settings()).is_ok());
     alone.push_back(take(**session).stats.digest.hex());
   }
   EXPECT_EQ(std::set<std::string>(alone.begin(), alone.end()).size(), 4u);
   std::vector<FrameResult> overlapped;
   for (int i = 0; i < 4; ++i) {
-    ASSERT_TRUE((*session)->commit_scene(small_scene(0.5f + 0.25f * static_cast<float>(i))).is_ok());
+    ASSERT_TRUE(
+        (*session)->commit_scene(small_scene(0.5f + 0.25f * static_cast<float>(i))).is_ok());
     ASSERT_TRUE((*session)->submit(small_settings()).is_ok());
     if (i >= 1) overlapped.push_back(take(**session));
   }
@@ -126,7 +137,8 @@ TEST(SessionFrames, ConnectedSessionGivesTheSameBits) {
   Served served = serve_plain(2);
   ASSERT_TRUE(served.host);
   EXPECT_EQ(digest_of_one_frame(served.client, 16), in_process);
-  EXPECT_EQ(digest_of_one_frame(served.client, 32), in_process) << "the next application finds a clean master";
+  EXPECT_EQ(digest_of_one_frame(served.client, 32), in_process)
+      << "the next application finds a clean master";
 }
 
 TEST(SessionFrames, SecondApplicationIsToldBusy) {
