@@ -75,11 +75,9 @@ void AppServer::on_message(wire::Message message) {
     application_->receiver.retire(retire->first_kept, actions);
     on_scene(Status::ok(), std::move(actions));
   } else if (auto* submit = std::get_if<wire::FrameSubmit>(&message)) {
-    on_submit(*submit);
+    on_submit(std::move(*submit));
   } else if (auto* cancel = std::get_if<wire::FrameCancel>(&message)) {
-    for (const auto& [ours, theirs] : application_->frames) {
-      if (theirs == cancel->frame) return loop_.cancel(ours);
-    }
+    on_cancel(cancel->frame);
   } else if (std::holds_alternative<wire::StatusRequest>(message)) {
     application_->link->send(status_reply());
   } else if (auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
@@ -99,22 +97,53 @@ void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions acti
     loop_.commit_scene(ours, std::move(complete.scene));
     application_->link->send(wire::SceneBuilt{complete.version, 0, 0});
   }
+  submit_waiting();
+  if (!application_) return;
   for (wire::SceneFailed& failed : actions.failed) application_->link->send(std::move(failed));
   for (wire::SceneNeed& need : actions.need) application_->link->send(std::move(need));
 }
 
-void AppServer::on_submit(const wire::FrameSubmit& submit) {
-  if (application_->frames.size() + application_->deliveries.size() >= kOutstandingMax) {
+void AppServer::on_submit(wire::FrameSubmit submit) {
+  const Application& app = *application_;
+  if (app.frames.size() + app.waiting.size() + app.deliveries.size() >= kOutstandingMax) {
     return violation("more than " + std::to_string(kOutstandingMax) + " frames submitted at once");
   }
-  const auto version = application_->versions.find(submit.version);
-  if (version == application_->versions.end()) {
-    return violation("a frame of scene version " + std::to_string(submit.version) +
-                     ", which is not here");
+  application_->waiting.push_back(std::move(submit));
+  submit_waiting();
+}
+
+// Frames keep their order: one that waits for its scene holds up those behind it.
+void AppServer::submit_waiting() {
+  auto& waiting = application_->waiting;
+  const auto& versions = application_->versions;
+  while (!waiting.empty()) {
+    const auto version = versions.find(waiting.front().version);
+    if (version == versions.end()) {
+      const bool is_past = !versions.empty() && waiting.front().version < versions.rbegin()->first;
+      if (!is_past) return;  // its blocks are on their way
+      return violation("a frame of scene version " + std::to_string(waiting.front().version) +
+                       ", which is not here");
+    }
+    const FrameId ours = next_frame_++;
+    application_->frames[ours] = waiting.front().frame;
+    const FrameSettings settings = waiting.front().settings;
+    waiting.pop_front();  // first: the outcome may come back at once
+    loop_.submit(ours, version->second, settings);
+    if (!application_) return;
   }
-  const FrameId ours = next_frame_++;
-  application_->frames[ours] = submit.frame;
-  loop_.submit(ours, version->second, submit.settings);
+}
+
+void AppServer::on_cancel(FrameId theirs) {
+  for (const auto& [ours, frame] : application_->frames) {
+    if (frame == theirs) return loop_.cancel(ours);
+  }
+  const auto waits = [theirs](const wire::FrameSubmit& s) { return s.frame == theirs; };
+  if (std::erase_if(application_->waiting, waits) == 0) return;  // on its way back already
+  Delivery cancelled;
+  cancelled.outcome.frame = cancelled.outcome.stats.frame = theirs;
+  cancelled.outcome.status = Status::cancelled("cancelled");
+  application_->deliveries.push_back(std::move(cancelled));
+  pump();
 }
 
 void AppServer::on_outcome(FrameOutcome outcome) {

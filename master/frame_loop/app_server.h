@@ -43,11 +43,14 @@ class AppServer {
     wire::SceneReceiver receiver;
     std::map<SceneVersion, SceneVersion> versions;  // theirs -> ours
     std::map<FrameId, FrameId> frames;              // ours -> theirs
+    std::deque<wire::FrameSubmit> waiting;          // in order, for scenes still on their way
     std::deque<Delivery> deliveries;
   };
 
   void on_message(wire::Message message);
-  void on_submit(const wire::FrameSubmit& submit);
+  void on_submit(wire::FrameSubmit submit);
+  void submit_waiting();
+  void on_cancel(FrameId theirs);
   void on_scene(const Status& status, wire::SceneReceiver::Actions actions);
   void on_outcome(FrameOutcome outcome);
   void pump();
@@ -60,8 +63,7 @@ class AppServer {
   FrameLoop& loop_;
   std::shared_ptr<Application> application_;
   std::list<std::shared_ptr<PeerLink>> status_clients_;
-  SessionId next_session_ =
-      0;  // of applications and status clients; has no second connection to prove
+  SessionId next_session_ = 0;  // of applications and status clients
   FrameId next_frame_ = 0;
   SceneVersion next_version_ = 1;
 };

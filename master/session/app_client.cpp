@@ -1,131 +1,80 @@
 #include "master/session/app_client.h"
 
-#include <algorithm>
 #include <cstring>
 #include <utility>
 
-#include "common/base/limits.h"
 #include "common/base/version.h"
 #include "common/wire/codec.h"
 
 namespace tessera::master {
-namespace {
-
-// Scene pieces are queued while less than this waits in the send queue: a few pieces, so that a
-// frame submitted meanwhile waits for tens of milliseconds on a slow link, not for the whole scene.
-constexpr std::uint64_t kUploadQueueBytesMax = 2 * kSceneChunkBytesMax;
-
-std::uint64_t now_ns() {
-  return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch())
-          .count());
-}
-
-}  // namespace
 
 AppClient::AppClient(net::IoThread& io, net::ConnectionPtr connection, wire::Role role,
                      std::string name, Callbacks callbacks)
-    : io_(io),
-      connection_(std::move(connection)),
-      callbacks_(std::move(callbacks)),
-      heartbeat_timer_(io),
-      heartbeat_ms_(kHeartbeatMs),
-      heartbeats_missed_max_(kHeartbeatsMissedMax) {
-  net::ConnectionCallbacks link;
-  link.on_record = [this](net::ReceivedRecord record) { on_record(std::move(record)); };
-  link.on_closed = [this](Status status) { end(std::move(status)); };
-  link.on_drained = [this] { pump_uploads(); };
-  connection_->start(std::move(link), wire::session_limits());
+    : callbacks_(std::move(callbacks)),
+      link_(io, std::move(connection), wire::session_limits(),
+            {[this](wire::Message message) { on_message(std::move(message)); },
+             [this](Status status) { end(std::move(status)); }, [this] { scenes_.pump(); }}),
+      scenes_(link_) {
   wire::Hello hello;
   hello.role = role;
   hello.name = std::move(name);
   hello.build_id = kBuildId;
-  send(std::move(hello));
-  heartbeat_timer_.start_repeating(std::chrono::milliseconds(heartbeat_ms_ / 2),
-                                   [this] { heartbeat(); });
+  link_.send(std::move(hello));
+  link_.start_heartbeat();
 }
 
-AppClient::~AppClient() {
-  if (has_ended_) return;
-  send(wire::Goodbye{"the application ends"});
-  connection_->close(std::chrono::milliseconds(500));
-}
-
-void AppClient::send(wire::Message message) { connection_->send(wire::encode(std::move(message))); }
+AppClient::~AppClient() { link_.say_goodbye("the application ends"); }
 
 void AppClient::commit_scene(SceneVersion version, EncodedScene scene) {
   if (has_ended_) return;
-  wire::SceneAnnounce announce;
-  announce.version = version;
-  for (const SceneBlock& block : scene.blocks) {
-    announce.digests.push_back(block.digest);
-    announce.sizes.push_back(block.bytes->size());
-  }
-  scenes_[version] = std::move(scene);
-  send(std::move(announce));
+  scenes_.commit(version, std::make_shared<const EncodedScene>(std::move(scene)));
 }
 
 void AppClient::submit(FrameId frame, SceneVersion version, const FrameSettings& settings) {
-  IncomingFrame incoming;
-  incoming.settings = settings;
-  frames_[frame] = std::move(incoming);
-  if (!has_ended_) send(wire::FrameSubmit{frame, version, settings});
+  if (has_ended_) return;
+  frames_[frame].settings = settings;
+  scenes_.need(version);
+  link_.send(wire::FrameSubmit{frame, version, settings});
 }
 
 void AppClient::cancel_all() {
-  if (has_ended_) return;
-  for (const auto& [frame, incoming] : frames_) send(wire::FrameCancel{frame});
+  for (const auto& [frame, incoming] : frames_) link_.send(wire::FrameCancel{frame});
 }
 
-void AppClient::request_status() {
-  if (!has_ended_) send(wire::StatusRequest{});
+void AppClient::request_status() { link_.send(wire::StatusRequest{}); }
+
+void AppClient::on_message(wire::Message message) {
+  if (const auto* chunk = std::get_if<wire::FrameChunk>(&message)) return on_frame_chunk(*chunk);
+  if (auto* done = std::get_if<wire::FrameDone>(&message)) return on_frame_done(std::move(*done));
+  if (const auto* need = std::get_if<wire::SceneNeed>(&message)) {
+    if (Status status = scenes_.on_need(*need); !status.is_ok()) end(std::move(status));
+    return;
+  }
+  if (const auto* built = std::get_if<wire::SceneBuilt>(&message)) {
+    return scenes_.on_answered(built->version);
+  }
+  on_answer(std::move(message));
 }
 
-void AppClient::on_record(net::ReceivedRecord record) {
-  auto message = wire::decode(std::move(record));
-  if (!message.is_ok()) return end(message.status());
-  handle(std::move(*message));
-}
-
-void AppClient::handle(wire::Message message) {
-  if (auto* welcome = std::get_if<wire::Welcome>(&message)) {
-    heartbeat_ms_ = std::max(welcome->heartbeat_ms, 1u);
-    heartbeats_missed_max_ = welcome->heartbeats_missed_max;
-    heartbeat_timer_.start_repeating(std::chrono::milliseconds(std::max(heartbeat_ms_ / 2, 1u)),
-                                     [this] { heartbeat(); });
+void AppClient::on_answer(wire::Message message) {
+  if (const auto* welcome = std::get_if<wire::Welcome>(&message)) {
+    link_.start_heartbeat(welcome->heartbeat_ms, welcome->heartbeats_missed_max);
     if (callbacks_.on_welcome) callbacks_.on_welcome();
-  } else if (auto* refuse = std::get_if<wire::Refuse>(&message)) {
-    end(Status::unavailable("the master refused: " + refuse->reason));
-  } else if (auto* ping = std::get_if<wire::Ping>(&message)) {
-    send(wire::Pong{ping->sent_ns});
-  } else if (auto* need = std::get_if<wire::SceneNeed>(&message)) {
-    const auto scene = scenes_.find(need->version);
-    for (const std::uint32_t block : need->blocks) {
-      if (scene == scenes_.end() || block >= scene->second.blocks.size()) {
-        return end(Status::data_loss("the master asked for a scene block that was not announced"));
-      }
-      uploads_.push_back({need->version, block, 0});
-    }
-    pump_uploads();
-  } else if (auto* built = std::get_if<wire::SceneBuilt>(&message)) {
-    scenes_.erase(scenes_.begin(), scenes_.upper_bound(built->version));
-  } else if (auto* failed = std::get_if<wire::SceneFailed>(&message)) {
-    end(Status::invalid_argument("the master cannot hold the scene: " + failed->reason));
-  } else if (auto* chunk = std::get_if<wire::FrameChunk>(&message)) {
-    handle_frame_chunk(*chunk);
-  } else if (auto* done = std::get_if<wire::FrameDone>(&message)) {
-    handle_frame_done(std::move(*done));
   } else if (auto* status = std::get_if<wire::StatusReply>(&message)) {
     if (callbacks_.on_status) callbacks_.on_status(std::move(status->status));
-  } else if (auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
+  } else if (const auto* refuse = std::get_if<wire::Refuse>(&message)) {
+    end(Status::unavailable("the master refused: " + refuse->reason));
+  } else if (const auto* failed = std::get_if<wire::SceneFailed>(&message)) {
+    end(Status::invalid_argument("the master cannot hold the scene: " + failed->reason));
+  } else if (const auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
     end(Status::unavailable("the master said goodbye: " + goodbye->reason));
-  } else if (!std::holds_alternative<wire::Pong>(message)) {
+  } else {
     end(Status::data_loss(std::string("the master sent ") + wire::message_name(message) +
                           ", which an application never gets"));
   }
 }
 
-void AppClient::handle_frame_chunk(const wire::FrameChunk& chunk) {
+void AppClient::on_frame_chunk(const wire::FrameChunk& chunk) {
   const auto found = frames_.find(chunk.frame);
   if (found == frames_.end())
     return end(Status::data_loss("the master sent a frame that was not asked for"));
@@ -150,7 +99,7 @@ void AppClient::handle_frame_chunk(const wire::FrameChunk& chunk) {
   frame.received_bytes += chunk.bytes.bytes.size();
 }
 
-void AppClient::handle_frame_done(wire::FrameDone done) {
+void AppClient::on_frame_done(wire::FrameDone done) {
   const auto found = frames_.find(done.stats.frame);
   if (found == frames_.end())
     return end(Status::data_loss("the master finished a frame that was not asked for"));
@@ -171,40 +120,10 @@ void AppClient::handle_frame_done(wire::FrameDone done) {
   callbacks_.on_frame(std::move(result));
 }
 
-void AppClient::pump_uploads() {
-  while (!has_ended_ && !uploads_.empty() && connection_->queue_bytes() < kUploadQueueBytesMax) {
-    Upload& upload = uploads_.front();
-    const auto scene = scenes_.find(upload.version);
-    if (scene == scenes_.end()) {
-      uploads_.pop_front();
-      continue;
-    }
-    const BlockBytes& bytes = scene->second.blocks[upload.block].bytes;
-    const std::uint64_t size =
-        std::min<std::uint64_t>(bytes->size() - upload.offset, kSceneChunkBytesMax / 4);
-    net::SharedBytes piece{bytes, std::span(*bytes).subspan(upload.offset, size)};
-    send(wire::SceneChunk{upload.version, upload.block, upload.offset, std::move(piece)});
-    upload.offset += size;
-    if (upload.offset == bytes->size()) uploads_.pop_front();
-  }
-}
-
-void AppClient::heartbeat() {
-  if (has_ended_) return;
-  const auto interval = std::chrono::milliseconds(heartbeat_ms_);
-  const TimePoint now = Clock::now();
-  if (now - connection_->last_received() > interval * (heartbeats_missed_max_ + 1)) {
-    return end(Status::unavailable("the master has been silent for too long"));
-  }
-  if (now - connection_->last_sent() >= interval) send(wire::Ping{now_ns()});
-  pump_uploads();
-}
-
 void AppClient::end(Status reason) {
   if (has_ended_) return;
   has_ended_ = true;
-  heartbeat_timer_.cancel();
-  connection_->close();
+  link_.close();
   callbacks_.on_ended(std::move(reason));
 }
 
