@@ -75,16 +75,14 @@ std::optional<wire::TileResult> RenderService::render(const TileJob& job, Worker
 
   wire::TileResult result;
   if (tile_sleep_ms_ > 0) {
-    std::fill(rgb.begin(), rgb.end(), 0.0f);
     const TimePoint until = began + std::chrono::milliseconds(tile_sleep_ms_);
     while (Clock::now() < until && !job.frame->is_cancelled) {
       std::this_thread::sleep_for(
           std::min<Duration>(until - Clock::now(), std::chrono::milliseconds(5)));
     }
-  } else {
-    result.rays = worker.renderer.render(*job.frame->scene, begin.settings, begin.isa, rect, rgb,
-                                         &job.frame->is_cancelled);
   }
+  result.rays = worker.renderer.render(*job.frame->scene, begin.settings, begin.isa, rect, rgb,
+                                       &job.frame->is_cancelled);
   if (job.frame->is_cancelled) return std::nullopt;
   result.pixels.resize(static_cast<std::size_t>(rect.pixel_count()) *
                        static_cast<std::size_t>(bytes_per_pixel(begin.settings.pixel_format)));

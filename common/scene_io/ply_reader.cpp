@@ -1,5 +1,6 @@
 #include <bit>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 
 #include "common/base/limits.h"
@@ -8,6 +9,12 @@
 
 namespace tessera {
 namespace {
+
+std::string number_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.9g", value);
+  return text;
+}
 
 constexpr std::uint64_t kFileBytesMax = std::uint64_t{8} << 30;
 constexpr std::uint64_t kPolygonCornersMax = 65536;
@@ -257,7 +264,7 @@ class PlyReader {
       if (!(*value >= 0 && *value < static_cast<double>(mesh_.positions.size())) ||
           *value != std::floor(*value)) {
         return wrong_element(element.name, index,
-                             "names vertex " + std::to_string(*value) + ", there are " +
+                             "names vertex " + number_text(*value) + ", there are " +
                                  std::to_string(mesh_.positions.size()));
       }
       const auto vertex = static_cast<std::uint32_t>(*value);

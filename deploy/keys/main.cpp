@@ -34,6 +34,10 @@ int main(int argc, char** argv) {
   add->add_option("--days", days, "until the certificate expires")
       ->check(CLI::Range(-3650, 3650))
       ->capture_default_str();
+  const std::string first = argc > 1 ? argv[1] : "";
+  if (!first.empty() && first[0] != '-' && first != "init" && first != "add") {
+    return report("unknown command '" + first + "': give init or add", 2);
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {

@@ -2,7 +2,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
-#include <iostream>
+#include <set>
+#include <sstream>
 
 #include "common/base/limits.h"
 #include "common/base/version.h"
@@ -29,6 +30,20 @@ Result<int> parse_int(const std::string& option, const std::string& text, int lo
                                     std::to_string(low) + " to " + std::to_string(high));
   }
   return value;
+}
+
+// As CLI::Range, but "nan" is out of range too.
+CLI::Validator number_in(double low, double high) {
+  return CLI::Validator(
+      [low, high](const std::string& text) {
+        double value = 0;
+        const bool is_number = CLI::detail::lexical_cast(text, value);
+        if (is_number && value >= low && value <= high) return std::string();
+        std::ostringstream reason;
+        reason << "give a number from " << low << " to " << high << ", not " << text;
+        return reason.str();
+      },
+      "NUMBER");
 }
 
 // "640x480", "0:11": two whole numbers around one separator.
@@ -67,7 +82,7 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, Typed& t) {
       ->check(CLI::Range(0, kConnectionsMax));
   app.add_option("--wait", o.wait_seconds,
                  "wait at most so many seconds for --slaves (default: for ever)")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(number_in(0, 1e6));
   app.add_option("--threads", t.threads,
                  "render threads of slaves inside this process (default: all)")
       ->check(CLI::Range(1u, std::uint32_t{kWorkersMax}));
@@ -94,7 +109,7 @@ void add_frame_options(CLI::App& app, MasterOptions& o, Typed& t) {
   app.add_option("--camera", o.camera,
                  "camera file, or \"ex,ey,ez lx,ly,lz ux,uy,uz fov\" (eye, look-at, up, degrees)");
   app.add_option("--fps", o.fps, "time of frame n is n/FPS seconds")
-      ->check(CLI::Range(1e-3, 1e6))
+      ->check(number_in(1e-3, 1e6))
       ->capture_default_str();
   app.add_option("--renderer", t.renderer, "primary (distance) or direct (lights and shadows)")
       ->capture_default_str();
@@ -298,6 +313,12 @@ Status parse_into(MasterOptions& o, Typed& t, std::vector<std::string> words,
 ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   ParsedCommandLine parsed;
+  const std::set<std::string> commands{"serve", "view", "render", "status"};
+  if (!words.empty() && !words[0].starts_with('-') && !commands.contains(words[0])) {
+    parsed.exit_code =
+        usage_error("unknown command '" + words[0] + "': give serve, view, render or status");
+    return parsed;
+  }
   try {
     Typed typed;
     std::vector<std::string> config_words;

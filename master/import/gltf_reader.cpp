@@ -211,7 +211,8 @@ Result<ReadScene> read_gltf(const std::string& path) {
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr)
-    return Status::invalid_argument(path + ": " + importer.GetErrorString());
+    return Status::invalid_argument(path + ": cannot be read as glTF 2: " +
+                                    importer.GetErrorString());
   return GltfReader(path, *scene).read();
 }
 

@@ -157,6 +157,12 @@ class Cluster:
         process.terminate()
         assert process.wait(20) in (0, -signal.SIGTERM), f"{name} ended with {process.returncode}"
 
+    def wait_for_refusal(self, name):
+        """The daemon gives up by itself, since trying again would not help. Returns its last line."""
+        process = self.processes.pop(name)
+        assert process.wait(PATIENCE_S) == 1, f"{name} ended with {process.returncode}"
+        return (self.folder / f"{name}.log").read_text(errors="replace").strip().splitlines()[-1]
+
     def start_render(self, scene, *options, connect=True, output=None):
         """An application in the background; finish() waits for it."""
         self.runs += 1

@@ -17,6 +17,7 @@ class Table:
     def __init__(self):
         self.expected = {}
         self.wrong = 0
+        self.most_slaves = 0
 
     def add(self, scene, how, run, frames):
         assert len(run.digests) == frames, f"{scene} {how}: {len(run.digests)} lines of statistics, {frames} frames"
@@ -44,7 +45,8 @@ def through_daemons(table, slaves, threads, tiles, scenes):
             for tile in tiles:
                 for flight in FLIGHTS:
                     run = cluster.render(scene, *options_of(frames, tile, flight))
-                    assert all(line["slaves"] == slaves for line in run.stats), run.stats
+                    # Those that took part: a frame need not wait for the slowest build.
+                    table.most_slaves = max(table.most_slaves, *(line["slaves"] for line in run.stats))
                     table.add(scene, f"connect: {slaves} slaves x {threads} threads, tiles {tile}, {flight} in flight",
                               run, count_of(frames))
 
@@ -74,6 +76,8 @@ def main():
     assert len(set(map(tuple, table.expected.values()))) == len(table.expected), "two scenes with one digest"
     animated = table.expected["builtin:waves"]
     assert len(set(animated)) == len(animated), "the animated scene does not move"
+    expected_slaves = 2 if "--small" in sys.argv else 5
+    assert table.most_slaves == expected_slaves, f"at most {table.most_slaves} slaves took part in a frame"
     print(f"{table.wrong} rows differ")
     return 1 if table.wrong else 0
 
