@@ -1,4 +1,5 @@
 // How many render threads this process may run.
+// Threads. Any; nothing is cached, since a container's quota may change.
 #pragma once
 
 namespace tessera {

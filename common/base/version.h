@@ -1,4 +1,5 @@
 // What this build calls itself; for --version, logs and the handshake.
+// Peers compare protocol versions, not this: it tells a person which builds met.
 #pragma once
 
 namespace tessera {

@@ -1,4 +1,6 @@
 // Everything that decides the bits of a frame, next to the scene version and the instruction set.
+// Threads. Plain values. Settings that came from outside pass validate_frame_settings() once, at
+// the border, and are trusted behind it.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,6 @@
 // What one frame cost; the source of a --stats line and of the overlay.
+// Threads. Plain values. Master and application hold the same ones: what the wire carries is all
+// there is.
 #pragma once
 
 #include <cstdint>

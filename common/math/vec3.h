@@ -1,4 +1,6 @@
 // Three floats: points, directions, RGB radiance. Plain values, memory layout x, y, z (12 bytes).
+// Threads. Plain values. Every operation is written in one order of roundings, the same on every
+// machine.
 #pragma once
 
 #include <algorithm>

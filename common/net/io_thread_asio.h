@@ -1,4 +1,5 @@
 // The Asio side of IoThread, for common/net alone.
+// Threads. As io_thread.h says. No header outside this folder includes it, so that Asio stays here.
 #pragma once
 
 #include <asio.hpp>

@@ -1,4 +1,6 @@
 // The OpenSSL side of TlsContext, for common/net alone.
+// Threads. Immutable once made. No header outside this folder includes it, so that OpenSSL stays
+// here.
 #pragma once
 
 #include <asio/ssl.hpp>

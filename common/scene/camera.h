@@ -1,4 +1,5 @@
 // A pinhole camera. Pixel (x, y) has its centre at (x + 0.5, y + 0.5), row 0 on top.
+// Threads. Plain values. Handed to slaves as it is: all of them derive the same rays from it.
 #pragma once
 
 #include "common/math/vec3.h"

@@ -1,4 +1,5 @@
 // From the words of the command line to an exit code; all that main() does.
+// Threads. The main thread: GLFW insists on it.
 #pragma once
 
 namespace tessera::master {

@@ -1,4 +1,5 @@
 // Finds and loads tessera_image_oiio.so when first asked.
+// Threads. Any; the library is loaded once, under the lock of a static, and stays.
 #pragma once
 
 #include "common/base/status.h"

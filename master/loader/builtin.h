@@ -1,4 +1,6 @@
 // The built-in scenes, one function each; small code, no files.
+// Threads. Pure functions. The same bits on every call: whoever names a built-in scene means the
+// same picture.
 #pragma once
 
 #include "master/loader/load_scene.h"

@@ -1,4 +1,5 @@
 // The session whose master lives inside this process. Threads and promises: session.h.
+// Its slaves may be in this process, too, or connect to its listener.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,5 @@
 // Single rays through the bundle interface of the kernels.
+// Fills bundles of 16 in the given order, so that a test chooses a ray's companions.
 #pragma once
 
 #include <algorithm>

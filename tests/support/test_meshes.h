@@ -1,4 +1,5 @@
 // Meshes for tests: closed ones, whose edges are shared by bits, and random triangles.
+// Deterministic: a random one takes its seed.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // The inside of PreparedScene, for the renderer, tests and tools that trace rays of their own.
+// Threads. Immutable after construction, as prepared_scene.h says.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,5 @@
 // What shading needs to know of the point that a ray has hit.
+// Threads. Plain values, made and used by one worker. All vectors are in world space.
 #pragma once
 
 #include <cstdint>

@@ -9,6 +9,7 @@
 #include "slave/core/render/camera_rays.h"
 #include "slave/core/render/direct_light.h"
 #include "slave/core/sampling/sample_sequence.h"
+#include "slave/core/simd/isa_support.h"
 
 namespace tessera::core {
 namespace {
@@ -123,6 +124,8 @@ void TileRenderer::Scratch::render_block(const CameraRays& camera, int x_px, int
     }
   }
 }
+
+IsaMask supported_isas() { return cpu_isas() & compiled_isas(); }
 
 TileRenderer::TileRenderer() : scratch_(std::make_unique<Scratch>()) {}
 TileRenderer::~TileRenderer() = default;

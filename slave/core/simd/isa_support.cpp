@@ -1,7 +1,6 @@
-// Which instruction sets this CPU and build have: Highway's names mapped to Tessera's.
+#include "slave/core/simd/isa_support.h"
+
 #include "hwy/targets.h"
-#include "slave/core/kernel/kernel_table.h"
-#include "slave/core/render/tile_renderer.h"
 
 namespace tessera::core {
 namespace {
@@ -15,13 +14,13 @@ constexpr Mapping kMappings[] = {
 
 }  // namespace
 
-IsaMask supported_isas() {
+IsaMask cpu_isas() {
   const std::int64_t on_this_cpu = hwy::SupportedTargets();
   IsaMask mask = isa_bit(Isa::kScalar);
   for (const Mapping& m : kMappings) {
     if ((on_this_cpu & m.target) != 0) mask |= isa_bit(m.isa);
   }
-  return mask & compiled_isas();
+  return mask;
 }
 
 }  // namespace tessera::core
