@@ -155,36 +155,31 @@ for ((i = 0; ; ++i)); do
 done
 
 app=(--connect "127.0.0.1:$port" --keys "$keys/app")
-frames=0:0
-pictures=$out/frame-0000.png
-if [[ $scene == builtin:room ]]; then
-  cat >"$out/room.camera" <<'END'
+case $scene in
+  builtin:waves) path=() ;;  # it moves by itself
+  builtin:room)
+    cat >"$out/room.camera" <<'END'
+up 0 1 0
+vfov 58
 frame 0
-eye 0.6 1.6 0.6
-target 3.0 0.9 3.0
-up 0 1 0
-vfov 65
+eye 2.1 1.65 2.2
+target -0.35 0.95 -0.6
 frame 11
-eye 3.2 1.7 0.8
-target 2.6 0.8 3.2
-up 0 1 0
-vfov 65
+eye -1.9 1.5 2.2
+target 0.5 0.9 -0.9
 END
-  app+=(--camera "$out/room.camera")
-  frames=0:11
-  pictures="$out/frame-0000.png to frame-0011.png"
-elif [[ $scene == builtin:waves ]]; then
-  frames=0:11
-  pictures="$out/frame-0000.png to frame-0011.png"
-fi
+    path=(--camera "$out/room.camera")
+    ;;
+  *) path=(--orbit 55) ;;
+esac
 rm -f "$out"/frame-*.png "$out/frame.exr"
-attend "$bin/tessera-master" render "$scene" "${app[@]}" --frames "$frames" --size 640x480 --stats "$out/stats.jsonl" \
+attend "$bin/tessera-master" render "$scene" "${app[@]}" "${path[@]}" --frames 0:11 --size 640x480 --stats "$out/stats.jsonl" \
   -o "$out/frame-%04d.png" || give_up "rendering failed" "$out/master.log"
 attend "$bin/tessera-master" render "$scene" "${app[@]}" --frames 0:0 --size 640x480 -o "$out/frame.exr" ||
   give_up "rendering failed" "$out/master.log"
 
 echo
-echo "pictures: $pictures"
+echo "pictures: $out/frame-0000.png to frame-0011.png"
 echo "          $out/frame.exr (linear radiance)"
 echo "logs:     $out/master.log, slave-1.log, slave-2.log; per frame: stats.jsonl"
 

@@ -254,6 +254,10 @@ struct Grammar {
     render->add_option("-o,--output", o.output, "OUT.(exr|png|hdr|pfm); %04d numbers a sequence")
         ->required();
     render->add_option("--frames", t.frames, "FIRST:LAST, inclusive (default: 0:0)");
+    render
+        ->add_option("--orbit", o.orbit_degrees,
+                     "turn the camera round the scene by so many degrees over the frames")
+        ->check(number_in(-3600, 3600));
     status->add_option("--connect", o.session.connect, "HOST:PORT of a running master")->required();
     status->add_flag("--json", o.is_json, "machine-readable");
     add_key_options(*status, o);

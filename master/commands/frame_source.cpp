@@ -1,5 +1,6 @@
 #include "master/commands/frame_source.h"
 
+#include <cmath>
 #include <cstdio>
 #include <thread>
 #include <utility>
@@ -8,6 +9,34 @@
 #include "common/scene/validate.h"
 
 namespace tessera::master {
+namespace {
+
+// The point on the line of sight that is next to the middle of the scene, if that lies ahead.
+Vec3f point_of_interest(const Camera& camera, const Scene& scene) {
+  const Bounds3f bounds = scene_bounds(scene);
+  const Vec3f sight = camera.target - camera.eye;
+  const Vec3f middle = 0.5f * (bounds.lower + bounds.upper) - camera.eye;
+  const float ahead = dot(middle, sight) / dot(sight, sight);
+  return ahead > 1 ? camera.eye + ahead * sight : camera.target;
+}
+
+}  // namespace
+
+Camera turned(const Camera& camera, Vec3f centre, double degrees) {
+  if (degrees == 0) return camera;
+  const Vec3f axis = normalize(camera.up);
+  const double angle = degrees * 3.14159265358979323846 / 180;
+  const auto c = static_cast<float>(std::cos(angle)), s = static_cast<float>(std::sin(angle));
+  // Rodrigues' formula.
+  const auto turn = [&](Vec3f p) {
+    const Vec3f v = p - centre;
+    return centre + c * v + s * cross(axis, v) + ((1 - c) * dot(axis, v)) * axis;
+  };
+  Camera result = camera;
+  result.eye = turn(camera.eye);
+  result.target = turn(camera.target);
+  return result;
+}
 
 Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& progress) {
   FrameSource source;
@@ -43,6 +72,10 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
   source.settings_.camera = inline_camera  ? *inline_camera
                             : scene.camera ? *scene.camera
                                            : camera_showing_all(scene);
+  source.orbit_degrees_ = options.orbit_degrees;
+  source.frame_first_ = options.frame_first;
+  source.frame_last_ = options.frame_last;
+  source.orbit_centre_ = point_of_interest(source.settings_.camera, scene);
   const Status status = validate_frame_settings(source.settings_at(0));
   if (!status.is_ok()) {
     return Status::invalid_argument(
@@ -54,6 +87,11 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
 FrameSettings FrameSource::settings_at(double frame) const {
   FrameSettings settings = settings_;
   if (path_) settings.camera = path_->at(frame);
+  if (frame_last_ > frame_first_) {
+    const double share = (frame - static_cast<double>(frame_first_)) /
+                         static_cast<double>(frame_last_ - frame_first_);
+    settings.camera = turned(settings.camera, orbit_centre_, share * orbit_degrees_);
+  }
   return settings;
 }
 

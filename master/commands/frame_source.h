@@ -32,11 +32,16 @@ class FrameSource {
   LoadedScene loaded_;
   FrameSettings settings_;
   std::optional<CameraPath> path_;
+  double orbit_degrees_ = 0;  // from frame_first_ to frame_last_
+  long frame_first_ = 0, frame_last_ = 0;
+  Vec3f orbit_centre_;
 };
 
+// `camera` turned round the axis through `centre` along its up vector. Exact at 0 degrees.
+Camera turned(const Camera& camera, Vec3f centre, double degrees);
+
 // Waits until `session` has options.session.slaves_min slaves; a line every 5 s. Returns:
-// kDeadlineExceeded after
-// --wait seconds, kCancelled on a signal.
+// kDeadlineExceeded after --wait seconds, kCancelled on a signal.
 Status wait_for_slaves(Session& session, const MasterOptions& options,
                        const std::function<bool()>& should_stop);
 

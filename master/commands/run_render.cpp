@@ -1,8 +1,10 @@
+#include <algorithm>
 #include <cstdio>
 #include <thread>
 #include <utility>
 
 #include "common/base/bounded_queue.h"
+#include "common/frame/tile_grid.h"
 #include "master/commands/commands.h"
 #include "master/commands/frame_source.h"
 #include "master/commands/stats_file.h"
@@ -69,6 +71,46 @@ class ImageWriter {
   std::thread thread_;
 };
 
+// How far a sequence has come, also within its first frame, from what the slaves have done.
+class RenderProgress {
+ public:
+  RenderProgress(Session& session, Progress& progress, const FrameSettings& settings, long frames)
+      : session_(session), progress_(progress), tiles_total_(static_cast<double>(frames)) {
+    const int edge = settings.tile_edge_px;
+    tiles_total_ *= TileGrid(settings.width_px, settings.height_px, edge).tile_count();
+  }
+
+  void update() {
+    const ClusterStatus status = session_.status();
+    if (status.slaves.empty()) return;  // a connected master's first answer is on its way
+    if (tiles_before_ < 0) tiles_before_ = tiles_done(status);
+    std::uint64_t in_flight = 0;
+    for (const SlaveStatus& slave : status.slaves) in_flight += slave.tiles_in_flight;
+    if (in_flight == 0 && tiles_done(status) <= tiles_before_) {
+      const std::size_t count = status.slaves.size();
+      return progress_.update(
+          "building the tree on " + std::to_string(count) + (count == 1 ? " slave" : " slaves"),
+          -1);
+    }
+    const double share = (tiles_done(status) - tiles_before_) / tiles_total_;
+    share_ = std::clamp(share, share_, 0.999);
+    progress_.update("rendering", share_);
+  }
+
+ private:
+  static double tiles_done(const ClusterStatus& status) {
+    double sum = 0;
+    for (const SlaveStatus& slave : status.slaves) sum += static_cast<double>(slave.tiles_done);
+    return sum;
+  }
+
+  Session& session_;
+  Progress& progress_;
+  double tiles_total_;
+  double tiles_before_ = -1;  // done for others before; < 0: not known yet
+  double share_ = 0;  // never goes back, also when a slave leaves
+};
+
 // Takes one finished frame, if one comes in time. Returns: how many were taken (0 or 1).
 Result<int> take_frame(Session& session, const MasterOptions& options, ImageWriter& writer,
                        Progress& progress, long done, long total) {
@@ -97,6 +139,7 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
                      ImageWriter& writer, Progress& progress, const SignalWatch& signals) {
   const long total = options.frame_last - options.frame_first + 1;
   long submitted = 0, done = 0;
+  RenderProgress work(session, progress, source.settings_at(0), total);
   while (done < total) {
     if (signals.is_signalled()) return Status::cancelled("interrupted; finished pictures are kept");
     if (submitted < total && submitted - done < options.session.frames_in_flight) {
@@ -111,7 +154,7 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
       ++submitted;
       continue;
     }
-    if (done == 0) progress.update("rendering", 0);
+    if (done == 0) work.update();
     auto taken = take_frame(session, options, writer, progress, done, total);
     if (!taken.is_ok()) return taken.status();
     done += *taken;
