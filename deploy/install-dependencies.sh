@@ -25,12 +25,12 @@ packages_of() {  # set
   case $1 in
     build)
       echo g++ cmake ninja-build pkg-config ccache mold libasio-dev libssl-dev openssl \
-        libprotobuf-dev protobuf-compiler libspdlog-dev libfmt-dev libopenimageio-dev \
+        libprotobuf-dev protobuf-compiler libspdlog-dev libfmt-dev libopenimageio-dev openimageio-tools \
         libglfw3-dev libepoxy-dev libopengl-dev libgl-dev libimgui-dev libgl1-mesa-dri libhwy-dev \
         libtbb-dev libcli11-dev libtomlplusplus-dev libassimp-dev
       ;;
     test)
-      echo libgtest-dev libgmock-dev python3 xvfb xauth imagemagick openimageio-tools procps
+      echo libgtest-dev libgmock-dev python3 xvfb xauth imagemagick procps
       ;;
     lab) echo python3 iproute2 openssh-server openssh-client procps ;;
     compose) echo podman runc iptables netavark aardvark-dns docker-compose debootstrap python3 ;;
