@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "common/base/limits.h"
+#include "common/scene_io/confined_path.h"
 #include "common/scene_io/scene_reader.h"
 #include "common/scene_io/text_scanner.h"
 
@@ -209,22 +210,21 @@ class ObjReader {
 };
 
 void ObjReader::read_materials(const std::string& name) {
-  const std::filesystem::path folder = std::filesystem::path(path_).parent_path();
-  const std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
-  if (relative.is_absolute() || (!relative.empty() && *relative.begin() == "..")) {
+  const std::string folder = std::filesystem::path(path_).parent_path().string();
+  const auto file = confined_path(folder, name);
+  if (!file.is_ok()) {
     result_.warnings.push_back(path_ + ": material file '" + name +
-                               "' lies outside the scene's folder and is left out");
+                               "': " + file.status().message() + "; grey is used");
     return;
   }
-  const std::string file = (folder / relative).string();
-  auto text = read_whole_file(file, kFileBytesMax);
+  auto text = read_whole_file(*file, kFileBytesMax);
   if (!text.is_ok()) {
     result_.warnings.push_back("material file " + text.status().message() + "; grey is used");
     return;
   }
   TextScanner lines(*text);
   Material* material = nullptr;
-  while (lines.next_line()) read_material_line(lines, material, file);
+  while (lines.next_line()) read_material_line(lines, material, *file);
 }
 
 void ObjReader::read_material_line(TextScanner& lines, Material*& material,

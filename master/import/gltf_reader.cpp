@@ -187,12 +187,13 @@ class GltfReader {
     const aiCamera& source = *source_.mCameras[0];
     const Transform node = node_of(source.mName);
     Camera camera;
-    camera.eye = node.point(vec(source.mPosition));
+    // Assimp 5.2 repeats the node's translation in mPosition, and gives yfov * aspect as the
+    // horizontal angle; a glTF camera itself stands at the origin of its node.
+    camera.eye = node.point({0, 0, 0});
     camera.target = camera.eye + node.direction(vec(source.mLookAt));
     camera.up = node.direction(vec(source.mUp));
     const float aspect = source.mAspect > 0 ? source.mAspect : 1;
-    camera.vfov_degrees =
-        2 * std::atan(std::tan(0.5f * source.mHorizontalFOV) / aspect) * 180 / 3.14159265f;
+    camera.vfov_degrees = source.mHorizontalFOV / aspect * 180 / 3.14159265f;
     scene_.camera = camera;
   }
 
@@ -211,8 +212,8 @@ Result<ReadScene> read_gltf(const std::string& path) {
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr)
-    return Status::invalid_argument(path + ": cannot be read as glTF 2: " +
-                                    importer.GetErrorString());
+    return Status::invalid_argument(path +
+                                    ": cannot be read as glTF 2: " + importer.GetErrorString());
   return GltfReader(path, *scene).read();
 }
 

@@ -24,6 +24,8 @@ namespace {
 using tessera::Result;
 using tessera::Status;
 
+constexpr std::size_t kWarningsMax = 50;  // a person reads no more
+
 int report(const std::string& text, int exit_code) {
   std::string line = text;
   std::replace(line.begin(), line.end(), '\n', ' ');
@@ -72,6 +74,11 @@ int import_file(const std::string& path) {
   if (!read.is_ok()) return report(read.status().message(), 1);
   if (const Status status = tessera::validate_scene(read->scene); !status.is_ok()) {
     return report(path + ": " + status.message(), 1);
+  }
+  if (auto& warnings = read->warnings; warnings.size() > kWarningsMax) {
+    const std::size_t more = warnings.size() - kWarningsMax;
+    warnings.resize(kWarningsMax);
+    warnings.push_back(path + ": and " + std::to_string(more) + " more warnings");
   }
   tessera::SceneEncoder encoder;
   const std::vector<std::byte> bytes =

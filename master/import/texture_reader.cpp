@@ -3,9 +3,8 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
-#include <filesystem>
-
 #include "common/base/limits.h"
+#include "common/scene_io/confined_path.h"
 
 namespace tessera::import {
 namespace {
@@ -42,20 +41,9 @@ Result<std::shared_ptr<const Texture>> decode(OIIO::ImageInput& input) {
 
 Result<std::shared_ptr<const Texture>> read_texture_file(const std::string& folder,
                                                          const std::string& name) {
-  namespace fs = std::filesystem;
-  const fs::path relative = fs::path(name);
-  if (relative.is_absolute() || name.find("://") != std::string::npos)
-    return Status::permission_denied("only names below the scene's folder are read");
-  std::error_code error;
-  const fs::path root = fs::canonical(folder.empty() ? "." : folder, error);
-  if (error) return Status::not_found(error.message());
-  const fs::path file = fs::canonical(root / relative, error);
-  if (error) return Status::not_found("no such file");
-  const auto mismatch = std::mismatch(root.begin(), root.end(), file.begin(), file.end());
-  if (mismatch.first != root.end())
-    return Status::permission_denied("lies outside the scene's folder");
-  if (!fs::is_regular_file(file, error)) return Status::permission_denied("is not a regular file");
-  auto input = OIIO::ImageInput::open(file.string());
+  const auto file = confined_path(folder, name);
+  if (!file.is_ok()) return file.status();
+  auto input = OIIO::ImageInput::open(*file);
   if (!input) return Status::data_loss("cannot be read: " + OIIO::geterror());
   return decode(*input);
 }

@@ -1,0 +1,42 @@
+// A small scene that uses every kind of scene value: meshes with and without normals and uvs, a
+// texture, a turned instance, lights of each kind, a camera.
+// Threads. Pure function.
+#pragma once
+
+#include "common/scene/scene.h"
+
+namespace tessera::test {
+
+inline Scene make_small_scene() {
+  Scene scene;
+  auto plain = std::make_shared<Mesh>();
+  plain->positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  plain->triangles = {{0, 1, 2}, {0, 2, 3}};
+  plain->materials = {0, 1};
+  auto rich = std::make_shared<Mesh>();
+  rich->positions = {{0, 0, 1}, {2, 0, 1}, {0, 2, 1}};
+  rich->normals = {{0, 0, 1}, {0, 0, 1}, {0, 1, 1}};
+  rich->uvs = {{0, 0}, {1, 0}, {0, 1}};
+  rich->triangles = {{0, 1, 2}};
+  rich->materials = {2};
+  scene.meshes = {plain, rich};
+  auto texture = std::make_shared<Texture>();
+  texture->width_px = 2;
+  texture->height_px = 1;
+  texture->rgba = {255, 0, 0, 255, 0, 255, 0, 128};
+  scene.textures = {texture};
+  scene.materials.resize(3);
+  scene.materials[0].name = "plain";
+  scene.materials[1].emission = {5, 4, 3};
+  scene.materials[2].albedo_texture = 0;
+  Transform turned;
+  turned.m = {{{0, -1, 0, 5}, {1, 0, 0, -2}, {0, 0, 1, 0.5f}}};
+  scene.instances = {{0, Transform{}}, {1, turned}, {0, turned}};
+  scene.lights = {{LightKind::kPoint, {1, 2, 3}, {0, -1, 0}, {10, 10, 10}, 1, 0},
+                  {LightKind::kSpot, {0, 3, 0}, {0, -1, 0}, {5, 5, 5}, 0.9f, 0.7f},
+                  {LightKind::kDirectional, {}, {1, -1, 0}, {1, 1, 0.5f}, 1, 0}};
+  scene.camera = Camera{{0, 1, 6}, {0, 0.5f, 0}, {0, 1, 0}, 40};
+  return scene;
+}
+
+}  // namespace tessera::test

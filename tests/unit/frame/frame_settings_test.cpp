@@ -1,0 +1,61 @@
+#include "common/frame/frame_settings.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+#include "common/base/limits.h"
+
+namespace tessera {
+namespace {
+
+TEST(FrameSettings, DefaultsAreValid) {
+  EXPECT_TRUE(validate_frame_settings(FrameSettings{}).is_ok());
+}
+
+TEST(FrameSettings, WhatIsOutOfRangeIsNamed) {
+  const struct {
+    const char* word;
+    std::function<void(FrameSettings&)> spoil;
+  } cases[] = {
+      {"width", [](FrameSettings& s) { s.width_px = 0; }},
+      {"width", [](FrameSettings& s) { s.width_px = kImageSideMaxPx + 1; }},
+      {"height", [](FrameSettings& s) { s.height_px = -1; }},
+      {"tile", [](FrameSettings& s) { s.tile_edge_px = kTileEdgeMinPx - 1; }},
+      {"tile", [](FrameSettings& s) { s.tile_edge_px = kTileEdgeMaxPx + 1; }},
+      {"samples", [](FrameSettings& s) { s.samples_per_pixel = 0; }},
+      {"light", [](FrameSettings& s) { s.light_samples = kLightSamplesMax + 1; }},
+      {"camera", [](FrameSettings& s) { s.camera.target = s.camera.eye; }},
+      {"camera", [](FrameSettings& s) { s.camera.up = s.camera.target - s.camera.eye; }},
+      {"camera", [](FrameSettings& s) { s.camera.vfov_degrees = 180; }},
+      {"camera",
+       [](FrameSettings& s) { s.camera.vfov_degrees = std::numeric_limits<float>::quiet_NaN(); }},
+      {"camera", [](FrameSettings& s) { s.camera.eye.y = std::numeric_limits<float>::infinity(); }},
+  };
+  for (const auto& c : cases) {
+    FrameSettings settings;
+    c.spoil(settings);
+    const Status status = validate_frame_settings(settings);
+    EXPECT_EQ(status.code(), StatusCode::kInvalidArgument) << c.word;
+    EXPECT_NE(status.message().find(c.word), std::string::npos) << status.message();
+  }
+}
+
+TEST(FrameSettings, NamesParseBack) {
+  for (const Renderer r : {Renderer::kPrimary, Renderer::kDirect}) {
+    auto parsed = parse_renderer(renderer_name(r));
+    ASSERT_TRUE(parsed.is_ok());
+    EXPECT_EQ(*parsed, r);
+  }
+  for (const PixelFormat f : {PixelFormat::kFloat, PixelFormat::kHalf, PixelFormat::kDisplay8}) {
+    auto parsed = parse_pixel_format(pixel_format_name(f));
+    ASSERT_TRUE(parsed.is_ok());
+    EXPECT_EQ(*parsed, f);
+  }
+  EXPECT_FALSE(parse_renderer("igi").is_ok());
+  EXPECT_FALSE(parse_pixel_format("").is_ok());
+}
+
+}  // namespace
+}  // namespace tessera

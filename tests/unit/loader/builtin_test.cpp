@@ -1,0 +1,79 @@
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "common/scene/scene_codec.h"
+#include "common/scene/validate.h"
+#include "master/loader/load_scene.h"
+
+namespace tessera::master {
+namespace {
+
+LoadedScene make(const std::string& name) {
+  auto loaded = make_builtin(name);
+  EXPECT_TRUE(loaded.is_ok()) << loaded.status().message();
+  return loaded.is_ok() ? std::move(*loaded) : LoadedScene{};
+}
+
+TEST(Builtin, EveryOneIsValidHasACameraAndTheSameBitsEachTime) {
+  ASSERT_GE(builtin_names().size(), 4u);
+  for (const std::string& name : builtin_names()) {
+    const LoadedScene loaded = make(name);
+    const Status status = validate_scene(loaded.scene);
+    EXPECT_TRUE(status.is_ok()) << name << ": " << status.message();
+    EXPECT_TRUE(loaded.scene.camera.has_value()) << name;
+    SceneEncoder first, second;
+    EXPECT_EQ(first.encode(loaded.scene).digest(), second.encode(make(name).scene).digest())
+        << name;
+  }
+}
+
+TEST(Builtin, UnknownNamesAreRefusedWithTheKnownOnes) {
+  auto loaded = make_builtin("castle");
+  ASSERT_FALSE(loaded.is_ok());
+  EXPECT_NE(loaded.status().message().find("cornell"), std::string::npos);
+}
+
+TEST(Builtin, TheRoomIsLargeAndFullOfThinParts) {
+  const Scene scene = make("room").scene;
+  EXPECT_GT(scene.triangle_count(), 200'000u);
+  EXPECT_LT(scene.triangle_count(), 1'000'000u);
+}
+
+// Every edge of the teapot's inside joins two triangles, up to its open rims: the patches share
+// their border points.
+TEST(Builtin, TheTeapotHasNoCracksBetweenItsPatches) {
+  const Scene scene = make("teapot").scene;
+  std::map<std::pair<std::array<float, 3>, std::array<float, 3>>, int> uses;
+  const auto key = [](Vec3f p) { return std::array<float, 3>{p.x, p.y, p.z}; };
+  std::uint64_t edges = 0;
+  for (const auto& mesh : scene.meshes) {
+    for (const auto& t : mesh->triangles) {
+      for (int k = 0; k < 3; ++k) {
+        auto a = key(mesh->positions[t[static_cast<std::size_t>(k)]]);
+        auto b = key(mesh->positions[t[static_cast<std::size_t>((k + 1) % 3)]]);
+        if (a == b) continue;
+        if (b < a) std::swap(a, b);
+        ++uses[{a, b}];
+        ++edges;
+      }
+    }
+  }
+  std::uint64_t open = 0;
+  for (const auto& [edge, count] : uses) open += count == 1 ? 1 : 0;
+  EXPECT_GT(edges, 100'000u);
+  EXPECT_LT(open, edges / 50) << "only rims, the floor and the lamp are open";
+}
+
+TEST(Builtin, WavesMoveAndShareWhatStands) {
+  const LoadedScene waves = make("waves");
+  ASSERT_TRUE(waves.is_animated);
+  const Scene now = waves.at_time(0), later = waves.at_time(0.5), again = waves.at_time(0.5);
+  EXPECT_NE(*now.meshes[0], *later.meshes[0]);
+  EXPECT_EQ(*later.meshes[0], *again.meshes[0]);
+  EXPECT_TRUE(validate_scene(later).is_ok());
+  for (std::size_t i = 1; i < now.meshes.size(); ++i) EXPECT_EQ(now.meshes[i], later.meshes[i]);
+}
+
+}  // namespace
+}  // namespace tessera::master

@@ -1,0 +1,107 @@
+// The real tessera-import, and stand-ins that misbehave: whatever it does, the master gets one
+// line.
+#include "master/loader/import_process.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+
+#include "master/loader/load_scene.h"
+#include "tests/support/temp_folder.h"
+
+namespace tessera::master {
+namespace {
+
+class Import : public ::testing::Test {
+ protected:
+  void TearDown() override { unsetenv("TESSERA_IMPORT"); }
+
+  // A shell script in the place of tessera-import.
+  Result<SceneStream> run_instead(const std::string& script, double seconds_max = 60,
+                                  std::uint64_t bytes_max = 1 << 30) {
+    const std::string program = folder_.write("import.sh", "#!/bin/sh\n" + script);
+    std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+    setenv("TESSERA_IMPORT", program.c_str(), 1);
+    return run_import(folder_.write("scene.obj", "x"), {seconds_max, bytes_max},
+                      [](std::uint64_t) {});
+  }
+
+  const test::TempFolder folder_;
+};
+
+TEST_F(Import, AFileBecomesAScene) {
+  const std::string path =
+      folder_.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl gone\nf 1 2 3\n");
+  auto loaded = load_scene(path, [](const std::string&, double) {});
+  ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
+  EXPECT_EQ(loaded->scene.triangle_count(), 1u);
+  EXPECT_FALSE(loaded->warnings.empty());
+}
+
+TEST_F(Import, GltfWithNodeTransformsCameraAndMaterial) {
+  // One triangle, moved by its node; positions and indices in a data URI.
+  const std::string path =
+      folder_.write("a.gltf",
+                    R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],
+"nodes":[{"mesh":0,"translation":[10,0,0]},{"camera":0,"translation":[10,0,5]}],
+"cameras":[{"type":"perspective","perspective":{"yfov":0.5,"aspectRatio":1.5,"znear":0.1}}],
+"materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,0.125,1]}}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+"bufferViews":[{"buffer":0,"byteLength":36}],
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+  auto loaded = load_scene(path, [](const std::string&, double) {});
+  ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
+  const Scene& scene = loaded->scene;
+  ASSERT_EQ(scene.triangle_count(), 1u);
+  const Instance& instance = scene.instances.at(0);
+  const Mesh& mesh = *scene.meshes.at(instance.mesh);
+  EXPECT_EQ(instance.object_to_world.point(mesh.positions[mesh.triangles[0][1]]),
+            (Vec3f{11, 0, 0}));
+  EXPECT_EQ(scene.materials.at(mesh.materials.at(0)).albedo, (Vec3f{0.5f, 0.25f, 0.125f}));
+  ASSERT_TRUE(scene.camera.has_value());
+  EXPECT_EQ(scene.camera->eye, (Vec3f{10, 0, 5}));
+  EXPECT_NEAR(scene.camera->vfov_degrees, 0.5 * 180 / 3.14159265, 1e-3);
+}
+
+TEST_F(Import, ItsRefusalIsHandedOn) {
+  auto stream = run_instead("echo 'tessera-import: scene.obj:3: bad' >&2; echo more >&2; exit 1");
+  ASSERT_FALSE(stream.is_ok());
+  EXPECT_EQ(stream.status().message(), "scene.obj:3: bad");
+}
+
+TEST_F(Import, ItsDeathIsALineAboutTheFile) {
+  for (const char* signal : {"SEGV", "ABRT", "KILL", "XCPU"}) {
+    auto stream = run_instead(std::string("kill -") + signal + " $$");
+    ASSERT_FALSE(stream.is_ok()) << signal;
+    EXPECT_NE(stream.status().message().find("scene.obj"), std::string::npos);
+  }
+}
+
+TEST_F(Import, ItIsStoppedWhenItHangs) {
+  auto stream = run_instead("exec sleep 100", 0.3);
+  ASSERT_FALSE(stream.is_ok());
+  EXPECT_EQ(stream.status().code(), StatusCode::kResourceExhausted);
+}
+
+TEST_F(Import, ItIsStoppedWhenItTalksWithoutEnd) {
+  auto stream = run_instead("exec cat /dev/zero", 60, 1 << 20);
+  ASSERT_FALSE(stream.is_ok());
+  EXPECT_EQ(stream.status().code(), StatusCode::kResourceExhausted);
+}
+
+TEST_F(Import, GarbageFromItIsRefused) {
+  EXPECT_FALSE(run_instead("head -c 100000 /dev/urandom").is_ok());
+  EXPECT_FALSE(run_instead("exit 0").is_ok());
+}
+
+TEST_F(Import, AProgramThatIsNotThereIsNamed) {
+  setenv("TESSERA_IMPORT", "/no/such/tessera-import", 1);
+  auto stream = run_import(folder_.write("scene.obj", "x"), {}, [](std::uint64_t) {});
+  ASSERT_FALSE(stream.is_ok());
+  EXPECT_NE(stream.status().message().find("/no/such/tessera-import"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tessera::master

@@ -1,0 +1,104 @@
+#include "common/scene/validate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "tests/support/small_scene.h"
+
+namespace tessera {
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+// Changes a copy of mesh `index`.
+void change_mesh(Scene& scene, std::size_t index, const std::function<void(Mesh&)>& change) {
+  auto mesh = std::make_shared<Mesh>(*scene.meshes[index]);
+  change(*mesh);
+  scene.meshes[index] = mesh;
+}
+
+TEST(ValidateScene, TheSmallSceneIsValid) {
+  const Status status = validate_scene(test::make_small_scene());
+  EXPECT_TRUE(status.is_ok()) << status.message();
+}
+
+TEST(ValidateScene, WhatCannotBeRenderedIsRefusedByName) {
+  const struct {
+    const char* word;
+    std::function<void(Scene&)> spoil;
+  } cases[] = {
+      {"mesh 0", [](Scene& s) { change_mesh(s, 0, [](Mesh& m) { m.positions[2].y = kNan; }); }},
+      {"mesh 0", [](Scene& s) { change_mesh(s, 0, [](Mesh& m) { m.positions[0].x = kInf; }); }},
+      {"mesh 0", [](Scene& s) { change_mesh(s, 0, [](Mesh& m) { m.triangles[1][2] = 4; }); }},
+      {"mesh 1", [](Scene& s) { change_mesh(s, 1, [](Mesh& m) { m.normals.pop_back(); }); }},
+      {"mesh 1", [](Scene& s) { change_mesh(s, 1, [](Mesh& m) { m.uvs[0].x = kNan; }); }},
+      {"mesh 0", [](Scene& s) { change_mesh(s, 0, [](Mesh& m) { m.materials.clear(); }); }},
+      {"mesh 0", [](Scene& s) { change_mesh(s, 0, [](Mesh& m) { m.materials[1] = 3; }); }},
+      {"mesh 1", [](Scene& s) { s.meshes[1] = nullptr; }},
+      {"texture 0",
+       [](Scene& s) {
+         auto t = std::make_shared<Texture>(*s.textures[0]);
+         t->rgba.pop_back();
+         s.textures[0] = t;
+       }},
+      {"texture 0",
+       [](Scene& s) {
+         auto t = std::make_shared<Texture>(*s.textures[0]);
+         t->width_px = 0;
+         s.textures[0] = t;
+       }},
+      {"material 2", [](Scene& s) { s.materials[2].albedo_texture = 1; }},
+      {"material 0", [](Scene& s) { s.materials[0].albedo.x = kNan; }},
+      {"material 1", [](Scene& s) { s.materials[1].emission.z = -1; }},
+      {"material 1", [](Scene& s) { s.materials[1].emission.z = kInf; }},
+      {"material", [](Scene& s) { s.materials.clear(); }},
+      {"instance 2", [](Scene& s) { s.instances[2].mesh = 2; }},
+      {"instance 1", [](Scene& s) { s.instances[1].object_to_world.m[0][3] = kNan; }},
+      {"light 0", [](Scene& s) { s.lights[0].intensity.x = -1; }},
+      {"light 1", [](Scene& s) { s.lights[1].direction = {}; }},
+      {"light 1", [](Scene& s) { s.lights[1].cos_outer = 0.95f; }},
+      {"light 2", [](Scene& s) { s.lights[2].direction.y = kInf; }},
+      {"camera", [](Scene& s) { s.camera->up = {}; }},
+      {"box",
+       [](Scene& s) {
+         s.instances[0].object_to_world.m[0][3] = 3e38f;
+         s.instances[1].object_to_world.m[0][3] = -3e38f;
+       }},
+  };
+  for (const auto& c : cases) {
+    Scene scene = test::make_small_scene();
+    c.spoil(scene);
+    const Status status = validate_scene(scene);
+    EXPECT_FALSE(status.is_ok()) << c.word;
+    EXPECT_NE(status.message().find(c.word), std::string::npos) << status.message();
+  }
+}
+
+TEST(ValidateScene, BoundsHoldEveryInstance) {
+  const Bounds3f bounds = scene_bounds(test::make_small_scene());
+  // Mesh 1, turned by 90 degrees and moved: (2, 0, 1) becomes (5, 0, 1.5), (0, 2, 1) (3, -2, 1.5).
+  EXPECT_EQ(bounds.lower, (Vec3f{0, -2, 0}));
+  EXPECT_EQ(bounds.upper, (Vec3f{5, 1, 1.5f}));
+  EXPECT_TRUE(scene_bounds(Scene{}).is_empty());
+}
+
+TEST(ValidateScene, TheDefaultCameraSeesEveryCorner) {
+  const Scene scene = test::make_small_scene();
+  const Camera camera = camera_showing_all(scene);
+  ASSERT_TRUE(validate_camera(camera).is_ok());
+  const Bounds3f b = scene_bounds(scene);
+  const Vec3f view = normalize(camera.target - camera.eye);
+  const float cos_half = std::cos(0.5f * camera.vfov_degrees * 3.14159265f / 180);
+  for (int i = 0; i < 8; ++i) {
+    const Vec3f corner{i & 1 ? b.upper.x : b.lower.x, i & 2 ? b.upper.y : b.lower.y,
+                       i & 4 ? b.upper.z : b.lower.z};
+    EXPECT_GT(dot(normalize(corner - camera.eye), view), cos_half) << "corner " << i;
+  }
+}
+
+}  // namespace
+}  // namespace tessera

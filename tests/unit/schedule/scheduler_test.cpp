@@ -1,0 +1,207 @@
+#include "master/schedule/scheduler.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "common/base/limits.h"
+
+namespace tessera::master {
+namespace {
+
+using namespace std::chrono_literals;
+const TimePoint kStart{};
+
+std::vector<Action> of(const Actions& actions, ActionKind kind, SessionId session = 0) {
+  std::vector<Action> found;
+  for (const Action& a : actions) {
+    if (a.kind == kind && (session == 0 || a.session == session)) found.push_back(a);
+  }
+  return found;
+}
+
+// A started scheduler with slaves 1..count, one thread each, that have built version 1.
+Scheduler cluster_of(int count, SchedulerOptions options = {}) {
+  Scheduler scheduler(options);
+  for (int i = 1; i <= count; ++i) scheduler.slave_joined(static_cast<SessionId>(i), 1);
+  EXPECT_TRUE(scheduler.start(kStart).empty());
+  for (int i = 1; i <= count; ++i) {
+    EXPECT_TRUE(scheduler.scene_built(static_cast<SessionId>(i), 1, kStart).empty());
+  }
+  return scheduler;
+}
+
+Actions answer(Scheduler& scheduler, const Action& lease, TimePoint now,
+               ResultVerdict expected = ResultVerdict::kAccepted, SceneVersion version = 1) {
+  Actions actions;
+  EXPECT_EQ(scheduler.result(lease.session, lease.frame, version, lease.tile.tile,
+                             lease.tile.attempt, now, actions),
+            expected);
+  return actions;
+}
+
+TEST(Scheduler, NothingIsLeasedBeforeTheSessionHasStarted) {
+  Scheduler scheduler({});
+  scheduler.slave_joined(1, 2);
+  EXPECT_TRUE(scheduler.scene_built(1, 1, kStart).empty());
+  EXPECT_TRUE(scheduler.submit_frame(0, 1, 10, kStart).empty());
+  EXPECT_FALSE(of(scheduler.start(kStart), ActionKind::kLease).empty());
+}
+
+TEST(Scheduler, ASlaveGetsItsThreadsPlusThePrefetch) {
+  Scheduler scheduler = cluster_of(1);
+  const Actions actions = scheduler.submit_frame(0, 1, 100, kStart);
+  EXPECT_EQ(actions.front().kind, ActionKind::kBeginFrame) << "before its first tile";
+  EXPECT_EQ(of(actions, ActionKind::kLease).size(), 4u) << "1 thread x (3 + 1)";
+  EXPECT_EQ(scheduler.tiles_in_flight(1), 4u);
+}
+
+TEST(Scheduler, OneResultBringsOneNewTile) {
+  Scheduler scheduler = cluster_of(1);
+  const Actions actions = scheduler.submit_frame(0, 1, 100, kStart);
+  const Actions next = answer(scheduler, of(actions, ActionKind::kLease)[0], kStart + 5ms);
+  EXPECT_EQ(of(next, ActionKind::kLease).size(), 1u);
+  EXPECT_EQ(scheduler.tiles_in_flight(1), 4u);
+}
+
+TEST(Scheduler, TilesGoOnlyToSlavesThatHaveBuiltTheVersion) {
+  Scheduler scheduler = cluster_of(2);
+  EXPECT_TRUE(scheduler.submit_frame(0, 2, 10, kStart).empty());
+  const Actions actions = scheduler.scene_built(2, 2, kStart);
+  EXPECT_TRUE(of(actions, ActionKind::kLease, 1).empty());
+  EXPECT_FALSE(of(actions, ActionKind::kLease, 2).empty());
+}
+
+TEST(Scheduler, TwoFramesAreInFlightAndTheThirdWaits) {
+  Scheduler scheduler = cluster_of(1);
+  const Actions first = scheduler.submit_frame(0, 1, 2, kStart);
+  const Actions second = scheduler.submit_frame(1, 1, 2, kStart);
+  EXPECT_EQ(of(second, ActionKind::kLease).size(), 2u) << "beside the tail of frame 0";
+  EXPECT_TRUE(scheduler.submit_frame(2, 1, 2, kStart).empty());
+  answer(scheduler, of(first, ActionKind::kLease)[0], kStart);
+  const Actions done = answer(scheduler, of(first, ActionKind::kLease)[1], kStart);
+  EXPECT_EQ(of(done, ActionKind::kFrameComplete).size(), 1u);
+  EXPECT_EQ(of(done, ActionKind::kEndFrame).size(), 1u);
+  const std::vector<Action> leases = of(done, ActionKind::kLease);
+  ASSERT_FALSE(leases.empty());
+  EXPECT_EQ(leases[0].frame, 2u);
+}
+
+TEST(Scheduler, WithOneFrameInFlightTheSecondWaits) {
+  Scheduler scheduler = cluster_of(1, {3, 1});
+  EXPECT_FALSE(scheduler.submit_frame(0, 1, 2, kStart).empty());
+  EXPECT_TRUE(scheduler.submit_frame(1, 1, 2, kStart).empty());
+}
+
+TEST(Scheduler, FramesComeOutInOrderAlsoWhenTheLaterIsReadyFirst) {
+  Scheduler scheduler = cluster_of(1);
+  const Actions first = scheduler.submit_frame(0, 1, 1, kStart);
+  const Actions second = scheduler.submit_frame(1, 1, 1, kStart);
+  EXPECT_TRUE(
+      of(answer(scheduler, of(second, ActionKind::kLease)[0], kStart), ActionKind::kFrameComplete)
+          .empty());
+  const std::vector<Action> done =
+      of(answer(scheduler, of(first, ActionKind::kLease)[0], kStart), ActionKind::kFrameComplete);
+  ASSERT_EQ(done.size(), 2u);
+  EXPECT_EQ(done[0].frame, 0u);
+  EXPECT_EQ(done[1].frame, 1u);
+}
+
+TEST(Scheduler, TheTilesOfALostSlaveGoToTheOthersAtOnce) {
+  Scheduler scheduler = cluster_of(2);
+  const Actions actions = scheduler.submit_frame(0, 1, 5, kStart);
+  const std::vector<Action> of_two = of(actions, ActionKind::kLease, 2);
+  ASSERT_EQ(of_two.size() + of(actions, ActionKind::kLease, 1).size(), 5u);
+  Actions next;
+  for (const Action& lease : of(actions, ActionKind::kLease, 1)) {
+    for (const Action& a : answer(scheduler, lease, kStart)) next.push_back(a);
+  }
+  for (const Action& a : scheduler.slave_lost(2, kStart)) next.push_back(a);
+  std::set<TileIndex> again;
+  for (const Action& a : of(next, ActionKind::kLease, 1)) again.insert(a.tile.tile);
+  for (const Action& a : of_two) EXPECT_TRUE(again.contains(a.tile.tile)) << a.tile.tile;
+  Actions ignored;
+  EXPECT_EQ(scheduler.result(2, 0, 1, of_two[0].tile.tile, of_two[0].tile.attempt, kStart, ignored),
+            ResultVerdict::kNotLeased)
+      << "nothing that the lost one says counts any more";
+}
+
+TEST(Scheduler, AnOverdueTileGoesToAnIdleSlaveToo) {
+  Scheduler scheduler = cluster_of(2);
+  const Actions actions = scheduler.submit_frame(0, 1, 2, kStart);
+  const std::vector<Action> leases = of(actions, ActionKind::kLease);
+  ASSERT_EQ(leases.size(), 2u);
+  const SessionId slow = leases[0].session;
+  for (const Action& lease : leases) {
+    if (lease.session != slow) answer(scheduler, lease, kStart + 10ms);
+  }
+  EXPECT_TRUE(of(scheduler.tick(kStart + 100ms), ActionKind::kLease).empty());
+  const std::vector<Action> spare = of(scheduler.tick(kStart + 5s), ActionKind::kLease);
+  ASSERT_FALSE(spare.empty());
+  EXPECT_NE(spare[0].session, slow);
+}
+
+TEST(Scheduler, ATileThatTakesEverySlaveWithItFailsItsFrame) {
+  Scheduler scheduler({});
+  scheduler.start(kStart);
+  scheduler.submit_frame(0, 1, 1, kStart);
+  std::vector<Action> failed;
+  for (SessionId slave = 1; slave <= SessionId{kTileAttemptsMax}; ++slave) {
+    ASSERT_TRUE(failed.empty());
+    scheduler.slave_joined(slave, 1);
+    EXPECT_EQ(of(scheduler.scene_built(slave, 1, kStart), ActionKind::kLease).size(), 1u);
+    failed = of(scheduler.slave_lost(slave, kStart), ActionKind::kFrameFailed);
+  }
+  ASSERT_EQ(failed.size(), 1u);
+  EXPECT_FALSE(failed[0].reason.empty());
+}
+
+TEST(Scheduler, WithoutAnySlaveTheFrameIsKept) {
+  Scheduler scheduler = cluster_of(1);
+  scheduler.submit_frame(0, 1, 3, kStart);
+  EXPECT_TRUE(of(scheduler.slave_lost(1, kStart), ActionKind::kFrameFailed).empty());
+  scheduler.slave_joined(9, 1);
+  EXPECT_EQ(of(scheduler.scene_built(9, 1, kStart), ActionKind::kLease).size(), 3u);
+}
+
+TEST(Scheduler, ASceneThatNoSlaveCanHoldFailsItsFrameWithTheReason) {
+  Scheduler scheduler = cluster_of(2);
+  scheduler.submit_frame(0, 2, 3, kStart);
+  EXPECT_TRUE(
+      of(scheduler.scene_failed(1, 2, "no memory", kStart), ActionKind::kFrameFailed).empty());
+  const std::vector<Action> failed =
+      of(scheduler.scene_failed(2, 2, "no memory", kStart), ActionKind::kFrameFailed);
+  ASSERT_EQ(failed.size(), 1u);
+  EXPECT_NE(failed[0].reason.find("no memory"), std::string::npos);
+}
+
+TEST(Scheduler, ACancelledFrameEndsOnceAndItsLateResultsAreDropped) {
+  Scheduler scheduler = cluster_of(1);
+  const Actions actions = scheduler.submit_frame(0, 1, 3, kStart);
+  const std::vector<Action> failed =
+      of(scheduler.cancel_frame(0, kStart), ActionKind::kFrameFailed);
+  ASSERT_EQ(failed.size(), 1u);
+  EXPECT_TRUE(failed[0].is_cancelled);
+  EXPECT_TRUE(scheduler.cancel_frame(0, kStart).empty());
+  answer(scheduler, of(actions, ActionKind::kLease)[0], kStart, ResultVerdict::kFrameEnded);
+}
+
+TEST(Scheduler, ResultsThatNobodyAskedForAreViolations) {
+  Scheduler scheduler = cluster_of(2);
+  const Actions actions = scheduler.submit_frame(0, 1, 100, kStart);
+  const Action lease = of(actions, ActionKind::kLease, 1)[0];
+  answer(scheduler, lease, kStart, ResultVerdict::kWrongVersion, 2);
+  Action stolen = lease;
+  stolen.session = 2;
+  answer(scheduler, stolen, kStart, ResultVerdict::kNotLeased);
+  Action future = lease;
+  future.frame = 77;
+  answer(scheduler, future, kStart, ResultVerdict::kUnknownFrame);
+  Action outside = lease;
+  outside.tile.tile = 100;
+  answer(scheduler, outside, kStart, ResultVerdict::kNotLeased);
+  answer(scheduler, lease, kStart);  // none of that has hurt it
+}
+
+}  // namespace
+}  // namespace tessera::master
