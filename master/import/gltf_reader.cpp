@@ -162,7 +162,7 @@ class GltfReader {
       const aiLight& source = *source_.mLights[i];
       const Transform node = node_of(source.mName);
       Light light;
-      light.position = node.point(vec(source.mPosition));
+      light.position = node.point({0, 0, 0});
       light.direction = node.direction(length(vec(source.mDirection)) > 0 ? vec(source.mDirection)
                                                                           : Vec3f{0, 0, -1});
       light.intensity = {source.mColorDiffuse.r, source.mColorDiffuse.g, source.mColorDiffuse.b};

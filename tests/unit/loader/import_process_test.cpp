@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "master/loader/load_scene.h"
@@ -63,6 +64,37 @@ TEST_F(Import, GltfWithNodeTransformsCameraAndMaterial) {
   ASSERT_TRUE(scene.camera.has_value());
   EXPECT_EQ(scene.camera->eye, (Vec3f{10, 0, 5}));
   EXPECT_NEAR(scene.camera->vfov_degrees, 0.5 * 180 / 3.14159265, 1e-3);
+}
+
+TEST_F(Import, GltfLightsStandAndShineAsTheirNodesSay) {
+  const std::string path = folder_.write(
+      "l.gltf",
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1,2,3]}],
+"extensionsUsed":["KHR_lights_punctual"],
+"extensions":{"KHR_lights_punctual":{"lights":[{"type":"point","intensity":3,"color":[1,0.5,0.25]},
+{"type":"spot","spot":{"innerConeAngle":0.2,"outerConeAngle":0.5}},{"type":"directional","intensity":2}]}},
+"nodes":[{"mesh":0},{"translation":[1,2,3],"extensions":{"KHR_lights_punctual":{"light":0}}},
+{"translation":[0,5,0],"rotation":[-0.70710678,0,0,0.70710678],"extensions":{"KHR_lights_punctual":{"light":1}}},
+{"extensions":{"KHR_lights_punctual":{"light":2}}}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+"bufferViews":[{"buffer":0,"byteLength":36}],
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+  auto loaded = load_scene(path, [](const std::string&, double) {});
+  ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
+  const std::vector<Light>& lights = loaded->scene.lights;
+  ASSERT_EQ(lights.size(), 3u);
+  EXPECT_EQ(lights[0].kind, LightKind::kPoint);
+  EXPECT_EQ(lights[0].position, (Vec3f{1, 2, 3}));
+  EXPECT_EQ(lights[0].intensity, (Vec3f{3, 1.5f, 0.75f}));
+  EXPECT_EQ(lights[1].kind, LightKind::kSpot);
+  EXPECT_EQ(lights[1].position, (Vec3f{0, 5, 0}));
+  EXPECT_NEAR(lights[1].direction.y, -1, 1e-6) << "its node turns -z down";
+  EXPECT_NEAR(lights[1].cos_inner, std::cos(0.2), 1e-6);
+  EXPECT_NEAR(lights[1].cos_outer, std::cos(0.5), 1e-6);
+  EXPECT_EQ(lights[2].kind, LightKind::kDirectional);
+  EXPECT_EQ(lights[2].direction, (Vec3f{0, 0, -1}));
+  EXPECT_EQ(lights[2].intensity, (Vec3f{2, 2, 2}));
 }
 
 TEST_F(Import, ItsRefusalIsHandedOn) {
