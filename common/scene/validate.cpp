@@ -196,13 +196,23 @@ Camera camera_showing_all(const Scene& scene) {
   Camera camera;
   if (bounds.is_empty()) return camera;
   const Vec3f centre = bounds.lower + 0.5f * bounds.extent();
-  float radius = 0.5f * length(bounds.extent());
-  if (!(radius > 0)) radius = 1;
-  // The sphere around the box fills the vertical angle: distance = radius / sin(fov / 2), and a
-  // tenth more.
-  const float half_angle = 0.5f * camera.vfov_degrees * 3.14159265f / 180;
+  const Vec3f view = -normalize(Vec3f{0.3f, 0.35f, 1});
+  const float tan_half = std::tan(0.5f * camera.vfov_degrees * 3.14159265f / 180);
+  // Every corner lies in the cone of the vertical angle: its distance from the axis is at most
+  // tan_half times its depth.
+  float distance = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3f corner{i & 1 ? bounds.upper.x : bounds.lower.x,
+                       i & 2 ? bounds.upper.y : bounds.lower.y,
+                       i & 4 ? bounds.upper.z : bounds.lower.z};
+    const Vec3f offset = corner - centre;
+    const float ahead = dot(offset, view);
+    const float aside = length(offset - ahead * view);
+    distance = std::max(distance, aside / tan_half - ahead);
+  }
+  if (!(distance > 0)) distance = 1;  // a single point
   camera.target = centre;
-  camera.eye = centre + normalize(Vec3f{0.3f, 0.35f, 1}) * (1.1f * radius / std::sin(half_angle));
+  camera.eye = centre - (1.05f * distance) * view;
   camera.up = {0, 1, 0};
   return camera;
 }

@@ -15,6 +15,16 @@ namespace {
 
 constexpr std::chrono::milliseconds kPoll{100};
 
+// A picture without any light is rarely what was meant.
+void warn_when_black(const FrameImage& image, const std::string& path) {
+  const auto is_zero = [](std::byte b) { return b == std::byte{0}; };
+  if (!std::all_of(image.bytes.begin(), image.bytes.end(), is_zero)) return;
+  std::fprintf(stderr,
+               "tessera-master: warning: %s is black all over: the camera sees nothing, or no "
+               "light of the scene reaches it\n",
+               path.c_str());
+}
+
 // Writes pictures on its own thread, so that the cluster renders on meanwhile. At most two wait.
 class ImageWriter {
  public:
@@ -46,6 +56,7 @@ class ImageWriter {
   void run() {
     while (auto job = jobs_.pop()) {
       if (!failure().is_ok()) continue;
+      warn_when_black(*job->result.image, pattern_.path(job->number));
       Status status = write_image(*job->result.image, pattern_.path(job->number), {is_half_});
       if (status.is_ok()) status = stats_.write(job->result.stats, *job->result.image);
       if (!status.is_ok()) {

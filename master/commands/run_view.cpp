@@ -53,7 +53,9 @@ class Pump {
 
   Status step() {
     const Viewer::View view = viewer_.view();
-    const bool is_wanted = source_.is_animated() || submitted_ == 0 || view.revision != revision_;
+    // A screenshot waits for a number of frames, so they must come although nothing moves.
+    const bool is_wanted = source_.is_animated() || submitted_ == 0 ||
+                           view.revision != revision_ || !options_.screenshot_path.empty();
     const bool has_room =
         in_flight_.size() < static_cast<std::size_t>(options_.session.frames_in_flight);
     if (is_wanted && has_room) {
@@ -149,7 +151,10 @@ int run_view(const MasterOptions& options, const SignalWatch& signals) {
     pump.stop();
     status = pump.failure();
   }
-  return status.is_ok() || status.code() == StatusCode::kCancelled ? 0 : report_failure(status);
+  // Leaving cancels what was in flight; a screenshot that was not taken is a failure all the same.
+  if (status.code() == StatusCode::kCancelled) status = Status::ok();
+  if (status.is_ok() && !options.screenshot_path.empty()) status = (*viewer)->screenshot_status();
+  return status.is_ok() ? 0 : report_failure(status);
 }
 
 }  // namespace tessera::master
