@@ -1,0 +1,15 @@
+// Any bytes as an OBJ file: refused with a line, or a valid scene.
+#include <cstdlib>
+
+#include "common/scene/validate.h"
+#include "common/scene_io/scene_reader.h"
+#include "tests/fuzz/readers/fuzz_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto read = tessera::read_obj(tessera::test::fuzz_file("a.obj", data, size), {});
+  if (read.is_ok() ? !tessera::validate_scene(read->scene).is_ok()
+                   : read.status().message().empty()) {
+    std::abort();
+  }
+  return 0;
+}
