@@ -37,7 +37,7 @@ int fail(const Status& status) {
   return 1;
 }
 
-int run(const SlaveCommand& command) {
+int run(SlaveCommand command) {
   const SignalWatch signals;  // before any other thread
   init_log(command.log_level, command.log_format);
   std::shared_ptr<net::TlsContext> tls;
@@ -46,6 +46,7 @@ int run(const SlaveCommand& command) {
         net::TlsContext::load(command.keys_folder, "slave");
     if (!loaded.is_ok()) return fail(loaded.status());
     tls = std::move(*loaded);
+    if (!command.is_name_given) command.options.name = tls->name();
   }
   log_info("slave-started", "looking for the master",
            {{"master", command.master.text()},

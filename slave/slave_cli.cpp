@@ -71,7 +71,8 @@ void declare(CLI::App& app, Words& words) {
                  "instruction set to offer: auto (all this CPU has), scalar, sse4, avx2, avx512")
       ->type_name("NAME")
       ->capture_default_str();
-  app.add_option("--name", words.name, "name shown by the master (default: the host's)")
+  app.add_option("--name", words.name,
+                 "name shown by the master (default: the certificate's, else the host's)")
       ->type_name("NAME");
   auto* keys = app.add_option("--keys", words.keys_folder,
                               "credentials folder of this slave, made by tessera-keys")
@@ -110,6 +111,7 @@ ParsedCommand check_words(const Words& words) {
                                   " is not a loopback address: give --keys DIR instead");
   }
   command.keys_folder = words.keys_folder;
+  command.is_name_given = !words.name.empty();
   options.name = words.name.empty() ? default_name() : words.name;
   if (options.name.size() > kNameBytesMax || !is_printable(options.name)) {
     return failed(kExitUsage, "--name: 1 to " + std::to_string(kNameBytesMax) +

@@ -16,7 +16,8 @@ namespace tessera::slave {
 struct SlaveCommand {
   SlaveOptions options;
   net::Endpoint master;
-  std::string keys_folder;  // empty: plain TCP, master on loopback
+  bool is_name_given = false;  // else the certificate's name, where there is one
+  std::string keys_folder;     // empty: plain TCP, master on loopback
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;
 };

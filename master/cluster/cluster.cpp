@@ -53,8 +53,15 @@ Cluster::Cluster(net::IoThread& io, std::optional<Isa> isa, bool is_isa_mixed, C
 Cluster::~Cluster() = default;
 
 std::optional<std::pair<wire::RefuseCode, std::string>> Cluster::refusal_of(
-    const wire::Hello& hello) const {
+    const wire::Hello& hello, const net::PeerIdentity& peer) const {
   for (const auto& [session, slave] : slaves_) {
+    const net::PeerIdentity& other = slave->tile_link->connection().peer();
+    if (peer.is_authenticated && other.name == peer.name) {
+      return std::pair(wire::RefuseCode::kName,
+                       "the certificate '" + peer.name + "' is in use by slave '" +
+                           slave->hello.name +
+                           "'; make this one its own with 'tessera-keys add DIR slave NAME'");
+    }
     if (slave->hello.name == hello.name) {
       return std::pair(
           wire::RefuseCode::kName,
@@ -92,7 +99,7 @@ PeerLink::Callbacks Cluster::callbacks_of(SessionId session, bool is_tile_link) 
 }
 
 void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::uint16_t version) {
-  if (const auto refusal = refusal_of(hello)) {
+  if (const auto refusal = refusal_of(hello, link->connection().peer())) {
     log_warn("slave-refused", refusal->second,
              {{"slave", hello.name}, {"peer", link->peer_text()}});
     return link->refuse(refusal->first, refusal->second);
@@ -110,7 +117,11 @@ void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::u
 
 void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
   const auto found = slaves_.find(join.session);
-  if (found == slaves_.end() || found->second->token != join.token || found->second->is_joined()) {
+  const bool is_good = found != slaves_.end() && found->second->token == join.token &&
+                       !found->second->is_joined() &&
+                       found->second->tile_link->connection().peer().name ==
+                           link->connection().peer().name;  // both connections of one certificate
+  if (!is_good) {
     log_warn("join-refused", "a scene connection for a session that does not exist",
              {{"peer", link->peer_text()}});
     return link->refuse(wire::RefuseCode::kSession, "no such session; connect anew");

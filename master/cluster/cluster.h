@@ -76,7 +76,7 @@ class Cluster {
   using SlaveMap = std::map<SessionId, std::unique_ptr<Slave>>;
 
   std::optional<std::pair<wire::RefuseCode, std::string>> refusal_of(
-      const wire::Hello& hello) const;
+      const wire::Hello& hello, const net::PeerIdentity& peer) const;
   PeerLink::Callbacks callbacks_of(SessionId session, bool is_tile_link);
   void on_tile_message(SessionId session, wire::Message message);
   void on_scene_message(SessionId session, wire::Message message);

@@ -281,11 +281,26 @@ class WrongPeers(unittest.TestCase):
             self.assertIn("certificate", self.cluster.wait_for_refusal("stranger"))
             self.assertEqual(self.cluster.status()["slaves"], [])
 
+    def test_a_certificate_serves_one_slave(self):
+        self.cluster.serve()
+        self.cluster.slaves(1)
+        self.cluster.start("twin", [cluster_lib.program("tessera-slave"), "--master", self.cluster.address, "--keys",
+                                    str(self.cluster.keys / "slave-1"), "--name", "other"])
+        self.assertIn("certificate 'slave-1'", self.cluster.wait_for_refusal("twin"))
+        self.assertEqual(len(self.cluster.status()["slaves"]), 1)
+
+    def test_without_a_name_a_slave_has_its_certificates(self):
+        self.cluster.serve()
+        self.cluster.start("anonymous", [cluster_lib.program("tessera-slave"), "--master", self.cluster.address, "--keys",
+                                         self.cluster.add_key("slave", "bert")])
+        self.cluster.wait_for_slaves(1)
+        self.assertIsNotNone(self.cluster.slave_status("bert"))
+
     def test_a_name_is_used_once(self):
         self.cluster.serve()
         self.cluster.slaves(1)
         self.cluster.start("twin", [cluster_lib.program("tessera-slave"), "--master", self.cluster.address, "--keys",
-                                    str(self.cluster.keys / "slave-1"), "--name", "slave-1"])
+                                    self.cluster.add_key("slave", "twin"), "--name", "slave-1"])
         self.assertIn("slave-1", self.cluster.wait_for_refusal("twin"))
         self.assertEqual(len(self.cluster.status()["slaves"]), 1)
 

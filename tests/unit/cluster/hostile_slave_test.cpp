@@ -1,0 +1,268 @@
+// Slaves that break the protocol: they are expelled, their tiles are rendered by others, and not
+// one of their bytes reaches a frame.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <future>
+
+#include "common/wire/codec.h"
+#include "master/session/master_host.h"
+#include "tests/support/net_peer.h"
+#include "tests/support/small_scene.h"
+
+namespace tessera::master {
+namespace {
+
+constexpr std::byte kHonest{0x2a}, kFalse{0x66};
+
+// A slave by hand: handshake, scene acknowledged without being read, then what the test says.
+class HandSlave {
+ public:
+  HandSlave(net::IoThread& io, std::uint16_t port, const std::string& name)
+      : io_(io), port_(port), tile_(io), scene_(io) {
+    tile_.adopt(dial(), wire::session_limits());
+    wire::Hello hello;
+    hello.name = name;
+    hello.threads = 1;
+    hello.isas = isa_bit(Isa::kScalar);
+    hello.build_id = "by hand";
+    say(tile_, hello);
+    const auto welcome = hear<wire::Welcome>(tile_);
+    scene_.adopt(dial(), wire::session_limits());
+    say(scene_, wire::Join{welcome.version, welcome.session, welcome.token});
+    hear<wire::Joined>(scene_);
+  }
+
+  void say(test::NetPeer& link, wire::Message message) {
+    const net::Record record = wire::encode(std::move(message));
+    link.send(record.type, record.header,
+              {record.payload.bytes.begin(), record.payload.bytes.end()});
+  }
+  void say_on_tile_link(wire::Message message) { say(tile_, std::move(message)); }
+  void say_on_scene_link(wire::Message message) { say(scene_, std::move(message)); }
+
+  void build_scene() {
+    const auto announce = hear<wire::SceneAnnounce>(scene_);
+    say(scene_, wire::SceneNeed{announce.version, {}});
+    say(scene_, wire::SceneBuilt{announce.version, 0.01, 4});
+  }
+
+  // The next message that is not a heartbeat. A default M, and a failed test, when it is none.
+  template <typename M>
+  M hear(test::NetPeer& link) {
+    while (auto record = link.next_record()) {
+      auto message = wire::decode(std::move(*record));
+      EXPECT_TRUE(message.is_ok()) << message.status().message();
+      if (!message.is_ok()) break;
+      if (const auto* ping = std::get_if<wire::Ping>(&*message)) {
+        say(link, wire::Pong{ping->sent_ns});
+        continue;
+      }
+      if (auto* wanted = std::get_if<M>(&*message)) return std::move(*wanted);
+      ADD_FAILURE() << "instead came " << wire::message_name(*message);
+      return {};
+    }
+    ADD_FAILURE() << "the link ended";
+    return {};
+  }
+  wire::FrameBegin hear_frame() { return begin_ = hear<wire::FrameBegin>(tile_); }
+  wire::TileLease hear_lease() { return hear<wire::TileLease>(tile_); }
+
+  wire::TileResult answer_to(const wire::TileLease& lease, std::byte fill) const {
+    const FrameSettings& s = begin_.settings;
+    const TileGrid grid(s.width_px, s.height_px, s.tile_edge_px);
+    wire::TileResult result;
+    result.frame = lease.frame;
+    result.version = begin_.version;
+    result.tile = lease.tile;
+    result.attempt = lease.attempt;
+    result.pixels.assign(static_cast<std::size_t>(grid.rect(lease.tile).pixel_count() *
+                                                  bytes_per_pixel(s.pixel_format)),
+                         fill);
+    return result;
+  }
+
+  // The reason that the master gives before it closes.
+  std::string hear_refusal() {
+    while (auto record = tile_.next_record()) {
+      auto message = wire::decode(std::move(*record));
+      if (!message.is_ok()) break;
+      if (const auto* refuse = std::get_if<wire::Refuse>(&*message)) return refuse->reason;
+    }
+    return "";
+  }
+
+ private:
+  net::ConnectionPtr dial() {
+    auto promise = std::make_shared<std::promise<net::ConnectionPtr>>();
+    std::unique_ptr<net::ConnectAttempt> attempt;
+    io_.run_and_wait([&] {
+      attempt = net::connect(io_, {"127.0.0.1", port_}, nullptr, "master", std::chrono::seconds(5),
+                             [promise](Result<net::ConnectionPtr> result) {
+                               promise->set_value(result.is_ok() ? *result : nullptr);
+                             });
+    });
+    net::ConnectionPtr connection = promise->get_future().get();
+    io_.run_and_wait([&] { attempt.reset(); });
+    EXPECT_TRUE(connection);
+    return connection;
+  }
+
+  net::IoThread& io_;
+  const std::uint16_t port_;
+  test::NetPeer tile_, scene_;
+  wire::FrameBegin begin_;
+};
+
+class HostileSlave : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    SessionOptions options;
+    options.local_slaves = 0;
+    options.listen = "127.0.0.1:0";
+    options.is_plain = true;
+    auto host = MasterHost::start(options, false);
+    ASSERT_TRUE(host.is_ok()) << host.status().message();
+    host_ = std::move(*host);
+    host_->io().run_and_wait([this] {
+      FrameLoop& loop = host_->frame_loop();
+      loop.set_outcome_callback([this](FrameOutcome o) { outcome_.set_value(std::move(o)); });
+      SceneEncoder encoder;
+      loop.commit_scene(1, encoder.encode(test::make_small_scene()));
+      FrameSettings settings;
+      settings.width_px = 48;
+      settings.height_px = 32;
+      settings.tile_edge_px = 16;
+      loop.submit(0, 1, settings);
+    });
+  }
+
+  HandSlave slave(const std::string& name) { return {io_, host_->listen_port(), name}; }
+
+  // An honest slave renders what is left; the frame has its bytes only.
+  void expect_whole_frame_from_another() {
+    HandSlave honest = slave("honest");
+    honest.build_scene();
+    honest.hear_frame();
+    for (int i = 0; i < 6; ++i) {
+      honest.say_on_tile_link(honest.answer_to(honest.hear_lease(), kHonest));
+    }
+    auto future = outcome_.get_future();
+    ASSERT_EQ(future.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+    const FrameOutcome outcome = future.get();
+    ASSERT_TRUE(outcome.status.is_ok()) << outcome.status.message();
+    EXPECT_TRUE(std::all_of(outcome.image->bytes.begin(), outcome.image->bytes.end(),
+                            [](std::byte b) { return b == kHonest; }));
+  }
+
+  // A liar with one lease in hand says what `lie` makes of the true answer.
+  void expect_expelled(const std::function<wire::Message(wire::TileResult)>& lie) {
+    {
+      HandSlave liar = slave("liar");
+      liar.build_scene();
+      liar.hear_frame();
+      liar.say_on_tile_link(lie(liar.answer_to(liar.hear_lease(), kFalse)));
+      EXPECT_NE(liar.hear_refusal(), "");
+    }
+    expect_whole_frame_from_another();
+  }
+
+  net::IoThread io_{"test-net"};
+  std::unique_ptr<MasterHost> host_;
+  std::promise<FrameOutcome> outcome_;
+};
+
+TEST_F(HostileSlave, AResultOfTheWrongSize) {
+  expect_expelled([](wire::TileResult r) {
+    r.pixels.resize(r.pixels.size() - 1);
+    return r;
+  });
+}
+
+TEST_F(HostileSlave, AResultForATileThatItNeverGot) {
+  expect_expelled([](wire::TileResult r) {
+    r.tile = 5;
+    return r;
+  });
+}
+
+TEST_F(HostileSlave, AResultForATileThatDoesNotExist) {
+  expect_expelled([](wire::TileResult r) {
+    r.tile = 4'000'000'000u;
+    return r;
+  });
+}
+
+TEST_F(HostileSlave, AResultOfAnotherAttempt) {
+  expect_expelled([](wire::TileResult r) {
+    ++r.attempt;
+    return r;
+  });
+}
+
+TEST_F(HostileSlave, AResultOfAnotherSceneVersion) {
+  expect_expelled([](wire::TileResult r) {
+    ++r.version;
+    return r;
+  });
+}
+
+TEST_F(HostileSlave, AResultOfAFrameThatNeverWas) {
+  expect_expelled([](wire::TileResult r) {
+    r.frame = 77;
+    return r;
+  });
+}
+
+TEST_F(HostileSlave, AMessageThatOnlyAnApplicationMaySend) {
+  expect_expelled([](const wire::TileResult&) { return wire::FrameSubmit{1, 1, FrameSettings{}}; });
+}
+
+TEST_F(HostileSlave, AMessageThatOnlyAMasterMaySend) {
+  expect_expelled([](const wire::TileResult&) { return wire::TileLease{0, 0, 1}; });
+}
+
+TEST_F(HostileSlave, AsksForASceneBlockThatDoesNotExist) {
+  {
+    HandSlave liar = slave("liar");
+    liar.say_on_scene_link(wire::SceneNeed{1, {4000}});
+    EXPECT_NE(liar.hear_refusal(), "");
+  }
+  expect_whole_frame_from_another();
+}
+
+TEST_F(HostileSlave, LeavesInMidFrame) {
+  {
+    HandSlave deserter = slave("deserter");
+    deserter.build_scene();
+    deserter.hear_frame();
+    deserter.hear_lease();
+  }
+  expect_whole_frame_from_another();
+}
+
+TEST_F(HostileSlave, JoinsASessionThatIsNotItsOwn) {
+  test::NetPeer thief(io_);
+  auto promise = std::make_shared<std::promise<net::ConnectionPtr>>();
+  std::unique_ptr<net::ConnectAttempt> attempt;
+  io_.run_and_wait([&] {
+    attempt = net::connect(io_, {"127.0.0.1", host_->listen_port()}, nullptr, "master",
+                           std::chrono::seconds(5), [promise](Result<net::ConnectionPtr> result) {
+                             promise->set_value(result.is_ok() ? *result : nullptr);
+                           });
+  });
+  thief.adopt(promise->get_future().get(), wire::session_limits());
+  const net::Record join = wire::encode(wire::Join{1, 12345, 67890});
+  thief.send(join.type, join.header, {});
+  const auto record = thief.next_record();
+  ASSERT_TRUE(record.has_value());
+  auto message = wire::decode({record->type, record->header, record->payload});
+  ASSERT_TRUE(message.is_ok());
+  EXPECT_TRUE(std::holds_alternative<wire::Refuse>(*message));
+  EXPECT_FALSE(thief.wait_for_end().is_ok());
+  io_.run_and_wait([&] { attempt.reset(); });
+  expect_whole_frame_from_another();
+}
+
+}  // namespace
+}  // namespace tessera::master
