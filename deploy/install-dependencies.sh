@@ -38,7 +38,7 @@ packages_of() {  # set
     lint) echo clang-14 clang-format-14 libclang-rt-14-dev shellcheck ;;
     runtime)
       echo libprotobuf32 libspdlog1.10 libfmt9 libssl3 libhwy1 libtbb12 libopenimageio2.4 libglfw3 \
-        libepoxy0 libopengl0 libgl1 libgl1-mesa-dri libassimp5
+        libepoxy0 libopengl0 libgl1 libgl1-mesa-dri libassimp5 libstb0 libtomlplusplus3
       ;;
     *)
       echo "install-dependencies.sh: no set '$1' (build, test, lab, compose, embree, lint, runtime, all)" >&2

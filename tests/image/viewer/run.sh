@@ -15,7 +15,7 @@ for tool in xvfb-run xauth; do
   fi
 done
 export LIBGL_ALWAYS_SOFTWARE=1
-on_screen() { xvfb-run -a -s "-screen 0 1280x800x24" "$@"; }
+on_screen() { xvfb-run -a -s "-screen 0 1280x800x24 -noreset" "$@"; }
 
 echo "with an old OpenGL:"
 on_screen env MESA_GL_VERSION_OVERRIDE=2.1 "$no_display_test" opengl
