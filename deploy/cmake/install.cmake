@@ -25,6 +25,8 @@ tessera_install_headers(master/session/session.h)
 
 file(GLOB units CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/systemd/*.service)
 install(FILES ${units} DESTINATION lib/systemd/system)
+install(FILES ${CMAKE_CURRENT_SOURCE_DIR}/systemd/tessera.sysusers
+        DESTINATION lib/sysusers.d RENAME tessera.conf)
 file(GLOB samples CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/config/*.toml)
 install(FILES ${samples} DESTINATION ${CMAKE_INSTALL_DATADIR}/tessera)
 install(PROGRAMS ${CMAKE_CURRENT_SOURCE_DIR}/launch-slaves.sh

@@ -43,7 +43,13 @@ CLI::Validator number_in(double low, double high) {
         reason << "give a number from " << low << " to " << high << ", not " << text;
         return reason.str();
       },
-      "NUMBER");
+      "");
+}
+
+// CLI::Range without its words in --help: they stand in the option's own text.
+template <typename T>
+CLI::Validator whole_in(T low, T high) {
+  return CLI::Range(low, high).description("");
 }
 
 // "640x480", "0:11": two whole numbers around one separator.
@@ -62,40 +68,54 @@ std::optional<std::pair<long, long>> parse_pair(const std::string& text, char se
 
 void add_log_options(CLI::App& app, MasterOptions& o, Typed& t) {
   app.add_option("--log-level", t.log_level, "trace, debug, info, warn, error, off")
-      ->capture_default_str();
-  app.add_option("--log-format", t.log_format, "text or json, on stderr")->capture_default_str();
+      ->capture_default_str()
+      ->type_name("LEVEL");
+  app.add_option("--log-format", t.log_format, "text or json, on stderr")
+      ->capture_default_str()
+      ->type_name("FORMAT");
   app.add_flag("--quiet", o.is_quiet, "no progress, and only warnings in the log");
-  app.add_option("--config", t.config, "TOML file with the same names; the command line wins");
+  app.add_option("--config", t.config, "TOML file with the same names; the command line wins")
+      ->type_name("FILE");
 }
 
 void add_key_options(CLI::App& app, MasterOptions& o) {
-  app.add_option("--keys", o.session.keys_folder, "credentials folder made by tessera-keys");
+  app.add_option("--keys", o.session.keys_folder, "credentials folder made by tessera-keys")
+      ->type_name("DIR");
   app.add_flag("--plain", o.session.is_plain, "TCP without TLS, loopback only");
 }
 
 void add_cluster_options(CLI::App& app, MasterOptions& o, Typed& t) {
   app.add_option("--listen", o.session.listen,
-                 "HOST:PORT where slaves (and, with serve, applications) connect");
+                 "where slaves (and, with serve, applications) connect")
+      ->type_name("HOST:PORT");
   app.add_option("--local", t.local,
-                 "slaves inside this process (default: 1 when nothing else gives slaves)");
+                 "slaves inside this process (default: 1 when nothing else gives slaves)")
+      ->type_name("N");
   app.add_option("--slaves", o.session.slaves_min, "wait for so many slaves before the first frame")
-      ->check(CLI::Range(0, kConnectionsMax));
+      ->check(whole_in(0, kConnectionsMax))
+      ->type_name("N");
   app.add_option("--wait", o.wait_seconds,
                  "wait at most so many seconds for --slaves (default: for ever)")
-      ->check(number_in(0, 1e6));
+      ->check(number_in(0, 1e6))
+      ->type_name("SECONDS");
   app.add_option("--threads", t.threads,
                  "render threads of slaves inside this process (default: all)")
-      ->check(CLI::Range(1u, std::uint32_t{kWorkersMax}));
+      ->check(whole_in(1u, std::uint32_t{kWorkersMax}))
+      ->type_name("N");
   app.add_option("--isa", t.isa, "auto, scalar, sse4, avx2, avx512: instruction set of the session")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("SET");
   app.add_option("--isa-policy", t.isa_policy,
                  "same: one set per session; mixed: later slaves may have another")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("POLICY");
   app.add_option("--prefetch", t.prefetch, "tiles queued per render thread of a slave, or auto (3)")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("N|auto");
   app.add_option("--frames-in-flight", o.session.frames_in_flight, "1 or 2")
-      ->check(CLI::Range(1, kFramesInFlightMax))
-      ->capture_default_str();
+      ->check(whole_in(1, kFramesInFlightMax))
+      ->capture_default_str()
+      ->type_name("N");
   add_key_options(app, o);
   add_log_options(app, o, t);
 }
@@ -103,28 +123,41 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, Typed& t) {
 void add_frame_options(CLI::App& app, MasterOptions& o, Typed& t) {
   app.add_option("SCENE", o.scene,
                  "scene file (.obj .ply .gltf .glb) or builtin:NAME (cornell, room, teapot, waves)")
-      ->required();
-  app.add_option("--connect", o.session.connect, "HOST:PORT of a running 'tessera-master serve'");
-  app.add_option("--size", t.size, "WxH in pixels, each 1 to 16384 (default: 640x480)");
+      ->required()
+      ->type_name(" ");
+  app.add_option("--connect", o.session.connect, "a running 'tessera-master serve'")
+      ->type_name("HOST:PORT");
+  app.add_option("--size", t.size, "in pixels, each 1 to 16384 (default: 640x480)")
+      ->type_name("WxH");
   app.add_option("--camera", o.camera,
-                 "camera file, or \"ex,ey,ez lx,ly,lz ux,uy,uz fov\" (eye, look-at, up, degrees)");
+                 "camera file, or \"ex,ey,ez lx,ly,lz ux,uy,uz fov\" (eye, look-at, up, degrees)")
+      ->type_name("CAMERA");
   app.add_option("--fps", o.fps, "time of frame n is n/FPS seconds")
       ->check(number_in(1e-3, 1e6))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("FPS");
   app.add_option("--renderer", t.renderer, "primary (distance) or direct (lights and shadows)")
-      ->capture_default_str();
-  app.add_option("--aa", o.frame.samples_per_pixel, "samples per pixel")
-      ->check(CLI::Range(1, kSamplesPerPixelMax))
-      ->capture_default_str();
-  app.add_option("--light-samples", o.frame.light_samples, "samples per area light")
-      ->check(CLI::Range(1, kLightSamplesMax))
-      ->capture_default_str();
-  app.add_option("--seed", o.frame.seed, "of every random choice")->capture_default_str();
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_option("--aa", o.frame.samples_per_pixel, "samples per pixel, 1 to 256")
+      ->check(whole_in(1, kSamplesPerPixelMax))
+      ->capture_default_str()
+      ->type_name("N");
+  app.add_option("--light-samples", o.frame.light_samples, "samples per area light, 1 to 256")
+      ->check(whole_in(1, kLightSamplesMax))
+      ->capture_default_str()
+      ->type_name("N");
+  app.add_option("--seed", o.frame.seed, "of every random choice")
+      ->capture_default_str()
+      ->type_name("N");
   app.add_option("--pixels", t.pixels,
-                 "float, half or display8: what travels (default: float for files, half for view)");
+                 "float, half or display8: what travels (default: float for files, half for view)")
+      ->type_name("FORMAT");
   app.add_option("--tile", t.tile, "edge of a tile in pixels, 4 to 256, or auto")
-      ->capture_default_str();
-  app.add_option("--stats", o.stats_path, "write one JSON object per frame to this file");
+      ->capture_default_str()
+      ->type_name("N|auto");
+  app.add_option("--stats", o.stats_path, "write one JSON object per frame to this file")
+      ->type_name("FILE");
   add_cluster_options(app, o, t);
 }
 
@@ -247,18 +280,24 @@ struct Grammar {
     add_cluster_options(*serve, o, t);
     add_frame_options(*view, o, t);
     view->add_option("--screenshot", o.screenshot_path,
-                     "save the window as PNG after --screenshot-after frames, and end");
+                     "save the window as PNG after --screenshot-after frames, and end")
+        ->type_name("FILE");
     view->add_option("--screenshot-after", o.screenshot_after, "frames to show before --screenshot")
-        ->check(CLI::Range(1, 1'000'000));
+        ->check(whole_in(1, 1'000'000))
+        ->type_name("N");
     add_frame_options(*render, o, t);
     render->add_option("-o,--output", o.output, "OUT.(exr|png|hdr|pfm); %04d numbers a sequence")
-        ->required();
-    render->add_option("--frames", t.frames, "FIRST:LAST, inclusive (default: 0:0)");
+        ->required()
+        ->type_name("OUT");
+    render->add_option("--frames", t.frames, "inclusive (default: 0:0)")->type_name("FIRST:LAST");
     render
         ->add_option("--orbit", o.orbit_degrees,
                      "turn the camera round the scene by so many degrees over the frames")
-        ->check(number_in(-3600, 3600));
-    status->add_option("--connect", o.session.connect, "HOST:PORT of a running master")->required();
+        ->check(number_in(-3600, 3600))
+        ->type_name("DEGREES");
+    status->add_option("--connect", o.session.connect, "a running master")
+        ->required()
+        ->type_name("HOST:PORT");
     status->add_flag("--json", o.is_json, "machine-readable");
     add_key_options(*status, o);
     add_log_options(*status, o, t);

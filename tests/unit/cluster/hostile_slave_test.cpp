@@ -15,12 +15,32 @@ namespace {
 
 constexpr std::byte kHonest{0x2a}, kFalse{0x66};
 
+net::ConnectionPtr dial(net::IoThread& io, std::uint16_t port) {
+  auto promise = std::make_shared<std::promise<net::ConnectionPtr>>();
+  std::unique_ptr<net::ConnectAttempt> attempt;
+  io.run_and_wait([&] {
+    attempt = net::connect(io, {"127.0.0.1", port}, nullptr, "master", std::chrono::seconds(5),
+                           [promise](Result<net::ConnectionPtr> result) {
+                             promise->set_value(result.is_ok() ? *result : nullptr);
+                           });
+  });
+  net::ConnectionPtr connection = promise->get_future().get();
+  io.run_and_wait([&] { attempt.reset(); });
+  EXPECT_TRUE(connection);
+  return connection;
+}
+
+void say(test::NetPeer& link, wire::Message message) {
+  const net::Record record = wire::encode(std::move(message));
+  link.send(record.type, record.header, {record.payload.bytes.begin(), record.payload.bytes.end()});
+}
+
 // A slave by hand: handshake, scene acknowledged without being read, then what the test says.
 class HandSlave {
  public:
   HandSlave(net::IoThread& io, std::uint16_t port, const std::string& name)
-      : io_(io), port_(port), tile_(io), scene_(io) {
-    tile_.adopt(dial(), wire::session_limits());
+      : tile_(io), scene_(io) {
+    tile_.adopt(dial(io, port), wire::session_limits());
     wire::Hello hello;
     hello.name = name;
     hello.threads = 1;
@@ -28,16 +48,11 @@ class HandSlave {
     hello.build_id = "by hand";
     say(tile_, hello);
     const auto welcome = hear<wire::Welcome>(tile_);
-    scene_.adopt(dial(), wire::session_limits());
+    scene_.adopt(dial(io, port), wire::session_limits());
     say(scene_, wire::Join{welcome.version, welcome.session, welcome.token});
     hear<wire::Joined>(scene_);
   }
 
-  void say(test::NetPeer& link, wire::Message message) {
-    const net::Record record = wire::encode(std::move(message));
-    link.send(record.type, record.header,
-              {record.payload.bytes.begin(), record.payload.bytes.end()});
-  }
   void say_on_tile_link(wire::Message message) { say(tile_, std::move(message)); }
   void say_on_scene_link(wire::Message message) { say(scene_, std::move(message)); }
 
@@ -93,23 +108,6 @@ class HandSlave {
   }
 
  private:
-  net::ConnectionPtr dial() {
-    auto promise = std::make_shared<std::promise<net::ConnectionPtr>>();
-    std::unique_ptr<net::ConnectAttempt> attempt;
-    io_.run_and_wait([&] {
-      attempt = net::connect(io_, {"127.0.0.1", port_}, nullptr, "master", std::chrono::seconds(5),
-                             [promise](Result<net::ConnectionPtr> result) {
-                               promise->set_value(result.is_ok() ? *result : nullptr);
-                             });
-    });
-    net::ConnectionPtr connection = promise->get_future().get();
-    io_.run_and_wait([&] { attempt.reset(); });
-    EXPECT_TRUE(connection);
-    return connection;
-  }
-
-  net::IoThread& io_;
-  const std::uint16_t port_;
   test::NetPeer tile_, scene_;
   wire::FrameBegin begin_;
 };
@@ -137,7 +135,23 @@ class HostileSlave : public ::testing::Test {
     });
   }
 
+  void TearDown() override { host_.reset(); }  // before the promise that its callback keeps
+
   HandSlave slave(const std::string& name) { return {io_, host_->listen_port(), name}; }
+
+  // How the master refuses a connection that begins with `first`.
+  wire::Refuse refusal_of(wire::Message first) {
+    test::NetPeer guest(io_);
+    guest.adopt(dial(io_, host_->listen_port()), wire::session_limits());
+    say(guest, std::move(first));
+    auto record = guest.next_record();
+    EXPECT_TRUE(record.has_value());
+    if (!record) return {};
+    auto message = wire::decode(std::move(*record));
+    EXPECT_TRUE(message.is_ok() && std::holds_alternative<wire::Refuse>(*message));
+    EXPECT_FALSE(guest.wait_for_end().is_ok());
+    return message.is_ok() ? std::get<wire::Refuse>(*message) : wire::Refuse{};
+  }
 
   // An honest slave renders what is left; the frame has its bytes only.
   void expect_whole_frame_from_another() {
@@ -242,26 +256,30 @@ TEST_F(HostileSlave, LeavesInMidFrame) {
 }
 
 TEST_F(HostileSlave, JoinsASessionThatIsNotItsOwn) {
-  test::NetPeer thief(io_);
-  auto promise = std::make_shared<std::promise<net::ConnectionPtr>>();
-  std::unique_ptr<net::ConnectAttempt> attempt;
-  io_.run_and_wait([&] {
-    attempt = net::connect(io_, {"127.0.0.1", host_->listen_port()}, nullptr, "master",
-                           std::chrono::seconds(5), [promise](Result<net::ConnectionPtr> result) {
-                             promise->set_value(result.is_ok() ? *result : nullptr);
-                           });
-  });
-  thief.adopt(promise->get_future().get(), wire::session_limits());
-  const net::Record join = wire::encode(wire::Join{1, 12345, 67890});
-  thief.send(join.type, join.header, {});
-  const auto record = thief.next_record();
-  ASSERT_TRUE(record.has_value());
-  auto message = wire::decode({record->type, record->header, record->payload});
-  ASSERT_TRUE(message.is_ok());
-  EXPECT_TRUE(std::holds_alternative<wire::Refuse>(*message));
-  EXPECT_FALSE(thief.wait_for_end().is_ok());
-  io_.run_and_wait([&] { attempt.reset(); });
+  const wire::Refuse refuse = refusal_of(wire::Join{1, 12345, 67890});
+  EXPECT_EQ(refuse.code, wire::RefuseCode::kSession);
   expect_whole_frame_from_another();
+}
+
+TEST_F(HostileSlave, SpeaksAnotherVersionOfTheProtocol) {
+  wire::Hello hello;
+  hello.version_min = 7;
+  hello.version_max = 9;
+  hello.name = "future";
+  hello.threads = 1;
+  hello.isas = isa_bit(Isa::kScalar);
+  const wire::Refuse refuse = refusal_of(hello);
+  EXPECT_EQ(refuse.code, wire::RefuseCode::kVersion);
+  EXPECT_NE(refuse.reason.find("7 to 9"), std::string::npos) << refuse.reason;
+  expect_whole_frame_from_another();
+}
+
+TEST_F(HostileSlave, BeginsWithSomethingElseThanHello) {
+  test::NetPeer guest(io_);
+  guest.adopt(dial(io_, host_->listen_port()), wire::session_limits());
+  say(guest, wire::SceneBuilt{1, 0, 0});
+  EXPECT_FALSE(guest.wait_for_end().is_ok());
+  EXPECT_FALSE(guest.next_record().has_value()) << "nothing is told to who is not known";
 }
 
 }  // namespace

@@ -1,0 +1,40 @@
+#!/bin/bash
+# The install tree works without the build tree: programs find their plug-in and importer, the
+# session header compiles alone, units are well-formed.
+# Usage: install_test.sh BUILD_FOLDER COMPILER
+set -euo pipefail
+build=$1 compiler=$2
+prefix=$(mktemp -d)
+trap 'rm -rf "$prefix"' EXIT
+cmake --install "$build" --prefix "$prefix" >"$prefix/install.log"
+
+fail() {
+  echo "FAILED: $1"
+  exit 1
+}
+for program in tessera-master tessera-slave tessera-keys tessera-import; do
+  "$prefix/bin/$program" --version || fail "$program does not start"
+done
+[[ -f $prefix/lib/tessera/tessera_image_oiio.so ]] || fail "the plug-in is not installed"
+ls "$prefix"/lib/systemd/system/tessera-{master,slave}.service "$prefix/lib/sysusers.d/tessera.conf"
+
+cd "$prefix"
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >scene.obj
+bin/tessera-master render scene.obj -o out.png --size 32x32 --quiet
+[[ -s out.png ]] || fail "no picture"
+
+printf '#include "master/session/session.h"\nint main() { return tessera::SessionOptions{}.local_slaves; }\n' >app.cpp
+"$compiler" -std=c++20 -Wall -Wextra -Werror -Iinclude/tessera -fsyntax-only app.cpp ||
+  fail "the session header does not compile alone"
+
+# Only where it runs the same systemd as the units are written for; paths of programs are not ours.
+if command -v systemd-analyze >/dev/null; then
+  for unit in lib/systemd/system/*.service; do
+    sed -i "s|/usr/bin/|$prefix/bin/|" "$unit"
+    systemd-analyze verify --man=no "$unit" >verify.log 2>&1 || true
+    if grep -E "${unit##*/}.*(Unknown|Invalid|Failed to parse|not executable)" verify.log; then
+      fail "$unit is not well-formed"
+    fi
+  done
+fi
+echo "the install tree works"

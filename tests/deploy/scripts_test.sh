@@ -1,0 +1,21 @@
+#!/bin/bash
+# The shell scripts of the project: shellcheck, and --help of each that a person runs.
+# Usage: scripts_test.sh SOURCE_FOLDER. Exit 77: skipped, with the reason.
+set -euo pipefail
+cd "$1"
+for script in deploy/quickstart.sh deploy/install-dependencies.sh deploy/build.sh deploy/launch-slaves.sh tests/run.sh; do
+  "$script" --help >/dev/null || { echo "FAILED: $script --help" && exit 1; }
+  code=0
+  "$script" --no-such-option >/dev/null 2>&1 || code=$?
+  if ((code != 2)); then
+    echo "FAILED: $script --no-such-option ends with $code, not 2"
+    exit 1
+  fi
+done
+if ! command -v shellcheck >/dev/null; then
+  echo "skipped: shellcheck is not installed (deploy/install-dependencies.sh --with lint)"
+  exit 77
+fi
+mapfile -t scripts < <(find . -path ./build -prune -o -path ./out -prune -o -name '*.sh' -print)
+shellcheck "${scripts[@]}" .ci/run
+echo "${#scripts[@]} scripts"
