@@ -91,8 +91,12 @@ if [[ -z $only && $is_quick == no ]]; then
   run_preset tsan '^cluster-small$' "" tests_cluster-small programs
   if command -v clang++-14 >/dev/null; then
     echo "== clang-annotations: compiling"
-    deploy/build.sh --preset clang-annotations || failed+=("clang-annotations: build")
-    annotations="compiled"
+    if deploy/build.sh --preset clang-annotations; then
+      annotations=compiled
+    else
+      annotations=failed
+      failed+=("clang-annotations: build")
+    fi
   else
     annotations="skipped: clang-14 is not installed (deploy/install-dependencies.sh --with lint)"
   fi

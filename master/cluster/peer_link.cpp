@@ -22,10 +22,7 @@ std::uint64_t now_ns() {
 
 PeerLink::PeerLink(net::IoThread& io, net::ConnectionPtr connection,
                    const net::RecordLimits& limits, Callbacks callbacks)
-    : io_(io),
-      connection_(std::move(connection)),
-      callbacks_(std::move(callbacks)),
-      heartbeat_(io) {
+    : connection_(std::move(connection)), callbacks_(std::move(callbacks)), heartbeat_(io) {
   net::ConnectionCallbacks link;
   link.on_record = [this](net::ReceivedRecord record) { on_record(std::move(record)); };
   link.on_closed = [this](Status status) { end(std::move(status)); };

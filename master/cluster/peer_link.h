@@ -56,7 +56,6 @@ class PeerLink {
   void beat();
   void end(Status status);
 
-  net::IoThread& io_;
   net::ConnectionPtr connection_;
   Callbacks callbacks_;
   net::Timer heartbeat_;
