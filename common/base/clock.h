@@ -1,5 +1,6 @@
 // Monotonic time. Pure state machines take `now` as an argument; only the rim reads the clock.
-// Threads. Any. Nothing here is wall-clock time: it never jumps, and means nothing to another machine.
+// Threads. Any. Nothing here is wall-clock time: it never jumps, and means nothing to another
+// machine.
 #pragma once
 
 #include <chrono>

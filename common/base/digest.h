@@ -10,9 +10,11 @@
 #include <span>
 #include <string>
 
+#include "common/base/api.h"
+
 namespace tessera {
 
-struct Digest {
+struct TESSERA_API Digest {
   std::array<std::uint8_t, 32> bytes{};
   auto operator<=>(const Digest&) const = default;
 
@@ -23,7 +25,7 @@ struct DigestHash {
   std::size_t operator()(const Digest& d) const;
 };
 
-Digest sha256(std::span<const std::byte> bytes);
+TESSERA_API Digest sha256(std::span<const std::byte> bytes);
 
 // The same digest for bytes that come in pieces. Used by one thread at a time.
 class Sha256 {

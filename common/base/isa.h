@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "common/base/api.h"
 #include "common/base/status.h"
 
 namespace tessera {
@@ -17,10 +18,10 @@ using IsaMask = std::uint32_t;
 inline constexpr IsaMask isa_bit(Isa isa) { return IsaMask{1} << static_cast<int>(isa); }
 inline constexpr IsaMask kIsaMaskAll = 15;
 
-std::string_view isa_name(Isa isa);  // "scalar", "sse4", "avx2", "avx512"
+TESSERA_API std::string_view isa_name(Isa isa);  // "scalar", "sse4", "avx2", "avx512"
 // Returns: kInvalidArgument naming the values that exist. "auto" is the caller's to handle.
-Result<Isa> parse_isa(std::string_view text);
+TESSERA_API Result<Isa> parse_isa(std::string_view text);
 // Requires: mask has a bit of kIsaMaskAll.
-Isa widest_isa(IsaMask mask);
+TESSERA_API Isa widest_isa(IsaMask mask);
 
 }  // namespace tessera

@@ -64,5 +64,8 @@ inline constexpr int kReconnectMaxMs = 5000;
 
 // Attempts of one tile before its frame fails.
 inline constexpr int kTileAttemptsMax = 3;
+// Leases of one tile, also those handed back unrendered, before its frame fails: a slave that
+// leaves hands back once, so only tiles that nobody can render come here.
+inline constexpr int kTileLeasesMax = 64;
 
 }  // namespace tessera

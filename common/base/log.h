@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "common/base/api.h"
 #include "common/base/status.h"
 
 namespace tessera {
@@ -24,7 +25,7 @@ struct LogField {
 };
 
 // Call once, at the start of main.
-void init_log(LogLevel level, LogFormat format);
+TESSERA_API void init_log(LogLevel level, LogFormat format);
 
 // Returns: kInvalidArgument naming the values that exist.
 Result<LogLevel> parse_log_level(std::string_view text);

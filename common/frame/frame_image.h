@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "common/base/api.h"
 #include "common/base/digest.h"
 #include "common/frame/frame_settings.h"
 #include "common/frame/tile_grid.h"
@@ -27,10 +28,10 @@ struct FrameImage {
 
 // Converts float RGB to `format`, appending nothing: out has count * bytes_per_pixel(format) bytes.
 // Shapes: rgb [3 * count]. NaN stays NaN in float and half; in display8 it becomes 0.
-void encode_pixels(std::span<const float> rgb, PixelFormat format, std::span<std::byte> out);
+TESSERA_API void encode_pixels(std::span<const float> rgb, PixelFormat format, std::span<std::byte> out);
 
 // The inverse, to linear floats. display8 is decoded through the sRGB curve.
-void decode_pixels(std::span<const std::byte> bytes, PixelFormat format, std::span<float> rgb);
+TESSERA_API void decode_pixels(std::span<const std::byte> bytes, PixelFormat format, std::span<float> rgb);
 
 float srgb_encode(float linear);  // [0,1] -> [0,1], clamps; NaN gives 0
 float srgb_decode(float encoded);

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/api.h"
 #include "common/math/transform.h"
 #include "common/math/vec3.h"
 #include "common/scene/camera.h"
@@ -71,7 +72,7 @@ struct Instance {
   bool operator==(const Instance&) const = default;
 };
 
-struct Scene {
+struct TESSERA_API Scene {
   std::vector<std::shared_ptr<const Mesh>> meshes;
   std::vector<std::shared_ptr<const Texture>> textures;
   std::vector<Material> materials;  // never empty in a valid scene

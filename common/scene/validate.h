@@ -3,6 +3,7 @@
 // the import process for files. Threads. Pure functions.
 #pragma once
 
+#include "common/base/api.h"
 #include "common/base/status.h"
 #include "common/math/bounds3.h"
 #include "common/scene/scene.h"
@@ -11,15 +12,15 @@ namespace tessera {
 
 // Checks counts against limits.h, indices, array lengths, and that every number is finite.
 // Returns: kInvalidArgument or kResourceExhausted naming the element.
-Status validate_scene(const Scene& scene);
+TESSERA_API Status validate_scene(const Scene& scene);
 
 // Returns: kInvalidArgument saying which rule of Camera is broken.
-Status validate_camera(const Camera& camera);
+TESSERA_API Status validate_camera(const Camera& camera);
 
 // Box of all flattened triangles; empty for a scene without any.
-Bounds3f scene_bounds(const Scene& scene);
+TESSERA_API Bounds3f scene_bounds(const Scene& scene);
 
 // A camera that shows the whole scene, from the front and a little above. Requires: valid scene.
-Camera camera_showing_all(const Scene& scene);
+TESSERA_API Camera camera_showing_all(const Scene& scene);
 
 }  // namespace tessera

@@ -1,7 +1,7 @@
 # The install tree: what no folder's own list lays out. Programs install themselves (bin/).
 include(GNUInstallDirs)
 
-# The session library's header and the headers that it includes, found by following them.
+# Headers of the session library and those that they include, found by following them.
 function(tessera_install_headers header)
   set(queue ${header})
   set(found "")
@@ -22,6 +22,8 @@ function(tessera_install_headers header)
   endwhile()
 endfunction()
 tessera_install_headers(master/session/session.h)
+tessera_install_headers(common/scene/validate.h)
+tessera_install_headers(common/base/log.h)
 
 file(GLOB units CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/systemd/*.service)
 install(FILES ${units} DESTINATION lib/systemd/system)

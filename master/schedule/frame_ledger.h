@@ -51,6 +51,8 @@ class FrameLedger {
   bool is_complete() const { return counts_.accepted == tiles_.size(); }
   const LedgerCounts& counts() const { return counts_; }
   std::uint32_t reissued_count() const { return reissued_count_; }
+  // How often the tile was leased so far. Requires: tile < tile_count().
+  Attempt attempts(TileIndex tile) const { return tiles_[tile].attempts; }
   TileIndex tile_count() const { return static_cast<TileIndex>(tiles_.size()); }
 
   // Leases the first pending tile.

@@ -169,6 +169,15 @@ Actions Scheduler::tile_returned(SessionId session, FrameId id, TileIndex tile, 
     return actions;
   }
   release(*frame, session);
+  if (frame->ledger.attempts(tile) >= kTileLeasesMax) {
+    end_frame(*frame, FrameState::kFailed,
+              "tile " + std::to_string(tile) + " came back unrendered " +
+                  std::to_string(kTileLeasesMax) + " times",
+              actions);
+    deliver(actions);
+    fill_all(now, actions);
+    return actions;
+  }
   // Not to the same slave at once: whoever hands back is leaving.
   for (auto& [other, slave] : slaves_) {
     if (other == session) continue;
@@ -250,6 +259,7 @@ void Scheduler::fill_all(TimePoint now, Actions& actions) {
 Actions Scheduler::tick(TimePoint now) {
   Actions actions;
   if (!is_started_) return actions;
+  fill_all(now, actions);  // what was handed back while nobody else was there
   const Duration overdue = std::max<Duration>(kOverdueMin, from_seconds(2 * turnaround_seconds_));
   for (auto& [session, slave] : slaves_) {
     if (slave.in_flight > 0) continue;

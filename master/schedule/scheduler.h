@@ -64,7 +64,7 @@ class Scheduler {
   Actions tile_returned(SessionId session, FrameId frame, TileIndex tile, Attempt attempt,
                         TimePoint now);
 
-  // Call every 50 to 100 ms: overdue tiles are leased again.
+  // Call every 50 to 100 ms: overdue tiles are leased again, tiles handed back to anybody.
   Actions tick(TimePoint now);
 
   std::uint32_t tiles_in_flight(SessionId session) const;

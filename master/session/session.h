@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 
+#include "common/base/api.h"
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "common/frame/frame_image.h"
@@ -44,7 +45,7 @@ struct FrameResult {
   FrameStats stats;
 };
 
-class Session {
+class TESSERA_API Session {
  public:
   // Starts the master or connects. Returns: one line for a person on any failure.
   static Result<std::unique_ptr<Session>> open(const SessionOptions& options);

@@ -1,9 +1,10 @@
 #!/bin/bash
-# The install tree works without the build tree: programs find their plug-in and importer, the
-# session header compiles alone, units are well-formed.
+# The install tree works without the build tree: programs find their plug-in and importer, an
+# application that links the session library renders, units are well-formed.
 # Usage: install_test.sh BUILD_FOLDER COMPILER
 set -euo pipefail
 build=$1 compiler=$2
+source=$(realpath "$(dirname "$0")")
 prefix=$(mktemp -d)
 trap 'rm -rf "$prefix"' EXIT
 cmake --install "$build" --prefix "$prefix" >"$prefix/install.log"
@@ -23,9 +24,13 @@ printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >scene.obj
 bin/tessera-master render scene.obj -o out.png --size 32x32 --quiet
 [[ -s out.png ]] || fail "no picture"
 
-printf '#include "master/session/session.h"\nint main() { return tessera::SessionOptions{}.local_slaves; }\n' >app.cpp
-"$compiler" -std=c++20 -Wall -Wextra -Werror -Iinclude/tessera -fsyntax-only app.cpp ||
-  fail "the session header does not compile alone"
+# An application of somebody else's: finds the package, links the library, renders.
+mkdir app
+cp "$source/app.cpp" "$source/app.cmake" app/
+mv app/app.cmake app/CMakeLists.txt
+cmake -S app -B app/build -G Ninja -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_COMPILER="$compiler" >app.log 2>&1 &&
+  ninja -C app/build >>app.log 2>&1 || { cat app.log && fail "the example application does not build"; }
+app/build/app || fail "the example application does not render"
 
 # Only where it runs the same systemd as the units are written for; paths of programs are not ours.
 if command -v systemd-analyze >/dev/null; then

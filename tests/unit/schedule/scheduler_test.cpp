@@ -141,6 +141,31 @@ TEST(Scheduler, AnOverdueTileGoesToAnIdleSlaveToo) {
   EXPECT_NE(spare[0].session, slow);
 }
 
+TEST(Scheduler, ATileHandedBackByTheOnlySlaveIsTriedAgain) {
+  Scheduler scheduler = cluster_of(1);
+  const Action lease = of(scheduler.submit_frame(0, 1, 1, kStart), ActionKind::kLease)[0];
+  EXPECT_TRUE(scheduler.tile_returned(1, 0, lease.tile.tile, lease.tile.attempt, kStart).empty());
+  EXPECT_EQ(of(scheduler.tick(kStart + 50ms), ActionKind::kLease).size(), 1u);
+}
+
+TEST(Scheduler, ATileThatNobodyCanRenderFailsItsFrame) {
+  Scheduler scheduler = cluster_of(1);
+  Actions actions = scheduler.submit_frame(0, 1, 1, kStart);
+  std::vector<Action> failed;
+  TimePoint now = kStart;
+  for (int lease = 0; lease < kTileLeasesMax; ++lease) {
+    ASSERT_TRUE(failed.empty()) << lease;
+    const std::vector<Action> leases = of(actions, ActionKind::kLease);
+    ASSERT_EQ(leases.size(), 1u);
+    const TileAssignment tile = leases[0].tile;
+    failed =
+        of(scheduler.tile_returned(1, 0, tile.tile, tile.attempt, now), ActionKind::kFrameFailed);
+    actions = scheduler.tick(now += 50ms);
+  }
+  ASSERT_EQ(failed.size(), 1u);
+  EXPECT_NE(failed[0].reason.find("unrendered"), std::string::npos);
+}
+
 TEST(Scheduler, ATileThatTakesEverySlaveWithItFailsItsFrame) {
   Scheduler scheduler({});
   scheduler.start(kStart);
