@@ -99,7 +99,10 @@ void MasterLink::watch(const net::ConnectionPtr& link, bool is_scene) {
   };
   callbacks.on_closed = [this, is_current](Status status) {
     if (!is_current()) return;
-    if (status.code() == StatusCode::kPermissionDenied) return end_with(status);
+    // Only the first answer to our certificate can mean that it is refused; later the same alert
+    // means damaged bytes.
+    const bool is_first = state_ == State::kHello && !was_welcomed_;
+    if (is_first && status.code() == StatusCode::kPermissionDenied) return end_with(status);
     lose(status.is_ok() ? Status::unavailable("the master closed the connection") : status);
   };
   callbacks.on_drained = [this, is_current, is_scene] {

@@ -4,7 +4,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <new>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/base/api.h"
@@ -14,11 +17,30 @@
 
 namespace tessera {
 
+// Leaves new elements as they are: a frame's every pixel is written once, and zeroing gigabytes
+// first would hold up the thread that does it.
+template <typename T>
+struct UninitializedAllocator : std::allocator<T> {
+  template <typename U>
+  struct rebind {
+    using other = UninitializedAllocator<U>;
+  };
+  template <typename U>
+  void construct(U* place) noexcept {
+    ::new (static_cast<void*>(place)) U;
+  }
+  template <typename U, typename... Args>
+  void construct(U* place, Args&&... args) {
+    ::new (static_cast<void*>(place)) U(std::forward<Args>(args)...);
+  }
+};
+using PixelBytes = std::vector<std::byte, UninitializedAllocator<std::byte>>;
+
 struct FrameImage {
   int width_px = 0;
   int height_px = 0;
   PixelFormat format = PixelFormat::kFloat;
-  std::vector<std::byte> bytes;  // [height * width * bytes_per_pixel(format)]
+  PixelBytes bytes;  // [height * width * bytes_per_pixel(format)]
   std::vector<std::uint16_t>
       tile_slave;  // [tile_count] who drew each tile (slave ordinal), or empty
   int tile_edge_px = 32;
@@ -28,10 +50,12 @@ struct FrameImage {
 
 // Converts float RGB to `format`, appending nothing: out has count * bytes_per_pixel(format) bytes.
 // Shapes: rgb [3 * count]. NaN stays NaN in float and half; in display8 it becomes 0.
-TESSERA_API void encode_pixels(std::span<const float> rgb, PixelFormat format, std::span<std::byte> out);
+TESSERA_API void encode_pixels(std::span<const float> rgb, PixelFormat format,
+                               std::span<std::byte> out);
 
 // The inverse, to linear floats. display8 is decoded through the sRGB curve.
-TESSERA_API void decode_pixels(std::span<const std::byte> bytes, PixelFormat format, std::span<float> rgb);
+TESSERA_API void decode_pixels(std::span<const std::byte> bytes, PixelFormat format,
+                               std::span<float> rgb);
 
 float srgb_encode(float linear);  // [0,1] -> [0,1], clamps; NaN gives 0
 float srgb_decode(float encoded);

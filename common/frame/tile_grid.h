@@ -29,6 +29,9 @@ class TileGrid {
     return static_cast<TileIndex>(columns_) * static_cast<TileIndex>(rows_);
   }
 
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
+
   // Requires: index < tile_count().
   TileRect rect(TileIndex index) const {
     TESSERA_CHECK_LT(index, tile_count());

@@ -201,6 +201,8 @@ bool Core::take_record() {
       end(Status::data_loss(refusal_text(refusal)));
       return false;
     }
+    if (std::exchange(has_deadline_, false))
+      deadline_.cancel();  // the head's; the rest has its own
     input_begin_ += kRecordHeadBytes;
     available -= kRecordHeadBytes;
     if (head_->header_bytes > kInputBufferBytes - kRecordHeadBytes) {

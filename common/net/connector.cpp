@@ -88,6 +88,10 @@ void Attempt::on_handshake(const asio::error_code& error) {
     if (is_gone)
       return fail(
           "it closed the connection during the TLS handshake; is it a Tessera master with keys?");
+    const auto verdict = SSL_get_verify_result(stream_->native_handle());
+    if (verdict == X509_V_OK) {  // not about trust: damaged bytes, a peer without TLS
+      return fail(handshake_failure(stream_->native_handle(), error));
+    }
     return finish(Status::permission_denied("no trust between us and " + endpoint_.text() + ": " +
                                             handshake_failure(stream_->native_handle(), error)));
   }

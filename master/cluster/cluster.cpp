@@ -127,6 +127,11 @@ void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
     return link->refuse(wire::RefuseCode::kSession, "no such session; connect anew");
   }
   Slave& slave = *found->second;
+  if (bound_isa_ && !is_isa_mixed_ && (slave.hello.isas & isa_bit(*bound_isa_)) == 0) {
+    link->refuse(wire::RefuseCode::kIsa,
+                 "the session was bound to " + std::string(isa_name(*bound_isa_)) + " meanwhile");
+    return lose(join.session, "it does not have the session's instruction set");
+  }
   link->set_callbacks(callbacks_of(join.session, false));
   link->send(wire::Joined{});
   link->start_heartbeat();
@@ -184,7 +189,6 @@ void Cluster::on_tile_message(SessionId session, wire::Message message) {
                  std::string(wire::message_name(message)) + " before the scene connection stands");
   }
   if (auto* result = std::get_if<wire::TileResult>(&message)) {
-    ++slave->second->tiles_done;
     events_.tile_result(session, std::move(*result));
   } else if (auto* returned = std::get_if<wire::TileReturned>(&message)) {
     events_.tile_returned(session, *returned);
@@ -206,10 +210,12 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
     if (const Status status = sender.on_need(*need); !status.is_ok())
       expel(session, status.message());
   } else if (auto* built = std::get_if<wire::SceneBuilt>(&message)) {
+    if (!scenes_.contains(built->version)) return sender.on_answered(built->version);  // retired
     slave->second->built = std::max(slave->second->built, built->version);
     sender.on_answered(built->version);
     events_.scene_built(session, built->version, built->build_seconds);
   } else if (auto* failed = std::get_if<wire::SceneFailed>(&message)) {
+    if (!scenes_.contains(failed->version)) return sender.on_answered(failed->version);
     log_warn("scene-failed", failed->reason, {{"slave", slave->second->hello.name}});
     sender.on_answered(failed->version);
     events_.scene_failed(session, failed->version, failed->reason);
@@ -295,6 +301,10 @@ void Cluster::retire_scenes(SceneVersion first_kept) {
   for (auto& [session, slave] : slaves_) {
     if (slave->is_joined()) slave->sender->retire(first_kept);
   }
+}
+
+void Cluster::count_tile(SessionId session) {
+  if (const auto slave = slaves_.find(session); slave != slaves_.end()) ++slave->second->tiles_done;
 }
 
 void Cluster::add_worker_time(SessionId session, double starved_seconds) {

@@ -60,6 +60,7 @@ class Cluster {
   void retire_scenes(SceneVersion first_kept);
 
   void add_worker_time(SessionId session, double starved_seconds);
+  void count_tile(SessionId session);  // one of its results was accepted
   // The slave's place among all ever joined, and its name, for tinting tiles.
   std::uint16_t ordinal_of(SessionId session) const;
   std::vector<SlaveStatus> status(

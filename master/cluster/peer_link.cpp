@@ -39,6 +39,7 @@ void PeerLink::set_callbacks(Callbacks callbacks) { callbacks_ = std::move(callb
 void PeerLink::start_heartbeat(std::uint32_t heartbeat_ms, std::uint32_t missed_max) {
   heartbeat_ms_ = std::max(heartbeat_ms, 2u);
   missed_max_ = missed_max;
+  looked_ = Clock::now();
   heartbeat_.start_repeating(std::chrono::milliseconds(heartbeat_ms_ / 2), [this] { beat(); });
 }
 
@@ -95,8 +96,10 @@ void PeerLink::on_record(net::ReceivedRecord record) {
 void PeerLink::beat() {
   const auto interval = std::chrono::milliseconds(heartbeat_ms_);
   const TimePoint now = Clock::now();
-  if (now - connection_->last_received() >
-      interval * (missed_max_ + 1) + from_seconds(rtt_seconds_)) {
+  // After a stall of our own, what proves that the peer lives waits unread: look again first.
+  const bool is_late = now - std::exchange(looked_, now) > interval;
+  if (!is_late && now - connection_->last_received() >
+                      interval * (missed_max_ + 1) + from_seconds(rtt_seconds_)) {
     return end(Status::deadline_exceeded("silent for too long"));
   }
   if (now - connection_->last_sent() >= interval) send(wire::Ping{now_ns()});

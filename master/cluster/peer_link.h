@@ -12,6 +12,7 @@
 #include <memory>
 #include <string>
 
+#include "common/base/clock.h"
 #include "common/base/limits.h"
 #include "common/net/connection.h"
 #include "common/wire/messages.h"
@@ -62,6 +63,7 @@ class PeerLink {
   std::uint32_t heartbeat_ms_ = kHeartbeatMs;
   std::uint32_t missed_max_ = kHeartbeatsMissedMax;
   double rtt_seconds_ = 0;
+  TimePoint looked_;  // last time that beat() ran
   bool is_over_ = false;
 };
 

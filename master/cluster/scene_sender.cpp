@@ -46,6 +46,9 @@ void SceneSender::announce_next() {
 
 Status SceneSender::on_need(const wire::SceneNeed& need) {
   if (need.version < first_kept_) return Status::ok();  // retired meanwhile
+  if (!need.blocks.empty() && !asked_.insert(need.version).second) {
+    return Status::data_loss("a second SceneNeed for one version");
+  }
   const auto scene = scenes_.find(need.version);
   for (const std::uint32_t block : need.blocks) {
     if (scene == scenes_.end() || !announced_.contains(need.version) ||
@@ -61,6 +64,7 @@ Status SceneSender::on_need(const wire::SceneNeed& need) {
 void SceneSender::on_answered(SceneVersion version) {
   announced_.erase(version);
   needed_.erase(version);
+  asked_.erase(version);
   scenes_.erase(version);
   announce_next();
 }
@@ -88,6 +92,7 @@ void SceneSender::retire(SceneVersion first_kept) {
   scenes_.erase(scenes_.begin(), scenes_.lower_bound(first_kept));
   announced_.erase(announced_.begin(), announced_.lower_bound(first_kept));
   needed_.erase(needed_.begin(), needed_.lower_bound(first_kept));
+  asked_.erase(asked_.begin(), asked_.lower_bound(first_kept));
   std::erase_if(uploads_, [&](const Upload& upload) { return upload.version < first_kept; });
   link_.send(wire::SceneRetire{first_kept});
   announce_next();

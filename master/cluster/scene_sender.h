@@ -56,6 +56,7 @@ class SceneSender {
   std::map<SceneVersion, SharedScene> scenes_;  // not yet answered
   std::set<SceneVersion> announced_;            // subset of scenes_
   std::set<SceneVersion> needed_;
+  std::set<SceneVersion> asked_;  // blocks were asked for: once for each version
   std::deque<Upload> uploads_;
   SceneVersion first_kept_ = 0;
 };

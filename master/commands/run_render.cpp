@@ -119,7 +119,7 @@ class RenderProgress {
   Progress& progress_;
   double tiles_total_;
   double tiles_before_ = -1;  // done for others before; < 0: not known yet
-  double share_ = 0;  // never goes back, also when a slave leaves
+  double share_ = 0;          // never goes back, also when a slave leaves
 };
 
 // Takes one finished frame, if one comes in time. Returns: how many were taken (0 or 1).

@@ -54,8 +54,8 @@ class Pump {
   Status step() {
     const Viewer::View view = viewer_.view();
     // A screenshot waits for a number of frames, so they must come although nothing moves.
-    const bool is_wanted = source_.is_animated() || submitted_ == 0 ||
-                           view.revision != revision_ || !options_.screenshot_path.empty();
+    const bool is_wanted = source_.is_animated() || submitted_ == 0 || view.revision != revision_ ||
+                           !options_.screenshot_path.empty();
     const bool has_room =
         in_flight_.size() < static_cast<std::size_t>(options_.session.frames_in_flight);
     if (is_wanted && has_room) {

@@ -73,6 +73,10 @@ void AppServer::on_message(wire::Message message) {
     on_scene(status, std::move(actions));
   } else if (auto* retire = std::get_if<wire::SceneRetire>(&message)) {
     application_->receiver.retire(retire->first_kept, actions);
+    for (const wire::FrameSubmit& waiting : std::deque(application_->waiting)) {
+      if (waiting.version >= retire->first_kept) continue;
+      fail_waiting(waiting.version, Status::unavailable("its scene was retired"));
+    }
     on_scene(Status::ok(), std::move(actions));
   } else if (auto* submit = std::get_if<wire::FrameSubmit>(&message)) {
     on_submit(std::move(*submit));
@@ -91,15 +95,17 @@ void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions acti
   if (!status.is_ok()) return violation(status.message());
   for (wire::SceneReceiver::Complete& complete : actions.complete) {
     const SceneVersion ours = next_version_++;
+    application_->versions.clear();  // the loop keeps older ones for frames in work only
     application_->versions[complete.version] = ours;
-    while (application_->versions.size() > 8)
-      application_->versions.erase(application_->versions.begin());
     loop_.commit_scene(ours, std::move(complete.scene));
     application_->link->send(wire::SceneBuilt{complete.version, 0, 0});
+    submit_waiting();  // before the next version replaces this one
+    if (!application_) return;
   }
-  submit_waiting();
-  if (!application_) return;
-  for (wire::SceneFailed& failed : actions.failed) application_->link->send(std::move(failed));
+  for (wire::SceneFailed& failed : actions.failed) {
+    fail_waiting(failed.version, Status::unavailable("its scene failed: " + failed.reason));
+    application_->link->send(std::move(failed));
+  }
   for (wire::SceneNeed& need : actions.need) application_->link->send(std::move(need));
 }
 
@@ -125,7 +131,7 @@ void AppServer::submit_waiting() {
                        ", which is not here");
     }
     const FrameId ours = next_frame_++;
-    application_->frames[ours] = waiting.front().frame;
+    application_->frames[ours] = {waiting.front().frame, waiting.front().version};
     const FrameSettings settings = waiting.front().settings;
     waiting.pop_front();  // first: the outcome may come back at once
     loop_.submit(ours, version->second, settings);
@@ -134,15 +140,33 @@ void AppServer::submit_waiting() {
 }
 
 void AppServer::on_cancel(FrameId theirs) {
-  for (const auto& [ours, frame] : application_->frames) {
-    if (frame == theirs) return loop_.cancel(ours);
+  for (const auto& [ours, submitted] : application_->frames) {
+    if (submitted.frame == theirs) return loop_.cancel(ours);
   }
   const auto waits = [theirs](const wire::FrameSubmit& s) { return s.frame == theirs; };
   if (std::erase_if(application_->waiting, waits) == 0) return;  // on its way back already
-  Delivery cancelled;
-  cancelled.outcome.frame = cancelled.outcome.stats.frame = theirs;
-  cancelled.outcome.status = Status::cancelled("cancelled");
-  application_->deliveries.push_back(std::move(cancelled));
+  give_back(theirs, Status::cancelled("cancelled"));
+}
+
+void AppServer::fail_waiting(SceneVersion version, const Status& status) {
+  auto& waiting = application_->waiting;
+  for (auto frame = waiting.begin(); frame != waiting.end();) {
+    if (frame->version != version) {
+      ++frame;
+      continue;
+    }
+    const FrameId theirs = frame->frame;
+    frame = waiting.erase(frame);
+    give_back(theirs, status);
+  }
+}
+
+// A frame that never reached the loop.
+void AppServer::give_back(FrameId theirs, const Status& status) {
+  Delivery delivery;
+  delivery.outcome.frame = delivery.outcome.stats.frame = theirs;
+  delivery.outcome.status = status;
+  application_->deliveries.push_back(std::move(delivery));
   pump();
 }
 
@@ -150,7 +174,8 @@ void AppServer::on_outcome(FrameOutcome outcome) {
   if (!application_) return;
   const auto frame = application_->frames.find(outcome.frame);
   if (frame == application_->frames.end()) return;
-  outcome.frame = outcome.stats.frame = frame->second;
+  outcome.frame = outcome.stats.frame = frame->second.frame;
+  outcome.stats.scene_version = frame->second.version;
   application_->frames.erase(frame);
   application_->deliveries.push_back({std::move(outcome), 0});
   pump();

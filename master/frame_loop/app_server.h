@@ -37,12 +37,17 @@ class AppServer {
     FrameOutcome outcome;  // numbered as the application does
     std::uint64_t sent_bytes = 0;
   };
+  // A frame as the application numbers it.
+  struct Submitted {
+    FrameId frame = 0;
+    SceneVersion version = 0;
+  };
   struct Application {
     std::string name;
     std::unique_ptr<PeerLink> link;
     wire::SceneReceiver receiver;
     std::map<SceneVersion, SceneVersion> versions;  // theirs -> ours
-    std::map<FrameId, FrameId> frames;              // ours -> theirs
+    std::map<FrameId, Submitted> frames;            // by our number
     std::deque<wire::FrameSubmit> waiting;          // in order, for scenes still on their way
     std::deque<Delivery> deliveries;
   };
@@ -51,6 +56,8 @@ class AppServer {
   void on_submit(wire::FrameSubmit submit);
   void submit_waiting();
   void on_cancel(FrameId theirs);
+  void fail_waiting(SceneVersion version, const Status& status);
+  void give_back(FrameId theirs, const Status& status);
   void on_scene(const Status& status, wire::SceneReceiver::Actions actions);
   void on_outcome(FrameOutcome outcome);
   void pump();

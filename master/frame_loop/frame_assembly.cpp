@@ -1,6 +1,9 @@
 #include "master/frame_loop/frame_assembly.h"
 
+#include <algorithm>
 #include <cstring>
+#include <new>
+#include <string>
 
 namespace tessera::master {
 namespace {
@@ -38,10 +41,22 @@ FrameAssembly::FrameAssembly(FrameId frame, SceneVersion version, const FrameSet
   image_->height_px = settings.height_px;
   image_->format = settings.pixel_format;
   image_->tile_edge_px = settings.tile_edge_px;
-  image_->tile_slave.resize(grid_.tile_count());
-  image_->bytes.resize(static_cast<std::size_t>(settings.width_px) *
-                       static_cast<std::size_t>(settings.height_px) *
-                       static_cast<std::size_t>(bytes_per_pixel(settings.pixel_format)));
+}
+
+Status FrameAssembly::allocate() {
+  const std::size_t bytes = static_cast<std::size_t>(settings_.width_px) *
+                            static_cast<std::size_t>(settings_.height_px) *
+                            static_cast<std::size_t>(bytes_per_pixel(settings_.pixel_format));
+  try {
+    image_->bytes.resize(bytes);
+    image_->tile_slave.resize(grid_.tile_count());
+    band_missing_.assign(static_cast<std::size_t>(grid_.rows()), grid_.columns());
+  } catch (const std::bad_alloc&) {
+    return Status::resource_exhausted("the master has no memory for a frame of " +
+                                      std::to_string(bytes >> 20) +
+                                      " MiB; render a smaller one, or with --pixels half");
+  }
+  return Status::ok();
 }
 
 std::size_t FrameAssembly::tile_bytes(TileIndex tile) const {
@@ -63,11 +78,25 @@ void FrameAssembly::write_tile(TileIndex tile, std::span<const std::byte> pixels
     to += stride;
   }
   image_->tile_slave[tile] = slave_ordinal;
+  --band_missing_[static_cast<std::size_t>(rect.y_px / settings_.tile_edge_px)];
+  hash_whole_bands();
   nonfinite_count_ += count_nonfinite(pixels, settings_.pixel_format);
 }
 
+void FrameAssembly::hash_whole_bands() {
+  const std::size_t band_bytes = static_cast<std::size_t>(settings_.tile_edge_px) *
+                                 static_cast<std::size_t>(settings_.width_px) *
+                                 static_cast<std::size_t>(bytes_per_pixel(settings_.pixel_format));
+  const std::span<const std::byte> pixels(image_->bytes);
+  while (hashed_bands_ < band_missing_.size() && band_missing_[hashed_bands_] == 0) {
+    const std::size_t begin = hashed_bands_++ * band_bytes;
+    hash_.update(pixels.subspan(begin, std::min(band_bytes, pixels.size() - begin)));
+  }
+}
+
 std::shared_ptr<const FrameImage> FrameAssembly::finish() {
-  stats_.digest = image_->digest();
+  TESSERA_CHECK_EQ(hashed_bands_, band_missing_.size());
+  stats_.digest = hash_.finish();
   return std::move(image_);
 }
 

@@ -1,6 +1,9 @@
 // One frame on its way: its pixels as they come in, and what it costs. Pixels are written straight
 // from a result's payload into the image; there is no second copy.
 //
+// The digest follows the pixels, band of tiles by band, so that no single moment of the io thread
+// hashes a whole frame.
+//
 // Threads. Io thread only. Invariant. Each tile is written once (the ledger sees to it).
 #pragma once
 
@@ -19,6 +22,9 @@ class FrameAssembly {
  public:
   FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings);
 
+  // Takes memory for the pixels. Before the first tile. Returns: kResourceExhausted.
+  Status allocate();
+
   const FrameSettings& settings() const { return settings_; }
   const TileGrid& grid() const { return grid_; }
   FrameStats& stats() { return stats_; }
@@ -35,11 +41,16 @@ class FrameAssembly {
   std::shared_ptr<const FrameImage> finish();
 
  private:
+  void hash_whole_bands();
+
   const FrameSettings settings_;
   const TileGrid grid_;
   FrameStats stats_;
   std::shared_ptr<FrameImage> image_;
   std::uint64_t nonfinite_count_ = 0;
+  std::vector<int> band_missing_;  // [rows of tiles] tiles not yet written
+  std::size_t hashed_bands_ = 0;
+  Sha256 hash_;
 };
 
 }  // namespace tessera::master

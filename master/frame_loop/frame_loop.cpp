@@ -188,6 +188,7 @@ void FrameLoop::Impl::on_result(SessionId session, const wire::TileResult& resul
     case ResultVerdict::kAccepted: {
       FrameWork& work = found->second;
       work.assembly.write_tile(result.tile, result.pixels, cluster.ordinal_of(session));
+      cluster.count_tile(session);
       work.assembly.stats().rays += result.rays;
       work.starved_seconds += result.starved_seconds;
       work.slaves.insert(session);
@@ -254,6 +255,7 @@ void FrameLoop::Impl::deliver(FrameOutcome outcome) {
 void FrameLoop::Impl::retire() {
   const SceneVersion first_kept = scheduler.oldest_version_needed(newest_version);
   cluster.retire_scenes(first_kept);
+  scheduler.retire_scenes(first_kept);
   build_seconds.erase(build_seconds.begin(), build_seconds.lower_bound(first_kept));
 }
 
@@ -273,11 +275,15 @@ void FrameLoop::set_outcome_callback(std::function<void(FrameOutcome)> on_outcom
 void FrameLoop::commit_scene(SceneVersion version, EncodedScene scene) {
   impl_->newest_version = std::max(impl_->newest_version, version);
   impl_->cluster.commit_scene(version, std::make_shared<const EncodedScene>(std::move(scene)));
+  impl_->retire();  // versions that no frame needs and that this one replaces
 }
 
 void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings& settings) {
   const auto [work, is_new] = impl_->frames.try_emplace(frame, frame, version, settings);
   if (!is_new) return;
+  if (const Status status = work->second.assembly.allocate(); !status.is_ok()) {
+    return impl_->perform(impl_->scheduler.refuse_frame(frame, status.message()));
+  }
   impl_->cluster.need_scene(version);
   const TileIndex tile_count = work->second.assembly.grid().tile_count();
   impl_->perform(impl_->scheduler.submit_frame(frame, version, tile_count, Clock::now()));
@@ -296,6 +302,7 @@ void FrameLoop::cancel_all() {
 
 void FrameLoop::free_scenes() {
   impl_->cluster.retire_scenes(impl_->newest_version + 1);
+  impl_->scheduler.retire_scenes(impl_->newest_version + 1);
   impl_->build_seconds.clear();
 }
 

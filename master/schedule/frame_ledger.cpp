@@ -35,6 +35,7 @@ TileAssignment FrameLedger::lease(TileIndex index, SessionId session, TimePoint 
   tile.is_pending = false;
   if (++tile.attempts > 1) ++reissued_count_;
   tile.leases.push_back({session, tile.attempts, now});
+  leased_.insert(index);
   ++counts_.issued;
   ++counts_.in_flight;
   return {index, tile.attempts};
@@ -51,9 +52,9 @@ std::optional<TileAssignment> FrameLedger::lease_again(SessionId session, TimePo
                                                        Duration overdue) {
   std::optional<TileIndex> oldest;
   TimePoint oldest_since = now - overdue;
-  for (TileIndex index = 0; index < tile_count(); ++index) {
+  for (const TileIndex index : leased_) {
     const Tile& tile = tiles_[index];
-    if (tile.is_done || tile.leases.empty() || tile.leases.size() >= kLeasesPerTileMax) continue;
+    if (tile.is_done || tile.leases.size() >= kLeasesPerTileMax) continue;
     if (tile.leases.front().session == session || tile.leases.front().since >= oldest_since)
       continue;
     oldest = index;
@@ -63,8 +64,10 @@ std::optional<TileAssignment> FrameLedger::lease_again(SessionId session, TimePo
   return lease(*oldest, session, now);
 }
 
-void FrameLedger::end_lease(Tile& tile, std::size_t index) {
-  tile.leases.erase(tile.leases.begin() + static_cast<std::ptrdiff_t>(index));
+void FrameLedger::end_lease(TileIndex index, std::size_t lease) {
+  Tile& tile = tiles_[index];
+  tile.leases.erase(tile.leases.begin() + static_cast<std::ptrdiff_t>(lease));
+  if (tile.leases.empty()) leased_.erase(index);
   --counts_.in_flight;
 }
 
@@ -84,7 +87,7 @@ ResultVerdict FrameLedger::accept(SessionId session, SceneVersion version, TileI
     return lease.session == session && lease.attempt == attempt;
   });
   if (found == tile.leases.end()) return ResultVerdict::kNotLeased;
-  end_lease(tile, static_cast<std::size_t>(found - tile.leases.begin()));
+  end_lease(index, static_cast<std::size_t>(found - tile.leases.begin()));
   if (tile.is_done) {
     ++counts_.rejected;
     return ResultVerdict::kDuplicate;
@@ -99,7 +102,7 @@ bool FrameLedger::hand_back(SessionId session, TileIndex index, Attempt attempt)
   Tile& tile = tiles_[index];
   for (std::size_t i = 0; i < tile.leases.size(); ++i) {
     if (tile.leases[i].session != session || tile.leases[i].attempt != attempt) continue;
-    end_lease(tile, i);
+    end_lease(index, i);
     ++counts_.abandoned;
     make_pending(index);
     return true;
@@ -114,7 +117,7 @@ int FrameLedger::lose_session(SessionId session, std::size_t suspect_count) {
     Attempt attempt;
   };
   std::vector<Lost> lost;
-  for (TileIndex index = 0; index < tile_count(); ++index) {
+  for (const TileIndex index : leased_) {
     for (const Lease& lease : tiles_[index].leases) {
       if (lease.session == session) lost.push_back({index, lease.since, lease.attempt});
     }
@@ -133,12 +136,14 @@ int FrameLedger::lose_session(SessionId session, std::size_t suspect_count) {
 
 std::uint64_t FrameLedger::abandon_all() {
   std::uint64_t count = 0;
-  for (Tile& tile : tiles_) {
+  for (const TileIndex index : leased_) {
+    Tile& tile = tiles_[index];
     count += tile.leases.size();
     counts_.abandoned += tile.leases.size();
     counts_.in_flight -= tile.leases.size();
     tile.leases.clear();
   }
+  leased_.clear();
   return count;
 }
 

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -89,12 +90,13 @@ class FrameLedger {
   };
 
   TileAssignment lease(TileIndex tile, SessionId session, TimePoint now);
-  void end_lease(Tile& tile, std::size_t index);
+  void end_lease(TileIndex tile, std::size_t lease);
   void make_pending(TileIndex index);
 
   const SceneVersion version_;
   std::vector<Tile> tiles_;
   std::deque<TileIndex> pending_;
+  std::set<TileIndex> leased_;  // tiles with a lease
   LedgerCounts counts_;
   std::uint32_t reissued_count_ = 0;
 };

@@ -12,6 +12,12 @@ namespace {
 // A tile is overdue after twice the usual time from lease to result, but never before this: short
 // of it, the message to a second slave costs more than waiting.
 constexpr std::chrono::milliseconds kOverdueMin{500};
+// A slave that hands back a tile gets none for this long: more than leaving takes (2 s for the
+// tiles in work, 2 s to say goodbye), so that slaves that leave together do not pass tiles around.
+constexpr std::chrono::seconds kRest{5};
+// Ended frames whose late results are still known as such; more than an application can cancel
+// while a result waits in a slave's send queue.
+constexpr std::size_t kFramesRemembered = 1024;
 constexpr double kTurnaroundWeight = 0.1;  // of the newest result in the moving average
 
 }  // namespace
@@ -69,7 +75,6 @@ Actions Scheduler::scene_built(SessionId session, SceneVersion version, TimePoin
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return actions;
   slave->second.built.insert(version);
-  while (slave->second.built.size() > 8) slave->second.built.erase(slave->second.built.begin());
   fill_all(now, actions);
   return actions;
 }
@@ -80,7 +85,6 @@ Actions Scheduler::scene_failed(SessionId session, SceneVersion version, const s
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return actions;
   slave->second.failed[version] = reason;
-  while (slave->second.failed.size() > 8) slave->second.failed.erase(slave->second.failed.begin());
   fail_hopeless(actions);
   deliver(actions);
   fill_all(now, actions);
@@ -123,6 +127,22 @@ Actions Scheduler::cancel_frame(FrameId id, TimePoint now) {
   deliver(actions);
   fill_all(now, actions);
   return actions;
+}
+
+Actions Scheduler::refuse_frame(FrameId frame, std::string reason) {
+  TESSERA_CHECK_GE(frame, next_frame_);
+  next_frame_ = frame + 1;
+  frames_.push_back({frame, FrameState::kFailed, std::move(reason), FrameLedger(0, 1), {}});
+  Actions actions;
+  deliver(actions);
+  return actions;
+}
+
+void Scheduler::retire_scenes(SceneVersion first_kept) {
+  for (auto& [session, slave] : slaves_) {
+    slave.built.erase(slave.built.begin(), slave.built.lower_bound(first_kept));
+    slave.failed.erase(slave.failed.begin(), slave.failed.lower_bound(first_kept));
+  }
 }
 
 void Scheduler::release(Frame& frame, SessionId session) {
@@ -169,18 +189,19 @@ Actions Scheduler::tile_returned(SessionId session, FrameId id, TileIndex tile, 
     return actions;
   }
   release(*frame, session);
-  if (frame->ledger.attempts(tile) >= kTileLeasesMax) {
+  if (const auto slave = slaves_.find(session); slave != slaves_.end()) {
+    slave->second.rests_until = now + kRest;
+  }
+  if (frame->ledger.attempts(tile) >= kTileLeasesMax + 2 * slaves_.size()) {
     end_frame(*frame, FrameState::kFailed,
               "tile " + std::to_string(tile) + " came back unrendered " +
-                  std::to_string(kTileLeasesMax) + " times",
+                  std::to_string(frame->ledger.attempts(tile)) + " times",
               actions);
     deliver(actions);
     fill_all(now, actions);
     return actions;
   }
-  // Not to the same slave at once: whoever hands back is leaving.
   for (auto& [other, slave] : slaves_) {
-    if (other == session) continue;
     while (lease_one(other, slave, now, actions)) {
     }
   }
@@ -201,7 +222,7 @@ void Scheduler::end_frame(Frame& frame, FrameState state, std::string reason, Ac
   for (auto& [session, slave] : slaves_) {
     if (slave.begun.contains(frame.id))
       actions.push_back({ActionKind::kEndFrame, session, frame.id, {}, false, ""});
-    while (slave.begun.size() > 16) slave.begun.erase(slave.begun.begin());
+    while (slave.begun.size() > kFramesRemembered) slave.begun.erase(slave.begun.begin());
   }
 }
 
@@ -234,7 +255,7 @@ void Scheduler::issue(SessionId session, Slave& slave, Frame& frame, TileAssignm
 bool Scheduler::lease_one(SessionId session, Slave& slave, TimePoint now, Actions& actions) {
   const auto capacity =
       slave.threads * static_cast<std::uint32_t>(options_.prefetch_per_thread + 1);
-  if (!is_started_ || slave.in_flight >= capacity) return false;
+  if (!is_started_ || slave.in_flight >= capacity || now < slave.rests_until) return false;
   for (std::size_t i = 0; i < active_count(); ++i) {
     Frame& frame = frames_[i];
     if (frame.state != FrameState::kOpen || !slave.built.contains(frame.ledger.version())) continue;
@@ -262,7 +283,7 @@ Actions Scheduler::tick(TimePoint now) {
   fill_all(now, actions);  // what was handed back while nobody else was there
   const Duration overdue = std::max<Duration>(kOverdueMin, from_seconds(2 * turnaround_seconds_));
   for (auto& [session, slave] : slaves_) {
-    if (slave.in_flight > 0) continue;
+    if (slave.in_flight > 0 || now < slave.rests_until) continue;
     for (std::size_t i = 0; i < active_count() && slave.in_flight < slave.threads; ++i) {
       Frame& frame = frames_[i];
       if (frame.state != FrameState::kOpen || !slave.built.contains(frame.ledger.version()))

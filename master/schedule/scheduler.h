@@ -57,6 +57,10 @@ class Scheduler {
   // Requires: frame numbers count up.
   Actions submit_frame(FrameId frame, SceneVersion version, TileIndex tile_count, TimePoint now);
   Actions cancel_frame(FrameId frame, TimePoint now);
+  // A frame that cannot be begun; it fails in its turn. Requires: as submit_frame().
+  Actions refuse_frame(FrameId frame, std::string reason);
+  // No frame needs older versions any more, nor will.
+  void retire_scenes(SceneVersion first_kept);
 
   // `actions` gets what follows from it. Violations change nothing.
   ResultVerdict result(SessionId session, FrameId frame, SceneVersion version, TileIndex tile,
@@ -82,6 +86,7 @@ class Scheduler {
     std::set<SceneVersion> built;
     std::map<SceneVersion, std::string> failed;
     std::set<FrameId> begun;
+    TimePoint rests_until{};  // it has handed a tile back: it is leaving, or cannot render it
   };
   enum class FrameState { kOpen, kComplete, kFailed, kCancelled };
   struct Frame {

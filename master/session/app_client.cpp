@@ -38,7 +38,10 @@ void AppClient::submit(FrameId frame, SceneVersion version, const FrameSettings&
 }
 
 void AppClient::cancel_all() {
-  for (const auto& [frame, incoming] : frames_) link_.send(wire::FrameCancel{frame});
+  for (auto& [frame, incoming] : frames_) {
+    if (std::exchange(incoming.is_cancelled, true)) continue;
+    link_.send(wire::FrameCancel{frame});
+  }
 }
 
 void AppClient::request_status() { link_.send(wire::StatusRequest{}); }
@@ -97,6 +100,7 @@ void AppClient::on_frame_chunk(const wire::FrameChunk& chunk) {
   }
   std::memcpy(bytes.data() + chunk.offset, chunk.bytes.bytes.data(), chunk.bytes.bytes.size());
   frame.received_bytes += chunk.bytes.bytes.size();
+  frame.hash.update(chunk.bytes.bytes);
 }
 
 void AppClient::on_frame_done(wire::FrameDone done) {
@@ -109,9 +113,10 @@ void AppClient::on_frame_done(wire::FrameDone done) {
   result.frame = done.stats.frame;
   result.stats = done.stats;
   if (!done.error.empty()) {
-    result.status = Status::unavailable(done.error);
+    result.status =
+        frame.is_cancelled ? Status::cancelled(done.error) : Status::unavailable(done.error);
   } else if (!frame.image || frame.received_bytes != frame.image->bytes.size() ||
-             frame.image->digest() != done.stats.digest) {
+             frame.hash.finish() != done.stats.digest) {
     return end(Status::data_loss("a frame arrived incomplete or damaged"));
   } else {
     frame.image->tile_slave = std::move(done.tile_slave);

@@ -44,6 +44,8 @@ class AppClient {
     FrameSettings settings;
     std::shared_ptr<FrameImage> image;
     std::uint64_t received_bytes = 0;
+    Sha256 hash;  // of what came so far
+    bool is_cancelled = false;
   };
 
   void on_message(wire::Message message);

@@ -10,6 +10,8 @@
 namespace tessera::master {
 namespace {
 
+// Posted tasks hold the host itself: while it is being destroyed its thread still runs them, and
+// host_ is null by then.
 class InProcessSession final : public Session {
  public:
   InProcessSession(std::unique_ptr<MasterHost> host, const SessionOptions& options)
@@ -30,8 +32,8 @@ class InProcessSession final : public Session {
   Result<SceneVersion> commit_scene(const Scene& scene) override {
     TESSERA_RETURN_IF_ERROR(validate_scene(scene));
     const SceneVersion version = ++version_;
-    host_->io().post([this, version, encoded = encoder_.encode(scene)]() mutable {
-      host_->frame_loop().commit_scene(version, std::move(encoded));
+    host_->io().post([host = host_.get(), version, encoded = encoder_.encode(scene)]() mutable {
+      host->frame_loop().commit_scene(version, std::move(encoded));
     });
     return version;
   }
@@ -41,8 +43,8 @@ class InProcessSession final : public Session {
     if (version_ == 0) return Status::invalid_argument("submit() before the first commit_scene()");
     auto frame = outcomes_.begin_frame();
     if (!frame.is_ok()) return frame;
-    host_->io().post([this, frame = *frame, version = version_, settings] {
-      host_->frame_loop().submit(frame, version, settings);
+    host_->io().post([host = host_.get(), frame = *frame, version = version_, settings] {
+      host->frame_loop().submit(frame, version, settings);
     });
     return frame;
   }
@@ -52,7 +54,7 @@ class InProcessSession final : public Session {
   }
 
   void cancel_frames() override {
-    host_->io().post([this] { host_->frame_loop().cancel_all(); });
+    host_->io().post([host = host_.get()] { host->frame_loop().cancel_all(); });
   }
 
   ClusterStatus status() override { return host_->status(); }

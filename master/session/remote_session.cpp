@@ -21,7 +21,7 @@ struct Link {
   std::unique_ptr<AppClient> client;             // io thread
 
   ~Link() {
-    io.run_and_wait([this] {
+    io.run_and_wait([this] {  // after every task posted so far
       attempt.reset();
       client.reset();
     });
@@ -65,6 +65,8 @@ struct Link {
   }
 };
 
+// Posted tasks hold the link itself, as in InProcessSession; its client lives until its thread
+// ends.
 class RemoteSession final : public Session {
  public:
   explicit RemoteSession(const SessionOptions& options) : outcomes_(options.frames_in_flight) {}
@@ -93,8 +95,8 @@ class RemoteSession final : public Session {
   Result<SceneVersion> commit_scene(const Scene& scene) override {
     TESSERA_RETURN_IF_ERROR(validate_scene(scene));
     const SceneVersion version = ++version_;
-    link_->io.post([this, version, encoded = encoder_.encode(scene)]() mutable {
-      link_->client->commit_scene(version, std::move(encoded));
+    link_->io.post([link = link_.get(), version, encoded = encoder_.encode(scene)]() mutable {
+      link->client->commit_scene(version, std::move(encoded));
     });
     return version;
   }
@@ -104,8 +106,8 @@ class RemoteSession final : public Session {
     if (version_ == 0) return Status::invalid_argument("submit() before the first commit_scene()");
     auto frame = outcomes_.begin_frame();
     if (!frame.is_ok()) return frame;
-    link_->io.post([this, frame = *frame, version = version_, settings] {
-      link_->client->submit(frame, version, settings);
+    link_->io.post([link = link_.get(), frame = *frame, version = version_, settings] {
+      link->client->submit(frame, version, settings);
     });
     return frame;
   }
@@ -115,12 +117,12 @@ class RemoteSession final : public Session {
   }
 
   void cancel_frames() override {
-    link_->io.post([this] { link_->client->cancel_all(); });
+    link_->io.post([link = link_.get()] { link->client->cancel_all(); });
   }
 
   // The newest answer; asks for a fresh one, which the next call returns.
   ClusterStatus status() override {
-    link_->io.post([this] { link_->client->request_status(); });
+    link_->io.post([link = link_.get()] { link->client->request_status(); });
     MutexLock lock(status_mutex_);
     return status_;
   }
