@@ -285,12 +285,16 @@ void Cluster::sweep() {
 
 void Cluster::commit_scene(SceneVersion version, SharedScene scene) {
   scenes_[version] = scene;
+  std::erase_if(scenes_, [&](const auto& entry) {  // the one before, unless a frame shows it
+    return entry.first < version && !needed_.contains(entry.first);
+  });
   for (auto& [session, slave] : slaves_) {
     if (slave->is_joined()) slave->sender->commit(version, scene);
   }
 }
 
 void Cluster::need_scene(SceneVersion version) {
+  needed_.insert(version);
   for (auto& [session, slave] : slaves_) {
     if (slave->is_joined()) slave->sender->need(version);
   }
@@ -298,6 +302,7 @@ void Cluster::need_scene(SceneVersion version) {
 
 void Cluster::retire_scenes(SceneVersion first_kept) {
   scenes_.erase(scenes_.begin(), scenes_.lower_bound(first_kept));
+  needed_.erase(needed_.begin(), needed_.lower_bound(first_kept));
   for (auto& [session, slave] : slaves_) {
     if (slave->is_joined()) slave->sender->retire(first_kept);
   }

@@ -11,8 +11,10 @@
 
 #include <functional>
 #include <map>
+#include <set>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -94,6 +96,7 @@ class Cluster {
   SlaveMap slaves_;
   std::uint16_t next_ordinal_ = 0;
   std::map<SceneVersion, SharedScene> scenes_;  // kept for whoever joins
+  std::set<SceneVersion> needed_;               // by a frame, not retired
   std::uint64_t gone_bytes_sent_ = 0, gone_bytes_received_ = 0;
   net::Timer sweep_;
 };

@@ -17,6 +17,10 @@ static_assert(kPieceBytes < net::kSendQueueLowBytes,
 void SceneSender::commit(SceneVersion version, SharedScene scene) {
   if (version < first_kept_) return;
   scenes_[version] = std::move(scene);
+  std::erase_if(scenes_, [&](const auto& entry) {
+    return entry.first < version && !announced_.contains(entry.first) &&
+           !needed_.contains(entry.first);
+  });
   announce_next();
 }
 
@@ -29,7 +33,7 @@ void SceneSender::announce_next() {
   while (announced_.size() < kUnansweredMax) {
     const SceneVersion last = announced_.empty() ? 0 : *announced_.rbegin();
     const auto next = std::find_if(scenes_.begin(), scenes_.end(), [&](const auto& entry) {
-      const bool is_newest = entry.first == scenes_.rbegin()->first;
+      const bool is_newest = entry.first == scenes_.rbegin()->first && live_.size() < kLiveMax;
       return entry.first > last && (is_newest || needed_.contains(entry.first));
     });
     if (next == scenes_.end()) return;
@@ -40,6 +44,7 @@ void SceneSender::announce_next() {
       announce.sizes.push_back(block.bytes->size());
     }
     announced_.insert(next->first);
+    live_.insert(next->first);
     link_.send(std::move(announce));
   }
 }
@@ -93,6 +98,7 @@ void SceneSender::retire(SceneVersion first_kept) {
   announced_.erase(announced_.begin(), announced_.lower_bound(first_kept));
   needed_.erase(needed_.begin(), needed_.lower_bound(first_kept));
   asked_.erase(asked_.begin(), asked_.lower_bound(first_kept));
+  live_.erase(live_.begin(), live_.lower_bound(first_kept));
   std::erase_if(uploads_, [&](const Upload& upload) { return upload.version < first_kept; });
   link_.send(wire::SceneRetire{first_kept});
   announce_next();

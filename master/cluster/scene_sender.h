@@ -5,7 +5,8 @@
 // Threads. Io thread only.
 //
 // Invariants. (1) At most kUnansweredMax versions are announced and neither built nor failed; of
-// those that wait behind them only the ones that a frame needs, and the newest, are ever announced.
+// those that wait behind them only the ones that a frame needs, and the newest, are ever announced,
+// and only those are kept.
 // (2) Pieces are queued only while the send queue is short, so that one slow holder costs bounded
 // memory and nobody else's time.
 #pragma once
@@ -27,6 +28,9 @@ using SharedScene = std::shared_ptr<const EncodedScene>;
 class SceneSender {
  public:
   static constexpr std::size_t kUnansweredMax = 4;
+  // Versions on the holder that are not retired; above it only what a frame needs is announced. The
+  // protocol allows 32.
+  static constexpr std::size_t kLiveMax = 8;
 
   // `link` outlives the sender.
   explicit SceneSender(PeerLink& link) : link_(link) {}
@@ -55,6 +59,7 @@ class SceneSender {
   PeerLink& link_;
   std::map<SceneVersion, SharedScene> scenes_;  // not yet answered
   std::set<SceneVersion> announced_;            // subset of scenes_
+  std::set<SceneVersion> live_;                 // ever announced, not retired
   std::set<SceneVersion> needed_;
   std::set<SceneVersion> asked_;  // blocks were asked for: once for each version
   std::deque<Upload> uploads_;

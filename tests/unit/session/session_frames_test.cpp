@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <thread>
 
 #include "master/session/master_host.h"
 #include "master/session/session.h"
@@ -179,6 +180,73 @@ TEST(SessionFrames, OpenRefusesWhatCannotWork) {
   beyond.is_plain = true;
   const Status status = Session::open(beyond).status();
   EXPECT_NE(status.message().find("tessera-keys init"), std::string::npos) << status.message();
+}
+
+TEST(SessionFrames, ClosingWithWorkQueuedIsOrderly) {
+  Served served = serve_plain(1);
+  ASSERT_TRUE(served.host);
+  for (int i = 0; i < 20; ++i) {
+    for (const SessionOptions& options : {local(1, 1), served.client}) {
+      auto session = Session::open(options);
+      if (!session.is_ok()) {  // the application before is still being seen off
+        EXPECT_NE(session.status().message().find("busy"), std::string::npos);
+        continue;
+      }
+      for (int k = 0; k < 3; ++k) {
+        ASSERT_TRUE(
+            (*session)->commit_scene(small_scene(1 + 0.1f * static_cast<float>(k))).is_ok());
+      }
+      ASSERT_TRUE((*session)->submit(small_settings()).is_ok());
+      (*session)->status();
+      (*session)->cancel_frames();
+    }
+  }
+}
+
+TEST(SessionFrames, ScenesThatNoFrameShowsCostNothing) {
+  Served served = serve_plain(1);
+  ASSERT_TRUE(served.host);
+  for (const SessionOptions& options : {local(1, 1), served.client}) {
+    auto session = Session::open(options);
+    ASSERT_TRUE(session.is_ok());
+    for (int i = 0; i < 60; ++i) {
+      ASSERT_TRUE(
+          (*session)->commit_scene(small_scene(0.5f + 0.01f * static_cast<float>(i))).is_ok());
+      std::this_thread::sleep_for(2ms);
+    }
+    ASSERT_TRUE((*session)->submit(small_settings()).is_ok());
+    EXPECT_EQ(take(**session).stats.scene_version, 60u);
+  }
+}
+
+TEST(SessionFrames, AFrameInWorkOutlivesManyLaterScenes) {
+  auto session = Session::open(local(1, 1));
+  ASSERT_TRUE(session.is_ok());
+  FrameSettings settings = small_settings(4);
+  settings.samples_per_pixel = 64;
+  ASSERT_TRUE((*session)->commit_scene(small_scene()).is_ok());
+  ASSERT_TRUE((*session)->submit(settings).is_ok());
+  for (int i = 1; i < 40; ++i) {
+    ASSERT_TRUE(
+        (*session)->commit_scene(small_scene(0.5f + 0.01f * static_cast<float>(i))).is_ok());
+    std::this_thread::sleep_for(1ms);
+  }
+  EXPECT_EQ(take(**session).stats.scene_version, 1u);
+}
+
+TEST(SessionFrames, CancelledFramesOfAConnectedSessionAreCancelled) {
+  Served served = serve_plain(1);
+  ASSERT_TRUE(served.host);
+  auto session = Session::open(served.client);
+  ASSERT_TRUE(session.is_ok());
+  FrameSettings settings = small_settings(4);
+  settings.samples_per_pixel = 200;
+  ASSERT_TRUE((*session)->commit_scene(small_scene()).is_ok());
+  ASSERT_TRUE((*session)->submit(settings).is_ok());
+  (*session)->cancel_frames();
+  auto result = (*session)->next_frame(60s);
+  ASSERT_TRUE(result.is_ok());
+  EXPECT_EQ(result->status.code(), StatusCode::kCancelled) << result->status.message();
 }
 
 }  // namespace
