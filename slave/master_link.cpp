@@ -19,6 +19,10 @@ constexpr std::chrono::seconds kWaitLogPause{5};
 // For a last word to get out.
 constexpr milliseconds kLastWordGrace{200};
 
+constexpr char kClosedAtHello[] =
+    "the master closed the connection at the first message: does it use --keys, and this slave "
+    "--plain?";
+
 milliseconds default_heartbeat() { return milliseconds(kHeartbeatMs); }
 
 std::uint64_t now_ns() {
@@ -103,6 +107,7 @@ void MasterLink::watch(const net::ConnectionPtr& link, bool is_scene) {
     // means damaged bytes.
     const bool is_first = state_ == State::kHello && !was_welcomed_;
     if (is_first && status.code() == StatusCode::kPermissionDenied) return end_with(status);
+    if (is_first && status.is_ok()) return lose(Status::unavailable(kClosedAtHello));
     lose(status.is_ok() ? Status::unavailable("the master closed the connection") : status);
   };
   callbacks.on_drained = [this, is_current, is_scene] {
@@ -286,10 +291,8 @@ std::uint64_t MasterLink::tile_queue_bytes() const {
 
 void MasterLink::leave(const std::string& reason, milliseconds grace) {
   if (state_ == State::kEnded) return;
-  if (state_ == State::kReady) {
-    send_scene(wire::Goodbye{reason});
-    send_tile(wire::Goodbye{reason});
-  }
+  if (state_ == State::kReady) send_scene(wire::Goodbye{reason});
+  if (tile_) tile_->send(wire::encode(wire::Goodbye{reason}));  // also in mid-handshake
   state_ = State::kEnded;
   retry_.cancel();
   close_links(grace);

@@ -120,7 +120,7 @@ ParsedCommand check_words(const Words& words) {
   options.threads = words.threads > 0 ? words.threads : available_cpu_count();
   options.tile_sleep_ms = words.tile_sleep_ms;
   const Result<LogLevel> level = parse_log_level(words.log_level);
-  if (!level.is_ok()) return failed(kExitUsage, "--log-level: " + level.status().message());
+  if (!level.is_ok()) return failed(kExitUsage, level.status().message());
   command.log_level = words.is_quiet ? LogLevel::kError : *level;
   command.log_format = words.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
   const IsaMask supported = core::supported_isas();

@@ -51,7 +51,7 @@ struct SlaveStatus {
   Isa isa = Isa::kScalar;  // widest it has
   std::uint32_t tiles_in_flight = 0;
   std::uint64_t tiles_done = 0;
-  double utilisation = 0;  // over the last second
+  double utilisation = 0;  // share of its threads' time spent rendering, last second
   double rtt_seconds = 0;
   SceneVersion scene_version = 0;               // newest built
   std::uint16_t tile_port = 0, scene_port = 0;  // the slave's ports, for status

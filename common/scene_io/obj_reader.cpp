@@ -37,7 +37,7 @@ class ObjReader {
   Result<ReadScene> read() {
     result_.scene.materials.emplace_back();
     result_.scene.materials[0].name = "default";
-    while (scanner_.next_line()) TESSERA_RETURN_IF_ERROR(read_line());
+    while (scanner_.next_logical_line()) TESSERA_RETURN_IF_ERROR(read_line());
     if (mesh_.triangles.empty()) return Status::invalid_argument(path_ + ": holds no faces");
     if (!has_normals_) mesh_.normals.clear();
     if (!has_uvs_) mesh_.uvs.clear();

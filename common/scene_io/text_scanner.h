@@ -20,16 +20,27 @@ Result<std::string> read_whole_file(const std::string& path, std::uint64_t bytes
 
 class TextScanner {
  public:
-  explicit TextScanner(std::string_view text) : rest_(text) {}
+  // A byte order mark at the beginning is passed over.
+  explicit TextScanner(std::string_view text)
+      : rest_(text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text) {}
 
   // Goes to the next line; '\r' before '\n' is dropped. Returns: false at the end.
   bool next_line() {
     if (rest_.empty()) return false;
-    const auto end = rest_.find('\n');
-    line_ = rest_.substr(0, end);
-    rest_ = end == std::string_view::npos ? std::string_view() : rest_.substr(end + 1);
-    if (!line_.empty() && line_.back() == '\r') line_.remove_suffix(1);
-    ++line_number_;
+    line_ = physical_line();
+    return true;
+  }
+  // The same, but a line that ends in a backslash goes on in the next one.
+  bool next_logical_line() {
+    if (!next_line()) return false;
+    if (line_.empty() || line_.back() != '\\') return true;
+    joined_.clear();
+    while (!line_.empty() && line_.back() == '\\') {
+      joined_.append(line_.substr(0, line_.size() - 1)).push_back(' ');
+      line_ = rest_.empty() ? std::string_view() : physical_line();
+    }
+    joined_.append(line_);
+    line_ = joined_;
     return true;
   }
   std::string_view line() const { return line_; }
@@ -75,6 +86,15 @@ class TextScanner {
   }
 
  private:
+  std::string_view physical_line() {
+    const auto end = rest_.find('\n');
+    std::string_view line = rest_.substr(0, end);
+    rest_ = end == std::string_view::npos ? std::string_view() : rest_.substr(end + 1);
+    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    ++line_number_;
+    return line;
+  }
+
   // Too small for a float is zero; too large is refused as not finite by whoever asked.
   template <typename T>
   static std::optional<T> out_of_range(std::string_view text) {
@@ -90,6 +110,7 @@ class TextScanner {
   }
 
   std::string_view rest_, line_;
+  std::string joined_;  // a line that went on
   std::uint64_t line_number_ = 0;
 };
 

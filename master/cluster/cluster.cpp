@@ -34,7 +34,7 @@ struct Cluster::Slave {
   std::unique_ptr<SceneSender> sender;
   SceneVersion built = 0;
   std::uint64_t tiles_done = 0;
-  double starved_seconds = 0;  // in this window
+  double busy_seconds = 0;  // of render threads, in this window
   double utilisation = 0;
   TimePoint window_start = Clock::now();
 
@@ -275,8 +275,8 @@ void Cluster::sweep() {
       late.push_back(session);
     if (const double window = seconds(now - slave->window_start); window >= 1) {
       const double available = window * slave->hello.threads;
-      slave->utilisation = std::clamp(1 - slave->starved_seconds / available, 0.0, 1.0);
-      slave->starved_seconds = 0;
+      slave->utilisation = std::clamp(slave->busy_seconds / available, 0.0, 1.0);
+      slave->busy_seconds = 0;
       slave->window_start = now;
     }
   }
@@ -312,9 +312,9 @@ void Cluster::count_tile(SessionId session) {
   if (const auto slave = slaves_.find(session); slave != slaves_.end()) ++slave->second->tiles_done;
 }
 
-void Cluster::add_worker_time(SessionId session, double starved_seconds) {
+void Cluster::add_busy_time(SessionId session, double render_seconds) {
   if (const auto slave = slaves_.find(session); slave != slaves_.end())
-    slave->second->starved_seconds += starved_seconds;
+    slave->second->busy_seconds += render_seconds;
 }
 
 std::uint16_t Cluster::ordinal_of(SessionId session) const {

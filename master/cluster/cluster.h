@@ -11,7 +11,6 @@
 
 #include <functional>
 #include <map>
-#include <set>
 #include <memory>
 #include <optional>
 #include <set>
@@ -61,7 +60,7 @@ class Cluster {
   void need_scene(SceneVersion version);
   void retire_scenes(SceneVersion first_kept);
 
-  void add_worker_time(SessionId session, double starved_seconds);
+  void add_busy_time(SessionId session, double render_seconds);
   void count_tile(SessionId session);  // one of its results was accepted
   // The slave's place among all ever joined, and its name, for tinting tiles.
   std::uint16_t ordinal_of(SessionId session) const;

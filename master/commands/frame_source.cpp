@@ -38,28 +38,22 @@ Camera turned(const Camera& camera, Vec3f centre, double degrees) {
   return result;
 }
 
-Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& progress) {
+Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& progress,
+                                      const SignalWatch& signals) {
   FrameSource source;
   source.settings_ = options.frame;
-  std::optional<Camera> inline_camera;
-  if (!options.camera.empty()) {
-    if (options.camera.find(',') != std::string::npos) {
-      auto camera = parse_camera_text(options.camera);
-      if (!camera.is_ok())
-        return Status::invalid_argument("--camera: " + camera.status().message());
-      inline_camera = *camera;
-    } else {
-      auto path = read_camera_file(options.camera);
-      if (!path.is_ok()) return path.status();
-      source.path_ = std::move(*path);
-      if (const auto size = source.path_->size(); size && !options.has_size) {
-        source.settings_.width_px = size->width_px;
-        source.settings_.height_px = size->height_px;
-      }
+  if (!options.camera.empty() && !options.inline_camera) {
+    auto path = read_camera_file(options.camera);
+    if (!path.is_ok()) return path.status();
+    source.path_ = std::move(*path);
+    if (const auto size = source.path_->size(); size && !options.has_size) {
+      source.settings_.width_px = size->width_px;
+      source.settings_.height_px = size->height_px;
     }
   }
   auto loaded = load_scene(options.scene, [&](const std::string& text, double fraction) {
     progress.update(text, fraction);
+    return !signals.is_signalled();
   });
   if (!loaded.is_ok()) return loaded.status();
   source.loaded_ = std::move(*loaded);
@@ -67,19 +61,26 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
     std::fprintf(stderr, "tessera-master: warning: %s\n", warning.c_str());
   }
   const Scene& scene = source.loaded_.scene;
-  progress.finish("loaded " + options.scene + ": " + std::to_string(scene.triangle_count()) +
-                  " triangles");
-  source.settings_.camera = inline_camera  ? *inline_camera
-                            : scene.camera ? *scene.camera
-                                           : camera_showing_all(scene);
+  const std::uint64_t count = scene.triangle_count();
+  progress.finish("loaded " + options.scene + ": " + std::to_string(count) +
+                  (count == 1 ? " triangle" : " triangles"));
+  source.settings_.camera = options.inline_camera ? *options.inline_camera
+                            : scene.camera        ? *scene.camera
+                                                  : camera_showing_all(scene);
   source.orbit_degrees_ = options.orbit_degrees;
   source.frame_first_ = options.frame_first;
   source.frame_last_ = options.frame_last;
   source.orbit_centre_ = point_of_interest(source.settings_.camera, scene);
   const Status status = validate_frame_settings(source.settings_at(0));
   if (!status.is_ok()) {
+    const bool is_ours = options.camera.empty() && !scene.camera;
     return Status::invalid_argument(
-        (options.camera.empty() ? "" : "--camera " + options.camera + ": ") + status.message());
+        is_ours ? options.scene +
+                      ": no camera can show a scene of this size; give one with "
+                      "--camera (" +
+                      status.message() + ")"
+                : (options.camera.empty() ? "" : "--camera " + options.camera + ": ") +
+                      status.message());
   }
   return source;
 }

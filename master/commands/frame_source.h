@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 
+#include "common/base/signal_watch.h"
 #include "common/scene_io/camera_file.h"
 #include "master/commands/options.h"
 #include "master/commands/progress.h"
@@ -16,9 +17,11 @@ namespace tessera::master {
 
 class FrameSource {
  public:
-  // Loads the scene (with progress) and the camera; warnings go to stderr, a line each.
+  // Loads the scene (with progress, until a signal) and the camera; warnings go to stderr, a line
+  // each.
   // Returns: kInvalidArgument for a camera that cannot be, else the loader's refusal.
-  static Result<FrameSource> open(const MasterOptions& options, Progress& progress);
+  static Result<FrameSource> open(const MasterOptions& options, Progress& progress,
+                                  const SignalWatch& signals);
 
   const LoadedScene& loaded() const { return loaded_; }
   bool is_animated() const { return loaded_.is_animated; }

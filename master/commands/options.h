@@ -22,11 +22,12 @@ struct MasterOptions {
   std::string scene;   // view, render
   std::string output;  // render: -o
   SessionOptions session;
-  double wait_seconds = 0;   // for --slaves; 0: for ever
-  FrameSettings frame;       // camera not yet resolved
-  std::string camera;        // --camera as given; empty: the scene's
-  double orbit_degrees = 0;  // render: round the scene, from the first frame to the last
-  bool has_size = false;     // --size was given; else a camera file's size wins
+  double wait_seconds = 0;              // for --slaves; 0: for ever
+  FrameSettings frame;                  // camera not yet resolved
+  std::string camera;                   // --camera as given; empty: the scene's
+  std::optional<Camera> inline_camera;  // what it says, where it is not a file
+  double orbit_degrees = 0;             // render: round the scene, from the first frame to the last
+  bool has_size = false;                // --size was given; else a camera file's size wins
   long frame_first = 0, frame_last = 0;
   double fps = 24;
   std::string stats_path;  // empty: none

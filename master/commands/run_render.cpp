@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <thread>
 #include <utility>
 
@@ -94,32 +95,38 @@ class RenderProgress {
   void update() {
     const ClusterStatus status = session_.status();
     if (status.slaves.empty()) return;  // a connected master's first answer is on its way
-    if (tiles_before_ < 0) tiles_before_ = tiles_done(status);
+    const bool is_first = tiles_done_.empty();
+    for (const SlaveStatus& slave : status.slaves) {
+      auto& done = tiles_done_[slave.name];
+      done = std::max(done, static_cast<double>(slave.tiles_done));
+    }
+    if (is_first) tiles_before_ = tiles_done();
     std::uint64_t in_flight = 0;
     for (const SlaveStatus& slave : status.slaves) in_flight += slave.tiles_in_flight;
-    if (in_flight == 0 && tiles_done(status) <= tiles_before_) {
+    if (in_flight == 0 && tiles_done() <= tiles_before_) {
       const std::size_t count = status.slaves.size();
       return progress_.update(
           "building the tree on " + std::to_string(count) + (count == 1 ? " slave" : " slaves"),
           -1);
     }
-    const double share = (tiles_done(status) - tiles_before_) / tiles_total_;
+    const double share = (tiles_done() - tiles_before_) / tiles_total_;
     share_ = std::clamp(share, share_, 0.999);
     progress_.update("rendering", share_);
   }
 
  private:
-  static double tiles_done(const ClusterStatus& status) {
+  double tiles_done() const {
     double sum = 0;
-    for (const SlaveStatus& slave : status.slaves) sum += static_cast<double>(slave.tiles_done);
+    for (const auto& [name, tiles] : tiles_done_) sum += tiles;
     return sum;
   }
 
   Session& session_;
   Progress& progress_;
   double tiles_total_;
-  double tiles_before_ = -1;  // done for others before; < 0: not known yet
-  double share_ = 0;          // never goes back, also when a slave leaves
+  std::map<std::string, double> tiles_done_;  // by slave, those that left too
+  double tiles_before_ = 0;                   // done for others before
+  double share_ = 0;                          // never goes back, also when a slave leaves
 };
 
 // Takes one finished frame, if one comes in time. Returns: how many were taken (0 or 1).
@@ -139,8 +146,9 @@ Result<int> take_frame(Session& session, const MasterOptions& options, ImageWrit
                                            result->stats.rays.secondary) /
                        1e6 / std::max(result->stats.seconds, 1e-9);
   char text[160];
-  std::snprintf(text, sizeof(text), "rendered %ld of %ld frames, %.0f ms, %.1f Mrays/s, %u slaves",
-                done + 1, total, 1e3 * result->stats.seconds, mrays, result->stats.slave_count);
+  std::snprintf(text, sizeof(text), "rendered %ld of %ld frames, %.0f ms, %.1f Mrays/s, %u slave%s",
+                done + 1, total, 1e3 * result->stats.seconds, mrays, result->stats.slave_count,
+                result->stats.slave_count == 1 ? "" : "s");
   progress.update(text, static_cast<double>(done + 1) / static_cast<double>(total));
   TESSERA_RETURN_IF_ERROR(writer.write(number, std::move(*result)));
   return 1;
@@ -179,12 +187,13 @@ int run_render(const MasterOptions& options, const SignalWatch& signals) {
   Progress progress(options.is_quiet);
   auto pattern = OutputPattern::parse(options.output, options.frame_last > options.frame_first);
   if (!pattern.is_ok()) return report_usage(pattern.status());
-  auto source = FrameSource::open(options, progress);
-  if (!source.is_ok()) return report_failure(source.status());
+  // First all that can fail at once; reading a scene may take minutes.
   auto stats = StatsFile::open(options.stats_path);
   if (!stats.is_ok()) return report_failure(stats.status());
   auto session = Session::open(options.session);
   if (!session.is_ok()) return report_failure(session.status());
+  auto source = FrameSource::open(options, progress, signals);
+  if (!source.is_ok()) return report_failure(source.status());
   Status status = wait_for_slaves(**session, options, [&] { return signals.is_signalled(); });
   if (status.is_ok()) {
     ImageWriter writer(*pattern, *stats, options.frame.pixel_format == PixelFormat::kHalf);

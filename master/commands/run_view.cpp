@@ -123,10 +123,12 @@ class Pump {
 
 int run_view(const MasterOptions& options, const SignalWatch& signals) {
   Progress progress(options.is_quiet);
-  auto source = FrameSource::open(options, progress);
-  if (!source.is_ok()) return report_failure(source.status());
   auto stats = StatsFile::open(options.stats_path);
   if (!stats.is_ok()) return report_failure(stats.status());
+  auto session = Session::open(options.session);
+  if (!session.is_ok()) return report_failure(session.status());
+  auto source = FrameSource::open(options, progress, signals);
+  if (!source.is_ok()) return report_failure(source.status());
   const FrameSettings settings = source->settings_at(0);
   ViewerOptions viewer_options;
   viewer_options.title = "Tessera: " + options.scene;
@@ -141,8 +143,6 @@ int run_view(const MasterOptions& options, const SignalWatch& signals) {
   };
   auto viewer = Viewer::open(viewer_options);
   if (!viewer.is_ok()) return report_failure(viewer.status());
-  auto session = Session::open(options.session);
-  if (!session.is_ok()) return report_failure(session.status());
   Status status = wait_for_slaves(**session, options, [&] { return signals.is_signalled(); });
   if (status.is_ok()) {
     Pump pump(**session, *source, options, **viewer, *stats);

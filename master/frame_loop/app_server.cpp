@@ -19,8 +19,8 @@ void AppServer::on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hell
                          std::uint16_t version) {
   const bool is_app = hello.role == wire::Role::kApp;
   if (is_app && application_) {
-    return link->refuse(wire::RefuseCode::kBusy,
-                        "busy: application '" + application_->name + "' is connected");
+    return link->refuse(wire::RefuseCode::kBusy, "busy: application '" + application_->name +
+                                                     "' is connected; try again when it has ended");
   }
   if (!is_app && status_clients_.size() >= kStatusClientsMax) {
     return link->refuse(wire::RefuseCode::kFull, "too many status clients");
@@ -37,7 +37,8 @@ void AppServer::on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hell
   callbacks.on_drained = [this] { pump(); };
   link->set_callbacks(std::move(callbacks));
   application_ = std::make_shared<Application>();
-  application_->name = hello.name;
+  const net::PeerIdentity& peer = link->connection().peer();
+  application_->name = peer.is_authenticated ? peer.name : hello.name;
   application_->link = std::move(link);
   loop_.set_outcome_callback([this](FrameOutcome outcome) { on_outcome(std::move(outcome)); });
 }

@@ -183,7 +183,7 @@ void FrameLoop::Impl::on_result(SessionId session, const wire::TileResult& resul
   Actions actions;
   const ResultVerdict verdict = scheduler.result(session, result.frame, result.version, result.tile,
                                                  result.attempt, Clock::now(), actions);
-  cluster.add_worker_time(session, result.starved_seconds);
+  cluster.add_busy_time(session, result.seconds);
   switch (verdict) {
     case ResultVerdict::kAccepted: {
       FrameWork& work = found->second;
@@ -318,8 +318,8 @@ ClusterStatus FrameLoop::status() const {
 void FrameLoop::shutdown() {
   if (std::exchange(impl_->is_over, true)) return;
   impl_->tick.cancel();
+  impl_->apps.shutdown();  // first: applications hear why, not that their frames were cancelled
   cancel_all();
-  impl_->apps.shutdown();
   impl_->reception.close_all();
   impl_->cluster.shutdown();
 }

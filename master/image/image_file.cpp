@@ -10,6 +10,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/base/path_suffix.h"
 #include "master/image/plugin_loader.h"
 
 namespace tessera::master {
@@ -130,7 +131,7 @@ Status store(const std::vector<std::byte>& bytes, const std::string& path) {
 }  // namespace
 
 Status write_image(const FrameImage& image, const std::string& path, const WriteOptions& options) {
-  const std::string suffix = std::filesystem::path(path).extension().string();
+  const std::string suffix = suffix_of(path);
   std::vector<std::byte> bytes;
   if (suffix == ".pfm") {
     bytes = pfm_bytes(image);

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "common/base/path_suffix.h"
 #include "master/image/image_file.h"
 
 namespace tessera::master {
@@ -31,7 +32,7 @@ Status check_folder(const std::string& text) {
 }  // namespace
 
 Result<OutputPattern> OutputPattern::parse(const std::string& text, bool has_several_frames) {
-  const std::string suffix = std::filesystem::path(text).extension().string();
+  const std::string suffix = suffix_of(text);
   if (suffix != ".exr" && suffix != ".png" && suffix != ".hdr" && suffix != ".pfm") {
     return Status::invalid_argument("output " + text + ": unknown suffix '" + suffix +
                                     "'; give .exr, .png, .hdr or .pfm");
@@ -44,7 +45,8 @@ Result<OutputPattern> OutputPattern::parse(const std::string& text, bool has_sev
                            text[percent + 3] == 'd';
     if (!is_number || text.find('%', percent + 1) != std::string::npos) {
       return Status::invalid_argument("output " + text +
-                                      ": the only % allowed is one frame number such as %04d");
+                                      ": the only % allowed is one frame number with leading "
+                                      "zeros, %01d to %09d, such as %04d");
     }
     pattern.digits_ = text[percent + 2] - '0';
     pattern.prefix_ = text.substr(0, percent);

@@ -4,12 +4,14 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <filesystem>
 #include <map>
 
 #include "common/base/limits.h"
+#include "common/scene_io/confined_path.h"
 #include "master/import/texture_reader.h"
 
 namespace tessera::import {
@@ -24,6 +26,24 @@ Transform transform(const aiMatrix4x4& m) {
   t.m = {{{m.a1, m.a2, m.a3, m.a4}, {m.b1, m.b2, m.b3, m.b4}, {m.c1, m.c2, m.c3, m.c4}}};
   return t;
 }
+
+// Assimp's files: the scene's own folder and below it, for reading.
+class ConfinedFiles : public Assimp::DefaultIOSystem {
+ public:
+  explicit ConfinedFiles(std::string folder) : folder_(folder.empty() ? "." : std::move(folder)) {}
+  bool Exists(const char* file) const override { return is_inside(file); }
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    return mode[0] == 'r' && is_inside(file) ? DefaultIOSystem::Open(file, mode) : nullptr;
+  }
+
+ private:
+  bool is_inside(const char* file) const {
+    const auto relative = std::filesystem::path(file).lexically_relative(folder_);
+    const std::string name = folder_ == "." && relative.empty() ? file : relative.string();
+    return confined_path(folder_, name).is_ok();
+  }
+  const std::string folder_;
+};
 
 class GltfReader {
  public:
@@ -210,6 +230,8 @@ class GltfReader {
 
 Result<ReadScene> read_gltf(const std::string& path) {
   Assimp::Importer importer;
+  importer.SetIOHandler(
+      new ConfinedFiles(std::filesystem::path(path).parent_path().string()));  // the importer's now
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr)
     return Status::invalid_argument(path +

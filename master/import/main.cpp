@@ -4,6 +4,7 @@
 #include <sched.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -12,6 +13,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "common/base/path_suffix.h"
 #include "common/base/version.h"
 #include "common/scene/scene_stream.h"
 #include "common/scene/validate.h"
@@ -24,6 +26,7 @@ namespace {
 using tessera::Result;
 using tessera::Status;
 
+constexpr rlim_t kErrorFileBytesMax = 1 << 20;
 constexpr std::size_t kWarningsMax = 50;  // a person reads no more
 
 int report(const std::string& text, int exit_code) {
@@ -46,8 +49,12 @@ void limit_self(std::uint64_t memory_mb, std::uint64_t cpu_seconds) {
 #else
   (void)memory_mb;  // sanitizers reserve terabytes of address space
 #endif
-  limit(RLIMIT_CPU, cpu_seconds);
-  limit(RLIMIT_FSIZE, 0);
+  // One second of grace, so that the kernel's word is "CPU time limit" and not "killed".
+  const rlimit cpu{cpu_seconds, cpu_seconds + 1};
+  setrlimit(RLIMIT_CPU, &cpu);
+  // Nothing is written to files but what is said on stderr, should that be one.
+  limit(RLIMIT_FSIZE, kErrorFileBytesMax);
+  std::signal(SIGXFSZ, SIG_IGN);
   limit(RLIMIT_NOFILE, 256);
   limit(RLIMIT_CORE, 0);
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
@@ -57,7 +64,7 @@ void limit_self(std::uint64_t memory_mb, std::uint64_t cpu_seconds) {
 
 Result<tessera::ReadScene> read_file(const std::string& path) {
   const std::filesystem::path file(path);
-  const std::string suffix = file.extension().string();
+  const std::string suffix = tessera::suffix_of(path);
   if (suffix == ".obj") {
     return tessera::read_obj(path, [folder = file.parent_path().string()](const std::string& name) {
       return tessera::import::read_texture_file(folder, name);
@@ -115,8 +122,11 @@ int main(int argc, char** argv) {
   } catch (const CLI::Error& error) {
     return report(std::string(error.what()) + " (see 'tessera-import --help')", 2);
   }
-  if (isatty(STDOUT_FILENO) == 1)
-    return report("standard output is a terminal; the master runs this program", 2);
+  struct stat out {};
+  if (fstat(STDOUT_FILENO, &out) != 0 || !(S_ISFIFO(out.st_mode) || S_ISSOCK(out.st_mode))) {
+    return report("standard output must be a pipe: tessera-master runs this program and reads it",
+                  2);
+  }
   limit_self(memory_mb, cpu_seconds);
   try {
     return import_file(path);

@@ -111,7 +111,7 @@ Status verdict(int wait_status, const std::string& path, const std::string& erro
 }  // namespace
 
 Result<SceneStream> run_import(const std::string& path, const ImportLimits& limits,
-                               const std::function<void(std::uint64_t bytes)>& progress) {
+                               const std::function<bool(std::uint64_t bytes)>& progress) {
   Pipe out, err;
   if (!out.open() || !err.open())
     return Status::resource_exhausted(std::string("cannot make a pipe: ") + std::strerror(errno));
@@ -130,7 +130,7 @@ Result<SceneStream> run_import(const std::string& path, const ImportLimits& limi
     if (files[0].revents != 0) has_out = read_some(out.ends[0], bytes);
     if (files[1].revents != 0) has_err = read_some(err.ends[0], error_line);
     error_line.resize(std::min(error_line.size(), kErrorBytesMax));
-    progress(bytes.size());
+    if (!progress(bytes.size())) limit = Status::cancelled("interrupted while reading " + path);
     if (bytes.size() > limits.bytes_max)
       limit = Status::resource_exhausted(path + ": the scene is larger than the limit");
     if (seconds(Clock::now() - start) > limits.seconds_max) {

@@ -17,9 +17,10 @@ struct ImportLimits {
   std::uint64_t bytes_max = std::uint64_t{16} << 30;
 };
 
-// `progress` is called every now and then with the bytes received so far.
-// Returns: the importer's own refusal, kResourceExhausted for a limit, kInternal when it died.
+// `progress` is called every now and then with the bytes received so far; false gives up.
+// Returns: the importer's own refusal, kResourceExhausted for a limit, kInternal when it died,
+// kCancelled.
 Result<SceneStream> run_import(const std::string& path, const ImportLimits& limits,
-                               const std::function<void(std::uint64_t bytes)>& progress);
+                               const std::function<bool(std::uint64_t bytes)>& progress);
 
 }  // namespace tessera::master

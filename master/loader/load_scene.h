@@ -23,12 +23,16 @@ struct LoadedScene {
       warnings;  // one line each: missing texture, degenerate triangles, unknown keyword, ...
 };
 
-// `progress(text, fraction)` is called now and then from the calling thread (fraction < 0:
-// unknown). Returns: one line naming the file and what to do: kNotFound, kInvalidArgument
-// (malformed: element and line), kResourceExhausted (limits), kDataLoss.
-Result<LoadedScene> load_scene(
-    const std::string& scene_argument,
-    const std::function<void(const std::string& text, double fraction)>& progress);
+// Whether SCENE can name a scene at all: a built-in one, or a file of a known type.
+// Returns: kInvalidArgument naming those that exist.
+Status check_scene_name(const std::string& scene_argument);
+
+// Called now and then from the loading thread (fraction < 0: unknown). Returns: whether to go on.
+using LoadProgress = std::function<bool(const std::string& text, double fraction)>;
+
+// Returns: one line naming the file and what to do: kNotFound, kInvalidArgument (malformed: element
+// and line), kResourceExhausted (limits), kDataLoss, kCancelled (progress said so).
+Result<LoadedScene> load_scene(const std::string& scene_argument, const LoadProgress& progress);
 
 // Built-in scenes; builtin.cpp.
 std::vector<std::string> builtin_names();

@@ -10,13 +10,12 @@
 
 namespace tessera::master {
 
-Result<std::shared_ptr<net::TlsContext>> credentials(const SessionOptions& options,
-                                                     const net::Endpoint& endpoint,
-                                                     const std::string& role) {
+Status check_credentials(const SessionOptions& options, const net::Endpoint& endpoint,
+                         const std::string& role) {
   if (!options.keys_folder.empty() && options.is_plain) {
     return Status::invalid_argument("--keys and --plain exclude each other; give one of them");
   }
-  if (!options.keys_folder.empty()) return net::TlsContext::load(options.keys_folder, role);
+  if (!options.keys_folder.empty()) return Status::ok();
   const std::string mend =
       "make keys with 'tessera-keys init cluster' and 'tessera-keys add cluster " + role +
       " NAME', then pass --keys cluster/NAME";
@@ -28,7 +27,15 @@ Result<std::shared_ptr<net::TlsContext>> credentials(const SessionOptions& optio
     return Status::invalid_argument(endpoint.text() +
                                     " needs --keys DIR, or --plain (loopback only): " + mend);
   }
-  return std::shared_ptr<net::TlsContext>();
+  return Status::ok();
+}
+
+Result<std::shared_ptr<net::TlsContext>> load_credentials(const SessionOptions& options,
+                                                          const net::Endpoint& endpoint,
+                                                          const std::string& role) {
+  TESSERA_RETURN_IF_ERROR(check_credentials(options, endpoint, role));
+  if (options.is_plain) return std::shared_ptr<net::TlsContext>();
+  return net::TlsContext::load(options.keys_folder, role);
 }
 
 MasterHost::MasterHost() = default;
@@ -65,8 +72,8 @@ MasterHost::~MasterHost() {
 Status MasterHost::listen_at(const SessionOptions& options) {
   auto endpoint = net::parse_endpoint(options.listen);
   if (!endpoint.is_ok()) return Status::invalid_argument("--listen " + endpoint.status().message());
-  auto tls = credentials(options, *endpoint, "master");
-  if (!tls.is_ok()) return {tls.status().code(), "--listen " + tls.status().message()};
+  auto tls = load_credentials(options, *endpoint, "master");
+  if (!tls.is_ok()) return tls.status();
   Status status;
   io_.run_and_wait([&] {
     auto listener = net::listen(io_, *endpoint, *tls, [this](net::ConnectionPtr connection) {

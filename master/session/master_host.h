@@ -43,11 +43,15 @@ class MasterHost {
   std::vector<std::unique_ptr<slave::SlaveNode>> slaves_;
 };
 
-// The credentials that options name, or null for plain. Returns: kInvalidArgument when neither or
-// both are given or when plain is asked for beyond loopback; the message has the command that mends
-// it.
-Result<std::shared_ptr<net::TlsContext>> credentials(const SessionOptions& options,
-                                                     const net::Endpoint& endpoint,
-                                                     const std::string& role);
+// Whether options name what `endpoint` demands: keys, or plain on loopback. Returns:
+// kInvalidArgument with the commands that mend it. Opens nothing.
+Status check_credentials(const SessionOptions& options, const net::Endpoint& endpoint,
+                         const std::string& role);
+
+// The credentials that options name, or null for plain. Returns: what check_credentials() says, or
+// what is wrong in the folder.
+Result<std::shared_ptr<net::TlsContext>> load_credentials(const SessionOptions& options,
+                                                          const net::Endpoint& endpoint,
+                                                          const std::string& role);
 
 }  // namespace tessera::master

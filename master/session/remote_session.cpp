@@ -33,8 +33,8 @@ struct Link {
     auto endpoint = net::parse_endpoint(options.connect);
     if (!endpoint.is_ok())
       return Status::invalid_argument("--connect " + endpoint.status().message());
-    auto tls = credentials(options, *endpoint, "app");
-    if (!tls.is_ok()) return {tls.status().code(), "--connect " + tls.status().message()};
+    auto tls = load_credentials(options, *endpoint, "app");
+    if (!tls.is_ok()) return tls.status();
     auto welcome = std::make_shared<std::promise<Status>>();
     auto is_answered = std::make_shared<bool>(false);  // io thread
     auto answer = [welcome, is_answered](Status status) {

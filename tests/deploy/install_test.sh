@@ -28,8 +28,10 @@ bin/tessera-master render scene.obj -o out.png --size 32x32 --quiet
 mkdir app
 cp "$source/app.cpp" "$source/app.cmake" app/
 mv app/app.cmake app/CMakeLists.txt
-cmake -S app -B app/build -G Ninja -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_COMPILER="$compiler" >app.log 2>&1 &&
-  ninja -C app/build >>app.log 2>&1 || { cat app.log && fail "the example application does not build"; }
+if ! { cmake -S app -B app/build -G Ninja -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_COMPILER="$compiler" && ninja -C app/build; } >app.log 2>&1; then
+  cat app.log
+  fail "the example application does not build"
+fi
 app/build/app || fail "the example application does not render"
 
 # Only where it runs the same systemd as the units are written for; paths of programs are not ours.

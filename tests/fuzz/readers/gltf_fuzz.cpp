@@ -9,7 +9,8 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const bool is_binary = size >= 4 && data[0] == 'g';
   const std::string path = tessera::test::fuzz_file(is_binary ? "a.glb" : "a.gltf", data, size);
-  const auto loaded = tessera::master::load_scene(path, [](const std::string&, double) {});
+  const auto loaded =
+      tessera::master::load_scene(path, [](const std::string&, double) { return true; });
   if (loaded.is_ok() ? !tessera::validate_scene(loaded->scene).is_ok()
                      : loaded.status().message().empty()) {
     std::abort();

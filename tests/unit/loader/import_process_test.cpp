@@ -25,7 +25,7 @@ class Import : public ::testing::Test {
     std::filesystem::permissions(program, std::filesystem::perms::owner_all);
     setenv("TESSERA_IMPORT", program.c_str(), 1);
     return run_import(folder_.write("scene.obj", "x"), {seconds_max, bytes_max},
-                      [](std::uint64_t) {});
+                      [](std::uint64_t) { return true; });
   }
 
   const test::TempFolder folder_;
@@ -34,7 +34,7 @@ class Import : public ::testing::Test {
 TEST_F(Import, AFileBecomesAScene) {
   const std::string path =
       folder_.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl gone\nf 1 2 3\n");
-  auto loaded = load_scene(path, [](const std::string&, double) {});
+  auto loaded = load_scene(path, [](const std::string&, double) { return true; });
   ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
   EXPECT_EQ(loaded->scene.triangle_count(), 1u);
   EXPECT_FALSE(loaded->warnings.empty());
@@ -52,7 +52,7 @@ TEST_F(Import, GltfWithNodeTransformsCameraAndMaterial) {
 "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
 "bufferViews":[{"buffer":0,"byteLength":36}],
 "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
-  auto loaded = load_scene(path, [](const std::string&, double) {});
+  auto loaded = load_scene(path, [](const std::string&, double) { return true; });
   ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
   const Scene& scene = loaded->scene;
   ASSERT_EQ(scene.triangle_count(), 1u);
@@ -67,9 +67,9 @@ TEST_F(Import, GltfWithNodeTransformsCameraAndMaterial) {
 }
 
 TEST_F(Import, GltfLightsStandAndShineAsTheirNodesSay) {
-  const std::string path = folder_.write(
-      "l.gltf",
-      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1,2,3]}],
+  const std::string path =
+      folder_.write("l.gltf",
+                    R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1,2,3]}],
 "extensionsUsed":["KHR_lights_punctual"],
 "extensions":{"KHR_lights_punctual":{"lights":[{"type":"point","intensity":3,"color":[1,0.5,0.25]},
 {"type":"spot","spot":{"innerConeAngle":0.2,"outerConeAngle":0.5}},{"type":"directional","intensity":2}]}},
@@ -80,7 +80,7 @@ TEST_F(Import, GltfLightsStandAndShineAsTheirNodesSay) {
 "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
 "bufferViews":[{"buffer":0,"byteLength":36}],
 "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
-  auto loaded = load_scene(path, [](const std::string&, double) {});
+  auto loaded = load_scene(path, [](const std::string&, double) { return true; });
   ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
   const std::vector<Light>& lights = loaded->scene.lights;
   ASSERT_EQ(lights.size(), 3u);
@@ -117,6 +117,42 @@ TEST_F(Import, ItIsStoppedWhenItHangs) {
   EXPECT_EQ(stream.status().code(), StatusCode::kResourceExhausted);
 }
 
+TEST_F(Import, ItIsStoppedOnRequest) {
+  const std::string program = folder_.write("import.sh", "#!/bin/sh\nexec sleep 100");
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  setenv("TESSERA_IMPORT", program.c_str(), 1);
+  int calls = 0;
+  auto stream =
+      run_import(folder_.write("scene.obj", "x"), {}, [&](std::uint64_t) { return ++calls < 3; });
+  ASSERT_FALSE(stream.is_ok());
+  EXPECT_EQ(stream.status().code(), StatusCode::kCancelled);
+}
+
+TEST_F(Import, SuffixesMayBeWrittenLarge) {
+  const std::string path = folder_.write("A.OBJ", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_TRUE(load_scene(path, [](const std::string&, double) { return true; }).is_ok());
+}
+
+TEST_F(Import, GltfReadsNothingOutsideItsFolder) {
+  std::filesystem::create_directories(folder_ / "scene");
+  folder_.write("outside.bin", std::string(36, '\0'));
+  const auto gltf = [&](const std::string& uri) {
+    const std::string path = folder_.write(
+        "scene/b.gltf",
+        R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":")" +
+            uri + "\"}]}");
+    return load_scene(path, [](const std::string&, double) { return true; });
+  };
+  EXPECT_FALSE(gltf("../outside.bin").is_ok());
+  EXPECT_FALSE(gltf(folder_ / "outside.bin").is_ok());
+  folder_.write("scene/inside.bin", std::string(36, '\0'));
+  auto inside = gltf("inside.bin");
+  EXPECT_TRUE(inside.is_ok()) << inside.status().message();
+}
+
 TEST_F(Import, ItIsStoppedWhenItTalksWithoutEnd) {
   auto stream = run_instead("exec cat /dev/zero", 60, 1 << 20);
   ASSERT_FALSE(stream.is_ok());
@@ -130,7 +166,7 @@ TEST_F(Import, GarbageFromItIsRefused) {
 
 TEST_F(Import, AProgramThatIsNotThereIsNamed) {
   setenv("TESSERA_IMPORT", "/no/such/tessera-import", 1);
-  auto stream = run_import(folder_.write("scene.obj", "x"), {}, [](std::uint64_t) {});
+  auto stream = run_import(folder_.write("scene.obj", "x"), {}, [](std::uint64_t) { return true; });
   ASSERT_FALSE(stream.is_ok());
   EXPECT_NE(stream.status().message().find("/no/such/tessera-import"), std::string::npos);
 }

@@ -112,6 +112,14 @@ TEST_F(ObjReader, WhatCannotBeAMeshIsRefusedWithItsLine) {
   }
 }
 
+TEST_F(ObjReader, ByteOrderMarksAndContinuedLines) {
+  const ReadScene read = good("\xef\xbb\xbfv 0 0 0\r\nv 1 \\\r\n 0 0\nv 1 1 0\nf 1 2 \\\n3\n");
+  EXPECT_EQ(read.scene.triangle_count(), 1u);
+  auto wrong = this->read("v 0 0 \\\n0\nv x 0 0\n");
+  ASSERT_FALSE(wrong.is_ok());
+  EXPECT_NE(wrong.status().message().find(":3:"), std::string::npos) << wrong.status().message();
+}
+
 TEST_F(ObjReader, LinesAreUnderstoodHoweverTheyAreWritten) {
   const ReadScene read = good(
       "\r\n# comment\r\n  v\t0 0 0 \r\nv +1 0 0\nv 1e0 1. 0 1.0 0.5 0.5\no name\ng a b\ns off\n"

@@ -1,0 +1,172 @@
+#include "master/commands/typed_options.h"
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+
+#include "common/base/limits.h"
+#include "common/net/connection.h"
+#include "common/scene/validate.h"
+#include "common/scene_io/camera_file.h"
+#include "master/loader/load_scene.h"
+#include "master/session/master_host.h"
+
+namespace tessera::master {
+namespace {
+
+Result<int> parse_int(const std::string& option, const std::string& text, int low, int high) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || value < low || value > high) {
+    return Status::invalid_argument(option + " " + text + ": give a whole number from " +
+                                    std::to_string(low) + " to " + std::to_string(high));
+  }
+  return value;
+}
+
+// "640x480", "0:11": two whole numbers around one separator.
+std::optional<std::pair<long, long>> parse_pair(const std::string& text, char separator) {
+  const auto middle = text.find(separator);
+  if (middle == std::string::npos) return std::nullopt;
+  long first = 0, second = 0;
+  const char* const begin = text.data();
+  const char* const end = begin + text.size();
+  const auto a = std::from_chars(begin, begin + middle, first);
+  const auto b = std::from_chars(begin + middle + 1, end, second);
+  if (a.ec != std::errc() || a.ptr != begin + middle || b.ec != std::errc() || b.ptr != end)
+    return std::nullopt;
+  return std::pair(first, second);
+}
+
+// An inline --camera; a camera file is read where the scene is.
+Status check_camera(MasterOptions& o) {
+  if (o.camera.find(',') == std::string::npos) return Status::ok();
+  auto camera = parse_camera_text(o.camera);
+  Status status = camera.is_ok() ? validate_camera(*camera) : camera.status();
+  if (!status.is_ok()) {
+    return Status::invalid_argument("--camera '" + o.camera + "': " + status.message());
+  }
+  o.inline_camera = *camera;
+  return Status::ok();
+}
+
+Status check_frame(MasterOptions& o, const TypedOptions& t) {
+  if (!t.size.empty()) {
+    const auto size = parse_pair(t.size, 'x');
+    if (!size || size->first < 1 || size->second < 1 || size->first > kImageSideMaxPx ||
+        size->second > kImageSideMaxPx) {
+      return Status::invalid_argument("--size " + t.size +
+                                      ": give WxH, each from 1 to 16384, such as 640x480");
+    }
+    o.frame.width_px = static_cast<int>(size->first);
+    o.frame.height_px = static_cast<int>(size->second);
+    o.has_size = true;
+  }
+  if (!t.frames.empty()) {
+    const auto frames = parse_pair(t.frames, ':');
+    if (!frames || frames->first < 0 || frames->second < frames->first ||
+        frames->second > 1'000'000'000) {
+      return Status::invalid_argument("--frames " + t.frames +
+                                      ": give FIRST:LAST with 0 <= FIRST <= LAST, such as 0:23");
+    }
+    o.frame_first = frames->first;
+    o.frame_last = frames->second;
+  }
+  TESSERA_RETURN_IF_ERROR(check_camera(o));
+  auto renderer = parse_renderer(t.renderer);
+  if (!renderer.is_ok()) return renderer.status();
+  o.frame.renderer = *renderer;
+  auto pixels = parse_pixel_format(
+      t.pixels.empty() ? (o.command == Command::kView ? "half" : "float") : t.pixels);
+  if (!pixels.is_ok()) return pixels.status();
+  o.frame.pixel_format = *pixels;
+  o.frame.tile_edge_px = kTileEdgeAutoPx;
+  if (t.tile != "auto") {
+    auto tile = parse_int("--tile", t.tile, kTileEdgeMinPx, kTileEdgeMaxPx);
+    if (!tile.is_ok()) return tile.status();
+    o.frame.tile_edge_px = *tile;
+  }
+  return Status::ok();
+}
+
+Status check_cluster(MasterOptions& o, const TypedOptions& t) {
+  if (t.isa != "auto") {
+    auto isa = parse_isa(t.isa);
+    if (!isa.is_ok()) return isa.status();
+    o.session.isa = *isa;
+  }
+  if (t.isa_policy != "same" && t.isa_policy != "mixed") {
+    return Status::invalid_argument("--isa-policy " + t.isa_policy + ": give same or mixed");
+  }
+  o.session.is_isa_mixed = t.isa_policy == "mixed";
+  if (t.prefetch != "auto") {
+    auto prefetch = parse_int("--prefetch", t.prefetch, 1, kTilesPerWorkerMax - 1);
+    if (!prefetch.is_ok()) return prefetch.status();
+    o.session.prefetch_per_thread = *prefetch;
+  }
+  const bool is_serve = o.command == Command::kServe;
+  if (is_serve && o.session.listen.empty()) o.session.listen = "127.0.0.1:7400";
+  const bool others_may_come = !o.session.listen.empty() || !o.session.connect.empty();
+  const bool is_local_needed = !others_may_come && o.session.slaves_min == 0;
+  o.session.local_slaves = t.local != TypedOptions::kLocalAuto ? t.local : is_local_needed ? 1 : 0;
+  o.session.local_threads = static_cast<int>(t.threads);
+  if (!o.session.connect.empty() && (!o.session.listen.empty() || t.local > 0)) {
+    return Status::invalid_argument(
+        "--connect uses a running master; --listen and --local belong to that one");
+  }
+  const int slaves_needed = std::max(1, o.session.slaves_min);
+  if (!others_may_come && o.session.local_slaves < slaves_needed) {
+    return Status::invalid_argument((o.session.slaves_min > 0
+                                         ? "--slaves " + std::to_string(o.session.slaves_min)
+                                         : "--local 0") +
+                                    ": nobody can come; add --listen HOST:PORT or --local N");
+  }
+  return Status::ok();
+}
+
+// The two ends that a session may have on the network, and their credentials.
+Status check_links(const MasterOptions& o) {
+  struct Link {
+    const char *option, *role;
+    const std::string& address;
+  };
+  for (const Link& link : {Link{"--listen", "master", o.session.listen},
+                           Link{"--connect", "app", o.session.connect}}) {
+    if (link.address.empty()) continue;
+    auto endpoint = net::parse_endpoint(link.address);
+    Status status =
+        endpoint.is_ok() ? check_credentials(o.session, *endpoint, link.role) : endpoint.status();
+    if (!status.is_ok()) {
+      return Status::invalid_argument(std::string(link.option) + " " + status.message());
+    }
+  }
+  if (!o.session.keys_folder.empty() && o.session.is_plain) {
+    return Status::invalid_argument("--keys and --plain exclude each other; give one of them");
+  }
+  return Status::ok();
+}
+
+Status check_log(MasterOptions& o, const TypedOptions& t) {
+  auto level = parse_log_level(t.log_level);
+  if (!level.is_ok()) return level.status();
+  o.log_level = o.is_quiet ? std::max(*level, LogLevel::kWarn) : *level;
+  if (t.log_format != "text" && t.log_format != "json") {
+    return Status::invalid_argument("--log-format " + t.log_format + ": give text or json");
+  }
+  o.log_format = t.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
+  return Status::ok();
+}
+
+}  // namespace
+
+Status check_options(const TypedOptions& t, MasterOptions& o) {
+  TESSERA_RETURN_IF_ERROR(check_log(o, t));
+  if (o.command == Command::kView || o.command == Command::kRender) {
+    TESSERA_RETURN_IF_ERROR(check_frame(o, t));
+    TESSERA_RETURN_IF_ERROR(check_scene_name(o.scene));
+  }
+  if (o.command != Command::kStatus) TESSERA_RETURN_IF_ERROR(check_cluster(o, t));
+  return check_links(o);
+}
+
+}  // namespace tessera::master

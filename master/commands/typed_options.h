@@ -1,0 +1,28 @@
+// Option values as a person typed them, and what makes MasterOptions of them. Knows nothing of the
+// library that takes the command line apart.
+//
+// Threads. Pure functions, but that config and scene names are looked up.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "master/commands/options.h"
+
+namespace tessera::master {
+
+struct TypedOptions {
+  std::string size, frames, renderer = "direct", pixels, isa = "auto", isa_policy = "same",
+                            tile = "auto", prefetch = "auto", log_level = "info",
+                            log_format = "text", config;
+  int local = kLocalAuto;
+  std::uint32_t threads = 0;
+
+  static constexpr int kLocalAuto = -1;  // one when nothing else gives slaves
+};
+
+// Completes `options`, whose command is set, from `typed`. Returns: kInvalidArgument naming the
+// option and what it takes.
+Status check_options(const TypedOptions& typed, MasterOptions& options);
+
+}  // namespace tessera::master
