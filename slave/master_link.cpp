@@ -19,10 +19,6 @@ constexpr std::chrono::seconds kWaitLogPause{5};
 // For a last word to get out.
 constexpr milliseconds kLastWordGrace{200};
 
-constexpr char kClosedAtHello[] =
-    "the master closed the connection at the first message: does it use --keys, and this slave "
-    "--plain?";
-
 milliseconds default_heartbeat() { return milliseconds(kHeartbeatMs); }
 
 std::uint64_t now_ns() {
@@ -107,8 +103,9 @@ void MasterLink::watch(const net::ConnectionPtr& link, bool is_scene) {
     // means damaged bytes.
     const bool is_first = state_ == State::kHello && !was_welcomed_;
     if (is_first && status.code() == StatusCode::kPermissionDenied) return end_with(status);
-    if (is_first && status.is_ok()) return lose(Status::unavailable(kClosedAtHello));
-    lose(status.is_ok() ? Status::unavailable("the master closed the connection") : status);
+    const std::string text = status.is_ok() ? "the master closed the connection" : status.message();
+    const bool may_want_keys = is_first && !tile_->peer().is_authenticated;
+    lose(Status::unavailable(may_want_keys ? text + "; if it uses keys, give --keys DIR" : text));
   };
   callbacks.on_drained = [this, is_current, is_scene] {
     if (is_current() && !is_scene && state_ == State::kReady) events_.on_drained();

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/base/bounded_queue.h"
+#include "common/base/clock.h"
 #include "common/frame/tile_grid.h"
 #include "master/commands/commands.h"
 #include "master/commands/frame_source.h"
@@ -15,6 +16,7 @@ namespace tessera::master {
 namespace {
 
 constexpr std::chrono::milliseconds kPoll{100};
+constexpr std::chrono::seconds kAlonePause{2};
 
 // A picture without any light is rarely what was meant.
 void warn_when_black(const FrameImage& image, const std::string& path) {
@@ -92,9 +94,11 @@ class RenderProgress {
     tiles_total_ *= TileGrid(settings.width_px, settings.height_px, edge).tile_count();
   }
 
-  void update() {
+  void update(long frames_done) {
     const ClusterStatus status = session_.status();
-    if (status.slaves.empty()) return;  // a connected master's first answer is on its way
+    if (status.slaves.empty()) return say_when_alone();
+    alone_since_ = Clock::now();
+    if (frames_done > 0) return;  // the frames themselves tell
     const bool is_first = tiles_done_.empty();
     for (const SlaveStatus& slave : status.slaves) {
       auto& done = tiles_done_[slave.name];
@@ -115,6 +119,13 @@ class RenderProgress {
   }
 
  private:
+  // A moment without slaves is usual: a connected master's first answer is on its way.
+  void say_when_alone() {
+    if (Clock::now() - alone_since_ < kAlonePause) return;
+    progress_.update(
+        "no slave is there; waiting: start one with 'tessera-slave --master HOST:PORT'", -1);
+  }
+
   double tiles_done() const {
     double sum = 0;
     for (const auto& [name, tiles] : tiles_done_) sum += tiles;
@@ -126,7 +137,8 @@ class RenderProgress {
   double tiles_total_;
   std::map<std::string, double> tiles_done_;  // by slave, those that left too
   double tiles_before_ = 0;                   // done for others before
-  double share_ = 0;                          // never goes back, also when a slave leaves
+  TimePoint alone_since_ = Clock::now();
+  double share_ = 0;  // never goes back, also when a slave leaves
 };
 
 // Takes one finished frame, if one comes in time. Returns: how many were taken (0 or 1).
@@ -173,7 +185,7 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
       ++submitted;
       continue;
     }
-    if (done == 0) work.update();
+    work.update(done);
     auto taken = take_frame(session, options, writer, progress, done, total);
     if (!taken.is_ok()) return taken.status();
     done += *taken;

@@ -13,7 +13,7 @@ AppClient::AppClient(net::IoThread& io, net::ConnectionPtr connection, wire::Rol
     : callbacks_(std::move(callbacks)),
       link_(io, std::move(connection), wire::session_limits(),
             {[this](wire::Message message) { on_message(std::move(message)); },
-             [this](Status status) { end(std::move(status)); }, [this] { scenes_.pump(); }}),
+             [this](const Status& status) { on_lost(status); }, [this] { scenes_.pump(); }}),
       scenes_(link_) {
   wire::Hello hello;
   hello.role = role;
@@ -61,6 +61,7 @@ void AppClient::on_message(wire::Message message) {
 
 void AppClient::on_answer(wire::Message message) {
   if (const auto* welcome = std::get_if<wire::Welcome>(&message)) {
+    is_welcomed_ = true;
     link_.start_heartbeat(welcome->heartbeat_ms, welcome->heartbeats_missed_max);
     if (callbacks_.on_welcome) callbacks_.on_welcome();
   } else if (auto* status = std::get_if<wire::StatusReply>(&message)) {
@@ -123,6 +124,12 @@ void AppClient::on_frame_done(wire::FrameDone done) {
     result.image = std::move(frame.image);
   }
   callbacks_.on_frame(std::move(result));
+}
+
+void AppClient::on_lost(const Status& reason) {
+  const bool may_want_keys = !is_welcomed_ && !link_.connection().peer().is_authenticated;
+  const char* const hint = may_want_keys ? "; if it uses keys, give --keys DIR" : "";
+  end({reason.code(), reason.message() + hint});
 }
 
 void AppClient::end(Status reason) {

@@ -52,13 +52,14 @@ class AppClient {
   void on_answer(wire::Message message);
   void on_frame_chunk(const wire::FrameChunk& chunk);
   void on_frame_done(wire::FrameDone done);
+  void on_lost(const Status& reason);
   void end(Status reason);
 
   Callbacks callbacks_;
   PeerLink link_;
   SceneSender scenes_;
   std::map<FrameId, IncomingFrame> frames_;  // submitted, not done
-  bool has_ended_ = false;
+  bool is_welcomed_ = false, has_ended_ = false;
 };
 
 }  // namespace tessera::master
