@@ -41,8 +41,8 @@ struct FrameImage {
   int height_px = 0;
   PixelFormat format = PixelFormat::kFloat;
   PixelBytes bytes;  // [height * width * bytes_per_pixel(format)]
-  std::vector<std::uint16_t>
-      tile_slave;  // [tile_count] who drew each tile (slave ordinal), or empty
+  // [tile_count] who drew each tile (slave ordinal), or empty
+  std::vector<std::uint16_t> tile_slave;
   int tile_edge_px = 32;
 
   Digest digest() const { return sha256(bytes); }

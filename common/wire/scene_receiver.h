@@ -59,8 +59,8 @@ class SceneReceiver {
   struct Head {
     SceneAnnounce announce;
     std::vector<BlockBytes> blocks;  // null: lacking
-    std::unordered_map<Digest, std::vector<std::uint32_t>, DigestHash>
-        lacking;  // first index is asked for
+    // Where each missing block belongs; its first index is asked for.
+    std::unordered_map<Digest, std::vector<std::uint32_t>, DigestHash> lacking;
     std::unordered_map<std::uint32_t, Partial> partial;
   };
 

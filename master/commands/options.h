@@ -40,8 +40,8 @@ struct MasterOptions {
 };
 
 struct ParsedCommandLine {
-  std::optional<int>
-      exit_code;  // --help, --version (0) or wrong usage (2): everything is printed already
+  // Of --help and --version (0) or wrong usage (2): everything is printed already.
+  std::optional<int> exit_code;
   MasterOptions options;
 };
 

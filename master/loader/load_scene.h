@@ -19,8 +19,8 @@ struct LoadedScene {
   bool is_animated = false;
   // Scene at a time in seconds; only where is_animated. Shares unchanged meshes with other times.
   std::function<Scene(double seconds)> at_time;
-  std::vector<std::string>
-      warnings;  // one line each: missing texture, degenerate triangles, unknown keyword, ...
+  // One line each: missing texture, degenerate triangles, unknown keyword, ...
+  std::vector<std::string> warnings;
 };
 
 // Whether SCENE can name a scene at all: a built-in one, or a file of a known type.

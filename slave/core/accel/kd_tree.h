@@ -7,14 +7,12 @@
 // numbers, ascending within a leaf.
 //
 // Invariants, checked by validate():
-//   (1) the children of an inner node lie behind it in nodes(), so the tree has no circle, and
-//   every node
-//       but the root has one parent;
-//   (2) every split lies strictly inside its voxel on its axis;
-//   (3) no leaf is deeper than kKdDepthMax;
-//   (4) a primitive whose box overlaps the interior of a leaf's voxel is listed there, a listed one
-//   at
-//       least touches the voxel, and every primitive with a box that is not empty is listed
+//   (1) The children of an inner node lie behind it in nodes(), so the tree has no circle, and
+//       every node but the root has one parent.
+//   (2) Every split lies strictly inside its voxel on its axis.
+//   (3) No leaf is deeper than kKdDepthMax.
+//   (4) A primitive whose box overlaps the interior of a leaf's voxel is listed there, a listed one
+//       at least touches the voxel, and every primitive with a box that is not empty is listed
 //       somewhere. A box that only touches a face may be listed on one side alone: traversal pads
 //       its intervals, so a ray that reaches the face visits both sides.
 #pragma once

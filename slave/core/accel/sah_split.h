@@ -14,8 +14,8 @@ struct KdBuildConfig;
 
 // Memory reused from voxel to voxel; owned by one thread.
 struct SahScratch {
-  std::vector<float> lowers, uppers,
-      flats;  // faces on one axis, sorted; flats: boxes of zero thickness
+  // Faces on one axis, sorted; flats: boxes of zero thickness.
+  std::vector<float> lowers, uppers, flats;
 };
 
 struct SahSplit {

@@ -2,17 +2,15 @@
 //
 // With u = 2^-24, triangle A, B, C, unit normal n, and P = A + (a (B - A) + b (C - A)) in float32:
 //   - P against the exact plane, by component: difference, product and sum are 3 roundings of each
-//   edge
-//     term, the last sum is one rounding of P: gamma(3) (|a (B-A)| + |b (C-A)|) + gamma(1) |P|.
-//     Errors of a and b themselves move P within the plane and do not count.
-//   - adding the offset rounds once more: gamma(1) |P|; roundings of this bound: gamma(2) |P| in
-//   all.
-//   - the triangle test sees the plane displaced by its own error: a vertex at distance s from the
-//   origin is
-//     moved by at most 6 u s when it is brought to the ray's frame, and the products of the edge
-//     values move the point by another 2 u s for well-shaped triangles; twice that, 16 u s, the
-//     tolerance of the whole project, also covers triangles of aspect up to about 4. s is the
-//     largest component of the distance from P to a vertex.
+//     edge term, the last sum is one rounding of P: gamma(3) (|a (B-A)| + |b (C-A)|) + gamma(1)
+//     |P|. Errors of a and b themselves move P within the plane and do not count.
+//   - Adding the offset rounds once more: gamma(1) |P|; roundings of this bound: gamma(2) |P| in
+//     all.
+//   - The triangle test sees the plane displaced by its own error: a vertex at distance s from the
+//     origin is moved by at most 6 u s when it is brought to the ray's frame, and the products of
+//     the edge values move the point by another 2 u s for well-shaped triangles; twice that, 16 u
+//     s, the tolerance of the whole project, also covers triangles of aspect up to about 4. s is
+//     the largest component of the distance from P to a vertex.
 // The distance to the plane counts, not the distance along the ray: at a grazing angle both the
 // displacement and the offset grow by 1 / cos when measured along the ray.
 #pragma once

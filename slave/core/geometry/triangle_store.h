@@ -17,8 +17,8 @@ namespace tessera::core {
 
 struct TriangleStore {
   std::vector<float> vertices;  // [triangle_count][3 vertices][x, y, z], world units
-  std::vector<std::uint64_t>
-      instance_first;  // [instance_count + 1] number of the first triangle of each
+  // [instance_count + 1] number of the first triangle of each
+  std::vector<std::uint64_t> instance_first;
   std::uint64_t degenerate_count = 0;
 
   std::uint64_t triangle_count() const { return vertices.size() / 9; }

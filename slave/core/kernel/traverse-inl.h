@@ -16,13 +16,11 @@
 // u = 2^-24. A plane is reached at t = (split - origin) * inv; the voxel must keep every ray that
 // the triangle test could accept inside it. In units of length along the axis:
 //   3 u s  roundings of t: subtract, reciprocal, multiply, each of at most s
-//   6 u s  shift of a vertex in the triangle test: subtract the origin (1), shear = quotient *
-//   product (2
-//          and 1), difference (2 as its operands may both be s)
+//   6 u s  shift of a vertex in the triangle test: subtract the origin (1), shear = quotient times
+//          product (2 and 1), difference (2, as its operands may both be s)
 //   2 u s  zero counted as inside: an edge value may round to zero up to that distance of the edge
 //   1 u s  the clamp below: a component under 2^-26 of the largest is replaced by that; the main
-//   axis leaves
-//          the box within s, so the ray is moved by at most 2^-26 s there
+//          axis leaves the box within s, so the ray is moved by at most 2^-26 s there
 //   4 u s  roundings of this bound itself, of the padding and of the sum with it
 // together 16 u s; times |inv| that is the padding of t. The clamp keeps inv finite for zero, -0.0
 // and denormal components: there is no 0 * inf, hence no NaN in any comparison of the traversal.
@@ -147,8 +145,7 @@ class Tracer {
     slack_[r] = slack;
     const V size_min = hn::Mul(hn::Mul(largest, scale_[r]), hn::Set(d, 0x1p-26f));
     for (int a = 0; a < 3; ++a) {
-      // The sign is taken before scaling, as in group_key(): a tiny negative component may become
-      // -0.0.
+      // The sign is taken before scaling, as in group_key(): a tiny one may become -0.0.
       const M is_negative = hn::Lt(ray_.direction[a][r], hn::Zero(d));
       const V component = hn::Mul(ray_.direction[a][r], scale_[r]);
       ray_.direction[a][r] = component;

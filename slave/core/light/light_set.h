@@ -27,8 +27,8 @@ struct Emitter {
 struct LightSet {
   std::vector<Light> lights;  // direction normalised
   std::vector<Emitter> emitters;
-  std::vector<float>
-      cumulative;  // [emitter_count]; ends at 1; empty where every emitter is sampled
+  // [emitter_count], ends at 1; empty where every emitter is sampled.
+  std::vector<float> cumulative;
 
   bool is_empty() const { return lights.empty() && emitters.empty(); }
   bool is_shared_out() const { return !cumulative.empty(); }
