@@ -133,6 +133,14 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
   add_cluster_options(app, o, t);
 }
 
+// Whether a message, which begins with the option it is about, is about one of `words`.
+bool is_about(const std::string& message, const std::vector<std::string>& words) {
+  const std::string option = message.substr(0, message.find_first_of(": "));
+  return std::any_of(words.begin(), words.end(), [&](const std::string& word) {
+    return word.substr(0, word.find('=')) == option;
+  });
+}
+
 // `command`: the word that the person gave, if it is one.
 int usage_error(const std::string& text, const std::string& command) {
   std::string line = text;
@@ -235,8 +243,10 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
   ParsedCommandLine parsed;
   const std::set<std::string> commands{"serve", "view", "render", "status"};
   const std::string command = !words.empty() && commands.contains(words[0]) ? words[0] : "";
-  std::string origin;  // of a wrong option, where it may be a config file
+  TypedOptions typed;
+  std::vector<std::string> config_words;
   const auto refuse = [&](const std::string& text) {
+    const std::string origin = is_about(text, config_words) ? typed.config + ": " : "";
     parsed.exit_code = usage_error(origin + text, command);
   };
   if (command.empty() && !words.empty() && !words[0].starts_with('-')) {
@@ -244,21 +254,18 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
     return parsed;
   }
   try {
-    TypedOptions typed;
-    std::vector<std::string> config_words;
     Status status = parse_into(parsed.options, typed, words, &config_words);
     if (status.is_ok() && !typed.config.empty()) {
       words.insert(words.end(), config_words.begin(), config_words.end());
-      origin = "with " + typed.config + ": ";
       parsed.options = {};
       typed = TypedOptions();
       status = parse_into(parsed.options, typed, words, nullptr);
     }
     if (!status.is_ok()) refuse(status.message());
   } catch (const CLI::Success& success) {
-    TypedOptions typed;
+    TypedOptions other;
     MasterOptions options;
-    Grammar grammar(options, typed);
+    Grammar grammar(options, other);
     std::reverse(words.begin(), words.end());
     try {
       grammar.app.parse(words);

@@ -29,7 +29,8 @@ def main():
             file = pathlib.Path(folder, "one.toml")
             file.write_text(f"{key} = {value}\n")
             # A scene that does not exist ends the run after the options were read.
-            ended = run(master, "render", "builtin:none", "-o", "x.png", "--config", str(file))
+            also = ["--plain"] if key in ("listen", "connect") else []
+            ended = run(master, "render", "none.obj", "-o", "x.png", "--config", str(file), *also)
             if str(file) in ended.stderr or "unknown key" in ended.stderr:
                 wrong.append(f"'{key} = {value}': {ended.stderr.strip()}")
     keys = {key for key, _ in lines}
