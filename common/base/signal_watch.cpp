@@ -10,6 +10,9 @@
 namespace tessera {
 namespace {
 
+// A key pressed twice, or a terminal and a script that both send it, mean it once.
+constexpr std::chrono::milliseconds kSameRequest{500};
+
 // One per process, never destroyed: the watching thread outlives main's locals.
 struct State {
   Mutex mutex;
@@ -38,10 +41,13 @@ SignalWatch::SignalWatch() {
   std::signal(SIGPIPE, SIG_IGN);
   state();
   std::thread([set] {
-    for (int count = 1;; ++count) {
+    TimePoint first{};
+    while (true) {
       int signal = 0;
       sigwait(&set, &signal);
-      if (count > 1) _exit(130);
+      const TimePoint now = Clock::now();
+      if (first == TimePoint{}) first = now;
+      if (now - first > kSameRequest) _exit(130);
       {
         MutexLock lock(state().mutex);
         state().is_signalled = true;

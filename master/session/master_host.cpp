@@ -1,14 +1,20 @@
 #include "master/session/master_host.h"
 
 #include <algorithm>
+#include <chrono>
+#include <thread>
 #include <utility>
 
+#include "common/base/clock.h"
 #include "common/base/cpu_count.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "slave/core/render/tile_renderer.h"
 
 namespace tessera::master {
+namespace {
+const std::string kLocalName = "local-";
+}  // namespace
 
 Status check_credentials(const SessionOptions& options, const net::Endpoint& endpoint,
                          const std::string& role) {
@@ -54,6 +60,7 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
       [&] { host->frame_loop_ = std::make_unique<FrameLoop>(host->io_, loop_options); });
   if (!options.listen.empty()) TESSERA_RETURN_IF_ERROR(host->listen_at(options));
   TESSERA_RETURN_IF_ERROR(host->start_local_slaves(options));
+  host->wait_for_local_slaves();
   return host;
 }
 
@@ -117,7 +124,7 @@ Status MasterHost::start_local_slaves(const SessionOptions& options) {
   slave_io_ = std::make_unique<net::IoThread>("slave-net");
   for (int i = 0; i < options.local_slaves; ++i) {
     slave::SlaveOptions slave_options;
-    slave_options.name = "local-" + std::to_string(i + 1);
+    slave_options.name = kLocalName + std::to_string(i + 1);
     slave_options.threads = std::clamp(
         threads_all / options.local_slaves + (i < threads_all % options.local_slaves ? 1 : 0), 1,
         kWorkersMax);
@@ -128,6 +135,20 @@ Status MasterHost::start_local_slaves(const SessionOptions& options) {
         [](const Status& status) { log_error("local-slave-ended", status.message()); });
   }
   return Status::ok();
+}
+
+// Joining takes some milliseconds. Whoever asks for the status then sees them, and a session that
+// ends at once breaks off no handshake.
+void MasterHost::wait_for_local_slaves() {
+  const TimePoint deadline = Clock::now() + std::chrono::milliseconds(kHandshakeMs);
+  while (Clock::now() < deadline) {
+    const ClusterStatus now = status();
+    const auto present =
+        std::count_if(now.slaves.begin(), now.slaves.end(),
+                      [](const SlaveStatus& slave) { return slave.name.starts_with(kLocalName); });
+    if (present >= static_cast<std::ptrdiff_t>(slaves_.size())) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
 }
 
 ClusterStatus MasterHost::status() {

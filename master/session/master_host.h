@@ -34,6 +34,7 @@ class MasterHost {
   MasterHost();
   Status listen_at(const SessionOptions& options);
   Status start_local_slaves(const SessionOptions& options);
+  void wait_for_local_slaves();
   slave::LinkFactory local_link_factory();
 
   net::IoThread io_{"master-net"};
