@@ -1,0 +1,100 @@
+#include "slave/core/accel/bvh.h"
+
+#include <string>
+
+namespace tessera::core {
+namespace {
+
+Status broken(std::size_t node, const char* what) {
+  return Status::internal("hierarchy node " + std::to_string(node) + ": " + what);
+}
+
+Bounds3f box_of(const auto& node, int slot) {
+  return {{node.lower[0][slot], node.lower[1][slot], node.lower[2][slot]},
+          {node.upper[0][slot], node.upper[1][slot], node.upper[2][slot]}};
+}
+
+bool holds(const Bounds3f& outer, const Bounds3f& inner) {
+  for (int a = 0; a < 3; ++a) {
+    if (inner.lower[a] < outer.lower[a] || inner.upper[a] > outer.upper[a]) return false;
+  }
+  return true;
+}
+
+template <int W>
+class Validator {
+ public:
+  Validator(const Bvh<W>& bvh, std::span<const Bounds3f> boxes)
+      : bvh_(bvh), boxes_(boxes), depth_(bvh.nodes.size(), -1), listed_(boxes.size(), 0) {}
+
+  Status run() {
+    if (!bvh_.nodes.empty()) {
+      depth_[0] = 0;
+      limits_.assign(bvh_.nodes.size(), bvh_.bounds);
+    }
+    for (std::size_t n = 0; n < bvh_.nodes.size(); ++n) {
+      if (depth_[n] < 0) return broken(n, "has no parent in front of it");
+      if (depth_[n] > kBvhDepthMax) return broken(n, "lies too deep");
+      for (int slot = 0; slot < W; ++slot) TESSERA_RETURN_IF_ERROR(check_child(n, slot));
+    }
+    for (std::size_t p = 0; p < boxes_.size(); ++p) {
+      if (listed_[p] != (boxes_[p].is_empty() ? 0 : 1)) {
+        return Status::internal("primitive " + std::to_string(p) + " is listed " +
+                                std::to_string(listed_[p]) + " times");
+      }
+    }
+    return Status::ok();
+  }
+
+ private:
+  Status check_child(std::size_t n, int slot) {
+    const std::uint32_t child = bvh_.nodes[n].child[slot];
+    const Bounds3f box = box_of(bvh_.nodes[n], slot);
+    if (child == kBvhNoChild) {
+      return box.is_empty() ? Status::ok() : broken(n, "has a box without a child");
+    }
+    if (!holds(limits_[n], box)) return broken(n, "a child is larger than its parent");
+    if ((child & kBvhLeaf) != 0) return check_leaf(n, child, box);
+    if (child <= n || child >= bvh_.nodes.size()) return broken(n, "a child is out of range");
+    if (depth_[child] >= 0) return broken(n, "a child has two parents");
+    depth_[child] = depth_[n] + 1;
+    limits_[child] = box;
+    return Status::ok();
+  }
+
+  Status check_leaf(std::size_t n, std::uint32_t child, const Bounds3f& box) {
+    const std::uint32_t first = child & kBvhBlockMask;
+    const std::uint32_t count = (child >> kBvhCountShift & (kBvhLeafBlocksMax - 1)) + 1;
+    if (first + count > bvh_.blocks.size()) return broken(n, "a leaf is out of range");
+    std::int64_t last = -1;
+    for (std::uint32_t b = first; b < first + count; ++b) {
+      for (const std::uint32_t p : bvh_.blocks[b].primitive) {
+        if (p == 0xffffffffu) continue;
+        if (p >= boxes_.size()) return broken(n, "a primitive is out of range");
+        if (p <= last) return broken(n, "primitives do not ascend");
+        if (!holds(box, boxes_[p])) return broken(n, "a primitive is larger than its leaf");
+        ++listed_[p];
+        last = p;
+      }
+    }
+    return Status::ok();
+  }
+
+  const Bvh<W>& bvh_;
+  std::span<const Bounds3f> boxes_;
+  std::vector<int> depth_;
+  std::vector<int> listed_;
+  std::vector<Bounds3f> limits_;
+};
+
+}  // namespace
+
+template <int W>
+Status Bvh<W>::validate(std::span<const Bounds3f> boxes) const {
+  return Validator<W>(*this, boxes).run();
+}
+
+template struct Bvh<8>;
+template struct Bvh<16>;
+
+}  // namespace tessera::core

@@ -1,0 +1,244 @@
+#include "slave/core/accel/bvh_builder.h"
+
+#include <algorithm>
+#include <limits>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "slave/core/accel/sah_bins.h"
+#include "slave/core/parallel/run_tasks.h"
+
+namespace tessera::core {
+namespace {
+
+// A subtree becomes a task of its own at this size: enough of them to keep 16 threads busy, few
+// enough that the serial top stays small.
+constexpr std::uint32_t kTaskShare = 64;
+constexpr std::uint32_t kTaskRefsMin = 4096;
+// From here on ranges are halved, so that the depth stays below kBvhDepthMax whatever the boxes.
+constexpr int kHalvingDepth = 40;
+
+template <int W>
+struct Fragment {
+  std::vector<BvhNode<W>> nodes;
+  std::vector<TriangleBlock<W>> blocks;
+};
+
+// A range with the cut that would split it, or none where it is to be a leaf.
+struct Child {
+  RefRange range;
+  SahCut cut;
+  bool is_leaf = true;
+};
+
+template <int W>
+class Builder {
+ public:
+  struct Task {
+    Child child;
+    int depth = 0;
+    std::uint32_t parent = 0;  // of the top fragment
+    int slot = 0;
+    Fragment<W> result;
+  };
+
+  Builder(std::span<PrimitiveRef> refs, std::span<const float> vertices,
+          const KdBuildControl& control, const BvhBuildConfig& config)
+      : refs_(refs), vertices_(vertices), control_(control), config_(config) {
+    const auto share = static_cast<std::uint32_t>(refs.size() / kTaskShare);
+    task_refs_ = std::max(kTaskRefsMin, share);
+  }
+
+  bool is_cancelled() const {
+    return control_.is_cancelled != nullptr &&
+           control_.is_cancelled->load(std::memory_order_relaxed);
+  }
+
+  Child child_of(const RefRange& range, int depth, SahBins& bins) const {
+    Child child{range, {}, true};
+    if (range.size() <= W) return child;
+    if (depth < kHalvingDepth) child.cut = bins.cut(refs_, range, W);
+    const float area = range.bounds.half_area();
+    const auto blocks = static_cast<float>((range.size() + W - 1) / W);
+    const float as_leaf = config_.cost_block * area * blocks;
+    const float as_node = config_.cost_node * area + config_.cost_block * child.cut.cost;
+    child.is_leaf =
+        range.size() <= W * kBvhLeafBlocksMax && (child.cut.axis < 0 || as_leaf <= as_node);
+    return child;
+  }
+
+  // Fills a node with up to W children of `root`; recursion is bounded by kBvhDepthMax. `tasks`:
+  // where large subtrees go instead of being built here, or null.
+  std::uint32_t build_node(const Child& root, int depth, SahBins& bins, Fragment<W>& out,
+                           std::vector<Task>* tasks) const {
+    const auto index = static_cast<std::uint32_t>(out.nodes.size());
+    out.nodes.emplace_back();
+    Child children[W];
+    int count = 0;
+    children[count++] = root;
+    while (count < W) {
+      int widest = -1;
+      float widest_area = -1;
+      for (int i = 0; i < count; ++i) {
+        const float area = children[i].range.bounds.half_area();
+        if (children[i].is_leaf || area <= widest_area) continue;
+        widest = i;
+        widest_area = area;
+      }
+      if (widest < 0) break;
+      const auto [left, right] =
+          SahBins::split(refs_, children[widest].range, children[widest].cut);
+      children[widest] = child_of(left, depth + 1, bins);
+      children[count++] = child_of(right, depth + 1, bins);
+    }
+    for (int i = 0; i < W; ++i) {
+      std::uint32_t reference = kBvhNoChild;
+      if (i < count && !is_cancelled()) {
+        if (children[i].is_leaf) {
+          reference = make_leaf(children[i].range, out);
+        } else if (tasks != nullptr && children[i].range.size() <= task_refs_) {
+          tasks->push_back({children[i], depth + 1, index, i, {}});
+        } else {
+          reference = build_node(children[i], depth + 1, bins, out, tasks);
+        }
+      }
+      set_child(out.nodes[index], i, i < count ? children[i].range.bounds : Box4(), reference);
+    }
+    return index;
+  }
+
+ private:
+  static void set_child(BvhNode<W>& node, int slot, const Box4& box, std::uint32_t reference) {
+    for (int a = 0; a < 3; ++a) {
+      node.lower[a][slot] = box.lower[a];
+      node.upper[a][slot] = box.upper[a];
+    }
+    node.child[slot] = reference;
+  }
+
+  std::uint32_t make_leaf(const RefRange& range, Fragment<W>& out) const {
+    const auto first = refs_.begin() + range.begin, last = refs_.begin() + range.end;
+    std::sort(first, last, [](const PrimitiveRef& a, const PrimitiveRef& b) {
+      return a.primitive < b.primitive;
+    });
+    const auto first_block = static_cast<std::uint32_t>(out.blocks.size());
+    for (std::uint32_t r = range.begin; r < range.end; r += W) {
+      out.blocks.push_back(make_block(r, std::min(range.end, r + W)));
+    }
+    const std::uint32_t count = static_cast<std::uint32_t>(out.blocks.size()) - first_block;
+    return kBvhLeaf | (count - 1) << kBvhCountShift | first_block;
+  }
+
+  TriangleBlock<W> make_block(std::uint32_t begin, std::uint32_t end) const {
+    TriangleBlock<W> block;
+    for (std::uint32_t lane = 0; lane < W; ++lane) {
+      const bool is_used = begin + lane < end;
+      const std::uint32_t primitive = is_used ? refs_[begin + lane].primitive : 0xffffffffu;
+      for (std::size_t k = 0; k < 9; ++k) {
+        block.vertex[k][lane] = is_used ? vertices_[std::size_t{9} * primitive + k]
+                                        : std::numeric_limits<float>::quiet_NaN();
+      }
+      block.primitive[lane] = primitive;
+    }
+    return block;
+  }
+
+  std::span<PrimitiveRef> refs_;
+  std::span<const float> vertices_;
+  const KdBuildControl& control_;
+  const BvhBuildConfig& config_;
+  std::uint32_t task_refs_;
+};
+
+// Appends a subtree and ties it to the slot that the top kept for it.
+template <int W>
+void append(const typename Builder<W>::Task& task, Bvh<W>& top) {
+  const auto node_base = static_cast<std::uint32_t>(top.nodes.size());
+  const auto block_base = static_cast<std::uint32_t>(top.blocks.size());
+  for (BvhNode<W> node : task.result.nodes) {
+    for (std::uint32_t& child : node.child) {
+      if (child != kBvhNoChild) child += (child & kBvhLeaf) != 0 ? block_base : node_base;
+    }
+    top.nodes.push_back(node);
+  }
+  top.blocks.insert(top.blocks.end(), task.result.blocks.begin(), task.result.blocks.end());
+  top.nodes[task.parent].child[task.slot] = node_base;
+}
+
+std::vector<PrimitiveRef> references(std::span<const Bounds3f> boxes, RefRange& all) {
+  std::vector<PrimitiveRef> refs;
+  refs.reserve(boxes.size());
+  for (std::size_t p = 0; p < boxes.size(); ++p) {
+    const Bounds3f& b = boxes[p];
+    if (b.is_empty()) continue;
+    refs.push_back({{b.lower.x, b.lower.y, b.lower.z},
+                    static_cast<std::uint32_t>(p),
+                    {b.upper.x, b.upper.y, b.upper.z},
+                    0});
+    all.grow(refs.back());
+  }
+  all.end = static_cast<std::uint32_t>(refs.size());
+  return refs;
+}
+
+template <int W>
+Result<Bvh<W>> build(std::span<const Bounds3f> boxes, std::span<const float> vertices,
+                     const KdBuildControl& control, const BvhBuildConfig& config) {
+  RefRange all;
+  std::vector<PrimitiveRef> refs = references(boxes, all);
+  Bvh<W> bvh;
+  if (refs.empty()) return bvh;
+  bvh.bounds = all.bounds.bounds();
+  const Builder<W> builder(refs, vertices, control, config);
+  std::vector<typename Builder<W>::Task> tasks;
+  Fragment<W> top;
+  SahBins bins;
+  builder.build_node(builder.child_of(all, 0, bins), 0, bins, top, &tasks);
+  run_tasks(static_cast<int>(tasks.size()), control.thread_count, [&](int i) {
+    auto& task = tasks[static_cast<std::size_t>(i)];
+    SahBins own;
+    builder.build_node(task.child, task.depth, own, task.result, nullptr);
+  });
+  if (builder.is_cancelled())
+    return Status::cancelled("the build of the spatial index was cancelled");
+  std::size_t node_count = top.nodes.size(), block_count = top.blocks.size();
+  for (const auto& task : tasks) {
+    node_count += task.result.nodes.size();
+    block_count += task.result.blocks.size();
+  }
+  if (block_count > kBvhBlockMask) {
+    return Status::resource_exhausted("the spatial index of " + std::to_string(boxes.size()) +
+                                      " triangles has more than 2^27 blocks: split the scene");
+  }
+  bvh.nodes = std::move(top.nodes);
+  bvh.blocks = std::move(top.blocks);
+  bvh.nodes.reserve(node_count);
+  bvh.blocks.reserve(block_count);
+  for (auto& task : tasks) {
+    append<W>(task, bvh);
+    task.result = {};
+  }
+  return bvh;
+}
+
+}  // namespace
+
+template <int W>
+Result<Bvh<W>> build_bvh(std::span<const Bounds3f> boxes, std::span<const float> vertices,
+                         const KdBuildControl& control, const BvhBuildConfig& config) {
+  try {
+    return build<W>(boxes, vertices, control, config);
+  } catch (const std::bad_alloc&) {
+    return Status::resource_exhausted("no memory for the spatial index of " +
+                                      std::to_string(boxes.size()) + " triangles");
+  }
+}
+
+template Result<Bvh<8>> build_bvh<8>(std::span<const Bounds3f>, std::span<const float>,
+                                     const KdBuildControl&, const BvhBuildConfig&);
+template Result<Bvh<16>> build_bvh<16>(std::span<const Bounds3f>, std::span<const float>,
+                                       const KdBuildControl&, const BvhBuildConfig&);
+
+}  // namespace tessera::core

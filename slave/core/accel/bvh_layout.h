@@ -1,0 +1,40 @@
+// Memory layout of the wide bounding volume hierarchy, shared by the builder (scalar) and the
+// kernels (SIMD). Fixed-size types only and no functions (see kd_layout.h).
+//
+// A node holds the boxes of W children side by side, a leaf is a run of blocks of W triangles: what
+// a register of W lanes tests at once. After Wald, Benthin, Boulos, "Getting rid of packets", 2008.
+#pragma once
+
+#include <stdint.h>
+
+namespace tessera::core {
+
+// child: bit 31 clear: the number of a node.
+//        bit 31 set:   bits 27-30 blocks of the leaf less one, bits 0-26 its first block.
+inline constexpr uint32_t kBvhLeaf = 0x80000000u;
+inline constexpr uint32_t kBvhCountShift = 27;
+inline constexpr uint32_t kBvhBlockMask = (1u << kBvhCountShift) - 1;
+inline constexpr uint32_t kBvhLeafBlocksMax = 16;
+inline constexpr uint32_t kBvhNoChild = 0xffffffffu;  // its box is empty: lower > upper
+
+// Deepest node (the root has depth 0). A step down pushes at most W - 1 children.
+inline constexpr int kBvhDepthMax = 60;
+
+template <int W>
+struct alignas(32) BvhNode {
+  float lower[3][W];
+  float upper[3][W];
+  uint32_t child[W];
+};
+
+// Corners A, B, C and the numbers of W triangles; NaN and kNoPrimitive where there are fewer.
+template <int W>
+struct alignas(32) TriangleBlock {
+  float vertex[9][W];
+  uint32_t primitive[W];
+};
+
+static_assert(sizeof(BvhNode<8>) == 224 && sizeof(TriangleBlock<8>) == 320);
+static_assert(sizeof(BvhNode<16>) == 448 && sizeof(TriangleBlock<16>) == 640);
+
+}  // namespace tessera::core

@@ -1,0 +1,62 @@
+// Primitives sorted into bins by their centroid, and the cheapest border between two bins. For the
+// builder of the bounding volume hierarchy.
+//
+// Threads. One at a time per object.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include "slave/core/accel/box4.h"
+
+namespace tessera::core {
+
+// What the builder moves around: a box, and whose it is.
+struct alignas(32) PrimitiveRef {
+  float lower[3];
+  std::uint32_t primitive;
+  float upper[3];
+  std::uint32_t unused;
+};
+
+// A run of references, the box of their boxes and the box of their doubled centroids.
+struct RefRange {
+  std::uint32_t begin = 0, end = 0;
+  Box4 bounds, centroids;
+
+  std::uint32_t size() const { return end - begin; }
+  void grow(const PrimitiveRef& ref) {
+    const Float4 lower = load4(ref.lower), upper = load4(ref.upper);
+    bounds.grow(lower, upper);
+    centroids.grow(lower + upper, lower + upper);
+  }
+};
+
+struct SahCut {
+  int axis = -1;   // -1: all centroids fall together
+  int bin = 0;     // references of this bin and those before go left
+  float cost = 0;  // blocks below, weighed by area
+};
+
+class SahBins {
+ public:
+  static constexpr int kBinsMax = 32;
+
+  // Chooses the cut of `range`; leaves count by blocks of `block_size`.
+  SahCut cut(std::span<const PrimitiveRef> refs, const RefRange& range, std::uint32_t block_size);
+
+  // Orders the references of `range` by the cut, or halves them where there is none. Returns: left
+  // and right part; neither is empty. Requires: range.size() > 1.
+  static std::pair<RefRange, RefRange> split(std::span<PrimitiveRef> refs, const RefRange& range,
+                                             const SahCut& cut);
+
+ private:
+  struct Bin {
+    Box4 bounds;
+    std::uint32_t count = 0;
+  };
+  Bin bins_[3][kBinsMax];
+};
+
+}  // namespace tessera::core
