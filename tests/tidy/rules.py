@@ -77,7 +77,8 @@ CONFINED = {
 ONE_FILE_PER_FOLDER = {"GLFW": ["GLFW/"], "OpenGL": ["epoxy/"], "CLI11": ["CLI/"], "toml++": ["toml++/"]}
 
 # What files that are compiled once per instruction set may include.
-INL_MAY_INCLUDE = [r"hwy/", r".*-inl\.h$", r".*_layout\.h$"]
+# _abi.h: declarations of functions that are compiled once.
+INL_MAY_INCLUDE = [r"hwy/", r".*-inl\.h$", r".*_layout\.h$", r".*_abi\.h$"]
 C_HEADERS = {"stddef.h", "stdint.h", "string.h", "math.h", "float.h", "limits.h", "stdbool.h"}
 
 # Roots of paths that belong to one machine; a source that names one runs only there.

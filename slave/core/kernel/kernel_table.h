@@ -7,6 +7,7 @@
 
 #include "common/base/isa.h"
 #include "slave/core/kernel/bundle_layout.h"
+#include "slave/core/kernel/packet_layout.h"
 #include "slave/core/kernel/scene_view_layout.h"
 
 namespace tessera::core {
@@ -21,6 +22,10 @@ struct KernelTable {
 
   // Returns the bits of the active rays that something blocks.
   uint32_t (*trace_occluded)(const SceneView& scene, const RayBundle& rays);
+
+  // The same over wide hierarchies of 8 and of 16 children.
+  BvhKernels<8> bvh8;
+  BvhKernels<16> bvh16;
 };
 
 // Requires: isa is in supported_isas().

@@ -87,7 +87,7 @@ class Tracer {
     uint32_t bits = 0;
     for (size_t r = 0; r < kRows; ++r) {
       const auto hit = hn::Ne(best_.primitive[r], hn::Set(di, kPrimitiveNone));
-      bits |= bits_of(hn::RebindMask(d, hit)) << (r * kLanes);
+      bits |= bits_of(d, hn::RebindMask(d, hit)) << (r * kLanes);
     }
     return bits;
   }
@@ -113,7 +113,7 @@ class Tracer {
     const DI di;
     const V inf = hn::Set(d, __builtin_inff());
     V largest = hn::Zero(d);
-    M valid = mask_from_bits(rays_.active >> (r * kLanes));
+    M valid = mask_of(d, rays_.active >> (r * kLanes));
     for (int a = 0; a < 3; ++a) {
       ray_.origin[a][r] = hn::Load(d, rays_.origin[a] + r * kLanes);
       ray_.direction[a][r] = hn::Load(d, rays_.direction[a] + r * kLanes);
@@ -124,7 +124,7 @@ class Tracer {
     const V t_min = hn::Load(d, rays_.t_min + r * kLanes),
             t_max = hn::Load(d, rays_.t_max + r * kLanes);
     valid = hn::And(valid, hn::And(hn::Gt(largest, hn::Zero(d)), hn::Le(t_min, t_max)));
-    valid_ |= bits_of(valid) << (r * kLanes);
+    valid_ |= bits_of(d, valid) << (r * kLanes);
 
     // 2^-k from the exponent of `largest`; the last binade is left at 4 so that 2^-k stays normal.
     const VI exponent =
@@ -173,7 +173,7 @@ class Tracer {
         first = hn::Max(first, hn::Sub(t_in, pad_[a][r]));
         last = hn::Min(last, hn::Add(t_out, pad_[a][r]));
       }
-      const M in_group = mask_from_bits(group >> (r * kLanes));
+      const M in_group = mask_of(d, group >> (r * kLanes));
       t_near[r] = first;
       t_far[r] = hn::IfThenElse(in_group, last, hn::Set(d, -__builtin_inff()));
       any |= !hn::AllFalse(d, hn::Le(t_near[r], t_far[r]));

@@ -19,13 +19,11 @@
 #define TESSERA_CORE_TRIANGLE_INL_H_
 #endif
 
-#include "hwy/highway.h"
+#include "slave/core/kernel/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 using D = hn::CappedTag<float, kBundleRays>;
 using DI = hn::CappedTag<int32_t, kBundleRays>;
@@ -38,18 +36,6 @@ constexpr size_t kRows = static_cast<size_t>(kBundleRays) / kLanes;
 
 // Greater than every primitive number (at most 2^30), so that a hit at exactly t_max beats it.
 constexpr int32_t kPrimitiveNone = 0x7fffffff;
-
-HWY_INLINE uint32_t bits_of(M mask) {
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(D(), mask, bytes);
-  return static_cast<uint32_t>(bytes[0]) | static_cast<uint32_t>(bytes[1]) << 8;
-}
-
-// Lane i of the mask from bit i; higher bits are ignored.
-HWY_INLINE M mask_from_bits(uint32_t bits) {
-  uint8_t bytes[8] = {static_cast<uint8_t>(bits & 255u), static_cast<uint8_t>(bits >> 8 & 255u)};
-  return hn::LoadMaskBits(D(), bytes);
-}
 
 // Rays with the direction scaled as traverse-inl.h says, and the shear of the current main axis z:
 // x, y are the next two axes in cyclic order. Lanes of rays with another main axis hold rubbish.

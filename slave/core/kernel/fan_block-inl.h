@@ -1,0 +1,275 @@
+// The triangles of a block against a fan: culled by the frustum before any ray sees them.
+//
+// Decisions. A ray meets a triangle A, B, C where it passes its three edges on one side. With E = d
+// . ((A + B) x (B - A)) = 2 d . (A x B) that is a sign. E is computed in float32 with an error of
+// less than `tol` (below), so
+//     E < -tol        surely outside,
+//     E >  tol        surely inside,
+//     else            exact_hit() decides, which is exact.
+// A triangle is therefore hit by the rays that hit it in exact arithmetic, whatever the rounding
+// here, and fused multiply-adds may be used for E. What is reported, t, is computed without them,
+// by the same operations in every kernel (see PlaneOf).
+//
+// Tolerance. u = 2^-24; s the largest coordinate of a corner from the origin, D the largest
+// component of B - A, both computed; S = 1 + max|u| + max|v| bounds the sum of |d|. For a ray that
+// passes the edge within its span (the other edges reject it elsewhere):
+//   14 S u s D  A + B, B - A: 2 u each of 4 s D; product and difference of the cross product
+//    8 S u s D  u, v (1 u each), and two fused steps
+//    6 S u s D  corners moved to the origin: u s each, times |A| + |B| across the ray, at most 2 D
+// together 28 S u s D; half as much again for rays beyond the span near their corner and for the
+// bound's own roundings: 42 S u s D.
+// Outside a triangle thinner than 8 times that, E may be wrong for rays far away (they see two
+// corners in line): such triangles are decided by exact_hit() alone. They are told by the plane's
+// distance: |d . N| <= kThin tol.
+#include "slave/core/geometry/exact_hit_abi.h"
+#include "slave/core/kernel/packet_layout.h"
+
+#if defined(TESSERA_CORE_FAN_BLOCK_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_FAN_BLOCK_INL_H_
+#undef TESSERA_CORE_FAN_BLOCK_INL_H_
+#else
+#define TESSERA_CORE_FAN_BLOCK_INL_H_
+#endif
+
+#include "slave/core/kernel/fan_rays-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+template <int W, bool kAny>
+class FanBlock {
+  using D = FanRays::D;  // rays
+  using DI = FanRays::DI;
+  using V = FanRays::V;
+  using B = hn::CappedTag<float, W>;  // triangles
+  using VB = hn::Vec<B>;
+  static constexpr size_t kLanes = FanRays::kLanes;
+  static constexpr size_t kRows = FanRays::kRows;
+  static constexpr size_t kStep = hn::MaxLanes(B());
+
+ public:
+  explicit FanBlock(FanRays& fan) : fan_(fan) {}
+
+  // Returns: whether some ray has a new best hit.
+  bool test(const TriangleBlock<W>& block);
+
+ private:
+  uint32_t cull(const TriangleBlock<W>& block, size_t first, uint32_t& unsure);
+  bool test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_unsure);
+  bool test_row(const TriangleBlock<W>& block, size_t lane, size_t row, const Plane& plane);
+  bool decide(const TriangleBlock<W>& block, size_t lane, size_t ray, const Plane& plane);
+
+  FanRays& fan_;
+  // Of the block at hand, by edge: its function with the tolerance added, and twice the tolerance.
+  alignas(64) float edge_[3][3][W], twice_[3][W];
+  alignas(64) float thin_[W], volume_[W];
+};
+
+// Edge functions of the triangles of a block from lane `first` on. Returns: the bits of those that
+// the frustum may meet; unsure: of those whose orientation is not sure.
+template <int W, bool kAny>
+uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, uint32_t& unsure) {
+  const B b;
+  const VB zero = hn::Zero(b);
+  VB x[3], y[3], z[3];
+  for (int c = 0; c < 3; ++c) {
+    const auto at = [&](int axis) { return hn::Load(b, block.vertex[3 * c + axis] + first); };
+    x[c] = hn::Sub(at(fan_.kx), hn::Set(b, fan_.origin[fan_.kx]));
+    y[c] = hn::Sub(at(fan_.ky), hn::Set(b, fan_.origin[fan_.ky]));
+    z[c] = hn::Mul(hn::Sub(at(fan_.kz), hn::Set(b, fan_.origin[fan_.kz])), hn::Set(b, fan_.side));
+  }
+  const auto largest = [&](VB p, VB q, VB r) { return hn::Max(hn::Max(p, q), r); };
+  // s of the file's comment. A lane without triangle is NaN and fails the first comparisons.
+  VB size = zero;
+  for (int c = 0; c < 3; ++c)
+    size = hn::Max(size, largest(hn::Abs(x[c]), hn::Abs(y[c]), hn::Abs(z[c])));
+  const VB z_low = hn::Min(hn::Min(z[0], z[1]), z[2]);
+  auto keep =
+      hn::And(hn::Ge(largest(z[0], z[1], z[2]), zero), hn::Le(z_low, hn::Set(b, fan_.z_far)));
+  // The four planes; 4 u s for the roundings of a corner and of the product.
+  const VB slack = hn::Mul(size, hn::Set(b, -4 * kRoundoff));
+  const auto meets = [&](const VB* p, float bound, float sign) {
+    const VB k = hn::Set(b, bound * sign), s = hn::Set(b, -sign);
+    const auto inside = [&](int c) { return hn::MulAdd(k, z[c], hn::Mul(s, p[c])); };
+    return hn::Ge(largest(inside(0), inside(1), inside(2)), slack);
+  };
+  keep = hn::And(keep, hn::And(meets(x, fan_.bound_u[1], 1), meets(x, fan_.bound_u[0], -1)));
+  keep = hn::And(keep, hn::And(meets(y, fan_.bound_v[1], 1), meets(y, fan_.bound_v[0], -1)));
+  if (hn::AllFalse(b, keep)) return 0;
+
+  VB edge[3][3], length[3];
+  for (int c = 0; c < 3; ++c) {
+    const int e = (c + 1) % 3;
+    const VB sx = hn::Add(x[c], x[e]), sy = hn::Add(y[c], y[e]), sz = hn::Add(z[c], z[e]);
+    const VB dx = hn::Sub(x[e], x[c]), dy = hn::Sub(y[e], y[c]), dz = hn::Sub(z[e], z[c]);
+    edge[c][0] = hn::MulSub(sy, dz, hn::Mul(sz, dy));
+    edge[c][1] = hn::MulSub(sz, dx, hn::Mul(sx, dz));
+    edge[c][2] = hn::MulSub(sx, dy, hn::Mul(sy, dx));
+    length[c] = largest(hn::Abs(dx), hn::Abs(dy), hn::Abs(dz));
+  }
+  // The side of the origin, the same for all rays: 2 A . (B x C). Faces turned away are turned
+  // round.
+  const VB volume =
+      hn::MulAdd(edge[1][0], x[0], hn::MulAdd(edge[1][1], y[0], hn::Mul(edge[1][2], z[0])));
+  const VB per_length = hn::Mul(size, hn::Set(b, fan_.tolerance));
+  const VB longest = largest(length[0], length[1], length[2]);
+  const VB thin = hn::MulAdd(longest, per_length, hn::Set(b, kUnderflow));
+  const VB least = hn::Mul(thin, hn::Mul(size, hn::Set(b, 4)));
+  const auto is_sure = hn::And(hn::Gt(hn::Abs(volume), least), hn::Lt(hn::Abs(volume), hn::Inf(b)));
+  const auto is_unsure = hn::Not(is_sure);
+  const VB sign = hn::And(volume, hn::Set(b, -0.0f));
+  hn::Store(hn::Mul(thin, hn::Set(b, 8)), b, thin_ + first);
+  hn::Store(volume, b, volume_ + first);
+  for (int c = 0; c < 3; ++c) {
+    const VB tolerance = hn::MulAdd(length[c], per_length, hn::Set(b, kUnderflow));
+    const VB nx = hn::Xor(edge[c][0], sign), ny = hn::Xor(edge[c][1], sign);
+    const VB nz = hn::Add(hn::Xor(edge[c][2], sign), tolerance);
+    // The largest value at a corner of the packet.
+    const VB across =
+        hn::Max(hn::Mul(nx, hn::Set(b, fan_.bound_u[0])), hn::Mul(nx, hn::Set(b, fan_.bound_u[1])));
+    const VB up =
+        hn::Max(hn::Mul(ny, hn::Set(b, fan_.bound_v[0])), hn::Mul(ny, hn::Set(b, fan_.bound_v[1])));
+    keep = hn::And(keep, hn::Or(is_unsure, hn::Ge(hn::Add(hn::Add(across, up), nz), zero)));
+    hn::Store(nx, b, edge_[c][0] + first);
+    hn::Store(ny, b, edge_[c][1] + first);
+    hn::Store(nz, b, edge_[c][2] + first);
+    hn::Store(hn::Add(tolerance, tolerance), b, twice_[c] + first);
+  }
+  unsure = bits_of(b, is_unsure) << first;
+  return bits_of(b, keep) << first;
+}
+
+template <int W, bool kAny>
+bool FanBlock<W, kAny>::test(const TriangleBlock<W>& block) {
+  bool has_hit = false;
+  for (size_t first = 0; first < W; first += kStep) {
+    uint32_t unsure = 0;
+    for (uint32_t bits = cull(block, first, unsure); bits != 0; bits &= bits - 1) {
+      const auto lane = static_cast<size_t>(__builtin_ctz(bits));
+      has_hit |= test_triangle(block, lane, unsure >> lane & 1u);
+    }
+  }
+  return has_hit;
+}
+
+template <int W, bool kAny>
+bool FanBlock<W, kAny>::test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_unsure) {
+  bool has_hit = false;
+  if (is_unsure) {
+    float triangle[9];
+    for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
+    const int side = exact_side(fan_.origin, triangle);
+    if (side == 0) {  // only rays that start in the triangle, or in its plane, can touch it
+      const Plane plane = plane_of(block, lane, fan_.origin);
+      for (size_t ray = 0; ray < kPacketRays; ++ray) has_hit |= decide(block, lane, ray, plane);
+      return has_hit;
+    }
+    if ((static_cast<float>(side) * fan_.side < 0) !=
+        (__builtin_signbit(volume_[lane]) != 0)) {  // turned the wrong way
+      for (size_t c = 0; c < 3; ++c) {
+        edge_[c][0][lane] = -edge_[c][0][lane];
+        edge_[c][1][lane] = -edge_[c][1][lane];
+        edge_[c][2][lane] = twice_[c][lane] - edge_[c][2][lane];
+      }
+    }
+  }
+  // Rows that all three edges let through at their best corner.
+  constexpr size_t kRowLanes = kRows < kLanes ? kRows : kLanes;
+  const hn::CappedTag<float, kRowLanes> dr;
+  uint64_t rows = 0;
+  for (size_t first = 0; first < kRows; first += hn::MaxLanes(dr)) {
+    const auto value = [&](int c) {
+      const float nx = edge_[c][0][lane], ny = edge_[c][1][lane];
+      const auto u = hn::Load(dr, fan_.row_u[nx >= 0] + first);
+      const auto v = hn::Load(dr, fan_.row_v[ny >= 0] + first);
+      return hn::MulAdd(u, hn::Set(dr, nx),
+                        hn::MulAdd(v, hn::Set(dr, ny), hn::Set(dr, edge_[c][2][lane])));
+    };
+    const auto best = hn::Min(hn::Min(value(0), value(1)), value(2));
+    rows |= uint64_t{bits_of(dr, hn::Ge(best, hn::Zero(dr)))} << first;
+  }
+  if (rows == 0) return has_hit;
+  const Plane plane = plane_of(block, lane, fan_.origin);
+  for (; rows != 0; rows &= rows - 1) {
+    has_hit |= test_row(block, lane, static_cast<size_t>(__builtin_ctzll(rows)), plane);
+  }
+  return has_hit;
+}
+
+template <int W, bool kAny>
+bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, size_t row,
+                                 const Plane& plane) {
+  const D d;
+  const DI di;
+  const size_t at = row * kLanes;
+  const V u = hn::Load(d, fan_.ray_u + at), v = hn::Load(d, fan_.ray_v + at);
+  const auto value = [&](int c) {
+    return hn::MulAdd(u, hn::Set(d, edge_[c][0][lane]),
+                      hn::MulAdd(v, hn::Set(d, edge_[c][1][lane]), hn::Set(d, edge_[c][2][lane])));
+  };
+  const V e0 = value(0), e1 = value(1), e2 = value(2);
+  const auto is_possible = hn::Ge(hn::Min(hn::Min(e0, e1), e2), hn::Zero(d));
+  const uint32_t possible = bits_of(d, is_possible);
+  if (possible == 0) return false;
+
+  const V dx = hn::Load(d, fan_.direction[0] + at), dy = hn::Load(d, fan_.direction[1] + at),
+          dz = hn::Load(d, fan_.direction[2] + at);
+  const V speed = hn::Add(
+      hn::Add(hn::Mul(dx, hn::Set(d, plane.normal[0])), hn::Mul(dy, hn::Set(d, plane.normal[1]))),
+      hn::Mul(dz, hn::Set(d, plane.normal[2])));
+  const V t = hn::Div(hn::Set(d, plane.distance), speed);
+  const V steepness = hn::Mul(hn::Set(d, plane.steepness), hn::Load(d, fan_.length + at));
+  const auto counts = hn::Ge(hn::Abs(speed), steepness);
+  const V best = hn::Load(d, fan_.best_t + at);
+  const auto best_primitive = hn::Load(di, fan_.best + at);
+  const auto number = hn::Set(di, static_cast<int32_t>(block.primitive[lane]));
+  // -1, no hit yet, is greater than any number when taken without sign.
+  const auto is_lower = hn::RebindMask(
+      d, hn::Or(hn::Eq(best_primitive, hn::Set(di, -1)), hn::Lt(number, best_primitive)));
+  const auto is_nearer = hn::Or(hn::Lt(t, best), hn::And(hn::Eq(t, best), is_lower));
+  const auto in_range = hn::And(hn::Ge(t, hn::Zero(d)), is_nearer);
+  auto is_sure = hn::And(counts, hn::Gt(hn::Abs(speed), hn::Set(d, thin_[lane])));
+  is_sure = hn::And(is_sure, hn::Gt(e0, hn::Set(d, twice_[0][lane])));
+  is_sure = hn::And(is_sure, hn::Gt(e1, hn::Set(d, twice_[1][lane])));
+  is_sure = hn::And(is_sure, hn::Gt(e2, hn::Set(d, twice_[2][lane])));
+  // Where t counts and is out of range, no decision about the edges matters.
+  uint32_t open = possible & ~bits_of(d, is_sure) & ~bits_of(d, hn::AndNot(in_range, counts));
+  const auto hit = hn::And(hn::And(is_sure, in_range), is_possible);
+  bool has_hit = !hn::AllFalse(d, hit);
+  if (has_hit) {
+    const V t_hit = kAny ? hn::Set(d, -__builtin_inff()) : t;
+    hn::Store(hn::IfThenElse(hit, t_hit, best), d, fan_.best_t + at);
+    hn::Store(hn::IfThenElse(hn::RebindMask(di, hit), number, best_primitive), di, fan_.best + at);
+  }
+  for (; open != 0; open &= open - 1) {
+    has_hit |= decide(block, lane, at + static_cast<size_t>(__builtin_ctz(open)), plane);
+  }
+  return has_hit;
+}
+
+// One ray that the filter leaves open.
+template <int W, bool kAny>
+bool FanBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, size_t ray,
+                               const Plane& plane) {
+  float triangle[9], direction[3];
+  for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
+  for (size_t k = 0; k < 3; ++k) direction[k] = fan_.direction[k][ray];
+  const ExactHit exact = exact_hit(fan_.origin, direction, triangle);
+  if (!exact.is_hit) return false;
+  float speed = 0, t = 0;
+  if (!plane_t(plane, direction[0], direction[1], direction[2], fan_.length[ray], speed, t))
+    t = exact.t;
+  const auto number = static_cast<int32_t>(block.primitive[lane]);
+  const bool is_lower = fan_.best[ray] == -1 || number < fan_.best[ray];
+  if (!(t >= 0 && (t < fan_.best_t[ray] || (t == fan_.best_t[ray] && is_lower)))) return false;
+  fan_.best_t[ray] = kAny ? -__builtin_inff() : t;
+  fan_.best[ray] = number;
+  return true;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

@@ -1,0 +1,168 @@
+// 64 rays that leave one point, seen as one frustum.
+//
+// The main axis z is where the rays go; the origin is moved to 0 and every direction scaled to
+// z = 1, so a ray is (u, v, 1) and the packet lies in [u_min, u_max] x [v_min, v_max].
+#include "slave/core/kernel/packet_layout.h"
+
+#if defined(TESSERA_CORE_FAN_RAYS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_FAN_RAYS_INL_H_
+#undef TESSERA_CORE_FAN_RAYS_INL_H_
+#else
+#define TESSERA_CORE_FAN_RAYS_INL_H_
+#endif
+
+#include "slave/core/kernel/plane-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+struct FanRays {
+  using D = hn::CappedTag<float, 16>;
+  using DI = hn::CappedTag<int32_t, 16>;
+  using V = hn::Vec<D>;
+  static constexpr size_t kLanes = hn::MaxLanes(D());
+  static constexpr size_t kRows = kPacketRays / kLanes;  // a row: the rays of one register
+
+  // Returns: whether the rays form a frustum: those that are valid go to one side of the main axis
+  // and not far from it.
+  bool setup(const FanPacket& rays);
+  void shorten();  // after hits
+  void store(PacketHits& hits) const;
+  uint64_t blocked() const;
+
+  float origin[3];
+  int kx = 0, ky = 1, kz = 2;  // z: the main axis
+  float side = 1;              // of it that the rays go to
+  float bound_u[2], bound_v[2];
+  float tolerance = 0;  // 42 S u, see fan_block-inl.h
+  float z_far = 0;      // depth behind which no ray looks any more
+  alignas(64) float direction[3][kPacketRays];
+  alignas(64) float ray_u[kPacketRays], ray_v[kPacketRays],
+      length[kPacketRays];                // sum of |direction|
+  alignas(64) float best_t[kPacketRays];  // t_max without a hit
+  alignas(64) int32_t best[kPacketRays];  // -1 without a hit
+  alignas(64) float row_u[2][kRows], row_v[2][kRows];
+
+ private:
+  static uint64_t valid_rays(const FanPacket& rays);
+};
+
+HWY_INLINE uint64_t FanRays::valid_rays(const FanPacket& rays) {
+  const D d;
+  uint64_t valid = 0;
+  for (size_t at = 0; at < kPacketRays; at += kLanes) {
+    V sum = hn::Abs(hn::Load(d, rays.direction[0] + at));
+    sum = hn::Add(sum, hn::Abs(hn::Load(d, rays.direction[1] + at)));
+    sum = hn::Add(sum, hn::Abs(hn::Load(d, rays.direction[2] + at)));
+    auto is_valid = hn::And(hn::Gt(sum, hn::Zero(d)), hn::Lt(sum, hn::Inf(d)));
+    is_valid = hn::And(is_valid, hn::Ge(hn::Load(d, rays.t_max + at), hn::Zero(d)));
+    valid |= uint64_t{bits_of(d, is_valid)} << at;
+  }
+  return valid & rays.active;
+}
+
+HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
+  const D d;
+  const DI di;
+  for (const float o : rays.origin) {
+    if (!(abs_of(o) < __builtin_inff())) return false;
+  }
+  const uint64_t valid = valid_rays(rays);
+  if (valid == 0) return false;
+  const size_t first = static_cast<size_t>(__builtin_ctzll(valid));
+  const size_t middle = valid >> 27 & 1u ? 27 : first;
+  const float ax = abs_of(rays.direction[0][middle]), ay = abs_of(rays.direction[1][middle]),
+              az = abs_of(rays.direction[2][middle]);
+  kz = ax >= ay && ax >= az ? 0 : ay >= az ? 1 : 2;
+  for (int a = 0; a < 3; ++a) origin[a] = rays.origin[a];
+  kx = (kz + 1) % 3;
+  ky = (kz + 2) % 3;
+  side = rays.direction[kz][middle] < 0 ? -1.0f : 1.0f;
+  V u_low = hn::Set(d, 4), u_high = hn::Set(d, -4), v_low = u_low, v_high = u_high;
+  for (size_t r = 0; r < kRows; ++r) {
+    const size_t at = r * kLanes;
+    // Rays that are not valid ride along and hit nothing.
+    const auto is_valid = mask_of(d, static_cast<uint32_t>(valid >> at));
+    for (int a = 0; a < 3; ++a) {
+      const V own = hn::Load(d, rays.direction[a] + at);
+      const V other = hn::Set(d, rays.direction[a][middle]);
+      hn::Store(hn::IfThenElse(is_valid, own, other), d, direction[a] + at);
+    }
+    hn::Store(hn::IfThenElse(is_valid, hn::Load(d, rays.t_max + at), hn::Set(d, -__builtin_inff())),
+              d, best_t + at);
+    const V x = hn::Load(d, direction[kx] + at), y = hn::Load(d, direction[ky] + at);
+    const V z = hn::Mul(hn::Load(d, direction[kz] + at), hn::Set(d, side));
+    const V u = hn::Div(x, z), v = hn::Div(y, z);
+    const V two = hn::Set(d, 2);
+    const auto is_near =
+        hn::And(hn::Gt(z, hn::Zero(d)), hn::And(hn::Le(hn::Abs(u), two), hn::Le(hn::Abs(v), two)));
+    if (!hn::AllTrue(d, is_near)) return false;
+    hn::Store(u, d, ray_u + at);
+    hn::Store(v, d, ray_v + at);
+    const V sum = hn::Add(
+        hn::Add(hn::Abs(hn::Load(d, direction[0] + at)), hn::Abs(hn::Load(d, direction[1] + at))),
+        hn::Abs(hn::Load(d, direction[2] + at)));
+    // Beyond that single rays take care of overflow (see RayTracer::is_extreme_).
+    const auto is_usual =
+        hn::And(hn::Gt(sum, hn::Set(d, 0x1p-58f)), hn::Lt(sum, hn::Set(d, 0x1p60f)));
+    if (!hn::AllTrue(d, is_usual)) return false;
+    hn::Store(sum, d, length + at);
+    hn::Store(hn::Set(di, -1), di, best + at);
+    row_u[0][r] = hn::GetLane(hn::MinOfLanes(d, u));
+    row_u[1][r] = hn::GetLane(hn::MaxOfLanes(d, u));
+    row_v[0][r] = hn::GetLane(hn::MinOfLanes(d, v));
+    row_v[1][r] = hn::GetLane(hn::MaxOfLanes(d, v));
+    u_low = hn::Min(u_low, u);
+    u_high = hn::Max(u_high, u);
+    v_low = hn::Min(v_low, v);
+    v_high = hn::Max(v_high, v);
+  }
+  // Each bound moved out by the roundings of u itself and of its product with z.
+  const auto outward = [](float bound, float sign) {
+    return bound + sign * abs_of(bound) * (8 * kRoundoff);
+  };
+  bound_u[0] = outward(hn::GetLane(hn::MinOfLanes(d, u_low)), -1);
+  bound_u[1] = outward(hn::GetLane(hn::MaxOfLanes(d, u_high)), 1);
+  bound_v[0] = outward(hn::GetLane(hn::MinOfLanes(d, v_low)), -1);
+  bound_v[1] = outward(hn::GetLane(hn::MaxOfLanes(d, v_high)), 1);
+  const float size = 1 + max_of(-bound_u[0], bound_u[1]) + max_of(-bound_v[0], bound_v[1]);
+  tolerance = 42 * kRoundoff * size;
+  shorten();
+  return true;
+}
+
+// Depth, along the main axis, behind which no ray of the packet looks any more; t may be off by
+// 2^-13 of itself where its plane is grazed.
+HWY_INLINE void FanRays::shorten() {
+  const D d;
+  V far = hn::Set(d, -__builtin_inff());
+  for (size_t r = 0; r < kRows; ++r) {
+    const V z = hn::Abs(hn::Load(d, direction[kz] + r * kLanes));
+    far = hn::Max(far, hn::Mul(z, hn::Load(d, best_t + r * kLanes)));
+  }
+  z_far = hn::GetLane(hn::MaxOfLanes(d, far)) * (1 + 0x1p-11f);
+}
+
+HWY_INLINE void FanRays::store(PacketHits& hits) const {
+  const D d;
+  const DI di;
+  for (size_t at = 0; at < kPacketRays; at += kLanes) {
+    const auto primitive = hn::Load(di, best + at);
+    const auto is_miss = hn::RebindMask(d, hn::Eq(primitive, hn::Set(di, -1)));
+    hn::Store(hn::IfThenElse(is_miss, hn::Zero(d), hn::Load(d, best_t + at)), d, hits.t + at);
+    hn::Store(primitive, di, reinterpret_cast<int32_t*>(hits.primitive) + at);
+  }
+}
+
+HWY_INLINE uint64_t FanRays::blocked() const {
+  uint64_t bits = 0;
+  for (size_t i = 0; i < kPacketRays; ++i) bits |= uint64_t{best[i] != -1} << i;
+  return bits;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

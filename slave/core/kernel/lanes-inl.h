@@ -1,0 +1,45 @@
+// Masks of lanes as bits of a number, for any number of lanes up to 16.
+// Threads. Pure functions.
+#include <stdint.h>
+
+#if defined(TESSERA_CORE_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_LANES_INL_H_
+#undef TESSERA_CORE_LANES_INL_H_
+#else
+#define TESSERA_CORE_LANES_INL_H_
+#endif
+
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr float kRoundoff = 0x1p-24f;  // u of all error bounds
+// Part of every absolute tolerance: some sixteen roundings of denormal numbers, 2^-150 each, with
+// room. It counts only where products of lengths come near the end of float32.
+constexpr float kUnderflow = 0x1p-140f;
+
+// Bit i: lane i of the mask.
+template <class Tag>
+HWY_INLINE uint32_t bits_of(Tag d, hn::Mask<Tag> mask) {
+  uint8_t bytes[8] = {};
+  hn::StoreMaskBits(d, mask, bytes);
+  return static_cast<uint32_t>(bytes[0]) | static_cast<uint32_t>(bytes[1]) << 8;
+}
+
+// The reverse; higher bits are ignored.
+template <class Tag>
+HWY_INLINE hn::Mask<Tag> mask_of(Tag d, uint32_t bits) {
+  const uint8_t bytes[8] = {static_cast<uint8_t>(bits & 255u),
+                            static_cast<uint8_t>(bits >> 8 & 255u)};
+  return hn::LoadMaskBits(d, bytes);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

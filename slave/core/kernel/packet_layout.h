@@ -1,0 +1,63 @@
+// Single rays and packets of 64 (8x8 pixels) as the kernels of the wide hierarchy see them.
+// Fixed-size types only and no functions.
+#pragma once
+
+#include <stdint.h>
+
+#include "slave/core/accel/bvh_layout.h"
+
+namespace tessera::core {
+
+inline constexpr int kPacketRays = 64;
+
+// Rays that leave one point: camera rays, and shadow rays of a point light seen from the light.
+// P(t) = origin + t * direction; a hit needs 0 <= t <= t_max. Neighbours in the array are to be
+// neighbours in space: 8 rays in a row are culled together.
+struct alignas(64) FanPacket {
+  float direction[3][kPacketRays];
+  float t_max[kPacketRays];
+  float origin[3];
+  uint64_t active;  // bit i: ray i is to be traced; the arrays need not be set for the others
+};
+
+// A hit needs t_min <= t <= t_max.
+struct SingleRay {
+  float origin[3];
+  float direction[3];
+  float t_min;
+  float t_max;
+};
+
+struct SingleHit {
+  float t;             // 0 for a miss
+  uint32_t primitive;  // kNoPrimitive for a miss
+};
+
+// Misses have primitive kNoPrimitive and t 0.
+struct alignas(64) PacketHits {
+  float t[kPacketRays];
+  uint32_t primitive[kPacketRays];
+};
+
+// The hierarchy as the kernels see it; memory of PreparedScene.
+template <int W>
+struct BvhView {
+  const BvhNode<W>* nodes;  // root first; null for an empty scene
+  const TriangleBlock<W>* blocks;
+  float lower[3], upper[3];  // of the scene
+};
+
+// Entry points for hierarchies of width W. A ray's answer is the same to the bit from each of them
+// and on every instruction set: the triangle that it hits first in exact arithmetic, as far as t
+// tells; of hits at equal t the lowest primitive. A ray with a component that is not finite, a zero
+// direction or limits that are NaN is a miss and touches no other ray.
+template <int W>
+struct BvhKernels {
+  void (*closest_ray)(const BvhView<W>& scene, const SingleRay& ray, SingleHit& hit);
+  bool (*occluded_ray)(const BvhView<W>& scene, const SingleRay& ray);
+  // Rays that are no narrow fan are traced one by one.
+  void (*closest_fan)(const BvhView<W>& scene, const FanPacket& rays, PacketHits& hits);
+  uint64_t (*occluded_fan)(const BvhView<W>& scene, const FanPacket& rays);  // bits of the blocked
+};
+
+}  // namespace tessera::core

@@ -1,0 +1,214 @@
+// Property: single rays and packets, on every instruction set and in hierarchies of both widths, give
+// one answer, the same to the bit; it is the one that exact arithmetic on every triangle gives.
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <sstream>
+
+#include "slave/core/accel/bvh_builder.h"
+#include "slave/core/geometry/exact_hit_abi.h"
+#include "slave/core/geometry/triangle_store.h"
+#include "tests/support/bundles.h"
+#include "tests/support/test_meshes.h"
+
+namespace tessera::core {
+namespace {
+
+template <int W>
+BvhView<W> view_of(const Bvh<W>& bvh) {
+  const Vec3f low = bvh.bounds.lower, high = bvh.bounds.upper;
+  return {bvh.nodes.data(), bvh.blocks.data(), {low.x, low.y, low.z}, {high.x, high.y, high.z}};
+}
+
+const BvhKernels<8>& kernels_of(const KernelTable& table, const Bvh<8>&) { return table.bvh8; }
+const BvhKernels<16>& kernels_of(const KernelTable& table, const Bvh<16>&) { return table.bvh16; }
+
+struct Prepared {
+  std::vector<Bounds3f> boxes;
+  TriangleStore store;
+  Bvh<8> bvh8;
+  Bvh<16> bvh16;
+
+  explicit Prepared(const Mesh& mesh) {
+    store = make_triangle_store(test::make_scene(mesh), boxes);
+    bvh8 = std::move(*build_bvh<8>(boxes, store.vertices, {1, nullptr}));
+    bvh16 = std::move(*build_bvh<16>(boxes, store.vertices, {1, nullptr}));
+  }
+};
+
+// A thin spike, a needle and a well-shaped triangle in turn, at random places.
+Mesh make_slivers(std::uint32_t count, std::uint32_t seed) {
+  Mesh mesh = test::make_random_triangles(count, 0.3f, seed);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    auto& [a, b, c] = mesh.triangles[t];
+    const float share = t % 3 == 0 ? 1e-6f : t % 3 == 1 ? 1e-3f : 1;
+    mesh.positions[c] = mesh.positions[b] + (mesh.positions[c] - mesh.positions[b]) * share;
+  }
+  return mesh;
+}
+
+Vec3f vector(const float* v, int stride) { return {v[0], v[stride], v[2 * stride]}; }
+
+std::string text_of(const FanPacket& fan, int i) {
+  const Vec3f d = vector(&fan.direction[0][i], kPacketRays);
+  std::ostringstream out;
+  out << std::hexfloat << fan.origin[0] << " " << fan.origin[1] << " " << fan.origin[2] << " to "
+      << d.x << " " << d.y << " " << d.z << " t_max " << fan.t_max[i];
+  return out.str();
+}
+
+// A fan from `origin`: at random points, at corners, at edges, along axes, now and then invalid.
+FanPacket make_fan(const Mesh& mesh, Vec3f origin, std::mt19937& random) {
+  FanPacket fan{};
+  for (int a = 0; a < 3; ++a) fan.origin[a] = origin[a];
+  const auto corner = [&] { return mesh.positions[random() % mesh.positions.size()]; };
+  const bool is_wide = random() % 4 == 0;  // no frustum: traced one by one
+  const Vec3f middle = corner();
+  std::uniform_real_distribution<float> unit(-1, 1);
+  for (int i = 0; i < kPacketRays; ++i) {
+    const auto& triangle = mesh.triangles[random() % mesh.triangles.size()];
+    const Vec3f p = mesh.positions[triangle[0]], q = mesh.positions[triangle[1]];
+    Vec3f target = is_wide ? p : middle + (p - middle) * 0.2f;
+    if (random() % 3 == 0) target = is_wide ? (p + q) * 0.5f : middle;
+    Vec3f direction = target - origin;
+    if (random() % 16 == 0) direction.x = random() % 2 != 0 ? 0.0f : -0.0f;
+    if (random() % 16 == 0) direction.y = 1e-41f;
+    if (random() % 256 == 0) direction = direction * (random() % 2 != 0 ? 1e-30f : 1e22f);
+    if (random() % 64 == 0) direction.z = std::numeric_limits<float>::quiet_NaN();
+    for (int a = 0; a < 3; ++a) fan.direction[a][i] = direction[a];
+    fan.t_max[i] = random() % 8 == 0 ? unit(random) + 1 : Bounds3f::kInf;
+    fan.active |= std::uint64_t{random() % 32 != 0} << i;
+  }
+  return fan;
+}
+
+SingleRay ray_of(const FanPacket& fan, int i) {
+  return {{fan.origin[0], fan.origin[1], fan.origin[2]},
+          {fan.direction[0][i], fan.direction[1][i], fan.direction[2][i]},
+          0,
+          fan.t_max[i]};
+}
+
+bool is_valid(const SingleRay& ray) {
+  const Vec3f d = vector(ray.direction, 1);
+  return is_finite(d) && (d.x != 0 || d.y != 0 || d.z != 0) && ray.t_max >= 0;
+}
+
+// What is wrong with an answer, or nullptr. t may be off by 2^-12 of itself (plane-inl.h).
+const char* judge(const TriangleStore& store, const std::vector<Bounds3f>& boxes,
+                  const SingleRay& ray, const SingleHit& hit) {
+  const bool is_hit = hit.primitive != kNoPrimitive;
+  if (!is_valid(ray)) return is_hit ? "an invalid ray hits" : nullptr;
+  constexpr float kMore = 1 + 0x1p-12f;
+  for (std::uint32_t p = 0; p < boxes.size(); ++p) {
+    if (boxes[p].is_empty()) continue;
+    const ExactHit exact =
+        exact_hit(ray.origin, ray.direction, &store.vertices[std::size_t{9} * p]);
+    if (p == hit.primitive) {
+      if (!exact.is_hit) return "reports a triangle that the ray misses";
+      if (std::fabs(exact.t - hit.t) > std::fabs(exact.t) * 0x1p-12f) return "t is wrong";
+    }
+    if (!exact.is_hit || !(exact.t >= 0) || !(exact.t * kMore <= ray.t_max)) continue;
+    if (!is_hit) return "misses a triangle that the ray hits";
+    if (exact.t * kMore < hit.t) return "reports a triangle behind another";
+  }
+  return nullptr;
+}
+
+template <int W>
+void expect_agreement(const Bvh<W>& bvh, const FanPacket& fan, const PacketHits& expected) {
+  for (const Isa isa : test::isas_here()) {
+    const BvhKernels<W>& kernels = kernels_of(kernels_for(isa), bvh);
+    PacketHits hits;
+    kernels.closest_fan(view_of(bvh), fan, hits);
+    const std::uint64_t blocked = kernels.occluded_fan(view_of(bvh), fan);
+    for (int i = 0; i < kPacketRays; ++i) {
+      const auto same = [&](float t, std::uint32_t primitive) {
+        return primitive == expected.primitive[i] &&
+               std::bit_cast<std::uint32_t>(t) == std::bit_cast<std::uint32_t>(expected.t[i]);
+      };
+      const bool is_hit = expected.primitive[i] != kNoPrimitive;
+      EXPECT_TRUE(same(hits.t[i], hits.primitive[i]))
+          << isa_name(isa) << " fan " << text_of(fan, i);
+      EXPECT_EQ(blocked >> i & 1u, is_hit ? 1u : 0u) << isa_name(isa) << " any " << text_of(fan, i);
+      if ((fan.active >> i & 1u) == 0) continue;
+      SingleHit single;
+      kernels.closest_ray(view_of(bvh), ray_of(fan, i), single);
+      EXPECT_TRUE(same(single.t, single.primitive)) << isa_name(isa) << " ray " << text_of(fan, i);
+      EXPECT_EQ(kernels.occluded_ray(view_of(bvh), ray_of(fan, i)), is_hit) << text_of(fan, i);
+    }
+  }
+}
+
+struct Place {
+  float scale;
+  Vec3f offset;
+};
+constexpr Place kPlaces[] = {{1, {0, 0, 0}},      {1e-6f, {0, 0, 0}}, {1e6f, {0, 0, 0}},
+                             {1e-20f, {0, 0, 0}}, {1e15f, {0, 0, 0}}, {1, {1e4f, -2e4f, 3e4f}}};
+
+TEST(BvhKernels, EveryPathGivesTheAnswerOfExactArithmetic) {
+  const std::uint32_t seed = 4711;
+  const Mesh meshes[] = {test::make_icosphere(3), test::make_terrain(24, 1),
+                         test::make_random_triangles(1500, 0.2f, 2), make_slivers(1500, 3)};
+  for (const Place& place : kPlaces) {
+    for (Mesh mesh : meshes) {
+      test::place(mesh, place.scale, place.offset);
+      const Prepared scene(mesh);
+      std::mt19937 random(seed);
+      std::uniform_real_distribution<float> unit(-1.5f, 1.5f);
+      for (int packet = 0; packet < 40 && !testing::Test::HasFailure(); ++packet) {
+        Vec3f origin = Vec3f{unit(random), unit(random), unit(random)} * place.scale + place.offset;
+        if (packet % 8 == 0) origin = mesh.positions[random() % mesh.positions.size()];
+        const FanPacket fan = make_fan(mesh, origin, random);
+        PacketHits hits;
+        kernels_for(Isa::kScalar).bvh8.closest_fan(view_of(scene.bvh8), fan, hits);
+        for (int i = 0; i < kPacketRays; ++i) {
+          if ((fan.active >> i & 1u) == 0) continue;
+          const char* const wrong =
+              judge(scene.store, scene.boxes, ray_of(fan, i), {hits.t[i], hits.primitive[i]});
+          EXPECT_EQ(wrong, nullptr)
+              << (wrong != nullptr ? wrong : "") << ", seed " << seed << ": " << text_of(fan, i);
+        }
+        expect_agreement(scene.bvh8, fan, hits);
+        expect_agreement(scene.bvh16, fan, hits);
+      }
+    }
+  }
+}
+
+// From inside a closed mesh nothing gets out, aimed at its edges and corners or not.
+TEST(BvhKernels, NoRayLeavesAClosedMesh) {
+  const std::uint32_t seed = 99;
+  std::size_t rays = 0, leaks = 0;
+  for (const Place& place : kPlaces) {
+    Mesh mesh = test::make_icosphere(4);
+    test::place(mesh, place.scale, place.offset);
+    const Prepared scene(mesh);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> unit(-0.4f, 0.4f);
+    const BvhKernels<8>& kernels = kernels_for(test::isas_here().back()).bvh8;
+    for (int packet = 0; packet < 4000; ++packet) {
+      const Vec3f origin =
+          Vec3f{unit(random), unit(random), unit(random)} * place.scale + place.offset;
+      FanPacket fan = make_fan(mesh, origin, random);
+      for (float& t : fan.t_max) t = Bounds3f::kInf;
+      PacketHits hits;
+      kernels.closest_fan(view_of(scene.bvh8), fan, hits);
+      for (int i = 0; i < kPacketRays; ++i) {
+        if ((fan.active >> i & 1u) == 0 || !is_valid(ray_of(fan, i))) continue;
+        ++rays;
+        if (hits.primitive[i] != kNoPrimitive) continue;
+        if (++leaks <= 3) ADD_FAILURE() << "leak, seed " << seed << ": " << text_of(fan, i);
+      }
+    }
+  }
+  EXPECT_EQ(leaks, 0u);
+  EXPECT_GT(rays, 1'000'000u);
+}
+
+}  // namespace
+}  // namespace tessera::core
