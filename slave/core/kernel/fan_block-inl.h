@@ -44,6 +44,7 @@ class FanBlock {
   using V = FanRays::V;
   using B = hn::CappedTag<float, W>;  // triangles
   using VB = hn::Vec<B>;
+  using MB = hn::Mask<B>;
   static constexpr size_t kLanes = FanRays::kLanes;
   static constexpr size_t kRows = FanRays::kRows;
   static constexpr size_t kStep = hn::MaxLanes(B());
@@ -55,6 +56,14 @@ class FanBlock {
   bool test(const TriangleBlock<W>& block);
 
  private:
+  // Of triangles, from the origin; size: s of the file's comment.
+  struct Corners {
+    VB x[3], y[3], z[3], size;
+  };
+
+  static VB largest(VB p, VB q, VB r) { return hn::Max(hn::Max(p, q), r); }
+  Corners corners_of(const TriangleBlock<W>& block, size_t first) const;
+  MB in_frustum(const Corners& p) const;
   uint32_t cull(const TriangleBlock<W>& block, size_t first, uint32_t& unsure);
   bool test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_unsure);
   bool test_row(const TriangleBlock<W>& block, size_t lane, size_t row, const Plane& plane);
@@ -66,43 +75,60 @@ class FanBlock {
   alignas(64) float thin_[W], volume_[W];
 };
 
+template <int W, bool kAny>
+typename FanBlock<W, kAny>::Corners FanBlock<W, kAny>::corners_of(const TriangleBlock<W>& block,
+                                                                  size_t first) const {
+  const B b;
+  Corners p;
+  p.size = hn::Zero(b);
+  for (int c = 0; c < 3; ++c) {
+    const auto at = [&](int axis) {
+      const VB corner = hn::Load(b, block.vertex[3 * c + axis] + first);
+      return hn::Sub(corner, hn::Set(b, fan_.origin[axis]));
+    };
+    p.x[c] = at(fan_.kx);
+    p.y[c] = at(fan_.ky);
+    p.z[c] = hn::Mul(at(fan_.kz), hn::Set(b, fan_.side));
+    p.size = hn::Max(p.size, largest(hn::Abs(p.x[c]), hn::Abs(p.y[c]), hn::Abs(p.z[c])));
+  }
+  return p;
+}
+
+// Triangles with a corner on the inner side of each of the frustum's planes.
+template <int W, bool kAny>
+typename FanBlock<W, kAny>::MB FanBlock<W, kAny>::in_frustum(const Corners& p) const {
+  const B b;
+  const VB z_low = hn::Min(hn::Min(p.z[0], p.z[1]), p.z[2]);
+  const MB in_front = hn::Ge(largest(p.z[0], p.z[1], p.z[2]), hn::Zero(b));
+  // 4 u s for the roundings of a corner and of its product.
+  const VB slack = hn::Mul(p.size, hn::Set(b, -4 * kRoundoff));
+  const auto meets = [&](const VB* q, float bound, float sign) {
+    const VB k = hn::Set(b, bound * sign), s = hn::Set(b, -sign);
+    const auto inside = [&](int c) { return hn::MulAdd(k, p.z[c], hn::Mul(s, q[c])); };
+    return hn::Ge(largest(inside(0), inside(1), inside(2)), slack);
+  };
+  const MB across = hn::And(meets(p.x, fan_.bound_u[1], 1), meets(p.x, fan_.bound_u[0], -1));
+  const MB up = hn::And(meets(p.y, fan_.bound_v[1], 1), meets(p.y, fan_.bound_v[0], -1));
+  return hn::And(hn::And(in_front, hn::Le(z_low, hn::Set(b, fan_.z_far))), hn::And(across, up));
+}
+
 // Edge functions of the triangles of a block from lane `first` on. Returns: the bits of those that
-// the frustum may meet; unsure: of those whose orientation is not sure.
+// the frustum may meet; unsure: of those whose orientation is not sure. A lane without triangle is
+// NaN and fails the first comparison.
 template <int W, bool kAny>
 uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, uint32_t& unsure) {
   const B b;
-  const VB zero = hn::Zero(b);
-  VB x[3], y[3], z[3];
-  for (int c = 0; c < 3; ++c) {
-    const auto at = [&](int axis) { return hn::Load(b, block.vertex[3 * c + axis] + first); };
-    x[c] = hn::Sub(at(fan_.kx), hn::Set(b, fan_.origin[fan_.kx]));
-    y[c] = hn::Sub(at(fan_.ky), hn::Set(b, fan_.origin[fan_.ky]));
-    z[c] = hn::Mul(hn::Sub(at(fan_.kz), hn::Set(b, fan_.origin[fan_.kz])), hn::Set(b, fan_.side));
-  }
-  const auto largest = [&](VB p, VB q, VB r) { return hn::Max(hn::Max(p, q), r); };
-  // s of the file's comment. A lane without triangle is NaN and fails the first comparisons.
-  VB size = zero;
-  for (int c = 0; c < 3; ++c)
-    size = hn::Max(size, largest(hn::Abs(x[c]), hn::Abs(y[c]), hn::Abs(z[c])));
-  const VB z_low = hn::Min(hn::Min(z[0], z[1]), z[2]);
-  auto keep =
-      hn::And(hn::Ge(largest(z[0], z[1], z[2]), zero), hn::Le(z_low, hn::Set(b, fan_.z_far)));
-  // The four planes; 4 u s for the roundings of a corner and of the product.
-  const VB slack = hn::Mul(size, hn::Set(b, -4 * kRoundoff));
-  const auto meets = [&](const VB* p, float bound, float sign) {
-    const VB k = hn::Set(b, bound * sign), s = hn::Set(b, -sign);
-    const auto inside = [&](int c) { return hn::MulAdd(k, z[c], hn::Mul(s, p[c])); };
-    return hn::Ge(largest(inside(0), inside(1), inside(2)), slack);
-  };
-  keep = hn::And(keep, hn::And(meets(x, fan_.bound_u[1], 1), meets(x, fan_.bound_u[0], -1)));
-  keep = hn::And(keep, hn::And(meets(y, fan_.bound_v[1], 1), meets(y, fan_.bound_v[0], -1)));
+  const Corners p = corners_of(block, first);
+  MB keep = in_frustum(p);
   if (hn::AllFalse(b, keep)) return 0;
 
   VB edge[3][3], length[3];
   for (int c = 0; c < 3; ++c) {
     const int e = (c + 1) % 3;
-    const VB sx = hn::Add(x[c], x[e]), sy = hn::Add(y[c], y[e]), sz = hn::Add(z[c], z[e]);
-    const VB dx = hn::Sub(x[e], x[c]), dy = hn::Sub(y[e], y[c]), dz = hn::Sub(z[e], z[c]);
+    const VB sx = hn::Add(p.x[c], p.x[e]), sy = hn::Add(p.y[c], p.y[e]),
+             sz = hn::Add(p.z[c], p.z[e]);
+    const VB dx = hn::Sub(p.x[e], p.x[c]), dy = hn::Sub(p.y[e], p.y[c]),
+             dz = hn::Sub(p.z[e], p.z[c]);
     edge[c][0] = hn::MulSub(sy, dz, hn::Mul(sz, dy));
     edge[c][1] = hn::MulSub(sz, dx, hn::Mul(sx, dz));
     edge[c][2] = hn::MulSub(sx, dy, hn::Mul(sy, dx));
@@ -111,11 +137,11 @@ uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, ui
   // The side of the origin, the same for all rays: 2 A . (B x C). Faces turned away are turned
   // round.
   const VB volume =
-      hn::MulAdd(edge[1][0], x[0], hn::MulAdd(edge[1][1], y[0], hn::Mul(edge[1][2], z[0])));
-  const VB per_length = hn::Mul(size, hn::Set(b, fan_.tolerance));
+      hn::MulAdd(edge[1][0], p.x[0], hn::MulAdd(edge[1][1], p.y[0], hn::Mul(edge[1][2], p.z[0])));
+  const VB per_length = hn::Mul(p.size, hn::Set(b, fan_.tolerance));
   const VB longest = largest(length[0], length[1], length[2]);
   const VB thin = hn::MulAdd(longest, per_length, hn::Set(b, kUnderflow));
-  const VB least = hn::Mul(thin, hn::Mul(size, hn::Set(b, 4)));
+  const VB least = hn::Mul(thin, hn::Mul(p.size, hn::Set(b, 4)));
   const auto is_sure = hn::And(hn::Gt(hn::Abs(volume), least), hn::Lt(hn::Abs(volume), hn::Inf(b)));
   const auto is_unsure = hn::Not(is_sure);
   const VB sign = hn::And(volume, hn::Set(b, -0.0f));
@@ -130,7 +156,7 @@ uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, ui
         hn::Max(hn::Mul(nx, hn::Set(b, fan_.bound_u[0])), hn::Mul(nx, hn::Set(b, fan_.bound_u[1])));
     const VB up =
         hn::Max(hn::Mul(ny, hn::Set(b, fan_.bound_v[0])), hn::Mul(ny, hn::Set(b, fan_.bound_v[1])));
-    keep = hn::And(keep, hn::Or(is_unsure, hn::Ge(hn::Add(hn::Add(across, up), nz), zero)));
+    keep = hn::And(keep, hn::Or(is_unsure, hn::Ge(hn::Add(hn::Add(across, up), nz), hn::Zero(b))));
     hn::Store(nx, b, edge_[c][0] + first);
     hn::Store(ny, b, edge_[c][1] + first);
     hn::Store(nz, b, edge_[c][2] + first);

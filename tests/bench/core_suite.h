@@ -1,0 +1,25 @@
+// The suite "core": rays per CPU-second of every way to trace them, all on the same rays in the same
+// run, interleaved; what Embree makes of them, where it is there; and where the answers differ.
+//
+// Threads. One.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/isa.h"
+#include "common/base/status.h"
+
+namespace tessera::bench {
+
+struct CoreSuiteOptions {
+  std::vector<std::string> scenes;
+  Isa isa = Isa::kScalar;
+  int size_px = 1024;  // a multiple of 8
+  int repeats = 5;
+  std::string json_path;  // empty: none
+};
+
+Status run_core_suite(const CoreSuiteOptions& options);
+
+}  // namespace tessera::bench

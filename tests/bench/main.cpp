@@ -1,0 +1,61 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "common/base/version.h"
+#include "slave/core/render/tile_renderer.h"
+#include "tests/bench/core_suite.h"
+#include "tests/bench/scenes.h"
+
+namespace {
+
+int fail(int code, const std::string& text) {
+  std::fprintf(stderr, "tessera-bench: %s\n", text.c_str());
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Measures the ray core, beside Embree where it was there when this was built.",
+               "tessera-bench");
+  app.set_version_flag("--version", std::string("tessera-bench ") + tessera::kBuildId);
+  tessera::bench::CoreSuiteOptions options;
+  std::string suite = "core", isa = "auto";
+  bool is_quick = false;
+  app.add_option("SUITE", suite, "core: rays per CPU-second")->check(CLI::IsMember({"core"}));
+  app.add_option("--scene", options.scenes, "interior, knot, building, field (default: all)")
+      ->check(CLI::IsMember(tessera::bench::scene_names()));
+  app.add_flag("--quick", is_quick, "interior and knot, 512x512, 3 repeats");
+  app.add_option("--isa", isa, "auto, scalar, sse4, avx2, avx512")->capture_default_str();
+  app.add_option("--repeats", options.repeats, "timed runs of each, interleaved; the median counts")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--json", options.json_path, "write the figures to this file");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    return fail(2, std::string(error.what()) + " (see --help)");
+  }
+  const tessera::IsaMask supported = tessera::core::supported_isas();
+  options.isa = tessera::widest_isa(supported);
+  if (isa != "auto") {
+    const auto named = tessera::parse_isa(isa);
+    if (!named.is_ok()) return fail(2, named.status().message());
+    if ((supported & tessera::isa_bit(*named)) == 0) {
+      return fail(1, "--isa " + isa + ": this CPU does not have it");
+    }
+    options.isa = *named;
+  }
+  if (is_quick) {
+    options.size_px = 512;
+    options.repeats = std::min(options.repeats, 3);
+  }
+  if (options.scenes.empty()) {
+    options.scenes = tessera::bench::scene_names();
+    if (is_quick) options.scenes = {"interior", "knot"};
+  }
+  const tessera::Status status = run_core_suite(options);
+  return status.is_ok() ? 0 : fail(1, status.message());
+}
