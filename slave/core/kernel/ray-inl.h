@@ -54,22 +54,29 @@ class RayTracer {
     float t;
   };
 
+  // Corners across the ray and edge functions of kStep triangles.
+  struct Sheared {
+    alignas(64) float x[3][kStep], y[3][kStep], edge[3][kStep];
+  };
+
   bool setup(const SingleRay& ray);
   void setup_axis(int axis, float largest, float reach);
   uint32_t overlapping(const BvhNode<W>& node, float* t_in) const;
   void push_children(const BvhNode<W>& node, Entry* stack, int& size) const;
   void test_block(const TriangleBlock<W>& block);
-  uint32_t candidates(const TriangleBlock<W>& block, size_t first, uint32_t& sure,
-                      float* thin) const;
-  void test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_sure, float thin);
+  uint32_t candidates(const TriangleBlock<W>& block, size_t first, Sheared& sheared) const;
+  bool is_sure(const TriangleBlock<W>& block, size_t lane, const Sheared& sheared, size_t at,
+               float& thin) const;
+  void test_triangle(const TriangleBlock<W>& block, size_t lane, const Sheared& sheared, size_t at);
 
   const BvhView<W>& scene_;
   float origin_[3], direction_[3];
   float slope_[3];             // direction, scaled by a power of two where it is extreme
   float inverse_[3], pad_[3];  // of slope_
   float shear_x_ = 0, shear_y_ = 0;
-  float scale_ = 1;  // t of slope_ = t * scale_
-  float size_ = 0;   // sum of |direction|
+  float coarse_ = 0;  // tolerance of an edge function per size of its triangle
+  float scale_ = 1;   // t of slope_ = t * scale_
+  float size_ = 0;    // sum of |direction|
   bool is_extreme_ = false;
   int kx_ = 0, ky_ = 1, kz_ = 2;
   float t_min_ = 0, best_t_ = 0;
@@ -108,6 +115,8 @@ bool RayTracer<W, kAny>::setup(const SingleRay& ray) {
     scale_ /= factor;
   }
   for (int a = 0; a < 3; ++a) setup_axis(a, largest, reach);
+  // |corner| <= reach, |extent| <= 2 size: no less than 32 u s D.
+  coarse_ = 64 * kRoundoff * reach * (1 + 4 * kRoundoff);
   shear_x_ = slope_[kx_] / slope_[kz_];
   shear_y_ = slope_[ky_] / slope_[kz_];
   return true;
@@ -192,11 +201,11 @@ bool RayTracer<W, kAny>::run(const SingleRay& ray) {
   return best_ != -1;
 }
 
-// Triangles that the line may pass through; sure: those that it surely does. thin: the least
-// |N.D| / |D main| of a triangle that is thick enough for that.
+// Triangles that the line may pass through. One tolerance for the three edges of a triangle, for
+// the largest distance in the scene and a bound on its extent: few triangles pass it wrongly.
 template <int W, bool kAny>
-uint32_t RayTracer<W, kAny>::candidates(const TriangleBlock<W>& block, size_t first, uint32_t& sure,
-                                        float* thin) const {
+uint32_t RayTracer<W, kAny>::candidates(const TriangleBlock<W>& block, size_t first,
+                                        Sheared& sheared) const {
   const B b;
   V x[3], y[3], size = hn::Zero(b);
   for (int c = 0; c < 3; ++c) {
@@ -204,57 +213,77 @@ uint32_t RayTracer<W, kAny>::candidates(const TriangleBlock<W>& block, size_t fi
       const V corner = hn::Load(b, block.vertex[3 * c + axis] + first);
       return hn::Sub(corner, hn::Set(b, origin_[axis]));
     };
-    const V rx = at(kx_), ry = at(ky_), rz = at(kz_);
-    x[c] = hn::NegMulAdd(hn::Set(b, shear_x_), rz, rx);
-    y[c] = hn::NegMulAdd(hn::Set(b, shear_y_), rz, ry);
-    size = hn::Max(size, hn::Max(hn::Max(hn::Abs(rx), hn::Abs(ry)), hn::Abs(rz)));
+    const V z = at(kz_);
+    x[c] = hn::NegMulAdd(hn::Set(b, shear_x_), z, at(kx_));
+    y[c] = hn::NegMulAdd(hn::Set(b, shear_y_), z, at(ky_));
+    size = hn::Max(size, hn::Max(hn::Abs(x[c]), hn::Abs(y[c])));
   }
-  const V per_length = hn::Mul(size, hn::Set(b, 32 * kRoundoff));
-  V edge[3], tolerance[3];
+  V edge[3];
   for (int c = 0; c < 3; ++c) {
     const int e = (c + 1) % 3;
     edge[c] = hn::MulSub(x[c], y[e], hn::Mul(y[c], x[e]));
-    const V extent = hn::Max(hn::Abs(hn::Sub(x[e], x[c])), hn::Abs(hn::Sub(y[e], y[c])));
-    tolerance[c] = hn::MulAdd(extent, per_length, hn::Set(b, kUnderflow));
   }
-  const auto all = [](auto p, auto q, auto r) { return hn::And(hn::And(p, q), r); };
-  const auto above = [&](int c) { return hn::Ge(edge[c], hn::Neg(tolerance[c])); };
-  const auto below = [&](int c) { return hn::Le(edge[c], tolerance[c]); };
-  const uint32_t bits =
-      bits_of(b, hn::Or(all(above(0), above(1), above(2)), all(below(0), below(1), below(2))));
+  const V tolerance = hn::MulAdd(size, hn::Set(b, coarse_), hn::Set(b, kUnderflow));
+  const auto is_left = hn::Ge(hn::Min(hn::Min(edge[0], edge[1]), edge[2]), hn::Neg(tolerance));
+  const auto is_right = hn::Le(hn::Max(hn::Max(edge[0], edge[1]), edge[2]), tolerance);
+  const uint32_t bits = bits_of(b, hn::Or(is_left, is_right));
   if (bits == 0) return 0;
-  const auto left = [&](int c) { return hn::Gt(edge[c], tolerance[c]); };
-  const auto right = [&](int c) { return hn::Lt(edge[c], hn::Neg(tolerance[c])); };
-  sure = bits_of(b, hn::Or(all(left(0), left(1), left(2)), all(right(0), right(1), right(2))));
-  const V longest = hn::Max(hn::Max(tolerance[0], tolerance[1]), tolerance[2]);
-  hn::Store(hn::Mul(longest, hn::Set(b, 8)), b, thin);
+  for (int c = 0; c < 3; ++c) {
+    hn::Store(x[c], b, sheared.x[c]);
+    hn::Store(y[c], b, sheared.y[c]);
+    hn::Store(edge[c], b, sheared.edge[c]);
+  }
   return bits;
 }
 
 template <int W, bool kAny>
 void RayTracer<W, kAny>::test_block(const TriangleBlock<W>& block) {
-  alignas(64) float thin[kStep];
+  Sheared sheared;
   for (size_t first = 0; first < W; first += kStep) {
-    uint32_t sure = 0;
-    for (uint32_t bits = candidates(block, first, sure, thin); bits != 0; bits &= bits - 1) {
+    for (uint32_t bits = candidates(block, first, sheared); bits != 0; bits &= bits - 1) {
       const auto lane = static_cast<size_t>(__builtin_ctz(bits));
-      test_triangle(block, first + lane, sure >> lane & 1u, thin[lane]);
+      test_triangle(block, first + lane, sheared, lane);
     }
   }
 }
 
+// Whether the edge functions alone say that the line passes through the triangle. thin: the least
+// |N.D| / |D main| of a triangle that is thick enough for that.
 template <int W, bool kAny>
-void RayTracer<W, kAny>::test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_sure,
-                                       float thin) {
+bool RayTracer<W, kAny>::is_sure(const TriangleBlock<W>& block, size_t lane, const Sheared& sheared,
+                                 size_t at, float& thin) const {
+  float size = 0;
+  for (size_t k = 0; k < 9; ++k)
+    size = max_of(size, abs_of(block.vertex[k][lane] - origin_[k % 3]));
+  const float per_length = 32 * kRoundoff * size;
+  bool is_left = true, is_right = true;
+  float longest = 0;
+  for (int c = 0; c < 3; ++c) {
+    const int e = (c + 1) % 3;
+    const float extent = max_of(abs_of(sheared.x[e][at] - sheared.x[c][at]),
+                                abs_of(sheared.y[e][at] - sheared.y[c][at]));
+    const float tolerance = extent * per_length + kUnderflow;
+    is_left = is_left && sheared.edge[c][at] > tolerance;
+    is_right = is_right && sheared.edge[c][at] < -tolerance;
+    longest = max_of(longest, tolerance);
+  }
+  thin = 8 * longest;
+  return is_left || is_right;
+}
+
+template <int W, bool kAny>
+void RayTracer<W, kAny>::test_triangle(const TriangleBlock<W>& block, size_t lane,
+                                       const Sheared& sheared, size_t at) {
   const Plane plane = plane_of(block, lane, origin_);
-  float t = 0, speed = 0;
+  float t = 0, speed = 0, thin = 0;
   bool counts = plane_t(plane, direction_[0], direction_[1], direction_[2], size_, speed, t);
   counts = counts && !is_extreme_;
   const auto number = static_cast<int32_t>(block.primitive[lane]);
   const bool is_lower = best_ == -1 || number < best_;
   const auto in_range = [&] { return t >= t_min_ && (t < best_t_ || (t == best_t_ && is_lower)); };
   if (counts && !in_range()) return;
-  if (!(is_sure && counts && abs_of(speed) > thin * abs_of(direction_[kz_]))) {
+  if (!counts || !is_sure(block, lane, sheared, at, thin) ||
+      !(abs_of(speed) > thin * abs_of(direction_[kz_]))) {
     float triangle[9];
     for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
     const ExactHit exact = exact_hit(origin_, direction_, triangle);
