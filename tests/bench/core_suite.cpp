@@ -1,6 +1,7 @@
 #include "tests/bench/core_suite.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <limits>
@@ -82,7 +83,7 @@ std::string report(const BenchScene& scene, const std::vector<Row>& rows, std::s
   std::string list = "[";
   for (const Row& row : rows) {
     std::printf("  %-18s %12.2f %10.2f %10llu %10llu %16.9g\n", row.contender->name.c_str(),
-                rate(row), best_peer > 0 ? rate(row) / best_peer : 0,
+                rate(row), best_peer > 0 ? rate(row) / best_peer : std::nan(""),
                 static_cast<unsigned long long>(row.hits),
                 static_cast<unsigned long long>(row.different), row.sum_t);
     JsonObject json;

@@ -15,6 +15,7 @@
 #endif
 
 #include "slave/core/kernel/fan_block-inl.h"
+#include "slave/core/kernel/node_stack-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
@@ -34,13 +35,7 @@ class FanTracer {
   const FanRays& fan() const { return fan_; }
 
  private:
-  struct Entry {
-    uint32_t child;
-    float z;
-  };
-
   uint32_t overlapping(const BvhNode<W>& node, float* z_near) const;
-  void push_children(const BvhNode<W>& node, Entry* stack, int& size) const;
 
   const BvhView<W>& scene_;
   FanRays fan_;
@@ -80,37 +75,20 @@ uint32_t FanTracer<W, kAny>::overlapping(const BvhNode<W>& node, float* z_near) 
 }
 
 template <int W, bool kAny>
-void FanTracer<W, kAny>::push_children(const BvhNode<W>& node, Entry* stack, int& size) const {
-  alignas(64) float z_near[W];
-  const int base = size;
-  for (uint32_t bits = overlapping(node, z_near); bits != 0; bits &= bits - 1) {
-    const int i = __builtin_ctz(bits);  // the nearest comes to lie on top
-    const Entry entry{node.child[i], z_near[i]};
-    scene_prefetch(scene_, entry.child);
-    int at = size++;
-    for (; at > base && stack[at - 1].z < entry.z; --at) stack[at] = stack[at - 1];
-    stack[at] = entry;
-  }
-}
-
-template <int W, bool kAny>
 bool FanTracer<W, kAny>::run(const FanPacket& rays) {
   if (!fan_.setup(rays)) return false;
-  if (scene_.nodes == nullptr) return true;
-  Entry stack[kBvhDepthMax * (W - 1) + 1];
-  int size = 1;
-  stack[0] = {0, 0};
-  while (size > 0) {
-    const Entry entry = stack[--size];
-    if (entry.z > fan_.z_far) continue;
+  alignas(64) float z_near[W];
+  NodeStack<W> stack(scene_);
+  while (!stack.is_empty()) {
+    const StackEntry entry = stack.pop();
+    if (entry.distance > fan_.z_far) continue;
     if ((entry.child & kBvhLeaf) == 0) {
-      push_children(scene_.nodes[entry.child], stack, size);
+      const BvhNode<W>& node = scene_.nodes[entry.child];
+      stack.push(node, overlapping(node, z_near), z_near);
       continue;
     }
-    const TriangleBlock<W>* const first = scene_.blocks + (entry.child & kBvhBlockMask);
-    const uint32_t count = (entry.child >> kBvhCountShift & (kBvhLeafBlocksMax - 1)) + 1;
     bool has_hit = false;
-    for (uint32_t k = 0; k < count; ++k) has_hit |= block_.test(first[k]);
+    for (const auto& block : LeafBlocks<W>(scene_, entry.child)) has_hit |= block_.test(block);
     if (has_hit) fan_.shorten();
   }
   return true;

@@ -62,17 +62,6 @@ HWY_INLINE bool plane_t(const Plane& plane, float dx, float dy, float dz, float 
   return abs_of(speed) >= plane.steepness * size;
 }
 
-// Fetches what a stack entry will need.
-template <int W>
-HWY_INLINE void scene_prefetch(const BvhView<W>& scene, uint32_t child) {
-  const bool is_leaf = (child & kBvhLeaf) != 0;
-  const char* const at = is_leaf
-                             ? reinterpret_cast<const char*>(scene.blocks + (child & kBvhBlockMask))
-                             : reinterpret_cast<const char*>(scene.nodes + child);
-  const size_t bytes = is_leaf ? sizeof(TriangleBlock<W>) : sizeof(BvhNode<W>);
-  for (size_t offset = 0; offset < bytes; offset += 64) __builtin_prefetch(at + offset);
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core
 HWY_AFTER_NAMESPACE();

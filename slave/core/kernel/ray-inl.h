@@ -28,6 +28,7 @@
 #define TESSERA_CORE_RAY_INL_H_
 #endif
 
+#include "slave/core/kernel/node_stack-inl.h"
 #include "slave/core/kernel/plane-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -49,11 +50,6 @@ class RayTracer {
   int32_t primitive() const { return best_; }
 
  private:
-  struct Entry {
-    uint32_t child;
-    float t;
-  };
-
   // Corners across the ray and edge functions of kStep triangles.
   struct Sheared {
     alignas(64) float x[3][kStep], y[3][kStep], edge[3][kStep];
@@ -62,7 +58,6 @@ class RayTracer {
   bool setup(const SingleRay& ray);
   void setup_axis(int axis, float largest, float reach);
   uint32_t overlapping(const BvhNode<W>& node, float* t_in) const;
-  void push_children(const BvhNode<W>& node, Entry* stack, int& size) const;
   void test_block(const TriangleBlock<W>& block);
   uint32_t candidates(const TriangleBlock<W>& block, size_t first, Sheared& sheared) const;
   bool is_sure(const TriangleBlock<W>& block, size_t lane, const Sheared& sheared, size_t at,
@@ -166,36 +161,20 @@ uint32_t RayTracer<W, kAny>::overlapping(const BvhNode<W>& node, float* t_in) co
 }
 
 template <int W, bool kAny>
-void RayTracer<W, kAny>::push_children(const BvhNode<W>& node, Entry* stack, int& size) const {
-  alignas(64) float t_in[W];
-  const int base = size;
-  for (uint32_t bits = overlapping(node, t_in); bits != 0; bits &= bits - 1) {
-    const int i = __builtin_ctz(bits);
-    const Entry entry{node.child[i], t_in[i]};
-    scene_prefetch(scene_, entry.child);
-    int at = size++;
-    for (; at > base && stack[at - 1].t < entry.t; --at) stack[at] = stack[at - 1];
-    stack[at] = entry;
-  }
-}
-
-template <int W, bool kAny>
 bool RayTracer<W, kAny>::run(const SingleRay& ray) {
   best_ = -1;
-  if (scene_.nodes == nullptr || !setup(ray)) return false;
-  Entry stack[kBvhDepthMax * (W - 1) + 1];
-  int size = 1;
-  stack[0] = {0, -__builtin_inff()};
-  while (size > 0) {
-    const Entry entry = stack[--size];
-    if (entry.t > best_t_ * scale_ * (1 + 0x1p-11f)) continue;
+  if (!setup(ray)) return false;
+  alignas(64) float t_in[W];
+  NodeStack<W> stack(scene_);
+  while (!stack.is_empty()) {
+    const StackEntry entry = stack.pop();
+    if (entry.distance > best_t_ * scale_ * (1 + 0x1p-11f)) continue;
     if ((entry.child & kBvhLeaf) == 0) {
-      push_children(scene_.nodes[entry.child], stack, size);
+      const BvhNode<W>& node = scene_.nodes[entry.child];
+      stack.push(node, overlapping(node, t_in), t_in);
       continue;
     }
-    const TriangleBlock<W>* const first = scene_.blocks + (entry.child & kBvhBlockMask);
-    const uint32_t count = (entry.child >> kBvhCountShift & (kBvhLeafBlocksMax - 1)) + 1;
-    for (uint32_t k = 0; k < count; ++k) test_block(first[k]);
+    for (const auto& block : LeafBlocks<W>(scene_, entry.child)) test_block(block);
     if (kAny && best_ != -1) return true;
   }
   return best_ != -1;

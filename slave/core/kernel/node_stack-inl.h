@@ -1,0 +1,82 @@
+// The children that a traversal has still to visit, the nearest on top.
+// Threads. One traversal owns one. Never overflows: a step down pushes at most W children for one
+// that it took, over at most kBvhDepthMax steps.
+#include "slave/core/kernel/packet_layout.h"
+
+#if defined(TESSERA_CORE_NODE_STACK_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_NODE_STACK_INL_H_
+#undef TESSERA_CORE_NODE_STACK_INL_H_
+#else
+#define TESSERA_CORE_NODE_STACK_INL_H_
+#endif
+
+#include "slave/core/kernel/lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+struct StackEntry {
+  uint32_t child;
+  float distance;  // at which its box begins
+};
+
+template <int W>
+class NodeStack {
+ public:
+  explicit NodeStack(const BvhView<W>& scene) : scene_(scene) {
+    if (scene.nodes != nullptr) entries_[size_++] = {0, -__builtin_inff()};
+  }
+
+  bool is_empty() const { return size_ == 0; }
+  StackEntry pop() { return entries_[--size_]; }
+
+  // bits: which children of the node; shape: distances [W].
+  void push(const BvhNode<W>& node, uint32_t bits, const float* distances) {
+    const int base = size_;
+    for (; bits != 0; bits &= bits - 1) {
+      const int i = __builtin_ctz(bits);
+      const StackEntry entry{node.child[i], distances[i]};
+      prefetch(entry.child);
+      int at = size_++;
+      for (; at > base && entries_[at - 1].distance < entry.distance; --at) {
+        entries_[at] = entries_[at - 1];
+      }
+      entries_[at] = entry;
+    }
+  }
+
+ private:
+  void prefetch(uint32_t child) const {
+    const bool is_leaf = (child & kBvhLeaf) != 0;
+    const char* const at =
+        is_leaf ? reinterpret_cast<const char*>(scene_.blocks + (child & kBvhBlockMask))
+                : reinterpret_cast<const char*>(scene_.nodes + child);
+    const size_t bytes = is_leaf ? sizeof(TriangleBlock<W>) : sizeof(BvhNode<W>);
+    for (size_t offset = 0; offset < bytes; offset += 64) __builtin_prefetch(at + offset);
+  }
+
+  const BvhView<W>& scene_;
+  StackEntry entries_[kBvhDepthMax * (W - 1) + 1];
+  int size_ = 0;
+};
+
+// The blocks of a leaf.
+template <int W>
+struct LeafBlocks {
+  const TriangleBlock<W>* first;
+  const TriangleBlock<W>* last;
+
+  LeafBlocks(const BvhView<W>& scene, uint32_t child)
+      : first(scene.blocks + (child & kBvhBlockMask)) {
+    last = first + (child >> kBvhCountShift & (kBvhLeafBlocksMax - 1)) + 1;
+  }
+  const TriangleBlock<W>* begin() const { return first; }
+  const TriangleBlock<W>* end() const { return last; }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
