@@ -184,6 +184,17 @@ def read_tree(root):
     return files
 
 
+def check_cmake(files, found):
+    """Every folder with something to compile lists it in a CMakeLists.txt of its own (where the tree is built by CMake)."""
+    names = {path for path, _ in files}
+    if "CMakeLists.txt" not in names:
+        return
+    for path in sorted(names):
+        folder = path.rpartition("/")[0]
+        if path.endswith((".cpp", ".cc")) and f"{folder}/CMakeLists.txt" not in names:
+            found.add(path, 1, f"{folder} has no CMakeLists.txt")
+
+
 def check_tree(root):
     """All findings below `root`, as file:line: text."""
     found = Findings()
@@ -198,6 +209,7 @@ def check_tree(root):
         if path.endswith("-inl.h"):
             check_inl(path, text, found)
     check_one_file(sources, found)
+    check_cmake(files, found)
     for path, text in files:
         if not path.startswith("tests/tidy/"):
             check_machine_paths(path, text, found)

@@ -55,6 +55,11 @@ class Walls(unittest.TestCase):
     def test_a_second_file_with_a_one_file_library_is_red(self):
         self.expect({"slave/a.cpp": "#include <CLI/CLI.hpp>\n", "slave/b.cpp": "#include <CLI/CLI.hpp>\n"}, "slave/b.cpp:1", "CLI11")
 
+    def test_a_folder_that_another_lists_is_red(self):
+        tree = {"CMakeLists.txt": "", "common/base/a.cpp": "int x();\n"}
+        self.expect(tree, "common/base/a.cpp:1", "common/base has no CMakeLists.txt")
+        self.assertEqual(self.findings({**tree, "common/base/CMakeLists.txt": ""}), [])
+
     def test_a_long_file_is_red(self):
         lines = rules.FILE_LINES_MAX + 1
         self.expect({"common/base/a.cpp": "int x();\n" * lines}, f"common/base/a.cpp:{lines}", "split by meaning")

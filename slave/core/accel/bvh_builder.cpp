@@ -17,8 +17,9 @@ namespace {
 // enough that the serial top stays small.
 constexpr std::uint32_t kTaskShare = 64;
 constexpr std::uint32_t kTaskRefsMin = 4096;
-// From here on ranges are halved, so that the depth stays below kBvhDepthMax whatever the boxes.
-constexpr int kHalvingDepth = 40;
+// From here on ranges are halved, whatever their boxes: 2^30 triangles are leaves of 16 blocks of 8
+// after 23 more steps, and 32 + 23 is less than kBvhDepthMax.
+constexpr int kHalvingDepth = 32;
 
 template <int W>
 struct Fragment {
@@ -45,7 +46,7 @@ class Builder {
   };
 
   Builder(std::span<PrimitiveRef> refs, std::span<const float> vertices,
-          const KdBuildControl& control, const BvhBuildConfig& config)
+          const BuildControl& control, const BvhBuildConfig& config)
       : refs_(refs), vertices_(vertices), control_(control), config_(config) {
     const auto share = static_cast<std::uint32_t>(refs.size() / kTaskShare);
     task_refs_ = std::max(kTaskRefsMin, share);
@@ -147,7 +148,7 @@ class Builder {
 
   std::span<PrimitiveRef> refs_;
   std::span<const float> vertices_;
-  const KdBuildControl& control_;
+  const BuildControl& control_;
   const BvhBuildConfig& config_;
   std::uint32_t task_refs_;
 };
@@ -185,7 +186,7 @@ std::vector<PrimitiveRef> references(std::span<const Bounds3f> boxes, RefRange& 
 
 template <int W>
 Result<Bvh<W>> build(std::span<const Bounds3f> boxes, std::span<const float> vertices,
-                     const KdBuildControl& control, const BvhBuildConfig& config) {
+                     const BuildControl& control, const BvhBuildConfig& config) {
   RefRange all;
   std::vector<PrimitiveRef> refs = references(boxes, all);
   Bvh<W> bvh;
@@ -227,7 +228,7 @@ Result<Bvh<W>> build(std::span<const Bounds3f> boxes, std::span<const float> ver
 
 template <int W>
 Result<Bvh<W>> build_bvh(std::span<const Bounds3f> boxes, std::span<const float> vertices,
-                         const KdBuildControl& control, const BvhBuildConfig& config) {
+                         const BuildControl& control, const BvhBuildConfig& config) {
   try {
     return build<W>(boxes, vertices, control, config);
   } catch (const std::bad_alloc&) {
@@ -237,8 +238,8 @@ Result<Bvh<W>> build_bvh(std::span<const Bounds3f> boxes, std::span<const float>
 }
 
 template Result<Bvh<8>> build_bvh<8>(std::span<const Bounds3f>, std::span<const float>,
-                                     const KdBuildControl&, const BvhBuildConfig&);
+                                     const BuildControl&, const BvhBuildConfig&);
 template Result<Bvh<16>> build_bvh<16>(std::span<const Bounds3f>, std::span<const float>,
-                                       const KdBuildControl&, const BvhBuildConfig&);
+                                       const BuildControl&, const BvhBuildConfig&);
 
 }  // namespace tessera::core

@@ -11,8 +11,8 @@
 #include <span>
 
 #include "common/base/status.h"
+#include "slave/core/accel/build_control.h"
 #include "slave/core/accel/bvh.h"
-#include "slave/core/accel/kd_builder.h"  // KdBuildControl
 
 namespace tessera::core {
 
@@ -25,6 +25,6 @@ struct BvhBuildConfig {
 // [triangle_count][3][3]. Returns: kCancelled; kResourceExhausted when indices or memory run out.
 template <int W>
 Result<Bvh<W>> build_bvh(std::span<const Bounds3f> boxes, std::span<const float> vertices,
-                         const KdBuildControl& control, const BvhBuildConfig& config = {});
+                         const BuildControl& control, const BvhBuildConfig& config = {});
 
 }  // namespace tessera::core

@@ -156,7 +156,7 @@ void append(Fragment& top, std::size_t slot, const Fragment& part) {
   top.refs.insert(top.refs.end(), part.refs.begin(), part.refs.end());
 }
 
-Result<KdTree> build(std::span<const Bounds3f> boxes, const KdBuildControl& control,
+Result<KdTree> build(std::span<const Bounds3f> boxes, const BuildControl& control,
                      const KdBuildConfig& config) {
   Voxel root;
   for (std::size_t p = 0; p < boxes.size(); ++p) {
@@ -202,7 +202,7 @@ Result<KdTree> build(std::span<const Bounds3f> boxes, const KdBuildControl& cont
 
 }  // namespace
 
-Result<KdTree> build_kd_tree(std::span<const Bounds3f> boxes, const KdBuildControl& control,
+Result<KdTree> build_kd_tree(std::span<const Bounds3f> boxes, const BuildControl& control,
                              const KdBuildConfig& config) {
   try {
     return build(boxes, control, config);

@@ -10,11 +10,11 @@
 // one thread.
 #pragma once
 
-#include <atomic>
 #include <span>
 
 #include "common/base/status.h"
 #include "common/math/bounds3.h"
+#include "slave/core/accel/build_control.h"
 #include "slave/core/accel/kd_tree.h"
 
 namespace tessera::core {
@@ -27,14 +27,9 @@ struct KdBuildConfig {
       8;  // bound on memory: leaves list at most this often on average
 };
 
-struct KdBuildControl {
-  int thread_count = 1;                             // at least 1
-  const std::atomic<bool>* is_cancelled = nullptr;  // may be null; polled
-};
-
 // Shape: boxes [primitive_count]; an empty box keeps its number and stays out. Boxes are finite.
 // Returns: kCancelled; kResourceExhausted when nodes cannot address the result or memory ran out.
-Result<KdTree> build_kd_tree(std::span<const Bounds3f> boxes, const KdBuildControl& control,
+Result<KdTree> build_kd_tree(std::span<const Bounds3f> boxes, const BuildControl& control,
                              const KdBuildConfig& config = {});
 
 }  // namespace tessera::core

@@ -8,7 +8,7 @@
 //     else            exact_hit() decides, which is exact.
 // A triangle is therefore hit by the rays that hit it in exact arithmetic, whatever the rounding
 // here, and fused multiply-adds may be used for E. What is reported, t, is computed without them,
-// by the same operations in every kernel (see PlaneOf).
+// by the same operations in every kernel (plane-inl.h).
 //
 // Tolerance. u = 2^-24; s the largest coordinate of a corner from the origin, D the largest
 // component of B - A, both computed; S = 1 + max|u| + max|v| bounds the sum of |d|. For a ray that
@@ -19,8 +19,10 @@
 // together 28 S u s D; half as much again for rays beyond the span near their corner and for the
 // bound's own roundings: 42 S u s D.
 // Outside a triangle thinner than 8 times that, E may be wrong for rays far away (they see two
-// corners in line): such triangles are decided by exact_hit() alone. They are told by the plane's
-// distance: |d . N| <= kThin tol.
+// corners in line): such triangles, told by |d . N| <= 8 tol, are decided by exact_hit()
+// alone.
+//
+// Threads. One traversal owns one.
 #include "slave/core/geometry/exact_hit_abi.h"
 #include "slave/core/kernel/packet_layout.h"
 
@@ -250,7 +252,7 @@ bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, siz
   const V best = hn::Load(d, fan_.best_t + at);
   const auto best_primitive = hn::Load(di, fan_.best + at);
   const auto number = hn::Set(di, static_cast<int32_t>(block.primitive[lane]));
-  // -1, no hit yet, is greater than any number when taken without sign.
+  // -1, no hit yet, counts as the highest number.
   const auto is_lower = hn::RebindMask(
       d, hn::Or(hn::Eq(best_primitive, hn::Set(di, -1)), hn::Lt(number, best_primitive)));
   const auto is_nearer = hn::Or(hn::Lt(t, best), hn::And(hn::Eq(t, best), is_lower));

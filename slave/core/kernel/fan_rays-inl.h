@@ -2,6 +2,8 @@
 //
 // The main axis z is where the rays go; the origin is moved to 0 and every direction scaled to
 // z = 1, so a ray is (u, v, 1) and the packet lies in [u_min, u_max] x [v_min, v_max].
+//
+// Threads. One traversal owns one.
 #include "slave/core/kernel/packet_layout.h"
 
 #if defined(TESSERA_CORE_FAN_RAYS_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -38,8 +40,8 @@ struct FanRays {
   float tolerance = 0;  // 42 S u, see fan_block-inl.h
   float z_far = 0;      // depth behind which no ray looks any more
   alignas(64) float direction[3][kPacketRays];
-  alignas(64) float ray_u[kPacketRays], ray_v[kPacketRays],
-      length[kPacketRays];                // sum of |direction|
+  alignas(64) float ray_u[kPacketRays], ray_v[kPacketRays];
+  alignas(64) float length[kPacketRays];  // sum of |direction|
   alignas(64) float best_t[kPacketRays];  // t_max without a hit
   alignas(64) int32_t best[kPacketRays];  // -1 without a hit
   alignas(64) float row_u[2][kRows], row_v[2][kRows];

@@ -11,7 +11,7 @@
 // which the ray hardly moves (2^-60 of the largest) gets a steeper direction, and a padding for
 // what the ray moves at all within the scene.
 //
-// Triangles. As in fan-inl.h: the signs of three edge functions where they are sure, exact_hit()
+// Triangles. As in fan_block-inl.h: the signs of three edge functions where they are sure, exact_hit()
 // where not. Here the triangle is sheared so that the ray is the z axis, after Woop, Benthin, Wald,
 // 2013. With s the largest coordinate of a corner from the origin and D the largest extent of an
 // edge across the ray, the error of an edge function is at most
@@ -54,6 +54,9 @@ class RayTracer {
   struct Sheared {
     alignas(64) float x[3][kStep], y[3][kStep], edge[3][kStep];
   };
+
+  // A limit of t, moved out by what a reported t may be off (plane-inl.h).
+  static float widened(float t, float sign) { return t + sign * abs_of(t) * 0x1p-11f; }
 
   bool setup(const SingleRay& ray);
   void setup_axis(int axis, float largest, float reach);
@@ -131,8 +134,8 @@ void RayTracer<W, kAny>::setup_axis(int axis, float largest, float reach) {
 template <int W, bool kAny>
 uint32_t RayTracer<W, kAny>::overlapping(const BvhNode<W>& node, float* t_in) const {
   const B b;
-  const V near_limit = hn::Set(b, t_min_ * scale_ * (1 - 0x1p-11f));
-  const V far_limit = hn::Set(b, best_t_ * scale_ * (1 + 0x1p-11f));
+  const V near_limit = hn::Set(b, widened(t_min_ * scale_, -1));
+  const V far_limit = hn::Set(b, widened(best_t_ * scale_, 1));
   const float* in[3];
   const float* out[3];
   for (int a = 0; a < 3; ++a) {
@@ -150,9 +153,9 @@ uint32_t RayTracer<W, kAny>::overlapping(const BvhNode<W>& node, float* t_in) co
       return hn::MulAdd(plane, hn::Set(b, inverse_[a]), hn::Set(b, pad_[a]));
     };
     const V first = hn::Max(hn::Max(enter(0), enter(1)), enter(2));
-    const V last =
-        hn::Mul(hn::Min(hn::Min(leave(0), leave(1)), leave(2)), hn::Set(b, 1 + 16 * kRoundoff));
-    auto keep = hn::And(hn::Le(first, last), hn::Ge(last, near_limit));
+    const V last = hn::Min(hn::Min(leave(0), leave(1)), leave(2));
+    const V widest = hn::MulAdd(hn::Abs(last), hn::Set(b, 16 * kRoundoff), last);
+    auto keep = hn::And(hn::Le(first, widest), hn::Ge(widest, near_limit));
     keep = hn::And(keep, hn::Le(first, far_limit));
     hn::Store(first, b, t_in + i);
     bits |= bits_of(b, keep) << i;
@@ -168,7 +171,7 @@ bool RayTracer<W, kAny>::run(const SingleRay& ray) {
   NodeStack<W> stack(scene_);
   while (!stack.is_empty()) {
     const StackEntry entry = stack.pop();
-    if (entry.distance > best_t_ * scale_ * (1 + 0x1p-11f)) continue;
+    if (entry.distance > widened(best_t_ * scale_, 1)) continue;
     if ((entry.child & kBvhLeaf) == 0) {
       const BvhNode<W>& node = scene_.nodes[entry.child];
       stack.push(node, overlapping(node, t_in), t_in);

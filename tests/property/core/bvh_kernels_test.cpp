@@ -2,6 +2,7 @@
 // one answer, the same to the bit; it is the one that exact arithmetic on every triangle gives.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -94,7 +95,7 @@ SingleRay ray_of(const FanPacket& fan, int i) {
 
 bool is_valid(const SingleRay& ray) {
   const Vec3f d = vector(ray.direction, 1);
-  return is_finite(d) && (d.x != 0 || d.y != 0 || d.z != 0) && ray.t_max >= 0;
+  return is_finite(d) && (d.x != 0 || d.y != 0 || d.z != 0) && ray.t_min <= ray.t_max;
 }
 
 // What is wrong with an answer, or nullptr. t may be off by 2^-12 of itself (plane-inl.h).
@@ -102,18 +103,20 @@ const char* judge(const TriangleStore& store, const std::vector<Bounds3f>& boxes
                   const SingleRay& ray, const SingleHit& hit) {
   const bool is_hit = hit.primitive != kNoPrimitive;
   if (!is_valid(ray)) return is_hit ? "an invalid ray hits" : nullptr;
-  constexpr float kMore = 1 + 0x1p-12f;
+  const auto error = [](float t) { return std::fabs(t) * 0x1p-12f; };
   for (std::uint32_t p = 0; p < boxes.size(); ++p) {
     if (boxes[p].is_empty()) continue;
     const ExactHit exact =
         exact_hit(ray.origin, ray.direction, &store.vertices[std::size_t{9} * p]);
     if (p == hit.primitive) {
       if (!exact.is_hit) return "reports a triangle that the ray misses";
-      if (std::fabs(exact.t - hit.t) > std::fabs(exact.t) * 0x1p-12f) return "t is wrong";
+      if (std::fabs(exact.t - hit.t) > error(exact.t)) return "t is wrong";
     }
-    if (!exact.is_hit || !(exact.t >= 0) || !(exact.t * kMore <= ray.t_max)) continue;
+    const float slack = error(exact.t);
+    if (!exact.is_hit || !(exact.t - slack >= ray.t_min)) continue;
+    if (!(exact.t + slack <= ray.t_max)) continue;
     if (!is_hit) return "misses a triangle that the ray hits";
-    if (exact.t * kMore < hit.t) return "reports a triangle behind another";
+    if (exact.t + slack < hit.t) return "reports a triangle behind another";
   }
   return nullptr;
 }
@@ -176,6 +179,31 @@ TEST(BvhKernels, EveryPathGivesTheAnswerOfExactArithmetic) {
         expect_agreement(scene.bvh8, fan, hits);
         expect_agreement(scene.bvh16, fan, hits);
       }
+    }
+  }
+}
+
+TEST(BvhKernels, SingleRaysKeepToTheirRangeOnBothSidesOfTheOrigin) {
+  const std::uint32_t seed = 12;
+  const Mesh mesh = test::make_random_triangles(1500, 0.3f, 5);
+  const Prepared scene(mesh);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> unit(-1, 1);
+  for (int i = 0; i < 4000; ++i) {
+    const float a = 2 * unit(random), b = 2 * unit(random);
+    const SingleRay ray{{unit(random), unit(random), unit(random)},
+                        {unit(random), unit(random), unit(random)},
+                        std::min(a, b),
+                        std::max(a, b)};
+    SingleHit expected;
+    kernels_for(Isa::kScalar).bvh8.closest_ray(view_of(scene.bvh8), ray, expected);
+    ASSERT_EQ(judge(scene.store, scene.boxes, ray, expected), nullptr)
+        << "seed " << seed << ", " << i;
+    for (const Isa isa : test::isas_here()) {
+      SingleHit hit;
+      kernels_for(isa).bvh16.closest_ray(view_of(scene.bvh16), ray, hit);
+      ASSERT_EQ(hit.primitive, expected.primitive) << "seed " << seed << ", " << i;
+      ASSERT_EQ(hit.t, expected.t) << "seed " << seed << ", " << i;
     }
   }
 }

@@ -1,0 +1,14 @@
+// How a builder of a spatial index is to run; the same for all of them.
+// Threads. is_cancelled may be set by any thread while a build runs.
+#pragma once
+
+#include <atomic>
+
+namespace tessera::core {
+
+struct BuildControl {
+  int thread_count = 1;                             // at least 1; the caller's counts
+  const std::atomic<bool>* is_cancelled = nullptr;  // may be null; polled
+};
+
+}  // namespace tessera::core
