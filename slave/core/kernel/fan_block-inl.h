@@ -1,26 +1,32 @@
 // The triangles of a block against a fan: culled by the frustum before any ray sees them.
 //
 // Decisions. A ray meets a triangle A, B, C where it passes its three edges on one side. With E = d
-// . ((A + B) x (B - A)) = 2 d . (A x B) that is a sign. E is computed in float32 with an error of
-// less than `tol` (below), so
-//     E < -tol        surely outside,
-//     E >  tol        surely inside,
-//     else            exact_hit() decides, which is exact.
+// . ((A + B) x (B - A)) = 2 d . (A x B) that is a sign. E is computed in float32, and
+//     E < -tol for one edge    surely outside,
+//     E >  tol for all three   surely inside,
+//     else                     exact_hit() decides, which is exact.
 // A triangle is therefore hit by the rays that hit it in exact arithmetic, whatever the rounding
 // here, and fused multiply-adds may be used for E. What is reported, t, is computed without them,
 // by the same operations in every kernel (plane-inl.h).
 //
 // Tolerance. u = 2^-24; s the largest coordinate of a corner from the origin, D the largest
-// component of B - A, both computed; S = 1 + max|u| + max|v| bounds the sum of |d|. For a ray that
-// passes the edge within its span (the other edges reject it elsewhere):
+// component of B - A, L the longest D, all computed; S = 1 + max|u| + max|v| bounds the sum of |d|. Let T' be
+// the triangle whose corners are those of T, moved to the origin and rounded: each is off by u s per axis,
+// less than 2 u s across the ray. For T', E is off by at most
 //   14 S u s D  A + B, B - A: 2 u each of 4 s D; product and difference of the cross product
-//    8 S u s D  u, v (1 u each), and two fused steps
-//    6 S u s D  corners moved to the origin: u s each, times |A| + |B| across the ray, at most 2 D
-// together 28 S u s D; half as much again for rays beyond the span near their corner and for the
-// bound's own roundings: 42 S u s D.
-// Outside a triangle thinner than 8 times that, E may be wrong for rays far away (they see two
-// corners in line): such triangles, told by |d . N| <= 8 tol, are decided by exact_hit()
-// alone.
+//   16 S u s D  u, v (1 u each), the tolerance added to the constant, two fused steps
+// whatever the ray. What E of T' has beyond that, over 2 |d| |B - A|, is the distance of the ray from the
+// edge of T'; where it is more than 2 u s on the inner side of all edges, moving the corners by as
+// much takes none of them across the ray, so the ray is in T, too; where it is as much outside of one, the
+// ray is further from T' than any point of T. That takes 2 |d| |B - A| 2 u s, at most 7 S u s D.
+// Together 37 S u s D; with the bound's own roundings 40 S u s D.
+//
+// Orientation. Which side is the inner one is the side of the origin, the same for all rays: the
+// sign of V = A.(B x C). 2 V is computed with an error of 72 u s s L and V' differs from V by 24 u s s L; d.N
+// and d.N' of a ray differ by 8 S u s L, and where the ray hits, |d.N| is at least |V| / s.
+// So where 2 |V| is more than (120 + 16 S) u s s L, T' is turned as T is, to the origin and to every ray
+// that hits. Else exact_side() says where the origin lies, and rays with |d.N| not above 16 S u s L
+// are decided by exact_hit().
 //
 // Threads. One traversal owns one.
 #include "slave/core/geometry/exact_hit_abi.h"
@@ -69,6 +75,8 @@ class FanBlock {
   uint32_t cull(const TriangleBlock<W>& block, size_t first, uint32_t& unsure);
   bool test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_unsure);
   bool test_row(const TriangleBlock<W>& block, size_t lane, size_t row, const Plane& plane);
+  // t of a row and, as bits, for which rays it counts and the triangle is thick enough.
+  uint32_t times(const Plane& plane, size_t at, double thin, float* t) const;
   bool decide(const TriangleBlock<W>& block, size_t lane, size_t ray, const Plane& plane);
 
   FanRays& fan_;
@@ -142,12 +150,13 @@ uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, ui
       hn::MulAdd(edge[1][0], p.x[0], hn::MulAdd(edge[1][1], p.y[0], hn::Mul(edge[1][2], p.z[0])));
   const VB per_length = hn::Mul(p.size, hn::Set(b, fan_.tolerance));
   const VB longest = largest(length[0], length[1], length[2]);
+  // tolerance is 40 S u, so 4 of it are 160 S u: enough for S >= 1.
   const VB thin = hn::MulAdd(longest, per_length, hn::Set(b, kUnderflow));
   const VB least = hn::Mul(thin, hn::Mul(p.size, hn::Set(b, 4)));
   const auto is_sure = hn::And(hn::Gt(hn::Abs(volume), least), hn::Lt(hn::Abs(volume), hn::Inf(b)));
   const auto is_unsure = hn::Not(is_sure);
   const VB sign = hn::And(volume, hn::Set(b, -0.0f));
-  hn::Store(hn::Mul(thin, hn::Set(b, 8)), b, thin_ + first);
+  hn::Store(hn::IfThenZeroElse(is_sure, thin), b, thin_ + first);
   hn::Store(volume, b, volume_ + first);
   for (int c = 0; c < 3; ++c) {
     const VB tolerance = hn::MulAdd(length[c], per_length, hn::Set(b, kUnderflow));
@@ -241,14 +250,9 @@ bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, siz
   const uint32_t possible = bits_of(d, is_possible);
   if (possible == 0) return false;
 
-  const V dx = hn::Load(d, fan_.direction[0] + at), dy = hn::Load(d, fan_.direction[1] + at),
-          dz = hn::Load(d, fan_.direction[2] + at);
-  const V speed = hn::Add(
-      hn::Add(hn::Mul(dx, hn::Set(d, plane.normal[0])), hn::Mul(dy, hn::Set(d, plane.normal[1]))),
-      hn::Mul(dz, hn::Set(d, plane.normal[2])));
-  const V t = hn::Div(hn::Set(d, plane.distance), speed);
-  const V steepness = hn::Mul(hn::Set(d, plane.steepness), hn::Load(d, fan_.length + at));
-  const auto counts = hn::Ge(hn::Abs(speed), steepness);
+  alignas(64) float row_t[kLanes];
+  const uint32_t counts = times(plane, at, plane.scale * static_cast<double>(thin_[lane]), row_t);
+  const V t = hn::Load(d, row_t);
   const V best = hn::Load(d, fan_.best_t + at);
   const auto best_primitive = hn::Load(di, fan_.best + at);
   const auto number = hn::Set(di, static_cast<int32_t>(block.primitive[lane]));
@@ -257,12 +261,11 @@ bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, siz
       d, hn::Or(hn::Eq(best_primitive, hn::Set(di, -1)), hn::Lt(number, best_primitive)));
   const auto is_nearer = hn::Or(hn::Lt(t, best), hn::And(hn::Eq(t, best), is_lower));
   const auto in_range = hn::And(hn::Ge(t, hn::Zero(d)), is_nearer);
-  auto is_sure = hn::And(counts, hn::Gt(hn::Abs(speed), hn::Set(d, thin_[lane])));
-  is_sure = hn::And(is_sure, hn::Gt(e0, hn::Set(d, twice_[0][lane])));
+  auto is_sure = hn::And(mask_of(d, counts), hn::Gt(e0, hn::Set(d, twice_[0][lane])));
   is_sure = hn::And(is_sure, hn::Gt(e1, hn::Set(d, twice_[1][lane])));
   is_sure = hn::And(is_sure, hn::Gt(e2, hn::Set(d, twice_[2][lane])));
   // Where t counts and is out of range, no decision about the edges matters.
-  uint32_t open = possible & ~bits_of(d, is_sure) & ~bits_of(d, hn::AndNot(in_range, counts));
+  uint32_t open = possible & ~bits_of(d, is_sure) & ~(counts & ~bits_of(d, in_range));
   const auto hit = hn::And(hn::And(is_sure, in_range), is_possible);
   bool has_hit = !hn::AllFalse(d, hit);
   if (has_hit) {
@@ -276,6 +279,27 @@ bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, siz
   return has_hit;
 }
 
+template <int W, bool kAny>
+uint32_t FanBlock<W, kAny>::times(const Plane& plane, size_t at, double thin, float* t) const {
+  const hn::CappedTag<double, kLanes> d;
+  const hn::Rebind<float, decltype(d)> half;
+  constexpr size_t kDoubles = hn::MaxLanes(d);
+  uint32_t counts = 0;
+  for (size_t i = 0; i < kLanes; i += kDoubles) {
+    const auto along = [&](size_t axis) {
+      const auto component = hn::PromoteTo(d, hn::Load(half, fan_.direction[axis] + at + i));
+      return hn::Mul(component, hn::Set(d, plane.normal[axis]));
+    };
+    const auto speed = hn::Add(hn::Add(along(0), along(1)), along(2));
+    const auto size = hn::PromoteTo(d, hn::Load(half, fan_.length + at + i));
+    const auto is_steep = hn::Ge(hn::Abs(speed), hn::Mul(size, hn::Set(d, plane.steepness)));
+    const auto is_thick = hn::Gt(hn::Abs(speed), hn::Set(d, thin));
+    counts |= bits_of(d, hn::And(is_steep, is_thick)) << i;
+    hn::Store(hn::Div(hn::Set(half, plane.distance), hn::DemoteTo(half, speed)), half, t + i);
+  }
+  return counts;
+}
+
 // One ray that the filter leaves open.
 template <int W, bool kAny>
 bool FanBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, size_t ray,
@@ -285,9 +309,9 @@ bool FanBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, size_
   for (size_t k = 0; k < 3; ++k) direction[k] = fan_.direction[k][ray];
   const ExactHit exact = exact_hit(fan_.origin, direction, triangle);
   if (!exact.is_hit) return false;
-  float speed = 0, t = 0;
-  if (!plane_t(plane, direction[0], direction[1], direction[2], fan_.length[ray], speed, t))
-    t = exact.t;
+  double speed = 0;
+  float t = 0;
+  if (!plane_t(plane, direction, fan_.length[ray], speed, t)) t = exact.t;
   const auto number = static_cast<int32_t>(block.primitive[lane]);
   const bool is_lower = fan_.best[ray] == -1 || number < fan_.best[ray];
   if (!(t >= 0 && (t < fan_.best_t[ray] || (t == fan_.best_t[ray] && is_lower)))) return false;

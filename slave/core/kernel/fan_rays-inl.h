@@ -37,7 +37,7 @@ struct FanRays {
   int kx = 0, ky = 1, kz = 2;  // z: the main axis
   float side = 1;              // of it that the rays go to
   float bound_u[2], bound_v[2];
-  float tolerance = 0;  // 42 S u, see fan_block-inl.h
+  float tolerance = 0;  // 40 S u, see fan_block-inl.h
   float z_far = 0;      // depth behind which no ray looks any more
   alignas(64) float direction[3][kPacketRays];
   alignas(64) float ray_u[kPacketRays], ray_v[kPacketRays];
@@ -105,7 +105,7 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
     const V sum = hn::Add(
         hn::Add(hn::Abs(hn::Load(d, direction[0] + at)), hn::Abs(hn::Load(d, direction[1] + at))),
         hn::Abs(hn::Load(d, direction[2] + at)));
-    // Beyond that single rays take care of overflow (see RayTracer::is_extreme_).
+    // Beyond that single rays take care of overflow (RayTracer::setup()).
     const auto is_usual =
         hn::And(hn::Gt(sum, hn::Set(d, 0x1p-58f)), hn::Lt(sum, hn::Set(d, 0x1p60f)));
     if (!hn::AllTrue(d, is_usual)) return false;
@@ -129,13 +129,12 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
   bound_v[0] = outward(hn::GetLane(hn::MinOfLanes(d, v_low)), -1);
   bound_v[1] = outward(hn::GetLane(hn::MaxOfLanes(d, v_high)), 1);
   const float size = 1 + max_of(-bound_u[0], bound_u[1]) + max_of(-bound_v[0], bound_v[1]);
-  tolerance = 42 * kRoundoff * size;
+  tolerance = 40 * kRoundoff * size;
   shorten();
   return true;
 }
 
-// Depth, along the main axis, behind which no ray of the packet looks any more; t may be off by
-// 2^-13 of itself where its plane is grazed.
+// Depth, along the main axis, behind which no ray of the packet looks any more.
 HWY_INLINE void FanRays::shorten() {
   const D d;
   V far = hn::Set(d, -__builtin_inff());
@@ -143,7 +142,7 @@ HWY_INLINE void FanRays::shorten() {
     const V z = hn::Abs(hn::Load(d, direction[kz] + r * kLanes));
     far = hn::Max(far, hn::Mul(z, hn::Load(d, best_t + r * kLanes)));
   }
-  z_far = hn::GetLane(hn::MaxOfLanes(d, far)) * (1 + 0x1p-11f);
+  z_far = hn::GetLane(hn::MaxOfLanes(d, far)) * (1 + kTimeSlack);
 }
 
 HWY_INLINE void FanRays::store(PacketHits& hits) const {

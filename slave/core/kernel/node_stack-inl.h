@@ -31,22 +31,47 @@ class NodeStack {
   bool is_empty() const { return size_ == 0; }
   StackEntry pop() { return entries_[--size_]; }
 
+  // The nearest of the children, which is not pushed as the others are; kBvhNoChild without any.
+  uint32_t descend(const BvhNode<W>& node, uint32_t bits, const float* distances) {
+    if (bits == 0) return kBvhNoChild;
+    const int first = __builtin_ctz(bits);
+    bits &= bits - 1;
+    if (bits == 0) return node.child[first];
+    StackEntry nearest{node.child[first], distances[first]};
+    const int base = size_;
+    for (; bits != 0; bits &= bits - 1) {
+      const int i = __builtin_ctz(bits);
+      StackEntry entry{node.child[i], distances[i]};
+      if (entry.distance < nearest.distance) {
+        const StackEntry nearer = entry;
+        entry = nearest;
+        nearest = nearer;
+      }
+      insert(entry, base);
+    }
+    return nearest.child;
+  }
+
   // bits: which children of the node; shape: distances [W].
   void push(const BvhNode<W>& node, uint32_t bits, const float* distances) {
     const int base = size_;
     for (; bits != 0; bits &= bits - 1) {
       const int i = __builtin_ctz(bits);
-      const StackEntry entry{node.child[i], distances[i]};
-      prefetch(entry.child);
-      int at = size_++;
-      for (; at > base && entries_[at - 1].distance < entry.distance; --at) {
-        entries_[at] = entries_[at - 1];
-      }
-      entries_[at] = entry;
+      insert({node.child[i], distances[i]}, base);
     }
   }
 
  private:
+  // Keeps the entries from `base` on sorted.
+  HWY_INLINE void insert(const StackEntry& entry, int base) {
+    prefetch(entry.child);
+    int at = size_++;
+    for (; at > base && entries_[at - 1].distance < entry.distance; --at) {
+      entries_[at] = entries_[at - 1];
+    }
+    entries_[at] = entry;
+  }
+
   void prefetch(uint32_t child) const {
     const bool is_leaf = (child & kBvhLeaf) != 0;
     const char* const at =

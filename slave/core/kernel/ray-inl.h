@@ -13,11 +13,14 @@
 //
 // Triangles. As in fan_block-inl.h: the signs of three edge functions where they are sure, exact_hit()
 // where not. Here the triangle is sheared so that the ray is the z axis, after Woop, Benthin, Wald,
-// 2013. With s the largest coordinate of a corner from the origin and D the largest extent of an
-// edge across the ray, the error of an edge function is at most
-//   10 u s D  corners across the ray: 5 u s each (moved, sheared by a rounded quotient, rounded)
-//    8 u s D  two products of at most D D, D <= 4 s
-// half as much again beyond the span, and room for the bound's own roundings: 32 u s D.
+// 2013. With s the largest coordinate of a corner from the origin and M the largest across the ray,
+// after the shear, an edge function is off by at most
+//    2 u M M    one product and the fused difference
+//   12 u s D    corners, off by 4 u s per axis (moved, shear of two roundings, fused): the ray's distance
+//               from an edge of extent D <= 2 M is known to 6 u s
+// whatever the ray, and a ray that is outside of one edge by more is outside the triangle, whichever
+// way the triangle is turned (see fan_block-inl.h). M <= 2 s. So 32 u s M is enough for all three, with s
+// bounded by the whole scene.
 #include "slave/core/geometry/exact_hit_abi.h"
 #include "slave/core/kernel/packet_layout.h"
 
@@ -40,6 +43,7 @@ class RayTracer {
   using B = hn::CappedTag<float, W>;  // children, triangles
   using V = hn::Vec<B>;
   static constexpr size_t kStep = hn::MaxLanes(B());
+  static constexpr float kTolerance = 33 * kRoundoff;
 
  public:
   explicit RayTracer(const BvhView<W>& scene) : scene_(scene) {}
@@ -50,34 +54,27 @@ class RayTracer {
   int32_t primitive() const { return best_; }
 
  private:
-  // Corners across the ray and edge functions of kStep triangles.
-  struct Sheared {
-    alignas(64) float x[3][kStep], y[3][kStep], edge[3][kStep];
-  };
-
-  // A limit of t, moved out by what a reported t may be off (plane-inl.h).
-  static float widened(float t, float sign) { return t + sign * abs_of(t) * 0x1p-11f; }
-
   bool setup(const SingleRay& ray);
   void setup_axis(int axis, float largest, float reach);
+  void limit();  // after t_min_ or best_t_ have changed
   uint32_t overlapping(const BvhNode<W>& node, float* t_in) const;
   void test_block(const TriangleBlock<W>& block);
-  uint32_t candidates(const TriangleBlock<W>& block, size_t first, Sheared& sheared) const;
-  bool is_sure(const TriangleBlock<W>& block, size_t lane, const Sheared& sheared, size_t at,
-               float& thin) const;
-  void test_triangle(const TriangleBlock<W>& block, size_t lane, const Sheared& sheared, size_t at);
+  uint32_t candidates(const TriangleBlock<W>& block, size_t first, uint32_t& sure) const;
+  void test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_sure);
+  bool decide(const TriangleBlock<W>& block, size_t lane, float& exact_t) const;
 
   const BvhView<W>& scene_;
   float origin_[3], direction_[3];
   float slope_[3];             // direction, scaled by a power of two where it is extreme
   float inverse_[3], pad_[3];  // of slope_
+  bool is_down_[3];            // slope_ is negative
   float shear_x_ = 0, shear_y_ = 0;
-  float coarse_ = 0;  // tolerance of an edge function per size of its triangle
-  float scale_ = 1;   // t of slope_ = t * scale_
-  float size_ = 0;    // sum of |direction|
-  bool is_extreme_ = false;
+  float tolerance_ = 0;  // of an edge function per size of its triangle across the ray
+  float scale_ = 1;      // t of slope_ = t * scale_
+  float size_ = 0;       // sum of |direction|
   int kx_ = 0, ky_ = 1, kz_ = 2;
   float t_min_ = 0, best_t_ = 0;
+  float near_limit_ = 0, far_limit_ = 0;  // of slope_, moved out
   int32_t best_ = -1;
 };
 
@@ -104,19 +101,19 @@ bool RayTracer<W, kAny>::setup(const SingleRay& ray) {
   t_min_ = ray.t_min;
   best_t_ = ray.t_max;
   best_ = -1;
-  is_extreme_ = !(largest > 0x1p-60f && largest < 0x1p60f);
+  const bool is_extreme = !(largest > 0x1p-60f && largest < 0x1p60f);
   scale_ = 1;
-  while (is_extreme_ && !(largest >= 1 && largest < 2)) {
+  while (is_extreme && !(largest >= 1 && largest < 2)) {
     const float factor = largest < 1 ? 2 : 0.5f;
     for (float& slope : slope_) slope *= factor;
     largest *= factor;
     scale_ /= factor;
   }
   for (int a = 0; a < 3; ++a) setup_axis(a, largest, reach);
-  // |corner| <= reach, |extent| <= 2 size: no less than 32 u s D.
-  coarse_ = 64 * kRoundoff * reach * (1 + 4 * kRoundoff);
-  shear_x_ = slope_[kx_] / slope_[kz_];
-  shear_y_ = slope_[ky_] / slope_[kz_];
+  tolerance_ = kTolerance * reach;
+  shear_x_ = slope_[kx_] * inverse_[kz_];
+  shear_y_ = slope_[ky_] * inverse_[kz_];
+  limit();
   return true;
 }
 
@@ -129,18 +126,24 @@ void RayTracer<W, kAny>::setup_axis(int axis, float largest, float reach) {
   // The ray leaves the scene within t = reach / largest (twice that with all roundings), so it
   // moves by less than `least` times that along this axis.
   pad_[axis] = is_flat ? 4 * (reach / largest) : 0;
+  is_down_[axis] = slope < 0;
+}
+
+template <int W, bool kAny>
+void RayTracer<W, kAny>::limit() {
+  const auto widened = [](float t, float sign) { return t + sign * abs_of(t) * kTimeSlack; };
+  near_limit_ = widened(t_min_ * scale_, -1);
+  far_limit_ = widened(best_t_ * scale_, 1);
 }
 
 template <int W, bool kAny>
 uint32_t RayTracer<W, kAny>::overlapping(const BvhNode<W>& node, float* t_in) const {
   const B b;
-  const V near_limit = hn::Set(b, widened(t_min_ * scale_, -1));
-  const V far_limit = hn::Set(b, widened(best_t_ * scale_, 1));
   const float* in[3];
   const float* out[3];
   for (int a = 0; a < 3; ++a) {
-    in[a] = inverse_[a] < 0 ? node.upper[a] : node.lower[a];
-    out[a] = inverse_[a] < 0 ? node.lower[a] : node.upper[a];
+    in[a] = is_down_[a] ? node.upper[a] : node.lower[a];
+    out[a] = is_down_[a] ? node.lower[a] : node.upper[a];
   }
   uint32_t bits = 0;
   for (size_t i = 0; i < W; i += kStep) {
@@ -155,8 +158,8 @@ uint32_t RayTracer<W, kAny>::overlapping(const BvhNode<W>& node, float* t_in) co
     const V first = hn::Max(hn::Max(enter(0), enter(1)), enter(2));
     const V last = hn::Min(hn::Min(leave(0), leave(1)), leave(2));
     const V widest = hn::MulAdd(hn::Abs(last), hn::Set(b, 16 * kRoundoff), last);
-    auto keep = hn::And(hn::Le(first, widest), hn::Ge(widest, near_limit));
-    keep = hn::And(keep, hn::Le(first, far_limit));
+    auto keep = hn::And(hn::Le(first, widest), hn::Ge(widest, hn::Set(b, near_limit_)));
+    keep = hn::And(keep, hn::Le(first, hn::Set(b, far_limit_)));
     hn::Store(first, b, t_in + i);
     bits |= bits_of(b, keep) << i;
   }
@@ -171,23 +174,23 @@ bool RayTracer<W, kAny>::run(const SingleRay& ray) {
   NodeStack<W> stack(scene_);
   while (!stack.is_empty()) {
     const StackEntry entry = stack.pop();
-    if (entry.distance > widened(best_t_ * scale_, 1)) continue;
-    if ((entry.child & kBvhLeaf) == 0) {
-      const BvhNode<W>& node = scene_.nodes[entry.child];
-      stack.push(node, overlapping(node, t_in), t_in);
-      continue;
+    if (entry.distance > far_limit_) continue;
+    uint32_t child = entry.child;
+    while ((child & kBvhLeaf) == 0) {
+      const BvhNode<W>& node = scene_.nodes[child];
+      child = stack.descend(node, overlapping(node, t_in), t_in);
     }
-    for (const auto& block : LeafBlocks<W>(scene_, entry.child)) test_block(block);
+    if (child == kBvhNoChild) continue;
+    for (const auto& block : LeafBlocks<W>(scene_, child)) test_block(block);
     if (kAny && best_ != -1) return true;
   }
   return best_ != -1;
 }
 
-// Triangles that the line may pass through. One tolerance for the three edges of a triangle, for
-// the largest distance in the scene and a bound on its extent: few triangles pass it wrongly.
+// Triangles that the line may pass through; sure: those that it does.
 template <int W, bool kAny>
 uint32_t RayTracer<W, kAny>::candidates(const TriangleBlock<W>& block, size_t first,
-                                        Sheared& sheared) const {
+                                        uint32_t& sure) const {
   const B b;
   V x[3], y[3], size = hn::Zero(b);
   for (int c = 0; c < 3; ++c) {
@@ -200,81 +203,55 @@ uint32_t RayTracer<W, kAny>::candidates(const TriangleBlock<W>& block, size_t fi
     y[c] = hn::NegMulAdd(hn::Set(b, shear_y_), z, at(ky_));
     size = hn::Max(size, hn::Max(hn::Abs(x[c]), hn::Abs(y[c])));
   }
-  V edge[3];
-  for (int c = 0; c < 3; ++c) {
-    const int e = (c + 1) % 3;
-    edge[c] = hn::MulSub(x[c], y[e], hn::Mul(y[c], x[e]));
-  }
-  const V tolerance = hn::MulAdd(size, hn::Set(b, coarse_), hn::Set(b, kUnderflow));
-  const auto is_left = hn::Ge(hn::Min(hn::Min(edge[0], edge[1]), edge[2]), hn::Neg(tolerance));
-  const auto is_right = hn::Le(hn::Max(hn::Max(edge[0], edge[1]), edge[2]), tolerance);
-  const uint32_t bits = bits_of(b, hn::Or(is_left, is_right));
-  if (bits == 0) return 0;
-  for (int c = 0; c < 3; ++c) {
-    hn::Store(x[c], b, sheared.x[c]);
-    hn::Store(y[c], b, sheared.y[c]);
-    hn::Store(edge[c], b, sheared.edge[c]);
-  }
-  return bits;
+  const auto edge = [&](int c, int e) { return hn::MulSub(x[c], y[e], hn::Mul(y[c], x[e])); };
+  const V e0 = edge(0, 1), e1 = edge(1, 2), e2 = edge(2, 0);
+  const V tolerance = hn::MulAdd(size, hn::Set(b, tolerance_), hn::Set(b, kUnderflow));
+  const V least = hn::Min(hn::Min(e0, e1), e2), greatest = hn::Max(hn::Max(e0, e1), e2);
+  const V below = hn::Neg(tolerance);
+  sure = bits_of(b, hn::Or(hn::Gt(least, tolerance), hn::Lt(greatest, below)));
+  return bits_of(b, hn::Or(hn::Ge(least, below), hn::Le(greatest, tolerance)));
 }
 
 template <int W, bool kAny>
 void RayTracer<W, kAny>::test_block(const TriangleBlock<W>& block) {
-  Sheared sheared;
   for (size_t first = 0; first < W; first += kStep) {
-    for (uint32_t bits = candidates(block, first, sheared); bits != 0; bits &= bits - 1) {
+    uint32_t sure = 0;
+    for (uint32_t bits = candidates(block, first, sure); bits != 0; bits &= bits - 1) {
       const auto lane = static_cast<size_t>(__builtin_ctz(bits));
-      test_triangle(block, first + lane, sheared, lane);
+      test_triangle(block, first + lane, sure >> lane & 1u);
     }
   }
 }
 
-// Whether the edge functions alone say that the line passes through the triangle. thin: the least
-// |N.D| / |D main| of a triangle that is thick enough for that.
+// A triangle that candidates() leaves open.
 template <int W, bool kAny>
-bool RayTracer<W, kAny>::is_sure(const TriangleBlock<W>& block, size_t lane, const Sheared& sheared,
-                                 size_t at, float& thin) const {
-  float size = 0;
-  for (size_t k = 0; k < 9; ++k)
-    size = max_of(size, abs_of(block.vertex[k][lane] - origin_[k % 3]));
-  const float per_length = 32 * kRoundoff * size;
-  bool is_left = true, is_right = true;
-  float longest = 0;
-  for (int c = 0; c < 3; ++c) {
-    const int e = (c + 1) % 3;
-    const float extent = max_of(abs_of(sheared.x[e][at] - sheared.x[c][at]),
-                                abs_of(sheared.y[e][at] - sheared.y[c][at]));
-    const float tolerance = extent * per_length + kUnderflow;
-    is_left = is_left && sheared.edge[c][at] > tolerance;
-    is_right = is_right && sheared.edge[c][at] < -tolerance;
-    longest = max_of(longest, tolerance);
-  }
-  thin = 8 * longest;
-  return is_left || is_right;
+bool RayTracer<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, float& exact_t) const {
+  float triangle[9];
+  for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
+  const ExactHit exact = exact_hit(origin_, direction_, triangle);
+  exact_t = exact.t;
+  return exact.is_hit;
 }
 
 template <int W, bool kAny>
-void RayTracer<W, kAny>::test_triangle(const TriangleBlock<W>& block, size_t lane,
-                                       const Sheared& sheared, size_t at) {
+void RayTracer<W, kAny>::test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_sure) {
   const Plane plane = plane_of(block, lane, origin_);
-  float t = 0, speed = 0, thin = 0;
-  bool counts = plane_t(plane, direction_[0], direction_[1], direction_[2], size_, speed, t);
-  counts = counts && !is_extreme_;
+  float t = 0;
+  double speed = 0;
+  const bool counts = plane_t(plane, direction_, size_, speed, t);
   const auto number = static_cast<int32_t>(block.primitive[lane]);
   const bool is_lower = best_ == -1 || number < best_;
   const auto in_range = [&] { return t >= t_min_ && (t < best_t_ || (t == best_t_ && is_lower)); };
   if (counts && !in_range()) return;
-  if (!counts || !is_sure(block, lane, sheared, at, thin) ||
-      !(abs_of(speed) > thin * abs_of(direction_[kz_]))) {
-    float triangle[9];
-    for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
-    const ExactHit exact = exact_hit(origin_, direction_, triangle);
-    if (!exact.is_hit) return;
-    if (!counts) t = exact.t;
+  if (!counts || !is_sure) {
+    float exact_t = 0;
+    if (!decide(block, lane, exact_t)) return;
+    if (!counts) t = exact_t;
     if (!in_range()) return;
   }
   best_t_ = kAny ? -__builtin_inff() : t;
   best_ = number;
+  limit();
 }
 
 }  // namespace HWY_NAMESPACE
