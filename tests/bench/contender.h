@@ -1,6 +1,6 @@
-// What is measured: something that takes packets of rays and says where each hits.
+// What is measured: something that takes blocks of rays and says where each hits.
 //
-// Threads. One at a time.
+// Threads. One at a time per contender.
 #pragma once
 
 #include <cstdint>
@@ -11,17 +11,23 @@
 
 #include "common/base/isa.h"
 #include "slave/core/geometry/triangle_store.h"
-#include "slave/core/kernel/bundle_layout.h"
-#include "slave/core/kernel/packet_layout.h"
+#include "tests/bench/workload.h"
 
 namespace tessera::bench {
 
-using Trace = std::function<void(const core::FanPacket& rays, core::PacketHits& hits)>;
+struct BlockHits {
+  float t[kBlockRays];
+  std::uint32_t primitive[kBlockRays];  // any-hit: 0 for blocked, core::kNoPrimitive for not
+};
+
+using Trace = std::function<void(const RayBlock& rays, BlockHits& hits)>;
 
 struct Contender {
   std::string name;
   bool is_ours = false;
+  RayKind kind = RayKind::kPrimary;
   Trace trace;
+  bool is_reference_peer = false;  // ratios are to the fastest of these
 };
 
 struct Build {
@@ -38,10 +44,16 @@ class Entrants {
   std::vector<Build> builds;
 };
 
+// The first contender of each kind is the one that the others' answers are compared with.
 std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
                                     const std::vector<Bounds3f>& boxes, Isa isa);
+struct EmbreeMode {
+  bool is_high = false;    // build quality "high" (spatial splits) and not "medium", its default
+  bool is_robust = false;  // its watertight tests
+};
 // Null where the benchmark was built without Embree.
-std::unique_ptr<Entrants> make_embree(const core::TriangleStore& triangles, Isa isa);
+std::unique_ptr<Entrants> make_embree(const core::TriangleStore& triangles, Isa isa,
+                                      const EmbreeMode& mode);
 
 // Of the calling thread, and of the process, so far.
 double thread_cpu_seconds();

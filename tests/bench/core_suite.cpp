@@ -5,43 +5,26 @@
 #include <cstdio>
 #include <fstream>
 #include <limits>
+#include <utility>
 
 #include "common/base/json.h"
 #include "slave/core/geometry/triangle_store.h"
-#include "slave/core/render/camera_rays.h"
+#include "slave/core/kernel/bundle_layout.h"
+#include "slave/core/kernel/counts_layout.h"
 #include "tests/bench/contender.h"
 #include "tests/bench/scenes.h"
+#include "tests/bench/workload.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::bench {
 namespace {
-
-// 8x8 pixels a packet; rows of 8 rays are 4x2 pixels, so that every power of two is a block.
-std::vector<core::FanPacket> primary_rays(const Camera& camera, int size_px) {
-  const core::CameraRays rays(camera, size_px, size_px);
-  std::vector<core::FanPacket> packets;
-  for (int y = 0; y < size_px; y += 8) {
-    for (int x = 0; x < size_px; x += 8) {
-      core::FanPacket& packet = packets.emplace_back();
-      packet.active = ~std::uint64_t{0};
-      for (int a = 0; a < 3; ++a) packet.origin[a] = rays.origin()[a];
-      for (int i = 0; i < core::kPacketRays; ++i) {
-        const int px = x + (i & 1) + (i >> 1 & 2) + (i >> 2 & 4);
-        const int py = y + (i >> 1 & 1) + (i >> 2 & 2) + (i >> 3 & 4);
-        const Vec3f d = normalize(rays.direction(px + 0.5, py + 0.5));
-        for (int a = 0; a < 3; ++a) packet.direction[a][i] = d[a];
-        packet.t_max[i] = std::numeric_limits<float>::infinity();
-      }
-    }
-  }
-  return packets;
-}
 
 struct Row {
   const Contender* contender = nullptr;
   std::vector<double> cpu_seconds;
   std::uint64_t hits = 0, different = 0;  // from the first row's primitives
   double sum_t = 0;
+  core::KernelCounts counts{};  // of one run, where the build counts
 };
 
 double median(std::vector<double> values) {
@@ -50,39 +33,56 @@ double median(std::vector<double> values) {
   return n == 0 ? 0 : (values[n / 2] + values[(n - 1) / 2]) / 2;
 }
 
-void measure(Row& row, const std::vector<core::FanPacket>& rays, bool is_warm_up,
-             std::vector<core::PacketHits>& first, std::vector<core::PacketHits>& hits) {
-  const double start = thread_cpu_seconds();
-  for (std::size_t p = 0; p < rays.size(); ++p) row.contender->trace(rays[p], hits[p]);
-  const double seconds = thread_cpu_seconds() - start;
-  if (!is_warm_up) return row.cpu_seconds.push_back(seconds);
-  if (first.empty()) first = hits;
-  for (std::size_t p = 0; p < rays.size(); ++p) {
-    for (int i = 0; i < core::kPacketRays; ++i) {
-      if (hits[p].primitive[i] != first[p].primitive[i]) ++row.different;
-      if (hits[p].primitive[i] == core::kNoPrimitive) continue;
+// Compares what the warm-up found with what the first contender found.
+void compare(Row& row, const Workload& work, const std::vector<BlockHits>& hits,
+             std::vector<FirstHit>& first) {
+  const bool is_first = first.empty();
+  std::size_t number = 0;
+  for (std::size_t b = 0; b < work.blocks.size(); ++b) {
+    for (int i = 0; i < work.blocks[b].count; ++i, ++number) {
+      const std::uint32_t primitive = hits[b].primitive[i];
+      if (is_first) first.push_back({hits[b].t[i], primitive});
+      if (primitive != first[number].primitive) ++row.different;
+      if (primitive == core::kNoPrimitive) continue;
       ++row.hits;
-      row.sum_t += static_cast<double>(hits[p].t[i]);
+      row.sum_t += static_cast<double>(hits[b].t[i]);
     }
   }
 }
 
-std::string report(const BenchScene& scene, const std::vector<Row>& rows, std::size_t ray_count,
-                   const std::vector<Build>& builds) {
+// Runs all contenders of one kind of ray. Returns: what the first of them has hit.
+std::vector<FirstHit> measure(std::vector<Row>& rows, const Workload& work, int repeats) {
+  std::vector<FirstHit> first;
+  std::vector<BlockHits> hits(work.blocks.size());
+  for (int repeat = -1; repeat < repeats; ++repeat) {
+    for (Row& row : rows) {
+      const double start = thread_cpu_seconds();
+      for (std::size_t b = 0; b < work.blocks.size(); ++b)
+        row.contender->trace(work.blocks[b], hits[b]);
+      const double seconds = thread_cpu_seconds() - start;
+      if (repeat >= 0) row.cpu_seconds.push_back(seconds);
+      if (repeat < 0) compare(row, work, hits, first);
+#ifdef TESSERA_COUNTING
+      row.counts = std::exchange(core::kernel_counts, {});
+#endif
+    }
+  }
+  return first;
+}
+
+std::string report(const Workload& work, const std::vector<Row>& rows) {
   const auto rate = [&](const Row& row) {
-    return 1e-6 * static_cast<double>(ray_count) / median(row.cpu_seconds);
+    return 1e-6 * static_cast<double>(work.ray_count) / median(row.cpu_seconds);
   };
   double best_peer = 0;
   for (const Row& row : rows) {
-    if (!row.contender->is_ours) best_peer = std::max(best_peer, rate(row));
+    if (row.contender->is_reference_peer) best_peer = std::max(best_peer, rate(row));
   }
-  std::printf("\n%s, %zu triangles, %zu camera rays\n", scene.name.c_str(),
-              scene.mesh.triangles.size(), ray_count);
-  std::printf("  %-18s %12s %10s %10s %10s %16s\n", "", "Mrays/CPU-s", "to Embree", "hits",
-              "differ", "sum of t");
+  std::printf("  %-22s %12s %10s %10s %10s %16s\n", ray_kind_name(work.kind), "Mrays/CPU-s",
+              "to Embree", "hits", "differ", "sum of t");
   std::string list = "[";
   for (const Row& row : rows) {
-    std::printf("  %-18s %12.2f %10.2f %10llu %10llu %16.9g\n", row.contender->name.c_str(),
+    std::printf("  %-22s %12.2f %10.2f %10llu %10llu %16.9g\n", row.contender->name.c_str(),
                 rate(row), best_peer > 0 ? rate(row) / best_peer : std::nan(""),
                 static_cast<unsigned long long>(row.hits),
                 static_cast<unsigned long long>(row.different), row.sum_t);
@@ -91,40 +91,106 @@ std::string report(const BenchScene& scene, const std::vector<Row>& rows, std::s
     json.add("hits", row.hits).add("differ", row.different).add("sum_t", row.sum_t);
     list += (list.size() > 1 ? "," : "") + json.text();
   }
-  std::string build_list = "[";
+  JsonObject json;
+  json.add("kind", std::string(ray_kind_name(work.kind))).add("rays", work.ray_count);
+  json.add_raw("rows", list + "]");
+  return json.text();
+}
+
+// Steps per ray, of the rows that counted some.
+void report_counts(const Workload& work, const std::vector<Row>& rows) {
+  bool has_head = false;
+  for (const Row& row : rows) {
+    const core::KernelCounts& c = row.counts;
+    if (c.nodes == 0) continue;
+    if (!has_head) {
+      std::printf("  %-22s %9s %9s %9s %9s %9s %9s %9s %9s\n", "steps per ray", "packets",
+                  "singles", "nodes", "children", "blocks", "triangles", "row tests", "exact");
+    }
+    has_head = true;
+    std::printf("  %-22s", row.contender->name.c_str());
+    for (const std::uint64_t n : {c.packets, c.singles, c.nodes, c.children, c.blocks, c.candidates,
+                                  c.row_tests, c.exact}) {
+      std::printf(" %9.4f", static_cast<double>(n) / static_cast<double>(work.ray_count));
+    }
+    std::printf("\n");
+  }
+}
+
+std::string report_builds(const std::vector<Build>& builds) {
+  std::string list = "[";
   for (const Build& build : builds) {
-    std::printf("  build %-12s %12.0f ms %27.1f MB\n", build.name.c_str(), 1e3 * build.cpu_seconds,
+    std::printf("  build %-16s %12.0f ms %23.1f MB\n", build.name.c_str(), 1e3 * build.cpu_seconds,
                 build.megabytes);
     JsonObject json;
     json.add("name", build.name).add("cpu_seconds", build.cpu_seconds).add("mb", build.megabytes);
-    build_list += (build_list.size() > 1 ? "," : "") + json.text();
+    list += (list.size() > 1 ? "," : "") + json.text();
   }
-  JsonObject json;
-  json.add("scene", scene.name).add("rays", static_cast<std::uint64_t>(ray_count));
-  json.add_raw("primary", list + "]").add_raw("builds", build_list + "]");
-  return json.text();
+  return list + "]";
+}
+
+using AllEntrants = std::vector<std::unique_ptr<Entrants>>;
+
+AllEntrants entrants_of(const core::TriangleStore& triangles, const std::vector<Bounds3f>& boxes,
+                        const CoreSuiteOptions& options) {
+  AllEntrants entrants;
+  entrants.push_back(make_ours(triangles, boxes, options.isa));
+  for (const bool is_high : {false, true}) {
+    for (const bool is_robust : {false, true}) {
+      if ((is_high || is_robust) && !options.with_all_peers) continue;
+      auto embree = make_embree(triangles, options.isa, {is_high, is_robust});
+      if (embree) entrants.push_back(std::move(embree));
+    }
+  }
+  if (entrants.size() == 1)
+    std::printf("Embree is not part of this build: install libembree-dev for the comparison\n");
+  return entrants;
 }
 
 std::string run_scene(const BenchScene& scene, const CoreSuiteOptions& options) {
   std::vector<Bounds3f> boxes;
   const core::TriangleStore triangles =
       core::make_triangle_store(test::make_scene(scene.mesh), boxes);
-  std::vector<std::unique_ptr<Entrants>> entrants;
-  entrants.push_back(make_ours(triangles, boxes, options.isa));
-  if (auto embree = make_embree(triangles, options.isa)) entrants.push_back(std::move(embree));
-  std::vector<Row> rows;
+  const AllEntrants entrants = entrants_of(triangles, boxes, options);
+  std::printf("\n%s, %zu triangles\n", scene.name.c_str(), scene.mesh.triangles.size());
+  const auto run = [&](const Workload& work, std::string& list) {
+    std::vector<Row> rows;
+    for (const auto& entrant : entrants) {
+      for (const Contender& contender : entrant->contenders) {
+        const bool is_wanted =
+            rows.empty() || contender.name.find(options.only) != std::string::npos;
+        if (contender.kind == work.kind && is_wanted) rows.push_back({&contender, {}, 0, 0, 0});
+      }
+    }
+    const std::vector<FirstHit> first = measure(rows, work, options.repeats);
+    list += (list.size() > 1 ? "," : "") + report(work, rows);
+    report_counts(work, rows);
+    return first;
+  };
+  const auto is_wanted = [&](RayKind kind) {
+    const auto& kinds = options.kinds;
+    return kinds.empty() ||
+           std::find(kinds.begin(), kinds.end(), ray_kind_name(kind)) != kinds.end();
+  };
+  std::string list = "[";
+  const Workload primary = primary_rays(scene.camera, options.size_px);
+  std::vector<FirstHit> first;
+  if (is_wanted(RayKind::kPrimary)) {
+    first = run(primary, list);
+  } else {
+    std::vector<Row> rows{{&entrants[0]->contenders[0], {}, 0, 0, 0}};
+    first = measure(rows, primary, 0);
+  }
+  const SecondaryRays secondary = secondary_rays(primary, first, triangles, scene.light);
+  if (is_wanted(RayKind::kShadow)) run(secondary.shadow, list);
+  if (is_wanted(RayKind::kBounce)) run(secondary.bounce, list);
   std::vector<Build> builds;
-  for (const auto& entrant : entrants) {
-    for (const Contender& contender : entrant->contenders)
-      rows.push_back({&contender, {}, 0, 0, 0});
+  for (const auto& entrant : entrants)
     builds.insert(builds.end(), entrant->builds.begin(), entrant->builds.end());
-  }
-  const std::vector<core::FanPacket> rays = primary_rays(scene.camera, options.size_px);
-  std::vector<core::PacketHits> first, hits(rays.size());
-  for (int repeat = -1; repeat < options.repeats; ++repeat) {
-    for (Row& row : rows) measure(row, rays, repeat < 0, first, hits);
-  }
-  return report(scene, rows, rays.size() * core::kPacketRays, builds);
+  JsonObject json;
+  json.add("scene", scene.name).add_raw("rays", list + "]");
+  json.add_raw("builds", report_builds(builds));
+  return json.text();
 }
 
 }  // namespace

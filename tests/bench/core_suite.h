@@ -15,7 +15,10 @@ namespace tessera::bench {
 struct CoreSuiteOptions {
   std::vector<std::string> scenes;
   Isa isa = Isa::kScalar;
-  int size_px = 1024;  // a multiple of 8
+  std::vector<std::string> kinds;  // of rays; empty: all
+  std::string only;                // contenders whose name holds this; the first always runs
+  int size_px = 1024;              // a multiple of 32
+  bool with_all_peers = false;     // Embree's build "high" and its robust flag, too
   int repeats = 5;
   std::string json_path;  // empty: none
 };

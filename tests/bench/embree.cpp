@@ -1,9 +1,10 @@
-// Embree 3 (https://www.embree.org) beside us: quality "medium", which is its default, its fast, not
-// watertight tests, one thread, held to the same instruction set.
+// Embree 3 (https://www.embree.org) beside us: one thread, held to the same instruction set.
 #include <embree3/rtcore.h>
 
+#include <algorithm>
 #include <vector>
 
+#include "slave/core/kernel/bundle_layout.h"
 #include "tests/bench/contender.h"
 
 namespace tessera::bench {
@@ -14,16 +15,83 @@ struct Release {
   void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
 };
 
+// Embree's calls for packets of N rays.
+template <int N>
+struct Calls;
+template <>
+struct Calls<4> {
+  static constexpr auto intersect = rtcIntersect4;
+  static constexpr auto occluded = rtcOccluded4;
+  using RayHit = RTCRayHit4;
+  using Ray = RTCRay4;
+};
+template <>
+struct Calls<8> {
+  static constexpr auto intersect = rtcIntersect8;
+  static constexpr auto occluded = rtcOccluded8;
+  using RayHit = RTCRayHit8;
+  using Ray = RTCRay8;
+};
+template <>
+struct Calls<16> {
+  static constexpr auto intersect = rtcIntersect16;
+  static constexpr auto occluded = rtcOccluded16;
+  using RayHit = RTCRayHit16;
+  using Ray = RTCRay16;
+};
+
+void set_ray(RTCRay& ray, const RayBlock& rays, int i) {
+  ray.org_x = rays.origin[0][i], ray.org_y = rays.origin[1][i], ray.org_z = rays.origin[2][i];
+  ray.dir_x = rays.direction[0][i], ray.dir_y = rays.direction[1][i];
+  ray.dir_z = rays.direction[2][i];
+  ray.tnear = 0;
+  ray.tfar = rays.t_max[i];
+  ray.mask = ~0u;
+  ray.time = 0;
+  ray.flags = 0;
+}
+
+// Sets lanes from ray `first` on. Returns: how many there are.
+template <int N, typename Ray>
+int set_rays(Ray& ray, int* valid, const RayBlock& rays, int first) {
+  const int count = std::min(N, rays.count - first);
+  float* const to[] = {ray.org_x, ray.org_y, ray.org_z, ray.dir_x, ray.dir_y, ray.dir_z};
+  for (int a = 0; a < 3; ++a) {
+    std::copy_n(rays.origin[a] + first, count, to[a]);
+    std::copy_n(rays.direction[a] + first, count, to[3 + a]);
+  }
+  std::copy_n(rays.t_max + first, count, ray.tfar);
+  for (int i = 0; i < N; ++i) {
+    valid[i] = i < count ? -1 : 0;
+    ray.tnear[i] = ray.time[i] = 0;
+    ray.mask[i] = ~0u;
+    ray.flags[i] = 0;
+  }
+  return count;
+}
+
 class Embree final : public Entrants {
  public:
-  Embree(const core::TriangleStore& triangles, Isa isa) {
+  Embree(const core::TriangleStore& triangles, Isa isa, const EmbreeMode& mode) {
     static constexpr const char* kConfigs[] = {"sse2", "sse4.2", "avx2", "avx512"};
     const std::string config =
         std::string("threads=1,set_affinity=0,isa=") + kConfigs[static_cast<int>(isa)];
     device_.reset(rtcNewDevice(config.c_str()));
     rtcSetDeviceMemoryMonitorFunction(device_.get(), count_bytes, &bytes_);
+    const std::string name = std::string("embree") + (mode.is_high ? " high" : " medium") +
+                             (mode.is_robust ? " robust" : "");
+    build(triangles, mode, name);
+    for (int kind = 0; kind < kRayKinds; ++kind) enter(static_cast<RayKind>(kind), name, mode);
+  }
+
+ private:
+  void build(const core::TriangleStore& triangles, const EmbreeMode& mode,
+             const std::string& name) {
     scene_.reset(rtcNewScene(device_.get()));
+    if (mode.is_high) rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
+    if (mode.is_robust) rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
     RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    if (mode.is_high) rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
     const auto count = static_cast<std::size_t>(triangles.triangle_count());
     // Vertices are not shared here: the hierarchy is what is measured, and it copies them.
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
@@ -39,78 +107,73 @@ class Embree final : public Entrants {
     rtcCommitScene(scene_.get());
     const double seconds = process_cpu_seconds() - start;
     rtcReleaseGeometry(geometry);
-    builds.push_back({"embree medium", seconds, 1e-6 * static_cast<double>(bytes_ - before)});
-    contenders.push_back({"embree 1", false, [this](const auto& r, auto& h) { trace1(r, h); }});
-    contenders.push_back({"embree 8", false, [this](const auto& r, auto& h) { trace8(r, h); }});
-    contenders.push_back(
-        {"embree stream", false, [this](const auto& r, auto& h) { stream(r, h); }});
+    builds.push_back({name, seconds, 1e-6 * static_cast<double>(bytes_ - before)});
   }
 
- private:
+  void enter(RayKind kind, const std::string& name, const EmbreeMode& mode) {
+    const bool is_any = kind == RayKind::kShadow, is_coherent = kind != RayKind::kBounce;
+    const auto add = [&](const char* width, auto trace) {
+      const Trace call = [this, trace, is_coherent](const RayBlock& rays, BlockHits& hits) {
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        context.flags = is_coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+                                    : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+        (this->*trace)(context, rays, hits);
+      };
+      contenders.push_back({name + " " + width, false, kind, call});
+      contenders.back().is_reference_peer = !mode.is_high && !mode.is_robust;
+    };
+    add("1", is_any ? &Embree::occluded1 : &Embree::intersect1);
+    add("4", is_any ? &Embree::occluded<4> : &Embree::intersect<4>);
+    add("8", is_any ? &Embree::occluded<8> : &Embree::intersect<8>);
+    add("16", is_any ? &Embree::occluded<16> : &Embree::intersect<16>);
+    add("stream", is_any ? &Embree::occluded_stream : &Embree::intersect_stream);
+  }
+
   static bool count_bytes(void* sum, ssize_t bytes, bool) {
     *static_cast<std::int64_t*>(sum) += bytes;
     return true;
   }
 
-  static RTCIntersectContext coherent() {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    return context;
-  }
-
-  static RTCRayHit query(const core::FanPacket& rays, int i) {
-    RTCRayHit q{};
-    q.ray.org_x = rays.origin[0], q.ray.org_y = rays.origin[1], q.ray.org_z = rays.origin[2];
-    q.ray.dir_x = rays.direction[0][i], q.ray.dir_y = rays.direction[1][i];
-    q.ray.dir_z = rays.direction[2][i];
-    q.ray.tfar = rays.t_max[i];
-    q.ray.mask = ~0u;
-    q.hit.geomID = q.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    return q;
-  }
-
-  static void store(const RTCRayHit& q, core::PacketHits& hits, int i) {
+  static void store(const RTCRayHit& q, BlockHits& hits, int i) {
     const bool is_hit = q.hit.geomID != RTC_INVALID_GEOMETRY_ID;
     hits.t[i] = is_hit ? q.ray.tfar : 0;
     hits.primitive[i] = is_hit ? q.hit.primID : core::kNoPrimitive;
   }
+  static void store_any(float t_far, BlockHits& hits, int i) {
+    hits.t[i] = 0;
+    hits.primitive[i] = t_far < 0 ? 0 : core::kNoPrimitive;
+  }
 
-  void trace1(const core::FanPacket& rays, core::PacketHits& hits) {
-    RTCIntersectContext context = coherent();
-    for (int i = 0; i < core::kPacketRays; ++i) {
-      RTCRayHit q = query(rays, i);
+  void intersect1(RTCIntersectContext& context, const RayBlock& rays, BlockHits& hits) {
+    for (int i = 0; i < rays.count; ++i) {
+      RTCRayHit q;
+      set_ray(q.ray, rays, i);
+      q.hit.geomID = q.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
       rtcIntersect1(scene_.get(), &context, &q);
       store(q, hits, i);
     }
   }
 
-  void stream(const core::FanPacket& rays, core::PacketHits& hits) {
-    RTCIntersectContext context = coherent();
-    RTCRayHit queries[core::kPacketRays];
-    for (int i = 0; i < core::kPacketRays; ++i) queries[i] = query(rays, i);
-    rtcIntersect1M(scene_.get(), &context, queries, core::kPacketRays, sizeof(RTCRayHit));
-    for (int i = 0; i < core::kPacketRays; ++i) store(queries[i], hits, i);
+  void occluded1(RTCIntersectContext& context, const RayBlock& rays, BlockHits& hits) {
+    for (int i = 0; i < rays.count; ++i) {
+      RTCRay q;
+      set_ray(q, rays, i);
+      rtcOccluded1(scene_.get(), &context, &q);
+      store_any(q.tfar, hits, i);
+    }
   }
 
-  void trace8(const core::FanPacket& rays, core::PacketHits& hits) {
-    RTCIntersectContext context = coherent();
-    alignas(32) int valid[8];
-    std::fill_n(valid, 8, -1);
-    for (int first = 0; first < core::kPacketRays; first += 8) {
-      RTCRayHit8 q{};
-      for (int i = 0; i < 8; ++i) {
-        q.ray.org_x[i] = rays.origin[0], q.ray.org_y[i] = rays.origin[1];
-        q.ray.org_z[i] = rays.origin[2];
-        q.ray.dir_x[i] = rays.direction[0][first + i];
-        q.ray.dir_y[i] = rays.direction[1][first + i];
-        q.ray.dir_z[i] = rays.direction[2][first + i];
-        q.ray.tfar[i] = rays.t_max[first + i];
-        q.ray.mask[i] = ~0u;
-        q.hit.geomID[i] = q.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-      }
-      rtcIntersect8(valid, scene_.get(), &context, &q);
-      for (int i = 0; i < 8; ++i) {
+  template <int N>
+  void intersect(RTCIntersectContext& context, const RayBlock& rays, BlockHits& hits) {
+    alignas(64) int valid[N];
+    typename Calls<N>::RayHit q;
+    for (int first = 0; first < rays.count; first += N) {
+      const int count = set_rays<N>(q.ray, valid, rays, first);
+      std::fill_n(q.hit.geomID, N, RTC_INVALID_GEOMETRY_ID);
+      std::fill_n(q.hit.instID[0], N, RTC_INVALID_GEOMETRY_ID);
+      Calls<N>::intersect(valid, scene_.get(), &context, &q);
+      for (int i = 0; i < count; ++i) {
         const bool is_hit = q.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
         hits.t[first + i] = is_hit ? q.ray.tfar[i] : 0;
         hits.primitive[first + i] = is_hit ? q.hit.primID[i] : core::kNoPrimitive;
@@ -118,15 +181,45 @@ class Embree final : public Entrants {
     }
   }
 
+  template <int N>
+  void occluded(RTCIntersectContext& context, const RayBlock& rays, BlockHits& hits) {
+    alignas(64) int valid[N];
+    typename Calls<N>::Ray q;
+    for (int first = 0; first < rays.count; first += N) {
+      const int count = set_rays<N>(q, valid, rays, first);
+      Calls<N>::occluded(valid, scene_.get(), &context, &q);
+      for (int i = 0; i < count; ++i) store_any(q.tfar[i], hits, first + i);
+    }
+  }
+
+  void intersect_stream(RTCIntersectContext& context, const RayBlock& rays, BlockHits& hits) {
+    for (int i = 0; i < rays.count; ++i) {
+      set_ray(queries_[i].ray, rays, i);
+      queries_[i].hit.geomID = queries_[i].hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    }
+    rtcIntersect1M(scene_.get(), &context, queries_, static_cast<unsigned>(rays.count),
+                   sizeof(RTCRayHit));
+    for (int i = 0; i < rays.count; ++i) store(queries_[i], hits, i);
+  }
+
+  void occluded_stream(RTCIntersectContext& context, const RayBlock& rays, BlockHits& hits) {
+    for (int i = 0; i < rays.count; ++i) set_ray(queries_[i].ray, rays, i);
+    rtcOccluded1M(scene_.get(), &context, &queries_[0].ray, static_cast<unsigned>(rays.count),
+                  sizeof(RTCRayHit));
+    for (int i = 0; i < rays.count; ++i) store_any(queries_[i].ray.tfar, hits, i);
+  }
+
   std::int64_t bytes_ = 0;
   std::unique_ptr<RTCDeviceTy, Release> device_;
   std::unique_ptr<RTCSceneTy, Release> scene_;
+  RTCRayHit queries_[kBlockRays];
 };
 
 }  // namespace
 
-std::unique_ptr<Entrants> make_embree(const core::TriangleStore& triangles, Isa isa) {
-  return std::make_unique<Embree>(triangles, isa);
+std::unique_ptr<Entrants> make_embree(const core::TriangleStore& triangles, Isa isa,
+                                      const EmbreeMode& mode) {
+  return std::make_unique<Embree>(triangles, isa, mode);
 }
 
 }  // namespace tessera::bench

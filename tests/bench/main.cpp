@@ -25,6 +25,11 @@ int main(int argc, char** argv) {
   app.add_option("SUITE", suite, "core: rays per CPU-second")->check(CLI::IsMember({"core"}));
   app.add_option("--scene", options.scenes, "interior, knot, building, field (default: all)")
       ->check(CLI::IsMember(tessera::bench::scene_names()));
+  app.add_option("--rays", options.kinds, "primary, shadow, bounce (default: all)")
+      ->check(CLI::IsMember({"primary", "shadow", "bounce"}));
+  app.add_option("--only", options.only, "only what has this in its name, beside the first");
+  app.add_flag("--all-peers", options.with_all_peers,
+               "beside Embree's build of high quality and its robust flag, too");
   app.add_flag("--quick", is_quick, "interior and knot, 512x512, 3 repeats");
   app.add_option("--isa", isa, "auto, scalar, sse4, avx2, avx512")->capture_default_str();
   app.add_option("--repeats", options.repeats, "timed runs of each, interleaved; the median counts")

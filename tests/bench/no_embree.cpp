@@ -1,5 +1,6 @@
 #include "tests/bench/contender.h"
 
-namespace tessera::bench {
-std::unique_ptr<Entrants> make_embree(const core::TriangleStore&, Isa) { return nullptr; }
-}  // namespace tessera::bench
+std::unique_ptr<tessera::bench::Entrants> tessera::bench::make_embree(const core::TriangleStore&,
+                                                                      Isa, const EmbreeMode&) {
+  return nullptr;
+}

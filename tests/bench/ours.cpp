@@ -1,8 +1,12 @@
 #include <time.h>
 
+#include <algorithm>
+#include <bit>
+
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/kd_builder.h"
 #include "slave/core/kernel/kernel_table.h"
+#include "slave/core/trace/point_fans.h"
 #include "tests/bench/contender.h"
 
 namespace tessera::bench {
@@ -34,46 +38,116 @@ class Ours final : public Entrants {
                 triangles.vertices.data(),
                 {low.x, low.y, low.z},
                 {high.x, high.y, high.z}};
-    contenders.push_back({"bvh8 fan of 64", true, [this](const auto& rays, auto& hits) {
-                            kernels_.bvh8.closest_fan(bvh_view_, rays, hits);
-                          }});
-    contenders.push_back(
-        {"bvh8 single", true, [this](const auto& rays, auto& hits) { trace_singles(rays, hits); }});
-    contenders.push_back({"kd bundle of 16", true,
-                          [this](const auto& rays, auto& hits) { trace_bundles(rays, hits); }});
+    const auto enter = [this](const char* name, RayKind kind, auto trace) {
+      contenders.push_back({name, true, kind, [this, trace](const RayBlock& rays, BlockHits& hits) {
+                              (this->*trace)(rays, hits);
+                            }});
+    };
+    enter("bvh8 fan of 64", RayKind::kPrimary, &Ours::trace_fans);
+    enter("bvh8 fan from light", RayKind::kShadow, &Ours::trace_light_fans);
+    for (const RayKind kind : {RayKind::kPrimary, RayKind::kBounce}) {
+      enter("bvh8 single", kind, &Ours::trace_singles);
+      enter("kd bundle of 16", kind, &Ours::trace_bundles);
+    }
+    enter("bvh8 single", RayKind::kShadow, &Ours::occlude_singles);
+    enter("kd bundle of 16", RayKind::kShadow, &Ours::occlude_bundles);
   }
 
  private:
-  void trace_singles(const core::FanPacket& rays, core::PacketHits& hits) const {
-    for (int i = 0; i < core::kPacketRays; ++i) {
-      const core::SingleRay ray{{rays.origin[0], rays.origin[1], rays.origin[2]},
-                                {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
-                                0,
-                                rays.t_max[i]};
+  static core::SingleRay ray_of(const RayBlock& rays, int i) {
+    return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
+            {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
+            0,
+            rays.t_max[i]};
+  }
+
+  void trace_fans(const RayBlock& rays, BlockHits& hits) {
+    core::FanPacket packet;
+    core::PacketHits found;
+    for (int first = 0; first < rays.count; first += core::kPacketRays) {
+      const int count = std::min(core::kPacketRays, rays.count - first);
+      packet.t_min = 0;
+      packet.active = ~std::uint64_t{0} >> (core::kPacketRays - count);
+      for (int a = 0; a < 3; ++a) {
+        packet.origin[a] = rays.origin[a][first];
+        std::copy_n(rays.direction[a] + first, count, packet.direction[a]);
+      }
+      std::copy_n(rays.t_max + first, count, packet.t_max);
+      kernels_.bvh8.closest_fan(bvh_view_, packet, found);
+      std::copy_n(found.t, count, hits.t + first);
+      std::copy_n(found.primitive, count, hits.primitive + first);
+    }
+  }
+
+  // The same segments, seen from the light.
+  void trace_light_fans(const RayBlock& rays, BlockHits& hits) {
+    const Vec3f light = {rays.origin[0][0] + rays.direction[0][0],
+                         rays.origin[1][0] + rays.direction[1][0],
+                         rays.origin[2][0] + rays.direction[2][0]};
+    fans_.begin(light, 1e-4f);
+    for (int i = 0; i < rays.count; ++i) {
+      fans_.add({-rays.direction[0][i], -rays.direction[1][i], -rays.direction[2][i]}, 1);
+    }
+    const int packets = fans_.form();
+    core::FanPacket packet;
+    for (int p = 0; p < packets; ++p) {
+      const std::uint16_t* const numbers = fans_.fill(p, packet);
+      const std::uint64_t blocked = kernels_.bvh8.occluded_fan(bvh_view_, packet);
+      for (int k = 0; k < std::popcount(packet.active); ++k) {
+        hits.t[numbers[k]] = 0;
+        hits.primitive[numbers[k]] = (blocked >> k & 1u) != 0 ? 0 : core::kNoPrimitive;
+      }
+    }
+  }
+
+  void trace_singles(const RayBlock& rays, BlockHits& hits) {
+    for (int i = 0; i < rays.count; ++i) {
       core::SingleHit hit;
-      kernels_.bvh8.closest_ray(bvh_view_, ray, hit);
+      kernels_.bvh8.closest_ray(bvh_view_, ray_of(rays, i), hit);
       hits.t[i] = hit.t;
       hits.primitive[i] = hit.primitive;
     }
   }
 
-  void trace_bundles(const core::FanPacket& rays, core::PacketHits& hits) const {
-    for (int first = 0; first < core::kPacketRays; first += core::kBundleRays) {
-      core::RayBundle bundle;
-      bundle.active = 0xffff;
-      for (int i = 0; i < core::kBundleRays; ++i) {
-        for (int a = 0; a < 3; ++a) {
-          bundle.origin[a][i] = rays.origin[a];
-          bundle.direction[a][i] = rays.direction[a][first + i];
-        }
-        bundle.t_min[i] = 0;
-        bundle.t_max[i] = rays.t_max[first + i];
-      }
-      core::HitBundle found;
+  void occlude_singles(const RayBlock& rays, BlockHits& hits) {
+    for (int i = 0; i < rays.count; ++i) {
+      const bool is_blocked = kernels_.bvh8.occluded_ray(bvh_view_, ray_of(rays, i));
+      hits.t[i] = 0;
+      hits.primitive[i] = is_blocked ? 0 : core::kNoPrimitive;
+    }
+  }
+
+  static int fill(const RayBlock& rays, int first, core::RayBundle& bundle) {
+    const int count = std::min(core::kBundleRays, rays.count - first);
+    bundle.active = 0xffffu >> (core::kBundleRays - count);
+    for (int a = 0; a < 3; ++a) {
+      std::copy_n(rays.origin[a] + first, count, bundle.origin[a]);
+      std::copy_n(rays.direction[a] + first, count, bundle.direction[a]);
+    }
+    std::fill_n(bundle.t_min, count, 0.0f);
+    std::copy_n(rays.t_max + first, count, bundle.t_max);
+    return count;
+  }
+
+  void trace_bundles(const RayBlock& rays, BlockHits& hits) {
+    core::RayBundle bundle;
+    core::HitBundle found;
+    for (int first = 0; first < rays.count; first += core::kBundleRays) {
+      const int count = fill(rays, first, bundle);
       kernels_.trace_closest(kd_view_, bundle, found);
-      for (int i = 0; i < core::kBundleRays; ++i) {
-        hits.t[first + i] = found.t[i];
-        hits.primitive[first + i] = found.primitive[i];
+      std::copy_n(found.t, count, hits.t + first);
+      std::copy_n(found.primitive, count, hits.primitive + first);
+    }
+  }
+
+  void occlude_bundles(const RayBlock& rays, BlockHits& hits) {
+    core::RayBundle bundle;
+    for (int first = 0; first < rays.count; first += core::kBundleRays) {
+      const int count = fill(rays, first, bundle);
+      const std::uint32_t blocked = kernels_.trace_occluded(kd_view_, bundle);
+      for (int i = 0; i < count; ++i) {
+        hits.t[first + i] = 0;
+        hits.primitive[first + i] = (blocked >> i & 1u) != 0 ? 0 : core::kNoPrimitive;
       }
     }
   }
@@ -83,6 +157,7 @@ class Ours final : public Entrants {
   core::KdTree kd_;
   core::BvhView<8> bvh_view_{};
   core::SceneView kd_view_{};
+  core::PointFans fans_;
 };
 
 }  // namespace

@@ -51,6 +51,7 @@ uint32_t FanTracer<W, kAny>::overlapping(const BvhNode<W>& node, float* z_near) 
   const VB side = hn::Set(b, fan_.side), zero = hn::Zero(b);
   const VB ox = hn::Set(b, fan_.origin[fan_.kx]), oy = hn::Set(b, fan_.origin[fan_.ky]);
   const VB oz = hn::Set(b, fan_.origin[fan_.kz]);
+  TESSERA_COUNT(nodes, 1);
   uint32_t bits = 0;
   for (size_t i = 0; i < W; i += kStep) {
     const VB in = hn::Mul(hn::Sub(hn::Load(b, z_in + i), oz), side);
@@ -71,12 +72,14 @@ uint32_t FanTracer<W, kAny>::overlapping(const BvhNode<W>& node, float* z_near) 
     hn::Store(in, b, z_near + i);
     bits |= bits_of(b, keep) << i;
   }
+  TESSERA_COUNT(children, __builtin_popcount(bits));
   return bits;
 }
 
 template <int W, bool kAny>
 bool FanTracer<W, kAny>::run(const FanPacket& rays) {
   if (!fan_.setup(rays)) return false;
+  TESSERA_COUNT(packets, 1);
   alignas(64) float z_near[W];
   NodeStack<W> stack(scene_);
   while (!stack.is_empty()) {

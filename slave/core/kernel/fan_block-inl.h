@@ -70,19 +70,23 @@ class FanBlock {
   };
 
   static VB largest(VB p, VB q, VB r) { return hn::Max(hn::Max(p, q), r); }
-  Corners corners_of(const TriangleBlock<W>& block, size_t first) const;
-  MB in_frustum(const Corners& p) const;
-  uint32_t cull(const TriangleBlock<W>& block, size_t first, uint32_t& unsure);
-  bool test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_unsure);
-  bool test_row(const TriangleBlock<W>& block, size_t lane, size_t row, const Plane& plane);
-  // t of a row and, as bits, for which rays it counts and the triangle is thick enough.
-  uint32_t times(const Plane& plane, size_t at, double thin, float* t) const;
-  bool decide(const TriangleBlock<W>& block, size_t lane, size_t ray, const Plane& plane);
+  HWY_INLINE Corners corners_of(const TriangleBlock<W>& block, size_t first) const;
+  HWY_INLINE MB in_frustum(const Corners& p, VB z_low) const;
+  HWY_INLINE uint32_t cull(const TriangleBlock<W>& block, size_t first, uint32_t& unsure);
+  HWY_NOINLINE bool turn(const TriangleBlock<W>& block, size_t lane);
+  HWY_NOINLINE bool test_in_plane(const TriangleBlock<W>& block, size_t lane);
+  HWY_INLINE bool test_triangle(const TriangleBlock<W>& block, size_t lane);
+  HWY_INLINE uint64_t rows_of(size_t lane) const;
+  HWY_INLINE bool test_row(const TriangleBlock<W>& block, size_t lane, size_t row,
+                           const Plane& plane);
+  HWY_INLINE V speed_of(const Plane& plane, size_t at) const;
+  HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, size_t ray,
+                           const Plane& plane);
 
   FanRays& fan_;
   // Of the block at hand, by edge: its function with the tolerance added, and twice the tolerance.
   alignas(64) float edge_[3][3][W], twice_[3][W];
-  alignas(64) float thin_[W], volume_[W];
+  alignas(64) float thin_[W], volume_[W], z_low_[W];
 };
 
 template <int W, bool kAny>
@@ -106,9 +110,8 @@ typename FanBlock<W, kAny>::Corners FanBlock<W, kAny>::corners_of(const Triangle
 
 // Triangles with a corner on the inner side of each of the frustum's planes.
 template <int W, bool kAny>
-typename FanBlock<W, kAny>::MB FanBlock<W, kAny>::in_frustum(const Corners& p) const {
+typename FanBlock<W, kAny>::MB FanBlock<W, kAny>::in_frustum(const Corners& p, VB z_low) const {
   const B b;
-  const VB z_low = hn::Min(hn::Min(p.z[0], p.z[1]), p.z[2]);
   const MB in_front = hn::Ge(largest(p.z[0], p.z[1], p.z[2]), hn::Zero(b));
   // 4 u s for the roundings of a corner and of its product.
   const VB slack = hn::Mul(p.size, hn::Set(b, -4 * kRoundoff));
@@ -129,7 +132,8 @@ template <int W, bool kAny>
 uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, uint32_t& unsure) {
   const B b;
   const Corners p = corners_of(block, first);
-  MB keep = in_frustum(p);
+  const VB z_low = hn::Min(hn::Min(p.z[0], p.z[1]), p.z[2]);
+  MB keep = in_frustum(p, z_low);
   if (hn::AllFalse(b, keep)) return 0;
 
   VB edge[3][3], length[3];
@@ -158,6 +162,7 @@ uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, ui
   const VB sign = hn::And(volume, hn::Set(b, -0.0f));
   hn::Store(hn::IfThenZeroElse(is_sure, thin), b, thin_ + first);
   hn::Store(volume, b, volume_ + first);
+  hn::Store(z_low, b, z_low_ + first);
   for (int c = 0; c < 3; ++c) {
     const VB tolerance = hn::MulAdd(length[c], per_length, hn::Set(b, kUnderflow));
     const VB nx = hn::Xor(edge[c][0], sign), ny = hn::Xor(edge[c][1], sign);
@@ -179,54 +184,74 @@ uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, ui
 
 template <int W, bool kAny>
 bool FanBlock<W, kAny>::test(const TriangleBlock<W>& block) {
+  TESSERA_COUNT(blocks, 1);
   bool has_hit = false;
   for (size_t first = 0; first < W; first += kStep) {
     uint32_t unsure = 0;
     for (uint32_t bits = cull(block, first, unsure); bits != 0; bits &= bits - 1) {
       const auto lane = static_cast<size_t>(__builtin_ctz(bits));
-      has_hit |= test_triangle(block, lane, unsure >> lane & 1u);
+      TESSERA_COUNT(candidates, 1);
+      if ((unsure >> lane & 1u) != 0 && !turn(block, lane)) {
+        has_hit |= test_in_plane(block, lane);
+      } else {
+        has_hit |= test_triangle(block, lane);
+      }
     }
   }
   return has_hit;
 }
 
+// Makes sure that a triangle is turned to the origin. Returns: false where the origin is in its plane.
 template <int W, bool kAny>
-bool FanBlock<W, kAny>::test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_unsure) {
-  bool has_hit = false;
-  if (is_unsure) {
-    float triangle[9];
-    for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
-    const int side = exact_side(fan_.origin, triangle);
-    if (side == 0) {  // only rays that start in the triangle, or in its plane, can touch it
-      const Plane plane = plane_of(block, lane, fan_.origin);
-      for (size_t ray = 0; ray < kPacketRays; ++ray) has_hit |= decide(block, lane, ray, plane);
-      return has_hit;
-    }
-    if ((static_cast<float>(side) * fan_.side < 0) !=
-        (__builtin_signbit(volume_[lane]) != 0)) {  // turned the wrong way
-      for (size_t c = 0; c < 3; ++c) {
-        edge_[c][0][lane] = -edge_[c][0][lane];
-        edge_[c][1][lane] = -edge_[c][1][lane];
-        edge_[c][2][lane] = twice_[c][lane] - edge_[c][2][lane];
-      }
-    }
+bool FanBlock<W, kAny>::turn(const TriangleBlock<W>& block, size_t lane) {
+  float triangle[9];
+  for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
+  const int side = exact_side(fan_.origin, triangle);
+  if (side == 0) return false;
+  const bool is_behind = static_cast<float>(side) * fan_.side < 0;
+  if (is_behind == (__builtin_signbit(volume_[lane]) != 0)) return true;
+  for (size_t c = 0; c < 3; ++c) {
+    edge_[c][0][lane] = -edge_[c][0][lane];
+    edge_[c][1][lane] = -edge_[c][1][lane];
+    edge_[c][2][lane] = twice_[c][lane] - edge_[c][2][lane];
   }
-  // Rows that all three edges let through at their best corner.
-  constexpr size_t kRowLanes = kRows < kLanes ? kRows : kLanes;
-  const hn::CappedTag<float, kRowLanes> dr;
+  return true;
+}
+
+// Only rays that start in such a triangle can touch it.
+template <int W, bool kAny>
+bool FanBlock<W, kAny>::test_in_plane(const TriangleBlock<W>& block, size_t lane) {
+  const Plane plane = plane_of(block, lane, fan_.origin);
+  bool has_hit = false;
+  for (size_t ray = 0; ray < kPacketRays; ++ray) has_hit |= decide(block, lane, ray, plane);
+  return has_hit;
+}
+
+// Rows that all three edges let through at their best corner and that look as far as the triangle.
+template <int W, bool kAny>
+uint64_t FanBlock<W, kAny>::rows_of(size_t lane) const {
+  const hn::CappedTag<float, (kRows < kLanes ? kRows : kLanes)> d;
   uint64_t rows = 0;
-  for (size_t first = 0; first < kRows; first += hn::MaxLanes(dr)) {
+  for (size_t first = 0; first < kRows; first += hn::MaxLanes(d)) {
     const auto value = [&](int c) {
       const float nx = edge_[c][0][lane], ny = edge_[c][1][lane];
-      const auto u = hn::Load(dr, fan_.row_u[nx >= 0] + first);
-      const auto v = hn::Load(dr, fan_.row_v[ny >= 0] + first);
-      return hn::MulAdd(u, hn::Set(dr, nx),
-                        hn::MulAdd(v, hn::Set(dr, ny), hn::Set(dr, edge_[c][2][lane])));
+      const auto u = hn::Load(d, fan_.row_u[nx >= 0] + first);
+      const auto v = hn::Load(d, fan_.row_v[ny >= 0] + first);
+      return hn::MulAdd(u, hn::Set(d, nx),
+                        hn::MulAdd(v, hn::Set(d, ny), hn::Set(d, edge_[c][2][lane])));
     };
     const auto best = hn::Min(hn::Min(value(0), value(1)), value(2));
-    rows |= uint64_t{bits_of(dr, hn::Ge(best, hn::Zero(dr)))} << first;
+    const auto is_near = hn::Ge(hn::Load(d, fan_.row_far + first), hn::Set(d, z_low_[lane]));
+    rows |= uint64_t{bits_of(d, hn::And(is_near, hn::Ge(best, hn::Zero(d))))} << first;
   }
-  if (rows == 0) return has_hit;
+  return rows;
+}
+
+template <int W, bool kAny>
+bool FanBlock<W, kAny>::test_triangle(const TriangleBlock<W>& block, size_t lane) {
+  uint64_t rows = rows_of(lane);
+  if (rows == 0) return false;
+  bool has_hit = false;
   const Plane plane = plane_of(block, lane, fan_.origin);
   for (; rows != 0; rows &= rows - 1) {
     has_hit |= test_row(block, lane, static_cast<size_t>(__builtin_ctzll(rows)), plane);
@@ -239,6 +264,7 @@ bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, siz
                                  const Plane& plane) {
   const D d;
   const DI di;
+  TESSERA_COUNT(row_tests, 1);
   const size_t at = row * kLanes;
   const V u = hn::Load(d, fan_.ray_u + at), v = hn::Load(d, fan_.ray_v + at);
   const auto value = [&](int c) {
@@ -247,12 +273,15 @@ bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, siz
   };
   const V e0 = value(0), e1 = value(1), e2 = value(2);
   const auto is_possible = hn::Ge(hn::Min(hn::Min(e0, e1), e2), hn::Zero(d));
-  const uint32_t possible = bits_of(d, is_possible);
-  if (possible == 0) return false;
+  if (hn::AllFalse(d, is_possible)) return false;
 
-  alignas(64) float row_t[kLanes];
-  const uint32_t counts = times(plane, at, plane.scale * static_cast<double>(thin_[lane]), row_t);
-  const V t = hn::Load(d, row_t);
+  TESSERA_COUNT(times, 1);
+  const V speed = speed_of(plane, at);
+  const V t = hn::Div(hn::Set(d, plane.distance), speed);
+  const V least = hn::Add(hn::Mul(hn::Set(d, plane.steepness), hn::Load(d, fan_.length + at)),
+                          hn::Set(d, kPlaneLeast));
+  const auto counts = hn::Ge(hn::Abs(speed), least);
+  const float thin = static_cast<float>(plane.scale * static_cast<double>(thin_[lane]));
   const V best = hn::Load(d, fan_.best_t + at);
   const auto best_primitive = hn::Load(di, fan_.best + at);
   const auto number = hn::Set(di, static_cast<int32_t>(block.primitive[lane]));
@@ -260,63 +289,66 @@ bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, siz
   const auto is_lower = hn::RebindMask(
       d, hn::Or(hn::Eq(best_primitive, hn::Set(di, -1)), hn::Lt(number, best_primitive)));
   const auto is_nearer = hn::Or(hn::Lt(t, best), hn::And(hn::Eq(t, best), is_lower));
-  const auto in_range = hn::And(hn::Ge(t, hn::Zero(d)), is_nearer);
-  auto is_sure = hn::And(mask_of(d, counts), hn::Gt(e0, hn::Set(d, twice_[0][lane])));
+  const auto in_range = hn::And(hn::Ge(t, hn::Set(d, fan_.t_min)), is_nearer);
+  auto is_sure = hn::And(counts, hn::Gt(hn::Abs(speed), hn::Set(d, thin)));
+  is_sure = hn::And(is_sure, hn::Gt(e0, hn::Set(d, twice_[0][lane])));
   is_sure = hn::And(is_sure, hn::Gt(e1, hn::Set(d, twice_[1][lane])));
   is_sure = hn::And(is_sure, hn::Gt(e2, hn::Set(d, twice_[2][lane])));
   // Where t counts and is out of range, no decision about the edges matters.
-  uint32_t open = possible & ~bits_of(d, is_sure) & ~(counts & ~bits_of(d, in_range));
-  const auto hit = hn::And(hn::And(is_sure, in_range), is_possible);
+  const auto is_settled = hn::Or(is_sure, hn::AndNot(in_range, counts));
+  const auto hit = hn::And(is_sure, in_range);
   bool has_hit = !hn::AllFalse(d, hit);
   if (has_hit) {
     const V t_hit = kAny ? hn::Set(d, -__builtin_inff()) : t;
     hn::Store(hn::IfThenElse(hit, t_hit, best), d, fan_.best_t + at);
     hn::Store(hn::IfThenElse(hn::RebindMask(di, hit), number, best_primitive), di, fan_.best + at);
+    fan_.shorten(row);
   }
-  for (; open != 0; open &= open - 1) {
+  for (uint32_t open = bits_of(d, hn::AndNot(is_settled, is_possible)); open != 0;
+       open &= open - 1) {
     has_hit |= decide(block, lane, at + static_cast<size_t>(__builtin_ctz(open)), plane);
   }
   return has_hit;
 }
 
+// N.D of a row, as plane_t() has it.
 template <int W, bool kAny>
-uint32_t FanBlock<W, kAny>::times(const Plane& plane, size_t at, double thin, float* t) const {
+typename FanBlock<W, kAny>::V FanBlock<W, kAny>::speed_of(const Plane& plane, size_t at) const {
   const hn::CappedTag<double, kLanes> d;
-  const hn::Rebind<float, decltype(d)> half;
-  constexpr size_t kDoubles = hn::MaxLanes(d);
-  uint32_t counts = 0;
-  for (size_t i = 0; i < kLanes; i += kDoubles) {
+  const hn::Rebind<float, decltype(d)> part;
+  const auto speed = [&](size_t first) {
     const auto along = [&](size_t axis) {
-      const auto component = hn::PromoteTo(d, hn::Load(half, fan_.direction[axis] + at + i));
+      const auto component = hn::PromoteTo(d, hn::Load(part, fan_.direction[axis] + first));
       return hn::Mul(component, hn::Set(d, plane.normal[axis]));
     };
-    const auto speed = hn::Add(hn::Add(along(0), along(1)), along(2));
-    const auto size = hn::PromoteTo(d, hn::Load(half, fan_.length + at + i));
-    const auto is_steep = hn::Ge(hn::Abs(speed), hn::Mul(size, hn::Set(d, plane.steepness)));
-    const auto is_thick = hn::Gt(hn::Abs(speed), hn::Set(d, thin));
-    counts |= bits_of(d, hn::And(is_steep, is_thick)) << i;
-    hn::Store(hn::Div(hn::Set(half, plane.distance), hn::DemoteTo(half, speed)), half, t + i);
-  }
-  return counts;
+    return hn::DemoteTo(part, hn::Add(hn::Add(along(0), along(1)), along(2)));
+  };
+#if HWY_TARGET == HWY_SCALAR  // one lane of either
+  return speed(at);
+#else
+  return hn::Combine(D(), speed(at + kLanes / 2), speed(at));
+#endif
 }
 
 // One ray that the filter leaves open.
 template <int W, bool kAny>
 bool FanBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, size_t ray,
                                const Plane& plane) {
+  TESSERA_COUNT(exact, 1);
   float triangle[9], direction[3];
   for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
   for (size_t k = 0; k < 3; ++k) direction[k] = fan_.direction[k][ray];
   const ExactHit exact = exact_hit(fan_.origin, direction, triangle);
   if (!exact.is_hit) return false;
-  double speed = 0;
-  float t = 0;
+  float speed = 0, t = 0;
   if (!plane_t(plane, direction, fan_.length[ray], speed, t)) t = exact.t;
   const auto number = static_cast<int32_t>(block.primitive[lane]);
   const bool is_lower = fan_.best[ray] == -1 || number < fan_.best[ray];
-  if (!(t >= 0 && (t < fan_.best_t[ray] || (t == fan_.best_t[ray] && is_lower)))) return false;
+  if (!(t >= fan_.t_min && (t < fan_.best_t[ray] || (t == fan_.best_t[ray] && is_lower))))
+    return false;
   fan_.best_t[ray] = kAny ? -__builtin_inff() : t;
   fan_.best[ray] = number;
+  fan_.shorten(ray / kLanes);
   return true;
 }
 

@@ -29,13 +29,15 @@ struct FanRays {
   // Returns: whether the rays form a frustum: those that are valid go to one side of the main axis
   // and not far from it.
   bool setup(const FanPacket& rays);
-  void shorten();  // after hits
+  HWY_INLINE void shorten(size_t row);  // after hits in a row
+  HWY_INLINE void shorten();            // after those
   void store(PacketHits& hits) const;
   uint64_t blocked() const;
 
   float origin[3];
   int kx = 0, ky = 1, kz = 2;  // z: the main axis
-  float side = 1;              // of it that the rays go to
+  float t_min = 0;
+  float side = 1;  // of it that the rays go to
   float bound_u[2], bound_v[2];
   float tolerance = 0;  // 40 S u, see fan_block-inl.h
   float z_far = 0;      // depth behind which no ray looks any more
@@ -45,6 +47,7 @@ struct FanRays {
   alignas(64) float best_t[kPacketRays];  // t_max without a hit
   alignas(64) int32_t best[kPacketRays];  // -1 without a hit
   alignas(64) float row_u[2][kRows], row_v[2][kRows];
+  alignas(64) float row_far[kRows];  // z_far of each row
 
  private:
   static uint64_t valid_rays(const FanPacket& rays);
@@ -58,7 +61,7 @@ HWY_INLINE uint64_t FanRays::valid_rays(const FanPacket& rays) {
     sum = hn::Add(sum, hn::Abs(hn::Load(d, rays.direction[1] + at)));
     sum = hn::Add(sum, hn::Abs(hn::Load(d, rays.direction[2] + at)));
     auto is_valid = hn::And(hn::Gt(sum, hn::Zero(d)), hn::Lt(sum, hn::Inf(d)));
-    is_valid = hn::And(is_valid, hn::Ge(hn::Load(d, rays.t_max + at), hn::Zero(d)));
+    is_valid = hn::And(is_valid, hn::Ge(hn::Load(d, rays.t_max + at), hn::Set(d, rays.t_min)));
     valid |= uint64_t{bits_of(d, is_valid)} << at;
   }
   return valid & rays.active;
@@ -71,13 +74,14 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
     if (!(abs_of(o) < __builtin_inff())) return false;
   }
   const uint64_t valid = valid_rays(rays);
-  if (valid == 0) return false;
+  if (valid == 0 || !(rays.t_min >= 0)) return false;
   const size_t first = static_cast<size_t>(__builtin_ctzll(valid));
   const size_t middle = valid >> 27 & 1u ? 27 : first;
   const float ax = abs_of(rays.direction[0][middle]), ay = abs_of(rays.direction[1][middle]),
               az = abs_of(rays.direction[2][middle]);
   kz = ax >= ay && ax >= az ? 0 : ay >= az ? 1 : 2;
   for (int a = 0; a < 3; ++a) origin[a] = rays.origin[a];
+  t_min = rays.t_min;
   kx = (kz + 1) % 3;
   ky = (kz + 2) % 3;
   side = rays.direction[kz][middle] < 0 ? -1.0f : 1.0f;
@@ -130,19 +134,25 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
   bound_v[1] = outward(hn::GetLane(hn::MaxOfLanes(d, v_high)), 1);
   const float size = 1 + max_of(-bound_u[0], bound_u[1]) + max_of(-bound_v[0], bound_v[1]);
   tolerance = 40 * kRoundoff * size;
+  for (size_t r = 0; r < kRows; ++r) shorten(r);
   shorten();
   return true;
 }
 
-// Depth, along the main axis, behind which no ray of the packet looks any more.
-HWY_INLINE void FanRays::shorten() {
+HWY_INLINE void FanRays::shorten(size_t row) {
   const D d;
-  V far = hn::Set(d, -__builtin_inff());
-  for (size_t r = 0; r < kRows; ++r) {
-    const V z = hn::Abs(hn::Load(d, direction[kz] + r * kLanes));
-    far = hn::Max(far, hn::Mul(z, hn::Load(d, best_t + r * kLanes)));
+  const V z = hn::Abs(hn::Load(d, direction[kz] + row * kLanes));
+  const V far = hn::Mul(z, hn::Load(d, best_t + row * kLanes));
+  row_far[row] = hn::GetLane(hn::MaxOfLanes(d, far)) * (1 + kTimeSlack);
+}
+
+HWY_INLINE void FanRays::shorten() {
+  const hn::CappedTag<float, kRows> d;
+  auto far = hn::Load(d, row_far);
+  for (size_t at = hn::MaxLanes(d); at < kRows; at += hn::MaxLanes(d)) {
+    far = hn::Max(far, hn::Load(d, row_far + at));
   }
-  z_far = hn::GetLane(hn::MaxOfLanes(d, far)) * (1 + kTimeSlack);
+  z_far = hn::GetLane(hn::MaxOfLanes(d, far));
 }
 
 HWY_INLINE void FanRays::store(PacketHits& hits) const {

@@ -47,7 +47,7 @@ bool occluded_ray(const BvhView<W>& scene, const SingleRay& ray) {
 HWY_INLINE SingleRay ray_of(const FanPacket& rays, size_t i) {
   return {{rays.origin[0], rays.origin[1], rays.origin[2]},
           {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
-          0,
+          rays.t_min,
           rays.t_max[i]};
 }
 

@@ -11,12 +11,13 @@ namespace tessera::core {
 inline constexpr int kPacketRays = 64;
 
 // Rays that leave one point: camera rays, and shadow rays of a point light seen from the light.
-// P(t) = origin + t * direction; a hit needs 0 <= t <= t_max. Neighbours in the array are to be
+// P(t) = origin + t * direction; a hit needs t_min <= t <= t_max, and t_min is not negative. Neighbours in the array are to be
 // neighbours in space: 8 rays in a row are culled together.
 struct alignas(64) FanPacket {
   float direction[3][kPacketRays];
   float t_max[kPacketRays];
   float origin[3];
+  float t_min;
   uint64_t active;  // bit i: ray i is to be traced; the arrays need not be set for the others
 };
 

@@ -8,8 +8,9 @@
 // N, and |.| the sum of components, N.D is off by less than 8 w c |D| and N.(A - O) by less than
 // 8 w c |A - O|. Both count where they are at least 2^-24 c |D| and 2^-24 c |A - O|: t is then good to
 // 2^-25 and the three roundings to float32. Where one of them is less (a ray within some 2^-24 of the
-// plane of a well-shaped triangle), exact_hit() gives t instead. These tests are part of the
-// definition of t, hence the same everywhere.
+// plane of a well-shaped triangle), or where they come near the ends of float32, exact_hit() gives t
+// instead. These tests are part of the definition of t, hence the same everywhere.
+#include "slave/core/kernel/counts_layout.h"
 #include "slave/core/kernel/packet_layout.h"
 
 #if defined(TESSERA_CORE_PLANE_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -29,11 +30,15 @@ namespace HWY_NAMESPACE {
 // out by this share where boxes are compared with them.
 constexpr float kTimeSlack = 0x1p-20f;
 
+// Below that a quotient of float32 is not trusted; its reciprocal above.
+constexpr float kPlaneLeast = 0x1p-100f;
+
 struct Plane {
   double scale;  // of N
   double normal[3];
-  float distance;    // N.(A - O)
-  double steepness;  // t counts where |N.D| >= steepness * (|Dx| + |Dy| + |Dz|); NaN: nowhere
+  float distance;   // N.(A - O)
+  float steepness;  // t counts where |N.D| >= steepness * (|Dx| + |Dy| + |Dz|) + kPlaneLeast;
+                    // NaN: nowhere
 };
 
 HWY_INLINE float abs_of(float v) { return __builtin_fabsf(v); }
@@ -71,20 +76,22 @@ HWY_INLINE Plane plane_of(const TriangleBlock<W>& block, size_t lane, const floa
   plane.normal[2] = (xy - yx) * scale;
   const double distance = (plane.normal[0] * ax + plane.normal[1] * ay) + plane.normal[2] * az;
   const double least = size * scale * 0x1p-24;
-  const bool is_good = abs_of(distance) >= least * (abs_of(ax) + abs_of(ay) + abs_of(az));
   plane.distance = static_cast<float>(distance);
-  plane.steepness = is_good ? least : __builtin_nan("");
+  const bool is_good = abs_of(distance) >= least * (abs_of(ax) + abs_of(ay) + abs_of(az)) &&
+                       abs_of(plane.distance) >= kPlaneLeast &&
+                       abs_of(plane.distance) <= 1 / kPlaneLeast;
+  plane.steepness = is_good ? static_cast<float>(least) : __builtin_nanf("");
   return plane;
 }
 
 // N.D and t of one ray; FanBlock has the same in lanes. size: |D|. Returns: whether t counts.
-HWY_INLINE bool plane_t(const Plane& plane, const float* direction, float size, double& speed,
+HWY_INLINE bool plane_t(const Plane& plane, const float* direction, float size, float& speed,
                         float& t) {
   const double dx = static_cast<double>(direction[0]), dy = static_cast<double>(direction[1]),
                dz = static_cast<double>(direction[2]);
-  speed = (dx * plane.normal[0] + dy * plane.normal[1]) + dz * plane.normal[2];
-  t = plane.distance / static_cast<float>(speed);
-  return abs_of(speed) >= plane.steepness * static_cast<double>(size);
+  speed = static_cast<float>((dx * plane.normal[0] + dy * plane.normal[1]) + dz * plane.normal[2]);
+  t = plane.distance / speed;
+  return abs_of(speed) >= plane.steepness * size + kPlaneLeast;
 }
 
 }  // namespace HWY_NAMESPACE

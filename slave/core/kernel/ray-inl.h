@@ -54,14 +54,14 @@ class RayTracer {
   int32_t primitive() const { return best_; }
 
  private:
-  bool setup(const SingleRay& ray);
-  void setup_axis(int axis, float largest, float reach);
-  void limit();  // after t_min_ or best_t_ have changed
-  uint32_t overlapping(const BvhNode<W>& node, float* t_in) const;
-  void test_block(const TriangleBlock<W>& block);
-  uint32_t candidates(const TriangleBlock<W>& block, size_t first, uint32_t& sure) const;
-  void test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_sure);
-  bool decide(const TriangleBlock<W>& block, size_t lane, float& exact_t) const;
+  HWY_INLINE bool setup(const SingleRay& ray);
+  HWY_INLINE void setup_axis(int axis, float largest, float reach);
+  HWY_INLINE void limit();  // after t_min_ or best_t_ have changed
+  HWY_INLINE uint32_t overlapping(const BvhNode<W>& node, float* t_in) const;
+  HWY_INLINE void test_block(const TriangleBlock<W>& block);
+  HWY_INLINE uint32_t candidates(const TriangleBlock<W>& block, size_t first, uint32_t& sure) const;
+  HWY_INLINE void test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_sure);
+  HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, float& exact_t) const;
 
   const BvhView<W>& scene_;
   float origin_[3], direction_[3];
@@ -145,6 +145,7 @@ uint32_t RayTracer<W, kAny>::overlapping(const BvhNode<W>& node, float* t_in) co
     in[a] = is_down_[a] ? node.upper[a] : node.lower[a];
     out[a] = is_down_[a] ? node.lower[a] : node.upper[a];
   }
+  TESSERA_COUNT(nodes, 1);
   uint32_t bits = 0;
   for (size_t i = 0; i < W; i += kStep) {
     const auto enter = [&](int a) {
@@ -163,6 +164,7 @@ uint32_t RayTracer<W, kAny>::overlapping(const BvhNode<W>& node, float* t_in) co
     hn::Store(first, b, t_in + i);
     bits |= bits_of(b, keep) << i;
   }
+  TESSERA_COUNT(children, __builtin_popcount(bits));
   return bits;
 }
 
@@ -170,6 +172,7 @@ template <int W, bool kAny>
 bool RayTracer<W, kAny>::run(const SingleRay& ray) {
   best_ = -1;
   if (!setup(ray)) return false;
+  TESSERA_COUNT(singles, 1);
   alignas(64) float t_in[W];
   NodeStack<W> stack(scene_);
   while (!stack.is_empty()) {
@@ -214,6 +217,7 @@ uint32_t RayTracer<W, kAny>::candidates(const TriangleBlock<W>& block, size_t fi
 
 template <int W, bool kAny>
 void RayTracer<W, kAny>::test_block(const TriangleBlock<W>& block) {
+  TESSERA_COUNT(blocks, 1);
   for (size_t first = 0; first < W; first += kStep) {
     uint32_t sure = 0;
     for (uint32_t bits = candidates(block, first, sure); bits != 0; bits &= bits - 1) {
@@ -226,6 +230,7 @@ void RayTracer<W, kAny>::test_block(const TriangleBlock<W>& block) {
 // A triangle that candidates() leaves open.
 template <int W, bool kAny>
 bool RayTracer<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, float& exact_t) const {
+  TESSERA_COUNT(exact, 1);
   float triangle[9];
   for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
   const ExactHit exact = exact_hit(origin_, direction_, triangle);
@@ -235,9 +240,9 @@ bool RayTracer<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, floa
 
 template <int W, bool kAny>
 void RayTracer<W, kAny>::test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_sure) {
+  TESSERA_COUNT(candidates, 1);
   const Plane plane = plane_of(block, lane, origin_);
-  float t = 0;
-  double speed = 0;
+  float t = 0, speed = 0;
   const bool counts = plane_t(plane, direction_, size_, speed, t);
   const auto number = static_cast<int32_t>(block.primitive[lane]);
   const bool is_lower = best_ == -1 || number < best_;

@@ -64,6 +64,7 @@ std::string text_of(const FanPacket& fan, int i) {
 // A fan from `origin`: at random points, at corners, at edges, along axes, now and then invalid.
 FanPacket make_fan(const Mesh& mesh, Vec3f origin, std::mt19937& random) {
   FanPacket fan{};
+  if (random() % 4 == 0) fan.t_min = 0.4f;
   for (int a = 0; a < 3; ++a) fan.origin[a] = origin[a];
   const auto corner = [&] { return mesh.positions[random() % mesh.positions.size()]; };
   const bool is_wide = random() % 4 == 0;  // no frustum: traced one by one
@@ -89,7 +90,7 @@ FanPacket make_fan(const Mesh& mesh, Vec3f origin, std::mt19937& random) {
 SingleRay ray_of(const FanPacket& fan, int i) {
   return {{fan.origin[0], fan.origin[1], fan.origin[2]},
           {fan.direction[0][i], fan.direction[1][i], fan.direction[2][i]},
-          0,
+          fan.t_min,
           fan.t_max[i]};
 }
 

@@ -1,0 +1,51 @@
+// The rays that are traced: camera rays, shadow rays to a point light and diffuse bounces, in blocks of
+// 32x32 pixels in Morton order, so that 4, 8, 16 consecutive camera rays are 2x2, 4x2, 4x4 pixels.
+// Secondary rays start where the camera rays have hit and stand in their order, misses left out.
+//
+// Threads. Plain values.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "slave/core/geometry/triangle_store.h"
+#include "tests/bench/scenes.h"
+
+namespace tessera::bench {
+
+enum class RayKind { kPrimary, kShadow, kBounce };
+inline constexpr int kRayKinds = 3;
+const char* ray_kind_name(RayKind kind);
+
+inline constexpr int kBlockRays = 1024;
+
+// P(t) = origin + t * direction, 0 <= t <= t_max; a shadow ray ends at the light for t = 1.
+struct alignas(64) RayBlock {
+  int count = 0;
+  float origin[3][kBlockRays];
+  float direction[3][kBlockRays];
+  float t_max[kBlockRays];
+};
+
+struct Workload {
+  RayKind kind = RayKind::kPrimary;
+  std::vector<RayBlock> blocks;
+  std::uint64_t ray_count = 0;
+};
+
+// size_px: a multiple of 32.
+Workload primary_rays(const Camera& camera, int size_px);
+
+struct SecondaryRays {
+  Workload shadow, bounce;
+};
+// hits [block][ray]: what the primary rays have hit. Bounces are distributed by the cosine, by a fixed
+// sequence.
+struct FirstHit {
+  float t;
+  std::uint32_t primitive;
+};
+SecondaryRays secondary_rays(const Workload& primary, const std::vector<FirstHit>& hits,
+                             const core::TriangleStore& triangles, Vec3f light);
+
+}  // namespace tessera::bench
