@@ -88,16 +88,12 @@ class Ours final : public Entrants {
     for (int i = 0; i < rays.count; ++i) {
       fans_.add({-rays.direction[0][i], -rays.direction[1][i], -rays.direction[2][i]}, 1);
     }
-    const int packets = fans_.form();
-    core::FanPacket packet;
-    for (int p = 0; p < packets; ++p) {
-      const std::uint16_t* const numbers = fans_.fill(p, packet);
-      const std::uint64_t blocked = kernels_.bvh8.occluded_fan(bvh_view_, packet);
-      for (int k = 0; k < std::popcount(packet.active); ++k) {
-        hits.t[numbers[k]] = 0;
-        hits.primitive[numbers[k]] = (blocked >> k & 1u) != 0 ? 0 : core::kNoPrimitive;
-      }
-    }
+    fans_.trace(
+        kernels_, [&](const auto& packet) { return kernels_.bvh8.occluded_fan(bvh_view_, packet); },
+        [&](int ray, bool is_blocked) {
+          hits.t[ray] = 0;
+          hits.primitive[ray] = is_blocked ? 0 : core::kNoPrimitive;
+        });
   }
 
   void trace_singles(const RayBlock& rays, BlockHits& hits) {

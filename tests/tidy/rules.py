@@ -36,7 +36,8 @@ ARROWS = {
     _CORE + "accel": _VALUES + _STORES,
     _CORE + "light": _VALUES + _STORES,
     _CORE + "kernel": _VALUES + _TREES,
-    _CORE + "render": _VALUES + _TREES + [_CORE + "kernel"],
+    _CORE + "trace": _VALUES + _TREES + [_CORE + "kernel"],
+    _CORE + "render": _VALUES + _TREES + [_CORE + "kernel", _CORE + "trace"],
     # Two headers of the core are its door: what renders, and what it renders.
     "slave": _COMMON + ["common/wire", "proto", _CORE + "render"],
     "slave/tools": _VALUES + ["common/scene_io", _CORE + "render"],

@@ -51,6 +51,8 @@ struct FanRays {
 
  private:
   static uint64_t valid_rays(const FanPacket& rays);
+  bool setup_row(const FanPacket& rays, size_t row, uint64_t valid, size_t middle);
+  void bound();
 };
 
 HWY_INLINE uint64_t FanRays::valid_rays(const FanPacket& rays) {
@@ -68,8 +70,6 @@ HWY_INLINE uint64_t FanRays::valid_rays(const FanPacket& rays) {
 }
 
 HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
-  const D d;
-  const DI di;
   for (const float o : rays.origin) {
     if (!(abs_of(o) < __builtin_inff())) return false;
   }
@@ -85,58 +85,71 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
   kx = (kz + 1) % 3;
   ky = (kz + 2) % 3;
   side = rays.direction[kz][middle] < 0 ? -1.0f : 1.0f;
-  V u_low = hn::Set(d, 4), u_high = hn::Set(d, -4), v_low = u_low, v_high = u_high;
   for (size_t r = 0; r < kRows; ++r) {
-    const size_t at = r * kLanes;
-    // Rays that are not valid ride along and hit nothing.
-    const auto is_valid = mask_of(d, static_cast<uint32_t>(valid >> at));
-    for (int a = 0; a < 3; ++a) {
-      const V own = hn::Load(d, rays.direction[a] + at);
-      const V other = hn::Set(d, rays.direction[a][middle]);
-      hn::Store(hn::IfThenElse(is_valid, own, other), d, direction[a] + at);
-    }
-    hn::Store(hn::IfThenElse(is_valid, hn::Load(d, rays.t_max + at), hn::Set(d, -__builtin_inff())),
-              d, best_t + at);
-    const V x = hn::Load(d, direction[kx] + at), y = hn::Load(d, direction[ky] + at);
-    const V z = hn::Mul(hn::Load(d, direction[kz] + at), hn::Set(d, side));
-    const V u = hn::Div(x, z), v = hn::Div(y, z);
-    const V two = hn::Set(d, 2);
-    const auto is_near =
-        hn::And(hn::Gt(z, hn::Zero(d)), hn::And(hn::Le(hn::Abs(u), two), hn::Le(hn::Abs(v), two)));
-    if (!hn::AllTrue(d, is_near)) return false;
-    hn::Store(u, d, ray_u + at);
-    hn::Store(v, d, ray_v + at);
-    const V sum = hn::Add(
-        hn::Add(hn::Abs(hn::Load(d, direction[0] + at)), hn::Abs(hn::Load(d, direction[1] + at))),
-        hn::Abs(hn::Load(d, direction[2] + at)));
-    // Beyond that single rays take care of overflow (RayTracer::setup()).
-    const auto is_usual =
-        hn::And(hn::Gt(sum, hn::Set(d, 0x1p-58f)), hn::Lt(sum, hn::Set(d, 0x1p60f)));
-    if (!hn::AllTrue(d, is_usual)) return false;
-    hn::Store(sum, d, length + at);
-    hn::Store(hn::Set(di, -1), di, best + at);
-    row_u[0][r] = hn::GetLane(hn::MinOfLanes(d, u));
-    row_u[1][r] = hn::GetLane(hn::MaxOfLanes(d, u));
-    row_v[0][r] = hn::GetLane(hn::MinOfLanes(d, v));
-    row_v[1][r] = hn::GetLane(hn::MaxOfLanes(d, v));
-    u_low = hn::Min(u_low, u);
-    u_high = hn::Max(u_high, u);
-    v_low = hn::Min(v_low, v);
-    v_high = hn::Max(v_high, v);
+    if (!setup_row(rays, r, valid, middle)) return false;
+  }
+  bound();
+  shorten();
+  return true;
+}
+
+// Returns: whether the rays of the row are near the main axis.
+HWY_INLINE bool FanRays::setup_row(const FanPacket& rays, size_t row, uint64_t valid,
+                                   size_t middle) {
+  const D d;
+  const DI di;
+  const size_t at = row * kLanes;
+  // Rays that are not valid ride along and hit nothing.
+  const auto is_valid = mask_of(d, static_cast<uint32_t>(valid >> at));
+  V sum = hn::Zero(d);
+  for (int a = 0; a < 3; ++a) {
+    const V own = hn::Load(d, rays.direction[a] + at);
+    const V used = hn::IfThenElse(is_valid, own, hn::Set(d, rays.direction[a][middle]));
+    hn::Store(used, d, direction[a] + at);
+    sum = hn::Add(sum, hn::Abs(used));
+  }
+  hn::Store(hn::IfThenElse(is_valid, hn::Load(d, rays.t_max + at), hn::Set(d, -__builtin_inff())),
+            d, best_t + at);
+  const V z = hn::Mul(hn::Load(d, direction[kz] + at), hn::Set(d, side));
+  const V u = hn::Div(hn::Load(d, direction[kx] + at), z);
+  const V v = hn::Div(hn::Load(d, direction[ky] + at), z);
+  const V two = hn::Set(d, 2);
+  auto is_near =
+      hn::And(hn::Gt(z, hn::Zero(d)), hn::And(hn::Le(hn::Abs(u), two), hn::Le(hn::Abs(v), two)));
+  // Beyond these limits single rays take care of overflow (RayTracer::setup()).
+  is_near = hn::And(is_near, hn::Gt(sum, hn::Set(d, 0x1p-58f)));
+  is_near = hn::And(is_near, hn::Lt(sum, hn::Set(d, 0x1p60f)));
+  if (!hn::AllTrue(d, is_near)) return false;
+  hn::Store(u, d, ray_u + at);
+  hn::Store(v, d, ray_v + at);
+  hn::Store(sum, d, length + at);
+  hn::Store(hn::Set(di, -1), di, best + at);
+  row_u[0][row] = hn::GetLane(hn::MinOfLanes(d, u));
+  row_u[1][row] = hn::GetLane(hn::MaxOfLanes(d, u));
+  row_v[0][row] = hn::GetLane(hn::MinOfLanes(d, v));
+  row_v[1][row] = hn::GetLane(hn::MaxOfLanes(d, v));
+  shorten(row);
+  return true;
+}
+
+HWY_INLINE void FanRays::bound() {
+  float u_low = row_u[0][0], u_high = row_u[1][0], v_low = row_v[0][0], v_high = row_v[1][0];
+  for (size_t r = 1; r < kRows; ++r) {
+    u_low = min_of(u_low, row_u[0][r]);
+    u_high = max_of(u_high, row_u[1][r]);
+    v_low = min_of(v_low, row_v[0][r]);
+    v_high = max_of(v_high, row_v[1][r]);
   }
   // Each bound moved out by the roundings of u itself and of its product with z.
   const auto outward = [](float bound, float sign) {
     return bound + sign * abs_of(bound) * (8 * kRoundoff);
   };
-  bound_u[0] = outward(hn::GetLane(hn::MinOfLanes(d, u_low)), -1);
-  bound_u[1] = outward(hn::GetLane(hn::MaxOfLanes(d, u_high)), 1);
-  bound_v[0] = outward(hn::GetLane(hn::MinOfLanes(d, v_low)), -1);
-  bound_v[1] = outward(hn::GetLane(hn::MaxOfLanes(d, v_high)), 1);
+  bound_u[0] = outward(u_low, -1);
+  bound_u[1] = outward(u_high, 1);
+  bound_v[0] = outward(v_low, -1);
+  bound_v[1] = outward(v_high, 1);
   const float size = 1 + max_of(-bound_u[0], bound_u[1]) + max_of(-bound_v[0], bound_v[1]);
   tolerance = 40 * kRoundoff * size;
-  for (size_t r = 0; r < kRows; ++r) shorten(r);
-  shorten();
-  return true;
 }
 
 HWY_INLINE void FanRays::shorten(size_t row) {

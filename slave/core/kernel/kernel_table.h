@@ -23,6 +23,11 @@ struct KernelTable {
   // Returns the bits of the active rays that something blocks.
   uint32_t (*trace_occluded)(const SceneView& scene, const RayBundle& rays);
 
+  // Tells rays apart by the face of a cube around their origin that they leave through, then halves
+  // the longer extent of a group on its face until at most kPacketRays are left. Order is kept within a
+  // group. Every ray is in one group, also those that are not valid.
+  void (*group_fans)(FanTargets& targets);
+
   // The same over wide hierarchies of 8 and of 16 children.
   BvhKernels<8> bvh8;
   BvhKernels<16> bvh16;

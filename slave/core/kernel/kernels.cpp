@@ -13,6 +13,7 @@
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
 #include "slave/core/kernel/fan-inl.h"
+#include "slave/core/kernel/fan_groups-inl.h"
 #include "slave/core/kernel/ray-inl.h"
 #include "slave/core/kernel/traverse-inl.h"
 
@@ -43,6 +44,8 @@ template <int W>
 bool occluded_ray(const BvhView<W>& scene, const SingleRay& ray) {
   return RayTracer<W, true>(scene).run(ray);
 }
+
+void group_fans(FanTargets& targets) { FanGroups(targets).run(); }
 
 HWY_INLINE SingleRay ray_of(const FanPacket& rays, size_t i) {
   return {{rays.origin[0], rays.origin[1], rays.origin[2]},
@@ -92,19 +95,19 @@ namespace tessera::core {
 namespace {
 
 constexpr KernelTable kTables[] = {
-    {Isa::kScalar, 1, N_SCALAR::trace_closest, N_SCALAR::trace_occluded, N_SCALAR::kBvhKernels<8>,
-     N_SCALAR::kBvhKernels<16>},
+    {Isa::kScalar, 1, N_SCALAR::trace_closest, N_SCALAR::trace_occluded, N_SCALAR::group_fans,
+     N_SCALAR::kBvhKernels<8>, N_SCALAR::kBvhKernels<16>},
 #if HWY_TARGETS & HWY_SSE4
-    {Isa::kSse4, 4, N_SSE4::trace_closest, N_SSE4::trace_occluded, N_SSE4::kBvhKernels<8>,
-     N_SSE4::kBvhKernels<16>},
+    {Isa::kSse4, 4, N_SSE4::trace_closest, N_SSE4::trace_occluded, N_SSE4::group_fans,
+     N_SSE4::kBvhKernels<8>, N_SSE4::kBvhKernels<16>},
 #endif
 #if HWY_TARGETS & HWY_AVX2
-    {Isa::kAvx2, 8, N_AVX2::trace_closest, N_AVX2::trace_occluded, N_AVX2::kBvhKernels<8>,
-     N_AVX2::kBvhKernels<16>},
+    {Isa::kAvx2, 8, N_AVX2::trace_closest, N_AVX2::trace_occluded, N_AVX2::group_fans,
+     N_AVX2::kBvhKernels<8>, N_AVX2::kBvhKernels<16>},
 #endif
 #if HWY_TARGETS & HWY_AVX3
-    {Isa::kAvx512, 16, N_AVX3::trace_closest, N_AVX3::trace_occluded, N_AVX3::kBvhKernels<8>,
-     N_AVX3::kBvhKernels<16>},
+    {Isa::kAvx512, 16, N_AVX3::trace_closest, N_AVX3::trace_occluded, N_AVX3::group_fans,
+     N_AVX3::kBvhKernels<8>, N_AVX3::kBvhKernels<16>},
 #endif
 };
 

@@ -21,6 +21,23 @@ struct alignas(64) FanPacket {
   uint64_t active;  // bit i: ray i is to be traced; the arrays need not be set for the others
 };
 
+// Rays from one point that are still to be made into packets (see slave/core/trace/point_fans.h).
+inline constexpr int kFanTargetsMax = 1024;
+struct alignas(64) FanTargets {
+  float direction[3][kFanTargetsMax];
+  float t_max[kFanTargetsMax];
+  int count;
+
+  // Made by group_fans(): packet g takes the rays order[group[g]] to order[group[g + 1] - 1], at most
+  // kPacketRays of them and at least one.
+  int group_count;
+  int group[kFanTargetsMax + 1];
+  alignas(64) int order[kFanTargetsMax + 16];  // some room: registers are stored whole
+
+  alignas(64) float across[2][kFanTargetsMax +
+                              16];  // of the rays in `order`, on their face of the cube
+};
+
 // A hit needs t_min <= t <= t_max.
 struct SingleRay {
   float origin[3];

@@ -48,6 +48,11 @@ HWY_INLINE T max_of(T a, T b) {
   return a > b ? a : b;
 }
 
+template <typename T>
+HWY_INLINE T min_of(T a, T b) {
+  return a < b ? a : b;
+}
+
 // 2^-e for a value of 2^e to 2^(e + 1); any factor near it would do.
 HWY_INLINE double inverse_power(double value) {
   uint64_t bits;

@@ -224,6 +224,7 @@ TEST(BvhKernels, NoRayLeavesAClosedMesh) {
       const Vec3f origin =
           Vec3f{unit(random), unit(random), unit(random)} * place.scale + place.offset;
       FanPacket fan = make_fan(mesh, origin, random);
+      fan.t_min = 0;
       for (float& t : fan.t_max) t = Bounds3f::kInf;
       PacketHits hits;
       kernels.closest_fan(view_of(scene.bvh8), fan, hits);
