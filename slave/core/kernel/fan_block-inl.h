@@ -52,7 +52,7 @@ class FanBlock {
   using V = FanRays::V;
   using B = hn::CappedTag<float, W>;  // triangles
   using VB = hn::Vec<B>;
-  using MB = hn::Mask<B>;
+  using Tests = FrustumTests<W>;
   static constexpr size_t kLanes = FanRays::kLanes;
   static constexpr size_t kRows = FanRays::kRows;
   static constexpr size_t kStep = hn::MaxLanes(B());
@@ -64,14 +64,6 @@ class FanBlock {
   bool test(const TriangleBlock<W>& block);
 
  private:
-  // Of triangles, from the origin; size: s of the file's comment.
-  struct Corners {
-    VB x[3], y[3], z[3], size;
-  };
-
-  static VB largest(VB p, VB q, VB r) { return hn::Max(hn::Max(p, q), r); }
-  HWY_INLINE Corners corners_of(const TriangleBlock<W>& block, size_t first) const;
-  HWY_INLINE MB in_frustum(const Corners& p, VB z_low) const;
   HWY_INLINE uint32_t cull(const TriangleBlock<W>& block, size_t first, uint32_t& unsure);
   HWY_NOINLINE bool turn(const TriangleBlock<W>& block, size_t lane);
   HWY_NOINLINE bool test_in_plane(const TriangleBlock<W>& block, size_t lane);
@@ -89,51 +81,13 @@ class FanBlock {
   alignas(64) float thin_[W], volume_[W], z_low_[W];
 };
 
-template <int W, bool kAny>
-typename FanBlock<W, kAny>::Corners FanBlock<W, kAny>::corners_of(const TriangleBlock<W>& block,
-                                                                  size_t first) const {
-  const B b;
-  Corners p;
-  p.size = hn::Zero(b);
-  for (int c = 0; c < 3; ++c) {
-    const auto at = [&](int axis) {
-      const VB corner = hn::Load(b, block.vertex[3 * c + axis] + first);
-      return hn::Sub(corner, hn::Set(b, fan_.origin[axis]));
-    };
-    p.x[c] = at(fan_.kx);
-    p.y[c] = at(fan_.ky);
-    p.z[c] = hn::Mul(at(fan_.kz), hn::Set(b, fan_.side));
-    p.size = hn::Max(p.size, largest(hn::Abs(p.x[c]), hn::Abs(p.y[c]), hn::Abs(p.z[c])));
-  }
-  return p;
-}
-
-// Triangles with a corner on the inner side of each of the frustum's planes.
-template <int W, bool kAny>
-typename FanBlock<W, kAny>::MB FanBlock<W, kAny>::in_frustum(const Corners& p, VB z_low) const {
-  const B b;
-  const MB in_front = hn::Ge(largest(p.z[0], p.z[1], p.z[2]), hn::Zero(b));
-  // 4 u s for the roundings of a corner and of its product.
-  const VB slack = hn::Mul(p.size, hn::Set(b, -4 * kRoundoff));
-  const auto meets = [&](const VB* q, float bound, float sign) {
-    const VB k = hn::Set(b, bound * sign), s = hn::Set(b, -sign);
-    const auto inside = [&](int c) { return hn::MulAdd(k, p.z[c], hn::Mul(s, q[c])); };
-    return hn::Ge(largest(inside(0), inside(1), inside(2)), slack);
-  };
-  const MB across = hn::And(meets(p.x, fan_.bound_u[1], 1), meets(p.x, fan_.bound_u[0], -1));
-  const MB up = hn::And(meets(p.y, fan_.bound_v[1], 1), meets(p.y, fan_.bound_v[0], -1));
-  return hn::And(hn::And(in_front, hn::Le(z_low, hn::Set(b, fan_.z_far))), hn::And(across, up));
-}
-
 // Edge functions of the triangles of a block from lane `first` on. Returns: the bits of those that
-// the frustum may meet; unsure: of those whose orientation is not sure. A lane without triangle is
-// NaN and fails the first comparison.
+// the frustum may meet; unsure: of those whose orientation is not sure.
 template <int W, bool kAny>
 uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, uint32_t& unsure) {
   const B b;
-  const Corners p = corners_of(block, first);
-  const VB z_low = hn::Min(hn::Min(p.z[0], p.z[1]), p.z[2]);
-  MB keep = in_frustum(p, z_low);
+  const Corners<VB> p = Tests::corners(fan_, block, first);
+  auto keep = Tests::triangles(fan_, p);
   if (hn::AllFalse(b, keep)) return 0;
 
   VB edge[3][3], length[3];
@@ -146,14 +100,14 @@ uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, ui
     edge[c][0] = hn::MulSub(sy, dz, hn::Mul(sz, dy));
     edge[c][1] = hn::MulSub(sz, dx, hn::Mul(sx, dz));
     edge[c][2] = hn::MulSub(sx, dy, hn::Mul(sy, dx));
-    length[c] = largest(hn::Abs(dx), hn::Abs(dy), hn::Abs(dz));
+    length[c] = Tests::largest(hn::Abs(dx), hn::Abs(dy), hn::Abs(dz));
   }
   // The side of the origin, the same for all rays: 2 A . (B x C). Faces turned away are turned
   // round.
   const VB volume =
       hn::MulAdd(edge[1][0], p.x[0], hn::MulAdd(edge[1][1], p.y[0], hn::Mul(edge[1][2], p.z[0])));
   const VB per_length = hn::Mul(p.size, hn::Set(b, fan_.tolerance));
-  const VB longest = largest(length[0], length[1], length[2]);
+  const VB longest = Tests::largest(length[0], length[1], length[2]);
   // tolerance is 40 S u, so 4 of it are 160 S u: enough for S >= 1.
   const VB thin = hn::MulAdd(longest, per_length, hn::Set(b, kUnderflow));
   const VB least = hn::Mul(thin, hn::Mul(p.size, hn::Set(b, 4)));
@@ -162,16 +116,16 @@ uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, ui
   const VB sign = hn::And(volume, hn::Set(b, -0.0f));
   hn::Store(hn::IfThenZeroElse(is_sure, thin), b, thin_ + first);
   hn::Store(volume, b, volume_ + first);
-  hn::Store(z_low, b, z_low_ + first);
+  hn::Store(p.z_low, b, z_low_ + first);
   for (int c = 0; c < 3; ++c) {
     const VB tolerance = hn::MulAdd(length[c], per_length, hn::Set(b, kUnderflow));
     const VB nx = hn::Xor(edge[c][0], sign), ny = hn::Xor(edge[c][1], sign);
     const VB nz = hn::Add(hn::Xor(edge[c][2], sign), tolerance);
     // The largest value at a corner of the packet.
     const VB across =
-        hn::Max(hn::Mul(nx, hn::Set(b, fan_.bound_u[0])), hn::Mul(nx, hn::Set(b, fan_.bound_u[1])));
+        hn::Max(hn::Mul(nx, hn::Set(b, fan_.slope_u[0])), hn::Mul(nx, hn::Set(b, fan_.slope_u[1])));
     const VB up =
-        hn::Max(hn::Mul(ny, hn::Set(b, fan_.bound_v[0])), hn::Mul(ny, hn::Set(b, fan_.bound_v[1])));
+        hn::Max(hn::Mul(ny, hn::Set(b, fan_.slope_v[0])), hn::Mul(ny, hn::Set(b, fan_.slope_v[1])));
     keep = hn::And(keep, hn::Or(is_unsure, hn::Ge(hn::Add(hn::Add(across, up), nz), hn::Zero(b))));
     hn::Store(nx, b, edge_[c][0] + first);
     hn::Store(ny, b, edge_[c][1] + first);

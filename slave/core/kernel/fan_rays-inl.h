@@ -13,13 +13,14 @@
 #define TESSERA_CORE_FAN_RAYS_INL_H_
 #endif
 
+#include "slave/core/kernel/frustum-inl.h"
 #include "slave/core/kernel/plane-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-struct FanRays {
+struct FanRays : Frustum {
   using D = hn::CappedTag<float, 16>;
   using DI = hn::CappedTag<int32_t, 16>;
   using V = hn::Vec<D>;
@@ -34,13 +35,10 @@ struct FanRays {
   void store(PacketHits& hits) const;
   uint64_t blocked() const;
 
-  float origin[3];
-  int kx = 0, ky = 1, kz = 2;  // z: the main axis
+  static constexpr int kStepsMax = 0x7fffffff;  // a fan that gets through setup() is traced as one
+
   float t_min = 0;
-  float side = 1;  // of it that the rays go to
-  float bound_u[2], bound_v[2];
   float tolerance = 0;  // 40 S u, see fan_block-inl.h
-  float z_far = 0;      // depth behind which no ray looks any more
   alignas(64) float direction[3][kPacketRays];
   alignas(64) float ray_u[kPacketRays], ray_v[kPacketRays];
   alignas(64) float length[kPacketRays];  // sum of |direction|
@@ -79,12 +77,10 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
   const size_t middle = valid >> 27 & 1u ? 27 : first;
   const float ax = abs_of(rays.direction[0][middle]), ay = abs_of(rays.direction[1][middle]),
               az = abs_of(rays.direction[2][middle]);
-  kz = ax >= ay && ax >= az ? 0 : ay >= az ? 1 : 2;
+  const int axis = ax >= ay && ax >= az ? 0 : ay >= az ? 1 : 2;
+  set_axis(axis, rays.direction[axis][middle] < 0);
   for (int a = 0; a < 3; ++a) origin[a] = rays.origin[a];
   t_min = rays.t_min;
-  kx = (kz + 1) % 3;
-  ky = (kz + 2) % 3;
-  side = rays.direction[kz][middle] < 0 ? -1.0f : 1.0f;
   for (size_t r = 0; r < kRows; ++r) {
     if (!setup_row(rays, r, valid, middle)) return false;
   }
@@ -144,11 +140,11 @@ HWY_INLINE void FanRays::bound() {
   const auto outward = [](float bound, float sign) {
     return bound + sign * abs_of(bound) * (8 * kRoundoff);
   };
-  bound_u[0] = outward(u_low, -1);
-  bound_u[1] = outward(u_high, 1);
-  bound_v[0] = outward(v_low, -1);
-  bound_v[1] = outward(v_high, 1);
-  const float size = 1 + max_of(-bound_u[0], bound_u[1]) + max_of(-bound_v[0], bound_v[1]);
+  slope_u[0] = outward(u_low, -1);
+  slope_u[1] = outward(u_high, 1);
+  slope_v[0] = outward(v_low, -1);
+  slope_v[1] = outward(v_high, 1);
+  const float size = 1 + max_of(-slope_u[0], slope_u[1]) + max_of(-slope_v[0], slope_v[1]);
   tolerance = 40 * kRoundoff * size;
 }
 

@@ -12,8 +12,9 @@
 #define HWY_TARGET_INCLUDE "slave/core/kernel/kernels.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
-#include "slave/core/kernel/fan-inl.h"
+#include "slave/core/kernel/fan_block-inl.h"
 #include "slave/core/kernel/fan_groups-inl.h"
+#include "slave/core/kernel/packet-inl.h"
 #include "slave/core/kernel/ray-inl.h"
 #include "slave/core/kernel/traverse-inl.h"
 
@@ -56,8 +57,8 @@ HWY_INLINE SingleRay ray_of(const FanPacket& rays, size_t i) {
 
 template <int W>
 void closest_fan(const BvhView<W>& scene, const FanPacket& rays, PacketHits& hits) {
-  FanTracer<W, false> tracer(scene);
-  if (tracer.run(rays)) return tracer.fan().store(hits);
+  PacketTracer<W, FanRays, FanBlock<W, false>> tracer(scene);
+  if (tracer.run(rays)) return tracer.rays().store(hits);
   for (size_t i = 0; i < kPacketRays; ++i) {
     SingleHit hit{0, kNoPrimitive};
     if (rays.active >> i & 1u) closest_ray<W>(scene, ray_of(rays, i), hit);
@@ -68,8 +69,8 @@ void closest_fan(const BvhView<W>& scene, const FanPacket& rays, PacketHits& hit
 
 template <int W>
 uint64_t occluded_fan(const BvhView<W>& scene, const FanPacket& rays) {
-  FanTracer<W, true> tracer(scene);
-  if (tracer.run(rays)) return tracer.fan().blocked();
+  PacketTracer<W, FanRays, FanBlock<W, true>> tracer(scene);
+  if (tracer.run(rays)) return tracer.rays().blocked();
   uint64_t blocked = 0;
   for (uint64_t bits = rays.active; bits != 0; bits &= bits - 1) {
     const auto i = static_cast<size_t>(__builtin_ctzll(bits));

@@ -1,0 +1,63 @@
+// Traversal of a wide hierarchy by 64 rays as one frustum; closest and any hit. Rays are a FanRays or
+// a BundleRays, Block the test of their triangles.
+//
+// Threads. One traversal owns one.
+#include "slave/core/kernel/packet_layout.h"
+
+#if defined(TESSERA_CORE_PACKET_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_PACKET_INL_H_
+#undef TESSERA_CORE_PACKET_INL_H_
+#else
+#define TESSERA_CORE_PACKET_INL_H_
+#endif
+
+#include "slave/core/kernel/frustum-inl.h"
+#include "slave/core/kernel/node_stack-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+template <int W, class Rays, class Block>
+class PacketTracer {
+ public:
+  explicit PacketTracer(const BvhView<W>& scene) : scene_(scene), block_(rays_) {}
+
+  // Returns: false where the rays are no frustum, or one that meets more than single rays would.
+  template <class Packet>
+  bool run(const Packet& packet) {
+    if (!rays_.setup(packet)) return false;
+    TESSERA_COUNT(packets, 1);
+    int steps = 0;
+    alignas(64) float z_near[W];
+    NodeStack<W> stack(scene_);
+    while (!stack.is_empty()) {
+      const StackEntry entry = stack.pop();
+      if (entry.distance > rays_.z_far) continue;
+      uint32_t child = entry.child;
+      while ((child & kBvhLeaf) == 0) {
+        if (++steps > Rays::kStepsMax) return false;
+        const BvhNode<W>& node = scene_.nodes[child];
+        child = stack.descend(node, FrustumTests<W>::boxes(rays_, node, z_near), z_near);
+      }
+      if (child == kBvhNoChild) continue;
+      bool has_hit = false;
+      for (const auto& block : LeafBlocks<W>(scene_, child)) has_hit |= block_.test(block);
+      if (has_hit) rays_.shorten();
+    }
+    return true;
+  }
+
+  const Rays& rays() const { return rays_; }
+
+ private:
+  const BvhView<W>& scene_;
+  Rays rays_;
+  Block block_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
