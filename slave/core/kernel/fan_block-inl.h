@@ -48,7 +48,6 @@ namespace HWY_NAMESPACE {
 template <int W, bool kAny>
 class FanBlock {
   using D = FanRays::D;  // rays
-  using DI = FanRays::DI;
   using V = FanRays::V;
   using B = hn::CappedTag<float, W>;  // triangles
   using VB = hn::Vec<B>;
@@ -71,7 +70,6 @@ class FanBlock {
   HWY_INLINE uint64_t rows_of(size_t lane) const;
   HWY_INLINE bool test_row(const TriangleBlock<W>& block, size_t lane, size_t row,
                            const Plane& plane);
-  HWY_INLINE V speed_of(const Plane& plane, size_t at) const;
   HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, size_t ray,
                            const Plane& plane);
 
@@ -217,7 +215,6 @@ template <int W, bool kAny>
 bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, size_t row,
                                  const Plane& plane) {
   const D d;
-  const DI di;
   TESSERA_COUNT(row_tests, 1);
   const size_t at = row * kLanes;
   const V u = hn::Load(d, fan_.ray_u + at), v = hn::Load(d, fan_.ray_v + at);
@@ -230,58 +227,24 @@ bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, siz
   if (hn::AllFalse(d, is_possible)) return false;
 
   TESSERA_COUNT(times, 1);
-  const V speed = speed_of(plane, at);
+  const V speed = fan_.speed_of(plane, at);
   const V t = hn::Div(hn::Set(d, plane.distance), speed);
   const V least = hn::Add(hn::Mul(hn::Set(d, plane.steepness), hn::Load(d, fan_.length + at)),
                           hn::Set(d, kPlaneLeast));
   const auto counts = hn::Ge(hn::Abs(speed), least);
   const float thin = static_cast<float>(plane.scale * static_cast<double>(thin_[lane]));
-  const V best = hn::Load(d, fan_.best_t + at);
-  const auto best_primitive = hn::Load(di, fan_.best + at);
-  const auto number = hn::Set(di, static_cast<int32_t>(block.primitive[lane]));
-  // -1, no hit yet, counts as the highest number.
-  const auto is_lower = hn::RebindMask(
-      d, hn::Or(hn::Eq(best_primitive, hn::Set(di, -1)), hn::Lt(number, best_primitive)));
-  const auto is_nearer = hn::Or(hn::Lt(t, best), hn::And(hn::Eq(t, best), is_lower));
-  const auto in_range = hn::And(hn::Ge(t, hn::Set(d, fan_.t_min)), is_nearer);
   auto is_sure = hn::And(counts, hn::Gt(hn::Abs(speed), hn::Set(d, thin)));
   is_sure = hn::And(is_sure, hn::Gt(e0, hn::Set(d, twice_[0][lane])));
   is_sure = hn::And(is_sure, hn::Gt(e1, hn::Set(d, twice_[1][lane])));
   is_sure = hn::And(is_sure, hn::Gt(e2, hn::Set(d, twice_[2][lane])));
-  // Where t counts and is out of range, no decision about the edges matters.
-  const auto is_settled = hn::Or(is_sure, hn::AndNot(in_range, counts));
-  const auto hit = hn::And(is_sure, in_range);
-  bool has_hit = !hn::AllFalse(d, hit);
-  if (has_hit) {
-    const V t_hit = kAny ? hn::Set(d, -__builtin_inff()) : t;
-    hn::Store(hn::IfThenElse(hit, t_hit, best), d, fan_.best_t + at);
-    hn::Store(hn::IfThenElse(hn::RebindMask(di, hit), number, best_primitive), di, fan_.best + at);
-    fan_.shorten(row);
-  }
-  for (uint32_t open = bits_of(d, hn::AndNot(is_settled, is_possible)); open != 0;
-       open &= open - 1) {
+  bool has_hit = false;
+  uint32_t open =
+      fan_.template take<kAny>(row, {t, counts, is_possible, is_sure, hn::Set(d, fan_.t_min)},
+                               block.primitive[lane], has_hit);
+  for (; open != 0; open &= open - 1) {
     has_hit |= decide(block, lane, at + static_cast<size_t>(__builtin_ctz(open)), plane);
   }
   return has_hit;
-}
-
-// N.D of a row, as plane_t() has it.
-template <int W, bool kAny>
-typename FanBlock<W, kAny>::V FanBlock<W, kAny>::speed_of(const Plane& plane, size_t at) const {
-  const hn::CappedTag<double, kLanes> d;
-  const hn::Rebind<float, decltype(d)> part;
-  const auto speed = [&](size_t first) {
-    const auto along = [&](size_t axis) {
-      const auto component = hn::PromoteTo(d, hn::Load(part, fan_.direction[axis] + first));
-      return hn::Mul(component, hn::Set(d, plane.normal[axis]));
-    };
-    return hn::DemoteTo(part, hn::Add(hn::Add(along(0), along(1)), along(2)));
-  };
-#if HWY_TARGET == HWY_SCALAR  // one lane of either
-  return speed(at);
-#else
-  return hn::Combine(D(), speed(at + kLanes / 2), speed(at));
-#endif
 }
 
 // One ray that the filter leaves open.
@@ -296,14 +259,7 @@ bool FanBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, size_
   if (!exact.is_hit) return false;
   float speed = 0, t = 0;
   if (!plane_t(plane, direction, fan_.length[ray], speed, t)) t = exact.t;
-  const auto number = static_cast<int32_t>(block.primitive[lane]);
-  const bool is_lower = fan_.best[ray] == -1 || number < fan_.best[ray];
-  if (!(t >= fan_.t_min && (t < fan_.best_t[ray] || (t == fan_.best_t[ray] && is_lower))))
-    return false;
-  fan_.best_t[ray] = kAny ? -__builtin_inff() : t;
-  fan_.best[ray] = number;
-  fan_.shorten(ray / kLanes);
-  return true;
+  return fan_.template take<kAny>(ray, t, fan_.t_min, block.primitive[lane]);
 }
 
 }  // namespace HWY_NAMESPACE

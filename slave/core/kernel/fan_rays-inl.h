@@ -13,39 +13,23 @@
 #define TESSERA_CORE_FAN_RAYS_INL_H_
 #endif
 
-#include "slave/core/kernel/frustum-inl.h"
-#include "slave/core/kernel/plane-inl.h"
+#include "slave/core/kernel/packet_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-struct FanRays : Frustum {
-  using D = hn::CappedTag<float, 16>;
-  using DI = hn::CappedTag<int32_t, 16>;
-  using V = hn::Vec<D>;
-  static constexpr size_t kLanes = hn::MaxLanes(D());
-  static constexpr size_t kRows = kPacketRays / kLanes;  // a row: the rays of one register
+struct FanRays : PacketRays {
+  static constexpr int kStepsMax = 0x7fffffff;  // a fan that gets through setup() is traced as one
 
   // Returns: whether the rays form a frustum: those that are valid go to one side of the main axis
   // and not far from it.
   bool setup(const FanPacket& rays);
-  HWY_INLINE void shorten(size_t row);  // after hits in a row
-  HWY_INLINE void shorten();            // after those
-  void store(PacketHits& hits) const;
-  uint64_t blocked() const;
-
-  static constexpr int kStepsMax = 0x7fffffff;  // a fan that gets through setup() is traced as one
 
   float t_min = 0;
   float tolerance = 0;  // 40 S u, see fan_block-inl.h
-  alignas(64) float direction[3][kPacketRays];
   alignas(64) float ray_u[kPacketRays], ray_v[kPacketRays];
-  alignas(64) float length[kPacketRays];  // sum of |direction|
-  alignas(64) float best_t[kPacketRays];  // t_max without a hit
-  alignas(64) int32_t best[kPacketRays];  // -1 without a hit
   alignas(64) float row_u[2][kRows], row_v[2][kRows];
-  alignas(64) float row_far[kRows];  // z_far of each row
 
  private:
   static uint64_t valid_rays(const FanPacket& rays);
@@ -119,6 +103,7 @@ HWY_INLINE bool FanRays::setup_row(const FanPacket& rays, size_t row, uint64_t v
   hn::Store(u, d, ray_u + at);
   hn::Store(v, d, ray_v + at);
   hn::Store(sum, d, length + at);
+  hn::Store(hn::Zero(d), d, start + at);
   hn::Store(hn::Set(di, -1), di, best + at);
   row_u[0][row] = hn::GetLane(hn::MinOfLanes(d, u));
   row_u[1][row] = hn::GetLane(hn::MaxOfLanes(d, u));
@@ -146,39 +131,6 @@ HWY_INLINE void FanRays::bound() {
   slope_v[1] = outward(v_high, 1);
   const float size = 1 + max_of(-slope_u[0], slope_u[1]) + max_of(-slope_v[0], slope_v[1]);
   tolerance = 40 * kRoundoff * size;
-}
-
-HWY_INLINE void FanRays::shorten(size_t row) {
-  const D d;
-  const V z = hn::Abs(hn::Load(d, direction[kz] + row * kLanes));
-  const V far = hn::Mul(z, hn::Load(d, best_t + row * kLanes));
-  row_far[row] = hn::GetLane(hn::MaxOfLanes(d, far)) * (1 + kTimeSlack);
-}
-
-HWY_INLINE void FanRays::shorten() {
-  const hn::CappedTag<float, kRows> d;
-  auto far = hn::Load(d, row_far);
-  for (size_t at = hn::MaxLanes(d); at < kRows; at += hn::MaxLanes(d)) {
-    far = hn::Max(far, hn::Load(d, row_far + at));
-  }
-  z_far = hn::GetLane(hn::MaxOfLanes(d, far));
-}
-
-HWY_INLINE void FanRays::store(PacketHits& hits) const {
-  const D d;
-  const DI di;
-  for (size_t at = 0; at < kPacketRays; at += kLanes) {
-    const auto primitive = hn::Load(di, best + at);
-    const auto is_miss = hn::RebindMask(d, hn::Eq(primitive, hn::Set(di, -1)));
-    hn::Store(hn::IfThenElse(is_miss, hn::Zero(d), hn::Load(d, best_t + at)), d, hits.t + at);
-    hn::Store(primitive, di, reinterpret_cast<int32_t*>(hits.primitive) + at);
-  }
-}
-
-HWY_INLINE uint64_t FanRays::blocked() const {
-  uint64_t bits = 0;
-  for (size_t i = 0; i < kPacketRays; ++i) bits |= uint64_t{best[i] != -1} << i;
-  return bits;
 }
 
 }  // namespace HWY_NAMESPACE

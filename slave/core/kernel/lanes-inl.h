@@ -38,6 +38,18 @@ HWY_INLINE hn::Mask<Tag> mask_of(Tag d, uint32_t bits) {
   return hn::LoadMaskBits(d, bytes);
 }
 
+// A register of float from two computations in double, each of half its lanes: part(0) the lower
+// half, part(1) the upper. With one lane, part(0) alone.
+template <class Tag, class Part>
+HWY_INLINE hn::Vec<Tag> halves(Tag d, const Part& part) {
+#if HWY_TARGET == HWY_SCALAR
+  static_cast<void>(d);
+  return part(0);
+#else
+  return hn::Combine(d, part(1), part(0));
+#endif
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core
 HWY_AFTER_NAMESPACE();
