@@ -46,9 +46,11 @@ class Ours final : public Entrants {
     enter("bvh8 fan of 64", RayKind::kPrimary, &Ours::trace_fans);
     enter("bvh8 fan from light", RayKind::kShadow, &Ours::trace_light_fans);
     for (const RayKind kind : {RayKind::kPrimary, RayKind::kBounce}) {
+      enter("bvh8 packet", kind, &Ours::trace_packets);
       enter("bvh8 single", kind, &Ours::trace_singles);
       enter("kd bundle of 16", kind, &Ours::trace_bundles);
     }
+    enter("bvh8 packet", RayKind::kShadow, &Ours::occlude_packets);
     enter("bvh8 single", RayKind::kShadow, &Ours::occlude_singles);
     enter("kd bundle of 16", RayKind::kShadow, &Ours::occlude_bundles);
   }
@@ -94,6 +96,41 @@ class Ours final : public Entrants {
           hits.t[ray] = 0;
           hits.primitive[ray] = is_blocked ? 0 : core::kNoPrimitive;
         });
+  }
+
+  static int fill(const RayBlock& rays, int first, core::RayPacket& packet) {
+    const int count = std::min(core::kPacketRays, rays.count - first);
+    packet.active = ~std::uint64_t{0} >> (core::kPacketRays - count);
+    for (int a = 0; a < 3; ++a) {
+      std::copy_n(rays.origin[a] + first, count, packet.origin[a]);
+      std::copy_n(rays.direction[a] + first, count, packet.direction[a]);
+    }
+    std::fill_n(packet.t_min, count, 0.0f);
+    std::copy_n(rays.t_max + first, count, packet.t_max);
+    return count;
+  }
+
+  void trace_packets(const RayBlock& rays, BlockHits& hits) {
+    core::RayPacket packet;
+    core::PacketHits found;
+    for (int first = 0; first < rays.count; first += core::kPacketRays) {
+      const int count = fill(rays, first, packet);
+      kernels_.bvh8.closest_packet(bvh_view_, packet, found);
+      std::copy_n(found.t, count, hits.t + first);
+      std::copy_n(found.primitive, count, hits.primitive + first);
+    }
+  }
+
+  void occlude_packets(const RayBlock& rays, BlockHits& hits) {
+    core::RayPacket packet;
+    for (int first = 0; first < rays.count; first += core::kPacketRays) {
+      const int count = fill(rays, first, packet);
+      const std::uint64_t blocked = kernels_.bvh8.occluded_packet(bvh_view_, packet);
+      for (int i = 0; i < count; ++i) {
+        hits.t[first + i] = 0;
+        hits.primitive[first + i] = (blocked >> i & 1u) != 0 ? 0 : core::kNoPrimitive;
+      }
+    }
   }
 
   void trace_singles(const RayBlock& rays, BlockHits& hits) {

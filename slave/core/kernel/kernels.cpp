@@ -12,6 +12,7 @@
 #define HWY_TARGET_INCLUDE "slave/core/kernel/kernels.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
+#include "slave/core/kernel/bundle_block-inl.h"
 #include "slave/core/kernel/fan_block-inl.h"
 #include "slave/core/kernel/fan_groups-inl.h"
 #include "slave/core/kernel/packet-inl.h"
@@ -55,9 +56,16 @@ HWY_INLINE SingleRay ray_of(const FanPacket& rays, size_t i) {
           rays.t_max[i]};
 }
 
-template <int W>
-void closest_fan(const BvhView<W>& scene, const FanPacket& rays, PacketHits& hits) {
-  PacketTracer<W, FanRays, FanBlock<W, false>> tracer(scene);
+HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {
+  return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
+          {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
+          rays.t_min[i],
+          rays.t_max[i]};
+}
+
+template <int W, class Rays, class Block, class Packet>
+HWY_INLINE void closest(const BvhView<W>& scene, const Packet& rays, PacketHits& hits) {
+  PacketTracer<W, Rays, Block> tracer(scene);
   if (tracer.run(rays)) return tracer.rays().store(hits);
   for (size_t i = 0; i < kPacketRays; ++i) {
     SingleHit hit{0, kNoPrimitive};
@@ -67,9 +75,9 @@ void closest_fan(const BvhView<W>& scene, const FanPacket& rays, PacketHits& hit
   }
 }
 
-template <int W>
-uint64_t occluded_fan(const BvhView<W>& scene, const FanPacket& rays) {
-  PacketTracer<W, FanRays, FanBlock<W, true>> tracer(scene);
+template <int W, class Rays, class Block, class Packet>
+HWY_INLINE uint64_t occluded(const BvhView<W>& scene, const Packet& rays) {
+  PacketTracer<W, Rays, Block> tracer(scene);
   if (tracer.run(rays)) return tracer.rays().blocked();
   uint64_t blocked = 0;
   for (uint64_t bits = rays.active; bits != 0; bits &= bits - 1) {
@@ -80,8 +88,25 @@ uint64_t occluded_fan(const BvhView<W>& scene, const FanPacket& rays) {
 }
 
 template <int W>
-constexpr BvhKernels<W> kBvhKernels{closest_ray<W>, occluded_ray<W>, closest_fan<W>,
-                                    occluded_fan<W>};
+void closest_fan(const BvhView<W>& scene, const FanPacket& rays, PacketHits& hits) {
+  closest<W, FanRays, FanBlock<W, false>>(scene, rays, hits);
+}
+template <int W>
+uint64_t occluded_fan(const BvhView<W>& scene, const FanPacket& rays) {
+  return occluded<W, FanRays, FanBlock<W, true>>(scene, rays);
+}
+template <int W>
+void closest_packet(const BvhView<W>& scene, const RayPacket& rays, PacketHits& hits) {
+  closest<W, BundleRays, BundleBlock<W, false>>(scene, rays, hits);
+}
+template <int W>
+uint64_t occluded_packet(const BvhView<W>& scene, const RayPacket& rays) {
+  return occluded<W, BundleRays, BundleBlock<W, true>>(scene, rays);
+}
+
+template <int W>
+constexpr BvhKernels<W> kBvhKernels{closest_ray<W>,  occluded_ray<W>,   closest_fan<W>,
+                                    occluded_fan<W>, closest_packet<W>, occluded_packet<W>};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core

@@ -21,6 +21,16 @@ struct alignas(64) FanPacket {
   uint64_t active;  // bit i: ray i is to be traced; the arrays need not be set for the others
 };
 
+// Any 64 rays; those of a bundle are traced together where they have company. A hit needs
+// t_min <= t <= t_max.
+struct alignas(64) RayPacket {
+  float origin[3][kPacketRays];
+  float direction[3][kPacketRays];
+  float t_min[kPacketRays];
+  float t_max[kPacketRays];
+  uint64_t active;  // as in FanPacket
+};
+
 // Rays from one point that are still to be made into packets (see slave/core/trace/point_fans.h).
 inline constexpr int kFanTargetsMax = 1024;
 struct alignas(64) FanTargets {
@@ -73,9 +83,11 @@ template <int W>
 struct BvhKernels {
   void (*closest_ray)(const BvhView<W>& scene, const SingleRay& ray, SingleHit& hit);
   bool (*occluded_ray)(const BvhView<W>& scene, const SingleRay& ray);
-  // Rays that are no narrow fan are traced one by one.
+  // Rays that are no narrow fan, or no narrow bundle, are traced one by one.
   void (*closest_fan)(const BvhView<W>& scene, const FanPacket& rays, PacketHits& hits);
   uint64_t (*occluded_fan)(const BvhView<W>& scene, const FanPacket& rays);  // bits of the blocked
+  void (*closest_packet)(const BvhView<W>& scene, const RayPacket& rays, PacketHits& hits);
+  uint64_t (*occluded_packet)(const BvhView<W>& scene, const RayPacket& rays);
 };
 
 }  // namespace tessera::core

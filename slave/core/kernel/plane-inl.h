@@ -35,6 +35,7 @@ constexpr float kPlaneLeast = 0x1p-100f;
 
 struct Plane {
   double scale;  // of N
+  double least;  // 2^-24 c, scaled
   double normal[3];
   float distance;   // N.(A - O)
   float steepness;  // t counts where |N.D| >= steepness * (|Dx| + |Dy| + |Dz|) + kPlaneLeast;
@@ -80,7 +81,7 @@ HWY_INLINE Plane plane_of(const TriangleBlock<W>& block, size_t lane, const floa
   plane.normal[1] = (zx - xz) * scale;
   plane.normal[2] = (xy - yx) * scale;
   const double distance = (plane.normal[0] * ax + plane.normal[1] * ay) + plane.normal[2] * az;
-  const double least = size * scale * 0x1p-24;
+  const double least = plane.least = size * scale * 0x1p-24;
   plane.distance = static_cast<float>(distance);
   const bool is_good = abs_of(distance) >= least * (abs_of(ax) + abs_of(ay) + abs_of(az)) &&
                        abs_of(plane.distance) >= kPlaneLeast &&

@@ -38,12 +38,15 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
+// Of an edge function, per largest coordinate of a corner from the origin and per largest across the
+// ray; see above.
+constexpr float kEdgeTolerance = 33 * kRoundoff;
+
 template <int W, bool kAny>
 class RayTracer {
   using B = hn::CappedTag<float, W>;  // children, triangles
   using V = hn::Vec<B>;
   static constexpr size_t kStep = hn::MaxLanes(B());
-  static constexpr float kTolerance = 33 * kRoundoff;
 
  public:
   explicit RayTracer(const BvhView<W>& scene) : scene_(scene) {}
@@ -110,7 +113,7 @@ bool RayTracer<W, kAny>::setup(const SingleRay& ray) {
     scale_ /= factor;
   }
   for (int a = 0; a < 3; ++a) setup_axis(a, largest, reach);
-  tolerance_ = kTolerance * reach;
+  tolerance_ = kEdgeTolerance * reach;
   shear_x_ = slope_[kx_] * inverse_[kz_];
   shear_y_ = slope_[ky_] * inverse_[kz_];
   limit();

@@ -94,9 +94,17 @@ SingleRay ray_of(const FanPacket& fan, int i) {
           fan.t_max[i]};
 }
 
+SingleRay ray_of(const RayPacket& packet, int i) {
+  return {{packet.origin[0][i], packet.origin[1][i], packet.origin[2][i]},
+          {packet.direction[0][i], packet.direction[1][i], packet.direction[2][i]},
+          packet.t_min[i],
+          packet.t_max[i]};
+}
+
 bool is_valid(const SingleRay& ray) {
   const Vec3f d = vector(ray.direction, 1);
-  return is_finite(d) && (d.x != 0 || d.y != 0 || d.z != 0) && ray.t_min <= ray.t_max;
+  return is_finite(d) && is_finite(vector(ray.origin, 1)) && (d.x != 0 || d.y != 0 || d.z != 0) &&
+         ray.t_min <= ray.t_max;
 }
 
 // What is wrong with an answer, or nullptr. t is off by 3 roundings (plane-inl.h), exact.t by 2.
@@ -147,6 +155,44 @@ void expect_agreement(const Bvh<W>& bvh, const FanPacket& fan, const PacketHits&
   }
 }
 
+// The rays of a fan, moved apart: by much, or as little as the points of one surface are.
+RayPacket make_packet(const FanPacket& fan, float scale, std::mt19937& random) {
+  RayPacket packet{};
+  packet.active = fan.active;
+  const float share = random() % 4 == 0 ? 1.0f : random() % 2 != 0 ? 0.1f : 0.01f;
+  std::uniform_real_distribution<float> apart(-share * scale, share * scale);
+  for (int i = 0; i < kPacketRays; ++i) {
+    for (int a = 0; a < 3; ++a) {
+      packet.origin[a][i] = fan.origin[a] + apart(random);
+      // Most are aimed at where the ray of the fan went: corners and edges.
+      const float target = fan.origin[a] + fan.direction[a][i];
+      packet.direction[a][i] = i % 4 != 0 ? target - packet.origin[a][i] : fan.direction[a][i];
+    }
+    if (random() % 128 == 0) packet.origin[1][i] = Bounds3f::kInf;
+    packet.t_min[i] = random() % 4 == 0 ? 0.3f : 0.0f;
+    packet.t_max[i] = fan.t_max[i];
+  }
+  return packet;
+}
+
+template <int W>
+void expect_agreement(const Bvh<W>& bvh, const RayPacket& packet, const SingleHit* expected) {
+  for (const Isa isa : test::isas_here()) {
+    const BvhKernels<W>& kernels = kernels_of(kernels_for(isa), bvh);
+    PacketHits hits;
+    kernels.closest_packet(view_of(bvh), packet, hits);
+    const std::uint64_t blocked = kernels.occluded_packet(view_of(bvh), packet);
+    for (int i = 0; i < kPacketRays; ++i) {
+      EXPECT_EQ(hits.primitive[i], expected[i].primitive) << isa_name(isa) << " " << i;
+      EXPECT_EQ(std::bit_cast<std::uint32_t>(hits.t[i]),
+                std::bit_cast<std::uint32_t>(expected[i].t))
+          << isa_name(isa) << " " << i;
+      const bool is_hit = expected[i].primitive != kNoPrimitive;
+      EXPECT_EQ(blocked >> i & 1u, is_hit ? 1u : 0u) << isa_name(isa) << " any " << i;
+    }
+  }
+}
+
 struct Place {
   float scale;
   Vec3f offset;
@@ -179,6 +225,36 @@ TEST(BvhKernels, EveryPathGivesTheAnswerOfExactArithmetic) {
         }
         expect_agreement(scene.bvh8, fan, hits);
         expect_agreement(scene.bvh16, fan, hits);
+      }
+    }
+  }
+}
+
+TEST(BvhKernels, RaysWithOriginsOfTheirOwnAnswerAsIfAlone) {
+  const std::uint32_t seed = 815;
+  const Mesh meshes[] = {test::make_icosphere(3), test::make_terrain(24, 1),
+                         test::make_random_triangles(1500, 0.2f, 2), make_slivers(1500, 3)};
+  for (const Place& place : kPlaces) {
+    for (Mesh mesh : meshes) {
+      test::place(mesh, place.scale, place.offset);
+      const Prepared scene(mesh);
+      std::mt19937 random(seed);
+      std::uniform_real_distribution<float> unit(-1.5f, 1.5f);
+      for (int number = 0; number < 60 && !testing::Test::HasFailure(); ++number) {
+        const Vec3f origin =
+            Vec3f{unit(random), unit(random), unit(random)} * place.scale + place.offset;
+        const RayPacket packet = make_packet(make_fan(mesh, origin, random), place.scale, random);
+        SingleHit expected[kPacketRays];
+        for (int i = 0; i < kPacketRays; ++i) {
+          expected[i] = {0, kNoPrimitive};
+          if ((packet.active >> i & 1u) == 0) continue;
+          const SingleRay ray = ray_of(packet, i);
+          kernels_for(Isa::kScalar).bvh8.closest_ray(view_of(scene.bvh8), ray, expected[i]);
+          EXPECT_EQ(judge(scene.store, scene.boxes, ray, expected[i]), nullptr)
+              << "seed " << seed << ", packet " << number << ", ray " << i;
+        }
+        expect_agreement(scene.bvh8, packet, expected);
+        expect_agreement(scene.bvh16, packet, expected);
       }
     }
   }
