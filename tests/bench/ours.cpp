@@ -1,12 +1,11 @@
 #include <time.h>
 
 #include <algorithm>
-#include <bit>
 
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/kd_builder.h"
 #include "slave/core/kernel/kernel_table.h"
-#include "slave/core/trace/point_fans.h"
+#include "slave/core/trace/ray_groups.h"
 #include "tests/bench/contender.h"
 
 namespace tessera::bench {
@@ -86,16 +85,23 @@ class Ours final : public Entrants {
     const Vec3f light = {rays.origin[0][0] + rays.direction[0][0],
                          rays.origin[1][0] + rays.direction[1][0],
                          rays.origin[2][0] + rays.direction[2][0]};
-    fans_.begin(light, 1e-4f);
-    for (int i = 0; i < rays.count; ++i) {
-      fans_.add({-rays.direction[0][i], -rays.direction[1][i], -rays.direction[2][i]}, 1);
+    groups_.clear();
+    for (int i = 0; i < rays.count; ++i)
+      groups_.add({-rays.direction[0][i], -rays.direction[1][i], -rays.direction[2][i]});
+    core::FanPacket packet;
+    for (int a = 0; a < 3; ++a) packet.origin[a] = light[a];
+    packet.t_min = 1e-4f;
+    std::fill_n(packet.t_max, core::kPacketRays, 1.0f);
+    const int group_count = groups_.form(kernels_);
+    for (int g = 0; g < group_count; ++g) {
+      groups_.fill(g, packet);
+      std::uint64_t blocked = kernels_.bvh8.occluded_fan(bvh_view_, packet);
+      for (const int ray : groups_.group(g)) {
+        hits.t[ray] = 0;
+        hits.primitive[ray] = (blocked & 1u) != 0 ? 0 : core::kNoPrimitive;
+        blocked >>= 1;
+      }
     }
-    fans_.trace(
-        kernels_, [&](const auto& packet) { return kernels_.bvh8.occluded_fan(bvh_view_, packet); },
-        [&](int ray, bool is_blocked) {
-          hits.t[ray] = 0;
-          hits.primitive[ray] = is_blocked ? 0 : core::kNoPrimitive;
-        });
   }
 
   static int fill(const RayBlock& rays, int first, core::RayPacket& packet) {
@@ -190,7 +196,7 @@ class Ours final : public Entrants {
   core::KdTree kd_;
   core::BvhView<8> bvh_view_{};
   core::SceneView kd_view_{};
-  core::PointFans fans_;
+  core::RayGroups groups_;
 };
 
 }  // namespace

@@ -31,11 +31,10 @@ struct alignas(64) RayPacket {
   uint64_t active;  // as in FanPacket
 };
 
-// Rays from one point that are still to be made into packets (see slave/core/trace/point_fans.h).
+// Rays from one point that are still to be made into packets (see slave/core/trace/ray_groups.h).
 inline constexpr int kFanTargetsMax = 1024;
 struct alignas(64) FanTargets {
   float direction[3][kFanTargetsMax];
-  float t_max[kFanTargetsMax];
   int count;
 
   // Made by group_fans(): packet g takes the rays order[group[g]] to order[group[g + 1] - 1], at most

@@ -1,6 +1,6 @@
 #include "slave/core/render/direct_light.h"
 
-#include <bit>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -11,6 +11,8 @@ namespace tessera::core {
 namespace {
 
 constexpr float kInvPi = 0.318309886f;
+// A reported t is off by 3 roundings (plane-inl.h): what lies beyond 1 for certain is not hit.
+constexpr float kEnd = 1 - 4 * kUnitRoundoff;
 
 // 0 below the outer cone, 1 within the inner, a cubic in the cosine between.
 float spot_falloff(const Light& light, float cosine) {
@@ -32,122 +34,193 @@ bool is_usable(Vec3f c) { return is_finite(c) && (c.x > 0 || c.y > 0 || c.z > 0)
 
 }  // namespace
 
-void DirectLight::begin(const PreparedScene::Impl& scene, const KernelTable& kernels,
+// Of the surfaces of a batch towards one light sample each.
+struct DirectLight::ShadowRays {
+  RayGroups groups;
+  int surface[kBatchMax];      // of a ray of `groups`
+  Vec3f start[kBatchMax];      // by surface, as all that follows
+  Vec3f direction[kBatchMax];  // from start
+  Vec3f contribution[kBatchMax];
+  bool is_active[kBatchMax];
+  float t_max = 1;
+
+  void add(int s, Vec3f seen_from_light) {
+    surface[groups.count()] = s;
+    groups.add(seen_from_light);
+  }
+};
+
+DirectLight::DirectLight() : rays_(std::make_unique<ShadowRays>()) {}
+DirectLight::~DirectLight() = default;
+
+void DirectLight::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
                         int light_samples) {
   scene_ = &scene;
-  kernels_ = &kernels;
-  view_ = scene.view();
+  tracer_ = &tracer;
   light_samples_ = light_samples;
 }
 
-// A shadow ray to `target` starts on the viewer's side of the surface; t = 1 is the target.
-void DirectLight::set_ray(int lane, const Surface& surface, Vec3f target, float t_max) {
-  const Vec3f start = surface.point + surface.normal * surface.offset;
-  const Vec3f direction = target - start;
-  for (int a = 0; a < 3; ++a) {
-    rays_.origin[a][lane] = start[a];
-    rays_.direction[a][lane] = direction[a];
-  }
-  rays_.t_min[lane] = 0;
-  rays_.t_max[lane] = t_max;
-  rays_.active |= 1u << lane;
-}
-
-std::uint64_t DirectLight::trace(Vec3f* radiance) {
-  if (rays_.active == 0) return 0;
-  const std::uint32_t seen = rays_.active & ~kernels_->trace_occluded(view_, rays_);
-  for (int lane = 0; lane < kBundleRays; ++lane) {
-    if (seen >> lane & 1u) radiance[lane] = radiance[lane] + contribution_[lane];
-  }
-  return static_cast<std::uint64_t>(std::popcount(rays_.active));
-}
-
-std::uint64_t DirectLight::add(const SurfaceBlock& block, Vec3f* radiance) {
+std::uint64_t DirectLight::add(const SurfaceBatch& batch, Vec3f* radiance) {
   std::uint64_t rays = 0;
-  for (const Light& light : scene_->lights.lights) rays += add_light(block, light, radiance);
-  if (!scene_->lights.emitters.empty()) rays += add_emitters(block, radiance);
+  for (const Light& light : scene_->lights.lights) {
+    rays += light.kind == LightKind::kDirectional ? add_directional(batch, light, radiance)
+                                                  : add_point(batch, light, radiance);
+  }
+  if (!scene_->lights.emitters.empty()) rays += add_emitters(batch, radiance);
   return rays;
 }
 
-std::uint64_t DirectLight::add_light(const SurfaceBlock& block, const Light& light,
+void DirectLight::add_open(const SurfaceBatch& batch, int surface, Vec3f* radiance) const {
+  Vec3f& sum = radiance[batch.pixel[surface]];
+  sum = sum + rays_->contribution[surface];
+}
+
+// The rays leave the light, so that a group has one origin. They end on the viewer's side of the
+// surface; their direction is rounded once per component, gamma(2) of its length.
+std::uint64_t DirectLight::add_point(const SurfaceBatch& batch, const Light& light,
                                      Vec3f* radiance) {
-  rays_.active = 0;
-  for (int lane = 0; lane < kBundleRays; ++lane) {
-    if ((block.hit >> lane & 1u) == 0) continue;
-    const Surface& s = block.surface[lane];
-    if (light.kind == LightKind::kDirectional) {
-      const Vec3f to_light = -light.direction;
-      contribution_[lane] = s.albedo * light.intensity * (kInvPi * cosine_at(s, to_light));
-      if (!is_usable(contribution_[lane])) continue;
-      const Vec3f start = s.point + s.normal * s.offset;
-      set_ray(lane, s, start, std::numeric_limits<float>::infinity());
-      for (int a = 0; a < 3; ++a) rays_.direction[a][lane] = to_light[a];
-      continue;
-    }
+  ShadowRays& rays = *rays_;
+  rays.groups.clear();
+  for (int i = 0; i < batch.count; ++i) {
+    const Surface& s = batch.surface[i];
     const Vec3f away = light.position - s.point;
-    const float distance2 = dot(away, away);
-    const Vec3f to_light = away * (1 / std::sqrt(distance2));
+    const float distance2 = dot(away, away), distance = std::sqrt(distance2);
+    const Vec3f to_light = away * (1 / distance);
     float strength = cosine_at(s, to_light) / distance2;
     if (light.kind == LightKind::kSpot)
       strength *= spot_falloff(light, -dot(light.direction, to_light));
-    contribution_[lane] = s.albedo * light.intensity * (kInvPi * strength);
-    if (!is_usable(contribution_[lane])) continue;
-    // The direction is rounded once per component and t has the error of the triangle test, 16 u of
-    // the distance for geometry about as far away as the light: what lies closer to the light is
-    // its housing.
-    set_ray(lane, s, light.position, 1 - 17 * kUnitRoundoff);
+    rays.contribution[i] = s.albedo * light.intensity * (kInvPi * strength);
+    if (!is_usable(rays.contribution[i])) continue;
+    rays.add(i, s.point + s.normal * (s.offset + gamma(2) * distance) - light.position);
   }
-  return trace(radiance);
-}
-
-// One sample of one emitter for one lane; leaves the lane inactive when nothing arrives.
-void DirectLight::aim(const SurfaceBlock& block, int lane, const Emitter& emitter, Vec2f sample,
-                      float weight) {
-  // Uniform on the triangle (Osada et al., "Shape distributions", 2002, section 4.2); keeps strata.
-  const float root = std::sqrt(sample.x);
-  const SurfacePoint at = surface_point(emitter.a, emitter.edge_b, emitter.edge_c, emitter.normal,
-                                        root * (1 - sample.y), root * sample.y);
-  const Surface& s = block.surface[lane];
-  const Vec3f away = at.point - s.point;
-  const float distance2 = dot(away, away);
-  const float distance = std::sqrt(distance2);
-  const Vec3f to_light = away * (1 / distance);
-  const float cosine_light = -dot(emitter.normal, to_light);
-  if (!(cosine_light > 0)) return;  // one-sided
-  const float strength = cosine_at(s, to_light) * cosine_light * emitter.area / distance2;
-  contribution_[lane] = s.albedo * emitter.emission * (kInvPi * strength * weight);
-  if (!is_usable(contribution_[lane])) return;
-  // The ray ends at a point moved off the emitter as its start is moved off the surface, so t <= 1
-  // cannot reach the emitter itself. The direction rounds once per component: gamma(2) of its
-  // length.
-  const float off = at.offset + gamma(2) * distance;
-  set_ray(lane, s, at.point + emitter.normal * off, 1);
-}
-
-std::uint64_t DirectLight::add_emitters(const SurfaceBlock& block, Vec3f* radiance) {
-  const LightSet& lights = scene_->lights;
-  const bool is_shared_out = lights.is_shared_out();
-  const std::uint32_t emitter_rounds =
-      is_shared_out ? 1u : static_cast<std::uint32_t>(lights.emitters.size());
-  const auto samples = static_cast<std::uint32_t>(light_samples_);
-  std::uint64_t rays = 0;
-  for (std::uint32_t e = 0; e < emitter_rounds; ++e) {
-    for (std::uint32_t j = 0; j < samples; ++j) {
-      rays_.active = 0;
-      const std::uint32_t index = block.sample_index * samples + j;
-      for (int lane = 0; lane < kBundleRays; ++lane) {
-        if ((block.hit >> lane & 1u) == 0) continue;
-        const std::uint32_t key = hash_combine(block.key[lane], 2 * e);
-        const Emitter& emitter =
-            is_shared_out ? lights.pick(sample_1d(hash_combine(block.key[lane], 1), index))
-                          : lights.emitters[e];
-        const float weight = 1 / (static_cast<float>(samples) * emitter.share);
-        aim(block, lane, emitter, sample_2d(key, index), weight);
-      }
-      rays += trace(radiance);
+  FanPacket packet;
+  for (int a = 0; a < 3; ++a) packet.origin[a] = light.position[a];
+  // What is closer to the light than it can be told from it is its housing.
+  packet.t_min = 4 * kUnitRoundoff;
+  std::fill_n(packet.t_max, kPacketRays, kEnd);
+  const int groups = rays.groups.form(tracer_->kernels());
+  for (int g = 0; g < groups; ++g) {
+    rays.groups.fill(g, packet);
+    std::uint64_t blocked = tracer_->occluded(packet);
+    for (const int ray : rays.groups.group(g)) {
+      if ((blocked & 1u) == 0) add_open(batch, rays.surface[ray], radiance);
+      blocked >>= 1;
     }
   }
-  return rays;
+  return static_cast<std::uint64_t>(rays.groups.count());
+}
+
+// Traces the active rays of the groups that have been formed.
+std::uint64_t DirectLight::trace_groups(const SurfaceBatch& batch, Vec3f* radiance) {
+  ShadowRays& rays = *rays_;
+  std::uint64_t count = 0;
+  RayPacket packet;
+  std::fill_n(packet.t_min, kPacketRays, 0.0f);
+  std::fill_n(packet.t_max, kPacketRays, rays.t_max);
+  const int groups = rays.groups.group_count();
+  for (int g = 0; g < groups; ++g) {
+    int surfaces[kPacketRays], n = 0;
+    for (const int ray : rays.groups.group(g)) {
+      const int s = rays.surface[ray];
+      if (!rays.is_active[s]) continue;
+      for (int a = 0; a < 3; ++a) {
+        packet.origin[a][n] = rays.start[s][a];
+        packet.direction[a][n] = rays.direction[s][a];
+      }
+      surfaces[n++] = s;
+    }
+    if (n == 0) continue;
+    packet.active = ~std::uint64_t{0} >> (kPacketRays - n);
+    const std::uint64_t blocked = tracer_->occluded(packet);
+    for (int i = 0; i < n; ++i) {
+      if ((blocked >> i & 1u) == 0) add_open(batch, surfaces[i], radiance);
+    }
+    count += static_cast<std::uint64_t>(n);
+  }
+  return count;
+}
+
+std::uint64_t DirectLight::add_directional(const SurfaceBatch& batch, const Light& light,
+                                           Vec3f* radiance) {
+  ShadowRays& rays = *rays_;
+  rays.groups.clear();
+  rays.t_max = std::numeric_limits<float>::infinity();
+  const Vec3f to_light = -light.direction;
+  // Seen from a point far behind the batch, parallel rays stand side by side.
+  float extent = 0;
+  for (int i = 0; i < batch.count; ++i) {
+    const Vec3f from_first = batch.surface[i].point - batch.surface[0].point;
+    extent = std::max(extent, length(from_first));
+  }
+  for (int i = 0; i < batch.count; ++i) {
+    const Surface& s = batch.surface[i];
+    rays.contribution[i] = s.albedo * light.intensity * (kInvPi * cosine_at(s, to_light));
+    rays.is_active[i] = is_usable(rays.contribution[i]);
+    if (!rays.is_active[i]) continue;
+    rays.start[i] = s.point + s.normal * s.offset;
+    rays.direction[i] = to_light;
+    const Vec3f from_first = s.point - batch.surface[0].point;
+    rays.add(i, from_first - to_light * (dot(from_first, to_light) + 4 * extent));
+  }
+  rays.groups.form(tracer_->kernels());
+  return trace_groups(batch, radiance);
+}
+
+std::uint64_t DirectLight::add_emitters(const SurfaceBatch& batch, Vec3f* radiance) {
+  ShadowRays& rays = *rays_;
+  const LightSet& lights = scene_->lights;
+  const auto samples = static_cast<std::uint32_t>(light_samples_);
+  const std::uint32_t rounds =
+      lights.is_shared_out() ? 1u : static_cast<std::uint32_t>(lights.emitters.size());
+  rays.t_max = kEnd;
+  std::uint64_t count = 0;
+  for (std::uint32_t round = 0; round < rounds; ++round) {
+    // Groups that look alike from the middle of the emitter, or of the first of many.
+    const Emitter& e = lights.emitters[round];
+    const Vec3f middle = e.a + (e.edge_b + e.edge_c) * (1 / 3.0f);
+    rays.groups.clear();
+    for (int i = 0; i < batch.count; ++i) rays.add(i, batch.surface[i].point - middle);
+    rays.groups.form(tracer_->kernels());
+    for (std::uint32_t j = 0; j < samples; ++j) {
+      count += add_sample(batch, round, batch.sample_index * samples + j, radiance);
+    }
+  }
+  return count;
+}
+
+// One sample of an emitter, or of one that is picked, for each surface.
+std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t round,
+                                      std::uint32_t sample, Vec3f* radiance) {
+  ShadowRays& rays = *rays_;
+  const LightSet& lights = scene_->lights;
+  for (int i = 0; i < batch.count; ++i) {
+    rays.is_active[i] = false;
+    const Emitter& emitter = lights.is_shared_out()
+                                 ? lights.pick(sample_1d(hash_combine(batch.key[i], 1), sample))
+                                 : lights.emitters[round];
+    const Vec2f x = sample_2d(hash_combine(batch.key[i], 2 * round), sample);
+    // Uniform on the triangle (Osada et al., "Shape distributions", 2002, section 4.2); keeps
+    // strata.
+    const float root = std::sqrt(x.x);
+    const SurfacePoint at = surface_point(emitter.a, emitter.edge_b, emitter.edge_c, emitter.normal,
+                                          root * (1 - x.y), root * x.y);
+    const Surface& s = batch.surface[i];
+    const Vec3f away = at.point - s.point;
+    const float distance2 = dot(away, away), distance = std::sqrt(distance2);
+    const Vec3f to_light = away * (1 / distance);
+    const float cosine_light = -dot(emitter.normal, to_light);
+    if (!(cosine_light > 0)) continue;  // one-sided
+    const float weight = 1 / (static_cast<float>(light_samples_) * emitter.share);
+    const float strength = cosine_at(s, to_light) * cosine_light * emitter.area / distance2;
+    rays.contribution[i] = s.albedo * emitter.emission * (kInvPi * strength * weight);
+    rays.is_active[i] = is_usable(rays.contribution[i]);
+    // The ray ends at a point moved off the emitter as its start is moved off the surface, so that
+    // it cannot reach the emitter itself; the direction rounds once per component.
+    const float off = at.offset + gamma(2) * distance;
+    rays.start[i] = s.point + s.normal * s.offset;
+    rays.direction[i] = at.point + emitter.normal * off - rays.start[i];
+  }
+  return trace_groups(batch, radiance);
 }
 
 }  // namespace tessera::core

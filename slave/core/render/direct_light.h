@@ -1,47 +1,58 @@
-// Light that reaches 16 surface points straight from the scene's lights, through shadow bundles.
+// Light that reaches a batch of surface points straight from the scene's lights.
 //
-// Each lane is a pixel of one 4x4 block. Sums run over lights, then emitters, then samples, in that
-// order and per lane alone: a pixel does not depend on its neighbours.
+// Shadow rays are traced in groups that look alike from the light, whatever pixels they belong to. Sums
+// run over lights, then emitters, then samples, in that order and per pixel alone: a pixel does not
+// depend on its neighbours.
 //
-// Threads. One object per thread; holds the shadow bundle as scratch memory.
+// Threads. One object per thread; holds the shadow rays as scratch memory.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
-#include "slave/core/kernel/kernel_table.h"
 #include "slave/core/render/surface.h"
+#include "slave/core/trace/ray_groups.h"
+#include "slave/core/trace/scene_tracer.h"
 
 namespace tessera::core {
 
-// One 4x4 block of pixels with what its primary rays have hit.
-struct SurfaceBlock {
-  std::uint32_t hit;  // bit i: lane i has a surface
-  Surface surface[kBundleRays];
-  std::uint32_t key[kBundleRays];  // pixel_key() of the lane's first dimension
-  std::uint32_t sample_index = 0;  // of the pixel's samples, counts from 0
+inline constexpr int kBatchMax = RayGroups::kRaysMax;
+
+// What the primary rays of some pixels have hit. Pixels without a hit are left out.
+struct SurfaceBatch {
+  int count = 0;
+  Surface surface[kBatchMax];
+  std::uint16_t pixel[kBatchMax];  // index of radiance
+  std::uint32_t key[kBatchMax];    // pixel_key() of the pixel's first dimension
+  std::uint32_t sample_index = 0;  // of the pixels' samples, counts from 0
 };
 
 class DirectLight {
  public:
-  // Keeps references until the next call. Requires: both outlive the calls of add().
-  void begin(const PreparedScene::Impl& scene, const KernelTable& kernels, int light_samples);
+  DirectLight();
+  ~DirectLight();
 
-  // Adds reflected direct light to radiance [kBundleRays]. Returns: shadow rays traced.
-  std::uint64_t add(const SurfaceBlock& block, Vec3f* radiance);
+  // Keeps references until the next call. Requires: all outlive the calls of add().
+  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int light_samples);
+
+  // Adds reflected direct light to radiance [pixel]. Returns: shadow rays traced.
+  std::uint64_t add(const SurfaceBatch& batch, Vec3f* radiance);
 
  private:
-  std::uint64_t add_light(const SurfaceBlock& block, const Light& light, Vec3f* radiance);
-  std::uint64_t add_emitters(const SurfaceBlock& block, Vec3f* radiance);
-  void aim(const SurfaceBlock& block, int lane, const Emitter& emitter, Vec2f sample, float weight);
-  void set_ray(int lane, const Surface& surface, Vec3f target, float t_max);
-  std::uint64_t trace(Vec3f* radiance);
+  struct ShadowRays;
+
+  std::uint64_t add_directional(const SurfaceBatch& batch, const Light& light, Vec3f* radiance);
+  std::uint64_t add_point(const SurfaceBatch& batch, const Light& light, Vec3f* radiance);
+  std::uint64_t add_emitters(const SurfaceBatch& batch, Vec3f* radiance);
+  std::uint64_t add_sample(const SurfaceBatch& batch, std::uint32_t round, std::uint32_t sample,
+                           Vec3f* radiance);
+  std::uint64_t trace_groups(const SurfaceBatch& batch, Vec3f* radiance);
+  void add_open(const SurfaceBatch& batch, int surface, Vec3f* radiance) const;
 
   const PreparedScene::Impl* scene_ = nullptr;
-  const KernelTable* kernels_ = nullptr;
-  SceneView view_{};
+  const SceneTracer* tracer_ = nullptr;
   int light_samples_ = 1;
-  RayBundle rays_{};
-  Vec3f contribution_[kBundleRays];
+  std::unique_ptr<ShadowRays> rays_;
 };
 
 }  // namespace tessera::core

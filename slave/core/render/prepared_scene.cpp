@@ -6,11 +6,15 @@
 #include <utility>
 
 #include "common/base/check.h"
-#include "slave/core/accel/kd_builder.h"
+#include "slave/core/kernel/kernel_table.h"
 #include "slave/core/render/prepared_scene_impl.h"
+#include "slave/core/simd/isa_support.h"
 
 namespace tessera::core {
 namespace {
+
+// Numbers of triangles are positive as 32-bit integers in the kernels.
+constexpr std::uint64_t kTrianglesMax = std::uint64_t{1} << 30;
 
 SurfaceFeatures features_of(const Scene& scene) {
   SurfaceFeatures features;
@@ -24,16 +28,18 @@ SurfaceFeatures features_of(const Scene& scene) {
 Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
                                                            const BuildOptions& options) {
   const std::uint64_t count = scene.triangle_count();
-  if (count > kKdIndexMax) {
+  if (count > kTrianglesMax) {
     return Status::resource_exhausted("the scene has " + std::to_string(count) +
                                       " triangles, more than 2^30: split it");
   }
   auto impl = std::make_unique<PreparedScene::Impl>();
   std::vector<Bounds3f> boxes;
   impl->triangles = make_triangle_store(scene, boxes);
-  Result<KdTree> tree = build_kd_tree(boxes, {options.threads, options.is_cancelled});
-  if (!tree.is_ok()) return tree.status();
-  impl->tree = std::move(*tree);
+  const int lanes = kernels_for(widest_isa(cpu_isas() & compiled_isas())).lane_count;
+  Result<SpatialIndex> index = build_spatial_index(boxes, impl->triangles.vertices, lanes,
+                                                   {options.threads, options.is_cancelled});
+  if (!index.is_ok()) return index.status();
+  impl->index = std::move(*index);
   impl->lights = make_light_set(scene, impl->triangles, boxes);
   impl->features = features_of(scene);
   impl->meshes = scene.meshes;
@@ -44,15 +50,6 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
 }
 
 }  // namespace
-
-SceneView PreparedScene::Impl::view() const {
-  const Bounds3f& b = tree.bounds();
-  return {tree.nodes().data(),
-          tree.primitive_refs().data(),
-          triangles.vertices.data(),
-          {b.lower.x, b.lower.y, b.lower.z},
-          {b.upper.x, b.upper.y, b.upper.z}};
-}
 
 Result<std::shared_ptr<const PreparedScene>> PreparedScene::build(const Scene& scene,
                                                                   const BuildOptions& options) {
@@ -72,7 +69,7 @@ std::uint64_t PreparedScene::triangle_count() const { return impl_->triangles.tr
 std::uint64_t PreparedScene::degenerate_count() const { return impl_->triangles.degenerate_count; }
 
 std::uint64_t PreparedScene::memory_bytes() const {
-  std::uint64_t bytes = sizeof(Impl) + impl_->tree.memory_bytes();
+  std::uint64_t bytes = sizeof(Impl) + impl_->index.memory_bytes();
   bytes += impl_->triangles.vertices.capacity() * sizeof(float);
   bytes += impl_->lights.emitters.capacity() * sizeof(Emitter);
   for (const auto& mesh : impl_->meshes) {

@@ -5,9 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "slave/core/accel/kd_tree.h"
+#include "slave/core/accel/spatial_index.h"
 #include "slave/core/geometry/triangle_store.h"
-#include "slave/core/kernel/scene_view_layout.h"
 #include "slave/core/light/light_set.h"
 #include "slave/core/render/prepared_scene.h"
 
@@ -21,16 +20,13 @@ struct SurfaceFeatures {
 
 struct PreparedScene::Impl {
   TriangleStore triangles;
-  KdTree tree;
+  SpatialIndex index;
   LightSet lights;
   SurfaceFeatures features;
   std::vector<std::shared_ptr<const Mesh>> meshes;
   std::vector<std::shared_ptr<const Texture>> textures;
   std::vector<Material> materials;
   std::vector<Instance> instances;
-
-  // Valid as long as this object lives.
-  SceneView view() const;
 };
 
 }  // namespace tessera::core

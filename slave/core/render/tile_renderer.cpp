@@ -5,123 +5,147 @@
 #include <limits>
 
 #include "common/base/check.h"
+#include "slave/core/geometry/barycentric.h"
 #include "slave/core/kernel/kernel_table.h"
 #include "slave/core/render/camera_rays.h"
 #include "slave/core/render/direct_light.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "slave/core/simd/isa_support.h"
+#include "slave/core/trace/scene_tracer.h"
 
 namespace tessera::core {
 namespace {
 
-constexpr int kBlockEdgePx = 4;  // a bundle is 4x4 pixels, anchored at multiples of 4 of the image
-static_assert(kBlockEdgePx * kBlockEdgePx == kBundleRays);
+// A packet is 8x8 pixels; up to 4x4 packets are traced before they are shaded together, so that shadow
+// rays find company.
+constexpr int kPacketEdgePx = 8;
+constexpr int kBatchEdgePx = 32;
+static_assert(kPacketEdgePx * kPacketEdgePx == kPacketRays);
+static_assert(kBatchEdgePx * kBatchEdgePx == kBatchMax);
+constexpr int kBatchPackets = kBatchMax / kPacketRays;
 
 // Dimensions of the sample sequence of one pixel.
 constexpr std::uint32_t kDimensionLens = 0, kDimensionLight = 1;
 
-// Lanes of the block at (x, y) that lie inside the tile.
-std::uint32_t lanes_inside(const TileRect& rect, int x_px, int y_px) {
-  std::uint32_t lanes = 0;
-  for (int lane = 0; lane < kBundleRays; ++lane) {
-    const int x = x_px + lane % kBlockEdgePx, y = y_px + lane / kBlockEdgePx;
-    const bool is_inside = x >= rect.x_px && x < rect.x_px + rect.width_px && y >= rect.y_px &&
-                           y < rect.y_px + rect.height_px;
-    if (is_inside) lanes |= 1u << lane;
-  }
-  return lanes;
-}
+// Where a ray stands in its packet: runs of 4, 8, 16 rays are 2x2, 4x2, 4x4 pixels.
+constexpr int column_of(int ray) { return (ray & 1) | (ray >> 1 & 2) | (ray >> 2 & 4); }
+constexpr int row_of(int ray) { return (ray >> 1 & 1) | (ray >> 2 & 2) | (ray >> 3 & 4); }
 
 }  // namespace
 
 struct TileRenderer::Scratch {
-  RayBundle rays{};
-  HitBundle hits{};
-  SurfaceBlock block{};
+  FanPacket rays;
+  PacketHits hits;
+  SurfaceBatch batch;
   DirectLight direct;
-  Vec3f radiance[kBundleRays];
+  Vec3f radiance[kBatchMax];  // [packet][ray]
 
   // Of the call in progress.
   const PreparedScene::Impl* scene = nullptr;
   const FrameSettings* settings = nullptr;
-  const KernelTable* kernels = nullptr;
-  SceneView view{};
   RayCounts counts;
 
-  void camera_bundle(const CameraRays& camera, int x_px, int y_px, std::uint32_t sample,
-                     std::uint32_t lanes);
-  void shade_primary();
-  void shade_direct(int x_px, int y_px, std::uint32_t sample);
-  void render_block(const CameraRays& camera, int x_px, int y_px, std::uint32_t lanes);
+  void camera_packet(const CameraRays& camera, const TileRect& rect, int x_px, int y_px,
+                     std::uint32_t sample);
+  void shade_primary(int packet);
+  void shade_direct(int packet, int x_px, int y_px);
+  void render_batch(const SceneTracer& tracer, const CameraRays& camera, const TileRect& rect);
+  void write(const TileRect& rect, const TileRect& tile, std::span<float> rgb) const;
 };
 
-void TileRenderer::Scratch::camera_bundle(const CameraRays& camera, int x_px, int y_px,
-                                          std::uint32_t sample, std::uint32_t lanes) {
-  const Vec3f origin = camera.origin();
+// Rays through the pixels of the 8x8 block at (x, y) that lie in the rectangle.
+void TileRenderer::Scratch::camera_packet(const CameraRays& camera, const TileRect& rect, int x_px,
+                                          int y_px, std::uint32_t sample) {
   const bool is_centre = settings->samples_per_pixel == 1;
-  for (int lane = 0; lane < kBundleRays; ++lane) {
-    if ((lanes >> lane & 1u) == 0) continue;
-    const int x = x_px + lane % kBlockEdgePx, y = y_px + lane / kBlockEdgePx;
+  rays.active = 0;
+  for (int i = 0; i < kPacketRays; ++i) {
+    const int x = x_px + column_of(i), y = y_px + row_of(i);
+    if (x >= rect.x_px + rect.width_px || y >= rect.y_px + rect.height_px) continue;
     const Vec2f at = is_centre ? Vec2f{0.5f, 0.5f}
                                : sample_2d(pixel_key(settings->seed, x, y, kDimensionLens), sample);
     const Vec3f direction = camera.direction(double{at.x} + x, double{at.y} + y);
-    for (int a = 0; a < 3; ++a) {
-      rays.origin[a][lane] = origin[a];
-      rays.direction[a][lane] = direction[a];
-    }
-    rays.t_min[lane] = 0;
-    rays.t_max[lane] = std::numeric_limits<float>::infinity();
-  }
-  rays.active = lanes;
-}
-
-void TileRenderer::Scratch::shade_primary() {
-  for (int lane = 0; lane < kBundleRays; ++lane) {
-    if ((rays.active >> lane & 1u) == 0 || hits.primitive[lane] == kNoPrimitive) continue;
-    const Vec3f d{rays.direction[0][lane], rays.direction[1][lane], rays.direction[2][lane]};
-    const float distance = hits.t[lane] * length(d);
-    radiance[lane] = radiance[lane] + Vec3f{distance, distance, distance};
+    for (int a = 0; a < 3; ++a) rays.direction[a][i] = direction[a];
+    rays.active |= std::uint64_t{1} << i;
   }
 }
 
-void TileRenderer::Scratch::shade_direct(int x_px, int y_px, std::uint32_t sample) {
+void TileRenderer::Scratch::shade_primary(int packet) {
+  for (int i = 0; i < kPacketRays; ++i) {
+    if (hits.primitive[i] == kNoPrimitive) continue;
+    const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
+    const float distance = hits.t[i] * length(d);
+    Vec3f& sum = radiance[packet * kPacketRays + i];
+    sum = sum + Vec3f{distance, distance, distance};
+  }
+}
+
+// Adds the surfaces that a packet has hit to the batch, and the light that they give themselves.
+void TileRenderer::Scratch::shade_direct(int packet, int x_px, int y_px) {
   const bool has_light = !scene->lights.is_empty();
   const bool has_emitters = !scene->lights.emitters.empty();
-  block.hit = 0;
-  block.sample_index = sample;
-  for (int lane = 0; lane < kBundleRays; ++lane) {
-    if ((rays.active >> lane & 1u) == 0 || hits.primitive[lane] == kNoPrimitive) continue;
-    const Vec3f d{rays.direction[0][lane], rays.direction[1][lane], rays.direction[2][lane]};
-    Surface& s = block.surface[lane];
-    s = surface_at(*scene, hits.primitive[lane], hits.u[lane], hits.v[lane], d);
-    block.hit |= 1u << lane;
+  const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
+  for (int i = 0; i < kPacketRays; ++i) {
+    const std::uint32_t triangle = hits.primitive[i];
+    if (triangle == kNoPrimitive) continue;
+    const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
+    const TriangleStore& triangles = scene->triangles;
+    const Vec2f uv = barycentric(eye, d, triangles.vertex(triangle, 0),
+                                 triangles.vertex(triangle, 1), triangles.vertex(triangle, 2));
+    Surface& s = batch.surface[batch.count];
+    s = surface_at(*scene, triangle, uv.x, uv.y, d);
+    const int pixel = packet * kPacketRays + i;
     if (!has_light) {  // a bare mesh: the camera is its lamp
-      radiance[lane] =
-          radiance[lane] + s.albedo * std::max(0.0f, -dot(s.shading_normal, normalize(d)));
+      const float cosine = std::max(0.0f, -dot(s.shading_normal, normalize(d)));
+      radiance[pixel] = radiance[pixel] + s.albedo * cosine;
       continue;
     }
     if (has_emitters) {
-      radiance[lane] = radiance[lane] + s.emission;
-      block.key[lane] = pixel_key(settings->seed, x_px + lane % kBlockEdgePx,
-                                  y_px + lane / kBlockEdgePx, kDimensionLight);
+      radiance[pixel] = radiance[pixel] + s.emission;
+      batch.key[batch.count] =
+          pixel_key(settings->seed, x_px + column_of(i), y_px + row_of(i), kDimensionLight);
     }
+    batch.pixel[batch.count++] = static_cast<std::uint16_t>(pixel);
   }
-  if (has_light && block.hit != 0) counts.shadow += direct.add(block, radiance);
 }
 
-void TileRenderer::Scratch::render_block(const CameraRays& camera, int x_px, int y_px,
-                                         std::uint32_t lanes) {
+// rect: at most kBatchEdgePx on an edge.
+void TileRenderer::Scratch::render_batch(const SceneTracer& tracer, const CameraRays& camera,
+                                         const TileRect& rect) {
   std::fill(std::begin(radiance), std::end(radiance), Vec3f{});
   const auto samples = static_cast<std::uint32_t>(settings->samples_per_pixel);
   for (std::uint32_t sample = 0; sample < samples; ++sample) {
-    camera_bundle(camera, x_px, y_px, sample, lanes);
-    kernels->trace_closest(view, rays, hits);
-    counts.primary += static_cast<std::uint64_t>(std::popcount(lanes));
-    if (settings->renderer == Renderer::kPrimary) {
-      shade_primary();
-    } else {
-      shade_direct(x_px, y_px, sample);
+    batch.count = 0;
+    batch.sample_index = sample;
+    for (int packet = 0; packet < kBatchPackets; ++packet) {
+      const int x = rect.x_px + packet % 4 * kPacketEdgePx,
+                y = rect.y_px + packet / 4 * kPacketEdgePx;
+      if (x >= rect.x_px + rect.width_px || y >= rect.y_px + rect.height_px) continue;
+      camera_packet(camera, rect, x, y, sample);
+      tracer.closest(rays, hits);
+      counts.primary += static_cast<std::uint64_t>(std::popcount(rays.active));
+      if (settings->renderer == Renderer::kPrimary) {
+        shade_primary(packet);
+      } else {
+        shade_direct(packet, x, y);
+      }
     }
+    if (batch.count > 0) counts.shadow += direct.add(batch, radiance);
+  }
+}
+
+void TileRenderer::Scratch::write(const TileRect& rect, const TileRect& tile,
+                                  std::span<float> rgb) const {
+  const float scale = 1 / static_cast<float>(settings->samples_per_pixel);
+  for (int pixel = 0; pixel < kBatchMax; ++pixel) {
+    const int packet = pixel / kPacketRays, ray = pixel % kPacketRays;
+    const int x = packet % 4 * kPacketEdgePx + column_of(ray);
+    const int y = packet / 4 * kPacketEdgePx + row_of(ray);
+    if (x >= rect.width_px || y >= rect.height_px) continue;
+    const int column = rect.x_px + x - tile.x_px, row = rect.y_px + y - tile.y_px;
+    const auto at = 3 * static_cast<std::size_t>(row * tile.width_px + column);
+    rgb[at] = radiance[pixel].x * scale;
+    rgb[at + 1] = radiance[pixel].y * scale;
+    rgb[at + 2] = radiance[pixel].z * scale;
   }
 }
 
@@ -137,28 +161,20 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
   Scratch& s = *scratch_;
   s.scene = &scene.impl();
   s.settings = &settings;
-  s.kernels = &kernels_for(isa);
-  s.view = scene.impl().view();
   s.counts = {};
-  s.direct.begin(scene.impl(), *s.kernels, settings.light_samples);
+  const SceneTracer tracer(scene.impl().index, kernels_for(isa));
+  s.direct.begin(scene.impl(), tracer, settings.light_samples);
   const CameraRays camera(settings.camera, settings.width_px, settings.height_px);
-  const float scale = 1 / static_cast<float>(settings.samples_per_pixel);
-  const int first_x = rect.x_px / kBlockEdgePx * kBlockEdgePx;
-  for (int y = rect.y_px / kBlockEdgePx * kBlockEdgePx; y < rect.y_px + rect.height_px;
-       y += kBlockEdgePx) {
-    if (is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed)) break;
-    for (int x = first_x; x < rect.x_px + rect.width_px; x += kBlockEdgePx) {
-      const std::uint32_t lanes = lanes_inside(rect, x, y);
-      s.render_block(camera, x, y, lanes);
-      for (int lane = 0; lane < kBundleRays; ++lane) {
-        if ((lanes >> lane & 1u) == 0) continue;
-        const int column = x + lane % kBlockEdgePx - rect.x_px,
-                  row = y + lane / kBlockEdgePx - rect.y_px;
-        const auto at = 3 * static_cast<std::size_t>(row * rect.width_px + column);
-        rgb[at] = s.radiance[lane].x * scale;
-        rgb[at + 1] = s.radiance[lane].y * scale;
-        rgb[at + 2] = s.radiance[lane].z * scale;
-      }
+  for (int a = 0; a < 3; ++a) s.rays.origin[a] = camera.origin()[a];
+  s.rays.t_min = 0;
+  std::fill_n(s.rays.t_max, kPacketRays, std::numeric_limits<float>::infinity());
+  for (int y = 0; y < rect.height_px; y += kBatchEdgePx) {
+    for (int x = 0; x < rect.width_px; x += kBatchEdgePx) {
+      if (is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed)) return s.counts;
+      const TileRect part{rect.x_px + x, rect.y_px + y, std::min(kBatchEdgePx, rect.width_px - x),
+                          std::min(kBatchEdgePx, rect.height_px - y)};
+      s.render_batch(tracer, camera, part);
+      s.write(part, rect, rgb);
     }
   }
   return s.counts;

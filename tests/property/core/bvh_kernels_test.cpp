@@ -12,7 +12,7 @@
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/geometry/exact_hit_abi.h"
 #include "slave/core/geometry/triangle_store.h"
-#include "tests/support/bundles.h"
+#include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {

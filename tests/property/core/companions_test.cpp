@@ -1,4 +1,4 @@
-// Property: a ray's answer is the same to the bit alone, in any lane, among any companions (even
+// Property: a ray's answer is the same to the bit alone, in a packet, among any companions (even
 // invalid ones), and on every instruction set.
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "slave/core/render/prepared_scene_impl.h"
-#include "tests/support/bundles.h"
+#include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -75,15 +75,14 @@ TEST(Companions, AnswerIsTheSameAloneAndInBundlesOnEveryInstructionSet) {
   for (const Mesh& mesh : meshes) {
     const auto scene = PreparedScene::build(test::make_scene(mesh), {});
     ASSERT_TRUE(scene.is_ok());
-    const SceneView view = (*scene)->impl().view();
+    const PreparedScene::Impl& view = (*scene)->impl();
     const std::vector<test::Ray> rays = mixed_rays(mesh, 16 * 800, 11);
-    const std::vector<test::Hit> first = test::trace_bundled(kernels_for(Isa::kScalar), view, rays);
+    const std::vector<test::Hit> first = test::trace_packets(kernels_for(Isa::kScalar), view, rays);
     std::size_t hit_count = 0;
     for (const Isa isa : test::isas_here()) {
-      const std::vector<test::Hit> bundled = test::trace_bundled(kernels_for(isa), view, rays);
+      const std::vector<test::Hit> bundled = test::trace_packets(kernels_for(isa), view, rays);
       for (std::size_t i = 0; i < rays.size(); ++i) {
-        const test::Hit alone =
-            test::trace_single(kernels_for(isa), view, rays[i], static_cast<int>(i % 13));
+        const test::Hit alone = test::trace_single(kernels_for(isa), view, rays[i]);
         ASSERT_TRUE(is_same(alone, bundled[i]))
             << isa_name(isa) << " ray " << i << ": " << text_of(rays[i]);
         ASSERT_TRUE(is_same(first[i], bundled[i]))
@@ -99,21 +98,16 @@ TEST(Companions, OccludedIsTrueExactlyWhereClosestHits) {
   const Mesh mesh = test::make_random_triangles(4000, 0.15f, 2);
   const auto scene = PreparedScene::build(test::make_scene(mesh), {});
   ASSERT_TRUE(scene.is_ok());
-  const SceneView view = (*scene)->impl().view();
+  const PreparedScene::Impl& view = (*scene)->impl();
   const std::vector<test::Ray> rays = mixed_rays(mesh, 16 * 1500, 12);
   for (const Isa isa : test::isas_here()) {
-    const std::vector<test::Hit> hits = test::trace_bundled(kernels_for(isa), view, rays);
-    for (std::size_t i = 0; i < rays.size(); i += kBundleRays) {
-      RayBundle bundle{};
-      for (int lane = 0; lane < kBundleRays; ++lane) {
-        test::set_lane(bundle, lane, rays[i + static_cast<std::size_t>(lane)]);
-      }
-      const std::uint32_t blocked = kernels_for(isa).trace_occluded(view, bundle);
-      for (int lane = 0; lane < kBundleRays; ++lane) {
-        const std::size_t ray = i + static_cast<std::size_t>(lane);
-        ASSERT_EQ(hits[ray].is_hit(), (blocked >> lane & 1u) != 0)
-            << isa_name(isa) << " ray " << ray;
-      }
+    const std::vector<test::Hit> hits = test::trace_packets(kernels_for(isa), view, rays);
+    const SceneTracer tracer(view.index, kernels_for(isa));
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const std::uint64_t blocked =
+          tracer.occluded(test::make_packet(rays, i / kPacketRays * kPacketRays));
+      ASSERT_EQ(hits[i].is_hit(), (blocked >> i % kPacketRays & 1u) != 0)
+          << isa_name(isa) << " ray " << i;
     }
   }
 }
@@ -129,12 +123,12 @@ TEST(Companions, InvalidRaysAreMisses) {
                                {{0, 0, 0}, {0, 0, 1}, 3, 2}};
   for (const Isa isa : test::isas_here()) {
     for (const test::Ray& ray : invalid) {
-      const test::Hit hit = test::trace_single(kernels_for(isa), (*scene)->impl().view(), ray);
+      const test::Hit hit = test::trace_single(kernels_for(isa), (*scene)->impl(), ray);
       EXPECT_FALSE(hit.is_hit()) << isa_name(isa) << " " << text_of(ray);
       EXPECT_EQ(0.0f, hit.t);
     }
     const test::Ray sound{{0, 0, 0}, {0, 0, 2}, 0, 0.5f};  // the limit is part of the range
-    const test::Hit hit = test::trace_single(kernels_for(isa), (*scene)->impl().view(), sound);
+    const test::Hit hit = test::trace_single(kernels_for(isa), (*scene)->impl(), sound);
     EXPECT_TRUE(hit.is_hit());
     EXPECT_EQ(0.5f, hit.t);
   }
@@ -151,7 +145,7 @@ TEST(Companions, LowestPrimitiveWinsAtEqualDistance) {
   for (const Isa isa : test::isas_here()) {
     for (int i = 0; i < 2000; ++i) {
       const test::Ray ray{{unit(random), 2, unit(random)}, {0, -1, 0}, 0, Bounds3f::kInf};
-      const test::Hit hit = test::trace_single(kernels_for(isa), (*scene)->impl().view(), ray);
+      const test::Hit hit = test::trace_single(kernels_for(isa), (*scene)->impl(), ray);
       ASSERT_TRUE(hit.is_hit());
       ASSERT_LT(hit.primitive, once.size());
     }

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "slave/core/render/prepared_scene_impl.h"
-#include "tests/support/bundles.h"
+#include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -30,7 +30,7 @@ void expect_agreement(const char* name, const Mesh& mesh, float radius, Vec3f ce
     rays.push_back({origin, centre + to * radius - origin, 0, i % 5 == 0 ? 0.7f : Bounds3f::kInf});
   }
   const std::vector<test::Hit> hits =
-      test::trace_bundled(kernels_for(widest_isa(supported_isas())), (*scene)->impl().view(), rays);
+      test::trace_packets(kernels_for(widest_isa(supported_isas())), (*scene)->impl(), rays);
   std::size_t hit_count = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const char* wrong =

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "slave/core/render/prepared_scene_impl.h"
-#include "tests/support/bundles.h"
+#include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -47,8 +47,8 @@ std::vector<test::Ray> aimed_rays(const Mesh& mesh, Vec3f centre, float radius, 
   std::vector<test::Ray> rays;
   Vec3f origin = centre;
   for (std::size_t i = 0; i < count; ++i) {
-    const bool is_shared = (i / kBundleRays) % 2 == 0;
-    if (!is_shared || i % kBundleRays == 0) {
+    const bool is_shared = (i / kPacketRays) % 2 == 0;
+    if (!is_shared || i % kPacketRays == 0) {
       origin = centre + Vec3f{offset(random), offset(random), offset(random)};
       // Now and then the origin lies in planes of symmetry, where splits and edges are.
       if (random() % 8 == 0) origin = centre;
@@ -58,13 +58,13 @@ std::vector<test::Ray> aimed_rays(const Mesh& mesh, Vec3f centre, float radius, 
   return rays;
 }
 
-std::size_t leaks(const Mesh& mesh, const SceneView& view, const KernelTable& kernels, Vec3f centre,
-                  float radius, std::size_t count, std::uint32_t seed) {
+std::size_t leaks(const Mesh& mesh, const PreparedScene::Impl& scene, const KernelTable& kernels,
+                  Vec3f centre, float radius, std::size_t count, std::uint32_t seed) {
   std::mt19937 random(seed);
   std::size_t leak_count = 0;
   for (std::size_t done = 0; done < count; done += 4096) {
     const std::vector<test::Ray> rays = aimed_rays(mesh, centre, radius, 4096, random);
-    const std::vector<test::Hit> hits = test::trace_bundled(kernels, view, rays);
+    const std::vector<test::Hit> hits = test::trace_packets(kernels, scene, rays);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (hits[i].is_hit()) continue;
       if (++leak_count > 3) continue;
@@ -100,7 +100,7 @@ TEST(Watertight, NoRayFromInsideLeaksThroughASharedEdgeOrVertex) {
                      std::string(isa_name(isa)));
         // 10^6 rays in all for each instruction set.
         const std::size_t count = 17 * 4096;
-        EXPECT_EQ(0u, leaks(mesh, (*scene)->impl().view(), kernels_for(isa), centre,
+        EXPECT_EQ(0u, leaks(mesh, (*scene)->impl(), kernels_for(isa), centre,
                             c.free_radius * place.scale, count, 77));
         total += count;
       }
@@ -129,7 +129,7 @@ TEST(Watertight, AxisParallelRaysInEdgesAndSplitPlanesDoNotLeak) {
             d[(axis + 1) % 3] = std::fabs(sign) < 1e-20f ? 0.0f : zeros[(i + 7) % 6];
             d[(axis + 2) % 3] = std::fabs(sign) < 1e-20f ? -0.0f : zeros[(j + 8) % 6];
             const test::Ray ray{{o[0], o[1], o[2]}, {d[0], d[1], d[2]}, 0, Bounds3f::kInf};
-            EXPECT_TRUE(test::trace_single(kernels_for(isa), (*scene)->impl().view(), ray).is_hit())
+            EXPECT_TRUE(test::trace_single(kernels_for(isa), (*scene)->impl(), ray).is_hit())
                 << isa_name(isa) << " axis " << axis << " sign " << sign << " at " << i << " " << j;
           }
         }

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "slave/core/render/prepared_scene_impl.h"
-#include "tests/support/bundles.h"
+#include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -96,7 +96,7 @@ void expect_agreement(const char* name, Mesh mesh, std::size_t count, std::uint3
     rays.push_back({from * 2, to - from * 2, 0, Bounds3f::kInf});
   }
   const auto hits =
-      test::trace_bundled(kernels_for(widest_isa(supported_isas())), (*scene)->impl().view(), rays);
+      test::trace_packets(kernels_for(widest_isa(supported_isas())), (*scene)->impl(), rays);
   std::size_t hit_count = 0, differing = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const test::Hit theirs = embree.trace(rays[i]);

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "slave/core/render/tile_renderer.h"
-#include "tests/support/bundles.h"
+#include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {

@@ -1,0 +1,56 @@
+// Rays taken together by where they go, seen from one point: shadow rays of a light, since neighbours
+// on the picture need not be neighbours there.
+//
+// Threads. One object per thread; scratch memory, reused.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "common/math/vec3.h"
+#include "slave/core/kernel/kernel_table.h"
+
+namespace tessera::core {
+
+class RayGroups {
+ public:
+  static constexpr int kRaysMax = kFanTargetsMax;
+
+  RayGroups() : targets_(std::make_unique<FanTargets>()) {}
+
+  void clear() { targets_->count = 0; }
+  // Requires: count() < kRaysMax. Returns: the ray's number, from 0.
+  int add(Vec3f direction) {
+    const int i = targets_->count++;
+    for (int a = 0; a < 3; ++a) targets_->direction[a][i] = direction[a];
+    return i;
+  }
+  int count() const { return targets_->count; }
+
+  // Returns: how many groups hold the rays; each ray is in one, each group has 1 to kPacketRays.
+  int form(const KernelTable& kernels) {
+    kernels.group_fans(*targets_);
+    return targets_->group_count;
+  }
+  int group_count() const { return targets_->group_count; }
+  // The numbers of the rays of a group. Requires: form() was called after the last add().
+  std::span<const int> group(int g) const {
+    const int begin = targets_->group[g], end = targets_->group[g + 1];
+    return {targets_->order + begin, static_cast<std::size_t>(end - begin)};
+  }
+  // Directions and active bits of a packet of one group; origin and limits are the caller's.
+  void fill(int g, FanPacket& packet) const {
+    const std::span<const int> rays = group(g);
+    packet.active = ~std::uint64_t{0} >> (kPacketRays - static_cast<int>(rays.size()));
+    for (int a = 0; a < 3; ++a) {
+      for (std::size_t i = 0; i < rays.size(); ++i)
+        packet.direction[a][i] = targets_->direction[a][rays[i]];
+    }
+  }
+
+ private:
+  std::unique_ptr<FanTargets> targets_;
+};
+
+}  // namespace tessera::core
