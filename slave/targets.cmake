@@ -9,3 +9,5 @@ target_link_libraries(tessera_slave
 add_executable(tessera-slave main.cpp slave_cli.cpp)
 target_link_libraries(tessera-slave PRIVATE tessera_warnings tessera_slave CLI11::CLI11)
 install(TARGETS tessera-slave RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+
+add_subdirectory(tools)

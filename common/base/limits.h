@@ -38,7 +38,7 @@ inline constexpr std::size_t kSceneChunkBytesMax = 4 * 1024 * 1024;  // one piec
 inline constexpr std::size_t kFrameChunkBytesMax = 4 * 1024 * 1024;  // one piece of a frame
 static_assert(kTilePayloadBytesMax <= kFrameChunkBytesMax, "a tile fits into one record");
 
-// Scenes. 2^30 triangles is what a kd-tree node's 30-bit index can address; blocks are bounded so
+// Scenes. 2^30 triangles is what the spatial index can address; blocks are bounded so
 // that counts times sizes never overflow 64 bits.
 inline constexpr std::uint64_t kTrianglesMax = std::uint64_t{1} << 30;
 inline constexpr std::uint64_t kSceneBlockBytesMax = std::uint64_t{8} << 30;

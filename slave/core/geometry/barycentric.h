@@ -32,7 +32,7 @@ inline Vec2f barycentric(Vec3f origin, Vec3f direction, Vec3f a, Vec3f b, Vec3f 
   // A hit triangle is never seen edge-on; the products of its extents may vanish all the same.
   if (!(volume != 0)) return {0, 0};
   const auto share = [&](double value) {
-    return static_cast<float>(std::clamp(value / volume, 0.0, 1.0));
+    return static_cast<float>(std::clamp(value / volume, 0.0, 1.0) + 0.0);  // no -0
   };
   const float u = share(dot_of(from, p)), v = share(dot_of(d, q));
   return {u, std::min(v, 1 - u)};

@@ -6,15 +6,13 @@
 #include <utility>
 
 #include "common/base/check.h"
+#include "common/base/limits.h"
 #include "slave/core/kernel/kernel_table.h"
 #include "slave/core/render/prepared_scene_impl.h"
 #include "slave/core/simd/isa_support.h"
 
 namespace tessera::core {
 namespace {
-
-// Numbers of triangles are positive as 32-bit integers in the kernels.
-constexpr std::uint64_t kTrianglesMax = std::uint64_t{1} << 30;
 
 SurfaceFeatures features_of(const Scene& scene) {
   SurfaceFeatures features;
