@@ -42,6 +42,11 @@ Result<ReadScene> read_scene(const std::string& path) {
   return Status::invalid_argument(path + ": is neither .obj nor .ply, which is what can be read");
 }
 
+core::Structure structure_of(const std::string& name) {
+  if (name == "kd") return core::Structure::kKd;
+  return name == "bvh" ? core::Structure::kBvh : core::Structure::kAuto;
+}
+
 // What the scene's file says of pictures and materials does not matter here.
 void print_warnings(const ReadScene& scene) {
   for (const std::string& warning : scene.warnings) {
@@ -68,7 +73,7 @@ Status trace(const Words& words, const core::CastOptions& options) {
   print_warnings(*scene);
   auto rays = RayFile::open(words.rays);
   if (!rays.is_ok()) return rays.status();
-  auto prepared = core::PreparedScene::build(scene->scene, {options.threads, nullptr});
+  auto prepared = core::PreparedScene::build(scene->scene, {options.threads, nullptr, structure_of(words.structure)});
   if (!prepared.is_ok()) return prepared.status();
   auto file = HitFile::create(words.hits);
   if (!file.is_ok()) return file.status();
@@ -102,8 +107,9 @@ void describe(CLI::App& app, Words& words) {
                  "uint32 hit, float t, uint32 prim, float u, v, ngx, ngy, ngz")
       ->required();
   app.add_flag("--any", words.is_any, "only whether something is hit; t and the rest are 0");
-  app.add_option("--structure", words.structure, "bvh, auto")
-      ->check(CLI::IsMember({"bvh", "auto"}))
+  app.add_option("--structure", words.structure,
+                 "what rays go through: kd, bvh, auto; answers do not depend on it")
+      ->check(CLI::IsMember({"kd", "bvh", "auto"}))
       ->capture_default_str();
   app.add_option("--bundle", words.bundle, "rays traced together; answers do not depend on it")
       ->check(CLI::IsMember({"1", "4", "16", "64", "auto"}))

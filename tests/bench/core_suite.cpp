@@ -9,8 +9,8 @@
 
 #include "common/base/json.h"
 #include "slave/core/geometry/triangle_store.h"
-#include "slave/core/kernel/bundle_layout.h"
 #include "slave/core/kernel/counts_layout.h"
+#include "slave/core/kernel/packet_layout.h"
 #include "tests/bench/contender.h"
 #include "tests/bench/scenes.h"
 #include "tests/bench/workload.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "slave/core/kernel/bundle_layout.h"
+#include "slave/core/kernel/packet_layout.h"
 #include "tests/bench/contender.h"
 
 namespace tessera::bench {

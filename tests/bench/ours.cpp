@@ -1,11 +1,13 @@
 #include <time.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "slave/core/accel/bvh_builder.h"
-#include "slave/core/accel/kd_builder.h"
+#include "slave/core/accel/kd_index.h"
 #include "slave/core/kernel/kernel_table.h"
 #include "slave/core/trace/ray_groups.h"
+#include "slave/core/trace/scene_tracer.h"
 #include "tests/bench/contender.h"
 
 namespace tessera::bench {
@@ -17,41 +19,34 @@ double seconds_of(clockid_t clock) {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-class Ours final : public Entrants {
+// One structure and the ways through it.
+template <class Index>
+class Structure {
+  using View = decltype(core::view_of(std::declval<const Index&>()));
+
  public:
-  Ours(const core::TriangleStore& triangles, const std::vector<Bounds3f>& boxes, Isa isa)
-      : kernels_(core::kernels_for(isa)) {
-    double start = process_cpu_seconds();
-    bvh_ = std::move(*core::build_bvh<8>(boxes, triangles.vertices, {1, nullptr}));
-    builds.push_back(
-        {"bvh8", process_cpu_seconds() - start, 1e-6 * static_cast<double>(bvh_.memory_bytes())});
-    start = process_cpu_seconds();
-    kd_ = std::move(*core::build_kd_tree(boxes, {1, nullptr}));
-    builds.push_back(
-        {"kd", process_cpu_seconds() - start, 1e-6 * static_cast<double>(kd_.memory_bytes())});
-    const Vec3f low = bvh_.bounds.lower, high = bvh_.bounds.upper;
-    bvh_view_ = {
-        bvh_.nodes.data(), bvh_.blocks.data(), {low.x, low.y, low.z}, {high.x, high.y, high.z}};
-    kd_view_ = {kd_.nodes().data(),
-                kd_.primitive_refs().data(),
-                triangles.vertices.data(),
-                {low.x, low.y, low.z},
-                {high.x, high.y, high.z}};
-    const auto enter = [this](const char* name, RayKind kind, auto trace) {
-      contenders.push_back({name, true, kind, [this, trace](const RayBlock& rays, BlockHits& hits) {
-                              (this->*trace)(rays, hits);
-                            }});
+  Structure(Index index, const core::KernelTable& table, const std::string& name)
+      : index_(std::move(index)),
+        view_(core::view_of(index_)),
+        table_(table),
+        kernels_(core::kernels_of(table, view_)),
+        name_(name) {}
+
+  void enter(std::vector<Contender>& contenders) {
+    const auto add = [&](const char* way, RayKind kind, auto trace) {
+      contenders.push_back(
+          {name_ + " " + way, true, kind,
+           [this, trace](const RayBlock& rays, BlockHits& hits) { (this->*trace)(rays, hits); },
+           false});
     };
-    enter("bvh8 fan of 64", RayKind::kPrimary, &Ours::trace_fans);
-    enter("bvh8 fan from light", RayKind::kShadow, &Ours::trace_light_fans);
+    add("fan of 64", RayKind::kPrimary, &Structure::trace_fans);
+    add("fan from light", RayKind::kShadow, &Structure::trace_light_fans);
     for (const RayKind kind : {RayKind::kPrimary, RayKind::kBounce}) {
-      enter("bvh8 packet", kind, &Ours::trace_packets);
-      enter("bvh8 single", kind, &Ours::trace_singles);
-      enter("kd bundle of 16", kind, &Ours::trace_bundles);
+      add("packet", kind, &Structure::trace_packets);
+      add("single", kind, &Structure::trace_singles);
     }
-    enter("bvh8 packet", RayKind::kShadow, &Ours::occlude_packets);
-    enter("bvh8 single", RayKind::kShadow, &Ours::occlude_singles);
-    enter("kd bundle of 16", RayKind::kShadow, &Ours::occlude_bundles);
+    add("packet", RayKind::kShadow, &Structure::occlude_packets);
+    add("single", RayKind::kShadow, &Structure::occlude_singles);
   }
 
  private:
@@ -74,7 +69,7 @@ class Ours final : public Entrants {
         std::copy_n(rays.direction[a] + first, count, packet.direction[a]);
       }
       std::copy_n(rays.t_max + first, count, packet.t_max);
-      kernels_.bvh8.closest_fan(bvh_view_, packet, found);
+      kernels_.closest_fan(view_, packet, found);
       std::copy_n(found.t, count, hits.t + first);
       std::copy_n(found.primitive, count, hits.primitive + first);
     }
@@ -92,10 +87,10 @@ class Ours final : public Entrants {
     for (int a = 0; a < 3; ++a) packet.origin[a] = light[a];
     packet.t_min = 1e-4f;
     std::fill_n(packet.t_max, core::kPacketRays, 1.0f);
-    const int group_count = groups_.form(kernels_);
+    const int group_count = groups_.form(table_);
     for (int g = 0; g < group_count; ++g) {
       groups_.fill(g, packet);
-      std::uint64_t blocked = kernels_.bvh8.occluded_fan(bvh_view_, packet);
+      std::uint64_t blocked = kernels_.occluded_fan(view_, packet);
       for (const int ray : groups_.group(g)) {
         hits.t[ray] = 0;
         hits.primitive[ray] = (blocked & 1u) != 0 ? 0 : core::kNoPrimitive;
@@ -121,7 +116,7 @@ class Ours final : public Entrants {
     core::PacketHits found;
     for (int first = 0; first < rays.count; first += core::kPacketRays) {
       const int count = fill(rays, first, packet);
-      kernels_.bvh8.closest_packet(bvh_view_, packet, found);
+      kernels_.closest_packet(view_, packet, found);
       std::copy_n(found.t, count, hits.t + first);
       std::copy_n(found.primitive, count, hits.primitive + first);
     }
@@ -131,7 +126,7 @@ class Ours final : public Entrants {
     core::RayPacket packet;
     for (int first = 0; first < rays.count; first += core::kPacketRays) {
       const int count = fill(rays, first, packet);
-      const std::uint64_t blocked = kernels_.bvh8.occluded_packet(bvh_view_, packet);
+      const std::uint64_t blocked = kernels_.occluded_packet(view_, packet);
       for (int i = 0; i < count; ++i) {
         hits.t[first + i] = 0;
         hits.primitive[first + i] = (blocked >> i & 1u) != 0 ? 0 : core::kNoPrimitive;
@@ -142,7 +137,7 @@ class Ours final : public Entrants {
   void trace_singles(const RayBlock& rays, BlockHits& hits) {
     for (int i = 0; i < rays.count; ++i) {
       core::SingleHit hit;
-      kernels_.bvh8.closest_ray(bvh_view_, ray_of(rays, i), hit);
+      kernels_.closest_ray(view_, ray_of(rays, i), hit);
       hits.t[i] = hit.t;
       hits.primitive[i] = hit.primitive;
     }
@@ -150,53 +145,50 @@ class Ours final : public Entrants {
 
   void occlude_singles(const RayBlock& rays, BlockHits& hits) {
     for (int i = 0; i < rays.count; ++i) {
-      const bool is_blocked = kernels_.bvh8.occluded_ray(bvh_view_, ray_of(rays, i));
+      const bool is_blocked = kernels_.occluded_ray(view_, ray_of(rays, i));
       hits.t[i] = 0;
       hits.primitive[i] = is_blocked ? 0 : core::kNoPrimitive;
     }
   }
 
-  static int fill(const RayBlock& rays, int first, core::RayBundle& bundle) {
-    const int count = std::min(core::kBundleRays, rays.count - first);
-    bundle.active = 0xffffu >> (core::kBundleRays - count);
-    for (int a = 0; a < 3; ++a) {
-      std::copy_n(rays.origin[a] + first, count, bundle.origin[a]);
-      std::copy_n(rays.direction[a] + first, count, bundle.direction[a]);
-    }
-    std::fill_n(bundle.t_min, count, 0.0f);
-    std::copy_n(rays.t_max + first, count, bundle.t_max);
-    return count;
-  }
-
-  void trace_bundles(const RayBlock& rays, BlockHits& hits) {
-    core::RayBundle bundle;
-    core::HitBundle found;
-    for (int first = 0; first < rays.count; first += core::kBundleRays) {
-      const int count = fill(rays, first, bundle);
-      kernels_.trace_closest(kd_view_, bundle, found);
-      std::copy_n(found.t, count, hits.t + first);
-      std::copy_n(found.primitive, count, hits.primitive + first);
-    }
-  }
-
-  void occlude_bundles(const RayBlock& rays, BlockHits& hits) {
-    core::RayBundle bundle;
-    for (int first = 0; first < rays.count; first += core::kBundleRays) {
-      const int count = fill(rays, first, bundle);
-      const std::uint32_t blocked = kernels_.trace_occluded(kd_view_, bundle);
-      for (int i = 0; i < count; ++i) {
-        hits.t[first + i] = 0;
-        hits.primitive[first + i] = (blocked >> i & 1u) != 0 ? 0 : core::kNoPrimitive;
-      }
-    }
-  }
-
-  const core::KernelTable& kernels_;
-  core::Bvh<8> bvh_;
-  core::KdTree kd_;
-  core::BvhView<8> bvh_view_{};
-  core::SceneView kd_view_{};
+  Index index_;
+  View view_;
+  const core::KernelTable& table_;
+  const core::ViewKernels<View>& kernels_;
+  std::string name_;
   core::RayGroups groups_;
+};
+
+class Ours final : public Entrants {
+ public:
+  Ours(const core::TriangleStore& triangles, const std::vector<Bounds3f>& boxes, Isa isa) {
+    const core::KernelTable& table = core::kernels_for(isa);
+    if (table.lane_count >= 16) {
+      build<core::Bvh<16>>(
+          "bvh16", table, [](auto&&... a) { return core::build_bvh<16>(a...); }, triangles, boxes);
+      build<core::KdIndex<16>>("kd16", table, core::build_kd_index<16>, triangles, boxes);
+    } else {
+      build<core::Bvh<8>>(
+          "bvh8", table, [](auto&&... a) { return core::build_bvh<8>(a...); }, triangles, boxes);
+      build<core::KdIndex<8>>("kd8", table, core::build_kd_index<8>, triangles, boxes);
+    }
+  }
+
+ private:
+  template <class Index, class Build>
+  void build(const char* name, const core::KernelTable& table, const Build& build_index,
+             const core::TriangleStore& triangles, const std::vector<Bounds3f>& boxes) {
+    const double start = process_cpu_seconds();
+    Index index =
+        std::move(*build_index(boxes, triangles.vertices, core::BuildControl{1, nullptr}));
+    const double seconds = process_cpu_seconds() - start;
+    builds.push_back({name, seconds, 1e-6 * static_cast<double>(index.memory_bytes())});
+    auto structure = std::make_shared<Structure<Index>>(std::move(index), table, name);
+    structure->enter(contenders);
+    structures_.push_back(structure);
+  }
+
+  std::vector<std::shared_ptr<void>> structures_;
 };
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "common/math/bounds3.h"
-#include "slave/core/kernel/bundle_layout.h"
+#include "slave/core/kernel/packet_layout.h"
 #include "slave/core/render/camera_rays.h"
 #include "slave/core/sampling/sample_sequence.h"
 

@@ -148,6 +148,7 @@ class TraceTool(unittest.TestCase):
                 self.assertGreater(sum(h[0] for h in hits), len(rays) // 4)
                 for ray, hit in zip(rays, hits):
                     self.judge(ray, triangles, hit)
+                self.assertEqual(self.hits(scene, file, "--structure", "kd"), hits)
 
     def test_answers_do_not_depend_on_bundles_threads_or_instruction_sets(self):
         rng = random.Random(7)
@@ -156,6 +157,7 @@ class TraceTool(unittest.TestCase):
         scene, file = self.write_scene(triangles), self.write_rays(rays)
         first = self.hits(scene, file)
         for options in (["--bundle", 1], ["--bundle", 4], ["--bundle", 16], ["--threads", 3],
+                        ["--structure", "kd"], ["--structure", "bvh"], ["--structure", "kd", "--bundle", 1],
                         ["--isa", "scalar"], ["--isa", "sse4"]):
             self.assertEqual(self.hits(scene, file, *options), first, options)
         anything = self.hits(scene, file, "--any")

@@ -1,13 +1,13 @@
 #include "slave/core/accel/bvh_builder.h"
 
 #include <algorithm>
-#include <limits>
 #include <new>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "slave/core/accel/sah_bins.h"
+#include "slave/core/accel/triangle_blocks.h"
 #include "slave/core/parallel/run_tasks.h"
 
 namespace tessera::core {
@@ -125,25 +125,11 @@ class Builder {
       return a.primitive < b.primitive;
     });
     const auto first_block = static_cast<std::uint32_t>(out.blocks.size());
-    for (std::uint32_t r = range.begin; r < range.end; r += W) {
-      out.blocks.push_back(make_block(r, std::min(range.end, r + W)));
-    }
+    append_blocks<W>(
+        vertices_, range.size(), [&](std::uint32_t i) { return refs_[range.begin + i].primitive; },
+        out.blocks);
     const std::uint32_t count = static_cast<std::uint32_t>(out.blocks.size()) - first_block;
     return kBvhLeaf | (count - 1) << kBvhCountShift | first_block;
-  }
-
-  TriangleBlock<W> make_block(std::uint32_t begin, std::uint32_t end) const {
-    TriangleBlock<W> block;
-    for (std::uint32_t lane = 0; lane < W; ++lane) {
-      const bool is_used = begin + lane < end;
-      const std::uint32_t primitive = is_used ? refs_[begin + lane].primitive : 0xffffffffu;
-      for (std::size_t k = 0; k < 9; ++k) {
-        block.vertex[k][lane] = is_used ? vertices_[std::size_t{9} * primitive + k]
-                                        : std::numeric_limits<float>::quiet_NaN();
-      }
-      block.primitive[lane] = primitive;
-    }
-    return block;
   }
 
   std::span<PrimitiveRef> refs_;

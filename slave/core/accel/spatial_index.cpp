@@ -9,7 +9,12 @@ namespace {
 
 template <int W>
 Result<SpatialIndex> build(std::span<const Bounds3f> boxes, std::span<const float> vertices,
-                           const BuildControl& control) {
+                           bool is_kd, const BuildControl& control) {
+  if (is_kd) {
+    Result<KdIndex<W>> kd = build_kd_index<W>(boxes, vertices, control);
+    if (!kd.is_ok()) return kd.status();
+    return SpatialIndex{std::move(*kd)};
+  }
   Result<Bvh<W>> bvh = build_bvh<W>(boxes, vertices, control);
   if (!bvh.is_ok()) return bvh.status();
   return SpatialIndex{std::move(*bvh)};
@@ -18,9 +23,10 @@ Result<SpatialIndex> build(std::span<const Bounds3f> boxes, std::span<const floa
 }  // namespace
 
 Result<SpatialIndex> build_spatial_index(std::span<const Bounds3f> boxes,
-                                         std::span<const float> vertices, int lanes,
+                                         std::span<const float> vertices, bool is_kd, int lanes,
                                          const BuildControl& control) {
-  return lanes >= 16 ? build<16>(boxes, vertices, control) : build<8>(boxes, vertices, control);
+  return lanes >= 16 ? build<16>(boxes, vertices, is_kd, control)
+                     : build<8>(boxes, vertices, is_kd, control);
 }
 
 }  // namespace tessera::core

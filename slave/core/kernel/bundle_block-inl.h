@@ -15,7 +15,7 @@
 #endif
 
 #include "slave/core/kernel/bundle_rays-inl.h"
-#include "slave/core/kernel/ray-inl.h"
+#include "slave/core/kernel/ray_state-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {

@@ -24,6 +24,7 @@ struct BundleRays : PacketRays {
   // A bundle that takes more steps than this is none: its rays are traced one by one from the start, and
   // the steps are some per cent of what that takes.
   static constexpr int kStepsMax = 48;
+  static constexpr int kKdStepsMax = 400;
   static constexpr float kWidest = 0.75f;  // of u_max - u_min, v_max - v_min, likewise
 
   // Returns: whether the rays form a narrow frustum: those that are valid go to one side of the main

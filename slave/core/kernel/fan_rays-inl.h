@@ -20,7 +20,8 @@ namespace tessera::core {
 namespace HWY_NAMESPACE {
 
 struct FanRays : PacketRays {
-  static constexpr int kStepsMax = 0x7fffffff;  // a fan that gets through setup() is traced as one
+  // A fan that gets through setup() is traced as one.
+  static constexpr int kStepsMax = 0x7fffffff, kKdStepsMax = 0x7fffffff;
 
   // Returns: whether the rays form a frustum: those that are valid go to one side of the main axis
   // and not far from it.

@@ -6,9 +6,7 @@
 #pragma once
 
 #include "common/base/isa.h"
-#include "slave/core/kernel/bundle_layout.h"
 #include "slave/core/kernel/packet_layout.h"
-#include "slave/core/kernel/scene_view_layout.h"
 
 namespace tessera::core {
 
@@ -16,21 +14,16 @@ struct KernelTable {
   Isa isa;
   int lane_count;  // rays per register: 1, 4, 8, 16
 
-  // Closest hit of every active ray; of hits at equal t the lowest primitive number. Inactive rays
-  // become misses. A ray's answer does not depend on its companions.
-  void (*trace_closest)(const SceneView& scene, const RayBundle& rays, HitBundle& hits);
-
-  // Returns the bits of the active rays that something blocks.
-  uint32_t (*trace_occluded)(const SceneView& scene, const RayBundle& rays);
-
   // Tells rays apart by the face of a cube around their origin that they leave through, then halves
   // the longer extent of a group on its face until at most kPacketRays are left. Order is kept within a
   // group. Every ray is in one group, also those that are not valid.
   void (*group_fans)(FanTargets& targets);
 
-  // The same over wide hierarchies of 8 and of 16 children.
-  BvhKernels<8> bvh8;
-  BvhKernels<16> bvh16;
+  // By structure, with blocks of 8 and of 16 triangles.
+  ViewKernels<BvhView<8>> bvh8;
+  ViewKernels<BvhView<16>> bvh16;
+  ViewKernels<KdView<8>> kd8;
+  ViewKernels<KdView<16>> kd16;
 };
 
 // Requires: isa is in supported_isas().

@@ -15,39 +15,49 @@
 #include "slave/core/kernel/bundle_block-inl.h"
 #include "slave/core/kernel/fan_block-inl.h"
 #include "slave/core/kernel/fan_groups-inl.h"
+#include "slave/core/kernel/kd-inl.h"
 #include "slave/core/kernel/packet-inl.h"
 #include "slave/core/kernel/ray-inl.h"
-#include "slave/core/kernel/traverse-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-void trace_closest(const SceneView& scene, const RayBundle& rays, HitBundle& hits) {
-  Tracer<false> tracer(scene, rays);
-  tracer.run();
-  tracer.store(hits);
-}
-
-uint32_t trace_occluded(const SceneView& scene, const RayBundle& rays) {
-  Tracer<true> tracer(scene, rays);
-  tracer.run();
-  return tracer.blocked();
-}
-
-template <int W>
-void closest_ray(const BvhView<W>& scene, const SingleRay& ray, SingleHit& hit) {
-  RayTracer<W, false> tracer(scene);
-  const bool is_hit = tracer.run(ray);
-  hit = {is_hit ? tracer.t() : 0, static_cast<uint32_t>(tracer.primitive())};
-}
-
-template <int W>
-bool occluded_ray(const BvhView<W>& scene, const SingleRay& ray) {
-  return RayTracer<W, true>(scene).run(ray);
-}
-
 void group_fans(FanTargets& targets) { FanGroups(targets).run(); }
+
+// What goes through a structure.
+template <class View>
+struct Tracers;
+template <int W>
+struct Tracers<BvhView<W>> {
+  template <bool kAny>
+  using Ray = BvhRayTracer<W, kAny>;
+  template <bool kAny>
+  using Fan = PacketTracer<W, FanRays, FanBlock<W, kAny>>;
+  template <bool kAny>
+  using Bundle = PacketTracer<W, BundleRays, BundleBlock<W, kAny>>;
+};
+template <int W>
+struct Tracers<KdView<W>> {
+  template <bool kAny>
+  using Ray = KdRayTracer<W, kAny>;
+  template <bool kAny>
+  using Fan = KdPacketTracer<W, FanRays, FanBlock<W, kAny>>;
+  template <bool kAny>
+  using Bundle = KdPacketTracer<W, BundleRays, BundleBlock<W, kAny>>;
+};
+
+template <class View>
+void closest_ray(const View& scene, const SingleRay& ray, SingleHit& hit) {
+  typename Tracers<View>::template Ray<false> tracer(scene);
+  hit = {0, kNoPrimitive};
+  if (tracer.run(ray)) hit = {tracer.t(), static_cast<uint32_t>(tracer.primitive())};
+}
+
+template <class View>
+bool occluded_ray(const View& scene, const SingleRay& ray) {
+  return typename Tracers<View>::template Ray<true>(scene).run(ray);
+}
 
 HWY_INLINE SingleRay ray_of(const FanPacket& rays, size_t i) {
   return {{rays.origin[0], rays.origin[1], rays.origin[2]},
@@ -63,50 +73,51 @@ HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {
           rays.t_max[i]};
 }
 
-template <int W, class Rays, class Block, class Packet>
-HWY_INLINE void closest(const BvhView<W>& scene, const Packet& rays, PacketHits& hits) {
-  PacketTracer<W, Rays, Block> tracer(scene);
+template <class Tracer, class View, class Packet>
+HWY_INLINE void closest(const View& scene, const Packet& rays, PacketHits& hits) {
+  Tracer tracer(scene);
   if (tracer.run(rays)) return tracer.rays().store(hits);
   for (size_t i = 0; i < kPacketRays; ++i) {
     SingleHit hit{0, kNoPrimitive};
-    if (rays.active >> i & 1u) closest_ray<W>(scene, ray_of(rays, i), hit);
+    if (rays.active >> i & 1u) closest_ray(scene, ray_of(rays, i), hit);
     hits.t[i] = hit.t;
     hits.primitive[i] = hit.primitive;
   }
 }
 
-template <int W, class Rays, class Block, class Packet>
-HWY_INLINE uint64_t occluded(const BvhView<W>& scene, const Packet& rays) {
-  PacketTracer<W, Rays, Block> tracer(scene);
+template <class Tracer, class View, class Packet>
+HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
+  Tracer tracer(scene);
   if (tracer.run(rays)) return tracer.rays().blocked();
   uint64_t blocked = 0;
   for (uint64_t bits = rays.active; bits != 0; bits &= bits - 1) {
     const auto i = static_cast<size_t>(__builtin_ctzll(bits));
-    blocked |= uint64_t{occluded_ray<W>(scene, ray_of(rays, i))} << i;
+    blocked |= uint64_t{occluded_ray(scene, ray_of(rays, i))} << i;
   }
   return blocked;
 }
 
-template <int W>
-void closest_fan(const BvhView<W>& scene, const FanPacket& rays, PacketHits& hits) {
-  closest<W, FanRays, FanBlock<W, false>>(scene, rays, hits);
+template <class View>
+void closest_fan(const View& scene, const FanPacket& rays, PacketHits& hits) {
+  closest<typename Tracers<View>::template Fan<false>>(scene, rays, hits);
 }
-template <int W>
-uint64_t occluded_fan(const BvhView<W>& scene, const FanPacket& rays) {
-  return occluded<W, FanRays, FanBlock<W, true>>(scene, rays);
+template <class View>
+uint64_t occluded_fan(const View& scene, const FanPacket& rays) {
+  return occluded<typename Tracers<View>::template Fan<true>>(scene, rays);
 }
-template <int W>
-void closest_packet(const BvhView<W>& scene, const RayPacket& rays, PacketHits& hits) {
-  closest<W, BundleRays, BundleBlock<W, false>>(scene, rays, hits);
+template <class View>
+void closest_packet(const View& scene, const RayPacket& rays, PacketHits& hits) {
+  closest<typename Tracers<View>::template Bundle<false>>(scene, rays, hits);
 }
-template <int W>
-uint64_t occluded_packet(const BvhView<W>& scene, const RayPacket& rays) {
-  return occluded<W, BundleRays, BundleBlock<W, true>>(scene, rays);
+template <class View>
+uint64_t occluded_packet(const View& scene, const RayPacket& rays) {
+  return occluded<typename Tracers<View>::template Bundle<true>>(scene, rays);
 }
 
-template <int W>
-constexpr BvhKernels<W> kBvhKernels{closest_ray<W>,  occluded_ray<W>,   closest_fan<W>,
-                                    occluded_fan<W>, closest_packet<W>, occluded_packet<W>};
+template <class View>
+constexpr ViewKernels<View> kKernels{closest_ray<View>,    occluded_ray<View>,
+                                     closest_fan<View>,    occluded_fan<View>,
+                                     closest_packet<View>, occluded_packet<View>};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core
@@ -120,20 +131,21 @@ HWY_AFTER_NAMESPACE();
 namespace tessera::core {
 namespace {
 
+// All entry points of one instruction set.
+#define TESSERA_KERNELS(set)                                              \
+  set::group_fans, set::kKernels<BvhView<8>>, set::kKernels<BvhView<16>>, \
+      set::kKernels<KdView<8>>, set::kKernels<KdView<16>>
+
 constexpr KernelTable kTables[] = {
-    {Isa::kScalar, 1, N_SCALAR::trace_closest, N_SCALAR::trace_occluded, N_SCALAR::group_fans,
-     N_SCALAR::kBvhKernels<8>, N_SCALAR::kBvhKernels<16>},
+    {Isa::kScalar, 1, TESSERA_KERNELS(N_SCALAR)},
 #if HWY_TARGETS & HWY_SSE4
-    {Isa::kSse4, 4, N_SSE4::trace_closest, N_SSE4::trace_occluded, N_SSE4::group_fans,
-     N_SSE4::kBvhKernels<8>, N_SSE4::kBvhKernels<16>},
+    {Isa::kSse4, 4, TESSERA_KERNELS(N_SSE4)},
 #endif
 #if HWY_TARGETS & HWY_AVX2
-    {Isa::kAvx2, 8, N_AVX2::trace_closest, N_AVX2::trace_occluded, N_AVX2::group_fans,
-     N_AVX2::kBvhKernels<8>, N_AVX2::kBvhKernels<16>},
+    {Isa::kAvx2, 8, TESSERA_KERNELS(N_AVX2)},
 #endif
 #if HWY_TARGETS & HWY_AVX3
-    {Isa::kAvx512, 16, N_AVX3::trace_closest, N_AVX3::trace_occluded, N_AVX3::group_fans,
-     N_AVX3::kBvhKernels<8>, N_AVX3::kBvhKernels<16>},
+    {Isa::kAvx512, 16, TESSERA_KERNELS(N_AVX3)},
 #endif
 };
 

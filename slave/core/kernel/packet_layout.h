@@ -5,10 +5,12 @@
 #include <stdint.h>
 
 #include "slave/core/accel/bvh_layout.h"
+#include "slave/core/accel/kd_layout.h"
 
 namespace tessera::core {
 
 inline constexpr int kPacketRays = 64;
+inline constexpr uint32_t kNoPrimitive = 0xffffffffu;
 
 // Rays that leave one point: camera rays, and shadow rays of a point light seen from the light.
 // P(t) = origin + t * direction; a hit needs t_min <= t <= t_max, and t_min is not negative. Neighbours in the array are to be
@@ -74,19 +76,26 @@ struct BvhView {
   float lower[3], upper[3];  // of the scene
 };
 
-// Entry points for hierarchies of width W. A ray's answer is the same to the bit from each of them
+template <int W>
+struct KdView {
+  const KdNode* nodes;  // root first; null for an empty scene
+  const TriangleBlock<W>* blocks;
+  float lower[3], upper[3];  // of the scene
+};
+
+// Entry points for one kind of structure. A ray's answer is the same to the bit from each of them
 // and on every instruction set: the triangle that it hits first in exact arithmetic, as far as t
 // tells; of hits at equal t the lowest primitive. A ray with a component that is not finite, a zero
 // direction or limits that are NaN is a miss and touches no other ray.
-template <int W>
-struct BvhKernels {
-  void (*closest_ray)(const BvhView<W>& scene, const SingleRay& ray, SingleHit& hit);
-  bool (*occluded_ray)(const BvhView<W>& scene, const SingleRay& ray);
+template <class View>
+struct ViewKernels {
+  void (*closest_ray)(const View& scene, const SingleRay& ray, SingleHit& hit);
+  bool (*occluded_ray)(const View& scene, const SingleRay& ray);
   // Rays that are no narrow fan, or no narrow bundle, are traced one by one.
-  void (*closest_fan)(const BvhView<W>& scene, const FanPacket& rays, PacketHits& hits);
-  uint64_t (*occluded_fan)(const BvhView<W>& scene, const FanPacket& rays);  // bits of the blocked
-  void (*closest_packet)(const BvhView<W>& scene, const RayPacket& rays, PacketHits& hits);
-  uint64_t (*occluded_packet)(const BvhView<W>& scene, const RayPacket& rays);
+  void (*closest_fan)(const View& scene, const FanPacket& rays, PacketHits& hits);
+  uint64_t (*occluded_fan)(const View& scene, const FanPacket& rays);  // bits of the blocked
+  void (*closest_packet)(const View& scene, const RayPacket& rays, PacketHits& hits);
+  uint64_t (*occluded_packet)(const View& scene, const RayPacket& rays);
 };
 
 }  // namespace tessera::core

@@ -34,8 +34,9 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
   std::vector<Bounds3f> boxes;
   impl->triangles = make_triangle_store(scene, boxes);
   const int lanes = kernels_for(widest_isa(cpu_isas() & compiled_isas())).lane_count;
-  Result<SpatialIndex> index = build_spatial_index(boxes, impl->triangles.vertices, lanes,
-                                                   {options.threads, options.is_cancelled});
+  Result<SpatialIndex> index =
+      build_spatial_index(boxes, impl->triangles.vertices, options.structure == Structure::kKd,
+                          lanes, {options.threads, options.is_cancelled});
   if (!index.is_ok()) return index.status();
   impl->index = std::move(*index);
   impl->lights = make_light_set(scene, impl->triangles, boxes);

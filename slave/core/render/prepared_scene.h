@@ -13,9 +13,13 @@
 
 namespace tessera::core {
 
+// What rays go through. kAuto: what is fastest for most rays, as measured (README.md).
+enum class Structure : std::uint8_t { kAuto, kBvh, kKd };
+
 struct BuildOptions {
   int threads = 1;                                  // at least 1
   const std::atomic<bool>* is_cancelled = nullptr;  // may be null; polled
+  Structure structure = Structure::kAuto;           // answers do not depend on it
 };
 
 class PreparedScene {

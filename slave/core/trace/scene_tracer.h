@@ -12,6 +12,23 @@
 
 namespace tessera::core {
 
+// A structure as the kernels see it. Valid as long as the structure is.
+template <int W>
+BvhView<W> view_of(const Bvh<W>& bvh) {
+  const Vec3f low = bvh.bounds.lower, high = bvh.bounds.upper;
+  return {bvh.nodes.data(), bvh.blocks.data(), {low.x, low.y, low.z}, {high.x, high.y, high.z}};
+}
+template <int W>
+KdView<W> view_of(const KdIndex<W>& kd) {
+  const Vec3f low = kd.bounds.lower, high = kd.bounds.upper;
+  return {kd.nodes.data(), kd.blocks.data(), {low.x, low.y, low.z}, {high.x, high.y, high.z}};
+}
+
+inline const auto& kernels_of(const KernelTable& table, const BvhView<8>&) { return table.bvh8; }
+inline const auto& kernels_of(const KernelTable& table, const BvhView<16>&) { return table.bvh16; }
+inline const auto& kernels_of(const KernelTable& table, const KdView<8>&) { return table.kd8; }
+inline const auto& kernels_of(const KernelTable& table, const KdView<16>&) { return table.kd16; }
+
 class SceneTracer {
  public:
   // Requires: both outlive it.
@@ -45,16 +62,13 @@ class SceneTracer {
   }
 
  private:
-  template <int W>
-  static BvhView<W> view_of(const Bvh<W>& bvh) {
-    const Vec3f low = bvh.bounds.lower, high = bvh.bounds.upper;
-    return {bvh.nodes.data(), bvh.blocks.data(), {low.x, low.y, low.z}, {high.x, high.y, high.z}};
+  template <class View>
+  const ViewKernels<View>& table(const View& view) const {
+    return kernels_of(*kernels_, view);
   }
-  const BvhKernels<8>& table(const BvhView<8>&) const { return kernels_->bvh8; }
-  const BvhKernels<16>& table(const BvhView<16>&) const { return kernels_->bvh16; }
 
   const KernelTable* kernels_;
-  std::variant<BvhView<8>, BvhView<16>> view_;
+  std::variant<BvhView<8>, BvhView<16>, KdView<8>, KdView<16>> view_;
 };
 
 }  // namespace tessera::core

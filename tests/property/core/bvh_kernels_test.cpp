@@ -1,4 +1,4 @@
-// Property: single rays and packets, on every instruction set and in hierarchies of both widths, give
+// Property: single rays and packets, on every instruction set and in all structures, give
 // one answer, the same to the bit; it is the one that exact arithmetic on every triangle gives.
 #include <gtest/gtest.h>
 
@@ -10,33 +10,30 @@
 #include <sstream>
 
 #include "slave/core/accel/bvh_builder.h"
+#include "slave/core/accel/kd_index.h"
 #include "slave/core/geometry/exact_hit_abi.h"
 #include "slave/core/geometry/triangle_store.h"
+#include "slave/core/trace/scene_tracer.h"
 #include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
 namespace {
 
-template <int W>
-BvhView<W> view_of(const Bvh<W>& bvh) {
-  const Vec3f low = bvh.bounds.lower, high = bvh.bounds.upper;
-  return {bvh.nodes.data(), bvh.blocks.data(), {low.x, low.y, low.z}, {high.x, high.y, high.z}};
-}
-
-const BvhKernels<8>& kernels_of(const KernelTable& table, const Bvh<8>&) { return table.bvh8; }
-const BvhKernels<16>& kernels_of(const KernelTable& table, const Bvh<16>&) { return table.bvh16; }
-
 struct Prepared {
   std::vector<Bounds3f> boxes;
   TriangleStore store;
   Bvh<8> bvh8;
   Bvh<16> bvh16;
+  KdIndex<8> kd8;
+  KdIndex<16> kd16;
 
   explicit Prepared(const Mesh& mesh) {
     store = make_triangle_store(test::make_scene(mesh), boxes);
     bvh8 = std::move(*build_bvh<8>(boxes, store.vertices, {1, nullptr}));
     bvh16 = std::move(*build_bvh<16>(boxes, store.vertices, {1, nullptr}));
+    kd8 = std::move(*build_kd_index<8>(boxes, store.vertices, {1, nullptr}));
+    kd16 = std::move(*build_kd_index<16>(boxes, store.vertices, {1, nullptr}));
   }
 };
 
@@ -130,10 +127,10 @@ const char* judge(const TriangleStore& store, const std::vector<Bounds3f>& boxes
   return nullptr;
 }
 
-template <int W>
-void expect_agreement(const Bvh<W>& bvh, const FanPacket& fan, const PacketHits& expected) {
+template <class Index>
+void expect_agreement(const Index& bvh, const FanPacket& fan, const PacketHits& expected) {
   for (const Isa isa : test::isas_here()) {
-    const BvhKernels<W>& kernels = kernels_of(kernels_for(isa), bvh);
+    const auto& kernels = kernels_of(kernels_for(isa), view_of(bvh));
     PacketHits hits;
     kernels.closest_fan(view_of(bvh), fan, hits);
     const std::uint64_t blocked = kernels.occluded_fan(view_of(bvh), fan);
@@ -175,10 +172,10 @@ RayPacket make_packet(const FanPacket& fan, float scale, std::mt19937& random) {
   return packet;
 }
 
-template <int W>
-void expect_agreement(const Bvh<W>& bvh, const RayPacket& packet, const SingleHit* expected) {
+template <class Index>
+void expect_agreement(const Index& bvh, const RayPacket& packet, const SingleHit* expected) {
   for (const Isa isa : test::isas_here()) {
-    const BvhKernels<W>& kernels = kernels_of(kernels_for(isa), bvh);
+    const auto& kernels = kernels_of(kernels_for(isa), view_of(bvh));
     PacketHits hits;
     kernels.closest_packet(view_of(bvh), packet, hits);
     const std::uint64_t blocked = kernels.occluded_packet(view_of(bvh), packet);
@@ -225,6 +222,8 @@ TEST(BvhKernels, EveryPathGivesTheAnswerOfExactArithmetic) {
         }
         expect_agreement(scene.bvh8, fan, hits);
         expect_agreement(scene.bvh16, fan, hits);
+        expect_agreement(scene.kd8, fan, hits);
+        expect_agreement(scene.kd16, fan, hits);
       }
     }
   }
@@ -255,6 +254,8 @@ TEST(BvhKernels, RaysWithOriginsOfTheirOwnAnswerAsIfAlone) {
         }
         expect_agreement(scene.bvh8, packet, expected);
         expect_agreement(scene.bvh16, packet, expected);
+        expect_agreement(scene.kd8, packet, expected);
+        expect_agreement(scene.kd16, packet, expected);
       }
     }
   }
@@ -281,6 +282,9 @@ TEST(BvhKernels, SingleRaysKeepToTheirRangeOnBothSidesOfTheOrigin) {
       kernels_for(isa).bvh16.closest_ray(view_of(scene.bvh16), ray, hit);
       ASSERT_EQ(hit.primitive, expected.primitive) << "seed " << seed << ", " << i;
       ASSERT_EQ(hit.t, expected.t) << "seed " << seed << ", " << i;
+      kernels_for(isa).kd8.closest_ray(view_of(scene.kd8), ray, hit);
+      ASSERT_EQ(hit.primitive, expected.primitive) << "seed " << seed << ", " << i;
+      ASSERT_EQ(hit.t, expected.t) << "seed " << seed << ", " << i;
     }
   }
 }
@@ -295,7 +299,7 @@ TEST(BvhKernels, NoRayLeavesAClosedMesh) {
     const Prepared scene(mesh);
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> unit(-0.4f, 0.4f);
-    const BvhKernels<8>& kernels = kernels_for(test::isas_here().back()).bvh8;
+    const KernelTable& table = kernels_for(test::isas_here().back());
     for (int packet = 0; packet < 4000; ++packet) {
       const Vec3f origin =
           Vec3f{unit(random), unit(random), unit(random)} * place.scale + place.offset;
@@ -303,7 +307,11 @@ TEST(BvhKernels, NoRayLeavesAClosedMesh) {
       fan.t_min = 0;
       for (float& t : fan.t_max) t = Bounds3f::kInf;
       PacketHits hits;
-      kernels.closest_fan(view_of(scene.bvh8), fan, hits);
+      if (packet % 2 == 0) {
+        table.bvh8.closest_fan(view_of(scene.bvh8), fan, hits);
+      } else {
+        table.kd8.closest_fan(view_of(scene.kd8), fan, hits);
+      }
       for (int i = 0; i < kPacketRays; ++i) {
         if ((fan.active >> i & 1u) == 0 || !is_valid(ray_of(fan, i))) continue;
         ++rays;
