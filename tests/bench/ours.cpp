@@ -166,11 +166,15 @@ class Ours final : public Entrants {
     if (table.lane_count >= 16) {
       build<core::Bvh<16>>(
           "bvh16", table, [](auto&&... a) { return core::build_bvh<16>(a...); }, triangles, boxes);
-      build<core::KdIndex<16>>("kd16", table, core::build_kd_index<16>, triangles, boxes);
+      build<core::KdIndex<16>>(
+          "kd16", table, [](auto&&... a) { return core::build_kd_index<16>(a...); }, triangles,
+          boxes);
     } else {
       build<core::Bvh<8>>(
           "bvh8", table, [](auto&&... a) { return core::build_bvh<8>(a...); }, triangles, boxes);
-      build<core::KdIndex<8>>("kd8", table, core::build_kd_index<8>, triangles, boxes);
+      build<core::KdIndex<8>>(
+          "kd8", table, [](auto&&... a) { return core::build_kd_index<8>(a...); }, triangles,
+          boxes);
     }
   }
 

@@ -39,8 +39,7 @@ KdIndex<W> make_index(const KdTree& tree, std::span<const float> vertices) {
 
 template <int W>
 Result<KdIndex<W>> build_kd_index(std::span<const Bounds3f> boxes, std::span<const float> vertices,
-                                  const BuildControl& control) {
-  KdBuildConfig config;
+                                  const BuildControl& control, KdBuildConfig config) {
   config.block_size = W;
   const Result<KdTree> tree = build_kd_tree(boxes, control, config);
   if (!tree.is_ok()) return tree.status();
@@ -53,8 +52,8 @@ Result<KdIndex<W>> build_kd_index(std::span<const Bounds3f> boxes, std::span<con
 }
 
 template Result<KdIndex<8>> build_kd_index<8>(std::span<const Bounds3f>, std::span<const float>,
-                                              const BuildControl&);
+                                              const BuildControl&, KdBuildConfig);
 template Result<KdIndex<16>> build_kd_index<16>(std::span<const Bounds3f>, std::span<const float>,
-                                                const BuildControl&);
+                                                const BuildControl&, KdBuildConfig);
 
 }  // namespace tessera::core

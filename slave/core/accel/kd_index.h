@@ -11,6 +11,7 @@
 #include "common/math/bounds3.h"
 #include "slave/core/accel/build_control.h"
 #include "slave/core/accel/bvh_layout.h"
+#include "slave/core/accel/kd_builder.h"
 #include "slave/core/accel/kd_layout.h"
 
 namespace tessera::core {
@@ -27,9 +28,9 @@ struct KdIndex {
 };
 
 // Shape: boxes [triangle_count], an empty one keeps its number and stays out; vertices
-// [triangle_count][3][3]. Returns: kCancelled; kResourceExhausted when indices or memory run out.
+// [triangle_count][3][3]; config.block_size is W. Returns: kCancelled; kResourceExhausted when indices or memory run out.
 template <int W>
 Result<KdIndex<W>> build_kd_index(std::span<const Bounds3f> boxes, std::span<const float> vertices,
-                                  const BuildControl& control);
+                                  const BuildControl& control, KdBuildConfig config = {});
 
 }  // namespace tessera::core
