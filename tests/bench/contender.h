@@ -32,7 +32,7 @@ struct Contender {
 
 struct Build {
   std::string name;
-  double cpu_seconds = 0;
+  double cpu_seconds = 0, wall_seconds = 0;
   double megabytes = 0;  // structure and copies of triangles; 0 where not known
 };
 
@@ -55,7 +55,13 @@ struct EmbreeMode {
 std::unique_ptr<Entrants> make_embree(const core::TriangleStore& triangles, Isa isa,
                                       const EmbreeMode& mode);
 
-// Of the calling thread, and of the process, so far.
+// Builds it once and throws it away. Requires: has_embree().
+Build build_embree(const core::TriangleStore& triangles, Isa isa, const EmbreeMode& mode,
+                   int threads);
+bool has_embree();
+
+// Since some moment; of the calling thread, and of the process, so far.
+double wall_seconds();
 double thread_cpu_seconds();
 double process_cpu_seconds();
 

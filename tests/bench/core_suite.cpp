@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <limits>
 #include <utility>
 
@@ -195,18 +194,13 @@ std::string run_scene(const BenchScene& scene, const CoreSuiteOptions& options) 
 
 }  // namespace
 
-Status run_core_suite(const CoreSuiteOptions& options) {
-  std::string list = "[";
+Status run_core_suite(const CoreSuiteOptions& options, std::vector<std::string>& json) {
   for (const std::string& name : options.scenes) {
     std::fprintf(stderr, "making %s\n", name.c_str());
     auto scene = make_scene(name);
     if (!scene.is_ok()) return scene.status();
-    list += (list.size() > 1 ? "," : "") + run_scene(*scene, options);
+    json.push_back(run_scene(*scene, options));
   }
-  if (options.json_path.empty()) return Status::ok();
-  std::ofstream file(options.json_path);
-  file << JsonObject().add("isa", isa_name(options.isa)).add_raw("core", list + "]").text() << "\n";
-  if (!file.flush()) return Status::unavailable(options.json_path + ": cannot be written");
   return Status::ok();
 }
 

@@ -20,9 +20,9 @@ struct CoreSuiteOptions {
   int size_px = 1024;              // a multiple of 32
   bool with_all_peers = false;     // Embree's build "high" and its robust flag, too
   int repeats = 5;
-  std::string json_path;  // empty: none
 };
 
-Status run_core_suite(const CoreSuiteOptions& options);
+// Appends JSON, one object a scene, to `json`.
+Status run_core_suite(const CoreSuiteOptions& options, std::vector<std::string>& json);
 
 }  // namespace tessera::bench

@@ -1,8 +1,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <fstream>
 
+#include "common/base/json.h"
 #include "common/base/version.h"
 #include "slave/core/render/tile_renderer.h"
+#include "tests/bench/build_suite.h"
 #include "tests/bench/core_suite.h"
 #include "tests/bench/scenes.h"
 
@@ -13,6 +16,28 @@ int fail(int code, const std::string& text) {
   return code;
 }
 
+tessera::Status run(std::vector<std::string> suites,
+                    const tessera::bench::CoreSuiteOptions& options, const std::string& json_path) {
+  if (suites.empty()) suites = {"core", "build"};
+  tessera::JsonObject all;
+  all.add("isa", std::string(tessera::isa_name(options.isa)));
+  for (const std::string& suite : suites) {
+    std::vector<std::string> scenes;
+    const tessera::Status status = suite == "core"
+                                       ? tessera::bench::run_core_suite(options, scenes)
+                                       : tessera::bench::run_build_suite(options, scenes);
+    if (!status.is_ok()) return status;
+    std::string list;
+    for (const std::string& scene : scenes) list += (list.empty() ? "" : ",") + scene;
+    all.add_raw(suite, "[" + list + "]");
+  }
+  if (json_path.empty()) return tessera::Status::ok();
+  std::ofstream file(json_path);
+  file << all.text() << "\n";
+  if (!file.flush()) return tessera::Status::unavailable(json_path + ": cannot be written");
+  return tessera::Status::ok();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -20,9 +45,11 @@ int main(int argc, char** argv) {
                "tessera-bench");
   app.set_version_flag("--version", std::string("tessera-bench ") + tessera::kBuildId);
   tessera::bench::CoreSuiteOptions options;
-  std::string suite = "core", isa = "auto";
+  std::vector<std::string> suites;
+  std::string isa = "auto", json_path;
   bool is_quick = false;
-  app.add_option("SUITE", suite, "core: rays per CPU-second")->check(CLI::IsMember({"core"}));
+  app.add_option("SUITE", suites, "core: rays per CPU-second; build: time to build; default: both")
+      ->check(CLI::IsMember({"core", "build"}));
   app.add_option("--scene", options.scenes, "interior, knot, building, field (default: all)")
       ->check(CLI::IsMember(tessera::bench::scene_names()));
   app.add_option("--rays", options.kinds, "primary, shadow, bounce (default: all)")
@@ -35,7 +62,7 @@ int main(int argc, char** argv) {
   app.add_option("--repeats", options.repeats, "timed runs of each, interleaved; the median counts")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  app.add_option("--json", options.json_path, "write the figures to this file");
+  app.add_option("--json", json_path, "write the figures to this file");
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -61,6 +88,6 @@ int main(int argc, char** argv) {
     options.scenes = tessera::bench::scene_names();
     if (is_quick) options.scenes = {"interior", "knot"};
   }
-  const tessera::Status status = run_core_suite(options);
+  const tessera::Status status = run(suites, options, json_path);
   return status.is_ok() ? 0 : fail(1, status.message());
 }

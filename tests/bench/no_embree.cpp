@@ -4,3 +4,8 @@ std::unique_ptr<tessera::bench::Entrants> tessera::bench::make_embree(const core
                                                                       Isa, const EmbreeMode&) {
   return nullptr;
 }
+tessera::bench::Build tessera::bench::build_embree(const core::TriangleStore&, Isa,
+                                                   const EmbreeMode&, int) {
+  return {};
+}
+bool tessera::bench::has_embree() { return false; }

@@ -13,10 +13,11 @@
 namespace tessera::core {
 namespace {
 
-// A subtree becomes a task of its own at this size: enough of them to keep 16 threads busy, few
-// enough that the serial top stays small.
+// The top is built node by node in rounds, each node a task; from a share of all references down, a
+// task builds its whole subtree: enough of them to keep 16 threads busy. What is smaller than the least task
+// is built by its parent.
 constexpr std::uint32_t kTaskShare = 64;
-constexpr std::uint32_t kTaskRefsMin = 4096;
+constexpr std::uint32_t kTaskRefsMin = 4096, kTaskRefsLeast = 512;
 // From here on ranges are halved, whatever their boxes: 2^30 triangles are leaves of 16 blocks of 8
 // after 23 more steps, and 32 + 23 is less than kBvhDepthMax.
 constexpr int kHalvingDepth = 32;
@@ -40,9 +41,11 @@ class Builder {
   struct Task {
     Child child;
     int depth = 0;
-    std::uint32_t parent = 0;  // of the top fragment
+    std::size_t parent_task = 0;
+    std::uint32_t parent = 0;  // node of the parent task's result
     int slot = 0;
-    Fragment<W> result;
+    Fragment<W> result{};
+    std::vector<Task> spawned{};
   };
 
   Builder(std::span<PrimitiveRef> refs, std::span<const float> vertices,
@@ -68,6 +71,12 @@ class Builder {
     child.is_leaf =
         range.size() <= W * kBvhLeafBlocksMax && (child.cut.axis < 0 || as_leaf <= as_node);
     return child;
+  }
+
+  void run(Task& task) const {
+    SahBins bins;
+    const bool is_whole = task.child.range.size() <= task_refs_;
+    build_node(task.child, task.depth, bins, task.result, is_whole ? nullptr : &task.spawned);
   }
 
   // Fills a node with up to W children of `root`; recursion is bounded by kBvhDepthMax. `tasks`:
@@ -99,10 +108,10 @@ class Builder {
       if (i < count && !is_cancelled()) {
         if (children[i].is_leaf) {
           reference = make_leaf(children[i].range, out);
-        } else if (tasks != nullptr && children[i].range.size() <= task_refs_) {
-          tasks->push_back({children[i], depth + 1, index, i, {}});
+        } else if (tasks != nullptr && children[i].range.size() >= kTaskRefsLeast) {
+          tasks->push_back({children[i], depth + 1, 0, index, i});
         } else {
-          reference = build_node(children[i], depth + 1, bins, out, tasks);
+          reference = build_node(children[i], depth + 1, bins, out, nullptr);
         }
       }
       set_child(out.nodes[index], i, i < count ? children[i].range.bounds : Box4(), reference);
@@ -139,9 +148,11 @@ class Builder {
   std::uint32_t task_refs_;
 };
 
-// Appends a subtree and ties it to the slot that the top kept for it.
+// Appends a task's result and ties it to the slot that its parent kept for it. Returns: where its
+// first node stands.
 template <int W>
-void append(const typename Builder<W>::Task& task, Bvh<W>& top) {
+std::uint32_t append(const typename Builder<W>::Task& task, std::uint32_t parent_base,
+                     Bvh<W>& top) {
   const auto node_base = static_cast<std::uint32_t>(top.nodes.size());
   const auto block_base = static_cast<std::uint32_t>(top.blocks.size());
   for (BvhNode<W> node : task.result.nodes) {
@@ -151,7 +162,33 @@ void append(const typename Builder<W>::Task& task, Bvh<W>& top) {
     top.nodes.push_back(node);
   }
   top.blocks.insert(top.blocks.end(), task.result.blocks.begin(), task.result.blocks.end());
-  top.nodes[task.parent].child[task.slot] = node_base;
+  if (node_base != 0) top.nodes[parent_base + task.parent].child[task.slot] = node_base;
+  return node_base;
+}
+
+// All tasks, parents in front of those that they have spawned.
+template <int W>
+std::vector<typename Builder<W>::Task> run_rounds(const Builder<W>& builder, const RefRange& all,
+                                                  int thread_count) {
+  using Task = typename Builder<W>::Task;
+  std::vector<Task> done, round(1);
+  SahBins bins;
+  round[0].child = builder.child_of(all, 0, bins);
+  while (!round.empty()) {
+    run_tasks(static_cast<int>(round.size()), thread_count,
+              [&](int i) { builder.run(round[static_cast<std::size_t>(i)]); });
+    std::vector<Task> next;
+    for (Task& task : round) {
+      for (Task& child : task.spawned) {
+        child.parent_task = done.size();
+        next.push_back(std::move(child));
+      }
+      task.spawned.clear();
+      done.push_back(std::move(task));
+    }
+    round = std::move(next);
+  }
+  return done;
 }
 
 std::vector<PrimitiveRef> references(std::span<const Bounds3f> boxes, RefRange& all) {
@@ -179,18 +216,10 @@ Result<Bvh<W>> build(std::span<const Bounds3f> boxes, std::span<const float> ver
   if (refs.empty()) return bvh;
   bvh.bounds = all.bounds.bounds();
   const Builder<W> builder(refs, vertices, control, config);
-  std::vector<typename Builder<W>::Task> tasks;
-  Fragment<W> top;
-  SahBins bins;
-  builder.build_node(builder.child_of(all, 0, bins), 0, bins, top, &tasks);
-  run_tasks(static_cast<int>(tasks.size()), control.thread_count, [&](int i) {
-    auto& task = tasks[static_cast<std::size_t>(i)];
-    SahBins own;
-    builder.build_node(task.child, task.depth, own, task.result, nullptr);
-  });
+  auto tasks = run_rounds(builder, all, control.thread_count);
   if (builder.is_cancelled())
     return Status::cancelled("the build of the spatial index was cancelled");
-  std::size_t node_count = top.nodes.size(), block_count = top.blocks.size();
+  std::size_t node_count = 0, block_count = 0;
   for (const auto& task : tasks) {
     node_count += task.result.nodes.size();
     block_count += task.result.blocks.size();
@@ -199,12 +228,12 @@ Result<Bvh<W>> build(std::span<const Bounds3f> boxes, std::span<const float> ver
     return Status::resource_exhausted("the spatial index of " + std::to_string(boxes.size()) +
                                       " triangles has more than 2^27 blocks: split the scene");
   }
-  bvh.nodes = std::move(top.nodes);
-  bvh.blocks = std::move(top.blocks);
   bvh.nodes.reserve(node_count);
   bvh.blocks.reserve(block_count);
+  std::vector<std::uint32_t> bases;
   for (auto& task : tasks) {
-    append<W>(task, bvh);
+    const std::uint32_t parent_base = bases.empty() ? 0 : bases[task.parent_task];
+    bases.push_back(append<W>(task, parent_base, bvh));
     task.result = {};
   }
   return bvh;

@@ -13,8 +13,8 @@
 namespace tessera::core {
 namespace {
 
-// A subtree is handed to a task of its own from this size down or from this depth on: enough tasks
-// to keep 16 threads busy, few enough that the serial top stays small.
+// From this size down or from this depth on a task builds its whole subtree: enough tasks to keep 16
+// threads busy.
 constexpr std::size_t kTaskRefsMax = 8192;
 constexpr int kTaskDepth = 7;
 
@@ -116,30 +116,43 @@ void build_subtree(const Shared& shared, Voxel voxel, std::size_t slot, SahScrat
   build_subtree(shared, std::move(child[1]), first + 1, scratch, out);
 }
 
+// A part of the tree: split once, so that its halves are parts of their own, or built whole.
 struct Task {
   Voxel voxel;
-  std::size_t slot;  // of the top fragment, to be replaced by the subtree's root
+  SahSplit split;
+  std::size_t child = 0;  // the lower half; the upper is the next task. 0: built whole, or a leaf
   Fragment result;
 };
 
-void build_top(const Shared& shared, Voxel voxel, std::size_t slot, SahScratch& scratch,
-               Fragment& top, std::vector<Task>& tasks) {
-  if (shared.cancelled()) return;
-  if (voxel.refs.size() <= kTaskRefsMax || voxel.depth >= kTaskDepth) {
-    tasks.push_back({std::move(voxel), slot, {}});
-    return;
+struct Halves {
+  Voxel voxel[2];
+};
+
+// Splits large parts in rounds, so that threads have work from the first halves on.
+std::vector<Task> run_rounds(const Shared& shared, Voxel root, int thread_count) {
+  std::vector<Task> tasks(1);
+  tasks[0].voxel = std::move(root);
+  for (std::size_t first = 0; first < tasks.size();) {
+    const std::size_t count = tasks.size() - first;
+    std::vector<Halves> halves(count);
+    run_tasks(static_cast<int>(count), thread_count, [&](int i) {
+      Task& task = tasks[first + static_cast<std::size_t>(i)];
+      auto& half = halves[static_cast<std::size_t>(i)];
+      SahScratch scratch;
+      const bool is_small =
+          task.voxel.refs.size() <= kTaskRefsMax || task.voxel.depth >= kTaskDepth;
+      if (!is_small && split_voxel(shared, task.voxel, scratch, task.split, half.voxel)) return;
+      task.result.nodes.resize(1);
+      build_subtree(shared, std::move(task.voxel), 0, scratch, task.result);
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!tasks[first + i].result.nodes.empty()) continue;
+      tasks[first + i].child = tasks.size();
+      for (Voxel& half : halves[i].voxel) tasks.emplace_back().voxel = std::move(half);
+    }
+    first += count;
   }
-  SahSplit split;
-  Voxel child[2];
-  if (!split_voxel(shared, voxel, scratch, split, child)) {
-    make_leaf(voxel, slot, top);
-    return;
-  }
-  const std::size_t first = top.nodes.size();
-  top.nodes.resize(first + 2);
-  top.nodes[slot] = inner_node(split.axis, split.plane, first);
-  build_top(shared, std::move(child[0]), first, scratch, top, tasks);
-  build_top(shared, std::move(child[1]), first + 1, scratch, top, tasks);
+  return tasks;
 }
 
 // Appends a subtree behind the top; its root takes the slot that the top kept for it.
@@ -156,6 +169,21 @@ void append(Fragment& top, std::size_t slot, const Fragment& part) {
   top.refs.insert(top.refs.end(), part.refs.begin(), part.refs.end());
 }
 
+// Recursion is bounded by kTaskDepth.
+void place(std::vector<Task>& tasks, std::size_t number, std::size_t slot, Fragment& top) {
+  Task& task = tasks[number];
+  if (task.child == 0) {
+    append(top, slot, task.result);
+    task.result = {};
+    return;
+  }
+  const std::size_t first = top.nodes.size();
+  top.nodes.resize(first + 2);
+  top.nodes[slot] = inner_node(task.split.axis, task.split.plane, first);
+  place(tasks, task.child, first, top);
+  place(tasks, task.child + 1, first + 1, top);
+}
+
 Result<KdTree> build(std::span<const Bounds3f> boxes, const BuildControl& control,
                      const KdBuildConfig& config) {
   Voxel root;
@@ -170,33 +198,22 @@ Result<KdTree> build(std::span<const Bounds3f> boxes, const BuildControl& contro
   const double log2_count = std::log2(static_cast<double>(root.refs.size()));
   Shared shared{boxes, config, control.is_cancelled,
                 std::min(kKdDepthMax, static_cast<int>(8 + 1.3 * log2_count))};
-  Fragment top;
-  top.nodes.resize(1);
-  std::vector<Task> tasks;
-  SahScratch scratch;
-  build_top(shared, std::move(root), 0, scratch, top, tasks);
-  run_tasks(static_cast<int>(tasks.size()), control.thread_count, [&](int i) {
-    Task& task = tasks[static_cast<std::size_t>(i)];
-    SahScratch own;
-    task.result.nodes.resize(1);
-    build_subtree(shared, std::move(task.voxel), 0, own, task.result);
-  });
+  std::vector<Task> tasks = run_rounds(shared, std::move(root), control.thread_count);
   if (shared.cancelled()) return Status::cancelled("the build of the spatial index was cancelled");
-  std::uint64_t node_count = top.nodes.size(), ref_count = top.refs.size();
+  std::uint64_t node_count = 1, ref_count = 0;
   for (const Task& task : tasks) {
-    node_count += task.result.nodes.size();
+    node_count += task.child == 0 ? task.result.nodes.size() - 1 : 2;
     ref_count += task.result.refs.size();
   }
   if (node_count > kKdIndexMax || ref_count > kKdIndexMax) {
     return Status::resource_exhausted("the spatial index of " + std::to_string(boxes.size()) +
                                       " triangles has more than 2^30 entries: split the scene");
   }
+  Fragment top;
   top.nodes.reserve(node_count);
   top.refs.reserve(ref_count);
-  for (Task& task : tasks) {
-    append(top, task.slot, task.result);
-    task.result = {};
-  }
+  top.nodes.resize(1);
+  place(tasks, 0, 0, top);
   return KdTree(bounds, std::move(top.nodes), std::move(top.refs));
 }
 

@@ -25,8 +25,9 @@
 // sign of V = A.(B x C). 2 V is computed with an error of 72 u s s L and V' differs from V by 24 u s s L; d.N
 // and d.N' of a ray differ by 8 S u s L, and where the ray hits, |d.N| is at least |V| / s.
 // So where 2 |V| is more than (120 + 16 S) u s s L, T' is turned as T is, to the origin and to every ray
-// that hits. Else exact_side() says where the origin lies, and rays with |d.N| not above 16 S u s L
-// are decided by exact_hit().
+// that hits. Else exact_side() says where the origin lies, and a ray with |d.N| not above 16 S u s L may
+// see T' turned the other way: it is outside only where E says so whichever way that is, and else
+// exact_hit() decides.
 //
 // Threads. One traversal owns one.
 #include "slave/core/geometry/exact_hit_abi.h"
@@ -64,10 +65,12 @@ class FanBlock {
 
  private:
   HWY_INLINE uint32_t cull(const TriangleBlock<W>& block, size_t first, uint32_t& unsure);
-  HWY_NOINLINE bool turn(const TriangleBlock<W>& block, size_t lane);
-  HWY_NOINLINE bool test_in_plane(const TriangleBlock<W>& block, size_t lane);
-  HWY_INLINE bool test_triangle(const TriangleBlock<W>& block, size_t lane);
+  HWY_NOINLINE bool test_unsure(const TriangleBlock<W>& block, size_t lane);
+  void turn(size_t lane);
   HWY_INLINE uint64_t rows_of(size_t lane) const;
+  template <bool kUnsure>
+  HWY_INLINE bool test_rows(const TriangleBlock<W>& block, size_t lane, uint64_t rows);
+  template <bool kUnsure>
   HWY_INLINE bool test_row(const TriangleBlock<W>& block, size_t lane, size_t row,
                            const Plane& plane);
   HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, size_t ray,
@@ -112,7 +115,7 @@ uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, ui
   const auto is_sure = hn::And(hn::Gt(hn::Abs(volume), least), hn::Lt(hn::Abs(volume), hn::Inf(b)));
   const auto is_unsure = hn::Not(is_sure);
   const VB sign = hn::And(volume, hn::Set(b, -0.0f));
-  hn::Store(hn::IfThenZeroElse(is_sure, thin), b, thin_ + first);
+  hn::Store(thin, b, thin_ + first);
   hn::Store(volume, b, volume_ + first);
   hn::Store(p.z_low, b, z_low_ + first);
   for (int c = 0; c < 3; ++c) {
@@ -143,40 +146,45 @@ bool FanBlock<W, kAny>::test(const TriangleBlock<W>& block) {
     for (uint32_t bits = cull(block, first, unsure); bits != 0; bits &= bits - 1) {
       const auto lane = static_cast<size_t>(__builtin_ctz(bits));
       TESSERA_COUNT(candidates, 1);
-      if ((unsure >> lane & 1u) != 0 && !turn(block, lane)) {
-        has_hit |= test_in_plane(block, lane);
+      if ((unsure >> lane & 1u) != 0) {
+        has_hit |= test_unsure(block, lane);
       } else {
-        has_hit |= test_triangle(block, lane);
+        has_hit |= test_rows<false>(block, lane, rows_of(lane));
       }
     }
   }
   return has_hit;
 }
 
-// Makes sure that a triangle is turned to the origin. Returns: false where the origin is in its plane.
+// A triangle whose side of the origin is not known for sure.
 template <int W, bool kAny>
-bool FanBlock<W, kAny>::turn(const TriangleBlock<W>& block, size_t lane) {
+bool FanBlock<W, kAny>::test_unsure(const TriangleBlock<W>& block, size_t lane) {
   float triangle[9];
   for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
   const int side = exact_side(fan_.origin, triangle);
-  if (side == 0) return false;
+  if (side == 0) {  // only rays that start in the triangle can touch it
+    const Plane plane = plane_of(block, lane, fan_.origin);
+    bool has_hit = false;
+    for (size_t ray = 0; ray < kPacketRays; ++ray) has_hit |= decide(block, lane, ray, plane);
+    return has_hit;
+  }
   const bool is_behind = static_cast<float>(side) * fan_.side < 0;
-  if (is_behind == (__builtin_signbit(volume_[lane]) != 0)) return true;
+  const bool is_turned = is_behind == (__builtin_signbit(volume_[lane]) != 0);
+  const uint64_t rows = rows_of(lane);
+  turn(lane);
+  const uint64_t other_rows = rows_of(lane);
+  if (is_turned) turn(lane);
+  return test_rows<true>(block, lane, rows | other_rows);
+}
+
+// Turns the edge functions of a triangle round.
+template <int W, bool kAny>
+void FanBlock<W, kAny>::turn(size_t lane) {
   for (size_t c = 0; c < 3; ++c) {
     edge_[c][0][lane] = -edge_[c][0][lane];
     edge_[c][1][lane] = -edge_[c][1][lane];
     edge_[c][2][lane] = twice_[c][lane] - edge_[c][2][lane];
   }
-  return true;
-}
-
-// Only rays that start in such a triangle can touch it.
-template <int W, bool kAny>
-bool FanBlock<W, kAny>::test_in_plane(const TriangleBlock<W>& block, size_t lane) {
-  const Plane plane = plane_of(block, lane, fan_.origin);
-  bool has_hit = false;
-  for (size_t ray = 0; ray < kPacketRays; ++ray) has_hit |= decide(block, lane, ray, plane);
-  return has_hit;
 }
 
 // Rows that all three edges let through at their best corner and that look as far as the triangle.
@@ -200,18 +208,19 @@ uint64_t FanBlock<W, kAny>::rows_of(size_t lane) const {
 }
 
 template <int W, bool kAny>
-bool FanBlock<W, kAny>::test_triangle(const TriangleBlock<W>& block, size_t lane) {
-  uint64_t rows = rows_of(lane);
+template <bool kUnsure>
+bool FanBlock<W, kAny>::test_rows(const TriangleBlock<W>& block, size_t lane, uint64_t rows) {
   if (rows == 0) return false;
   bool has_hit = false;
   const Plane plane = plane_of(block, lane, fan_.origin);
   for (; rows != 0; rows &= rows - 1) {
-    has_hit |= test_row(block, lane, static_cast<size_t>(__builtin_ctzll(rows)), plane);
+    has_hit |= test_row<kUnsure>(block, lane, static_cast<size_t>(__builtin_ctzll(rows)), plane);
   }
   return has_hit;
 }
 
 template <int W, bool kAny>
+template <bool kUnsure>
 bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, size_t row,
                                  const Plane& plane) {
   const D d;
@@ -223,7 +232,13 @@ bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, siz
                       hn::MulAdd(v, hn::Set(d, edge_[c][1][lane]), hn::Set(d, edge_[c][2][lane])));
   };
   const V e0 = value(0), e1 = value(1), e2 = value(2);
-  const auto is_possible = hn::Ge(hn::Min(hn::Min(e0, e1), e2), hn::Zero(d));
+  const auto is_inner = hn::Ge(hn::Min(hn::Min(e0, e1), e2), hn::Zero(d));
+  auto is_possible = is_inner;
+  if (kUnsure) {  // or inside of the triangle turned round
+    const auto over = [&](V e, int c) { return hn::Sub(e, hn::Set(d, twice_[c][lane])); };
+    const V most = hn::Max(hn::Max(over(e0, 0), over(e1, 1)), over(e2, 2));
+    is_possible = hn::Or(is_possible, hn::Le(most, hn::Zero(d)));
+  }
   if (hn::AllFalse(d, is_possible)) return false;
 
   TESSERA_COUNT(times, 1);
@@ -232,8 +247,13 @@ bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, siz
   const V least = hn::Add(hn::Mul(hn::Set(d, plane.steepness), hn::Load(d, fan_.length + at)),
                           hn::Set(d, kPlaneLeast));
   const auto counts = hn::Ge(hn::Abs(speed), least);
-  const float thin = static_cast<float>(plane.scale * static_cast<double>(thin_[lane]));
-  auto is_sure = hn::And(counts, hn::Gt(hn::Abs(speed), hn::Set(d, thin)));
+  auto is_sure = counts;
+  if (kUnsure) {
+    const float thin = static_cast<float>(plane.scale * static_cast<double>(thin_[lane]));
+    const auto is_thick = hn::Gt(hn::Abs(speed), hn::Set(d, thin));
+    is_sure = hn::And(is_sure, is_thick);
+    is_possible = hn::And(is_possible, hn::Or(is_inner, hn::Not(is_thick)));
+  }
   is_sure = hn::And(is_sure, hn::Gt(e0, hn::Set(d, twice_[0][lane])));
   is_sure = hn::And(is_sure, hn::Gt(e1, hn::Set(d, twice_[1][lane])));
   is_sure = hn::And(is_sure, hn::Gt(e2, hn::Set(d, twice_[2][lane])));

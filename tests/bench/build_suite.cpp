@@ -1,0 +1,136 @@
+#include "tests/bench/build_suite.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <functional>
+
+#include "common/base/cpu_count.h"
+#include "common/base/json.h"
+#include "slave/core/accel/bvh_builder.h"
+#include "slave/core/accel/kd_index.h"
+#include "slave/core/geometry/triangle_store.h"
+#include "slave/core/kernel/kernel_table.h"
+#include "tests/bench/contender.h"
+#include "tests/bench/scenes.h"
+#include "tests/support/test_meshes.h"
+
+namespace tessera::bench {
+namespace {
+
+struct Input {
+  core::TriangleStore triangles;
+  std::vector<Bounds3f> boxes;
+};
+
+// Builds with so many threads.
+using BuildOnce = std::function<Build(int threads)>;
+
+struct Row {
+  std::string name;
+  int threads;
+  BuildOnce build;
+  bool is_reference;
+  std::vector<double> wall_seconds{}, cpu_seconds{};
+  double megabytes = 0;
+};
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+template <typename BuildIndex>
+Build timed(const BuildIndex& build) {
+  const double wall = wall_seconds(), cpu = process_cpu_seconds();
+  const auto index = build();
+  return {"", process_cpu_seconds() - cpu, wall_seconds() - wall,
+          1e-6 * static_cast<double>(index->memory_bytes())};
+}
+
+template <int W>
+void add_ours(const Input& input, int threads, std::vector<Row>& rows) {
+  const std::string width = std::to_string(W);
+  const auto bvh = [&input](int n) {
+    return timed([&] {
+      return core::build_bvh<W>(input.boxes, input.triangles.vertices, {n, nullptr});
+    });
+  };
+  const auto kd = [&input](int n) {
+    return timed([&] {
+      return core::build_kd_index<W>(input.boxes, input.triangles.vertices, {n, nullptr});
+    });
+  };
+  rows.push_back({"bvh" + width, threads, bvh, false});
+  rows.push_back({"kd" + width, threads, kd, false});
+}
+
+std::vector<Row> rows_of(const Input& input, const CoreSuiteOptions& options) {
+  std::vector<Row> rows;
+  const int cpus = available_cpu_count();
+  for (int threads = 1; threads <= cpus; threads *= 2) {
+    if (core::kernels_for(options.isa).lane_count >= 16) {
+      add_ours<16>(input, threads, rows);
+    } else {
+      add_ours<8>(input, threads, rows);
+    }
+    for (const bool is_high : {false, true}) {
+      if (!has_embree() || (is_high && !options.with_all_peers)) continue;
+      const Isa isa = options.isa;
+      rows.push_back({is_high ? "embree high" : "embree medium", threads,
+                      [&input, isa, is_high](int n) {
+                        return build_embree(input.triangles, isa, {is_high, false}, n);
+                      },
+                      !is_high});
+    }
+  }
+  return rows;
+}
+
+// Ratios of rates: CPU-seconds of the medium build of Embree with as many threads, over these.
+std::string report(const std::vector<Row>& rows) {
+  std::printf("  %-16s %8s %10s %10s %12s %12s %9s\n", "", "threads", "ms", "CPU-ms", "to embree",
+              "to 1 thread", "MB");
+  std::string list = "[";
+  for (const Row& row : rows) {
+    double peer = 0, one = 0;
+    for (const Row& other : rows) {
+      if (other.is_reference && other.threads == row.threads) peer = median(other.cpu_seconds);
+      if (other.name == row.name && other.threads == 1) one = median(other.wall_seconds);
+    }
+    const double wall = median(row.wall_seconds), cpu = median(row.cpu_seconds);
+    std::printf("  %-16s %8d %10.0f %10.0f %12.2f %12.2f %9.1f\n", row.name.c_str(), row.threads,
+                1e3 * wall, 1e3 * cpu, peer / cpu, one / wall, row.megabytes);
+    JsonObject json;
+    json.add("name", row.name).add("threads", static_cast<std::uint64_t>(row.threads));
+    json.add("wall_seconds", wall).add("cpu_seconds", cpu).add("mb", row.megabytes);
+    list += (list.size() > 1 ? "," : "") + json.text();
+  }
+  return list + "]";
+}
+
+}  // namespace
+
+Status run_build_suite(const CoreSuiteOptions& options, std::vector<std::string>& json) {
+  for (const std::string& name : options.scenes) {
+    std::fprintf(stderr, "making %s\n", name.c_str());
+    auto scene = make_scene(name);
+    if (!scene.is_ok()) return scene.status();
+    Input input;
+    input.triangles = core::make_triangle_store(test::make_scene(scene->mesh), input.boxes);
+    std::vector<Row> rows = rows_of(input, options);
+    for (int repeat = -1; repeat < options.repeats; ++repeat) {
+      for (Row& row : rows) {
+        const Build build = row.build(row.threads);
+        row.megabytes = build.megabytes;
+        if (repeat < 0) continue;
+        row.wall_seconds.push_back(build.wall_seconds);
+        row.cpu_seconds.push_back(build.cpu_seconds);
+      }
+    }
+    std::printf("\n%s, %zu triangles, builds\n", name.c_str(), scene->mesh.triangles.size());
+    json.push_back(JsonObject().add("scene", name).add_raw("builds", report(rows)).text());
+  }
+  return Status::ok();
+}
+
+}  // namespace tessera::bench
