@@ -20,6 +20,7 @@ struct CoreSuiteOptions {
   int size_px = 1024;              // a multiple of 32
   bool with_all_peers = false;     // Embree's build "high" and its robust flag, too
   int repeats = 5;
+  bool is_quick = false;
 };
 
 // Appends JSON, one object a scene, to `json`.

@@ -5,6 +5,7 @@
 #include "common/base/json.h"
 #include "common/base/version.h"
 #include "slave/core/render/tile_renderer.h"
+#include "tests/bench/accuracy_suite.h"
 #include "tests/bench/build_suite.h"
 #include "tests/bench/core_suite.h"
 #include "tests/bench/scenes.h"
@@ -18,14 +19,15 @@ int fail(int code, const std::string& text) {
 
 tessera::Status run(std::vector<std::string> suites,
                     const tessera::bench::CoreSuiteOptions& options, const std::string& json_path) {
-  if (suites.empty()) suites = {"core", "build"};
+  if (suites.empty()) suites = {"core", "build", "accuracy"};
   tessera::JsonObject all;
   all.add("isa", std::string(tessera::isa_name(options.isa)));
   for (const std::string& suite : suites) {
     std::vector<std::string> scenes;
-    const tessera::Status status = suite == "core"
-                                       ? tessera::bench::run_core_suite(options, scenes)
-                                       : tessera::bench::run_build_suite(options, scenes);
+    const auto run_suite = suite == "core"    ? tessera::bench::run_core_suite
+                           : suite == "build" ? tessera::bench::run_build_suite
+                                              : tessera::bench::run_accuracy_suite;
+    const tessera::Status status = run_suite(options, scenes);
     if (!status.is_ok()) return status;
     std::string list;
     for (const std::string& scene : scenes) list += (list.empty() ? "" : ",") + scene;
@@ -48,8 +50,10 @@ int main(int argc, char** argv) {
   std::vector<std::string> suites;
   std::string isa = "auto", json_path;
   bool is_quick = false;
-  app.add_option("SUITE", suites, "core: rays per CPU-second; build: time to build; default: both")
-      ->check(CLI::IsMember({"core", "build"}));
+  app.add_option("SUITE", suites,
+                 "core: rays per CPU-second; build: time to build; accuracy: errors on hard cases; "
+                 "default: all")
+      ->check(CLI::IsMember({"core", "build", "accuracy"}));
   app.add_option("--scene", options.scenes, "interior, knot, building, field (default: all)")
       ->check(CLI::IsMember(tessera::bench::scene_names()));
   app.add_option("--rays", options.kinds, "primary, shadow, bounce (default: all)")
@@ -57,7 +61,7 @@ int main(int argc, char** argv) {
   app.add_option("--only", options.only, "only what has this in its name, beside the first");
   app.add_flag("--all-peers", options.with_all_peers,
                "beside Embree's build of high quality and its robust flag, too");
-  app.add_flag("--quick", is_quick, "interior and knot, 512x512, 3 repeats");
+  app.add_flag("--quick", is_quick, "interior and knot, 512x512, 3 repeats; 4,000 rays a class");
   app.add_option("--isa", isa, "auto, scalar, sse4, avx2, avx512")->capture_default_str();
   app.add_option("--repeats", options.repeats, "timed runs of each, interleaved; the median counts")
       ->check(CLI::Range(1, 1000))
@@ -80,6 +84,7 @@ int main(int argc, char** argv) {
     }
     options.isa = *named;
   }
+  options.is_quick = is_quick;
   if (is_quick) {
     options.size_px = 512;
     options.repeats = std::min(options.repeats, 3);
