@@ -20,8 +20,9 @@ void lower_thread_priority() {
 
 }  // namespace
 
-SceneBuilder::SceneBuilder(int threads, OnBuilt on_built)
-    : build_threads_(threads), on_built_(std::move(on_built)), queue_(kQueueMax) {
+SceneBuilder::SceneBuilder(const core::BuildOptions& options, OnBuilt on_built)
+    : build_options_(options), on_built_(std::move(on_built)), queue_(kQueueMax) {
+  build_options_.is_cancelled = &is_cancelled_;
   thread_ = std::thread([this] { work(); });
 }
 
@@ -80,7 +81,7 @@ Result<std::shared_ptr<const core::PreparedScene>> SceneBuilder::build(const Bui
   try {
     const Result<Scene> scene = decoder_.decode(task.scene);
     if (!scene.is_ok()) return scene.status();
-    return core::PreparedScene::build(*scene, {build_threads_, &is_cancelled_});
+    return core::PreparedScene::build(*scene, build_options_);
   } catch (const std::exception& e) {
     return Status::resource_exhausted(std::string("the scene could not be built: ") + e.what());
   }

@@ -40,7 +40,8 @@ class SceneBuilder {
   using OnBuilt = std::function<void(BuildOutcome)>;
 
   // `threads`: how many a build may use.
-  SceneBuilder(int threads, OnBuilt on_built);
+  // options: is_cancelled is the builder's own.
+  SceneBuilder(const core::BuildOptions& options, OnBuilt on_built);
   ~SceneBuilder();  // stop()
 
   [[nodiscard]] bool try_push(BuildTask task);
@@ -55,7 +56,7 @@ class SceneBuilder {
   Result<std::shared_ptr<const core::PreparedScene>> build(const BuildTask& task);
   bool is_retired(const BuildTask& task) const TESSERA_REQUIRES(mutex_);
 
-  const int build_threads_;
+  core::BuildOptions build_options_;
   const OnBuilt on_built_;
   BoundedQueue<BuildTask> queue_;
   SceneDecoder decoder_;  // builder thread

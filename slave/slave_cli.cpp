@@ -23,6 +23,7 @@ struct Words {
   std::string master;
   int threads = 0;
   std::string isa = "auto";
+  std::string structure = "auto";
   std::string name;
   std::string keys_folder;
   bool is_plain = false;
@@ -69,6 +70,11 @@ void declare(CLI::App& app, Words& words) {
       ->check(CLI::Range(1, kWorkersMax));
   app.add_option("--isa", words.isa,
                  "instruction set to offer: auto (all this CPU has), scalar, sse4, avx2, avx512")
+      ->type_name("NAME")
+      ->capture_default_str();
+  app.add_option("--structure", words.structure,
+                 "what rays go through: kd, bvh, auto; pictures do not depend on it")
+      ->check(CLI::IsMember({"kd", "bvh", "auto"}))
       ->type_name("NAME")
       ->capture_default_str();
   app.add_option("--name", words.name,
@@ -125,6 +131,7 @@ ParsedCommand check_words(const Words& words) {
   command.log_format = words.log_format == "json" ? LogFormat::kJson : LogFormat::kText;
   const IsaMask supported = core::supported_isas();
   options.isas = supported;
+  options.structure = *core::parse_structure(words.structure);
   if (words.isa != "auto") {
     const Result<Isa> isa = parse_isa(words.isa);
     if (!isa.is_ok()) return failed(kExitUsage, isa.status().message());

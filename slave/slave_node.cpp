@@ -93,8 +93,9 @@ void SlaveNode::start(std::function<void(Status)> on_fatal) {
           if (const auto impl = weak.lock()) impl->on_tile_done(job, std::move(result));
         });
       });
-  self.builder =
-      std::make_unique<SceneBuilder>(self.options.threads, [weak, &io](BuildOutcome outcome) {
+  self.builder = std::make_unique<SceneBuilder>(
+      core::BuildOptions{self.options.threads, nullptr, self.options.structure},
+      [weak, &io](BuildOutcome outcome) {
         io.post([weak, outcome = std::move(outcome)]() mutable {
           if (const auto impl = weak.lock()) impl->on_built(std::move(outcome));
         });

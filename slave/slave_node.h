@@ -15,6 +15,7 @@
 #include "common/base/isa.h"
 #include "common/base/status.h"
 #include "common/net/connection.h"
+#include "slave/core/render/prepared_scene.h"
 
 namespace tessera::slave {
 
@@ -24,6 +25,7 @@ struct SlaveOptions {
   IsaMask isas = 0;  // subset of core::supported_isas()
   int tile_sleep_ms =
       0;  // test option: each tile takes this long instead of being rendered (black pixels)
+  core::Structure structure = core::Structure::kAuto;  // what rays go through
 };
 
 // Opens one link to the master; called on the io thread, calls back on the io thread. The daemon

@@ -42,11 +42,6 @@ Result<ReadScene> read_scene(const std::string& path) {
   return Status::invalid_argument(path + ": is neither .obj nor .ply, which is what can be read");
 }
 
-core::Structure structure_of(const std::string& name) {
-  if (name == "kd") return core::Structure::kKd;
-  return name == "bvh" ? core::Structure::kBvh : core::Structure::kAuto;
-}
-
 // What the scene's file says of pictures and materials does not matter here.
 void print_warnings(const ReadScene& scene) {
   for (const std::string& warning : scene.warnings) {
@@ -73,7 +68,8 @@ Status trace(const Words& words, const core::CastOptions& options) {
   print_warnings(*scene);
   auto rays = RayFile::open(words.rays);
   if (!rays.is_ok()) return rays.status();
-  auto prepared = core::PreparedScene::build(scene->scene, {options.threads, nullptr, structure_of(words.structure)});
+  auto prepared = core::PreparedScene::build(
+      scene->scene, {options.threads, nullptr, *core::parse_structure(words.structure)});
   if (!prepared.is_ok()) return prepared.status();
   auto file = HitFile::create(words.hits);
   if (!file.is_ok()) return file.status();

@@ -50,6 +50,13 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
 
 }  // namespace
 
+Result<Structure> parse_structure(const std::string& name) {
+  if (name == "auto") return Structure::kAuto;
+  if (name == "bvh") return Structure::kBvh;
+  if (name == "kd") return Structure::kKd;
+  return Status::invalid_argument("structure " + name + ": there are kd, bvh and auto");
+}
+
 Result<std::shared_ptr<const PreparedScene>> PreparedScene::build(const Scene& scene,
                                                                   const BuildOptions& options) {
   TESSERA_CHECK_GE(options.threads, 1);
