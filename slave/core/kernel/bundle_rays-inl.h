@@ -25,6 +25,7 @@ struct BundleRays : PacketRays {
   // the steps are some per cent of what that takes.
   static constexpr int kStepsMax = 48;
   static constexpr int kKdStepsMax = 400;
+  static constexpr int kRaysLeast = 12;    // fewer, or one lane, are faster alone
   static constexpr float kWidest = 0.75f;  // of u_max - u_min, v_max - v_min, likewise
 
   // Returns: whether the rays form a narrow frustum: those that are valid go to one side of the main
@@ -69,7 +70,7 @@ inline uint64_t BundleRays::valid_rays(const RayPacket& rays) {
 
 inline bool BundleRays::setup(const RayPacket& rays) {
   const uint64_t valid = valid_rays(rays);
-  if (valid == 0) return false;
+  if (kLanes == 1 || __builtin_popcountll(valid) < kRaysLeast) return false;
   const size_t first = static_cast<size_t>(__builtin_ctzll(valid));
   const size_t middle = valid >> 27 & 1u ? 27 : first;
   const float ax = abs_of(rays.direction[0][middle]), ay = abs_of(rays.direction[1][middle]),

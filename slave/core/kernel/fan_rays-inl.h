@@ -23,6 +23,8 @@ struct FanRays : PacketRays {
   // A fan that gets through setup() is traced as one.
   static constexpr int kStepsMax = 0x7fffffff, kKdStepsMax = 0x7fffffff;
 
+  static constexpr int kRaysLeast = 4;  // fewer are faster alone
+
   // Returns: whether the rays form a frustum: those that are valid go to one side of the main axis
   // and not far from it.
   bool setup(const FanPacket& rays);
@@ -57,7 +59,7 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
     if (!(abs_of(o) < __builtin_inff())) return false;
   }
   const uint64_t valid = valid_rays(rays);
-  if (valid == 0 || !(rays.t_min >= 0)) return false;
+  if (__builtin_popcountll(valid) < kRaysLeast || !(rays.t_min >= 0)) return false;
   const size_t first = static_cast<size_t>(__builtin_ctzll(valid));
   const size_t middle = valid >> 27 & 1u ? 27 : first;
   const float ax = abs_of(rays.direction[0][middle]), ay = abs_of(rays.direction[1][middle]),
