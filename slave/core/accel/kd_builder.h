@@ -20,10 +20,10 @@
 namespace tessera::core {
 
 struct KdBuildConfig {
-  float cost_traverse = 1.0f;    // cost of one step down, the unit
+  float cost_traverse = 1.0f;     // cost of one step down, the unit
   float cost_intersect = 0.025f;  // cost of one triangle test, in a block; measured, see README.md
-  std::uint32_t block_size = 8;  // triangles of a leaf are tested in blocks of this many
-  float empty_bonus = 0.2f;      // share of cost forgiven to a split that cuts empty space off
+  std::uint32_t block_size = 8;   // triangles of a leaf are tested in blocks of this many
+  float empty_bonus = 0.2f;       // share of cost forgiven to a split that cuts empty space off
   std::uint32_t refs_per_primitive_max =
       8;  // bound on memory: leaves list at most this often on average
 };
