@@ -97,14 +97,14 @@ typename KdPacketTracer<W, Rays, Block>::Range KdPacketTracer<W, Rays, Block>::c
 template <int W, class Rays, class Block>
 bool KdPacketTracer<W, Rays, Block>::enter(KdEntry& root) const {
   if (scene_.nodes == nullptr) return false;
-  const float a = (scene_.lower[rays_.kz] - rays_.origin[rays_.kz]) * rays_.side;
-  const float b = (scene_.upper[rays_.kz] - rays_.origin[rays_.kz]) * rays_.side;
+  const float a = (scene_.box.lower[rays_.kz] - rays_.origin[rays_.kz]) * rays_.side;
+  const float b = (scene_.box.upper[rays_.kz] - rays_.origin[rays_.kz]) * rays_.side;
   root = {0, max_of(min_of(a, b), 0.0f), min_of(max_of(a, b), rays_.z_far)};
   if (!(root.from <= root.to)) return false;
   for (const int axis : {rays_.kx, rays_.ky}) {
     const Range range = covered(axis, root.from, root.to);
-    if (range.high < scene_.lower[axis] - rays_.origin[axis]) return false;
-    if (range.low > scene_.upper[axis] - rays_.origin[axis]) return false;
+    if (range.high < scene_.box.lower[axis] - rays_.origin[axis]) return false;
+    if (range.low > scene_.box.upper[axis] - rays_.origin[axis]) return false;
   }
   return true;
 }
@@ -217,8 +217,8 @@ uint32_t KdRayTracer<W, kAny>::descend(const KdNode& node, KdEntry& entry) {
   const uint32_t lower = node.tag_and_index >> 2;
   const float t = (node.split - this->origin_[axis]) * this->inverse_[axis];
   const float slack = abs_of(t) * (8 * kRoundoff) + this->pad_[axis];
-  const uint32_t near = this->is_down_[axis] ? lower + 1 : lower;
-  const uint32_t far = this->is_down_[axis] ? lower : lower + 1;
+  const uint32_t near = this->is_down(axis) ? lower + 1 : lower;
+  const uint32_t far = this->is_down(axis) ? lower : lower + 1;
   if (t - slack > entry.to) return near;
   if (t + slack < entry.from) return far;
   stack_.push({far, max_of(entry.from, t - slack), entry.to});
@@ -229,13 +229,13 @@ uint32_t KdRayTracer<W, kAny>::descend(const KdNode& node, KdEntry& entry) {
 
 template <int W, bool kAny>
 bool KdRayTracer<W, kAny>::run(const SingleRay& ray) {
-  if (scene_.nodes == nullptr || !this->setup(ray, scene_.lower, scene_.upper)) return false;
+  if (scene_.nodes == nullptr || !this->setup(ray, scene_.box)) return false;
   TESSERA_COUNT(singles, 1);
   KdEntry root{0, this->near_limit_, this->far_limit_};
   for (int a = 0; a < 3; ++a) {
-    const float p = (scene_.lower[a] - this->origin_[a]) * this->inverse_[a];
-    const float q = (scene_.upper[a] - this->origin_[a]) * this->inverse_[a];
-    const float first = this->is_down_[a] ? q : p, last = this->is_down_[a] ? p : q;
+    const float p = (scene_.box.lower[a] - this->origin_[a]) * this->inverse_[a];
+    const float q = (scene_.box.upper[a] - this->origin_[a]) * this->inverse_[a];
+    const float first = this->is_down(a) ? q : p, last = this->is_down(a) ? p : q;
     root.from = max_of(root.from, first - abs_of(first) * (8 * kRoundoff) - this->pad_[a]);
     root.to = min_of(root.to, last + abs_of(last) * (8 * kRoundoff) + this->pad_[a]);
   }

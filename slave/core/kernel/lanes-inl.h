@@ -20,7 +20,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr float kRoundoff = 0x1p-24f;  // u of all error bounds
 // Part of every absolute tolerance: some sixteen roundings of denormal numbers, 2^-150 each, with
 // room. It counts only where products of lengths come near the end of float32.
-constexpr float kUnderflow = 0x1p-140f;
+constexpr float kUnderflow = 0x1p-126f;
 
 // Bit i: lane i of the mask.
 template <class Tag>

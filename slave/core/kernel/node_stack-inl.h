@@ -30,6 +30,14 @@ class NodeStack {
 
   bool is_empty() const { return size_ == 0; }
   StackEntry pop() { return entries_[--size_]; }
+  // The nearest child that begins at `far` or before it; kBvhNoChild where there is none.
+  HWY_INLINE uint32_t next(float far) {
+    while (size_ > 0) {
+      const StackEntry& entry = entries_[--size_];
+      if (entry.distance <= far) return entry.child;
+    }
+    return kBvhNoChild;
+  }
 
   // The nearest of the children, which is not pushed as the others are; kBvhNoChild without any.
   uint32_t descend(const BvhNode<W>& node, uint32_t bits, const float* distances) {
@@ -52,15 +60,6 @@ class NodeStack {
     return nearest.child;
   }
 
-  // bits: which children of the node; shape: distances [W].
-  void push(const BvhNode<W>& node, uint32_t bits, const float* distances) {
-    const int base = size_;
-    for (; bits != 0; bits &= bits - 1) {
-      const int i = __builtin_ctz(bits);
-      insert({node.child[i], distances[i]}, base);
-    }
-  }
-
  private:
   // Keeps the entries from `base` on sorted.
   HWY_INLINE void insert(const StackEntry& entry, int base) {
@@ -77,8 +76,8 @@ class NodeStack {
     const char* const at =
         is_leaf ? reinterpret_cast<const char*>(scene_.blocks + (child & kBvhBlockMask))
                 : reinterpret_cast<const char*>(scene_.nodes + child);
-    const size_t bytes = is_leaf ? sizeof(TriangleBlock<W>) : sizeof(BvhNode<W>);
-    for (size_t offset = 0; offset < bytes; offset += 64) __builtin_prefetch(at + offset);
+    static_assert(sizeof(BvhNode<W>) > 3 * 64 && sizeof(TriangleBlock<W>) > 4 * 64);
+    for (size_t line = 0; line < 4; ++line) __builtin_prefetch(at + 64 * line);
   }
 
   const BvhView<W>& scene_;

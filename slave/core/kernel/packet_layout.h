@@ -68,19 +68,24 @@ struct alignas(64) PacketHits {
   uint32_t primitive[kPacketRays];
 };
 
-// The hierarchy as the kernels see it; memory of PreparedScene.
+// A box that registers of 4 lanes can load; the fourth number is 0.
+struct alignas(16) SceneBox {
+  float lower[4], upper[4];
+  float farthest[4];  // from 0: max(|lower|, |upper|)
+};
+
+// The structures as the kernels see them; memory of PreparedScene.
 template <int W>
 struct BvhView {
   const BvhNode<W>* nodes;  // root first; null for an empty scene
   const TriangleBlock<W>* blocks;
-  float lower[3], upper[3];  // of the scene
+  SceneBox box;
 };
-
 template <int W>
 struct KdView {
   const KdNode* nodes;  // root first; null for an empty scene
   const TriangleBlock<W>* blocks;
-  float lower[3], upper[3];  // of the scene
+  SceneBox box;
 };
 
 // Entry points for one kind of structure. A ray's answer is the same to the bit from each of them

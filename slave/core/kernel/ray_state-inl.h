@@ -11,6 +11,10 @@
 // way the triangle is turned (see fan_block-inl.h). M <= 2 s. So 32 u s M is enough for all three, with s
 // bounded by the whole scene.
 //
+// Where a line surely passes through, its t is that of the corners weighed by the edge functions. Each weight is
+// off by 2 tolerances of the sum of the three at most, all of them by 6, so t is known to that part of what the
+// corners' t differ by, and to the roundings. That rules triangles out, and is all that any-hit needs, before plane-inl.h says what t is.
+//
 // Threads. One traversal owns one.
 #include "slave/core/geometry/exact_hit_abi.h"
 #include "slave/core/kernel/packet_layout.h"
@@ -42,27 +46,41 @@ class RayState {
  protected:
   using B = hn::CappedTag<float, W>;  // children, triangles
   using V = hn::Vec<B>;
+  using M = hn::Mask<B>;
   static constexpr size_t kStep = hn::MaxLanes(B());
 
-  // lower, upper: of the scene. Returns: whether the ray is valid.
-  HWY_INLINE bool setup(const SingleRay& ray, const float* lower, const float* upper);
+  // Returns: whether the ray is valid.
+  HWY_INLINE bool setup(const SingleRay& ray, const SceneBox& scene);
   HWY_INLINE void test_block(const TriangleBlock<W>& block);
 
-  float origin_[3], direction_[3];
-  float inverse_[3];  // of the direction, scaled by a power of two where it is extreme
-  float pad_[3];      // of t, where the ray hardly moves along an axis
-  bool is_down_[3];   // the direction is negative
+  bool is_down(int axis) const { return (down_ >> axis & 1u) != 0; }
+
+  using A = hn::CappedTag<float, 4>;  // axes; the fourth is 0
+  static constexpr size_t kAxisStep = hn::MaxLanes(A());
+  alignas(16) float origin_[4], direction_[4];
+  alignas(16) float slope_[4];    // the direction, scaled by a power of two where it is extreme
+  alignas(16) float inverse_[4];  // of the slope
+  alignas(16) float pad_[4];      // of t, where the ray hardly moves along an axis
+  uint32_t down_ = 0;             // bits of the axes with a negative slope
   float near_limit_ = 0, far_limit_ = 0;  // of t, scaled and moved out
   int32_t best_ = -1;
 
  private:
-  HWY_INLINE void setup_axis(int axis, float slope, float largest, float reach);
-  HWY_INLINE void limit();  // after t_min_ or best_t_ have changed
-  HWY_INLINE uint32_t candidates(const TriangleBlock<W>& block, size_t first, uint32_t& sure) const;
+  // Of a block's triangles, by bits.
+  struct Candidates {
+    uint32_t possible;  // the line may pass through within the limits of t
+    uint32_t sure;      // it does pass through
+    uint32_t certain;   // it does so within the limits; for any-hit only
+  };
+
+  HWY_INLINE void scale(float largest, float reach);
+  HWY_INLINE void invert(float largest, float reach);
+  HWY_INLINE Candidates candidates(const TriangleBlock<W>& block, size_t first) const;
+  HWY_INLINE void narrow(const V* edge, const V* t, V tolerance, M is_sure, V& low, V& high) const;
   HWY_INLINE void test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_sure);
   HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, float& exact_t) const;
+  HWY_INLINE void accept(float t, int32_t primitive);
 
-  float shear_x_ = 0, shear_y_ = 0;
   float tolerance_ = 0;  // of an edge function per size of its triangle across the ray
   float scale_ = 1;      // scaled t = t * scale_
   float size_ = 0;       // sum of |direction|
@@ -70,97 +88,155 @@ class RayState {
   float t_min_ = 0, best_t_ = 0;
 };
 
+HWY_INLINE float moved(float t, float share) { return t + abs_of(t) * share; }
+
 template <int W, bool kAny>
-bool RayState<W, kAny>::setup(const SingleRay& ray, const float* lower, const float* upper) {
-  float largest = 0, reach = 0, slope[3];
-  size_ = 0;
-  for (int a = 0; a < 3; ++a) {
-    origin_[a] = ray.origin[a];
-    slope[a] = direction_[a] = ray.direction[a];
-    const float length = abs_of(ray.direction[a]);
-    if (!(length < __builtin_inff()) || !(abs_of(ray.origin[a]) < __builtin_inff())) return false;
-    if (length > largest) {
-      largest = length;
-      kz_ = a;
-    }
-    size_ += length;
-    const float low = lower[a] - ray.origin[a], high = upper[a] - ray.origin[a];
-    reach = max_of(reach, max_of(abs_of(low), abs_of(high)));
+bool RayState<W, kAny>::setup(const SingleRay& ray, const SceneBox& scene) {
+  const A d;
+  auto far = hn::Zero(d), longest = far, reached = far;
+  for (size_t a = 0; a < 4; a += kAxisStep) {
+    // The number behind each of the two arrays is one of the ray's, too.
+    const auto is_axis = hn::FirstN(d, 3 - a);
+    const auto from = hn::IfThenElseZero(is_axis, hn::LoadU(d, ray.origin + a));
+    const auto along = hn::IfThenElseZero(is_axis, hn::LoadU(d, ray.direction + a));
+    hn::Store(from, d, origin_ + a);
+    hn::Store(along, d, direction_ + a);
+    far = hn::Add(far, hn::Abs(from));
+    longest = hn::Max(longest, hn::Abs(along));
+    const auto low = hn::Abs(hn::Sub(hn::Load(d, scene.lower + a), from));
+    const auto high = hn::Abs(hn::Sub(hn::Load(d, scene.upper + a), from));
+    reached = hn::Max(reached, hn::Max(low, high));
   }
-  if (!(largest > 0) || !(ray.t_min <= ray.t_max)) return false;
-  kx_ = (kz_ + 1) % 3;
-  ky_ = (kz_ + 2) % 3;
+  const float infinity = __builtin_inff();
+  size_ = (abs_of(direction_[0]) + abs_of(direction_[1])) + abs_of(direction_[2]);
+  if (!(size_ > 0 && size_ < infinity && ray.t_min <= ray.t_max)) return false;
+  if (!hn::AllTrue(d, hn::Lt(far, hn::Inf(d)))) return false;
+  const auto most = hn::MaxOfLanes(d, longest);
+  const float largest = hn::GetLane(most);
+  const float reach = hn::GetLane(hn::MaxOfLanes(d, reached));
+  uint32_t is_main = 0;
+  for (size_t a = 0; a < 4; a += kAxisStep)
+    is_main |= bits_of(d, hn::Eq(hn::Abs(hn::Load(d, direction_ + a)), most)) << a;
+  kz_ = __builtin_ctz(is_main);
+  kx_ = kz_ == 2 ? 0 : kz_ + 1;
+  ky_ = kz_ == 0 ? 2 : kz_ - 1;
+  scale(largest, reach);
+  invert(abs_of(slope_[kz_]), reach);
+  tolerance_ = kEdgeTolerance * reach;
   t_min_ = ray.t_min;
   best_t_ = ray.t_max;
   best_ = -1;
-  const bool is_extreme = !(largest > 0x1p-60f && largest < 0x1p60f);
-  scale_ = 1;
-  while (is_extreme && !(largest >= 1 && largest < 2)) {
-    const float factor = largest < 1 ? 2 : 0.5f;
-    for (float& s : slope) s *= factor;
-    largest *= factor;
-    scale_ /= factor;
-  }
-  for (int a = 0; a < 3; ++a) setup_axis(a, slope[a], largest, reach);
-  tolerance_ = kEdgeTolerance * reach;
-  shear_x_ = slope[kx_] * inverse_[kz_];
-  shear_y_ = slope[ky_] * inverse_[kz_];
-  limit();
+  near_limit_ = moved(t_min_ * scale_, -kTimeSlack);
+  far_limit_ = moved(best_t_ * scale_, kTimeSlack);
   return true;
 }
 
+// So that no product of a coordinate with an inverse overflows, which is at most 2^60 for coordinates
+// below 2^60 and at most 1 beyond.
 template <int W, bool kAny>
-void RayState<W, kAny>::setup_axis(int axis, float slope, float largest, float reach) {
-  const float least = largest * 0x1p-60f;
-  const bool is_flat = abs_of(slope) < least;
-  if (is_flat) slope = direction_[axis] < 0 ? -least : least;
-  inverse_[axis] = 1 / slope;
-  // The ray leaves the scene within t = reach / largest (twice that with all roundings), so it
-  // moves by less than `least` times that along this axis.
-  pad_[axis] = is_flat ? 4 * (reach / largest) : 0;
-  is_down_[axis] = slope < 0;
+void RayState<W, kAny>::scale(float largest, float reach) {
+  const A d;
+  for (size_t a = 0; a < 4; a += kAxisStep) hn::Store(hn::Load(d, direction_ + a), d, slope_ + a);
+  const float wanted = reach < 0x1p60f ? 1.0f : 0x1p60f;
+  scale_ = 1;
+  if (HWY_LIKELY(largest > wanted * 0x1p-20f && largest < wanted * 0x1p20f)) return;
+  while (!(largest >= wanted && largest < 2 * wanted)) {
+    const float factor = largest < wanted ? 2 : 0.5f;
+    for (float& s : slope_) s *= factor;
+    largest *= factor;
+    scale_ /= factor;
+  }
+}
+
+// An axis along which the ray hardly moves counts as steeper than it is. The ray leaves the scene within
+// t = reach / largest (twice that with all roundings), so it moves by less than `least` times that along it.
+template <int W, bool kAny>
+void RayState<W, kAny>::invert(float largest, float reach) {
+  const A d;
+  const auto least = hn::Set(d, largest * 0x1p-40f), widest = hn::Set(d, 4 * (reach / largest));
+  down_ = 0;
+  for (size_t a = 0; a < 4; a += kAxisStep) {
+    auto slope = hn::Load(d, slope_ + a);
+    const auto is_flat = hn::Lt(hn::Abs(slope), least);
+    slope = hn::IfThenElse(is_flat, hn::CopySign(least, slope), slope);
+    hn::Store(hn::IfThenElseZero(is_flat, widest), d, pad_ + a);
+    hn::Store(hn::Div(hn::Set(d, 1), slope), d, inverse_ + a);
+    down_ |= bits_of(d, hn::Lt(slope, hn::Zero(d))) << a;
+  }
 }
 
 template <int W, bool kAny>
-void RayState<W, kAny>::limit() {
-  const auto widened = [](float t, float sign) { return t + sign * abs_of(t) * kTimeSlack; };
-  near_limit_ = widened(t_min_ * scale_, -1);
-  far_limit_ = widened(best_t_ * scale_, 1);
-}
-
-// Triangles that the line may pass through; sure: those that it does.
-template <int W, bool kAny>
-uint32_t RayState<W, kAny>::candidates(const TriangleBlock<W>& block, size_t first,
-                                       uint32_t& sure) const {
+typename RayState<W, kAny>::Candidates RayState<W, kAny>::candidates(const TriangleBlock<W>& block,
+                                                                     size_t first) const {
   const B b;
-  V x[3], y[3], size = hn::Zero(b);
+  V x[3], y[3], t[3], size = hn::Zero(b);
   for (int c = 0; c < 3; ++c) {
-    const auto at = [&](int axis) {
-      const V corner = hn::Load(b, block.vertex[3 * c + axis] + first);
-      return hn::Sub(corner, hn::Set(b, origin_[axis]));
+    // From the corner to the origin, which saves loading it; the edge functions are the same.
+    const auto back = [&](int axis) {
+      return hn::Sub(hn::Set(b, origin_[axis]), hn::Load(b, block.vertex[3 * c + axis] + first));
     };
-    const V z = at(kz_);
-    x[c] = hn::NegMulAdd(hn::Set(b, shear_x_), z, at(kx_));
-    y[c] = hn::NegMulAdd(hn::Set(b, shear_y_), z, at(ky_));
+    t[c] = hn::Mul(back(kz_), hn::Set(b, -inverse_[kz_]));
+    x[c] = hn::MulAdd(hn::Set(b, slope_[kx_]), t[c], back(kx_));
+    y[c] = hn::MulAdd(hn::Set(b, slope_[ky_]), t[c], back(ky_));
     size = hn::Max(size, hn::Max(hn::Abs(x[c]), hn::Abs(y[c])));
   }
-  const auto edge = [&](int c, int e) { return hn::MulSub(x[c], y[e], hn::Mul(y[c], x[e])); };
-  const V e0 = edge(0, 1), e1 = edge(1, 2), e2 = edge(2, 0);
+  const auto edge_of = [&](int c, int e) { return hn::MulSub(x[c], y[e], hn::Mul(y[c], x[e])); };
+  const V edge[3] = {edge_of(1, 2), edge_of(2, 0), edge_of(0, 1)};
   const V tolerance = hn::MulAdd(size, hn::Set(b, tolerance_), hn::Set(b, kUnderflow));
-  const V least = hn::Min(hn::Min(e0, e1), e2), greatest = hn::Max(hn::Max(e0, e1), e2);
-  const V below = hn::Neg(tolerance);
-  sure = bits_of(b, hn::Or(hn::Gt(least, tolerance), hn::Lt(greatest, below)));
-  return bits_of(b, hn::Or(hn::Ge(least, below), hn::Le(greatest, tolerance)));
+  const V least = hn::Min(hn::Min(edge[0], edge[1]), edge[2]);
+  const V greatest = hn::Max(hn::Max(edge[0], edge[1]), edge[2]);
+  const V depth =
+      hn::Max(least, hn::Neg(greatest));  // how far inside, whichever side faces the ray
+  const M is_possible = hn::Ge(depth, hn::Neg(tolerance));
+  if (hn::AllFalse(b, is_possible)) return {0, 0, 0};
+
+  const M is_sure = hn::Gt(depth, tolerance);
+  V low = hn::Min(hn::Min(t[0], t[1]), t[2]), high = hn::Max(hn::Max(t[0], t[1]), t[2]);
+  if (kAny) narrow(edge, t, tolerance, is_sure, low, high);
+  const M is_near =
+      hn::And(hn::Le(low, hn::Set(b, far_limit_)), hn::Ge(high, hn::Set(b, near_limit_)));
+  Candidates found{bits_of(b, hn::And(is_possible, is_near)), bits_of(b, is_sure), 0};
+  if (kAny) {
+    const V inner_near = hn::Set(b, moved(near_limit_, 2 * kTimeSlack));
+    const V inner_far = hn::Set(b, moved(far_limit_, -2 * kTimeSlack));
+    const M is_within = hn::And(hn::Gt(low, inner_near), hn::Lt(high, inner_far));
+    found.certain = found.sure & bits_of(b, is_within);
+  }
+  return found;
+}
+
+// Where between its corners the line meets a triangle, as far as is known; t [3]: of the corners. Roundings are
+// 10 u of the largest of these, which is no more than t itself and what they differ by: the limits have been
+// moved by 16 u of the one, the interval is by 16 u of the other.
+template <int W, bool kAny>
+void RayState<W, kAny>::narrow(const V* edge, const V* t, V tolerance, M is_sure, V& low,
+                               V& high) const {
+  const B b;
+  const V per_sum = hn::Div(hn::Set(b, 1), hn::Add(hn::Add(edge[0], edge[1]), edge[2]));
+  const auto weight = [&](int c) {
+    return hn::Mul(edge[c], per_sum);
+  };  // t times an edge may overflow
+  const V middle =
+      hn::MulAdd(weight(0), t[0], hn::MulAdd(weight(1), t[1], hn::Mul(weight(2), t[2])));
+  const V off = hn::Mul(tolerance, hn::Set(b, 8));
+  const V share = hn::MulAdd(hn::Abs(per_sum), off, hn::Set(b, 16 * kRoundoff));
+  const V spread = hn::Mul(hn::Sub(high, low), share);
+  low = hn::IfThenElse(is_sure, hn::Sub(middle, spread), low);
+  high = hn::IfThenElse(is_sure, hn::Add(middle, spread), high);
 }
 
 template <int W, bool kAny>
 void RayState<W, kAny>::test_block(const TriangleBlock<W>& block) {
   TESSERA_COUNT(blocks, 1);
   for (size_t first = 0; first < W; first += kStep) {
-    uint32_t sure = 0;
-    for (uint32_t bits = candidates(block, first, sure); bits != 0; bits &= bits - 1) {
+    const Candidates found = candidates(block, first);
+    if (kAny && found.certain != 0) {
+      const auto lane = first + static_cast<size_t>(__builtin_ctz(found.certain));
+      return accept(best_t_, static_cast<int32_t>(block.primitive[lane]));
+    }
+    for (uint32_t bits = found.possible; bits != 0; bits &= bits - 1) {
       const auto lane = static_cast<size_t>(__builtin_ctz(bits));
-      test_triangle(block, first + lane, sure >> lane & 1u);
+      test_triangle(block, first + lane, found.sure >> lane & 1u);
     }
   }
 }
@@ -192,9 +268,14 @@ void RayState<W, kAny>::test_triangle(const TriangleBlock<W>& block, size_t lane
     if (!counts) t = exact_t;
     if (!in_range()) return;
   }
+  accept(t, number);
+}
+
+template <int W, bool kAny>
+void RayState<W, kAny>::accept(float t, int32_t primitive) {
   best_t_ = kAny ? -__builtin_inff() : t;
-  best_ = number;
-  limit();
+  best_ = primitive;
+  far_limit_ = moved(best_t_ * scale_, kTimeSlack);
 }
 
 }  // namespace HWY_NAMESPACE

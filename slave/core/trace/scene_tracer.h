@@ -4,6 +4,8 @@
 // Threads. Constant after construction; any number of threads.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <variant>
 
@@ -12,16 +14,24 @@
 
 namespace tessera::core {
 
+inline SceneBox scene_box(const Bounds3f& bounds) {
+  SceneBox box{};
+  for (int a = 0; a < 3; ++a) {
+    box.lower[a] = bounds.lower[a];
+    box.upper[a] = bounds.upper[a];
+    box.farthest[a] = std::max(std::fabs(box.lower[a]), std::fabs(box.upper[a]));
+  }
+  return box;
+}
+
 // A structure as the kernels see it. Valid as long as the structure is.
 template <int W>
 BvhView<W> view_of(const Bvh<W>& bvh) {
-  const Vec3f low = bvh.bounds.lower, high = bvh.bounds.upper;
-  return {bvh.nodes.data(), bvh.blocks.data(), {low.x, low.y, low.z}, {high.x, high.y, high.z}};
+  return {bvh.nodes.data(), bvh.blocks.data(), scene_box(bvh.bounds)};
 }
 template <int W>
 KdView<W> view_of(const KdIndex<W>& kd) {
-  const Vec3f low = kd.bounds.lower, high = kd.bounds.upper;
-  return {kd.nodes.data(), kd.blocks.data(), {low.x, low.y, low.z}, {high.x, high.y, high.z}};
+  return {kd.nodes.data(), kd.blocks.data(), scene_box(kd.bounds)};
 }
 
 inline const auto& kernels_of(const KernelTable& table, const BvhView<8>&) { return table.bvh8; }
