@@ -1,7 +1,7 @@
 // The triangles of a block against a bundle of rays with origins of their own: culled by the frustum,
 // then by the planes of each row, then tested by 4, 8 or 16 rays at once.
 //
-// Decisions and tolerances are those of ray-inl.h, lane by lane.
+// Decisions and tolerances are those of ray_state-inl.h, lane by lane.
 //
 // Threads. One traversal owns one.
 #include "slave/core/geometry/exact_hit_abi.h"

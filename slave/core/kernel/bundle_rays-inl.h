@@ -54,11 +54,7 @@ inline uint64_t BundleRays::valid_rays(const RayPacket& rays) {
   const D d;
   uint64_t valid = 0;
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
-    V sum = hn::Zero(d), place = hn::Zero(d);
-    for (int a = 0; a < 3; ++a) {
-      sum = hn::Add(sum, hn::Abs(hn::Load(d, rays.direction[a] + at)));
-      place = hn::Add(place, hn::Abs(hn::Load(d, rays.origin[a] + at)));
-    }
+    const V sum = sizes(rays.direction, at), place = sizes(rays.origin, at);
     auto is_valid = hn::And(hn::Gt(sum, hn::Zero(d)), hn::Lt(sum, hn::Inf(d)));
     is_valid = hn::And(is_valid, hn::Lt(place, hn::Inf(d)));
     is_valid =
@@ -71,12 +67,7 @@ inline uint64_t BundleRays::valid_rays(const RayPacket& rays) {
 inline bool BundleRays::setup(const RayPacket& rays) {
   const uint64_t valid = valid_rays(rays);
   if (kLanes == 1 || __builtin_popcountll(valid) < kRaysLeast) return false;
-  const size_t first = static_cast<size_t>(__builtin_ctzll(valid));
-  const size_t middle = valid >> 27 & 1u ? 27 : first;
-  const float ax = abs_of(rays.direction[0][middle]), ay = abs_of(rays.direction[1][middle]),
-              az = abs_of(rays.direction[2][middle]);
-  const int axis = ax >= ay && ax >= az ? 0 : ay >= az ? 1 : 2;
-  set_axis(axis, rays.direction[axis][middle] < 0);
+  const size_t middle = aim(rays, valid);
   for (size_t r = 0; r < kRows; ++r) {
     if (!setup_row(rays, r, valid, middle)) return false;
   }
@@ -102,40 +93,22 @@ inline bool BundleRays::setup(const RayPacket& rays) {
 inline bool BundleRays::setup_row(const RayPacket& rays, size_t row, uint64_t valid,
                                   size_t middle) {
   const D d;
-  const DI di;
   const size_t at = row * kLanes;
-  // Rays that are not valid ride along and hit nothing.
+  V u, v;
+  if (!begin_row(rays, row, valid, middle, u, v)) return false;
   const auto is_valid = mask_of(d, static_cast<uint32_t>(valid >> at));
   const auto copy = [&](const float* values, float* to) {
     const V used = hn::IfThenElse(is_valid, hn::Load(d, values + at), hn::Set(d, values[middle]));
     hn::Store(used, d, to + at);
     return used;
   };
-  V sum = hn::Zero(d);
-  for (int a = 0; a < 3; ++a) {
-    sum = hn::Add(sum, hn::Abs(copy(rays.direction[a], direction[a])));
-    copy(rays.origin[a], from[a]);
-  }
-  const V least = copy(rays.t_min, t_min);
-  hn::Store(hn::IfThenElse(is_valid, hn::Load(d, rays.t_max + at), hn::Set(d, -__builtin_inff())),
-            d, best_t + at);
-  const V z = hn::Load(d, direction[kz] + at);
-  const V x = hn::Div(hn::Load(d, direction[kx] + at), z);
-  const V y = hn::Div(hn::Load(d, direction[ky] + at), z);
-  const V s = hn::Set(d, side), two = hn::Set(d, 2);
-  auto is_near = hn::And(hn::Gt(hn::Mul(z, s), hn::Zero(d)),
-                         hn::And(hn::Le(hn::Abs(x), two), hn::Le(hn::Abs(y), two)));
-  is_near = hn::And(is_near, hn::Ge(least, hn::Zero(d)));
-  // Beyond these limits single rays take care of overflow (RayTracer::setup()).
-  is_near = hn::And(is_near, hn::Gt(sum, hn::Set(d, 0x1p-58f)));
-  is_near = hn::And(is_near, hn::Lt(sum, hn::Set(d, 0x1p60f)));
-  if (!hn::AllTrue(d, is_near)) return false;
-  hn::Store(x, d, shear_x + at);
-  hn::Store(y, d, shear_y + at);
-  hn::Store(sum, d, length + at);
-  hn::Store(hn::Set(di, -1), di, best + at);
-  set_slopes(row, hn::Mul(x, s), row_u);
-  set_slopes(row, hn::Mul(y, s), row_v);
+  for (int a = 0; a < 3; ++a) copy(rays.origin[a], from[a]);
+  if (!hn::AllTrue(d, hn::Ge(copy(rays.t_min, t_min), hn::Zero(d)))) return false;
+  const V s = hn::Set(d, side);
+  hn::Store(hn::Mul(u, s), d, shear_x + at);
+  hn::Store(hn::Mul(v, s), d, shear_y + at);
+  set_slopes(row, u, row_u);
+  set_slopes(row, v, row_v);
   return true;
 }
 

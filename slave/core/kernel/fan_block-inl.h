@@ -169,11 +169,11 @@ bool FanBlock<W, kAny>::test_unsure(const TriangleBlock<W>& block, size_t lane) 
     return has_hit;
   }
   const bool is_behind = static_cast<float>(side) * fan_.side < 0;
-  const bool is_turned = is_behind == (__builtin_signbit(volume_[lane]) != 0);
-  const uint64_t rows = rows_of(lane);
+  const bool is_right = is_behind == (__builtin_signbit(volume_[lane]) != 0);
+  const uint64_t rows = rows_of(lane);  // as computed, and turned round
   turn(lane);
   const uint64_t other_rows = rows_of(lane);
-  if (is_turned) turn(lane);
+  if (is_right) turn(lane);
   return test_rows<true>(block, lane, rows | other_rows);
 }
 

@@ -44,9 +44,7 @@ HWY_INLINE uint64_t FanRays::valid_rays(const FanPacket& rays) {
   const D d;
   uint64_t valid = 0;
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
-    V sum = hn::Abs(hn::Load(d, rays.direction[0] + at));
-    sum = hn::Add(sum, hn::Abs(hn::Load(d, rays.direction[1] + at)));
-    sum = hn::Add(sum, hn::Abs(hn::Load(d, rays.direction[2] + at)));
+    const V sum = sizes(rays.direction, at);
     auto is_valid = hn::And(hn::Gt(sum, hn::Zero(d)), hn::Lt(sum, hn::Inf(d)));
     is_valid = hn::And(is_valid, hn::Ge(hn::Load(d, rays.t_max + at), hn::Set(d, rays.t_min)));
     valid |= uint64_t{bits_of(d, is_valid)} << at;
@@ -55,17 +53,11 @@ HWY_INLINE uint64_t FanRays::valid_rays(const FanPacket& rays) {
 }
 
 HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
-  for (const float o : rays.origin) {
-    if (!(abs_of(o) < __builtin_inff())) return false;
-  }
+  const float* const o = rays.origin;
+  if (!(abs_of(o[0]) + abs_of(o[1]) + abs_of(o[2]) < __builtin_inff())) return false;
   const uint64_t valid = valid_rays(rays);
   if (__builtin_popcountll(valid) < kRaysLeast || !(rays.t_min >= 0)) return false;
-  const size_t first = static_cast<size_t>(__builtin_ctzll(valid));
-  const size_t middle = valid >> 27 & 1u ? 27 : first;
-  const float ax = abs_of(rays.direction[0][middle]), ay = abs_of(rays.direction[1][middle]),
-              az = abs_of(rays.direction[2][middle]);
-  const int axis = ax >= ay && ax >= az ? 0 : ay >= az ? 1 : 2;
-  set_axis(axis, rays.direction[axis][middle] < 0);
+  const size_t middle = aim(rays, valid);
   for (int a = 0; a < 3; ++a) origin[a] = rays.origin[a];
   t_min = rays.t_min;
   for (size_t r = 0; r < kRows; ++r) {
@@ -80,34 +72,12 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
 HWY_INLINE bool FanRays::setup_row(const FanPacket& rays, size_t row, uint64_t valid,
                                    size_t middle) {
   const D d;
-  const DI di;
   const size_t at = row * kLanes;
-  // Rays that are not valid ride along and hit nothing.
-  const auto is_valid = mask_of(d, static_cast<uint32_t>(valid >> at));
-  V sum = hn::Zero(d);
-  for (int a = 0; a < 3; ++a) {
-    const V own = hn::Load(d, rays.direction[a] + at);
-    const V used = hn::IfThenElse(is_valid, own, hn::Set(d, rays.direction[a][middle]));
-    hn::Store(used, d, direction[a] + at);
-    sum = hn::Add(sum, hn::Abs(used));
-  }
-  hn::Store(hn::IfThenElse(is_valid, hn::Load(d, rays.t_max + at), hn::Set(d, -__builtin_inff())),
-            d, best_t + at);
-  const V z = hn::Mul(hn::Load(d, direction[kz] + at), hn::Set(d, side));
-  const V u = hn::Div(hn::Load(d, direction[kx] + at), z);
-  const V v = hn::Div(hn::Load(d, direction[ky] + at), z);
-  const V two = hn::Set(d, 2);
-  auto is_near =
-      hn::And(hn::Gt(z, hn::Zero(d)), hn::And(hn::Le(hn::Abs(u), two), hn::Le(hn::Abs(v), two)));
-  // Beyond these limits single rays take care of overflow (RayTracer::setup()).
-  is_near = hn::And(is_near, hn::Gt(sum, hn::Set(d, 0x1p-58f)));
-  is_near = hn::And(is_near, hn::Lt(sum, hn::Set(d, 0x1p60f)));
-  if (!hn::AllTrue(d, is_near)) return false;
+  V u, v;
+  if (!begin_row(rays, row, valid, middle, u, v)) return false;
   hn::Store(u, d, ray_u + at);
   hn::Store(v, d, ray_v + at);
-  hn::Store(sum, d, length + at);
   hn::Store(hn::Zero(d), d, start + at);
-  hn::Store(hn::Set(di, -1), di, best + at);
   row_u[0][row] = hn::GetLane(hn::MinOfLanes(d, u));
   row_u[1][row] = hn::GetLane(hn::MaxOfLanes(d, u));
   row_v[0][row] = hn::GetLane(hn::MinOfLanes(d, v));

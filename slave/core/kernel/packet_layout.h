@@ -1,4 +1,4 @@
-// Single rays and packets of 64 (8x8 pixels) as the kernels of the wide hierarchy see them.
+// Single rays, packets of 64 (8x8 pixels) and structures as the kernels see them.
 // Fixed-size types only and no functions.
 #pragma once
 
@@ -13,8 +13,8 @@ inline constexpr int kPacketRays = 64;
 inline constexpr uint32_t kNoPrimitive = 0xffffffffu;
 
 // Rays that leave one point: camera rays, and shadow rays of a point light seen from the light.
-// P(t) = origin + t * direction; a hit needs t_min <= t <= t_max, and t_min is not negative. Neighbours in the array are to be
-// neighbours in space: 8 rays in a row are culled together.
+// P(t) = origin + t * direction; a hit needs t_min <= t <= t_max, and t_min is not negative.
+// Neighbours in the array are to be neighbours in space: 8 rays in a row are culled together.
 struct alignas(64) FanPacket {
   float direction[3][kPacketRays];
   float t_max[kPacketRays];
@@ -43,10 +43,8 @@ struct alignas(64) FanTargets {
   // kPacketRays of them and at least one.
   int group_count;
   int group[kFanTargetsMax + 1];
-  alignas(64) int order[kFanTargetsMax + 16];  // some room: registers are stored whole
-
-  alignas(64) float across[2][kFanTargetsMax +
-                              16];  // of the rays in `order`, on their face of the cube
+  alignas(64) int order[kFanTargetsMax + 16];        // some room: registers are loaded whole
+  alignas(64) float across[2][kFanTargetsMax + 16];  // of the rays in `order`, on the cube's face
 };
 
 // A hit needs t_min <= t <= t_max.
@@ -91,7 +89,8 @@ struct KdView {
 // Entry points for one kind of structure. A ray's answer is the same to the bit from each of them
 // and on every instruction set: the triangle that it hits first in exact arithmetic, as far as t
 // tells; of hits at equal t the lowest primitive. A ray with a component that is not finite, a zero
-// direction or limits that are NaN is a miss and touches no other ray.
+// direction, components whose sizes add up to infinity, or limits that are NaN is a miss and touches no
+// other ray.
 template <class View>
 struct ViewKernels {
   void (*closest_ray)(const View& scene, const SingleRay& ray, SingleHit& hit);

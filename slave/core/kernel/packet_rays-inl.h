@@ -26,6 +26,8 @@ struct PacketRays : Frustum {
   static constexpr size_t kLanes = hn::MaxLanes(D());
   static constexpr size_t kRows = kPacketRays / kLanes;  // a row: the rays of one register
 
+  static constexpr float kSteepest = 2;  // |u|, |v| of a ray near the main axis
+
   // What a kernel knows of one triangle and a row of rays.
   struct RowTest {
     V t;
@@ -42,6 +44,17 @@ struct PacketRays : Frustum {
   template <bool kAny>
   bool take(size_t ray, float t, float t_min, uint32_t primitive);
 
+  // The sums of the sizes of three numbers of each ray of a row.
+  static HWY_INLINE V sizes(const float (*values)[kPacketRays], size_t at);
+  // Takes the main axis from a ray in the middle. Returns: the number of the ray. Requires: valid != 0.
+  template <class Packet>
+  HWY_INLINE size_t aim(const Packet& rays, uint64_t valid);
+  // The row's directions, lengths and limits; u, v: what it moves across the main axis per depth. Rays
+  // that are not valid go where the middle one goes, and hit nothing. Returns: whether all are near the main axis.
+  template <class Packet>
+  HWY_INLINE bool begin_row(const Packet& rays, size_t row, uint64_t valid, size_t middle, V& u,
+                            V& v);
+
   HWY_INLINE void shorten(size_t row);                         // after hits in a row
   HWY_INLINE void shorten();                                   // after those
   HWY_INLINE V speed_of(const Plane& plane, size_t at) const;  // N.D of a row, as plane_t() has it
@@ -55,6 +68,51 @@ struct PacketRays : Frustum {
   alignas(64) int32_t best[kPacketRays];  // -1 without a hit
   alignas(64) float row_far[kRows];       // z_far of each row
 };
+
+HWY_INLINE PacketRays::V PacketRays::sizes(const float (*values)[kPacketRays], size_t at) {
+  const D d;
+  const auto size = [&](int a) { return hn::Abs(hn::Load(d, values[a] + at)); };
+  return hn::Add(hn::Add(size(0), size(1)), size(2));
+}
+
+template <class Packet>
+size_t PacketRays::aim(const Packet& rays, uint64_t valid) {
+  const size_t first = static_cast<size_t>(__builtin_ctzll(valid));
+  const size_t middle = valid >> 27 & 1u ? 27 : first;
+  const auto size = [&](int a) { return abs_of(rays.direction[a][middle]); };
+  const int larger = size(0) >= size(1) ? 0 : 1;
+  const int axis = size(larger) >= size(2) ? larger : 2;
+  set_axis(axis, rays.direction[axis][middle] < 0);
+  return middle;
+}
+
+template <class Packet>
+bool PacketRays::begin_row(const Packet& rays, size_t row, uint64_t valid, size_t middle, V& u,
+                           V& v) {
+  const D d;
+  const DI di;
+  const size_t at = row * kLanes;
+  const auto is_valid = mask_of(d, static_cast<uint32_t>(valid >> at));
+  for (int a = 0; a < 3; ++a) {
+    const V own = hn::Load(d, rays.direction[a] + at);
+    hn::Store(hn::IfThenElse(is_valid, own, hn::Set(d, rays.direction[a][middle])), d,
+              direction[a] + at);
+  }
+  const V sum = sizes(direction, at);
+  const V t_max = hn::Load(d, rays.t_max + at);
+  hn::Store(hn::IfThenElse(is_valid, t_max, hn::Neg(hn::Inf(d))), d, best_t + at);
+  hn::Store(sum, d, length + at);
+  hn::Store(hn::Set(di, -1), di, best + at);
+  const V z = hn::Mul(hn::Load(d, direction[kz] + at), hn::Set(d, side));
+  u = hn::Div(hn::Load(d, direction[kx] + at), z);
+  v = hn::Div(hn::Load(d, direction[ky] + at), z);
+  const auto is_steep = [&](V slope) { return hn::Le(hn::Abs(slope), hn::Set(d, kSteepest)); };
+  auto is_near = hn::And(hn::Gt(z, hn::Zero(d)), hn::And(is_steep(u), is_steep(v)));
+  // Beyond these limits single rays take care of overflow (RayState::setup()).
+  is_near = hn::And(is_near, hn::Gt(sum, hn::Set(d, 0x1p-58f)));
+  is_near = hn::And(is_near, hn::Lt(sum, hn::Set(d, 0x1p60f)));
+  return hn::AllTrue(d, is_near);
+}
 
 template <bool kAny>
 uint32_t PacketRays::take(size_t row, const RowTest& test, uint32_t primitive, bool& has_hit) {

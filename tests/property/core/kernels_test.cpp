@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 #include <sstream>
+#include <string>
 
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/kd_index.h"
@@ -37,6 +38,14 @@ struct Prepared {
     fine.cost_intersect = 4;
     kd8 = std::move(*build_kd_index<8>(boxes, store.vertices, {1, nullptr}, fine));
     kd16 = std::move(*build_kd_index<16>(boxes, store.vertices, {1, nullptr}));
+  }
+
+  template <class Test>
+  void for_all(const Test& test) const {
+    test(bvh8);
+    test(bvh16);
+    test(kd8);
+    test(kd16);
   }
 };
 
@@ -203,8 +212,9 @@ struct Place {
 constexpr Place kPlaces[] = {{1, {0, 0, 0}},      {1e-6f, {0, 0, 0}}, {1e6f, {0, 0, 0}},
                              {1e-20f, {0, 0, 0}}, {1e15f, {0, 0, 0}}, {1, {1e4f, -2e4f, 3e4f}}};
 
-TEST(BvhKernels, EveryPathGivesTheAnswerOfExactArithmetic) {
-  const std::uint32_t seed = 4711;
+// Calls test(scene, fan, random) `count` times on several meshes in several places.
+template <class Test>
+void with_fans(std::uint32_t seed, int count, const Test& test_fan) {
   const Mesh meshes[] = {test::make_icosphere(3), test::make_terrain(24, 1),
                          test::make_random_triangles(1500, 0.2f, 2), make_slivers(1500, 3)};
   for (const Place& place : kPlaces) {
@@ -213,61 +223,48 @@ TEST(BvhKernels, EveryPathGivesTheAnswerOfExactArithmetic) {
       const Prepared scene(mesh);
       std::mt19937 random(seed);
       std::uniform_real_distribution<float> unit(-1.5f, 1.5f);
-      for (int packet = 0; packet < 40 && !testing::Test::HasFailure(); ++packet) {
+      for (int number = 0; number < count && !testing::Test::HasFailure(); ++number) {
         Vec3f origin = Vec3f{unit(random), unit(random), unit(random)} * place.scale + place.offset;
-        if (packet % 8 == 0) origin = mesh.positions[random() % mesh.positions.size()];
-        const FanPacket fan = make_fan(mesh, origin, random);
-        PacketHits hits;
-        kernels_for(Isa::kScalar).bvh8.closest_fan(view_of(scene.bvh8), fan, hits);
-        for (int i = 0; i < kPacketRays; ++i) {
-          if ((fan.active >> i & 1u) == 0) continue;
-          const char* const wrong =
-              judge(scene.store, scene.boxes, ray_of(fan, i), {hits.t[i], hits.primitive[i]});
-          EXPECT_EQ(wrong, nullptr)
-              << (wrong != nullptr ? wrong : "") << ", seed " << seed << ": " << text_of(fan, i);
-        }
-        expect_agreement(scene.bvh8, fan, hits);
-        expect_agreement(scene.bvh16, fan, hits);
-        expect_agreement(scene.kd8, fan, hits);
-        expect_agreement(scene.kd16, fan, hits);
+        if (number % 8 == 0) origin = mesh.positions[random() % mesh.positions.size()];
+        SCOPED_TRACE("seed " + std::to_string(seed) + ", scale " + std::to_string(place.scale) +
+                     ", fan " + std::to_string(number));
+        test_fan(scene, make_fan(mesh, origin, random), place.scale, random);
       }
     }
   }
 }
 
-TEST(BvhKernels, RaysWithOriginsOfTheirOwnAnswerAsIfAlone) {
-  const std::uint32_t seed = 815;
-  const Mesh meshes[] = {test::make_icosphere(3), test::make_terrain(24, 1),
-                         test::make_random_triangles(1500, 0.2f, 2), make_slivers(1500, 3)};
-  for (const Place& place : kPlaces) {
-    for (Mesh mesh : meshes) {
-      test::place(mesh, place.scale, place.offset);
-      const Prepared scene(mesh);
-      std::mt19937 random(seed);
-      std::uniform_real_distribution<float> unit(-1.5f, 1.5f);
-      for (int number = 0; number < 60 && !testing::Test::HasFailure(); ++number) {
-        const Vec3f origin =
-            Vec3f{unit(random), unit(random), unit(random)} * place.scale + place.offset;
-        const RayPacket packet = make_packet(make_fan(mesh, origin, random), place.scale, random);
+TEST(Kernels, EveryPathGivesTheAnswerOfExactArithmetic) {
+  with_fans(4711, 40, [](const Prepared& scene, const FanPacket& fan, float, std::mt19937&) {
+    PacketHits hits;
+    kernels_for(Isa::kScalar).bvh8.closest_fan(view_of(scene.bvh8), fan, hits);
+    for (int i = 0; i < kPacketRays; ++i) {
+      if ((fan.active >> i & 1u) == 0) continue;
+      const char* const wrong =
+          judge(scene.store, scene.boxes, ray_of(fan, i), {hits.t[i], hits.primitive[i]});
+      EXPECT_EQ(wrong, nullptr) << (wrong != nullptr ? wrong : "") << ": " << text_of(fan, i);
+    }
+    scene.for_all([&](const auto& index) { expect_agreement(index, fan, hits); });
+  });
+}
+
+TEST(Kernels, RaysWithOriginsOfTheirOwnAnswerAsIfAlone) {
+  with_fans(
+      815, 60, [](const Prepared& scene, const FanPacket& fan, float scale, std::mt19937& random) {
+        const RayPacket packet = make_packet(fan, scale, random);
         SingleHit expected[kPacketRays];
         for (int i = 0; i < kPacketRays; ++i) {
           expected[i] = {0, kNoPrimitive};
           if ((packet.active >> i & 1u) == 0) continue;
           const SingleRay ray = ray_of(packet, i);
           kernels_for(Isa::kScalar).bvh8.closest_ray(view_of(scene.bvh8), ray, expected[i]);
-          EXPECT_EQ(judge(scene.store, scene.boxes, ray, expected[i]), nullptr)
-              << "seed " << seed << ", packet " << number << ", ray " << i;
+          EXPECT_EQ(judge(scene.store, scene.boxes, ray, expected[i]), nullptr) << "ray " << i;
         }
-        expect_agreement(scene.bvh8, packet, expected);
-        expect_agreement(scene.bvh16, packet, expected);
-        expect_agreement(scene.kd8, packet, expected);
-        expect_agreement(scene.kd16, packet, expected);
-      }
-    }
-  }
+        scene.for_all([&](const auto& index) { expect_agreement(index, packet, expected); });
+      });
 }
 
-TEST(BvhKernels, SingleRaysKeepToTheirRangeOnBothSidesOfTheOrigin) {
+TEST(Kernels, SingleRaysKeepToTheirRangeOnBothSidesOfTheOrigin) {
   const std::uint32_t seed = 12;
   const Mesh mesh = test::make_random_triangles(1500, 0.3f, 5);
   const Prepared scene(mesh);
@@ -296,7 +293,7 @@ TEST(BvhKernels, SingleRaysKeepToTheirRangeOnBothSidesOfTheOrigin) {
 }
 
 // From inside a closed mesh nothing gets out, aimed at its edges and corners or not.
-TEST(BvhKernels, NoRayLeavesAClosedMesh) {
+TEST(Kernels, NoRayLeavesAClosedMesh) {
   const std::uint32_t seed = 99;
   std::size_t rays = 0, leaks = 0;
   for (const Place& place : kPlaces) {
