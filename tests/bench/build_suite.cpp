@@ -8,6 +8,7 @@
 #include "common/base/json.h"
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/kd_index.h"
+#include "slave/core/accel/triangle_clipper.h"
 #include "slave/core/geometry/triangle_store.h"
 #include "slave/core/kernel/kernel_table.h"
 #include "tests/bench/contender.h"
@@ -61,7 +62,15 @@ void add_ours(const Input& input, int threads, std::vector<Row>& rows) {
     });
   };
   rows.push_back({"bvh" + width, threads, bvh, false});
+  const auto quality = [&input](int n) {
+    return timed([&] {
+      const core::TriangleClipper clipper(input.triangles.vertices);
+      return core::build_kd_index<W>(input.boxes, input.triangles.vertices, {n, nullptr},
+                                     core::quality_build(clipper));
+    });
+  };
   rows.push_back({"kd" + width, threads, kd, false});
+  rows.push_back({"kd" + width + " quality", threads, quality, false});
 }
 
 std::vector<Row> rows_of(const Input& input, const CoreSuiteOptions& options) {

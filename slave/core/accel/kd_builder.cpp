@@ -4,6 +4,7 @@
 #include <cmath>
 #include <new>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -25,6 +26,7 @@ void set_axis(Vec3f& v, int axis, float value) {
 struct Voxel {
   Bounds3f bounds;
   std::vector<std::uint32_t> refs;
+  std::vector<Bounds3f> parts;  // of the primitives, where there is a clipper; else empty
   std::uint64_t budget = 0;  // entries that the leaves below may have in all; at least refs.size()
   int depth = 0;
 };
@@ -61,40 +63,69 @@ void make_leaf(const Voxel& voxel, std::size_t slot, Fragment& out) {
   out.refs.insert(out.refs.end(), voxel.refs.begin(), voxel.refs.end());
 }
 
+// A primitive that is in both halves of a split, as far as it is in this one.
+void add_part(const Shared& shared, std::uint32_t primitive, const Bounds3f& box, Voxel& voxel) {
+  const Bounds3f part = shared.config.clipper->clip(primitive, voxel.bounds);
+  const Bounds3f cut{max(part.lower, box.lower), min(part.upper, box.upper)};
+  if (cut.is_empty()) return;
+  voxel.refs.push_back(primitive);
+  voxel.parts.push_back(cut);
+}
+
+// Hands the primitives of a voxel down; boxes: of these, or of their parts.
+template <class Boxes>
+bool split_by(const Shared& shared, const Boxes& boxes, const Voxel& voxel, SahScratch& scratch,
+              SahSplit& split, Voxel (&child)[2]) {
+  constexpr bool kCuts = std::is_same_v<Boxes, PartBoxes>;
+  split = choose_split(boxes, voxel.bounds, shared.config, scratch);
+  if (split.axis < 0) return false;
+  const int axis = split.axis;
+  const float plane = split.plane;
+  std::size_t count[2] = {0, 0};
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const float lower = boxes[i].lower[axis], upper = boxes[i].upper[axis];
+    count[0] += goes_below(lower, plane, upper) ? 1u : 0u;
+    count[1] += goes_above(plane, upper) ? 1u : 0u;
+  }
+  if (count[0] + count[1] > voxel.budget) return false;
+  for (int side = 0; side < 2; ++side) {
+    child[side] = {voxel.bounds, {}, {}, 0, voxel.depth + 1};
+    child[side].refs.reserve(count[side]);
+    if (kCuts) child[side].parts.reserve(count[side]);
+  }
+  set_axis(child[0].bounds.upper, axis, plane);
+  set_axis(child[1].bounds.lower, axis, plane);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const float lower = boxes[i].lower[axis], upper = boxes[i].upper[axis];
+    const bool is_there[2] = {goes_below(lower, plane, upper), goes_above(plane, upper)};
+    for (int side = 0; side < 2; ++side) {
+      if (!is_there[side]) continue;
+      if (kCuts && is_there[1 - side]) {
+        add_part(shared, voxel.refs[i], boxes[i], child[side]);
+        continue;
+      }
+      child[side].refs.push_back(voxel.refs[i]);
+      if (kCuts) child[side].parts.push_back(boxes[i]);
+    }
+  }
+  return true;
+}
+
 // Splits the voxel in two. Returns false, with the children untouched, when it should be a leaf.
 bool split_voxel(const Shared& shared, Voxel& voxel, SahScratch& scratch, SahSplit& split,
                  Voxel (&child)[2]) {
   if (voxel.depth >= shared.depth_max) return false;
-  split = choose_split(shared.boxes, voxel.refs, voxel.bounds, shared.config, scratch);
-  if (split.axis < 0) return false;
-  std::size_t count[2] = {0, 0};
-  for (const std::uint32_t r : voxel.refs) {
-    const float lower = shared.boxes[r].lower[split.axis],
-                upper = shared.boxes[r].upper[split.axis];
-    count[0] += goes_below(lower, split.plane, upper) ? 1u : 0u;
-    count[1] += goes_above(split.plane, upper) ? 1u : 0u;
-  }
-  const std::uint64_t total = count[0] + count[1];
-  if (total > voxel.budget) return false;
-  for (int side = 0; side < 2; ++side) {
-    child[side].bounds = voxel.bounds;
-    child[side].depth = voxel.depth + 1;
-    child[side].refs.clear();
-    child[side].refs.reserve(count[side]);
-  }
-  set_axis(child[0].bounds.upper, split.axis, split.plane);
-  set_axis(child[1].bounds.lower, split.axis, split.plane);
-  for (const std::uint32_t r : voxel.refs) {
-    const float lower = shared.boxes[r].lower[split.axis],
-                upper = shared.boxes[r].upper[split.axis];
-    if (goes_below(lower, split.plane, upper)) child[0].refs.push_back(r);
-    if (goes_above(split.plane, upper)) child[1].refs.push_back(r);
-  }
+  const bool is_split = shared.config.clipper != nullptr
+                            ? split_by(shared, PartBoxes(voxel.parts), voxel, scratch, split, child)
+                            : split_by(shared, WholeBoxes{shared.boxes.data(), voxel.refs}, voxel,
+                                       scratch, split, child);
+  if (!is_split) return false;
   const std::uint64_t spare = voxel.budget - (child[0].refs.size() + child[1].refs.size());
   const std::uint64_t n0 = child[0].refs.size(), n1 = child[1].refs.size();
   const std::uint64_t spare0 = n0 + n1 == 0 ? 0 : spare / (n0 + n1) * n0;
   child[0].budget = n0 + spare0;
   child[1].budget = n1 + (spare - spare0);
+  voxel.parts = {};
   voxel.refs = {};  // free before the children are built: memory stays O(n) per level of depth
   return true;
 }
@@ -191,6 +222,7 @@ Result<KdTree> build(std::span<const Bounds3f> boxes, const BuildControl& contro
     if (boxes[p].is_empty()) continue;
     root.bounds.grow(boxes[p]);
     root.refs.push_back(static_cast<std::uint32_t>(p));
+    if (config.clipper != nullptr) root.parts.push_back(boxes[p]);
   }
   if (root.refs.empty()) return KdTree();
   const Bounds3f bounds = root.bounds;
@@ -218,6 +250,13 @@ Result<KdTree> build(std::span<const Bounds3f> boxes, const BuildControl& contro
 }
 
 }  // namespace
+
+KdBuildConfig quality_build(const PrimitiveClipper& clipper) {
+  KdBuildConfig config;
+  config.sweep_max = 512;
+  config.clipper = &clipper;
+  return config;
+}
 
 Result<KdTree> build_kd_tree(std::span<const Bounds3f> boxes, const BuildControl& control,
                              const KdBuildConfig& config) {

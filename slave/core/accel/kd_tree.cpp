@@ -46,7 +46,7 @@ KdTree::KdTree(const Bounds3f& bounds, std::vector<KdNode> nodes,
   TESSERA_CHECK(!nodes_.empty());
 }
 
-Status KdTree::validate(std::span<const Bounds3f> boxes) const {
+Status KdTree::validate(std::span<const Bounds3f> boxes, bool is_clipped) const {
   std::vector<bool> is_reached(nodes_.size(), false), is_listed(boxes.size(), false);
   std::vector<Visit> open(1);
   open[0] = {0, 0, bounds_, {}};
@@ -73,7 +73,8 @@ Status KdTree::validate(std::span<const Bounds3f> boxes) const {
         is_listed[*it] = true;
       }
       for (const std::uint32_t p : visit.inside) {
-        if (!std::binary_search(first, last, p)) return broken("primitive missing", visit.node);
+        if (!is_clipped && !std::binary_search(first, last, p))
+          return broken("primitive missing", visit.node);
       }
       continue;
     }
@@ -100,6 +101,38 @@ Status KdTree::validate(std::span<const Bounds3f> boxes) const {
     }
   }
   return Status::ok();
+}
+
+double KdTree::sah_cost(double cost_traverse, double cost_intersect) const {
+  struct Part {
+    std::uint32_t node;
+    Bounds3f voxel;
+  };
+  const auto half_area = [](const Bounds3f& box) {
+    const Vec3f e = box.extent();
+    return double{e.x} * e.y + double{e.y} * e.z + double{e.z} * e.x;
+  };
+  double cost = 0;
+  std::vector<Part> open{{0, bounds_}};
+  while (!open.empty()) {
+    const Part part = open.back();
+    open.pop_back();
+    const KdNode& node = nodes_[part.node];
+    const std::uint32_t tag = node.tag_and_index & 3u, index = node.tag_and_index >> 2;
+    if (tag == kKdLeafTag) {
+      cost += half_area(part.voxel) * cost_intersect * node.count;
+      continue;
+    }
+    cost += half_area(part.voxel) * cost_traverse;
+    for (std::uint32_t side = 0; side < 2; ++side) {
+      Part child{index + side, part.voxel};
+      set_axis(side == 0 ? child.voxel.upper : child.voxel.lower, static_cast<int>(tag),
+               node.split);
+      open.push_back(child);
+    }
+  }
+  const double all = half_area(bounds_);
+  return all > 0 ? cost / all : cost_intersect * static_cast<double>(primitive_refs_.size());
 }
 
 }  // namespace tessera::core

@@ -43,9 +43,12 @@ class KdTree {
   }
 
   // Walks the whole tree; for tests, quadratic in the worst case. Shape: boxes [primitive_count],
-  // empty boxes for primitives that stay out. Returns: kInternal naming the first broken invariant
-  // and the node.
-  Status validate(std::span<const Bounds3f> boxes) const;
+  // empty boxes for primitives that stay out. is_clipped: of a tree built with a clipper, where a box that
+  // overlaps a voxel need not be listed. Returns: kInternal naming the first broken invariant and the node.
+  Status validate(std::span<const Bounds3f> boxes, bool is_clipped = false) const;
+
+  // Steps and tests of a random line through the tree, weighed, by the surface area heuristic.
+  double sah_cost(double cost_traverse, double cost_intersect) const;
 
  private:
   Bounds3f bounds_;

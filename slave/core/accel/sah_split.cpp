@@ -8,10 +8,6 @@
 namespace tessera::core {
 namespace {
 
-// Above this many primitives planes are tried at bin borders only: leaves hold some 60, so that is
-// nearly everywhere. Sweeping from 512 down takes 2 to 2.6 times as long to build and renders no
-// faster (README.md).
-constexpr std::size_t kSweepMax = 32;
 constexpr std::size_t kBins = 32;
 
 struct Judge {
@@ -37,13 +33,13 @@ struct Judge {
   }
 };
 
-void sweep_axis(std::span<const Bounds3f> boxes, std::span<const std::uint32_t> refs, int axis,
-                SahScratch& s, Judge& judge) {
+template <class Boxes>
+void sweep_axis(const Boxes& boxes, int axis, SahScratch& s, Judge& judge) {
   s.lowers.clear();
   s.uppers.clear();
   s.flats.clear();
-  for (const std::uint32_t r : refs) {
-    const float lower = boxes[r].lower[axis], upper = boxes[r].upper[axis];
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const float lower = boxes[i].lower[axis], upper = boxes[i].upper[axis];
     s.lowers.push_back(lower);
     s.uppers.push_back(upper);
     if (lower == upper) s.flats.push_back(lower);
@@ -51,7 +47,7 @@ void sweep_axis(std::span<const Bounds3f> boxes, std::span<const std::uint32_t> 
   std::sort(s.lowers.begin(), s.lowers.end());
   std::sort(s.uppers.begin(), s.uppers.end());
   std::sort(s.flats.begin(), s.flats.end());
-  const std::size_t n = refs.size();
+  const std::size_t n = boxes.size();
   std::size_t l = 0, u = 0, f = 0;
   while (l < n || u < n) {
     const float plane = l < n ? std::min(s.lowers[l], s.uppers[u]) : s.uppers[u];
@@ -64,9 +60,9 @@ void sweep_axis(std::span<const Bounds3f> boxes, std::span<const std::uint32_t> 
   }
 }
 
-void bin_axis(std::span<const Bounds3f> boxes, std::span<const std::uint32_t> refs, int axis,
-              float lower, float upper, Judge& judge) {
-  const std::size_t n = refs.size();
+template <class Boxes>
+void bin_axis(const Boxes& boxes, int axis, float lower, float upper, Judge& judge) {
+  const std::size_t n = boxes.size();
   judge.weigh(axis, lower, 0, n);
   judge.weigh(axis, upper, n, 0);
   const float width = upper - lower;
@@ -77,9 +73,9 @@ void bin_axis(std::span<const Bounds3f> boxes, std::span<const std::uint32_t> re
     const float b = std::clamp((x - lower) * scale, 0.0f, static_cast<float>(kBins - 1));
     return static_cast<std::size_t>(b);
   };
-  for (const std::uint32_t r : refs) {
-    ++begins[bin_of(boxes[r].lower[axis])];
-    ++ends[bin_of(boxes[r].upper[axis])];
+  for (std::size_t i = 0; i < n; ++i) {
+    ++begins[bin_of(boxes[i].lower[axis])];
+    ++ends[bin_of(boxes[i].upper[axis])];
   }
   std::size_t below = 0, above = n;
   for (std::size_t b = 1; b < kBins; ++b) {
@@ -92,26 +88,32 @@ void bin_axis(std::span<const Bounds3f> boxes, std::span<const std::uint32_t> re
 
 }  // namespace
 
-SahSplit choose_split(std::span<const Bounds3f> boxes, std::span<const std::uint32_t> refs,
-                      const Bounds3f& voxel, const KdBuildConfig& config, SahScratch& scratch) {
+template <class Boxes>
+SahSplit choose_split(const Boxes& boxes, const Bounds3f& voxel, const KdBuildConfig& config,
+                      SahScratch& scratch) {
   const Vec3f e = voxel.extent();
   const double half_area = double{e.x} * e.y + double{e.y} * e.z + double{e.z} * e.x;
-  const float leaf_cost = config.cost_intersect * static_cast<float>(refs.size());
+  const float leaf_cost = config.cost_intersect * static_cast<float>(boxes.size());
   // A voxel of no area (all geometry on a line or point) is a leaf; so is an overflow.
-  if (refs.empty() || !(half_area > 0) || !(1 / half_area > 0)) return {-1, 0, leaf_cost};
+  if (boxes.size() == 0 || !(half_area > 0) || !(1 / half_area > 0)) return {-1, 0, leaf_cost};
   Judge judge{voxel, config, 1 / half_area, {-1, 0, leaf_cost}};
-  if (refs.size() <= kSweepMax) {
-    for (int axis = 0; axis < 3; ++axis) sweep_axis(boxes, refs, axis, scratch, judge);
+  if (boxes.size() <= config.sweep_max) {
+    for (int axis = 0; axis < 3; ++axis) sweep_axis(boxes, axis, scratch, judge);
     return judge.best;
   }
   Bounds3f tight;
-  for (const std::uint32_t r : refs) tight.grow(boxes[r]);
+  for (std::size_t i = 0; i < boxes.size(); ++i) tight.grow(boxes[i]);
   tight.lower = max(tight.lower, voxel.lower);
   tight.upper = min(tight.upper, voxel.upper);
   for (int axis = 0; axis < 3; ++axis) {
-    bin_axis(boxes, refs, axis, tight.lower[axis], tight.upper[axis], judge);
+    bin_axis(boxes, axis, tight.lower[axis], tight.upper[axis], judge);
   }
   return judge.best;
 }
+
+template SahSplit choose_split(const WholeBoxes&, const Bounds3f&, const KdBuildConfig&,
+                               SahScratch&);
+template SahSplit choose_split(const PartBoxes&, const Bounds3f&, const KdBuildConfig&,
+                               SahScratch&);
 
 }  // namespace tessera::core

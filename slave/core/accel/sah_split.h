@@ -18,6 +18,17 @@ struct SahScratch {
   std::vector<float> lowers, uppers, flats;
 };
 
+// The boxes of a voxel's primitives.
+struct WholeBoxes {
+  const Bounds3f* all;  // [primitive_count]
+  std::span<const std::uint32_t> primitives;
+
+  std::size_t size() const { return primitives.size(); }
+  const Bounds3f& operator[](std::size_t i) const { return all[primitives[i]]; }
+};
+// The boxes of their parts in the voxel.
+using PartBoxes = std::span<const Bounds3f>;
+
 struct SahSplit {
   int axis = -1;  // -1: no plane is cheaper than a leaf
   float plane = 0;
@@ -31,8 +42,9 @@ inline bool goes_below(float lower, float plane, float upper) {
 }
 inline bool goes_above(float plane, float upper) { return upper > plane; }
 
-// Shape: refs [count], numbers into boxes. Requires: every box touches the voxel.
-SahSplit choose_split(std::span<const Bounds3f> boxes, std::span<const std::uint32_t> refs,
-                      const Bounds3f& voxel, const KdBuildConfig& config, SahScratch& scratch);
+// Requires: every box touches the voxel. Boxes: WholeBoxes or PartBoxes.
+template <class Boxes>
+SahSplit choose_split(const Boxes& boxes, const Bounds3f& voxel, const KdBuildConfig& config,
+                      SahScratch& scratch);
 
 }  // namespace tessera::core
