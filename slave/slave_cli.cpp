@@ -73,8 +73,9 @@ void declare(CLI::App& app, Words& words) {
       ->type_name("NAME")
       ->capture_default_str();
   app.add_option("--structure", words.structure,
-                 "what rays go through: kd, bvh, auto; pictures do not depend on it")
-      ->check(CLI::IsMember({"kd", "bvh", "auto"}))
+                 "what rays go through: auto, bvh, kd, kd-quality (three times as long to build);\n"
+                 "pictures do not depend on it")
+      ->check(CLI::IsMember(core::structure_names()).description(""))
       ->type_name("NAME")
       ->capture_default_str();
   app.add_option("--name", words.name,

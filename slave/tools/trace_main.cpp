@@ -104,8 +104,8 @@ void describe(CLI::App& app, Words& words) {
       ->required();
   app.add_flag("--any", words.is_any, "only whether something is hit; t and the rest are 0");
   app.add_option("--structure", words.structure,
-                 "what rays go through: kd, bvh, auto; answers do not depend on it")
-      ->check(CLI::IsMember({"kd", "bvh", "auto"}))
+                 "what rays go through; answers do not depend on it")
+      ->check(CLI::IsMember(core::structure_names()))
       ->capture_default_str();
   app.add_option("--bundle", words.bundle, "rays traced together; answers do not depend on it")
       ->check(CLI::IsMember({"1", "4", "16", "64", "auto"}))

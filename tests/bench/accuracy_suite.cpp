@@ -24,7 +24,8 @@ struct Method {
 constexpr Method kMethods[] = {{"bvh, packets", core::Structure::kBvh, 64},
                                {"bvh, single", core::Structure::kBvh, 1},
                                {"kd, packets", core::Structure::kKd, 64},
-                               {"kd, single", core::Structure::kKd, 1}};
+                               {"kd, single", core::Structure::kKd, 1},
+                               {"kd-q, packets", core::Structure::kKdQuality, 64}};
 
 struct Spread {
   double median, most, max;  // most: 99.9 %

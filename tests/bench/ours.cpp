@@ -5,6 +5,7 @@
 
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/kd_index.h"
+#include "slave/core/accel/triangle_clipper.h"
 #include "slave/core/kernel/kernel_table.h"
 #include "slave/core/trace/ray_groups.h"
 #include "slave/core/trace/scene_tracer.h"
@@ -164,27 +165,34 @@ class Ours final : public Entrants {
   Ours(const core::TriangleStore& triangles, const std::vector<Bounds3f>& boxes, Isa isa) {
     const core::KernelTable& table = core::kernels_for(isa);
     if (table.lane_count >= 16) {
-      build<core::Bvh<16>>(
-          "bvh16", table, [](auto&&... a) { return core::build_bvh<16>(a...); }, triangles, boxes);
-      build<core::KdIndex<16>>(
-          "kd16", table, [](auto&&... a) { return core::build_kd_index<16>(a...); }, triangles,
-          boxes);
+      build_all<16>(table, triangles, boxes);
     } else {
-      build<core::Bvh<8>>(
-          "bvh8", table, [](auto&&... a) { return core::build_bvh<8>(a...); }, triangles, boxes);
-      build<core::KdIndex<8>>(
-          "kd8", table, [](auto&&... a) { return core::build_kd_index<8>(a...); }, triangles,
-          boxes);
+      build_all<8>(table, triangles, boxes);
     }
   }
 
  private:
+  template <int W>
+  void build_all(const core::KernelTable& table, const core::TriangleStore& triangles,
+                 const std::vector<Bounds3f>& boxes) {
+    const std::string width = std::to_string(W);
+    const core::BuildControl alone{1, nullptr};
+    const core::TriangleClipper clipper(triangles.vertices);
+    build<core::Bvh<W>>("bvh" + width, table,
+                        [&] { return core::build_bvh<W>(boxes, triangles.vertices, alone); });
+    build<core::KdIndex<W>>("kd" + width, table, [&] {
+      return core::build_kd_index<W>(boxes, triangles.vertices, alone);
+    });
+    build<core::KdIndex<W>>("kd" + width + "q", table, [&] {
+      return core::build_kd_index<W>(boxes, triangles.vertices, alone,
+                                     core::quality_build(clipper));
+    });
+  }
+
   template <class Index, class Build>
-  void build(const char* name, const core::KernelTable& table, const Build& build_index,
-             const core::TriangleStore& triangles, const std::vector<Bounds3f>& boxes) {
+  void build(const std::string& name, const core::KernelTable& table, const Build& build_index) {
     const double start = process_cpu_seconds(), start_wall = wall_seconds();
-    Index index =
-        std::move(*build_index(boxes, triangles.vertices, core::BuildControl{1, nullptr}));
+    Index index = std::move(*build_index());
     const double seconds = process_cpu_seconds() - start, wall = wall_seconds() - start_wall;
     builds.push_back({name, seconds, wall, 1e-6 * static_cast<double>(index.memory_bytes())});
     auto structure = std::make_shared<Structure<Index>>(std::move(index), table, name);

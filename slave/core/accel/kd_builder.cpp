@@ -253,7 +253,9 @@ Result<KdTree> build(std::span<const Bounds3f> boxes, const BuildControl& contro
 
 KdBuildConfig quality_build(const PrimitiveClipper& clipper) {
   KdBuildConfig config;
-  config.sweep_max = 512;
+  config.sweep_max = 64;
+  config.bin_count = kKdBinsMax;
+  config.is_refined = true;
   config.clipper = &clipper;
   return config;
 }

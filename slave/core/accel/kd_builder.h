@@ -29,6 +29,8 @@ class PrimitiveClipper {
   virtual Bounds3f clip(std::uint32_t primitive, const Bounds3f& voxel) const = 0;
 };
 
+inline constexpr int kKdBinsMax = 128;
+
 struct KdBuildConfig {
   float cost_traverse = 1.0f;     // cost of one step down, the unit
   float cost_intersect = 0.025f;  // cost of one triangle test, in a block; measured, see README.md
@@ -38,6 +40,8 @@ struct KdBuildConfig {
       8;  // bound on memory: leaves list at most this often on average
   // In voxels of at most so many primitives planes are tried at every face of a box, above at the borders of bins.
   std::size_t sweep_max = 32;
+  int bin_count = 32;       // at most kKdBinsMax
+  bool is_refined = false;  // every face of a box is tried in the two bins beside the best border
   const PrimitiveClipper* clipper = nullptr;  // null: boxes are enough
 };
 

@@ -8,8 +8,6 @@
 namespace tessera::core {
 namespace {
 
-constexpr std::size_t kBins = 32;
-
 struct Judge {
   const Bounds3f& voxel;
   const KdBuildConfig& config;
@@ -33,30 +31,39 @@ struct Judge {
   }
 };
 
+// Weighs every face of a box from `from` to `to`.
 template <class Boxes>
-void sweep_axis(const Boxes& boxes, int axis, SahScratch& s, Judge& judge) {
+void sweep_axis(const Boxes& boxes, int axis, float from, float to, SahScratch& s, Judge& judge) {
   s.lowers.clear();
   s.uppers.clear();
   s.flats.clear();
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
+  const std::size_t n = boxes.size();
+  std::size_t begun = 0,
+              ended =
+                  0;  // below the plane; a box that begins or ends in it has not begun, but ended
+  const auto is_here = [&](float face) { return face >= from && face <= to; };
+  for (std::size_t i = 0; i < n; ++i) {
     const float lower = boxes[i].lower[axis], upper = boxes[i].upper[axis];
-    s.lowers.push_back(lower);
-    s.uppers.push_back(upper);
-    if (lower == upper) s.flats.push_back(lower);
+    if (is_here(lower)) s.lowers.push_back(lower);
+    if (is_here(upper)) s.uppers.push_back(upper);
+    if (lower == upper && is_here(lower)) s.flats.push_back(lower);
+    begun += lower < from ? 1u : 0u;
+    ended += upper < from ? 1u : 0u;
   }
   std::sort(s.lowers.begin(), s.lowers.end());
   std::sort(s.uppers.begin(), s.uppers.end());
   std::sort(s.flats.begin(), s.flats.end());
-  const std::size_t n = boxes.size();
   std::size_t l = 0, u = 0, f = 0;
-  while (l < n || u < n) {
-    const float plane = l < n ? std::min(s.lowers[l], s.uppers[u]) : s.uppers[u];
-    while (u < n && s.uppers[u] <= plane) ++u;
+  while (l < s.lowers.size() || u < s.uppers.size()) {
+    const bool is_lower =
+        u == s.uppers.size() || (l < s.lowers.size() && s.lowers[l] < s.uppers[u]);
+    const float plane = is_lower ? s.lowers[l] : s.uppers[u];
+    for (; u < s.uppers.size() && s.uppers[u] <= plane; ++u) ++ended;
     while (f < s.flats.size() && s.flats[f] < plane) ++f;
     std::size_t flats_here = 0;
     while (f + flats_here < s.flats.size() && s.flats[f + flats_here] == plane) ++flats_here;
-    judge.weigh(axis, plane, l + flats_here, n - u);  // l: boxes that begin strictly below
-    while (l < n && s.lowers[l] <= plane) ++l;
+    judge.weigh(axis, plane, begun + flats_here, n - ended);
+    for (; l < s.lowers.size() && s.lowers[l] <= plane; ++l) ++begun;
   }
 }
 
@@ -67,10 +74,13 @@ void bin_axis(const Boxes& boxes, int axis, float lower, float upper, Judge& jud
   judge.weigh(axis, upper, n, 0);
   const float width = upper - lower;
   if (!(width > 0)) return;
-  std::array<std::size_t, kBins> begins{}, ends{};
-  const float scale = static_cast<float>(kBins) / width;
+  const auto bins = static_cast<std::size_t>(judge.config.bin_count);
+  std::array<std::size_t, kKdBinsMax> begins, ends;
+  std::fill_n(begins.begin(), bins, 0);
+  std::fill_n(ends.begin(), bins, 0);
+  const float scale = static_cast<float>(bins) / width;
   const auto bin_of = [&](float x) {
-    const float b = std::clamp((x - lower) * scale, 0.0f, static_cast<float>(kBins - 1));
+    const float b = std::clamp((x - lower) * scale, 0.0f, static_cast<float>(bins - 1));
     return static_cast<std::size_t>(b);
   };
   for (std::size_t i = 0; i < n; ++i) {
@@ -78,10 +88,10 @@ void bin_axis(const Boxes& boxes, int axis, float lower, float upper, Judge& jud
     ++ends[bin_of(boxes[i].upper[axis])];
   }
   std::size_t below = 0, above = n;
-  for (std::size_t b = 1; b < kBins; ++b) {
+  for (std::size_t b = 1; b < bins; ++b) {
     below += begins[b - 1];
     above -= ends[b - 1];
-    const float plane = lower + width * (static_cast<float>(b) / static_cast<float>(kBins));
+    const float plane = lower + width * (static_cast<float>(b) / static_cast<float>(bins));
     judge.weigh(axis, plane, below, above);
   }
 }
@@ -98,7 +108,8 @@ SahSplit choose_split(const Boxes& boxes, const Bounds3f& voxel, const KdBuildCo
   if (boxes.size() == 0 || !(half_area > 0) || !(1 / half_area > 0)) return {-1, 0, leaf_cost};
   Judge judge{voxel, config, 1 / half_area, {-1, 0, leaf_cost}};
   if (boxes.size() <= config.sweep_max) {
-    for (int axis = 0; axis < 3; ++axis) sweep_axis(boxes, axis, scratch, judge);
+    constexpr float kInf = Bounds3f::kInf;
+    for (int axis = 0; axis < 3; ++axis) sweep_axis(boxes, axis, -kInf, kInf, scratch, judge);
     return judge.best;
   }
   Bounds3f tight;
@@ -106,7 +117,15 @@ SahSplit choose_split(const Boxes& boxes, const Bounds3f& voxel, const KdBuildCo
   tight.lower = max(tight.lower, voxel.lower);
   tight.upper = min(tight.upper, voxel.upper);
   for (int axis = 0; axis < 3; ++axis) {
-    bin_axis(boxes, axis, tight.lower[axis], tight.upper[axis], judge);
+    const float lower = tight.lower[axis], upper = tight.upper[axis];
+    Judge own = judge;  // of this axis
+    own.best = {-1, 0, Bounds3f::kInf};
+    bin_axis(boxes, axis, lower, upper, own);
+    if (config.is_refined && own.best.axis == axis) {
+      const float width = (upper - lower) / static_cast<float>(config.bin_count);
+      sweep_axis(boxes, axis, own.best.plane - width, own.best.plane + width, scratch, own);
+    }
+    if (own.best.cost < judge.best.cost) judge.best = own.best;
   }
   return judge.best;
 }

@@ -3,15 +3,19 @@
 #include <utility>
 
 #include "slave/core/accel/bvh_builder.h"
+#include "slave/core/accel/triangle_clipper.h"
 
 namespace tessera::core {
 namespace {
 
 template <int W>
 Result<SpatialIndex> build(std::span<const Bounds3f> boxes, std::span<const float> vertices,
-                           bool is_kd, const BuildControl& control) {
-  if (is_kd) {
-    Result<KdIndex<W>> kd = build_kd_index<W>(boxes, vertices, control);
+                           Structure structure, const BuildControl& control) {
+  if (structure == Structure::kKd || structure == Structure::kKdQuality) {
+    const TriangleClipper clipper(vertices);
+    const bool is_quality = structure == Structure::kKdQuality;
+    Result<KdIndex<W>> kd = build_kd_index<W>(
+        boxes, vertices, control, is_quality ? quality_build(clipper) : KdBuildConfig{});
     if (!kd.is_ok()) return kd.status();
     return SpatialIndex{std::move(*kd)};
   }
@@ -23,10 +27,10 @@ Result<SpatialIndex> build(std::span<const Bounds3f> boxes, std::span<const floa
 }  // namespace
 
 Result<SpatialIndex> build_spatial_index(std::span<const Bounds3f> boxes,
-                                         std::span<const float> vertices, bool is_kd, int lanes,
-                                         const BuildControl& control) {
-  return lanes >= 16 ? build<16>(boxes, vertices, is_kd, control)
-                     : build<8>(boxes, vertices, is_kd, control);
+                                         std::span<const float> vertices, Structure structure,
+                                         int lanes, const BuildControl& control) {
+  return lanes >= 16 ? build<16>(boxes, vertices, structure, control)
+                     : build<8>(boxes, vertices, structure, control);
 }
 
 }  // namespace tessera::core

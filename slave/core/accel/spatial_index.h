@@ -11,6 +11,7 @@
 #include "slave/core/accel/build_control.h"
 #include "slave/core/accel/bvh.h"
 #include "slave/core/accel/kd_index.h"
+#include "slave/core/accel/structure.h"
 
 namespace tessera::core {
 
@@ -27,7 +28,7 @@ struct SpatialIndex {
 // one keeps its number and stays out; vertices [triangle_count][3][3]. Returns: kCancelled,
 // kResourceExhausted.
 Result<SpatialIndex> build_spatial_index(std::span<const Bounds3f> boxes,
-                                         std::span<const float> vertices, bool is_kd, int lanes,
-                                         const BuildControl& control);
+                                         std::span<const float> vertices, Structure structure,
+                                         int lanes, const BuildControl& control);
 
 }  // namespace tessera::core

@@ -35,8 +35,8 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
   impl->triangles = make_triangle_store(scene, boxes);
   const int lanes = kernels_for(widest_isa(cpu_isas() & compiled_isas())).lane_count;
   Result<SpatialIndex> index =
-      build_spatial_index(boxes, impl->triangles.vertices, options.structure == Structure::kKd,
-                          lanes, {options.threads, options.is_cancelled});
+      build_spatial_index(boxes, impl->triangles.vertices, options.structure, lanes,
+                          {options.threads, options.is_cancelled});
   if (!index.is_ok()) return index.status();
   impl->index = std::move(*index);
   impl->lights = make_light_set(scene, impl->triangles, boxes);
@@ -49,13 +49,6 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
 }
 
 }  // namespace
-
-Result<Structure> parse_structure(const std::string& name) {
-  if (name == "auto") return Structure::kAuto;
-  if (name == "bvh") return Structure::kBvh;
-  if (name == "kd") return Structure::kKd;
-  return Status::invalid_argument("structure " + name + ": there are kd, bvh and auto");
-}
 
 Result<std::shared_ptr<const PreparedScene>> PreparedScene::build(const Scene& scene,
                                                                   const BuildOptions& options) {

@@ -7,17 +7,12 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <string>
 
 #include "common/base/status.h"
 #include "common/scene/scene.h"
+#include "slave/core/accel/structure.h"
 
 namespace tessera::core {
-
-// What rays go through. kAuto: what is fastest for most rays, as measured (README.md).
-enum class Structure : std::uint8_t { kAuto, kBvh, kKd };
-// "auto", "bvh", "kd". Returns: kInvalidArgument naming those.
-Result<Structure> parse_structure(const std::string& name);
 
 struct BuildOptions {
   int threads = 1;                                  // at least 1

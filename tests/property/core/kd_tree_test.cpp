@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <random>
+#include <string>
 
 #include "slave/core/accel/kd_builder.h"
+#include "slave/core/accel/triangle_clipper.h"
 #include "slave/core/geometry/triangle_store.h"
 #include "tests/support/test_meshes.h"
 
@@ -54,6 +57,107 @@ TEST(KdTree, KeepsItsInvariantsForEveryKindOfMesh) {
     expect_sound(boxes_of(test::make_random_triangles(1500, 2.0f, seed)), "large triangles");
     expect_sound(boxes_of(on_coarse_grid(test::make_random_triangles(2000, 0.5f, seed))), "grid");
     expect_sound(boxes_of(in_plane(test::make_random_triangles(2000, 0.1f, seed))), "one plane");
+  }
+}
+
+struct Cut {
+  std::vector<Bounds3f> boxes;
+  TriangleStore store;
+  KdTree tree;
+
+  Cut(const Mesh& mesh, float cost_intersect) {
+    store = make_triangle_store(test::make_scene(mesh), boxes);
+    const TriangleClipper clipper(store.vertices);
+    KdBuildConfig config = quality_build(clipper);
+    config.cost_intersect = cost_intersect;
+    tree = std::move(*build_kd_tree(boxes, {2, nullptr}, config));
+  }
+};
+
+// The leaves whose voxels the point is in, faces included; each is to list the triangle.
+std::size_t leaves_without(const KdTree& tree, Vec3f p, std::uint32_t triangle) {
+  std::vector<std::uint32_t> open{0};
+  std::size_t missing = 0;
+  bool is_listed = false;
+  while (!open.empty()) {
+    const KdNode node = tree.nodes()[open.back()];
+    open.pop_back();
+    const std::uint32_t tag = node.tag_and_index & 3u, index = node.tag_and_index >> 2;
+    if (tag == kKdLeafTag) {
+      const auto refs = tree.primitive_refs().subspan(index, node.count);
+      const bool is_here = std::binary_search(refs.begin(), refs.end(), triangle);
+      is_listed |= is_here;
+      missing += is_here ? 0 : 1;
+      continue;
+    }
+    const float x = p[static_cast<int>(tag)];
+    if (x <= node.split) open.push_back(index);
+    if (x >= node.split) open.push_back(index + 1);
+  }
+  // On a face between voxels one of them is enough.
+  return is_listed ? 0 : missing;
+}
+
+TEST(KdTree, AQualityTreeListsATriangleWhereverAPointOfItIs) {
+  const Mesh meshes[] = {test::make_icosphere(4), test::make_terrain(60, 3),
+                         test::make_random_triangles(1500, 2.0f, 3),
+                         on_coarse_grid(test::make_random_triangles(2000, 0.5f, 4))};
+  const std::uint32_t seed = 31;
+  std::size_t points = 0;
+  for (const Mesh& plain : meshes) {
+    for (const float scale : {1.0f, 1e-20f, 1e15f}) {
+      Mesh mesh = plain;
+      test::place(mesh, scale, {0, 0, 0});
+      const Cut cut(mesh, 2);  // fine
+      const Status status = cut.tree.validate(cut.boxes, true);
+      EXPECT_TRUE(status.is_ok()) << status.message();
+      std::mt19937 random(seed);
+      std::uniform_real_distribution<float> unit(0, 1);
+      std::size_t missing = 0;
+      for (int i = 0; i < 40'000; ++i, ++points) {
+        const auto t = static_cast<std::uint32_t>(random() % cut.boxes.size());
+        if (cut.boxes[t].is_empty()) continue;
+        // Corners and middles of edges are points of the triangle to the bit, or nearly.
+        const Vec3f a = cut.store.vertex(t, static_cast<int>(random() % 3)),
+                    b = cut.store.vertex(t, static_cast<int>(random() % 3));
+        missing += leaves_without(cut.tree, a, t);
+        if (a.x == b.x || a.y == b.y || a.z == b.z) continue;
+        const Vec3f p = a + (b - a) * unit(random);
+        // Off the edge by roundings: looked for only where no split is as near as that.
+        const Vec3f near = p + (b - a) * 1e-5f, far = p - (b - a) * 1e-5f;
+        std::size_t none = leaves_without(cut.tree, p, t);
+        none = std::min(none, leaves_without(cut.tree, near, t));
+        missing += std::min(none, leaves_without(cut.tree, far, t));
+      }
+      EXPECT_EQ(missing, 0u) << "seed " << seed << ", scale " << scale;
+    }
+  }
+  EXPECT_GT(points, 400'000u);
+}
+
+// Planes at bin borders, above so many primitives, cost at most 2 % more than all faces of boxes tried.
+TEST(KdTree, AQualityTreeIsAsGoodAsTheExactSweep) {
+  const Mesh meshes[] = {test::make_icosphere(5), test::make_terrain(120, 3),
+                         test::make_torus(200, 80), test::make_random_triangles(20'000, 0.1f, 5),
+                         test::make_random_triangles(5'000, 1.0f, 6)};
+  for (const Mesh& mesh : meshes) {
+    std::vector<Bounds3f> boxes;
+    const TriangleStore store = make_triangle_store(test::make_scene(mesh), boxes);
+    const TriangleClipper clipper(store.vertices);
+    for (const float cost : {0.025f, 0.5f}) {
+      KdBuildConfig quality = quality_build(clipper);
+      quality.cost_intersect = cost;
+      KdBuildConfig exact = quality, fast;
+      exact.sweep_max = boxes.size();
+      fast.cost_intersect = cost;
+      const auto cost_of = [&](const KdBuildConfig& config) {
+        return build_kd_tree(boxes, {2, nullptr}, config)->sah_cost(config.cost_traverse, cost);
+      };
+      const double exact_cost = cost_of(exact);
+      RecordProperty("cost", std::to_string(cost_of(quality) / exact_cost));
+      EXPECT_LE(cost_of(quality), 1.02 * exact_cost) << boxes.size() << " at " << cost;
+      EXPECT_LE(cost_of(quality), 1.02 * cost_of(fast)) << boxes.size() << " at " << cost;
+    }
   }
 }
 

@@ -12,6 +12,7 @@
 
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/kd_index.h"
+#include "slave/core/accel/triangle_clipper.h"
 #include "slave/core/geometry/exact_hit_abi.h"
 #include "slave/core/geometry/triangle_store.h"
 #include "slave/core/trace/scene_tracer.h"
@@ -37,7 +38,11 @@ struct Prepared {
     KdBuildConfig fine;
     fine.cost_intersect = 4;
     kd8 = std::move(*build_kd_index<8>(boxes, store.vertices, {1, nullptr}, fine));
-    kd16 = std::move(*build_kd_index<16>(boxes, store.vertices, {1, nullptr}));
+    // And one whose triangles are cut, finer than that of every day, too.
+    const TriangleClipper clipper(store.vertices);
+    KdBuildConfig cut = quality_build(clipper);
+    cut.cost_intersect = 1;
+    kd16 = std::move(*build_kd_index<16>(boxes, store.vertices, {1, nullptr}, cut));
   }
 
   template <class Test>
