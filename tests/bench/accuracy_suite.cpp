@@ -29,13 +29,22 @@ constexpr Method kMethods[] = {{"bvh, packets", core::Structure::kBvh, 64},
 
 struct Spread {
   double median, most, max;  // most: 99.9 %
+  bool is_empty;
 };
 
+// "-" where there is nothing to say: no judged ray of the class hits away from edges.
+std::string text_of(const Spread& spread, const char* format) {
+  if (spread.is_empty) return "-";
+  char text[80];
+  std::snprintf(text, sizeof(text), format, spread.median, spread.most, spread.max);
+  return text;
+}
+
 Spread spread_of(std::vector<double> values) {
-  if (values.empty()) return {0, 0, 0};
+  if (values.empty()) return {0, 0, 0, true};
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size();
-  return {values[n / 2], values[std::min(n - 1, n * 999 / 1000)], values[n - 1]};
+  return {values[n / 2], values[std::min(n - 1, n * 999 / 1000)], values[n - 1], false};
 }
 
 std::vector<test::Answer> answers_of(const std::vector<core::CastHit>& hits) {
@@ -108,11 +117,11 @@ class Report {
  private:
   static std::string row(const Method& method, double one, double all, const test::Verdicts& v) {
     const Spread t = spread_of(v.t_relative), normed = spread_of(v.t_normed), uv = spread_of(v.uv);
-    std::printf(
-        "  %-14s %9.2f %9.2f %7zu %7zu %7zu %7zu %7zu   %.1e/%.1e/%.1e    %7.3f/%7.3f/%7.3f "
-        "   %.1e/%.1e/%.1e\n",
-        method.name, one, all, v.missed, v.wrong, v.false_hits, v.leaks, v.invalid, t.median,
-        t.most, t.max, normed.median, normed.most, normed.max, uv.median, uv.most, uv.max);
+    const char* const powers = "%.1e/%.1e/%.1e";
+    std::printf("  %-14s %9.2f %9.2f %7zu %7zu %7zu %7zu %7zu   %-26s %-26s %s\n", method.name, one,
+                all, v.missed, v.wrong, v.false_hits, v.leaks, v.invalid,
+                text_of(t, powers).c_str(), text_of(normed, "%.3f/%.3f/%.3f").c_str(),
+                text_of(uv, powers).c_str());
     JsonObject json;
     json.add("name", std::string(method.name)).add("mrays_one", one).add("mrays_all", all);
     const auto count = [](std::size_t n) { return static_cast<std::uint64_t>(n); };
