@@ -72,6 +72,7 @@ bool BundleBlock<W, kAny>::test(const TriangleBlock<W>& block) {
       const size_t lane = first + static_cast<size_t>(__builtin_ctz(bits));
       TESSERA_COUNT(candidates, 1);
       uint64_t rows = rows_of(lane);
+      rays_.work_left -= 2 + __builtin_popcountll(rows);
       if (rows == 0) continue;
       const Plane plane = plane_of(block, lane, rays_.origin);
       for (; rows != 0; rows &= rows - 1) {

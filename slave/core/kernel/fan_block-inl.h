@@ -149,7 +149,9 @@ bool FanBlock<W, kAny>::test(const TriangleBlock<W>& block) {
       if ((unsure >> lane & 1u) != 0) {
         has_hit |= test_unsure(block, lane);
       } else {
-        has_hit |= test_rows<false>(block, lane, rows_of(lane));
+        const uint64_t rows = rows_of(lane);
+        fan_.work_left -= 2 + __builtin_popcountll(rows);
+        has_hit |= test_rows<false>(block, lane, rows);
       }
     }
   }

@@ -62,9 +62,8 @@ class KdPacketTracer {
  public:
   explicit KdPacketTracer(const KdView<W>& scene) : scene_(scene), block_(rays_) {}
 
-  // Returns: false where the rays are no frustum, or one that meets more than single rays would.
   template <class Packet>
-  bool run(const Packet& packet);
+  Together run(const Packet& packet);
   const Rays& rays() const { return rays_; }
 
  private:
@@ -166,15 +165,15 @@ uint32_t KdPacketTracer<W, Rays, Block>::descend_across(int axis, float plane, u
 
 template <int W, class Rays, class Block>
 template <class Packet>
-bool KdPacketTracer<W, Rays, Block>::run(const Packet& packet) {
-  if (!rays_.setup(packet)) return false;
+Together KdPacketTracer<W, Rays, Block>::run(const Packet& packet) {
+  if (!rays_.setup(packet)) return Together::kNoFrustum;
   TESSERA_COUNT(packets, 1);
   for (int i = 0; i < 2; ++i) {
     inverse_[0][i] = 1 / rays_.slope_u[i];
     inverse_[1][i] = 1 / rays_.slope_v[i];
   }
   KdEntry root;
-  if (!enter(root)) return true;
+  if (!enter(root)) return Together::kDone;
   stack_.push(root);
   int steps = 0;
   while (!stack_.is_empty()) {
@@ -183,7 +182,7 @@ bool KdPacketTracer<W, Rays, Block>::run(const Packet& packet) {
     entry.to = min_of(entry.to, rays_.z_far);
     uint32_t node = entry.node;
     while (!is_kd_leaf(scene_.nodes[node])) {
-      if (++steps > Rays::kKdStepsMax) return false;
+      if (++steps > Rays::kKdStepsMax) return Together::kDoesNotPay;
       TESSERA_COUNT(nodes, 1);
       node = descend(scene_.nodes[node], entry);
     }
@@ -191,8 +190,9 @@ bool KdPacketTracer<W, Rays, Block>::run(const Packet& packet) {
     for_blocks(scene_, scene_.nodes[node],
                [&](const TriangleBlock<W>& block) { has_hit |= block_.test(block); });
     if (has_hit) rays_.shorten();
+    if (rays_.work_left < 0) return Together::kDoesNotPay;
   }
-  return true;
+  return Together::kDone;
 }
 
 template <int W, bool kAny>

@@ -23,10 +23,9 @@ class PacketTracer {
  public:
   explicit PacketTracer(const BvhView<W>& scene) : scene_(scene), block_(rays_) {}
 
-  // Returns: false where the rays are no frustum, or one that meets more than single rays would.
   template <class Packet>
-  bool run(const Packet& packet) {
-    if (!rays_.setup(packet)) return false;
+  Together run(const Packet& packet) {
+    if (!rays_.setup(packet)) return Together::kNoFrustum;
     TESSERA_COUNT(packets, 1);
     int steps = 0;
     alignas(64) float z_near[W];
@@ -36,7 +35,7 @@ class PacketTracer {
       if (entry.distance > rays_.z_far) continue;
       uint32_t child = entry.child;
       while ((child & kBvhLeaf) == 0) {
-        if (++steps > Rays::kStepsMax) return false;
+        if (++steps > Rays::kStepsMax) return Together::kDoesNotPay;
         const BvhNode<W>& node = scene_.nodes[child];
         child = stack.descend(node, FrustumTests<W>::boxes(rays_, node, z_near), z_near);
       }
@@ -44,8 +43,9 @@ class PacketTracer {
       bool has_hit = false;
       for (const auto& block : LeafBlocks<W>(scene_, child)) has_hit |= block_.test(block);
       if (has_hit) rays_.shorten();
+      if (rays_.work_left < 0) return Together::kDoesNotPay;
     }
-    return true;
+    return Together::kDone;
   }
 
   const Rays& rays() const { return rays_; }

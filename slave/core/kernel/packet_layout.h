@@ -12,6 +12,14 @@ namespace tessera::core {
 inline constexpr int kPacketRays = 64;
 inline constexpr uint32_t kNoPrimitive = 0xffffffffu;
 
+// What a caller's packets have been like lately: kept in the packet that it fills again and again, so that packets
+// that do not pay, for rays far apart in a scene of tiny triangles, are not tried again and again. It changes
+// nothing but time.
+struct PacketHabit {
+  int alone = 0;  // so many packets are to be traced ray by ray
+  int wait = 1;   // so many after the next that does not pay
+};
+
 // Rays that leave one point: camera rays, and shadow rays of a point light seen from the light.
 // P(t) = origin + t * direction; a hit needs t_min <= t <= t_max, and t_min is not negative.
 // Neighbours in the array are to be neighbours in space: 8 rays in a row are culled together.
@@ -21,6 +29,7 @@ struct alignas(64) FanPacket {
   float origin[3];
   float t_min;
   uint64_t active;  // bit i: ray i is to be traced; the arrays need not be set for the others
+  mutable PacketHabit habit;
 };
 
 // Any 64 rays; those of a bundle are traced together where they have company. A hit needs
@@ -31,6 +40,7 @@ struct alignas(64) RayPacket {
   float t_min[kPacketRays];
   float t_max[kPacketRays];
   uint64_t active;  // as in FanPacket
+  mutable PacketHabit habit;
 };
 
 // Rays from one point that are still to be made into packets (see slave/core/trace/ray_groups.h).
