@@ -60,6 +60,9 @@ HWY_INLINE void prefetch_kd(const KdView<W>& scene, uint32_t node) {
 template <int W, class Rays, class Block>
 class KdPacketTracer {
  public:
+  // As in PacketTracer; one ray by itself takes three times as long here.
+  static constexpr int kWorkMax = 80;
+
   explicit KdPacketTracer(const KdView<W>& scene) : scene_(scene), block_(rays_) {}
 
   template <class Packet>
@@ -167,6 +170,7 @@ template <int W, class Rays, class Block>
 template <class Packet>
 Together KdPacketTracer<W, Rays, Block>::run(const Packet& packet) {
   if (!rays_.setup(packet)) return Together::kNoFrustum;
+  rays_.work_left = kWorkMax * rays_.count;
   TESSERA_COUNT(packets, 1);
   for (int i = 0; i < 2; ++i) {
     inverse_[0][i] = 1 / rays_.slope_u[i];

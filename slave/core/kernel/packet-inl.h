@@ -21,11 +21,15 @@ namespace HWY_NAMESPACE {
 template <int W, class Rays, class Block>
 class PacketTracer {
  public:
+  // Work per ray after which a packet does not pay: what one ray by itself takes.
+  static constexpr int kWorkMax = 24;
+
   explicit PacketTracer(const BvhView<W>& scene) : scene_(scene), block_(rays_) {}
 
   template <class Packet>
   Together run(const Packet& packet) {
     if (!rays_.setup(packet)) return Together::kNoFrustum;
+    rays_.work_left = kWorkMax * rays_.count;
     TESSERA_COUNT(packets, 1);
     int steps = 0;
     alignas(64) float z_near[W];

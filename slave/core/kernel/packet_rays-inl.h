@@ -31,10 +31,6 @@ struct PacketRays : Frustum {
 
   static constexpr float kSteepest = 2;  // |u|, |v| of a ray near the main axis
 
-  // Work per ray after which a packet does not pay, in tests of a row; a triangle that is left of a block counts for
-  // two of them. One ray by itself takes as long as about 24.
-  static constexpr int kWorkMax = 16;
-
   // What a kernel knows of one triangle and a row of rays.
   struct RowTest {
     V t;
@@ -68,7 +64,9 @@ struct PacketRays : Frustum {
   void store(PacketHits& hits) const;
   uint64_t blocked() const;
 
-  int work_left = 0;  // see kWorkMax
+  int count = 0;  // of valid rays
+  // In tests of a row; a triangle that is left of a block counts for two of them. See PacketTracer.
+  int work_left = 0;
   alignas(64) float direction[3][kPacketRays];
   alignas(64) float length[kPacketRays];  // sum of |direction|
   alignas(64) float start[kPacketRays];   // depth at which the ray begins
@@ -91,7 +89,7 @@ size_t PacketRays::aim(const Packet& rays, uint64_t valid) {
   const int larger = size(0) >= size(1) ? 0 : 1;
   const int axis = size(larger) >= size(2) ? larger : 2;
   set_axis(axis, rays.direction[axis][middle] < 0);
-  work_left = kWorkMax * __builtin_popcountll(valid);
+  count = __builtin_popcountll(valid);
   return middle;
 }
 
