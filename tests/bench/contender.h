@@ -1,6 +1,6 @@
 // What is measured: something that takes blocks of rays and says where each hits.
 //
-// Threads. One at a time per contender.
+// Threads. Contenders trace on any number of threads; the rest is for one.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +20,7 @@ struct BlockHits {
   std::uint32_t primitive[kBlockRays];  // any-hit: 0 for blocked, core::kNoPrimitive for not
 };
 
+// Any number of threads at a time.
 using Trace = std::function<void(const RayBlock& rays, BlockHits& hits)>;
 
 struct Contender {
@@ -44,9 +45,10 @@ class Entrants {
   std::vector<Build> builds;
 };
 
-// The first contender of each kind is the one that the others' answers are compared with.
+// The first contender of each kind is the one that the others' answers are compared with. with_sizes: fans of
+// fewer rays, too.
 std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
-                                    const std::vector<Bounds3f>& boxes, Isa isa);
+                                    const std::vector<Bounds3f>& boxes, Isa isa, bool with_sizes);
 struct EmbreeMode {
   bool is_high = false;    // build quality "high" (spatial splits) and not "medium", its default
   bool is_robust = false;  // its watertight tests

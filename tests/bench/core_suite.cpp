@@ -6,10 +6,12 @@
 #include <limits>
 #include <utility>
 
+#include "common/base/cpu_count.h"
 #include "common/base/json.h"
 #include "slave/core/geometry/triangle_store.h"
 #include "slave/core/kernel/counts_layout.h"
 #include "slave/core/kernel/packet_layout.h"
+#include "slave/core/parallel/run_tasks.h"
 #include "tests/bench/contender.h"
 #include "tests/bench/scenes.h"
 #include "tests/bench/workload.h"
@@ -20,8 +22,9 @@ namespace {
 
 struct Row {
   const Contender* contender = nullptr;
-  std::vector<double> cpu_seconds;
-  std::uint64_t hits = 0, different = 0;  // from the first row's primitives
+  std::vector<double> cpu_seconds{};                          // of one thread
+  std::vector<double> all_cpu_seconds{}, all_wall_seconds{};  // with all threads
+  std::uint64_t hits = 0, different = 0;                      // from the first row's primitives
   double sum_t = 0;
   core::KernelCounts counts{};  // of one run, where the build counts
 };
@@ -49,12 +52,25 @@ void compare(Row& row, const Workload& work, const std::vector<BlockHits>& hits,
   }
 }
 
+void time_all_threads(Row& row, const Workload& work, std::vector<BlockHits>& hits) {
+  const double start = process_cpu_seconds(), start_wall = wall_seconds();
+  core::run_tasks(static_cast<int>(work.blocks.size()), available_cpu_count(), [&](int i) {
+    const auto b = static_cast<std::size_t>(i);
+    row.contender->trace(work.blocks[b], hits[b]);
+  });
+  row.all_cpu_seconds.push_back(process_cpu_seconds() - start);
+  row.all_wall_seconds.push_back(wall_seconds() - start_wall);
+}
+
 // Runs all contenders of one kind of ray. Returns: what the first of them has hit.
 std::vector<FirstHit> measure(std::vector<Row>& rows, const Workload& work, int repeats) {
   std::vector<FirstHit> first;
   std::vector<BlockHits> hits(work.blocks.size());
   for (int repeat = -1; repeat < repeats; ++repeat) {
     for (Row& row : rows) {
+#ifdef TESSERA_COUNTING
+      core::kernel_counts = {};
+#endif
       const double start = thread_cpu_seconds();
       for (std::size_t b = 0; b < work.blocks.size(); ++b)
         row.contender->trace(work.blocks[b], hits[b]);
@@ -62,8 +78,9 @@ std::vector<FirstHit> measure(std::vector<Row>& rows, const Workload& work, int 
       if (repeat >= 0) row.cpu_seconds.push_back(seconds);
       if (repeat < 0) compare(row, work, hits, first);
 #ifdef TESSERA_COUNTING
-      row.counts = std::exchange(core::kernel_counts, {});
+      row.counts = core::kernel_counts;
 #endif
+      if (repeat >= 0 && available_cpu_count() > 1) time_all_threads(row, work, hits);
     }
   }
   return first;
@@ -77,16 +94,26 @@ std::string report(const Workload& work, const std::vector<Row>& rows) {
   for (const Row& row : rows) {
     if (row.contender->is_reference_peer) best_peer = std::max(best_peer, rate(row));
   }
-  std::printf("  %-22s %12s %10s %10s %10s %16s\n", ray_kind_name(work.kind), "Mrays/CPU-s",
-              "to Embree", "hits", "differ", "sum of t");
+  std::printf("  %-22s %12s %10s %10s %10s %10s %10s %16s\n", ray_kind_name(work.kind),
+              "Mrays/CPU-s", "to Embree", "all thr.", "CPU-s to 1", "hits", "differ", "sum of t");
   std::string list = "[";
   for (const Row& row : rows) {
-    std::printf("  %-22s %12.2f %10.2f %10llu %10llu %16.9g\n", row.contender->name.c_str(),
-                rate(row), best_peer > 0 ? rate(row) / best_peer : std::nan(""),
+    // Without a second processor there is nothing to compare.
+    const bool has_all = !row.all_wall_seconds.empty();
+    const double all_rate =
+        has_all ? 1e-6 * static_cast<double>(work.ray_count) / median(row.all_wall_seconds)
+                : std::nan("");
+    const double to_one =
+        has_all ? median(row.cpu_seconds) / median(row.all_cpu_seconds) : std::nan("");
+    std::printf("  %-22s %12.2f %10.2f %10.2f %10.2f %10llu %10llu %16.9g\n",
+                row.contender->name.c_str(), rate(row),
+                best_peer > 0 ? rate(row) / best_peer : std::nan(""), all_rate, to_one,
                 static_cast<unsigned long long>(row.hits),
                 static_cast<unsigned long long>(row.different), row.sum_t);
     JsonObject json;
     json.add("name", row.contender->name).add("mrays_per_cpu_second", rate(row));
+    if (has_all)
+      json.add("mrays_all_threads", all_rate).add("per_cpu_second_to_one_thread", to_one);
     json.add("hits", row.hits).add("differ", row.different).add("sum_t", row.sum_t);
     list += (list.size() > 1 ? "," : "") + json.text();
   }
@@ -133,7 +160,7 @@ using AllEntrants = std::vector<std::unique_ptr<Entrants>>;
 AllEntrants entrants_of(const core::TriangleStore& triangles, const std::vector<Bounds3f>& boxes,
                         const CoreSuiteOptions& options) {
   AllEntrants entrants;
-  entrants.push_back(make_ours(triangles, boxes, options.isa));
+  entrants.push_back(make_ours(triangles, boxes, options.isa, options.with_sizes));
   for (const bool is_high : {false, true}) {
     for (const bool is_robust : {false, true}) {
       if ((is_high || is_robust) && !options.with_all_peers) continue;
@@ -158,7 +185,7 @@ std::string run_scene(const BenchScene& scene, const CoreSuiteOptions& options) 
       for (const Contender& contender : entrant->contenders) {
         const bool is_wanted =
             rows.empty() || contender.name.find(options.only) != std::string::npos;
-        if (contender.kind == work.kind && is_wanted) rows.push_back({&contender, {}, 0, 0, 0});
+        if (contender.kind == work.kind && is_wanted) rows.push_back({&contender});
       }
     }
     const std::vector<FirstHit> first = measure(rows, work, options.repeats);
@@ -177,7 +204,7 @@ std::string run_scene(const BenchScene& scene, const CoreSuiteOptions& options) 
   if (is_wanted(RayKind::kPrimary)) {
     first = run(primary, list);
   } else {
-    std::vector<Row> rows{{&entrants[0]->contenders[0], {}, 0, 0, 0}};
+    std::vector<Row> rows{{&entrants[0]->contenders[0]}};
     first = measure(rows, primary, 0);
   }
   const SecondaryRays secondary = secondary_rays(primary, first, triangles, scene.light);

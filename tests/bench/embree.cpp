@@ -145,6 +145,11 @@ class Embree final : public Entrants {
     hits.primitive[i] = t_far < 0 ? 0 : core::kNoPrimitive;
   }
 
+  static RTCRayHit* queries_of_thread() {
+    static thread_local std::vector<RTCRayHit> queries(kBlockRays);
+    return queries.data();
+  }
+
   void intersect1(RTCIntersectContext& context, const RayBlock& rays, BlockHits& hits) {
     for (int i = 0; i < rays.count; ++i) {
       RTCRayHit q;
@@ -193,26 +198,27 @@ class Embree final : public Entrants {
   }
 
   void intersect_stream(RTCIntersectContext& context, const RayBlock& rays, BlockHits& hits) {
+    RTCRayHit* const queries = queries_of_thread();
     for (int i = 0; i < rays.count; ++i) {
-      set_ray(queries_[i].ray, rays, i);
-      queries_[i].hit.geomID = queries_[i].hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+      set_ray(queries[i].ray, rays, i);
+      queries[i].hit.geomID = queries[i].hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     }
-    rtcIntersect1M(scene_.get(), &context, queries_, static_cast<unsigned>(rays.count),
+    rtcIntersect1M(scene_.get(), &context, queries, static_cast<unsigned>(rays.count),
                    sizeof(RTCRayHit));
-    for (int i = 0; i < rays.count; ++i) store(queries_[i], hits, i);
+    for (int i = 0; i < rays.count; ++i) store(queries[i], hits, i);
   }
 
   void occluded_stream(RTCIntersectContext& context, const RayBlock& rays, BlockHits& hits) {
-    for (int i = 0; i < rays.count; ++i) set_ray(queries_[i].ray, rays, i);
-    rtcOccluded1M(scene_.get(), &context, &queries_[0].ray, static_cast<unsigned>(rays.count),
+    RTCRayHit* const queries = queries_of_thread();
+    for (int i = 0; i < rays.count; ++i) set_ray(queries[i].ray, rays, i);
+    rtcOccluded1M(scene_.get(), &context, &queries[0].ray, static_cast<unsigned>(rays.count),
                   sizeof(RTCRayHit));
-    for (int i = 0; i < rays.count; ++i) store_any(queries_[i].ray.tfar, hits, i);
+    for (int i = 0; i < rays.count; ++i) store_any(queries[i].ray.tfar, hits, i);
   }
 
   std::int64_t bytes_ = 0;
   std::unique_ptr<RTCDeviceTy, Release> device_;
   std::unique_ptr<RTCSceneTy, Release> scene_;
-  RTCRayHit queries_[kBlockRays];
 };
 
 }  // namespace

@@ -26,12 +26,13 @@ class Structure {
   using View = decltype(core::view_of(std::declval<const Index&>()));
 
  public:
-  Structure(Index index, const core::KernelTable& table, const std::string& name)
+  Structure(Index index, const core::KernelTable& table, const std::string& name, bool with_sizes)
       : index_(std::move(index)),
         view_(core::view_of(index_)),
         table_(table),
         kernels_(core::kernels_of(table, view_)),
-        name_(name) {}
+        name_(name),
+        with_sizes_(with_sizes) {}
 
   void enter(std::vector<Contender>& contenders) {
     const auto add = [&](const char* way, RayKind kind, auto trace) {
@@ -40,7 +41,12 @@ class Structure {
            [this, trace](const RayBlock& rays, BlockHits& hits) { (this->*trace)(rays, hits); },
            false});
     };
-    add("fan of 64", RayKind::kPrimary, &Structure::trace_fans);
+    add("fan of 64", RayKind::kPrimary, &Structure::trace_fans<64>);
+    if (with_sizes_) {
+      add("fan of 32", RayKind::kPrimary, &Structure::trace_fans<32>);
+      add("fan of 16", RayKind::kPrimary, &Structure::trace_fans<16>);
+      add("fan of 8", RayKind::kPrimary, &Structure::trace_fans<8>);
+    }
     add("fan from light", RayKind::kShadow, &Structure::trace_light_fans);
     for (const RayKind kind : {RayKind::kPrimary, RayKind::kBounce}) {
       add("packet", kind, &Structure::trace_packets);
@@ -58,11 +64,12 @@ class Structure {
             rays.t_max[i]};
   }
 
+  template <int kRays>
   void trace_fans(const RayBlock& rays, BlockHits& hits) {
     core::FanPacket packet;
     core::PacketHits found;
-    for (int first = 0; first < rays.count; first += core::kPacketRays) {
-      const int count = std::min(core::kPacketRays, rays.count - first);
+    for (int first = 0; first < rays.count; first += kRays) {
+      const int count = std::min(kRays, rays.count - first);
       packet.t_min = 0;
       packet.active = ~std::uint64_t{0} >> (core::kPacketRays - count);
       for (int a = 0; a < 3; ++a) {
@@ -81,18 +88,19 @@ class Structure {
     const Vec3f light = {rays.origin[0][0] + rays.direction[0][0],
                          rays.origin[1][0] + rays.direction[1][0],
                          rays.origin[2][0] + rays.direction[2][0]};
-    groups_.clear();
+    static thread_local core::RayGroups groups;
+    groups.clear();
     for (int i = 0; i < rays.count; ++i)
-      groups_.add({-rays.direction[0][i], -rays.direction[1][i], -rays.direction[2][i]});
+      groups.add({-rays.direction[0][i], -rays.direction[1][i], -rays.direction[2][i]});
     core::FanPacket packet;
     for (int a = 0; a < 3; ++a) packet.origin[a] = light[a];
     packet.t_min = 1e-4f;
     std::fill_n(packet.t_max, core::kPacketRays, 1.0f);
-    const int group_count = groups_.form(table_);
+    const int group_count = groups.form(table_);
     for (int g = 0; g < group_count; ++g) {
-      groups_.fill(g, packet);
+      groups.fill(g, packet);
       std::uint64_t blocked = kernels_.occluded_fan(view_, packet);
-      for (const int ray : groups_.group(g)) {
+      for (const int ray : groups.group(g)) {
         hits.t[ray] = 0;
         hits.primitive[ray] = (blocked & 1u) != 0 ? 0 : core::kNoPrimitive;
         blocked >>= 1;
@@ -157,12 +165,14 @@ class Structure {
   const core::KernelTable& table_;
   const core::ViewKernels<View>& kernels_;
   std::string name_;
-  core::RayGroups groups_;
+  bool with_sizes_;
 };
 
 class Ours final : public Entrants {
  public:
-  Ours(const core::TriangleStore& triangles, const std::vector<Bounds3f>& boxes, Isa isa) {
+  Ours(const core::TriangleStore& triangles, const std::vector<Bounds3f>& boxes, Isa isa,
+       bool with_sizes)
+      : with_sizes_(with_sizes) {
     const core::KernelTable& table = core::kernels_for(isa);
     if (table.lane_count >= 16) {
       build_all<16>(table, triangles, boxes);
@@ -195,11 +205,12 @@ class Ours final : public Entrants {
     Index index = std::move(*build_index());
     const double seconds = process_cpu_seconds() - start, wall = wall_seconds() - start_wall;
     builds.push_back({name, seconds, wall, 1e-6 * static_cast<double>(index.memory_bytes())});
-    auto structure = std::make_shared<Structure<Index>>(std::move(index), table, name);
+    auto structure = std::make_shared<Structure<Index>>(std::move(index), table, name, with_sizes_);
     structure->enter(contenders);
     structures_.push_back(structure);
   }
 
+  bool with_sizes_;
   std::vector<std::shared_ptr<void>> structures_;
 };
 
@@ -210,8 +221,8 @@ double thread_cpu_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 double process_cpu_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
 
 std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
-                                    const std::vector<Bounds3f>& boxes, Isa isa) {
-  return std::make_unique<Ours>(triangles, boxes, isa);
+                                    const std::vector<Bounds3f>& boxes, Isa isa, bool with_sizes) {
+  return std::make_unique<Ours>(triangles, boxes, isa, with_sizes);
 }
 
 }  // namespace tessera::bench

@@ -149,6 +149,7 @@ class TraceTool(unittest.TestCase):
                 for ray, hit in zip(rays, hits):
                     self.judge(ray, triangles, hit)
                 self.assertEqual(self.hits(scene, file, "--structure", "kd"), hits)
+                self.assertEqual(self.hits(scene, file, "--structure", "kd-quality"), hits)
 
     def test_answers_do_not_depend_on_bundles_threads_or_instruction_sets(self):
         rng = random.Random(7)
