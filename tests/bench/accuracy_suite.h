@@ -1,4 +1,5 @@
-// The suite "accuracy": how wrong answers are on the classes of hard cases, beside how fast they come.
+// The suite "accuracy": how wrong answers are on the classes of hard cases, beside how fast they
+// come.
 //
 // Threads. Those that are measured.
 #pragma once
@@ -11,8 +12,8 @@
 
 namespace tessera::bench {
 
-// Of the options, isa and is_quick. Appends JSON, one object a class, to `json`. Returns: kInternal when an
-// answer is missed, wrong, false, leaking or invalid.
+// Of the options, isa and is_quick. Appends JSON, one object a class, to `json`. Returns: kInternal
+// when an answer is missed, wrong, false, leaking or invalid.
 Status run_accuracy_suite(const CoreSuiteOptions& options, std::vector<std::string>& json);
 
 }  // namespace tessera::bench

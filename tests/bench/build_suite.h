@@ -1,5 +1,5 @@
-// The suite "build": how long each structure takes to build by number of threads, beside Embree where
-// it is there.
+// The suite "build": how long each structure takes to build by number of threads, beside Embree
+// where it is there.
 //
 // Threads. Those that are measured.
 #pragma once
@@ -12,7 +12,8 @@
 
 namespace tessera::bench {
 
-// Of the options, scenes, isa (width of the structures), repeats, with_all_peers. Appends JSON, one object a scene, to `json`.
+// Of the options, scenes, isa (width of the structures), repeats, with_all_peers. Appends JSON, one
+// object a scene, to `json`.
 Status run_build_suite(const CoreSuiteOptions& options, std::vector<std::string>& json);
 
 }  // namespace tessera::bench

@@ -45,8 +45,8 @@ class Entrants {
   std::vector<Build> builds;
 };
 
-// The first contender of each kind is the one that the others' answers are compared with. with_sizes: fans of
-// fewer rays, too.
+// The first contender of each kind is the one that the others' answers are compared with.
+// with_sizes: fans of fewer rays, too.
 std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
                                     const std::vector<Bounds3f>& boxes, Isa isa, bool with_sizes);
 struct EmbreeMode {

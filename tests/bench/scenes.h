@@ -1,5 +1,5 @@
-// The four scenes of the benchmark, generated: the same to the bit as those that the figures of other
-// ray tracers were taken on (checked by digest, scenes_test.cpp).
+// The four scenes of the benchmark, generated: the same to the bit as those that the figures of
+// other ray tracers were taken on (checked by digest, scenes_test.cpp).
 //
 //   interior  287,284 triangles  a furnished hall with many thin parts (for the thesis' Conference)
 //   knot      686,188            smooth curved objects, mostly open space (Beetle)

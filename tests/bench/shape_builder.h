@@ -1,5 +1,5 @@
-// Adds parametric shapes to a mesh, in float32 and in a fixed order of operations, so that a scene has
-// the same bits everywhere. For the scenes of the benchmark.
+// Adds parametric shapes to a mesh, in float32 and in a fixed order of operations, so that a scene
+// has the same bits everywhere. For the scenes of the benchmark.
 //
 // Threads. One at a time.
 #pragma once

@@ -1,6 +1,7 @@
-// The rays that are traced: camera rays, shadow rays to a point light and diffuse bounces, in blocks of
-// 32x32 pixels in Morton order, so that 4, 8, 16 consecutive camera rays are 2x2, 4x2, 4x4 pixels.
-// Secondary rays start where the camera rays have hit and stand in their order, misses left out.
+// The rays that are traced: camera rays, shadow rays to a point light and diffuse bounces, in
+// blocks of 32x32 pixels in Morton order, so that 4, 8, 16 consecutive camera rays are 2x2, 4x2,
+// 4x4 pixels. Secondary rays start where the camera rays have hit and stand in their order, misses
+// left out.
 //
 // Threads. Plain values.
 #pragma once
@@ -39,8 +40,8 @@ Workload primary_rays(const Camera& camera, int size_px);
 struct SecondaryRays {
   Workload shadow, bounce;
 };
-// hits [block][ray]: what the primary rays have hit. Bounces are distributed by the cosine, by a fixed
-// sequence.
+// hits [block][ray]: what the primary rays have hit. Bounces are distributed by the cosine, by a
+// fixed sequence.
 struct FirstHit {
   float t;
   std::uint32_t primitive;

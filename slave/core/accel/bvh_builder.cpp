@@ -14,8 +14,8 @@ namespace tessera::core {
 namespace {
 
 // The top is built node by node in rounds, each node a task; from a share of all references down, a
-// task builds its whole subtree: enough of them to keep 16 threads busy. What is smaller than the least task
-// is built by its parent.
+// task builds its whole subtree: enough of them to keep 16 threads busy. What is smaller than the
+// least task is built by its parent.
 constexpr std::uint32_t kTaskShare = 64;
 constexpr std::uint32_t kTaskRefsMin = 4096, kTaskRefsLeast = 512;
 // From here on ranges are halved, whatever their boxes: 2^30 triangles are leaves of 16 blocks of 8

@@ -14,8 +14,8 @@
 namespace tessera::core {
 namespace {
 
-// From this size down or from this depth on a task builds its whole subtree: enough tasks to keep 16
-// threads busy.
+// From this size down or from this depth on a task builds its whole subtree: enough tasks to keep
+// 16 threads busy.
 constexpr std::size_t kTaskRefsMax = 8192;
 constexpr int kTaskDepth = 7;
 

@@ -2,9 +2,9 @@
 //
 // Method. MacDonald and Booth, "Heuristics for ray tracing using space subdivision", 1990, with the
 // empty-space bonus of Wald and Havran, "On building fast kd-trees for ray tracing, and on doing
-// that in O(N log N)", 2006, and, where there is a clipper, their perfect splits: the box of a primitive that is
-// in both halves of a voxel is cut anew for each. Many primitives: planes are tried at the borders of bins;
-// few: at every face of a box.
+// that in O(N log N)", 2006, and, where there is a clipper, their perfect splits: the box of a
+// primitive that is in both halves of a voxel is cut anew for each. Many primitives: planes are
+// tried at the borders of bins; few: at every face of a box.
 //
 // Threads. The calling thread and up to thread_count - 1 more. The tree does not depend on their
 // number: the top of the tree is split into subtrees by counts alone, and each subtree is built by
@@ -20,12 +20,13 @@
 
 namespace tessera::core {
 
-// What the builder has to know of primitives beside their boxes, to cut them at the faces of voxels.
+// What the builder has to know of primitives beside their boxes, to cut them at the faces of
+// voxels.
 class PrimitiveClipper {
  public:
   virtual ~PrimitiveClipper() = default;
-  // Any thread. Returns: a box around the part of the primitive that is in `voxel`, faces included, and
-  // within `voxel`; empty where nothing of it is.
+  // Any thread. Returns: a box around the part of the primitive that is in `voxel`, faces included,
+  // and within `voxel`; empty where nothing of it is.
   virtual Bounds3f clip(std::uint32_t primitive, const Bounds3f& voxel) const = 0;
 };
 
@@ -38,14 +39,15 @@ struct KdBuildConfig {
   float empty_bonus = 0.2f;       // share of cost forgiven to a split that cuts empty space off
   std::uint32_t refs_per_primitive_max =
       8;  // bound on memory: leaves list at most this often on average
-  // In voxels of at most so many primitives planes are tried at every face of a box, above at the borders of bins.
+  // In voxels of at most so many primitives planes are tried at every face of a box, above at the
+  // borders of bins.
   std::size_t sweep_max = 32;
   int bin_count = 32;       // at most kKdBinsMax
   bool is_refined = false;  // every face of a box is tried in the two bins beside the best border
   const PrimitiveClipper* clipper = nullptr;  // null: boxes are enough
 };
 
-// The fast build has the defaults; the quality build takes about three times as long.
+// The fast build has the defaults; the quality build takes a good two times as long.
 KdBuildConfig quality_build(const PrimitiveClipper& clipper);
 
 // Shape: boxes [primitive_count]; an empty box keeps its number and stays out. Boxes are finite.

@@ -28,7 +28,8 @@ struct KdIndex {
 };
 
 // Shape: boxes [triangle_count], an empty one keeps its number and stays out; vertices
-// [triangle_count][3][3]; config.block_size is W. Returns: kCancelled; kResourceExhausted when indices or memory run out.
+// [triangle_count][3][3]; config.block_size is W. Returns: kCancelled; kResourceExhausted when
+// indices or memory run out.
 template <int W>
 Result<KdIndex<W>> build_kd_index(std::span<const Bounds3f> boxes, std::span<const float> vertices,
                                   const BuildControl& control, KdBuildConfig config = {});

@@ -15,6 +15,7 @@
 //       at least touches the voxel, and every primitive with a box that is not empty is listed
 //       somewhere. A box that only touches a face may be listed on one side alone: traversal pads
 //       its intervals, so a ray that reaches the face visits both sides.
+//       In a tree whose primitives were cut at voxels, the same holds for their parts.
 #pragma once
 
 #include <cstdint>
@@ -43,8 +44,9 @@ class KdTree {
   }
 
   // Walks the whole tree; for tests, quadratic in the worst case. Shape: boxes [primitive_count],
-  // empty boxes for primitives that stay out. is_clipped: of a tree built with a clipper, where a box that
-  // overlaps a voxel need not be listed. Returns: kInternal naming the first broken invariant and the node.
+  // empty boxes for primitives that stay out. is_clipped: of a tree built with a clipper, where a
+  // box that overlaps a voxel need not be listed. Returns: kInternal naming the first broken
+  // invariant and the node.
   Status validate(std::span<const Bounds3f> boxes, bool is_clipped = false) const;
 
   // Steps and tests of a random line through the tree, weighed, by the surface area heuristic.

@@ -11,8 +11,9 @@
 
 namespace tessera::core {
 
-// What rays go through; answers do not depend on it, only time does. kAuto: what is fastest for most rays,
-// as measured (README.md). kKd: built in the time of the hierarchy; kKdQuality: in three times of it.
+// What rays go through; answers do not depend on it, only time does. kAuto: what is fastest for
+// most rays, as measured (README.md). kKd: built in the time of the hierarchy; kKdQuality: in a
+// good two times of it.
 enum class Structure : std::uint8_t { kAuto, kBvh, kKd, kKdQuality };
 
 // As users write them. Shape: [4], as in Structure.

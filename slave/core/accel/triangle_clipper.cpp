@@ -18,8 +18,8 @@ struct Polygon {
   }
 };
 
-// Sutherland and Hodgman, "Reentrant polygon clipping", 1974. side +1 keeps what is above the plane, -1
-// what is below; what lies in the plane stays.
+// Sutherland and Hodgman, "Reentrant polygon clipping", 1974. side +1 keeps what is above the
+// plane, -1 what is below; what lies in the plane stays.
 Polygon cut(const Polygon& polygon, int axis, double plane, double side) {
   Polygon kept;
   for (int i = 0; i < polygon.count; ++i) {
@@ -40,9 +40,9 @@ Polygon cut(const Polygon& polygon, int axis, double plane, double side) {
 
 }  // namespace
 
-// A corner made by cut() is off by at most 4 roundings of double of the largest coordinate of the triangle, and it may be cut
-// again, up to six times: 32 of them in all, moved out before the box is rounded to float32, outwards, too.
-// The plane is a number of float32, so a corner in it is exact on that axis.
+// A corner made by cut() is off by at most 4 roundings of double of the largest coordinate of the
+// triangle, and it may be cut again, up to six times: 32 of them in all, moved out before the box
+// is rounded to float32, outwards, too. The planes are moved out by as much.
 Bounds3f TriangleClipper::clip(std::uint32_t triangle, const Bounds3f& voxel) const {
   const float* const v = vertices_.data() + std::size_t{9} * triangle;
   Polygon polygon;

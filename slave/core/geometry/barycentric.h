@@ -1,6 +1,5 @@
-// Where in a triangle a ray meets it, for the hits that are kept in the end: kernels decide and compare
-// without it.
-// Threads. Pure function.
+// Where in a triangle a ray meets it, for the hits that are kept in the end: kernels decide and
+// compare without it. Threads. Pure function.
 #pragma once
 
 #include <algorithm>
@@ -9,9 +8,9 @@
 
 namespace tessera::core {
 
-// P = (1 - u - v) A + u B + v C; u, v and 1 - u - v are in [0, 1] whatever the rounding. In double, in
-// coordinates relative to A: the error is some 2^-50 s over the triangle's height as the ray sees
-// it, s the distance of the ray's origin from A. Requires: the ray meets the triangle.
+// P = (1 - u - v) A + u B + v C; u, v and 1 - u - v are in [0, 1] whatever the rounding. In double,
+// in coordinates relative to A: the error is some 2^-50 s over the triangle's height as the ray
+// sees it, s the distance of the ray's origin from A. Requires: the ray meets the triangle.
 //
 // After Moeller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
 inline Vec2f barycentric(Vec3f origin, Vec3f direction, Vec3f a, Vec3f b, Vec3f c) {

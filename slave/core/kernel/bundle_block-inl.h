@@ -1,5 +1,5 @@
-// The triangles of a block against a bundle of rays with origins of their own: culled by the frustum,
-// then by the planes of each row, then tested by 4, 8 or 16 rays at once.
+// The triangles of a block against a bundle of rays with origins of their own: culled by the
+// frustum, then by the planes of each row, then tested by 4, 8 or 16 rays at once.
 //
 // Decisions and tolerances are those of ray_state-inl.h, lane by lane.
 //

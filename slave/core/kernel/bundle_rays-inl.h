@@ -1,8 +1,8 @@
 // 64 rays that go about the same way from about the same place, seen as one frustum.
 //
-// With the main axis z and the direction scaled to z = 1, a ray is (x, y, z) = (ox, oy, oz) + (u, v, 1)
-// (z - oz), so for z >= oz it lies on the inner side of x <= u_max z + max(ox - u_max oz), and of three
-// more planes like it.
+// With the main axis z and the direction scaled to z = 1, a ray is (x, y, z) = (ox, oy, oz) + (u,
+// v, 1) (z - oz), so for z >= oz it lies on the inner side of x <= u_max z + max(ox - u_max oz),
+// and of three more planes like it.
 //
 // Threads. One traversal owns one.
 #include "slave/core/kernel/packet_layout.h"
@@ -21,15 +21,15 @@ namespace tessera::core {
 namespace HWY_NAMESPACE {
 
 struct BundleRays : PacketRays {
-  // A bundle that takes more steps than this is none: its rays are traced one by one from the start, and
-  // the steps are some per cent of what that takes.
+  // A bundle that takes more steps than this is none: its rays are traced one by one from the
+  // start, and the steps are some per cent of what that takes.
   static constexpr int kStepsMax = 48;
   static constexpr int kKdStepsMax = 400;
   static constexpr int kRaysLeast = 12;    // fewer, or one lane, are faster alone
   static constexpr float kWidest = 0.75f;  // of u_max - u_min, v_max - v_min, likewise
 
-  // Returns: whether the rays form a narrow frustum: those that are valid go to one side of the main
-  // axis and to about the same part of it.
+  // Returns: whether the rays form a narrow frustum: those that are valid go to one side of the
+  // main axis and to about the same part of it.
   bool setup(const RayPacket& rays);
 
   float reach = 0;  // largest distance, by axis, of a ray's origin from the frustum's
@@ -141,8 +141,8 @@ inline void BundleRays::set_origin(size_t middle) {
   reach = hn::GetLane(hn::MaxOfLanes(d, farthest)) * (1 + 2 * kRoundoff);
 }
 
-// Of all rows and of the whole; moved out by the roundings of origins, products and sums: some 4 u of
-// the origins' distance and 2 u of what a slope of at most 2 makes of it.
+// Of all rows and of the whole; moved out by the roundings of origins, products and sums: some 4 u
+// of the origins' distance and 2 u of what a slope of at most 2 makes of it.
 inline void BundleRays::set_offsets(int axis, RowPlanes& planes, const float* slope,
                                     float* offset) {
   const D d;

@@ -10,24 +10,24 @@
 // by the same operations in every kernel (plane-inl.h).
 //
 // Tolerance. u = 2^-24; s the largest coordinate of a corner from the origin, D the largest
-// component of B - A, L the longest D, all computed; S = 1 + max|u| + max|v| bounds the sum of |d|. Let T' be
-// the triangle whose corners are those of T, moved to the origin and rounded: each is off by u s per axis,
-// less than 2 u s across the ray. For T', E is off by at most
+// component of B - A, L the longest D, all computed; S = 1 + max|u| + max|v| bounds the sum of |d|.
+// Let T' be the triangle whose corners are those of T, moved to the origin and rounded: each is off
+// by u s per axis, less than 2 u s across the ray. For T', E is off by at most
 //   14 S u s D  A + B, B - A: 2 u each of 4 s D; product and difference of the cross product
 //   16 S u s D  u, v (1 u each), the tolerance added to the constant, two fused steps
-// whatever the ray. What E of T' has beyond that, over 2 |d| |B - A|, is the distance of the ray from the
-// edge of T'; where it is more than 2 u s on the inner side of all edges, moving the corners by as
-// much takes none of them across the ray, so the ray is in T, too; where it is as much outside of one, the
-// ray is further from T' than any point of T. That takes 2 |d| |B - A| 2 u s, at most 7 S u s D.
-// Together 37 S u s D; with the bound's own roundings 40 S u s D.
+// whatever the ray. What E of T' has beyond that, over 2 |d| |B - A|, is the distance of the ray
+// from the edge of T'; where it is more than 2 u s on the inner side of all edges, moving the
+// corners by as much takes none of them across the ray, so the ray is in T, too; where it is as
+// much outside of one, the ray is further from T' than any point of T. That takes 2 |d| |B - A| 2 u
+// s, at most 7 S u s D. Together 37 S u s D; with the bound's own roundings 40 S u s D.
 //
 // Orientation. Which side is the inner one is the side of the origin, the same for all rays: the
-// sign of V = A.(B x C). 2 V is computed with an error of 72 u s s L and V' differs from V by 24 u s s L; d.N
-// and d.N' of a ray differ by 8 S u s L, and where the ray hits, |d.N| is at least |V| / s.
-// So where 2 |V| is more than (120 + 16 S) u s s L, T' is turned as T is, to the origin and to every ray
-// that hits. Else exact_side() says where the origin lies, and a ray with |d.N| not above 16 S u s L may
-// see T' turned the other way: it is outside only where E says so whichever way that is, and else
-// exact_hit() decides.
+// sign of V = A.(B x C). 2 V is computed with an error of 72 u s s L and V' differs from V by 24 u
+// s s L; d.N and d.N' of a ray differ by 8 S u s L, and where the ray hits, |d.N| is at least |V| /
+// s. So where 2 |V| is more than (120 + 16 S) u s s L, T' is turned as T is, to the origin and to
+// every ray that hits. Else exact_side() says where the origin lies, and a ray with |d.N| not above
+// 16 S u s L may see T' turned the other way: it is outside only where E says so whichever way that
+// is, and else exact_hit() decides.
 //
 // Threads. One traversal owns one.
 #include "slave/core/geometry/exact_hit_abi.h"

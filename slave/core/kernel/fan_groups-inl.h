@@ -116,8 +116,8 @@ inline void FanGroups::sort_by_face() {
   }
 }
 
-// Without branches, for they cannot be predicted. Not in lanes: compressing stores are slow, or are not
-// there, before AVX-512.
+// Without branches, for they cannot be predicted. Not in lanes: compressing stores are slow, or are
+// not there, before AVX-512.
 template <typename IsLeft>
 int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
   float* const across[2] = {targets_.across[0], targets_.across[1]};

@@ -1,11 +1,11 @@
 // What 64 rays go through: four planes and two depths, against boxes and triangles, W at once.
 //
-// Everything is seen from one point, the origin, with z the main axis, positive where the rays go. A
-// plane is x <= slope z + offset (or >=) with z >= 0: for rays from one point the offsets are 0.
+// Everything is seen from one point, the origin, with z the main axis, positive where the rays go.
+// A plane is x <= slope z + offset (or >=) with z >= 0: for rays from one point the offsets are 0.
 //
 // After Reshetov, Soupikov, Hurley, "Multi-level ray tracing algorithm", 2005. Rounding of the
-// difference to the origin is monotonic, so boxes keep their order; slopes and offsets are moved out
-// by what their products and sums with a depth may be off.
+// difference to the origin is monotonic, so boxes keep their order; slopes and offsets are moved
+// out by what their products and sums with a depth may be off.
 #include "slave/core/kernel/counts_layout.h"
 #include "slave/core/kernel/packet_layout.h"
 
@@ -105,8 +105,8 @@ struct FrustumTests {
     return p;
   }
 
-  // Triangles with a corner on the inner side of each plane. A lane without triangle is NaN and fails
-  // the first comparison.
+  // Triangles with a corner on the inner side of each plane. A lane without triangle is NaN and
+  // fails the first comparison.
   static HWY_INLINE MB triangles(const Frustum& f, const Corners<VB>& p) {
     const B b;
     const MB in_front = hn::Ge(largest(p.z[0], p.z[1], p.z[2]), hn::Zero(b));

@@ -1,14 +1,15 @@
 // Traversal of a kd-tree: by 64 rays as one frustum, and by one ray; closest and any hit.
 //
 // A frustum is in a voxel between two depths along its main axis. At a split plane across that axis
-// the order of the children is the order of depth; at another plane the frustum reaches the far child no
-// earlier than its outermost plane does and leaves the near one no later than its innermost. Depths are
-// moved out by the roundings of the quotient, so a box that touches a split plane may stand on one
-// side of it alone: whoever comes to the plane looks there. Children may be visited in any order, since
-// hits are not cut off at voxels; a triangle that stands in several leaves gives the same answer again.
+// the order of the children is the order of depth; at another plane the frustum reaches the far
+// child no earlier than its outermost plane does and leaves the near one no later than its
+// innermost. Depths are moved out by the roundings of the quotient, so a box that touches a split
+// plane may stand on one side of it alone: whoever comes to the plane looks there. Children may be
+// visited in any order, since hits are not cut off at voxels; a triangle that stands in several
+// leaves gives the same answer again.
 //
-// After Reshetov, Soupikov, Hurley, 2005 (frustum), and Hapala and Havran, "Review: kd-tree traversal
-// algorithms for ray tracing", 2011 (one ray).
+// After Reshetov, Soupikov, Hurley, 2005 (frustum), and Hapala and Havran, "Review: kd-tree
+// traversal algorithms for ray tracing", 2011 (one ray).
 //
 // Threads. One traversal owns one.
 #include "slave/core/kernel/packet_layout.h"

@@ -15,8 +15,8 @@ struct KernelTable {
   int lane_count;  // rays per register: 1, 4, 8, 16
 
   // Tells rays apart by the face of a cube around their origin that they leave through, then halves
-  // the longer extent of a group on its face until at most kPacketRays are left. Order is kept within a
-  // group. Every ray is in one group, also those that are not valid.
+  // the longer extent of a group on its face until at most kPacketRays are left. Order is kept
+  // within a group. Every ray is in one group, also those that are not valid.
   void (*group_fans)(FanTargets& targets);
 
   // By structure, with blocks of 8 and of 16 triangles.

@@ -1,5 +1,5 @@
-// Traversal of a wide hierarchy by 64 rays as one frustum; closest and any hit. Rays are a FanRays or
-// a BundleRays, Block the test of their triangles.
+// Traversal of a wide hierarchy by 64 rays as one frustum; closest and any hit. Rays are a FanRays
+// or a BundleRays, Block the test of their triangles.
 //
 // Threads. One traversal owns one.
 #include "slave/core/kernel/packet_layout.h"

@@ -12,9 +12,9 @@ namespace tessera::core {
 inline constexpr int kPacketRays = 64;
 inline constexpr uint32_t kNoPrimitive = 0xffffffffu;
 
-// What a caller's packets have been like lately: kept in the packet that it fills again and again, so that packets
-// that do not pay, for rays far apart in a scene of tiny triangles, are not tried again and again. It changes
-// nothing but time.
+// What a caller's packets have been like lately: kept in the packet that it fills again and again,
+// so that packets that do not pay, for rays far apart in a scene of tiny triangles, are not tried
+// again and again. It changes nothing but time. Of one thread, as the packet is.
 struct PacketHabit {
   int alone = 0;  // so many packets are to be traced ray by ray
   int wait = 1;   // so many after the next that does not pay
@@ -49,8 +49,8 @@ struct alignas(64) FanTargets {
   float direction[3][kFanTargetsMax];
   int count;
 
-  // Made by group_fans(): packet g takes the rays order[group[g]] to order[group[g + 1] - 1], at most
-  // kPacketRays of them and at least one.
+  // Made by group_fans(): packet g takes the rays order[group[g]] to order[group[g + 1] - 1], at
+  // most kPacketRays of them and at least one.
   int group_count;
   int group[kFanTargetsMax + 1];
   alignas(64) int order[kFanTargetsMax + 16];        // some room: registers are loaded whole
@@ -99,8 +99,8 @@ struct KdView {
 // Entry points for one kind of structure. A ray's answer is the same to the bit from each of them
 // and on every instruction set: the triangle that it hits first in exact arithmetic, as far as t
 // tells; of hits at equal t the lowest primitive. A ray with a component that is not finite, a zero
-// direction, components whose sizes add up to infinity, or limits that are NaN is a miss and touches no
-// other ray.
+// direction, components whose sizes add up to infinity, or limits that are NaN is a miss and
+// touches no other ray.
 template <class View>
 struct ViewKernels {
   void (*closest_ray)(const View& scene, const SingleRay& ray, SingleHit& hit);

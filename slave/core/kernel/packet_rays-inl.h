@@ -49,11 +49,13 @@ struct PacketRays : Frustum {
 
   // The sums of the sizes of three numbers of each ray of a row.
   static HWY_INLINE V sizes(const float (*values)[kPacketRays], size_t at);
-  // Takes the main axis from a ray in the middle. Returns: the number of the ray. Requires: valid != 0.
+  // Takes the main axis from a ray in the middle. Returns: the number of the ray. Requires: valid
+  // != 0.
   template <class Packet>
   HWY_INLINE size_t aim(const Packet& rays, uint64_t valid);
-  // The row's directions, lengths and limits; u, v: what it moves across the main axis per depth. Rays
-  // that are not valid go where the middle one goes, and hit nothing. Returns: whether all are near the main axis.
+  // The row's directions, lengths and limits; u, v: what it moves across the main axis per depth.
+  // Rays that are not valid go where the middle one goes, and hit nothing. Returns: whether all are
+  // near the main axis.
   template <class Packet>
   HWY_INLINE bool begin_row(const Packet& rays, size_t row, uint64_t valid, size_t middle, V& u,
                             V& v);

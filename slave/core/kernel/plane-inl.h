@@ -2,14 +2,15 @@
 // the same to the bit on every path and instruction set.
 //
 // N = (B - A) x (C - A), scaled by a power of two to about 1, t = N.(A - O) / N.D. Numerator and
-// denominator are computed in double, rounded to float32, and divided there: differences of float32 are
-// exact in double but for exponents 29 apart, and no product of three leaves its range. What may cancel is N and the
-// two products. With w = 2^-53 and c the largest sum of the sizes of the two products in a component of
-// N, and |.| the sum of components, N.D is off by less than 8 w c |D| and N.(A - O) by less than
-// 8 w c |A - O|. Both count where they are at least 2^-24 c |D| and 2^-24 c |A - O|: t is then good to
-// 2^-25 and the three roundings to float32. Where one of them is less (a ray within some 2^-24 of the
-// plane of a well-shaped triangle), or where they come near the ends of float32, exact_hit() gives t
-// instead. These tests are part of the definition of t, hence the same everywhere.
+// denominator are computed in double, rounded to float32, and divided there: differences of float32
+// are exact in double but for exponents 29 apart, and no product of three leaves its range. What
+// may cancel is N and the two products. With w = 2^-53 and c the largest sum of the sizes of the
+// two products in a component of N, and |.| the sum of components, N.D is off by less than 8 w c
+// |D| and N.(A - O) by less than 8 w c |A - O|. Both count where they are at least 2^-24 c |D| and
+// 2^-24 c |A - O|: t is then good to 2^-25 and the three roundings to float32. Where one of them is
+// less (a ray within some 2^-24 of the plane of a well-shaped triangle), or where they come near
+// the ends of float32, exact_hit() gives t instead. These tests are part of the definition of t,
+// hence the same everywhere.
 #include "slave/core/kernel/counts_layout.h"
 #include "slave/core/kernel/packet_layout.h"
 

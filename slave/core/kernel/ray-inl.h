@@ -1,17 +1,17 @@
-// Traversal of a wide hierarchy by one ray: all children of a node at once, closest and any hit. For
-// rays that have no company: bounces, and packets that are none.
+// Traversal of a wide hierarchy by one ray: all children of a node at once, closest and any hit.
+// For rays that have no company: bounces, and packets that are none.
 //
 // After Wald, Benthin, Boulos, "Getting rid of packets", 2008, and Ize, "Robust BVH ray traversal",
 // JCGT 2(2), 2013.
 //
-// Boxes. A ray meets the plane p of an axis at t = (p - o) / d, computed as p r + c with r = 1 / d and
-// c = -o r, one fused operation. It is off by at most
+// Boxes. A ray meets the plane p of an axis at t = (p - o) / d, computed as p r + c with r = 1 / d
+// and c = -o r, one fused operation. It is off by at most
 //    1 u |p - o| |r|       r itself
 //    2 u |o| |r|           product and sum of c, at most 1 u |c| each
 //    1 u |p - o| |r|       the fused operation
-// and what c was moved by; c is moved out by 8 u (|p| + |o|) |r| for the largest p of the scene, twice
-// that bound, and by what setup_axis() asks for where the ray hardly moves along the axis. So t_in is never
-// too large and t_out never too small.
+// and what c was moved by; c is moved out by 8 u (|p| + |o|) |r| for the largest p of the scene,
+// twice that bound, and by what setup_axis() asks for where the ray hardly moves along the axis. So
+// t_in is never too large and t_out never too small.
 //
 // Threads. One traversal owns one.
 #include <stddef.h>
@@ -32,8 +32,8 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// By axis: where a node has the planes through which a ray comes in and goes out, from its first number
-// on.
+// By axis: where a node has the planes through which a ray comes in and goes out, from its first
+// number on.
 template <int W>
 struct SlabOrder {
   size_t in[3], out[3];

@@ -1,19 +1,20 @@
 // One ray and the triangles of a block, all at once: what single rays do in every structure.
 //
-// Triangles. As in fan_block-inl.h: the signs of three edge functions where they are sure, exact_hit()
-// where not. Here the triangle is sheared so that the ray is the z axis, after Woop, Benthin, Wald,
-// 2013. With s the largest coordinate of a corner from the origin and M the largest across the ray,
-// after the shear, an edge function is off by at most
+// Triangles. As in fan_block-inl.h: the signs of three edge functions where they are sure,
+// exact_hit() where not. Here the triangle is sheared so that the ray is the z axis, after Woop,
+// Benthin, Wald, 2013. With s the largest coordinate of a corner from the origin and M the largest
+// across the ray, after the shear, an edge function is off by at most
 //    2 u M M    one product and the fused difference
 //   12 u s D    corners, off by 4 u s per axis (moved, shear of two roundings, fused): the ray's distance
 //               from an edge of extent D <= 2 M is known to 6 u s
-// whatever the ray, and a ray that is outside of one edge by more is outside the triangle, whichever
-// way the triangle is turned (see fan_block-inl.h). M <= 2 s. So 32 u s M is enough for all three, with s
-// bounded by the whole scene.
+// whatever the ray, and a ray that is outside of one edge by more is outside the triangle,
+// whichever way the triangle is turned (see fan_block-inl.h). M <= 2 s. So 32 u s M is enough for
+// all three, with s bounded by the whole scene.
 //
-// Where a line surely passes through, its t is that of the corners weighed by the edge functions. Each weight is
-// off by 2 tolerances of the sum of the three at most, all of them by 6, so t is known to that part of what the
-// corners' t differ by, and to the roundings. That rules triangles out, and is all that any-hit needs, before plane-inl.h says what t is.
+// Where a line surely passes through, its t is that of the corners weighed by the edge functions.
+// Each weight is off by 2 tolerances of the sum of the three at most, all of them by 6, so t is
+// known to that part of what the corners' t differ by, and to the roundings. That rules triangles
+// out, and is all that any-hit needs, before plane-inl.h says what t is.
 //
 // Threads. One traversal owns one.
 #include "slave/core/geometry/exact_hit_abi.h"
@@ -33,8 +34,8 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// Of an edge function, per largest coordinate of a corner from the origin and per largest across the
-// ray; see above.
+// Of an edge function, per largest coordinate of a corner from the origin and per largest across
+// the ray; see above.
 constexpr float kEdgeTolerance = 33 * kRoundoff;
 
 template <int W, bool kAny>
@@ -131,8 +132,8 @@ bool RayState<W, kAny>::setup(const SingleRay& ray, const SceneBox& scene) {
   return true;
 }
 
-// So that no product of a coordinate with an inverse overflows, which is at most 2^60 for coordinates
-// below 2^60 and at most 1 beyond.
+// So that no product of a coordinate with an inverse overflows, which is at most 2^60 for
+// coordinates below 2^60 and at most 1 beyond.
 template <int W, bool kAny>
 void RayState<W, kAny>::scale(float largest, float reach) {
   const A d;
@@ -148,8 +149,9 @@ void RayState<W, kAny>::scale(float largest, float reach) {
   }
 }
 
-// An axis along which the ray hardly moves counts as steeper than it is. The ray leaves the scene within
-// t = reach / largest (twice that with all roundings), so it moves by less than `least` times that along it.
+// An axis along which the ray hardly moves counts as steeper than it is. The ray leaves the scene
+// within t = reach / largest (twice that with all roundings), so it moves by less than `least`
+// times that along it.
 template <int W, bool kAny>
 void RayState<W, kAny>::invert(float largest, float reach) {
   const A d;
@@ -205,9 +207,9 @@ typename RayState<W, kAny>::Candidates RayState<W, kAny>::candidates(const Trian
   return found;
 }
 
-// Where between its corners the line meets a triangle, as far as is known; t [3]: of the corners. Roundings are
-// 10 u of the largest of these, which is no more than t itself and what they differ by: the limits have been
-// moved by 16 u of the one, the interval is by 16 u of the other.
+// Where between its corners the line meets a triangle, as far as is known; t [3]: of the corners.
+// Roundings are 10 u of the largest of these, which is no more than t itself and what they differ
+// by: the limits have been moved by 16 u of the one, the interval is by 16 u of the other.
 template <int W, bool kAny>
 void RayState<W, kAny>::narrow(const V* edge, const V* t, V tolerance, M is_sure, V& low,
                                V& high) const {

@@ -1,8 +1,8 @@
 // Light that reaches a batch of surface points straight from the scene's lights.
 //
-// Shadow rays are traced in groups that look alike from the light, whatever pixels they belong to. Sums
-// run over lights, then emitters, then samples, in that order and per pixel alone: a pixel does not
-// depend on its neighbours.
+// Shadow rays are traced in groups that look alike from the light, whatever pixels they belong to.
+// Sums run over lights, then emitters, then samples, in that order and per pixel alone: a pixel
+// does not depend on its neighbours.
 //
 // Threads. One object per thread; holds the shadow rays as scratch memory.
 #pragma once

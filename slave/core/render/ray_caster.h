@@ -1,5 +1,5 @@
-// Rays that somebody brings, one answer each: for tools and for measuring. Renderers trace packets of
-// their own making.
+// Rays that somebody brings, one answer each: for tools and for measuring. Renderers trace packets
+// of their own making.
 //
 // Threads. cast_rays() may be called by any number of threads; it starts those that it is told to.
 #pragma once
@@ -11,8 +11,8 @@
 
 namespace tessera::core {
 
-// P(t) = origin + t * direction, a hit needs t_min <= t <= t_max. A ray with a component that is not
-// finite, a zero direction or limits that are NaN is a miss.
+// P(t) = origin + t * direction, a hit needs t_min <= t <= t_max. A ray with a component that is
+// not finite, a zero direction or limits that are NaN is a miss.
 struct CastRay {
   Vec3f origin, direction;
   float t_min = 0, t_max = 0;

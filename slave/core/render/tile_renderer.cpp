@@ -16,8 +16,8 @@
 namespace tessera::core {
 namespace {
 
-// A packet is 8x8 pixels; up to 4x4 packets are traced before they are shaded together, so that shadow
-// rays find company.
+// A packet is 8x8 pixels; up to 4x4 packets are traced before they are shaded together, so that
+// shadow rays find company.
 constexpr int kPacketEdgePx = 8;
 constexpr int kBatchEdgePx = 32;
 static_assert(kPacketEdgePx * kPacketEdgePx == kPacketRays);

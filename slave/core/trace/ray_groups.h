@@ -1,5 +1,5 @@
-// Rays taken together by where they go, seen from one point: shadow rays of a light, since neighbours
-// on the picture need not be neighbours there.
+// Rays taken together by where they go, seen from one point: shadow rays of a light, since
+// neighbours on the picture need not be neighbours there.
 //
 // Threads. One object per thread; scratch memory, reused.
 #pragma once

@@ -1,5 +1,5 @@
-// Property: on every class of hard cases nothing is missed, wrong, false or leaking, and structures,
-// sizes of bundles, threads and instruction sets agree to the bit.
+// Property: on every class of hard cases nothing is missed, wrong, false or leaking, and
+// structures, sizes of bundles, threads and instruction sets agree to the bit.
 #include <gtest/gtest.h>
 
 #include <bit>

@@ -135,7 +135,8 @@ TEST(KdTree, AQualityTreeListsATriangleWhereverAPointOfItIs) {
   EXPECT_GT(points, 400'000u);
 }
 
-// Planes at bin borders, above so many primitives, cost at most 2 % more than all faces of boxes tried.
+// Planes at bin borders, above so many primitives, cost at most 2 % more than all faces of boxes
+// tried.
 TEST(KdTree, AQualityTreeIsAsGoodAsTheExactSweep) {
   const Mesh meshes[] = {test::make_icosphere(5), test::make_terrain(120, 3),
                          test::make_torus(200, 80), test::make_random_triangles(20'000, 0.1f, 5),

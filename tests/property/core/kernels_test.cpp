@@ -297,8 +297,8 @@ TEST(Kernels, SingleRaysKeepToTheirRangeOnBothSidesOfTheOrigin) {
   }
 }
 
-// Rays far apart over tiny triangles: packets are given up on the way, and for a while not tried. One
-// packet is filled again and again, as callers do.
+// Rays far apart over tiny triangles: packets are given up on the way, and for a while not tried.
+// One packet is filled again and again, as callers do.
 TEST(Kernels, PacketsThatDoNotPayAnswerAsTheirRaysDo) {
   const std::uint32_t seed = 7;
   const Mesh mesh = test::make_terrain(300, 2);
