@@ -253,6 +253,29 @@ TEST(Kernels, EveryPathGivesTheAnswerOfExactArithmetic) {
   });
 }
 
+// Where a ray may look exactly as far as what it hits, or one number less far, closest and any-hit
+// of all ways still agree.
+TEST(Kernels, LimitsCountToTheBit) {
+  with_fans(77, 25, [](const Prepared& scene, const FanPacket& plain, float, std::mt19937& random) {
+    FanPacket fan = plain;
+    PacketHits hits;
+    const auto& scalar = kernels_for(Isa::kScalar).bvh8;
+    for (int i = 0; i < kPacketRays; ++i) {
+      hits.t[i] = 0;
+      hits.primitive[i] = kNoPrimitive;
+      if ((fan.active >> i & 1u) == 0) continue;
+      SingleHit hit;
+      scalar.closest_ray(view_of(scene.bvh8), ray_of(fan, i), hit);
+      if (hit.primitive != kNoPrimitive)
+        fan.t_max[i] = random() % 2 == 0 ? hit.t : std::nextafter(hit.t, 0.0f);
+      scalar.closest_ray(view_of(scene.bvh8), ray_of(fan, i), hit);
+      hits.t[i] = hit.t;
+      hits.primitive[i] = hit.primitive;
+    }
+    scene.for_all([&](const auto& index) { expect_agreement(index, fan, hits); });
+  });
+}
+
 TEST(Kernels, RaysWithOriginsOfTheirOwnAnswerAsIfAlone) {
   with_fans(
       815, 60, [](const Prepared& scene, const FanPacket& fan, float scale, std::mt19937& random) {
