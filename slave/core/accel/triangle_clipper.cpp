@@ -7,9 +7,10 @@
 namespace tessera::core {
 namespace {
 
-// What is left of a triangle: each of six faces adds a corner at most.
+// What is left of a triangle. Each face that cuts it adds a corner; where roundings have bent a thin
+// one, half as many corners as there are, at most: 3, 4, 6, 9, 13, 19, 28 for six faces.
 struct Polygon {
-  double corner[9][3];
+  double corner[28][3];
   int count = 0;
 
   void add(const double* p) {
@@ -20,8 +21,8 @@ struct Polygon {
 
 // Sutherland and Hodgman, "Reentrant polygon clipping", 1974. side +1 keeps what is above the
 // plane, -1 what is below; what lies in the plane stays.
-Polygon cut(const Polygon& polygon, int axis, double plane, double side) {
-  Polygon kept;
+void cut(const Polygon& polygon, int axis, double plane, double side, Polygon& kept) {
+  kept.count = 0;
   for (int i = 0; i < polygon.count; ++i) {
     const double* const p = polygon.corner[i];
     const double* const q = polygon.corner[(i + 1) % polygon.count];
@@ -35,7 +36,6 @@ Polygon cut(const Polygon& polygon, int axis, double plane, double side) {
       kept.add(middle);
     }
   }
-  return kept;
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ Polygon cut(const Polygon& polygon, int axis, double plane, double side) {
 // is rounded to float32, outwards, too. The planes are moved out by as much.
 Bounds3f TriangleClipper::clip(std::uint32_t triangle, const Bounds3f& voxel) const {
   const float* const v = vertices_.data() + std::size_t{9} * triangle;
-  Polygon polygon;
+  Polygon polygon, half;
   double largest = 0;
   for (int c = 0; c < 3; ++c) {
     double corner[3];
@@ -57,8 +57,8 @@ Bounds3f TriangleClipper::clip(std::uint32_t triangle, const Bounds3f& voxel) co
   }
   const double slack = largest * 0x1p-48;
   for (int a = 0; a < 3; ++a) {
-    polygon = cut(polygon, a, static_cast<double>(voxel.lower[a]) - slack, 1);
-    polygon = cut(polygon, a, static_cast<double>(voxel.upper[a]) + slack, -1);
+    cut(polygon, a, static_cast<double>(voxel.lower[a]) - slack, 1, half);
+    cut(half, a, static_cast<double>(voxel.upper[a]) + slack, -1, polygon);
   }
   if (polygon.count == 0) return {};
   Vec3f lower, upper;

@@ -28,8 +28,6 @@ class NodeStack {
     if (scene.nodes != nullptr) entries_[size_++] = {0, -__builtin_inff()};
   }
 
-  bool is_empty() const { return size_ == 0; }
-  StackEntry pop() { return entries_[--size_]; }
   // The nearest child that begins at `far` or before it; kBvhNoChild where there is none.
   HWY_INLINE uint32_t next(float far) {
     while (size_ > 0) {

@@ -34,10 +34,8 @@ class PacketTracer {
     int steps = 0;
     alignas(64) float z_near[W];
     NodeStack<W> stack(scene_);
-    while (!stack.is_empty()) {
-      const StackEntry entry = stack.pop();
-      if (entry.distance > rays_.z_far) continue;
-      uint32_t child = entry.child;
+    for (uint32_t child = stack.next(rays_.z_far); child != kBvhNoChild;
+         child = stack.next(rays_.z_far)) {
       while ((child & kBvhLeaf) == 0) {
         if (++steps > Rays::kStepsMax) return Together::kDoesNotPay;
         const BvhNode<W>& node = scene_.nodes[child];
