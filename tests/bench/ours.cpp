@@ -7,6 +7,7 @@
 #include "slave/core/accel/kd_index.h"
 #include "slave/core/accel/triangle_clipper.h"
 #include "slave/core/kernel/kernel_table.h"
+#include "slave/core/trace/fan_window.h"
 #include "slave/core/trace/ray_groups.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/bench/contender.h"
@@ -42,6 +43,7 @@ class Structure {
            false});
     };
     add("fan of 64", RayKind::kPrimary, &Structure::trace_fans<64>);
+    add("fan, entered", RayKind::kPrimary, &Structure::trace_fans<64, true>);
     if (with_sizes_) {
       add("fan of 32", RayKind::kPrimary, &Structure::trace_fans<32>);
       add("fan of 16", RayKind::kPrimary, &Structure::trace_fans<16>);
@@ -64,10 +66,26 @@ class Structure {
             rays.t_max[i]};
   }
 
-  template <int kRays>
+  // Finds where the fans of a block of 32x32 pixels begin. Returns: whether there is such a place.
+  bool enter(const RayBlock& rays, core::FanEntry& entry) const {
+    if (rays.count != kBlockRays) return false;
+    constexpr int kCorners[] = {0, 0x155, 0x2aa, 0x3ff};  // of a Morton square
+    Vec3f outermost[4];
+    for (int c = 0; c < 4; ++c) {
+      for (int a = 0; a < 3; ++a) (&outermost[c].x)[a] = rays.direction[a][kCorners[c]];
+    }
+    const Vec3f origin{rays.origin[0][0], rays.origin[1][0], rays.origin[2][0]};
+    const auto window = core::fan_window(origin, outermost);
+    if (window) kernels_.enter_fans(view_, *window, entry);
+    return window.has_value();
+  }
+
+  template <int kRays, bool kIsEntered = false>
   void trace_fans(const RayBlock& rays, BlockHits& hits) {
     core::FanPacket packet;
     core::PacketHits found;
+    core::FanEntry entry;
+    if (kIsEntered && enter(rays, entry)) packet.entry = &entry;
     for (int first = 0; first < rays.count; first += kRays) {
       const int count = std::min(kRays, rays.count - first);
       packet.t_min = 0;

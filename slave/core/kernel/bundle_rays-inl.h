@@ -67,7 +67,9 @@ inline uint64_t BundleRays::valid_rays(const RayPacket& rays) {
 inline bool BundleRays::setup(const RayPacket& rays) {
   const uint64_t valid = valid_rays(rays);
   if (kLanes == 1 || __builtin_popcountll(valid) < kRaysLeast) return false;
-  const size_t middle = aim(rays, valid);
+  const size_t middle = middle_of(valid);
+  count = __builtin_popcountll(valid);
+  aim(rays, middle);
   for (size_t r = 0; r < kRows; ++r) {
     if (!setup_row(rays, r, valid, middle)) return false;
   }

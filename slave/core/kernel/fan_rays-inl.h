@@ -57,7 +57,13 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
   if (!(abs_of(o[0]) + abs_of(o[1]) + abs_of(o[2]) < __builtin_inff())) return false;
   const uint64_t valid = valid_rays(rays);
   if (__builtin_popcountll(valid) < kRaysLeast || !(rays.t_min >= 0)) return false;
-  const size_t middle = aim(rays, valid);
+  const size_t middle = middle_of(valid);
+  count = __builtin_popcountll(valid);
+  if (rays.entry != nullptr) {
+    set_axis(rays.entry->axis, rays.entry->side < 0);
+  } else {
+    aim(rays, middle);
+  }
   for (int a = 0; a < 3; ++a) origin[a] = rays.origin[a];
   t_min = rays.t_min;
   for (size_t r = 0; r < kRows; ++r) {

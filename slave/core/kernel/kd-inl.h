@@ -71,12 +71,22 @@ class KdPacketTracer {
   const Rays& rays() const { return rays_; }
 
  private:
+  struct Voxel {
+    float lower[3], upper[3];
+  };
+  static Voxel voxel_of(const SceneBox& box) {
+    return {{box.lower[0], box.lower[1], box.lower[2]}, {box.upper[0], box.upper[1], box.upper[2]}};
+  }
+  static Voxel voxel_of(const BvhNode<kEntryWidth>& top) {
+    return {{top.lower[0][0], top.lower[1][0], top.lower[2][0]},
+            {top.upper[0][0], top.upper[1][0], top.upper[2][0]}};
+  }
   // The part of an axis that the frustum covers between two depths.
   struct Range {
     float low, high;
   };
   HWY_INLINE Range covered(int axis, float from, float to) const;
-  HWY_INLINE bool enter(KdEntry& root) const;
+  HWY_INLINE bool enter(uint32_t node, const Voxel& voxel, KdEntry& entry) const;
   HWY_INLINE uint32_t descend(const KdNode& node, KdEntry& entry);
   HWY_INLINE uint32_t descend_across(int axis, float plane, uint32_t lower, KdEntry& entry);
 
@@ -96,18 +106,18 @@ typename KdPacketTracer<W, Rays, Block>::Range KdPacketTracer<W, Rays, Block>::c
           slope[1] * (slope[1] < 0 ? from : to) + offset[1]};
 }
 
-// Cuts the frustum to the scene's box. Returns: whether anything is left.
+// Cuts the frustum to a voxel. Returns: whether anything is left.
 template <int W, class Rays, class Block>
-bool KdPacketTracer<W, Rays, Block>::enter(KdEntry& root) const {
-  if (scene_.nodes == nullptr) return false;
-  const float a = (scene_.box.lower[rays_.kz] - rays_.origin[rays_.kz]) * rays_.side;
-  const float b = (scene_.box.upper[rays_.kz] - rays_.origin[rays_.kz]) * rays_.side;
-  root = {0, max_of(min_of(a, b), 0.0f), min_of(max_of(a, b), rays_.z_far)};
-  if (!(root.from <= root.to)) return false;
+bool KdPacketTracer<W, Rays, Block>::enter(uint32_t node, const Voxel& voxel,
+                                           KdEntry& entry) const {
+  const float a = (voxel.lower[rays_.kz] - rays_.origin[rays_.kz]) * rays_.side;
+  const float b = (voxel.upper[rays_.kz] - rays_.origin[rays_.kz]) * rays_.side;
+  entry = {node, max_of(min_of(a, b), 0.0f), min_of(max_of(a, b), rays_.z_far)};
+  if (!(entry.from <= entry.to)) return false;
   for (const int axis : {rays_.kx, rays_.ky}) {
-    const Range range = covered(axis, root.from, root.to);
-    if (range.high < scene_.box.lower[axis] - rays_.origin[axis]) return false;
-    if (range.low > scene_.box.upper[axis] - rays_.origin[axis]) return false;
+    const Range range = covered(axis, entry.from, entry.to);
+    if (range.high < voxel.lower[axis] - rays_.origin[axis]) return false;
+    if (range.low > voxel.upper[axis] - rays_.origin[axis]) return false;
   }
   return true;
 }
@@ -177,9 +187,15 @@ Together KdPacketTracer<W, Rays, Block>::run(const Packet& packet) {
     inverse_[0][i] = 1 / rays_.slope_u[i];
     inverse_[1][i] = 1 / rays_.slope_v[i];
   }
-  KdEntry root;
-  if (!enter(root)) return Together::kDone;
-  stack_.push(root);
+  KdEntry begin;
+  if (scene_.nodes == nullptr) return Together::kDone;
+  if (const FanEntry* const found = entry_of(packet)) {
+    const uint32_t node = found->top.child[0];
+    if (node == kBvhNoChild || !enter(node, voxel_of(found->top), begin)) return Together::kDone;
+  } else if (!enter(0, voxel_of(scene_.box), begin)) {
+    return Together::kDone;
+  }
+  stack_.push(begin);
   int steps = 0;
   while (!stack_.is_empty()) {
     KdEntry entry = stack_.pop();

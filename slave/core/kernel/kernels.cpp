@@ -17,6 +17,7 @@
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
 #include "slave/core/kernel/bundle_block-inl.h"
+#include "slave/core/kernel/entry-inl.h"
 #include "slave/core/kernel/fan_block-inl.h"
 #include "slave/core/kernel/fan_groups-inl.h"
 #include "slave/core/kernel/kd-inl.h"
@@ -119,6 +120,10 @@ HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
 }
 
 template <class View>
+void enter_fans(const View& scene, const FanWindow& window, FanEntry& entry) {
+  find_entry(scene, window, entry);
+}
+template <class View>
 void closest_fan(const View& scene, const FanPacket& rays, PacketHits& hits) {
   closest<typename Tracers<View>::template Fan<false>>(scene, rays, hits);
 }
@@ -136,9 +141,9 @@ uint64_t occluded_packet(const View& scene, const RayPacket& rays) {
 }
 
 template <class View>
-constexpr ViewKernels<View> kKernels{closest_ray<View>,    occluded_ray<View>,
-                                     closest_fan<View>,    occluded_fan<View>,
-                                     closest_packet<View>, occluded_packet<View>};
+constexpr ViewKernels<View> kKernels{closest_ray<View>,    occluded_ray<View>, enter_fans<View>,
+                                     closest_fan<View>,    occluded_fan<View>, closest_packet<View>,
+                                     occluded_packet<View>};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core

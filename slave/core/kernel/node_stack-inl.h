@@ -37,6 +37,21 @@ class NodeStack {
     return kBvhNoChild;
   }
 
+  // Puts children in the place of the root; they are in order, the nearest first. Returns: the
+  // nearest, which is not pushed.
+  HWY_INLINE uint32_t enter(const BvhNode<kEntryWidth>& top, uint32_t bits,
+                            const float* distances) {
+    size_ = 0;
+    if (bits == 0) return kBvhNoChild;
+    const uint32_t nearest = bits & -bits;
+    for (bits ^= nearest; bits != 0;) {
+      const int i = 31 - __builtin_clz(bits);
+      bits ^= 1u << i;
+      entries_[size_++] = {top.child[i], distances[i]};
+    }
+    return top.child[__builtin_ctz(nearest)];
+  }
+
   // The nearest of the children, which is not pushed as the others are; kBvhNoChild without any.
   uint32_t descend(const BvhNode<W>& node, uint32_t bits, const float* distances) {
     if (bits == 0) return kBvhNoChild;
@@ -79,7 +94,7 @@ class NodeStack {
   }
 
   const BvhView<W>& scene_;
-  StackEntry entries_[kBvhDepthMax * (W - 1) + 1];
+  StackEntry entries_[kBvhDepthMax * (W - 1) + kEntryWidth];
   int size_ = 0;
 };
 

@@ -34,7 +34,7 @@ class PacketTracer {
     int steps = 0;
     alignas(64) float z_near[W];
     NodeStack<W> stack(scene_);
-    for (uint32_t child = stack.next(rays_.z_far); child != kBvhNoChild;
+    for (uint32_t child = begin(packet, stack); child != kBvhNoChild;
          child = stack.next(rays_.z_far)) {
       while ((child & kBvhLeaf) == 0) {
         if (++steps > Rays::kStepsMax) return Together::kDoesNotPay;
@@ -53,6 +53,16 @@ class PacketTracer {
   const Rays& rays() const { return rays_; }
 
  private:
+  // The first child to go to; the others are on the stack.
+  template <class Packet>
+  HWY_INLINE uint32_t begin(const Packet& packet, NodeStack<W>& stack) const {
+    const FanEntry* const entry = entry_of(packet);
+    if (entry == nullptr) return stack.next(rays_.z_far);
+    alignas(64) float z_near[kEntryWidth];
+    const uint32_t met = FrustumTests<kEntryWidth>::boxes(rays_, entry->top, z_near);
+    return stack.enter(entry->top, met, z_near);
+  }
+
   const BvhView<W>& scene_;
   Rays rays_;
   Block block_;

@@ -20,6 +20,23 @@ struct PacketHabit {
   int wait = 1;   // so many after the next that does not pay
 };
 
+// Where fans begin that leave one point through one window: at the subtrees that the window meets,
+// found once for all of them. Of a kd-tree it is one: the number of a node and its voxel.
+inline constexpr int kEntryWidth = 16;
+struct alignas(64) FanEntry {
+  BvhNode<kEntryWidth> top;  // the nearest child first; kBvhNoChild behind the last
+  int axis;                  // as in FanWindow; the fans' main axis
+  float side;
+};
+
+// Directions d with d[axis] * side > 0 and low[k] <= d[(axis + 1 + k) % 3] / |d[axis]| <= high[k].
+struct FanWindow {
+  float origin[3];
+  int axis;
+  float side;  // 1 or -1
+  float low[2], high[2];
+};
+
 // Rays that leave one point: camera rays, and shadow rays of a point light seen from the light.
 // P(t) = origin + t * direction; a hit needs t_min <= t <= t_max, and t_min is not negative.
 // Neighbours in the array are to be neighbours in space: 8 rays in a row are culled together.
@@ -29,6 +46,9 @@ struct alignas(64) FanPacket {
   float origin[3];
   float t_min;
   uint64_t active;  // bit i: ray i is to be traced; the arrays need not be set for the others
+  // Null: from the root. Requires: found for this structure and a window of this origin that all
+  // active rays pass. It changes nothing but time.
+  const FanEntry* entry = nullptr;
   mutable PacketHabit habit;
 };
 
@@ -105,6 +125,7 @@ template <class View>
 struct ViewKernels {
   void (*closest_ray)(const View& scene, const SingleRay& ray, SingleHit& hit);
   bool (*occluded_ray)(const View& scene, const SingleRay& ray);
+  void (*enter_fans)(const View& scene, const FanWindow& window, FanEntry& entry);
   // Rays that are no narrow fan, or no narrow bundle, are traced one by one.
   void (*closest_fan)(const View& scene, const FanPacket& rays, PacketHits& hits);
   uint64_t (*occluded_fan)(const View& scene, const FanPacket& rays);  // bits of the blocked

@@ -21,6 +21,9 @@ namespace HWY_NAMESPACE {
 // How tracing rays together ended.
 enum class Together { kDone, kNoFrustum, kDoesNotPay };
 
+HWY_INLINE const FanEntry* entry_of(const FanPacket& rays) { return rays.entry; }
+HWY_INLINE const FanEntry* entry_of(const RayPacket&) { return nullptr; }
+
 struct PacketRays : Frustum {
   using D = hn::CappedTag<float, 16>;
   using DI = hn::CappedTag<int32_t, 16>;
@@ -49,10 +52,13 @@ struct PacketRays : Frustum {
 
   // The sums of the sizes of three numbers of each ray of a row.
   static HWY_INLINE V sizes(const float (*values)[kPacketRays], size_t at);
-  // Takes the main axis from a ray in the middle. Returns: the number of the ray. Requires: valid
-  // != 0.
+  // Returns: the number of a ray in the middle. Requires: valid != 0.
+  static HWY_INLINE size_t middle_of(uint64_t valid) {
+    return valid >> 27 & 1u ? 27 : static_cast<size_t>(__builtin_ctzll(valid));
+  }
+  // Takes the main axis from a ray.
   template <class Packet>
-  HWY_INLINE size_t aim(const Packet& rays, uint64_t valid);
+  HWY_INLINE void aim(const Packet& rays, size_t ray);
   // The row's directions, lengths and limits; u, v: what it moves across the main axis per depth.
   // Rays that are not valid go where the middle one goes, and hit nothing. Returns: whether all are
   // near the main axis.
@@ -84,15 +90,11 @@ HWY_INLINE PacketRays::V PacketRays::sizes(const float (*values)[kPacketRays], s
 }
 
 template <class Packet>
-size_t PacketRays::aim(const Packet& rays, uint64_t valid) {
-  const size_t first = static_cast<size_t>(__builtin_ctzll(valid));
-  const size_t middle = valid >> 27 & 1u ? 27 : first;
-  const auto size = [&](int a) { return abs_of(rays.direction[a][middle]); };
+void PacketRays::aim(const Packet& rays, size_t ray) {
+  const auto size = [&](int a) { return abs_of(rays.direction[a][ray]); };
   const int larger = size(0) >= size(1) ? 0 : 1;
   const int axis = size(larger) >= size(2) ? larger : 2;
-  set_axis(axis, rays.direction[axis][middle] < 0);
-  count = __builtin_popcountll(valid);
-  return middle;
+  set_axis(axis, rays.direction[axis][ray] < 0);
 }
 
 template <class Packet>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
+#include <optional>
 
 #include "common/base/check.h"
 #include "slave/core/geometry/barycentric.h"
@@ -11,6 +12,7 @@
 #include "slave/core/render/direct_light.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "slave/core/simd/isa_support.h"
+#include "slave/core/trace/fan_window.h"
 #include "slave/core/trace/scene_tracer.h"
 
 namespace tessera::core {
@@ -35,6 +37,7 @@ constexpr int row_of(int ray) { return (ray >> 1 & 1) | (ray >> 2 & 2) | (ray >>
 
 struct TileRenderer::Scratch {
   FanPacket rays;
+  FanEntry entry;
   PacketHits hits;
   SurfaceBatch batch;
   DirectLight direct;
@@ -45,6 +48,7 @@ struct TileRenderer::Scratch {
   const FrameSettings* settings = nullptr;
   RayCounts counts;
 
+  void enter(const SceneTracer& tracer, const CameraRays& camera, const TileRect& rect);
   void camera_packet(const CameraRays& camera, const TileRect& rect, int x_px, int y_px,
                      std::uint32_t sample);
   void shade_primary(int packet);
@@ -52,6 +56,20 @@ struct TileRenderer::Scratch {
   void render_batch(const SceneTracer& tracer, const CameraRays& camera, const TileRect& rect);
   void write(const TileRect& rect, const TileRect& tile, std::span<float> rgb) const;
 };
+
+// Finds where the packets of a batch begin, all samples of them.
+void TileRenderer::Scratch::enter(const SceneTracer& tracer, const CameraRays& camera,
+                                  const TileRect& rect) {
+  rays.entry = nullptr;
+  const double left = rect.x_px, right = left + rect.width_px;
+  const double top = rect.y_px, bottom = top + rect.height_px;
+  const Vec3f corners[] = {camera.direction(left, top), camera.direction(right, top),
+                           camera.direction(left, bottom), camera.direction(right, bottom)};
+  const std::optional<FanWindow> window = fan_window(camera.origin(), corners);
+  if (!window) return;
+  tracer.enter(*window, entry);
+  rays.entry = &entry;
+}
 
 // Rays through the pixels of the 8x8 block at (x, y) that lie in the rectangle.
 void TileRenderer::Scratch::camera_packet(const CameraRays& camera, const TileRect& rect, int x_px,
@@ -112,6 +130,7 @@ void TileRenderer::Scratch::shade_direct(int packet, int x_px, int y_px) {
 void TileRenderer::Scratch::render_batch(const SceneTracer& tracer, const CameraRays& camera,
                                          const TileRect& rect) {
   std::fill(std::begin(radiance), std::end(radiance), Vec3f{});
+  enter(tracer, camera, rect);
   const auto samples = static_cast<std::uint32_t>(settings->samples_per_pixel);
   for (std::uint32_t sample = 0; sample < samples; ++sample) {
     batch.count = 0;

@@ -48,6 +48,10 @@ class SceneTracer {
 
   const KernelTable& kernels() const { return *kernels_; }
 
+  // Where fans through a window begin.
+  void enter(const FanWindow& window, FanEntry& entry) const {
+    std::visit([&](const auto& v) { table(v).enter_fans(v, window, entry); }, view_);
+  }
   // A ray's answer does not depend on its companions.
   void closest(const FanPacket& rays, PacketHits& hits) const {
     std::visit([&](const auto& v) { table(v).closest_fan(v, rays, hits); }, view_);
