@@ -13,6 +13,7 @@
 #include "slave/core/kernel/packet_layout.h"
 #include "slave/core/parallel/run_tasks.h"
 #include "tests/bench/contender.h"
+#include "tests/bench/cost_fit.h"
 #include "tests/bench/scenes.h"
 #include "tests/bench/workload.h"
 #include "tests/support/test_meshes.h"
@@ -27,6 +28,7 @@ struct Row {
   std::uint64_t hits = 0, different = 0;                      // from the first row's primitives
   double sum_t = 0;
   core::KernelCounts counts{};  // of one run, where the build counts
+  CostFit costs{};              // likewise
 };
 
 double median(std::vector<double> values) {
@@ -62,24 +64,39 @@ void time_all_threads(Row& row, const Workload& work, std::vector<BlockHits>& hi
   row.all_wall_seconds.push_back(wall_seconds() - start_wall);
 }
 
+// In a build that counts: adds the steps of the block to the row, and what they cost.
+void trace_block(Row& row, const RayBlock& rays, BlockHits& hits) {
+#ifdef TESSERA_COUNTING
+  core::kernel_counts = {};
+  const std::uint64_t start = time_stamp();
+  row.contender->trace(rays, hits);
+  const std::uint64_t cycles = time_stamp() - start;
+  const core::KernelCounts& c = core::kernel_counts;
+  if (c.nodes + c.blocks > 0) row.costs.add(c, static_cast<double>(cycles));
+  using Counts = core::KernelCounts;
+  for (const auto field :
+       {&Counts::packets, &Counts::singles, &Counts::nodes, &Counts::children, &Counts::blocks,
+        &Counts::candidates, &Counts::row_tests, &Counts::times, &Counts::exact}) {
+    row.counts.*field += c.*field;
+  }
+#else
+  row.contender->trace(rays, hits);
+#endif
+}
+
 // Runs all contenders of one kind of ray. Returns: what the first of them has hit.
 std::vector<FirstHit> measure(std::vector<Row>& rows, const Workload& work, int repeats) {
   std::vector<FirstHit> first;
   std::vector<BlockHits> hits(work.blocks.size());
   for (int repeat = -1; repeat < repeats; ++repeat) {
     for (Row& row : rows) {
-#ifdef TESSERA_COUNTING
-      core::kernel_counts = {};
-#endif
+      row.counts = {};
       const double start = thread_cpu_seconds();
       for (std::size_t b = 0; b < work.blocks.size(); ++b)
-        row.contender->trace(work.blocks[b], hits[b]);
+        trace_block(row, work.blocks[b], hits[b]);
       const double seconds = thread_cpu_seconds() - start;
       if (repeat >= 0) row.cpu_seconds.push_back(seconds);
       if (repeat < 0) compare(row, work, hits, first);
-#ifdef TESSERA_COUNTING
-      row.counts = core::kernel_counts;
-#endif
       if (repeat >= 0 && available_cpu_count() > 1) time_all_threads(row, work, hits);
     }
   }
@@ -155,6 +172,30 @@ std::string report_builds(const std::vector<Build>& builds) {
   return list + "]";
 }
 
+// What steps cost, likewise.
+void report_costs(const std::vector<Row>& rows) {
+  bool has_head = false;
+  for (const Row& row : rows) {
+    if (row.costs.is_empty()) continue;
+    if (!has_head) std::printf("  %-22s", "cycles each (% of all)");
+    for (const char* const name : CostFit::kNames) {
+      if (!has_head) std::printf(" %12s", name);
+    }
+    if (!has_head) std::printf("\n");
+    has_head = true;
+    const CostFit::Costs costs = row.costs.fit(), shares = row.costs.shares(costs);
+    std::printf("  %-22s", row.contender->name.c_str());
+    for (std::size_t i = 0; i < costs.size(); ++i) {
+      if (costs[i] > 0) {
+        std::printf(" %6.0f (%2.0f%%)", costs[i], 100 * shares[i]);
+      } else {
+        std::printf(" %12s", "-");
+      }
+    }
+    std::printf("\n");
+  }
+}
+
 using AllEntrants = std::vector<std::unique_ptr<Entrants>>;
 
 AllEntrants entrants_of(const core::TriangleStore& triangles, const std::vector<Bounds3f>& boxes,
@@ -191,6 +232,7 @@ std::string run_scene(const BenchScene& scene, const CoreSuiteOptions& options) 
     const std::vector<FirstHit> first = measure(rows, work, options.repeats);
     list += (list.size() > 1 ? "," : "") + report(work, rows);
     report_counts(work, rows);
+    report_costs(rows);
     return first;
   };
   const auto is_wanted = [&](RayKind kind) {

@@ -9,6 +9,7 @@
 #include "tests/bench/build_suite.h"
 #include "tests/bench/core_suite.h"
 #include "tests/bench/scenes.h"
+#include "tests/bench/thesis_suite.h"
 
 namespace {
 
@@ -24,9 +25,10 @@ tessera::Status run(std::vector<std::string> suites,
   all.add("isa", std::string(tessera::isa_name(options.isa)));
   for (const std::string& suite : suites) {
     std::vector<std::string> scenes;
-    const auto run_suite = suite == "core"    ? tessera::bench::run_core_suite
-                           : suite == "build" ? tessera::bench::run_build_suite
-                                              : tessera::bench::run_accuracy_suite;
+    const auto run_suite = suite == "core"     ? tessera::bench::run_core_suite
+                           : suite == "build"  ? tessera::bench::run_build_suite
+                           : suite == "thesis" ? tessera::bench::run_thesis_suite
+                                               : tessera::bench::run_accuracy_suite;
     const tessera::Status status = run_suite(options, scenes);
     if (!status.is_ok()) return status;
     std::string list;
@@ -52,8 +54,8 @@ int main(int argc, char** argv) {
   bool is_quick = false;
   app.add_option("SUITE", suites,
                  "core: rays per CPU-second; build: time to build; accuracy: errors on hard cases; "
-                 "default: all")
-      ->check(CLI::IsMember({"core", "build", "accuracy"}));
+                 "thesis: its tables of steps and tests; default: the first three")
+      ->check(CLI::IsMember({"core", "build", "accuracy", "thesis"}));
   app.add_option("--scene", options.scenes, "interior, knot, building, field (default: all)")
       ->check(CLI::IsMember(tessera::bench::scene_names()));
   app.add_option("--rays", options.kinds, "primary, shadow, bounce (default: all)")
