@@ -117,6 +117,36 @@ std::string report(const std::vector<Row>& rows) {
   return list + "]";
 }
 
+// Every step-th triangle: a scene of the same extent with fewer of them.
+Input every(const Input& all, std::size_t step) {
+  Input some;
+  for (std::size_t t = 0; t < all.boxes.size(); t += step) {
+    const float* const corners = all.triangles.vertices.data() + 9 * t;
+    some.triangles.vertices.insert(some.triangles.vertices.end(), corners, corners + 9);
+    some.boxes.push_back(all.boxes[t]);
+  }
+  some.triangles.instance_first = {0, some.boxes.size()};
+  return some;
+}
+
+std::string run_input(const std::string& name, const Input& input,
+                      const CoreSuiteOptions& options) {
+  std::vector<Row> rows = rows_of(input, options);
+  for (int repeat = -1; repeat < options.repeats; ++repeat) {
+    for (Row& row : rows) {
+      const Build build = row.build(row.threads);
+      row.megabytes = build.megabytes;
+      if (repeat < 0) continue;
+      row.wall_seconds.push_back(build.wall_seconds);
+      row.cpu_seconds.push_back(build.cpu_seconds);
+    }
+  }
+  std::printf("\n%s, %zu triangles, builds\n", name.c_str(), input.boxes.size());
+  JsonObject json;
+  json.add("scene", name).add("triangles", static_cast<std::uint64_t>(input.boxes.size()));
+  return json.add_raw("builds", report(rows)).text();
+}
+
 }  // namespace
 
 Status run_build_suite(const CoreSuiteOptions& options, std::vector<std::string>& json) {
@@ -126,18 +156,11 @@ Status run_build_suite(const CoreSuiteOptions& options, std::vector<std::string>
     if (!scene.is_ok()) return scene.status();
     Input input;
     input.triangles = core::make_triangle_store(test::make_scene(scene->mesh), input.boxes);
-    std::vector<Row> rows = rows_of(input, options);
-    for (int repeat = -1; repeat < options.repeats; ++repeat) {
-      for (Row& row : rows) {
-        const Build build = row.build(row.threads);
-        row.megabytes = build.megabytes;
-        if (repeat < 0) continue;
-        row.wall_seconds.push_back(build.wall_seconds);
-        row.cpu_seconds.push_back(build.cpu_seconds);
-      }
+    if (options.with_sizes) {
+      for (const std::size_t step : {256, 64, 16, 4})
+        json.push_back(run_input(name, every(input, step), options));
     }
-    std::printf("\n%s, %zu triangles, builds\n", name.c_str(), scene->mesh.triangles.size());
-    json.push_back(JsonObject().add("scene", name).add_raw("builds", report(rows)).text());
+    json.push_back(run_input(name, input, options));
   }
   return Status::ok();
 }

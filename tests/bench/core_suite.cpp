@@ -147,13 +147,14 @@ void report_counts(const Workload& work, const std::vector<Row>& rows) {
     const core::KernelCounts& c = row.counts;
     if (c.nodes == 0) continue;
     if (!has_head) {
-      std::printf("  %-22s %9s %9s %9s %9s %9s %9s %9s %9s\n", "steps per ray", "packets",
-                  "singles", "nodes", "children", "blocks", "triangles", "row tests", "exact");
+      std::printf("  %-22s %9s %9s %9s %9s %9s %9s %9s %9s %9s\n", "steps per ray", "packets",
+                  "singles", "nodes", "children", "blocks", "triangles", "row tests", "with t",
+                  "exact");
     }
     has_head = true;
     std::printf("  %-22s", row.contender->name.c_str());
     for (const std::uint64_t n : {c.packets, c.singles, c.nodes, c.children, c.blocks, c.candidates,
-                                  c.row_tests, c.exact}) {
+                                  c.row_tests, c.times, c.exact}) {
       std::printf(" %9.4f", static_cast<double>(n) / static_cast<double>(work.ray_count));
     }
     std::printf("\n");

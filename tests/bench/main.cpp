@@ -63,7 +63,8 @@ int main(int argc, char** argv) {
   app.add_option("--only", options.only, "only what has this in its name, beside the first");
   app.add_flag("--all-peers", options.with_all_peers,
                "beside Embree's build of high quality and its robust flag, too");
-  app.add_flag("--sizes", options.with_sizes, "core: fans of 8, 16 and 32 rays, too");
+  app.add_flag("--sizes", options.with_sizes,
+               "core: fans of 8, 16 and 32 rays, too; build: a part of the triangles, too");
   app.add_flag("--quick", is_quick, "interior and knot, 512x512, 3 repeats; 4,000 rays a class");
   app.add_option("--isa", isa, "auto, scalar, sse4, avx2, avx512")->capture_default_str();
   app.add_option("--repeats", options.repeats, "timed runs of each, interleaved; the median counts")

@@ -21,7 +21,7 @@
 #define TESSERA_CORE_KD_INL_H_
 #endif
 
-#include "slave/core/kernel/frustum-inl.h"
+#include "slave/core/kernel/packet_rays-inl.h"
 #include "slave/core/kernel/ray_state-inl.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -16,13 +16,9 @@
 #define HWY_TARGET_INCLUDE "slave/core/kernel/kernels.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
-#include "slave/core/kernel/bundle_block-inl.h"
 #include "slave/core/kernel/entry-inl.h"
-#include "slave/core/kernel/fan_block-inl.h"
 #include "slave/core/kernel/fan_groups-inl.h"
-#include "slave/core/kernel/kd-inl.h"
-#include "slave/core/kernel/packet-inl.h"
-#include "slave/core/kernel/ray-inl.h"
+#include "slave/core/kernel/packet_call-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
@@ -30,114 +26,9 @@ namespace HWY_NAMESPACE {
 
 void group_fans(FanTargets& targets) { FanGroups(targets).run(); }
 
-// What goes through a structure.
-template <class View>
-struct Tracers;
-template <int W>
-struct Tracers<BvhView<W>> {
-  template <bool kAny>
-  using Ray = BvhRayTracer<W, kAny>;
-  template <bool kAny>
-  using Fan = PacketTracer<W, FanRays, FanBlock<W, kAny>>;
-  template <bool kAny>
-  using Bundle = PacketTracer<W, BundleRays, BundleBlock<W, kAny>>;
-};
-template <int W>
-struct Tracers<KdView<W>> {
-  template <bool kAny>
-  using Ray = KdRayTracer<W, kAny>;
-  template <bool kAny>
-  using Fan = KdPacketTracer<W, FanRays, FanBlock<W, kAny>>;
-  template <bool kAny>
-  using Bundle = KdPacketTracer<W, BundleRays, BundleBlock<W, kAny>>;
-};
-
-template <class View>
-void closest_ray(const View& scene, const SingleRay& ray, SingleHit& hit) {
-  typename Tracers<View>::template Ray<false> tracer(scene);
-  hit = {0, kNoPrimitive};
-  if (tracer.run(ray)) hit = {tracer.t(), static_cast<uint32_t>(tracer.primitive())};
-}
-
-template <class View>
-bool occluded_ray(const View& scene, const SingleRay& ray) {
-  return typename Tracers<View>::template Ray<true>(scene).run(ray);
-}
-
-HWY_INLINE SingleRay ray_of(const FanPacket& rays, size_t i) {
-  return {{rays.origin[0], rays.origin[1], rays.origin[2]},
-          {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
-          rays.t_min,
-          rays.t_max[i]};
-}
-
-HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {
-  return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
-          {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
-          rays.t_min[i],
-          rays.t_max[i]};
-}
-
-// Returns: whether all of the rays have been traced together.
-template <class Tracer, class Packet>
-HWY_INLINE bool run_together(Tracer& tracer, const Packet& rays) {
-  PacketHabit& habit = rays.habit;
-  if (habit.alone > 0) {
-    --habit.alone;
-    return false;
-  }
-  constexpr int kWaitMax = 32;
-  const Together how = tracer.run(rays);
-  if (how == Together::kDone) habit.wait = 1;
-  if (how != Together::kDoesNotPay) return how == Together::kDone;
-  habit.alone = habit.wait;
-  habit.wait = habit.wait < kWaitMax ? 2 * habit.wait : kWaitMax;
-  return false;
-}
-
-template <class Tracer, class View, class Packet>
-HWY_INLINE void closest(const View& scene, const Packet& rays, PacketHits& hits) {
-  Tracer tracer(scene);
-  if (run_together(tracer, rays)) return tracer.rays().store(hits);
-  for (size_t i = 0; i < kPacketRays; ++i) {
-    SingleHit hit{0, kNoPrimitive};
-    if (rays.active >> i & 1u) closest_ray(scene, ray_of(rays, i), hit);
-    hits.t[i] = hit.t;
-    hits.primitive[i] = hit.primitive;
-  }
-}
-
-template <class Tracer, class View, class Packet>
-HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
-  Tracer tracer(scene);
-  if (run_together(tracer, rays)) return tracer.rays().blocked();
-  uint64_t blocked = 0;
-  for (uint64_t bits = rays.active; bits != 0; bits &= bits - 1) {
-    const auto i = static_cast<size_t>(__builtin_ctzll(bits));
-    blocked |= uint64_t{occluded_ray(scene, ray_of(rays, i))} << i;
-  }
-  return blocked;
-}
-
 template <class View>
 void enter_fans(const View& scene, const FanWindow& window, FanEntry& entry) {
   find_entry(scene, window, entry);
-}
-template <class View>
-void closest_fan(const View& scene, const FanPacket& rays, PacketHits& hits) {
-  closest<typename Tracers<View>::template Fan<false>>(scene, rays, hits);
-}
-template <class View>
-uint64_t occluded_fan(const View& scene, const FanPacket& rays) {
-  return occluded<typename Tracers<View>::template Fan<true>>(scene, rays);
-}
-template <class View>
-void closest_packet(const View& scene, const RayPacket& rays, PacketHits& hits) {
-  closest<typename Tracers<View>::template Bundle<false>>(scene, rays, hits);
-}
-template <class View>
-uint64_t occluded_packet(const View& scene, const RayPacket& rays) {
-  return occluded<typename Tracers<View>::template Bundle<true>>(scene, rays);
 }
 
 template <class View>

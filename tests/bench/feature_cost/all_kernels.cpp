@@ -1,0 +1,25 @@
+// The kernel of the table that slaves use, beside all the others.
+#include "slave/core/kernel/kernel_table.h"
+#include "tests/bench/feature_cost/kernels.h"
+
+namespace tessera::core {
+
+namespace {
+
+const KernelTable& kernels = kernels_for(Isa::kAvx2);
+
+}  // namespace
+
+uint64_t trace_once(const FeatureScene& scene, const FanPacket& rays,
+                    [[maybe_unused]] PacketHits& hits) {
+#if defined(TESSERA_FEATURE_ANY)
+  return kernels.bvh8.occluded_fan(scene.bvh, rays);
+#elif defined(TESSERA_FEATURE_KD)
+  kernels.kd8.closest_fan(scene.kd, rays, hits);
+#else
+  kernels.bvh8.closest_fan(scene.bvh, rays, hits);
+#endif
+  return 0;
+}
+
+}  // namespace tessera::core

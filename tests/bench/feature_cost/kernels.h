@@ -1,0 +1,17 @@
+// What the programs of this folder trace: one kernel, taken from the table that holds them all, or
+// compiled alone.
+#pragma once
+
+#include "slave/core/kernel/packet_layout.h"
+
+namespace tessera::core {
+
+struct FeatureScene {
+  BvhView<8> bvh;
+  KdView<8> kd;
+};
+
+// Closest hits, or the bits of the rays that are blocked: whichever the program has.
+uint64_t trace_once(const FeatureScene& scene, const FanPacket& rays, PacketHits& hits);
+
+}  // namespace tessera::core
