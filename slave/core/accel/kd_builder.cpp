@@ -255,7 +255,6 @@ KdBuildConfig quality_build(const PrimitiveClipper& clipper) {
   KdBuildConfig config;
   config.sweep_max = 64;
   config.bin_count = kKdBinsMax;
-  config.is_refined = true;
   config.clipper = &clipper;
   return config;
 }

@@ -39,11 +39,10 @@ struct KdBuildConfig {
   float empty_bonus = 0.2f;       // share of cost forgiven to a split that cuts empty space off
   std::uint32_t refs_per_primitive_max =
       8;  // bound on memory: leaves list at most this often on average
-  // In voxels of at most so many primitives planes are tried at every face of a box, above at the
-  // borders of bins.
+  // In voxels of at most so many primitives planes are tried at every face of a box; above at the
+  // borders of bins, and at every face in the two bins beside the best border.
   std::size_t sweep_max = 32;
-  int bin_count = 32;       // at most kKdBinsMax
-  bool is_refined = false;  // every face of a box is tried in the two bins beside the best border
+  int bin_count = 32;  // at most kKdBinsMax
   const PrimitiveClipper* clipper = nullptr;  // null: boxes are enough
 };
 

@@ -98,6 +98,9 @@ void bin_axis(const Boxes& boxes, int axis, float lower, float upper, Judge& jud
 
 }  // namespace
 
+// Planes beside a bin's border cost less than the border by this factor at most, nearly always.
+constexpr float kRefinable = 1.05f;
+
 template <class Boxes>
 SahSplit choose_split(const Boxes& boxes, const Bounds3f& voxel, const KdBuildConfig& config,
                       SahScratch& scratch) {
@@ -116,16 +119,21 @@ SahSplit choose_split(const Boxes& boxes, const Bounds3f& voxel, const KdBuildCo
   for (std::size_t i = 0; i < boxes.size(); ++i) tight.grow(boxes[i]);
   tight.lower = max(tight.lower, voxel.lower);
   tight.upper = min(tight.upper, voxel.upper);
+  SahSplit of_axis[3];
   for (int axis = 0; axis < 3; ++axis) {
-    const float lower = tight.lower[axis], upper = tight.upper[axis];
-    Judge own = judge;  // of this axis
+    Judge own = judge;
     own.best = {-1, 0, Bounds3f::kInf};
-    bin_axis(boxes, axis, lower, upper, own);
-    if (config.is_refined && own.best.axis == axis) {
-      const float width = (upper - lower) / static_cast<float>(config.bin_count);
-      sweep_axis(boxes, axis, own.best.plane - width, own.best.plane + width, scratch, own);
-    }
+    bin_axis(boxes, axis, tight.lower[axis], tight.upper[axis], own);
+    of_axis[axis] = own.best;
     if (own.best.cost < judge.best.cost) judge.best = own.best;
+  }
+  const float enough = kRefinable * judge.best.cost;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (of_axis[axis].axis != axis || of_axis[axis].cost > enough) continue;
+    const float plane = of_axis[axis].plane;
+    const float width =
+        (tight.upper[axis] - tight.lower[axis]) / static_cast<float>(config.bin_count);
+    sweep_axis(boxes, axis, plane - width, plane + width, scratch, judge);
   }
   return judge.best;
 }
