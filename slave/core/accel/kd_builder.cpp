@@ -255,6 +255,8 @@ KdBuildConfig quality_build(const PrimitiveClipper& clipper) {
   KdBuildConfig config;
   config.sweep_max = 64;
   config.bin_count = kKdBinsMax;
+  config.refine_min = 0;
+  config.refine_share = 1;
   config.clipper = &clipper;
   return config;
 }

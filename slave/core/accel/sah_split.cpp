@@ -31,16 +31,16 @@ struct Judge {
   }
 };
 
-// Weighs every face of a box from `from` to `to`.
+// Weighs every face of a box from `from` to `to`, if there are no more than that.
 template <class Boxes>
-void sweep_axis(const Boxes& boxes, int axis, float from, float to, SahScratch& s, Judge& judge) {
+void sweep_axis(const Boxes& boxes, int axis, float from, float to, std::size_t faces_max,
+                SahScratch& s, Judge& judge) {
   s.lowers.clear();
   s.uppers.clear();
   s.flats.clear();
   const std::size_t n = boxes.size();
-  std::size_t begun = 0,
-              ended =
-                  0;  // below the plane; a box that begins or ends in it has not begun, but ended
+  // Below the plane; a box that begins or ends in it has not begun, but ended.
+  std::size_t begun = 0, ended = 0;
   const auto is_here = [&](float face) { return face >= from && face <= to; };
   for (std::size_t i = 0; i < n; ++i) {
     const float lower = boxes[i].lower[axis], upper = boxes[i].upper[axis];
@@ -50,6 +50,7 @@ void sweep_axis(const Boxes& boxes, int axis, float from, float to, SahScratch& 
     begun += lower < from ? 1u : 0u;
     ended += upper < from ? 1u : 0u;
   }
+  if (s.lowers.size() + s.uppers.size() > faces_max) return;
   std::sort(s.lowers.begin(), s.lowers.end());
   std::sort(s.uppers.begin(), s.uppers.end());
   std::sort(s.flats.begin(), s.flats.end());
@@ -112,7 +113,8 @@ SahSplit choose_split(const Boxes& boxes, const Bounds3f& voxel, const KdBuildCo
   Judge judge{voxel, config, 1 / half_area, {-1, 0, leaf_cost}};
   if (boxes.size() <= config.sweep_max) {
     constexpr float kInf = Bounds3f::kInf;
-    for (int axis = 0; axis < 3; ++axis) sweep_axis(boxes, axis, -kInf, kInf, scratch, judge);
+    for (int axis = 0; axis < 3; ++axis)
+      sweep_axis(boxes, axis, -kInf, kInf, 2 * boxes.size(), scratch, judge);
     return judge.best;
   }
   Bounds3f tight;
@@ -127,13 +129,16 @@ SahSplit choose_split(const Boxes& boxes, const Bounds3f& voxel, const KdBuildCo
     of_axis[axis] = own.best;
     if (own.best.cost < judge.best.cost) judge.best = own.best;
   }
+  if (boxes.size() < config.refine_min) return judge.best;
+  const auto faces_max =
+      static_cast<std::size_t>(config.refine_share * static_cast<float>(2 * boxes.size()));
   const float enough = kRefinable * judge.best.cost;
   for (int axis = 0; axis < 3; ++axis) {
     if (of_axis[axis].axis != axis || of_axis[axis].cost > enough) continue;
     const float plane = of_axis[axis].plane;
     const float width =
         (tight.upper[axis] - tight.lower[axis]) / static_cast<float>(config.bin_count);
-    sweep_axis(boxes, axis, plane - width, plane + width, scratch, judge);
+    sweep_axis(boxes, axis, plane - width, plane + width, faces_max, scratch, judge);
   }
   return judge.best;
 }
