@@ -45,7 +45,7 @@ struct KdBuildConfig {
   int bin_count = 32;  // at most kKdBinsMax
   // The latter takes time, and pays in large voxels above all: only from so many primitives on, and
   // where those faces are at most this share of all.
-  std::size_t refine_min = 2048;
+  std::size_t refine_min = 8192;
   float refine_share = 0.15f;
   const PrimitiveClipper* clipper = nullptr;  // null: boxes are enough
 };
