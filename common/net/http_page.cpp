@@ -1,0 +1,184 @@
+#include "common/net/http_page.h"
+
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include "common/base/log.h"
+#include "common/net/io_thread_asio.h"
+
+namespace tessera::net {
+namespace {
+
+using Tcp = asio::ip::tcp;
+
+struct Answer {
+  const char* status = "200 OK";
+  std::string type = "text/plain";
+  std::string body;
+};
+
+// `head`: the request up to its empty line. Its first line alone matters.
+Answer answer_to(std::string_view head, const HttpPage::Content& content) {
+  const std::string_view line = head.substr(0, head.find_first_of("\r\n"));
+  const std::size_t method_end = line.find(' ');
+  const std::size_t target_end =
+      method_end == line.npos ? line.npos : line.find(' ', method_end + 1);
+  if (target_end == line.npos || !line.substr(target_end + 1).starts_with("HTTP/1."))
+    return {"400 Bad Request", "text/plain", "this speaks HTTP/1.0\n"};
+  const std::string_view method = line.substr(0, method_end);
+  std::string_view path = line.substr(method_end + 1, target_end - method_end - 1);
+  path = path.substr(0, path.find('?'));
+  if (method != "GET" && method != "HEAD")
+    return {"405 Method Not Allowed", "text/plain", "GET is all there is\n"};
+  if (path != content.path)
+    return {"404 Not Found", "text/plain", "the page here is " + content.path + "\n"};
+  return {"200 OK", content.type, content.write()};
+}
+
+// State of a page; pending operations keep it alive.
+class Server : public std::enable_shared_from_this<Server> {
+ public:
+  Server(IoThread& io, HttpPage::Content content)
+      : io_(io), content_(std::move(content)), acceptor_(context_of(io)) {}
+
+  Status open(const Endpoint& endpoint);
+  void accept_next();
+  void close();
+  std::uint16_t port() const { return port_; }
+
+ private:
+  struct Exchange {
+    explicit Exchange(Tcp::socket s) : socket(std::move(s)), deadline(socket.get_executor()) {}
+    Tcp::socket socket;
+    asio::steady_timer deadline;
+    std::string request, answer;
+  };
+  using ExchangePtr = std::shared_ptr<Exchange>;
+
+  void begin(Tcp::socket socket);
+  void answer(const ExchangePtr& exchange);
+  void end(const ExchangePtr& exchange);
+
+  IoThread& io_;
+  const HttpPage::Content content_;
+  Tcp::acceptor acceptor_;
+  std::uint16_t port_ = 0;
+  std::set<ExchangePtr> exchanges_;
+  bool is_closed_ = false;
+};
+
+Status Server::open(const Endpoint& endpoint) {
+  asio::error_code error;
+  Tcp::resolver resolver(context_of(io_));
+  const auto results = resolver.resolve(endpoint.host, std::to_string(endpoint.port), error);
+  if (error || results.empty()) {
+    return Status::unavailable("cannot listen on " + endpoint.text() +
+                               ": the name does not resolve to an address");
+  }
+  const Tcp::endpoint address = results.begin()->endpoint();
+  if (!address.address().is_loopback()) {
+    return Status::invalid_argument(endpoint.text() +
+                                    " is not loopback, and this page has neither keys nor "
+                                    "encryption: give 127.0.0.1:" +
+                                    std::to_string(endpoint.port) +
+                                    ", and let a proxy or an SSH tunnel carry it further");
+  }
+  acceptor_.open(address.protocol(), error);
+  if (!error) acceptor_.set_option(Tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor_.bind(address, error);
+  if (!error) acceptor_.listen(static_cast<int>(HttpPage::kConnectionsMax), error);
+  if (error) {
+    const char* mend = error == asio::error::address_in_use
+                           ? "; stop the other program or choose another port"
+                           : "";
+    return Status::unavailable("cannot listen on " + endpoint.text() + ": " + error.message() +
+                               mend);
+  }
+  port_ = acceptor_.local_endpoint(error).port();
+  return Status::ok();
+}
+
+void Server::accept_next() {
+  acceptor_.async_accept([self = shared_from_this()](const asio::error_code& error,
+                                                     Tcp::socket socket) {
+    if (self->is_closed_) return;
+    if (!error) {
+      self->begin(std::move(socket));
+      return self->accept_next();
+    }
+    // Out of descriptors, or the peer left already: breathe, then go on.
+    auto pause =
+        std::make_shared<asio::steady_timer>(context_of(self->io_), std::chrono::milliseconds(100));
+    pause->async_wait([self, pause](const asio::error_code&) {
+      if (!self->is_closed_) self->accept_next();
+    });
+  });
+}
+
+void Server::begin(Tcp::socket socket) {
+  if (exchanges_.size() >= HttpPage::kConnectionsMax) return;  // closed with the socket
+  auto exchange = std::make_shared<Exchange>(std::move(socket));
+  exchanges_.insert(exchange);
+  exchange->deadline.expires_after(HttpPage::kDeadline);
+  exchange->deadline.async_wait(
+      [self = shared_from_this(), exchange](const asio::error_code& error) {
+        if (!error) self->end(exchange);
+      });
+  asio::async_read_until(
+      exchange->socket, asio::dynamic_buffer(exchange->request, HttpPage::kRequestBytesMax),
+      "\r\n\r\n",
+      [self = shared_from_this(), exchange](const asio::error_code& error, std::size_t) {
+        if (error || self->is_closed_) return self->end(exchange);
+        self->answer(exchange);
+      });
+}
+
+void Server::answer(const ExchangePtr& exchange) {
+  const Answer answer = answer_to(exchange->request, content_);
+  exchange->answer = std::string("HTTP/1.0 ") + answer.status + "\r\nContent-Type: " + answer.type +
+                     "\r\nContent-Length: " + std::to_string(answer.body.size()) +
+                     "\r\nConnection: close\r\n\r\n";
+  if (!exchange->request.starts_with("HEAD ")) exchange->answer += answer.body;
+  asio::async_write(exchange->socket, asio::buffer(exchange->answer),
+                    [self = shared_from_this(), exchange](const asio::error_code&, std::size_t) {
+                      self->end(exchange);
+                    });
+}
+
+void Server::end(const ExchangePtr& exchange) {
+  if (exchanges_.erase(exchange) == 0) return;
+  asio::error_code ignored;
+  exchange->deadline.cancel();
+  exchange->socket.shutdown(Tcp::socket::shutdown_both, ignored);
+  exchange->socket.close(ignored);
+}
+
+void Server::close() {
+  is_closed_ = true;
+  asio::error_code ignored;
+  acceptor_.close(ignored);
+  while (!exchanges_.empty()) end(*exchanges_.begin());
+}
+
+class ServedPage final : public HttpPage {
+ public:
+  explicit ServedPage(std::shared_ptr<Server> server) : server_(std::move(server)) {}
+  ~ServedPage() override { server_->close(); }
+  std::uint16_t port() const override { return server_->port(); }
+
+ private:
+  std::shared_ptr<Server> server_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<HttpPage>> HttpPage::open(IoThread& io, const Endpoint& endpoint,
+                                                 Content content) {
+  auto server = std::make_shared<Server>(io, std::move(content));
+  TESSERA_RETURN_IF_ERROR(server->open(endpoint));
+  server->accept_next();
+  return std::unique_ptr<HttpPage>(std::make_unique<ServedPage>(std::move(server)));
+}
+
+}  // namespace tessera::net
