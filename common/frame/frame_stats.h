@@ -57,10 +57,32 @@ struct SlaveStatus {
   std::uint16_t tile_port = 0, scene_port = 0;  // the slave's ports, for status
 };
 
+// What bounds on the cluster's answers to faults are computed from: what it is set to, and what it
+// has measured of the slaves that are connected.
+struct ClusterPace {
+  std::uint32_t heartbeat_ms = 0;  // of a new connection
+  std::uint32_t heartbeats_missed_max = 0;
+  std::uint32_t handshake_ms = 0;      // from accept to a complete handshake
+  std::uint32_t reconnect_max_ms = 0;  // a slave's greatest pause, before its random factor
+  double rtt_seconds_max = 0;
+  double tile_seconds_median = 0;  // of the last tiles of all slaves
+  double tile_seconds_p95 = 0;     // of the slave where it is greatest
+  bool operator==(const ClusterPace&) const = default;
+};
+
+// Every lease ends in one of the three ways, over all frames:
+// issued == accepted + rejected + abandoned + in_flight.
+struct TileAccounts {
+  std::uint64_t issued = 0, accepted = 0, rejected = 0, abandoned = 0, in_flight = 0;
+  bool operator==(const TileAccounts&) const = default;
+};
+
 struct ClusterStatus {
   std::vector<SlaveStatus> slaves;
   std::uint64_t frames_done = 0;
   bool has_application = false;
+  ClusterPace pace;
+  TileAccounts tiles;
 };
 
 }  // namespace tessera

@@ -149,6 +149,27 @@ std::size_t get_slave(std::span<const std::byte> in, FieldCheck& check, SlaveSta
   return entry_bytes;
 }
 
+void put_pace(const ClusterPace& p, proto::ClusterPace& h) {
+  h.set_heartbeat_ms(p.heartbeat_ms);
+  h.set_heartbeats_missed_max(p.heartbeats_missed_max);
+  h.set_handshake_ms(p.handshake_ms);
+  h.set_reconnect_max_ms(p.reconnect_max_ms);
+  h.set_rtt_seconds_max(p.rtt_seconds_max);
+  h.set_tile_seconds_median(p.tile_seconds_median);
+  h.set_tile_seconds_p95(p.tile_seconds_p95);
+}
+
+// An older master sends none: all zero then.
+ClusterPace get_pace(const proto::ClusterPace& h, FieldCheck& check) {
+  check.range("pace.heartbeat_ms", h.heartbeat_ms(), 0, kHeartbeatMsMax);
+  check.range("pace.heartbeats_missed_max", h.heartbeats_missed_max(), 0, kHeartbeatsMissedLimit);
+  check.not_negative("pace.rtt_seconds_max", h.rtt_seconds_max());
+  check.not_negative("pace.tile_seconds_median", h.tile_seconds_median());
+  check.not_negative("pace.tile_seconds_p95", h.tile_seconds_p95());
+  return {h.heartbeat_ms(),    h.heartbeats_missed_max(), h.handshake_ms(),    h.reconnect_max_ms(),
+          h.rtt_seconds_max(), h.tile_seconds_median(),   h.tile_seconds_p95()};
+}
+
 }  // namespace
 
 net::Record encode_one(StatusReply m) {
@@ -157,6 +178,13 @@ net::Record encode_one(StatusReply m) {
   h.set_frames_done(m.status.frames_done);
   h.set_has_application(m.status.has_application);
   h.set_slave_count(static_cast<std::uint32_t>(m.status.slaves.size()));
+  put_pace(m.status.pace, *h.mutable_pace());
+  const TileAccounts& tiles = m.status.tiles;
+  h.mutable_tiles()->set_issued(tiles.issued);
+  h.mutable_tiles()->set_accepted(tiles.accepted);
+  h.mutable_tiles()->set_rejected(tiles.rejected);
+  h.mutable_tiles()->set_abandoned(tiles.abandoned);
+  h.mutable_tiles()->set_in_flight(tiles.in_flight);
   std::vector<std::byte> payload;
   for (const SlaveStatus& slave : m.status.slaves) put_slave(payload, slave);
   return make_record(RecordType::kStatusReply, h, net::SharedBytes::of(std::move(payload)));
@@ -169,8 +197,12 @@ Result<Message> decode_status_reply(net::ReceivedRecord record) {
   check.range("slave_count", h.slave_count(), 0, kConnectionsMax);
   // Each entry has at least its byte of length and its numbers.
   check.range("slave_count", h.slave_count(), 0, record.payload.size() / (1 + kStatusNumbersBytes));
+  const ClusterPace pace = get_pace(h.pace(), check);
   if (!check.is_ok()) return check.status();
   StatusReply m;
+  m.status.pace = pace;
+  m.status.tiles = {h.tiles().issued(), h.tiles().accepted(), h.tiles().rejected(),
+                    h.tiles().abandoned(), h.tiles().in_flight()};
   m.status.frames_done = h.frames_done();
   m.status.has_application = h.has_application();
   m.status.slaves.resize(h.slave_count());

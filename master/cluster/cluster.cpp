@@ -8,6 +8,7 @@
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/wire/codec.h"
+#include "master/cluster/slave_entry.h"
 
 namespace tessera::master {
 namespace {
@@ -22,24 +23,6 @@ std::uint64_t random_nonzero() {
 }
 
 }  // namespace
-
-// One slave between Hello and loss.
-struct Cluster::Slave {
-  wire::Hello hello;
-  std::uint64_t token = 0;
-  std::uint16_t ordinal = 0;
-  TimePoint since = Clock::now();
-  std::unique_ptr<PeerLink> tile_link;
-  std::unique_ptr<PeerLink> scene_link;  // null until joined
-  std::unique_ptr<SceneSender> sender;
-  SceneVersion built = 0;
-  std::uint64_t tiles_done = 0;
-  double busy_seconds = 0;  // of render threads, in this window
-  double utilisation = 0;
-  TimePoint window_start = Clock::now();
-
-  bool is_joined() const { return scene_link != nullptr; }
-};
 
 Cluster::Cluster(net::IoThread& io, std::optional<Isa> isa, bool is_isa_mixed, ClusterEvents events)
     : io_(io),
@@ -313,61 +296,15 @@ void Cluster::count_tile(SessionId session) {
 }
 
 void Cluster::add_busy_time(SessionId session, double render_seconds) {
-  if (const auto slave = slaves_.find(session); slave != slaves_.end())
-    slave->second->busy_seconds += render_seconds;
+  const auto slave = slaves_.find(session);
+  if (slave == slaves_.end()) return;
+  slave->second->busy_seconds += render_seconds;
+  slave->second->tile_times.add(render_seconds);
 }
 
 std::uint16_t Cluster::ordinal_of(SessionId session) const {
   const auto slave = slaves_.find(session);
   return slave == slaves_.end() ? std::uint16_t{0} : slave->second->ordinal;
-}
-
-std::vector<SlaveStatus> Cluster::status(
-    const std::function<std::uint32_t(SessionId)>& tiles_in_flight) const {
-  std::vector<SlaveStatus> result;
-  for (const auto& [session, slave] : slaves_) {
-    if (!slave->is_joined()) continue;
-    SlaveStatus status;
-    status.name = slave->hello.name;
-    status.threads = slave->hello.threads;
-    status.isa = widest_isa(slave->hello.isas);
-    status.tiles_in_flight = tiles_in_flight(session);
-    status.tiles_done = slave->tiles_done;
-    status.utilisation = slave->utilisation;
-    status.rtt_seconds = slave->tile_link->rtt_seconds();
-    status.scene_version = slave->built;
-    status.tile_port = slave->tile_link->connection().peer().port;
-    status.scene_port = slave->scene_link->connection().peer().port;
-    result.push_back(std::move(status));
-  }
-  std::sort(result.begin(), result.end(),
-            [](const auto& a, const auto& b) { return a.name < b.name; });
-  return result;
-}
-
-std::uint64_t Cluster::bytes_sent() const {
-  std::uint64_t bytes = gone_bytes_sent_;
-  for (const auto& [session, slave] : slaves_) {
-    bytes += slave->tile_link->connection().bytes_sent();
-    if (slave->is_joined()) bytes += slave->scene_link->connection().bytes_sent();
-  }
-  return bytes;
-}
-
-std::uint64_t Cluster::bytes_received() const {
-  std::uint64_t bytes = gone_bytes_received_;
-  for (const auto& [session, slave] : slaves_) {
-    bytes += slave->tile_link->connection().bytes_received();
-    if (slave->is_joined()) bytes += slave->scene_link->connection().bytes_received();
-  }
-  return bytes;
-}
-
-std::uint32_t Cluster::thread_count() const {
-  std::uint32_t count = 0;
-  for (const auto& [session, slave] : slaves_)
-    count += slave->is_joined() ? slave->hello.threads : 0;
-  return count;
 }
 
 void Cluster::shutdown() {

@@ -60,6 +60,9 @@ class Cluster {
   void need_scene(SceneVersion version);
   void retire_scenes(SceneVersion first_kept);
 
+  // What the links are set to and what was measured on them.
+  ClusterPace pace() const;
+
   void add_busy_time(SessionId session, double render_seconds);
   void count_tile(SessionId session);  // one of its results was accepted
   // The slave's place among all ever joined, and its name, for tinting tiles.

@@ -28,9 +28,23 @@ void print_json(const ClusterStatus& status) {
     if (slaves.size() > 1) slaves += ',';
     slaves += slave_json(slave);
   }
+  const ClusterPace& pace = status.pace;
+  const TileAccounts& tiles = status.tiles;
   JsonObject json;
   json.add("frames_done", status.frames_done)
       .add("has_application", status.has_application)
+      .add("heartbeat_ms", pace.heartbeat_ms)
+      .add("heartbeats_missed_max", pace.heartbeats_missed_max)
+      .add("handshake_ms", pace.handshake_ms)
+      .add("reconnect_max_ms", pace.reconnect_max_ms)
+      .add("rtt_seconds_max", pace.rtt_seconds_max)
+      .add("tile_seconds_median", pace.tile_seconds_median)
+      .add("tile_seconds_p95", pace.tile_seconds_p95)
+      .add("tiles_issued", tiles.issued)
+      .add("tiles_accepted", tiles.accepted)
+      .add("tiles_rejected", tiles.rejected)
+      .add("tiles_abandoned", tiles.abandoned)
+      .add("tiles_in_flight", tiles.in_flight)
       .add_raw("slaves", slaves + "]");
   std::printf("%s\n", json.text().c_str());
 }

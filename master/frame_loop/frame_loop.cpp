@@ -312,6 +312,10 @@ ClusterStatus FrameLoop::status() const {
       [this](SessionId session) { return impl_->scheduler.tiles_in_flight(session); });
   status.frames_done = impl_->frames_done;
   status.has_application = impl_->apps.has_application();
+  status.pace = impl_->cluster.pace();
+  const LedgerCounts counts = impl_->scheduler.counts();
+  status.tiles = {counts.issued, counts.accepted, counts.rejected, counts.abandoned,
+                  counts.in_flight};
   return status;
 }
 

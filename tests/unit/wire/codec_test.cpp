@@ -219,6 +219,16 @@ std::vector<Damage> app_damages() {
       damage<S>("StatusReply.slaves.utilisation",
                 one([](SlaveStatus& s) { s.utilisation = kInf; })),
       damage<S>("StatusReply.slaves.rtt_seconds", one([](SlaveStatus& s) { s.rtt_seconds = -1; })),
+      damage<S>("StatusReply.pace.heartbeat_ms",
+                [](S& m) { m.status.pace.heartbeat_ms = kHeartbeatMsMax + 1; }),
+      damage<S>("StatusReply.pace.heartbeats_missed_max",
+                [](S& m) { m.status.pace.heartbeats_missed_max = kHeartbeatsMissedLimit + 1; }),
+      damage<S>("StatusReply.pace.rtt_seconds_max",
+                [](S& m) { m.status.pace.rtt_seconds_max = kNan; }),
+      damage<S>("StatusReply.pace.tile_seconds_median",
+                [](S& m) { m.status.pace.tile_seconds_median = -1; }),
+      damage<S>("StatusReply.pace.tile_seconds_p95",
+                [](S& m) { m.status.pace.tile_seconds_p95 = kInf; }),
   };
 }
 

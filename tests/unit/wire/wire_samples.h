@@ -162,6 +162,14 @@ inline std::vector<Message> Samples::all() {
   reply.status.frames_done = any();
   reply.status.has_application = number(0, 1) == 1;
   for (std::uint64_t i = number(0, 5); i > 0; --i) reply.status.slaves.push_back(slave_status());
+  reply.status.pace = {static_cast<std::uint32_t>(number(0, kHeartbeatMsMax)),
+                       static_cast<std::uint32_t>(number(0, kHeartbeatsMissedLimit)),
+                       static_cast<std::uint32_t>(any()),
+                       static_cast<std::uint32_t>(any()),
+                       0.25,
+                       0.5,
+                       1.5};
+  reply.status.tiles = {any(), any(), any(), any(), any()};
   m.push_back(reply);
   return m;
 }
@@ -228,7 +236,8 @@ inline bool same(const FrameChunk& a, const FrameChunk& b) {
 }
 inline bool same(const StatusReply& a, const StatusReply& b) {
   return a.status.frames_done == b.status.frames_done &&
-         a.status.has_application == b.status.has_application &&
+         a.status.has_application == b.status.has_application && a.status.pace == b.status.pace &&
+         a.status.tiles == b.status.tiles &&
          std::ranges::equal(
              a.status.slaves, b.status.slaves,
              [](const SlaveStatus& x, const SlaveStatus& y) { return fields(x) == fields(y); });

@@ -1,0 +1,75 @@
+// What a cluster tells of itself.
+#include <algorithm>
+#include <utility>
+
+#include "common/base/limits.h"
+#include "master/cluster/slave_entry.h"
+
+namespace tessera::master {
+
+ClusterPace Cluster::pace() const {
+  ClusterPace pace;
+  pace.heartbeat_ms = kHeartbeatMs;
+  pace.heartbeats_missed_max = kHeartbeatsMissedMax;
+  pace.handshake_ms = kHandshakeMs;
+  pace.reconnect_max_ms = kReconnectMaxMs;
+  std::vector<double> all;
+  for (const auto& [session, slave] : slaves_) {
+    const std::vector<double>& times = slave->tile_times.seconds();
+    all.insert(all.end(), times.begin(), times.end());
+    pace.tile_seconds_p95 = std::max(pace.tile_seconds_p95, quantile(times, 0.95));
+    pace.rtt_seconds_max = std::max(pace.rtt_seconds_max, slave->tile_link->rtt_seconds());
+  }
+  pace.tile_seconds_median = quantile(std::move(all), 0.5);
+  return pace;
+}
+
+std::vector<SlaveStatus> Cluster::status(
+    const std::function<std::uint32_t(SessionId)>& tiles_in_flight) const {
+  std::vector<SlaveStatus> result;
+  for (const auto& [session, slave] : slaves_) {
+    if (!slave->is_joined()) continue;
+    SlaveStatus status;
+    status.name = slave->hello.name;
+    status.threads = slave->hello.threads;
+    status.isa = widest_isa(slave->hello.isas);
+    status.tiles_in_flight = tiles_in_flight(session);
+    status.tiles_done = slave->tiles_done;
+    status.utilisation = slave->utilisation;
+    status.rtt_seconds = slave->tile_link->rtt_seconds();
+    status.scene_version = slave->built;
+    status.tile_port = slave->tile_link->connection().peer().port;
+    status.scene_port = slave->scene_link->connection().peer().port;
+    result.push_back(std::move(status));
+  }
+  std::sort(result.begin(), result.end(),
+            [](const auto& a, const auto& b) { return a.name < b.name; });
+  return result;
+}
+
+std::uint64_t Cluster::bytes_sent() const {
+  std::uint64_t bytes = gone_bytes_sent_;
+  for (const auto& [session, slave] : slaves_) {
+    bytes += slave->tile_link->connection().bytes_sent();
+    if (slave->is_joined()) bytes += slave->scene_link->connection().bytes_sent();
+  }
+  return bytes;
+}
+
+std::uint64_t Cluster::bytes_received() const {
+  std::uint64_t bytes = gone_bytes_received_;
+  for (const auto& [session, slave] : slaves_) {
+    bytes += slave->tile_link->connection().bytes_received();
+    if (slave->is_joined()) bytes += slave->scene_link->connection().bytes_received();
+  }
+  return bytes;
+}
+
+std::uint32_t Cluster::thread_count() const {
+  std::uint32_t count = 0;
+  for (const auto& [session, slave] : slaves_)
+    count += slave->is_joined() ? slave->hello.threads : 0;
+  return count;
+}
+
+}  // namespace tessera::master

@@ -1,0 +1,89 @@
+#!/usr/bin/env python3
+"""Runs rows of the fault matrix with real processes in the lab, and prints one line for each.
+
+    main.py                 the small set, as on every change
+    main.py --all           every row
+    main.py F13 F17         these rows
+    main.py --list          what there is
+
+A row that does not hold is run once more: a loaded machine shows itself by one that holds then, and both runs' figures
+are printed. Exit code: 0 all rows hold, 1 some do not, 77 this machine has no lab (skipped, not passed).
+"""
+import argparse
+import pathlib
+import sys
+import time
+import traceback
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import stage  # noqa: E402
+from report import Report  # noqa: E402
+from rows import ROWS, SMALL  # noqa: E402
+
+NEEDS = ("root", "netns", "cut", "portcut", "reset", "delay", "rate", "loss")
+
+
+def run_row(lab, name, seed):
+    report = Report(name, seed)
+    try:
+        with stage.Stage(lab, report) as one:
+            ROWS[name](one, report)
+    except Exception as error:  # a row that breaks off does not hold; the others still run
+        report.error = f"{type(error).__name__}: {str(error)[:300]}"
+        if not isinstance(error, AssertionError):
+            traceback.print_exc()
+    return report
+
+
+def run_rows(names, seed, repeats, out):
+    failed = []
+    with stage.Lab() as lab:
+        for name in names:
+            began = time.monotonic()
+            reports = [run_row(lab, name, seed)]
+            while not reports[-1].holds and len(reports) <= repeats:
+                reports.append(run_row(lab, name, seed))
+            outcome = "FAILED" if not reports[-1].holds else "held" if len(reports) == 1 else "held the second time"
+            if outcome == "FAILED":
+                failed.append(name)
+            title = ROWS[name].__doc__.strip().splitlines()[0]
+            print(f"{name} {outcome} [{time.monotonic() - began:.0f} s] {title} " +
+                  " | first: ".join(r.text() for r in reversed(reports)), flush=True)
+            if out:
+                out.write("".join(r.json("FAILED" if not r.holds else "held") + "\n" for r in reports))
+                out.flush()
+    return failed
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("rows", nargs="*", metavar="ROW", help="F01 to F57")
+    parser.add_argument("--all", action="store_true", help="every row")
+    parser.add_argument("--small", action="store_true", help="the small set (the default)")
+    parser.add_argument("--list", action="store_true", help="print the rows and what they do")
+    parser.add_argument("--seed", type=int, default=1, help="of what is drawn by chance (default: 1)")
+    parser.add_argument("--repeats", type=int, default=1, help="how often a row that does not hold is run again")
+    parser.add_argument("--json", metavar="FILE", help="write one JSON object per run of a row")
+    options = parser.parse_args()
+    if options.list:
+        for name, row in sorted(ROWS.items()):
+            print(name, "small" if name in SMALL else "     ", row.__doc__.strip().splitlines()[0])
+        return 0
+    names = [n.upper() for n in options.rows] or (sorted(ROWS) if options.all else [n for n in SMALL if n in ROWS])
+    unknown = [n for n in names if n not in ROWS]
+    if unknown:
+        parser.error(f"no such row: {', '.join(unknown)}; see --list")
+    able = stage.faultlab.probe()
+    missing = [need for need in NEEDS if not able.get(need)]
+    if missing:
+        print("skipped: this machine's fault lab lacks " + ", ".join(missing))
+        return 77
+    out = open(options.json, "w", encoding="utf-8") if options.json else None
+    failed = run_rows(names, options.seed, options.repeats, out)
+    print(f"{len(names) - len(failed)} of {len(names)} rows hold" + (f"; FAILED: {', '.join(failed)}" if failed else ""))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

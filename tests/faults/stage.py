@@ -1,0 +1,217 @@
+"""One cluster in the lab for one row: master and application on node 1, slaves on the other nodes.
+
+The lab is shared by all rows of a run; master, slaves and keys are each row's own. What a row measures is counted from
+here, so that all rows count alike.
+"""
+import contextlib
+import os
+import pathlib
+import signal
+import sys
+import time
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE.parent / "cluster"), str(HERE.parent / "faultlab")]
+import cluster_lib  # noqa: E402
+import faultlab  # noqa: E402
+import bounds  # noqa: E402
+import watch  # noqa: E402
+
+NODES = 5
+# Eight tiles and more for each thread, so that a lost slave's tiles can be shared out.
+FRAME = ["--size", "128x96", "--tile", "16"]
+TILES = 48
+SLEEP_MS = 40
+# A lost slave's and its successor's state, queues of two frames of this size, the allocator's own slack.
+MEMORY_SLACK_MIB = 16
+STILL = ["builtin:cornell", "--orbit", "180"]  # one scene, each frame another picture
+MOVING = ["builtin:waves"]                     # each frame another scene version
+
+wait_until = cluster_lib.wait_until
+
+
+class Lab:
+    """The namespaces of a run, healed and unshaped between rows."""
+
+    def __init__(self):
+        self.lab = faultlab.Lab(NODES)
+
+    def __enter__(self):
+        self.lab.__enter__()
+        return self
+
+    def __exit__(self, *what):
+        self.lab.__exit__(*what)
+
+    def mend(self):
+        self.lab.heal()
+        for node in range(1, NODES + 1):
+            self.lab.shape(node)
+
+
+class Stage:
+    """Use as a context: everything that was started in it is ended."""
+
+    def __init__(self, lab, report):
+        self.lab, self.report = lab.lab, report
+        self.mend = lab.mend
+        self.cluster = cluster_lib.Cluster(
+            host=self.lab.addr(1), prefix=lambda node: ["ip", "netns", "exec", self.lab.node(node)["ns"]])
+        self.nodes = {}
+        self.sampler = watch.Sampler()
+        self.frames = None
+        self.clean = contextlib.ExitStack()  # what a row has started besides
+
+    def __enter__(self):
+        self.cluster.__enter__()
+        return self
+
+    def __exit__(self, kind, value, traceback):
+        self.clean.close()
+        self.mend()
+        self.sampler.stop()
+        if self.frames:
+            self.frames.stop()
+        self.cluster.__exit__(kind, value, traceback)
+
+    # -- processes
+    def serve(self, *options):
+        process = self.cluster.serve("--log-format", "json", *options)
+        self.sampler.follow("master", process.pid)
+        return process
+
+    def slave(self, name, node=None, sleep_ms=SLEEP_MS, threads=1, limits=None, options=()):
+        """limits: of faultlab's run(): cpu, mem, nofile; the process is then the lab's child."""
+        self.nodes[name] = node or 2 + len(self.nodes) % (NODES - 1)
+        words = ["--test-tile-sleep-ms", str(sleep_ms), "--log-format", "json", *options]
+        if not limits:
+            return self.cluster.slave(name, *words, threads=threads, node=self.nodes[name])
+        keys = self.cluster.add_key("slave", name)
+        return self.lab.run(self.nodes[name], [
+            cluster_lib.program("tessera-slave"), "--master", self.cluster.address, "--keys", keys, "--name", name,
+            "--threads", str(threads), *words], log=str(self.log(name)), **limits)
+
+    def slaves(self, count, sleep_ms=SLEEP_MS, **how):
+        for i in range(count):
+            self.slave(f"slave-{i + 1}", sleep_ms=sleep_ms, **how)
+        self.cluster.wait_for_slaves(count)
+
+    def cluster_of(self, count, *options, **how):
+        self.serve(*options)
+        self.slaves(count, **how)
+
+    def process(self, name):
+        return self.cluster.processes[name]
+
+    def pid(self, name):
+        return self.process(name).pid
+
+    def log(self, name):
+        return self.cluster.folder / f"{name}.log"
+
+    # -- what is known
+    def status(self):
+        return self.cluster.status()
+
+    def bounds(self):
+        lines = self.frames.lines if self.frames else []
+        return bounds.Bounds(self.status(), max((line["build_seconds"] for line in lines), default=0.0))
+
+    def events(self, name, since=0.0, log="master"):
+        return [e for e in watch.events(self.log(log), since) if e["event"] == name]
+
+    def first_event(self, name, since, log="master", seconds=cluster_lib.PATIENCE_S):
+        return wait_until(f"event {name} in {log}'s log", lambda: self.events(name, since, log), seconds)[0]
+
+    # -- frames
+    def expected(self, scene, frames, size=FRAME):
+        """The digests of a fault-free run, in one process."""
+        run = self.cluster.render(scene[0], *scene[1:], *size, "--frames", f"0:{frames - 1}", "--local", "1", connect=False)
+        return run.digests
+
+    def animate(self, scene=STILL, frames=12, size=FRAME, options=()):
+        """An application in the background, whose frames are timed as they come."""
+        self.expected_digests = self.expected(scene, frames, size)
+        self.animation = self.cluster.start_render(scene[0], *scene[1:], *size, "--frames", f"0:{frames - 1}", *options)
+        self.sampler.follow("application", self.animation.pid)
+        self.frames = watch.Frames(self.animation.tessera[1])
+        return self.animation
+
+    def wait_for_frames(self, count, seconds=cluster_lib.PATIENCE_S):
+        wait_until(f"{count} frames", lambda: len(self.frames.lines) >= count, seconds)
+
+    def wait_for_tiles(self, name):
+        return wait_until(f"{name} with tiles", lambda: (self.cluster.slave_status(name) or {}).get("tiles_in_flight"))
+
+    def finish(self, seconds=cluster_lib.PATIENCE_S):
+        """Waits for the animation. I1, I2 and I3: every frame, in order, once, and the same to the bit."""
+        run = self.cluster.finish(self.animation, seconds)
+        self.frames.stop()
+        self.report.claim("the application ended well", run.code == 0, run.stderr.strip()[-200:])
+        self.report.claim("frames in order, once each",
+                          [line["frame"] for line in run.stats] == list(range(len(self.expected_digests))),
+                          [line["frame"] for line in run.stats])
+        self.report.picture(run.digests == self.expected_digests)
+        values = self.report.values
+        values["tiles_reissued"] = sum(line["tiles_reissued"] for line in run.stats)
+        values["tiles_rendered_twice"] = sum(line["tiles_rejected"] for line in run.stats)
+        return run
+
+    # -- the oracle that all rows share
+    def oracle(self, settled_slaves=None):
+        """I4 (memory now, descriptors and threads back), I7. Call when the fault is over and frames are done."""
+        status = self.status()
+        self.report.claim("leases add up (I7)", status["tiles_issued"] == status["tiles_accepted"] + status[
+            "tiles_rejected"] + status["tiles_abandoned"] + status["tiles_in_flight"], status)
+        grown = self.sampler.peak["master"] - self.sampler.base["master"]["mib"]
+        self.report.figure("memory", grown, MEMORY_SLACK_MIB, "MiB")
+        if settled_slaves is not None:
+            pid = self.pid("master")
+            wanted = self.sampler.base["master"]
+            allowed = wanted["fds"] + 2 * settled_slaves
+            deadline = time.monotonic() + self.bounds().detection + 1
+            while watch.descriptors(pid) > allowed and time.monotonic() < deadline:
+                time.sleep(0.02)
+            self.report.figure("descriptors", watch.descriptors(pid), allowed, "")
+            self.report.figure("threads", watch.threads(pid), wanted["threads"], "")
+
+    def quiet(self, names, seconds=1.0):
+        """I5: what waits uses less than 2 % of one core."""
+        self.report.figure("waiting", 100 * watch.cpu_share([self.pid(n) for n in names], seconds), 2, "% CPU")
+
+    @property
+    def lateness(self):
+        """How late this machine woke us since the fault, at most, and one rounding of the log's clock."""
+        return self.sampler.late + 0.001
+
+    # -- faults
+    def kill(self, name, how=signal.SIGKILL):
+        """Returns: when the process had ended (its sockets are closed by then)."""
+        self.sampler.reset_lateness()
+        process = self.process(name)
+        process.send_signal(how)
+        process.wait(30)
+        return time.time()
+
+    def now(self):
+        self.sampler.reset_lateness()
+        return time.time()
+
+    def pause(self, name):
+        self.sampler.reset_lateness()
+        os.kill(self.pid(name), signal.SIGSTOP)
+        return time.time()
+
+    def resume(self, name):
+        os.kill(self.pid(name), signal.SIGCONT)
+        return time.time()
+
+    def cut(self, name, port=()):
+        self.sampler.reset_lateness()
+        before = time.time()
+        self.lab.cut(self.nodes[name], port=list(port))
+        return before
+
+    def heal(self, name):
+        self.lab.heal(self.nodes[name])
+        return time.time()
