@@ -10,7 +10,7 @@
 #include "common/base/signal_watch.h"
 #include "common/net/tls.h"
 #include "slave/slave_cli.h"
-#include "slave/slave_node.h"
+#include "slave/slave_host.h"
 
 namespace tessera::slave {
 namespace {
@@ -55,7 +55,7 @@ int run(SlaveCommand command) {
 
   Fatal fatal;
   net::IoThread io("net");
-  SlaveNode node(
+  SlaveHost node(
       io, command.options,
       [&io, &command, tls](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
         return net::connect(io, command.master, tls, "master",

@@ -1,9 +1,9 @@
 #include "slave/master_link.h"
 
 #include <algorithm>
-#include <random>
 #include <utility>
 
+#include "common/base/entropy.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/wire/codec.h"
@@ -29,13 +29,13 @@ std::uint64_t now_ns() {
 
 }  // namespace
 
-MasterLink::MasterLink(net::IoThread& io, wire::Hello hello, LinkFactory open_link,
+MasterLink::MasterLink(net::EventLoop& io, wire::Hello hello, LinkFactory open_link,
                        MasterLinkEvents events)
     : io_(io),
       hello_(std::move(hello)),
       open_link_(std::move(open_link)),
       events_(std::move(events)),
-      backoff_(std::random_device{}()),
+      backoff_(entropy()),
       tile_liveness_(default_heartbeat(), kHeartbeatsMissedMax),
       scene_liveness_(default_heartbeat(), kHeartbeatsMissedMax),
       tick_(io),

@@ -33,7 +33,7 @@ struct MasterLinkEvents {
 
 class MasterLink {
  public:
-  MasterLink(net::IoThread& io, wire::Hello hello, LinkFactory open_link, MasterLinkEvents events);
+  MasterLink(net::EventLoop& io, wire::Hello hello, LinkFactory open_link, MasterLinkEvents events);
   ~MasterLink();
 
   void start();
@@ -64,7 +64,7 @@ class MasterLink {
   void close_links(std::chrono::milliseconds grace);
   void log_waiting(const Status& why, std::chrono::milliseconds pause);
 
-  net::IoThread& io_;
+  net::EventLoop& io_;
   const wire::Hello hello_;
   const LinkFactory open_link_;
   const MasterLinkEvents events_;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <deque>
 #include <map>
-#include <thread>
 #include <utility>
 
 #include "common/base/check.h"
@@ -13,8 +12,6 @@
 #include "common/wire/codec.h"
 #include "common/wire/scene_receiver.h"
 #include "slave/master_link.h"
-#include "slave/render_service.h"
-#include "slave/scene_builder.h"
 
 namespace tessera::slave {
 
@@ -29,18 +26,18 @@ constexpr std::size_t kSceneVersionsHeldMax = 32;
 // Results wait in our own queue while the connection's holds this much: the master reads slower
 // than we render. Two of the largest tiles keep the wire busy.
 constexpr std::uint64_t kSendQueueBytesMax = 4 * kTilePayloadBytesMax;
-// Leaving: how long tiles being rendered may take to finish, how long the wire to take the rest.
-constexpr milliseconds kFinishTilesMs{2000};
-constexpr milliseconds kFlushMs{2000};
+constexpr milliseconds kFarewell{500};  // to send the last record
 
 }  // namespace
 
-// Everything here belongs to the io thread, but for the services' own threads and what is constant.
-struct SlaveNode::Impl : std::enable_shared_from_this<SlaveNode::Impl> {
-  Impl(net::IoThread& io_thread, SlaveOptions slave_options, LinkFactory factory)
-      : io(io_thread), options(std::move(slave_options)), open_link(std::move(factory)) {}
+struct SlaveNode::Impl {
+  Impl(net::EventLoop& event_loop, SlaveOptions slave_options, LinkFactory factory, Workshop& shop)
+      : loop(event_loop),
+        options(std::move(slave_options)),
+        open_link(std::move(factory)),
+        workshop(shop) {}
 
-  void start_on_io();
+  void start();
   Status on_tile_message(wire::Message message);
   Status on_frame_begin(const wire::FrameBegin& begin);
   Status on_lease(const wire::TileLease& lease);
@@ -54,9 +51,10 @@ struct SlaveNode::Impl : std::enable_shared_from_this<SlaveNode::Impl> {
   void on_lost();
   void cancel_all_frames();
 
-  net::IoThread& io;
+  net::EventLoop& loop;
   const SlaveOptions options;
   const LinkFactory open_link;
+  Workshop& workshop;
   std::function<void(Status)> on_fatal;
 
   std::unique_ptr<MasterLink> link;
@@ -68,74 +66,44 @@ struct SlaveNode::Impl : std::enable_shared_from_this<SlaveNode::Impl> {
   std::map<SceneVersion, std::shared_ptr<const core::PreparedScene>> built;
   std::map<FrameId, std::shared_ptr<FrameWork>> frames;
   std::deque<wire::TileResult> results;  // waiting for the wire
-
-  std::unique_ptr<SceneBuilder> builder;
-  std::unique_ptr<RenderService> render;
-  bool is_started = false;  // owner's thread
 };
 
-SlaveNode::SlaveNode(net::IoThread& io, const SlaveOptions& options, LinkFactory open_link)
-    : impl_(std::make_shared<Impl>(io, options, std::move(open_link))) {}
+SlaveNode::SlaveNode(net::EventLoop& loop, const SlaveOptions& options, LinkFactory open_link,
+                     Workshop& workshop)
+    : impl_(std::make_unique<Impl>(loop, options, std::move(open_link), workshop)) {}
 
-SlaveNode::~SlaveNode() { stop(); }
+SlaveNode::~SlaveNode() = default;
 
 void SlaveNode::start(std::function<void(Status)> on_fatal) {
-  TESSERA_CHECK(!impl_->is_started);
-  Impl& self = *impl_;
-  self.is_started = true;
-  self.on_fatal = std::move(on_fatal);
-  const std::weak_ptr<Impl> weak = impl_;
-  net::IoThread& io = self.io;
-  self.render = std::make_unique<RenderService>(
-      self.options.threads, self.options.tile_sleep_ms,
-      [weak, &io](const TileJob& job, std::optional<wire::TileResult> result) {
-        io.post([weak, job, result = std::move(result)]() mutable {
-          if (const auto impl = weak.lock()) impl->on_tile_done(job, std::move(result));
-        });
-      });
-  self.builder = std::make_unique<SceneBuilder>(
-      core::BuildOptions{self.options.threads, nullptr, self.options.structure},
-      [weak, &io](BuildOutcome outcome) {
-        io.post([weak, outcome = std::move(outcome)]() mutable {
-          if (const auto impl = weak.lock()) impl->on_built(std::move(outcome));
-        });
-      });
-  io.run_and_wait([&self] { self.start_on_io(); });
+  TESSERA_CHECK(impl_->link == nullptr);
+  impl_->on_fatal = std::move(on_fatal);
+  impl_->start();
 }
 
-void SlaveNode::stop() {
-  Impl& self = *impl_;
-  if (!self.is_started) return;
-  self.is_started = false;
-  self.io.run_and_wait([&self] {
-    self.is_leaving = true;
-    for (const TileJob& job : self.render->queue().remove_all()) self.give_back(job);
-  });
-  self.builder->stop();
-  self.render->stop(kFinishTilesMs,
-                    [&self] { self.io.run_and_wait([&self] { self.cancel_all_frames(); }); });
-  // The last results were posted before the threads ended, so they are sent before this looks.
-  const TimePoint deadline = Clock::now() + kFlushMs;
-  bool is_flushed = false;
-  while (!is_flushed && Clock::now() < deadline) {
-    self.io.run_and_wait([&self, &is_flushed] {
-      self.flush_results();
-      is_flushed = self.results.empty() && self.link->tile_queue_bytes() == 0;
-    });
-    if (!is_flushed) std::this_thread::sleep_for(milliseconds(2));
-  }
-  self.io.run_and_wait([&self] { self.link->leave("the slave was stopped", milliseconds(500)); });
-  // The goodbye is on its way: give it a moment before the connections are destroyed.
-  std::this_thread::sleep_for(milliseconds(20));
-  self.io.run_and_wait([&self] {
-    self.flush_timer.reset();
-    self.link.reset();
-    self.frames.clear();
-    self.built.clear();
-  });
+void SlaveNode::on_tile_done(const TileJob& job, std::optional<wire::TileResult> result) {
+  impl_->on_tile_done(job, std::move(result));
 }
 
-void SlaveNode::Impl::start_on_io() {
+void SlaveNode::on_built(BuildOutcome outcome) { impl_->on_built(std::move(outcome)); }
+
+void SlaveNode::begin_leave() {
+  impl_->is_leaving = true;
+  for (const TileJob& job : impl_->workshop.remove_all()) impl_->give_back(job);
+}
+
+void SlaveNode::give_up_tiles() { impl_->cancel_all_frames(); }
+
+bool SlaveNode::flush() {
+  impl_->flush_results();
+  return impl_->results.empty() && impl_->link->tile_queue_bytes() == 0;
+}
+
+void SlaveNode::say_goodbye() {
+  impl_->link->leave("the slave was stopped", kFarewell);
+  impl_->flush_timer->cancel();
+}
+
+void SlaveNode::Impl::start() {
   wire::Hello hello;
   hello.role = wire::Role::kSlave;
   hello.name = options.name;
@@ -143,7 +111,7 @@ void SlaveNode::Impl::start_on_io() {
   hello.isas = options.isas;
   hello.build_id = kBuildId;
   MasterLinkEvents events;
-  events.on_ready = [this] { render->queue().set_open_frames(0); };
+  events.on_ready = [this] { workshop.set_open_frames(0); };
   events.on_lost = [this] { on_lost(); };
   events.on_tile_message = [this](wire::Message m) { return on_tile_message(std::move(m)); };
   events.on_scene_message = [this](wire::Message m) { return on_scene_message(std::move(m)); };
@@ -151,8 +119,8 @@ void SlaveNode::Impl::start_on_io() {
   events.on_fatal = [this](Status status) {
     if (on_fatal && !is_leaving) std::exchange(on_fatal, {})(std::move(status));
   };
-  flush_timer = std::make_unique<net::Timer>(io);
-  link = std::make_unique<MasterLink>(io, std::move(hello), open_link, std::move(events));
+  flush_timer = std::make_unique<net::Timer>(loop);
+  link = std::make_unique<MasterLink>(loop, std::move(hello), open_link, std::move(events));
   link->start();
 }
 
@@ -188,7 +156,7 @@ Status SlaveNode::Impl::on_frame_begin(const wire::FrameBegin& begin) {
   frames.emplace(begin.frame,
                  std::make_shared<FrameWork>(begin, scene == built.end() ? nullptr : scene->second,
                                              generation));
-  render->queue().set_open_frames(frames.size());
+  workshop.set_open_frames(frames.size());
   return Status::ok();
 }
 
@@ -205,7 +173,7 @@ Status SlaveNode::Impl::on_lease(const wire::TileLease& lease) {
   TileJob job{frame->second, lease.tile, lease.attempt};
   if (is_leaving || job.frame->scene == nullptr) {
     give_back(job);
-  } else if (!render->queue().try_push(std::move(job))) {
+  } else if (!workshop.try_push(std::move(job))) {
     return Status::resource_exhausted("more than " + std::to_string(kTilesLeasedMax) +
                                       " tiles leased at once");
   }
@@ -219,10 +187,10 @@ Status SlaveNode::Impl::on_frame_end(const wire::FrameEnd& end) {
                              ", which has not begun");
   }
   frame->second->is_cancelled = true;
-  render->queue().remove_frame(frame->second.get());
+  workshop.remove_frame(frame->second.get());
   std::erase_if(results, [&end](const wire::TileResult& r) { return r.frame == end.frame; });
   frames.erase(frame);
-  render->queue().set_open_frames(frames.size());
+  workshop.set_open_frames(frames.size());
   return Status::ok();
 }
 
@@ -254,16 +222,16 @@ void SlaveNode::Impl::cancel_all_frames() {
 
 void SlaveNode::Impl::on_lost() {
   cancel_all_frames();
-  render->queue().remove_all();
+  workshop.remove_all();
   frames.clear();
-  render->queue().set_open_frames(0);
+  workshop.set_open_frames(0);
   results.clear();
   flush_timer->cancel();
   built.clear();
   receiver.reset();
   first_kept = 0;
   ++generation;
-  builder->retire(generation, 0);
+  workshop.retire(generation, 0);
 }
 
 // ---- scenes
@@ -282,7 +250,7 @@ Status SlaveNode::Impl::on_scene_message(wire::Message message) {
   } else if (const auto* retire = std::get_if<wire::SceneRetire>(&message)) {
     first_kept = std::max(first_kept, retire->first_kept);
     built.erase(built.begin(), built.lower_bound(first_kept));
-    builder->retire(generation, first_kept);
+    workshop.retire(generation, first_kept);
     receiver.retire(first_kept, actions);
   } else {
     return Status::data_loss(std::string(wire::message_name(message)) +
@@ -299,7 +267,8 @@ Status SlaveNode::Impl::do_scene_actions(wire::SceneReceiver::Actions actions) {
   for (wire::SceneNeed& need : actions.need) link->send_scene(std::move(need));
   for (wire::SceneReceiver::Complete& complete : actions.complete) {
     const SceneVersion version = complete.version;
-    if (!is_leaving && !builder->try_push({generation, version, std::move(complete.scene)})) {
+    if (!is_leaving &&
+        !workshop.try_push(BuildTask{generation, version, std::move(complete.scene)})) {
       return Status::resource_exhausted("more than " + std::to_string(SceneBuilder::kQueueMax) +
                                         " scenes wait to be built");
     }

@@ -1,21 +1,21 @@
-// One slave: the tile pipeline (receive -> FIFO queue -> render threads -> FIFO queue -> send) and
-// the scene pipeline (receive -> scene queue -> build beside the render threads) over two
-// connections to one master. The daemon runs one; a master's process may hold some, over local
-// pairs.
+// The network half of one slave: the tile pipeline (receive -> workshop -> FIFO queue -> send) and
+// the scene pipeline (receive -> workshop -> acknowledge) over two connections to one master. Who
+// renders and builds is the workshop's affair: threads in the product (SlaveHost), a model in
+// tests/sim.
 //
-// Threads. Constructor, start(), stop(), destructor: the owner's thread (not the io thread).
-// Everything with the connections happens on the IoThread given; rendering on the node's own
-// workers.
+// Threads. The event loop's thread only, construction and destruction included.
 #pragma once
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/base/isa.h"
 #include "common/base/status.h"
 #include "common/net/connection.h"
 #include "slave/core/render/prepared_scene.h"
+#include "slave/workshop.h"
 
 namespace tessera::slave {
 
@@ -37,21 +37,30 @@ using LinkFactory = std::function<std::unique_ptr<net::ConnectAttempt>(
 
 class SlaveNode {
  public:
-  SlaveNode(net::IoThread& io, const SlaveOptions& options, LinkFactory open_link);
-  ~SlaveNode();  // stop(), if not done
+  // `loop` and `workshop` outlive the node.
+  SlaveNode(net::EventLoop& loop, const SlaveOptions& options, LinkFactory open_link,
+            Workshop& workshop);
+  ~SlaveNode();  // closes without a word
 
-  // Connects, renders, reconnects with growing pauses (kReconnectFirstMs * 2^k * random 0.5..1.5,
-  // at most kReconnectMaxMs), until stop(). `on_fatal`: the master refused for a reason that trying
-  // again cannot mend (role, name, certificate); called once, on the io thread.
+  // Connects, reconnects with growing pauses (kReconnectFirstMs * 2^k * random 0.5..1.5, at most
+  // kReconnectMaxMs). `on_fatal`: the master refused for a reason that trying again cannot mend
+  // (role, name, certificate); called once.
   void start(std::function<void(Status)> on_fatal);
 
-  // Orderly leave: finishes tiles being rendered, hands back the queue, says goodbye, joins the
-  // workers.
-  void stop();
+  // From the workshop, for each tile and scene that it took. No result: the tile was given up.
+  void on_tile_done(const TileJob& job, std::optional<wire::TileResult> result);
+  void on_built(BuildOutcome outcome);
+
+  // Leaving in order: hands back what waits; whoever waits for the tiles in work too long gives
+  // them up; sends the results (returns: whether all are on the wire); says goodbye.
+  void begin_leave();
+  void give_up_tiles();
+  [[nodiscard]] bool flush();
+  void say_goodbye();
 
  private:
   struct Impl;
-  std::shared_ptr<Impl> impl_;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace tessera::slave

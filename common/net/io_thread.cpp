@@ -46,16 +46,18 @@ void IoThread::stop() {
   impl_->thread.join();
 }
 
+namespace {
+
 // The callback lives in shared state; a cancelled timer clears it, so that a completion that is
 // already queued finds nothing to call.
-struct Timer::Impl {
-  explicit Impl(asio::io_context& context) : timer(context) {}
+struct TimerState {
+  explicit TimerState(asio::io_context& context) : timer(context) {}
   asio::steady_timer timer;
   std::function<void()> callback;
   std::chrono::milliseconds interval{0};  // 0: once
   std::uint64_t generation = 0;
 
-  static void wait(const std::shared_ptr<Impl>& self) {
+  static void wait(const std::shared_ptr<TimerState>& self) {
     self->timer.async_wait([self, generation = self->generation](const asio::error_code& error) {
       if (error || generation != self->generation) return;
       const auto callback = self->callback;
@@ -68,32 +70,36 @@ struct Timer::Impl {
       callback();
     });
   }
-
-  static void start(const std::shared_ptr<Impl>& self, std::chrono::milliseconds delay,
-                    std::chrono::milliseconds interval, std::function<void()> callback) {
-    ++self->generation;
-    self->callback = std::move(callback);
-    self->interval = interval;
-    self->timer.expires_after(delay);
-    wait(self);
-  }
 };
 
-Timer::Timer(IoThread& io) : impl_(std::make_shared<Impl>(context_of(io))) {}
-Timer::~Timer() { cancel(); }
+class AsioTimer final : public TimerBackend {
+ public:
+  explicit AsioTimer(asio::io_context& context) : state_(std::make_shared<TimerState>(context)) {}
+  ~AsioTimer() override { AsioTimer::cancel(); }
 
-void Timer::start_once(std::chrono::milliseconds delay, std::function<void()> callback) {
-  Impl::start(impl_, delay, std::chrono::milliseconds(0), std::move(callback));
-}
+  void start(std::chrono::milliseconds delay, std::chrono::milliseconds interval,
+             std::function<void()> callback) override {
+    ++state_->generation;
+    state_->callback = std::move(callback);
+    state_->interval = interval;
+    state_->timer.expires_after(delay);
+    TimerState::wait(state_);
+  }
 
-void Timer::start_repeating(std::chrono::milliseconds interval, std::function<void()> callback) {
-  Impl::start(impl_, interval, interval, std::move(callback));
-}
+  void cancel() override {
+    ++state_->generation;
+    state_->callback = nullptr;
+    state_->timer.cancel();
+  }
 
-void Timer::cancel() {
-  ++impl_->generation;
-  impl_->callback = nullptr;
-  impl_->timer.cancel();
+ private:
+  std::shared_ptr<TimerState> state_;
+};
+
+}  // namespace
+
+std::unique_ptr<TimerBackend> IoThread::make_timer() {
+  return std::make_unique<AsioTimer>(impl_->context);
 }
 
 }  // namespace tessera::net

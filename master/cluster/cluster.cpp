@@ -1,10 +1,10 @@
 #include "master/cluster/cluster.h"
 
 #include <algorithm>
-#include <random>
 #include <utility>
 
 #include "common/base/check.h"
+#include "common/base/entropy.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/wire/codec.h"
@@ -15,16 +15,10 @@ namespace {
 
 constexpr std::chrono::milliseconds kSweep{500};
 
-std::uint64_t random_nonzero() {
-  static thread_local std::random_device device;
-  std::uint64_t value = 0;
-  while (value == 0) value = std::uint64_t{device()} << 32 | device();
-  return value;
-}
-
 }  // namespace
 
-Cluster::Cluster(net::IoThread& io, std::optional<Isa> isa, bool is_isa_mixed, ClusterEvents events)
+Cluster::Cluster(net::EventLoop& io, std::optional<Isa> isa, bool is_isa_mixed,
+                 ClusterEvents events)
     : io_(io),
       wanted_isa_(isa),
       is_isa_mixed_(is_isa_mixed),
@@ -87,10 +81,10 @@ void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::u
              {{"slave", hello.name}, {"peer", link->peer_text()}});
     return link->refuse(refusal->first, refusal->second);
   }
-  const SessionId session = random_nonzero();
+  const SessionId session = entropy();
   auto slave = std::make_unique<Slave>();
   slave->hello = std::move(hello);
-  slave->token = random_nonzero();
+  slave->token = entropy();
   link->set_callbacks(callbacks_of(session, true));
   link->send(wire::Welcome{version, session, slave->token, kHeartbeatMs, kHeartbeatsMissedMax});
   link->start_heartbeat();

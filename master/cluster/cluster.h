@@ -36,7 +36,7 @@ struct ClusterEvents {
 
 class Cluster {
  public:
-  Cluster(net::IoThread& io, std::optional<Isa> isa, bool is_isa_mixed, ClusterEvents events);
+  Cluster(net::EventLoop& io, std::optional<Isa> isa, bool is_isa_mixed, ClusterEvents events);
   ~Cluster();
 
   // From the reception.
@@ -90,7 +90,7 @@ class Cluster {
   void remove(SessionId session);
   void sweep();
 
-  net::IoThread& io_;
+  net::EventLoop& io_;
   const std::optional<Isa> wanted_isa_;
   const bool is_isa_mixed_;
   const ClusterEvents events_;

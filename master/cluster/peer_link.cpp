@@ -20,7 +20,7 @@ std::uint64_t now_ns() {
 
 }  // namespace
 
-PeerLink::PeerLink(net::IoThread& io, net::ConnectionPtr connection,
+PeerLink::PeerLink(net::EventLoop& io, net::ConnectionPtr connection,
                    const net::RecordLimits& limits, Callbacks callbacks)
     : connection_(std::move(connection)), callbacks_(std::move(callbacks)), heartbeat_(io) {
   net::ConnectionCallbacks link;

@@ -29,7 +29,7 @@ class PeerLink {
 
   // Starts to read. No heartbeat before start_heartbeat(): until then the listener watches the
   // time.
-  PeerLink(net::IoThread& io, net::ConnectionPtr connection, const net::RecordLimits& limits,
+  PeerLink(net::EventLoop& io, net::ConnectionPtr connection, const net::RecordLimits& limits,
            Callbacks callbacks);
   ~PeerLink();
   PeerLink(const PeerLink&) = delete;

@@ -19,7 +19,7 @@ class Reception {
     std::function<void(std::unique_ptr<PeerLink>, wire::Join)> on_join;
   };
 
-  Reception(net::IoThread& io, Callbacks callbacks) : io_(io), callbacks_(std::move(callbacks)) {}
+  Reception(net::EventLoop& io, Callbacks callbacks) : io_(io), callbacks_(std::move(callbacks)) {}
 
   // `listener` may be null (local pairs).
   void receive(net::ConnectionPtr connection, net::Listener* listener);
@@ -35,7 +35,7 @@ class Reception {
   void on_first_message(GuestIterator guest, wire::Message message);
   void turn_away(GuestIterator guest, wire::RefuseCode code, const std::string& reason);
 
-  net::IoThread& io_;
+  net::EventLoop& io_;
   const Callbacks callbacks_;
   std::list<Guest> guests_;
 };

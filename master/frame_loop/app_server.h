@@ -25,7 +25,7 @@ class AppServer {
  public:
   static constexpr std::size_t kOutstandingMax = 4;  // submitted, not yet sent back
 
-  AppServer(net::IoThread& io, FrameLoop& loop) : io_(io), loop_(loop) {}
+  AppServer(net::EventLoop& io, FrameLoop& loop) : io_(io), loop_(loop) {}
 
   void on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hello, std::uint16_t version);
   bool has_application() const { return application_ != nullptr; }
@@ -66,7 +66,7 @@ class AppServer {
   void add_status_client(std::unique_ptr<PeerLink> link);
   wire::StatusReply status_reply() const { return {loop_.status()}; }
 
-  net::IoThread& io_;
+  net::EventLoop& io_;
   FrameLoop& loop_;
   std::shared_ptr<Application> application_;
   std::list<std::shared_ptr<PeerLink>> status_clients_;

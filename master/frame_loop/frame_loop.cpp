@@ -35,7 +35,7 @@ struct FrameWork {
 }  // namespace
 
 struct FrameLoop::Impl {
-  net::IoThread& io;
+  net::EventLoop& io;
   const FrameLoopOptions options;
   Scheduler scheduler;
   Cluster cluster;
@@ -49,7 +49,7 @@ struct FrameLoop::Impl {
   std::uint64_t frames_done = 0;
   bool is_over = false;
 
-  Impl(FrameLoop& loop, net::IoThread& io_thread, const FrameLoopOptions& o)
+  Impl(FrameLoop& loop, net::EventLoop& io_thread, const FrameLoopOptions& o)
       : io(io_thread),
         options(o),
         scheduler({o.prefetch_per_thread, o.frames_in_flight}),
@@ -259,7 +259,7 @@ void FrameLoop::Impl::retire() {
   build_seconds.erase(build_seconds.begin(), build_seconds.lower_bound(first_kept));
 }
 
-FrameLoop::FrameLoop(net::IoThread& io, const FrameLoopOptions& options)
+FrameLoop::FrameLoop(net::EventLoop& io, const FrameLoopOptions& options)
     : impl_(std::make_unique<Impl>(*this, io, options)) {}
 
 FrameLoop::~FrameLoop() { shutdown(); }

@@ -42,7 +42,7 @@ struct FrameOutcome {
 
 class FrameLoop {
  public:
-  FrameLoop(net::IoThread& io, const FrameLoopOptions& options);
+  FrameLoop(net::EventLoop& io, const FrameLoopOptions& options);
   ~FrameLoop();
 
   // A fresh connection from a listener or a local pair; its Hello decides what it is.

@@ -8,7 +8,7 @@
 
 namespace tessera::master {
 
-AppClient::AppClient(net::IoThread& io, net::ConnectionPtr connection, wire::Role role,
+AppClient::AppClient(net::EventLoop& io, net::ConnectionPtr connection, wire::Role role,
                      std::string name, Callbacks callbacks)
     : callbacks_(std::move(callbacks)),
       link_(io, std::move(connection), wire::session_limits(),

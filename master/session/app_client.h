@@ -30,7 +30,7 @@ class AppClient {
     std::function<void(Status)> on_ended;  // refused, closed, silent, protocol error
   };
 
-  AppClient(net::IoThread& io, net::ConnectionPtr connection, wire::Role role, std::string name,
+  AppClient(net::EventLoop& io, net::ConnectionPtr connection, wire::Role role, std::string name,
             Callbacks callbacks);
   ~AppClient();  // says goodbye
 

@@ -14,7 +14,7 @@
 #include "common/net/io_thread.h"
 #include "master/frame_loop/frame_loop.h"
 #include "master/session/session.h"
-#include "slave/slave_node.h"
+#include "slave/slave_host.h"
 
 namespace tessera::master {
 
@@ -41,7 +41,7 @@ class MasterHost {
   std::unique_ptr<FrameLoop> frame_loop_;    // io_ thread
   std::unique_ptr<net::Listener> listener_;  // io_ thread; null when nothing listens
   std::unique_ptr<net::IoThread> slave_io_;  // of the local slaves; null without
-  std::vector<std::unique_ptr<slave::SlaveNode>> slaves_;
+  std::vector<std::unique_ptr<slave::SlaveHost>> slaves_;
 };
 
 // Whether options name what `endpoint` demands: keys, or plain on loopback. Returns:

@@ -1,5 +1,5 @@
-// SlaveNode against a scripted master: handshake, scene, tiles, and every way a session ends.
-#include "slave/slave_node.h"
+// SlaveNode in its host against a scripted master: handshake, scene, tiles, and every way a session ends.
+#include "slave/slave_host.h"
 
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ class SlaveNodeTest : public testing::Test {
     options.threads = threads;
     options.isas = isa_bit(Isa::kScalar);
     options.tile_sleep_ms = tile_sleep_ms;
-    node_ = std::make_unique<SlaveNode>(master_.slave_io(), options, master_.factory());
+    node_ = std::make_unique<SlaveHost>(master_.slave_io(), options, master_.factory());
     node_->start([this](Status status) {
       MutexLock lock(fatal_mutex_);
       fatal_ = std::move(status);
@@ -124,7 +124,7 @@ class SlaveNodeTest : public testing::Test {
   }
 
   FakeMaster master_;
-  std::unique_ptr<SlaveNode> node_;  // goes before the master
+  std::unique_ptr<SlaveHost> node_;  // goes before the master
   std::size_t tile_ = 0, scene_ = 0;
   Mutex fatal_mutex_;
   Status fatal_ TESSERA_GUARDED_BY(fatal_mutex_);
@@ -375,7 +375,7 @@ TEST_F(SlaveNodeTest, StopsInAnyState) {
   start(1, 1);
   (void)master_.expect<wire::Hello>();
   node_.reset();
-  SlaveNode never_started(master_.slave_io(), {"x", 1, 1, 0}, master_.factory());
+  SlaveHost never_started(master_.slave_io(), {"x", 1, 1, 0}, master_.factory());
 }
 
 }  // namespace
