@@ -196,7 +196,9 @@ start_on() {  # host, name
   if [[ -n $keys ]]; then
     credentials=keys
     ensure_keys "$2" || return 1
-    tar -C "$keys/$2" -cf - ca.crt node.crt node.key | remote "$1" "$put_keys" "$folder" "$2" || return 1
+    local files=(ca.crt node.crt node.key)
+    if [[ -f $keys/$2/crl.pem ]]; then files+=(crl.pem); fi
+    tar -C "$keys/$2" -cf - "${files[@]}" | remote "$1" "$put_keys" "$folder" "$2" || return 1
   fi
   remote "$1" "$start_slave" "$folder" "$2" "$master" "$credentials" "${threads:-all}" </dev/null
 }

@@ -8,6 +8,7 @@
 #include "common/base/limits.h"
 #include "common/base/mutex.h"
 #include "common/base/signal_watch.h"
+#include "common/net/credentials_watch.h"
 #include "common/net/tls.h"
 #include "slave/slave_cli.h"
 #include "slave/slave_host.h"
@@ -38,7 +39,7 @@ int fail(const Status& status) {
 }
 
 int run(SlaveCommand command) {
-  const SignalWatch signals;  // before any other thread
+  const SignalWatch signals(/*watches_hangup=*/!command.keys_folder.empty());  // the first thread
   init_log(command.log_level, command.log_format);
   std::shared_ptr<net::TlsContext> tls;
   if (!command.keys_folder.empty()) {
@@ -55,6 +56,8 @@ int run(SlaveCommand command) {
 
   Fatal fatal;
   net::IoThread io("net");
+  std::unique_ptr<net::CredentialsWatch> watch;  // io thread
+  if (tls) io.run_and_wait([&] { watch = std::make_unique<net::CredentialsWatch>(io, tls); });
   SlaveHost node(
       io, command.options,
       [&io, &command, tls](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
@@ -67,6 +70,7 @@ int run(SlaveCommand command) {
   while (!signals.wait(kLook) && fatal.get().is_ok()) {
   }
   node.stop();
+  io.run_and_wait([&watch] { watch.reset(); });
   io.stop();
   if (const Status status = fatal.get(); !status.is_ok()) return fail(status);
   log_info("slave-stopped", "stopped on request");

@@ -99,12 +99,11 @@ void MasterLink::watch(const net::ConnectionPtr& link, bool is_scene) {
   };
   callbacks.on_closed = [this, is_current](Status status) {
     if (!is_current()) return;
-    // Only the first answer to our certificate can mean that it is refused; later the same alert
-    // means damaged bytes.
-    const bool is_first = state_ == State::kHello && !was_welcomed_;
-    if (is_first && status.code() == StatusCode::kPermissionDenied) return end_with(status);
+    // The answer to our certificate: refused, at first or because it was revoked meanwhile.
+    const bool is_answer = state_ == State::kHello;
+    if (is_answer && status.code() == StatusCode::kPermissionDenied) return end_with(status);
     const std::string text = status.is_ok() ? "the master closed the connection" : status.message();
-    const bool may_want_keys = is_first && !tile_->peer().is_authenticated;
+    const bool may_want_keys = is_answer && !was_welcomed_ && !tile_->peer().is_authenticated;
     lose(Status::unavailable(may_want_keys ? text + "; if it uses keys, give --keys DIR" : text));
   };
   callbacks.on_drained = [this, is_current, is_scene] {

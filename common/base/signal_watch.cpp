@@ -1,6 +1,7 @@
 #include "common/base/signal_watch.h"
 
 #include <unistd.h>
+#include <atomic>
 #include <csignal>
 #include <thread>
 
@@ -18,6 +19,7 @@ struct State {
   Mutex mutex;
   CondVar changed;
   bool is_signalled TESSERA_GUARDED_BY(mutex) = false;
+  std::atomic<std::uint64_t> hangups{0};
 };
 
 State& state() {
@@ -25,18 +27,19 @@ State& state() {
   return *instance;
 }
 
-sigset_t watched_signals() {
+sigset_t watched_signals(bool watches_hangup) {
   sigset_t set;
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
+  if (watches_hangup) sigaddset(&set, SIGHUP);
   return set;
 }
 
 }  // namespace
 
-SignalWatch::SignalWatch() {
-  const sigset_t set = watched_signals();
+SignalWatch::SignalWatch(bool watches_hangup) {
+  const sigset_t set = watched_signals(watches_hangup);
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
   state();
@@ -45,6 +48,10 @@ SignalWatch::SignalWatch() {
     while (true) {
       int signal = 0;
       sigwait(&set, &signal);
+      if (signal == SIGHUP) {
+        ++state().hangups;
+        continue;
+      }
       const TimePoint now = Clock::now();
       if (first == TimePoint{}) first = now;
       if (now - first > kSameRequest) _exit(130);
@@ -70,5 +77,7 @@ bool SignalWatch::wait(std::chrono::milliseconds timeout) const {
   }
   return state().is_signalled;
 }
+
+std::uint64_t hangup_count() { return state().hangups; }
 
 }  // namespace tessera

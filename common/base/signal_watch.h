@@ -1,17 +1,20 @@
 // SIGINT and SIGTERM as a flag that loops look at. The first signal asks to end in order; one that
-// comes more than half a second later ends the process at once with exit code 130.
+// comes more than half a second later ends the process at once with exit code 130. SIGHUP, where it
+// is watched, means "read your files again": a count of them, for whoever has files.
 //
 // Threads. Construct once, at the start of main before any other thread, so that every thread
-// inherits the blocked mask. is_signalled() and wait() may be called by any thread.
+// inherits the blocked mask. is_signalled(), wait() and hangup_count() may be called by any thread.
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 
 namespace tessera {
 
 class SignalWatch {
  public:
-  SignalWatch();
+  // watches_hangup: else SIGHUP ends the process as always, such as when its terminal is closed.
+  explicit SignalWatch(bool watches_hangup = false);
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;
 
@@ -19,5 +22,8 @@ class SignalWatch {
   // Sleeps until a signal came or `timeout` passed. Returns: is_signalled().
   bool wait(std::chrono::milliseconds timeout) const;
 };
+
+// SIGHUPs so far; 0 for ever in a process that does not watch them.
+std::uint64_t hangup_count();
 
 }  // namespace tessera

@@ -43,5 +43,7 @@ ConnectionPtr make_connection(IoThread& io, std::unique_ptr<ByteStream> stream, 
 
 // Ends a connection from outside as if the peer had: on_closed(status) follows.
 void end_connection(Connection& connection, Status status);
+// The same from the io thread's queue, for callers that some callback may be above.
+void end_connection_soon(const ConnectionPtr& connection, Status status);
 
 }  // namespace tessera::net

@@ -50,6 +50,7 @@ class Core : public std::enable_shared_from_this<Core> {
   void close(std::chrono::milliseconds grace);
   void end(Status status);
 
+  IoThread& io() { return io_; }
   const PeerIdentity& peer() const { return peer_; }
   std::uint64_t queue_bytes() const { return queue_bytes_; }
   std::uint64_t bytes_sent() const { return bytes_sent_; }
@@ -314,9 +315,10 @@ void Core::end(Status status) {
 }
 
 Status Core::status_of(const asio::error_code& error) const {
-  if (error.category() == asio::error::get_ssl_category()) {
+  if (is_certificate_alert(error))
     return Status::permission_denied("the peer refused our certificate: " + error.message());
-  }
+  if (error.category() == asio::error::get_ssl_category())
+    return Status::data_loss("the encrypted link broke: " + error.message());
   if (error == asio::error::eof || error == asio::ssl::error::stream_truncated ||
       error == asio::error::connection_reset || error == asio::error::broken_pipe) {
     return Status::unavailable("the peer closed the connection");
@@ -344,6 +346,7 @@ class CoreConnection final : public Connection {
   }
   std::chrono::steady_clock::time_point last_sent() const override { return core_->last_sent(); }
   void end(Status status) { core_->end(std::move(status)); }
+  IoThread& io() { return core_->io(); }
 
  private:
   std::shared_ptr<Core> core_;
@@ -358,6 +361,14 @@ ConnectionPtr make_connection(IoThread& io, std::unique_ptr<ByteStream> stream, 
 
 void end_connection(Connection& connection, Status status) {
   static_cast<CoreConnection&>(connection).end(std::move(status));
+}
+
+void end_connection_soon(const ConnectionPtr& connection, Status status) {
+  static_cast<CoreConnection&>(*connection)
+      .io()
+      .post([weak = std::weak_ptr(connection), status = std::move(status)] {
+        if (const ConnectionPtr held = weak.lock()) end_connection(*held, status);
+      });
 }
 
 }  // namespace tessera::net

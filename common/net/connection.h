@@ -33,6 +33,7 @@ struct PeerIdentity {
   bool is_authenticated = false;
   std::string role;     // "master", "slave", "app"
   std::string name;     // certificate's common name
+  std::string serial;   // certificate's serial number, in hexadecimal digits
   std::string address;  // "10.0.0.5:41234", or "local"
   std::uint16_t port = 0;
 };

@@ -74,7 +74,7 @@ void Attempt::on_tcp(const asio::error_code& error) {
   socket_.set_option(Tcp::no_delay(true), ignored);
   peer_ = address_of(socket_);
   if (!tls_) return finish(make_connection(io_, make_byte_stream(std::move(socket_)), peer_));
-  stream_ = std::make_unique<TlsStream>(std::move(socket_), tls_->impl().client);
+  stream_ = std::make_unique<TlsStream>(std::move(socket_), tls_->impl().ends->client);
   stream_->async_handshake(asio::ssl::stream_base::client,
                            [self = shared_from_this()](const asio::error_code& failure) {
                              if (self->on_connected_) self->on_handshake(failure);
@@ -88,12 +88,11 @@ void Attempt::on_handshake(const asio::error_code& error) {
     if (is_gone)
       return fail(
           "it closed the connection during the TLS handshake; is it a Tessera master with keys?");
-    const auto verdict = SSL_get_verify_result(stream_->native_handle());
-    if (verdict == X509_V_OK) {  // not about trust: damaged bytes, a peer without TLS
-      return fail(handshake_failure(stream_->native_handle(), error));
-    }
+    const auto failure = handshake_failure(stream_->native_handle(), error);
+    // Without a subject it is not about trust: damaged bytes, a peer without TLS.
+    if (failure.subject.empty()) return fail(failure.text());
     return finish(Status::permission_denied("no trust between us and " + endpoint_.text() + ": " +
-                                            handshake_failure(stream_->native_handle(), error)));
+                                            failure.text()));
   }
   PeerIdentity proven = identity_of(stream_->native_handle());
   if (proven.role != expected_role_) {
@@ -103,7 +102,10 @@ void Attempt::on_handshake(const asio::error_code& error) {
   }
   proven.address = peer_.address;
   proven.port = peer_.port;
-  finish(make_connection(io_, make_byte_stream(std::move(stream_)), std::move(proven)));
+  const ConnectionPtr connection =
+      make_connection(io_, make_byte_stream(std::move(stream_)), std::move(proven));
+  tls_->impl().watch(connection);
+  finish(connection);
 }
 
 void Attempt::finish(Result<ConnectionPtr> result) {

@@ -1,10 +1,7 @@
 #include "common/net/key_store.h"
 
 #include <fcntl.h>
-#include <openssl/evp.h>
-#include <openssl/pem.h>
-#include <openssl/rand.h>
-#include <openssl/x509v3.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,101 +9,34 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <memory>
+#include <fstream>
+#include <vector>
 
-#include "common/base/check.h"
 #include "common/base/limits.h"
+#include "common/net/cluster_authority.h"
+#include "common/net/file_write.h"
 
 namespace tessera::net {
 namespace {
 
-struct Free {
-  void operator()(EVP_PKEY* p) const { EVP_PKEY_free(p); }
-  void operator()(X509* p) const { X509_free(p); }
-  void operator()(BIO* p) const { BIO_free(p); }
-};
-using Key = std::unique_ptr<EVP_PKEY, Free>;
-using Certificate = std::unique_ptr<X509, Free>;
-using Bio = std::unique_ptr<BIO, Free>;
+constexpr mode_t kPrivate = 0600, kPublic = 0644;
 
-constexpr long kSecondsPerDay = 86400;
-
-Status write_new_file(const std::string& path, const std::string& text, mode_t mode) {
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
-  if (file < 0)
-    return Status::permission_denied("cannot write " + path + ": " + std::strerror(errno));
-  const bool is_written =
-      ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  const int error = errno;
-  ::close(file);
-  if (is_written) return Status::ok();
-  ::unlink(path.c_str());
-  return Status::resource_exhausted("cannot write " + path + ": " + std::strerror(error));
-}
-
-std::string text_of(BIO* bio) {
-  char* data = nullptr;
-  const long size = BIO_get_mem_data(bio, &data);
-  return std::string(data, static_cast<std::size_t>(size));
-}
-
-std::string pem_of(EVP_PKEY* key) {
-  const Bio bio(BIO_new(BIO_s_mem()));
-  TESSERA_CHECK_EQ(PEM_write_bio_PrivateKey(bio.get(), key, nullptr, nullptr, 0, nullptr, nullptr),
-                   1);
-  return text_of(bio.get());
-}
-
-std::string pem_of(X509* certificate) {
-  const Bio bio(BIO_new(BIO_s_mem()));
-  TESSERA_CHECK_EQ(PEM_write_bio_X509(bio.get(), certificate), 1);
-  return text_of(bio.get());
-}
-
-void add_entry(X509_NAME* name, const char* field, const std::string& value) {
-  X509_NAME_add_entry_by_txt(name, field, MBSTRING_UTF8,
-                             reinterpret_cast<const unsigned char*>(value.data()),
-                             static_cast<int>(value.size()), -1, 0);
-}
-
-void add_extension(X509* certificate, X509* issuer, int nid, const char* value) {
-  X509V3_CTX context;
-  X509V3_set_ctx_nodb(&context);
-  X509V3_set_ctx(&context, issuer, certificate, nullptr, nullptr, 0);
-  X509_EXTENSION* extension = X509V3_EXT_conf_nid(nullptr, &context, nid, value);
-  TESSERA_CHECK(extension != nullptr);
-  X509_add_ext(certificate, extension, -1);
-  X509_EXTENSION_free(extension);
-}
-
-Certificate new_certificate(EVP_PKEY* key, int days) {
-  Certificate certificate(X509_new());
-  X509_set_version(certificate.get(), 2);
-  unsigned char serial[16];
-  TESSERA_CHECK_EQ(RAND_bytes(serial, sizeof(serial)), 1);
-  serial[0] &= 0x7f;
-  BIGNUM* number = BN_bin2bn(serial, sizeof(serial), nullptr);
-  BN_to_ASN1_INTEGER(number, X509_get_serialNumber(certificate.get()));
-  BN_free(number);
-  // A minute back, for clocks that disagree a little.
-  X509_gmtime_adj(X509_getm_notBefore(certificate.get()),
-                  days < 0 ? (days - 1L) * kSecondsPerDay : -60);
-  X509_gmtime_adj(X509_getm_notAfter(certificate.get()), days * kSecondsPerDay);
-  X509_set_pubkey(certificate.get(), key);
-  return certificate;
-}
-
-std::string random_hex() {
-  unsigned char bytes[8];
-  TESSERA_CHECK_EQ(RAND_bytes(bytes, sizeof(bytes)), 1);
-  std::string text;
-  for (const unsigned char b : bytes) {
-    static constexpr char kDigits[] = "0123456789abcdef";
-    text.push_back(kDigits[b >> 4]);
-    text.push_back(kDigits[b & 15]);
+// Holds DIR for one change at a time.
+class FolderLock {
+ public:
+  explicit FolderLock(const std::string& folder)
+      : directory_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (directory_ >= 0) ::flock(directory_, LOCK_EX);
   }
-  return text;
-}
+  ~FolderLock() {
+    if (directory_ >= 0) ::close(directory_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  const int directory_;
+};
 
 bool is_good_name(const std::string& name) {
   return !name.empty() && name.size() <= kNameBytesMax && name != "." && name != ".." &&
@@ -116,74 +46,153 @@ bool is_good_name(const std::string& name) {
          });
 }
 
-Bio open_bio(const std::string& path) { return Bio(BIO_new_file(path.c_str(), "r")); }
+Status check_name(const std::string& name) {
+  if (is_good_name(name)) return Status::ok();
+  return Status::invalid_argument("name '" + name +
+                                  "': give 1 to 64 of the characters A-Z a-z 0-9 . _ -");
+}
+
+bool exists(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::exists(path, ignored);
+}
+
+Status write_to_ledger(const std::string& folder, const NodeIdentity& node, X509* certificate) {
+  return append_line(folder + "/issued.txt",
+                     serial_text(certificate) + " " + node.role + " " + node.name, kPublic);
+}
+
+// Of all certificates ever made for this name. One made before there was a ledger is in its folder.
+std::vector<std::string> serials_of(const std::string& folder, const std::string& name) {
+  std::vector<std::string> serials;
+  std::ifstream ledger(folder + "/issued.txt");
+  for (NodeIdentity node; true;) {
+    std::string serial;
+    if (!(ledger >> serial >> node.role >> node.name)) break;
+    if (node.name == name) serials.push_back(serial);
+  }
+  if (const Certificate last = read_certificate(folder + "/" + name + "/node.crt")) {
+    const std::string serial = serial_text(last.get());
+    if (std::find(serials.begin(), serials.end(), serial) == serials.end())
+      serials.push_back(serial);
+  }
+  return serials;
+}
+
+// A crl.pem that is damaged must not be taken for "nobody is revoked".
+Result<RevocationList> read_list(const std::string& folder, const ClusterAuthority& authority) {
+  const std::string path = folder + "/crl.pem";
+  if (!exists(path)) return RevocationList();
+  RevocationList list = read_revocation_list(path);
+  if (list && X509_CRL_verify(list.get(), X509_get0_pubkey(authority.certificate())) == 1)
+    return list;
+  return Status::permission_denied(path +
+                                   " is damaged; take it from a backup or from the folder of a "
+                                   "node, whichever is the newest");
+}
+
+// The cluster's list into a node's folder, where there is one.
+Status copy_list(const std::string& folder, const std::string& node, const RevocationList& list) {
+  if (!list) return Status::ok();
+  return replace_file(folder + "/" + node + "/crl.pem", pem_of(list.get()), kPublic);
+}
 
 }  // namespace
 
 Status init_key_store(const std::string& folder) {
-  std::error_code error;
-  if (std::filesystem::exists(folder + "/ca.key", error)) {
+  if (exists(folder + "/ca.key")) {
     return Status::invalid_argument(
         folder + " has a CA already; add nodes with 'tessera-keys add " + folder + " ROLE NAME'");
   }
+  std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error)
     return Status::permission_denied("cannot make folder " + folder + ": " + error.message());
   std::filesystem::permissions(folder, std::filesystem::perms::owner_all, error);
-  const Key key(EVP_EC_gen("P-256"));
-  const Certificate certificate = new_certificate(key.get(), kCaDays);
-  X509_NAME* name = X509_get_subject_name(certificate.get());
-  add_entry(name, "O", "Tessera cluster " + random_hex());
-  add_entry(name, "CN", "Tessera CA");
-  X509_set_issuer_name(certificate.get(), name);
-  add_extension(certificate.get(), certificate.get(), NID_basic_constraints,
-                "critical,CA:TRUE,pathlen:0");
-  add_extension(certificate.get(), certificate.get(), NID_key_usage,
-                "critical,keyCertSign,cRLSign");
-  add_extension(certificate.get(), certificate.get(), NID_subject_key_identifier, "hash");
-  X509_sign(certificate.get(), key.get(), EVP_sha256());
-  TESSERA_RETURN_IF_ERROR(write_new_file(folder + "/ca.key", pem_of(key.get()), 0600));
-  return write_new_file(folder + "/ca.crt", pem_of(certificate.get()), 0644);
+  const KeyPair ca = ClusterAuthority::make();
+  TESSERA_RETURN_IF_ERROR(write_new_file(folder + "/ca.key", pem_of(ca.key.get()), kPrivate));
+  return write_new_file(folder + "/ca.crt", pem_of(ca.certificate.get()), kPublic);
 }
 
 Status add_key(const std::string& folder, const std::string& role, const std::string& name,
-               int days) {
+               int days, int starts_in_days) {
   if (role != "master" && role != "slave" && role != "app") {
     return Status::invalid_argument("role '" + role + "': give master, slave or app");
   }
-  if (!is_good_name(name)) {
-    return Status::invalid_argument("name '" + name +
-                                    "': give 1 to 64 of the characters A-Z a-z 0-9 . _ -");
-  }
-  const Bio ca_bio = open_bio(folder + "/ca.crt");
-  const Bio key_bio = open_bio(folder + "/ca.key");
-  const Certificate ca(ca_bio ? PEM_read_bio_X509(ca_bio.get(), nullptr, nullptr, nullptr)
-                              : nullptr);
-  const Key ca_key(key_bio ? PEM_read_bio_PrivateKey(key_bio.get(), nullptr, nullptr, nullptr)
-                           : nullptr);
-  if (!ca || !ca_key)
-    return Status::not_found(folder + " has no CA; make one with 'tessera-keys init " + folder +
-                             "'");
+  TESSERA_RETURN_IF_ERROR(check_name(name));
+  const FolderLock lock(folder);
+  const auto authority = ClusterAuthority::open(folder);
+  if (!authority.is_ok()) return authority.status();
+  const auto revoked = read_list(folder, *authority);
+  if (!revoked.is_ok()) return revoked.status();
   const std::string node = folder + "/" + name;
   if (::mkdir(node.c_str(), 0700) != 0) {
-    if (errno == EEXIST)
-      return Status::invalid_argument("name '" + name + "' is used already: " + node + " exists");
+    if (errno == EEXIST) {
+      return Status::invalid_argument("name '" + name + "' is used already: " + node +
+                                      " exists; a new certificate for it: 'tessera-keys renew " +
+                                      folder + " " + name + "'");
+    }
     return Status::permission_denied("cannot make folder " + node + ": " + std::strerror(errno));
   }
-  const Key key(EVP_EC_gen("P-256"));
-  const Certificate certificate = new_certificate(key.get(), days);
-  X509_NAME* subject = X509_get_subject_name(certificate.get());
-  add_entry(subject, "OU", role);
-  add_entry(subject, "CN", name);
-  X509_set_issuer_name(certificate.get(), X509_get_subject_name(ca.get()));
-  add_extension(certificate.get(), ca.get(), NID_basic_constraints, "critical,CA:FALSE");
-  add_extension(certificate.get(), ca.get(), NID_key_usage, "critical,digitalSignature");
-  add_extension(certificate.get(), ca.get(), NID_ext_key_usage, "serverAuth,clientAuth");
-  add_extension(certificate.get(), ca.get(), NID_authority_key_identifier, "keyid");
-  X509_sign(certificate.get(), ca_key.get(), EVP_sha256());
-  TESSERA_RETURN_IF_ERROR(write_new_file(node + "/node.key", pem_of(key.get()), 0600));
-  TESSERA_RETURN_IF_ERROR(write_new_file(node + "/node.crt", pem_of(certificate.get()), 0644));
-  return write_new_file(node + "/ca.crt", pem_of(ca.get()), 0644);
+  const KeyPair pair = authority->issue({role, name}, {days, starts_in_days});
+  TESSERA_RETURN_IF_ERROR(write_to_ledger(folder, {role, name}, pair.certificate.get()));
+  TESSERA_RETURN_IF_ERROR(write_new_file(node + "/node.key", pem_of(pair.key.get()), kPrivate));
+  TESSERA_RETURN_IF_ERROR(
+      write_new_file(node + "/node.crt", pem_of(pair.certificate.get()), kPublic));
+  TESSERA_RETURN_IF_ERROR(copy_list(folder, name, *revoked));
+  return write_new_file(node + "/ca.crt", pem_of(authority->certificate()), kPublic);
+}
+
+Status renew_key(const std::string& folder, const std::string& name, int days) {
+  TESSERA_RETURN_IF_ERROR(check_name(name));
+  const FolderLock lock(folder);
+  const auto authority = ClusterAuthority::open(folder);
+  if (!authority.is_ok()) return authority.status();
+  const auto revoked = read_list(folder, *authority);
+  if (!revoked.is_ok()) return revoked.status();
+  const std::string node = folder + "/" + name;
+  const Certificate old = read_certificate(node + "/node.crt");
+  if (!old) {
+    return Status::not_found(node +
+                             " has no node.crt to renew; make a node with 'tessera-keys add " +
+                             folder + " ROLE " + name + "'");
+  }
+  const NodeIdentity identity{entry_of(old.get(), NID_organizationalUnitName), name};
+  const KeyPair pair = authority->issue(identity, {days, 0});
+  TESSERA_RETURN_IF_ERROR(write_to_ledger(folder, identity, pair.certificate.get()));
+  TESSERA_RETURN_IF_ERROR(copy_list(folder, name, *revoked));
+  // Two renames and nothing else between the old pair and the new one; who reads in between finds
+  // that they do not fit, and reads again.
+  auto key = Replacement::write(node + "/node.key", pem_of(pair.key.get()), kPrivate);
+  if (!key.is_ok()) return key.status();
+  auto certificate =
+      Replacement::write(node + "/node.crt", pem_of(pair.certificate.get()), kPublic);
+  if (!certificate.is_ok()) return certificate.status();
+  TESSERA_RETURN_IF_ERROR(key->commit());
+  return certificate->commit();
+}
+
+Status revoke_key(const std::string& folder, const std::string& name) {
+  TESSERA_RETURN_IF_ERROR(check_name(name));
+  const FolderLock lock(folder);
+  const auto authority = ClusterAuthority::open(folder);
+  if (!authority.is_ok()) return authority.status();
+  auto list = read_list(folder, *authority);
+  if (!list.is_ok()) return list.status();
+  std::vector<std::string> serials = serials_of(folder, name);
+  if (serials.empty()) {
+    return Status::not_found("no certificate was ever made for '" + name + "' in " + folder +
+                             "; its names are in " + folder + "/issued.txt");
+  }
+  std::erase_if(serials, [&](const std::string& s) { return is_revoked(list->get(), s); });
+  if (!serials.empty()) *list = authority->revoke(list->get(), serials);
+  TESSERA_RETURN_IF_ERROR(replace_file(folder + "/crl.pem", pem_of(list->get()), kPublic));
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (!exists(entry.path().string() + "/node.crt")) continue;
+    TESSERA_RETURN_IF_ERROR(copy_list(folder, entry.path().filename().string(), *list));
+  }
+  return Status::ok();
 }
 
 }  // namespace tessera::net

@@ -1,8 +1,16 @@
-// Makes the credentials of a cluster: one CA, and a folder for each node. Behind tessera-keys.
+// Makes, renews and revokes the credentials of a cluster: one CA, and a folder for each node. Behind
+// tessera-keys.
 //
-// Layout. DIR/ca.crt, DIR/ca.key (0600); DIR/NAME/{ca.crt, node.crt, node.key (0600)}. EC P-256,
-// X.509 v3; the role is the organizational unit, the node's name the common name. Nothing is ever
-// overwritten.
+// Layout. DIR/ca.crt, DIR/ca.key (0600), DIR/issued.txt ("SERIAL ROLE NAME" of each certificate
+// ever made), DIR/crl.pem once something was revoked; DIR/NAME/{ca.crt, node.crt, node.key (0600),
+// crl.pem}. EC P-256, X.509 v3; the role is the organizational unit, the node's name the common
+// name.
+//
+// Threads. Any; processes that change the same DIR wait for each other.
+//
+// Invariants. (1) init and add never overwrite anything. (2) A file that is replaced is replaced
+// whole, by a rename. (3) A certificate stands in issued.txt before it can be used, so that
+// revoking a name revokes all that was ever made for it.
 #pragma once
 
 #include <string>
@@ -19,9 +27,19 @@ inline constexpr int kNodeDays = 365;
 Status init_key_store(const std::string& folder);
 
 // role: master, slave or app. name: 1..kNameBytesMax of [A-Za-z0-9._-]. days: life of the
-// certificate; negative makes one that expired so many days ago, for tests. Returns:
-// kInvalidArgument (role, name, name used twice), kNotFound (no CA), kPermissionDenied.
+// certificate; negative makes one that expired so many days ago, and starts_in_days > 0 one that is
+// not valid yet, for tests. Returns: kInvalidArgument (role, name, name used twice), kNotFound (no
+// CA), kPermissionDenied.
 Status add_key(const std::string& folder, const std::string& role, const std::string& name,
-               int days);
+               int days, int starts_in_days = 0);
+
+// A new key and certificate in DIR/NAME, for the same name and role. The old certificate stays
+// valid until it expires or is revoked. Returns: kNotFound (no CA, no such node), kPermissionDenied.
+Status renew_key(const std::string& folder, const std::string& name, int days);
+
+// Every certificate made for this name until now counts no more: crl.pem, in DIR and in the folder
+// of each node. Again is no error. Returns: kNotFound (no CA, nothing made for this name),
+// kPermissionDenied.
+Status revoke_key(const std::string& folder, const std::string& name);
 
 }  // namespace tessera::net

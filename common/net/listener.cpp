@@ -46,7 +46,8 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
   void hand_on(std::list<Pending>::iterator pending, std::unique_ptr<ByteStream> stream,
                PeerIdentity identity);
   void sweep();
-  void log_failure(const std::string& address, const std::string& reason);
+  void log_failure(const std::string& address, const std::string& reason,
+                   const std::string& subject = "");
   std::size_t open_count();
 
   IoThread& io_;
@@ -149,7 +150,7 @@ void Acceptor::drop(std::list<Pending>::iterator pending, const char* reason) {
 
 void Acceptor::handshake(Tcp::socket socket, const std::string& address) {
   PeerIdentity identity = address_of(socket);
-  auto stream = std::make_shared<TlsStream>(std::move(socket), tls_->impl().server);
+  auto stream = std::make_shared<TlsStream>(std::move(socket), tls_->impl().ends->server);
   pending_.push_back({address, std::chrono::steady_clock::now(), stream, {}});
   stream->async_handshake(
       asio::ssl::stream_base::server,
@@ -160,7 +161,8 @@ void Acceptor::handshake(Tcp::socket socket, const std::string& address) {
                          [&](const Pending& p) { return p.handshaking == stream; });
         if (pending == self->pending_.end()) return;  // dropped meanwhile
         if (error) {
-          self->log_failure(identity.address, handshake_failure(stream->native_handle(), error));
+          const auto failure = handshake_failure(stream->native_handle(), error);
+          self->log_failure(identity.address, failure.text(), failure.subject);
           self->pending_.erase(pending);
           return;
         }
@@ -177,6 +179,7 @@ void Acceptor::hand_on(std::list<Pending>::iterator pending, std::unique_ptr<Byt
                        PeerIdentity identity) {
   const ConnectionPtr connection = make_connection(io_, std::move(stream), std::move(identity));
   pending->connection = connection;
+  if (tls_) tls_->impl().watch(connection);
   on_accept_(connection);
 }
 
@@ -203,14 +206,16 @@ void Acceptor::sweep() {
   }
 }
 
-void Acceptor::log_failure(const std::string& address, const std::string& reason) {
+void Acceptor::log_failure(const std::string& address, const std::string& reason,
+                           const std::string& subject) {
   const auto now = std::chrono::steady_clock::now();
   if (now - logged_since_ > std::chrono::seconds(1)) {
     logged_since_ = now;
     logged_ = 0;
   }
   if (++logged_ <= kLoggedPerSecondMax) {
-    log_warn("handshake-failed", "a peer was not let in: " + reason, {{"address", address}});
+    log_warn("handshake-failed", "a peer was not let in: " + reason,
+             {{"address", address}, {"subject", subject.empty() ? "unknown" : subject}});
   }
 }
 

@@ -1,136 +1,210 @@
 #include "common/net/tls.h"
 
-#include <openssl/pem.h>
 #include <openssl/x509_vfy.h>
-#include <sys/stat.h>
 
-#include <cstdio>
+#include <chrono>
+#include <ctime>
 #include <memory>
+#include <thread>
+#include <utility>
 
+#include "common/base/check.h"
+#include "common/net/byte_stream.h"
 #include "common/net/io_thread_asio.h"
 #include "common/net/tls_impl.h"
 
 namespace tessera::net {
 namespace {
 
-using X509Ptr = std::unique_ptr<X509, decltype(&X509_free)>;
+// A renewal is two renames: a folder found in between is whole a moment later.
+constexpr int kTriesMax = 5;
+constexpr std::chrono::milliseconds kTryPause{50};
 
-std::string entry_of(X509* certificate, int nid) {
-  char text[256] = {};
-  X509_NAME* subject = X509_get_subject_name(certificate);
-  const int length = X509_NAME_get_text_by_NID(subject, nid, text, sizeof(text));
-  return length > 0 ? std::string(text, static_cast<std::size_t>(length)) : std::string();
+bool is_halfway(const Status& status) { return status.code() == StatusCode::kUnavailable; }
+
+// Where a TLS session keeps the subject of the certificate that it refused: OpenSSL itself forgets
+// one that does not verify.
+int refused_subject_index() {
+  static const int index = SSL_get_ex_new_index(
+      0, nullptr, nullptr, nullptr, [](void*, void* subject, CRYPTO_EX_DATA*, int, long, void*) {
+        delete static_cast<std::string*>(subject);
+      });
+  return index;
 }
 
-X509Ptr read_certificate(const std::string& path) {
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "re"),
-                                                       &std::fclose);
-  return {file ? PEM_read_X509(file.get(), nullptr, nullptr, nullptr) : nullptr, &X509_free};
+int keep_refused_subject(int is_good, X509_STORE_CTX* store) {
+  if (is_good == 1) return 1;
+  auto* const ssl =
+      static_cast<SSL*>(X509_STORE_CTX_get_ex_data(store, SSL_get_ex_data_X509_STORE_CTX_idx()));
+  X509* const certificate = X509_STORE_CTX_get0_cert(store);  // the peer's, not an issuer's
+  if (ssl != nullptr && certificate != nullptr &&
+      SSL_get_ex_data(ssl, refused_subject_index()) == nullptr) {
+    SSL_set_ex_data(ssl, refused_subject_index(), new std::string(subject_text(certificate)));
+  }
+  return 0;
 }
 
-Status check_files(const std::string& folder, const std::string& role) {
-  const std::string mend =
-      "; make it with 'tessera-keys init cluster' and 'tessera-keys add cluster " + role + " NAME'";
-  struct stat info {};
-  if (stat(folder.c_str(), &info) != 0 || !S_ISDIR(info.st_mode)) {
-    return Status::not_found("keys folder " + folder + " does not exist" + mend);
+std::string reason_of(long verdict) {
+  switch (verdict) {
+    case X509_V_ERR_CERT_HAS_EXPIRED:
+      return "has expired";
+    case X509_V_ERR_CERT_NOT_YET_VALID:
+      return "is not valid yet; do the clocks of both machines agree?";
+    case X509_V_ERR_CERT_REVOKED:
+      return "has been revoked";
+    case X509_V_ERR_DEPTH_ZERO_SELF_SIGNED_CERT:
+      return "is signed by itself and not by this cluster's CA";
+    case X509_V_ERR_SELF_SIGNED_CERT_IN_CHAIN:  // the other cluster's CA came with it
+    case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT:
+    case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT_LOCALLY:
+    case X509_V_ERR_UNABLE_TO_VERIFY_LEAF_SIGNATURE:
+    case X509_V_ERR_CERT_SIGNATURE_FAILURE:
+      return "is of another cluster: not signed by this one's CA";
+    default:
+      return std::string("is refused: ") + X509_verify_cert_error_string(verdict);
   }
-  for (const char* name : {"ca.crt", "node.crt", "node.key"}) {
-    const std::string path = folder + "/" + name;
-    if (stat(path.c_str(), &info) != 0)
-      return Status::not_found("keys folder " + folder + " has no " + name + mend);
-  }
-  if ((info.st_mode & (S_IRWXG | S_IRWXO)) != 0) {  // node.key, the last one looked at
-    return Status::permission_denied(folder + "/node.key can be read by others; run 'chmod 600 " +
-                                     folder + "/node.key'");
-  }
-  return Status::ok();
 }
 
-Status check_certificate(const std::string& folder, const std::string& role, std::string& name) {
-  const X509Ptr own = read_certificate(folder + "/node.crt");
-  const X509Ptr ca = read_certificate(folder + "/ca.crt");
-  if (!own || !ca)
-    return Status::permission_denied("keys folder " + folder +
-                                     ": node.crt or ca.crt is not a certificate");
-  name = entry_of(own.get(), NID_commonName);
-  const std::string own_role = entry_of(own.get(), NID_organizationalUnitName);
-  if (own_role != role) {
-    return Status::permission_denied(
-        "the certificate in " + folder + " has role '" + own_role + "', but role '" + role +
-        "' is needed; use a folder made by 'tessera-keys add cluster " + role + " NAME'");
-  }
-  if (X509_verify(own.get(), X509_get0_pubkey(ca.get())) != 1) {
-    return Status::permission_denied("the certificate in " + folder +
-                                     " is not signed by the ca.crt beside it");
-  }
-  if (X509_cmp_current_time(X509_get0_notAfter(own.get())) < 0) {
-    return Status::permission_denied(
-        "the certificate in " + folder +
-        " has expired; make a new one with 'tessera-keys add cluster " + role + " NAME'");
-  }
-  if (X509_cmp_current_time(X509_get0_notBefore(own.get())) > 0) {
-    return Status::permission_denied("the certificate in " + folder +
-                                     " is not valid yet; is this machine's clock right?");
-  }
-  return Status::ok();
-}
-
-void configure(asio::ssl::context& context, const std::string& folder) {
-  SSL_CTX* native = context.native_handle();
+void configure(asio::ssl::context& context, const KeyFolder& keys) {
+  SSL_CTX* const native = context.native_handle();
   SSL_CTX_set_min_proto_version(native, TLS1_3_VERSION);
   SSL_CTX_set_num_tickets(native, 0);
   SSL_CTX_set_session_cache_mode(native, SSL_SESS_CACHE_OFF);
-  context.load_verify_file(folder + "/ca.crt");
-  context.use_certificate_file(folder + "/node.crt", asio::ssl::context::pem);
-  context.use_private_key_file(folder + "/node.key", asio::ssl::context::pem);
-  context.set_verify_mode(asio::ssl::verify_peer | asio::ssl::verify_fail_if_no_peer_cert);
+  X509_STORE* const store = SSL_CTX_get_cert_store(native);
+  TESSERA_CHECK_EQ(X509_STORE_add_cert(store, keys.ca.get()), 1);
+  if (keys.revoked) {
+    TESSERA_CHECK_EQ(X509_STORE_add_crl(store, keys.revoked.get()), 1);
+    X509_STORE_set_flags(store, X509_V_FLAG_CRL_CHECK);
+  }
+  TESSERA_CHECK_EQ(SSL_CTX_use_certificate(native, keys.own.get()), 1);
+  TESSERA_CHECK_EQ(SSL_CTX_use_PrivateKey(native, keys.key.get()), 1);
+  SSL_CTX_set_verify(native, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT,
+                     &keep_refused_subject);
+}
+
+std::unique_ptr<TlsEnds> make_ends(const KeyFolder& keys) {
+  auto ends = std::make_unique<TlsEnds>();
+  configure(ends->server, keys);
+  configure(ends->client, keys);
+  return ends;
+}
+
+bool is_same(X509* a, X509* b) { return X509_cmp(a, b) == 0; }
+
+// Whether `fresh` may follow `used`: the same CA never takes back what it revoked.
+Status check_not_older(X509_CRL* used, X509_CRL* fresh, const std::string& folder) {
+  if (number_of(fresh) >= number_of(used)) return Status::ok();
+  return Status::permission_denied(
+      folder + "/crl.pem is older than the list in use, or missing; copy the newest one again");
 }
 
 }  // namespace
 
 Result<std::shared_ptr<TlsContext>> TlsContext::load(const std::string& folder,
                                                      const std::string& role) {
-  TESSERA_RETURN_IF_ERROR(check_files(folder, role));
+  auto keys = read_key_folder(folder, role);
+  for (int tries = 1; tries < kTriesMax && is_halfway(keys.status()); ++tries) {
+    std::this_thread::sleep_for(kTryPause);
+    keys = read_key_folder(folder, role);
+  }
+  if (!keys.is_ok()) return keys.status();
   auto impl = std::make_unique<Impl>();
-  TESSERA_RETURN_IF_ERROR(check_certificate(folder, role, impl->name));
-  try {
-    configure(impl->server, folder);
-    configure(impl->client, folder);
-  } catch (const asio::system_error& error) {
-    return Status::permission_denied("keys folder " + folder + ": " + error.what());
-  }
-  if (SSL_CTX_check_private_key(impl->client.native_handle()) != 1) {
-    return Status::permission_denied("keys folder " + folder +
-                                     ": node.key does not belong to node.crt");
-  }
+  impl->folder = folder;
+  impl->role = role;
+  impl->keys = std::move(*keys);
+  impl->ends = make_ends(impl->keys);
   return std::make_shared<TlsContext>(std::move(impl));
+}
+
+Result<bool> TlsContext::reload() {
+  KeyFolder& used = impl_->keys;
+  auto read = read_key_folder(impl_->folder, impl_->role);
+  Status status = read.status();
+  const bool is_same_ca = !read.is_ok() || is_same(read->ca.get(), used.ca.get());
+  if (status.is_ok() && read->name != used.name) {
+    status = Status::permission_denied("the certificate in " + impl_->folder + " is now that of '" +
+                                       read->name + "', and this process runs as '" + used.name +
+                                       "'; start it again to change its name");
+  }
+  if (status.is_ok() && is_same_ca)
+    status = check_not_older(used.revoked.get(), read->revoked.get(), impl_->folder);
+  const std::int64_t list_before = number_of(used.revoked.get());
+  bool is_new = false;
+  if (status.is_ok()) {
+    is_new = !is_same_ca || !is_same(read->own.get(), used.own.get()) ||
+             number_of(read->revoked.get()) != list_before;
+    used = std::move(*read);
+  } else if (auto list = read_revocations(impl_->folder, used.ca.get());
+             list.is_ok() && number_of(list->get()) > list_before) {
+    used.revoked = std::move(*list);  // revoking must not wait for a renewal
+    is_new = true;
+  }
+  if (is_new) {
+    impl_->ends = make_ends(used);
+    for (const auto& connection : impl_->open) impl_->end_if_revoked(connection.lock());
+  }
+  if (!status.is_ok()) return status;
+  return is_new;
+}
+
+void TlsContext::Impl::watch(const ConnectionPtr& connection) {
+  std::erase_if(open, [](const auto& other) { return other.expired(); });
+  open.push_back(connection);
+  end_if_revoked(connection);
+}
+
+void TlsContext::Impl::end_if_revoked(const ConnectionPtr& connection) const {
+  if (!connection || !is_revoked(keys.revoked.get(), connection->peer().serial)) return;
+  const PeerIdentity& peer = connection->peer();
+  end_connection_soon(
+      connection, Status::permission_denied("the certificate of " + peer.role + " '" + peer.name +
+                                            "' has been revoked"));
 }
 
 TlsContext::TlsContext(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 TlsContext::~TlsContext() = default;
-const std::string& TlsContext::name() const { return impl_->name; }
+const std::string& TlsContext::folder() const { return impl_->folder; }
+const std::string& TlsContext::name() const { return impl_->keys.name; }
+
+std::string TlsContext::certificate_text() const {
+  std::tm last_day{};
+  ASN1_TIME_to_tm(X509_get0_notAfter(impl_->keys.own.get()), &last_day);
+  char day[16];
+  std::strftime(day, sizeof(day), "%Y-%m-%d", &last_day);
+  return serial_text(impl_->keys.own.get()) + ", valid until " + day;
+}
 
 PeerIdentity identity_of(SSL* ssl) {
   PeerIdentity identity;
-  const X509Ptr certificate(SSL_get1_peer_certificate(ssl), &X509_free);
+  const Certificate certificate(SSL_get1_peer_certificate(ssl));
   if (!certificate) return identity;
   identity.is_authenticated = true;
   identity.role = entry_of(certificate.get(), NID_organizationalUnitName);
   identity.name = entry_of(certificate.get(), NID_commonName);
+  identity.serial = serial_text(certificate.get());
   return identity;
 }
 
-std::string handshake_failure(SSL* ssl, const asio::error_code& error) {
-  const long result = SSL_get_verify_result(ssl);
-  if (result == X509_V_OK) return error.message();
-  const X509Ptr certificate(SSL_get1_peer_certificate(ssl), &X509_free);
-  std::string text = X509_verify_cert_error_string(result);
-  if (certificate) {
-    text = "certificate of " + entry_of(certificate.get(), NID_organizationalUnitName) + " '" +
-           entry_of(certificate.get(), NID_commonName) + "': " + text;
+HandshakeFailure handshake_failure(SSL* ssl, const asio::error_code& error) {
+  const long verdict = SSL_get_verify_result(ssl);
+  const auto* const subject =
+      static_cast<const std::string*>(SSL_get_ex_data(ssl, refused_subject_index()));
+  if (is_certificate_alert(error)) return {"", "it refused our certificate: " + error.message()};
+  if (verdict == X509_V_OK || subject == nullptr) return {"", error.message()};
+  return {*subject, reason_of(verdict)};
+}
+
+bool is_certificate_alert(const asio::error_code& error) {
+  if (error.category() != asio::error::get_ssl_category()) return false;
+  const int reason = ERR_GET_REASON(static_cast<unsigned long>(error.value()));
+  for (const int alert :
+       {SSL_R_SSLV3_ALERT_BAD_CERTIFICATE, SSL_R_SSLV3_ALERT_UNSUPPORTED_CERTIFICATE,
+        SSL_R_SSLV3_ALERT_CERTIFICATE_REVOKED, SSL_R_SSLV3_ALERT_CERTIFICATE_EXPIRED,
+        SSL_R_SSLV3_ALERT_CERTIFICATE_UNKNOWN, SSL_R_TLSV1_ALERT_UNKNOWN_CA,
+        SSL_R_TLSV13_ALERT_CERTIFICATE_REQUIRED}) {
+    if (reason == alert) return true;
   }
-  return text;
+  return false;
 }
 
 }  // namespace tessera::net

@@ -1,6 +1,13 @@
-// Mutual TLS 1.3 with one cluster CA. A credentials folder, made by tessera-keys, holds ca.crt,
-// node.crt and node.key; the certificate's organizational unit is the role (master, slave, app),
-// its common name the node's name.
+// Mutual TLS 1.3 with one cluster CA, and credentials that may change under way. A credentials
+// folder, made by tessera-keys, holds ca.crt, node.crt and node.key, and crl.pem where something
+// was revoked; the certificate's organizational unit is the role (master, slave, app), its common
+// name the node's name.
+//
+// Threads. load(): any. Afterwards one io thread, the one of the connections made with it.
+//
+// Invariants. (1) What is in use fits together: a folder is taken over whole or not at all. (2) A
+// connection lives on with the certificates that it began with, unless the peer's is revoked: then
+// it ends as soon as the list is read. (3) A list older than the one in use is never taken.
 #pragma once
 
 #include <memory>
@@ -13,14 +20,21 @@ namespace tessera::net {
 class TlsContext {
  public:
   // Reads and checks `folder`: files present, key not readable by others, key fits certificate,
-  // certificate signed by the CA, in date, of role `role`. Returns: kPermissionDenied or kNotFound
-  // with the command that mends it.
+  // certificate signed by the CA, in date, not revoked, of role `role`. Returns: kPermissionDenied,
+  // kNotFound or kUnavailable (key and certificate do not fit) with the command that mends it.
   static Result<std::shared_ptr<TlsContext>> load(const std::string& folder,
                                                   const std::string& role);
 
-  ~TlsContext();
-  const std::string& name() const;  // common name of our own certificate
+  // Reads the folder again: connections from now on use what it holds, open ones whose peer is
+  // revoked end (on_closed, kPermissionDenied). Returns: whether anything is new; or what is wrong,
+  // and then certificate and key stay as they were, while a good crl.pem counts all the same.
+  Result<bool> reload();
 
+  const std::string& folder() const;
+  const std::string& name() const;       // common name of our own certificate
+  std::string certificate_text() const;  // its serial number and last day, for logs
+
+  ~TlsContext();
   struct Impl;
   Impl& impl() const { return *impl_; }
   explicit TlsContext(std::unique_ptr<Impl> impl);

@@ -25,7 +25,8 @@ int run_command(int argc, const char* const* argv) {
   // An application's terminal shows progress; the log keeps to warnings unless asked.
   init_log(is_daemon ? options.log_level : std::max(options.log_level, LogLevel::kWarn),
            options.log_format);
-  const SignalWatch signals;
+  const SignalWatch signals(
+      /*watches_hangup=*/!options.session.listen.empty() && !options.session.keys_folder.empty());
   try {
     switch (options.command) {
       case Command::kServe:

@@ -67,6 +67,7 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
 MasterHost::~MasterHost() {
   for (auto& slave : slaves_) slave->stop();
   io_.run_and_wait([this] {
+    credentials_.reset();
     listener_.reset();
     if (frame_loop_) frame_loop_->shutdown();
   });
@@ -88,6 +89,7 @@ Status MasterHost::listen_at(const SessionOptions& options) {
     });
     if (listener.is_ok()) {
       listener_ = std::move(*listener);
+      if (*tls) credentials_ = std::make_unique<net::CredentialsWatch>(io_, *tls);
     } else {
       status = listener.status();
     }

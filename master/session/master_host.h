@@ -11,6 +11,7 @@
 
 #include "common/base/status.h"
 #include "common/net/connection.h"
+#include "common/net/credentials_watch.h"
 #include "common/net/io_thread.h"
 #include "master/frame_loop/frame_loop.h"
 #include "master/session/session.h"
@@ -38,9 +39,10 @@ class MasterHost {
   slave::LinkFactory local_link_factory();
 
   net::IoThread io_{"master-net"};
-  std::unique_ptr<FrameLoop> frame_loop_;    // io_ thread
-  std::unique_ptr<net::Listener> listener_;  // io_ thread; null when nothing listens
-  std::unique_ptr<net::IoThread> slave_io_;  // of the local slaves; null without
+  std::unique_ptr<FrameLoop> frame_loop_;               // io_ thread
+  std::unique_ptr<net::Listener> listener_;             // io_ thread; null when nothing listens
+  std::unique_ptr<net::CredentialsWatch> credentials_;  // io_ thread; null without keys
+  std::unique_ptr<net::IoThread> slave_io_;             // of the local slaves; null without
   std::vector<std::unique_ptr<slave::SlaveHost>> slaves_;
 };
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/base/limits.h"
+#include "common/net/credentials_watch.h"
 #include "common/scene/validate.h"
 #include "master/session/app_client.h"
 #include "master/session/master_host.h"
@@ -17,11 +18,13 @@ constexpr std::chrono::milliseconds kStatusDeadline{5000};
 // The net thread and the client on it; destroyed in order, on the right threads.
 struct Link {
   net::IoThread io{"app-net"};
-  std::unique_ptr<net::ConnectAttempt> attempt;  // io thread
-  std::unique_ptr<AppClient> client;             // io thread
+  std::unique_ptr<net::CredentialsWatch> credentials;  // io thread; null without keys
+  std::unique_ptr<net::ConnectAttempt> attempt;        // io thread
+  std::unique_ptr<AppClient> client;                   // io thread
 
   ~Link() {
     io.run_and_wait([this] {  // after every task posted so far
+      credentials.reset();
       attempt.reset();
       client.reset();
     });
@@ -47,6 +50,7 @@ struct Link {
       if (!answer(reason) && forward) forward(std::move(reason));
     };
     io.post([this, endpoint = *endpoint, tls = *tls, role, name = options.name, callbacks, answer] {
+      if (tls) credentials = std::make_unique<net::CredentialsWatch>(io, tls);
       attempt = net::connect(
           io, endpoint, tls, "master", std::chrono::milliseconds(kHandshakeMs),
           [this, role, name, callbacks, answer](Result<net::ConnectionPtr> connection) {

@@ -74,5 +74,63 @@ TEST_F(KeyStore, LoadRefusesWhatIsNotFitToUse) {
   EXPECT_FALSE(TlsContext::load(other + "/x", "slave").is_ok()) << "the key of another certificate";
 }
 
+TEST_F(KeyStore, OneThatIsNotValidYetIsRefused) {
+  ASSERT_TRUE(add_key(keys_, "slave", "early", kNodeDays, 2).is_ok());
+  auto context = TlsContext::load(keys_ + "/early", "slave");
+  ASSERT_FALSE(context.is_ok());
+  EXPECT_NE(context.status().message().find("not valid yet"), std::string::npos);
+}
+
+TEST_F(KeyStore, RenewingChangesKeyAndCertificateAndNothingElse) {
+  ASSERT_TRUE(add_key(keys_, "master", "m", -1).is_ok());
+  ASSERT_FALSE(TlsContext::load(keys_ + "/m", "master").is_ok()) << "expired";
+  const Status renewed = renew_key(keys_, "m", kNodeDays);
+  ASSERT_TRUE(renewed.is_ok()) << renewed.message();
+  auto context = TlsContext::load(keys_ + "/m", "master");
+  ASSERT_TRUE(context.is_ok()) << context.status().message();
+  EXPECT_EQ((*context)->name(), "m");
+  struct stat info {};
+  ASSERT_EQ(stat((keys_ + "/m/node.key").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777, 0600u);
+  EXPECT_FALSE(std::filesystem::exists(keys_ + "/m/node.key.new"));
+  EXPECT_EQ(renew_key(keys_, "nobody", kNodeDays).code(), StatusCode::kNotFound);
+  EXPECT_EQ(renew_key(keys_, "../m", kNodeDays).code(), StatusCode::kInvalidArgument);
+}
+
+TEST_F(KeyStore, RevokingANameRevokesAllThatWasEverMadeForItAndNothingElse) {
+  ASSERT_TRUE(add_key(keys_, "slave", "a", kNodeDays).is_ok());
+  ASSERT_TRUE(add_key(keys_, "slave", "b", kNodeDays).is_ok());
+  const std::string stolen = folder_ / "stolen";
+  std::filesystem::copy(keys_ + "/a", stolen);
+  ASSERT_TRUE(renew_key(keys_, "a", kNodeDays).is_ok());
+  for (int i = 0; i < 2; ++i) {  // again is no error
+    const Status revoked = revoke_key(keys_, "a");
+    ASSERT_TRUE(revoked.is_ok()) << revoked.message();
+  }
+  std::filesystem::copy(keys_ + "/crl.pem", stolen + "/crl.pem");
+  for (const std::string& folder : {keys_ + "/a", stolen}) {
+    auto context = TlsContext::load(folder, "slave");
+    ASSERT_FALSE(context.is_ok()) << folder;
+    EXPECT_NE(context.status().message().find("revoked"), std::string::npos);
+  }
+  EXPECT_TRUE(TlsContext::load(keys_ + "/b", "slave").is_ok());
+  EXPECT_TRUE(std::filesystem::exists(keys_ + "/b/crl.pem")) << "every node is told";
+  ASSERT_TRUE(renew_key(keys_, "a", kNodeDays).is_ok());
+  EXPECT_TRUE(TlsContext::load(keys_ + "/a", "slave").is_ok()) << "a new one for the same name";
+  ASSERT_TRUE(add_key(keys_, "slave", "c", kNodeDays).is_ok());
+  EXPECT_TRUE(std::filesystem::exists(keys_ + "/c/crl.pem")) << "and who comes later, too";
+  EXPECT_EQ(revoke_key(keys_, "nobody").code(), StatusCode::kNotFound);
+}
+
+TEST_F(KeyStore, ADamagedListIsNeverTakenForAnEmptyOne) {
+  ASSERT_TRUE(add_key(keys_, "slave", "a", kNodeDays).is_ok());
+  ASSERT_TRUE(add_key(keys_, "slave", "b", kNodeDays).is_ok());
+  folder_.write("keys/crl.pem", "-----BEGIN X509 CRL-----\nAAAA\n-----END X509 CRL-----\n");
+  EXPECT_FALSE(revoke_key(keys_, "b").is_ok());
+  EXPECT_FALSE(add_key(keys_, "slave", "c", kNodeDays).is_ok());
+  folder_.write("keys/a/crl.pem", "nothing");
+  EXPECT_FALSE(TlsContext::load(keys_ + "/a", "slave").is_ok());
+}
+
 }  // namespace
 }  // namespace tessera::net

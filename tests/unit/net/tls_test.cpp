@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <future>
+#include <thread>
 
 #include "common/net/connection.h"
+#include "common/net/credentials_watch.h"
 #include "common/net/key_store.h"
 #include "tests/support/net_peer.h"
 #include "tests/support/temp_folder.h"
@@ -32,6 +35,16 @@ class Tls : public ::testing::Test {
 
   std::shared_ptr<TlsContext> context(const std::string& cluster, const std::string& role) {
     auto loaded = TlsContext::load(folder_ / (cluster + "/" + role), role);
+    EXPECT_TRUE(loaded.is_ok()) << loaded.status().message();
+    return loaded.is_ok() ? *loaded : nullptr;
+  }
+
+  // The credentials of a node that has not heard of any revocation, its own included.
+  std::shared_ptr<TlsContext> unaware(const std::string& cluster, const std::string& role) {
+    const std::string copy = folder_ / ("copy-" + std::to_string(++copies_));
+    std::filesystem::copy(folder_ / (cluster + "/" + role), copy);
+    std::filesystem::remove(copy + "/crl.pem");
+    auto loaded = TlsContext::load(copy, role);
     EXPECT_TRUE(loaded.is_ok()) << loaded.status().message();
     return loaded.is_ok() ? *loaded : nullptr;
   }
@@ -69,6 +82,7 @@ class Tls : public ::testing::Test {
   std::unique_ptr<Listener> listener_;
   std::unique_ptr<ConnectAttempt> attempt_;
   std::promise<ConnectionPtr> accepted_;
+  int copies_ = 0;
 };
 
 TEST_F(Tls, BothEndsKnowWhoTheOtherIs) {
@@ -119,6 +133,125 @@ TEST_F(Tls, PlainToTlsAndTlsToPlainFail) {
   io_.run_and_wait([this] { listener_.reset(); });
   serve(nullptr);
   EXPECT_TRUE(is_refused(dial(context("one", "slave"))));
+}
+
+TEST_F(Tls, WhoIsRefusedIsNamedWithTheReason) {
+  ASSERT_TRUE(revoke_key(folder_ / "one", "master").is_ok());
+  serve(unaware("one", "master"));
+  auto dialled = dial(context("one", "slave"));
+  ASSERT_FALSE(dialled.is_ok());
+  EXPECT_EQ(dialled.status().code(), StatusCode::kPermissionDenied);
+  EXPECT_NE(dialled.status().message().find("certificate of master 'master' has been revoked"),
+            std::string::npos)
+      << dialled.status().message();
+  dialled = dial(context("two", "slave"));
+  ASSERT_FALSE(dialled.is_ok());
+  EXPECT_NE(dialled.status().message().find("'master' is of another cluster"), std::string::npos)
+      << dialled.status().message();
+}
+
+TEST_F(Tls, ARevokedPeerIsThrownOutOfAnOpenSessionAndOthersStay) {
+  const std::string keys = folder_ / "one";
+  ASSERT_TRUE(add_key(keys, "slave", "other", kNodeDays).is_ok());
+  auto master = context("one", "master");
+  serve(master);
+  test::NetPeer thief(io_), other(io_), at_master(io_), other_at_master(io_);
+  auto dialled = dial(context("one", "slave"));
+  ASSERT_TRUE(dialled.is_ok());
+  thief.adopt(std::move(*dialled));
+  at_master.adopt(accepted_.get_future().get());
+  accepted_ = {};
+  dialled = dial(*TlsContext::load(keys + "/other", "slave"));
+  ASSERT_TRUE(dialled.is_ok());
+  other.adopt(std::move(*dialled));
+  other_at_master.adopt(accepted_.get_future().get());
+  ASSERT_TRUE(revoke_key(keys, "slave").is_ok());
+  io_.run_and_wait([&] {
+    const auto is_new = master->reload();
+    ASSERT_TRUE(is_new.is_ok()) << is_new.status().message();
+    EXPECT_TRUE(*is_new);
+  });
+  const Status end = at_master.wait_for_end();
+  EXPECT_EQ(end.code(), StatusCode::kPermissionDenied);
+  EXPECT_NE(end.message().find("slave 'slave'"), std::string::npos) << end.message();
+  EXPECT_FALSE(thief.wait_for_end().is_ok());
+  other.send(3, "still here", {});
+  EXPECT_TRUE(other_at_master.next_record().has_value());
+  accepted_ = {};
+  EXPECT_TRUE(is_refused(dial(unaware("one", "slave")))) << "it cannot come back";
+}
+
+TEST_F(Tls, ARenewedCertificateIsForNewConnectionsAndOldOnesLiveOn) {
+  const std::string keys = folder_ / "one";
+  auto master = context("one", "master");
+  serve(master);
+  test::NetPeer here(io_), there(io_), here_again(io_);
+  auto dialled = dial(context("one", "slave"));
+  ASSERT_TRUE(dialled.is_ok());
+  here.adopt(std::move(*dialled));
+  there.adopt(accepted_.get_future().get());
+  ASSERT_TRUE(renew_key(keys, "master", kNodeDays).is_ok());
+  io_.run_and_wait([&] {
+    const auto is_new = master->reload();
+    EXPECT_TRUE(is_new.is_ok() && *is_new);
+    const auto again = master->reload();
+    EXPECT_TRUE(again.is_ok() && !*again) << "nothing changed since";
+  });
+  here.send(3, "on the old one", {});
+  EXPECT_TRUE(there.next_record().has_value());
+  accepted_ = {};
+  dialled = dial(context("one", "slave"));
+  ASSERT_TRUE(dialled.is_ok());
+  here_again.adopt(std::move(*dialled));
+  io_.run_and_wait(
+      [&] { EXPECT_NE(here.connection().peer().serial, here_again.connection().peer().serial); });
+}
+
+TEST_F(Tls, AReloadThatFailsKeepsTheOldCredentialsAndAGoodListCountsAllTheSame) {
+  const std::string keys = folder_ / "one";
+  auto master = context("one", "master");
+  serve(master);
+  ASSERT_TRUE(renew_key(keys, "app", kNodeDays).is_ok());
+  std::filesystem::copy_file(keys + "/app/node.key", keys + "/master/node.key",
+                             std::filesystem::copy_options::overwrite_existing);
+  const auto reload = [&] {
+    Status status;
+    io_.run_and_wait([&] { status = master->reload().status(); });
+    return status;
+  };
+  EXPECT_EQ(reload().code(), StatusCode::kUnavailable) << "key and certificate do not fit";
+  auto dialled = dial(context("one", "slave"));
+  ASSERT_TRUE(dialled.is_ok()) << dialled.status().message();
+  test::NetPeer there(io_);
+  there.adopt(accepted_.get_future().get());
+  ASSERT_TRUE(revoke_key(keys, "slave").is_ok());
+  EXPECT_FALSE(reload().is_ok());
+  EXPECT_EQ(there.wait_for_end().code(), StatusCode::kPermissionDenied);
+  ASSERT_TRUE(renew_key(keys, "master", kNodeDays).is_ok());
+  EXPECT_TRUE(reload().is_ok());
+  std::filesystem::remove(keys + "/master/crl.pem");
+  EXPECT_NE(reload().message().find("older"), std::string::npos) << "nothing is taken back";
+}
+
+TEST_F(Tls, AFolderThatChangesIsReadByItself) {
+  const std::string keys = folder_ / "one";
+  auto master = context("one", "master");
+  std::unique_ptr<CredentialsWatch> watch;
+  io_.run_and_wait([&] {
+    watch = std::make_unique<CredentialsWatch>(io_, master, std::chrono::milliseconds(5));
+  });
+  const auto text = [&] {
+    std::string now;
+    io_.run_and_wait([&] { now = master->certificate_text(); });
+    return now;
+  };
+  const std::string before = text();
+  ASSERT_TRUE(renew_key(keys, "master", kNodeDays).is_ok());
+  const TimePoint deadline = Clock::now() + std::chrono::seconds(20);
+  while (text() == before && Clock::now() < deadline)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_NE(text(), before);
+  io_.run_and_wait([&] { watch.reset(); });
 }
 
 }  // namespace

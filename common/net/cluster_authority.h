@@ -1,0 +1,47 @@
+// The CA of a cluster: makes certificates of nodes and the list of those that count no more. Behind
+// key_store, for common/net alone.
+//
+// Threads. Any; nothing is shared.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/net/x509.h"
+
+namespace tessera::net {
+
+struct NodeIdentity {
+  std::string role;
+  std::string name;
+};
+
+// In days from now. days < 0: expired so many days ago.
+struct Validity {
+  int days = 0;
+  int starts_in_days = 0;
+};
+
+struct KeyPair {
+  PrivateKey key;
+  Certificate certificate;
+};
+
+class ClusterAuthority {
+ public:
+  static KeyPair make();
+  // Reads ca.crt and ca.key. Returns: kNotFound with the command that makes them.
+  static Result<ClusterAuthority> open(const std::string& folder);
+
+  KeyPair issue(const NodeIdentity& node, const Validity& validity) const;
+  // `old` (may be null) and these serial numbers, under the next number.
+  RevocationList revoke(X509_CRL* old, const std::vector<std::string>& serials) const;
+  X509* certificate() const { return ca_.certificate.get(); }
+
+ private:
+  explicit ClusterAuthority(KeyPair ca) : ca_(std::move(ca)) {}
+  KeyPair ca_;
+};
+
+}  // namespace tessera::net

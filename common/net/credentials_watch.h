@@ -1,0 +1,37 @@
+// Keeps the credentials in use those that lie in their folder: reads it again on SIGHUP, and when
+// its files have changed and then lain still for one look. One log line for each reload and for
+// each reason why one failed.
+//
+// Threads. The io thread of the credentials, construction and destruction included.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "common/net/io_thread.h"
+#include "common/net/tls.h"
+
+namespace tessera::net {
+
+// So that a revocation counts within two of them, without a signal: far below the 60 s promised.
+inline constexpr std::chrono::milliseconds kCredentialsLook{1000};
+
+class CredentialsWatch {
+ public:
+  CredentialsWatch(IoThread& io, std::shared_ptr<TlsContext> tls,
+                   std::chrono::milliseconds look = kCredentialsLook);
+
+ private:
+  void look();
+  void reload(bool is_asked_for);
+
+  const std::shared_ptr<TlsContext> tls_;
+  std::uint64_t hangups_;
+  std::string read_stamp_, last_stamp_;  // of what was read last; of the last look
+  std::string last_failure_;             // said once
+  Timer timer_;
+};
+
+}  // namespace tessera::net

@@ -1,0 +1,53 @@
+// Certificates, keys and revocation lists of OpenSSL: owners, reading, and what is asked of them.
+// For common/net alone: no header outside this folder includes it, so that OpenSSL stays here.
+//
+// Threads. Any; nothing is shared.
+#pragma once
+
+#include <openssl/pem.h>
+#include <openssl/x509.h>
+#include <openssl/x509v3.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "common/base/status.h"
+
+namespace tessera::net {
+
+struct OpenSslFree {
+  void operator()(EVP_PKEY* p) const { EVP_PKEY_free(p); }
+  void operator()(X509* p) const { X509_free(p); }
+  void operator()(X509_CRL* p) const { X509_CRL_free(p); }
+  void operator()(BIO* p) const { BIO_free(p); }
+};
+using PrivateKey = std::unique_ptr<EVP_PKEY, OpenSslFree>;
+using Certificate = std::unique_ptr<X509, OpenSslFree>;
+using RevocationList = std::unique_ptr<X509_CRL, OpenSslFree>;
+using Bio = std::unique_ptr<BIO, OpenSslFree>;
+
+// Null where the file is not there or is something else.
+Certificate read_certificate(const std::string& path);
+PrivateKey read_private_key(const std::string& path);
+RevocationList read_revocation_list(const std::string& path);
+
+std::string pem_of(EVP_PKEY* key);
+std::string pem_of(X509* certificate);
+std::string pem_of(X509_CRL* list);
+
+// One entry of the subject, such as NID_commonName: at most 255 bytes, what is not printable ASCII
+// replaced by '?'. A peer may have written it.
+std::string entry_of(X509* certificate, int nid);
+// "slave 'a'", or "without a name".
+std::string subject_text(X509* certificate);
+// In hexadecimal digits, as in a certificate's dump.
+std::string serial_text(const ASN1_INTEGER* serial);
+std::string serial_text(X509* certificate);
+
+// Whether the certificate with this serial number is revoked. list may be null: nobody is.
+bool is_revoked(X509_CRL* list, const std::string& serial);
+// Rises with every list that a CA makes; 0 for none.
+std::int64_t number_of(X509_CRL* list);
+
+}  // namespace tessera::net
