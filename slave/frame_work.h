@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "common/base/clock.h"
 #include "common/frame/tile_grid.h"
 #include "common/wire/messages.h"
 #include "slave/core/render/prepared_scene.h"
@@ -33,6 +34,7 @@ struct TileJob {
   std::shared_ptr<FrameWork> frame;
   TileIndex tile = 0;
   Attempt attempt = 0;
+  TimePoint arrived;  // its lease did
 };
 
 }  // namespace tessera::slave

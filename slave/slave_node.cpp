@@ -65,7 +65,11 @@ struct SlaveNode::Impl {
   SceneVersion first_kept = 0;
   std::map<SceneVersion, std::shared_ptr<const core::PreparedScene>> built;
   std::map<FrameId, std::shared_ptr<FrameWork>> frames;
-  std::deque<wire::TileResult> results;  // waiting for the wire
+  struct WaitingResult {
+    TimePoint leased;
+    wire::TileResult result;
+  };
+  std::deque<WaitingResult> results;  // waiting for the wire
 };
 
 SlaveNode::SlaveNode(net::EventLoop& loop, const SlaveOptions& options, LinkFactory open_link,
@@ -170,7 +174,7 @@ Status SlaveNode::Impl::on_lease(const wire::TileLease& lease) {
     return Status::data_loss("TileLease of tile " + std::to_string(lease.tile) +
                              ": the frame has " + std::to_string(frame->second->grid.tile_count()));
   }
-  TileJob job{frame->second, lease.tile, lease.attempt};
+  TileJob job{frame->second, lease.tile, lease.attempt, Clock::now()};
   if (is_leaving || job.frame->scene == nullptr) {
     give_back(job);
   } else if (!workshop.try_push(std::move(job))) {
@@ -188,7 +192,7 @@ Status SlaveNode::Impl::on_frame_end(const wire::FrameEnd& end) {
   }
   frame->second->is_cancelled = true;
   workshop.remove_frame(frame->second.get());
-  std::erase_if(results, [&end](const wire::TileResult& r) { return r.frame == end.frame; });
+  std::erase_if(results, [&end](const WaitingResult& r) { return r.result.frame == end.frame; });
   frames.erase(frame);
   workshop.set_open_frames(frames.size());
   return Status::ok();
@@ -198,7 +202,7 @@ void SlaveNode::Impl::on_tile_done(const TileJob& job, std::optional<wire::TileR
   if (job.frame->generation != generation) return;       // of a session that is gone
   if (!frames.contains(job.frame->begin.frame)) return;  // ended meanwhile: nobody waits for it
   if (!result) return give_back(job);
-  results.push_back(std::move(*result));
+  results.push_back({job.arrived, std::move(*result)});
   flush_results();
 }
 
@@ -209,7 +213,9 @@ void SlaveNode::Impl::give_back(const TileJob& job) {
 void SlaveNode::Impl::flush_results() {
   if (!link) return;
   while (!results.empty() && link->tile_queue_bytes() < kSendQueueBytesMax) {
-    link->send_tile(std::move(results.front()));
+    wire::TileResult& result = results.front().result;
+    result.held_seconds = seconds(Clock::now() - results.front().leased);
+    link->send_tile(std::move(result));
     results.pop_front();
   }
   // on_drained tells of the connection's own bound, which may be far above ours.

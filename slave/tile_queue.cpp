@@ -1,5 +1,6 @@
 #include "slave/tile_queue.h"
 
+#include <iterator>
 #include <utility>
 
 namespace tessera::slave {
@@ -8,7 +9,12 @@ bool TileQueue::try_push(TileJob job) {
   {
     MutexLock lock(mutex_);
     if (is_closed_ || jobs_.size() >= capacity_) return false;
-    jobs_.push_back(std::move(job));
+    // Almost always at the end. A tile of an older frame that comes late (its first slave was lost,
+    // or is slow) is what somebody waits for.
+    auto place = jobs_.end();
+    while (place != jobs_.begin() && job.frame->begin.frame < std::prev(place)->frame->begin.frame)
+      --place;
+    jobs_.insert(place, std::move(job));
   }
   not_empty_.notify_one();
   return true;

@@ -2,7 +2,7 @@
 // threads lose on it: waiting on an empty queue counts as starved while a frame is open.
 //
 // Threads. TileQueue: any thread. StarvationClock: pure, guarded by the queue's mutex.
-// Invariants. (1) At most `capacity` jobs. (2) First in, first out. (3) After close() nothing
+// Invariants. (1) At most `capacity` jobs. (2) First in, first out within a frame; older frames first. (3) After close() nothing
 // enters.
 #pragma once
 

@@ -14,7 +14,8 @@ inline constexpr int kImageSideMaxPx = 16384;
 // is one 4x4 bundle.
 inline constexpr int kTileEdgeMinPx = 4;
 inline constexpr int kTileEdgeMaxPx = 256;
-inline constexpr int kTileEdgeAutoPx = 32;
+inline constexpr int kTileEdgeAuto = 0;     // the master chooses
+inline constexpr int kTileEdgeAutoPx = 32;  // before it knows what a pixel costs
 inline constexpr std::size_t kTilePayloadBytesMax =
     std::size_t{kTileEdgeMaxPx} * kTileEdgeMaxPx * 3 * sizeof(float);
 

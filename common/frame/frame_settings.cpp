@@ -49,7 +49,10 @@ Result<PixelFormat> parse_pixel_format(std::string_view text) {
 Status validate_frame_settings(const FrameSettings& s) {
   TESSERA_RETURN_IF_ERROR(check_range("frame width", s.width_px, 1, kImageSideMaxPx));
   TESSERA_RETURN_IF_ERROR(check_range("frame height", s.height_px, 1, kImageSideMaxPx));
-  TESSERA_RETURN_IF_ERROR(check_range("tile edge", s.tile_edge_px, kTileEdgeMinPx, kTileEdgeMaxPx));
+  if (s.tile_edge_px != kTileEdgeAuto) {
+    TESSERA_RETURN_IF_ERROR(
+        check_range("tile edge", s.tile_edge_px, kTileEdgeMinPx, kTileEdgeMaxPx));
+  }
   TESSERA_RETURN_IF_ERROR(
       check_range("samples per pixel", s.samples_per_pixel, 1, kSamplesPerPixelMax));
   TESSERA_RETURN_IF_ERROR(check_range("light samples", s.light_samples, 1, kLightSamplesMax));

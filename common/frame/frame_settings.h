@@ -36,7 +36,8 @@ struct FrameSettings {
   Camera camera;
   Renderer renderer = Renderer::kDirect;
   PixelFormat pixel_format = PixelFormat::kFloat;
-  int tile_edge_px = 32;      // in [kTileEdgeMinPx, kTileEdgeMaxPx]
+  // In [kTileEdgeMinPx, kTileEdgeMaxPx], or kTileEdgeAuto as long as no master has it in work.
+  int tile_edge_px = 32;
   int samples_per_pixel = 1;  // in [1, kSamplesPerPixelMax]
   int light_samples = 4;      // per area light, in [1, kLightSamplesMax]
   std::uint32_t seed = 0;

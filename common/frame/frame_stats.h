@@ -36,12 +36,17 @@ struct FrameStats {
   std::uint32_t tile_edge_px = 0;
   std::uint32_t tiles_reissued = 0;
   std::uint32_t tiles_rejected = 0;
+  std::uint32_t tiles_duplicated = 0;  // leased a second time to end the frame sooner
   RayCounts rays;
   std::uint64_t bytes_to_slaves = 0;
   std::uint64_t bytes_from_slaves = 0;
-  double build_seconds = 0;  // slowest slave's build of this scene version
-  double utilisation = 0;    // 1 - starved / available worker time
-  Digest digest;             // of the pixels in the frame's format, row by row from the top
+  double build_seconds = 0;   // slowest slave's build of this scene version
+  double utilisation = 0;     // 1 - starved / available worker time
+  double render_seconds = 0;  // on render threads, over all accepted tiles
+  // Tiles that a slave may hold, the ones in work included: least and most over the slaves, as the
+  // frame ended.
+  std::uint32_t prefetch_min = 0, prefetch_max = 0;
+  Digest digest;  // of the pixels in the frame's format, row by row from the top
 };
 
 // One slave as a person sees it.

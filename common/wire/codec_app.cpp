@@ -26,6 +26,10 @@ net::Record encode_one(FrameDone m) {
   h.set_bytes_from_slaves(s.bytes_from_slaves);
   h.set_build_seconds(s.build_seconds);
   h.set_utilisation(s.utilisation);
+  h.set_tiles_duplicated(s.tiles_duplicated);
+  h.set_render_seconds(s.render_seconds);
+  h.set_prefetch_min(s.prefetch_min);
+  h.set_prefetch_max(s.prefetch_max);
   h.set_digest(s.digest.bytes.data(), s.digest.bytes.size());
   h.set_error(clean_line(std::move(m.error)));
   h.set_tile_slave_count(static_cast<std::uint32_t>(m.tile_slave.size()));
@@ -46,6 +50,7 @@ Result<Message> decode_frame_done(net::ReceivedRecord record) {
   check.range("tile_edge_px", h.tile_edge_px(), 0, kTileEdgeMaxPx);
   check.not_negative("build_seconds", h.build_seconds());
   check.finite("utilisation", h.utilisation());
+  check.not_negative("render_seconds", h.render_seconds());
   check.range("digest bytes", h.digest().size(), sizeof(Digest), sizeof(Digest));
   check.line("error", h.error());
   check.range("tile_slave_count", h.tile_slave_count(), 0, kTilesPerFrameMax);
@@ -68,6 +73,10 @@ Result<Message> decode_frame_done(net::ReceivedRecord record) {
   s.bytes_from_slaves = h.bytes_from_slaves();
   s.build_seconds = h.build_seconds();
   s.utilisation = h.utilisation();
+  s.tiles_duplicated = h.tiles_duplicated();
+  s.render_seconds = h.render_seconds();
+  s.prefetch_min = h.prefetch_min();
+  s.prefetch_max = h.prefetch_max();
   std::memcpy(s.digest.bytes.data(), h.digest().data(), sizeof(Digest));
   m.error = std::move(*h.mutable_error());
   m.tile_slave.resize(h.tile_slave_count());

@@ -28,13 +28,15 @@ void put_settings(const FrameSettings& s, proto::FrameSettings& h) {
 }
 
 // The numbers are narrowed only after their range is known.
-void get_settings(const proto::FrameSettings& h, FieldCheck& check, FrameSettings& s) {
+void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldCheck& check,
+                  FrameSettings& s) {
   check.range("settings.width_px", h.width_px(), 1, kImageSideMaxPx);
   check.range("settings.height_px", h.height_px(), 1, kImageSideMaxPx);
   check.range("settings.renderer", h.renderer(), 0, static_cast<std::uint64_t>(Renderer::kDirect));
   check.range("settings.pixel_format", h.pixel_format(), 0,
               static_cast<std::uint64_t>(PixelFormat::kDisplay8));
-  check.range("settings.tile_edge_px", h.tile_edge_px(), kTileEdgeMinPx, kTileEdgeMaxPx);
+  if (h.tile_edge_px() != static_cast<std::uint32_t>(tile_edge_also_px))
+    check.range("settings.tile_edge_px", h.tile_edge_px(), kTileEdgeMinPx, kTileEdgeMaxPx);
   check.range("settings.samples_per_pixel", h.samples_per_pixel(), 1, kSamplesPerPixelMax);
   check.range("settings.light_samples", h.light_samples(), 1, kLightSamplesMax);
   if (!check.is_ok()) return;
@@ -73,7 +75,7 @@ Result<Message> decode_frame_begin(net::ReceivedRecord record) {
   check.no_payload(record);
   check.at_least("version", h.version(), 1);
   check.range("isa", h.isa(), 0, static_cast<std::uint64_t>(Isa::kAvx512));
-  get_settings(h.settings(), check, m.settings);
+  get_settings(h.settings(), kTileEdgeMinPx, check, m.settings);
   if (!check.is_ok()) return check.status();
   m.frame = h.frame();
   m.version = h.version();
@@ -123,6 +125,7 @@ net::Record encode_one(TileResult m) {
   h.set_attempt(m.attempt);
   h.set_seconds(m.seconds);
   h.set_starved_seconds(m.starved_seconds);
+  h.set_held_seconds(m.held_seconds);
   h.set_rays_primary(m.rays.primary);
   h.set_rays_shadow(m.rays.shadow);
   h.set_rays_secondary(m.rays.secondary);
@@ -138,6 +141,7 @@ Result<Message> decode_tile_result(net::ReceivedRecord record) {
   check.at_least("attempt", h.attempt(), 1);
   check.not_negative("seconds", h.seconds());
   check.not_negative("starved_seconds", h.starved_seconds());
+  check.not_negative("held_seconds", h.held_seconds());
   check.range("pixels", record.payload.size(), 1, kTilePayloadBytesMax);
   if (!check.is_ok()) return check.status();
   TileResult m;
@@ -147,6 +151,7 @@ Result<Message> decode_tile_result(net::ReceivedRecord record) {
   m.attempt = h.attempt();
   m.seconds = h.seconds();
   m.starved_seconds = h.starved_seconds();
+  m.held_seconds = h.held_seconds();
   m.rays = {h.rays_primary(), h.rays_shadow(), h.rays_secondary()};
   m.pixels = std::move(record.payload);
   return Message(std::move(m));
@@ -186,7 +191,7 @@ Result<Message> decode_frame_submit(net::ReceivedRecord record) {
   FrameSubmit m;
   check.no_payload(record);
   check.at_least("version", h.version(), 1);
-  get_settings(h.settings(), check, m.settings);
+  get_settings(h.settings(), kTileEdgeAuto, check, m.settings);
   if (!check.is_ok()) return check.status();
   m.frame = h.frame();
   m.version = h.version();

@@ -130,6 +130,7 @@ struct TileResult {
   Attempt attempt = 0;
   double seconds = 0;          // render time
   double starved_seconds = 0;  // worker time lost on an empty queue since the last result
+  double held_seconds = 0;     // from the lease's arrival to this result's departure
   RayCounts rays;
   std::vector<std::byte> pixels;  // payload, in the frame's format
 };

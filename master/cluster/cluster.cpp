@@ -301,6 +301,11 @@ std::uint16_t Cluster::ordinal_of(SessionId session) const {
   return slave == slaves_.end() ? std::uint16_t{0} : slave->second->ordinal;
 }
 
+std::string Cluster::name_of(SessionId session) const {
+  const auto slave = slaves_.find(session);
+  return slave == slaves_.end() ? std::string() : slave->second->hello.name;
+}
+
 void Cluster::shutdown() {
   sweep_.cancel();
   for (auto& [session, slave] : slaves_) {

@@ -67,6 +67,7 @@ class Cluster {
   void count_tile(SessionId session);  // one of its results was accepted
   // The slave's place among all ever joined, and its name, for tinting tiles.
   std::uint16_t ordinal_of(SessionId session) const;
+  std::string name_of(SessionId session) const;  // empty when it is gone
   std::vector<SlaveStatus> status(
       const std::function<std::uint32_t(SessionId)>& tiles_in_flight) const;
   // Over all slaves, gone ones too.

@@ -79,9 +79,25 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
                  "same: one set per session; mixed: later slaves may have another")
       ->capture_default_str()
       ->type_name("POLICY");
-  app.add_option("--prefetch", t.prefetch, "tiles queued per render thread of a slave, or auto (3)")
+  app.add_option(
+         "--prefetch", t.prefetch,
+         "tiles waiting per render thread of a slave, 0 to 15, or auto (as the network needs)")
       ->capture_default_str()
       ->type_name("N|auto");
+  app.add_option(
+         "--schedule", t.schedule,
+         "dynamic, or static (fixed tiles for each slave, to measure what balancing is worth)")
+      ->capture_default_str()
+      ->type_name("KIND");
+  app.add_option("--scene-transfer", t.scene_transfer,
+                 "async, or sync (a new scene travels only while no frame is in work)")
+      ->capture_default_str()
+      ->type_name("KIND");
+  app.add_option("--audit", o.session.audit_percent,
+                 "per cent of the tiles rendered by two slaves and compared; a third one decides")
+      ->check(number_in(0, 100))
+      ->capture_default_str()
+      ->type_name("P");
   app.add_option("--frames-in-flight", o.session.frames_in_flight, "1 or 2")
       ->check(whole_in(1, kFramesInFlightMax))
       ->capture_default_str()

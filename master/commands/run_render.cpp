@@ -6,6 +6,7 @@
 
 #include "common/base/bounded_queue.h"
 #include "common/base/clock.h"
+#include "common/base/limits.h"
 #include "common/frame/tile_grid.h"
 #include "master/commands/commands.h"
 #include "master/commands/frame_source.h"
@@ -90,7 +91,8 @@ class RenderProgress {
  public:
   RenderProgress(Session& session, Progress& progress, const FrameSettings& settings, long frames)
       : session_(session), progress_(progress), tiles_total_(static_cast<double>(frames)) {
-    const int edge = settings.tile_edge_px;
+    const int edge =
+        settings.tile_edge_px == kTileEdgeAuto ? kTileEdgeAutoPx : settings.tile_edge_px;
     tiles_total_ *= TileGrid(settings.width_px, settings.height_px, edge).tile_count();
   }
 

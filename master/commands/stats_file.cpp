@@ -21,6 +21,9 @@ std::string stats_json(const FrameStats& s, int width_px, int height_px, PixelFo
       .add("tile_px", s.tile_edge_px)
       .add("tiles_reissued", s.tiles_reissued)
       .add("tiles_rejected", s.tiles_rejected)
+      .add("tiles_duplicated", s.tiles_duplicated)
+      .add("prefetch_min", s.prefetch_min)
+      .add("prefetch_max", s.prefetch_max)
       .add("rays_primary", s.rays.primary)
       .add("rays_shadow", s.rays.shadow)
       .add("rays_secondary", s.rays.secondary)
@@ -29,6 +32,7 @@ std::string stats_json(const FrameStats& s, int width_px, int height_px, PixelFo
       .add("scene_version", s.scene_version)
       .add("build_seconds", s.build_seconds)
       .add("utilisation", s.utilisation)
+      .add("render_seconds", s.render_seconds)
       .add("digest", s.digest.hex());
   return json.text();
 }

@@ -80,7 +80,7 @@ Status check_frame(MasterOptions& o, const TypedOptions& t) {
       t.pixels.empty() ? (o.command == Command::kView ? "half" : "float") : t.pixels);
   if (!pixels.is_ok()) return pixels.status();
   o.frame.pixel_format = *pixels;
-  o.frame.tile_edge_px = kTileEdgeAutoPx;
+  o.frame.tile_edge_px = kTileEdgeAuto;
   if (t.tile != "auto") {
     auto tile = parse_int("--tile", t.tile, kTileEdgeMinPx, kTileEdgeMaxPx);
     if (!tile.is_ok()) return tile.status();
@@ -100,10 +100,19 @@ Status check_cluster(MasterOptions& o, const TypedOptions& t) {
   }
   o.session.is_isa_mixed = t.isa_policy == "mixed";
   if (t.prefetch != "auto") {
-    auto prefetch = parse_int("--prefetch", t.prefetch, 1, kTilesPerWorkerMax - 1);
+    auto prefetch = parse_int("--prefetch", t.prefetch, 0, kTilesPerWorkerMax - 1);
     if (!prefetch.is_ok()) return prefetch.status();
     o.session.prefetch_per_thread = *prefetch;
   }
+  if (t.schedule != "dynamic" && t.schedule != "static") {
+    return Status::invalid_argument("--schedule " + t.schedule + ": give dynamic or static");
+  }
+  o.session.is_static = t.schedule == "static";
+  if (t.scene_transfer != "async" && t.scene_transfer != "sync") {
+    return Status::invalid_argument("--scene-transfer " + t.scene_transfer +
+                                    ": give async or sync");
+  }
+  o.session.is_scene_transfer_sync = t.scene_transfer == "sync";
   const bool is_serve = o.command == Command::kServe;
   if (is_serve && o.session.listen.empty()) o.session.listen = "127.0.0.1:7400";
   const bool others_may_come = !o.session.listen.empty() || !o.session.connect.empty();

@@ -29,6 +29,10 @@ class FrameAssembly {
   const TileGrid& grid() const { return grid_; }
   FrameStats& stats() { return stats_; }
   SceneVersion version() const { return stats_.scene_version; }
+  std::uint64_t pixel_count() const {
+    return static_cast<std::uint64_t>(settings_.width_px) *
+           static_cast<std::uint64_t>(settings_.height_px);
+  }
 
   // Payload size that the tile must have.
   std::size_t tile_bytes(TileIndex tile) const;

@@ -1,22 +1,35 @@
 #include "master/frame_loop/frame_loop.h"
 
 #include <algorithm>
+#include <cstring>
 #include <map>
 #include <set>
 #include <utility>
 
 #include "common/base/clock.h"
+#include "common/base/limits.h"
 #include "common/base/log.h"
 #include "master/cluster/cluster.h"
 #include "master/cluster/reception.h"
 #include "master/frame_loop/app_server.h"
 #include "master/frame_loop/frame_assembly.h"
 #include "master/schedule/scheduler.h"
+#include "master/schedule/tile_order.h"
+#include "master/schedule/tile_size.h"
 
 namespace tessera::master {
 namespace {
 
-constexpr std::chrono::milliseconds kTick{50};
+// Late tiles are looked for so often. A frame ends at most so much later than it could.
+constexpr std::chrono::milliseconds kTick{10};
+
+// Of the pixels of a tile, for comparing two results of it.
+std::uint64_t short_digest(std::span<const std::byte> pixels) {
+  const Digest digest = sha256(pixels);
+  std::uint64_t value = 0;
+  std::memcpy(&value, digest.bytes.data(), sizeof(value));
+  return value;
+}
 
 // One frame from submit to outcome, beside the scheduler's view of it.
 struct FrameWork {
@@ -43,8 +56,10 @@ struct FrameLoop::Impl {
   Reception reception;
   net::Timer tick;
   std::map<FrameId, FrameWork> frames;
+  TileSize tile_size;
   std::map<SceneVersion, double> build_seconds;  // slowest slave's, by version
   std::function<void(FrameOutcome)> on_outcome;
+  std::map<SceneVersion, SharedScene> held_scenes;  // committed, not yet sent to slaves
   SceneVersion newest_version = 0;
   std::uint64_t frames_done = 0;
   bool is_over = false;
@@ -52,12 +67,14 @@ struct FrameLoop::Impl {
   Impl(FrameLoop& loop, net::EventLoop& io_thread, const FrameLoopOptions& o)
       : io(io_thread),
         options(o),
-        scheduler({o.prefetch_per_thread, o.frames_in_flight}),
+        scheduler({o.prefetch_per_thread, o.frames_in_flight, o.is_static, o.audit_share}),
         cluster(io_thread, o.isa, o.is_isa_mixed, cluster_events()),
         apps(io_thread, loop),
         reception(io_thread, reception_callbacks()),
         tick(io_thread) {
-    tick.start_repeating(kTick, [this] { perform(scheduler.tick(Clock::now())); });
+    tick.start_repeating(kTick, [this] {
+      if (scheduler.has_open_frames()) perform(scheduler.tick(Clock::now()));
+    });
   }
 
   ClusterEvents cluster_events();
@@ -67,15 +84,17 @@ struct FrameLoop::Impl {
   void begin_frame(const Action& action);
   void on_result(SessionId session, const wire::TileResult& result);
   void complete(FrameId frame);
+  void note_prefetch(const FrameWork& work, FrameStats& stats) const;
   void fail(const Action& action);
   void deliver(FrameOutcome outcome);
   void retire();
+  void release_scenes();
 };
 
 ClusterEvents FrameLoop::Impl::cluster_events() {
   ClusterEvents events;
   events.slave_joined = [this](SessionId session, std::uint32_t threads) {
-    scheduler.slave_joined(session, threads);
+    scheduler.slave_joined(session, cluster.name_of(session), threads);
     start_when_ready();
   };
   events.slave_lost = [this](SessionId session) {
@@ -133,15 +152,18 @@ void FrameLoop::Impl::perform(const Actions& actions) {
         begin_frame(action);
         break;
       case ActionKind::kLease:
-        if (const auto frame = frames.find(action.frame);
-            frame != frames.end() && action.tile.attempt > 1) {
-          ++frame->second.assembly.stats().tiles_reissued;
+        if (action.tile.attempt > 1) {
+          if (const auto frame = frames.find(action.frame); frame != frames.end())
+            ++frame->second.assembly.stats().tiles_reissued;
         }
         cluster.send(action.session,
                      wire::TileLease{action.frame, action.tile.tile, action.tile.attempt});
         break;
       case ActionKind::kEndFrame:
         cluster.send(action.session, wire::FrameEnd{action.frame});
+        break;
+      case ActionKind::kExpel:
+        cluster.expel(action.session, action.reason);
         break;
       case ActionKind::kFrameComplete:
         complete(action.frame);
@@ -181,25 +203,29 @@ void FrameLoop::Impl::on_result(SessionId session, const wire::TileResult& resul
     }
   }
   Actions actions;
-  const ResultVerdict verdict = scheduler.result(session, result.frame, result.version, result.tile,
-                                                 result.attempt, Clock::now(), actions);
+  TileReport report{result.frame,
+                    result.version,
+                    result.tile,
+                    result.attempt,
+                    result.seconds,
+                    result.held_seconds,
+                    result.starved_seconds,
+                    0};
+  if (options.audit_share > 0) report.pixels = short_digest(result.pixels);
+  const ResultVerdict verdict = scheduler.result(session, report, Clock::now(), actions);
+  if (!answers_lease(verdict) && verdict != ResultVerdict::kFrameEnded)
+    return cluster.expel(session, std::string("a tile result ") + verdict_text(verdict));
   cluster.add_busy_time(session, result.seconds);
-  switch (verdict) {
-    case ResultVerdict::kAccepted: {
-      FrameWork& work = found->second;
-      work.assembly.write_tile(result.tile, result.pixels, cluster.ordinal_of(session));
-      cluster.count_tile(session);
-      work.assembly.stats().rays += result.rays;
-      work.starved_seconds += result.starved_seconds;
-      work.slaves.insert(session);
-      break;
-    }
-    case ResultVerdict::kDuplicate:
-    case ResultVerdict::kFrameEnded:
-      if (found != frames.end()) ++found->second.assembly.stats().tiles_rejected;
-      break;
-    default:
-      return cluster.expel(session, std::string("a tile result ") + verdict_text(verdict));
+  if (verdict == ResultVerdict::kAccepted) {
+    FrameWork& work = found->second;
+    work.assembly.write_tile(result.tile, result.pixels, cluster.ordinal_of(session));
+    cluster.count_tile(session);
+    work.assembly.stats().rays += result.rays;
+    work.assembly.stats().render_seconds += result.seconds;
+    work.starved_seconds += result.starved_seconds;
+    work.slaves.insert(session);
+  } else if (found != frames.end()) {
+    ++found->second.assembly.stats().tiles_rejected;
   }
   perform(actions);
 }
@@ -218,6 +244,8 @@ void FrameLoop::Impl::complete(FrameId id) {
   }
   const double available = stats.seconds * std::max(work.available_threads, 1.0);
   stats.utilisation = std::clamp(1 - work.starved_seconds / std::max(available, 1e-9), 0.0, 1.0);
+  tile_size.measured(work.assembly.pixel_count(), stats.render_seconds);
+  note_prefetch(work, stats);
   if (const std::uint64_t count = work.assembly.nonfinite_count(); count > 0) {
     log_warn("nonfinite-pixels", "a frame holds NaN or infinity",
              {{"frame", std::to_string(id)}, {"components", std::to_string(count)}});
@@ -229,7 +257,18 @@ void FrameLoop::Impl::complete(FrameId id) {
   frames.erase(found);
   ++frames_done;
   retire();
+  release_scenes();
   deliver(std::move(outcome));
+}
+
+void FrameLoop::Impl::note_prefetch(const FrameWork& work, FrameStats& stats) const {
+  for (const SessionId session : work.slaves) {
+    const SlavePace* pace = scheduler.pace(session);
+    if (pace == nullptr) continue;
+    stats.prefetch_max = std::max(stats.prefetch_max, pace->depth());
+    stats.prefetch_min =
+        stats.prefetch_min == 0 ? pace->depth() : std::min(stats.prefetch_min, pace->depth());
+  }
 }
 
 void FrameLoop::Impl::fail(const Action& action) {
@@ -244,12 +283,27 @@ void FrameLoop::Impl::fail(const Action& action) {
     log_warn("frame-failed", action.reason, {{"frame", std::to_string(action.frame)}});
   frames.erase(found);
   retire();
+  release_scenes();
   deliver(std::move(outcome));
 }
 
 // Outcomes leave through the loop's queue, so that who takes them may call us back.
 void FrameLoop::Impl::deliver(FrameOutcome outcome) {
   if (on_outcome) on_outcome(std::move(outcome));
+}
+
+// Scenes go out at once; with a synchronous transfer, when no frame of an older one is in work.
+void FrameLoop::Impl::release_scenes() {
+  while (!held_scenes.empty()) {
+    const auto next = held_scenes.begin();
+    if (options.is_scene_transfer_sync &&
+        scheduler.oldest_version_needed(next->first) < next->first) {
+      return;
+    }
+    cluster.commit_scene(next->first, std::move(next->second));
+    held_scenes.erase(next);
+    retire();  // versions that no frame needs and that this one replaces
+  }
 }
 
 void FrameLoop::Impl::retire() {
@@ -274,19 +328,25 @@ void FrameLoop::set_outcome_callback(std::function<void(FrameOutcome)> on_outcom
 
 void FrameLoop::commit_scene(SceneVersion version, EncodedScene scene) {
   impl_->newest_version = std::max(impl_->newest_version, version);
-  impl_->cluster.commit_scene(version, std::make_shared<const EncodedScene>(std::move(scene)));
-  impl_->retire();  // versions that no frame needs and that this one replaces
+  impl_->held_scenes.emplace(version, std::make_shared<const EncodedScene>(std::move(scene)));
+  impl_->release_scenes();
 }
 
-void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings& settings) {
+void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings& asked) {
+  FrameSettings settings = asked;
+  if (settings.tile_edge_px == kTileEdgeAuto) {
+    settings.tile_edge_px = impl_->tile_size.edge_px(settings.width_px, settings.height_px,
+                                                     impl_->cluster.thread_count());
+  }
   const auto [work, is_new] = impl_->frames.try_emplace(frame, frame, version, settings);
   if (!is_new) return;
   if (const Status status = work->second.assembly.allocate(); !status.is_ok()) {
     return impl_->perform(impl_->scheduler.refuse_frame(frame, status.message()));
   }
   impl_->cluster.need_scene(version);
-  const TileIndex tile_count = work->second.assembly.grid().tile_count();
-  impl_->perform(impl_->scheduler.submit_frame(frame, version, tile_count, Clock::now()));
+  const TileGrid& grid = work->second.assembly.grid();
+  impl_->perform(impl_->scheduler.submit_frame(
+      frame, version, tile_order(grid.columns(), grid.rows()), Clock::now()));
   impl_->start_when_ready();
 }
 
@@ -301,6 +361,7 @@ void FrameLoop::cancel_all() {
 }
 
 void FrameLoop::free_scenes() {
+  impl_->held_scenes.clear();
   impl_->cluster.retire_scenes(impl_->newest_version + 1);
   impl_->scheduler.retire_scenes(impl_->newest_version + 1);
   impl_->build_seconds.clear();

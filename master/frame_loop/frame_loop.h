@@ -25,12 +25,15 @@
 namespace tessera::master {
 
 struct FrameLoopOptions {
-  int prefetch_per_thread = 3;
+  int prefetch_per_thread = -1;  // tiles waiting per render thread; -1: as each slave needs
   int frames_in_flight = 2;
   int slaves_min = 0;      // no frame starts before so many slaves have joined
   std::optional<Isa> isa;  // else the widest that all slaves have when the first frame starts
   bool is_isa_mixed = false;
-  bool serves_applications = false;  // accept role app (serve); else such peers are refused
+  bool is_static = false;               // fixed tiles for each slave
+  bool is_scene_transfer_sync = false;  // a scene is sent when no frame is in work
+  double audit_share = 0;               // of the tiles: rendered by two slaves and compared
+  bool serves_applications = false;     // accept role app (serve); else such peers are refused
 };
 
 struct FrameOutcome {

@@ -1,6 +1,7 @@
 #include "master/schedule/frame_ledger.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/base/check.h"
 
@@ -12,6 +13,12 @@ const char* verdict_text(ResultVerdict verdict) {
       return "accepted";
     case ResultVerdict::kDuplicate:
       return "a duplicate";
+    case ResultVerdict::kConfirmed:
+      return "that confirms another one";
+    case ResultVerdict::kDisputed:
+      return "that differs from another slave's";
+    case ResultVerdict::kUndecided:
+      return "that differs from two others";
     case ResultVerdict::kFrameEnded:
       return "for a frame that is over";
     case ResultVerdict::kUnknownFrame:
@@ -24,84 +31,195 @@ const char* verdict_text(ResultVerdict verdict) {
   return "unknown";
 }
 
-FrameLedger::FrameLedger(SceneVersion version, TileIndex tile_count)
-    : version_(version), tiles_(tile_count) {
-  TESSERA_CHECK_GE(tile_count, 1u);
-  for (TileIndex tile = 0; tile < tile_count; ++tile) pending_.push_back(tile);
+bool answers_lease(ResultVerdict verdict) { return verdict <= ResultVerdict::kUndecided; }
+
+LedgerCounts& LedgerCounts::operator+=(const LedgerCounts& other) {
+  issued += other.issued;
+  accepted += other.accepted;
+  rejected += other.rejected;
+  abandoned += other.abandoned;
+  in_flight += other.in_flight;
+  return *this;
 }
 
-TileAssignment FrameLedger::lease(TileIndex index, SessionId session, TimePoint now) {
+FrameLedger::FrameLedger(SceneVersion version, std::vector<TileIndex> order)
+    : version_(version), tiles_(order.size()), pending_(order.begin(), order.end()) {
+  TESSERA_CHECK_GE(order.size(), 1u);
+}
+
+bool FrameLedger::has_seen(TileIndex index, SessionId session) const {
+  if (const auto leases = leased_.find(index); leases != leased_.end()) {
+    for (const Lease& lease : leases->second) {
+      if (lease.session == session) return true;
+    }
+  }
+  const auto audit = audits_.find(index);
+  if (audit == audits_.end()) return false;
+  for (int i = 0; i < audit->second.vote_count; ++i) {
+    if (audit->second.votes[static_cast<std::size_t>(i)].session == session) return true;
+  }
+  return false;
+}
+
+std::optional<TileIndex> FrameLedger::next_for(SessionId session) const {
+  if (!pending_.empty()) {
+    // Only an audited tile can be pending and known to the session.
+    for (const TileIndex index : pending_) {
+      if (audits_.empty() || !has_seen(index, session)) return index;
+    }
+  }
+  for (const auto& [index, audit] : audits_) {
+    if (audit.wants_lease && !tiles_[index].is_pending && !has_seen(index, session)) return index;
+  }
+  return std::nullopt;
+}
+
+TileAssignment FrameLedger::lease(TileIndex index, SessionId session, TimePoint now,
+                                  TimePoint due) {
   Tile& tile = tiles_[index];
   tile.is_pending = false;
-  if (++tile.attempts > 1) ++reissued_count_;
-  tile.leases.push_back({session, tile.attempts, now});
-  leased_.insert(index);
+  ++tile.attempts;
+  leased_[index].push_back({session, tile.attempts, now, due});
   ++counts_.issued;
   ++counts_.in_flight;
   return {index, tile.attempts};
 }
 
-std::optional<TileAssignment> FrameLedger::lease_next(SessionId session, TimePoint now) {
-  if (pending_.empty()) return std::nullopt;
-  const TileIndex index = pending_.front();
-  pending_.pop_front();
-  return lease(index, session, now);
+std::optional<TileAssignment> FrameLedger::lease_next(SessionId session, TimePoint now,
+                                                      TimePoint due, bool is_audited) {
+  const auto index = next_for(session);
+  if (!index) return std::nullopt;
+  if (tiles_[*index].is_pending) {
+    if (is_audited && tiles_[*index].attempts == 0) audits_.emplace(*index, Audit{});
+    return lease_pending(*index, session, now, due);
+  }
+  audits_[*index].wants_lease = false;
+  return lease(*index, session, now, due);
 }
 
-std::optional<TileAssignment> FrameLedger::lease_again(SessionId session, TimePoint now,
-                                                       Duration overdue) {
-  std::optional<TileIndex> oldest;
-  TimePoint oldest_since = now - overdue;
-  for (const TileIndex index : leased_) {
-    const Tile& tile = tiles_[index];
-    if (tile.is_done || tile.leases.size() >= kLeasesPerTileMax) continue;
-    if (tile.leases.front().session == session || tile.leases.front().since >= oldest_since)
-      continue;
-    oldest = index;
-    oldest_since = tile.leases.front().since;
+TileAssignment FrameLedger::lease_pending(TileIndex index, SessionId session, TimePoint now,
+                                          TimePoint due) {
+  const auto place = std::find(pending_.begin(), pending_.end(), index);
+  TESSERA_CHECK(place != pending_.end());
+  pending_.erase(place);
+  return lease(index, session, now, due);
+}
+
+std::optional<TileAssignment> FrameLedger::lease_again(TileIndex index, SessionId session,
+                                                       TimePoint now, TimePoint due) {
+  const auto leases = leased_.find(index);
+  if (leases == leased_.end() || tiles_[index].is_done || audits_.contains(index) ||
+      leases->second.size() >= kLeasesPerTileMax || has_seen(index, session)) {
+    return std::nullopt;
   }
-  if (!oldest) return std::nullopt;
-  return lease(*oldest, session, now);
+  ++duplicated_count_;
+  return lease(index, session, now, due);
+}
+
+std::vector<TileLeaseView> FrameLedger::single_leases() const {
+  std::vector<TileLeaseView> views;
+  for (const auto& [index, leases] : leased_) {
+    if (leases.size() != 1 || tiles_[index].is_done || audits_.contains(index)) continue;
+    views.push_back({index, leases[0].session, leases[0].since, leases[0].due});
+  }
+  return views;
 }
 
 void FrameLedger::end_lease(TileIndex index, std::size_t lease) {
-  Tile& tile = tiles_[index];
-  tile.leases.erase(tile.leases.begin() + static_cast<std::ptrdiff_t>(lease));
-  if (tile.leases.empty()) leased_.erase(index);
+  const auto leases = leased_.find(index);
+  leases->second.erase(leases->second.begin() + static_cast<std::ptrdiff_t>(lease));
+  if (leases->second.empty()) leased_.erase(leases);
   --counts_.in_flight;
 }
 
+// After a lease ended without a result: somebody else must have the tile.
 void FrameLedger::make_pending(TileIndex index) {
   Tile& tile = tiles_[index];
-  if (tile.is_done || tile.is_pending || !tile.leases.empty()) return;
+  if (tile.is_done || tile.is_pending) return;
+  if (const auto audit = audits_.find(index); audit != audits_.end()) {
+    audit->second.wants_lease = true;
+    if (audit->second.vote_count > 0) return;
+  }
+  if (leased_.contains(index)) return;
   tile.is_pending = true;
   pending_.push_front(index);
 }
 
-ResultVerdict FrameLedger::accept(SessionId session, SceneVersion version, TileIndex index,
-                                  Attempt attempt) {
-  if (version != version_) return ResultVerdict::kWrongVersion;
-  if (index >= tiles_.size()) return ResultVerdict::kNotLeased;
+void FrameLedger::finish(TileIndex index) {
   Tile& tile = tiles_[index];
-  const auto found = std::find_if(tile.leases.begin(), tile.leases.end(), [&](const Lease& lease) {
-    return lease.session == session && lease.attempt == attempt;
-  });
-  if (found == tile.leases.end()) return ResultVerdict::kNotLeased;
-  end_lease(index, static_cast<std::size_t>(found - tile.leases.begin()));
-  if (tile.is_done) {
-    ++counts_.rejected;
-    return ResultVerdict::kDuplicate;
-  }
+  TESSERA_CHECK(!tile.is_done);
   tile.is_done = true;
-  ++counts_.accepted;
-  return ResultVerdict::kAccepted;
+  ++done_count_;
+  if (tile.is_pending) {
+    tile.is_pending = false;
+    std::erase(pending_, index);
+  }
+  audits_.erase(index);
+}
+
+LedgerAnswer FrameLedger::accept(SessionId session, SceneVersion version, TileIndex index,
+                                 Attempt attempt, std::uint64_t pixels) {
+  if (version != version_) return {ResultVerdict::kWrongVersion, {}, 0, 0};
+  const auto leases = leased_.find(index);
+  if (leases == leased_.end()) return {};
+  const auto found = std::find_if(
+      leases->second.begin(), leases->second.end(),
+      [&](const Lease& lease) { return lease.session == session && lease.attempt == attempt; });
+  if (found == leases->second.end()) return {};
+  LedgerAnswer answer;
+  const TimePoint leased_at = found->since;
+  end_lease(index, static_cast<std::size_t>(found - leases->second.begin()));
+  if (tiles_[index].is_done) {
+    answer.verdict = ResultVerdict::kDuplicate;
+  } else if (const auto audit = audits_.find(index); audit != audits_.end()) {
+    answer = vote(index, audit->second, session, pixels);
+  } else {
+    answer.verdict = ResultVerdict::kAccepted;
+    finish(index);
+  }
+  answer.leased_at = leased_at;
+  ++(answer.verdict == ResultVerdict::kAccepted ? counts_.accepted : counts_.rejected);
+  return answer;
+}
+
+// The first result is written, the second confirms it or calls for a third.
+LedgerAnswer FrameLedger::vote(TileIndex index, Audit& audit, SessionId session,
+                               std::uint64_t pixels) {
+  LedgerAnswer answer;
+  if (audit.vote_count == 0) {
+    audit.votes[0] = {session, pixels};
+    audit.vote_count = 1;
+    if (!leased_.contains(index)) audit.wants_lease = true;
+    answer.verdict = ResultVerdict::kAccepted;
+    return answer;
+  }
+  answer.first_vote = audit.votes[0].session;
+  if (audit.votes[0].pixels == pixels) {
+    if (audit.vote_count == 2) answer.outvoted = audit.votes[1].session;
+    answer.verdict = ResultVerdict::kConfirmed;
+    finish(index);
+  } else if (audit.vote_count == 1) {
+    audit.votes[1] = {session, pixels};
+    audit.vote_count = 2;
+    audit.wants_lease = true;
+    answer.verdict = ResultVerdict::kDisputed;
+  } else if (audit.votes[1].pixels == pixels) {
+    answer.outvoted = audit.votes[0].session;
+    answer.verdict = ResultVerdict::kAccepted;
+    --counts_.accepted;  // the first one's pixels are overwritten
+    ++counts_.rejected;
+    finish(index);
+  } else {
+    answer.verdict = ResultVerdict::kUndecided;
+  }
+  return answer;
 }
 
 bool FrameLedger::hand_back(SessionId session, TileIndex index, Attempt attempt) {
-  if (index >= tiles_.size()) return false;
-  Tile& tile = tiles_[index];
-  for (std::size_t i = 0; i < tile.leases.size(); ++i) {
-    if (tile.leases[i].session != session || tile.leases[i].attempt != attempt) continue;
+  const auto leases = leased_.find(index);
+  if (leases == leased_.end()) return false;
+  for (std::size_t i = 0; i < leases->second.size(); ++i) {
+    if (leases->second[i].session != session || leases->second[i].attempt != attempt) continue;
     end_lease(index, i);
     ++counts_.abandoned;
     make_pending(index);
@@ -117,8 +235,8 @@ int FrameLedger::lose_session(SessionId session, std::size_t suspect_count) {
     Attempt attempt;
   };
   std::vector<Lost> lost;
-  for (const TileIndex index : leased_) {
-    for (const Lease& lease : tiles_[index].leases) {
+  for (const auto& [index, leases] : leased_) {
+    for (const Lease& lease : leases) {
       if (lease.session == session) lost.push_back({index, lease.since, lease.attempt});
     }
   }
@@ -127,22 +245,32 @@ int FrameLedger::lose_session(SessionId session, std::size_t suspect_count) {
   int losses_max = 0;
   for (std::size_t i = 0; i < lost.size() && i < suspect_count; ++i) {
     Tile& tile = tiles_[lost[i].tile];
-    if (!tile.is_done) losses_max = std::max(losses_max, ++tile.losses);
+    if (!tile.is_done) losses_max = std::max<int>(losses_max, ++tile.losses);
   }
   for (auto entry = lost.rbegin(); entry != lost.rend(); ++entry)
     hand_back(session, entry->tile, entry->attempt);
   return losses_max;
 }
 
-std::uint64_t FrameLedger::abandon_all() {
-  std::uint64_t count = 0;
-  for (const TileIndex index : leased_) {
-    Tile& tile = tiles_[index];
-    count += tile.leases.size();
-    counts_.abandoned += tile.leases.size();
-    counts_.in_flight -= tile.leases.size();
-    tile.leases.clear();
+std::optional<FrameLedger::Dispute> FrameLedger::waive_audits(const std::vector<SessionId>& able) {
+  std::vector<TileIndex> done;
+  for (const auto& [index, audit] : audits_) {
+    const bool is_stuck = audit.vote_count > 0 && !leased_.contains(index) &&
+                          std::all_of(able.begin(), able.end(),
+                                      [&, tile = index](SessionId s) { return has_seen(tile, s); });
+    if (!is_stuck) continue;
+    if (audit.vote_count == 2)
+      return Dispute{index, audit.votes[0].session, audit.votes[1].session};
+    done.push_back(index);
   }
+  for (const TileIndex index : done) finish(index);
+  return std::nullopt;
+}
+
+std::uint64_t FrameLedger::abandon_all() {
+  const std::uint64_t count = counts_.in_flight;
+  counts_.abandoned += count;
+  counts_.in_flight = 0;
   leased_.clear();
   return count;
 }

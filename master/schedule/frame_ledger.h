@@ -1,19 +1,22 @@
 // Who owes which tile of one frame. Pure: no clock, no thread, no IO.
 //
 // A tile is pending, leased (at most kLeasesPerTileMax times at once) or done. Every lease ends
-// once: accepted (first valid result), rejected (a later valid result), or abandoned (slave lost,
-// tile handed back, frame ended). So issued == accepted + rejected + abandoned + in_flight at every
-// moment.
+// once: accepted (its pixels are the tile's), rejected (valid, but not needed: the tile was done,
+// or it only confirms), or abandoned (slave lost, tile handed back, frame ended). So issued ==
+// accepted + rejected + abandoned + in_flight at every moment.
 //
-// Invariants. (1) A tile is accepted once. (2) Only a result that answers an outstanding lease
-// (session, version, tile, attempt) is accepted. (3) A lost tile without another lease is pending
-// again, at the head.
+// An audited tile is rendered by two slaves; when they differ a third decides.
+//
+// Invariants. (1) A tile is done once. (2) Only a result that answers an outstanding lease
+// (session, version, tile, attempt) counts. (3) A lost tile without another lease is pending again,
+// at the head. (4) No two leases or votes of one tile are of the same session.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
-#include <set>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -27,43 +30,80 @@ struct TileAssignment {
 };
 
 enum class ResultVerdict {
-  kAccepted,
+  kAccepted,      // these are the tile's pixels; with an audit, perhaps not for good
   kDuplicate,     // answers a lease, but the tile was done already: dropped and counted
+  kConfirmed,     // audit: the tile's pixels are right; these are not needed
+  kDisputed,      // audit: they differ from the first ones, and a third slave must decide
+  kUndecided,     // audit: three slaves, three pictures
   kFrameEnded,    // answers a frame that is over: dropped
   kUnknownFrame,  // never begun on that slave: a violation
   kWrongVersion,  // violation
   kNotLeased,     // no such lease of that session: violation
 };
 const char* verdict_text(ResultVerdict verdict);
+// Did it answer an outstanding lease?
+bool answers_lease(ResultVerdict verdict);
 
 struct LedgerCounts {
   std::uint64_t issued = 0, accepted = 0, rejected = 0, abandoned = 0, in_flight = 0;
+  LedgerCounts& operator+=(const LedgerCounts& other);
+};
+
+// What became of one result.
+struct LedgerAnswer {
+  ResultVerdict verdict = ResultVerdict::kNotLeased;
+  TimePoint leased_at;       // if it answered a lease
+  SessionId outvoted = 0;    // audit: this slave's pixels were wrong
+  SessionId first_vote = 0;  // kDisputed, kUndecided: whose pixels it differs from
+};
+
+// A lease that is out.
+struct TileLeaseView {
+  TileIndex tile = 0;
+  SessionId session = 0;
+  TimePoint since;
+  TimePoint due;  // when the answer was expected, as the lease was issued
 };
 
 class FrameLedger {
  public:
   static constexpr int kLeasesPerTileMax = 2;
+  static constexpr int kVotesMax = 2;  // kept of one tile
 
-  // Requires: tile_count >= 1.
-  FrameLedger(SceneVersion version, TileIndex tile_count);
+  // `order`: every tile once, in the order in which they are to be leased. Requires: not empty.
+  FrameLedger(SceneVersion version, std::vector<TileIndex> order);
 
   SceneVersion version() const { return version_; }
-  bool has_pending() const { return !pending_.empty(); }
-  bool is_complete() const { return counts_.accepted == tiles_.size(); }
+  std::size_t pending_count() const { return pending_.size(); }
+  bool is_complete() const { return done_count_ == tiles_.size(); }
   const LedgerCounts& counts() const { return counts_; }
-  std::uint32_t reissued_count() const { return reissued_count_; }
+  std::size_t tiles_left() const { return tiles_.size() - done_count_; }
+  std::uint32_t duplicated_count() const { return duplicated_count_; }
   // How often the tile was leased so far. Requires: tile < tile_count().
   Attempt attempts(TileIndex tile) const { return tiles_[tile].attempts; }
   TileIndex tile_count() const { return static_cast<TileIndex>(tiles_.size()); }
 
-  // Leases the first pending tile.
-  std::optional<TileAssignment> lease_next(SessionId session, TimePoint now);
+  // The tile that `lease_next` would lease, and whether a session may have it: pending ones first,
+  // then audited ones that this session has not seen.
+  std::optional<TileIndex> next_for(SessionId session) const;
+  // Leases it. `due`: when the answer is expected. With `is_audited`, a tile leased for the first
+  // time must be rendered by a second slave, too.
+  std::optional<TileAssignment> lease_next(SessionId session, TimePoint now, TimePoint due,
+                                           bool is_audited = false);
+  // Leases this pending tile: for schedules that do not follow the order. Requires: it is pending.
+  TileAssignment lease_pending(TileIndex tile, SessionId session, TimePoint now, TimePoint due);
+  const std::deque<TileIndex>& pending() const { return pending_; }
 
-  // Leases once more the tile whose lease is oldest, if that is older than `overdue` and none of
-  // `session`'s.
-  std::optional<TileAssignment> lease_again(SessionId session, TimePoint now, Duration overdue);
+  // Leases a tile that is out once more. Returns: nothing when it is done, out often enough, or
+  // `session` has it.
+  std::optional<TileAssignment> lease_again(TileIndex tile, SessionId session, TimePoint now,
+                                            TimePoint due);
+  // Leases of tiles that are not done and out once only, in the order of tiles.
+  std::vector<TileLeaseView> single_leases() const;
 
-  ResultVerdict accept(SessionId session, SceneVersion version, TileIndex tile, Attempt attempt);
+  // `pixels`: a digest of the result's pixels; matters for audited tiles only.
+  LedgerAnswer accept(SessionId session, SceneVersion version, TileIndex tile, Attempt attempt,
+                      std::uint64_t pixels = 0);
 
   // The slave gives the tile back unrendered. Returns: false when it held no such lease.
   bool hand_back(SessionId session, TileIndex tile, Attempt attempt);
@@ -72,6 +112,14 @@ class FrameLedger {
   // as one loss of its tile. Returns: the greatest number of losses of one tile so far.
   int lose_session(SessionId session, std::size_t suspect_count);
 
+  struct Dispute {
+    TileIndex tile = 0;
+    SessionId first = 0, second = 0;
+  };
+  // Only `able` slaves are left. Audited tiles that all of them have seen: those with one result
+  // are done. Returns: the first one with two results that differ, if there is any.
+  std::optional<Dispute> waive_audits(const std::vector<SessionId>& able);
+
   // Every outstanding lease is abandoned. Returns: how many there were.
   std::uint64_t abandon_all();
 
@@ -79,26 +127,39 @@ class FrameLedger {
   struct Lease {
     SessionId session = 0;
     Attempt attempt = 0;
-    TimePoint since;
+    TimePoint since, due;
   };
   struct Tile {
+    Attempt attempts = 0;
+    std::uint16_t losses = 0;
     bool is_done = false;
     bool is_pending = true;
-    Attempt attempts = 0;
-    int losses = 0;
-    std::vector<Lease> leases;
+  };
+  struct Vote {
+    SessionId session = 0;
+    std::uint64_t pixels = 0;
+  };
+  struct Audit {
+    std::array<Vote, kVotesMax> votes;
+    int vote_count = 0;
+    bool wants_lease = true;  // nobody renders it for comparison yet
   };
 
-  TileAssignment lease(TileIndex tile, SessionId session, TimePoint now);
+  TileAssignment lease(TileIndex tile, SessionId session, TimePoint now, TimePoint due);
   void end_lease(TileIndex tile, std::size_t lease);
   void make_pending(TileIndex index);
+  void finish(TileIndex index);
+  bool has_seen(TileIndex tile, SessionId session) const;
+  LedgerAnswer vote(TileIndex tile, Audit& audit, SessionId session, std::uint64_t pixels);
 
   const SceneVersion version_;
   std::vector<Tile> tiles_;
   std::deque<TileIndex> pending_;
-  std::set<TileIndex> leased_;  // tiles with a lease
+  std::map<TileIndex, std::vector<Lease>> leased_;  // tiles with a lease
+  std::map<TileIndex, Audit> audits_;               // audited tiles begun and not done
   LedgerCounts counts_;
-  std::uint32_t reissued_count_ = 0;
+  std::size_t done_count_ = 0;
+  std::uint32_t duplicated_count_ = 0;
 };
 
 }  // namespace tessera::master

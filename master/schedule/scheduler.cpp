@@ -9,16 +9,13 @@
 namespace tessera::master {
 namespace {
 
-// A tile is overdue after twice the usual time from lease to result, but never before this: short
-// of it, the message to a second slave costs more than waiting.
-constexpr std::chrono::milliseconds kOverdueMin{500};
 // A slave that hands back a tile gets none for this long: more than leaving takes (2 s for the
 // tiles in work, 2 s to say goodbye), so that slaves that leave together do not pass tiles around.
 constexpr std::chrono::seconds kRest{5};
 // Ended frames whose late results are still known as such; more than an application can cancel
 // while a result waits in a slave's send queue.
 constexpr std::size_t kFramesRemembered = 1024;
-constexpr double kTurnaroundWeight = 0.1;  // of the newest result in the moving average
+constexpr double kTileWeight = 1.0 / 32;  // of the newest tile in the cluster's moving average
 
 }  // namespace
 
@@ -44,16 +41,31 @@ Actions Scheduler::start(TimePoint now) {
   return actions;
 }
 
-void Scheduler::slave_joined(SessionId session, std::uint32_t threads) {
-  TESSERA_CHECK(!slaves_.contains(session));
-  slaves_[session].threads = std::max(threads, 1u);
+void Scheduler::slave_joined(SessionId session, std::string name, std::uint32_t threads) {
+  SlavePace pace(std::max(threads, 1u), options_.prefetch_per_thread);
+  count_pace(pace, 1);
+  const bool is_new =
+      slaves_
+          .try_emplace(session,
+                       Slave{std::move(name), std::move(pace), 0, {}, {}, {}, {}, {}, true})
+          .second;
+  TESSERA_CHECK(is_new);
+}
+
+void Scheduler::round_trip_measured(SessionId session, double seconds) {
+  const auto slave = slaves_.find(session);
+  if (slave == slaves_.end()) return;
+  count_pace(slave->second.pace, -1);
+  slave->second.pace.round_trip_measured(seconds);
+  count_pace(slave->second.pace, 1);
 }
 
 Actions Scheduler::slave_lost(SessionId session, TimePoint now) {
   Actions actions;
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return actions;
-  const std::uint32_t threads = slave->second.threads;
+  const std::uint32_t threads = slave->second.pace.threads();
+  count_pace(slave->second.pace, -1);
   slaves_.erase(slave);
   for (Frame& frame : frames_) {
     if (frame.state != FrameState::kOpen || frame.held.erase(session) == 0) continue;
@@ -63,6 +75,9 @@ Actions Scheduler::slave_lost(SessionId session, TimePoint now) {
                     " slaves, one after the other",
                 actions);
     }
+  }
+  if (options_.audit_share > 0) {
+    for (Frame& frame : frames_) waive_audits(frame, actions);
   }
   fail_hopeless(actions);
   deliver(actions);
@@ -107,11 +122,11 @@ void Scheduler::fail_hopeless(Actions& actions) {
   }
 }
 
-Actions Scheduler::submit_frame(FrameId frame, SceneVersion version, TileIndex tile_count,
+Actions Scheduler::submit_frame(FrameId frame, SceneVersion version, std::vector<TileIndex> order,
                                 TimePoint now) {
   TESSERA_CHECK_GE(frame, next_frame_);
   next_frame_ = frame + 1;
-  frames_.push_back({frame, FrameState::kOpen, "", FrameLedger(version, tile_count), {}});
+  frames_.push_back({frame, FrameState::kOpen, "", FrameLedger(version, std::move(order)), {}});
   Actions actions;
   fail_hopeless(actions);
   deliver(actions);
@@ -132,7 +147,7 @@ Actions Scheduler::cancel_frame(FrameId id, TimePoint now) {
 Actions Scheduler::refuse_frame(FrameId frame, std::string reason) {
   TESSERA_CHECK_GE(frame, next_frame_);
   next_frame_ = frame + 1;
-  frames_.push_back({frame, FrameState::kFailed, std::move(reason), FrameLedger(0, 1), {}});
+  frames_.push_back({frame, FrameState::kFailed, std::move(reason), FrameLedger(0, {0}), {}});
   Actions actions;
   deliver(actions);
   return actions;
@@ -145,39 +160,101 @@ void Scheduler::retire_scenes(SceneVersion first_kept) {
   }
 }
 
+// Adds a slave's pace to the cluster's, or takes it out before it changes.
+void Scheduler::count_pace(const SlavePace& pace, int sign) {
+  depth_total_ += static_cast<std::uint64_t>(sign) * pace.depth();
+  rate_total_ = std::max(rate_total_ + sign * pace.tiles_per_second(), 0.0);
+}
+
 void Scheduler::release(Frame& frame, SessionId session) {
   if (const auto held = frame.held.find(session); held != frame.held.end() && --held->second == 0)
     frame.held.erase(held);
   if (const auto slave = slaves_.find(session); slave != slaves_.end()) --slave->second.in_flight;
 }
 
-ResultVerdict Scheduler::result(SessionId session, FrameId id, SceneVersion version, TileIndex tile,
-                                Attempt attempt, TimePoint now, Actions& actions) {
+ResultVerdict Scheduler::result(SessionId session, const TileReport& report, TimePoint now,
+                                Actions& actions) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return ResultVerdict::kNotLeased;
-  Frame* frame = find(id);
+  Frame* frame = find(report.frame);
   if (frame == nullptr || frame->state != FrameState::kOpen) {
-    return slave->second.begun.contains(id) ? ResultVerdict::kFrameEnded
-                                            : ResultVerdict::kUnknownFrame;
+    slave->second.last_heard = now;
+    return slave->second.begun.contains(report.frame) ? ResultVerdict::kFrameEnded
+                                                      : ResultVerdict::kUnknownFrame;
   }
-  const ResultVerdict verdict = frame->ledger.accept(session, version, tile, attempt);
-  if (verdict != ResultVerdict::kAccepted && verdict != ResultVerdict::kDuplicate) return verdict;
+  const LedgerAnswer answer =
+      frame->ledger.accept(session, report.version, report.tile, report.attempt, report.pixels);
+  if (!answers_lease(answer.verdict)) return answer.verdict;
   release(*frame, session);
-  if (const auto since = leased_at_.find({id, tile}); since != leased_at_.end()) {
-    const double turnaround = seconds(now - since->second);
-    turnaround_seconds_ +=
-        (turnaround_seconds_ == 0 ? 1 : kTurnaroundWeight) * (turnaround - turnaround_seconds_);
-    leased_at_.erase(since);
-  }
-  if (frame->ledger.is_complete()) {
+  learn(slave->second, report, answer.leased_at, now);
+  settle_audit(*frame, session, report.tile, answer, actions);
+  if (frame->state == FrameState::kOpen && frame->ledger.is_complete())
     end_frame(*frame, FrameState::kComplete, "", actions);
+  if (frame->state == FrameState::kOpen) {
+    fill(*slave, now, actions);
+  } else {
     deliver(actions);
     fill_all(now, actions);
-  } else {
-    while (lease_one(session, slave->second, now, actions)) {
-    }
   }
-  return verdict;
+  return answer.verdict;
+}
+
+void Scheduler::learn(Slave& slave, const TileReport& report, TimePoint leased_at, TimePoint now) {
+  count_pace(slave.pace, -1);
+  if (report.starved_seconds > 0 && !slave.was_dry) slave.pace.starved();
+  slave.was_dry = false;
+  slave.last_heard = now;
+  slave.pace.tile_done(now, seconds(now - leased_at), report.held_seconds, report.render_seconds);
+  count_pace(slave.pace, 1);
+  tile_seconds_ += kTileWeight * (report.render_seconds - tile_seconds_);
+  budget_.tile_done();
+}
+
+// Who was wrong goes; a dispute that nobody is left to decide fails the frame.
+void Scheduler::settle_audit(Frame& frame, SessionId session, TileIndex tile,
+                             const LedgerAnswer& answer, Actions& actions) {
+  const std::string where =
+      "tile " + std::to_string(tile) + " of frame " + std::to_string(frame.id);
+  if (answer.outvoted != 0) {
+    actions.push_back({ActionKind::kExpel,
+                       answer.outvoted,
+                       frame.id,
+                       {tile, 0},
+                       false,
+                       "audit: two others agree on another picture of " + where});
+  }
+  if (answer.verdict == ResultVerdict::kUndecided) {
+    end_frame(frame, FrameState::kFailed,
+              "audit: " + where + ": slaves " + name_of(answer.first_vote) + ", " +
+                  name_of(session) + " and another one render it differently",
+              actions);
+  }
+  if (options_.audit_share > 0 && able_count(frame) <= FrameLedger::kVotesMax)
+    waive_audits(frame, actions);
+}
+
+// Audits that no slave is left for: one result is taken as it is, two that differ fail the frame.
+void Scheduler::waive_audits(Frame& frame, Actions& actions) {
+  if (frame.state != FrameState::kOpen) return;
+  std::vector<SessionId> able;
+  for (const SlaveEntry& entry : slaves_) {
+    if (entry.second.built.contains(frame.ledger.version())) able.push_back(entry.first);
+  }
+  if (able.empty()) return;
+  if (const auto dispute = frame.ledger.waive_audits(able)) {
+    end_frame(frame, FrameState::kFailed,
+              "audit: tile " + std::to_string(dispute->tile) + ": slaves " +
+                  name_of(dispute->first) + " and " + name_of(dispute->second) +
+                  " render it differently, and there is no third one to decide",
+              actions);
+  } else if (frame.ledger.is_complete()) {
+    end_frame(frame, FrameState::kComplete, "", actions);
+  }
+}
+
+std::string Scheduler::name_of(SessionId session) const {
+  const auto slave = slaves_.find(session);
+  return slave == slaves_.end() ? std::string("(gone)") : "'" + slave->second.name + "'";
 }
 
 Actions Scheduler::tile_returned(SessionId session, FrameId id, TileIndex tile, Attempt attempt,
@@ -201,10 +278,7 @@ Actions Scheduler::tile_returned(SessionId session, FrameId id, TileIndex tile, 
     fill_all(now, actions);
     return actions;
   }
-  for (auto& [other, slave] : slaves_) {
-    while (lease_one(other, slave, now, actions)) {
-    }
-  }
+  for (SlaveEntry& entry : slaves_) fill(entry, now, actions);
   return actions;
 }
 
@@ -217,8 +291,6 @@ void Scheduler::end_frame(Frame& frame, FrameState state, std::string reason, Ac
       slave->second.in_flight -= count;
   }
   frame.held.clear();
-  leased_at_.erase(leased_at_.lower_bound({frame.id, 0}),
-                   leased_at_.lower_bound({frame.id + 1, 0}));
   for (auto& [session, slave] : slaves_) {
     if (slave.begun.contains(frame.id))
       actions.push_back({ActionKind::kEndFrame, session, frame.id, {}, false, ""});
@@ -232,70 +304,9 @@ void Scheduler::deliver(Actions& actions) {
     const ActionKind kind = frame.state == FrameState::kComplete ? ActionKind::kFrameComplete
                                                                  : ActionKind::kFrameFailed;
     actions.push_back({kind, 0, frame.id, {}, frame.state == FrameState::kCancelled, frame.reason});
-    const LedgerCounts& counts = frame.ledger.counts();
-    ended_counts_.issued += counts.issued;
-    ended_counts_.accepted += counts.accepted;
-    ended_counts_.rejected += counts.rejected;
-    ended_counts_.abandoned += counts.abandoned;
+    ended_counts_ += frame.ledger.counts();
     frames_.pop_front();
   }
-}
-
-void Scheduler::issue(SessionId session, Slave& slave, Frame& frame, TileAssignment tile,
-                      Actions& actions) {
-  if (slave.begun.insert(frame.id).second) {
-    actions.push_back({ActionKind::kBeginFrame, session, frame.id, {}, false, ""});
-  }
-  ++slave.in_flight;
-  ++frame.held[session];
-  actions.push_back({ActionKind::kLease, session, frame.id, tile, false, ""});
-}
-
-// Returns: whether a tile was leased. Oldest frame first.
-bool Scheduler::lease_one(SessionId session, Slave& slave, TimePoint now, Actions& actions) {
-  const auto capacity =
-      slave.threads * static_cast<std::uint32_t>(options_.prefetch_per_thread + 1);
-  if (!is_started_ || slave.in_flight >= capacity || now < slave.rests_until) return false;
-  for (std::size_t i = 0; i < active_count(); ++i) {
-    Frame& frame = frames_[i];
-    if (frame.state != FrameState::kOpen || !slave.built.contains(frame.ledger.version())) continue;
-    if (const auto tile = frame.ledger.lease_next(session, now)) {
-      leased_at_[{frame.id, tile->tile}] = now;
-      issue(session, slave, frame, *tile, actions);
-      return true;
-    }
-  }
-  return false;
-}
-
-// In rounds, one tile for each slave, so that the first slave does not take all.
-void Scheduler::fill_all(TimePoint now, Actions& actions) {
-  for (bool has_leased = true; has_leased;) {
-    has_leased = false;
-    for (auto& [session, slave] : slaves_)
-      has_leased = lease_one(session, slave, now, actions) || has_leased;
-  }
-}
-
-Actions Scheduler::tick(TimePoint now) {
-  Actions actions;
-  if (!is_started_) return actions;
-  fill_all(now, actions);  // what was handed back while nobody else was there
-  const Duration overdue = std::max<Duration>(kOverdueMin, from_seconds(2 * turnaround_seconds_));
-  for (auto& [session, slave] : slaves_) {
-    if (slave.in_flight > 0 || now < slave.rests_until) continue;
-    for (std::size_t i = 0; i < active_count() && slave.in_flight < slave.threads; ++i) {
-      Frame& frame = frames_[i];
-      if (frame.state != FrameState::kOpen || !slave.built.contains(frame.ledger.version()))
-        continue;
-      while (slave.in_flight < slave.threads) {
-        const auto tile = frame.ledger.lease_again(session, now, overdue);
-        if (!tile) break;
-        issue(session, slave, frame, *tile, actions);
-      }
-    }
-  }
-  return actions;
 }
 
 std::uint32_t Scheduler::tiles_in_flight(SessionId session) const {
@@ -303,15 +314,15 @@ std::uint32_t Scheduler::tiles_in_flight(SessionId session) const {
   return slave == slaves_.end() ? 0 : slave->second.in_flight;
 }
 
+const SlavePace* Scheduler::pace(SessionId session) const {
+  const auto slave = slaves_.find(session);
+  return slave == slaves_.end() ? nullptr : &slave->second.pace;
+}
+
 LedgerCounts Scheduler::counts() const {
   LedgerCounts total = ended_counts_;
   for (const Frame& frame : frames_) {
-    const LedgerCounts& counts = frame.ledger.counts();
-    total.issued += counts.issued;
-    total.accepted += counts.accepted;
-    total.rejected += counts.rejected;
-    total.abandoned += counts.abandoned;
-    total.in_flight += counts.in_flight;
+    total += frame.ledger.counts();
   }
   return total;
 }

@@ -3,11 +3,15 @@
 //
 // After Benthin 2006, 8.3: dynamic balancing (one result brings one new tile), prefetching (tiles
 // queued on each slave in advance), two frames in flight, tiles only of scene versions that the
-// slave has built. Beyond it: slaves come and go at any moment, and overdue tiles are leased twice.
+// slave has built. Beyond it: the depth of the queues follows each slave's measured pace
+// (slave_pace.h); the last tiles of a frame go to whoever will have them back first, and are leased
+// twice where that shortens the frame; slaves come and go at any moment; a share of the tiles is
+// rendered twice and compared.
 //
 // Invariants. (1) At most frames_in_flight frames are leased at once, the oldest first. (2)
 // kFrameComplete and kFrameFailed come in the order of submission, once each. (3) A slave holds at
-// most threads * (prefetch_per_thread + 1) tiles. (4) Every loop is bounded by slaves times tiles.
+// most SlavePace::depth() tiles, and those it was lent when its depth was greater. (4) Every loop
+// is bounded by slaves times tiles.
 #pragma once
 
 #include <deque>
@@ -18,26 +22,49 @@
 
 #include "common/base/clock.h"
 #include "common/base/ids.h"
+#include "master/schedule/duplication_budget.h"
 #include "master/schedule/frame_ledger.h"
+#include "master/schedule/slave_pace.h"
 
 namespace tessera::master {
 
 struct SchedulerOptions {
-  int prefetch_per_thread = 3;
+  int prefetch_per_thread = SlavePace::kPrefetchAuto;
   int frames_in_flight = 2;
+  bool is_static = false;  // each slave has its fixed tiles: for measuring what balancing is worth
+  double audit_share = 0;  // of the tiles, 0 to 1: rendered by two slaves and compared
 };
 
-enum class ActionKind { kBeginFrame, kLease, kEndFrame, kFrameComplete, kFrameFailed };
+enum class ActionKind {
+  kBeginFrame,
+  kLease,
+  kEndFrame,
+  kExpel,  // an audit has found that this slave's pixels are wrong
+  kFrameComplete,
+  kFrameFailed
+};
 
 struct Action {
   ActionKind kind = ActionKind::kLease;
-  SessionId session = 0;  // kBeginFrame, kLease, kEndFrame
+  SessionId session = 0;  // all but the last two
   FrameId frame = 0;
-  TileAssignment tile;        // kLease
+  TileAssignment tile;        // kLease; kExpel: the tile that was wrong
   bool is_cancelled = false;  // kFrameFailed: on request
-  std::string reason;         // kFrameFailed
+  std::string reason;         // kFrameFailed, kExpel
 };
 using Actions = std::vector<Action>;
+
+// What a slave says of one tile.
+struct TileReport {
+  FrameId frame = 0;
+  SceneVersion version = 0;
+  TileIndex tile = 0;
+  Attempt attempt = 0;
+  double render_seconds = 0;   // on a render thread
+  double held_seconds = 0;     // from the lease's arrival to the result's departure
+  double starved_seconds = 0;  // of its render threads, since its last result
+  std::uint64_t pixels = 0;    // digest; with audits only
+};
 
 class Scheduler {
  public:
@@ -47,15 +74,18 @@ class Scheduler {
   Actions start(TimePoint now);
   bool is_started() const { return is_started_; }
 
-  // Requires: session unknown so far; threads >= 1.
-  void slave_joined(SessionId session, std::uint32_t threads);
+  // Requires: session unknown so far; threads >= 1. `name` is for reasons.
+  void slave_joined(SessionId session, std::string name, std::uint32_t threads);
   Actions slave_lost(SessionId session, TimePoint now);
   Actions scene_built(SessionId session, SceneVersion version, TimePoint now);
   Actions scene_failed(SessionId session, SceneVersion version, const std::string& reason,
                        TimePoint now);
+  // From heartbeats; matters until tiles have shown it.
+  void round_trip_measured(SessionId session, double seconds);
 
-  // Requires: frame numbers count up.
-  Actions submit_frame(FrameId frame, SceneVersion version, TileIndex tile_count, TimePoint now);
+  // `order`: every tile of the frame once. Requires: frame numbers count up.
+  Actions submit_frame(FrameId frame, SceneVersion version, std::vector<TileIndex> order,
+                       TimePoint now);
   Actions cancel_frame(FrameId frame, TimePoint now);
   // A frame that cannot be begun; it fails in its turn. Requires: as submit_frame().
   Actions refuse_frame(FrameId frame, std::string reason);
@@ -63,15 +93,19 @@ class Scheduler {
   void retire_scenes(SceneVersion first_kept);
 
   // `actions` gets what follows from it. Violations change nothing.
-  ResultVerdict result(SessionId session, FrameId frame, SceneVersion version, TileIndex tile,
-                       Attempt attempt, TimePoint now, Actions& actions);
+  ResultVerdict result(SessionId session, const TileReport& report, TimePoint now,
+                       Actions& actions);
   Actions tile_returned(SessionId session, FrameId frame, TileIndex tile, Attempt attempt,
                         TimePoint now);
 
-  // Call every 50 to 100 ms: overdue tiles are leased again, tiles handed back to anybody.
+  // Call every 10 to 50 ms while frames are open: late tiles are leased again, tiles handed back
+  // to anybody.
   Actions tick(TimePoint now);
 
+  bool has_open_frames() const { return !frames_.empty(); }
   std::uint32_t tiles_in_flight(SessionId session) const;
+  // Null when there is no such slave.
+  const SlavePace* pace(SessionId session) const;
   // Null when the frame is not known (any more).
   const FrameLedger* ledger(FrameId frame) const;
   // Over all frames, the ended ones too.
@@ -81,12 +115,15 @@ class Scheduler {
 
  private:
   struct Slave {
-    std::uint32_t threads = 1;
+    std::string name;
+    SlavePace pace;
     std::uint32_t in_flight = 0;
     std::set<SceneVersion> built;
     std::map<SceneVersion, std::string> failed;
     std::set<FrameId> begun;
     TimePoint rests_until{};  // it has handed a tile back: it is leaving, or cannot render it
+    TimePoint last_heard{};   // its last result, or its first lease after it had none
+    bool was_dry = true;      // since its last result there was a moment without a tile for it
   };
   enum class FrameState { kOpen, kComplete, kFailed, kCancelled };
   struct Frame {
@@ -96,16 +133,43 @@ class Scheduler {
     FrameLedger ledger;
     std::map<SessionId, std::uint32_t> held;  // leases outstanding, by slave
   };
+  using SlaveEntry = std::pair<const SessionId, Slave>;
 
+  // scheduler.cpp
   Frame* find(FrameId frame);
   std::size_t active_count() const;
-  void fill_all(TimePoint now, Actions& actions);
-  bool lease_one(SessionId session, Slave& slave, TimePoint now, Actions& actions);
-  void issue(SessionId session, Slave& slave, Frame& frame, TileAssignment tile, Actions& actions);
   void release(Frame& frame, SessionId session);
+  void count_pace(const SlavePace& pace, int sign);
   void end_frame(Frame& frame, FrameState state, std::string reason, Actions& actions);
   void deliver(Actions& actions);
   void fail_hopeless(Actions& actions);
+  void learn(Slave& slave, const TileReport& report, TimePoint leased_at, TimePoint now);
+  void settle_audit(Frame& frame, SessionId session, TileIndex tile, const LedgerAnswer& answer,
+                    Actions& actions);
+  void waive_audits(Frame& frame, Actions& actions);
+  std::string name_of(SessionId session) const;
+
+  // scheduler_leasing.cpp
+  bool can_take(const Slave& slave, const Frame& frame, TimePoint now) const;
+  bool has_room(const Slave& slave) const { return slave.in_flight < slave.pace.depth(); }
+  std::size_t able_count(const Frame& frame) const;
+  bool is_tail(std::size_t frame, const Slave& slave, TimePoint now) const;
+  void fill(SlaveEntry& entry, TimePoint now, Actions& actions);
+  void fill_all(TimePoint now, Actions& actions);
+  bool lease_one(SlaveEntry& entry, TimePoint now, Actions& actions);
+  bool lease_tail(Frame& frame, SessionId asking, TimePoint now, Actions& actions);
+  bool lease_static(Frame& frame, SlaveEntry& entry, TimePoint now, Actions& actions);
+  bool is_audited(FrameId frame, TileIndex tile) const;
+  double back_seconds(const Slave& slave, std::uint32_t ahead, TimePoint now) const;
+  Duration silence_allowed(const Slave& slave) const;
+  void lease_next(SlaveEntry& entry, Frame& frame, TimePoint now, Actions& actions);
+  void issue(SlaveEntry& entry, Frame& frame, TileAssignment tile, TimePoint now, Actions& actions);
+  void duplicate_late_tiles(Frame& frame, TimePoint now, Actions& actions);
+  SlaveEntry* fastest_for(const Frame& frame, SessionId except, TimePoint now,
+                          double& best_seconds);
+
+  // Until one is measured: any value but 0 makes slaves with few tiles look better.
+  static constexpr double kTileSecondsGuess = 0.010;
 
   const SchedulerOptions options_;
   bool is_started_ = false;
@@ -113,8 +177,10 @@ class Scheduler {
   std::deque<Frame> frames_;  // in order of submission; ended ones leave from the front
   FrameId next_frame_ = 0;    // above every frame ever submitted
   LedgerCounts ended_counts_;
-  double turnaround_seconds_ = 0;  // moving average, lease to result
-  std::map<std::pair<FrameId, TileIndex>, TimePoint> leased_at_;
+  std::uint64_t depth_total_ = 0;            // over all slaves
+  double rate_total_ = 0;                    // tiles per second, likewise
+  double tile_seconds_ = kTileSecondsGuess;  // of all slaves, recent mean
+  DuplicationBudget budget_;
 };
 
 }  // namespace tessera::master

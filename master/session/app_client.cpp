@@ -88,7 +88,6 @@ void AppClient::on_frame_chunk(const wire::FrameChunk& chunk) {
     frame.image->width_px = frame.settings.width_px;
     frame.image->height_px = frame.settings.height_px;
     frame.image->format = frame.settings.pixel_format;
-    frame.image->tile_edge_px = frame.settings.tile_edge_px;
     frame.image->bytes.resize(
         static_cast<std::size_t>(frame.settings.width_px) *
         static_cast<std::size_t>(frame.settings.height_px) *
@@ -120,6 +119,7 @@ void AppClient::on_frame_done(wire::FrameDone done) {
              frame.hash.finish() != done.stats.digest) {
     return end(Status::data_loss("a frame arrived incomplete or damaged"));
   } else {
+    frame.image->tile_edge_px = static_cast<int>(done.stats.tile_edge_px);
     frame.image->tile_slave = std::move(done.tile_slave);
     result.image = std::move(frame.image);
   }

@@ -52,6 +52,9 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
   FrameLoopOptions loop_options;
   loop_options.prefetch_per_thread = options.prefetch_per_thread;
   loop_options.frames_in_flight = options.frames_in_flight;
+  loop_options.is_static = options.is_static;
+  loop_options.is_scene_transfer_sync = options.is_scene_transfer_sync;
+  loop_options.audit_share = options.audit_percent / 100;
   loop_options.slaves_min = options.slaves_min;
   loop_options.isa = options.isa;
   loop_options.is_isa_mixed = options.is_isa_mixed;

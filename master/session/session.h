@@ -33,9 +33,12 @@ struct SessionOptions {
   bool is_plain = false;
   std::string name = "app";
   std::optional<Isa> isa;  // bind the session to this instruction set; else the best that all have
-  bool is_isa_mixed = false;  // --isa-policy mixed
-  int prefetch_per_thread = 3;
-  int frames_in_flight = 2;  // 1 or 2
+  bool is_isa_mixed = false;     // --isa-policy mixed
+  int prefetch_per_thread = -1;  // tiles waiting per render thread, 0 to 15; -1: as each needs
+  int frames_in_flight = 2;      // 1 or 2
+  bool is_static = false;        // --schedule static: fixed tiles for each slave
+  bool is_scene_transfer_sync = false;  // --scene-transfer sync: only while no frame is in work
+  double audit_percent = 0;             // tiles rendered by two slaves and compared
 };
 
 struct FrameResult {

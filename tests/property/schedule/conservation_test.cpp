@@ -7,9 +7,11 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <random>
 #include <set>
 
+#include "common/base/limits.h"
 #include "master/schedule/scheduler.h"
 
 namespace tessera::master {
@@ -28,7 +30,7 @@ class Cluster {
  public:
   explicit Cluster(std::uint64_t seed)
       : random_(seed),
-        options_{pick(1, 4), pick(1, 2)},
+        options_{pick(-1, 4), pick(1, 2), pick(0, 9) == 0, pick(0, 3) == 0 ? 0.3 : 0},
         scheduler_(options_),
         kill_share_(pick(0, 3)) {}
 
@@ -67,7 +69,9 @@ class Cluster {
     const SessionId session = ++last_session_;
     const auto threads = static_cast<std::uint32_t>(pick(1, 3));
     slaves_[session].threads = threads;
-    scheduler_.slave_joined(session, threads);
+    slaves_[session].is_liar = options_.audit_share > 0 && pick(0, 7) == 0;
+    liar_count_ += slaves_[session].is_liar;
+    scheduler_.slave_joined(session, std::to_string(session), threads);
   }
 
   SessionId any_slave() {
@@ -92,7 +96,10 @@ class Cluster {
     const auto tiles = static_cast<TileIndex>(pick(1, 30));
     versions_[frame] = newest_version_;
     tiles_[frame] = tiles;
-    perform(scheduler_.submit_frame(frame, newest_version_, tiles, now_));
+    std::vector<TileIndex> order(tiles);
+    std::iota(order.begin(), order.end(), TileIndex{0});
+    std::shuffle(order.begin(), order.end(), random_);
+    perform(scheduler_.submit_frame(frame, newest_version_, order, now_));
   }
 
   void answer_one() {
@@ -103,12 +110,18 @@ class Cluster {
     const Lease lease = leases[static_cast<std::size_t>(which)];
     leases.erase(leases.begin() + which);
     Actions actions;
-    const ResultVerdict verdict = scheduler_.result(
-        session, lease.frame, lease.version, lease.tile.tile, lease.tile.attempt, now_, actions);
+    const double render = 0.001 * pick(0, 30);
+    const std::uint64_t pixels = slaves_[session].is_liar ? session : 0;
+    const ResultVerdict verdict =
+        scheduler_.result(session,
+                          {lease.frame, lease.version, lease.tile.tile, lease.tile.attempt, render,
+                           render + 0.001 * pick(0, 9), 0.001 * pick(0, 1), pixels},
+                          now_, actions);
     if (verdict == ResultVerdict::kAccepted) {
-      EXPECT_TRUE(accepted_[lease.frame].insert(lease.tile.tile).second) << "a tile accepted twice";
+      const bool is_first = accepted_[lease.frame].insert(lease.tile.tile).second;
+      EXPECT_TRUE(is_first || options_.audit_share > 0) << "a tile accepted twice";
     } else {
-      EXPECT_TRUE(verdict == ResultVerdict::kDuplicate || verdict == ResultVerdict::kFrameEnded)
+      EXPECT_TRUE(answers_lease(verdict) || verdict == ResultVerdict::kFrameEnded)
           << verdict_text(verdict) << ": an honest slave is no violator";
     }
     perform(actions);
@@ -149,6 +162,11 @@ class Cluster {
         case ActionKind::kEndFrame:
           slaves_.at(action.session).begun.erase(action.frame);
           break;
+        case ActionKind::kExpel:
+          EXPECT_TRUE(!slaves_.contains(action.session) || slaves_[action.session].is_liar ||
+                      liar_count_ > 1)
+              << "an honest slave was outvoted by one liar";
+          break;
         case ActionKind::kFrameComplete:
           EXPECT_EQ(accepted_[action.frame].size(), tiles_[action.frame]) << "a hole in the frame";
           [[fallthrough]];
@@ -175,9 +193,7 @@ class Cluster {
     ASSERT_EQ(counts.issued,
               counts.accepted + counts.rejected + counts.abandoned + counts.in_flight);
     for (const auto& [session, slave] : slaves_) {
-      const auto capacity =
-          slave.threads * static_cast<std::uint32_t>(options_.prefetch_per_thread + 1);
-      ASSERT_LE(scheduler_.tiles_in_flight(session), capacity);
+      ASSERT_LE(scheduler_.tiles_in_flight(session), slave.threads * kTilesPerWorkerMax);
     }
   }
 
@@ -202,6 +218,7 @@ class Cluster {
 
   struct Slave {
     std::uint32_t threads = 1;
+    bool is_liar = false;  // its pixels are its own
     SceneVersion built = 0;
     std::set<FrameId> begun;
     std::vector<Lease> leases;
@@ -214,6 +231,7 @@ class Cluster {
   TimePoint now_{};
   std::map<SessionId, Slave> slaves_;
   SessionId last_session_ = 0;
+  int liar_count_ = 0;  // ever
   FrameId submitted_ = 0, delivered_ = 0;
   SceneVersion newest_version_ = 0;
   std::map<FrameId, SceneVersion> versions_;

@@ -49,7 +49,7 @@ TEST(CommandLine, DefaultsAreThoseOfTheContract) {
   EXPECT_EQ(parsed.options.frame.height_px, 480);
   EXPECT_EQ(parsed.options.frame.pixel_format, PixelFormat::kFloat);
   EXPECT_EQ(parsed.options.session.frames_in_flight, 2);
-  EXPECT_EQ(parsed.options.session.prefetch_per_thread, 3);
+  EXPECT_EQ(parsed.options.session.prefetch_per_thread, -1);
   EXPECT_EQ(parse({"serve", "--plain"}).options.session.listen, "127.0.0.1:7400");
   EXPECT_EQ(parse({"view", "builtin:cornell"}).options.frame.pixel_format, PixelFormat::kHalf);
   EXPECT_EQ(parse({"render", "s.obj", "-o", "x.exr", "--listen", "127.0.0.1:0", "--plain"})

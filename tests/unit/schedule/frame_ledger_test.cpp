@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <set>
 
 namespace tessera::master {
@@ -10,78 +11,153 @@ namespace {
 using namespace std::chrono_literals;
 constexpr SceneVersion kVersion = 7;
 const TimePoint kStart{};
+const TimePoint kDue = kStart + 1s;
+
+std::vector<TileIndex> tiles(TileIndex count) {
+  std::vector<TileIndex> order(count);
+  std::iota(order.begin(), order.end(), TileIndex{0});
+  return order;
+}
 
 TEST(FrameLedger, EveryTileIsLeasedOnceInOrderAndThenTheFrameIsComplete) {
-  FrameLedger ledger(kVersion, 3);
+  FrameLedger ledger(kVersion, tiles(3));
   for (TileIndex tile = 0; tile < 3; ++tile) {
-    const auto lease = ledger.lease_next(1, kStart);
+    const auto lease = ledger.lease_next(1, kStart, kDue);
     ASSERT_TRUE(lease.has_value());
     EXPECT_EQ(lease->tile, tile);
     EXPECT_FALSE(ledger.is_complete());
-    EXPECT_EQ(ledger.accept(1, kVersion, tile, lease->attempt), ResultVerdict::kAccepted);
+    EXPECT_EQ(ledger.accept(1, kVersion, tile, lease->attempt).verdict, ResultVerdict::kAccepted);
   }
-  EXPECT_FALSE(ledger.lease_next(1, kStart).has_value());
+  EXPECT_FALSE(ledger.lease_next(1, kStart, kDue).has_value());
   EXPECT_TRUE(ledger.is_complete());
-  EXPECT_EQ(ledger.reissued_count(), 0u);
 }
 
 TEST(FrameLedger, OnlyTheAnswerToAnOutstandingLeaseIsAccepted) {
-  FrameLedger ledger(kVersion, 2);
-  const TileAssignment lease = *ledger.lease_next(1, kStart);
-  EXPECT_EQ(ledger.accept(2, kVersion, lease.tile, lease.attempt), ResultVerdict::kNotLeased);
-  EXPECT_EQ(ledger.accept(1, kVersion, lease.tile, lease.attempt + 1), ResultVerdict::kNotLeased);
-  EXPECT_EQ(ledger.accept(1, kVersion + 1, lease.tile, lease.attempt),
+  FrameLedger ledger(kVersion, tiles(2));
+  const TileAssignment lease = *ledger.lease_next(1, kStart, kDue);
+  EXPECT_EQ(ledger.accept(2, kVersion, lease.tile, lease.attempt).verdict,
+            ResultVerdict::kNotLeased);
+  EXPECT_EQ(ledger.accept(1, kVersion, lease.tile, lease.attempt + 1).verdict,
+            ResultVerdict::kNotLeased);
+  EXPECT_EQ(ledger.accept(1, kVersion + 1, lease.tile, lease.attempt).verdict,
             ResultVerdict::kWrongVersion);
-  EXPECT_EQ(ledger.accept(1, kVersion, 1, 1), ResultVerdict::kNotLeased);
-  EXPECT_EQ(ledger.accept(1, kVersion, 99, 1), ResultVerdict::kNotLeased);
+  EXPECT_EQ(ledger.accept(1, kVersion, 1, 1).verdict, ResultVerdict::kNotLeased);
+  EXPECT_EQ(ledger.accept(1, kVersion, 99, 1).verdict, ResultVerdict::kNotLeased);
   EXPECT_EQ(ledger.counts().accepted, 0u);
-  EXPECT_EQ(ledger.accept(1, kVersion, lease.tile, lease.attempt), ResultVerdict::kAccepted);
-  EXPECT_EQ(ledger.accept(1, kVersion, lease.tile, lease.attempt), ResultVerdict::kNotLeased)
+  EXPECT_EQ(ledger.accept(1, kVersion, lease.tile, lease.attempt).verdict,
+            ResultVerdict::kAccepted);
+  EXPECT_EQ(ledger.accept(1, kVersion, lease.tile, lease.attempt).verdict,
+            ResultVerdict::kNotLeased)
       << "the same result twice";
 }
 
 TEST(FrameLedger, TilesOfALostSlaveComeFirstWithANewAttempt) {
-  FrameLedger ledger(kVersion, 4);
-  const TileAssignment first = *ledger.lease_next(1, kStart);
-  const TileAssignment second = *ledger.lease_next(1, kStart);
+  FrameLedger ledger(kVersion, tiles(4));
+  const TileAssignment first = *ledger.lease_next(1, kStart, kDue);
+  const TileAssignment second = *ledger.lease_next(1, kStart, kDue);
   EXPECT_EQ(ledger.lose_session(1, 1), 1) << "one of its tiles may have been in rendering";
-  EXPECT_EQ(ledger.accept(1, kVersion, first.tile, first.attempt), ResultVerdict::kNotLeased);
-  const TileAssignment again = *ledger.lease_next(2, kStart), next = *ledger.lease_next(2, kStart);
+  EXPECT_EQ(ledger.accept(1, kVersion, first.tile, first.attempt).verdict,
+            ResultVerdict::kNotLeased);
+  const TileAssignment again = *ledger.lease_next(2, kStart, kDue),
+                       next = *ledger.lease_next(2, kStart, kDue);
   EXPECT_EQ((std::set<TileIndex>{again.tile, next.tile}),
             (std::set<TileIndex>{first.tile, second.tile}));
   EXPECT_GT(again.attempt, first.attempt);
-  EXPECT_EQ(ledger.reissued_count(), 2u);
+  EXPECT_EQ(ledger.duplicated_count(), 0u) << "they were lost, not doubled";
 }
 
-TEST(FrameLedger, AnOverdueTileIsLeasedASecondTimeAndTheFirstResultWins) {
-  FrameLedger ledger(kVersion, 1);
-  const TileAssignment slow = *ledger.lease_next(1, kStart);
-  EXPECT_FALSE(ledger.lease_again(2, kStart + 99ms, 100ms).has_value()) << "not overdue yet";
-  EXPECT_FALSE(ledger.lease_again(1, kStart + 1s, 100ms).has_value()) << "it has it already";
-  const auto spare = ledger.lease_again(2, kStart + 1s, 100ms);
+TEST(FrameLedger, ATileIsLeasedASecondTimeAndTheFirstResultWins) {
+  FrameLedger ledger(kVersion, tiles(1));
+  const TileAssignment slow = *ledger.lease_next(1, kStart, kDue);
+  ASSERT_EQ(ledger.single_leases().size(), 1u);
+  EXPECT_EQ(ledger.single_leases()[0].due, kDue);
+  EXPECT_FALSE(ledger.lease_again(0, 1, kStart, kDue).has_value()) << "it has it already";
+  const auto spare = ledger.lease_again(0, 2, kStart, kDue);
   ASSERT_TRUE(spare.has_value());
-  EXPECT_FALSE(ledger.lease_again(3, kStart + 9s, 100ms).has_value()) << "two at most";
-  EXPECT_EQ(ledger.accept(2, kVersion, 0, spare->attempt), ResultVerdict::kAccepted);
-  EXPECT_EQ(ledger.accept(1, kVersion, 0, slow.attempt), ResultVerdict::kDuplicate);
+  EXPECT_TRUE(ledger.single_leases().empty());
+  EXPECT_FALSE(ledger.lease_again(0, 3, kStart, kDue).has_value()) << "two at most";
+  EXPECT_EQ(ledger.accept(2, kVersion, 0, spare->attempt).verdict, ResultVerdict::kAccepted);
+  EXPECT_EQ(ledger.accept(1, kVersion, 0, slow.attempt).verdict, ResultVerdict::kDuplicate);
   EXPECT_TRUE(ledger.is_complete());
   EXPECT_EQ(ledger.counts().rejected, 1u);
+  EXPECT_EQ(ledger.duplicated_count(), 1u);
+}
+
+// An audited tile leased to slaves 1 and 2.
+class AuditedTile : public ::testing::Test {
+ protected:
+  AuditedTile() {
+    first_ = *ledger_.lease_next(1, kStart, kDue, true);
+    EXPECT_FALSE(ledger_.next_for(1).has_value()) << "one slave does not audit itself";
+    second_ = *ledger_.lease_next(2, kStart, kDue);
+    EXPECT_FALSE(ledger_.next_for(3).has_value()) << "two are enough while they agree";
+  }
+  LedgerAnswer answer(SessionId session, const TileAssignment& lease, std::uint64_t pixels) {
+    return ledger_.accept(session, kVersion, lease.tile, lease.attempt, pixels);
+  }
+  FrameLedger ledger_{kVersion, tiles(1)};
+  TileAssignment first_, second_;
+};
+
+TEST_F(AuditedTile, IsDoneWhenTwoSlavesAgree) {
+  EXPECT_EQ(answer(2, second_, 77).verdict, ResultVerdict::kAccepted);
+  EXPECT_FALSE(ledger_.is_complete());
+  EXPECT_EQ(answer(1, first_, 77).verdict, ResultVerdict::kConfirmed);
+  EXPECT_TRUE(ledger_.is_complete());
+}
+
+TEST_F(AuditedTile, TheThirdSlaveOutvotesTheOneThatWasWrong) {
+  EXPECT_EQ(answer(1, first_, 66).verdict, ResultVerdict::kAccepted);
+  EXPECT_EQ(answer(2, second_, 77).verdict, ResultVerdict::kDisputed);
+  const TileAssignment third = *ledger_.lease_next(3, kStart, kDue);
+  const LedgerAnswer decided = answer(3, third, 77);
+  EXPECT_EQ(decided.verdict, ResultVerdict::kAccepted) << "the first one's pixels are replaced";
+  EXPECT_EQ(decided.outvoted, 1u);
+  EXPECT_TRUE(ledger_.is_complete());
+  EXPECT_EQ(ledger_.counts().accepted, 1u);
+  EXPECT_EQ(ledger_.counts().rejected, 2u);
+}
+
+TEST_F(AuditedTile, ADisputeThatNobodyIsLeftToDecideIsNamed) {
+  answer(1, first_, 66);
+  EXPECT_FALSE(ledger_.waive_audits({1, 2}).has_value()) << "the second is still at work";
+  answer(2, second_, 77);
+  EXPECT_FALSE(ledger_.waive_audits({1, 2, 3}).has_value()) << "the third may decide";
+  const auto dispute = ledger_.waive_audits({1, 2});
+  ASSERT_TRUE(dispute.has_value());
+  EXPECT_EQ(std::pair(dispute->first, dispute->second), (std::pair<SessionId, SessionId>{1, 2}));
+}
+
+TEST_F(AuditedTile, IsTakenAsItIsWhenTheAuditorsAreGone) {
+  answer(1, first_, 66);
+  ledger_.lose_session(2, 1);
+  EXPECT_FALSE(ledger_.waive_audits({1}).has_value());
+  EXPECT_TRUE(ledger_.is_complete());
+}
+
+TEST_F(AuditedTile, IsPendingAgainWhenBothAreLost) {
+  ledger_.lose_session(1, 1);
+  EXPECT_EQ(ledger_.lease_next(3, kStart, kDue)->tile, 0u) << "in the place of the first one";
+  ledger_.lose_session(3, 1);
+  ledger_.lose_session(2, 1);
+  EXPECT_EQ(ledger_.pending_count(), 1u);
 }
 
 TEST(FrameLedger, LossesOfOneTileAreCounted) {
-  FrameLedger ledger(kVersion, 1);
+  FrameLedger ledger(kVersion, tiles(1));
   for (int loss = 1; loss <= 3; ++loss) {
-    ASSERT_TRUE(ledger.lease_next(static_cast<SessionId>(loss), kStart).has_value());
+    ASSERT_TRUE(ledger.lease_next(static_cast<SessionId>(loss), kStart, kDue).has_value());
     EXPECT_EQ(ledger.lose_session(static_cast<SessionId>(loss), 1), loss);
   }
 }
 
 TEST(FrameLedger, WhatIsHandedBackIsPendingAgainAndNoLoss) {
-  FrameLedger ledger(kVersion, 1);
-  const TileAssignment lease = *ledger.lease_next(1, kStart);
+  FrameLedger ledger(kVersion, tiles(1));
+  const TileAssignment lease = *ledger.lease_next(1, kStart, kDue);
   EXPECT_FALSE(ledger.hand_back(2, lease.tile, lease.attempt));
   EXPECT_TRUE(ledger.hand_back(1, lease.tile, lease.attempt));
   EXPECT_FALSE(ledger.hand_back(1, lease.tile, lease.attempt)) << "once";
-  ASSERT_TRUE(ledger.lease_next(2, kStart).has_value());
+  ASSERT_TRUE(ledger.lease_next(2, kStart, kDue).has_value());
   EXPECT_EQ(ledger.lose_session(2, 1), 1);
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <set>
 
 #include "common/base/limits.h"
@@ -11,6 +12,7 @@ namespace {
 
 using namespace std::chrono_literals;
 const TimePoint kStart{};
+constexpr double kTileSeconds = 0.010;  // that every tile takes
 
 std::vector<Action> of(const Actions& actions, ActionKind kind, SessionId session = 0) {
   std::vector<Action> found;
@@ -20,10 +22,19 @@ std::vector<Action> of(const Actions& actions, ActionKind kind, SessionId sessio
   return found;
 }
 
+const SchedulerOptions kFixedPrefetch{3, 2, false, 0};
+
+std::vector<TileIndex> tiles(TileIndex count) {
+  std::vector<TileIndex> order(count);
+  std::iota(order.begin(), order.end(), TileIndex{0});
+  return order;
+}
+
 // A started scheduler with slaves 1..count, one thread each, that have built version 1.
 Scheduler cluster_of(int count, SchedulerOptions options = {}) {
   Scheduler scheduler(options);
-  for (int i = 1; i <= count; ++i) scheduler.slave_joined(static_cast<SessionId>(i), 1);
+  for (int i = 1; i <= count; ++i)
+    scheduler.slave_joined(static_cast<SessionId>(i), "s" + std::to_string(i), 1);
   EXPECT_TRUE(scheduler.start(kStart).empty());
   for (int i = 1; i <= count; ++i) {
     EXPECT_TRUE(scheduler.scene_built(static_cast<SessionId>(i), 1, kStart).empty());
@@ -34,31 +45,31 @@ Scheduler cluster_of(int count, SchedulerOptions options = {}) {
 Actions answer(Scheduler& scheduler, const Action& lease, TimePoint now,
                ResultVerdict expected = ResultVerdict::kAccepted, SceneVersion version = 1) {
   Actions actions;
-  EXPECT_EQ(scheduler.result(lease.session, lease.frame, version, lease.tile.tile,
-                             lease.tile.attempt, now, actions),
-            expected);
+  const TileReport report{
+      lease.frame, version, lease.tile.tile, lease.tile.attempt, kTileSeconds, kTileSeconds, 0, 0};
+  EXPECT_EQ(scheduler.result(lease.session, report, now, actions), expected);
   return actions;
 }
 
 TEST(Scheduler, NothingIsLeasedBeforeTheSessionHasStarted) {
   Scheduler scheduler({});
-  scheduler.slave_joined(1, 2);
+  scheduler.slave_joined(1, "s1", 2);
   EXPECT_TRUE(scheduler.scene_built(1, 1, kStart).empty());
-  EXPECT_TRUE(scheduler.submit_frame(0, 1, 10, kStart).empty());
+  EXPECT_TRUE(scheduler.submit_frame(0, 1, tiles(10), kStart).empty());
   EXPECT_FALSE(of(scheduler.start(kStart), ActionKind::kLease).empty());
 }
 
 TEST(Scheduler, ASlaveGetsItsThreadsPlusThePrefetch) {
   Scheduler scheduler = cluster_of(1);
-  const Actions actions = scheduler.submit_frame(0, 1, 100, kStart);
+  const Actions actions = scheduler.submit_frame(0, 1, tiles(100), kStart);
   EXPECT_EQ(actions.front().kind, ActionKind::kBeginFrame) << "before its first tile";
   EXPECT_EQ(of(actions, ActionKind::kLease).size(), 4u) << "1 thread x (3 + 1)";
   EXPECT_EQ(scheduler.tiles_in_flight(1), 4u);
 }
 
 TEST(Scheduler, OneResultBringsOneNewTile) {
-  Scheduler scheduler = cluster_of(1);
-  const Actions actions = scheduler.submit_frame(0, 1, 100, kStart);
+  Scheduler scheduler = cluster_of(1, kFixedPrefetch);
+  const Actions actions = scheduler.submit_frame(0, 1, tiles(100), kStart);
   const Actions next = answer(scheduler, of(actions, ActionKind::kLease)[0], kStart + 5ms);
   EXPECT_EQ(of(next, ActionKind::kLease).size(), 1u);
   EXPECT_EQ(scheduler.tiles_in_flight(1), 4u);
@@ -66,18 +77,18 @@ TEST(Scheduler, OneResultBringsOneNewTile) {
 
 TEST(Scheduler, TilesGoOnlyToSlavesThatHaveBuiltTheVersion) {
   Scheduler scheduler = cluster_of(2);
-  EXPECT_TRUE(scheduler.submit_frame(0, 2, 10, kStart).empty());
+  EXPECT_TRUE(scheduler.submit_frame(0, 2, tiles(10), kStart).empty());
   const Actions actions = scheduler.scene_built(2, 2, kStart);
   EXPECT_TRUE(of(actions, ActionKind::kLease, 1).empty());
   EXPECT_FALSE(of(actions, ActionKind::kLease, 2).empty());
 }
 
 TEST(Scheduler, TwoFramesAreInFlightAndTheThirdWaits) {
-  Scheduler scheduler = cluster_of(1);
-  const Actions first = scheduler.submit_frame(0, 1, 2, kStart);
-  const Actions second = scheduler.submit_frame(1, 1, 2, kStart);
+  Scheduler scheduler = cluster_of(1, kFixedPrefetch);
+  const Actions first = scheduler.submit_frame(0, 1, tiles(2), kStart);
+  const Actions second = scheduler.submit_frame(1, 1, tiles(2), kStart);
   EXPECT_EQ(of(second, ActionKind::kLease).size(), 2u) << "beside the tail of frame 0";
-  EXPECT_TRUE(scheduler.submit_frame(2, 1, 2, kStart).empty());
+  EXPECT_TRUE(scheduler.submit_frame(2, 1, tiles(2), kStart).empty());
   answer(scheduler, of(first, ActionKind::kLease)[0], kStart);
   const Actions done = answer(scheduler, of(first, ActionKind::kLease)[1], kStart);
   EXPECT_EQ(of(done, ActionKind::kFrameComplete).size(), 1u);
@@ -88,15 +99,15 @@ TEST(Scheduler, TwoFramesAreInFlightAndTheThirdWaits) {
 }
 
 TEST(Scheduler, WithOneFrameInFlightTheSecondWaits) {
-  Scheduler scheduler = cluster_of(1, {3, 1});
-  EXPECT_FALSE(scheduler.submit_frame(0, 1, 2, kStart).empty());
-  EXPECT_TRUE(scheduler.submit_frame(1, 1, 2, kStart).empty());
+  Scheduler scheduler = cluster_of(1, {3, 1, false, 0});
+  EXPECT_FALSE(scheduler.submit_frame(0, 1, tiles(2), kStart).empty());
+  EXPECT_TRUE(scheduler.submit_frame(1, 1, tiles(2), kStart).empty());
 }
 
 TEST(Scheduler, FramesComeOutInOrderAlsoWhenTheLaterIsReadyFirst) {
   Scheduler scheduler = cluster_of(1);
-  const Actions first = scheduler.submit_frame(0, 1, 1, kStart);
-  const Actions second = scheduler.submit_frame(1, 1, 1, kStart);
+  const Actions first = scheduler.submit_frame(0, 1, tiles(1), kStart);
+  const Actions second = scheduler.submit_frame(1, 1, tiles(1), kStart);
   EXPECT_TRUE(
       of(answer(scheduler, of(second, ActionKind::kLease)[0], kStart), ActionKind::kFrameComplete)
           .empty());
@@ -108,8 +119,8 @@ TEST(Scheduler, FramesComeOutInOrderAlsoWhenTheLaterIsReadyFirst) {
 }
 
 TEST(Scheduler, TheTilesOfALostSlaveGoToTheOthersAtOnce) {
-  Scheduler scheduler = cluster_of(2);
-  const Actions actions = scheduler.submit_frame(0, 1, 5, kStart);
+  Scheduler scheduler = cluster_of(2, kFixedPrefetch);
+  const Actions actions = scheduler.submit_frame(0, 1, tiles(5), kStart);
   const std::vector<Action> of_two = of(actions, ActionKind::kLease, 2);
   ASSERT_EQ(of_two.size() + of(actions, ActionKind::kLease, 1).size(), 5u);
   Actions next;
@@ -121,29 +132,15 @@ TEST(Scheduler, TheTilesOfALostSlaveGoToTheOthersAtOnce) {
   for (const Action& a : of(next, ActionKind::kLease, 1)) again.insert(a.tile.tile);
   for (const Action& a : of_two) EXPECT_TRUE(again.contains(a.tile.tile)) << a.tile.tile;
   Actions ignored;
-  EXPECT_EQ(scheduler.result(2, 0, 1, of_two[0].tile.tile, of_two[0].tile.attempt, kStart, ignored),
+  EXPECT_EQ(scheduler.result(2, {0, 1, of_two[0].tile.tile, of_two[0].tile.attempt, 0, 0, 0, 0},
+                             kStart, ignored),
             ResultVerdict::kNotLeased)
       << "nothing that the lost one says counts any more";
 }
 
-TEST(Scheduler, AnOverdueTileGoesToAnIdleSlaveToo) {
-  Scheduler scheduler = cluster_of(2);
-  const Actions actions = scheduler.submit_frame(0, 1, 2, kStart);
-  const std::vector<Action> leases = of(actions, ActionKind::kLease);
-  ASSERT_EQ(leases.size(), 2u);
-  const SessionId slow = leases[0].session;
-  for (const Action& lease : leases) {
-    if (lease.session != slow) answer(scheduler, lease, kStart + 10ms);
-  }
-  EXPECT_TRUE(of(scheduler.tick(kStart + 100ms), ActionKind::kLease).empty());
-  const std::vector<Action> spare = of(scheduler.tick(kStart + 5s), ActionKind::kLease);
-  ASSERT_FALSE(spare.empty());
-  EXPECT_NE(spare[0].session, slow);
-}
-
 TEST(Scheduler, ATileHandedBackByTheOnlySlaveIsTriedAgain) {
   Scheduler scheduler = cluster_of(1);
-  const Action lease = of(scheduler.submit_frame(0, 1, 1, kStart), ActionKind::kLease)[0];
+  const Action lease = of(scheduler.submit_frame(0, 1, tiles(1), kStart), ActionKind::kLease)[0];
   EXPECT_TRUE(scheduler.tile_returned(1, 0, lease.tile.tile, lease.tile.attempt, kStart).empty());
   EXPECT_TRUE(of(scheduler.tick(kStart + 50ms), ActionKind::kLease).empty()) << "it may be leaving";
   EXPECT_EQ(of(scheduler.tick(kStart + 6s), ActionKind::kLease).size(), 1u);
@@ -151,7 +148,7 @@ TEST(Scheduler, ATileHandedBackByTheOnlySlaveIsTriedAgain) {
 
 TEST(Scheduler, SlavesThatLeaveTogetherDoNotPassTilesAround) {
   Scheduler scheduler = cluster_of(2);
-  const Actions actions = scheduler.submit_frame(0, 1, 8, kStart);
+  const Actions actions = scheduler.submit_frame(0, 1, tiles(8), kStart);
   std::size_t leases_again = 0;
   for (const Action& lease : of(actions, ActionKind::kLease)) {
     leases_again +=
@@ -160,13 +157,13 @@ TEST(Scheduler, SlavesThatLeaveTogetherDoNotPassTilesAround) {
             .size();
   }
   EXPECT_LE(leases_again, 4u) << "to the second, before it says that it leaves too";
-  scheduler.slave_joined(9, 1);
+  scheduler.slave_joined(9, "s9", 1);
   EXPECT_FALSE(of(scheduler.scene_built(9, 1, kStart + 1s), ActionKind::kLease).empty());
 }
 
 TEST(Scheduler, AVersionStaysUsableHoweverManyAreBuiltAfterIt) {
-  Scheduler scheduler = cluster_of(1);
-  const Actions first = scheduler.submit_frame(0, 1, 100, kStart);
+  Scheduler scheduler = cluster_of(1, kFixedPrefetch);
+  const Actions first = scheduler.submit_frame(0, 1, tiles(100), kStart);
   for (SceneVersion version = 2; version < 50; ++version) scheduler.scene_built(1, version, kStart);
   EXPECT_EQ(
       of(answer(scheduler, of(first, ActionKind::kLease)[0], kStart), ActionKind::kLease).size(),
@@ -177,7 +174,7 @@ TEST(Scheduler, AVersionStaysUsableHoweverManyAreBuiltAfterIt) {
 
 TEST(Scheduler, ARefusedFrameFailsInItsTurn) {
   Scheduler scheduler = cluster_of(1);
-  const Actions first = scheduler.submit_frame(0, 1, 1, kStart);
+  const Actions first = scheduler.submit_frame(0, 1, tiles(1), kStart);
   EXPECT_TRUE(scheduler.refuse_frame(1, "no memory").empty());
   const Actions done = answer(scheduler, of(first, ActionKind::kLease)[0], kStart);
   EXPECT_EQ(of(done, ActionKind::kFrameComplete).size(), 1u);
@@ -187,7 +184,7 @@ TEST(Scheduler, ARefusedFrameFailsInItsTurn) {
 
 TEST(Scheduler, ATileThatNobodyCanRenderFailsItsFrame) {
   Scheduler scheduler = cluster_of(1);
-  Actions actions = scheduler.submit_frame(0, 1, 1, kStart);
+  Actions actions = scheduler.submit_frame(0, 1, tiles(1), kStart);
   std::vector<Action> failed;
   TimePoint now = kStart;
   for (int lease = 0; lease < kTileLeasesMax + 2; ++lease) {
@@ -206,11 +203,11 @@ TEST(Scheduler, ATileThatNobodyCanRenderFailsItsFrame) {
 TEST(Scheduler, ATileThatTakesEverySlaveWithItFailsItsFrame) {
   Scheduler scheduler({});
   scheduler.start(kStart);
-  scheduler.submit_frame(0, 1, 1, kStart);
+  scheduler.submit_frame(0, 1, tiles(1), kStart);
   std::vector<Action> failed;
   for (SessionId slave = 1; slave <= SessionId{kTileAttemptsMax}; ++slave) {
     ASSERT_TRUE(failed.empty());
-    scheduler.slave_joined(slave, 1);
+    scheduler.slave_joined(slave, "s", 1);
     EXPECT_EQ(of(scheduler.scene_built(slave, 1, kStart), ActionKind::kLease).size(), 1u);
     failed = of(scheduler.slave_lost(slave, kStart), ActionKind::kFrameFailed);
   }
@@ -220,15 +217,15 @@ TEST(Scheduler, ATileThatTakesEverySlaveWithItFailsItsFrame) {
 
 TEST(Scheduler, WithoutAnySlaveTheFrameIsKept) {
   Scheduler scheduler = cluster_of(1);
-  scheduler.submit_frame(0, 1, 3, kStart);
+  scheduler.submit_frame(0, 1, tiles(3), kStart);
   EXPECT_TRUE(of(scheduler.slave_lost(1, kStart), ActionKind::kFrameFailed).empty());
-  scheduler.slave_joined(9, 1);
+  scheduler.slave_joined(9, "s9", 1);
   EXPECT_EQ(of(scheduler.scene_built(9, 1, kStart), ActionKind::kLease).size(), 3u);
 }
 
 TEST(Scheduler, ASceneThatNoSlaveCanHoldFailsItsFrameWithTheReason) {
   Scheduler scheduler = cluster_of(2);
-  scheduler.submit_frame(0, 2, 3, kStart);
+  scheduler.submit_frame(0, 2, tiles(3), kStart);
   EXPECT_TRUE(
       of(scheduler.scene_failed(1, 2, "no memory", kStart), ActionKind::kFrameFailed).empty());
   const std::vector<Action> failed =
@@ -239,7 +236,7 @@ TEST(Scheduler, ASceneThatNoSlaveCanHoldFailsItsFrameWithTheReason) {
 
 TEST(Scheduler, ACancelledFrameEndsOnceAndItsLateResultsAreDropped) {
   Scheduler scheduler = cluster_of(1);
-  const Actions actions = scheduler.submit_frame(0, 1, 3, kStart);
+  const Actions actions = scheduler.submit_frame(0, 1, tiles(3), kStart);
   const std::vector<Action> failed =
       of(scheduler.cancel_frame(0, kStart), ActionKind::kFrameFailed);
   ASSERT_EQ(failed.size(), 1u);
@@ -250,7 +247,7 @@ TEST(Scheduler, ACancelledFrameEndsOnceAndItsLateResultsAreDropped) {
 
 TEST(Scheduler, ResultsThatNobodyAskedForAreViolations) {
   Scheduler scheduler = cluster_of(2);
-  const Actions actions = scheduler.submit_frame(0, 1, 100, kStart);
+  const Actions actions = scheduler.submit_frame(0, 1, tiles(100), kStart);
   const Action lease = of(actions, ActionKind::kLease, 1)[0];
   answer(scheduler, lease, kStart, ResultVerdict::kWrongVersion, 2);
   Action stolen = lease;

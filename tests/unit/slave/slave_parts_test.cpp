@@ -87,20 +87,30 @@ TEST(TileQueue, FirstInFirstOutBoundedAndRemovableByFrame) {
   TileQueue queue(3);
   const auto a = frame(1);
   const auto b = frame(2);
-  EXPECT_TRUE(queue.try_push({a, 0, 1}));
-  EXPECT_TRUE(queue.try_push({b, 1, 1}));
-  EXPECT_TRUE(queue.try_push({a, 2, 1}));
-  EXPECT_FALSE(queue.try_push({a, 3, 1})) << "full";
+  EXPECT_TRUE(queue.try_push({a, 0, 1, {}}));
+  EXPECT_TRUE(queue.try_push({b, 1, 1, {}}));
+  EXPECT_TRUE(queue.try_push({a, 2, 1, {}}));
+  EXPECT_FALSE(queue.try_push({a, 3, 1, {}})) << "full";
   EXPECT_EQ(queue.pop()->tile, 0u);
   const auto removed = queue.remove_frame(a.get());
   ASSERT_EQ(removed.size(), 1u);
   EXPECT_EQ(removed[0].tile, 2u);
   EXPECT_EQ(queue.pop()->tile, 1u);
-  EXPECT_TRUE(queue.try_push({b, 4, 1}));
+  EXPECT_TRUE(queue.try_push({b, 4, 1, {}}));
   queue.close();
-  EXPECT_FALSE(queue.try_push({b, 5, 1})) << "closed";
+  EXPECT_FALSE(queue.try_push({b, 5, 1, {}})) << "closed";
   EXPECT_EQ(queue.pop()->tile, 4u);
   EXPECT_FALSE(queue.pop().has_value());
+}
+
+TEST(TileQueue, ALateTileOfAnOlderFrameGoesAheadOfTheNextFrame) {
+  TileQueue queue(4);
+  const auto older = frame(1), newer = frame(2);
+  EXPECT_TRUE(queue.try_push({older, 0, 1, {}}));
+  EXPECT_TRUE(queue.try_push({newer, 1, 1, {}}));
+  EXPECT_TRUE(queue.try_push({older, 2, 1, {}}));
+  EXPECT_TRUE(queue.try_push({newer, 3, 1, {}}));
+  for (const TileIndex tile : {0u, 2u, 1u, 3u}) EXPECT_EQ(queue.pop()->tile, tile);
 }
 
 TEST(TileQueue, CloseWakesSleepers) {

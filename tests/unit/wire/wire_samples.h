@@ -143,7 +143,8 @@ inline std::vector<Message> Samples::all() {
   m.push_back(TileLease{any(), small(0, kTilesPerFrameMax - 1), small(1, 0xffffffffu)});
   m.push_back(FrameEnd{any()});
   m.push_back(TileResult{any(), number(1, ~0ull), small(0, kTilesPerFrameMax - 1),
-                         small(1, 0xffffffffu), real(0, 10), real(0, 10), rays(), bytes(5000)});
+                         small(1, 0xffffffffu), real(0, 10), real(0, 10), real(0, 10), rays(),
+                         bytes(5000)});
   m.push_back(TileReturned{any(), small(0, kTilesPerFrameMax - 1), small(1, 0xffffffffu)});
   m.push_back(Goodbye{text(kReasonBytesMax, 0)});
   m.push_back(FrameSubmit{any(), number(1, ~0ull), settings()});
@@ -202,8 +203,8 @@ inline auto fields(const FrameBegin& m) { return std::tie(m.frame, m.version, m.
 inline auto fields(const TileLease& m) { return std::tie(m.frame, m.tile, m.attempt); }
 inline auto fields(const FrameEnd& m) { return std::tie(m.frame); }
 inline auto fields(const TileResult& m) {
-  return std::tie(m.frame, m.version, m.tile, m.attempt, m.seconds, m.starved_seconds, m.rays,
-                  m.pixels);
+  return std::tie(m.frame, m.version, m.tile, m.attempt, m.seconds, m.starved_seconds,
+                  m.held_seconds, m.rays, m.pixels);
 }
 inline auto fields(const TileReturned& m) { return std::tie(m.frame, m.tile, m.attempt); }
 inline auto fields(const Goodbye& m) { return std::tie(m.reason); }
@@ -214,7 +215,8 @@ inline auto fields(const StatusRequest&) { return std::tuple<>(); }
 inline auto fields(const FrameStats& s) {
   return std::tie(s.frame, s.seconds, s.scene_version, s.isa, s.is_mixed, s.slave_count,
                   s.tile_count, s.tile_edge_px, s.tiles_reissued, s.tiles_rejected, s.rays,
-                  s.bytes_to_slaves, s.bytes_from_slaves, s.build_seconds, s.utilisation, s.digest);
+                  s.bytes_to_slaves, s.bytes_from_slaves, s.build_seconds, s.utilisation,
+                  s.tiles_duplicated, s.render_seconds, s.prefetch_min, s.prefetch_max, s.digest);
 }
 inline auto fields(const FrameDone& m) {
   return std::tuple_cat(fields(m.stats), std::tie(m.error, m.tile_slave));

@@ -1,0 +1,79 @@
+// The order and the size of tiles.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <set>
+
+#include "common/base/limits.h"
+#include "master/schedule/tile_order.h"
+#include "master/schedule/tile_size.h"
+
+namespace tessera::master {
+namespace {
+
+TEST(TileOrder, EveryTileOfAnyGridComesOnce) {
+  for (int columns : {1, 2, 7, 8, 9, 20, 33}) {
+    for (int rows : {1, 3, 8, 15, 17}) {
+      const std::vector<TileIndex> order = tile_order(columns, rows);
+      const std::set<TileIndex> all(order.begin(), order.end());
+      EXPECT_EQ(order.size(), static_cast<std::size_t>(columns * rows));
+      EXPECT_EQ(all.size(), order.size());
+      EXPECT_EQ(*all.rbegin(), static_cast<TileIndex>(columns * rows - 1));
+    }
+  }
+}
+
+TEST(TileOrder, OneTileIsBesideTheNext) {
+  constexpr int kColumns = 24, kRows = 16;  // whole blocks: the curve has no jump
+  const std::vector<TileIndex> order = tile_order(kColumns, kRows);
+  int jumps = 0;
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    const int from = static_cast<int>(order[i - 1]), to = static_cast<int>(order[i]);
+    jumps +=
+        std::abs(from % kColumns - to % kColumns) + std::abs(from / kColumns - to / kColumns) != 1;
+  }
+  EXPECT_LE(jumps, 1) << "one from band to band: a band ends at its top";
+}
+
+TEST(TileOrder, ABandIsWholeBeforeTheNextOneBegins) {
+  const std::vector<TileIndex> order = tile_order(20, 24);
+  for (std::size_t i = 0; i < order.size(); ++i) EXPECT_EQ(order[i] / 20 / 8, i / (20 * 8));
+}
+
+TEST(TileSize, IsTheDefaultBeforeAnythingIsKnown) {
+  EXPECT_EQ(TileSize().edge_px(640, 480, 8), kTileEdgeAutoPx);
+}
+
+int edge_at(double pixel_seconds, int width, int height, std::uint32_t threads) {
+  TileSize size;
+  size.measured(1000, 1000 * pixel_seconds);
+  return size.edge_px(width, height, threads);
+}
+
+TEST(TileSize, DearPixelsAndManyThreadsMakeSmallTilesCheapOnesLarge) {
+  EXPECT_EQ(edge_at(1e-4, 640, 480, 8), 16);
+  EXPECT_EQ(edge_at(2e-8, 1920, 1080, 2), 128);
+  EXPECT_LT(edge_at(1e-6, 640, 480, 500), edge_at(1e-6, 640, 480, 2));
+  EXPECT_LE(edge_at(1e-6, 320, 240, 8), edge_at(1e-6, 7680, 4320, 8));
+}
+
+TEST(TileSize, SmallChangesKeepTheSize) {
+  TileSize size;
+  size.measured(1000, 1000 * 1e-6);
+  const int edge = size.edge_px(1280, 720, 8);
+  for (int i = 0; i < 100; ++i) {
+    size.measured(1000, 1000 * (i % 2 == 0 ? 0.8e-6 : 1.25e-6));
+    EXPECT_EQ(size.edge_px(1280, 720, 8), edge);
+  }
+}
+
+TEST(TileSize, NonsenseIsIgnored) {
+  TileSize size;
+  size.measured(0, 1);
+  size.measured(10, -1);
+  size.measured(10, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(size.edge_px(640, 480, 8), kTileEdgeAutoPx);
+}
+
+}  // namespace
+}  // namespace tessera::master
