@@ -27,7 +27,7 @@ packages_of() {  # set
       echo g++ cmake ninja-build pkg-config ccache mold libasio-dev libssl-dev openssl \
         libprotobuf-dev protobuf-compiler libspdlog-dev libfmt-dev libopenimageio-dev openimageio-tools \
         libglfw3-dev libepoxy-dev libopengl-dev libgl-dev libimgui-dev libgl1-mesa-dri libhwy-dev \
-        libtbb-dev libcli11-dev libtomlplusplus-dev libassimp-dev
+        libtbb-dev libcli11-dev libtomlplusplus-dev libassimp-dev liblz4-dev libzstd-dev
       ;;
     test)
       echo libgtest-dev libgmock-dev python3 xvfb xauth imagemagick procps
@@ -38,7 +38,7 @@ packages_of() {  # set
     lint) echo clang-14 clang-format-14 libclang-rt-14-dev shellcheck ;;
     runtime)
       echo libprotobuf32 libspdlog1.10 libfmt9 libssl3 libhwy1 libtbb12 libopenimageio2.4 libglfw3 \
-        libepoxy0 libopengl0 libgl1 libgl1-mesa-dri libassimp5 libstb0 libtomlplusplus3
+        libepoxy0 libopengl0 libgl1 libgl1-mesa-dri libassimp5 libstb0 libtomlplusplus3 liblz4-1 libzstd1
       ;;
     *)
       echo "install-dependencies.sh: no set '$1' (build, test, lab, compose, embree, lint, runtime, all)" >&2

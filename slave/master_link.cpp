@@ -285,6 +285,10 @@ std::uint64_t MasterLink::tile_queue_bytes() const {
   return state_ == State::kReady ? tile_->queue_bytes() : 0;
 }
 
+net::LinkCounters MasterLink::tile_counters() const {
+  return state_ == State::kReady ? tile_->link_counters() : net::LinkCounters{};
+}
+
 void MasterLink::leave(const std::string& reason, milliseconds grace) {
   if (state_ == State::kEnded) return;
   if (state_ == State::kReady) send_scene(wire::Goodbye{reason});

@@ -40,6 +40,7 @@ class MasterLink {
   void send_tile(wire::Message message);
   void send_scene(wire::Message message);
   std::uint64_t tile_queue_bytes() const;  // 0 when not ready
+  net::LinkCounters tile_counters() const;
 
   // Says goodbye and closes, sending what is queued for at most `grace`. Nothing is tried again.
   void leave(const std::string& reason, std::chrono::milliseconds grace);

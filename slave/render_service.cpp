@@ -18,8 +18,11 @@ class RenderService::Worker {
   std::vector<float> rgb;
 };
 
-RenderService::RenderService(int threads, int tile_sleep_ms, OnDone on_done)
-    : tile_sleep_ms_(tile_sleep_ms), on_done_(std::move(on_done)), queue_(kTilesLeasedMax) {
+RenderService::RenderService(int threads, int tile_sleep_ms, PixelCoder& coder, OnDone on_done)
+    : tile_sleep_ms_(tile_sleep_ms),
+      coder_(coder),
+      on_done_(std::move(on_done)),
+      queue_(kTilesLeasedMax) {
   {
     MutexLock lock(mutex_);
     workers_running_ = threads;
@@ -87,6 +90,7 @@ std::optional<wire::TileResult> RenderService::render(const TileJob& job, Worker
   result.pixels.resize(static_cast<std::size_t>(rect.pixel_count()) *
                        static_cast<std::size_t>(bytes_per_pixel(begin.settings.pixel_format)));
   encode_pixels(rgb, begin.settings.pixel_format, result.pixels);
+  coder_.code(begin, result);
   result.frame = begin.frame;
   result.version = begin.version;
   result.tile = job.tile;

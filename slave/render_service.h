@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/base/mutex.h"
+#include "slave/pixel_coder.h"
 #include "slave/tile_queue.h"
 
 namespace tessera::slave {
@@ -21,7 +22,8 @@ class RenderService {
  public:
   using OnDone = std::function<void(const TileJob&, std::optional<wire::TileResult>)>;
 
-  RenderService(int threads, int tile_sleep_ms, OnDone on_done);
+  // `coder` outlives the service.
+  RenderService(int threads, int tile_sleep_ms, PixelCoder& coder, OnDone on_done);
   ~RenderService();  // stop()
 
   TileQueue& queue() { return queue_; }
@@ -36,6 +38,7 @@ class RenderService {
   std::optional<wire::TileResult> render(const TileJob& job, Worker& worker);
 
   const int tile_sleep_ms_;
+  PixelCoder& coder_;
   const OnDone on_done_;
   TileQueue queue_;
 

@@ -21,7 +21,7 @@ class ThreadWorkshop final : public Workshop {
  public:
   ThreadWorkshop(const SlaveOptions& options, RenderService::OnDone on_done,
                  SceneBuilder::OnBuilt on_built)
-      : render_(options.threads, options.tile_sleep_ms, std::move(on_done)),
+      : render_(options.threads, options.tile_sleep_ms, coder_, std::move(on_done)),
         builder_({options.threads, nullptr, options.structure}, std::move(on_built)) {}
 
   bool try_push(TileJob job) override { return render_.queue().try_push(std::move(job)); }
@@ -32,11 +32,14 @@ class ThreadWorkshop final : public Workshop {
   void retire(std::uint64_t generation, SceneVersion first_kept) override {
     builder_.retire(generation, first_kept);
   }
+  void observe_link(const net::LinkCounters& counters) override { coder_.observe(counters); }
+  void forget_link() override { coder_.forget_link(); }
 
   RenderService& render() { return render_; }
   SceneBuilder& builder() { return builder_; }
 
  private:
+  PixelCoder coder_;
   RenderService render_;
   SceneBuilder builder_;
 };

@@ -217,6 +217,7 @@ void SlaveNode::Impl::flush_results() {
     result.held_seconds = seconds(Clock::now() - results.front().leased);
     link->send_tile(std::move(result));
     results.pop_front();
+    workshop.observe_link(link->tile_counters());
   }
   // on_drained tells of the connection's own bound, which may be far above ours.
   if (!results.empty()) flush_timer->start_once(milliseconds(2), [this] { flush_results(); });
@@ -233,6 +234,7 @@ void SlaveNode::Impl::on_lost() {
   workshop.set_open_frames(0);
   results.clear();
   flush_timer->cancel();
+  workshop.forget_link();
   built.clear();
   receiver.reset();
   first_kept = 0;

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <deque>
 
+#include "common/net/connection.h"
 #include "slave/frame_work.h"
 #include "slave/scene_builder.h"
 
@@ -26,6 +27,10 @@ class Workshop {
   virtual std::deque<TileJob> remove_all() = 0;
   // While at least one frame is open, waiting for tiles counts as starved.
   virtual void set_open_frames(std::size_t frames) = 0;
+
+  // The link that results leave by, after each of them; and that it is gone.
+  virtual void observe_link(const net::LinkCounters&) {}
+  virtual void forget_link() {}
 
   // Returns: false when SceneBuilder::kQueueMax scenes wait.
   [[nodiscard]] virtual bool try_push(BuildTask task) = 0;

@@ -36,6 +36,9 @@ class StreamOf final : public ByteStream {
     lowest(*stream_).close(ignored);
   }
   bool needs_checksum() const override { return needs_checksum_; }
+  LinkCounters tcp_counters() const override {
+    return tcp_counters_of(lowest(*stream_).native_handle());
+  }
 
  private:
   std::unique_ptr<Stream> stream_;

@@ -25,6 +25,8 @@ class ByteStream {
   virtual void shutdown_send() = 0;
   virtual void close() = 0;
   virtual bool needs_checksum() const = 0;  // TCP without TLS
+  // What the kernel counts of a TCP link; bytes_moved and busy stay 0 elsewhere.
+  virtual LinkCounters tcp_counters() const = 0;
 };
 
 using TcpSocket = asio::ip::tcp::socket;
@@ -37,6 +39,9 @@ std::unique_ptr<ByteStream> make_byte_stream(LocalSocket socket);
 
 // "10.0.0.5:41234", and the port alone. Empty and 0 when the socket is not connected.
 PeerIdentity address_of(const TcpSocket& socket);
+
+// Of a connected TCP socket. All zero for other sockets.
+LinkCounters tcp_counters_of(int socket);
 
 // The connection over a stream that is ready (TLS handshake done).
 ConnectionPtr make_connection(IoThread& io, std::unique_ptr<ByteStream> stream, PeerIdentity peer);

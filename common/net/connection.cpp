@@ -54,6 +54,7 @@ class Core : public std::enable_shared_from_this<Core> {
   const PeerIdentity& peer() const { return peer_; }
   std::uint64_t queue_bytes() const { return queue_bytes_; }
   std::uint64_t bytes_sent() const { return bytes_sent_; }
+  LinkCounters link_counters() const;
   std::uint64_t bytes_received() const { return bytes_received_; }
   std::chrono::steady_clock::time_point last_received() const { return last_received_; }
   std::chrono::steady_clock::time_point last_sent() const { return last_sent_; }
@@ -156,6 +157,14 @@ void Core::on_written(const asio::error_code& error, std::size_t bytes) {
     was_above_low_ = false;
     if (callbacks_.on_drained) callbacks_.on_drained();
   }
+}
+
+LinkCounters Core::link_counters() const {
+  LinkCounters counters;
+  if (state_ == State::kOpen) counters = stream_->tcp_counters();
+  if (counters.busy.count() == 0) counters.bytes_moved = bytes_sent_;
+  counters.queue_bytes = queue_bytes_;
+  return counters;
 }
 
 void Core::read_more() {
@@ -341,6 +350,7 @@ class CoreConnection final : public Connection {
   const PeerIdentity& peer() const override { return core_->peer(); }
   std::uint64_t bytes_sent() const override { return core_->bytes_sent(); }
   std::uint64_t bytes_received() const override { return core_->bytes_received(); }
+  LinkCounters link_counters() const override { return core_->link_counters(); }
   std::chrono::steady_clock::time_point last_received() const override {
     return core_->last_received();
   }

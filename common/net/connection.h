@@ -28,6 +28,15 @@ namespace tessera::net {
 inline constexpr std::uint64_t kSendQueueBytesMax = std::uint64_t{64} << 20;
 inline constexpr std::uint64_t kSendQueueLowBytes = std::uint64_t{1} << 20;
 
+// What the link has carried so far, for whoever judges its speed.
+struct LinkCounters {
+  std::uint64_t bytes_moved = 0;  // taken by the peer's machine (TCP), by the socket else
+  std::chrono::microseconds busy{
+      0};  // time with bytes on the way; 0 for good where nobody measures
+  std::chrono::microseconds rtt{0}, rtt_min{0};  // TCP's own: smoothed, and the least ever
+  std::uint64_t queue_bytes = 0;                 // waiting in us
+};
+
 // Who the peer is, as proven by TLS; plain and local links have an empty role, and may take any.
 struct PeerIdentity {
   bool is_authenticated = false;
@@ -67,6 +76,8 @@ class Connection {
   virtual std::chrono::steady_clock::time_point last_received()
       const = 0;  // any byte counts as life
   virtual std::chrono::steady_clock::time_point last_sent() const = 0;
+  // A system call: a few times per second and per bulk record, no more.
+  virtual LinkCounters link_counters() const { return {bytes_sent(), {}, {}, {}, queue_bytes()}; }
 };
 
 using ConnectionPtr = std::shared_ptr<Connection>;

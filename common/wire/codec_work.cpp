@@ -64,6 +64,7 @@ net::Record encode_one(FrameBegin m) {
   h.set_version(m.version);
   h.set_isa(static_cast<std::uint32_t>(m.isa));
   put_settings(m.settings, *h.mutable_settings());
+  h.set_pixel_codings(m.pixel_codings);
   return make_record(RecordType::kFrameBegin, h);
 }
 
@@ -80,6 +81,7 @@ Result<Message> decode_frame_begin(net::ReceivedRecord record) {
   m.frame = h.frame();
   m.version = h.version();
   m.isa = static_cast<Isa>(h.isa());
+  m.pixel_codings = h.pixel_codings() & kByteCodingsAll;  // others are of a later version
   return Message(m);
 }
 
@@ -129,6 +131,7 @@ net::Record encode_one(TileResult m) {
   h.set_rays_primary(m.rays.primary);
   h.set_rays_shadow(m.rays.shadow);
   h.set_rays_secondary(m.rays.secondary);
+  h.set_coding(static_cast<std::uint32_t>(m.coding));
   return make_record(RecordType::kTileResult, h, net::SharedBytes::of(std::move(m.pixels)));
 }
 
@@ -143,6 +146,7 @@ Result<Message> decode_tile_result(net::ReceivedRecord record) {
   check.not_negative("starved_seconds", h.starved_seconds());
   check.not_negative("held_seconds", h.held_seconds());
   check.range("pixels", record.payload.size(), 1, kTilePayloadBytesMax);
+  check.range("coding", h.coding(), 0, kByteCodingCount - 1);
   if (!check.is_ok()) return check.status();
   TileResult m;
   m.frame = h.frame();
@@ -154,6 +158,7 @@ Result<Message> decode_tile_result(net::ReceivedRecord record) {
   m.held_seconds = h.held_seconds();
   m.rays = {h.rays_primary(), h.rays_shadow(), h.rays_secondary()};
   m.pixels = std::move(record.payload);
+  m.coding = static_cast<ByteCoding>(h.coding());
   return Message(std::move(m));
 }
 

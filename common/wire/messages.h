@@ -18,6 +18,7 @@
 #include "common/frame/frame_settings.h"
 #include "common/frame/frame_stats.h"
 #include "common/net/record.h"
+#include "common/wire/byte_coding.h"
 
 namespace tessera::wire {
 
@@ -113,6 +114,8 @@ struct FrameBegin {
   SceneVersion version = 0;
   Isa isa = Isa::kScalar;
   FrameSettings settings;
+  // How the master lets pixels travel besides plainly; a master that does not say wants them plain.
+  ByteCodingMask pixel_codings = kByteCodingsNone;
 };
 struct TileLease {
   FrameId frame = 0;
@@ -132,7 +135,8 @@ struct TileResult {
   double starved_seconds = 0;  // worker time lost on an empty queue since the last result
   double held_seconds = 0;     // from the lease's arrival to this result's departure
   RayCounts rays;
-  std::vector<std::byte> pixels;  // payload, in the frame's format
+  std::vector<std::byte> pixels;          // payload, in the frame's format
+  ByteCoding coding = ByteCoding::kNone;  // of the payload: pixel_coding.h
 };
 struct TileReturned {
   FrameId frame = 0;

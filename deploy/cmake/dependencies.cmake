@@ -14,6 +14,8 @@ target_compile_definitions(dep_asio INTERFACE
   $<$<CXX_COMPILER_ID:Clang>:ASIO_HAS_CO_AWAIT=1;ASIO_HAS_STD_COROUTINE=1>)
 target_link_libraries(dep_asio INTERFACE Threads::Threads OpenSSL::SSL)
 
+pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)
+pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 find_package(Protobuf 3.21 REQUIRED MODULE)
 find_package(spdlog 1.10 REQUIRED CONFIG)
 find_package(hwy 1.0.3 REQUIRED CONFIG)

@@ -79,6 +79,10 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
                  "same: one set per session; mixed: later slaves may have another")
       ->capture_default_str()
       ->type_name("POLICY");
+  app.add_option("--pixel-coding", t.pixel_coding,
+                 "auto: slaves on slow links code their pixels, losslessly; off: never")
+      ->capture_default_str()
+      ->type_name("MODE");
   app.add_option(
          "--prefetch", t.prefetch,
          "tiles waiting per render thread of a slave, 0 to 15, or auto (as the network needs)")
@@ -139,7 +143,9 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->capture_default_str()
       ->type_name("N");
   app.add_option("--pixels", t.pixels,
-                 "float, half or display8: what travels (default: float for files, half for view)")
+                 "float (exact), half (11 significant bits: relative error 2^-11; 65520 and more "
+                 "become infinite) or display8 (8-bit sRGB: half a code, clamped to 0..1): what "
+                 "travels (default: float for files, half for view)")
       ->type_name("FORMAT");
   app.add_option("--tile", t.tile, "edge of a tile in pixels, 4 to 256, or auto")
       ->capture_default_str()

@@ -99,6 +99,10 @@ Status check_cluster(MasterOptions& o, const TypedOptions& t) {
     return Status::invalid_argument("--isa-policy " + t.isa_policy + ": give same or mixed");
   }
   o.session.is_isa_mixed = t.isa_policy == "mixed";
+  if (t.pixel_coding != "auto" && t.pixel_coding != "off") {
+    return Status::invalid_argument("--pixel-coding " + t.pixel_coding + ": give auto or off");
+  }
+  o.session.is_pixel_coding = t.pixel_coding == "auto";
   if (t.prefetch != "auto") {
     auto prefetch = parse_int("--prefetch", t.prefetch, 0, kTilesPerWorkerMax - 1);
     if (!prefetch.is_ok()) return prefetch.status();

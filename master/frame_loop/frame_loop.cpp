@@ -9,6 +9,7 @@
 #include "common/base/clock.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
+#include "common/wire/pixel_coding.h"
 #include "master/cluster/cluster.h"
 #include "master/cluster/reception.h"
 #include "master/frame_loop/app_server.h"
@@ -82,7 +83,7 @@ struct FrameLoop::Impl {
   void start_when_ready();
   void perform(const Actions& actions);
   void begin_frame(const Action& action);
-  void on_result(SessionId session, const wire::TileResult& result);
+  void on_result(SessionId session, wire::TileResult result);
   void complete(FrameId frame);
   void note_prefetch(const FrameWork& work, FrameStats& stats) const;
   void fail(const Action& action);
@@ -108,8 +109,8 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
   events.scene_failed = [this](SessionId session, SceneVersion version, const std::string& reason) {
     perform(scheduler.scene_failed(session, version, reason, Clock::now()));
   };
-  events.tile_result = [this](SessionId session, const wire::TileResult& result) {
-    on_result(session, result);
+  events.tile_result = [this](SessionId session, wire::TileResult result) {
+    on_result(session, std::move(result));
   };
   events.tile_returned = [this](SessionId session, const wire::TileReturned& r) {
     perform(scheduler.tile_returned(session, r.frame, r.tile, r.attempt, Clock::now()));
@@ -189,16 +190,19 @@ void FrameLoop::Impl::begin_frame(const Action& action) {
   }
   work.available_threads = std::max<double>(work.available_threads, cluster.thread_count());
   if (isa != work.assembly.stats().isa) work.assembly.stats().is_mixed = true;
+  const auto codings = options.is_pixel_coding ? wire::kByteCodingsAll : wire::kByteCodingsNone;
   cluster.send(action.session, wire::FrameBegin{action.frame, work.assembly.version(), isa,
-                                                work.assembly.settings()});
+                                                work.assembly.settings(), codings});
 }
 
-void FrameLoop::Impl::on_result(SessionId session, const wire::TileResult& result) {
+void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
   const auto found = frames.find(result.frame);
   if (found != frames.end()) {
     FrameAssembly& assembly = found->second.assembly;
     if (result.tile >= assembly.grid().tile_count() ||
-        result.pixels.size() != assembly.tile_bytes(result.tile)) {
+        !wire::make_plain(assembly.settings().pixel_format, assembly.tile_bytes(result.tile),
+                          result)
+             .is_ok()) {
       return cluster.expel(session, "a tile result of the wrong size");
     }
   }

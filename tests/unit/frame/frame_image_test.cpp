@@ -2,12 +2,25 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <random>
 
 namespace tessera {
 namespace {
+
+float through_one(PixelFormat format, float value) {
+  const float rgb[3] = {value, value, value};
+  std::vector<std::byte> bytes(static_cast<std::size_t>(bytes_per_pixel(format)));
+  encode_pixels(rgb, format, bytes);
+  float out[3] = {};
+  decode_pixels(bytes, format, out);
+  return out[0];
+}
 
 std::vector<float> through(PixelFormat format, std::vector<float> rgb) {
   std::vector<std::byte> bytes(rgb.size() / 3 * static_cast<std::size_t>(bytes_per_pixel(format)));
@@ -73,6 +86,51 @@ TEST(FrameImage, DigestCoversEveryByte) {
   const Digest before = image.digest();
   image.bytes[299] = std::byte{1};
   EXPECT_NE(image.digest(), before);
+}
+
+// The errors that --help and common/wire/README.md state, measured over all magnitudes.
+TEST(FrameImage, HalfHasTheStatedError) {
+  std::mt19937 random(5);
+  double relative = 0, absolute_small = 0;
+  for (int i = 0; i < 300'000; ++i) {
+    const auto bits = static_cast<std::uint32_t>(random()) & 0x7fffffffu;
+    const float value = std::bit_cast<float>(bits);
+    if (!(value < 65520)) continue;
+    const double error =
+        std::abs(static_cast<double>(through_one(PixelFormat::kHalf, value)) - double{value});
+    if (value >= 0x1p-14f) {
+      relative = std::max(relative, error / value);
+    } else {
+      absolute_small = std::max(absolute_small, error);
+    }
+  }
+  EXPECT_LE(relative, 0x1p-11);
+  EXPECT_GE(relative, 0x1p-11 * 0.99) << "the bound is not slack";
+  EXPECT_LE(absolute_small, 0x1p-25);
+  EXPECT_EQ(through_one(PixelFormat::kHalf, std::nextafter(65520.0f, 0.0f)), 65504);
+  EXPECT_TRUE(std::isinf(through_one(PixelFormat::kHalf, 65520)));
+  EXPECT_TRUE(std::isnan(through_one(PixelFormat::kHalf, std::nanf(""))));
+}
+
+TEST(FrameImage, Display8IsHalfACodeOff) {
+  double worst = 0;
+  for (int i = 0; i <= 1'000'000; ++i) {
+    const double linear = static_cast<double>(static_cast<float>(i * 1e-6));
+    const double exact =
+        255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055);
+    const float rgb[3] = {static_cast<float>(linear), 0, 0};
+    std::array<std::byte, 3> code{};
+    encode_pixels(rgb, PixelFormat::kDisplay8, code);
+    worst = std::max(worst, std::abs(static_cast<double>(code[0]) - exact));
+  }
+  // Besides the rounding to a code: float pow, scale and sum, together below 8 roundings at 255,
+  // and the two decimals of the standard's seam, which differ by less than 1e-4 of a code there.
+  EXPECT_LE(worst, 0.5 + 255 * 8 * 0x1p-24 + 1e-4);
+  EXPECT_GE(worst, 0.49);
+  const float outside[3] = {-1, 7, std::nanf("")};
+  std::array<std::byte, 3> codes{};
+  encode_pixels(outside, PixelFormat::kDisplay8, codes);
+  EXPECT_EQ(codes, (std::array<std::byte, 3>{std::byte{0}, std::byte{255}, std::byte{0}}));
 }
 
 }  // namespace

@@ -139,12 +139,13 @@ inline std::vector<Message> Samples::all() {
   m.push_back(SceneBuilt{number(1, ~0ull), real(0, 100), number(0, kTrianglesMax)});
   m.push_back(SceneFailed{number(1, ~0ull), text(kReasonBytesMax, 0)});
   m.push_back(SceneRetire{number(1, ~0ull)});
-  m.push_back(FrameBegin{any(), number(1, ~0ull), isa(), settings()});
+  m.push_back(FrameBegin{any(), number(1, ~0ull), isa(), settings(),
+                         small(0, 3) * coding_bit(ByteCoding::kLz4)});
   m.push_back(TileLease{any(), small(0, kTilesPerFrameMax - 1), small(1, 0xffffffffu)});
   m.push_back(FrameEnd{any()});
   m.push_back(TileResult{any(), number(1, ~0ull), small(0, kTilesPerFrameMax - 1),
                          small(1, 0xffffffffu), real(0, 10), real(0, 10), real(0, 10), rays(),
-                         bytes(5000)});
+                         bytes(5000), static_cast<ByteCoding>(number(0, 2))});
   m.push_back(TileReturned{any(), small(0, kTilesPerFrameMax - 1), small(1, 0xffffffffu)});
   m.push_back(Goodbye{text(kReasonBytesMax, 0)});
   m.push_back(FrameSubmit{any(), number(1, ~0ull), settings()});

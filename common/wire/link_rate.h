@@ -1,0 +1,39 @@
+// How fast a link carries bytes, from the counters of its connection: bytes moved over the time in
+// which there was something to move, while a queue stood somewhere on the way. A link that never
+// queues has no rate: it is faster than what it is given.
+//
+// A queue stands when bytes wait in the connection, or when the round trip has grown to twice its
+// least and by at least kQueueingMin: results that are leased a few at a time fit into the buffers
+// between the machines and never wait in ours.
+//
+// Threads. One owner. Pure: the counters come in, no clock is read.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+#include "common/net/connection.h"
+
+namespace tessera::wire {
+
+class LinkRate {
+ public:
+  // Below it a standing queue is noise, and the bytes in it not worth coding.
+  static constexpr std::chrono::microseconds kQueueingMin{2000};
+  // Busy time that makes a first judgement, and that the past is weighed with against the present.
+  static constexpr std::chrono::microseconds kBusyMin{20'000}, kMemory{1'000'000};
+
+  void observe(const net::LinkCounters& counters);
+
+  // Bytes per second; nothing as long as the link has not been seen with a queue.
+  std::optional<double> bytes_per_second() const;
+
+ private:
+  std::optional<net::LinkCounters> last_;
+  double bytes_ = 0, busy_seconds_ = 0;
+  // Time on the way without a queue since one was last seen: the link has become fast.
+  double free_seconds_ = 0, free_bytes_ = 0;
+};
+
+}  // namespace tessera::wire

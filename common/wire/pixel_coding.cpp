@@ -1,0 +1,129 @@
+#include "common/wire/pixel_coding.h"
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+#include <utility>
+
+#include "common/base/check.h"
+
+namespace tessera::wire {
+namespace {
+
+constexpr std::array<std::size_t, 3> kChannels = {1, 0, 2};  // green first: the others refer to it
+
+template <typename T>
+T load(const std::byte* from, std::size_t component) {
+  T value{};
+  std::memcpy(&value, from + component * sizeof(T), sizeof(T));
+  return value;
+}
+
+// Differences of either sign to small unsigned numbers, and back.
+template <typename T>
+T fold(T difference) {
+  const auto sign =
+      static_cast<std::make_signed_t<T>>(difference) < 0 ? static_cast<T>(~T{0}) : T{0};
+  return static_cast<T>(static_cast<T>(difference << 1) ^ sign);
+}
+template <typename T>
+T unfold(T folded) {
+  const T sign = (folded & 1) != 0 ? static_cast<T>(~T{0}) : T{0};
+  return static_cast<T>(static_cast<T>(folded >> 1) ^ sign);
+}
+
+template <typename T>
+void split(const std::byte* pixels, std::size_t count, std::byte* planes) {
+  for (std::size_t place = 0; place < 3; ++place) {
+    const std::size_t channel = kChannels[place];
+    T before = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const T green = place == 0 ? T{0} : load<T>(pixels, 3 * i + 1);
+      const T value = static_cast<T>(load<T>(pixels, 3 * i + channel) - green);
+      const T folded = fold(static_cast<T>(value - before));
+      before = value;
+      for (std::size_t b = 0; b < sizeof(T); ++b) {
+        planes[(3 * b + place) * count + i] = static_cast<std::byte>(folded >> (8 * b) & 0xff);
+      }
+    }
+  }
+}
+
+template <typename T>
+void join(const std::byte* planes, std::size_t count, std::byte* pixels) {
+  for (std::size_t place = 0; place < 3; ++place) {
+    const std::size_t channel = kChannels[place];
+    T before = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      T folded = 0;
+      for (std::size_t b = 0; b < sizeof(T); ++b) {
+        folded =
+            static_cast<T>(folded | static_cast<T>(planes[(3 * b + place) * count + i]) << (8 * b));
+      }
+      before = static_cast<T>(before + unfold(folded));
+      const T green = place == 0 ? T{0} : load<T>(pixels, 3 * i + 1);
+      const T value = static_cast<T>(before + green);
+      std::memcpy(pixels + (3 * i + channel) * sizeof(T), &value, sizeof(T));
+    }
+  }
+}
+
+}  // namespace
+
+bool code_pixels(ByteCoding coding, PixelFormat format, std::span<const std::byte> pixels,
+                 std::vector<std::byte>& coded) {
+  const auto pixel_bytes = static_cast<std::size_t>(bytes_per_pixel(format));
+  TESSERA_CHECK_EQ(pixels.size() % pixel_bytes, 0u);
+  const std::size_t count = pixels.size() / pixel_bytes;
+  thread_local std::vector<std::byte> planes;
+  planes.resize(pixels.size());
+  switch (format) {
+    case PixelFormat::kFloat:
+      split<std::uint32_t>(pixels.data(), count, planes.data());
+      break;
+    case PixelFormat::kHalf:
+      split<std::uint16_t>(pixels.data(), count, planes.data());
+      break;
+    case PixelFormat::kDisplay8:
+      split<std::uint8_t>(pixels.data(), count, planes.data());
+      break;
+  }
+  return code_bytes(coding, planes, coded);
+}
+
+Status restore_pixels(ByteCoding coding, PixelFormat format, std::span<const std::byte> coded,
+                      std::span<std::byte> pixels) {
+  if (coding == ByteCoding::kNone) return decode_bytes(coding, coded, pixels);
+  const auto pixel_bytes = static_cast<std::size_t>(bytes_per_pixel(format));
+  TESSERA_CHECK_EQ(pixels.size() % pixel_bytes, 0u);
+  const std::size_t count = pixels.size() / pixel_bytes;
+  thread_local std::vector<std::byte> planes;
+  planes.resize(pixels.size());
+  TESSERA_RETURN_IF_ERROR(decode_bytes(coding, coded, planes));
+  switch (format) {
+    case PixelFormat::kFloat:
+      join<std::uint32_t>(planes.data(), count, pixels.data());
+      break;
+    case PixelFormat::kHalf:
+      join<std::uint16_t>(planes.data(), count, pixels.data());
+      break;
+    case PixelFormat::kDisplay8:
+      join<std::uint8_t>(planes.data(), count, pixels.data());
+      break;
+  }
+  return Status::ok();
+}
+
+Status make_plain(PixelFormat format, std::size_t plain_bytes, TileResult& result) {
+  if (result.coding == ByteCoding::kNone && result.pixels.size() == plain_bytes) {
+    return Status::ok();
+  }
+  std::vector<std::byte> plain(plain_bytes);
+  TESSERA_RETURN_IF_ERROR(restore_pixels(result.coding, format, result.pixels, plain));
+  result.pixels = std::move(plain);
+  result.coding = ByteCoding::kNone;
+  return Status::ok();
+}
+
+}  // namespace tessera::wire

@@ -1,0 +1,82 @@
+// The rate of a link from its counters: links that are simulated in whole microseconds.
+#include "common/wire/link_rate.h"
+
+#include <gtest/gtest.h>
+
+namespace tessera::wire {
+namespace {
+
+using std::chrono::microseconds;
+
+// A link of `rate` bytes per second that is looked at every `step`.
+struct Link {
+  LinkRate rate;
+  net::LinkCounters counters;
+
+  Link() { counters.rtt_min = counters.rtt = microseconds(200); }
+
+  void run(double bytes_per_second, microseconds step, int steps, bool is_queueing) {
+    for (int i = 0; i < steps; ++i) {
+      counters.bytes_moved +=
+          static_cast<std::uint64_t>(bytes_per_second * 1e-6 * static_cast<double>(step.count()));
+      counters.busy += step;
+      counters.rtt = is_queueing ? microseconds(20'000) : microseconds(250);
+      rate.observe(counters);
+    }
+  }
+};
+
+TEST(LinkRate, AQueueShowsTheRate) {
+  Link link;
+  link.rate.observe(link.counters);
+  link.run(1e6, microseconds(5000), 100, true);
+  ASSERT_TRUE(link.rate.bytes_per_second().has_value());
+  EXPECT_NEAR(*link.rate.bytes_per_second(), 1e6, 1e4);
+}
+
+TEST(LinkRate, WithoutAQueueNothingIsKnown) {
+  Link link;
+  link.run(1e6, microseconds(5000), 1000, false);
+  EXPECT_FALSE(link.rate.bytes_per_second().has_value());
+}
+
+TEST(LinkRate, BytesThatWaitInUsAreAQueueAsWell) {
+  Link link;
+  link.counters.queue_bytes = 1;
+  link.run(3e6, microseconds(5000), 100, false);
+  EXPECT_NEAR(link.rate.bytes_per_second().value_or(0), 3e6, 1e4);
+}
+
+TEST(LinkRate, IdleTimeDoesNotCount) {
+  Link link;
+  link.counters.queue_bytes = 1;
+  for (int i = 0; i < 50; ++i) {
+    link.run(2e6, microseconds(5000), 1, true);
+    link.rate.observe(link.counters);  // a second later, perhaps: busy stood still
+  }
+  EXPECT_NEAR(link.rate.bytes_per_second().value_or(0), 2e6, 2e4);
+}
+
+TEST(LinkRate, FollowsALinkThatSlowsDown) {
+  Link link;
+  link.run(8e6, microseconds(5000), 400, true);
+  link.run(1e6, microseconds(5000), 800, true);
+  EXPECT_NEAR(link.rate.bytes_per_second().value_or(0), 1e6, 3e5);
+}
+
+TEST(LinkRate, AQueueThatVanishedDoesNotMakeItForget) {
+  Link link;
+  link.run(1e6, microseconds(5000), 400, true);
+  link.run(5e5, microseconds(5000), 4000, false);  // coded: half the bytes, no queue
+  EXPECT_NEAR(link.rate.bytes_per_second().value_or(0), 1e6, 1e4);
+}
+
+TEST(LinkRate, ALinkThatProvesFasterWithoutAQueueIsForgotten) {
+  Link link;
+  link.run(1e6, microseconds(5000), 400, true);
+  link.run(3e6, microseconds(5000), 10, false);
+  EXPECT_FALSE(link.rate.bytes_per_second().has_value());
+}
+
+}  // namespace
+}  // namespace tessera::wire
