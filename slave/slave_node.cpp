@@ -213,11 +213,11 @@ void SlaveNode::Impl::give_back(const TileJob& job) {
 void SlaveNode::Impl::flush_results() {
   if (!link) return;
   while (!results.empty() && link->tile_queue_bytes() < kSendQueueBytesMax) {
+    workshop.observe_link(link->tile_counters());  // before more is on the way
     wire::TileResult& result = results.front().result;
     result.held_seconds = seconds(Clock::now() - results.front().leased);
     link->send_tile(std::move(result));
     results.pop_front();
-    workshop.observe_link(link->tile_counters());
   }
   // on_drained tells of the connection's own bound, which may be far above ours.
   if (!results.empty()) flush_timer->start_once(milliseconds(2), [this] { flush_results(); });

@@ -28,7 +28,7 @@ class Workshop {
   // While at least one frame is open, waiting for tiles counts as starved.
   virtual void set_open_frames(std::size_t frames) = 0;
 
-  // The link that results leave by, after each of them; and that it is gone.
+  // The link that results leave by, before each of them; and that it is gone.
   virtual void observe_link(const net::LinkCounters&) {}
   virtual void forget_link() {}
 

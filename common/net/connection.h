@@ -35,6 +35,7 @@ struct LinkCounters {
       0};  // time with bytes on the way; 0 for good where nobody measures
   std::chrono::microseconds rtt{0}, rtt_min{0};  // TCP's own: smoothed, and the least ever
   std::uint64_t queue_bytes = 0;                 // waiting in us
+  std::uint64_t on_the_way_bytes = 0;            // with the kernel, not acknowledged
 };
 
 // Who the peer is, as proven by TLS; plain and local links have an empty role, and may take any.

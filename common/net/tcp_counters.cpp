@@ -17,6 +17,8 @@ LinkCounters tcp_counters_of(int socket) {
   if (!is_tcp || size < offsetof(tcp_info, tcpi_rwnd_limited))
     return counters;  // before Linux 4.10
   counters.bytes_moved = info.tcpi_bytes_acked;
+  counters.on_the_way_bytes =
+      std::uint64_t{info.tcpi_unacked} * info.tcpi_snd_mss + info.tcpi_notsent_bytes;
   counters.busy = std::chrono::microseconds(info.tcpi_busy_time);
   counters.rtt = std::chrono::microseconds(info.tcpi_rtt);
   counters.rtt_min = std::chrono::microseconds(info.tcpi_min_rtt);

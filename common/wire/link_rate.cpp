@@ -9,7 +9,9 @@ double seconds_of(std::chrono::microseconds time) {
 
 bool has_queue(const net::LinkCounters& before, const net::LinkCounters& now) {
   if (before.queue_bytes > 0 && now.queue_bytes > 0) return true;
-  return now.rtt >= 2 * now.rtt_min && now.rtt - now.rtt_min >= LinkRate::kQueueingMin;
+  return before.on_the_way_bytes >= LinkRate::kOnTheWayMin &&
+         now.on_the_way_bytes >= LinkRate::kOnTheWayMin && now.rtt >= 2 * now.rtt_min &&
+         now.rtt - now.rtt_min >= LinkRate::kQueueingMin;
 }
 
 }  // namespace

@@ -2,9 +2,11 @@
 // which there was something to move, while a queue stood somewhere on the way. A link that never
 // queues has no rate: it is faster than what it is given.
 //
-// A queue stands when bytes wait in the connection, or when the round trip has grown to twice its
-// least and by at least kQueueingMin: results that are leased a few at a time fit into the buffers
-// between the machines and never wait in ours.
+// A queue stands when bytes wait in the connection; or when enough are on the way as we look, before
+// more are added, and the round trip has grown to twice its least and by at least kQueueingMin:
+// results that are leased a few at a time fit into the buffers between the machines and never wait
+// in ours. The round trip alone would not do: an acknowledgement may be put off by 40 ms on an idle
+// link, but never for more than the last two segments.
 //
 // Threads. One owner. Pure: the counters come in, no clock is read.
 #pragma once
@@ -21,6 +23,7 @@ class LinkRate {
  public:
   // Below it a standing queue is noise, and the bytes in it not worth coding.
   static constexpr std::chrono::microseconds kQueueingMin{2000};
+  static constexpr std::uint64_t kOnTheWayMin = 4 * 1460;
   // Busy time that makes a first judgement, and that the past is weighed with against the present.
   static constexpr std::chrono::microseconds kBusyMin{20'000}, kMemory{1'000'000};
 

@@ -20,6 +20,7 @@ struct Link {
       counters.bytes_moved +=
           static_cast<std::uint64_t>(bytes_per_second * 1e-6 * static_cast<double>(step.count()));
       counters.busy += step;
+      counters.on_the_way_bytes = is_queueing ? 20'000 : 0;
       counters.rtt = is_queueing ? microseconds(20'000) : microseconds(250);
       rate.observe(counters);
     }
@@ -45,6 +46,18 @@ TEST(LinkRate, BytesThatWaitInUsAreAQueueAsWell) {
   link.counters.queue_bytes = 1;
   link.run(3e6, microseconds(5000), 100, false);
   EXPECT_NEAR(link.rate.bytes_per_second().value_or(0), 3e6, 1e4);
+}
+
+TEST(LinkRate, APutOffAcknowledgementIsNoQueue) {
+  Link link;
+  for (int i = 0; i < 100; ++i) {
+    link.counters.bytes_moved += 12'000;
+    link.counters.busy += microseconds(40'000);
+    link.counters.rtt = microseconds(40'000);
+    link.counters.on_the_way_bytes = 1460;  // the last segment
+    link.rate.observe(link.counters);
+  }
+  EXPECT_FALSE(link.rate.bytes_per_second().has_value());
 }
 
 TEST(LinkRate, IdleTimeDoesNotCount) {
