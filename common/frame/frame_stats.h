@@ -27,7 +27,8 @@ struct RayCounts {
 
 struct FrameStats {
   FrameId frame = 0;
-  double seconds = 0;  // first lease to last result
+  double seconds = 0;               // first lease to last result
+  double completed_at_seconds = 0;  // since the master started
   SceneVersion scene_version = 0;
   Isa isa = Isa::kScalar;
   bool is_mixed = false;  // slaves of several instruction sets took part

@@ -250,6 +250,8 @@ void Cluster::sweep() {
   for (auto& [session, slave] : slaves_) {
     if (!slave->is_joined() && now - slave->since > std::chrono::milliseconds(kHandshakeMs))
       late.push_back(session);
+    if (slave->is_joined() && slave->tile_link->rtt_seconds() > 0)
+      events_.round_trip(session, slave->tile_link->rtt_seconds());
     if (const double window = seconds(now - slave->window_start); window >= 1) {
       const double available = window * slave->hello.threads;
       slave->utilisation = std::clamp(slave->busy_seconds / available, 0.0, 1.0);

@@ -28,6 +28,7 @@ namespace tessera::master {
 struct ClusterEvents {
   std::function<void(SessionId, std::uint32_t threads)> slave_joined;
   std::function<void(SessionId)> slave_lost;
+  std::function<void(SessionId, double seconds)> round_trip;  // by heartbeats, now and then
   std::function<void(SessionId, SceneVersion, double build_seconds)> scene_built;
   std::function<void(SessionId, SceneVersion, const std::string& reason)> scene_failed;
   std::function<void(SessionId, wire::TileResult)> tile_result;

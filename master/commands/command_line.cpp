@@ -195,6 +195,12 @@ struct Grammar {
     view->add_option("--screenshot-after", o.screenshot_after, "frames to show before --screenshot")
         ->check(whole_in(1, 1'000'000))
         ->type_name("N");
+    view->add_option(
+            "--frame-time", o.frame_time_ms,
+            "while the camera moves, fewer samples and pixels so that a frame takes so many\n"
+            "milliseconds; everything again when it rests (default: 0, off)")
+        ->check(number_in(0, 60'000))
+        ->type_name("MS");
     add_frame_options(*render, o, t);
     render->add_option("-o,--output", o.output, "OUT.(exr|png|hdr|pfm); %04d numbers a sequence")
         ->required()

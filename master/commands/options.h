@@ -37,6 +37,7 @@ struct MasterOptions {
   bool is_json = false;         // status
   std::string screenshot_path;  // view, tests: save the window and end
   int screenshot_after = 0;
+  double frame_time_ms = 0;  // view: of frames while the camera moves; 0: never mind
 };
 
 struct ParsedCommandLine {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <atomic>
 #include <map>
 #include <thread>
@@ -8,6 +9,7 @@
 #include "master/commands/commands.h"
 #include "master/commands/frame_source.h"
 #include "master/commands/stats_file.h"
+#include "master/display/frame_pacer.h"
 #include "master/display/viewer.h"
 #include "master/image/image_file.h"
 
@@ -31,6 +33,7 @@ class Pump {
         options_(options),
         viewer_(viewer),
         stats_(stats),
+        pacer_(options.frame_time_ms / 1000),
         thread_([this] { run(); }) {}
   ~Pump() { stop(); }
 
@@ -54,8 +57,13 @@ class Pump {
   Status step() {
     const Viewer::View view = viewer_.view();
     // A screenshot waits for a number of frames, so they must come although nothing moves.
+    const TimePoint now = Clock::now();
+    if (std::exchange(seen_revision_, view.revision) != view.revision) pacer_.moved(now);
+    // A frame of less than the whole quality is followed by a better one once the view rests.
     const bool is_wanted = source_.is_animated() || submitted_ == 0 || view.revision != revision_ ||
+                           (is_reduced_ && !pacer_.is_moving(now)) ||
                            !options_.screenshot_path.empty();
+    leave_behind(view, now);
     const bool has_room =
         in_flight_.size() < static_cast<std::size_t>(options_.session.frames_in_flight);
     if (is_wanted && has_room) {
@@ -75,9 +83,11 @@ class Pump {
     settings.camera = view.camera;
     settings.width_px = view.width_px;
     settings.height_px = view.height_px;
-    auto frame = session_.submit(settings);
+    const FrameSettings paced = pacer_.settings(settings, Clock::now());
+    auto frame = session_.submit(paced);
     if (!frame.is_ok()) return frame.status();
-    in_flight_[*frame] = Clock::now();
+    in_flight_[*frame] = {Clock::now(), paced};
+    is_reduced_ = paced != settings;
     revision_ = view.revision;
     ++submitted_;
     return Status::ok();
@@ -89,18 +99,43 @@ class Pump {
       return result.status().code() == StatusCode::kDeadlineExceeded ? Status::ok()
                                                                      : result.status();
     }
-    const TimePoint submitted = in_flight_[result->frame];
+    const InFlight frame = in_flight_[result->frame];
     in_flight_.erase(result->frame);
+    if (result->status.code() == StatusCode::kCancelled && frame.is_left_behind)
+      return Status::ok();
     if (!result->status.is_ok()) return result->status;
     TESSERA_RETURN_IF_ERROR(stats_.write(result->stats, *result->image));
     const TimePoint now = Clock::now();
+    pacer_.frame_done(frame.settings, seconds(now - std::max(frame.submitted, taken_)));
+    taken_ = now;
     if (seconds(now - status_time_) > kStatusIntervalSeconds) {
       cluster_ = session_.status();
       status_time_ = now;
     }
-    viewer_.publish({result->image, result->stats, cluster_, seconds(now - submitted)});
+    viewer_.publish({result->image, result->stats, cluster_, seconds(now - frame.submitted)});
     return Status::ok();
   }
+
+  // Frames that would only hold up what the person does now are given up.
+  void leave_behind(const Viewer::View& view, TimePoint now) {
+    if (view.revision == revision_) return;
+    FrameSettings wanted = source_.settings_at(0);
+    wanted.width_px = view.width_px;
+    wanted.height_px = view.height_px;
+    const bool is_any = std::any_of(in_flight_.begin(), in_flight_.end(), [&](const auto& entry) {
+      return !entry.second.is_left_behind &&
+             pacer_.is_left_behind(entry.second.settings, wanted, now);
+    });
+    if (!is_any) return;
+    for (auto& [id, frame] : in_flight_) frame.is_left_behind = true;
+    session_.cancel_frames();
+  }
+
+  struct InFlight {
+    TimePoint submitted;
+    FrameSettings settings;
+    bool is_left_behind = false;
+  };
 
   Session& session_;
   const FrameSource& source_;
@@ -108,8 +143,12 @@ class Pump {
   Viewer& viewer_;
   StatsFile& stats_;
   const TimePoint start_ = Clock::now();
-  std::map<FrameId, TimePoint> in_flight_;
-  std::uint64_t revision_ = 0;
+  FramePacer pacer_;
+  std::map<FrameId, InFlight> in_flight_;
+  TimePoint taken_;          // when the last frame came
+  bool is_reduced_ = false;  // the last frame submitted
+  std::uint64_t revision_ = 0;       // of the last frame submitted
+  std::uint64_t seen_revision_ = 0;  // newest one
   std::uint64_t submitted_ = 0;
   ClusterStatus cluster_;
   TimePoint status_time_;

@@ -11,6 +11,7 @@ std::string stats_json(const FrameStats& s, int width_px, int height_px, PixelFo
   JsonObject json;
   json.add("frame", s.frame)
       .add("seconds", s.seconds)
+      .add("completed_at", s.completed_at_seconds)
       .add("width", width_px)
       .add("height", height_px)
       .add("pixels", pixel_format_name(pixels))

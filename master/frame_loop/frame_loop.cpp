@@ -63,6 +63,7 @@ struct FrameLoop::Impl {
   std::map<SceneVersion, SharedScene> held_scenes;  // committed, not yet sent to slaves
   SceneVersion newest_version = 0;
   std::uint64_t frames_done = 0;
+  const TimePoint started = Clock::now();
   bool is_over = false;
 
   Impl(FrameLoop& loop, net::EventLoop& io_thread, const FrameLoopOptions& o)
@@ -100,6 +101,9 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
   };
   events.slave_lost = [this](SessionId session) {
     perform(scheduler.slave_lost(session, Clock::now()));
+  };
+  events.round_trip = [this](SessionId session, double seconds_taken) {
+    scheduler.round_trip_measured(session, seconds_taken);
   };
   events.scene_built = [this](SessionId session, SceneVersion version, double seconds_taken) {
     double& slowest = build_seconds[version];
@@ -240,6 +244,7 @@ void FrameLoop::Impl::complete(FrameId id) {
   FrameWork& work = found->second;
   FrameStats& stats = work.assembly.stats();
   stats.seconds = seconds(Clock::now() - work.begin);
+  stats.completed_at_seconds = seconds(Clock::now() - started);
   stats.slave_count = static_cast<std::uint32_t>(work.slaves.size());
   stats.bytes_to_slaves = cluster.bytes_sent() - work.bytes_sent_at_begin;
   stats.bytes_from_slaves = cluster.bytes_received() - work.bytes_received_at_begin;

@@ -54,15 +54,17 @@ DirectLight::DirectLight() : rays_(std::make_unique<ShadowRays>()) {}
 DirectLight::~DirectLight() = default;
 
 void DirectLight::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
-                        int light_samples) {
+                        int light_samples, const std::atomic<bool>* is_cancelled) {
   scene_ = &scene;
   tracer_ = &tracer;
   light_samples_ = light_samples;
+  is_cancelled_ = is_cancelled;
 }
 
 std::uint64_t DirectLight::add(const SurfaceBatch& batch, Vec3f* radiance) {
   std::uint64_t rays = 0;
   for (const Light& light : scene_->lights.lights) {
+    if (is_over()) return rays;
     rays += light.kind == LightKind::kDirectional ? add_directional(batch, light, radiance)
                                                   : add_point(batch, light, radiance);
   }
@@ -181,7 +183,7 @@ std::uint64_t DirectLight::add_emitters(const SurfaceBatch& batch, Vec3f* radian
     rays.groups.clear();
     for (int i = 0; i < batch.count; ++i) rays.add(i, batch.surface[i].point - middle);
     rays.groups.form(tracer_->kernels());
-    for (std::uint32_t j = 0; j < samples; ++j) {
+    for (std::uint32_t j = 0; j < samples && !is_over(); ++j) {
       count += add_sample(batch, round, batch.sample_index * samples + j, radiance);
     }
   }

@@ -7,6 +7,7 @@
 // Threads. One object per thread; holds the shadow rays as scratch memory.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 
@@ -33,7 +34,9 @@ class DirectLight {
   ~DirectLight();
 
   // Keeps references until the next call. Requires: all outlive the calls of add().
-  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int light_samples);
+  // `is_cancelled` may be null; when it turns true, add() stops at the next light or sample.
+  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int light_samples,
+             const std::atomic<bool>* is_cancelled = nullptr);
 
   // Adds reflected direct light to radiance [pixel]. Returns: shadow rays traced.
   std::uint64_t add(const SurfaceBatch& batch, Vec3f* radiance);
@@ -41,6 +44,9 @@ class DirectLight {
  private:
   struct ShadowRays;
 
+  bool is_over() const {
+    return is_cancelled_ != nullptr && is_cancelled_->load(std::memory_order_relaxed);
+  }
   std::uint64_t add_directional(const SurfaceBatch& batch, const Light& light, Vec3f* radiance);
   std::uint64_t add_point(const SurfaceBatch& batch, const Light& light, Vec3f* radiance);
   std::uint64_t add_emitters(const SurfaceBatch& batch, Vec3f* radiance);
@@ -52,6 +58,7 @@ class DirectLight {
   const PreparedScene::Impl* scene_ = nullptr;
   const SceneTracer* tracer_ = nullptr;
   int light_samples_ = 1;
+  const std::atomic<bool>* is_cancelled_ = nullptr;
   std::unique_ptr<ShadowRays> rays_;
 };
 

@@ -46,7 +46,13 @@ struct TileRenderer::Scratch {
   // Of the call in progress.
   const PreparedScene::Impl* scene = nullptr;
   const FrameSettings* settings = nullptr;
+  const std::atomic<bool>* is_cancelled = nullptr;
   RayCounts counts;
+
+  // Asked for every packet, so that a cancelled tile is left within some ten thousand rays.
+  bool is_over() const {
+    return is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed);
+  }
 
   void enter(const SceneTracer& tracer, const CameraRays& camera, const TileRect& rect);
   void camera_packet(const CameraRays& camera, const TileRect& rect, int x_px, int y_px,
@@ -139,6 +145,7 @@ void TileRenderer::Scratch::render_batch(const SceneTracer& tracer, const Camera
       const int x = rect.x_px + packet % 4 * kPacketEdgePx,
                 y = rect.y_px + packet / 4 * kPacketEdgePx;
       if (x >= rect.x_px + rect.width_px || y >= rect.y_px + rect.height_px) continue;
+      if (is_over()) return;
       camera_packet(camera, rect, x, y, sample);
       tracer.closest(rays, hits);
       counts.primary += static_cast<std::uint64_t>(std::popcount(rays.active));
@@ -182,14 +189,15 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
   s.settings = &settings;
   s.counts = {};
   const SceneTracer tracer(scene.impl().index, kernels_for(isa));
-  s.direct.begin(scene.impl(), tracer, settings.light_samples);
+  s.is_cancelled = is_cancelled;
+  s.direct.begin(scene.impl(), tracer, settings.light_samples, is_cancelled);
   const CameraRays camera(settings.camera, settings.width_px, settings.height_px);
   for (int a = 0; a < 3; ++a) s.rays.origin[a] = camera.origin()[a];
   s.rays.t_min = 0;
   std::fill_n(s.rays.t_max, kPacketRays, std::numeric_limits<float>::infinity());
   for (int y = 0; y < rect.height_px; y += kBatchEdgePx) {
     for (int x = 0; x < rect.width_px; x += kBatchEdgePx) {
-      if (is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed)) return s.counts;
+      if (s.is_over()) return s.counts;
       const TileRect part{rect.x_px + x, rect.y_px + y, std::min(kBatchEdgePx, rect.width_px - x),
                           std::min(kBatchEdgePx, rect.height_px - y)};
       s.render_batch(tracer, camera, part);

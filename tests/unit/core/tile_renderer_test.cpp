@@ -4,7 +4,9 @@
 
 #include <bit>
 #include <cmath>
+#include <thread>
 
+#include "common/base/limits.h"
 #include "slave/core/render/tile_renderer.h"
 #include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"
@@ -143,6 +145,27 @@ TEST(TileRenderer, PrimaryIsTheDistanceAlongTheNormalisedRay) {
       EXPECT_NEAR(4 * secant, got, 16 * 0x1p-24 * 94.1 * secant) << x << " " << y;
     }
   }
+}
+
+TEST(TileRenderer, ATileIsLeftInItsMiddleWhenItsFrameIsCancelled) {
+  const auto scene = PreparedScene::build(make_full_scene(), {});
+  FrameSettings settings;
+  settings.width_px = settings.height_px = 32;
+  settings.camera = {{0, 2, 4}, {0, 0.5f, 0}, {0, 1, 0}, 50};
+  settings.samples_per_pixel = kSamplesPerPixelMax;
+  settings.light_samples = kLightSamplesMax;
+  std::atomic<bool> is_cancelled{false};
+  std::thread canceller([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    is_cancelled = true;
+  });
+  std::vector<float> rgb(3 * 32 * 32);
+  const RayCounts rays =
+      TileRenderer().render(**scene, settings, Isa::kScalar, {0, 0, 32, 32}, rgb, &is_cancelled);
+  canceller.join();
+  // The whole tile takes many seconds: thousands of times what passes until the cancel.
+  EXPECT_GT(rays.primary, 0u);
+  EXPECT_LT(rays.primary, 32u * 32u * kSamplesPerPixelMax / 2);
 }
 
 TEST(TileRenderer, EmptySceneIsBlackAndCancelStops) {

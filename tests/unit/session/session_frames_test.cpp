@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "master/session/master_host.h"
+#include "common/base/limits.h"
 #include "master/session/session.h"
 
 namespace tessera {
@@ -88,14 +89,23 @@ TEST(SessionFrames, BitsDoNotDependOnSlavesThreadsOrTiles) {
   EXPECT_EQ(digests.size(), 1u);
 }
 
-TEST(SessionFrames, ComeInOrderEachOfItsOwnSceneVersion) {
+// Frames that differ in everything.
+FrameSettings settings_of(int i) {
+  FrameSettings settings = small_settings(i == 3 ? kTileEdgeAuto : 16);
+  settings.width_px += 40 * i;
+  settings.height_px -= 9 * i;
+  settings.camera.eye.x -= static_cast<float>(i);
+  return settings;
+}
+
+TEST(SessionFrames, ComeInOrderEachOfItsOwnSceneCameraAndSize) {
   auto session = Session::open(local(2, 2));
   ASSERT_TRUE(session.is_ok()) << session.status().message();
   std::vector<std::string> alone;
   for (int i = 0; i < 4; ++i) {
     ASSERT_TRUE(
         (*session)->commit_scene(small_scene(0.5f + 0.25f * static_cast<float>(i))).is_ok());
-    ASSERT_TRUE((*session)->submit(small_settings()).is_ok());
+    ASSERT_TRUE((*session)->submit(settings_of(i)).is_ok());
     alone.push_back(take(**session).stats.digest.hex());
   }
   EXPECT_EQ(std::set<std::string>(alone.begin(), alone.end()).size(), 4u);
@@ -103,7 +113,7 @@ TEST(SessionFrames, ComeInOrderEachOfItsOwnSceneVersion) {
   for (int i = 0; i < 4; ++i) {
     ASSERT_TRUE(
         (*session)->commit_scene(small_scene(0.5f + 0.25f * static_cast<float>(i))).is_ok());
-    ASSERT_TRUE((*session)->submit(small_settings()).is_ok());
+    ASSERT_TRUE((*session)->submit(settings_of(i)).is_ok());
     if (i >= 1) overlapped.push_back(take(**session));
   }
   overlapped.push_back(take(**session));
@@ -131,6 +141,16 @@ Served serve_plain(int slaves) {
   served.client.connect = "127.0.0.1:" + std::to_string(served.host->listen_port());
   served.client.is_plain = true;
   return served;
+}
+
+TEST(SessionFrames, AnAuditedFrameIsTheSame) {
+  SessionOptions options = local(3, 3);
+  const std::string plain = digest_of_one_frame(options, 16);
+  options.audit_percent = 100;
+  EXPECT_EQ(digest_of_one_frame(options, 16), plain);
+  options = local(1, 1);  // nobody to compare with
+  options.audit_percent = 50;
+  EXPECT_EQ(digest_of_one_frame(options, 16), plain);
 }
 
 TEST(SessionFrames, ConnectedSessionGivesTheSameBits) {

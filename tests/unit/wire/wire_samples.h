@@ -217,7 +217,8 @@ inline auto fields(const FrameStats& s) {
   return std::tie(s.frame, s.seconds, s.scene_version, s.isa, s.is_mixed, s.slave_count,
                   s.tile_count, s.tile_edge_px, s.tiles_reissued, s.tiles_rejected, s.rays,
                   s.bytes_to_slaves, s.bytes_from_slaves, s.build_seconds, s.utilisation,
-                  s.tiles_duplicated, s.render_seconds, s.prefetch_min, s.prefetch_max, s.digest);
+                  s.tiles_duplicated, s.render_seconds, s.prefetch_min, s.prefetch_max,
+                  s.completed_at_seconds, s.digest);
 }
 inline auto fields(const FrameDone& m) {
   return std::tuple_cat(fields(m.stats), std::tie(m.error, m.tile_slave));
