@@ -13,7 +13,7 @@
 #include "master/cluster/cluster.h"
 #include "master/cluster/reception.h"
 #include "master/frame_loop/app_server.h"
-#include "master/frame_loop/frame_assembly.h"
+#include "master/frame_loop/frame_work.h"
 #include "master/schedule/scheduler.h"
 #include "master/schedule/tile_order.h"
 #include "master/schedule/tile_size.h"
@@ -31,20 +31,6 @@ std::uint64_t short_digest(std::span<const std::byte> pixels) {
   std::memcpy(&value, digest.bytes.data(), sizeof(value));
   return value;
 }
-
-// One frame from submit to outcome, beside the scheduler's view of it.
-struct FrameWork {
-  FrameAssembly assembly;
-  bool has_begun = false;  // first tile leased
-  TimePoint begin;
-  std::uint64_t bytes_sent_at_begin = 0, bytes_received_at_begin = 0;
-  double starved_seconds = 0;
-  double available_threads = 0;
-  std::set<SessionId> slaves;
-
-  FrameWork(FrameId frame, SceneVersion version, const FrameSettings& settings)
-      : assembly(frame, version, settings) {}
-};
 
 }  // namespace
 
@@ -86,7 +72,6 @@ struct FrameLoop::Impl {
   void begin_frame(const Action& action);
   void on_result(SessionId session, wire::TileResult result);
   void complete(FrameId frame);
-  void note_prefetch(const FrameWork& work, FrameStats& stats) const;
   void fail(const Action& action);
   void deliver(FrameOutcome outcome);
   void retire();
@@ -185,15 +170,7 @@ void FrameLoop::Impl::begin_frame(const Action& action) {
   if (found == frames.end()) return;
   FrameWork& work = found->second;
   const Isa isa = cluster.isa_of(action.session);
-  if (!work.has_begun) {
-    work.has_begun = true;
-    work.begin = Clock::now();
-    work.bytes_sent_at_begin = cluster.bytes_sent();
-    work.bytes_received_at_begin = cluster.bytes_received();
-    work.assembly.stats().isa = cluster.bind_isa();
-  }
-  work.available_threads = std::max<double>(work.available_threads, cluster.thread_count());
-  if (isa != work.assembly.stats().isa) work.assembly.stats().is_mixed = true;
+  work.slave_begins(isa, cluster);
   const auto codings = options.is_pixel_coding ? wire::kByteCodingsAll : wire::kByteCodingsNone;
   cluster.send(action.session, wire::FrameBegin{action.frame, work.assembly.version(), isa,
                                                 work.assembly.settings(), codings});
@@ -225,13 +202,8 @@ void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
     return cluster.expel(session, std::string("a tile result ") + verdict_text(verdict));
   cluster.add_busy_time(session, result.seconds);
   if (verdict == ResultVerdict::kAccepted) {
-    FrameWork& work = found->second;
-    work.assembly.write_tile(result.tile, result.pixels, cluster.ordinal_of(session));
+    found->second.add(session, result, cluster.ordinal_of(session));
     cluster.count_tile(session);
-    work.assembly.stats().rays += result.rays;
-    work.assembly.stats().render_seconds += result.seconds;
-    work.starved_seconds += result.starved_seconds;
-    work.slaves.insert(session);
   } else if (found != frames.end()) {
     ++found->second.assembly.stats().tiles_rejected;
   }
@@ -243,18 +215,11 @@ void FrameLoop::Impl::complete(FrameId id) {
   if (found == frames.end()) return;
   FrameWork& work = found->second;
   FrameStats& stats = work.assembly.stats();
-  stats.seconds = seconds(Clock::now() - work.begin);
+  work.settle(cluster, scheduler);
   stats.completed_at_seconds = seconds(Clock::now() - started);
-  stats.slave_count = static_cast<std::uint32_t>(work.slaves.size());
-  stats.bytes_to_slaves = cluster.bytes_sent() - work.bytes_sent_at_begin;
-  stats.bytes_from_slaves = cluster.bytes_received() - work.bytes_received_at_begin;
-  if (const auto built = build_seconds.find(stats.scene_version); built != build_seconds.end()) {
+  if (const auto built = build_seconds.find(stats.scene_version); built != build_seconds.end())
     stats.build_seconds = built->second;
-  }
-  const double available = stats.seconds * std::max(work.available_threads, 1.0);
-  stats.utilisation = std::clamp(1 - work.starved_seconds / std::max(available, 1e-9), 0.0, 1.0);
   tile_size.measured(work.assembly.pixel_count(), stats.render_seconds);
-  note_prefetch(work, stats);
   if (const std::uint64_t count = work.assembly.nonfinite_count(); count > 0) {
     log_warn("nonfinite-pixels", "a frame holds NaN or infinity",
              {{"frame", std::to_string(id)}, {"components", std::to_string(count)}});
@@ -268,16 +233,6 @@ void FrameLoop::Impl::complete(FrameId id) {
   retire();
   release_scenes();
   deliver(std::move(outcome));
-}
-
-void FrameLoop::Impl::note_prefetch(const FrameWork& work, FrameStats& stats) const {
-  for (const SessionId session : work.slaves) {
-    const SlavePace* pace = scheduler.pace(session);
-    if (pace == nullptr) continue;
-    stats.prefetch_max = std::max(stats.prefetch_max, pace->depth());
-    stats.prefetch_min =
-        stats.prefetch_min == 0 ? pace->depth() : std::min(stats.prefetch_min, pace->depth());
-  }
 }
 
 void FrameLoop::Impl::fail(const Action& action) {

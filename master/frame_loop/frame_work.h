@@ -1,0 +1,38 @@
+// One frame from submit to outcome: its pixels, and the account of what it cost.
+//
+// Threads. Io thread only.
+#pragma once
+
+#include <set>
+
+#include "common/base/clock.h"
+#include "master/cluster/cluster.h"
+#include "master/frame_loop/frame_assembly.h"
+#include "master/schedule/scheduler.h"
+
+namespace tessera::master {
+
+class FrameWork {
+ public:
+  FrameWork(FrameId frame, SceneVersion version, const FrameSettings& settings)
+      : assembly(frame, version, settings) {}
+
+  // A slave is about to get its first tile of this frame, with this instruction set.
+  void slave_begins(Isa isa, Cluster& cluster);
+  // An accepted result.
+  void add(SessionId session, const wire::TileResult& result, std::uint16_t slave_ordinal);
+  // The last one came: completes the account.
+  void settle(const Cluster& cluster, const Scheduler& scheduler);
+
+  FrameAssembly assembly;
+
+ private:
+  bool has_begun_ = false;  // first tile leased
+  TimePoint begin_;
+  std::uint64_t bytes_sent_at_begin_ = 0, bytes_received_at_begin_ = 0;
+  double starved_seconds_ = 0;
+  double available_threads_ = 0;
+  std::set<SessionId> slaves_;
+};
+
+}  // namespace tessera::master
