@@ -64,6 +64,7 @@ struct SlaveNode::Impl {
   wire::SceneReceiver receiver;
   SceneVersion first_kept = 0;
   std::map<SceneVersion, std::shared_ptr<const core::PreparedScene>> built;
+  std::map<SceneVersion, Digest> digests;  // of what is built, or being built
   std::map<FrameId, std::shared_ptr<FrameWork>> frames;
   struct WaitingResult {
     TimePoint leased;
@@ -237,6 +238,7 @@ void SlaveNode::Impl::on_lost() {
   workshop.forget_link();
   built.clear();
   receiver.reset();
+  digests.clear();
   first_kept = 0;
   ++generation;
   workshop.retire(generation, 0);
@@ -258,6 +260,7 @@ Status SlaveNode::Impl::on_scene_message(wire::Message message) {
   } else if (const auto* retire = std::get_if<wire::SceneRetire>(&message)) {
     first_kept = std::max(first_kept, retire->first_kept);
     built.erase(built.begin(), built.lower_bound(first_kept));
+    digests.erase(digests.begin(), digests.lower_bound(first_kept));
     workshop.retire(generation, first_kept);
     receiver.retire(first_kept, actions);
   } else {
@@ -275,6 +278,7 @@ Status SlaveNode::Impl::do_scene_actions(wire::SceneReceiver::Actions actions) {
   for (wire::SceneNeed& need : actions.need) link->send_scene(std::move(need));
   for (wire::SceneReceiver::Complete& complete : actions.complete) {
     const SceneVersion version = complete.version;
+    digests[version] = complete.scene.digest();
     if (!is_leaving &&
         !workshop.try_push(BuildTask{generation, version, std::move(complete.scene)})) {
       return Status::resource_exhausted("more than " + std::to_string(SceneBuilder::kQueueMax) +
@@ -301,7 +305,8 @@ void SlaveNode::Impl::on_built(BuildOutcome outcome) {
              {"triangles", std::to_string(triangle_count)},
              {"seconds", std::to_string(outcome.seconds)}});
   built.emplace(outcome.version, std::move(*outcome.scene));
-  link->send_scene(wire::SceneBuilt{outcome.version, outcome.seconds, triangle_count});
+  link->send_scene(
+      wire::SceneBuilt{outcome.version, outcome.seconds, triangle_count, digests[outcome.version]});
 }
 
 }  // namespace tessera::slave

@@ -99,6 +99,7 @@ net::Record encode_one(SceneBuilt m) {
   h.set_version(m.version);
   h.set_build_seconds(m.build_seconds);
   h.set_triangle_count(m.triangle_count);
+  h.set_scene(m.scene.bytes.data(), m.scene.bytes.size());
   return make_record(RecordType::kSceneBuilt, h);
 }
 
@@ -110,8 +111,11 @@ Result<Message> decode_scene_built(net::ReceivedRecord record) {
   check.at_least("version", h.version(), 1);
   check.not_negative("build_seconds", h.build_seconds());
   check.range("triangle_count", h.triangle_count(), 0, kTrianglesMax);
+  check.range("scene bytes", h.scene().size(), sizeof(Digest), sizeof(Digest));
   if (!check.is_ok()) return check.status();
-  return Message(SceneBuilt{h.version(), h.build_seconds(), h.triangle_count()});
+  SceneBuilt m{h.version(), h.build_seconds(), h.triangle_count(), {}};
+  std::memcpy(m.scene.bytes.data(), h.scene().data(), sizeof(Digest));
+  return Message(m);
 }
 
 net::Record encode_one(SceneFailed m) {

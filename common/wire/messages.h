@@ -98,6 +98,7 @@ struct SceneBuilt {  // slave -> master: frames of this version may be leased (m
   SceneVersion version = 0;
   double build_seconds = 0;
   std::uint64_t triangle_count = 0;
+  Digest scene{};  // EncodedScene::digest() of what was built (master -> app: zeros)
 };
 struct SceneFailed {
   SceneVersion version = 0;

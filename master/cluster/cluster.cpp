@@ -187,7 +187,16 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
     if (const Status status = sender.on_need(*need); !status.is_ok())
       expel(session, status.message());
   } else if (auto* built = std::get_if<wire::SceneBuilt>(&message)) {
-    if (!scenes_.contains(built->version)) return sender.on_answered(built->version);  // retired
+    const auto scene = scenes_.find(built->version);
+    if (scene == scenes_.end()) return sender.on_answered(built->version);  // retired
+    if (built->scene != scene->second->digest()) {
+      const std::string reason = "slave '" + slave->second->hello.name +
+                                 "' built another scene than the one it was sent: its digest is " +
+                                 built->scene.hex() + "; look for broken memory there";
+      log_error("scene-differs", reason, {{"version", std::to_string(built->version)}});
+      sender.on_answered(built->version);
+      return events_.scene_failed(session, built->version, reason);
+    }
     slave->second->built = std::max(slave->second->built, built->version);
     sender.on_answered(built->version);
     events_.scene_built(session, built->version, built->build_seconds);

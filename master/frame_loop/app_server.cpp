@@ -99,7 +99,7 @@ void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions acti
     application_->versions.clear();  // the loop keeps older ones for frames in work only
     application_->versions[complete.version] = ours;
     loop_.commit_scene(ours, std::move(complete.scene));
-    application_->link->send(wire::SceneBuilt{complete.version, 0, 0});
+    application_->link->send(wire::SceneBuilt{complete.version, 0, 0, {}});
     submit_waiting();  // before the next version replaces this one
     if (!application_) return;
   }

@@ -56,10 +56,15 @@ class HandSlave {
   void say_on_tile_link(wire::Message message) { say(tile_, std::move(message)); }
   void say_on_scene_link(wire::Message message) { say(scene_, std::move(message)); }
 
-  void build_scene() {
+  void build_scene(bool builds_wrong_scene = false) {
     const auto announce = hear<wire::SceneAnnounce>(scene_);
     say(scene_, wire::SceneNeed{announce.version, {}});
-    say(scene_, wire::SceneBuilt{announce.version, 0.01, 4});
+    Sha256 digest;
+    for (const Digest& block : announce.digests)
+      digest.update(std::as_bytes(std::span(block.bytes)));
+    wire::SceneBuilt built{announce.version, 0.01, 4, digest.finish()};
+    if (builds_wrong_scene) built.scene.bytes[7] ^= 1;
+    say(scene_, built);
   }
 
   // The next message that is not a heartbeat. A default M, and a failed test, when it is none.
@@ -274,10 +279,17 @@ TEST_F(HostileSlave, SpeaksAnotherVersionOfTheProtocol) {
   expect_whole_frame_from_another();
 }
 
+TEST_F(HostileSlave, BuildsAnotherSceneAndGetsNoTiles) {
+  const HandSlave bystander = slave("bystander");  // while it may still build, no frame is given up
+  HandSlave liar = slave("liar");
+  liar.build_scene(true);
+  expect_whole_frame_from_another();
+}
+
 TEST_F(HostileSlave, BeginsWithSomethingElseThanHello) {
   test::NetPeer guest(io_);
   guest.adopt(dial(io_, host_->listen_port()), wire::session_limits());
-  say(guest, wire::SceneBuilt{1, 0, 0});
+  say(guest, wire::SceneBuilt{1, 0, 0, {}});
   EXPECT_FALSE(guest.wait_for_end().is_ok());
   EXPECT_FALSE(guest.next_record().has_value()) << "nothing is told to who is not known";
 }

@@ -245,6 +245,47 @@ TEST(Scheduler, ACancelledFrameEndsOnceAndItsLateResultsAreDropped) {
   answer(scheduler, of(actions, ActionKind::kLease)[0], kStart, ResultVerdict::kFrameEnded);
 }
 
+// One audited tile; every slave answers with its own pixels. Returns: what came of it.
+Actions audit(int slave_count, const std::vector<std::uint64_t>& pixels_of) {
+  Scheduler scheduler = cluster_of(slave_count, {3, 2, false, 1.0});
+  Actions all, next = scheduler.submit_frame(0, 1, tiles(1), kStart);
+  while (!of(next, ActionKind::kLease).empty()) {
+    const std::vector<Action> leases = of(next, ActionKind::kLease);
+    next.clear();
+    for (const Action& lease : leases) {
+      const std::uint64_t pixels = pixels_of[static_cast<std::size_t>(lease.session - 1)];
+      scheduler.result(
+          lease.session,
+          {0, 1, lease.tile.tile, lease.tile.attempt, kTileSeconds, kTileSeconds, 0, pixels},
+          kStart, next);
+    }
+    if (next.empty()) next = scheduler.tick(kStart + 10ms);  // the third one's lease
+    all.insert(all.end(), next.begin(), next.end());
+  }
+  return all;
+}
+
+TEST(Scheduler, AnAuditExpelsTheSlaveThatTwoOthersContradict) {
+  for (std::size_t liar = 0; liar < 3; ++liar) {
+    std::vector<std::uint64_t> pixels{5, 5, 5};
+    pixels[liar] = 6;
+    const Actions actions = audit(3, pixels);
+    EXPECT_EQ(of(actions, ActionKind::kFrameComplete).size(), 1u);
+    const std::vector<Action> expelled = of(actions, ActionKind::kExpel);
+    if (!expelled.empty()) {
+      EXPECT_EQ(expelled[0].session, liar + 1);
+    } else {
+      EXPECT_EQ(liar, 2u) << "two honest ones were asked first";
+    }
+  }
+}
+
+TEST(Scheduler, AnAuditOfTwoThatDifferFailsTheFrameNamingBoth) {
+  const std::vector<Action> failed = of(audit(2, {5, 6}), ActionKind::kFrameFailed);
+  ASSERT_EQ(failed.size(), 1u);
+  EXPECT_NE(failed[0].reason.find("'s1' and 's2'"), std::string::npos) << failed[0].reason;
+}
+
 TEST(Scheduler, ResultsThatNobodyAskedForAreViolations) {
   Scheduler scheduler = cluster_of(2);
   const Actions actions = scheduler.submit_frame(0, 1, tiles(100), kStart);

@@ -136,7 +136,7 @@ inline std::vector<Message> Samples::all() {
   m.push_back(SceneNeed{7, {}});
   m.push_back(SceneChunk{number(1, ~0ull), small(0, kSceneBlocksMax - 1),
                          number(0, kSceneBlockBytesMax - 4096), net::SharedBytes::of(bytes(4096))});
-  m.push_back(SceneBuilt{number(1, ~0ull), real(0, 100), number(0, kTrianglesMax)});
+  m.push_back(SceneBuilt{number(1, ~0ull), real(0, 100), number(0, kTrianglesMax), digest()});
   m.push_back(SceneFailed{number(1, ~0ull), text(kReasonBytesMax, 0)});
   m.push_back(SceneRetire{number(1, ~0ull)});
   m.push_back(FrameBegin{any(), number(1, ~0ull), isa(), settings(),
@@ -196,7 +196,7 @@ inline auto fields(const SceneAnnounce& m) { return std::tie(m.version, m.digest
 inline auto fields(const SceneNeed& m) { return std::tie(m.version, m.blocks); }
 inline auto fields(const SceneChunk& m) { return std::tie(m.version, m.block, m.offset); }
 inline auto fields(const SceneBuilt& m) {
-  return std::tie(m.version, m.build_seconds, m.triangle_count);
+  return std::tie(m.version, m.build_seconds, m.triangle_count, m.scene);
 }
 inline auto fields(const SceneFailed& m) { return std::tie(m.version, m.reason); }
 inline auto fields(const SceneRetire& m) { return std::tie(m.first_kept); }
