@@ -34,7 +34,7 @@ class RenderService {
 
  private:
   class Worker;
-  void work();
+  void work(std::uint32_t index);
   std::optional<wire::TileResult> render(const TileJob& job, Worker& worker);
 
   const int tile_sleep_ms_;

@@ -12,6 +12,7 @@
 #include "common/wire/codec.h"
 #include "common/wire/scene_receiver.h"
 #include "slave/master_link.h"
+#include "slave/slave_metrics.h"
 
 namespace tessera::slave {
 
@@ -297,6 +298,7 @@ void SlaveNode::Impl::on_built(BuildOutcome outcome) {
     link->send_scene(wire::SceneFailed{outcome.version, outcome.scene.status().message()});
     return;
   }
+  slave_metrics().build_seconds.observe(outcome.seconds);
   const std::uint64_t triangle_count = (*outcome.scene)->triangle_count();
   // An animation brings a scene with each frame: only what a person waits for is news.
   const bool is_news = built.empty() || outcome.seconds >= 1;

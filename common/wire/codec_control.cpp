@@ -131,6 +131,7 @@ Result<Message> decode_ping(net::ReceivedRecord record) {
 net::Record encode_one(Pong m) {
   proto::Pong h;
   h.set_sent_ns(m.sent_ns);
+  h.set_answered_ns(m.answered_ns);
   return make_record(RecordType::kPong, h);
 }
 
@@ -140,7 +141,7 @@ Result<Message> decode_pong(net::ReceivedRecord record) {
   FieldCheck check("Pong");
   check.no_payload(record);
   if (!check.is_ok()) return check.status();
-  return Message(Pong{h.sent_ns()});
+  return Message(Pong{h.sent_ns(), h.answered_ns()});
 }
 
 net::Record encode_one(Goodbye m) {

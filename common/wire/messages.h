@@ -74,6 +74,7 @@ struct Ping {
 };
 struct Pong {
   std::uint64_t sent_ns = 0;
+  std::uint64_t answered_ns = 0;  // the answerer's own clock; 0: it does not say
 };
 
 // ---- scene: sender -> holder (master -> slave on the scene connection; app -> master)
@@ -136,6 +137,8 @@ struct TileResult {
   double starved_seconds = 0;  // worker time lost on an empty queue since the last result
   double held_seconds = 0;     // from the lease's arrival to this result's departure
   RayCounts rays;
+  std::uint64_t began_ns = 0;             // the slave's own clock; 0: it does not say
+  std::uint32_t worker = 0;               // which of its render threads, below Hello's threads
   std::vector<std::byte> pixels;          // payload, in the frame's format
   ByteCoding coding = ByteCoding::kNone;  // of the payload: pixel_coding.h
 };
@@ -168,9 +171,12 @@ struct FrameDone {  // after the last chunk, or alone when the frame failed
   std::string error;                      // empty: delivered
   std::vector<std::uint16_t> tile_slave;  // payload: u16 each
 };
-struct StatusRequest {};
+struct StatusRequest {
+  bool wants_details = true;  // false from older clients, which know the short entries only
+};
 struct StatusReply {
   ClusterStatus status;
+  bool has_details = true;  // of each slave; false: the short entries of older peers
 };
 
 using Message =

@@ -64,7 +64,7 @@ inline constexpr std::uint64_t kFrameBytesMax =
 // SceneAnnounce: 32 bytes of digest and 8 of size for each block.
 inline constexpr std::size_t kAnnounceEntryBytes = 40;
 // StatusReply: one slave, its name length byte and the longest name included (codec_app.cpp).
-inline constexpr std::size_t kStatusEntryBytesMax = 1 + kNameBytesMax + 49;
+inline constexpr std::size_t kStatusEntryBytesMax = 1 + kNameBytesMax + 49 + 256;
 
 // What a master may ask for as heartbeat: from a tenth of a usual LAN's hiccup to a minute.
 inline constexpr std::uint32_t kHeartbeatMsMax = 60'000;

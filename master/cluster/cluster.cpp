@@ -8,6 +8,7 @@
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/wire/codec.h"
+#include "master/cluster/master_metrics.h"
 #include "master/cluster/slave_entry.h"
 
 namespace tessera::master {
@@ -88,6 +89,7 @@ void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::u
   link->set_callbacks(callbacks_of(session, true));
   link->send(wire::Welcome{version, session, slave->token, kHeartbeatMs, kHeartbeatsMissedMax});
   link->start_heartbeat();
+  link->ping();
   slave->tile_link = std::move(link);
   slaves_[session] = std::move(slave);
 }
@@ -112,9 +114,13 @@ void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
   link->set_callbacks(callbacks_of(join.session, false));
   link->send(wire::Joined{});
   link->start_heartbeat();
+  link->ping();
   slave.scene_link = std::move(link);
   slave.sender = std::make_unique<SceneSender>(*slave.scene_link);
   slave.ordinal = next_ordinal_++;
+  master_metrics().slaves_joined.add();
+  if (names_seen_.contains(slave.hello.name)) master_metrics().reconnects.add();
+  if (names_seen_.size() < kConnectionsMax) names_seen_.insert(slave.hello.name);
   log_info("slave-joined", "slave '" + slave.hello.name + "' is here",
            {{"peer", slave.tile_link->connection().peer().address},
             {"threads", std::to_string(slave.hello.threads)},
@@ -218,6 +224,7 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
 void Cluster::expel(SessionId session, const std::string& reason) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return;
+  master_metrics().expulsions.add();
   slave->second->tile_link->refuse(wire::RefuseCode::kProtocol, reason);
   lose(session, "expelled: " + reason);
 }
@@ -249,11 +256,14 @@ void Cluster::remove(SessionId session) {
     link->close();
   }
   io_.post([slave] {});  // one of its callbacks may be running
-  if (slave->is_joined()) events_.slave_lost(session);
+  if (!slave->is_joined()) return;
+  master_metrics().slaves_lost.add();
+  events_.slave_lost(session);
 }
 
 // Slaves that said Hello but never opened their scene connection; utilisation windows.
 void Cluster::sweep() {
+  log_summaries();
   const TimePoint now = Clock::now();
   std::vector<SessionId> late;
   for (auto& [session, slave] : slaves_) {
@@ -265,6 +275,9 @@ void Cluster::sweep() {
       const double available = window * slave->hello.threads;
       slave->utilisation = std::clamp(slave->busy_seconds / available, 0.0, 1.0);
       slave->busy_seconds = 0;
+      slave->tiles_per_second =
+          static_cast<double>(slave->tiles_done - slave->tiles_at_window) / window;
+      slave->tiles_at_window = slave->tiles_done;
       slave->window_start = now;
     }
   }

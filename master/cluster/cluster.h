@@ -66,15 +66,20 @@ class Cluster {
 
   void add_busy_time(SessionId session, double render_seconds);
   void count_tile(SessionId session);  // one of its results was accepted
-  // The slave's place among all ever joined, and its name, for tinting tiles.
+  // The slave's place among all ever joined, for tinting tiles.
   std::uint16_t ordinal_of(SessionId session) const;
   std::string name_of(SessionId session) const;  // empty when it is gone
+  // How far its clock is from ours, by the better of its two links.
+  std::optional<ClockEstimate> clock_of(SessionId session, TimePoint now) const;
+  std::vector<SessionId> joined_sessions() const;
+  // `complete` adds what the scheduler knows.
   std::vector<SlaveStatus> status(
-      const std::function<std::uint32_t(SessionId)>& tiles_in_flight) const;
+      const std::function<void(SessionId, SlaveStatus&)>& complete) const;
   // Over all slaves, gone ones too.
   std::uint64_t bytes_sent() const;
   std::uint64_t bytes_received() const;
   std::uint32_t thread_count() const;
+  std::uint32_t threads_of(SessionId session) const;  // 0 when it is gone
 
   void shutdown();
 
@@ -102,6 +107,7 @@ class Cluster {
   std::map<SceneVersion, SharedScene> scenes_;  // kept for whoever joins
   std::set<SceneVersion> needed_;               // by a frame, not retired
   std::uint64_t gone_bytes_sent_ = 0, gone_bytes_received_ = 0;
+  std::set<std::string> names_seen_;  // of slaves, at most kConnectionsMax
   net::Timer sweep_;
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "master/cluster/master_metrics.h"
+
 namespace tessera::master {
 namespace {
 
@@ -86,6 +88,7 @@ void SceneSender::pump() {
     const std::uint64_t size = std::min<std::uint64_t>(bytes->size() - upload.offset, kPieceBytes);
     net::SharedBytes piece{bytes, std::span(*bytes).subspan(upload.offset, size)};
     link_.send(wire::SceneChunk{upload.version, upload.block, upload.offset, std::move(piece)});
+    master_metrics().scene_bytes_sent.add(size);
     upload.offset += size;
     if (upload.offset >= bytes->size()) uploads_.pop_front();
   }

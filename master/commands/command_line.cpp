@@ -53,6 +53,20 @@ void add_key_options(CLI::App& app, MasterOptions& o) {
   app.add_flag("--plain", o.session.is_plain, "TCP without TLS, loopback only");
 }
 
+void add_watch_options(CLI::App& app, MasterOptions& o) {
+  app.add_option("--metrics", o.session.metrics,
+                 "serve metrics for Prometheus at http://HOST:PORT/metrics (loopback)")
+      ->type_name("HOST:PORT");
+  app.add_option("--trace", o.session.trace_path,
+                 "write what every render thread did to this file, for ui.perfetto.dev")
+      ->type_name("FILE.json");
+  app.add_option("--trace-seconds", o.session.trace_seconds,
+                 "trace so many seconds from the first tile on (default: to the end; of a long "
+                 "run the last 100000 tiles)")
+      ->check(number_in(0, 86400))
+      ->type_name("SECONDS");
+}
+
 void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
   app.add_option("--listen", o.session.listen,
                  "where slaves (and, with serve, applications) connect; again, or after a comma,\n"
@@ -109,6 +123,7 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->check(whole_in(1, kFramesInFlightMax))
       ->capture_default_str()
       ->type_name("N");
+  add_watch_options(app, o);
   add_key_options(app, o);
   add_log_options(app, o, t);
 }

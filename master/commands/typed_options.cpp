@@ -162,6 +162,29 @@ Status check_links(const MasterOptions& o) {
   return Status::ok();
 }
 
+Status check_watching(const MasterOptions& o) {
+  const SessionOptions& s = o.session;
+  if (s.trace_seconds > 0 && s.trace_path.empty()) {
+    return Status::invalid_argument("--trace-seconds needs --trace FILE.json");
+  }
+  if (!s.connect.empty() && !(s.metrics.empty() && s.trace_path.empty())) {
+    return Status::invalid_argument(
+        "--metrics and --trace watch a master inside this process, and --connect uses another: "
+        "give them to 'tessera-master serve'");
+  }
+  if (s.metrics.empty()) return Status::ok();
+  const auto endpoint = net::parse_endpoint(s.metrics);
+  if (!endpoint.is_ok()) {
+    return Status::invalid_argument("--metrics " + endpoint.status().message());
+  }
+  if (!net::is_loopback(*endpoint)) {
+    return Status::invalid_argument("--metrics " + s.metrics +
+                                    " is not loopback, and the page has neither keys nor "
+                                    "encryption: give 127.0.0.1:PORT");
+  }
+  return Status::ok();
+}
+
 Status check_log(MasterOptions& o, const TypedOptions& t) {
   auto level = parse_log_level(t.log_level);
   if (!level.is_ok()) return level.status();
@@ -182,6 +205,7 @@ Status check_options(const TypedOptions& t, MasterOptions& o) {
     TESSERA_RETURN_IF_ERROR(check_scene_name(o.scene));
   }
   if (o.command != Command::kStatus) TESSERA_RETURN_IF_ERROR(check_cluster(o, t));
+  TESSERA_RETURN_IF_ERROR(check_watching(o));
   return check_links(o);
 }
 

@@ -52,8 +52,8 @@ void AppServer::add_status_client(std::unique_ptr<PeerLink> link) {
   };
   PeerLink::Callbacks callbacks;
   callbacks.on_message = [this, client, leave](const wire::Message& message) {
-    if (std::holds_alternative<wire::StatusRequest>(message))
-      return (*client)->send(status_reply());
+    if (const auto* request = std::get_if<wire::StatusRequest>(&message))
+      return (*client)->send(status_reply(*request));
     if (!std::holds_alternative<wire::Goodbye>(message)) {
       (*client)->refuse(wire::RefuseCode::kRole, "a status client may only ask for the status");
     }
@@ -83,8 +83,8 @@ void AppServer::on_message(wire::Message message) {
     on_submit(std::move(*submit));
   } else if (auto* cancel = std::get_if<wire::FrameCancel>(&message)) {
     on_cancel(cancel->frame);
-  } else if (std::holds_alternative<wire::StatusRequest>(message)) {
-    application_->link->send(status_reply());
+  } else if (auto* request = std::get_if<wire::StatusRequest>(&message)) {
+    application_->link->send(status_reply(*request));
   } else if (auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
     drop_application("said goodbye: " + goodbye->reason);
   } else {

@@ -15,6 +15,7 @@
 #include "master/frame_loop/app_server.h"
 #include "master/frame_loop/frame_work.h"
 #include "master/frame_loop/outcome_line.h"
+#include "master/frame_loop/observer.h"
 #include "master/schedule/scheduler.h"
 #include "master/schedule/tile_order.h"
 #include "master/schedule/tile_size.h"
@@ -40,6 +41,7 @@ struct FrameLoop::Impl {
   const FrameLoopOptions options;
   Scheduler scheduler;
   Cluster cluster;
+  Observer observer;
   AppServer apps;
   Reception reception;
   net::Timer tick;
@@ -49,7 +51,6 @@ struct FrameLoop::Impl {
   OutcomeLine outcomes;
   std::map<SceneVersion, SharedScene> held_scenes;  // committed, not yet sent to slaves
   SceneVersion newest_version = 0;
-  std::uint64_t frames_done = 0;
   const TimePoint started = Clock::now();
   bool is_over = false;
   std::shared_ptr<int> alive = std::make_shared<int>(0);  // what comes from the hasher looks
@@ -59,11 +60,13 @@ struct FrameLoop::Impl {
         options(o),
         scheduler({o.prefetch_per_thread, o.frames_in_flight, o.is_static, o.audit_share}),
         cluster(io_thread, o.isa, o.is_isa_mixed, cluster_events()),
+        observer(cluster),
         apps(io_thread, loop),
         reception(io_thread, reception_callbacks()),
         tick(io_thread) {
     tick.start_repeating(kTick, [this] {
       if (scheduler.has_open_frames()) perform(scheduler.tick(Clock::now()));
+      observer.tick(Clock::now());
     });
   }
 
@@ -82,10 +85,12 @@ struct FrameLoop::Impl {
 ClusterEvents FrameLoop::Impl::cluster_events() {
   ClusterEvents events;
   events.slave_joined = [this](SessionId session, std::uint32_t threads) {
+    observer.slave_joined(session, threads);
     scheduler.slave_joined(session, cluster.name_of(session), threads);
     start_when_ready();
   };
   events.slave_lost = [this](SessionId session) {
+    observer.slave_lost(session);
     perform(scheduler.slave_lost(session, Clock::now()));
   };
   events.round_trip = [this](SessionId session, double seconds_taken) {
@@ -103,6 +108,7 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
     on_result(session, std::move(result));
   };
   events.tile_returned = [this](SessionId session, const wire::TileReturned& r) {
+    observer.handed_back(session, r);
     perform(scheduler.tile_returned(session, r.frame, r.tile, r.attempt, Clock::now()));
   };
   return events;
@@ -147,10 +153,12 @@ void FrameLoop::Impl::perform(const Actions& actions) {
           if (const auto frame = frames.find(action.frame); frame != frames.end())
             ++frame->second.assembly.stats().tiles_reissued;
         }
+        observer.leased(action.session, action.frame, action.tile, Clock::now());
         cluster.send(action.session,
                      wire::TileLease{action.frame, action.tile.tile, action.tile.attempt});
         break;
       case ActionKind::kEndFrame:
+        observer.frame_ended(action.session, action.frame);
         cluster.send(action.session, wire::FrameEnd{action.frame});
         break;
       case ActionKind::kExpel:
@@ -189,16 +197,11 @@ void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
     }
   }
   Actions actions;
-  TileReport report{result.frame,
-                    result.version,
-                    result.tile,
-                    result.attempt,
-                    result.seconds,
-                    result.held_seconds,
-                    result.starved_seconds,
-                    0};
+  TileReport report{result.frame,   result.version,      result.tile,           result.attempt,
+                    result.seconds, result.held_seconds, result.starved_seconds};
   if (options.audit_share > 0) report.pixels = short_digest(result.pixels);
   const ResultVerdict verdict = scheduler.result(session, report, Clock::now(), actions);
+  observer.answered(session, result, verdict, actions, Clock::now());
   if (!answers_lease(verdict) && verdict != ResultVerdict::kFrameEnded)
     return cluster.expel(session, std::string("a tile result ") + verdict_text(verdict));
   cluster.add_busy_time(session, result.seconds);
@@ -230,8 +233,8 @@ void FrameLoop::Impl::complete(FrameId id) {
   FrameDigest digest = work.assembly.take_digest();
   outcome.image = work.assembly.finish();
   outcome.stats = stats;
+  observer.frame_over(id, stats.scene_version, FrameEndKind::kDone, work.begin(), Clock::now());
   frames.erase(found);
-  ++frames_done;
   retire();
   release_scenes();
   const OutcomeLine::Ticket ticket = outcomes.add_waiting(std::move(outcome));
@@ -250,6 +253,9 @@ void FrameLoop::Impl::fail(const Action& action) {
                                        : Status::unavailable(action.reason);
   if (!action.is_cancelled)
     log_warn("frame-failed", action.reason, {{"frame", std::to_string(action.frame)}});
+  observer.frame_over(action.frame, outcome.stats.scene_version,
+                      action.is_cancelled ? FrameEndKind::kCancelled : FrameEndKind::kFailed,
+                      found->second.begin(), Clock::now());
   frames.erase(found);
   retire();
   release_scenes();
@@ -333,17 +339,12 @@ void FrameLoop::free_scenes() {
 }
 
 ClusterStatus FrameLoop::status() const {
-  ClusterStatus status;
-  status.slaves = impl_->cluster.status(
-      [this](SessionId session) { return impl_->scheduler.tiles_in_flight(session); });
-  status.frames_done = impl_->frames_done;
+  ClusterStatus status = impl_->observer.status(impl_->scheduler);
   status.has_application = impl_->apps.has_application();
-  status.pace = impl_->cluster.pace();
-  const LedgerCounts counts = impl_->scheduler.counts();
-  status.tiles = {counts.issued, counts.accepted, counts.rejected, counts.abandoned,
-                  counts.in_flight};
   return status;
 }
+
+Observer& FrameLoop::observer() { return impl_->observer; }
 
 void FrameLoop::shutdown() {
   if (std::exchange(impl_->is_over, true)) return;

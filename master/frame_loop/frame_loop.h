@@ -24,6 +24,8 @@
 
 namespace tessera::master {
 
+class Observer;
+
 struct FrameLoopOptions {
   int prefetch_per_thread = -1;  // tiles waiting per render thread; -1: as each slave needs
   int frames_in_flight = 2;
@@ -64,6 +66,7 @@ class FrameLoop {
   void free_scenes();
 
   ClusterStatus status() const;
+  Observer& observer();  // accounts, metrics, traces
 
   // Goodbye to every peer; every frame ends as kClosed. Nothing is accepted afterwards.
   void shutdown();

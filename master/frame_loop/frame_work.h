@@ -3,6 +3,7 @@
 // Threads. Io thread only.
 #pragma once
 
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -24,6 +25,10 @@ class FrameWork {
   void add(SessionId session, const wire::TileResult& result, std::uint16_t slave_ordinal);
   // The last one came: completes the account.
   void settle(const Cluster& cluster, const Scheduler& scheduler);
+  // Its first lease; nothing before that.
+  std::optional<TimePoint> begin() const {
+    return has_begun_ ? std::optional(begin_) : std::nullopt;
+  }
 
   FrameAssembly assembly;
 

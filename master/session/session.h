@@ -40,6 +40,10 @@ struct SessionOptions {
   bool is_static = false;        // --schedule static: fixed tiles for each slave
   bool is_scene_transfer_sync = false;  // --scene-transfer sync: only while no frame is in work
   double audit_percent = 0;             // tiles rendered by two slaves and compared
+  // Of a master inside this process:
+  std::string metrics;       // HOST:PORT of a page of metrics, loopback; empty: none
+  std::string trace_path;    // a trace is written there; empty: none
+  double trace_seconds = 0;  // of the first lease on; 0: the newest part of the whole run
 };
 
 struct FrameResult {

@@ -31,6 +31,10 @@ TEST(CommandLine, WrongUsageIsExitCodeTwo) {
       {"render", "a.obj", "-o", "x.png", "--slaves", "2"},
       {"render", "a.obj", "-o", "x.png", "--connect", "nowhere"},
       {"render", "a.obj", "-o", "x.png", "--keys", "k", "--plain"},
+      {"render", "a.obj", "-o", "x.png", "--metrics", "0.0.0.0:9000"},
+      {"render", "a.obj", "-o", "x.png", "--metrics", "9000"},
+      {"render", "a.obj", "-o", "x.png", "--trace-seconds", "2"},
+      {"render", "a.obj", "-o", "x.png", "--connect", "127.0.0.1:7400", "--plain", "--trace", "t"},
       {"serve", "--log-level", "loud"},
       {"status"},
   };

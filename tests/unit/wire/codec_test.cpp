@@ -182,6 +182,7 @@ std::vector<Damage> work_damages() {
       damage<TileResult>("TileResult.pixels", [](TileResult& m) { m.pixels.clear(); }),
       damage<TileResult>("TileResult.pixels",
                          [](TileResult& m) { m.pixels.resize(kTilePayloadBytesMax + 1); }),
+      damage<TileResult>("TileResult.worker", [](TileResult& m) { m.worker = kWorkersMax; }),
       damage<TileReturned>("TileReturned.tile",
                            [](TileReturned& m) { m.tile = kTilesPerFrameMax; }),
       damage<TileReturned>("TileReturned.attempt", [](TileReturned& m) { m.attempt = 0; }),
@@ -229,6 +230,12 @@ std::vector<Damage> app_damages() {
                 [](S& m) { m.status.pace.tile_seconds_median = -1; }),
       damage<S>("StatusReply.pace.tile_seconds_p95",
                 [](S& m) { m.status.pace.tile_seconds_p95 = kInf; }),
+      damage<S>("StatusReply.slaves.state",
+                one([](SlaveStatus& s) { s.state = static_cast<SlaveState>(3); })),
+      damage<S>("StatusReply.slaves.tiles_per_second",
+                one([](SlaveStatus& s) { s.tiles_per_second = kNan; })),
+      damage<S>("StatusReply.slaves.tile_seconds",
+                one([](SlaveStatus& s) { s.tile_seconds = -1; })),
   };
 }
 

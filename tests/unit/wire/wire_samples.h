@@ -88,6 +88,8 @@ class Samples {
     return s;
   }
 
+  StatusReply status_reply();
+
   SlaveStatus slave_status() {
     SlaveStatus s;
     s.name = text(kNameBytesMax);
@@ -100,6 +102,15 @@ class Samples {
     s.scene_version = any();
     s.tile_port = static_cast<std::uint16_t>(number(0, 0xffff));
     s.scene_port = static_cast<std::uint16_t>(number(0, 0xffff));
+    s.state = static_cast<SlaveState>(number(0, 2));
+    s.ordinal = static_cast<std::uint16_t>(number(0, 0xffff));
+    s.prefetch_depth = small(0, 0xffffffffu);
+    s.tiles_per_second = real(0, 1e6);
+    s.tile_seconds = real(0, 10);
+    s.tiles = {any(), any(), any(), any(), s.tiles_in_flight};
+    s.queue_bytes = any();
+    s.bytes_sent = any();
+    s.bytes_received = any();
     return s;
   }
 
@@ -121,7 +132,7 @@ inline std::vector<Message> Samples::all() {
   m.push_back(Joined{});
   m.push_back(Refuse{static_cast<RefuseCode>(number(0, 7)), text(kReasonBytesMax, 0)});
   m.push_back(Ping{any()});
-  m.push_back(Pong{any()});
+  m.push_back(Pong{any(), any()});
   SceneAnnounce announce;
   announce.version = number(1, ~0ull);
   for (std::uint64_t i = number(1, 20); i > 0; --i) {
@@ -145,7 +156,8 @@ inline std::vector<Message> Samples::all() {
   m.push_back(FrameEnd{any()});
   m.push_back(TileResult{any(), number(1, ~0ull), small(0, kTilesPerFrameMax - 1),
                          small(1, 0xffffffffu), real(0, 10), real(0, 10), real(0, 10), rays(),
-                         bytes(5000), static_cast<ByteCoding>(number(0, 2))});
+                         any(), small(0, kWorkersMax - 1), bytes(5000),
+                         static_cast<ByteCoding>(number(0, 2))});
   m.push_back(TileReturned{any(), small(0, kTilesPerFrameMax - 1), small(1, 0xffffffffu)});
   m.push_back(Goodbye{text(kReasonBytesMax, 0)});
   m.push_back(FrameSubmit{any(), number(1, ~0ull), settings()});
@@ -159,21 +171,29 @@ inline std::vector<Message> Samples::all() {
     done.tile_slave.push_back(static_cast<std::uint16_t>(number(0, 0xffff)));
   }
   m.push_back(done);
-  m.push_back(StatusRequest{});
+  m.push_back(StatusRequest{number(0, 1) == 1});
+  m.push_back(status_reply());
+  return m;
+}
+
+inline StatusReply Samples::status_reply() {
   StatusReply reply;
   reply.status.frames_done = any();
   reply.status.has_application = number(0, 1) == 1;
+  reply.status.frames_failed = any();
+  reply.status.frames_cancelled = any();
+  reply.status.tiles_reissued = any();
+  reply.status.slaves_lost = any();
   for (std::uint64_t i = number(0, 5); i > 0; --i) reply.status.slaves.push_back(slave_status());
-  reply.status.pace = {static_cast<std::uint32_t>(number(0, kHeartbeatMsMax)),
-                       static_cast<std::uint32_t>(number(0, kHeartbeatsMissedLimit)),
-                       static_cast<std::uint32_t>(any()),
-                       static_cast<std::uint32_t>(any()),
+  reply.status.pace = {small(0, kHeartbeatMsMax),
+                       small(0, kHeartbeatsMissedLimit),
+                       small(0, 9999),
+                       small(0, 9999),
                        0.25,
                        0.5,
                        1.5};
   reply.status.tiles = {any(), any(), any(), any(), any()};
-  m.push_back(reply);
-  return m;
+  return reply;
 }
 
 // ---- field by field
@@ -191,7 +211,7 @@ inline auto fields(const Join& m) { return std::tie(m.version, m.session, m.toke
 inline auto fields(const Joined&) { return std::tuple<>(); }
 inline auto fields(const Refuse& m) { return std::tie(m.code, m.reason); }
 inline auto fields(const Ping& m) { return std::tie(m.sent_ns); }
-inline auto fields(const Pong& m) { return std::tie(m.sent_ns); }
+inline auto fields(const Pong& m) { return std::tie(m.sent_ns, m.answered_ns); }
 inline auto fields(const SceneAnnounce& m) { return std::tie(m.version, m.digests, m.sizes); }
 inline auto fields(const SceneNeed& m) { return std::tie(m.version, m.blocks); }
 inline auto fields(const SceneChunk& m) { return std::tie(m.version, m.block, m.offset); }
@@ -205,14 +225,14 @@ inline auto fields(const TileLease& m) { return std::tie(m.frame, m.tile, m.atte
 inline auto fields(const FrameEnd& m) { return std::tie(m.frame); }
 inline auto fields(const TileResult& m) {
   return std::tie(m.frame, m.version, m.tile, m.attempt, m.seconds, m.starved_seconds,
-                  m.held_seconds, m.rays, m.pixels);
+                  m.held_seconds, m.rays, m.began_ns, m.worker, m.pixels);
 }
 inline auto fields(const TileReturned& m) { return std::tie(m.frame, m.tile, m.attempt); }
 inline auto fields(const Goodbye& m) { return std::tie(m.reason); }
 inline auto fields(const FrameSubmit& m) { return std::tie(m.frame, m.version, m.settings); }
 inline auto fields(const FrameCancel& m) { return std::tie(m.frame); }
 inline auto fields(const FrameChunk& m) { return std::tie(m.frame, m.offset); }
-inline auto fields(const StatusRequest&) { return std::tuple<>(); }
+inline auto fields(const StatusRequest& m) { return std::tie(m.wants_details); }
 inline auto fields(const FrameStats& s) {
   return std::tie(s.frame, s.seconds, s.scene_version, s.isa, s.is_mixed, s.slave_count,
                   s.tile_count, s.tile_edge_px, s.tiles_reissued, s.tiles_rejected, s.rays,
@@ -225,7 +245,13 @@ inline auto fields(const FrameDone& m) {
 }
 inline auto fields(const SlaveStatus& s) {
   return std::tie(s.name, s.threads, s.isa, s.tiles_in_flight, s.tiles_done, s.utilisation,
-                  s.rtt_seconds, s.scene_version, s.tile_port, s.scene_port);
+                  s.rtt_seconds, s.scene_version, s.tile_port, s.scene_port, s.state, s.ordinal,
+                  s.prefetch_depth, s.tiles_per_second, s.tile_seconds, s.tiles, s.queue_bytes,
+                  s.bytes_sent, s.bytes_received);
+}
+inline auto fields(const ClusterStatus& s) {
+  return std::tie(s.frames_done, s.has_application, s.frames_failed, s.frames_cancelled, s.tiles,
+                  s.pace, s.tiles_reissued, s.slaves_lost);
 }
 
 template <typename M>
@@ -239,9 +265,7 @@ inline bool same(const FrameChunk& a, const FrameChunk& b) {
   return fields(a) == fields(b) && same_bytes(a.bytes, b.bytes);
 }
 inline bool same(const StatusReply& a, const StatusReply& b) {
-  return a.status.frames_done == b.status.frames_done &&
-         a.status.has_application == b.status.has_application && a.status.pace == b.status.pace &&
-         a.status.tiles == b.status.tiles &&
+  return a.has_details == b.has_details && fields(a.status) == fields(b.status) &&
          std::ranges::equal(
              a.status.slaves, b.status.slaves,
              [](const SlaveStatus& x, const SlaveStatus& y) { return fields(x) == fields(y); });
