@@ -38,6 +38,21 @@ int fail(const Status& status) {
   return 1;
 }
 
+// Other slaves: with our keys, or on loopback without.
+RelayAccess relay_access(net::IoThread& io, const std::shared_ptr<net::TlsContext>& tls) {
+  RelayAccess access;
+  const net::Endpoint place{tls ? "" : "127.0.0.1", 0};
+  access.listen = [&io, tls, place](std::function<void(net::ConnectionPtr)> on_accept) {
+    return net::listen(io, place, tls, std::move(on_accept));
+  };
+  access.connect = [&io, tls](const net::Endpoint& feeder,
+                              std::function<void(Result<net::ConnectionPtr>)> on_connected) {
+    return net::connect(io, feeder, tls, "slave", std::chrono::milliseconds(kHandshakeMs),
+                        std::move(on_connected));
+  };
+  return access;
+}
+
 int run(SlaveCommand command) {
   const SignalWatch signals(/*watches_hangup=*/!command.keys_folder.empty());  // the first thread
   init_log(command.log_level, command.log_format);
@@ -56,6 +71,7 @@ int run(SlaveCommand command) {
 
   Fatal fatal;
   net::IoThread io("net");
+  command.options.relay = relay_access(io, tls);
   std::unique_ptr<net::CredentialsWatch> watch;  // io thread
   if (tls) io.run_and_wait([&] { watch = std::make_unique<net::CredentialsWatch>(io, tls); });
   SlaveHost node(
