@@ -65,6 +65,21 @@ Status serve_metrics(net::IoThread& io, const SlaveCommand& command,
   return status;
 }
 
+// Other slaves: with our keys, or on loopback without.
+RelayAccess relay_access(net::IoThread& io, const std::shared_ptr<net::TlsContext>& tls) {
+  RelayAccess access;
+  const net::Endpoint place{tls ? "" : "127.0.0.1", 0};
+  access.listen = [&io, tls, place](std::function<void(net::ConnectionPtr)> on_accept) {
+    return net::listen(io, place, tls, std::move(on_accept));
+  };
+  access.connect = [&io, tls](const net::Endpoint& feeder,
+                              std::function<void(Result<net::ConnectionPtr>)> on_connected) {
+    return net::connect(io, feeder, tls, "slave", std::chrono::milliseconds(kHandshakeMs),
+                        std::move(on_connected));
+  };
+  return access;
+}
+
 int run(SlaveCommand command) {
   if (!command.cpus.empty()) {  // before any thread: they inherit it
     if (const Status status = limit_cpus(command.cpus); !status.is_ok()) return fail(status);
@@ -91,6 +106,7 @@ int run(SlaveCommand command) {
     const Status status = serve_metrics(io, command, page);
     if (!status.is_ok()) return fail(status);
   }
+  command.options.relay = relay_access(io, tls);
   std::unique_ptr<net::CredentialsWatch> watch;  // io thread
   if (tls) io.run_and_wait([&] { watch = std::make_unique<net::CredentialsWatch>(io, tls); });
   // After the net thread, before those that render and build, which inherit it: heartbeats go out in

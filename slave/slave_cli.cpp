@@ -35,6 +35,7 @@ struct Words {
   int nice = 0;
   std::string cores;
   std::string metrics;
+  std::uint64_t memory_mib = 0;
 };
 
 ParsedCommand failed(int exit_code, const std::string& what) {
@@ -92,6 +93,12 @@ void declare(CLI::App& app, Words& words) {
       ->check(CLI::IsMember(core::structure_names()).description(""))
       ->type_name("NAME")
       ->capture_default_str();
+  app.add_option(
+         "--memory", words.memory_mib,
+         "most memory to take, in MiB (default: what the machine and its container allow);\n"
+         "a scene that needs more is refused before it is sent")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 30))
+      ->type_name("MIB");
   app.add_option("--name", words.name,
                  "name shown by the master (default: the certificate's, else the host's)")
       ->type_name("NAME");
@@ -167,6 +174,7 @@ ParsedCommand check_words(const Words& words) {
     return failed(kExitUsage, status.message());
   }
   options.tile_sleep_ms = words.tile_sleep_ms;
+  options.memory = [cap_bytes = words.memory_mib << 20] { return memory_room(cap_bytes); };
   const Result<LogLevel> level = parse_log_level(words.log_level);
   if (!level.is_ok()) return failed(kExitUsage, level.status().message());
   command.log_level = words.is_quiet ? LogLevel::kError : *level;

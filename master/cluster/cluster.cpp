@@ -19,12 +19,15 @@ constexpr std::chrono::milliseconds kSweep{500};
 }  // namespace
 
 Cluster::Cluster(net::EventLoop& io, std::optional<Isa> isa, bool is_isa_mixed,
-                 ClusterEvents events)
+                 ClusterEvents events, bool is_relaying)
     : io_(io),
       wanted_isa_(isa),
       is_isa_mixed_(is_isa_mixed),
       events_(std::move(events)),
-      sweep_(io) {
+      is_relaying_(is_relaying),
+      sweep_(io),
+      gentle_pump_(io),
+      not_offered_timer_(io) {
   sweep_.start_repeating(kSweep, [this] { sweep(); });
 }
 
@@ -69,8 +72,10 @@ PeerLink::Callbacks Cluster::callbacks_of(SessionId session, bool is_tile_link) 
   callbacks.on_ended = [this, session](const Status& status) { lose(session, status.message()); };
   if (!is_tile_link) {
     callbacks.on_drained = [this, session] {
-      if (const auto slave = slaves_.find(session); slave != slaves_.end())
-        slave->second->sender->pump();
+      const auto slave = slaves_.find(session);
+      if (slave == slaves_.end()) return;
+      set_pace(session);
+      slave->second->sender->pump();
     };
   }
   return callbacks;
@@ -116,7 +121,11 @@ void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
   link->start_heartbeat();
   link->ping();
   slave.scene_link = std::move(link);
-  slave.sender = std::make_unique<SceneSender>(*slave.scene_link);
+  slave.sender = std::make_unique<SceneSender>(
+      *slave.scene_link, [this, session = join.session](SceneVersion version, std::uint64_t bytes) {
+        return feed_by_slave(session, version, bytes);
+      });
+  join_relay(join.session);
   slave.ordinal = next_ordinal_++;
   master_metrics().slaves_joined.add();
   if (names_seen_.contains(slave.hello.name)) master_metrics().reconnects.add();
@@ -127,7 +136,7 @@ void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
             {"isa", std::string(isa_name(widest_isa(slave.hello.isas)))}});
   for (const auto& [version, scene] : scenes_) {
     slave.sender->need(version);
-    slave.sender->commit(version, scene);
+    offer(join.session, version, scene);
   }
   events_.slave_joined(join.session, slave.hello.threads);
 }
@@ -160,8 +169,10 @@ Isa Cluster::isa_of(SessionId session) const {
 }
 
 void Cluster::send(SessionId session, wire::Message message) {
-  if (const auto slave = slaves_.find(session); slave != slaves_.end())
-    slave->second->tile_link->send(std::move(message));
+  const auto slave = slaves_.find(session);
+  if (slave == slaves_.end()) return;
+  watch_frames(session, message);
+  slave->second->tile_link->send(std::move(message));
 }
 
 void Cluster::on_tile_message(SessionId session, wire::Message message) {
@@ -189,8 +200,12 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return;
   SceneSender& sender = *slave->second->sender;
+  set_pace(session);
   if (auto* need = std::get_if<wire::SceneNeed>(&message)) {
     if (const Status status = sender.on_need(*need); !status.is_ok())
+      expel(session, status.message());
+  } else if (auto* need = std::get_if<wire::SceneChunkNeed>(&message)) {
+    if (const Status status = sender.on_chunk_need(std::move(*need)); !status.is_ok())
       expel(session, status.message());
   } else if (auto* built = std::get_if<wire::SceneBuilt>(&message)) {
     const auto scene = scenes_.find(built->version);
@@ -204,13 +219,15 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
       return events_.scene_failed(session, built->version, reason);
     }
     slave->second->built = std::max(slave->second->built, built->version);
+    relay_.complete(session, built->version);
     sender.on_answered(built->version);
     events_.scene_built(session, built->version, built->build_seconds);
+  } else if (const auto* progress = std::get_if<wire::SceneProgress>(&message)) {
+    relay_.progress(session, progress->version, progress->bytes, Clock::now());
+  } else if (const auto* relay_failed = std::get_if<wire::RelayFailed>(&message)) {
+    on_relay_failed(session, *relay_failed);
   } else if (auto* failed = std::get_if<wire::SceneFailed>(&message)) {
-    if (!scenes_.contains(failed->version)) return sender.on_answered(failed->version);
-    log_warn("scene-failed", failed->reason, {{"slave", slave->second->hello.name}});
-    sender.on_answered(failed->version);
-    events_.scene_failed(session, failed->version, failed->reason);
+    on_scene_failed(session, std::move(*failed));
   } else if (auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
     leave(session, goodbye->reason);
   } else if (auto* refuse = std::get_if<wire::Refuse>(&message)) {
@@ -249,6 +266,7 @@ void Cluster::remove(SessionId session) {
   const auto found = slaves_.find(session);
   const std::shared_ptr<Slave> slave = std::move(found->second);
   slaves_.erase(found);
+  std::erase_if(open_frames_, [&](const auto& open) { return open.first == session; });
   for (PeerLink* link : {slave->tile_link.get(), slave->scene_link.get()}) {
     if (link == nullptr) continue;
     gone_bytes_sent_ += link->connection().bytes_sent();
@@ -256,6 +274,7 @@ void Cluster::remove(SessionId session) {
     link->close();
   }
   io_.post([slave] {});  // one of its callbacks may be running
+  apply(relay_.lost(session, Clock::now()));
   if (!slave->is_joined()) return;
   master_metrics().slaves_lost.add();
   events_.slave_lost(session);
@@ -265,6 +284,7 @@ void Cluster::remove(SessionId session) {
 void Cluster::sweep() {
   log_summaries();
   const TimePoint now = Clock::now();
+  watch_relay();
   std::vector<SessionId> late;
   for (auto& [session, slave] : slaves_) {
     if (!slave->is_joined() && now - slave->since > std::chrono::milliseconds(kHandshakeMs))
@@ -282,31 +302,6 @@ void Cluster::sweep() {
     }
   }
   for (const SessionId session : late) expel(session, "the scene connection did not come in time");
-}
-
-void Cluster::commit_scene(SceneVersion version, SharedScene scene) {
-  scenes_[version] = scene;
-  std::erase_if(scenes_, [&](const auto& entry) {  // the one before, unless a frame shows it
-    return entry.first < version && !needed_.contains(entry.first);
-  });
-  for (auto& [session, slave] : slaves_) {
-    if (slave->is_joined()) slave->sender->commit(version, scene);
-  }
-}
-
-void Cluster::need_scene(SceneVersion version) {
-  needed_.insert(version);
-  for (auto& [session, slave] : slaves_) {
-    if (slave->is_joined()) slave->sender->need(version);
-  }
-}
-
-void Cluster::retire_scenes(SceneVersion first_kept) {
-  scenes_.erase(scenes_.begin(), scenes_.lower_bound(first_kept));
-  needed_.erase(needed_.begin(), needed_.lower_bound(first_kept));
-  for (auto& [session, slave] : slaves_) {
-    if (slave->is_joined()) slave->sender->retire(first_kept);
-  }
 }
 
 void Cluster::count_tile(SessionId session) {
@@ -332,6 +327,7 @@ std::string Cluster::name_of(SessionId session) const {
 
 void Cluster::shutdown() {
   sweep_.cancel();
+  gentle_pump_.cancel();
   for (auto& [session, slave] : slaves_) {
     slave->tile_link->say_goodbye("the master ends");
     if (slave->is_joined()) slave->scene_link->say_goodbye("the master ends");

@@ -21,6 +21,7 @@
 #include "common/base/ids.h"
 #include "common/frame/frame_stats.h"
 #include "master/cluster/peer_link.h"
+#include "master/cluster/relay_plan.h"
 #include "master/cluster/scene_sender.h"
 
 namespace tessera::master {
@@ -37,7 +38,8 @@ struct ClusterEvents {
 
 class Cluster {
  public:
-  Cluster(net::EventLoop& io, std::optional<Isa> isa, bool is_isa_mixed, ClusterEvents events);
+  Cluster(net::EventLoop& io, std::optional<Isa> isa, bool is_isa_mixed, ClusterEvents events,
+          bool is_relaying = true);
   ~Cluster();
 
   // From the reception.
@@ -92,6 +94,20 @@ class Cluster {
   PeerLink::Callbacks callbacks_of(SessionId session, bool is_tile_link);
   void on_tile_message(SessionId session, wire::Message message);
   void on_scene_message(SessionId session, wire::Message message);
+  void on_scene_failed(SessionId session, wire::SceneFailed failed);
+  void join_relay(SessionId session);
+  bool feed_by_slave(SessionId session, SceneVersion version, std::uint64_t bytes);
+  void tell_feed(const Feed& feed);
+  void apply(const std::vector<Feed>& feeds);
+  void on_relay_failed(SessionId session, const wire::RelayFailed& failed);
+  void watch_relay();
+  // Announces the version, unless the slave has said that it cannot hold as much.
+  void offer(SessionId session, SceneVersion version, const SharedScene& scene);
+  std::string cannot_hold_text(const EncodedScene& scene) const;
+  bool is_behind(SessionId session) const;
+  void watch_frames(SessionId session, const wire::Message& message);
+  void set_pace(SessionId session);
+  void pump_gently();
   void lose(SessionId session, const std::string& reason);
   void leave(SessionId session, const std::string& reason);  // in order, as announced
   void remove(SessionId session);
@@ -101,6 +117,8 @@ class Cluster {
   const std::optional<Isa> wanted_isa_;
   const bool is_isa_mixed_;
   const ClusterEvents events_;
+  const bool is_relaying_;
+  RelayPlan relay_;
   std::optional<Isa> bound_isa_;
   SlaveMap slaves_;
   std::uint16_t next_ordinal_ = 0;
@@ -108,7 +126,16 @@ class Cluster {
   std::set<SceneVersion> needed_;               // by a frame, not retired
   std::uint64_t gone_bytes_sent_ = 0, gone_bytes_received_ = 0;
   std::set<std::string> names_seen_;  // of slaves, at most kConnectionsMax
-  net::Timer sweep_;
+  // What a slave of this name could not hold, and how much memory it had then.
+  struct Unfit {
+    std::uint64_t scene_bytes = 0, memory_bytes = 0;
+  };
+  static constexpr std::size_t kUnfitMax = 4096;  // names remembered; then they are asked again
+  std::map<std::string, Unfit> unfit_;
+  std::vector<std::pair<SessionId, SceneVersion>> not_offered_;  // to be told of
+  std::set<std::pair<SessionId, FrameId>> open_frames_;
+  bool is_pumping_gently_ = false;
+  net::Timer sweep_, gentle_pump_, not_offered_timer_;
 };
 
 }  // namespace tessera::master

@@ -96,6 +96,10 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
                  "same: one set per session; mixed: later slaves may have another")
       ->capture_default_str()
       ->type_name("POLICY");
+  app.add_option("--relay", t.relay,
+                 "on: slaves pass scenes on to slaves; off: the master sends to each")
+      ->capture_default_str()
+      ->type_name("on|off");
   app.add_option("--pixel-coding", t.pixel_coding,
                  "auto: slaves on slow links code their pixels, losslessly; off: never")
       ->capture_default_str()

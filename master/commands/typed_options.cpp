@@ -99,6 +99,10 @@ Status check_cluster(MasterOptions& o, const TypedOptions& t) {
     return Status::invalid_argument("--isa-policy " + t.isa_policy + ": give same or mixed");
   }
   o.session.is_isa_mixed = t.isa_policy == "mixed";
+  if (t.relay != "on" && t.relay != "off") {
+    return Status::invalid_argument("--relay " + t.relay + ": give on or off");
+  }
+  o.session.is_relaying = t.relay == "on";
   if (t.pixel_coding != "auto" && t.pixel_coding != "off") {
     return Status::invalid_argument("--pixel-coding " + t.pixel_coding + ": give auto or off");
   }

@@ -13,7 +13,7 @@ namespace tessera::master {
 
 struct TypedOptions {
   std::string size, frames, renderer = "direct", pixels, isa = "auto", isa_policy = "same",
-                            pixel_coding = "auto", tile = "auto", prefetch = "auto",
+                            pixel_coding = "auto", relay = "on", tile = "auto", prefetch = "auto",
                             schedule = "dynamic", scene_transfer = "async", log_level = "info",
                             log_format = "text", config;
   int local = kLocalAuto;

@@ -72,6 +72,9 @@ void AppServer::on_message(wire::Message message) {
   } else if (auto* chunk = std::get_if<wire::SceneChunk>(&message)) {
     const Status status = application_->receiver.chunk(*chunk, actions);
     on_scene(status, std::move(actions));
+  } else if (auto* list = std::get_if<wire::SceneChunkList>(&message)) {
+    const Status status = application_->receiver.list(*list, actions);
+    on_scene(status, std::move(actions));
   } else if (auto* retire = std::get_if<wire::SceneRetire>(&message)) {
     application_->receiver.retire(retire->first_kept, actions);
     for (const wire::FrameSubmit& waiting : std::deque(application_->waiting)) {
@@ -108,6 +111,9 @@ void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions acti
     application_->link->send(std::move(failed));
   }
   for (wire::SceneNeed& need : actions.need) application_->link->send(std::move(need));
+  for (wire::SceneChunkNeed& need : actions.chunk_need) {
+    application_->link->send(std::move(need));
+  }
 }
 
 void AppServer::on_submit(wire::FrameSubmit submit) {

@@ -9,6 +9,7 @@
 #include "common/base/clock.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
+#include "common/scene/scene_footprint.h"
 #include "common/wire/pixel_coding.h"
 #include "master/cluster/cluster.h"
 #include "master/cluster/reception.h"
@@ -59,7 +60,7 @@ struct FrameLoop::Impl {
       : io(io_thread),
         options(o),
         scheduler({o.prefetch_per_thread, o.frames_in_flight, o.is_static, o.audit_share}),
-        cluster(io_thread, o.isa, o.is_isa_mixed, cluster_events()),
+        cluster(io_thread, o.isa, o.is_isa_mixed, cluster_events(), o.is_relaying),
         observer(cluster),
         apps(io_thread, loop),
         reception(io_thread, reception_callbacks()),
@@ -298,6 +299,7 @@ void FrameLoop::set_outcome_callback(std::function<void(FrameOutcome)> on_outcom
 
 void FrameLoop::commit_scene(SceneVersion version, EncodedScene scene) {
   impl_->newest_version = std::max(impl_->newest_version, version);
+  scene.index_bytes = index_bytes_of(scene);
   impl_->held_scenes.emplace(version, std::make_shared<const EncodedScene>(std::move(scene)));
   impl_->release_scenes();
 }

@@ -61,6 +61,7 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
   loop_options.slaves_min = options.slaves_min;
   loop_options.isa = options.isa;
   loop_options.is_isa_mixed = options.is_isa_mixed;
+  loop_options.is_relaying = options.is_relaying;
   loop_options.is_pixel_coding = options.is_pixel_coding;
   loop_options.serves_applications = serves_applications;
   loop_options.hasher = &host->hasher_;

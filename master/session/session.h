@@ -34,6 +34,7 @@ struct SessionOptions {
   std::string name = "app";
   std::optional<Isa> isa;  // bind the session to this instruction set; else the best that all have
   bool is_isa_mixed = false;     // --isa-policy mixed
+  bool is_relaying = true;       // scenes go from slave to slave
   bool is_pixel_coding = true;   // slaves may code pixels (losslessly) where their link is slow
   int prefetch_per_thread = -1;  // tiles waiting per render thread, 0 to 15; -1: as each needs
   int frames_in_flight = 2;      // 1 or 2
