@@ -1,7 +1,10 @@
 #include "common/net/byte_stream.h"
 
 #include <sys/socket.h>
+#include <sys/uio.h>
 
+#include <array>
+#include <type_traits>
 #include <utility>
 
 namespace tessera::net {
@@ -10,6 +13,18 @@ namespace {
 TcpSocket& lowest(TcpSocket& socket) { return socket; }
 LocalSocket& lowest(LocalSocket& socket) { return socket; }
 TcpSocket& lowest(TlsStream& stream) { return stream.next_layer(); }
+
+std::size_t write_some_now(int socket, const std::vector<asio::const_buffer>& buffers) {
+  std::array<iovec, kGatherBuffersMax> parts;
+  TESSERA_CHECK_LE(buffers.size(), parts.size());
+  for (std::size_t i = 0; i < buffers.size(); ++i)
+    parts[i] = {const_cast<void*>(buffers[i].data()), buffers[i].size()};
+  msghdr message{};
+  message.msg_iov = parts.data();
+  message.msg_iovlen = buffers.size();
+  const ssize_t written = ::sendmsg(socket, &message, MSG_DONTWAIT | MSG_NOSIGNAL);
+  return written > 0 ? static_cast<std::size_t>(written) : 0;
+}
 
 template <typename Stream>
 class StreamOf final : public ByteStream {
@@ -26,6 +41,13 @@ class StreamOf final : public ByteStream {
   }
   void write_all(const std::vector<asio::const_buffer>& buffers, StreamHandler handler) override {
     asio::async_write(*stream_, buffers, std::move(handler));
+  }
+  std::size_t write_now(const std::vector<asio::const_buffer>& buffers) override {
+    if constexpr (std::is_same_v<Stream, TlsStream>) {
+      return 0;
+    } else {
+      return write_some_now(stream_->native_handle(), buffers);
+    }
   }
   void shutdown_send() override {
     asio::error_code ignored;

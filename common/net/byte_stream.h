@@ -10,6 +10,7 @@
 #include "common/base/check.h"
 #include "common/net/connection.h"
 #include "common/net/io_thread_asio.h"
+#include "common/net/send_queue.h"
 #include "common/net/tls_impl.h"
 
 namespace tessera::net {
@@ -22,6 +23,9 @@ class ByteStream {
   virtual void read_some(std::span<std::byte> buffer, StreamHandler handler) = 0;
   virtual void read_all(std::span<std::byte> buffer, StreamHandler handler) = 0;
   virtual void write_all(const std::vector<asio::const_buffer>& buffers, StreamHandler handler) = 0;
+  // Writes as much as the link takes without waiting, of at most kGatherBuffersMax parts. Returns: bytes written; 0 where that cannot
+  // be done (TLS), the link is full, or it is broken: write_all() tells which.
+  virtual std::size_t write_now(const std::vector<asio::const_buffer>& buffers) = 0;
   virtual void shutdown_send() = 0;
   virtual void close() = 0;
   virtual bool needs_checksum() const = 0;  // TCP without TLS

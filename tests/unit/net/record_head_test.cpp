@@ -57,9 +57,28 @@ TEST(Crc32c, AgreesWithTheVectorsOfRfc3720) {
   EXPECT_EQ(crc_of("123456789"), 0xe3069283u);
 }
 
+// Bit by bit, as the polynomial says.
+std::uint32_t slow_crc32c(std::span<const std::byte> bytes) {
+  std::uint32_t c = ~0u;
+  for (const std::byte b : bytes) {
+    c ^= static_cast<std::uint32_t>(b);
+    for (int bit = 0; bit < 8; ++bit) c = (c & 1u) != 0 ? c >> 1 ^ 0x82f63b78u : c >> 1;
+  }
+  return ~c;
+}
+
+TEST(Crc32c, EveryLengthAgreesWithTheSlowOne) {
+  std::mt19937 random(2);
+  std::vector<std::byte> bytes(5000);
+  for (std::byte& b : bytes) b = static_cast<std::byte>(random());
+  const std::span all(bytes);
+  for (std::size_t length = 0; length <= bytes.size(); length += length < 40 ? 1 : 97)
+    EXPECT_EQ(crc32c(0, all.first(length)), slow_crc32c(all.first(length))) << length;
+}
+
 TEST(Crc32c, PiecesGiveTheSameAsTheWhole) {
   std::mt19937 random(1);
-  std::vector<std::byte> bytes(1000);
+  std::vector<std::byte> bytes(4000);
   for (std::byte& b : bytes) b = static_cast<std::byte>(random());
   const std::span all(bytes);
   for (std::size_t cut = 0; cut <= bytes.size(); cut += 37) {
