@@ -15,12 +15,14 @@
 #include "common/frame/frame_settings.h"
 #include "common/frame/frame_stats.h"
 #include "common/frame/tile_grid.h"
+#include "master/frame_loop/frame_digest.h"
 
 namespace tessera::master {
 
 class FrameAssembly {
  public:
-  FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings);
+  FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings,
+                FrameDigest digest);
 
   // Takes memory for the pixels. Before the first tile. Returns: kResourceExhausted.
   Status allocate();
@@ -41,8 +43,10 @@ class FrameAssembly {
 
   // Pixels with a NaN or an infinity so far (float and half).
   std::uint64_t nonfinite_count() const { return nonfinite_count_; }
-  // Takes the finished image and fills in its digest. Once.
-  std::shared_ptr<const FrameImage> finish();
+  // Takes the finished image. Once.
+  std::shared_ptr<const FrameImage> finish() { return std::move(image_); }
+  // Of all pixels. Requires: every tile was written.
+  FrameDigest take_digest();
 
  private:
   void hash_whole_bands();
@@ -54,7 +58,7 @@ class FrameAssembly {
   std::uint64_t nonfinite_count_ = 0;
   std::vector<int> band_missing_;  // [rows of tiles] tiles not yet written
   std::size_t hashed_bands_ = 0;
-  Sha256 hash_;
+  FrameDigest digest_;
 };
 
 }  // namespace tessera::master

@@ -14,6 +14,7 @@
 #include "master/cluster/reception.h"
 #include "master/frame_loop/app_server.h"
 #include "master/frame_loop/frame_work.h"
+#include "master/frame_loop/outcome_line.h"
 #include "master/schedule/scheduler.h"
 #include "master/schedule/tile_order.h"
 #include "master/schedule/tile_size.h"
@@ -45,12 +46,13 @@ struct FrameLoop::Impl {
   std::map<FrameId, FrameWork> frames;
   TileSize tile_size;
   std::map<SceneVersion, double> build_seconds;  // slowest slave's, by version
-  std::function<void(FrameOutcome)> on_outcome;
+  OutcomeLine outcomes;
   std::map<SceneVersion, SharedScene> held_scenes;  // committed, not yet sent to slaves
   SceneVersion newest_version = 0;
   std::uint64_t frames_done = 0;
   const TimePoint started = Clock::now();
   bool is_over = false;
+  std::shared_ptr<int> alive = std::make_shared<int>(0);  // what comes from the hasher looks
 
   Impl(FrameLoop& loop, net::EventLoop& io_thread, const FrameLoopOptions& o)
       : io(io_thread),
@@ -73,7 +75,6 @@ struct FrameLoop::Impl {
   void on_result(SessionId session, wire::TileResult result);
   void complete(FrameId frame);
   void fail(const Action& action);
-  void deliver(FrameOutcome outcome);
   void retire();
   void release_scenes();
 };
@@ -226,13 +227,17 @@ void FrameLoop::Impl::complete(FrameId id) {
   }
   FrameOutcome outcome;
   outcome.frame = id;
+  FrameDigest digest = work.assembly.take_digest();
   outcome.image = work.assembly.finish();
   outcome.stats = stats;
   frames.erase(found);
   ++frames_done;
   retire();
   release_scenes();
-  deliver(std::move(outcome));
+  const OutcomeLine::Ticket ticket = outcomes.add_waiting(std::move(outcome));
+  digest.finish([this, is_here = std::weak_ptr<int>(alive), ticket](const Digest& sum) {
+    if (!is_here.expired()) outcomes.digest_done(ticket, sum);
+  });
 }
 
 void FrameLoop::Impl::fail(const Action& action) {
@@ -248,12 +253,7 @@ void FrameLoop::Impl::fail(const Action& action) {
   frames.erase(found);
   retire();
   release_scenes();
-  deliver(std::move(outcome));
-}
-
-// Outcomes leave through the loop's queue, so that who takes them may call us back.
-void FrameLoop::Impl::deliver(FrameOutcome outcome) {
-  if (on_outcome) on_outcome(std::move(outcome));
+  outcomes.add(std::move(outcome));
 }
 
 // Scenes go out at once; with a synchronous transfer, when no frame of an older one is in work.
@@ -287,7 +287,7 @@ void FrameLoop::accept(net::ConnectionPtr connection, net::Listener* listener) {
 }
 
 void FrameLoop::set_outcome_callback(std::function<void(FrameOutcome)> on_outcome) {
-  impl_->on_outcome = std::move(on_outcome);
+  impl_->outcomes.set_exit(std::move(on_outcome));
 }
 
 void FrameLoop::commit_scene(SceneVersion version, EncodedScene scene) {
@@ -302,7 +302,8 @@ void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings&
     settings.tile_edge_px = impl_->tile_size.edge_px(settings.width_px, settings.height_px,
                                                      impl_->cluster.thread_count());
   }
-  const auto [work, is_new] = impl_->frames.try_emplace(frame, frame, version, settings);
+  const auto [work, is_new] = impl_->frames.try_emplace(
+      frame, frame, version, settings, FrameDigest(impl_->io, impl_->options.hasher));
   if (!is_new) return;
   if (const Status status = work->second.assembly.allocate(); !status.is_ok()) {
     return impl_->perform(impl_->scheduler.refuse_frame(frame, status.message()));
@@ -349,6 +350,7 @@ void FrameLoop::shutdown() {
   impl_->tick.cancel();
   impl_->apps.shutdown();  // first: applications hear why, not that their frames were cancelled
   cancel_all();
+  impl_->outcomes.end(Status::closed("the master ended"));
   impl_->reception.close_all();
   impl_->cluster.shutdown();
 }

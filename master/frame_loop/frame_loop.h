@@ -35,6 +35,7 @@ struct FrameLoopOptions {
   double audit_share = 0;               // of the tiles: rendered by two slaves and compared
   bool is_pixel_coding = true;          // slaves may code pixels where their link is slow
   bool serves_applications = false;     // accept role app (serve); else such peers are refused
+  net::EventLoop* hasher = nullptr;     // computes frames' digests; null: the loop itself, at once
 };
 
 struct FrameOutcome {

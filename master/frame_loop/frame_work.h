@@ -4,6 +4,7 @@
 #pragma once
 
 #include <set>
+#include <utility>
 
 #include "common/base/clock.h"
 #include "master/cluster/cluster.h"
@@ -14,8 +15,8 @@ namespace tessera::master {
 
 class FrameWork {
  public:
-  FrameWork(FrameId frame, SceneVersion version, const FrameSettings& settings)
-      : assembly(frame, version, settings) {}
+  FrameWork(FrameId frame, SceneVersion version, const FrameSettings& settings, FrameDigest digest)
+      : assembly(frame, version, settings, std::move(digest)) {}
 
   // A slave is about to get its first tile of this frame, with this instruction set.
   void slave_begins(Isa isa, Cluster& cluster);

@@ -60,6 +60,7 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
   loop_options.is_isa_mixed = options.is_isa_mixed;
   loop_options.is_pixel_coding = options.is_pixel_coding;
   loop_options.serves_applications = serves_applications;
+  loop_options.hasher = &host->hasher_;
   host->io_.run_and_wait(
       [&] { host->frame_loop_ = std::make_unique<FrameLoop>(host->io_, loop_options); });
   if (!options.listen.empty()) TESSERA_RETURN_IF_ERROR(host->listen_at(options));

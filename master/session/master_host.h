@@ -39,6 +39,7 @@ class MasterHost {
   slave::LinkFactory local_link_factory();
 
   net::IoThread io_{"master-net"};
+  net::IoThread hasher_{"master-hash"};                 // its tasks post to io_, which outlives it
   std::unique_ptr<FrameLoop> frame_loop_;               // io_ thread
   std::unique_ptr<net::Listener> listener_;             // io_ thread; null when nothing listens
   std::unique_ptr<net::CredentialsWatch> credentials_;  // io_ thread; null without keys

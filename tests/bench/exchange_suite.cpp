@@ -49,6 +49,7 @@ class Master {
     options.prefetch_per_thread = kLeasesPerThread - 1;
     options.slaves_min = connections;
     options.isa = Isa::kScalar;
+    options.hasher = &hasher_;
     io_.run_and_wait([&] {
       loop_ = std::make_unique<master::FrameLoop>(io_, options);
       loop_->set_outcome_callback([this](const master::FrameOutcome& outcome) {
@@ -97,6 +98,7 @@ class Master {
   }
 
   net::IoThread io_{"master-net"};
+  net::IoThread hasher_{"master-hash"};
   std::unique_ptr<master::FrameLoop> loop_;  // io thread, as all below but tiles_
   std::unique_ptr<net::Listener> listener_;
   FrameId next_frame_ = 0;
@@ -240,7 +242,7 @@ Status run_exchange_suite(const ExchangeOptions& options, std::vector<std::strin
     const ExchangeRate bare =
         measure_bare_exchange(connections, kLeasesPerThread * options.threads, options.seconds);
     for (const bool has_tls : {false, true}) {
-      if (has_tls && options.is_only_plain) break;
+      if (options.link == (has_tls ? "plain" : "tls")) continue;
       const ProductRate product = measure_product(options, connections, has_tls);
       print_row(has_tls ? "tls" : "plain", connections, product, bare, rows);
     }

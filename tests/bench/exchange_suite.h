@@ -18,7 +18,7 @@ struct ExchangeOptions {
   int threads = 4;               // of each slave: 16 tiles out at a time
   double seconds = 5;            // measured, after one to warm up
   double minutes = 0;            // > 0: only the master's memory, minute by minute, for so long
-  bool is_only_plain = false;    // for a profile
+  std::string link = "both";     // plain, tls: one alone, for a profile
 };
 
 // Appends one JSON object per row.

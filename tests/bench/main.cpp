@@ -98,7 +98,9 @@ int main(int argc, char** argv) {
   app.add_option("--minutes", exchange.minutes,
                  "exchange: only the master's memory, minute by minute, for so long")
       ->check(CLI::Range(0, 1440));
-  app.add_flag("--plain", exchange.is_only_plain, "exchange: without TLS only");
+  app.add_option("--link", exchange.link, "exchange: both, plain, tls")
+      ->check(CLI::IsMember({"both", "plain", "tls"}))
+      ->capture_default_str();
   app.add_option("--json", json_path, "write the figures to this file");
   try {
     app.parse(argc, argv);
