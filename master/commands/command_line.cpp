@@ -55,7 +55,10 @@ void add_key_options(CLI::App& app, MasterOptions& o) {
 
 void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
   app.add_option("--listen", o.session.listen,
-                 "where slaves (and, with serve, applications) connect")
+                 "where slaves (and, with serve, applications) connect; again, or after a comma,\n"
+                 "for each further link of this machine")
+      ->delimiter(',')
+      ->multi_option_policy(CLI::MultiOptionPolicy::Join)
       ->type_name("HOST:PORT");
   app.add_option("--local", t.local,
                  "slaves inside this process (default: 1 when nothing else gives slaves)")

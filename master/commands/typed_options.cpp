@@ -146,11 +146,14 @@ Status check_links(const MasterOptions& o) {
   for (const Link& link : {Link{"--listen", "master", o.session.listen},
                            Link{"--connect", "app", o.session.connect}}) {
     if (link.address.empty()) continue;
-    auto endpoint = net::parse_endpoint(link.address);
-    Status status =
-        endpoint.is_ok() ? check_credentials(o.session, *endpoint, link.role) : endpoint.status();
-    if (!status.is_ok()) {
+    const auto refuse = [&](const Status& status) {
       return Status::invalid_argument(std::string(link.option) + " " + status.message());
+    };
+    auto endpoints = net::parse_endpoints(link.address);
+    if (!endpoints.is_ok()) return refuse(endpoints.status());
+    for (const net::Endpoint& endpoint : *endpoints) {
+      const Status status = check_credentials(o.session, endpoint, link.role);
+      if (!status.is_ok()) return refuse(status);
     }
   }
   if (!o.session.keys_folder.empty() && o.session.is_plain) {

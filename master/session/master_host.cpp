@@ -83,15 +83,19 @@ MasterHost::~MasterHost() {
 }
 
 Status MasterHost::listen_at(const SessionOptions& options) {
-  auto endpoint = net::parse_endpoint(options.listen);
-  if (!endpoint.is_ok()) return Status::invalid_argument("--listen " + endpoint.status().message());
-  auto tls = load_credentials(options, *endpoint, "master");
+  auto endpoints = net::parse_endpoints(options.listen);
+  if (!endpoints.is_ok())
+    return Status::invalid_argument("--listen " + endpoints.status().message());
+  for (const net::Endpoint& endpoint : *endpoints)
+    TESSERA_RETURN_IF_ERROR(check_credentials(options, endpoint, "master"));
+  auto tls = load_credentials(options, endpoints->front(), "master");
   if (!tls.is_ok()) return tls.status();
   Status status;
   io_.run_and_wait([&] {
-    auto listener = net::listen(io_, *endpoint, *tls, [this](net::ConnectionPtr connection) {
-      frame_loop_->accept(std::move(connection), listener_.get());
-    });
+    auto listener =
+        net::listen_on_all(io_, *endpoints, *tls, [this](net::ConnectionPtr connection) {
+          frame_loop_->accept(std::move(connection), listener_.get());
+        });
     if (listener.is_ok()) {
       listener_ = std::move(*listener);
       if (*tls) credentials_ = std::make_unique<net::CredentialsWatch>(io_, *tls);
@@ -99,10 +103,12 @@ Status MasterHost::listen_at(const SessionOptions& options) {
       status = listener.status();
     }
   });
-  if (status.is_ok()) {
-    endpoint->port = listen_port();
-    log_info("listening", "waiting for slaves at " + endpoint->text(),
-             {{"link", *tls ? "tls" : "plain"}, {"port", std::to_string(listen_port())}});
+  if (!status.is_ok()) return status;
+  for (std::size_t i = 0; i < endpoints->size(); ++i) {
+    net::Endpoint& endpoint = (*endpoints)[i];
+    endpoint.port = listener_->port(i);
+    log_info("listening", "waiting for slaves at " + endpoint.text(),
+             {{"link", *tls ? "tls" : "plain"}, {"port", std::to_string(endpoint.port)}});
   }
   return status;
 }

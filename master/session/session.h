@@ -25,7 +25,7 @@ namespace tessera {
 
 struct SessionOptions {
   std::string connect;      // HOST:PORT of a running master; empty: a master inside this process
-  std::string listen;       // HOST:PORT for slaves and applications; empty: nothing listens
+  std::string listen;       // HOST:PORT[,HOST:PORT...] for slaves and applications; empty: none
   int local_slaves = 0;     // slaves inside this process
   int local_threads = 0;    // render threads of all local slaves together; 0: all cores
   int slaves_min = 0;       // wait for so many slaves before the first frame

@@ -55,6 +55,24 @@ tessera::Status run(std::vector<std::string> suites,
   return tessera::Status::ok();
 }
 
+void add_exchange_options(CLI::App& app, tessera::bench::ExchangeOptions& exchange) {
+  app.add_option("--connections", exchange.connections, "exchange: slaves (default: 8 64 500)")
+      ->check(CLI::Range(1, 2000));
+  app.add_option("--slave-threads", exchange.threads,
+                 "exchange: of each slave; four tiles for each")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  app.add_option("--seconds", exchange.seconds, "exchange: measured, of each row")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
+  app.add_option("--minutes", exchange.minutes,
+                 "exchange: only the master's memory, minute by minute, for so long")
+      ->check(CLI::Range(0, 1440));
+  app.add_option("--link", exchange.link, "exchange: both, plain, tls")
+      ->check(CLI::IsMember({"both", "plain", "tls"}))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -86,21 +104,7 @@ int main(int argc, char** argv) {
   app.add_option("--repeats", options.repeats, "timed runs of each, interleaved; the median counts")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  app.add_option("--connections", exchange.connections, "exchange: slaves (default: 8 64 500)")
-      ->check(CLI::Range(1, 2000));
-  app.add_option("--slave-threads", exchange.threads,
-                 "exchange: of each slave; four tiles for each")
-      ->check(CLI::Range(1, 64))
-      ->capture_default_str();
-  app.add_option("--seconds", exchange.seconds, "exchange: measured, of each row")
-      ->check(CLI::Range(0.1, 3600.0))
-      ->capture_default_str();
-  app.add_option("--minutes", exchange.minutes,
-                 "exchange: only the master's memory, minute by minute, for so long")
-      ->check(CLI::Range(0, 1440));
-  app.add_option("--link", exchange.link, "exchange: both, plain, tls")
-      ->check(CLI::IsMember({"both", "plain", "tls"}))
-      ->capture_default_str();
+  add_exchange_options(app, exchange);
   app.add_option("--json", json_path, "write the figures to this file");
   try {
     app.parse(argc, argv);

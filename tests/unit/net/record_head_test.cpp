@@ -95,6 +95,12 @@ TEST(Endpoint, NamesAddressesAndPorts) {
        {"", "host", "host:", "host:x", "host:70000", "host:-1", "::1:7400", "a:1:2"}) {
     EXPECT_FALSE(parse_endpoint(wrong).is_ok()) << wrong;
   }
+  const auto several = parse_endpoints("10.0.0.5:7400,[::1]:0,:1");
+  ASSERT_TRUE(several.is_ok());
+  EXPECT_EQ(several->size(), 3u);
+  EXPECT_EQ((*several)[1].host, "::1");
+  for (const char* wrong : {"", "a:1,", ",a:1", "a:1,,b:2", "a:1,b"})
+    EXPECT_FALSE(parse_endpoints(wrong).is_ok()) << wrong;
   EXPECT_TRUE(is_loopback({"127.0.0.1", 1}));
   EXPECT_TRUE(is_loopback({"127.9.9.9", 1}));
   EXPECT_TRUE(is_loopback({"::1", 1}));
