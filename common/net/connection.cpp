@@ -158,7 +158,7 @@ LinkCounters Core::link_counters() const {
   LinkCounters counters;
   if (state_ == State::kOpen) counters = stream_->tcp_counters();
   if (counters.busy.count() == 0) counters.bytes_moved = bytes_sent_;
-  counters.queue_bytes = queue_bytes_;
+  counters.queue_bytes = queue_.bytes();
   return counters;
 }
 

@@ -15,6 +15,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -87,7 +88,8 @@ class Cluster {
 
  private:
   struct Slave;
-  using SlaveMap = std::map<SessionId, std::unique_ptr<Slave>>;
+  // Hashed: five of these are asked for every tile.
+  using SlaveMap = std::unordered_map<SessionId, std::unique_ptr<Slave>>;
 
   std::optional<std::pair<wire::RefuseCode, std::string>> refusal_of(
       const wire::Hello& hello, const net::PeerIdentity& peer) const;

@@ -13,7 +13,7 @@ class SimMaster::Door final : public net::Listener {
  public:
   explicit Door(Process& process) : process_(process) {}
 
-  std::uint16_t port() const override { return 7400; }
+  std::uint16_t port(std::size_t /*endpoint*/) const override { return 7400; }
   void mark_authenticated(const net::Connection& connection) override {
     strangers_.erase(&connection);
   }

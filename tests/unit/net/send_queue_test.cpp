@@ -20,7 +20,7 @@ TEST(SendQueue, WhateverTheLinkTakesAtATimeAllBytesLeaveInOrder) {
     return text;
   };
   for (int round = 0; round < 2000; ++round) {
-    for (unsigned i = random() % 40; i > 0; --i) {
+    for (auto i = random() % 40; i > 0; --i) {
       const std::string head = text_of(kRecordHeadBytes), header = text_of(random() % 20),
                         payload = text_of(random() % 100);
       std::array<std::byte, kRecordHeadBytes> head_bytes;
