@@ -36,10 +36,17 @@ bool SceneBuilder::is_retired(const BuildTask& task) const {
 }
 
 void SceneBuilder::retire(std::uint64_t generation, SceneVersion first_kept) {
-  MutexLock lock(mutex_);
-  generation_ = generation;
-  first_kept_ = first_kept;
-  if (current_ != nullptr && is_retired(*current_)) is_cancelled_ = true;
+  {
+    MutexLock lock(mutex_);
+    generation_ = generation;
+    first_kept_ = first_kept;
+    if (current_ != nullptr && is_retired(*current_)) is_cancelled_ = true;
+  }
+  // At once: while one scene is decoded, an animation may retire more than kQueueMax others.
+  queue_.remove_if([&](const BuildTask& task) {
+    return task.generation < generation ||
+           (task.generation == generation && task.version < first_kept);
+  });
 }
 
 void SceneBuilder::stop() {

@@ -137,6 +137,7 @@ void SimWorkshop::build_next() {
 void SimWorkshop::retire(std::uint64_t generation, SceneVersion first_kept) {
   generation_ = generation;
   first_kept_ = first_kept;
+  std::erase_if(builds_, [this](const slave::BuildTask& task) { return is_retired(task); });
 }
 
 }  // namespace tessera::sim
