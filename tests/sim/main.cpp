@@ -8,20 +8,29 @@
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <tuple>
+#include <utility>
 
 #include "common/base/log.h"
+#include "tests/sim/scaling.h"
 #include "tests/sim/storm.h"
 
 namespace tessera::sim {
 namespace {
 
 constexpr const char* kUsage =
-    "usage: tessera-sim [--seeds N] [--first N] [--seed N [--trace]] [--quiet]\n"
+    "usage: tessera-sim [--seeds N] [--first N] [--seed N [--trace] [--log]]\n"
+    "       tessera-sim scaling [thesis|large]\n"
+    "       tessera-sim predict [NAME=VALUE ...]\n"
     "  --seeds N   run N storms, one for each seed (1000)\n"
     "  --first N   the first seed (1)\n"
     "  --seed N    run this one alone and print its plan\n"
     "  --trace     print every message and fault of it\n"
-    "  --log       what the product logs, too\n";
+    "  --log       what the product logs, too\n"
+    "  scaling     speed over the number of slaves, as CSV: the thesis's cluster; up to 1000 "
+    "slaves\n"
+    "  predict     one cluster: slaves threads width height tile_ms spread delay_ms mbit\n"
+    "              slave_mbit record_us in_flight prefetch frames; one JSON line\n";
 
 struct Options {
   std::uint64_t first = 1, count = 1000;
@@ -82,7 +91,58 @@ int run_many(const Options& options) {
   return 0;
 }
 
+int run_predict(int argc, char** argv) {
+  ScalingCase c;
+  for (int i = 2; i < argc; ++i) {
+    const char* const equals = std::strchr(argv[i], '=');
+    const std::string name(argv[i], equals != nullptr ? equals : argv[i]);
+    const double value = equals != nullptr ? std::strtod(equals + 1, nullptr) : 0;
+    const std::pair<const char*, int*> counts[] = {{"slaves", &c.slaves},
+                                                   {"threads", &c.threads},
+                                                   {"width", &c.width_px},
+                                                   {"height", &c.height_px},
+                                                   {"in_flight", &c.frames_in_flight},
+                                                   {"prefetch", &c.prefetch_per_thread},
+                                                   {"frames", &c.frames}};
+    const std::tuple<const char*, double*, double> amounts[] = {
+        {"tile_ms", &c.tile_seconds, 1e-3},          {"spread", &c.tile_spread, 1},
+        {"delay_ms", &c.delay_seconds, 1e-3},        {"mbit", &c.master_bytes_per_s, 125e3},
+        {"slave_mbit", &c.slave_bytes_per_s, 125e3}, {"record_us", &c.master_record_seconds, 1e-6}};
+    bool is_known = false;
+    for (const auto& [known, place] : counts) {
+      if (name == known) *place = static_cast<int>(value), is_known = true;
+    }
+    for (const auto& [known, place, unit] : amounts) {
+      if (name == known) *place = value * unit, is_known = true;
+    }
+    if (equals == nullptr || !is_known) {
+      std::fprintf(stderr, "tessera-sim predict: '%s' is not known\n%s", argv[i], kUsage);
+      return 2;
+    }
+  }
+  const ScalingResult r = run_scaling(c);
+  std::printf(
+      "{\"frames_per_s\": %.4f, \"utilisation\": %.4f, \"wire_share\": %.4f, "
+      "\"master_cpu_share\": %.4f, \"bytes_per_frame\": %.0f, \"limit\": \"%s\"}\n",
+      r.frames_per_s, r.utilisation, r.wire_share, r.master_cpu_share, r.bytes_per_frame,
+      r.limit().c_str());
+  return 0;
+}
+
+int run_scaling_series(int argc, char** argv) {
+  const std::string which = argc > 2 ? argv[2] : "thesis";
+  if (which == "thesis") return print_thesis_series();
+  if (which == "large") return print_large_series();
+  std::fputs(kUsage, stderr);
+  return 2;
+}
+
 int run(int argc, char** argv) {
+  const std::string command = argc > 1 ? argv[1] : "";
+  if (command == "scaling" || command == "predict") {
+    init_log(LogLevel::kOff, LogFormat::kText);
+    return command == "scaling" ? run_scaling_series(argc, argv) : run_predict(argc, argv);
+  }
   Options options;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];

@@ -54,6 +54,7 @@ struct StormPlan {
   std::uint64_t seed = 0;
   LinkModel master_link;
   int frames_in_flight = 2;
+  double audit_share = 0;
   double master_record_seconds = 0;  // CPU of the master for each record
   std::vector<SlavePlan> slaves;
   AppScript script;
