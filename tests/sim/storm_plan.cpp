@@ -63,7 +63,6 @@ StormPlan draw_storm(std::uint64_t seed) {
   plan.master_link.down_bytes_per_s = 100e6;
   plan.frames_in_flight = random.chance(0.2) ? 1 : 2;
   plan.master_record_seconds = random.chance(0.3) ? 20e-6 : 0;
-  plan.audit_share = random.chance(0.25) ? 0.1 : 0;
   const int slave_count = random.pick(1, 6);
   for (int i = 0; i < slave_count; ++i) plan.slaves.push_back(draw_slave(random));
   for (std::size_t i = 1; i < plan.slaves.size(); ++i) {
@@ -85,6 +84,7 @@ StormPlan draw_storm(std::uint64_t seed) {
       plan.faults.push_back(draw_fault(random, slave_count));
     }
   }
+  plan.audit_share = random.chance(0.25) ? 0.1 : 0;
   std::stable_sort(plan.faults.begin(), plan.faults.end(),
                    [](const Fault& a, const Fault& b) { return a.at < b.at; });
   return plan;
