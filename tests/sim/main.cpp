@@ -95,7 +95,8 @@ int run_predict(int argc, char** argv) {
   ScalingCase c;
   for (int i = 2; i < argc; ++i) {
     const char* const equals = std::strchr(argv[i], '=');
-    const std::string name(argv[i], equals != nullptr ? equals : argv[i]);
+    const std::string name =
+        std::string(argv[i]).substr(0, equals != nullptr ? std::size_t(equals - argv[i]) : 0);
     const double value = equals != nullptr ? std::strtod(equals + 1, nullptr) : 0;
     const std::pair<const char*, int*> counts[] = {{"slaves", &c.slaves},
                                                    {"threads", &c.threads},
