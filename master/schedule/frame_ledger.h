@@ -75,6 +75,8 @@ class FrameLedger {
 
   SceneVersion version() const { return version_; }
   std::size_t pending_count() const { return pending_.size(); }
+  // False: next_for() has nothing for anybody.
+  bool may_lease() const { return !pending_.empty() || !audits_.empty(); }
   bool is_complete() const { return done_count_ == tiles_.size(); }
   const LedgerCounts& counts() const { return counts_; }
   std::size_t tiles_left() const { return tiles_.size() - done_count_; }

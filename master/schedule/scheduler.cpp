@@ -162,8 +162,8 @@ void Scheduler::retire_scenes(SceneVersion first_kept) {
 
 // Adds a slave's pace to the cluster's, or takes it out before it changes.
 void Scheduler::count_pace(const SlavePace& pace, int sign) {
-  depth_total_ += static_cast<std::uint64_t>(sign) * pace.depth();
   rate_total_ = std::max(rate_total_ + sign * pace.tiles_per_second(), 0.0);
+  round_trip_total_ = std::max(round_trip_total_ + sign * pace.round_trip_seconds(), 0.0);
 }
 
 void Scheduler::release(Frame& frame, SessionId session) {

@@ -153,11 +153,11 @@ class Scheduler {
   bool can_take(const Slave& slave, const Frame& frame, TimePoint now) const;
   bool has_room(const Slave& slave) const { return slave.in_flight < slave.pace.depth(); }
   std::size_t able_count(const Frame& frame) const;
-  bool is_tail(std::size_t frame, const Slave& slave, TimePoint now) const;
+  bool is_in_time(std::size_t frame, const Slave& slave, TimePoint now) const;
   void fill(SlaveEntry& entry, TimePoint now, Actions& actions);
   void fill_all(TimePoint now, Actions& actions);
   bool lease_one(SlaveEntry& entry, TimePoint now, Actions& actions);
-  bool lease_tail(Frame& frame, SessionId asking, TimePoint now, Actions& actions);
+  void spread(Frame& frame, TimePoint now, Actions& actions);
   bool lease_static(Frame& frame, SlaveEntry& entry, TimePoint now, Actions& actions);
   bool is_audited(FrameId frame, TileIndex tile) const;
   double back_seconds(const Slave& slave, std::uint32_t ahead, TimePoint now) const;
@@ -177,8 +177,8 @@ class Scheduler {
   std::deque<Frame> frames_;  // in order of submission; ended ones leave from the front
   FrameId next_frame_ = 0;    // above every frame ever submitted
   LedgerCounts ended_counts_;
-  std::uint64_t depth_total_ = 0;            // over all slaves
-  double rate_total_ = 0;                    // tiles per second, likewise
+  double rate_total_ = 0;                    // tiles per second, over all slaves
+  double round_trip_total_ = 0;              // likewise, seconds
   double tile_seconds_ = kTileSecondsGuess;  // of all slaves, recent mean
   DuplicationBudget budget_;
 };

@@ -41,13 +41,15 @@ std::size_t Scheduler::able_count(const Frame& frame) const {
       }));
 }
 
-// From here on, who gets a tile decides when the frame is done: the tiles left would all fit into
-// the queues, or this slave is so slow or far that the others would be done before it is back.
-bool Scheduler::is_tail(std::size_t frame, const Slave& slave, TimePoint now) const {
-  if (frames_[frame].ledger.pending_count() <= depth_total_) return true;
+// Would the slave have a tile back before the cluster is done with the frame, and with those before
+// it? Else the tile is for others. Constant time: the mean of all slaves stands for them.
+bool Scheduler::is_in_time(std::size_t frame, const Slave& slave, TimePoint now) const {
+  if (rate_total_ <= 0) return true;  // nothing is known
   std::size_t left = 0;
   for (std::size_t i = 0; i <= frame; ++i) left += frames_[i].ledger.tiles_left();
-  return back_seconds(slave, slave.in_flight, now) * rate_total_ > static_cast<double>(left);
+  const double done = static_cast<double>(left) / rate_total_ + tile_seconds_ +
+                      round_trip_total_ / static_cast<double>(slaves_.size());
+  return back_seconds(slave, slave.in_flight, now) <= done;
 }
 
 // Whether a tile is audited depends on its name alone, so that a frame can be rendered again.
@@ -101,11 +103,7 @@ bool Scheduler::lease_one(SlaveEntry& entry, TimePoint now, Actions& actions) {
       if (lease_static(frame, entry, now, actions)) return true;
       continue;
     }
-    if (is_tail(i, slave, now)) {
-      if (lease_tail(frame, entry.first, now, actions)) return true;
-      continue;
-    }
-    if (!frame.ledger.next_for(entry.first)) continue;
+    if (!frame.ledger.next_for(entry.first) || !is_in_time(i, slave, now)) continue;
     lease_next(entry, frame, now, actions);
     return true;
   }
@@ -113,26 +111,31 @@ bool Scheduler::lease_one(SlaveEntry& entry, TimePoint now, Actions& actions) {
   return false;
 }
 
-// The last tiles: each goes to the slave that will have it back first (list scheduling; Graham
-// 1969). While that one has no room, the tile waits for it, and the asking slave takes one of the
-// next frame. Returns: whether `asking` was given a tile.
-bool Scheduler::lease_tail(Frame& frame, SessionId asking, TimePoint now, Actions& actions) {
-  for (;;) {
-    SlaveEntry* best = nullptr;
-    double best_seconds = 0;
-    bool is_asking_useful = false;
-    for (SlaveEntry& entry : slaves_) {
-      if (!can_take(entry.second, frame, now) || !frame.ledger.next_for(entry.first)) continue;
-      is_asking_useful = is_asking_useful || entry.first == asking;
-      const double back = back_seconds(entry.second, entry.second.in_flight, now);
-      if (best == nullptr || back < best_seconds) {
-        best = &entry;
-        best_seconds = back;
-      }
+// Each tile goes to the slave that will have it back first (list scheduling; Graham 1969). When that
+// one has no room, the tile waits for it.
+void Scheduler::spread(Frame& frame, TimePoint now, Actions& actions) {
+  if (frame.state != FrameState::kOpen || !frame.ledger.may_lease()) return;
+  using Place = std::pair<double, SlaveEntry*>;
+  const auto is_later = [](const Place& a, const Place& b) {
+    return std::pair(a.first, a.second->first) > std::pair(b.first, b.second->first);
+  };
+  std::vector<Place> heap;
+  for (SlaveEntry& entry : slaves_) {
+    if (can_take(entry.second, frame, now))
+      heap.emplace_back(back_seconds(entry.second, entry.second.in_flight, now), &entry);
+  }
+  std::make_heap(heap.begin(), heap.end(), is_later);
+  while (!heap.empty()) {
+    std::pop_heap(heap.begin(), heap.end(), is_later);
+    auto& [back, entry] = heap.back();
+    if (!frame.ledger.next_for(entry->first)) {
+      heap.pop_back();
+      continue;
     }
-    if (best == nullptr || !is_asking_useful || !has_room(best->second)) return false;
-    lease_next(*best, frame, now, actions);
-    if (best->first == asking) return true;
+    if (!has_room(entry->second)) return;
+    lease_next(*entry, frame, now, actions);
+    back = back_seconds(entry->second, entry->second.in_flight, now);
+    std::push_heap(heap.begin(), heap.end(), is_later);
   }
 }
 
@@ -162,6 +165,10 @@ void Scheduler::fill(SlaveEntry& entry, TimePoint now, Actions& actions) {
 
 // In rounds, one tile for each slave, so that the first slave does not take all.
 void Scheduler::fill_all(TimePoint now, Actions& actions) {
+  if (!is_started_) return;
+  if (!options_.is_static) {
+    for (std::size_t i = 0; i < active_count(); ++i) spread(frames_[i], now, actions);
+  }
   for (bool has_leased = true; has_leased;) {
     has_leased = false;
     for (SlaveEntry& entry : slaves_) has_leased = lease_one(entry, now, actions) || has_leased;
