@@ -2,7 +2,8 @@
 import signal
 import time
 
-from stage import STILL, wait_until
+import watch
+from stage import MOVING, STILL, wait_until  # noqa: F401
 
 
 def f01(stage, report):
@@ -24,4 +25,121 @@ def f01(stage, report):
     stage.oracle(settled_slaves=2)
 
 
-ROWS = {"F01": f01}
+def silent_slave(stage, report, name, begin, end, after):
+    """A slave that falls silent by begin() and speaks again by end(): F02 and F13 to F16 alike.
+
+    after(b): how long after end() the slave may take until it is in use again.
+    """
+    report.values["tiles_lost"] = stage.wait_for_tiles(name)
+    b = stage.bounds()
+    began = begin()
+    lost = stage.first_event("slave-lost", began)
+    report.figure("detection", lost["at"] - began, b.detection + stage.lateness)
+    count = len(stage.frames.lines)
+    stage.wait_for_frames(count + 2)
+    usual = stage.frames.usual(since=lost["at"] + b.redo(report.values["tiles_lost"], [name]))
+    report.figure("gap", stage.frames.gap_after(began), b.detection + usual + b.redo(
+        report.values["tiles_lost"], [name]) + b.reissue + stage.lateness)
+    ended = end()
+    joined = stage.first_event("slave-joined", ended)
+    report.figure("back", joined["at"] - ended, after(b) + stage.lateness)
+    wait_until("in use again", lambda: (stage.cluster.slave_status(name) or {}).get("tiles_done"))
+    report.event("slave-lost", len(stage.events("slave-lost")))
+
+
+def f02(stage, report):
+    """SIGSTOP shorter than T_det (nothing is lost), then longer; SIGCONT."""
+    stage.cluster_of(3)
+    stage.animate(frames=24)
+    stage.wait_for_frames(2)
+    stage.wait_for_tiles("slave-3")
+    b = stage.bounds()
+    stage.pause("slave-3")
+    time.sleep(b.detection - 2 * b.heartbeat)
+    resumed = stage.resume("slave-3")
+    time.sleep(2 * b.detection)
+    report.claim("a short pause loses nothing", not stage.events("slave-lost"), stage.events("slave-lost"))
+    report.claim("and needs no reconnect", len(stage.events("slave-joined")) == 3)
+    silent_slave(stage, report, "slave-3", lambda: stage.pause("slave-3"), lambda: stage.resume("slave-3"),
+                 lambda b: b.backoff_first + b.handshake + b.scene)
+    stage.finish()
+    report.claim("no result of the old session", not stage.events("slave-expelled", resumed))
+    stage.oracle(settled_slaves=3)
+
+
+def f03(stage, report):
+    """SIGTERM: it ends its tiles, hands back its queue, says goodbye."""
+    stage.cluster_of(3)
+    stage.animate(frames=10)
+    stage.wait_for_frames(3)
+    stage.wait_for_tiles("slave-3")
+    b = stage.bounds()
+    asked = stage.now()
+    code = stage.process("slave-3")
+    code.send_signal(signal.SIGTERM)
+    left = code.wait(30)
+    report.figure("exit", time.time() - asked, b.tile + b.rtt + 1 + stage.lateness)
+    report.claim("exit code 0", left == 0, left)
+    run = stage.finish()
+    report.claim("nothing is rendered twice", report.values["tiles_rendered_twice"] == 0, [
+        line["tiles_rejected"] for line in run.stats])
+    report.event("slave-left", len(stage.events("slave-left")))
+    report.claim("no slave-lost", not stage.events("slave-lost"))
+    stage.oracle(settled_slaves=2)
+
+
+def f06(stage, report):
+    """All slaves lost: the frame in work is kept, and a new slave ends it."""
+    stage.cluster_of(2)
+    stage.animate(frames=8)
+    stage.wait_for_frames(2)
+    stage.wait_for_tiles("slave-1")
+    b = stage.bounds()
+    gone = stage.now()
+    stage.kill("slave-1")
+    stage.kill("slave-2")
+    none_left = wait_until("no slaves in status", lambda: not stage.status()["slaves"] and time.time(), 20)
+    report.figure("detection", none_left - gone, b.detection + stage.lateness)
+    done = len(stage.frames.lines)
+    stage.quiet(["master"])
+    report.claim("the application waits", stage.animation.poll() is None and len(stage.frames.lines) <= done + 1)
+    born = stage.now()
+    stage.slave("slave-9")
+    joined = stage.first_event("slave-joined", born)
+    stage.wait_for_frames(done + 1)
+    # The frame in work has at most all its tiles left.
+    report.figure("resumes", stage.frames.times[done] - joined["at"],
+                  b.scene + (48 + 1) * b.tile + b.rtt + stage.lateness)
+    stage.finish()
+    report.claim("2 events slave-lost", len(stage.events("slave-lost")) == 2)
+    report.claim("no frame failed", not stage.events("frame-failed"))
+    stage.oracle(settled_slaves=1)
+
+
+def f07(stage, report):
+    """A slave is killed and comes back at once, again and again, within frames of changing scenes."""
+    times = 20 if report.values.get("is_small", True) else 100
+    stage.cluster_of(2)
+    stage.animate(MOVING, frames=3 * times // 2)
+    stage.wait_for_frames(2)
+    b = stage.bounds()
+    slowest = 0.0
+    kills = 0
+    while kills < times and len(stage.frames.lines) < len(stage.expected_digests) - 3:
+        stage.kill("slave-2")
+        began = stage.now()
+        stage.slave("slave-2", node=3)
+        joined = stage.first_event("slave-joined", began)
+        wait_until("in use", lambda: (stage.cluster.slave_status("slave-2") or {}).get("tiles_done"))
+        slowest = max(slowest, joined["at"] - began)
+        kills += 1
+    report.note(f"{kills} kills")
+    report.figure("usable after", slowest, b.handshake + b.scene + stage.lateness)
+    stage.finish(240)
+    report.claim("as many events slave-lost as kills", len(stage.events("slave-lost")) == kills)
+    report.claim("each tile once", stage.status()["tiles_accepted"] == 48 * len(stage.expected_digests),
+                 stage.status()["tiles_accepted"])
+    stage.oracle(settled_slaves=2)
+
+
+ROWS = {"F01": f01, "F02": f02, "F03": f03, "F06": f06, "F07": f07}
