@@ -13,8 +13,9 @@ namespace {
 
 constexpr std::size_t kInputBufferBytes = 64 * 1024;
 constexpr std::size_t kGatherBuffersMax = 60;  // below IOV_MAX with room; 20 records in one call
-// A started record must be complete within 2 s plus its size over the slowest supported link.
-constexpr std::chrono::milliseconds kRecordGrace{2000};
+// A started record must be complete within the time after which a silent peer is dead, plus its
+// size over the slowest supported link.
+constexpr std::chrono::milliseconds kRecordGrace{kHeartbeatMs * (kHeartbeatsMissedMax + 1)};
 constexpr std::uint64_t kSlowestBytesPerSecond = 64 * 1024;
 
 struct Outgoing {

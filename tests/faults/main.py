@@ -24,11 +24,12 @@ from rows import ROWS, SMALL  # noqa: E402
 NEEDS = ("root", "netns", "cut", "portcut", "reset", "delay", "rate", "loss")
 
 
-def run_row(lab, name, seed):
+def run_row(lab, name, seed, logs):
     report = Report(name, seed)
     try:
-        with stage.Stage(lab, report) as one:
+        with stage.Stage(lab, report, logs) as one:
             ROWS[name](one, report)
+            report.note(f"this machine was late by {1e3 * one.sampler.late:.0f} ms at most")
     except Exception as error:  # a row that breaks off does not hold; the others still run
         report.error = f"{type(error).__name__}: {str(error)[:300]}"
         if not isinstance(error, AssertionError):
@@ -36,14 +37,14 @@ def run_row(lab, name, seed):
     return report
 
 
-def run_rows(names, seed, repeats, out):
+def run_rows(names, seed, repeats, out, logs):
     failed = []
     with stage.Lab() as lab:
         for name in names:
             began = time.monotonic()
-            reports = [run_row(lab, name, seed)]
+            reports = [run_row(lab, name, seed, logs)]
             while not reports[-1].holds and len(reports) <= repeats:
-                reports.append(run_row(lab, name, seed))
+                reports.append(run_row(lab, name, seed, logs))
             outcome = "FAILED" if not reports[-1].holds else "held" if len(reports) == 1 else "held the second time"
             if outcome == "FAILED":
                 failed.append(name)
@@ -65,6 +66,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="of what is drawn by chance (default: 1)")
     parser.add_argument("--repeats", type=int, default=1, help="how often a row that does not hold is run again")
     parser.add_argument("--json", metavar="FILE", help="write one JSON object per run of a row")
+    parser.add_argument("--logs", metavar="DIR", help="keep the logs of rows that do not hold, in DIR/ROW")
     options = parser.parse_args()
     if options.list:
         for name, row in sorted(ROWS.items()):
@@ -80,7 +82,7 @@ def main():
         print("skipped: this machine's fault lab lacks " + ", ".join(missing))
         return 77
     out = open(options.json, "w", encoding="utf-8") if options.json else None
-    failed = run_rows(names, options.seed, options.repeats, out)
+    failed = run_rows(names, options.seed, options.repeats, out, options.logs)
     print(f"{len(names) - len(failed)} of {len(names)} rows hold" + (f"; FAILED: {', '.join(failed)}" if failed else ""))
     return 1 if failed else 0
 

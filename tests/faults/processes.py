@@ -2,22 +2,25 @@
 import signal
 import time
 
-import watch
-from stage import MOVING, STILL, wait_until  # noqa: F401
+from stage import MOVING, TILES, wait_until
+
+# The most that one thread of a slave holds by default: its prefetch and the one in work. For bounds where nobody
+# could look at what it held as it was lost.
+PREFETCHED = 4
 
 
 def f01(stage, report):
     """SIGKILL in the middle of a tile."""
     stage.cluster_of(3)
     stage.animate(frames=10)
-    stage.wait_for_frames(3)
+    stage.wait_for_frames(4)
     report.values["tiles_lost"] = stage.wait_for_tiles("slave-3")
     b = stage.bounds()
     gone = stage.kill("slave-3")
     lost = stage.first_event("slave-lost", gone - 1)
     report.figure("detection", lost["at"] - gone, b.rtt + stage.lateness)
     stage.finish()
-    usual = stage.frames.usual(since=gone + 1)
+    usual = stage.usual_without("slave-3", gone)
     report.figure("gap", stage.frames.gap_after(gone),
                   usual + b.redo(report.values["tiles_lost"], ["slave-3"]) + b.reissue + stage.lateness)
     report.event("slave-lost", len(stage.events("slave-lost")))
@@ -25,22 +28,20 @@ def f01(stage, report):
     stage.oracle(settled_slaves=2)
 
 
-def silent_slave(stage, report, name, begin, end, after):
+def silent_slave(stage, report, name, begin, end, after, must_end=True):
     """A slave that falls silent by begin() and speaks again by end(): F02 and F13 to F16 alike.
 
-    after(b): how long after end() the slave may take until it is in use again.
+    after(b): how long after end() the slave may take until it is in use again. must_end: it cannot come back before.
     """
     report.values["tiles_lost"] = stage.wait_for_tiles(name)
     b = stage.bounds()
     began = begin()
     lost = stage.first_event("slave-lost", began)
     report.figure("detection", lost["at"] - began, b.detection + stage.lateness)
-    count = len(stage.frames.lines)
-    stage.wait_for_frames(count + 2)
-    usual = stage.frames.usual(since=lost["at"] + b.redo(report.values["tiles_lost"], [name]))
-    report.figure("gap", stage.frames.gap_after(began), b.detection + usual + b.redo(
+    stage.wait_for_frames(len(stage.frames.lines) + 2)
+    report.figure("gap", stage.frames.gap_after(began), b.detection + stage.usual_without(name, began) + b.redo(
         report.values["tiles_lost"], [name]) + b.reissue + stage.lateness)
-    ended = end()
+    ended = end() if must_end else lost["at"]
     joined = stage.first_event("slave-joined", ended)
     report.figure("back", joined["at"] - ended, after(b) + stage.lateness)
     wait_until("in use again", lambda: (stage.cluster.slave_status(name) or {}).get("tiles_done"))
@@ -51,7 +52,7 @@ def f02(stage, report):
     """SIGSTOP shorter than T_det (nothing is lost), then longer; SIGCONT."""
     stage.cluster_of(3)
     stage.animate(frames=24)
-    stage.wait_for_frames(2)
+    stage.wait_for_frames(4)
     stage.wait_for_tiles("slave-3")
     b = stage.bounds()
     stage.pause("slave-3")
@@ -109,7 +110,7 @@ def f06(stage, report):
     stage.wait_for_frames(done + 1)
     # The frame in work has at most all its tiles left.
     report.figure("resumes", stage.frames.times[done] - joined["at"],
-                  b.scene + (48 + 1) * b.tile + b.rtt + stage.lateness)
+                  b.scene + (TILES + 1) * b.tile + b.rtt + stage.lateness)
     stage.finish()
     report.claim("2 events slave-lost", len(stage.events("slave-lost")) == 2)
     report.claim("no frame failed", not stage.events("frame-failed"))
@@ -137,7 +138,7 @@ def f07(stage, report):
     report.figure("usable after", slowest, b.handshake + b.scene + stage.lateness)
     stage.finish(240)
     report.claim("as many events slave-lost as kills", len(stage.events("slave-lost")) == kills)
-    report.claim("each tile once", stage.status()["tiles_accepted"] == 48 * len(stage.expected_digests),
+    report.claim("each tile once", stage.status()["tiles_accepted"] == TILES * len(stage.expected_digests),
                  stage.status()["tiles_accepted"])
     stage.oracle(settled_slaves=2)
 
