@@ -31,6 +31,7 @@ struct Words {
   std::string log_format = "text";
   bool is_quiet = false;
   int tile_sleep_ms = 0;
+  int tile_aborted_at = 0;
 };
 
 ParsedCommand failed(int exit_code, const std::string& what) {
@@ -97,6 +98,9 @@ void declare(CLI::App& app, Words& words) {
   app.add_option("--test-tile-sleep-ms", words.tile_sleep_ms)
       ->check(CLI::Range(0, 60'000))
       ->group("");  // for tests: not shown
+  app.add_option("--test-abort-at-tile", words.tile_aborted_at)
+      ->check(CLI::Range(0, 1'000'000))
+      ->group("");
 }
 
 ParsedCommand check_words(const Words& words) {
@@ -126,6 +130,7 @@ ParsedCommand check_words(const Words& words) {
   }
   options.threads = words.threads > 0 ? words.threads : available_cpu_count();
   options.tile_sleep_ms = words.tile_sleep_ms;
+  options.tile_aborted_at = words.tile_aborted_at;
   const Result<LogLevel> level = parse_log_level(words.log_level);
   if (!level.is_ok()) return failed(kExitUsage, level.status().message());
   command.log_level = words.is_quiet ? LogLevel::kError : *level;

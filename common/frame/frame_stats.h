@@ -66,7 +66,7 @@ struct SlaveStatus {
 // What bounds on the cluster's answers to faults are computed from: what it is set to, and what it
 // has measured of the slaves that are connected.
 struct ClusterPace {
-  std::uint32_t heartbeat_ms = 0;  // of a new connection
+  std::uint32_t heartbeat_ms = 0;  // the longest in use
   std::uint32_t heartbeats_missed_max = 0;
   std::uint32_t handshake_ms = 0;      // from accept to a complete handshake
   std::uint32_t reconnect_max_ms = 0;  // a slave's greatest pause, before its random factor
@@ -83,12 +83,22 @@ struct TileAccounts {
   bool operator==(const TileAccounts&) const = default;
 };
 
+// A slave that is not let in for a while.
+struct QuarantinedSlave {
+  std::string name;         // of its certificate, else the one it gives
+  double seconds = 0;       // still
+  std::uint32_t times = 0;  // held back so far
+  std::string reason;
+  bool operator==(const QuarantinedSlave&) const = default;
+};
+
 struct ClusterStatus {
   std::vector<SlaveStatus> slaves;
   std::uint64_t frames_done = 0;
   bool has_application = false;
   ClusterPace pace;
   TileAccounts tiles;
+  std::vector<QuarantinedSlave> quarantined;
 };
 
 }  // namespace tessera

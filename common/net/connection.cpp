@@ -4,6 +4,7 @@
 #include <deque>
 #include <utility>
 
+#include "common/base/limits.h"
 #include "common/net/byte_stream.h"
 #include "common/net/crc32c.h"
 #include "common/net/record_head.h"

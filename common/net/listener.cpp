@@ -169,6 +169,7 @@ void Acceptor::handshake(Tcp::socket socket, const std::string& address) {
         PeerIdentity proven = identity_of(stream->native_handle());
         proven.address = identity.address;
         proven.port = identity.port;
+        proven.rtt_seconds = identity.rtt_seconds;
         pending->handshaking.reset();
         self->hand_on(pending, make_byte_stream(std::make_unique<TlsStream>(std::move(*stream))),
                       std::move(proven));

@@ -50,4 +50,13 @@ class Liveness {
   TimePoint due_{};
 };
 
+// The heartbeat of a new connection: `usual`, or longer where missed_max of them would not be more
+// than two round trips, so that a far peer is not taken for a dead one.
+inline std::chrono::milliseconds heartbeat_for(std::chrono::milliseconds usual, int missed_max,
+                                               Duration rtt) {
+  const auto least = std::chrono::floor<std::chrono::milliseconds>(2 * rtt / missed_max) +
+                     std::chrono::milliseconds(1);
+  return std::max(usual, least);
+}
+
 }  // namespace tessera::net

@@ -28,6 +28,16 @@ void print_json(const ClusterStatus& status) {
     if (slaves.size() > 1) slaves += ',';
     slaves += slave_json(slave);
   }
+  std::string quarantined = "[";
+  for (const QuarantinedSlave& slave : status.quarantined) {
+    if (quarantined.size() > 1) quarantined += ',';
+    JsonObject entry;
+    entry.add("name", slave.name)
+        .add("seconds", slave.seconds)
+        .add("times", slave.times)
+        .add("reason", slave.reason);
+    quarantined += entry.text();
+  }
   const ClusterPace& pace = status.pace;
   const TileAccounts& tiles = status.tiles;
   JsonObject json;
@@ -45,7 +55,8 @@ void print_json(const ClusterStatus& status) {
       .add("tiles_rejected", tiles.rejected)
       .add("tiles_abandoned", tiles.abandoned)
       .add("tiles_in_flight", tiles.in_flight)
-      .add_raw("slaves", slaves + "]");
+      .add_raw("slaves", slaves + "]")
+      .add_raw("quarantined", quarantined + "]");
   std::printf("%s\n", json.text().c_str());
 }
 
@@ -53,6 +64,10 @@ void print_table(const ClusterStatus& status) {
   std::printf("%zu slaves, %llu frames done, %s\n", status.slaves.size(),
               static_cast<unsigned long long>(status.frames_done),
               status.has_application ? "an application is connected" : "no application");
+  for (const QuarantinedSlave& slave : status.quarantined) {
+    std::printf("held back for %.0f s more: %s (%s)\n", slave.seconds, slave.name.c_str(),
+                slave.reason.c_str());
+  }
   if (status.slaves.empty()) return;
   std::printf("%-24s %7s %-7s %6s %9s %5s %8s %6s %6s\n", "name", "threads", "isa", "queued",
               "done", "busy", "rtt ms", "tiles", "scene");

@@ -84,6 +84,7 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
     scheduler.slave_joined(session, cluster.name_of(session), threads);
     start_when_ready();
   };
+  events.tiles_held = [this](SessionId session) { return scheduler.tiles_in_flight(session); };
   events.slave_lost = [this](SessionId session) {
     perform(scheduler.slave_lost(session, Clock::now()));
   };
@@ -198,7 +199,10 @@ void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
                     0};
   if (options.audit_share > 0) report.pixels = short_digest(result.pixels);
   const ResultVerdict verdict = scheduler.result(session, report, Clock::now(), actions);
-  if (!answers_lease(verdict) && verdict != ResultVerdict::kFrameEnded)
+  if (verdict == ResultVerdict::kRepeated && !cluster.forgive_repeat(session))
+    return cluster.expel(session, "the same tile results again and again");
+  if (!answers_lease(verdict) && verdict != ResultVerdict::kFrameEnded &&
+      verdict != ResultVerdict::kRepeated)
     return cluster.expel(session, std::string("a tile result ") + verdict_text(verdict));
   cluster.add_busy_time(session, result.seconds);
   if (verdict == ResultVerdict::kAccepted) {
@@ -338,6 +342,7 @@ ClusterStatus FrameLoop::status() const {
   status.frames_done = impl_->frames_done;
   status.has_application = impl_->apps.has_application();
   status.pace = impl_->cluster.pace();
+  status.quarantined = impl_->cluster.quarantined();
   const LedgerCounts counts = impl_->scheduler.counts();
   status.tiles = {counts.issued, counts.accepted, counts.rejected, counts.abandoned,
                   counts.in_flight};

@@ -19,6 +19,8 @@ const char* verdict_text(ResultVerdict verdict) {
       return "that differs from another slave's";
     case ResultVerdict::kUndecided:
       return "that differs from two others";
+    case ResultVerdict::kRepeated:
+      return "for a lease that it has answered already";
     case ResultVerdict::kFrameEnded:
       return "for a frame that is over";
     case ResultVerdict::kUnknownFrame:
@@ -160,13 +162,19 @@ void FrameLedger::finish(TileIndex index) {
 LedgerAnswer FrameLedger::accept(SessionId session, SceneVersion version, TileIndex index,
                                  Attempt attempt, std::uint64_t pixels) {
   if (version != version_) return {ResultVerdict::kWrongVersion, {}, 0, 0};
+  if (index >= tiles_.size()) return {};
+  LedgerAnswer answer;
+  if (const Answer& last = tiles_[index].answer;
+      last.session == session && last.attempt == attempt && attempt != 0) {
+    answer.verdict = ResultVerdict::kRepeated;
+    return answer;
+  }
   const auto leases = leased_.find(index);
-  if (leases == leased_.end()) return {};
+  if (leases == leased_.end()) return answer;
   const auto found = std::find_if(
       leases->second.begin(), leases->second.end(),
       [&](const Lease& lease) { return lease.session == session && lease.attempt == attempt; });
-  if (found == leases->second.end()) return {};
-  LedgerAnswer answer;
+  if (found == leases->second.end()) return answer;
   const TimePoint leased_at = found->since;
   end_lease(index, static_cast<std::size_t>(found - leases->second.begin()));
   if (tiles_[index].is_done) {
@@ -178,6 +186,7 @@ LedgerAnswer FrameLedger::accept(SessionId session, SceneVersion version, TileIn
     finish(index);
   }
   answer.leased_at = leased_at;
+  if (answer.verdict == ResultVerdict::kAccepted) tiles_[index].answer = {session, attempt};
   ++(answer.verdict == ResultVerdict::kAccepted ? counts_.accepted : counts_.rejected);
   return answer;
 }

@@ -35,6 +35,7 @@ enum class ResultVerdict {
   kConfirmed,     // audit: the tile's pixels are right; these are not needed
   kDisputed,      // audit: they differ from the first ones, and a third slave must decide
   kUndecided,     // audit: three slaves, three pictures
+  kRepeated,      // the same result once more: dropped and counted
   kFrameEnded,    // answers a frame that is over: dropped
   kUnknownFrame,  // never begun on that slave: a violation
   kWrongVersion,  // violation
@@ -129,11 +130,16 @@ class FrameLedger {
     Attempt attempt = 0;
     TimePoint since, due;
   };
+  struct Answer {
+    SessionId session = 0;
+    Attempt attempt = 0;
+  };
   struct Tile {
     Attempt attempts = 0;
     std::uint16_t losses = 0;
     bool is_done = false;
     bool is_pending = true;
+    Answer answer;  // the one that was accepted last
   };
   struct Vote {
     SessionId session = 0;

@@ -24,10 +24,10 @@ from rows import ROWS, SMALL  # noqa: E402
 NEEDS = ("root", "netns", "cut", "portcut", "reset", "delay", "rate", "loss")
 
 
-def run_row(lab, name, seed, logs):
-    report = Report(name, seed)
+def run_row(lab, name, options):
+    report = Report(name, options.seed)
     try:
-        with stage.Stage(lab, report, logs) as one:
+        with stage.Stage(lab, report, options.logs, not options.all) as one:
             ROWS[name](one, report)
             report.note(f"this machine was late by {1e3 * one.sampler.late:.0f} ms at most")
     except Exception as error:  # a row that breaks off does not hold; the others still run
@@ -37,14 +37,14 @@ def run_row(lab, name, seed, logs):
     return report
 
 
-def run_rows(names, seed, repeats, out, logs):
+def run_rows(names, options, out):
     failed = []
     with stage.Lab() as lab:
         for name in names:
             began = time.monotonic()
-            reports = [run_row(lab, name, seed, logs)]
-            while not reports[-1].holds and len(reports) <= repeats:
-                reports.append(run_row(lab, name, seed, logs))
+            reports = [run_row(lab, name, options)]
+            while not reports[-1].holds and len(reports) <= options.repeats:
+                reports.append(run_row(lab, name, options))
             outcome = "FAILED" if not reports[-1].holds else "held" if len(reports) == 1 else "held the second time"
             if outcome == "FAILED":
                 failed.append(name)
@@ -72,7 +72,7 @@ def main():
         for name, row in sorted(ROWS.items()):
             print(name, "small" if name in SMALL else "     ", row.__doc__.strip().splitlines()[0])
         return 0
-    names = [n.upper() for n in options.rows] or (sorted(ROWS) if options.all else [n for n in SMALL if n in ROWS])
+    names = [n[:3].upper() + n[3:] for n in options.rows] or (sorted(ROWS) if options.all else [n for n in SMALL if n in ROWS])
     unknown = [n for n in names if n not in ROWS]
     if unknown:
         parser.error(f"no such row: {', '.join(unknown)}; see --list")
@@ -82,7 +82,7 @@ def main():
         print("skipped: this machine's fault lab lacks " + ", ".join(missing))
         return 77
     out = open(options.json, "w", encoding="utf-8") if options.json else None
-    failed = run_rows(names, options.seed, options.repeats, out, options.logs)
+    failed = run_rows(names, options, out)
     print(f"{len(names) - len(failed)} of {len(names)} rows hold" + (f"; FAILED: {', '.join(failed)}" if failed else ""))
     return 1 if failed else 0
 

@@ -98,6 +98,22 @@ def f17(stage, report):
     delayed(stage, report, delay=50)
 
 
+def far(stage, report):
+    """A slave 600 ms of delay away each way: the heartbeat is raised, and it is not taken for dead."""
+    stage.serve()
+    stage.slave("near", node=2)
+    began = stage.now()
+    stage.lab.shape(5, delay=600)
+    stage.slave("far", node=5)
+    stage.cluster.wait_for_slaves(2)
+    report.event("heartbeat-raised", len(stage.events("heartbeat-raised", began)))
+    stage.animate(frames=8)
+    stage.finish()
+    b = stage.bounds()
+    report.claim("M * H > 2 * RTT", b.missed * b.heartbeat > 2 * 1.2, b.heartbeat)
+    report.claim("no false death", not stage.events("slave-lost"), stage.events("slave-lost"))
+
+
 def f20(stage, report):
     """Delay 20 +- 20 ms with reordering."""
     delayed(stage, report, delay=20, jitter=20, reorder=True)
@@ -175,4 +191,4 @@ def f22(stage, report):
     stage.oracle(settled_slaves=3)
 
 
-ROWS = {"F13": f13, "F14": f14, "F15": f15, "F16": f16, "F17": f17, "F18": f18, "F19": f19, "F20": f20, "F22": f22}
+ROWS = {"F13": f13, "F14": f14, "F15": f15, "F16": f16, "F17": f17, "F17far": far, "F18": f18, "F19": f19, "F20": f20, "F22": f22}

@@ -217,6 +217,7 @@ class HandSlave:
         self.tile = Link(stage, node, keys)
         self.tile.say(HELLO, hello(name))
         _, welcome, _ = self.tile.hear(WELCOME)
+        self.session, self.token = welcome[2], welcome[3]
         self.scene = Link(stage, node, keys)
         self.scene.say(JOIN, {1: welcome[1], 2: Fixed64(welcome[2]), 3: Fixed64(welcome[3])})
         self.scene.hear(JOINED)

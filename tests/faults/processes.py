@@ -89,6 +89,53 @@ def f03(stage, report):
     stage.oracle(settled_slaves=2)
 
 
+def f05(stage, report):
+    """A slave that crashes in the renderer again and again is held back for a growing time."""
+    stage.cluster_of(2)
+    stage.animate(frames=90)
+    stage.wait_for_frames(4)
+    b = stage.bounds()
+    stage.now()
+    began = time.time()
+
+    def crashes(until, first):
+        """Starts the slave again whenever it has crashed, as systemd would."""
+        count = 0
+        while not until() and count < 20:
+            stage.slave("crasher", node=5, sleep_ms=10, options=["--test-abort-at-tile", "2"])
+            count += 1
+            wait_until("crashed or held back", lambda: stage.process("crasher").poll() is not None or until())
+        process = stage.cluster.processes.pop("crasher")
+        if process.poll() is None:
+            process.kill()
+        process.wait()
+        report.figure(f"losses until it is held back ({first})", len(stage.events("slave-lost")), 3 if first == 1 else 6, "")
+
+    def held(times):
+        return [q for q in stage.status()["quarantined"] if q["name"] == "crasher" and q["times"] >= times]
+
+    crashes(lambda: held(1), 1)
+    report.figure("held back", held(1)[0]["seconds"], 25, "s", least=True)
+    stage.slave("crasher", node=5, sleep_ms=10)
+    refused = stage.first_event("slave-refused", began)
+    report.claim("refused with the reason", "held back" in refused["text"], refused["text"])
+    joined = stage.first_event("slave-joined", refused["at"])
+    quarantined = stage.first_event("slave-quarantined", began)
+    report.figure("let in after", joined["at"] - quarantined["at"], 30 - 0.01, least=True)
+    report.figure("and no later than", joined["at"] - quarantined["at"], 30 + b.reconnect_max * 1.5 + stage.lateness)
+    stage.process("crasher").terminate()
+    stage.process("crasher").wait()
+    crashes(lambda: held(2), 2)
+    report.figure("held back again", held(2)[0]["seconds"], 55, "s", least=True)
+    stage.animation.terminate()
+    stage.cluster.finish(stage.animation)
+    stage.frames.stop()
+    done = [f["digest"] for f in stage.frames.lines]
+    report.picture(done == stage.expected_digests[:len(done)])
+    report.claim("no frame failed", not stage.events("frame-failed"))
+    stage.oracle(settled_slaves=2)
+
+
 def f06(stage, report):
     """All slaves lost: the frame in work is kept, and a new slave ends it."""
     stage.cluster_of(2)
@@ -119,7 +166,7 @@ def f06(stage, report):
 
 def f07(stage, report):
     """A slave is killed and comes back at once, again and again, within frames of changing scenes."""
-    times = 20 if report.values.get("is_small", True) else 100
+    times = 12 if stage.is_small else 100
     stage.cluster_of(2)
     stage.animate(MOVING, frames=3 * times // 2)
     stage.wait_for_frames(2)
@@ -131,7 +178,8 @@ def f07(stage, report):
         began = stage.now()
         stage.slave("slave-2", node=3)
         joined = stage.first_event("slave-joined", began)
-        wait_until("in use", lambda: (stage.cluster.slave_status("slave-2") or {}).get("tiles_done"))
+        # Until it has brought more than it holds: else it is taken for one that crashes (F05).
+        wait_until("in use", lambda: (stage.cluster.slave_status("slave-2") or {}).get("tiles_done", 0) > PREFETCHED)
         slowest = max(slowest, joined["at"] - began)
         kills += 1
     report.note(f"{kills} kills")
@@ -143,4 +191,4 @@ def f07(stage, report):
     stage.oracle(settled_slaves=2)
 
 
-ROWS = {"F01": f01, "F02": f02, "F03": f03, "F06": f06, "F07": f07}
+ROWS = {"F01": f01, "F02": f02, "F03": f03, "F05": f05, "F06": f06, "F07": f07}

@@ -60,12 +60,13 @@ class Stage:
 
     known_digests = {}  # of fault-free runs, for all rows
 
-    def __init__(self, lab, report, logs=None):
+    def __init__(self, lab, report, logs=None, is_small=True):
         self.lab, self.report, self.logs, self.doubt = lab.lab, report, logs, 0.0
         self.mend = lab.mend
         self.cluster = cluster_lib.Cluster(
             host=self.lab.addr(1), prefix=lambda node: ["ip", "netns", "exec", self.lab.node(node)["ns"]])
         self.nodes = {}
+        self.is_small = is_small  # of rows that repeat a fault: some times, not all
         self.sampler = watch.Sampler()
         self.frames = None
         self.bounds_before = None
@@ -203,6 +204,11 @@ class Stage:
         """What the measuring itself may be wrong by: how late this machine woke us since the fault, at most; how long
         the fault took to be made; one rounding of the log's clock."""
         return self.sampler.late + self.doubt + 0.001
+
+    def usual_mean(self, since, until):
+        """The mean time between frames that came within the interval. Seconds."""
+        times = [t for t in self.frames.times if since <= t <= until]
+        return (times[-1] - times[0]) / max(len(times) - 1, 1)
 
     def usual_without(self, name, instant):
         """The frame time before `instant`, as it is when this slave's threads are missing. Seconds."""

@@ -49,6 +49,15 @@ TEST(Liveness, WhoLooksWhenDueFindsDeathOnTime) {
   }
 }
 
+TEST(Liveness, TheHeartbeatOfAFarPeerIsLongerThanHalfItsRoundTrip) {
+  EXPECT_EQ(heartbeat_for(250ms, 4, 0ms), 250ms);
+  EXPECT_EQ(heartbeat_for(250ms, 4, 499ms), 250ms);
+  for (const auto rtt : {500ms, 1200ms, 5000ms}) {
+    EXPECT_GT(4 * heartbeat_for(250ms, 4, rtt), 2 * rtt);
+    EXPECT_LE(4 * heartbeat_for(250ms, 4, rtt), 2 * rtt + 8ms);
+  }
+}
+
 TEST(Liveness, AnIdleLinkIsLookedAtOncePerHeartbeat) {
   Liveness liveness(250ms, 4);
   TimePoint now{};

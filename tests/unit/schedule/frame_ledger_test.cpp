@@ -47,7 +47,7 @@ TEST(FrameLedger, OnlyTheAnswerToAnOutstandingLeaseIsAccepted) {
   EXPECT_EQ(ledger.accept(1, kVersion, lease.tile, lease.attempt).verdict,
             ResultVerdict::kAccepted);
   EXPECT_EQ(ledger.accept(1, kVersion, lease.tile, lease.attempt).verdict,
-            ResultVerdict::kNotLeased)
+            ResultVerdict::kRepeated)
       << "the same result twice";
 }
 

@@ -172,6 +172,11 @@ inline std::vector<Message> Samples::all() {
                        0.5,
                        1.5};
   reply.status.tiles = {any(), any(), any(), any(), any()};
+  for (std::uint64_t i = number(0, 3); i > 0; --i) {
+    reply.status.quarantined.push_back({text(kNameBytesMax, 1), 12.5,
+                                        static_cast<std::uint32_t>(any()),
+                                        text(kQuarantineReasonBytesMax, 0)});
+  }
   m.push_back(reply);
   return m;
 }
@@ -241,7 +246,7 @@ inline bool same(const FrameChunk& a, const FrameChunk& b) {
 inline bool same(const StatusReply& a, const StatusReply& b) {
   return a.status.frames_done == b.status.frames_done &&
          a.status.has_application == b.status.has_application && a.status.pace == b.status.pace &&
-         a.status.tiles == b.status.tiles &&
+         a.status.tiles == b.status.tiles && a.status.quarantined == b.status.quarantined &&
          std::ranges::equal(
              a.status.slaves, b.status.slaves,
              [](const SlaveStatus& x, const SlaveStatus& y) { return fields(x) == fields(y); });
