@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <future>
 
+#include "common/base/limits.h"
 #include "common/wire/codec.h"
 #include "master/session/master_host.h"
 #include "tests/support/net_peer.h"
