@@ -206,11 +206,11 @@ bool Core::take_record() {
       return false;
     }
     RecordRefusal refusal{};
-    head_ = decode_head(std::span<const std::byte, kRecordHeadBytes>(input_.data() + input_begin_,
-                                                                     kRecordHeadBytes),
-                        limits_, refusal);
+    const std::span<const std::byte, kRecordHeadBytes> head(input_.data() + input_begin_,
+                                                            kRecordHeadBytes);
+    head_ = decode_head(head, limits_, refusal);
     if (!head_) {
-      end(Status::data_loss(refusal_text(refusal)));
+      end(Status::data_loss(refusal_of(head, refusal)));
       return false;
     }
     if (std::exchange(has_deadline_, false))

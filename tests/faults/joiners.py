@@ -83,7 +83,7 @@ def f23(stage, report):
     began = stage.now()
     link.say(peer.HELLO, peer.hello("future", version=(7, 9)))
     _, refuse, _ = link.hear(peer.REFUSE)
-    report.figure("refused", time.time() - began, b.rtt + 0.05 + stage.lateness)
+    report.figure("refused", time.time() - began, b.rtt + stage.lateness)
     reason = refuse.get(2, b"").decode()
     report.claim("both ranges in the reason", "7 to 9" in reason and "1 to" in reason, reason)
     report.claim("and in the log", any("7 to 9" in e["text"] for e in stage.events("peer-refused", began)))

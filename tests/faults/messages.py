@@ -93,7 +93,7 @@ def f32(stage, report):
             link.say(kind, peer.hello("fake"), **lies)
             ended = link.wait_for_end()
             if not warm:
-                report.figure(f"closed ({name})", ended - sent, stage.bounds().rtt + 0.05 + stage.lateness)
+                report.figure(f"closed ({name})", ended - sent, stage.bounds().rtt + stage.lateness)
             link.close()
         fake = peer.HandSlave(stage, "fake")
         sent = stage.now()
@@ -101,7 +101,7 @@ def f32(stage, report):
         ended = fake.tile.wait_for_end()
         fake.close()
         wait_until("gone", lambda: not stage.cluster.slave_status("fake"))
-    report.figure("closed (result)", ended - sent, stage.bounds().rtt + 0.05 + stage.lateness)
+    report.figure("closed (result)", ended - sent, stage.bounds().rtt + stage.lateness)
     report.figure("memory taken", master_kib(stage) - base, 64, "KiB")
     events = [e for e in watch.events(stage.log("master")) if "bytes" in json.dumps(e)]
     report.claim("an event names the size", bool(events), "no event speaks of bytes")
