@@ -97,7 +97,7 @@ def f40(stage, report):
             link.close()
         except (OSError, ValueError):
             ended = time.time()
-        report.figure(f"refused ({name})", ended - began, 4 * b.rtt + stage.lateness)
+        report.figure(f"refused ({name})", ended - began, b.rtt + good + stage.lateness)
         event = stage.first_event("handshake-failed", began)
         report.claim(f"the event says why ({name})", word in event["text"], event["text"])
     role(stage, report, "wrong role", stage.cluster.add_key("app", "an-app"), 0)
