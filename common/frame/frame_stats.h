@@ -37,6 +37,8 @@ struct FrameStats {
   std::uint32_t tile_edge_px = 0;
   std::uint32_t tiles_reissued = 0;
   std::uint32_t tiles_rejected = 0;
+  std::uint32_t tiles_faulty = 0;      // results with NaN, infinite or negative pixels
+  std::uint64_t pixels_faulty = 0;     // of the frame, painted in the error colour
   std::uint32_t tiles_duplicated = 0;  // leased a second time to end the frame sooner
   RayCounts rays;
   std::uint64_t bytes_to_slaves = 0;

@@ -6,28 +6,6 @@
 #include <string>
 
 namespace tessera::master {
-namespace {
-
-// Counts components whose exponent bits are all ones.
-std::uint64_t count_nonfinite(std::span<const std::byte> bytes, PixelFormat format) {
-  std::uint64_t count = 0;
-  if (format == PixelFormat::kFloat) {
-    for (std::size_t i = 0; i + 4 <= bytes.size(); i += 4) {
-      std::uint32_t bits = 0;
-      std::memcpy(&bits, bytes.data() + i, 4);
-      count += (bits & 0x7f800000u) == 0x7f800000u ? 1 : 0;
-    }
-  } else if (format == PixelFormat::kHalf) {
-    for (std::size_t i = 0; i + 2 <= bytes.size(); i += 2) {
-      std::uint16_t bits = 0;
-      std::memcpy(&bits, bytes.data() + i, 2);
-      count += (bits & 0x7c00u) == 0x7c00u ? 1 : 0;
-    }
-  }
-  return count;
-}
-
-}  // namespace
 
 FrameAssembly::FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings)
     : settings_(settings),
@@ -80,7 +58,6 @@ void FrameAssembly::write_tile(TileIndex tile, std::span<const std::byte> pixels
   image_->tile_slave[tile] = slave_ordinal;
   --band_missing_[static_cast<std::size_t>(rect.y_px / settings_.tile_edge_px)];
   hash_whole_bands();
-  nonfinite_count_ += count_nonfinite(pixels, settings_.pixel_format);
 }
 
 void FrameAssembly::hash_whole_bands() {

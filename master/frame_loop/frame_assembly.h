@@ -40,7 +40,6 @@ class FrameAssembly {
   void write_tile(TileIndex tile, std::span<const std::byte> pixels, std::uint16_t slave_ordinal);
 
   // Pixels with a NaN or an infinity so far (float and half).
-  std::uint64_t nonfinite_count() const { return nonfinite_count_; }
   // Takes the finished image and fills in its digest. Once.
   std::shared_ptr<const FrameImage> finish();
 
@@ -51,7 +50,6 @@ class FrameAssembly {
   const TileGrid grid_;
   FrameStats stats_;
   std::shared_ptr<FrameImage> image_;
-  std::uint64_t nonfinite_count_ = 0;
   std::vector<int> band_missing_;  // [rows of tiles] tiles not yet written
   std::size_t hashed_bands_ = 0;
   Sha256 hash_;

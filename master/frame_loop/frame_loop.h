@@ -34,6 +34,7 @@ struct FrameLoopOptions {
   bool is_scene_transfer_sync = false;  // a scene is sent when no frame is in work
   double audit_share = 0;               // of the tiles: rendered by two slaves and compared
   bool is_pixel_coding = true;          // slaves may code pixels where their link is slow
+  bool is_faulty_frame_failed = false;  // else NaN, infinite, negative pixels get the error colour
   bool serves_applications = false;     // accept role app (serve); else such peers are refused
 };
 

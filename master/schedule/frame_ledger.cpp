@@ -15,6 +15,8 @@ const char* verdict_text(ResultVerdict verdict) {
       return "a duplicate";
     case ResultVerdict::kConfirmed:
       return "that confirms another one";
+    case ResultVerdict::kFaulty:
+      return "with faulty pixels";
     case ResultVerdict::kDisputed:
       return "that differs from another slave's";
     case ResultVerdict::kUndecided:
@@ -55,6 +57,8 @@ bool FrameLedger::has_seen(TileIndex index, SessionId session) const {
       if (lease.session == session) return true;
     }
   }
+  const auto refused = refused_.find(index);
+  if (refused != refused_.end() && refused->second == session) return true;
   const auto audit = audits_.find(index);
   if (audit == audits_.end()) return false;
   for (int i = 0; i < audit->second.vote_count; ++i) {
@@ -65,9 +69,10 @@ bool FrameLedger::has_seen(TileIndex index, SessionId session) const {
 
 std::optional<TileIndex> FrameLedger::next_for(SessionId session) const {
   if (!pending_.empty()) {
-    // Only an audited tile can be pending and known to the session.
+    // Only an audited or refused tile can be pending and known to the session.
+    const bool is_any_known = !audits_.empty() || !refused_.empty();
     for (const TileIndex index : pending_) {
-      if (audits_.empty() || !has_seen(index, session)) return index;
+      if (!is_any_known || !has_seen(index, session)) return index;
     }
   }
   for (const auto& [index, audit] : audits_) {
@@ -160,7 +165,7 @@ void FrameLedger::finish(TileIndex index) {
 }
 
 LedgerAnswer FrameLedger::accept(SessionId session, SceneVersion version, TileIndex index,
-                                 Attempt attempt, std::uint64_t pixels) {
+                                 Attempt attempt, std::uint64_t pixels, bool is_suspect) {
   if (version != version_) return {ResultVerdict::kWrongVersion, {}, 0, 0};
   if (index >= tiles_.size()) return {};
   LedgerAnswer answer;
@@ -181,6 +186,9 @@ LedgerAnswer FrameLedger::accept(SessionId session, SceneVersion version, TileIn
     answer.verdict = ResultVerdict::kDuplicate;
   } else if (const auto audit = audits_.find(index); audit != audits_.end()) {
     answer = vote(index, audit->second, session, pixels);
+  } else if (is_suspect && refused_.try_emplace(index, session).second) {
+    answer.verdict = ResultVerdict::kFaulty;
+    make_pending(index);
   } else {
     answer.verdict = ResultVerdict::kAccepted;
     finish(index);

@@ -55,13 +55,14 @@ def f25(stage, report):
 def f26(stage, report):
     """NaN pixels: the tile is rendered once more on another slave, counted, reported with tile and slave."""
     fake, lease = fake_in_frame(stage, report)
+    sent = time.time()
     fake.say_result(lease, pixel=(float("nan"), 0, 0))
-    event = stage.first_event("nonfinite-pixels", stage.frames.times[0] if stage.frames.times else 0)
-    report.claim("names tile and slave", "tile" in event and event.get("slave") == "fake", event)
+    event = stage.first_event("faulty-pixels", sent)
+    report.claim("names tile and slave", "tile" in event and "fake" in event.get("slave", ""), event)
     fake.close()
     run = stage.finish()
-    report.claim("counted in --stats", sum(line.get("tiles_nonfinite", 0) for line in run.stats) == 1,
-                 [line.get("tiles_nonfinite") for line in run.stats])
+    report.claim("counted in --stats", sum(line.get("tiles_faulty", 0) for line in run.stats) == 1,
+                 [line.get("tiles_faulty") for line in run.stats])
     stage.oracle()
 
 

@@ -6,10 +6,11 @@ import messages
 import network
 import processes
 import results
+import scenes
 
 # The rows that run on every change (fault-matrix, "How often").
 SMALL = ["F01", "F02", "F07", "F13", "F15", "F25", "F30", "F31", "F32", "F33", "F36", "F39", "F40"]
 
 ROWS = {}
-for group in (processes, joiners, network, results, messages, identity, application):
+for group in (processes, joiners, network, results, messages, identity, application, scenes):
     ROWS.update(group.ROWS)

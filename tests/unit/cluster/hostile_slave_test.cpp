@@ -6,6 +6,7 @@
 #include <future>
 
 #include "common/base/limits.h"
+#include "common/frame/faulty_pixels.h"
 #include "common/wire/codec.h"
 #include "master/session/master_host.h"
 #include "tests/support/net_peer.h"
@@ -288,6 +289,47 @@ TEST_F(HostileSlave, WhoLiedIsHeldBackByNameAndShownInStatus) {
     EXPECT_EQ(held[0].name, "liar");
   });
   expect_whole_frame_from_another();
+}
+
+// Bytes of 0xff are NaN in every format of floats.
+TEST_F(HostileSlave, NanPixelsAreRenderedAgainByAnotherAndNoneIsLeft) {
+  HandSlave sick = slave("sick");
+  sick.build_scene();
+  sick.hear_frame();
+  const wire::TileLease lease = sick.hear_lease();
+  HandSlave honest = slave("honest");
+  honest.build_scene();
+  honest.hear_frame();
+  sick.say_on_tile_link(sick.answer_to(lease, std::byte{0xff}));
+  auto future = outcome_.get_future();
+  // The sick one holds what it was given besides; it leaves, and the honest one renders all.
+  sick.say_on_tile_link(wire::Goodbye{"unwell"});
+  for (int i = 0; i < 6; ++i) {
+    honest.say_on_tile_link(honest.answer_to(honest.hear_lease(), kHonest));
+  }
+  ASSERT_EQ(future.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  const FrameOutcome outcome = future.get();
+  ASSERT_TRUE(outcome.status.is_ok()) << outcome.status.message();
+  EXPECT_TRUE(std::all_of(outcome.image->bytes.begin(), outcome.image->bytes.end(),
+                          [](std::byte b) { return b == kHonest; }));
+  EXPECT_EQ(outcome.stats.tiles_faulty, 1u);
+  EXPECT_EQ(outcome.stats.pixels_faulty, 0u);
+}
+
+TEST_F(HostileSlave, NanPixelsOfTheOnlySlaveAreReplacedAndCounted) {
+  HandSlave sick = slave("sick");
+  sick.build_scene();
+  sick.hear_frame();
+  auto future = outcome_.get_future();
+  for (int i = 0; i < 6; ++i) {
+    sick.say_on_tile_link(sick.answer_to(sick.hear_lease(), i == 0 ? std::byte{0xff} : kHonest));
+  }
+  ASSERT_EQ(future.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  const FrameOutcome outcome = future.get();
+  ASSERT_TRUE(outcome.status.is_ok()) << outcome.status.message();
+  EXPECT_EQ(count_faulty_pixels(outcome.image->bytes, outcome.image->format), 0u);
+  EXPECT_EQ(outcome.stats.tiles_faulty, 1u);
+  EXPECT_EQ(outcome.stats.pixels_faulty, 16u * 16);
 }
 
 TEST_F(HostileSlave, LeavesInMidFrame) {

@@ -88,6 +88,26 @@ class Samples {
     return s;
   }
 
+  StatusReply status_reply() {
+    StatusReply reply;
+    reply.status.frames_done = any();
+    reply.status.has_application = number(0, 1) == 1;
+    for (std::uint64_t i = number(0, 5); i > 0; --i) reply.status.slaves.push_back(slave_status());
+    reply.status.pace = {static_cast<std::uint32_t>(number(0, kHeartbeatMsMax)),
+                         static_cast<std::uint32_t>(number(0, kHeartbeatsMissedLimit)),
+                         static_cast<std::uint32_t>(any()),
+                         static_cast<std::uint32_t>(any()),
+                         0.25,
+                         0.5,
+                         1.5};
+    reply.status.tiles = {any(), any(), any(), any(), any()};
+    for (std::uint64_t i = number(0, 3); i > 0; --i) {
+      reply.status.quarantined.push_back({text(kNameBytesMax, 1), 12.5,
+                                          static_cast<std::uint32_t>(any()),
+                                          text(kQuarantineReasonBytesMax, 0)});
+    }
+    return reply;
+  }
   SlaveStatus slave_status() {
     SlaveStatus s;
     s.name = text(kNameBytesMax);
@@ -160,24 +180,7 @@ inline std::vector<Message> Samples::all() {
   }
   m.push_back(done);
   m.push_back(StatusRequest{});
-  StatusReply reply;
-  reply.status.frames_done = any();
-  reply.status.has_application = number(0, 1) == 1;
-  for (std::uint64_t i = number(0, 5); i > 0; --i) reply.status.slaves.push_back(slave_status());
-  reply.status.pace = {static_cast<std::uint32_t>(number(0, kHeartbeatMsMax)),
-                       static_cast<std::uint32_t>(number(0, kHeartbeatsMissedLimit)),
-                       static_cast<std::uint32_t>(any()),
-                       static_cast<std::uint32_t>(any()),
-                       0.25,
-                       0.5,
-                       1.5};
-  reply.status.tiles = {any(), any(), any(), any(), any()};
-  for (std::uint64_t i = number(0, 3); i > 0; --i) {
-    reply.status.quarantined.push_back({text(kNameBytesMax, 1), 12.5,
-                                        static_cast<std::uint32_t>(any()),
-                                        text(kQuarantineReasonBytesMax, 0)});
-  }
-  m.push_back(reply);
+  m.push_back(status_reply());
   return m;
 }
 
@@ -222,8 +225,8 @@ inline auto fields(const FrameStats& s) {
   return std::tie(s.frame, s.seconds, s.scene_version, s.isa, s.is_mixed, s.slave_count,
                   s.tile_count, s.tile_edge_px, s.tiles_reissued, s.tiles_rejected, s.rays,
                   s.bytes_to_slaves, s.bytes_from_slaves, s.build_seconds, s.utilisation,
-                  s.tiles_duplicated, s.render_seconds, s.prefetch_min, s.prefetch_max,
-                  s.completed_at_seconds, s.digest);
+                  s.tiles_duplicated, s.tiles_faulty, s.pixels_faulty, s.render_seconds,
+                  s.prefetch_min, s.prefetch_max, s.completed_at_seconds, s.digest);
 }
 inline auto fields(const FrameDone& m) {
   return std::tuple_cat(fields(m.stats), std::tie(m.error, m.tile_slave));
