@@ -27,7 +27,9 @@ def f44(stage, report):
     again = stage.cluster.start("master", [
         cluster_lib.program("tessera-master"), "serve", "--listen", f"{stage.cluster.host}:{port}", "--keys",
         str(stage.cluster.keys / "master"), "--log-format", "json"])
+    before = stage.sampler.base["master"]
     stage.sampler.follow("master", again.pid)
+    stage.sampler.base["master"] = before
     born = stage.now()
     wait_until("all back", lambda: len(stage.events("slave-joined", born)) >= 4)
     back = max(e["at"] for e in stage.events("slave-joined", born))
@@ -49,8 +51,8 @@ def f45(stage, report):
     b = stage.bounds()
     stage.now()
     stage.animation.kill()
-    gone = time.time()
     stage.animation.communicate()
+    gone = time.time()  # it has ended: its socket is closed by then
     left = stage.first_event("application-left", gone - 1)
     cancelled = wait_until("tiles cancelled", lambda: all(
         s["tiles_in_flight"] == 0 for s in stage.status()["slaves"]) and time.time())

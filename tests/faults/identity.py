@@ -195,12 +195,13 @@ def f42(stage, report):
     relay.wait(10)
     relay.stdout.close()
     stage.cluster.processes.pop("recorded")
+    good = good_handshake(stage)
     for stream in ("1.up", "2.up"):
         began = stage.now()
         run = subprocess.run([*stage.cluster.prefix(5), *peer.tcpfault(
             "send", "--file", folder / stream, "--wait", 5, "--to", stage.cluster.address)], capture_output=True, text=True)
         answer = json.loads(run.stdout)
-        report.figure(f"refused ({stream})", (answer["after_ms"] or 1e9) / 1e3, b.rtt + stage.lateness)
+        report.figure(f"refused ({stream})", (answer["after_ms"] or 1e9) / 1e3, b.rtt + good + stage.lateness)
         report.claim(f"an event ({stream})", len(stage.events("handshake-failed", began)) >= 1)
     victim = peer.HandSlave(stage, "victim")
     thief = peer.Link(stage, 4, stage.cluster.add_key("slave", "thief"))

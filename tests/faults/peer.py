@@ -2,6 +2,7 @@
 
 Headers are Protocol Buffers messages: here dictionaries from field number to value, written and read without a library.
 """
+import hashlib
 import queue
 import select
 import socket
@@ -225,9 +226,10 @@ class HandSlave:
 
     def build(self):
         """Acknowledges the next scene announced. Returns: its version."""
-        _, announce, _ = self.scene.hear(ANNOUNCE)
+        _, announce, payload = self.scene.hear(ANNOUNCE)
         self.scene.say(NEED, {1: announce[1], 2: 0})
-        self.scene.say(BUILT, {1: announce[1], 2: 0.001, 3: 4})
+        digests = payload[:32 * announce[2]]  # the scene's own digest is taken over its blocks'
+        self.scene.say(BUILT, {1: announce[1], 2: 0.001, 3: 4, 4: hashlib.sha256(digests).digest()})
         return announce[1]
 
     def lease(self, seconds=10):

@@ -43,6 +43,7 @@ def f09(stage, report):
     report.note("it said that it cannot hold it" if said else "the kernel ended it" if not stage.lab.alive(pid) else "it held it")
     report.claim("one event", len(said) + len(stage.events("slave-lost", began)) == 1, [e["event"] for e in said])
     report.claim("it lives, or was ended by the kernel", stage.lab.alive(pid) or not said)
+    stage.sampler.base["master"]["mib"] += 2 * (stage.cluster.folder / "large.ply").stat().st_size / 2**20  # read, and kept
     stage.oracle()
 
 
@@ -77,7 +78,7 @@ def f21(stage, report):
     without = stage.usual_mean(stage.frames.times[1], stage.frames.times[-1])
     version = max(line["bytes_to_slaves"] for line in stage.frames.lines) / 2 / 2**20
     relay = subprocess.Popen([*stage.cluster.prefix(5), *peer.tcpfault(
-        "proxy", "--listen", "127.0.0.1:7997", "--to", stage.cluster.address, "--rate", 100, "--dir", "down", "--conn", 2)],
+        "proxy", "--listen", "127.0.0.1:7997", "--to", stage.cluster.address, "--rate", 600, "--chunk", 1000, "--dir", "down", "--conn", 2)],
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     stage.clean.callback(relay.stdout.close)
     stage.clean.callback(relay.wait)
