@@ -1,17 +1,26 @@
 // tessera-slave: one slave daemon. Exit code 0: stopped on request; 1: failed; 2: wrong usage.
+#include <sys/resource.h>
+
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <memory>
 #include <string>
 #include <utility>
 
+#include "common/base/cpu_count.h"
 #include "common/base/limits.h"
+#include "common/base/log.h"
 #include "common/base/mutex.h"
 #include "common/base/signal_watch.h"
+#include "common/metrics/exposition.h"
 #include "common/net/credentials_watch.h"
+#include "common/net/http_page.h"
 #include "common/net/tls.h"
 #include "slave/slave_cli.h"
 #include "slave/slave_host.h"
+#include "slave/slave_metrics.h"
 
 namespace tessera::slave {
 namespace {
@@ -38,7 +47,43 @@ int fail(const Status& status) {
   return 1;
 }
 
+Status serve_metrics(net::IoThread& io, const SlaveCommand& command,
+                     std::unique_ptr<net::HttpPage>& page) {
+  Status status;
+  io.run_and_wait([&] {
+    auto opened = net::HttpPage::open(io, *command.metrics,
+                                      {"/metrics", std::string(metrics::kContentType),
+                                       [n = command.options.threads] { return metrics_page(n); }});
+    if (opened.is_ok()) {
+      page = std::move(*opened);
+      log_info("metrics", "at http://" + net::Endpoint{command.metrics->host, page->port()}.text() +
+                              "/metrics");
+    } else {
+      status = Status(opened.status().code(), "--metrics " + opened.status().message());
+    }
+  });
+  return status;
+}
+
+// Other slaves: with our keys, or on loopback without.
+RelayAccess relay_access(net::IoThread& io, const std::shared_ptr<net::TlsContext>& tls) {
+  RelayAccess access;
+  const net::Endpoint place{tls ? "" : "127.0.0.1", 0};
+  access.listen = [&io, tls, place](std::function<void(net::ConnectionPtr)> on_accept) {
+    return net::listen(io, place, tls, std::move(on_accept));
+  };
+  access.connect = [&io, tls](const net::Endpoint& feeder,
+                              std::function<void(Result<net::ConnectionPtr>)> on_connected) {
+    return net::connect(io, feeder, tls, "slave", std::chrono::milliseconds(kHandshakeMs),
+                        std::move(on_connected));
+  };
+  return access;
+}
+
 int run(SlaveCommand command) {
+  if (!command.cpus.empty()) {  // before any thread: they inherit it
+    if (const Status status = limit_cpus(command.cpus); !status.is_ok()) return fail(status);
+  }
   const SignalWatch signals(/*watches_hangup=*/!command.keys_folder.empty());  // the first thread
   init_log(command.log_level, command.log_format);
   std::shared_ptr<net::TlsContext> tls;
@@ -56,8 +101,19 @@ int run(SlaveCommand command) {
 
   Fatal fatal;
   net::IoThread io("net");
+  std::unique_ptr<net::HttpPage> page;  // io thread
+  if (command.metrics) {
+    const Status status = serve_metrics(io, command, page);
+    if (!status.is_ok()) return fail(status);
+  }
+  command.options.relay = relay_access(io, tls);
   std::unique_ptr<net::CredentialsWatch> watch;  // io thread
   if (tls) io.run_and_wait([&] { watch = std::make_unique<net::CredentialsWatch>(io, tls); });
+  // After the net thread, before those that render and build, which inherit it: heartbeats go out in
+  // time however busy the machine is with what goes first.
+  if (command.nice > 0 && setpriority(PRIO_PROCESS, 0, command.nice) != 0) {
+    log_warn("nice", std::string("--nice has no effect: ") + std::strerror(errno));
+  }
   SlaveHost node(
       io, command.options,
       [&io, &command, tls](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
@@ -67,11 +123,14 @@ int run(SlaveCommand command) {
   node.start([&fatal](Status status) { fatal.set(std::move(status)); });
   // A signal wakes at once; that the node gave up is seen this much later.
   constexpr std::chrono::milliseconds kLook{100};
-  while (!signals.wait(kLook) && fatal.get().is_ok()) {
-  }
+  while (!signals.wait(kLook) && fatal.get().is_ok()) log_summaries();
   node.stop();
-  io.run_and_wait([&watch] { watch.reset(); });
+  io.run_and_wait([&] {
+    watch.reset();
+    page.reset();
+  });
   io.stop();
+  log_summaries(/*is_last=*/true);
   if (const Status status = fatal.get(); !status.is_ok()) return fail(status);
   log_info("slave-stopped", "stopped on request");
   return 0;

@@ -7,6 +7,7 @@
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/wire/codec.h"
+#include "slave/slave_metrics.h"
 
 namespace tessera::slave {
 
@@ -21,11 +22,7 @@ constexpr milliseconds kLastWordGrace{200};
 
 milliseconds default_heartbeat() { return milliseconds(kHeartbeatMs); }
 
-std::uint64_t now_ns() {
-  return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch())
-          .count());
-}
+std::uint64_t now_ns() { return nanoseconds(Clock::now()); }
 
 }  // namespace
 
@@ -121,7 +118,7 @@ void MasterLink::on_record(net::ReceivedRecord record, bool is_scene) {
 void MasterLink::on_message(wire::Message message, bool is_scene) {
   net::Connection& link = is_scene ? *scene_ : *tile_;
   if (const auto* ping = std::get_if<wire::Ping>(&message)) {
-    return link.send(wire::encode(wire::Pong{ping->sent_ns}));
+    return link.send(wire::encode(wire::Pong{ping->sent_ns, now_ns()}));
   }
   if (std::holds_alternative<wire::Pong>(message)) return;
   if (const auto* refuse = std::get_if<wire::Refuse>(&message)) return on_refused(*refuse);
@@ -164,6 +161,8 @@ void MasterLink::on_joined() {
   backoff_.session_began(Clock::now());
   log_info("master-joined", "joined the master",
            {{"address", tile_->peer().address}, {"session", std::to_string(welcome_.session)}});
+  slave_metrics().sessions.add();
+  slave_metrics().is_connected.set(1);
   events_.on_ready();
 }
 
@@ -273,6 +272,7 @@ void MasterLink::end_with(const Status& why) {
 }
 
 void MasterLink::close_links(milliseconds grace) {
+  slave_metrics().is_connected.set(0);
   tick_.cancel();
   attempt_.reset();
   if (tile_) tile_->close(grace);

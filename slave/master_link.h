@@ -42,6 +42,10 @@ class MasterLink {
   std::uint64_t tile_queue_bytes() const;  // 0 when not ready
   net::LinkCounters tile_counters() const;
 
+  // Our verdict on the master: told to it, and the session ends. For breaches that are found
+  // outside of on_..._message.
+  void break_off(const Status& why);
+
   // Says goodbye and closes, sending what is queued for at most `grace`. Nothing is tried again.
   void leave(const std::string& reason, std::chrono::milliseconds grace);
 
@@ -59,8 +63,7 @@ class MasterLink {
   void on_tick();
   void look_again();
   bool keep_alive(net::Connection& link, net::Liveness& liveness, const char* which);
-  void break_off(const Status& why);  // our verdict: tells the master
-  void lose(const Status& why);       // closes both and waits for the next attempt
+  void lose(const Status& why);  // closes both and waits for the next attempt
   void lose_for(const Status& why, std::chrono::milliseconds pause);
   void end_with(const Status& why);
   void close_links(std::chrono::milliseconds grace);

@@ -9,12 +9,14 @@
 #include "common/base/log.h"
 #include "common/frame/frame_image.h"
 #include "slave/core/render/tile_renderer.h"
+#include "slave/slave_metrics.h"
 
 namespace tessera::slave {
 
 // Scratch of one render thread.
 class RenderService::Worker {
  public:
+  std::uint32_t index = 0;  // among the render threads
   core::TileRenderer renderer;
   std::vector<float> rgb;
 };
@@ -25,7 +27,8 @@ RenderService::RenderService(int threads, TestHooks hooks, PixelCoder& coder, On
     MutexLock lock(mutex_);
     workers_running_ = threads;
   }
-  for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
+  for (int i = 0; i < threads; ++i)
+    threads_.emplace_back([this, i] { work(static_cast<std::uint32_t>(i)); });
 }
 
 RenderService::~RenderService() {
@@ -48,9 +51,10 @@ void RenderService::stop(std::chrono::milliseconds patience, const std::function
   threads_.clear();
 }
 
-void RenderService::work() {
+void RenderService::work(std::uint32_t index) {
   {
     Worker worker;
+    worker.index = index;
     while (std::optional<TileJob> job = queue_.pop()) {
       std::optional<wire::TileResult> result;
       try {
@@ -95,7 +99,15 @@ std::optional<wire::TileResult> RenderService::render(const TileJob& job, Worker
   result.tile = job.tile;
   result.attempt = job.attempt;
   result.seconds = seconds(Clock::now() - began);
+  result.began_ns = nanoseconds(began);
+  result.worker = worker.index;
   result.starved_seconds = queue_.take_starved_seconds();
+  SlaveMetrics& cells = slave_metrics();
+  cells.tile_seconds.observe(result.seconds);
+  cells.starved_seconds.add(result.starved_seconds);
+  cells.rays_primary.add(result.rays.primary);
+  cells.rays_shadow.add(result.rays.shadow);
+  cells.rays_secondary.add(result.rays.secondary);
   return result;
 }
 

@@ -41,7 +41,7 @@ class RenderService {
 
  private:
   class Worker;
-  void work();
+  void work(std::uint32_t index);
   std::optional<wire::TileResult> render(const TileJob& job, Worker& worker);
 
   const TestHooks hooks_;

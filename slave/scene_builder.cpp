@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <exception>
 #include <utility>
 
@@ -15,7 +16,8 @@ namespace {
 // Threads that a build starts inherit it. That it may fail is no harm.
 void lower_thread_priority() {
   constexpr int kNice = 10;
-  (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
+  const auto self = static_cast<id_t>(gettid());
+  (void)setpriority(PRIO_PROCESS, self, std::max(kNice, getpriority(PRIO_PROCESS, self)));
 }
 
 }  // namespace
@@ -36,10 +38,17 @@ bool SceneBuilder::is_retired(const BuildTask& task) const {
 }
 
 void SceneBuilder::retire(std::uint64_t generation, SceneVersion first_kept) {
-  MutexLock lock(mutex_);
-  generation_ = generation;
-  first_kept_ = first_kept;
-  if (current_ != nullptr && is_retired(*current_)) is_cancelled_ = true;
+  {
+    MutexLock lock(mutex_);
+    generation_ = generation;
+    first_kept_ = first_kept;
+    if (current_ != nullptr && is_retired(*current_)) is_cancelled_ = true;
+  }
+  // At once: while one scene is decoded, an animation may retire more than kQueueMax others.
+  queue_.remove_if([&](const BuildTask& task) {
+    return task.generation < generation ||
+           (task.generation == generation && task.version < first_kept);
+  });
 }
 
 void SceneBuilder::stop() {

@@ -3,8 +3,9 @@
 // versions.
 //
 // Threads. push(), retire(): network thread. on_built runs on the builder thread and must not
-// block. stop(): the owner's thread. Invariants. (1) Each pushed scene gets exactly one on_built,
-// kCancelled included, unless stop() came first. (2) At most kQueueMax scenes wait.
+// block. stop(): the owner's thread. Invariants. (1) Each pushed scene gets one on_built, kCancelled
+// included, unless it was retired while it waited or stop() came first. (2) At most kQueueMax scenes
+// wait.
 #pragma once
 
 #include <atomic>

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <cstdio>
 
@@ -32,6 +33,10 @@ struct Words {
   bool is_quiet = false;
   int tile_sleep_ms = 0;
   int tile_aborted_at = 0;
+  int nice = 0;
+  std::string cores;
+  std::string metrics;
+  std::uint64_t memory_mib = 0;
 };
 
 ParsedCommand failed(int exit_code, const std::string& what) {
@@ -69,6 +74,16 @@ void declare(CLI::App& app, Words& words) {
       ->type_name("HOST:PORT");
   app.add_option("--threads", words.threads, "render threads (default: all this process may use)")
       ->check(CLI::Range(1, kWorkersMax));
+  app.add_option("--cores", words.cores,
+                 "processors to run on, rendering, building and all: how many (4) or which (0-3,8)")
+      ->type_name("N|LIST");
+  app.add_option("--nice", words.nice,
+                 "give way to other programs: 0 (as they) to 19 (only what they leave)")
+      ->check(CLI::Range(0, 19))
+      ->capture_default_str();
+  app.add_option("--metrics", words.metrics,
+                 "serve metrics for Prometheus at http://HOST:PORT/metrics (loopback)")
+      ->type_name("HOST:PORT");
   app.add_option("--isa", words.isa,
                  "instruction set to offer: auto (all this CPU has), scalar, sse4, avx2, avx512")
       ->type_name("NAME")
@@ -79,6 +94,12 @@ void declare(CLI::App& app, Words& words) {
       ->check(CLI::IsMember(core::structure_names()).description(""))
       ->type_name("NAME")
       ->capture_default_str();
+  app.add_option(
+         "--memory", words.memory_mib,
+         "most memory to take, in MiB (default: what the machine and its container allow);\n"
+         "a scene that needs more is refused before it is sent")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 30))
+      ->type_name("MIB");
   app.add_option("--name", words.name,
                  "name shown by the master (default: the certificate's, else the host's)")
       ->type_name("NAME");
@@ -101,6 +122,31 @@ void declare(CLI::App& app, Words& words) {
   app.add_option("--test-abort-at-tile", words.tile_aborted_at)
       ->check(CLI::Range(0, 1'000'000))
       ->group("");
+}
+
+// Processors, priority, the page of metrics. Returns: kInvalidArgument, one line.
+Status check_machine(const Words& words, SlaveCommand& command) {
+  command.nice = words.nice;
+  if (!words.cores.empty()) {
+    auto cpus = parse_cpus(words.cores, allowed_cpus());
+    if (!cpus.is_ok()) return Status::invalid_argument("--cores " + cpus.status().message());
+    command.cpus = std::move(*cpus);
+  }
+  int threads = available_cpu_count();
+  if (!command.cpus.empty()) threads = std::min(threads, static_cast<int>(command.cpus.size()));
+  command.options.threads = words.threads > 0 ? words.threads : threads;
+  if (words.metrics.empty()) return Status::ok();
+  const Result<net::Endpoint> metrics = net::parse_endpoint(words.metrics);
+  if (!metrics.is_ok()) {
+    return Status::invalid_argument("--metrics " + metrics.status().message());
+  }
+  if (!net::is_loopback(*metrics)) {
+    return Status::invalid_argument("--metrics " + words.metrics +
+                                    " is not loopback, and the page has neither keys nor "
+                                    "encryption: give 127.0.0.1:PORT");
+  }
+  command.metrics = *metrics;
+  return Status::ok();
 }
 
 ParsedCommand check_words(const Words& words) {
@@ -128,9 +174,12 @@ ParsedCommand check_words(const Words& words) {
     return failed(kExitUsage, "--name: 1 to " + std::to_string(kNameBytesMax) +
                                   " printable ASCII characters are allowed");
   }
-  options.threads = words.threads > 0 ? words.threads : available_cpu_count();
+  if (const Status status = check_machine(words, command); !status.is_ok()) {
+    return failed(kExitUsage, status.message());
+  }
   options.tile_sleep_ms = words.tile_sleep_ms;
   options.tile_aborted_at = words.tile_aborted_at;
+  options.memory = [cap_bytes = words.memory_mib << 20] { return memory_room(cap_bytes); };
   const Result<LogLevel> level = parse_log_level(words.log_level);
   if (!level.is_ok()) return failed(kExitUsage, level.status().message());
   command.log_level = words.is_quiet ? LogLevel::kError : *level;

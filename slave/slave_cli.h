@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/base/log.h"
 #include "common/net/connection.h"
@@ -16,8 +17,11 @@ namespace tessera::slave {
 struct SlaveCommand {
   SlaveOptions options;
   net::Endpoint master;
-  bool is_name_given = false;  // else the certificate's name, where there is one
-  std::string keys_folder;     // empty: plain TCP, master on loopback
+  bool is_name_given = false;            // else the certificate's name, where there is one
+  int nice = 0;                          // 0..19, for the threads that render and build
+  std::vector<int> cpus;                 // run on these alone; empty: on all that are allowed
+  std::optional<net::Endpoint> metrics;  // a page of metrics there
+  std::string keys_folder;               // empty: plain TCP, master on loopback
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;
 };

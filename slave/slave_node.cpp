@@ -10,8 +10,9 @@
 #include "common/base/log.h"
 #include "common/base/version.h"
 #include "common/wire/codec.h"
-#include "common/wire/scene_receiver.h"
 #include "slave/master_link.h"
+#include "slave/scene_intake.h"
+#include "slave/slave_metrics.h"
 
 namespace tessera::slave {
 
@@ -35,15 +36,19 @@ struct SlaveNode::Impl {
       : loop(event_loop),
         options(std::move(slave_options)),
         open_link(std::move(factory)),
-        workshop(shop) {}
+        workshop(shop),
+        intake(
+            event_loop, [this] { return free_bytes(); }, options.relay, intake_events()) {}
 
   void start();
+  std::optional<std::uint64_t> free_bytes() const;
   Status on_tile_message(wire::Message message);
   Status on_frame_begin(const wire::FrameBegin& begin);
   Status on_lease(const wire::TileLease& lease);
   Status on_frame_end(const wire::FrameEnd& end);
   Status on_scene_message(wire::Message message);
-  Status do_scene_actions(wire::SceneReceiver::Actions actions);
+  SceneIntake::Events intake_events();
+  Status on_complete(wire::SceneReceiver::Complete complete);
   void on_built(BuildOutcome outcome);
   void on_tile_done(const TileJob& job, std::optional<wire::TileResult> result);
   void give_back(const TileJob& job);
@@ -61,7 +66,7 @@ struct SlaveNode::Impl {
   std::unique_ptr<net::Timer> flush_timer;
   bool is_leaving = false;
   std::uint64_t generation = 1;  // counts sessions; what an older one left behind is dropped
-  wire::SceneReceiver receiver;
+  SceneIntake intake;
   SceneVersion first_kept = 0;
   std::map<SceneVersion, std::shared_ptr<const core::PreparedScene>> built;
   std::map<SceneVersion, Digest> digests;  // of what is built, or being built
@@ -115,6 +120,10 @@ void SlaveNode::Impl::start() {
   hello.threads = static_cast<std::uint32_t>(options.threads);
   hello.isas = options.isas;
   hello.build_id = kBuildId;
+  if (options.memory) {
+    if (const auto room = options.memory()) hello.memory_bytes = room->limit_bytes;
+  }
+  intake.open_relay(hello);
   MasterLinkEvents events;
   events.on_ready = [this] { workshop.set_open_frames(0); };
   events.on_lost = [this] { on_lost(); };
@@ -237,7 +246,7 @@ void SlaveNode::Impl::on_lost() {
   flush_timer->cancel();
   workshop.forget_link();
   built.clear();
-  receiver.reset();
+  intake.lost();
   digests.clear();
   first_kept = 0;
   ++generation;
@@ -247,43 +256,43 @@ void SlaveNode::Impl::on_lost() {
 // ---- scenes
 // ----------------------------------------------------------------------------------------
 
+std::optional<std::uint64_t> SlaveNode::Impl::free_bytes() const {
+  const std::optional<MemoryRoom> room = options.memory ? options.memory() : std::nullopt;
+  return room ? std::optional(room->free_bytes) : std::nullopt;
+}
+
+SceneIntake::Events SlaveNode::Impl::intake_events() {
+  SceneIntake::Events events;
+  events.send = [this](wire::Message message) { link->send_scene(std::move(message)); };
+  events.complete = [this](wire::SceneReceiver::Complete complete) {
+    return on_complete(std::move(complete));
+  };
+  events.breach = [this](const Status& status) { link->break_off(status); };
+  return events;
+}
+
 Status SlaveNode::Impl::on_scene_message(wire::Message message) {
-  wire::SceneReceiver::Actions actions;
-  if (const auto* chunk = std::get_if<wire::SceneChunk>(&message)) {
-    TESSERA_RETURN_IF_ERROR(receiver.chunk(*chunk, actions));
-  } else if (auto* announce = std::get_if<wire::SceneAnnounce>(&message)) {
-    if (built.size() >= kSceneVersionsHeldMax) {
-      return Status::resource_exhausted("more than " + std::to_string(kSceneVersionsHeldMax) +
-                                        " scene versions not retired");
-    }
-    TESSERA_RETURN_IF_ERROR(receiver.announce(std::move(*announce), actions));
-  } else if (const auto* retire = std::get_if<wire::SceneRetire>(&message)) {
+  if (const auto* retire = std::get_if<wire::SceneRetire>(&message)) {
     first_kept = std::max(first_kept, retire->first_kept);
     built.erase(built.begin(), built.lower_bound(first_kept));
     digests.erase(digests.begin(), digests.lower_bound(first_kept));
     workshop.retire(generation, first_kept);
-    receiver.retire(first_kept, actions);
-  } else {
-    return Status::data_loss(std::string(wire::message_name(message)) +
-                             " does not belong on the scene connection");
+    return intake.retire(first_kept);
   }
-  return do_scene_actions(std::move(actions));
+  if (std::holds_alternative<wire::SceneAnnounce>(message) &&
+      built.size() >= kSceneVersionsHeldMax) {
+    return Status::resource_exhausted("more than " + std::to_string(kSceneVersionsHeldMax) +
+                                      " scene versions not retired");
+  }
+  return intake.on_message(std::move(message));
 }
 
-Status SlaveNode::Impl::do_scene_actions(wire::SceneReceiver::Actions actions) {
-  for (wire::SceneFailed& failed : actions.failed) {
-    log_error("scene-failed", failed.reason, {{"version", std::to_string(failed.version)}});
-    link->send_scene(std::move(failed));
-  }
-  for (wire::SceneNeed& need : actions.need) link->send_scene(std::move(need));
-  for (wire::SceneReceiver::Complete& complete : actions.complete) {
-    const SceneVersion version = complete.version;
-    digests[version] = complete.scene.digest();
-    if (!is_leaving &&
-        !workshop.try_push(BuildTask{generation, version, std::move(complete.scene)})) {
-      return Status::resource_exhausted("more than " + std::to_string(SceneBuilder::kQueueMax) +
-                                        " scenes wait to be built");
-    }
+Status SlaveNode::Impl::on_complete(wire::SceneReceiver::Complete complete) {
+  digests[complete.version] = complete.scene.digest();
+  if (!is_leaving &&
+      !workshop.try_push(BuildTask{generation, complete.version, std::move(complete.scene)})) {
+    return Status::resource_exhausted("more than " + std::to_string(SceneBuilder::kQueueMax) +
+                                      " scenes wait to be built");
   }
   return Status::ok();
 }
@@ -297,6 +306,7 @@ void SlaveNode::Impl::on_built(BuildOutcome outcome) {
     link->send_scene(wire::SceneFailed{outcome.version, outcome.scene.status().message()});
     return;
   }
+  slave_metrics().build_seconds.observe(outcome.seconds);
   const std::uint64_t triangle_count = (*outcome.scene)->triangle_count();
   // An animation brings a scene with each frame: only what a person waits for is news.
   const bool is_news = built.empty() || outcome.seconds >= 1;

@@ -15,6 +15,8 @@
 #include "common/base/status.h"
 #include "common/net/connection.h"
 #include "slave/core/render/prepared_scene.h"
+#include "slave/memory_room.h"
+#include "slave/relay_access.h"
 #include "slave/workshop.h"
 
 namespace tessera::slave {
@@ -27,6 +29,9 @@ struct SlaveOptions {
   int tile_sleep_ms =
       0;  // test option: each tile takes this long instead of being rendered (black pixels)
   core::Structure structure = core::Structure::kAuto;  // what rays go through
+  // Tells limit and free bytes of memory; null: unknown, every scene is taken.
+  std::function<std::optional<MemoryRoom>()> memory = {};
+  RelayAccess relay = {};  // empty: neither feeds other slaves nor is fed by them
 };
 
 // Opens one link to the master; called on the io thread, calls back on the io thread. The daemon

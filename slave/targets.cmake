@@ -1,9 +1,11 @@
 # The slave node as a library (a master's process may hold some), and the daemon around one.
 add_library(tessera_slave STATIC
-  backoff.cpp master_link.cpp pixel_coder.cpp render_service.cpp scene_builder.cpp
-  slave_host.cpp slave_node.cpp tile_queue.cpp)
+  backoff.cpp master_link.cpp memory_room.cpp pixel_coder.cpp relay_child.cpp relay_feeder.cpp
+  render_service.cpp scene_builder.cpp scene_intake.cpp slave_host.cpp slave_metrics.cpp slave_node.cpp
+  tile_queue.cpp)
 target_link_libraries(tessera_slave
-  PUBLIC tessera_base tessera_scene tessera_frame tessera_net tessera_wire tessera_core
+  PUBLIC tessera_base tessera_metrics tessera_scene tessera_frame tessera_net tessera_wire
+    tessera_core
   PRIVATE tessera_warnings)
 
 add_executable(tessera-slave main.cpp slave_cli.cpp)

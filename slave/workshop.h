@@ -3,8 +3,8 @@
 // Threads. Called on the node's event loop; the answers (SlaveNode::on_tile_done, on_built) come
 // there, too.
 // Invariants. (1) A tile taken is answered once, unless remove_*() took it out. (2) A scene taken
-// is answered once, kCancelled included, in the order in which it came, unless the workshop is
-// being closed.
+// is answered once, kCancelled included, in the order in which it came, unless it was retired while
+// it waited or the workshop is being closed.
 #pragma once
 
 #include <cstddef>

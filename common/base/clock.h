@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 
 namespace tessera {
 
@@ -40,6 +41,12 @@ inline double seconds(Duration d) { return std::chrono::duration<double>(d).coun
 
 inline Duration from_seconds(double s) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
+}
+
+// Of this machine's own clock, as it travels in messages that ask for it.
+inline std::uint64_t nanoseconds(TimePoint t) {
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(t.time_since_epoch()).count());
 }
 
 }  // namespace tessera

@@ -1,11 +1,31 @@
-// How many render threads this process may run.
-// Threads. Any; nothing is cached, since a container's quota may change.
+// How many render threads this process may run, and on which processors.
+//
+// Threads. Any; nothing is cached, since a container's quota may change. limit_cpus() before other
+// threads start: they inherit it.
 #pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
 
 namespace tessera {
 
-// The affinity mask's count, lowered to the container's CPU quota (cgroup v2 cpu.max, v1
-// cpu.cfs_quota_us, rounded up); at least 1, at most kWorkersMax. Any thread; reads /proc and /sys.
+// The processors of the affinity mask, lowered to the container's quota (cgroup_quota.h, rounded
+// up); at least 1, at most kWorkersMax.
 int available_cpu_count();
+
+// The same of given figures: `quota` 0 means none.
+int cpu_count_of(int in_mask, double quota);
+
+// Numbers of the processors that this process may run on, ascending.
+std::vector<int> allowed_cpus();
+
+// "4": the first four of `allowed`; "0-3,8" or "2-2": these. Returns: kInvalidArgument, one line,
+// for what is no such text, for none, and for processors that are not in `allowed`.
+Result<std::vector<int>> parse_cpus(std::string_view text, const std::vector<int>& allowed);
+
+// From now on this process runs on these alone. Returns: kUnavailable with the system's reason.
+Status limit_cpus(const std::vector<int>& cpus);
 
 }  // namespace tessera

@@ -35,7 +35,11 @@ inline constexpr int kLightSamplesMax = 256;
 // One record. The protobuf header is small; bulk data is the payload.
 inline constexpr std::size_t kRecordHeaderBytesMax = 64 * 1024;
 inline constexpr std::size_t kPreAuthRecordBytesMax = 16 * 1024;     // before the peer is known
-inline constexpr std::size_t kSceneChunkBytesMax = 4 * 1024 * 1024;  // one piece of a scene block
+// One chunk of a scene block, the unit that is digested, resumed, relayed and sent: 5 ms of a link
+// of 100 Mbit/s, the time that a heartbeat may wait behind it.
+inline constexpr std::size_t kSceneChunkBytes = 64 * 1024;
+// The digests of all chunks of one block.
+inline constexpr std::size_t kSceneChunkListBytesMax = 4 * 1024 * 1024;
 inline constexpr std::size_t kFrameChunkBytesMax = 4 * 1024 * 1024;  // one piece of a frame
 static_assert(kTilePayloadBytesMax <= kFrameChunkBytesMax, "a tile fits into one record");
 
@@ -44,6 +48,9 @@ static_assert(kTilePayloadBytesMax <= kFrameChunkBytesMax, "a tile fits into one
 inline constexpr std::uint64_t kTrianglesMax = std::uint64_t{1} << 30;
 inline constexpr std::uint64_t kSceneBlockBytesMax = std::uint64_t{8} << 30;
 inline constexpr std::uint32_t kSceneBlocksMax = 65536;
+inline constexpr std::uint32_t kSceneBlockChunksMax =
+    static_cast<std::uint32_t>(kSceneBlockBytesMax / kSceneChunkBytes);
+static_assert(kSceneBlockChunksMax * std::size_t{32} <= kSceneChunkListBytesMax);
 inline constexpr std::uint32_t kInstancesMax = 1u << 20;
 inline constexpr std::uint32_t kMaterialsMax = 65536;
 inline constexpr std::uint32_t kLightsMax = 65536;

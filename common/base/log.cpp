@@ -3,9 +3,13 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <atomic>
+#include <cstdio>
 #include <memory>
 
 #include "common/base/json.h"
+#include "common/base/log_limiter.h"
+#include "common/base/mutex.h"
 
 namespace tessera {
 namespace {
@@ -51,6 +55,41 @@ std::string text_body(std::string_view event, std::string_view text,
   return out;
 }
 
+// The limiter and its lock, for all threads.
+class Gate {
+ public:
+  bool admit(std::string_view event) TESSERA_EXCLUDES(mutex_) {
+    MutexLock lock(mutex_);
+    const bool is_admitted = limiter_.admit(event, Clock::now());
+    if (!is_admitted) has_suppressed_.store(true, std::memory_order_relaxed);
+    return is_admitted;
+  }
+  std::vector<LogLimiter::Summary> summaries(bool is_last) TESSERA_EXCLUDES(mutex_) {
+    if (!has_suppressed_.load(std::memory_order_relaxed)) return {};
+    MutexLock lock(mutex_);
+    auto result = limiter_.summaries(Clock::now(), is_last);
+    has_suppressed_.store(limiter_.has_suppressed(), std::memory_order_relaxed);
+    return result;
+  }
+
+ private:
+  std::atomic<bool> has_suppressed_{false};
+  Mutex mutex_;
+  LogLimiter limiter_ TESSERA_GUARDED_BY(mutex_){kLogLinesMax, kLogInterval};
+};
+
+Gate& gate() {
+  static Gate instance;
+  return instance;
+}
+
+void write_line(LogLevel level, std::string_view event, std::string_view text,
+                std::initializer_list<LogField> fields) {
+  const std::string body = g_format == LogFormat::kJson ? json_body(event, text, fields)
+                                                        : text_body(event, text, fields);
+  logger()->log(static_cast<spdlog::level::level_enum>(level), "{}", body);
+}
+
 }  // namespace
 
 void init_log(LogLevel level, LogFormat format) {
@@ -74,9 +113,21 @@ void log_event(LogLevel level, std::string_view event, std::string_view text,
                std::initializer_list<LogField> fields) {
   const auto spd_level = static_cast<spdlog::level::level_enum>(level);
   if (!logger()->should_log(spd_level)) return;
-  const std::string body = g_format == LogFormat::kJson ? json_body(event, text, fields)
-                                                        : text_body(event, text, fields);
-  logger()->log(spd_level, "{}", body);
+  if (level >= LogLevel::kInfo) {
+    log_summaries();
+    if (!gate().admit(event)) return;
+  }
+  write_line(level, event, text, fields);
+}
+
+void log_summaries(bool is_last) {
+  for (const LogLimiter::Summary& summary : gate().summaries(is_last)) {
+    char text[64];
+    std::snprintf(text, sizeof(text), "... and %llu more in %.0f s",
+                  static_cast<unsigned long long>(summary.suppressed), summary.seconds);
+    write_line(LogLevel::kWarn, summary.event, text,
+               {{"suppressed", std::to_string(summary.suppressed)}});
+  }
 }
 
 }  // namespace tessera

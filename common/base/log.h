@@ -3,10 +3,15 @@
 // One event of the world gives one line: a short event name ("slave-lost"), a sentence, and fields.
 // Never logged: keys, pixels, scene content. spdlog is confined to log.cpp.
 //
+// An event of level info and above is written kLogLinesMax times in kLogInterval; what is above is
+// summed up in one line of its own (log_limiter.h). Levels below are for who looks for something,
+// and are not limited.
+//
 // Threads. Any thread may log after init_log(); lines never interleave. Before init_log() lines of
 // level warn and above go out as text.
 #pragma once
 
+#include <chrono>
 #include <initializer_list>
 #include <string>
 #include <string_view>
@@ -24,11 +29,19 @@ struct LogField {
   std::string value;
 };
 
+inline constexpr int kLogLinesMax = 20;
+inline constexpr std::chrono::seconds kLogInterval{10};
+
 // Call once, at the start of main.
 TESSERA_API void init_log(LogLevel level, LogFormat format);
 
 // Returns: kInvalidArgument naming the values that exist.
 Result<LogLevel> parse_log_level(std::string_view text);
+
+// Writes the sums of what was held back in intervals that are over. Costs one atomic read when
+// there is nothing; call now and then, for an event that has stopped would never be summed up
+// else. `is_last`: of the present interval, too.
+void log_summaries(bool is_last = false);
 
 void log_event(LogLevel level, std::string_view event, std::string_view text,
                std::initializer_list<LogField> fields = {});

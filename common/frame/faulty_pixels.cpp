@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstring>
+#include <limits>
 
 #include "common/frame/frame_image.h"
 
@@ -16,9 +17,30 @@ bool is_faulty(Bits bits, Bits sign, Bits exponent) {
   return (bits & exponent) == exponent || ((bits & sign) != 0 && bits != sign);
 }
 
+// Whether a closer look is needed, a word of several components at a time: adding one to the lowest
+// bit of an exponent of ones, and of no other, carries into the sign's place. A tile has no such
+// component and no sign, as a rule.
+template <typename Bits>
+bool may_be_faulty(std::span<const std::byte> bytes, Bits exponent) {
+  constexpr std::uint64_t kOnes = ~std::uint64_t{0} / std::numeric_limits<Bits>::max();
+  const std::uint64_t exponents = kOnes * exponent;
+  const std::uint64_t lowest = exponents & ~(exponents << 1);
+  std::uint64_t found = 0;
+  std::size_t i = 0;
+  for (; i + 8 <= bytes.size(); i += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data() + i, 8);
+    found |= ((word & exponents) + lowest) | word;
+  }
+  if (i < bytes.size()) return true;  // some left over: they are few
+  return (found & kOnes << (8 * sizeof(Bits) - 1)) != 0;
+}
+
 template <typename Bits, typename OnFaulty>
 std::uint64_t find_faulty(std::size_t pixel_count, const std::byte* bytes, Bits sign, Bits exponent,
                           const OnFaulty& on_faulty) {
+  if (!may_be_faulty(std::span(bytes, pixel_count * kComponents * sizeof(Bits)), exponent))
+    return 0;
   std::uint64_t count = 0;
   for (std::size_t pixel = 0; pixel < pixel_count; ++pixel) {
     std::array<Bits, kComponents> bits;

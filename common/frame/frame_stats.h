@@ -5,8 +5,10 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "common/base/api.h"
 #include "common/base/digest.h"
 #include "common/base/ids.h"
 #include "common/base/isa.h"
@@ -52,6 +54,20 @@ struct FrameStats {
   Digest digest;  // of the pixels in the frame's format, row by row from the top
 };
 
+// Every lease ends in one of three ways: issued == accepted + rejected + abandoned + in_flight, at
+// every moment.
+struct TileAccounts {
+  std::uint64_t issued = 0, accepted = 0, rejected = 0, abandoned = 0, in_flight = 0;
+  bool operator==(const TileAccounts&) const = default;
+};
+
+enum class SlaveState : std::uint8_t {
+  kWaiting = 0,      // it has not built the newest scene
+  kReady = 1,        // it gets tiles when there are any
+  kQuarantined = 2,  // it gets none, for what it did
+};
+TESSERA_API std::string_view slave_state_name(SlaveState state);
+
 // One slave as a person sees it.
 struct SlaveStatus {
   std::string name;
@@ -63,6 +79,14 @@ struct SlaveStatus {
   double rtt_seconds = 0;
   SceneVersion scene_version = 0;               // newest built
   std::uint16_t tile_port = 0, scene_port = 0;  // the slave's ports, for status
+  SlaveState state = SlaveState::kReady;
+  std::uint16_t ordinal = 0;         // its number in FrameImage::tile_slave
+  std::uint32_t prefetch_depth = 0;  // tiles it may hold at present beyond those in work
+  double tiles_per_second = 0;       // accepted ones, last second
+  double tile_seconds = 0;           // render time of a tile, moving average
+  TileAccounts tiles;                // of this session
+  std::uint64_t queue_bytes = 0;     // waiting in the master for its two links
+  std::uint64_t bytes_sent = 0, bytes_received = 0;  // by the master, this session
 };
 
 // What bounds on the cluster's answers to faults are computed from: what it is set to, and what it
@@ -76,13 +100,6 @@ struct ClusterPace {
   double tile_seconds_median = 0;  // of the last tiles of all slaves
   double tile_seconds_p95 = 0;     // of the slave where it is greatest
   bool operator==(const ClusterPace&) const = default;
-};
-
-// Every lease ends in one of the three ways, over all frames:
-// issued == accepted + rejected + abandoned + in_flight.
-struct TileAccounts {
-  std::uint64_t issued = 0, accepted = 0, rejected = 0, abandoned = 0, in_flight = 0;
-  bool operator==(const TileAccounts&) const = default;
 };
 
 // A slave that is not let in for a while.
@@ -99,7 +116,10 @@ struct ClusterStatus {
   std::uint64_t frames_done = 0;
   bool has_application = false;
   ClusterPace pace;
-  TileAccounts tiles;
+  TileAccounts tiles;  // over all frames, of slaves that are gone, too
+  std::uint64_t frames_failed = 0, frames_cancelled = 0;
+  std::uint64_t tiles_reissued = 0;
+  std::uint64_t slaves_lost = 0;
   std::vector<QuarantinedSlave> quarantined;
 };
 

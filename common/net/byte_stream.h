@@ -10,7 +10,9 @@
 #include "common/base/check.h"
 #include "common/net/connection.h"
 #include "common/net/io_thread_asio.h"
+#include "common/net/send_queue.h"
 #include "common/net/tls_impl.h"
+#include "common/net/tls_socket.h"
 
 namespace tessera::net {
 
@@ -20,8 +22,10 @@ class ByteStream {
  public:
   virtual ~ByteStream() = default;
   virtual void read_some(std::span<std::byte> buffer, StreamHandler handler) = 0;
-  virtual void read_all(std::span<std::byte> buffer, StreamHandler handler) = 0;
   virtual void write_all(const std::vector<asio::const_buffer>& buffers, StreamHandler handler) = 0;
+  // Writes as much as the link takes without waiting, of at most kGatherBuffersMax parts. Returns:
+  // bytes written; 0 also where the link is broken, which write_all() tells.
+  virtual std::size_t write_now(const std::vector<asio::const_buffer>& buffers) = 0;
   virtual void shutdown_send() = 0;
   virtual void close() = 0;
   virtual bool needs_checksum() const = 0;  // TCP without TLS
@@ -30,11 +34,10 @@ class ByteStream {
 };
 
 using TcpSocket = asio::ip::tcp::socket;
-using TlsStream = asio::ssl::stream<TcpSocket>;
 using LocalSocket = asio::local::stream_protocol::socket;
 
 std::unique_ptr<ByteStream> make_byte_stream(TcpSocket socket);
-std::unique_ptr<ByteStream> make_byte_stream(std::unique_ptr<TlsStream> stream);
+std::unique_ptr<ByteStream> make_byte_stream(std::shared_ptr<TlsSocket> socket);
 std::unique_ptr<ByteStream> make_byte_stream(LocalSocket socket);
 
 // "10.0.0.5:41234", and the port alone. Empty and 0 when the socket is not connected.

@@ -1,31 +1,29 @@
 #include "common/net/connection.h"
 
 #include <cstring>
-#include <deque>
 #include <utility>
 
 #include "common/base/limits.h"
 #include "common/net/byte_stream.h"
 #include "common/net/crc32c.h"
 #include "common/net/record_head.h"
+#include "common/net/send_queue.h"
 
 namespace tessera::net {
 namespace {
 
 constexpr std::size_t kInputBufferBytes = 64 * 1024;
-constexpr std::size_t kGatherBuffersMax = 60;  // below IOV_MAX with room; 20 records in one call
+// A record up to this size goes to its owner by way of the input buffer, so that one call reads many;
+// the payload of a longer one is read straight into its own.
+constexpr std::size_t kBufferedRecordBytesMax = 32 * 1024;
+static_assert(kBufferedRecordBytesMax + kRecordHeadBytes <= kInputBufferBytes);
+// As long as no more than this waits it is written at once, without a round of the loop. More is left
+// to the loop, so that who sends bulk data gives way to the others.
+constexpr std::uint64_t kWriteNowBytesMax = 64 * 1024;
 // A started record must be complete within the time after which a silent peer is dead, plus its
 // size over the slowest supported link.
 constexpr std::chrono::milliseconds kRecordGrace{kHeartbeatMs * (kHeartbeatsMissedMax + 1)};
 constexpr std::uint64_t kSlowestBytesPerSecond = 64 * 1024;
-
-struct Outgoing {
-  std::array<std::byte, kRecordHeadBytes> head;
-  Record record;
-  std::uint64_t total_bytes() const {
-    return head.size() + record.header.size() + record.payload.bytes.size();
-  }
-};
 
 std::uint32_t checksum_of(const std::string& header, std::span<const std::byte> payload) {
   return crc32c(crc32c(0, std::as_bytes(std::span(header))), payload);
@@ -38,7 +36,7 @@ class Core : public std::enable_shared_from_this<Core> {
       : io_(io),
         stream_(std::move(stream)),
         peer_(std::move(peer)),
-        deadline_(context_of(io)),
+        deadline_timer_(context_of(io)),
         grace_(context_of(io)) {}
 
   void start(ConnectionCallbacks callbacks, const RecordLimits& limits) {
@@ -54,7 +52,7 @@ class Core : public std::enable_shared_from_this<Core> {
 
   IoThread& io() { return io_; }
   const PeerIdentity& peer() const { return peer_; }
-  std::uint64_t queue_bytes() const { return queue_bytes_; }
+  std::uint64_t queue_bytes() const { return queue_.bytes(); }
   std::uint64_t bytes_sent() const { return bytes_sent_; }
   LinkCounters link_counters() const;
   std::uint64_t bytes_received() const { return bytes_received_; }
@@ -69,7 +67,8 @@ class Core : public std::enable_shared_from_this<Core> {
   void read_rest_of_payload(std::size_t have);
   void deliver();
   void arm_deadline(std::uint64_t bytes);
-  void write_next();
+  void set_deadline_timer();
+  void flush();
   void on_written(const asio::error_code& error, std::size_t bytes);
   void discard_until_end();
   void shut();
@@ -88,12 +87,15 @@ class Core : public std::enable_shared_from_this<Core> {
   std::size_t input_begin_ = 0, input_end_ = 0;
   std::optional<RecordHead> head_;  // of the record in work
   ReceivedRecord incoming_;
-  asio::steady_timer deadline_;
   bool has_deadline_ = false;
+  std::chrono::steady_clock::time_point deadline_;
+  asio::steady_timer deadline_timer_;
+  bool is_deadline_timer_set_ = false;
 
-  std::deque<Outgoing> queue_;
-  std::size_t writing_count_ = 0;  // of queue_'s front, in the write in progress
-  std::uint64_t queue_bytes_ = 0;
+  SendQueue queue_;
+  std::vector<asio::const_buffer> parts_;  // of the write in progress, or the next
+  bool is_writing_ = false;                // in the loop's hands
+  bool is_corked_ = false;                 // records are being handed on: answers wait
   bool was_above_low_ = false;
   asio::steady_timer grace_;
 
@@ -109,53 +111,46 @@ void Core::send(Record record) {
   head.header_bytes = static_cast<std::uint32_t>(record.header.size());
   head.payload_bytes = static_cast<std::uint32_t>(record.payload.bytes.size());
   if (stream_->needs_checksum()) head.checksum = checksum_of(record.header, record.payload.bytes);
-  Outgoing outgoing{encode_head(head), std::move(record)};
-  if (queue_bytes_ + outgoing.total_bytes() > kSendQueueBytesMax) {
+  const std::uint64_t bytes = kRecordHeadBytes + head.header_bytes + head.payload_bytes;
+  if (queue_.bytes() + bytes > kSendQueueBytesMax) {
     io_.post([self = shared_from_this()] {
       self->end(
           Status::resource_exhausted("the peer takes data too slowly; its send queue is full"));
     });
     return;
   }
-  queue_bytes_ += outgoing.total_bytes();
-  was_above_low_ = was_above_low_ || queue_bytes_ > kSendQueueLowBytes;
-  queue_.push_back(std::move(outgoing));
-  if (writing_count_ == 0) write_next();
+  queue_.push(encode_head(head), std::move(record));
+  was_above_low_ = was_above_low_ || queue_.bytes() > kSendQueueLowBytes;
+  if (!is_corked_) flush();
 }
 
-void Core::write_next() {
-  std::vector<asio::const_buffer> buffers;
-  writing_count_ = 0;
-  for (const Outgoing& outgoing : queue_) {
-    if (buffers.size() + 3 > kGatherBuffersMax) break;
-    buffers.emplace_back(outgoing.head.data(), outgoing.head.size());
-    if (!outgoing.record.header.empty())
-      buffers.emplace_back(outgoing.record.header.data(), outgoing.record.header.size());
-    const auto payload = outgoing.record.payload.bytes;
-    if (!payload.empty()) buffers.emplace_back(payload.data(), payload.size());
-    ++writing_count_;
+void Core::flush() {
+  while (!is_writing_ && !queue_.is_empty()) {
+    const std::size_t bytes = queue_.gather(parts_);
+    last_sent_ = std::chrono::steady_clock::now();
+    const std::size_t written =
+        queue_.bytes() <= kWriteNowBytesMax ? stream_->write_now(parts_) : 0;
+    bytes_sent_ += written;
+    queue_.take(written);
+    if (written == bytes) continue;
+    if (written > 0) queue_.gather(parts_);
+    is_writing_ = true;
+    stream_->write_all(
+        parts_, [self = shared_from_this()](const asio::error_code& error, std::size_t more) {
+          self->on_written(error, more);
+        });
   }
-  last_sent_ = std::chrono::steady_clock::now();
-  stream_->write_all(buffers,
-                     [self = shared_from_this()](const asio::error_code& error, std::size_t bytes) {
-                       self->on_written(error, bytes);
-                     });
+  if (queue_.is_empty() && state_ == State::kClosing) stream_->shutdown_send();
 }
 
 void Core::on_written(const asio::error_code& error, std::size_t bytes) {
-  bytes_sent_ += bytes;
+  is_writing_ = false;
   if (state_ == State::kClosed) return;
+  bytes_sent_ += bytes;
+  queue_.take(bytes);
   if (error) return state_ == State::kClosing ? shut() : end(status_of(error));
-  for (; writing_count_ > 0; --writing_count_) {
-    queue_bytes_ -= queue_.front().total_bytes();
-    queue_.pop_front();
-  }
-  if (!queue_.empty()) {
-    write_next();
-  } else if (state_ == State::kClosing) {
-    stream_->shutdown_send();
-  }
-  if (is_open() && was_above_low_ && queue_bytes_ < kSendQueueLowBytes) {
+  flush();
+  if (is_open() && was_above_low_ && queue_.bytes() < kSendQueueLowBytes) {
     was_above_low_ = false;
     if (callbacks_.on_drained) callbacks_.on_drained();
   }
@@ -165,7 +160,7 @@ LinkCounters Core::link_counters() const {
   LinkCounters counters;
   if (state_ == State::kOpen) counters = stream_->tcp_counters();
   if (counters.busy.count() == 0) counters.bytes_moved = bytes_sent_;
-  counters.queue_bytes = queue_bytes_;
+  counters.queue_bytes = queue_.bytes();
   return counters;
 }
 
@@ -189,10 +184,13 @@ void Core::on_input(std::size_t bytes) {
   bytes_received_ += bytes;
   last_received_ = std::chrono::steady_clock::now();
   input_end_ += bytes;
-  while (is_open()) {
-    if (!take_record()) return;
-  }
-  if (state_ == State::kClosing) discard_until_end();
+  // Answers to all that came leave in one write.
+  is_corked_ = true;
+  bool wants_more = false;
+  while (is_open() && !wants_more) wants_more = !take_record();
+  is_corked_ = false;
+  if (is_open()) flush();
+  if (state_ == State::kClosing && !wants_more) discard_until_end();
 }
 
 // Takes one record from the input buffer, or arranges for more input. Returns: whether to look for
@@ -213,8 +211,7 @@ bool Core::take_record() {
       end(Status::data_loss(refusal_of(head, refusal)));
       return false;
     }
-    if (std::exchange(has_deadline_, false))
-      deadline_.cancel();  // the head's; the rest has its own
+    has_deadline_ = false;  // the head's; the rest has its own
     input_begin_ += kRecordHeadBytes;
     available -= kRecordHeadBytes;
     if (head_->header_bytes > kInputBufferBytes - kRecordHeadBytes) {
@@ -222,21 +219,22 @@ bool Core::take_record() {
       return false;
     }
   }
-  if (available < head_->header_bytes) {
-    arm_deadline(std::uint64_t{head_->header_bytes} + head_->payload_bytes);
+  const std::uint64_t rest = std::uint64_t{head_->header_bytes} + head_->payload_bytes;
+  if (available < (rest <= kBufferedRecordBytesMax ? rest : head_->header_bytes)) {
+    arm_deadline(rest);
     read_more();
     return false;
   }
+  const std::byte* const at = input_.data() + input_begin_;
   incoming_.type = head_->type;
-  incoming_.header.assign(reinterpret_cast<const char*>(input_.data() + input_begin_),
-                          head_->header_bytes);
-  input_begin_ += head_->header_bytes;
-  available -= head_->header_bytes;
-  const std::size_t have = std::min<std::size_t>(available, head_->payload_bytes);
-  incoming_.payload.resize(head_->payload_bytes);
-  if (have > 0) std::memcpy(incoming_.payload.data(), input_.data() + input_begin_, have);
-  input_begin_ += have;
+  incoming_.header.assign(reinterpret_cast<const char*>(at), head_->header_bytes);
+  const std::size_t have =
+      std::min<std::size_t>(available - head_->header_bytes, head_->payload_bytes);
+  const std::byte* const payload = at + head_->header_bytes;
+  incoming_.payload.assign(payload, payload + have);
+  input_begin_ += head_->header_bytes + have;
   if (have < head_->payload_bytes) {
+    incoming_.payload.resize(head_->payload_bytes);
     read_rest_of_payload(have);
     return false;
   }
@@ -264,10 +262,7 @@ void Core::read_rest_of_payload(std::size_t have) {
 }
 
 void Core::deliver() {
-  if (has_deadline_) {
-    has_deadline_ = false;
-    deadline_.cancel();
-  }
+  has_deadline_ = false;
   const RecordHead head = *std::exchange(head_, std::nullopt);
   ReceivedRecord record = std::exchange(incoming_, {});
   if (stream_->needs_checksum() && checksum_of(record.header, record.payload) != head.checksum) {
@@ -276,15 +271,26 @@ void Core::deliver() {
   callbacks_.on_record(std::move(record));
 }
 
+// Records come by the thousand and deadlines hardly ever pass: the timer stays where it is as long as
+// it is early enough, and looks again when it wakes.
 void Core::arm_deadline(std::uint64_t bytes) {
   if (has_deadline_) return;
   has_deadline_ = true;
-  deadline_.expires_after(kRecordGrace +
-                          std::chrono::milliseconds(1000 * bytes / kSlowestBytesPerSecond));
-  deadline_.async_wait([self = shared_from_this()](const asio::error_code& error) {
-    if (!error && self->has_deadline_ && self->is_open()) {
-      self->end(Status::deadline_exceeded("a started record was not completed in time"));
-    }
+  deadline_ = std::chrono::steady_clock::now() + kRecordGrace +
+              std::chrono::milliseconds(1000 * bytes / kSlowestBytesPerSecond);
+  if (is_deadline_timer_set_ && deadline_timer_.expiry() <= deadline_) return;
+  set_deadline_timer();
+}
+
+void Core::set_deadline_timer() {
+  is_deadline_timer_set_ = true;
+  deadline_timer_.expires_at(deadline_);
+  deadline_timer_.async_wait([self = shared_from_this()](const asio::error_code& error) {
+    if (error) return;  // set anew, or shut
+    self->is_deadline_timer_set_ = false;
+    if (!self->has_deadline_ || !self->is_open()) return;
+    if (std::chrono::steady_clock::now() < self->deadline_) return self->set_deadline_timer();
+    self->end(Status::deadline_exceeded("a started record was not completed in time"));
   });
 }
 
@@ -295,6 +301,7 @@ void Core::discard_until_end() {
 
 void Core::close(std::chrono::milliseconds grace) {
   if (!is_open()) return;
+  flush();
   if (grace.count() == 0) return shut();
   state_ = State::kClosing;
   io_.post([self = shared_from_this()] { self->callbacks_ = {}; });  // one of them may be running
@@ -302,7 +309,7 @@ void Core::close(std::chrono::milliseconds grace) {
     input_.resize(kInputBufferBytes);
     read_more();
   }
-  if (queue_.empty()) stream_->shutdown_send();
+  if (queue_.is_empty()) stream_->shutdown_send();
   grace_.expires_after(grace);
   grace_.async_wait([self = shared_from_this()](const asio::error_code& error) {
     if (!error) self->shut();
@@ -312,7 +319,7 @@ void Core::close(std::chrono::milliseconds grace) {
 void Core::shut() {
   if (state_ == State::kClosed) return;
   state_ = State::kClosed;
-  deadline_.cancel();
+  deadline_timer_.cancel();
   grace_.cancel();
   stream_->close();
   io_.post([self = shared_from_this()] { self->callbacks_ = {}; });

@@ -17,6 +17,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/base/status.h"
 #include "common/net/io_thread.h"
@@ -97,6 +98,8 @@ struct Endpoint {
 };
 // "host:port", "[::1]:7400", ":7400" (all interfaces). Returns: kInvalidArgument.
 Result<Endpoint> parse_endpoint(const std::string& text);
+// Several of them, with commas in between: a machine with more than one link listens on each.
+Result<std::vector<Endpoint>> parse_endpoints(const std::string& text);
 bool is_loopback(
     const Endpoint& endpoint);  // resolves "localhost"; false for what does not resolve
 
@@ -106,7 +109,8 @@ bool is_loopback(
 class Listener {
  public:
   virtual ~Listener() = default;
-  virtual std::uint16_t port() const = 0;  // the one chosen when asked for 0
+  // Of the n-th endpoint; the one chosen when asked for 0.
+  virtual std::uint16_t port(std::size_t endpoint = 0) const = 0;
   virtual void mark_authenticated(const Connection& connection) = 0;
 };
 // tls null: plain; the caller has checked that this is loopback and wanted.
@@ -114,6 +118,12 @@ class Listener {
 Result<std::unique_ptr<Listener>> listen(IoThread& io, const Endpoint& endpoint,
                                          std::shared_ptr<TlsContext> tls,
                                          std::function<void(ConnectionPtr)> on_accept);
+// On several links at once, under the same caps together. Requires: at least one endpoint. Returns:
+// what is wrong with the first that cannot be had.
+Result<std::unique_ptr<Listener>> listen_on_all(IoThread& io,
+                                                const std::vector<Endpoint>& endpoints,
+                                                std::shared_ptr<TlsContext> tls,
+                                                std::function<void(ConnectionPtr)> on_accept);
 
 // Connects once: resolve, TCP, TLS, within `deadline`. Calls back exactly once on the io thread
 // unless the returned handle is destroyed before. Io thread only. Errors: kUnavailable (not there,

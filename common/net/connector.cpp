@@ -40,7 +40,7 @@ class Attempt : public std::enable_shared_from_this<Attempt> {
   std::function<void(Result<ConnectionPtr>)> on_connected_;  // null once called or cancelled
   Tcp::resolver resolver_;
   Tcp::socket socket_;
-  std::unique_ptr<TlsStream> stream_;
+  std::shared_ptr<TlsSocket> stream_;
   PeerIdentity peer_;
   asio::steady_timer deadline_;
 };
@@ -78,11 +78,11 @@ void Attempt::on_tcp(const asio::error_code& error) {
   socket_.set_option(Tcp::no_delay(true), ignored);
   peer_ = address_of(socket_);
   if (!tls_) return finish(make_connection(io_, make_byte_stream(std::move(socket_)), peer_));
-  stream_ = std::make_unique<TlsStream>(std::move(socket_), tls_->impl().ends->client);
-  stream_->async_handshake(asio::ssl::stream_base::client,
-                           [self = shared_from_this()](const asio::error_code& failure) {
-                             if (self->on_connected_) self->on_handshake(failure);
-                           });
+  stream_ =
+      std::make_shared<TlsSocket>(std::move(socket_), tls_->impl().ends->client.native_handle());
+  stream_->handshake_as_client([self = shared_from_this()](const asio::error_code& failure) {
+    if (self->on_connected_) self->on_handshake(failure);
+  });
 }
 
 void Attempt::on_handshake(const asio::error_code& error) {
@@ -92,13 +92,13 @@ void Attempt::on_handshake(const asio::error_code& error) {
     if (is_gone)
       return fail(
           "it closed the connection during the TLS handshake; is it a Tessera master with keys?");
-    const auto failure = handshake_failure(stream_->native_handle(), error);
+    const auto failure = handshake_failure(stream_->ssl(), error);
     // Without a subject it is not about trust: damaged bytes, a peer without TLS.
     if (failure.subject.empty()) return fail(failure.text());
     return finish(Status::permission_denied("no trust between us and " + endpoint_.text() + ": " +
                                             failure.text()));
   }
-  PeerIdentity proven = identity_of(stream_->native_handle());
+  PeerIdentity proven = identity_of(stream_->ssl());
   if (proven.role != expected_role_) {
     return finish(Status::permission_denied(endpoint_.text() + " has a certificate of role '" +
                                             proven.role + "' (" + proven.name + "), but role '" +
@@ -124,7 +124,7 @@ void Attempt::cancel() {
   resolver_.cancel();
   asio::error_code ignored;
   if (socket_.is_open()) socket_.close(ignored);
-  if (stream_) stream_->next_layer().close(ignored);
+  if (stream_) stream_->socket().close(ignored);
 }
 
 class AttemptHandle final : public ConnectAttempt {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <charconv>
 
 #include "common/net/byte_stream.h"
@@ -29,6 +30,18 @@ Result<Endpoint> parse_endpoint(const std::string& text) {
   const auto parsed = std::from_chars(begin, end, endpoint.port);
   if (parsed.ec != std::errc() || parsed.ptr != end) return wrong();
   return endpoint;
+}
+
+Result<std::vector<Endpoint>> parse_endpoints(const std::string& text) {
+  std::vector<Endpoint> endpoints;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    auto endpoint = parse_endpoint(text.substr(begin, end - begin));
+    if (!endpoint.is_ok()) return endpoint.status();
+    endpoints.push_back(*endpoint);
+    begin = end + 1;
+  }
+  return endpoints;
 }
 
 bool is_loopback(const Endpoint& endpoint) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <deque>
 #include <list>
 #include <utility>
 
@@ -17,7 +18,7 @@ constexpr int kLoggedPerSecondMax = 10;
 struct Pending {
   std::string address;                          // without the port
   std::chrono::steady_clock::time_point since;  // oldest first in the list
-  std::shared_ptr<TlsStream> handshaking;       // null once handed on
+  std::shared_ptr<TlsSocket> handshaking;       // null once handed on
   std::weak_ptr<Connection> connection;
 };
 
@@ -26,19 +27,16 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
  public:
   Acceptor(IoThread& io, std::shared_ptr<TlsContext> tls,
            std::function<void(ConnectionPtr)> on_accept)
-      : io_(io),
-        tls_(std::move(tls)),
-        on_accept_(std::move(on_accept)),
-        acceptor_(context_of(io)),
-        sweep_(io) {}
+      : io_(io), tls_(std::move(tls)), on_accept_(std::move(on_accept)), sweep_(io) {}
 
-  Status open(const Endpoint& endpoint);
-  void accept_next();
+  Status open(const Endpoint& endpoint);  // one of those to listen on
+  void start();
   void close();
-  std::uint16_t port() const { return port_; }
+  std::uint16_t port(std::size_t endpoint) const { return ports_[endpoint]; }
   void mark_authenticated(const Connection& connection);
 
  private:
+  void accept_next(Tcp::acceptor& acceptor);
   void on_socket(Tcp::socket socket);
   void make_room(const std::string& address);
   void drop(std::list<Pending>::iterator pending, const char* reason);
@@ -53,8 +51,8 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
   IoThread& io_;
   const std::shared_ptr<TlsContext> tls_;
   std::function<void(ConnectionPtr)> on_accept_;
-  Tcp::acceptor acceptor_;
-  std::uint16_t port_ = 0;
+  std::deque<Tcp::acceptor> acceptors_;  // addresses stay
+  std::vector<std::uint16_t> ports_;
   std::list<Pending> pending_;
   std::vector<std::weak_ptr<Connection>> authenticated_;
   Timer sweep_;
@@ -73,10 +71,11 @@ Status Acceptor::open(const Endpoint& endpoint) {
                                ": the name does not resolve to an address");
   }
   const Tcp::endpoint address = results.begin()->endpoint();
-  acceptor_.open(address.protocol(), error);
-  if (!error) acceptor_.set_option(Tcp::acceptor::reuse_address(true), error);
-  if (!error) acceptor_.bind(address, error);
-  if (!error) acceptor_.listen(kConnectionsPreAuthMax, error);
+  Tcp::acceptor& acceptor = acceptors_.emplace_back(context_of(io_));
+  acceptor.open(address.protocol(), error);
+  if (!error) acceptor.set_option(Tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor.bind(address, error);
+  if (!error) acceptor.listen(kConnectionsPreAuthMax, error);
   if (error) {
     const char* mend = error == asio::error::address_in_use
                            ? "; stop the other program or choose another port"
@@ -84,26 +83,30 @@ Status Acceptor::open(const Endpoint& endpoint) {
     return Status::unavailable("cannot listen on " + endpoint.text() + ": " + error.message() +
                                mend);
   }
-  port_ = acceptor_.local_endpoint(error).port();
-  sweep_.start_repeating(kSweep, [this] { sweep(); });
+  ports_.push_back(acceptor.local_endpoint(error).port());
   return Status::ok();
 }
 
-void Acceptor::accept_next() {
-  acceptor_.async_accept(
-      [self = shared_from_this()](const asio::error_code& error, Tcp::socket socket) {
+void Acceptor::start() {
+  sweep_.start_repeating(kSweep, [this] { sweep(); });
+  for (Tcp::acceptor& acceptor : acceptors_) accept_next(acceptor);
+}
+
+void Acceptor::accept_next(Tcp::acceptor& acceptor) {
+  acceptor.async_accept(
+      [self = shared_from_this(), &acceptor](const asio::error_code& error, Tcp::socket socket) {
         if (self->is_closed_) return;
         if (error) {  // out of descriptors, or the peer left already: breathe, then go on
           self->log_failure("", "accept: " + error.message());
           auto pause = std::make_shared<asio::steady_timer>(context_of(self->io_),
                                                             std::chrono::milliseconds(100));
-          pause->async_wait([self, pause](const asio::error_code&) {
-            if (!self->is_closed_) self->accept_next();
+          pause->async_wait([self, pause, &acceptor](const asio::error_code&) {
+            if (!self->is_closed_) self->accept_next(acceptor);
           });
           return;
         }
         self->on_socket(std::move(socket));
-        self->accept_next();
+        self->accept_next(acceptor);
       });
 }
 
@@ -141,7 +144,7 @@ void Acceptor::drop(std::list<Pending>::iterator pending, const char* reason) {
   log_failure(pending->address, reason);
   if (pending->handshaking) {
     asio::error_code ignored;
-    pending->handshaking->next_layer().close(ignored);
+    pending->handshaking->socket().close(ignored);
   } else if (const ConnectionPtr connection = pending->connection.lock()) {
     end_connection(*connection, Status::deadline_exceeded(reason));
   }
@@ -150,30 +153,28 @@ void Acceptor::drop(std::list<Pending>::iterator pending, const char* reason) {
 
 void Acceptor::handshake(Tcp::socket socket, const std::string& address) {
   PeerIdentity identity = address_of(socket);
-  auto stream = std::make_shared<TlsStream>(std::move(socket), tls_->impl().ends->server);
+  auto stream =
+      std::make_shared<TlsSocket>(std::move(socket), tls_->impl().ends->server.native_handle());
   pending_.push_back({address, std::chrono::steady_clock::now(), stream, {}});
-  stream->async_handshake(
-      asio::ssl::stream_base::server,
-      [self = shared_from_this(), stream, identity](const asio::error_code& error) mutable {
-        if (self->is_closed_) return;
-        const auto pending =
-            std::find_if(self->pending_.begin(), self->pending_.end(),
-                         [&](const Pending& p) { return p.handshaking == stream; });
-        if (pending == self->pending_.end()) return;  // dropped meanwhile
-        if (error) {
-          const auto failure = handshake_failure(stream->native_handle(), error);
-          self->log_failure(identity.address, failure.text(), failure.subject);
-          self->pending_.erase(pending);
-          return;
-        }
-        PeerIdentity proven = identity_of(stream->native_handle());
-        proven.address = identity.address;
-        proven.port = identity.port;
-        proven.rtt_seconds = identity.rtt_seconds;
-        pending->handshaking.reset();
-        self->hand_on(pending, make_byte_stream(std::make_unique<TlsStream>(std::move(*stream))),
-                      std::move(proven));
-      });
+  stream->handshake_as_server([self = shared_from_this(), stream,
+                               identity](const asio::error_code& error) mutable {
+    if (self->is_closed_) return;
+    const auto pending = std::find_if(self->pending_.begin(), self->pending_.end(),
+                                      [&](const Pending& p) { return p.handshaking == stream; });
+    if (pending == self->pending_.end()) return;  // dropped meanwhile
+    if (error) {
+      const auto failure = handshake_failure(stream->ssl(), error);
+      self->log_failure(identity.address, failure.text(), failure.subject);
+      self->pending_.erase(pending);
+      return;
+    }
+    PeerIdentity proven = identity_of(stream->ssl());
+    proven.address = identity.address;
+    proven.port = identity.port;
+    proven.rtt_seconds = identity.rtt_seconds;
+    pending->handshaking.reset();
+    self->hand_on(pending, make_byte_stream(stream), std::move(proven));
+  });
 }
 
 void Acceptor::hand_on(std::list<Pending>::iterator pending, std::unique_ptr<ByteStream> stream,
@@ -223,10 +224,10 @@ void Acceptor::log_failure(const std::string& address, const std::string& reason
 void Acceptor::close() {
   is_closed_ = true;
   asio::error_code ignored;
-  acceptor_.close(ignored);
+  for (Tcp::acceptor& acceptor : acceptors_) acceptor.close(ignored);
   sweep_.cancel();
   for (const Pending& pending : pending_) {
-    if (pending.handshaking) pending.handshaking->next_layer().close(ignored);
+    if (pending.handshaking) pending.handshaking->socket().close(ignored);
   }
   pending_.clear();
 }
@@ -235,7 +236,7 @@ class AcceptorListener final : public Listener {
  public:
   explicit AcceptorListener(std::shared_ptr<Acceptor> acceptor) : acceptor_(std::move(acceptor)) {}
   ~AcceptorListener() override { acceptor_->close(); }
-  std::uint16_t port() const override { return acceptor_->port(); }
+  std::uint16_t port(std::size_t endpoint) const override { return acceptor_->port(endpoint); }
   void mark_authenticated(const Connection& connection) override {
     acceptor_->mark_authenticated(connection);
   }
@@ -249,9 +250,16 @@ class AcceptorListener final : public Listener {
 Result<std::unique_ptr<Listener>> listen(IoThread& io, const Endpoint& endpoint,
                                          std::shared_ptr<TlsContext> tls,
                                          std::function<void(ConnectionPtr)> on_accept) {
+  return listen_on_all(io, std::vector{endpoint}, std::move(tls), std::move(on_accept));
+}
+
+Result<std::unique_ptr<Listener>> listen_on_all(IoThread& io,
+                                                const std::vector<Endpoint>& endpoints,
+                                                std::shared_ptr<TlsContext> tls,
+                                                std::function<void(ConnectionPtr)> on_accept) {
   auto acceptor = std::make_shared<Acceptor>(io, std::move(tls), std::move(on_accept));
-  TESSERA_RETURN_IF_ERROR(acceptor->open(endpoint));
-  acceptor->accept_next();
+  for (const Endpoint& endpoint : endpoints) TESSERA_RETURN_IF_ERROR(acceptor->open(endpoint));
+  acceptor->start();
   return std::unique_ptr<Listener>(std::make_unique<AcceptorListener>(std::move(acceptor)));
 }
 

@@ -40,6 +40,7 @@ class Liveness {
 
   // Look again then, or before.
   TimePoint due() const { return due_; }
+  std::chrono::milliseconds heartbeat() const { return heartbeat_; }
   std::chrono::milliseconds silence_max() const { return silence_max_; }
 
  private:

@@ -21,7 +21,15 @@ enum class BlockKind : std::uint32_t {
   kMesh = 0x4d535354,
   kTexture = 0x54535354
 };
-constexpr std::uint32_t kLayoutVersion = 1;
+constexpr std::uint32_t kLayoutVersion = 2;
+
+// What follows a large array begins at a chunk, so that an array that grew or shrank leaves the
+// chunks behind it as they were (README.md). An array is large when that costs 6 % at most.
+constexpr std::uint64_t kLargeArrayBytes = 16 * kSceneChunkBytes;
+constexpr std::uint64_t padding_behind(std::uint64_t array_bytes, std::uint64_t block_bytes) {
+  const std::uint64_t over = block_bytes % kSceneChunkBytes;
+  return array_bytes < kLargeArrayBytes || over == 0 ? 0 : kSceneChunkBytes - over;
+}
 
 class Writer {
  public:
@@ -39,15 +47,13 @@ class Writer {
     static_assert(std::is_trivially_copyable_v<T>);
     put(std::uint64_t{values.size()});
     append(values.data(), values.size() * sizeof(T));
+    bytes_.resize(bytes_.size() + padding_behind(values.size() * sizeof(T), bytes_.size()));
   }
   void put_text(const std::string& text) {
     put(std::uint64_t{text.size()});
     append(text.data(), text.size());
   }
-  SceneBlock finish() {
-    auto bytes = std::make_shared<const std::vector<std::byte>>(std::move(bytes_));
-    return {sha256(*bytes), bytes};
-  }
+  SceneBlock finish() { return make_scene_block(std::move(bytes_)); }
 
  private:
   void append(const void* data, std::size_t size) {
@@ -60,7 +66,7 @@ class Writer {
 // Every read says whether the bytes were there; after the first that were not, all fail.
 class Reader {
  public:
-  explicit Reader(std::span<const std::byte> bytes) : rest_(bytes) {}
+  explicit Reader(std::span<const std::byte> bytes) : block_bytes_(bytes.size()), rest_(bytes) {}
 
   bool open(BlockKind kind) {
     return get<BlockKind>() == kind && get<std::uint32_t>() == kLayoutVersion && is_good_;
@@ -78,7 +84,7 @@ class Reader {
     take(count * sizeof(T));
     values.resize(count);
     if (count > 0) std::memcpy(values.data(), taken_.data(), taken_.size());
-    return true;
+    return skip_padding(count * sizeof(T));
   }
   bool get_text(std::string& text) {
     const std::uint64_t count = get<std::uint64_t>();
@@ -95,6 +101,10 @@ class Reader {
     }
     return count;
   }
+  bool skip_array(std::uint64_t bytes_each) {
+    const std::uint64_t bytes = get_count(bytes_each) * bytes_each;
+    return take(bytes) && skip_padding(bytes);
+  }
   bool is_good() const { return is_good_; }
   bool is_finished() const { return is_good_ && rest_.empty(); }
 
@@ -105,6 +115,14 @@ class Reader {
     rest_ = rest_.subspan(size);
     return true;
   }
+  // Zeros, so that equal content has equal bytes.
+  bool skip_padding(std::uint64_t array_bytes) {
+    if (!take(padding_behind(array_bytes, block_bytes_ - rest_.size()))) return false;
+    for (const std::byte b : taken_) is_good_ &= b == std::byte{0};
+    return is_good_;
+  }
+
+  const std::uint64_t block_bytes_;
   std::span<const std::byte> rest_, taken_;
   bool is_good_ = true;
 };
@@ -126,6 +144,13 @@ std::shared_ptr<const Mesh> decode_mesh(std::span<const std::byte> bytes) {
                        in.get_array(mesh->normals) && in.get_array(mesh->uvs) &&
                        in.get_array(mesh->triangles) && in.get_array(mesh->materials);
   return is_good && in.is_finished() ? mesh : nullptr;
+}
+
+std::uint64_t mesh_triangle_count(std::span<const std::byte> bytes) {
+  Reader in(bytes);
+  const bool is_good = in.open(BlockKind::kMesh) && in.skip_array(sizeof(Vec3f)) &&
+                       in.skip_array(sizeof(Vec3f)) && in.skip_array(sizeof(Vec2f));
+  return is_good ? in.get_count(3 * sizeof(std::uint32_t)) : 0;
 }
 
 SceneBlock encode_texture(const Texture& texture) {
@@ -242,9 +267,41 @@ Status malformed(const char* what, std::size_t index) {
 
 }  // namespace
 
+SceneBlock make_scene_block(std::vector<std::byte> bytes) {
+  SceneBlock block;
+  if (is_one_chunk(bytes.size())) {
+    block.digest = sha256(bytes);
+  } else {
+    auto chunks = std::make_shared<const ChunkDigests>(chunk_digests(bytes));
+    block.digest = block_digest(bytes.size(), *chunks);
+    block.chunks = std::move(chunks);
+  }
+  block.bytes = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
+  return block;
+}
+
 std::uint64_t EncodedScene::total_bytes() const {
   std::uint64_t total = 0;
   for (const SceneBlock& block : blocks) total += block.bytes->size();
+  return total;
+}
+
+std::uint64_t triangle_count_of(const EncodedScene& encoded) {
+  Scene root;
+  std::uint64_t mesh_count = 0, texture_count = 0;
+  if (encoded.blocks.empty() ||
+      !decode_root(*encoded.blocks[0].bytes, root, mesh_count, texture_count) ||
+      mesh_count >= encoded.blocks.size()) {
+    return 0;
+  }
+  std::vector<std::uint64_t> counts;
+  for (std::uint64_t i = 1; i <= mesh_count; ++i) {
+    counts.push_back(mesh_triangle_count(*encoded.blocks[i].bytes));
+  }
+  std::uint64_t total = 0;
+  for (const Instance& instance : root.instances) {
+    if (instance.mesh < mesh_count) total += counts[instance.mesh];
+  }
   return total;
 }
 

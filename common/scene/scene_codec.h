@@ -16,6 +16,7 @@
 
 #include "common/base/digest.h"
 #include "common/base/status.h"
+#include "common/scene/block_chunks.h"
 #include "common/scene/scene.h"
 
 namespace tessera {
@@ -23,16 +24,23 @@ namespace tessera {
 using BlockBytes = std::shared_ptr<const std::vector<std::byte>>;
 
 struct SceneBlock {
-  Digest digest;  // SHA-256 of *bytes
+  Digest digest;  // block_chunks.h
   BlockBytes bytes;
+  // The digests of its chunks; null for a block that is one chunk.
+  std::shared_ptr<const ChunkDigests> chunks;
 };
+SceneBlock make_scene_block(std::vector<std::byte> bytes);
 
 // Block 0 is the root; the others are in the order in which the root refers to them.
 struct EncodedScene {
   std::vector<SceneBlock> blocks;
+  std::uint64_t index_bytes = 0;  // index_bytes_of() it (scene_footprint.h); 0: not reckoned
   std::uint64_t total_bytes() const;
   Digest digest() const;  // SHA-256 over the block digests in order: the scene's identity
 };
+
+// Of the flattened scene, from the blocks' counts alone. Returns: 0 when they cannot be read.
+std::uint64_t triangle_count_of(const EncodedScene& scene);
 
 // Encodes meshes and textures; a caller that encodes version after version keeps one SceneEncoder,
 // which remembers the block of each mesh and texture by pointer and hashes only new ones.

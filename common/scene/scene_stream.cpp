@@ -63,15 +63,14 @@ Result<SceneStream> decode_scene_stream(std::span<const std::byte> rest) {
   if (!take(rest, &count, sizeof(count)) || count > kSceneBlocksMax) return malformed;
   for (std::uint64_t i = 0; i < count; ++i) {
     std::uint64_t size = 0;
-    SceneBlock block;
-    if (!take(rest, &size, sizeof(size)) || !take(rest, block.digest.bytes.data(), 32) ||
+    Digest digest;
+    if (!take(rest, &size, sizeof(size)) || !take(rest, digest.bytes.data(), 32) ||
         size > rest.size())
       return malformed;
-    block.bytes = std::make_shared<const std::vector<std::byte>>(
-        rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(size));
+    SceneBlock block =
+        make_scene_block({rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(size)});
     rest = rest.subspan(size);
-    if (sha256(*block.bytes) != block.digest)
-      return Status::data_loss("a scene block's digest differs");
+    if (block.digest != digest) return Status::data_loss("a scene block's digest differs");
     stream.scene.blocks.push_back(std::move(block));
   }
   if (!rest.empty()) return malformed;

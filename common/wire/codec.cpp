@@ -27,21 +27,23 @@ net::RecordLimits make_session_limits() {
   net::RecordLimits limits;
   for (const RecordType type :
        {RecordType::kWelcome, RecordType::kJoin, RecordType::kJoined, RecordType::kPing,
-        RecordType::kPong, RecordType::kSceneBuilt, RecordType::kSceneRetire,
-        RecordType::kFrameBegin, RecordType::kTileLease, RecordType::kFrameEnd,
-        RecordType::kTileReturned, RecordType::kFrameSubmit, RecordType::kFrameCancel,
-        RecordType::kStatusRequest}) {
+        RecordType::kPong, RecordType::kSceneBuilt, RecordType::kRelayFrom,
+        RecordType::kSceneProgress, RecordType::kSceneRetire, RecordType::kFrameBegin,
+        RecordType::kTileLease, RecordType::kFrameEnd, RecordType::kTileReturned,
+        RecordType::kFrameSubmit, RecordType::kFrameCancel, RecordType::kStatusRequest}) {
     set_limit(limits, type, kSmallHeaderBytesMax, 0);
   }
-  for (const RecordType type :
-       {RecordType::kHello, RecordType::kRefuse, RecordType::kGoodbye, RecordType::kSceneFailed}) {
+  for (const RecordType type : {RecordType::kHello, RecordType::kRefuse, RecordType::kGoodbye,
+                                RecordType::kSceneFailed, RecordType::kRelayFailed}) {
     set_limit(limits, type, kTextHeaderBytesMax, 0);
   }
   set_limit(limits, RecordType::kSceneAnnounce, kSmallHeaderBytesMax,
             kSceneBlocksMax * kAnnounceEntryBytes);
   set_limit(limits, RecordType::kSceneNeed, kSmallHeaderBytesMax,
             kSceneBlocksMax * sizeof(std::uint32_t));
-  set_limit(limits, RecordType::kSceneChunk, kSmallHeaderBytesMax, kSceneChunkBytesMax);
+  set_limit(limits, RecordType::kSceneChunk, kSmallHeaderBytesMax, kSceneChunkBytes);
+  set_limit(limits, RecordType::kSceneChunkList, kSmallHeaderBytesMax, kSceneChunkListBytesMax);
+  set_limit(limits, RecordType::kSceneChunkNeed, kSmallHeaderBytesMax, kSceneBlockChunksMax / 8);
   set_limit(limits, RecordType::kTileResult, kSmallHeaderBytesMax, kTilePayloadBytesMax);
   set_limit(limits, RecordType::kFrameChunk, kSmallHeaderBytesMax, kFrameChunkBytesMax);
   set_limit(limits, RecordType::kFrameDone, kTextHeaderBytesMax,
@@ -69,6 +71,12 @@ std::array<Decoder, net::kRecordTypesMax> make_decoders() {
   set(RecordType::kSceneAnnounce, decode_scene_announce);
   set(RecordType::kSceneNeed, decode_scene_need);
   set(RecordType::kSceneChunk, decode_scene_chunk);
+  set(RecordType::kSceneChunkList, decode_scene_chunk_list);
+  set(RecordType::kSceneChunkNeed, decode_scene_chunk_need);
+  set(RecordType::kRelayFrom, decode_relay_from);
+  set(RecordType::kRelayFailed, decode_relay_failed);
+  set(RecordType::kSceneProgress, decode_scene_progress);
+  set(RecordType::kRelayJoin, decode_relay_join);
   set(RecordType::kSceneBuilt, decode_scene_built);
   set(RecordType::kSceneFailed, decode_scene_failed);
   set(RecordType::kSceneRetire, decode_scene_retire);
@@ -98,6 +106,12 @@ struct NameOf {
   const char* operator()(const SceneAnnounce&) const { return "SceneAnnounce"; }
   const char* operator()(const SceneNeed&) const { return "SceneNeed"; }
   const char* operator()(const SceneChunk&) const { return "SceneChunk"; }
+  const char* operator()(const SceneChunkList&) const { return "SceneChunkList"; }
+  const char* operator()(const SceneChunkNeed&) const { return "SceneChunkNeed"; }
+  const char* operator()(const RelayFrom&) const { return "RelayFrom"; }
+  const char* operator()(const RelayFailed&) const { return "RelayFailed"; }
+  const char* operator()(const SceneProgress&) const { return "SceneProgress"; }
+  const char* operator()(const RelayJoin&) const { return "RelayJoin"; }
   const char* operator()(const SceneBuilt&) const { return "SceneBuilt"; }
   const char* operator()(const SceneFailed&) const { return "SceneFailed"; }
   const char* operator()(const SceneRetire&) const { return "SceneRetire"; }
@@ -123,6 +137,34 @@ const net::RecordLimits& pre_auth_limits() {
 
 const net::RecordLimits& session_limits() {
   static const net::RecordLimits limits = make_session_limits();
+  return limits;
+}
+
+const net::RecordLimits& relay_join_limits() {
+  static const net::RecordLimits limits = [] {
+    net::RecordLimits made;
+    set_limit(made, RecordType::kRelayJoin, kSmallHeaderBytesMax, 0);
+    return made;
+  }();
+  return limits;
+}
+
+const net::RecordLimits& relay_feeder_limits() {
+  static const net::RecordLimits limits = [] {
+    net::RecordLimits made;
+    set_limit(made, RecordType::kSceneChunkNeed, kSmallHeaderBytesMax, kSceneBlockChunksMax / 8);
+    return made;
+  }();
+  return limits;
+}
+
+const net::RecordLimits& relay_child_limits() {
+  static const net::RecordLimits limits = [] {
+    net::RecordLimits made;
+    set_limit(made, RecordType::kSceneChunk, kSmallHeaderBytesMax, kSceneChunkBytes);
+    set_limit(made, RecordType::kRefuse, kTextHeaderBytesMax, 0);
+    return made;
+  }();
   return limits;
 }
 

@@ -13,6 +13,10 @@ namespace tessera::wire {
 // allocation. Before the handshake only Hello, Join and Refuse are allowed.
 const net::RecordLimits& pre_auth_limits();
 const net::RecordLimits& session_limits();
+// Between slaves: of a child that has not said its token, of one that has, and of a feeder.
+const net::RecordLimits& relay_join_limits();
+const net::RecordLimits& relay_feeder_limits();
+const net::RecordLimits& relay_child_limits();
 
 // Bulk payloads (SceneChunk, FrameChunk, TileResult) are moved or shared, never copied.
 net::Record encode(Message message);

@@ -1,6 +1,4 @@
-// What a frame cost, and the state of the cluster.
-#include <bit>
-
+// What a frame cost, and the question how the cluster is (codec_status.cpp: the answer).
 #include "common/wire/codec_internal.h"
 #include "proto/stats.pb.h"
 
@@ -93,8 +91,10 @@ Result<Message> decode_frame_done(net::ReceivedRecord record) {
   return Message(std::move(m));
 }
 
-net::Record encode_one(StatusRequest) {
-  return make_record(RecordType::kStatusRequest, proto::StatusRequest());
+net::Record encode_one(StatusRequest m) {
+  proto::StatusRequest h;
+  h.set_wants_details(m.wants_details);
+  return make_record(RecordType::kStatusRequest, h);
 }
 
 Result<Message> decode_status_request(net::ReceivedRecord record) {
@@ -103,175 +103,7 @@ Result<Message> decode_status_request(net::ReceivedRecord record) {
   FieldCheck check("StatusRequest");
   check.no_payload(record);
   if (!check.is_ok()) return check.status();
-  return Message(StatusRequest{});
-}
-
-namespace {
-
-// After the name: threads u32, isa u8, tiles_in_flight u32, tiles_done u64, utilisation f64,
-// rtt_seconds f64, scene_version u64, tile_port u16, scene_port u16.
-constexpr std::size_t kStatusNumbersBytes = 4 + 1 + 4 + 8 + 8 + 8 + 8 + 2 + 2;
-static_assert(1 + kNameBytesMax + kStatusNumbersBytes <= kStatusEntryBytesMax);
-static_assert(kNameBytesMax <= 255, "the length of a name is one byte");
-
-void put_slave(std::vector<std::byte>& out, const SlaveStatus& s) {
-  const std::string name = s.name.substr(0, kNameBytesMax);
-  put_le(out, static_cast<std::uint8_t>(name.size()));
-  for (const char c : name) out.push_back(static_cast<std::byte>(c));
-  put_le(out, s.threads);
-  put_le(out, static_cast<std::uint8_t>(s.isa));
-  put_le(out, s.tiles_in_flight);
-  put_le(out, s.tiles_done);
-  put_le(out, std::bit_cast<std::uint64_t>(s.utilisation));
-  put_le(out, std::bit_cast<std::uint64_t>(s.rtt_seconds));
-  put_le(out, s.scene_version);
-  put_le(out, s.tile_port);
-  put_le(out, s.scene_port);
-}
-
-// Returns: the bytes used; 0 when they do not hold an entry or a field is out of range.
-std::size_t get_slave(std::span<const std::byte> in, FieldCheck& check, SlaveStatus& s) {
-  if (in.empty()) return 0;
-  const std::size_t name_bytes = std::to_integer<std::size_t>(in[0]);
-  const std::size_t entry_bytes = 1 + name_bytes + kStatusNumbersBytes;
-  if (in.size() < entry_bytes) return 0;
-  s.name.assign(reinterpret_cast<const char*>(in.data()) + 1, name_bytes);
-  check.name("slaves.name", s.name, 1, kNameBytesMax);
-  std::size_t at = 1 + name_bytes;
-  const auto take = [&in, &at]<typename T>(T& value) {
-    value = get_le<T>(in, at);
-    at += sizeof(T);
-  };
-  std::uint8_t isa = 0;
-  std::uint64_t utilisation = 0;
-  std::uint64_t rtt_seconds = 0;
-  take(s.threads);
-  take(isa);
-  take(s.tiles_in_flight);
-  take(s.tiles_done);
-  take(utilisation);
-  take(rtt_seconds);
-  take(s.scene_version);
-  take(s.tile_port);
-  take(s.scene_port);
-  s.utilisation = std::bit_cast<double>(utilisation);
-  s.rtt_seconds = std::bit_cast<double>(rtt_seconds);
-  check.range("slaves.threads", s.threads, 1, kWorkersMax);
-  check.range("slaves.isa", isa, 0, static_cast<std::uint64_t>(Isa::kAvx512));
-  check.finite("slaves.utilisation", s.utilisation);
-  check.not_negative("slaves.rtt_seconds", s.rtt_seconds);
-  if (!check.is_ok()) return 0;
-  s.isa = static_cast<Isa>(isa);
-  return entry_bytes;
-}
-
-void put_quarantined(std::vector<std::byte>& out, const QuarantinedSlave& q) {
-  const std::string reason = clean_line(q.reason).substr(0, kQuarantineReasonBytesMax);
-  for (const std::string& text : {q.name.substr(0, kNameBytesMax), reason}) {
-    put_le(out, static_cast<std::uint8_t>(text.size()));
-    for (const char c : text) out.push_back(static_cast<std::byte>(c));
-  }
-  put_le(out, std::bit_cast<std::uint64_t>(q.seconds));
-  put_le(out, q.times);
-}
-
-// Returns: as get_slave().
-std::size_t get_quarantined(std::span<const std::byte> in, FieldCheck& check, QuarantinedSlave& q) {
-  std::size_t at = 0;
-  for (std::string* text : {&q.name, &q.reason}) {
-    if (in.size() <= at) return 0;
-    const std::size_t bytes = std::to_integer<std::size_t>(in[at]);
-    if (in.size() < at + 1 + bytes) return 0;
-    text->assign(reinterpret_cast<const char*>(in.data()) + at + 1, bytes);
-    at += 1 + bytes;
-  }
-  if (in.size() < at + sizeof(std::uint64_t) + sizeof(std::uint32_t)) return 0;
-  q.seconds = std::bit_cast<double>(get_le<std::uint64_t>(in, at));
-  q.times = get_le<std::uint32_t>(in, at + sizeof(std::uint64_t));
-  check.name("quarantined.name", q.name, 1, kNameBytesMax);
-  check.name("quarantined.reason", q.reason, 0, kQuarantineReasonBytesMax);
-  check.not_negative("quarantined.seconds", q.seconds);
-  return check.is_ok() ? at + sizeof(std::uint64_t) + sizeof(std::uint32_t) : 0;
-}
-
-void put_pace(const ClusterPace& p, proto::ClusterPace& h) {
-  h.set_heartbeat_ms(p.heartbeat_ms);
-  h.set_heartbeats_missed_max(p.heartbeats_missed_max);
-  h.set_handshake_ms(p.handshake_ms);
-  h.set_reconnect_max_ms(p.reconnect_max_ms);
-  h.set_rtt_seconds_max(p.rtt_seconds_max);
-  h.set_tile_seconds_median(p.tile_seconds_median);
-  h.set_tile_seconds_p95(p.tile_seconds_p95);
-}
-
-// An older master sends none: all zero then.
-ClusterPace get_pace(const proto::ClusterPace& h, FieldCheck& check) {
-  check.range("pace.heartbeat_ms", h.heartbeat_ms(), 0, kHeartbeatMsMax);
-  check.range("pace.heartbeats_missed_max", h.heartbeats_missed_max(), 0, kHeartbeatsMissedLimit);
-  check.not_negative("pace.rtt_seconds_max", h.rtt_seconds_max());
-  check.not_negative("pace.tile_seconds_median", h.tile_seconds_median());
-  check.not_negative("pace.tile_seconds_p95", h.tile_seconds_p95());
-  return {h.heartbeat_ms(),    h.heartbeats_missed_max(), h.handshake_ms(),    h.reconnect_max_ms(),
-          h.rtt_seconds_max(), h.tile_seconds_median(),   h.tile_seconds_p95()};
-}
-
-}  // namespace
-
-net::Record encode_one(StatusReply m) {
-  if (m.status.slaves.size() > kConnectionsMax) m.status.slaves.resize(kConnectionsMax);
-  proto::StatusReply h;
-  h.set_frames_done(m.status.frames_done);
-  h.set_has_application(m.status.has_application);
-  h.set_slave_count(static_cast<std::uint32_t>(m.status.slaves.size()));
-  if (m.status.quarantined.size() > kConnectionsMax) m.status.quarantined.resize(kConnectionsMax);
-  h.set_quarantined_count(static_cast<std::uint32_t>(m.status.quarantined.size()));
-  put_pace(m.status.pace, *h.mutable_pace());
-  const TileAccounts& tiles = m.status.tiles;
-  h.mutable_tiles()->set_issued(tiles.issued);
-  h.mutable_tiles()->set_accepted(tiles.accepted);
-  h.mutable_tiles()->set_rejected(tiles.rejected);
-  h.mutable_tiles()->set_abandoned(tiles.abandoned);
-  h.mutable_tiles()->set_in_flight(tiles.in_flight);
-  std::vector<std::byte> payload;
-  for (const SlaveStatus& slave : m.status.slaves) put_slave(payload, slave);
-  for (const QuarantinedSlave& slave : m.status.quarantined) put_quarantined(payload, slave);
-  return make_record(RecordType::kStatusReply, h, net::SharedBytes::of(std::move(payload)));
-}
-
-Result<Message> decode_status_reply(net::ReceivedRecord record) {
-  proto::StatusReply h;
-  if (!parse_header(record, h)) return bad_header("StatusReply");
-  FieldCheck check("StatusReply");
-  check.range("slave_count", h.slave_count(), 0, kConnectionsMax);
-  // Each entry has at least its byte of length and its numbers.
-  check.range("slave_count", h.slave_count(), 0, record.payload.size() / (1 + kStatusNumbersBytes));
-  check.range("quarantined_count", h.quarantined_count(), 0, kConnectionsMax);
-  const ClusterPace pace = get_pace(h.pace(), check);
-  if (!check.is_ok()) return check.status();
-  StatusReply m;
-  m.status.pace = pace;
-  m.status.tiles = {h.tiles().issued(), h.tiles().accepted(), h.tiles().rejected(),
-                    h.tiles().abandoned(), h.tiles().in_flight()};
-  m.status.frames_done = h.frames_done();
-  m.status.has_application = h.has_application();
-  m.status.slaves.resize(h.slave_count());
-  std::span<const std::byte> rest(record.payload);
-  for (SlaveStatus& slave : m.status.slaves) {
-    const std::size_t used = get_slave(rest, check, slave);
-    if (used == 0) check.fail("slaves", ": payload ends within an entry");
-    if (!check.is_ok()) return check.status();
-    rest = rest.subspan(used);
-  }
-  m.status.quarantined.resize(h.quarantined_count());
-  for (QuarantinedSlave& slave : m.status.quarantined) {
-    const std::size_t used = get_quarantined(rest, check, slave);
-    if (used == 0) check.fail("quarantined", ": payload ends within an entry");
-    if (!check.is_ok()) return check.status();
-    rest = rest.subspan(used);
-  }
-  check.payload_bytes(record.payload.size(), record.payload.size() - rest.size());
-  if (!check.is_ok()) return check.status();
-  return Message(std::move(m));
+  return Message(StatusRequest{h.wants_details()});
 }
 
 }  // namespace tessera::wire

@@ -13,6 +13,9 @@ net::Record encode_one(Hello m) {
   h.set_threads(m.threads);
   h.set_isas(m.isas);
   h.set_build_id(clean_line(std::move(m.build_id)));
+  h.set_memory_bytes(m.memory_bytes);
+  h.set_relay_port(m.relay_port);
+  h.set_relay_token(m.relay_token);
   return make_record(RecordType::kHello, h);
 }
 
@@ -29,6 +32,7 @@ Result<Message> decode_hello(net::ReceivedRecord record) {
   const bool is_slave = h.role() == static_cast<std::uint32_t>(Role::kSlave);
   check.range("threads", h.threads(), is_slave ? 1 : 0, kWorkersMax);
   check.range("isas", h.isas(), is_slave ? 1 : 0, kIsaMaskAll);
+  check.range("relay_port", h.relay_port(), 0, 0xffff);
   if (!check.is_ok()) return check.status();
   Hello m;
   m.role = static_cast<Role>(h.role());
@@ -38,6 +42,9 @@ Result<Message> decode_hello(net::ReceivedRecord record) {
   m.threads = h.threads();
   m.isas = h.isas();
   m.build_id = std::move(*h.mutable_build_id());
+  m.memory_bytes = h.memory_bytes();
+  m.relay_port = static_cast<std::uint16_t>(h.relay_port());
+  m.relay_token = h.relay_token();
   return Message(std::move(m));
 }
 
@@ -131,6 +138,7 @@ Result<Message> decode_ping(net::ReceivedRecord record) {
 net::Record encode_one(Pong m) {
   proto::Pong h;
   h.set_sent_ns(m.sent_ns);
+  h.set_answered_ns(m.answered_ns);
   return make_record(RecordType::kPong, h);
 }
 
@@ -140,7 +148,7 @@ Result<Message> decode_pong(net::ReceivedRecord record) {
   FieldCheck check("Pong");
   check.no_payload(record);
   if (!check.is_ok()) return check.status();
-  return Message(Pong{h.sent_ns()});
+  return Message(Pong{h.sent_ns(), h.answered_ns()});
 }
 
 net::Record encode_one(Goodbye m) {

@@ -108,15 +108,28 @@ Result<Message> decode_goodbye(net::ReceivedRecord record);
 net::Record encode_one(SceneAnnounce m);
 net::Record encode_one(SceneNeed m);
 net::Record encode_one(SceneChunk m);
+net::Record encode_one(SceneChunkList m);
+net::Record encode_one(SceneChunkNeed m);
 net::Record encode_one(SceneBuilt m);
 net::Record encode_one(SceneFailed m);
 net::Record encode_one(SceneRetire m);
 Result<Message> decode_scene_announce(net::ReceivedRecord record);
 Result<Message> decode_scene_need(net::ReceivedRecord record);
 Result<Message> decode_scene_chunk(net::ReceivedRecord record);
+Result<Message> decode_scene_chunk_list(net::ReceivedRecord record);
+Result<Message> decode_scene_chunk_need(net::ReceivedRecord record);
 Result<Message> decode_scene_built(net::ReceivedRecord record);
 Result<Message> decode_scene_failed(net::ReceivedRecord record);
 Result<Message> decode_scene_retire(net::ReceivedRecord record);
+// codec_relay.cpp
+net::Record encode_one(RelayFrom m);
+net::Record encode_one(RelayFailed m);
+net::Record encode_one(SceneProgress m);
+net::Record encode_one(RelayJoin m);
+Result<Message> decode_relay_from(net::ReceivedRecord record);
+Result<Message> decode_relay_failed(net::ReceivedRecord record);
+Result<Message> decode_scene_progress(net::ReceivedRecord record);
+Result<Message> decode_relay_join(net::ReceivedRecord record);
 // codec_work.cpp
 net::Record encode_one(FrameBegin m);
 net::Record encode_one(TileLease m);

@@ -14,6 +14,7 @@ net::Record encode_one(SceneAnnounce m) {
     for (const std::uint8_t byte : digest.bytes) payload.push_back(std::byte{byte});
   }
   for (const std::uint64_t size : m.sizes) put_le(payload, size);
+  h.set_index_bytes(m.index_bytes);
   return make_record(RecordType::kSceneAnnounce, h, net::SharedBytes::of(std::move(payload)));
 }
 
@@ -28,6 +29,7 @@ Result<Message> decode_scene_announce(net::ReceivedRecord record) {
   const std::size_t count = h.block_count();
   SceneAnnounce m;
   m.version = h.version();
+  m.index_bytes = h.index_bytes();
   m.digests.resize(count);
   m.sizes.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -44,6 +46,7 @@ net::Record encode_one(SceneNeed m) {
   proto::SceneNeed h;
   h.set_version(m.version);
   h.set_block_count(static_cast<std::uint32_t>(m.blocks.size()));
+  h.set_codings(m.codings);
   std::vector<std::byte> payload;
   payload.reserve(m.blocks.size() * sizeof(std::uint32_t));
   for (const std::uint32_t block : m.blocks) put_le(payload, block);
@@ -61,6 +64,7 @@ Result<Message> decode_scene_need(net::ReceivedRecord record) {
   if (!check.is_ok()) return check.status();
   SceneNeed m;
   m.version = h.version();
+  m.codings = h.codings() & kByteCodingsAll;
   m.blocks.reserve(h.block_count());
   for (std::size_t i = 0; i < h.block_count(); ++i) {
     const std::uint32_t block = get_le<std::uint32_t>(record.payload, i * 4);
@@ -77,6 +81,7 @@ net::Record encode_one(SceneChunk m) {
   h.set_version(m.version);
   h.set_block(m.block);
   h.set_offset(m.offset);
+  h.set_coding(static_cast<std::uint32_t>(m.coding));
   return make_record(RecordType::kSceneChunk, h, std::move(m.bytes));
 }
 
@@ -87,11 +92,71 @@ Result<Message> decode_scene_chunk(net::ReceivedRecord record) {
   const std::uint64_t bytes = record.payload.size();
   check.at_least("version", h.version(), 1);
   check.range("block", h.block(), 0, kSceneBlocksMax - 1);
-  check.range("bytes", bytes, 1, kSceneChunkBytesMax);
+  check.range("bytes", bytes, 1, kSceneChunkBytes);
+  check.range("coding", h.coding(), 0, kByteCodingCount - 1);
   if (check.is_ok()) check.range("offset", h.offset(), 0, kSceneBlockBytesMax - bytes);
   if (!check.is_ok()) return check.status();
   return Message(SceneChunk{h.version(), h.block(), h.offset(),
-                            net::SharedBytes::of(std::move(record.payload))});
+                            net::SharedBytes::of(std::move(record.payload)),
+                            static_cast<ByteCoding>(h.coding())});
+}
+
+net::Record encode_one(SceneChunkList m) {
+  proto::SceneChunkList h;
+  h.set_version(m.version);
+  h.set_block(m.block);
+  h.set_chunk_count(static_cast<std::uint32_t>(m.chunks.size()));
+  std::vector<std::byte> payload(m.chunks.size() * sizeof(Digest));
+  std::memcpy(payload.data(), m.chunks.data(), payload.size());
+  return make_record(RecordType::kSceneChunkList, h, net::SharedBytes::of(std::move(payload)));
+}
+
+Result<Message> decode_scene_chunk_list(net::ReceivedRecord record) {
+  proto::SceneChunkList h;
+  if (!parse_header(record, h)) return bad_header("SceneChunkList");
+  FieldCheck check("SceneChunkList");
+  check.at_least("version", h.version(), 1);
+  check.range("block", h.block(), 0, kSceneBlocksMax - 1);
+  check.range("chunk_count", h.chunk_count(), 2, kSceneBlockChunksMax);
+  check.payload_bytes(record.payload.size(), std::uint64_t{h.chunk_count()} * sizeof(Digest));
+  if (!check.is_ok()) return check.status();
+  SceneChunkList m;
+  m.version = h.version();
+  m.block = h.block();
+  m.chunks.resize(h.chunk_count());
+  std::memcpy(m.chunks.data(), record.payload.data(), record.payload.size());
+  return Message(std::move(m));
+}
+
+net::Record encode_one(SceneChunkNeed m) {
+  proto::SceneChunkNeed h;
+  h.set_version(m.version);
+  h.set_block(m.block);
+  h.set_chunk_count(static_cast<std::uint32_t>(m.chunks.size()));
+  std::vector<std::byte> payload((m.chunks.size() + 7) / 8);
+  for (std::size_t i = 0; i < m.chunks.size(); ++i) {
+    if (m.chunks[i]) payload[i / 8] |= std::byte{1} << (i % 8);
+  }
+  return make_record(RecordType::kSceneChunkNeed, h, net::SharedBytes::of(std::move(payload)));
+}
+
+Result<Message> decode_scene_chunk_need(net::ReceivedRecord record) {
+  proto::SceneChunkNeed h;
+  if (!parse_header(record, h)) return bad_header("SceneChunkNeed");
+  FieldCheck check("SceneChunkNeed");
+  check.at_least("version", h.version(), 1);
+  check.range("block", h.block(), 0, kSceneBlocksMax - 1);
+  check.range("chunk_count", h.chunk_count(), 1, kSceneBlockChunksMax);
+  check.payload_bytes(record.payload.size(), (std::uint64_t{h.chunk_count()} + 7) / 8);
+  if (!check.is_ok()) return check.status();
+  SceneChunkNeed m;
+  m.version = h.version();
+  m.block = h.block();
+  m.chunks.resize(h.chunk_count());
+  for (std::size_t i = 0; i < m.chunks.size(); ++i) {
+    m.chunks[i] = (record.payload[i / 8] >> (i % 8) & std::byte{1}) != std::byte{0};
+  }
+  return Message(std::move(m));
 }
 
 net::Record encode_one(SceneBuilt m) {
@@ -122,6 +187,8 @@ net::Record encode_one(SceneFailed m) {
   proto::SceneFailed h;
   h.set_version(m.version);
   h.set_reason(clean_line(std::move(m.reason)));
+  h.set_needed_bytes(m.needed_bytes);
+  h.set_free_bytes(m.free_bytes);
   return make_record(RecordType::kSceneFailed, h);
 }
 
@@ -133,7 +200,8 @@ Result<Message> decode_scene_failed(net::ReceivedRecord record) {
   check.at_least("version", h.version(), 1);
   check.line("reason", h.reason());
   if (!check.is_ok()) return check.status();
-  return Message(SceneFailed{h.version(), std::move(*h.mutable_reason())});
+  return Message(
+      SceneFailed{h.version(), std::move(*h.mutable_reason()), h.needed_bytes(), h.free_bytes()});
 }
 
 net::Record encode_one(SceneRetire m) {

@@ -131,6 +131,8 @@ net::Record encode_one(TileResult m) {
   h.set_rays_primary(m.rays.primary);
   h.set_rays_shadow(m.rays.shadow);
   h.set_rays_secondary(m.rays.secondary);
+  h.set_began_ns(m.began_ns);
+  h.set_worker(m.worker);
   h.set_coding(static_cast<std::uint32_t>(m.coding));
   return make_record(RecordType::kTileResult, h, net::SharedBytes::of(std::move(m.pixels)));
 }
@@ -146,6 +148,7 @@ Result<Message> decode_tile_result(net::ReceivedRecord record) {
   check.not_negative("starved_seconds", h.starved_seconds());
   check.not_negative("held_seconds", h.held_seconds());
   check.range("pixels", record.payload.size(), 1, kTilePayloadBytesMax);
+  check.range("worker", h.worker(), 0, kWorkersMax - 1);
   check.range("coding", h.coding(), 0, kByteCodingCount - 1);
   if (!check.is_ok()) return check.status();
   TileResult m;
@@ -157,6 +160,8 @@ Result<Message> decode_tile_result(net::ReceivedRecord record) {
   m.starved_seconds = h.starved_seconds();
   m.held_seconds = h.held_seconds();
   m.rays = {h.rays_primary(), h.rays_shadow(), h.rays_secondary()};
+  m.began_ns = h.began_ns();
+  m.worker = h.worker();
   m.pixels = std::move(record.payload);
   m.coding = static_cast<ByteCoding>(h.coding());
   return Message(std::move(m));

@@ -18,6 +18,7 @@
 #include "common/frame/frame_settings.h"
 #include "common/frame/frame_stats.h"
 #include "common/net/record.h"
+#include "common/scene/block_chunks.h"
 #include "common/wire/byte_coding.h"
 
 namespace tessera::wire {
@@ -33,10 +34,13 @@ enum class Role : std::uint8_t { kSlave = 0, kApp = 1, kStatus = 2 };
 struct Hello {
   Role role = Role::kSlave;
   std::uint16_t version_min = kProtocolVersionMin, version_max = kProtocolVersionMax;
-  std::string name;           // 1..kNameBytesMax printable bytes
-  std::uint32_t threads = 0;  // slave: render threads, 1..kWorkersMax
-  IsaMask isas = 0;           // slave: what it may use
-  std::string build_id;       // project version, for the log
+  std::string name;                // 1..kNameBytesMax printable bytes
+  std::uint32_t threads = 0;       // slave: render threads, 1..kWorkersMax
+  IsaMask isas = 0;                // slave: what it may use
+  std::string build_id;            // project version, for the log
+  std::uint64_t memory_bytes = 0;  // slave: how much it may take in all; 0: unknown
+  std::uint16_t relay_port = 0;    // slave: where it listens for slaves that it feeds; 0: nowhere
+  std::uint64_t relay_token = 0;   // slave: what those must say
 };
 // Answer: the session exists; the slave now opens its scene connection with Join.
 struct Welcome {
@@ -74,6 +78,7 @@ struct Ping {
 };
 struct Pong {
   std::uint64_t sent_ns = 0;
+  std::uint64_t answered_ns = 0;  // the answerer's own clock; 0: it does not say
 };
 
 // ---- scene: sender -> holder (master -> slave on the scene connection; app -> master)
@@ -82,16 +87,30 @@ struct SceneAnnounce {
   SceneVersion version = 0;
   std::vector<Digest> digests;       // payload: 32 bytes each; block 0 is the root
   std::vector<std::uint64_t> sizes;  // payload: 8 bytes each
+  // What holders will take for the spatial index, as the sender reckons (scene_footprint.h).
+  std::uint64_t index_bytes = 0;
 };
 struct SceneNeed {  // holder -> sender: indices of blocks it lacks, ascending (payload: u32 each)
   SceneVersion version = 0;
   std::vector<std::uint32_t> blocks;
+  ByteCodingMask codings = kByteCodingsNone;  // that the holder decodes
 };
-struct SceneChunk {  // a piece of block `block` of `version`; pieces of a block come in order
+struct SceneChunkList {  // sender -> holder: the digests of a block of more than one chunk
   SceneVersion version = 0;
   std::uint32_t block = 0;
-  std::uint64_t offset = 0;
-  net::SharedBytes bytes;  // payload, 1..kSceneChunkBytesMax
+  ChunkDigests chunks;  // payload: 32 bytes each
+};
+struct SceneChunkNeed {  // holder -> sender, or -> a slave that relays: chunks that it lacks
+  SceneVersion version = 0;
+  std::uint32_t block = 0;
+  std::vector<bool> chunks;  // payload: a bit each, lowest first; true: lacking
+};
+struct SceneChunk {  // one chunk of block `block` of `version`; in any order
+  SceneVersion version = 0;
+  std::uint32_t block = 0;
+  std::uint64_t offset = 0;  // a multiple of kSceneChunkBytes
+  net::SharedBytes bytes;    // payload, 1..kSceneChunkBytes; coded, it must decode to the chunk
+  ByteCoding coding = ByteCoding::kNone;
 };
 struct SceneBuilt {  // slave -> master: frames of this version may be leased (master -> app:
                      // committed)
@@ -103,10 +122,42 @@ struct SceneBuilt {  // slave -> master: frames of this version may be leased (m
 struct SceneFailed {
   SceneVersion version = 0;
   std::string reason;
+  // Not 0: the holder has no memory for it. It would take so many bytes, so many are free.
+  std::uint64_t needed_bytes = 0, free_bytes = 0;
 };
 struct SceneRetire {
   SceneVersion first_kept = 0;
 };  // older versions are not needed any more
+
+// ---- relay: slaves feed slaves
+// Master -> slave on the scene connection: ask this one for what `version` lacks here.
+struct RelayFrom {
+  SceneVersion version = 0;
+  SessionId feeder = 0;     // 0: ask the master again; what follows is then empty
+  std::string host;         // 1..kNameBytesMax printable bytes
+  std::uint16_t port = 0;   // not 0
+  std::uint64_t token = 0;  // the feeder's own
+};
+enum class RelayFault : std::uint8_t {
+  kUnreachable = 0,
+  kGone = 1,     // closed, or has nothing of the version
+  kAltered = 2,  // sent what does not have its digest, or was not asked for
+};
+struct RelayFailed {  // back: somebody else, please
+  SceneVersion version = 0;
+  SessionId feeder = 0;
+  RelayFault fault = RelayFault::kGone;
+  std::string reason;  // one line for a person
+};
+struct SceneProgress {  // slave -> master: so much of it is here, checked
+  SceneVersion version = 0;
+  std::uint64_t bytes = 0;
+};
+// First record of one slave to another; SceneChunkNeed follows, SceneChunk comes back.
+struct RelayJoin {
+  std::uint64_t token = 0;
+  ByteCodingMask codings = kByteCodingsNone;  // that the sender decodes
+};
 
 // ---- tiles: master -> slave on the tile connection
 // ------------------------------------------------
@@ -136,6 +187,8 @@ struct TileResult {
   double starved_seconds = 0;  // worker time lost on an empty queue since the last result
   double held_seconds = 0;     // from the lease's arrival to this result's departure
   RayCounts rays;
+  std::uint64_t began_ns = 0;             // the slave's own clock; 0: it does not say
+  std::uint32_t worker = 0;               // which of its render threads, below Hello's threads
   std::vector<std::byte> pixels;          // payload, in the frame's format
   ByteCoding coding = ByteCoding::kNone;  // of the payload: pixel_coding.h
 };
@@ -168,14 +221,18 @@ struct FrameDone {  // after the last chunk, or alone when the frame failed
   std::string error;                      // empty: delivered
   std::vector<std::uint16_t> tile_slave;  // payload: u16 each
 };
-struct StatusRequest {};
+struct StatusRequest {
+  bool wants_details = true;  // false from older clients, which know the short entries only
+};
 struct StatusReply {
   ClusterStatus status;
+  bool has_details = true;  // of each slave; false: the short entries of older peers
 };
 
 using Message =
     std::variant<Hello, Welcome, Join, Joined, Refuse, Ping, Pong, SceneAnnounce, SceneNeed,
-                 SceneChunk, SceneBuilt, SceneFailed, SceneRetire, FrameBegin, TileLease, FrameEnd,
+                 SceneChunkList, SceneChunkNeed, SceneChunk, SceneBuilt, SceneFailed, SceneRetire,
+                 RelayFrom, RelayFailed, SceneProgress, RelayJoin, FrameBegin, TileLease, FrameEnd,
                  TileResult, TileReturned, Goodbye, FrameSubmit, FrameCancel, FrameChunk, FrameDone,
                  StatusRequest, StatusReply>;
 

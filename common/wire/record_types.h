@@ -28,6 +28,12 @@ enum class RecordType : std::uint16_t {
   kSceneBuilt = 19,
   kSceneFailed = 20,
   kSceneRetire = 21,
+  kSceneChunkList = 22,
+  kSceneChunkNeed = 23,
+  kRelayFrom = 24,
+  kRelayFailed = 25,
+  kSceneProgress = 26,
+  kRelayJoin = 27,
   kFrameBegin = 32,
   kTileLease = 33,
   kFrameEnd = 34,
@@ -64,7 +70,7 @@ inline constexpr std::uint64_t kFrameBytesMax =
 // SceneAnnounce: 32 bytes of digest and 8 of size for each block.
 inline constexpr std::size_t kAnnounceEntryBytes = 40;
 // StatusReply: one slave, its name length byte and the longest name included (codec_app.cpp).
-inline constexpr std::size_t kStatusEntryBytesMax = 1 + kNameBytesMax + 49;
+inline constexpr std::size_t kStatusEntryBytesMax = 1 + kNameBytesMax + 49 + 256;
 
 // StatusReply: why a slave is held back, cut to this; its length is one byte.
 inline constexpr std::size_t kQuarantineReasonBytesMax = 160;

@@ -1,7 +1,6 @@
 #include "common/wire/scene_receiver.h"
 
 #include <new>
-#include <stdexcept>
 #include <utility>
 
 namespace tessera::wire {
@@ -23,71 +22,169 @@ Status SceneReceiver::announce(SceneAnnounce announce, Actions& actions) {
 
 void SceneReceiver::serve_next(Actions& actions) {
   while (!head_ && !waiting_.empty()) {
-    head_ = std::make_unique<Head>();
-    head_->announce = std::move(waiting_.front());
-    waiting_.pop_front();
-    const SceneAnnounce& a = head_->announce;
-    SceneNeed need;
-    need.version = a.version;
-    head_->blocks.resize(a.digests.size());
-    for (std::uint32_t i = 0; i < a.digests.size(); ++i) {
-      const auto cached = cache_.find(a.digests[i]);
-      if (cached != cache_.end()) {
-        head_->blocks[i] = cached->second;
-        continue;
-      }
-      std::vector<std::uint32_t>& indices = head_->lacking[a.digests[i]];
-      if (indices.empty()) need.blocks.push_back(i);
-      indices.push_back(i);
-    }
+    SceneNeed need = begin_head();
+    if (refuse_head(need, actions)) continue;
+    need.codings = kByteCodingsAll;
     actions.need.push_back(std::move(need));
     if (head_->lacking.empty()) finish_head(actions);
   }
 }
 
-Status SceneReceiver::chunk(const SceneChunk& chunk, Actions& actions) {
-  if (!head_ || chunk.version != head_->announce.version) {
-    // Pieces of a version that failed or was retired may still be under way.
-    const SceneVersion begun = head_ ? head_->announce.version
-                                     : newest_announced_ + 1;  // all that were announced are done
-    if (chunk.version < begun) return Status::ok();
-    return Status::data_loss("SceneChunk of version " + std::to_string(chunk.version) +
-                             ", which was not asked for");
-  }
+SceneNeed SceneReceiver::begin_head() {
+  head_ = std::make_unique<Head>();
+  head_->announce = std::move(waiting_.front());
+  waiting_.pop_front();
   const SceneAnnounce& a = head_->announce;
-  const std::string place = "SceneChunk of block " + std::to_string(chunk.block);
-  if (chunk.block >= a.digests.size()) return Status::data_loss(place + ": there is no such block");
-  const auto lacking = head_->lacking.find(a.digests[chunk.block]);
-  if (lacking == head_->lacking.end() || lacking->second.front() != chunk.block) {
-    return Status::data_loss(place + ": the block was not asked for");
+  SceneNeed need;
+  need.version = a.version;
+  head_->blocks.resize(a.digests.size());
+  for (std::uint32_t i = 0; i < a.digests.size(); ++i) {
+    if (const SceneBlock* kept = shelf_.block(a.digests[i]); kept != nullptr) {
+      head_->blocks[i] = *kept;
+      head_->had_bytes += a.sizes[i];
+      continue;
+    }
+    std::vector<std::uint32_t>& indices = head_->lacking[a.digests[i]];
+    if (indices.empty()) {
+      need.blocks.push_back(i);
+      head_->assemblies.try_emplace(i, a.digests[i], a.sizes[i]);
+    }
+    indices.push_back(i);
   }
-  const std::uint64_t size = a.sizes[chunk.block];
-  try {
-    Partial& partial = head_->partial[chunk.block];
-    if (chunk.offset != partial.bytes.size() || chunk.bytes.bytes.size() > size - chunk.offset) {
-      return Status::data_loss(place + ": the piece does not continue the block");
-    }
-    if (partial.bytes.empty()) partial.bytes.reserve(static_cast<std::size_t>(size));
-    partial.bytes.insert(partial.bytes.end(), chunk.bytes.bytes.begin(), chunk.bytes.bytes.end());
-    partial.hash.update(chunk.bytes.bytes);
-    if (partial.bytes.size() < size) return Status::ok();
-    if (partial.hash.finish() != a.digests[chunk.block]) {
-      fail_head("block " + std::to_string(chunk.block) + " does not have its digest", actions);
-      return Status::ok();
-    }
-    const auto whole = std::make_shared<const std::vector<std::byte>>(std::move(partial.bytes));
-    for (const std::uint32_t index : lacking->second) head_->blocks[index] = whole;
-  } catch (const std::bad_alloc&) {
-    fail_head("no memory for a scene block of " + std::to_string(size) + " bytes", actions);
+  return need;
+}
+
+// What lacks is held twice: as bytes, for deltas and relays, and decoded; then the index.
+bool SceneReceiver::refuse_head(const SceneNeed& need, Actions& actions) {
+  const std::optional<std::uint64_t> room = room_ ? room_() : std::nullopt;
+  if (!room) return false;
+  const SceneAnnounce& a = head_->announce;
+  std::uint64_t bytes = a.index_bytes;
+  for (const std::uint32_t block : need.blocks) bytes += 2 * a.sizes[block];
+  if (bytes <= *room) return false;
+  const auto mib = [](std::uint64_t count) { return std::to_string((count >> 20) + 1) + " MiB"; };
+  actions.failed.push_back(
+      {a.version, "the scene needs " + mib(bytes) + " of memory here, " + mib(*room) + " are free",
+       bytes, *room});
+  head_.reset();
+  return true;
+}
+
+bool SceneReceiver::is_past(SceneVersion version) const {
+  // Pieces of a version that failed or was retired may still be under way.
+  return version < (head_ ? head_->announce.version : newest_announced_ + 1);
+}
+
+Status SceneReceiver::list(const SceneChunkList& list, Actions& actions) {
+  if (is_past(list.version)) return Status::ok();
+  const std::string place = "SceneChunkList of block " + std::to_string(list.block);
+  if (!head_ || list.version != head_->announce.version) {
+    return Status::data_loss(place + ": its version was not asked for");
+  }
+  const auto found = head_->assemblies.find(list.block);
+  if (found == head_->assemblies.end() || found->second.has_list()) {
+    return Status::data_loss(place + ": it was not asked for");
+  }
+  if (std::optional<BlockAssembly> part = shelf_.take_part(found->second.digest())) {
+    found->second = std::move(*part);
+  } else if (!found->second.set_list(list.chunks)) {
+    fail_head("the list of block " + std::to_string(list.block) + " does not have its digest",
+              actions);
     return Status::ok();
   }
-  head_->partial.erase(chunk.block);
-  head_->lacking.erase(lacking);
-  if (head_->lacking.empty()) {
-    finish_head(actions);
-    serve_next(actions);
+  try {
+    fill_from_shelf(found->second);
+  } catch (const std::bad_alloc&) {
+    fail_head(
+        "no memory for a scene block of " + std::to_string(found->second.size_bytes()) + " bytes",
+        actions);
+    return Status::ok();
+  }
+  if (found->second.is_whole()) {
+    finish_block(list.block, actions);
+  } else {
+    actions.chunk_need.push_back({list.version, list.block, found->second.lacking()});
   }
   return Status::ok();
+}
+
+void SceneReceiver::fill_from_shelf(BlockAssembly& assembly) {
+  for (std::uint32_t i = 0; i < assembly.count(); ++i) {
+    if (assembly.has(i)) continue;
+    const auto known = shelf_.chunk(assembly.list()[i]);
+    if (known && known->size() == chunk_bytes(assembly.size_bytes(), i)) assembly.put(i, *known);
+  }
+}
+
+Status SceneReceiver::chunk(const SceneChunk& chunk, Actions& actions) {
+  const std::string place = "SceneChunk of block " + std::to_string(chunk.block);
+  try {
+    switch (take(chunk, actions)) {
+      case Verdict::kStored:
+      case Verdict::kLate:
+        break;
+      case Verdict::kNotAskedFor:
+        return Status::data_loss(place + ": it was not asked for");
+      case Verdict::kMalformed:
+        return Status::data_loss(place + ": it is not one chunk of the block");
+      case Verdict::kWrongDigest:
+        fail_head("block " + std::to_string(chunk.block) + " does not have its digest", actions);
+        break;
+    }
+  } catch (const std::bad_alloc&) {
+    fail_head("no memory for a scene block of " +
+                  std::to_string(head_->announce.sizes[chunk.block]) + " bytes",
+              actions);
+  }
+  return Status::ok();
+}
+
+SceneReceiver::Verdict SceneReceiver::take(const SceneChunk& chunk, Actions& actions) {
+  if (is_past(chunk.version)) return Verdict::kLate;
+  if (!head_ || chunk.version != head_->announce.version) return Verdict::kNotAskedFor;
+  if (chunk.block >= head_->blocks.size()) return Verdict::kNotAskedFor;
+  if (head_->blocks[chunk.block].bytes) return Verdict::kLate;
+  const auto found = head_->assemblies.find(chunk.block);
+  if (found == head_->assemblies.end() || !found->second.has_list()) return Verdict::kNotAskedFor;
+  BlockAssembly& assembly = found->second;
+  if (chunk.offset % kSceneChunkBytes != 0 || chunk.offset >= assembly.size_bytes()) {
+    return Verdict::kMalformed;
+  }
+  const auto index = static_cast<std::uint32_t>(chunk.offset / kSceneChunkBytes);
+  std::span<const std::byte> bytes = chunk.bytes.bytes;
+  std::vector<std::byte> plain;
+  if (chunk.coding != ByteCoding::kNone) {
+    plain.resize(chunk_bytes(assembly.size_bytes(), index));
+    if (!decode_bytes(chunk.coding, bytes, plain).is_ok()) return Verdict::kMalformed;
+    bytes = plain;
+  }
+  if (bytes.size() != chunk_bytes(assembly.size_bytes(), index)) return Verdict::kMalformed;
+  switch (assembly.put(index, bytes)) {
+    case BlockAssembly::Put::kKnown:
+      return Verdict::kLate;
+    case BlockAssembly::Put::kWrong:
+      return Verdict::kWrongDigest;
+    case BlockAssembly::Put::kStored:
+      break;
+  }
+  actions.arrived.push_back({chunk.version, chunk.block, index});
+  if (assembly.is_whole()) finish_block(chunk.block, actions);
+  return Verdict::kStored;
+}
+
+void SceneReceiver::finish_block(std::uint32_t block, Actions& actions) {
+  const auto found = head_->assemblies.find(block);
+  const auto lacking = head_->lacking.find(found->second.digest());
+  const SceneBlock whole = found->second.finish();
+  for (const std::uint32_t index : lacking->second) {
+    head_->blocks[index] = whole;
+    head_->had_bytes += whole.bytes->size();
+  }
+  head_->assemblies.erase(found);
+  head_->lacking.erase(lacking);
+  if (!head_->lacking.empty()) return;
+  finish_head(actions);
+  serve_next(actions);
 }
 
 void SceneReceiver::finish_head(Actions& actions) {
@@ -95,24 +192,30 @@ void SceneReceiver::finish_head(Actions& actions) {
   Complete complete;
   complete.version = head->announce.version;
   for (std::size_t i = 0; i < head->blocks.size(); ++i) {
-    if (head->blocks[i]->size() != head->announce.sizes[i]) {
+    if (head->blocks[i].bytes->size() != head->announce.sizes[i]) {
       actions.failed.push_back(
           {complete.version, "block " + std::to_string(i) + " does not have its announced size"});
       return;
     }
-    complete.scene.blocks.push_back({head->announce.digests[i], std::move(head->blocks[i])});
+    complete.scene.blocks.push_back(std::move(head->blocks[i]));
   }
-  keep(complete.scene);
+  shelf_.keep(complete.version, complete.scene);
+  shelf_.drop_parts();
   actions.complete.push_back(std::move(complete));
 }
 
-void SceneReceiver::keep(const EncodedScene& scene) {
-  kept_.push_back(scene);
-  if (kept_.size() > kScenesKept) kept_.pop_front();
-  cache_.clear();
-  for (const EncodedScene& k : kept_) {
-    for (const SceneBlock& block : k.blocks) cache_.emplace(block.digest, block.bytes);
+// What has come of it may be part of the next version, or of the same one in the next session.
+void SceneReceiver::break_off_head() {
+  std::vector<BlockAssembly> parts;
+  for (auto& [block, assembly] : head_->assemblies) {
+    if (assembly.have_count() > 0) parts.push_back(std::move(assembly));
   }
+  std::vector<SceneBlock> whole;
+  for (SceneBlock& block : head_->blocks) {
+    if (block.bytes) whole.push_back(std::move(block));
+  }
+  if (!parts.empty() || !whole.empty()) shelf_.put_aside(std::move(whole), std::move(parts));
+  head_.reset();
 }
 
 void SceneReceiver::fail_head(std::string reason, Actions& actions) {
@@ -124,15 +227,64 @@ void SceneReceiver::fail_head(std::string reason, Actions& actions) {
 void SceneReceiver::retire(SceneVersion first_kept, Actions& actions) {
   while (!waiting_.empty() && waiting_.front().version < first_kept) waiting_.pop_front();
   if (head_ && head_->announce.version < first_kept) {
-    head_.reset();
+    break_off_head();
     serve_next(actions);
   }
 }
 
 void SceneReceiver::reset() {
   waiting_.clear();
-  head_.reset();
+  if (head_) break_off_head();
   newest_announced_ = 0;
+  shelf_.forget_versions();
+}
+
+std::vector<SceneChunkNeed> SceneReceiver::lacking() const {
+  std::vector<SceneChunkNeed> needs;
+  if (!head_) return needs;
+  for (const auto& [block, assembly] : head_->assemblies) {
+    if (assembly.has_list()) {
+      needs.push_back({head_->announce.version, block, assembly.lacking()});
+    }
+  }
+  return needs;
+}
+
+std::uint64_t SceneReceiver::head_bytes() const {
+  std::uint64_t bytes = head_ ? head_->had_bytes : 0;
+  if (head_) {
+    for (const auto& [block, assembly] : head_->assemblies) bytes += assembly.have_bytes();
+  }
+  return bytes;
+}
+
+SceneReceiver::Holding SceneReceiver::find(SceneVersion version, std::uint32_t block,
+                                           std::uint32_t chunk, net::SharedBytes& bytes) const {
+  const SceneBlock* whole = nullptr;
+  if (const EncodedScene* scene = shelf_.scene(version); scene != nullptr) {
+    if (block >= scene->blocks.size()) return Holding::kNever;
+    whole = &scene->blocks[block];
+  } else if (head_ && head_->announce.version == version) {
+    if (block >= head_->blocks.size()) return Holding::kNever;
+    if (head_->blocks[block].bytes) whole = &head_->blocks[block];
+  } else {
+    for (const SceneAnnounce& announced : waiting_) {
+      if (announced.version == version) return Holding::kNotYet;
+    }
+    return Holding::kNever;
+  }
+  if (whole != nullptr) {
+    if (chunk >= chunk_count(whole->bytes->size())) return Holding::kNever;
+    bytes = {whole->bytes, std::span<const std::byte>(*whole->bytes)
+                               .subspan(std::size_t{chunk} * kSceneChunkBytes,
+                                        chunk_bytes(whole->bytes->size(), chunk))};
+    return Holding::kHere;
+  }
+  const auto found = head_->assemblies.find(block);
+  if (found == head_->assemblies.end() || chunk >= found->second.count()) return Holding::kNever;
+  if (!found->second.has(chunk)) return Holding::kNotYet;
+  bytes = found->second.chunk(chunk);
+  return Holding::kHere;
 }
 
 }  // namespace tessera::wire

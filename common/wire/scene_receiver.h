@@ -1,7 +1,13 @@
-// The receiving half of the scene pipeline, pure: announcements and pieces go in; what is lacking
-// and scenes that are complete come out. Blocks are named by their SHA-256, checked here, and kept
-// for the two newest complete scenes, so that an update brings only what changed, also after a
-// reconnect.
+// The receiving half of the scene pipeline, pure: announcements, lists and chunks go in; what is
+// lacking and scenes that are complete come out. Blocks and their chunks are named by their
+// digests, checked here, and kept (SceneShelf), so that an update brings only the chunks that
+// changed, and a transfer that was broken off goes on where it was.
+//
+//   announce -> [refused: cannot hold it] -> need (blocks) -> lists -> chunk needs -> chunks
+//
+// A block of one chunk is sent when its block is asked for; of a larger one the list is, and then
+// the chunks that are asked for. Chunks may come from anybody: it is the list that is trusted, and
+// the announcement that vouches for it.
 //
 // Announcements are served one after the other: the next one is answered when the one before it is
 // complete, failed or retired, so that no block is asked for twice.
@@ -13,6 +19,8 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,59 +29,92 @@
 
 #include "common/base/digest.h"
 #include "common/base/status.h"
-#include "common/scene/scene_codec.h"
 #include "common/wire/messages.h"
+#include "common/wire/scene_shelf.h"
 
 namespace tessera::wire {
 
 class SceneReceiver {
  public:
   static constexpr std::size_t kAnnouncedMax = 16;
-  static constexpr std::size_t kScenesKept = 2;
 
   struct Complete {
     SceneVersion version = 0;
     EncodedScene scene;
+  };
+  struct Arrival {
+    SceneVersion version = 0;
+    std::uint32_t block = 0, chunk = 0;
   };
   // To be done by the caller, in the order of the members.
   struct Actions {
     std::vector<Complete> complete;
     std::vector<SceneFailed> failed;
     std::vector<SceneNeed> need;
+    std::vector<SceneChunkNeed> chunk_need;
+    std::vector<Arrival> arrived;  // for those who are fed by us
   };
+  enum class Verdict {
+    kStored,
+    kLate,         // of a version that is done, or a chunk that is here
+    kNotAskedFor,  // a breach, as are those below
+    kMalformed,
+    kWrongDigest,
+  };
+
+  // How many bytes may be taken now; nothing: no limit known. Asked once for each announcement.
+  using Room = std::function<std::optional<std::uint64_t>()>;
+  explicit SceneReceiver(Room room = nullptr) : room_(std::move(room)) {}
 
   // Returns: kDataLoss or kResourceExhausted when the sender broke the protocol.
   Status announce(SceneAnnounce announce, Actions& actions);
-  Status chunk(const SceneChunk& chunk, Actions& actions);
+  Status list(const SceneChunkList& list, Actions& actions);
+  Status chunk(const SceneChunk& chunk, Actions& actions);  // from who announced
   void retire(SceneVersion first_kept, Actions& actions);
 
-  // The connection is gone: forgets announcements, keeps the blocks.
+  // From somebody else: what does not fit changes nothing.
+  Verdict take(const SceneChunk& chunk, Actions& actions);
+
+  // The connection is gone: forgets announcements, keeps blocks and chunks.
   void reset();
 
+  // The version being received, 0: none; what it still lacks of the blocks whose lists are here;
+  // what has come of it.
+  SceneVersion head_version() const { return head_ ? head_->announce.version : 0; }
+  std::vector<SceneChunkNeed> lacking() const;
+  std::uint64_t head_bytes() const;
+
+  // A checked chunk of a version that is complete and kept, or in work.
+  enum class Holding { kHere, kNotYet, kNever };
+  Holding find(SceneVersion version, std::uint32_t block, std::uint32_t chunk,
+               net::SharedBytes& bytes) const;
+
  private:
-  struct Partial {
-    std::vector<std::byte> bytes;
-    Sha256 hash;
-  };
   // The announcement being served.
   struct Head {
     SceneAnnounce announce;
-    std::vector<BlockBytes> blocks;  // null: lacking
+    std::vector<SceneBlock> blocks;  // no bytes: lacking
     // Where each missing block belongs; its first index is asked for.
     std::unordered_map<Digest, std::vector<std::uint32_t>, DigestHash> lacking;
-    std::unordered_map<std::uint32_t, Partial> partial;
+    std::map<std::uint32_t, BlockAssembly> assemblies;  // by first index
+    std::uint64_t had_bytes = 0;                        // of blocks that were here or are whole
   };
 
   void serve_next(Actions& actions);
+  SceneNeed begin_head();
+  bool refuse_head(const SceneNeed& need, Actions& actions);
+  void fill_from_shelf(BlockAssembly& assembly);
+  void finish_block(std::uint32_t block, Actions& actions);
   void finish_head(Actions& actions);
-  void keep(const EncodedScene& scene);
+  void break_off_head();
   void fail_head(std::string reason, Actions& actions);
+  bool is_past(SceneVersion version) const;
 
+  Room room_;
   std::deque<SceneAnnounce> waiting_;
   std::unique_ptr<Head> head_;
   SceneVersion newest_announced_ = 0;
-  std::deque<EncodedScene> kept_;
-  std::unordered_map<Digest, BlockBytes, DigestHash> cache_;
+  SceneShelf shelf_;
 };
 
 }  // namespace tessera::wire

@@ -29,7 +29,9 @@ file(GLOB units CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/systemd/*.service)
 install(FILES ${units} DESTINATION lib/systemd/system)
 install(FILES ${CMAKE_CURRENT_SOURCE_DIR}/systemd/tessera.sysusers
         DESTINATION lib/sysusers.d RENAME tessera.conf)
-file(GLOB samples CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/config/*.toml)
+file(GLOB samples CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/config/*.toml
+     ${CMAKE_CURRENT_SOURCE_DIR}/metrics/*)
 install(FILES ${samples} DESTINATION ${CMAKE_INSTALL_DATADIR}/tessera)
+install(PROGRAMS ${CMAKE_CURRENT_SOURCE_DIR}/trace_svg.py DESTINATION ${CMAKE_INSTALL_DATADIR}/tessera)
 install(PROGRAMS ${CMAKE_CURRENT_SOURCE_DIR}/launch-slaves.sh
         DESTINATION ${CMAKE_INSTALL_BINDIR} RENAME tessera-launch-slaves)

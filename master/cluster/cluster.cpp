@@ -10,6 +10,7 @@
 #include "common/base/log.h"
 #include "common/wire/codec.h"
 #include "common/wire/record_types.h"
+#include "master/cluster/master_metrics.h"
 #include "master/cluster/slave_entry.h"
 
 namespace tessera::master {
@@ -35,12 +36,15 @@ std::uint32_t heartbeat_of(const PeerLink& link, const std::string& name) {
 }  // namespace
 
 Cluster::Cluster(net::EventLoop& io, std::optional<Isa> isa, bool is_isa_mixed,
-                 ClusterEvents events)
+                 ClusterEvents events, bool is_relaying)
     : io_(io),
       wanted_isa_(isa),
       is_isa_mixed_(is_isa_mixed),
       events_(std::move(events)),
-      sweep_(io) {
+      is_relaying_(is_relaying),
+      sweep_(io),
+      gentle_pump_(io),
+      not_offered_timer_(io) {
   sweep_.start_repeating(kSweep, [this] { sweep(); });
 }
 
@@ -95,8 +99,10 @@ PeerLink::Callbacks Cluster::callbacks_of(SessionId session, bool is_tile_link) 
   callbacks.on_ended = [this, session](const Status& status) { lose(session, status.message()); };
   if (!is_tile_link) {
     callbacks.on_drained = [this, session] {
-      if (const auto slave = slaves_.find(session); slave != slaves_.end())
-        slave->second->sender->pump();
+      const auto slave = slaves_.find(session);
+      if (slave == slaves_.end()) return;
+      set_pace(session);
+      slave->second->sender->pump();
     };
   }
   return callbacks;
@@ -117,6 +123,7 @@ void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::u
   link->send(
       wire::Welcome{version, session, slave->token, slave->heartbeat_ms, kHeartbeatsMissedMax});
   link->start_heartbeat(slave->heartbeat_ms);
+  link->ping();
   slave->tile_link = std::move(link);
   slaves_[session] = std::move(slave);
 }
@@ -141,16 +148,24 @@ void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
   link->set_callbacks(callbacks_of(join.session, false));
   link->send(wire::Joined{});
   link->start_heartbeat(slave.heartbeat_ms);
+  link->ping();
   slave.scene_link = std::move(link);
-  slave.sender = std::make_unique<SceneSender>(*slave.scene_link);
+  slave.sender = std::make_unique<SceneSender>(
+      *slave.scene_link, [this, session = join.session](SceneVersion version, std::uint64_t bytes) {
+        return feed_by_slave(session, version, bytes);
+      });
+  join_relay(join.session);
   slave.ordinal = next_ordinal_++;
+  master_metrics().slaves_joined.add();
+  if (names_seen_.contains(slave.hello.name)) master_metrics().reconnects.add();
+  if (names_seen_.size() < kConnectionsMax) names_seen_.insert(slave.hello.name);
   log_info("slave-joined", "slave '" + slave.hello.name + "' is here",
            {{"peer", slave.tile_link->connection().peer().address},
             {"threads", std::to_string(slave.hello.threads)},
             {"isa", std::string(isa_name(widest_isa(slave.hello.isas)))}});
   for (const auto& [version, scene] : scenes_) {
     slave.sender->need(version);
-    slave.sender->commit(version, scene);
+    offer(join.session, version, scene);
   }
   events_.slave_joined(join.session, slave.hello.threads);
 }
@@ -183,8 +198,10 @@ Isa Cluster::isa_of(SessionId session) const {
 }
 
 void Cluster::send(SessionId session, wire::Message message) {
-  if (const auto slave = slaves_.find(session); slave != slaves_.end())
-    slave->second->tile_link->send(std::move(message));
+  const auto slave = slaves_.find(session);
+  if (slave == slaves_.end()) return;
+  watch_frames(session, message);
+  slave->second->tile_link->send(std::move(message));
 }
 
 void Cluster::on_tile_message(SessionId session, wire::Message message) {
@@ -212,8 +229,12 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return;
   SceneSender& sender = *slave->second->sender;
+  set_pace(session);
   if (auto* need = std::get_if<wire::SceneNeed>(&message)) {
     if (const Status status = sender.on_need(*need); !status.is_ok())
+      expel(session, status.message());
+  } else if (auto* need = std::get_if<wire::SceneChunkNeed>(&message)) {
+    if (const Status status = sender.on_chunk_need(std::move(*need)); !status.is_ok())
       expel(session, status.message());
   } else if (auto* built = std::get_if<wire::SceneBuilt>(&message)) {
     const auto scene = scenes_.find(built->version);
@@ -227,13 +248,15 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
       return events_.scene_failed(session, built->version, reason);
     }
     slave->second->built = std::max(slave->second->built, built->version);
+    relay_.complete(session, built->version);
     sender.on_answered(built->version);
     events_.scene_built(session, built->version, built->build_seconds);
+  } else if (const auto* progress = std::get_if<wire::SceneProgress>(&message)) {
+    relay_.progress(session, progress->version, progress->bytes, Clock::now());
+  } else if (const auto* relay_failed = std::get_if<wire::RelayFailed>(&message)) {
+    on_relay_failed(session, *relay_failed);
   } else if (auto* failed = std::get_if<wire::SceneFailed>(&message)) {
-    if (!scenes_.contains(failed->version)) return sender.on_answered(failed->version);
-    log_warn("scene-failed", failed->reason, {{"slave", slave->second->hello.name}});
-    sender.on_answered(failed->version);
-    events_.scene_failed(session, failed->version, failed->reason);
+    on_scene_failed(session, std::move(*failed));
   } else if (auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
     leave(session, goodbye->reason);
   } else if (auto* refuse = std::get_if<wire::Refuse>(&message)) {
@@ -247,6 +270,7 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
 void Cluster::expel(SessionId session, const std::string& reason) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return;
+  master_metrics().expulsions.add();
   Slave& liar = *slave->second;
   const std::string& key = key_of(liar.hello, liar.tile_link->connection().peer());
   quarantine_.count_violation(key, reason, Clock::now());
@@ -289,6 +313,7 @@ void Cluster::remove(SessionId session) {
   const auto found = slaves_.find(session);
   const std::shared_ptr<Slave> slave = std::move(found->second);
   slaves_.erase(found);
+  std::erase_if(open_frames_, [&](const auto& open) { return open.first == session; });
   for (PeerLink* link : {slave->tile_link.get(), slave->scene_link.get()}) {
     if (link == nullptr) continue;
     gone_bytes_sent_ += link->connection().bytes_sent();
@@ -296,12 +321,17 @@ void Cluster::remove(SessionId session) {
     link->close();
   }
   io_.post([slave] {});  // one of its callbacks may be running
-  if (slave->is_joined()) events_.slave_lost(session);
+  apply(relay_.lost(session, Clock::now()));
+  if (!slave->is_joined()) return;
+  master_metrics().slaves_lost.add();
+  events_.slave_lost(session);
 }
 
 // Slaves that said Hello but never opened their scene connection; utilisation windows.
 void Cluster::sweep() {
+  log_summaries();
   const TimePoint now = Clock::now();
+  watch_relay();
   std::vector<SessionId> late;
   for (auto& [session, slave] : slaves_) {
     if (!slave->is_joined() && now - slave->since > std::chrono::milliseconds(kHandshakeMs))
@@ -312,35 +342,13 @@ void Cluster::sweep() {
       const double available = window * slave->hello.threads;
       slave->utilisation = std::clamp(slave->busy_seconds / available, 0.0, 1.0);
       slave->busy_seconds = 0;
+      slave->tiles_per_second =
+          static_cast<double>(slave->tiles_done - slave->tiles_at_window) / window;
+      slave->tiles_at_window = slave->tiles_done;
       slave->window_start = now;
     }
   }
   for (const SessionId session : late) lose(session, "the scene connection did not come in time");
-}
-
-void Cluster::commit_scene(SceneVersion version, SharedScene scene) {
-  scenes_[version] = scene;
-  std::erase_if(scenes_, [&](const auto& entry) {  // the one before, unless a frame shows it
-    return entry.first < version && !needed_.contains(entry.first);
-  });
-  for (auto& [session, slave] : slaves_) {
-    if (slave->is_joined()) slave->sender->commit(version, scene);
-  }
-}
-
-void Cluster::need_scene(SceneVersion version) {
-  needed_.insert(version);
-  for (auto& [session, slave] : slaves_) {
-    if (slave->is_joined()) slave->sender->need(version);
-  }
-}
-
-void Cluster::retire_scenes(SceneVersion first_kept) {
-  scenes_.erase(scenes_.begin(), scenes_.lower_bound(first_kept));
-  needed_.erase(needed_.begin(), needed_.lower_bound(first_kept));
-  for (auto& [session, slave] : slaves_) {
-    if (slave->is_joined()) slave->sender->retire(first_kept);
-  }
 }
 
 bool Cluster::forgive_repeat(SessionId session) {
@@ -373,6 +381,7 @@ std::string Cluster::name_of(SessionId session) const {
 
 void Cluster::shutdown() {
   sweep_.cancel();
+  gentle_pump_.cancel();
   for (auto& [session, slave] : slaves_) {
     slave->tile_link->say_goodbye("the master ends");
     if (slave->is_joined()) slave->scene_link->say_goodbye("the master ends");

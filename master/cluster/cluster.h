@@ -15,6 +15,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -22,6 +23,7 @@
 #include "common/frame/frame_stats.h"
 #include "master/cluster/peer_link.h"
 #include "master/cluster/quarantine.h"
+#include "master/cluster/relay_plan.h"
 #include "master/cluster/scene_sender.h"
 
 namespace tessera::master {
@@ -39,7 +41,8 @@ struct ClusterEvents {
 
 class Cluster {
  public:
-  Cluster(net::EventLoop& io, std::optional<Isa> isa, bool is_isa_mixed, ClusterEvents events);
+  Cluster(net::EventLoop& io, std::optional<Isa> isa, bool is_isa_mixed, ClusterEvents events,
+          bool is_relaying = true);
   ~Cluster();
 
   // From the reception.
@@ -72,27 +75,47 @@ class Cluster {
   // means well can: more times than tiles may be leased to it.
   bool forgive_repeat(SessionId session);
   void count_tile(SessionId session);  // one of its results was accepted
-  // The slave's place among all ever joined, and its name, for tinting tiles.
+  // The slave's place among all ever joined, for tinting tiles.
   std::uint16_t ordinal_of(SessionId session) const;
   std::string name_of(SessionId session) const;  // empty when it is gone
+  // How far its clock is from ours, by the better of its two links.
+  std::optional<ClockEstimate> clock_of(SessionId session, TimePoint now) const;
+  std::vector<SessionId> joined_sessions() const;
+  // `complete` adds what the scheduler knows.
   std::vector<SlaveStatus> status(
-      const std::function<std::uint32_t(SessionId)>& tiles_in_flight) const;
+      const std::function<void(SessionId, SlaveStatus&)>& complete) const;
   // Over all slaves, gone ones too.
   std::uint64_t bytes_sent() const;
   std::uint64_t bytes_received() const;
   std::uint32_t thread_count() const;
+  std::uint32_t threads_of(SessionId session) const;  // 0 when it is gone
 
   void shutdown();
 
  private:
   struct Slave;
-  using SlaveMap = std::map<SessionId, std::unique_ptr<Slave>>;
+  // Hashed: five of these are asked for every tile.
+  using SlaveMap = std::unordered_map<SessionId, std::unique_ptr<Slave>>;
 
   std::optional<std::pair<wire::RefuseCode, std::string>> refusal_of(
       const wire::Hello& hello, const net::PeerIdentity& peer) const;
   PeerLink::Callbacks callbacks_of(SessionId session, bool is_tile_link);
   void on_tile_message(SessionId session, wire::Message message);
   void on_scene_message(SessionId session, wire::Message message);
+  void on_scene_failed(SessionId session, wire::SceneFailed failed);
+  void join_relay(SessionId session);
+  bool feed_by_slave(SessionId session, SceneVersion version, std::uint64_t bytes);
+  void tell_feed(const Feed& feed);
+  void apply(const std::vector<Feed>& feeds);
+  void on_relay_failed(SessionId session, const wire::RelayFailed& failed);
+  void watch_relay();
+  // Announces the version, unless the slave has said that it cannot hold as much.
+  void offer(SessionId session, SceneVersion version, const SharedScene& scene);
+  std::string cannot_hold_text(const EncodedScene& scene) const;
+  bool is_behind(SessionId session) const;
+  void watch_frames(SessionId session, const wire::Message& message);
+  void set_pace(SessionId session);
+  void pump_gently();
   void lose(SessionId session, const std::string& reason);
   void leave(SessionId session, const std::string& reason);  // in order, as announced
   void remove(SessionId session);
@@ -103,6 +126,8 @@ class Cluster {
   const std::optional<Isa> wanted_isa_;
   const bool is_isa_mixed_;
   const ClusterEvents events_;
+  const bool is_relaying_;
+  RelayPlan relay_;
   std::optional<Isa> bound_isa_;
   SlaveMap slaves_;
   Quarantine quarantine_;
@@ -110,7 +135,17 @@ class Cluster {
   std::map<SceneVersion, SharedScene> scenes_;  // kept for whoever joins
   std::set<SceneVersion> needed_;               // by a frame, not retired
   std::uint64_t gone_bytes_sent_ = 0, gone_bytes_received_ = 0;
-  net::Timer sweep_;
+  std::set<std::string> names_seen_;  // of slaves, at most kConnectionsMax
+  // What a slave of this name could not hold, and how much memory it had then.
+  struct Unfit {
+    std::uint64_t scene_bytes = 0, memory_bytes = 0;
+  };
+  static constexpr std::size_t kUnfitMax = 4096;  // names remembered; then they are asked again
+  std::map<std::string, Unfit> unfit_;
+  std::vector<std::pair<SessionId, SceneVersion>> not_offered_;  // to be told of
+  std::set<std::pair<SessionId, FrameId>> open_frames_;
+  bool is_pumping_gently_ = false;
+  net::Timer sweep_, gentle_pump_, not_offered_timer_;
 };
 
 }  // namespace tessera::master

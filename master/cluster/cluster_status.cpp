@@ -30,7 +30,7 @@ ClusterPace Cluster::pace() const {
 }
 
 std::vector<SlaveStatus> Cluster::status(
-    const std::function<std::uint32_t(SessionId)>& tiles_in_flight) const {
+    const std::function<void(SessionId, SlaveStatus&)>& complete) const {
   std::vector<SlaveStatus> result;
   for (const auto& [session, slave] : slaves_) {
     if (!slave->is_joined()) continue;
@@ -38,13 +38,23 @@ std::vector<SlaveStatus> Cluster::status(
     status.name = slave->hello.name;
     status.threads = slave->hello.threads;
     status.isa = widest_isa(slave->hello.isas);
-    status.tiles_in_flight = tiles_in_flight(session);
     status.tiles_done = slave->tiles_done;
     status.utilisation = slave->utilisation;
     status.rtt_seconds = slave->tile_link->rtt_seconds();
     status.scene_version = slave->built;
     status.tile_port = slave->tile_link->connection().peer().port;
     status.scene_port = slave->scene_link->connection().peer().port;
+    status.ordinal = slave->ordinal;
+    const bool is_waiting = !scenes_.empty() && slave->built < scenes_.rbegin()->first;
+    status.state = is_waiting ? SlaveState::kWaiting : SlaveState::kReady;
+    status.tiles_per_second = slave->tiles_per_second;
+    status.tile_seconds = quantile(slave->tile_times.seconds(), 0.5);
+    for (const PeerLink* link : {slave->tile_link.get(), slave->scene_link.get()}) {
+      status.queue_bytes += link->connection().queue_bytes();
+      status.bytes_sent += link->connection().bytes_sent();
+      status.bytes_received += link->connection().bytes_received();
+    }
+    complete(session, status);
     result.push_back(std::move(status));
   }
   std::sort(result.begin(), result.end(),
@@ -75,6 +85,25 @@ std::uint32_t Cluster::thread_count() const {
   for (const auto& [session, slave] : slaves_)
     count += slave->is_joined() ? slave->hello.threads : 0;
   return count;
+}
+
+std::uint32_t Cluster::threads_of(SessionId session) const {
+  const auto slave = slaves_.find(session);
+  return slave == slaves_.end() ? 0 : slave->second->hello.threads;
+}
+
+std::optional<ClockEstimate> Cluster::clock_of(SessionId session, TimePoint now) const {
+  const auto slave = slaves_.find(session);
+  if (slave == slaves_.end() || !slave->second->is_joined()) return std::nullopt;
+  return better(slave->second->tile_link->clock(now), slave->second->scene_link->clock(now));
+}
+
+std::vector<SessionId> Cluster::joined_sessions() const {
+  std::vector<SessionId> sessions;
+  for (const auto& [session, slave] : slaves_) {
+    if (slave->is_joined()) sessions.push_back(session);
+  }
+  return sessions;
 }
 
 }  // namespace tessera::master

@@ -5,18 +5,16 @@
 
 #include "common/base/clock.h"
 #include "common/wire/codec.h"
+#include "master/cluster/master_metrics.h"
 
 namespace tessera::master {
 namespace {
 
 constexpr std::chrono::milliseconds kFarewell{500};  // to send the last record
+constexpr std::size_t kPingsMax = 32;                // 8 s of them: no round trip is longer
 constexpr double kRttWeight = 0.125;                 // of the newest sample, as in RFC 6298
 
-std::uint64_t now_ns() {
-  return static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch())
-          .count());
-}
+std::uint64_t now_ns() { return nanoseconds(Clock::now()); }
 
 }  // namespace
 
@@ -48,6 +46,7 @@ void PeerLink::send(wire::Message message) {
 
 void PeerLink::refuse(wire::RefuseCode code, const std::string& reason) {
   if (is_over_) return;
+  master_metrics().refusals[static_cast<std::size_t>(code)].add();
   send(wire::Refuse{code, reason});
   is_over_ = true;
   heartbeat_.cancel();
@@ -79,17 +78,35 @@ void PeerLink::on_record(net::ReceivedRecord record) {
   if (is_over_) return;
   auto message = wire::decode(std::move(record));
   if (!message.is_ok()) {
+    master_metrics().refusals[static_cast<std::size_t>(wire::RefuseCode::kProtocol)].add();
     send(wire::Refuse{wire::RefuseCode::kProtocol, message.status().message()});
     return end(message.status());
   }
-  if (const auto* ping = std::get_if<wire::Ping>(&*message)) return send(wire::Pong{ping->sent_ns});
-  if (const auto* pong = std::get_if<wire::Pong>(&*message)) {
-    const double sample = 1e-9 * static_cast<double>(now_ns() - std::min(pong->sent_ns, now_ns()));
-    rtt_seconds_ += (rtt_seconds_ == 0 ? 1 : kRttWeight) * (sample - rtt_seconds_);
-    return;
-  }
+  if (const auto* ping = std::get_if<wire::Ping>(&*message))
+    return send(wire::Pong{ping->sent_ns, now_ns()});
+  if (const auto* pong = std::get_if<wire::Pong>(&*message)) return on_pong(*pong);
   const auto on_message = callbacks_.on_message;  // it may destroy us
   on_message(std::move(*message));
+}
+
+void PeerLink::ping() {
+  const TimePoint now = Clock::now();
+  pinged_ = now;
+  pings_.push_back(now);
+  if (pings_.size() > kPingsMax) pings_.pop_front();
+  send(wire::Ping{nanoseconds(now)});
+}
+
+// What answers none of our pings tells nothing.
+void PeerLink::on_pong(const wire::Pong& pong) {
+  const auto sent = std::find_if(pings_.begin(), pings_.end(),
+                                 [&](TimePoint ping) { return nanoseconds(ping) == pong.sent_ns; });
+  if (sent == pings_.end()) return;
+  const TimePoint now = Clock::now();
+  if (pong.answered_ns != 0) clock_.add(*sent, now, pong.answered_ns);
+  const double sample = seconds(now - *sent);
+  rtt_seconds_ += (rtt_seconds_ == 0 ? 1 : kRttWeight) * (sample - rtt_seconds_);
+  pings_.erase(pings_.begin(), sent + 1);
 }
 
 void PeerLink::beat() {
@@ -100,11 +117,13 @@ void PeerLink::beat() {
     case net::LivenessAction::kNone:
       break;
     case net::LivenessAction::kPing:
-      send(wire::Ping{now_ns()});
+      ping();
       break;
     case net::LivenessAction::kDead:
       return end(Status::deadline_exceeded("silent for too long"));
   }
+  // Also while other records go out: the round trip is wanted most when the link is busy.
+  if (now - pinged_ >= liveness_.heartbeat()) ping();
   heartbeat_.start_once(std::chrono::ceil<milliseconds>(liveness_.due() - now), [this] { beat(); });
 }
 

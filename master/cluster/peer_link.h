@@ -8,8 +8,10 @@
 // most once, and nothing after it; never after close() or refuse().
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/base/clock.h"
@@ -17,6 +19,7 @@
 #include "common/net/connection.h"
 #include "common/net/liveness.h"
 #include "common/wire/messages.h"
+#include "master/cluster/clock_offset.h"
 
 namespace tessera::master {
 
@@ -42,6 +45,9 @@ class PeerLink {
   void start_heartbeat(std::uint32_t heartbeat_ms = kHeartbeatMs,
                        std::uint32_t missed_max = kHeartbeatsMissedMax);
 
+  // Asks for the round trip and the peer's clock; heartbeats do so, too.
+  void ping();
+
   void send(wire::Message message);
   // Says why, then closes. Nothing comes afterwards.
   void refuse(wire::RefuseCode code, const std::string& reason);
@@ -52,10 +58,13 @@ class PeerLink {
   const net::Connection& connection() const { return *connection_; }
   std::string peer_text() const;  // "slave 'a' at 10.0.0.5:4000", for logs
   double rtt_seconds() const { return rtt_seconds_; }
+  // How far the peer's clock is from ours; nothing before the first Pong that tells.
+  std::optional<ClockEstimate> clock(TimePoint now) const { return clock_.estimate(now); }
 
  private:
   void on_record(net::ReceivedRecord record);
   void beat();
+  void on_pong(const wire::Pong& pong);
   void end(Status status);
 
   net::ConnectionPtr connection_;
@@ -63,6 +72,9 @@ class PeerLink {
   net::Timer heartbeat_;
   net::Liveness liveness_{std::chrono::milliseconds(kHeartbeatMs), kHeartbeatsMissedMax};
   double rtt_seconds_ = 0;
+  ClockOffset clock_;
+  std::deque<TimePoint> pings_;  // ours without an answer, oldest first, at most kPingsMax
+  TimePoint pinged_{};           // the last of all
   bool is_over_ = false;
 };
 

@@ -1,24 +1,31 @@
-// The sending half of the scene pipeline: announces versions, sends the blocks that the holder
-// lacks, piece by piece, as the link takes them. One for each slave, and one in an application that
-// is connected to a master.
+// The sending half of the scene pipeline: announces versions, sends the lists and chunks that the
+// holder lacks as the link takes them, coded where the link is slow. One for each slave, and one in
+// an application that is connected to a master.
 //
 // Threads. Io thread only.
 //
 // Invariants. (1) At most kUnansweredMax versions are announced and neither built nor failed; of
 // those that wait behind them only the ones that a frame needs, and the newest, are ever announced,
 // and only those are kept.
-// (2) Pieces are queued only while the send queue is short, so that one slow holder costs bounded
+// (2) Chunks are queued only while the send queue is short, so that one slow holder costs bounded
 // memory and nobody else's time.
+// (3) A version that another slave feeds (set_fed) gets lists from here and no chunk that was not
+// asked for here.
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
+#include <vector>
 
 #include "common/base/status.h"
 #include "common/scene/scene_codec.h"
+#include "common/wire/codec_chooser.h"
+#include "common/wire/link_rate.h"
 #include "common/wire/messages.h"
+#include "master/cluster/gentle_pace.h"
 #include "master/cluster/peer_link.h"
 
 namespace tessera::master {
@@ -31,39 +38,64 @@ class SceneSender {
   // Versions on the holder that are not retired; above it only what a frame needs is announced. The
   // protocol allows 32.
   static constexpr std::size_t kLiveMax = 8;
+  // SceneChunkNeeds for one version, besides one for each block: a holder whose relay failed asks
+  // again for what it lacks.
+  static constexpr std::uint32_t kAskedAgainMax = 16;
+
+  // Told of a need of so many bytes before it is served. Returns: another slave feeds it.
+  using FeedBy = std::function<bool(SceneVersion version, std::uint64_t bytes)>;
 
   // `link` outlives the sender.
-  explicit SceneSender(PeerLink& link) : link_(link) {}
+  explicit SceneSender(PeerLink& link, FeedBy feed_by = nullptr)
+      : link_(link), feed_by_(std::move(feed_by)) {}
 
   void commit(SceneVersion version, SharedScene scene);
   // A frame will be rendered from this version: it is announced even when a newer one exists.
   void need(SceneVersion version);
   // Returns: kDataLoss when the holder asks for what was not announced.
   Status on_need(const wire::SceneNeed& need);
+  Status on_chunk_need(wire::SceneChunkNeed need);
   // Built or failed: the holder is done with this version.
   void on_answered(SceneVersion version);
-  // Call when the link has drained.
+  // Call when the link has drained, and now and then while it is held back.
   void pump();
   // Older versions are dropped, also by the holder.
   void retire(SceneVersion first_kept);
 
+  // Others are rendering, and do not wait for this holder: its data yields (GentlePace).
+  void set_gentle(bool is_gentle) { is_gentle_ = is_gentle; }
+  bool has_uploads() const { return !uploads_.empty(); }
+
  private:
+  // What is to be sent of one block: its list, or some of its chunks.
   struct Upload {
     SceneVersion version = 0;
     std::uint32_t block = 0;
-    std::uint64_t offset = 0;
+    bool is_list = false;
+    std::vector<bool> chunks;  // empty: all
+    std::uint32_t next = 0;
   };
 
   void announce_next();
+  // Sends one record of the upload. Returns: whether that was its last.
+  bool send_some(Upload& upload, const SceneBlock& block);
+  void send_chunk(const Upload& upload, const SceneBlock& block, std::uint32_t index);
 
   PeerLink& link_;
+  const FeedBy feed_by_;
   std::map<SceneVersion, SharedScene> scenes_;  // not yet answered
   std::set<SceneVersion> announced_;            // subset of scenes_
   std::set<SceneVersion> live_;                 // ever announced, not retired
   std::set<SceneVersion> needed_;
   std::set<SceneVersion> asked_;  // blocks were asked for: once for each version
+  std::map<SceneVersion, std::uint32_t> chunk_asks_;  // how often chunks were
   std::deque<Upload> uploads_;
   SceneVersion first_kept_ = 0;
+  wire::ByteCodingMask codings_ = wire::kByteCodingsNone;
+  wire::LinkRate rate_;
+  wire::CodecChooser chooser_;
+  GentlePace pace_;
+  bool is_gentle_ = false;
 };
 
 }  // namespace tessera::master

@@ -28,6 +28,8 @@ struct Cluster::Slave {
   TileTimes tile_times;
   double busy_seconds = 0;  // of render threads, in this window
   double utilisation = 0;
+  std::uint64_t tiles_at_window = 0;
+  double tiles_per_second = 0;
   TimePoint window_start = Clock::now();
 
   bool is_joined() const { return scene_link != nullptr; }

@@ -53,9 +53,26 @@ void add_key_options(CLI::App& app, MasterOptions& o) {
   app.add_flag("--plain", o.session.is_plain, "TCP without TLS, loopback only");
 }
 
+void add_watch_options(CLI::App& app, MasterOptions& o) {
+  app.add_option("--metrics", o.session.metrics,
+                 "serve metrics for Prometheus at http://HOST:PORT/metrics (loopback)")
+      ->type_name("HOST:PORT");
+  app.add_option("--trace", o.session.trace_path,
+                 "write what every render thread did to this file, for ui.perfetto.dev")
+      ->type_name("FILE.json");
+  app.add_option("--trace-seconds", o.session.trace_seconds,
+                 "trace so many seconds from the first tile on (default: to the end; of a long "
+                 "run the last 100000 tiles)")
+      ->check(number_in(0, 86400))
+      ->type_name("SECONDS");
+}
+
 void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
   app.add_option("--listen", o.session.listen,
-                 "where slaves (and, with serve, applications) connect")
+                 "where slaves (and, with serve, applications) connect; again, or after a comma,\n"
+                 "for each further link of this machine")
+      ->delimiter(',')
+      ->multi_option_policy(CLI::MultiOptionPolicy::Join)
       ->type_name("HOST:PORT");
   app.add_option("--local", t.local,
                  "slaves inside this process (default: 1 when nothing else gives slaves)")
@@ -79,6 +96,10 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
                  "same: one set per session; mixed: later slaves may have another")
       ->capture_default_str()
       ->type_name("POLICY");
+  app.add_option("--relay", t.relay,
+                 "on: slaves pass scenes on to slaves; off: the master sends to each")
+      ->capture_default_str()
+      ->type_name("on|off");
   app.add_option("--pixel-coding", t.pixel_coding,
                  "auto: slaves on slow links code their pixels, losslessly; off: never")
       ->capture_default_str()
@@ -110,6 +131,7 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->check(whole_in(1, kFramesInFlightMax))
       ->capture_default_str()
       ->type_name("N");
+  add_watch_options(app, o);
   add_key_options(app, o);
   add_log_options(app, o, t);
 }

@@ -18,6 +18,9 @@ int report_usage(const Status& status) {
 }
 
 int run_command(int argc, const char* const* argv) {
+  struct LastWords {
+    ~LastWords() { log_summaries(/*is_last=*/true); }
+  } last_words;
   const ParsedCommandLine parsed = parse_command_line(argc, argv);
   if (parsed.exit_code) return *parsed.exit_code;
   const MasterOptions& options = parsed.options;

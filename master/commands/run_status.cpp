@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cstdio>
+#include <string>
 
 #include "common/base/json.h"
 #include "master/commands/commands.h"
@@ -18,7 +20,19 @@ std::string slave_json(const SlaveStatus& slave) {
       .add("rtt_seconds", slave.rtt_seconds)
       .add("scene_version", slave.scene_version)
       .add("tile_port", std::uint32_t{slave.tile_port})
-      .add("scene_port", std::uint32_t{slave.scene_port});
+      .add("scene_port", std::uint32_t{slave.scene_port})
+      .add("state", slave_state_name(slave.state))
+      .add("ordinal", std::uint32_t{slave.ordinal})
+      .add("prefetch_depth", slave.prefetch_depth)
+      .add("tiles_per_second", slave.tiles_per_second)
+      .add("tile_seconds", slave.tile_seconds)
+      .add("tiles_issued", slave.tiles.issued)
+      .add("tiles_accepted", slave.tiles.accepted)
+      .add("tiles_rejected", slave.tiles.rejected)
+      .add("tiles_abandoned", slave.tiles.abandoned)
+      .add("queue_bytes", slave.queue_bytes)
+      .add("bytes_sent", slave.bytes_sent)
+      .add("bytes_received", slave.bytes_received);
   return json.text();
 }
 
@@ -55,27 +69,68 @@ void print_json(const ClusterStatus& status) {
       .add("tiles_rejected", tiles.rejected)
       .add("tiles_abandoned", tiles.abandoned)
       .add("tiles_in_flight", tiles.in_flight)
+      .add("tiles_reissued", status.tiles_reissued)
+      .add("frames_failed", status.frames_failed)
+      .add("frames_cancelled", status.frames_cancelled)
+      .add("slaves_lost", status.slaves_lost)
       .add_raw("slaves", slaves + "]")
       .add_raw("quarantined", quarantined + "]");
   std::printf("%s\n", json.text().c_str());
 }
 
+double share_of(std::uint64_t part, std::uint64_t whole) {
+  return whole == 0 ? 0 : 100 * static_cast<double>(part) / static_cast<double>(whole);
+}
+
+// "987", "12.3k", "4.56M": what fits a narrow column.
+std::string short_count(double value) {
+  static constexpr const char* kUnits[] = {"", "k", "M", "G", "T"};
+  int unit = 0;
+  for (; value >= 1000 && unit < 4; ++unit) value /= 1000;
+  char text[32];
+  std::snprintf(text, sizeof(text), unit == 0 || value >= 100 ? "%.0f%s" : "%.3g%s", value,
+                kUnits[unit]);
+  return text;
+}
+
+void print_totals(const ClusterStatus& status) {
+  using ull = unsigned long long;
+  std::printf(
+      "%zu slave%s, %s; frames: %llu done, %llu failed, %llu cancelled; slaves lost: %llu\n",
+      status.slaves.size(), status.slaves.size() == 1 ? "" : "s",
+      status.has_application ? "an application is connected" : "no application",
+      ull{status.frames_done}, ull{status.frames_failed}, ull{status.frames_cancelled},
+      ull{status.slaves_lost});
+  const TileAccounts& t = status.tiles;
+  std::printf(
+      "tiles: %llu issued = %llu accepted + %llu rejected + %llu abandoned + %llu in flight; "
+      "%llu issued again (%.2f%%)\n",
+      ull{t.issued}, ull{t.accepted}, ull{t.rejected}, ull{t.abandoned}, ull{t.in_flight},
+      ull{status.tiles_reissued}, share_of(status.tiles_reissued, t.issued));
+}
+
 void print_table(const ClusterStatus& status) {
-  std::printf("%zu slaves, %llu frames done, %s\n", status.slaves.size(),
-              static_cast<unsigned long long>(status.frames_done),
-              status.has_application ? "an application is connected" : "no application");
+  print_totals(status);
   for (const QuarantinedSlave& slave : status.quarantined) {
     std::printf("held back for %.0f s more: %s (%s)\n", slave.seconds, slave.name.c_str(),
                 slave.reason.c_str());
   }
   if (status.slaves.empty()) return;
-  std::printf("%-24s %7s %-7s %6s %9s %5s %8s %6s %6s\n", "name", "threads", "isa", "queued",
-              "done", "busy", "rtt ms", "tiles", "scene");
+  std::size_t name_width = 5;
+  for (const SlaveStatus& s : status.slaves) name_width = std::max(name_width, s.name.size());
+  const int width = static_cast<int>(name_width);
+  std::printf("%-*s %-11s %7s %-6s %5s %8s %8s %8s %5s %5s %5s %8s %8s %8s\n", width, "slave",
+              "state", "threads", "isa", "busy", "tiles/s", "tile ms", "rtt ms", "held", "ahead",
+              "scene", "accepted", "rejected", "lost");
   for (const SlaveStatus& s : status.slaves) {
-    std::printf("%-24s %7u %-7s %6u %9llu %4.0f%% %8.2f %6u %6u\n", s.name.c_str(), s.threads,
-                std::string(isa_name(s.isa)).c_str(), s.tiles_in_flight,
-                static_cast<unsigned long long>(s.tiles_done), 100 * s.utilisation,
-                1e3 * s.rtt_seconds, s.tile_port, s.scene_port);
+    const auto count = [](std::uint64_t n) { return short_count(static_cast<double>(n)); };
+    std::printf("%-*s %-11s %7u %-6s %4.0f%% %8s %8.2f %8.2f %5u %5u %5s %8s %8s %8s\n", width,
+                s.name.c_str(), std::string(slave_state_name(s.state)).c_str(), s.threads,
+                std::string(isa_name(s.isa)).c_str(), 100 * s.utilisation,
+                short_count(s.tiles_per_second).c_str(), 1e3 * s.tile_seconds, 1e3 * s.rtt_seconds,
+                s.tiles_in_flight, s.prefetch_depth, count(s.scene_version).c_str(),
+                count(s.tiles.accepted).c_str(), count(s.tiles.rejected).c_str(),
+                count(s.tiles.abandoned).c_str());
   }
 }
 

@@ -99,6 +99,10 @@ Status check_cluster(MasterOptions& o, const TypedOptions& t) {
     return Status::invalid_argument("--isa-policy " + t.isa_policy + ": give same or mixed");
   }
   o.session.is_isa_mixed = t.isa_policy == "mixed";
+  if (t.relay != "on" && t.relay != "off") {
+    return Status::invalid_argument("--relay " + t.relay + ": give on or off");
+  }
+  o.session.is_relaying = t.relay == "on";
   if (t.pixel_coding != "auto" && t.pixel_coding != "off") {
     return Status::invalid_argument("--pixel-coding " + t.pixel_coding + ": give auto or off");
   }
@@ -150,15 +154,41 @@ Status check_links(const MasterOptions& o) {
   for (const Link& link : {Link{"--listen", "master", o.session.listen},
                            Link{"--connect", "app", o.session.connect}}) {
     if (link.address.empty()) continue;
-    auto endpoint = net::parse_endpoint(link.address);
-    Status status =
-        endpoint.is_ok() ? check_credentials(o.session, *endpoint, link.role) : endpoint.status();
-    if (!status.is_ok()) {
+    const auto refuse = [&](const Status& status) {
       return Status::invalid_argument(std::string(link.option) + " " + status.message());
+    };
+    auto endpoints = net::parse_endpoints(link.address);
+    if (!endpoints.is_ok()) return refuse(endpoints.status());
+    for (const net::Endpoint& endpoint : *endpoints) {
+      const Status status = check_credentials(o.session, endpoint, link.role);
+      if (!status.is_ok()) return refuse(status);
     }
   }
   if (!o.session.keys_folder.empty() && o.session.is_plain) {
     return Status::invalid_argument("--keys and --plain exclude each other; give one of them");
+  }
+  return Status::ok();
+}
+
+Status check_watching(const MasterOptions& o) {
+  const SessionOptions& s = o.session;
+  if (s.trace_seconds > 0 && s.trace_path.empty()) {
+    return Status::invalid_argument("--trace-seconds needs --trace FILE.json");
+  }
+  if (!s.connect.empty() && !(s.metrics.empty() && s.trace_path.empty())) {
+    return Status::invalid_argument(
+        "--metrics and --trace watch a master inside this process, and --connect uses another: "
+        "give them to 'tessera-master serve'");
+  }
+  if (s.metrics.empty()) return Status::ok();
+  const auto endpoint = net::parse_endpoint(s.metrics);
+  if (!endpoint.is_ok()) {
+    return Status::invalid_argument("--metrics " + endpoint.status().message());
+  }
+  if (!net::is_loopback(*endpoint)) {
+    return Status::invalid_argument("--metrics " + s.metrics +
+                                    " is not loopback, and the page has neither keys nor "
+                                    "encryption: give 127.0.0.1:PORT");
   }
   return Status::ok();
 }
@@ -183,6 +213,7 @@ Status check_options(const TypedOptions& t, MasterOptions& o) {
     TESSERA_RETURN_IF_ERROR(check_scene_name(o.scene));
   }
   if (o.command != Command::kStatus) TESSERA_RETURN_IF_ERROR(check_cluster(o, t));
+  TESSERA_RETURN_IF_ERROR(check_watching(o));
   return check_links(o);
 }
 

@@ -16,9 +16,10 @@ constexpr double kFlySizesPerSecond = 0.4;  // scene diagonals
 constexpr double kFlyFastFactor = 4;
 constexpr double kNearSizes = 1e-3, kFarSizes = 100;  // bounds of the distance, scene diagonals
 constexpr double kReachSizes = 1000;  // how far the target may leave the scene's centre
-// eye and target must differ after rounding to float: 2^-24 of the coordinate per rounding, two
-// roundings, and room for a direction good to about four bits more.
-constexpr double kNearOfCoordinate = 1.0 / (1 << 18);
+// eye and target must differ after rounding to float, also in what of their distance is sideways of
+// up, which near the pole is sin(1 degree) = 2^-5.8 of it: 2^-24 of the coordinate per rounding, two
+// roundings, and four bits for the direction make 2^-13.2 of the coordinate.
+constexpr double kNearOfCoordinate = 1.0 / (1 << 13);
 
 int fly_slot(Key key) {
   switch (key) {
@@ -215,6 +216,8 @@ ViewerCommand CameraControls::handle_key(const InputEvent& event) {
       return ViewerCommand::kToggleOverlay;
     case Key::kT:
       return ViewerCommand::kToggleTint;
+    case Key::kL:
+      return ViewerCommand::kToggleSlaves;
     case Key::kF:
       fit();
       return ViewerCommand::kNone;

@@ -21,7 +21,7 @@
 
 namespace tessera::master {
 
-enum class ViewerCommand { kNone, kQuit, kToggleHelp, kToggleOverlay, kToggleTint };
+enum class ViewerCommand { kNone, kQuit, kToggleHelp, kToggleOverlay, kToggleSlaves, kToggleTint };
 
 class CameraControls {
  public:

@@ -19,6 +19,7 @@ enum class Key {
   kH,
   kO,
   kT,
+  kL,
   kR,
   kF,  // commands
   kEscape,

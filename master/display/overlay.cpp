@@ -4,8 +4,11 @@
 #include <imgui/backends/imgui_impl_opengl3.h>
 #include <imgui/imgui.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdio>
 #include <string>
+#include <vector>
 
 #include "common/base/isa.h"
 #include "master/display/picture_layout.h"
@@ -14,7 +17,9 @@ namespace tessera::master {
 
 namespace {
 
-constexpr std::size_t kSlaveRowsMax = 32;  // more would leave the window; the rest is counted
+constexpr std::size_t kSlaveRowsMax = 12;  // fits a window of 480 pixels; the rest is summed up
+constexpr std::size_t kNameShownMax = 20;
+constexpr float kBarWidthPx = 80;
 
 constexpr ImGuiWindowFlags kPanelFlags =
     ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings |
@@ -41,53 +46,83 @@ void draw_speeds(const OverlayState& state) {
               frame.stats.is_mixed ? " (mixed)" : "");
 }
 
-// The row number is the slave's ordinal: the colour that its tiles are tinted with.
-void draw_slave_row(std::size_t ordinal, const SlaveStatus& slave, bool tints_tiles) {
+void tint_square(std::uint16_t ordinal) {
+  const auto c = slave_colour(ordinal);
+  const float edge = ImGui::GetTextLineHeight();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  ImGui::GetWindowDrawList()->AddRectFilled(
+      at, ImVec2(at.x + edge, at.y + edge),
+      ImGui::ColorConvertFloat4ToU32(ImVec4(c[0], c[1], c[2], 1)));
+  ImGui::Dummy(ImVec2(edge, edge));
+  ImGui::SameLine();
+}
+
+// Green where every thread is at work, red where they wait.
+void utilisation_bar(double share) {
+  const auto full = static_cast<float>(std::clamp(share, 0.0, 1.0));
+  ImGui::PushStyleColor(ImGuiCol_PlotHistogram,
+                        ImVec4(0.75f - 0.55f * full, 0.2f + 0.4f * full, 0.2f, 1));
+  char percent[16];
+  std::snprintf(percent, sizeof(percent), "%.0f %%", 100 * full);
+  ImGui::ProgressBar(full, ImVec2(kBarWidthPx, ImGui::GetTextLineHeight()), percent);
+  ImGui::PopStyleColor();
+}
+
+// Both ends: slaves are often told apart by a number at the end.
+std::string shortened(const std::string& name) {
+  if (name.size() <= kNameShownMax) return name;
+  const std::size_t kept = kNameShownMax / 2 - 1;
+  return name.substr(0, kept) + ".." + name.substr(name.size() - kept);
+}
+
+void draw_slave_row(const SlaveStatus& slave, bool tints_tiles) {
   ImGui::TableNextRow();
   ImGui::TableNextColumn();
-  if (tints_tiles) {
-    const auto c = slave_colour(static_cast<std::uint16_t>(ordinal));
-    const float edge = ImGui::GetTextLineHeight();
-    const ImVec2 at = ImGui::GetCursorScreenPos();
-    ImGui::GetWindowDrawList()->AddRectFilled(
-        at, ImVec2(at.x + edge, at.y + edge),
-        ImGui::ColorConvertFloat4ToU32(ImVec4(c[0], c[1], c[2], 1)));
-    ImGui::Dummy(ImVec2(edge, edge));
-    ImGui::SameLine();
+  if (tints_tiles) tint_square(slave.ordinal);
+  text(shortened(slave.name));
+  ImGui::TableNextColumn();
+  if (slave.state == SlaveState::kReady) {
+    utilisation_bar(slave.utilisation);
+  } else {
+    text(slave.state == SlaveState::kWaiting ? "scene" : "quarantined");
   }
-  text(slave.name);
   ImGui::TableNextColumn();
-  ImGui::Text("%u", slave.threads);
+  ImGui::Text("%u %s", slave.threads, std::string(isa_name(slave.isa)).c_str());
   ImGui::TableNextColumn();
-  text(std::string(isa_name(slave.isa)));
+  ImGui::Text("%.0f", slave.tiles_per_second);
   ImGui::TableNextColumn();
-  ImGui::Text("%.0f %%", slave.utilisation * 100);
-  ImGui::TableNextColumn();
-  ImGui::Text("%llu", static_cast<unsigned long long>(slave.tiles_done));
+  ImGui::Text("%u", slave.prefetch_depth);
   ImGui::TableNextColumn();
   ImGui::Text("%.2f ms", slave.rtt_seconds * 1e3);
 }
 
-void draw_slaves(const ClusterStatus& cluster, bool tints_tiles) {
-  if (cluster.slaves.empty()) {
-    text("no slaves");
+// What the rows that are not shown come to.
+void draw_others(const std::vector<SlaveStatus>& slaves) {
+  double busy = 0;
+  for (std::size_t i = kSlaveRowsMax; i < slaves.size(); ++i) busy += slaves[i].utilisation;
+  const std::size_t count = slaves.size() - kSlaveRowsMax;
+  ImGui::Text("and %zu more, %.0f %% busy", count, 100 * busy / static_cast<double>(count));
+}
+
+void draw_slaves(const OverlayState& state) {
+  const std::vector<SlaveStatus>& slaves = state.frame.cluster.slaves;
+  if (slaves.empty()) return text("no slaves");
+  if (!state.shows_slaves) {
+    ImGui::Text("%zu slaves (l lists them)", slaves.size());
     return;
   }
   constexpr ImGuiTableFlags kFlags = ImGuiTableFlags_SizingFixedFit |
                                      ImGuiTableFlags_BordersInnerV | ImGuiTableFlags_NoHostExtendX;
   if (ImGui::BeginTable("slaves", 6, kFlags)) {
-    for (const char* title : {"slave", "threads", "isa", "busy", "tiles", "rtt"}) {
+    for (const char* title : {"slave", "busy", "threads", "tiles/s", "ahead", "rtt"}) {
       ImGui::TableSetupColumn(title);
     }
     ImGui::TableHeadersRow();
-    for (std::size_t i = 0; i < cluster.slaves.size() && i < kSlaveRowsMax; ++i) {
-      draw_slave_row(i, cluster.slaves[i], tints_tiles);
-    }
+    for (std::size_t i = 0; i < slaves.size() && i < kSlaveRowsMax; ++i)
+      draw_slave_row(slaves[i], state.tints_tiles);
     ImGui::EndTable();
   }
-  if (cluster.slaves.size() > kSlaveRowsMax) {
-    text("and " + std::to_string(cluster.slaves.size() - kSlaveRowsMax) + " more");
-  }
+  if (slaves.size() > kSlaveRowsMax) draw_others(slaves);
 }
 
 void draw_panel(OverlayState& state) {
@@ -96,9 +131,11 @@ void draw_panel(OverlayState& state) {
   if (ImGui::Begin("tessera", nullptr, kPanelFlags)) {
     draw_speeds(state);
     ImGui::Separator();
-    draw_slaves(state.frame.cluster, state.tints_tiles);
+    draw_slaves(state);
     ImGui::Separator();
     ImGui::Checkbox("tint tiles by slave (t)", &state.tints_tiles);
+    ImGui::SameLine();
+    ImGui::Checkbox("slaves (l)", &state.shows_slaves);
     ImGui::SameLine();
     ImGui::Checkbox("help (h)", &state.shows_help);
   }
@@ -121,6 +158,7 @@ void draw_help() {
         {"f", "fit the scene"},
         {"r", "reset the camera"},
         {"t", "tint tiles by slave"},
+        {"l", "list of slaves on, off"},
         {"o", "overlay on, off"},
         {"h", "this help on, off"},
         {"Esc, Ctrl + Q", "quit"},

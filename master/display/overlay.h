@@ -15,6 +15,7 @@ namespace tessera::master {
 struct OverlayState {
   bool shows_overlay = true;
   bool shows_help = false;
+  bool shows_slaves = true;  // one row for each, at most kSlaveRowsMax
   bool tints_tiles = false;
   double frames_per_second = 0;  // delivered, also those that the window skipped
   ViewerFrame frame;             // newest drawn; image is null before the first

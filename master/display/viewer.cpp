@@ -114,6 +114,9 @@ void GlViewer::handle(const std::vector<InputEvent>& events) {
       case ViewerCommand::kToggleOverlay:
         state_.shows_overlay = !state_.shows_overlay;
         break;
+      case ViewerCommand::kToggleSlaves:
+        state_.shows_slaves = !state_.shows_slaves;
+        break;
       case ViewerCommand::kToggleTint:
         state_.tints_tiles = !state_.tints_tiles;
         break;

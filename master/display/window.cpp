@@ -60,6 +60,8 @@ Key to_key(int key) {
       return Key::kH;
     case GLFW_KEY_O:
       return Key::kO;
+    case GLFW_KEY_L:
+      return Key::kL;
     case GLFW_KEY_T:
       return Key::kT;
     case GLFW_KEY_R:

@@ -52,8 +52,8 @@ void AppServer::add_status_client(std::unique_ptr<PeerLink> link) {
   };
   PeerLink::Callbacks callbacks;
   callbacks.on_message = [this, client, leave](const wire::Message& message) {
-    if (std::holds_alternative<wire::StatusRequest>(message))
-      return (*client)->send(status_reply());
+    if (const auto* request = std::get_if<wire::StatusRequest>(&message))
+      return (*client)->send(status_reply(*request));
     if (!std::holds_alternative<wire::Goodbye>(message)) {
       (*client)->refuse(wire::RefuseCode::kRole, "a status client may only ask for the status");
     }
@@ -72,6 +72,9 @@ void AppServer::on_message(wire::Message message) {
   } else if (auto* chunk = std::get_if<wire::SceneChunk>(&message)) {
     const Status status = application_->receiver.chunk(*chunk, actions);
     on_scene(status, std::move(actions));
+  } else if (auto* list = std::get_if<wire::SceneChunkList>(&message)) {
+    const Status status = application_->receiver.list(*list, actions);
+    on_scene(status, std::move(actions));
   } else if (auto* retire = std::get_if<wire::SceneRetire>(&message)) {
     application_->receiver.retire(retire->first_kept, actions);
     for (const wire::FrameSubmit& waiting : std::deque(application_->waiting)) {
@@ -83,8 +86,8 @@ void AppServer::on_message(wire::Message message) {
     on_submit(std::move(*submit));
   } else if (auto* cancel = std::get_if<wire::FrameCancel>(&message)) {
     on_cancel(cancel->frame);
-  } else if (std::holds_alternative<wire::StatusRequest>(message)) {
-    application_->link->send(status_reply());
+  } else if (auto* request = std::get_if<wire::StatusRequest>(&message)) {
+    application_->link->send(status_reply(*request));
   } else if (auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
     drop_application("said goodbye: " + goodbye->reason);
   } else {
@@ -108,6 +111,9 @@ void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions acti
     application_->link->send(std::move(failed));
   }
   for (wire::SceneNeed& need : actions.need) application_->link->send(std::move(need));
+  for (wire::SceneChunkNeed& need : actions.chunk_need) {
+    application_->link->send(std::move(need));
+  }
 }
 
 void AppServer::on_submit(wire::FrameSubmit submit) {

@@ -64,7 +64,9 @@ class AppServer {
   void violation(const std::string& reason);
   void drop_application(const std::string& reason);
   void add_status_client(std::unique_ptr<PeerLink> link);
-  wire::StatusReply status_reply() const { return {loop_.status()}; }
+  wire::StatusReply status_reply(const wire::StatusRequest& request) const {
+    return {loop_.status(), request.wants_details};
+  }
 
   net::EventLoop& io_;
   FrameLoop& loop_;

@@ -2,15 +2,19 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <new>
 #include <string>
+#include <utility>
 
 namespace tessera::master {
 
-FrameAssembly::FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings)
+FrameAssembly::FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings,
+                             FrameDigest digest)
     : settings_(settings),
       grid_(settings.width_px, settings.height_px, settings.tile_edge_px),
-      image_(std::make_shared<FrameImage>()) {
+      image_(std::make_shared<FrameImage>()),
+      digest_(std::move(digest)) {
   stats_.frame = frame;
   stats_.scene_version = version;
   stats_.tile_count = grid_.tile_count();
@@ -64,17 +68,16 @@ void FrameAssembly::hash_whole_bands() {
   const std::size_t band_bytes = static_cast<std::size_t>(settings_.tile_edge_px) *
                                  static_cast<std::size_t>(settings_.width_px) *
                                  static_cast<std::size_t>(bytes_per_pixel(settings_.pixel_format));
-  const std::span<const std::byte> pixels(image_->bytes);
+  const std::size_t image_bytes = image_->bytes.size();
   while (hashed_bands_ < band_missing_.size() && band_missing_[hashed_bands_] == 0) {
     const std::size_t begin = hashed_bands_++ * band_bytes;
-    hash_.update(pixels.subspan(begin, std::min(band_bytes, pixels.size() - begin)));
+    digest_.update(image_, begin, std::min(band_bytes, image_bytes - begin));
   }
 }
 
-std::shared_ptr<const FrameImage> FrameAssembly::finish() {
+FrameDigest FrameAssembly::take_digest() {
   TESSERA_CHECK_EQ(hashed_bands_, band_missing_.size());
-  stats_.digest = hash_.finish();
-  return std::move(image_);
+  return std::move(digest_);
 }
 
 }  // namespace tessera::master

@@ -15,12 +15,14 @@
 #include "common/frame/frame_settings.h"
 #include "common/frame/frame_stats.h"
 #include "common/frame/tile_grid.h"
+#include "master/frame_loop/frame_digest.h"
 
 namespace tessera::master {
 
 class FrameAssembly {
  public:
-  FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings);
+  FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings,
+                FrameDigest digest);
 
   // Takes memory for the pixels. Before the first tile. Returns: kResourceExhausted.
   Status allocate();
@@ -40,8 +42,10 @@ class FrameAssembly {
   void write_tile(TileIndex tile, std::span<const std::byte> pixels, std::uint16_t slave_ordinal);
 
   // Pixels with a NaN or an infinity so far (float and half).
-  // Takes the finished image and fills in its digest. Once.
-  std::shared_ptr<const FrameImage> finish();
+  // Takes the finished image. Once.
+  std::shared_ptr<const FrameImage> finish() { return std::move(image_); }
+  // Of all pixels. Requires: every tile was written.
+  FrameDigest take_digest();
 
  private:
   void hash_whole_bands();
@@ -52,7 +56,7 @@ class FrameAssembly {
   std::shared_ptr<FrameImage> image_;
   std::vector<int> band_missing_;  // [rows of tiles] tiles not yet written
   std::size_t hashed_bands_ = 0;
-  Sha256 hash_;
+  FrameDigest digest_;
 };
 
 }  // namespace tessera::master

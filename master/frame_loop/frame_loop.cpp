@@ -5,6 +5,7 @@
 
 #include "common/base/limits.h"
 #include "common/base/log.h"
+#include "common/scene/scene_footprint.h"
 #include "master/frame_loop/frame_loop_impl.h"
 #include "master/schedule/tile_order.h"
 
@@ -12,11 +13,13 @@ namespace tessera::master {
 ClusterEvents FrameLoop::Impl::cluster_events() {
   ClusterEvents events;
   events.slave_joined = [this](SessionId session, std::uint32_t threads) {
+    observer.slave_joined(session, threads);
     scheduler.slave_joined(session, cluster.name_of(session), threads);
     start_when_ready();
   };
   events.tiles_held = [this](SessionId session) { return scheduler.tiles_in_flight(session); };
   events.slave_lost = [this](SessionId session) {
+    observer.slave_lost(session);
     perform(scheduler.slave_lost(session, Clock::now()));
   };
   events.round_trip = [this](SessionId session, double seconds_taken) {
@@ -34,6 +37,7 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
     on_result(session, std::move(result));
   };
   events.tile_returned = [this](SessionId session, const wire::TileReturned& r) {
+    observer.handed_back(session, r);
     perform(scheduler.tile_returned(session, r.frame, r.tile, r.attempt, Clock::now()));
   };
   return events;
@@ -78,10 +82,12 @@ void FrameLoop::Impl::perform(const Actions& actions) {
           if (const auto frame = frames.find(action.frame); frame != frames.end())
             ++frame->second.assembly.stats().tiles_reissued;
         }
+        observer.leased(action.session, action.frame, action.tile, Clock::now());
         cluster.send(action.session,
                      wire::TileLease{action.frame, action.tile.tile, action.tile.attempt});
         break;
       case ActionKind::kEndFrame:
+        observer.frame_ended(action.session, action.frame);
         cluster.send(action.session, wire::FrameEnd{action.frame});
         break;
       case ActionKind::kExpel:
@@ -120,13 +126,17 @@ void FrameLoop::Impl::complete(FrameId id) {
   tile_size.measured(work.assembly.pixel_count(), stats.render_seconds);
   FrameOutcome outcome;
   outcome.frame = id;
+  FrameDigest digest = work.assembly.take_digest();
   outcome.image = work.assembly.finish();
   outcome.stats = stats;
+  observer.frame_over(id, stats.scene_version, FrameEndKind::kDone, work.begin(), Clock::now());
   frames.erase(found);
-  ++frames_done;
   retire();
   release_scenes();
-  deliver(std::move(outcome));
+  const OutcomeLine::Ticket ticket = outcomes.add_waiting(std::move(outcome));
+  digest.finish([this, is_here = std::weak_ptr<int>(alive), ticket](const Digest& sum) {
+    if (!is_here.expired()) outcomes.digest_done(ticket, sum);
+  });
 }
 
 void FrameLoop::Impl::fail(const Action& action) {
@@ -139,15 +149,13 @@ void FrameLoop::Impl::fail(const Action& action) {
                                        : Status::unavailable(action.reason);
   if (!action.is_cancelled)
     log_warn("frame-failed", action.reason, {{"frame", std::to_string(action.frame)}});
+  observer.frame_over(action.frame, outcome.stats.scene_version,
+                      action.is_cancelled ? FrameEndKind::kCancelled : FrameEndKind::kFailed,
+                      found->second.begin(), Clock::now());
   frames.erase(found);
   retire();
   release_scenes();
-  deliver(std::move(outcome));
-}
-
-// Outcomes leave through the loop's queue, so that who takes them may call us back.
-void FrameLoop::Impl::deliver(FrameOutcome outcome) {
-  if (on_outcome) on_outcome(std::move(outcome));
+  outcomes.add(std::move(outcome));
 }
 
 // Scenes go out at once; with a synchronous transfer, when no frame of an older one is in work.
@@ -181,11 +189,12 @@ void FrameLoop::accept(net::ConnectionPtr connection, net::Listener* listener) {
 }
 
 void FrameLoop::set_outcome_callback(std::function<void(FrameOutcome)> on_outcome) {
-  impl_->on_outcome = std::move(on_outcome);
+  impl_->outcomes.set_exit(std::move(on_outcome));
 }
 
 void FrameLoop::commit_scene(SceneVersion version, EncodedScene scene) {
   impl_->newest_version = std::max(impl_->newest_version, version);
+  scene.index_bytes = index_bytes_of(scene);
   impl_->held_scenes.emplace(version, std::make_shared<const EncodedScene>(std::move(scene)));
   impl_->release_scenes();
 }
@@ -196,7 +205,8 @@ void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings&
     settings.tile_edge_px = impl_->tile_size.edge_px(settings.width_px, settings.height_px,
                                                      impl_->cluster.thread_count());
   }
-  const auto [work, is_new] = impl_->frames.try_emplace(frame, frame, version, settings);
+  const auto [work, is_new] = impl_->frames.try_emplace(
+      frame, frame, version, settings, FrameDigest(impl_->io, impl_->options.hasher));
   if (!is_new) return;
   if (const Status status = work->second.assembly.allocate(); !status.is_ok()) {
     return impl_->perform(impl_->scheduler.refuse_frame(frame, status.message()));
@@ -226,23 +236,20 @@ void FrameLoop::free_scenes() {
 }
 
 ClusterStatus FrameLoop::status() const {
-  ClusterStatus status;
-  status.slaves = impl_->cluster.status(
-      [this](SessionId session) { return impl_->scheduler.tiles_in_flight(session); });
-  status.frames_done = impl_->frames_done;
+  ClusterStatus status = impl_->observer.status(impl_->scheduler);
   status.has_application = impl_->apps.has_application();
-  status.pace = impl_->cluster.pace();
   status.quarantined = impl_->cluster.quarantined();
-  const LedgerCounts c = impl_->scheduler.counts();
-  status.tiles = {c.issued, c.accepted, c.rejected, c.abandoned, c.in_flight};
   return status;
 }
+
+Observer& FrameLoop::observer() { return impl_->observer; }
 
 void FrameLoop::shutdown() {
   if (std::exchange(impl_->is_over, true)) return;
   impl_->tick.cancel();
   impl_->apps.shutdown();  // first: applications hear why, not that their frames were cancelled
   cancel_all();
+  impl_->outcomes.end(Status::closed("the master ended"));
   impl_->reception.close_all();
   impl_->cluster.shutdown();
 }

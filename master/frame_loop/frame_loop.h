@@ -24,6 +24,8 @@
 
 namespace tessera::master {
 
+class Observer;
+
 struct FrameLoopOptions {
   int prefetch_per_thread = -1;  // tiles waiting per render thread; -1: as each slave needs
   int frames_in_flight = 2;
@@ -33,9 +35,11 @@ struct FrameLoopOptions {
   bool is_static = false;               // fixed tiles for each slave
   bool is_scene_transfer_sync = false;  // a scene is sent when no frame is in work
   double audit_share = 0;               // of the tiles: rendered by two slaves and compared
+  bool is_relaying = true;              // slaves feed slaves
   bool is_pixel_coding = true;          // slaves may code pixels where their link is slow
   bool is_faulty_frame_failed = false;  // else NaN, infinite, negative pixels get the error colour
   bool serves_applications = false;     // accept role app (serve); else such peers are refused
+  net::EventLoop* hasher = nullptr;     // computes frames' digests; null: the loop itself, at once
 };
 
 struct FrameOutcome {
@@ -64,6 +68,7 @@ class FrameLoop {
   void free_scenes();
 
   ClusterStatus status() const;
+  Observer& observer();  // accounts, metrics, traces
 
   // Goodbye to every peer; every frame ends as kClosed. Nothing is accepted afterwards.
   void shutdown();

@@ -14,6 +14,8 @@
 #include "master/frame_loop/app_server.h"
 #include "master/frame_loop/frame_loop.h"
 #include "master/frame_loop/frame_work.h"
+#include "master/frame_loop/observer.h"
+#include "master/frame_loop/outcome_line.h"
 #include "master/schedule/scheduler.h"
 #include "master/schedule/tile_size.h"
 
@@ -27,29 +29,32 @@ struct FrameLoop::Impl {
   const FrameLoopOptions options;
   Scheduler scheduler;
   Cluster cluster;
+  Observer observer;
   AppServer apps;
   Reception reception;
   net::Timer tick;
   std::map<FrameId, FrameWork> frames;
   TileSize tile_size;
   std::map<SceneVersion, double> build_seconds;  // slowest slave's, by version
-  std::function<void(FrameOutcome)> on_outcome;
+  OutcomeLine outcomes;
   std::map<SceneVersion, SharedScene> held_scenes;  // committed, not yet sent to slaves
   SceneVersion newest_version = 0;
-  std::uint64_t frames_done = 0;
   const TimePoint started = Clock::now();
   bool is_over = false;
+  std::shared_ptr<int> alive = std::make_shared<int>(0);  // what comes from the hasher looks
 
   Impl(FrameLoop& loop, net::EventLoop& io_thread, const FrameLoopOptions& o)
       : io(io_thread),
         options(o),
         scheduler({o.prefetch_per_thread, o.frames_in_flight, o.is_static, o.audit_share}),
-        cluster(io_thread, o.isa, o.is_isa_mixed, cluster_events()),
+        cluster(io_thread, o.isa, o.is_isa_mixed, cluster_events(), o.is_relaying),
+        observer(cluster),
         apps(io_thread, loop),
         reception(io_thread, reception_callbacks()),
         tick(io_thread) {
     tick.start_repeating(kTick, [this] {
       if (scheduler.has_open_frames()) perform(scheduler.tick(Clock::now()));
+      observer.tick(Clock::now());
     });
   }
 
@@ -64,7 +69,6 @@ struct FrameLoop::Impl {
                       wire::TileResult& result);
   void complete(FrameId frame);
   void fail(const Action& action);
-  void deliver(FrameOutcome outcome);
   void retire();
   void release_scenes();
 };

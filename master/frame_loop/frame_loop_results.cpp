@@ -45,6 +45,7 @@ void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
       count_faulty_pixels(result.pixels, found->second.assembly.settings().pixel_format) > 0;
   if (options.audit_share > 0) report.pixels = short_digest(result.pixels);
   const ResultVerdict verdict = scheduler.result(session, report, Clock::now(), actions);
+  observer.answered(session, result, verdict, actions, Clock::now());
   if (!is_forgiven(session, verdict))
     return cluster.expel(session, std::string("a tile result ") + verdict_text(verdict));
   cluster.add_busy_time(session, result.seconds);

@@ -3,7 +3,9 @@
 // Threads. Io thread only.
 #pragma once
 
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "common/base/clock.h"
 #include "master/cluster/cluster.h"
@@ -14,8 +16,8 @@ namespace tessera::master {
 
 class FrameWork {
  public:
-  FrameWork(FrameId frame, SceneVersion version, const FrameSettings& settings)
-      : assembly(frame, version, settings) {}
+  FrameWork(FrameId frame, SceneVersion version, const FrameSettings& settings, FrameDigest digest)
+      : assembly(frame, version, settings, std::move(digest)) {}
 
   // A slave is about to get its first tile of this frame, with this instruction set.
   void slave_begins(Isa isa, Cluster& cluster);
@@ -23,6 +25,10 @@ class FrameWork {
   void add(SessionId session, const wire::TileResult& result, std::uint16_t slave_ordinal);
   // The last one came: completes the account.
   void settle(const Cluster& cluster, const Scheduler& scheduler);
+  // Its first lease; nothing before that.
+  std::optional<TimePoint> begin() const {
+    return has_begun_ ? std::optional(begin_) : std::nullopt;
+  }
 
   FrameAssembly assembly;
 

@@ -53,6 +53,11 @@ void AppClient::on_message(wire::Message message) {
     if (Status status = scenes_.on_need(*need); !status.is_ok()) end(std::move(status));
     return;
   }
+  if (auto* need = std::get_if<wire::SceneChunkNeed>(&message)) {
+    if (Status status = scenes_.on_chunk_need(std::move(*need)); !status.is_ok())
+      end(std::move(status));
+    return;
+  }
   if (const auto* built = std::get_if<wire::SceneBuilt>(&message)) {
     return scenes_.on_answered(built->version);
   }

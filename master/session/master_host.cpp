@@ -9,6 +9,9 @@
 #include "common/base/cpu_count.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
+#include "common/metrics/exposition.h"
+#include "master/frame_loop/metrics_page.h"
+#include "master/frame_loop/observer.h"
 #include "slave/core/render/tile_renderer.h"
 
 namespace tessera::master {
@@ -59,11 +62,15 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
   loop_options.slaves_min = options.slaves_min;
   loop_options.isa = options.isa;
   loop_options.is_isa_mixed = options.is_isa_mixed;
+  loop_options.is_relaying = options.is_relaying;
   loop_options.is_pixel_coding = options.is_pixel_coding;
   loop_options.serves_applications = serves_applications;
+  loop_options.hasher = &host->hasher_;
   host->io_.run_and_wait(
       [&] { host->frame_loop_ = std::make_unique<FrameLoop>(host->io_, loop_options); });
   if (!options.listen.empty()) TESSERA_RETURN_IF_ERROR(host->listen_at(options));
+  if (!options.metrics.empty()) TESSERA_RETURN_IF_ERROR(host->serve_metrics(options.metrics));
+  if (!options.trace_path.empty()) TESSERA_RETURN_IF_ERROR(host->start_trace(options));
   TESSERA_RETURN_IF_ERROR(host->start_local_slaves(options));
   host->wait_for_local_slaves();
   return host;
@@ -74,24 +81,73 @@ MasterHost::~MasterHost() {
   io_.run_and_wait([this] {
     credentials_.reset();
     listener_.reset();
-    if (frame_loop_) frame_loop_->shutdown();
+    metrics_.reset();
+    if (!frame_loop_) return;
+    frame_loop_->observer().finish_trace();
+    frame_loop_->shutdown();
   });
   slaves_.clear();
   if (slave_io_) slave_io_->stop();
   io_.run_and_wait([this] { frame_loop_.reset(); });
   io_.stop();
+  if (trace_writer_.joinable()) trace_writer_.join();
+}
+
+Status MasterHost::serve_metrics(const std::string& address) {
+  auto endpoint = net::parse_endpoint(address);
+  if (!endpoint.is_ok()) {
+    return Status::invalid_argument("--metrics " + endpoint.status().message());
+  }
+  Status status;
+  io_.run_and_wait([&] {
+    auto page = net::HttpPage::open(io_, *endpoint,
+                                    {"/metrics", std::string(metrics::kContentType),
+                                     [this] { return metrics_page(frame_loop_->status()); }});
+    if (page.is_ok()) {
+      metrics_ = std::move(*page);
+      endpoint->port = metrics_->port();
+    } else {
+      status = Status(page.status().code(), "--metrics " + page.status().message());
+    }
+  });
+  if (status.is_ok()) log_info("metrics", "at http://" + endpoint->text() + "/metrics");
+  return status;
+}
+
+// The file is opened now, so that a wrong path is told before the work; it is written on a thread
+// of its own, since the text of many tiles takes longer than a heartbeat may wait.
+Status MasterHost::start_trace(const SessionOptions& options) {
+  const std::string path = options.trace_path;
+  TESSERA_RETURN_IF_ERROR(write_trace(Trace(), path));
+  io_.run_and_wait([&] {
+    frame_loop_->observer().start_trace(
+        from_seconds(options.trace_seconds), [this, path](Trace trace) {
+          trace_writer_ = std::thread([path, trace = std::move(trace)] {
+            const Status status = write_trace(trace, path);
+            if (!status.is_ok()) return log_error("trace-failed", status.message());
+            log_info("trace-written", path,
+                     {{"tiles", std::to_string(trace.tiles.size())},
+                      {"dropped", std::to_string(trace.tiles_dropped)}});
+          });
+        });
+  });
+  return Status::ok();
 }
 
 Status MasterHost::listen_at(const SessionOptions& options) {
-  auto endpoint = net::parse_endpoint(options.listen);
-  if (!endpoint.is_ok()) return Status::invalid_argument("--listen " + endpoint.status().message());
-  auto tls = load_credentials(options, *endpoint, "master");
+  auto endpoints = net::parse_endpoints(options.listen);
+  if (!endpoints.is_ok())
+    return Status::invalid_argument("--listen " + endpoints.status().message());
+  for (const net::Endpoint& endpoint : *endpoints)
+    TESSERA_RETURN_IF_ERROR(check_credentials(options, endpoint, "master"));
+  auto tls = load_credentials(options, endpoints->front(), "master");
   if (!tls.is_ok()) return tls.status();
   Status status;
   io_.run_and_wait([&] {
-    auto listener = net::listen(io_, *endpoint, *tls, [this](net::ConnectionPtr connection) {
-      frame_loop_->accept(std::move(connection), listener_.get());
-    });
+    auto listener =
+        net::listen_on_all(io_, *endpoints, *tls, [this](net::ConnectionPtr connection) {
+          frame_loop_->accept(std::move(connection), listener_.get());
+        });
     if (listener.is_ok()) {
       listener_ = std::move(*listener);
       if (*tls) credentials_ = std::make_unique<net::CredentialsWatch>(io_, *tls);
@@ -99,10 +155,12 @@ Status MasterHost::listen_at(const SessionOptions& options) {
       status = listener.status();
     }
   });
-  if (status.is_ok()) {
-    endpoint->port = listen_port();
-    log_info("listening", "waiting for slaves at " + endpoint->text(),
-             {{"link", *tls ? "tls" : "plain"}, {"port", std::to_string(listen_port())}});
+  if (!status.is_ok()) return status;
+  for (std::size_t i = 0; i < endpoints->size(); ++i) {
+    net::Endpoint& endpoint = (*endpoints)[i];
+    endpoint.port = listener_->port(i);
+    log_info("listening", "waiting for slaves at " + endpoint.text(),
+             {{"link", *tls ? "tls" : "plain"}, {"port", std::to_string(endpoint.port)}});
   }
   return status;
 }

@@ -7,11 +7,13 @@
 
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "common/base/status.h"
 #include "common/net/connection.h"
 #include "common/net/credentials_watch.h"
+#include "common/net/http_page.h"
 #include "common/net/io_thread.h"
 #include "master/frame_loop/frame_loop.h"
 #include "master/session/session.h"
@@ -34,15 +36,20 @@ class MasterHost {
  private:
   MasterHost();
   Status listen_at(const SessionOptions& options);
+  Status serve_metrics(const std::string& address);
+  Status start_trace(const SessionOptions& options);
   Status start_local_slaves(const SessionOptions& options);
   void wait_for_local_slaves();
   slave::LinkFactory local_link_factory();
 
   net::IoThread io_{"master-net"};
+  net::IoThread hasher_{"master-hash"};                 // its tasks post to io_, which outlives it
   std::unique_ptr<FrameLoop> frame_loop_;               // io_ thread
   std::unique_ptr<net::Listener> listener_;             // io_ thread; null when nothing listens
   std::unique_ptr<net::CredentialsWatch> credentials_;  // io_ thread; null without keys
-  std::unique_ptr<net::IoThread> slave_io_;             // of the local slaves; null without
+  std::unique_ptr<net::HttpPage> metrics_;              // io_ thread; null when not wanted
+  std::thread trace_writer_;                 // started on the io_ thread, joined when that is over
+  std::unique_ptr<net::IoThread> slave_io_;  // of the local slaves; null without
   std::vector<std::unique_ptr<slave::SlaveHost>> slaves_;
 };
 

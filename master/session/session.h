@@ -25,7 +25,7 @@ namespace tessera {
 
 struct SessionOptions {
   std::string connect;      // HOST:PORT of a running master; empty: a master inside this process
-  std::string listen;       // HOST:PORT for slaves and applications; empty: nothing listens
+  std::string listen;       // HOST:PORT[,HOST:PORT...] for slaves and applications; empty: none
   int local_slaves = 0;     // slaves inside this process
   int local_threads = 0;    // render threads of all local slaves together; 0: all cores
   int slaves_min = 0;       // wait for so many slaves before the first frame
@@ -34,6 +34,7 @@ struct SessionOptions {
   std::string name = "app";
   std::optional<Isa> isa;  // bind the session to this instruction set; else the best that all have
   bool is_isa_mixed = false;     // --isa-policy mixed
+  bool is_relaying = true;       // scenes go from slave to slave
   bool is_pixel_coding = true;   // slaves may code pixels (losslessly) where their link is slow
   int prefetch_per_thread = -1;  // tiles waiting per render thread, 0 to 15; -1: as each needs
   int frames_in_flight = 2;      // 1 or 2
@@ -42,6 +43,10 @@ struct SessionOptions {
   bool is_static = false;               // --schedule static: fixed tiles for each slave
   bool is_scene_transfer_sync = false;  // --scene-transfer sync: only while no frame is in work
   double audit_percent = 0;             // tiles rendered by two slaves and compared
+  // Of a master inside this process:
+  std::string metrics;       // HOST:PORT of a page of metrics, loopback; empty: none
+  std::string trace_path;    // a trace is written there; empty: none
+  double trace_seconds = 0;  // of the first lease on; 0: the newest part of the whole run
 };
 
 struct FrameResult {

@@ -8,6 +8,7 @@
 #include "tests/bench/accuracy_suite.h"
 #include "tests/bench/build_suite.h"
 #include "tests/bench/core_suite.h"
+#include "tests/bench/exchange_suite.h"
 #include "tests/bench/scenes.h"
 #include "tests/bench/thesis_suite.h"
 
@@ -18,28 +19,58 @@ int fail(int code, const std::string& text) {
   return code;
 }
 
+void add_list(tessera::JsonObject& all, const std::string& suite,
+              const std::vector<std::string>& rows) {
+  std::string list;
+  for (const std::string& row : rows) list += (list.empty() ? "" : ",") + row;
+  all.add_raw(suite, "[" + list + "]");
+}
+
 tessera::Status run(std::vector<std::string> suites,
-                    const tessera::bench::CoreSuiteOptions& options, const std::string& json_path) {
+                    const tessera::bench::CoreSuiteOptions& options,
+                    const tessera::bench::ExchangeOptions& exchange, const std::string& json_path) {
   if (suites.empty()) suites = {"core", "build", "accuracy"};
   tessera::JsonObject all;
   all.add("isa", std::string(tessera::isa_name(options.isa)));
   for (const std::string& suite : suites) {
     std::vector<std::string> scenes;
+    if (suite == "exchange") {
+      const tessera::Status status = tessera::bench::run_exchange_suite(exchange, scenes);
+      if (!status.is_ok()) return status;
+      add_list(all, suite, scenes);
+      continue;
+    }
     const auto run_suite = suite == "core"     ? tessera::bench::run_core_suite
                            : suite == "build"  ? tessera::bench::run_build_suite
                            : suite == "thesis" ? tessera::bench::run_thesis_suite
                                                : tessera::bench::run_accuracy_suite;
     const tessera::Status status = run_suite(options, scenes);
     if (!status.is_ok()) return status;
-    std::string list;
-    for (const std::string& scene : scenes) list += (list.empty() ? "" : ",") + scene;
-    all.add_raw(suite, "[" + list + "]");
+    add_list(all, suite, scenes);
   }
   if (json_path.empty()) return tessera::Status::ok();
   std::ofstream file(json_path);
   file << all.text() << "\n";
   if (!file.flush()) return tessera::Status::unavailable(json_path + ": cannot be written");
   return tessera::Status::ok();
+}
+
+void add_exchange_options(CLI::App& app, tessera::bench::ExchangeOptions& exchange) {
+  app.add_option("--connections", exchange.connections, "exchange: slaves (default: 8 64 500)")
+      ->check(CLI::Range(1, 2000));
+  app.add_option("--slave-threads", exchange.threads,
+                 "exchange: of each slave; four tiles for each")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  app.add_option("--seconds", exchange.seconds, "exchange: measured, of each row")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
+  app.add_option("--minutes", exchange.minutes,
+                 "exchange: only the master's memory, minute by minute, for so long")
+      ->check(CLI::Range(0, 1440));
+  app.add_option("--link", exchange.link, "exchange: both, plain, tls")
+      ->check(CLI::IsMember({"both", "plain", "tls"}))
+      ->capture_default_str();
 }
 
 }  // namespace
@@ -49,13 +80,16 @@ int main(int argc, char** argv) {
                "tessera-bench");
   app.set_version_flag("--version", std::string("tessera-bench ") + tessera::kBuildId);
   tessera::bench::CoreSuiteOptions options;
+  tessera::bench::ExchangeOptions exchange;
   std::vector<std::string> suites;
   std::string isa = "auto", json_path;
   bool is_quick = false;
-  app.add_option("SUITE", suites,
-                 "core: rays per CPU-second; build: time to build; accuracy: errors on hard cases; "
-                 "thesis: its tables of steps and tests; default: the first three")
-      ->check(CLI::IsMember({"core", "build", "accuracy", "thesis"}));
+  app.add_option(
+         "SUITE", suites,
+         "core: rays per CPU-second; build: time to build; accuracy: errors on hard cases; "
+         "thesis: its tables of steps and tests; exchange: the master's tiles per second, beside "
+         "a bare epoll loop; default: the first three")
+      ->check(CLI::IsMember({"core", "build", "accuracy", "thesis", "exchange"}));
   app.add_option("--scene", options.scenes, "interior, knot, building, field (default: all)")
       ->check(CLI::IsMember(tessera::bench::scene_names()));
   app.add_option("--rays", options.kinds, "primary, shadow, bounce (default: all)")
@@ -70,6 +104,7 @@ int main(int argc, char** argv) {
   app.add_option("--repeats", options.repeats, "timed runs of each, interleaved; the median counts")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  add_exchange_options(app, exchange);
   app.add_option("--json", json_path, "write the figures to this file");
   try {
     app.parse(argc, argv);
@@ -97,6 +132,6 @@ int main(int argc, char** argv) {
     options.scenes = tessera::bench::scene_names();
     if (is_quick) options.scenes = {"interior", "knot"};
   }
-  const tessera::Status status = run(suites, options, json_path);
+  const tessera::Status status = run(suites, options, exchange, json_path);
   return status.is_ok() ? 0 : fail(1, status.message());
 }

@@ -199,6 +199,17 @@ class Keys(unittest.TestCase):
         except OSError:
             pass  # refused
 
+    def test_slaves_come_by_any_link_that_the_master_listens_on(self):
+        second = f"127.0.0.2:{cluster_lib.free_port()}"
+        self.cluster.serve("--listen", second)
+        self.cluster.slave("slave-1", *SLOW)
+        first, self.cluster.host, self.cluster.port = self.cluster.port, *second.split(":")
+        self.cluster.slave("slave-2", *SLOW)
+        self.cluster.wait_for_slaves(2)  # asked by the second link
+        self.cluster.host, self.cluster.port = "127.0.0.1", first
+        run = self.cluster.render(SCENE, *FRAME)
+        self.assertEqual(run.stats[0]["slaves"], 2)
+
     def test_a_recorded_session_sent_again_is_refused(self):
         self.cluster.serve()
         port = cluster_lib.free_port()

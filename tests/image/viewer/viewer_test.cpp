@@ -197,6 +197,28 @@ TEST(ViewerPicture, OverlayDrawsSomethingAndLeavesTheRest) {
   for (int c = 0; c < 3; ++c) EXPECT_EQ(at(shot, 639, 479, c), at(*image, 639, 479, c));
 }
 
+TEST(ViewerPicture, ManySlavesAreSummedUpWithinTheWindow) {
+  ViewerOptions o = options(640, 480);
+  o.shows_overlay = true;
+  const auto image = frame_image(PixelFormat::kDisplay8, 640, 480);
+  ViewerFrame frame = viewer_frame(image);
+  const FrameImage few = shot_of(o, frame);
+  for (int i = 0; i < 300; ++i) {
+    SlaveStatus slave;
+    slave.name = "a-slave-with-a-long-name-" + std::to_string(i);
+    slave.threads = 8;
+    slave.utilisation = (i % 11) / 10.0;
+    slave.prefetch_depth = 24;
+    if (i % 7 == 3) slave.state = SlaveState::kWaiting;
+    frame.cluster.slaves.push_back(slave);
+  }
+  const FrameImage many = shot_of(o, frame);
+  EXPECT_GT(greatest_difference(few, many), 50);
+  for (int x = 0; x < 640; ++x) {
+    for (int c = 0; c < 3; ++c) ASSERT_EQ(at(many, x, 479, c), at(*image, x, 479, c)) << x;
+  }
+}
+
 TEST(ViewerPicture, OverlayWithHelpAndLegend) {
   ViewerOptions o = options(640, 480);
   o.shows_overlay = o.tints_tiles = true;

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "common/base/limits.h"
+#include "master/schedule/lease_accounts.h"
 #include "master/schedule/scheduler.h"
 
 namespace tessera::master {
@@ -124,6 +125,12 @@ class Cluster {
       EXPECT_TRUE(answers_lease(verdict) || verdict == ResultVerdict::kFrameEnded)
           << verdict_text(verdict) << ": an honest slave is no violator";
     }
+    if (verdict != ResultVerdict::kFrameEnded)
+      accounts_.answered(session, lease.frame, lease.tile, verdict == ResultVerdict::kAccepted);
+    for (const Action& action : actions) {
+      if (verdict == ResultVerdict::kAccepted && action.kind == ActionKind::kExpel)
+        accounts_.overruled(action.session);
+    }
     perform(actions);
   }
 
@@ -132,6 +139,7 @@ class Cluster {
     if (session == 0 || slaves_[session].leases.empty()) return;
     const Lease lease = slaves_[session].leases.back();
     slaves_[session].leases.pop_back();
+    accounts_.handed_back(session, lease.frame, lease.tile);
     perform(
         scheduler_.tile_returned(session, lease.frame, lease.tile.tile, lease.tile.attempt, now_));
   }
@@ -140,6 +148,7 @@ class Cluster {
     const SessionId session = any_slave();
     if (session == 0) return;
     slaves_.erase(session);
+    accounts_.slave_lost(session);
     perform(scheduler_.slave_lost(session, now_));
   }
 
@@ -161,6 +170,7 @@ class Cluster {
           break;
         case ActionKind::kEndFrame:
           slaves_.at(action.session).begun.erase(action.frame);
+          accounts_.frame_ended(action.session, action.frame);
           break;
         case ActionKind::kExpel:
           EXPECT_TRUE(!slaves_.contains(action.session) || slaves_[action.session].is_liar ||
@@ -186,14 +196,19 @@ class Cluster {
     EXPECT_LT(action.tile.tile, tiles_[action.frame]);
     EXPECT_LT(action.frame, delivered_ + static_cast<FrameId>(options_.frames_in_flight) + 4);
     slave.leases.push_back({action.frame, versions_[action.frame], action.tile});
+    accounts_.leased(action.session, action.frame, action.tile);
   }
 
   void check() {
     const LedgerCounts counts = scheduler_.counts();
     ASSERT_EQ(counts.issued,
               counts.accepted + counts.rejected + counts.abandoned + counts.in_flight);
+    // Kept by another hand, from what was done and heard alone.
+    ASSERT_EQ(accounts_.total(), (TileAccounts{counts.issued, counts.accepted, counts.rejected,
+                                               counts.abandoned, counts.in_flight}));
     for (const auto& [session, slave] : slaves_) {
       ASSERT_LE(scheduler_.tiles_in_flight(session), slave.threads * kTilesPerWorkerMax);
+      ASSERT_EQ(accounts_.of(session).in_flight, scheduler_.tiles_in_flight(session));
     }
   }
 
@@ -227,6 +242,7 @@ class Cluster {
   std::mt19937_64 random_;
   const SchedulerOptions options_;
   Scheduler scheduler_;
+  LeaseAccounts accounts_;
   const int kill_share_;
   TimePoint now_{};
   std::map<SessionId, Slave> slaves_;

@@ -31,6 +31,10 @@ TEST(CommandLine, WrongUsageIsExitCodeTwo) {
       {"render", "a.obj", "-o", "x.png", "--slaves", "2"},
       {"render", "a.obj", "-o", "x.png", "--connect", "nowhere"},
       {"render", "a.obj", "-o", "x.png", "--keys", "k", "--plain"},
+      {"render", "a.obj", "-o", "x.png", "--metrics", "0.0.0.0:9000"},
+      {"render", "a.obj", "-o", "x.png", "--metrics", "9000"},
+      {"render", "a.obj", "-o", "x.png", "--trace-seconds", "2"},
+      {"render", "a.obj", "-o", "x.png", "--connect", "127.0.0.1:7400", "--plain", "--trace", "t"},
       {"serve", "--log-level", "loud"},
       {"status"},
   };
@@ -51,6 +55,11 @@ TEST(CommandLine, DefaultsAreThoseOfTheContract) {
   EXPECT_EQ(parsed.options.session.frames_in_flight, 2);
   EXPECT_EQ(parsed.options.session.prefetch_per_thread, -1);
   EXPECT_EQ(parse({"serve", "--plain"}).options.session.listen, "127.0.0.1:7400");
+  EXPECT_EQ(
+      parse({"serve", "--plain", "--listen", "127.0.0.1:1", "--listen", "127.0.0.2:2,[::1]:3"})
+          .options.session.listen,
+      "127.0.0.1:1,127.0.0.2:2,[::1]:3");
+  EXPECT_EQ(parse({"serve", "--plain", "--listen", "127.0.0.1:1,10.0.0.1:2"}).exit_code, 2);
   EXPECT_EQ(parse({"view", "builtin:cornell"}).options.frame.pixel_format, PixelFormat::kHalf);
   EXPECT_EQ(parse({"render", "s.obj", "-o", "x.exr", "--listen", "127.0.0.1:0", "--plain"})
                 .options.session.local_slaves,

@@ -263,6 +263,7 @@ TEST(CameraControls, KeysGiveCommands) {
   EXPECT_EQ(press(Key::kH), ViewerCommand::kToggleHelp);
   EXPECT_EQ(press(Key::kO), ViewerCommand::kToggleOverlay);
   EXPECT_EQ(press(Key::kT), ViewerCommand::kToggleTint);
+  EXPECT_EQ(press(Key::kL), ViewerCommand::kToggleSlaves);
   EXPECT_EQ(press(Key::kEscape), ViewerCommand::kQuit);
   EXPECT_EQ(press(Key::kQ, true), ViewerCommand::kQuit);
   EXPECT_FALSE(controls.is_flying());

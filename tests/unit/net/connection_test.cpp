@@ -174,6 +174,41 @@ TEST_F(ConnectionTest, APortInUseIsNamed) {
   });
 }
 
+TEST_F(ConnectionTest, SeveralLinksLeadToOneListener) {
+  std::promise<void> both;
+  std::vector<ConnectionPtr> accepted;
+  std::unique_ptr<Listener> listener;
+  io_.run_and_wait([&] {
+    auto opened = listen_on_all(io_, {{"127.0.0.1", 0}, {"127.0.0.2", 0}}, nullptr,
+                                [&](ConnectionPtr connection) {
+                                  accepted.push_back(std::move(connection));
+                                  if (accepted.size() == 2) both.set_value();
+                                });
+    ASSERT_TRUE(opened.is_ok()) << opened.status().message();
+    listener = std::move(*opened);
+  });
+  std::vector<std::unique_ptr<ConnectAttempt>> attempts;
+  io_.run_and_wait([&] {
+    for (std::size_t i = 0; i < 2; ++i) {
+      const std::string host = i == 0 ? "127.0.0.1" : "127.0.0.2";
+      attempts.push_back(connect(io_, {host, listener->port(i)}, nullptr, "master",
+                                 std::chrono::seconds(5), [](const Result<ConnectionPtr>& result) {
+                                   EXPECT_TRUE(result.is_ok()) << result.status().message();
+                                 }));
+    }
+  });
+  EXPECT_EQ(both.get_future().wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  io_.run_and_wait([&] {
+    attempts.clear();
+    accepted.clear();
+    EXPECT_FALSE(listen_on_all(io_, {{"127.0.0.1", 0}, {"127.0.0.2", listener->port(1)}}, nullptr,
+                               [](ConnectionPtr) {})
+                     .is_ok())
+        << "one that cannot be had is an error";
+    listener.reset();
+  });
+}
+
 TEST_F(ConnectionTest, GarbageEndsTheLink) {
   EXPECT_EQ(end_after(bytes_of(4096, 7), false).code(), StatusCode::kDataLoss);
   const std::string http = "GET / HTTP/1.1\r\nHost: master\r\n\r\n";

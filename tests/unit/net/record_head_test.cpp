@@ -57,9 +57,28 @@ TEST(Crc32c, AgreesWithTheVectorsOfRfc3720) {
   EXPECT_EQ(crc_of("123456789"), 0xe3069283u);
 }
 
+// Bit by bit, as the polynomial says.
+std::uint32_t slow_crc32c(std::span<const std::byte> bytes) {
+  std::uint32_t c = ~0u;
+  for (const std::byte b : bytes) {
+    c ^= static_cast<std::uint32_t>(b);
+    for (int bit = 0; bit < 8; ++bit) c = (c & 1u) != 0 ? c >> 1 ^ 0x82f63b78u : c >> 1;
+  }
+  return ~c;
+}
+
+TEST(Crc32c, EveryLengthAgreesWithTheSlowOne) {
+  std::mt19937 random(2);
+  std::vector<std::byte> bytes(5000);
+  for (std::byte& b : bytes) b = static_cast<std::byte>(random());
+  const std::span all(bytes);
+  for (std::size_t length = 0; length <= bytes.size(); length += length < 40 ? 1 : 97)
+    EXPECT_EQ(crc32c(0, all.first(length)), slow_crc32c(all.first(length))) << length;
+}
+
 TEST(Crc32c, PiecesGiveTheSameAsTheWhole) {
   std::mt19937 random(1);
-  std::vector<std::byte> bytes(1000);
+  std::vector<std::byte> bytes(4000);
   for (std::byte& b : bytes) b = static_cast<std::byte>(random());
   const std::span all(bytes);
   for (std::size_t cut = 0; cut <= bytes.size(); cut += 37) {
@@ -76,6 +95,12 @@ TEST(Endpoint, NamesAddressesAndPorts) {
        {"", "host", "host:", "host:x", "host:70000", "host:-1", "::1:7400", "a:1:2"}) {
     EXPECT_FALSE(parse_endpoint(wrong).is_ok()) << wrong;
   }
+  const auto several = parse_endpoints("10.0.0.5:7400,[::1]:0,:1");
+  ASSERT_TRUE(several.is_ok());
+  EXPECT_EQ(several->size(), 3u);
+  EXPECT_EQ((*several)[1].host, "::1");
+  for (const char* wrong : {"", "a:1,", ",a:1", "a:1,,b:2", "a:1,b"})
+    EXPECT_FALSE(parse_endpoints(wrong).is_ok()) << wrong;
   EXPECT_TRUE(is_loopback({"127.0.0.1", 1}));
   EXPECT_TRUE(is_loopback({"127.9.9.9", 1}));
   EXPECT_TRUE(is_loopback({"::1", 1}));

@@ -62,20 +62,8 @@ class SlaveNodeTest : public testing::Test {
   void send_blocks(SceneVersion version, const EncodedScene& encoded,
                    const std::vector<std::uint32_t>& blocks) {
     for (const std::uint32_t block : blocks) {
-      const std::vector<std::byte>& bytes = *encoded.blocks.at(block).bytes;
-      const std::size_t half = bytes.size() / 2;
-      if (half > 0) {
-        master_.send(scene_,
-                     wire::SceneChunk{
-                         version, block, 0,
-                         net::SharedBytes::of(
-                             {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(half)})});
-      }
-      master_.send(
-          scene_,
-          wire::SceneChunk{version, block, half,
-                           net::SharedBytes::of(
-                               {bytes.begin() + static_cast<std::ptrdiff_t>(half), bytes.end()})});
+      master_.send(scene_, wire::SceneChunk{version, block, 0,
+                                            net::SharedBytes::of(*encoded.blocks.at(block).bytes)});
     }
   }
 

@@ -88,26 +88,8 @@ class Samples {
     return s;
   }
 
-  StatusReply status_reply() {
-    StatusReply reply;
-    reply.status.frames_done = any();
-    reply.status.has_application = number(0, 1) == 1;
-    for (std::uint64_t i = number(0, 5); i > 0; --i) reply.status.slaves.push_back(slave_status());
-    reply.status.pace = {static_cast<std::uint32_t>(number(0, kHeartbeatMsMax)),
-                         static_cast<std::uint32_t>(number(0, kHeartbeatsMissedLimit)),
-                         static_cast<std::uint32_t>(any()),
-                         static_cast<std::uint32_t>(any()),
-                         0.25,
-                         0.5,
-                         1.5};
-    reply.status.tiles = {any(), any(), any(), any(), any()};
-    for (std::uint64_t i = number(0, 3); i > 0; --i) {
-      reply.status.quarantined.push_back({text(kNameBytesMax, 1), 12.5,
-                                          static_cast<std::uint32_t>(any()),
-                                          text(kQuarantineReasonBytesMax, 0)});
-    }
-    return reply;
-  }
+  StatusReply status_reply();
+
   SlaveStatus slave_status() {
     SlaveStatus s;
     s.name = text(kNameBytesMax);
@@ -120,12 +102,61 @@ class Samples {
     s.scene_version = any();
     s.tile_port = static_cast<std::uint16_t>(number(0, 0xffff));
     s.scene_port = static_cast<std::uint16_t>(number(0, 0xffff));
+    s.state = static_cast<SlaveState>(number(0, 2));
+    s.ordinal = static_cast<std::uint16_t>(number(0, 0xffff));
+    s.prefetch_depth = small(0, 0xffffffffu);
+    s.tiles_per_second = real(0, 1e6);
+    s.tile_seconds = real(0, 10);
+    s.tiles = {any(), any(), any(), any(), s.tiles_in_flight};
+    s.queue_bytes = any();
+    s.bytes_sent = any();
+    s.bytes_received = any();
     return s;
   }
 
  private:
+  void add_scene_messages(std::vector<Message>& m);
+
   std::mt19937_64 random_;
 };
+
+inline void Samples::add_scene_messages(std::vector<Message>& m) {
+  const auto u16 = [this] { return static_cast<std::uint16_t>(number(1, 0xffff)); };
+  SceneAnnounce announce;
+  announce.version = number(1, ~0ull);
+  for (std::uint64_t i = number(1, 20); i > 0; --i) {
+    announce.digests.push_back(digest());
+    announce.sizes.push_back(number(1, kSceneBlockBytesMax));
+  }
+  announce.index_bytes = any();
+  m.push_back(announce);
+  SceneNeed need;
+  need.version = number(1, ~0ull);
+  for (std::uint32_t i = small(0, 5); i < 40; i += small(1, 9)) need.blocks.push_back(i);
+  need.codings = small(0, 3) * coding_bit(ByteCoding::kLz4);
+  m.push_back(need);
+  SceneChunkList list{number(1, ~0ull), small(0, kSceneBlocksMax - 1), {}};
+  for (std::uint64_t i = number(2, 30); i > 0; --i) list.chunks.push_back(digest());
+  m.push_back(list);
+  SceneChunkNeed chunk_need{number(1, ~0ull), small(0, kSceneBlocksMax - 1), {}};
+  for (std::uint64_t i = number(1, 30); i > 0; --i) {
+    chunk_need.chunks.push_back(number(0, 1) == 1);
+  }
+  m.push_back(chunk_need);
+  m.push_back(SceneNeed{7, {}, 0});
+  m.push_back(SceneChunk{number(1, ~0ull), small(0, kSceneBlocksMax - 1),
+                         number(0, kSceneBlockBytesMax - 4096), net::SharedBytes::of(bytes(4096)),
+                         static_cast<ByteCoding>(number(0, 2))});
+  m.push_back(SceneBuilt{number(1, ~0ull), real(0, 100), number(0, kTrianglesMax), digest()});
+  m.push_back(SceneFailed{number(1, ~0ull), text(kReasonBytesMax, 0), any(), any()});
+  m.push_back(RelayFrom{number(1, ~0ull), number(1, ~0ull), text(kNameBytesMax), u16(), any()});
+  m.push_back(RelayFrom{number(1, ~0ull), 0, "", 0, 0});
+  m.push_back(RelayFailed{number(1, ~0ull), number(1, ~0ull), static_cast<RelayFault>(number(0, 2)),
+                          text(kReasonBytesMax, 0)});
+  m.push_back(SceneProgress{number(1, ~0ull), any()});
+  m.push_back(RelayJoin{any(), small(0, 3) * coding_bit(ByteCoding::kLz4)});
+  m.push_back(SceneRetire{number(1, ~0ull)});
+}
 
 inline std::vector<Message> Samples::all() {
   std::vector<Message> m;
@@ -133,7 +164,7 @@ inline std::vector<Message> Samples::all() {
   const std::uint16_t least = static_cast<std::uint16_t>(number(1, 1000));
   m.push_back(Hello{Role::kSlave, least, static_cast<std::uint16_t>(least + number(0, 9)),
                     text(kNameBytesMax), small(1, kWorkersMax), small(1, kIsaMaskAll),
-                    text(kBuildIdBytesMax, 0)});
+                    text(kBuildIdBytesMax, 0), any(), u16(), any()});
   m.push_back(Hello{static_cast<Role>(number(1, 2)), 1, 1, text(kNameBytesMax), 0, 0, ""});
   m.push_back(Welcome{u16(), number(1, ~0ull), any(), small(1, kHeartbeatMsMax),
                       small(1, kHeartbeatsMissedLimit)});
@@ -141,31 +172,16 @@ inline std::vector<Message> Samples::all() {
   m.push_back(Joined{});
   m.push_back(Refuse{static_cast<RefuseCode>(number(0, 7)), text(kReasonBytesMax, 0)});
   m.push_back(Ping{any()});
-  m.push_back(Pong{any()});
-  SceneAnnounce announce;
-  announce.version = number(1, ~0ull);
-  for (std::uint64_t i = number(1, 20); i > 0; --i) {
-    announce.digests.push_back(digest());
-    announce.sizes.push_back(number(1, kSceneBlockBytesMax));
-  }
-  m.push_back(announce);
-  SceneNeed need;
-  need.version = number(1, ~0ull);
-  for (std::uint32_t i = small(0, 5); i < 40; i += small(1, 9)) need.blocks.push_back(i);
-  m.push_back(need);
-  m.push_back(SceneNeed{7, {}});
-  m.push_back(SceneChunk{number(1, ~0ull), small(0, kSceneBlocksMax - 1),
-                         number(0, kSceneBlockBytesMax - 4096), net::SharedBytes::of(bytes(4096))});
-  m.push_back(SceneBuilt{number(1, ~0ull), real(0, 100), number(0, kTrianglesMax), digest()});
-  m.push_back(SceneFailed{number(1, ~0ull), text(kReasonBytesMax, 0)});
-  m.push_back(SceneRetire{number(1, ~0ull)});
+  m.push_back(Pong{any(), any()});
+  add_scene_messages(m);
   m.push_back(FrameBegin{any(), number(1, ~0ull), isa(), settings(),
                          small(0, 3) * coding_bit(ByteCoding::kLz4)});
   m.push_back(TileLease{any(), small(0, kTilesPerFrameMax - 1), small(1, 0xffffffffu)});
   m.push_back(FrameEnd{any()});
   m.push_back(TileResult{any(), number(1, ~0ull), small(0, kTilesPerFrameMax - 1),
                          small(1, 0xffffffffu), real(0, 10), real(0, 10), real(0, 10), rays(),
-                         bytes(5000), static_cast<ByteCoding>(number(0, 2))});
+                         any(), small(0, kWorkersMax - 1), bytes(5000),
+                         static_cast<ByteCoding>(number(0, 2))});
   m.push_back(TileReturned{any(), small(0, kTilesPerFrameMax - 1), small(1, 0xffffffffu)});
   m.push_back(Goodbye{text(kReasonBytesMax, 0)});
   m.push_back(FrameSubmit{any(), number(1, ~0ull), settings()});
@@ -179,9 +195,33 @@ inline std::vector<Message> Samples::all() {
     done.tile_slave.push_back(static_cast<std::uint16_t>(number(0, 0xffff)));
   }
   m.push_back(done);
-  m.push_back(StatusRequest{});
+  m.push_back(StatusRequest{number(0, 1) == 1});
   m.push_back(status_reply());
   return m;
+}
+
+inline StatusReply Samples::status_reply() {
+  StatusReply reply;
+  reply.status.frames_done = any();
+  reply.status.has_application = number(0, 1) == 1;
+  reply.status.frames_failed = any();
+  reply.status.frames_cancelled = any();
+  reply.status.tiles_reissued = any();
+  reply.status.slaves_lost = any();
+  for (std::uint64_t i = number(0, 5); i > 0; --i) reply.status.slaves.push_back(slave_status());
+  reply.status.pace = {small(0, kHeartbeatMsMax),
+                       small(0, kHeartbeatsMissedLimit),
+                       small(0, 9999),
+                       small(0, 9999),
+                       0.25,
+                       0.5,
+                       1.5};
+  reply.status.tiles = {any(), any(), any(), any(), any()};
+  for (std::uint64_t i = number(0, 3); i > 0; --i) {
+    reply.status.quarantined.push_back(
+        {text(kNameBytesMax, 1), 12.5, small(0, 9999), text(kQuarantineReasonBytesMax, 0)});
+  }
+  return reply;
 }
 
 // ---- field by field
@@ -190,7 +230,8 @@ inline bool same_bytes(const net::SharedBytes& a, const net::SharedBytes& b) {
   return std::ranges::equal(a.bytes, b.bytes);
 }
 inline auto fields(const Hello& m) {
-  return std::tie(m.role, m.version_min, m.version_max, m.name, m.threads, m.isas, m.build_id);
+  return std::tie(m.role, m.version_min, m.version_max, m.name, m.threads, m.isas, m.build_id,
+                  m.memory_bytes, m.relay_port, m.relay_token);
 }
 inline auto fields(const Welcome& m) {
   return std::tie(m.version, m.session, m.token, m.heartbeat_ms, m.heartbeats_missed_max);
@@ -199,28 +240,44 @@ inline auto fields(const Join& m) { return std::tie(m.version, m.session, m.toke
 inline auto fields(const Joined&) { return std::tuple<>(); }
 inline auto fields(const Refuse& m) { return std::tie(m.code, m.reason); }
 inline auto fields(const Ping& m) { return std::tie(m.sent_ns); }
-inline auto fields(const Pong& m) { return std::tie(m.sent_ns); }
-inline auto fields(const SceneAnnounce& m) { return std::tie(m.version, m.digests, m.sizes); }
-inline auto fields(const SceneNeed& m) { return std::tie(m.version, m.blocks); }
-inline auto fields(const SceneChunk& m) { return std::tie(m.version, m.block, m.offset); }
+inline auto fields(const Pong& m) { return std::tie(m.sent_ns, m.answered_ns); }
+inline auto fields(const SceneAnnounce& m) {
+  return std::tie(m.version, m.digests, m.sizes, m.index_bytes);
+}
+inline auto fields(const SceneChunkList& m) { return std::tie(m.version, m.block, m.chunks); }
+inline auto fields(const SceneChunkNeed& m) { return std::tie(m.version, m.block, m.chunks); }
+inline auto fields(const SceneNeed& m) { return std::tie(m.version, m.blocks, m.codings); }
+inline auto fields(const SceneChunk& m) { return std::tie(m.version, m.block, m.offset, m.coding); }
 inline auto fields(const SceneBuilt& m) {
   return std::tie(m.version, m.build_seconds, m.triangle_count, m.scene);
 }
-inline auto fields(const SceneFailed& m) { return std::tie(m.version, m.reason); }
+inline auto fields(const SceneFailed& m) {
+  return std::tie(m.version, m.reason, m.needed_bytes, m.free_bytes);
+}
+inline auto fields(const RelayFrom& m) {
+  return std::tie(m.version, m.feeder, m.host, m.port, m.token);
+}
+inline auto fields(const RelayFailed& m) {
+  return std::tie(m.version, m.feeder, m.fault, m.reason);
+}
+inline auto fields(const SceneProgress& m) { return std::tie(m.version, m.bytes); }
+inline auto fields(const RelayJoin& m) { return std::tie(m.token, m.codings); }
 inline auto fields(const SceneRetire& m) { return std::tie(m.first_kept); }
-inline auto fields(const FrameBegin& m) { return std::tie(m.frame, m.version, m.isa, m.settings); }
+inline auto fields(const FrameBegin& m) {
+  return std::tie(m.frame, m.version, m.isa, m.settings, m.pixel_codings);
+}
 inline auto fields(const TileLease& m) { return std::tie(m.frame, m.tile, m.attempt); }
 inline auto fields(const FrameEnd& m) { return std::tie(m.frame); }
 inline auto fields(const TileResult& m) {
   return std::tie(m.frame, m.version, m.tile, m.attempt, m.seconds, m.starved_seconds,
-                  m.held_seconds, m.rays, m.pixels);
+                  m.held_seconds, m.rays, m.began_ns, m.worker, m.pixels, m.coding);
 }
 inline auto fields(const TileReturned& m) { return std::tie(m.frame, m.tile, m.attempt); }
 inline auto fields(const Goodbye& m) { return std::tie(m.reason); }
 inline auto fields(const FrameSubmit& m) { return std::tie(m.frame, m.version, m.settings); }
 inline auto fields(const FrameCancel& m) { return std::tie(m.frame); }
 inline auto fields(const FrameChunk& m) { return std::tie(m.frame, m.offset); }
-inline auto fields(const StatusRequest&) { return std::tuple<>(); }
+inline auto fields(const StatusRequest& m) { return std::tie(m.wants_details); }
 inline auto fields(const FrameStats& s) {
   return std::tie(s.frame, s.seconds, s.scene_version, s.isa, s.is_mixed, s.slave_count,
                   s.tile_count, s.tile_edge_px, s.tiles_reissued, s.tiles_rejected, s.rays,
@@ -233,7 +290,13 @@ inline auto fields(const FrameDone& m) {
 }
 inline auto fields(const SlaveStatus& s) {
   return std::tie(s.name, s.threads, s.isa, s.tiles_in_flight, s.tiles_done, s.utilisation,
-                  s.rtt_seconds, s.scene_version, s.tile_port, s.scene_port);
+                  s.rtt_seconds, s.scene_version, s.tile_port, s.scene_port, s.state, s.ordinal,
+                  s.prefetch_depth, s.tiles_per_second, s.tile_seconds, s.tiles, s.queue_bytes,
+                  s.bytes_sent, s.bytes_received);
+}
+inline auto fields(const ClusterStatus& s) {
+  return std::tie(s.frames_done, s.has_application, s.frames_failed, s.frames_cancelled, s.tiles,
+                  s.pace, s.tiles_reissued, s.slaves_lost);
 }
 
 template <typename M>
@@ -247,9 +310,8 @@ inline bool same(const FrameChunk& a, const FrameChunk& b) {
   return fields(a) == fields(b) && same_bytes(a.bytes, b.bytes);
 }
 inline bool same(const StatusReply& a, const StatusReply& b) {
-  return a.status.frames_done == b.status.frames_done &&
-         a.status.has_application == b.status.has_application && a.status.pace == b.status.pace &&
-         a.status.tiles == b.status.tiles && a.status.quarantined == b.status.quarantined &&
+  return a.has_details == b.has_details && fields(a.status) == fields(b.status) &&
+         a.status.quarantined == b.status.quarantined &&
          std::ranges::equal(
              a.status.slaves, b.status.slaves,
              [](const SlaveStatus& x, const SlaveStatus& y) { return fields(x) == fields(y); });

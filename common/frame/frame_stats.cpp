@@ -1,0 +1,17 @@
+#include "common/frame/frame_stats.h"
+
+namespace tessera {
+
+std::string_view slave_state_name(SlaveState state) {
+  switch (state) {
+    case SlaveState::kWaiting:
+      return "waiting";
+    case SlaveState::kReady:
+      return "ready";
+    case SlaveState::kQuarantined:
+      return "quarantined";
+  }
+  return "unknown";
+}
+
+}  // namespace tessera

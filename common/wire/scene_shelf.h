@@ -1,0 +1,59 @@
+// What a receiver of scenes has: the blocks of the newest complete scenes, and the half-sent blocks
+// of one that was broken off. A new scene takes whole blocks and single chunks from here before it
+// asks for any.
+//
+// Threads. One owner. Pure.
+// Invariants. (1) At most kScenesKept scenes, and the parts of one. (2) Everything here has had its
+// digest checked.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "common/base/ids.h"
+#include "common/scene/scene_codec.h"
+#include "common/wire/block_assembly.h"
+
+namespace tessera::wire {
+
+class SceneShelf {
+ public:
+  static constexpr std::size_t kScenesKept = 2;
+
+  void keep(SceneVersion version, const EncodedScene& scene);
+  // Of a scene that was broken off; they replace those of the one before.
+  void put_aside(std::vector<SceneBlock> whole, std::vector<BlockAssembly> parts);
+  void drop_parts();
+  // Versions mean nothing to the next master; blocks do.
+  void forget_versions();
+
+  // Null when it is not here.
+  const SceneBlock* block(const Digest& digest) const;
+  const EncodedScene* scene(SceneVersion version) const;
+  // Takes out a half-sent block.
+  std::optional<BlockAssembly> take_part(const Digest& digest);
+  std::optional<std::span<const std::byte>> chunk(const Digest& digest);
+
+ private:
+  struct Kept {
+    SceneVersion version = 0;  // 0: of another session
+    EncodedScene scene;
+  };
+
+  void index_blocks();
+
+  std::deque<Kept> kept_;
+  std::unordered_map<Digest, SceneBlock, DigestHash> blocks_;  // of kept_ and whole_parts_
+  std::vector<SceneBlock> whole_parts_;
+  std::vector<BlockAssembly> parts_;
+  // Where chunks of large blocks lie; made when first asked for.
+  std::unordered_map<Digest, std::span<const std::byte>, DigestHash> chunks_;
+  bool is_indexed_ = false;
+};
+
+}  // namespace tessera::wire

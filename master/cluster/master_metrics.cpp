@@ -1,0 +1,10 @@
+#include "master/cluster/master_metrics.h"
+
+namespace tessera::master {
+
+MasterMetrics& master_metrics() {
+  static MasterMetrics cells;
+  return cells;
+}
+
+}  // namespace tessera::master

@@ -1,0 +1,60 @@
+// What happens to frames and tiles, for whoever watches: accounts of every slave's leases, metrics,
+// a trace. The frame loop tells it what it does and hears; it decides nothing.
+//
+// Threads. Io thread only; the trace is handed over there, too.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "common/wire/messages.h"
+#include "master/cluster/cluster.h"
+#include "master/frame_loop/trace.h"
+#include "master/schedule/frame_ledger.h"
+#include "master/schedule/lease_accounts.h"
+#include "master/schedule/scheduler.h"
+
+namespace tessera::master {
+
+enum class FrameEndKind { kDone, kFailed, kCancelled };
+
+class Observer {
+ public:
+  explicit Observer(const Cluster& cluster) : cluster_(cluster) {}
+
+  void slave_joined(SessionId session, std::uint32_t threads);
+  void slave_lost(SessionId session);
+  void leased(SessionId session, FrameId frame, const TileAssignment& tile, TimePoint now);
+  void handed_back(SessionId session, const wire::TileReturned& tile);
+  void frame_ended(SessionId session, FrameId frame);  // FrameEnd was sent to that slave
+  // `actions`: what the scheduler made of it.
+  void answered(SessionId session, const wire::TileResult& result, ResultVerdict verdict,
+                const Actions& actions, TimePoint now);
+  // `begin`: its first lease; nothing for a frame that never began.
+  void frame_over(FrameId frame, SceneVersion version, FrameEndKind kind,
+                  std::optional<TimePoint> begin, TimePoint now);
+
+  // Records from the first lease on, for `interval` (zero: until finish_trace()); then hands the
+  // trace over, once.
+  void start_trace(Duration interval, std::function<void(Trace)> on_done);
+  // Call often: ends an interval that is over.
+  void tick(TimePoint now);
+  // Hands over what was recorded, if that was not done before.
+  void finish_trace();
+
+  // All that is known but whether an application is there.
+  ClusterStatus status(const Scheduler& scheduler) const;
+
+ private:
+  const Cluster& cluster_;
+  LeaseAccounts accounts_;
+  std::uint64_t frames_done_ = 0, frames_failed_ = 0, frames_cancelled_ = 0, tiles_reissued_ = 0,
+                slaves_lost_ = 0;
+  std::optional<TraceRecorder> trace_;   // from the first lease on
+  std::function<void(Trace)> on_trace_;  // null: no trace is wanted, or it was handed over
+  Duration trace_interval_{};
+  TimePoint trace_end_{};
+};
+
+}  // namespace tessera::master

@@ -1,0 +1,44 @@
+// Outcomes of frames on their way out, in the order in which the frames ended: one whose digest is
+// still being computed holds up those behind it.
+//
+// Threads. The loop's.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <optional>
+
+#include "master/frame_loop/frame_loop.h"
+
+namespace tessera::master {
+
+class OutcomeLine {
+ public:
+  using Ticket = std::uint64_t;
+
+  // May call us back from inside.
+  void set_exit(std::function<void(FrameOutcome)> exit) { exit_ = std::move(exit); }
+
+  // Nothing is missing from it.
+  void add(FrameOutcome outcome);
+  // It waits for its digest.
+  Ticket add_waiting(FrameOutcome outcome);
+  // Nothing when end() came first.
+  void digest_done(Ticket ticket, const Digest& digest);
+  // Those that wait leave as failed.
+  void end(const Status& reason);
+
+ private:
+  struct Entry {
+    FrameOutcome outcome;
+    bool is_waiting = false;
+  };
+  void let_go();
+
+  std::function<void(FrameOutcome)> exit_;
+  std::deque<Entry> entries_;
+  Ticket first_ticket_ = 0;  // of entries_.front()
+};
+
+}  // namespace tessera::master

@@ -1,0 +1,60 @@
+#include "master/frame_loop/trace.h"
+
+#include <algorithm>
+
+namespace tessera::master {
+
+void TraceRecorder::slave_joined(SessionId session, const std::string& name,
+                                 std::uint32_t threads) {
+  if (trace_.slaves.size() >= kSlavesMax) forget_slaves();
+  trace_.slaves[session] = {name, threads, std::nullopt};
+  present_.insert(session);
+}
+
+// Those that are gone and have no tile here.
+void TraceRecorder::forget_slaves() {
+  std::set<SessionId> kept = present_;
+  for (const TracedTile& tile : trace_.tiles) kept.insert(tile.session);
+  std::erase_if(trace_.slaves, [&](const auto& entry) { return !kept.contains(entry.first); });
+}
+
+void TraceRecorder::leased(SessionId session, FrameId frame, std::uint32_t tile,
+                           std::uint32_t attempt, TimePoint now) {
+  leases_[{session, frame, tile, attempt}] = now;
+}
+
+void TraceRecorder::frame_ended(SessionId session, FrameId frame) {
+  leases_.erase(leases_.lower_bound({session, frame, 0, 0}),
+                leases_.lower_bound({session, frame + 1, 0, 0}));
+}
+
+void TraceRecorder::slave_lost(SessionId session) {
+  present_.erase(session);
+  leases_.erase(leases_.lower_bound({session, 0, 0, 0}),
+                leases_.lower_bound({session + 1, 0, 0, 0}));
+}
+
+void TraceRecorder::answered(TracedTile tile, const std::optional<ClockEstimate>& clock) {
+  const auto slave = trace_.slaves.find(tile.session);
+  const auto lease = leases_.find({tile.session, tile.frame, tile.tile, tile.attempt});
+  if (slave == trace_.slaves.end() || lease == leases_.end()) return;
+  tile.leased = lease->second;
+  leases_.erase(lease);
+  slave->second.clock = better(slave->second.clock, clock);
+  trace_.tiles.push_back(tile);
+  if (trace_.tiles.size() > kTilesMax) {
+    trace_.tiles.pop_front();
+    ++trace_.tiles_dropped;
+  }
+}
+
+void TraceRecorder::frame_over(const TracedFrame& frame) {
+  trace_.start = std::min(trace_.start, frame.begin);  // it began a moment before its first lease
+  trace_.frames.push_back(frame);
+  if (trace_.frames.size() > kFramesMax) {
+    trace_.frames.pop_front();
+    ++trace_.frames_dropped;
+  }
+}
+
+}  // namespace tessera::master

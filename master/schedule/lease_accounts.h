@@ -1,0 +1,47 @@
+// Where each slave's leases went, kept apart from who decides: the frame loop tells what it did and
+// heard, so that the sums here check the scheduler's. Pure: no clock, no thread, no IO.
+//
+// Invariants. (1) issued == accepted + rejected + abandoned + in_flight, for each session and in
+// total, after every call. (2) Bounded by sessions times frames in flight.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "common/base/ids.h"
+#include "common/frame/frame_stats.h"
+#include "master/schedule/frame_ledger.h"
+
+namespace tessera::master {
+
+class LeaseAccounts {
+ public:
+  void leased(SessionId session, FrameId frame, const TileAssignment& tile);
+  // A result, or a tile that came back unrendered. Ignored when it answers no outstanding lease.
+  void answered(SessionId session, FrameId frame, const TileAssignment& tile, bool is_accepted);
+  void handed_back(SessionId session, FrameId frame, const TileAssignment& tile);
+  // An audit: one of its results was accepted, and is not any more.
+  void overruled(SessionId session);
+  // The slave was told that the frame is over: what it still holds of it is abandoned.
+  void frame_ended(SessionId session, FrameId frame);
+  void slave_lost(SessionId session);
+
+  // Zero for a session that is gone or never leased.
+  TileAccounts of(SessionId session) const;
+  TileAccounts total() const;
+
+ private:
+  struct Account {
+    TileAccounts counts;  // in_flight: the sum over `outstanding`
+    // By frame, in no order: a slave holds some tens, and the oldest, at the front, come first.
+    std::map<FrameId, std::vector<std::uint64_t>> outstanding;
+  };
+
+  Account* end_lease(SessionId session, FrameId frame, const TileAssignment& tile);
+
+  std::map<SessionId, Account> accounts_;
+  TileAccounts gone_;
+};
+
+}  // namespace tessera::master

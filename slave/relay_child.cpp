@@ -1,0 +1,83 @@
+#include "slave/relay_child.h"
+
+#include <utility>
+
+#include "common/wire/codec.h"
+
+namespace tessera::slave {
+
+void RelayChild::follow(const wire::RelayFrom& from, std::vector<wire::SceneChunkNeed> needs) {
+  stop();
+  version_ = from.version;
+  feeder_ = from.feeder;
+  token_ = from.token;
+  waiting_ = std::move(needs);
+  const auto on_answer = [this, alive = std::weak_ptr<int>(alive_),
+                          generation = generation_](Result<net::ConnectionPtr> connection) {
+    if (alive.expired()) return;
+    // By way of the queue: the answer may come from inside the call.
+    loop_.post([this, alive, generation, connection = std::move(connection)]() mutable {
+      if (!alive.expired() && generation == generation_) on_connected(std::move(connection));
+    });
+  };
+  attempt_ = access_.connect({from.host, from.port}, on_answer);
+}
+
+void RelayChild::on_connected(Result<net::ConnectionPtr> connection) {
+  attempt_.reset();
+  if (!connection.is_ok()) {
+    return fail(wire::RelayFault::kUnreachable, connection.status().message());
+  }
+  connection_ = std::move(*connection);
+  net::ConnectionCallbacks callbacks;
+  callbacks.on_record = [this, generation = generation_](net::ReceivedRecord record) {
+    if (generation == generation_) on_record(std::move(record));
+  };
+  callbacks.on_closed = [this, generation = generation_](const Status& status) {
+    if (generation == generation_) fail(wire::RelayFault::kGone, status.message());
+  };
+  connection_->start(std::move(callbacks), wire::relay_child_limits());
+  connection_->send(wire::encode(wire::RelayJoin{token_, wire::kByteCodingsAll}));
+  for (wire::SceneChunkNeed& need : std::exchange(waiting_, {})) want(std::move(need));
+}
+
+void RelayChild::want(wire::SceneChunkNeed need) {
+  if (!connection_) {
+    waiting_.push_back(std::move(need));
+  } else {
+    connection_->send(wire::encode(std::move(need)));
+  }
+}
+
+void RelayChild::on_record(net::ReceivedRecord record) {
+  Result<wire::Message> message = wire::decode(std::move(record));
+  if (!message.is_ok()) return fail(wire::RelayFault::kAltered, message.status().message());
+  if (const auto* refuse = std::get_if<wire::Refuse>(&*message)) {
+    return fail(wire::RelayFault::kGone, "it refuses: " + refuse->reason);
+  }
+  const auto& chunk = std::get<wire::SceneChunk>(*message);  // nothing else has limits
+  const std::uint64_t generation = generation_;
+  const bool is_good = events_.on_chunk(chunk);
+  if (generation != generation_ || is_good) return;
+  fail(wire::RelayFault::kAltered, "block " + std::to_string(chunk.block) + ", offset " +
+                                       std::to_string(chunk.offset) + " is not what it should be");
+}
+
+void RelayChild::fail(wire::RelayFault fault, const std::string& reason) {
+  const wire::RelayFailed failed{version_, feeder_, fault, reason};
+  stop();
+  events_.on_failed(failed);
+}
+
+void RelayChild::stop() {
+  ++generation_;
+  version_ = 0;
+  waiting_.clear();
+  attempt_.reset();
+  if (!connection_) return;
+  connection_->close();
+  loop_.post([connection = std::move(connection_)] {});  // its callback may be running
+  connection_.reset();
+}
+
+}  // namespace tessera::slave

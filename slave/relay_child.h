@@ -1,0 +1,56 @@
+// Being fed by another slave: connects to the one that the master names, says its token, passes on
+// what is lacking and hands over what comes. Any fault ends it with one word to the owner, who
+// tells the master; it does not try again by itself.
+//
+// Threads. The event loop's thread only; callbacks come on it, never from inside a call of ours.
+// Invariants. (1) At most one feeder at a time. (2) After stop() or on_failed nothing comes.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "common/wire/messages.h"
+#include "slave/relay_access.h"
+
+namespace tessera::slave {
+
+class RelayChild {
+ public:
+  struct Events {
+    // Returns: false when the chunk is not what it says.
+    std::function<bool(const wire::SceneChunk&)> on_chunk;
+    std::function<void(wire::RelayFailed)> on_failed;
+  };
+
+  RelayChild(net::EventLoop& loop, const RelayAccess& access, Events events)
+      : loop_(loop), access_(access), events_(std::move(events)) {}
+  ~RelayChild() { stop(); }
+
+  // Instead of the feeder before.
+  void follow(const wire::RelayFrom& from, std::vector<wire::SceneChunkNeed> needs);
+  // Requires: is_following(need.version).
+  void want(wire::SceneChunkNeed need);
+  bool is_following(SceneVersion version) const { return version_ == version && version != 0; }
+  void stop();
+
+ private:
+  void on_connected(Result<net::ConnectionPtr> connection);
+  void on_record(net::ReceivedRecord record);
+  void fail(wire::RelayFault fault, const std::string& reason);
+
+  net::EventLoop& loop_;
+  const RelayAccess& access_;
+  const Events events_;
+  SceneVersion version_ = 0;  // 0: nobody feeds us
+  SessionId feeder_ = 0;
+  std::uint64_t token_ = 0;
+  std::uint64_t generation_ = 0;  // of the feeder; what comes from an older one is ignored
+  std::unique_ptr<net::ConnectAttempt> attempt_;
+  net::ConnectionPtr connection_;
+  std::vector<wire::SceneChunkNeed> waiting_;  // until the connection stands
+  std::shared_ptr<int> alive_ = std::make_shared<int>(0);
+};
+
+}  // namespace tessera::slave

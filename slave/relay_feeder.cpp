@@ -1,0 +1,123 @@
+#include "slave/relay_feeder.h"
+
+#include <string>
+#include <variant>
+
+#include "common/base/log.h"
+#include "common/wire/chunk_coding.h"
+#include "common/wire/codec.h"
+
+namespace tessera::slave {
+namespace {
+
+constexpr std::chrono::milliseconds kFarewell{500};  // to send the last record
+// Needs of blocks that are not here, for each child: those of the largest scene.
+constexpr std::size_t kNeedsMax = kSceneBlocksMax;
+
+}  // namespace
+
+void RelayFeeder::accept(net::ConnectionPtr connection, net::Listener* listener) {
+  const net::PeerIdentity& peer = connection->peer();
+  if (peer.is_authenticated && peer.role != "slave") {
+    log_warn("relay-refused",
+             "only slaves may be fed by a slave; this is a certificate of another role",
+             {{"peer", peer.address}, {"role", peer.role}});
+    return;  // closes
+  }
+  if (children_.size() >= kChildrenMax) children_.pop_front();
+  children_.emplace_back();
+  const ChildIterator child = std::prev(children_.end());
+  child->connection = std::move(connection);
+  net::ConnectionCallbacks callbacks;
+  callbacks.on_record = [this, child, listener](net::ReceivedRecord record) {
+    on_record(child, std::move(record), listener);
+  };
+  callbacks.on_closed = [this, child](const Status&) { children_.erase(child); };
+  callbacks.on_drained = [this, child] { pump(*child); };
+  child->connection->start(std::move(callbacks), wire::relay_join_limits());
+}
+
+void RelayFeeder::refuse(ChildIterator child, const std::string& reason) {
+  const net::ConnectionPtr connection = child->connection;
+  log_warn("relay-refused", reason, {{"peer", connection->peer().address}});
+  connection->send(wire::encode(wire::Refuse{wire::RefuseCode::kProtocol, reason}));
+  connection->close(kFarewell);
+  children_.erase(child);
+  loop_.post([connection] {});  // its callback may be running
+}
+
+void RelayFeeder::on_record(ChildIterator child, net::ReceivedRecord record,
+                            net::Listener* listener) {
+  Result<wire::Message> message = wire::decode(std::move(record));
+  if (!message.is_ok()) return refuse(child, message.status().message());
+  if (const auto* join = std::get_if<wire::RelayJoin>(&*message)) {
+    if (child->has_joined || join->token != token_) return refuse(child, "a wrong token");
+    child->has_joined = true;
+    child->codings = join->codings;
+    if (listener != nullptr) listener->mark_authenticated(*child->connection);
+    return child->connection->set_limits(wire::relay_feeder_limits());
+  }
+  const auto* need = std::get_if<wire::SceneChunkNeed>(&*message);
+  if (need == nullptr || !child->has_joined)
+    return refuse(child, "it does not keep to the protocol");
+  on_need(child, *need);
+}
+
+void RelayFeeder::on_need(ChildIterator child, const wire::SceneChunkNeed& need) {
+  if (child->wanted.size() >= kNeedsMax) return refuse(child, "it asks for too much at once");
+  std::vector<bool> later(need.chunks.size());
+  bool is_any_later = false;
+  for (std::uint32_t i = 0; i < need.chunks.size(); ++i) {
+    if (!need.chunks[i]) continue;
+    net::SharedBytes bytes;
+    switch (receiver_.find(need.version, need.block, i, bytes)) {
+      case wire::SceneReceiver::Holding::kHere:
+        child->ready.push_back({need.version, need.block, i});
+        break;
+      case wire::SceneReceiver::Holding::kNotYet:
+        later[i] = is_any_later = true;
+        break;
+      case wire::SceneReceiver::Holding::kNever:
+        return refuse(child, "scene version " + std::to_string(need.version) + " is not here");
+    }
+  }
+  if (is_any_later) child->wanted[{need.version, need.block}] = std::move(later);
+  pump(*child);
+}
+
+void RelayFeeder::on_arrived(const wire::SceneReceiver::Arrival& arrival) {
+  for (Child& child : children_) {
+    const auto wanted = child.wanted.find({arrival.version, arrival.block});
+    if (wanted == child.wanted.end() || arrival.chunk >= wanted->second.size()) continue;
+    if (!wanted->second[arrival.chunk]) continue;
+    wanted->second[arrival.chunk] = false;
+    child.ready.push_back({arrival.version, arrival.block, arrival.chunk});
+    pump(child);
+  }
+}
+
+void RelayFeeder::pump(Child& child) {
+  while (!child.ready.empty() && child.connection->queue_bytes() <= net::kSendQueueLowBytes) {
+    const Place place = child.ready.front();
+    child.ready.pop_front();
+    net::SharedBytes bytes;
+    // What was given up meanwhile stays away: the master will see that the child gets no further.
+    if (receiver_.find(place.version, place.block, place.chunk, bytes) ==
+        wire::SceneReceiver::Holding::kHere) {
+      send(child, place, std::move(bytes));
+    }
+  }
+}
+
+void RelayFeeder::send(Child& child, const Place& place, net::SharedBytes bytes) {
+  child.rate.observe(child.connection->link_counters());
+  child.chooser.set_link(child.rate.bytes_per_second());
+  wire::SceneChunk chunk{place.version, place.block, std::uint64_t{place.chunk} * kSceneChunkBytes,
+                         std::move(bytes)};
+  wire::code_chunk(child.chooser, child.codings, chunk);
+  child.connection->send(wire::encode(std::move(chunk)));
+}
+
+void RelayFeeder::drop_all() { children_.clear(); }
+
+}  // namespace tessera::slave

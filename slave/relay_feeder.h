@@ -1,0 +1,73 @@
+// Feeds other slaves: takes their needs, sends each chunk as soon as it is here and checked, so
+// that a scene flows through a chain of slaves in little more than the time of one link.
+//
+//   child -> RelayJoin (our token) -> SceneChunkNeed... ;  here -> SceneChunk...
+//
+// Threads. The event loop's thread only.
+// Invariants. (1) A child that has not said the token is listened to for nothing else; the listener
+// ends it after kHandshakeMs. (2) Only chunks of versions that our master announced leave, and only
+// checked ones. (3) At most kChildrenMax children, the oldest goes; what is queued for each is
+// bounded by its connection's low mark and a chunk.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "common/net/connection.h"
+#include "common/wire/codec_chooser.h"
+#include "common/wire/link_rate.h"
+#include "common/wire/scene_receiver.h"
+
+namespace tessera::slave {
+
+class RelayFeeder {
+ public:
+  // The master plans one child for each; a former one may still be leaving.
+  static constexpr std::size_t kChildrenMax = 8;
+
+  // `receiver` outlives us: what we pass on.
+  RelayFeeder(net::EventLoop& loop, const wire::SceneReceiver& receiver, std::uint64_t token)
+      : loop_(loop), receiver_(receiver), token_(token) {}
+  ~RelayFeeder() { drop_all(); }
+
+  // `listener` outlives the connection; may be null (tests).
+  void accept(net::ConnectionPtr connection, net::Listener* listener);
+  void on_arrived(const wire::SceneReceiver::Arrival& arrival);
+  void drop_all();
+  std::size_t child_count() const { return children_.size(); }
+
+ private:
+  struct Place {
+    SceneVersion version = 0;
+    std::uint32_t block = 0, chunk = 0;
+  };
+  struct Child {
+    net::ConnectionPtr connection;
+    bool has_joined = false;
+    wire::ByteCodingMask codings = wire::kByteCodingsNone;
+    std::map<std::pair<SceneVersion, std::uint32_t>, std::vector<bool>> wanted;  // not yet here
+    std::deque<Place> ready;
+    wire::LinkRate rate;
+    wire::CodecChooser chooser;
+  };
+  using ChildIterator = std::list<Child>::iterator;
+
+  void on_record(ChildIterator child, net::ReceivedRecord record, net::Listener* listener);
+  void on_need(ChildIterator child, const wire::SceneChunkNeed& need);
+  void pump(Child& child);
+  void send(Child& child, const Place& place, net::SharedBytes bytes);
+  void refuse(ChildIterator child, const std::string& reason);
+
+  net::EventLoop& loop_;
+  const wire::SceneReceiver& receiver_;
+  const std::uint64_t token_;
+  std::list<Child> children_;
+};
+
+}  // namespace tessera::slave

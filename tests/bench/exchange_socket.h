@@ -1,0 +1,69 @@
+// The plainest sockets that do the exchange: epoll, one buffer each way, TLS by OpenSSL where asked
+// for. What the master's own net folder is measured against, so nothing of it is used.
+//
+// Threads. One.
+#pragma once
+
+#include <openssl/ssl.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/net/cluster_authority.h"
+
+namespace tessera::bench {
+
+class BenchSocket {
+ public:
+  static BenchSocket connect(std::uint16_t port);  // on loopback; aborts when nobody is there
+  explicit BenchSocket(int file);                  // takes it over
+  BenchSocket(BenchSocket&& other) noexcept;
+  BenchSocket& operator=(BenchSocket&&) = delete;
+  ~BenchSocket();
+
+  // Client side, with this certificate, whoever the peer is. Blocks.
+  void start_tls(const net::KeyPair& own, X509* ca);
+
+  // Appends what is there, at least a byte when it blocks (before BenchLoop::add). Returns: whether
+  // the link still stands.
+  bool read_into(std::vector<std::byte>& in);
+  void put(std::span<const std::byte> bytes) {
+    out_.insert(out_.end(), bytes.begin(), bytes.end());
+  }
+  void flush();  // as much of what was put as the link takes
+
+  int file() const { return file_; }
+  bool has_rest() const { return sent_ < out_.size(); }
+
+ private:
+  int file_ = -1;
+  SSL* ssl_ = nullptr;
+  std::vector<std::byte> out_;
+  std::size_t sent_ = 0;
+};
+
+// Waits on many; edge by edge.
+class BenchLoop {
+ public:
+  BenchLoop();
+  ~BenchLoop();
+  BenchLoop(const BenchLoop&) = delete;
+  BenchLoop& operator=(const BenchLoop&) = delete;
+
+  // From now on the socket does not block. `on_input` reads all there is.
+  void add(BenchSocket& socket, std::function<void()> on_input);
+  void run_once(int timeout_ms);
+
+ private:
+  struct Entry {
+    BenchSocket* socket;
+    std::function<void()> on_input;
+  };
+  const int epoll_;
+  std::vector<std::unique_ptr<Entry>> entries_;
+};
+
+}  // namespace tessera::bench

@@ -1,0 +1,104 @@
+// The network of the simulated world: machines on one switch, each with a link of its own (rates,
+// delay, jitter), and TCP-like connections over them: ordered and lossless while they live, held up
+// by cuts, refused by dead processes, reset on demand. Different connections overtake each other.
+//
+// The model: a record travels in segments; a connection has one segment on its machine's uplink at
+// a time, so connections share it in turns; then the link's delay, then the receiver's downlink. At
+// most `window` bytes are on their way and unread; a cut of either direction holds up both (no
+// acknowledgement comes back). What a cut swallowed is sent again some time after it has healed.
+//
+// Threads. The simulation's one.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/net/connection.h"
+#include "tests/sim/process.h"
+#include "tests/sim/random.h"
+
+namespace tessera::sim {
+
+struct LinkModel {
+  double up_bytes_per_s = 0;    // 0: no limit
+  double down_bytes_per_s = 0;  // 0: no limit
+  Duration delay{};             // one way, this machine's share
+  Duration jitter{};            // at most; uniform
+};
+
+class Wire;  // one connection: both its ends
+
+// What the oracle and the trace see of the network. May be null.
+struct NetworkEvents {
+  std::function<void(const Process& from, int to_node, const net::Record&)> on_sent;
+  std::function<void(const Process& from, int to_node, std::uint64_t queue_bytes)> on_queued;
+};
+
+class Network {
+ public:
+  using OnAccept = std::function<void(net::ConnectionPtr)>;
+
+  Network(EventQueue& queue, std::uint64_t seed) : queue_(queue), random_(seed) {}
+  ~Network();
+
+  NetworkEvents events;
+
+  int add_node(const LinkModel& link);
+  LinkModel& link(int node) { return nodes_[static_cast<std::size_t>(node)].link; }
+
+  // `process` accepts connections to its machine until it ends; one for each machine.
+  void listen(Process& process, OnAccept on_accept);
+  // As net::connect(): calls back once, unless the attempt is destroyed before.
+  std::unique_ptr<net::ConnectAttempt> connect(
+      Process& from, int to_node, std::function<void(Result<net::ConnectionPtr>)> on_connected);
+
+  // What `from` sends does not reach `to` until it is healed.
+  void cut(int from, int to) { cuts_.insert({from, to}); }
+  void heal(int from, int to);
+  void heal_all();
+  bool is_cut(int from, int to) const { return cuts_.contains({from, to}); }
+
+  // One of the connections between two machines, as the `which`-th oldest: holds up one direction
+  // (as a middlebox may), or lets it go on; ends both ends abruptly.
+  void stall(int from, int to, std::size_t which, bool is_stalled);
+  void reset(int a, int b, std::size_t which);
+
+  // The system cleans up after a process: peers hear of it, unless the machine lost its power.
+  void on_process_ended(const Process& process, bool is_power_lost);
+
+  std::size_t open_ends(const Process& process) const;
+  std::uint64_t bytes_between(int from, int to) const;
+  void set_window(std::uint64_t bytes) { window_bytes_ = bytes; }
+
+ private:
+  friend class Wire;
+  struct Node {
+    LinkModel link;
+    TimePoint up_free{}, down_free{};
+    Process* listener = nullptr;
+    OnAccept on_accept;
+  };
+  struct Attempt;
+
+  bool passes(int from, int to) const { return !cuts_.contains({from, to}); }
+  Duration travel(int from, int to);  // delay and jitter of both machines
+  void try_connect(const std::shared_ptr<Attempt>& attempt, int tries_left);
+  std::vector<std::shared_ptr<Wire>> wires_between(int a, int b);
+
+  EventQueue& queue_;
+  Random random_;
+  std::uint64_t window_bytes_ = 256 * 1024;
+  std::vector<Node> nodes_;
+  std::set<std::pair<int, int>> cuts_;
+  std::vector<std::shared_ptr<Wire>> wires_;
+  std::map<std::pair<int, int>, std::uint64_t> bytes_;
+};
+
+// Ends a connection from outside as if the peer had: on_closed(status) follows.
+void end_simulated(net::Connection& connection, Status status);
+
+}  // namespace tessera::sim

@@ -1,0 +1,217 @@
+#include "tests/sim/oracle.h"
+
+#include <algorithm>
+
+#include "common/base/limits.h"
+#include "common/wire/codec.h"
+
+namespace tessera::sim {
+namespace {
+
+constexpr double kHeartbeat = 1e-3 * kHeartbeatMs;
+constexpr double kDetection = kHeartbeat * (kHeartbeatsMissedMax + 1);  // T_det without RTT
+constexpr double kHandshake = 1e-3 * kHandshakeMs;
+constexpr double kReconnect = 1e-3 * kReconnectMaxMs;
+// A slave that handed tiles back gets none for so long (Scheduler); tiles are leased again after
+// at least this (A of the fault matrix).
+constexpr double kRest = 5, kOverdue = 0.5;
+constexpr double kWindowBytes = 256 * 1024;  // what may be on its way when a slave dies
+
+// Of one connection: bulk data is queued while less than the low mark waits, in pieces of at most
+// half of it; small messages go beside it.
+constexpr std::uint64_t kMasterQueueMax =
+    net::kSendQueueLowBytes + net::kSendQueueLowBytes / 2 + 64 * 1024;
+constexpr std::uint64_t kSmallMessagesMax = 64 * 1024;
+// Planned events: in-flight records, timers, tiles in work, for each connection and thread.
+constexpr std::size_t kEventsPerSlaveMax = 4000;
+
+std::uint16_t type_of_lease() {
+  static const std::uint16_t type = wire::encode(wire::TileLease{}).type;
+  return type;
+}
+
+}  // namespace
+
+Oracle::Oracle(const StormPlan& plan, const World& world)
+    : plan_(plan), world_(world), watches_(plan.slaves.size()) {
+  double slowest_alone = 0, slowest_send = 0, build = 0, rtt = 0;
+  const double frame_bytes = 3.0 * plan.script.width_px * plan.script.height_px;
+  const double scene_bytes = plan.script.has_heavy_scenes ? 3.5e6 : 4e3;
+  for (std::size_t i = 0; i < plan.slaves.size(); ++i) {
+    const SlavePlan& slave = plan.slaves[i];
+    by_name_["s" + std::to_string(i)] = i;
+    watches_[i].troubled_until = slave.joins_at + 2;  // to connect and to build
+    slowest_alone =
+        std::max(slowest_alone, plan.tile_count() * slave.tile_seconds * 2 / slave.threads);
+    const double rate = 125e3;  // the slow link's
+    slowest_send = std::max(slowest_send, (frame_bytes + scene_bytes) / rate);
+    build = std::max(build, slave.build_seconds);
+    rtt = std::max(rtt, 2 * seconds(slave.link.delay + slave.link.jitter) + 0.3);
+  }
+  // Alone with the frame, after one fault: found, its tiles rendered again, then the slowest's pace.
+  progress_bound_ = kDetection + rtt + kRest + 2 * kOverdue + 3 * (slowest_alone + slowest_send) +
+                    2 * build + 2 * plan.script.pause_seconds;
+  // The longest pause, two tries of two handshakes, and what TCP holds up after a cut.
+  return_bound_ = kReconnect + 2 * (2 * kHandshake) + kDetection + 2 * slowest_send + build + 3;
+}
+
+void Oracle::report(const std::string& violation) {
+  if (violation_.empty()) violation_ = violation;
+}
+
+void Oracle::trouble_slave(std::size_t slave, double until_seconds) {
+  watches_[slave].troubled_until = std::max(watches_[slave].troubled_until, until_seconds);
+}
+
+void Oracle::trouble_all(double until_seconds) {
+  all_troubled_until_ = std::max(all_troubled_until_, until_seconds);
+}
+
+void Oracle::set_gone(std::size_t slave, bool is_gone) {
+  watches_[slave].gone_since = is_gone ? world_.queue.now_seconds() : -1;
+}
+
+void Oracle::on_sent(const Process& from, const net::Record& record) {
+  if (&from == world_.master.process() && record.type == type_of_lease()) ++leases_sent_;
+}
+
+std::uint64_t Oracle::queue_bound(const Process& from) const {
+  if (&from == world_.master.process() || &from == world_.app.process()) return kMasterQueueMax;
+  const auto slave = by_name_.find(from.name());
+  if (slave == by_name_.end()) return kMasterQueueMax;
+  const auto tile_bytes = 3 * static_cast<std::uint64_t>(plan_.script.tile_edge_px) *
+                          static_cast<std::uint64_t>(plan_.script.tile_edge_px);
+  const auto tiles = static_cast<std::uint64_t>(plan_.slaves[slave->second].threads) *
+                     static_cast<std::uint64_t>(kTilesPerWorkerMax);
+  return kSmallMessagesMax + tiles * (tile_bytes + 256);
+}
+
+void Oracle::on_queued(const Process& from, std::uint64_t queue_bytes) {
+  if (queue_bytes <= queue_bound(from)) return;
+  report("I4: " + from.name() + " has " + std::to_string(queue_bytes) +
+         " bytes in one send queue, bound " + std::to_string(queue_bound(from)));
+}
+
+void Oracle::on_outcome() { last_progress_ = world_.queue.now_seconds(); }
+
+bool Oracle::is_healthy(std::size_t slave) const {
+  const double now = world_.queue.now_seconds();
+  const SimSlave& it = *world_.slaves[slave];
+  return it.is_running() && !it.is_hung() && !it.is_leaving() &&
+         now > watches_[slave].troubled_until && now > all_troubled_until_ &&
+         !plan_.slaves[slave].fails_builds;
+}
+
+double Oracle::detection_bound(std::size_t slave) const {
+  const LinkModel& link = world_.network.link(world_.slaves[slave]->node());
+  double bound = kDetection + 2 * kHeartbeat + 4 * seconds(link.delay + link.jitter) + 0.2;
+  for (const double rate : {link.up_bytes_per_s, link.down_bytes_per_s}) {
+    if (rate > 0) bound += kWindowBytes / rate;
+  }
+  return bound;
+}
+
+void Oracle::check() {
+  if (!violation_.empty()) return;
+  if (world_.queue.size() > kEventsPerSlaveMax * (1 + plan_.slaves.size())) {
+    return report("I4: " + std::to_string(world_.queue.size()) + " events are planned");
+  }
+  const Process* master = world_.master.process();
+  if (master == nullptr || world_.master.is_hung()) return;
+  if (master == master_seen_ && master->task_count() == master_tasks_seen_) return;  // no news
+  master_seen_ = master;
+  master_tasks_seen_ = master->task_count();
+  const ClusterStatus status = world_.master.loop().status();
+  check_accounts(status);
+  check_slaves(status);
+  check_progress(status);
+}
+
+void Oracle::check_accounts(const ClusterStatus& status) {
+  const TileAccounts& t = status.tiles;
+  const auto text = [&] {
+    return std::to_string(t.issued) + " issued, " + std::to_string(t.accepted) + " accepted, " +
+           std::to_string(t.rejected) + " rejected, " + std::to_string(t.abandoned) +
+           " abandoned, " + std::to_string(t.in_flight) + " in flight";
+  };
+  if (t.issued != t.accepted + t.rejected + t.abandoned + t.in_flight) {
+    return report("I7: the account does not add up: " + text());
+  }
+  std::uint64_t held = 0;
+  for (const SlaveStatus& slave : status.slaves) held += slave.tiles_in_flight;
+  if (held != t.in_flight) {
+    return report("I7: the slaves hold " + std::to_string(held) + " tiles: " + text());
+  }
+  if (leases_sent_ != t.issued) {
+    return report("I7: " + std::to_string(leases_sent_) + " leases were sent: " + text());
+  }
+}
+
+void Oracle::check_slaves(const ClusterStatus& status) {
+  const double now = world_.queue.now_seconds();
+  std::vector<bool> is_listed(watches_.size(), false);
+  for (const SlaveStatus& slave : status.slaves) {
+    const std::size_t i = by_name_.at(slave.name);
+    is_listed[i] = true;
+    const auto tiles_max = static_cast<std::uint32_t>(kTilesPerWorkerMax * plan_.slaves[i].threads);
+    if (slave.tiles_in_flight > tiles_max) {
+      report("I4: " + slave.name + " holds " + std::to_string(slave.tiles_in_flight) + " tiles");
+    }
+    const double gone_since = watches_[i].gone_since;
+    if (gone_since >= 0 && now > all_troubled_until_ && now - gone_since > detection_bound(i)) {
+      report("I6: " + slave.name + " has been gone for " + std::to_string(now - gone_since) +
+             " s and is still taken for alive");
+    }
+  }
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    if (is_healthy(i) && !is_listed[i]) {
+      report(watches_[i].was_listed ? "I6: s" + std::to_string(i) + " is healthy and was given up"
+                                    : "I6: s" + std::to_string(i) + " is healthy and not admitted");
+    }
+    watches_[i].was_listed = is_listed[i];
+  }
+}
+
+void Oracle::check_progress(const ClusterStatus& status) {
+  const double now = world_.queue.now_seconds();
+  bool is_due = world_.app.is_waiting() && !world_.app.is_hung() && !status.slaves.empty();
+  bool has_healthy = false;
+  for (std::size_t i = 0; i < watches_.size(); ++i) has_healthy = has_healthy || is_healthy(i);
+  if (!is_due || !has_healthy) {
+    last_progress_ = now;
+  } else if (now - last_progress_ > progress_bound_) {
+    report("I6: no frame for " + std::to_string(now - last_progress_) + " s, bound " +
+           std::to_string(progress_bound_));
+  }
+}
+
+bool Oracle::are_all_back() const {
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    const bool is_there =
+        watches_[i].was_listed && world_.slaves[i]->is_running() && !world_.slaves[i]->is_leaving();
+    if (!is_there) return false;
+  }
+  return true;
+}
+
+void Oracle::check_idle() {
+  const ClusterStatus status = world_.master.loop().status();
+  if (status.tiles.in_flight != 0) {
+    report("I7: " + std::to_string(status.tiles.in_flight) + " tiles in flight without a frame");
+  }
+  std::size_t running = 0;
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    running += world_.slaves[i]->is_running() ? 1u : 0u;
+    const SimWorkshop* shop = world_.slaves[i]->workshop();
+    if (shop != nullptr && shop->queued_tiles() + shop->working() > 0) {
+      report("I4: s" + std::to_string(i) + " still renders when nothing is asked for");
+    }
+  }
+  const std::size_t ends = world_.network.open_ends(*world_.master.process());
+  if (ends > 2 * running) {
+    report("I4: the master holds " + std::to_string(ends) + " connections to " +
+           std::to_string(running) + " slaves and no application");
+  }
+}
+
+}  // namespace tessera::sim

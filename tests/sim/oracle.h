@@ -1,0 +1,85 @@
+// What must hold in every moment of a storm: the invariants of the fault matrix, as far as a
+// simulation can see them. It knows what has been done to whom, and for how long that excuses them.
+//
+//   I1-I3  each picture is its own, in order, once: SimApp looks
+//   I4     send queues, tiles on a slave, connections and planned events stay within their bounds
+//   I5     a process that waits does next to nothing (after the last frame)
+//   I6     frames come on while one healthy slave is there; the dead are found in time, the healthy
+//          are never taken for dead and come back in time
+//   I7     every lease has one end, and the master's account is that of the wire
+//
+// Threads. One.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/sim/sim_app.h"
+#include "tests/sim/sim_master.h"
+#include "tests/sim/sim_slave.h"
+#include "tests/sim/storm_plan.h"
+
+namespace tessera::sim {
+
+class Oracle {
+ public:
+  struct World {
+    EventQueue& queue;
+    Network& network;
+    SimMaster& master;
+    SimApp& app;
+    std::vector<std::unique_ptr<SimSlave>>& slaves;
+  };
+
+  Oracle(const StormPlan& plan, const World& world);
+
+  // A fault begins or ends.
+  void trouble_slave(std::size_t slave, double until_seconds);
+  void trouble_all(double until_seconds);
+  // It stopped answering at this moment, and has not come back.
+  void set_gone(std::size_t slave, bool is_gone);
+
+  void on_sent(const Process& from, const net::Record& record);
+  void on_queued(const Process& from, std::uint64_t queue_bytes);
+  void on_outcome();
+  void on_master_started() { leases_sent_ = 0; }
+  void report(const std::string& violation);
+
+  void check();  // after every event
+  bool are_all_back() const;
+  void check_idle();  // when all is over and quiet
+
+  const std::string& violation() const { return violation_; }
+  double bound_of_progress() const { return progress_bound_; }
+  // Everything healed is back in business after this long.
+  double bound_of_return() const { return return_bound_; }
+
+ private:
+  struct Watch {
+    double troubled_until = 0;  // whatever happens to it until then has an excuse
+    double gone_since = -1;     // < 0: it is there
+    bool was_listed = false;
+  };
+
+  void check_accounts(const ClusterStatus& status);
+  void check_slaves(const ClusterStatus& status);
+  void check_progress(const ClusterStatus& status);
+  double detection_bound(std::size_t slave) const;
+  std::uint64_t queue_bound(const Process& from) const;
+  bool is_healthy(std::size_t slave) const;
+
+  const StormPlan& plan_;
+  World world_;
+  std::vector<Watch> watches_;
+  std::map<std::string, std::size_t> by_name_;
+  double all_troubled_until_ = 0, last_progress_ = 0;
+  double progress_bound_ = 0, return_bound_ = 0;
+  std::uint64_t leases_sent_ = 0;
+  std::uint64_t master_tasks_seen_ = 0;
+  const Process* master_seen_ = nullptr;
+  std::string violation_;
+};
+
+}  // namespace tessera::sim

@@ -1,0 +1,96 @@
+#include "tests/sim/picture.h"
+
+#include <array>
+#include <map>
+
+#include "common/base/check.h"
+#include "tests/sim/random.h"
+
+namespace tessera::sim {
+namespace {
+
+constexpr int kHeavyTextureSide = 896;  // 896 * 896 * 4 bytes: 3 MiB
+
+std::shared_ptr<const Mesh> triangle_at(float x) {
+  auto mesh = std::make_shared<Mesh>();
+  mesh->positions = {{x, 0, 0}, {x + 1, 0, 0}, {x, 1, 0}};
+  mesh->triangles = {{0, 1, 2}};
+  mesh->materials = {0};
+  return mesh;
+}
+
+Scene make_scene(int tag, bool is_heavy) {
+  static const std::shared_ptr<const Mesh> shared = triangle_at(-10);
+  static const std::shared_ptr<const Texture> heavy = [] {
+    auto texture = std::make_shared<Texture>();
+    texture->width_px = texture->height_px = kHeavyTextureSide;
+    texture->rgba.assign(std::size_t{4} * kHeavyTextureSide * kHeavyTextureSide, 7);
+    return texture;
+  }();
+  Scene scene;
+  scene.meshes = {triangle_at(static_cast<float>(tag)), shared};
+  scene.materials.emplace_back();
+  scene.instances = {{0, {}}, {1, {}}};
+  if (is_heavy) {
+    scene.textures = {heavy};
+    scene.materials[0].albedo_texture = 0;
+  }
+  return scene;
+}
+
+struct Prepared {
+  std::array<std::shared_ptr<const core::PreparedScene>, kSceneTagsMax> scenes;
+  std::map<const core::PreparedScene*, int> tags;
+};
+Prepared& prepared() {
+  static Prepared all;
+  return all;
+}
+
+}  // namespace
+
+EncodedScene scene_of_tag(int tag, bool is_heavy) {
+  TESSERA_CHECK_LT(tag, kSceneTagsMax);
+  static std::map<std::pair<int, bool>, EncodedScene> made;
+  static SceneEncoder encoder;
+  const auto [scene, is_new] = made.try_emplace({tag, is_heavy});
+  if (is_new) scene->second = encoder.encode(make_scene(tag, is_heavy));
+  return scene->second;
+}
+
+Result<int> tag_of(const EncodedScene& encoded) {
+  static SceneDecoder decoder;
+  const Result<Scene> scene = decoder.decode(encoded);
+  if (!scene.is_ok()) return scene.status();
+  return static_cast<int>(scene->meshes[0]->positions[0].x);
+}
+
+std::shared_ptr<const core::PreparedScene> prepared_of_tag(int tag) {
+  Prepared& all = prepared();
+  auto& scene = all.scenes[static_cast<std::size_t>(tag)];
+  if (!scene) {
+    auto built = core::PreparedScene::build(make_scene(tag, false), {1, nullptr, {}});
+    TESSERA_CHECK(built.is_ok());
+    scene = *built;
+    all.tags[scene.get()] = tag;
+  }
+  return scene;
+}
+
+int tag_of(const core::PreparedScene& scene) { return prepared().tags.at(&scene); }
+
+void draw(int tag, const FrameSettings& settings, const TileRect& rect,
+          std::span<std::byte> bytes) {
+  const std::uint64_t picture =
+      mix(static_cast<std::uint64_t>(tag) << 32 ^ settings.seed ^ 0x7069637475726500u);
+  std::size_t at = 0;
+  for (int y = rect.y_px; y < rect.y_px + rect.height_px; ++y) {
+    std::uint64_t value = mix(picture + static_cast<std::uint64_t>(y) * 0x10001) +
+                          static_cast<std::uint64_t>(rect.x_px) * 0x9e3779b97f4a7c15u;
+    for (int x = 0; x < rect.width_px; ++x, value += 0x9e3779b97f4a7c15u) {
+      for (const int shift : {20, 36, 52}) bytes[at++] = static_cast<std::byte>(value >> shift);
+    }
+  }
+}
+
+}  // namespace tessera::sim

@@ -1,0 +1,34 @@
+// The scenes and pictures of the simulated world. A scene carries a tag (in the position of a
+// vertex); a pixel is a function of (tag, frame settings, position). So a picture shows which scene
+// it was rendered from, and any mix-up of versions, frames or tiles shows as a wrong byte.
+//
+// Threads. The simulation's one (scenes are made once for each process and tag).
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "common/frame/frame_settings.h"
+#include "common/frame/tile_grid.h"
+#include "common/scene/scene_codec.h"
+#include "slave/core/render/prepared_scene.h"
+
+namespace tessera::sim {
+
+inline constexpr int kSceneTagsMax = 64;
+
+// Blocks of the scene with this tag: a mesh that all share, one of its own, and with `is_heavy` a
+// texture of 3 MiB. Requires: 0 <= tag < kSceneTagsMax.
+EncodedScene scene_of_tag(int tag, bool is_heavy);
+
+// Decodes blocks that came over the network. Returns: the tag, or the decoder's refusal.
+Result<int> tag_of(const EncodedScene& scene);
+
+// A prepared scene that stands for the tag, and back.
+std::shared_ptr<const core::PreparedScene> prepared_of_tag(int tag);
+int tag_of(const core::PreparedScene& scene);
+
+// Writes the pixels of `rect`. Requires: kDisplay8, bytes.size() == 3 * rect.pixel_count().
+void draw(int tag, const FrameSettings& settings, const TileRect& rect, std::span<std::byte> bytes);
+
+}  // namespace tessera::sim

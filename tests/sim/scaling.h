@@ -1,0 +1,44 @@
+// How fast a cluster is: the product's own master and slaves in virtual time, without faults, with
+// an application inside the master's process that always has the next frame ready.
+//
+// Threads. One.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace tessera::sim {
+
+struct ScalingCase {
+  int slaves = 1;
+  int threads = 1;  // of each slave
+  int width_px = 640, height_px = 480, tile_edge_px = 32;
+  double tile_seconds = 0.01;     // mean over the picture
+  double tile_spread = 0.5;       // neighbouring tiles cost alike: waves of this amplitude
+  double master_bytes_per_s = 0;  // each direction; 0: no limit
+  double slave_bytes_per_s = 0;
+  double delay_seconds = 50e-6;         // one way, between master and slave
+  double master_record_seconds = 5e-6;  // master's CPU for each record that comes
+  int frames_in_flight = 2;
+  int prefetch_per_thread = -1;  // -1: as the product chooses
+  int frames = 12;               // measured, after as many to warm up as the pipeline needs
+};
+
+struct ScalingResult {
+  double frames_per_s = 0;
+  double utilisation = 0;  // of the slaves' threads
+  double wire_share = 0;   // of the master's downlink
+  double master_cpu_share = 0;
+  double bytes_per_frame = 0;  // from the slaves
+  std::uint64_t events = 0;
+  // "slaves" when they are all at work; else what holds them up: "wire", "master CPU", "tail".
+  std::string limit() const;
+};
+
+ScalingResult run_scaling(const ScalingCase& scaling);
+
+// The series of the README as CSV on stdout. Returns: the program's exit code.
+int print_thesis_series();
+int print_large_series();
+
+}  // namespace tessera::sim

@@ -1,0 +1,143 @@
+#include "tests/sim/sim_workshop.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/base/limits.h"
+#include "tests/sim/picture.h"
+
+namespace tessera::sim {
+
+SimWorkshop::SimWorkshop(Process& process, WorkModel model)
+    : process_(process), model_(std::move(model)) {
+  account_waiting();
+}
+
+bool SimWorkshop::try_push(slave::TileJob job) {
+  if (jobs_.size() >= static_cast<std::size_t>(kTilesLeasedMax)) return false;
+  jobs_.push_back(std::move(job));
+  start_work();
+  return true;
+}
+
+void SimWorkshop::account_waiting() {
+  starvation_.set_waiting(model_.threads - static_cast<int>(running_.size()),
+                          process_.queue().now());
+}
+
+void SimWorkshop::start_work() {
+  while (!jobs_.empty() && running_.size() < static_cast<std::size_t>(model_.threads)) {
+    running_.push_back({std::move(jobs_.front()), process_.queue().now()});
+    jobs_.pop_front();
+    account_waiting();
+    const RunIterator run = std::prev(running_.end());
+    const std::uint64_t id = run_ids_[&*run] = ++next_run_;
+    const bool is_dropped = run->job.frame->is_cancelled;
+    const double cost = is_dropped ? 0 : model_.tile_seconds(*run->job.frame, run->job.tile);
+    process_.run_at(process_.queue().now() + from_seconds(cost), Duration::zero(),
+                    [this, run, id, at = &*run] {
+                      const auto found = run_ids_.find(at);
+                      if (found != run_ids_.end() && found->second == id) finish(run);
+                    });
+  }
+}
+
+void SimWorkshop::finish(RunIterator run) {
+  const Run done = std::move(*run);
+  run_ids_.erase(&*run);
+  running_.erase(run);
+  busy_seconds_ += seconds(process_.queue().now() - done.began);
+  account_waiting();
+  std::optional<wire::TileResult> result;
+  if (!done.job.frame->is_cancelled) result = render(done);
+  start_work();  // a render thread takes the next tile before the network thread sees this one
+  node_->on_tile_done(done.job, std::move(result));
+}
+
+wire::TileResult SimWorkshop::render(const Run& run) {
+  const wire::FrameBegin& begin = run.job.frame->begin;
+  const TileRect rect = run.job.frame->grid.rect(run.job.tile);
+  wire::TileResult result;
+  result.frame = begin.frame;
+  result.version = begin.version;
+  result.tile = run.job.tile;
+  result.attempt = run.job.attempt;
+  result.seconds = seconds(process_.queue().now() - run.began);
+  result.starved_seconds = starvation_.take(process_.queue().now());
+  starved_total_ += result.starved_seconds;
+  result.rays.primary = static_cast<std::uint64_t>(rect.pixel_count());
+  result.pixels.resize(static_cast<std::size_t>(rect.pixel_count()) *
+                       static_cast<std::size_t>(bytes_per_pixel(begin.settings.pixel_format)));
+  if (model_.has_pixels) {
+    draw(tag_of(*run.job.frame->scene), begin.settings, rect, result.pixels);
+  }
+  return result;
+}
+
+// A cancelled frame's tiles end within the tile.
+void SimWorkshop::drop_cancelled() {
+  for (auto run = running_.begin(); run != running_.end(); ++run) {
+    if (!run->job.frame->is_cancelled) continue;
+    const std::uint64_t id = run_ids_[&*run];
+    process_.post([this, run, id, at = &*run] {
+      const auto found = run_ids_.find(at);
+      if (found != run_ids_.end() && found->second == id) finish(run);
+    });
+  }
+}
+
+void SimWorkshop::remove_frame(const slave::FrameWork* frame) {
+  std::erase_if(jobs_, [frame](const slave::TileJob& job) { return job.frame.get() == frame; });
+  drop_cancelled();
+}
+
+std::deque<slave::TileJob> SimWorkshop::remove_all() {
+  drop_cancelled();
+  return std::exchange(jobs_, {});
+}
+
+void SimWorkshop::set_open_frames(std::size_t frames) {
+  starvation_.set_open_frames(static_cast<int>(frames), process_.queue().now());
+}
+
+bool SimWorkshop::try_push(slave::BuildTask task) {
+  if (builds_.size() >= slave::SceneBuilder::kQueueMax) return false;
+  builds_.push_back(std::move(task));
+  if (!is_building_) build_next();
+  return true;
+}
+
+bool SimWorkshop::is_retired(const slave::BuildTask& task) const {
+  return task.generation < generation_ ||
+         (task.generation == generation_ && task.version < first_kept_);
+}
+
+void SimWorkshop::build_next() {
+  if (builds_.empty()) return;
+  is_building_ = true;
+  slave::BuildTask task = std::move(builds_.front());
+  builds_.pop_front();
+  const double cost = is_retired(task) ? 0 : model_.build_seconds;
+  process_.run_at(process_.queue().now() + from_seconds(cost), Duration::zero(),
+                  [this, cost, task = std::move(task)] {
+                    using Built = Result<std::shared_ptr<const core::PreparedScene>>;
+                    Built scene(Status::cancelled("retired before it was built"));
+                    if (model_.fails_builds) {
+                      scene = Built(Status::resource_exhausted("no memory for it"));
+                    } else if (!is_retired(task)) {
+                      const Result<int> tag = tag_of(task.scene);
+                      scene = tag.is_ok() ? Built(prepared_of_tag(*tag)) : Built(tag.status());
+                    }
+                    is_building_ = false;
+                    build_next();
+                    node_->on_built({task.generation, task.version, cost, std::move(scene)});
+                  });
+}
+
+void SimWorkshop::retire(std::uint64_t generation, SceneVersion first_kept) {
+  generation_ = generation;
+  first_kept_ = first_kept;
+  std::erase_if(builds_, [this](const slave::BuildTask& task) { return is_retired(task); });
+}
+
+}  // namespace tessera::sim

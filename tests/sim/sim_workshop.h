@@ -1,0 +1,77 @@
+// The workshop of a simulated slave: workers whose tiles take as long as a model says, and a
+// builder; both in virtual time, with the queues and answers of the product's own (render_service.h,
+// scene_builder.h).
+//
+// Threads. The simulation's one.
+// Invariants. Those of slave/workshop.h.
+#pragma once
+
+#include <functional>
+#include <list>
+#include <map>
+
+#include "slave/slave_node.h"
+#include "slave/tile_queue.h"
+#include "tests/sim/process.h"
+
+namespace tessera::sim {
+
+struct WorkModel {
+  int threads = 1;
+  // Seconds that a tile takes here.
+  std::function<double(const slave::FrameWork&, TileIndex)> tile_seconds;
+  double build_seconds = 0.01;
+  bool fails_builds = false;  // as a slave with too little memory
+  bool has_pixels = true;     // false: black ones, where only time matters
+};
+
+class SimWorkshop final : public slave::Workshop {
+ public:
+  SimWorkshop(Process& process, WorkModel model);
+
+  // Before anything is pushed.
+  void set_node(slave::SlaveNode* node) { node_ = node; }
+
+  bool try_push(slave::TileJob job) override;
+  void remove_frame(const slave::FrameWork* frame) override;
+  std::deque<slave::TileJob> remove_all() override;
+  void set_open_frames(std::size_t frames) override;
+  bool try_push(slave::BuildTask task) override;
+  void retire(std::uint64_t generation, SceneVersion first_kept) override;
+
+  std::size_t queued_tiles() const { return jobs_.size(); }
+  std::size_t working() const { return running_.size(); }
+  double busy_seconds() const { return busy_seconds_; }
+  double starved_seconds_total() const { return starved_total_; }
+
+ private:
+  struct Run {
+    slave::TileJob job;
+    TimePoint began;
+  };
+  using RunIterator = std::list<Run>::iterator;
+
+  void start_work();
+  void finish(RunIterator run);
+  void drop_cancelled();
+  void account_waiting();
+  wire::TileResult render(const Run& run);
+  void build_next();
+  bool is_retired(const slave::BuildTask& task) const;
+
+  Process& process_;
+  const WorkModel model_;
+  slave::SlaveNode* node_ = nullptr;
+  std::deque<slave::TileJob> jobs_;
+  std::list<Run> running_;
+  std::map<const Run*, std::uint64_t> run_ids_;  // of runs not finished
+  std::uint64_t next_run_ = 0;
+  slave::StarvationClock starvation_;
+  double busy_seconds_ = 0, starved_total_ = 0;
+  std::deque<slave::BuildTask> builds_;
+  bool is_building_ = false;
+  std::uint64_t generation_ = 0;
+  SceneVersion first_kept_ = 0;
+};
+
+}  // namespace tessera::sim

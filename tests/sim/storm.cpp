@@ -1,0 +1,378 @@
+#include "tests/sim/storm.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+#include "common/wire/codec.h"
+#include "tests/sim/oracle.h"
+
+namespace tessera::sim {
+namespace {
+
+constexpr double kIdleSeconds = 3;           // watched after the last frame
+constexpr double kIdleTasksPerSecond = 400;  // of one process: timers and heartbeats
+constexpr double kEndSeconds = 400;
+constexpr std::uint64_t kEventsMax = 3'000'000;
+
+class Storm {
+ public:
+  Storm(const StormPlan& plan, bool has_trace);
+  ~Storm();
+  StormReport run();
+
+ private:
+  void build_slaves();
+  void plan_fault(const Fault& fault);
+  void begin(const Fault& fault);
+  void end(const Fault& fault);
+  void begin_slave_fault(const Fault& fault);
+  void end_slave_fault(const Fault& fault);
+  void begin_other_fault(const Fault& fault);
+  void calm();  // everything heals
+  void supervise();
+  bool is_finished();
+  void trace(const std::string& line);
+  void trace_record(const Process& from, int to_node, const net::Record& record);
+
+  const StormPlan& plan_;
+  const bool has_trace_;
+  EventQueue queue_;
+  Network network_;
+  std::unique_ptr<SimMaster> master_;
+  std::vector<std::unique_ptr<SimSlave>> slaves_;
+  std::unique_ptr<SimApp> app_;
+  std::unique_ptr<Oracle> oracle_;
+  double calm_at_ = 0;
+  bool is_calm_ = false;
+  double idle_since_ = -1;
+  std::vector<std::uint64_t> idle_tasks_;
+  int frames_failed_ = 0;
+};
+
+Storm::Storm(const StormPlan& plan, bool has_trace)
+    : plan_(plan), has_trace_(has_trace), queue_(plan.seed), network_(queue_, mix(plan.seed + 1)) {
+  const int master_node = network_.add_node(plan.master_link);
+  master::FrameLoopOptions options;
+  options.frames_in_flight = plan.frames_in_flight;
+  options.serves_applications = true;
+  options.audit_share = plan.audit_share;
+  master_ = std::make_unique<SimMaster>(queue_, network_, master_node, options,
+                                        from_seconds(plan.master_record_seconds));
+  build_slaves();
+  LinkModel near;
+  near.delay = std::chrono::microseconds(50);
+  const int app_node = network_.add_node(near);
+  SimApp::Events events;
+  events.on_outcome = [this](FrameId frame, const Status& status) {
+    oracle_->on_outcome();
+    frames_failed_ += status.is_ok() ? 0 : 1;
+    if (has_trace_) {
+      trace("frame " + std::to_string(frame) +
+            (status.is_ok() ? " is here" : ": " + status.message()));
+    }
+    const bool is_excused = status.is_ok() || status.code() == StatusCode::kCancelled || !is_calm_;
+    if (!is_excused && queue_.now_seconds() > calm_at_ + oracle_->bound_of_return()) {
+      oracle_->report("I2: a frame failed on a calm day: " + status.message());
+    }
+  };
+  events.on_violation = [this](const std::string& what) { oracle_->report(what); };
+  app_ = std::make_unique<SimApp>(queue_, network_, app_node, master_node, plan.script,
+                                  mix(plan.seed + 2), std::move(events));
+  oracle_ =
+      std::make_unique<Oracle>(plan_, Oracle::World{queue_, network_, *master_, *app_, slaves_});
+  network_.events.on_sent = [this](const Process& from, int to, const net::Record& record) {
+    oracle_->on_sent(from, record);
+    if (has_trace_) trace_record(from, to, record);
+  };
+  network_.events.on_queued = [this](const Process& from, int, std::uint64_t bytes) {
+    oracle_->on_queued(from, bytes);
+  };
+}
+
+// Slaves and application end before what they stand on.
+Storm::~Storm() {
+  app_->kill(true);
+  for (const auto& slave : slaves_) slave->kill(true);
+  master_->kill(true);
+}
+
+void Storm::build_slaves() {
+  for (std::size_t i = 0; i < plan_.slaves.size(); ++i) {
+    const SlavePlan& slave = plan_.slaves[i];
+    WorkModel model;
+    model.threads = slave.threads;
+    model.build_seconds = slave.build_seconds;
+    model.fails_builds = slave.fails_builds;
+    model.tile_seconds = [slave, seed = plan_.seed](const slave::FrameWork& work, TileIndex tile) {
+      const double unit =
+          static_cast<double>(mix(seed ^ work.begin.frame << 20 ^ tile) >> 11) * 0x1p-53;
+      return slave.tile_seconds * (1 + slave.tile_spread * (2 * unit - 1));
+    };
+    const int node = network_.add_node(slave.link);
+    slaves_.push_back(std::make_unique<SimSlave>(queue_, network_, "s" + std::to_string(i), node,
+                                                 master_->node(), std::move(model)));
+  }
+}
+
+void Storm::trace(const std::string& line) {
+  if (has_trace_) std::printf("%10.6f %s\n", queue_.now_seconds(), line.c_str());
+}
+
+void Storm::trace_record(const Process& from, int to_node, const net::Record& record) {
+  const auto message = wire::decode(
+      {record.type, record.header,
+       std::vector<std::byte>(record.payload.bytes.begin(), record.payload.bytes.end())});
+  const std::string name =
+      message.is_ok() ? wire::message_name(*message) : "record " + std::to_string(record.type);
+  std::string detail;
+  if (message.is_ok()) {
+    if (const auto* lease = std::get_if<wire::TileLease>(&*message)) {
+      detail = " frame " + std::to_string(lease->frame) + " tile " + std::to_string(lease->tile) +
+               " attempt " + std::to_string(lease->attempt);
+    } else if (const auto* result = std::get_if<wire::TileResult>(&*message)) {
+      detail = " frame " + std::to_string(result->frame) + " tile " + std::to_string(result->tile) +
+               " attempt " + std::to_string(result->attempt);
+    }
+  }
+  const std::string to = to_node == master_->node() ? "master"
+                         : to_node == app_->node()  ? "app"
+                                                    : "s" + std::to_string(to_node - 1);
+  trace(from.name() + " -> " + to + " " + name + detail);
+}
+
+void Storm::plan_fault(const Fault& fault) {
+  queue_.after(from_seconds(fault.at), [this, &fault] { begin(fault); });
+  queue_.after(from_seconds(fault.at + fault.duration), [this, &fault] { end(fault); });
+  calm_at_ = std::max(calm_at_, fault.at + fault.duration + 0.001);
+}
+
+void Storm::begin(const Fault& fault) {
+  trace(std::string("FAULT ") + fault_name(fault.kind) + " s" + std::to_string(fault.slave));
+  const double until = fault.at + fault.duration + oracle_->bound_of_return();
+  if (fault.kind >= FaultKind::kMasterCrash) {
+    if (fault.kind != FaultKind::kAppCancels) oracle_->trouble_all(until);
+    return begin_other_fault(fault);
+  }
+  oracle_->trouble_slave(static_cast<std::size_t>(fault.slave), until);
+  begin_slave_fault(fault);
+}
+
+void Storm::begin_slave_fault(const Fault& fault) {
+  const auto index = static_cast<std::size_t>(fault.slave);
+  SimSlave& slave = *slaves_[index];
+  const int node = slave.node(), master = master_->node();
+  switch (fault.kind) {
+    case FaultKind::kKill:
+    case FaultKind::kPowerLoss:
+      if (slave.is_running()) oracle_->set_gone(index, true);
+      slave.kill(fault.kind == FaultKind::kPowerLoss);
+      break;
+    case FaultKind::kHang:
+      slave.set_hung(true);
+      if (slave.is_running()) oracle_->set_gone(index, true);
+      break;
+    case FaultKind::kCutFrom:
+      network_.cut(node, master);
+      oracle_->set_gone(index, true);
+      break;
+    case FaultKind::kCutTo:
+      network_.cut(master, node);
+      break;
+    case FaultKind::kCutBoth:
+      network_.cut(node, master);
+      network_.cut(master, node);
+      oracle_->set_gone(index, true);
+      break;
+    case FaultKind::kStallOne:
+      if (fault.variant / 2 == 0) {
+        network_.stall(node, master, static_cast<std::size_t>(fault.variant % 2), true);
+      } else {
+        network_.stall(master, node, static_cast<std::size_t>(fault.variant % 2), true);
+      }
+      break;
+    case FaultKind::kReset:
+      network_.reset(node, master, static_cast<std::size_t>(fault.variant % 2));
+      break;
+    case FaultKind::kDelay:
+      network_.link(node).delay += std::chrono::milliseconds(50);
+      network_.link(node).jitter += std::chrono::milliseconds(20);
+      break;
+    case FaultKind::kSlowLink:
+      network_.link(node).up_bytes_per_s = network_.link(node).down_bytes_per_s = 125e3;
+      break;
+    case FaultKind::kLeave:
+      slave.leave();
+      break;
+    default:
+      break;
+  }
+}
+
+void Storm::begin_other_fault(const Fault& fault) {
+  switch (fault.kind) {
+    case FaultKind::kMasterCrash:
+      master_->kill(fault.variant == 0);
+      break;
+    case FaultKind::kMasterHang:
+      master_->set_hung(true);
+      break;
+    case FaultKind::kAppCrash:
+      app_->kill(fault.variant == 0);
+      break;
+    case FaultKind::kAppHang:
+      app_->set_hung(true);
+      break;
+    case FaultKind::kAppCancels:
+      app_->cancel();
+      break;
+    default:
+      break;
+  }
+}
+
+void Storm::end(const Fault& fault) {
+  trace(std::string("over: ") + fault_name(fault.kind) + " s" + std::to_string(fault.slave));
+  switch (fault.kind) {
+    case FaultKind::kMasterCrash:
+      if (!master_->is_running()) {
+        master_->start();
+        oracle_->on_master_started();
+      }
+      return;
+    case FaultKind::kMasterHang:
+      return master_->set_hung(false);
+    case FaultKind::kAppCrash:
+      return app_->start();
+    case FaultKind::kAppHang:
+      return app_->set_hung(false);
+    case FaultKind::kAppCancels:
+      return;
+    default:
+      return end_slave_fault(fault);
+  }
+}
+
+void Storm::end_slave_fault(const Fault& fault) {
+  const auto index = static_cast<std::size_t>(fault.slave);
+  SimSlave& slave = *slaves_[index];
+  const int node = slave.node(), master = master_->node();
+  oracle_->set_gone(index, false);
+  slave.set_hung(false);
+  network_.heal(node, master);
+  network_.heal(master, node);
+  if (fault.kind == FaultKind::kStallOne) {
+    for (const std::size_t which : {std::size_t{0}, std::size_t{1}}) {
+      network_.stall(node, master, which, false);
+      network_.stall(master, node, which, false);
+    }
+  }
+  network_.link(node) = plan_.slaves[index].link;
+  if (!slave.is_running()) slave.start();
+}
+
+// Whatever is still wrong ends; from now on nothing has an excuse for long.
+void Storm::calm() {
+  is_calm_ = true;
+  trace("CALM");
+  app_->set_ending();
+  network_.heal_all();
+  if (!master_->is_running()) {
+    master_->start();
+    oracle_->on_master_started();
+  }
+  master_->set_hung(false);
+  app_->start();
+  app_->set_hung(false);
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    oracle_->set_gone(i, false);
+    slaves_[i]->set_hung(false);
+    network_.link(slaves_[i]->node()) = plan_.slaves[i].link;
+    if (!slaves_[i]->is_running()) slaves_[i]->start();
+    oracle_->trouble_slave(i, queue_.now_seconds() + oracle_->bound_of_return());
+  }
+}
+
+// As a service manager: a slave that was refused for good is started again after a while.
+void Storm::supervise() {
+  queue_.after(std::chrono::seconds(1), [this] { supervise(); });
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    SimSlave& slave = *slaves_[i];
+    const bool is_over = slave.is_running() && slave.has_given_up();
+    if (is_over) slave.kill(false);
+    if (is_over || (is_calm_ && !slave.is_running())) {
+      oracle_->trouble_slave(i, queue_.now_seconds() + oracle_->bound_of_return());
+      slave.start();
+    }
+  }
+}
+
+// All frames are here, the storm is over, and then nothing happens for a while.
+bool Storm::is_finished() {
+  if (!is_calm_ || (idle_since_ < 0 && !app_->is_done())) return false;
+  const double now = queue_.now_seconds();
+  if (idle_since_ < 0) {
+    const bool is_time_up = now > calm_at_ + oracle_->bound_of_return() + 1;
+    if (!oracle_->are_all_back() && !is_time_up) return false;
+    idle_since_ = now;
+    app_->kill(false);
+    return false;
+  }
+  if (idle_tasks_.empty() && now > idle_since_ + 1) {
+    idle_tasks_.push_back(master_->process()->task_count());
+    for (const auto& slave : slaves_)
+      idle_tasks_.push_back(slave->process() ? slave->process()->task_count() : 0);
+  }
+  if (now < idle_since_ + 1 + kIdleSeconds) return false;
+  const auto check = [this](const Process* process, std::uint64_t before) {
+    if (process == nullptr || process->task_count() < before) return;
+    const double rate = static_cast<double>(process->task_count() - before) / kIdleSeconds;
+    if (rate > kIdleTasksPerSecond) {
+      oracle_->report("I5: " + process->name() + " runs " + std::to_string(rate) +
+                      " tasks a second with nothing to do");
+    }
+  };
+  check(master_->process(), idle_tasks_[0]);
+  for (std::size_t i = 0; i < slaves_.size(); ++i) check(slaves_[i]->process(), idle_tasks_[i + 1]);
+  oracle_->check_idle();
+  return true;
+}
+
+StormReport Storm::run() {
+  master_->start();
+  app_->start();
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    queue_.after(from_seconds(plan_.slaves[i].joins_at),
+                 [slave = slaves_[i].get()] { slave->start(); });
+    calm_at_ = std::max(calm_at_, plan_.slaves[i].joins_at + 0.001);
+  }
+  for (const Fault& fault : plan_.faults) plan_fault(fault);
+  queue_.after(from_seconds(calm_at_), [this] { calm(); });
+  supervise();
+  while (oracle_->violation().empty() && !is_finished()) {
+    if (!queue_.step()) break;
+    oracle_->check();
+    if (queue_.event_count() > kEventsMax || queue_.now_seconds() > kEndSeconds) {
+      oracle_->report("I6: it does not come to an end: " + std::to_string(app_->delivered()) +
+                      " frames delivered");
+    }
+  }
+  StormReport report;
+  report.violation = oracle_->violation();
+  report.at_seconds = queue_.now_seconds();
+  report.hash = queue_.hash();
+  report.events = queue_.event_count();
+  report.frames_delivered = app_->delivered();
+  report.frames_failed = frames_failed_;
+  return report;
+}
+
+}  // namespace
+
+StormReport run_storm(const StormPlan& plan, bool has_trace) {
+  Storm storm(plan, has_trace);
+  return storm.run();
+}
+
+}  // namespace tessera::sim

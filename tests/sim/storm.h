@@ -1,0 +1,27 @@
+// The storm: one simulated run under the faults of a plan, watched after every event by the
+// invariants of the fault matrix.
+//
+// Threads. One.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "tests/sim/storm_plan.h"
+
+namespace tessera::sim {
+
+struct StormReport {
+  std::string violation;  // empty: all held. Starts with the invariant's name
+  double at_seconds = 0;  // virtual time of the violation or of the end
+  std::uint64_t hash = 0;
+  std::uint64_t events = 0;
+  int frames_delivered = 0;
+  int frames_failed = 0;
+};
+
+// `trace`: each event that is worth a line goes to stdout.
+StormReport run_storm(const StormPlan& plan, bool has_trace = false);
+
+}  // namespace tessera::sim

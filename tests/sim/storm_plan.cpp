@@ -1,0 +1,118 @@
+#include "tests/sim/storm_plan.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "common/frame/tile_grid.h"
+
+namespace tessera::sim {
+namespace {
+
+constexpr std::array<const char*, static_cast<std::size_t>(FaultKind::kCount)> kNames = {
+    "kill",        "power loss", "hang",     "cut from",   "cut to", "cut both",
+    "stall one",   "reset",      "delay",    "slow link",  "leave",  "master crash",
+    "master hang", "app crash",  "app hang", "app cancels"};
+
+LinkModel draw_link(Random& random) {
+  constexpr std::array<double, 5> kRates = {0, 100e6, 10e6, 2e6, 500e3};
+  LinkModel link;
+  link.up_bytes_per_s = kRates[static_cast<std::size_t>(random.pick(0, 4))];
+  link.down_bytes_per_s = kRates[static_cast<std::size_t>(random.pick(0, 4))];
+  link.delay = from_seconds(random.chance(0.5) ? random.between(20e-6, 500e-6)
+                                               : random.between(0.5e-3, 25e-3));
+  if (random.chance(0.3)) link.jitter = from_seconds(random.between(0, 20e-3));
+  return link;
+}
+
+SlavePlan draw_slave(Random& random) {
+  SlavePlan slave;
+  slave.link = draw_link(random);
+  slave.threads = random.pick(1, 4);
+  slave.tile_seconds = random.between(1, 6) * (random.chance(0.4) ? 20e-3 : 5e-3);
+  slave.tile_spread = random.between(0, 0.9);
+  slave.build_seconds = random.chance(0.2) ? random.between(0.1, 0.6) : random.between(1e-3, 30e-3);
+  return slave;
+}
+
+Fault draw_fault(Random& random, int slave_count) {
+  Fault fault;
+  fault.at = random.between(0.1, 5);
+  fault.kind = static_cast<FaultKind>(random.pick(0, static_cast<int>(FaultKind::kCount) - 1));
+  // Some shorter than it takes to be noticed, some longer.
+  fault.duration = random.chance(0.5) ? random.between(0.05, 1.2) : random.between(1.2, 5);
+  fault.slave = random.pick(0, slave_count - 1);
+  fault.variant = random.pick(0, 3);
+  return fault;
+}
+
+}  // namespace
+
+const char* fault_name(FaultKind kind) { return kNames[static_cast<std::size_t>(kind)]; }
+
+int StormPlan::tile_count() const {
+  return static_cast<int>(
+      TileGrid(script.width_px, script.height_px, script.tile_edge_px).tile_count());
+}
+
+StormPlan draw_storm(std::uint64_t seed) {
+  Random random(seed);
+  StormPlan plan;
+  plan.seed = seed;
+  plan.master_link.delay = std::chrono::microseconds(50);
+  plan.master_link.down_bytes_per_s = 100e6;
+  plan.frames_in_flight = random.chance(0.2) ? 1 : 2;
+  plan.master_record_seconds = random.chance(0.3) ? 20e-6 : 0;
+  const int slave_count = random.pick(1, 6);
+  for (int i = 0; i < slave_count; ++i) plan.slaves.push_back(draw_slave(random));
+  for (std::size_t i = 1; i < plan.slaves.size(); ++i) {
+    if (random.chance(0.2)) plan.slaves[i].joins_at = random.between(0.2, 4);
+    if (random.chance(0.04)) plan.slaves[i].fails_builds = true;
+  }
+  AppScript& script = plan.script;
+  script.frames = random.pick(3, 12);
+  script.tile_edge_px = random.chance(0.5) ? 8 : 16;
+  script.width_px = random.pick(33, 96);
+  script.height_px = random.pick(17, 64);
+  script.in_flight = random.pick(1, 2);
+  script.scene_change = random.chance(0.3) ? 1 : random.between(0, 0.5);
+  script.cancel = random.chance(0.2) ? 0.1 : 0;
+  script.pause_seconds = random.chance(0.5) ? 0.3 : 0;
+  script.has_heavy_scenes = random.chance(0.02);
+  if (random.chance(0.9)) {  // the others: a calm day
+    for (int i = random.pick(1, 7); i > 0; --i) {
+      plan.faults.push_back(draw_fault(random, slave_count));
+    }
+  }
+  plan.audit_share = random.chance(0.25) ? 0.1 : 0;
+  std::stable_sort(plan.faults.begin(), plan.faults.end(),
+                   [](const Fault& a, const Fault& b) { return a.at < b.at; });
+  return plan;
+}
+
+std::string describe(const StormPlan& plan) {
+  char line[256];
+  std::snprintf(line, sizeof(line),
+                "seed %llu: %zu slaves, %d frames of %dx%d (%d tiles), %d in flight%s\n",
+                static_cast<unsigned long long>(plan.seed), plan.slaves.size(), plan.script.frames,
+                plan.script.width_px, plan.script.height_px, plan.tile_count(),
+                plan.script.in_flight, plan.script.has_heavy_scenes ? ", heavy scenes" : "");
+  std::string text = line;
+  for (std::size_t i = 0; i < plan.slaves.size(); ++i) {
+    const SlavePlan& s = plan.slaves[i];
+    std::snprintf(line, sizeof(line),
+                  "  s%zu: %d threads, %.1f ms a tile, up %.0f down %.0f kB/s, delay %.2f ms%s%s\n",
+                  i, s.threads, 1e3 * s.tile_seconds, 1e-3 * s.link.up_bytes_per_s,
+                  1e-3 * s.link.down_bytes_per_s, 1e3 * seconds(s.link.delay),
+                  s.joins_at > 0 ? ", joins late" : "", s.fails_builds ? ", fails builds" : "");
+    text += line;
+  }
+  for (const Fault& f : plan.faults) {
+    std::snprintf(line, sizeof(line), "  %.3f s: %s s%d for %.3f s (%d)\n", f.at,
+                  fault_name(f.kind), f.slave, f.duration, f.variant);
+    text += line;
+  }
+  return text;
+}
+
+}  // namespace tessera::sim

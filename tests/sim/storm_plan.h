@@ -1,0 +1,69 @@
+// One run of the storm: a cluster, an application, and what goes wrong when; all drawn from a seed.
+// Threads. Plain values.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/sim/network.h"
+#include "tests/sim/sim_app.h"
+
+namespace tessera::sim {
+
+struct SlavePlan {
+  LinkModel link;
+  int threads = 1;
+  double tile_seconds = 0.01;  // mean
+  double tile_spread = 0;      // a tile costs between (1 - spread) and (1 + spread) of the mean
+  double build_seconds = 0.01;
+  bool fails_builds = false;
+  double joins_at = 0;  // seconds
+};
+
+enum class FaultKind {
+  kKill,       // the process dies; the system tells its peers
+  kPowerLoss,  // the machine goes dark
+  kHang,       // as under SIGSTOP
+  kCutFrom,    // nothing from the slave's machine arrives at the master's
+  kCutTo,      // nothing from the master's arrives at the slave's
+  kCutBoth,
+  kStallOne,  // one direction of one of its connections
+  kReset,     // one of its connections
+  kDelay,     // its link gets slower by 50 ms and jitters
+  kSlowLink,  // 125,000 bytes/s
+  kLeave,     // in order
+  kMasterCrash,
+  kMasterHang,
+  kAppCrash,
+  kAppHang,
+  kAppCancels,
+  kCount
+};
+const char* fault_name(FaultKind kind);
+
+struct Fault {
+  double at = 0;        // seconds
+  double duration = 0;  // then it is over: restarted, resumed, healed
+  FaultKind kind = FaultKind::kKill;
+  int slave = 0;    // whom it meets
+  int variant = 0;  // which connection, which direction
+};
+
+struct StormPlan {
+  std::uint64_t seed = 0;
+  LinkModel master_link;
+  int frames_in_flight = 2;
+  double audit_share = 0;
+  double master_record_seconds = 0;  // CPU of the master for each record
+  std::vector<SlavePlan> slaves;
+  AppScript script;
+  std::vector<Fault> faults;
+
+  int tile_count() const;
+};
+
+StormPlan draw_storm(std::uint64_t seed);
+std::string describe(const StormPlan& plan);
+
+}  // namespace tessera::sim

@@ -1,0 +1,61 @@
+// Frames on their way out, in order, each when its digest is known.
+#include <gtest/gtest.h>
+
+#include <future>
+
+#include "common/net/io_thread.h"
+#include "master/frame_loop/frame_assembly.h"
+#include "master/frame_loop/outcome_line.h"
+
+namespace tessera::master {
+namespace {
+
+FrameOutcome outcome_of(FrameId frame) {
+  FrameOutcome outcome;
+  outcome.frame = frame;
+  return outcome;
+}
+
+TEST(OutcomeLine, OneThatWaitsForItsDigestHoldsUpThoseBehindIt) {
+  OutcomeLine line;
+  std::vector<FrameId> out;
+  line.set_exit([&](const FrameOutcome& outcome) { out.push_back(outcome.frame); });
+  const auto first = line.add_waiting(outcome_of(1));
+  const auto second = line.add_waiting(outcome_of(2));
+  line.add(outcome_of(3));
+  line.digest_done(second, Digest());
+  EXPECT_TRUE(out.empty());
+  line.digest_done(first, Digest());
+  EXPECT_EQ(out, (std::vector<FrameId>{1, 2, 3}));
+  line.add(outcome_of(4));
+  EXPECT_EQ(out.size(), 4u);
+}
+
+TEST(OutcomeLine, WhatWaitsAtTheEndLeavesAsFailedAndOnce) {
+  OutcomeLine line;
+  std::vector<StatusCode> out;
+  line.set_exit([&](const FrameOutcome& outcome) { out.push_back(outcome.status.code()); });
+  const auto ticket = line.add_waiting(outcome_of(1));
+  line.add(outcome_of(2));
+  line.end(Status::closed("over"));
+  line.digest_done(ticket, Digest());
+  EXPECT_EQ(out, (std::vector<StatusCode>{StatusCode::kClosed, StatusCode::kOk}));
+}
+
+TEST(FrameDigest, IsTheSameAtOnceAndBesideTheLoop) {
+  net::IoThread loop("test-loop"), hasher("test-hash");
+  auto image = std::make_shared<FrameImage>();
+  for (int i = 0; i < 10'000; ++i) image->bytes.push_back(static_cast<std::byte>(i * 7));
+  for (net::EventLoop* at :
+       {static_cast<net::EventLoop*>(nullptr), static_cast<net::EventLoop*>(&hasher)}) {
+    FrameDigest digest(loop, at);
+    for (std::size_t begin = 0; begin < image->bytes.size(); begin += 2500)
+      digest.update(image, begin, 2500);
+    std::promise<Digest> sum;
+    digest.finish([&](const Digest& d) { sum.set_value(d); });
+    EXPECT_EQ(sum.get_future().get().hex(), sha256(image->bytes).hex());
+  }
+}
+
+}  // namespace
+}  // namespace tessera::master

@@ -1,0 +1,172 @@
+// A slave feeds another over a real link: chunk by chunk while its own are still coming; who lies,
+// knocks without the token or asks for what nobody announced is found out.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <random>
+#include <thread>
+
+#include "common/base/clock.h"
+#include "common/wire/codec.h"
+#include "slave/relay_child.h"
+#include "slave/relay_feeder.h"
+
+namespace tessera::slave {
+namespace {
+
+using wire::SceneReceiver;
+using Bytes = std::vector<std::byte>;
+constexpr std::uint64_t kToken = 4711;
+constexpr SceneVersion kVersion = 3;
+constexpr std::uint32_t kChunks = 6;
+
+Bytes noise() {
+  std::mt19937 random(5);
+  Bytes bytes(kChunks * kSceneChunkBytes - 77);
+  for (std::byte& b : bytes) b = static_cast<std::byte>(random());
+  return bytes;
+}
+
+wire::SceneChunk chunk_of(const Bytes& block, std::uint32_t index) {
+  const auto begin = block.begin() + static_cast<std::ptrdiff_t>(index * kSceneChunkBytes);
+  return {kVersion, 0, std::uint64_t{index} * kSceneChunkBytes,
+          net::SharedBytes::of(
+              {begin, begin + static_cast<std::ptrdiff_t>(chunk_bytes(block.size(), index))})};
+}
+
+// Two slaves' worth of scene pipeline on one io thread. Everything but wait_for() happens there.
+class RelayTest : public testing::Test {
+ protected:
+  RelayTest() : io_("relay") {
+    access_.connect = [this](const net::Endpoint&,
+                             std::function<void(Result<net::ConnectionPtr>)> on_connected) {
+      auto [ours, theirs] = net::make_local_pair(io_, io_);
+      if (feeder_) {
+        feeder_->accept(std::move(theirs), nullptr);
+      } else {
+        liar_ = std::move(theirs);
+        net::ConnectionCallbacks callbacks;
+        callbacks.on_record = [this](net::ReceivedRecord record) {
+          if (record.type != 27) liar_->send(wire::encode(lie_));  // whatever it asks for
+        };
+        callbacks.on_closed = [](const Status&) {};
+        liar_->start(std::move(callbacks), wire::session_limits());
+      }
+      on_connected(std::move(ours));
+      return std::unique_ptr<net::ConnectAttempt>();
+    };
+    io_.run_and_wait([this] {
+      announce(upper_);
+      announce(lower_);
+      feeder_ = std::make_unique<RelayFeeder>(io_, upper_, kToken);
+      child_ = std::make_unique<RelayChild>(
+          io_, access_,
+          RelayChild::Events{
+              [this](const wire::SceneChunk& chunk) {
+                SceneReceiver::Actions actions;
+                const auto verdict = lower_.take(chunk, actions);
+                stored_ += verdict == SceneReceiver::Verdict::kStored;
+                if (!actions.complete.empty()) is_complete_ = true;
+                return verdict == SceneReceiver::Verdict::kStored;
+              },
+              [this](wire::RelayFailed failed) { fault_ = static_cast<int>(failed.fault); }});
+    });
+  }
+  ~RelayTest() override {
+    io_.run_and_wait([this] {
+      child_.reset();
+      feeder_.reset();
+      liar_.reset();
+    });
+  }
+
+  void announce(SceneReceiver& receiver) {
+    SceneReceiver::Actions actions;
+    wire::SceneAnnounce announce;
+    announce.version = kVersion;
+    announce.digests = {make_scene_block(block_).digest};
+    announce.sizes = {block_.size()};
+    EXPECT_TRUE(receiver.announce(announce, actions).is_ok());
+    EXPECT_TRUE(receiver.list({kVersion, 0, chunk_digests(block_)}, actions).is_ok());
+  }
+  // A chunk comes to the upper slave from its master.
+  void arrive(std::uint32_t index) {
+    io_.run_and_wait([this, index] {
+      SceneReceiver::Actions actions;
+      EXPECT_TRUE(upper_.chunk(chunk_of(block_, index), actions).is_ok());
+      for (const auto& arrival : actions.arrived) feeder_->on_arrived(arrival);
+    });
+  }
+  void follow(std::uint64_t token) {
+    io_.run_and_wait([this, token] {
+      child_->follow({kVersion, 9, "10.0.0.1", 1, token}, lower_.lacking());
+    });
+  }
+  template <typename Condition>
+  bool wait_for(Condition condition) {
+    const TimePoint deadline = Clock::now() + std::chrono::seconds(20);
+    while (!condition() && Clock::now() < deadline) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return condition();
+  }
+
+  const Bytes block_ = noise();
+  net::IoThread io_;
+  RelayAccess access_;
+  SceneReceiver upper_, lower_;
+  std::unique_ptr<RelayFeeder> feeder_;
+  std::unique_ptr<RelayChild> child_;
+  net::ConnectionPtr liar_;
+  wire::SceneChunk lie_;
+  std::atomic<int> stored_{0}, fault_{-1};
+  std::atomic<bool> is_complete_{false};
+};
+
+TEST_F(RelayTest, ChunksArePassedOnWhileOthersAreStillComing) {
+  arrive(2);
+  follow(kToken);
+  EXPECT_TRUE(wait_for([this] { return stored_ == 1; })) << "what was there";
+  arrive(5);
+  EXPECT_TRUE(wait_for([this] { return stored_ == 2; })) << "as soon as it is there";
+  for (const std::uint32_t i : {0u, 1u, 3u, 4u}) arrive(i);
+  EXPECT_TRUE(wait_for([this] { return is_complete_.load(); }));
+  EXPECT_EQ(fault_, -1);
+}
+
+TEST_F(RelayTest, AWrongTokenIsTurnedAway) {
+  arrive(0);
+  follow(kToken + 1);
+  EXPECT_TRUE(wait_for([this] { return fault_ == static_cast<int>(wire::RelayFault::kGone); }));
+  EXPECT_EQ(stored_, 0);
+}
+
+TEST_F(RelayTest, AVersionThatNobodyAnnouncedIsRefused) {
+  io_.run_and_wait([this] {
+    child_->follow({kVersion, 9, "10.0.0.1", 1, kToken}, {{kVersion + 1, 0, {true}}});
+  });
+  EXPECT_TRUE(wait_for([this] { return fault_ == static_cast<int>(wire::RelayFault::kGone); }));
+}
+
+TEST_F(RelayTest, AnAlteredChunkEndsItWithThatReason) {
+  Bytes altered = block_;
+  altered[100] ^= std::byte{1};
+  io_.run_and_wait([&] {
+    feeder_.reset();
+    lie_ = chunk_of(altered, 0);
+  });
+  follow(kToken);
+  EXPECT_TRUE(wait_for([this] { return fault_ == static_cast<int>(wire::RelayFault::kAltered); }));
+  EXPECT_EQ(stored_, 0);
+}
+
+TEST_F(RelayTest, OneThatGoesAwayIsReported) {
+  follow(kToken);
+  arrive(0);
+  EXPECT_TRUE(wait_for([this] { return stored_ == 1; }));
+  io_.run_and_wait([this] { feeder_->drop_all(); });
+  EXPECT_TRUE(wait_for([this] { return fault_ == static_cast<int>(wire::RelayFault::kGone); }));
+}
+
+}  // namespace
+}  // namespace tessera::slave
