@@ -189,6 +189,7 @@ net::Record encode_one(StatusReply m) {
     put_slave(payload, slave);
     if (m.has_details) put_details(payload, slave);
   }
+  for (const QuarantinedSlave& slave : m.status.quarantined) put_quarantined(payload, slave);
   h.set_detail_bytes(m.has_details ? kDetailBytes : 0);
   h.set_frames_failed(m.status.frames_failed);
   h.set_frames_cancelled(m.status.frames_cancelled);
