@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "common/base/check.h"
+#include "common/base/digest.h"
 #include "common/net/cluster_authority.h"
 #include "common/net/crc32c.h"
 #include "common/net/record_head.h"
@@ -190,7 +191,10 @@ class Peers {
       link.versions.erase(end->frame);
     } else if (const auto* scene = std::get_if<wire::SceneAnnounce>(&message)) {
       say(link, wire::SceneNeed{scene->version, {}});
-      say(link, wire::SceneBuilt{scene->version, 0.001, 1});
+      Sha256 digest;
+      for (const Digest& block : scene->digests)
+        digest.update(std::as_bytes(std::span(block.bytes)));
+      say(link, wire::SceneBuilt{scene->version, 0.001, 1, digest.finish()});
     }
   }
 

@@ -34,9 +34,10 @@ class Relay(unittest.TestCase):
                     lab.shape(node, rate=RATE_KBIT)
                 cluster.serve("--relay", relay, "--slaves", str(slaves))
                 for i in range(slaves):
-                    cluster.slave(f"slave-{i + 1}", "--log-format", "json", node=i + 2)
+                    cluster.slave(f"slave-{i + 1}", "--log-format", "json", "--test-tile-sleep-ms", "200", node=i + 2)
                 cluster.wait_for_slaves(slaves)
-                render = cluster.start_render(scene, "--size", "64x48", "--frames", "0:0")
+                # Frames for some seconds after the first slave has it all: with the application the scene goes.
+                render = cluster.start_render(scene, "--size", "64x48", "--tile", "16", "--frames", "0:7")
                 gone = fault(lab, cluster) if fault else set()
                 names = {f"slave-{i + 1}" for i in range(slaves)} - gone
                 received = cluster_lib.wait_until("the scene everywhere", lambda: self.received(cluster, names))

@@ -9,7 +9,7 @@ import scene_noise  # noqa: E402
 
 FRAME = ["--size", "64x48", "--frames", "0:1"]
 SIDE_PX = 3072  # 36 MiB of texels: 72 MiB as bytes and decoded
-SMALL_MIB, LARGE_MIB = 90, 1000  # --memory: a slave's own programs take some 30 of it
+SMALL_MIB, LARGE_MIB = 60, 1000  # --memory: the programs themselves take some 20 of it
 
 
 class SceneMemory(unittest.TestCase):

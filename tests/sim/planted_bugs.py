@@ -64,7 +64,9 @@ def build_mutant(build, patch_path, scratch):
         output = os.path.join(scratch, path.replace("/", "_") + ".o")
         command[command.index("-o") + 1] = output
         command[command.index("-c") + 1] = os.path.join(scratch, path)
-        command[1:1] = ["-I" + scratch] if not command[0].endswith("ccache") else []
+        command = [word for word in command if word != "-Werror"]
+        compiler = 1 if command[0].endswith("ccache") else 0
+        command[compiler + 1:compiler + 1] = ["-I" + scratch]  # patched headers come first
         subprocess.run(command, cwd=folder, check=True)
         objects.append(output)
     link = link_command(build)
