@@ -22,7 +22,7 @@ const char* verdict_text(ResultVerdict verdict) {
     case ResultVerdict::kUndecided:
       return "that differs from two others";
     case ResultVerdict::kRepeated:
-      return "for a lease that it has answered already";
+      return "that it sends again and again";
     case ResultVerdict::kFrameEnded:
       return "for a frame that is over";
     case ResultVerdict::kUnknownFrame:
