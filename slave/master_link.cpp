@@ -77,7 +77,7 @@ void MasterLink::on_opened(Result<net::ConnectionPtr> link) {
     tile_ = std::move(*link);
     watch(tile_, false);
     tile_->send(wire::encode(hello_));
-    tick_.start_repeating(default_heartbeat() / 4, [this] { on_tick(); });
+    look_again();
   } else {
     state_ = State::kJoin;
     scene_ = std::move(*link);
@@ -149,9 +149,8 @@ void MasterLink::on_welcome(const wire::Welcome& welcome) {
   welcome_ = welcome;
   const milliseconds heartbeat(welcome.heartbeat_ms);
   const int missed_max = static_cast<int>(welcome.heartbeats_missed_max);
-  tile_liveness_ = Liveness(heartbeat, missed_max);
-  scene_liveness_ = Liveness(heartbeat, missed_max);
-  tick_.start_repeating(std::max(milliseconds(1), heartbeat / 4), [this] { on_tick(); });
+  tile_liveness_ = net::Liveness(heartbeat, missed_max);
+  scene_liveness_ = net::Liveness(heartbeat, missed_max);
   open(State::kSceneLink);
 }
 
@@ -199,19 +198,30 @@ void MasterLink::on_tick() {
   if (state_ != State::kReady && Clock::now() > handshake_deadline_ + milliseconds(kHandshakeMs)) {
     return lose(Status::deadline_exceeded("the master did not finish the handshake"));
   }
-  if (state_ == State::kHello || state_ == State::kTileLink) return;
+  if (state_ == State::kHello || state_ == State::kTileLink) return look_again();
   if (!keep_alive(*tile_, tile_liveness_, "tile")) return;
-  if (state_ == State::kReady) keep_alive(*scene_, scene_liveness_, "scene");
+  if (state_ == State::kReady && !keep_alive(*scene_, scene_liveness_, "scene")) return;
+  look_again();
 }
 
-bool MasterLink::keep_alive(net::Connection& link, Liveness& liveness, const char* which) {
+// When a link wants to be looked at; in the handshake, often enough to end it on time.
+void MasterLink::look_again() {
+  const TimePoint now = Clock::now();
+  const bool is_ready = state_ == State::kReady;
+  const TimePoint due = is_ready ? std::min(tile_liveness_.due(), scene_liveness_.due())
+                                 : now + default_heartbeat() / 4;
+  tick_.start_once(std::chrono::ceil<milliseconds>(std::max(due - now, Duration(milliseconds(1)))),
+                   [this] { on_tick(); });
+}
+
+bool MasterLink::keep_alive(net::Connection& link, net::Liveness& liveness, const char* which) {
   switch (liveness.look(Clock::now(), link.last_sent(), link.last_received())) {
-    case LivenessAction::kNone:
+    case net::LivenessAction::kNone:
       break;
-    case LivenessAction::kPing:
+    case net::LivenessAction::kPing:
       link.send(wire::encode(wire::Ping{now_ns()}));
       break;
-    case LivenessAction::kDead:
+    case net::LivenessAction::kDead:
       lose(Status::deadline_exceeded("the master was silent on the " + std::string(which) +
                                      " connection for " +
                                      std::to_string(liveness.silence_max().count()) + " ms"));

@@ -13,9 +13,9 @@
 #include <memory>
 
 #include "common/net/connection.h"
+#include "common/net/liveness.h"
 #include "common/wire/messages.h"
 #include "slave/backoff.h"
-#include "slave/liveness.h"
 #include "slave/slave_node.h"
 
 namespace tessera::slave {
@@ -61,7 +61,8 @@ class MasterLink {
   void on_refused(const wire::Refuse& refuse);
   void on_joined();
   void on_tick();
-  bool keep_alive(net::Connection& link, Liveness& liveness, const char* which);
+  void look_again();
+  bool keep_alive(net::Connection& link, net::Liveness& liveness, const char* which);
   void lose(const Status& why);  // closes both and waits for the next attempt
   void lose_for(const Status& why, std::chrono::milliseconds pause);
   void end_with(const Status& why);
@@ -80,7 +81,7 @@ class MasterLink {
   net::ConnectionPtr tile_, scene_;
   net::ConnectionPtr parting_tile_, parting_scene_;  // closing; kept until the next attempt
   wire::Welcome welcome_;
-  Liveness tile_liveness_, scene_liveness_;
+  net::Liveness tile_liveness_, scene_liveness_;
   TimePoint handshake_deadline_{};
   bool was_welcomed_ = false;  // in any session
   bool was_wait_logged_ = false;

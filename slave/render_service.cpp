@@ -1,6 +1,7 @@
 #include "slave/render_service.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <exception>
 #include <utility>
 
@@ -20,11 +21,8 @@ class RenderService::Worker {
   std::vector<float> rgb;
 };
 
-RenderService::RenderService(int threads, int tile_sleep_ms, PixelCoder& coder, OnDone on_done)
-    : tile_sleep_ms_(tile_sleep_ms),
-      coder_(coder),
-      on_done_(std::move(on_done)),
-      queue_(kTilesLeasedMax) {
+RenderService::RenderService(int threads, TestHooks hooks, PixelCoder& coder, OnDone on_done)
+    : hooks_(hooks), coder_(coder), on_done_(std::move(on_done)), queue_(kTilesLeasedMax) {
   {
     MutexLock lock(mutex_);
     workers_running_ = threads;
@@ -81,8 +79,9 @@ std::optional<wire::TileResult> RenderService::render(const TileJob& job, Worker
   const std::span<float> rgb(worker.rgb.data(), floats);
 
   wire::TileResult result;
-  if (tile_sleep_ms_ > 0) {
-    const TimePoint until = began + std::chrono::milliseconds(tile_sleep_ms_);
+  if (hooks_.tile_aborted_at > 0 && ++tiles_begun_ == hooks_.tile_aborted_at) std::abort();
+  if (hooks_.tile_sleep_ms > 0) {
+    const TimePoint until = began + std::chrono::milliseconds(hooks_.tile_sleep_ms);
     while (Clock::now() < until && !job.frame->is_cancelled) {
       std::this_thread::sleep_for(
           std::min<Duration>(until - Clock::now(), std::chrono::milliseconds(5)));

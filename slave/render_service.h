@@ -6,6 +6,7 @@
 // or taken out by remove_*(). (2) on_done runs on a render thread and must not block.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <optional>
@@ -22,8 +23,14 @@ class RenderService {
  public:
   using OnDone = std::function<void(const TileJob&, std::optional<wire::TileResult>)>;
 
+  // What tests make of a slave: every tile takes at least so long; the process aborts in the n-th.
+  struct TestHooks {
+    int tile_sleep_ms = 0;
+    int tile_aborted_at = 0;  // 0: never
+  };
+
   // `coder` outlives the service.
-  RenderService(int threads, int tile_sleep_ms, PixelCoder& coder, OnDone on_done);
+  RenderService(int threads, TestHooks hooks, PixelCoder& coder, OnDone on_done);
   ~RenderService();  // stop()
 
   TileQueue& queue() { return queue_; }
@@ -37,7 +44,8 @@ class RenderService {
   void work(std::uint32_t index);
   std::optional<wire::TileResult> render(const TileJob& job, Worker& worker);
 
-  const int tile_sleep_ms_;
+  const TestHooks hooks_;
+  std::atomic<int> tiles_begun_ = 0;  // counted only for the hook
   PixelCoder& coder_;
   const OnDone on_done_;
   TileQueue queue_;

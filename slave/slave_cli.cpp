@@ -32,6 +32,7 @@ struct Words {
   std::string log_format = "text";
   bool is_quiet = false;
   int tile_sleep_ms = 0;
+  int tile_aborted_at = 0;
   int nice = 0;
   std::string cores;
   std::string metrics;
@@ -118,6 +119,9 @@ void declare(CLI::App& app, Words& words) {
   app.add_option("--test-tile-sleep-ms", words.tile_sleep_ms)
       ->check(CLI::Range(0, 60'000))
       ->group("");  // for tests: not shown
+  app.add_option("--test-abort-at-tile", words.tile_aborted_at)
+      ->check(CLI::Range(0, 1'000'000))
+      ->group("");
 }
 
 // Processors, priority, the page of metrics. Returns: kInvalidArgument, one line.
@@ -174,6 +178,7 @@ ParsedCommand check_words(const Words& words) {
     return failed(kExitUsage, status.message());
   }
   options.tile_sleep_ms = words.tile_sleep_ms;
+  options.tile_aborted_at = words.tile_aborted_at;
   options.memory = [cap_bytes = words.memory_mib << 20] { return memory_room(cap_bytes); };
   const Result<LogLevel> level = parse_log_level(words.log_level);
   if (!level.is_ok()) return failed(kExitUsage, level.status().message());

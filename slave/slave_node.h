@@ -22,9 +22,10 @@
 namespace tessera::slave {
 
 struct SlaveOptions {
-  std::string name;  // 1..kNameBytesMax printable bytes
-  int threads = 1;   // render threads, 1..kWorkersMax
-  IsaMask isas = 0;  // subset of core::supported_isas()
+  std::string name;         // 1..kNameBytesMax printable bytes
+  int threads = 1;          // render threads, 1..kWorkersMax
+  IsaMask isas = 0;         // subset of core::supported_isas()
+  int tile_aborted_at = 0;  // for tests: the process aborts in its n-th tile; 0: never
   int tile_sleep_ms =
       0;  // test option: each tile takes this long instead of being rendered (black pixels)
   core::Structure structure = core::Structure::kAuto;  // what rays go through

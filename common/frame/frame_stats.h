@@ -39,6 +39,8 @@ struct FrameStats {
   std::uint32_t tile_edge_px = 0;
   std::uint32_t tiles_reissued = 0;
   std::uint32_t tiles_rejected = 0;
+  std::uint32_t tiles_faulty = 0;      // results with NaN, infinite or negative pixels
+  std::uint64_t pixels_faulty = 0;     // of the frame, painted in the error colour
   std::uint32_t tiles_duplicated = 0;  // leased a second time to end the frame sooner
   RayCounts rays;
   std::uint64_t bytes_to_slaves = 0;
@@ -90,7 +92,7 @@ struct SlaveStatus {
 // What bounds on the cluster's answers to faults are computed from: what it is set to, and what it
 // has measured of the slaves that are connected.
 struct ClusterPace {
-  std::uint32_t heartbeat_ms = 0;  // of a new connection
+  std::uint32_t heartbeat_ms = 0;  // the longest in use
   std::uint32_t heartbeats_missed_max = 0;
   std::uint32_t handshake_ms = 0;      // from accept to a complete handshake
   std::uint32_t reconnect_max_ms = 0;  // a slave's greatest pause, before its random factor
@@ -98,6 +100,15 @@ struct ClusterPace {
   double tile_seconds_median = 0;  // of the last tiles of all slaves
   double tile_seconds_p95 = 0;     // of the slave where it is greatest
   bool operator==(const ClusterPace&) const = default;
+};
+
+// A slave that is not let in for a while.
+struct QuarantinedSlave {
+  std::string name;         // of its certificate, else the one it gives
+  double seconds = 0;       // still
+  std::uint32_t times = 0;  // held back so far
+  std::string reason;
+  bool operator==(const QuarantinedSlave&) const = default;
 };
 
 struct ClusterStatus {
@@ -109,6 +120,7 @@ struct ClusterStatus {
   std::uint64_t frames_failed = 0, frames_cancelled = 0;
   std::uint64_t tiles_reissued = 0;
   std::uint64_t slaves_lost = 0;
+  std::vector<QuarantinedSlave> quarantined;
 };
 
 }  // namespace tessera

@@ -1,5 +1,7 @@
 #include "common/net/byte_stream.h"
 
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
 
@@ -108,6 +110,11 @@ PeerIdentity address_of(const TcpSocket& socket) {
   if (error) return identity;
   identity.port = endpoint.port();
   identity.address = Endpoint{endpoint.address().to_string(), endpoint.port()}.text();
+  tcp_info info{};
+  socklen_t bytes = sizeof(info);
+  const int handle = const_cast<TcpSocket&>(socket).native_handle();
+  if (::getsockopt(handle, IPPROTO_TCP, TCP_INFO, &info, &bytes) == 0)
+    identity.rtt_seconds = 1e-6 * info.tcpi_rtt;
   return identity;
 }
 

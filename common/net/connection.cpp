@@ -3,6 +3,7 @@
 #include <cstring>
 #include <utility>
 
+#include "common/base/limits.h"
 #include "common/net/byte_stream.h"
 #include "common/net/crc32c.h"
 #include "common/net/record_head.h"
@@ -19,8 +20,9 @@ static_assert(kBufferedRecordBytesMax + kRecordHeadBytes <= kInputBufferBytes);
 // As long as no more than this waits it is written at once, without a round of the loop. More is left
 // to the loop, so that who sends bulk data gives way to the others.
 constexpr std::uint64_t kWriteNowBytesMax = 64 * 1024;
-// A started record must be complete within 2 s plus its size over the slowest supported link.
-constexpr std::chrono::milliseconds kRecordGrace{2000};
+// A started record must be complete within the time after which a silent peer is dead, plus its
+// size over the slowest supported link.
+constexpr std::chrono::milliseconds kRecordGrace{kHeartbeatMs * (kHeartbeatsMissedMax + 1)};
 constexpr std::uint64_t kSlowestBytesPerSecond = 64 * 1024;
 
 std::uint32_t checksum_of(const std::string& header, std::span<const std::byte> payload) {
@@ -202,11 +204,11 @@ bool Core::take_record() {
       return false;
     }
     RecordRefusal refusal{};
-    head_ = decode_head(std::span<const std::byte, kRecordHeadBytes>(input_.data() + input_begin_,
-                                                                     kRecordHeadBytes),
-                        limits_, refusal);
+    const std::span<const std::byte, kRecordHeadBytes> head(input_.data() + input_begin_,
+                                                            kRecordHeadBytes);
+    head_ = decode_head(head, limits_, refusal);
     if (!head_) {
-      end(Status::data_loss(refusal_text(refusal)));
+      end(Status::data_loss(refusal_of(head, refusal)));
       return false;
     }
     has_deadline_ = false;  // the head's; the rest has its own

@@ -47,6 +47,7 @@ struct PeerIdentity {
   std::string serial;   // certificate's serial number, in hexadecimal digits
   std::string address;  // "10.0.0.5:41234", or "local"
   std::uint16_t port = 0;
+  double rtt_seconds = 0;  // of the TCP handshake; 0 where there was none
 };
 
 struct ConnectionCallbacks {

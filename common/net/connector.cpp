@@ -61,6 +61,10 @@ void Attempt::on_resolved(const asio::error_code& error,
                           const Tcp::resolver::results_type& results) {
   if (error)
     return fail("the name '" + endpoint_.host + "' does not resolve (" + error.message() + ")");
+  // Opened here to see why it cannot be (too many open files): the loop below would say "aborted".
+  asio::error_code reason;
+  if (!results.empty()) socket_.open(results.begin()->endpoint().protocol(), reason);
+  if (reason) return fail("this process gets no socket: " + reason.message());
   asio::async_connect(
       socket_, results,
       [self = shared_from_this()](const asio::error_code& failure, const Tcp::endpoint&) {

@@ -171,6 +171,7 @@ void Acceptor::handshake(Tcp::socket socket, const std::string& address) {
     PeerIdentity proven = identity_of(stream->ssl());
     proven.address = identity.address;
     proven.port = identity.port;
+    proven.rtt_seconds = identity.rtt_seconds;
     pending->handshaking.reset();
     self->hand_on(pending, make_byte_stream(stream), std::move(proven));
   });

@@ -41,6 +41,14 @@ const char* refusal_text(RecordRefusal refusal) {
   return "unknown";
 }
 
+std::string refusal_of(std::span<const std::byte, kRecordHeadBytes> head, RecordRefusal refusal) {
+  const std::string text = refusal_text(refusal);
+  if (refusal == RecordRefusal::kMagic || refusal == RecordRefusal::kFormatVersion) return text;
+  return text + ": type " + std::to_string(get<std::uint16_t>(head.data() + 6)) + ", header of " +
+         std::to_string(get<std::uint32_t>(head.data() + 8)) + " bytes, payload of " +
+         std::to_string(get<std::uint32_t>(head.data() + 12)) + " bytes";
+}
+
 std::array<std::byte, kRecordHeadBytes> encode_head(const RecordHead& head) {
   std::array<std::byte, kRecordHeadBytes> bytes{};
   std::memcpy(bytes.data(), kMagic.data(), kMagic.size());

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "common/net/record.h"
 
@@ -35,6 +36,8 @@ enum class RecordRefusal {
 };
 
 const char* refusal_text(RecordRefusal refusal);
+// The same with the type and the lengths that the head names, where it can be trusted so far.
+std::string refusal_of(std::span<const std::byte, kRecordHeadBytes> head, RecordRefusal refusal);
 
 std::array<std::byte, kRecordHeadBytes> encode_head(const RecordHead& head);
 

@@ -26,6 +26,8 @@ net::Record encode_one(FrameDone m) {
   h.set_utilisation(s.utilisation);
   h.set_tiles_duplicated(s.tiles_duplicated);
   h.set_render_seconds(s.render_seconds);
+  h.set_tiles_faulty(s.tiles_faulty);
+  h.set_pixels_faulty(s.pixels_faulty);
   h.set_prefetch_min(s.prefetch_min);
   h.set_prefetch_max(s.prefetch_max);
   h.set_completed_at_seconds(s.completed_at_seconds);
@@ -74,6 +76,8 @@ Result<Message> decode_frame_done(net::ReceivedRecord record) {
   s.build_seconds = h.build_seconds();
   s.utilisation = h.utilisation();
   s.tiles_duplicated = h.tiles_duplicated();
+  s.tiles_faulty = h.tiles_faulty();
+  s.pixels_faulty = h.pixels_faulty();
   s.render_seconds = h.render_seconds();
   s.prefetch_min = h.prefetch_min();
   s.prefetch_max = h.prefetch_max();

@@ -117,6 +117,35 @@ void get_details(std::span<const std::byte> in, FieldCheck& check, SlaveStatus& 
   if (check.is_ok()) s.state = static_cast<SlaveState>(state);
 }
 
+void put_quarantined(std::vector<std::byte>& out, const QuarantinedSlave& q) {
+  const std::string reason = clean_line(q.reason).substr(0, kQuarantineReasonBytesMax);
+  for (const std::string& text : {q.name.substr(0, kNameBytesMax), reason}) {
+    put_le(out, static_cast<std::uint8_t>(text.size()));
+    for (const char c : text) out.push_back(static_cast<std::byte>(c));
+  }
+  put_le(out, std::bit_cast<std::uint64_t>(q.seconds));
+  put_le(out, q.times);
+}
+
+// Returns: as get_slave().
+std::size_t get_quarantined(std::span<const std::byte> in, FieldCheck& check, QuarantinedSlave& q) {
+  std::size_t at = 0;
+  for (std::string* text : {&q.name, &q.reason}) {
+    if (in.size() <= at) return 0;
+    const std::size_t bytes = std::to_integer<std::size_t>(in[at]);
+    if (in.size() < at + 1 + bytes) return 0;
+    text->assign(reinterpret_cast<const char*>(in.data()) + at + 1, bytes);
+    at += 1 + bytes;
+  }
+  if (in.size() < at + sizeof(std::uint64_t) + sizeof(std::uint32_t)) return 0;
+  q.seconds = std::bit_cast<double>(get_le<std::uint64_t>(in, at));
+  q.times = get_le<std::uint32_t>(in, at + sizeof(std::uint64_t));
+  check.name("quarantined.name", q.name, 1, kNameBytesMax);
+  check.name("quarantined.reason", q.reason, 0, kQuarantineReasonBytesMax);
+  check.not_negative("quarantined.seconds", q.seconds);
+  return check.is_ok() ? at + sizeof(std::uint64_t) + sizeof(std::uint32_t) : 0;
+}
+
 void put_pace(const ClusterPace& p, proto::ClusterPace& h) {
   h.set_heartbeat_ms(p.heartbeat_ms);
   h.set_heartbeats_missed_max(p.heartbeats_missed_max);
@@ -146,6 +175,8 @@ net::Record encode_one(StatusReply m) {
   h.set_frames_done(m.status.frames_done);
   h.set_has_application(m.status.has_application);
   h.set_slave_count(static_cast<std::uint32_t>(m.status.slaves.size()));
+  if (m.status.quarantined.size() > kConnectionsMax) m.status.quarantined.resize(kConnectionsMax);
+  h.set_quarantined_count(static_cast<std::uint32_t>(m.status.quarantined.size()));
   put_pace(m.status.pace, *h.mutable_pace());
   const TileAccounts& tiles = m.status.tiles;
   h.mutable_tiles()->set_issued(tiles.issued);
@@ -158,6 +189,7 @@ net::Record encode_one(StatusReply m) {
     put_slave(payload, slave);
     if (m.has_details) put_details(payload, slave);
   }
+  for (const QuarantinedSlave& slave : m.status.quarantined) put_quarantined(payload, slave);
   h.set_detail_bytes(m.has_details ? kDetailBytes : 0);
   h.set_frames_failed(m.status.frames_failed);
   h.set_frames_cancelled(m.status.frames_cancelled);
@@ -178,6 +210,7 @@ Result<Message> decode_status_reply(net::ReceivedRecord record) {
   // Each entry has at least its byte of length and its numbers.
   check.range("slave_count", h.slave_count(), 0,
               record.payload.size() / (1 + kStatusNumbersBytes + h.detail_bytes()));
+  check.range("quarantined_count", h.quarantined_count(), 0, kConnectionsMax);
   const ClusterPace pace = get_pace(h.pace(), check);
   if (!check.is_ok()) return check.status();
   StatusReply m;
@@ -206,6 +239,13 @@ Result<Message> decode_status_reply(net::ReceivedRecord record) {
     }
     if (!check.is_ok()) return check.status();
     rest = rest.subspan(h.detail_bytes());
+  }
+  m.status.quarantined.resize(h.quarantined_count());
+  for (QuarantinedSlave& slave : m.status.quarantined) {
+    const std::size_t used = get_quarantined(rest, check, slave);
+    if (used == 0) check.fail("quarantined", ": payload ends within an entry");
+    if (!check.is_ok()) return check.status();
+    rest = rest.subspan(used);
   }
   check.payload_bytes(record.payload.size(), record.payload.size() - rest.size());
   if (!check.is_ok()) return check.status();

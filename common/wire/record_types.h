@@ -72,6 +72,11 @@ inline constexpr std::size_t kAnnounceEntryBytes = 40;
 // StatusReply: one slave, its name length byte and the longest name included (codec_app.cpp).
 inline constexpr std::size_t kStatusEntryBytesMax = 1 + kNameBytesMax + 49 + 256;
 
+// StatusReply: why a slave is held back, cut to this; its length is one byte.
+inline constexpr std::size_t kQuarantineReasonBytesMax = 160;
+inline constexpr std::size_t kQuarantineEntryBytesMax =
+    1 + kNameBytesMax + 1 + kQuarantineReasonBytesMax + 8 + 4;
+
 // What a master may ask for as heartbeat: from a tenth of a usual LAN's hiccup to a minute.
 inline constexpr std::uint32_t kHeartbeatMsMax = 60'000;
 inline constexpr std::uint32_t kHeartbeatsMissedLimit = 100;

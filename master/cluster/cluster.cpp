@@ -1,6 +1,7 @@
 #include "master/cluster/cluster.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/base/check.h"
@@ -8,6 +9,7 @@
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/wire/codec.h"
+#include "common/wire/record_types.h"
 #include "master/cluster/master_metrics.h"
 #include "master/cluster/slave_entry.h"
 
@@ -15,6 +17,21 @@ namespace tessera::master {
 namespace {
 
 constexpr std::chrono::milliseconds kSweep{500};
+
+// Longer than usual for a slave that is far away, by the round trip of its connecting.
+std::uint32_t heartbeat_of(const PeerLink& link, const std::string& name) {
+  const Duration rtt = from_seconds(link.connection().peer().rtt_seconds);
+  const std::chrono::milliseconds usual(kHeartbeatMs);
+  const auto heartbeat = std::min(net::heartbeat_for(usual, kHeartbeatsMissedMax, rtt),
+                                  std::chrono::milliseconds(wire::kHeartbeatMsMax));
+  if (heartbeat > usual) {
+    log_warn("heartbeat-raised",
+             "slave '" + name + "' is far away: its silence is noticed later than usual",
+             {{"rtt_ms", std::to_string(std::llround(1e3 * seconds(rtt)))},
+              {"heartbeat_ms", std::to_string(heartbeat.count())}});
+  }
+  return static_cast<std::uint32_t>(heartbeat.count());
+}
 
 }  // namespace
 
@@ -35,6 +52,12 @@ Cluster::~Cluster() = default;
 
 std::optional<std::pair<wire::RefuseCode, std::string>> Cluster::refusal_of(
     const wire::Hello& hello, const net::PeerIdentity& peer) const {
+  if (const auto held = quarantine_.find(key_of(hello, peer), Clock::now())) {
+    return std::pair(wire::RefuseCode::kFull,
+                     "slave '" + held->name + "' is held back for " +
+                         std::to_string(static_cast<int>(std::ceil(held->seconds))) +
+                         " s more: " + held->reason);
+  }
   for (const auto& [session, slave] : slaves_) {
     const net::PeerIdentity& other = slave->tile_link->connection().peer();
     if (peer.is_authenticated && other.name == peer.name) {
@@ -61,6 +84,10 @@ std::optional<std::pair<wire::RefuseCode, std::string>> Cluster::refusal_of(
                      std::string("a slave needs threads and an instruction set"));
   }
   return std::nullopt;
+}
+
+const std::string& Cluster::key_of(const wire::Hello& hello, const net::PeerIdentity& peer) {
+  return peer.is_authenticated ? peer.name : hello.name;
 }
 
 PeerLink::Callbacks Cluster::callbacks_of(SessionId session, bool is_tile_link) {
@@ -92,8 +119,10 @@ void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::u
   slave->hello = std::move(hello);
   slave->token = entropy();
   link->set_callbacks(callbacks_of(session, true));
-  link->send(wire::Welcome{version, session, slave->token, kHeartbeatMs, kHeartbeatsMissedMax});
-  link->start_heartbeat();
+  slave->heartbeat_ms = heartbeat_of(*link, slave->hello.name);
+  link->send(
+      wire::Welcome{version, session, slave->token, slave->heartbeat_ms, kHeartbeatsMissedMax});
+  link->start_heartbeat(slave->heartbeat_ms);
   link->ping();
   slave->tile_link = std::move(link);
   slaves_[session] = std::move(slave);
@@ -118,7 +147,7 @@ void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
   }
   link->set_callbacks(callbacks_of(join.session, false));
   link->send(wire::Joined{});
-  link->start_heartbeat();
+  link->start_heartbeat(slave.heartbeat_ms);
   link->ping();
   slave.scene_link = std::move(link);
   slave.sender = std::make_unique<SceneSender>(
@@ -242,15 +271,33 @@ void Cluster::expel(SessionId session, const std::string& reason) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return;
   master_metrics().expulsions.add();
-  slave->second->tile_link->refuse(wire::RefuseCode::kProtocol, reason);
-  lose(session, "expelled: " + reason);
+  Slave& liar = *slave->second;
+  const std::string& key = key_of(liar.hello, liar.tile_link->connection().peer());
+  quarantine_.count_violation(key, reason, Clock::now());
+  liar.tile_link->refuse(wire::RefuseCode::kProtocol, reason);
+  log_warn("slave-lost", "slave '" + liar.hello.name + "' was expelled",
+           {{"reason", "expelled: " + reason},
+            {"peer", liar.tile_link->connection().peer().address},
+            {"held_back_s",
+             std::to_string(std::llround(quarantine_.find(key, Clock::now())->seconds))}});
+  remove(session);
 }
 
 void Cluster::lose(SessionId session, const std::string& reason) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return;
-  log_warn("slave-lost", "slave '" + slave->second->hello.name + "' is gone",
-           {{"reason", reason}, {"peer", slave->second->tile_link->connection().peer().address}});
+  const Slave& gone = *slave->second;
+  const net::PeerIdentity& peer = gone.tile_link->connection().peer();
+  const TimePoint now = Clock::now();
+  const std::uint32_t held = events_.tiles_held ? events_.tiles_held(session) : 0;
+  log_warn("slave-lost", "slave '" + gone.hello.name + "' is gone",
+           {{"reason", reason}, {"peer", peer.address}, {"tiles_held", std::to_string(held)}});
+  const std::string& key = key_of(gone.hello, peer);
+  if (quarantine_.count_loss(key, gone.tiles_done, held, now)) {
+    const QuarantinedSlave why = *quarantine_.find(key, now);
+    log_warn("slave-quarantined", "slave '" + gone.hello.name + "' is held back: " + why.reason,
+             {{"held_back_s", std::to_string(std::llround(why.seconds))}});
+  }
   remove(session);
 }
 
@@ -301,7 +348,14 @@ void Cluster::sweep() {
       slave->window_start = now;
     }
   }
-  for (const SessionId session : late) expel(session, "the scene connection did not come in time");
+  for (const SessionId session : late) lose(session, "the scene connection did not come in time");
+}
+
+bool Cluster::forgive_repeat(SessionId session) {
+  const auto slave = slaves_.find(session);
+  return slave == slaves_.end() ||
+         ++slave->second->repeats <=
+             slave->second->hello.threads * std::uint32_t{kTilesPerWorkerMax};
 }
 
 void Cluster::count_tile(SessionId session) {

@@ -22,6 +22,7 @@
 #include "common/base/ids.h"
 #include "common/frame/frame_stats.h"
 #include "master/cluster/peer_link.h"
+#include "master/cluster/quarantine.h"
 #include "master/cluster/relay_plan.h"
 #include "master/cluster/scene_sender.h"
 
@@ -31,6 +32,7 @@ struct ClusterEvents {
   std::function<void(SessionId, std::uint32_t threads)> slave_joined;
   std::function<void(SessionId)> slave_lost;
   std::function<void(SessionId, double seconds)> round_trip;  // by heartbeats, now and then
+  std::function<std::uint32_t(SessionId)> tiles_held;  // asked before slave_lost; may be null
   std::function<void(SessionId, SceneVersion, double build_seconds)> scene_built;
   std::function<void(SessionId, SceneVersion, const std::string& reason)> scene_failed;
   std::function<void(SessionId, wire::TileResult)> tile_result;
@@ -57,7 +59,7 @@ class Cluster {
 
   // To a joined slave; ignored when it is gone.
   void send(SessionId session, wire::Message message);
-  // Ends the session for a broken promise. slave_lost follows at once.
+  // Ends the session for a broken promise, and holds the slave back. slave_lost follows at once.
   void expel(SessionId session, const std::string& reason);
 
   void commit_scene(SceneVersion version, SharedScene scene);
@@ -66,8 +68,12 @@ class Cluster {
 
   // What the links are set to and what was measured on them.
   ClusterPace pace() const;
+  std::vector<QuarantinedSlave> quarantined() const;
 
   void add_busy_time(SessionId session, double render_seconds);
+  // It sent a result once more. Returns: false when it has done so more often than a slave that
+  // means well can: more times than tiles may be leased to it.
+  bool forgive_repeat(SessionId session);
   void count_tile(SessionId session);  // one of its results was accepted
   // The slave's place among all ever joined, for tinting tiles.
   std::uint16_t ordinal_of(SessionId session) const;
@@ -114,6 +120,7 @@ class Cluster {
   void leave(SessionId session, const std::string& reason);  // in order, as announced
   void remove(SessionId session);
   void sweep();
+  static const std::string& key_of(const wire::Hello& hello, const net::PeerIdentity& peer);
 
   net::EventLoop& io_;
   const std::optional<Isa> wanted_isa_;
@@ -123,6 +130,7 @@ class Cluster {
   RelayPlan relay_;
   std::optional<Isa> bound_isa_;
   SlaveMap slaves_;
+  Quarantine quarantine_;
   std::uint16_t next_ordinal_ = 0;
   std::map<SceneVersion, SharedScene> scenes_;  // kept for whoever joins
   std::set<SceneVersion> needed_;               // by a frame, not retired

@@ -7,6 +7,10 @@
 
 namespace tessera::master {
 
+std::vector<QuarantinedSlave> Cluster::quarantined() const {
+  return quarantine_.entries(Clock::now());
+}
+
 ClusterPace Cluster::pace() const {
   ClusterPace pace;
   pace.heartbeat_ms = kHeartbeatMs;
@@ -18,6 +22,7 @@ ClusterPace Cluster::pace() const {
     const std::vector<double>& times = slave->tile_times.seconds();
     all.insert(all.end(), times.begin(), times.end());
     pace.tile_seconds_p95 = std::max(pace.tile_seconds_p95, quantile(times, 0.95));
+    pace.heartbeat_ms = std::max(pace.heartbeat_ms, slave->heartbeat_ms);
     pace.rtt_seconds_max = std::max(pace.rtt_seconds_max, slave->tile_link->rtt_seconds());
   }
   pace.tile_seconds_median = quantile(std::move(all), 0.5);

@@ -35,10 +35,9 @@ PeerLink::~PeerLink() { close(); }
 void PeerLink::set_callbacks(Callbacks callbacks) { callbacks_ = std::move(callbacks); }
 
 void PeerLink::start_heartbeat(std::uint32_t heartbeat_ms, std::uint32_t missed_max) {
-  heartbeat_ms_ = std::max(heartbeat_ms, 2u);
-  missed_max_ = missed_max;
-  looked_ = Clock::now();
-  heartbeat_.start_repeating(std::chrono::milliseconds(heartbeat_ms_ / 2), [this] { beat(); });
+  liveness_ = net::Liveness(std::chrono::milliseconds(std::max(heartbeat_ms, 2u)),
+                            static_cast<int>(missed_max));
+  beat();
 }
 
 void PeerLink::send(wire::Message message) {
@@ -111,16 +110,21 @@ void PeerLink::on_pong(const wire::Pong& pong) {
 }
 
 void PeerLink::beat() {
-  const auto interval = std::chrono::milliseconds(heartbeat_ms_);
+  using std::chrono::milliseconds;
   const TimePoint now = Clock::now();
-  // After a stall of our own, what proves that the peer lives waits unread: look again first.
-  const bool is_late = now - std::exchange(looked_, now) > interval;
-  if (!is_late && now - connection_->last_received() >
-                      interval * (missed_max_ + 1) + from_seconds(rtt_seconds_)) {
-    return end(Status::deadline_exceeded("silent for too long"));
+  liveness_.set_rtt(from_seconds(rtt_seconds_));
+  switch (liveness_.look(now, connection_->last_sent(), connection_->last_received())) {
+    case net::LivenessAction::kNone:
+      break;
+    case net::LivenessAction::kPing:
+      ping();
+      break;
+    case net::LivenessAction::kDead:
+      return end(Status::deadline_exceeded("silent for too long"));
   }
   // Also while other records go out: the round trip is wanted most when the link is busy.
-  if (now - connection_->last_sent() >= interval || now - pinged_ >= interval) ping();
+  if (now - pinged_ >= liveness_.heartbeat()) ping();
+  heartbeat_.start_once(std::chrono::ceil<milliseconds>(liveness_.due() - now), [this] { beat(); });
 }
 
 void PeerLink::end(Status status) {

@@ -17,6 +17,7 @@
 #include "common/base/clock.h"
 #include "common/base/limits.h"
 #include "common/net/connection.h"
+#include "common/net/liveness.h"
 #include "common/wire/messages.h"
 #include "master/cluster/clock_offset.h"
 
@@ -69,13 +70,11 @@ class PeerLink {
   net::ConnectionPtr connection_;
   Callbacks callbacks_;
   net::Timer heartbeat_;
-  std::uint32_t heartbeat_ms_ = kHeartbeatMs;
-  std::uint32_t missed_max_ = kHeartbeatsMissedMax;
+  net::Liveness liveness_{std::chrono::milliseconds(kHeartbeatMs), kHeartbeatsMissedMax};
   double rtt_seconds_ = 0;
   ClockOffset clock_;
   std::deque<TimePoint> pings_;  // ours without an answer, oldest first, at most kPingsMax
   TimePoint pinged_{};           // the last of all
-  TimePoint looked_;             // last time that beat() ran
   bool is_over_ = false;
 };
 

@@ -7,6 +7,7 @@
 
 #include <memory>
 
+#include "common/base/limits.h"
 #include "master/cluster/cluster.h"
 #include "master/cluster/tile_times.h"
 
@@ -16,12 +17,14 @@ struct Cluster::Slave {
   wire::Hello hello;
   std::uint64_t token = 0;
   std::uint16_t ordinal = 0;
+  std::uint32_t heartbeat_ms = kHeartbeatMs;  // of both connections
   TimePoint since = Clock::now();
   std::unique_ptr<PeerLink> tile_link;
   std::unique_ptr<PeerLink> scene_link;  // null until joined
   std::unique_ptr<SceneSender> sender;
   SceneVersion built = 0;
   std::uint64_t tiles_done = 0;
+  std::uint32_t repeats = 0;  // results that it sent once more
   TileTimes tile_times;
   double busy_seconds = 0;  // of render threads, in this window
   double utilisation = 0;

@@ -114,6 +114,10 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
          "dynamic, or static (fixed tiles for each slave, to measure what balancing is worth)")
       ->capture_default_str()
       ->type_name("KIND");
+  app.add_option("--faulty-pixels", t.faulty_pixels,
+                 "NaN, infinite or negative pixels, after a second slave's try: colour or fail")
+      ->capture_default_str()
+      ->type_name("POLICY");
   app.add_option("--scene-transfer", t.scene_transfer,
                  "async, or sync (a new scene travels only while no frame is in work)")
       ->capture_default_str()

@@ -42,6 +42,16 @@ void print_json(const ClusterStatus& status) {
     if (slaves.size() > 1) slaves += ',';
     slaves += slave_json(slave);
   }
+  std::string quarantined = "[";
+  for (const QuarantinedSlave& slave : status.quarantined) {
+    if (quarantined.size() > 1) quarantined += ',';
+    JsonObject entry;
+    entry.add("name", slave.name)
+        .add("seconds", slave.seconds)
+        .add("times", slave.times)
+        .add("reason", slave.reason);
+    quarantined += entry.text();
+  }
   const ClusterPace& pace = status.pace;
   const TileAccounts& tiles = status.tiles;
   JsonObject json;
@@ -63,7 +73,8 @@ void print_json(const ClusterStatus& status) {
       .add("frames_failed", status.frames_failed)
       .add("frames_cancelled", status.frames_cancelled)
       .add("slaves_lost", status.slaves_lost)
-      .add_raw("slaves", slaves + "]");
+      .add_raw("slaves", slaves + "]")
+      .add_raw("quarantined", quarantined + "]");
   std::printf("%s\n", json.text().c_str());
 }
 
@@ -100,6 +111,10 @@ void print_totals(const ClusterStatus& status) {
 
 void print_table(const ClusterStatus& status) {
   print_totals(status);
+  for (const QuarantinedSlave& slave : status.quarantined) {
+    std::printf("held back for %.0f s more: %s (%s)\n", slave.seconds, slave.name.c_str(),
+                slave.reason.c_str());
+  }
   if (status.slaves.empty()) return;
   std::size_t name_width = 5;
   for (const SlaveStatus& s : status.slaves) name_width = std::max(name_width, s.name.size());

@@ -145,8 +145,8 @@ class Pump {
   const TimePoint start_ = Clock::now();
   FramePacer pacer_;
   std::map<FrameId, InFlight> in_flight_;
-  TimePoint taken_;          // when the last frame came
-  bool is_reduced_ = false;  // the last frame submitted
+  TimePoint taken_;                  // when the last frame came
+  bool is_reduced_ = false;          // the last frame submitted
   std::uint64_t revision_ = 0;       // of the last frame submitted
   std::uint64_t seen_revision_ = 0;  // newest one
   std::uint64_t submitted_ = 0;

@@ -23,6 +23,8 @@ std::string stats_json(const FrameStats& s, int width_px, int height_px, PixelFo
       .add("tiles_reissued", s.tiles_reissued)
       .add("tiles_rejected", s.tiles_rejected)
       .add("tiles_duplicated", s.tiles_duplicated)
+      .add("tiles_faulty", s.tiles_faulty)
+      .add("pixels_faulty", s.pixels_faulty)
       .add("prefetch_min", s.prefetch_min)
       .add("prefetch_max", s.prefetch_max)
       .add("rays_primary", s.rays.primary)

@@ -112,6 +112,10 @@ Status check_cluster(MasterOptions& o, const TypedOptions& t) {
     if (!prefetch.is_ok()) return prefetch.status();
     o.session.prefetch_per_thread = *prefetch;
   }
+  if (t.faulty_pixels != "colour" && t.faulty_pixels != "fail") {
+    return Status::invalid_argument("--faulty-pixels " + t.faulty_pixels + ": give colour or fail");
+  }
+  o.session.is_faulty_frame_failed = t.faulty_pixels == "fail";
   if (t.schedule != "dynamic" && t.schedule != "static") {
     return Status::invalid_argument("--schedule " + t.schedule + ": give dynamic or static");
   }

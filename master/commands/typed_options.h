@@ -14,8 +14,9 @@ namespace tessera::master {
 struct TypedOptions {
   std::string size, frames, renderer = "direct", pixels, isa = "auto", isa_policy = "same",
                             pixel_coding = "auto", relay = "on", tile = "auto", prefetch = "auto",
-                            schedule = "dynamic", scene_transfer = "async", log_level = "info",
-                            log_format = "text", config;
+                            schedule = "dynamic", faulty_pixels = "colour",
+                            scene_transfer = "async", log_level = "info", log_format = "text",
+                            config;
   int local = kLocalAuto;
   std::uint32_t threads = 0;
 

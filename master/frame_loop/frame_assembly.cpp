@@ -8,48 +8,6 @@
 #include <utility>
 
 namespace tessera::master {
-namespace {
-
-// Components whose exponent bits are all ones, in a word of several: adding one to the lowest bit of
-// such an exponent, and of no other, carries into the sign's place. A tile has none, as a rule, so
-// the words are only gathered at first.
-template <typename Bits>
-std::uint64_t count_nonfinite(std::span<const std::byte> bytes, Bits exponent) {
-  const auto is_nonfinite = [exponent](Bits bits) { return (bits & exponent) == exponent; };
-  constexpr std::uint64_t kOnes = ~std::uint64_t{0} / std::numeric_limits<Bits>::max();
-  const std::uint64_t exponents = kOnes * exponent;
-  const std::uint64_t lowest = exponents & ~(exponents << 1);
-  const std::size_t words_bytes = bytes.size() / 8 * 8;
-  std::uint64_t carries = 0;
-  for (std::size_t i = 0; i < words_bytes; i += 8) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, bytes.data() + i, 8);
-    carries |= (word & exponents) + lowest;
-  }
-  const std::uint64_t signs = kOnes << (8 * sizeof(Bits) - 1);
-  const std::size_t first = (carries & signs) != 0 ? 0 : words_bytes;
-  std::uint64_t count = 0;
-  for (std::size_t i = first; i + sizeof(Bits) <= bytes.size(); i += sizeof(Bits)) {
-    Bits bits = 0;
-    std::memcpy(&bits, bytes.data() + i, sizeof(Bits));
-    count += is_nonfinite(bits) ? 1 : 0;
-  }
-  return count;
-}
-
-std::uint64_t count_nonfinite(std::span<const std::byte> bytes, PixelFormat format) {
-  switch (format) {
-    case PixelFormat::kFloat:
-      return count_nonfinite<std::uint32_t>(bytes, 0x7f800000u);
-    case PixelFormat::kHalf:
-      return count_nonfinite<std::uint16_t>(bytes, 0x7c00u);
-    case PixelFormat::kDisplay8:
-      return 0;
-  }
-  return 0;
-}
-
-}  // namespace
 
 FrameAssembly::FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings,
                              FrameDigest digest)
@@ -104,7 +62,6 @@ void FrameAssembly::write_tile(TileIndex tile, std::span<const std::byte> pixels
   image_->tile_slave[tile] = slave_ordinal;
   --band_missing_[static_cast<std::size_t>(rect.y_px / settings_.tile_edge_px)];
   hash_whole_bands();
-  nonfinite_count_ += count_nonfinite(pixels, settings_.pixel_format);
 }
 
 void FrameAssembly::hash_whole_bands() {

@@ -42,7 +42,6 @@ class FrameAssembly {
   void write_tile(TileIndex tile, std::span<const std::byte> pixels, std::uint16_t slave_ordinal);
 
   // Pixels with a NaN or an infinity so far (float and half).
-  std::uint64_t nonfinite_count() const { return nonfinite_count_; }
   // Takes the finished image. Once.
   std::shared_ptr<const FrameImage> finish() { return std::move(image_); }
   // Of all pixels. Requires: every tile was written.
@@ -55,7 +54,6 @@ class FrameAssembly {
   const TileGrid grid_;
   FrameStats stats_;
   std::shared_ptr<FrameImage> image_;
-  std::uint64_t nonfinite_count_ = 0;
   std::vector<int> band_missing_;  // [rows of tiles] tiles not yet written
   std::size_t hashed_bands_ = 0;
   FrameDigest digest_;

@@ -1,88 +1,15 @@
 #include "master/frame_loop/frame_loop.h"
 
 #include <algorithm>
-#include <cstring>
-#include <map>
-#include <set>
 #include <utility>
 
-#include "common/base/clock.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/scene/scene_footprint.h"
-#include "common/wire/pixel_coding.h"
-#include "master/cluster/cluster.h"
-#include "master/cluster/reception.h"
-#include "master/frame_loop/app_server.h"
-#include "master/frame_loop/frame_work.h"
-#include "master/frame_loop/outcome_line.h"
-#include "master/frame_loop/observer.h"
-#include "master/schedule/scheduler.h"
+#include "master/frame_loop/frame_loop_impl.h"
 #include "master/schedule/tile_order.h"
-#include "master/schedule/tile_size.h"
 
 namespace tessera::master {
-namespace {
-
-// Late tiles are looked for so often. A frame ends at most so much later than it could.
-constexpr std::chrono::milliseconds kTick{10};
-
-// Of the pixels of a tile, for comparing two results of it.
-std::uint64_t short_digest(std::span<const std::byte> pixels) {
-  const Digest digest = sha256(pixels);
-  std::uint64_t value = 0;
-  std::memcpy(&value, digest.bytes.data(), sizeof(value));
-  return value;
-}
-
-}  // namespace
-
-struct FrameLoop::Impl {
-  net::EventLoop& io;
-  const FrameLoopOptions options;
-  Scheduler scheduler;
-  Cluster cluster;
-  Observer observer;
-  AppServer apps;
-  Reception reception;
-  net::Timer tick;
-  std::map<FrameId, FrameWork> frames;
-  TileSize tile_size;
-  std::map<SceneVersion, double> build_seconds;  // slowest slave's, by version
-  OutcomeLine outcomes;
-  std::map<SceneVersion, SharedScene> held_scenes;  // committed, not yet sent to slaves
-  SceneVersion newest_version = 0;
-  const TimePoint started = Clock::now();
-  bool is_over = false;
-  std::shared_ptr<int> alive = std::make_shared<int>(0);  // what comes from the hasher looks
-
-  Impl(FrameLoop& loop, net::EventLoop& io_thread, const FrameLoopOptions& o)
-      : io(io_thread),
-        options(o),
-        scheduler({o.prefetch_per_thread, o.frames_in_flight, o.is_static, o.audit_share}),
-        cluster(io_thread, o.isa, o.is_isa_mixed, cluster_events(), o.is_relaying),
-        observer(cluster),
-        apps(io_thread, loop),
-        reception(io_thread, reception_callbacks()),
-        tick(io_thread) {
-    tick.start_repeating(kTick, [this] {
-      if (scheduler.has_open_frames()) perform(scheduler.tick(Clock::now()));
-      observer.tick(Clock::now());
-    });
-  }
-
-  ClusterEvents cluster_events();
-  Reception::Callbacks reception_callbacks();
-  void start_when_ready();
-  void perform(const Actions& actions);
-  void begin_frame(const Action& action);
-  void on_result(SessionId session, wire::TileResult result);
-  void complete(FrameId frame);
-  void fail(const Action& action);
-  void retire();
-  void release_scenes();
-};
-
 ClusterEvents FrameLoop::Impl::cluster_events() {
   ClusterEvents events;
   events.slave_joined = [this](SessionId session, std::uint32_t threads) {
@@ -90,6 +17,7 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
     scheduler.slave_joined(session, cluster.name_of(session), threads);
     start_when_ready();
   };
+  events.tiles_held = [this](SessionId session) { return scheduler.tiles_in_flight(session); };
   events.slave_lost = [this](SessionId session) {
     observer.slave_lost(session);
     perform(scheduler.slave_lost(session, Clock::now()));
@@ -186,35 +114,6 @@ void FrameLoop::Impl::begin_frame(const Action& action) {
                                                 work.assembly.settings(), codings});
 }
 
-void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
-  const auto found = frames.find(result.frame);
-  if (found != frames.end()) {
-    FrameAssembly& assembly = found->second.assembly;
-    if (result.tile >= assembly.grid().tile_count() ||
-        !wire::make_plain(assembly.settings().pixel_format, assembly.tile_bytes(result.tile),
-                          result)
-             .is_ok()) {
-      return cluster.expel(session, "a tile result of the wrong size");
-    }
-  }
-  Actions actions;
-  TileReport report{result.frame,   result.version,      result.tile,           result.attempt,
-                    result.seconds, result.held_seconds, result.starved_seconds};
-  if (options.audit_share > 0) report.pixels = short_digest(result.pixels);
-  const ResultVerdict verdict = scheduler.result(session, report, Clock::now(), actions);
-  observer.answered(session, result, verdict, actions, Clock::now());
-  if (!answers_lease(verdict) && verdict != ResultVerdict::kFrameEnded)
-    return cluster.expel(session, std::string("a tile result ") + verdict_text(verdict));
-  cluster.add_busy_time(session, result.seconds);
-  if (verdict == ResultVerdict::kAccepted) {
-    found->second.add(session, result, cluster.ordinal_of(session));
-    cluster.count_tile(session);
-  } else if (found != frames.end()) {
-    ++found->second.assembly.stats().tiles_rejected;
-  }
-  perform(actions);
-}
-
 void FrameLoop::Impl::complete(FrameId id) {
   const auto found = frames.find(id);
   if (found == frames.end()) return;
@@ -225,10 +124,6 @@ void FrameLoop::Impl::complete(FrameId id) {
   if (const auto built = build_seconds.find(stats.scene_version); built != build_seconds.end())
     stats.build_seconds = built->second;
   tile_size.measured(work.assembly.pixel_count(), stats.render_seconds);
-  if (const std::uint64_t count = work.assembly.nonfinite_count(); count > 0) {
-    log_warn("nonfinite-pixels", "a frame holds NaN or infinity",
-             {{"frame", std::to_string(id)}, {"components", std::to_string(count)}});
-  }
   FrameOutcome outcome;
   outcome.frame = id;
   FrameDigest digest = work.assembly.take_digest();
@@ -343,6 +238,7 @@ void FrameLoop::free_scenes() {
 ClusterStatus FrameLoop::status() const {
   ClusterStatus status = impl_->observer.status(impl_->scheduler);
   status.has_application = impl_->apps.has_application();
+  status.quarantined = impl_->cluster.quarantined();
   return status;
 }
 

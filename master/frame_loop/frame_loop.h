@@ -37,6 +37,7 @@ struct FrameLoopOptions {
   double audit_share = 0;               // of the tiles: rendered by two slaves and compared
   bool is_relaying = true;              // slaves feed slaves
   bool is_pixel_coding = true;          // slaves may code pixels where their link is slow
+  bool is_faulty_frame_failed = false;  // else NaN, infinite, negative pixels get the error colour
   bool serves_applications = false;     // accept role app (serve); else such peers are refused
   net::EventLoop* hasher = nullptr;     // computes frames' digests; null: the loop itself, at once
 };

@@ -15,10 +15,14 @@ const char* verdict_text(ResultVerdict verdict) {
       return "a duplicate";
     case ResultVerdict::kConfirmed:
       return "that confirms another one";
+    case ResultVerdict::kFaulty:
+      return "with faulty pixels";
     case ResultVerdict::kDisputed:
       return "that differs from another slave's";
     case ResultVerdict::kUndecided:
       return "that differs from two others";
+    case ResultVerdict::kRepeated:
+      return "that it sends again and again";
     case ResultVerdict::kFrameEnded:
       return "for a frame that is over";
     case ResultVerdict::kUnknownFrame:
@@ -53,6 +57,8 @@ bool FrameLedger::has_seen(TileIndex index, SessionId session) const {
       if (lease.session == session) return true;
     }
   }
+  const auto refused = refused_.find(index);
+  if (refused != refused_.end() && refused->second == session) return true;
   const auto audit = audits_.find(index);
   if (audit == audits_.end()) return false;
   for (int i = 0; i < audit->second.vote_count; ++i) {
@@ -63,9 +69,10 @@ bool FrameLedger::has_seen(TileIndex index, SessionId session) const {
 
 std::optional<TileIndex> FrameLedger::next_for(SessionId session) const {
   if (!pending_.empty()) {
-    // Only an audited tile can be pending and known to the session.
+    // Only an audited or refused tile can be pending and known to the session.
+    const bool is_any_known = !audits_.empty() || !refused_.empty();
     for (const TileIndex index : pending_) {
-      if (audits_.empty() || !has_seen(index, session)) return index;
+      if (!is_any_known || !has_seen(index, session)) return index;
     }
   }
   for (const auto& [index, audit] : audits_) {
@@ -158,26 +165,36 @@ void FrameLedger::finish(TileIndex index) {
 }
 
 LedgerAnswer FrameLedger::accept(SessionId session, SceneVersion version, TileIndex index,
-                                 Attempt attempt, std::uint64_t pixels) {
+                                 Attempt attempt, std::uint64_t pixels, bool is_suspect) {
   if (version != version_) return {ResultVerdict::kWrongVersion, {}, 0, 0};
+  if (index >= tiles_.size()) return {};
+  LedgerAnswer answer;
+  if (const Answer& last = tiles_[index].answer;
+      last.session == session && last.attempt == attempt && attempt != 0) {
+    answer.verdict = ResultVerdict::kRepeated;
+    return answer;
+  }
   const auto leases = leased_.find(index);
-  if (leases == leased_.end()) return {};
+  if (leases == leased_.end()) return answer;
   const auto found = std::find_if(
       leases->second.begin(), leases->second.end(),
       [&](const Lease& lease) { return lease.session == session && lease.attempt == attempt; });
-  if (found == leases->second.end()) return {};
-  LedgerAnswer answer;
+  if (found == leases->second.end()) return answer;
   const TimePoint leased_at = found->since;
   end_lease(index, static_cast<std::size_t>(found - leases->second.begin()));
   if (tiles_[index].is_done) {
     answer.verdict = ResultVerdict::kDuplicate;
   } else if (const auto audit = audits_.find(index); audit != audits_.end()) {
     answer = vote(index, audit->second, session, pixels);
+  } else if (is_suspect && refused_.try_emplace(index, session).second) {
+    answer.verdict = ResultVerdict::kFaulty;
+    make_pending(index);
   } else {
     answer.verdict = ResultVerdict::kAccepted;
     finish(index);
   }
   answer.leased_at = leased_at;
+  if (answer.verdict == ResultVerdict::kAccepted) tiles_[index].answer = {session, attempt};
   ++(answer.verdict == ResultVerdict::kAccepted ? counts_.accepted : counts_.rejected);
   return answer;
 }

@@ -33,8 +33,10 @@ enum class ResultVerdict {
   kAccepted,      // these are the tile's pixels; with an audit, perhaps not for good
   kDuplicate,     // answers a lease, but the tile was done already: dropped and counted
   kConfirmed,     // audit: the tile's pixels are right; these are not needed
+  kFaulty,        // pixels that cannot be light: rendered once more, by another slave
   kDisputed,      // audit: they differ from the first ones, and a third slave must decide
   kUndecided,     // audit: three slaves, three pictures
+  kRepeated,      // the same result once more: dropped and counted
   kFrameEnded,    // answers a frame that is over: dropped
   kUnknownFrame,  // never begun on that slave: a violation
   kWrongVersion,  // violation
@@ -103,9 +105,13 @@ class FrameLedger {
   // Leases of tiles that are not done and out once only, in the order of tiles.
   std::vector<TileLeaseView> single_leases() const;
 
-  // `pixels`: a digest of the result's pixels; matters for audited tiles only.
+  // `pixels`: a digest of the result's pixels; matters for audited tiles only. `is_suspect`: the
+  // pixels are faulty, and another slave could render the tile: the first such result of a tile is
+  // refused, and the tile goes to somebody else.
   LedgerAnswer accept(SessionId session, SceneVersion version, TileIndex tile, Attempt attempt,
-                      std::uint64_t pixels = 0);
+                      std::uint64_t pixels = 0, bool is_suspect = false);
+  // Nobody else is left: tiles refused of a slave may be leased to it again.
+  void forget_refusals() { refused_.clear(); }
 
   // The slave gives the tile back unrendered. Returns: false when it held no such lease.
   bool hand_back(SessionId session, TileIndex tile, Attempt attempt);
@@ -131,11 +137,16 @@ class FrameLedger {
     Attempt attempt = 0;
     TimePoint since, due;
   };
+  struct Answer {
+    SessionId session = 0;
+    Attempt attempt = 0;
+  };
   struct Tile {
     Attempt attempts = 0;
     std::uint16_t losses = 0;
     bool is_done = false;
     bool is_pending = true;
+    Answer answer;  // the one that was accepted last
   };
   struct Vote {
     SessionId session = 0;
@@ -158,6 +169,7 @@ class FrameLedger {
   std::vector<Tile> tiles_;
   std::deque<TileIndex> pending_;
   std::map<TileIndex, std::vector<Lease>> leased_;  // tiles with a lease
+  std::map<TileIndex, SessionId> refused_;          // once, with faulty pixels of that slave
   std::map<TileIndex, Audit> audits_;               // audited tiles begun and not done
   LedgerCounts counts_;
   std::size_t done_count_ = 0;

@@ -76,8 +76,9 @@ Actions Scheduler::slave_lost(SessionId session, TimePoint now) {
                 actions);
     }
   }
-  if (options_.audit_share > 0) {
-    for (Frame& frame : frames_) waive_audits(frame, actions);
+  for (Frame& frame : frames_) {
+    if (able_count(frame) < 2) frame.ledger.forget_refusals();
+    if (options_.audit_share > 0) waive_audits(frame, actions);
   }
   fail_hopeless(actions);
   deliver(actions);
@@ -144,6 +145,16 @@ Actions Scheduler::cancel_frame(FrameId id, TimePoint now) {
   return actions;
 }
 
+Actions Scheduler::fail_frame(FrameId id, std::string reason, TimePoint now) {
+  Actions actions;
+  Frame* frame = find(id);
+  if (frame == nullptr || frame->state != FrameState::kOpen) return actions;
+  end_frame(*frame, FrameState::kFailed, std::move(reason), actions);
+  deliver(actions);
+  fill_all(now, actions);
+  return actions;
+}
+
 Actions Scheduler::refuse_frame(FrameId frame, std::string reason) {
   TESSERA_CHECK_GE(frame, next_frame_);
   next_frame_ = frame + 1;
@@ -182,15 +193,16 @@ ResultVerdict Scheduler::result(SessionId session, const TileReport& report, Tim
     return slave->second.begun.contains(report.frame) ? ResultVerdict::kFrameEnded
                                                       : ResultVerdict::kUnknownFrame;
   }
-  const LedgerAnswer answer =
-      frame->ledger.accept(session, report.version, report.tile, report.attempt, report.pixels);
+  const bool is_suspect = report.is_faulty && !options_.is_static && able_count(*frame) >= 2;
+  const LedgerAnswer answer = frame->ledger.accept(session, report.version, report.tile,
+                                                   report.attempt, report.pixels, is_suspect);
   if (!answers_lease(answer.verdict)) return answer.verdict;
   release(*frame, session);
   learn(slave->second, report, answer.leased_at, now);
   settle_audit(*frame, session, report.tile, answer, actions);
   if (frame->state == FrameState::kOpen && frame->ledger.is_complete())
     end_frame(*frame, FrameState::kComplete, "", actions);
-  if (frame->state == FrameState::kOpen) {
+  if (frame->state == FrameState::kOpen && answer.verdict != ResultVerdict::kFaulty) {
     fill(*slave, now, actions);
   } else {
     deliver(actions);

@@ -64,6 +64,7 @@ struct TileReport {
   double held_seconds = 0;     // from the lease's arrival to the result's departure
   double starved_seconds = 0;  // of its render threads, since its last result
   std::uint64_t pixels = 0;    // digest; with audits only
+  bool is_faulty = false;      // some of its pixels cannot be light (NaN, infinite, negative)
 };
 
 class Scheduler {
@@ -87,6 +88,7 @@ class Scheduler {
   Actions submit_frame(FrameId frame, SceneVersion version, std::vector<TileIndex> order,
                        TimePoint now);
   Actions cancel_frame(FrameId frame, TimePoint now);
+  Actions fail_frame(FrameId frame, std::string reason, TimePoint now);
   // A frame that cannot be begun; it fails in its turn. Requires: as submit_frame().
   Actions refuse_frame(FrameId frame, std::string reason);
   // No frame needs older versions any more, nor will.

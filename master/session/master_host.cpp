@@ -56,6 +56,7 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
   loop_options.prefetch_per_thread = options.prefetch_per_thread;
   loop_options.frames_in_flight = options.frames_in_flight;
   loop_options.is_static = options.is_static;
+  loop_options.is_faulty_frame_failed = options.is_faulty_frame_failed;
   loop_options.is_scene_transfer_sync = options.is_scene_transfer_sync;
   loop_options.audit_share = options.audit_percent / 100;
   loop_options.slaves_min = options.slaves_min;

@@ -38,7 +38,9 @@ struct SessionOptions {
   bool is_pixel_coding = true;   // slaves may code pixels (losslessly) where their link is slow
   int prefetch_per_thread = -1;  // tiles waiting per render thread, 0 to 15; -1: as each needs
   int frames_in_flight = 2;      // 1 or 2
-  bool is_static = false;        // --schedule static: fixed tiles for each slave
+  // --faulty-pixels fail: NaN, infinite or negative pixels fail their frame; else they are painted.
+  bool is_faulty_frame_failed = false;
+  bool is_static = false;               // --schedule static: fixed tiles for each slave
   bool is_scene_transfer_sync = false;  // --scene-transfer sync: only while no frame is in work
   double audit_percent = 0;             // tiles rendered by two slaves and compared
   // Of a master inside this process:

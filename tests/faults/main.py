@@ -24,11 +24,12 @@ from rows import ROWS, SMALL  # noqa: E402
 NEEDS = ("root", "netns", "cut", "portcut", "reset", "delay", "rate", "loss")
 
 
-def run_row(lab, name, seed):
-    report = Report(name, seed)
+def run_row(lab, name, options):
+    report = Report(name, options.seed)
     try:
-        with stage.Stage(lab, report) as one:
+        with stage.Stage(lab, report, options.logs, not options.all) as one:
             ROWS[name](one, report)
+            report.note(f"this machine was late by {1e3 * one.sampler.late:.0f} ms at most")
     except Exception as error:  # a row that breaks off does not hold; the others still run
         report.error = f"{type(error).__name__}: {str(error)[:300]}"
         if not isinstance(error, AssertionError):
@@ -36,14 +37,14 @@ def run_row(lab, name, seed):
     return report
 
 
-def run_rows(names, seed, repeats, out):
+def run_rows(names, options, out):
     failed = []
     with stage.Lab() as lab:
         for name in names:
             began = time.monotonic()
-            reports = [run_row(lab, name, seed)]
-            while not reports[-1].holds and len(reports) <= repeats:
-                reports.append(run_row(lab, name, seed))
+            reports = [run_row(lab, name, options)]
+            while not reports[-1].holds and len(reports) <= options.repeats:
+                reports.append(run_row(lab, name, options))
             outcome = "FAILED" if not reports[-1].holds else "held" if len(reports) == 1 else "held the second time"
             if outcome == "FAILED":
                 failed.append(name)
@@ -65,12 +66,13 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="of what is drawn by chance (default: 1)")
     parser.add_argument("--repeats", type=int, default=1, help="how often a row that does not hold is run again")
     parser.add_argument("--json", metavar="FILE", help="write one JSON object per run of a row")
+    parser.add_argument("--logs", metavar="DIR", help="keep the logs of rows that do not hold, in DIR/ROW")
     options = parser.parse_args()
     if options.list:
         for name, row in sorted(ROWS.items()):
             print(name, "small" if name in SMALL else "     ", row.__doc__.strip().splitlines()[0])
         return 0
-    names = [n.upper() for n in options.rows] or (sorted(ROWS) if options.all else [n for n in SMALL if n in ROWS])
+    names = [n[:3].upper() + n[3:] for n in options.rows] or (sorted(ROWS) if options.all else [n for n in SMALL if n in ROWS])
     unknown = [n for n in names if n not in ROWS]
     if unknown:
         parser.error(f"no such row: {', '.join(unknown)}; see --list")
@@ -80,7 +82,7 @@ def main():
         print("skipped: this machine's fault lab lacks " + ", ".join(missing))
         return 77
     out = open(options.json, "w", encoding="utf-8") if options.json else None
-    failed = run_rows(names, options.seed, options.repeats, out)
+    failed = run_rows(names, options, out)
     print(f"{len(names) - len(failed)} of {len(names)} rows hold" + (f"; FAILED: {', '.join(failed)}" if failed else ""))
     return 1 if failed else 0
 

@@ -1,9 +1,16 @@
 """The table of rows: identifier -> what is done, and whether it is one of the small set."""
+import application
+import identity
+import joiners
+import messages
+import network
 import processes
+import results
+import scenes
 
 # The rows that run on every change (fault-matrix, "How often").
 SMALL = ["F01", "F02", "F07", "F13", "F15", "F25", "F30", "F31", "F32", "F33", "F36", "F39", "F40"]
 
 ROWS = {}
-for group in (processes,):
+for group in (processes, joiners, network, results, messages, identity, application, scenes):
     ROWS.update(group.ROWS)

@@ -6,6 +6,7 @@ here, so that all rows count alike.
 import contextlib
 import os
 import pathlib
+import shutil
 import signal
 import sys
 import time
@@ -22,12 +23,17 @@ NODES = 5
 FRAME = ["--size", "128x96", "--tile", "16"]
 TILES = 48
 SLEEP_MS = 40
-# A lost slave's and its successor's state, queues of two frames of this size, the allocator's own slack.
+# What a fault may cost the master, above the greatest before it: a lost slave's and its successor's state, scene
+# versions that one more holder keeps, the allocator's own slack.
 MEMORY_SLACK_MIB = 16
 STILL = ["builtin:cornell", "--orbit", "180"]  # one scene, each frame another picture
 MOVING = ["builtin:waves"]                     # each frame another scene version
 
-wait_until = cluster_lib.wait_until
+PATIENCE_S = 40  # so that nothing hangs for ever; no row waits that long for what holds
+
+
+def wait_until(what, condition, seconds=PATIENCE_S):
+    return cluster_lib.wait_until(what, condition, seconds)
 
 
 class Lab:
@@ -52,14 +58,18 @@ class Lab:
 class Stage:
     """Use as a context: everything that was started in it is ended."""
 
-    def __init__(self, lab, report):
-        self.lab, self.report = lab.lab, report
+    known_digests = {}  # of fault-free runs, for all rows
+
+    def __init__(self, lab, report, logs=None, is_small=True):
+        self.lab, self.report, self.logs, self.doubt = lab.lab, report, logs, 0.0
         self.mend = lab.mend
         self.cluster = cluster_lib.Cluster(
             host=self.lab.addr(1), prefix=lambda node: ["ip", "netns", "exec", self.lab.node(node)["ns"]])
         self.nodes = {}
+        self.is_small = is_small  # of rows that repeat a fault: some times, not all
         self.sampler = watch.Sampler()
         self.frames = None
+        self.bounds_before = None
         self.clean = contextlib.ExitStack()  # what a row has started besides
 
     def __enter__(self):
@@ -72,7 +82,10 @@ class Stage:
         self.sampler.stop()
         if self.frames:
             self.frames.stop()
-        self.cluster.__exit__(kind, value, traceback)
+        if self.logs and (kind is not None or not self.report.holds):
+            kept = pathlib.Path(self.logs, self.report.row)
+            shutil.copytree(self.cluster.folder, kept, ignore=shutil.ignore_patterns("*.pfm", "keys"), dirs_exist_ok=True)
+        self.cluster.__exit__(None, None, None)
 
     # -- processes
     def serve(self, *options):
@@ -114,20 +127,27 @@ class Stage:
         return self.cluster.status()
 
     def bounds(self):
+        """As things stand now; the first ones are kept as those before the fault."""
         lines = self.frames.lines if self.frames else []
-        return bounds.Bounds(self.status(), max((line["build_seconds"] for line in lines), default=0.0))
+        now = bounds.Bounds(self.status(), max((line["build_seconds"] for line in lines), default=0.0))
+        if self.bounds_before is None:
+            self.bounds_before = now
+        return now
 
     def events(self, name, since=0.0, log="master"):
         return [e for e in watch.events(self.log(log), since) if e["event"] == name]
 
-    def first_event(self, name, since, log="master", seconds=cluster_lib.PATIENCE_S):
+    def first_event(self, name, since, log="master", seconds=PATIENCE_S):
         return wait_until(f"event {name} in {log}'s log", lambda: self.events(name, since, log), seconds)[0]
 
     # -- frames
     def expected(self, scene, frames, size=FRAME):
         """The digests of a fault-free run, in one process."""
-        run = self.cluster.render(scene[0], *scene[1:], *size, "--frames", f"0:{frames - 1}", "--local", "1", connect=False)
-        return run.digests
+        key = (*scene, *size, frames)
+        if key not in self.known_digests:
+            self.known_digests[key] = self.cluster.render(
+                scene[0], *scene[1:], *size, "--frames", f"0:{frames - 1}", "--local", "1", connect=False).digests
+        return self.known_digests[key]
 
     def animate(self, scene=STILL, frames=12, size=FRAME, options=()):
         """An application in the background, whose frames are timed as they come."""
@@ -137,13 +157,13 @@ class Stage:
         self.frames = watch.Frames(self.animation.tessera[1])
         return self.animation
 
-    def wait_for_frames(self, count, seconds=cluster_lib.PATIENCE_S):
+    def wait_for_frames(self, count, seconds=PATIENCE_S):
         wait_until(f"{count} frames", lambda: len(self.frames.lines) >= count, seconds)
 
     def wait_for_tiles(self, name):
         return wait_until(f"{name} with tiles", lambda: (self.cluster.slave_status(name) or {}).get("tiles_in_flight"))
 
-    def finish(self, seconds=cluster_lib.PATIENCE_S):
+    def finish(self, seconds=PATIENCE_S):
         """Waits for the animation. I1, I2 and I3: every frame, in order, once, and the same to the bit."""
         run = self.cluster.finish(self.animation, seconds)
         self.frames.stop()
@@ -181,24 +201,37 @@ class Stage:
 
     @property
     def lateness(self):
-        """How late this machine woke us since the fault, at most, and one rounding of the log's clock."""
-        return self.sampler.late + 0.001
+        """What the measuring itself may be wrong by: how late this machine woke us since the fault, at most; how long
+        the fault took to be made; one rounding of the log's clock."""
+        return self.sampler.late + self.doubt + 0.001
+
+    def usual_mean(self, since, until):
+        """The mean time between frames that came within the interval. Seconds."""
+        times = [t for t in self.frames.times if since <= t <= until]
+        return (times[-1] - times[0]) / max(len(times) - 1, 1)
+
+    def usual_without(self, name, instant):
+        """The frame time before `instant`, as it is when this slave's threads are missing. Seconds."""
+        times = [t for t in self.frames.times if t < instant]
+        threads = self.bounds_before.threads
+        rest = sum(n for other, n in threads.items() if other != name)
+        return (times[-1] - times[1]) / (len(times) - 2) * sum(threads.values()) / rest
 
     # -- faults
     def kill(self, name, how=signal.SIGKILL):
         """Returns: when the process had ended (its sockets are closed by then)."""
-        self.sampler.reset_lateness()
+        self.sampler.mark()
         process = self.process(name)
         process.send_signal(how)
         process.wait(30)
         return time.time()
 
     def now(self):
-        self.sampler.reset_lateness()
+        self.sampler.mark()
         return time.time()
 
     def pause(self, name):
-        self.sampler.reset_lateness()
+        self.sampler.mark()
         os.kill(self.pid(name), signal.SIGSTOP)
         return time.time()
 
@@ -207,9 +240,15 @@ class Stage:
         return time.time()
 
     def cut(self, name, port=()):
-        self.sampler.reset_lateness()
-        before = time.time()
+        before = self.now()
         self.lab.cut(self.nodes[name], port=list(port))
+        self.doubt = time.time() - before
+        return before
+
+    def reset(self, name):
+        before = self.now()
+        self.lab.reset(self.nodes[name])
+        self.doubt = time.time() - before
         return before
 
     def heal(self, name):

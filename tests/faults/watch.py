@@ -51,12 +51,15 @@ class Sampler:
         self.thread.start()
 
     def follow(self, name, pid):
-        self.pids[name] = pid
         self.base[name] = {"mib": resident_mib(pid), "fds": descriptors(pid), "threads": threads(pid)}
         self.peak[name] = self.base[name]["mib"]
+        self.pids[name] = pid
 
-    def reset_lateness(self):
+    def mark(self):
+        """From now on: lateness anew, and memory against the greatest of the time without a fault."""
         self.late = 0.0
+        for name, peak in self.peak.items():
+            self.base[name]["mib"] = peak
 
     def _run(self):
         rounds = 0

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <future>
 
+#include "common/base/limits.h"
+#include "common/frame/faulty_pixels.h"
 #include "common/wire/codec.h"
 #include "master/session/master_host.h"
 #include "tests/support/net_peer.h"
@@ -159,11 +161,11 @@ class HostileSlave : public ::testing::Test {
   }
 
   // An honest slave renders what is left; the frame has its bytes only.
-  void expect_whole_frame_from_another() {
+  void expect_whole_frame_from_another(int tiles_left = 6) {
     HandSlave honest = slave("honest");
     honest.build_scene();
     honest.hear_frame();
-    for (int i = 0; i < 6; ++i) {
+    for (int i = 0; i < tiles_left; ++i) {
       honest.say_on_tile_link(honest.answer_to(honest.hear_lease(), kHonest));
     }
     auto future = outcome_.get_future();
@@ -248,6 +250,86 @@ TEST_F(HostileSlave, AsksForASceneBlockThatDoesNotExist) {
     EXPECT_NE(liar.hear_refusal(), "");
   }
   expect_whole_frame_from_another();
+}
+
+TEST_F(HostileSlave, TheSameResultAgainIsDroppedAndForgivenUntilItIsTooMuch) {
+  {
+    HandSlave parrot = slave("parrot");
+    parrot.build_scene();
+    parrot.hear_frame();
+    const wire::TileLease lease = parrot.hear_lease();
+    for (int i = 0; i < kTilesPerWorkerMax + 1;
+         ++i) {  // an answer, then as many repeats as are forgiven
+      parrot.say_on_tile_link(parrot.answer_to(lease, kHonest));
+    }
+    host_->io().run_and_wait(
+        [this] { EXPECT_EQ(host_->frame_loop().status().slaves.size(), 1u) << "forgiven so far"; });
+    parrot.say_on_tile_link(parrot.answer_to(lease, kHonest));
+    EXPECT_NE(parrot.hear_refusal().find("again"), std::string::npos);
+  }
+  expect_whole_frame_from_another(5);
+}
+
+TEST_F(HostileSlave, WhoLiedIsHeldBackByNameAndShownInStatus) {
+  {
+    HandSlave liar = slave("liar");
+    liar.say_on_scene_link(wire::SceneNeed{1, {4000}});
+    EXPECT_NE(liar.hear_refusal(), "");
+  }
+  wire::Hello hello;
+  hello.name = "liar";
+  hello.threads = 1;
+  hello.isas = isa_bit(Isa::kScalar);
+  const wire::Refuse refuse = refusal_of(hello);
+  EXPECT_EQ(refuse.code, wire::RefuseCode::kFull) << "it may try again, later";
+  EXPECT_NE(refuse.reason.find("held back"), std::string::npos) << refuse.reason;
+  host_->io().run_and_wait([this] {
+    const auto held = host_->frame_loop().status().quarantined;
+    ASSERT_EQ(held.size(), 1u);
+    EXPECT_EQ(held[0].name, "liar");
+  });
+  expect_whole_frame_from_another();
+}
+
+// Bytes of 0xff are NaN in every format of floats.
+TEST_F(HostileSlave, NanPixelsAreRenderedAgainByAnotherAndNoneIsLeft) {
+  HandSlave sick = slave("sick");
+  sick.build_scene();
+  sick.hear_frame();
+  const wire::TileLease lease = sick.hear_lease();
+  HandSlave honest = slave("honest");
+  honest.build_scene();
+  honest.hear_frame();
+  sick.say_on_tile_link(sick.answer_to(lease, std::byte{0xff}));
+  auto future = outcome_.get_future();
+  // The sick one holds what it was given besides; it leaves, and the honest one renders all.
+  sick.say_on_tile_link(wire::Goodbye{"unwell"});
+  for (int i = 0; i < 6; ++i) {
+    honest.say_on_tile_link(honest.answer_to(honest.hear_lease(), kHonest));
+  }
+  ASSERT_EQ(future.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  const FrameOutcome outcome = future.get();
+  ASSERT_TRUE(outcome.status.is_ok()) << outcome.status.message();
+  EXPECT_TRUE(std::all_of(outcome.image->bytes.begin(), outcome.image->bytes.end(),
+                          [](std::byte b) { return b == kHonest; }));
+  EXPECT_EQ(outcome.stats.tiles_faulty, 1u);
+  EXPECT_EQ(outcome.stats.pixels_faulty, 0u);
+}
+
+TEST_F(HostileSlave, NanPixelsOfTheOnlySlaveAreReplacedAndCounted) {
+  HandSlave sick = slave("sick");
+  sick.build_scene();
+  sick.hear_frame();
+  auto future = outcome_.get_future();
+  for (int i = 0; i < 6; ++i) {
+    sick.say_on_tile_link(sick.answer_to(sick.hear_lease(), i == 0 ? std::byte{0xff} : kHonest));
+  }
+  ASSERT_EQ(future.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  const FrameOutcome outcome = future.get();
+  ASSERT_TRUE(outcome.status.is_ok()) << outcome.status.message();
+  EXPECT_EQ(count_faulty_pixels(outcome.image->bytes, outcome.image->format), 0u);
+  EXPECT_EQ(outcome.stats.tiles_faulty, 1u);
+  EXPECT_EQ(outcome.stats.pixels_faulty, 16u * 16);
 }
 
 TEST_F(HostileSlave, LeavesInMidFrame) {

@@ -1,56 +1,14 @@
-// A frame put together from its tiles: its digest, and what is not a number in it.
-#include "master/frame_loop/frame_assembly.h"
-
+// Frames on their way out, in order, each when its digest is known.
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <future>
 
 #include "common/net/io_thread.h"
+#include "master/frame_loop/frame_assembly.h"
 #include "master/frame_loop/outcome_line.h"
 
 namespace tessera::master {
 namespace {
-
-FrameSettings settings_of(PixelFormat format) {
-  FrameSettings settings;
-  settings.width_px = 13;  // odd sizes: components that straddle words
-  settings.height_px = 7;
-  settings.tile_edge_px = 5;
-  settings.pixel_format = format;
-  settings.camera = {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 45};
-  return settings;
-}
-
-// How many components of a frame full of `usual`, with `unusual` at one place, are not finite.
-template <typename Bits>
-std::uint64_t count(PixelFormat format, Bits usual, unsigned unusual, std::size_t place) {
-  net::IoThread loop("test-loop");
-  FrameAssembly assembly(1, 1, settings_of(format), FrameDigest(loop, nullptr));
-  EXPECT_TRUE(assembly.allocate().is_ok());
-  for (TileIndex tile = 0; tile < assembly.grid().tile_count(); ++tile) {
-    std::vector<std::byte> pixels(assembly.tile_bytes(tile));
-    for (std::size_t i = 0; i + sizeof(Bits) <= pixels.size(); i += sizeof(Bits)) {
-      const Bits bits = tile == 0 && i / sizeof(Bits) == place ? static_cast<Bits>(unusual) : usual;
-      std::memcpy(pixels.data() + i, &bits, sizeof(Bits));
-    }
-    assembly.write_tile(tile, pixels, 0);
-  }
-  return assembly.nonfinite_count();
-}
-
-TEST(FrameAssembly, WhatIsNotFiniteIsCountedWhereverItStands) {
-  for (std::size_t place = 0; place < 75; ++place) {
-    for (const unsigned bad : {0x7c00u, 0xfc00u, 0x7e01u, 0xffffu})
-      EXPECT_EQ(count<std::uint16_t>(PixelFormat::kHalf, 0x7bff, bad, place), 1u) << place;
-    for (const std::uint32_t bad : {0x7f800000u, 0xff800000u, 0x7fc00001u, 0xffffffffu})
-      EXPECT_EQ(count<std::uint32_t>(PixelFormat::kFloat, 0x7f7fffff, bad, place), 1u) << place;
-  }
-  for (const unsigned good : {0x0000u, 0x8000u, 0x0001u, 0x7bffu, 0xfbffu, 0x03ffu, 0x83ffu})
-    EXPECT_EQ(count<std::uint16_t>(PixelFormat::kHalf, 0xfbff, good, 3), 0u);
-  for (const std::uint32_t good : {0u, 0x80000000u, 1u, 0x7f7fffffu, 0xff7fffffu, 0x007fffffu})
-    EXPECT_EQ(count<std::uint32_t>(PixelFormat::kFloat, 0xff7fffff, good, 3), 0u);
-}
 
 FrameOutcome outcome_of(FrameId frame) {
   FrameOutcome outcome;

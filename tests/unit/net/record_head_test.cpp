@@ -109,5 +109,16 @@ TEST(Endpoint, NamesAddressesAndPorts) {
   EXPECT_FALSE(is_loopback({"no-such-host.invalid", 1}));
 }
 
+TEST(RecordHead, ARefusalNamesTypeAndSizes) {
+  RecordHead head;
+  head.type = 5;
+  head.payload_bytes = 0xffffffffu;
+  const auto bytes = encode_head(head);
+  EXPECT_EQ(
+      refusal_of(bytes, RecordRefusal::kPayloadTooLong),
+      "record payload above its limit: type 5, header of 0 bytes, payload of 4294967295 bytes");
+  EXPECT_EQ(refusal_of(bytes, RecordRefusal::kMagic), "not a Tessera record");
+}
+
 }  // namespace
 }  // namespace tessera::net

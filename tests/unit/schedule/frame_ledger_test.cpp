@@ -46,8 +46,7 @@ TEST(FrameLedger, OnlyTheAnswerToAnOutstandingLeaseIsAccepted) {
   EXPECT_EQ(ledger.counts().accepted, 0u);
   EXPECT_EQ(ledger.accept(1, kVersion, lease.tile, lease.attempt).verdict,
             ResultVerdict::kAccepted);
-  EXPECT_EQ(ledger.accept(1, kVersion, lease.tile, lease.attempt).verdict,
-            ResultVerdict::kNotLeased)
+  EXPECT_EQ(ledger.accept(1, kVersion, lease.tile, lease.attempt).verdict, ResultVerdict::kRepeated)
       << "the same result twice";
 }
 
@@ -81,6 +80,29 @@ TEST(FrameLedger, ATileIsLeasedASecondTimeAndTheFirstResultWins) {
   EXPECT_TRUE(ledger.is_complete());
   EXPECT_EQ(ledger.counts().rejected, 1u);
   EXPECT_EQ(ledger.duplicated_count(), 1u);
+}
+
+TEST(FrameLedger, ASuspectTileGoesToAnotherSlaveOnceAndIsThenTakenAsItIs) {
+  FrameLedger ledger(kVersion, tiles(1));
+  const TileAssignment first = *ledger.lease_next(1, kStart, kDue);
+  EXPECT_EQ(ledger.accept(1, kVersion, 0, first.attempt, 0, true).verdict, ResultVerdict::kFaulty);
+  EXPECT_FALSE(ledger.is_complete());
+  EXPECT_FALSE(ledger.next_for(1).has_value()) << "not the same slave again";
+  const TileAssignment second = *ledger.lease_next(2, kStart, kDue);
+  EXPECT_EQ(ledger.accept(2, kVersion, 0, second.attempt, 0, true).verdict,
+            ResultVerdict::kAccepted);
+  EXPECT_TRUE(ledger.is_complete());
+  EXPECT_EQ(ledger.counts().rejected, 1u);
+}
+
+TEST(FrameLedger, ASuspectTileComesBackToItsSlaveWhenNobodyElseIsLeft) {
+  FrameLedger ledger(kVersion, tiles(1));
+  const TileAssignment first = *ledger.lease_next(1, kStart, kDue);
+  EXPECT_EQ(ledger.accept(1, kVersion, 0, first.attempt, 0, true).verdict, ResultVerdict::kFaulty);
+  ledger.forget_refusals();
+  const TileAssignment again = *ledger.lease_next(1, kStart, kDue);
+  EXPECT_EQ(ledger.accept(1, kVersion, 0, again.attempt, 0, false).verdict,
+            ResultVerdict::kAccepted);
 }
 
 // An audited tile leased to slaves 1 and 2.

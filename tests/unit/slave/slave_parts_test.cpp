@@ -1,11 +1,10 @@
-// The pure parts of a slave: back-off, liveness, starvation; and the tile queue.
+// The pure parts of a slave: back-off, starvation; and the tile queue.
 #include <gtest/gtest.h>
 
 #include <thread>
 
 #include "common/base/limits.h"
 #include "slave/backoff.h"
-#include "slave/liveness.h"
 #include "slave/tile_queue.h"
 
 namespace tessera::slave {
@@ -45,26 +44,6 @@ TEST(Backoff, OnlyAStableSessionStartsItAnew) {
   backoff.session_began(t0 + 100s);
   backoff.session_ended(t0 + 160s);
   EXPECT_LE(backoff.next(), milliseconds(kReconnectFirstMs * 3 / 2));
-}
-
-TEST(Liveness, PingsWhenNothingWasSentAndDiesOfSilence) {
-  Liveness liveness(250ms, 4);
-  TimePoint now{};
-  const TimePoint heard = now;
-  for (int i = 0; i < 25; ++i, now += 50ms) {
-    EXPECT_EQ(liveness.look(now, now - 249ms, heard), LivenessAction::kNone) << i;
-  }
-  EXPECT_EQ(liveness.look(now, now - 250ms, heard), LivenessAction::kPing);
-  EXPECT_EQ(liveness.look(now + 1ms, now, heard), LivenessAction::kDead);
-  EXPECT_EQ(liveness.look(now + 1ms, now, now), LivenessAction::kNone);
-}
-
-TEST(Liveness, OurOwnSleepIsNotTheirs) {
-  Liveness liveness(250ms, 4);
-  const TimePoint t0{};
-  EXPECT_EQ(liveness.look(t0, t0, t0), LivenessAction::kNone);
-  EXPECT_NE(liveness.look(t0 + 60s, t0, t0), LivenessAction::kDead);
-  EXPECT_EQ(liveness.look(t0 + 60s + 50ms, t0, t0), LivenessAction::kDead);
 }
 
 TEST(StarvationClock, CountsWaitingWorkersWhileFramesAreOpen) {

@@ -244,6 +244,14 @@ std::vector<Damage> app_damages() {
       damage<S>("StatusReply.slaves.utilisation",
                 one([](SlaveStatus& s) { s.utilisation = kInf; })),
       damage<S>("StatusReply.slaves.rtt_seconds", one([](SlaveStatus& s) { s.rtt_seconds = -1; })),
+      damage<S>("StatusReply.quarantined.name",
+                [](S& m) {
+                  m.status.quarantined = {{"", 1, 1, "lies"}};
+                }),
+      damage<S>("StatusReply.quarantined.seconds",
+                [](S& m) {
+                  m.status.quarantined = {{"liar", -1, 1, "lies"}};
+                }),
       damage<S>("StatusReply.pace.heartbeat_ms",
                 [](S& m) { m.status.pace.heartbeat_ms = kHeartbeatMsMax + 1; }),
       damage<S>("StatusReply.pace.heartbeats_missed_max",

@@ -217,6 +217,10 @@ inline StatusReply Samples::status_reply() {
                        0.5,
                        1.5};
   reply.status.tiles = {any(), any(), any(), any(), any()};
+  for (std::uint64_t i = number(0, 3); i > 0; --i) {
+    reply.status.quarantined.push_back(
+        {text(kNameBytesMax, 1), 12.5, small(0, 9999), text(kQuarantineReasonBytesMax, 0)});
+  }
   return reply;
 }
 
@@ -278,8 +282,8 @@ inline auto fields(const FrameStats& s) {
   return std::tie(s.frame, s.seconds, s.scene_version, s.isa, s.is_mixed, s.slave_count,
                   s.tile_count, s.tile_edge_px, s.tiles_reissued, s.tiles_rejected, s.rays,
                   s.bytes_to_slaves, s.bytes_from_slaves, s.build_seconds, s.utilisation,
-                  s.tiles_duplicated, s.render_seconds, s.prefetch_min, s.prefetch_max,
-                  s.completed_at_seconds, s.digest);
+                  s.tiles_duplicated, s.tiles_faulty, s.pixels_faulty, s.render_seconds,
+                  s.prefetch_min, s.prefetch_max, s.completed_at_seconds, s.digest);
 }
 inline auto fields(const FrameDone& m) {
   return std::tuple_cat(fields(m.stats), std::tie(m.error, m.tile_slave));
@@ -307,6 +311,7 @@ inline bool same(const FrameChunk& a, const FrameChunk& b) {
 }
 inline bool same(const StatusReply& a, const StatusReply& b) {
   return a.has_details == b.has_details && fields(a.status) == fields(b.status) &&
+         a.status.quarantined == b.status.quarantined &&
          std::ranges::equal(
              a.status.slaves, b.status.slaves,
              [](const SlaveStatus& x, const SlaveStatus& y) { return fields(x) == fields(y); });

@@ -1,0 +1,88 @@
+#include "common/frame/faulty_pixels.h"
+
+#include <array>
+#include <cstring>
+#include <limits>
+
+#include "common/frame/frame_image.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::size_t kComponents = 3;
+
+// Exponent bits all ones (NaN, infinity), or a sign without being -0.
+template <typename Bits>
+bool is_faulty(Bits bits, Bits sign, Bits exponent) {
+  return (bits & exponent) == exponent || ((bits & sign) != 0 && bits != sign);
+}
+
+// Whether a closer look is needed, a word of several components at a time: adding one to the lowest
+// bit of an exponent of ones, and of no other, carries into the sign's place. A tile has no such
+// component and no sign, as a rule.
+template <typename Bits>
+bool may_be_faulty(std::span<const std::byte> bytes, Bits exponent) {
+  constexpr std::uint64_t kOnes = ~std::uint64_t{0} / std::numeric_limits<Bits>::max();
+  const std::uint64_t exponents = kOnes * exponent;
+  const std::uint64_t lowest = exponents & ~(exponents << 1);
+  std::uint64_t found = 0;
+  std::size_t i = 0;
+  for (; i + 8 <= bytes.size(); i += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data() + i, 8);
+    found |= ((word & exponents) + lowest) | word;
+  }
+  if (i < bytes.size()) return true;  // some left over: they are few
+  return (found & kOnes << (8 * sizeof(Bits) - 1)) != 0;
+}
+
+template <typename Bits, typename OnFaulty>
+std::uint64_t find_faulty(std::size_t pixel_count, const std::byte* bytes, Bits sign, Bits exponent,
+                          const OnFaulty& on_faulty) {
+  if (!may_be_faulty(std::span(bytes, pixel_count * kComponents * sizeof(Bits)), exponent))
+    return 0;
+  std::uint64_t count = 0;
+  for (std::size_t pixel = 0; pixel < pixel_count; ++pixel) {
+    std::array<Bits, kComponents> bits;
+    std::memcpy(bits.data(), bytes + pixel * sizeof(bits), sizeof(bits));
+    bool has_fault = false;
+    for (const Bits one : bits) has_fault = has_fault || is_faulty(one, sign, exponent);
+    if (!has_fault) continue;
+    ++count;
+    on_faulty(pixel);
+  }
+  return count;
+}
+
+template <typename OnFaulty>
+std::uint64_t find_faulty(std::span<const std::byte> bytes, PixelFormat format,
+                          const OnFaulty& on_faulty) {
+  const std::size_t pixel_count = bytes.size() / static_cast<std::size_t>(bytes_per_pixel(format));
+  switch (format) {
+    case PixelFormat::kFloat:
+      return find_faulty<std::uint32_t>(pixel_count, bytes.data(), 0x80000000u, 0x7f800000u,
+                                        on_faulty);
+    case PixelFormat::kHalf:
+      return find_faulty<std::uint16_t>(pixel_count, bytes.data(), 0x8000u, 0x7c00u, on_faulty);
+    case PixelFormat::kDisplay8:
+      break;
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::uint64_t count_faulty_pixels(std::span<const std::byte> bytes, PixelFormat format) {
+  return find_faulty(bytes, format, [](std::size_t) {});
+}
+
+std::uint64_t paint_faulty_pixels(std::span<std::byte> bytes, PixelFormat format) {
+  const auto pixel_bytes = static_cast<std::size_t>(bytes_per_pixel(format));
+  std::array<std::byte, kComponents * sizeof(float)> colour{};
+  encode_pixels(kErrorColour, format, std::span(colour).first(pixel_bytes));
+  return find_faulty(bytes, format, [&](std::size_t pixel) {
+    std::memcpy(bytes.data() + pixel * pixel_bytes, colour.data(), pixel_bytes);
+  });
+}
+
+}  // namespace tessera

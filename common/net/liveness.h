@@ -1,0 +1,63 @@
+// When to send a Ping and when to call the peer dead, for one connection. Any byte counts as life;
+// a peer is dead after heartbeat * (missed + 1) + round trip of silence.
+//
+// If our own thread slept (the machine was suspended or overloaded), bytes may wait unread; so a
+// look that comes late never calls the peer dead, only the one after it may.
+//
+// Threads. Pure: times go in. One owner thread.
+//
+// Invariants. due() lies after the last look and not after the moment at which the peer would be
+// dead: who looks whenever it is due finds death on time, not a fraction of a heartbeat after it.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+
+#include "common/base/clock.h"
+
+namespace tessera::net {
+
+enum class LivenessAction { kNone, kPing, kDead };
+
+class Liveness {
+ public:
+  Liveness(std::chrono::milliseconds heartbeat, int missed_max)
+      : heartbeat_(heartbeat), silence_max_(heartbeat * (missed_max + 1)) {}
+
+  // Smoothed, of this connection; 0 until it is known.
+  void set_rtt(Duration rtt) { rtt_ = rtt; }
+
+  LivenessAction look(TimePoint now, TimePoint last_sent, TimePoint last_received) {
+    const bool is_late = has_looked_ && now > due_ + heartbeat_ / 2;
+    has_looked_ = true;
+    const TimePoint dead_at = last_received + silence_max_ + rtt_;
+    const bool must_ping = now - last_sent >= heartbeat_;
+    due_ = std::min(dead_at, (must_ping ? now : last_sent) + heartbeat_);
+    due_ = std::max(due_, now + (is_late ? heartbeat_ / 8 : std::chrono::milliseconds(1)));
+    if (!is_late && now > dead_at) return LivenessAction::kDead;
+    return must_ping ? LivenessAction::kPing : LivenessAction::kNone;
+  }
+
+  // Look again then, or before.
+  TimePoint due() const { return due_; }
+  std::chrono::milliseconds heartbeat() const { return heartbeat_; }
+  std::chrono::milliseconds silence_max() const { return silence_max_; }
+
+ private:
+  std::chrono::milliseconds heartbeat_;
+  std::chrono::milliseconds silence_max_;
+  Duration rtt_{};
+  bool has_looked_ = false;
+  TimePoint due_{};
+};
+
+// The heartbeat of a new connection: `usual`, or longer where missed_max of them would not be more
+// than two round trips, so that a far peer is not taken for a dead one.
+inline std::chrono::milliseconds heartbeat_for(std::chrono::milliseconds usual, int missed_max,
+                                               Duration rtt) {
+  const auto least = std::chrono::floor<std::chrono::milliseconds>(2 * rtt / missed_max) +
+                     std::chrono::milliseconds(1);
+  return std::max(usual, least);
+}
+
+}  // namespace tessera::net

@@ -1,0 +1,69 @@
+#include "master/cluster/quarantine.h"
+
+#include <algorithm>
+
+namespace tessera::master {
+
+Quarantine::Record& Quarantine::record_of(const std::string& name, TimePoint now) {
+  const auto known = records_.find(name);
+  if (known != records_.end()) {
+    if (now - known->second.last_offence > kForgiven) known->second = {};
+    return known->second;
+  }
+  if (records_.size() >= kNamesMax) {
+    records_.erase(
+        std::min_element(records_.begin(), records_.end(), [](const auto& a, const auto& b) {
+          return a.second.last_offence < b.second.last_offence;
+        }));
+  }
+  return records_[name];
+}
+
+void Quarantine::hold(Record& record, const std::string& reason, TimePoint now) {
+  Duration length = kFirst;
+  for (std::uint32_t i = 0; i < record.times && length < kLongest; ++i) length *= 2;
+  record.until = now + std::min<Duration>(length, kLongest);
+  ++record.times;
+  record.reason = reason;
+  record.losses.clear();
+}
+
+bool Quarantine::count_loss(const std::string& name, std::uint64_t tiles_brought,
+                            std::uint32_t tiles_held, TimePoint now) {
+  if (tiles_brought >= tiles_held) return false;
+  Record& record = record_of(name, now);
+  record.last_offence = now;
+  record.losses.push_back(now);
+  while (now - record.losses.front() > kWindow) record.losses.pop_front();
+  if (record.losses.size() < kLossesMax) return false;
+  hold(record,
+       "lost " + std::to_string(kLossesMax) +
+           " times within a minute, each time with more "
+           "tiles than it had brought",
+       now);
+  return true;
+}
+
+void Quarantine::count_violation(const std::string& name, const std::string& reason,
+                                 TimePoint now) {
+  Record& record = record_of(name, now);
+  record.last_offence = now;
+  hold(record, reason, now);
+}
+
+std::optional<QuarantinedSlave> Quarantine::find(const std::string& name, TimePoint now) const {
+  const auto found = records_.find(name);
+  if (found == records_.end() || found->second.until <= now) return std::nullopt;
+  const Record& record = found->second;
+  return QuarantinedSlave{name, seconds(record.until - now), record.times, record.reason};
+}
+
+std::vector<QuarantinedSlave> Quarantine::entries(TimePoint now) const {
+  std::vector<QuarantinedSlave> held;
+  for (const auto& [name, record] : records_) {
+    if (const auto one = find(name, now)) held.push_back(*one);
+  }
+  return held;
+}
+
+}  // namespace tessera::master

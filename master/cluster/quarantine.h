@@ -1,0 +1,64 @@
+// Who is held back for a while: slaves that break the protocol or send wrong results, at once, and
+// slaves that are lost again and again and cost more than they bring.
+//
+// A loss counts when the session had brought fewer tiles than it took with it: a slave that crashes
+// on its first tiles is held back, one that is restarted by hand or sits behind an unsteady link
+// and works in between is not (its reconnects are spaced by its own back-off).
+//
+// Threads. Pure: times go in. One owner thread.
+//
+// Invariants. (1) Each time a name is held back, it is for twice as long as before, from kFirst to
+// kLongest; kForgiven without an offence makes it anew. (2) At most kNamesMax names are known; the
+// one whose last offence is oldest is forgotten first.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/limits.h"
+#include "common/frame/frame_stats.h"
+
+namespace tessera::master {
+
+class Quarantine {
+ public:
+  // So many losses within the window hold a slave back.
+  static constexpr std::size_t kLossesMax = kTileAttemptsMax;
+  static constexpr std::chrono::minutes kWindow{1};
+  static constexpr std::chrono::seconds kFirst{30};
+  static constexpr std::chrono::minutes kLongest{16};
+  static constexpr std::chrono::hours kForgiven{1};
+  static constexpr std::size_t kNamesMax = kConnectionsMax;
+
+  // A session of `name` ended without a goodbye. Returns: whether it is held back now.
+  bool count_loss(const std::string& name, std::uint64_t tiles_brought, std::uint32_t tiles_held,
+                  TimePoint now);
+  // A broken promise: held back at once.
+  void count_violation(const std::string& name, const std::string& reason, TimePoint now);
+
+  // How long `name` is still held back, and why; nothing when it may come.
+  std::optional<QuarantinedSlave> find(const std::string& name, TimePoint now) const;
+  std::vector<QuarantinedSlave> entries(TimePoint now) const;  // those held back now, by name
+
+ private:
+  struct Record {
+    std::deque<TimePoint> losses;  // within the window
+    std::uint32_t times = 0;       // held back so far
+    TimePoint until{};
+    TimePoint last_offence{};
+    std::string reason;
+  };
+
+  Record& record_of(const std::string& name, TimePoint now);
+  static void hold(Record& record, const std::string& reason, TimePoint now);
+
+  std::map<std::string, Record> records_;
+};
+
+}  // namespace tessera::master

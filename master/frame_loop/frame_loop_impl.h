@@ -1,0 +1,76 @@
+// What a frame loop is made of. For the files of the loop alone.
+//
+// Threads. Net thread only.
+//
+// Invariants. frames holds every submitted frame until its outcome was delivered.
+#pragma once
+
+#include <map>
+#include <set>
+
+#include "common/base/clock.h"
+#include "master/cluster/cluster.h"
+#include "master/cluster/reception.h"
+#include "master/frame_loop/app_server.h"
+#include "master/frame_loop/frame_loop.h"
+#include "master/frame_loop/frame_work.h"
+#include "master/frame_loop/observer.h"
+#include "master/frame_loop/outcome_line.h"
+#include "master/schedule/scheduler.h"
+#include "master/schedule/tile_size.h"
+
+namespace tessera::master {
+
+struct FrameLoop::Impl {
+  // Late tiles are looked for so often. A frame ends at most so much later than it could.
+  static constexpr std::chrono::milliseconds kTick{10};
+
+  net::EventLoop& io;
+  const FrameLoopOptions options;
+  Scheduler scheduler;
+  Cluster cluster;
+  Observer observer;
+  AppServer apps;
+  Reception reception;
+  net::Timer tick;
+  std::map<FrameId, FrameWork> frames;
+  TileSize tile_size;
+  std::map<SceneVersion, double> build_seconds;  // slowest slave's, by version
+  OutcomeLine outcomes;
+  std::map<SceneVersion, SharedScene> held_scenes;  // committed, not yet sent to slaves
+  SceneVersion newest_version = 0;
+  const TimePoint started = Clock::now();
+  bool is_over = false;
+  std::shared_ptr<int> alive = std::make_shared<int>(0);  // what comes from the hasher looks
+
+  Impl(FrameLoop& loop, net::EventLoop& io_thread, const FrameLoopOptions& o)
+      : io(io_thread),
+        options(o),
+        scheduler({o.prefetch_per_thread, o.frames_in_flight, o.is_static, o.audit_share}),
+        cluster(io_thread, o.isa, o.is_isa_mixed, cluster_events(), o.is_relaying),
+        observer(cluster),
+        apps(io_thread, loop),
+        reception(io_thread, reception_callbacks()),
+        tick(io_thread) {
+    tick.start_repeating(kTick, [this] {
+      if (scheduler.has_open_frames()) perform(scheduler.tick(Clock::now()));
+      observer.tick(Clock::now());
+    });
+  }
+
+  ClusterEvents cluster_events();
+  Reception::Callbacks reception_callbacks();
+  void start_when_ready();
+  void perform(const Actions& actions);
+  void begin_frame(const Action& action);
+  bool is_forgiven(SessionId session, ResultVerdict verdict);
+  void on_result(SessionId session, wire::TileResult result);
+  void on_faulty_tile(SessionId session, ResultVerdict verdict, FrameWork& work,
+                      wire::TileResult& result);
+  void complete(FrameId frame);
+  void fail(const Action& action);
+  void retire();
+  void release_scenes();
+};
+
+}  // namespace tessera::master

@@ -1,0 +1,133 @@
+"""Rows E: the master dies and returns; the application dies, stands still, hurries."""
+import os
+import signal
+import time
+
+from stage import MOVING, TILES, cluster_lib, wait_until
+
+
+def f44(stage, report):
+    """The master is killed and restarted; four slaves come back."""
+    master = stage.serve()
+    stage.slaves(4)
+    stage.animate(frames=30)
+    stage.wait_for_frames(4)
+    b = stage.bounds()
+    port = stage.cluster.port
+    done = len(stage.frames.lines)
+    stage.now()
+    stage.kill("master")
+    run = stage.cluster.finish(stage.animation)
+    stage.frames.stop()
+    report.claim("the application gets an error", run.code == 1 and len(run.stderr.strip().splitlines()) == 1, run.stderr)
+    report.claim("frames already delivered are right", run.digests == stage.expected_digests[:len(run.digests)])
+    report.claim("and stay", len(run.digests) >= done, f"{len(run.digests)} of {done}")
+    time.sleep(b.detection)
+    stage.quiet([f"slave-{i + 1}" for i in range(4)])
+    again = stage.cluster.start("master", [
+        cluster_lib.program("tessera-master"), "serve", "--listen", f"{stage.cluster.host}:{port}", "--keys",
+        str(stage.cluster.keys / "master"), "--log-format", "json"])
+    before = stage.sampler.base["master"]
+    stage.sampler.follow("master", again.pid)
+    stage.sampler.base["master"] = before
+    born = stage.now()
+    wait_until("all back", lambda: len(stage.events("slave-joined", born)) >= 4)
+    back = max(e["at"] for e in stage.events("slave-joined", born))
+    report.figure("all back", back - born, 1.5 * b.reconnect_max + b.handshake + b.scene + stage.lateness)
+    stage.animate(frames=6)
+    stage.finish()
+    for i in range(4):
+        report.claim(f"slave-{i + 1}: one event", len(stage.events("master-lost", born - 60, log=f"slave-{i + 1}")) == 1)
+    report.claim("another process", again.pid != master.pid)
+    stage.oracle(settled_slaves=4)
+
+
+def f45(stage, report):
+    """The application is killed with two frames in flight."""
+    stage.cluster_of(2)
+    stage.animate(MOVING, frames=12)
+    stage.wait_for_frames(2)
+    stage.wait_for_tiles("slave-1")
+    b = stage.bounds()
+    stage.now()
+    stage.animation.kill()
+    stage.animation.communicate()
+    gone = time.time()  # it has ended: its socket is closed by then
+    left = stage.first_event("application-left", gone - 1)
+    cancelled = wait_until("tiles cancelled", lambda: all(
+        s["tiles_in_flight"] == 0 for s in stage.status()["slaves"]) and time.time())
+    report.figure("noticed", left["at"] - gone, b.rtt + stage.lateness)
+    report.figure("cancel", cancelled - gone, b.rtt + b.tile + 0.2 + stage.lateness)
+    stage.quiet(["master", "slave-1", "slave-2"])
+    stage.cluster.processes.pop(stage.animation.tessera[0], None)
+    stage.frames.stop()
+    stage.animate(frames=4)
+    stage.finish()
+    report.event("application-left", len([e for e in stage.events("application-left") if "goodbye" not in e["reason"]]))
+    report.claim("no slave lost", not stage.events("slave-lost"))
+    stage.oracle(settled_slaves=2)
+
+
+def f46(stage, report):
+    """The application stops taking frames, goes on; stops for longer than the limit."""
+    stage.cluster_of(2)
+    stage.animate(frames=12)
+    stage.wait_for_frames(3)
+    b = stage.bounds()
+    stage.now()
+    os.kill(stage.animation.pid, signal.SIGSTOP)
+    time.sleep(b.detection / 2)
+    os.kill(stage.animation.pid, signal.SIGCONT)
+    stage.finish()
+    report.claim("a short stop costs nothing", not stage.events("application-left", 0) or all(
+        "goodbye" in e["reason"] for e in stage.events("application-left")))
+    stage.frames.stop()
+    stage.animate(frames=40)
+    stage.wait_for_frames(3)
+    began = stage.now()
+    os.kill(stage.animation.pid, signal.SIGSTOP)
+    left = stage.first_event("application-left", began)
+    report.figure("treated as gone", left["at"] - began, b.detection + stage.lateness)
+    time.sleep(0.5)
+    stage.quiet(["master", "slave-1", "slave-2"])
+    os.kill(stage.animation.pid, signal.SIGCONT)
+    run = stage.cluster.finish(stage.animation)
+    stage.frames.stop()
+    report.claim("it is told", run.code == 1 and run.stderr.strip(), run.stderr)
+    report.picture(run.digests == stage.expected_digests[:len(run.digests)])
+    stage.oracle(settled_slaves=2)
+
+
+def f47(stage, report):
+    """The application submits faster than the cluster renders: submit waits, the depth is two frames."""
+    stage.cluster_of(1, sleep_ms=30)
+    stage.animate(frames=10)
+    deepest = 0
+    while len(stage.frames.lines) < 9 and stage.animation.poll() is None:
+        status = stage.status()
+        deepest = max(deepest, status.get("frames_submitted", 0))
+        time.sleep(0.05)
+    run = stage.finish()
+    report.figure("frames submitted and not delivered", deepest, 4, "")
+    spans = [line["seconds"] for line in run.stats]
+    report.figure("latency", max(spans), 2.5 * TILES * 0.03 + stage.lateness)
+    stage.oracle(settled_slaves=1)
+
+
+def f48(stage, report):
+    """Scene updates larger than a frame time allows: the rate falls, order and content stay right."""
+    stage.cluster_of(2)
+    stage.animate(MOVING, frames=6)
+    stage.finish()
+    for node in (2, 3):
+        stage.lab.shape(node, rate=20000)
+    stage.now()
+    stage.frames.stop()
+    stage.animate(MOVING, frames=6)
+    stage.finish()
+    report.claim("no slave lost", not stage.events("slave-lost"), stage.events("slave-lost"))
+    report.note(f"{1e3 * stage.frames.usual():.0f} ms a frame at 20 Mbit/s")
+    stage.oracle(settled_slaves=2)
+
+
+ROWS = {"F44": f44, "F45": f45, "F46": f46, "F47": f47, "F48": f48}

@@ -1,0 +1,216 @@
+"""Rows D: peers without credentials, with wrong ones, in a role that is not theirs."""
+import json
+import shutil
+import subprocess
+import time
+
+import peer
+from stage import wait_until
+
+
+def first_bytes(stage, link_of, report, name, b):
+    """The connection is closed within T_hs, and nothing of ours was understood."""
+    began = stage.now()
+    try:
+        link = link_of()
+    except (OSError, ValueError):  # refused within TLS
+        report.figure(f"closed ({name})", time.time() - began, b.handshake + stage.lateness)
+        return
+    try:
+        link.say(peer.HELLO, peer.hello("fake"))
+    except OSError:
+        pass
+    ended = link.wait_for_end()
+    report.figure(f"closed ({name})", ended - began, b.handshake + 0.25 + stage.lateness)
+    report.claim(f"no message answered ({name})", link.heard.empty())
+    link.close()
+
+
+def f39(stage, report):
+    """A peer without credentials: plain bytes, TLS without a certificate."""
+    stage.cluster_of(1)
+    b = stage.bounds()
+    first_bytes(stage, lambda: peer.Link(stage, 5, tls=False, beats=False), report, "plain", b)
+    first_bytes(stage, lambda: peer.Link(stage, 5, keys=None, beats=False), report, "no certificate", b)
+    report.claim("events", len(stage.events("handshake-failed")) >= 2, stage.events("handshake-failed"))
+    report.claim("slaves unaffected", not stage.events("slave-lost"))
+
+
+def wrong_keys(stage):
+    """Credentials that must not work: name -> (folder, what the refusal speaks of)."""
+    cluster = stage.cluster
+    keys_tool = peer.stages.cluster_lib.program("tessera-keys")
+
+    def make(*words, clock=None):
+        subprocess.run([*(["faketime", clock] if clock else []), keys_tool, *words], check=True, stdout=subprocess.DEVNULL)
+
+    made = {}
+    if shutil.which("faketime"):
+        for name, clock in (("expired", "20 years ago"), ("early", "+2 years")):
+            make("add", str(cluster.keys), "slave", name, clock=clock)
+            made[name] = (cluster.keys / name, "expired" if name == "expired" else "not valid yet")
+    other = cluster.folder / "other-keys"
+    make("init", str(other))
+    make("add", str(other), "slave", "stranger")
+    made["other cluster"] = (other / "stranger", "")
+    self_made = cluster.folder / "self"
+    self_made.mkdir()
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "30",
+                    "-subj", "/OU=slave/CN=self", "-keyout", str(self_made / "node.key"), "-out", str(self_made / "node.crt")],
+                   check=True, capture_output=True)
+    shutil.copy(cluster.keys / "master" / "ca.crt", self_made / "ca.crt")
+    made["self-signed"] = (self_made, "self")
+    return made
+
+
+def good_handshake(stage):
+    """How long a peer with good credentials takes from connecting to Welcome, here and now. Seconds."""
+    began = time.time()
+    link = peer.Link(stage, 5, stage.cluster.add_key("app", "measure"))
+    link.say(peer.HELLO, peer.hello("measure", role=2))
+    link.hear(peer.WELCOME)
+    took = time.time() - began
+    link.close()
+    return took
+
+
+def f40(stage, report):
+    """Certificates expired, not yet valid, of another cluster, self-signed, of the wrong role, revoked."""
+    stage.cluster_of(1)
+    b = stage.bounds()
+    made = wrong_keys(stage)
+    good = good_handshake(stage)
+    if "expired" not in made:
+        report.note("no faketime: expired and early certificates were not tried")
+    ca = stage.cluster.keys / "master" / "ca.crt"
+    for name, (folder, word) in made.items():
+        began = stage.now()
+        try:
+            link = peer.Link.__new__(peer.Link)
+            link.plain = peer.socket_in(stage, 5)
+            link.plain.settimeout(5)
+            link.plain.connect((stage.cluster.host, stage.cluster.port))
+            link._begin(peer.tls_context(folder, ca=ca).wrap_socket(link.plain), beats=False)
+            link.say(peer.HELLO, peer.hello("fake"))
+            ended = link.wait_for_end()
+            report.claim(f"nothing answered ({name})", link.heard.empty())
+            link.close()
+        except (OSError, ValueError):
+            ended = time.time()
+        report.figure(f"refused ({name})", ended - began, b.rtt + good + stage.lateness)
+        event = stage.first_event("handshake-failed", began)
+        report.claim(f"the event says why ({name})", word in event["text"], event["text"])
+    role(stage, report, "wrong role", stage.cluster.add_key("app", "an-app"), 0)
+    revoked(stage, report)
+    report.claim("slaves unaffected", not [e for e in stage.events("slave-lost") if "slave-1" in e["text"]])
+
+
+def revoked(stage, report):
+    """A slave with an open session is revoked: it goes within the reload interval, and does not come back."""
+    stage.slave("thief", node=4)
+    wait_until("in", lambda: stage.cluster.slave_status("thief"))
+    run = subprocess.run([peer.stages.cluster_lib.program("tessera-keys"), "revoke", str(stage.cluster.keys), "thief"],
+                         capture_output=True, text=True)
+    if run.returncode != 0:
+        report.claim("revoked", False, "tessera-keys has no revoke: " + run.stderr.strip())
+        stage.process("thief").terminate()
+        return
+    began = stage.now()
+    stage.process("master").send_signal(1)
+    gone = wait_until("the revoked slave is gone", lambda: not stage.cluster.slave_status("thief") and time.time(), 70)
+    report.figure("revocation", gone - began, 60, "ms")
+    time.sleep(1)
+    report.claim("and stays away", not stage.cluster.slave_status("thief"))
+    thief = stage.cluster.processes.pop("thief")
+    thief.terminate()
+    thief.wait(20)
+
+
+def role(stage, report, name, keys, claimed):
+    """A certificate of another role than the Hello claims."""
+    began = stage.now()
+    link = peer.Link(stage, 5, keys)
+    link.say(peer.HELLO, peer.hello("fake", role=claimed))
+    _, refuse, _ = link.hear(peer.REFUSE)
+    ended = link.wait_for_end()
+    report.claim(f"refused by role ({name})", refuse.get(1) == 2 or b"role" in refuse.get(2, b""), refuse)
+    report.figure(f"refused ({name})", ended - began, stage.bounds().rtt + good_handshake(stage) + stage.lateness)
+    report.claim(f"an event ({name})", len(stage.events("peer-refused", began)) == 1)
+    link.close()
+
+
+def f43(stage, report):
+    """A slave that acts as an application, an application that acts as a slave."""
+    stage.cluster_of(1)
+    role(stage, report, "slave as application", stage.cluster.add_key("slave", "climber"), 1)
+    role(stage, report, "application as slave", stage.cluster.add_key("app", "impostor"), 0)
+    fake = peer.HandSlave(stage, "fake")
+    sent = stage.now()
+    fake.tile.say(peer.SUBMIT, {1: 1, 2: 1})
+    ended = fake.tile.wait_for_end()
+    report.figure("submit by a slave", ended - sent, stage.bounds().rtt + stage.lateness)
+    fake.close()
+    report.event("slave-lost", len(stage.events("slave-lost")))
+
+
+def f41(stage, report):
+    """Keys and certificates of master and slave are renewed while frames are rendered."""
+    stage.cluster_of(2)
+    stage.animate(frames=16)
+    stage.wait_for_frames(3)
+    stage.now()
+    tool = peer.stages.cluster_lib.program("tessera-keys")
+    for name in ("slave-1", "master"):
+        run = subprocess.run([tool, "renew", str(stage.cluster.keys), name], capture_output=True, text=True)
+        if not report.claim(f"{name} renewed", run.returncode == 0, run.stderr.strip()):
+            stage.finish()
+            return
+        stage.process(name).send_signal(1)
+    time.sleep(0.5)
+    report.claim("open sessions live on", not stage.events("slave-lost"), stage.events("slave-lost"))
+    began = stage.reset("slave-1")
+    stage.first_event("slave-joined", began)
+    report.claim("new connections use the new one", True)
+    stage.finish()
+    stage.oracle(settled_slaves=2)
+
+
+def f42(stage, report):
+    """A recorded session is sent again; a scene connection joins a session that is not its own."""
+    stage.cluster_of(1)
+    b = stage.bounds()
+    folder = stage.cluster.folder / "recorded"
+    relay = subprocess.Popen([*stage.cluster.prefix(5), *peer.tcpfault(
+        "record", "--listen", "127.0.0.1:7998", "--to", stage.cluster.address, "--out", folder)],
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    relay.stdout.readline()
+    keys = stage.cluster.add_key("slave", "recorded")
+    slave = stage.cluster.start("recorded", [
+        peer.stages.cluster_lib.program("tessera-slave"), "--master", "127.0.0.1:7998", "--keys", keys, "--name", "recorded",
+        "--threads", "1"], node=5)
+    wait_until("recorded", lambda: stage.cluster.slave_status("recorded"))
+    slave.terminate()
+    slave.wait(10)
+    relay.terminate()
+    relay.wait(10)
+    relay.stdout.close()
+    stage.cluster.processes.pop("recorded")
+    good = good_handshake(stage)
+    for stream in ("1.up", "2.up"):
+        began = stage.now()
+        run = subprocess.run([*stage.cluster.prefix(5), *peer.tcpfault(
+            "send", "--file", folder / stream, "--wait", 5, "--to", stage.cluster.address)], capture_output=True, text=True)
+        answer = json.loads(run.stdout)
+        report.figure(f"refused ({stream})", (answer["after_ms"] or 1e9) / 1e3, b.rtt + good + stage.lateness)
+        report.claim(f"an event ({stream})", len(stage.events("handshake-failed", began)) >= 1)
+    victim = peer.HandSlave(stage, "victim")
+    thief = peer.Link(stage, 4, stage.cluster.add_key("slave", "thief"))
+    thief.say(peer.JOIN, {1: 1, 2: peer.Fixed64(victim.session), 3: peer.Fixed64(victim.token)})
+    _, refuse, _ = thief.hear(peer.REFUSE)
+    report.claim("another certificate cannot join", b"session" in refuse.get(2, b"") or refuse.get(1), refuse)
+    report.claim("the victim lives", victim.tile.ended_at is None)
+    thief.close()
+    victim.close()
+
+
+ROWS = {"F39": f39, "F40": f40, "F41": f41, "F42": f42, "F43": f43}

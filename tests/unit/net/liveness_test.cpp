@@ -1,0 +1,72 @@
+// When a connection is pinged and when it is dead.
+#include "common/net/liveness.h"
+
+#include <gtest/gtest.h>
+
+namespace tessera::net {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(Liveness, PingsWhenNothingWasSentAndDiesOfSilence) {
+  Liveness liveness(250ms, 4);
+  TimePoint now{};
+  const TimePoint heard = now;
+  for (int i = 0; i < 25; ++i, now += 50ms) {
+    EXPECT_EQ(liveness.look(now, now - 249ms, heard), LivenessAction::kNone) << i;
+  }
+  EXPECT_EQ(liveness.look(now, now - 250ms, heard), LivenessAction::kPing);
+  EXPECT_EQ(liveness.look(now + 1ms, now, heard), LivenessAction::kDead);
+  EXPECT_EQ(liveness.look(now + 1ms, now, now), LivenessAction::kNone);
+}
+
+TEST(Liveness, OurOwnSleepIsNotTheirs) {
+  Liveness liveness(250ms, 4);
+  const TimePoint t0{};
+  EXPECT_EQ(liveness.look(t0, t0, t0), LivenessAction::kNone);
+  EXPECT_NE(liveness.look(t0 + 60s, t0, t0), LivenessAction::kDead);
+  EXPECT_EQ(liveness.look(t0 + 60s + 50ms, t0, t0), LivenessAction::kDead);
+}
+
+// Looking only when it is due finds a peer that falls silent no later than the bound of detection.
+TEST(Liveness, WhoLooksWhenDueFindsDeathOnTime) {
+  for (auto spoke_last = 0ms; spoke_last < 2000ms; spoke_last += 37ms) {
+    Liveness liveness(250ms, 4);
+    liveness.set_rtt(20ms);
+    TimePoint now{};
+    TimePoint sent = now;
+    int pings = 0;
+    for (;;) {
+      const TimePoint heard = TimePoint{} + std::min<Duration>(now - TimePoint{}, spoke_last);
+      const LivenessAction action = liveness.look(now, sent, heard);
+      if (action == LivenessAction::kDead) break;
+      if (action == LivenessAction::kPing) sent = now, ++pings;
+      ASSERT_GT(liveness.due(), now);
+      now = liveness.due();
+    }
+    EXPECT_LE(now - TimePoint{}, spoke_last + 5 * 250ms + 20ms + 1ms);
+    EXPECT_GE(pings, 4);
+  }
+}
+
+TEST(Liveness, TheHeartbeatOfAFarPeerIsLongerThanHalfItsRoundTrip) {
+  EXPECT_EQ(heartbeat_for(250ms, 4, 0ms), 250ms);
+  EXPECT_EQ(heartbeat_for(250ms, 4, 499ms), 250ms);
+  for (const auto rtt : {500ms, 1200ms, 5000ms}) {
+    EXPECT_GT(4 * heartbeat_for(250ms, 4, rtt), 2 * rtt);
+    EXPECT_LE(4 * heartbeat_for(250ms, 4, rtt), 2 * rtt + 8ms);
+  }
+}
+
+TEST(Liveness, AnIdleLinkIsLookedAtOncePerHeartbeat) {
+  Liveness liveness(250ms, 4);
+  TimePoint now{};
+  int looks = 0;
+  for (; now < TimePoint{} + 10s; now = liveness.due(), ++looks) {
+    (void)liveness.look(now, now, now);
+  }
+  EXPECT_EQ(looks, 40);
+}
+
+}  // namespace
+}  // namespace tessera::net
