@@ -8,6 +8,7 @@
 
 #include "common/base/clock.h"
 #include "common/wire/codec.h"
+#include "common/wire/record_types.h"
 #include "slave/relay_child.h"
 #include "slave/relay_feeder.h"
 
@@ -19,6 +20,7 @@ using Bytes = std::vector<std::byte>;
 constexpr std::uint64_t kToken = 4711;
 constexpr SceneVersion kVersion = 3;
 constexpr std::uint32_t kChunks = 6;
+constexpr auto kRelayJoin = static_cast<std::uint16_t>(wire::RecordType::kRelayJoin);
 
 Bytes noise() {
   std::mt19937 random(5);
@@ -47,10 +49,12 @@ class RelayTest : public testing::Test {
         liar_ = std::move(theirs);
         net::ConnectionCallbacks callbacks;
         callbacks.on_record = [this](net::ReceivedRecord record) {
-          if (record.type != 27) liar_->send(wire::encode(lie_));  // whatever it asks for
+          if (record.type != kRelayJoin) liar_->send(wire::encode(lie_));  // whatever it asks for
         };
         callbacks.on_closed = [](const Status&) {};
-        liar_->start(std::move(callbacks), wire::session_limits());
+        net::RecordLimits limits = wire::session_limits();
+        limits[kRelayJoin] = wire::relay_join_limits()[kRelayJoin];
+        liar_->start(std::move(callbacks), limits);
       }
       on_connected(std::move(ours));
       return std::unique_ptr<net::ConnectAttempt>();
