@@ -15,7 +15,7 @@ namespace tessera::master {
 
 struct MasterMetrics {
   static constexpr std::size_t kRefuseCodes = 8;  // as wire::RefuseCode
-  static constexpr std::size_t kVerdicts = 9;     // as ResultVerdict
+  static constexpr std::size_t kVerdicts = 11;    // as ResultVerdict
 
   std::array<metrics::Counter, kRefuseCodes> refusals;  // handshakes and sessions, by code
   std::array<metrics::Counter, kVerdicts> results;      // tile results, by verdict

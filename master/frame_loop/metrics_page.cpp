@@ -5,6 +5,7 @@
 #include "common/base/version.h"
 #include "common/metrics/exposition.h"
 #include "master/cluster/master_metrics.h"
+#include "master/schedule/frame_ledger.h"
 
 namespace tessera::master {
 namespace {
@@ -15,11 +16,12 @@ using metrics::Kind;
 // Words of labels: never a number that only the sources explain.
 constexpr const char* kRefuseNames[] = {"version", "role",    "name", "isa",
                                         "busy",    "session", "full", "protocol"};
-constexpr const char* kVerdictNames[] = {"accepted",      "duplicate",     "confirmed",
-                                         "disputed",      "undecided",     "frame_ended",
-                                         "unknown_frame", "wrong_version", "not_leased"};
+constexpr const char* kVerdictNames[] = {
+    "accepted", "duplicate",   "confirmed",     "faulty",        "disputed",  "undecided",
+    "repeated", "frame_ended", "unknown_frame", "wrong_version", "not_leased"};
 static_assert(std::size(kRefuseNames) == MasterMetrics::kRefuseCodes);
 static_assert(std::size(kVerdictNames) == MasterMetrics::kVerdicts);
+static_assert(MasterMetrics::kVerdicts == kResultVerdicts);
 
 void add_frames(Exposition& page, const ClusterStatus& status, const MasterMetrics& cells) {
   page.family("tessera_frames_total", Kind::kCounter, "Frames that ended, by how.")

@@ -42,6 +42,8 @@ enum class ResultVerdict {
   kWrongVersion,  // violation
   kNotLeased,     // no such lease of that session: violation
 };
+inline constexpr std::size_t kResultVerdicts = 11;
+static_assert(static_cast<std::size_t>(ResultVerdict::kNotLeased) + 1 == kResultVerdicts);
 const char* verdict_text(ResultVerdict verdict);
 // Did it answer an outstanding lease?
 bool answers_lease(ResultVerdict verdict);
