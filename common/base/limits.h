@@ -34,7 +34,7 @@ inline constexpr int kLightSamplesMax = 256;
 
 // One record. The protobuf header is small; bulk data is the payload.
 inline constexpr std::size_t kRecordHeaderBytesMax = 64 * 1024;
-inline constexpr std::size_t kPreAuthRecordBytesMax = 16 * 1024;     // before the peer is known
+inline constexpr std::size_t kPreAuthRecordBytesMax = 16 * 1024;  // before the peer is known
 // One chunk of a scene block, the unit that is digested, resumed, relayed and sent: 5 ms of a link
 // of 100 Mbit/s, the time that a heartbeat may wait behind it.
 inline constexpr std::size_t kSceneChunkBytes = 64 * 1024;

@@ -5,8 +5,8 @@
 #include <set>
 #include <thread>
 
-#include "master/session/master_host.h"
 #include "common/base/limits.h"
+#include "master/session/master_host.h"
 #include "master/session/session.h"
 
 namespace tessera {
