@@ -218,7 +218,7 @@ void Scheduler::learn(Slave& slave, const TileReport& report, TimePoint leased_a
   slave.last_heard = now;
   slave.pace.tile_done(now, seconds(now - leased_at), report.held_seconds, report.render_seconds);
   count_pace(slave.pace, 1);
-  tile_seconds_ += kTileWeight * (report.render_seconds - tile_seconds_);
+  tile_seconds_ += kTileWeight * (slave.pace.tile_seconds() - tile_seconds_);
   budget_.tile_done();
 }
 
@@ -290,7 +290,7 @@ Actions Scheduler::tile_returned(SessionId session, FrameId id, TileIndex tile, 
     fill_all(now, actions);
     return actions;
   }
-  for (SlaveEntry& entry : slaves_) fill(entry, now, actions);
+  fill_all(now, actions);
   return actions;
 }
 

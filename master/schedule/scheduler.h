@@ -164,6 +164,7 @@ class Scheduler {
   bool is_audited(FrameId frame, TileIndex tile) const;
   double back_seconds(const Slave& slave, std::uint32_t ahead, TimePoint now) const;
   Duration silence_allowed(const Slave& slave) const;
+  TimePoint due_at(const Slave& slave, TimePoint now) const;
   void lease_next(SlaveEntry& entry, Frame& frame, TimePoint now, Actions& actions);
   void issue(SlaveEntry& entry, Frame& frame, TileAssignment tile, TimePoint now, Actions& actions);
   void duplicate_late_tiles(Frame& frame, TimePoint now, Actions& actions);

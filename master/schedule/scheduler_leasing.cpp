@@ -74,6 +74,10 @@ double Scheduler::back_seconds(const Slave& slave, std::uint32_t ahead, TimePoin
   return silence > silence_allowed(slave) ? usual + seconds(silence) : usual;
 }
 
+TimePoint Scheduler::due_at(const Slave& slave, TimePoint now) const {
+  return now + from_seconds(back_seconds(slave, slave.in_flight, now));
+}
+
 void Scheduler::issue(SlaveEntry& entry, Frame& frame, TileAssignment tile, TimePoint now,
                       Actions& actions) {
   Slave& slave = entry.second;
@@ -89,8 +93,9 @@ void Scheduler::lease_next(SlaveEntry& entry, Frame& frame, TimePoint now, Actio
   const TileIndex next = *frame.ledger.next_for(entry.first);
   const bool is_for_audit =
       options_.audit_share > 0 && is_audited(frame.id, next) && able_count(frame) >= 2;
-  const TimePoint due = now + from_seconds(back_seconds(entry.second, entry.second.in_flight, now));
-  issue(entry, frame, *frame.ledger.lease_next(entry.first, now, due, is_for_audit), now, actions);
+  const auto tile =
+      frame.ledger.lease_next(entry.first, now, due_at(entry.second, now), is_for_audit);
+  issue(entry, frame, *tile, now, actions);
 }
 
 bool Scheduler::lease_one(SlaveEntry& entry, TimePoint now, Actions& actions) {
@@ -139,7 +144,7 @@ void Scheduler::spread(Frame& frame, TimePoint now, Actions& actions) {
   }
 }
 
-// Tile i belongs to slave i modulo their number, in proportion to nothing: what a cluster without
+// Tile i belongs to slave i modulo their number, however fast each is: what a cluster without
 // balancing does.
 bool Scheduler::lease_static(Frame& frame, SlaveEntry& entry, TimePoint now, Actions& actions) {
   std::size_t rank = 0, count = 0;
@@ -150,8 +155,7 @@ bool Scheduler::lease_static(Frame& frame, SlaveEntry& entry, TimePoint now, Act
   }
   for (const TileIndex tile : frame.ledger.pending()) {
     if (tile % count != rank) continue;
-    const TimePoint due =
-        now + from_seconds(back_seconds(entry.second, entry.second.in_flight, now));
+    const TimePoint due = due_at(entry.second, now);
     issue(entry, frame, frame.ledger.lease_pending(tile, entry.first, now, due), now, actions);
     return true;
   }

@@ -20,7 +20,14 @@ constexpr std::chrono::seconds kExtraKept{2};
 // Before anything is known: three tiles wait per thread, as in Benthin's experiments.
 constexpr std::uint32_t kFirstPrefetch = 3;
 
-double sane(double seconds) { return std::isfinite(seconds) ? std::max(seconds, 0.0) : 0.0; }
+// What a slave says goes into sums of all slaves and into times to come: no tile takes longer than
+// an hour, and none so short that one slave seems as fast as all others together.
+constexpr double kSecondsMax = 3600;
+constexpr double kTileSecondsMin = 1e-6;
+
+double sane(double seconds) {
+  return std::isfinite(seconds) ? std::clamp(seconds, 0.0, kSecondsMax) : 0.0;
+}
 
 }  // namespace
 
@@ -28,7 +35,7 @@ void SlavePace::round_trip_measured(double seconds) { ping_seconds_ = sane(secon
 
 void SlavePace::tile_done(TimePoint now, double turnaround, double held, double render) {
   newest_ = std::max(newest_, now);
-  const double tile = std::max(sane(render), 1e-9);  // 0 means "not known"
+  const double tile = std::max(sane(render), kTileSecondsMin);  // 0 would mean "not known"
   if (tile_seconds_ == 0) {
     tile_seconds_ = tile;
   } else {
