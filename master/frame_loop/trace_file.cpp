@@ -180,7 +180,7 @@ std::string trace_json(const Trace& trace) {
     if (!slave.clock) {
       unplaced += static_cast<std::uint64_t>(
           std::count_if(trace.tiles.begin(), trace.tiles.end(),
-                        [&](const TracedTile& t) { return t.session == session; }));
+                        [id = session](const TracedTile& t) { return t.session == id; }));
       continue;
     }
     const std::string error = microseconds(slave.clock->error_ns);
