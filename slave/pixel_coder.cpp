@@ -34,10 +34,14 @@ void PixelCoder::observe(const net::LinkCounters& counters) {
   link_.observe(counters);
   const std::optional<double> rate = link_.bytes_per_second();
   chooser_.set_link(rate);
-  if (std::exchange(told_, chooser_.chosen()) == chooser_.chosen()) return;
-  log_info("pixel-coding", "the link to the master decides how pixels travel",
-           {{"coding", wire::coding_name(told_)},
-            {"link_mbit_per_s", rate ? std::to_string(8e-6 * *rate) : "no queue seen"}});
+  const wire::ByteCoding before = std::exchange(told_, chooser_.chosen());
+  if (told_ == before) return;
+  // That pixels are coded is news; which of two close codecs is ahead is not.
+  const bool is_news = told_ == wire::ByteCoding::kNone || before == wire::ByteCoding::kNone;
+  log_event(is_news ? LogLevel::kInfo : LogLevel::kDebug, "pixel-coding",
+            "the link to the master decides how pixels travel",
+            {{"coding", wire::coding_name(told_)},
+             {"link_mbit_per_s", rate ? std::to_string(8e-6 * *rate) : "no queue seen"}});
 }
 
 void PixelCoder::forget_link() {

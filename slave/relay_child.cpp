@@ -7,11 +7,17 @@
 namespace tessera::slave {
 
 void RelayChild::follow(const wire::RelayFrom& from, std::vector<wire::SceneChunkNeed> needs) {
-  stop();
+  const bool is_at_hand = connection_ || attempt_;
+  if (!is_at_hand || from.feeder != feeder_ || from.token != token_) connect(from);
   version_ = from.version;
+  waiting_ = std::move(needs);
+  if (connection_) send_waiting();
+}
+
+void RelayChild::connect(const wire::RelayFrom& from) {
+  stop();
   feeder_ = from.feeder;
   token_ = from.token;
-  waiting_ = std::move(needs);
   const auto on_answer = [this, alive = std::weak_ptr<int>(alive_),
                           generation = generation_](Result<net::ConnectionPtr> connection) {
     if (alive.expired()) return;
@@ -38,6 +44,10 @@ void RelayChild::on_connected(Result<net::ConnectionPtr> connection) {
   };
   connection_->start(std::move(callbacks), wire::relay_child_limits());
   connection_->send(wire::encode(wire::RelayJoin{token_, wire::kByteCodingsAll}));
+  send_waiting();
+}
+
+void RelayChild::send_waiting() {
   for (wire::SceneChunkNeed& need : std::exchange(waiting_, {})) want(std::move(need));
 }
 
@@ -66,7 +76,12 @@ void RelayChild::on_record(net::ReceivedRecord record) {
 void RelayChild::fail(wire::RelayFault fault, const std::string& reason) {
   const wire::RelayFailed failed{version_, feeder_, fault, reason};
   stop();
-  events_.on_failed(failed);
+  if (failed.version != 0) events_.on_failed(failed);
+}
+
+void RelayChild::rest() {
+  version_ = 0;
+  waiting_.clear();
 }
 
 void RelayChild::stop() {

@@ -1,9 +1,11 @@
 // Being fed by another slave: connects to the one that the master names, says its token, passes on
 // what is lacking and hands over what comes. Any fault ends it with one word to the owner, who
-// tells the master; it does not try again by itself.
+// tells the master; it does not try again by itself. When a version is complete the connection
+// stays, for the next one: its keys are agreed and its window is open.
 //
 // Threads. The event loop's thread only; callbacks come on it, never from inside a call of ours.
-// Invariants. (1) At most one feeder at a time. (2) After stop() or on_failed nothing comes.
+// Invariants. (1) At most one feeder at a time. (2) After stop() or on_failed nothing comes. (3) A
+// feeder that goes while nothing is wanted of it is no fault.
 #pragma once
 
 #include <cstdint>
@@ -33,9 +35,13 @@ class RelayChild {
   // Requires: is_following(need.version).
   void want(wire::SceneChunkNeed need);
   bool is_following(SceneVersion version) const { return version_ == version && version != 0; }
+  // The version is complete.
+  void rest();
   void stop();
 
  private:
+  void connect(const wire::RelayFrom& from);
+  void send_waiting();
   void on_connected(Result<net::ConnectionPtr> connection);
   void on_record(net::ReceivedRecord record);
   void fail(wire::RelayFault fault, const std::string& reason);
@@ -43,7 +49,7 @@ class RelayChild {
   net::EventLoop& loop_;
   const RelayAccess& access_;
   const Events events_;
-  SceneVersion version_ = 0;  // 0: nobody feeds us
+  SceneVersion version_ = 0;  // 0: nothing is wanted
   SessionId feeder_ = 0;
   std::uint64_t token_ = 0;
   std::uint64_t generation_ = 0;  // of the feeder; what comes from an older one is ignored

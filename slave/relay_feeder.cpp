@@ -64,6 +64,9 @@ void RelayFeeder::on_record(ChildIterator child, net::ReceivedRecord record,
 }
 
 void RelayFeeder::on_need(ChildIterator child, const wire::SceneChunkNeed& need) {
+  // Who asks for a version has done with those before.
+  child->wanted.erase(child->wanted.begin(), child->wanted.lower_bound({need.version, 0}));
+  std::erase_if(child->ready, [&](const Place& p) { return p.version < need.version; });
   if (child->wanted.size() >= kNeedsMax) return refuse(child, "it asks for too much at once");
   std::vector<bool> later(need.chunks.size());
   bool is_any_later = false;

@@ -90,7 +90,7 @@ Status SceneIntake::perform(wire::SceneReceiver::Actions actions) {
     }  // else: lacking() has it when the master has spoken
   }
   for (wire::SceneReceiver::Complete& complete : actions.complete) {
-    if (child_.is_following(complete.version)) child_.stop();
+    if (child_.is_following(complete.version)) child_.rest();
     log_received(complete);
     if (feeder_) events_.send(wire::SceneProgress{complete.version, complete.scene.total_bytes()});
     TESSERA_RETURN_IF_ERROR(events_.complete(std::move(complete)));

@@ -26,6 +26,7 @@ void SceneReceiver::serve_next(Actions& actions) {
     if (refuse_head(need, actions)) continue;
     need.codings = kByteCodingsAll;
     actions.need.push_back(std::move(need));
+    tell_kept(actions);
     if (head_->lacking.empty()) finish_head(actions);
   }
 }
@@ -52,6 +53,16 @@ SceneNeed SceneReceiver::begin_head() {
     indices.push_back(i);
   }
   return need;
+}
+
+// Others may have asked before the announcement was here.
+void SceneReceiver::tell_kept(Actions& actions) const {
+  for (std::uint32_t block = 0; block < head_->blocks.size(); ++block) {
+    if (!head_->blocks[block].bytes) continue;
+    const std::uint32_t count = chunk_count(head_->announce.sizes[block]);
+    for (std::uint32_t i = 0; i < count; ++i)
+      actions.arrived.push_back({head_->announce.version, block, i});
+  }
 }
 
 // What lacks is held twice: as bytes, for deltas and relays, and decoded; then the index.
@@ -99,6 +110,9 @@ Status SceneReceiver::list(const SceneChunkList& list, Actions& actions) {
         "no memory for a scene block of " + std::to_string(found->second.size_bytes()) + " bytes",
         actions);
     return Status::ok();
+  }
+  for (std::uint32_t i = 0; i < found->second.count(); ++i) {
+    if (found->second.has(i)) actions.arrived.push_back({list.version, list.block, i});
   }
   if (found->second.is_whole()) {
     finish_block(list.block, actions);
@@ -260,6 +274,7 @@ std::uint64_t SceneReceiver::head_bytes() const {
 
 SceneReceiver::Holding SceneReceiver::find(SceneVersion version, std::uint32_t block,
                                            std::uint32_t chunk, net::SharedBytes& bytes) const {
+  if (version > newest_announced_) return Holding::kNotYet;
   const SceneBlock* whole = nullptr;
   if (const EncodedScene* scene = shelf_.scene(version); scene != nullptr) {
     if (block >= scene->blocks.size()) return Holding::kNever;

@@ -84,7 +84,8 @@ class SceneReceiver {
   std::vector<SceneChunkNeed> lacking() const;
   std::uint64_t head_bytes() const;
 
-  // A checked chunk of a version that is complete and kept, or in work.
+  // A checked chunk of a version that is complete and kept, or in work. One that is newer than what
+  // was announced here may be on its way.
   enum class Holding { kHere, kNotYet, kNever };
   Holding find(SceneVersion version, std::uint32_t block, std::uint32_t chunk,
                net::SharedBytes& bytes) const;
@@ -102,6 +103,7 @@ class SceneReceiver {
 
   void serve_next(Actions& actions);
   SceneNeed begin_head();
+  void tell_kept(Actions& actions) const;
   bool refuse_head(const SceneNeed& need, Actions& actions);
   void fill_from_shelf(BlockAssembly& assembly);
   void finish_block(std::uint32_t block, Actions& actions);

@@ -105,9 +105,10 @@ void Cluster::watch_frames(SessionId session, const wire::Message& message) {
   }
 }
 
-// Others render, and this one has not what it takes: it joins.
+// Others render, and this one, which has just come, has not what it takes. Who has once kept up
+// is late by a moment when the next scene is ready elsewhere: held back, it would stay late.
 bool Cluster::is_behind(SessionId session) const {
-  if (open_frames_.empty()) return false;
+  if (open_frames_.empty() || !slaves_.at(session)->sender->is_joining()) return false;
   const auto own = open_frames_.lower_bound({session, 0});
   return own == open_frames_.end() || own->first != session;
 }

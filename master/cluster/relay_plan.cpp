@@ -5,7 +5,7 @@
 namespace tessera::master {
 
 void RelayPlan::joined(SessionId session, bool can_feed, bool is_near) {
-  slaves_[session] = {can_feed, is_near, false};
+  slaves_[session] = {can_feed, is_near, false, std::nullopt};
 }
 
 std::vector<Feed> RelayPlan::lost(SessionId session, TimePoint now) {
@@ -24,7 +24,10 @@ SessionId RelayPlan::want(SessionId session, SceneVersion version, std::uint64_t
   Transfer& transfer = transfers_[key] = {};
   transfer.total_bytes = total_bytes;
   transfer.bytes = total_bytes - std::min(bytes, total_bytes);
-  if (may_relay && bytes >= kBytesMin) transfer.feeder = choose(session, version);
+  if (may_relay && bytes >= kBytesMin) {
+    const auto usual = usual_feeder(session, version);
+    feed(session, transfer, usual ? *usual : choose(session, version));
+  }
   begin_window(key, transfer, now);
   return transfer.feeder;
 }
@@ -65,6 +68,31 @@ bool RelayPlan::may_feed(SessionId feeder, SessionId child, SceneVersion version
   return true;
 }
 
+void RelayPlan::feed(SessionId child, Transfer& transfer, SessionId feeder) {
+  transfer.feeder = feeder;
+  if (const auto slave = slaves_.find(child); slave != slaves_.end()) {
+    slave->second.last_feeder = feeder;
+  }
+}
+
+std::uint32_t RelayPlan::children_of(SessionId feeder, SceneVersion version, SessionId but) const {
+  std::uint32_t count = 0;
+  for (auto entry = transfers_.lower_bound({version, 0});
+       entry != transfers_.end() && entry->first.first == version; ++entry) {
+    if (entry->second.feeder == feeder && entry->first.second != but) ++count;
+  }
+  return count;
+}
+
+std::optional<SessionId> RelayPlan::usual_feeder(SessionId child, SceneVersion version) const {
+  const auto slave = slaves_.find(child);
+  if (slave == slaves_.end() || !slave->second.last_feeder) return std::nullopt;
+  const SessionId usual = *slave->second.last_feeder;
+  if (usual != kFedByMaster && !may_feed(usual, child, version)) return std::nullopt;
+  if (children_of(usual, version, child) >= kChildrenMax) return std::nullopt;
+  return usual;
+}
+
 // The one that has most of it: of a chain in work the last, which alone has no child, and of those
 // that have it all any.
 SessionId RelayPlan::choose(SessionId child, SceneVersion version) const {
@@ -92,7 +120,7 @@ void RelayPlan::refeed(const Key& child, TimePoint now, std::vector<Feed>& feeds
   Transfer& transfer = transfers_.at(child);
   if (transfer.feeder != kFedByMaster) transfer.tried.insert(transfer.feeder);
   transfer.feeder = kFedByMaster;
-  transfer.feeder = choose(child.second, child.first);
+  feed(child.second, transfer, choose(child.second, child.first));
   begin_window(child, transfer, now);
   feeds.push_back({child.second, child.first, transfer.feeder});
 }

@@ -7,6 +7,9 @@
 // for each link of it (README.md has the sum). Chains end at kDepthMax; then the master begins
 // another.
 //
+// Versions follow each other: a slave keeps its feeder from one to the next, also when that has not
+// yet asked for the new one itself, so that their connection stands and its window is open.
+//
 // A feeder is bypassed when its child says so (it cannot be reached, went away, altered a chunk),
 // when it is lost, and when it holds back what it has: over a whole window it had more than its
 // child, and the child got less than half of what the master gives those whom it feeds itself.
@@ -73,6 +76,7 @@ class RelayPlan {
   struct Slave {
     bool can_feed = false, is_near = false;
     bool is_barred = false;  // it altered a chunk
+    std::optional<SessionId> last_feeder;
   };
   struct Transfer {
     SessionId feeder = kFedByMaster;
@@ -85,6 +89,10 @@ class RelayPlan {
   using Key = std::pair<SceneVersion, SessionId>;
 
   SessionId choose(SessionId child, SceneVersion version) const;
+  // Of the version before; nothing: it cannot be this time.
+  std::optional<SessionId> usual_feeder(SessionId child, SceneVersion version) const;
+  std::uint32_t children_of(SessionId feeder, SceneVersion version, SessionId but) const;
+  void feed(SessionId child, Transfer& transfer, SessionId feeder);
   bool may_feed(SessionId feeder, SessionId child, SceneVersion version) const;
   void refeed(const Key& child, TimePoint now, std::vector<Feed>& feeds);
   void begin_window(const Key& key, Transfer& transfer, TimePoint now);

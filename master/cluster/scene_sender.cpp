@@ -101,6 +101,7 @@ Status SceneSender::on_chunk_need(wire::SceneChunkNeed need) {
 }
 
 void SceneSender::on_answered(SceneVersion version) {
+  is_joining_ = false;
   announced_.erase(version);
   needed_.erase(version);
   asked_.erase(version);
@@ -158,7 +159,9 @@ void SceneSender::retire(SceneVersion first_kept) {
   if (first_kept <= first_kept_) return;
   first_kept_ = first_kept;
   scenes_.erase(scenes_.begin(), scenes_.lower_bound(first_kept));
-  announced_.erase(announced_.begin(), announced_.lower_bound(first_kept));
+  const auto kept = announced_.lower_bound(first_kept);
+  if (kept != announced_.begin()) is_joining_ = false;
+  announced_.erase(announced_.begin(), kept);
   needed_.erase(needed_.begin(), needed_.lower_bound(first_kept));
   asked_.erase(asked_.begin(), asked_.lower_bound(first_kept));
   chunk_asks_.erase(chunk_asks_.begin(), chunk_asks_.lower_bound(first_kept));

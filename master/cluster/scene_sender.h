@@ -64,6 +64,9 @@ class SceneSender {
 
   // Others are rendering, and do not wait for this holder: its data yields (GentlePace).
   void set_gentle(bool is_gentle) { is_gentle_ = is_gentle; }
+  // Until its first scene is built, or one became old while it was under way: then the scene moves
+  // faster than a yielding link carries it, and the holder would stay behind for good.
+  bool is_joining() const { return is_joining_; }
   bool has_uploads() const { return !uploads_.empty(); }
 
  private:
@@ -96,6 +99,7 @@ class SceneSender {
   wire::CodecChooser chooser_;
   GentlePace pace_;
   bool is_gentle_ = false;
+  bool is_joining_ = true;
 };
 
 }  // namespace tessera::master

@@ -141,6 +141,35 @@ TEST(RelayPlan, ALateJoinerIsFedByOneThatHasItAll) {
   EXPECT_NE(first, second) << "one child each";
 }
 
+TEST(RelayPlan, TheNextVersionKeepsTheChainInWhateverOrderItIsAskedFor) {
+  Plan p;
+  for (SessionId s = 1; s <= 4; ++s) p.join_and_want(s);
+  for (SessionId s = 1; s <= 4; ++s) p.plan.complete(s, kVersion);
+  const auto next = [&](SessionId s) {
+    return p.plan.want(s, kVersion + 1, kScene, kScene, true, p.now);
+  };
+  EXPECT_EQ(next(3), 2u) << "which has not asked yet itself";
+  EXPECT_EQ(next(4), 3u);
+  EXPECT_EQ(next(1), kFedByMaster);
+  EXPECT_EQ(next(2), 1u);
+}
+
+TEST(RelayPlan, AUsualFeederThatIsGoneOrFailedIsReplaced) {
+  Plan p;
+  for (SessionId s = 1; s <= 3; ++s) p.join_and_want(s);
+  for (SessionId s = 1; s <= 3; ++s) p.plan.complete(s, kVersion);
+  p.plan.lost(2, p.now);
+  EXPECT_EQ(p.plan.want(1, kVersion + 1, kScene, kScene, true, p.now), kFedByMaster);
+  EXPECT_EQ(p.plan.want(3, kVersion + 1, kScene, kScene, true, p.now), 1u);
+  // One that never gets the version itself feeds nobody with it.
+  EXPECT_EQ(p.plan.want(3, kVersion + 2, kScene, kScene, true, p.now), 1u);
+  p.now += RelayPlan::kWindow;
+  bool is_bypassed = false;
+  for (const Feed& feed : p.plan.tick(p.now))
+    is_bypassed |= feed.child == 3 && feed.version == kVersion + 2 && feed.feeder == kFedByMaster;
+  EXPECT_TRUE(is_bypassed);
+}
+
 // Random lives: whatever happens, nobody waits for himself, and each child ends with a feeder that
 // is there.
 TEST(RelayPlan, NoCircleWhateverHappens) {

@@ -29,9 +29,10 @@ Bytes noise() {
   return bytes;
 }
 
-wire::SceneChunk chunk_of(const Bytes& block, std::uint32_t index) {
+wire::SceneChunk chunk_of(const Bytes& block, std::uint32_t index,
+                          SceneVersion version = kVersion) {
   const auto begin = block.begin() + static_cast<std::ptrdiff_t>(index * kSceneChunkBytes);
-  return {kVersion, 0, std::uint64_t{index} * kSceneChunkBytes,
+  return {version, 0, std::uint64_t{index} * kSceneChunkBytes,
           net::SharedBytes::of(
               {begin, begin + static_cast<std::ptrdiff_t>(chunk_bytes(block.size(), index))})};
 }
@@ -42,6 +43,7 @@ class RelayTest : public testing::Test {
   RelayTest() : io_("relay") {
     access_.connect = [this](const net::Endpoint&,
                              std::function<void(Result<net::ConnectionPtr>)> on_connected) {
+      ++connects_;
       auto [ours, theirs] = net::make_local_pair(io_, io_);
       if (feeder_) {
         feeder_->accept(std::move(theirs), nullptr);
@@ -84,21 +86,27 @@ class RelayTest : public testing::Test {
     });
   }
 
-  void announce(SceneReceiver& receiver) {
+  void announce(SceneReceiver& receiver) { announce(receiver, kVersion, block_); }
+  void announce(SceneReceiver& receiver, SceneVersion version, const Bytes& block) {
     SceneReceiver::Actions actions;
     wire::SceneAnnounce announce;
-    announce.version = kVersion;
-    announce.digests = {make_scene_block(block_).digest};
-    announce.sizes = {block_.size()};
+    announce.version = version;
+    announce.digests = {make_scene_block(block).digest};
+    announce.sizes = {block.size()};
     EXPECT_TRUE(receiver.announce(announce, actions).is_ok());
-    EXPECT_TRUE(receiver.list({kVersion, 0, chunk_digests(block_)}, actions).is_ok());
+    EXPECT_TRUE(receiver.list({version, 0, chunk_digests(block)}, actions).is_ok());
+    pass_on(receiver, actions);
+  }
+  void pass_on(const SceneReceiver& receiver, const SceneReceiver::Actions& actions) {
+    if (&receiver != &upper_ || !feeder_) return;
+    for (const auto& arrival : actions.arrived) feeder_->on_arrived(arrival);
   }
   // A chunk comes to the upper slave from its master.
   void arrive(std::uint32_t index) {
     io_.run_and_wait([this, index] {
       SceneReceiver::Actions actions;
       EXPECT_TRUE(upper_.chunk(chunk_of(block_, index), actions).is_ok());
-      for (const auto& arrival : actions.arrived) feeder_->on_arrived(arrival);
+      pass_on(upper_, actions);
     });
   }
   void follow(std::uint64_t token) {
@@ -125,6 +133,7 @@ class RelayTest : public testing::Test {
   wire::SceneChunk lie_;
   std::atomic<int> stored_{0}, fault_{-1};
   std::atomic<bool> is_complete_{false};
+  std::atomic<int> connects_{0};
 };
 
 TEST_F(RelayTest, ChunksArePassedOnWhileOthersAreStillComing) {
@@ -138,6 +147,46 @@ TEST_F(RelayTest, ChunksArePassedOnWhileOthersAreStillComing) {
   EXPECT_EQ(fault_, -1);
 }
 
+// The next version is asked for before its announcement is at the feeder, which has most of it
+// already; the connection of the first serves.
+TEST_F(RelayTest, TheNextVersionComesOverTheSameConnectionHoweverEarlyItIsAskedFor) {
+  follow(kToken);
+  for (std::uint32_t i = 0; i < kChunks; ++i) arrive(i);
+  ASSERT_TRUE(wait_for([this] { return is_complete_.load(); }));
+  Bytes next = block_;
+  next[0] ^= std::byte{1};  // its other chunks are known above; below all are asked for
+  io_.run_and_wait([&] {
+    is_complete_ = false;
+    child_->rest();
+    lower_ = SceneReceiver();
+    announce(lower_, kVersion + 1, next);
+    child_->follow({kVersion + 1, 9, "10.0.0.1", 1, kToken}, lower_.lacking());
+  });
+  stored_ = 0;
+  io_.run_and_wait([&] { announce(upper_, kVersion + 1, next); });
+  EXPECT_TRUE(wait_for([this] { return stored_ == kChunks - 1; })) << "what was known above";
+  io_.run_and_wait([&] {
+    SceneReceiver::Actions actions;
+    EXPECT_TRUE(upper_.chunk(chunk_of(next, 0, kVersion + 1), actions).is_ok());
+    pass_on(upper_, actions);
+  });
+  EXPECT_TRUE(wait_for([this] { return is_complete_.load(); }));
+  EXPECT_EQ(fault_, -1);
+  EXPECT_EQ(connects_, 1);
+}
+
+TEST_F(RelayTest, WhoGoesWhileNothingIsWantedIsNoFault) {
+  follow(kToken);
+  for (std::uint32_t i = 0; i < kChunks; ++i) arrive(i);
+  ASSERT_TRUE(wait_for([this] { return is_complete_.load(); }));
+  io_.run_and_wait([this] {
+    child_->rest();
+    feeder_->drop_all();
+  });
+  io_.run_and_wait([] {});
+  EXPECT_EQ(fault_, -1);
+}
+
 TEST_F(RelayTest, AWrongTokenIsTurnedAway) {
   arrive(0);
   follow(kToken + 1);
@@ -145,9 +194,9 @@ TEST_F(RelayTest, AWrongTokenIsTurnedAway) {
   EXPECT_EQ(stored_, 0);
 }
 
-TEST_F(RelayTest, AVersionThatNobodyAnnouncedIsRefused) {
+TEST_F(RelayTest, AVersionThatIsNotKeptIsRefused) {
   io_.run_and_wait([this] {
-    child_->follow({kVersion, 9, "10.0.0.1", 1, kToken}, {{kVersion + 1, 0, {true}}});
+    child_->follow({kVersion, 9, "10.0.0.1", 1, kToken}, {{kVersion - 1, 0, {true}}});
   });
   EXPECT_TRUE(wait_for([this] { return fault_ == static_cast<int>(wire::RelayFault::kGone); }));
 }
