@@ -17,23 +17,30 @@ bool is_faulty(Bits bits, Bits sign, Bits exponent) {
   return (bits & exponent) == exponent || ((bits & sign) != 0 && bits != sign);
 }
 
-// Whether a closer look is needed, a word of several components at a time: adding one to the lowest
-// bit of an exponent of ones, and of no other, carries into the sign's place. A tile has no such
-// component and no sign, as a rule.
+// Whether a closer look is needed, a vector of components at a time: adding one to the lowest bit of
+// an exponent of ones, and of no other, carries into the sign's place. A tile has no such component
+// and no sign, as a rule.
 template <typename Bits>
 bool may_be_faulty(std::span<const std::byte> bytes, Bits exponent) {
-  constexpr std::uint64_t kOnes = ~std::uint64_t{0} / std::numeric_limits<Bits>::max();
-  const std::uint64_t exponents = kOnes * exponent;
-  const std::uint64_t lowest = exponents & ~(exponents << 1);
-  std::uint64_t found = 0;
+  constexpr std::size_t kLanes = 16 / sizeof(Bits);
+  using Vector [[gnu::vector_size(16)]] = Bits;
+  const Bits lowest = static_cast<Bits>(exponent & -exponent);
+  constexpr Bits kSign = static_cast<Bits>(~(std::numeric_limits<Bits>::max() >> 1));
+  constexpr std::size_t kVectors = 4, kStep = kVectors * sizeof(Vector);
+  Vector found[kVectors] = {};
   std::size_t i = 0;
-  for (; i + 8 <= bytes.size(); i += 8) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, bytes.data() + i, 8);
-    found |= ((word & exponents) + lowest) | word;
+  for (; i + kStep <= bytes.size(); i += kStep) {
+    for (std::size_t v = 0; v < kVectors; ++v) {
+      Vector word;
+      std::memcpy(&word, bytes.data() + i + v * sizeof(word), sizeof(word));
+      found[v] |= ((word & exponent) + lowest) | word;
+    }
   }
   if (i < bytes.size()) return true;  // some left over: they are few
-  return (found & kOnes << (8 * sizeof(Bits) - 1)) != 0;
+  const Vector any = (found[0] | found[1]) | (found[2] | found[3]);
+  Bits sum = 0;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) sum = static_cast<Bits>(sum | any[lane]);
+  return (sum & kSign) != 0;
 }
 
 template <typename Bits, typename OnFaulty>

@@ -41,7 +41,6 @@ class FrameAssembly {
   // Requires: pixels.size() == tile_bytes(tile).
   void write_tile(TileIndex tile, std::span<const std::byte> pixels, std::uint16_t slave_ordinal);
 
-  // Pixels with a NaN or an infinity so far (float and half).
   // Takes the finished image. Once.
   std::shared_ptr<const FrameImage> finish() { return std::move(image_); }
   // Of all pixels. Requires: every tile was written.

@@ -34,6 +34,7 @@ struct FrameLoop::Impl {
   Reception reception;
   net::Timer tick;
   std::map<FrameId, FrameWork> frames;
+  Actions spare_actions;  // empty; its memory serves the next result
   TileSize tile_size;
   std::map<SceneVersion, double> build_seconds;  // slowest slave's, by version
   OutcomeLine outcomes;

@@ -36,7 +36,8 @@ void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
       return cluster.expel(session, "a tile result of the wrong size");
     }
   }
-  Actions actions;
+  Actions actions = std::exchange(spare_actions, {});
+  actions.clear();
   TileReport report{
       result.frame,        result.version,         result.tile, result.attempt, result.seconds,
       result.held_seconds, result.starved_seconds, 0,           false};
@@ -57,6 +58,7 @@ void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
     ++found->second.assembly.stats().tiles_rejected;
   }
   perform(actions);
+  spare_actions = std::move(actions);
   if (report.is_faulty && verdict == ResultVerdict::kAccepted && options.is_faulty_frame_failed) {
     perform(scheduler.fail_frame(result.frame,
                                  "tile " + std::to_string(result.tile) +

@@ -52,10 +52,8 @@ FrameLedger::FrameLedger(SceneVersion version, std::vector<TileIndex> order)
 }
 
 bool FrameLedger::has_seen(TileIndex index, SessionId session) const {
-  if (const auto leases = leased_.find(index); leases != leased_.end()) {
-    for (const Lease& lease : leases->second) {
-      if (lease.session == session) return true;
-    }
+  for (const Lease& lease : tiles_[index].out()) {
+    if (lease.session == session) return true;
   }
   const auto refused = refused_.find(index);
   if (refused != refused_.end() && refused->second == session) return true;
@@ -86,7 +84,8 @@ TileAssignment FrameLedger::lease(TileIndex index, SessionId session, TimePoint 
   Tile& tile = tiles_[index];
   tile.is_pending = false;
   ++tile.attempts;
-  leased_[index].push_back({session, tile.attempts, now, due});
+  TESSERA_CHECK_LT(int{tile.lease_count}, kLeasesPerTileMax);
+  tile.leases[tile.lease_count++] = {session, tile.attempts, now, due};
   ++counts_.issued;
   ++counts_.in_flight;
   return {index, tile.attempts};
@@ -114,9 +113,9 @@ TileAssignment FrameLedger::lease_pending(TileIndex index, SessionId session, Ti
 
 std::optional<TileAssignment> FrameLedger::lease_again(TileIndex index, SessionId session,
                                                        TimePoint now, TimePoint due) {
-  const auto leases = leased_.find(index);
-  if (leases == leased_.end() || tiles_[index].is_done || audits_.contains(index) ||
-      leases->second.size() >= kLeasesPerTileMax || has_seen(index, session)) {
+  const Tile& tile = tiles_[index];
+  if (tile.lease_count == 0 || tile.lease_count >= kLeasesPerTileMax || tile.is_done ||
+      audits_.contains(index) || has_seen(index, session)) {
     return std::nullopt;
   }
   ++duplicated_count_;
@@ -125,17 +124,21 @@ std::optional<TileAssignment> FrameLedger::lease_again(TileIndex index, SessionI
 
 std::vector<TileLeaseView> FrameLedger::single_leases() const {
   std::vector<TileLeaseView> views;
-  for (const auto& [index, leases] : leased_) {
-    if (leases.size() != 1 || tiles_[index].is_done || audits_.contains(index)) continue;
-    views.push_back({index, leases[0].session, leases[0].since, leases[0].due});
+  for (TileIndex index = 0; index < tile_count(); ++index) {
+    const Tile& tile = tiles_[index];
+    if (tile.lease_count != 1 || tile.is_done || audits_.contains(index)) continue;
+    const Lease& lease = tile.leases[0];
+    views.push_back({index, lease.session, lease.since, lease.due});
   }
   return views;
 }
 
 void FrameLedger::end_lease(TileIndex index, std::size_t lease) {
-  const auto leases = leased_.find(index);
-  leases->second.erase(leases->second.begin() + static_cast<std::ptrdiff_t>(lease));
-  if (leases->second.empty()) leased_.erase(leases);
+  Tile& tile = tiles_[index];
+  std::copy(tile.leases.begin() + static_cast<std::ptrdiff_t>(lease) + 1,
+            tile.leases.begin() + tile.lease_count,
+            tile.leases.begin() + static_cast<std::ptrdiff_t>(lease));
+  --tile.lease_count;
   --counts_.in_flight;
 }
 
@@ -147,7 +150,7 @@ void FrameLedger::make_pending(TileIndex index) {
     audit->second.wants_lease = true;
     if (audit->second.vote_count > 0) return;
   }
-  if (leased_.contains(index)) return;
+  if (tile.lease_count > 0) return;
   tile.is_pending = true;
   pending_.push_front(index);
 }
@@ -174,14 +177,13 @@ LedgerAnswer FrameLedger::accept(SessionId session, SceneVersion version, TileIn
     answer.verdict = ResultVerdict::kRepeated;
     return answer;
   }
-  const auto leases = leased_.find(index);
-  if (leases == leased_.end()) return answer;
-  const auto found = std::find_if(
-      leases->second.begin(), leases->second.end(),
-      [&](const Lease& lease) { return lease.session == session && lease.attempt == attempt; });
-  if (found == leases->second.end()) return answer;
+  const std::span<const Lease> leases = tiles_[index].out();
+  const auto found = std::find_if(leases.begin(), leases.end(), [&](const Lease& lease) {
+    return lease.session == session && lease.attempt == attempt;
+  });
+  if (found == leases.end()) return answer;
   const TimePoint leased_at = found->since;
-  end_lease(index, static_cast<std::size_t>(found - leases->second.begin()));
+  end_lease(index, static_cast<std::size_t>(found - leases.begin()));
   if (tiles_[index].is_done) {
     answer.verdict = ResultVerdict::kDuplicate;
   } else if (const auto audit = audits_.find(index); audit != audits_.end()) {
@@ -206,7 +208,7 @@ LedgerAnswer FrameLedger::vote(TileIndex index, Audit& audit, SessionId session,
   if (audit.vote_count == 0) {
     audit.votes[0] = {session, pixels};
     audit.vote_count = 1;
-    if (!leased_.contains(index)) audit.wants_lease = true;
+    if (tiles_[index].lease_count == 0) audit.wants_lease = true;
     answer.verdict = ResultVerdict::kAccepted;
     return answer;
   }
@@ -233,10 +235,10 @@ LedgerAnswer FrameLedger::vote(TileIndex index, Audit& audit, SessionId session,
 }
 
 bool FrameLedger::hand_back(SessionId session, TileIndex index, Attempt attempt) {
-  const auto leases = leased_.find(index);
-  if (leases == leased_.end()) return false;
-  for (std::size_t i = 0; i < leases->second.size(); ++i) {
-    if (leases->second[i].session != session || leases->second[i].attempt != attempt) continue;
+  if (index >= tiles_.size()) return false;
+  const std::span<const Lease> leases = tiles_[index].out();
+  for (std::size_t i = 0; i < leases.size(); ++i) {
+    if (leases[i].session != session || leases[i].attempt != attempt) continue;
     end_lease(index, i);
     ++counts_.abandoned;
     make_pending(index);
@@ -252,8 +254,8 @@ int FrameLedger::lose_session(SessionId session, std::size_t suspect_count) {
     Attempt attempt;
   };
   std::vector<Lost> lost;
-  for (const auto& [index, leases] : leased_) {
-    for (const Lease& lease : leases) {
+  for (TileIndex index = 0; index < tile_count(); ++index) {
+    for (const Lease& lease : tiles_[index].out()) {
       if (lease.session == session) lost.push_back({index, lease.since, lease.attempt});
     }
   }
@@ -272,7 +274,7 @@ int FrameLedger::lose_session(SessionId session, std::size_t suspect_count) {
 std::optional<FrameLedger::Dispute> FrameLedger::waive_audits(const std::vector<SessionId>& able) {
   std::vector<TileIndex> done;
   for (const auto& [index, audit] : audits_) {
-    const bool is_stuck = audit.vote_count > 0 && !leased_.contains(index) &&
+    const bool is_stuck = audit.vote_count > 0 && tiles_[index].lease_count == 0 &&
                           std::all_of(able.begin(), able.end(),
                                       [&, tile = index](SessionId s) { return has_seen(tile, s); });
     if (!is_stuck) continue;
@@ -288,7 +290,7 @@ std::uint64_t FrameLedger::abandon_all() {
   const std::uint64_t count = counts_.in_flight;
   counts_.abandoned += count;
   counts_.in_flight = 0;
-  leased_.clear();
+  for (Tile& tile : tiles_) tile.lease_count = 0;
   return count;
 }
 

@@ -17,6 +17,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -146,9 +147,13 @@ class FrameLedger {
   struct Tile {
     Attempt attempts = 0;
     std::uint16_t losses = 0;
+    std::uint8_t lease_count = 0;
     bool is_done = false;
     bool is_pending = true;
     Answer answer;  // the one that was accepted last
+    std::array<Lease, kLeasesPerTileMax> leases;
+
+    std::span<const Lease> out() const { return std::span(leases).first(lease_count); }
   };
   struct Vote {
     SessionId session = 0;
@@ -170,9 +175,8 @@ class FrameLedger {
   const SceneVersion version_;
   std::vector<Tile> tiles_;
   std::deque<TileIndex> pending_;
-  std::map<TileIndex, std::vector<Lease>> leased_;  // tiles with a lease
-  std::map<TileIndex, SessionId> refused_;          // once, with faulty pixels of that slave
-  std::map<TileIndex, Audit> audits_;               // audited tiles begun and not done
+  std::map<TileIndex, SessionId> refused_;  // once, with faulty pixels of that slave
+  std::map<TileIndex, Audit> audits_;       // audited tiles begun and not done
   LedgerCounts counts_;
   std::size_t done_count_ = 0;
   std::uint32_t duplicated_count_ = 0;

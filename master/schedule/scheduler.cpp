@@ -225,19 +225,20 @@ void Scheduler::learn(Slave& slave, const TileReport& report, TimePoint leased_a
 // Who was wrong goes; a dispute that nobody is left to decide fails the frame.
 void Scheduler::settle_audit(Frame& frame, SessionId session, TileIndex tile,
                              const LedgerAnswer& answer, Actions& actions) {
-  const std::string where =
-      "tile " + std::to_string(tile) + " of frame " + std::to_string(frame.id);
+  const auto where = [&] {
+    return "tile " + std::to_string(tile) + " of frame " + std::to_string(frame.id);
+  };
   if (answer.outvoted != 0) {
     actions.push_back({ActionKind::kExpel,
                        answer.outvoted,
                        frame.id,
                        {tile, 0},
                        false,
-                       "audit: two others agree on another picture of " + where});
+                       "audit: two others agree on another picture of " + where()});
   }
   if (answer.verdict == ResultVerdict::kUndecided) {
     end_frame(frame, FrameState::kFailed,
-              "audit: " + where + ": slaves " + name_of(answer.first_vote) + ", " +
+              "audit: " + where() + ": slaves " + name_of(answer.first_vote) + ", " +
                   name_of(session) + " and another one render it differently",
               actions);
   }

@@ -81,7 +81,8 @@ TimePoint Scheduler::due_at(const Slave& slave, TimePoint now) const {
 void Scheduler::issue(SlaveEntry& entry, Frame& frame, TileAssignment tile, TimePoint now,
                       Actions& actions) {
   Slave& slave = entry.second;
-  if (slave.begun.insert(frame.id).second)
+  const bool is_newest = !slave.begun.empty() && *slave.begun.rbegin() == frame.id;
+  if (!is_newest && slave.begun.insert(frame.id).second)
     actions.push_back({ActionKind::kBeginFrame, entry.first, frame.id, {}, false, ""});
   if (slave.in_flight++ == 0) slave.last_heard = now;
   ++frame.held[entry.first];
