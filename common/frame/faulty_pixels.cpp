@@ -26,18 +26,18 @@ bool may_be_faulty(std::span<const std::byte> bytes, Bits exponent) {
   using Vector [[gnu::vector_size(16)]] = Bits;
   const Bits lowest = static_cast<Bits>(exponent & -exponent);
   constexpr Bits kSign = static_cast<Bits>(~(std::numeric_limits<Bits>::max() >> 1));
-  constexpr std::size_t kVectors = 4, kStep = kVectors * sizeof(Vector);
-  Vector found[kVectors] = {};
+  constexpr std::size_t kStep = 2 * sizeof(Vector);
+  Vector found = {}, found_odd = {};  // two chains of operations, side by side
   std::size_t i = 0;
   for (; i + kStep <= bytes.size(); i += kStep) {
-    for (std::size_t v = 0; v < kVectors; ++v) {
-      Vector word;
-      std::memcpy(&word, bytes.data() + i + v * sizeof(word), sizeof(word));
-      found[v] |= ((word & exponent) + lowest) | word;
-    }
+    Vector word, word_odd;
+    std::memcpy(&word, bytes.data() + i, sizeof(word));
+    std::memcpy(&word_odd, bytes.data() + i + sizeof(word), sizeof(word_odd));
+    found |= ((word & exponent) + lowest) | word;
+    found_odd |= ((word_odd & exponent) + lowest) | word_odd;
   }
   if (i < bytes.size()) return true;  // some left over: they are few
-  const Vector any = (found[0] | found[1]) | (found[2] | found[3]);
+  const Vector any = found | found_odd;
   Bits sum = 0;
   for (std::size_t lane = 0; lane < kLanes; ++lane) sum = static_cast<Bits>(sum | any[lane]);
   return (sum & kSign) != 0;

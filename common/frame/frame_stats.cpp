@@ -8,8 +8,6 @@ std::string_view slave_state_name(SlaveState state) {
       return "waiting";
     case SlaveState::kReady:
       return "ready";
-    case SlaveState::kQuarantined:
-      return "quarantined";
   }
   return "unknown";
 }

@@ -62,9 +62,8 @@ struct TileAccounts {
 };
 
 enum class SlaveState : std::uint8_t {
-  kWaiting = 0,      // it has not built the newest scene
-  kReady = 1,        // it gets tiles when there are any
-  kQuarantined = 2,  // it gets none, for what it did
+  kWaiting = 0,  // it has not built the newest scene
+  kReady = 1,    // it gets tiles when there are any
 };
 TESSERA_API std::string_view slave_state_name(SlaveState state);
 

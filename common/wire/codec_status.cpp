@@ -111,7 +111,7 @@ void get_details(std::span<const std::byte> in, FieldCheck& check, SlaveStatus& 
   s.tiles.in_flight = s.tiles_in_flight;
   s.tiles_per_second = std::bit_cast<double>(tiles_per_second);
   s.tile_seconds = std::bit_cast<double>(tile_seconds);
-  check.range("slaves.state", state, 0, static_cast<std::uint64_t>(SlaveState::kQuarantined));
+  check.range("slaves.state", state, 0, static_cast<std::uint64_t>(SlaveState::kReady));
   check.not_negative("slaves.tiles_per_second", s.tiles_per_second);
   check.not_negative("slaves.tile_seconds", s.tile_seconds);
   if (check.is_ok()) s.state = static_cast<SlaveState>(state);

@@ -66,6 +66,8 @@ void add_cluster(Exposition& page, const ClusterStatus& status, const MasterMetr
     page.sample({{"reason", kRefuseNames[i]}}, cells.refusals[i].value());
   page.counter("tessera_expulsions_total", "Slaves expelled for breaking the protocol.",
                cells.expulsions.value());
+  page.gauge("tessera_quarantined_slaves", "Slaves that are held back for what they did.",
+             static_cast<double>(status.quarantined.size()));
   page.counter("tessera_scene_bytes_sent_total", "Bytes of scene blocks sent to slaves.",
                cells.scene_bytes_sent.value());
 }
@@ -104,8 +106,6 @@ void add_slaves(Exposition& page, const ClusterStatus& status) {
         [](S s) { return s.scene_version; });
   gauge("tessera_slave_queue_bytes", "Bytes that wait in the master for its links.",
         [](S s) { return s.queue_bytes; });
-  gauge("tessera_slave_quarantined", "Whether it gets no tiles for what it did.",
-        [](S s) { return s.state == SlaveState::kQuarantined ? 1 : 0; });
   // Of its present session: they begin anew when it comes back, which a rate allows for.
   counter("tessera_slave_tiles_issued_total", "Leases of this session.",
           [](S s) { return s.tiles.issued; });

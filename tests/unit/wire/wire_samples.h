@@ -102,7 +102,7 @@ class Samples {
     s.scene_version = any();
     s.tile_port = static_cast<std::uint16_t>(number(0, 0xffff));
     s.scene_port = static_cast<std::uint16_t>(number(0, 0xffff));
-    s.state = static_cast<SlaveState>(number(0, 2));
+    s.state = static_cast<SlaveState>(number(0, 1));
     s.ordinal = static_cast<std::uint16_t>(number(0, 0xffff));
     s.prefetch_depth = small(0, 0xffffffffu);
     s.tiles_per_second = real(0, 1e6);
