@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "common/base/cgroup.h"
+
 namespace tessera::slave {
 
 // In bytes. `limit`: in all; `free`: that can be had now, without what others use.
@@ -16,12 +18,15 @@ struct MemoryRoom {
   std::uint64_t free_bytes = 0;
 };
 
-// The texts of /proc/meminfo, and of one control group's limit, usage and memory.stat (empty:
-// no such file). Returns: nothing when meminfo cannot be read.
+// The texts of /proc/meminfo and /proc/self/status.
 struct MemoryTexts {
-  std::string meminfo, group_limit, group_usage, group_stat, own_status;
+  std::string meminfo, own_status;
 };
-std::optional<MemoryRoom> memory_room(const MemoryTexts& texts, std::uint64_t cap_bytes);
+// `group`: what the control groups allow, nothing for no limit. Returns: nothing when meminfo cannot
+// be read.
+std::optional<MemoryRoom> memory_room(const MemoryTexts& texts,
+                                      const std::optional<CgroupMemory>& group,
+                                      std::uint64_t cap_bytes);
 
 // Of this process. `cap_bytes` 0: no cap.
 std::optional<MemoryRoom> memory_room(std::uint64_t cap_bytes);

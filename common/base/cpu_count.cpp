@@ -11,7 +11,7 @@
 #include <set>
 #include <string>
 
-#include "common/base/cgroup_quota.h"
+#include "common/base/cgroup.h"
 #include "common/base/limits.h"
 
 namespace tessera {

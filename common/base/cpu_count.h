@@ -11,7 +11,7 @@
 
 namespace tessera {
 
-// The processors of the affinity mask, lowered to the container's quota (cgroup_quota.h, rounded
+// The processors of the affinity mask, lowered to the container's quota (cgroup.h, rounded
 // up); at least 1, at most kWorkersMax.
 int available_cpu_count();
 

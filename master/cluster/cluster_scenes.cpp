@@ -18,7 +18,10 @@ std::uint64_t bytes_to_hold(const EncodedScene& scene) {
   return 2 * scene.total_bytes() + scene.index_bytes;
 }
 
-std::string mib_text(std::uint64_t bytes) { return std::to_string((bytes >> 20) + 1) + " MiB"; }
+std::string mib_text(std::uint64_t bytes) {  // rounded up
+  constexpr std::uint64_t kMib = std::uint64_t{1} << 20;
+  return std::to_string((bytes + kMib - 1) / kMib) + " MiB";
+}
 
 }  // namespace
 

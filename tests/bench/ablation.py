@@ -79,7 +79,7 @@ def main():
             with faultlab.Lab(1 + len(TILE_MS)) as lab:
                 for node in range(2, 2 + len(TILE_MS)):
                     lab.shape(node, delay=rtt / 2, rate=LINK_KBIT)
-                with cluster_lib.Cluster(host=lab.addr(1), prefix=lambda n: ["ip", "netns", "exec", lab.node(n)["ns"]]) as cluster:
+                with cluster_lib.Cluster(host=lab.addr(1), prefix=lab.enter) as cluster:
                     figures = measure(cluster, words, options.frames, options.size)
             results.append({"technique": name, "round_trip_ms": rtt, **figures})
             print(f"{100 * figures['utilisation']:9.1f} % {figures['frames_per_second']:5.2f}/s", end="", flush=True)

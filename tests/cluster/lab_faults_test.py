@@ -26,7 +26,7 @@ class LabFaults(unittest.TestCase):
         self.lab.__enter__()
         self.addCleanup(self.lab.__exit__, None, None, None)
         self.cluster = cluster_lib.Cluster(
-            host=self.lab.addr(1), prefix=lambda node: ["ip", "netns", "exec", self.lab.node(node)["ns"]])
+            host=self.lab.addr(1), prefix=self.lab.enter)
         self.cluster.__enter__()
         self.addCleanup(self.end_cluster)
         self.cluster.serve()

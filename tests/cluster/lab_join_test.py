@@ -24,8 +24,7 @@ class Join(unittest.TestCase):
     def run_case(self, joins):
         """Returns: seconds of the frames while the joiner receives (or of as many without one), and all digests."""
         with faultlab.Lab(3) as lab:
-            prefix = lambda node: ["ip", "netns", "exec", lab.node(node)["ns"]]  # noqa: E731
-            with cluster_lib.Cluster(host=lab.addr(1), prefix=prefix) as cluster:
+            with cluster_lib.Cluster(host=lab.addr(1), prefix=lab.enter) as cluster:
                 scene = scene_noise.write_scene(cluster.folder, SIDE_PX)
                 for node in (1, 2, 3):
                     lab.shape(node, rate=RATE_KBIT)

@@ -21,8 +21,7 @@ FRAME = ["--size", "320x240", "--tile", "32", "--frames", "0:5"]
 class PixelsOnALink(unittest.TestCase):
     def run_case(self, rate_kbit, mode, pixels):
         with faultlab.Lab(2) as lab:
-            prefix = lambda node: ["ip", "netns", "exec", lab.node(node)["ns"]]  # noqa: E731
-            with cluster_lib.Cluster(host=lab.addr(1), prefix=prefix) as cluster:
+            with cluster_lib.Cluster(host=lab.addr(1), prefix=lab.enter) as cluster:
                 if rate_kbit:
                     lab.shape(2, rate=rate_kbit)
                 cluster.serve("--pixel-coding", mode)

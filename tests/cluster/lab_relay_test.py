@@ -26,8 +26,7 @@ class Relay(unittest.TestCase):
     def run_case(self, slaves, relay, fault=None):
         """Returns: seconds from announcement to the whole scene, by slave; and the names fed by another slave."""
         with faultlab.Lab(slaves + 1) as lab:
-            prefix = lambda node: ["ip", "netns", "exec", lab.node(node)["ns"]]  # noqa: E731
-            with cluster_lib.Cluster(host=lab.addr(1), prefix=prefix) as cluster:
+            with cluster_lib.Cluster(host=lab.addr(1), prefix=lab.enter) as cluster:
                 scene = scene_noise.write_scene(cluster.folder, SIDE_PX)
                 for node in range(1, slaves + 2):
                     lab.shape(node, rate=RATE_KBIT)

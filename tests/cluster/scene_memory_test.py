@@ -23,7 +23,7 @@ class SceneMemory(unittest.TestCase):
                 self.assertEqual(run.code, 1)
                 print(run.stderr.strip())
                 self.assertRegex(run.stderr, r"needs about 7\d MiB")
-                self.assertRegex(run.stderr, rf"largest slave, 'slave-\d', may take {SMALL_MIB + 1} MiB")
+                self.assertRegex(run.stderr, rf"largest slave, 'slave-\d', may take {SMALL_MIB} MiB")
             cluster.render("builtin:cornell", *FRAME)
             log = (cluster.folder / "master.log").read_text(errors="replace")
             self.assertNotIn("slave-lost", log)

@@ -64,7 +64,7 @@ class Stage:
         self.lab, self.report, self.logs, self.doubt = lab.lab, report, logs, 0.0
         self.mend = lab.mend
         self.cluster = cluster_lib.Cluster(
-            host=self.lab.addr(1), prefix=lambda node: ["ip", "netns", "exec", self.lab.node(node)["ns"]])
+            host=self.lab.addr(1), prefix=self.lab.enter)
         self.nodes = {}
         self.is_small = is_small  # of rows that repeat a fault: some times, not all
         self.sampler = watch.Sampler()

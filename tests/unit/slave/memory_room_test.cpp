@@ -16,32 +16,28 @@ MemoryTexts machine() {
 }
 
 TEST(MemoryRoom, OfAMachineWithoutLimits) {
-  const auto room = memory_room(machine(), 0);
+  const auto room = memory_room(machine(), std::nullopt, 0);
   ASSERT_TRUE(room.has_value());
   EXPECT_EQ(room->limit_bytes, 8192 * kMib);
   EXPECT_EQ(room->free_bytes, 4096 * kMib);
-  EXPECT_FALSE(memory_room({}, 0).has_value());
+  EXPECT_FALSE(memory_room({}, std::nullopt, 0).has_value());
 }
 
 TEST(MemoryRoom, OfAControlGroup) {
-  MemoryTexts texts = machine();
-  texts.group_limit = std::to_string(1024 * kMib) + "\n";
-  texts.group_usage = std::to_string(700 * kMib) + "\n";
-  texts.group_stat = "cache 1\ninactive_file " + std::to_string(200 * kMib) + "\nactive_file 5\n";
-  const auto room = memory_room(texts, 0);
+  const auto room = memory_room(machine(), CgroupMemory{1024 * kMib, 524 * kMib}, 0);
   EXPECT_EQ(room->limit_bytes, 1024 * kMib);
-  EXPECT_EQ(room->free_bytes, 524 * kMib) << "pages of files are given back";
-  texts.group_limit = "max\n";
-  EXPECT_EQ(memory_room(texts, 0)->limit_bytes, 8192 * kMib);
-  texts.group_limit = "9223372036854771712\n";  // version 1's none
-  EXPECT_EQ(memory_room(texts, 0)->limit_bytes, 8192 * kMib);
+  EXPECT_EQ(room->free_bytes, 524 * kMib);
+  // A group may be allowed more than the machine has.
+  const auto wide = memory_room(machine(), CgroupMemory{16384 * kMib, 16000 * kMib}, 0);
+  EXPECT_EQ(wide->limit_bytes, 8192 * kMib);
+  EXPECT_EQ(wide->free_bytes, 4096 * kMib);
 }
 
 TEST(MemoryRoom, OfAPerson) {
-  const auto room = memory_room(machine(), 300 * kMib);
+  const auto room = memory_room(machine(), std::nullopt, 300 * kMib);
   EXPECT_EQ(room->limit_bytes, 300 * kMib);
   EXPECT_EQ(room->free_bytes, 200 * kMib);
-  EXPECT_EQ(memory_room(machine(), 50 * kMib)->free_bytes, 0u);
+  EXPECT_EQ(memory_room(machine(), std::nullopt, 50 * kMib)->free_bytes, 0u);
 }
 
 }  // namespace
