@@ -81,6 +81,7 @@ class EncryptedStream final : public ByteStream {
     tls_->socket().close(ignored);
   }
   bool needs_checksum() const override { return false; }
+  TimePoint last_heard() const override { return tls_->last_heard(); }
   LinkCounters tcp_counters() const override {
     return tcp_counters_of(tls_->socket().native_handle());
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/check.h"
+#include "common/base/clock.h"
 #include "common/net/connection.h"
 #include "common/net/io_thread_asio.h"
 #include "common/net/send_queue.h"
@@ -29,6 +30,9 @@ class ByteStream {
   virtual void shutdown_send() = 0;
   virtual void close() = 0;
   virtual bool needs_checksum() const = 0;  // TCP without TLS
+  // When bytes last came, also such as read_some() cannot give yet (a part of a TLS record). The
+  // epoch where every byte is given at once.
+  virtual TimePoint last_heard() const { return {}; }
   // What the kernel counts of a TCP link; bytes_moved and busy stay 0 elsewhere.
   virtual LinkCounters tcp_counters() const = 0;
 };

@@ -1,5 +1,6 @@
 #include "common/net/connection.h"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -23,7 +24,7 @@ constexpr std::uint64_t kWriteNowBytesMax = 64 * 1024;
 // A started record must be complete within the time after which a silent peer is dead, plus its
 // size over the slowest supported link.
 constexpr std::chrono::milliseconds kRecordGrace{kHeartbeatMs * (kHeartbeatsMissedMax + 1)};
-constexpr std::uint64_t kSlowestBytesPerSecond = 64 * 1024;
+constexpr std::uint64_t kSlowestBytesPerSecond = 8 * 1024;  // below 100 kbit/s
 
 std::uint32_t checksum_of(const std::string& header, std::span<const std::byte> payload) {
   return crc32c(crc32c(0, std::as_bytes(std::span(header))), payload);
@@ -56,7 +57,9 @@ class Core : public std::enable_shared_from_this<Core> {
   std::uint64_t bytes_sent() const { return bytes_sent_; }
   LinkCounters link_counters() const;
   std::uint64_t bytes_received() const { return bytes_received_; }
-  std::chrono::steady_clock::time_point last_received() const { return last_received_; }
+  std::chrono::steady_clock::time_point last_received() const {
+    return std::max(last_received_, stream_->last_heard());
+  }
   std::chrono::steady_clock::time_point last_sent() const { return last_sent_; }
 
  private:

@@ -3,16 +3,18 @@
 #include <list>
 #include <utility>
 
+#include "common/base/clock.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
+#include "common/net/accept_rate.h"
 #include "common/net/byte_stream.h"
+#include "common/net/net_metrics.h"
 
 namespace tessera::net {
 namespace {
 
 using Tcp = asio::ip::tcp;
 constexpr std::chrono::milliseconds kSweep{250};
-constexpr int kLoggedPerSecondMax = 10;
 
 // A peer that has not proven itself: in its TLS handshake, or handed on and not yet marked.
 struct Pending {
@@ -39,13 +41,12 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
   void accept_next(Tcp::acceptor& acceptor);
   void on_socket(Tcp::socket socket);
   void make_room(const std::string& address);
+  void crowd_out(std::list<Pending>::iterator pending);
   void drop(std::list<Pending>::iterator pending, const char* reason);
   void handshake(Tcp::socket socket, const std::string& address);
   void hand_on(std::list<Pending>::iterator pending, std::unique_ptr<ByteStream> stream,
                PeerIdentity identity);
   void sweep();
-  void log_failure(const std::string& address, const std::string& reason,
-                   const std::string& subject = "");
   std::size_t open_count();
 
   IoThread& io_;
@@ -55,11 +56,26 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
   std::vector<std::uint16_t> ports_;
   std::list<Pending> pending_;
   std::vector<std::weak_ptr<Connection>> authenticated_;
+  AcceptRate rate_;
   Timer sweep_;
-  int logged_ = 0;
-  std::chrono::steady_clock::time_point logged_since_;
   bool is_closed_ = false;
 };
+
+// The log's own limit stands above these lines.
+void log_failure(const std::string& address, const std::string& reason,
+                 const std::string& subject = "") {
+  log_warn("handshake-failed", "a peer was not let in: " + reason,
+           {{"address", address}, {"subject", subject.empty() ? "unknown" : subject}});
+}
+
+void turn_away(Tcp::socket socket, const std::string& address) {
+  net_metrics().over_rate.add();
+  log_warn("connection-refused", "too many connections from this address in a short time",
+           {{"address", address}});
+  asio::error_code ignored;
+  socket.set_option(asio::socket_base::linger(true, 0), ignored);  // a reset: nothing is kept of it
+  socket.close(ignored);
+}
 
 Status Acceptor::open(const Endpoint& endpoint) {
   asio::error_code error;
@@ -97,7 +113,7 @@ void Acceptor::accept_next(Tcp::acceptor& acceptor) {
       [self = shared_from_this(), &acceptor](const asio::error_code& error, Tcp::socket socket) {
         if (self->is_closed_) return;
         if (error) {  // out of descriptors, or the peer left already: breathe, then go on
-          self->log_failure("", "accept: " + error.message());
+          log_failure("", "accept: " + error.message());
           auto pause = std::make_shared<asio::steady_timer>(context_of(self->io_),
                                                             std::chrono::milliseconds(100));
           pause->async_wait([self, pause, &acceptor](const asio::error_code&) {
@@ -119,8 +135,9 @@ void Acceptor::on_socket(Tcp::socket socket) {
   asio::error_code error;
   const auto endpoint = socket.remote_endpoint(error);
   if (error || open_count() >= kConnectionsMax) return;
-  socket.set_option(Tcp::no_delay(true), error);
   const std::string address = endpoint.address().to_string();
+  if (!rate_.admit(address, Clock::now())) return turn_away(std::move(socket), address);
+  socket.set_option(Tcp::no_delay(true), error);
   make_room(address);
   if (tls_) return handshake(std::move(socket), address);
   PeerIdentity identity = address_of(socket);
@@ -133,11 +150,14 @@ void Acceptor::make_room(const std::string& address) {
   const auto of_address = [&](const Pending& p) { return p.address == address; };
   if (std::count_if(pending_.begin(), pending_.end(), of_address) >=
       kConnectionsPreAuthPerAddressMax) {
-    drop(std::find_if(pending_.begin(), pending_.end(), of_address),
-         "too many unauthenticated connections");
+    crowd_out(std::find_if(pending_.begin(), pending_.end(), of_address));
   }
-  if (pending_.size() >= kConnectionsPreAuthMax)
-    drop(pending_.begin(), "too many unauthenticated connections");
+  if (pending_.size() >= kConnectionsPreAuthMax) crowd_out(pending_.begin());
+}
+
+void Acceptor::crowd_out(std::list<Pending>::iterator pending) {
+  net_metrics().crowded_out.add();
+  drop(pending, "too many unauthenticated connections");
 }
 
 void Acceptor::drop(std::list<Pending>::iterator pending, const char* reason) {
@@ -164,7 +184,8 @@ void Acceptor::handshake(Tcp::socket socket, const std::string& address) {
     if (pending == self->pending_.end()) return;  // dropped meanwhile
     if (error) {
       const auto failure = handshake_failure(stream->ssl(), error);
-      self->log_failure(identity.address, failure.text(), failure.subject);
+      net_metrics().handshakes_failed.add();
+      log_failure(identity.address, failure.text(), failure.subject);
       self->pending_.erase(pending);
       return;
     }
@@ -202,22 +223,10 @@ void Acceptor::sweep() {
     if (!pending->handshaking && pending->connection.expired()) {
       pending_.erase(pending);
     } else if (pending->since < oldest) {
+      net_metrics().handshakes_failed.add();
       drop(pending, "no complete handshake in time");
     }
     pending = next;
-  }
-}
-
-void Acceptor::log_failure(const std::string& address, const std::string& reason,
-                           const std::string& subject) {
-  const auto now = std::chrono::steady_clock::now();
-  if (now - logged_since_ > std::chrono::seconds(1)) {
-    logged_since_ = now;
-    logged_ = 0;
-  }
-  if (++logged_ <= kLoggedPerSecondMax) {
-    log_warn("handshake-failed", "a peer was not let in: " + reason,
-             {{"address", address}, {"subject", subject.empty() ? "unknown" : subject}});
   }
 }
 

@@ -1,6 +1,5 @@
 #include "common/net/tls_socket.h"
 
-#include <openssl/bio.h>
 #include <openssl/err.h>
 #include <sys/socket.h>
 
@@ -21,38 +20,11 @@ constexpr std::size_t kRecordBytes = 16 * 1024;
 // So much is taken from the socket in one call, for several records.
 constexpr std::size_t kReadAheadBytes = 64 * 1024;
 
-// -1 once it is closed: its number may belong to another link by then.
-int socket_of(BIO* bio) {
-  return static_cast<asio::ip::tcp::socket*>(BIO_get_data(bio))->native_handle();
-}
-
 int settle(BIO* bio, ssize_t result, int retry_flag) {
   BIO_clear_retry_flags(bio);
   if (result < 0 && (errno == EAGAIN || errno == EINTR))
     BIO_set_flags(bio, retry_flag | BIO_FLAGS_SHOULD_RETRY);
   return static_cast<int>(result);
-}
-
-// OpenSSL's own socket BIO writes without MSG_NOSIGNAL: a peer that left would end the process.
-BIO_METHOD* socket_method() {
-  static BIO_METHOD* const method = [] {
-    BIO_METHOD* const made = BIO_meth_new(BIO_get_new_index() | BIO_TYPE_SOURCE_SINK, "tessera");
-    BIO_meth_set_read(made, [](BIO* bio, char* data, int size) {
-      return settle(bio, ::recv(socket_of(bio), data, static_cast<std::size_t>(size), MSG_DONTWAIT),
-                    BIO_FLAGS_READ);
-    });
-    BIO_meth_set_write(made, [](BIO* bio, const char* data, int size) {
-      return settle(
-          bio,
-          ::send(socket_of(bio), data, static_cast<std::size_t>(size), MSG_DONTWAIT | MSG_NOSIGNAL),
-          BIO_FLAGS_WRITE);
-    });
-    BIO_meth_set_ctrl(made, [](BIO*, int command, long, void*) -> long {
-      return command == BIO_CTRL_FLUSH ? 1 : 0;
-    });
-    return made;
-  }();
-  return method;
 }
 
 asio::error_code reason_of(int verdict) {
@@ -67,11 +39,38 @@ asio::error_code reason_of(int verdict) {
 
 }  // namespace
 
+// OpenSSL's own socket BIO writes without MSG_NOSIGNAL: a peer that left would end the process.
+// native_handle() is -1 once the socket is closed: its number may belong to another link by then.
+BIO_METHOD* TlsSocket::bio_method() {
+  static BIO_METHOD* const method = [] {
+    BIO_METHOD* const made = BIO_meth_new(BIO_get_new_index() | BIO_TYPE_SOURCE_SINK, "tessera");
+    BIO_meth_set_read(made, [](BIO* bio, char* data, int size) {
+      auto* const self = static_cast<TlsSocket*>(BIO_get_data(bio));
+      const ssize_t bytes =
+          ::recv(self->socket_.native_handle(), data, static_cast<std::size_t>(size), MSG_DONTWAIT);
+      if (bytes > 0) self->last_heard_ = Clock::now();
+      return settle(bio, bytes, BIO_FLAGS_READ);
+    });
+    BIO_meth_set_write(made, [](BIO* bio, const char* data, int size) {
+      auto* const self = static_cast<TlsSocket*>(BIO_get_data(bio));
+      return settle(bio,
+                    ::send(self->socket_.native_handle(), data, static_cast<std::size_t>(size),
+                           MSG_DONTWAIT | MSG_NOSIGNAL),
+                    BIO_FLAGS_WRITE);
+    });
+    BIO_meth_set_ctrl(made, [](BIO*, int command, long, void*) -> long {
+      return command == BIO_CTRL_FLUSH ? 1 : 0;
+    });
+    return made;
+  }();
+  return method;
+}
+
 TlsSocket::TlsSocket(asio::ip::tcp::socket socket, SSL_CTX* context)
     : socket_(std::move(socket)), ssl_(SSL_new(context)) {
   TESSERA_CHECK(ssl_ != nullptr);
-  BIO* const bio = BIO_new(socket_method());
-  BIO_set_data(bio, &socket_);
+  BIO* const bio = BIO_new(bio_method());
+  BIO_set_data(bio, this);
   BIO_set_init(bio, 1);
   SSL_set_bio(ssl_.get(), bio, bio);  // owns it now
   SSL_set_mode(ssl_.get(), SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER |

@@ -8,6 +8,7 @@
 // one read and one write may be under way at a time.
 #pragma once
 
+#include <openssl/bio.h>
 #include <openssl/ssl.h>
 
 #include <asio.hpp>
@@ -15,6 +16,8 @@
 #include <memory>
 #include <span>
 #include <vector>
+
+#include "common/base/clock.h"
 
 namespace tessera::net {
 
@@ -37,6 +40,10 @@ class TlsSocket {
   // tells. What is written next must begin with the first byte that was not written.
   std::size_t write_now(const std::vector<asio::const_buffer>& parts);
 
+  // When the socket last gave bytes, whole record or not: at 100 kbit/s one takes 1.3 s, longer than
+  // a silent peer lives. The epoch before the first.
+  TimePoint last_heard() const { return last_heard_; }
+
   asio::ip::tcp::socket& socket() { return socket_; }
   SSL* ssl() const { return ssl_.get(); }
 
@@ -44,6 +51,7 @@ class TlsSocket {
   struct Free {
     void operator()(SSL* ssl) const { SSL_free(ssl); }
   };
+  static BIO_METHOD* bio_method();
   void shake(const std::function<void(const asio::error_code&)>& handler);
   std::size_t write_some(const std::vector<asio::const_buffer>& parts, std::size_t skip,
                          asio::error_code& error);
@@ -56,6 +64,7 @@ class TlsSocket {
 
   asio::ip::tcp::socket socket_;
   std::unique_ptr<SSL, Free> ssl_;
+  TimePoint last_heard_{};
 };
 
 }  // namespace tessera::net

@@ -4,6 +4,7 @@
 
 #include "common/base/version.h"
 #include "common/metrics/exposition.h"
+#include "common/net/net_metrics.h"
 #include "master/cluster/master_metrics.h"
 #include "master/schedule/frame_ledger.h"
 
@@ -64,6 +65,12 @@ void add_cluster(Exposition& page, const ClusterStatus& status, const MasterMetr
   page.family("tessera_refusals_total", Kind::kCounter, "Peers turned away, by reason.");
   for (std::size_t i = 0; i < MasterMetrics::kRefuseCodes; ++i)
     page.sample({{"reason", kRefuseNames[i]}}, cells.refusals[i].value());
+  const net::NetMetrics& doors = net::net_metrics();
+  page.family("tessera_connections_refused_total", Kind::kCounter,
+              "Connections that ended before a peer was known, by reason.")
+      .sample({{"reason", "handshake"}}, doors.handshakes_failed.value())
+      .sample({{"reason", "crowded_out"}}, doors.crowded_out.value())
+      .sample({{"reason", "over_rate"}}, doors.over_rate.value());
   page.counter("tessera_expulsions_total", "Slaves expelled for breaking the protocol.",
                cells.expulsions.value());
   page.gauge("tessera_quarantined_slaves", "Slaves that are held back for what they did.",

@@ -80,7 +80,7 @@ def f21(stage, report):
     without = stage.usual_mean(stage.frames.times[1], stage.frames.times[-1])
     version = max(line["bytes_to_slaves"] for line in stage.frames.lines) / 2 / 2**20
     relay = subprocess.Popen([*stage.cluster.prefix(5), *peer.tcpfault(
-        "proxy", "--listen", "127.0.0.1:7997", "--to", stage.cluster.address, "--rate", 600, "--chunk", 1000, "--dir", "down", "--conn", 2)],
+        "proxy", "--listen", "127.0.0.1:7997", "--to", stage.cluster.address, "--rate", 100, "--chunk", 1000, "--dir", "down", "--conn", 2)],
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     stage.clean.callback(relay.stdout.close)
     stage.clean.callback(relay.wait)
