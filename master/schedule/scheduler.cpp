@@ -102,6 +102,9 @@ Actions Scheduler::scene_failed(SessionId session, SceneVersion version, const s
   if (slave == slaves_.end()) return actions;
   slave->second.failed[version] = reason;
   fail_hopeless(actions);
+  if (options_.audit_share > 0) {
+    for (Frame& frame : frames_) waive_audits(frame, actions);
+  }
   deliver(actions);
   fill_all(now, actions);
   return actions;
@@ -242,17 +245,14 @@ void Scheduler::settle_audit(Frame& frame, SessionId session, TileIndex tile,
                   name_of(session) + " and another one render it differently",
               actions);
   }
-  if (options_.audit_share > 0 && able_count(frame) <= FrameLedger::kVotesMax)
+  if (options_.audit_share > 0 && auditors(frame).size() <= FrameLedger::kVotesMax)
     waive_audits(frame, actions);
 }
 
 // Audits that no slave is left for: one result is taken as it is, two that differ fail the frame.
 void Scheduler::waive_audits(Frame& frame, Actions& actions) {
   if (frame.state != FrameState::kOpen) return;
-  std::vector<SessionId> able;
-  for (const SlaveEntry& entry : slaves_) {
-    if (entry.second.built.contains(frame.ledger.version())) able.push_back(entry.first);
-  }
+  const std::vector<SessionId> able = auditors(frame);
   if (able.empty()) return;
   if (const auto dispute = frame.ledger.waive_audits(able)) {
     end_frame(frame, FrameState::kFailed,

@@ -155,6 +155,7 @@ class Scheduler {
   bool can_take(const Slave& slave, const Frame& frame, TimePoint now) const;
   bool has_room(const Slave& slave) const { return slave.in_flight < slave.pace.depth(); }
   std::size_t able_count(const Frame& frame) const;
+  std::vector<SessionId> auditors(const Frame& frame) const;
   bool is_in_time(std::size_t frame, const Slave& slave, TimePoint now) const;
   void fill(SlaveEntry& entry, TimePoint now, Actions& actions);
   void fill_all(TimePoint now, Actions& actions);

@@ -41,6 +41,16 @@ std::size_t Scheduler::able_count(const Frame& frame) const {
       }));
 }
 
+// Slaves that hold the frame's scene or may yet. Those that are still building it count: else the
+// one that is done first would never be audited.
+std::vector<SessionId> Scheduler::auditors(const Frame& frame) const {
+  std::vector<SessionId> sessions;
+  for (const auto& [session, slave] : slaves_) {
+    if (!slave.failed.contains(frame.ledger.version())) sessions.push_back(session);
+  }
+  return sessions;
+}
+
 // Would the slave have a tile back before the cluster is done with the frame, and with those before
 // it? Else the tile is for others. Constant time: the mean of all slaves stands for them.
 bool Scheduler::is_in_time(std::size_t frame, const Slave& slave, TimePoint now) const {
@@ -93,7 +103,7 @@ void Scheduler::issue(SlaveEntry& entry, Frame& frame, TileAssignment tile, Time
 void Scheduler::lease_next(SlaveEntry& entry, Frame& frame, TimePoint now, Actions& actions) {
   const TileIndex next = *frame.ledger.next_for(entry.first);
   const bool is_for_audit =
-      options_.audit_share > 0 && is_audited(frame.id, next) && able_count(frame) >= 2;
+      options_.audit_share > 0 && is_audited(frame.id, next) && auditors(frame).size() >= 2;
   const auto tile =
       frame.ledger.lease_next(entry.first, now, due_at(entry.second, now), is_for_audit);
   issue(entry, frame, *tile, now, actions);

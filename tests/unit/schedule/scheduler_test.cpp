@@ -286,6 +286,32 @@ TEST(Scheduler, AnAuditOfTwoThatDifferFailsTheFrameNamingBoth) {
   EXPECT_NE(failed[0].reason.find("'s1' and 's2'"), std::string::npos) << failed[0].reason;
 }
 
+TEST(Scheduler, WhoHasTheSceneFirstIsAuditedByThoseWhoHaveItLater) {
+  for (const bool can_hold : {true, false}) {
+    Scheduler scheduler = cluster_of(1, {3, 2, false, 1.0});
+    scheduler.slave_joined(2, "s2", 1);
+    const Actions actions = scheduler.submit_frame(0, 1, tiles(1), kStart);
+    const Action lease = of(actions, ActionKind::kLease, 1)[0];
+    Actions next;
+    scheduler.result(1,
+                     {0, 1, lease.tile.tile, lease.tile.attempt, kTileSeconds, kTileSeconds, 0, 5},
+                     kStart, next);
+    EXPECT_TRUE(of(next, ActionKind::kFrameComplete).empty());
+    if (!can_hold) {
+      next = scheduler.scene_failed(2, 1, "too large", kStart);
+      EXPECT_EQ(of(next, ActionKind::kFrameComplete).size(), 1u) << "nobody is left";
+      continue;
+    }
+    next = scheduler.scene_built(2, 1, kStart);
+    const Action second = of(next, ActionKind::kLease, 2)[0];
+    next.clear();
+    scheduler.result(
+        2, {0, 1, second.tile.tile, second.tile.attempt, kTileSeconds, kTileSeconds, 0, 6}, kStart,
+        next);
+    EXPECT_EQ(of(next, ActionKind::kFrameFailed).size(), 1u);
+  }
+}
+
 TEST(Scheduler, ResultsThatNobodyAskedForAreViolations) {
   Scheduler scheduler = cluster_of(2);
   const Actions actions = scheduler.submit_frame(0, 1, tiles(100), kStart);
