@@ -1,10 +1,12 @@
 // One frame on its way: its pixels as they come in, and what it costs. Pixels are written straight
 // from a result's payload into the image; there is no second copy.
 //
-// The digest follows the pixels, band of tiles by band, so that no single moment of the io thread
-// hashes a whole frame.
+// The digest follows the pixels, band of tiles by band, so that no single moment hashes a whole
+// frame. Where an audit may put a second slave's pixels in place of the first one's, it waits for the
+// last tile: the hasher's thread must not read what is still written.
 //
-// Threads. Io thread only. Invariant. Each tile is written once (the ledger sees to it).
+// Threads. Io thread only. Invariant. Each tile is written once (the ledger sees to it), but under
+// audit.
 #pragma once
 
 #include <memory>
@@ -22,7 +24,7 @@ namespace tessera::master {
 class FrameAssembly {
  public:
   FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings,
-                FrameDigest digest);
+                FrameDigest digest, bool is_audited);
 
   // Takes memory for the pixels. Before the first tile. Returns: kResourceExhausted.
   Status allocate();
@@ -56,6 +58,7 @@ class FrameAssembly {
   std::vector<int> band_missing_;  // [rows of tiles] tiles not yet written
   std::size_t hashed_bands_ = 0;
   FrameDigest digest_;
+  const bool is_audited_;
 };
 
 }  // namespace tessera::master

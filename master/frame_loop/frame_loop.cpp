@@ -206,7 +206,8 @@ void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings&
                                                      impl_->cluster.thread_count());
   }
   const auto [work, is_new] = impl_->frames.try_emplace(
-      frame, frame, version, settings, FrameDigest(impl_->io, impl_->options.hasher));
+      frame, frame, version, settings, FrameDigest(impl_->io, impl_->options.hasher),
+      impl_->options.audit_share > 0);
   if (!is_new) return;
   if (const Status status = work->second.assembly.allocate(); !status.is_ok()) {
     return impl_->perform(impl_->scheduler.refuse_frame(frame, status.message()));

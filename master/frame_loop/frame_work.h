@@ -16,8 +16,9 @@ namespace tessera::master {
 
 class FrameWork {
  public:
-  FrameWork(FrameId frame, SceneVersion version, const FrameSettings& settings, FrameDigest digest)
-      : assembly(frame, version, settings, std::move(digest)) {}
+  FrameWork(FrameId frame, SceneVersion version, const FrameSettings& settings, FrameDigest digest,
+            bool is_audited)
+      : assembly(frame, version, settings, std::move(digest), is_audited) {}
 
   // A slave is about to get its first tile of this frame, with this instruction set.
   void slave_begins(Isa isa, Cluster& cluster);

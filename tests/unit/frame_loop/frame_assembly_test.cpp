@@ -57,5 +57,31 @@ TEST(FrameDigest, IsTheSameAtOnceAndBesideTheLoop) {
   }
 }
 
+// A third slave has outvoted the first, when the band was whole already.
+TEST(FrameAssembly, UnderAuditTheDigestIsThatOfThePixelsWrittenLast) {
+  net::IoThread loop("test-loop"), hasher("test-hash");
+  FrameSettings settings;
+  settings.width_px = 32;
+  settings.height_px = 24;
+  settings.tile_edge_px = 16;
+  settings.pixel_format = PixelFormat::kFloat;
+  FrameAssembly assembly(1, 1, settings, FrameDigest(loop, &hasher), /*is_audited=*/true);
+  ASSERT_TRUE(assembly.allocate().is_ok());
+  const auto write = [&](TileIndex tile, int value) {
+    assembly.write_tile(tile, std::vector(assembly.tile_bytes(tile), static_cast<std::byte>(value)),
+                        0);
+  };
+  for (TileIndex tile = 0; tile < assembly.grid().tile_count(); ++tile) write(tile, 1);
+  write(0, 2);
+  write(3, 3);
+  FrameDigest digest = assembly.take_digest();
+  const auto image = assembly.finish();
+  std::promise<Digest> sum;
+  digest.finish([&](const Digest& d) { sum.set_value(d); });
+  EXPECT_EQ(sum.get_future().get().hex(), sha256(image->bytes).hex());
+  EXPECT_EQ(image->bytes.front(), std::byte{2});
+  EXPECT_EQ(image->bytes.back(), std::byte{3});
+}
+
 }  // namespace
 }  // namespace tessera::master
