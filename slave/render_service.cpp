@@ -79,7 +79,8 @@ std::optional<wire::TileResult> RenderService::render(const TileJob& job, Worker
   const std::span<float> rgb(worker.rgb.data(), floats);
 
   wire::TileResult result;
-  if (hooks_.tile_aborted_at > 0 && ++tiles_begun_ == hooks_.tile_aborted_at) std::abort();
+  const int ordinal = ++tiles_begun_;
+  if (ordinal == hooks_.tile_aborted_at) std::abort();
   if (hooks_.tile_sleep_ms > 0) {
     const TimePoint until = began + std::chrono::milliseconds(hooks_.tile_sleep_ms);
     while (Clock::now() < until && !job.frame->is_cancelled) {
@@ -90,6 +91,7 @@ std::optional<wire::TileResult> RenderService::render(const TileJob& job, Worker
   result.rays = worker.renderer.render(*job.frame->scene, begin.settings, begin.isa, rect, rgb,
                                        &job.frame->is_cancelled);
   if (job.frame->is_cancelled) return std::nullopt;
+  if (hooks_.tile_wrong_every > 0 && ordinal % hooks_.tile_wrong_every == 0) rgb[0] += 0.5F;
   result.pixels.resize(static_cast<std::size_t>(rect.pixel_count()) *
                        static_cast<std::size_t>(bytes_per_pixel(begin.settings.pixel_format)));
   encode_pixels(rgb, begin.settings.pixel_format, result.pixels);

@@ -15,6 +15,7 @@
 
 #include "common/base/mutex.h"
 #include "slave/pixel_coder.h"
+#include "slave/test_hooks.h"
 #include "slave/tile_queue.h"
 
 namespace tessera::slave {
@@ -22,12 +23,6 @@ namespace tessera::slave {
 class RenderService {
  public:
   using OnDone = std::function<void(const TileJob&, std::optional<wire::TileResult>)>;
-
-  // What tests make of a slave: every tile takes at least so long; the process aborts in the n-th.
-  struct TestHooks {
-    int tile_sleep_ms = 0;
-    int tile_aborted_at = 0;  // 0: never
-  };
 
   // `coder` outlives the service.
   RenderService(int threads, TestHooks hooks, PixelCoder& coder, OnDone on_done);
@@ -45,7 +40,7 @@ class RenderService {
   std::optional<wire::TileResult> render(const TileJob& job, Worker& worker);
 
   const TestHooks hooks_;
-  std::atomic<int> tiles_begun_ = 0;  // counted only for the hook
+  std::atomic<int> tiles_begun_ = 0;
   PixelCoder& coder_;
   const OnDone on_done_;
   TileQueue queue_;

@@ -31,8 +31,7 @@ struct Words {
   std::string log_level = "info";
   std::string log_format = "text";
   bool is_quiet = false;
-  int tile_sleep_ms = 0;
-  int tile_aborted_at = 0;
+  TestHooks hooks;
   int nice = 0;
   std::string cores;
   std::string metrics;
@@ -66,6 +65,18 @@ std::string isa_list(IsaMask mask) {
     text += isa_name(isa);
   }
   return text;
+}
+
+void declare_hooks(CLI::App& app, TestHooks& hooks) {
+  constexpr int kTilesMax = 1'000'000;
+  app.add_option("--test-tile-sleep-ms", hooks.tile_sleep_ms)->check(CLI::Range(0, 60'000));
+  app.add_option("--test-abort-at-tile", hooks.tile_aborted_at)->check(CLI::Range(0, kTilesMax));
+  app.add_option("--test-wrong-tile-every", hooks.tile_wrong_every)
+      ->check(CLI::Range(0, kTilesMax));
+  app.add_flag("--test-wrong-scene", hooks.is_scene_wrong);
+  for (CLI::Option* option : app.get_options()) {
+    if (option->get_name().starts_with("--test-")) option->group("");  // not shown
+  }
 }
 
 void declare(CLI::App& app, Words& words) {
@@ -116,12 +127,7 @@ void declare(CLI::App& app, Words& words) {
       ->type_name("FORMAT")
       ->capture_default_str();
   app.add_flag("--quiet", words.is_quiet, "errors only");
-  app.add_option("--test-tile-sleep-ms", words.tile_sleep_ms)
-      ->check(CLI::Range(0, 60'000))
-      ->group("");  // for tests: not shown
-  app.add_option("--test-abort-at-tile", words.tile_aborted_at)
-      ->check(CLI::Range(0, 1'000'000))
-      ->group("");
+  declare_hooks(app, words.hooks);
 }
 
 // Processors, priority, the page of metrics. Returns: kInvalidArgument, one line.
@@ -177,8 +183,7 @@ ParsedCommand check_words(const Words& words) {
   if (const Status status = check_machine(words, command); !status.is_ok()) {
     return failed(kExitUsage, status.message());
   }
-  options.tile_sleep_ms = words.tile_sleep_ms;
-  options.tile_aborted_at = words.tile_aborted_at;
+  options.hooks = words.hooks;
   options.memory = [cap_bytes = words.memory_mib << 20] { return memory_room(cap_bytes); };
   const Result<LogLevel> level = parse_log_level(words.log_level);
   if (!level.is_ok()) return failed(kExitUsage, level.status().message());

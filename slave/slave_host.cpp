@@ -21,8 +21,7 @@ class ThreadWorkshop final : public Workshop {
  public:
   ThreadWorkshop(const SlaveOptions& options, RenderService::OnDone on_done,
                  SceneBuilder::OnBuilt on_built)
-      : render_(options.threads, {options.tile_sleep_ms, options.tile_aborted_at}, coder_,
-                std::move(on_done)),
+      : render_(options.threads, options.hooks, coder_, std::move(on_done)),
         builder_({options.threads, nullptr, options.structure}, std::move(on_built)) {}
 
   bool try_push(TileJob job) override { return render_.queue().try_push(std::move(job)); }

@@ -17,21 +17,20 @@
 #include "slave/core/render/prepared_scene.h"
 #include "slave/memory_room.h"
 #include "slave/relay_access.h"
+#include "slave/test_hooks.h"
 #include "slave/workshop.h"
 
 namespace tessera::slave {
 
 struct SlaveOptions {
-  std::string name;         // 1..kNameBytesMax printable bytes
-  int threads = 1;          // render threads, 1..kWorkersMax
-  IsaMask isas = 0;         // subset of core::supported_isas()
-  int tile_aborted_at = 0;  // for tests: the process aborts in its n-th tile; 0: never
-  int tile_sleep_ms =
-      0;  // test option: each tile takes this long instead of being rendered (black pixels)
+  std::string name;                                    // 1..kNameBytesMax printable bytes
+  int threads = 1;                                     // render threads, 1..kWorkersMax
+  IsaMask isas = 0;                                    // subset of core::supported_isas()
   core::Structure structure = core::Structure::kAuto;  // what rays go through
   // Tells limit and free bytes of memory; null: unknown, every scene is taken.
   std::function<std::optional<MemoryRoom>()> memory = {};
   RelayAccess relay = {};  // empty: neither feeds other slaves nor is fed by them
+  TestHooks hooks = {};
 };
 
 // Opens one link to the master; called on the io thread, calls back on the io thread. The daemon

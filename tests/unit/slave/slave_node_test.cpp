@@ -37,7 +37,7 @@ class SlaveNodeTest : public testing::Test {
     options.name = "sara";
     options.threads = threads;
     options.isas = isa_bit(Isa::kScalar);
-    options.tile_sleep_ms = tile_sleep_ms;
+    options.hooks.tile_sleep_ms = tile_sleep_ms;
     node_ = std::make_unique<SlaveHost>(master_.slave_io(), options, master_.factory());
     node_->start([this](Status status) {
       MutexLock lock(fatal_mutex_);
