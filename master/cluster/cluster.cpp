@@ -248,7 +248,7 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
       return events_.scene_failed(session, built->version, reason);
     }
     slave->second->built = std::max(slave->second->built, built->version);
-    relay_.complete(session, built->version);
+    relay_.complete(session, built->version, scene->second->total_bytes());
     sender.on_answered(built->version);
     events_.scene_built(session, built->version, built->build_seconds);
   } else if (const auto* progress = std::get_if<wire::SceneProgress>(&message)) {

@@ -40,10 +40,10 @@ void RelayPlan::progress(SessionId session, SceneVersion version, std::uint64_t 
   if (bytes >= transfer.total_bytes) transfer.is_complete = true;
 }
 
-void RelayPlan::complete(SessionId session, SceneVersion version) {
+void RelayPlan::complete(SessionId session, SceneVersion version, std::uint64_t total_bytes) {
   if (!slaves_.contains(session)) return;
   Transfer& transfer = transfers_[{version, session}];
-  transfer.bytes = transfer.total_bytes;
+  transfer.bytes = transfer.total_bytes = total_bytes;
   transfer.is_complete = true;
 }
 

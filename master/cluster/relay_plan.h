@@ -61,7 +61,8 @@ class RelayPlan {
                  std::uint64_t total_bytes, bool may_relay, TimePoint now);
   // It has so many bytes of it; all: it has the whole.
   void progress(SessionId session, SceneVersion version, std::uint64_t bytes, TimePoint now);
-  void complete(SessionId session, SceneVersion version);
+  // Also of one that lacked nothing, and was never wanted for.
+  void complete(SessionId session, SceneVersion version, std::uint64_t total_bytes);
   void gave_up(SessionId session, SceneVersion version);  // failed there
 
   // A child gives its feeder up. Stale words (it has another by now) change nothing.

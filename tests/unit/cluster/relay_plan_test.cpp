@@ -59,6 +59,17 @@ TEST(RelayPlan, OneThatCameOverLoopbackFeedsOnlyItsLike) {
   EXPECT_NE(p.join_and_want(3, true, true), kFedByMaster) << "it reaches both";
 }
 
+TEST(RelayPlan, OneThatHadItAllFromTheBeginningIsBypassedWhenItIsSilent) {
+  Plan p;
+  p.plan.joined(1, true, false);
+  p.plan.complete(1, kVersion, kScene);  // it lacked nothing
+  ASSERT_EQ(p.join_and_want(2), 1u);
+  const auto feeds = p.pass(RelayPlan::kWindow, {});
+  ASSERT_EQ(feeds.size(), 1u);
+  EXPECT_EQ(feeds[0].child, 2u);
+  EXPECT_EQ(feeds[0].feeder, kFedByMaster);
+}
+
 TEST(RelayPlan, ALostOneIsBypassedInOneStep) {
   Plan p;
   for (SessionId s = 1; s <= 5; ++s) p.join_and_want(s);
@@ -84,7 +95,7 @@ TEST(RelayPlan, OneThatAltersIsNeverAskedAgain) {
   const std::vector<Feed> feeds = p.fail(3, 2, wire::RelayFault::kAltered);
   ASSERT_EQ(feeds.size(), 1u);
   EXPECT_EQ(feeds[0].feeder, kFedByMaster) << "1 feeds 2 still, 4 is below";
-  p.plan.complete(2, kVersion);
+  p.plan.complete(2, kVersion, kScene);
   for (SessionId s = 10; s < 20; ++s) EXPECT_NE(p.join_and_want(s), 2u);
 }
 
@@ -93,7 +104,7 @@ TEST(RelayPlan, AfterSomeFeedersTheMasterFeedsForGood) {
   p.join_and_want(1);
   for (SessionId s = 100; s < 120; ++s) {
     p.plan.joined(s, true, false);
-    p.plan.complete(s, kVersion);
+    p.plan.complete(s, kVersion, kScene);
   }
   SessionId feeder = p.join_and_want(2);
   std::set<SessionId> seen;
@@ -124,7 +135,7 @@ TEST(RelayPlan, OneThatHoldsBackIsBypassedAndSlowLinksAboveItAreNot) {
 TEST(RelayPlan, OneThatStallsIsBypassedEvenAtTheEnd) {
   Plan p;
   for (SessionId s = 1; s <= 2; ++s) p.join_and_want(s);
-  p.plan.complete(1, kVersion);
+  p.plan.complete(1, kVersion, kScene);
   EXPECT_TRUE(p.pass(RelayPlan::kWindow, {{2, kScene - 1000}}).empty());
   const std::vector<Feed> feeds = p.pass(RelayPlan::kWindow, {});
   ASSERT_EQ(feeds.size(), 1u);
@@ -134,7 +145,7 @@ TEST(RelayPlan, OneThatStallsIsBypassedEvenAtTheEnd) {
 TEST(RelayPlan, ALateJoinerIsFedByOneThatHasItAll) {
   Plan p;
   for (SessionId s = 1; s <= 3; ++s) p.join_and_want(s);
-  for (SessionId s = 1; s <= 3; ++s) p.plan.complete(s, kVersion);
+  for (SessionId s = 1; s <= 3; ++s) p.plan.complete(s, kVersion, kScene);
   const SessionId first = p.join_and_want(4), second = p.join_and_want(5);
   EXPECT_NE(first, kFedByMaster);
   EXPECT_NE(second, kFedByMaster);
@@ -198,7 +209,7 @@ TEST(RelayPlan, NoCircleWhateverHappens) {
         if (feeder) p.fail(child, *feeder, static_cast<wire::RelayFault>(random() % 3));
       } else if (random() % 8 == 0) {
         const SessionId whole = any();
-        p.plan.complete(whole, kVersion);
+        p.plan.complete(whole, kVersion, kScene);
         done.insert(whole);
       } else {
         p.pass(Duration::zero(), {{any(), random() % kScene}});
