@@ -117,6 +117,7 @@ struct ClusterStatus {
   ClusterPace pace;
   TileAccounts tiles;  // over all frames, of slaves that are gone, too
   std::uint64_t frames_failed = 0, frames_cancelled = 0;
+  std::uint32_t frames_open = 0;  // submitted, and not yet given back
   std::uint64_t tiles_reissued = 0;
   std::uint64_t slaves_lost = 0;
   std::vector<QuarantinedSlave> quarantined;

@@ -193,6 +193,7 @@ net::Record encode_one(StatusReply m) {
   h.set_detail_bytes(m.has_details ? kDetailBytes : 0);
   h.set_frames_failed(m.status.frames_failed);
   h.set_frames_cancelled(m.status.frames_cancelled);
+  h.set_frames_open(m.status.frames_open);
   h.set_tiles_reissued(m.status.tiles_reissued);
   h.set_slaves_lost(m.status.slaves_lost);
   return make_record(RecordType::kStatusReply, h, net::SharedBytes::of(std::move(payload)));
@@ -219,6 +220,7 @@ Result<Message> decode_status_reply(net::ReceivedRecord record) {
   m.status.has_application = h.has_application();
   m.status.frames_failed = h.frames_failed();
   m.status.frames_cancelled = h.frames_cancelled();
+  m.status.frames_open = h.frames_open();
   m.status.tiles = {h.tiles().issued(), h.tiles().accepted(), h.tiles().rejected(),
                     h.tiles().abandoned(), h.tiles().in_flight()};
   m.status.tiles_reissued = h.tiles_reissued();

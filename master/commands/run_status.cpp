@@ -72,6 +72,7 @@ void print_json(const ClusterStatus& status) {
       .add("tiles_reissued", status.tiles_reissued)
       .add("frames_failed", status.frames_failed)
       .add("frames_cancelled", status.frames_cancelled)
+      .add("frames_open", std::uint64_t{status.frames_open})
       .add("slaves_lost", status.slaves_lost)
       .add_raw("slaves", slaves + "]")
       .add_raw("quarantined", quarantined + "]");

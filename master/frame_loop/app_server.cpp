@@ -117,8 +117,7 @@ void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions acti
 }
 
 void AppServer::on_submit(wire::FrameSubmit submit) {
-  const Application& app = *application_;
-  if (app.frames.size() + app.waiting.size() + app.deliveries.size() >= kOutstandingMax) {
+  if (frames_open() >= kOutstandingMax) {
     return violation("more than " + std::to_string(kOutstandingMax) + " frames submitted at once");
   }
   application_->waiting.push_back(std::move(submit));

@@ -29,6 +29,11 @@ class AppServer {
 
   void on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hello, std::uint16_t version);
   bool has_application() const { return application_ != nullptr; }
+  // Submitted by the application and not yet sent back whole. Requires: has_application().
+  std::size_t frames_open() const {
+    return application_->frames.size() + application_->waiting.size() +
+           application_->deliveries.size();
+  }
   void shutdown();
 
  private:

@@ -239,6 +239,8 @@ void FrameLoop::free_scenes() {
 ClusterStatus FrameLoop::status() const {
   ClusterStatus status = impl_->observer.status(impl_->scheduler);
   status.has_application = impl_->apps.has_application();
+  status.frames_open = static_cast<std::uint32_t>(status.has_application ? impl_->apps.frames_open()
+                                                                         : impl_->frames.size());
   status.quarantined = impl_->cluster.quarantined();
   return status;
 }

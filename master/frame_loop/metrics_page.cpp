@@ -33,6 +33,7 @@ void add_frames(Exposition& page, const ClusterStatus& status, const MasterMetri
       .histogram(cells.frame_seconds);
   page.family("tessera_tile_seconds", Kind::kHistogram, "Rendering of one tile, as slaves say.")
       .histogram(cells.tile_seconds);
+  page.gauge("tessera_frames_open", "Frames submitted and not yet given back.", status.frames_open);
   page.gauge("tessera_application_present", "Whether an application is connected.",
              status.has_application ? 1 : 0);
 }

@@ -206,6 +206,7 @@ inline StatusReply Samples::status_reply() {
   reply.status.has_application = number(0, 1) == 1;
   reply.status.frames_failed = any();
   reply.status.frames_cancelled = any();
+  reply.status.frames_open = small(0, 9999);
   reply.status.tiles_reissued = any();
   reply.status.slaves_lost = any();
   for (std::uint64_t i = number(0, 5); i > 0; --i) reply.status.slaves.push_back(slave_status());
@@ -295,8 +296,8 @@ inline auto fields(const SlaveStatus& s) {
                   s.bytes_sent, s.bytes_received);
 }
 inline auto fields(const ClusterStatus& s) {
-  return std::tie(s.frames_done, s.has_application, s.frames_failed, s.frames_cancelled, s.tiles,
-                  s.pace, s.tiles_reissued, s.slaves_lost);
+  return std::tie(s.frames_done, s.has_application, s.frames_failed, s.frames_cancelled,
+                  s.frames_open, s.tiles, s.pace, s.tiles_reissued, s.slaves_lost);
 }
 
 template <typename M>
