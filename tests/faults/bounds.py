@@ -25,6 +25,9 @@ class Bounds:
     def detection(self):  # T_det
         return (self.missed + 1) * self.heartbeat + self.rtt
 
+    def message(self, size_bytes):  # T_msg; r_min of proto/PROTOCOL.md, "Records"
+        return size_bytes / (8 * 1024) + self.detection
+
     @property
     def scene(self):  # T_scene: two messages each way, the build; small scenes take no time on the wire
         return self.build + 4 * self.rtt

@@ -63,8 +63,12 @@ def wrong_keys(stage):
     return made
 
 
-def good_handshake(stage):
-    """How long a peer with good credentials takes from connecting to Welcome, here and now. Seconds."""
+def good_handshake(stage, times=5):
+    """How long a peer with good credentials takes from connecting to Welcome, here and now: the slowest of some. Seconds."""
+    return max(one_handshake(stage) for _ in range(times))
+
+
+def one_handshake(stage):
     began = time.time()
     link = peer.Link(stage, 5, stage.cluster.add_key("app", "measure"))
     link.say(peer.HELLO, peer.hello("measure", role=2))

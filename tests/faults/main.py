@@ -37,7 +37,7 @@ def run_row(lab, name, options):
     return report
 
 
-def run_rows(names, options, out):
+def run_rows(names, options, out, table):
     failed = []
     with stage.Lab() as lab:
         for name in names:
@@ -51,6 +51,9 @@ def run_rows(names, options, out):
             title = ROWS[name].__doc__.strip().splitlines()[0]
             print(f"{name} {outcome} [{time.monotonic() - began:.0f} s] {title} " +
                   " | first: ".join(r.text() for r in reversed(reports)), flush=True)
+            if table:
+                table.write(f"| {name} | {title} | {reports[-1].figures_text()} | {outcome} |\n")
+                table.flush()
             if out:
                 out.write("".join(r.json("FAILED" if not r.holds else "held") + "\n" for r in reports))
                 out.flush()
@@ -66,6 +69,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="of what is drawn by chance (default: 1)")
     parser.add_argument("--repeats", type=int, default=1, help="how often a row that does not hold is run again")
     parser.add_argument("--json", metavar="FILE", help="write one JSON object per run of a row")
+    parser.add_argument("--table", metavar="FILE", help="write a table for the README: row, what, figures and bounds, verdict")
     parser.add_argument("--logs", metavar="DIR", help="keep the logs of rows that do not hold, in DIR/ROW")
     options = parser.parse_args()
     if options.list:
@@ -82,7 +86,10 @@ def main():
         print("skipped: this machine's fault lab lacks " + ", ".join(missing))
         return 77
     out = open(options.json, "w", encoding="utf-8") if options.json else None
-    failed = run_rows(names, options, out)
+    table = open(options.table, "w", encoding="utf-8") if options.table else None
+    if table:
+        table.write("| row | what | figures and their bounds | verdict |\n|---|---|---|---|\n")
+    failed = run_rows(names, options, out, table)
     print(f"{len(names) - len(failed)} of {len(names)} rows hold" + (f"; FAILED: {', '.join(failed)}" if failed else ""))
     return 1 if failed else 0
 

@@ -19,7 +19,8 @@ def through_relay(stage, report, faults, seed_note):
         "proxy", "--listen", f"127.0.0.1:{port}", "--to", stage.cluster.address, *faults)],
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     relay.stdout.readline()
-    name = "relayed"
+    # Each another slave: one that is lost with tiles again and again is held back, as F05 wants.
+    name = f"relayed-{len(stage.cluster.processes)}-{seed_note.replace(' ', '-')}"
     keys = stage.cluster.add_key("slave", name)
     slave = stage.cluster.start(name, [
         peer.stages.cluster_lib.program("tessera-slave"), "--master", f"127.0.0.1:{port}", "--keys", keys, "--name", name,
@@ -126,7 +127,7 @@ def f33(stage, report):
     fake = peer.HandSlave(stage, "fake")
     fake.tile.beats = False
     began = stage.now()
-    size = 512 * 1024
+    size = 64 * 1024
     fake.tile.say(peer.RESULT, {1: 0}, payload_bytes=size)
     while fake.tile.ended_at is None and time.time() - began < 30:
         try:
@@ -134,7 +135,7 @@ def f33(stage, report):
         except OSError:
             break
         time.sleep(0.1)
-    report.figure("after it", fake.tile.wait_for_end() - began, size / (64 * 1024) + b.detection + stage.lateness)
+    report.figure("after it", fake.tile.wait_for_end() - began, b.message(size) + stage.lateness)
     fake.close()
     report.event("slave-lost", len(stage.events("slave-lost")))
 
@@ -256,7 +257,13 @@ def f38(stage, report):
     during = stage.frames.usual(since=began, until=ended)
     report.figure("frame time", during, 1.1 * before + stage.lateness)
     more = len(stage.log("master").read_text().splitlines()) - lines
-    report.figure("log lines", more, 10 * (ended - began + 1), "")
+    # Two events, of each kLogLinesMax lines and a sum in each kLogInterval that begins meanwhile.
+    report.figure("log lines", more, 2 * (20 + 1) * (2 + int((ended - began) / 10)), "")
+    counted = {why: stage.metric(f'tessera_connections_refused_total{{reason="{why}"}}')
+               for why in ("over_rate", "handshake", "crowded_out")}
+    # As many as the burst, and so many a second, get as far as a handshake (common/net/accept_rate.h).
+    report.figure("handshakes begun", counted["handshake"] + counted["crowded_out"], 1024 + 100 * (answer["seconds"] + 1), "")
+    report.claim("others turned away, and counted", counted["over_rate"] > 0, counted)
     stage.finish()
     report.claim("no slave lost", not stage.events("slave-lost"))
     report.note(f"T_det {b.detection:.2f} s")

@@ -15,7 +15,8 @@ import time
 import stage as stages
 
 HELLO, WELCOME, JOIN, JOINED, REFUSE, PING, PONG, GOODBYE = range(1, 9)
-ANNOUNCE, NEED, CHUNK, BUILT, FAILED, RETIRE = range(16, 22)
+ANNOUNCE, NEED, CHUNK, BUILT, FAILED, RETIRE, CHUNK_LIST, CHUNK_NEED = range(16, 24)
+RELAY_FROM, RELAY_FAILED, SCENE_PROGRESS, RELAY_JOIN = range(24, 28)
 FRAME_BEGIN, LEASE, FRAME_END, RESULT, RETURNED = range(32, 37)
 SUBMIT, CANCEL, FRAME_CHUNK, FRAME_DONE, STATUS_REQUEST, STATUS_REPLY = range(48, 54)
 HEAD = struct.Struct("<4sHHIII")
@@ -24,6 +25,10 @@ FLOAT_BYTES, CHANNELS = 4, 3
 
 class Fixed64(int):
     """A number of eight bytes on the wire."""
+
+
+class Fixed32(float):
+    """A float of four bytes on the wire."""
 
 
 def varint(value):
@@ -38,7 +43,9 @@ def varint(value):
 def header(fields):
     out = b""
     for number, value in fields.items():
-        if isinstance(value, float):
+        if isinstance(value, Fixed32):
+            out += varint(number << 3 | 5) + struct.pack("<f", value)
+        elif isinstance(value, float):
             out += varint(number << 3 | 1) + struct.pack("<d", value)
         elif isinstance(value, Fixed64):
             out += varint(number << 3 | 1) + struct.pack("<Q", value)
@@ -117,11 +124,12 @@ def tls_context(keys=None, server=False, ca=None):
 class Link:
     """One connection. Pings are answered and sent in the background; other messages wait in `heard`."""
 
-    def __init__(self, stage, node, keys=None, tls=True, beats=True):
+    def __init__(self, stage, node, keys=None, tls=True, beats=True, to=None):
+        """to: (host, port), of the master where it is not given."""
         self.plain = socket_in(stage, node)
         self.plain.settimeout(5)
         self.plain.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        host, port = stage.cluster.address.rsplit(":", 1)
+        host, port = to or stage.cluster.address.rsplit(":", 1)
         self.plain.connect((host, int(port)))
         self._begin(tls_context(keys).wrap_socket(self.plain) if tls else self.plain, beats)
 
@@ -205,6 +213,10 @@ class Link:
         self.socket.close()
 
 
+# Of a frame of 64 x 48 pixels, seen from (0, 0, 3): field 3 of FrameSubmit.
+SETTINGS = {3: header({1: 64, 2: 48, 5: Fixed32(3), 10: Fixed32(1), 12: Fixed32(40), 15: 16, 16: 1, 17: 1})}
+
+
 def hello(name, role=0, version=(1, 1), threads=1, isas=15):
     return {1: role, 2: version[0], 3: version[1], 4: name, 5: threads, 6: isas, 7: "by hand"}
 
@@ -212,11 +224,12 @@ def hello(name, role=0, version=(1, 1), threads=1, isas=15):
 class HandSlave:
     """A slave by hand, with keys of its own: both connections, scenes acknowledged unread, then what the test says."""
 
-    def __init__(self, stage, name, node=5):
+    def __init__(self, stage, name, node=5, extra=None):
+        """extra: further fields of its Hello."""
         self.stage, self.name = stage, name
         keys = stage.cluster.add_key("slave", name)
         self.tile = Link(stage, node, keys)
-        self.tile.say(HELLO, hello(name))
+        self.tile.say(HELLO, {**hello(name), **(extra or {})})
         _, welcome, _ = self.tile.hear(WELCOME)
         self.session, self.token = welcome[2], welcome[3]
         self.scene = Link(stage, node, keys)

@@ -41,6 +41,12 @@ class Report:
         return self.error is None and bool(self.figures or self.claims) and all(
             f["holds"] for f in self.figures) and all(c["holds"] for c in self.claims)
 
+    def figures_text(self):
+        if not self.figures:
+            return f"{len(self.claims)} claims"
+        return "; ".join(f"{f['name']} {f['measured']:.3g} {'≥' if f['least'] else '≤'} {f['bound']:.3g} {f['unit']}".strip()
+                         for f in self.figures)
+
     def text(self):
         parts = []
         for f in self.figures:

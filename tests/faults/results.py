@@ -59,6 +59,7 @@ def f26(stage, report):
     fake.say_result(lease, pixel=(float("nan"), 0, 0))
     event = stage.first_event("faulty-pixels", sent)
     report.claim("names tile and slave", "tile" in event and "fake" in event.get("slave", ""), event)
+    report.claim("counted by the master", stage.verdicts("faulty") == 1, stage.verdicts("faulty"))
     fake.close()
     run = stage.finish()
     report.claim("counted in --stats", sum(line.get("tiles_faulty", 0) for line in run.stats) == 1,
@@ -72,6 +73,8 @@ def f27(stage, report):
     sent = time.time()
     fake.say_result(lease, pixel=(9, 9, 9), tile=(lease.get(2, 0) + 7) % 48, attempt=9)
     expelled(stage, report, fake, sent)
+    report.claim("counted by the master", stage.verdicts("not_leased") == 1, stage.verdicts("not_leased"))
+    report.claim("and who was expelled", stage.metric("tessera_expulsions_total") == 1)
     quarantined(stage, report, "fake", sent)
     stage.oracle(settled_slaves=2)
 
@@ -93,7 +96,11 @@ def f28(stage, report):
         count += 1
         time.sleep(0.002)
     fake.tile.wait_for_end()
+    repeated = stage.verdicts("repeated")
     report.note(f"closed after {count} more")
+    # Some were on their way as the master closed.
+    report.claim("each counted by the master until it closed", 2 <= repeated <= count + 1, f"{repeated} of {count + 1}")
+    report.claim("and who was expelled", stage.metric("tessera_expulsions_total") == 1)
     stage.animation.terminate()
     stage.cluster.finish(stage.animation)
     stage.frames.stop()
@@ -108,6 +115,7 @@ def f29(stage, report):
     fake.say_result(lease, pixel=(9, 9, 9))
     time.sleep(0.5)
     report.claim("a late result is no violation", fake.tile.ended_at is None)
+    report.claim("counted by the master", stage.verdicts("frame_ended") == 1, stage.verdicts("frame_ended"))
     late = lease
     sent = time.time()
     fake.say_result(late, pixel=(9, 9, 9), frame=late.get(1, 0) + 100000)

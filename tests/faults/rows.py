@@ -5,6 +5,7 @@ import joiners
 import messages
 import network
 import processes
+import relays
 import results
 import scenes
 
@@ -12,5 +13,5 @@ import scenes
 SMALL = ["F01", "F02", "F07", "F13", "F15", "F25", "F30", "F31", "F32", "F33", "F36", "F39", "F40"]
 
 ROWS = {}
-for group in (processes, joiners, network, results, messages, identity, application, scenes):
+for group in (processes, joiners, network, results, messages, identity, application, scenes, relays):
     ROWS.update(group.ROWS)

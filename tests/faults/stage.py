@@ -8,6 +8,7 @@ import os
 import pathlib
 import shutil
 import signal
+import subprocess
 import sys
 import time
 
@@ -23,12 +24,19 @@ NODES = 5
 FRAME = ["--size", "128x96", "--tile", "16"]
 TILES = 48
 SLEEP_MS = 40
-# What a fault may cost the master, above the greatest before it: a lost slave's and its successor's state, scene
-# versions that one more holder keeps, the allocator's own slack.
-MEMORY_SLACK_MIB = 16
+# What a fault may cost the master, above the greatest before it, in MiB:
+MEMORY_SLACK_MIB = sum((
+    2 * 0.8,       # scene versions (MOVING) that a slave which is silent or slow holds up: F21's two
+    2 * 1.0,       # the send queues of its two links (kSendQueueLowBytes)
+    4 * 0.2,       # buffers of its links and of its successor's: 64 KiB each for input and TLS, and OpenSSL's own
+    4 * 0.15,      # frames of an application (kOutstandingMax) of 128 x 96 x 12 bytes
+    3.0,           # what the allocator keeps of freed blocks: twice the largest (1 MiB), and a pad for each thread
+))  # 8.0
+METRICS = "127.0.0.1:9464"  # on the loopback of the master's node
 STILL = ["builtin:cornell", "--orbit", "180"]  # one scene, each frame another picture
 MOVING = ["builtin:waves"]                     # each frame another scene version
 
+READ_PAGE = "import sys, urllib.request; print(urllib.request.urlopen(sys.argv[1], timeout=10).read().decode())"
 PATIENCE_S = 40  # so that nothing hangs for ever; no row waits that long for what holds
 
 
@@ -85,11 +93,15 @@ class Stage:
         if self.logs and (kind is not None or not self.report.holds):
             kept = pathlib.Path(self.logs, self.report.row)
             shutil.copytree(self.cluster.folder, kept, ignore=shutil.ignore_patterns("*.pfm", "keys"), dirs_exist_ok=True)
-        self.cluster.__exit__(None, None, None)
+        try:
+            self.cluster.__exit__(None, None, None)
+        except AssertionError:
+            if kind is None:  # else what broke the row off is the reason
+                raise
 
     # -- processes
     def serve(self, *options):
-        process = self.cluster.serve("--log-format", "json", *options)
+        process = self.cluster.serve("--log-format", "json", "--metrics", METRICS, *options)
         self.sampler.follow("master", process.pid)
         return process
 
@@ -125,6 +137,16 @@ class Stage:
     # -- what is known
     def status(self):
         return self.cluster.status()
+
+    def metric(self, name):
+        """A value on the master's page of metrics, by name and labels as they stand there."""
+        page = subprocess.run([*self.cluster.prefix(1), sys.executable, "-c", READ_PAGE, f"http://{METRICS}/metrics"],
+                              capture_output=True, text=True, timeout=PATIENCE_S, check=True).stdout
+        return next(float(line.rsplit(" ", 1)[1]) for line in page.splitlines() if line.rsplit(" ", 1)[0] == name)
+
+    def verdicts(self, verdict):
+        """How many results of tiles the master has judged so."""
+        return self.metric(f'tessera_results_total{{verdict="{verdict}"}}')
 
     def bounds(self):
         """As things stand now; the first ones are kept as those before the fault."""
@@ -230,14 +252,16 @@ class Stage:
         self.sampler.mark()
         return time.time()
 
+    # Each returns a moment before the fault is made or ended: what it brings about cannot lie before that.
     def pause(self, name):
-        self.sampler.mark()
+        before = self.now()
         os.kill(self.pid(name), signal.SIGSTOP)
-        return time.time()
+        return before
 
     def resume(self, name):
+        before = time.time()
         os.kill(self.pid(name), signal.SIGCONT)
-        return time.time()
+        return before
 
     def cut(self, name, port=()):
         before = self.now()
@@ -252,5 +276,7 @@ class Stage:
         return before
 
     def heal(self, name):
+        before = time.time()
         self.lab.heal(self.nodes[name])
-        return time.time()
+        self.doubt = max(self.doubt, time.time() - before)
+        return before
