@@ -363,7 +363,7 @@ TEST_F(SlaveNodeTest, StopsInAnyState) {
   start(1, 1);
   (void)master_.expect<wire::Hello>();
   node_.reset();
-  SlaveHost never_started(master_.slave_io(), {"x", 1, 1, 0}, master_.factory());
+  SlaveHost never_started(master_.slave_io(), {"x", 1, 1}, master_.factory());
 }
 
 }  // namespace
