@@ -8,6 +8,7 @@ import peer
 import watch
 from stage import MOVING, wait_until
 
+LINK_KIB = 64  # a connection's input buffer (kInputBufferBytes)
 SECOND_TRY_PORT = 7999  # of the relay, on its node's loopback
 
 
@@ -103,7 +104,7 @@ def f32(stage, report):
         fake.close()
         wait_until("gone", lambda: not stage.cluster.slave_status("fake"))
     report.figure("closed (result)", ended - sent, stage.bounds().rtt + stage.lateness)
-    report.figure("memory taken", master_kib(stage) - base, 64, "KiB")
+    report.figure("memory taken", master_kib(stage) - base, LINK_KIB, "KiB")
     events = [e for e in watch.events(stage.log("master")) if "bytes" in json.dumps(e)]
     report.claim("an event names the size", bool(events), "no event speaks of bytes")
 
@@ -163,7 +164,7 @@ def f34(stage, report):
         link.say(peer.HELLO, raw=body)
         link.wait_for_end()
         link.close()
-        report.figure(name, master_kib(stage) - base, (4 * len(body)) / 1024 + 64, "KiB")
+        report.figure(name, master_kib(stage) - base, (4 * len(body)) / 1024 + LINK_KIB, "KiB")
     report.claim("master alive", stage.process("master").poll() is None)
 
 

@@ -24,13 +24,14 @@ NODES = 5
 FRAME = ["--size", "128x96", "--tile", "16"]
 TILES = 48
 SLEEP_MS = 40
+SCENE_VERSION_MIB = 0.8  # of MOVING, at most (F21 measures it)
 # What a fault may cost the master, above the greatest before it, in MiB:
 MEMORY_SLACK_MIB = sum((
-    2 * 0.8,       # scene versions (MOVING) that a slave which is silent or slow holds up: F21's two
-    2 * 1.0,       # the send queues of its two links (kSendQueueLowBytes)
-    4 * 0.2,       # buffers of its links and of its successor's: 64 KiB each for input and TLS, and OpenSSL's own
-    4 * 0.15,      # frames of an application (kOutstandingMax) of 128 x 96 x 12 bytes
-    3.0,           # what the allocator keeps of freed blocks: twice the largest (1 MiB), and a pad for each thread
+    2 * SCENE_VERSION_MIB,  # that a slave which is silent or slow holds up: F21's two
+    2 * 1.0,  # the send queues of its two links (kSendQueueLowBytes)
+    4 * 0.2,  # buffers of its links and of its successor's: 64 KiB each for input and TLS, and OpenSSL's own
+    4 * 0.15,  # frames of an application (kOutstandingMax) of 128 x 96 x 12 bytes
+    3.0,  # what the allocator keeps of freed blocks: twice the largest (1 MiB), and a pad for each thread
 ))  # 8.0
 METRICS = "127.0.0.1:9464"  # on the loopback of the master's node
 STILL = ["builtin:cornell", "--orbit", "180"]  # one scene, each frame another picture
