@@ -6,7 +6,7 @@ import time
 
 import peer
 import watch
-from stage import MOVING, wait_until
+from stage import wait_until
 
 LINK_KIB = 64  # a connection's input buffer (kInputBufferBytes)
 SECOND_TRY_PORT = 7999  # of the relay, on its node's loopback

@@ -139,6 +139,7 @@ def f57_guarded(stage, report):
     scene = scene_noise.write_scene(stage.cluster.folder, SIDE_PX)
     stage.animate([scene], frames=2)
     wait_until("the scene at slave-1", lambda: (stage.cluster.slave_status("slave-1") or {}).get("scene_version"))
+    stage.now()
     child = peer.HandSlave(stage, "child", extra={9: 1, 10: peer.Fixed64(1)})
     stage.clean.callback(child.close)
     _, announce, digests = child.scene.hear(peer.ANNOUNCE)

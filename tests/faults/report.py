@@ -44,7 +44,10 @@ class Report:
     def figures_text(self):
         if not self.figures:
             return f"{len(self.claims)} claims"
-        return "; ".join(f"{f['name']} {f['measured']:.3g} {'≥' if f['least'] else '≤'} {f['bound']:.3g} {f['unit']}".strip()
+
+        def short(value):
+            return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+        return "; ".join(f"{f['name']} {short(f['measured'])} {'≥' if f['least'] else '≤'} {short(f['bound'])} {f['unit']}".strip()
                          for f in self.figures)
 
     def text(self):

@@ -5,7 +5,7 @@ import subprocess
 import time
 
 import peer
-from stage import FRAME, MOVING, SCENE_VERSION_MIB, cluster_lib, wait_until
+from stage import FRAME, MOVING, MOVING_VERSION_MIB, cluster_lib, wait_until
 
 
 def large_scene(path, side):
@@ -74,11 +74,11 @@ def f10(stage, report):
 
 def f21(stage, report):
     """A slave reads its scene at a trickle."""
-    stage.cluster_of(2)
+    stage.cluster_of(2, options=["--log-level", "debug"])
     stage.animate(MOVING, frames=6)
     stage.finish()
     without = stage.usual_mean(stage.frames.times[1], stage.frames.times[-1])
-    version = max(line["bytes_to_slaves"] for line in stage.frames.lines) / 2 / 2**20
+    version = max(int(e["bytes"]) for e in stage.events("scene-received", log="slave-1")) / 2**20
     relay = subprocess.Popen([*stage.cluster.prefix(5), *peer.tcpfault(
         "proxy", "--listen", "127.0.0.1:7997", "--to", stage.cluster.address, "--rate", 100, "--chunk", 1000, "--dir", "down", "--conn", 2)],
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
@@ -97,7 +97,7 @@ def f21(stage, report):
     stage.wait_for_frames(10)
     with_it = stage.usual_mean(stage.frames.times[1], stage.frames.times[-1])
     # Its queue is in the oracle's figure of memory, whose bound counts two versions.
-    report.figure("a version", version, SCENE_VERSION_MIB, "MiB")
+    report.figure("a version", version, MOVING_VERSION_MIB, "MiB")
     report.figure("others' frame time", with_it, 1.25 * without + stage.lateness)
     stage.finish()
     report.claim("alive while bytes move", not stage.events("slave-lost"), stage.events("slave-lost"))
