@@ -48,7 +48,6 @@ std::vector<SlaveStatus> Cluster::status(
     const bool is_waiting = !scenes_.empty() && slave->built < scenes_.rbegin()->first;
     status.state = is_waiting ? SlaveState::kWaiting : SlaveState::kReady;
     status.tiles_per_second = slave->tiles_per_second;
-    status.tile_seconds = quantile(slave->tile_times.seconds(), 0.5);
     for (const PeerLink* link : {slave->tile_link.get(), slave->scene_link.get()}) {
       status.queue_bytes += link->connection().queue_bytes();
       status.bytes_sent += link->connection().bytes_sent();

@@ -237,11 +237,17 @@ void FrameLoop::free_scenes() {
 }
 
 ClusterStatus FrameLoop::status() const {
-  ClusterStatus status = impl_->observer.status(impl_->scheduler);
-  status.has_application = impl_->apps.has_application();
+  ClusterStatus status = counts();
   status.frames_open = static_cast<std::uint32_t>(status.has_application ? impl_->apps.frames_open()
                                                                          : impl_->frames.size());
+  status.pace = impl_->cluster.pace();
   status.quarantined = impl_->cluster.quarantined();
+  return status;
+}
+
+ClusterStatus FrameLoop::counts() const {
+  ClusterStatus status = impl_->observer.counts(impl_->scheduler);
+  status.has_application = impl_->apps.has_application();
   return status;
 }
 

@@ -93,7 +93,7 @@ void Observer::finish_trace() {
   trace_.reset();
 }
 
-ClusterStatus Observer::status(const Scheduler& scheduler) const {
+ClusterStatus Observer::counts(const Scheduler& scheduler) const {
   ClusterStatus status;
   status.slaves = cluster_.status([&](SessionId session, SlaveStatus& slave) {
     slave.tiles_in_flight = scheduler.tiles_in_flight(session);
@@ -103,7 +103,6 @@ ClusterStatus Observer::status(const Scheduler& scheduler) const {
     slave.prefetch_depth = pace->depth() - std::min(pace->depth(), slave.threads);
     if (pace->is_known()) slave.tile_seconds = pace->tile_seconds();
   });
-  status.pace = cluster_.pace();
   const LedgerCounts counts = scheduler.counts();
   status.tiles = {counts.issued, counts.accepted, counts.rejected, counts.abandoned,
                   counts.in_flight};

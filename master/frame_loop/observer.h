@@ -43,8 +43,9 @@ class Observer {
   // Hands over what was recorded, if that was not done before.
   void finish_trace();
 
-  // All that is known but whether an application is there.
-  ClusterStatus status(const Scheduler& scheduler) const;
+  // All that is known but whether an application is there and how the pace is, which sorts the
+  // times of tiles.
+  ClusterStatus counts(const Scheduler& scheduler) const;
 
  private:
   const Cluster& cluster_;

@@ -121,7 +121,7 @@ void Oracle::check() {
   if (master == master_seen_ && master->task_count() == master_tasks_seen_) return;  // no news
   master_seen_ = master;
   master_tasks_seen_ = master->task_count();
-  const ClusterStatus status = world_.master.loop().status();
+  const ClusterStatus status = world_.master.loop().counts();
   check_accounts(status);
   check_slaves(status);
   check_progress(status);
@@ -195,7 +195,7 @@ bool Oracle::are_all_back() const {
 }
 
 void Oracle::check_idle() {
-  const ClusterStatus status = world_.master.loop().status();
+  const ClusterStatus status = world_.master.loop().counts();
   if (status.tiles.in_flight != 0) {
     report("I7: " + std::to_string(status.tiles.in_flight) + " tiles in flight without a frame");
   }
