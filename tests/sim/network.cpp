@@ -145,6 +145,19 @@ std::size_t Network::open_ends(const Process& process) const {
   return count;
 }
 
+TimePoint Network::heard_from(const Process& process, int node) const {
+  TimePoint heard = queue_.now();
+  for (const auto& wire : wires_) {
+    for (const int side : {0, 1}) {
+      if (!wire->belongs_to(side, process) || !wire->is_open(side) || wire->node(1 - side) != node)
+        continue;
+      const Wire::End& end = wire->end_of(side);
+      if (end.bytes_received > 0) heard = std::min(heard, end.last_received);
+    }
+  }
+  return heard;
+}
+
 std::uint64_t Network::bytes_between(int from, int to) const {
   const auto found = bytes_.find({from, to});
   return found == bytes_.end() ? 0 : found->second;

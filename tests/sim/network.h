@@ -71,6 +71,9 @@ class Network {
   void on_process_ended(const Process& process, bool is_power_lost);
 
   std::size_t open_ends(const Process& process) const;
+  // When something was last read from the quietest of its open connections to that machine; now
+  // when there is none. One that has not said anything yet does not count.
+  TimePoint heard_from(const Process& process, int node) const;
   std::uint64_t bytes_between(int from, int to) const;
   void set_window(std::uint64_t bytes) { window_bytes_ = bytes; }
 

@@ -15,6 +15,8 @@ constexpr double kReconnect = 1e-3 * kReconnectMaxMs;
 // A slave that handed tiles back gets none for so long (Scheduler); tiles are leased again after
 // at least this (A of the fault matrix).
 constexpr double kRest = 5, kOverdue = 0.5;
+// Silence is looked at so often, and noticed at most so late after it is due.
+constexpr double kSilenceLook = 0.02, kSilenceSlack = 0.1;
 constexpr double kWindowBytes = 256 * 1024;  // what may be on its way when a slave dies
 
 // Of one connection: bulk data is queued while less than the low mark waits, in pieces of at most
@@ -27,6 +29,11 @@ constexpr std::size_t kEventsPerSlaveMax = 4000;
 
 std::uint16_t type_of_lease() {
   static const std::uint16_t type = wire::encode(wire::TileLease{}).type;
+  return type;
+}
+
+std::uint16_t type_of_refusal() {
+  static const std::uint16_t type = wire::encode(wire::Refuse{}).type;
   return type;
 }
 
@@ -73,6 +80,17 @@ void Oracle::set_gone(std::size_t slave, bool is_gone) {
 
 void Oracle::on_sent(const Process& from, const net::Record& record) {
   if (&from == world_.master.process() && record.type == type_of_lease()) ++leases_sent_;
+  if (record.type == type_of_refusal()) check_refusal(from, record);
+}
+
+// Everybody here keeps the protocol, so nobody may be told that he broke it.
+void Oracle::check_refusal(const Process& from, const net::Record& record) {
+  const auto& bytes = record.payload.bytes;
+  const auto message =
+      wire::decode({record.type, record.header, std::vector(bytes.begin(), bytes.end())});
+  const auto* const refuse = message.is_ok() ? std::get_if<wire::Refuse>(&*message) : nullptr;
+  if (refuse == nullptr || refuse->code != wire::RefuseCode::kProtocol) return;
+  report("I7: " + from.name() + " speaks of a breach of protocol: " + refuse->reason);
 }
 
 std::uint64_t Oracle::queue_bound(const Process& from) const {
@@ -116,6 +134,7 @@ void Oracle::check() {
   if (world_.queue.size() > kEventsPerSlaveMax * (1 + plan_.slaves.size())) {
     return report("I4: " + std::to_string(world_.queue.size()) + " events are planned");
   }
+  check_silence();
   const Process* master = world_.master.process();
   if (master == nullptr || world_.master.is_hung()) return;
   if (master == master_seen_ && master->task_count() == master_tasks_seen_) return;  // no news
@@ -125,6 +144,37 @@ void Oracle::check() {
   check_accounts(status);
   check_slaves(status);
   check_progress(status);
+}
+
+// Whoever holds a connection on which nothing comes gives it up after T_det; one that hung itself,
+// as long after that.
+void Oracle::check_silence() {
+  const double now = world_.queue.now_seconds();
+  if (now - silence_looked_ < kSilenceLook) return;
+  silence_looked_ = now;
+  const auto silence = [&](const Process& process, int node, double hung_at) {
+    const TimePoint heard = world_.network.heard_from(process, node);
+    return std::min(seconds(world_.queue.now() - heard), now - hung_at);
+  };
+  const Process* const master = world_.master.process();
+  if (world_.master.is_hung()) master_hung_at_ = now;
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    const SimSlave& slave = *world_.slaves[i];
+    if (slave.is_hung()) watches_[i].hung_at = now;
+    if (slave.is_running() && !slave.is_hung()) {
+      const double silent = silence(*slave.process(), world_.master.node(), watches_[i].hung_at);
+      if (silent > kDetection + kSilenceSlack) {
+        report("I6: " + slave.name() + " has heard nothing from the master for " +
+               std::to_string(silent) + " s and still holds on to it");
+      }
+    }
+    if (master == nullptr || world_.master.is_hung()) continue;
+    const double silent = silence(*master, slave.node(), master_hung_at_);
+    if (silent > detection_bound(i)) {
+      report("I6: the master has heard nothing from " + slave.name() + " for " +
+             std::to_string(silent) + " s on one connection and still holds on to it");
+    }
+  }
 }
 
 void Oracle::check_accounts(const ClusterStatus& status) {

@@ -4,9 +4,10 @@
 //   I1-I3  each picture is its own, in order, once: SimApp looks
 //   I4     send queues, tiles on a slave, connections and planned events stay within their bounds
 //   I5     a process that waits does next to nothing (after the last frame)
-//   I6     frames come on while one healthy slave is there; the dead are found in time, the healthy
-//          are never taken for dead and come back in time
-//   I7     every lease has one end, and the master's account is that of the wire
+//   I6     frames come on while one healthy slave is there; the dead are found in time, by master
+//          and slave alike, the healthy are never taken for dead and come back in time
+//   I7     every lease has one end, and the master's account is that of the wire; nobody is accused
+//          of a breach of protocol
 //
 // Threads. One.
 #pragma once
@@ -61,8 +62,11 @@ class Oracle {
     double troubled_until = 0;  // whatever happens to it until then has an excuse
     double gone_since = -1;     // < 0: it is there
     bool was_listed = false;
+    double hung_at = 0;  // last seen hanging then
   };
 
+  void check_refusal(const Process& from, const net::Record& record);
+  void check_silence();
   void check_accounts(const ClusterStatus& status);
   void check_slaves(const ClusterStatus& status);
   void check_progress(const ClusterStatus& status);
@@ -76,6 +80,7 @@ class Oracle {
   std::map<std::string, std::size_t> by_name_;
   double all_troubled_until_ = 0, last_progress_ = 0;
   double progress_bound_ = 0, return_bound_ = 0;
+  double silence_looked_ = 0, master_hung_at_ = 0;
   std::uint64_t leases_sent_ = 0;
   std::uint64_t master_tasks_seen_ = 0;
   const Process* master_seen_ = nullptr;

@@ -46,6 +46,13 @@ Fault draw_fault(Random& random, int slave_count) {
   return fault;
 }
 
+// Tiles that take longer than it takes to lose a master and find it again, so that what was begun
+// for one session ends in the next; few of them, so that frames do not take minutes.
+void draw_long_tiles(Random& random, StormPlan& plan) {
+  plan.script.tile_edge_px = 32;
+  for (SlavePlan& slave : plan.slaves) slave.tile_seconds = random.between(0.3, 2);
+}
+
 }  // namespace
 
 const char* fault_name(FaultKind kind) { return kNames[static_cast<std::size_t>(kind)]; }
@@ -85,6 +92,7 @@ StormPlan draw_storm(std::uint64_t seed) {
     }
   }
   plan.audit_share = random.chance(0.25) ? 0.1 : 0;
+  if (random.chance(0.1)) draw_long_tiles(random, plan);
   std::stable_sort(plan.faults.begin(), plan.faults.end(),
                    [](const Fault& a, const Fault& b) { return a.at < b.at; });
   return plan;

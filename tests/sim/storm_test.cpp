@@ -132,6 +132,33 @@ TEST_F(NetworkTest, AProcessThatDiesIsHeardOfUnlessThePowerWentWithIt) {
   EXPECT_EQ(closed_, "the peer closed");
 }
 
+// Found by seed 1549: the network forgot the connection, and what was on its way met no process.
+TEST_F(NetworkTest, WhatArrivesAtAClosedEndMeetsNobody) {
+  open({0, 0, 50ms, 0ms});
+  const auto another = network_.connect(*client_, server_->node(), [](const auto&) {});
+  run_for(90ms);
+  send("on its way");
+  theirs_->close(0ms);
+  ours_->close(0ms);
+  run_for(20ms);  // the other one is there, and this one forgotten
+  network_.on_process_ended(*server_, false);
+  server_.reset();
+  run_for(1s);
+  EXPECT_TRUE(read_.empty());
+}
+
+TEST_F(NetworkTest, TheQuietestConnectionTellsWhenAPeerWasHeard) {
+  open({0, 0, 1ms, 0ms});
+  EXPECT_EQ(network_.heard_from(*server_, client_->node()), queue_.now()) << "nothing said yet";
+  send("hello");
+  run_for(1s);
+  const TimePoint heard = network_.heard_from(*server_, client_->node());
+  EXPECT_NEAR(seconds(queue_.now() - heard), 1, 0.01);
+  EXPECT_EQ(network_.heard_from(*client_, server_->node()), queue_.now());
+  theirs_->close(0ms);
+  EXPECT_EQ(network_.heard_from(*server_, client_->node()), queue_.now()) << "no longer open";
+}
+
 TEST_F(NetworkTest, PowerLossIsSilent) {
   open({0, 0, 1ms, 0ms});
   network_.on_process_ended(*client_, true);

@@ -202,6 +202,8 @@ void Wire::arrive(int side, Segment segment) {
     }
     return;
   }
+  // Both ends may be over and forgotten by the network, and then the process may be gone, too.
+  if (end.state == State::kClosed) return deliver(side, std::move(segment));
   const Duration cost = segment.is_last ? end.process->record_cost : Duration::zero();
   end.arrived.push_back(std::move(segment));
   if (!end.is_started) return;
