@@ -343,8 +343,11 @@ StormReport Storm::run() {
   master_->start();
   app_->start();
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
-    queue_.after(from_seconds(plan_.slaves[i].joins_at),
-                 [slave = slaves_[i].get()] { slave->start(); });
+    queue_.after(from_seconds(plan_.slaves[i].joins_at), [this, i] {
+      if (slaves_[i]->is_running()) return;
+      oracle_->set_gone(i, false);  // it may have lost its power before it was meant to come
+      slaves_[i]->start();
+    });
     calm_at_ = std::max(calm_at_, plan_.slaves[i].joins_at + 0.001);
   }
   for (const Fault& fault : plan_.faults) plan_fault(fault);
