@@ -241,12 +241,12 @@ ClusterStatus FrameLoop::status() const {
   status.frames_open = static_cast<std::uint32_t>(status.has_application ? impl_->apps.frames_open()
                                                                          : impl_->frames.size());
   status.pace = impl_->cluster.pace();
-  status.quarantined = impl_->cluster.quarantined();
   return status;
 }
 
 ClusterStatus FrameLoop::counts() const {
   ClusterStatus status = impl_->observer.counts(impl_->scheduler);
+  status.quarantined = impl_->cluster.quarantined();
   status.has_application = impl_->apps.has_application();
   return status;
 }

@@ -68,7 +68,7 @@ class FrameLoop {
   void free_scenes();
 
   ClusterStatus status() const;
-  ClusterStatus counts() const;  // without pace and quarantine: for who looks after every event
+  ClusterStatus counts() const;  // without pace: for who looks after every event
   Observer& observer();  // accounts, metrics, traces
 
   // Goodbye to every peer; every frame ends as kClosed. Nothing is accepted afterwards.

@@ -213,6 +213,9 @@ void Oracle::check_slaves(const ClusterStatus& status) {
              " s and is still taken for alive");
     }
   }
+  // Lost three times before it could bring a tile: held back as the fault matrix wants it (F05).
+  for (const QuarantinedSlave& held : status.quarantined)
+    trouble_slave(by_name_.at(held.name), now + held.seconds + return_bound_);
   for (std::size_t i = 0; i < watches_.size(); ++i) {
     if (is_healthy(i) && !is_listed[i]) {
       report(watches_[i].was_listed ? "I6: s" + std::to_string(i) + " is healthy and was given up"
