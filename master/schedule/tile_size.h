@@ -4,7 +4,8 @@
 // many tiles are waste; and at a frame's end every render thread waits for the last one on average
 // half a tile's time, so large ones are waste, too. With w seconds of work per thread and frame, o
 // seconds of fixed cost per tile, tiles of t seconds lose o * w / t + t / 2, which is least at t =
-// sqrt(2 * o * w). The cost of a pixel is what the last frames measured.
+// sqrt(2 * o * w). The master answers one tile after the other: n tiles that take it longer than w
+// lose the difference. The cost of a pixel is what the last frames measured.
 //
 // Pictures do not depend on it.
 //
