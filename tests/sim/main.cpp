@@ -20,7 +20,7 @@ namespace {
 
 constexpr const char* kUsage =
     "usage: tessera-sim [--seeds N] [--first N] [--seed N [--trace] [--log]]\n"
-    "       tessera-sim scaling [thesis|large]\n"
+    "       tessera-sim scaling [thesis|large] [--costs DIR] [--master-us US]\n"
     "       tessera-sim predict [NAME=VALUE ...]\n"
     "  --seeds N   run N storms, one for each seed (1000)\n"
     "  --first N   the first seed (1)\n"
@@ -29,8 +29,11 @@ constexpr const char* kUsage =
     "  --log       what the product logs, too\n"
     "  scaling     speed over the number of slaves, as CSV: the thesis's cluster; up to 1000 "
     "slaves\n"
+    "  --costs DIR     recordings of record_costs.py (tests/sim/costs)\n"
+    "  --master-us US  CPU of the master for a tile, from 'tessera-bench exchange' (11)\n"
     "  predict     one cluster: slaves threads width height tile_ms spread delay_ms mbit\n"
-    "              slave_mbit record_us in_flight prefetch frames; one JSON line\n";
+    "              slave_mbit record_us in_flight prefetch frames tile scale; costs=FILE\n"
+    "              instead of tile_ms and spread; one JSON line\n";
 
 struct Options {
   std::uint64_t first = 1, count = 1000;
@@ -91,6 +94,11 @@ int run_many(const Options& options) {
   return 0;
 }
 
+int complain(const Status& status) {
+  std::fprintf(stderr, "tessera-sim: %s\n", status.message().c_str());
+  return 2;
+}
+
 int run_predict(int argc, char** argv) {
   ScalingCase c;
   for (int i = 2; i < argc; ++i) {
@@ -104,12 +112,23 @@ int run_predict(int argc, char** argv) {
                                                    {"height", &c.height_px},
                                                    {"in_flight", &c.frames_in_flight},
                                                    {"prefetch", &c.prefetch_per_thread},
+                                                   {"tile", &c.tile_edge_px},
                                                    {"frames", &c.frames}};
     const std::tuple<const char*, double*, double> amounts[] = {
-        {"tile_ms", &c.tile_seconds, 1e-3},          {"spread", &c.tile_spread, 1},
-        {"delay_ms", &c.delay_seconds, 1e-3},        {"mbit", &c.master_bytes_per_s, 125e3},
-        {"slave_mbit", &c.slave_bytes_per_s, 125e3}, {"record_us", &c.master_record_seconds, 1e-6}};
+        {"tile_ms", &c.tile_seconds, 1e-3},
+        {"spread", &c.tile_spread, 1},
+        {"scale", &c.cost_scale, 1},
+        {"delay_ms", &c.delay_seconds, 1e-3},
+        {"mbit", &c.master_bytes_per_s, 125e3},
+        {"slave_mbit", &c.slave_bytes_per_s, 125e3},
+        {"record_us", &c.master_record_seconds, 1e-6}};
     bool is_known = false;
+    if (name == "costs" && equals != nullptr) {
+      Result<CostMap> costs = CostMap::read(equals + 1);
+      if (!costs.is_ok()) return complain(costs.status());
+      c.costs = std::make_shared<const CostMap>(std::move(*costs));
+      is_known = true;
+    }
     for (const auto& [known, place] : counts) {
       if (name == known) *place = static_cast<int>(value), is_known = true;
     }
@@ -124,16 +143,28 @@ int run_predict(int argc, char** argv) {
   const ScalingResult r = run_scaling(c);
   std::printf(
       "{\"frames_per_s\": %.4f, \"utilisation\": %.4f, \"wire_share\": %.4f, "
-      "\"master_cpu_share\": %.4f, \"bytes_per_frame\": %.0f, \"limit\": \"%s\"}\n",
+      "\"master_cpu_share\": %.4f, \"bytes_per_frame\": %.0f, \"tile_px\": %d, \"limit\": "
+      "\"%s\"}\n",
       r.frames_per_s, r.utilisation, r.wire_share, r.master_cpu_share, r.bytes_per_frame,
-      r.limit().c_str());
+      r.tile_edge_px, r.limit().c_str());
   return 0;
 }
 
 int run_scaling_series(int argc, char** argv) {
-  const std::string which = argc > 2 ? argv[2] : "thesis";
-  if (which == "thesis") return print_thesis_series();
-  if (which == "large") return print_large_series();
+  std::string which = "thesis";
+  SeriesOptions options;
+  for (int i = 2; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--costs" && i + 1 < argc) {
+      options.costs_folder = argv[++i];
+    } else if (word == "--master-us" && i + 1 < argc) {
+      options.master_tile_seconds = 1e-6 * std::strtod(argv[++i], nullptr);
+    } else {
+      which = word;
+    }
+  }
+  if (which == "thesis") return print_thesis_series(options);
+  if (which == "large") return print_large_series(options);
   std::fputs(kUsage, stderr);
   return 2;
 }

@@ -24,7 +24,7 @@ class Cluster {
 
  private:
   void submit();
-  double cost_of(FrameId frame, TileIndex tile) const;
+  double cost_of(const slave::FrameWork& work, TileIndex tile) const;
   double busy_seconds() const;
 
   const ScalingCase& case_;
@@ -34,6 +34,7 @@ class Cluster {
   std::vector<std::unique_ptr<SimSlave>> slaves_;
   FrameId next_frame_ = 0;
   int finished_ = 0;
+  int tile_edge_px_ = 0;
 };
 
 Cluster::Cluster(const ScalingCase& scaling) : case_(scaling) {
@@ -53,7 +54,7 @@ Cluster::Cluster(const ScalingCase& scaling) : case_(scaling) {
     model.threads = scaling.threads;
     model.has_pixels = false;
     model.tile_seconds = [this](const slave::FrameWork& work, TileIndex tile) {
-      return cost_of(work.begin.frame, tile);
+      return cost_of(work, tile);
     };
     slaves_.push_back(std::make_unique<SimSlave>(queue_, network_, "s" + std::to_string(i),
                                                  network_.add_node(link), node, std::move(model)));
@@ -66,8 +67,13 @@ Cluster::~Cluster() {
 }
 
 // Dear regions drift over the picture as the camera moves; beside them each tile has its own share.
-double Cluster::cost_of(FrameId frame, TileIndex tile) const {
-  const int columns = (case_.width_px + case_.tile_edge_px - 1) / case_.tile_edge_px;
+double Cluster::cost_of(const slave::FrameWork& work, TileIndex tile) const {
+  const FrameId frame = work.begin.frame;
+  if (case_.costs) {
+    return case_.cost_scale *
+           case_.costs->tile_seconds(frame, work.grid.rect(tile), case_.width_px, case_.height_px);
+  }
+  const int columns = work.grid.columns();
   const double x = static_cast<double>(static_cast<int>(tile) % columns) / columns;
   const double y = static_cast<double>(static_cast<int>(tile) / columns) / columns;
   const double wave =
@@ -105,6 +111,7 @@ ScalingResult Cluster::run() {
   master_->process()->post([&] {
     master_->loop().set_outcome_callback([&](const master::FrameOutcome& outcome) {
       TESSERA_CHECK(outcome.status.is_ok());
+      tile_edge_px_ = static_cast<int>(outcome.stats.tile_edge_px);
       if (++finished_ == warm_up) {
         begin = queue_.now_seconds();
         begin_busy = busy_seconds();
@@ -126,6 +133,7 @@ ScalingResult Cluster::run() {
   result.master_cpu_share = (master_->process()->busy_seconds() - begin_cpu) / time;
   result.bytes_per_frame = received / case_.frames;
   if (case_.master_bytes_per_s > 0) result.wire_share = received / time / case_.master_bytes_per_s;
+  result.tile_edge_px = tile_edge_px_;
   result.events = queue_.event_count();
   return result;
 }
