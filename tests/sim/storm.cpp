@@ -134,6 +134,12 @@ void Storm::trace_record(const Process& from, int to_node, const net::Record& re
     } else if (const auto* result = std::get_if<wire::TileResult>(&*message)) {
       detail = " frame " + std::to_string(result->frame) + " tile " + std::to_string(result->tile) +
                " attempt " + std::to_string(result->attempt);
+    } else if (const auto* announce = std::get_if<wire::SceneAnnounce>(&*message)) {
+      detail = " version " + std::to_string(announce->version);
+    } else if (const auto* retire = std::get_if<wire::SceneRetire>(&*message)) {
+      detail = " before version " + std::to_string(retire->first_kept);
+    } else if (const auto* built = std::get_if<wire::SceneBuilt>(&*message)) {
+      detail = " version " + std::to_string(built->version);
     }
   }
   const std::string to = to_node == master_->node() ? "master"

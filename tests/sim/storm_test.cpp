@@ -101,6 +101,18 @@ TEST_F(NetworkTest, ALinkHasItsRateAndItsDelay) {
   EXPECT_NEAR(read_at_ - begin, 0.5 + 0.01, 0.001);  // both machines have 5 ms
 }
 
+// Found by seed 24159: what came after the link was fast again overtook what waited there.
+TEST_F(NetworkTest, ALinkThatBecomesFastReordersNothing) {
+  open({0, 0, 5ms, 0ms});
+  network_.link(server_->node()).down_bytes_per_s = 1e5;
+  send("long", 50'000);
+  run_for(100ms);
+  network_.link(server_->node()).down_bytes_per_s = 0;
+  send("short");
+  run_for(2s);
+  EXPECT_EQ(read_, (std::vector<std::string>{"long", "short"}));
+}
+
 TEST_F(NetworkTest, ACutHoldsUpAndLosesNothing) {
   open({0, 0, 1ms, 0ms});
   network_.cut(server_->node(), client_->node());  // no acknowledgement: that direction stops, too

@@ -178,16 +178,14 @@ void Wire::transmit(int side, Segment segment) {
   auto arrival = [self, side, segment = std::move(segment)]() mutable {
     self->arrive(1 - side, std::move(segment));
   };
-  if (down > Duration::zero()) {
-    queue.at(end.last_arrival,
-             [&queue, &network = network_, to, down, arrival = std::move(arrival)]() mutable {
-               Network::Node& node = network.nodes_[static_cast<std::size_t>(to)];
-               node.down_free = std::max(queue.now(), node.down_free) + down;
-               queue.at(node.down_free, std::move(arrival));
-             });
-  } else {
-    queue.at(end.last_arrival, std::move(arrival));
-  }
+  // Through the downlink, also when it has become fast meanwhile: what waits there goes first.
+  queue.at(end.last_arrival,
+           [&queue, &network = network_, to, down, arrival = std::move(arrival)]() mutable {
+             Network::Node& node = network.nodes_[static_cast<std::size_t>(to)];
+             if (down == Duration::zero() && node.down_free < queue.now()) return arrival();
+             node.down_free = std::max(queue.now(), node.down_free) + down;
+             queue.at(node.down_free, std::move(arrival));
+           });
 }
 
 // At the machine of `side`. Its process reads when it gets to it.
