@@ -15,8 +15,10 @@ constexpr std::array<int, 6> kEdges{16, 32, 48, 64, 96, 128};
 // Fixed cost of a tile on slave and master: an estimate (the master's part is 10 to 15 us, tests/bench
 // exchange). The loss is flat about its least: twice the cost moves the edge by one step at most.
 constexpr double kTileOverheadSeconds = 60e-6;
-// Of it, on the master's one thread: `tessera-bench exchange` with TLS, and room for other work.
-constexpr double kMasterTileSeconds = 25e-6;
+// Of it, on the master's one thread: `tessera-bench exchange`, 64 connections with TLS.
+constexpr double kMasterTileSeconds = 18e-6;
+// Mean tiles that the last ones of a frame take.
+constexpr double kTailTiles = 2;
 // Of the newest measurement, which is one whole frame.
 constexpr double kWeight = 0.3;
 // Another size must save so much of what tiling costs.
@@ -40,8 +42,8 @@ int TileSize::edge_px(int width_px, int height_px, std::uint32_t threads) {
         static_cast<double>(std::min(edge, width_px)) * std::min(edge, height_px) * pixel_seconds_;
     const double tiles = std::ceil(static_cast<double>(width_px) / edge) *
                          std::ceil(static_cast<double>(height_px) / edge);
-    const double waiting = std::max(tiles * kMasterTileSeconds - work, 0.0);
-    return kTileOverheadSeconds * work / tile + tile / 2 + waiting;
+    const double slaves = work + kTileOverheadSeconds * work / tile;
+    return std::max(slaves, tiles * kMasterTileSeconds) + kTailTiles * tile - work;
   };
   const int best = *std::min_element(kEdges.begin(), kEdges.end(),
                                      [&](int a, int b) { return loss(a) < loss(b); });

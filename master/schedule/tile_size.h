@@ -1,11 +1,12 @@
 // How large the tiles of the next frame are, where the person left it open. Pure.
 //
 // A tile costs a fixed time besides its pixels (messages, queues, the setting up of bundles), so
-// many tiles are waste; and at a frame's end every render thread waits for the last one on average
-// half a tile's time, so large ones are waste, too. With w seconds of work per thread and frame, o
-// seconds of fixed cost per tile, tiles of t seconds lose o * w / t + t / 2, which is least at t =
-// sqrt(2 * o * w). The master answers one tile after the other: n tiles that take it longer than w
-// lose the difference. The cost of a pixel is what the last frames measured.
+// many tiles are waste; and at a frame's end render threads wait for its last tiles, of which the
+// dear ones take two to three times the mean, so large ones are waste, too. With w seconds of work
+// per thread and frame, o seconds of fixed cost per tile, m of it on the master, which answers one
+// tile after the other, a frame of n tiles of t seconds each takes max(w + o * w / t, n * m) + 2 * t
+// (tests/sim/README.md: measured for 200 to 700 threads). The cost of a pixel is what the last
+// frames measured.
 //
 // Pictures do not depend on it.
 //
