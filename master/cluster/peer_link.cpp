@@ -16,6 +16,11 @@ constexpr double kRttWeight = 0.125;                 // of the newest sample, as
 
 std::uint64_t now_ns() { return nanoseconds(Clock::now()); }
 
+// Our own sleep is no round trip: with it in the mean, a peer's death would be noticed late.
+bool has_slept(const net::Liveness& liveness, TimePoint now) {
+  return now > liveness.due() + liveness.heartbeat() / 2;
+}
+
 }  // namespace
 
 PeerLink::PeerLink(net::EventLoop& io, net::ConnectionPtr connection,
@@ -103,6 +108,7 @@ void PeerLink::on_pong(const wire::Pong& pong) {
                                  [&](TimePoint ping) { return nanoseconds(ping) == pong.sent_ns; });
   if (sent == pings_.end()) return;
   const TimePoint now = Clock::now();
+  if (has_slept(liveness_, now)) return pings_.clear();
   if (pong.answered_ns != 0) clock_.add(*sent, now, pong.answered_ns);
   const double sample = seconds(now - *sent);
   rtt_seconds_ += (rtt_seconds_ == 0 ? 1 : kRttWeight) * (sample - rtt_seconds_);
@@ -112,6 +118,7 @@ void PeerLink::on_pong(const wire::Pong& pong) {
 void PeerLink::beat() {
   using std::chrono::milliseconds;
   const TimePoint now = Clock::now();
+  if (has_slept(liveness_, now)) pings_.clear();
   liveness_.set_rtt(from_seconds(rtt_seconds_));
   switch (liveness_.look(now, connection_->last_sent(), connection_->last_received())) {
     case net::LivenessAction::kNone:

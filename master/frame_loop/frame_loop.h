@@ -69,7 +69,7 @@ class FrameLoop {
 
   ClusterStatus status() const;
   ClusterStatus counts() const;  // without pace: for who looks after every event
-  Observer& observer();  // accounts, metrics, traces
+  Observer& observer();          // accounts, metrics, traces
 
   // Goodbye to every peer; every frame ends as kClosed. Nothing is accepted afterwards.
   void shutdown();

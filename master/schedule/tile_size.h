@@ -2,9 +2,9 @@
 //
 // A tile costs a fixed time besides its pixels (messages, queues, the setting up of bundles), so
 // many tiles are waste; and at a frame's end render threads wait for its last tiles, of which the
-// dear ones take two to three times the mean, so large ones are waste, too. With w seconds of work
+// dearest take three times the mean, so large ones are waste, too. With w seconds of work
 // per thread and frame, o seconds of fixed cost per tile, m of it on the master, which answers one
-// tile after the other, a frame of n tiles of t seconds each takes max(w + o * w / t, n * m) + 2 * t
+// tile after the other, a frame of n tiles of t seconds each takes max(w + o * w / t, n * m) + 3 * t
 // (tests/sim/README.md: measured for 200 to 700 threads). The cost of a pixel is what the last
 // frames measured.
 //

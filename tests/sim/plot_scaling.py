@@ -2,7 +2,7 @@
 """Draws the CSV of `tessera-sim scaling` as SVG: speed over slaves, and utilisation below it.
 
     tessera-sim scaling thesis > thesis.csv && tests/sim/plot_scaling.py thesis.csv -o thesis.svg
-    tests/sim/plot_scaling.py large.csv -o large.svg --log --column speed_up
+    tests/sim/plot_scaling.py large.csv -o large.svg --log --column speed_up --without "tiles of 32"
 """
 
 import argparse
@@ -65,11 +65,12 @@ class Panel:
             self.parts.append(f'<circle cx="{self.x(x):.1f}" cy="{self.y(y):.1f}" r="2.6" fill="{colour}"/>')
 
 
-def read_series(path):
+def read_series(path, without):
     series = {}
     with open(path, newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
-            series.setdefault(row["series"], []).append(row)
+            if not without or without not in row["series"]:
+                series.setdefault(row["series"], []).append(row)
     return series
 
 
@@ -108,9 +109,10 @@ def main():
     parser.add_argument("-o", "--output", required=True)
     parser.add_argument("--column", default="frames_per_s", help="of the upper diagram")
     parser.add_argument("--log", action="store_true", help="both axes of the upper diagram")
+    parser.add_argument("--without", help="series whose names hold this are left out")
     arguments = parser.parse_args()
     with open(arguments.output, "w", encoding="utf-8") as file:
-        file.write(draw(read_series(arguments.csv), arguments.column, arguments.log))
+        file.write(draw(read_series(arguments.csv, arguments.without), arguments.column, arguments.log))
 
 
 if __name__ == "__main__":

@@ -306,7 +306,10 @@ void Storm::supervise() {
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     SimSlave& slave = *slaves_[i];
     const bool is_over = slave.is_running() && slave.has_given_up();
-    if (is_over) slave.kill(false);
+    if (is_over) {
+      slave.kill(false);
+      oracle_->set_gone(i, false);  // what hung is not what is started now
+    }
     if (is_over || (is_calm_ && !slave.is_running())) {
       oracle_->trouble_slave(i, queue_.now_seconds() + oracle_->bound_of_return());
       slave.start();
