@@ -31,6 +31,7 @@ inline constexpr int kFramesInFlightMax = 2;
 // Samples per pixel and light samples: bounds the time of a tile.
 inline constexpr int kSamplesPerPixelMax = 256;
 inline constexpr int kLightSamplesMax = 256;
+inline constexpr int kBouncesMax = 64;
 
 // One record. The protobuf header is small; bulk data is the payload.
 inline constexpr std::size_t kRecordHeaderBytesMax = 64 * 1024;

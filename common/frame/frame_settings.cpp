@@ -8,7 +8,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::string_view kRendererNames[] = {"primary", "direct"};
+constexpr std::string_view kRendererNames[] = {"primary", "direct", "path"};
 constexpr std::string_view kPixelNames[] = {"float", "half", "display8"};
 
 Status check_range(const char* field, int value, int low, int high) {
@@ -32,10 +32,11 @@ std::string_view pixel_format_name(PixelFormat format) {
 }
 
 Result<Renderer> parse_renderer(std::string_view text) {
-  for (int i = 0; i < 2; ++i) {
+  for (int i = 0; i < 3; ++i) {
     if (text == kRendererNames[i]) return static_cast<Renderer>(i);
   }
-  return Status::invalid_argument("--renderer " + std::string(text) + ": give primary or direct");
+  return Status::invalid_argument("--renderer " + std::string(text) +
+                                  ": give primary, direct or path");
 }
 
 Result<PixelFormat> parse_pixel_format(std::string_view text) {
@@ -56,6 +57,7 @@ Status validate_frame_settings(const FrameSettings& s) {
   TESSERA_RETURN_IF_ERROR(
       check_range("samples per pixel", s.samples_per_pixel, 1, kSamplesPerPixelMax));
   TESSERA_RETURN_IF_ERROR(check_range("light samples", s.light_samples, 1, kLightSamplesMax));
+  TESSERA_RETURN_IF_ERROR(check_range("bounces", s.bounces, 0, kBouncesMax));
   return validate_camera(s.camera);
 }
 

@@ -16,6 +16,7 @@ namespace tessera {
 enum class Renderer : std::uint8_t {
   kPrimary = 0,  // distance along the normalised ray as linear grey, miss 0
   kDirect = 1,   // lights and shadows
+  kPath = 2,     // light over any number of surfaces, without bias: the reference
 };
 
 enum class PixelFormat : std::uint8_t {
@@ -40,6 +41,7 @@ struct FrameSettings {
   int tile_edge_px = 32;
   int samples_per_pixel = 1;  // in [1, kSamplesPerPixelMax]
   int light_samples = 4;      // per area light, in [1, kLightSamplesMax]
+  int bounces = 4;  // path: surfaces after the first that light may meet, in [0, kBouncesMax]
   std::uint32_t seed = 0;
   bool operator==(const FrameSettings&) const = default;
 };

@@ -78,6 +78,7 @@ struct TESSERA_API Scene {
   std::vector<Material> materials;  // never empty in a valid scene
   std::vector<Instance> instances;
   std::vector<Light> lights;
+  Vec3f environment{0, 0, 0};  // radiance from every direction in which there is nothing
   std::optional<Camera> camera;
 
   std::uint64_t triangle_count() const;  // flattened over instances

@@ -21,7 +21,7 @@ enum class BlockKind : std::uint32_t {
   kMesh = 0x4d535354,
   kTexture = 0x54535354
 };
-constexpr std::uint32_t kLayoutVersion = 2;
+constexpr std::uint32_t kLayoutVersion = 3;
 
 // What follows a large array begins at a chunk, so that an array that grew or shrank leaves the
 // chunks behind it as they were (README.md). An array is large when that costs 6 % at most.
@@ -200,6 +200,7 @@ SceneBlock encode_root(const Scene& scene) {
     out.put(light.cos_inner);
     out.put(light.cos_outer);
   }
+  out.put(scene.environment);
   out.put(std::uint32_t{scene.camera ? 1u : 0u});
   if (scene.camera) put_camera(out, *scene.camera);
   return out.finish();
@@ -239,6 +240,7 @@ bool decode_root(std::span<const std::byte> bytes, Scene& scene, std::uint64_t& 
     light.cos_inner = in.get<float>();
     light.cos_outer = in.get<float>();
   }
+  scene.environment = in.get<Vec3f>();
   if (in.get<std::uint32_t>() != 0) {
     Camera camera;
     camera.eye = in.get<Vec3f>();

@@ -133,6 +133,8 @@ Status validate_scene(const Scene& scene) {
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     TESSERA_RETURN_IF_ERROR(validate_light(scene.lights[i], numbered("light", i)));
   }
+  if (!is_radiance(scene.environment))
+    return Status::invalid_argument("the environment must be finite and >= 0");
   std::uint64_t triangle_count = 0;
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];

@@ -25,6 +25,7 @@ void put_settings(const FrameSettings& s, proto::FrameSettings& h) {
   h.set_samples_per_pixel(static_cast<std::uint32_t>(s.samples_per_pixel));
   h.set_light_samples(static_cast<std::uint32_t>(s.light_samples));
   h.set_seed(s.seed);
+  h.set_bounces(static_cast<std::uint32_t>(s.bounces));
 }
 
 // The numbers are narrowed only after their range is known.
@@ -32,13 +33,14 @@ void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldChe
                   FrameSettings& s) {
   check.range("settings.width_px", h.width_px(), 1, kImageSideMaxPx);
   check.range("settings.height_px", h.height_px(), 1, kImageSideMaxPx);
-  check.range("settings.renderer", h.renderer(), 0, static_cast<std::uint64_t>(Renderer::kDirect));
+  check.range("settings.renderer", h.renderer(), 0, static_cast<std::uint64_t>(Renderer::kPath));
   check.range("settings.pixel_format", h.pixel_format(), 0,
               static_cast<std::uint64_t>(PixelFormat::kDisplay8));
   if (h.tile_edge_px() != static_cast<std::uint32_t>(tile_edge_also_px))
     check.range("settings.tile_edge_px", h.tile_edge_px(), kTileEdgeMinPx, kTileEdgeMaxPx);
   check.range("settings.samples_per_pixel", h.samples_per_pixel(), 1, kSamplesPerPixelMax);
   check.range("settings.light_samples", h.light_samples(), 1, kLightSamplesMax);
+  check.range("settings.bounces", h.bounces(), 0, kBouncesMax);
   if (!check.is_ok()) return;
   s.width_px = static_cast<int>(h.width_px());
   s.height_px = static_cast<int>(h.height_px());
@@ -51,6 +53,7 @@ void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldChe
   s.tile_edge_px = static_cast<int>(h.tile_edge_px());
   s.samples_per_pixel = static_cast<int>(h.samples_per_pixel());
   s.light_samples = static_cast<int>(h.light_samples());
+  s.bounces = static_cast<int>(h.bounces());
   s.seed = h.seed();
   const Status status = validate_frame_settings(s);
   if (!status.is_ok()) check.fail("settings", ": " + status.message());

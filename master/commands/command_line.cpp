@@ -153,7 +153,8 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->capture_default_str()
       ->type_name("FPS");
   app.add_option("--renderer", t.renderer,
-                 "direct (lights and shadows), or primary (distance to the first surface; PNG "
+                 "direct (lights and shadows), path (light over any number of surfaces, without "
+                 "bias: give --aa 64 or more), or primary (distance to the first surface; PNG "
                  "shows 1 and more as white)")
       ->capture_default_str()
       ->type_name("NAME");
@@ -165,6 +166,15 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->check(whole_in(1, kLightSamplesMax))
       ->capture_default_str()
       ->type_name("N");
+  app.add_option("--bounces", o.frame.bounces,
+                 "path: surfaces that light may meet after the one that is seen, 0 (direct light "
+                 "only) to 64")
+      ->check(whole_in(0, kBouncesMax))
+      ->capture_default_str()
+      ->type_name("N");
+  app.add_option("--environment", t.environment,
+                 "constant:R,G,B: radiance from where there is nothing (default: the scene's)")
+      ->type_name("SKY");
   app.add_option("--seed", o.frame.seed, "of every random choice, 0 to 4294967295")
       ->capture_default_str()
       ->type_name("N");

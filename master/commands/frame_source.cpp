@@ -42,6 +42,7 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
                                       const SignalWatch& signals) {
   FrameSource source;
   source.settings_ = options.frame;
+  source.environment_ = options.environment;
   if (!options.camera.empty() && !options.inline_camera) {
     auto path = read_camera_file(options.camera);
     if (!path.is_ok()) return path.status();

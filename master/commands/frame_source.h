@@ -26,7 +26,9 @@ class FrameSource {
   const LoadedScene& loaded() const { return loaded_; }
   bool is_animated() const { return loaded_.is_animated; }
   Scene scene_at(double seconds) const {
-    return loaded_.is_animated ? loaded_.at_time(seconds) : loaded_.scene;
+    Scene scene = loaded_.is_animated ? loaded_.at_time(seconds) : loaded_.scene;
+    if (environment_) scene.environment = *environment_;
+    return scene;
   }
   // Everything but the camera is the same for all frames.
   FrameSettings settings_at(double frame) const;
@@ -35,6 +37,7 @@ class FrameSource {
   LoadedScene loaded_;
   FrameSettings settings_;
   std::optional<CameraPath> path_;
+  std::optional<Vec3f> environment_;
   double orbit_degrees_ = 0;  // from frame_first_ to frame_last_
   long frame_first_ = 0, frame_last_ = 0;
   Vec3f orbit_centre_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdio>
 #include <optional>
 
 #include "common/base/limits.h"
@@ -50,6 +51,24 @@ Status check_camera(MasterOptions& o) {
   return Status::ok();
 }
 
+// "constant:R,G,B"
+Status check_environment(MasterOptions& o, const TypedOptions& t) {
+  if (t.environment.empty()) return Status::ok();
+  Vec3f radiance;
+  int used = 0;
+  const bool is_read = std::sscanf(t.environment.c_str(), "constant:%f,%f,%f%n", &radiance.x,
+                                   &radiance.y, &radiance.z, &used) == 3;
+  const bool is_light =
+      is_finite(radiance) && radiance.x >= 0 && radiance.y >= 0 && radiance.z >= 0;
+  if (!is_read || used != static_cast<int>(t.environment.size()) || !is_light) {
+    return Status::invalid_argument(
+        "--environment " + t.environment +
+        ": give constant:R,G,B, radiances from 0, such as constant:1,1,1");
+  }
+  o.environment = radiance;
+  return Status::ok();
+}
+
 Status check_frame(MasterOptions& o, const TypedOptions& t) {
   if (!t.size.empty()) {
     const auto size = parse_pair(t.size, 'x');
@@ -73,6 +92,7 @@ Status check_frame(MasterOptions& o, const TypedOptions& t) {
     o.frame_last = frames->second;
   }
   TESSERA_RETURN_IF_ERROR(check_camera(o));
+  TESSERA_RETURN_IF_ERROR(check_environment(o, t));
   auto renderer = parse_renderer(t.renderer);
   if (!renderer.is_ok()) return renderer.status();
   o.frame.renderer = *renderer;

@@ -16,7 +16,7 @@ struct TypedOptions {
                             pixel_coding = "auto", relay = "on", tile = "auto", prefetch = "auto",
                             schedule = "dynamic", faulty_pixels = "colour",
                             scene_transfer = "async", log_level = "info", log_format = "text",
-                            config;
+                            environment, config;
   int local = kLocalAuto;
   std::uint32_t threads = 0;
 

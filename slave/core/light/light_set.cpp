@@ -61,6 +61,8 @@ LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
                         std::span<const Bounds3f> boxes) {
   LightSet set;
   set.lights = scene.lights;
+  set.environment = scene.environment;
+  set.has_environment = !is_black(scene.environment);
   for (Light& light : set.lights) light.direction = normalize(light.direction);
   bool has_emission = false;
   for (const Material& material : scene.materials) has_emission |= !is_black(material.emission);
@@ -69,7 +71,7 @@ LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
     add_emitters(*scene.meshes[scene.instances[i].mesh], scene, triangles.instance_first[i],
                  triangles, boxes, set.emitters);
   }
-  if (set.emitters.size() > kEmittersEachMax) share_out(set);
+  if (!set.emitters.empty()) share_out(set);
   return set;
 }
 

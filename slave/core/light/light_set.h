@@ -21,18 +21,19 @@ struct Emitter {
   Vec3f normal;             // unit, along (B - A) x (C - A): the side that emits
   Vec3f emission;           // radiance
   float area = 0;           // greater than 0
-  float share = 1;          // chance to be picked, where samples are shared out
+  float share = 1;          // chance to be picked, by power
 };
 
 struct LightSet {
   std::vector<Light> lights;  // direction normalised
   std::vector<Emitter> emitters;
-  // [emitter_count], ends at 1; empty where every emitter is sampled.
-  std::vector<float> cumulative;
+  std::vector<float> cumulative;  // [emitter_count], of the shares; ends at 1
+  Vec3f environment;              // radiance
+  bool has_environment = false;
 
-  bool is_empty() const { return lights.empty() && emitters.empty(); }
-  bool is_shared_out() const { return !cumulative.empty(); }
-  // Requires: is_shared_out(), 0 <= x < 1.
+  bool is_empty() const { return lights.empty() && emitters.empty() && !has_environment; }
+  bool is_shared_out() const { return emitters.size() > kEmittersEachMax; }
+  // Requires: there are emitters; 0 <= x < 1.
   const Emitter& pick(float x) const;
 };
 

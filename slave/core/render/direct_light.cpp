@@ -5,12 +5,15 @@
 #include <limits>
 
 #include "slave/core/geometry/surface_offset.h"
+#include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {
 namespace {
 
 constexpr float kInvPi = 0.318309886f;
+// Apart from those of the emitters, which have even numbers, one for each, and 1.
+constexpr std::uint32_t kEnvironmentDimension = 0x80000001u;
 // A reported t is off by 3 roundings (plane-inl.h): what lies beyond 1 for certain is not hit.
 constexpr float kEnd = 1 - 4 * kUnitRoundoff;
 
@@ -54,10 +57,12 @@ DirectLight::DirectLight() : rays_(std::make_unique<ShadowRays>()) {}
 DirectLight::~DirectLight() = default;
 
 void DirectLight::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
-                        int light_samples, const std::atomic<bool>* is_cancelled) {
+                        int light_samples, Kind kind, const std::atomic<bool>* is_cancelled) {
   scene_ = &scene;
   tracer_ = &tracer;
-  light_samples_ = light_samples;
+  light_samples_ = kind == Kind::kWhole ? light_samples : 1;
+  picks_emitters_ = kind == Kind::kPartOfPath || scene.lights.is_shared_out();
+  samples_environment_ = kind == Kind::kWhole && scene.lights.has_environment;
   is_cancelled_ = is_cancelled;
 }
 
@@ -69,6 +74,7 @@ std::uint64_t DirectLight::add(const SurfaceBatch& batch, Vec3f* radiance) {
                                                   : add_point(batch, light, radiance);
   }
   if (!scene_->lights.emitters.empty()) rays += add_emitters(batch, radiance);
+  if (samples_environment_) rays += add_environment(batch, radiance);
   return rays;
 }
 
@@ -173,7 +179,7 @@ std::uint64_t DirectLight::add_emitters(const SurfaceBatch& batch, Vec3f* radian
   const LightSet& lights = scene_->lights;
   const auto samples = static_cast<std::uint32_t>(light_samples_);
   const std::uint32_t rounds =
-      lights.is_shared_out() ? 1u : static_cast<std::uint32_t>(lights.emitters.size());
+      picks_emitters_ ? 1u : static_cast<std::uint32_t>(lights.emitters.size());
   rays.t_max = kEnd;
   std::uint64_t count = 0;
   for (std::uint32_t round = 0; round < rounds; ++round) {
@@ -190,6 +196,33 @@ std::uint64_t DirectLight::add_emitters(const SurfaceBatch& batch, Vec3f* radian
   return count;
 }
 
+// Directions of density cosine / pi leave the albedo as the weight of what they meet. One that an
+// interpolated normal has put below the surface sees nothing.
+std::uint64_t DirectLight::add_environment(const SurfaceBatch& batch, Vec3f* radiance) {
+  ShadowRays& rays = *rays_;
+  const auto samples = static_cast<std::uint32_t>(light_samples_);
+  rays.t_max = std::numeric_limits<float>::infinity();
+  std::uint64_t count = 0;
+  for (std::uint32_t j = 0; j < samples && !is_over(); ++j) {
+    rays.groups.clear();
+    for (int i = 0; i < batch.count; ++i) {
+      const Surface& s = batch.surface[i];
+      const Vec2f x = sample_2d(hash_combine(batch.key[i], kEnvironmentDimension),
+                                batch.sample_index * samples + j);
+      rays.direction[i] = cosine_direction(s.shading_normal, x);
+      rays.contribution[i] =
+          s.albedo * scene_->lights.environment * (1 / static_cast<float>(light_samples_));
+      rays.is_active[i] = dot(s.normal, rays.direction[i]) > 0 && is_usable(rays.contribution[i]);
+      if (!rays.is_active[i]) continue;
+      rays.start[i] = s.point + s.normal * s.offset;
+      rays.add(i, rays.direction[i]);
+    }
+    rays.groups.form(tracer_->kernels());
+    count += trace_groups(batch, radiance);
+  }
+  return count;
+}
+
 // One sample of an emitter, or of one that is picked, for each surface.
 std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t round,
                                       std::uint32_t sample, Vec3f* radiance) {
@@ -197,7 +230,7 @@ std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t r
   const LightSet& lights = scene_->lights;
   for (int i = 0; i < batch.count; ++i) {
     rays.is_active[i] = false;
-    const Emitter& emitter = lights.is_shared_out()
+    const Emitter& emitter = picks_emitters_
                                  ? lights.pick(sample_1d(hash_combine(batch.key[i], 1), sample))
                                  : lights.emitters[round];
     const Vec2f x = sample_2d(hash_combine(batch.key[i], 2 * round), sample);
@@ -212,7 +245,8 @@ std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t r
     const Vec3f to_light = away * (1 / distance);
     const float cosine_light = -dot(emitter.normal, to_light);
     if (!(cosine_light > 0)) continue;  // one-sided
-    const float weight = 1 / (static_cast<float>(light_samples_) * emitter.share);
+    const float chance = picks_emitters_ ? emitter.share : 1;
+    const float weight = 1 / (static_cast<float>(light_samples_) * chance);
     const float strength = cosine_at(s, to_light) * cosine_light * emitter.area / distance2;
     rays.contribution[i] = s.albedo * emitter.emission * (kInvPi * strength * weight);
     rays.is_active[i] = is_usable(rays.contribution[i]);

@@ -33,10 +33,14 @@ class DirectLight {
   DirectLight();
   ~DirectLight();
 
+  // What a part of longer paths needs is one sample of one emitter, picked by power, and not the
+  // environment, which their own rays meet.
+  enum class Kind { kWhole, kPartOfPath };
+
   // Keeps references until the next call. Requires: all outlive the calls of add().
   // `is_cancelled` may be null; when it turns true, add() stops at the next light or sample.
   void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int light_samples,
-             const std::atomic<bool>* is_cancelled = nullptr);
+             Kind kind, const std::atomic<bool>* is_cancelled = nullptr);
 
   // Adds reflected direct light to radiance [pixel]. Returns: shadow rays traced.
   std::uint64_t add(const SurfaceBatch& batch, Vec3f* radiance);
@@ -50,6 +54,7 @@ class DirectLight {
   std::uint64_t add_directional(const SurfaceBatch& batch, const Light& light, Vec3f* radiance);
   std::uint64_t add_point(const SurfaceBatch& batch, const Light& light, Vec3f* radiance);
   std::uint64_t add_emitters(const SurfaceBatch& batch, Vec3f* radiance);
+  std::uint64_t add_environment(const SurfaceBatch& batch, Vec3f* radiance);
   std::uint64_t add_sample(const SurfaceBatch& batch, std::uint32_t round, std::uint32_t sample,
                            Vec3f* radiance);
   std::uint64_t trace_groups(const SurfaceBatch& batch, Vec3f* radiance);
@@ -58,6 +63,7 @@ class DirectLight {
   const PreparedScene::Impl* scene_ = nullptr;
   const SceneTracer* tracer_ = nullptr;
   int light_samples_ = 1;
+  bool picks_emitters_ = false, samples_environment_ = false;
   const std::atomic<bool>* is_cancelled_ = nullptr;
   std::unique_ptr<ShadowRays> rays_;
 };

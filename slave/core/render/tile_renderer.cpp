@@ -10,6 +10,7 @@
 #include "slave/core/kernel/kernel_table.h"
 #include "slave/core/render/camera_rays.h"
 #include "slave/core/render/direct_light.h"
+#include "slave/core/render/path_tracer.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "slave/core/simd/isa_support.h"
 #include "slave/core/trace/fan_window.h"
@@ -41,6 +42,7 @@ struct TileRenderer::Scratch {
   PacketHits hits;
   SurfaceBatch batch;
   DirectLight direct;
+  PathTracer paths;
   Vec3f radiance[kBatchMax];  // [packet][ray]
 
   // Of the call in progress.
@@ -58,7 +60,9 @@ struct TileRenderer::Scratch {
   void camera_packet(const CameraRays& camera, const TileRect& rect, int x_px, int y_px,
                      std::uint32_t sample);
   void shade_primary(int packet);
-  void shade_direct(int packet, int x_px, int y_px);
+  void add_background(int packet);
+  void add_surfaces(int packet, int x_px, int y_px);
+  void add_light();
   void render_batch(const SceneTracer& tracer, const CameraRays& camera, const TileRect& rect);
   void write(const TileRect& rect, const TileRect& tile, std::span<float> rgb) const;
 };
@@ -103,10 +107,28 @@ void TileRenderer::Scratch::shade_primary(int packet) {
   }
 }
 
+void TileRenderer::Scratch::add_background(int packet) {
+  for (int i = 0; i < kPacketRays; ++i) {
+    if ((rays.active >> i & 1u) == 0 || hits.primitive[i] != kNoPrimitive) continue;
+    Vec3f& sum = radiance[packet * kPacketRays + i];
+    sum = sum + scene->lights.environment;
+  }
+}
+
+void TileRenderer::Scratch::add_light() {
+  if (settings->renderer == Renderer::kPath) {
+    counts += paths.add(batch, radiance);
+  } else {
+    counts.shadow += direct.add(batch, radiance);
+  }
+}
+
 // Adds the surfaces that a packet has hit to the batch, and the light that they give themselves.
-void TileRenderer::Scratch::shade_direct(int packet, int x_px, int y_px) {
+void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
   const bool has_light = !scene->lights.is_empty();
   const bool has_emitters = !scene->lights.emitters.empty();
+  const bool needs_key =
+      has_emitters || scene->lights.has_environment || settings->renderer == Renderer::kPath;
   const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
   for (int i = 0; i < kPacketRays; ++i) {
     const std::uint32_t triangle = hits.primitive[i];
@@ -123,8 +145,8 @@ void TileRenderer::Scratch::shade_direct(int packet, int x_px, int y_px) {
       radiance[pixel] = radiance[pixel] + s.albedo * cosine;
       continue;
     }
-    if (has_emitters) {
-      radiance[pixel] = radiance[pixel] + s.emission;
+    if (has_emitters) radiance[pixel] = radiance[pixel] + s.emission;
+    if (needs_key) {
       batch.key[batch.count] =
           pixel_key(settings->seed, x_px + column_of(i), y_px + row_of(i), kDimensionLight);
     }
@@ -152,10 +174,11 @@ void TileRenderer::Scratch::render_batch(const SceneTracer& tracer, const Camera
       if (settings->renderer == Renderer::kPrimary) {
         shade_primary(packet);
       } else {
-        shade_direct(packet, x, y);
+        if (scene->lights.has_environment) add_background(packet);
+        add_surfaces(packet, x, y);
       }
     }
-    if (batch.count > 0) counts.shadow += direct.add(batch, radiance);
+    if (batch.count > 0) add_light();
   }
 }
 
@@ -190,7 +213,9 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
   s.counts = {};
   const SceneTracer tracer(scene.impl().index, kernels_for(isa));
   s.is_cancelled = is_cancelled;
-  s.direct.begin(scene.impl(), tracer, settings.light_samples, is_cancelled);
+  s.direct.begin(scene.impl(), tracer, settings.light_samples, DirectLight::Kind::kWhole,
+                 is_cancelled);
+  s.paths.begin(scene.impl(), tracer, settings.bounces, is_cancelled);
   const CameraRays camera(settings.camera, settings.width_px, settings.height_px);
   for (int a = 0; a < 3; ++a) s.rays.origin[a] = camera.origin()[a];
   s.rays.t_min = 0;

@@ -36,7 +36,7 @@ std::vector<float> render_in_tiles(const PreparedScene& scene, const FrameSettin
   return image;
 }
 
-// A room with every feature: texture, smooth normals, all kinds of lights, an emitter, instances.
+// A room with every feature: texture, smooth normals, all kinds of lights, an emitter, a sky, instances.
 Scene make_full_scene() {
   Scene scene = test::make_scene(test::make_terrain(40, 2));
   Mesh ball = test::make_icosphere(3);
@@ -61,6 +61,7 @@ Scene make_full_scene() {
   scene.lights = {{LightKind::kPoint, {1, 2, 1}, {}, {2, 2, 2}, 1, 0},
                   {LightKind::kSpot, {-1, 2, 1}, {0.5f, -1, -0.5f}, {3, 2, 2}, 0.95f, 0.8f},
                   {LightKind::kDirectional, {}, {0.3f, -1, 0.2f}, {0.2f, 0.2f, 0.4f}, 1, 0}};
+  scene.environment = {0.1f, 0.1f, 0.2f};
   return scene;
 }
 
@@ -86,7 +87,7 @@ TEST(TileRenderer, BitsOfAFrameDoNotDependOnTheTilesOrTheInstructionSet) {
   ASSERT_TRUE(scene.is_ok());
   for (const FrameSettings& settings :
        {settings_of(Renderer::kPrimary, 1), settings_of(Renderer::kDirect, 1),
-        settings_of(Renderer::kDirect, 3)}) {
+        settings_of(Renderer::kDirect, 3), settings_of(Renderer::kPath, 2)}) {
     RayCounts whole_counts;
     const std::vector<float> whole =
         render_in_tiles(**scene, settings, Isa::kScalar, 256, &whole_counts);
@@ -106,7 +107,8 @@ TEST(TileRenderer, BitsOfAFrameDoNotDependOnTheTilesOrTheInstructionSet) {
       }
     }
     EXPECT_EQ(83u * 61u * static_cast<unsigned>(settings.samples_per_pixel), whole_counts.primary);
-    EXPECT_EQ(settings.renderer == Renderer::kDirect, whole_counts.shadow > 0);
+    EXPECT_EQ(settings.renderer != Renderer::kPrimary, whole_counts.shadow > 0);
+    EXPECT_EQ(settings.renderer == Renderer::kPath, whole_counts.secondary > 0);
   }
 }
 

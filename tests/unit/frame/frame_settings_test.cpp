@@ -26,6 +26,8 @@ TEST(FrameSettings, WhatIsOutOfRangeIsNamed) {
       {"tile", [](FrameSettings& s) { s.tile_edge_px = kTileEdgeMaxPx + 1; }},
       {"samples", [](FrameSettings& s) { s.samples_per_pixel = 0; }},
       {"light", [](FrameSettings& s) { s.light_samples = kLightSamplesMax + 1; }},
+      {"bounces", [](FrameSettings& s) { s.bounces = -1; }},
+      {"bounces", [](FrameSettings& s) { s.bounces = kBouncesMax + 1; }},
       {"camera", [](FrameSettings& s) { s.camera.target = s.camera.eye; }},
       {"camera", [](FrameSettings& s) { s.camera.up = s.camera.target - s.camera.eye; }},
       {"camera", [](FrameSettings& s) { s.camera.vfov_degrees = 180; }},
@@ -43,7 +45,7 @@ TEST(FrameSettings, WhatIsOutOfRangeIsNamed) {
 }
 
 TEST(FrameSettings, NamesParseBack) {
-  for (const Renderer r : {Renderer::kPrimary, Renderer::kDirect}) {
+  for (const Renderer r : {Renderer::kPrimary, Renderer::kDirect, Renderer::kPath}) {
     auto parsed = parse_renderer(renderer_name(r));
     ASSERT_TRUE(parsed.is_ok());
     EXPECT_EQ(*parsed, r);

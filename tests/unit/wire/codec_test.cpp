@@ -189,6 +189,7 @@ std::vector<Damage> work_damages() {
       damage<B>("settings.tile_edge_px", [](B& m) { m.settings.tile_edge_px = 3; }),
       damage<B>("settings.samples_per_pixel", [](B& m) { m.settings.samples_per_pixel = 0; }),
       damage<B>("settings.light_samples", [](B& m) { m.settings.light_samples = 257; }),
+      damage<B>("settings.bounces", [](B& m) { m.settings.bounces = kBouncesMax + 1; }),
       damage<B>("settings", [](B& m) { m.settings.camera.target = m.settings.camera.eye; }),
       damage<B>("settings",
                 [](B& m) { m.settings.camera.eye.x = std::numeric_limits<float>::infinity(); }),

@@ -63,6 +63,7 @@ class Samples {
     s.tile_edge_px = static_cast<int>(number(kTileEdgeMinPx, kTileEdgeMaxPx));
     s.samples_per_pixel = static_cast<int>(number(1, kSamplesPerPixelMax));
     s.light_samples = static_cast<int>(number(1, kLightSamplesMax));
+    s.bounces = static_cast<int>(number(0, kBouncesMax));
     s.seed = small(0, 0xffffffffu);
     return s;
   }
