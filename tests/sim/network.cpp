@@ -59,7 +59,7 @@ std::unique_ptr<net::ConnectAttempt> Network::connect(
 void Network::try_connect(const std::shared_ptr<Attempt>& attempt, int tries_left) {
   const int from = attempt->from->node();
   const int to = attempt->to;
-  const auto answer = [this, attempt](TimePoint time, const std::function<void()>& what) {
+  const auto answer = [attempt](TimePoint time, const std::function<void()>& what) {
     attempt->from->run_at(time, Duration::zero(), [attempt, what] {
       if (attempt->on_connected) what();
     });

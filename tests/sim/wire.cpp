@@ -1,6 +1,8 @@
 #include "tests/sim/wire.h"
 
 #include <algorithm>
+#include <array>
+#include <iterator>
 #include <utility>
 
 namespace tessera::sim {
@@ -67,7 +69,7 @@ net::ConnectionPtr Wire::make_end(int side) {
 }
 
 bool Wire::is_over() const {
-  return std::all_of(ends_.begin(), ends_.end(), [](const End& end) {
+  return std::all_of(std::begin(ends_), std::end(ends_), [](const End& end) {
     return end.state == State::kClosed || end.state == State::kDead;
   });
 }

@@ -6,7 +6,6 @@
 // close() or the end's destruction no callback of that end runs.
 #pragma once
 
-#include <array>
 #include <deque>
 #include <memory>
 
@@ -84,7 +83,7 @@ class Wire : public std::enable_shared_from_this<Wire> {
   void drop_queue(End& end);
 
   Network& network_;
-  std::array<End, 2> ends_;
+  End ends_[2];
 };
 
 }  // namespace tessera::sim
