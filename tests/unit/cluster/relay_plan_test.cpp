@@ -155,7 +155,7 @@ TEST(RelayPlan, ALateJoinerIsFedByOneThatHasItAll) {
 TEST(RelayPlan, TheNextVersionKeepsTheChainInWhateverOrderItIsAskedFor) {
   Plan p;
   for (SessionId s = 1; s <= 4; ++s) p.join_and_want(s);
-  for (SessionId s = 1; s <= 4; ++s) p.plan.complete(s, kVersion);
+  for (SessionId s = 1; s <= 4; ++s) p.plan.complete(s, kVersion, kScene);
   const auto next = [&](SessionId s) {
     return p.plan.want(s, kVersion + 1, kScene, kScene, true, p.now);
   };
@@ -168,7 +168,7 @@ TEST(RelayPlan, TheNextVersionKeepsTheChainInWhateverOrderItIsAskedFor) {
 TEST(RelayPlan, AUsualFeederThatIsGoneOrFailedIsReplaced) {
   Plan p;
   for (SessionId s = 1; s <= 3; ++s) p.join_and_want(s);
-  for (SessionId s = 1; s <= 3; ++s) p.plan.complete(s, kVersion);
+  for (SessionId s = 1; s <= 3; ++s) p.plan.complete(s, kVersion, kScene);
   p.plan.lost(2, p.now);
   EXPECT_EQ(p.plan.want(1, kVersion + 1, kScene, kScene, true, p.now), kFedByMaster);
   EXPECT_EQ(p.plan.want(3, kVersion + 1, kScene, kScene, true, p.now), 1u);
