@@ -183,7 +183,7 @@ std::vector<Damage> work_damages() {
       damage<B>("settings.width_px", [](B& m) { m.settings.width_px = 0; }),
       damage<B>("settings.width_px", [](B& m) { m.settings.width_px = -1; }),
       damage<B>("settings.height_px", [](B& m) { m.settings.height_px = kImageSideMaxPx + 1; }),
-      damage<B>("settings.renderer", [](B& m) { m.settings.renderer = static_cast<Renderer>(2); }),
+      damage<B>("settings.renderer", [](B& m) { m.settings.renderer = static_cast<Renderer>(3); }),
       damage<B>("settings.pixel_format",
                 [](B& m) { m.settings.pixel_format = static_cast<PixelFormat>(3); }),
       damage<B>("settings.tile_edge_px", [](B& m) { m.settings.tile_edge_px = 3; }),
