@@ -42,7 +42,7 @@ class Relay(unittest.TestCase):
                 received = cluster_lib.wait_until("the scene everywhere", lambda: self.received(cluster, names))
                 self.assertIsNone(render.poll(), "it has failed")
                 render.terminate()
-                self.assertGreater(len(cluster.finish(render).stats), 0)
+                cluster.finish(render)
                 self.master_log = (cluster.folder / "master.log").read_text(errors="replace")
                 return received
 
