@@ -2,7 +2,7 @@
 // kernels (SIMD). Fixed-size types only and no functions (see kd_layout.h).
 //
 // A node holds the boxes of W children side by side, a leaf is a run of blocks of W triangles: what
-// a register of W lanes tests at once. After Wald, Benthin, Boulos, "Getting rid of packets", 2008.
+// a register of W lanes tests at once, and at the alignment of that register. After Wald, Benthin, Boulos, "Getting rid of packets", 2008.
 #pragma once
 
 #include <stdint.h>
@@ -21,7 +21,7 @@ inline constexpr uint32_t kBvhNoChild = 0xffffffffu;  // its box is empty: lower
 inline constexpr int kBvhDepthMax = 60;
 
 template <int W>
-struct alignas(32) BvhNode {
+struct alignas(W * sizeof(float)) BvhNode {
   float lower[3][W];
   float upper[3][W];
   uint32_t child[W];
@@ -29,7 +29,7 @@ struct alignas(32) BvhNode {
 
 // Corners A, B, C and the numbers of W triangles; NaN and kNoPrimitive where there are fewer.
 template <int W>
-struct alignas(32) TriangleBlock {
+struct alignas(W * sizeof(float)) TriangleBlock {
   float vertex[9][W];
   uint32_t primitive[W];
 };
