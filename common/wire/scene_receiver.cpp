@@ -3,6 +3,8 @@
 #include <new>
 #include <utility>
 
+#include "common/base/byte_text.h"
+
 namespace tessera::wire {
 
 Status SceneReceiver::announce(SceneAnnounce announce, Actions& actions) {
@@ -73,9 +75,9 @@ bool SceneReceiver::refuse_head(const SceneNeed& need, Actions& actions) {
   std::uint64_t bytes = a.index_bytes;
   for (const std::uint32_t block : need.blocks) bytes += 2 * a.sizes[block];
   if (bytes <= *room) return false;
-  const auto mib = [](std::uint64_t count) { return std::to_string((count >> 20) + 1) + " MiB"; };
   actions.failed.push_back(
-      {a.version, "the scene needs " + mib(bytes) + " of memory here, " + mib(*room) + " are free",
+      {a.version,
+       "the scene needs " + mib_text(bytes) + " of memory here, " + mib_text(*room) + " are free",
        bytes, *room});
   head_.reset();
   return true;

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "common/base/byte_text.h"
 #include "common/base/log.h"
 #include "master/cluster/slave_entry.h"
 
@@ -16,11 +17,6 @@ constexpr std::chrono::milliseconds kGentleLook{5};
 // What a slave that has nothing of the scene takes for it.
 std::uint64_t bytes_to_hold(const EncodedScene& scene) {
   return 2 * scene.total_bytes() + scene.index_bytes;
-}
-
-std::string mib_text(std::uint64_t bytes) {  // rounded up
-  constexpr std::uint64_t kMib = std::uint64_t{1} << 20;
-  return std::to_string((bytes + kMib - 1) / kMib) + " MiB";
 }
 
 }  // namespace
