@@ -5,8 +5,6 @@
 namespace tessera::core {
 namespace {
 
-bool is_black(Vec3f c) { return !(c.x > 0 || c.y > 0 || c.z > 0); }
-
 void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
                   const TriangleStore& triangles, std::span<const Bounds3f> boxes,
                   std::vector<Emitter>& out) {

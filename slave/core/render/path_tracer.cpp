@@ -12,8 +12,6 @@ namespace {
 // Keys of a depth are mixed from the pixel's; each use of them has a number of its own.
 constexpr std::uint32_t kDimensionScatter = 0x40000001u, kDimensionNextDepth = 0x40000003u;
 
-bool is_black(Vec3f c) { return !(c.x > 0 || c.y > 0 || c.z > 0); }
-
 }  // namespace
 
 // From the surfaces of a batch, in their order.

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "slave/core/light/light_set.h"
-#include "slave/core/render/tile_renderer.h"
+#include "tests/support/render.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -44,15 +44,7 @@ struct View {
   static double z_of(int y) { return (y + 0.5) / 16 - 1; }
 };
 
-std::vector<float> render(const Scene& scene, const FrameSettings& settings) {
-  const auto prepared = PreparedScene::build(scene, {});
-  EXPECT_TRUE(prepared.is_ok());
-  std::vector<float> rgb(3 * static_cast<std::size_t>(settings.width_px * settings.height_px));
-  TileRenderer renderer;
-  renderer.render(**prepared, settings, widest_isa(supported_isas()),
-                  {0, 0, settings.width_px, settings.height_px}, rgb);
-  return rgb;
-}
+using test::render;
 
 float pixel(const std::vector<float>& rgb, int x, int y) {
   return rgb[3 * static_cast<std::size_t>(y * 32 + x)];

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "slave/core/render/tile_renderer.h"
+#include "tests/support/render.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -14,12 +14,7 @@ struct Picture {
 };
 
 Picture render(const Scene& scene, const FrameSettings& settings) {
-  const auto prepared = PreparedScene::build(scene, {});
-  EXPECT_TRUE(prepared.is_ok());
-  std::vector<float> rgb(3 * static_cast<std::size_t>(settings.width_px * settings.height_px));
-  TileRenderer renderer;
-  renderer.render(**prepared, settings, widest_isa(supported_isas()),
-                  {0, 0, settings.width_px, settings.height_px}, rgb);
+  const std::vector<float> rgb = test::render(scene, settings);
   Picture picture;
   for (const float x : rgb) {
     EXPECT_TRUE(std::isfinite(x));
