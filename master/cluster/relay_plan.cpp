@@ -75,11 +75,12 @@ void RelayPlan::feed(SessionId child, Transfer& transfer, SessionId feeder) {
   }
 }
 
+// In work, or of this version: one that has been fed keeps its place in the chain.
 std::uint32_t RelayPlan::children_of(SessionId feeder, SceneVersion version, SessionId but) const {
   std::uint32_t count = 0;
-  for (auto entry = transfers_.lower_bound({version, 0});
-       entry != transfers_.end() && entry->first.first == version; ++entry) {
-    if (entry->second.feeder == feeder && entry->first.second != but) ++count;
+  for (const auto& [key, transfer] : transfers_) {
+    const bool is_counted = !transfer.is_complete || key.first == version;
+    if (is_counted && transfer.feeder == feeder && key.second != but) ++count;
   }
   return count;
 }

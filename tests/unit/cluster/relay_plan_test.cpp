@@ -165,6 +165,17 @@ TEST(RelayPlan, TheNextVersionKeepsTheChainInWhateverOrderItIsAskedFor) {
   EXPECT_EQ(next(2), 1u);
 }
 
+TEST(RelayPlan, AUsualFeederThatFeedsAnotherInTheVersionBeforeIsLeftAlone) {
+  Plan p;
+  p.join_and_want(1);
+  p.join_and_want(2);
+  p.plan.complete(1, kVersion, kScene);
+  p.plan.complete(2, kVersion, kScene);
+  EXPECT_EQ(p.join_and_want(3), 1u) << "of those that have it all the first; still on its way";
+  const SessionId feeder = p.plan.want(2, kVersion + 1, kScene, kScene, true, p.now);
+  EXPECT_NE(feeder, 1u) << "two children at a time";
+}
+
 TEST(RelayPlan, AUsualFeederThatIsGoneOrFailedIsReplaced) {
   Plan p;
   for (SessionId s = 1; s <= 3; ++s) p.join_and_want(s);
