@@ -26,17 +26,27 @@ constexpr float kUnderflow = 0x1p-126f;
 // Bit i: lane i of the mask.
 template <class Tag>
 HWY_INLINE uint32_t bits_of(Tag d, hn::Mask<Tag> mask) {
+#if HWY_TARGET == HWY_AVX3  // they are a number already, and need not pass through memory
+  static_cast<void>(d);
+  return mask.raw;
+#else
   uint8_t bytes[8] = {};
   hn::StoreMaskBits(d, mask, bytes);
   return static_cast<uint32_t>(bytes[0]) | static_cast<uint32_t>(bytes[1]) << 8;
+#endif
 }
 
 // The reverse; higher bits are ignored.
 template <class Tag>
 HWY_INLINE hn::Mask<Tag> mask_of(Tag d, uint32_t bits) {
+#if HWY_TARGET == HWY_AVX3
+  static_cast<void>(d);
+  return hn::Mask<Tag>{static_cast<decltype(hn::Mask<Tag>::raw)>(bits)};
+#else
   const uint8_t bytes[8] = {static_cast<uint8_t>(bits & 255u),
                             static_cast<uint8_t>(bits >> 8 & 255u)};
   return hn::LoadMaskBits(d, bytes);
+#endif
 }
 
 // A register of float from two computations in double, each of half its lanes: part(0) the lower
