@@ -1,7 +1,8 @@
 // One frame as a slave knows it between FrameBegin and FrameEnd, shared by its tiles: a tile holds
 // its frame, the frame its prepared scene, so that older scenes live as long as tiles need them.
 //
-// Threads. Immutable after construction, apart from is_cancelled, which any thread may set.
+// Threads. Immutable after construction, apart from is_cancelled, which any thread may set, and
+// light, which the first render thread makes.
 #pragma once
 
 #include <atomic>
@@ -11,6 +12,7 @@
 #include "common/base/clock.h"
 #include "common/frame/tile_grid.h"
 #include "common/wire/messages.h"
+#include "slave/core/render/frame_light.h"
 #include "slave/core/render/prepared_scene.h"
 
 namespace tessera::slave {
@@ -28,6 +30,7 @@ struct FrameWork {
   const TileGrid grid;
   const std::uint64_t generation;  // which session of ours it belongs to
   std::atomic<bool> is_cancelled{false};
+  core::FrameLight light;  // made by the first tile that needs it
 };
 
 struct TileJob {

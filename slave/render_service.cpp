@@ -89,7 +89,7 @@ std::optional<wire::TileResult> RenderService::render(const TileJob& job, Worker
     }
   }
   result.rays = worker.renderer.render(*job.frame->scene, begin.settings, begin.isa, rect, rgb,
-                                       &job.frame->is_cancelled);
+                                       &job.frame->is_cancelled, &job.frame->light);
   if (job.frame->is_cancelled) return std::nullopt;
   if (hooks_.tile_wrong_every > 0 && ordinal % hooks_.tile_wrong_every == 0) rgb[0] += 0.5F;
   result.pixels.resize(static_cast<std::size_t>(rect.pixel_count()) *

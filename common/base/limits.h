@@ -32,6 +32,10 @@ inline constexpr int kFramesInFlightMax = 2;
 inline constexpr int kSamplesPerPixelMax = 256;
 inline constexpr int kLightSamplesMax = 256;
 inline constexpr int kBouncesMax = 64;
+// VPLs of a pixel; with 5x5 interleaving 25 times as many are made, 6 MB of them.
+inline constexpr int kVplsMax = 4096;
+// Pictures of a camera at rest that are averaged; each takes up to 256 samples of the sequence.
+inline constexpr std::uint32_t kPassesMax = 1u << 16;
 
 // One record. The protobuf header is small; bulk data is the payload.
 inline constexpr std::size_t kRecordHeaderBytesMax = 64 * 1024;

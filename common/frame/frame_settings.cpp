@@ -1,5 +1,6 @@
 #include "common/frame/frame_settings.h"
 
+#include <cmath>
 #include <string>
 
 #include "common/base/limits.h"
@@ -8,7 +9,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::string_view kRendererNames[] = {"primary", "direct", "path"};
+constexpr std::string_view kRendererNames[] = {"primary", "direct", "path", "igi"};
 constexpr std::string_view kPixelNames[] = {"float", "half", "display8"};
 
 Status check_range(const char* field, int value, int low, int high) {
@@ -32,11 +33,11 @@ std::string_view pixel_format_name(PixelFormat format) {
 }
 
 Result<Renderer> parse_renderer(std::string_view text) {
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 4; ++i) {
     if (text == kRendererNames[i]) return static_cast<Renderer>(i);
   }
   return Status::invalid_argument("--renderer " + std::string(text) +
-                                  ": give primary, direct or path");
+                                  ": give primary, direct, igi or path");
 }
 
 Result<PixelFormat> parse_pixel_format(std::string_view text) {
@@ -58,6 +59,14 @@ Status validate_frame_settings(const FrameSettings& s) {
       check_range("samples per pixel", s.samples_per_pixel, 1, kSamplesPerPixelMax));
   TESSERA_RETURN_IF_ERROR(check_range("light samples", s.light_samples, 1, kLightSamplesMax));
   TESSERA_RETURN_IF_ERROR(check_range("bounces", s.bounces, 0, kBouncesMax));
+  TESSERA_RETURN_IF_ERROR(check_range("vpls", s.vpls, 1, kVplsMax));
+  TESSERA_RETURN_IF_ERROR(
+      check_range("pass", static_cast<int>(s.pass), 0, static_cast<int>(kPassesMax) - 1));
+  if (s.interleave != 1 && s.interleave != 3 && s.interleave != 5)
+    return Status::invalid_argument("interleave is " + std::to_string(s.interleave) +
+                                    "; it must be 1, 3 or 5");
+  if (!(s.clamp >= 0) || !std::isfinite(s.clamp))
+    return Status::invalid_argument("clamp must be 0 (none) or a positive number");
   return validate_camera(s.camera);
 }
 

@@ -17,6 +17,7 @@ enum class Renderer : std::uint8_t {
   kPrimary = 0,  // distance along the normalised ray as linear grey, miss 0
   kDirect = 1,   // lights and shadows
   kPath = 2,     // light over any number of surfaces, without bias: the reference
+  kIgi = 3,      // instant global illumination: the light of VPLs, made anew for each frame
 };
 
 enum class PixelFormat : std::uint8_t {
@@ -41,7 +42,15 @@ struct FrameSettings {
   int tile_edge_px = 32;
   int samples_per_pixel = 1;  // in [1, kSamplesPerPixelMax]
   int light_samples = 4;      // per area light, in [1, kLightSamplesMax]
-  int bounces = 4;  // path: surfaces after the first that light may meet, in [0, kBouncesMax]
+  // path, igi: surfaces after the first that light may meet, in [0, kBouncesMax]
+  int bounces = 4;
+  int vpls = 64;            // igi: that a pixel gathers from, in [1, kVplsMax]
+  int interleave = 3;       // igi: sets of VPLs for so many pixels in a row: 1, 3, 5
+  bool is_filtered = true;  // igi: pixels take the mean over the sets where they show one surface
+  float clamp = 0;          // igi: bound of a VPL's geometry term, 1 / area; 0: none
+  bool is_compensated = false;  // igi: what the bound has taken away is traced
+  // Of a picture that is the mean of several: other random choices, in [0, kPassesMax).
+  std::uint32_t pass = 0;
   std::uint32_t seed = 0;
   bool operator==(const FrameSettings&) const = default;
 };

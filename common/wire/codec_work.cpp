@@ -26,6 +26,12 @@ void put_settings(const FrameSettings& s, proto::FrameSettings& h) {
   h.set_light_samples(static_cast<std::uint32_t>(s.light_samples));
   h.set_seed(s.seed);
   h.set_bounces(static_cast<std::uint32_t>(s.bounces));
+  h.set_vpls(static_cast<std::uint32_t>(s.vpls));
+  h.set_interleave(static_cast<std::uint32_t>(s.interleave));
+  h.set_is_filtered(s.is_filtered);
+  h.set_clamp(s.clamp);
+  h.set_is_compensated(s.is_compensated);
+  h.set_pass(s.pass);
 }
 
 // The numbers are narrowed only after their range is known.
@@ -33,7 +39,7 @@ void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldChe
                   FrameSettings& s) {
   check.range("settings.width_px", h.width_px(), 1, kImageSideMaxPx);
   check.range("settings.height_px", h.height_px(), 1, kImageSideMaxPx);
-  check.range("settings.renderer", h.renderer(), 0, static_cast<std::uint64_t>(Renderer::kPath));
+  check.range("settings.renderer", h.renderer(), 0, static_cast<std::uint64_t>(Renderer::kIgi));
   check.range("settings.pixel_format", h.pixel_format(), 0,
               static_cast<std::uint64_t>(PixelFormat::kDisplay8));
   if (h.tile_edge_px() != static_cast<std::uint32_t>(tile_edge_also_px))
@@ -41,6 +47,9 @@ void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldChe
   check.range("settings.samples_per_pixel", h.samples_per_pixel(), 1, kSamplesPerPixelMax);
   check.range("settings.light_samples", h.light_samples(), 1, kLightSamplesMax);
   check.range("settings.bounces", h.bounces(), 0, kBouncesMax);
+  check.range("settings.vpls", h.vpls(), 1, kVplsMax);
+  check.range("settings.interleave", h.interleave(), 1, 5);
+  check.range("settings.pass", h.pass(), 0, kPassesMax - 1);
   if (!check.is_ok()) return;
   s.width_px = static_cast<int>(h.width_px());
   s.height_px = static_cast<int>(h.height_px());
@@ -54,6 +63,12 @@ void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldChe
   s.samples_per_pixel = static_cast<int>(h.samples_per_pixel());
   s.light_samples = static_cast<int>(h.light_samples());
   s.bounces = static_cast<int>(h.bounces());
+  s.vpls = static_cast<int>(h.vpls());
+  s.interleave = static_cast<int>(h.interleave());
+  s.is_filtered = h.is_filtered();
+  s.clamp = h.clamp();
+  s.is_compensated = h.is_compensated();
+  s.pass = h.pass();
   s.seed = h.seed();
   const Status status = validate_frame_settings(s);
   if (!status.is_ok()) check.fail("settings", ": " + status.message());

@@ -152,26 +152,46 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->check(number_in(1e-3, 1e6))
       ->capture_default_str()
       ->type_name("FPS");
-  app.add_option("--renderer", t.renderer,
-                 "direct (lights and shadows), path (light over any number of surfaces, without "
-                 "bias: give --aa 64 or more), or primary (distance to the first surface; PNG "
-                 "shows 1 and more as white)")
+  app.add_option(
+         "--renderer", t.renderer,
+         "igi (light over all surfaces, from --vpls points that shed it), direct (lights and "
+         "shadows), path (as igi, without noise in common or bias: give --aa 64 or more), or "
+         "primary (distance to the first surface; PNG shows 1 and more as white)")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_option("--aa", o.frame.samples_per_pixel, "samples per pixel, 1 to 256")
       ->check(whole_in(1, kSamplesPerPixelMax))
       ->capture_default_str()
       ->type_name("N");
-  app.add_option("--light-samples", o.frame.light_samples, "samples per area light, 1 to 256")
+  app.add_option("--light-samples", o.frame.light_samples,
+                 "direct: samples per area light and of the sky, 1 to 256")
       ->check(whole_in(1, kLightSamplesMax))
       ->capture_default_str()
       ->type_name("N");
-  app.add_option("--bounces", o.frame.bounces,
-                 "path: surfaces that light may meet after the one that is seen, 0 (direct light "
-                 "only) to 64")
+  app.add_option(
+         "--bounces", o.frame.bounces,
+         "igi, path: surfaces that light may meet after the one that is seen, 0 (direct light "
+         "only) to 64")
       ->check(whole_in(0, kBouncesMax))
       ->capture_default_str()
       ->type_name("N");
+  app.add_option("--vpls", o.frame.vpls, "igi: points that light a pixel, 1 to 4096")
+      ->check(whole_in(1, kVplsMax))
+      ->capture_default_str()
+      ->type_name("N");
+  app.add_option("--interleave", o.frame.interleave,
+                 "igi: N x N pixels have points of their own: 1, 3 or 5")
+      ->check(CLI::IsMember({1, 3, 5}))
+      ->capture_default_str()
+      ->type_name("N");
+  app.add_option("--filter", o.frame.is_filtered,
+                 "igi: pixels that show one surface share the light of their points: on or off")
+      ->type_name("on|off");
+  app.add_option("--clamp", o.frame.clamp,
+                 "igi: bound of what a point sheds near by, per unit of area; 0: none")
+      ->check(number_in(0, 1e30))
+      ->capture_default_str()
+      ->type_name("X");
   app.add_option("--environment", t.environment,
                  "constant:R,G,B: radiance from where there is nothing (default: the scene's)")
       ->type_name("SKY");

@@ -137,4 +137,32 @@ Scene make_scene(Mesh mesh) {
   return scene;
 }
 
+Scene make_full_scene() {
+  Scene scene = make_scene(make_terrain(40, 2));
+  Mesh ball = make_icosphere(3);
+  ball.normals = ball.positions;
+  for (const Vec3f& p : ball.positions) ball.uvs.push_back({p.x * 2, p.y * 3});
+  ball.materials = {1};
+  scene.meshes.push_back(std::make_shared<const Mesh>(ball));
+  Texture texture{2, 2, true, {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 200, 200, 90, 255}};
+  scene.textures.push_back(std::make_shared<const Texture>(texture));
+  scene.materials.push_back({"ball", {0.9f, 0.8f, 0.7f}, {}, 0});
+  scene.materials.push_back({"lamp", {0, 0, 0}, {5, 4, 3}, kNoTexture});
+  Mesh lamp;
+  lamp.positions = {{-0.3f, 2, -0.3f}, {0.3f, 2, -0.3f}, {0.3f, 2, 0.3f}, {-0.3f, 2, 0.3f}};
+  lamp.triangles = {{0, 1, 2}, {0, 2, 3}};
+  lamp.materials = {2};
+  scene.meshes.push_back(std::make_shared<const Mesh>(lamp));
+  Instance instance;
+  instance.mesh = 1;
+  instance.object_to_world.m = {{{0.3f, 0, 0, 0.2f}, {0, 0.4f, 0, 0.4f}, {0, 0, 0.3f, 0.1f}}};
+  scene.instances.push_back(instance);
+  scene.instances.push_back({2, {}});
+  scene.lights = {{LightKind::kPoint, {1, 2, 1}, {}, {2, 2, 2}, 1, 0},
+                  {LightKind::kSpot, {-1, 2, 1}, {0.5f, -1, -0.5f}, {3, 2, 2}, 0.95f, 0.8f},
+                  {LightKind::kDirectional, {}, {0.3f, -1, 0.2f}, {0.2f, 0.2f, 0.4f}, 1, 0}};
+  scene.environment = {0.1f, 0.1f, 0.2f};
+  return scene;
+}
+
 }  // namespace tessera::test

@@ -25,4 +25,8 @@ void place(Mesh& mesh, float scale, Vec3f offset);
 // One mesh, one instance, one grey material.
 Scene make_scene(Mesh mesh);
 
+// A room with every feature: texture, smooth normals, all kinds of lights, an emitter, a sky,
+// instances.
+Scene make_full_scene();
+
 }  // namespace tessera::test

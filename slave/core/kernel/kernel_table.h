@@ -6,6 +6,7 @@
 #pragma once
 
 #include "common/base/isa.h"
+#include "slave/core/kernel/gather_layout.h"
 #include "slave/core/kernel/packet_layout.h"
 
 namespace tessera::core {
@@ -18,6 +19,17 @@ struct KernelTable {
   // the longer extent of a group on its face until at most kPacketRays are left. Order is kept
   // within a group. Every ray is in one group, also those that are not valid.
   void (*group_fans)(FanTargets& targets);
+
+  // Finds rays.strength and the shadow rays, from the light to the points, that tell whether it is
+  // theirs. Surfaces' shares of strength are at most `clamp`. Of kFar, light.position is a place far
+  // back along the rays, from which they are to be grouped. Returns: whether there are any rays.
+  bool (*begin_gather)(const GatherPoints& points, const LightPoint& light, float clamp,
+                       GatherRays& rays);
+  // Adds strength times light.rgb. The caller has set to 0 what is in shadow.
+  void (*end_gather)(const LightPoint& light, const GatherRays& rays, GatherPoints& points);
+  // planes.filtered of the pixels of width x height from (x, y) on, and of some behind them.
+  // Requires: light, distance and material are set there and `radius` further on all sides.
+  void (*filter)(FilterPlanes& planes, int radius, int x, int y, int width, int height);
 
   // By structure, with blocks of 8 and of 16 triangles.
   ViewKernels<BvhView<8>> bvh8;

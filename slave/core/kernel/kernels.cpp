@@ -18,6 +18,8 @@
 #include "hwy/highway.h"
 #include "slave/core/kernel/entry-inl.h"
 #include "slave/core/kernel/fan_groups-inl.h"
+#include "slave/core/kernel/filter-inl.h"
+#include "slave/core/kernel/gather-inl.h"
 #include "slave/core/kernel/packet_call-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -25,6 +27,10 @@ namespace tessera::core {
 namespace HWY_NAMESPACE {
 
 void group_fans(FanTargets& targets) { FanGroups(targets).run(); }
+
+void filter(FilterPlanes& planes, int radius, int x, int y, int width, int height) {
+  DiscontinuityFilter(planes, radius).run(x, y, width, height);
+}
 
 template <class View>
 void enter_fans(const View& scene, const FanWindow& window, FanEntry& entry) {
@@ -49,9 +55,9 @@ namespace tessera::core {
 namespace {
 
 // All entry points of one instruction set.
-#define TESSERA_KERNELS(set)                                              \
-  set::group_fans, set::kKernels<BvhView<8>>, set::kKernels<BvhView<16>>, \
-      set::kKernels<KdView<8>>, set::kKernels<KdView<16>>
+#define TESSERA_KERNELS(set)                                                                   \
+  set::group_fans, set::begin_gather, set::end_gather, set::filter, set::kKernels<BvhView<8>>, \
+      set::kKernels<BvhView<16>>, set::kKernels<KdView<8>>, set::kKernels<KdView<16>>
 
 constexpr KernelTable kTables[] = {
     {Isa::kScalar, 1, TESSERA_KERNELS(N_SCALAR)},

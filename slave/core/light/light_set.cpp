@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/math/rounding.h"
+
 namespace tessera::core {
 namespace {
 
@@ -53,6 +55,14 @@ void share_out(LightSet& set) {
 const Emitter& LightSet::pick(float x) const {
   const auto it = std::upper_bound(cumulative.begin(), cumulative.end() - 1, x);
   return emitters[static_cast<std::size_t>(it - cumulative.begin())];
+}
+
+const Emitter& LightSet::pick(float x, float& rest) const {
+  const Emitter& e = pick(x);
+  const auto number = static_cast<std::size_t>(&e - emitters.data());
+  const float below = number == 0 ? 0 : cumulative[number - 1];
+  rest = std::clamp((x - below) / e.share, 0.0f, 1 - kUnitRoundoff);
+  return e;
 }
 
 LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,

@@ -38,6 +38,8 @@ struct LightSet {
   bool is_shared_out() const { return emitters.size() > kEmittersEachMax; }
   // Requires: there are emitters; 0 <= x < 1.
   const Emitter& pick(float x) const;
+  // As pick(); rest: what of x is still free, in [0, 1). May be x itself.
+  const Emitter& pick(float x, float& rest) const;
 };
 
 // Shape: boxes as make_triangle_store() left them; triangles that stayed out of the tree do not

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "slave/core/geometry/surface_offset.h"
+#include "slave/core/light/light_sampling.h"
 #include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
 
@@ -16,14 +16,6 @@ constexpr float kInvPi = 0.318309886f;
 constexpr std::uint32_t kEnvironmentDimension = 0x80000001u;
 // A reported t is off by 3 roundings (plane-inl.h): what lies beyond 1 for certain is not hit.
 constexpr float kEnd = 1 - 4 * kUnitRoundoff;
-
-// 0 below the outer cone, 1 within the inner, a cubic in the cosine between.
-float spot_falloff(const Light& light, float cosine) {
-  if (!(cosine > light.cos_outer)) return 0;
-  if (cosine >= light.cos_inner) return 1;
-  const float x = (cosine - light.cos_outer) / (light.cos_inner - light.cos_outer);
-  return x * x * (3 - 2 * x);
-}
 
 // The cosine at the surface, zero where either normal says that the light is behind it: an
 // interpolated normal may not let light through the surface.
@@ -234,11 +226,7 @@ std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t r
                                  ? lights.pick(sample_1d(hash_combine(batch.key[i], 1), sample))
                                  : lights.emitters[round];
     const Vec2f x = sample_2d(hash_combine(batch.key[i], 2 * round), sample);
-    // Uniform on the triangle (Osada et al., "Shape distributions", 2002, section 4.2); keeps
-    // strata.
-    const float root = std::sqrt(x.x);
-    const SurfacePoint at = surface_point(emitter.a, emitter.edge_b, emitter.edge_c, emitter.normal,
-                                          root * (1 - x.y), root * x.y);
+    const SurfacePoint at = point_on(emitter, x);
     const Surface& s = batch.surface[i];
     const Vec3f away = at.point - s.point;
     const float distance2 = dot(away, away), distance = std::sqrt(distance2);

@@ -57,7 +57,7 @@ void PathTracer::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
     const Surface& s = batch.surface[i];
     if (is_black(s.albedo)) continue;
     const std::uint32_t key = hash_combine(batch.key[i], kDimensionNextDepth + depth);
-    const Vec2f x = sample_2d(hash_combine(key, kDimensionScatter), batch.sample_index);
+    const Vec2f x = shuffled_2d(hash_combine(key, kDimensionScatter), batch.sample_index);
     const Vec3f direction = cosine_direction(s.shading_normal, x);
     if (!(dot(direction, s.normal) > 0)) continue;  // below the surface, by an interpolated normal
     const int ray = rays.count++;

@@ -87,8 +87,8 @@ Surface surface_at(const PreparedScene::Impl& scene, std::uint32_t triangle, flo
   const Instance& instance = scene.instances[number];
   const Mesh& mesh = *scene.meshes[instance.mesh];
   const std::size_t local = triangle - scene.triangles.instance_first[number];
-  const Material& material =
-      scene.materials[mesh.materials.size() == 1 ? mesh.materials[0] : mesh.materials[local]];
+  s.material = mesh.materials.size() == 1 ? mesh.materials[0] : mesh.materials[local];
+  const Material& material = scene.materials[s.material];
   s.albedo = material.albedo;
   if (is_front) s.emission = material.emission;
   if (scene.features.has_normals && !mesh.normals.empty()) {

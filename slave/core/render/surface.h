@@ -15,6 +15,7 @@ struct Surface {
   Vec3f albedo;
   Vec3f emission;    // towards the viewer; zero from behind
   float offset = 0;  // see surface_offset.h
+  std::uint32_t material = 0;
 };
 
 // `to_surface`: direction of the ray that hit. Requires: triangle < triangle count, u and v of its

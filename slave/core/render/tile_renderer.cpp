@@ -2,47 +2,36 @@
 
 #include <algorithm>
 #include <bit>
-#include <limits>
-#include <optional>
 
 #include "common/base/check.h"
 #include "slave/core/geometry/barycentric.h"
 #include "slave/core/kernel/kernel_table.h"
-#include "slave/core/render/camera_rays.h"
+#include "slave/core/render/camera_packet.h"
 #include "slave/core/render/direct_light.h"
+#include "slave/core/render/gi_tile.h"
 #include "slave/core/render/path_tracer.h"
+#include "slave/core/render/sample_dimensions.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "slave/core/simd/isa_support.h"
-#include "slave/core/trace/fan_window.h"
 #include "slave/core/trace/scene_tracer.h"
 
 namespace tessera::core {
 namespace {
 
-// A packet is 8x8 pixels; up to 4x4 packets are traced before they are shaded together, so that
-// shadow rays find company.
-constexpr int kPacketEdgePx = 8;
+// Up to 4x4 packets are traced before they are shaded together, so that shadow rays find company.
 constexpr int kBatchEdgePx = 32;
-static_assert(kPacketEdgePx * kPacketEdgePx == kPacketRays);
 static_assert(kBatchEdgePx * kBatchEdgePx == kBatchMax);
 constexpr int kBatchPackets = kBatchMax / kPacketRays;
-
-// Dimensions of the sample sequence of one pixel.
-constexpr std::uint32_t kDimensionLens = 0, kDimensionLight = 1;
-
-// Where a ray stands in its packet: runs of 4, 8, 16 rays are 2x2, 4x2, 4x4 pixels.
-constexpr int column_of(int ray) { return (ray & 1) | (ray >> 1 & 2) | (ray >> 2 & 4); }
-constexpr int row_of(int ray) { return (ray >> 1 & 1) | (ray >> 2 & 2) | (ray >> 3 & 4); }
 
 }  // namespace
 
 struct TileRenderer::Scratch {
-  FanPacket rays;
-  FanEntry entry;
+  CameraPacket camera;
   PacketHits hits;
   SurfaceBatch batch;
   DirectLight direct;
   PathTracer paths;
+  GiTile global;
   Vec3f radiance[kBatchMax];  // [packet][ray]
 
   // Of the call in progress.
@@ -56,48 +45,16 @@ struct TileRenderer::Scratch {
     return is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed);
   }
 
-  void enter(const SceneTracer& tracer, const CameraRays& camera, const TileRect& rect);
-  void camera_packet(const CameraRays& camera, const TileRect& rect, int x_px, int y_px,
-                     std::uint32_t sample);
   void shade_primary(int packet);
   void add_background(int packet);
   void add_surfaces(int packet, int x_px, int y_px);
   void add_light();
-  void render_batch(const SceneTracer& tracer, const CameraRays& camera, const TileRect& rect);
+  void render_batch(const SceneTracer& tracer, const TileRect& rect);
   void write(const TileRect& rect, const TileRect& tile, std::span<float> rgb) const;
 };
 
-// Finds where the packets of a batch begin, all samples of them.
-void TileRenderer::Scratch::enter(const SceneTracer& tracer, const CameraRays& camera,
-                                  const TileRect& rect) {
-  rays.entry = nullptr;
-  const double left = rect.x_px, right = left + rect.width_px;
-  const double top = rect.y_px, bottom = top + rect.height_px;
-  const Vec3f corners[] = {camera.direction(left, top), camera.direction(right, top),
-                           camera.direction(left, bottom), camera.direction(right, bottom)};
-  const std::optional<FanWindow> window = fan_window(camera.origin(), corners);
-  if (!window) return;
-  tracer.enter(*window, entry);
-  rays.entry = &entry;
-}
-
-// Rays through the pixels of the 8x8 block at (x, y) that lie in the rectangle.
-void TileRenderer::Scratch::camera_packet(const CameraRays& camera, const TileRect& rect, int x_px,
-                                          int y_px, std::uint32_t sample) {
-  const bool is_centre = settings->samples_per_pixel == 1;
-  rays.active = 0;
-  for (int i = 0; i < kPacketRays; ++i) {
-    const int x = x_px + column_of(i), y = y_px + row_of(i);
-    if (x >= rect.x_px + rect.width_px || y >= rect.y_px + rect.height_px) continue;
-    const Vec2f at = is_centre ? Vec2f{0.5f, 0.5f}
-                               : sample_2d(pixel_key(settings->seed, x, y, kDimensionLens), sample);
-    const Vec3f direction = camera.direction(double{at.x} + x, double{at.y} + y);
-    for (int a = 0; a < 3; ++a) rays.direction[a][i] = direction[a];
-    rays.active |= std::uint64_t{1} << i;
-  }
-}
-
 void TileRenderer::Scratch::shade_primary(int packet) {
+  const FanPacket& rays = camera.rays;
   for (int i = 0; i < kPacketRays; ++i) {
     if (hits.primitive[i] == kNoPrimitive) continue;
     const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
@@ -108,6 +65,7 @@ void TileRenderer::Scratch::shade_primary(int packet) {
 }
 
 void TileRenderer::Scratch::add_background(int packet) {
+  const FanPacket& rays = camera.rays;
   for (int i = 0; i < kPacketRays; ++i) {
     if ((rays.active >> i & 1u) == 0 || hits.primitive[i] != kNoPrimitive) continue;
     Vec3f& sum = radiance[packet * kPacketRays + i];
@@ -125,6 +83,7 @@ void TileRenderer::Scratch::add_light() {
 
 // Adds the surfaces that a packet has hit to the batch, and the light that they give themselves.
 void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
+  const FanPacket& rays = camera.rays;
   const bool has_light = !scene->lights.is_empty();
   const bool has_emitters = !scene->lights.emitters.empty();
   const bool needs_key =
@@ -155,22 +114,21 @@ void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
 }
 
 // rect: at most kBatchEdgePx on an edge.
-void TileRenderer::Scratch::render_batch(const SceneTracer& tracer, const CameraRays& camera,
-                                         const TileRect& rect) {
+void TileRenderer::Scratch::render_batch(const SceneTracer& tracer, const TileRect& rect) {
   std::fill(std::begin(radiance), std::end(radiance), Vec3f{});
-  enter(tracer, camera, rect);
+  camera.enter(tracer, rect);
   const auto samples = static_cast<std::uint32_t>(settings->samples_per_pixel);
   for (std::uint32_t sample = 0; sample < samples; ++sample) {
     batch.count = 0;
-    batch.sample_index = sample;
+    batch.sample_index = sequence_index(*settings, sample);
     for (int packet = 0; packet < kBatchPackets; ++packet) {
       const int x = rect.x_px + packet % 4 * kPacketEdgePx,
                 y = rect.y_px + packet / 4 * kPacketEdgePx;
       if (x >= rect.x_px + rect.width_px || y >= rect.y_px + rect.height_px) continue;
       if (is_over()) return;
-      camera_packet(camera, rect, x, y, sample);
-      tracer.closest(rays, hits);
-      counts.primary += static_cast<std::uint64_t>(std::popcount(rays.active));
+      camera.set(rect, x, y, sample);
+      tracer.closest(camera.rays, hits);
+      counts.primary += static_cast<std::uint64_t>(std::popcount(camera.rays.active));
       if (settings->renderer == Renderer::kPrimary) {
         shade_primary(packet);
       } else {
@@ -205,7 +163,7 @@ TileRenderer::~TileRenderer() = default;
 
 RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& settings, Isa isa,
                                const TileRect& rect, std::span<float> rgb,
-                               const std::atomic<bool>* is_cancelled) {
+                               const std::atomic<bool>* is_cancelled, FrameLight* frame_light) {
   TESSERA_CHECK_EQ(rgb.size(), 3 * static_cast<std::size_t>(rect.pixel_count()));
   Scratch& s = *scratch_;
   s.scene = &scene.impl();
@@ -213,19 +171,25 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
   s.counts = {};
   const SceneTracer tracer(scene.impl().index, kernels_for(isa));
   s.is_cancelled = is_cancelled;
+  const CameraRays camera(settings.camera, settings.width_px, settings.height_px);
+  if (settings.renderer == Renderer::kIgi && !scene.impl().lights.is_empty()) {
+    FrameLight own;
+    const VplSets& vpls = (frame_light == nullptr ? own : *frame_light)
+                              .vpls(scene.impl(), tracer, settings, s.counts.secondary);
+    s.counts +=
+        s.global.render(scene.impl(), tracer, settings, vpls, camera, rect, rgb, is_cancelled);
+    return s.counts;
+  }
   s.direct.begin(scene.impl(), tracer, settings.light_samples, DirectLight::Kind::kWhole,
                  is_cancelled);
   s.paths.begin(scene.impl(), tracer, settings.bounces, is_cancelled);
-  const CameraRays camera(settings.camera, settings.width_px, settings.height_px);
-  for (int a = 0; a < 3; ++a) s.rays.origin[a] = camera.origin()[a];
-  s.rays.t_min = 0;
-  std::fill_n(s.rays.t_max, kPacketRays, std::numeric_limits<float>::infinity());
+  s.camera.begin(settings, camera);
   for (int y = 0; y < rect.height_px; y += kBatchEdgePx) {
     for (int x = 0; x < rect.width_px; x += kBatchEdgePx) {
       if (s.is_over()) return s.counts;
       const TileRect part{rect.x_px + x, rect.y_px + y, std::min(kBatchEdgePx, rect.width_px - x),
                           std::min(kBatchEdgePx, rect.height_px - y)};
-      s.render_batch(tracer, camera, part);
+      s.render_batch(tracer, part);
       s.write(part, rect, rgb);
     }
   }

@@ -47,6 +47,20 @@ constexpr std::uint32_t sobol2_bits(std::uint32_t i) {
   return r;
 }
 
+// Another order of the indices: aligned runs of 2^k stay together, and within them every order is as
+// likely. Uses of one index in several dimensions are to go through keys of their own, or else the
+// dimensions are not independent, however their points are scrambled. Burley, "Practical hash-based
+// Owen scrambling", JCGT 9(4), 2020, with the hash of Laine and Karras, 2011.
+constexpr std::uint32_t shuffled_index(std::uint32_t index, std::uint32_t key) {
+  std::uint32_t x = van_der_corput_bits(index);
+  x += key;
+  x ^= x * 0x6c50b47cu;
+  x ^= x * 0xb82f1e52u;
+  x ^= x * 0xc7afe638u;
+  x ^= x * 0x8d22f6e6u;
+  return van_der_corput_bits(x);
+}
+
 // Independent scramble of one use of one pixel; dimensions are numbered by the renderer.
 constexpr std::uint32_t pixel_key(std::uint32_t seed, int x_px, int y_px, std::uint32_t dimension) {
   std::uint32_t h = mix_bits(seed ^ 0x5bd1e995u);
@@ -63,6 +77,11 @@ inline Vec2f sample_2d(std::uint32_t key, std::uint32_t index) {
 
 inline float sample_1d(std::uint32_t key, std::uint32_t index) {
   return unit_float(van_der_corput_bits(index) ^ key);
+}
+
+// As sample_2d(), the points in another order: for each of several uses of one index.
+inline Vec2f shuffled_2d(std::uint32_t key, std::uint32_t index) {
+  return sample_2d(key, shuffled_index(index, hash_combine(key, 0x68bc21ebu)));
 }
 
 }  // namespace tessera::core

@@ -48,6 +48,17 @@ class SceneTracer {
 
   const KernelTable& kernels() const { return *kernels_; }
 
+  // Of all triangles; empty where there are none.
+  Bounds3f bounds() const {
+    return std::visit(
+        [](const auto& v) {
+          const SceneBox& b = v.box;
+          return Bounds3f{{b.lower[0], b.lower[1], b.lower[2]},
+                          {b.upper[0], b.upper[1], b.upper[2]}};
+        },
+        view_);
+  }
+
   // Where fans through a window begin.
   void enter(const FanWindow& window, FanEntry& entry) const {
     std::visit([&](const auto& v) { table(v).enter_fans(v, window, entry); }, view_);

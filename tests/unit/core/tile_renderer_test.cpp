@@ -7,63 +7,12 @@
 #include <thread>
 
 #include "common/base/limits.h"
-#include "slave/core/render/tile_renderer.h"
 #include "tests/support/packets.h"
+#include "tests/support/render.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
 namespace {
-
-std::vector<float> render_in_tiles(const PreparedScene& scene, const FrameSettings& settings,
-                                   Isa isa, int edge_px, RayCounts* counts = nullptr) {
-  const auto width = static_cast<std::size_t>(settings.width_px);
-  std::vector<float> image(3 * width * static_cast<std::size_t>(settings.height_px), -1.0f);
-  TileRenderer renderer;
-  const TileGrid grid(settings.width_px, settings.height_px, edge_px);
-  for (TileIndex i = grid.tile_count(); i-- > 0;) {  // backwards: order must not matter
-    const TileRect rect = grid.rect(i);
-    std::vector<float> rgb(3 * static_cast<std::size_t>(rect.pixel_count()));
-    const RayCounts rays = renderer.render(scene, settings, isa, rect, rgb);
-    if (counts != nullptr) *counts += rays;
-    const auto row_floats = 3 * static_cast<std::size_t>(rect.width_px);
-    for (std::size_t y = 0; y < static_cast<std::size_t>(rect.height_px); ++y) {
-      const std::size_t at = 3 * ((static_cast<std::size_t>(rect.y_px) + y) * width +
-                                  static_cast<std::size_t>(rect.x_px));
-      std::copy_n(rgb.begin() + static_cast<std::ptrdiff_t>(y * row_floats), row_floats,
-                  image.begin() + static_cast<std::ptrdiff_t>(at));
-    }
-  }
-  return image;
-}
-
-// A room with every feature: texture, smooth normals, all kinds of lights, an emitter, a sky, instances.
-Scene make_full_scene() {
-  Scene scene = test::make_scene(test::make_terrain(40, 2));
-  Mesh ball = test::make_icosphere(3);
-  ball.normals = ball.positions;
-  for (const Vec3f& p : ball.positions) ball.uvs.push_back({p.x * 2, p.y * 3});
-  ball.materials = {1};
-  scene.meshes.push_back(std::make_shared<const Mesh>(ball));
-  Texture texture{2, 2, true, {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 200, 200, 90, 255}};
-  scene.textures.push_back(std::make_shared<const Texture>(texture));
-  scene.materials.push_back({"ball", {0.9f, 0.8f, 0.7f}, {}, 0});
-  scene.materials.push_back({"lamp", {0, 0, 0}, {5, 4, 3}, kNoTexture});
-  Mesh lamp;
-  lamp.positions = {{-0.3f, 2, -0.3f}, {0.3f, 2, -0.3f}, {0.3f, 2, 0.3f}, {-0.3f, 2, 0.3f}};
-  lamp.triangles = {{0, 1, 2}, {0, 2, 3}};
-  lamp.materials = {2};
-  scene.meshes.push_back(std::make_shared<const Mesh>(lamp));
-  Instance instance;
-  instance.mesh = 1;
-  instance.object_to_world.m = {{{0.3f, 0, 0, 0.2f}, {0, 0.4f, 0, 0.4f}, {0, 0, 0.3f, 0.1f}}};
-  scene.instances.push_back(instance);
-  scene.instances.push_back({2, {}});
-  scene.lights = {{LightKind::kPoint, {1, 2, 1}, {}, {2, 2, 2}, 1, 0},
-                  {LightKind::kSpot, {-1, 2, 1}, {0.5f, -1, -0.5f}, {3, 2, 2}, 0.95f, 0.8f},
-                  {LightKind::kDirectional, {}, {0.3f, -1, 0.2f}, {0.2f, 0.2f, 0.4f}, 1, 0}};
-  scene.environment = {0.1f, 0.1f, 0.2f};
-  return scene;
-}
 
 FrameSettings settings_of(Renderer renderer, int samples) {
   FrameSettings settings;
@@ -76,21 +25,15 @@ FrameSettings settings_of(Renderer renderer, int samples) {
   return settings;
 }
 
-bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](float x, float y) {
-    return std::bit_cast<std::uint32_t>(x) == std::bit_cast<std::uint32_t>(y);
-  });
-}
-
 TEST(TileRenderer, BitsOfAFrameDoNotDependOnTheTilesOrTheInstructionSet) {
-  const auto scene = PreparedScene::build(make_full_scene(), {});
+  const auto scene = PreparedScene::build(test::make_full_scene(), {});
   ASSERT_TRUE(scene.is_ok());
   for (const FrameSettings& settings :
        {settings_of(Renderer::kPrimary, 1), settings_of(Renderer::kDirect, 1),
         settings_of(Renderer::kDirect, 3), settings_of(Renderer::kPath, 2)}) {
     RayCounts whole_counts;
     const std::vector<float> whole =
-        render_in_tiles(**scene, settings, Isa::kScalar, 256, &whole_counts);
+        test::render_in_tiles(**scene, settings, Isa::kScalar, 256, &whole_counts);
     double sum = 0;
     for (const float x : whole) {
       ASSERT_TRUE(std::isfinite(x));
@@ -101,7 +44,8 @@ TEST(TileRenderer, BitsOfAFrameDoNotDependOnTheTilesOrTheInstructionSet) {
     for (const Isa isa : test::isas_here()) {
       for (const int edge_px : {16, 32, 40, 5, 7}) {
         RayCounts counts;
-        EXPECT_TRUE(same_bits(whole, render_in_tiles(**scene, settings, isa, edge_px, &counts)))
+        EXPECT_TRUE(
+            test::same_bits(whole, test::render_in_tiles(**scene, settings, isa, edge_px, &counts)))
             << isa_name(isa) << " tile " << edge_px;
         EXPECT_TRUE(counts == whole_counts);
       }
@@ -113,16 +57,16 @@ TEST(TileRenderer, BitsOfAFrameDoNotDependOnTheTilesOrTheInstructionSet) {
 }
 
 TEST(TileRenderer, SeedMovesSamplesAndOnlyThen) {
-  const auto scene = PreparedScene::build(make_full_scene(), {});
+  const auto scene = PreparedScene::build(test::make_full_scene(), {});
   ASSERT_TRUE(scene.is_ok());
   FrameSettings settings = settings_of(Renderer::kDirect, 4);
-  const std::vector<float> a = render_in_tiles(**scene, settings, Isa::kScalar, 32);
+  const std::vector<float> a = test::render_in_tiles(**scene, settings, Isa::kScalar, 32);
   settings.seed = 6;
-  EXPECT_FALSE(same_bits(a, render_in_tiles(**scene, settings, Isa::kScalar, 32)));
+  EXPECT_FALSE(test::same_bits(a, test::render_in_tiles(**scene, settings, Isa::kScalar, 32)));
   settings = settings_of(Renderer::kPrimary, 1);
-  const std::vector<float> b = render_in_tiles(**scene, settings, Isa::kScalar, 32);
+  const std::vector<float> b = test::render_in_tiles(**scene, settings, Isa::kScalar, 32);
   settings.seed = 6;
-  EXPECT_TRUE(same_bits(b, render_in_tiles(**scene, settings, Isa::kScalar, 32)));
+  EXPECT_TRUE(test::same_bits(b, test::render_in_tiles(**scene, settings, Isa::kScalar, 32)));
 }
 
 TEST(TileRenderer, PrimaryIsTheDistanceAlongTheNormalisedRay) {
@@ -137,7 +81,7 @@ TEST(TileRenderer, PrimaryIsTheDistanceAlongTheNormalisedRay) {
   settings.height_px = 30;
   settings.camera = {{0, 0, 1}, {0, 0, 0}, {0, 1, 0}, 90};
   settings.renderer = Renderer::kPrimary;
-  const std::vector<float> image = render_in_tiles(**scene, settings, Isa::kScalar, 16);
+  const std::vector<float> image = test::render_in_tiles(**scene, settings, Isa::kScalar, 16);
   for (int y = 0; y < 30; ++y) {
     for (int x = 0; x < 40; ++x) {
       const double dx = (x + 0.5 - 20) / 15, dy = (15 - y - 0.5) / 15;
@@ -150,7 +94,7 @@ TEST(TileRenderer, PrimaryIsTheDistanceAlongTheNormalisedRay) {
 }
 
 TEST(TileRenderer, ATileIsLeftInItsMiddleWhenItsFrameIsCancelled) {
-  const auto scene = PreparedScene::build(make_full_scene(), {});
+  const auto scene = PreparedScene::build(test::make_full_scene(), {});
   FrameSettings settings;
   settings.width_px = settings.height_px = 32;
   settings.camera = {{0, 2, 4}, {0, 0.5f, 0}, {0, 1, 0}, 50};
@@ -176,7 +120,7 @@ TEST(TileRenderer, EmptySceneIsBlackAndCancelStops) {
   const auto scene = PreparedScene::build(empty, {});
   ASSERT_TRUE(scene.is_ok());
   for (const float x :
-       render_in_tiles(**scene, settings_of(Renderer::kDirect, 1), Isa::kScalar, 32)) {
+       test::render_in_tiles(**scene, settings_of(Renderer::kDirect, 1), Isa::kScalar, 32)) {
     ASSERT_EQ(0.0f, x);
   }
   const std::atomic<bool> is_cancelled{true};
@@ -193,7 +137,7 @@ TEST(TileRenderer, BareMeshIsSeenByTheCamerasOwnLight) {
   FrameSettings settings = settings_of(Renderer::kDirect, 1);
   settings.width_px = settings.height_px = 33;
   settings.camera = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 40};
-  const std::vector<float> image = render_in_tiles(**scene, settings, Isa::kScalar, 16);
+  const std::vector<float> image = test::render_in_tiles(**scene, settings, Isa::kScalar, 16);
   EXPECT_NEAR(0.8, image[3 * (16 * 33 + 16)], 0.02);  // albedo, facing
   EXPECT_EQ(0.0f, image[0]);
 }

@@ -58,12 +58,18 @@ class Samples {
     s.camera.target = {real_f() + 300, real_f(), real_f()};  // never the eye
     s.camera.up = {0, real_f() + 200, real_f()};             // never along the view
     s.camera.vfov_degrees = static_cast<float>(real(1, 170));
-    s.renderer = static_cast<Renderer>(number(0, 1));
+    s.renderer = static_cast<Renderer>(number(0, 3));
     s.pixel_format = static_cast<PixelFormat>(number(0, 2));
     s.tile_edge_px = static_cast<int>(number(kTileEdgeMinPx, kTileEdgeMaxPx));
     s.samples_per_pixel = static_cast<int>(number(1, kSamplesPerPixelMax));
     s.light_samples = static_cast<int>(number(1, kLightSamplesMax));
     s.bounces = static_cast<int>(number(0, kBouncesMax));
+    s.vpls = static_cast<int>(number(1, kVplsMax));
+    s.interleave = 1 + 2 * static_cast<int>(number(0, 2));
+    s.is_filtered = number(0, 1) == 1;
+    s.clamp = static_cast<float>(real(0, 100));
+    s.is_compensated = number(0, 1) == 1;
+    s.pass = small(0, kPassesMax - 1);
     s.seed = small(0, 0xffffffffu);
     return s;
   }

@@ -1,0 +1,68 @@
+// Points that gather the light of virtual point lights (VPLs), a VPL, and what filters the result.
+// Fixed-size types only and no functions.
+#pragma once
+
+#include <stdint.h>
+
+#include "slave/core/kernel/packet_layout.h"
+
+namespace tessera::core {
+
+inline constexpr int kGatherMax = kFanTargetsMax;
+inline constexpr int kGatherRoom = kGatherMax + 16;  // registers are stored whole
+
+// What sheds light from one place. Shares of a surface (a VPL proper, or a point of an area light),
+// lights without extent, and light from so far away that its rays are parallel.
+enum class LightPointKind : int32_t { kSurface = 0, kPoint = 1, kSpot = 2, kFar = 3 };
+
+struct LightPoint {
+  float position[3];  // kFar: none, see begin_gather()
+  float normal[3];    // unit; kSurface: the side that sheds; kSpot, kFar: the way light travels
+  // What it sheds. kSurface: radiance times area, W/sr along the normal; kPoint, kSpot: W/sr; kFar:
+  // irradiance of a surface that faces it.
+  float rgb[3];
+  float cos_inner, cos_outer;  // kSpot, see Light
+  float t_min;                 // of shadow rays that leave it
+  LightPointKind kind;
+};
+
+// Points of surfaces that gather from the same lights. Shape: [count], of [kGatherMax].
+struct alignas(64) GatherPoints {
+  int count;
+  alignas(64) float point[3][kGatherRoom];
+  alignas(64) float normal[3][kGatherRoom];   // geometric, unit, on the viewer's side
+  alignas(64) float shading[3][kGatherRoom];  // unit
+  alignas(64) float offset[kGatherRoom];      // see surface_offset.h
+  // Irradiance over pi: times the albedo it is the radiance that a diffuse surface reflects.
+  alignas(64) float light[3][kGatherRoom];
+  // Of the points and their shading normals.
+  float lower[3], upper[3], normal_lower[3], normal_upper[3];
+};
+
+// Shadow rays of one VPL, one for each point that it may light.
+struct alignas(64) GatherRays {
+  FanTargets targets;                       // seen from the VPL, to just above the points
+  alignas(64) int32_t point[kGatherRoom];   // of a ray
+  alignas(64) float strength[kGatherRoom];  // of a point: of rgb / pi; 0 where it gets none
+};
+
+// Pixels of a part of the picture with a border, for the discontinuity buffer. A pixel that shows
+// nothing has distance NaN, so that no comparison holds.
+inline constexpr int kFilterRadiusMax = 2;
+inline constexpr int kFilterEdgeMax = 64 + 2 * kFilterRadiusMax;
+inline constexpr int kFilterStride = 96;  // registers read beyond the border
+inline constexpr int kFilterPixels = kFilterStride * (kFilterEdgeMax + 2 * kFilterRadiusMax);
+struct alignas(64) FilterPlanes {
+  float light[3][kFilterPixels];
+  float point[3][kFilterPixels];
+  float normal[3][kFilterPixels];
+  float distance[kFilterPixels];
+  int32_t material[kFilterPixels];
+  float filtered[3][kFilterPixels];
+};
+// Where pixel (x, y) of the part stands.
+constexpr int filter_index(int x, int y) {
+  return (y + kFilterRadiusMax) * kFilterStride + x + kFilterRadiusMax;
+}
+
+}  // namespace tessera::core

@@ -1,0 +1,70 @@
+// Where light begins: points that shed a share of a scene's light, and first rays of paths that
+// carry it into the scene, from lights of every kind, picked by power.
+//
+// Points of a run of indices are taken from a (0,2)-sequence, so that light is spread evenly over
+// position and direction (Keller, "Instant radiosity", 1997; Wald et al., "Interactive global
+// illumination", 2002). What a path carries is flux: over many paths its sum is the light's power.
+//
+// Threads. Constant after construction.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/math/bounds3.h"
+#include "slave/core/kernel/gather_layout.h"
+#include "slave/core/light/light_set.h"
+
+namespace tessera::core {
+
+// Up to so many lights without extent are VPLs of their own; of more, VPLs are picked by power.
+inline constexpr std::size_t kLightsEachMax = 8;
+
+struct LightRay {
+  Vec3f origin, direction;  // direction: unit
+  Vec3f flux;               // as if it were the only path
+};
+
+class LightPaths {
+ public:
+  // bounds: of all geometry. Requires: lights outlives it.
+  LightPaths(const LightSet& lights, const Bounds3f& bounds);
+
+  // Lights that every pixel gathers from by themselves.
+  const std::vector<LightPoint>& each() const { return each_; }
+
+  // Power of the lights that place() picks from, and of all; luminance. 0: there are none.
+  double placed_power() const { return placed_.total; }
+  double power() const { return all_.total; }
+
+  // One point of those lights that are not in each(), as if it were the only one.
+  // Requires: placed_power() > 0; 0 <= x, y < 1.
+  LightPoint place(Vec2f pick) const;
+
+  // A ray of any light. Requires: power() > 0. Returns: nothing where the light sheds none there.
+  std::optional<LightRay> ray(Vec2f pick, Vec2f direction) const;
+
+ private:
+  // Chances of lights, by power: all emitters together, then lights one by one, then the sky.
+  struct Shares {
+    std::vector<float> cumulative;  // ends at 1
+    double total = 0;
+  };
+  struct Pick {
+    std::size_t source;
+    float chance;
+    Vec2f rest;  // of the numbers, stretched to the square again
+  };
+  Shares shares(bool has_each) const;
+  static Pick pick(const Shares& shares, Vec2f x);
+  Vec3f on_disk(Vec3f direction, Vec2f square) const;
+
+  const LightSet& lights_;
+  Vec3f centre_;
+  float radius_ = 0;  // of a ball around the scene
+  Shares placed_, all_;
+  std::vector<LightPoint> each_;
+};
+
+}  // namespace tessera::core

@@ -1,0 +1,28 @@
+// What one light sheds where: shared by everything that samples lights.
+// Threads. Pure functions.
+#pragma once
+
+#include <cmath>
+
+#include "slave/core/geometry/surface_offset.h"
+#include "slave/core/light/light_set.h"
+
+namespace tessera::core {
+
+// 0 below the outer cone, 1 within the inner, a cubic in the cosine between; at_light() in
+// gather-inl.h has the same.
+inline float spot_falloff(const Light& light, float cosine) {
+  if (!(cosine > light.cos_outer)) return 0;
+  if (cosine >= light.cos_inner) return 1;
+  const float x = (cosine - light.cos_outer) / (light.cos_inner - light.cos_outer);
+  return x * x * (3 - 2 * x);
+}
+
+// Uniform on the triangle (Osada et al., "Shape distributions", 2002, section 4.2); keeps strata.
+inline SurfacePoint point_on(const Emitter& emitter, Vec2f square) {
+  const float root = std::sqrt(square.x);
+  return surface_point(emitter.a, emitter.edge_b, emitter.edge_c, emitter.normal,
+                       root * (1 - square.y), root * square.y);
+}
+
+}  // namespace tessera::core

@@ -1,0 +1,241 @@
+#include "slave/core/render/gi_tile.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <vector>
+
+#include "slave/core/geometry/barycentric.h"
+#include "slave/core/render/camera_packet.h"
+#include "slave/core/render/surface.h"
+#include "slave/core/render/vpl_gather.h"
+
+namespace tessera::core {
+namespace {
+
+constexpr int kBlockEdgePx = 64;
+constexpr int kEntryEdgePx = 32;
+constexpr int kNoSlot = -1;
+static_assert(kFilterEdgeMax == kBlockEdgePx + 2 * kFilterRadiusMax);
+
+// Within the picture.
+TileRect grown(const TileRect& r, int by, int width_px, int height_px) {
+  const int left = std::max(0, r.x_px - by), top = std::max(0, r.y_px - by);
+  return {left, top, std::min(width_px, r.x_px + r.width_px + by) - left,
+          std::min(height_px, r.y_px + r.height_px + by) - top};
+}
+
+}  // namespace
+
+struct GiTile::Scratch {
+  CameraPacket camera;
+  PacketHits hits;
+  VplGather gather;
+  FilterPlanes planes;
+  float albedo[3][kFilterPixels];
+  float own[3][kFilterPixels];  // what pixels show without any light: emission, sky
+  float sum[3][kFilterPixels];  // over samples
+  int slot[kFilterPixels];      // of a pixel in the batches, or kNoSlot
+  // [class][batch]: points of pixels with the same place in the K x K pattern.
+  std::vector<std::unique_ptr<GatherPoints>> batches;
+  int batches_per_class = 0;
+
+  // Of the call in progress.
+  const PreparedScene::Impl* scene = nullptr;
+  const SceneTracer* tracer = nullptr;
+  const FrameSettings* settings = nullptr;
+  const VplSets* vpls = nullptr;
+  const std::atomic<bool>* is_cancelled = nullptr;
+  RayCounts counts;
+
+  bool is_over() const {
+    return is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed);
+  }
+  int radius() const { return settings->is_filtered ? settings->interleave / 2 : 0; }
+
+  void begin_batches();
+  void clear(const TileRect& region);
+  void trace_camera(const TileRect& region, std::uint32_t sample);
+  void add_hits(const TileRect& region, int x_px, int y_px);
+  void add_surface(int pixel, int class_number, const Surface& s);
+  void gather_sample(std::uint32_t sample);
+  void resolve(const TileRect& region, const TileRect& block);
+  void write(const TileRect& block, const TileRect& region, const TileRect& tile,
+             std::span<float> rgb) const;
+};
+
+void GiTile::Scratch::begin_batches() {
+  const int k = settings->interleave;
+  const int edge = (kFilterEdgeMax + k - 1) / k;
+  batches_per_class = (edge * edge + kGatherMax - 1) / kGatherMax;
+  const auto count = static_cast<std::size_t>(k * k * batches_per_class);
+  while (batches.size() < count) batches.push_back(std::make_unique<GatherPoints>());
+}
+
+void GiTile::Scratch::clear(const TileRect& region) {
+  for (auto& batch : batches) batch->count = 0;
+  // One more all round than the filter may read, and what its registers read behind the last.
+  std::fill(std::begin(planes.distance), std::end(planes.distance),
+            std::numeric_limits<float>::quiet_NaN());
+  for (int y = 0; y < region.height_px; ++y) {
+    const int at = filter_index(0, y);
+    std::fill_n(slot + at, region.width_px, kNoSlot);
+    for (int c = 0; c < 3; ++c) std::fill_n(own[c] + at, region.width_px, 0.0f);
+  }
+}
+
+void GiTile::Scratch::trace_camera(const TileRect& region, std::uint32_t sample) {
+  const int right = region.x_px + region.width_px, bottom = region.y_px + region.height_px;
+  for (int top = region.y_px; top < bottom; top += kEntryEdgePx) {
+    for (int left = region.x_px; left < right; left += kEntryEdgePx) {
+      const TileRect part{left, top, std::min(kEntryEdgePx, right - left),
+                          std::min(kEntryEdgePx, bottom - top)};
+      camera.enter(*tracer, part);
+      for (int y = top; y < top + part.height_px; y += kPacketEdgePx) {
+        for (int x = left; x < left + part.width_px; x += kPacketEdgePx) {
+          if (is_over()) return;
+          camera.set(part, x, y, sample);
+          tracer->closest(camera.rays, hits);
+          counts.primary += static_cast<std::uint64_t>(std::popcount(camera.rays.active));
+          add_hits(region, x, y);
+        }
+      }
+    }
+  }
+}
+
+void GiTile::Scratch::add_hits(const TileRect& region, int x_px, int y_px) {
+  const FanPacket& rays = camera.rays;
+  const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
+  const int k = settings->interleave;
+  for (int i = 0; i < kPacketRays; ++i) {
+    if ((rays.active >> i & 1u) == 0) continue;
+    const int x = x_px + column_of(i), y = y_px + row_of(i);
+    const int pixel = filter_index(x - region.x_px, y - region.y_px);
+    const std::uint32_t triangle = hits.primitive[i];
+    if (triangle == kNoPrimitive) {
+      for (int c = 0; c < 3; ++c) own[c][pixel] = scene->lights.environment[c];
+      continue;
+    }
+    const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
+    const TriangleStore& t = scene->triangles;
+    const Vec2f uv =
+        barycentric(eye, d, t.vertex(triangle, 0), t.vertex(triangle, 1), t.vertex(triangle, 2));
+    const Surface s = surface_at(*scene, triangle, uv.x, uv.y, d);
+    planes.distance[pixel] = hits.t[i] * length(d);
+    add_surface(pixel, y % k * k + x % k, s);
+  }
+}
+
+void GiTile::Scratch::add_surface(int pixel, int class_number, const Surface& s) {
+  int number = class_number * batches_per_class;
+  while (batches[static_cast<std::size_t>(number)]->count == kGatherMax) ++number;
+  GatherPoints& batch = *batches[static_cast<std::size_t>(number)];
+  const int at = batch.count++;
+  slot[pixel] = number * kGatherMax + at;
+  for (int c = 0; c < 3; ++c) {
+    batch.point[c][at] = planes.point[c][pixel] = s.point[c];
+    batch.normal[c][at] = s.normal[c];
+    batch.shading[c][at] = planes.normal[c][pixel] = s.shading_normal[c];
+    batch.light[c][at] = 0;
+    albedo[c][pixel] = s.albedo[c];
+    own[c][pixel] = s.emission[c];
+  }
+  batch.offset[at] = s.offset;
+  planes.material[pixel] = static_cast<std::int32_t>(s.material);
+}
+
+void GiTile::Scratch::gather_sample(std::uint32_t sample) {
+  const auto samples = static_cast<std::size_t>(settings->samples_per_pixel);
+  for (std::size_t number = 0; number < batches.size(); ++number) {
+    GatherPoints& batch = *batches[number];
+    if (batch.count == 0) continue;
+    VplGather::find_bounds(batch);
+    const int set = static_cast<int>(number) / batches_per_class;
+    counts.shadow += gather.add(vpls->each(), 0, 1, 1, batch);
+    counts.shadow +=
+        gather.add(vpls->set(set), sample, samples, static_cast<float>(samples), batch);
+    if (is_over()) return;
+  }
+}
+
+// Adds one sample of the block's pixels to their sums.
+void GiTile::Scratch::resolve(const TileRect& region, const TileRect& block) {
+  for (int y = 0; y < region.height_px; ++y) {
+    for (int x = 0; x < region.width_px; ++x) {
+      const int pixel = filter_index(x, y), at = slot[pixel];
+      for (int c = 0; c < 3; ++c) {
+        planes.light[c][pixel] =
+            at == kNoSlot
+                ? 0
+                : batches[static_cast<std::size_t>(at / kGatherMax)]->light[c][at % kGatherMax];
+      }
+    }
+  }
+  const int left = block.x_px - region.x_px, top = block.y_px - region.y_px;
+  const bool is_filtered = radius() > 0;
+  if (is_filtered)
+    tracer->kernels().filter(planes, radius(), left, top, block.width_px, block.height_px);
+  for (int y = top; y < top + block.height_px; ++y) {
+    for (int x = left; x < left + block.width_px; ++x) {
+      const int pixel = filter_index(x, y);
+      for (int c = 0; c < 3; ++c) {
+        const float light = is_filtered ? planes.filtered[c][pixel] : planes.light[c][pixel];
+        const float reflected = slot[pixel] == kNoSlot ? 0 : albedo[c][pixel] * light;
+        sum[c][pixel] += own[c][pixel] + reflected;
+      }
+    }
+  }
+}
+
+void GiTile::Scratch::write(const TileRect& block, const TileRect& region, const TileRect& tile,
+                            std::span<float> rgb) const {
+  const float scale = 1 / static_cast<float>(settings->samples_per_pixel);
+  for (int y = block.y_px; y < block.y_px + block.height_px; ++y) {
+    for (int x = block.x_px; x < block.x_px + block.width_px; ++x) {
+      const int pixel = filter_index(x - region.x_px, y - region.y_px);
+      const auto at = 3 * static_cast<std::size_t>((y - tile.y_px) * tile.width_px + x - tile.x_px);
+      for (std::size_t c = 0; c < 3; ++c) rgb[at + c] = sum[c][pixel] * scale;
+    }
+  }
+}
+
+GiTile::GiTile() = default;
+GiTile::~GiTile() = default;
+
+RayCounts GiTile::render(const PreparedScene::Impl& scene, const SceneTracer& tracer,
+                         const FrameSettings& settings, const VplSets& vpls,
+                         const CameraRays& camera, const TileRect& tile, std::span<float> rgb,
+                         const std::atomic<bool>* is_cancelled) {
+  if (scratch_ == nullptr) scratch_ = std::make_unique<Scratch>();
+  Scratch& s = *scratch_;
+  s.scene = &scene;
+  s.tracer = &tracer;
+  s.settings = &settings;
+  s.vpls = &vpls;
+  s.is_cancelled = is_cancelled;
+  s.counts = {};
+  s.camera.begin(settings, camera);
+  s.gather.begin(tracer, settings.clamp, is_cancelled);
+  s.begin_batches();
+  for (int y = 0; y < tile.height_px; y += kBlockEdgePx) {
+    for (int x = 0; x < tile.width_px; x += kBlockEdgePx) {
+      const TileRect block{tile.x_px + x, tile.y_px + y, std::min(kBlockEdgePx, tile.width_px - x),
+                           std::min(kBlockEdgePx, tile.height_px - y)};
+      const TileRect region = grown(block, s.radius(), settings.width_px, settings.height_px);
+      for (auto& plane : s.sum) std::fill(std::begin(plane), std::end(plane), 0.0f);
+      const auto samples = static_cast<std::uint32_t>(settings.samples_per_pixel);
+      for (std::uint32_t sample = 0; sample < samples; ++sample) {
+        s.clear(region);
+        s.trace_camera(region, sample);
+        s.gather_sample(sample);
+        if (s.is_over()) return s.counts;
+        s.resolve(region, block);
+      }
+      s.write(block, region, tile, rgb);
+    }
+  }
+  return s.counts;
+}
+
+}  // namespace tessera::core

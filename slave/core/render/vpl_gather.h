@@ -1,0 +1,47 @@
+// Light of VPLs at a batch of points: shadow rays of one VPL after the other, all of them leaving
+// the VPL, in groups by where they go, seen from it (Benthin, thesis, section 9.3). A point sums
+// over VPLs in their order, whatever its neighbours do.
+//
+// Threads. One object per thread; holds the shadow rays as scratch memory.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "slave/core/kernel/gather_layout.h"
+#include "slave/core/trace/scene_tracer.h"
+
+namespace tessera::core {
+
+class VplGather {
+ public:
+  VplGather();
+
+  // clamp: of the geometry term, 0 for none. Keeps the references until the next call.
+  void begin(const SceneTracer& tracer, float clamp, const std::atomic<bool>* is_cancelled);
+
+  // Adds to points.light what every `stride`-th VPL from number `first` on sheds, times `weight`.
+  // Requires: find_bounds(points) after they were last changed. Returns: shadow rays traced.
+  std::uint64_t add(std::span<const LightPoint> vpls, std::size_t first, std::size_t stride,
+                    float weight, GatherPoints& points);
+
+  // Sets lower, upper, normal_lower, normal_upper.
+  static void find_bounds(GatherPoints& points);
+
+ private:
+  std::uint64_t add_one(LightPoint light, GatherPoints& points);
+  void trace_fans(const LightPoint& light);
+  void trace_parallel(const LightPoint& light, const GatherPoints& points);
+  void darken(std::uint64_t blocked, int group);
+
+  const SceneTracer* tracer_ = nullptr;
+  float clamp_ = 0;
+  const std::atomic<bool>* is_cancelled_ = nullptr;
+  std::unique_ptr<GatherRays> rays_;
+  FanPacket fan_;
+  RayPacket packet_;
+};
+
+}  // namespace tessera::core
