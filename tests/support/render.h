@@ -1,4 +1,5 @@
-// A picture rendered as one tile, for tests of what its pixels are.
+// A picture rendered as one tile or as many, for tests of what its pixels are.
+// Threads. Pure functions.
 #pragma once
 
 #include <gtest/gtest.h>

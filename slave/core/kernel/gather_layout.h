@@ -1,30 +1,16 @@
-// Points that gather the light of virtual point lights (VPLs), a VPL, and what filters the result.
+// Points that gather the light of virtual point lights (VPLs), and what filters the result.
 // Fixed-size types only and no functions.
 #pragma once
 
 #include <stdint.h>
 
 #include "slave/core/kernel/packet_layout.h"
+#include "slave/core/light/light_point_layout.h"
 
 namespace tessera::core {
 
 inline constexpr int kGatherMax = kFanTargetsMax;
 inline constexpr int kGatherRoom = kGatherMax + 16;  // registers are stored whole
-
-// What sheds light from one place. Shares of a surface (a VPL proper, or a point of an area light),
-// lights without extent, and light from so far away that its rays are parallel.
-enum class LightPointKind : int32_t { kSurface = 0, kPoint = 1, kSpot = 2, kFar = 3 };
-
-struct LightPoint {
-  float position[3];  // kFar: none, see begin_gather()
-  float normal[3];    // unit; kSurface: the side that sheds; kSpot, kFar: the way light travels
-  // What it sheds. kSurface: radiance times area, W/sr along the normal; kPoint, kSpot: W/sr; kFar:
-  // irradiance of a surface that faces it.
-  float rgb[3];
-  float cos_inner, cos_outer;  // kSpot, see Light
-  float t_min;                 // of shadow rays that leave it
-  LightPointKind kind;
-};
 
 // Points of surfaces that gather from the same lights. Shape: [count], of [kGatherMax].
 struct alignas(64) GatherPoints {
@@ -33,6 +19,7 @@ struct alignas(64) GatherPoints {
   alignas(64) float normal[3][kGatherRoom];   // geometric, unit, on the viewer's side
   alignas(64) float shading[3][kGatherRoom];  // unit
   alignas(64) float offset[kGatherRoom];      // see surface_offset.h
+  uint32_t key[kGatherRoom];                  // pixel_key() of the caller's choice
   // Irradiance over pi: times the albedo it is the radiance that a diffuse surface reflects.
   alignas(64) float light[3][kGatherRoom];
   // Of the points and their shading normals.

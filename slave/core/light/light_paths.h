@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "common/math/bounds3.h"
-#include "slave/core/kernel/gather_layout.h"
+#include "slave/core/light/light_point_layout.h"
 #include "slave/core/light/light_set.h"
 
 namespace tessera::core {

@@ -7,8 +7,11 @@
 
 #include "slave/core/geometry/barycentric.h"
 #include "slave/core/render/camera_packet.h"
+#include "slave/core/render/clamp_residual.h"
+#include "slave/core/render/sample_dimensions.h"
 #include "slave/core/render/surface.h"
 #include "slave/core/render/vpl_gather.h"
+#include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {
 namespace {
@@ -31,6 +34,7 @@ struct GiTile::Scratch {
   CameraPacket camera;
   PacketHits hits;
   VplGather gather;
+  ClampResidual residual;
   FilterPlanes planes;
   float albedo[3][kFilterPixels];
   float own[3][kFilterPixels];  // what pixels show without any light: emission, sky
@@ -51,13 +55,14 @@ struct GiTile::Scratch {
   bool is_over() const {
     return is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed);
   }
+  bool has_residual() const { return settings->is_compensated && settings->clamp > 0; }
   int radius() const { return settings->is_filtered ? settings->interleave / 2 : 0; }
 
   void begin_batches();
   void clear(const TileRect& region);
   void trace_camera(const TileRect& region, std::uint32_t sample);
   void add_hits(const TileRect& region, int x_px, int y_px);
-  void add_surface(int pixel, int class_number, const Surface& s);
+  void add_surface(int pixel, int class_number, const Surface& s, std::uint32_t key);
   void gather_sample(std::uint32_t sample);
   void resolve(const TileRect& region, const TileRect& block);
   void write(const TileRect& block, const TileRect& region, const TileRect& tile,
@@ -123,11 +128,12 @@ void GiTile::Scratch::add_hits(const TileRect& region, int x_px, int y_px) {
         barycentric(eye, d, t.vertex(triangle, 0), t.vertex(triangle, 1), t.vertex(triangle, 2));
     const Surface s = surface_at(*scene, triangle, uv.x, uv.y, d);
     planes.distance[pixel] = hits.t[i] * length(d);
-    add_surface(pixel, y % k * k + x % k, s);
+    add_surface(pixel, y % k * k + x % k, s, pixel_key(settings->seed, x, y, kDimensionLight));
   }
 }
 
-void GiTile::Scratch::add_surface(int pixel, int class_number, const Surface& s) {
+void GiTile::Scratch::add_surface(int pixel, int class_number, const Surface& s,
+                                  std::uint32_t key) {
   int number = class_number * batches_per_class;
   while (batches[static_cast<std::size_t>(number)]->count == kGatherMax) ++number;
   GatherPoints& batch = *batches[static_cast<std::size_t>(number)];
@@ -142,6 +148,7 @@ void GiTile::Scratch::add_surface(int pixel, int class_number, const Surface& s)
     own[c][pixel] = s.emission[c];
   }
   batch.offset[at] = s.offset;
+  batch.key[at] = key;
   planes.material[pixel] = static_cast<std::int32_t>(s.material);
 }
 
@@ -155,6 +162,7 @@ void GiTile::Scratch::gather_sample(std::uint32_t sample) {
     counts.shadow += gather.add(vpls->each(), 0, 1, 1, batch);
     counts.shadow +=
         gather.add(vpls->set(set), sample, samples, static_cast<float>(samples), batch);
+    if (has_residual()) counts += residual.add(batch, sequence_index(*settings, sample));
     if (is_over()) return;
   }
 }
@@ -217,6 +225,7 @@ RayCounts GiTile::render(const PreparedScene::Impl& scene, const SceneTracer& tr
   s.counts = {};
   s.camera.begin(settings, camera);
   s.gather.begin(tracer, settings.clamp, is_cancelled);
+  if (s.has_residual()) s.residual.begin(scene, tracer, settings, is_cancelled);
   s.begin_batches();
   for (int y = 0; y < tile.height_px; y += kBlockEdgePx) {
     for (int x = 0; x < tile.width_px; x += kBlockEdgePx) {

@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "common/frame/frame_settings.h"
-#include "slave/core/kernel/gather_layout.h"
 #include "slave/core/light/light_paths.h"
 #include "slave/core/render/prepared_scene.h"
 #include "slave/core/trace/scene_tracer.h"

@@ -26,7 +26,7 @@ TEST(CommandLine, WrongUsageIsExitCodeTwo) {
       {"render", "a.obj", "-o", "x.png", "--tile", "abc"},
       {"render", "a.obj", "-o", "x.png", "--aa", "0"},
       {"render", "a.obj", "-o", "x.png", "--isa", "mmx"},
-      {"render", "a.obj", "-o", "x.png", "--renderer", "igi"},
+      {"render", "a.obj", "-o", "x.png", "--renderer", "radiosity"},
       {"render", "a.obj", "-o", "x.png", "--frames-in-flight", "3"},
       {"render", "a.obj", "-o", "x.png", "--slaves", "2"},
       {"render", "a.obj", "-o", "x.png", "--connect", "nowhere"},

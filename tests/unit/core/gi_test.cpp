@@ -56,6 +56,8 @@ TEST(GlobalIllumination, BitsDoNotDependOnTilesOrInstructionSet) {
     settings.vpls = 12;
     settings.interleave = interleave;
     settings.samples_per_pixel = interleave == 3 ? 3 : 1;
+    settings.clamp = interleave == 3 ? 0.5f : 0;
+    settings.is_compensated = interleave == 3;
     const std::vector<float> whole = test::render_in_tiles(**scene, settings, Isa::kScalar, 256);
     EXPECT_GT(mean_of(whole), 0.01);
     for (const Isa isa : test::isas_here()) {
@@ -165,7 +167,7 @@ TEST(GlobalIllumination, FilterStopsAtMaterialsAndCorners) {
   const std::vector<float> rgb = test::render(scene, settings);
   for (std::size_t y = 0; y < 32; ++y) {
     for (std::size_t x = 0; x < 32; ++x) {
-      EXPECT_EQ(x < 16, rgb[3 * (32 * y + x)] > 0.1f) << x << " " << y;
+      EXPECT_EQ(x<16, rgb[3 * (32 * y + x)]> 0.1f) << x << " " << y;
       EXPECT_EQ(x >= 16, rgb[3 * (32 * y + x)] == 0.0f) << x << " " << y;
     }
   }
@@ -198,6 +200,23 @@ TEST(GlobalIllumination, ClampingTakesLightAwayAndNeverAddsAny) {
   const std::vector<float> clamped = test::render(scene, settings);
   EXPECT_LT(mean_of(clamped), mean_of(all));
   for (std::size_t i = 0; i < all.size(); ++i) EXPECT_LE(clamped[i], all[i] * (1 + 1e-5f));
+}
+
+// Bounded so hard that most of the light is traced: what the bound takes away comes back.
+TEST(GlobalIllumination, CompensationBringsBackWhatClampingTakes) {
+  const Scene scene = test::make_full_scene();
+  FrameSettings settings = gi_settings(48, 36);
+  settings.samples_per_pixel = 16;
+  settings.clamp = 0.2f;
+  settings.is_compensated = true;
+  const double compensated = mean_over_seeds(scene, settings, 8);
+  settings.is_compensated = false;
+  const double clamped = mean_over_seeds(scene, settings, 8);
+  settings.renderer = Renderer::kPath;
+  settings.samples_per_pixel = 256;
+  const double path = mean_of(test::render(scene, settings));
+  EXPECT_LT(clamped, 0.97 * path);
+  EXPECT_NEAR(compensated, path, 0.005 * path);
 }
 
 TEST(GlobalIllumination, SeedAndPassMakeOtherVpls) {

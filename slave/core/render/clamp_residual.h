@@ -1,0 +1,47 @@
+// What the bound of the VPLs' geometry term takes away, traced: a ray finds the surface nearby whose
+// VPLs the bound would have weakened, and paths find its light (Kollig and Keller, "Illumination in
+// the presence of weak singularities", 2004). VPLs within the bound and this together are unbiased.
+//
+// From a point x a ray of density cosine / pi meets y; of the light that y sends, the share
+// 1 - bound / G(x, y) is what VPLs at y have lost, where G > bound. G is at most 1 / distance^2, so
+// the ray is no longer than 1 / sqrt(bound).
+//
+// Threads. One object per thread; holds rays and paths as scratch memory.
+#pragma once
+
+#include <atomic>
+#include <memory>
+
+#include "common/frame/frame_settings.h"
+#include "common/frame/frame_stats.h"
+#include "slave/core/kernel/gather_layout.h"
+#include "slave/core/render/prepared_scene.h"
+#include "slave/core/trace/scene_tracer.h"
+
+namespace tessera::core {
+
+class ClampResidual {
+ public:
+  ClampResidual();
+  ~ClampResidual();
+
+  // Keeps references until the next call. Requires: settings.clamp > 0.
+  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
+             const FrameSettings& settings, const std::atomic<bool>* is_cancelled);
+
+  // Adds to points.light. sequence_index: of the pixels' samples. Requires: points.key is set.
+  RayCounts add(GatherPoints& points, std::uint32_t sequence_index);
+
+ private:
+  struct Scratch;
+  void follow(const GatherPoints& points, int first, int count);
+  void arrive(const GatherPoints& points, int point, std::uint32_t triangle, Vec3f direction);
+
+  const PreparedScene::Impl* scene_ = nullptr;
+  const SceneTracer* tracer_ = nullptr;
+  float bound_ = 0;
+  int bounces_ = 0;
+  std::unique_ptr<Scratch> scratch_;
+};
+
+}  // namespace tessera::core
