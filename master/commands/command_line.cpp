@@ -187,6 +187,11 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->check(whole_in(1, kSamplesPerPixelMax))
       ->capture_default_str()
       ->type_name("N");
+  app.add_option("--passes", o.passes,
+                 "pictures with other random choices that are averaged, 1 to 65536; view: while "
+                 "nothing moves (default: 1; view: 64)")
+      ->check(whole_in(1, static_cast<int>(kPassesMax)))
+      ->type_name("N");
   app.add_option("--light-samples", o.frame.light_samples,
                  "direct: samples per area light and of the sky, 1 to 256")
       ->check(whole_in(1, kLightSamplesMax))
@@ -275,6 +280,10 @@ struct Grammar {
                      "turn the camera round the scene by so many degrees over the frames")
         ->check(number_in(-3600, 3600))
         ->type_name("DEGREES");
+    render
+        ->add_option("--reference", o.reference,
+                     "a picture to compare with: prints RMSE, relMSE and FLIP after each pass")
+        ->type_name("FILE");
     status->add_option("--connect", o.session.connect, "a running master")
         ->required()
         ->type_name("HOST:PORT");

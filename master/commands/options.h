@@ -17,6 +17,9 @@ namespace tessera::master {
 
 enum class Command { kServe, kView, kRender, kStatus };
 
+// A window whose camera rests goes on so far.
+inline constexpr int kViewPasses = 64;
+
 struct MasterOptions {
   Command command = Command::kRender;
   std::string scene;   // view, render
@@ -31,6 +34,8 @@ struct MasterOptions {
   bool has_size = false;                // --size was given; else a camera file's size wins
   long frame_first = 0, frame_last = 0;
   double fps = 24;
+  int passes = 0;          // pictures of one view that are averaged; 0: 1, view: kViewPasses
+  std::string reference;   // render: a picture that the others are compared with; empty: none
   std::string stats_path;  // empty: none
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;

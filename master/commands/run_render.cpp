@@ -1,90 +1,20 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
-#include <thread>
 #include <utility>
 
-#include "common/base/bounded_queue.h"
 #include "common/base/clock.h"
 #include "common/base/limits.h"
 #include "common/frame/tile_grid.h"
 #include "master/commands/commands.h"
 #include "master/commands/frame_source.h"
-#include "master/commands/stats_file.h"
-#include "master/image/image_file.h"
+#include "master/commands/picture_writer.h"
 
 namespace tessera::master {
 namespace {
 
 constexpr std::chrono::milliseconds kPoll{100};
 constexpr std::chrono::seconds kAlonePause{2};
-
-// A picture without any light is rarely what was meant.
-void warn_when_black(const FrameImage& image, const std::string& path) {
-  const auto is_zero = [](std::byte b) { return b == std::byte{0}; };
-  if (!std::all_of(image.bytes.begin(), image.bytes.end(), is_zero)) return;
-  std::fprintf(stderr,
-               "tessera-master: warning: %s is black all over: the camera sees nothing, or no "
-               "light of the scene reaches it\n",
-               path.c_str());
-}
-
-// Writes pictures on its own thread, so that the cluster renders on meanwhile. At most two wait.
-class ImageWriter {
- public:
-  ImageWriter(const OutputPattern& pattern, StatsFile& stats, bool is_half)
-      : pattern_(pattern), stats_(stats), is_half_(is_half), thread_([this] { run(); }) {}
-  ~ImageWriter() { (void)finish(); }  // run_render has asked for its outcome
-
-  // Waits for room. Returns: the first failure so far.
-  Status write(long number, FrameResult result) {
-    Job job{number, std::move(result)};
-    while (failure().is_ok() && !jobs_.try_push(job))
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    return failure();
-  }
-
-  // Writes what waits, joins. Returns: the first failure.
-  Status finish() {
-    jobs_.close();
-    if (thread_.joinable()) thread_.join();
-    return failure();
-  }
-
- private:
-  struct Job {
-    long number = 0;
-    FrameResult result;
-  };
-
-  void run() {
-    while (auto job = jobs_.pop()) {
-      if (!failure().is_ok()) continue;
-      warn_when_black(*job->result.image, pattern_.path(job->number));
-      Status status = write_image(*job->result.image, pattern_.path(job->number), {is_half_});
-      if (status.is_ok()) status = stats_.write(job->result.stats, *job->result.image);
-      if (!status.is_ok()) {
-        MutexLock lock(mutex_);
-        failure_ = std::move(status);
-      }
-    }
-  }
-
-  Status failure() {
-    MutexLock lock(mutex_);
-    return failure_;
-  }
-
-  const OutputPattern pattern_;
-  StatsFile& stats_;
-  const bool is_half_;
-  BoundedQueue<Job> jobs_{2};
-
-  Mutex mutex_;
-  Status failure_ TESSERA_GUARDED_BY(mutex_);
-
-  std::thread thread_;
-};
 
 // How far a sequence has come, also within its first frame, from what the slaves have done.
 class RenderProgress {
@@ -144,14 +74,15 @@ class RenderProgress {
 };
 
 // Takes one finished frame, if one comes in time. Returns: how many were taken (0 or 1).
-Result<int> take_frame(Session& session, const MasterOptions& options, ImageWriter& writer,
+Result<int> take_frame(Session& session, const MasterOptions& options, PictureWriter& writer,
                        Progress& progress, long done, long total) {
   auto result = session.next_frame(kPoll);
   if (!result.is_ok()) {
     if (result.status().code() == StatusCode::kDeadlineExceeded) return 0;
     return result.status();
   }
-  const long number = options.frame_first + done;
+  const int passes = std::max(1, options.passes);
+  const long number = options.frame_first + done / passes;
   if (!result->status.is_ok()) {
     return Status::unavailable("frame " + std::to_string(number) +
                                " failed: " + result->status.message());
@@ -160,29 +91,33 @@ Result<int> take_frame(Session& session, const MasterOptions& options, ImageWrit
                                            result->stats.rays.secondary) /
                        1e6 / std::max(result->stats.seconds, 1e-9);
   char text[160];
-  std::snprintf(text, sizeof(text), "rendered %ld of %ld frames, %.0f ms, %.1f Mrays/s, %u slave%s",
-                done + 1, total, 1e3 * result->stats.seconds, mrays, result->stats.slave_count,
-                result->stats.slave_count == 1 ? "" : "s");
+  std::snprintf(text, sizeof(text), "rendered %ld of %ld %s, %.0f ms, %.1f Mrays/s, %u slave%s",
+                done + 1, total, passes > 1 ? "passes" : "frames", 1e3 * result->stats.seconds,
+                mrays, result->stats.slave_count, result->stats.slave_count == 1 ? "" : "s");
   progress.update(text, static_cast<double>(done + 1) / static_cast<double>(total));
-  TESSERA_RETURN_IF_ERROR(writer.write(number, std::move(*result)));
+  TESSERA_RETURN_IF_ERROR(
+      writer.write(number, static_cast<int>(done % passes), std::move(*result)));
   return 1;
 }
 
 Status render_frames(Session& session, const FrameSource& source, const MasterOptions& options,
-                     ImageWriter& writer, Progress& progress, const SignalWatch& signals) {
-  const long total = options.frame_last - options.frame_first + 1;
+                     PictureWriter& writer, Progress& progress, const SignalWatch& signals) {
+  const int passes = std::max(1, options.passes);
+  const long total = (options.frame_last - options.frame_first + 1) * passes;
   long submitted = 0, done = 0;
   RenderProgress work(session, progress, source.settings_at(0), total);
   while (done < total) {
     if (signals.is_signalled()) return Status::cancelled("interrupted; finished pictures are kept");
     if (submitted < total && submitted - done < options.session.frames_in_flight) {
-      const long number = options.frame_first + submitted;
-      if (submitted == 0 || source.is_animated()) {
+      const long number = options.frame_first + submitted / passes, pass = submitted % passes;
+      if (submitted == 0 || (pass == 0 && source.is_animated())) {
         auto version =
             session.commit_scene(source.scene_at(static_cast<double>(number) / options.fps));
         if (!version.is_ok()) return version.status();
       }
-      auto frame = session.submit(source.settings_at(static_cast<double>(number)));
+      FrameSettings settings = source.settings_at(static_cast<double>(number));
+      settings.pass = static_cast<std::uint32_t>(pass);
+      auto frame = session.submit(settings);
       if (!frame.is_ok()) return frame.status();
       ++submitted;
       continue;
@@ -193,6 +128,23 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
     done += *taken;
   }
   return Status::ok();
+}
+
+// Empty without --reference.
+Result<FloatImage> read_reference(const MasterOptions& options, const FrameSettings& settings) {
+  if (options.reference.empty()) return FloatImage{};
+  Result<FloatImage> image = read_image(options.reference);
+  if (!image.is_ok()) return image.status();
+  if (image->width_px != settings.width_px || image->height_px != settings.height_px) {
+    const auto size = [](int width, int height) {
+      return std::to_string(width) + "x" + std::to_string(height);
+    };
+    return Status::invalid_argument("--reference " + options.reference + " has " +
+                                    size(image->width_px, image->height_px) +
+                                    " pixels and the pictures " +
+                                    size(settings.width_px, settings.height_px) + ": give --size");
+  }
+  return image;
 }
 
 }  // namespace
@@ -208,9 +160,14 @@ int run_render(const MasterOptions& options, const SignalWatch& signals) {
   if (!session.is_ok()) return report_failure(session.status());
   auto source = FrameSource::open(options, progress, signals);
   if (!source.is_ok()) return report_failure(source.status());
+  auto reference = read_reference(options, source->settings_at(0));
+  if (!reference.is_ok()) return report_failure(reference.status());
   Status status = wait_for_slaves(**session, options, [&] { return signals.is_signalled(); });
   if (status.is_ok()) {
-    ImageWriter writer(*pattern, *stats, options.frame.pixel_format == PixelFormat::kHalf);
+    PictureWriter writer(
+        *pattern, *stats,
+        {std::max(1, options.passes), options.frame.pixel_format == PixelFormat::kHalf,
+         options.is_quiet, std::move(*reference)});
     status = render_frames(**session, *source, options, writer, progress, signals);
     const Status written = writer.finish();
     if (status.is_ok()) status = written;

@@ -12,6 +12,7 @@
 #include "master/display/frame_pacer.h"
 #include "master/display/viewer.h"
 #include "master/image/image_file.h"
+#include "master/image/pass_mean.h"
 
 namespace tessera::master {
 namespace {
@@ -34,6 +35,7 @@ class Pump {
         viewer_(viewer),
         stats_(stats),
         pacer_(options.frame_time_ms / 1000),
+        passes_(static_cast<std::uint32_t>(options.passes > 0 ? options.passes : kViewPasses)),
         thread_([this] { run(); }) {}
   ~Pump() { stop(); }
 
@@ -60,13 +62,17 @@ class Pump {
     const TimePoint now = Clock::now();
     if (std::exchange(seen_revision_, view.revision) != view.revision) pacer_.moved(now);
     // A frame of less than the whole quality is followed by a better one once the view rests.
+    // One at rest by others with other random choices, which are averaged.
+    const bool is_resting = submitted_ > 0 && view.revision == revision_ && !is_reduced_ &&
+                            !source_.is_animated() && !pacer_.is_moving(now);
     const bool is_wanted = source_.is_animated() || submitted_ == 0 || view.revision != revision_ ||
                            (is_reduced_ && !pacer_.is_moving(now)) ||
-                           !options_.screenshot_path.empty();
+                           (is_resting && pass_ + 1 < passes_) || !options_.screenshot_path.empty();
     leave_behind(view, now);
     const bool has_room =
         in_flight_.size() < static_cast<std::size_t>(options_.session.frames_in_flight);
     if (is_wanted && has_room) {
+      pass_ = is_resting && pass_ + 1 < passes_ ? pass_ + 1 : 0;
       TESSERA_RETURN_IF_ERROR(submit(view));
       if (in_flight_.size() < static_cast<std::size_t>(options_.session.frames_in_flight))
         return Status::ok();
@@ -83,6 +89,7 @@ class Pump {
     settings.camera = view.camera;
     settings.width_px = view.width_px;
     settings.height_px = view.height_px;
+    settings.pass = pass_;
     const FrameSettings paced = pacer_.settings(settings, Clock::now());
     auto frame = session_.submit(paced);
     if (!frame.is_ok()) return frame.status();
@@ -112,6 +119,9 @@ class Pump {
       cluster_ = session_.status();
       status_time_ = now;
     }
+    if (frame.settings.pass == 0) mean_.reset();
+    mean_.add(*result->image);
+    if (mean_.count() > 1) result->image = std::make_shared<const FrameImage>(mean_.image());
     viewer_.publish({result->image, result->stats, cluster_, seconds(now - frame.submitted)});
     return Status::ok();
   }
@@ -145,8 +155,11 @@ class Pump {
   const TimePoint start_ = Clock::now();
   FramePacer pacer_;
   std::map<FrameId, InFlight> in_flight_;
-  TimePoint taken_;                  // when the last frame came
-  bool is_reduced_ = false;          // the last frame submitted
+  TimePoint taken_;          // when the last frame came
+  bool is_reduced_ = false;  // the last frame submitted
+  const std::uint32_t passes_;
+  std::uint32_t pass_ = 0;           // likewise
+  PassMean mean_;                    // of the frames that came, since the view rests
   std::uint64_t revision_ = 0;       // of the last frame submitted
   std::uint64_t seen_revision_ = 0;  // newest one
   std::uint64_t submitted_ = 0;

@@ -7,7 +7,8 @@
 
 namespace tessera::master {
 
-std::string stats_json(const FrameStats& s, int width_px, int height_px, PixelFormat pixels) {
+std::string stats_json(const FrameStats& s, int width_px, int height_px, PixelFormat pixels,
+                       const PassReport& report) {
   JsonObject json;
   json.add("frame", s.frame)
       .add("seconds", s.seconds)
@@ -37,6 +38,14 @@ std::string stats_json(const FrameStats& s, int width_px, int height_px, PixelFo
       .add("utilisation", s.utilisation)
       .add("render_seconds", s.render_seconds)
       .add("digest", s.digest.hex());
+  if (report.passes > 1)
+    json.add("pass", report.pass).add("passes", report.passes).add("pass_seconds", report.seconds);
+  if (report.error) {
+    json.add("rmse", report.error->rmse)
+        .add("rel_mse", report.error->rel_mse)
+        .add("flip", report.error->flip)
+        .add("mean_off", report.error->mean_off);
+  }
   return json.text();
 }
 
@@ -49,9 +58,11 @@ Result<StatsFile> StatsFile::open(const std::string& path) {
   return stats;
 }
 
-Status StatsFile::write(const FrameStats& stats, const FrameImage& image) {
+Status StatsFile::write(const FrameStats& stats, const FrameImage& image,
+                        const PassReport& report) {
   if (!file_) return Status::ok();
-  const std::string line = stats_json(stats, image.width_px, image.height_px, image.format) + "\n";
+  const std::string line =
+      stats_json(stats, image.width_px, image.height_px, image.format, report) + "\n";
   if (std::fputs(line.c_str(), file_.get()) < 0 || std::fflush(file_.get()) != 0) {
     return Status::resource_exhausted("cannot write " + path_ + ": " + std::strerror(errno));
   }

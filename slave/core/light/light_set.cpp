@@ -52,14 +52,10 @@ void share_out(LightSet& set) {
 
 }  // namespace
 
-const Emitter& LightSet::pick(float x) const {
-  const auto it = std::upper_bound(cumulative.begin(), cumulative.end() - 1, x);
-  return emitters[static_cast<std::size_t>(it - cumulative.begin())];
-}
-
 const Emitter& LightSet::pick(float x, float& rest) const {
-  const Emitter& e = pick(x);
-  const auto number = static_cast<std::size_t>(&e - emitters.data());
+  const auto it = std::upper_bound(cumulative.begin(), cumulative.end() - 1, x);
+  const auto number = static_cast<std::size_t>(it - cumulative.begin());
+  const Emitter& e = emitters[number];
   const float below = number == 0 ? 0 : cumulative[number - 1];
   rest = std::clamp((x - below) / e.share, 0.0f, 1 - kUnitRoundoff);
   return e;

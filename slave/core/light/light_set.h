@@ -37,8 +37,8 @@ struct LightSet {
   bool is_empty() const { return lights.empty() && emitters.empty() && !has_environment; }
   bool is_shared_out() const { return emitters.size() > kEmittersEachMax; }
   // Requires: there are emitters; 0 <= x < 1.
-  const Emitter& pick(float x) const;
-  // As pick(); rest: what of x is still free, in [0, 1). May be x itself.
+  // rest: what of x is still free, in [0, 1): for a place on the emitter, since another dimension
+  // of the same sample need not be independent of x. May be x itself.
   const Emitter& pick(float x, float& rest) const;
 };
 

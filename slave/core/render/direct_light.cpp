@@ -12,7 +12,7 @@ namespace tessera::core {
 namespace {
 
 constexpr float kInvPi = 0.318309886f;
-// Apart from those of the emitters, which have even numbers, one for each, and 1.
+// Apart from those of the emitters, which have even numbers, one for each.
 constexpr std::uint32_t kEnvironmentDimension = 0x80000001u;
 // A reported t is off by 3 roundings (plane-inl.h): what lies beyond 1 for certain is not hit.
 constexpr float kEnd = 1 - 4 * kUnitRoundoff;
@@ -199,8 +199,8 @@ std::uint64_t DirectLight::add_environment(const SurfaceBatch& batch, Vec3f* rad
     rays.groups.clear();
     for (int i = 0; i < batch.count; ++i) {
       const Surface& s = batch.surface[i];
-      const Vec2f x = sample_2d(hash_combine(batch.key[i], kEnvironmentDimension),
-                                batch.sample_index * samples + j);
+      const Vec2f x = shuffled_2d(hash_combine(batch.key[i], kEnvironmentDimension),
+                                  batch.sample_index * samples + j);
       rays.direction[i] = cosine_direction(s.shading_normal, x);
       rays.contribution[i] =
           s.albedo * scene_->lights.environment * (1 / static_cast<float>(light_samples_));
@@ -222,10 +222,8 @@ std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t r
   const LightSet& lights = scene_->lights;
   for (int i = 0; i < batch.count; ++i) {
     rays.is_active[i] = false;
-    const Emitter& emitter = picks_emitters_
-                                 ? lights.pick(sample_1d(hash_combine(batch.key[i], 1), sample))
-                                 : lights.emitters[round];
-    const Vec2f x = sample_2d(hash_combine(batch.key[i], 2 * round), sample);
+    Vec2f x = shuffled_2d(hash_combine(batch.key[i], 2 * round), sample);
+    const Emitter& emitter = picks_emitters_ ? lights.pick(x.x, x.x) : lights.emitters[round];
     const SurfacePoint at = point_on(emitter, x);
     const Surface& s = batch.surface[i];
     const Vec3f away = at.point - s.point;

@@ -107,5 +107,27 @@ TEST(PathTracer, WithoutBouncesItIsDirectLight) {
   EXPECT_EQ(path.mean, render(scene, settings).mean);
 }
 
+// Half shadow of a lamp of several triangles, one of which is picked for each sample: as bright, pixel
+// by pixel, as where each gets samples of its own. (Once the pick decided on the place, too.)
+TEST(PathTracer, HalfShadowsAreThoseOfDirectLight) {
+  Mesh mesh;
+  mesh.positions = {{-4, 0, -4}, {4, 0, -4}, {4, 0, 4},  {-4, 0, 4}, {-1, 2, -1}, {1, 2, -1},
+                    {1, 2, 1},   {-1, 2, 1}, {0, 1, -4}, {0, 1, 4},  {4, 1, 4},   {4, 1, -4}};
+  mesh.triangles = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}, {8, 9, 10}, {8, 10, 11}};
+  mesh.materials = {0, 0, 1, 1, 0, 0};
+  Scene scene = test::make_scene(std::move(mesh));
+  scene.materials.resize(2);
+  scene.materials[1] = {"lamp", {0, 0, 0}, {3, 3, 3}, kNoTexture};
+  FrameSettings settings = path_settings(0, 1024);
+  settings.width_px = settings.height_px = 16;
+  settings.camera = {{-1.5f, 0.9f, 0}, {-0.5f, 0, 0}, {0, 0, 1}, 60};
+  const std::vector<float> path = test::render(scene, settings);
+  settings.renderer = Renderer::kDirect;
+  settings.samples_per_pixel = 64;
+  settings.light_samples = 16;
+  const std::vector<float> direct = test::render(scene, settings);
+  for (std::size_t i = 0; i < path.size(); ++i) EXPECT_NEAR(path[i], direct[i], 0.01f) << i;
+}
+
 }  // namespace
 }  // namespace tessera::core

@@ -1,0 +1,63 @@
+// Writes pictures on its own thread, so that the cluster renders on meanwhile: the mean of each
+// one's passes, and how far it is from a reference after each pass. At most two frames wait.
+//
+// Threads. One thread calls; all else is inside.
+#pragma once
+
+#include <string>
+#include <thread>
+
+#include "common/base/bounded_queue.h"
+#include "common/base/mutex.h"
+#include "master/commands/stats_file.h"
+#include "master/image/image_file.h"
+#include "master/image/image_read.h"
+#include "master/image/pass_mean.h"
+#include "master/session/session.h"
+
+namespace tessera::master {
+
+class PictureWriter {
+ public:
+  struct Options {
+    int passes = 1;
+    bool is_half = false;    // of files that can hold half floats
+    bool is_quiet = false;   // errors are not printed
+    FloatImage reference{};  // of no width: none
+  };
+  // `stats` outlives it.
+  PictureWriter(const OutputPattern& pattern, StatsFile& stats, Options options);
+  ~PictureWriter();
+
+  // One pass of picture `number`; they come in order. Waits for room. Returns: the first failure so
+  // far.
+  Status write(long number, int pass, FrameResult result);
+
+  // Writes what waits, joins. Returns: the first failure.
+  Status finish();
+
+ private:
+  struct Job {
+    long number = 0;
+    int pass = 0;
+    FrameResult result;
+  };
+
+  void run();
+  Status process(const Job& job);
+  Status failure();
+
+  const OutputPattern pattern_;
+  StatsFile& stats_;
+  const Options options_;
+  PassMean mean_;
+  double pass_seconds_ = 0;
+  BoundedQueue<Job> jobs_{2};
+
+  Mutex mutex_;
+  Status failure_ TESSERA_GUARDED_BY(mutex_);
+
+  std::thread thread_;
+};
+
+}  // namespace tessera::master
