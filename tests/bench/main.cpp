@@ -9,6 +9,7 @@
 #include "tests/bench/build_suite.h"
 #include "tests/bench/core_suite.h"
 #include "tests/bench/exchange_suite.h"
+#include "tests/bench/gi_suite.h"
 #include "tests/bench/scenes.h"
 #include "tests/bench/thesis_suite.h"
 
@@ -42,6 +43,7 @@ tessera::Status run(std::vector<std::string> suites,
     }
     const auto run_suite = suite == "core"     ? tessera::bench::run_core_suite
                            : suite == "build"  ? tessera::bench::run_build_suite
+                           : suite == "gi"     ? tessera::bench::run_gi_suite
                            : suite == "thesis" ? tessera::bench::run_thesis_suite
                                                : tessera::bench::run_accuracy_suite;
     const tessera::Status status = run_suite(options, scenes);
@@ -88,8 +90,10 @@ int main(int argc, char** argv) {
          "SUITE", suites,
          "core: rays per CPU-second; build: time to build; accuracy: errors on hard cases; "
          "thesis: its tables of steps and tests; exchange: the master's tiles per second, beside "
-         "a bare epoll loop; default: the first three")
-      ->check(CLI::IsMember({"core", "build", "accuracy", "thesis", "exchange"}));
+         "a bare epoll loop; gi: global illumination, its speed and its error, on scenes of its "
+         "own; "
+         "default: the first three")
+      ->check(CLI::IsMember({"core", "build", "accuracy", "thesis", "exchange", "gi"}));
   app.add_option("--scene", options.scenes, "interior, knot, building, field (default: all)")
       ->check(CLI::IsMember(tessera::bench::scene_names()));
   app.add_option("--rays", options.kinds, "primary, shadow, bounce (default: all)")

@@ -1,0 +1,212 @@
+#include "tests/bench/gi_frame.h"
+
+#include <x86intrin.h>
+
+#include <algorithm>
+
+#include "common/base/cpu_count.h"
+#include "common/frame/tile_grid.h"
+#include "slave/core/kernel/kernel_table.h"
+#include "slave/core/parallel/run_tasks.h"
+#include "slave/core/render/frame_light.h"
+#include "slave/core/render/gi_tile.h"
+#include "slave/core/render/prepared_scene_impl.h"
+#include "slave/core/render/tile_renderer.h"
+#include "tests/bench/contender.h"
+
+namespace tessera::bench {
+namespace {
+
+// What the trampolines work on: the benchmark renders with one thread at a time.
+struct Watch {
+  const core::KernelTable* real = nullptr;
+  std::array<std::uint64_t, kGiParts> cycles{};
+  // Recording:
+  Workload* rays = nullptr;
+  int one_in = 1, seen = 0;
+  const core::FanTargets* pending = nullptr;  // grouped, origin not known yet
+};
+Watch watch;
+
+class Timed {
+ public:
+  explicit Timed(GiPart part) : part_(static_cast<std::size_t>(part)), start_(__rdtsc()) {}
+  ~Timed() { watch.cycles[part_] += __rdtsc() - start_; }
+
+ private:
+  std::size_t part_;
+  std::uint64_t start_;
+};
+
+void group_fans(core::FanTargets& targets) {
+  const Timed timed(GiPart::kGroup);
+  watch.real->group_fans(targets);
+  if (watch.rays != nullptr && ++watch.seen % watch.one_in == 0) watch.pending = &targets;
+}
+bool begin_gather(const core::GatherPoints& points, const core::LightPoint& light, float clamp,
+                  core::GatherRays& rays) {
+  const Timed timed(GiPart::kStrength);
+  return watch.real->begin_gather(points, light, clamp, rays);
+}
+void end_gather(const core::LightPoint& light, const core::GatherRays& rays,
+                core::GatherPoints& points) {
+  const Timed timed(GiPart::kAdd);
+  watch.real->end_gather(light, rays, points);
+}
+void filter(core::FilterPlanes& planes, int radius, int x, int y, int width, int height) {
+  const Timed timed(GiPart::kFilter);
+  watch.real->filter(planes, radius, x, y, width, height);
+}
+
+void record(const float* origin) {
+  const core::FanTargets& targets = *watch.pending;
+  watch.pending = nullptr;
+  watch.rays->blocks.emplace_back();
+  RayBlock& block = watch.rays->blocks.back();
+  block.count = targets.count;
+  watch.rays->ray_count += static_cast<std::uint64_t>(targets.count);
+  for (int i = 0; i < targets.count; ++i) {
+    for (int a = 0; a < 3; ++a) {
+      block.origin[a][i] = origin[a] + targets.direction[a][i];
+      block.direction[a][i] = -targets.direction[a][i];
+    }
+    block.t_max[i] = 1 - 0x1p-20f;  // not the VPL's own surface
+  }
+}
+
+template <class View>
+void enter_fans(const View& view, const core::FanWindow& window, core::FanEntry& entry) {
+  const Timed timed(GiPart::kCamera);
+  kernels_of(*watch.real, view).enter_fans(view, window, entry);
+}
+template <class View>
+void closest_fan(const View& view, const core::FanPacket& rays, core::PacketHits& hits) {
+  const Timed timed(GiPart::kCamera);
+  kernels_of(*watch.real, view).closest_fan(view, rays, hits);
+}
+template <class View>
+std::uint64_t occluded_fan(const View& view, const core::FanPacket& rays) {
+  if (watch.pending != nullptr) record(rays.origin);
+  const Timed timed(GiPart::kShadow);
+  return kernels_of(*watch.real, view).occluded_fan(view, rays);
+}
+template <class View>
+std::uint64_t occluded_packet(const View& view, const core::RayPacket& rays) {
+  watch.pending = nullptr;  // parallel rays leave no point
+  const Timed timed(GiPart::kShadow);
+  return kernels_of(*watch.real, view).occluded_packet(view, rays);
+}
+
+template <class View>
+void put_watch(core::ViewKernels<View>& kernels) {
+  kernels.enter_fans = enter_fans<View>;
+  kernels.closest_fan = closest_fan<View>;
+  kernels.occluded_fan = occluded_fan<View>;
+  kernels.occluded_packet = occluded_packet<View>;
+}
+
+core::KernelTable watched(const core::KernelTable& real) {
+  core::KernelTable table = real;
+  table.group_fans = group_fans;
+  table.begin_gather = begin_gather;
+  table.end_gather = end_gather;
+  table.filter = filter;
+  put_watch(table.bvh8);
+  put_watch(table.bvh16);
+  put_watch(table.kd8);
+  put_watch(table.kd16);
+  return table;
+}
+
+// Copies a tile to its place.
+void place(const TileRect& rect, const std::vector<float>& tile, int width_px,
+           std::vector<float>& rgb) {
+  const auto row = 3 * static_cast<std::size_t>(rect.width_px);
+  for (int y = 0; y < rect.height_px; ++y) {
+    const auto from = tile.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y) * row);
+    std::copy_n(from, row, rgb.begin() + 3 * ((rect.y_px + y) * width_px + rect.x_px));
+  }
+}
+
+std::size_t floats_of(int width_px, int height_px) {
+  return 3 * static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
+}
+
+}  // namespace
+
+const char* gi_part_name(GiPart part) {
+  constexpr const char* kNames[] = {"camera rays", "shadow rays", "grouping", "strengths",
+                                    "sums",        "filter",      "walks",    "rest"};
+  return kNames[static_cast<int>(part)];
+}
+
+GiFrame render_gi(const core::PreparedScene& scene, const FrameSettings& settings, Isa isa) {
+  GiFrame frame;
+  frame.rgb.resize(floats_of(settings.width_px, settings.height_px));
+  watch.real = &core::kernels_for(isa);
+  watch.cycles = {};
+  const core::KernelTable table = watched(*watch.real);
+  const core::SceneTracer tracer(scene.impl().index, table);
+  const core::CameraRays camera(settings.camera, settings.width_px, settings.height_px);
+  const TileGrid grid(settings.width_px, settings.height_px, settings.tile_edge_px);
+  core::GiTile renderer;
+  std::vector<float> tile;
+  const double start = thread_cpu_seconds();
+  const std::uint64_t start_cycles = __rdtsc();
+  const core::VplSets vpls(scene.impl(), tracer, settings);
+  const std::uint64_t walk_cycles = __rdtsc() - start_cycles;
+  for (TileIndex i = 0; i < grid.tile_count(); ++i) {
+    const TileRect rect = grid.rect(i);
+    tile.resize(floats_of(rect.width_px, rect.height_px));
+    frame.rays +=
+        renderer.render(scene.impl(), tracer, settings, vpls, camera, rect, tile, nullptr);
+    place(rect, tile, settings.width_px, frame.rgb);
+  }
+  const auto all = static_cast<double>(__rdtsc() - start_cycles);
+  frame.cpu_seconds = thread_cpu_seconds() - start;
+  frame.rays.secondary += vpls.ray_count();
+  double rest = 1;
+  watch.cycles[static_cast<std::size_t>(GiPart::kWalks)] = walk_cycles;
+  for (std::size_t part = 0; part + 1 < kGiParts; ++part) {
+    frame.share[part] = static_cast<double>(watch.cycles[part]) / all;
+    rest -= frame.share[part];
+  }
+  frame.share[static_cast<std::size_t>(GiPart::kRest)] = rest;
+  return frame;
+}
+
+Workload shadow_rays_of(const core::PreparedScene& scene, const FrameSettings& settings, Isa isa,
+                        int one_in) {
+  Workload work;
+  work.kind = RayKind::kShadow;
+  watch.rays = &work;
+  watch.one_in = one_in;
+  watch.seen = 0;
+  render_gi(scene, settings, isa);
+  watch.rays = nullptr;
+  watch.pending = nullptr;
+  return work;
+}
+
+std::vector<float> render_fast(const core::PreparedScene& scene, const FrameSettings& settings,
+                               Isa isa) {
+  std::vector<float> rgb(floats_of(settings.width_px, settings.height_px));
+  const TileGrid grid(settings.width_px, settings.height_px, settings.tile_edge_px);
+  core::FrameLight light;
+  core::run_tasks(static_cast<int>(grid.tile_count()), available_cpu_count(), [&](int i) {
+    static thread_local core::TileRenderer renderer;
+    const TileRect rect = grid.rect(static_cast<TileIndex>(i));
+    std::vector<float> tile(floats_of(rect.width_px, rect.height_px));
+    renderer.render(scene, settings, isa, rect, tile, nullptr, &light);
+    place(rect, tile, settings.width_px, rgb);
+  });
+  return rgb;
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  return n == 0 ? 0 : (values[n / 2] + values[(n - 1) / 2]) / 2;
+}
+
+}  // namespace tessera::bench

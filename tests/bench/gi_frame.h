@@ -1,0 +1,44 @@
+// One frame lit by VPLs, rendered by one thread, for measuring: through a table of kernels that
+// keeps time and, if wanted, the shadow rays.
+//
+// Threads. One.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "common/frame/frame_settings.h"
+#include "common/frame/frame_stats.h"
+#include "slave/core/render/prepared_scene.h"
+#include "tests/bench/workload.h"
+
+namespace tessera::bench {
+
+// Where time goes. Rest: surfaces of hits, packing rays, writing pixels.
+enum class GiPart { kCamera, kShadow, kGroup, kStrength, kAdd, kFilter, kWalks, kRest };
+inline constexpr int kGiParts = 8;
+const char* gi_part_name(GiPart part);
+
+struct GiFrame {
+  std::vector<float> rgb;
+  double cpu_seconds = 0;  // VPLs included
+  RayCounts rays;
+  std::array<double, kGiParts> share{};  // of cpu_seconds
+  double seconds(GiPart part) const { return share[static_cast<std::size_t>(part)] * cpu_seconds; }
+};
+
+// Whole frames of the given renderer in tiles of settings.tile_edge_px.
+GiFrame render_gi(const core::PreparedScene& scene, const FrameSettings& settings, Isa isa);
+
+// Of every `one_in`-th VPL and batch of points, the shadow rays from the points to the VPL.
+Workload shadow_rays_of(const core::PreparedScene& scene, const FrameSettings& settings, Isa isa,
+                        int one_in);
+
+// Any renderer, on all threads; no times.
+std::vector<float> render_fast(const core::PreparedScene& scene, const FrameSettings& settings,
+                               Isa isa);
+
+double median(std::vector<double> values);
+
+}  // namespace tessera::bench

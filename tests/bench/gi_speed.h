@@ -1,0 +1,18 @@
+// Where the time of a frame goes, see gi_suite.h.
+//
+// Threads. One.
+#pragma once
+
+#include <string>
+
+#include "common/frame/frame_settings.h"
+#include "slave/core/render/prepared_scene.h"
+#include "tests/bench/core_suite.h"
+
+namespace tessera::bench {
+
+// Prints tables. Returns: JSON.
+std::string measure_speed(const core::PreparedScene& scene, const FrameSettings& settings,
+                          const CoreSuiteOptions& options);
+
+}  // namespace tessera::bench

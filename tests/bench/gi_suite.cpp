@@ -1,0 +1,42 @@
+#include "tests/bench/gi_suite.h"
+
+#include <cstdio>
+
+#include "common/base/json.h"
+#include "master/loader/load_scene.h"
+#include "tests/bench/gi_error.h"
+#include "tests/bench/gi_speed.h"
+
+namespace tessera::bench {
+namespace {
+
+// Not all that are built in: those that light gets about in.
+constexpr const char* kScenes[] = {"cornell", "room"};
+
+}  // namespace
+
+std::vector<std::string> gi_scene_names() { return {std::begin(kScenes), std::end(kScenes)}; }
+
+Status run_gi_suite(const CoreSuiteOptions& options, std::vector<std::string>& json) {
+  for (const std::string& name : gi_scene_names()) {
+    std::fprintf(stderr, "making %s\n", name.c_str());
+    auto loaded = master::make_builtin(name);
+    if (!loaded.is_ok()) return loaded.status();
+    auto scene = core::PreparedScene::build(loaded->scene, {});
+    if (!scene.is_ok()) return scene.status();
+    std::printf("\n%s, %llu triangles\n", name.c_str(),
+                static_cast<unsigned long long>((*scene)->triangle_count()));
+    FrameSettings settings;
+    settings.renderer = Renderer::kIgi;
+    settings.tile_edge_px = 64;
+    if (loaded->scene.camera) settings.camera = *loaded->scene.camera;
+    JsonObject object;
+    object.add("scene", name);
+    object.add_raw("error", measure_error(**scene, settings, options));
+    object.add_raw("speed", measure_speed(**scene, settings, options));
+    json.push_back(object.text());
+  }
+  return Status::ok();
+}
+
+}  // namespace tessera::bench
