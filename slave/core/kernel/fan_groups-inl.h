@@ -42,6 +42,27 @@ class FanGroups {
   // already and are left as they are.
   static constexpr float kGain = 0.85f;
 
+  // Which rays go to the front; of one ray, and of a register of them.
+  struct OnFace {
+    const int* faces;
+    int face;
+    bool operator()(float, float, int number) const { return faces[number] == face; }
+    template <class V, class VI>
+    hn::Mask<D> operator()(V, V, VI number) const {
+      const DI di;
+      return hn::RebindMask(D(), hn::Eq(hn::GatherIndex(di, faces, number), hn::Set(di, face)));
+    }
+  };
+  struct Below {
+    int axis;
+    float at;
+    bool operator()(float u, float v, int) const { return (axis == 0 ? u : v) <= at; }
+    template <class V, class VI>
+    hn::Mask<D> operator()(V u, V v, VI) const {
+      return hn::Le(axis == 0 ? u : v, hn::Set(D(), at));
+    }
+  };
+
   // Rays `first` to `first + kLanes - 1` that exist.
   static hn::Mask<D> lanes_before(int first, int end) { return hn::FirstN(D(), room(first, end)); }
   static size_t room(int first, int end) {
@@ -109,15 +130,49 @@ inline bool FanGroups::project() {
 inline void FanGroups::sort_by_face() {
   int begin = 0;
   for (int face = 0; face < kFaces && begin < targets_.count; ++face) {
-    const auto is_here = [&](float, float, int number) { return face_[number] == face; };
-    const int count = partition(begin, targets_.count, is_here);
+    const int count = partition(begin, targets_.count, OnFace{face_, face});
     if (count > 0) start(begin, begin + count);
     begin += count;
   }
 }
 
-// Without branches, for they cannot be predicted. Not in lanes: compressing stores are slow, or are
-// not there, before AVX-512.
+#if HWY_TARGET == HWY_AVX3
+// Registers of either side are packed and stored whole: what they overwrite on the left has been
+// read, since left <= i.
+template <typename IsLeft>
+int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
+  const D d;
+  const DI di;
+  float* const across[2] = {targets_.across[0], targets_.across[1]};
+  int* const order = targets_.order;
+  int left = begin, right = 0;
+  for (int i = begin; i < end; i += kLanes) {
+    const auto u = hn::LoadU(d, across[0] + i), v = hn::LoadU(d, across[1] + i);
+    const auto number = hn::LoadU(di, order + i);
+    const auto is_here = lanes_before(i, end);
+    const auto goes_left = hn::And(is_left(u, v, number), is_here);
+    const auto goes_right = hn::AndNot(goes_left, is_here);
+    hn::StoreU(hn::Compress(u, goes_right), d, spare_[0] + right);
+    hn::StoreU(hn::Compress(v, goes_right), d, spare_[1] + right);
+    hn::StoreU(hn::Compress(number, hn::RebindMask(di, goes_right)), di, spare_order_ + right);
+    right += static_cast<int>(hn::CountTrue(d, goes_right));
+    // What stands behind the end is someone else's.
+    const size_t count = hn::CountTrue(d, goes_left);
+    const auto is_kept = hn::FirstN(d, i + kLanes <= end ? hn::Lanes(d) : count);
+    hn::BlendedStore(hn::Compress(u, goes_left), is_kept, d, across[0] + left);
+    hn::BlendedStore(hn::Compress(v, goes_left), is_kept, d, across[1] + left);
+    hn::BlendedStore(hn::Compress(number, hn::RebindMask(di, goes_left)),
+                     hn::RebindMask(di, is_kept), di, order + left);
+    left += static_cast<int>(count);
+  }
+  __builtin_memcpy(across[0] + left, spare_[0], static_cast<size_t>(right) * sizeof(float));
+  __builtin_memcpy(across[1] + left, spare_[1], static_cast<size_t>(right) * sizeof(float));
+  __builtin_memcpy(order + left, spare_order_, static_cast<size_t>(right) * sizeof(int));
+  return left - begin;
+}
+#else
+// Without branches, for they cannot be predicted. Not in lanes: packing a register is slow before
+// AVX-512.
 template <typename IsLeft>
 int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
   float* const across[2] = {targets_.across[0], targets_.across[1]};
@@ -141,6 +196,7 @@ int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
   __builtin_memcpy(order + left, spare_order_, static_cast<size_t>(right) * sizeof(int));
   return left - begin;
 }
+#endif
 
 inline FanGroups::Extent FanGroups::extent_of(int begin, int end) const {
   const D d;
@@ -180,13 +236,7 @@ inline FanGroups::Extent FanGroups::extent_of_runs(int begin, int end, float& su
 inline void FanGroups::split(int begin, int end, const Extent& all, float sum) {
   if (end - begin <= kPacketRays) return emit(begin, end);
   const int axis = all.high[0] - all.low[0] >= all.high[1] - all.low[1] ? 0 : 1;
-  const float middle = (all.low[axis] + all.high[axis]) / 2;
-  int left = 0;
-  if (axis == 0) {
-    left = partition(begin, end, [&](float u, float, int) { return u <= middle; });
-  } else {
-    left = partition(begin, end, [&](float, float v, int) { return v <= middle; });
-  }
+  const int left = partition(begin, end, Below{axis, (all.low[axis] + all.high[axis]) / 2});
   if (left == 0 || left == end - begin) return emit(begin, end);  // in one place, or no numbers
   const int border = begin + left;
   float left_sum = 0, right_sum = 0;

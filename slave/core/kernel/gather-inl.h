@@ -114,10 +114,10 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
     const auto tx = hn::Sub(hn::Add(px, hn::Mul(nx, off)), lx),
                ty = hn::Sub(hn::Add(py, hn::Mul(ny, off)), ly),
                tz = hn::Sub(hn::Add(pz, hn::Mul(nz, off)), lz);
-    hn::StoreU(hn::Compress(tx, is_lit), d, rays.targets.direction[0] + count);
-    hn::StoreU(hn::Compress(ty, is_lit), d, rays.targets.direction[1] + count);
-    hn::StoreU(hn::Compress(tz, is_lit), d, rays.targets.direction[2] + count);
-    hn::StoreU(hn::Compress(hn::Iota(di, i), hn::RebindMask(di, is_lit)), di, rays.point + count);
+    store_packed(d, tx, is_lit, rays.targets.direction[0] + count);
+    store_packed(d, ty, is_lit, rays.targets.direction[1] + count);
+    store_packed(d, tz, is_lit, rays.targets.direction[2] + count);
+    store_packed(di, hn::Iota(di, i), hn::RebindMask(di, is_lit), rays.point + count);
     count += static_cast<int>(hn::CountTrue(d, is_lit));
   }
   rays.targets.count = count;

@@ -49,6 +49,23 @@ HWY_INLINE hn::Mask<Tag> mask_of(Tag d, uint32_t bits) {
 #endif
 }
 
+// The lanes of the mask, side by side, to `to` on; up to a whole register is written there. Highway's
+// packing is slow before AVX-512.
+template <class Tag>
+HWY_INLINE void store_packed(Tag d, hn::Vec<Tag> v, hn::Mask<Tag> mask, hn::TFromD<Tag>* to) {
+#if HWY_TARGET == HWY_AVX3
+  hn::StoreU(hn::Compress(v, mask), d, to);
+#else
+  alignas(64) hn::TFromD<Tag> lanes[hn::MaxLanes(d)];
+  hn::Store(v, d, lanes);
+  uint32_t bits = bits_of(d, mask);
+  for (size_t lane = 0; lane < hn::MaxLanes(d); ++lane, bits >>= 1) {
+    *to = lanes[lane];
+    to += bits & 1u;
+  }
+#endif
+}
+
 // A register of float from two computations in double, each of half its lanes: part(0) the lower
 // half, part(1) the upper. With one lane, part(0) alone.
 template <class Tag, class Part>
