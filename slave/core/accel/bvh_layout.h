@@ -20,8 +20,9 @@ inline constexpr uint32_t kBvhNoChild = 0xffffffffu;  // its box is empty: lower
 // Deepest node (the root has depth 0). A step down pushes at most W - 1 children.
 inline constexpr int kBvhDepthMax = 60;
 
+// Kernels load registers of W lanes whole, as aligned ones.
 template <int W>
-struct alignas(32) BvhNode {
+struct alignas(4 * W) BvhNode {
   float lower[3][W];
   float upper[3][W];
   uint32_t child[W];
@@ -29,7 +30,7 @@ struct alignas(32) BvhNode {
 
 // Corners A, B, C and the numbers of W triangles; NaN and kNoPrimitive where there are fewer.
 template <int W>
-struct alignas(32) TriangleBlock {
+struct alignas(4 * W) TriangleBlock {
   float vertex[9][W];
   uint32_t primitive[W];
 };
