@@ -9,6 +9,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "common/base/limits.h"
 #include "common/scene_io/confined_path.h"
@@ -87,26 +88,66 @@ class GltfReader {
         source.GetTexture(aiTextureType_EMISSIVE, 0, &emissive_map) == AI_SUCCESS;
     if (is_finite(glow) && glow.x >= 0 && glow.y >= 0 && glow.z >= 0 && !is_emission_textured)
       material.emission = glow;
+    if (is_emission_textured) warn_once("emissive textures");
     aiString name;
     if (source.GetTexture(aiTextureType_BASE_COLOR, 0, &name) == AI_SUCCESS ||
         source.GetTexture(aiTextureType_DIFFUSE, 0, &name) == AI_SUCCESS) {
-      material.albedo_texture = texture_index(name.C_Str());
+      material.albedo_texture = texture_index(name.C_Str(), true);
     }
+    set_scattering(source, material);
     scene_.materials.push_back(std::move(material));
   }
 
-  std::uint32_t texture_index(const std::string& name) {
-    if (const auto known = textures_.find(name); known != textures_.end()) return known->second;
+  void warn_once(const std::string& name) {
+    if (missing_.insert(name).second)
+      result_.warnings.push_back(path_ + ": " + name + " are not understood and left out");
+  }
+
+  // glTF 2.0, section 3.9: metallic-roughness; KHR_materials_transmission makes glass of it where it
+  // lets more than half of the light through, since a surface here is one or the other.
+  void set_scattering(const aiMaterial& source, Material& material) {
+    const auto share = [&](const char* key, unsigned type, unsigned index, float fallback) {
+      float value = fallback;
+      source.Get(key, type, index, value);
+      return value >= 0 && value <= 1 ? value : fallback;
+    };
+    aiString name;
+    if (source.GetTexture(aiTextureType_NORMALS, 0, &name) == AI_SUCCESS) warn_once("normal maps");
+    float ior = 1.5f;
+    source.Get(AI_MATKEY_REFRACTI, ior);
+    if (!(ior >= kIorMin && ior <= kIorMax)) ior = 1.5f;
+    if (share(AI_MATKEY_TRANSMISSION_FACTOR, 0.0f) > 0.5f) {
+      material.bsdf = BsdfKind::kGlass;
+      material.ior = ior;
+      material.specular = material.albedo;
+      return;
+    }
+    material.bsdf = BsdfKind::kGlossy;
+    const float root = (ior - 1) / (ior + 1);
+    material.specular = Vec3f{root, root, root} * root;
+    material.metalness = share(AI_MATKEY_METALLIC_FACTOR, 1.0f);
+    material.roughness = share(AI_MATKEY_ROUGHNESS_FACTOR, 1.0f);
+    if (source.GetTexture(AI_MATKEY_GLTF_PBRMETALLICROUGHNESS_METALLICROUGHNESS_TEXTURE, &name) ==
+        AI_SUCCESS) {
+      material.roughness_metalness_texture = texture_index(name.C_Str(), false);
+    }
+  }
+
+  std::uint32_t texture_index(const std::string& name, bool is_srgb) {
+    const auto key = std::make_pair(name, is_srgb);
+    if (const auto known = textures_.find(key); known != textures_.end()) return known->second;
     std::uint32_t index = kNoTexture;
     auto texture = read_texture(name);
     if (texture.is_ok()) {
+      auto decoded = std::make_shared<Texture>(**texture);
+      decoded->is_srgb = is_srgb;
       index = static_cast<std::uint32_t>(scene_.textures.size());
-      scene_.textures.push_back(*texture);
+      scene_.textures.push_back(std::move(decoded));
     } else {
       result_.warnings.push_back("texture " + name + ": " + texture.status().message() +
-                                 "; the plain colour is used");
+                                 "; the plain value is used");
     }
-    return textures_[name] = index;
+    return textures_[key] = index;
   }
 
   Result<std::shared_ptr<const Texture>> read_texture(const std::string& name) {
@@ -221,7 +262,8 @@ class GltfReader {
   const aiScene& source_;
   ReadScene result_;
   Scene scene_;
-  std::map<std::string, std::uint32_t> textures_;
+  std::map<std::pair<std::string, bool>, std::uint32_t> textures_;
+  std::set<std::string> missing_;
   std::map<std::string, Transform> nodes_;
   std::uint64_t degenerate_count_ = 0;
 };
