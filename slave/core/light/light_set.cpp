@@ -34,11 +34,10 @@ void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
 double luminance(Vec3f c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
 void share_out(LightSet& set) {
-  double total = 0;
-  for (const Emitter& e : set.emitters) total += luminance(e.emission) * e.area;
+  for (const Emitter& e : set.emitters) set.power += luminance(e.emission) * e.area;
   double sum = 0;
   for (const Emitter& e : set.emitters) {
-    sum += luminance(e.emission) * e.area / total;
+    sum += luminance(e.emission) * e.area / set.power;
     set.cumulative.push_back(static_cast<float>(sum));
   }
   set.cumulative.back() = 1;
@@ -55,6 +54,10 @@ void share_out(LightSet& set) {
 const Emitter& LightSet::pick(float x) const {
   const auto it = std::upper_bound(cumulative.begin(), cumulative.end() - 1, x);
   return emitters[static_cast<std::size_t>(it - cumulative.begin())];
+}
+
+float LightSet::density_by_area(Vec3f emission, float area, bool is_picked) const {
+  return is_picked ? static_cast<float>(luminance(emission) / power) : 1 / area;
 }
 
 LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,

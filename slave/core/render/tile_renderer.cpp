@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -43,6 +44,7 @@ struct TileRenderer::Scratch {
   SurfaceBatch batch;
   DirectLight direct;
   PathTracer paths;
+  SpecularChain chain;
   Vec3f radiance[kBatchMax];  // [packet][ray]
 
   // Of the call in progress.
@@ -50,6 +52,7 @@ struct TileRenderer::Scratch {
   const FrameSettings* settings = nullptr;
   const std::atomic<bool>* is_cancelled = nullptr;
   RayCounts counts;
+  float pixel_spread = 0;  // by which a sample's share of a pixel widens for each unit of length
 
   // Asked for every packet, so that a cancelled tile is left within some ten thousand rays.
   bool is_over() const {
@@ -116,6 +119,7 @@ void TileRenderer::Scratch::add_background(int packet) {
 }
 
 void TileRenderer::Scratch::add_light() {
+  if (scene->features.has_specular) counts.secondary += chain.follow(batch, radiance);
   if (settings->renderer == Renderer::kPath) {
     counts += paths.add(batch, radiance);
   } else {
@@ -127,8 +131,9 @@ void TileRenderer::Scratch::add_light() {
 void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
   const bool has_light = !scene->lights.is_empty();
   const bool has_emitters = !scene->lights.emitters.empty();
-  const bool needs_key =
-      has_emitters || scene->lights.has_environment || settings->renderer == Renderer::kPath;
+  const bool needs_key = has_emitters || scene->lights.has_environment ||
+                         scene->features.has_specular || settings->renderer == Renderer::kPath;
+  const bool needs_cone = scene->features.needs_cones();
   const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
   for (int i = 0; i < kPacketRays; ++i) {
     const std::uint32_t triangle = hits.primitive[i];
@@ -138,7 +143,9 @@ void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
     const Vec2f uv = barycentric(eye, d, triangles.vertex(triangle, 0),
                                  triangles.vertex(triangle, 1), triangles.vertex(triangle, 2));
     Surface& s = batch.surface[batch.count];
-    s = surface_at(*scene, triangle, uv.x, uv.y, d);
+    const RayCone cone =
+        needs_cone ? RayCone{0, pixel_spread}.advanced(hits.t[i] * length(d)) : RayCone{};
+    s = surface_at(*scene, triangle, uv.x, uv.y, d, cone);
     const int pixel = packet * kPacketRays + i;
     if (!has_light) {  // a bare mesh: the camera is its lamp
       const float cosine = std::max(0.0f, -dot(s.shading_normal, normalize(d)));
@@ -215,8 +222,11 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
   s.is_cancelled = is_cancelled;
   s.direct.begin(scene.impl(), tracer, settings.light_samples, DirectLight::Kind::kWhole,
                  is_cancelled);
+  s.chain.begin(scene.impl(), tracer, is_cancelled);
   s.paths.begin(scene.impl(), tracer, settings.bounces, is_cancelled);
   const CameraRays camera(settings.camera, settings.width_px, settings.height_px);
+  s.pixel_spread =
+      camera.pixel_spread() / std::sqrt(static_cast<float>(settings.samples_per_pixel));
   for (int a = 0; a < 3; ++a) s.rays.origin[a] = camera.origin()[a];
   s.rays.t_min = 0;
   std::fill_n(s.rays.t_max, kPacketRays, std::numeric_limits<float>::infinity());
