@@ -20,14 +20,17 @@ Vec3f ratio(Vec3f a, Vec3f b) {
 
 float missing(SpecularAlbedo a) { return std::max(0.0f, 1 - (a.scale + a.bias)); }
 
-// What the facets reflect of a direction, in one bounce and in several.
-Vec3f facets_albedo(SpecularAlbedo a, Vec3f f0, Vec3f several_albedo) {
-  return f0 * a.scale + grey(a.bias) + several_albedo * missing(a);
+// Of light that a first bounce keeps among the facets, what comes out in the end. The mean of
+// Schlick's term over all directions is f0 + (1 - f0) / 21, and light meets it again and again.
+Vec3f several_albedo(Vec3f f0, SpecularAlbedo all) {
+  const Vec3f fresnel = f0 + (grey(1) - f0) * (1 / 21.0f);
+  return ratio(fresnel * fresnel * (1 - missing(all)), grey(1) - fresnel * missing(all));
 }
 
-// What they leave for the base; not below 0 by rounding.
-Vec3f left_of(SpecularAlbedo a, Vec3f f0, Vec3f several_albedo) {
-  return max(grey(1) - facets_albedo(a, f0, several_albedo), Vec3f{});
+// What facets leave for the base, once for the way in and once for the way out; not below 0 by
+// rounding.
+Vec3f left_of(SpecularAlbedo a, const GlossyLobes::Facets& f) {
+  return max(grey(1) - (f.f0 * a.scale + grey(a.bias) + f.several_albedo * missing(a)), Vec3f{});
 }
 
 }  // namespace
@@ -41,15 +44,14 @@ GlossyLobes::GlossyLobes(const Surface& s, Vec3f to_viewer)
       f0_(s.material->specular * (1 - s.metalness) + s.albedo * s.metalness) {
   const AlbedoTable& table = AlbedoTable::shared();
   const SpecularAlbedo here = table.at(viewer_.z, roughness_), all = table.mean(roughness_);
-  // The mean of Schlick's term over all directions is f0 + (1 - f0) / 21; light that stays among the
-  // facets meets it again and again.
-  const Vec3f fresnel = f0_ + (grey(1) - f0_) * (1 / 21.0f);
-  const float kept = 1 - missing(all);
-  several_albedo_ = ratio(fresnel * fresnel * kept, grey(1) - fresnel * missing(all));
+  const Vec3f of_dielectric = several_albedo(s.material->specular, all);
+  const Vec3f of_metal = s.metalness > 0 ? several_albedo(s.albedo, all) : Vec3f{};
+  several_albedo_ = of_dielectric * (1 - s.metalness) + of_metal * s.metalness;
   several_ = ratio(several_albedo_ * missing(here), grey(missing(all)));
+  dielectric_ = {s.material->specular, of_dielectric};
   const Vec3f body = s.albedo * (1 - s.metalness);
-  const Vec3f passed = left_of(here, f0_, several_albedo_);
-  base_ = body * ratio(passed, left_of(all, f0_, several_albedo_));
+  const Vec3f passed = left_of(here, dielectric_);
+  base_ = body * ratio(passed, left_of(all, dielectric_));
   const float facets = mean(f0_) * here.scale + here.bias;
   const float even = mean(several_albedo_) * missing(here) + mean(body * passed);
   facets_share_ = facets + even > 0 ? facets / (facets + even) : 1;
@@ -72,7 +74,7 @@ BsdfValue GlossyLobes::evaluate_local(Vec3f light) const {
   const SpecularAlbedo there = AlbedoTable::shared().at(light.z, roughness_);
   BsdfValue value;
   value.times_pi =
-      fresnel * facets + several_ * missing(there) + base_ * left_of(there, f0_, several_albedo_);
+      fresnel * facets + several_ * missing(there) + base_ * left_of(there, dielectric_);
   value.density = facets_share_ * distribution / (2 * (viewer_.z + root_viewer)) +
                   (1 - facets_share_) * kInvPi * light.z;
   return value;

@@ -6,6 +6,7 @@
 //     Imageworks", 2017), coloured by the Fresnel terms that it meets (Fdez-Aguera, "A
 //     multiple-scattering microfacet model for real-time image based lighting", JCGT 8(1), 2019);
 //   - a diffuse base of what both leave, in and out, in the same form.
+// Between dielectric and metal it is so much of the one and so much of the other.
 // A white metal and a white dielectric reflect everything, whatever angle and roughness, but for the
 // table's error (albedo_table.h; bsdf_test.cpp: below 1 %).
 //
@@ -19,6 +20,11 @@ namespace tessera::core {
 
 class GlossyLobes {
  public:
+  struct Facets {
+    Vec3f f0;              // reflected at normal incidence
+    Vec3f several_albedo;  // of light that stays among them for a while
+  };
+
   // Requires: s.bsdf is glossy; to_viewer is above its shading normal.
   GlossyLobes(const Surface& s, Vec3f to_viewer);
 
@@ -37,6 +43,7 @@ class GlossyLobes {
   Vec3f f0_;
   Vec3f several_;  // of light met more than once: times what a direction misses
   Vec3f several_albedo_;
+  Facets dielectric_;
   Vec3f base_;          // of the diffuse part: times what the facets leave of a direction
   float facets_share_;  // of samples
 };
