@@ -65,6 +65,38 @@ Scene make_full_scene() {
   return scene;
 }
 
+// The same room with every kind of surface program and BSDF.
+Scene make_scene_of_all_materials() {
+  Scene scene = make_full_scene();
+  scene.materials[0].surface = {SurfaceKind::kBrick,
+                                find_surface_program(SurfaceKind::kBrick)->defaults};
+  scene.materials[1].bsdf = BsdfKind::kGlossy;
+  scene.materials[1].roughness = 0.3f;
+  scene.materials[1].roughness_metalness_texture = 0;
+  for (int i = 0; i < 3; ++i) {
+    Mesh ball = test::make_icosphere(2);
+    ball.normals = ball.positions;
+    ball.materials = {static_cast<std::uint32_t>(scene.materials.size())};
+    Material material;
+    material.bsdf = i == 0 ? BsdfKind::kMirror : i == 1 ? BsdfKind::kGlass : BsdfKind::kGlossy;
+    material.specular = {0.9f, 0.8f, 0.7f};
+    material.metalness = 0.5f;
+    material.roughness = 0.1f;
+    if (i == 2)
+      material.surface = {SurfaceKind::kMarble,
+                          find_surface_program(SurfaceKind::kMarble)->defaults};
+    scene.materials.push_back(material);
+    Instance instance;
+    instance.mesh = static_cast<std::uint32_t>(scene.meshes.size());
+    const float at = 0.6f * static_cast<float>(i) - 0.6f;
+    instance.object_to_world.m = {
+        {{0.25f, 0, 0, at}, {0, 0.25f, 0, 0.6f}, {0, 0, 0.25f, 0.8f - 0.2f * at}}};
+    scene.instances.push_back(instance);
+    scene.meshes.push_back(std::make_shared<const Mesh>(ball));
+  }
+  return scene;
+}
+
 FrameSettings settings_of(Renderer renderer, int samples) {
   FrameSettings settings;
   settings.width_px = 83;
@@ -109,6 +141,27 @@ TEST(TileRenderer, BitsOfAFrameDoNotDependOnTheTilesOrTheInstructionSet) {
     EXPECT_EQ(83u * 61u * static_cast<unsigned>(settings.samples_per_pixel), whole_counts.primary);
     EXPECT_EQ(settings.renderer != Renderer::kPrimary, whole_counts.shadow > 0);
     EXPECT_EQ(settings.renderer == Renderer::kPath, whole_counts.secondary > 0);
+  }
+}
+
+TEST(TileRenderer, BitsDoNotDependOnTilesOrInstructionSetWithAnyMaterial) {
+  const auto scene = PreparedScene::build(make_scene_of_all_materials(), {});
+  ASSERT_TRUE(scene.is_ok());
+  for (const Renderer renderer : {Renderer::kDirect, Renderer::kPath}) {
+    const FrameSettings settings = settings_of(renderer, 2);
+    RayCounts whole_counts;
+    const std::vector<float> whole =
+        render_in_tiles(**scene, settings, Isa::kScalar, 256, &whole_counts);
+    for (const float x : whole) ASSERT_TRUE(std::isfinite(x) && x >= 0);
+    EXPECT_GT(whole_counts.secondary, 100u);
+    for (const Isa isa : test::isas_here()) {
+      for (const int edge_px : {32, 7}) {
+        RayCounts counts;
+        EXPECT_TRUE(same_bits(whole, render_in_tiles(**scene, settings, isa, edge_px, &counts)))
+            << isa_name(isa) << " tile " << edge_px;
+        EXPECT_TRUE(counts == whole_counts);
+      }
+    }
   }
 }
 
