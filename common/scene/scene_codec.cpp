@@ -335,6 +335,14 @@ std::uint64_t triangle_count_of(const EncodedScene& encoded) {
   return total;
 }
 
+std::uint64_t texture_bytes_of(const EncodedScene& encoded) {
+  std::uint64_t total = 0;
+  for (const SceneBlock& block : encoded.blocks) {
+    if (Reader(*block.bytes).open(BlockKind::kTexture)) total += block.bytes->size();
+  }
+  return total;
+}
+
 Digest EncodedScene::digest() const {
   Sha256 hash;
   for (const SceneBlock& block : blocks) hash.update(std::as_bytes(std::span(block.digest.bytes)));

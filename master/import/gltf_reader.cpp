@@ -13,12 +13,15 @@
 
 #include "common/base/limits.h"
 #include "common/scene_io/confined_path.h"
+#include "common/scene_io/text_scanner.h"
+#include "master/import/json_scan.h"
 #include "master/import/texture_reader.h"
 
 namespace tessera::import {
 namespace {
 
 constexpr int kNodeDepthMax = 64;
+constexpr std::uint64_t kJsonBytesMax = std::uint64_t{4} << 30;
 
 Vec3f vec(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 
@@ -54,7 +57,9 @@ class GltfReader {
         source_(source) {}
 
   Result<ReadScene> read() {
-    for (unsigned i = 0; i < source_.mNumMaterials; ++i) add_material(*source_.mMaterials[i]);
+    read_emissive_strengths();
+    for (unsigned i = 0; i < source_.mNumMaterials; ++i)
+      add_material(*source_.mMaterials[i], i < strengths_.size() ? strengths_[i] : 1);
     if (scene_.materials.empty()) scene_.materials.emplace_back();
     for (unsigned i = 0; i < source_.mNumMeshes; ++i)
       TESSERA_RETURN_IF_ERROR(add_mesh(*source_.mMeshes[i], i));
@@ -69,7 +74,22 @@ class GltfReader {
   }
 
  private:
-  void add_material(const aiMaterial& source) {
+  // KHR_materials_emissive_strength, which Assimp 5.2 passes over: [material of the file]. Of a .glb
+  // the text is the first chunk, behind 12 bytes of header and 8 of its own.
+  void read_emissive_strengths() {
+    const auto bytes = read_whole_file(path_, kJsonBytesMax);
+    if (!bytes.is_ok()) return;
+    std::string_view text = *bytes;
+    if (text.starts_with("glTF")) text = text.substr(std::min<std::size_t>(20, text.size()));
+    for (const std::string_view material : json_elements(json_member(text, "materials"))) {
+      const std::string_view strength = json_member(
+          json_member(json_member(material, "extensions"), "KHR_materials_emissive_strength"),
+          "emissiveStrength");
+      strengths_.push_back(json_number(strength).value_or(1));
+    }
+  }
+
+  void add_material(const aiMaterial& source, float strength) {
     Material material;
     material.name = std::string(source.GetName().C_Str()).substr(0, 256);
     aiColor4D base(0.8f, 0.8f, 0.8f, 1);
@@ -77,9 +97,7 @@ class GltfReader {
       source.Get(AI_MATKEY_COLOR_DIFFUSE, base);
     material.albedo = max(min(Vec3f{base.r, base.g, base.b}, Vec3f{1, 1, 1}), Vec3f{});
     aiColor3D emission(0, 0, 0);
-    float strength = 1;
     source.Get(AI_MATKEY_COLOR_EMISSIVE, emission);
-    source.Get(AI_MATKEY_EMISSIVE_INTENSITY, strength);
     const Vec3f glow = std::isfinite(strength) && strength >= 0
                            ? strength * Vec3f{emission.r, emission.g, emission.b}
                            : Vec3f{};
@@ -264,6 +282,7 @@ class GltfReader {
   Scene scene_;
   std::map<std::pair<std::string, bool>, std::uint32_t> textures_;
   std::set<std::string> missing_;
+  std::vector<float> strengths_;
   std::map<std::string, Transform> nodes_;
   std::uint64_t degenerate_count_ = 0;
 };

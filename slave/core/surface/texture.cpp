@@ -64,16 +64,11 @@ Taps taps_of(float c, int size) {
 struct Pixels {
   int width, height;
   std::vector<Vec3f> values;
-  Vec3f& at(int x, int y) {
-    return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                  static_cast<std::size_t>(x)];
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(x);
   }
 };
-
-Pixels make_pixels(int width, int height) {
-  return {width, height,
-          std::vector<Vec3f>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height))};
-}
 
 // Which of `from` texels the i-th of `to` covers, and how much of each: two, or three where `from`
 // is odd. The mean of the whole stays.
@@ -90,20 +85,21 @@ Cover cover_of(int i, int from, int to) {
   return {2 * i, 3, {(n - k) / whole, n / whole, (k + 1) / whole}};
 }
 
-Pixels halved(Pixels& from) {
-  Pixels to = make_pixels(std::max(1, from.width / 2), std::max(1, from.height / 2));
+// at(x, y): of what is halved.
+template <class At>
+Pixels halved(int width, int height, At at) {
+  Pixels to{std::max(1, width / 2), std::max(1, height / 2), {}};
+  to.values.resize(to.index(0, to.height));
   for (int y = 0; y < to.height; ++y) {
-    const Cover rows = cover_of(y, from.height, to.height);
+    const Cover rows = cover_of(y, height, to.height);
     for (int x = 0; x < to.width; ++x) {
-      const Cover columns = cover_of(x, from.width, to.width);
+      const Cover columns = cover_of(x, width, to.width);
       Vec3f sum;
       for (int j = 0; j < rows.count; ++j) {
-        for (int i = 0; i < columns.count; ++i) {
-          sum = sum +
-                from.at(columns.first + i, rows.first + j) * (rows.weight[j] * columns.weight[i]);
-        }
+        for (int i = 0; i < columns.count; ++i)
+          sum = sum + at(columns.first + i, rows.first + j) * (rows.weight[j] * columns.weight[i]);
       }
-      to.at(x, y) = sum;
+      to.values[to.index(x, y)] = sum;
     }
   }
   return to;
@@ -123,13 +119,15 @@ Texture bytes_of(const Pixels& pixels, bool is_srgb) {
 
 MipMap make_mip_map(std::shared_ptr<const Texture> texture) {
   MipMap map{std::move(texture), {}};
-  Pixels pixels = make_pixels(map.base->width_px, map.base->height_px);
-  for (int y = 0; y < pixels.height; ++y) {
-    for (int x = 0; x < pixels.width; ++x) pixels.at(x, y) = texel(*map.base, x, y);
-  }
+  const Texture& base = *map.base;
+  if (base.width_px == 1 && base.height_px == 1) return map;
+  Pixels pixels =
+      halved(base.width_px, base.height_px, [&base](int x, int y) { return texel(base, x, y); });
+  map.levels.push_back(bytes_of(pixels, base.is_srgb));
   while (pixels.width > 1 || pixels.height > 1) {
-    pixels = halved(pixels);
-    map.levels.push_back(bytes_of(pixels, map.base->is_srgb));
+    pixels = halved(pixels.width, pixels.height,
+                    [&pixels](int x, int y) { return pixels.values[pixels.index(x, y)]; });
+    map.levels.push_back(bytes_of(pixels, base.is_srgb));
   }
   return map;
 }

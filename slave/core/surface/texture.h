@@ -2,7 +2,7 @@
 //
 // Levels are box-filtered in linear light, each from the one before at full precision, and kept as
 // bytes in the encoding of the texture: a third of its memory, half a step of a byte from the exact
-// mean.
+// mean. Building takes up to as much again as the texture (common/scene/scene_footprint.h).
 //
 // Threads. Filled once, then read by any thread.
 #pragma once

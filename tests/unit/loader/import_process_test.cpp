@@ -70,11 +70,12 @@ TEST_F(Import, GltfMetallicRoughnessAndTransmission) {
   const std::string path = folder_.write(
       "m.gltf",
       R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
-"extensionsUsed":["KHR_materials_transmission","KHR_materials_ior"],
+"extensionsUsed":["KHR_materials_transmission","KHR_materials_ior","KHR_materials_emissive_strength"],
 "materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,0.125,1],"metallicFactor":0.75,"roughnessFactor":0.5}},
 {"pbrMetallicRoughness":{"baseColorFactor":[1,0.5,1,1],"metallicFactor":0},
 "extensions":{"KHR_materials_transmission":{"transmissionFactor":1},"KHR_materials_ior":{"ior":1.25}}},
-{"pbrMetallicRoughness":{},"emissiveFactor":[1,0.5,0.25]}],
+{"name":"a \"]} , b","pbrMetallicRoughness":{},"emissiveFactor":[1,0.5,0.25],
+"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength" : 4 }}}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0},{"attributes":{"POSITION":0},"material":1},
 {"attributes":{"POSITION":0},"material":2}]}],
 "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
@@ -95,7 +96,7 @@ TEST_F(Import, GltfMetallicRoughnessAndTransmission) {
   const Material& plain = loaded->scene.materials[2];
   EXPECT_EQ(plain.metalness, 1) << "the format's default";
   EXPECT_EQ(plain.roughness, 1);
-  EXPECT_EQ(plain.emission, (Vec3f{1, 0.5f, 0.25f}));
+  EXPECT_EQ(plain.emission, (Vec3f{4, 2, 1}));
 }
 
 TEST_F(Import, GltfLightsStandAndShineAsTheirNodesSay) {
