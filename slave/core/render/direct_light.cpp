@@ -34,14 +34,18 @@ float cosine_at(const Surface& s, Vec3f to_light) {
   return c > 0 ? c : 0;
 }
 
-// What the surface sends to the pixel of light from there, times pi. `light_density`: by solid angle
-// with which the light was sampled, or 0 where no ray of the BSDF's own can find it.
-Vec3f response_of(const Surface& s, Vec3f to_light, float light_density) {
+// What the surface sends to the pixel of light from there, times pi. `light_density()`: by solid
+// angle with which the light was sampled, or 0 where no ray of the BSDF's own can find it; diffuse
+// surfaces do not ask.
+template <class LightDensity>
+Vec3f response_of(const Surface& s, Vec3f to_light, LightDensity light_density) {
   if (s.bsdf == BsdfKind::kDiffuse) return s.albedo * s.weight;
   const BsdfValue value = evaluate(s, s.to_viewer, to_light);
-  const float share = light_density > 0 ? light_density / (light_density + value.density) : 1;
+  const float light = light_density();
+  const float share = light > 0 ? light / (light + value.density) : 1;
   return value.times_pi * s.weight * share;
 }
+float no_density() { return 0; }
 
 bool is_usable(Vec3f c) { return is_finite(c) && (c.x > 0 || c.y > 0 || c.z > 0); }
 
@@ -111,7 +115,8 @@ std::uint64_t DirectLight::add_point(const SurfaceBatch& batch, const Light& lig
     float strength = cosine_at(s, to_light) / distance2;
     if (light.kind == LightKind::kSpot)
       strength *= spot_falloff(light, -dot(light.direction, to_light));
-    rays.contribution[i] = response_of(s, to_light, 0) * light.intensity * (kInvPi * strength);
+    rays.contribution[i] =
+        response_of(s, to_light, no_density) * light.intensity * (kInvPi * strength);
     if (!is_usable(rays.contribution[i])) continue;
     rays.add(i, s.point + s.normal * (s.offset + gamma(2) * distance) - light.position);
   }
@@ -177,7 +182,7 @@ std::uint64_t DirectLight::add_directional(const SurfaceBatch& batch, const Ligh
   for (int i = 0; i < batch.count; ++i) {
     const Surface& s = batch.surface[i];
     rays.contribution[i] =
-        response_of(s, to_light, 0) * light.intensity * (kInvPi * cosine_at(s, to_light));
+        response_of(s, to_light, no_density) * light.intensity * (kInvPi * cosine_at(s, to_light));
     rays.is_active[i] = is_usable(rays.contribution[i]);
     if (!rays.is_active[i]) continue;
     rays.start[i] = s.point + s.normal * s.offset;
@@ -268,8 +273,10 @@ std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t r
     const float chance = picks_emitters_ ? emitter.share : 1;
     const float weight = 1 / (static_cast<float>(light_samples_) * chance);
     const float strength = cosine * cosine_light * emitter.area / distance2;
-    const float density = lights.density_by_area(emitter.emission, emitter.area, picks_emitters_) *
-                          distance2 / cosine_light;
+    const auto density = [&] {
+      return lights.density_by_area(emitter.emission, emitter.area, picks_emitters_) * distance2 /
+             cosine_light;
+    };
     rays.contribution[i] =
         response_of(s, to_light, density) * emitter.emission * (kInvPi * strength * weight);
     rays.is_active[i] = is_usable(rays.contribution[i]);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <new>
 
 #include "slave/core/sampling/hemisphere.h"
 
@@ -11,10 +12,6 @@ namespace {
 // How much a lobe widens what a pixel sees: a diffuse one by 0.2 for each unit of length, so that
 // textures are looked up in levels that are at hand, and narrower lobes by their alpha's share.
 constexpr float kDiffuseSpread = 0.2f;
-
-float spread_of(const Surface& s) {
-  return s.bsdf == BsdfKind::kGlossy ? kDiffuseSpread * s.roughness * s.roughness : kDiffuseSpread;
-}
 
 }  // namespace
 
@@ -28,28 +25,39 @@ void ScatteredRays::clear() {
 // Diffuse surfaces take the short way; it is that of sample().
 void ScatteredRays::add(const SurfaceBatch& batch, int i, Vec2f square, std::uint32_t ray_key) {
   const Surface& s = batch.surface[i];
-  BsdfSample out;
-  if (s.bsdf == BsdfKind::kDiffuse) {
-    out.weight = s.albedo * s.weight;
-    if (is_black(out.weight)) return;
-    out.direction = cosine_direction(s.shading_normal, square);
-  } else {
-    out = sample(s, s.to_viewer, square);
-    out.weight = out.weight * s.weight;
-    if (is_black(out.weight)) return;
-  }
-  const float side = out.is_through ? -1.0f : 1.0f;
-  const Vec3f outward = s.normal * side;
-  if (!(dot(out.direction, outward) > 0)) return;  // below the surface, by an interpolated normal
-  const int ray = count++;
+  if (s.bsdf != BsdfKind::kDiffuse) return add_sample(batch, i, square, ray_key);
+  const Vec3f reflected = s.albedo * s.weight;
+  if (is_black(reflected)) return;
+  const Vec3f out = cosine_direction(s.shading_normal, square);
+  if (!(dot(out, s.normal) > 0)) return;  // below the surface, by an interpolated normal
+  const int ray = push(batch, i, ray_key);
+  start[ray] = s.point + s.normal * s.offset;
+  direction[ray] = out;
+  weight[ray] = reflected;
+  density[ray] = 0;
+  cone[ray] = s.cone.widened(kDiffuseSpread);
+}
+
+void ScatteredRays::add_sample(const SurfaceBatch& batch, int i, Vec2f square,
+                               std::uint32_t ray_key) {
+  const Surface& s = batch.surface[i];
+  const BsdfSample out = sample(s, s.to_viewer, square);
+  if (is_black(out.weight * s.weight)) return;
+  const Vec3f outward = s.normal * (out.is_through ? -1.0f : 1.0f);
+  if (!(dot(out.direction, outward) > 0)) return;
+  const int ray = push(batch, i, ray_key);
   start[ray] = s.point + outward * s.offset;
   direction[ray] = out.direction;
-  weight[ray] = out.weight;
+  weight[ray] = out.weight * s.weight;
   density[ray] = out.density;
-  cone[ray] = out.is_delta ? s.cone : s.cone.widened(spread_of(s));
-  origin[ray] = i;
-  pixel[ray] = batch.pixel[i];
-  key[ray] = ray_key;
+  cone[ray] = out.is_delta ? s.cone : s.cone.widened(kDiffuseSpread * s.roughness * s.roughness);
+}
+
+int ScatteredRays::push(const SurfaceBatch& batch, int i, std::uint32_t ray_key) {
+  origin[count] = i;
+  pixel[count] = batch.pixel[i];
+  key[count] = ray_key;
+  return count++;
 }
 
 bool ScatteredRays::meet(const PreparedScene::Impl& scene, int i, std::uint32_t triangle, float t,
@@ -58,7 +66,9 @@ bool ScatteredRays::meet(const PreparedScene::Impl& scene, int i, std::uint32_t 
   const TriangleStore& triangles = scene.triangles;
   const Vec2f uv = barycentric(start[i], direction[i], triangles.vertex(triangle, 0),
                                triangles.vertex(triangle, 1), triangles.vertex(triangle, 2));
-  surface = surface_at(scene, triangle, uv.x, uv.y, direction[i], cone[i].advanced(t));
+  // In its place, without a copy: this is the path of every bounce.
+  new (&surface)
+      Surface(surface_at(scene, triangle, uv.x, uv.y, direction[i], cone[i].advanced(t)));
   surface.weight = weight[i];
   return true;
 }

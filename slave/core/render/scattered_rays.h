@@ -46,6 +46,9 @@ struct ScatteredRays {
   void trace(const SceneTracer& tracer, const int* rays, int n, PacketHits& hits);
 
  private:
+  void add_sample(const SurfaceBatch& batch, int i, Vec2f square, std::uint32_t ray_key);
+  int push(const SurfaceBatch& batch, int i, std::uint32_t ray_key);
+
   RayPacket packet_;
 };
 

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <optional>
 
 #include "common/base/check.h"
@@ -145,7 +146,7 @@ void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
     Surface& s = batch.surface[batch.count];
     const RayCone cone =
         needs_cone ? RayCone{0, pixel_spread}.advanced(hits.t[i] * length(d)) : RayCone{};
-    s = surface_at(*scene, triangle, uv.x, uv.y, d, cone);
+    new (&s) Surface(surface_at(*scene, triangle, uv.x, uv.y, d, cone));  // without a copy
     const int pixel = packet * kPacketRays + i;
     if (!has_light) {  // a bare mesh: the camera is its lamp
       const float cosine = std::max(0.0f, -dot(s.shading_normal, normalize(d)));

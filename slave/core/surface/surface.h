@@ -14,13 +14,15 @@ struct Surface {
   Vec3f normal;          // geometric, unit, turned to the viewer
   Vec3f shading_normal;  // unit, on the viewer's side of the surface
   Vec3f albedo;
-  Vec3f emission;    // towards the viewer; zero from behind
-  float offset = 0;  // see surface_offset.h
   // Of what the surface sends to the viewer, in the pixel: the path's weight up to here.
   Vec3f weight{1, 1, 1};
+  float offset = 0;  // see surface_offset.h
+  BsdfKind bsdf = BsdfKind::kDiffuse;
+  // All that light samples ask for ends here.
+
+  Vec3f emission;  // towards the viewer; zero from behind
 
   // The rest is left as it is here where the scene does not use it (SurfaceFeatures).
-  BsdfKind bsdf = BsdfKind::kDiffuse;
   bool is_front = true;  // the viewer is where the geometric normal of the mesh points
   Vec3f to_viewer;       // unit; set where any BSDF of the scene is not diffuse
   float roughness = 1;   // of a glossy one, in [0, 1]
