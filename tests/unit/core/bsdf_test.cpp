@@ -244,5 +244,32 @@ TEST(Bsdf, RefractionObeysSnellAndComesBackTheSameWay) {
   }
 }
 
+// From outside the sine is divided by the index, from inside multiplied, and what comes in at an
+// angle leaves at it.
+TEST(Bsdf, GlassIsThinnerOutside) {
+  for (const float cosine : {0.2f, 0.6f, 0.9f}) {
+    Case glass{BsdfKind::kGlass, {}, {0.5f, 0.5f, 0.5f}, 1, 0, cosine};
+    glass.material.ior = 1.6f;
+    const Vec3f n = glass.surface.normal;
+    const BsdfSample in = sample(glass.at(), glass.to_viewer, {0.999f, 0});
+    ASSERT_TRUE(in.is_delta && in.is_through);
+    EXPECT_EQ(in.weight.x, 0.5f);
+    EXPECT_LT(length(cross(in.direction, n) * 1.6f + cross(glass.to_viewer, n)), 1e-6f);
+    // The same interface, looked at from within along the way back.
+    Case within = glass;
+    within.surface.is_front = false;
+    within.surface.normal = within.surface.shading_normal = -n;
+    const BsdfSample out = sample(within.at(), in.direction, {0.999f, 0});
+    ASSERT_TRUE(out.is_through);
+    EXPECT_LT(length(out.direction - glass.to_viewer), 1e-5f);
+    const BsdfSample mirrored = sample(glass.at(), glass.to_viewer, {0, 0});
+    EXPECT_FALSE(mirrored.is_through);
+    EXPECT_LT(length(mirrored.direction + glass.to_viewer - n * (2 * cosine)), 1e-5f);
+  }
+  Case within{BsdfKind::kGlass, {}, {1, 1, 1}, 1, 0, 0.5f};
+  within.surface.is_front = false;
+  EXPECT_FALSE(sample(within.at(), within.to_viewer, {0.999f, 0}).is_through) << "total reflection";
+}
+
 }  // namespace
 }  // namespace tessera::core
