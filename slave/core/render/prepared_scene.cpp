@@ -7,6 +7,7 @@
 
 #include "common/base/check.h"
 #include "common/base/limits.h"
+#include "slave/core/bsdf/albedo_table.h"
 #include "slave/core/kernel/kernel_table.h"
 #include "slave/core/render/prepared_scene_impl.h"
 #include "slave/core/simd/isa_support.h"
@@ -46,6 +47,7 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
   impl->index = std::move(*index);
   impl->lights = make_light_set(scene, impl->triangles, boxes);
   impl->features = features_of(scene);
+  if (impl->features.has_glossy) AlbedoTable::shared();  // made here, not in the first tile
   impl->meshes = scene.meshes;
   for (const auto& texture : scene.textures) impl->textures.push_back(make_mip_map(texture));
   impl->materials = scene.materials;

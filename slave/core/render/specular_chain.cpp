@@ -10,6 +10,16 @@ namespace {
 // Apart from those of light samples and of paths (direct_light.cpp, path_tracer.cpp).
 constexpr std::uint32_t kDimensionSpecular = 0x20000001u;
 
+// The first choice of a pixel's samples is stratified. Scrambled copies of one sequence depend on
+// each other, and a pixel whose later choices followed from its first would never come to its mean;
+// those are hashed.
+Vec2f choice_of(std::uint32_t pixel_key, std::uint32_t depth, std::uint32_t sample_index) {
+  const std::uint32_t key = hash_combine(pixel_key, kDimensionSpecular + depth);
+  if (depth == 0) return sample_2d(key, sample_index);
+  const std::uint32_t bits = hash_combine(key, sample_index);
+  return {unit_float(bits), unit_float(mix_bits(bits))};
+}
+
 }  // namespace
 
 void SpecularChain::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
@@ -59,8 +69,8 @@ int SpecularChain::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
   for (int i = 0; i < batch.count; ++i) {
     const Surface& s = batch.surface[i];
     if (rays.is_gone[i] || !is_specular(s)) continue;
-    const std::uint32_t key = hash_combine(batch.key[i], kDimensionSpecular + depth);
-    scattered.add(batch, i, sample_2d(key, batch.sample_index), batch.key[i]);
+    const Vec2f choice = choice_of(batch.key[i], depth, batch.sample_index);
+    scattered.add(batch, i, choice, batch.key[i]);
     rays.is_gone[i] = true;  // until its ray has met something
   }
   for (int ray = 0; ray < scattered.count; ++ray) {
