@@ -21,6 +21,7 @@
 #include "common/math/transform.h"
 #include "common/math/vec3.h"
 #include "common/scene/camera.h"
+#include "common/scene/surface_program.h"
 
 namespace tessera {
 
@@ -45,12 +46,32 @@ struct Texture {
   bool operator==(const Texture&) const = default;
 };
 
-// Lambert; emission is one-sided, along the geometric normal.
+// How a surface scatters light: the BSDF part of a material (slave/core/bsdf).
+enum class BsdfKind : std::uint8_t {
+  kDiffuse = 0,  // Lambert: albedo
+  kGlossy = 1,   // Lambert below a microfacet lobe: albedo, specular, roughness, metalness
+  kMirror = 2,   // specular
+  kGlass = 3     // smooth: ior, specular
+};
+inline constexpr float kIorMin = 1, kIorMax = 4;  // glass; diamond has 2.4, germanium 4
+
+// Emission is one-sided, along the geometric normal.
 struct Material {
   std::string name;
   Vec3f albedo{0.8f, 0.8f, 0.8f};  // in [0, 1]; multiplied by the texture where there is one
   Vec3f emission{0, 0, 0};         // radiance
   std::uint32_t albedo_texture = kNoTexture;  // index into Scene::textures
+  BsdfKind bsdf = BsdfKind::kDiffuse;
+  // In [0, 1]. Mirror: what it reflects. Glossy: what reflects at normal incidence where it is no
+  // metal. Glass: what passes one interface.
+  Vec3f specular{0.04f, 0.04f, 0.04f};
+  float roughness = 1;  // glossy, in [0, 1]: its square is the width alpha of GGX, as in glTF
+  float metalness =
+      0;             // glossy, in [0, 1]: metals have the albedo as specular, and no diffuse part
+  float ior = 1.5f;  // glass, inside to outside, in [kIorMin, kIorMax]
+  // Glossy: multiplies roughness by green and metalness by blue, as in glTF.
+  std::uint32_t roughness_metalness_texture = kNoTexture;
+  SurfaceProgram surface{};  // makes the albedo vary without a texture
   bool operator==(const Material&) const = default;
 };
 

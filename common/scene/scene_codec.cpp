@@ -21,7 +21,7 @@ enum class BlockKind : std::uint32_t {
   kMesh = 0x4d535354,
   kTexture = 0x54535354
 };
-constexpr std::uint32_t kLayoutVersion = 3;
+constexpr std::uint32_t kLayoutVersion = 4;
 
 // What follows a large array begins at a chunk, so that an array that grew or shrank leaves the
 // chunks behind it as they were (README.md). An array is large when that costs 6 % at most.
@@ -177,17 +177,47 @@ void put_camera(Writer& out, const Camera& camera) {
   out.put(camera.vfov_degrees);
 }
 
+void put_material(Writer& out, const Material& m) {
+  out.put_text(m.name);
+  out.put(m.albedo);
+  out.put(m.emission);
+  out.put(m.albedo_texture);
+  out.put(static_cast<std::uint32_t>(m.bsdf));
+  out.put(m.specular);
+  for (const float x : {m.roughness, m.metalness, m.ior}) out.put(x);
+  out.put(m.roughness_metalness_texture);
+  out.put(static_cast<std::uint32_t>(m.surface.kind));
+  out.put(m.surface.parameters);
+}
+
+bool get_material(Reader& in, Material& m) {
+  if (!in.get_text(m.name)) return false;
+  m.albedo = in.get<Vec3f>();
+  m.emission = in.get<Vec3f>();
+  m.albedo_texture = in.get<std::uint32_t>();
+  const auto bsdf = in.get<std::uint32_t>();
+  m.specular = in.get<Vec3f>();
+  m.roughness = in.get<float>();
+  m.metalness = in.get<float>();
+  m.ior = in.get<float>();
+  m.roughness_metalness_texture = in.get<std::uint32_t>();
+  const auto surface = in.get<std::uint32_t>();
+  m.surface.parameters = in.get<SurfaceParameters>();
+  if (bsdf > static_cast<std::uint32_t>(BsdfKind::kGlass) ||
+      surface > static_cast<std::uint32_t>(SurfaceKind::kBrick)) {
+    return false;
+  }
+  m.bsdf = static_cast<BsdfKind>(bsdf);
+  m.surface.kind = static_cast<SurfaceKind>(surface);
+  return in.is_good();
+}
+
 SceneBlock encode_root(const Scene& scene) {
   Writer out(BlockKind::kRoot);
   out.put(std::uint64_t{scene.meshes.size()});
   out.put(std::uint64_t{scene.textures.size()});
   out.put(std::uint64_t{scene.materials.size()});
-  for (const Material& m : scene.materials) {
-    out.put_text(m.name);
-    out.put(m.albedo);
-    out.put(m.emission);
-    out.put(m.albedo_texture);
-  }
+  for (const Material& m : scene.materials) put_material(out, m);
   out.put(std::uint64_t{scene.instances.size()});
   for (const Instance& instance : scene.instances) {
     out.put(instance.mesh);
@@ -206,7 +236,8 @@ SceneBlock encode_root(const Scene& scene) {
   return out.finish();
 }
 
-constexpr std::uint64_t kMaterialBytesMin = 8 + 12 + 12 + 4;
+constexpr std::uint64_t kMaterialBytesMin =
+    8 + 12 + 12 + 4 + 4 + 12 + 3 * 4 + 4 + 4 + sizeof(SurfaceParameters);
 constexpr std::uint64_t kInstanceBytes = 4 + sizeof(Transform);
 constexpr std::uint64_t kLightBytes = 4 + 3 * 12 + 2 * 4;
 
@@ -219,10 +250,7 @@ bool decode_root(std::span<const std::byte> bytes, Scene& scene, std::uint64_t& 
   texture_count = in.get<std::uint64_t>();
   scene.materials.resize(in.get_count(kMaterialBytesMin));
   for (Material& m : scene.materials) {
-    if (!in.get_text(m.name)) return false;
-    m.albedo = in.get<Vec3f>();
-    m.emission = in.get<Vec3f>();
-    m.albedo_texture = in.get<std::uint32_t>();
+    if (!get_material(in, m)) return false;
   }
   scene.instances.resize(in.get_count(kInstanceBytes));
   for (Instance& instance : scene.instances) {
@@ -303,6 +331,14 @@ std::uint64_t triangle_count_of(const EncodedScene& encoded) {
   std::uint64_t total = 0;
   for (const Instance& instance : root.instances) {
     if (instance.mesh < mesh_count) total += counts[instance.mesh];
+  }
+  return total;
+}
+
+std::uint64_t texture_bytes_of(const EncodedScene& encoded) {
+  std::uint64_t total = 0;
+  for (const SceneBlock& block : encoded.blocks) {
+    if (Reader(*block.bytes).open(BlockKind::kTexture)) total += block.bytes->size();
   }
   return total;
 }

@@ -42,6 +42,9 @@ struct EncodedScene {
 // Of the flattened scene, from the blocks' counts alone. Returns: 0 when they cannot be read.
 std::uint64_t triangle_count_of(const EncodedScene& scene);
 
+// Of the texture blocks.
+std::uint64_t texture_bytes_of(const EncodedScene& scene);
+
 // Encodes meshes and textures; a caller that encodes version after version keeps one SceneEncoder,
 // which remembers the block of each mesh and texture by pointer and hashes only new ones.
 // Used by one thread.

@@ -6,6 +6,9 @@
 // 24 of its box while the index is built, and what the index takes with its builder's arrays; the
 // sum is kIndexBytesPerTriangle. tests/unit/core measures that a slave stays below it.
 //
+// Textures: their mip levels, a third of their bytes, and while they are built the level at hand in
+// floats, 15/16 of one texture (slave/core/surface/texture.h): reckoned as 4/3 of all.
+//
 // Threads. Pure functions.
 #pragma once
 

@@ -72,18 +72,39 @@ Status validate_texture(const Texture& t, const std::string& name) {
   return Status::ok();
 }
 
+bool is_share(float x) { return x >= 0 && x <= 1; }
+
+Status validate_scattering(const Material& m, const std::string& name) {
+  if (m.bsdf > BsdfKind::kGlass) return Status::invalid_argument(name + ": unknown BSDF");
+  if (!is_share(m.specular.x) || !is_share(m.specular.y) || !is_share(m.specular.z))
+    return Status::invalid_argument(name + ": specular must lie in [0, 1]");
+  if (!is_share(m.roughness) || !is_share(m.metalness))
+    return Status::invalid_argument(name + ": roughness and metalness must lie in [0, 1]");
+  if (!(m.ior >= kIorMin && m.ior <= kIorMax))
+    return Status::invalid_argument(name + ": the index of refraction must lie in [1, 4]");
+  const SurfaceProgramShape* program = find_surface_program(m.surface.kind);
+  if (program == nullptr) return Status::invalid_argument(name + ": unknown surface program");
+  if (const char* parameter = first_bad_parameter(*program, m.surface)) {
+    return Status::invalid_argument(name + ": surface " + program->name + ": '" + parameter +
+                                    "' is out of range");
+  }
+  return Status::ok();
+}
+
 Status validate_material(const Material& m, const std::string& name, std::size_t texture_count) {
   if (!is_radiance(m.albedo) || m.albedo.x > 1 || m.albedo.y > 1 || m.albedo.z > 1) {
     return Status::invalid_argument(name + " '" + m.name + "': albedo must lie in [0, 1]");
   }
   if (!is_radiance(m.emission))
     return Status::invalid_argument(name + " '" + m.name + "': emission must be finite and >= 0");
-  if (m.albedo_texture != kNoTexture && m.albedo_texture >= texture_count) {
-    return Status::invalid_argument(name + " '" + m.name + "': texture " +
-                                    std::to_string(m.albedo_texture) + " of " +
-                                    std::to_string(texture_count));
+  for (const std::uint32_t texture : {m.albedo_texture, m.roughness_metalness_texture}) {
+    if (texture != kNoTexture && texture >= texture_count) {
+      return Status::invalid_argument(name + " '" + m.name + "': texture " +
+                                      std::to_string(texture) + " of " +
+                                      std::to_string(texture_count));
+    }
   }
-  return Status::ok();
+  return validate_scattering(m, name + " '" + m.name + "'");
 }
 
 Status validate_light(const Light& l, const std::string& name) {

@@ -6,6 +6,7 @@
 
 #include "common/base/limits.h"
 #include "common/scene_io/confined_path.h"
+#include "common/scene_io/mtl_reader.h"
 #include "common/scene_io/scene_reader.h"
 #include "common/scene_io/text_scanner.h"
 
@@ -32,7 +33,7 @@ struct CornerHash {
 class ObjReader {
  public:
   ObjReader(std::string path, std::string_view text, const TextureLoader& load_texture)
-      : path_(std::move(path)), scanner_(text), load_texture_(load_texture) {}
+      : path_(std::move(path)), scanner_(text), mtl_(result_, load_texture) {}
 
   Result<ReadScene> read() {
     result_.scene.materials.emplace_back();
@@ -176,9 +177,8 @@ class ObjReader {
   }
 
   void use_material(const std::string& name) {
-    const auto known = material_index_.find(name);
-    if (known != material_index_.end()) {
-      material_ = known->second;
+    if (const auto known = mtl_.find(name)) {
+      material_ = *known;
       return;
     }
     if (missing_.insert(name).second) {
@@ -189,13 +189,11 @@ class ObjReader {
   }
 
   void read_materials(const std::string& name);
-  void read_material_line(TextScanner& lines, Material*& material, const std::string& file);
-  void set_texture(Material& material, std::string name);
 
   const std::string path_;
   TextScanner scanner_;
-  const TextureLoader& load_texture_;
   ReadScene result_;
+  MtlReader mtl_;
   Mesh mesh_;
   std::vector<Vec3f> positions_, normals_;
   std::vector<Vec2f> uvs_;
@@ -203,8 +201,6 @@ class ObjReader {
   std::unordered_map<Corner, std::uint32_t, CornerHash> vertices_;
   bool has_uvs_ = false, has_normals_ = false;
   std::uint32_t material_ = 0;
-  std::unordered_map<std::string, std::uint32_t> material_index_;
-  std::map<std::string, std::uint32_t> texture_index_;
   std::set<std::string> missing_;
   std::map<std::string, std::uint64_t> unknown_;
 };
@@ -222,71 +218,7 @@ void ObjReader::read_materials(const std::string& name) {
     result_.warnings.push_back("material file " + text.status().message() + "; grey is used");
     return;
   }
-  TextScanner lines(*text);
-  Material* material = nullptr;
-  while (lines.next_line()) read_material_line(lines, material, *file);
-}
-
-void ObjReader::read_material_line(TextScanner& lines, Material*& material,
-                                   const std::string& file) {
-  static const std::set<std::string, std::less<>> kSilent = {
-      "Ka",       "Ks",    "Ns",     "Ni",        "d",        "Tr",       "Tf",
-      "illum",    "Pr",    "Pm",     "Ps",        "map_Ka",   "map_Bump", "bump",
-      "map_bump", "map_d", "map_Ks", "sharpness", "map_refl", "refl",     "map_Ns"};
-  const std::string key(lines.word());
-  if (key.empty() || key.front() == '#') return;
-  auto& materials = result_.scene.materials;
-  if (key == "newmtl") {
-    const std::string name(lines.trimmed_rest_of_line());
-    if (materials.size() >= kMaterialsMax) return;
-    material_index_[name] = static_cast<std::uint32_t>(materials.size());
-    materials.emplace_back();
-    material = &materials.back();
-    material->name = name.substr(0, 256);
-    return;
-  }
-  const auto warn = [&](const std::string& text) {
-    result_.warnings.push_back(file + ":" + std::to_string(lines.line_number()) + ": " + text);
-  };
-  if (material == nullptr) return warn("'" + key + "' before the first newmtl is left out");
-  if (key == "Kd" || key == "Ke") {
-    const auto r = lines.number<float>(), g = lines.number<float>(), b = lines.number<float>();
-    const Vec3f c{r.value_or(-1), g.value_or(r.value_or(-1)), b.value_or(r.value_or(-1))};
-    const bool is_albedo = key == "Kd";
-    if (!is_finite(c) || !(c.x >= 0 && c.y >= 0 && c.z >= 0))
-      return warn("'" + key + "' needs colours from 0; it is left out");
-    (is_albedo ? material->albedo : material->emission) = is_albedo ? min(c, Vec3f{1, 1, 1}) : c;
-  } else if (key == "map_Kd") {
-    set_texture(*material, std::string(lines.trimmed_rest_of_line()));
-  } else if (!kSilent.contains(key)) {
-    unknown_.try_emplace("mtl " + key, lines.line_number());
-  }
-}
-
-// Options before the name ("-s 1 1 1") are left out: the last word, unless the whole rest is a
-// file.
-void ObjReader::set_texture(Material& material, std::string name) {
-  if (!name.empty() && name.front() == '-') name = name.substr(name.find_last_of(" \t") + 1);
-  for (char& c : name) c = c == '\\' ? '/' : c;
-  const auto known = texture_index_.find(name);
-  if (known != texture_index_.end()) {
-    material.albedo_texture = known->second;
-    return;
-  }
-  std::uint32_t index = kNoTexture;
-  auto texture =
-      load_texture_
-          ? load_texture_(name)
-          : Result<std::shared_ptr<const Texture>>(Status::unimplemented("no textures here"));
-  if (texture.is_ok()) {
-    index = static_cast<std::uint32_t>(result_.scene.textures.size());
-    result_.scene.textures.push_back(*texture);
-  } else {
-    result_.warnings.push_back("texture " + name + ": " + texture.status().message() +
-                               "; the plain colour is used");
-  }
-  texture_index_[name] = index;
-  material.albedo_texture = index;
+  mtl_.read(*file, *text);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ struct ReadScene {
 using TextureLoader =
     std::function<Result<std::shared_ptr<const Texture>>(const std::string& name)>;
 
-// Wavefront OBJ with MTL (Kd, Ke, map_Kd). The MTL file must lie below the OBJ file's folder.
+// Wavefront OBJ with MTL (mtl_reader.h). The MTL file must lie below the OBJ file's folder.
 Result<ReadScene> read_obj(const std::string& path, const TextureLoader& load_texture);
 
 // PLY, ascii and binary in both byte orders.

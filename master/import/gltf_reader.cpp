@@ -9,15 +9,19 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "common/base/limits.h"
 #include "common/scene_io/confined_path.h"
+#include "common/scene_io/text_scanner.h"
+#include "master/import/json_scan.h"
 #include "master/import/texture_reader.h"
 
 namespace tessera::import {
 namespace {
 
 constexpr int kNodeDepthMax = 64;
+constexpr std::uint64_t kJsonBytesMax = std::uint64_t{4} << 30;
 
 Vec3f vec(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 
@@ -53,7 +57,9 @@ class GltfReader {
         source_(source) {}
 
   Result<ReadScene> read() {
-    for (unsigned i = 0; i < source_.mNumMaterials; ++i) add_material(*source_.mMaterials[i]);
+    read_emissive_strengths();
+    for (unsigned i = 0; i < source_.mNumMaterials; ++i)
+      add_material(*source_.mMaterials[i], i < strengths_.size() ? strengths_[i] : 1);
     if (scene_.materials.empty()) scene_.materials.emplace_back();
     for (unsigned i = 0; i < source_.mNumMeshes; ++i)
       TESSERA_RETURN_IF_ERROR(add_mesh(*source_.mMeshes[i], i));
@@ -68,7 +74,22 @@ class GltfReader {
   }
 
  private:
-  void add_material(const aiMaterial& source) {
+  // KHR_materials_emissive_strength, which Assimp 5.2 passes over: [material of the file]. Of a .glb
+  // the text is the first chunk, behind 12 bytes of header and 8 of its own.
+  void read_emissive_strengths() {
+    const auto bytes = read_whole_file(path_, kJsonBytesMax);
+    if (!bytes.is_ok()) return;
+    std::string_view text = *bytes;
+    if (text.starts_with("glTF")) text = text.substr(std::min<std::size_t>(20, text.size()));
+    for (const std::string_view material : json_elements(json_member(text, "materials"))) {
+      const std::string_view strength = json_member(
+          json_member(json_member(material, "extensions"), "KHR_materials_emissive_strength"),
+          "emissiveStrength");
+      strengths_.push_back(json_number(strength).value_or(1));
+    }
+  }
+
+  void add_material(const aiMaterial& source, float strength) {
     Material material;
     material.name = std::string(source.GetName().C_Str()).substr(0, 256);
     aiColor4D base(0.8f, 0.8f, 0.8f, 1);
@@ -76,9 +97,7 @@ class GltfReader {
       source.Get(AI_MATKEY_COLOR_DIFFUSE, base);
     material.albedo = max(min(Vec3f{base.r, base.g, base.b}, Vec3f{1, 1, 1}), Vec3f{});
     aiColor3D emission(0, 0, 0);
-    float strength = 1;
     source.Get(AI_MATKEY_COLOR_EMISSIVE, emission);
-    source.Get(AI_MATKEY_EMISSIVE_INTENSITY, strength);
     const Vec3f glow = std::isfinite(strength) && strength >= 0
                            ? strength * Vec3f{emission.r, emission.g, emission.b}
                            : Vec3f{};
@@ -87,26 +106,66 @@ class GltfReader {
         source.GetTexture(aiTextureType_EMISSIVE, 0, &emissive_map) == AI_SUCCESS;
     if (is_finite(glow) && glow.x >= 0 && glow.y >= 0 && glow.z >= 0 && !is_emission_textured)
       material.emission = glow;
+    if (is_emission_textured) warn_once("emissive textures");
     aiString name;
     if (source.GetTexture(aiTextureType_BASE_COLOR, 0, &name) == AI_SUCCESS ||
         source.GetTexture(aiTextureType_DIFFUSE, 0, &name) == AI_SUCCESS) {
-      material.albedo_texture = texture_index(name.C_Str());
+      material.albedo_texture = texture_index(name.C_Str(), true);
     }
+    set_scattering(source, material);
     scene_.materials.push_back(std::move(material));
   }
 
-  std::uint32_t texture_index(const std::string& name) {
-    if (const auto known = textures_.find(name); known != textures_.end()) return known->second;
+  void warn_once(const std::string& name) {
+    if (missing_.insert(name).second)
+      result_.warnings.push_back(path_ + ": " + name + " are not understood and left out");
+  }
+
+  // glTF 2.0, section 3.9: metallic-roughness; KHR_materials_transmission makes glass of it where it
+  // lets more than half of the light through, since a surface here is one or the other.
+  void set_scattering(const aiMaterial& source, Material& material) {
+    const auto share = [&](const char* key, unsigned type, unsigned index, float fallback) {
+      float value = fallback;
+      source.Get(key, type, index, value);
+      return value >= 0 && value <= 1 ? value : fallback;
+    };
+    aiString name;
+    if (source.GetTexture(aiTextureType_NORMALS, 0, &name) == AI_SUCCESS) warn_once("normal maps");
+    float ior = 1.5f;
+    source.Get(AI_MATKEY_REFRACTI, ior);
+    if (!(ior >= kIorMin && ior <= kIorMax)) ior = 1.5f;
+    if (share(AI_MATKEY_TRANSMISSION_FACTOR, 0.0f) > 0.5f) {
+      material.bsdf = BsdfKind::kGlass;
+      material.ior = ior;
+      material.specular = material.albedo;
+      return;
+    }
+    material.bsdf = BsdfKind::kGlossy;
+    const float root = (ior - 1) / (ior + 1);
+    material.specular = Vec3f{root, root, root} * root;
+    material.metalness = share(AI_MATKEY_METALLIC_FACTOR, 1.0f);
+    material.roughness = share(AI_MATKEY_ROUGHNESS_FACTOR, 1.0f);
+    if (source.GetTexture(AI_MATKEY_GLTF_PBRMETALLICROUGHNESS_METALLICROUGHNESS_TEXTURE, &name) ==
+        AI_SUCCESS) {
+      material.roughness_metalness_texture = texture_index(name.C_Str(), false);
+    }
+  }
+
+  std::uint32_t texture_index(const std::string& name, bool is_srgb) {
+    const auto key = std::make_pair(name, is_srgb);
+    if (const auto known = textures_.find(key); known != textures_.end()) return known->second;
     std::uint32_t index = kNoTexture;
     auto texture = read_texture(name);
     if (texture.is_ok()) {
+      auto decoded = std::make_shared<Texture>(**texture);
+      decoded->is_srgb = is_srgb;
       index = static_cast<std::uint32_t>(scene_.textures.size());
-      scene_.textures.push_back(*texture);
+      scene_.textures.push_back(std::move(decoded));
     } else {
       result_.warnings.push_back("texture " + name + ": " + texture.status().message() +
-                                 "; the plain colour is used");
+                                 "; the plain value is used");
     }
-    return textures_[name] = index;
+    return textures_[key] = index;
   }
 
   Result<std::shared_ptr<const Texture>> read_texture(const std::string& name) {
@@ -221,7 +280,9 @@ class GltfReader {
   const aiScene& source_;
   ReadScene result_;
   Scene scene_;
-  std::map<std::string, std::uint32_t> textures_;
+  std::map<std::pair<std::string, bool>, std::uint32_t> textures_;
+  std::set<std::string> missing_;
+  std::vector<float> strengths_;
   std::map<std::string, Transform> nodes_;
   std::uint64_t degenerate_count_ = 0;
 };

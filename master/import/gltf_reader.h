@@ -1,5 +1,6 @@
 // glTF 2 (.gltf, .glb) through Assimp: meshes, node transforms as instances in node order, base
-// colours and their textures, emission, cameras, punctual lights. In the limited process only;
+// colours and their textures, metallic-roughness with its texture, emission, transmission and index
+// of refraction, cameras, punctual lights. In the limited process only;
 // Assimp is confined to gltf_reader.cpp.
 #pragma once
 

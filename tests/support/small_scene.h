@@ -1,5 +1,5 @@
 // A small scene that uses every kind of scene value: meshes with and without normals and uvs, a
-// texture, a turned instance, lights of each kind, a camera.
+// texture, every part of a material, a turned instance, lights of each kind, a camera.
 // Threads. Pure function.
 #pragma once
 
@@ -28,7 +28,14 @@ inline Scene make_small_scene() {
   scene.materials.resize(3);
   scene.materials[0].name = "plain";
   scene.materials[1].emission = {5, 4, 3};
-  scene.materials[2].albedo_texture = 0;
+  Material& rich_material = scene.materials[2];
+  rich_material.albedo_texture = rich_material.roughness_metalness_texture = 0;
+  rich_material.bsdf = BsdfKind::kGlossy;
+  rich_material.specular = {0.5f, 0.25f, 0.125f};
+  rich_material.roughness = 0.3f;
+  rich_material.metalness = 0.7f;
+  rich_material.ior = 1.7f;
+  rich_material.surface = {SurfaceKind::kBrick, {0.5f, 0.25f, 0.125f, 0.4f, 0.3f, 0.2f, 0.1f}};
   Transform turned;
   turned.m = {{{0, -1, 0, 5}, {1, 0, 0, -2}, {0, 0, 1, 0.5f}}};
   scene.instances = {{0, Transform{}}, {1, turned}, {0, turned}};

@@ -5,6 +5,8 @@
 #include <random>
 #include <utility>
 
+#include "common/scene/surface_program.h"
+
 namespace tessera::test {
 namespace {
 
@@ -162,6 +164,38 @@ Scene make_full_scene() {
                   {LightKind::kSpot, {-1, 2, 1}, {0.5f, -1, -0.5f}, {3, 2, 2}, 0.95f, 0.8f},
                   {LightKind::kDirectional, {}, {0.3f, -1, 0.2f}, {0.2f, 0.2f, 0.4f}, 1, 0}};
   scene.environment = {0.1f, 0.1f, 0.2f};
+  return scene;
+}
+
+// The same room with every kind of surface program and BSDF.
+Scene make_scene_of_all_materials() {
+  Scene scene = make_full_scene();
+  scene.materials[0].surface = {SurfaceKind::kBrick,
+                                find_surface_program(SurfaceKind::kBrick)->defaults};
+  scene.materials[1].bsdf = BsdfKind::kGlossy;
+  scene.materials[1].roughness = 0.3f;
+  scene.materials[1].roughness_metalness_texture = 0;
+  for (int i = 0; i < 3; ++i) {
+    Mesh ball = make_icosphere(2);
+    ball.normals = ball.positions;
+    ball.materials = {static_cast<std::uint32_t>(scene.materials.size())};
+    Material material;
+    material.bsdf = i == 0 ? BsdfKind::kMirror : i == 1 ? BsdfKind::kGlass : BsdfKind::kGlossy;
+    material.specular = {0.9f, 0.8f, 0.7f};
+    material.metalness = 0.5f;
+    material.roughness = 0.1f;
+    if (i == 2)
+      material.surface = {SurfaceKind::kMarble,
+                          find_surface_program(SurfaceKind::kMarble)->defaults};
+    scene.materials.push_back(material);
+    Instance instance;
+    instance.mesh = static_cast<std::uint32_t>(scene.meshes.size());
+    const float at = 0.6f * static_cast<float>(i) - 0.6f;
+    instance.object_to_world.m = {
+        {{0.25f, 0, 0, at}, {0, 0.25f, 0, 0.6f}, {0, 0, 0.25f, 0.8f - 0.2f * at}}};
+    scene.instances.push_back(instance);
+    scene.meshes.push_back(std::make_shared<const Mesh>(ball));
+  }
   return scene;
 }
 

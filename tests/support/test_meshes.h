@@ -28,5 +28,7 @@ Scene make_scene(Mesh mesh);
 // A room with every feature: texture, smooth normals, all kinds of lights, an emitter, a sky,
 // instances.
 Scene make_full_scene();
+// The same room with every kind of surface program and BSDF.
+Scene make_scene_of_all_materials();
 
 }  // namespace tessera::test

@@ -37,7 +37,10 @@ ARROWS = {
     _CORE + "light": _VALUES + _STORES,
     _CORE + "kernel": _VALUES + _TREES,
     _CORE + "trace": _VALUES + _TREES + [_CORE + "kernel"],
-    _CORE + "render": _VALUES + _TREES + [_CORE + "kernel", _CORE + "trace"],
+    # The programmable part of surfaces, and below it how light leaves them: neither knows of rays.
+    _CORE + "surface": _VALUES + [_CORE + "sampling"],
+    _CORE + "bsdf": _VALUES + [_CORE + "sampling", _CORE + "surface"],
+    _CORE + "render": _VALUES + _TREES + [_CORE + part for part in ("bsdf", "kernel", "surface", "trace")],
     # Two headers of the core are its door: what renders, and what it renders.
     "slave": _COMMON + ["common/wire", "proto", _CORE + "render"],
     "slave/tools": _VALUES + ["common/scene_io", _CORE + "render"],

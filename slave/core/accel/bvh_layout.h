@@ -20,6 +20,7 @@ inline constexpr uint32_t kBvhNoChild = 0xffffffffu;  // its box is empty: lower
 // Deepest node (the root has depth 0). A step down pushes at most W - 1 children.
 inline constexpr int kBvhDepthMax = 60;
 
+// Kernels load registers of W lanes whole, as aligned ones.
 template <int W>
 struct alignas(W * sizeof(float)) BvhNode {
   float lower[3][W];

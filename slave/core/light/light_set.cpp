@@ -34,11 +34,10 @@ void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
 double luminance(Vec3f c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
 void share_out(LightSet& set) {
-  double total = 0;
-  for (const Emitter& e : set.emitters) total += luminance(e.emission) * e.area;
+  for (const Emitter& e : set.emitters) set.power += luminance(e.emission) * e.area;
   double sum = 0;
   for (const Emitter& e : set.emitters) {
-    sum += luminance(e.emission) * e.area / total;
+    sum += luminance(e.emission) * e.area / set.power;
     set.cumulative.push_back(static_cast<float>(sum));
   }
   set.cumulative.back() = 1;
@@ -59,6 +58,10 @@ const Emitter& LightSet::pick(float x, float& rest) const {
   const float below = number == 0 ? 0 : cumulative[number - 1];
   rest = std::clamp((x - below) / e.share, 0.0f, 1 - kUnitRoundoff);
   return e;
+}
+
+float LightSet::density_by_area(Vec3f emission, float area, bool is_picked) const {
+  return is_picked ? static_cast<float>(luminance(emission) / power) : 1 / area;
 }
 
 LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,

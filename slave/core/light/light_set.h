@@ -32,6 +32,7 @@ struct LightSet {
   std::vector<Emitter> emitters;
   std::vector<float> cumulative;  // [emitter_count], of the shares; ends at 1
   Vec3f environment;              // radiance
+  double power = 0;               // luminance times area of all emitters
   bool has_environment = false;
 
   bool is_empty() const { return lights.empty() && emitters.empty() && !has_environment; }
@@ -40,6 +41,9 @@ struct LightSet {
   // rest: what of x is still free, in [0, 1): for a place on the emitter, since another dimension
   // of the same sample need not be independent of x. May be x itself.
   const Emitter& pick(float x, float& rest) const;
+  // By area, with which one sample finds a point of an emitter: of one that pick() has chosen, or of
+  // this one by itself.
+  float density_by_area(Vec3f emission, float area, bool is_picked) const;
 };
 
 // Shape: boxes as make_triangle_store() left them; triangles that stayed out of the tree do not

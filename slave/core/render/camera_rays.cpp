@@ -35,6 +35,7 @@ CameraRays::CameraRays(const Camera& camera, int width_px, int height_px) : orig
   constexpr double kPi = 3.14159265358979323846;
   const double half_height = tangent(double{camera.vfov_degrees} * (kPi / 360));
   const double pixel = 2 * half_height / height_px;  // edge of a pixel at distance 1
+  pixel_spread_ = static_cast<float>(pixel);
   const double half_width = pixel * width_px / 2;
   per_x_ = {right.x * pixel, right.y * pixel, right.z * pixel};
   per_y_ = {-up.x * pixel, -up.y * pixel, -up.z * pixel};

@@ -16,12 +16,15 @@ class CameraRays {
   Vec3f origin() const { return origin_; }
   // Direction through the image point (x, y), pixels from the top left corner; its length is not 1.
   Vec3f direction(double x, double y) const;
+  // Edge of a pixel at distance 1, in the middle of the picture.
+  float pixel_spread() const { return pixel_spread_; }
 
  private:
   struct Vec3d {
     double x, y, z;
   };
   Vec3f origin_;
+  float pixel_spread_;
   Vec3d corner_, per_x_, per_y_;  // direction = corner + x per_x + y per_y
 };
 

@@ -13,7 +13,7 @@ namespace tessera::core {
 namespace {
 
 // Keys of a pixel that no path uses.
-constexpr std::uint32_t kDimensionRay = 0x20000001u, kDimensionPath = 0x20000003u;
+constexpr std::uint32_t kDimensionRay = 0x10000001u, kDimensionPath = 0x10000003u;
 
 }  // namespace
 
@@ -97,8 +97,8 @@ void ClampResidual::arrive(const GatherPoints& points, int point, std::uint32_t 
   if (!(geometry > bound_)) return;
   const float share = 1 - bound_ / geometry;
   s.light[point] = s.light[point] + y.emission * share;
-  if (is_black(y.albedo)) return;
-  y.albedo = y.albedo * share;
+  if (is_specular(y)) return;  // no VPL is there
+  y.weight = y.weight * share;
   SurfaceBatch& batch = s.batch;
   batch.surface[batch.count] = y;
   batch.key[batch.count] = hash_combine(points.key[point], kDimensionPath);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "slave/core/bsdf/bsdf.h"
 #include "slave/core/light/light_sampling.h"
 #include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
@@ -24,6 +25,19 @@ float cosine_at(const Surface& s, Vec3f to_light) {
   const float c = dot(s.shading_normal, to_light);
   return c > 0 ? c : 0;
 }
+
+// What the surface sends to the pixel of light from there, times pi. `light_density()`: by solid
+// angle with which the light was sampled, or 0 where no ray of the BSDF's own can find it; diffuse
+// surfaces do not ask.
+template <class LightDensity>
+Vec3f response_of(const Surface& s, Vec3f to_light, LightDensity light_density) {
+  if (s.bsdf == BsdfKind::kDiffuse) return s.albedo * s.weight;
+  const BsdfValue value = evaluate(s, s.to_viewer, to_light);
+  const float light = light_density();
+  const float share = light > 0 ? light / (light + value.density) : 1;
+  return value.times_pi * s.weight * share;
+}
+float no_density() { return 0; }
 
 bool is_usable(Vec3f c) { return is_finite(c) && (c.x > 0 || c.y > 0 || c.z > 0); }
 
@@ -55,7 +69,10 @@ void DirectLight::begin(const PreparedScene::Impl& scene, const SceneTracer& tra
   light_samples_ = kind == Kind::kWhole ? light_samples : 1;
   picks_emitters_ = kind == Kind::kPartOfPath || scene.lights.is_shared_out();
   samples_environment_ = kind == Kind::kWhole && scene.lights.has_environment;
+  samples_glossy_ = kind == Kind::kWhole && scene.features.has_glossy &&
+                    (scene.lights.has_environment || !scene.lights.emitters.empty());
   is_cancelled_ = is_cancelled;
+  if (samples_glossy_) glossy_.begin(scene, tracer, light_samples, is_cancelled);
 }
 
 std::uint64_t DirectLight::add(const SurfaceBatch& batch, Vec3f* radiance) {
@@ -67,6 +84,7 @@ std::uint64_t DirectLight::add(const SurfaceBatch& batch, Vec3f* radiance) {
   }
   if (!scene_->lights.emitters.empty()) rays += add_emitters(batch, radiance);
   if (samples_environment_) rays += add_environment(batch, radiance);
+  if (samples_glossy_) rays += glossy_.add(batch, radiance);
   return rays;
 }
 
@@ -89,7 +107,8 @@ std::uint64_t DirectLight::add_point(const SurfaceBatch& batch, const Light& lig
     float strength = cosine_at(s, to_light) / distance2;
     if (light.kind == LightKind::kSpot)
       strength *= spot_falloff(light, -dot(light.direction, to_light));
-    rays.contribution[i] = s.albedo * light.intensity * (kInvPi * strength);
+    rays.contribution[i] =
+        response_of(s, to_light, no_density) * light.intensity * (kInvPi * strength);
     if (!is_usable(rays.contribution[i])) continue;
     rays.add(i, s.point + s.normal * (s.offset + gamma(2) * distance) - light.position);
   }
@@ -154,7 +173,8 @@ std::uint64_t DirectLight::add_directional(const SurfaceBatch& batch, const Ligh
   }
   for (int i = 0; i < batch.count; ++i) {
     const Surface& s = batch.surface[i];
-    rays.contribution[i] = s.albedo * light.intensity * (kInvPi * cosine_at(s, to_light));
+    rays.contribution[i] =
+        response_of(s, to_light, no_density) * light.intensity * (kInvPi * cosine_at(s, to_light));
     rays.is_active[i] = is_usable(rays.contribution[i]);
     if (!rays.is_active[i]) continue;
     rays.start[i] = s.point + s.normal * s.offset;
@@ -188,7 +208,8 @@ std::uint64_t DirectLight::add_emitters(const SurfaceBatch& batch, Vec3f* radian
   return count;
 }
 
-// Directions of density cosine / pi leave the albedo as the weight of what they meet. One that an
+// Of diffuse surfaces. Directions of density cosine / pi leave the albedo as the weight of what they
+// meet. One that an
 // interpolated normal has put below the surface sees nothing.
 std::uint64_t DirectLight::add_environment(const SurfaceBatch& batch, Vec3f* radiance) {
   ShadowRays& rays = *rays_;
@@ -199,11 +220,13 @@ std::uint64_t DirectLight::add_environment(const SurfaceBatch& batch, Vec3f* rad
     rays.groups.clear();
     for (int i = 0; i < batch.count; ++i) {
       const Surface& s = batch.surface[i];
+      rays.is_active[i] = false;
+      if (s.bsdf != BsdfKind::kDiffuse) continue;
       const Vec2f x = shuffled_2d(hash_combine(batch.key[i], kEnvironmentDimension),
                                   batch.sample_index * samples + j);
       rays.direction[i] = cosine_direction(s.shading_normal, x);
-      rays.contribution[i] =
-          s.albedo * scene_->lights.environment * (1 / static_cast<float>(light_samples_));
+      rays.contribution[i] = s.albedo * s.weight * scene_->lights.environment *
+                             (1 / static_cast<float>(light_samples_));
       rays.is_active[i] = dot(s.normal, rays.direction[i]) > 0 && is_usable(rays.contribution[i]);
       if (!rays.is_active[i]) continue;
       rays.start[i] = s.point + s.normal * s.offset;
@@ -231,10 +254,17 @@ std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t r
     const Vec3f to_light = away * (1 / distance);
     const float cosine_light = -dot(emitter.normal, to_light);
     if (!(cosine_light > 0)) continue;  // one-sided
+    const float cosine = cosine_at(s, to_light);
+    if (!(cosine > 0)) continue;
     const float chance = picks_emitters_ ? emitter.share : 1;
     const float weight = 1 / (static_cast<float>(light_samples_) * chance);
-    const float strength = cosine_at(s, to_light) * cosine_light * emitter.area / distance2;
-    rays.contribution[i] = s.albedo * emitter.emission * (kInvPi * strength * weight);
+    const float strength = cosine * cosine_light * emitter.area / distance2;
+    const auto density = [&] {
+      return lights.density_by_area(emitter.emission, emitter.area, picks_emitters_) * distance2 /
+             cosine_light;
+    };
+    rays.contribution[i] =
+        response_of(s, to_light, density) * emitter.emission * (kInvPi * strength * weight);
     rays.is_active[i] = is_usable(rays.contribution[i]);
     // The ray ends at a point moved off the emitter as its start is moved off the surface, so that
     // it cannot reach the emitter itself; the direction rounds once per component.

@@ -1,6 +1,9 @@
 // Light that reaches a batch of surface points straight from the scene's lights.
 //
 // Shadow rays are traced in groups that look alike from the light, whatever pixels they belong to.
+// A glossy surface takes what a light sample finds by its share of two densities; the rest of that
+// light comes with the part of longer paths, or with GlossyLight.
+//
 // Sums run over lights, then emitters, then samples, in that order and per pixel alone: a pixel
 // does not depend on its neighbours.
 //
@@ -11,22 +14,11 @@
 #include <cstdint>
 #include <memory>
 
-#include "slave/core/render/surface.h"
-#include "slave/core/trace/ray_groups.h"
+#include "slave/core/render/glossy_light.h"
+#include "slave/core/render/surface_batch.h"
 #include "slave/core/trace/scene_tracer.h"
 
 namespace tessera::core {
-
-inline constexpr int kBatchMax = RayGroups::kRaysMax;
-
-// What the primary rays of some pixels have hit. Pixels without a hit are left out.
-struct SurfaceBatch {
-  int count = 0;
-  Surface surface[kBatchMax];
-  std::uint16_t pixel[kBatchMax];  // index of radiance
-  std::uint32_t key[kBatchMax];    // pixel_key() of the pixel's first dimension
-  std::uint32_t sample_index = 0;  // of the pixels' samples, counts from 0
-};
 
 class DirectLight {
  public:
@@ -42,7 +34,8 @@ class DirectLight {
   void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int light_samples,
              Kind kind, const std::atomic<bool>* is_cancelled = nullptr);
 
-  // Adds reflected direct light to radiance [pixel]. Returns: shadow rays traced.
+  // Adds reflected direct light to radiance [pixel]. Requires: no surface is specular. Returns:
+  // rays traced towards lights.
   std::uint64_t add(const SurfaceBatch& batch, Vec3f* radiance);
 
  private:
@@ -63,9 +56,10 @@ class DirectLight {
   const PreparedScene::Impl* scene_ = nullptr;
   const SceneTracer* tracer_ = nullptr;
   int light_samples_ = 1;
-  bool picks_emitters_ = false, samples_environment_ = false;
+  bool picks_emitters_ = false, samples_environment_ = false, samples_glossy_ = false;
   const std::atomic<bool>* is_cancelled_ = nullptr;
   std::unique_ptr<ShadowRays> rays_;
+  GlossyLight glossy_;
 };
 
 }  // namespace tessera::core

@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <vector>
 
 #include "slave/core/geometry/barycentric.h"
 #include "slave/core/render/camera_packet.h"
 #include "slave/core/render/clamp_residual.h"
+#include "slave/core/render/path_tracer.h"
 #include "slave/core/render/sample_dimensions.h"
+#include "slave/core/render/specular_chain.h"
 #include "slave/core/render/surface.h"
 #include "slave/core/render/vpl_gather.h"
 #include "slave/core/sampling/sample_sequence.h"
@@ -35,6 +38,10 @@ struct GiTile::Scratch {
   PacketHits hits;
   VplGather gather;
   ClampResidual residual;
+  SpecularChain chain;
+  PathTracer paths;
+  SurfaceBatch surfaces, glossy;  // of a part of the block, where not all are diffuse
+  Vec3f radiance[kBatchMax];      // likewise: what VPLs have no part in
   FilterPlanes planes;
   float albedo[3][kFilterPixels];
   float own[3][kFilterPixels];  // what pixels show without any light: emission, sky
@@ -51,6 +58,7 @@ struct GiTile::Scratch {
   const VplSets* vpls = nullptr;
   const std::atomic<bool>* is_cancelled = nullptr;
   RayCounts counts;
+  float pixel_spread = 0;  // see TileRenderer
 
   bool is_over() const {
     return is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed);
@@ -61,8 +69,9 @@ struct GiTile::Scratch {
   void begin_batches();
   void clear(const TileRect& region);
   void trace_camera(const TileRect& region, std::uint32_t sample);
-  void add_hits(const TileRect& region, int x_px, int y_px);
-  void add_surface(int pixel, int class_number, const Surface& s, std::uint32_t key);
+  void add_hits(const TileRect& region, const TileRect& part, int x_px, int y_px);
+  void add_surface(const TileRect& region, int x_px, int y_px, const Surface& s, std::uint32_t key);
+  void shade_part(const TileRect& region, const TileRect& part);
   void gather_sample(std::uint32_t sample);
   void resolve(const TileRect& region, const TileRect& block);
   void write(const TileRect& block, const TileRect& region, const TileRect& tile,
@@ -90,6 +99,8 @@ void GiTile::Scratch::clear(const TileRect& region) {
 }
 
 void GiTile::Scratch::trace_camera(const TileRect& region, std::uint32_t sample) {
+  surfaces.count = 0;
+  surfaces.sample_index = sequence_index(*settings, sample);
   const int right = region.x_px + region.width_px, bottom = region.y_px + region.height_px;
   for (int top = region.y_px; top < bottom; top += kEntryEdgePx) {
     for (int left = region.x_px; left < right; left += kEntryEdgePx) {
@@ -102,17 +113,18 @@ void GiTile::Scratch::trace_camera(const TileRect& region, std::uint32_t sample)
           camera.set(part, x, y, sample);
           tracer->closest(camera.rays, hits);
           counts.primary += static_cast<std::uint64_t>(std::popcount(camera.rays.active));
-          add_hits(region, x, y);
+          add_hits(region, part, x, y);
         }
       }
+      if (!scene->features.is_diffuse()) shade_part(region, part);
     }
   }
 }
 
-void GiTile::Scratch::add_hits(const TileRect& region, int x_px, int y_px) {
+void GiTile::Scratch::add_hits(const TileRect& region, const TileRect& part, int x_px, int y_px) {
   const FanPacket& rays = camera.rays;
   const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
-  const int k = settings->interleave;
+  const bool is_diffuse = scene->features.is_diffuse(), needs_cone = scene->features.needs_cones();
   for (int i = 0; i < kPacketRays; ++i) {
     if ((rays.active >> i & 1u) == 0) continue;
     const int x = x_px + column_of(i), y = y_px + row_of(i);
@@ -126,30 +138,69 @@ void GiTile::Scratch::add_hits(const TileRect& region, int x_px, int y_px) {
     const TriangleStore& t = scene->triangles;
     const Vec2f uv =
         barycentric(eye, d, t.vertex(triangle, 0), t.vertex(triangle, 1), t.vertex(triangle, 2));
-    const Surface s = surface_at(*scene, triangle, uv.x, uv.y, d);
-    planes.distance[pixel] = hits.t[i] * length(d);
-    add_surface(pixel, y % k * k + x % k, s, pixel_key(settings->seed, x, y, kDimensionLight));
+    const float distance = hits.t[i] * length(d);
+    const RayCone cone = needs_cone ? RayCone{0, pixel_spread}.advanced(distance) : RayCone{};
+    const Surface s = surface_at(*scene, triangle, uv.x, uv.y, d, cone);
+    planes.distance[pixel] = distance;
+    for (int c = 0; c < 3; ++c) own[c][pixel] = s.emission[c];
+    const std::uint32_t key = pixel_key(settings->seed, x, y, kDimensionLight);
+    if (is_diffuse) {
+      add_surface(region, x, y, s, key);
+      continue;
+    }
+    surfaces.surface[surfaces.count] = s;
+    surfaces.key[surfaces.count] = key;
+    surfaces.pixel[surfaces.count++] =
+        static_cast<std::uint16_t>((y - part.y_px) * kEntryEdgePx + x - part.x_px);
   }
 }
 
-void GiTile::Scratch::add_surface(int pixel, int class_number, const Surface& s,
+// Of a part whose surfaces need not be diffuse: chains, then gathering points or paths.
+void GiTile::Scratch::shade_part(const TileRect& region, const TileRect& part) {
+  std::fill(std::begin(radiance), std::end(radiance), Vec3f{});
+  if (scene->features.has_specular) counts.secondary += chain.follow(surfaces, radiance);
+  glossy.count = 0;
+  glossy.sample_index = surfaces.sample_index;
+  for (int i = 0; i < surfaces.count; ++i) {
+    const Surface& s = surfaces.surface[i];
+    if (s.bsdf == BsdfKind::kGlossy) {
+      glossy.surface[glossy.count] = s;
+      glossy.key[glossy.count] = surfaces.key[i];
+      glossy.pixel[glossy.count++] = surfaces.pixel[i];
+    } else {
+      add_surface(region, part.x_px + surfaces.pixel[i] % kEntryEdgePx,
+                  part.y_px + surfaces.pixel[i] / kEntryEdgePx, s, surfaces.key[i]);
+    }
+  }
+  if (glossy.count > 0) counts += paths.add(glossy, radiance);
+  for (int y = 0; y < part.height_px; ++y) {
+    for (int x = 0; x < part.width_px; ++x) {
+      const int pixel = filter_index(part.x_px + x - region.x_px, part.y_px + y - region.y_px);
+      for (int c = 0; c < 3; ++c) own[c][pixel] += radiance[y * kEntryEdgePx + x][c];
+    }
+  }
+  surfaces.count = 0;
+}
+
+void GiTile::Scratch::add_surface(const TileRect& region, int x_px, int y_px, const Surface& s,
                                   std::uint32_t key) {
-  int number = class_number * batches_per_class;
+  const int k = settings->interleave;
+  int number = (y_px % k * k + x_px % k) * batches_per_class;
   while (batches[static_cast<std::size_t>(number)]->count == kGatherMax) ++number;
   GatherPoints& batch = *batches[static_cast<std::size_t>(number)];
   const int at = batch.count++;
+  const int pixel = filter_index(x_px - region.x_px, y_px - region.y_px);
   slot[pixel] = number * kGatherMax + at;
   for (int c = 0; c < 3; ++c) {
     batch.point[c][at] = planes.point[c][pixel] = s.point[c];
     batch.normal[c][at] = s.normal[c];
     batch.shading[c][at] = planes.normal[c][pixel] = s.shading_normal[c];
     batch.light[c][at] = 0;
-    albedo[c][pixel] = s.albedo[c];
-    own[c][pixel] = s.emission[c];
+    albedo[c][pixel] = s.albedo[c] * s.weight[c];
   }
   batch.offset[at] = s.offset;
   batch.key[at] = key;
-  planes.material[pixel] = static_cast<std::int32_t>(s.material);
+  planes.material[pixel] = static_cast<std::int32_t>(s.material - scene->materials.data());
 }
 
 void GiTile::Scratch::gather_sample(std::uint32_t sample) {
@@ -224,6 +275,10 @@ RayCounts GiTile::render(const PreparedScene::Impl& scene, const SceneTracer& tr
   s.is_cancelled = is_cancelled;
   s.counts = {};
   s.camera.begin(settings, camera);
+  s.pixel_spread =
+      camera.pixel_spread() / std::sqrt(static_cast<float>(settings.samples_per_pixel));
+  s.chain.begin(scene, tracer, is_cancelled);
+  s.paths.begin(scene, tracer, settings.bounces, is_cancelled);
   s.gather.begin(tracer, settings.clamp, is_cancelled);
   if (s.has_residual()) s.residual.begin(scene, tracer, settings, is_cancelled);
   s.begin_batches();

@@ -7,6 +7,9 @@
 // gets depends on (settings, scene, isa, pixel, sample) alone: patterns stand still on the picture,
 // and the border's pixels are the neighbours' own, to the bit.
 //
+// Behind mirrors and glass it is the surface at the end of the chain that gathers. Glossy surfaces do
+// not: few VPLs would be as many highlights; they are path-traced (path_tracer.h).
+//
 // With several samples per pixel each takes its share of the set (section 9.4): number i of a set
 // goes to sample i modulo their number.
 //

@@ -1,9 +1,5 @@
 #include "slave/core/render/path_tracer.h"
 
-#include <limits>
-
-#include "slave/core/geometry/barycentric.h"
-#include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {
@@ -14,18 +10,6 @@ constexpr std::uint32_t kDimensionScatter = 0x40000001u, kDimensionNextDepth = 0
 
 }  // namespace
 
-// From the surfaces of a batch, in their order.
-struct PathTracer::Rays {
-  int count = 0;
-  Vec3f start[kBatchMax], direction[kBatchMax];
-  Vec3f weight[kBatchMax];  // of what the ray meets, in the pixel
-  std::uint16_t pixel[kBatchMax];
-  std::uint32_t key[kBatchMax];
-};
-
-PathTracer::PathTracer() : rays_(std::make_unique<Rays>()) {}
-PathTracer::~PathTracer() = default;
-
 void PathTracer::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int bounces,
                        const std::atomic<bool>* is_cancelled) {
   scene_ = &scene;
@@ -33,82 +17,64 @@ void PathTracer::begin(const PreparedScene::Impl& scene, const SceneTracer& trac
   bounces_ = bounces;
   is_cancelled_ = is_cancelled;
   direct_.begin(scene, tracer, 1, DirectLight::Kind::kPartOfPath, is_cancelled);
+  chain_.begin(scene, tracer, is_cancelled);
 }
 
 RayCounts PathTracer::add(SurfaceBatch& batch, Vec3f* radiance) {
   RayCounts counts;
   counts.shadow += direct_.add(batch, radiance);
-  const int bounces = scene_->lights.has_environment ? bounces_ + 1 : bounces_;
-  for (int depth = 1; depth <= bounces && batch.count > 0 && !is_over(); ++depth) {
-    scatter(batch, static_cast<std::uint32_t>(depth));
+  // One ray more than bounces, where rays find light that samples of lights leave to them; of the
+  // surfaces that it meets nothing counts but their emission.
+  const bool has_last = scene_->lights.has_environment ||
+                        (!scene_->features.is_diffuse() && !scene_->lights.emitters.empty());
+  const int rays = has_last ? bounces_ + 1 : bounces_;
+  for (int depth = 1; depth <= rays && batch.count > 0 && !is_over(); ++depth) {
+    scatter(batch, static_cast<std::uint32_t>(depth), depth > bounces_);
     counts.secondary += follow(batch, radiance);
-    // Where light of the environment is the last that counts, surfaces have nothing more to add.
+    if (scene_->features.has_specular) counts.secondary += chain_.follow(batch, radiance);
     if (depth <= bounces_) counts.shadow += direct_.add(batch, radiance);
   }
   return counts;
 }
 
-// A surface's albedo holds the path's weight up to it: a direction of density cosine / pi leaves
-// albedo as the weight of the next.
-void PathTracer::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
-  Rays& rays = *rays_;
-  rays.count = 0;
+void PathTracer::scatter(const SurfaceBatch& batch, std::uint32_t depth, bool is_last) {
+  const bool is_glossy_alone =
+      is_last && !scene_->lights.has_environment && !scene_->features.has_specular;
+  rays_->clear();
   for (int i = 0; i < batch.count; ++i) {
-    const Surface& s = batch.surface[i];
-    if (is_black(s.albedo)) continue;
+    if (is_glossy_alone && batch.surface[i].bsdf != BsdfKind::kGlossy) continue;
     const std::uint32_t key = hash_combine(batch.key[i], kDimensionNextDepth + depth);
     const Vec2f x = shuffled_2d(hash_combine(key, kDimensionScatter), batch.sample_index);
-    const Vec3f direction = cosine_direction(s.shading_normal, x);
-    if (!(dot(direction, s.normal) > 0)) continue;  // below the surface, by an interpolated normal
-    const int ray = rays.count++;
-    rays.start[ray] = s.point + s.normal * s.offset;
-    rays.direction[ray] = direction;
-    rays.weight[ray] = s.albedo;
-    rays.pixel[ray] = batch.pixel[i];
-    rays.key[ray] = key;
+    rays_->add(batch, i, x, key);
   }
 }
 
-// Replaces the batch by what the rays hit. Returns: rays traced.
+// Replaces the batch by what the rays meet. Returns: rays traced.
 std::uint64_t PathTracer::follow(SurfaceBatch& batch, Vec3f* radiance) {
-  const Rays& rays = *rays_;
+  ScatteredRays& rays = *rays_;
+  const LightSet& lights = scene_->lights;
   batch.count = 0;
-  RayPacket packet;
   PacketHits hits;
-  std::fill_n(packet.t_min, kPacketRays, 0.0f);
-  std::fill_n(packet.t_max, kPacketRays, std::numeric_limits<float>::infinity());
+  int numbers[kPacketRays];
   for (int first = 0; first < rays.count && !is_over(); first += kPacketRays) {
-    const int count = std::min(kPacketRays, rays.count - first);
-    packet.active = ~std::uint64_t{0} >> (kPacketRays - count);
-    for (int i = 0; i < count; ++i) {
-      for (int a = 0; a < 3; ++a) {
-        packet.origin[a][i] = rays.start[first + i][a];
-        packet.direction[a][i] = rays.direction[first + i][a];
+    const int n = std::min(kPacketRays, rays.count - first);
+    for (int i = 0; i < n; ++i) numbers[i] = first + i;
+    rays.trace(*tracer_, numbers, n, hits);
+    for (int i = 0; i < n; ++i) {
+      const int ray = first + i;
+      Vec3f& sum = radiance[rays.pixel[ray]];
+      Surface& s = batch.surface[batch.count];
+      if (!rays.meet(*scene_, ray, hits.primitive[i], hits.t[i], s)) {
+        sum = sum + rays.weight[ray] * lights.environment;
+        continue;
       }
+      if (rays.density[ray] > 0 && !is_black(s.emission))
+        sum = sum + rays.emission_met(*scene_, ray, hits.primitive[i], hits.t[i], s, true);
+      batch.key[batch.count] = rays.key[ray];
+      batch.pixel[batch.count++] = rays.pixel[ray];
     }
-    tracer_->closest(packet, hits);
-    for (int i = 0; i < count; ++i) arrive(batch, first + i, hits.primitive[i], radiance);
   }
   return static_cast<std::uint64_t>(rays.count);
-}
-
-// Emission is not counted here: the surface before has sampled it.
-void PathTracer::arrive(SurfaceBatch& batch, int ray, std::uint32_t triangle, Vec3f* radiance) {
-  const Rays& rays = *rays_;
-  if (triangle == kNoPrimitive) {
-    Vec3f& sum = radiance[rays.pixel[ray]];
-    sum = sum + rays.weight[ray] * scene_->lights.environment;
-    return;
-  }
-  const TriangleStore& triangles = scene_->triangles;
-  const Vec3f d = rays.direction[ray];
-  const Vec2f uv = barycentric(rays.start[ray], d, triangles.vertex(triangle, 0),
-                               triangles.vertex(triangle, 1), triangles.vertex(triangle, 2));
-  Surface& s = batch.surface[batch.count];
-  s = surface_at(*scene_, triangle, uv.x, uv.y, d);
-  s.albedo = s.albedo * rays.weight[ray];
-  batch.key[batch.count] = rays.key[ray];
-  batch.pixel[batch.count++] = rays.pixel[ray];
 }
 
 }  // namespace tessera::core

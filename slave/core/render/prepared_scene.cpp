@@ -7,6 +7,7 @@
 
 #include "common/base/check.h"
 #include "common/base/limits.h"
+#include "slave/core/bsdf/albedo_table.h"
 #include "slave/core/kernel/kernel_table.h"
 #include "slave/core/render/prepared_scene_impl.h"
 #include "slave/core/simd/isa_support.h"
@@ -18,7 +19,12 @@ SurfaceFeatures features_of(const Scene& scene) {
   SurfaceFeatures features;
   for (const auto& mesh : scene.meshes) features.has_normals |= !mesh->normals.empty();
   for (const Material& material : scene.materials) {
-    features.has_textures |= material.albedo_texture != kNoTexture;
+    features.has_textures |=
+        material.albedo_texture != kNoTexture || material.roughness_metalness_texture != kNoTexture;
+    features.has_programs |= material.surface.kind != SurfaceKind::kConstant;
+    features.has_glossy |= material.bsdf == BsdfKind::kGlossy;
+    features.has_specular |=
+        material.bsdf == BsdfKind::kMirror || material.bsdf == BsdfKind::kGlass;
   }
   return features;
 }
@@ -41,8 +47,9 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
   impl->index = std::move(*index);
   impl->lights = make_light_set(scene, impl->triangles, boxes);
   impl->features = features_of(scene);
+  if (impl->features.has_glossy) AlbedoTable::shared();  // made here, not in the first tile
   impl->meshes = scene.meshes;
-  impl->textures = scene.textures;
+  for (const auto& texture : scene.textures) impl->textures.push_back(make_mip_map(texture));
   impl->materials = scene.materials;
   impl->instances = scene.instances;
   return std::shared_ptr<const PreparedScene>(std::make_shared<PreparedScene>(std::move(impl)));
@@ -75,7 +82,10 @@ std::uint64_t PreparedScene::memory_bytes() const {
     bytes += mesh->positions.size() * sizeof(Vec3f) + mesh->normals.size() * sizeof(Vec3f);
     bytes += mesh->uvs.size() * sizeof(Vec2f) + mesh->triangles.size() * 3 * sizeof(std::uint32_t);
   }
-  for (const auto& texture : impl_->textures) bytes += texture->rgba.size();
+  for (const MipMap& map : impl_->textures) {
+    bytes += map.base->rgba.size();
+    for (const Texture& level : map.levels) bytes += level.rgba.size();
+  }
   return bytes;
 }
 

@@ -9,6 +9,7 @@
 #include "slave/core/geometry/triangle_store.h"
 #include "slave/core/light/light_set.h"
 #include "slave/core/render/prepared_scene.h"
+#include "slave/core/surface/texture.h"
 
 namespace tessera::core {
 
@@ -16,6 +17,12 @@ namespace tessera::core {
 struct SurfaceFeatures {
   bool has_textures = false;
   bool has_normals = false;
+  bool has_programs = false;
+  bool has_glossy = false;
+  bool has_specular = false;  // mirror or glass
+
+  bool is_diffuse() const { return !has_glossy && !has_specular; }
+  bool needs_cones() const { return has_textures || has_programs; }
 };
 
 struct PreparedScene::Impl {
@@ -24,7 +31,7 @@ struct PreparedScene::Impl {
   LightSet lights;
   SurfaceFeatures features;
   std::vector<std::shared_ptr<const Mesh>> meshes;
-  std::vector<std::shared_ptr<const Texture>> textures;
+  std::vector<MipMap> textures;
   std::vector<Material> materials;
   std::vector<Instance> instances;
 };

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <new>
 
 #include "common/base/check.h"
 #include "slave/core/geometry/barycentric.h"
@@ -32,6 +34,7 @@ struct TileRenderer::Scratch {
   DirectLight direct;
   PathTracer paths;
   GiTile global;
+  SpecularChain chain;
   Vec3f radiance[kBatchMax];  // [packet][ray]
 
   // Of the call in progress.
@@ -39,6 +42,7 @@ struct TileRenderer::Scratch {
   const FrameSettings* settings = nullptr;
   const std::atomic<bool>* is_cancelled = nullptr;
   RayCounts counts;
+  float pixel_spread = 0;  // by which a sample's share of a pixel widens for each unit of length
 
   // Asked for every packet, so that a cancelled tile is left within some ten thousand rays.
   bool is_over() const {
@@ -74,6 +78,7 @@ void TileRenderer::Scratch::add_background(int packet) {
 }
 
 void TileRenderer::Scratch::add_light() {
+  if (scene->features.has_specular) counts.secondary += chain.follow(batch, radiance);
   if (settings->renderer == Renderer::kPath) {
     counts += paths.add(batch, radiance);
   } else {
@@ -86,8 +91,9 @@ void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
   const FanPacket& rays = camera.rays;
   const bool has_light = !scene->lights.is_empty();
   const bool has_emitters = !scene->lights.emitters.empty();
-  const bool needs_key =
-      has_emitters || scene->lights.has_environment || settings->renderer == Renderer::kPath;
+  const bool needs_key = has_emitters || scene->lights.has_environment ||
+                         scene->features.has_specular || settings->renderer == Renderer::kPath;
+  const bool needs_cone = scene->features.needs_cones();
   const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
   for (int i = 0; i < kPacketRays; ++i) {
     const std::uint32_t triangle = hits.primitive[i];
@@ -97,7 +103,9 @@ void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
     const Vec2f uv = barycentric(eye, d, triangles.vertex(triangle, 0),
                                  triangles.vertex(triangle, 1), triangles.vertex(triangle, 2));
     Surface& s = batch.surface[batch.count];
-    s = surface_at(*scene, triangle, uv.x, uv.y, d);
+    const RayCone cone =
+        needs_cone ? RayCone{0, pixel_spread}.advanced(hits.t[i] * length(d)) : RayCone{};
+    new (&s) Surface(surface_at(*scene, triangle, uv.x, uv.y, d, cone));  // without a copy
     const int pixel = packet * kPacketRays + i;
     if (!has_light) {  // a bare mesh: the camera is its lamp
       const float cosine = std::max(0.0f, -dot(s.shading_normal, normalize(d)));
@@ -182,8 +190,11 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
   }
   s.direct.begin(scene.impl(), tracer, settings.light_samples, DirectLight::Kind::kWhole,
                  is_cancelled);
+  s.chain.begin(scene.impl(), tracer, is_cancelled);
   s.paths.begin(scene.impl(), tracer, settings.bounces, is_cancelled);
   s.camera.begin(settings, camera);
+  s.pixel_spread =
+      camera.pixel_spread() / std::sqrt(static_cast<float>(settings.samples_per_pixel));
   for (int y = 0; y < rect.height_px; y += kBatchEdgePx) {
     for (int x = 0; x < rect.width_px; x += kBatchEdgePx) {
       if (s.is_over()) return s.counts;

@@ -4,6 +4,7 @@
 #include <bit>
 #include <limits>
 
+#include "slave/core/bsdf/bsdf.h"
 #include "slave/core/geometry/barycentric.h"
 #include "slave/core/light/light_paths.h"
 #include "slave/core/render/surface.h"
@@ -89,6 +90,12 @@ class VplSets::Walks {
     const Vec2f uv =
         barycentric(origin, d, t.vertex(triangle, 0), t.vertex(triangle, 1), t.vertex(triangle, 2));
     const Surface s = surface_at(scene_, triangle, uv.x, uv.y, d);
+    const Vec2f x =
+        shuffled_2d(hash_combine(key_, kBounce + depth), first_ + static_cast<std::uint32_t>(i));
+    if (is_specular(s)) {
+      pass(i, s, x);
+      return false;
+    }
     const float shading = -dot(s.shading_normal, d), geometric = -dot(s.normal, d);
     if (!(shading > 0 && geometric > 0)) return false;
     const Vec3f flux = flux_[i] * s.albedo * (shading / geometric);
@@ -100,11 +107,16 @@ class VplSets::Walks {
       point.normal[a] = s.normal[a];
       point.rgb[a] = flux[a] * kInvPi;
     }
-    const Vec2f x =
-        shuffled_2d(hash_combine(key_, kBounce + depth), first_ + static_cast<std::uint32_t>(i));
     const Vec3f next = cosine_direction(s.normal, x);
     if (dot(next, s.normal) > 0) put(i, start, next, flux);
     return is_finite(flux) && !is_black(flux);
+  }
+
+  // Over mirrors and through glass light goes on, and leaves no VPL there.
+  void pass(int i, const Surface& s, Vec2f x) {
+    const BsdfSample next = sample(s, s.to_viewer, x);
+    const float side = next.is_through ? -1.0f : 1.0f;
+    put(i, s.point + s.normal * (side * s.offset), next.direction, flux_[i] * next.weight);
   }
 
   const PreparedScene::Impl& scene_;

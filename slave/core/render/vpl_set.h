@@ -7,6 +7,10 @@
 // in a few walks made beforehand, at least one each: of n walks, the first n_d leave a VPL on their
 // surface number d, with 1 / n_d of the light.
 //
+// A VPL sheds light as a diffuse surface of the same albedo would, also where the surface is glossy.
+// Mirrors and glass pass light on, and count as a surface; what they throw onto diffuse surfaces
+// (caustics) is carried where it goes on from there, and not where it is seen.
+//
 // All follows from scene, settings and instruction set, so that every slave makes the same.
 //
 // Threads. Made by one, then read by any.

@@ -21,6 +21,22 @@ inline SinCos sin_cos_turn(float x) {
           1 + b * (-0.5f + b * (1 / 24.0f + b * (-1 / 720.0f + b * (1 / 40320.0f))))};
 }
 
+// The same for x in [0, 1].
+inline SinCos sin_cos_whole_turn(float x) {
+  const int quarter = static_cast<int>(4 * x + 0.5f);  // the nearest, 0 to 4
+  const SinCos t = sin_cos_turn(x - 0.25f * static_cast<float>(quarter));
+  switch (quarter & 3) {
+    case 0:
+      return t;
+    case 1:
+      return {t.cos, -t.sin};
+    case 2:
+      return {-t.sin, -t.cos};
+    default:
+      return {-t.cos, t.sin};
+  }
+}
+
 // The unit square onto the unit disk; neighbours stay neighbours (Shirley and Chiu, "A low
 // distortion map between disk and square", 1997).
 inline Vec2f concentric_disk(Vec2f square) {

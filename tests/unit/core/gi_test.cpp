@@ -69,6 +69,37 @@ TEST(GlobalIllumination, BitsDoNotDependOnTilesOrInstructionSet) {
   }
 }
 
+TEST(GlobalIllumination, BitsDoNotDependOnTilesOrInstructionSetWithAnyMaterial) {
+  const auto scene = PreparedScene::build(test::make_scene_of_all_materials(), {});
+  ASSERT_TRUE(scene.is_ok());
+  FrameSettings settings = gi_settings(100, 70);
+  settings.vpls = 12;
+  settings.samples_per_pixel = 2;
+  const std::vector<float> whole = test::render_in_tiles(**scene, settings, Isa::kScalar, 256);
+  EXPECT_GT(mean_of(whole), 0.01);
+  for (const Isa isa : test::isas_here()) {
+    for (const int edge_px : {256, 33, 8})
+      EXPECT_TRUE(test::same_bits(whole, test::render_in_tiles(**scene, settings, isa, edge_px)))
+          << isa_name(isa) << " tile " << edge_px;
+  }
+}
+
+// What igi cannot carry is what mirrors and glass throw onto diffuse surfaces; without these it is the
+// path tracer's picture, in the mean.
+TEST(GlobalIllumination, GlossySurfacesHaveTheMeanOfThePathTracer) {
+  Scene scene = test::make_full_scene();
+  scene.materials[1].bsdf = BsdfKind::kGlossy;
+  scene.materials[1].roughness = 0.3f;
+  scene.materials[1].metalness = 0.5f;
+  FrameSettings settings = gi_settings(48, 36);
+  settings.samples_per_pixel = 16;
+  const double igi = mean_over_seeds(scene, settings, 8);
+  settings.renderer = Renderer::kPath;
+  settings.samples_per_pixel = 256;
+  const double path = mean_of(test::render(scene, settings));
+  EXPECT_NEAR(igi, path, 0.01 * path);
+}
+
 // Every kind of light and several surfaces.
 TEST(GlobalIllumination, HasTheMeanOfThePathTracer) {
   const Scene scene = test::make_full_scene();

@@ -21,6 +21,15 @@ TEST(Hemisphere, SineAndCosineAreRoundedOnce) {
   }
 }
 
+TEST(Hemisphere, AWholeTurnIsMadeOfItsEighths) {
+  for (int i = 0; i <= 4096; ++i) {
+    const float x = static_cast<float>(i) / 4096;
+    const SinCos t = sin_cos_whole_turn(x);
+    EXPECT_NEAR(t.sin, std::sin(2 * kPi * x), 2e-7) << x;
+    EXPECT_NEAR(t.cos, std::cos(2 * kPi * x), 2e-7) << x;
+  }
+}
+
 TEST(Hemisphere, TheDiskIsCoveredEvenly) {
   // As many points in each of 8 rings of one area and each of 8 sectors.
   int count[8][8] = {};

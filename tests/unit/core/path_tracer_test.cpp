@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "slave/core/bsdf/bsdf.h"
 #include "tests/support/render.h"
 #include "tests/support/test_meshes.h"
 
@@ -127,6 +128,222 @@ TEST(PathTracer, HalfShadowsAreThoseOfDirectLight) {
   settings.light_samples = 16;
   const std::vector<float> direct = test::render(scene, settings);
   for (std::size_t i = 0; i < path.size(); ++i) EXPECT_NEAR(path[i], direct[i], 0.01f) << i;
+}
+
+// A closed glass body takes nothing and adds nothing: under an even sky it cannot be seen. What is
+// missing is what chains of more than kSpecularDepthMax would bring.
+TEST(PathTracer, GlassAndMirrorUnderAnEvenSkyCannotBeSeen) {
+  Mesh ball = test::make_icosphere(4);
+  ball.normals = ball.positions;
+  Scene scene = test::make_scene(std::move(ball));
+  scene.environment = {1, 1, 1};
+  scene.materials[0].specular = {1, 1, 1};
+  FrameSettings settings = path_settings(0, 16);
+  settings.camera = {{0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 30};
+  for (const BsdfKind kind : {BsdfKind::kMirror, BsdfKind::kGlass}) {
+    scene.materials[0].bsdf = kind;
+    for (const Renderer renderer : {Renderer::kPath, Renderer::kDirect}) {
+      settings.renderer = renderer;
+      const Picture picture = render(scene, settings);
+      EXPECT_NEAR(picture.mean, 1, 0.002) << renderer_name(renderer);
+      EXPECT_LE(picture.greatest, 1.0001);
+    }
+  }
+}
+
+TEST(PathTracer, WhiteMetalAndPlasticUnderAnEvenSkyCannotBeSeen) {
+  Scene scene = test::make_scene(test::make_icosphere(4));
+  scene.environment = {1, 1, 1};
+  scene.materials[0].albedo = {1, 1, 1};
+  scene.materials[0].bsdf = BsdfKind::kGlossy;
+  FrameSettings settings = path_settings(0, 64);
+  settings.camera = {{0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 30};
+  settings.light_samples = 1;
+  for (const float roughness : {0.1f, 0.5f, 1.0f}) {
+    for (const float metalness : {0.0f, 1.0f}) {
+      scene.materials[0].roughness = roughness;
+      scene.materials[0].metalness = metalness;
+      for (const Renderer renderer : {Renderer::kPath, Renderer::kDirect}) {
+        settings.renderer = renderer;
+        EXPECT_NEAR(render(scene, settings).mean, 1, 0.01) << roughness << " " << metalness;
+      }
+    }
+  }
+}
+
+// Adds a parallelogram a, a + b, a + b + c, a + c; its normal is along b x c.
+void add_quad(Mesh& mesh, Vec3f a, Vec3f b, Vec3f c, std::uint32_t material) {
+  const auto n = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), {a, a + b, a + b + c, a + c});
+  mesh.triangles.push_back({n, n + 1, n + 2});
+  mesh.triangles.push_back({n, n + 2, n + 3});
+  mesh.materials.insert(mesh.materials.end(), 2, material);
+}
+
+// A floor of material 0 with albedo 0.5 that a lamp of radiance 3, edges 2 and height 1 lights, and
+// a camera that sees one point of it, at an angle.
+struct Lamp {
+  static constexpr float kHeight = 1, kRadiance = 3;
+  Scene scene;
+  // Many pixels of the one point: each has its own scrambling of one sequence.
+  FrameSettings settings = path_settings(0, 16);
+  Vec3f point{-0.8f, 0, 0}, to_eye{1.5f, 0.9f, 0.4f};
+
+  explicit Lamp(bool has_mirror) {
+    Mesh mesh;
+    mesh.materials.clear();
+    add_quad(mesh, {-9, 0, 9}, {18, 0, 0}, {0, 0, -18}, 0);
+    add_quad(mesh, {-1, kHeight, -1}, {2, 0, 0}, {0, 0, 2}, 1);
+    if (has_mirror) add_quad(mesh, {-1.05f, 0, 9}, {0, 9, 0}, {0, 0, -18}, 2);
+    scene = test::make_scene(std::move(mesh));
+    scene.materials.resize(3);
+    scene.materials[0].albedo = {0.5f, 0.5f, 0.5f};
+    scene.materials[1].albedo = {0, 0, 0};
+    scene.materials[1].emission = {kRadiance, kRadiance, kRadiance};
+    scene.materials[2].bsdf = BsdfKind::kMirror;
+    scene.materials[2].specular = {0.75f, 0.75f, 0.75f};
+    settings.width_px = settings.height_px = 128;
+    settings.camera = {point + to_eye, point, {0, 1, 0}, 0.01f};
+  }
+
+  // What the point sends to the eye of the lamp, its middle moved to x, by its BSDF, in double over a grid.
+  double expected(float x) const {
+    Surface s;
+    s.normal = s.shading_normal = {0, 1, 0};
+    s.bsdf = scene.materials[0].bsdf;
+    s.albedo = scene.materials[0].albedo;
+    s.roughness = scene.materials[0].roughness;
+    s.metalness = scene.materials[0].metalness;
+    s.material = &scene.materials[0];
+    const Vec3f to_viewer = normalize(to_eye);
+    double sum = 0;
+    constexpr int kGrid = 500;
+    for (int i = 0; i < kGrid; ++i) {
+      for (int j = 0; j < kGrid; ++j) {
+        const auto at = [](int k) { return 2 * (static_cast<float>(k) + 0.5f) / kGrid - 1; };
+        const Vec3f away = Vec3f{x + at(i), kHeight, at(j)} - point;
+        const double r2 = dot(away, away), cosine = kHeight / std::sqrt(r2);
+        sum += evaluate(s, to_viewer, normalize(away)).times_pi.x * cosine * cosine / r2;
+      }
+    }
+    return sum * 4 / (double{kGrid} * kGrid) * kRadiance / 3.14159265358979;
+  }
+};
+
+// Light samples and rays of the BSDF share a lamp: their sum is the integral.
+TEST(PathTracer, AGlossyFloorUnderALampIsTheIntegral) {
+  Lamp lamp(false);
+  lamp.scene.materials[0].bsdf = BsdfKind::kGlossy;
+  lamp.scene.materials[0].specular = {0.3f, 0.3f, 0.3f};
+  for (const float metalness : {0.0f, 1.0f}) {
+    for (const float roughness : {0.2f, 0.45f, 0.9f}) {
+      lamp.scene.materials[0].metalness = metalness;
+      lamp.scene.materials[0].roughness = roughness;
+      const double expected = lamp.expected(0);
+      for (const Renderer renderer : {Renderer::kPath, Renderer::kDirect}) {
+        lamp.settings.renderer = renderer;
+        EXPECT_NEAR(render(lamp.scene, lamp.settings).mean, expected, 0.01 * expected)
+            << renderer_name(renderer) << " " << metalness << " " << roughness;
+      }
+    }
+  }
+}
+
+// The floor beside a mirror is lit by the lamp and by its image; no light sample finds the image.
+TEST(PathTracer, AMirrorThrowsLightOntoADiffuseFloor) {
+  const Lamp lamp(true);
+  const double direct = lamp.expected(0), image = 0.75 * lamp.expected(-2.1f);
+  ASSERT_GT(image, 0.2 * direct);
+  const double seen = render(lamp.scene, lamp.settings).mean;
+  EXPECT_NEAR(seen, direct + image, 0.03 * image);
+}
+
+// From the eye to z = 0 through the image point (x, y) in [-1, 1]^2, in double.
+double distance_of_plane(const Camera& camera, double x, double y) {
+  const Vec3f forward = normalize(camera.target - camera.eye);
+  const Vec3f right = normalize(cross(forward, camera.up)), up = cross(right, forward);
+  const double edge = std::tan(camera.vfov_degrees * 3.14159265358979 / 360);
+  const double dx = forward.x + edge * (x * right.x + y * up.x);
+  const double dy = forward.y + edge * (x * right.y + y * up.y);
+  const double dz = forward.z + edge * (x * right.z + y * up.z);
+  return -camera.eye.z / dz * std::sqrt(dx * dx + dy * dy + dz * dz);
+}
+
+// A mirror shows what a camera behind it would see, turned about.
+TEST(PathTracer, AMirrorShowsWhatASecondCameraWouldSee) {
+  Mesh mesh = test::make_torus(24, 12);
+  test::place(mesh, 0.4f, {0.3f, 0.2f, 1.2f});
+  mesh.materials.assign(mesh.triangles.size(), 0);
+  add_quad(mesh, {-9, -0.5f, 9}, {18, 0, 0}, {0, 0, -8.9f}, 0);
+  Mesh with_mirror = mesh;
+  add_quad(with_mirror, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, 1);
+  Scene scene = test::make_scene(with_mirror);
+  scene.materials.resize(2);
+  scene.materials[1].bsdf = BsdfKind::kMirror;
+  scene.materials[1].specular = {1, 1, 1};
+  scene.lights.push_back({LightKind::kPoint, {1, 3, 2}, {}, {9, 9, 9}, 1, 0});
+  Scene second = scene;
+  second.meshes = {std::make_shared<const Mesh>(mesh)};
+  FrameSettings settings = path_settings(0, 1);
+  settings.width_px = settings.height_px = 64;
+  settings.renderer = Renderer::kDirect;
+  settings.camera = {{0.5f, 0.6f, 3}, {0.2f, 0.1f, -1}, {0, 1, 0}, 40};
+  FrameSettings behind = settings;
+  behind.camera.eye.z = -3;
+  behind.camera.target.z = 1;
+  const auto shown = test::render(scene, settings), seen = test::render(second, behind);
+  settings.renderer = Renderer::kPrimary;
+  const auto distance = test::render(scene, settings);
+  int different = 0, lit = 0;
+  for (std::size_t y = 0; y < 64; ++y) {
+    for (std::size_t x = 0; x < 64; ++x) {
+      const std::size_t here = y * 64 + x, there = y * 64 + 63 - x;
+      // Where the mirror is the first: the plane z = 0 along this ray.
+      const double dx = (static_cast<double>(x) + 0.5) / 32 - 1;
+      const double dy = 1 - (static_cast<double>(y) + 0.5) / 32;
+      if (std::fabs(distance[3 * here] - distance_of_plane(settings.camera, dx, dy)) > 1e-4)
+        continue;
+      const float a = shown[3 * here], b = seen[3 * there];
+      lit += b > 0.01f;
+      different += std::fabs(a - b) > 1e-3f * (1 + b);
+    }
+  }
+  EXPECT_GT(lit, 300);
+  EXPECT_LT(different, 20) << "but for borders, where a rounding decides";
+}
+
+TEST(PathTracer, ALampInAMirrorIsAsBrightAsTheMirrorLeavesIt) {
+  Mesh mesh;
+  add_quad(mesh, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, 0);
+  add_quad(mesh, {-9, -9, 9}, {0, 18, 0}, {18, 0, 0}, 1);  // behind the camera, shining on it
+  Scene scene = test::make_scene(std::move(mesh));
+  scene.materials.resize(2);
+  scene.materials[0].bsdf = BsdfKind::kMirror;
+  scene.materials[0].specular = {0.25f, 0.5f, 0.75f};
+  scene.materials[1].emission = {8, 8, 8};
+  scene.materials[1].albedo = {0, 0, 0};
+  FrameSettings settings = path_settings(2, 1);
+  settings.camera = {{0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 30};
+  for (const Renderer renderer : {Renderer::kPath, Renderer::kDirect}) {
+    settings.renderer = renderer;
+    const Picture picture = render(scene, settings);
+    EXPECT_NEAR(picture.least, 2, 1e-5);
+    EXPECT_NEAR(picture.greatest, 6, 1e-5);
+  }
+}
+
+// Two mirrors that face each other end.
+TEST(PathTracer, MirrorsThatFaceEachOtherAreLeftInTheEnd) {
+  Mesh mesh;
+  add_quad(mesh, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, 0);
+  add_quad(mesh, {-9, -9, 4}, {0, 18, 0}, {18, 0, 0}, 0);
+  Scene scene = test::make_scene(std::move(mesh));
+  scene.materials[0].bsdf = BsdfKind::kMirror;
+  scene.materials[0].specular = {1, 1, 1};
+  scene.environment = {1, 1, 1};
+  FrameSettings settings = path_settings(2, 1);
+  settings.camera = {{0, 0, 2}, {0, 0, 0}, {0, 1, 0}, 10};
+  EXPECT_EQ(render(scene, settings).greatest, 0);
 }
 
 }  // namespace

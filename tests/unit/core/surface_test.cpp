@@ -2,10 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "slave/core/geometry/surface_offset.h"
+#include "slave/core/surface/noise.h"
+#include "slave/core/surface/programs.h"
+#include "slave/core/surface/texture.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -47,6 +52,177 @@ TEST(Surface, NormalsTurnToTheViewerAndAgreeOnTheSide) {
   EXPECT_EQ(-1.0f, back.normal.z);
   EXPECT_NEAR(-0.8f, back.shading_normal.z, 1e-6);
   EXPECT_EQ(0.0f, back.emission.y);
+}
+
+Texture random_texture(int width, int height, bool is_srgb) {
+  std::mt19937 random(3);
+  Texture t{width, height, is_srgb, {}};
+  for (int i = 0; i < 4 * width * height; ++i)
+    t.rgba.push_back(static_cast<std::uint8_t>(random() % 256));
+  return t;
+}
+
+Vec3f mean_of(const Texture& t) {
+  Vec3f sum;
+  for (int y = 0; y < t.height_px; ++y) {
+    for (int x = 0; x < t.width_px; ++x) {
+      const auto at = [](int i, int n) {
+        return (static_cast<float>(i) + 0.5f) / static_cast<float>(n);
+      };
+      sum = sum + sample_texture(t, {at(x, t.width_px), 1 - at(y, t.height_px)});
+    }
+  }
+  return sum * (1 / (static_cast<float>(t.width_px) * static_cast<float>(t.height_px)));
+}
+
+TEST(Surface, MipLevelsHalveTheSidesAndKeepTheMeanOfLinearLight) {
+  for (const bool is_srgb : {false, true}) {
+    for (const auto& [width, height] : {std::pair{64, 64}, {37, 11}, {1, 5}, {1, 1}}) {
+      const Texture base = random_texture(width, height, is_srgb);
+      const MipMap map = make_mip_map(std::make_shared<const Texture>(base));
+      const Vec3f mean = mean_of(base);
+      int w = width, h = height;
+      for (const Texture& level : map.levels) {
+        w = std::max(1, w / 2);
+        h = std::max(1, h / 2);
+        EXPECT_EQ(level.width_px, w);
+        EXPECT_EQ(level.height_px, h);
+        // Half a step of a byte; those of sRGB are up to 2.3 / 255 of linear light.
+        EXPECT_LT(length(mean_of(level) - mean), 2.3f / 255) << width << "x" << height;
+      }
+      EXPECT_TRUE(w == 1 && h == 1);
+    }
+  }
+}
+
+TEST(Surface, FootprintsChooseBetweenLevelsAndNothingIsTooWide) {
+  const MipMap map = make_mip_map(std::make_shared<const Texture>(random_texture(8, 8, false)));
+  const Vec2f uv{0.3f, 0.6f};
+  for (const float texels : {0.0f, 0.5f, 1.0f})
+    EXPECT_EQ(sample_mip_map(map, uv, texels), sample_texture(*map.base, uv));
+  const Vec3f one = sample_texture(map.levels[0], uv), two = sample_texture(map.levels[1], uv);
+  EXPECT_EQ(sample_mip_map(map, uv, 2), one);
+  EXPECT_EQ(sample_mip_map(map, uv, 4), two);
+  EXPECT_LT(length(sample_mip_map(map, uv, 3) - (one + two) * 0.5f), 1e-6f);
+  EXPECT_LT(length(sample_mip_map(map, uv, 1.00001f) - sample_texture(*map.base, uv)), 1e-4f);
+  const float inf = std::numeric_limits<float>::infinity();
+  for (const float texels : {8.0f, 1e30f, inf, std::numeric_limits<float>::quiet_NaN()})
+    EXPECT_EQ(sample_mip_map(map, uv, texels), sample_texture(map.levels[2], uv));
+}
+
+// A cone as wide as the whole image sees its mean; one that is a texel wide sees the texel.
+TEST(Surface, TexturesAreLookedUpInTheLevelOfTheCone) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
+  mesh.uvs = {{0, 0}, {1, 0}, {0, 1}};
+  mesh.triangles = {{0, 1, 2}};
+  mesh.materials = {0};
+  Scene scene = test::make_scene(mesh);
+  scene.materials[0].albedo = {1, 1, 1};
+  scene.materials[0].albedo_texture = 0;
+  scene.textures = {std::make_shared<const Texture>(random_texture(64, 64, false))};
+  const auto prepared = PreparedScene::build(scene, {});
+  ASSERT_TRUE(prepared.is_ok());
+  const auto albedo = [&](Vec3f direction, float width) {
+    return surface_at((*prepared)->impl(), 0, 0.3f, 0.4f, direction, {width, 0}).albedo;
+  };
+  const MipMap& map = (*prepared)->impl().textures[0];
+  const Vec2f uv{0.3f, 0.4f};
+  EXPECT_EQ(albedo({0, 0, -1}, 0), sample_texture(*map.base, uv));
+  EXPECT_EQ(albedo({0, 0, -1}, 4 / 64.0f), sample_texture(*map.base, uv));
+  EXPECT_LT(length(albedo({0, 0, -1}, 1) - sample_texture(map.levels[3], uv)), 1e-5f);
+  EXPECT_LT(length(albedo({0, 0, -1}, 4) - sample_texture(map.levels[5], uv)), 1e-5f);
+  // Seen at 60 degrees it is twice as wide; the length of the direction does not count.
+  EXPECT_LT(length(albedo({0, 1.7320508f, -1}, 0.5f) - albedo({0, 0, -5}, 1)), 1e-4f);
+}
+
+TEST(Surface, NoiseIsZeroOnItsLatticeBoundedAndAsStrongAsItsMeanSays) {
+  double size = 0, mean = 0;
+  float least = 0, greatest = 0;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> unit(-1000, 1000);
+  constexpr int kCount = 200000;
+  for (int i = 0; i < kCount; ++i) {
+    const float n = gradient_noise({unit(random), unit(random), unit(random)}, 9);
+    size += std::fabs(n) / double{kCount};
+    mean += n / double{kCount};
+    least = std::min(least, n);
+    greatest = std::max(greatest, n);
+  }
+  EXPECT_EQ(gradient_noise({3, -4, 7}, 1), 0);
+  EXPECT_NEAR(size, 0.21, 0.02) << "kMeanSize of noise.cpp";
+  EXPECT_NEAR(mean, 0, 0.01);
+  EXPECT_GE(least, -1);
+  EXPECT_LE(greatest, 1);
+  EXPECT_GT(greatest, 0.6f);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(gradient_noise({nan, 0.5f, 0.5f}, 1), 0);
+  EXPECT_EQ(gradient_noise({1e30f, 0.5f, 0.5f}, 1), 0);
+}
+
+Vec3f programmed(SurfaceKind kind, Vec3f point, Vec3f normal, float footprint) {
+  Surface s;
+  s.albedo = {0.8f, 0.7f, 0.6f};
+  apply_surface_program({kind, find_surface_program(kind)->defaults}, {point, normal, footprint},
+                        s);
+  return s.albedo;
+}
+
+// The bits of a pattern are the same on every machine: they are written down here.
+TEST(Surface, ProgramsGiveTheSameBitsEverywhere) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  for (const SurfaceProgramShape& shape : surface_programs()) {
+    for (int i = 0; i < 4096; ++i) {
+      const float x = static_cast<float>(i % 16) * 0.173f - 1,
+                  z = static_cast<float>(i / 256) * 0.119f;
+      const Vec3f point{x, static_cast<float>(i / 16 % 16) * 0.0917f, z};
+      const Vec3f c = programmed(shape.kind, point, {z, 0.5f, x}, i % 3 == 0 ? 0 : 0.01f);
+      for (int a = 0; a < 3; ++a) {
+        ASSERT_TRUE(c[a] >= 0 && c[a] <= 1) << shape.name << " " << i;
+        hash = (hash ^ std::bit_cast<std::uint32_t>(c[a])) * 0x100000001b3u;
+      }
+    }
+  }
+  EXPECT_EQ(hash, 16616266916598180813u);
+}
+
+// From far away a pattern is its mean, without flicker.
+TEST(Surface, ProgramsFadeIntoTheirMean) {
+  for (const SurfaceKind kind : {SurfaceKind::kMarble, SurfaceKind::kWood, SurfaceKind::kBrick}) {
+    std::mt19937 random(6);
+    std::uniform_real_distribution<float> unit(-20, 20);
+    Vec3f near, far;
+    float least = 1, greatest = 0;
+    constexpr int kCount = 20000;
+    for (int i = 0; i < kCount; ++i) {
+      const Vec3f p{unit(random), unit(random), 0};
+      near = near + programmed(kind, p, {0, 0, 1}, 0) * (1.0f / kCount);
+      const Vec3f c = programmed(kind, p, {0, 0, 1}, 2);
+      far = far + c * (1.0f / kCount);
+      least = std::min(least, c.x);
+      greatest = std::max(greatest, c.x);
+    }
+    EXPECT_LT(length(near - far), 0.04f) << find_surface_program(kind)->name;
+    EXPECT_LT(greatest - least, 0.04f) << find_surface_program(kind)->name;
+  }
+}
+
+// An instance that is moved, turned and shrunk has the pattern of its mesh.
+TEST(Surface, PatternsStayWithTheMesh) {
+  Scene scene = test::make_scene(test::make_icosphere(1));
+  scene.materials[0].surface = {SurfaceKind::kMarble,
+                                find_surface_program(SurfaceKind::kMarble)->defaults};
+  Instance moved;
+  moved.object_to_world.m = {{{0, -0.5f, 0, 7}, {0.5f, 0, 0, 1}, {0, 0, 0.5f, -3}}};
+  scene.instances.push_back(moved);
+  const auto prepared = PreparedScene::build(scene, {});
+  ASSERT_TRUE(prepared.is_ok());
+  const auto& impl = (*prepared)->impl();
+  for (std::uint32_t i = 0; i < 80; ++i) {
+    const Surface here = surface_at(impl, i, 0.2f, 0.5f, {1, 2, 3}, {0, 0});
+    const Surface there = surface_at(impl, i + 80, 0.2f, 0.5f, {1, 2, 3}, {0, 0});
+    EXPECT_EQ(here.albedo, there.albedo) << i;
+  }
 }
 
 // The bound of surface_offset.h against the exact plane, in double.

@@ -56,6 +56,28 @@ TEST(TileRenderer, BitsOfAFrameDoNotDependOnTheTilesOrTheInstructionSet) {
   }
 }
 
+TEST(TileRenderer, BitsDoNotDependOnTilesOrInstructionSetWithAnyMaterial) {
+  const auto scene = PreparedScene::build(test::make_scene_of_all_materials(), {});
+  ASSERT_TRUE(scene.is_ok());
+  for (const Renderer renderer : {Renderer::kDirect, Renderer::kPath}) {
+    const FrameSettings settings = settings_of(renderer, 2);
+    RayCounts whole_counts;
+    const std::vector<float> whole =
+        test::render_in_tiles(**scene, settings, Isa::kScalar, 256, &whole_counts);
+    for (const float x : whole) ASSERT_TRUE(std::isfinite(x) && x >= 0);
+    EXPECT_GT(whole_counts.secondary, 100u);
+    for (const Isa isa : test::isas_here()) {
+      for (const int edge_px : {32, 7}) {
+        RayCounts counts;
+        EXPECT_TRUE(
+            test::same_bits(whole, test::render_in_tiles(**scene, settings, isa, edge_px, &counts)))
+            << isa_name(isa) << " tile " << edge_px;
+        EXPECT_TRUE(counts == whole_counts);
+      }
+    }
+  }
+}
+
 TEST(TileRenderer, SeedMovesSamplesAndOnlyThen) {
   const auto scene = PreparedScene::build(test::make_full_scene(), {});
   ASSERT_TRUE(scene.is_ok());

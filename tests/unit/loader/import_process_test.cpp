@@ -66,6 +66,39 @@ TEST_F(Import, GltfWithNodeTransformsCameraAndMaterial) {
   EXPECT_NEAR(scene.camera->vfov_degrees, 0.5 * 180 / 3.14159265, 1e-3);
 }
 
+TEST_F(Import, GltfMetallicRoughnessAndTransmission) {
+  const std::string path = folder_.write(
+      "m.gltf",
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+"extensionsUsed":["KHR_materials_transmission","KHR_materials_ior","KHR_materials_emissive_strength"],
+"materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,0.125,1],"metallicFactor":0.75,"roughnessFactor":0.5}},
+{"pbrMetallicRoughness":{"baseColorFactor":[1,0.5,1,1],"metallicFactor":0},
+"extensions":{"KHR_materials_transmission":{"transmissionFactor":1},"KHR_materials_ior":{"ior":1.25}}},
+{"name":"a \"]} , b","pbrMetallicRoughness":{},"emissiveFactor":[1,0.5,0.25],
+"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength" : 4 }}}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0},{"attributes":{"POSITION":0},"material":1},
+{"attributes":{"POSITION":0},"material":2}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+"bufferViews":[{"buffer":0,"byteLength":36}],
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+  auto loaded = load_scene(path, [](const std::string&, double) { return true; });
+  ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
+  ASSERT_GE(loaded->scene.materials.size(), 3u);
+  const Material& metal = loaded->scene.materials[0];
+  EXPECT_EQ(metal.bsdf, BsdfKind::kGlossy);
+  EXPECT_EQ(metal.metalness, 0.75f);
+  EXPECT_EQ(metal.roughness, 0.5f);
+  EXPECT_NEAR(metal.specular.x, 0.04, 1e-6);
+  const Material& glass = loaded->scene.materials[1];
+  EXPECT_EQ(glass.bsdf, BsdfKind::kGlass);
+  EXPECT_EQ(glass.ior, 1.25f);
+  EXPECT_EQ(glass.specular, (Vec3f{1, 0.5f, 1}));
+  const Material& plain = loaded->scene.materials[2];
+  EXPECT_EQ(plain.metalness, 1) << "the format's default";
+  EXPECT_EQ(plain.roughness, 1);
+  EXPECT_EQ(plain.emission, (Vec3f{4, 2, 1}));
+}
+
 TEST_F(Import, GltfLightsStandAndShineAsTheirNodesSay) {
   const std::string path =
       folder_.write("l.gltf",

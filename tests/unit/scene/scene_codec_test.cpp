@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "common/scene/scene_footprint.h"
 #include "tests/support/small_scene.h"
 
 namespace tessera {
@@ -98,6 +99,18 @@ TEST(SceneCodec, AnyFlippedByteIsRefusedOrGivesAValidScene) {
       }
     }
   }
+}
+
+TEST(SceneCodec, MipLevelsOfTexturesAreReckoned) {
+  Scene scene = test::make_small_scene();
+  const std::uint64_t small = index_bytes_of(SceneEncoder().encode(scene));
+  auto texture = std::make_shared<Texture>();
+  texture->width_px = texture->height_px = 256;
+  texture->rgba.resize(4 * 256 * 256);
+  scene.textures = {texture};
+  const std::uint64_t large = index_bytes_of(SceneEncoder().encode(scene));
+  EXPECT_GE(large - small, 4 * texture->rgba.size() / 3 - 256);
+  EXPECT_LE(large - small, 4 * texture->rgba.size() / 3 + 256);
 }
 
 TEST(SceneCodec, AMissingBlockIsRefused) {

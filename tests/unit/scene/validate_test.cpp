@@ -26,6 +26,15 @@ TEST(ValidateScene, TheSmallSceneIsValid) {
   EXPECT_TRUE(status.is_ok()) << status.message();
 }
 
+TEST(ValidateScene, DefaultsOfEverySurfaceProgramAreInRange) {
+  for (const SurfaceProgramShape& shape : surface_programs()) {
+    Scene scene = test::make_small_scene();
+    scene.materials[0].surface = {shape.kind, shape.defaults};
+    EXPECT_TRUE(validate_scene(scene).is_ok()) << shape.name;
+    EXPECT_EQ(find_surface_program(shape.name), find_surface_program(shape.kind));
+  }
+}
+
 TEST(ValidateScene, WhatCannotBeRenderedIsRefusedByName) {
   const struct {
     const char* word;
@@ -52,6 +61,16 @@ TEST(ValidateScene, WhatCannotBeRenderedIsRefusedByName) {
          s.textures[0] = t;
        }},
       {"material 2", [](Scene& s) { s.materials[2].albedo_texture = 1; }},
+      {"material 2", [](Scene& s) { s.materials[2].roughness_metalness_texture = 1; }},
+      {"specular", [](Scene& s) { s.materials[0].specular.y = 1.5f; }},
+      {"roughness", [](Scene& s) { s.materials[0].roughness = kNan; }},
+      {"metalness", [](Scene& s) { s.materials[0].metalness = -0.1f; }},
+      {"refraction", [](Scene& s) { s.materials[0].ior = 0.9f; }},
+      {"refraction", [](Scene& s) { s.materials[0].ior = kInf; }},
+      {"BSDF", [](Scene& s) { s.materials[0].bsdf = static_cast<BsdfKind>(4); }},
+      {"program", [](Scene& s) { s.materials[0].surface.kind = static_cast<SurfaceKind>(4); }},
+      {"'height'", [](Scene& s) { s.materials[2].surface.parameters[1] = 0; }},
+      {"'mortar'", [](Scene& s) { s.materials[2].surface.parameters[6] = kNan; }},
       {"material 0", [](Scene& s) { s.materials[0].albedo.x = kNan; }},
       {"material 1", [](Scene& s) { s.materials[1].emission.z = -1; }},
       {"material 1", [](Scene& s) { s.materials[1].emission.z = kInf; }},

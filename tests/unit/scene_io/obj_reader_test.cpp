@@ -77,6 +77,74 @@ TEST_F(ObjReader, MaterialsWithColoursEmissionAndTextures) {
   EXPECT_NE(read.warnings[0].find("gone"), std::string::npos) << read.warnings[0];
 }
 
+// The last material of an MTL file with these lines.
+class MtlLines : public ObjReader {
+ protected:
+  ReadScene read_lines(const std::string& lines) {
+    folder_.write("a.mtl", "newmtl m\n" + lines);
+    return good("mtllib a.mtl\n" + kQuad + "usemtl m\nf 1 2 3\n");
+  }
+  Material material(const std::string& lines) {
+    const ReadScene read = read_lines(lines);
+    EXPECT_TRUE(read.warnings.empty()) << read.warnings[0];
+    return read.scene.materials.back();
+  }
+};
+
+TEST_F(MtlLines, MirrorGlassAndGlossInAnyOrderOfTheirLines) {
+  EXPECT_EQ(material("Kd 0.5 0.5 0.5\nillum 2\nKs 0 0 0\nNs 10\nNi 1.5\nd 1\n").bsdf,
+            BsdfKind::kDiffuse);
+  const Material mirror = material("illum 3\nNs 1000\nKs 0.9 0.8 0.7\nKd 0 0 0\n");
+  EXPECT_EQ(mirror.bsdf, BsdfKind::kMirror);
+  EXPECT_EQ(mirror.specular, (Vec3f{0.9f, 0.8f, 0.7f}));
+  const Material glass = material("Ni 1.7\nKs 0.3 0.3 0.3\nNs 200\nillum 7\n");
+  EXPECT_EQ(glass.bsdf, BsdfKind::kGlass);
+  EXPECT_EQ(glass.ior, 1.7f);
+  EXPECT_EQ(glass.specular, (Vec3f{1, 1, 1}));
+  const Material dim = material("illum 7\nTf 0.25 0.25 1\nd 0.5\nNi 1.3\n");
+  EXPECT_EQ(dim.specular, (Vec3f{0.5f, 0.5f, 1}));
+  EXPECT_EQ(material("d 0.5\nNi 1.3\n").bsdf, BsdfKind::kGlass);
+  EXPECT_EQ(material("d 0.5\n").bsdf, BsdfKind::kDiffuse);
+  const Material gloss = material("Ns 30\nillum 2\nKs 0.5 0.25 0.125\n");
+  EXPECT_EQ(gloss.bsdf, BsdfKind::kGlossy);
+  EXPECT_EQ(gloss.specular, (Vec3f{0.5f, 0.25f, 0.125f}));
+  EXPECT_NEAR(gloss.roughness, 0.5, 1e-6);  // alpha = sqrt(2 / 32) = 1/4
+  EXPECT_EQ(gloss.metalness, 0);
+  EXPECT_EQ(material("Ns 30\nillum 1\nKs 0.5 0.25 0.125\n").bsdf, BsdfKind::kDiffuse);
+  const Material metal = material("Pm 1\nPr 0.25\nKd 1 0.5 0\nKs 0.9 0.9 0.9\n");
+  EXPECT_EQ(metal.bsdf, BsdfKind::kGlossy);
+  EXPECT_EQ(metal.metalness, 1);
+  EXPECT_EQ(metal.roughness, 0.25f);
+  EXPECT_EQ(metal.specular, Material{}.specular);
+}
+
+TEST_F(MtlLines, SurfaceProgramsStandInComments) {
+  const Material marble =
+      material("# a comment\n# tessera surface marble vein 0.1 0.2 0.3 frequency 7\n");
+  EXPECT_EQ(marble.surface.kind, SurfaceKind::kMarble);
+  EXPECT_EQ(marble.surface.parameters, (SurfaceParameters{7, 3, 0.1f, 0.2f, 0.3f}));
+  EXPECT_EQ(material("# tessera surface wood\n").surface.kind, SurfaceKind::kWood);
+  EXPECT_EQ(material("# tessera surface brick width 2\n").surface.parameters[0], 2);
+}
+
+TEST_F(MtlLines, WhatIsNotUnderstoodIsOneWarningForEachName) {
+  const struct {
+    const char* lines;
+    std::size_t warnings;
+  } cases[] = {{"Strange 1\nStrange 2\nnewmtl n\nStrange 3\n", 1},
+               {"# tessera surface granite\nnewmtl n\n# tessera surface granite\n", 1},
+               {"# tessera surface wood knots 3 frequency 2\n", 1},
+               {"# tessera surface wood frequency -2\n", 1},
+               {"# tessera surface marble vein 0.1 0.2\n", 1},
+               {"# tessera lights 3\n", 1},
+               {"# tesserae are stones\n", 0},
+               {"illum 4\nnewmtl n\nillum 4\n", 1},
+               {"Ks -1 0 0\nNs nan\nd x\n", 3}};
+  for (const auto& c : cases) {
+    EXPECT_EQ(read_lines(c.lines).warnings.size(), c.warnings) << c.lines;
+  }
+}
+
 TEST_F(ObjReader, WhatIsMissingIsAWarning) {
   const ReadScene lost = good("mtllib gone.mtl\n" + kQuad + "f 1 2 3\n");
   ASSERT_FALSE(lost.warnings.empty());

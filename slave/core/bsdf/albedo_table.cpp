@@ -1,0 +1,90 @@
+#include "slave/core/bsdf/albedo_table.h"
+
+#include "slave/core/bsdf/microfacet.h"
+#include "slave/core/sampling/sample_sequence.h"
+
+namespace tessera::core {
+namespace {
+
+constexpr std::uint32_t kPoints = 1024;
+
+SpecularAlbedo integrate(float cosine, float alpha) {
+  const Vec3f viewer{std::sqrt(1 - cosine * cosine), 0, cosine};
+  double whole = 0, bias = 0;
+  for (std::uint32_t i = 0; i < kPoints; ++i) {
+    const Vec3f half = visible_normal(viewer, alpha, sample_2d(0, i));
+    const float along = dot(viewer, half);
+    const float z_light = 2 * along * half.z - viewer.z;
+    if (!(z_light > 0)) continue;
+    const double weight = shadowing_weight(viewer.z, z_light, alpha);
+    whole += weight;
+    bias += weight * schlick_rise(along);
+  }
+  return {static_cast<float>((whole - bias) / kPoints), static_cast<float>(bias / kPoints)};
+}
+
+// 2 times the integral of a function times the cosine, the function linear in t, the root of the
+// cosine, between nodes: the integral of 4 t^3 (a + b t).
+template <class Get>
+float mean_of(Get get) {
+  double sum = 0;
+  constexpr int kLast = AlbedoTable::kNodes - 1;
+  for (int i = 0; i < kLast; ++i) {
+    const double t0 = static_cast<double>(i) / kLast, t1 = static_cast<double>(i + 1) / kLast;
+    const double b = (get(i + 1) - get(i)) * kLast, a = get(i) - b * t0;
+    const double fourth0 = t0 * t0 * t0 * t0, fourth1 = t1 * t1 * t1 * t1;
+    sum += a * (fourth1 - fourth0) + b * 0.8 * (fourth1 * t1 - fourth0 * t0);
+  }
+  return static_cast<float>(sum);
+}
+
+// The node below `x` in [0, 1] and the weight of the next.
+struct Step {
+  std::size_t node;
+  float weight;
+};
+Step step_of(float x) {
+  const float at = std::clamp(x, 0.0f, 1.0f) * (AlbedoTable::kNodes - 1);
+  const int node = std::min(static_cast<int>(at), AlbedoTable::kNodes - 2);
+  return {static_cast<std::size_t>(node), at - static_cast<float>(node)};
+}
+
+SpecularAlbedo mixed(SpecularAlbedo a, SpecularAlbedo b, float t) {
+  return {a.scale * (1 - t) + b.scale * t, a.bias * (1 - t) + b.bias * t};
+}
+
+}  // namespace
+
+const AlbedoTable& AlbedoTable::shared() {
+  static const AlbedoTable table;
+  return table;
+}
+
+AlbedoTable::AlbedoTable() {
+  for (std::size_t r = 0; r < kNodes; ++r) {
+    const float alpha = alpha_of(static_cast<float>(r) / (kNodes - 1));
+    for (std::size_t i = 0; i < kNodes; ++i) {
+      const float root = static_cast<float>(i) / (kNodes - 1);
+      nodes_[r][i] = integrate(root * root, alpha);
+    }
+    const auto& row = nodes_[r];
+    const auto at = [&row](int i) { return row[static_cast<std::size_t>(i)]; };
+    means_[r] = {mean_of([&](int i) { return double{at(i).scale}; }),
+                 mean_of([&](int i) { return double{at(i).bias}; })};
+  }
+}
+
+SpecularAlbedo AlbedoTable::at(float cosine, float roughness) const {
+  const Step i = step_of(std::sqrt(std::max(cosine, 0.0f))), r = step_of(roughness);
+  const auto row = [&](std::size_t k) {
+    return mixed(nodes_[k][i.node], nodes_[k][i.node + 1], i.weight);
+  };
+  return mixed(row(r.node), row(r.node + 1), r.weight);
+}
+
+SpecularAlbedo AlbedoTable::mean(float roughness) const {
+  const Step r = step_of(roughness);
+  return mixed(means_[r.node], means_[r.node + 1], r.weight);
+}
+
+}  // namespace tessera::core

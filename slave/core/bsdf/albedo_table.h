@@ -1,0 +1,39 @@
+// How much light a single bounce on GGX microfacets keeps, by angle and roughness; what is missing
+// has met further facets, and glossy.h puts it back.
+//
+// Computed at the first use in double from a fixed point set, with square roots only: the same bits
+// on every machine. 32 x 32 nodes; linear in roughness and in the root of the cosine, so that nodes
+// are dense at grazing angles. bsdf_test.cpp holds it against finer integration.
+//
+// Threads. Filled once by whoever asks first (a static), then read by any thread.
+#pragma once
+
+#include <array>
+
+namespace tessera::core {
+
+// The reflectance of Schlick's Fresnel term with f0 at normal incidence is f0 * scale + bias (Karis,
+// "Real shading in Unreal Engine 4", 2013).
+struct SpecularAlbedo {
+  float scale = 0, bias = 0;
+};
+
+class AlbedoTable {
+ public:
+  static constexpr int kNodes = 32;
+
+  static const AlbedoTable& shared();
+
+  // cosine and roughness in [0, 1].
+  SpecularAlbedo at(float cosine, float roughness) const;
+  // Over all directions, cosine-weighted: of what at() gives, exactly.
+  SpecularAlbedo mean(float roughness) const;
+
+ private:
+  AlbedoTable();
+
+  std::array<std::array<SpecularAlbedo, kNodes>, kNodes> nodes_;  // [roughness][root of cosine]
+  std::array<SpecularAlbedo, kNodes> means_;                      // [roughness]
+};
+
+}  // namespace tessera::core

@@ -1,0 +1,41 @@
+// What shading needs to know of the point that a ray has hit.
+// Threads. Plain values, made and used by one worker. All vectors are in world space.
+#pragma once
+
+#include <cstdint>
+
+#include "common/scene/scene.h"
+#include "slave/core/surface/ray_cone.h"
+
+namespace tessera::core {
+
+struct Surface {
+  Vec3f point;
+  Vec3f normal;          // geometric, unit, turned to the viewer
+  Vec3f shading_normal;  // unit, on the viewer's side of the surface
+  Vec3f albedo;
+  // Of what the surface sends to the viewer, in the pixel: the path's weight up to here.
+  Vec3f weight{1, 1, 1};
+  float offset = 0;  // see surface_offset.h
+  BsdfKind bsdf = BsdfKind::kDiffuse;
+  // All that light samples ask for ends here.
+
+  Vec3f emission;  // towards the viewer; zero from behind
+  const Material* material = nullptr;
+
+  // The rest is left as it is here where the scene does not use it (SurfaceFeatures).
+  bool is_front = true;  // the viewer is where the geometric normal of the mesh points
+  Vec3f to_viewer;       // unit; set where any BSDF of the scene is not diffuse
+  float roughness = 1;   // of a glossy one, in [0, 1]
+  float metalness = 0;   // of a glossy one, in [0, 1]
+  std::uint32_t instance = 0;          // set as to_viewer
+  RayCone cone;                        // at the hit
+};
+
+// Mirror and glass scatter into single directions: no light sample can meet them, so paths go
+// through them (slave/core/render/specular_chain.h) and never rest there.
+inline bool is_specular(const Surface& s) {
+  return s.bsdf == BsdfKind::kMirror || s.bsdf == BsdfKind::kGlass;
+}
+
+}  // namespace tessera::core

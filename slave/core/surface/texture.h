@@ -1,0 +1,33 @@
+// Textures and their mip levels.
+//
+// Levels are box-filtered in linear light, each from the one before at full precision, and kept as
+// bytes in the encoding of the texture: a third of its memory, half a step of a byte from the exact
+// mean. Building takes up to as much again as the texture (common/scene/scene_footprint.h).
+//
+// Threads. Filled once, then read by any thread.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/scene/scene.h"
+
+namespace tessera::core {
+
+struct MipMap {
+  std::shared_ptr<const Texture> base;
+  std::vector<Texture> levels;  // level i + 1: sides halved and rounded down, to 1 x 1
+};
+
+MipMap make_mip_map(std::shared_ptr<const Texture> texture);
+
+// Bilinear, repeating; linear RGB. uv need not be in [0, 1].
+Vec3f sample_texture(const Texture& texture, Vec2f uv);
+
+// Trilinear (Williams, "Pyramidal parametrics", 1983). `texels`: how many of the base's texels the
+// footprint is wide; up to 1 it is sample_texture() of the base. The level is the exponent of
+// `texels` plus its linear mantissa, off from the logarithm by 0.09 at most, and needs no library
+// logarithm, whose last bits depend on the processor. Infinity and NaN are the last level.
+Vec3f sample_mip_map(const MipMap& map, Vec2f uv, float texels);
+
+}  // namespace tessera::core
