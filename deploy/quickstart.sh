@@ -8,8 +8,8 @@ usage() {
 Usage: deploy/quickstart.sh [SCENE]
 
 Installs what is missing, builds, makes keys, starts one master and two slaves on this machine
-(TLS over loopback), renders SCENE (a file, or builtin:NAME; default builtin:room) through them,
-and shows it in a window where there is a display. Pictures and logs go to out/quickstart.
+(TLS over loopback), renders SCENE (a file, or builtin:NAME; default builtin:evening, a room lit by a
+lantern that moves) through them with global illumination, and shows it in a window where there is a display. Pictures and logs go to out/quickstart.
 END
 }
 
@@ -21,7 +21,7 @@ if (($# > 1)); then
   echo "quickstart.sh: one SCENE at most (see --help)" >&2
   exit 2
 fi
-scene=${1:-builtin:room}
+scene=${1:-builtin:evening}
 if [[ $scene != builtin:* ]]; then
   if [[ ! -f $scene || ! -r $scene ]]; then
     echo "quickstart.sh: cannot read the scene file '$scene'" >&2
@@ -157,7 +157,7 @@ done
 app=(--connect "127.0.0.1:$port" --keys "$keys/app")
 case $scene in
   builtin:waves) path=() ;;  # it moves by itself
-  builtin:room)
+  builtin:evening | builtin:room)
     cat >"$out/room.camera" <<'END'
 up 0 1 0
 vfov 58
@@ -172,10 +172,12 @@ END
     ;;
   *) path=(--orbit 55) ;;
 esac
+# A second of time for each frame, so that the lantern goes once round.
+light=(--renderer igi --clamp auto --compensate on --fps 1)
 rm -f "$out"/frame-*.png "$out/frame.exr"
-attend "$bin/tessera-master" render "$scene" "${app[@]}" "${path[@]}" --frames 0:11 --size 640x480 --stats "$out/stats.jsonl" \
+attend "$bin/tessera-master" render "$scene" "${app[@]}" "${path[@]}" "${light[@]}" --frames 0:11 --size 640x480 --stats "$out/stats.jsonl" \
   -o "$out/frame-%04d.png" || give_up "rendering failed" "$out/master.log"
-attend "$bin/tessera-master" render "$scene" "${app[@]}" --frames 0:0 --size 640x480 -o "$out/frame.exr" ||
+attend "$bin/tessera-master" render "$scene" "${app[@]}" "${light[@]}" --frames 0:0 --size 640x480 -o "$out/frame.exr" ||
   give_up "rendering failed" "$out/master.log"
 
 echo
@@ -185,5 +187,5 @@ echo "logs:     $out/master.log, slave-1.log, slave-2.log; per frame: stats.json
 
 if [[ -n ${DISPLAY:-}${WAYLAND_DISPLAY:-} ]]; then
   echo "opening the window; close it to end the cluster"
-  attend "$bin/tessera-master" view "$scene" "${app[@]}" || give_up "the window did not open; the pictures are there"
+  attend "$bin/tessera-master" view "$scene" "${app[@]}" --renderer igi --clamp auto --compensate on --frame-time 100 || give_up "the window did not open; the pictures are there"
 fi

@@ -65,8 +65,8 @@ Status validate_frame_settings(const FrameSettings& s) {
   if (s.interleave != 1 && s.interleave != 3 && s.interleave != 5)
     return Status::invalid_argument("interleave is " + std::to_string(s.interleave) +
                                     "; it must be 1, 3 or 5");
-  if (!(s.clamp >= 0) || !std::isfinite(s.clamp))
-    return Status::invalid_argument("clamp must be 0 (none) or a positive number");
+  if (s.clamp != kClampAuto && (!(s.clamp >= 0) || !std::isfinite(s.clamp)))
+    return Status::invalid_argument("clamp must be -1 (automatic), 0 (none) or a positive number");
   return validate_camera(s.camera);
 }
 

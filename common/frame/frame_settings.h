@@ -32,6 +32,10 @@ std::string_view pixel_format_name(PixelFormat format);
 Result<Renderer> parse_renderer(std::string_view text);
 Result<PixelFormat> parse_pixel_format(std::string_view text);
 
+// 64 over the square of the scene's diagonal: what a VPL may shed is bounded from an eighth of it on.
+// The Cornell box and the room are then as good as with the best of the bounds that were tried.
+inline constexpr float kClampAuto = -1;
+
 struct FrameSettings {
   int width_px = 640;   // in [1, kImageSideMaxPx]
   int height_px = 480;  // in [1, kImageSideMaxPx]
@@ -47,7 +51,7 @@ struct FrameSettings {
   int vpls = 64;            // igi: that a pixel gathers from, in [1, kVplsMax]
   int interleave = 3;       // igi: sets of VPLs for so many pixels in a row: 1, 3, 5
   bool is_filtered = true;  // igi: pixels take the mean over the sets where they show one surface
-  float clamp = 0;          // igi: bound of a VPL's geometry term, 1 / area; 0: none
+  float clamp = 0;          // igi: bound of a VPL's geometry term, 1 / area; 0: none; or kClampAuto
   bool is_compensated = false;  // igi: what the bound has taken away is traced
   // Of a picture that is the mean of several: other random choices, in [0, kPassesMax).
   std::uint32_t pass = 0;

@@ -137,7 +137,7 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
 }
 
 // Of instant global illumination.
-void add_gi_options(CLI::App& app, MasterOptions& o) {
+void add_gi_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
   app.add_option("--vpls", o.frame.vpls, "igi: points that light a pixel, 1 to 4096")
       ->check(whole_in(1, kVplsMax))
       ->capture_default_str()
@@ -150,19 +150,21 @@ void add_gi_options(CLI::App& app, MasterOptions& o) {
   app.add_option("--filter", o.frame.is_filtered,
                  "igi: pixels that show one surface share the light of their points: on or off")
       ->type_name("on|off");
-  app.add_option("--clamp", o.frame.clamp,
-                 "igi: bound of what a point sheds near by, per unit of area; 0: none")
-      ->check(number_in(0, 1e30))
+  app.add_option(
+         "--clamp", t.clamp,
+         "igi: bound of what a point sheds near by, per unit of area; auto: by the scene's size")
       ->capture_default_str()
-      ->type_name("X");
+      ->type_name("X|off|auto");
   app.add_option("--compensate", o.frame.is_compensated,
                  "igi: trace what --clamp takes away: on or off")
       ->type_name("on|off");
 }
 
 void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
-  app.add_option("SCENE", o.scene,
-                 "scene file (.obj .ply .gltf .glb) or builtin:NAME (cornell, room, teapot, waves)")
+  app.add_option(
+         "SCENE", o.scene,
+         "scene file (.obj .ply .gltf .glb) or builtin:NAME (cornell, evening, room, teapot, "
+         "waves)")
       ->required()
       ->type_name(" ");
   app.add_option("--connect", o.session.connect, "a running 'tessera-master serve'")
@@ -204,7 +206,7 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->check(whole_in(0, kBouncesMax))
       ->capture_default_str()
       ->type_name("N");
-  add_gi_options(app, o);
+  add_gi_options(app, o, t);
   app.add_option("--environment", t.environment,
                  "constant:R,G,B: radiance from where there is nothing (default: the scene's)")
       ->type_name("SKY");

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <optional>
 
 #include "common/base/limits.h"
@@ -100,6 +102,17 @@ Status check_frame(MasterOptions& o, const TypedOptions& t) {
       t.pixels.empty() ? (o.command == Command::kView ? "half" : "float") : t.pixels);
   if (!pixels.is_ok()) return pixels.status();
   o.frame.pixel_format = *pixels;
+  if (t.clamp != "off") {
+    o.frame.clamp = kClampAuto;
+    if (t.clamp != "auto") {
+      char* end = nullptr;
+      o.frame.clamp = std::strtof(t.clamp.c_str(), &end);
+      if (end == t.clamp.c_str() || *end != 0 || !(o.frame.clamp >= 0) ||
+          !std::isfinite(o.frame.clamp))
+        return Status::invalid_argument("--clamp " + t.clamp +
+                                        ": give a number that is not negative, off or auto");
+    }
+  }
   o.frame.tile_edge_px = kTileEdgeAuto;
   if (t.tile != "auto") {
     auto tile = parse_int("--tile", t.tile, kTileEdgeMinPx, kTileEdgeMaxPx);

@@ -11,8 +11,11 @@ struct Builtin {
   const char* name;
   LoadedScene (*make)();
 };
-constexpr Builtin kBuiltins[] = {
-    {"cornell", make_cornell}, {"room", make_room}, {"teapot", make_teapot}, {"waves", make_waves}};
+constexpr Builtin kBuiltins[] = {{"cornell", make_cornell},
+                                 {"evening", make_evening},
+                                 {"room", make_room},
+                                 {"teapot", make_teapot},
+                                 {"waves", make_waves}};
 
 }  // namespace
 

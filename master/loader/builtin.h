@@ -9,6 +9,8 @@ namespace tessera::master {
 
 LoadedScene make_cornell();
 LoadedScene make_room();
+// The room, its lamp almost out, and a lantern that moves: only the light differs between times.
+LoadedScene make_evening();
 LoadedScene make_teapot();
 LoadedScene make_waves();
 

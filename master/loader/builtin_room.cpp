@@ -268,4 +268,24 @@ LoadedScene make_room() {
   return loaded;
 }
 
+// Once round the table in 12 seconds, up and down on the way.
+LoadedScene make_evening() {
+  LoadedScene loaded = make_room();
+  loaded.is_animated = true;
+  for (Material& material : loaded.scene.materials) material.emission = material.emission * 0.06f;
+  loaded.at_time = [room = loaded.scene](double seconds) {
+    Scene scene = room;
+    const double turn = seconds / 12 * 6.283185307179586;
+    Light lantern;
+    lantern.position = {static_cast<float>(0.2 + 1.7 * std::cos(turn)),
+                        static_cast<float>(1.3 + 0.4 * std::sin(2 * turn)),
+                        static_cast<float>(0.1 + 1.4 * std::sin(turn))};
+    lantern.intensity = {4.5f, 3.1f, 1.6f};
+    scene.lights = {lantern};
+    return scene;
+  };
+  loaded.scene = loaded.at_time(0);
+  return loaded;
+}
+
 }  // namespace tessera::master

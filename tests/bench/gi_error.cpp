@@ -46,14 +46,6 @@ class ErrorTables {
     base_.width_px = options.is_quick ? 64 : 256;
     base_.height_px = options.is_quick ? 48 : 192;
     base_.samples_per_pixel = 4;
-    // A bound of one over the square of a twentieth of the scene's size.
-    const auto& box = scene.impl().triangles.vertices;
-    float low = box[0], high = box[0];
-    for (const float x : box) {
-      low = std::min(low, x);
-      high = std::max(high, x);
-    }
-    clamp_ = 400 / ((high - low) * (high - low));
   }
 
   std::string run() {
@@ -78,7 +70,7 @@ class ErrorTables {
     add("clamp", "off", [](FrameSettings&) {});
     for (const bool is_compensated : {false, true}) {
       add("clamp", is_compensated ? "on, compensated" : "on", [&](FrameSettings& s) {
-        s.clamp = clamp_;
+        s.clamp = kClampAuto;
         s.is_compensated = is_compensated;
       });
     }
@@ -167,7 +159,7 @@ class ErrorTables {
   // Means of 1, 2, 4... pictures; of igi with the bound compensated, or path-traced.
   void add_passes(const std::string& series, bool is_igi, int passes) {
     FrameSettings s = base_;
-    s.clamp = clamp_;
+    s.clamp = kClampAuto;
     s.is_compensated = true;
     if (!is_igi) s.renderer = Renderer::kPath;
     std::vector<double> sum;
@@ -255,7 +247,6 @@ class ErrorTables {
   const core::PreparedScene& scene_;
   FrameSettings base_;
   const CoreSuiteOptions& options_;
-  float clamp_ = 0;
   std::vector<float> reference_;
   std::vector<bool> is_lamp_;
   std::vector<Row> rows_;

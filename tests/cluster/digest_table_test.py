@@ -10,9 +10,10 @@ import cluster_lib
 SIZE = ["--size", "150x110", "--aa", "2"]
 TILES = ["16", "32", "40", "auto"]
 FLIGHTS = ["1", "2"]
-# Scene, frames, tiles: every combination for one scene, the moving one for the ends of the range.
-SCENES = [("builtin:cornell", "0:1", TILES), ("builtin:waves", "0:3", ["16", "auto"])]
-SMALL = [("builtin:cornell", "0:1", ["32"]), ("builtin:waves", "0:1", ["32"])]
+# Scene and renderer, frames, tiles: every combination for one scene, the others for the ends of the range.
+GLOBAL = "builtin:cornell igi"  # its filter reaches over the borders of tiles
+SCENES = [("builtin:cornell direct", "0:1", TILES), ("builtin:waves direct", "0:3", ["16", "auto"]), (GLOBAL, "0:1", ["7", "64"])]
+SMALL = [("builtin:cornell direct", "0:1", ["32"]), ("builtin:waves direct", "0:1", ["32"]), (GLOBAL, "0:1", ["16"])]
 
 
 class Table:
@@ -26,11 +27,12 @@ class Table:
         is_same = run.digests == expected
         self.wrong += not is_same
         short = " ".join(digest[:8] for digest in run.digests)
-        print(f"{scene:16} {how:58} {short}{'' if is_same else '   DIFFERS'}", flush=True)
+        print(f"{scene:22} {how:58} {short}{'' if is_same else '   DIFFERS'}", flush=True)
 
 
-def options_of(frames, tile, flight):
-    return [*SIZE, "--frames", frames, "--tile", tile, "--frames-in-flight", flight]
+def options_of(name, frames, tile, flight):
+    scene, renderer = name.split()
+    return [scene, "--renderer", renderer, "--vpls", "12", *SIZE, "--frames", frames, "--tile", tile, "--frames-in-flight", flight]
 
 
 def count_of(frames):
@@ -46,7 +48,7 @@ def through_daemons(table, slaves, threads, scenes):
         for scene, frames, tiles in scenes:
             for tile in tiles:
                 for flight in FLIGHTS:
-                    run = cluster.render(scene, *options_of(frames, tile, flight))
+                    run = cluster.render(*options_of(scene, frames, tile, flight))
                     table.add(scene, f"connect: {slaves} slaves x {threads} threads, tiles {tile}, {flight} in flight",
                               run, count_of(frames))
         done = {slave["name"]: slave["tiles_done"] for slave in cluster.status()["slaves"]}
@@ -58,7 +60,7 @@ def in_process(table, slaves, threads, scenes):
         for scene, frames, tiles in scenes:
             for i, tile in enumerate(tiles):
                 flight = FLIGHTS[i % 2]
-                run = cluster.render(scene, *options_of(frames, tile, flight), "--local", str(slaves), "--threads",
+                run = cluster.render(*options_of(scene, frames, tile, flight), "--local", str(slaves), "--threads",
                                      str(threads), connect=False)
                 table.add(scene, f"in process: {slaves} slaves x {threads} threads, tiles {tile}, {flight} in flight",
                           run, count_of(frames))
@@ -75,7 +77,7 @@ def main():
                 in_process(table, slaves, threads, SCENES)
                 through_daemons(table, slaves, threads, SCENES)
     assert len(set(map(tuple, table.expected.values()))) == len(table.expected), "two scenes with one digest"
-    animated = table.expected["builtin:waves"]
+    animated = table.expected["builtin:waves direct"]
     assert len(set(animated)) == len(animated), "the animated scene does not move"
     print(f"{table.wrong} rows differ")
     return 1 if table.wrong else 0

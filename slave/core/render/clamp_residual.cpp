@@ -28,12 +28,12 @@ struct ClampResidual::Scratch {
 ClampResidual::ClampResidual() : scratch_(std::make_unique<Scratch>()) {}
 ClampResidual::~ClampResidual() = default;
 
-void ClampResidual::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
-                          const FrameSettings& settings, const std::atomic<bool>* is_cancelled) {
+void ClampResidual::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, float bound,
+                          int bounces, const std::atomic<bool>* is_cancelled) {
   scene_ = &scene;
   tracer_ = &tracer;
-  bound_ = settings.clamp;
-  bounces_ = settings.bounces;
+  bound_ = bound;
+  bounces_ = bounces;
   scratch_->paths.begin(scene, tracer, std::max(0, bounces_ - 1), is_cancelled);
   std::fill_n(scratch_->rays.t_min, kPacketRays, 0.0f);
   std::fill_n(scratch_->rays.t_max, kPacketRays, 1 / std::sqrt(bound_));

@@ -12,7 +12,6 @@
 #include <atomic>
 #include <memory>
 
-#include "common/frame/frame_settings.h"
 #include "common/frame/frame_stats.h"
 #include "slave/core/kernel/gather_layout.h"
 #include "slave/core/render/prepared_scene.h"
@@ -25,9 +24,9 @@ class ClampResidual {
   ClampResidual();
   ~ClampResidual();
 
-  // Keeps references until the next call. Requires: settings.clamp > 0.
-  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
-             const FrameSettings& settings, const std::atomic<bool>* is_cancelled);
+  // Keeps references until the next call. Requires: bound > 0.
+  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, float bound, int bounces,
+             const std::atomic<bool>* is_cancelled);
 
   // Adds to points.light. sequence_index: of the pixels' samples. Requires: points.key is set.
   RayCounts add(GatherPoints& points, std::uint32_t sequence_index);

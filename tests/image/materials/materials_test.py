@@ -119,13 +119,16 @@ def main():
     if len(sys.argv) > 1:
         folder = pathlib.Path(sys.argv[1])
         for scene, write in SCENES.items():
-            render(folder, scene, write(folder), f"{scene}.png", "--renderer", "path", "--aa", "64", "--size", "800x500")
+            camera = write(folder)
+            render(folder, scene, camera, f"{scene}.png", "--renderer", "path", "--aa", "64", "--size", "800x500")
+            render(folder, scene, camera, f"{scene}-igi.png", "--renderer", "igi", "--aa", "16", "--vpls", "128",
+                   "--clamp", "auto", "--compensate", "on", "--size", "800x500")
         return
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for scene, write in SCENES.items():
             camera = write(folder)
-            for renderer in ["direct", "path"]:
+            for renderer in ["direct", "igi", "path"]:
                 common = ["--renderer", renderer, "--aa", "2", "--size", "120x80"]
                 one = render(folder, scene, camera, "a.pfm", *common, "--threads", "1", "--tile", "16")
                 two = render(folder, scene, camera, "b.pfm", *common, "--threads", "2", "--tile", "64")

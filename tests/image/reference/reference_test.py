@@ -138,7 +138,7 @@ def main():
         check("path: Cornell box, path length 6", folder, *cornell, path, aa, out)
         check("path: room under a constant sky, path length 4", folder, *room, path, aa, out)
         for vpls, mean_bound, part_bound in IGI:
-            igi = ["--renderer", "igi", "--vpls", str(vpls), "--clamp", "1e-4", "--compensate", "on"]
+            igi = ["--renderer", "igi", "--vpls", str(vpls), "--clamp", "auto", "--compensate", "on"]
             for name, files in (("Cornell box, path length 6", cornell), ("room, path length 4", room)):
                 check(f"igi, {vpls} VPLs: {name}", folder, *files, igi, 4, out, mean_bound, part_bound)
 

@@ -31,7 +31,7 @@ TEST(FrameSettings, WhatIsOutOfRangeIsNamed) {
       {"vpls", [](FrameSettings& s) { s.vpls = 0; }},
       {"vpls", [](FrameSettings& s) { s.vpls = kVplsMax + 1; }},
       {"interleave", [](FrameSettings& s) { s.interleave = 2; }},
-      {"clamp", [](FrameSettings& s) { s.clamp = -1; }},
+      {"clamp", [](FrameSettings& s) { s.clamp = -2; }},
       {"clamp", [](FrameSettings& s) { s.clamp = std::numeric_limits<float>::quiet_NaN(); }},
       {"pass", [](FrameSettings& s) { s.pass = kPassesMax; }},
       {"camera", [](FrameSettings& s) { s.camera.target = s.camera.eye; }},

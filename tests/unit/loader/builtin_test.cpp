@@ -75,5 +75,17 @@ TEST(Builtin, WavesMoveAndShareWhatStands) {
   for (std::size_t i = 1; i < now.meshes.size(); ++i) EXPECT_EQ(now.meshes[i], later.meshes[i]);
 }
 
+// So that a slave has nothing to get but the light.
+TEST(Builtin, TheEveningMovesItsLightAlone) {
+  const LoadedScene evening = make("evening");
+  ASSERT_TRUE(evening.is_animated);
+  const Scene now = evening.at_time(0), later = evening.at_time(2);
+  EXPECT_NE(now.lights, later.lights);
+  EXPECT_EQ(now.meshes, later.meshes);
+  EXPECT_EQ(now.instances, later.instances);
+  EXPECT_EQ(now.materials, later.materials);
+  EXPECT_TRUE(validate_scene(later).is_ok());
+}
+
 }  // namespace
 }  // namespace tessera::master

@@ -193,7 +193,7 @@ std::vector<Damage> work_damages() {
       damage<B>("settings.vpls", [](B& m) { m.settings.vpls = 0; }),
       damage<B>("settings.interleave", [](B& m) { m.settings.interleave = 7; }),
       damage<B>("settings", [](B& m) { m.settings.interleave = 2; }),
-      damage<B>("settings", [](B& m) { m.settings.clamp = -1; }),
+      damage<B>("settings", [](B& m) { m.settings.clamp = -2; }),
       damage<B>("settings.pass", [](B& m) { m.settings.pass = kPassesMax; }),
       damage<B>("settings", [](B& m) { m.settings.camera.target = m.settings.camera.eye; }),
       damage<B>("settings",
