@@ -22,6 +22,7 @@ namespace {
 constexpr int kBlockEdgePx = 64;
 constexpr int kEntryEdgePx = 32;
 constexpr int kNoSlot = -1;
+constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();  // a distance
 static_assert(kFilterEdgeMax == kBlockEdgePx + 2 * kFilterRadiusMax);
 
 // Within the picture.
@@ -34,7 +35,7 @@ TileRect grown(const TileRect& r, int by, int width_px, int height_px) {
 float clamp_of(const FrameSettings& settings, const Bounds3f& bounds) {
   if (settings.clamp != kClampAuto || bounds.is_empty()) return std::max(0.0f, settings.clamp);
   const Vec3f extent = bounds.extent();
-  return 64 / dot(extent, extent);
+  return 8 / dot(extent, extent);
 }
 
 }  // namespace
@@ -96,8 +97,7 @@ void GiTile::Scratch::begin_batches() {
 void GiTile::Scratch::clear(const TileRect& region) {
   for (auto& batch : batches) batch->count = 0;
   // One more all round than the filter may read, and what its registers read behind the last.
-  std::fill(std::begin(planes.distance), std::end(planes.distance),
-            std::numeric_limits<float>::quiet_NaN());
+  std::fill(std::begin(planes.distance), std::end(planes.distance), kNowhere);
   for (int y = 0; y < region.height_px; ++y) {
     const int at = filter_index(0, y);
     std::fill_n(slot + at, region.width_px, kNoSlot);
@@ -184,6 +184,8 @@ void GiTile::Scratch::shade_part(const TileRect& region, const TileRect& part) {
     for (int x = 0; x < part.width_px; ++x) {
       const int pixel = filter_index(part.x_px + x - region.x_px, part.y_px + y - region.y_px);
       for (int c = 0; c < 3; ++c) own[c][pixel] += radiance[y * kEntryEdgePx + x][c];
+      // What ends in the sky or is glossy has nothing to share with its neighbours.
+      if (slot[pixel] == kNoSlot) planes.distance[pixel] = kNowhere;
     }
   }
   surfaces.count = 0;

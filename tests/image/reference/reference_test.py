@@ -19,7 +19,7 @@ MEAN_BOUND = 0.01
 PART_BOUND = 0.03  # of the mean radiance: 1,024 pixels of 64 samples are noisier than the whole
 # All pixels of igi gather from the same VPLs, so that the picture is off as a whole: with 64 of them, over 60 seeds, by a
 # standard deviation of 1.4 % on the Cornell box. (VPLs, bound of the mean, bound of a part.)
-IGI = ((64, 0.05, 0.20), (1024, MEAN_BOUND, 0.06))
+IGI = ((64, 0.05, 0.25), (1024, MEAN_BOUND, 0.10))
 
 
 def merged(path):

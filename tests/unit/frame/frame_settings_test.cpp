@@ -61,7 +61,7 @@ TEST(FrameSettings, NamesParseBack) {
     ASSERT_TRUE(parsed.is_ok());
     EXPECT_EQ(*parsed, f);
   }
-  EXPECT_FALSE(parse_renderer("igi").is_ok());
+  EXPECT_FALSE(parse_renderer("radiosity").is_ok());
   EXPECT_FALSE(parse_pixel_format("").is_ok());
 }
 
