@@ -89,7 +89,7 @@ class ErrorTables {
     FrameSettings s = base_;
     s.renderer = Renderer::kPath;
     s.samples_per_pixel = 256;
-    const int passes = options_.is_quick ? 2 : 32;
+    const int passes = options_.is_quick ? 2 : 16;
     std::vector<double> sum;
     s.seed = 1000;  // its samples are no one else's
     for (int pass = 0; pass < passes; ++pass) {

@@ -26,7 +26,7 @@ class SpeedTables {
   SpeedTables(const core::PreparedScene& scene, const FrameSettings& settings,
               const CoreSuiteOptions& options)
       : scene_(scene), base_(settings), options_(options) {
-    if (options.is_quick) repeats_ = 1;
+    repeats_ = options.is_quick ? 1 : options.repeats;
   }
 
   std::string run() {

@@ -24,6 +24,10 @@ constexpr float kDirectionError = 2 * kRoundoff / (1 - 2 * kRoundoff);
 
 HWY_INLINE float larger(float a, float b) { return a > b ? a : b; }
 
+HWY_INLINE bool is_surface(const LightPoint& light) {
+  return light.kind == LightPointKind::kSurface || light.kind == LightPointKind::kEmitter;
+}
+
 // The greatest value of a * b, a and b in intervals.
 HWY_INLINE float product_upper(float a_low, float a_high, float b_low, float b_high) {
   return larger(larger(a_low * b_low, a_low * b_high), larger(a_high * b_low, a_high * b_high));
@@ -45,7 +49,7 @@ HWY_INLINE bool turned_away(const GatherPoints& p, const LightPoint& light) {
   }
   constexpr float kSlack = 16 * kRoundoff;
   if (away < -kSlack * size) return true;
-  return light.kind == LightPointKind::kSurface && behind < -kSlack * size_behind;
+  return is_surface(light) && behind < -kSlack * size_behind;
 }
 
 // Of the cosine at the light, before the clamp: `cosine_light` is that of the angle between the
@@ -53,7 +57,7 @@ HWY_INLINE bool turned_away(const GatherPoints& p, const LightPoint& light) {
 template <class V>
 HWY_INLINE V at_light(const LightPoint& light, V cosine_light) {
   const GatherTag d;
-  if (light.kind == LightPointKind::kSurface) return hn::Max(cosine_light, hn::Zero(d));
+  if (is_surface(light)) return hn::Max(cosine_light, hn::Zero(d));
   if (light.kind != LightPointKind::kSpot) return hn::Set(d, 1);
   // A cubic between the two cones; spot_falloff() in light_sampling.h has the same.
   if (!(light.cos_inner > light.cos_outer))
@@ -75,8 +79,7 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
   if (turned_away(p, light)) return false;
   const bool is_far = light.kind == LightPointKind::kFar;
   const auto zero = hn::Zero(d), one = hn::Set(d, 1);
-  const auto clamp_to =
-      hn::Set(d, light.kind == LightPointKind::kSurface ? clamp : __builtin_inff());
+  const auto clamp_to = hn::Set(d, is_surface(light) ? clamp : __builtin_inff());
   const auto lx = hn::Set(d, light.position[0]), ly = hn::Set(d, light.position[1]),
              lz = hn::Set(d, light.position[2]);
   const auto wx = hn::Set(d, light.normal[0]), wy = hn::Set(d, light.normal[1]),

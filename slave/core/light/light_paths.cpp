@@ -121,7 +121,7 @@ LightPoint LightPaths::place(Vec2f x) const {
     const Emitter& e = lights_.pick(rest, rest);
     const SurfacePoint at = point_on(e, {rest, p.rest.y});
     LightPoint point{};
-    point.kind = LightPointKind::kSurface;
+    point.kind = LightPointKind::kEmitter;
     put(point.position, at.point + e.normal * at.offset);
     put(point.normal, e.normal);
     put(point.rgb, e.emission * (e.area / (e.share * p.chance)));

@@ -8,12 +8,19 @@ namespace tessera::core {
 
 // What sheds light from one place. Shares of a surface (a VPL proper, or a point of an area light),
 // lights without extent, and light from so far away that its rays are parallel.
-enum class LightPointKind : int32_t { kSurface = 0, kPoint = 1, kSpot = 2, kFar = 3 };
+enum class LightPointKind : int32_t {
+  kSurface = 0,
+  kPoint = 1,
+  kSpot = 2,
+  kFar = 3,
+  kEmitter = 4  // as kSurface, of an area light
+};
 
 struct LightPoint {
   float position[3];  // kFar: none, see begin_gather()
-  float normal[3];    // unit; kSurface: the side that sheds; kSpot, kFar: the way light travels
-  // What it sheds. kSurface: radiance times area, W/sr along the normal; kPoint, kSpot: W/sr; kFar:
+  float normal
+      [3];  // unit; kSurface, kEmitter: the side that sheds; kSpot, kFar: the way light travels
+  // What it sheds. kSurface, kEmitter: radiance times area, W/sr along the normal; kPoint, kSpot: W/sr; kFar:
   // irradiance of a surface that faces it.
   float rgb[3];
   float cos_inner, cos_outer;  // kSpot, see Light

@@ -28,15 +28,16 @@ struct ClampResidual::Scratch {
 ClampResidual::ClampResidual() : scratch_(std::make_unique<Scratch>()) {}
 ClampResidual::~ClampResidual() = default;
 
-void ClampResidual::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, float bound,
-                          int bounces, const std::atomic<bool>* is_cancelled) {
+void ClampResidual::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
+                          const GeometryBounds& bounds, int bounces,
+                          const std::atomic<bool>* is_cancelled) {
   scene_ = &scene;
   tracer_ = &tracer;
-  bound_ = bound;
+  bounds_ = bounds;
   bounces_ = bounces;
   scratch_->paths.begin(scene, tracer, std::max(0, bounces_ - 1), is_cancelled);
   std::fill_n(scratch_->rays.t_min, kPacketRays, 0.0f);
-  std::fill_n(scratch_->rays.t_max, kPacketRays, 1 / std::sqrt(bound_));
+  std::fill_n(scratch_->rays.t_max, kPacketRays, 1 / std::sqrt(bounds_.vpl));
 }
 
 RayCounts ClampResidual::add(GatherPoints& points, std::uint32_t sequence_index) {
@@ -94,11 +95,11 @@ void ClampResidual::arrive(const GatherPoints& points, int point, std::uint32_t 
   const float distance = s.hits.t[i] * length(direction);
   const float geometry =
       dot(shading, direction) * -dot(y.normal, direction) / (distance * distance);
-  if (!(geometry > bound_)) return;
-  const float share = 1 - bound_ / geometry;
-  s.light[point] = s.light[point] + y.emission * share;
+  if (!(geometry > bounds_.vpl)) return;
+  if (geometry > bounds_.emitter)
+    s.light[point] = s.light[point] + y.emission * (1 - bounds_.emitter / geometry);
   if (is_specular(y)) return;  // no VPL is there
-  y.weight = y.weight * share;
+  y.weight = y.weight * (1 - bounds_.vpl / geometry);
   SurfaceBatch& batch = s.batch;
   batch.surface[batch.count] = y;
   batch.key[batch.count] = hash_combine(points.key[point], kDimensionPath);

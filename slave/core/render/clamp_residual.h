@@ -15,6 +15,7 @@
 #include "common/frame/frame_stats.h"
 #include "slave/core/kernel/gather_layout.h"
 #include "slave/core/render/prepared_scene.h"
+#include "slave/core/render/vpl_gather.h"
 #include "slave/core/trace/scene_tracer.h"
 
 namespace tessera::core {
@@ -24,9 +25,10 @@ class ClampResidual {
   ClampResidual();
   ~ClampResidual();
 
-  // Keeps references until the next call. Requires: bound > 0.
-  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, float bound, int bounces,
-             const std::atomic<bool>* is_cancelled);
+  // Keeps references until the next call. Requires: bounds.has_any(); that of
+  // emitters is not below that of VPLs.
+  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
+             const GeometryBounds& bounds, int bounces, const std::atomic<bool>* is_cancelled);
 
   // Adds to points.light. sequence_index: of the pixels' samples. Requires: points.key is set.
   RayCounts add(GatherPoints& points, std::uint32_t sequence_index);
@@ -38,7 +40,7 @@ class ClampResidual {
 
   const PreparedScene::Impl* scene_ = nullptr;
   const SceneTracer* tracer_ = nullptr;
-  float bound_ = 0;
+  GeometryBounds bounds_;
   int bounces_ = 0;
   std::unique_ptr<Scratch> scratch_;
 };

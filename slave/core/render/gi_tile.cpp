@@ -32,10 +32,18 @@ TileRect grown(const TileRect& r, int by, int width_px, int height_px) {
           std::min(height_px, r.y_px + r.height_px + by) - top};
 }
 
-float clamp_of(const FrameSettings& settings, const Bounds3f& bounds) {
-  if (settings.clamp != kClampAuto || bounds.is_empty()) return std::max(0.0f, settings.clamp);
-  const Vec3f extent = bounds.extent();
-  return 8 / dot(extent, extent);
+// Points of an area light are spread over it so evenly that they need no bound but where it is
+// nearer than its own size; a ray that has to find a small lamp by chance is worse.
+GeometryBounds bounds_of(const FrameSettings& settings, const LightSet& lights,
+                         const Bounds3f& scene) {
+  if (settings.clamp == 0 || scene.is_empty()) return {};
+  const Vec3f extent = scene.extent();
+  GeometryBounds bounds;
+  bounds.vpl = settings.clamp == kClampAuto ? 8 / dot(extent, extent) : settings.clamp;
+  float area = 0;
+  for (const Emitter& e : lights.emitters) area += e.area;
+  bounds.emitter = area > 0 ? std::max(bounds.vpl, 4 / area) : bounds.vpl;
+  return bounds;
 }
 
 }  // namespace
@@ -66,12 +74,12 @@ struct GiTile::Scratch {
   const std::atomic<bool>* is_cancelled = nullptr;
   RayCounts counts;
   float pixel_spread = 0;  // see TileRenderer
-  float clamp = 0;         // 0: none
+  GeometryBounds bounds;
 
   bool is_over() const {
     return is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed);
   }
-  bool has_residual() const { return settings->is_compensated && clamp > 0; }
+  bool has_residual() const { return settings->is_compensated && bounds.has_any(); }
   int radius() const { return settings->is_filtered ? settings->interleave / 2 : 0; }
 
   void begin_batches();
@@ -288,9 +296,9 @@ RayCounts GiTile::render(const PreparedScene::Impl& scene, const SceneTracer& tr
       camera.pixel_spread() / std::sqrt(static_cast<float>(settings.samples_per_pixel));
   s.chain.begin(scene, tracer, is_cancelled);
   s.paths.begin(scene, tracer, settings.bounces, is_cancelled);
-  s.clamp = clamp_of(settings, tracer.bounds());
-  s.gather.begin(tracer, s.clamp, is_cancelled);
-  if (s.has_residual()) s.residual.begin(scene, tracer, s.clamp, settings.bounces, is_cancelled);
+  s.bounds = bounds_of(settings, scene.lights, tracer.bounds());
+  s.gather.begin(tracer, s.bounds, is_cancelled);
+  if (s.has_residual()) s.residual.begin(scene, tracer, s.bounds, settings.bounces, is_cancelled);
   s.begin_batches();
   for (int y = 0; y < tile.height_px; y += kBlockEdgePx) {
     for (int x = 0; x < tile.width_px; x += kBlockEdgePx) {

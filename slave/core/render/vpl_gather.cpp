@@ -30,10 +30,10 @@ void stand_back(const GatherPoints& points, LightPoint& light) {
 
 VplGather::VplGather() : rays_(std::make_unique<GatherRays>()) {}
 
-void VplGather::begin(const SceneTracer& tracer, float clamp,
+void VplGather::begin(const SceneTracer& tracer, const GeometryBounds& bounds,
                       const std::atomic<bool>* is_cancelled) {
   tracer_ = &tracer;
-  clamp_ = clamp > 0 ? clamp : std::numeric_limits<float>::infinity();
+  bounds_ = bounds;
   is_cancelled_ = is_cancelled;
   std::fill_n(fan_.t_max, kPacketRays, kEnd);
   std::fill_n(packet_.t_min, kPacketRays, 0.0f);
@@ -67,7 +67,8 @@ std::uint64_t VplGather::add_one(LightPoint light, GatherPoints& points) {
   const KernelTable& kernels = tracer_->kernels();
   const bool is_far = light.kind == LightPointKind::kFar;
   if (is_far) stand_back(points, light);
-  if (!kernels.begin_gather(points, light, clamp_, *rays_)) return 0;
+  const float bound = light.kind == LightPointKind::kEmitter ? bounds_.emitter : bounds_.vpl;
+  if (!kernels.begin_gather(points, light, bound, *rays_)) return 0;
   kernels.group_fans(rays_->targets);
   if (is_far) {
     trace_parallel(light, points);

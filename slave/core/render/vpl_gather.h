@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -15,12 +16,20 @@
 
 namespace tessera::core {
 
+// Of the geometry term of VPLs and of points of area lights, 1 / area.
+struct GeometryBounds {
+  float vpl = std::numeric_limits<float>::infinity();
+  float emitter = std::numeric_limits<float>::infinity();
+  bool has_any() const { return vpl < std::numeric_limits<float>::infinity(); }
+};
+
 class VplGather {
  public:
   VplGather();
 
-  // clamp: of the geometry term, 0 for none. Keeps the references until the next call.
-  void begin(const SceneTracer& tracer, float clamp, const std::atomic<bool>* is_cancelled);
+  // Keeps the references until the next call.
+  void begin(const SceneTracer& tracer, const GeometryBounds& bounds,
+             const std::atomic<bool>* is_cancelled);
 
   // Adds to points.light what every `stride`-th VPL from number `first` on sheds, times `weight`.
   // Requires: find_bounds(points) after they were last changed. Returns: shadow rays traced.
@@ -37,7 +46,7 @@ class VplGather {
   void darken(std::uint64_t blocked, int group);
 
   const SceneTracer* tracer_ = nullptr;
-  float clamp_ = 0;
+  GeometryBounds bounds_;
   const std::atomic<bool>* is_cancelled_ = nullptr;
   std::unique_ptr<GatherRays> rays_;
   FanPacket fan_;
