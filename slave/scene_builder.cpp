@@ -90,7 +90,12 @@ Result<std::shared_ptr<const core::PreparedScene>> SceneBuilder::build(const Bui
   try {
     const Result<Scene> scene = decoder_.decode(task.scene);
     if (!scene.is_ok()) return scene.status();
-    return core::PreparedScene::build(*scene, build_options_);
+    const std::shared_ptr<const core::PreparedScene> newest = newest_.lock();
+    core::BuildOptions options = build_options_;
+    options.other = newest.get();
+    auto built = core::PreparedScene::build(*scene, options);
+    if (built.is_ok()) newest_ = *built;
+    return built;
   } catch (const std::exception& e) {
     return Status::resource_exhausted(std::string("the scene could not be built: ") + e.what());
   }

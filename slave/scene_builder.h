@@ -60,7 +60,8 @@ class SceneBuilder {
   core::BuildOptions build_options_;
   const OnBuilt on_built_;
   BoundedQueue<BuildTask> queue_;
-  SceneDecoder decoder_;  // builder thread
+  SceneDecoder decoder_;                             // builder thread, as the next
+  std::weak_ptr<const core::PreparedScene> newest_;  // built
 
   mutable Mutex mutex_;
   std::uint64_t generation_ TESSERA_GUARDED_BY(mutex_) = 0;

@@ -15,10 +15,29 @@ constexpr double kPatience = 2;
 
 double pixels(const FrameSettings& s) { return static_cast<double>(s.width_px) * s.height_px; }
 
-// The primary ray of a sample costs about as much as one shadow ray.
-double work_per_pixel(int samples, int light_samples) { return samples * (1.0 + light_samples); }
-double work(const FrameSettings& s) {
-  return pixels(s) * work_per_pixel(s.samples_per_pixel, s.light_samples);
+// Fewer VPLs than this make surfaces flicker from frame to frame.
+constexpr int kMovingVplsMin = 16;
+
+// In rays, all of which are taken to cost as much.
+double work_per_pixel(const FrameSettings& s) {
+  if (s.renderer == Renderer::kIgi) return 1.0 * s.samples_per_pixel + s.vpls;
+  if (s.renderer == Renderer::kPath) return s.samples_per_pixel * 2.0 * (1 + s.bounces);
+  return s.samples_per_pixel * (1.0 + s.light_samples);
+}
+double work(const FrameSettings& s) { return pixels(s) * work_per_pixel(s); }
+
+// One step down. Returns: whether there was one.
+bool reduce(FrameSettings& s) {
+  if (s.samples_per_pixel > 1) {
+    s.samples_per_pixel /= 2;
+  } else if (s.renderer == Renderer::kDirect && s.light_samples > 1) {
+    s.light_samples /= 2;
+  } else if (s.renderer == Renderer::kIgi && s.vpls >= 2 * kMovingVplsMin) {
+    s.vpls /= 2;
+  } else {
+    return false;
+  }
+  return true;
 }
 
 int scaled(int side, double scale) {
@@ -49,11 +68,9 @@ FrameSettings FramePacer::settings(const FrameSettings& wanted, TimePoint now) {
   // Before anything is measured: a quarter of the pixels, one sample each.
   const double budget =
       work_per_second_ > 0 ? work_per_second_ * target_seconds_ : pixels(wanted) / 4;
-  while (work(s) > budget && s.samples_per_pixel > 1) s.samples_per_pixel /= 2;
-  while (work(s) > budget && s.light_samples > 1) s.light_samples /= 2;
-  const double ideal = std::clamp(
-      std::sqrt(budget / (pixels(wanted) * work_per_pixel(s.samples_per_pixel, s.light_samples))),
-      kScaleMin, 1.0);
+  while (work(s) > budget && reduce(s)) continue;
+  const double ideal =
+      std::clamp(std::sqrt(budget / (pixels(wanted) * work_per_pixel(s))), kScaleMin, 1.0);
   if (ideal > scale_ * kScaleHysteresis || ideal * kScaleHysteresis < scale_) scale_ = ideal;
   s.width_px = scaled(wanted.width_px, scale_);
   s.height_px = scaled(wanted.height_px, scale_);
@@ -70,7 +87,8 @@ bool FramePacer::is_left_behind(const FrameSettings& settings, const FrameSettin
                                 TimePoint now) const {
   const bool is_full = settings.width_px == wanted.width_px &&
                        settings.samples_per_pixel == wanted.samples_per_pixel &&
-                       settings.light_samples == wanted.light_samples;
+                       settings.light_samples == wanted.light_samples &&
+                       settings.vpls == wanted.vpls;
   return is_moving(now) && is_full && seconds_for(settings) > kPatience * target_seconds_;
 }
 

@@ -28,7 +28,8 @@ class FramePacer {
   void moved(TimePoint now);
   bool is_moving(TimePoint now) const;
 
-  // `wanted` as it can be had now: size, samples per pixel and per light reduced while moving.
+  // `wanted` as it can be had now: size, samples per pixel, samples per light or VPLs reduced
+  // while moving.
   FrameSettings settings(const FrameSettings& wanted, TimePoint now);
 
   // A frame came `frame_seconds` after the one before it, or after its submission if there was

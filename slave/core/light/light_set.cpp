@@ -8,13 +8,14 @@ namespace tessera::core {
 namespace {
 
 void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
-                  const TriangleStore& triangles, std::span<const Bounds3f> boxes,
+                  const TriangleStore& triangles, std::span<const std::uint64_t> left_out,
                   std::vector<Emitter>& out) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const std::uint32_t material =
         mesh.materials.size() == 1 ? mesh.materials[0] : mesh.materials[i];
     const Vec3f emission = scene.materials[material].emission;
-    if (is_black(emission) || boxes[first + i].is_empty()) continue;
+    if (is_black(emission) || std::binary_search(left_out.begin(), left_out.end(), first + i))
+      continue;
     Emitter e;
     e.a = triangles.vertex(first + i, 0);
     e.edge_b = triangles.vertex(first + i, 1) - e.a;
@@ -65,7 +66,7 @@ float LightSet::density_by_area(Vec3f emission, float area, bool is_picked) cons
 }
 
 LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
-                        std::span<const Bounds3f> boxes) {
+                        std::span<const std::uint64_t> left_out) {
   LightSet set;
   set.lights = scene.lights;
   set.environment = scene.environment;
@@ -76,7 +77,7 @@ LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
   if (!has_emission) return set;
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     add_emitters(*scene.meshes[scene.instances[i].mesh], scene, triangles.instance_first[i],
-                 triangles, boxes, set.emitters);
+                 triangles, left_out, set.emitters);
   }
   if (!set.emitters.empty()) share_out(set);
   return set;

@@ -46,9 +46,8 @@ struct LightSet {
   float density_by_area(Vec3f emission, float area, bool is_picked) const;
 };
 
-// Shape: boxes as make_triangle_store() left them; triangles that stayed out of the tree do not
-// emit.
+// left_out: numbers of triangles that stayed out of the tree, rising; they do not emit.
 LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
-                        std::span<const Bounds3f> boxes);
+                        std::span<const std::uint64_t> left_out);
 
 }  // namespace tessera::core

@@ -29,6 +29,35 @@ SurfaceFeatures features_of(const Scene& scene) {
   return features;
 }
 
+bool is_of(const Geometry& geometry, const Scene& scene, Structure structure) {
+  return geometry.meshes == scene.meshes && geometry.instances == scene.instances &&
+         geometry.structure == structure;
+}
+
+Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
+                                                       const BuildOptions& options) {
+  if (options.other != nullptr) {
+    const std::shared_ptr<const Geometry>& others = options.other->impl().geometry;
+    if (is_of(*others, scene, options.structure)) return others;
+  }
+  auto geometry = std::make_shared<Geometry>();
+  std::vector<Bounds3f> boxes;
+  geometry->triangles = make_triangle_store(scene, boxes);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (boxes[i].is_empty()) geometry->left_out.push_back(i);
+  }
+  const int lanes = kernels_for(widest_isa(cpu_isas() & compiled_isas())).lane_count;
+  Result<SpatialIndex> index =
+      build_spatial_index(boxes, geometry->triangles.vertices, options.structure, lanes,
+                          {options.threads, options.is_cancelled});
+  if (!index.is_ok()) return index.status();
+  geometry->index = std::move(*index);
+  geometry->meshes = scene.meshes;
+  geometry->instances = scene.instances;
+  geometry->structure = options.structure;
+  return std::shared_ptr<const Geometry>(std::move(geometry));
+}
+
 Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
                                                            const BuildOptions& options) {
   const std::uint64_t count = scene.triangle_count();
@@ -36,22 +65,14 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
     return Status::resource_exhausted("the scene has " + std::to_string(count) +
                                       " triangles, more than 2^30: split it");
   }
-  auto impl = std::make_unique<PreparedScene::Impl>();
-  std::vector<Bounds3f> boxes;
-  impl->triangles = make_triangle_store(scene, boxes);
-  const int lanes = kernels_for(widest_isa(cpu_isas() & compiled_isas())).lane_count;
-  Result<SpatialIndex> index =
-      build_spatial_index(boxes, impl->triangles.vertices, options.structure, lanes,
-                          {options.threads, options.is_cancelled});
-  if (!index.is_ok()) return index.status();
-  impl->index = std::move(*index);
-  impl->lights = make_light_set(scene, impl->triangles, boxes);
+  auto geometry = build_geometry(scene, options);
+  if (!geometry.is_ok()) return geometry.status();
+  auto impl = std::make_unique<PreparedScene::Impl>(std::move(*geometry));
+  impl->lights = make_light_set(scene, impl->triangles, impl->geometry->left_out);
   impl->features = features_of(scene);
   if (impl->features.has_glossy) AlbedoTable::shared();  // made here, not in the first tile
-  impl->meshes = scene.meshes;
   for (const auto& texture : scene.textures) impl->textures.push_back(make_mip_map(texture));
   impl->materials = scene.materials;
-  impl->instances = scene.instances;
   return std::shared_ptr<const PreparedScene>(std::make_shared<PreparedScene>(std::move(impl)));
 }
 

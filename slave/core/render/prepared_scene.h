@@ -14,10 +14,15 @@
 
 namespace tessera::core {
 
+class PreparedScene;
+
 struct BuildOptions {
   int threads = 1;                                  // at least 1
   const std::atomic<bool>* is_cancelled = nullptr;  // may be null; polled
   Structure structure = Structure::kAuto;           // answers do not depend on it
+  // May be null: another version. Where it has the same meshes, by pointer, in the same places, its
+  // geometry is shared and not built.
+  const PreparedScene* other = nullptr;
 };
 
 class PreparedScene {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "slave/core/accel/spatial_index.h"
@@ -25,15 +26,34 @@ struct SurfaceFeatures {
   bool needs_cones() const { return has_textures || has_programs; }
 };
 
-struct PreparedScene::Impl {
+// What lights and materials do not change: shared with other versions of a scene.
+struct Geometry {
   TriangleStore triangles;
+  std::vector<std::uint64_t> left_out;  // of the index, rising: triangles without area
   SpatialIndex index;
+  // What it was made of:
+  std::vector<std::shared_ptr<const Mesh>> meshes;
+  std::vector<Instance> instances;
+  Structure structure = Structure::kAuto;
+};
+
+struct PreparedScene::Impl {
+  explicit Impl(std::shared_ptr<const Geometry> of)
+      : geometry(std::move(of)),
+        triangles(geometry->triangles),
+        index(geometry->index),
+        meshes(geometry->meshes),
+        instances(geometry->instances) {}
+
+  const std::shared_ptr<const Geometry> geometry;
+  const TriangleStore& triangles;  // of geometry, as the next
+  const SpatialIndex& index;
+  const std::vector<std::shared_ptr<const Mesh>>& meshes;
+  const std::vector<Instance>& instances;
   LightSet lights;
   SurfaceFeatures features;
-  std::vector<std::shared_ptr<const Mesh>> meshes;
   std::vector<MipMap> textures;
   std::vector<Material> materials;
-  std::vector<Instance> instances;
 };
 
 }  // namespace tessera::core

@@ -50,6 +50,21 @@ TEST(FramePacer, MovingFramesComeToTakeTheTimeAskedFor) {
   }
 }
 
+TEST(FramePacer, VplsGoBeforePixelsButNotAll) {
+  FrameSettings wanted = full();
+  wanted.renderer = Renderer::kIgi;
+  wanted.samples_per_pixel = 1;
+  for (const double times : {1.8, 1000.0}) {
+    FramePacer pacer(0.050);
+    pacer.frame_done(wanted, 0.050 * times);
+    pacer.moved(kStart);
+    const FrameSettings s = pacer.settings(wanted, kStart);
+    EXPECT_EQ(s.vpls, times < 2 ? 32 : 16);
+    EXPECT_EQ(s.width_px == wanted.width_px, times < 2);
+    EXPECT_EQ(s.light_samples, wanted.light_samples) << "igi has none";
+  }
+}
+
 TEST(FramePacer, SamplesGoBeforePixels) {
   FramePacer pacer(0.050);
   pacer.frame_done(full(), 0.200);

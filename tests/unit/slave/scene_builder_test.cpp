@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "common/base/bounded_queue.h"
 #include "common/scene/scene.h"
+#include "slave/core/render/prepared_scene_impl.h"
 
 namespace tessera::slave {
 namespace {
@@ -31,6 +33,37 @@ TEST(SceneBuilderTest, RetiredScenesMakeRoomAtOnce) {
   for (std::size_t i = 0; i < SceneBuilder::kQueueMax; ++i) {
     EXPECT_TRUE(builder.try_push({1, version + i, scene})) << i;
   }
+}
+
+// Other lights and materials do not make a slave build its tree again; another place of a mesh does.
+TEST(SceneBuilderTest, WhatDoesNotMoveIsNotBuiltAgain) {
+  BoundedQueue<BuildOutcome> outcomes(4);
+  SceneBuilder builder({1, nullptr, {}},
+                       [&](BuildOutcome outcome) { ASSERT_TRUE(outcomes.try_push(outcome)); });
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+  mesh.triangles = {{0, 1, 2}, {1, 3, 2}};
+  mesh.materials = {0};
+  Scene scene;
+  scene.meshes = {std::make_shared<const Mesh>(mesh)};
+  scene.materials.emplace_back();
+  scene.instances.emplace_back();
+  SceneEncoder encoder;
+  const auto built = [&](SceneVersion version) {
+    EXPECT_TRUE(builder.try_push({1, version, encoder.encode(scene)}));
+    auto outcome = outcomes.pop();
+    EXPECT_TRUE(outcome && outcome->scene.is_ok());
+    return *outcome->scene;
+  };
+  const auto first = built(1);
+  scene.lights.emplace_back();
+  scene.materials[0].emission = {1, 1, 1};
+  const auto lit = built(2);
+  EXPECT_EQ(first->impl().geometry, lit->impl().geometry);
+  EXPECT_EQ(lit->impl().lights.lights.size(), 1u);
+  EXPECT_EQ(lit->impl().lights.emitters.size(), 2u);
+  scene.instances[0].object_to_world.m[0][3] = 1;
+  EXPECT_NE(first->impl().geometry, built(3)->impl().geometry);
 }
 
 }  // namespace
