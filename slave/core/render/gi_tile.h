@@ -13,7 +13,7 @@
 // With several samples per pixel each takes its share of the set (section 9.4): number i of a set
 // goes to sample i modulo their number.
 //
-// Threads. One object per thread; scratch memory, some 2 MB, taken at the first tile.
+// Threads. One object per thread; scratch memory, some megabytes, taken at the first tile.
 #pragma once
 
 #include <atomic>
