@@ -24,12 +24,12 @@ struct Surface {
   const Material* material = nullptr;
 
   // The rest is left as it is here where the scene does not use it (SurfaceFeatures).
-  bool is_front = true;  // the viewer is where the geometric normal of the mesh points
-  Vec3f to_viewer;       // unit; set where any BSDF of the scene is not diffuse
-  float roughness = 1;   // of a glossy one, in [0, 1]
-  float metalness = 0;   // of a glossy one, in [0, 1]
-  std::uint32_t instance = 0;          // set as to_viewer
-  RayCone cone;                        // at the hit
+  bool is_front = true;        // the viewer is where the geometric normal of the mesh points
+  Vec3f to_viewer;             // unit; set where any BSDF of the scene is not diffuse
+  float roughness = 1;         // of a glossy one, in [0, 1]
+  float metalness = 0;         // of a glossy one, in [0, 1]
+  std::uint32_t instance = 0;  // set as to_viewer
+  RayCone cone;                // at the hit
 };
 
 // Mirror and glass scatter into single directions: no light sample can meet them, so paths go
