@@ -75,10 +75,6 @@ inline Vec2f sample_2d(std::uint32_t key, std::uint32_t index) {
           unit_float(sobol2_bits(index) ^ mix_bits(key))};
 }
 
-inline float sample_1d(std::uint32_t key, std::uint32_t index) {
-  return unit_float(van_der_corput_bits(index) ^ key);
-}
-
 // As sample_2d(), the points in another order: for each of several uses of one index.
 inline Vec2f shuffled_2d(std::uint32_t key, std::uint32_t index) {
   return sample_2d(key, shuffled_index(index, hash_combine(key, 0x68bc21ebu)));
