@@ -46,6 +46,16 @@ struct Texture {
   bool operator==(const Texture&) const = default;
 };
 
+// Light from far away, by direction: a latitude-longitude picture. Row 0 looks up, along +y; column 0
+// and the last meet at +z behind, the middle one is -z, and columns rise towards +x. Linear; between
+// texels it is bilinear.
+struct EnvironmentMap {
+  int width_px = 0;
+  int height_px = 0;
+  std::vector<float> rgb;  // [3 * width_px * height_px], radiance
+  bool operator==(const EnvironmentMap&) const = default;
+};
+
 // How a surface scatters light: the BSDF part of a material (slave/core/bsdf).
 enum class BsdfKind : std::uint8_t {
   kDiffuse = 0,  // Lambert: albedo
@@ -60,7 +70,8 @@ struct Material {
   std::string name;
   Vec3f albedo{0.8f, 0.8f, 0.8f};  // in [0, 1]; multiplied by the texture where there is one
   Vec3f emission{0, 0, 0};         // radiance
-  std::uint32_t albedo_texture = kNoTexture;  // index into Scene::textures
+  std::uint32_t albedo_texture = kNoTexture;    // index into Scene::textures, as all textures here
+  std::uint32_t emission_texture = kNoTexture;  // multiplies emission
   BsdfKind bsdf = BsdfKind::kDiffuse;
   // In [0, 1]. Mirror: what it reflects. Glossy: what reflects at normal incidence where it is no
   // metal. Glass: what passes one interface.
@@ -71,6 +82,10 @@ struct Material {
   float ior = 1.5f;  // glass, inside to outside, in [kIorMin, kIorMax]
   // Glossy: multiplies roughness by green and metalness by blue, as in glTF.
   std::uint32_t roughness_metalness_texture = kNoTexture;
+  // Of the shading normal in the frame of the texture coordinates, as in glTF: x along rising u, y
+  // along rising v, each times normal_scale, z outward. Linear.
+  std::uint32_t normal_texture = kNoTexture;
+  float normal_scale = 1;
   SurfaceProgram surface{};  // makes the albedo vary without a texture
   bool operator==(const Material&) const = default;
 };
@@ -99,7 +114,8 @@ struct TESSERA_API Scene {
   std::vector<Material> materials;  // never empty in a valid scene
   std::vector<Instance> instances;
   std::vector<Light> lights;
-  Vec3f environment{0, 0, 0};  // radiance from every direction in which there is nothing
+  Vec3f environment{0, 0, 0};  // radiance from every direction in which there is nothing;
+  std::shared_ptr<const EnvironmentMap> environment_map;  // multiplied by this, where there is one
   std::optional<Camera> camera;
 
   std::uint64_t triangle_count() const;  // flattened over instances

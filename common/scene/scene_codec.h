@@ -1,6 +1,6 @@
 // A scene as content-addressed blocks: what tessera-import hands over, what the master keeps and
-// broadcasts, what slaves cache. A block is one mesh, one texture, or the root (everything small,
-// with meshes and textures by block index). Equal content has equal bytes, hence an equal digest,
+// broadcasts, what slaves cache. A block is one mesh, one texture, the environment map, or the root
+// (everything small, with meshes and textures by block index). Equal content has equal bytes, hence an equal digest,
 // so an update sends only blocks that the receiver lacks.
 //
 // Bytes. Little-endian, arrays length-prefixed by uint64 counts; layout in common/scene/README.md.
@@ -42,7 +42,7 @@ struct EncodedScene {
 // Of the flattened scene, from the blocks' counts alone. Returns: 0 when they cannot be read.
 std::uint64_t triangle_count_of(const EncodedScene& scene);
 
-// Of the texture blocks.
+// Of the blocks of textures and of the environment map.
 std::uint64_t texture_bytes_of(const EncodedScene& scene);
 
 // Encodes meshes and textures; a caller that encodes version after version keeps one SceneEncoder,
@@ -68,6 +68,7 @@ class SceneDecoder {
  private:
   std::unordered_map<Digest, std::weak_ptr<const Mesh>, DigestHash> meshes_;
   std::unordered_map<Digest, std::weak_ptr<const Texture>, DigestHash> textures_;
+  std::unordered_map<Digest, std::weak_ptr<const EnvironmentMap>, DigestHash> environments_;
 };
 
 }  // namespace tessera

@@ -72,12 +72,35 @@ Status validate_texture(const Texture& t, const std::string& name) {
   return Status::ok();
 }
 
+Status validate_environment(const Scene& scene) {
+  if (!is_radiance(scene.environment))
+    return Status::invalid_argument("the environment must be finite and >= 0");
+  if (!scene.environment_map) return Status::ok();
+  const EnvironmentMap& map = *scene.environment_map;
+  if (map.width_px < 1 || map.height_px < 1 || map.width_px > kEnvironmentSideMaxPx ||
+      map.height_px > kEnvironmentSideMaxPx) {
+    return Status::invalid_argument("the environment's sides must be 1 to " +
+                                    std::to_string(kEnvironmentSideMaxPx) + " pixels");
+  }
+  if (map.rgb.size() !=
+      3 * static_cast<std::size_t>(map.width_px) * static_cast<std::size_t>(map.height_px)) {
+    return Status::invalid_argument("the environment's texels do not fit its size");
+  }
+  for (const float x : map.rgb) {
+    if (!(x >= 0 && x <= kEnvironmentRadianceMax))
+      return Status::invalid_argument("the environment's texels must be finite and >= 0");
+  }
+  return Status::ok();
+}
+
 bool is_share(float x) { return x >= 0 && x <= 1; }
 
 Status validate_scattering(const Material& m, const std::string& name) {
   if (m.bsdf > BsdfKind::kGlass) return Status::invalid_argument(name + ": unknown BSDF");
   if (!is_share(m.specular.x) || !is_share(m.specular.y) || !is_share(m.specular.z))
     return Status::invalid_argument(name + ": specular must lie in [0, 1]");
+  if (!std::isfinite(m.normal_scale))
+    return Status::invalid_argument(name + ": the scale of normals must be finite");
   if (!is_share(m.roughness) || !is_share(m.metalness))
     return Status::invalid_argument(name + ": roughness and metalness must lie in [0, 1]");
   if (!(m.ior >= kIorMin && m.ior <= kIorMax))
@@ -97,7 +120,8 @@ Status validate_material(const Material& m, const std::string& name, std::size_t
   }
   if (!is_radiance(m.emission))
     return Status::invalid_argument(name + " '" + m.name + "': emission must be finite and >= 0");
-  for (const std::uint32_t texture : {m.albedo_texture, m.roughness_metalness_texture}) {
+  for (const std::uint32_t texture :
+       {m.albedo_texture, m.emission_texture, m.roughness_metalness_texture, m.normal_texture}) {
     if (texture != kNoTexture && texture >= texture_count) {
       return Status::invalid_argument(name + " '" + m.name + "': texture " +
                                       std::to_string(texture) + " of " +
@@ -121,7 +145,7 @@ Status validate_light(const Light& l, const std::string& name) {
 }
 
 Status validate_counts(const Scene& scene) {
-  if (scene.meshes.size() + scene.textures.size() + 1 > kSceneBlocksMax) {
+  if (scene.meshes.size() + scene.textures.size() + 2 > kSceneBlocksMax) {
     return Status::resource_exhausted("more than " + std::to_string(kSceneBlocksMax) +
                                       " meshes and textures");
   }
@@ -154,8 +178,7 @@ Status validate_scene(const Scene& scene) {
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     TESSERA_RETURN_IF_ERROR(validate_light(scene.lights[i], numbered("light", i)));
   }
-  if (!is_radiance(scene.environment))
-    return Status::invalid_argument("the environment must be finite and >= 0");
+  TESSERA_RETURN_IF_ERROR(validate_environment(scene));
   std::uint64_t triangle_count = 0;
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];

@@ -208,7 +208,8 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->type_name("N");
   add_gi_options(app, o, t);
   app.add_option("--environment", t.environment,
-                 "constant:R,G,B: radiance from where there is nothing (default: the scene's)")
+                 "radiance from where there is nothing: constant:R,G,B, or a latitude-longitude "
+                 "picture, FILE.hdr or FILE.exr (default: the scene's)")
       ->type_name("SKY");
   app.add_option("--seed", o.frame.seed, "of every random choice, 0 to 4294967295")
       ->capture_default_str()

@@ -52,11 +52,18 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
       source.settings_.height_px = size->height_px;
     }
   }
-  auto loaded = load_scene(options.scene, [&](const std::string& text, double fraction) {
+  const auto report = [&](const std::string& text, double fraction) {
     progress.update(text, fraction);
     return !signals.is_signalled();
-  });
+  };
+  auto loaded = load_scene(options.scene, report);
   if (!loaded.is_ok()) return loaded.status();
+  if (!options.environment_file.empty()) {
+    auto sky = load_sky(options.environment_file, report);
+    if (!sky.is_ok()) return sky.status();
+    source.environment_ = Vec3f{1, 1, 1};
+    source.environment_map_ = std::move(*sky);
+  }
   source.loaded_ = std::move(*loaded);
   for (const std::string& warning : source.loaded_.warnings) {
     std::fprintf(stderr, "tessera-master: warning: %s\n", warning.c_str());

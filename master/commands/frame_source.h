@@ -28,6 +28,7 @@ class FrameSource {
   Scene scene_at(double seconds) const {
     Scene scene = loaded_.is_animated ? loaded_.at_time(seconds) : loaded_.scene;
     if (environment_) scene.environment = *environment_;
+    if (environment_) scene.environment_map = environment_map_;
     return scene;
   }
   // Everything but the camera is the same for all frames.
@@ -38,6 +39,7 @@ class FrameSource {
   FrameSettings settings_;
   std::optional<CameraPath> path_;
   std::optional<Vec3f> environment_;
+  std::shared_ptr<const EnvironmentMap> environment_map_;
   double orbit_degrees_ = 0;  // from frame_first_ to frame_last_
   long frame_first_ = 0, frame_last_ = 0;
   Vec3f orbit_centre_;

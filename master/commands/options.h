@@ -25,9 +25,10 @@ struct MasterOptions {
   std::string scene;   // view, render
   std::string output;  // render: -o
   SessionOptions session;
-  double wait_seconds = 0;              // for --slaves; 0: for ever
-  FrameSettings frame;                  // camera not yet resolved
-  std::optional<Vec3f> environment;     // instead of the scene's
+  double wait_seconds = 0;           // for --slaves; 0: for ever
+  FrameSettings frame;               // camera not yet resolved
+  std::optional<Vec3f> environment;  // instead of the scene's, as the next
+  std::string environment_file;
   std::string camera;                   // --camera as given; empty: the scene's
   std::optional<Camera> inline_camera;  // what it says, where it is not a file
   double orbit_degrees = 0;             // render: round the scene, from the first frame to the last

@@ -53,9 +53,13 @@ Status check_camera(MasterOptions& o) {
   return Status::ok();
 }
 
-// "constant:R,G,B"
+// "constant:R,G,B"; the file of a sky is read where the scene is.
 Status check_environment(MasterOptions& o, const TypedOptions& t) {
   if (t.environment.empty()) return Status::ok();
+  if (!t.environment.starts_with("constant:")) {
+    o.environment_file = t.environment;
+    return check_sky_name(t.environment);
+  }
   Vec3f radiance;
   int used = 0;
   const bool is_read = std::sscanf(t.environment.c_str(), "constant:%f,%f,%f%n", &radiance.x,

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <set>
 
 #include "common/base/limits.h"
 #include "common/scene_io/confined_path.h"
@@ -101,24 +100,16 @@ class GltfReader {
     const Vec3f glow = std::isfinite(strength) && strength >= 0
                            ? strength * Vec3f{emission.r, emission.g, emission.b}
                            : Vec3f{};
-    aiString emissive_map;
-    const bool is_emission_textured =
-        source.GetTexture(aiTextureType_EMISSIVE, 0, &emissive_map) == AI_SUCCESS;
-    if (is_finite(glow) && glow.x >= 0 && glow.y >= 0 && glow.z >= 0 && !is_emission_textured)
-      material.emission = glow;
-    if (is_emission_textured) warn_once("emissive textures");
+    if (is_finite(glow) && glow.x >= 0 && glow.y >= 0 && glow.z >= 0) material.emission = glow;
     aiString name;
     if (source.GetTexture(aiTextureType_BASE_COLOR, 0, &name) == AI_SUCCESS ||
         source.GetTexture(aiTextureType_DIFFUSE, 0, &name) == AI_SUCCESS) {
       material.albedo_texture = texture_index(name.C_Str(), true);
     }
+    if (source.GetTexture(aiTextureType_EMISSIVE, 0, &name) == AI_SUCCESS)
+      material.emission_texture = texture_index(name.C_Str(), true);
     set_scattering(source, material);
     scene_.materials.push_back(std::move(material));
-  }
-
-  void warn_once(const std::string& name) {
-    if (missing_.insert(name).second)
-      result_.warnings.push_back(path_ + ": " + name + " are not understood and left out");
   }
 
   // glTF 2.0, section 3.9: metallic-roughness; KHR_materials_transmission makes glass of it where it
@@ -130,7 +121,12 @@ class GltfReader {
       return value >= 0 && value <= 1 ? value : fallback;
     };
     aiString name;
-    if (source.GetTexture(aiTextureType_NORMALS, 0, &name) == AI_SUCCESS) warn_once("normal maps");
+    if (source.GetTexture(aiTextureType_NORMALS, 0, &name) == AI_SUCCESS) {
+      material.normal_texture = texture_index(name.C_Str(), false);
+      float scale = 1;
+      source.Get(AI_MATKEY_GLTF_TEXTURE_SCALE(aiTextureType_NORMALS, 0), scale);
+      material.normal_scale = std::isfinite(scale) ? scale : 1;
+    }
     float ior = 1.5f;
     source.Get(AI_MATKEY_REFRACTI, ior);
     if (!(ior >= kIorMin && ior <= kIorMax)) ior = 1.5f;
@@ -281,7 +277,6 @@ class GltfReader {
   ReadScene result_;
   Scene scene_;
   std::map<std::pair<std::string, bool>, std::uint32_t> textures_;
-  std::set<std::string> missing_;
   std::vector<float> strengths_;
   std::map<std::string, Transform> nodes_;
   std::uint64_t degenerate_count_ = 0;

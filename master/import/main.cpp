@@ -62,6 +62,17 @@ void limit_self(std::uint64_t memory_mb, std::uint64_t cpu_seconds) {
   if (unshare(CLONE_NEWNET) != 0) errno = 0;  // needs rights; the readers open no sockets anyway
 }
 
+// A scene of nothing but a sky.
+Result<tessera::ReadScene> read_sky(const std::string& path) {
+  auto map = tessera::import::read_environment_file(path);
+  if (!map.is_ok()) return map.status();
+  tessera::ReadScene read;
+  read.scene.materials.emplace_back();
+  read.scene.environment = {1, 1, 1};
+  read.scene.environment_map = std::move(*map);
+  return read;
+}
+
 Result<tessera::ReadScene> read_file(const std::string& path) {
   const std::filesystem::path file(path);
   const std::string suffix = tessera::suffix_of(path);
@@ -72,8 +83,9 @@ Result<tessera::ReadScene> read_file(const std::string& path) {
   }
   if (suffix == ".ply") return tessera::read_ply(path);
   if (suffix == ".gltf" || suffix == ".glb") return tessera::import::read_gltf(path);
+  if (suffix == ".hdr" || suffix == ".exr") return read_sky(path);
   return Status::invalid_argument(path + ": unknown suffix '" + suffix +
-                                  "'; known are .obj, .ply, .gltf, .glb");
+                                  "'; known are .obj, .ply, .gltf, .glb, and .hdr, .exr for a sky");
 }
 
 int import_file(const std::string& path) {
@@ -102,8 +114,8 @@ int import_file(const std::string& path) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Reads one scene file (.obj .ply .gltf .glb) and writes it as scene blocks to standard "
-      "output.",
+      "Reads one scene file (.obj .ply .gltf .glb), or a sky (.hdr .exr), and writes it as scene "
+      "blocks to standard output.",
       "tessera-import");
   app.set_version_flag("--version", std::string("tessera-import ") + tessera::kBuildId);
   std::string path;

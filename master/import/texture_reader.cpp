@@ -48,6 +48,27 @@ Result<std::shared_ptr<const Texture>> read_texture_file(const std::string& fold
   return decode(*input);
 }
 
+Result<std::shared_ptr<const EnvironmentMap>> read_environment_file(const std::string& path) {
+  auto input = OIIO::ImageInput::open(path);
+  if (!input) return Status::data_loss(path + ": cannot be read: " + OIIO::geterror());
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.width < 1 || spec.height < 1 || spec.width > kEnvironmentSideMaxPx ||
+      spec.height > kEnvironmentSideMaxPx || spec.depth > 1) {
+    return Status::resource_exhausted(path + ": its sides must be 1 to " +
+                                      std::to_string(kEnvironmentSideMaxPx) +
+                                      " pixels; make it smaller");
+  }
+  if (spec.nchannels < 3) return Status::data_loss(path + ": has no red, green and blue channels");
+  auto map = std::make_shared<EnvironmentMap>();
+  map->width_px = spec.width;
+  map->height_px = spec.height;
+  map->rgb.resize(3 * static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height));
+  if (!input->read_image(0, 0, 0, 3, OIIO::TypeDesc::FLOAT, map->rgb.data()))
+    return Status::data_loss(path + ": is damaged: " + input->geterror());
+  for (float& x : map->rgb) x = x < 0 ? 0 : x;  // what filters overshoot; NaN stays, and is refused
+  return std::shared_ptr<const EnvironmentMap>(std::move(map));
+}
+
 Result<std::shared_ptr<const Texture>> read_texture_bytes(std::span<const std::byte> bytes,
                                                           const std::string& hint) {
   OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(bytes.data()), bytes.size());

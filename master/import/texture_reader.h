@@ -21,4 +21,8 @@ Result<std::shared_ptr<const Texture>> read_texture_file(const std::string& fold
 Result<std::shared_ptr<const Texture>> read_texture_bytes(std::span<const std::byte> bytes,
                                                           const std::string& hint);
 
+// A latitude-longitude picture of any format, .hdr and .exr first of all; what is below zero there
+// becomes zero. Not confined to a folder. Returns: why it cannot be read.
+Result<std::shared_ptr<const EnvironmentMap>> read_environment_file(const std::string& path);
+
 }  // namespace tessera::import

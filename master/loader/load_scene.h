@@ -34,6 +34,14 @@ using LoadProgress = std::function<bool(const std::string& text, double fraction
 // and line), kResourceExhausted (limits), kDataLoss, kCancelled (progress said so).
 Result<LoadedScene> load_scene(const std::string& scene_argument, const LoadProgress& progress);
 
+// Whether this can name the picture of a sky. Returns: kInvalidArgument, about --environment.
+Status check_sky_name(const std::string& path);
+
+// A latitude-longitude picture of what surrounds the scene; read as scenes are, in a process of its
+// own. Returns: as load_scene().
+Result<std::shared_ptr<const EnvironmentMap>> load_sky(const std::string& path,
+                                                       const LoadProgress& progress);
+
 // Built-in scenes; builtin.cpp.
 std::vector<std::string> builtin_names();
 Result<LoadedScene> make_builtin(const std::string& name);

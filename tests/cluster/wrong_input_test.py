@@ -63,6 +63,12 @@ USAGE = [
     ("-o out-%s.png", 2, ["%"]),
     ("-o out-%04d-%04d.png --frames 0:1", 2, ["%"]),
     ("--stats no-such-folder/s.jsonl", 1, ["no-such-folder"]),
+    ("--environment nonsense", 2, ["nonsense", ".hdr", "constant:"]),
+    ("--environment constant:1,1", 2, ["constant:1,1"]),
+    ("--environment missing.hdr", 1, ["missing.hdr"]),
+    ("--environment empty.hdr", 1, ["empty.hdr", "empty"]),
+    ("--environment malformed.hdr", 1, ["malformed.hdr"]),
+    ("--environment malformed.exr", 1, ["malformed.exr"]),
     ("builtin:nonsense", 2, ["nonsense"]),
     ("missing.obj", 1, ["missing.obj"]),
     ("folder.obj", 1, ["folder.obj"]),
@@ -106,7 +112,8 @@ OTHERS = [
 
 def write_files(folder):
     texts = {
-        "scene.xyz": "x", "empty.obj": "", "empty.ply": "", "empty.glb": "",
+        "scene.xyz": "x", "empty.obj": "", "empty.ply": "", "empty.glb": "", "empty.hdr": "",
+        "malformed.hdr": "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 4\nx", "malformed.exr": "x",
         "malformed.obj": QUAD + "f 1 2\nf x y z\n",
         "range.obj": QUAD + "f 1 2 9\n",
         "nan.obj": QUAD.replace("1 1 0", "nan 1 0") + "f 1 2 3\n",

@@ -30,6 +30,8 @@ inline Scene make_small_scene() {
   scene.materials[1].emission = {5, 4, 3};
   Material& rich_material = scene.materials[2];
   rich_material.albedo_texture = rich_material.roughness_metalness_texture = 0;
+  rich_material.emission_texture = rich_material.normal_texture = 0;
+  rich_material.normal_scale = 0.75f;
   rich_material.bsdf = BsdfKind::kGlossy;
   rich_material.specular = {0.5f, 0.25f, 0.125f};
   rich_material.roughness = 0.3f;
@@ -42,6 +44,12 @@ inline Scene make_small_scene() {
   scene.lights = {{LightKind::kPoint, {1, 2, 3}, {0, -1, 0}, {10, 10, 10}, 1, 0},
                   {LightKind::kSpot, {0, 3, 0}, {0, -1, 0}, {5, 5, 5}, 0.9f, 0.7f},
                   {LightKind::kDirectional, {}, {1, -1, 0}, {1, 1, 0.5f}, 1, 0}};
+  scene.environment = {0.5f, 1, 2};
+  auto sky = std::make_shared<EnvironmentMap>();
+  sky->width_px = 2;
+  sky->height_px = 1;
+  sky->rgb = {0, 0.25f, 1, 3, 2, 1e5f};
+  scene.environment_map = sky;
   scene.camera = Camera{{0, 1, 6}, {0, 0.5f, 0}, {0, 1, 0}, 40};
   return scene;
 }

@@ -131,6 +131,14 @@ void place(Mesh& mesh, float scale, Vec3f offset) {
   for (Vec3f& p : mesh.positions) p = p * scale + offset;
 }
 
+void add_quad(Mesh& mesh, Vec3f a, Vec3f b, Vec3f c, std::uint32_t material) {
+  const auto n = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), {a, a + b, a + b + c, a + c});
+  mesh.triangles.push_back({n, n + 1, n + 2});
+  mesh.triangles.push_back({n, n + 2, n + 3});
+  mesh.materials.insert(mesh.materials.end(), 2, material);
+}
+
 Scene make_scene(Mesh mesh) {
   Scene scene;
   scene.meshes.push_back(std::make_shared<const Mesh>(std::move(mesh)));

@@ -24,6 +24,8 @@ void place(Mesh& mesh, float scale, Vec3f offset);
 
 // One mesh, one instance, one grey material.
 Scene make_scene(Mesh mesh);
+// Adds a parallelogram a, a + b, a + b + c, a + c; its normal is along b x c.
+void add_quad(Mesh& mesh, Vec3f a, Vec3f b, Vec3f c, std::uint32_t material);
 
 // A room with every feature: texture, smooth normals, all kinds of lights, an emitter, a sky,
 // instances.

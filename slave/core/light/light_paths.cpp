@@ -81,7 +81,7 @@ LightPaths::Shares LightPaths::shares(bool has_each) const {
                                                               : 4 * kPi;
     power.push_back(has_each ? shed * luminance(light.intensity) : 0);
   }
-  power.push_back(lights_.has_environment ? 4 * kPi * disk * luminance(lights_.environment) : 0);
+  power.push_back(disk * sky_power());
   for (const double p : power) result.total += p;
   double sum = 0;
   for (const double p : power) {
@@ -94,6 +94,20 @@ LightPaths::Shares LightPaths::shares(bool has_each) const {
     if (power[i] > 0) break;
   }
   return result;
+}
+
+// By area that faces it.
+double LightPaths::sky_power() const {
+  if (!lights_.has_environment) return 0;
+  const double brightness = luminance(lights_.environment);
+  return brightness * (lights_.sky_map ? lights_.sky_map->power() : 4 * kPi);
+}
+
+// Where light from the sky comes from, and what it brings to a surface that faces it.
+LightPaths::FromSky LightPaths::from_sky(Vec2f x) const {
+  if (!lights_.sky_map) return {in_cone({0, 0, 1}, 2, x), lights_.environment * (4 * kPi)};
+  const SkyMap::Sample s = lights_.sky_map->sample(x);
+  return {-s.direction, lights_.environment * s.radiance * s.angle};
 }
 
 LightPaths::Pick LightPaths::pick(const Shares& shares, Vec2f x) {
@@ -119,12 +133,12 @@ LightPoint LightPaths::place(Vec2f x) const {
   if (p.source == 0) {
     float rest = p.rest.x;
     const Emitter& e = lights_.pick(rest, rest);
-    const SurfacePoint at = point_on(e, {rest, p.rest.y});
+    const EmitterPoint on = point_on(lights_, e, {rest, p.rest.y});
     LightPoint point{};
     point.kind = LightPointKind::kEmitter;
-    put(point.position, at.point + e.normal * at.offset);
+    put(point.position, on.at.point + e.normal * on.at.offset);
     put(point.normal, e.normal);
-    put(point.rgb, e.emission * (e.area / (e.share * p.chance)));
+    put(point.rgb, on.emission * (e.area / (e.share * p.chance)));
     return point;
   }
   if (p.source <= lights_.lights.size()) {
@@ -134,8 +148,9 @@ LightPoint LightPaths::place(Vec2f x) const {
   }
   LightPoint sky{};
   sky.kind = LightPointKind::kFar;
-  put(sky.normal, in_cone({0, 0, 1}, 2, p.rest));
-  put(sky.rgb, lights_.environment * (4 * kPi / p.chance));
+  const FromSky from = from_sky(p.rest);
+  put(sky.normal, from.way);
+  put(sky.rgb, from.irradiance * (1 / p.chance));
   return sky;
 }
 
@@ -144,16 +159,16 @@ std::optional<LightRay> LightPaths::ray(Vec2f x, Vec2f direction) const {
   if (p.source == 0) {
     float rest = p.rest.x;
     const Emitter& e = lights_.pick(rest, rest);
-    const SurfacePoint at = point_on(e, {rest, p.rest.y});
+    const EmitterPoint on = point_on(lights_, e, {rest, p.rest.y});
     const Vec3f d = cosine_direction(e.normal, direction);
     if (!(dot(d, e.normal) > 0)) return std::nullopt;
-    return LightRay{at.point + e.normal * at.offset, d,
-                    e.emission * (kPi * e.area / (e.share * p.chance))};
+    return LightRay{on.at.point + e.normal * on.at.offset, d,
+                    on.emission * (kPi * e.area / (e.share * p.chance))};
   }
   if (p.source > lights_.lights.size()) {
-    const Vec3f d = in_cone({0, 0, 1}, 2, p.rest);
+    const FromSky from = from_sky(p.rest);
     const float disk = kPi * radius_ * radius_;
-    return LightRay{on_disk(d, direction), d, lights_.environment * (4 * kPi * disk / p.chance)};
+    return LightRay{on_disk(from.way, direction), from.way, from.irradiance * (disk / p.chance)};
   }
   const Light& light = lights_.lights[p.source - 1];
   if (light.kind == LightKind::kDirectional) {

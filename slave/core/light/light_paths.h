@@ -58,6 +58,12 @@ class LightPaths {
   };
   Shares shares(bool has_each) const;
   static Pick pick(const Shares& shares, Vec2f x);
+  struct FromSky {
+    Vec3f way;  // of the light, unit
+    Vec3f irradiance;
+  };
+  double sky_power() const;
+  FromSky from_sky(Vec2f x) const;
   Vec3f on_disk(Vec3f direction, Vec2f square) const;
 
   const LightSet& lights_;

@@ -18,11 +18,17 @@ inline float spot_falloff(const Light& light, float cosine) {
   return x * x * (3 - 2 * x);
 }
 
+struct EmitterPoint {
+  SurfacePoint at;
+  Vec3f emission;
+};
+
 // Uniform on the triangle (Osada et al., "Shape distributions", 2002, section 4.2); keeps strata.
-inline SurfacePoint point_on(const Emitter& emitter, Vec2f square) {
+inline EmitterPoint point_on(const LightSet& lights, const Emitter& emitter, Vec2f square) {
   const float root = std::sqrt(square.x);
-  return surface_point(emitter.a, emitter.edge_b, emitter.edge_c, emitter.normal,
-                       root * (1 - square.y), root * square.y);
+  const float u = root * (1 - square.y), v = root * square.y;
+  return {surface_point(emitter.a, emitter.edge_b, emitter.edge_c, emitter.normal, u, v),
+          lights.emission_at(emitter, u, v)};
 }
 
 }  // namespace tessera::core

@@ -1,22 +1,69 @@
 #include "slave/core/light/light_set.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/math/rounding.h"
 
 namespace tessera::core {
 namespace {
 
+// About the mean of what a triangle shows of a map: over the texels of the box around it, and those
+// that bilinear lookups reach, in a level where they are few. Zero only where all of them are.
+Vec3f mean_over(const MipMap& map, const EmitterTexture& at) {
+  const float left = std::min({at.uv_a.x, at.uv_b.x, at.uv_c.x});
+  const float width = std::max({at.uv_a.x, at.uv_b.x, at.uv_c.x}) - left;
+  const float low = std::min({at.uv_a.y, at.uv_b.y, at.uv_c.y});
+  const float height = std::max({at.uv_a.y, at.uv_b.y, at.uv_c.y}) - low;
+  static constexpr float kTexelsMax = 4;
+  std::size_t level = 0;
+  const auto texture = [&]() -> const Texture& {
+    return level == 0 ? *map.base : map.levels[level - 1];
+  };
+  while (level < map.levels.size() &&
+         !(width * static_cast<float>(texture().width_px) <= kTexelsMax &&
+           height * static_cast<float>(texture().height_px) <= kTexelsMax))
+    ++level;
+  // A box of more than the whole picture is the last level's one texel.
+  const auto count_of = [](float extent, int texels) {
+    return static_cast<int>(std::min(extent * static_cast<float>(texels), kTexelsMax)) + 2;
+  };
+  const int columns = count_of(width, texture().width_px);
+  const int rows = count_of(height, texture().height_px);
+  Vec3f sum;
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      const float u = left + width * static_cast<float>(x) / static_cast<float>(columns - 1);
+      const float v = low + height * static_cast<float>(y) / static_cast<float>(rows - 1);
+      sum = sum + sample_texture(texture(), {u, v});
+    }
+  }
+  return sum * (1 / static_cast<float>(columns * rows));
+}
+
+// Returns: false when the triangle sheds no light.
+bool add_texture(const Mesh& mesh, std::size_t triangle, std::shared_ptr<const MipMap> map,
+                 Emitter& e, LightSet& set) {
+  const auto& t = mesh.triangles[triangle];
+  EmitterTexture at{mesh.uvs[t[0]], mesh.uvs[t[1]], mesh.uvs[t[2]], e.emission, std::move(map)};
+  e.emission = e.emission * mean_over(*at.map, at);
+  if (is_black(e.emission)) return false;
+  e.texture = static_cast<std::int32_t>(set.emitter_textures.size());
+  set.emitter_textures.push_back(std::move(at));
+  return true;
+}
+
 void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
                   const TriangleStore& triangles, std::span<const std::uint64_t> left_out,
-                  std::vector<Emitter>& out) {
+                  std::span<const std::shared_ptr<const MipMap>> textures, LightSet& set) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const std::uint32_t material =
-        mesh.materials.size() == 1 ? mesh.materials[0] : mesh.materials[i];
-    const Vec3f emission = scene.materials[material].emission;
-    if (is_black(emission) || std::binary_search(left_out.begin(), left_out.end(), first + i))
+    const Material& material =
+        scene.materials[mesh.materials.size() == 1 ? mesh.materials[0] : mesh.materials[i]];
+    if (is_black(material.emission) ||
+        std::binary_search(left_out.begin(), left_out.end(), first + i))
       continue;
     Emitter e;
+    e.triangle = static_cast<std::uint32_t>(first + i);
     e.a = triangles.vertex(first + i, 0);
     e.edge_b = triangles.vertex(first + i, 1) - e.a;
     e.edge_c = triangles.vertex(first + i, 2) - e.a;
@@ -26,8 +73,11 @@ void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
       continue;  // too small for float32: sheds no light that could be measured
     e.normal = normal * (1 / twice_area);
     e.area = twice_area / 2;
-    e.emission = emission;
-    out.push_back(e);
+    e.emission = material.emission;
+    if (material.emission_texture != kNoTexture && !mesh.uvs.empty() &&
+        !add_texture(mesh, i, textures[material.emission_texture], e, set))
+      continue;
+    set.emitters.push_back(e);
   }
 }
 
@@ -35,10 +85,11 @@ void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
 double luminance(Vec3f c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
 void share_out(LightSet& set) {
-  for (const Emitter& e : set.emitters) set.power += luminance(e.emission) * e.area;
+  double power = 0;
+  for (const Emitter& e : set.emitters) power += luminance(e.emission) * e.area;
   double sum = 0;
   for (const Emitter& e : set.emitters) {
-    sum += luminance(e.emission) * e.area / set.power;
+    sum += luminance(e.emission) * e.area / power;
     set.cumulative.push_back(static_cast<float>(sum));
   }
   set.cumulative.back() = 1;
@@ -48,6 +99,19 @@ void share_out(LightSet& set) {
     set.emitters[i].share = set.cumulative[i] - below;
     below = set.cumulative[i];
   }
+}
+
+void set_environment(const Scene& scene, const LightSet* other, LightSet& set) {
+  set.environment = scene.environment;
+  set.has_environment = !is_black(scene.environment);
+  if (!scene.environment_map || !set.has_environment) return;
+  const bool is_known =
+      other != nullptr && other->sky_map && other->sky_map->map() == scene.environment_map;
+  set.sky_map = is_known ? other->sky_map : std::make_shared<const SkyMap>(scene.environment_map);
+  if (set.sky_map->power() > 0) return;
+  set.sky_map = nullptr;  // a black one
+  set.environment = {};
+  set.has_environment = false;
 }
 
 }  // namespace
@@ -61,23 +125,35 @@ const Emitter& LightSet::pick(float x, float& rest) const {
   return e;
 }
 
-float LightSet::density_by_area(Vec3f emission, float area, bool is_picked) const {
-  return is_picked ? static_cast<float>(luminance(emission) / power) : 1 / area;
+Vec3f LightSet::emission_at(const Emitter& emitter, float u, float v) const {
+  if (emitter.texture < 0) return emitter.emission;
+  const EmitterTexture& t = emitter_textures[static_cast<std::size_t>(emitter.texture)];
+  const float w = 1 - u - v;
+  return t.emission * sample_texture(*t.map->base, {t.uv_a.x * w + t.uv_b.x * u + t.uv_c.x * v,
+                                                    t.uv_a.y * w + t.uv_b.y * u + t.uv_c.y * v});
+}
+
+const Emitter* LightSet::emitter_of(std::uint32_t triangle) const {
+  const auto it =
+      std::lower_bound(emitters.begin(), emitters.end(), triangle,
+                       [](const Emitter& e, std::uint32_t wanted) { return e.triangle < wanted; });
+  return it != emitters.end() && it->triangle == triangle ? &*it : nullptr;
 }
 
 LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
-                        std::span<const std::uint64_t> left_out) {
+                        std::span<const std::uint64_t> left_out,
+                        std::span<const std::shared_ptr<const MipMap>> textures,
+                        const LightSet* other) {
   LightSet set;
   set.lights = scene.lights;
-  set.environment = scene.environment;
-  set.has_environment = !is_black(scene.environment);
+  set_environment(scene, other, set);
   for (Light& light : set.lights) light.direction = normalize(light.direction);
   bool has_emission = false;
   for (const Material& material : scene.materials) has_emission |= !is_black(material.emission);
   if (!has_emission) return set;
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     add_emitters(*scene.meshes[scene.instances[i].mesh], scene, triangles.instance_first[i],
-                 triangles, left_out, set.emitters);
+                 triangles, left_out, textures, set);
   }
   if (!set.emitters.empty()) share_out(set);
   return set;

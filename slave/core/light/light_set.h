@@ -4,11 +4,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "common/scene/scene.h"
 #include "slave/core/geometry/triangle_store.h"
+#include "slave/core/light/sky_map.h"
+#include "slave/core/surface/texture.h"
 
 namespace tessera::core {
 
@@ -22,32 +25,52 @@ inline bool is_black(Vec3f c) { return !(c.x > 0 || c.y > 0 || c.z > 0); }
 struct Emitter {
   Vec3f a, edge_b, edge_c;  // A, B - A, C - A, world units
   Vec3f normal;             // unit, along (B - A) x (C - A): the side that emits
-  Vec3f emission;           // radiance
+  Vec3f emission;           // radiance; where a texture varies it, about its mean
   float area = 0;           // greater than 0
   float share = 1;          // chance to be picked, by power
+  std::uint32_t triangle = 0;
+  std::int32_t texture = -1;  // index into LightSet::emitter_textures, or none
+};
+
+struct EmitterTexture {
+  Vec2f uv_a, uv_b, uv_c;
+  Vec3f emission;  // multiplied by the map's
+  std::shared_ptr<const MipMap> map;
 };
 
 struct LightSet {
-  std::vector<Light> lights;  // direction normalised
-  std::vector<Emitter> emitters;
-  std::vector<float> cumulative;  // [emitter_count], of the shares; ends at 1
-  Vec3f environment;              // radiance
-  double power = 0;               // luminance times area of all emitters
+  std::vector<Light> lights;      // direction normalised
+  std::vector<Emitter> emitters;  // by rising triangle
+  std::vector<EmitterTexture> emitter_textures;
+  std::vector<float> cumulative;          // [emitter_count], of the shares; ends at 1
+  Vec3f environment;                      // radiance, or what multiplies the map's
+  std::shared_ptr<const SkyMap> sky_map;  // null: the same light from everywhere
   bool has_environment = false;
 
   bool is_empty() const { return lights.empty() && emitters.empty() && !has_environment; }
+  // What there is to see where nothing is.
+  Vec3f sky(Vec3f direction) const {
+    return sky_map ? environment * sky_map->radiance(direction) : environment;
+  }
+  // The same light from everywhere is left to rays that surfaces scatter; a map's is sampled.
+  bool has_even_sky() const { return has_environment && !sky_map; }
   bool is_shared_out() const { return emitters.size() > kEmittersEachMax; }
   // Requires: there are emitters; 0 <= x < 1.
   // rest: what of x is still free, in [0, 1): for a place on the emitter, since another dimension
   // of the same sample need not be independent of x. May be x itself.
   const Emitter& pick(float x, float& rest) const;
-  // By area, with which one sample finds a point of an emitter: of one that pick() has chosen, or of
-  // this one by itself.
-  float density_by_area(Vec3f emission, float area, bool is_picked) const;
+  // Radiance at point A + u (B - A) + v (C - A) of an emitter.
+  Vec3f emission_at(const Emitter& emitter, float u, float v) const;
+  // Null: that triangle's light is left to rays that meet it.
+  const Emitter* emitter_of(std::uint32_t triangle) const;
 };
 
 // left_out: numbers of triangles that stayed out of the tree, rising; they do not emit.
+// textures: of the scene, by index.
+// other: of another version of the scene, whose sky map is shared if it is the same; may be null.
 LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
-                        std::span<const std::uint64_t> left_out);
+                        std::span<const std::uint64_t> left_out,
+                        std::span<const std::shared_ptr<const MipMap>> textures,
+                        const LightSet* other);
 
 }  // namespace tessera::core

@@ -26,12 +26,17 @@ float cosine_at(const Surface& s, Vec3f to_light) {
   return c > 0 ? c : 0;
 }
 
-// What the surface sends to the pixel of light from there, times pi. `light_density()`: by solid
-// angle with which the light was sampled, or 0 where no ray of the BSDF's own can find it; diffuse
-// surfaces do not ask.
+// What the surface sends to the pixel of light from there, times pi, by its share of two ways to find
+// it (the balance heuristic). `light_density()`: by solid angle with which the light was sampled, or
+// 0 where no ray of the BSDF's own can find it. `is_alone`: no such rays leave diffuse surfaces.
 template <class LightDensity>
-Vec3f response_of(const Surface& s, Vec3f to_light, LightDensity light_density) {
-  if (s.bsdf == BsdfKind::kDiffuse) return s.albedo * s.weight;
+Vec3f response_of(const Surface& s, Vec3f to_light, bool is_alone, LightDensity light_density) {
+  if (s.bsdf == BsdfKind::kDiffuse) {
+    const Vec3f whole = s.albedo * s.weight;
+    const float light = is_alone ? 0 : light_density();
+    if (!(light > 0)) return whole;
+    return whole * (light / (light + dot(s.shading_normal, to_light) * kInvPi));
+  }
   const BsdfValue value = evaluate(s, s.to_viewer, to_light);
   const float light = light_density();
   const float share = light > 0 ? light / (light + value.density) : 1;
@@ -67,8 +72,10 @@ void DirectLight::begin(const PreparedScene::Impl& scene, const SceneTracer& tra
   scene_ = &scene;
   tracer_ = &tracer;
   light_samples_ = kind == Kind::kWhole ? light_samples : 1;
+  is_alone_ = kind == Kind::kWhole;
   picks_emitters_ = kind == Kind::kPartOfPath || scene.lights.is_shared_out();
-  samples_environment_ = kind == Kind::kWhole && scene.lights.has_environment;
+  samples_environment_ =
+      scene.lights.has_environment && (kind == Kind::kWhole || scene.lights.sky_map);
   samples_glossy_ = kind == Kind::kWhole && scene.features.has_glossy &&
                     (scene.lights.has_environment || !scene.lights.emitters.empty());
   is_cancelled_ = is_cancelled;
@@ -108,7 +115,7 @@ std::uint64_t DirectLight::add_point(const SurfaceBatch& batch, const Light& lig
     if (light.kind == LightKind::kSpot)
       strength *= spot_falloff(light, -dot(light.direction, to_light));
     rays.contribution[i] =
-        response_of(s, to_light, no_density) * light.intensity * (kInvPi * strength);
+        response_of(s, to_light, true, no_density) * light.intensity * (kInvPi * strength);
     if (!is_usable(rays.contribution[i])) continue;
     rays.add(i, s.point + s.normal * (s.offset + gamma(2) * distance) - light.position);
   }
@@ -173,8 +180,8 @@ std::uint64_t DirectLight::add_directional(const SurfaceBatch& batch, const Ligh
   }
   for (int i = 0; i < batch.count; ++i) {
     const Surface& s = batch.surface[i];
-    rays.contribution[i] =
-        response_of(s, to_light, no_density) * light.intensity * (kInvPi * cosine_at(s, to_light));
+    rays.contribution[i] = response_of(s, to_light, true, no_density) * light.intensity *
+                           (kInvPi * cosine_at(s, to_light));
     rays.is_active[i] = is_usable(rays.contribution[i]);
     if (!rays.is_active[i]) continue;
     rays.start[i] = s.point + s.normal * s.offset;
@@ -208,12 +215,14 @@ std::uint64_t DirectLight::add_emitters(const SurfaceBatch& batch, Vec3f* radian
   return count;
 }
 
-// Of diffuse surfaces. Directions of density cosine / pi leave the albedo as the weight of what they
-// meet. One that an
-// interpolated normal has put below the surface sees nothing.
+// An even sky is for diffuse surfaces: directions of density cosine / pi leave the albedo as the
+// weight of what they meet. One that an interpolated normal has put below the surface sees nothing.
+// A map is sampled for all.
 std::uint64_t DirectLight::add_environment(const SurfaceBatch& batch, Vec3f* radiance) {
   ShadowRays& rays = *rays_;
   const auto samples = static_cast<std::uint32_t>(light_samples_);
+  const bool has_map = scene_->lights.sky_map != nullptr;
+  const float each = 1 / static_cast<float>(light_samples_);
   rays.t_max = std::numeric_limits<float>::infinity();
   std::uint64_t count = 0;
   for (std::uint32_t j = 0; j < samples && !is_over(); ++j) {
@@ -221,12 +230,12 @@ std::uint64_t DirectLight::add_environment(const SurfaceBatch& batch, Vec3f* rad
     for (int i = 0; i < batch.count; ++i) {
       const Surface& s = batch.surface[i];
       rays.is_active[i] = false;
-      if (s.bsdf != BsdfKind::kDiffuse) continue;
+      if (!has_map && s.bsdf != BsdfKind::kDiffuse) continue;
       const Vec2f x = shuffled_2d(hash_combine(batch.key[i], kEnvironmentDimension),
                                   batch.sample_index * samples + j);
-      rays.direction[i] = cosine_direction(s.shading_normal, x);
-      rays.contribution[i] = s.albedo * s.weight * scene_->lights.environment *
-                             (1 / static_cast<float>(light_samples_));
+      rays.contribution[i] =
+          (has_map ? map_sample(s, x, rays.direction[i]) : even_sample(s, x, rays.direction[i])) *
+          each;
       rays.is_active[i] = dot(s.normal, rays.direction[i]) > 0 && is_usable(rays.contribution[i]);
       if (!rays.is_active[i]) continue;
       rays.start[i] = s.point + s.normal * s.offset;
@@ -238,6 +247,20 @@ std::uint64_t DirectLight::add_environment(const SurfaceBatch& batch, Vec3f* rad
   return count;
 }
 
+Vec3f DirectLight::even_sample(const Surface& s, Vec2f square, Vec3f& to_sky) const {
+  to_sky = cosine_direction(s.shading_normal, square);
+  return s.albedo * s.weight * scene_->lights.environment;
+}
+
+Vec3f DirectLight::map_sample(const Surface& s, Vec2f square, Vec3f& to_sky) const {
+  const SkyMap::Sample sky = scene_->lights.sky_map->sample(square);
+  to_sky = sky.direction;
+  const float strength = cosine_at(s, to_sky) * sky.angle * kInvPi;
+  if (!(strength > 0)) return {};
+  return response_of(s, to_sky, is_alone_, [&] { return 1 / sky.angle; }) * sky.radiance *
+         scene_->lights.environment * strength;
+}
+
 // One sample of an emitter, or of one that is picked, for each surface.
 std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t round,
                                       std::uint32_t sample, Vec3f* radiance) {
@@ -247,7 +270,7 @@ std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t r
     rays.is_active[i] = false;
     Vec2f x = shuffled_2d(hash_combine(batch.key[i], 2 * round), sample);
     const Emitter& emitter = picks_emitters_ ? lights.pick(x.x, x.x) : lights.emitters[round];
-    const SurfacePoint at = point_on(emitter, x);
+    const auto [at, emission] = point_on(lights, emitter, x);
     const Surface& s = batch.surface[i];
     const Vec3f away = at.point - s.point;
     const float distance2 = dot(away, away), distance = std::sqrt(distance2);
@@ -259,12 +282,9 @@ std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t r
     const float chance = picks_emitters_ ? emitter.share : 1;
     const float weight = 1 / (static_cast<float>(light_samples_) * chance);
     const float strength = cosine * cosine_light * emitter.area / distance2;
-    const auto density = [&] {
-      return lights.density_by_area(emitter.emission, emitter.area, picks_emitters_) * distance2 /
-             cosine_light;
-    };
+    const auto density = [&] { return chance / emitter.area * distance2 / cosine_light; };
     rays.contribution[i] =
-        response_of(s, to_light, density) * emitter.emission * (kInvPi * strength * weight);
+        response_of(s, to_light, is_alone_, density) * emission * (kInvPi * strength * weight);
     rays.is_active[i] = is_usable(rays.contribution[i]);
     // The ray ends at a point moved off the emitter as its start is moved off the surface, so that
     // it cannot reach the emitter itself; the direction rounds once per component.

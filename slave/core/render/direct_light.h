@@ -2,7 +2,8 @@
 //
 // Shadow rays are traced in groups that look alike from the light, whatever pixels they belong to.
 // A glossy surface takes what a light sample finds by its share of two densities; the rest of that
-// light comes with the part of longer paths, or with GlossyLight.
+// light comes with the next ray of the path, or with GlossyLight. As a part of paths, so do diffuse
+// surfaces: a lamp next to a corner would else have a variance without bound.
 //
 // Sums run over lights, then emitters, then samples, in that order and per pixel alone: a pixel
 // does not depend on its neighbours.
@@ -25,8 +26,8 @@ class DirectLight {
   DirectLight();
   ~DirectLight();
 
-  // What a part of longer paths needs is one sample of one emitter, picked by power, and not the
-  // environment, which their own rays meet.
+  // What a part of longer paths needs is one sample of one emitter, picked by power, and not an even
+  // sky, which their own rays meet.
   enum class Kind { kWhole, kPartOfPath };
 
   // Keeps references until the next call. Requires: all outlive the calls of add().
@@ -48,6 +49,9 @@ class DirectLight {
   std::uint64_t add_point(const SurfaceBatch& batch, const Light& light, Vec3f* radiance);
   std::uint64_t add_emitters(const SurfaceBatch& batch, Vec3f* radiance);
   std::uint64_t add_environment(const SurfaceBatch& batch, Vec3f* radiance);
+  // What the pixel gets if nothing is in the way.
+  Vec3f even_sample(const Surface& s, Vec2f square, Vec3f& to_sky) const;
+  Vec3f map_sample(const Surface& s, Vec2f square, Vec3f& to_sky) const;
   std::uint64_t add_sample(const SurfaceBatch& batch, std::uint32_t round, std::uint32_t sample,
                            Vec3f* radiance);
   std::uint64_t trace_groups(const SurfaceBatch& batch, Vec3f* radiance);
@@ -56,7 +60,8 @@ class DirectLight {
   const PreparedScene::Impl* scene_ = nullptr;
   const SceneTracer* tracer_ = nullptr;
   int light_samples_ = 1;
-  bool picks_emitters_ = false, samples_environment_ = false, samples_glossy_ = false;
+  bool is_alone_ = true, picks_emitters_ = false, samples_environment_ = false,
+       samples_glossy_ = false;
   const std::atomic<bool>* is_cancelled_ = nullptr;
   std::unique_ptr<ShadowRays> rays_;
   GlossyLight glossy_;

@@ -145,11 +145,12 @@ void GiTile::Scratch::add_hits(const TileRect& region, const TileRect& part, int
     const int x = x_px + column_of(i), y = y_px + row_of(i);
     const int pixel = filter_index(x - region.x_px, y - region.y_px);
     const std::uint32_t triangle = hits.primitive[i];
+    const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
     if (triangle == kNoPrimitive) {
-      for (int c = 0; c < 3; ++c) own[c][pixel] = scene->lights.environment[c];
+      const Vec3f sky = scene->lights.sky(d);
+      for (int c = 0; c < 3; ++c) own[c][pixel] = sky[c];
       continue;
     }
-    const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
     const TriangleStore& t = scene->triangles;
     const Vec2f uv =
         barycentric(eye, d, t.vertex(triangle, 0), t.vertex(triangle, 1), t.vertex(triangle, 2));

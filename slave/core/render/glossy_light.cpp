@@ -52,7 +52,7 @@ void GlossyLight::trace(Vec3f* radiance) {
       const int ray = first + i;
       Vec3f light;
       if (!rays_->meet(*scene_, ray, hits.primitive[i], hits.t[i], met)) {
-        light = rays_->weight[ray] * lights.environment;
+        light = rays_->sky_met(lights, ray);
       } else if (!is_black(met.emission)) {
         light = rays_->emission_met(*scene_, ray, hits.primitive[i], hits.t[i], met,
                                     lights.is_shared_out());

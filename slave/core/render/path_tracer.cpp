@@ -25,11 +25,10 @@ RayCounts PathTracer::add(SurfaceBatch& batch, Vec3f* radiance) {
   counts.shadow += direct_.add(batch, radiance);
   // One ray more than bounces, where rays find light that samples of lights leave to them; of the
   // surfaces that it meets nothing counts but their emission.
-  const bool has_last = scene_->lights.has_environment ||
-                        (!scene_->features.is_diffuse() && !scene_->lights.emitters.empty());
+  const bool has_last = scene_->lights.has_environment || !scene_->lights.emitters.empty();
   const int rays = has_last ? bounces_ + 1 : bounces_;
   for (int depth = 1; depth <= rays && batch.count > 0 && !is_over(); ++depth) {
-    scatter(batch, static_cast<std::uint32_t>(depth), depth > bounces_);
+    scatter(batch, static_cast<std::uint32_t>(depth));
     counts.secondary += follow(batch, radiance);
     if (scene_->features.has_specular) counts.secondary += chain_.follow(batch, radiance);
     if (depth <= bounces_) counts.shadow += direct_.add(batch, radiance);
@@ -37,12 +36,9 @@ RayCounts PathTracer::add(SurfaceBatch& batch, Vec3f* radiance) {
   return counts;
 }
 
-void PathTracer::scatter(const SurfaceBatch& batch, std::uint32_t depth, bool is_last) {
-  const bool is_glossy_alone =
-      is_last && !scene_->lights.has_environment && !scene_->features.has_specular;
+void PathTracer::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
   rays_->clear();
   for (int i = 0; i < batch.count; ++i) {
-    if (is_glossy_alone && batch.surface[i].bsdf != BsdfKind::kGlossy) continue;
     const std::uint32_t key = hash_combine(batch.key[i], kDimensionNextDepth + depth);
     const Vec2f x = shuffled_2d(hash_combine(key, kDimensionScatter), batch.sample_index);
     rays_->add(batch, i, x, key);
@@ -65,10 +61,10 @@ std::uint64_t PathTracer::follow(SurfaceBatch& batch, Vec3f* radiance) {
       Vec3f& sum = radiance[rays.pixel[ray]];
       Surface& s = batch.surface[batch.count];
       if (!rays.meet(*scene_, ray, hits.primitive[i], hits.t[i], s)) {
-        sum = sum + rays.weight[ray] * lights.environment;
+        sum = sum + rays.sky_met(lights, ray);
         continue;
       }
-      if (rays.density[ray] > 0 && !is_black(s.emission))
+      if (!is_black(s.emission))
         sum = sum + rays.emission_met(*scene_, ray, hits.primitive[i], hits.t[i], s, true);
       batch.key[batch.count] = rays.key[ray];
       batch.pixel[batch.count++] = rays.pixel[ray];

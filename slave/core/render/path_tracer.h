@@ -4,10 +4,10 @@
 // BSDF chooses (Kajiya, "The rendering equation", 1986; light samples as in direct_light.h). No path
 // is ended by chance: `bounces` bounds them.
 //
-// Who counts an emitter: at a diffuse surface the light sample alone; at a glossy one both that and
-// the path's own ray, each by its share of their densities (Veach and Guibas, "Optimally combining
-// sampling techniques", 1995, the balance heuristic); behind mirrors and glass the ray alone. Lights
-// without extent are not seen in mirrors and shed nothing through glass: no path finds them there.
+// Who counts an emitter, or the map of a sky: both a light sample and the path's own ray, each by its
+// share of their densities (Veach and Guibas, "Optimally combining sampling techniques", 1995, the
+// balance heuristic); behind mirrors and glass the ray alone. Lights without extent are not seen in
+// mirrors and shed nothing through glass: no path finds them there.
 //
 // Bounces are those of diffuse and glossy surfaces. Mirrors and glass between them have a depth of
 // their own (specular_chain.h).
@@ -43,7 +43,7 @@ class PathTracer {
   bool is_over() const {
     return is_cancelled_ != nullptr && is_cancelled_->load(std::memory_order_relaxed);
   }
-  void scatter(const SurfaceBatch& batch, std::uint32_t depth, bool is_last);
+  void scatter(const SurfaceBatch& batch, std::uint32_t depth);
   std::uint64_t follow(SurfaceBatch& batch, Vec3f* radiance);
 
   const PreparedScene::Impl* scene_ = nullptr;

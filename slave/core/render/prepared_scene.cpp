@@ -3,6 +3,7 @@
 #include <new>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 #include "common/base/check.h"
@@ -19,8 +20,7 @@ SurfaceFeatures features_of(const Scene& scene) {
   SurfaceFeatures features;
   for (const auto& mesh : scene.meshes) features.has_normals |= !mesh->normals.empty();
   for (const Material& material : scene.materials) {
-    features.has_textures |=
-        material.albedo_texture != kNoTexture || material.roughness_metalness_texture != kNoTexture;
+    features.has_textures |= has_texture(material);
     features.has_programs |= material.surface.kind != SurfaceKind::kConstant;
     features.has_glossy |= material.bsdf == BsdfKind::kGlossy;
     features.has_specular |=
@@ -58,6 +58,21 @@ Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
   return std::shared_ptr<const Geometry>(std::move(geometry));
 }
 
+std::vector<std::shared_ptr<const MipMap>> mip_maps_of(const Scene& scene,
+                                                       const PreparedScene::Impl* other) {
+  std::unordered_map<const Texture*, std::shared_ptr<const MipMap>> known;
+  if (other != nullptr) {
+    for (const auto& map : other->textures) known[map->base.get()] = map;
+  }
+  std::vector<std::shared_ptr<const MipMap>> maps;
+  for (const auto& texture : scene.textures) {
+    auto& map = known[texture.get()];
+    if (!map) map = std::make_shared<const MipMap>(make_mip_map(texture));
+    maps.push_back(map);
+  }
+  return maps;
+}
+
 Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
                                                            const BuildOptions& options) {
   const std::uint64_t count = scene.triangle_count();
@@ -68,10 +83,12 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
   auto geometry = build_geometry(scene, options);
   if (!geometry.is_ok()) return geometry.status();
   auto impl = std::make_unique<PreparedScene::Impl>(std::move(*geometry));
-  impl->lights = make_light_set(scene, impl->triangles, impl->geometry->left_out);
+  const PreparedScene::Impl* other = options.other == nullptr ? nullptr : &options.other->impl();
+  impl->textures = mip_maps_of(scene, other);
+  impl->lights = make_light_set(scene, impl->triangles, impl->geometry->left_out, impl->textures,
+                                other == nullptr ? nullptr : &other->lights);
   impl->features = features_of(scene);
   if (impl->features.has_glossy) AlbedoTable::shared();  // made here, not in the first tile
-  for (const auto& texture : scene.textures) impl->textures.push_back(make_mip_map(texture));
   impl->materials = scene.materials;
   return std::shared_ptr<const PreparedScene>(std::make_shared<PreparedScene>(std::move(impl)));
 }
@@ -103,9 +120,10 @@ std::uint64_t PreparedScene::memory_bytes() const {
     bytes += mesh->positions.size() * sizeof(Vec3f) + mesh->normals.size() * sizeof(Vec3f);
     bytes += mesh->uvs.size() * sizeof(Vec2f) + mesh->triangles.size() * 3 * sizeof(std::uint32_t);
   }
-  for (const MipMap& map : impl_->textures) {
-    bytes += map.base->rgba.size();
-    for (const Texture& level : map.levels) bytes += level.rgba.size();
+  if (impl_->lights.sky_map) bytes += impl_->lights.sky_map->memory_bytes();
+  for (const auto& map : impl_->textures) {
+    bytes += map->base->rgba.size();
+    for (const Texture& level : map->levels) bytes += level.rgba.size();
   }
   return bytes;
 }

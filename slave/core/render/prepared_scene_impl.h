@@ -26,6 +26,11 @@ struct SurfaceFeatures {
   bool needs_cones() const { return has_textures || has_programs; }
 };
 
+inline bool has_texture(const Material& m) {
+  return m.albedo_texture != kNoTexture || m.emission_texture != kNoTexture ||
+         m.roughness_metalness_texture != kNoTexture || m.normal_texture != kNoTexture;
+}
+
 // What lights and materials do not change: shared with other versions of a scene.
 struct Geometry {
   TriangleStore triangles;
@@ -52,7 +57,7 @@ struct PreparedScene::Impl {
   const std::vector<Instance>& instances;
   LightSet lights;
   SurfaceFeatures features;
-  std::vector<MipMap> textures;
+  std::vector<std::shared_ptr<const MipMap>> textures;
   std::vector<Material> materials;
 };
 

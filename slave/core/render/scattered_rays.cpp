@@ -9,6 +9,8 @@
 namespace tessera::core {
 namespace {
 
+constexpr float kInvPi = 0.318309886f;
+
 // How much a lobe widens what a pixel sees: a diffuse one by 0.2 for each unit of length, so that
 // textures are looked up in levels that are at hand, and narrower lobes by their alpha's share.
 constexpr float kDiffuseSpread = 0.2f;
@@ -34,7 +36,7 @@ void ScatteredRays::add(const SurfaceBatch& batch, int i, Vec2f square, std::uin
   start[ray] = s.point + s.normal * s.offset;
   direction[ray] = out;
   weight[ray] = reflected;
-  density[ray] = 0;
+  density[ray] = dot(out, s.shading_normal) * kInvPi;
   cone[ray] = s.cone.widened(kDiffuseSpread);
 }
 
@@ -75,13 +77,18 @@ bool ScatteredRays::meet(const PreparedScene::Impl& scene, int i, std::uint32_t 
 
 Vec3f ScatteredRays::emission_met(const PreparedScene::Impl& scene, int i, std::uint32_t triangle,
                                   float t, const Surface& s, bool is_picked) const {
-  const TriangleStore& triangles = scene.triangles;
-  const Vec3f a = triangles.vertex(triangle, 0);
-  const float area =
-      length(cross(triangles.vertex(triangle, 1) - a, triangles.vertex(triangle, 2) - a)) / 2;
-  const float light = scene.lights.density_by_area(s.emission, area, is_picked) * (t * t) /
-                      std::fabs(dot(s.normal, direction[i]));
+  const Emitter* emitter = scene.lights.emitter_of(triangle);
+  const float chance = emitter == nullptr ? 0 : is_picked ? emitter->share : 1;
+  const float area = emitter == nullptr ? 1 : emitter->area;
+  const float light = chance / area * (t * t) / std::fabs(dot(s.normal, direction[i]));
   return weight[i] * s.emission * (density[i] / (density[i] + light));
+}
+
+Vec3f ScatteredRays::sky_met(const LightSet& lights, int i) const {
+  if (!lights.sky_map) return weight[i] * lights.environment;
+  if (!(density[i] > 0)) return {};
+  const float share = density[i] / (density[i] + lights.sky_map->density(direction[i]));
+  return weight[i] * lights.sky(direction[i]) * share;
 }
 
 void ScatteredRays::trace(const SceneTracer& tracer, const int* rays, int n, PacketHits& hits) {

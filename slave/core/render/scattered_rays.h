@@ -17,8 +17,8 @@ struct ScatteredRays {
   int count = 0;
   Vec3f start[kBatchMax], direction[kBatchMax];  // unit
   Vec3f weight[kBatchMax];                       // of what the ray meets, in the pixel
-  // By solid angle, where light samples took their share of what is met; 0 where they took all
-  // (after a diffuse surface) or none (after mirror and glass).
+  // By solid angle, where light samples took their share of what is met; 0 where they took none
+  // (after mirror and glass).
   float density[kBatchMax];
   RayCone cone[kBatchMax];
   int origin[kBatchMax];  // the surface's index in its batch
@@ -39,6 +39,10 @@ struct ScatteredRays {
   // heuristic). `is_picked`: they pick one of all emitters.
   Vec3f emission_met(const PreparedScene::Impl& scene, int i, std::uint32_t triangle, float t,
                      const Surface& s, bool is_picked) const;
+
+  // What ray `i` brings from the sky when it has met nothing, with the same shares. Requires: its
+  // surface was not specular.
+  Vec3f sky_met(const LightSet& lights, int i) const;
 
   // The n rays of these numbers, as one packet. Requires: n <= kPacketRays.
   void trace(const SceneTracer& tracer, const int* rays, int n, PacketHits& hits);

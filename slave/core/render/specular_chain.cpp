@@ -91,7 +91,7 @@ void SpecularChain::trace_packet(SurfaceBatch& batch, const int* numbers, int n,
     Surface& surface = batch.surface[origin];
     if (!scattered.meet(*scene_, ray, hits.primitive[i], hits.t[i], surface)) {
       if (scene_->lights.has_environment)
-        sum = sum + scattered.weight[ray] * scene_->lights.environment;
+        sum = sum + scattered.weight[ray] * scene_->lights.sky(scattered.direction[ray]);
       continue;
     }
     rays.is_gone[origin] = false;

@@ -23,17 +23,14 @@ Vec3f interpolated_normal(const Mesh& mesh, const std::array<std::uint32_t, 3>& 
   return normalize(to_world.is_identity() ? local : to_world.normal(local));
 }
 
-// What shading of a texture or a program needs of a triangle: vertices before the transform.
-struct Corners {
-  Vec3f a, edge_b, edge_c;
-  Vec3f normal;  // of twice the area
+// A hit point of a triangle: what textures and programs need of it.
+struct Place {
+  const Mesh& mesh;
+  const std::array<std::uint32_t, 3>& triangle;
+  Vec3f edge_b, edge_c;  // in the world
+  float twice_area;
+  float u, v;
 };
-
-Corners corners_of(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
-  const Vec3f a = mesh.positions[triangle[0]];
-  const Vec3f edge_b = mesh.positions[triangle[1]] - a, edge_c = mesh.positions[triangle[2]] - a;
-  return {a, edge_b, edge_c, cross(edge_b, edge_c)};
-}
 
 // How wide what the cone sees is on the surface, seen as it stands: the width over the cosine
 // (Akenine-Moeller et al. 2021, section 3); infinite edge-on.
@@ -47,8 +44,8 @@ struct TextureAt {
   float images;  // how many images the footprint is wide, in a square one
 };
 
-TextureAt texture_at(const Mesh& mesh, const std::array<std::uint32_t, 3>& t, float u, float v,
-                     float twice_area, float footprint) {
+TextureAt texture_at(const Place& at, float footprint) {
+  const auto& [mesh, t, edge_b, edge_c, twice_area, u, v] = at;
   const Vec2f p = corner(mesh.uvs, t, 0), q = corner(mesh.uvs, t, 1), r = corner(mesh.uvs, t, 2);
   const float uv_area = std::fabs((q.x - p.x) * (r.y - p.y) - (r.x - p.x) * (q.y - p.y));
   return {{p.x * (1 - u - v) + q.x * u + r.x * v, p.y * (1 - u - v) + q.y * u + r.y * v},
@@ -64,20 +61,64 @@ Vec3f sample_at(const MipMap& map, const TextureAt& at) {
 void apply_textures(const PreparedScene::Impl& scene, const Material& material, const TextureAt& at,
                     Surface& s) {
   if (material.albedo_texture != kNoTexture)
-    s.albedo = s.albedo * sample_at(scene.textures[material.albedo_texture], at);
+    s.albedo = s.albedo * sample_at(*scene.textures[material.albedo_texture], at);
+  if (material.emission_texture != kNoTexture && !is_black(s.emission))
+    s.emission = s.emission * sample_at(*scene.textures[material.emission_texture], at);
   if (material.roughness_metalness_texture != kNoTexture) {
-    const Vec3f factor = sample_at(scene.textures[material.roughness_metalness_texture], at);
+    const Vec3f factor = sample_at(*scene.textures[material.roughness_metalness_texture], at);
     s.roughness *= factor.y;
     s.metalness *= factor.z;
   }
 }
 
-void apply_program(const Material& material, const Corners& c, float u, float v, float twice_area,
-                   float footprint, Surface& s) {
-  const float shrunk = length(c.normal) / twice_area;  // area before the transform to behind
-  const SurfacePlace place{c.a + c.edge_b * u + c.edge_c * v, c.normal,
+// glTF 2.0, section 3.9.3. The tangent is that of the triangle, along which u rises and v does not,
+// made perpendicular to the interpolated normal. One that would turn the surface away from the side
+// that is seen, or of a triangle without area in the texture, stays as it was.
+void apply_normal_map(const PreparedScene::Impl& scene, const Material& material,
+                      const TextureAt& at, const Place& place, Surface& s) {
+  const bool is_front = dot(s.normal, cross(place.edge_b, place.edge_c)) > 0;
+  const Vec3f outward = is_front ? s.shading_normal : -s.shading_normal;
+  const auto& uvs = place.mesh.uvs;
+  const auto uv_to = [&](std::size_t k) {
+    const Vec2f from = corner(uvs, place.triangle, 0), to = corner(uvs, place.triangle, k);
+    return Vec2f{to.x - from.x, to.y - from.y};
+  };
+  const Vec2f uv_b = uv_to(1), uv_c = uv_to(2);
+  const float side = uv_b.x * uv_c.y < uv_c.x * uv_b.y ? -1.0f : 1.0f;
+  const Vec3f along_u = (place.edge_b * uv_c.y - place.edge_c * uv_b.y) * side;
+  const Vec3f along_v = (place.edge_c * uv_b.x - place.edge_b * uv_c.x) * side;
+  const Vec3f tangent = normalize(along_u - outward * dot(outward, along_u));
+  const Vec3f across = cross(outward, tangent);
+  const Vec3f bitangent = across * (dot(across, along_v) < 0 ? -1.0f : 1.0f);
+  const Vec3f t = sample_at(*scene.textures[material.normal_texture], at) * 2 - Vec3f{1, 1, 1};
+  const Vec3f turned = normalize(tangent * (t.x * material.normal_scale) +
+                                 bitangent * (t.y * material.normal_scale) + outward * t.z);
+  const Vec3f seen = is_front ? turned : -turned;
+  if (dot(seen, s.normal) > 0) s.shading_normal = seen;  // not so for NaN either
+}
+
+void apply_program(const Material& material, const Place& at, float footprint, Surface& s) {
+  const auto& [mesh, t, edge_b, edge_c, twice_area, u, v] = at;
+  // Vertices before the transform.
+  const Vec3f a = mesh.positions[t[0]];
+  const Vec3f b = mesh.positions[t[1]] - a, c = mesh.positions[t[2]] - a;
+  const Vec3f normal = cross(b, c);
+  const float shrunk = length(normal) / twice_area;  // area before the transform to behind
+  const SurfacePlace place{a + b * u + c * v, normal,
                            footprint > 0 ? footprint * std::sqrt(shrunk) : 0};
   apply_surface_program(material.surface, place, s);
+}
+
+void apply_patterns(const PreparedScene::Impl& scene, const Place& place, Vec3f to_surface,
+                    Surface& s) {
+  const Material& material = *s.material;
+  const float footprint = s.cone.width > 0 ? footprint_of(s, to_surface, s.cone) : 0;
+  if (has_texture(material) && !place.mesh.uvs.empty()) {
+    const TextureAt at = texture_at(place, footprint);
+    if (material.normal_texture != kNoTexture) apply_normal_map(scene, material, at, place, s);
+    apply_textures(scene, material, at, s);
+  }
+  if (material.surface.kind != SurfaceKind::kConstant) apply_program(material, place, footprint, s);
 }
 
 void set_scattering(const Material& material, bool is_front, std::uint32_t instance,
@@ -88,9 +129,6 @@ void set_scattering(const Material& material, bool is_front, std::uint32_t insta
   s.roughness = material.roughness;
   s.metalness = material.metalness;
   s.instance = instance;
-  // An interpolated normal that looks away from the viewer is no normal to reflect about.
-  if (s.bsdf != BsdfKind::kDiffuse && !(dot(s.shading_normal, s.to_viewer) > 0))
-    s.shading_normal = s.normal;
 }
 
 }  // namespace
@@ -127,16 +165,14 @@ Surface surface_at(const PreparedScene::Impl& scene, std::uint32_t triangle, flo
     if (side < 0) s.shading_normal = -n;  // NaN or zero: stays flat
   }
   if (!scene.features.is_diffuse()) set_scattering(material, is_front, number, to_surface, s);
-  if (!scene.features.needs_cones()) return s;
-  s.cone = cone;
-  const float footprint = cone.width > 0 ? footprint_of(s, to_surface, cone) : 0;
-  const auto& t = mesh.triangles[local];
-  const bool is_textured =
-      material.albedo_texture != kNoTexture || material.roughness_metalness_texture != kNoTexture;
-  if (is_textured && !mesh.uvs.empty())
-    apply_textures(scene, material, texture_at(mesh, t, u, v, length(across), footprint), s);
-  if (material.surface.kind != SurfaceKind::kConstant)
-    apply_program(material, corners_of(mesh, t), u, v, length(across), footprint, s);
+  if (scene.features.needs_cones()) {
+    s.cone = cone;
+    apply_patterns(scene, {mesh, mesh.triangles[local], edge_b, edge_c, length(across), u, v},
+                   to_surface, s);
+  }
+  // A normal that looks away from the viewer is none to reflect about.
+  if (s.bsdf != BsdfKind::kDiffuse && !(dot(s.shading_normal, s.to_viewer) > 0))
+    s.shading_normal = s.normal;
   return s;
 }
 

@@ -73,7 +73,8 @@ void TileRenderer::Scratch::add_background(int packet) {
   for (int i = 0; i < kPacketRays; ++i) {
     if ((rays.active >> i & 1u) == 0 || hits.primitive[i] != kNoPrimitive) continue;
     Vec3f& sum = radiance[packet * kPacketRays + i];
-    sum = sum + scene->lights.environment;
+    sum =
+        sum + scene->lights.sky({rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]});
   }
 }
 

@@ -25,11 +25,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::span bytes(reinterpret_cast<const std::byte*>(data), size);
   const auto stream = decode_scene_stream(bytes);
   if (stream.is_ok()) decode_blocks(stream->scene);
-  // Digests hide the decoder behind them from mutations: the same bytes once more as four blocks,
-  // three 16-bit lengths first.
+  // Digests hide the decoder behind them from mutations: the same bytes once more as five blocks,
+  // four 16-bit lengths first.
   EncodedScene scene;
-  for (std::size_t i = 0, begin = 6; size >= 6 && i < 4; ++i) {
-    const std::size_t length = i < 3 ? data[2 * i] | std::size_t{data[2 * i + 1]} << 8 : size;
+  for (std::size_t i = 0, begin = 8; size >= 8 && i < 5; ++i) {
+    const std::size_t length = i < 4 ? data[2 * i] | std::size_t{data[2 * i + 1]} << 8 : size;
     const std::size_t count = std::min(length, size - begin);
     const auto piece = bytes.subspan(begin, count);
     SceneBlock block;

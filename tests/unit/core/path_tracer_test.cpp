@@ -171,15 +171,6 @@ TEST(PathTracer, WhiteMetalAndPlasticUnderAnEvenSkyCannotBeSeen) {
   }
 }
 
-// Adds a parallelogram a, a + b, a + b + c, a + c; its normal is along b x c.
-void add_quad(Mesh& mesh, Vec3f a, Vec3f b, Vec3f c, std::uint32_t material) {
-  const auto n = static_cast<std::uint32_t>(mesh.positions.size());
-  mesh.positions.insert(mesh.positions.end(), {a, a + b, a + b + c, a + c});
-  mesh.triangles.push_back({n, n + 1, n + 2});
-  mesh.triangles.push_back({n, n + 2, n + 3});
-  mesh.materials.insert(mesh.materials.end(), 2, material);
-}
-
 // A floor of material 0 with albedo 0.5 that a lamp of radiance 3, edges 2 and height 1 lights, and
 // a camera that sees one point of it, at an angle.
 struct Lamp {
@@ -192,9 +183,9 @@ struct Lamp {
   explicit Lamp(bool has_mirror) {
     Mesh mesh;
     mesh.materials.clear();
-    add_quad(mesh, {-9, 0, 9}, {18, 0, 0}, {0, 0, -18}, 0);
-    add_quad(mesh, {-1, kHeight, -1}, {2, 0, 0}, {0, 0, 2}, 1);
-    if (has_mirror) add_quad(mesh, {-1.05f, 0, 9}, {0, 9, 0}, {0, 0, -18}, 2);
+    test::add_quad(mesh, {-9, 0, 9}, {18, 0, 0}, {0, 0, -18}, 0);
+    test::add_quad(mesh, {-1, kHeight, -1}, {2, 0, 0}, {0, 0, 2}, 1);
+    if (has_mirror) test::add_quad(mesh, {-1.05f, 0, 9}, {0, 9, 0}, {0, 0, -18}, 2);
     scene = test::make_scene(std::move(mesh));
     scene.materials.resize(3);
     scene.materials[0].albedo = {0.5f, 0.5f, 0.5f};
@@ -274,9 +265,9 @@ TEST(PathTracer, AMirrorShowsWhatASecondCameraWouldSee) {
   Mesh mesh = test::make_torus(24, 12);
   test::place(mesh, 0.4f, {0.3f, 0.2f, 1.2f});
   mesh.materials.assign(mesh.triangles.size(), 0);
-  add_quad(mesh, {-9, -0.5f, 9}, {18, 0, 0}, {0, 0, -8.9f}, 0);
+  test::add_quad(mesh, {-9, -0.5f, 9}, {18, 0, 0}, {0, 0, -8.9f}, 0);
   Mesh with_mirror = mesh;
-  add_quad(with_mirror, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, 1);
+  test::add_quad(with_mirror, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, 1);
   Scene scene = test::make_scene(with_mirror);
   scene.materials.resize(2);
   scene.materials[1].bsdf = BsdfKind::kMirror;
@@ -314,8 +305,8 @@ TEST(PathTracer, AMirrorShowsWhatASecondCameraWouldSee) {
 
 TEST(PathTracer, ALampInAMirrorIsAsBrightAsTheMirrorLeavesIt) {
   Mesh mesh;
-  add_quad(mesh, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, 0);
-  add_quad(mesh, {-9, -9, 9}, {0, 18, 0}, {18, 0, 0}, 1);  // behind the camera, shining on it
+  test::add_quad(mesh, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, 0);
+  test::add_quad(mesh, {-9, -9, 9}, {0, 18, 0}, {18, 0, 0}, 1);  // behind the camera, shining on it
   Scene scene = test::make_scene(std::move(mesh));
   scene.materials.resize(2);
   scene.materials[0].bsdf = BsdfKind::kMirror;
@@ -335,8 +326,8 @@ TEST(PathTracer, ALampInAMirrorIsAsBrightAsTheMirrorLeavesIt) {
 // Two mirrors that face each other end.
 TEST(PathTracer, MirrorsThatFaceEachOtherAreLeftInTheEnd) {
   Mesh mesh;
-  add_quad(mesh, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, 0);
-  add_quad(mesh, {-9, -9, 4}, {0, 18, 0}, {18, 0, 0}, 0);
+  test::add_quad(mesh, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, 0);
+  test::add_quad(mesh, {-9, -9, 4}, {0, 18, 0}, {18, 0, 0}, 0);
   Scene scene = test::make_scene(std::move(mesh));
   scene.materials[0].bsdf = BsdfKind::kMirror;
   scene.materials[0].specular = {1, 1, 1};

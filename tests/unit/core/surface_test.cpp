@@ -126,7 +126,7 @@ TEST(Surface, TexturesAreLookedUpInTheLevelOfTheCone) {
   const auto albedo = [&](Vec3f direction, float width) {
     return surface_at((*prepared)->impl(), 0, 0.3f, 0.4f, direction, {width, 0}).albedo;
   };
-  const MipMap& map = (*prepared)->impl().textures[0];
+  const MipMap& map = *(*prepared)->impl().textures[0];
   const Vec2f uv{0.3f, 0.4f};
   EXPECT_EQ(albedo({0, 0, -1}, 0), sample_texture(*map.base, uv));
   EXPECT_EQ(albedo({0, 0, -1}, 4 / 64.0f), sample_texture(*map.base, uv));
@@ -134,6 +134,67 @@ TEST(Surface, TexturesAreLookedUpInTheLevelOfTheCone) {
   EXPECT_LT(length(albedo({0, 0, -1}, 4) - sample_texture(map.levels[5], uv)), 1e-5f);
   // Seen at 60 degrees it is twice as wide; the length of the direction does not count.
   EXPECT_LT(length(albedo({0, 1.7320508f, -1}, 0.5f) - albedo({0, 0, -5}, 1)), 1e-4f);
+}
+
+// A triangle in the plane z = 0, u along x, v along y or, mirrored, against it.
+Scene make_normal_mapped(bool is_mirrored, std::array<std::uint8_t, 3> texel) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
+  mesh.uvs = {{0, 0}, {1, 0}, {0, is_mirrored ? -1.0f : 1.0f}};
+  mesh.triangles = {{0, 1, 2}};
+  mesh.materials = {0};
+  Scene scene = test::make_scene(mesh);
+  auto texture = std::make_shared<Texture>();
+  texture->width_px = texture->height_px = 1;
+  texture->is_srgb = false;
+  texture->rgba = {texel[0], texel[1], texel[2], 255};
+  scene.textures = {texture};
+  scene.materials[0].normal_texture = 0;
+  return scene;
+}
+
+Vec3f shading_normal(const Scene& scene, Vec3f direction) {
+  const auto prepared = PreparedScene::build(scene, {});
+  EXPECT_TRUE(prepared.is_ok());
+  return surface_at((*prepared)->impl(), 0, 0.3f, 0.4f, direction).shading_normal;
+}
+
+// 255 is 1, 128 is 1/255 and 0 is -1.
+TEST(Surface, NormalMapsTurnTheNormalAlongUAndV) {
+  const float step = 2 / 255.0f;
+  const Vec3f down{0, 0, -1}, up{0, 0, 1};
+  const auto expect_near = [](Vec3f a, Vec3f b) {
+    EXPECT_LT(length(a - b), 1e-5f) << a.x << " " << a.y << " " << a.z;
+  };
+  for (const bool is_mirrored : {false, true}) {
+    const float v = is_mirrored ? -1.0f : 1.0f;
+    Scene scene = make_normal_mapped(is_mirrored, {228, 178, 255});
+    const Vec3f turned = normalize({228 * step - 1, v * (178 * step - 1), 1});
+    expect_near(shading_normal(scene, down), turned);
+    expect_near(shading_normal(scene, up), -turned);
+    scene.materials[0].normal_scale = 0.5f;
+    expect_near(shading_normal(scene, down),
+                normalize({(228 * step - 1) / 2, v * (178 * step - 1) / 2, 1}));
+    scene.materials[0].normal_scale = 0;
+    expect_near(shading_normal(scene, down), {0, 0, 1});
+  }
+  // One that looks behind the surface, and texture coordinates without area: as it was.
+  expect_near(shading_normal(make_normal_mapped(false, {255, 128, 0}), down), {0, 0, 1});
+  Scene flat = make_normal_mapped(false, {228, 178, 255});
+  auto mesh = std::make_shared<Mesh>(*flat.meshes[0]);
+  mesh->uvs.assign(3, {0.5f, 0.5f});
+  flat.meshes[0] = mesh;
+  expect_near(shading_normal(flat, down), {0, 0, 1});
+}
+
+TEST(Surface, NormalMapsTurnWithTheObject) {
+  Scene scene = make_normal_mapped(false, {255, 128, 255});
+  scene.instances[0].object_to_world.m = {
+      {{0, 0, 3, 1}, {2, 0, 0, 2}, {0, 5, 0, 3}}};  // x to y to z
+  const Vec3f n = shading_normal(scene, {-1, 0, 0});
+  EXPECT_NEAR(n.x, std::sqrt(0.5f), 0.01f);
+  EXPECT_NEAR(n.y, std::sqrt(0.5f), 0.01f);
+  EXPECT_NEAR(n.z, 0, 0.01f);
 }
 
 TEST(Surface, NoiseIsZeroOnItsLatticeBoundedAndAsStrongAsItsMeanSays) {

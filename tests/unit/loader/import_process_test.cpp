@@ -99,6 +99,65 @@ TEST_F(Import, GltfMetallicRoughnessAndTransmission) {
   EXPECT_EQ(plain.emission, (Vec3f{4, 2, 1}));
 }
 
+// A picture of 1x1: PNG, red 255, green 128, blue 64.
+constexpr char kPicture[] =
+    "data:image/"
+    "png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP43+"
+    "AAAARBAcAM0e2RAAAAAElFTkSuQmCC";
+
+TEST_F(Import, GltfNormalMapsAndEmissiveTextures) {
+  const std::string path = folder_.write(
+      "n.gltf",
+      std::string(
+          R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+"images":[{"uri":")") +
+          kPicture + R"("}],"textures":[{"source":0}],
+"materials":[{"normalTexture":{"index":0,"scale":0.5},"emissiveTexture":{"index":0},"emissiveFactor":[1,0.5,0.25]}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+"bufferViews":[{"buffer":0,"byteLength":36}],
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+  auto loaded = load_scene(path, [](const std::string&, double) { return true; });
+  ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
+  EXPECT_TRUE(loaded->warnings.empty());
+  const Material& m = loaded->scene.materials.at(0);
+  EXPECT_EQ(m.normal_scale, 0.5f);
+  EXPECT_EQ(m.emission, (Vec3f{1, 0.5f, 0.25f}));
+  const auto& textures = loaded->scene.textures;
+  ASSERT_LT(m.normal_texture, textures.size());
+  ASSERT_LT(m.emission_texture, textures.size());
+  EXPECT_FALSE(textures[m.normal_texture]->is_srgb);
+  EXPECT_TRUE(textures[m.emission_texture]->is_srgb);
+  EXPECT_EQ(textures[m.normal_texture]->rgba, (std::vector<std::uint8_t>{255, 128, 64, 255}));
+}
+
+TEST_F(Import, SkiesAreReadAndWrongOnesRefused) {
+  const auto load = [](const std::string& path) {
+    return load_sky(path, [](const std::string&, double) { return true; });
+  };
+  const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n";
+  // Mantissas of 8 bits over an exponent of 128 + 1: 128 of 256, twice, is 1.
+  const auto sky = load(folder_.write("a.hdr", head + "\x80\x40\x20\x81\xc0\xc0\xc0\x88"));
+  ASSERT_TRUE(sky.is_ok()) << sky.status().message();
+  EXPECT_EQ((*sky)->width_px, 2);
+  EXPECT_EQ((*sky)->height_px, 1);
+  EXPECT_NEAR((*sky)->rgb[0], 1, 0.01f);
+  EXPECT_NEAR((*sky)->rgb[2], 0.25, 0.01f);
+  EXPECT_NEAR((*sky)->rgb[3], 192, 1);
+  EXPECT_EQ(load("a.png").status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(load("missing.hdr").status().code(), StatusCode::kNotFound);
+  for (const auto& [name, text] :
+       {std::pair<const char*, std::string>{"cut.hdr", head + "\x80"},
+        {"text.hdr", "no picture"},
+        {"text.exr", "no picture"},
+        {"wide.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 99999\n"}}) {
+    const auto refused = load(folder_.write(name, text));
+    ASSERT_FALSE(refused.is_ok()) << name;
+    EXPECT_NE(refused.status().message().find(name), std::string::npos)
+        << refused.status().message();
+  }
+}
+
 TEST_F(Import, GltfLightsStandAndShineAsTheirNodesSay) {
   const std::string path =
       folder_.write("l.gltf",

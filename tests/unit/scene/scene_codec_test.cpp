@@ -18,6 +18,11 @@ void expect_equal(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.materials, b.materials);
   EXPECT_EQ(a.instances, b.instances);
   EXPECT_EQ(a.lights, b.lights);
+  EXPECT_EQ(a.environment, b.environment);
+  ASSERT_EQ(a.environment_map == nullptr, b.environment_map == nullptr);
+  if (a.environment_map) {
+    EXPECT_EQ(*a.environment_map, *b.environment_map);
+  }
   ASSERT_EQ(a.camera.has_value(), b.camera.has_value());
   if (a.camera) {
     EXPECT_EQ(a.camera->eye, b.camera->eye);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <span>
 
 #include "tests/support/small_scene.h"
 
@@ -21,6 +22,13 @@ void change_mesh(Scene& scene, std::size_t index, const std::function<void(Mesh&
   scene.meshes[index] = mesh;
 }
 
+template <class Change>
+void change_sky(Scene& scene, Change change) {
+  auto sky = std::make_shared<EnvironmentMap>(*scene.environment_map);
+  change(*sky);
+  scene.environment_map = sky;
+}
+
 TEST(ValidateScene, TheSmallSceneIsValid) {
   const Status status = validate_scene(test::make_small_scene());
   EXPECT_TRUE(status.is_ok()) << status.message();
@@ -35,11 +43,38 @@ TEST(ValidateScene, DefaultsOfEverySurfaceProgramAreInRange) {
   }
 }
 
+struct Spoiled {
+  const char* word;
+  std::function<void(Scene&)> spoil;
+};
+
+void expect_refused(std::span<const Spoiled> cases) {
+  for (const auto& c : cases) {
+    Scene scene = test::make_small_scene();
+    c.spoil(scene);
+    const Status status = validate_scene(scene);
+    EXPECT_FALSE(status.is_ok()) << c.word;
+    EXPECT_NE(status.message().find(c.word), std::string::npos) << status.message();
+  }
+}
+
+TEST(ValidateScene, SkiesThatCannotBeAreRefused) {
+  const Spoiled cases[] = {
+      {"environment's sides", [](Scene& s) { change_sky(s, [](auto& sky) { sky.width_px = 0; }); }},
+      {"environment's sides",
+       [](Scene& s) { change_sky(s, [](auto& sky) { sky.height_px = 1 << 20; }); }},
+      {"do not fit", [](Scene& s) { change_sky(s, [](auto& sky) { sky.rgb.pop_back(); }); }},
+      {"environment's texels",
+       [](Scene& s) { change_sky(s, [](auto& sky) { sky.rgb[1] = kNan; }); }},
+      {"environment's texels", [](Scene& s) { change_sky(s, [](auto& sky) { sky.rgb[1] = -1; }); }},
+      {"environment's texels",
+       [](Scene& s) { change_sky(s, [](auto& sky) { sky.rgb[1] = 1e30f; }); }},
+  };
+  expect_refused(cases);
+}
+
 TEST(ValidateScene, WhatCannotBeRenderedIsRefusedByName) {
-  const struct {
-    const char* word;
-    std::function<void(Scene&)> spoil;
-  } cases[] = {
+  const Spoiled cases[] = {
       {"mesh 0", [](Scene& s) { change_mesh(s, 0, [](Mesh& m) { m.positions[2].y = kNan; }); }},
       {"mesh 0", [](Scene& s) { change_mesh(s, 0, [](Mesh& m) { m.positions[0].x = kInf; }); }},
       {"mesh 0", [](Scene& s) { change_mesh(s, 0, [](Mesh& m) { m.triangles[1][2] = 4; }); }},
@@ -62,6 +97,9 @@ TEST(ValidateScene, WhatCannotBeRenderedIsRefusedByName) {
        }},
       {"material 2", [](Scene& s) { s.materials[2].albedo_texture = 1; }},
       {"material 2", [](Scene& s) { s.materials[2].roughness_metalness_texture = 1; }},
+      {"material 2", [](Scene& s) { s.materials[2].emission_texture = 1; }},
+      {"material 2", [](Scene& s) { s.materials[2].normal_texture = 1; }},
+      {"normals", [](Scene& s) { s.materials[2].normal_scale = kInf; }},
       {"specular", [](Scene& s) { s.materials[0].specular.y = 1.5f; }},
       {"roughness", [](Scene& s) { s.materials[0].roughness = kNan; }},
       {"metalness", [](Scene& s) { s.materials[0].metalness = -0.1f; }},
@@ -88,13 +126,7 @@ TEST(ValidateScene, WhatCannotBeRenderedIsRefusedByName) {
          s.instances[1].object_to_world.m[0][3] = -3e38f;
        }},
   };
-  for (const auto& c : cases) {
-    Scene scene = test::make_small_scene();
-    c.spoil(scene);
-    const Status status = validate_scene(scene);
-    EXPECT_FALSE(status.is_ok()) << c.word;
-    EXPECT_NE(status.message().find(c.word), std::string::npos) << status.message();
-  }
+  expect_refused(cases);
 }
 
 TEST(ValidateScene, BoundsHoldEveryInstance) {

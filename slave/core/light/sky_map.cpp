@@ -1,0 +1,154 @@
+#include "slave/core/light/sky_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/math/rounding.h"
+#include "slave/core/sampling/hemisphere.h"
+
+namespace tessera::core {
+namespace {
+
+constexpr float kPi = 3.14159274f;
+constexpr float kTwoPi2 = 19.7392088f;  // 2 pi^2: the picture's sides as angles, multiplied
+
+double luminance(Vec3f c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
+
+// Of x in [0, 1]; off by 2e-8 (Abramowitz and Stegun, 4.4.49) and roundings.
+float arc_tangent(float x) {
+  const float b = x * x;
+  float sum = 0.0028662257f;
+  for (const float c : {-0.0161657367f, 0.0429096138f, -0.0752896400f, 0.1065626393f,
+                        -0.1420889944f, 0.1999355085f, -0.3333314528f, 1.0f}) {
+    sum = sum * b + c;
+  }
+  return x * sum;
+}
+
+// The angle of (x, y) from the x axis, y >= 0: in [0, pi]. 0 for (0, 0).
+float half_angle_of(float x, float y) {
+  const float ax = std::fabs(x);
+  if (ax == 0 && y == 0) return 0;
+  const float a = y <= ax ? arc_tangent(y / ax) : kPi / 2 - arc_tangent(ax / y);
+  return x < 0 ? kPi - a : a;
+}
+
+// The mean over a texel of a bilinear picture, along one axis.
+constexpr double kTent[3] = {0.125, 0.75, 0.125};
+
+struct Picked {
+  std::size_t number;
+  float rest;
+};
+
+// sums [count + 1], from 0 to 1.
+Picked pick(const float* sums, std::size_t count, float x) {
+  const float* it = std::upper_bound(sums + 1, sums + count, x);
+  const auto number = static_cast<std::size_t>(it - sums) - 1;
+  const float chance = sums[number + 1] - sums[number];
+  const float rest = chance > 0 ? (x - sums[number]) / chance : 0.5f;
+  return {number, std::clamp(rest, 0.0f, 1 - kUnitRoundoff)};
+}
+
+// From sums to chances that end at 1.
+void normalise(const double* sums, std::size_t count, float* to) {
+  for (std::size_t i = 0; i <= count; ++i)
+    to[i] = sums[count] > 0 ? static_cast<float>(sums[i] / sums[count])
+                            : static_cast<float>(i) / static_cast<float>(count);
+}
+
+}  // namespace
+
+SkyMap::SkyMap(std::shared_ptr<const EnvironmentMap> map) : map_(std::move(map)) {
+  const auto width = static_cast<std::size_t>(map_->width_px);
+  const auto height = static_cast<std::size_t>(map_->height_px);
+  rows_.resize(height + 1);
+  columns_.resize(height * (width + 1));
+  std::vector<double> sums(width + 1), rows(height + 1);
+  for (std::size_t y = 0; y < height; ++y) {
+    for (std::size_t x = 0; x < width; ++x)
+      sums[x + 1] = sums[x] + weight_of(static_cast<int>(x), static_cast<int>(y));
+    normalise(sums.data(), width, &columns_[y * (width + 1)]);
+    const float middle = (static_cast<float>(y) + 0.5f) / static_cast<float>(height);
+    rows[y + 1] = rows[y] + sums[width] * sin_cos_whole_turn(middle / 2).sin;
+  }
+  normalise(rows.data(), height, rows_.data());
+  power_ = rows[height] * kTwoPi2 / static_cast<double>(width * height);
+}
+
+Vec3f SkyMap::texel(int x, int y) const {
+  const int row = std::clamp(y, 0, map_->height_px - 1);
+  const int column = (x + map_->width_px) % map_->width_px;
+  const float* c =
+      &map_->rgb[3 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(map_->width_px) +
+                      static_cast<std::size_t>(column))];
+  return {c[0], c[1], c[2]};
+}
+
+double SkyMap::weight_of(int x, int y) const {
+  double sum = 0;
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i) sum += kTent[i] * kTent[j] * luminance(texel(x + i - 1, y + j - 1));
+  }
+  return sum;
+}
+
+// In texels, from the upper left corner.
+Vec2f SkyMap::place_of(Vec3f d) const {
+  const float turn = half_angle_of(-d.z, std::fabs(d.x)) / (2 * kPi);
+  const float polar = half_angle_of(d.y, std::sqrt(d.x * d.x + d.z * d.z)) / kPi;
+  return {(d.x < 0 ? 0.5f - turn : 0.5f + turn) * static_cast<float>(map_->width_px),
+          polar * static_cast<float>(map_->height_px)};
+}
+
+Vec3f SkyMap::at(Vec2f place) const {
+  const float x = place.x - 0.5f, y = place.y - 0.5f;
+  const float left = std::floor(x), top = std::floor(y);
+  const float right_share = x - left, bottom_share = y - top;
+  const int column = static_cast<int>(left), row = static_cast<int>(top);
+  const Vec3f above = texel(column, row) * (1 - right_share) + texel(column + 1, row) * right_share;
+  const Vec3f below =
+      texel(column, row + 1) * (1 - right_share) + texel(column + 1, row + 1) * right_share;
+  return above * (1 - bottom_share) + below * bottom_share;
+}
+
+Vec3f SkyMap::radiance(Vec3f direction) const { return at(place_of(direction)); }
+
+float SkyMap::chance(std::size_t x, std::size_t y) const {
+  const auto width = static_cast<std::size_t>(map_->width_px);
+  const float* columns = &columns_[y * (width + 1)];
+  return (rows_[y + 1] - rows_[y]) * (columns[x + 1] - columns[x]) *
+         (static_cast<float>(width) * static_cast<float>(map_->height_px));
+}
+
+SkyMap::Sample SkyMap::sample(Vec2f square) const {
+  const auto width = static_cast<std::size_t>(map_->width_px);
+  const auto height = static_cast<std::size_t>(map_->height_px);
+  const Picked row = pick(rows_.data(), height, square.y);
+  const Picked column = pick(&columns_[row.number * (width + 1)], width, square.x);
+  const Vec2f place{static_cast<float>(column.number) + column.rest,
+                    static_cast<float>(row.number) + row.rest};
+  const SinCos polar = sin_cos_whole_turn(place.y / static_cast<float>(height) / 2);
+  const SinCos turn = sin_cos_whole_turn(place.x / static_cast<float>(width));
+  // Column 0 looks along +z, the middle one along -z.
+  const Vec3f direction{-polar.sin * turn.sin, polar.cos, polar.sin * turn.cos};
+  const float likelier = chance(column.number, row.number);
+  return {direction, at(place), likelier > 0 ? kTwoPi2 * polar.sin / likelier : 0};
+}
+
+float SkyMap::density(Vec3f direction) const {
+  const Vec2f place = place_of(direction);
+  const auto inside = [](float x, int count) {
+    return static_cast<std::size_t>(std::clamp(static_cast<int>(x), 0, count - 1));
+  };
+  const float likelier = chance(inside(place.x, map_->width_px), inside(place.y, map_->height_px));
+  const float sine = std::sqrt(direction.x * direction.x + direction.z * direction.z);
+  return sine > 0 ? likelier / (kTwoPi2 * sine) : 0;
+}
+
+std::uint64_t SkyMap::memory_bytes() const {
+  return (map_->rgb.size() + rows_.size() + columns_.size()) * sizeof(float);
+}
+
+}  // namespace tessera::core

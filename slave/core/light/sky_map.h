@@ -1,0 +1,57 @@
+// Light from an environment map: radiance by direction, and directions by how much light they bring.
+//
+// Directions are drawn by texel, in proportion to the mean of the bilinear picture over it, times the
+// sine of its row's polar angle, and uniformly within it (Pharr, Jakob and Humphreys, "Physically
+// Based Rendering", 2016, section 14.2.4). No texel that sheds light has a chance of zero.
+//
+// The same bits on every processor and C library: arithmetic and square roots only.
+//
+// Threads. Constant after construction.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/scene/scene.h"
+
+namespace tessera::core {
+
+class SkyMap {
+ public:
+  // Requires: validate_scene() has passed the map.
+  explicit SkyMap(std::shared_ptr<const EnvironmentMap> map);
+
+  const std::shared_ptr<const EnvironmentMap>& map() const { return map_; }
+
+  // `direction` need not be of unit length. Zero: some texel's.
+  Vec3f radiance(Vec3f direction) const;
+  // Of all directions together, radiance times solid angle; luminance.
+  double power() const { return power_; }
+
+  struct Sample {
+    Vec3f direction;  // unit
+    Vec3f radiance;
+    float angle;  // 1 over the density by solid angle; 0: take nothing
+  };
+  // Requires: power() > 0; 0 <= x, y < 1.
+  Sample sample(Vec2f square) const;
+  // By solid angle, with which sample() takes it. Requires: power() > 0, a unit vector.
+  float density(Vec3f direction) const;
+
+  std::uint64_t memory_bytes() const;
+
+ private:
+  Vec2f place_of(Vec3f direction) const;
+  Vec3f at(Vec2f place) const;
+  Vec3f texel(int x, int y) const;
+  double weight_of(int x, int y) const;
+  // How much likelier than uniformly over the picture sample() takes this texel.
+  float chance(std::size_t x, std::size_t y) const;
+
+  std::shared_ptr<const EnvironmentMap> map_;
+  double power_ = 0;
+  std::vector<float> rows_;     // [height + 1], cumulative from 0 to 1
+  std::vector<float> columns_;  // [height][width + 1], likewise
+};
+
+}  // namespace tessera::core

@@ -1,0 +1,211 @@
+// The classes of light that are hard for one method or the other, against closed forms: form factors,
+// a lamp that shares an edge with what it lights, light that comes only over other surfaces. Path
+// tracer and instant global illumination.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "slave/core/render/prepared_scene_impl.h"
+#include "tests/support/render.h"
+#include "tests/support/test_meshes.h"
+
+namespace tessera::core {
+namespace {
+
+double mean_of(const Scene& scene, FrameSettings settings) {
+  double sum = 0;
+  const std::uint32_t seeds = settings.renderer == Renderer::kIgi ? 8 : 1;
+  for (settings.seed = 0; settings.seed < seeds; ++settings.seed) {
+    const std::vector<float> rgb = test::render(scene, settings);
+    for (const float x : rgb) sum += x / static_cast<double>(rgb.size()) / seeds;
+  }
+  return sum;
+}
+
+// A camera between the squares that sees the unit square on the floor and nothing else, each of its
+// pixels as much of it.
+FrameSettings settings_of(Renderer renderer, int samples) {
+  FrameSettings settings;
+  settings.width_px = settings.height_px = 32;
+  settings.camera = {{0.5f, 0.5f, 0.5f}, {0.5f, 0, 0.5f}, {0, 0, -1}, 90};
+  settings.renderer = renderer;
+  settings.samples_per_pixel = samples;
+  settings.bounces = 0;
+  settings.vpls = 256;
+  settings.clamp = kClampAuto;
+  settings.is_compensated = true;
+  return settings;
+}
+
+constexpr Renderer kRenderers[] = {Renderer::kPath, Renderer::kIgi};
+
+// A white unit square on the floor, and a lamp of radiance 1.
+Scene make_floor_and_lamp(Vec3f corner, Vec3f b, Vec3f c) {
+  Mesh mesh;
+  mesh.materials.clear();
+  test::add_quad(mesh, {0, 0, 1}, {1, 0, 0}, {0, 0, -1}, 0);
+  test::add_quad(mesh, corner, b, c, 1);
+  Scene scene = test::make_scene(std::move(mesh));
+  scene.materials.resize(2);
+  scene.materials[0].albedo = {1, 1, 1};
+  scene.materials[1].albedo = {0, 0, 0};
+  scene.materials[1].emission = {1, 1, 1};
+  return scene;
+}
+
+// A lamp of which a picture covers one half is one of half its size. Light samples go where the
+// picture shines, in the mean of each triangle.
+TEST(LightClasses, AHalfCoveredLampIsOneOfHalfTheSize) {
+  Scene covered = make_floor_and_lamp({0, 1, 0}, {1, 0, 0}, {0, 0, 1});
+  auto mesh = std::make_shared<Mesh>(*covered.meshes[0]);
+  mesh->uvs.assign(4, {0, 0});
+  mesh->uvs.insert(mesh->uvs.end(), {{0, 0}, {1, 0}, {1, 1}, {0, 1}});
+  covered.meshes[0] = mesh;
+  auto picture = std::make_shared<Texture>();
+  picture->width_px = 512;  // so that the blurred edge in its middle is narrow
+  picture->height_px = 2;
+  for (int i = 0; i < 2 * 512; ++i) {
+    const std::uint8_t texel = i % 512 < 128 || i % 512 >= 384 ? 255 : 0;
+    picture->rgba.insert(picture->rgba.end(), {texel, texel, texel, 255});
+  }
+  covered.textures = {picture};
+  covered.materials[1].emission_texture = 0;
+  Scene halves = make_floor_and_lamp({0, 1, 0}, {0.25f, 0, 0}, {0, 0, 1});
+  auto two = std::make_shared<Mesh>(*halves.meshes[0]);
+  test::add_quad(*two, {0.75f, 1, 0}, {0.25f, 0, 0}, {0, 0, 1}, 1);
+  halves.meshes[0] = two;
+  for (Scene* scene : {&covered, &halves}) {
+    scene->materials[0].bsdf = BsdfKind::kGlossy;  // rays of the BSDF find the lamp, too
+    scene->materials[0].roughness = 0.5f;
+  }
+  for (const Renderer renderer : kRenderers) {
+    const double expected = mean_of(halves, settings_of(renderer, 64));
+    EXPECT_NEAR(mean_of(covered, settings_of(renderer, 64)), expected, 0.01 * expected)
+        << renderer_name(renderer);
+  }
+  for (Scene* scene : {&covered, &halves}) scene->materials[0].bsdf = BsdfKind::kDiffuse;
+  for (const Renderer renderer : kRenderers) {
+    const double expected = mean_of(halves, settings_of(renderer, 64));
+    EXPECT_NEAR(mean_of(covered, settings_of(renderer, 64)), expected, 0.01 * expected)
+        << renderer_name(renderer) << " diffuse";
+  }
+}
+
+// Of many triangles, those that a picture leaves dark take no samples and shed nothing.
+TEST(LightClasses, DarkPartsOfAPictureAreNoEmitters) {
+  Scene scene = make_floor_and_lamp({0, 1, 0}, {1, 0, 0}, {0, 0, 1});
+  auto mesh = std::make_shared<Mesh>(*scene.meshes[0]);
+  for (int i = 0; i < 100; ++i)
+    test::add_quad(*mesh, {2.0f + static_cast<float>(i), 1, 0}, {1, 0, 0}, {0, 0, 1}, 1);
+  mesh->uvs.assign(mesh->positions.size(), {0.5f, 0.75f});
+  for (std::size_t i = 4; i < 8; ++i) mesh->uvs[i] = {0.5f, 0.25f};
+  scene.meshes[0] = mesh;
+  auto picture = std::make_shared<Texture>();
+  picture->width_px = picture->height_px = 64;
+  for (int i = 0; i < 64 * 64; ++i) {
+    const std::uint8_t texel = i < 32 * 64 ? 0 : 255;  // above dark, below bright
+    picture->rgba.insert(picture->rgba.end(), {texel, texel, texel, 255});
+  }
+  scene.textures = {picture};
+  scene.materials[1].emission_texture = 0;
+  const auto prepared = PreparedScene::build(scene, {});
+  ASSERT_TRUE(prepared.is_ok());
+  EXPECT_EQ((*prepared)->impl().lights.emitters.size(), 2u);
+}
+
+// Howell, "A catalog of radiation heat transfer configuration factors", C-11 and C-14: between unit
+// squares that face each other at distance 1, and that stand on a common edge.
+TEST(LightClasses, FacingSquaresHaveTheirFormFactor) {
+  const double x = 1, u = std::sqrt(1 + x * x);
+  const double factor = 2 / (3.14159265358979 * x * x) *
+                        (std::log((1 + x * x) / std::sqrt(1 + 2 * x * x)) +
+                         2 * x * u * std::atan(x / u) - 2 * x * std::atan(x));
+  ASSERT_NEAR(factor, 0.199825, 1e-6);
+  const Scene scene = make_floor_and_lamp({0, 1, 0}, {1, 0, 0}, {0, 0, 1});
+  for (const Renderer renderer : kRenderers)
+    EXPECT_NEAR(mean_of(scene, settings_of(renderer, 64)), factor, 0.003 * factor)
+        << renderer_name(renderer);
+}
+
+// The lamp ends where the floor begins, so that floor and lamp come as near as one likes.
+TEST(LightClasses, SquaresOnACommonEdgeHaveTheirFormFactor) {
+  const double factor = 0.200043776;
+  const Scene scene = make_floor_and_lamp({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  for (const Renderer renderer : kRenderers)
+    EXPECT_NEAR(mean_of(scene, settings_of(renderer, 64)), factor, 0.01 * factor)
+        << renderer_name(renderer);
+}
+
+// Within a sphere every patch lights every point alike, by its share f of the whole: after k surfaces
+// of albedo a it is L f (a + ... + a^k), without the lamp itself.
+TEST(LightClasses, ALampOnASphereIsAGeometricSeries) {
+  Mesh mesh = test::make_icosphere(4);
+  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);  // inwards
+  mesh.materials.assign(mesh.triangles.size(), 0);
+  double lamp = 0, whole = 0;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& t = mesh.triangles[i];
+    const Vec3f a = mesh.positions[t[0]], b = mesh.positions[t[1]], c = mesh.positions[t[2]];
+    const double area = length(cross(b - a, c - a));
+    whole += area;
+    if (a.z + b.z + c.z < 2.4f) continue;
+    lamp += area;
+    mesh.materials[i] = 1;
+  }
+  Scene scene = test::make_scene(std::move(mesh));
+  scene.materials.resize(2);
+  const float albedo = 0.6f;
+  for (Material& m : scene.materials) m.albedo = {albedo, albedo, albedo};
+  scene.materials[1].emission = {10, 10, 10};
+  for (const int bounces : {0, 1, 3}) {
+    double expected = 0;
+    for (int k = 1; k <= bounces + 1; ++k) expected += std::pow(albedo, k);
+    expected *= 10 * lamp / whole;
+    for (const Renderer renderer : kRenderers) {
+      FrameSettings settings = settings_of(renderer, 64);
+      settings.camera = {{0, 0, 0.2f}, {0.1f, 0.2f, -1}, {0, 1, 0}, 80};  // away from the lamp
+      settings.bounces = bounces;
+      EXPECT_NEAR(mean_of(scene, settings), expected, 0.01 * expected)
+          << renderer_name(renderer) << " " << bounces;
+    }
+  }
+}
+
+// A lamp under the ceiling that shines up, in a room of which it lights nothing else: what the floor
+// shows has come over the ceiling.
+TEST(LightClasses, ARoomThatIsLitByItsCeilingAlone) {
+  Mesh mesh;
+  mesh.materials.clear();
+  const auto add_box_from_within = [&](Vec3f at, Vec3f size) {
+    const Vec3f x{size.x, 0, 0}, y{0, size.y, 0}, z{0, 0, size.z};
+    test::add_quad(mesh, at, z, x, 0);
+    test::add_quad(mesh, at + y, x, z, 0);
+    test::add_quad(mesh, at, x, y, 0);
+    test::add_quad(mesh, at + z, y, x, 0);
+    test::add_quad(mesh, at, y, z, 0);
+    test::add_quad(mesh, at + x, z, y, 0);
+  };
+  add_box_from_within({0, 0, 0}, {2, 2, 2});
+  test::add_quad(mesh, {0.6f, 1.8f, 0.6f}, {0, 0, 0.8f}, {0.8f, 0, 0}, 1);
+  Scene scene = test::make_scene(std::move(mesh));
+  scene.materials.resize(2);
+  scene.materials[0].albedo = {0.7f, 0.7f, 0.7f};
+  scene.materials[1].albedo = {0, 0, 0};
+  scene.materials[1].emission = {20, 20, 20};
+  const auto seen = [&](Renderer renderer, int bounces) {
+    FrameSettings settings = settings_of(renderer, renderer == Renderer::kPath ? 1024 : 16);
+    settings.camera = {{1, 0.9f, 1.8f}, {1, 0, 1}, {0, 1, 0}, 60};
+    settings.bounces = bounces;
+    return mean_of(scene, settings);
+  };
+  EXPECT_EQ(seen(Renderer::kPath, 0), 0);
+  EXPECT_EQ(seen(Renderer::kIgi, 0), 0);
+  for (const int bounces : {1, 3}) {
+    const double path = seen(Renderer::kPath, bounces);
+    EXPECT_GT(path, 0.05);
+    EXPECT_NEAR(seen(Renderer::kIgi, bounces), path, 0.01 * path) << bounces;
+  }
+}
+
+}  // namespace
+}  // namespace tessera::core
