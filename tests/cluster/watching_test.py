@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """A cluster seen from outside: metrics, status, a trace, a picture of it, and the dashboard that draws the metrics."""
 import json
+import os
 import pathlib
 import re
 import subprocess
