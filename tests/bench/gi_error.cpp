@@ -43,8 +43,8 @@ class ErrorTables {
   ErrorTables(const core::PreparedScene& scene, const FrameSettings& settings,
               const CoreSuiteOptions& options)
       : scene_(scene), base_(settings), options_(options) {
-    base_.width_px = options.is_quick ? 64 : 256;
-    base_.height_px = options.is_quick ? 48 : 192;
+    base_.width_px = options.is_quick ? 64 : 160;
+    base_.height_px = options.is_quick ? 48 : 120;
     base_.samples_per_pixel = 4;
   }
 
@@ -53,10 +53,13 @@ class ErrorTables {
     find_lamps();
     std::printf("  %-12s %-22s %10s %10s %10s %8s %9s\n", "error", "setting", "CPU-s", "RMSE",
                 "relMSE", "FLIP", "mean");
-    const int vpls_max = options_.is_quick ? 64 : 4096;
-    for (int n = 8; n <= vpls_max; n *= 2) {
-      add("vpls", std::to_string(n) + " VPLs", [&](FrameSettings& s) { s.vpls = n; });
-    }
+    add_vpls("vpls", [](FrameSettings&) {});
+    // Without what has an error of its own, the filter, or none that VPLs could take away, the bound.
+    add_vpls("vpls, raw", [](FrameSettings& s) {
+      s.is_filtered = false;
+      s.clamp = kClampAuto;
+      s.is_compensated = true;
+    });
     for (const int k : {1, 3, 5}) {
       for (const bool is_filtered : {false, true}) {
         if (k == 1 && is_filtered) continue;  // there is nothing to average
@@ -78,7 +81,7 @@ class ErrorTables {
       add("samples", std::to_string(n), [&](FrameSettings& s) { s.samples_per_pixel = n; });
     }
     add_passes("passes", true, options_.is_quick ? 4 : 64);
-    add_passes("path", false, options_.is_quick ? 8 : 256);
+    add_passes("path", false, options_.is_quick ? 8 : 64);
     print_slopes();
     print_equals();
     return json();
@@ -133,9 +136,21 @@ class ErrorTables {
     }
   }
 
-  void enter(Row row, std::vector<float> rgb) {
+  ImageError error_of(std::vector<float> rgb) const {
     blacken(rgb);
-    row.error = master::image_error(rgb, reference_, base_.width_px, base_.height_px);
+    return master::image_error(rgb, reference_, base_.width_px, base_.height_px);
+  }
+
+  // The root of the mean square over `errors`, as of one picture; of all else the mean.
+  void enter(Row row, const std::vector<ImageError>& errors) {
+    const auto n = static_cast<double>(errors.size());
+    for (const ImageError& e : errors) {
+      row.error.rmse += e.rmse * e.rmse / n;
+      row.error.rel_mse += e.rel_mse / n;
+      row.error.flip += e.flip / n;
+      row.error.mean_off += e.mean_off / n;
+    }
+    row.error.rmse = std::sqrt(row.error.rmse);
     std::printf("  %-12s %-22s %10.4f %10.6f %10.6f %8.4f %+8.2f%%\n", row.series.c_str(),
                 row.setting.c_str(), row.seconds, row.error.rmse, row.error.rel_mse, row.error.flip,
                 100 * row.error.mean_off);
@@ -144,51 +159,77 @@ class ErrorTables {
   }
 
   template <typename Change>
-  void add(const std::string& series, const std::string& setting, const Change& change) {
-    FrameSettings s = base_;
-    change(s);
-    std::vector<double> times;
-    GiFrame frame;
-    for (int i = 0; i < (options_.is_quick ? 1 : 3); ++i) {
-      frame = render_gi(scene_, s, options_.isa);
-      times.push_back(frame.cpu_seconds);
+  void add_vpls(const std::string& series, const Change& change) {
+    const int vpls_max = options_.is_quick ? 64 : 4096;
+    for (int n = 8; n <= vpls_max; n *= 2) {
+      // As many VPLs together: few of them vary the most from seed to seed.
+      const int seeds = options_.is_quick ? 2 : std::clamp(2048 / n, 2, 8);
+      add(
+          series, std::to_string(n) + " VPLs",
+          [&](FrameSettings& s) {
+            change(s);
+            s.vpls = n;
+          },
+          seeds);
     }
-    enter({series, setting, median(times), {}}, frame.rgb);
   }
 
-  // Means of 1, 2, 4... pictures; of igi with the bound compensated, or path-traced.
+  template <typename Change>
+  void add(const std::string& series, const std::string& setting, const Change& change,
+           int seeds = 0) {
+    FrameSettings s = base_;
+    change(s);
+    if (seeds == 0) seeds = options_.is_quick ? 2 : 8;
+    std::vector<double> times;
+    std::vector<ImageError> errors;
+    for (int i = 0; i < seeds; ++i) {
+      s.seed = static_cast<std::uint32_t>(i);
+      GiFrame frame = render_gi(scene_, s, options_.isa);
+      times.push_back(frame.cpu_seconds);
+      errors.push_back(error_of(std::move(frame.rgb)));
+    }
+    enter({series, setting, median(times), {}}, errors);
+  }
+
+  // Means of 1, 2, 4... pictures, of several seeds; of igi with the bound compensated, or path-traced.
   void add_passes(const std::string& series, bool is_igi, int passes) {
     FrameSettings s = base_;
     s.clamp = kClampAuto;
     s.is_compensated = true;
     if (!is_igi) s.renderer = Renderer::kPath;
-    std::vector<double> sum;
+    constexpr int kSeeds = 4;
+    std::vector<double> sum[kSeeds];
     double seconds = 0;
     for (int pass = 0; pass < passes; ++pass) {
       s.pass = static_cast<std::uint32_t>(pass);
-      if (is_igi) {
-        const GiFrame frame = render_gi(scene_, s, options_.isa);
-        seconds += frame.cpu_seconds;
-        add_to(sum, frame.rgb);
-      } else {
-        const double start = thread_cpu_seconds();
-        std::vector<float> rgb(static_cast<std::size_t>(3 * s.width_px * s.height_px));
-        core::TileRenderer().render(scene_, s, options_.isa, {0, 0, s.width_px, s.height_px}, rgb);
-        seconds += thread_cpu_seconds() - start;
-        add_to(sum, rgb);
-      }
+      std::vector<ImageError> errors;
       const int count = pass + 1;
-      if ((count & (count - 1)) != 0) continue;
-      std::vector<float> mean;
-      for (const double x : sum) mean.push_back(static_cast<float>(x / count));
+      const bool is_row = (count & (count - 1)) == 0;
+      for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
+        s.seed = seed;
+        const double start = thread_cpu_seconds();
+        add_to(sum[seed], is_igi ? render_gi(scene_, s, options_.isa).rgb : render_one(s));
+        seconds += (thread_cpu_seconds() - start) / kSeeds;
+        if (!is_row) continue;
+        std::vector<float> mean;
+        for (const double x : sum[seed]) mean.push_back(static_cast<float>(x / count));
+        errors.push_back(error_of(std::move(mean)));
+      }
+      if (!is_row) continue;
       const std::string setting = is_igi ? std::to_string(count) + " passes"
                                          : std::to_string(count * s.samples_per_pixel) + " samples";
-      enter({series, setting, seconds, {}}, mean);
+      enter({series, setting, seconds, {}}, errors);
     }
   }
 
+  std::vector<float> render_one(const FrameSettings& s) const {
+    std::vector<float> rgb(static_cast<std::size_t>(3 * s.width_px * s.height_px));
+    core::TileRenderer().render(scene_, s, options_.isa, {0, 0, s.width_px, s.height_px}, rgb);
+    return rgb;
+  }
+
   void print_slopes() {
-    for (const char* series : {"vpls", "passes", "path"}) {
+    for (const char* series : {"vpls", "vpls, raw", "passes", "path"}) {
       std::vector<double> n, rmse;
       for (const Row& row : rows_) {
         if (row.series != series) continue;

@@ -1,11 +1,13 @@
 #include "tests/bench/gi_suite.h"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "common/base/json.h"
 #include "master/loader/load_scene.h"
 #include "tests/bench/gi_error.h"
 #include "tests/bench/gi_speed.h"
+#include "tests/bench/gi_surfaces.h"
 
 namespace tessera::bench {
 namespace {
@@ -18,7 +20,13 @@ constexpr const char* kScenes[] = {"cornell", "room"};
 std::vector<std::string> gi_scene_names() { return {std::begin(kScenes), std::end(kScenes)}; }
 
 Status run_gi_suite(const CoreSuiteOptions& options, std::vector<std::string>& json) {
+  const auto is_wanted = [&](const char* part) {
+    return options.only.empty() || options.only == part;
+  };
   for (const std::string& name : gi_scene_names()) {
+    if (!options.scenes.empty() &&
+        std::find(options.scenes.begin(), options.scenes.end(), name) == options.scenes.end())
+      continue;
     std::fprintf(stderr, "making %s\n", name.c_str());
     auto loaded = master::make_builtin(name);
     if (!loaded.is_ok()) return loaded.status();
@@ -32,8 +40,11 @@ Status run_gi_suite(const CoreSuiteOptions& options, std::vector<std::string>& j
     if (loaded->scene.camera) settings.camera = *loaded->scene.camera;
     JsonObject object;
     object.add("scene", name);
-    object.add_raw("error", measure_error(**scene, settings, options));
-    object.add_raw("speed", measure_speed(**scene, settings, options));
+    if (is_wanted("speed")) {
+      object.add_raw("speed", measure_speed(**scene, settings, options));
+      object.add_raw("surfaces", measure_surfaces(loaded->scene, settings, options));
+    }
+    if (is_wanted("error")) object.add_raw("error", measure_error(**scene, settings, options));
     json.push_back(object.text());
   }
   return Status::ok();

@@ -4,7 +4,8 @@
 // path-traced reference; the slopes; what the other takes for as good a picture, or makes of as much
 // time.
 // Speed: where a frame's time goes; shadow rays in the renderer beside the same rays in the core and
-// in Embree; what samples, interleaving and borders cost; tables 9.1 and 9.2 of the thesis.
+// in Embree; what samples, interleaving and borders cost; tables 9.1 and 9.2 of the thesis; what
+// procedural surfaces cost (figure 9.3).
 //
 // Threads. One, but for the reference.
 #pragma once
@@ -19,7 +20,7 @@ namespace tessera::bench {
 
 std::vector<std::string> gi_scene_names();
 
-// Of the options isa, repeats and is_quick. Appends JSON, one object a scene, to `json`.
+// Of the options scenes, only (error or speed), isa, repeats and is_quick. Appends JSON, one object a scene, to `json`.
 Status run_gi_suite(const CoreSuiteOptions& options, std::vector<std::string>& json);
 
 }  // namespace tessera::bench

@@ -94,11 +94,15 @@ int main(int argc, char** argv) {
          "own; "
          "default: the first three")
       ->check(CLI::IsMember({"core", "build", "accuracy", "thesis", "exchange", "gi"}));
-  app.add_option("--scene", options.scenes, "interior, knot, building, field (default: all)")
-      ->check(CLI::IsMember(tessera::bench::scene_names()));
+  std::vector<std::string> scene_names = tessera::bench::scene_names();
+  for (const std::string& name : tessera::bench::gi_scene_names()) scene_names.push_back(name);
+  app.add_option("--scene", options.scenes,
+                 "interior, knot, building, field; gi: cornell, room (default: all)")
+      ->check(CLI::IsMember(scene_names));
   app.add_option("--rays", options.kinds, "primary, shadow, bounce (default: all)")
       ->check(CLI::IsMember({"primary", "shadow", "bounce"}));
-  app.add_option("--only", options.only, "only what has this in its name, beside the first");
+  app.add_option("--only", options.only,
+                 "only what has this in its name, beside the first; gi: error or speed");
   app.add_flag("--all-peers", options.with_all_peers,
                "beside Embree's build of high quality and its robust flag, too");
   app.add_flag("--sizes", options.with_sizes,

@@ -68,27 +68,27 @@ HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {
           rays.t_max[i]};
 }
 
-// Returns: whether all of the rays have been traced together.
+// kNoFrustum: it has not been tried.
 template <class Tracer, class Packet>
-HWY_INLINE bool run_together(Tracer& tracer, const Packet& rays) {
+HWY_INLINE Together run_together(Tracer& tracer, const Packet& rays) {
   PacketHabit& habit = rays.habit;
   if (habit.alone > 0) {
     --habit.alone;
-    return false;
+    return Together::kNoFrustum;
   }
   constexpr int kWaitMax = 32;
   const Together how = tracer.run(rays);
   if (how == Together::kDone) habit.wait = 1;
-  if (how != Together::kDoesNotPay) return how == Together::kDone;
+  if (how != Together::kDoesNotPay) return how;
   habit.alone = habit.wait;
   habit.wait = habit.wait < kWaitMax ? 2 * habit.wait : kWaitMax;
-  return false;
+  return how;
 }
 
 template <class Tracer, class View, class Packet>
 HWY_INLINE void closest(const View& scene, const Packet& rays, PacketHits& hits) {
   Tracer tracer(scene);
-  if (run_together(tracer, rays)) return tracer.rays().store(hits);
+  if (run_together(tracer, rays) == Together::kDone) return tracer.rays().store(hits);
   for (size_t i = 0; i < kPacketRays; ++i) {
     SingleHit hit{0, kNoPrimitive};
     if (rays.active >> i & 1u) closest_ray(scene, ray_of(rays, i), hit);
@@ -100,9 +100,11 @@ HWY_INLINE void closest(const View& scene, const Packet& rays, PacketHits& hits)
 template <class Tracer, class View, class Packet>
 HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
   Tracer tracer(scene);
-  if (run_together(tracer, rays)) return tracer.rays().blocked();
-  uint64_t blocked = 0;
-  for (uint64_t bits = rays.active; bits != 0; bits &= bits - 1) {
+  const Together how = run_together(tracer, rays);
+  if (how == Together::kDone) return tracer.rays().blocked();
+  // What was found blocked before it did not pay any more is.
+  uint64_t blocked = how == Together::kDoesNotPay ? tracer.rays().blocked() : 0;
+  for (uint64_t bits = rays.active & ~blocked; bits != 0; bits &= bits - 1) {
     const auto i = static_cast<size_t>(__builtin_ctzll(bits));
     blocked |= uint64_t{occluded_ray(scene, ray_of(rays, i))} << i;
   }

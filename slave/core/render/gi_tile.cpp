@@ -80,7 +80,10 @@ struct GiTile::Scratch {
     return is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed);
   }
   bool has_residual() const { return settings->is_compensated && bounds.has_any(); }
-  int radius() const { return settings->is_filtered ? settings->interleave / 2 : 0; }
+  int radius() const {
+    const bool is_filtered = settings->is_filtered && settings->pass < kFilteredPasses;
+    return is_filtered ? settings->interleave / 2 : 0;
+  }
 
   void begin_batches();
   void clear(const TileRect& region);

@@ -27,6 +27,10 @@
 
 namespace tessera::core {
 
+// Passes behind these are not filtered: neighbours calm a picture of few passes, and the mean of many
+// is calm by itself and keeps the truth of each pixel.
+inline constexpr std::uint32_t kFilteredPasses = 16;
+
 class GiTile {
  public:
   GiTile();
