@@ -70,6 +70,7 @@ class FanGroups {
   }
   bool project();
   void sort_by_face();
+  void put_in_order();
   Extent extent_of(int begin, int end) const;
   Extent extent_of_runs(int begin, int end, float& sum) const;
   void start(int begin, int end);
@@ -90,8 +91,22 @@ inline void FanGroups::run() {
   targets_.group_count = 0;
   targets_.group[0] = 0;
   if (targets_.count == 0) return;
-  if (project()) return start(0, targets_.count);
-  sort_by_face();
+  if (project()) {
+    start(0, targets_.count);
+  } else {
+    sort_by_face();
+  }
+  put_in_order();
+}
+
+// Behind the last stand numbers of rays, too (project()).
+inline void FanGroups::put_in_order() {
+  const D d;
+  for (int i = 0; i < targets_.count; i += kLanes) {
+    const auto number = hn::Load(DI(), targets_.order + i);
+    for (int a = 0; a < 3; ++a)
+      hn::Store(hn::GatherIndex(d, targets_.direction[a], number), d, targets_.sorted[a] + i);
+  }
 }
 
 // Where each ray meets its face of the cube. Returns: whether all leave through one.

@@ -68,6 +68,26 @@ HWY_INLINE V at_light(const LightPoint& light, V cosine_light) {
   return hn::Mul(hn::Mul(t, t), hn::Sub(hn::Set(d, 3), hn::Add(t, t)));
 }
 
+inline void bound_points(GatherPoints& p) {
+  const GatherTag d;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto bound = [&](const float* x, float& lower, float& upper) {
+    auto low = hn::Set(d, x[0]), high = low;
+    for (int i = 0; i < p.count; i += lanes) {
+      const auto is_here = hn::FirstN(d, static_cast<size_t>(p.count - i));
+      const auto own = hn::IfThenElse(is_here, hn::Load(d, x + i), low);
+      low = hn::Min(low, own);
+      high = hn::Max(high, hn::IfThenElse(is_here, own, high));
+    }
+    lower = hn::GetLane(hn::MinOfLanes(d, low));
+    upper = hn::GetLane(hn::MaxOfLanes(d, high));
+  };
+  for (int a = 0; a < 3; ++a) {
+    bound(p.point[a], p.lower[a], p.upper[a]);
+    bound(p.shading[a], p.normal_lower[a], p.normal_upper[a]);
+  }
+}
+
 // Finds rays.strength and the shadow rays. kFar: light.position is a place far back along the rays,
 // from which they are grouped. Returns: whether there are any rays.
 inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float clamp,

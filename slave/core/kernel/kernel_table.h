@@ -20,6 +20,8 @@ struct KernelTable {
   // within a group. Every ray is in one group, also those that are not valid.
   void (*group_fans)(FanTargets& targets);
 
+  // Finds the bounds that begin_gather() looks at. Requires: there are points.
+  void (*bound_points)(GatherPoints& points);
   // Finds rays.strength and the shadow rays, from the light to the points, that tell whether it is
   // theirs. Surfaces' shares of strength are at most `clamp`. Of kFar, light.position is a place far
   // back along the rays, from which they are to be grouped. Returns: whether there are any rays.

@@ -55,9 +55,10 @@ namespace tessera::core {
 namespace {
 
 // All entry points of one instruction set.
-#define TESSERA_KERNELS(set)                                                                   \
-  set::group_fans, set::begin_gather, set::end_gather, set::filter, set::kKernels<BvhView<8>>, \
-      set::kKernels<BvhView<16>>, set::kKernels<KdView<8>>, set::kKernels<KdView<16>>
+#define TESSERA_KERNELS(set)                                                           \
+  set::group_fans, set::bound_points, set::begin_gather, set::end_gather, set::filter, \
+      set::kKernels<BvhView<8>>, set::kKernels<BvhView<16>>, set::kKernels<KdView<8>>, \
+      set::kKernels<KdView<16>>
 
 constexpr KernelTable kTables[] = {
     {Isa::kScalar, 1, TESSERA_KERNELS(N_SCALAR)},

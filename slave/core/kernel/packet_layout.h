@@ -66,14 +66,15 @@ struct alignas(64) RayPacket {
 // Rays from one point that are still to be made into packets (see slave/core/trace/ray_groups.h).
 inline constexpr int kFanTargetsMax = 1024;
 struct alignas(64) FanTargets {
-  float direction[3][kFanTargetsMax];
+  float direction[3][kFanTargetsMax + 16];  // some room: registers are loaded whole
   int count;
 
   // Made by group_fans(): packet g takes the rays order[group[g]] to order[group[g + 1] - 1], at
   // most kPacketRays of them and at least one.
   int group_count;
   int group[kFanTargetsMax + 1];
-  alignas(64) int order[kFanTargetsMax + 16];        // some room: registers are loaded whole
+  alignas(64) int order[kFanTargetsMax + 16];
+  alignas(64) float sorted[3][kFanTargetsMax + 16];  // the directions in that order
   alignas(64) float across[2][kFanTargetsMax + 16];  // of the rays in `order`, on the cube's face
 };
 

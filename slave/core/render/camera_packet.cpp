@@ -32,13 +32,13 @@ void CameraPacket::enter(const SceneTracer& tracer, const TileRect& part) {
 
 void CameraPacket::set(const TileRect& part, int x_px, int y_px, std::uint32_t sample) {
   const bool is_centre = settings_->samples_per_pixel == 1 && settings_->pass == 0;
+  const SequencePoint point(sequence_index(*settings_, sample));
   rays.active = 0;
   for (int i = 0; i < kPacketRays; ++i) {
     const int x = x_px + column_of(i), y = y_px + row_of(i);
     if (x >= part.x_px + part.width_px || y >= part.y_px + part.height_px) continue;
     const Vec2f at = is_centre ? Vec2f{0.5f, 0.5f}
-                               : sample_2d(pixel_key(settings_->seed, x, y, kDimensionLens),
-                                           sequence_index(*settings_, sample));
+                               : point.scrambled(pixel_key(settings_->seed, x, y, kDimensionLens));
     const Vec3f direction = camera_->direction(double{at.x} + x, double{at.y} + y);
     for (int a = 0; a < 3; ++a) rays.direction[a][i] = direction[a];
     rays.active |= std::uint64_t{1} << i;

@@ -44,10 +44,4 @@ CameraRays::CameraRays(const Camera& camera, int width_px, int height_px) : orig
              forward.z - right.z * half_width + up.z * half_height};
 }
 
-Vec3f CameraRays::direction(double x, double y) const {
-  return {static_cast<float>(corner_.x + x * per_x_.x + y * per_y_.x),
-          static_cast<float>(corner_.y + x * per_x_.y + y * per_y_.y),
-          static_cast<float>(corner_.z + x * per_x_.z + y * per_y_.z)};
-}
-
 }  // namespace tessera::core

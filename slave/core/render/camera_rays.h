@@ -15,7 +15,11 @@ class CameraRays {
 
   Vec3f origin() const { return origin_; }
   // Direction through the image point (x, y), pixels from the top left corner; its length is not 1.
-  Vec3f direction(double x, double y) const;
+  Vec3f direction(double x, double y) const {
+    return {static_cast<float>(corner_.x + x * per_x_.x + y * per_y_.x),
+            static_cast<float>(corner_.y + x * per_x_.y + y * per_y_.y),
+            static_cast<float>(corner_.z + x * per_x_.z + y * per_y_.z)};
+  }
   // Edge of a pixel at distance 1, in the middle of the picture.
   float pixel_spread() const { return pixel_spread_; }
 

@@ -142,7 +142,11 @@ void GiTile::Scratch::trace_camera(const TileRect& region, std::uint32_t sample)
 void GiTile::Scratch::add_hits(const TileRect& region, const TileRect& part, int x_px, int y_px) {
   const FanPacket& rays = camera.rays;
   const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
-  const bool is_diffuse = scene->features.is_diffuse(), needs_cone = scene->features.needs_cones();
+  const bool is_diffuse = scene->features.is_diffuse(), needs_key = !is_diffuse || has_residual();
+  const bool needs_cone = scene->features.needs_cones();
+  std::uint32_t known = kNoPrimitive;
+  SurfaceTriangle shape;
+  Barycentric barycentric(eye, {}, {}, {});
   for (int i = 0; i < kPacketRays; ++i) {
     if ((rays.active >> i & 1u) == 0) continue;
     const int x = x_px + column_of(i), y = y_px + row_of(i);
@@ -154,15 +158,19 @@ void GiTile::Scratch::add_hits(const TileRect& region, const TileRect& part, int
       for (int c = 0; c < 3; ++c) own[c][pixel] = sky[c];
       continue;
     }
-    const TriangleStore& t = scene->triangles;
-    const Vec2f uv =
-        barycentric(eye, d, t.vertex(triangle, 0), t.vertex(triangle, 1), t.vertex(triangle, 2));
+    if (triangle != known) {
+      const TriangleStore& t = scene->triangles;
+      known = triangle;
+      shape = surface_triangle(*scene, triangle);
+      barycentric = {eye, t.vertex(triangle, 0), t.vertex(triangle, 1), t.vertex(triangle, 2)};
+    }
+    const Vec2f uv = barycentric.of(d);
     const float distance = hits.t[i] * length(d);
     const RayCone cone = needs_cone ? RayCone{0, pixel_spread}.advanced(distance) : RayCone{};
-    const Surface s = surface_at(*scene, triangle, uv.x, uv.y, d, cone);
+    const Surface s = surface_at(*scene, shape, uv.x, uv.y, d, cone);
     planes.distance[pixel] = distance;
     for (int c = 0; c < 3; ++c) own[c][pixel] = s.emission[c];
-    const std::uint32_t key = pixel_key(settings->seed, x, y, kDimensionLight);
+    const std::uint32_t key = needs_key ? pixel_key(settings->seed, x, y, kDimensionLight) : 0;
     if (is_diffuse) {
       add_surface(region, x, y, s, key);
       continue;
@@ -229,7 +237,7 @@ void GiTile::Scratch::gather_sample(std::uint32_t sample) {
   for (std::size_t number = 0; number < batches.size(); ++number) {
     GatherPoints& batch = *batches[number];
     if (batch.count == 0) continue;
-    VplGather::find_bounds(batch);
+    tracer->kernels().bound_points(batch);
     const int set = static_cast<int>(number) / batches_per_class;
     counts.shadow += gather.add(vpls->each(), 0, 1, 1, batch);
     counts.shadow +=

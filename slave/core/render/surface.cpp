@@ -25,10 +25,8 @@ Vec3f interpolated_normal(const Mesh& mesh, const std::array<std::uint32_t, 3>& 
 
 // A hit point of a triangle: what textures and programs need of it.
 struct Place {
-  const Mesh& mesh;
+  const SurfaceTriangle& of;
   const std::array<std::uint32_t, 3>& triangle;
-  Vec3f edge_b, edge_c;  // in the world
-  float twice_area;
   float u, v;
 };
 
@@ -45,11 +43,12 @@ struct TextureAt {
 };
 
 TextureAt texture_at(const Place& at, float footprint) {
-  const auto& [mesh, t, edge_b, edge_c, twice_area, u, v] = at;
-  const Vec2f p = corner(mesh.uvs, t, 0), q = corner(mesh.uvs, t, 1), r = corner(mesh.uvs, t, 2);
+  const auto& [of, t, u, v] = at;
+  const auto& uvs = of.mesh->uvs;
+  const Vec2f p = corner(uvs, t, 0), q = corner(uvs, t, 1), r = corner(uvs, t, 2);
   const float uv_area = std::fabs((q.x - p.x) * (r.y - p.y) - (r.x - p.x) * (q.y - p.y));
   return {{p.x * (1 - u - v) + q.x * u + r.x * v, p.y * (1 - u - v) + q.y * u + r.y * v},
-          footprint > 0 ? footprint * std::sqrt(uv_area / twice_area) : 0};
+          footprint > 0 ? footprint * std::sqrt(uv_area / of.twice_area) : 0};
 }
 
 Vec3f sample_at(const MipMap& map, const TextureAt& at) {
@@ -76,17 +75,17 @@ void apply_textures(const PreparedScene::Impl& scene, const Material& material, 
 // that is seen, or of a triangle without area in the texture, stays as it was.
 void apply_normal_map(const PreparedScene::Impl& scene, const Material& material,
                       const TextureAt& at, const Place& place, Surface& s) {
-  const bool is_front = dot(s.normal, cross(place.edge_b, place.edge_c)) > 0;
+  const bool is_front = dot(s.normal, place.of.normal) > 0;
   const Vec3f outward = is_front ? s.shading_normal : -s.shading_normal;
-  const auto& uvs = place.mesh.uvs;
+  const auto& uvs = place.of.mesh->uvs;
   const auto uv_to = [&](std::size_t k) {
     const Vec2f from = corner(uvs, place.triangle, 0), to = corner(uvs, place.triangle, k);
     return Vec2f{to.x - from.x, to.y - from.y};
   };
   const Vec2f uv_b = uv_to(1), uv_c = uv_to(2);
   const float side = uv_b.x * uv_c.y < uv_c.x * uv_b.y ? -1.0f : 1.0f;
-  const Vec3f along_u = (place.edge_b * uv_c.y - place.edge_c * uv_b.y) * side;
-  const Vec3f along_v = (place.edge_c * uv_b.x - place.edge_b * uv_c.x) * side;
+  const Vec3f along_u = (place.of.edge_b * uv_c.y - place.of.edge_c * uv_b.y) * side;
+  const Vec3f along_v = (place.of.edge_c * uv_b.x - place.of.edge_b * uv_c.x) * side;
   const Vec3f tangent = normalize(along_u - outward * dot(outward, along_u));
   const Vec3f across = cross(outward, tangent);
   const Vec3f bitangent = across * (dot(across, along_v) < 0 ? -1.0f : 1.0f);
@@ -98,12 +97,13 @@ void apply_normal_map(const PreparedScene::Impl& scene, const Material& material
 }
 
 void apply_program(const Material& material, const Place& at, float footprint, Surface& s) {
-  const auto& [mesh, t, edge_b, edge_c, twice_area, u, v] = at;
+  const auto& [of, t, u, v] = at;
+  const Mesh& mesh = *of.mesh;
   // Vertices before the transform.
   const Vec3f a = mesh.positions[t[0]];
   const Vec3f b = mesh.positions[t[1]] - a, c = mesh.positions[t[2]] - a;
   const Vec3f normal = cross(b, c);
-  const float shrunk = length(normal) / twice_area;  // area before the transform to behind
+  const float shrunk = length(normal) / of.twice_area;  // area before the transform to behind
   const SurfacePlace place{a + b * u + c * v, normal,
                            footprint > 0 ? footprint * std::sqrt(shrunk) : 0};
   apply_surface_program(material.surface, place, s);
@@ -113,7 +113,7 @@ void apply_patterns(const PreparedScene::Impl& scene, const Place& place, Vec3f 
                     Surface& s) {
   const Material& material = *s.material;
   const float footprint = s.cone.width > 0 ? footprint_of(s, to_surface, s.cone) : 0;
-  if (has_texture(material) && !place.mesh.uvs.empty()) {
+  if (has_texture(material) && !place.of.mesh->uvs.empty()) {
     const TextureAt at = texture_at(place, footprint);
     if (material.normal_texture != kNoTexture) apply_normal_map(scene, material, at, place, s);
     apply_textures(scene, material, at, s);
@@ -133,42 +133,47 @@ void set_scattering(const Material& material, bool is_front, std::uint32_t insta
 
 }  // namespace
 
-Surface surface_at(const PreparedScene::Impl& scene, std::uint32_t triangle, float u, float v,
+SurfaceTriangle surface_triangle(const PreparedScene::Impl& scene, std::uint32_t triangle) {
+  SurfaceTriangle t;
+  t.a = scene.triangles.vertex(triangle, 0);
+  t.edge_b = scene.triangles.vertex(triangle, 1) - t.a;
+  t.edge_c = scene.triangles.vertex(triangle, 2) - t.a;
+  const Vec3f across = cross(t.edge_b, t.edge_c);
+  t.normal = normalize(across);
+  t.twice_area = length(across);
+  t.instance = scene.triangles.instance_of(triangle);
+  t.mesh = scene.meshes[scene.instances[t.instance].mesh].get();
+  t.local = triangle - scene.triangles.instance_first[t.instance];
+  const auto& materials = t.mesh->materials;
+  t.material = &scene.materials[materials.size() == 1 ? materials[0] : materials[t.local]];
+  return t;
+}
+
+Surface surface_at(const PreparedScene::Impl& scene, const SurfaceTriangle& t, float u, float v,
                    Vec3f to_surface, RayCone cone) {
-  const Vec3f a = scene.triangles.vertex(triangle, 0);
-  const Vec3f edge_b = scene.triangles.vertex(triangle, 1) - a;
-  const Vec3f edge_c = scene.triangles.vertex(triangle, 2) - a;
   Surface s;
-  const Vec3f across = cross(edge_b, edge_c);
-  s.normal = normalize(across);
-  const bool is_front = dot(s.normal, to_surface) < 0;
-  if (!is_front) s.normal = -s.normal;
-  const SurfacePoint at = surface_point(a, edge_b, edge_c, s.normal, u, v);
+  const bool is_front = dot(t.normal, to_surface) < 0;
+  s.normal = is_front ? t.normal : -t.normal;
+  const SurfacePoint at = surface_point(t.a, t.edge_b, t.edge_c, s.normal, u, v);
   s.point = at.point;
   s.offset = at.offset;
   s.shading_normal = s.normal;
-
-  const std::uint32_t number = scene.triangles.instance_of(triangle);
-  const Instance& instance = scene.instances[number];
-  const Mesh& mesh = *scene.meshes[instance.mesh];
-  const std::size_t local = triangle - scene.triangles.instance_first[number];
-  const Material& material =
-      scene.materials[mesh.materials.size() == 1 ? mesh.materials[0] : mesh.materials[local]];
-  s.material = &material;
-  s.albedo = material.albedo;
-  if (is_front) s.emission = material.emission;
+  s.material = t.material;
+  s.albedo = t.material->albedo;
+  if (is_front) s.emission = t.material->emission;
+  const Mesh& mesh = *t.mesh;
   if (scene.features.has_normals && !mesh.normals.empty()) {
-    const Vec3f n =
-        interpolated_normal(mesh, mesh.triangles[local], instance.object_to_world, u, v);
+    const Vec3f n = interpolated_normal(mesh, mesh.triangles[t.local],
+                                        scene.instances[t.instance].object_to_world, u, v);
     const float side = dot(n, s.normal);
     if (side > 0) s.shading_normal = n;
     if (side < 0) s.shading_normal = -n;  // NaN or zero: stays flat
   }
-  if (!scene.features.is_diffuse()) set_scattering(material, is_front, number, to_surface, s);
+  if (!scene.features.is_diffuse())
+    set_scattering(*t.material, is_front, t.instance, to_surface, s);
   if (scene.features.needs_cones()) {
     s.cone = cone;
-    apply_patterns(scene, {mesh, mesh.triangles[local], edge_b, edge_c, length(across), u, v},
-                   to_surface, s);
+    apply_patterns(scene, {t, mesh.triangles[t.local], u, v}, to_surface, s);
   }
   // A normal that looks away from the viewer is none to reflect about.
   if (s.bsdf != BsdfKind::kDiffuse && !(dot(s.shading_normal, s.to_viewer) > 0))

@@ -96,17 +96,24 @@ void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
                          scene->features.has_specular || settings->renderer == Renderer::kPath;
   const bool needs_cone = scene->features.needs_cones();
   const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
+  std::uint32_t known = kNoPrimitive;
+  SurfaceTriangle shape;
+  Barycentric barycentric(eye, {}, {}, {});
   for (int i = 0; i < kPacketRays; ++i) {
     const std::uint32_t triangle = hits.primitive[i];
     if (triangle == kNoPrimitive) continue;
     const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
-    const TriangleStore& triangles = scene->triangles;
-    const Vec2f uv = barycentric(eye, d, triangles.vertex(triangle, 0),
-                                 triangles.vertex(triangle, 1), triangles.vertex(triangle, 2));
+    if (triangle != known) {
+      const TriangleStore& t = scene->triangles;
+      known = triangle;
+      shape = surface_triangle(*scene, triangle);
+      barycentric = {eye, t.vertex(triangle, 0), t.vertex(triangle, 1), t.vertex(triangle, 2)};
+    }
+    const Vec2f uv = barycentric.of(d);
     Surface& s = batch.surface[batch.count];
     const RayCone cone =
         needs_cone ? RayCone{0, pixel_spread}.advanced(hits.t[i] * length(d)) : RayCone{};
-    new (&s) Surface(surface_at(*scene, triangle, uv.x, uv.y, d, cone));  // without a copy
+    new (&s) Surface(surface_at(*scene, shape, uv.x, uv.y, d, cone));  // without a copy
     const int pixel = packet * kPacketRays + i;
     if (!has_light) {  // a bare mesh: the camera is its lamp
       const float cosine = std::max(0.0f, -dot(s.shading_normal, normalize(d)));

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "common/math/rounding.h"
+#include "slave/core/trace/ray_groups.h"
 
 namespace tessera::core {
 namespace {
@@ -38,17 +39,6 @@ void VplGather::begin(const SceneTracer& tracer, const GeometryBounds& bounds,
   std::fill_n(fan_.t_max, kPacketRays, kEnd);
   std::fill_n(packet_.t_min, kPacketRays, 0.0f);
   std::fill_n(packet_.t_max, kPacketRays, std::numeric_limits<float>::infinity());
-}
-
-void VplGather::find_bounds(GatherPoints& p) {
-  for (int a = 0; a < 3; ++a) {
-    const auto [low, high] = std::minmax_element(p.point[a], p.point[a] + p.count);
-    const auto [turn_low, turn_high] = std::minmax_element(p.shading[a], p.shading[a] + p.count);
-    p.lower[a] = *low;
-    p.upper[a] = *high;
-    p.normal_lower[a] = *turn_low;
-    p.normal_upper[a] = *turn_high;
-  }
 }
 
 std::uint64_t VplGather::add(std::span<const LightPoint> vpls, std::size_t first,
@@ -91,12 +81,7 @@ void VplGather::trace_fans(const LightPoint& light) {
   for (int a = 0; a < 3; ++a) fan_.origin[a] = light.position[a];
   fan_.t_min = light.t_min;
   for (int g = 0; g < targets.group_count; ++g) {
-    const int begin = targets.group[g], count = targets.group[g + 1] - begin;
-    for (int a = 0; a < 3; ++a) {
-      for (int i = 0; i < count; ++i)
-        fan_.direction[a][i] = targets.direction[a][targets.order[begin + i]];
-    }
-    fan_.active = bits_below(count);
+    fill_fan(targets, g, fan_);
     darken(tracer_->occluded(fan_), g);
   }
 }

@@ -32,12 +32,9 @@ class VplGather {
              const std::atomic<bool>* is_cancelled);
 
   // Adds to points.light what every `stride`-th VPL from number `first` on sheds, times `weight`.
-  // Requires: find_bounds(points) after they were last changed. Returns: shadow rays traced.
+  // Requires: KernelTable::bound_points(points) after they were last changed. Returns: shadow rays traced.
   std::uint64_t add(std::span<const LightPoint> vpls, std::size_t first, std::size_t stride,
                     float weight, GatherPoints& points);
-
-  // Sets lower, upper, normal_lower, normal_upper.
-  static void find_bounds(GatherPoints& points);
 
  private:
   std::uint64_t add_one(LightPoint light, GatherPoints& points);

@@ -69,10 +69,23 @@ constexpr std::uint32_t pixel_key(std::uint32_t seed, int x_px, int y_px, std::u
   return hash_combine(h, dimension);
 }
 
+// One point of the sequence, for many keys.
+class SequencePoint {
+ public:
+  explicit SequencePoint(std::uint32_t index)
+      : x_(van_der_corput_bits(index)), y_(sobol2_bits(index)) {}
+  // In [0, 1)^2.
+  Vec2f scrambled(std::uint32_t key) const {
+    return {unit_float(x_ ^ key), unit_float(y_ ^ mix_bits(key))};
+  }
+
+ private:
+  std::uint32_t x_, y_;
+};
+
 // Point `index` of the sequence scrambled by key, in [0, 1)^2.
 inline Vec2f sample_2d(std::uint32_t key, std::uint32_t index) {
-  return {unit_float(van_der_corput_bits(index) ^ key),
-          unit_float(sobol2_bits(index) ^ mix_bits(key))};
+  return SequencePoint(index).scrambled(key);
 }
 
 // As sample_2d(), the points in another order: for each of several uses of one index.

@@ -4,6 +4,7 @@
 // Threads. One object per thread; scratch memory, reused.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -12,6 +13,13 @@
 #include "slave/core/kernel/kernel_table.h"
 
 namespace tessera::core {
+
+// Directions and active bits of a packet of group g. Requires: group_fans() was called.
+inline void fill_fan(const FanTargets& targets, int g, FanPacket& packet) {
+  const int begin = targets.group[g], count = targets.group[g + 1] - begin;
+  packet.active = ~std::uint64_t{0} >> (kPacketRays - count);
+  for (int a = 0; a < 3; ++a) std::copy_n(targets.sorted[a] + begin, count, packet.direction[a]);
+}
 
 class RayGroups {
  public:
@@ -40,14 +48,7 @@ class RayGroups {
     return {targets_->order + begin, static_cast<std::size_t>(end - begin)};
   }
   // Directions and active bits of a packet of one group; origin and limits are the caller's.
-  void fill(int g, FanPacket& packet) const {
-    const std::span<const int> rays = group(g);
-    packet.active = ~std::uint64_t{0} >> (kPacketRays - static_cast<int>(rays.size()));
-    for (int a = 0; a < 3; ++a) {
-      for (std::size_t i = 0; i < rays.size(); ++i)
-        packet.direction[a][i] = targets_->direction[a][rays[i]];
-    }
-  }
+  void fill(int g, FanPacket& packet) const { fill_fan(*targets_, g, packet); }
 
  private:
   std::unique_ptr<FanTargets> targets_;
