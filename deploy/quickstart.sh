@@ -173,7 +173,7 @@ END
   *) path=(--orbit 55) ;;
 esac
 # A second of time for each frame, so that the lantern goes once round.
-light=(--renderer igi --clamp auto --compensate on --fps 1)
+light=(--renderer igi --fps 1)
 rm -f "$out"/frame-*.png "$out/frame.exr"
 attend "$bin/tessera-master" render "$scene" "${app[@]}" "${path[@]}" "${light[@]}" --frames 0:11 --size 640x480 --stats "$out/stats.jsonl" \
   -o "$out/frame-%04d.png" || give_up "rendering failed" "$out/master.log"
@@ -187,5 +187,5 @@ echo "logs:     $out/master.log, slave-1.log, slave-2.log; per frame: stats.json
 
 if [[ -n ${DISPLAY:-}${WAYLAND_DISPLAY:-} ]]; then
   echo "opening the window; close it to end the cluster"
-  attend "$bin/tessera-master" view "$scene" "${app[@]}" --renderer igi --clamp auto --compensate on --frame-time 100 || give_up "the window did not open; the pictures are there"
+  attend "$bin/tessera-master" view "$scene" "${app[@]}" --renderer igi --frame-time 100 || give_up "the window did not open; the pictures are there"
 fi

@@ -147,8 +147,10 @@ void add_gi_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->check(CLI::IsMember({1, 3, 5}))
       ->capture_default_str()
       ->type_name("N");
+  o.frame.is_compensated = true;
   app.add_option("--filter", o.frame.is_filtered,
                  "igi: pixels that show one surface share the light of their points: on or off")
+      ->default_str("on")
       ->type_name("on|off");
   app.add_option(
          "--clamp", t.clamp,
@@ -157,6 +159,7 @@ void add_gi_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->type_name("X|off|auto");
   app.add_option("--compensate", o.frame.is_compensated,
                  "igi: trace what --clamp takes away: on or off")
+      ->default_str("on")
       ->type_name("on|off");
 }
 

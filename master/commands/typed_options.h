@@ -12,8 +12,8 @@
 namespace tessera::master {
 
 struct TypedOptions {
-  std::string size, frames, renderer = "direct", pixels, isa = "auto", isa_policy = "same",
-                            pixel_coding = "auto", relay = "on", tile = "auto", clamp = "off",
+  std::string size, frames, renderer = "igi", pixels, isa = "auto", isa_policy = "same",
+                            pixel_coding = "auto", relay = "on", tile = "auto", clamp = "auto",
                             prefetch = "auto", schedule = "dynamic", faulty_pixels = "colour",
                             scene_transfer = "async", log_level = "info", log_format = "text",
                             environment, config;

@@ -164,10 +164,12 @@ class Cluster:
         return (self.folder / f"{name}.log").read_text(errors="replace").strip().splitlines()[-1]
 
     def start_render(self, scene, *options, connect=True, output=None):
-        """An application in the background; finish() waits for it."""
+        """An application in the background; finish() waits for it. Without --renderer: lights and shadows."""
         self.runs += 1
         stats = self.folder / f"stats-{self.runs}.jsonl"
         words = [program("tessera-master"), "render", scene, "--quiet", "--stats", str(stats), *options]
+        if "--renderer" not in options:
+            words += ["--renderer", "direct"]
         words += ["-o", output or str(self.folder / f"out-{self.runs}-%04d.pfm")]
         if connect:
             words += ["--connect", self.address, "--keys", str(self.keys / "app")]

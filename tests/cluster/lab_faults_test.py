@@ -85,7 +85,7 @@ class LabFaults(unittest.TestCase):
     def test_f11_a_full_disk_names_the_file_and_leaves_none(self):
         folder = self.cluster.folder / "full"
         folder.mkdir()
-        run = self.lab.exec(1, [cluster_lib.program("tessera-master"), "render", "--quiet", SCENE, "--size", "400x400",
+        run = self.lab.exec(1, [cluster_lib.program("tessera-master"), "render", "--quiet", SCENE, "--renderer", "direct", "--size", "400x400",
                                 "-o", str(folder / "big.pfm")], tmpfs=[f"{folder}:64k"], timeout=60)
         self.assertEqual(run.returncode, 1, run.stdout)
         self.assertIn("big.pfm", run.stdout)

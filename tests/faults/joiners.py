@@ -46,7 +46,7 @@ def f11(stage, report):
     """The disk is full while a frame is written."""
     folder = stage.cluster.folder / "full"
     folder.mkdir()
-    run = stage.lab.exec(1, ["sh", "-c", f"{cluster_lib.program('tessera-master')} render --quiet builtin:cornell --size "
+    run = stage.lab.exec(1, ["sh", "-c", f"{cluster_lib.program('tessera-master')} render --quiet --renderer direct builtin:cornell --size "
                              f"400x400 -o {folder}/big.pfm; echo code $?; ls {folder}"], tmpfs=[f"{folder}:64k"], timeout=60)
     lines = run.stdout.strip().splitlines()
     report.claim("one line with file and reason", len(lines) == 2 and "big.pfm" in lines[0] and "No space" in lines[0], lines)
