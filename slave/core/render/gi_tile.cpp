@@ -143,7 +143,6 @@ void GiTile::Scratch::add_hits(const TileRect& region, const TileRect& part, int
   const FanPacket& rays = camera.rays;
   const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
   const bool is_diffuse = scene->features.is_diffuse(), needs_key = !is_diffuse || has_residual();
-  const bool needs_cone = scene->features.needs_cones();
   std::uint32_t known = kNoPrimitive;
   SurfaceTriangle shape;
   Barycentric barycentric(eye, {}, {}, {});
@@ -166,8 +165,7 @@ void GiTile::Scratch::add_hits(const TileRect& region, const TileRect& part, int
     }
     const Vec2f uv = barycentric.of(d);
     const float distance = hits.t[i] * length(d);
-    const RayCone cone = needs_cone ? RayCone{0, pixel_spread}.advanced(distance) : RayCone{};
-    const Surface s = surface_at(*scene, shape, uv.x, uv.y, d, cone);
+    const Surface s = surface_at(*scene, shape, uv.x, uv.y, d, {0, pixel_spread}, hits.t[i]);
     planes.distance[pixel] = distance;
     for (int c = 0; c < 3; ++c) own[c][pixel] = s.emission[c];
     const std::uint32_t key = needs_key ? pixel_key(settings->seed, x, y, kDimensionLight) : 0;

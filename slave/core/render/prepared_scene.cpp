@@ -26,6 +26,7 @@ SurfaceFeatures features_of(const Scene& scene) {
     features.has_specular |=
         material.bsdf == BsdfKind::kMirror || material.bsdf == BsdfKind::kGlass;
   }
+  features.is_rich |= features.has_normals || features.needs_cones() || !features.is_diffuse();
   return features;
 }
 

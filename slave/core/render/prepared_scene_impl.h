@@ -14,13 +14,25 @@
 
 namespace tessera::core {
 
+// A core built without a feature's code, to count what asking for it costs where a scene does not
+// have it (tests/bench/feature_cost/core_cost.sh).
+#ifdef TESSERA_PLAIN_CORE
+struct Feature {
+  constexpr operator bool() const { return false; }
+  void operator|=(bool) const {}
+};
+#else
+using Feature = bool;
+#endif
+
 // What the scene at hand uses; shading skips the rest.
 struct SurfaceFeatures {
-  bool has_textures = false;
-  bool has_normals = false;
-  bool has_programs = false;
-  bool has_glossy = false;
-  bool has_specular = false;  // mirror or glass
+  Feature has_textures{};
+  Feature has_normals{};
+  Feature has_programs{};
+  Feature has_glossy{};
+  Feature has_specular{};  // mirror or glass
+  Feature is_rich{};       // any of these
 
   bool is_diffuse() const { return !has_glossy && !has_specular; }
   bool needs_cones() const { return has_textures || has_programs; }

@@ -69,8 +69,7 @@ bool ScatteredRays::meet(const PreparedScene::Impl& scene, int i, std::uint32_t 
   const Vec2f uv = barycentric(start[i], direction[i], triangles.vertex(triangle, 0),
                                triangles.vertex(triangle, 1), triangles.vertex(triangle, 2));
   // In its place, without a copy: this is the path of every bounce.
-  new (&surface)
-      Surface(surface_at(scene, triangle, uv.x, uv.y, direction[i], cone[i].advanced(t)));
+  new (&surface) Surface(surface_at(scene, triangle, uv.x, uv.y, direction[i], cone[i], t));
   surface.weight = weight[i];
   return true;
 }

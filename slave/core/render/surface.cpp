@@ -131,6 +131,29 @@ void set_scattering(const Material& material, bool is_front, std::uint32_t insta
   s.instance = instance;
 }
 
+// All that a plain scene does not have. Apart, so that such a scene pays for one question.
+[[gnu::noinline]] void enrich(const PreparedScene::Impl& scene, const Place& place,
+                              Vec3f to_surface, bool is_front, RayCone cone, float hit_t,
+                              Surface& s) {
+  const SurfaceTriangle& t = place.of;
+  if (!t.mesh->normals.empty()) {
+    const Vec3f n = interpolated_normal(
+        *t.mesh, place.triangle, scene.instances[t.instance].object_to_world, place.u, place.v);
+    const float side = dot(n, s.normal);
+    if (side > 0) s.shading_normal = n;
+    if (side < 0) s.shading_normal = -n;  // NaN or zero: stays flat
+  }
+  if (!scene.features.is_diffuse())
+    set_scattering(*t.material, is_front, t.instance, to_surface, s);
+  if (scene.features.needs_cones()) {
+    s.cone = cone.advanced(hit_t * length(to_surface));
+    apply_patterns(scene, place, to_surface, s);
+  }
+  // A normal that looks away from the viewer is none to reflect about.
+  if (s.bsdf != BsdfKind::kDiffuse && !(dot(s.shading_normal, s.to_viewer) > 0))
+    s.shading_normal = s.normal;
+}
+
 }  // namespace
 
 SurfaceTriangle surface_triangle(const PreparedScene::Impl& scene, std::uint32_t triangle) {
@@ -150,7 +173,7 @@ SurfaceTriangle surface_triangle(const PreparedScene::Impl& scene, std::uint32_t
 }
 
 Surface surface_at(const PreparedScene::Impl& scene, const SurfaceTriangle& t, float u, float v,
-                   Vec3f to_surface, RayCone cone) {
+                   Vec3f to_surface, RayCone cone, float hit_t) {
   Surface s;
   const bool is_front = dot(t.normal, to_surface) < 0;
   s.normal = is_front ? t.normal : -t.normal;
@@ -161,23 +184,8 @@ Surface surface_at(const PreparedScene::Impl& scene, const SurfaceTriangle& t, f
   s.material = t.material;
   s.albedo = t.material->albedo;
   if (is_front) s.emission = t.material->emission;
-  const Mesh& mesh = *t.mesh;
-  if (scene.features.has_normals && !mesh.normals.empty()) {
-    const Vec3f n = interpolated_normal(mesh, mesh.triangles[t.local],
-                                        scene.instances[t.instance].object_to_world, u, v);
-    const float side = dot(n, s.normal);
-    if (side > 0) s.shading_normal = n;
-    if (side < 0) s.shading_normal = -n;  // NaN or zero: stays flat
-  }
-  if (!scene.features.is_diffuse())
-    set_scattering(*t.material, is_front, t.instance, to_surface, s);
-  if (scene.features.needs_cones()) {
-    s.cone = cone;
-    apply_patterns(scene, {t, mesh.triangles[t.local], u, v}, to_surface, s);
-  }
-  // A normal that looks away from the viewer is none to reflect about.
-  if (s.bsdf != BsdfKind::kDiffuse && !(dot(s.shading_normal, s.to_viewer) > 0))
-    s.shading_normal = s.normal;
+  if (scene.features.is_rich)
+    enrich(scene, {t, t.mesh->triangles[t.local], u, v}, to_surface, is_front, cone, hit_t, s);
   return s;
 }
 

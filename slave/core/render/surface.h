@@ -21,15 +21,15 @@ struct SurfaceTriangle {
 };
 SurfaceTriangle surface_triangle(const PreparedScene::Impl& scene, std::uint32_t triangle);
 
-// `to_surface`: direction of the ray that hit; `cone`: the ray's, at the hit. Requires: u and v of
-// its hit.
+// `to_surface`: direction of the ray that hit; `cone`: the ray's where it began; t: of the hit.
+// Requires: u and v of its hit.
 Surface surface_at(const PreparedScene::Impl& scene, const SurfaceTriangle& triangle, float u,
-                   float v, Vec3f to_surface, RayCone cone = {});
+                   float v, Vec3f to_surface, RayCone cone = {}, float t = 0);
 
 // The same in one. Requires: triangle < triangle count.
 inline Surface surface_at(const PreparedScene::Impl& scene, std::uint32_t triangle, float u,
-                          float v, Vec3f to_surface, RayCone cone = {}) {
-  return surface_at(scene, surface_triangle(scene, triangle), u, v, to_surface, cone);
+                          float v, Vec3f to_surface, RayCone cone = {}, float t = 0) {
+  return surface_at(scene, surface_triangle(scene, triangle), u, v, to_surface, cone, t);
 }
 
 }  // namespace tessera::core

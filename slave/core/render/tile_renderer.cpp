@@ -94,7 +94,6 @@ void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
   const bool has_emitters = !scene->lights.emitters.empty();
   const bool needs_key = has_emitters || scene->lights.has_environment ||
                          scene->features.has_specular || settings->renderer == Renderer::kPath;
-  const bool needs_cone = scene->features.needs_cones();
   const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
   std::uint32_t known = kNoPrimitive;
   SurfaceTriangle shape;
@@ -111,9 +110,8 @@ void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
     }
     const Vec2f uv = barycentric.of(d);
     Surface& s = batch.surface[batch.count];
-    const RayCone cone =
-        needs_cone ? RayCone{0, pixel_spread}.advanced(hits.t[i] * length(d)) : RayCone{};
-    new (&s) Surface(surface_at(*scene, shape, uv.x, uv.y, d, cone));  // without a copy
+    new (&s) Surface(
+        surface_at(*scene, shape, uv.x, uv.y, d, {0, pixel_spread}, hits.t[i]));  // without a copy
     const int pixel = packet * kPacketRays + i;
     if (!has_light) {  // a bare mesh: the camera is its lamp
       const float cosine = std::max(0.0f, -dot(s.shading_normal, normalize(d)));
