@@ -16,9 +16,24 @@
 namespace tessera::core {
 namespace {
 
-SurfaceFeatures features_of(const Scene& scene) {
+// Whether normals of vertices show anything: one is further than 1e-5 from that of its triangle, which
+// is more than rounding and less than can be seen.
+bool is_smooth(const Mesh& mesh) {
+  if (mesh.normals.empty()) return false;
+  for (const auto& t : mesh.triangles) {
+    const Vec3f a = mesh.positions[t[0]];
+    const Vec3f flat = normalize(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
+    for (const std::uint32_t vertex : t) {
+      const Vec3f off = normalize(mesh.normals[vertex]) - flat;
+      if (!(dot(off, off) <= 1e-10f)) return true;  // also for NaN: of no area, or no normal
+    }
+  }
+  return false;
+}
+
+SurfaceFeatures features_of(const Scene& scene, const Geometry& geometry) {
   SurfaceFeatures features;
-  for (const auto& mesh : scene.meshes) features.has_normals |= !mesh->normals.empty();
+  features.has_normals |= geometry.is_smooth;
   for (const Material& material : scene.materials) {
     features.has_textures |= has_texture(material);
     features.has_programs |= material.surface.kind != SurfaceKind::kConstant;
@@ -53,6 +68,7 @@ Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
                           {options.threads, options.is_cancelled});
   if (!index.is_ok()) return index.status();
   geometry->index = std::move(*index);
+  for (const auto& mesh : scene.meshes) geometry->is_smooth |= is_smooth(*mesh);
   geometry->meshes = scene.meshes;
   geometry->instances = scene.instances;
   geometry->structure = options.structure;
@@ -88,7 +104,7 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
   impl->textures = mip_maps_of(scene, other);
   impl->lights = make_light_set(scene, impl->triangles, impl->geometry->left_out, impl->textures,
                                 other == nullptr ? nullptr : &other->lights);
-  impl->features = features_of(scene);
+  impl->features = features_of(scene, *impl->geometry);
   if (impl->features.has_glossy) AlbedoTable::shared();  // made here, not in the first tile
   impl->materials = scene.materials;
   return std::shared_ptr<const PreparedScene>(std::make_shared<PreparedScene>(std::move(impl)));

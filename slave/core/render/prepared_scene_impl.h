@@ -28,7 +28,7 @@ using Feature = bool;
 // What the scene at hand uses; shading skips the rest.
 struct SurfaceFeatures {
   Feature has_textures{};
-  Feature has_normals{};
+  Feature has_normals{};  // that differ from those of the triangles
   Feature has_programs{};
   Feature has_glossy{};
   Feature has_specular{};  // mirror or glass
@@ -48,6 +48,7 @@ struct Geometry {
   TriangleStore triangles;
   std::vector<std::uint64_t> left_out;  // of the index, rising: triangles without area
   SpatialIndex index;
+  bool is_smooth = false;  // some mesh has normals that differ from those of its triangles
   // What it was made of:
   std::vector<std::shared_ptr<const Mesh>> meshes;
   std::vector<Instance> instances;

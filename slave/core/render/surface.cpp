@@ -136,7 +136,7 @@ void set_scattering(const Material& material, bool is_front, std::uint32_t insta
                               Vec3f to_surface, bool is_front, RayCone cone, float hit_t,
                               Surface& s) {
   const SurfaceTriangle& t = place.of;
-  if (!t.mesh->normals.empty()) {
+  if (scene.features.has_normals && !t.mesh->normals.empty()) {
     const Vec3f n = interpolated_normal(
         *t.mesh, place.triangle, scene.instances[t.instance].object_to_world, place.u, place.v);
     const float side = dot(n, s.normal);

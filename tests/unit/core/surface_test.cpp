@@ -136,6 +136,26 @@ TEST(Surface, TexturesAreLookedUpInTheLevelOfTheCone) {
   EXPECT_LT(length(albedo({0, 1.7320508f, -1}, 0.5f) - albedo({0, 0, -5}, 1)), 1e-4f);
 }
 
+// Normals of vertices that are those of the triangles cost nothing, whatever turned and scaled them.
+TEST(Surface, FlatNormalsAreNoFeature) {
+  Mesh mesh = test::make_cube();
+  Mesh flat;
+  for (const auto& t : mesh.triangles) {
+    const auto n = static_cast<std::uint32_t>(flat.positions.size());
+    const Vec3f a = mesh.positions[t[0]], b = mesh.positions[t[1]], c = mesh.positions[t[2]];
+    flat.positions.insert(flat.positions.end(), {a, b, c});
+    flat.normals.insert(flat.normals.end(), 3, normalize(cross(b - a, c - a)));
+    flat.triangles.push_back({n, n + 1, n + 2});
+  }
+  flat.materials = {0};
+  const auto has_normals = [](const Mesh& m) {
+    return bool{(*PreparedScene::build(test::make_scene(m), {}))->impl().features.has_normals};
+  };
+  EXPECT_FALSE(has_normals(flat));
+  flat.normals[4] = normalize(flat.normals[4] + Vec3f{1e-4f, 2e-4f, 1e-4f});
+  EXPECT_TRUE(has_normals(flat));
+}
+
 // A triangle in the plane z = 0, u along x, v along y or, mirrored, against it.
 Scene make_normal_mapped(bool is_mirrored, std::array<std::uint8_t, 3> texel) {
   Mesh mesh;
