@@ -6,7 +6,6 @@
 #include <limits>
 #include <vector>
 
-#include "slave/core/geometry/barycentric.h"
 #include "slave/core/render/camera_packet.h"
 #include "slave/core/render/clamp_residual.h"
 #include "slave/core/render/path_tracer.h"
@@ -143,9 +142,7 @@ void GiTile::Scratch::add_hits(const TileRect& region, const TileRect& part, int
   const FanPacket& rays = camera.rays;
   const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
   const bool is_diffuse = scene->features.is_diffuse(), needs_key = !is_diffuse || has_residual();
-  std::uint32_t known = kNoPrimitive;
-  SurfaceTriangle shape;
-  Barycentric barycentric(eye, {}, {}, {});
+  SurfacesSeen seen(*scene, eye, pixel_spread);
   for (int i = 0; i < kPacketRays; ++i) {
     if ((rays.active >> i & 1u) == 0) continue;
     const int x = x_px + column_of(i), y = y_px + row_of(i);
@@ -157,15 +154,8 @@ void GiTile::Scratch::add_hits(const TileRect& region, const TileRect& part, int
       for (int c = 0; c < 3; ++c) own[c][pixel] = sky[c];
       continue;
     }
-    if (triangle != known) {
-      const TriangleStore& t = scene->triangles;
-      known = triangle;
-      shape = surface_triangle(*scene, triangle);
-      barycentric = {eye, t.vertex(triangle, 0), t.vertex(triangle, 1), t.vertex(triangle, 2)};
-    }
-    const Vec2f uv = barycentric.of(d);
     const float distance = hits.t[i] * length(d);
-    const Surface s = surface_at(*scene, shape, uv.x, uv.y, d, {0, pixel_spread}, hits.t[i]);
+    const Surface s = seen.at(triangle, d, hits.t[i]);
     planes.distance[pixel] = distance;
     for (int c = 0; c < 3; ++c) own[c][pixel] = s.emission[c];
     const std::uint32_t key = needs_key ? pixel_key(settings->seed, x, y, kDimensionLight) : 0;

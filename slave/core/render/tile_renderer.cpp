@@ -6,7 +6,6 @@
 #include <new>
 
 #include "common/base/check.h"
-#include "slave/core/geometry/barycentric.h"
 #include "slave/core/kernel/kernel_table.h"
 #include "slave/core/render/camera_packet.h"
 #include "slave/core/render/direct_light.h"
@@ -95,23 +94,13 @@ void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
   const bool needs_key = has_emitters || scene->lights.has_environment ||
                          scene->features.has_specular || settings->renderer == Renderer::kPath;
   const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
-  std::uint32_t known = kNoPrimitive;
-  SurfaceTriangle shape;
-  Barycentric barycentric(eye, {}, {}, {});
+  SurfacesSeen seen(*scene, eye, pixel_spread);
   for (int i = 0; i < kPacketRays; ++i) {
     const std::uint32_t triangle = hits.primitive[i];
     if (triangle == kNoPrimitive) continue;
     const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
-    if (triangle != known) {
-      const TriangleStore& t = scene->triangles;
-      known = triangle;
-      shape = surface_triangle(*scene, triangle);
-      barycentric = {eye, t.vertex(triangle, 0), t.vertex(triangle, 1), t.vertex(triangle, 2)};
-    }
-    const Vec2f uv = barycentric.of(d);
     Surface& s = batch.surface[batch.count];
-    new (&s) Surface(
-        surface_at(*scene, shape, uv.x, uv.y, d, {0, pixel_spread}, hits.t[i]));  // without a copy
+    new (&s) Surface(seen.at(triangle, d, hits.t[i]));  // without a copy
     const int pixel = packet * kPacketRays + i;
     if (!has_light) {  // a bare mesh: the camera is its lamp
       const float cosine = std::max(0.0f, -dot(s.shading_normal, normalize(d)));
