@@ -7,7 +7,7 @@ import json
 import math
 import sys
 
-COLOURS = {"vpls": "#1b6ca8", "passes": "#c0392b", "path": "#555555", "interleave": "#27ae60", "clamp": "#8e44ad", "samples": "#d68910"}
+COLOURS = {"vpls": "#1b6ca8", "vpls, raw": "#16a3a3", "passes": "#c0392b", "path": "#555555", "interleave": "#27ae60", "clamp": "#8e44ad", "samples": "#d68910"}
 WIDTH, HEIGHT, MARGIN = 460, 360, 56
 
 
@@ -32,7 +32,7 @@ def panel(scene, left):
         out.append(f'<text x="{left + MARGIN - 4}" y="{y + 4:.1f}" text-anchor="end">{10.0 ** k:g}</text>')
     for series, colour in COLOURS.items():
         points = [place(r) for r in rows if r["series"] == series]
-        if series in ("vpls", "passes", "path"):
+        if series in ("vpls", "vpls, raw", "passes", "path"):
             out.append(f'<polyline fill="none" stroke="{colour}" stroke-width="1.6" points="'
                        + " ".join(f"{x:.1f},{y:.1f}" for x, y in points) + '"/>')
         out += [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="{colour}"/>' for x, y in points]
@@ -43,8 +43,8 @@ def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     with open(sys.argv[1]) as file:
-        scenes = json.load(file)["gi"]
-    width = WIDTH * len(scenes)
+        scenes = [scene for scene in json.load(file)["gi"] if "error" in scene]
+    width = WIDTH * max(2, len(scenes))
     out = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{HEIGHT + 24}" font-family="sans-serif" font-size="11">',
            '<rect width="100%" height="100%" fill="white"/>']
     for i, scene in enumerate(scenes):
