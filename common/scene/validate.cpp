@@ -88,7 +88,7 @@ Status validate_environment(const Scene& scene) {
   }
   for (const float x : map.rgb) {
     if (!(x >= 0 && x <= kEnvironmentRadianceMax))
-      return Status::invalid_argument("the environment's texels must be finite and >= 0");
+      return Status::invalid_argument("the environment's texels must lie in [0, 1e12]");
   }
   return Status::ok();
 }

@@ -106,8 +106,11 @@ class GltfReader {
         source.GetTexture(aiTextureType_DIFFUSE, 0, &name) == AI_SUCCESS) {
       material.albedo_texture = texture_index(name.C_Str(), true);
     }
-    if (source.GetTexture(aiTextureType_EMISSIVE, 0, &name) == AI_SUCCESS)
+    if (source.GetTexture(aiTextureType_EMISSIVE, 0, &name) == AI_SUCCESS) {
       material.emission_texture = texture_index(name.C_Str(), true);
+      // Most of such a picture is dark, as a rule: without it there is no lamp.
+      if (material.emission_texture == kNoTexture) material.emission = {};
+    }
     set_scattering(source, material);
     scene_.materials.push_back(std::move(material));
   }
@@ -218,11 +221,28 @@ class GltfReader {
     for (unsigned i = 0; i < node.mNumMeshes; ++i) {
       if (scene_.instances.size() >= kInstancesMax)
         return Status::resource_exhausted(path_ + ": too many instances");
-      scene_.instances.push_back({node.mMeshes[i], here});
+      scene_.instances.push_back(
+          {is_mirrored(here) ? reversed(node.mMeshes[i]) : node.mMeshes[i], here});
     }
     for (unsigned i = 0; i < node.mNumChildren; ++i)
       TESSERA_RETURN_IF_ERROR(walk(*node.mChildren[i], here, depth + 1));
     return Status::ok();
+  }
+
+  // glTF 2.0, section 3.7.4: a node that mirrors turns the order of a triangle's corners round.
+  static bool is_mirrored(const Transform& t) {
+    const auto row = [&t](std::size_t i) { return Vec3f{t.m[i][0], t.m[i][1], t.m[i][2]}; };
+    return dot(cross(row(0), row(1)), row(2)) < 0;
+  }
+  std::uint32_t reversed(std::uint32_t mesh) {
+    const auto [known, is_new] =
+        reversed_.try_emplace(mesh, static_cast<std::uint32_t>(scene_.meshes.size()));
+    if (is_new) {
+      auto copy = std::make_shared<Mesh>(*scene_.meshes[mesh]);
+      for (auto& t : copy->triangles) std::swap(t[1], t[2]);
+      scene_.meshes.push_back(std::move(copy));
+    }
+    return known->second;
   }
 
   Transform node_of(const aiString& name) const {
@@ -279,6 +299,7 @@ class GltfReader {
   std::map<std::pair<std::string, bool>, std::uint32_t> textures_;
   std::vector<float> strengths_;
   std::map<std::string, Transform> nodes_;
+  std::map<std::uint32_t, std::uint32_t> reversed_;  // mesh -> its mirror image
   std::uint64_t degenerate_count_ = 0;
 };
 

@@ -3,11 +3,15 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <cmath>
+
 #include "common/base/limits.h"
 #include "common/scene_io/confined_path.h"
 
 namespace tessera::import {
 namespace {
+
+constexpr float kHalfMax = 65504;
 
 Result<std::shared_ptr<const Texture>> decode(OIIO::ImageInput& input) {
   const OIIO::ImageSpec& spec = input.spec();
@@ -65,7 +69,8 @@ Result<std::shared_ptr<const EnvironmentMap>> read_environment_file(const std::s
   map->rgb.resize(3 * static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height));
   if (!input->read_image(0, 0, 0, 3, OIIO::TypeDesc::FLOAT, map->rgb.data()))
     return Status::data_loss(path + ": is damaged: " + input->geterror());
-  for (float& x : map->rgb) x = x < 0 ? 0 : x;  // what filters overshoot; NaN stays, and is refused
+  // What filters overshoot, and suns that half-floats cannot hold; NaN stays, and is refused.
+  for (float& x : map->rgb) x = x < 0 ? 0 : std::isinf(x) ? kHalfMax : x;
   return std::shared_ptr<const EnvironmentMap>(std::move(map));
 }
 

@@ -8,13 +8,39 @@
 namespace tessera::core {
 namespace {
 
-// About the mean of what a triangle shows of a map: over the texels of the box around it, and those
-// that bilinear lookups reach, in a level where they are few. Zero only where all of them are.
-Vec3f mean_over(const MipMap& map, const EmitterTexture& at) {
+// In texture coordinates.
+struct Box {
+  float left, width, low, height;
+};
+
+Box box_of(const EmitterTexture& at) {
   const float left = std::min({at.uv_a.x, at.uv_b.x, at.uv_c.x});
-  const float width = std::max({at.uv_a.x, at.uv_b.x, at.uv_c.x}) - left;
   const float low = std::min({at.uv_a.y, at.uv_b.y, at.uv_c.y});
-  const float height = std::max({at.uv_a.y, at.uv_b.y, at.uv_c.y}) - low;
+  return {left, std::max({at.uv_a.x, at.uv_b.x, at.uv_c.x}) - left, low,
+          std::max({at.uv_a.y, at.uv_b.y, at.uv_c.y}) - low};
+}
+
+// Whether all that lookups in the box can find is black; false also where that would take long to see.
+bool is_dark(const Texture& texture, const Box& box) {
+  constexpr float kTexelsMax = 65536;
+  const float columns = box.width * static_cast<float>(texture.width_px) + 3;
+  const float rows = box.height * static_cast<float>(texture.height_px) + 3;
+  if (!(columns * rows <= kTexelsMax)) return false;
+  for (int y = 0; y < static_cast<int>(rows); ++y) {
+    for (int x = 0; x < static_cast<int>(columns); ++x) {
+      const Vec2f uv{box.left + (static_cast<float>(x) - 1) / static_cast<float>(texture.width_px),
+                     box.low + (static_cast<float>(y) - 1) / static_cast<float>(texture.height_px)};
+      if (!is_black(sample_texture(texture, uv))) return false;
+    }
+  }
+  return true;
+}
+
+// About the mean of what a triangle shows of a map: over the texels of the box around it, and those
+// that bilinear lookups reach, in a level where they are few. Levels round to bytes: where they say
+// black and the base does not, it is half the least byte. Zero only where all is black.
+Vec3f mean_over(const MipMap& map, const EmitterTexture& at) {
+  const auto [left, width, low, height] = box_of(at);
   static constexpr float kTexelsMax = 4;
   std::size_t level = 0;
   const auto texture = [&]() -> const Texture& {
@@ -38,7 +64,9 @@ Vec3f mean_over(const MipMap& map, const EmitterTexture& at) {
       sum = sum + sample_texture(texture(), {u, v});
     }
   }
-  return sum * (1 / static_cast<float>(columns * rows));
+  if (!is_black(sum)) return sum * (1 / static_cast<float>(columns * rows));
+  constexpr float kHalfByte = 1.5e-4f;  // of sRGB
+  return is_dark(*map.base, box_of(at)) ? Vec3f{} : Vec3f{kHalfByte, kHalfByte, kHalfByte};
 }
 
 // Returns: false when the triangle sheds no light.

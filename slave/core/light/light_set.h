@@ -52,8 +52,6 @@ struct LightSet {
   Vec3f sky(Vec3f direction) const {
     return sky_map ? environment * sky_map->radiance(direction) : environment;
   }
-  // The same light from everywhere is left to rays that surfaces scatter; a map's is sampled.
-  bool has_even_sky() const { return has_environment && !sky_map; }
   bool is_shared_out() const { return emitters.size() > kEmittersEachMax; }
   // Requires: there are emitters; 0 <= x < 1.
   // rest: what of x is still free, in [0, 1): for a place on the emitter, since another dimension

@@ -11,6 +11,7 @@ namespace tessera::core {
 namespace {
 
 constexpr float kPi = 3.14159274f;
+constexpr double kEvenShare = 0.1;
 constexpr float kTwoPi2 = 19.7392088f;  // 2 pi^2: the picture's sides as angles, multiplied
 
 double luminance(Vec3f c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
@@ -43,19 +44,19 @@ struct Picked {
 };
 
 // sums [count + 1], from 0 to 1.
-Picked pick(const float* sums, std::size_t count, float x) {
-  const float* it = std::upper_bound(sums + 1, sums + count, x);
+Picked pick(const double* sums, std::size_t count, float x) {
+  const double* it = std::upper_bound(sums + 1, sums + count, x);
   const auto number = static_cast<std::size_t>(it - sums) - 1;
-  const float chance = sums[number + 1] - sums[number];
-  const float rest = chance > 0 ? (x - sums[number]) / chance : 0.5f;
+  const double chance = sums[number + 1] - sums[number];
+  const auto rest = static_cast<float>(chance > 0 ? (x - sums[number]) / chance : 0.5);
   return {number, std::clamp(rest, 0.0f, 1 - kUnitRoundoff)};
 }
 
 // From sums to chances that end at 1.
-void normalise(const double* sums, std::size_t count, float* to) {
+void normalise(const double* sums, std::size_t count, double* to) {
   for (std::size_t i = 0; i <= count; ++i)
-    to[i] = sums[count] > 0 ? static_cast<float>(sums[i] / sums[count])
-                            : static_cast<float>(i) / static_cast<float>(count);
+    to[i] = sums[count] > 0 ? sums[i] / sums[count]
+                            : static_cast<double>(i) / static_cast<double>(count);
 }
 
 }  // namespace
@@ -65,16 +66,26 @@ SkyMap::SkyMap(std::shared_ptr<const EnvironmentMap> map) : map_(std::move(map))
   const auto height = static_cast<std::size_t>(map_->height_px);
   rows_.resize(height + 1);
   columns_.resize(height * (width + 1));
+  const auto sine_of = [&](std::size_t y) {
+    const float middle = (static_cast<float>(y) + 0.5f) / static_cast<float>(height);
+    return double{sin_cos_whole_turn(middle / 2).sin};
+  };
+  double sines = 0, light = 0;  // of all texels
+  for (std::size_t y = 0; y < height; ++y) {
+    sines += sine_of(y) * static_cast<double>(width);
+    for (std::size_t x = 0; x < width; ++x)
+      light += sine_of(y) * weight_of(static_cast<int>(x), static_cast<int>(y));
+  }
+  power_ = light * kTwoPi2 / static_cast<double>(width * height);
+  const double even = light / sines * kEvenShare / (1 - kEvenShare);
   std::vector<double> sums(width + 1), rows(height + 1);
   for (std::size_t y = 0; y < height; ++y) {
     for (std::size_t x = 0; x < width; ++x)
-      sums[x + 1] = sums[x] + weight_of(static_cast<int>(x), static_cast<int>(y));
+      sums[x + 1] = sums[x] + weight_of(static_cast<int>(x), static_cast<int>(y)) + even;
     normalise(sums.data(), width, &columns_[y * (width + 1)]);
-    const float middle = (static_cast<float>(y) + 0.5f) / static_cast<float>(height);
-    rows[y + 1] = rows[y] + sums[width] * sin_cos_whole_turn(middle / 2).sin;
+    rows[y + 1] = rows[y] + sums[width] * sine_of(y);
   }
   normalise(rows.data(), height, rows_.data());
-  power_ = rows[height] * kTwoPi2 / static_cast<double>(width * height);
 }
 
 Vec3f SkyMap::texel(int x, int y) const {
@@ -117,9 +128,9 @@ Vec3f SkyMap::radiance(Vec3f direction) const { return at(place_of(direction)); 
 
 float SkyMap::chance(std::size_t x, std::size_t y) const {
   const auto width = static_cast<std::size_t>(map_->width_px);
-  const float* columns = &columns_[y * (width + 1)];
-  return (rows_[y + 1] - rows_[y]) * (columns[x + 1] - columns[x]) *
-         (static_cast<float>(width) * static_cast<float>(map_->height_px));
+  const double* columns = &columns_[y * (width + 1)];
+  return static_cast<float>((rows_[y + 1] - rows_[y]) * (columns[x + 1] - columns[x]) *
+                            static_cast<double>(width) * map_->height_px);
 }
 
 SkyMap::Sample SkyMap::sample(Vec2f square) const {
@@ -148,7 +159,7 @@ float SkyMap::density(Vec3f direction) const {
 }
 
 std::uint64_t SkyMap::memory_bytes() const {
-  return (map_->rgb.size() + rows_.size() + columns_.size()) * sizeof(float);
+  return map_->rgb.size() * sizeof(float) + (rows_.size() + columns_.size()) * sizeof(double);
 }
 
 }  // namespace tessera::core

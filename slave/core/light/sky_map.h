@@ -1,8 +1,10 @@
 // Light from an environment map: radiance by direction, and directions by how much light they bring.
 //
-// Directions are drawn by texel, in proportion to the mean of the bilinear picture over it, times the
-// sine of its row's polar angle, and uniformly within it (Pharr, Jakob and Humphreys, "Physically
-// Based Rendering", 2016, section 14.2.4). No texel that sheds light has a chance of zero.
+// Directions are drawn by texel, and uniformly within it (Pharr, Jakob and Humphreys, "Physically
+// Based Rendering", 2016, section 14.2.4): nine of ten in proportion to the mean of the bilinear
+// picture over the texel times the sine of its row's polar angle, one of ten by that sine alone.
+// So no direction has a chance of zero, and where a sun does not shine the rest of the sky, however
+// dim beside it, still gets its samples.
 //
 // The same bits on every processor and C library: arithmetic and square roots only.
 //
@@ -50,8 +52,8 @@ class SkyMap {
 
   std::shared_ptr<const EnvironmentMap> map_;
   double power_ = 0;
-  std::vector<float> rows_;     // [height + 1], cumulative from 0 to 1
-  std::vector<float> columns_;  // [height][width + 1], likewise
+  std::vector<double> rows_;     // [height + 1], cumulative from 0 to 1
+  std::vector<double> columns_;  // [height][width + 1], likewise
 };
 
 }  // namespace tessera::core

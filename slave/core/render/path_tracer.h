@@ -1,6 +1,6 @@
 // Light that reaches surfaces over others, without bias: the reference that faster renderers are
-// measured against. Paths begin at what the camera sees; at each surface one sample of one emitter
-// and every light without extent add what they shed, then the path goes on in a direction that the
+// measured against. Paths begin at what the camera sees; at each surface one sample of one emitter,
+// one of the sky's picture and every light without extent add what they shed, then the path goes on in a direction that the
 // BSDF chooses (Kajiya, "The rendering equation", 1986; light samples as in direct_light.h). No path
 // is ended by chance: `bounces` bounds them.
 //

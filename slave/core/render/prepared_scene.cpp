@@ -133,6 +133,7 @@ std::uint64_t PreparedScene::memory_bytes() const {
   std::uint64_t bytes = sizeof(Impl) + impl_->index.memory_bytes();
   bytes += impl_->triangles.vertices.capacity() * sizeof(float);
   bytes += impl_->lights.emitters.capacity() * sizeof(Emitter);
+  bytes += impl_->lights.emitter_textures.capacity() * sizeof(EmitterTexture);
   for (const auto& mesh : impl_->meshes) {
     bytes += mesh->positions.size() * sizeof(Vec3f) + mesh->normals.size() * sizeof(Vec3f);
     bytes += mesh->uvs.size() * sizeof(Vec2f) + mesh->triangles.size() * 3 * sizeof(std::uint32_t);

@@ -77,10 +77,16 @@ bool ScatteredRays::meet(const PreparedScene::Impl& scene, int i, std::uint32_t 
 Vec3f ScatteredRays::emission_met(const PreparedScene::Impl& scene, int i, std::uint32_t triangle,
                                   float t, const Surface& s, bool is_picked) const {
   const Emitter* emitter = scene.lights.emitter_of(triangle);
-  const float chance = emitter == nullptr ? 0 : is_picked ? emitter->share : 1;
-  const float area = emitter == nullptr ? 1 : emitter->area;
-  const float light = chance / area * (t * t) / std::fabs(dot(s.normal, direction[i]));
-  return weight[i] * s.emission * (density[i] / (density[i] + light));
+  // Light samples look at pictures of lamps as they are, not at their mip levels: so does this.
+  if (emitter == nullptr)
+    return s.material->emission_texture == kNoTexture ? weight[i] * s.emission : Vec3f{};
+  const TriangleStore& triangles = scene.triangles;
+  const Vec2f uv = barycentric(start[i], direction[i], triangles.vertex(triangle, 0),
+                               triangles.vertex(triangle, 1), triangles.vertex(triangle, 2));
+  const float chance = is_picked ? emitter->share : 1;
+  const float light = chance / emitter->area * (t * t) / std::fabs(dot(s.normal, direction[i]));
+  return weight[i] * scene.lights.emission_at(*emitter, uv.x, uv.y) *
+         (density[i] / (density[i] + light));
 }
 
 Vec3f ScatteredRays::sky_met(const LightSet& lights, int i) const {

@@ -54,7 +54,8 @@ struct Taps {
 };
 
 Taps taps_of(float c, int size) {
-  const float wrapped = c - std::floor(c);  // in [0, 1]; 1 by rounding of tiny negatives
+  float wrapped = c - std::floor(c);  // in [0, 1]; 1 by rounding of tiny negatives
+  if (!(wrapped >= 0)) wrapped = 0;   // interpolation of huge numbers overflows
   const float at = wrapped * static_cast<float>(size) - 0.5f;
   const float base = std::floor(at);
   const int first = static_cast<int>(base);  // -1 .. size

@@ -113,6 +113,24 @@ TEST(LightClasses, DarkPartsOfAPictureAreNoEmitters) {
   EXPECT_EQ((*prepared)->impl().lights.emitters.size(), 2u);
 }
 
+// A spot so small that it rounds to nothing in the picture's mip levels is a lamp all the same.
+TEST(LightClasses, ASmallSpotOfAPictureIsALamp) {
+  Scene scene = make_floor_and_lamp({0, 1, 0}, {1, 0, 0}, {0, 0, 1});
+  auto mesh = std::make_shared<Mesh>(*scene.meshes[0]);
+  mesh->uvs.assign(4, {0, 0});
+  mesh->uvs.insert(mesh->uvs.end(), {{0, 0}, {1, 0}, {1, 1}, {0, 1}});
+  scene.meshes[0] = mesh;
+  auto picture = std::make_shared<Texture>();
+  picture->width_px = picture->height_px = 512;
+  picture->rgba.assign(std::size_t{4} * 512 * 512, 0);
+  for (std::size_t i = 0; i < 4; ++i) picture->rgba[4 * (512 * 256 + 100) + i] = 255;
+  scene.textures = {picture};
+  scene.materials[1].emission_texture = 0;
+  const auto prepared = PreparedScene::build(scene, {});
+  ASSERT_TRUE(prepared.is_ok());
+  EXPECT_EQ((*prepared)->impl().lights.emitters.size(), 2u);
+}
+
 // Howell, "A catalog of radiation heat transfer configuration factors", C-11 and C-14: between unit
 // squares that face each other at distance 1, and that stand on a common edge.
 TEST(LightClasses, FacingSquaresHaveTheirFormFactor) {

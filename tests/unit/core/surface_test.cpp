@@ -111,6 +111,15 @@ TEST(Surface, FootprintsChooseBetweenLevelsAndNothingIsTooWide) {
 }
 
 // A cone as wide as the whole image sees its mean; one that is a texel wide sees the texel.
+TEST(Surface, HugeAndWrongTextureCoordinatesAreSomeTexel) {
+  const Texture texture = random_texture(1000, 3, false);
+  const float huge = 3.4028234e38f, inf = std::numeric_limits<float>::infinity();
+  for (const float x : {huge, -huge, inf, -inf, std::numeric_limits<float>::quiet_NaN(), 1e9f}) {
+    for (const Vec2f uv : {Vec2f{x, 0.5f}, Vec2f{0.5f, x}, Vec2f{x, x}})
+      EXPECT_TRUE(is_finite(sample_texture(texture, uv))) << uv.x << " " << uv.y;
+  }
+}
+
 TEST(Surface, TexturesAreLookedUpInTheLevelOfTheCone) {
   Mesh mesh;
   mesh.positions = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
@@ -136,7 +145,7 @@ TEST(Surface, TexturesAreLookedUpInTheLevelOfTheCone) {
   EXPECT_LT(length(albedo({0, 1.7320508f, -1}, 0.5f) - albedo({0, 0, -5}, 1)), 1e-4f);
 }
 
-// Normals of vertices that are those of the triangles cost nothing, whatever turned and scaled them.
+// Normals of vertices that are those of the triangles cost nothing.
 TEST(Surface, FlatNormalsAreNoFeature) {
   Mesh mesh = test::make_cube();
   Mesh flat;

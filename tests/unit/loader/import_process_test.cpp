@@ -131,6 +131,30 @@ TEST_F(Import, GltfNormalMapsAndEmissiveTextures) {
   EXPECT_EQ(textures[m.normal_texture]->rgba, (std::vector<std::uint8_t>{255, 128, 64, 255}));
 }
 
+// A node that mirrors turns the corners of its triangles round, so that outside stays outside.
+TEST_F(Import, GltfMirroredNodesKeepTheirOutside) {
+  const std::string path = folder_.write(
+      "mirror.gltf",
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0},{"mesh":0,"scale":[1,1,-2]}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+"bufferViews":[{"buffer":0,"byteLength":36}],
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+  auto loaded = load_scene(path, [](const std::string&, double) { return true; });
+  ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
+  const Scene& scene = loaded->scene;
+  ASSERT_EQ(scene.instances.size(), 2u);
+  for (const Instance& instance : scene.instances) {
+    const Mesh& mesh = *scene.meshes[instance.mesh];
+    const auto at = [&](std::size_t k) {
+      return instance.object_to_world.point(mesh.positions[mesh.triangles[0][k]]);
+    };
+    // Before any node it looks along +z; mirrored in z, along -z.
+    const float expected = instance.object_to_world.m[2][2] < 0 ? -1.0f : 1.0f;
+    EXPECT_EQ(cross(at(1) - at(0), at(2) - at(0)).z * expected > 0, true);
+  }
+}
+
 TEST_F(Import, SkiesAreReadAndWrongOnesRefused) {
   const auto load = [](const std::string& path) {
     return load_sky(path, [](const std::string&, double) { return true; });
