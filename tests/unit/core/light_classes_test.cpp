@@ -113,6 +113,47 @@ TEST(LightClasses, DarkPartsOfAPictureAreNoEmitters) {
   EXPECT_EQ((*prepared)->impl().lights.emitters.size(), 2u);
 }
 
+// An atlas: cells of a lamp show the bright or the dark half of one picture, and nothing of the other
+// half may bleed into them, whichever way light is found.
+TEST(LightClasses, ALampOfAnAtlasIsOneOfItsBrightCells) {
+  Scene atlas = make_floor_and_lamp({0, 5, 0}, {0.01f, 0, 0}, {0, 0, 0.01f});
+  Scene plain = atlas;
+  auto with_uvs = std::make_shared<Mesh>(*atlas.meshes[0]);
+  auto by_material = std::make_shared<Mesh>(*plain.meshes[0]);
+  with_uvs->uvs.assign(with_uvs->positions.size(), {0.25f, 0.1f});
+  constexpr int kCells = 8;
+  for (int i = 0; i < kCells * kCells; ++i) {
+    const bool is_bright = (i % kCells + i / kCells) % 2 == 0;
+    const Vec3f at{static_cast<float>(i % kCells) / kCells, 1,
+                   static_cast<float>(i / kCells) / kCells};
+    const Vec3f x{1.0f / kCells, 0, 0}, z{0, 0, 1.0f / kCells};
+    test::add_quad(*with_uvs, at, x, z, 1);
+    test::add_quad(*by_material, at, x, z, is_bright ? 1 : 0);
+    const float u = is_bright ? 0.55f : 0.05f;  // picture: left dark, right bright
+    with_uvs->uvs.insert(with_uvs->uvs.end(),
+                         {{u, 0.1f}, {u + 0.4f, 0.1f}, {u + 0.4f, 0.9f}, {u, 0.9f}});
+  }
+  atlas.meshes[0] = with_uvs;
+  plain.meshes[0] = by_material;
+  auto picture = std::make_shared<Texture>();
+  picture->width_px = picture->height_px = 64;
+  for (int i = 0; i < 64 * 64; ++i) {
+    const std::uint8_t texel = i % 64 < 32 ? 0 : 255;
+    picture->rgba.insert(picture->rgba.end(), {texel, texel, texel, 255});
+  }
+  atlas.textures = {picture};
+  atlas.materials[1].emission_texture = 0;
+  for (Scene* scene : {&atlas, &plain}) {
+    scene->materials[0].bsdf = BsdfKind::kGlossy;
+    scene->materials[0].roughness = 0.5f;
+  }
+  for (const Renderer renderer : {Renderer::kPath, Renderer::kDirect}) {
+    const double expected = mean_of(plain, settings_of(renderer, 64));
+    EXPECT_NEAR(mean_of(atlas, settings_of(renderer, 64)), expected, 0.01 * expected)
+        << renderer_name(renderer);
+  }
+}
+
 // A spot so small that it rounds to nothing in the picture's mip levels is a lamp all the same.
 TEST(LightClasses, ASmallSpotOfAPictureIsALamp) {
   Scene scene = make_floor_and_lamp({0, 1, 0}, {1, 0, 0}, {0, 0, 1});
