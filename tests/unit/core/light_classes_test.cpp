@@ -53,23 +53,35 @@ Scene make_floor_and_lamp(Vec3f corner, Vec3f b, Vec3f c) {
   return scene;
 }
 
+// Puts a picture before the lamp. is_bright(x, y): of texels, row 0 on top; the others are black.
+template <class IsBright>
+void cover_lamp(Scene& scene, int width_px, int height_px, IsBright is_bright) {
+  auto picture = std::make_shared<Texture>();
+  picture->width_px = width_px;
+  picture->height_px = height_px;
+  for (int i = 0; i < width_px * height_px; ++i) {
+    const std::uint8_t texel = is_bright(i % width_px, i / width_px) ? 255 : 0;
+    picture->rgba.insert(picture->rgba.end(), {texel, texel, texel, 255});
+  }
+  scene.textures = {picture};
+  scene.materials[1].emission_texture = 0;
+}
+
+// The whole picture on the lamp of make_floor_and_lamp().
+void show_whole_picture(Scene& scene) {
+  auto mesh = std::make_shared<Mesh>(*scene.meshes[0]);
+  mesh->uvs.assign(4, {0, 0});
+  mesh->uvs.insert(mesh->uvs.end(), {{0, 0}, {1, 0}, {1, 1}, {0, 1}});
+  scene.meshes[0] = mesh;
+}
+
 // A lamp of which a picture covers one half is one of half its size. Light samples go where the
 // picture shines, in the mean of each triangle.
 TEST(LightClasses, AHalfCoveredLampIsOneOfHalfTheSize) {
   Scene covered = make_floor_and_lamp({0, 1, 0}, {1, 0, 0}, {0, 0, 1});
-  auto mesh = std::make_shared<Mesh>(*covered.meshes[0]);
-  mesh->uvs.assign(4, {0, 0});
-  mesh->uvs.insert(mesh->uvs.end(), {{0, 0}, {1, 0}, {1, 1}, {0, 1}});
-  covered.meshes[0] = mesh;
-  auto picture = std::make_shared<Texture>();
-  picture->width_px = 512;  // so that the blurred edge in its middle is narrow
-  picture->height_px = 2;
-  for (int i = 0; i < 2 * 512; ++i) {
-    const std::uint8_t texel = i % 512 < 128 || i % 512 >= 384 ? 255 : 0;
-    picture->rgba.insert(picture->rgba.end(), {texel, texel, texel, 255});
-  }
-  covered.textures = {picture};
-  covered.materials[1].emission_texture = 0;
+  show_whole_picture(covered);
+  cover_lamp(covered, 512, 2,
+             [](int x, int) { return x < 128 || x >= 384; });  // a narrow blurred edge
   Scene halves = make_floor_and_lamp({0, 1, 0}, {0.25f, 0, 0}, {0, 0, 1});
   auto two = std::make_shared<Mesh>(*halves.meshes[0]);
   test::add_quad(*two, {0.75f, 1, 0}, {0.25f, 0, 0}, {0, 0, 1}, 1);
@@ -100,14 +112,7 @@ TEST(LightClasses, DarkPartsOfAPictureAreNoEmitters) {
   mesh->uvs.assign(mesh->positions.size(), {0.5f, 0.75f});
   for (std::size_t i = 4; i < 8; ++i) mesh->uvs[i] = {0.5f, 0.25f};
   scene.meshes[0] = mesh;
-  auto picture = std::make_shared<Texture>();
-  picture->width_px = picture->height_px = 64;
-  for (int i = 0; i < 64 * 64; ++i) {
-    const std::uint8_t texel = i < 32 * 64 ? 0 : 255;  // above dark, below bright
-    picture->rgba.insert(picture->rgba.end(), {texel, texel, texel, 255});
-  }
-  scene.textures = {picture};
-  scene.materials[1].emission_texture = 0;
+  cover_lamp(scene, 64, 64, [](int, int y) { return y >= 32; });
   const auto prepared = PreparedScene::build(scene, {});
   ASSERT_TRUE(prepared.is_ok());
   EXPECT_EQ((*prepared)->impl().lights.emitters.size(), 2u);
@@ -135,14 +140,7 @@ TEST(LightClasses, ALampOfAnAtlasIsOneOfItsBrightCells) {
   }
   atlas.meshes[0] = with_uvs;
   plain.meshes[0] = by_material;
-  auto picture = std::make_shared<Texture>();
-  picture->width_px = picture->height_px = 64;
-  for (int i = 0; i < 64 * 64; ++i) {
-    const std::uint8_t texel = i % 64 < 32 ? 0 : 255;
-    picture->rgba.insert(picture->rgba.end(), {texel, texel, texel, 255});
-  }
-  atlas.textures = {picture};
-  atlas.materials[1].emission_texture = 0;
+  cover_lamp(atlas, 64, 64, [](int x, int) { return x >= 32; });
   for (Scene* scene : {&atlas, &plain}) {
     scene->materials[0].bsdf = BsdfKind::kGlossy;
     scene->materials[0].roughness = 0.5f;
@@ -157,16 +155,8 @@ TEST(LightClasses, ALampOfAnAtlasIsOneOfItsBrightCells) {
 // A spot so small that it rounds to nothing in the picture's mip levels is a lamp all the same.
 TEST(LightClasses, ASmallSpotOfAPictureIsALamp) {
   Scene scene = make_floor_and_lamp({0, 1, 0}, {1, 0, 0}, {0, 0, 1});
-  auto mesh = std::make_shared<Mesh>(*scene.meshes[0]);
-  mesh->uvs.assign(4, {0, 0});
-  mesh->uvs.insert(mesh->uvs.end(), {{0, 0}, {1, 0}, {1, 1}, {0, 1}});
-  scene.meshes[0] = mesh;
-  auto picture = std::make_shared<Texture>();
-  picture->width_px = picture->height_px = 512;
-  picture->rgba.assign(std::size_t{4} * 512 * 512, 0);
-  for (std::size_t i = 0; i < 4; ++i) picture->rgba[4 * (512 * 256 + 100) + i] = 255;
-  scene.textures = {picture};
-  scene.materials[1].emission_texture = 0;
+  show_whole_picture(scene);
+  cover_lamp(scene, 512, 512, [](int x, int y) { return x == 100 && y == 256; });
   const auto prepared = PreparedScene::build(scene, {});
   ASSERT_TRUE(prepared.is_ok());
   EXPECT_EQ((*prepared)->impl().lights.emitters.size(), 2u);

@@ -31,6 +31,12 @@ class Import : public ::testing::Test {
   const test::TempFolder folder_;
 };
 
+// How a glTF file of one triangle ends: its accessor 0, corners (0,0,0), (1,0,0), (0,1,0).
+const std::string kTriangle =
+    R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+"bufferViews":[{"buffer":0,"byteLength":36}],
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
+
 TEST_F(Import, AFileBecomesAScene) {
   const std::string path =
       folder_.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl gone\nf 1 2 3\n");
@@ -42,16 +48,13 @@ TEST_F(Import, AFileBecomesAScene) {
 
 TEST_F(Import, GltfWithNodeTransformsCameraAndMaterial) {
   // One triangle, moved by its node; positions and indices in a data URI.
-  const std::string path =
-      folder_.write("a.gltf",
-                    R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],
+  const std::string path = folder_.write(
+      "a.gltf", std::string(R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],
 "nodes":[{"mesh":0,"translation":[10,0,0]},{"camera":0,"translation":[10,0,5]}],
 "cameras":[{"type":"perspective","perspective":{"yfov":0.5,"aspectRatio":1.5,"znear":0.1}}],
 "materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,0.125,1]}}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
-"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
-"bufferViews":[{"buffer":0,"byteLength":36}],
-"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+)") + kTriangle);
   auto loaded = load_scene(path, [](const std::string&, double) { return true; });
   ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
   const Scene& scene = loaded->scene;
@@ -69,7 +72,8 @@ TEST_F(Import, GltfWithNodeTransformsCameraAndMaterial) {
 TEST_F(Import, GltfMetallicRoughnessAndTransmission) {
   const std::string path = folder_.write(
       "m.gltf",
-      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+      std::string(
+          R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
 "extensionsUsed":["KHR_materials_transmission","KHR_materials_ior","KHR_materials_emissive_strength"],
 "materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,0.125,1],"metallicFactor":0.75,"roughnessFactor":0.5}},
 {"pbrMetallicRoughness":{"baseColorFactor":[1,0.5,1,1],"metallicFactor":0},
@@ -78,9 +82,7 @@ TEST_F(Import, GltfMetallicRoughnessAndTransmission) {
 "extensions":{"KHR_materials_emissive_strength":{"emissiveStrength" : 4 }}}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0},{"attributes":{"POSITION":0},"material":1},
 {"attributes":{"POSITION":0},"material":2}]}],
-"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
-"bufferViews":[{"buffer":0,"byteLength":36}],
-"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+)") + kTriangle);
   auto loaded = load_scene(path, [](const std::string&, double) { return true; });
   ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
   ASSERT_GE(loaded->scene.materials.size(), 3u);
@@ -114,9 +116,7 @@ TEST_F(Import, GltfNormalMapsAndEmissiveTextures) {
           kPicture + R"("}],"textures":[{"source":0}],
 "materials":[{"normalTexture":{"index":0,"scale":0.5},"emissiveTexture":{"index":0},"emissiveFactor":[1,0.5,0.25]}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
-"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
-"bufferViews":[{"buffer":0,"byteLength":36}],
-"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+)" + kTriangle);
   auto loaded = load_scene(path, [](const std::string&, double) { return true; });
   ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
   EXPECT_TRUE(loaded->warnings.empty());
@@ -135,11 +135,10 @@ TEST_F(Import, GltfNormalMapsAndEmissiveTextures) {
 TEST_F(Import, GltfMirroredNodesKeepTheirOutside) {
   const std::string path = folder_.write(
       "mirror.gltf",
-      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0},{"mesh":0,"scale":[1,1,-2]}],
+      std::string(
+          R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0},{"mesh":0,"scale":[1,1,-2]}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
-"bufferViews":[{"buffer":0,"byteLength":36}],
-"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+)") + kTriangle);
   auto loaded = load_scene(path, [](const std::string&, double) { return true; });
   ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
   const Scene& scene = loaded->scene;
@@ -183,9 +182,8 @@ TEST_F(Import, SkiesAreReadAndWrongOnesRefused) {
 }
 
 TEST_F(Import, GltfLightsStandAndShineAsTheirNodesSay) {
-  const std::string path =
-      folder_.write("l.gltf",
-                    R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1,2,3]}],
+  const std::string path = folder_.write(
+      "l.gltf", std::string(R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1,2,3]}],
 "extensionsUsed":["KHR_lights_punctual"],
 "extensions":{"KHR_lights_punctual":{"lights":[{"type":"point","intensity":3,"color":[1,0.5,0.25]},
 {"type":"spot","spot":{"innerConeAngle":0.2,"outerConeAngle":0.5}},{"type":"directional","intensity":2}]}},
@@ -193,9 +191,7 @@ TEST_F(Import, GltfLightsStandAndShineAsTheirNodesSay) {
 {"translation":[0,5,0],"rotation":[-0.70710678,0,0,0.70710678],"extensions":{"KHR_lights_punctual":{"light":1}}},
 {"extensions":{"KHR_lights_punctual":{"light":2}}}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
-"bufferViews":[{"buffer":0,"byteLength":36}],
-"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+)") + kTriangle);
   auto loaded = load_scene(path, [](const std::string&, double) { return true; });
   ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
   const std::vector<Light>& lights = loaded->scene.lights;
