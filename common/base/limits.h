@@ -60,7 +60,7 @@ inline constexpr std::uint32_t kInstancesMax = 1u << 20;
 inline constexpr std::uint32_t kMaterialsMax = 65536;
 inline constexpr std::uint32_t kLightsMax = 65536;
 inline constexpr int kTextureSideMaxPx = 16384;
-// Environment maps: 8192 x 4096 texels as floats are 400 MB.
+// Environment maps: a latitude-longitude picture of 8192 x 4096 texels is 400 MB of floats.
 inline constexpr int kEnvironmentSideMaxPx = 8192;
 // The sun's disk has some 1e5 times the radiance of the sky; above 1e12 products of float32 overflow.
 inline constexpr float kEnvironmentRadianceMax = 1e12f;

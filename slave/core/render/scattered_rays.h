@@ -34,9 +34,9 @@ struct ScatteredRays {
   bool meet(const PreparedScene::Impl& scene, int i, std::uint32_t triangle, float t,
             Surface& surface) const;
 
-  // What a surface's ray `i` brings from the emitter `s` that it has met: its share of what it
-  // sees, where light samples, as many and from the same surface, bring the rest (the balance
-  // heuristic). `is_picked`: they pick one of all emitters.
+  // What a surface's ray `i` brings from the emitter `s` that it has met: its share of it, where light
+  // samples, as many and from the same surface, bring the rest (the balance heuristic). A lamp's
+  // picture is looked at as they do, without mip levels. `is_picked`: they pick one of all emitters.
   Vec3f emission_met(const PreparedScene::Impl& scene, int i, std::uint32_t triangle, float t,
                      const Surface& s, bool is_picked) const;
 

@@ -1,5 +1,5 @@
 // The surface that a ray has hit: geometry, then what its program fills in.
-// Threads. Pure function.
+// Threads. Pure functions; an object serves one thread.
 #pragma once
 
 #include <cstdint>
