@@ -6,6 +6,7 @@
 #pragma once
 
 #include "common/base/isa.h"
+#include "slave/core/kernel/camera_layout.h"
 #include "slave/core/kernel/gather_layout.h"
 #include "slave/core/kernel/packet_layout.h"
 
@@ -14,6 +15,11 @@ namespace tessera::core {
 struct KernelTable {
   Isa isa;
   int lane_count;  // rays per register: 1, 4, 8, 16
+
+  // Directions of one sample of each pixel, and rays.active; keys [kPacketRays]: pixel_key() of the
+  // pixels in the sample's key_dimension.
+  void (*camera_rays)(const CameraView& camera, const PixelSample& sample,
+                      const PacketPixels& pixels, FanPacket& rays, uint32_t* keys);
 
   // Tells rays apart by the face of a cube around their origin that they leave through, then halves
   // the longer extent of a group on its face until at most kPacketRays are left. Order is kept

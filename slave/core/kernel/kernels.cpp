@@ -16,6 +16,7 @@
 #define HWY_TARGET_INCLUDE "slave/core/kernel/kernels.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
+#include "slave/core/kernel/camera-inl.h"
 #include "slave/core/kernel/entry-inl.h"
 #include "slave/core/kernel/fan_groups-inl.h"
 #include "slave/core/kernel/filter-inl.h"
@@ -25,6 +26,11 @@
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
+
+void camera_rays(const CameraView& camera, const PixelSample& sample, const PacketPixels& pixels,
+                 FanPacket& rays, uint32_t* keys) {
+  CameraKernel(camera, sample).run(pixels, rays, keys);
+}
 
 void group_fans(FanTargets& targets) { FanGroups(targets).run(); }
 
@@ -56,7 +62,7 @@ namespace {
 
 // All entry points of one instruction set.
 #define TESSERA_KERNELS(set)                                                           \
-  set::group_fans, set::bound_points, set::begin_gather, set::end_gather, set::filter, \
+  set::camera_rays, set::group_fans, set::bound_points, set::begin_gather, set::end_gather, set::filter, \
       set::kKernels<BvhView<8>>, set::kKernels<BvhView<16>>, set::kKernels<KdView<8>>, \
       set::kKernels<KdView<16>>
 

@@ -1,4 +1,6 @@
-// Camera rays of 8x8 pixels as a fan, and where the fans of a larger part of the picture begin.
+// Camera rays of 64 pixels as a fan, and where the fans of a larger part of the picture begin. The
+// pixels are 8x8; of parts less than that wide or high they are a strip, so that the border of a
+// block costs rays and not packets.
 //
 // Threads. One object per thread.
 #pragma once
@@ -10,27 +12,31 @@
 
 namespace tessera::core {
 
-inline constexpr int kPacketEdgePx = 8;
-static_assert(kPacketEdgePx * kPacketEdgePx == kPacketRays);
-
-// Where a ray stands in its packet: runs of 4, 8, 16 rays are 2x2, 4x2, 4x4 pixels.
-constexpr int column_of(int ray) { return (ray & 1) | (ray >> 1 & 2) | (ray >> 2 & 4); }
-constexpr int row_of(int ray) { return (ray >> 1 & 1) | (ray >> 2 & 2) | (ray >> 3 & 4); }
-
 class CameraPacket {
  public:
   FanPacket rays;
+  alignas(64) std::uint32_t key[kPacketRays];  // pixel_key() of the pixels, for light
 
-  void begin(const FrameSettings& settings, const CameraRays& camera);
+  // Keeps references until the next call. Requires: all outlive the calls of set().
+  void begin(const FrameSettings& settings, const CameraRays& camera, const SceneTracer& tracer);
   // Finds where the packets of a part of the picture begin, all samples of them. One of 32 x 32
-  // pixels has measured best.
-  void enter(const SceneTracer& tracer, const TileRect& part);
-  // Rays through the pixels of the 8x8 block at (x, y) that lie in the part.
-  void set(const TileRect& part, int x_px, int y_px, std::uint32_t sample);
+  // pixels has measured best. Keeps the part.
+  void enter(const TileRect& part);
+  // Pixels of a packet, whether they lie in the part or not.
+  int width_px() const { return shape_->width_px; }
+  int height_px() const { return shape_->height_px; }
+  int column(int ray) const { return shape_->column[ray]; }
+  int row(int ray) const { return shape_->row[ray]; }
+  // Rays through the pixels of the packet whose corner is (x, y), as far as they lie in the part.
+  // Requires: enter() was called.
+  void set(int x_px, int y_px, std::uint32_t sample);
 
  private:
   const FrameSettings* settings_ = nullptr;
   const CameraRays* camera_ = nullptr;
+  const SceneTracer* tracer_ = nullptr;
+  const PacketShape* shape_ = nullptr;
+  TileRect part_;
   FanEntry entry_;
 };
 

@@ -17,6 +17,10 @@ double tangent(double x) {
   return sine / cosine;
 }
 
+struct Vec3d {
+  double x, y, z;
+};
+
 }  // namespace
 
 CameraRays::CameraRays(const Camera& camera, int width_px, int height_px) : origin_(camera.eye) {
@@ -37,11 +41,11 @@ CameraRays::CameraRays(const Camera& camera, int width_px, int height_px) : orig
   const double pixel = 2 * half_height / height_px;  // edge of a pixel at distance 1
   pixel_spread_ = static_cast<float>(pixel);
   const double half_width = pixel * width_px / 2;
-  per_x_ = {right.x * pixel, right.y * pixel, right.z * pixel};
-  per_y_ = {-up.x * pixel, -up.y * pixel, -up.z * pixel};
-  corner_ = {forward.x - right.x * half_width + up.x * half_height,
-             forward.y - right.y * half_width + up.y * half_height,
-             forward.z - right.z * half_width + up.z * half_height};
+  view_ = {{forward.x - right.x * half_width + up.x * half_height,
+            forward.y - right.y * half_width + up.y * half_height,
+            forward.z - right.z * half_width + up.z * half_height},
+           {right.x * pixel, right.y * pixel, right.z * pixel},
+           {-up.x * pixel, -up.y * pixel, -up.z * pixel}};
 }
 
 }  // namespace tessera::core

@@ -5,6 +5,7 @@
 
 #include "common/math/vec3.h"
 #include "common/scene/camera.h"
+#include "slave/core/kernel/camera_layout.h"
 
 namespace tessera::core {
 
@@ -16,20 +17,19 @@ class CameraRays {
   Vec3f origin() const { return origin_; }
   // Direction through the image point (x, y), pixels from the top left corner; its length is not 1.
   Vec3f direction(double x, double y) const {
-    return {static_cast<float>(corner_.x + x * per_x_.x + y * per_y_.x),
-            static_cast<float>(corner_.y + x * per_x_.y + y * per_y_.y),
-            static_cast<float>(corner_.z + x * per_x_.z + y * per_y_.z)};
+    const auto along = [&](int a) {
+      return static_cast<float>(view_.corner[a] + x * view_.per_x[a] + y * view_.per_y[a]);
+    };
+    return {along(0), along(1), along(2)};
   }
+  const CameraView& view() const { return view_; }
   // Edge of a pixel at distance 1, in the middle of the picture.
   float pixel_spread() const { return pixel_spread_; }
 
  private:
-  struct Vec3d {
-    double x, y, z;
-  };
   Vec3f origin_;
   float pixel_spread_;
-  Vec3d corner_, per_x_, per_y_;  // direction = corner + x per_x + y per_y
+  CameraView view_;
 };
 
 }  // namespace tessera::core

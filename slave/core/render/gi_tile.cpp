@@ -9,20 +9,27 @@
 #include "slave/core/render/camera_packet.h"
 #include "slave/core/render/clamp_residual.h"
 #include "slave/core/render/path_tracer.h"
-#include "slave/core/render/sample_dimensions.h"
 #include "slave/core/render/specular_chain.h"
 #include "slave/core/render/surface.h"
 #include "slave/core/render/vpl_gather.h"
-#include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {
 namespace {
 
 constexpr int kBlockEdgePx = 64;
 constexpr int kEntryEdgePx = 32;
+constexpr int kSquareEdgePx = 8;  // of a packet
 constexpr int kNoSlot = -1;
 constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();  // a distance
 static_assert(kFilterEdgeMax == kBlockEdgePx + 2 * kFilterRadiusMax);
+
+// Of the parts that `left_px` pixels are traced in: what is over at the end is a part of its own, whose
+// packets are strips.
+int part_edge(int left_px) {
+  if (left_px >= kEntryEdgePx) return kEntryEdgePx;
+  const int whole = left_px - left_px % kSquareEdgePx;
+  return whole > 0 ? whole : left_px;
+}
 
 // Within the picture.
 TileRect grown(const TileRect& r, int by, int width_px, int height_px) {
@@ -119,15 +126,16 @@ void GiTile::Scratch::trace_camera(const TileRect& region, std::uint32_t sample)
   surfaces.count = 0;
   surfaces.sample_index = sequence_index(*settings, sample);
   const int right = region.x_px + region.width_px, bottom = region.y_px + region.height_px;
-  for (int top = region.y_px; top < bottom; top += kEntryEdgePx) {
-    for (int left = region.x_px; left < right; left += kEntryEdgePx) {
-      const TileRect part{left, top, std::min(kEntryEdgePx, right - left),
-                          std::min(kEntryEdgePx, bottom - top)};
-      camera.enter(*tracer, part);
-      for (int y = top; y < top + part.height_px; y += kPacketEdgePx) {
-        for (int x = left; x < left + part.width_px; x += kPacketEdgePx) {
+  for (int top = region.y_px, height = 0; top < bottom; top += height) {
+    height = part_edge(bottom - top);
+    for (int left = region.x_px, width = 0; left < right; left += width) {
+      width = part_edge(right - left);
+      const TileRect part{left, top, width, height};
+      camera.enter(part);
+      for (int y = top; y < top + height; y += camera.height_px()) {
+        for (int x = left; x < left + width; x += camera.width_px()) {
           if (is_over()) return;
-          camera.set(part, x, y, sample);
+          camera.set(x, y, sample);
           tracer->closest(camera.rays, hits);
           counts.primary += static_cast<std::uint64_t>(std::popcount(camera.rays.active));
           add_hits(region, part, x, y);
@@ -141,11 +149,11 @@ void GiTile::Scratch::trace_camera(const TileRect& region, std::uint32_t sample)
 void GiTile::Scratch::add_hits(const TileRect& region, const TileRect& part, int x_px, int y_px) {
   const FanPacket& rays = camera.rays;
   const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
-  const bool is_diffuse = scene->features.is_diffuse(), needs_key = !is_diffuse || has_residual();
+  const bool is_diffuse = scene->features.is_diffuse();
   SurfacesSeen seen(*scene, eye, pixel_spread);
   for (int i = 0; i < kPacketRays; ++i) {
     if ((rays.active >> i & 1u) == 0) continue;
-    const int x = x_px + column_of(i), y = y_px + row_of(i);
+    const int x = x_px + camera.column(i), y = y_px + camera.row(i);
     const int pixel = filter_index(x - region.x_px, y - region.y_px);
     const std::uint32_t triangle = hits.primitive[i];
     const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
@@ -158,13 +166,12 @@ void GiTile::Scratch::add_hits(const TileRect& region, const TileRect& part, int
     const Surface s = seen.at(triangle, d, hits.t[i]);
     planes.distance[pixel] = distance;
     for (int c = 0; c < 3; ++c) own[c][pixel] = s.emission[c];
-    const std::uint32_t key = needs_key ? pixel_key(settings->seed, x, y, kDimensionLight) : 0;
     if (is_diffuse) {
-      add_surface(region, x, y, s, key);
+      add_surface(region, x, y, s, camera.key[i]);
       continue;
     }
     surfaces.surface[surfaces.count] = s;
-    surfaces.key[surfaces.count] = key;
+    surfaces.key[surfaces.count] = camera.key[i];
     surfaces.pixel[surfaces.count++] =
         static_cast<std::uint16_t>((y - part.y_px) * kEntryEdgePx + x - part.x_px);
   }
@@ -291,7 +298,7 @@ RayCounts GiTile::render(const PreparedScene::Impl& scene, const SceneTracer& tr
   s.vpls = &vpls;
   s.is_cancelled = is_cancelled;
   s.counts = {};
-  s.camera.begin(settings, camera);
+  s.camera.begin(settings, camera, tracer);
   s.pixel_spread =
       camera.pixel_spread() / std::sqrt(static_cast<float>(settings.samples_per_pixel));
   s.chain.begin(scene, tracer, is_cancelled);

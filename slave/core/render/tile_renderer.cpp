@@ -11,8 +11,6 @@
 #include "slave/core/render/direct_light.h"
 #include "slave/core/render/gi_tile.h"
 #include "slave/core/render/path_tracer.h"
-#include "slave/core/render/sample_dimensions.h"
-#include "slave/core/sampling/sample_sequence.h"
 #include "slave/core/simd/isa_support.h"
 #include "slave/core/trace/scene_tracer.h"
 
@@ -22,7 +20,6 @@ namespace {
 // Up to 4x4 packets are traced before they are shaded together, so that shadow rays find company.
 constexpr int kBatchEdgePx = 32;
 static_assert(kBatchEdgePx * kBatchEdgePx == kBatchMax);
-constexpr int kBatchPackets = kBatchMax / kPacketRays;
 
 }  // namespace
 
@@ -34,7 +31,7 @@ struct TileRenderer::Scratch {
   PathTracer paths;
   GiTile global;
   SpecularChain chain;
-  Vec3f radiance[kBatchMax];  // [packet][ray]
+  Vec3f radiance[kBatchMax];  // [row][column], kBatchEdgePx in a row
 
   // Of the call in progress.
   const PreparedScene::Impl* scene = nullptr;
@@ -48,30 +45,34 @@ struct TileRenderer::Scratch {
     return is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed);
   }
 
-  void shade_primary(int packet);
-  void add_background(int packet);
-  void add_surfaces(int packet, int x_px, int y_px);
+  // (x, y): of the packet in the part.
+  int pixel(int x, int y, int ray) const {
+    return (y + camera.row(ray)) * kBatchEdgePx + x + camera.column(ray);
+  }
+  void shade_primary(int x, int y);
+  void add_background(int x, int y);
+  void add_surfaces(int x, int y);
   void add_light();
   void render_batch(const SceneTracer& tracer, const TileRect& rect);
   void write(const TileRect& rect, const TileRect& tile, std::span<float> rgb) const;
 };
 
-void TileRenderer::Scratch::shade_primary(int packet) {
+void TileRenderer::Scratch::shade_primary(int x, int y) {
   const FanPacket& rays = camera.rays;
   for (int i = 0; i < kPacketRays; ++i) {
     if (hits.primitive[i] == kNoPrimitive) continue;
     const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
     const float distance = hits.t[i] * length(d);
-    Vec3f& sum = radiance[packet * kPacketRays + i];
+    Vec3f& sum = radiance[pixel(x, y, i)];
     sum = sum + Vec3f{distance, distance, distance};
   }
 }
 
-void TileRenderer::Scratch::add_background(int packet) {
+void TileRenderer::Scratch::add_background(int x, int y) {
   const FanPacket& rays = camera.rays;
   for (int i = 0; i < kPacketRays; ++i) {
     if ((rays.active >> i & 1u) == 0 || hits.primitive[i] != kNoPrimitive) continue;
-    Vec3f& sum = radiance[packet * kPacketRays + i];
+    Vec3f& sum = radiance[pixel(x, y, i)];
     sum =
         sum + scene->lights.sky({rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]});
   }
@@ -87,12 +88,10 @@ void TileRenderer::Scratch::add_light() {
 }
 
 // Adds the surfaces that a packet has hit to the batch, and the light that they give themselves.
-void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
+void TileRenderer::Scratch::add_surfaces(int x, int y) {
   const FanPacket& rays = camera.rays;
   const bool has_light = !scene->lights.is_empty();
   const bool has_emitters = !scene->lights.emitters.empty();
-  const bool needs_key = has_emitters || scene->lights.has_environment ||
-                         scene->features.has_specular || settings->renderer == Renderer::kPath;
   const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
   SurfacesSeen seen(*scene, eye, pixel_spread);
   for (int i = 0; i < kPacketRays; ++i) {
@@ -101,42 +100,38 @@ void TileRenderer::Scratch::add_surfaces(int packet, int x_px, int y_px) {
     const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
     Surface& s = batch.surface[batch.count];
     new (&s) Surface(seen.at(triangle, d, hits.t[i]));  // without a copy
-    const int pixel = packet * kPacketRays + i;
+    const int at = pixel(x, y, i);
     if (!has_light) {  // a bare mesh: the camera is its lamp
       const float cosine = std::max(0.0f, -dot(s.shading_normal, normalize(d)));
-      radiance[pixel] = radiance[pixel] + s.albedo * cosine;
+      radiance[at] = radiance[at] + s.albedo * cosine;
       continue;
     }
-    if (has_emitters) radiance[pixel] = radiance[pixel] + s.emission;
-    if (needs_key) {
-      batch.key[batch.count] =
-          pixel_key(settings->seed, x_px + column_of(i), y_px + row_of(i), kDimensionLight);
-    }
-    batch.pixel[batch.count++] = static_cast<std::uint16_t>(pixel);
+    if (has_emitters) radiance[at] = radiance[at] + s.emission;
+    batch.key[batch.count] = camera.key[i];
+    batch.pixel[batch.count++] = static_cast<std::uint16_t>(at);
   }
 }
 
 // rect: at most kBatchEdgePx on an edge.
 void TileRenderer::Scratch::render_batch(const SceneTracer& tracer, const TileRect& rect) {
   std::fill(std::begin(radiance), std::end(radiance), Vec3f{});
-  camera.enter(tracer, rect);
+  camera.enter(rect);
   const auto samples = static_cast<std::uint32_t>(settings->samples_per_pixel);
   for (std::uint32_t sample = 0; sample < samples; ++sample) {
     batch.count = 0;
     batch.sample_index = sequence_index(*settings, sample);
-    for (int packet = 0; packet < kBatchPackets; ++packet) {
-      const int x = rect.x_px + packet % 4 * kPacketEdgePx,
-                y = rect.y_px + packet / 4 * kPacketEdgePx;
-      if (x >= rect.x_px + rect.width_px || y >= rect.y_px + rect.height_px) continue;
-      if (is_over()) return;
-      camera.set(rect, x, y, sample);
-      tracer.closest(camera.rays, hits);
-      counts.primary += static_cast<std::uint64_t>(std::popcount(camera.rays.active));
-      if (settings->renderer == Renderer::kPrimary) {
-        shade_primary(packet);
-      } else {
-        if (scene->lights.has_environment) add_background(packet);
-        add_surfaces(packet, x, y);
+    for (int y = 0; y < rect.height_px; y += camera.height_px()) {
+      for (int x = 0; x < rect.width_px; x += camera.width_px()) {
+        if (is_over()) return;
+        camera.set(rect.x_px + x, rect.y_px + y, sample);
+        tracer.closest(camera.rays, hits);
+        counts.primary += static_cast<std::uint64_t>(std::popcount(camera.rays.active));
+        if (settings->renderer == Renderer::kPrimary) {
+          shade_primary(x, y);
+        } else {
+          if (scene->lights.has_environment) add_background(x, y);
+          add_surfaces(x, y);
+        }
       }
     }
     if (batch.count > 0) add_light();
@@ -146,16 +141,13 @@ void TileRenderer::Scratch::render_batch(const SceneTracer& tracer, const TileRe
 void TileRenderer::Scratch::write(const TileRect& rect, const TileRect& tile,
                                   std::span<float> rgb) const {
   const float scale = 1 / static_cast<float>(settings->samples_per_pixel);
-  for (int pixel = 0; pixel < kBatchMax; ++pixel) {
-    const int packet = pixel / kPacketRays, ray = pixel % kPacketRays;
-    const int x = packet % 4 * kPacketEdgePx + column_of(ray);
-    const int y = packet / 4 * kPacketEdgePx + row_of(ray);
-    if (x >= rect.width_px || y >= rect.height_px) continue;
-    const int column = rect.x_px + x - tile.x_px, row = rect.y_px + y - tile.y_px;
-    const auto at = 3 * static_cast<std::size_t>(row * tile.width_px + column);
-    rgb[at] = radiance[pixel].x * scale;
-    rgb[at + 1] = radiance[pixel].y * scale;
-    rgb[at + 2] = radiance[pixel].z * scale;
+  for (int y = 0; y < rect.height_px; ++y) {
+    for (int x = 0; x < rect.width_px; ++x) {
+      const int column = rect.x_px + x - tile.x_px, row = rect.y_px + y - tile.y_px;
+      const auto at = 3 * static_cast<std::size_t>(row * tile.width_px + column);
+      for (int c = 0; c < 3; ++c)
+        rgb[at + static_cast<std::size_t>(c)] = radiance[y * kBatchEdgePx + x][c] * scale;
+    }
   }
 }
 
@@ -187,7 +179,7 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
                  is_cancelled);
   s.chain.begin(scene.impl(), tracer, is_cancelled);
   s.paths.begin(scene.impl(), tracer, settings.bounces, is_cancelled);
-  s.camera.begin(settings, camera);
+  s.camera.begin(settings, camera, tracer);
   s.pixel_spread =
       camera.pixel_spread() / std::sqrt(static_cast<float>(settings.samples_per_pixel));
   for (int y = 0; y < rect.height_px; y += kBatchEdgePx) {

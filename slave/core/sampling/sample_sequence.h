@@ -61,9 +61,11 @@ constexpr std::uint32_t shuffled_index(std::uint32_t index, std::uint32_t key) {
   return van_der_corput_bits(x);
 }
 
+constexpr std::uint32_t frame_seed(std::uint32_t seed) { return mix_bits(seed ^ 0x5bd1e995u); }
+
 // Independent scramble of one use of one pixel; dimensions are numbered by the renderer.
 constexpr std::uint32_t pixel_key(std::uint32_t seed, int x_px, int y_px, std::uint32_t dimension) {
-  std::uint32_t h = mix_bits(seed ^ 0x5bd1e995u);
+  std::uint32_t h = frame_seed(seed);
   h = hash_combine(h, static_cast<std::uint32_t>(x_px));
   h = hash_combine(h, static_cast<std::uint32_t>(y_px));
   return hash_combine(h, dimension);
@@ -74,6 +76,8 @@ class SequencePoint {
  public:
   explicit SequencePoint(std::uint32_t index)
       : x_(van_der_corput_bits(index)), y_(sobol2_bits(index)) {}
+  std::uint32_t x_bits() const { return x_; }
+  std::uint32_t y_bits() const { return y_; }
   // In [0, 1)^2.
   Vec2f scrambled(std::uint32_t key) const {
     return {unit_float(x_ ^ key), unit_float(y_ ^ mix_bits(key))};
