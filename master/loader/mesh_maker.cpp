@@ -28,13 +28,20 @@ void MeshMaker::triangle(Vec3f a, Vec3f b, Vec3f c, std::uint32_t material) {
 }
 
 void MeshMaker::quad(Vec3f a, Vec3f b, Vec3f c, Vec3f d, std::uint32_t material) {
-  const Vec3f n = cross(b - a, c - a);
+  const Vec3f n = normalize(cross(b - a, c - a)), m = normalize(cross(c - a, d - a));
   const std::uint32_t first = vertex(a, n, {0, 0});
   vertex(b, n, {1, 0});
   vertex(c, n, {1, 1});
-  vertex(d, n, {0, 1});
   face(first, first + 1, first + 2, material);
-  face(first, first + 2, first + 3, material);
+  if (length(m - n) < 1e-5f) {
+    vertex(d, n, {0, 1});
+    face(first, first + 2, first + 3, material);
+  } else {  // bent: both halves are flat
+    vertex(a, m, {0, 0});
+    vertex(c, m, {1, 1});
+    vertex(d, m, {0, 1});
+    face(first + 3, first + 4, first + 5, material);
+  }
 }
 
 void MeshMaker::box(Vec3f lower, Vec3f upper, std::uint32_t material, float angle) {

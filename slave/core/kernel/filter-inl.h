@@ -2,7 +2,7 @@
 // a pixel takes the mean of what its neighbours that show the same surface have gathered, each from
 // VPLs of its own. No distance is absolute: a neighbour is accepted where its normal is within some
 // 25 degrees, its point within 15 degrees of the plane, its distance from the eye within an eighth
-// and its material the same.
+// and its material the same. With radius 0 a pixel keeps what it has.
 //
 // Threads. Works on the caller's memory.
 #include "slave/core/kernel/gather_layout.h"
@@ -84,7 +84,12 @@ class DiscontinuityFilter {
       }
     }
     const V scale = hn::Div(hn::Set(d, 1), hn::Max(count, hn::Set(d, 1)));
-    for (int c = 0; c < 3; ++c) hn::StoreU(hn::Mul(sum[c], scale), d, planes_.filtered[c] + at);
+    const auto is_there = hn::Gt(count, hn::Zero(d));
+    for (int c = 0; c < 3; ++c) {
+      const V albedo = hn::LoadU(d, planes_.albedo[c] + at);
+      const V reflected = hn::IfThenElseZero(is_there, hn::Mul(albedo, hn::Mul(sum[c], scale)));
+      hn::StoreU(hn::Add(hn::LoadU(d, planes_.sum[c] + at), reflected), d, planes_.sum[c] + at);
+    }
   }
 
   FilterPlanes& planes_;

@@ -34,18 +34,20 @@ struct alignas(64) GatherRays {
 };
 
 // Pixels of a part of the picture with a border, for the discontinuity buffer. A pixel that shows
-// nothing has distance NaN, so that no comparison holds.
+// no surface to gather light has distance NaN, so that no comparison holds; its other values are not
+// looked at.
 inline constexpr int kFilterRadiusMax = 2;
 inline constexpr int kFilterEdgeMax = 64 + 2 * kFilterRadiusMax;
 inline constexpr int kFilterStride = 96;  // registers read beyond the border
 inline constexpr int kFilterPixels = kFilterStride * (kFilterEdgeMax + 2 * kFilterRadiusMax);
 struct alignas(64) FilterPlanes {
-  float light[3][kFilterPixels];
+  float light[3][kFilterPixels];  // as GatherPoints::light
   float point[3][kFilterPixels];
   float normal[3][kFilterPixels];
   float distance[kFilterPixels];
   int32_t material[kFilterPixels];
-  float filtered[3][kFilterPixels];
+  float albedo[3][kFilterPixels];
+  float sum[3][kFilterPixels];  // of a pixel's samples
 };
 // Where pixel (x, y) of the part stands.
 constexpr int filter_index(int x, int y) {

@@ -9,6 +9,8 @@
 #include "slave/core/kernel/camera_layout.h"
 #include "slave/core/kernel/gather_layout.h"
 #include "slave/core/kernel/packet_layout.h"
+#include "slave/core/kernel/surface_layout.h"
+#include "slave/core/surface/noise_layout.h"
 
 namespace tessera::core {
 
@@ -20,6 +22,14 @@ struct KernelTable {
   // pixels in the sample's key_dimension.
   void (*camera_rays)(const CameraView& camera, const PixelSample& sample,
                       const PacketPixels& pixels, FanPacket& rays, uint32_t* keys);
+
+  // vertices [triangle][corner][axis]: those that the hits have numbers of.
+  void (*fan_points)(const float* vertices, const FanPacket& rays, const PacketHits& hits,
+                     PacketPoints& points);
+  void (*packet_points)(const float* vertices, const RayPacket& rays, const PacketHits& hits,
+                        PacketPoints& points);
+
+  NoiseKernel noise;
 
   // Tells rays apart by the face of a cube around their origin that they leave through, then halves
   // the longer extent of a group on its face until at most kPacketRays are left. Order is kept
@@ -35,8 +45,9 @@ struct KernelTable {
                        GatherRays& rays);
   // Adds strength times light.rgb. The caller has set to 0 what is in shadow.
   void (*end_gather)(const LightPoint& light, const GatherRays& rays, GatherPoints& points);
-  // planes.filtered of the pixels of width x height from (x, y) on, and of some behind them.
-  // Requires: light, distance and material are set there and `radius` further on all sides.
+  // Adds to planes.sum what pixels reflect: the mean of their neighbours' light times albedo. For
+  // width x height pixels from (x, y) on; sums of some behind them are lost. Requires: distance is set
+  // there and `radius` further on all sides.
   void (*filter)(FilterPlanes& planes, int radius, int x, int y, int width, int height);
 
   // By structure, with blocks of 8 and of 16 triangles.

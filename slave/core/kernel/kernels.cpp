@@ -21,7 +21,9 @@
 #include "slave/core/kernel/fan_groups-inl.h"
 #include "slave/core/kernel/filter-inl.h"
 #include "slave/core/kernel/gather-inl.h"
+#include "slave/core/kernel/noise-inl.h"
 #include "slave/core/kernel/packet_call-inl.h"
+#include "slave/core/kernel/surface-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
@@ -31,6 +33,14 @@ void camera_rays(const CameraView& camera, const PixelSample& sample, const Pack
                  FanPacket& rays, uint32_t* keys) {
   CameraKernel(camera, sample).run(pixels, rays, keys);
 }
+
+template <class Packet>
+void points_of(const float* vertices, const Packet& rays, const PacketHits& hits,
+               PacketPoints& points) {
+  SurfaceKernel<Packet>(vertices, rays, hits).run(points);
+}
+
+void noise(NoisePoints& points) { NoiseLanes::run(points); }
 
 void group_fans(FanTargets& targets) { FanGroups(targets).run(); }
 
@@ -61,9 +71,10 @@ namespace tessera::core {
 namespace {
 
 // All entry points of one instruction set.
-#define TESSERA_KERNELS(set)                                                           \
-  set::camera_rays, set::group_fans, set::bound_points, set::begin_gather, set::end_gather, set::filter, \
-      set::kKernels<BvhView<8>>, set::kKernels<BvhView<16>>, set::kKernels<KdView<8>>, \
+#define TESSERA_KERNELS(set)                                                               \
+  set::camera_rays, set::points_of<FanPacket>, set::points_of<RayPacket>, set::noise,      \
+      set::group_fans, set::bound_points, set::begin_gather, set::end_gather, set::filter, \
+      set::kKernels<BvhView<8>>, set::kKernels<BvhView<16>>, set::kKernels<KdView<8>>,     \
       set::kKernels<KdView<16>>
 
 constexpr KernelTable kTables[] = {

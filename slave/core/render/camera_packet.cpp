@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -61,6 +62,11 @@ void CameraPacket::begin(const FrameSettings& settings, const CameraRays& camera
   for (int a = 0; a < 3; ++a) rays.origin[a] = camera.origin()[a];
   rays.t_min = 0;
   std::fill_n(rays.t_max, kPacketRays, std::numeric_limits<float>::infinity());
+}
+
+RayCone CameraPacket::cone() const {
+  const auto samples = static_cast<float>(settings_->samples_per_pixel);
+  return {0, camera_->pixel_spread() / std::sqrt(samples)};
 }
 
 void CameraPacket::enter(const TileRect& part) {

@@ -8,6 +8,7 @@
 #include "common/frame/frame_settings.h"
 #include "common/frame/tile_grid.h"
 #include "slave/core/render/camera_rays.h"
+#include "slave/core/surface/ray_cone.h"
 #include "slave/core/trace/scene_tracer.h"
 
 namespace tessera::core {
@@ -19,6 +20,8 @@ class CameraPacket {
 
   // Keeps references until the next call. Requires: all outlive the calls of set().
   void begin(const FrameSettings& settings, const CameraRays& camera, const SceneTracer& tracer);
+  // Of each ray: a sample's share of a pixel.
+  RayCone cone() const;
   // Finds where the packets of a part of the picture begin, all samples of them. One of 32 x 32
   // pixels has measured best. Keeps the part.
   void enter(const TileRect& part);

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 
-#include "slave/core/geometry/barycentric.h"
 #include "slave/core/render/path_tracer.h"
 #include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
@@ -23,9 +22,14 @@ struct ClampResidual::Scratch {
   Vec3f light[kGatherMax];
   RayPacket rays;
   PacketHits hits;
+  MetSurfaces met;
+  Surface surface[kPacketRays];
+  Surface* surface_at[kPacketRays];
 };
 
-ClampResidual::ClampResidual() : scratch_(std::make_unique<Scratch>()) {}
+ClampResidual::ClampResidual() : scratch_(std::make_unique<Scratch>()) {
+  for (int i = 0; i < kPacketRays; ++i) scratch_->surface_at[i] = &scratch_->surface[i];
+}
 ClampResidual::~ClampResidual() = default;
 
 void ClampResidual::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
@@ -35,6 +39,7 @@ void ClampResidual::begin(const PreparedScene::Impl& scene, const SceneTracer& t
   tracer_ = &tracer;
   bounds_ = bounds;
   bounces_ = bounces;
+  scratch_->met.begin(scene, tracer.kernels());
   scratch_->paths.begin(scene, tracer, std::max(0, bounces_ - 1), is_cancelled);
   std::fill_n(scratch_->rays.t_min, kPacketRays, 0.0f);
   std::fill_n(scratch_->rays.t_max, kPacketRays, 1 / std::sqrt(bounds_.vpl));
@@ -59,51 +64,53 @@ RayCounts ClampResidual::add(GatherPoints& points, std::uint32_t sequence_index)
 
 void ClampResidual::follow(const GatherPoints& points, int first, int count) {
   Scratch& s = *scratch_;
-  Vec3f direction[kPacketRays];
   s.rays.active = 0;
   for (int i = 0; i < count; ++i) {
     const int p = first + i;
     const Vec3f normal{points.normal[0][p], points.normal[1][p], points.normal[2][p]};
     const Vec3f shading{points.shading[0][p], points.shading[1][p], points.shading[2][p]};
-    direction[i] = cosine_direction(
+    const Vec3f direction = cosine_direction(
         shading, shuffled_2d(hash_combine(points.key[p], kDimensionRay), s.batch.sample_index));
-    if (!(dot(direction[i], normal) > 0)) continue;
+    if (!(dot(direction, normal) > 0)) continue;
     for (int a = 0; a < 3; ++a) {
       s.rays.origin[a][i] = points.point[a][p] + normal[a] * points.offset[p];
-      s.rays.direction[a][i] = direction[i][a];
+      s.rays.direction[a][i] = direction[a];
     }
     s.rays.active |= std::uint64_t{1} << i;
   }
   tracer_->closest(s.rays, s.hits);
-  for (std::uint64_t left = s.rays.active; left != 0; left &= left - 1) {
-    const int i = std::countr_zero(left);
-    if (s.hits.primitive[i] != kNoPrimitive)
-      arrive(points, first + i, s.hits.primitive[i], direction[i]);
-  }
+  s.met.find(s.rays, s.hits);
+  arrive(points, first);
 }
 
-void ClampResidual::arrive(const GatherPoints& points, int point, std::uint32_t triangle,
-                           Vec3f direction) {
+// Of the packet from that point on.
+void ClampResidual::arrive(const GatherPoints& points, int first) {
   Scratch& s = *scratch_;
-  const int i = point % kPacketRays;
-  const Vec3f origin{s.rays.origin[0][i], s.rays.origin[1][i], s.rays.origin[2][i]};
-  const TriangleStore& t = scene_->triangles;
-  const Vec2f uv = barycentric(origin, direction, t.vertex(triangle, 0), t.vertex(triangle, 1),
-                               t.vertex(triangle, 2));
-  Surface y = surface_at(*scene_, triangle, uv.x, uv.y, direction);
-  const Vec3f shading{points.shading[0][point], points.shading[1][point], points.shading[2][point]};
-  const float distance = s.hits.t[i] * length(direction);
-  const float geometry =
-      dot(shading, direction) * -dot(y.normal, direction) / (distance * distance);
-  if (!(geometry > bounds_.vpl)) return;
-  if (geometry > bounds_.emitter)
-    s.light[point] = s.light[point] + y.emission * (1 - bounds_.emitter / geometry);
-  if (is_specular(y)) return;  // no VPL is there
-  y.weight = y.weight * (1 - bounds_.vpl / geometry);
-  SurfaceBatch& batch = s.batch;
-  batch.surface[batch.count] = y;
-  batch.key[batch.count] = hash_combine(points.key[point], kDimensionPath);
-  batch.pixel[batch.count++] = static_cast<std::uint16_t>(point);
+  const PacketPoints& at = s.met.points();
+  float geometry[kPacketRays];
+  std::uint64_t beyond = 0;  // what the bound has weakened
+  for (std::uint64_t left = at.met; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left), p = first + i;
+    const Vec3f shading{points.shading[0][p], points.shading[1][p], points.shading[2][p]};
+    const Vec3f normal{at.normal[0][i], at.normal[1][i], at.normal[2][i]};
+    const Vec3f direction{s.rays.direction[0][i], s.rays.direction[1][i], s.rays.direction[2][i]};
+    geometry[i] =
+        dot(shading, direction) * -dot(normal, direction) / (at.distance[i] * at.distance[i]);
+    if (geometry[i] > bounds_.vpl) beyond |= std::uint64_t{1} << i;
+  }
+  s.met.make(beyond, nullptr, s.surface_at);
+  for (; beyond != 0; beyond &= beyond - 1) {
+    const int i = std::countr_zero(beyond), p = first + i;
+    Surface& y = s.surface[i];
+    if (geometry[i] > bounds_.emitter)
+      s.light[p] = s.light[p] + y.emission * (1 - bounds_.emitter / geometry[i]);
+    if (is_specular(y)) continue;  // no VPL is there
+    y.weight = y.weight * (1 - bounds_.vpl / geometry[i]);
+    SurfaceBatch& batch = s.batch;
+    batch.surface[batch.count] = y;
+    batch.key[batch.count] = hash_combine(points.key[p], kDimensionPath);
+    batch.pixel[batch.count++] = static_cast<std::uint16_t>(p);
+  }
 }
 
 }  // namespace tessera::core

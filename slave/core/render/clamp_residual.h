@@ -36,7 +36,7 @@ class ClampResidual {
  private:
   struct Scratch;
   void follow(const GatherPoints& points, int first, int count);
-  void arrive(const GatherPoints& points, int point, std::uint32_t triangle, Vec3f direction);
+  void arrive(const GatherPoints& points, int first);
 
   const PreparedScene::Impl* scene_ = nullptr;
   const SceneTracer* tracer_ = nullptr;

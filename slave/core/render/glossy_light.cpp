@@ -15,10 +15,10 @@ constexpr std::uint32_t kDimensionGlossy = 0x80000003u;
 void GlossyLight::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int samples,
                         const std::atomic<bool>* is_cancelled) {
   scene_ = &scene;
-  tracer_ = &tracer;
   samples_ = samples;
   is_cancelled_ = is_cancelled;
   if (!rays_) rays_ = std::make_unique<ScatteredRays>();
+  rays_->begin(scene, tracer);
 }
 
 std::uint64_t GlossyLight::add(const SurfaceBatch& batch, Vec3f* radiance) {
@@ -39,25 +39,24 @@ std::uint64_t GlossyLight::add(const SurfaceBatch& batch, Vec3f* radiance) {
 }
 
 void GlossyLight::trace(Vec3f* radiance) {
-  const LightSet& lights = scene_->lights;
   const float each = 1 / static_cast<float>(samples_);
-  PacketHits hits;
-  Surface met;
+  Surface met_by[kPacketRays];
+  Surface* to[kPacketRays];
+  for (int i = 0; i < kPacketRays; ++i) to[i] = &met_by[i];
   int numbers[kPacketRays];
   for (int first = 0; first < rays_->count; first += kPacketRays) {
     const int n = std::min(kPacketRays, rays_->count - first);
     for (int i = 0; i < n; ++i) numbers[i] = first + i;
-    rays_->trace(*tracer_, numbers, n, hits);
+    const std::uint64_t met = rays_->trace(numbers, n);
+    rays_->meet(met, to);
     for (int i = 0; i < n; ++i) {
-      const int ray = first + i;
       Vec3f light;
-      if (!rays_->meet(*scene_, ray, hits.primitive[i], hits.t[i], met)) {
-        light = rays_->sky_met(lights, ray);
-      } else if (!is_black(met.emission)) {
-        light = rays_->emission_met(*scene_, ray, hits.primitive[i], hits.t[i], met,
-                                    lights.is_shared_out());
+      if ((met >> i & 1u) == 0) {
+        light = rays_->sky_met(first + i);
+      } else if (!is_black(met_by[i].emission)) {
+        light = rays_->emission_met(i, met_by[i], scene_->lights.is_shared_out());
       }
-      Vec3f& sum = radiance[rays_->pixel[ray]];
+      Vec3f& sum = radiance[rays_->pixel[first + i]];
       sum = sum + light * each;
     }
   }

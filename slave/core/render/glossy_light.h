@@ -26,7 +26,6 @@ class GlossyLight {
   void trace(Vec3f* radiance);
 
   const PreparedScene::Impl* scene_ = nullptr;
-  const SceneTracer* tracer_ = nullptr;
   int samples_ = 1;
   const std::atomic<bool>* is_cancelled_ = nullptr;
   std::unique_ptr<ScatteredRays> rays_;  // made where a scene has glossy surfaces

@@ -1,5 +1,8 @@
 #include "slave/core/render/path_tracer.h"
 
+#include <algorithm>
+#include <bit>
+
 #include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {
@@ -16,6 +19,7 @@ void PathTracer::begin(const PreparedScene::Impl& scene, const SceneTracer& trac
   tracer_ = &tracer;
   bounces_ = bounces;
   is_cancelled_ = is_cancelled;
+  rays_->begin(scene, tracer);
   direct_.begin(scene, tracer, 1, DirectLight::Kind::kPartOfPath, is_cancelled);
   chain_.begin(scene, tracer, is_cancelled);
 }
@@ -48,26 +52,30 @@ void PathTracer::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
 // Replaces the batch by what the rays meet. Returns: rays traced.
 std::uint64_t PathTracer::follow(SurfaceBatch& batch, Vec3f* radiance) {
   ScatteredRays& rays = *rays_;
-  const LightSet& lights = scene_->lights;
   batch.count = 0;
-  PacketHits hits;
   int numbers[kPacketRays];
+  Surface* to[kPacketRays];
   for (int first = 0; first < rays.count && !is_over(); first += kPacketRays) {
     const int n = std::min(kPacketRays, rays.count - first);
     for (int i = 0; i < n; ++i) numbers[i] = first + i;
-    rays.trace(*tracer_, numbers, n, hits);
+    const std::uint64_t met = rays.trace(numbers, n);
     for (int i = 0; i < n; ++i) {
       const int ray = first + i;
-      Vec3f& sum = radiance[rays.pixel[ray]];
-      Surface& s = batch.surface[batch.count];
-      if (!rays.meet(*scene_, ray, hits.primitive[i], hits.t[i], s)) {
-        sum = sum + rays.sky_met(lights, ray);
+      if ((met >> i & 1u) == 0) {
+        Vec3f& sum = radiance[rays.pixel[ray]];
+        sum = sum + rays.sky_met(ray);
         continue;
       }
-      if (!is_black(s.emission))
-        sum = sum + rays.emission_met(*scene_, ray, hits.primitive[i], hits.t[i], s, true);
+      to[i] = &batch.surface[batch.count];
       batch.key[batch.count] = rays.key[ray];
       batch.pixel[batch.count++] = rays.pixel[ray];
+    }
+    rays.meet(met, to);
+    for (std::uint64_t left = met; left != 0; left &= left - 1) {
+      const int i = std::countr_zero(left);
+      if (is_black(to[i]->emission)) continue;
+      Vec3f& sum = radiance[rays.pixel[first + i]];
+      sum = sum + rays.emission_met(i, *to[i], true);
     }
   }
   return static_cast<std::uint64_t>(rays.count);

@@ -1,8 +1,9 @@
 #include "slave/core/render/scattered_rays.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <limits>
-#include <new>
 
 #include "slave/core/sampling/hemisphere.h"
 
@@ -16,6 +17,12 @@ constexpr float kInvPi = 0.318309886f;
 constexpr float kDiffuseSpread = 0.2f;
 
 }  // namespace
+
+void ScatteredRays::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer) {
+  scene_ = &scene;
+  tracer_ = &tracer;
+  met_.begin(scene, tracer.kernels());
+}
 
 void ScatteredRays::clear() {
   count = 0;
@@ -62,49 +69,53 @@ int ScatteredRays::push(const SurfaceBatch& batch, int i, std::uint32_t ray_key)
   return count++;
 }
 
-bool ScatteredRays::meet(const PreparedScene::Impl& scene, int i, std::uint32_t triangle, float t,
-                         Surface& surface) const {
-  if (triangle == kNoPrimitive) return false;
-  const TriangleStore& triangles = scene.triangles;
-  const Vec2f uv = barycentric(start[i], direction[i], triangles.vertex(triangle, 0),
-                               triangles.vertex(triangle, 1), triangles.vertex(triangle, 2));
-  // In its place, without a copy: this is the path of every bounce.
-  new (&surface) Surface(surface_at(scene, triangle, uv.x, uv.y, direction[i], cone[i], t));
-  surface.weight = weight[i];
-  return true;
-}
-
-Vec3f ScatteredRays::emission_met(const PreparedScene::Impl& scene, int i, std::uint32_t triangle,
-                                  float t, const Surface& s, bool is_picked) const {
-  const Emitter* emitter = scene.lights.emitter_of(triangle);
-  // Light samples look at pictures of lamps as they are, not at their mip levels: so does this.
-  if (emitter == nullptr)
-    return s.material->emission_texture == kNoTexture ? weight[i] * s.emission : Vec3f{};
-  const TriangleStore& triangles = scene.triangles;
-  const Vec2f uv = barycentric(start[i], direction[i], triangles.vertex(triangle, 0),
-                               triangles.vertex(triangle, 1), triangles.vertex(triangle, 2));
-  const float chance = is_picked ? emitter->share : 1;
-  const float light = chance / emitter->area * (t * t) / std::fabs(dot(s.normal, direction[i]));
-  return weight[i] * scene.lights.emission_at(*emitter, uv.x, uv.y) *
-         (density[i] / (density[i] + light));
-}
-
-Vec3f ScatteredRays::sky_met(const LightSet& lights, int i) const {
-  if (!lights.sky_map) return weight[i] * lights.environment;
-  if (!(density[i] > 0)) return {};
-  const float share = density[i] / (density[i] + lights.sky_map->density(direction[i]));
-  return weight[i] * lights.sky(direction[i]) * share;
-}
-
-void ScatteredRays::trace(const SceneTracer& tracer, const int* rays, int n, PacketHits& hits) {
+std::uint64_t ScatteredRays::trace(const int* rays, int n) {
   packet_.active = ~std::uint64_t{0} >> (kPacketRays - n);
   for (int i = 0; i < n; ++i) {
+    number_[i] = rays[i];
     for (int a = 0; a < 3; ++a) {
       packet_.origin[a][i] = start[rays[i]][a];
       packet_.direction[a][i] = direction[rays[i]][a];
     }
   }
-  tracer.closest(packet_, hits);
+  tracer_->closest(packet_, hits_);
+  met_.find(packet_, hits_);
+  return met_.points().met;
+}
+
+void ScatteredRays::meet(std::uint64_t met, Surface* const* to) {
+  RayCone cones[kPacketRays];
+  const bool has_cones = scene_->features.needs_cones();
+  for (std::uint64_t left = has_cones ? met : 0; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left);
+    cones[i] = cone[number_[i]];
+  }
+  met_.make(met, has_cones ? cones : nullptr, to);
+  for (; met != 0; met &= met - 1) {
+    const int i = std::countr_zero(met);
+    to[i]->weight = weight[number_[i]];
+  }
+}
+
+Vec3f ScatteredRays::emission_met(int i, const Surface& s, bool is_picked) const {
+  const int ray = number_[i];
+  const Emitter* emitter = scene_->lights.emitter_of(met_.triangle(i));
+  // Light samples look at pictures of lamps as they are, not at their mip levels: so does this.
+  if (emitter == nullptr)
+    return s.material->emission_texture == kNoTexture ? weight[ray] * s.emission : Vec3f{};
+  const float chance = is_picked ? emitter->share : 1, t = hits_.t[i];
+  const float light = chance / emitter->area * (t * t) / std::fabs(dot(s.normal, direction[ray]));
+  const PacketPoints& at = met_.points();
+  return weight[ray] * scene_->lights.emission_at(*emitter, at.u[i], at.v[i]) *
+         (density[ray] / (density[ray] + light));
+}
+
+Vec3f ScatteredRays::sky_met(int ray) const {
+  const LightSet& lights = scene_->lights;
+  if (!lights.sky_map) return weight[ray] * lights.environment;
+  if (!(density[ray] > 0)) return {};
+  const float share = density[ray] / (density[ray] + lights.sky_map->density(direction[ray]));
+  return weight[ray] * lights.sky(direction[ray]) * share;
 }
 
 }  // namespace tessera::core

@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "slave/core/bsdf/bsdf.h"
-#include "slave/core/geometry/barycentric.h"
+#include "slave/core/render/met_surfaces.h"
 #include "slave/core/render/surface_batch.h"
 #include "slave/core/trace/scene_tracer.h"
 
@@ -25,33 +25,41 @@ struct ScatteredRays {
   std::uint16_t pixel[kBatchMax];
   std::uint32_t key[kBatchMax];
 
+  // Keeps references until the next call. Requires: both outlive the calls of the others.
+  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer);
+
   // Before the first ray of a batch.
   void clear();
   // One ray of surface i, unless nothing can come from there. Requires: count < kBatchMax.
   void add(const SurfaceBatch& batch, int i, Vec2f square, std::uint32_t ray_key);
 
-  // Replaces `surface` by what ray `i` has met. Returns: false when there is nothing.
-  bool meet(const PreparedScene::Impl& scene, int i, std::uint32_t triangle, float t,
-            Surface& surface) const;
+  // The n rays of these numbers, as one packet. Requires: n <= kPacketRays. Returns: bits of those, in
+  // the packet, that have met something.
+  std::uint64_t trace(const int* rays, int n);
 
-  // What a surface's ray `i` brings from the emitter `s` that it has met: its share of it, where light
+  // Of the packet that was traced last:
+
+  // Makes *to[i] for each i of these bits, in the packet: what the ray has met.
+  void meet(std::uint64_t met, Surface* const* to);
+  // What the packet's ray `i` brings from the emitter `s` that it has met: its share of it, where light
   // samples, as many and from the same surface, bring the rest (the balance heuristic). A lamp's
   // picture is looked at as they do, without mip levels. `is_picked`: they pick one of all emitters.
-  Vec3f emission_met(const PreparedScene::Impl& scene, int i, std::uint32_t triangle, float t,
-                     const Surface& s, bool is_picked) const;
+  Vec3f emission_met(int i, const Surface& s, bool is_picked) const;
 
-  // What ray `i` brings from the sky when it has met nothing, with the same shares. Requires: its
-  // surface was not specular.
-  Vec3f sky_met(const LightSet& lights, int i) const;
-
-  // The n rays of these numbers, as one packet. Requires: n <= kPacketRays.
-  void trace(const SceneTracer& tracer, const int* rays, int n, PacketHits& hits);
+  // What the ray of this number brings from the sky when it has met nothing, with the same shares.
+  // Requires: its surface was not specular.
+  Vec3f sky_met(int ray) const;
 
  private:
   void add_sample(const SurfaceBatch& batch, int i, Vec2f square, std::uint32_t ray_key);
   int push(const SurfaceBatch& batch, int i, std::uint32_t ray_key);
 
+  const PreparedScene::Impl* scene_ = nullptr;
+  const SceneTracer* tracer_ = nullptr;
   RayPacket packet_;
+  PacketHits hits_;
+  MetSurfaces met_;
+  int number_[kPacketRays];  // of the packet's rays
 };
 
 }  // namespace tessera::core

@@ -19,7 +19,7 @@ Vec2f choice_of(std::uint32_t pixel_key, std::uint32_t depth, std::uint32_t samp
 void SpecularChain::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
                           const std::atomic<bool>* is_cancelled) {
   scene_ = &scene;
-  tracer_ = &tracer;
+  if (scene.features.has_specular) rays_->scattered.begin(scene, tracer);
   is_cancelled_ = is_cancelled;
 }
 
@@ -83,19 +83,20 @@ int SpecularChain::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
 void SpecularChain::trace_packet(SurfaceBatch& batch, const int* numbers, int n, Vec3f* radiance) {
   Rays& rays = *rays_;
   ScatteredRays& scattered = rays.scattered;
-  PacketHits hits;
-  scattered.trace(*tracer_, numbers, n, hits);
+  const std::uint64_t met = scattered.trace(numbers, n);
+  Surface* to[kPacketRays];
+  for (int i = 0; i < n; ++i) to[i] = &batch.surface[scattered.origin[numbers[i]]];
+  scattered.meet(met, to);
   for (int i = 0; i < n; ++i) {
-    const int ray = numbers[i], origin = scattered.origin[ray];
+    const int ray = numbers[i];
     Vec3f& sum = radiance[scattered.pixel[ray]];
-    Surface& surface = batch.surface[origin];
-    if (!scattered.meet(*scene_, ray, hits.primitive[i], hits.t[i], surface)) {
+    if ((met >> i & 1u) == 0) {
       if (scene_->lights.has_environment)
         sum = sum + scattered.weight[ray] * scene_->lights.sky(scattered.direction[ray]);
       continue;
     }
-    rays.is_gone[origin] = false;
-    sum = sum + surface.weight * surface.emission;
+    rays.is_gone[scattered.origin[ray]] = false;
+    sum = sum + to[i]->weight * to[i]->emission;
   }
 }
 

@@ -51,7 +51,6 @@ class SpecularChain {
   void trace_packet(SurfaceBatch& batch, const int* rays, int n, Vec3f* radiance);
 
   const PreparedScene::Impl* scene_ = nullptr;
-  const SceneTracer* tracer_ = nullptr;
   const std::atomic<bool>* is_cancelled_ = nullptr;
   std::unique_ptr<Rays> rays_;
 };

@@ -3,9 +3,6 @@
 #include <array>
 #include <cmath>
 
-#include "slave/core/geometry/surface_offset.h"
-#include "slave/core/surface/programs.h"
-
 namespace tessera::core {
 namespace {
 
@@ -23,7 +20,7 @@ Vec3f interpolated_normal(const Mesh& mesh, const std::array<std::uint32_t, 3>& 
   return normalize(to_world.is_identity() ? local : to_world.normal(local));
 }
 
-// A hit point of a triangle: what textures and programs need of it.
+// A hit point of a triangle: what textures need of it.
 struct Place {
   const SurfaceTriangle& of;
   const std::array<std::uint32_t, 3>& triangle;
@@ -75,8 +72,7 @@ void apply_textures(const PreparedScene::Impl& scene, const Material& material, 
 // that is seen, or of a triangle without area in the texture, stays as it was.
 void apply_normal_map(const PreparedScene::Impl& scene, const Material& material,
                       const TextureAt& at, const Place& place, Surface& s) {
-  const bool is_front = dot(s.normal, place.of.normal) > 0;
-  const Vec3f outward = is_front ? s.shading_normal : -s.shading_normal;
+  const Vec3f outward = s.is_front ? s.shading_normal : -s.shading_normal;
   const auto& uvs = place.of.mesh->uvs;
   const auto uv_to = [&](std::size_t k) {
     const Vec2f from = corner(uvs, place.triangle, 0), to = corner(uvs, place.triangle, k);
@@ -92,101 +88,85 @@ void apply_normal_map(const PreparedScene::Impl& scene, const Material& material
   const Vec3f t = sample_at(*scene.textures[material.normal_texture], at) * 2 - Vec3f{1, 1, 1};
   const Vec3f turned = normalize(tangent * (t.x * material.normal_scale) +
                                  bitangent * (t.y * material.normal_scale) + outward * t.z);
-  const Vec3f seen = is_front ? turned : -turned;
+  const Vec3f seen = s.is_front ? turned : -turned;
   if (dot(seen, s.normal) > 0) s.shading_normal = seen;  // not so for NaN either
 }
 
-void apply_program(const Material& material, const Place& at, float footprint, Surface& s) {
-  const auto& [of, t, u, v] = at;
-  const Mesh& mesh = *of.mesh;
-  // Vertices before the transform.
-  const Vec3f a = mesh.positions[t[0]];
-  const Vec3f b = mesh.positions[t[1]] - a, c = mesh.positions[t[2]] - a;
-  const Vec3f normal = cross(b, c);
-  const float shrunk = length(normal) / of.twice_area;  // area before the transform to behind
-  const SurfacePlace place{a + b * u + c * v, normal,
-                           footprint > 0 ? footprint * std::sqrt(shrunk) : 0};
-  apply_surface_program(material.surface, place, s);
-}
-
-void apply_patterns(const PreparedScene::Impl& scene, const Place& place, Vec3f to_surface,
-                    Surface& s) {
-  const Material& material = *s.material;
+void apply_textures_at(const PreparedScene::Impl& scene, const Place& place, Vec3f to_surface,
+                       Surface& s) {
   const float footprint = s.cone.width > 0 ? footprint_of(s, to_surface, s.cone) : 0;
-  if (has_texture(material) && !place.of.mesh->uvs.empty()) {
-    const TextureAt at = texture_at(place, footprint);
-    if (material.normal_texture != kNoTexture) apply_normal_map(scene, material, at, place, s);
-    apply_textures(scene, material, at, s);
-  }
-  if (material.surface.kind != SurfaceKind::kConstant) apply_program(material, place, footprint, s);
+  const TextureAt at = texture_at(place, footprint);
+  if (s.material->normal_texture != kNoTexture) apply_normal_map(scene, *s.material, at, place, s);
+  apply_textures(scene, *s.material, at, s);
 }
 
-void set_scattering(const Material& material, bool is_front, std::uint32_t instance,
-                    Vec3f to_surface, Surface& s) {
-  s.bsdf = material.bsdf;
-  s.is_front = is_front;
-  s.to_viewer = -normalize(to_surface);
-  s.roughness = material.roughness;
-  s.metalness = material.metalness;
-  s.instance = instance;
+}  // namespace
+
+const Material& material_of(const PreparedScene::Impl& scene, std::uint32_t triangle) {
+  const std::uint32_t instance = scene.triangles.instance_of(triangle);
+  const auto& materials = scene.meshes[scene.instances[instance].mesh]->materials;
+  return scene.materials[materials.size() == 1
+                             ? materials[0]
+                             : materials[triangle - scene.triangles.instance_first[instance]]];
 }
 
-// All that a plain scene does not have. Apart, so that such a scene pays for one question.
-[[gnu::noinline]] void enrich(const PreparedScene::Impl& scene, const Place& place,
-                              Vec3f to_surface, bool is_front, RayCone cone, float hit_t,
-                              Surface& s) {
-  const SurfaceTriangle& t = place.of;
+SurfaceTriangle surface_triangle(const PreparedScene::Impl& scene, std::uint32_t triangle) {
+  SurfaceTriangle t;
+  t.number = triangle;
+  const Vec3f a = scene.triangles.vertex(triangle, 0);
+  t.edge_b = scene.triangles.vertex(triangle, 1) - a;
+  t.edge_c = scene.triangles.vertex(triangle, 2) - a;
+  t.twice_area = length(cross(t.edge_b, t.edge_c));
+  t.instance = scene.triangles.instance_of(triangle);
+  t.mesh = scene.meshes[scene.instances[t.instance].mesh].get();
+  t.local = triangle - scene.triangles.instance_first[t.instance];
+  if (!scene.features.has_programs) return t;
+  const auto& corners = t.mesh->triangles[t.local];
+  t.own_a = t.mesh->positions[corners[0]];
+  t.own_b = t.mesh->positions[corners[1]] - t.own_a;
+  t.own_c = t.mesh->positions[corners[2]] - t.own_a;
+  t.own_normal = cross(t.own_b, t.own_c);
+  t.shrunk = std::sqrt(length(t.own_normal) / t.twice_area);
+  return t;
+}
+
+void enrich(const PreparedScene::Impl& scene, const SurfaceTriangle& t, const SurfaceHit& hit,
+            Surface& s) {
+  const Place place{t, t.mesh->triangles[t.local], hit.u, hit.v};
   if (scene.features.has_normals && !t.mesh->normals.empty()) {
-    const Vec3f n = interpolated_normal(
-        *t.mesh, place.triangle, scene.instances[t.instance].object_to_world, place.u, place.v);
+    const Vec3f n = interpolated_normal(*t.mesh, place.triangle,
+                                        scene.instances[t.instance].object_to_world, hit.u, hit.v);
     const float side = dot(n, s.normal);
     if (side > 0) s.shading_normal = n;
     if (side < 0) s.shading_normal = -n;  // NaN or zero: stays flat
   }
-  if (!scene.features.is_diffuse())
-    set_scattering(*t.material, is_front, t.instance, to_surface, s);
+  if (!scene.features.is_diffuse()) {
+    s.bsdf = s.material->bsdf;
+    s.to_viewer = -normalize(hit.direction);
+    s.roughness = s.material->roughness;
+    s.metalness = s.material->metalness;
+    s.instance = t.instance;
+  }
   if (scene.features.needs_cones()) {
-    s.cone = cone.advanced(hit_t * length(to_surface));
-    apply_patterns(scene, place, to_surface, s);
+    s.cone = hit.cone;
+    if (has_texture(*s.material) && !t.mesh->uvs.empty())
+      apply_textures_at(scene, place, hit.direction, s);
   }
   // A normal that looks away from the viewer is none to reflect about.
   if (s.bsdf != BsdfKind::kDiffuse && !(dot(s.shading_normal, s.to_viewer) > 0))
     s.shading_normal = s.normal;
 }
 
-}  // namespace
-
-SurfaceTriangle surface_triangle(const PreparedScene::Impl& scene, std::uint32_t triangle) {
-  SurfaceTriangle t;
-  t.a = scene.triangles.vertex(triangle, 0);
-  t.edge_b = scene.triangles.vertex(triangle, 1) - t.a;
-  t.edge_c = scene.triangles.vertex(triangle, 2) - t.a;
-  const Vec3f across = cross(t.edge_b, t.edge_c);
-  t.normal = normalize(across);
-  t.twice_area = length(across);
-  t.instance = scene.triangles.instance_of(triangle);
-  t.mesh = scene.meshes[scene.instances[t.instance].mesh].get();
-  t.local = triangle - scene.triangles.instance_first[t.instance];
-  const auto& materials = t.mesh->materials;
-  t.material = &scene.materials[materials.size() == 1 ? materials[0] : materials[t.local]];
-  return t;
-}
-
-Surface surface_at(const PreparedScene::Impl& scene, const SurfaceTriangle& t, float u, float v,
-                   Vec3f to_surface, RayCone cone, float hit_t) {
-  Surface s;
-  const bool is_front = dot(t.normal, to_surface) < 0;
-  s.normal = is_front ? t.normal : -t.normal;
-  const SurfacePoint at = surface_point(t.a, t.edge_b, t.edge_c, s.normal, u, v);
-  s.point = at.point;
-  s.offset = at.offset;
-  s.shading_normal = s.normal;
-  s.material = t.material;
-  s.albedo = t.material->albedo;
-  if (is_front) s.emission = t.material->emission;
-  if (scene.features.is_rich)
-    enrich(scene, {t, t.mesh->triangles[t.local], u, v}, to_surface, is_front, cone, hit_t, s);
-  return s;
+void add_place(const SurfaceTriangle& t, const SurfaceHit& hit, Surface& s, SurfacePlaces& places) {
+  const int i = places.count++;
+  const Vec3f point = t.own_a + t.own_b * hit.u + t.own_c * hit.v;
+  for (int a = 0; a < 3; ++a) {
+    places.point[a][i] = point[a];
+    places.normal[a][i] = t.own_normal[a];
+  }
+  const float footprint = s.cone.width > 0 ? footprint_of(s, hit.direction, s.cone) : 0;
+  places.footprint[i] = footprint > 0 ? footprint * t.shrunk : 0;
+  places.surface[i] = &s;
 }
 
 }  // namespace tessera::core

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
-#include <new>
 
 #include "common/base/check.h"
 #include "slave/core/kernel/kernel_table.h"
@@ -26,6 +24,8 @@ static_assert(kBatchEdgePx * kBatchEdgePx == kBatchMax);
 struct TileRenderer::Scratch {
   CameraPacket camera;
   PacketHits hits;
+  MetSurfaces met;
+  RayCone cones[kPacketRays];  // of camera rays
   SurfaceBatch batch;
   DirectLight direct;
   PathTracer paths;
@@ -38,7 +38,6 @@ struct TileRenderer::Scratch {
   const FrameSettings* settings = nullptr;
   const std::atomic<bool>* is_cancelled = nullptr;
   RayCounts counts;
-  float pixel_spread = 0;  // by which a sample's share of a pixel widens for each unit of length
 
   // Asked for every packet, so that a cancelled tile is left within some ten thousand rays.
   bool is_over() const {
@@ -89,27 +88,29 @@ void TileRenderer::Scratch::add_light() {
 
 // Adds the surfaces that a packet has hit to the batch, and the light that they give themselves.
 void TileRenderer::Scratch::add_surfaces(int x, int y) {
-  const FanPacket& rays = camera.rays;
   const bool has_light = !scene->lights.is_empty();
   const bool has_emitters = !scene->lights.emitters.empty();
-  const Vec3f eye{rays.origin[0], rays.origin[1], rays.origin[2]};
-  SurfacesSeen seen(*scene, eye, pixel_spread);
-  for (int i = 0; i < kPacketRays; ++i) {
-    const std::uint32_t triangle = hits.primitive[i];
-    if (triangle == kNoPrimitive) continue;
-    const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
-    Surface& s = batch.surface[batch.count];
-    new (&s) Surface(seen.at(triangle, d, hits.t[i]));  // without a copy
-    const int at = pixel(x, y, i);
-    if (!has_light) {  // a bare mesh: the camera is its lamp
-      const float cosine = std::max(0.0f, -dot(s.shading_normal, normalize(d)));
-      radiance[at] = radiance[at] + s.albedo * cosine;
-      continue;
-    }
-    if (has_emitters) radiance[at] = radiance[at] + s.emission;
-    batch.key[batch.count] = camera.key[i];
-    batch.pixel[batch.count++] = static_cast<std::uint16_t>(at);
+  met.find(camera.rays, hits);
+  Surface* to[kPacketRays];
+  int count = batch.count;
+  for (std::uint64_t left = met.points().met; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left);
+    to[i] = &batch.surface[count];
+    batch.key[count] = camera.key[i];
+    batch.pixel[count++] = static_cast<std::uint16_t>(pixel(x, y, i));
   }
+  met.make(met.points().met, cones, to);
+  for (std::uint64_t left = met.points().met; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left);
+    Vec3f& sum = radiance[pixel(x, y, i)];
+    if (has_emitters) sum = sum + to[i]->emission;
+    if (has_light) continue;
+    // A bare mesh: the camera is its lamp.
+    const FanPacket& rays = camera.rays;
+    const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
+    sum = sum + to[i]->albedo * std::max(0.0f, -dot(to[i]->shading_normal, normalize(d)));
+  }
+  if (has_light) batch.count = count;
 }
 
 // rect: at most kBatchEdgePx on an edge.
@@ -180,8 +181,8 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
   s.chain.begin(scene.impl(), tracer, is_cancelled);
   s.paths.begin(scene.impl(), tracer, settings.bounces, is_cancelled);
   s.camera.begin(settings, camera, tracer);
-  s.pixel_spread =
-      camera.pixel_spread() / std::sqrt(static_cast<float>(settings.samples_per_pixel));
+  s.met.begin(scene.impl(), tracer.kernels());
+  std::fill_n(s.cones, kPacketRays, s.camera.cone());
   for (int y = 0; y < rect.height_px; y += kBatchEdgePx) {
     for (int x = 0; x < rect.width_px; x += kBatchEdgePx) {
       if (s.is_over()) return s.counts;

@@ -5,9 +5,8 @@
 #include <limits>
 
 #include "slave/core/bsdf/bsdf.h"
-#include "slave/core/geometry/barycentric.h"
 #include "slave/core/light/light_paths.h"
-#include "slave/core/render/surface.h"
+#include "slave/core/render/met_surfaces.h"
 #include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
 
@@ -34,7 +33,9 @@ class VplSets::Walks {
  public:
   Walks(const PreparedScene::Impl& scene, const SceneTracer& tracer, const LightPaths& light,
         std::uint32_t key)
-      : scene_(scene), tracer_(tracer), light_(light), key_(key) {
+      : tracer_(tracer), light_(light), key_(key) {
+    met_.begin(scene, tracer.kernels());
+    for (int i = 0; i < kPacketRays; ++i) surface_at_[i] = &surface_[i];
     std::fill_n(rays_.t_min, kPacketRays, 0.0f);
     std::fill_n(rays_.t_max, kPacketRays, std::numeric_limits<float>::infinity());
   }
@@ -56,15 +57,15 @@ class VplSets::Walks {
   // Returns: bits of those that there are.
   std::uint64_t step(std::uint32_t depth, std::uint64_t& ray_count, LightPoint* point) {
     if (rays_.active == 0) return 0;
-    PacketHits hits;
-    tracer_.closest(rays_, hits);
+    tracer_.closest(rays_, hits_);
     ray_count += static_cast<std::uint64_t>(std::popcount(rays_.active));
-    std::uint64_t left = 0, walking = rays_.active;
+    met_.find(rays_, hits_);
+    std::uint64_t left = 0, met = met_.points().met;
+    met_.make(met, nullptr, surface_at_);
     rays_.active = 0;
-    for (; walking != 0; walking &= walking - 1) {
-      const int i = std::countr_zero(walking);
-      if (hits.primitive[i] != kNoPrimitive && arrive(i, hits.primitive[i], depth, point[i]))
-        left |= std::uint64_t{1} << i;
+    for (; met != 0; met &= met - 1) {
+      const int i = std::countr_zero(met);
+      if (arrive(i, surface_[i], depth, point[i])) left |= std::uint64_t{1} << i;
     }
     return left;
   }
@@ -83,13 +84,8 @@ class VplSets::Walks {
   // A camera's ray weighs what it sees by the cosine to the shading normal; the density of walks
   // that arrive is that of the geometric one. The quotient is what makes both agree (Veach, thesis,
   // 1997, section 5.3). Returns: whether it leaves a VPL.
-  bool arrive(int i, std::uint32_t triangle, std::uint32_t depth, LightPoint& point) {
-    const Vec3f origin{rays_.origin[0][i], rays_.origin[1][i], rays_.origin[2][i]};
+  bool arrive(int i, const Surface& s, std::uint32_t depth, LightPoint& point) {
     const Vec3f d{rays_.direction[0][i], rays_.direction[1][i], rays_.direction[2][i]};
-    const TriangleStore& t = scene_.triangles;
-    const Vec2f uv =
-        barycentric(origin, d, t.vertex(triangle, 0), t.vertex(triangle, 1), t.vertex(triangle, 2));
-    const Surface s = surface_at(scene_, triangle, uv.x, uv.y, d);
     const Vec2f x =
         shuffled_2d(hash_combine(key_, kBounce + depth), first_ + static_cast<std::uint32_t>(i));
     if (is_specular(s)) {
@@ -119,12 +115,15 @@ class VplSets::Walks {
     put(i, s.point + s.normal * (side * s.offset), next.direction, flux_[i] * next.weight);
   }
 
-  const PreparedScene::Impl& scene_;
   const SceneTracer& tracer_;
   const LightPaths& light_;
   const std::uint32_t key_;
   std::uint32_t first_ = 0;
   RayPacket rays_;
+  PacketHits hits_;
+  MetSurfaces met_;
+  Surface surface_[kPacketRays];
+  Surface* surface_at_[kPacketRays];
   Vec3f flux_[kPacketRays];
 };
 

@@ -1,24 +1,41 @@
 // Gradient noise over space: smooth, in [-1, 1], 0 at the corners of the unit lattice, without a
 // preferred axis (Perlin, "Improving noise", 2002: quintic fade, gradients along the edges of a
-// cube). Gradients come from an integer hash instead of a table, so that it has no period.
+// cube). Gradients come from an integer hash instead of a table, so that it has no period. 0 beyond
+// 2^22 units from the origin, where floats have no fraction left to speak of, and for NaN.
 //
+// Many points at a time, and all octaves of them, fill the registers of slave/core/kernel/noise-inl.h.
 // The same bits on every processor and C library: arithmetic and floor only.
 //
 // Threads. Pure functions.
 #pragma once
 
 #include <cstdint>
+#include <span>
 
-#include "common/math/vec3.h"
+#include "slave/core/surface/noise_layout.h"
 
 namespace tessera::core {
 
-// 0 beyond 2^22 units from the origin, where floats have no fraction left to speak of, and for NaN.
-float gradient_noise(Vec3f p, std::uint32_t seed);
+// Coordinates of points; all of one length, at most 64.
+struct NoiseArgument {
+  std::span<const float> x, y, z;
+};
 
-// Sum of |noise| of up to 6 octaves, amplitudes 1, 1/2, ...: Perlin's turbulence, in [0, 2].
-// Octaves finer than `footprint` (in the units of p) fade into their mean, so that what is far away
-// does not flicker.
-float turbulence(Vec3f p, std::uint32_t seed, float footprint);
+class Noise {
+ public:
+  explicit Noise(NoiseKernel kernel) : kernel_(kernel) {}
+
+  // Shape of noise: [points].
+  void gradient(const NoiseArgument& points, std::uint32_t seed, std::span<float> noise) const;
+
+  // Sum of |noise| of up to 6 octaves, amplitudes 1, 1/2, ...: Perlin's turbulence, in [0, 2].
+  // Octaves finer than `footprint` [points] (in the units of the points) fade into their mean, so
+  // that what is far away does not flicker.
+  void turbulence(const NoiseArgument& points, std::uint32_t seed, std::span<const float> footprint,
+                  std::span<float> sum) const;
+
+ private:
+  NoiseKernel kernel_;
+};
 
 }  // namespace tessera::core

@@ -2,16 +2,17 @@
 
 namespace tessera::core {
 
-void apply_surface_program(const SurfaceProgram& program, const SurfacePlace& place, Surface& s) {
+void apply_surface_program(const SurfaceProgram& program, const Noise& noise,
+                           const SurfacePlaces& places) {
   switch (program.kind) {
     case SurfaceKind::kConstant:
       return;
     case SurfaceKind::kMarble:
-      return apply_marble(program.parameters, place, s);
+      return apply_marble(program.parameters, noise, places);
     case SurfaceKind::kWood:
-      return apply_wood(program.parameters, place, s);
+      return apply_wood(program.parameters, noise, places);
     case SurfaceKind::kBrick:
-      return apply_brick(program.parameters, place, s);
+      return apply_brick(program.parameters, places);
   }
 }
 

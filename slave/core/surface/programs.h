@@ -1,29 +1,41 @@
-// The freely programmable part of surfaces: a program is told where a ray has hit and fills in what
-// it likes of the Surface, here the albedo. It knows nothing of how the BSDF uses that.
+// The freely programmable part of surfaces: a program is told where rays have hit and fills in what
+// it likes of the Surfaces, here the albedo; their geometry and normals are not its to change. It knows
+// nothing of how the BSDF uses that.
 //
-// Programs are one small file each; their parameters stand in common/scene/surface_program.h. The
-// same bits everywhere: arithmetic, square roots and floor only.
+// Programs are one small file each; their parameters stand in common/scene/surface_program.h. They
+// see many places at a time, so that noise is made by registers (noise.h). The same bits everywhere,
+// whatever company a place has: arithmetic, square roots and floor only.
 //
 // Threads. Pure functions.
 #pragma once
 
+#include <array>
+
+#include "slave/core/surface/noise.h"
 #include "slave/core/surface/surface.h"
 
 namespace tessera::core {
 
-// In object space, so that patterns stay with the mesh.
-struct SurfacePlace {
-  Vec3f point;
-  Vec3f normal;         // geometric; need not be of unit length
-  float footprint = 0;  // width of what the pixel sees, 0 unknown
+inline constexpr int kPlacesMax = 64;
+
+// In object space, so that patterns stay with the mesh. Shape: [count], of [kPlacesMax].
+struct SurfacePlaces {
+  int count = 0;
+  std::array<float, kPlacesMax> point[3];
+  std::array<float, kPlacesMax> normal[3];  // geometric; need not be of unit length
+  std::array<float, kPlacesMax> footprint;  // width of what the pixel sees, 0 unknown
+  std::array<Surface*, kPlacesMax> surface;
 };
 
 // Requires: albedo holds the material's colour, times its texture's; the program's parameters are in
 // their ranges.
-void apply_surface_program(const SurfaceProgram& program, const SurfacePlace& place, Surface& s);
+void apply_surface_program(const SurfaceProgram& program, const Noise& noise,
+                           const SurfacePlaces& places);
 
-void apply_marble(const SurfaceParameters& parameters, const SurfacePlace& place, Surface& s);
-void apply_wood(const SurfaceParameters& parameters, const SurfacePlace& place, Surface& s);
-void apply_brick(const SurfaceParameters& parameters, const SurfacePlace& place, Surface& s);
+void apply_marble(const SurfaceParameters& parameters, const Noise& noise,
+                  const SurfacePlaces& places);
+void apply_wood(const SurfaceParameters& parameters, const Noise& noise,
+                const SurfacePlaces& places);
+void apply_brick(const SurfaceParameters& parameters, const SurfacePlaces& places);
 
 }  // namespace tessera::core

@@ -22,9 +22,9 @@ struct Surface {
 
   Vec3f emission;  // towards the viewer; zero from behind
   const Material* material = nullptr;
+  bool is_front = true;  // the viewer is where the geometric normal of the mesh points
 
   // The rest is left as it is here where the scene does not use it (SurfaceFeatures).
-  bool is_front = true;        // the viewer is where the geometric normal of the mesh points
   Vec3f to_viewer;             // unit; set where any BSDF of the scene is not diffuse
   float roughness = 1;         // of a glossy one, in [0, 1]
   float metalness = 0;         // of a glossy one, in [0, 1]

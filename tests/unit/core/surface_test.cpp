@@ -8,9 +8,9 @@
 #include <random>
 
 #include "slave/core/geometry/surface_offset.h"
-#include "slave/core/surface/noise.h"
-#include "slave/core/surface/programs.h"
 #include "slave/core/surface/texture.h"
+#include "tests/support/packets.h"
+#include "tests/support/surface_at.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -44,11 +44,11 @@ TEST(Surface, NormalsTurnToTheViewerAndAgreeOnTheSide) {
   scene.materials[0].emission = {1, 2, 3};
   const auto prepared = PreparedScene::build(scene, {});
   ASSERT_TRUE(prepared.is_ok());
-  const Surface front = surface_at((*prepared)->impl(), 0, 0.25f, 0.25f, {0, 0, -2});
+  const Surface front = test::surface_at((*prepared)->impl(), 0, 0.25f, 0.25f, {0, 0, -2});
   EXPECT_EQ(1.0f, front.normal.z);
   EXPECT_NEAR(0.8f, front.shading_normal.z, 1e-6);
   EXPECT_EQ(2.0f, front.emission.y);
-  const Surface back = surface_at((*prepared)->impl(), 0, 0.25f, 0.25f, {0, 0, 2});
+  const Surface back = test::surface_at((*prepared)->impl(), 0, 0.25f, 0.25f, {0, 0, 2});
   EXPECT_EQ(-1.0f, back.normal.z);
   EXPECT_NEAR(-0.8f, back.shading_normal.z, 1e-6);
   EXPECT_EQ(0.0f, back.emission.y);
@@ -133,7 +133,7 @@ TEST(Surface, TexturesAreLookedUpInTheLevelOfTheCone) {
   const auto prepared = PreparedScene::build(scene, {});
   ASSERT_TRUE(prepared.is_ok());
   const auto albedo = [&](Vec3f direction, float width) {
-    return surface_at((*prepared)->impl(), 0, 0.3f, 0.4f, direction, {width, 0}).albedo;
+    return test::surface_at((*prepared)->impl(), 0, 0.3f, 0.4f, direction, {width, 0}).albedo;
   };
   const MipMap& map = *(*prepared)->impl().textures[0];
   const Vec2f uv{0.3f, 0.4f};
@@ -185,7 +185,7 @@ Scene make_normal_mapped(bool is_mirrored, std::array<std::uint8_t, 3> texel) {
 Vec3f shading_normal(const Scene& scene, Vec3f direction) {
   const auto prepared = PreparedScene::build(scene, {});
   EXPECT_TRUE(prepared.is_ok());
-  return surface_at((*prepared)->impl(), 0, 0.3f, 0.4f, direction).shading_normal;
+  return test::surface_at((*prepared)->impl(), 0, 0.3f, 0.4f, direction).shading_normal;
 }
 
 // 255 is 1, 128 is 1/255 and 0 is -1.
@@ -224,95 +224,6 @@ TEST(Surface, NormalMapsTurnWithTheObject) {
   EXPECT_NEAR(n.x, std::sqrt(0.5f), 0.01f);
   EXPECT_NEAR(n.y, std::sqrt(0.5f), 0.01f);
   EXPECT_NEAR(n.z, 0, 0.01f);
-}
-
-TEST(Surface, NoiseIsZeroOnItsLatticeBoundedAndAsStrongAsItsMeanSays) {
-  double size = 0, mean = 0;
-  float least = 0, greatest = 0;
-  std::mt19937 random(5);
-  std::uniform_real_distribution<float> unit(-1000, 1000);
-  constexpr int kCount = 200000;
-  for (int i = 0; i < kCount; ++i) {
-    const float n = gradient_noise({unit(random), unit(random), unit(random)}, 9);
-    size += std::fabs(n) / double{kCount};
-    mean += n / double{kCount};
-    least = std::min(least, n);
-    greatest = std::max(greatest, n);
-  }
-  EXPECT_EQ(gradient_noise({3, -4, 7}, 1), 0);
-  EXPECT_NEAR(size, 0.21, 0.02) << "kMeanSize of noise.cpp";
-  EXPECT_NEAR(mean, 0, 0.01);
-  EXPECT_GE(least, -1);
-  EXPECT_LE(greatest, 1);
-  EXPECT_GT(greatest, 0.6f);
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_EQ(gradient_noise({nan, 0.5f, 0.5f}, 1), 0);
-  EXPECT_EQ(gradient_noise({1e30f, 0.5f, 0.5f}, 1), 0);
-}
-
-Vec3f programmed(SurfaceKind kind, Vec3f point, Vec3f normal, float footprint) {
-  Surface s;
-  s.albedo = {0.8f, 0.7f, 0.6f};
-  apply_surface_program({kind, find_surface_program(kind)->defaults}, {point, normal, footprint},
-                        s);
-  return s.albedo;
-}
-
-// The bits of a pattern are the same on every machine: they are written down here.
-TEST(Surface, ProgramsGiveTheSameBitsEverywhere) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (const SurfaceProgramShape& shape : surface_programs()) {
-    for (int i = 0; i < 4096; ++i) {
-      const float x = static_cast<float>(i % 16) * 0.173f - 1,
-                  z = static_cast<float>(i / 256) * 0.119f;
-      const Vec3f point{x, static_cast<float>(i / 16 % 16) * 0.0917f, z};
-      const Vec3f c = programmed(shape.kind, point, {z, 0.5f, x}, i % 3 == 0 ? 0 : 0.01f);
-      for (int a = 0; a < 3; ++a) {
-        ASSERT_TRUE(c[a] >= 0 && c[a] <= 1) << shape.name << " " << i;
-        hash = (hash ^ std::bit_cast<std::uint32_t>(c[a])) * 0x100000001b3u;
-      }
-    }
-  }
-  EXPECT_EQ(hash, 13810743347628684008u);
-}
-
-// From far away a pattern is its mean, without flicker.
-TEST(Surface, ProgramsFadeIntoTheirMean) {
-  for (const SurfaceKind kind : {SurfaceKind::kMarble, SurfaceKind::kWood, SurfaceKind::kBrick}) {
-    std::mt19937 random(6);
-    std::uniform_real_distribution<float> unit(-20, 20);
-    Vec3f near, far;
-    float least = 1, greatest = 0;
-    constexpr int kCount = 20000;
-    for (int i = 0; i < kCount; ++i) {
-      const Vec3f p{unit(random), unit(random), 0};
-      near = near + programmed(kind, p, {0, 0, 1}, 0) * (1.0f / kCount);
-      const Vec3f c = programmed(kind, p, {0, 0, 1}, 2);
-      far = far + c * (1.0f / kCount);
-      least = std::min(least, c.x);
-      greatest = std::max(greatest, c.x);
-    }
-    EXPECT_LT(length(near - far), 0.04f) << find_surface_program(kind)->name;
-    EXPECT_LT(greatest - least, 0.04f) << find_surface_program(kind)->name;
-  }
-}
-
-// An instance that is moved, turned and shrunk has the pattern of its mesh.
-TEST(Surface, PatternsStayWithTheMesh) {
-  Scene scene = test::make_scene(test::make_icosphere(1));
-  scene.materials[0].surface = {SurfaceKind::kMarble,
-                                find_surface_program(SurfaceKind::kMarble)->defaults};
-  Instance moved;
-  moved.object_to_world.m = {{{0, -0.5f, 0, 7}, {0.5f, 0, 0, 1}, {0, 0, 0.5f, -3}}};
-  scene.instances.push_back(moved);
-  const auto prepared = PreparedScene::build(scene, {});
-  ASSERT_TRUE(prepared.is_ok());
-  const auto& impl = (*prepared)->impl();
-  for (std::uint32_t i = 0; i < 80; ++i) {
-    const Surface here = surface_at(impl, i, 0.2f, 0.5f, {1, 2, 3}, {0, 0});
-    const Surface there = surface_at(impl, i + 80, 0.2f, 0.5f, {1, 2, 3}, {0, 0});
-    EXPECT_EQ(here.albedo, there.albedo) << i;
-  }
 }
 
 // The bound of surface_offset.h against the exact plane, in double.

@@ -1,0 +1,57 @@
+// The surfaces that the rays of a packet have met: where, by the kernels for all rays at once, then
+// materials, and what scenes of more than plain diffuse triangles add to that. Asked once a packet and
+// not once a ray what the scene needs, plain scenes pay nothing for the others.
+//
+// Threads. One object per thread.
+#pragma once
+
+#include <cstdint>
+
+#include "slave/core/kernel/kernel_table.h"
+#include "slave/core/render/surface.h"
+
+namespace tessera::core {
+
+class MetSurfaces {
+ public:
+  // Keeps references until the next call. Requires: both outlive the calls of the others.
+  void begin(const PreparedScene::Impl& scene, const KernelTable& kernels);
+
+  // Requires: rays and hits stand as they are until the last call for them.
+  void find(const FanPacket& rays, const PacketHits& hits);
+  void find(const RayPacket& rays, const PacketHits& hits);
+
+  const PacketPoints& points() const { return points_; }
+  // Requires: the ray has met something; so for the next.
+  const Material& material(int ray) {
+    if (hits_->primitive[ray] != known_) {
+      known_ = hits_->primitive[ray];
+      material_ = &material_of(*scene_, known_);
+    }
+    return *material_;
+  }
+  std::uint32_t triangle(int ray) const { return hits_->primitive[ray]; }
+
+  // Makes *to[i] for each of `rays`, bits of points().met; weights are 1. cones [kPacketRays]: the
+  // rays' where they began; null: they have none, and textures and patterns are not filtered.
+  void make(std::uint64_t rays, const RayCone* cones, Surface* const* to);
+
+ private:
+  template <class Packet>
+  void keep(const Packet& rays, const PacketHits& hits);
+  void enrich_all(std::uint64_t rays, const RayCone* cones, Surface* const* to);
+  void run_programs(std::uint64_t rays, Surface* const* to);
+  SurfaceHit hit_of(int ray, const RayCone& cone) const;
+  const SurfaceTriangle& triangle_of(int ray);
+
+  const PreparedScene::Impl* scene_ = nullptr;
+  const KernelTable* kernels_ = nullptr;
+  const float (*direction_)[kPacketRays] = nullptr;
+  const PacketHits* hits_ = nullptr;
+  PacketPoints points_;
+  std::uint32_t known_ = kNoPrimitive;  // material_ is that triangle's
+  const Material* material_ = nullptr;
+  SurfaceTriangle shape_;  // of the triangle that was asked for last
+};
+
+}  // namespace tessera::core

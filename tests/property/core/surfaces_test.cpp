@@ -1,0 +1,169 @@
+// What the kernels make of whole packets, camera rays and the points that rays have met, is to the bit
+// what plain arithmetic makes of each ray alone, on every instruction set.
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstring>
+#include <random>
+#include <set>
+
+#include "slave/core/render/camera_packet.h"
+#include "slave/core/render/sample_dimensions.h"
+#include "slave/core/sampling/sample_sequence.h"
+#include "tests/support/packets.h"
+#include "tests/support/surface_at.h"
+#include "tests/support/test_meshes.h"
+
+namespace tessera::core {
+namespace {
+
+// Of floats: 0 and -0 differ, NaN is NaN.
+bool same_bits(Vec3f a, Vec3f b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
+Vec3f at(const float (&v)[3][kPacketRays], int i) { return {v[0][i], v[1][i], v[2][i]}; }
+
+std::shared_ptr<const PreparedScene> make_scene() {
+  Scene scene = test::make_scene(test::make_torus(40, 17));
+  for (const float scale : {3.0f, 0.01f, 1000.0f}) {  // flat, tiny and far away
+    Instance moved;
+    moved.object_to_world.m = {{{0, -scale, 0, scale * 7}, {scale, 0, 0.5f, 1}, {0, 0, scale, -3}}};
+    scene.instances.push_back(moved);
+  }
+  return *PreparedScene::build(scene, {});
+}
+
+// Rays of a packet: from one point in a fan, or from anywhere.
+RayPacket random_packet(std::mt19937& random, bool is_fan) {
+  std::uniform_real_distribution<float> unit(-1, 1);
+  const auto any = [&](float size) {
+    return Vec3f{unit(random) * size, unit(random) * size, unit(random) * size};
+  };
+  RayPacket rays;
+  const Vec3f eye = any(4), towards = any(1) - eye;
+  for (int i = 0; i < kPacketRays; ++i) {
+    const Vec3f o = is_fan ? eye : any(4), d = is_fan ? towards + any(0.6f) : any(1) - o;
+    for (int a = 0; a < 3; ++a) {
+      rays.origin[a][i] = o[a];
+      rays.direction[a][i] = d[a];
+    }
+    rays.t_min[i] = 0;
+    rays.t_max[i] = 1e30f;
+  }
+  rays.active = (std::uint64_t{random()} << 32 | random()) | std::uint64_t{random()};
+  return rays;
+}
+
+FanPacket fan_of(const RayPacket& rays) {
+  FanPacket fan;
+  std::memcpy(fan.direction, rays.direction, sizeof(fan.direction));
+  std::memcpy(fan.t_max, rays.t_max, sizeof(fan.t_max));
+  for (int a = 0; a < 3; ++a) fan.origin[a] = rays.origin[a][0];
+  fan.t_min = 0;
+  fan.active = rays.active;
+  return fan;
+}
+
+void expect_plain(const PreparedScene::Impl& scene, const RayPacket& rays, const PacketHits& hits,
+                  const PacketPoints& points) {
+  std::uint64_t met = 0;
+  for (int i = 0; i < kPacketRays; ++i) {
+    const std::uint32_t triangle = hits.primitive[i];
+    if (triangle == kNoPrimitive) continue;
+    met |= std::uint64_t{1} << i;
+    const Vec3f d = at(rays.direction, i);
+    const TriangleStore& t = scene.triangles;
+    const Vec2f uv = barycentric(at(rays.origin, i), d, t.vertex(triangle, 0),
+                                 t.vertex(triangle, 1), t.vertex(triangle, 2));
+    const test::PlainPoint plain = test::plain_point(t, triangle, uv.x, uv.y, d);
+    ASSERT_TRUE(same_bits({uv.x, uv.y, hits.t[i] * length(d)},
+                          {points.u[i], points.v[i], points.distance[i]}))
+        << uv.x << " " << points.u[i] << " " << uv.y << " " << points.v[i];
+    ASSERT_TRUE(same_bits(plain.at.point, at(points.point, i))) << i;
+    ASSERT_TRUE(same_bits(plain.normal, at(points.normal, i))) << i;
+    ASSERT_EQ(plain.at.offset, points.offset[i]);
+    ASSERT_EQ(plain.is_front, (points.front >> i & 1u) != 0);
+  }
+  ASSERT_EQ(met, points.met);
+}
+
+TEST(Surfaces, PointsOfPacketsAreThoseOfEachRayAlone) {
+  const auto prepared = make_scene();
+  const PreparedScene::Impl& scene = prepared->impl();
+  const float* const vertices = scene.triangles.vertices.data();
+  for (const Isa isa : test::isas_here()) {
+    const KernelTable& kernels = kernels_for(isa);
+    const SceneTracer tracer(scene.index, kernels);
+    std::mt19937 random(11);
+    std::uint64_t met = 0;
+    for (int round = 0; round < 2000; ++round) {
+      const bool is_fan = round % 2 == 0;
+      const RayPacket rays = random_packet(random, is_fan);
+      PacketHits hits;
+      PacketPoints points;
+      if (is_fan) {
+        const FanPacket fan = fan_of(rays);
+        tracer.closest(fan, hits);
+        kernels.fan_points(vertices, fan, hits, points);
+      } else {
+        tracer.closest(rays, hits);
+        kernels.packet_points(vertices, rays, hits, points);
+      }
+      expect_plain(scene, rays, hits, points);
+      if (testing::Test::HasFatalFailure()) return;
+      met += static_cast<std::uint64_t>(std::popcount(points.met));
+    }
+    EXPECT_GT(met, 30000u) << isa_name(isa);
+  }
+}
+
+// Every pixel of a part has one ray in one packet, through its own place, with its own key.
+TEST(Surfaces, CameraPacketsCoverAPartWithEachPixelsOwnRay) {
+  const auto prepared = make_scene();
+  FrameSettings settings;
+  settings.width_px = 1000;
+  settings.height_px = 700;
+  settings.camera = {{0.3f, 3, 2.5f}, {0.1f, 0, 0}, {0.1f, 1, 0}, 40};
+  settings.seed = 77;
+  const CameraRays camera(settings.camera, settings.width_px, settings.height_px);
+  std::mt19937 random(12);
+  for (const Isa isa : test::isas_here()) {
+    const SceneTracer tracer(prepared->impl().index, kernels_for(isa));
+    for (int round = 0; round < 200; ++round) {
+      settings.samples_per_pixel = round % 4 == 0 ? 1 : 5;
+      settings.pass = static_cast<std::uint32_t>(round % 3);
+      const auto below = [&](unsigned limit) { return static_cast<int>(random() % limit); };
+      const TileRect part{below(900), below(600), 1 + below(32), 1 + below(32)};
+      const auto sample =
+          static_cast<std::uint32_t>(settings.samples_per_pixel == 1 ? 0 : below(5));
+      CameraPacket packet;
+      packet.begin(settings, camera, tracer);
+      packet.enter(part);
+      ASSERT_EQ(packet.width_px() * packet.height_px(), kPacketRays);
+      std::set<std::pair<int, int>> seen;
+      for (int y = part.y_px; y < part.y_px + part.height_px; y += packet.height_px()) {
+        for (int x = part.x_px; x < part.x_px + part.width_px; x += packet.width_px()) {
+          packet.set(x, y, sample);
+          for (int i = 0; i < kPacketRays; ++i) {
+            if ((packet.rays.active >> i & 1u) == 0) continue;
+            const int px = x + packet.column(i), py = y + packet.row(i);
+            ASSERT_TRUE(seen.insert({px, py}).second);
+            const bool is_centre = settings.samples_per_pixel == 1 && settings.pass == 0;
+            const Vec2f in = is_centre ? Vec2f{0.5f, 0.5f}
+                                       : sample_2d(pixel_key(77, px, py, kDimensionLens),
+                                                   sequence_index(settings, sample));
+            const Vec3f direction = camera.direction(double{in.x} + px, double{in.y} + py);
+            ASSERT_TRUE(same_bits(direction, at(packet.rays.direction, i))) << isa_name(isa);
+            ASSERT_EQ(packet.key[i], pixel_key(77, px, py, kDimensionLight));
+          }
+        }
+      }
+      ASSERT_EQ(seen.size(), static_cast<std::size_t>(part.pixel_count()));
+      for (const auto& [px, py] : seen) {
+        ASSERT_TRUE(px >= part.x_px && px < part.x_px + part.width_px && py >= part.y_px &&
+                    py < part.y_px + part.height_px);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera::core
