@@ -34,6 +34,7 @@ class BundleBlock {
   static constexpr size_t kStep = hn::MaxLanes(B());
 
  public:
+  static constexpr bool kIsAny = kAny;
   explicit BundleBlock(BundleRays& rays) : rays_(rays) {}
 
   // Returns: whether some ray has a new best hit.

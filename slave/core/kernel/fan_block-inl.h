@@ -58,6 +58,7 @@ class FanBlock {
   static constexpr size_t kStep = hn::MaxLanes(B());
 
  public:
+  static constexpr bool kIsAny = kAny;
   explicit FanBlock(FanRays& fan) : fan_(fan) {}
 
   // Returns: whether some ray has a new best hit.

@@ -73,6 +73,18 @@ class NodeStack {
     return nearest.child;
   }
 
+  // The same in any order: where one hit is as good as another, sorting costs more than it saves.
+  uint32_t descend_unsorted(const BvhNode<W>& node, uint32_t bits) {
+    if (bits == 0) return kBvhNoChild;
+    const int first = __builtin_ctz(bits);
+    for (bits &= bits - 1; bits != 0; bits &= bits - 1) {
+      const uint32_t child = node.child[__builtin_ctz(bits)];
+      prefetch(child);
+      entries_[size_++] = {child, -__builtin_inff()};
+    }
+    return node.child[first];
+  }
+
  private:
   // Keeps the entries from `base` on sorted.
   HWY_INLINE void insert(const StackEntry& entry, int base) {

@@ -21,8 +21,9 @@ namespace HWY_NAMESPACE {
 template <int W, class Rays, class Block>
 class PacketTracer {
  public:
-  // Work per ray after which a packet does not pay: what one ray by itself takes.
-  static constexpr int kWorkMax = 24;
+  // Work per ray after which a packet does not pay: what one ray by itself takes, which is less where
+  // any hit will do.
+  static constexpr int kWorkMax = Block::kIsAny ? 12 : 24;
 
   explicit PacketTracer(const BvhView<W>& scene) : scene_(scene), block_(rays_) {}
 

@@ -97,6 +97,28 @@ HWY_INLINE void closest(const View& scene, const Packet& rays, PacketHits& hits)
   }
 }
 
+// The rays of `bits` one by one. Neighbours are mostly blocked by the same triangles.
+template <int W, class Packet>
+HWY_INLINE uint64_t occluded_alone(const BvhView<W>& scene, const Packet& rays, uint64_t bits) {
+  uint64_t blocked = 0;
+  const TriangleBlock<W>* blocker = nullptr;
+  for (; bits != 0; bits &= bits - 1) {
+    const auto i = static_cast<size_t>(__builtin_ctzll(bits));
+    BvhRayTracer<W, true> tracer(scene);
+    blocked |= uint64_t{tracer.run(ray_of(rays, i), blocker)} << i;
+  }
+  return blocked;
+}
+template <int W, class Packet>
+HWY_INLINE uint64_t occluded_alone(const KdView<W>& scene, const Packet& rays, uint64_t bits) {
+  uint64_t blocked = 0;
+  for (; bits != 0; bits &= bits - 1) {
+    const auto i = static_cast<size_t>(__builtin_ctzll(bits));
+    blocked |= uint64_t{occluded_ray(scene, ray_of(rays, i))} << i;
+  }
+  return blocked;
+}
+
 template <class Tracer, class View, class Packet>
 HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
   Tracer tracer(scene);
@@ -104,11 +126,7 @@ HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
   if (how == Together::kDone) return tracer.rays().blocked();
   // What was found blocked before it did not pay any more is.
   uint64_t blocked = how == Together::kDoesNotPay ? tracer.rays().blocked() : 0;
-  for (uint64_t bits = rays.active & ~blocked; bits != 0; bits &= bits - 1) {
-    const auto i = static_cast<size_t>(__builtin_ctzll(bits));
-    blocked |= uint64_t{occluded_ray(scene, ray_of(rays, i))} << i;
-  }
-  return blocked;
+  return blocked | occluded_alone(scene, rays, rays.active & ~blocked);
 }
 
 template <class View>

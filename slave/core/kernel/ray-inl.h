@@ -57,8 +57,13 @@ class BvhRayTracer : public RayState<W, kAny> {
  public:
   explicit BvhRayTracer(const BvhView<W>& scene) : scene_(scene) {}
 
-  // Returns: whether there is a hit.
-  bool run(const SingleRay& ray);
+  // Returns: whether there is a hit. blocker: of any hits, a block of triangles to look at first, or
+  // null; becomes the one where the hit is.
+  bool run(const SingleRay& ray, const TriangleBlock<W>*& blocker);
+  bool run(const SingleRay& ray) {
+    const TriangleBlock<W>* none = nullptr;
+    return run(ray, none);
+  }
 
  private:
   HWY_INLINE void setup_slabs();
@@ -111,9 +116,13 @@ uint32_t BvhRayTracer<W, kAny>::overlapping(const BvhNode<W>& node, float* t_in)
 }
 
 template <int W, bool kAny>
-bool BvhRayTracer<W, kAny>::run(const SingleRay& ray) {
+bool BvhRayTracer<W, kAny>::run(const SingleRay& ray, const TriangleBlock<W>*& blocker) {
   if (!this->setup(ray, scene_.box)) return false;
   TESSERA_COUNT(singles, 1);
+  if (kAny && blocker != nullptr) {
+    this->test_block(*blocker);
+    if (this->best_ != -1) return true;
+  }
   setup_slabs();
   alignas(64) float t_in[W];
   NodeStack<W> stack(scene_);
@@ -121,12 +130,16 @@ bool BvhRayTracer<W, kAny>::run(const SingleRay& ray) {
   while (child != kBvhNoChild) {
     if ((child & kBvhLeaf) == 0) {
       const BvhNode<W>& node = scene_.nodes[child];
-      child = stack.descend(node, overlapping(node, t_in), t_in);
+      const uint32_t met = overlapping(node, t_in);
+      child = kAny ? stack.descend_unsorted(node, met) : stack.descend(node, met, t_in);
       if (child != kBvhNoChild) continue;
     } else {
       for (const auto& block : LeafBlocks<W>(scene_, child)) {
         this->test_block(block);
-        if (kAny && this->best_ != -1) return true;
+        if (kAny && this->best_ != -1) {
+          blocker = &block;
+          return true;
+        }
       }
     }
     child = stack.next(this->far_limit_);

@@ -10,6 +10,7 @@
 
 #include "common/scene/scene.h"
 #include "slave/core/geometry/triangle_store.h"
+#include "slave/core/light/feature.h"
 #include "slave/core/light/sky_map.h"
 #include "slave/core/surface/texture.h"
 
@@ -45,7 +46,7 @@ struct LightSet {
   std::vector<float> cumulative;          // [emitter_count], of the shares; ends at 1
   Vec3f environment;                      // radiance, or what multiplies the map's
   std::shared_ptr<const SkyMap> sky_map;  // null: the same light from everywhere
-  bool has_environment = false;
+  Feature has_environment{};
 
   bool is_empty() const { return lights.empty() && emitters.empty() && !has_environment; }
   // What there is to see where nothing is.

@@ -60,8 +60,8 @@ class DirectLight {
   const PreparedScene::Impl* scene_ = nullptr;
   const SceneTracer* tracer_ = nullptr;
   int light_samples_ = 1;
-  bool is_alone_ = true, picks_emitters_ = false, samples_environment_ = false,
-       samples_glossy_ = false;
+  bool is_alone_ = true, picks_emitters_ = false;
+  Feature samples_environment_{}, samples_glossy_{};
   const std::atomic<bool>* is_cancelled_ = nullptr;
   std::unique_ptr<ShadowRays> rays_;
   GlossyLight glossy_;

@@ -49,6 +49,15 @@ void PathTracer::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
   }
 }
 
+// What rays bring that have met nothing: bits, from ray `first` on.
+void PathTracer::add_sky(int first, std::uint64_t open, Vec3f* radiance) const {
+  for (; open != 0; open &= open - 1) {
+    const int ray = first + std::countr_zero(open);
+    Vec3f& sum = radiance[rays_->pixel[ray]];
+    sum = sum + rays_->sky_met(ray);
+  }
+}
+
 // Replaces the batch by what the rays meet. Returns: rays traced.
 std::uint64_t PathTracer::follow(SurfaceBatch& batch, Vec3f* radiance) {
   ScatteredRays& rays = *rays_;
@@ -59,13 +68,9 @@ std::uint64_t PathTracer::follow(SurfaceBatch& batch, Vec3f* radiance) {
     const int n = std::min(kPacketRays, rays.count - first);
     for (int i = 0; i < n; ++i) numbers[i] = first + i;
     const std::uint64_t met = rays.trace(numbers, n);
-    for (int i = 0; i < n; ++i) {
-      const int ray = first + i;
-      if ((met >> i & 1u) == 0) {
-        Vec3f& sum = radiance[rays.pixel[ray]];
-        sum = sum + rays.sky_met(ray);
-        continue;
-      }
+    if (scene_->lights.has_environment) add_sky(first, bits_below(n) & ~met, radiance);
+    for (std::uint64_t left = met; left != 0; left &= left - 1) {
+      const int i = std::countr_zero(left), ray = first + i;
       to[i] = &batch.surface[batch.count];
       batch.key[batch.count] = rays.key[ray];
       batch.pixel[batch.count++] = rays.pixel[ray];

@@ -44,6 +44,7 @@ class PathTracer {
     return is_cancelled_ != nullptr && is_cancelled_->load(std::memory_order_relaxed);
   }
   void scatter(const SurfaceBatch& batch, std::uint32_t depth);
+  void add_sky(int first, std::uint64_t open, Vec3f* radiance) const;
   std::uint64_t follow(SurfaceBatch& batch, Vec3f* radiance);
 
   const PreparedScene::Impl* scene_ = nullptr;

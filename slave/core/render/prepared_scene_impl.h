@@ -8,22 +8,12 @@
 
 #include "slave/core/accel/spatial_index.h"
 #include "slave/core/geometry/triangle_store.h"
+#include "slave/core/light/feature.h"
 #include "slave/core/light/light_set.h"
 #include "slave/core/render/prepared_scene.h"
 #include "slave/core/surface/texture.h"
 
 namespace tessera::core {
-
-// A core built without a feature's code, to count what asking for it costs where a scene does not
-// have it (tests/bench/feature_cost/core_cost.sh).
-#ifdef TESSERA_PLAIN_CORE
-struct Feature {
-  constexpr operator bool() const { return false; }
-  void operator|=(bool) const {}
-};
-#else
-using Feature = bool;
-#endif
 
 // What the scene at hand uses; shading skips the rest.
 struct SurfaceFeatures {

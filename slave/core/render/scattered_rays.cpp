@@ -70,7 +70,7 @@ int ScatteredRays::push(const SurfaceBatch& batch, int i, std::uint32_t ray_key)
 }
 
 std::uint64_t ScatteredRays::trace(const int* rays, int n) {
-  packet_.active = ~std::uint64_t{0} >> (kPacketRays - n);
+  packet_.active = bits_below(n);
   for (int i = 0; i < n; ++i) {
     number_[i] = rays[i];
     for (int a = 0; a < 3; ++a) {

@@ -19,6 +19,13 @@ namespace {
 constexpr int kBatchEdgePx = 32;
 static_assert(kBatchEdgePx * kBatchEdgePx == kBatchMax);
 
+// A core built for lights and shadows alone: see slave/core/light/feature.h.
+#ifdef TESSERA_DIRECT_CORE
+constexpr bool kHasIndirect = false;
+#else
+constexpr bool kHasIndirect = true;
+#endif
+
 }  // namespace
 
 struct TileRenderer::Scratch {
@@ -79,7 +86,7 @@ void TileRenderer::Scratch::add_background(int x, int y) {
 
 void TileRenderer::Scratch::add_light() {
   if (scene->features.has_specular) counts.secondary += chain.follow(batch, radiance);
-  if (settings->renderer == Renderer::kPath) {
+  if (kHasIndirect && settings->renderer == Renderer::kPath) {
     counts += paths.add(batch, radiance);
   } else {
     counts.shadow += direct.add(batch, radiance);
@@ -168,7 +175,7 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
   const SceneTracer tracer(scene.impl().index, kernels_for(isa));
   s.is_cancelled = is_cancelled;
   const CameraRays camera(settings.camera, settings.width_px, settings.height_px);
-  if (settings.renderer == Renderer::kIgi && !scene.impl().lights.is_empty()) {
+  if (kHasIndirect && settings.renderer == Renderer::kIgi && !scene.impl().lights.is_empty()) {
     FrameLight own;
     const VplSets& vpls = (frame_light == nullptr ? own : *frame_light)
                               .vpls(scene.impl(), tracer, settings, s.counts.secondary);
@@ -179,7 +186,8 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
   s.direct.begin(scene.impl(), tracer, settings.light_samples, DirectLight::Kind::kWhole,
                  is_cancelled);
   s.chain.begin(scene.impl(), tracer, is_cancelled);
-  s.paths.begin(scene.impl(), tracer, settings.bounces, is_cancelled);
+  if (kHasIndirect && settings.renderer == Renderer::kPath)
+    s.paths.begin(scene.impl(), tracer, settings.bounces, is_cancelled);
   s.camera.begin(settings, camera, tracer);
   s.met.begin(scene.impl(), tracer.kernels());
   std::fill_n(s.cones, kPacketRays, s.camera.cone());

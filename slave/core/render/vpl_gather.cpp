@@ -15,8 +15,6 @@ constexpr float kInvPi = 0.318309886f;
 // A reported t is off by 3 roundings (plane-inl.h): what lies beyond 1 for certain is not hit.
 constexpr float kEnd = 1 - 4 * kUnitRoundoff;
 
-std::uint64_t bits_below(int count) { return ~std::uint64_t{0} >> (kPacketRays - count); }
-
 // A place from which parallel rays to the points stand side by side.
 void stand_back(const GatherPoints& points, LightPoint& light) {
   float extent = 0;

@@ -14,10 +14,13 @@
 
 namespace tessera::core {
 
+// Of the first rays of a packet. Requires: 0 < count <= kPacketRays.
+inline std::uint64_t bits_below(int count) { return ~std::uint64_t{0} >> (kPacketRays - count); }
+
 // Directions and active bits of a packet of group g. Requires: group_fans() was called.
 inline void fill_fan(const FanTargets& targets, int g, FanPacket& packet) {
   const int begin = targets.group[g], count = targets.group[g + 1] - begin;
-  packet.active = ~std::uint64_t{0} >> (kPacketRays - count);
+  packet.active = bits_below(count);
   for (int a = 0; a < 3; ++a) std::copy_n(targets.sorted[a] + begin, count, packet.direction[a]);
 }
 

@@ -1,7 +1,8 @@
 #!/bin/bash
 # Shows what a scene pays for features that it does not have: instructions of the core, one thread, for
 # a frame of plain diffuse triangles, in a build as ever and in one whose code for textures, normal
-# maps, programs, glossy and specular surfaces is compiled away.
+# maps, programs, glossy and specular surfaces and the sky is compiled away; and of direct light, in one
+# whose code for indirect light is compiled away.
 #
 # Usage: core_cost.sh [BUILD_FOLDER]   (default build/plain-core; it configures and builds there)
 # Exit code: 0 no more than 0.1 %; 1 more; 77 valgrind is missing.
@@ -9,11 +10,10 @@ set -euo pipefail
 cd "$(dirname "$0")/../../.."
 folder=${1:-build/plain-core}
 command -v valgrind >/dev/null || { echo "skipped: valgrind is not installed"; exit 77; }
-for kind in usual plain; do
-  flags=
-  if [[ $kind == plain ]]; then flags=-DTESSERA_PLAIN_CORE; fi
+declare -A flags=([usual]= [plain]=-DTESSERA_PLAIN_CORE [direct]=-DTESSERA_DIRECT_CORE)
+for kind in usual plain direct; do
   cmake -S . -B "$folder/$kind" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE="-O2 -DNDEBUG" \
-    -DCMAKE_CXX_FLAGS="$flags" >/dev/null
+    -DCMAKE_CXX_FLAGS="${flags[$kind]}" >/dev/null
   ninja -C "$folder/$kind" frame_once >/dev/null
 done
 
@@ -23,14 +23,19 @@ instructions() { # KIND RENDERER
 }
 
 status=0
-printf '%-12s %16s %16s %10s\n' 'instructions' 'as ever' 'plain' 'more, %'
-for renderer in direct igi path; do
-  usual=$(instructions usual "$renderer")
-  plain=$(instructions plain "$renderer")
-  awk -v name="$renderer" -v usual="$usual" -v plain="$plain" 'BEGIN {
-    more = 100 * (usual - plain) / plain
-    printf "%-12s %16.0f %16.0f %10.3f\n", name, usual, plain, more
-    exit plain <= 0 || more > 0.1
+printf '%-8s %-20s %16s %16s %10s\n' 'renderer' 'compiled away' 'as ever' 'without' 'more, %'
+compare() { # KIND RENDERER NAME
+  local usual without
+  usual=$(instructions usual "$2")
+  without=$(instructions "$1" "$2")
+  awk -v renderer="$2" -v name="$3" -v usual="$usual" -v without="$without" 'BEGIN {
+    more = 100 * (usual - without) / without
+    printf "%-8s %-20s %16.0f %16.0f %10.3f\n", renderer, name, usual, without, more
+    exit without <= 0 || more > 0.1
   }' || status=1
-done
+}
+compare plain direct "features, sky"
+compare plain igi "features, sky"
+compare plain path "features, sky"
+compare direct direct "indirect light"
 exit $status

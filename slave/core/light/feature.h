@@ -1,0 +1,19 @@
+// Whether a scene has something that is asked for in hot code. A core may be built without the code of
+// all such features, to count what asking costs where a scene does not have them
+// (tests/bench/feature_cost/core_cost.sh): there the answer is a constant.
+// Threads. Plain values.
+#pragma once
+
+namespace tessera::core {
+
+#ifdef TESSERA_PLAIN_CORE
+struct Feature {
+  constexpr operator bool() const { return false; }
+  constexpr Feature& operator=(bool) { return *this; }
+  constexpr void operator|=(bool) const {}
+};
+#else
+using Feature = bool;
+#endif
+
+}  // namespace tessera::core
