@@ -112,6 +112,7 @@ class GltfReader {
       if (material.emission_texture == kNoTexture) material.emission = {};
     }
     set_scattering(source, material);
+    warn_of_coordinates(source, material.name);
     scene_.materials.push_back(std::move(material));
   }
 
@@ -147,6 +148,24 @@ class GltfReader {
     if (source.GetTexture(AI_MATKEY_GLTF_PBRMETALLICROUGHNESS_METALLICROUGHNESS_TEXTURE, &name) ==
         AI_SUCCESS) {
       material.roughness_metalness_texture = texture_index(name.C_Str(), false);
+    }
+  }
+
+  // Vertices have one set of texture coordinates here, as it is.
+  void warn_of_coordinates(const aiMaterial& source, const std::string& name) {
+    for (const aiTextureType type :
+         {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE, aiTextureType_EMISSIVE,
+          aiTextureType_NORMALS, aiTextureType_UNKNOWN}) {
+      int set = 0;
+      source.Get(AI_MATKEY_UVWSRC(type, 0), set);
+      aiUVTransform moved;
+      const bool is_moved = source.Get(AI_MATKEY_UVTRANSFORM(type, 0), moved) == AI_SUCCESS;
+      if (set == 0 && !is_moved) continue;
+      result_.warnings.push_back("material " + name + ": a picture of it has " +
+                                 (is_moved ? "moved texture coordinates (KHR_texture_transform)"
+                                           : "texture coordinates of another set than the first") +
+                                 ", which are not read; it may lie wrongly");
+      return;
     }
   }
 

@@ -27,6 +27,12 @@ void add_list(tessera::JsonObject& all, const std::string& suite,
   all.add_raw(suite, "[" + list + "]");
 }
 
+std::vector<std::string> usual_scenes(const std::string& suite, bool is_quick) {
+  if (suite == "gi") return tessera::bench::gi_scene_names();
+  if (is_quick) return {"interior", "knot"};
+  return tessera::bench::scene_names();
+}
+
 tessera::Status run(std::vector<std::string> suites,
                     const tessera::bench::CoreSuiteOptions& options,
                     const tessera::bench::ExchangeOptions& exchange, const std::string& json_path) {
@@ -46,7 +52,9 @@ tessera::Status run(std::vector<std::string> suites,
                            : suite == "gi"     ? tessera::bench::run_gi_suite
                            : suite == "thesis" ? tessera::bench::run_thesis_suite
                                                : tessera::bench::run_accuracy_suite;
-    const tessera::Status status = run_suite(options, scenes);
+    tessera::bench::CoreSuiteOptions of_suite = options;
+    if (of_suite.scenes.empty()) of_suite.scenes = usual_scenes(suite, options.is_quick);
+    const tessera::Status status = run_suite(of_suite, scenes);
     if (!status.is_ok()) return status;
     add_list(all, suite, scenes);
   }
@@ -135,10 +143,6 @@ int main(int argc, char** argv) {
   if (is_quick) {
     options.size_px = 512;
     options.repeats = std::min(options.repeats, 3);
-  }
-  if (options.scenes.empty()) {
-    options.scenes = tessera::bench::scene_names();
-    if (is_quick) options.scenes = {"interior", "knot"};
   }
   const tessera::Status status = run(suites, options, exchange, json_path);
   return status.is_ok() ? 0 : fail(1, status.message());

@@ -131,6 +131,31 @@ TEST_F(Import, GltfNormalMapsAndEmissiveTextures) {
   EXPECT_EQ(textures[m.normal_texture]->rgba, (std::vector<std::uint8_t>{255, 128, 64, 255}));
 }
 
+TEST_F(Import, GltfTextureCoordinatesThatAreNotReadAreSaid) {
+  const auto warnings_of = [&](const std::string& texture) {
+    const std::string path = folder_.write(
+        "c.gltf",
+        std::string(
+            R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+"extensionsUsed":["KHR_texture_transform"],"images":[{"uri":")") +
+            kPicture + R"("}],"textures":[{"source":0}],
+"materials":[{"name":"tiles","pbrMetallicRoughness":{"baseColorTexture":)" +
+            texture + R"(}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
+)" + kTriangle);
+    auto loaded = load_scene(path, [](const std::string&, double) { return true; });
+    EXPECT_TRUE(loaded.is_ok()) << loaded.status().message();
+    return loaded.is_ok() ? loaded->warnings : std::vector<std::string>{};
+  };
+  EXPECT_TRUE(warnings_of(R"({"index":0})").empty());
+  const auto other_set = warnings_of(R"({"index":0,"texCoord":1})");
+  ASSERT_EQ(other_set.size(), 1u);
+  EXPECT_NE(other_set[0].find("material tiles"), std::string::npos) << other_set[0];
+  const auto moved = warnings_of(
+      R"({"index":0,"extensions":{"KHR_texture_transform":{"offset":[0.5,0],"scale":[2,2]}}})");
+  ASSERT_EQ(moved.size(), 1u);
+  EXPECT_NE(moved[0].find("KHR_texture_transform"), std::string::npos) << moved[0];
+}
+
 // A node that mirrors turns the corners of its triangles round, so that outside stays outside.
 TEST_F(Import, GltfMirroredNodesKeepTheirOutside) {
   const std::string path = folder_.write(
