@@ -22,6 +22,10 @@ using GatherTag = hn::CappedTag<float, 16>;
 // gamma(2) of common/math/rounding.h: a shadow ray's direction is rounded twice per component.
 constexpr float kDirectionError = 2 * kRoundoff / (1 - 2 * kRoundoff);
 
+// The sine of the angle to a triangle's plane above which the sign of a distance to it is sure whatever
+// rounding of normals and points, which is some 2^-20 for triangles that are not slivers.
+constexpr float kApart = 0x1p-12f;
+
 HWY_INLINE float larger(float a, float b) { return a > b ? a : b; }
 
 HWY_INLINE bool is_surface(const LightPoint& light) {
@@ -122,14 +126,14 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
     const auto distance2 = dot3(ax, ay, az, ax, ay, az), distance = hn::Sqrt(distance2);
     const auto inverse = is_far ? one : hn::Div(one, distance);
     const auto cosine = hn::Mul(dot3(sx, sy, sz, ax, ay, az), inverse);
+    const auto above = dot3(nx, ny, nz, ax, ay, az);
     const auto cosine_light = hn::Neg(hn::Mul(dot3(wx, wy, wz, ax, ay, az), inverse));
     const auto shed = at_light(light, cosine_light);
     const auto spread = hn::Mul(hn::Mul(hn::Max(cosine, zero), inverse), hn::Mul(shed, inverse));
     const auto strength = hn::Min(spread, clamp_to);
     const auto is_lit =
         hn::And(hn::And(hn::Gt(strength, zero), hn::Lt(strength, hn::Set(d, __builtin_inff()))),
-                hn::And(hn::Gt(dot3(nx, ny, nz, ax, ay, az), zero),
-                        hn::FirstN(d, static_cast<size_t>(p.count - i))));
+                hn::And(hn::Gt(above, zero), hn::FirstN(d, static_cast<size_t>(p.count - i))));
     hn::Store(hn::IfThenElseZero(is_lit, strength), d, rays.strength + i);
     const auto off =
         is_far ? hn::Load(d, p.offset + i)
@@ -140,6 +144,11 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
     store_packed(d, tx, is_lit, rays.targets.direction[0] + count);
     store_packed(d, ty, is_lit, rays.targets.direction[1] + count);
     store_packed(d, tz, is_lit, rays.targets.direction[2] + count);
+    // Both ends are above the point's triangle: the one by its offset, the other for certain.
+    const auto is_apart = hn::Gt(above, hn::Mul(distance, hn::Set(d, kApart)));
+    const auto triangle = hn::Load(di, reinterpret_cast<const int32_t*>(p.triangle) + i);
+    store_packed(di, hn::IfThenElse(hn::RebindMask(di, is_apart), triangle, hn::Set(di, -1)),
+                 hn::RebindMask(di, is_lit), reinterpret_cast<int32_t*>(rays.unmet) + count);
     store_packed(di, hn::Iota(di, i), hn::RebindMask(di, is_lit), rays.point + count);
     count += static_cast<int>(hn::CountTrue(d, is_lit));
   }

@@ -58,7 +58,8 @@ HWY_INLINE SingleRay ray_of(const FanPacket& rays, size_t i) {
   return {{rays.origin[0], rays.origin[1], rays.origin[2]},
           {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
           rays.t_min,
-          rays.t_max[i]};
+          rays.t_max[i],
+          rays.unmet.triangle == nullptr ? kNoPrimitive : rays.unmet.triangle[rays.unmet.of[i]]};
 }
 
 HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {

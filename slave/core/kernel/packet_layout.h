@@ -37,6 +37,13 @@ struct FanWindow {
   float low[2], high[2];
 };
 
+// What rays are known not to meet although they begin or end next to it: ray i of a packet does not
+// meet triangle[of[i]], which may be kNoPrimitive. Null: nothing is known. Any-hit saves the tests.
+struct UnmetTriangles {
+  const uint32_t* triangle = nullptr;
+  const int* of = nullptr;
+};
+
 // Rays that leave one point: camera rays, and shadow rays of a point light seen from the light.
 // P(t) = origin + t * direction; a hit needs t_min <= t <= t_max, and t_min is not negative.
 // Neighbours in the array are to be neighbours in space: 8 rays in a row are culled together.
@@ -49,6 +56,7 @@ struct alignas(64) FanPacket {
   // Null: from the root. Requires: found for this structure and a window of this origin that all
   // active rays pass. It changes nothing but time.
   const FanEntry* entry = nullptr;
+  UnmetTriangles unmet;
   mutable PacketHabit habit;
 };
 
@@ -84,6 +92,7 @@ struct SingleRay {
   float direction[3];
   float t_min;
   float t_max;
+  uint32_t unmet = kNoPrimitive;  // as in UnmetTriangles
 };
 
 struct SingleHit {

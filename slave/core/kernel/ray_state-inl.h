@@ -87,6 +87,7 @@ class RayState {
   float size_ = 0;       // sum of |direction|
   int kx_ = 0, ky_ = 1, kz_ = 2;
   float t_min_ = 0, best_t_ = 0;
+  int32_t unmet_ = -1;
 };
 
 HWY_INLINE float moved(float t, float share) { return t + abs_of(t) * share; }
@@ -125,6 +126,7 @@ bool RayState<W, kAny>::setup(const SingleRay& ray, const SceneBox& scene) {
   invert(abs_of(slope_[kz_]), reach);
   tolerance_ = kEdgeTolerance * reach;
   t_min_ = ray.t_min;
+  unmet_ = static_cast<int32_t>(ray.unmet);
   best_t_ = ray.t_max;
   best_ = -1;
   near_limit_ = moved(t_min_ * scale_, -kTimeSlack);
@@ -189,7 +191,12 @@ typename RayState<W, kAny>::Candidates RayState<W, kAny>::candidates(const Trian
   const V greatest = hn::Max(hn::Max(edge[0], edge[1]), edge[2]);
   const V depth =
       hn::Max(least, hn::Neg(greatest));  // how far inside, whichever side faces the ray
-  const M is_possible = hn::Ge(depth, hn::Neg(tolerance));
+  M is_possible = hn::Ge(depth, hn::Neg(tolerance));
+  if (kAny) {
+    const hn::RebindToSigned<B> bi;
+    const auto number = hn::Load(bi, reinterpret_cast<const int32_t*>(block.primitive) + first);
+    is_possible = hn::And(is_possible, hn::RebindMask(b, hn::Ne(number, hn::Set(bi, unmet_))));
+  }
   if (hn::AllFalse(b, is_possible)) return {0, 0, 0};
 
   const M is_sure = hn::Gt(depth, tolerance);

@@ -27,6 +27,7 @@ struct GiPoint {
   float distance = 0;  // from the eye
   std::int32_t material = 0;
   std::uint32_t key = 0;  // pixel_key()
+  std::uint32_t triangle = 0;
 };
 
 class GiBlock {
@@ -64,6 +65,7 @@ class GiBlock {
     }
     points.offset[i] = p.offset;
     points.key[i] = p.key;
+    points.triangle[i] = p.triangle;
     planes_.distance[at] = p.distance;
     planes_.material[at] = p.material;
   }

@@ -143,7 +143,8 @@ void GiTile::Scratch::add_hits(const TileRect& part, int x_px, int y_px) {
                       at.offset[i],
                       at.distance[i],
                       number_of(&material),
-                      camera.key[i]});
+                      camera.key[i],
+                      met.triangle(i)});
   }
 }
 
@@ -183,7 +184,7 @@ void GiTile::Scratch::shade_part(const TileRect& part) {
     } else {
       pixels.add_point(part.x_px + pixel % kEntryEdgePx, part.y_px + pixel / kEntryEdgePx,
                        {s.point, s.normal, s.shading_normal, s.albedo * s.weight, s.offset,
-                        distance[pixel], number_of(s.material), surfaces.key[i]});
+                        distance[pixel], number_of(s.material), surfaces.key[i], s.triangle});
     }
   }
   if (glossy.count > 0) counts += paths.add(glossy, radiance);

@@ -51,6 +51,7 @@ void MetSurfaces::make(std::uint64_t rays, const RayCone* cones, Surface* const*
     s.is_front = (points_.front >> ray & 1u) != 0;
     if (s.is_front) s.emission = m.emission;
     s.material = &m;
+    s.triangle = hits_->primitive[ray];
   });
   if (scene_->features.is_rich) enrich_all(rays, cones, to);
 }
