@@ -144,8 +144,9 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
     store_packed(d, tx, is_lit, rays.targets.direction[0] + count);
     store_packed(d, ty, is_lit, rays.targets.direction[1] + count);
     store_packed(d, tz, is_lit, rays.targets.direction[2] + count);
-    // Both ends are above the point's triangle: the one by its offset, the other for certain.
-    const auto is_apart = hn::Gt(above, hn::Mul(distance, hn::Set(d, kApart)));
+    // Both ends are above both triangles: of its own by the offset, of the other's for certain.
+    const auto is_apart = hn::And(hn::Gt(above, hn::Mul(distance, hn::Set(d, kApart))),
+                                  hn::Gt(cosine_light, hn::Set(d, kApart)));
     const auto triangle = hn::Load(di, reinterpret_cast<const int32_t*>(p.triangle) + i);
     store_packed(di, hn::IfThenElse(hn::RebindMask(di, is_apart), triangle, hn::Set(di, -1)),
                  hn::RebindMask(di, is_lit), reinterpret_cast<int32_t*>(rays.unmet) + count);

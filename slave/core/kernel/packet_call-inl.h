@@ -55,11 +55,13 @@ bool occluded_ray(const View& scene, const SingleRay& ray) {
 }
 
 HWY_INLINE SingleRay ray_of(const FanPacket& rays, size_t i) {
+  const UnmetTriangles& unmet = rays.unmet;
+  const uint32_t last = unmet.triangle == nullptr ? kNoPrimitive : unmet.triangle[unmet.of[i]];
   return {{rays.origin[0], rays.origin[1], rays.origin[2]},
           {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
           rays.t_min,
           rays.t_max[i],
-          rays.unmet.triangle == nullptr ? kNoPrimitive : rays.unmet.triangle[rays.unmet.of[i]]};
+          {last, last == kNoPrimitive ? kNoPrimitive : rays.unmet.first}};
 }
 
 HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {

@@ -37,11 +37,13 @@ struct FanWindow {
   float low[2], high[2];
 };
 
-// What rays are known not to meet although they begin or end next to it: ray i of a packet does not
-// meet triangle[of[i]], which may be kNoPrimitive. Null: nothing is known. Any-hit saves the tests.
+// What rays are known not to meet although they begin or end next to it: where triangle[of[i]] is not
+// kNoPrimitive, ray i of a packet meets neither that nor `first`. Null: nothing is known. Any-hit saves
+// the tests.
 struct UnmetTriangles {
   const uint32_t* triangle = nullptr;
   const int* of = nullptr;
+  uint32_t first = kNoPrimitive;
 };
 
 // Rays that leave one point: camera rays, and shadow rays of a point light seen from the light.
@@ -92,7 +94,7 @@ struct SingleRay {
   float direction[3];
   float t_min;
   float t_max;
-  uint32_t unmet = kNoPrimitive;  // as in UnmetTriangles
+  uint32_t unmet[2] = {kNoPrimitive, kNoPrimitive};  // as in UnmetTriangles
 };
 
 struct SingleHit {

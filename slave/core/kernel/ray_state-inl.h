@@ -87,7 +87,7 @@ class RayState {
   float size_ = 0;       // sum of |direction|
   int kx_ = 0, ky_ = 1, kz_ = 2;
   float t_min_ = 0, best_t_ = 0;
-  int32_t unmet_ = -1;
+  int32_t unmet_[2] = {-1, -1};
 };
 
 HWY_INLINE float moved(float t, float share) { return t + abs_of(t) * share; }
@@ -126,7 +126,7 @@ bool RayState<W, kAny>::setup(const SingleRay& ray, const SceneBox& scene) {
   invert(abs_of(slope_[kz_]), reach);
   tolerance_ = kEdgeTolerance * reach;
   t_min_ = ray.t_min;
-  unmet_ = static_cast<int32_t>(ray.unmet);
+  for (int k = 0; k < 2; ++k) unmet_[k] = static_cast<int32_t>(ray.unmet[k]);
   best_t_ = ray.t_max;
   best_ = -1;
   near_limit_ = moved(t_min_ * scale_, -kTimeSlack);
@@ -195,7 +195,9 @@ typename RayState<W, kAny>::Candidates RayState<W, kAny>::candidates(const Trian
   if (kAny) {
     const hn::RebindToSigned<B> bi;
     const auto number = hn::Load(bi, reinterpret_cast<const int32_t*>(block.primitive) + first);
-    is_possible = hn::And(is_possible, hn::RebindMask(b, hn::Ne(number, hn::Set(bi, unmet_))));
+    const auto is_other = [&](int32_t unmet) { return hn::Ne(number, hn::Set(bi, unmet)); };
+    const auto is_met = hn::And(is_other(unmet_[0]), is_other(unmet_[1]));
+    is_possible = hn::And(is_possible, hn::RebindMask(b, is_met));
   }
   if (hn::AllFalse(b, is_possible)) return {0, 0, 0};
 
