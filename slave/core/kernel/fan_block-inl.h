@@ -90,6 +90,11 @@ uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, ui
   const B b;
   const Corners<VB> p = Tests::corners(fan_, block, first);
   auto keep = Tests::triangles(fan_, p);
+  if (kAny) {
+    const hn::RebindToSigned<B> bi;
+    const auto number = hn::Load(bi, reinterpret_cast<const int32_t*>(block.primitive) + first);
+    keep = hn::And(keep, hn::RebindMask(b, hn::Ne(number, hn::Set(bi, fan_.unmet))));
+  }
   if (hn::AllFalse(b, keep)) return 0;
 
   VB edge[3][3], length[3];

@@ -100,6 +100,7 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
   const hn::RebindToSigned<GatherTag> di;
   const int lanes = static_cast<int>(hn::Lanes(d));
   rays.targets.count = 0;
+  rays.are_all_unmet = true;
   if (turned_away(p, light)) return false;
   const bool is_far = light.kind == LightPointKind::kFar;
   const auto zero = hn::Zero(d), one = hn::Set(d, 1);
@@ -148,6 +149,7 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
     const auto is_apart = hn::And(hn::Gt(above, hn::Mul(distance, hn::Set(d, kApart))),
                                   hn::Gt(cosine_light, hn::Set(d, kApart)));
     const auto triangle = hn::Load(di, reinterpret_cast<const int32_t*>(p.triangle) + i);
+    rays.are_all_unmet &= hn::AllTrue(d, hn::Or(is_apart, hn::Not(is_lit)));
     store_packed(di, hn::IfThenElse(hn::RebindMask(di, is_apart), triangle, hn::Set(di, -1)),
                  hn::RebindMask(di, is_lit), reinterpret_cast<int32_t*>(rays.unmet) + count);
     store_packed(di, hn::Iota(di, i), hn::RebindMask(di, is_lit), rays.point + count);

@@ -31,6 +31,7 @@ struct alignas(64) GatherPoints {
 struct alignas(64) GatherRays {
   FanTargets targets;                      // seen from the VPL, to just above the points
   alignas(64) int32_t point[kGatherRoom];  // of a ray
+  bool are_all_unmet;                      // no ray meets the triangle that the VPL lies on
   uint32_t unmet[kGatherRoom];  // of a ray, see UnmetTriangles: the triangle of its point
   alignas(64) float strength[kGatherRoom];  // of a point: of rgb / pi; 0 where it gets none
 };

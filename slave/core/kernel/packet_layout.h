@@ -44,6 +44,7 @@ struct UnmetTriangles {
   const uint32_t* triangle = nullptr;
   const int* of = nullptr;
   uint32_t first = kNoPrimitive;
+  bool is_first_of_all = false;  // no ray of the packet meets `first`, whatever `triangle` says
 };
 
 // Rays that leave one point: camera rays, and shadow rays of a point light seen from the light.
