@@ -159,7 +159,9 @@ class GltfReader {
       int set = 0;
       source.Get(AI_MATKEY_UVWSRC(type, 0), set);
       aiUVTransform moved;
-      const bool is_moved = source.Get(AI_MATKEY_UVTRANSFORM(type, 0), moved) == AI_SUCCESS;
+      const bool is_moved = source.Get(AI_MATKEY_UVTRANSFORM(type, 0), moved) == AI_SUCCESS &&
+                            !(moved.mTranslation == aiVector2D(0, 0) &&
+                              moved.mScaling == aiVector2D(1, 1) && moved.mRotation == 0);
       if (set == 0 && !is_moved) continue;
       result_.warnings.push_back("material " + name + ": a picture of it has " +
                                  (is_moved ? "moved texture coordinates (KHR_texture_transform)"

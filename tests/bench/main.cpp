@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 
@@ -54,6 +55,12 @@ tessera::Status run(std::vector<std::string> suites,
                                                : tessera::bench::run_accuracy_suite;
     tessera::bench::CoreSuiteOptions of_suite = options;
     if (of_suite.scenes.empty()) of_suite.scenes = usual_scenes(suite, options.is_quick);
+    for (const std::string& name : of_suite.scenes) {
+      const auto known =
+          suite == "gi" ? tessera::bench::gi_scene_names() : tessera::bench::scene_names();
+      if (std::find(known.begin(), known.end(), name) == known.end())
+        return tessera::Status::invalid_argument("--scene " + name + " is none of " + suite);
+    }
     const tessera::Status status = run_suite(of_suite, scenes);
     if (!status.is_ok()) return status;
     add_list(all, suite, scenes);
@@ -115,7 +122,9 @@ int main(int argc, char** argv) {
                "beside Embree's build of high quality and its robust flag, too");
   app.add_flag("--sizes", options.with_sizes,
                "core: fans of 8, 16 and 32 rays, too; build: a part of the triangles, too");
-  app.add_flag("--quick", is_quick, "interior and knot, 512x512, 3 repeats; 4,000 rays a class");
+  app.add_flag(
+      "--quick", is_quick,
+      "interior and knot, 512x512, 3 repeats; 4,000 rays a class; gi: a fifth of the size");
   app.add_option("--isa", isa, "auto, scalar, sse4, avx2, avx512")->capture_default_str();
   app.add_option("--repeats", options.repeats, "timed runs of each, interleaved; the median counts")
       ->check(CLI::Range(1, 1000))

@@ -26,6 +26,15 @@ namespace tessera::core {
 inline Vec3f abs3(Vec3f v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
 inline float largest_component(Vec3f v) { return std::max(v.x, std::max(v.y, v.z)); }
 
+// Whether the edges from A make an angle whose sine is below 2^-8: |b x c| < 2^-8 |b| |c|. The normal
+// of any other triangle is good to 2^-14: a component of the product is off by 3 u |b| |c|, all of them
+// by sqrt(3) as much, that is 5.2 u 2^8 of its length. Also for what under- or overflows.
+inline constexpr float kSliverSine2 = 0x1p-16f;
+inline bool is_sliver(Vec3f edge_b, Vec3f edge_c) {
+  const Vec3f across = cross(edge_b, edge_c);
+  return !(dot(across, across) >= kSliverSine2 * (dot(edge_b, edge_b) * dot(edge_c, edge_c)));
+}
+
 struct SurfacePoint {
   Vec3f point;
   float offset;  // along the unit normal, at least this far

@@ -30,7 +30,7 @@ struct FanRays : PacketRays {
   bool setup(const FanPacket& rays);
 
   float t_min = 0;
-  int32_t unmet = -1;   // a triangle that no ray meets, for any-hit
+  int32_t unmet = -1;   // UnmetTriangles::at_origin
   float tolerance = 0;  // 40 S u, see fan_block-inl.h
   alignas(64) float ray_u[kPacketRays], ray_v[kPacketRays];
   alignas(64) float row_u[2][kRows], row_v[2][kRows];
@@ -67,7 +67,7 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
   }
   for (int a = 0; a < 3; ++a) origin[a] = rays.origin[a];
   t_min = rays.t_min;
-  if (rays.unmet.is_first_of_all) unmet = static_cast<int32_t>(rays.unmet.first);
+  unmet = static_cast<int32_t>(rays.unmet.at_origin);
   for (size_t r = 0; r < kRows; ++r) {
     if (!setup_row(rays, r, valid, middle)) return false;
   }

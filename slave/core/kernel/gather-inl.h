@@ -22,8 +22,12 @@ using GatherTag = hn::CappedTag<float, 16>;
 // gamma(2) of common/math/rounding.h: a shadow ray's direction is rounded twice per component.
 constexpr float kDirectionError = 2 * kRoundoff / (1 - 2 * kRoundoff);
 
-// The sine of the angle to a triangle's plane above which the sign of a distance to it is sure whatever
-// rounding of normals and points, which is some 2^-20 for triangles that are not slivers.
+// A shadow ray runs from the VPL to just above the point, both at their offsets beyond the exact planes
+// of their triangles (surface_offset.h). It cannot meet either triangle where the other end is beyond
+// that plane, too. With w the normal as computed, off by e, the other end at d and the triangle's own
+// end at most `offset` off its plane, that is w.d > e |d| + offset, with the roundings of w.d, 4 u |d|.
+// Triangles whose edges from A make a sine of 2^-8 or more have e < 2^-14 (slivers have no number here):
+// 2^-12 |d| is enough. At the VPL the ray's own direction is asked, which begins at its offset already.
 constexpr float kApart = 0x1p-12f;
 
 HWY_INLINE float larger(float a, float b) { return a > b ? a : b; }
@@ -100,7 +104,7 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
   const hn::RebindToSigned<GatherTag> di;
   const int lanes = static_cast<int>(hn::Lanes(d));
   rays.targets.count = 0;
-  rays.are_all_unmet = true;
+  rays.is_origin_unmet = true;
   if (turned_away(p, light)) return false;
   const bool is_far = light.kind == LightPointKind::kFar;
   const auto zero = hn::Zero(d), one = hn::Set(d, 1);
@@ -145,12 +149,13 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
     store_packed(d, tx, is_lit, rays.targets.direction[0] + count);
     store_packed(d, ty, is_lit, rays.targets.direction[1] + count);
     store_packed(d, tz, is_lit, rays.targets.direction[2] + count);
-    // Both ends are above both triangles: of its own by the offset, of the other's for certain.
-    const auto is_apart = hn::And(hn::Gt(above, hn::Mul(distance, hn::Set(d, kApart))),
-                                  hn::Gt(cosine_light, hn::Set(d, kApart)));
+    const auto own = hn::Load(d, p.offset + i), apart = hn::Set(d, kApart);
+    const auto is_above_point = hn::Gt(above, hn::Add(hn::Mul(distance, apart), hn::Add(own, own)));
+    const auto is_above_light =
+        hn::Gt(dot3(wx, wy, wz, tx, ty, tz), hn::Mul(hn::Add(distance, off), apart));
+    rays.is_origin_unmet &= hn::AllTrue(d, hn::Or(is_above_light, hn::Not(is_lit)));
     const auto triangle = hn::Load(di, reinterpret_cast<const int32_t*>(p.triangle) + i);
-    rays.are_all_unmet &= hn::AllTrue(d, hn::Or(is_apart, hn::Not(is_lit)));
-    store_packed(di, hn::IfThenElse(hn::RebindMask(di, is_apart), triangle, hn::Set(di, -1)),
+    store_packed(di, hn::IfThenElse(hn::RebindMask(di, is_above_point), triangle, hn::Set(di, -1)),
                  hn::RebindMask(di, is_lit), reinterpret_cast<int32_t*>(rays.unmet) + count);
     store_packed(di, hn::Iota(di, i), hn::RebindMask(di, is_lit), rays.point + count);
     count += static_cast<int>(hn::CountTrue(d, is_lit));

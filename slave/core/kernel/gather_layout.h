@@ -16,11 +16,12 @@ inline constexpr int kGatherRoom = kGatherMax + 16;  // registers are stored who
 struct alignas(64) GatherPoints {
   int count;
   alignas(64) float point[3][kGatherRoom];
-  alignas(64) float normal[3][kGatherRoom];    // geometric, unit, on the viewer's side
-  alignas(64) float shading[3][kGatherRoom];   // unit
-  alignas(64) float offset[kGatherRoom];       // see surface_offset.h
-  uint32_t key[kGatherRoom];                   // pixel_key() of the caller's choice
-  alignas(64) uint32_t triangle[kGatherRoom];  // that it lies on
+  alignas(64) float normal[3][kGatherRoom];   // geometric, unit, on the viewer's side
+  alignas(64) float shading[3][kGatherRoom];  // unit
+  alignas(64) float offset[kGatherRoom];      // see surface_offset.h
+  uint32_t key[kGatherRoom];                  // pixel_key() of the caller's choice
+  // The triangle that it lies on, or kNoPrimitive where that is a sliver, whose normal says little.
+  alignas(64) uint32_t triangle[kGatherRoom];
   // Irradiance over pi: times the albedo it is the radiance that a diffuse surface reflects.
   alignas(64) float light[3][kGatherRoom];
   // Of the points and their shading normals.
@@ -29,10 +30,10 @@ struct alignas(64) GatherPoints {
 
 // Shadow rays of one VPL, one for each point that it may light.
 struct alignas(64) GatherRays {
-  FanTargets targets;                      // seen from the VPL, to just above the points
-  alignas(64) int32_t point[kGatherRoom];  // of a ray
-  bool are_all_unmet;                      // no ray meets the triangle that the VPL lies on
-  uint32_t unmet[kGatherRoom];  // of a ray, see UnmetTriangles: the triangle of its point
+  FanTargets targets;                       // seen from the VPL, to just above the points
+  alignas(64) int32_t point[kGatherRoom];   // of a ray
+  bool is_origin_unmet;                     // by any ray: the triangle of the VPL
+  uint32_t unmet[kGatherRoom];              // by a ray: the triangle of its point, or kNoPrimitive
   alignas(64) float strength[kGatherRoom];  // of a point: of rgb / pi; 0 where it gets none
 };
 

@@ -56,12 +56,12 @@ bool occluded_ray(const View& scene, const SingleRay& ray) {
 
 HWY_INLINE SingleRay ray_of(const FanPacket& rays, size_t i) {
   const UnmetTriangles& unmet = rays.unmet;
-  const uint32_t last = unmet.triangle == nullptr ? kNoPrimitive : unmet.triangle[unmet.of[i]];
+  const uint32_t at_end = unmet.at_end == nullptr ? kNoPrimitive : unmet.at_end[unmet.at[i]];
   return {{rays.origin[0], rays.origin[1], rays.origin[2]},
           {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
           rays.t_min,
           rays.t_max[i],
-          {last, last == kNoPrimitive ? kNoPrimitive : rays.unmet.first}};
+          {at_end, unmet.at_origin}};
 }
 
 HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {

@@ -1,4 +1,4 @@
-// Single rays, packets of 64 (8x8 pixels) and structures as the kernels see them.
+// Single rays, packets of 64 and structures as the kernels see them.
 // Fixed-size types only and no functions.
 #pragma once
 
@@ -37,14 +37,13 @@ struct FanWindow {
   float low[2], high[2];
 };
 
-// What rays are known not to meet although they begin or end next to it: where triangle[of[i]] is not
-// kNoPrimitive, ray i of a packet meets neither that nor `first`. Null: nothing is known. Any-hit saves
-// the tests.
+// Triangles that a fan's rays are known not to meet in exact arithmetic, although they begin or end
+// next to them: none meets `at_origin`, and ray i does not meet at_end[at[i]]. Each may be
+// kNoPrimitive, at_end null. Any-hit saves their tests; it changes nothing but time.
 struct UnmetTriangles {
-  const uint32_t* triangle = nullptr;
-  const int* of = nullptr;
-  uint32_t first = kNoPrimitive;
-  bool is_first_of_all = false;  // no ray of the packet meets `first`, whatever `triangle` says
+  const uint32_t* at_end = nullptr;
+  const int* at = nullptr;
+  uint32_t at_origin = kNoPrimitive;
 };
 
 // Rays that leave one point: camera rays, and shadow rays of a point light seen from the light.
@@ -95,7 +94,7 @@ struct SingleRay {
   float direction[3];
   float t_min;
   float t_max;
-  uint32_t unmet[2] = {kNoPrimitive, kNoPrimitive};  // as in UnmetTriangles
+  uint32_t unmet[2] = {kNoPrimitive, kNoPrimitive};  // see UnmetTriangles
 };
 
 struct SingleHit {

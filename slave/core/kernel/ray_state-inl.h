@@ -201,7 +201,7 @@ typename RayState<W, kAny>::Candidates RayState<W, kAny>::candidates(const Trian
   }
   if (hn::AllFalse(b, is_possible)) return {0, 0, 0};
 
-  const M is_sure = hn::Gt(depth, tolerance);
+  const M is_sure = hn::And(is_possible, hn::Gt(depth, tolerance));
   V low = hn::Min(hn::Min(t[0], t[1]), t[2]), high = hn::Max(hn::Max(t[0], t[1]), t[2]);
   if (kAny) narrow(edge, t, tolerance, is_sure, low, high);
   const M is_near =

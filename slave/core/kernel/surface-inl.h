@@ -36,7 +36,7 @@ class SurfaceKernel {
   void run(PacketPoints& out) {
     const DI di;
     const auto none = hn::Set(di, static_cast<int32_t>(kNoPrimitive));
-    out.met = out.front = 0;
+    out.met = out.front = out.sliver = 0;
     for (size_t at = 0; at < kPacketRays; at += kLanes) {
       const auto primitive = hn::Load(di, reinterpret_cast<const int32_t*>(hits_.primitive) + at);
       const uint32_t met = bits_of(di, hn::Ne(primitive, none));
@@ -44,7 +44,7 @@ class SurfaceKernel {
       out.met |= uint64_t{met} << at;
       load_corners(at, static_cast<size_t>(__builtin_ctz(met)));
       for (size_t i = 0; i < kLanes; i += kHalf) barycentric(at, i, out);
-      out.front |= uint64_t{place(at, out)} << at;
+      place(at, out);
     }
   }
 
@@ -56,6 +56,8 @@ class SurfaceKernel {
   struct VD3 {
     VD x, y, z;
   };
+
+  static constexpr float kSliver = 0x1p-16f;  // surface_offset.h
 
   static HWY_INLINE float gamma(int n) {
     const float nu = static_cast<float>(n) * kRoundoff;
@@ -154,8 +156,7 @@ class SurfaceKernel {
     hn::Store(hn::Min(v, hn::Sub(hn::Set(df, 1), u)), df, out.v + at + i);
   }
 
-  // Returns: bits of the rays that see the front.
-  HWY_INLINE uint32_t place(size_t at, PacketPoints& out) const {
+  HWY_INLINE void place(size_t at, PacketPoints& out) const {
     const D d;
     const V3 a = corner(0), b = minus(corner(1), a), c = minus(corner(2), a);
     const V3 direction{hn::Load(d, rays_.direction[0] + at), hn::Load(d, rays_.direction[1] + at),
@@ -163,6 +164,8 @@ class SurfaceKernel {
     const V size = hn::Sqrt(dot(direction, direction));
     hn::Store(hn::Mul(hn::Load(d, hits_.t + at), size), d, out.distance + at);
     const V3 across = cross(b, c);
+    const V thin = hn::Mul(hn::Set(d, kSliver), hn::Mul(dot(b, b), dot(c, c)));
+    out.sliver |= uint64_t{bits_of(d, hn::Not(hn::Ge(dot(across, across), thin)))} << at;
     const V3 outward = times(across, hn::Div(hn::Set(d, 1), hn::Sqrt(dot(across, across))));
     const auto is_front = hn::Lt(dot(outward, direction), hn::Zero(d));
     const auto turned = [&](V x) { return hn::IfThenElse(is_front, x, hn::Neg(x)); };
@@ -179,7 +182,7 @@ class SurfaceKernel {
     store(point, out.point, at);
     store(normal, out.normal, at);
     hn::Store(offset, d, out.offset + at);
-    return bits_of(d, is_front);
+    out.front |= uint64_t{bits_of(d, is_front)} << at;
   }
 
   static HWY_INLINE void store(V3 v, float (*to)[kPacketRays], size_t at) {

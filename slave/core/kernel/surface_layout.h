@@ -17,6 +17,7 @@ struct alignas(64) PacketPoints {
   float distance[kPacketRays];  // from the ray's origin
   uint64_t met;                 // bits of the rays that have met something
   uint64_t front;               // bits: the ray goes against the geometric normal of the mesh
+  uint64_t sliver;              // bits: see is_sliver() in surface_offset.h
 };
 
 }  // namespace tessera::core

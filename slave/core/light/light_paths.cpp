@@ -138,7 +138,7 @@ LightPoint LightPaths::place(Vec2f x) const {
     point.kind = LightPointKind::kEmitter;
     put(point.position, on.at.point + e.normal * on.at.offset);
     put(point.normal, e.normal);
-    point.triangle = e.triangle;
+    if (!is_sliver(e.edge_b, e.edge_c)) point.triangle = e.triangle;
     put(point.rgb, on.emission * (e.area / (e.share * p.chance)));
     return point;
   }

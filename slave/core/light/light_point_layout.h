@@ -26,7 +26,7 @@ struct LightPoint {
   float cos_inner, cos_outer;  // kSpot, see Light
   float t_min;                 // of shadow rays that leave it
   LightPointKind kind;
-  uint32_t triangle = 0xffffffffu;  // kSurface, kEmitter: that it lies on
+  uint32_t triangle = 0xffffffffu;  // kSurface, kEmitter: that it lies on, if no sliver
 };
 
 }  // namespace tessera::core

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "slave/core/render/met_surfaces.h"
 #include "slave/core/render/path_tracer.h"
 #include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"

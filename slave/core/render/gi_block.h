@@ -4,7 +4,6 @@
 // Threads. One object per thread; scratch memory, about a megabyte.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -26,8 +25,8 @@ struct GiPoint {
   float offset = 0;    // see surface_offset.h
   float distance = 0;  // from the eye
   std::int32_t material = 0;
-  std::uint32_t key = 0;  // pixel_key()
-  std::uint32_t triangle = 0;
+  std::uint32_t key = 0;                  // pixel_key()
+  std::uint32_t triangle = kNoPrimitive;  // no sliver
 };
 
 class GiBlock {
@@ -82,6 +81,8 @@ class GiBlock {
   void write(const TileRect& tile, float scale, std::span<float> rgb) const;
 
  private:
+  static_assert(kFilterPixels <= 65536);  // Batch::pixel
+
   int index(int x_px, int y_px) const {
     return filter_index(x_px - region_.x_px, y_px - region_.y_px);
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <vector>
 
 #include "slave/core/render/camera_packet.h"
 #include "slave/core/render/clamp_residual.h"
@@ -17,6 +16,7 @@ namespace {
 
 constexpr int kEntryEdgePx = 32;
 constexpr int kSquareEdgePx = 8;  // of a packet
+static_assert(kEntryEdgePx * kEntryEdgePx <= kBatchMax);
 
 // Of the parts that `left_px` pixels are traced in: what is over at the end is a part of its own, whose
 // packets are strips.
@@ -136,15 +136,15 @@ void GiTile::Scratch::add_hits(const TileRect& part, int x_px, int y_px) {
     if ((at.front >> i & 1u) != 0 && !is_black(material.emission))
       pixels.add_light(x, y, material.emission);
     pixels.add_point(x, y,
-                     {{at.point[0][i], at.point[1][i], at.point[2][i]},
-                      normal,
-                      normal,
-                      material.albedo,
-                      at.offset[i],
-                      at.distance[i],
-                      number_of(&material),
-                      camera.key[i],
-                      met.triangle(i)});
+                     {.point = {at.point[0][i], at.point[1][i], at.point[2][i]},
+                      .normal = normal,
+                      .shading_normal = normal,
+                      .albedo = material.albedo,
+                      .offset = at.offset[i],
+                      .distance = at.distance[i],
+                      .material = number_of(&material),
+                      .key = camera.key[i],
+                      .triangle = met.sound_triangle(i)});
   }
 }
 
@@ -183,8 +183,15 @@ void GiTile::Scratch::shade_part(const TileRect& part) {
       glossy.pixel[glossy.count++] = surfaces.pixel[i];
     } else {
       pixels.add_point(part.x_px + pixel % kEntryEdgePx, part.y_px + pixel / kEntryEdgePx,
-                       {s.point, s.normal, s.shading_normal, s.albedo * s.weight, s.offset,
-                        distance[pixel], number_of(s.material), surfaces.key[i], s.triangle});
+                       {.point = s.point,
+                        .normal = s.normal,
+                        .shading_normal = s.shading_normal,
+                        .albedo = s.albedo * s.weight,
+                        .offset = s.offset,
+                        .distance = distance[pixel],
+                        .material = number_of(s.material),
+                        .key = surfaces.key[i],
+                        .triangle = s.sound_triangle});
     }
   }
   if (glossy.count > 0) counts += paths.add(glossy, radiance);

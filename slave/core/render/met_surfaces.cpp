@@ -6,6 +6,8 @@
 namespace tessera::core {
 namespace {
 
+static_assert(kPlacesMax >= kPacketRays);
+
 // Calls for each ray of the mask.
 template <class Function>
 void for_each_ray(std::uint64_t rays, const Function& function) {
@@ -51,7 +53,7 @@ void MetSurfaces::make(std::uint64_t rays, const RayCone* cones, Surface* const*
     s.is_front = (points_.front >> ray & 1u) != 0;
     if (s.is_front) s.emission = m.emission;
     s.material = &m;
-    s.triangle = hits_->primitive[ray];
+    s.sound_triangle = sound_triangle(ray);
   });
   if (scene_->features.is_rich) enrich_all(rays, cones, to);
 }

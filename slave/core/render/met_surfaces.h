@@ -31,6 +31,10 @@ class MetSurfaces {
     return *material_;
   }
   std::uint32_t triangle(int ray) const { return hits_->primitive[ray]; }
+  // The same, or kNoPrimitive for a sliver.
+  std::uint32_t sound_triangle(int ray) const {
+    return (points_.sliver >> ray & 1u) != 0 ? kNoPrimitive : triangle(ray);
+  }
 
   // Makes *to[i] for each of `rays`, bits of points().met; weights are 1. cones [kPacketRays]: the
   // rays' where they began; null: they have none, and textures and patterns are not filtered.

@@ -1,5 +1,6 @@
 #include "slave/core/render/surface.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -19,6 +20,9 @@ Vec3f interpolated_normal(const Mesh& mesh, const std::array<std::uint32_t, 3>& 
                       corner(mesh.normals, triangle, 1) * u + corner(mesh.normals, triangle, 2) * v;
   return normalize(to_world.is_identity() ? local : to_world.normal(local));
 }
+
+// Everything is a mean there, and products with what patterns multiply it by stay finite.
+constexpr float kFootprintMax = 1e12f;
 
 // A hit point of a triangle: what textures need of it.
 struct Place {
@@ -164,8 +168,9 @@ void add_place(const SurfaceTriangle& t, const SurfaceHit& hit, Surface& s, Surf
     places.point[a][i] = point[a];
     places.normal[a][i] = t.own_normal[a];
   }
-  const float footprint = s.cone.width > 0 ? footprint_of(s, hit.direction, s.cone) : 0;
-  places.footprint[i] = footprint > 0 ? footprint * t.shrunk : 0;
+  const float footprint = s.cone.width > 0 ? footprint_of(s, hit.direction, s.cone) * t.shrunk : 0;
+  // Bounded: edge-on it is infinite, and next to no size NaN.
+  places.footprint[i] = footprint > 0 ? std::min(footprint, kFootprintMax) : 0;
   places.surface[i] = &s;
 }
 

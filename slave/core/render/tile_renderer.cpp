@@ -8,6 +8,7 @@
 #include "slave/core/render/camera_packet.h"
 #include "slave/core/render/direct_light.h"
 #include "slave/core/render/gi_tile.h"
+#include "slave/core/render/met_surfaces.h"
 #include "slave/core/render/path_tracer.h"
 #include "slave/core/simd/isa_support.h"
 #include "slave/core/trace/scene_tracer.h"
@@ -18,13 +19,6 @@ namespace {
 // Up to 4x4 packets are traced before they are shaded together, so that shadow rays find company.
 constexpr int kBatchEdgePx = 32;
 static_assert(kBatchEdgePx * kBatchEdgePx == kBatchMax);
-
-// A core built for lights and shadows alone: see slave/core/light/feature.h.
-#ifdef TESSERA_DIRECT_CORE
-constexpr bool kHasIndirect = false;
-#else
-constexpr bool kHasIndirect = true;
-#endif
 
 }  // namespace
 

@@ -98,7 +98,7 @@ class VplSets::Walks {
     const Vec3f start = s.point + s.normal * s.offset;
     point = {};
     point.kind = LightPointKind::kSurface;
-    point.triangle = s.triangle;
+    point.triangle = s.sound_triangle;
     for (int a = 0; a < 3; ++a) {
       point.position[a] = start[a];
       point.normal[a] = s.normal[a];

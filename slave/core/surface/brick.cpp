@@ -21,7 +21,7 @@ float joint_share(float x, float joint, float w) {
   return std::clamp((covered(x + w / 2) - covered(x - w / 2)) / w, 0.0f, 1.0f);
 }
 
-Vec3f abs3(Vec3f v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
+Vec3f sizes_of(Vec3f v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
 
 std::uint32_t number_of(float f) {
   return static_cast<std::uint32_t>(static_cast<int>(std::clamp(f, -1e9f, 1e9f)));
@@ -34,7 +34,7 @@ void apply_brick(const SurfaceParameters& parameters, const SurfacePlaces& place
   const Vec3f mortar{parameters[4], parameters[5], parameters[6]};
   for (std::size_t i = 0; i < static_cast<std::size_t>(places.count); ++i) {
     const auto at = [i](const auto(&v)[3]) { return Vec3f{v[0][i], v[1][i], v[2][i]}; };
-    const Vec3f n = abs3(at(places.normal)), p = at(places.point);
+    const Vec3f n = sizes_of(at(places.normal)), p = at(places.point);
     const float footprint = places.footprint[i];
     // Courses lie level on walls, whose y axis points up; on floors they run along x.
     const bool is_floor = n.y >= n.x && n.y >= n.z;

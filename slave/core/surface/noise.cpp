@@ -7,6 +7,7 @@ namespace tessera::core {
 namespace {
 
 constexpr int kOctaves = 6;
+static_assert(kNoisePoints * kOctaves <= kNoiseMax);
 // Of |noise| over space, measured once; what a faded octave leaves.
 constexpr float kMeanSize = 0.21f;
 

@@ -16,7 +16,7 @@
 
 namespace tessera::core {
 
-// Coordinates of points; all of one length, at most 64.
+// Coordinates of points; all of one length, at most kNoisePoints.
 struct NoiseArgument {
   std::span<const float> x, y, z;
 };

@@ -6,8 +6,9 @@
 
 namespace tessera::core {
 
-inline constexpr int kNoiseMax = 64 * 6;           // points of a packet, octaves
-inline constexpr int kNoiseRoom = kNoiseMax + 16;  // registers are loaded and stored whole
+inline constexpr int kNoisePoints = 64;             // of a packet
+inline constexpr int kNoiseMax = kNoisePoints * 6;  // all octaves of them
+inline constexpr int kNoiseRoom = kNoiseMax + 16;   // registers are loaded and stored whole
 
 struct alignas(64) NoisePoints {
   alignas(64) float at[3][kNoiseRoom];

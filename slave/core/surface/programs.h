@@ -16,14 +16,14 @@
 
 namespace tessera::core {
 
-inline constexpr int kPlacesMax = 64;
+inline constexpr int kPlacesMax = kNoisePoints;
 
 // In object space, so that patterns stay with the mesh. Shape: [count], of [kPlacesMax].
 struct SurfacePlaces {
   int count = 0;
   std::array<float, kPlacesMax> point[3];
   std::array<float, kPlacesMax> normal[3];  // geometric; need not be of unit length
-  std::array<float, kPlacesMax> footprint;  // width of what the pixel sees, 0 unknown
+  std::array<float, kPlacesMax> footprint;  // width of what the pixel sees, finite; 0 unknown
   std::array<Surface*, kPlacesMax> surface;
 };
 

@@ -22,8 +22,8 @@ struct Surface {
 
   Vec3f emission;  // towards the viewer; zero from behind
   const Material* material = nullptr;
-  std::uint32_t triangle = 0;  // its number in the scene
-  bool is_front = true;        // the viewer is where the geometric normal of the mesh points
+  std::uint32_t sound_triangle = 0xffffffffu;  // number in the scene; none for slivers
+  bool is_front = true;  // the viewer is where the geometric normal of the mesh points
 
   // The rest is left as it is here where the scene does not use it (SurfaceFeatures).
   Vec3f to_viewer;             // unit; set where any BSDF of the scene is not diffuse

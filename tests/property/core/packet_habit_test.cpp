@@ -32,6 +32,7 @@ TEST(PacketHabit, PacketsThatDoNotPayAnswerAsTheirRaysDo) {
   for (const Isa isa : test::isas_here()) {
     const auto& kernels = kernels_of(kernels_for(isa), view_of(bvh));
     FanPacket fan{};
+    PacketHabit any_habit;  // of those that ask for any hit
     int given_up = 0, left_out = 0;
     for (int number = 0; number < 60; ++number) {
       // Every third packet is narrow, and pays.
@@ -50,11 +51,16 @@ TEST(PacketHabit, PacketsThatDoNotPayAnswerAsTheirRaysDo) {
       kernels.closest_fan(view_of(bvh), fan, hits);
       given_up += before == 0 && fan.habit.alone > 0 ? 1 : 0;
       left_out += before > 0 ? 1 : 0;
+      FanPacket shadows = fan;
+      shadows.habit = any_habit;
+      const std::uint64_t blocked = kernels.occluded_fan(view_of(bvh), shadows);
+      any_habit = shadows.habit;
       for (int i = 0; i < kPacketRays; ++i) {
         SingleHit expected;
         kernels_for(Isa::kScalar).bvh8.closest_ray(view_of(bvh), ray_of(fan, i), expected);
         ASSERT_EQ(hits.primitive[i], expected.primitive) << isa_name(isa) << " " << number;
         ASSERT_EQ(hits.t[i], expected.t) << isa_name(isa) << " " << number;
+        ASSERT_EQ(blocked >> i & 1u, expected.primitive != kNoPrimitive ? 1u : 0u);
       }
     }
     EXPECT_GT(given_up, 0) << isa_name(isa);

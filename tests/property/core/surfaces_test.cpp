@@ -81,6 +81,9 @@ void expect_plain(const PreparedScene::Impl& scene, const RayPacket& rays, const
     ASSERT_TRUE(same_bits(plain.normal, at(points.normal, i))) << i;
     ASSERT_EQ(plain.at.offset, points.offset[i]);
     ASSERT_EQ(plain.is_front, (points.front >> i & 1u) != 0);
+    const Vec3f a = t.vertex(triangle, 0);
+    ASSERT_EQ(is_sliver(t.vertex(triangle, 1) - a, t.vertex(triangle, 2) - a),
+              (points.sliver >> i & 1u) != 0);
   }
   ASSERT_EQ(met, points.met);
 }
