@@ -182,7 +182,7 @@ TEST(Gather, NorDoesItForSlivers) {
   Compared sum;
   std::int64_t slivers = 0;
   for (int round = 0; round < 200; ++round) {
-    const float thin = std::ldexp(1.0f, -5 - round % 10);
+    const float thin = std::ldexp(1.0f, -5 - round % 11);
     Mesh mesh;
     mesh.materials = {0};
     for (std::uint32_t i = 0; i < 40; ++i) {
@@ -197,7 +197,7 @@ TEST(Gather, NorDoesItForSlivers) {
       // VPLs a little above the plane along the long side, for a point of the triangle.
       const Vec3f a = scene.triangles.vertex(t, 0), b = scene.triangles.vertex(t, 1) - a,
                   c = scene.triangles.vertex(t, 2) - a, n = normalize(cross(b, c));
-      const SurfacePoint at = surface_point(a, b, c, n, 0.3f, 0.3f);
+      const SurfacePoint at = surface_point(a, b, c, n, 0.2f + 0.1f * unit(random), 0.5f);
       points->count = 0;
       for (int k = 0; k < 8; ++k) {
         const int i = points->count++;
@@ -211,8 +211,9 @@ TEST(Gather, NorDoesItForSlivers) {
       slivers += is_sliver(b, c) ? 1 : 0;
       tracer.kernels().bound_points(*points);
       for (int k = 0; k < 10; ++k) {
-        const float rise = 0x1p-12f * (1 + 0.5f * std::fabs(unit(random)));
-        const Vec3f from = at.point + normalize(b) * (0.4f * unit(random)) + n * (rise * 0.4f);
+        const float away = (t % 2 == 0 ? 0.3f : -0.3f) + 0.2f * unit(random);
+        const float rise = 0x1p-12f * (1.6f + 0.5f * unit(random)) * std::fabs(away);
+        const Vec3f from = at.point + normalize(b) * away + n * (rise + 2 * at.offset);
         LightPoint light{};
         light.kind = LightPointKind::kPoint;
         for (int axis = 0; axis < 3; ++axis) light.position[axis] = from[axis];

@@ -23,7 +23,16 @@ Vec3f at(const float (&v)[3][kPacketRays], int i) { return {v[0][i], v[1][i], v[
 
 std::shared_ptr<const PreparedScene> make_scene() {
   Scene scene = test::make_scene(test::make_torus(40, 17));
-  for (const float scale : {3.0f, 0.01f, 1000.0f}) {  // flat, tiny and far away
+  Mesh strips;  // every other triangle of them is a sliver
+  strips.materials = {0};
+  for (int i = 0; i < 500; ++i) {
+    const float z = 0.004f * static_cast<float>(i) - 1;
+    test::add_quad(strips, {-3, -1, z}, {6, 0, 0}, {0, 0, 0.004f}, 0);
+  }
+  strips.materials = {0};
+  scene.meshes.push_back(std::make_shared<const Mesh>(strips));
+  scene.instances.push_back({1, {}});
+  for (const float scale : {3.0f, 0.01f, 1000.0f}) {  // tiny and far away
     Instance moved;
     moved.object_to_world.m = {{{0, -scale, 0, scale * 7}, {scale, 0, 0.5f, 1}, {0, 0, scale, -3}}};
     scene.instances.push_back(moved);
@@ -96,7 +105,7 @@ TEST(Surfaces, PointsOfPacketsAreThoseOfEachRayAlone) {
     const KernelTable& kernels = kernels_for(isa);
     const SceneTracer tracer(scene.index, kernels);
     std::mt19937 random(11);
-    std::uint64_t met = 0;
+    std::uint64_t met = 0, slivers = 0;
     for (int round = 0; round < 2000; ++round) {
       const bool is_fan = round % 2 == 0;
       const RayPacket rays = random_packet(random, is_fan);
@@ -113,8 +122,10 @@ TEST(Surfaces, PointsOfPacketsAreThoseOfEachRayAlone) {
       expect_plain(scene, rays, hits, points);
       if (testing::Test::HasFatalFailure()) return;
       met += static_cast<std::uint64_t>(std::popcount(points.met));
+      slivers += static_cast<std::uint64_t>(std::popcount(points.sliver & points.met));
     }
     EXPECT_GT(met, 30000u) << isa_name(isa);
+    EXPECT_GT(slivers, 1000u) << isa_name(isa);
   }
 }
 
