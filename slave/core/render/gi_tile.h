@@ -1,11 +1,11 @@
 // A tile lit by VPLs: instant global illumination (Benthin, thesis, chapter 9), breadth first.
 //
-// Blocks of 64x64 pixels, one sample of all their pixels at a time: camera rays in 8x8 packets, then
-// for each of the K^2 interleaved sets of VPLs the shadow rays of its pixels, VPL by VPL, then the
-// discontinuity buffer, then the surfaces' own colours. Blocks have a border as wide as the filter
-// reaches, rendered here and not fetched, so that only pixels travel (section 9.5). What a pixel
-// gets depends on (settings, scene, isa, pixel, sample) alone: patterns stand still on the picture,
-// and the border's pixels are the neighbours' own, to the bit.
+// Blocks of 64x64 pixels, one sample of all their pixels at a time: camera rays in packets, then for
+// each of the K^2 interleaved sets of VPLs the shadow rays of its pixels, VPL by VPL, then the
+// discontinuity buffer, which multiplies by the surfaces' own colours. Blocks have a border as wide
+// as the filter reaches, rendered here and not fetched, so that only pixels travel (section 9.5).
+// What a pixel gets depends on (settings, scene, isa, pixel, sample) alone: patterns stand still on
+// the picture, and the border's pixels are the neighbours' own, to the bit.
 //
 // Behind mirrors and glass it is the surface at the end of the chain that gathers. Glossy surfaces do
 // not: few VPLs would be as many highlights; they are path-traced (path_tracer.h).
