@@ -170,6 +170,34 @@ TEST(Gather, NorDoesItInCornersFarFromTheOrigin) {
   }
 }
 
+// What is said to be unmet does not block, whatever else of its block the ray comes near.
+TEST(Gather, UnmetTrianglesDoNotBlock) {
+  Mesh mesh;
+  for (int i = 0; i < 8; ++i)
+    test::add_quad(mesh, {static_cast<float>(i), 0, 0}, {1, 0, 0}, {0, 1, 0}, 0);
+  mesh.materials = {0};
+  const auto prepared = *PreparedScene::build(test::make_scene(mesh), {});
+  for (const Isa isa : test::isas_here()) {
+    const SceneTracer tracer(prepared->impl().index, kernels_for(isa));
+    std::mt19937 random(9);
+    std::uniform_real_distribution<float> unit(0, 1);
+    for (int i = 0; i < 20000; ++i) {
+      const float x = 8 * unit(random);
+      // Half of them next to the edge that the halves of a quad share.
+      const float along = x - std::floor(x);
+      const float y = i % 2 == 0 ? unit(random) : along + 1e-7f * (unit(random) - 0.5f);
+      SingleRay ray{{x, y, -1}, {0, 0, 2}, 0, 1};
+      const SingleHit hit = tracer.closest(ray);
+      if (hit.primitive == kNoPrimitive) continue;
+      ASSERT_TRUE(tracer.occluded(ray));
+      ray.unmet[i % 2] = hit.primitive;
+      ray.t_max = 0.75f;
+      const bool is_on_edge = y == along || x == std::floor(x) || y == 0 || y == 1;
+      ASSERT_TRUE(is_on_edge || !tracer.occluded(ray)) << isa_name(isa) << " " << x << " " << y;
+    }
+  }
+}
+
 // Thin triangles, whose computed normals are off: they are not claimed to be unmet.
 TEST(Gather, NorDoesItForSlivers) {
   std::mt19937 random(7);

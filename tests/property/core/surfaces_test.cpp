@@ -8,6 +8,7 @@
 #include <set>
 
 #include "slave/core/render/camera_packet.h"
+#include "slave/core/render/met_surfaces.h"
 #include "slave/core/render/sample_dimensions.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "tests/support/packets.h"
@@ -126,6 +127,89 @@ TEST(Surfaces, PointsOfPacketsAreThoseOfEachRayAlone) {
     }
     EXPECT_GT(met, 30000u) << isa_name(isa);
     EXPECT_GT(slivers, 1000u) << isa_name(isa);
+  }
+}
+
+// A mesh of several materials, triangle by triangle: plain, marble, wood, brick, glossy with a texture.
+std::shared_ptr<const PreparedScene> make_rich_scene() {
+  Mesh mesh = test::make_torus(30, 13);
+  mesh.normals.clear();
+  mesh.uvs.clear();
+  for (const Vec3f p : mesh.positions) {
+    mesh.normals.push_back(normalize(p + Vec3f{0.1f, 0.2f, 0}));
+    mesh.uvs.push_back({p.x, p.y + p.z});
+  }
+  mesh.materials.clear();
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) mesh.materials.push_back(i * 7 % 5);
+  Scene scene = test::make_scene(mesh);
+  scene.materials.resize(5);
+  const SurfaceKind kinds[] = {SurfaceKind::kMarble, SurfaceKind::kWood, SurfaceKind::kBrick};
+  for (std::size_t i = 0; i < 3; ++i) {
+    scene.materials[i + 1].surface.kind = kinds[i];
+    scene.materials[i + 1].surface.parameters = find_surface_program(kinds[i])->defaults;
+  }
+  scene.materials[4].bsdf = BsdfKind::kGlossy;
+  scene.materials[4].albedo_texture = 0;
+  scene.materials[0].emission = {1, 2, 3};
+  Texture checks{4, 4, false, {}};
+  for (int i = 0; i < 64; ++i) checks.rgba.push_back(static_cast<std::uint8_t>(i * 37));
+  scene.textures = {std::make_shared<const Texture>(checks)};
+  Instance moved;
+  moved.object_to_world.m = {{{0, -2, 0, 3}, {2, 0, 0.5f, 1}, {0, 0, 2, -3}}};
+  scene.instances.push_back(moved);
+  return *PreparedScene::build(scene, {});
+}
+
+void expect_same(const Surface& a, const Surface& b) {
+  EXPECT_TRUE(same_bits(a.point, b.point) && same_bits(a.normal, b.normal));
+  EXPECT_TRUE(same_bits(a.shading_normal, b.shading_normal));
+  EXPECT_TRUE(same_bits(a.albedo, b.albedo)) << a.albedo.x << " " << b.albedo.x;
+  EXPECT_TRUE(same_bits(a.emission, b.emission) && same_bits(a.to_viewer, b.to_viewer));
+  EXPECT_TRUE(
+      same_bits({a.roughness, a.metalness, a.offset}, {b.roughness, b.metalness, b.offset}));
+  EXPECT_TRUE(same_bits({a.cone.width, a.cone.spread, 0}, {b.cone.width, b.cone.spread, 0}));
+  EXPECT_TRUE(a.bsdf == b.bsdf && a.material == b.material && a.instance == b.instance);
+  EXPECT_EQ(a.is_front, b.is_front);
+}
+
+// Whatever other rays of the packet have met, and whether they are asked for.
+TEST(Surfaces, RichSurfacesOfPacketsAreThoseOfEachRayAlone) {
+  const auto prepared = make_rich_scene();
+  const PreparedScene::Impl& scene = prepared->impl();
+  for (const Isa isa : test::isas_here()) {
+    const KernelTable& kernels = kernels_for(isa);
+    const SceneTracer tracer(scene.index, kernels);
+    MetSurfaces met;
+    met.begin(scene, kernels);
+    std::mt19937 random(13);
+    std::uniform_real_distribution<float> unit(0, 1);
+    int compared = 0;
+    for (int round = 0; round < 300; ++round) {
+      const RayPacket rays = random_packet(random, false);
+      PacketHits hits;
+      tracer.closest(rays, hits);
+      met.find(rays, hits);
+      const bool has_cones = round % 3 != 0;
+      RayCone cones[kPacketRays];
+      Surface surface[kPacketRays];
+      Surface* to[kPacketRays];
+      for (int i = 0; i < kPacketRays; ++i) {
+        cones[i] = {0.02f * unit(random), 0.01f * unit(random)};
+        to[i] = &surface[i];
+      }
+      const std::uint64_t asked =
+          met.points().met & (std::uint64_t{random()} << 32 | std::uint64_t{random()});
+      met.make(asked, has_cones ? cones : nullptr, to);
+      for (std::uint64_t left = asked; left != 0; left &= left - 1) {
+        const int i = std::countr_zero(left);
+        const RayCone cone = has_cones ? cones[i].advanced(met.points().distance[i]) : RayCone{};
+        expect_same(surface[i], test::surface_at(scene, hits.primitive[i], met.points().u[i],
+                                                 met.points().v[i], at(rays.direction, i), cone));
+        ++compared;
+      }
+      if (testing::Test::HasFailure()) return;
+    }
+    EXPECT_GT(compared, 2000) << isa_name(isa);
   }
 }
 
