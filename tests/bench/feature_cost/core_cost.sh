@@ -10,7 +10,7 @@ set -euo pipefail
 cd "$(dirname "$0")/../../.."
 folder=${1:-build/plain-core}
 command -v valgrind >/dev/null || { echo "skipped: valgrind is not installed"; exit 77; }
-declare -A flags=([usual]= [plain]=-DTESSERA_PLAIN_CORE [direct]=-DTESSERA_DIRECT_CORE)
+declare -A flags=([usual]="" [plain]=-DTESSERA_PLAIN_CORE [direct]=-DTESSERA_DIRECT_CORE)
 for kind in usual plain direct; do
   cmake -S . -B "$folder/$kind" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE="-O2 -DNDEBUG" \
     -DCMAKE_CXX_FLAGS="${flags[$kind]}" >/dev/null
