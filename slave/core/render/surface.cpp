@@ -162,7 +162,7 @@ void enrich(const PreparedScene::Impl& scene, const SurfaceTriangle& t, const Su
 }
 
 void add_place(const SurfaceTriangle& t, const SurfaceHit& hit, Surface& s, SurfacePlaces& places) {
-  const int i = places.count++;
+  const auto i = static_cast<std::size_t>(places.count++);
   const Vec3f point = t.own_a + t.own_b * hit.u + t.own_c * hit.v;
   for (int a = 0; a < 3; ++a) {
     places.point[a][i] = point[a];
