@@ -23,13 +23,14 @@ struct KernelTable {
   void (*camera_rays)(const CameraView& camera, const PixelSample& sample,
                       const PacketPixels& pixels, FanPacket& rays, uint32_t* keys);
 
-  // vertices [triangle][corner][axis]: those that the hits have numbers of.
+  // Where the rays have met triangles. vertices [triangle][corner][axis], world units: of all that the
+  // hits may name. Requires: the hits are those of these rays.
   void (*fan_points)(const float* vertices, const FanPacket& rays, const PacketHits& hits,
                      PacketPoints& points);
   void (*packet_points)(const float* vertices, const RayPacket& rays, const PacketHits& hits,
                         PacketPoints& points);
 
-  NoiseKernel noise;
+  NoiseKernel noise;  // see noise_layout.h and slave/core/surface/noise.h
 
   // Tells rays apart by the face of a cube around their origin that they leave through, then halves
   // the longer extent of a group on its face until at most kPacketRays are left. Order is kept
