@@ -27,10 +27,14 @@ struct Transform {
   // Maps a normal: cofactor matrix times n, so that it needs no inverse and survives scaling.
   // Not normalised; flips with the determinant's sign.
   Vec3f normal(Vec3f n) const {
+    const auto [c0, c1, c2] = cofactors();
+    return {dot(c0, n), dot(c1, n), dot(c2, n)};
+  }
+  // Rows of that matrix.
+  std::array<Vec3f, 3> cofactors() const {
     const Vec3f r0{m[0][0], m[0][1], m[0][2]}, r1{m[1][0], m[1][1], m[1][2]},
         r2{m[2][0], m[2][1], m[2][2]};
-    const Vec3f c0 = cross(r1, r2), c1 = cross(r2, r0), c2 = cross(r0, r1);
-    return {dot(c0, n), dot(c1, n), dot(c2, n)};
+    return {cross(r1, r2), cross(r2, r0), cross(r0, r1)};
   }
   bool is_identity() const { return *this == Transform{}; }
 };

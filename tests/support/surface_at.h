@@ -1,54 +1,38 @@
-// The surface at a place of a triangle, one at a time and in plain arithmetic: what the kernels have to
-// agree with (slave/core/kernel/surface-inl.h), and what tests of textures and programs ask.
+// The surface at a place of a triangle, as the renderer makes it, for tests that have no ray.
 #pragma once
 
-#include "slave/core/geometry/surface_offset.h"
-#include "slave/core/kernel/kernel_table.h"
-#include "slave/core/render/surface.h"
+#include "slave/core/render/met_surfaces.h"
+#include "slave/core/simd/isa_support.h"
 
 namespace tessera::test {
 
-struct PlainPoint {
-  core::SurfacePoint at;
-  Vec3f normal;  // turned to the viewer
-  bool is_front;
-};
-
-inline PlainPoint plain_point(const core::TriangleStore& triangles, std::uint32_t triangle, float u,
-                              float v, Vec3f direction) {
-  const Vec3f a = triangles.vertex(triangle, 0);
-  const Vec3f b = triangles.vertex(triangle, 1) - a, c = triangles.vertex(triangle, 2) - a;
-  const Vec3f outward = normalize(cross(b, c));
-  const bool is_front = dot(outward, direction) < 0;
-  const Vec3f normal = is_front ? outward : -outward;
-  return {core::surface_point(a, b, c, normal, u, v), normal, is_front};
-}
-
-inline void apply_program(const core::SurfaceTriangle& triangle, const core::SurfaceHit& hit,
-                          core::Surface& s) {
-  core::SurfacePlaces places;
-  core::add_place(triangle, hit, s, places);
-  core::apply_surface_program(s.material->surface,
-                              core::Noise(core::kernels_for(Isa::kScalar).noise), places);
-}
-
-// cone: at the surface.
+// direction: of a ray to that place, of any length; edge-on, u and v are far from exact. cone: at the
+// surface.
 inline core::Surface surface_at(const core::PreparedScene::Impl& scene, std::uint32_t triangle,
-                                float u, float v, Vec3f direction, core::RayCone cone = {}) {
-  const PlainPoint plain = plain_point(scene.triangles, triangle, u, v, direction);
-  core::Surface s;
-  s.point = plain.at.point;
-  s.offset = plain.at.offset;
-  s.normal = s.shading_normal = plain.normal;
-  s.material = &core::material_of(scene, triangle);
-  s.albedo = s.material->albedo;
-  s.is_front = plain.is_front;
-  if (s.is_front) s.emission = s.material->emission;
-  const core::SurfaceTriangle shape = core::surface_triangle(scene, triangle);
-  const core::SurfaceHit hit{u, v, direction, cone};
-  core::enrich(scene, shape, hit, s);
-  if (s.material->surface.kind != SurfaceKind::kConstant) apply_program(shape, hit, s);
-  return s;
+                                float u, float v, Vec3f direction, core::RayCone cone = {},
+                                Isa isa = widest_isa(core::cpu_isas() & core::compiled_isas())) {
+  const auto corner = [&](int k) { return scene.triangles.vertex(triangle, k); };
+  const Vec3f point = corner(0) * (1 - u - v) + corner(1) * u + corner(2) * v;
+  core::RayPacket rays{};
+  core::PacketHits hits;
+  std::fill_n(hits.primitive, core::kPacketRays, core::kNoPrimitive);
+  constexpr int kRay = 37;
+  hits.primitive[kRay] = triangle;
+  hits.t[kRay] = 1;
+  for (int a = 0; a < 3; ++a) {
+    rays.origin[a][kRay] = point[a] - direction[a];
+    rays.direction[a][kRay] = direction[a];
+  }
+  core::MetSurfaces met;
+  met.begin(scene, core::kernels_for(isa));
+  met.find(rays, hits);
+  core::RayCone cones[core::kPacketRays];
+  cones[kRay] = {cone.width - cone.spread * met.points().distance[kRay], cone.spread};
+  core::Surface surface;
+  core::Surface* to[core::kPacketRays] = {};
+  to[kRay] = &surface;
+  met.make(met.points().met, scene.features.needs_cones() ? cones : nullptr, to);
+  return surface;
 }
 
 }  // namespace tessera::test

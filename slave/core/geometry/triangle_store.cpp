@@ -43,6 +43,12 @@ std::uint32_t TriangleStore::instance_of(std::uint64_t triangle) const {
   return static_cast<std::uint32_t>(next - instance_first.begin() - 1);
 }
 
+void InstanceFinder::find(std::uint64_t triangle) {
+  instance_ = triangles_->instance_of(triangle);
+  first_ = triangles_->instance_first[instance_];
+  count_ = triangles_->instance_first[instance_ + 1] - first_;
+}
+
 TriangleStore make_triangle_store(const Scene& scene, std::vector<Bounds3f>& boxes) {
   TriangleStore store;
   std::uint64_t count = 0;

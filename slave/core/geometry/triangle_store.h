@@ -30,6 +30,30 @@ struct TriangleStore {
   std::uint32_t instance_of(std::uint64_t triangle) const;
 };
 
+// Remembers the instance that was asked for last: neighbours on the picture mostly share it.
+class InstanceFinder {
+ public:
+  // Keeps a reference until the next call.
+  void begin(const TriangleStore& triangles) {
+    triangles_ = &triangles;
+    first_ = count_ = 0;
+  }
+
+  std::uint32_t of(std::uint64_t triangle) {
+    if (triangle - first_ >= count_) find(triangle);
+    return instance_;
+  }
+  // Of the instance that was asked for last.
+  std::uint64_t first_triangle() const { return first_; }
+
+ private:
+  void find(std::uint64_t triangle);
+
+  const TriangleStore* triangles_ = nullptr;
+  std::uint64_t first_ = 0, count_ = 0;  // triangles of instance_
+  std::uint32_t instance_ = 0;
+};
+
 // Shape: boxes becomes [triangle_count]; a triangle without area, or one that a transform sends
 // beyond float32, gets an empty box: it keeps its number and stays out of the tree. Requires:
 // validate_scene(scene) is ok.

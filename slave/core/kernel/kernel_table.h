@@ -7,6 +7,7 @@
 
 #include "common/base/isa.h"
 #include "slave/core/kernel/camera_layout.h"
+#include "slave/core/kernel/detail_layout.h"
 #include "slave/core/kernel/gather_layout.h"
 #include "slave/core/kernel/packet_layout.h"
 #include "slave/core/kernel/surface_layout.h"
@@ -29,6 +30,8 @@ struct KernelTable {
                      PacketPoints& points);
   void (*packet_points)(const float* vertices, const RayPacket& rays, const PacketHits& hits,
                         PacketPoints& points);
+
+  void (*surface_detail)(const DetailGroup& group, DetailPoints& points);
 
   NoiseKernel noise;  // see noise_layout.h and slave/core/surface/noise.h
 

@@ -17,6 +17,7 @@
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
 #include "slave/core/kernel/camera-inl.h"
+#include "slave/core/kernel/detail-inl.h"
 #include "slave/core/kernel/entry-inl.h"
 #include "slave/core/kernel/fan_groups-inl.h"
 #include "slave/core/kernel/filter-inl.h"
@@ -38,6 +39,10 @@ template <class Packet>
 void points_of(const float* vertices, const Packet& rays, const PacketHits& hits,
                PacketPoints& points) {
   SurfaceKernel<Packet>(vertices, rays, hits).run(points);
+}
+
+void surface_detail(const DetailGroup& group, DetailPoints& points) {
+  DetailKernel(group, points).run();
 }
 
 void noise(NoisePoints& points) { NoiseLanes::run(points); }
@@ -71,11 +76,11 @@ namespace tessera::core {
 namespace {
 
 // All entry points of one instruction set.
-#define TESSERA_KERNELS(set)                                                               \
-  set::camera_rays, set::points_of<FanPacket>, set::points_of<RayPacket>, set::noise,      \
-      set::group_fans, set::bound_points, set::begin_gather, set::end_gather, set::filter, \
-      set::kKernels<BvhView<8>>, set::kKernels<BvhView<16>>, set::kKernels<KdView<8>>,     \
-      set::kKernels<KdView<16>>
+#define TESSERA_KERNELS(set)                                                                   \
+  set::camera_rays, set::points_of<FanPacket>, set::points_of<RayPacket>, set::surface_detail, \
+      set::noise, set::group_fans, set::bound_points, set::begin_gather, set::end_gather,      \
+      set::filter, set::kKernels<BvhView<8>>, set::kKernels<BvhView<16>>,                      \
+      set::kKernels<KdView<8>>, set::kKernels<KdView<16>>
 
 constexpr KernelTable kTables[] = {
     {Isa::kScalar, 1, TESSERA_KERNELS(N_SCALAR)},

@@ -11,7 +11,7 @@
 #define TESSERA_CORE_SURFACE_INL_H_
 #endif
 
-#include "slave/core/kernel/lanes-inl.h"
+#include "slave/core/kernel/vec3-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
@@ -23,11 +23,8 @@ class SurfaceKernel {
   using D = hn::CappedTag<float, 16>;
   using DI = hn::RebindToSigned<D>;
   using V = hn::Vec<D>;
+  using V3 = Vec3<D>;
   static constexpr size_t kLanes = hn::MaxLanes(D());
-
-  struct V3 {
-    V x, y, z;
-  };
 
  public:
   SurfaceKernel(const float* vertices, const Packet& rays, const PacketHits& hits)
@@ -53,9 +50,7 @@ class SurfaceKernel {
   using VD = hn::Vec<Double>;
   static constexpr size_t kHalf = hn::MaxLanes(Double());
 
-  struct VD3 {
-    VD x, y, z;
-  };
+  using VD3 = Vec3<Double>;
 
   static constexpr float kSliver = 0x1p-16f;  // surface_offset.h
 
@@ -84,29 +79,6 @@ class SurfaceKernel {
     }
   }
 
-  static HWY_INLINE V3 minus(V3 a, V3 b) {
-    return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
-  }
-  static HWY_INLINE V3 plus(V3 a, V3 b) {
-    return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
-  }
-  static HWY_INLINE V3 times(V3 a, V s) {
-    return {hn::Mul(a.x, s), hn::Mul(a.y, s), hn::Mul(a.z, s)};
-  }
-  static HWY_INLINE V3 abs(V3 a) { return {hn::Abs(a.x), hn::Abs(a.y), hn::Abs(a.z)}; }
-  static HWY_INLINE V largest(V3 a) { return hn::Max(a.x, hn::Max(a.y, a.z)); }
-  // Of V3 or VD3.
-  template <class T>
-  static HWY_INLINE T cross(T p, T q) {
-    return {hn::Sub(hn::Mul(p.y, q.z), hn::Mul(p.z, q.y)),
-            hn::Sub(hn::Mul(p.z, q.x), hn::Mul(p.x, q.z)),
-            hn::Sub(hn::Mul(p.x, q.y), hn::Mul(p.y, q.x))};
-  }
-  template <class T>
-  static HWY_INLINE auto dot(T p, T q) {
-    return hn::Add(hn::Add(hn::Mul(p.x, q.x), hn::Mul(p.y, q.y)), hn::Mul(p.z, q.z));
-  }
-
   HWY_INLINE V3 corner(size_t k) const {
     const D d;
     return {hn::Load(d, corner_[3 * k]), hn::Load(d, corner_[3 * k + 1]),
@@ -121,10 +93,6 @@ class SurfaceKernel {
     return {widened(corner_[3 * k] + i), widened(corner_[3 * k + 1] + i),
             widened(corner_[3 * k + 2] + i)};
   }
-  static HWY_INLINE VD3 difference(VD3 a, VD3 b) {
-    return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
-  }
-
   static HWY_INLINE VD3 origin_of(const FanPacket& rays, size_t) {
     const Double d;
     const auto at = [&](int a) { return hn::Set(d, static_cast<double>(rays.origin[a])); };
@@ -139,8 +107,8 @@ class SurfaceKernel {
     const Double d;
     const hn::Rebind<float, Double> df;
     const VD3 a = corner_in_double(0, i);
-    const VD3 b = difference(corner_in_double(1, i), a), c = difference(corner_in_double(2, i), a);
-    const VD3 from = difference(origin_of(rays_, at + i), a);
+    const VD3 b = corner_in_double(1, i) - a, c = corner_in_double(2, i) - a;
+    const VD3 from = origin_of(rays_, at + i) - a;
     const VD3 direction{widened(rays_.direction[0] + at + i), widened(rays_.direction[1] + at + i),
                         widened(rays_.direction[2] + at + i)};
     const VD3 p = cross(direction, c);
@@ -158,38 +126,28 @@ class SurfaceKernel {
 
   HWY_INLINE void place(size_t at, PacketPoints& out) const {
     const D d;
-    const V3 a = corner(0), b = minus(corner(1), a), c = minus(corner(2), a);
-    const V3 direction{hn::Load(d, rays_.direction[0] + at), hn::Load(d, rays_.direction[1] + at),
-                       hn::Load(d, rays_.direction[2] + at)};
-    const V size = hn::Sqrt(dot(direction, direction));
+    const V3 a = corner(0), b = corner(1) - a, c = corner(2) - a;
+    const V3 direction = load3(d, rays_.direction, at);
+    const V size = length(direction);
     hn::Store(hn::Mul(hn::Load(d, hits_.t + at), size), d, out.distance + at);
     const V3 across = cross(b, c);
     const V thin = hn::Mul(hn::Set(d, kSliver), hn::Mul(dot(b, b), dot(c, c)));
     out.sliver |= uint64_t{bits_of(d, hn::Not(hn::Ge(dot(across, across), thin)))} << at;
-    const V3 outward = times(across, hn::Div(hn::Set(d, 1), hn::Sqrt(dot(across, across))));
+    const V3 outward = across * hn::Div(hn::Set(d, 1), length(across));
     const auto is_front = hn::Lt(dot(outward, direction), hn::Zero(d));
-    const auto turned = [&](V x) { return hn::IfThenElse(is_front, x, hn::Neg(x)); };
-    const V3 normal{turned(outward.x), turned(outward.y), turned(outward.z)};
-    const V3 along_b = times(b, hn::Load(d, out.u + at)),
-             along_c = times(c, hn::Load(d, out.v + at));
-    const V3 within = plus(along_b, along_c);
-    const V3 point = plus(a, within);
-    const V3 error = plus(times(plus(abs(along_b), abs(along_c)), hn::Set(d, gamma(3))),
-                          times(abs(point), hn::Set(d, gamma(4))));
-    const V reach = hn::Max(hn::Max(largest(abs(within)), largest(abs(minus(b, within)))),
-                            largest(abs(minus(c, within))));
+    const V3 normal = negated_if(hn::Not(is_front), outward);
+    const V3 along_b = b * hn::Load(d, out.u + at), along_c = c * hn::Load(d, out.v + at);
+    const V3 within = along_b + along_c;
+    const V3 point = a + within;
+    const V3 error =
+        (abs(along_b) + abs(along_c)) * hn::Set(d, gamma(3)) + abs(point) * hn::Set(d, gamma(4));
+    const V reach =
+        hn::Max(hn::Max(largest(abs(within)), largest(abs(b - within))), largest(abs(c - within)));
     const V offset = hn::Add(dot(abs(normal), error), hn::Mul(hn::Set(d, 16 * kRoundoff), reach));
-    store(point, out.point, at);
-    store(normal, out.normal, at);
+    store3(d, point, out.point, at);
+    store3(d, normal, out.normal, at);
     hn::Store(offset, d, out.offset + at);
     out.front |= uint64_t{bits_of(d, is_front)} << at;
-  }
-
-  static HWY_INLINE void store(V3 v, float (*to)[kPacketRays], size_t at) {
-    const D d;
-    hn::Store(v.x, d, to[0] + at);
-    hn::Store(v.y, d, to[1] + at);
-    hn::Store(v.z, d, to[2] + at);
   }
 
   const float* vertices_;

@@ -1,18 +1,11 @@
 #include "slave/core/render/met_surfaces.h"
 
-#include <bit>
 #include <new>
+
+#include "slave/core/render/ray_bits.h"
 
 namespace tessera::core {
 namespace {
-
-static_assert(kPlacesMax >= kPacketRays);
-
-// Calls for each ray of the mask.
-template <class Function>
-void for_each_ray(std::uint64_t rays, const Function& function) {
-  for (; rays != 0; rays &= rays - 1) function(std::countr_zero(rays));
-}
 
 Vec3f at(const float (*values)[kPacketRays], int ray) {
   return {values[0][ray], values[1][ray], values[2][ray]};
@@ -23,7 +16,9 @@ Vec3f at(const float (*values)[kPacketRays], int ray) {
 void MetSurfaces::begin(const PreparedScene::Impl& scene, const KernelTable& kernels) {
   scene_ = &scene;
   kernels_ = &kernels;
-  known_ = shape_.number = kNoPrimitive;
+  known_ = kNoPrimitive;
+  instances_.begin(scene.triangles);
+  if (scene.features.is_rich) detail_.begin(scene, kernels);
 }
 
 template <class Packet>
@@ -55,45 +50,16 @@ void MetSurfaces::make(std::uint64_t rays, const RayCone* cones, Surface* const*
     s.material = &m;
     s.sound_triangle = sound_triangle(ray);
   });
-  if (scene_->features.is_rich) enrich_all(rays, cones, to);
+  if (scene_->features.is_rich)
+    detail_.add({points_, direction_, hits_->primitive}, rays, cones, to);
 }
 
-const SurfaceTriangle& MetSurfaces::triangle_of(int ray) {
-  if (shape_.number != hits_->primitive[ray])
-    shape_ = surface_triangle(*scene_, hits_->primitive[ray]);
-  return shape_;
-}
-
-SurfaceHit MetSurfaces::hit_of(int ray, const RayCone& cone) const {
-  return {points_.u[ray], points_.v[ray], at(direction_, ray), cone};
-}
-
-[[gnu::noinline]] void MetSurfaces::enrich_all(std::uint64_t rays, const RayCone* cones,
-                                               Surface* const* to) {
-  std::uint64_t programmed = 0;
-  for_each_ray(rays, [&](int ray) {
-    const RayCone cone = cones == nullptr ? RayCone{} : cones[ray].advanced(points_.distance[ray]);
-    enrich(*scene_, triangle_of(ray), hit_of(ray, cone), *to[ray]);
-    if (to[ray]->material->surface.kind != SurfaceKind::kConstant)
-      programmed |= std::uint64_t{1} << ray;
-  });
-  if (programmed != 0) run_programs(programmed, to);
-}
-
-// One material after the other.
-void MetSurfaces::run_programs(std::uint64_t rays, Surface* const* to) {
-  const Noise noise(kernels_->noise);
-  SurfacePlaces places;
-  while (rays != 0) {
-    const Material* const material = to[std::countr_zero(rays)]->material;
-    places.count = 0;
-    for_each_ray(rays, [&](int ray) {
-      if (to[ray]->material != material) return;
-      add_place(triangle_of(ray), hit_of(ray, to[ray]->cone), *to[ray], places);
-      rays &= ~(std::uint64_t{1} << ray);
-    });
-    apply_surface_program(material->surface, noise, places);
-  }
+const Material& MetSurfaces::material_of(std::uint32_t triangle) {
+  const std::uint32_t instance = instances_.of(triangle);
+  const auto& materials = scene_->meshes[scene_->instances[instance].mesh]->materials;
+  return scene_
+      ->materials[materials.size() == 1 ? materials[0]
+                                        : materials[triangle - instances_.first_triangle()]];
 }
 
 }  // namespace tessera::core

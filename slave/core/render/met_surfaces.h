@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "slave/core/kernel/kernel_table.h"
-#include "slave/core/render/surface.h"
+#include "slave/core/render/surface_detail.h"
 
 namespace tessera::core {
 
@@ -26,7 +26,7 @@ class MetSurfaces {
   const Material& material(int ray) {
     if (hits_->primitive[ray] != known_) {
       known_ = hits_->primitive[ray];
-      material_ = &material_of(*scene_, known_);
+      material_ = &material_of(known_);
     }
     return *material_;
   }
@@ -43,10 +43,7 @@ class MetSurfaces {
  private:
   template <class Packet>
   void keep(const Packet& rays, const PacketHits& hits);
-  void enrich_all(std::uint64_t rays, const RayCone* cones, Surface* const* to);
-  void run_programs(std::uint64_t rays, Surface* const* to);
-  SurfaceHit hit_of(int ray, const RayCone& cone) const;
-  const SurfaceTriangle& triangle_of(int ray);
+  const Material& material_of(std::uint32_t triangle);
 
   const PreparedScene::Impl* scene_ = nullptr;
   const KernelTable* kernels_ = nullptr;
@@ -55,7 +52,8 @@ class MetSurfaces {
   PacketPoints points_;
   std::uint32_t known_ = kNoPrimitive;  // material_ is that triangle's
   const Material* material_ = nullptr;
-  SurfaceTriangle shape_;  // of the triangle that was asked for last
+  InstanceFinder instances_;
+  SurfaceDetail detail_;
 };
 
 }  // namespace tessera::core

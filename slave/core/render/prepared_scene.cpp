@@ -102,6 +102,7 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
   auto impl = std::make_unique<PreparedScene::Impl>(std::move(*geometry));
   const PreparedScene::Impl* other = options.other == nullptr ? nullptr : &options.other->impl();
   impl->textures = mip_maps_of(scene, other);
+  for (const auto& map : impl->textures) impl->texture_views.push_back(view_of(*map));
   impl->lights = make_light_set(scene, impl->triangles, impl->geometry->left_out, impl->textures,
                                 other == nullptr ? nullptr : &other->lights);
   impl->features = features_of(scene, *impl->geometry);

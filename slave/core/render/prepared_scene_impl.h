@@ -61,6 +61,7 @@ struct PreparedScene::Impl {
   LightSet lights;
   SurfaceFeatures features;
   std::vector<std::shared_ptr<const MipMap>> textures;
+  std::vector<TextureView> texture_views;  // of them
   std::vector<Material> materials;
 };
 

@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-#include "slave/core/render/surface.h"
+#include "slave/core/surface/surface.h"
 #include "slave/core/trace/ray_groups.h"
 
 namespace tessera::core {

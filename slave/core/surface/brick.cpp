@@ -32,8 +32,8 @@ std::uint32_t number_of(float f) {
 void apply_brick(const SurfaceParameters& parameters, const SurfacePlaces& places) {
   const float width = parameters[0], height = parameters[1], joint = parameters[2];
   const Vec3f mortar{parameters[4], parameters[5], parameters[6]};
-  for (std::size_t i = 0; i < static_cast<std::size_t>(places.count); ++i) {
-    const auto at = [i](const auto(&v)[3]) { return Vec3f{v[0][i], v[1][i], v[2][i]}; };
+  for (std::size_t i = 0; i < places.surface.size(); ++i) {
+    const auto at = [i](const SurfacePlaces::Axes& v) { return Vec3f{v[0][i], v[1][i], v[2][i]}; };
     const Vec3f n = sizes_of(at(places.normal)), p = at(places.point);
     const float footprint = places.footprint[i];
     // Courses lie level on walls, whose y axis points up; on floors they run along x.

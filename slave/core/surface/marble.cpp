@@ -11,7 +11,7 @@ void apply_marble(const SurfaceParameters& parameters, const Noise& noise,
                   const SurfacePlaces& places) {
   const float frequency = parameters[0], strength = parameters[1];
   const Vec3f vein{parameters[2], parameters[3], parameters[4]};
-  const auto count = static_cast<std::size_t>(places.count);
+  const std::size_t count = places.surface.size();
   std::array<float, kPlacesMax> x, y, z, footprint, folds;
   for (std::size_t i = 0; i < count; ++i) {
     x[i] = places.point[0][i] * frequency;

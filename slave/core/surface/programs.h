@@ -10,6 +10,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "slave/core/surface/noise.h"
 #include "slave/core/surface/surface.h"
@@ -18,13 +19,13 @@ namespace tessera::core {
 
 inline constexpr int kPlacesMax = kNoisePoints;
 
-// In object space, so that patterns stay with the mesh. Shape: [count], of [kPlacesMax].
+// In object space, so that patterns stay with the mesh. Shape of all: [places], at most kPlacesMax.
 struct SurfacePlaces {
-  int count = 0;
-  std::array<float, kPlacesMax> point[3];
-  std::array<float, kPlacesMax> normal[3];  // geometric; need not be of unit length
-  std::array<float, kPlacesMax> footprint;  // width of what the pixel sees, finite; 0 unknown
-  std::array<Surface*, kPlacesMax> surface;
+  using Axes = std::array<std::span<const float>, 3>;
+  Axes point;
+  Axes normal;                       // geometric; need not be of unit length
+  std::span<const float> footprint;  // width of what the pixel sees, finite; 0 unknown
+  std::span<Surface* const> surface;
 };
 
 // Requires: albedo holds the material's colour, times its texture's; the program's parameters are in

@@ -26,10 +26,10 @@ struct Surface {
   bool is_front = true;  // the viewer is where the geometric normal of the mesh points
 
   // The rest is left as it is here where the scene does not use it (SurfaceFeatures).
-  Vec3f to_viewer;             // unit; set where any BSDF of the scene is not diffuse
+  Vec3f to_viewer;             // unit; set where the BSDF is not diffuse
   float roughness = 1;         // of a glossy one, in [0, 1]
   float metalness = 0;         // of a glossy one, in [0, 1]
-  std::uint32_t instance = 0;  // set as to_viewer
+  std::uint32_t instance = 0;  // set where any BSDF of the scene is not diffuse
   RayCone cone;                // at the hit
 };
 

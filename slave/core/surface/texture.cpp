@@ -142,19 +142,16 @@ Vec3f sample_texture(const Texture& texture, Vec2f uv) {
   return top * (1 - y.weight) + bottom * y.weight;
 }
 
-Vec3f sample_mip_map(const MipMap& map, Vec2f uv, float texels) {
-  if (texels <= 1 || map.levels.empty()) return sample_texture(*map.base, uv);
-  const int last = static_cast<int>(map.levels.size());
-  const auto level = [&](int i) -> const Texture& {
-    return i == 0 ? *map.base : map.levels[static_cast<std::size_t>(i - 1)];
-  };
-  if (!(texels < static_cast<float>(1 << last))) return sample_texture(level(last), uv);
-  int exponent = 0;
-  const float mantissa = std::frexp(texels, &exponent);  // texels = mantissa 2^exponent
-  const int lower = exponent - 1;
-  const float weight = 2 * mantissa - 1;
-  return sample_texture(level(lower), uv) * (1 - weight) +
-         sample_texture(level(lower + 1), uv) * weight;
+TextureView view_of(const MipMap& map) {
+  TextureView view{};
+  const Texture& base = *map.base;
+  view.level[0] = base.rgba.data();
+  for (std::size_t i = 0; i < map.levels.size(); ++i) view.level[i + 1] = map.levels[i].rgba.data();
+  view.width = base.width_px;
+  view.height = base.height_px;
+  view.last = static_cast<std::int32_t>(map.levels.size());
+  view.srgb_table = base.is_srgb ? srgb_table().data() : nullptr;
+  return view;
 }
 
 }  // namespace tessera::core

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/scene/scene.h"
+#include "slave/core/surface/texture_layout.h"
 
 namespace tessera::core {
 
@@ -24,10 +25,8 @@ MipMap make_mip_map(std::shared_ptr<const Texture> texture);
 // Bilinear, repeating; linear RGB. uv need not be in [0, 1].
 Vec3f sample_texture(const Texture& texture, Vec2f uv);
 
-// Trilinear (Williams, "Pyramidal parametrics", 1983). `texels`: how many of the base's texels the
-// footprint is wide; up to 1 it is sample_texture() of the base. The level is the exponent of
-// `texels` plus its linear mantissa, off from the logarithm by 0.09 at most, and needs no library
-// logarithm, whose last bits depend on the processor. Infinity and NaN are the last level.
-Vec3f sample_mip_map(const MipMap& map, Vec2f uv, float texels);
+// For lookups by the kernels, between levels (slave/core/kernel/texture-inl.h). Requires: the map
+// outlives it and stays where it is.
+TextureView view_of(const MipMap& map);
 
 }  // namespace tessera::core

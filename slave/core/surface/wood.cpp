@@ -11,7 +11,7 @@ void apply_wood(const SurfaceParameters& parameters, const Noise& noise,
                 const SurfacePlaces& places) {
   const float frequency = parameters[0], wobble = parameters[1], grain = parameters[2];
   const Vec3f dark{parameters[3], parameters[4], parameters[5]};
-  const auto count = static_cast<std::size_t>(places.count);
+  const std::size_t count = places.surface.size();
   std::array<float, kPlacesMax> x, y, z, out_of_round, fibre;
   const NoiseArgument at{{x.data(), count}, {y.data(), count}, {z.data(), count}};
   const auto stretch = [&](float across, float along) {

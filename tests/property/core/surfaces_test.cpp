@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <random>
 #include <set>
 
@@ -12,7 +14,7 @@
 #include "slave/core/render/sample_dimensions.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "tests/support/packets.h"
-#include "tests/support/surface_at.h"
+#include "tests/support/plain_surface.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -130,34 +132,97 @@ TEST(Surfaces, PointsOfPacketsAreThoseOfEachRayAlone) {
   }
 }
 
-// A mesh of several materials, triangle by triangle: plain, marble, wood, brick, glossy with a texture.
-std::shared_ptr<const PreparedScene> make_rich_scene() {
-  Mesh mesh = test::make_torus(30, 13);
-  mesh.normals.clear();
-  mesh.uvs.clear();
-  for (const Vec3f p : mesh.positions) {
-    mesh.normals.push_back(normalize(p + Vec3f{0.1f, 0.2f, 0}));
-    mesh.uvs.push_back({p.x, p.y + p.z});
-  }
-  mesh.materials.clear();
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) mesh.materials.push_back(i * 7 % 5);
-  Scene scene = test::make_scene(mesh);
-  scene.materials.resize(5);
+std::shared_ptr<const Texture> random_texture(int width, int height, bool is_srgb) {
+  std::mt19937 random(static_cast<unsigned>(width));
+  Texture t{width, height, is_srgb, {}};
+  for (int i = 0; i < 4 * width * height; ++i)
+    t.rgba.push_back(static_cast<std::uint8_t>(random() % 256));
+  return std::make_shared<const Texture>(t);
+}
+
+// Plain, marble, wood, brick, glossy with all textures, diffuse with lamps of two kinds, mirror, and
+// glass with a map of normals.
+std::vector<Material> rich_materials() {
+  std::vector<Material> materials(8);
   const SurfaceKind kinds[] = {SurfaceKind::kMarble, SurfaceKind::kWood, SurfaceKind::kBrick};
   for (std::size_t i = 0; i < 3; ++i) {
-    scene.materials[i + 1].surface.kind = kinds[i];
-    scene.materials[i + 1].surface.parameters = find_surface_program(kinds[i])->defaults;
+    materials[i + 1].surface.kind = kinds[i];
+    materials[i + 1].surface.parameters = find_surface_program(kinds[i])->defaults;
   }
-  scene.materials[4].bsdf = BsdfKind::kGlossy;
-  scene.materials[4].albedo_texture = 0;
-  scene.materials[0].emission = {1, 2, 3};
-  Texture checks{4, 4, false, {}};
-  for (int i = 0; i < 64; ++i) checks.rgba.push_back(static_cast<std::uint8_t>(i * 37));
-  scene.textures = {std::make_shared<const Texture>(checks)};
-  Instance moved;
-  moved.object_to_world.m = {{{0, -2, 0, 3}, {2, 0, 0.5f, 1}, {0, 0, 2, -3}}};
-  scene.instances.push_back(moved);
+  materials[0].emission = {1, 2, 3};
+  materials[4].bsdf = BsdfKind::kGlossy;
+  materials[4].metalness = materials[4].roughness = 0.7f;
+  materials[4].albedo_texture = 0;
+  materials[4].roughness_metalness_texture = 1;
+  materials[4].normal_texture = 2;
+  materials[4].normal_scale = 0.8f;
+  materials[5].emission = {5, 4, 3};
+  materials[5].emission_texture = 3;
+  materials[5].albedo_texture = 4;
+  materials[6].bsdf = BsdfKind::kMirror;
+  materials[7].bsdf = BsdfKind::kGlass;
+  materials[7].normal_texture = 5;
+  return materials;
+}
+
+// Texture coordinates: plain, mirrored, of no area, huge, tiny.
+Vec2f rich_uv(Vec3f p, std::uint32_t triangle) {
+  switch (triangle % 5) {
+    case 0:
+      return {p.x, p.y + p.z};
+    case 1:
+      return {-p.x, p.y - p.z};
+    case 2:
+      return {0.3f, 0.4f};
+    case 3:
+      return {p.x * 3e38f, p.y * 1e30f};
+    default:
+      return {p.x * 1e-6f, 7 + p.z * 1e-6f};
+  }
+}
+
+// A mesh with several materials and kinds of texture coordinates, triangle by triangle, and another
+// without any, as they are, turned, and turned inside out.
+std::shared_ptr<const PreparedScene> make_rich_scene() {
+  const Mesh torus = test::make_torus(30, 13);
+  Mesh mesh, plain = torus;
+  for (std::uint32_t i = 0; i < torus.triangles.size(); ++i) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const std::uint32_t vertex : torus.triangles[i]) {
+      const Vec3f p = torus.positions[vertex];
+      mesh.positions.push_back(p);
+      // Some look behind the surface, some are none.
+      mesh.normals.push_back(i % 11 == 0 ? Vec3f{} : normalize(p + Vec3f{0.1f, 0.2f, 0}));
+      mesh.uvs.push_back(rich_uv(p, i));
+    }
+    mesh.triangles.push_back({first, first + 1, first + 2});
+    mesh.materials.push_back(i * 7 % 8);
+  }
+  plain.normals.clear();
+  plain.uvs.clear();
+  plain.materials = {4};
+  Scene scene = test::make_scene(mesh);
+  scene.meshes.push_back(std::make_shared<const Mesh>(plain));
+  scene.materials = rich_materials();
+  scene.textures = {random_texture(37, 11, true),   random_texture(64, 32, false),
+                    random_texture(16, 16, false),  random_texture(1, 5, true),
+                    random_texture(256, 256, true), random_texture(1, 1, false)};
+  Instance turned, inside_out, other;
+  turned.object_to_world.m = {{{0, -2, 0, 3}, {2, 0, 0.5f, 1}, {0, 0, 2, -3}}};
+  inside_out.object_to_world.m = {{{-1, 0, 0, -3}, {0, 2, 0, 1}, {0, 0.5f, 1, 3}}};
+  other.mesh = 1;
+  other.object_to_world.m = {{{1, 0, 0, 0}, {0, 0, 1, 3}, {0, 1, 0, 0}}};
+  scene.instances.insert(scene.instances.end(), {turned, inside_out, other});
   return *PreparedScene::build(scene, {});
+}
+
+// Mostly of the size of texels, some of no size, wider than everything, or no number.
+RayCone random_cone(std::mt19937& random) {
+  std::uniform_real_distribution<float> unit(0, 1);
+  const float inf = std::numeric_limits<float>::infinity();
+  const float odd[] = {0, 1e30f, inf, std::numeric_limits<float>::quiet_NaN()};
+  const float width = random() % 8 == 0 ? odd[random() % 4] : std::exp2(12 * unit(random) - 11);
+  return {width, 0.01f * unit(random)};
 }
 
 void expect_same(const Surface& a, const Surface& b) {
@@ -182,10 +247,9 @@ TEST(Surfaces, RichSurfacesOfPacketsAreThoseOfEachRayAlone) {
     MetSurfaces met;
     met.begin(scene, kernels);
     std::mt19937 random(13);
-    std::uniform_real_distribution<float> unit(0, 1);
     int compared = 0;
-    for (int round = 0; round < 300; ++round) {
-      const RayPacket rays = random_packet(random, false);
+    for (int round = 0; round < 3000; ++round) {
+      const RayPacket rays = random_packet(random, round % 2 == 0);
       PacketHits hits;
       tracer.closest(rays, hits);
       met.find(rays, hits);
@@ -194,7 +258,7 @@ TEST(Surfaces, RichSurfacesOfPacketsAreThoseOfEachRayAlone) {
       Surface surface[kPacketRays];
       Surface* to[kPacketRays];
       for (int i = 0; i < kPacketRays; ++i) {
-        cones[i] = {0.02f * unit(random), 0.01f * unit(random)};
+        cones[i] = random_cone(random);
         to[i] = &surface[i];
       }
       const std::uint64_t asked =
@@ -203,13 +267,14 @@ TEST(Surfaces, RichSurfacesOfPacketsAreThoseOfEachRayAlone) {
       for (std::uint64_t left = asked; left != 0; left &= left - 1) {
         const int i = std::countr_zero(left);
         const RayCone cone = has_cones ? cones[i].advanced(met.points().distance[i]) : RayCone{};
-        expect_same(surface[i], test::surface_at(scene, hits.primitive[i], met.points().u[i],
-                                                 met.points().v[i], at(rays.direction, i), cone));
+        expect_same(surface[i],
+                    test::plain_surface(scene, hits.primitive[i], met.points().u[i],
+                                        met.points().v[i], at(rays.direction, i), cone));
         ++compared;
       }
       if (testing::Test::HasFailure()) return;
     }
-    EXPECT_GT(compared, 2000) << isa_name(isa);
+    EXPECT_GT(compared, 20000) << isa_name(isa);
   }
 }
 

@@ -1,0 +1,188 @@
+// Surface detail of many points: normals of vertices and of maps, textures, footprints, and what
+// programs ask for (see detail_layout.h).
+//
+// Threads. Works on the caller's memory.
+#include "slave/core/kernel/detail_layout.h"
+
+#if defined(TESSERA_CORE_DETAIL_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_DETAIL_INL_H_
+#undef TESSERA_CORE_DETAIL_INL_H_
+#else
+#define TESSERA_CORE_DETAIL_INL_H_
+#endif
+
+#include "slave/core/kernel/texture-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+class DetailKernel {
+  using D = hn::CappedTag<float, 16>;
+  using V = hn::Vec<D>;
+  using V3 = Vec3<D>;
+  static constexpr size_t kLanes = hn::MaxLanes(D());
+
+ public:
+  DetailKernel(const DetailGroup& group, DetailPoints& points) : group_(group), p_(points) {}
+
+  void run() {
+    const auto count = static_cast<size_t>(p_.count);
+    for (size_t at = 0; at < count; at += kLanes)
+      detail(at, count - at < kLanes ? count - at : kLanes);
+  }
+
+ private:
+  // Of the texture on the surface.
+  struct Uv {
+    V x, y;
+  };
+  static HWY_INLINE Uv minus(Uv a, Uv b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y)}; }
+
+  // Everything is a mean there, and products with what patterns multiply it by stay finite.
+  static constexpr float kFootprintMax = 1e12f;
+
+  HWY_INLINE void detail(size_t at, size_t lanes) {
+    const D d;
+    const V3 normal = load3(d, p_.normal, at), direction = load3(d, p_.direction, at);
+    V3 shading = normal;
+    if (group_.has_normals) shading = interpolated(at, normal);
+    if (has_texture() || group_.has_program) {
+      const V3 a = load3(d, p_.corner[0], at);
+      const V3 b = load3(d, p_.corner[1], at) - a, c = load3(d, p_.corner[2], at) - a;
+      const V twice_area = length(cross(b, c)), footprint = footprint_at(at, normal, direction);
+      if (has_texture()) textures(at, lanes, b, c, twice_area, footprint, normal, shading);
+      if (group_.has_program) place(at, twice_area, footprint);
+    }
+    if (!group_.is_diffuse) {
+      const V3 back = normalize(direction);
+      const V3 to_viewer{hn::Neg(back.x), hn::Neg(back.y), hn::Neg(back.z)};
+      store3(d, to_viewer, p_.to_viewer, at);
+      // A normal that looks away from the viewer is none to reflect about.
+      shading = if_then_else(hn::Gt(dot(shading, to_viewer), hn::Zero(d)), shading, normal);
+    }
+    store3(d, shading, p_.shading_normal, at);
+  }
+
+  bool has_texture() const {
+    return group_.albedo_texture != nullptr || group_.emission_texture != nullptr ||
+           group_.roughness_metalness_texture != nullptr || group_.normal_texture != nullptr;
+  }
+
+  HWY_INLINE V weight_a(size_t at) const {
+    const D d;
+    return hn::Sub(hn::Sub(hn::Set(d, 1), hn::Load(d, p_.u + at)), hn::Load(d, p_.v + at));
+  }
+
+  // On the side of the geometric normal; that one where there is no telling.
+  HWY_INLINE V3 interpolated(size_t at, V3 normal) const {
+    const D d;
+    const auto& corner = p_.corner_normal;
+    V3 own = load3(d, corner[0], at) * weight_a(at) +
+             load3(d, corner[1], at) * hn::Load(d, p_.u + at) +
+             load3(d, corner[2], at) * hn::Load(d, p_.v + at);
+    if (group_.is_moved) {
+      own = {dot(same3(d, group_.normal_map[0]), own), dot(same3(d, group_.normal_map[1]), own),
+             dot(same3(d, group_.normal_map[2]), own)};
+    }
+    const V3 n = normalize(own);
+    const V side = dot(n, normal), zero = hn::Zero(d);
+    const V3 turned = negated_if(hn::Lt(side, zero), n);
+    return if_then_else(hn::Gt(hn::Abs(side), zero), turned, normal);  // not so for NaN
+  }
+
+  // How wide what the cone sees is on the surface, seen as it stands: the width over the cosine
+  // (Akenine-Moeller et al. 2021, section 3); infinite edge-on, 0 for a ray without a cone.
+  HWY_INLINE V footprint_at(size_t at, V3 normal, V3 direction) const {
+    const D d;
+    const V width = hn::Load(d, p_.cone_width + at);
+    const V seen = hn::Div(hn::Mul(width, length(direction)), hn::Abs(dot(normal, direction)));
+    return hn::IfThenElseZero(hn::Gt(width, hn::Zero(d)), seen);
+  }
+
+  HWY_INLINE Uv corner_uv(size_t k, size_t at) const {
+    const D d;
+    return {hn::Load(d, p_.corner_uv[k][0] + at), hn::Load(d, p_.corner_uv[k][1] + at)};
+  }
+
+  // b, c: edges from A. The texture's area over the triangle's gives texels per length.
+  HWY_INLINE void textures(size_t at, size_t lanes, V3 b, V3 c, V twice_area, V footprint,
+                           V3 normal, V3& shading) {
+    const D d;
+    const V u = hn::Load(d, p_.u + at), v = hn::Load(d, p_.v + at), w = weight_a(at);
+    const Uv p = corner_uv(0, at), q = corner_uv(1, at), r = corner_uv(2, at);
+    const Uv uv_b = minus(q, p), uv_c = minus(r, p);
+    const V uv_area = hn::Abs(hn::Sub(hn::Mul(uv_b.x, uv_c.y), hn::Mul(uv_c.x, uv_b.y)));
+    const V images = hn::Mul(footprint, hn::Sqrt(hn::Div(uv_area, twice_area)));
+    const auto inside = [&](V of_p, V of_q, V of_r) {
+      return hn::Add(hn::Add(hn::Mul(of_p, w), hn::Mul(of_q, u)), hn::Mul(of_r, v));
+    };
+    const TextureLookup lookup(inside(p.x, q.x, r.x), inside(p.y, q.y, r.y),
+                               hn::IfThenElseZero(hn::Gt(footprint, hn::Zero(d)), images), lanes);
+    if (group_.albedo_texture != nullptr)
+      store3(d, lookup.sample(*group_.albedo_texture), p_.albedo, at);
+    if (group_.emission_texture != nullptr)
+      store3(d, lookup.sample(*group_.emission_texture), p_.emission, at);
+    if (group_.roughness_metalness_texture != nullptr) {
+      const V3 factor = lookup.sample(*group_.roughness_metalness_texture);
+      hn::Store(factor.y, d, p_.roughness + at);
+      hn::Store(factor.z, d, p_.metalness + at);
+    }
+    if (group_.normal_texture != nullptr) {
+      const Tangents tangents{b * uv_c.y - c * uv_b.y, c * uv_b.x - b * uv_c.x,
+                              hn::Lt(hn::Mul(uv_b.x, uv_c.y), hn::Mul(uv_c.x, uv_b.y))};
+      shading = mapped(at, lookup.sample(*group_.normal_texture), tangents, normal, shading);
+    }
+  }
+
+  struct Tangents {
+    V3 along_u, along_v;  // but for length, and for sign where mirrored
+    hn::Mask<D> is_mirrored;
+  };
+
+  // glTF 2.0, section 3.9.3. The tangent is that of the triangle, along which u rises and v does not,
+  // made perpendicular to the interpolated normal. One that would turn the surface away from the side
+  // that is seen, or of a triangle without area in the texture, stays as it was.
+  HWY_INLINE V3 mapped(size_t at, V3 texel, const Tangents& of, V3 normal, V3 shading) const {
+    const D d;
+    const V one = hn::Set(d, 1), zero = hn::Zero(d), scale = hn::Set(d, group_.normal_scale);
+    const auto is_back = mask_of(d, static_cast<uint32_t>(~p_.front >> at));
+    const V3 outward = negated_if(is_back, shading);
+    const V3 along_u = negated_if(of.is_mirrored, of.along_u);
+    const V3 along_v = negated_if(of.is_mirrored, of.along_v);
+    const V3 tangent = normalize(along_u - outward * dot(outward, along_u));
+    const V3 across = cross(outward, tangent);
+    const V3 bitangent = negated_if(hn::Lt(dot(across, along_v), zero), across);
+    const V3 t{hn::Sub(hn::Add(texel.x, texel.x), one), hn::Sub(hn::Add(texel.y, texel.y), one),
+               hn::Sub(hn::Add(texel.z, texel.z), one)};
+    const V3 turned =
+        normalize(tangent * hn::Mul(t.x, scale) + bitangent * hn::Mul(t.y, scale) + outward * t.z);
+    const V3 seen = negated_if(is_back, turned);
+    return if_then_else(hn::Gt(dot(seen, normal), zero), seen, shading);  // not so for NaN either
+  }
+
+  // Where its program looks, in the object's space.
+  HWY_INLINE void place(size_t at, V twice_area, V footprint) {
+    const D d;
+    const V3 a = load3(d, p_.corner_of_mesh[0], at);
+    const V3 b = load3(d, p_.corner_of_mesh[1], at) - a, c = load3(d, p_.corner_of_mesh[2], at) - a;
+    const V3 across = cross(b, c);
+    store3(d, a + b * hn::Load(d, p_.u + at) + c * hn::Load(d, p_.v + at), p_.place, at);
+    store3(d, across, p_.place_normal, at);
+    const V shrunk = hn::Sqrt(hn::Div(length(across), twice_area));
+    const V own = hn::Mul(footprint, shrunk);
+    // Bounded: edge-on it is infinite, and next to no size NaN.
+    const V kept =
+        hn::IfThenElseZero(hn::Gt(own, hn::Zero(d)), hn::Min(own, hn::Set(d, kFootprintMax)));
+    hn::Store(kept, d, p_.footprint + at);
+  }
+
+  const DetailGroup& group_;
+  DetailPoints& p_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

@@ -1,0 +1,166 @@
+#include "slave/core/render/surface_detail.h"
+
+#include <bit>
+#include <span>
+
+#include "slave/core/render/ray_bits.h"
+#include "slave/core/surface/programs.h"
+
+namespace tessera::core {
+namespace {
+
+static_assert(kDetailPoints >= kPacketRays && kDetailPoints <= kPlacesMax);
+
+bool has_texture(const DetailGroup& g) {
+  return g.albedo_texture != nullptr || g.emission_texture != nullptr ||
+         g.roughness_metalness_texture != nullptr || g.normal_texture != nullptr;
+}
+
+bool is_needed(const DetailGroup& g) {
+  return g.has_normals || has_texture(g) || g.has_program || !g.is_diffuse;
+}
+
+void set_normal_map(const Transform& to_world, DetailGroup& group) {
+  group.is_moved = !to_world.is_identity();
+  if (!group.is_moved) return;
+  const std::array<Vec3f, 3> rows = to_world.cofactors();
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) group.normal_map[row][column] = rows[row][column];
+  }
+}
+
+void put(Vec3f v, float (&to)[3][kDetailPoints], int i) {
+  to[0][i] = v.x;
+  to[1][i] = v.y;
+  to[2][i] = v.z;
+}
+
+Vec3f at(const float (&from)[3][kDetailPoints], int i) {
+  return {from[0][i], from[1][i], from[2][i]};
+}
+
+}  // namespace
+
+void SurfaceDetail::begin(const PreparedScene::Impl& scene, const KernelTable& kernels) {
+  scene_ = &scene;
+  kernels_ = &kernels;
+  instances_.begin(scene.triangles);
+}
+
+void SurfaceDetail::add(const Hits& hits, std::uint64_t rays, const RayCone* cones,
+                        Surface* const* to) {
+  std::uint32_t instance[kPacketRays];
+  const bool is_diffuse = scene_->features.is_diffuse();
+  for_each_ray(rays, [&](int ray) {
+    instance[ray] = instances_.of(hits.triangle[ray]);
+    Surface& s = *to[ray];
+    if (cones != nullptr) s.cone = cones[ray].advanced(hits.points.distance[ray]);
+    if (is_diffuse) return;
+    s.bsdf = s.material->bsdf;
+    s.roughness = s.material->roughness;
+    s.metalness = s.material->metalness;
+    s.instance = instance[ray];
+  });
+  while (rays != 0) {
+    const int first = std::countr_zero(rays);
+    const Material* const material = to[first]->material;
+    std::uint64_t group = 0;
+    for_each_ray(rays, [&](int ray) {
+      if (instance[ray] == instance[first] && to[ray]->material == material)
+        group |= std::uint64_t{1} << ray;
+    });
+    rays &= ~group;
+    const DetailGroup shared = group_of(instance[first], *material);
+    if (is_needed(shared)) add_group(shared, hits, group, to);
+  }
+}
+
+DetailGroup SurfaceDetail::group_of(std::uint32_t instance, const Material& material) const {
+  const Mesh& mesh = *scene_->meshes[scene_->instances[instance].mesh];
+  DetailGroup group{};
+  group.is_diffuse = material.bsdf == BsdfKind::kDiffuse;
+  group.has_program = material.surface.kind != SurfaceKind::kConstant;
+  group.has_normals = scene_->features.has_normals && !mesh.normals.empty();
+  if (group.has_normals) set_normal_map(scene_->instances[instance].object_to_world, group);
+  if (mesh.uvs.empty() || !has_texture(material)) return group;
+  const auto view_of = [&](std::uint32_t texture) {
+    return texture == kNoTexture ? nullptr : &scene_->texture_views[texture];
+  };
+  group.albedo_texture = view_of(material.albedo_texture);
+  if (!is_black(material.emission)) group.emission_texture = view_of(material.emission_texture);
+  group.roughness_metalness_texture = view_of(material.roughness_metalness_texture);
+  group.normal_texture = view_of(material.normal_texture);
+  group.normal_scale = material.normal_scale;
+  return group;
+}
+
+void SurfaceDetail::add_group(const DetailGroup& group, const Hits& hits, std::uint64_t rays,
+                              Surface* const* to) {
+  int count = 0;
+  points_.front = 0;
+  for_each_ray(rays, [&](int ray) {
+    surface_[count] = to[ray];
+    triangle_[count] = hits.triangle[ray];
+    points_.u[count] = hits.points.u[ray];
+    points_.v[count] = hits.points.v[ray];
+    for (int a = 0; a < 3; ++a) {
+      points_.direction[a][count] = hits.direction[a][ray];
+      points_.normal[a][count] = hits.points.normal[a][ray];
+    }
+    points_.cone_width[count] = to[ray]->cone.width;
+    points_.front |= (hits.points.front >> ray & 1u) << count;
+    ++count;
+  });
+  points_.count = count;
+  put_corners(group, instances_.of(triangle_[0]));
+  kernels_->surface_detail(group, points_);
+  take(group);
+  if (group.has_program) run_program(*surface_[0]->material);
+}
+
+void SurfaceDetail::put_corners(const DetailGroup& group, std::uint32_t instance) {
+  const Mesh& mesh = *scene_->meshes[scene_->instances[instance].mesh];
+  const bool has_uvs = has_texture(group);
+  for (int i = 0; i < points_.count; ++i) {
+    const auto& corners = mesh.triangles[triangle_[i] - instances_.first_triangle()];
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = corners[static_cast<std::size_t>(k)];
+      if (group.has_normals) put(mesh.normals[vertex], points_.corner_normal[k], i);
+      if (group.has_program) put(mesh.positions[vertex], points_.corner_of_mesh[k], i);
+      if (has_uvs) {
+        points_.corner_uv[k][0][i] = mesh.uvs[vertex].x;
+        points_.corner_uv[k][1][i] = mesh.uvs[vertex].y;
+      }
+      if (has_uvs || group.has_program)
+        put(scene_->triangles.vertex(triangle_[i], k), points_.corner[k], i);
+    }
+  }
+}
+
+void SurfaceDetail::take(const DetailGroup& group) {
+  for (int i = 0; i < points_.count; ++i) {
+    Surface& s = *surface_[i];
+    s.shading_normal = at(points_.shading_normal, i);
+    if (!group.is_diffuse) s.to_viewer = at(points_.to_viewer, i);
+    if (group.albedo_texture != nullptr) s.albedo = s.albedo * at(points_.albedo, i);
+    if (group.emission_texture != nullptr) s.emission = s.emission * at(points_.emission, i);
+    if (group.roughness_metalness_texture != nullptr) {
+      s.roughness *= points_.roughness[i];
+      s.metalness *= points_.metalness[i];
+    }
+  }
+}
+
+void SurfaceDetail::run_program(const Material& material) {
+  const auto count = static_cast<std::size_t>(points_.count);
+  const auto axes = [&](const float(&of)[3][kDetailPoints]) {
+    return SurfacePlaces::Axes{{{of[0], count}, {of[1], count}, {of[2], count}}};
+  };
+  apply_surface_program(material.surface, Noise(kernels_->noise),
+                        {axes(points_.place),
+                         axes(points_.place_normal),
+                         {points_.footprint, count},
+                         {surface_, count}});
+}
+
+}  // namespace tessera::core

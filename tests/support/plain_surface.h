@@ -1,0 +1,32 @@
+// The surface at a place of a triangle, one at a time and in plain arithmetic, each line of it as the
+// standard or the paper has it: what the kernels have to agree with to the bit
+// (slave/core/kernel/surface-inl.h, detail-inl.h, texture-inl.h).
+#pragma once
+
+#include "slave/core/geometry/surface_offset.h"
+#include "slave/core/kernel/kernel_table.h"
+#include "slave/core/render/prepared_scene_impl.h"
+#include "slave/core/surface/programs.h"
+#include "slave/core/surface/ray_cone.h"
+#include "slave/core/surface/surface.h"
+
+namespace tessera::test {
+
+struct PlainPoint {
+  core::SurfacePoint at;
+  Vec3f normal;  // turned to the viewer
+  bool is_front;
+};
+
+PlainPoint plain_point(const core::TriangleStore& triangles, std::uint32_t triangle, float u,
+                       float v, Vec3f direction);
+
+// Trilinear between levels (Williams, "Pyramidal parametrics", 1983). `texels`: how many of the base's
+// texels the footprint is wide.
+Vec3f plain_mip_map_sample(const core::MipMap& map, Vec2f uv, float texels);
+
+// cone: at the surface.
+core::Surface plain_surface(const core::PreparedScene::Impl& scene, std::uint32_t triangle, float u,
+                            float v, Vec3f direction, core::RayCone cone);
+
+}  // namespace tessera::test
