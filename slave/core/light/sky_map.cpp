@@ -43,10 +43,25 @@ struct Picked {
   float rest;
 };
 
-// sums [count + 1], from 0 to 1.
-Picked pick(const double* sums, std::size_t count, float x) {
-  const double* it = std::upper_bound(sums + 1, sums + count, x);
-  const auto number = static_cast<std::size_t>(it - sums) - 1;
+// The last i < count whose sum is at most i-th of `count` equal parts of [0, 1]: where to begin to look
+// for what lies there (Chen and Asau, "On generating random variates from an empirical distribution",
+// AIIE Transactions 6(2), 1974).
+void set_guide(const double* sums, std::size_t count, std::uint16_t* guide) {
+  std::size_t number = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = static_cast<double>(i) / static_cast<double>(count);
+    while (number + 1 < count && sums[number + 1] <= x) ++number;
+    guide[i] = static_cast<std::uint16_t>(number);
+  }
+}
+
+// sums [count + 1], from 0 to 1. 0 <= x < 1: the mean number of steps is 2 at most.
+Picked pick(const double* sums, const std::uint16_t* guide, std::size_t count, float x) {
+  const auto part = static_cast<std::size_t>(double{x} * static_cast<double>(count));
+  std::size_t number = guide[std::min(part, count - 1)];
+  // Where x times count has been rounded up to a whole number, it is one part too far.
+  while (number > 0 && sums[number] > x) --number;
+  while (number + 1 < count && sums[number + 1] <= x) ++number;
   const double chance = sums[number + 1] - sums[number];
   const auto rest = static_cast<float>(chance > 0 ? (x - sums[number]) / chance : 0.5);
   return {number, std::clamp(rest, 0.0f, 1 - kUnitRoundoff)};
@@ -66,6 +81,8 @@ SkyMap::SkyMap(std::shared_ptr<const EnvironmentMap> map) : map_(std::move(map))
   const auto height = static_cast<std::size_t>(map_->height_px);
   rows_.resize(height + 1);
   columns_.resize(height * (width + 1));
+  row_guide_.resize(height);
+  column_guide_.resize(height * width);
   const auto sine_of = [&](std::size_t y) {
     const float middle = (static_cast<float>(y) + 0.5f) / static_cast<float>(height);
     return double{sin_cos_whole_turn(middle / 2).sin};
@@ -83,14 +100,16 @@ SkyMap::SkyMap(std::shared_ptr<const EnvironmentMap> map) : map_(std::move(map))
     for (std::size_t x = 0; x < width; ++x)
       sums[x + 1] = sums[x] + weight_of(static_cast<int>(x), static_cast<int>(y)) + even;
     normalise(sums.data(), width, &columns_[y * (width + 1)]);
+    set_guide(&columns_[y * (width + 1)], width, &column_guide_[y * width]);
     rows[y + 1] = rows[y] + sums[width] * sine_of(y);
   }
   normalise(rows.data(), height, rows_.data());
+  set_guide(rows_.data(), height, row_guide_.data());
 }
 
 Vec3f SkyMap::texel(int x, int y) const {
-  const int row = std::clamp(y, 0, map_->height_px - 1);
-  const int column = (x + map_->width_px) % map_->width_px;
+  const int row = std::clamp(y, 0, map_->height_px - 1), width = map_->width_px;
+  const int column = x < 0 ? x + width : x < width ? x : x - width;
   const float* c =
       &map_->rgb[3 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(map_->width_px) +
                       static_cast<std::size_t>(column))];
@@ -136,8 +155,9 @@ float SkyMap::chance(std::size_t x, std::size_t y) const {
 SkyMap::Sample SkyMap::sample(Vec2f square) const {
   const auto width = static_cast<std::size_t>(map_->width_px);
   const auto height = static_cast<std::size_t>(map_->height_px);
-  const Picked row = pick(rows_.data(), height, square.y);
-  const Picked column = pick(&columns_[row.number * (width + 1)], width, square.x);
+  const Picked row = pick(rows_.data(), row_guide_.data(), height, square.y);
+  const Picked column = pick(&columns_[row.number * (width + 1)],
+                             &column_guide_[row.number * width], width, square.x);
   const Vec2f place{static_cast<float>(column.number) + column.rest,
                     static_cast<float>(row.number) + row.rest};
   const SinCos polar = sin_cos_whole_turn(place.y / static_cast<float>(height) / 2);
@@ -159,7 +179,8 @@ float SkyMap::density(Vec3f direction) const {
 }
 
 std::uint64_t SkyMap::memory_bytes() const {
-  return map_->rgb.size() * sizeof(float) + (rows_.size() + columns_.size()) * sizeof(double);
+  return map_->rgb.size() * sizeof(float) + (rows_.size() + columns_.size()) * sizeof(double) +
+         (row_guide_.size() + column_guide_.size()) * sizeof(std::uint16_t);
 }
 
 }  // namespace tessera::core

@@ -54,6 +54,9 @@ class SkyMap {
   double power_ = 0;
   std::vector<double> rows_;     // [height + 1], cumulative from 0 to 1
   std::vector<double> columns_;  // [height][width + 1], likewise
+  // Where sums reach a part of their way, so that they need not be searched as a whole.
+  std::vector<std::uint16_t> row_guide_;     // [height]
+  std::vector<std::uint16_t> column_guide_;  // [height][width]
 };
 
 }  // namespace tessera::core
