@@ -8,7 +8,7 @@
 //
 // Textures: their mip levels, a third of their bytes, and while they are built the level at hand in
 // floats, 15/16 of one texture (slave/core/surface/texture.h): reckoned as 4/3 of all.
-// An environment map counts as one: 8 bytes to draw each of its texels of 12 (sky_map.h).
+// An environment map counts as one: 10 bytes to draw each of its texels of 12 (sky_map.h).
 // Emitters, some 130 bytes for each triangle that sheds light, are not reckoned.
 //
 // Threads. Pure functions.

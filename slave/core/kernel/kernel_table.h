@@ -11,6 +11,7 @@
 #include "slave/core/kernel/gather_layout.h"
 #include "slave/core/kernel/packet_layout.h"
 #include "slave/core/kernel/surface_layout.h"
+#include "slave/core/light/sky_layout.h"
 #include "slave/core/surface/noise_layout.h"
 
 namespace tessera::core {
@@ -32,6 +33,11 @@ struct KernelTable {
                         PacketPoints& points);
 
   void (*surface_detail)(const DetailGroup& group, DetailPoints& points);
+
+  // Of each of points.wanted: from direction to radiance and density; from square to direction, radiance
+  // and angle.
+  void (*sky_light)(const SkyView& sky, SkyPoints& points);
+  void (*sky_samples)(const SkyView& sky, SkyPoints& points);
 
   NoiseKernel noise;  // see noise_layout.h and slave/core/surface/noise.h
 

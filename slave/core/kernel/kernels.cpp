@@ -24,6 +24,7 @@
 #include "slave/core/kernel/gather-inl.h"
 #include "slave/core/kernel/noise-inl.h"
 #include "slave/core/kernel/packet_call-inl.h"
+#include "slave/core/kernel/sky-inl.h"
 #include "slave/core/kernel/surface-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -44,6 +45,9 @@ void points_of(const float* vertices, const Packet& rays, const PacketHits& hits
 void surface_detail(const DetailGroup& group, DetailPoints& points) {
   DetailKernel(group, points).run();
 }
+
+void sky_light(const SkyView& sky, SkyPoints& points) { SkyKernel(sky, points).look_up(); }
+void sky_samples(const SkyView& sky, SkyPoints& points) { SkyKernel(sky, points).sample(); }
 
 void noise(NoisePoints& points) { NoiseLanes::run(points); }
 
@@ -78,9 +82,9 @@ namespace {
 // All entry points of one instruction set.
 #define TESSERA_KERNELS(set)                                                                   \
   set::camera_rays, set::points_of<FanPacket>, set::points_of<RayPacket>, set::surface_detail, \
-      set::noise, set::group_fans, set::bound_points, set::begin_gather, set::end_gather,      \
-      set::filter, set::kKernels<BvhView<8>>, set::kKernels<BvhView<16>>,                      \
-      set::kKernels<KdView<8>>, set::kKernels<KdView<16>>
+      set::sky_light, set::sky_samples, set::noise, set::group_fans, set::bound_points,        \
+      set::begin_gather, set::end_gather, set::filter, set::kKernels<BvhView<8>>,              \
+      set::kKernels<BvhView<16>>, set::kKernels<KdView<8>>, set::kKernels<KdView<16>>
 
 constexpr KernelTable kTables[] = {
     {Isa::kScalar, 1, TESSERA_KERNELS(N_SCALAR)},

@@ -49,10 +49,6 @@ struct LightSet {
   Feature has_environment{};
 
   bool is_empty() const { return lights.empty() && emitters.empty() && !has_environment; }
-  // What there is to see where nothing is.
-  Vec3f sky(Vec3f direction) const {
-    return sky_map ? environment * sky_map->radiance(direction) : environment;
-  }
   bool is_shared_out() const { return emitters.size() > kEmittersEachMax; }
   // Requires: there are emitters; 0 <= x < 1.
   // rest: what of x is still free, in [0, 1): for a place on the emitter, since another dimension

@@ -178,6 +178,11 @@ float SkyMap::density(Vec3f direction) const {
   return sine > 0 ? likelier / (kTwoPi2 * sine) : 0;
 }
 
+SkyView SkyMap::view() const {
+  return {map_->rgb.data(), map_->width_px,    map_->height_px,     rows_.data(),
+          columns_.data(),  row_guide_.data(), column_guide_.data()};
+}
+
 std::uint64_t SkyMap::memory_bytes() const {
   return map_->rgb.size() * sizeof(float) + (rows_.size() + columns_.size()) * sizeof(double) +
          (row_guide_.size() + column_guide_.size()) * sizeof(std::uint16_t);

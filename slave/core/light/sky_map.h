@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "common/scene/scene.h"
+#include "slave/core/light/sky_layout.h"
 
 namespace tessera::core {
 
@@ -41,6 +42,8 @@ class SkyMap {
   float density(Vec3f direction) const;
 
   std::uint64_t memory_bytes() const;
+  // For packets (slave/core/kernel/sky-inl.h): the same, to the bit. Requires: this outlives it.
+  SkyView view() const;
 
  private:
   Vec2f place_of(Vec3f direction) const;

@@ -79,6 +79,7 @@ void DirectLight::begin(const PreparedScene::Impl& scene, const SceneTracer& tra
   samples_glossy_ = kind == Kind::kWhole && scene.features.has_glossy &&
                     (scene.lights.has_environment || !scene.lights.emitters.empty());
   is_cancelled_ = is_cancelled;
+  sky_.begin(scene.lights, tracer.kernels());
   if (samples_glossy_) glossy_.begin(scene, tracer, light_samples, is_cancelled);
 }
 
@@ -215,49 +216,64 @@ std::uint64_t DirectLight::add_emitters(const SurfaceBatch& batch, Vec3f* radian
   return count;
 }
 
-// An even sky is for diffuse surfaces: directions of density cosine / pi leave the albedo as the
-// weight of what they meet. One that an interpolated normal has put below the surface sees nothing.
-// A map is sampled for all.
 std::uint64_t DirectLight::add_environment(const SurfaceBatch& batch, Vec3f* radiance) {
-  ShadowRays& rays = *rays_;
   const auto samples = static_cast<std::uint32_t>(light_samples_);
   const bool has_map = scene_->lights.sky_map != nullptr;
-  const float each = 1 / static_cast<float>(light_samples_);
-  rays.t_max = std::numeric_limits<float>::infinity();
+  rays_->t_max = std::numeric_limits<float>::infinity();
   std::uint64_t count = 0;
   for (std::uint32_t j = 0; j < samples && !is_over(); ++j) {
-    rays.groups.clear();
-    for (int i = 0; i < batch.count; ++i) {
-      const Surface& s = batch.surface[i];
-      rays.is_active[i] = false;
-      if (!has_map && s.bsdf != BsdfKind::kDiffuse) continue;
-      const Vec2f x = shuffled_2d(hash_combine(batch.key[i], kEnvironmentDimension),
-                                  batch.sample_index * samples + j);
-      rays.contribution[i] =
-          (has_map ? map_sample(s, x, rays.direction[i]) : even_sample(s, x, rays.direction[i])) *
-          each;
-      rays.is_active[i] = dot(s.normal, rays.direction[i]) > 0 && is_usable(rays.contribution[i]);
-      if (!rays.is_active[i]) continue;
-      rays.start[i] = s.point + s.normal * s.offset;
-      rays.add(i, rays.direction[i]);
-    }
-    rays.groups.form(tracer_->kernels());
+    rays_->groups.clear();
+    const std::uint32_t sample = batch.sample_index * samples + j;
+    has_map ? sample_map(batch, sample) : sample_even_sky(batch, sample);
+    rays_->groups.form(tracer_->kernels());
     count += trace_groups(batch, radiance);
   }
   return count;
 }
 
-Vec3f DirectLight::even_sample(const Surface& s, Vec2f square, Vec3f& to_sky) const {
-  to_sky = cosine_direction(s.shading_normal, square);
-  return s.albedo * s.weight * scene_->lights.environment;
+// One ray for a sample of the sky, unless it brings nothing.
+void DirectLight::put_sky_ray(const Surface& s, int i, Vec3f contribution, Vec3f direction) {
+  ShadowRays& rays = *rays_;
+  rays.contribution[i] = contribution * (1 / static_cast<float>(light_samples_));
+  rays.is_active[i] = dot(s.normal, direction) > 0 && is_usable(rays.contribution[i]);
+  if (!rays.is_active[i]) return;
+  rays.start[i] = s.point + s.normal * s.offset;
+  rays.direction[i] = direction;
+  rays.add(i, direction);
 }
 
-Vec3f DirectLight::map_sample(const Surface& s, Vec2f square, Vec3f& to_sky) const {
-  const SkyMap::Sample sky = scene_->lights.sky_map->sample(square);
-  to_sky = sky.direction;
-  const float strength = cosine_at(s, to_sky) * sky.angle * kInvPi;
+// An even sky is for diffuse surfaces: directions of density cosine / pi leave the albedo as the
+// weight of what they meet. One that an interpolated normal has put below the surface sees nothing.
+void DirectLight::sample_even_sky(const SurfaceBatch& batch, std::uint32_t sample) {
+  for (int i = 0; i < batch.count; ++i) {
+    const Surface& s = batch.surface[i];
+    rays_->is_active[i] = false;
+    if (s.bsdf != BsdfKind::kDiffuse) continue;
+    const Vec2f square = shuffled_2d(hash_combine(batch.key[i], kEnvironmentDimension), sample);
+    put_sky_ray(s, i, s.albedo * s.weight * scene_->lights.environment,
+                cosine_direction(s.shading_normal, square));
+  }
+}
+
+// A map is sampled for all.
+void DirectLight::sample_map(const SurfaceBatch& batch, std::uint32_t sample) {
+  for (int first = 0; first < batch.count; first += kPacketRays) {
+    const int n = std::min(kPacketRays, batch.count - first);
+    sky_.sample(bits_below(n), [&](int i) {
+      return shuffled_2d(hash_combine(batch.key[first + i], kEnvironmentDimension), sample);
+    });
+    for (int i = 0; i < n; ++i) {
+      const Surface& s = batch.surface[first + i];
+      const SkyMap::Sample sky = sky_.drawn(i);
+      put_sky_ray(s, first + i, map_light(s, sky), sky.direction);
+    }
+  }
+}
+
+Vec3f DirectLight::map_light(const Surface& s, const SkyMap::Sample& sky) const {
+  const float strength = cosine_at(s, sky.direction) * sky.angle * kInvPi;
   if (!(strength > 0)) return {};
-  return response_of(s, to_sky, is_alone_, [&] { return 1 / sky.angle; }) * sky.radiance *
+  return response_of(s, sky.direction, is_alone_, [&] { return 1 / sky.angle; }) * sky.radiance *
          scene_->lights.environment * strength;
 }
 

@@ -16,6 +16,7 @@
 #include <memory>
 
 #include "slave/core/render/glossy_light.h"
+#include "slave/core/render/open_sky.h"
 #include "slave/core/render/surface_batch.h"
 #include "slave/core/trace/scene_tracer.h"
 
@@ -49,9 +50,12 @@ class DirectLight {
   std::uint64_t add_point(const SurfaceBatch& batch, const Light& light, Vec3f* radiance);
   std::uint64_t add_emitters(const SurfaceBatch& batch, Vec3f* radiance);
   std::uint64_t add_environment(const SurfaceBatch& batch, Vec3f* radiance);
+  // sample: number of the surfaces' sample.
+  void sample_even_sky(const SurfaceBatch& batch, std::uint32_t sample);
+  void sample_map(const SurfaceBatch& batch, std::uint32_t sample);
+  void put_sky_ray(const Surface& s, int i, Vec3f contribution, Vec3f direction);
   // What the pixel gets if nothing is in the way.
-  Vec3f even_sample(const Surface& s, Vec2f square, Vec3f& to_sky) const;
-  Vec3f map_sample(const Surface& s, Vec2f square, Vec3f& to_sky) const;
+  Vec3f map_light(const Surface& s, const SkyMap::Sample& sky) const;
   std::uint64_t add_sample(const SurfaceBatch& batch, std::uint32_t round, std::uint32_t sample,
                            Vec3f* radiance);
   std::uint64_t trace_groups(const SurfaceBatch& batch, Vec3f* radiance);
@@ -65,6 +69,7 @@ class DirectLight {
   const std::atomic<bool>* is_cancelled_ = nullptr;
   std::unique_ptr<ShadowRays> rays_;
   GlossyLight glossy_;
+  OpenSky sky_;
 };
 
 }  // namespace tessera::core

@@ -7,7 +7,9 @@
 #include "slave/core/render/clamp_residual.h"
 #include "slave/core/render/gi_block.h"
 #include "slave/core/render/met_surfaces.h"
+#include "slave/core/render/open_sky.h"
 #include "slave/core/render/path_tracer.h"
+#include "slave/core/render/ray_bits.h"
 #include "slave/core/render/specular_chain.h"
 #include "slave/core/render/vpl_gather.h"
 
@@ -53,6 +55,7 @@ struct GiTile::Scratch {
   CameraPacket camera;
   PacketHits hits;
   MetSurfaces met;
+  OpenSky sky;
   RayCone cones[kPacketRays];  // of camera rays
   GiBlock pixels;
   VplGather gather;
@@ -119,13 +122,12 @@ void GiTile::Scratch::trace_camera(const TileRect& region, std::uint32_t sample)
 void GiTile::Scratch::add_hits(const TileRect& part, int x_px, int y_px) {
   met.find(camera.rays, hits);
   const PacketPoints& at = met.points();
-  std::uint64_t open = scene->lights.has_environment ? camera.rays.active & ~at.met : 0;
-  for (; open != 0; open &= open - 1) {
-    const int i = std::countr_zero(open);
-    const FanPacket& rays = camera.rays;
-    pixels.add_light(
-        x_px + camera.column(i), y_px + camera.row(i),
-        scene->lights.sky({rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]}));
+  if (scene->lights.has_environment) {
+    const std::uint64_t open = camera.rays.active & ~at.met;
+    sky.look(camera.rays.direction, open);
+    for_each_ray(open, [&](int i) {
+      pixels.add_light(x_px + camera.column(i), y_px + camera.row(i), sky.radiance(i));
+    });
   }
   if (scene->features.is_rich) return keep_surfaces(part, x_px, y_px);
   for (std::uint64_t left = at.met; left != 0; left &= left - 1) {
@@ -235,6 +237,7 @@ RayCounts GiTile::render(const PreparedScene::Impl& scene, const SceneTracer& tr
   s.counts = {};
   s.camera.begin(settings, camera, tracer);
   s.met.begin(scene, tracer.kernels());
+  s.sky.begin(scene.lights, tracer.kernels());
   std::fill_n(s.cones, kPacketRays, s.camera.cone());
   s.chain.begin(scene, tracer, is_cancelled);
   s.paths.begin(scene, tracer, settings.bounces, is_cancelled);

@@ -49,10 +49,11 @@ void GlossyLight::trace(Vec3f* radiance) {
     for (int i = 0; i < n; ++i) numbers[i] = first + i;
     const std::uint64_t met = rays_->trace(numbers, n);
     rays_->meet(met, to);
+    rays_->look_at_sky(bits_below(n) & ~met);
     for (int i = 0; i < n; ++i) {
       Vec3f light;
       if ((met >> i & 1u) == 0) {
-        light = rays_->sky_met(first + i);
+        light = rays_->sky_met(i);
       } else if (!is_black(met_by[i].emission)) {
         light = rays_->emission_met(i, met_by[i], scene_->lights.is_shared_out());
       }

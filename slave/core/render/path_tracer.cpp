@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "slave/core/render/ray_bits.h"
 #include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {
@@ -51,11 +52,11 @@ void PathTracer::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
 
 // What rays bring that have met nothing: bits, from ray `first` on.
 void PathTracer::add_sky(int first, std::uint64_t open, Vec3f* radiance) const {
-  for (; open != 0; open &= open - 1) {
-    const int ray = first + std::countr_zero(open);
-    Vec3f& sum = radiance[rays_->pixel[ray]];
-    sum = sum + rays_->sky_met(ray);
-  }
+  rays_->look_at_sky(open);
+  for_each_ray(open, [&](int i) {
+    Vec3f& sum = radiance[rays_->pixel[first + i]];
+    sum = sum + rays_->sky_met(i);
+  });
 }
 
 // Replaces the batch by what the rays meet. Returns: rays traced.

@@ -22,6 +22,7 @@ void ScatteredRays::begin(const PreparedScene::Impl& scene, const SceneTracer& t
   scene_ = &scene;
   tracer_ = &tracer;
   met_.begin(scene, tracer.kernels());
+  sky_.begin(scene.lights, tracer.kernels());
 }
 
 void ScatteredRays::clear() {
@@ -110,12 +111,11 @@ Vec3f ScatteredRays::emission_met(int i, const Surface& s, bool is_picked) const
          (density[ray] / (density[ray] + light));
 }
 
-Vec3f ScatteredRays::sky_met(int ray) const {
-  const LightSet& lights = scene_->lights;
-  if (!lights.sky_map) return weight[ray] * lights.environment;
-  if (!(density[ray] > 0)) return {};
-  const float share = density[ray] / (density[ray] + lights.sky_map->density(direction[ray]));
-  return weight[ray] * lights.sky(direction[ray]) * share;
+Vec3f ScatteredRays::sky_met(int i) const {
+  const int ray = number_[i];
+  const Vec3f light = weight[ray] * sky_.radiance(i);
+  if (!sky_.has_map() || !(density[ray] > 0)) return light;
+  return light * (density[ray] / (density[ray] + sky_.density(i)));
 }
 
 }  // namespace tessera::core

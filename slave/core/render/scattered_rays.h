@@ -8,6 +8,7 @@
 
 #include "slave/core/bsdf/bsdf.h"
 #include "slave/core/render/met_surfaces.h"
+#include "slave/core/render/open_sky.h"
 #include "slave/core/render/surface_batch.h"
 #include "slave/core/trace/scene_tracer.h"
 
@@ -46,9 +47,11 @@ struct ScatteredRays {
   // picture is looked at as they do, without mip levels. `is_picked`: they pick one of all emitters.
   Vec3f emission_met(int i, const Surface& s, bool is_picked) const;
 
-  // What the ray of this number brings from the sky when it has met nothing, with the same shares.
-  // Requires: its surface was not specular.
-  Vec3f sky_met(int ray) const;
+  // Looks at the sky for those of the packet that have met nothing.
+  void look_at_sky(std::uint64_t open) { sky_.look(packet_.direction, open); }
+  // What the packet's ray `i` brings from there, after that look: with the same shares, or as a whole
+  // where its surface was specular.
+  Vec3f sky_met(int i) const;
 
  private:
   void add_sample(const SurfaceBatch& batch, int i, Vec2f square, std::uint32_t ray_key);
@@ -59,6 +62,7 @@ struct ScatteredRays {
   RayPacket packet_;
   PacketHits hits_;
   MetSurfaces met_;
+  OpenSky sky_;
   int number_[kPacketRays];  // of the packet's rays
 };
 

@@ -87,12 +87,12 @@ void SpecularChain::trace_packet(SurfaceBatch& batch, const int* numbers, int n,
   Surface* to[kPacketRays];
   for (int i = 0; i < n; ++i) to[i] = &batch.surface[scattered.origin[numbers[i]]];
   scattered.meet(met, to);
+  if (scene_->lights.has_environment) scattered.look_at_sky(bits_below(n) & ~met);
   for (int i = 0; i < n; ++i) {
     const int ray = numbers[i];
     Vec3f& sum = radiance[scattered.pixel[ray]];
     if ((met >> i & 1u) == 0) {
-      if (scene_->lights.has_environment)
-        sum = sum + scattered.weight[ray] * scene_->lights.sky(scattered.direction[ray]);
+      if (scene_->lights.has_environment) sum = sum + scattered.sky_met(i);
       continue;
     }
     rays.is_gone[scattered.origin[ray]] = false;

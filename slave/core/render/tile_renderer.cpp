@@ -9,7 +9,9 @@
 #include "slave/core/render/direct_light.h"
 #include "slave/core/render/gi_tile.h"
 #include "slave/core/render/met_surfaces.h"
+#include "slave/core/render/open_sky.h"
 #include "slave/core/render/path_tracer.h"
+#include "slave/core/render/ray_bits.h"
 #include "slave/core/simd/isa_support.h"
 #include "slave/core/trace/scene_tracer.h"
 
@@ -26,6 +28,7 @@ struct TileRenderer::Scratch {
   CameraPacket camera;
   PacketHits hits;
   MetSurfaces met;
+  OpenSky sky;
   RayCone cones[kPacketRays];  // of camera rays
   SurfaceBatch batch;
   DirectLight direct;
@@ -69,13 +72,15 @@ void TileRenderer::Scratch::shade_primary(int x, int y) {
 }
 
 void TileRenderer::Scratch::add_background(int x, int y) {
-  const FanPacket& rays = camera.rays;
-  for (int i = 0; i < kPacketRays; ++i) {
-    if ((rays.active >> i & 1u) == 0 || hits.primitive[i] != kNoPrimitive) continue;
+  std::uint64_t open = camera.rays.active;
+  for_each_ray(open, [&](int i) {
+    if (hits.primitive[i] != kNoPrimitive) open &= ~(std::uint64_t{1} << i);
+  });
+  sky.look(camera.rays.direction, open);
+  for_each_ray(open, [&](int i) {
     Vec3f& sum = radiance[pixel(x, y, i)];
-    sum =
-        sum + scene->lights.sky({rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]});
-  }
+    sum = sum + sky.radiance(i);
+  });
 }
 
 void TileRenderer::Scratch::add_light() {
@@ -184,6 +189,7 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
     s.paths.begin(scene.impl(), tracer, settings.bounces, is_cancelled);
   s.camera.begin(settings, camera, tracer);
   s.met.begin(scene.impl(), tracer.kernels());
+  s.sky.begin(scene.impl().lights, tracer.kernels());
   std::fill_n(s.cones, kPacketRays, s.camera.cone());
   for (int y = 0; y < rect.height_px; y += kBatchEdgePx) {
     for (int x = 0; x < rect.width_px; x += kBatchEdgePx) {

@@ -1,0 +1,55 @@
+// What rays bring from the sky that have met nothing, and samples of it: a packet at a time.
+//
+// Threads. One object per thread.
+#pragma once
+
+#include <cstdint>
+
+#include "slave/core/kernel/kernel_table.h"
+#include "slave/core/light/light_set.h"
+#include "slave/core/render/ray_bits.h"
+
+namespace tessera::core {
+
+class OpenSky {
+ public:
+  // Keeps references until the next call. Requires: both outlive the calls of the others.
+  void begin(const LightSet& lights, const KernelTable& kernels);
+
+  // An even sky has radiance alone: there is nothing to choose between directions.
+  bool has_map() const { return lights_->sky_map != nullptr; }
+
+  // Looks along direction [axis][ray] for each of `rays`.
+  void look(const float (&direction)[3][kPacketRays], std::uint64_t rays);
+  // Of the ray, as seen last.
+  Vec3f radiance(int ray) const {
+    return has_map() ? lights_->environment * at(points_.radiance, ray) : lights_->environment;
+  }
+  float density(int ray) const { return points_.density[ray]; }
+
+  // Samples the map. square(i): for each of `wanted`, in [0, 1)^2. Requires: has_map().
+  template <class Square>
+  void sample(std::uint64_t wanted, const Square& square) {
+    for_each_ray(wanted, [&](int i) {
+      const Vec2f x = square(i);
+      points_.square[0][i] = x.x;
+      points_.square[1][i] = x.y;
+    });
+    points_.wanted = wanted;
+    kernels_->sky_samples(view_, points_);
+  }
+  // The sample of i, but for the factor of the environment.
+  SkyMap::Sample drawn(int i) const {
+    return {at(points_.direction, i), at(points_.radiance, i), points_.angle[i]};
+  }
+
+ private:
+  static Vec3f at(const float (&v)[3][kSkyPoints], int i) { return {v[0][i], v[1][i], v[2][i]}; }
+
+  const LightSet* lights_ = nullptr;
+  const KernelTable* kernels_ = nullptr;
+  SkyView view_{};
+  SkyPoints points_{};
+};
+
+}  // namespace tessera::core
