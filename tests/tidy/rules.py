@@ -35,7 +35,8 @@ ARROWS = {
     _CORE + "geometry": _VALUES + [_CORE + "simd"],
     _CORE + "accel": _VALUES + _STORES,
     _CORE + "light": _VALUES + _STORES + [_CORE + "surface"],  # lamps may have pictures
-    _CORE + "kernel": _VALUES + _TREES + [_CORE + "surface"],  # noise for programs
+    # Layouts of textures, noise and tables.
+    _CORE + "kernel": _VALUES + _TREES + [_CORE + "surface", _CORE + "bsdf"],
     _CORE + "trace": _VALUES + _TREES + [_CORE + "kernel"],
     # The programmable part of surfaces, and below it how light leaves them: neither knows of rays.
     _CORE + "surface": _VALUES + [_CORE + "sampling"],

@@ -10,6 +10,8 @@
 
 #include <array>
 
+#include "slave/core/bsdf/albedo_layout.h"
+
 namespace tessera::core {
 
 // The reflectance of Schlick's Fresnel term with f0 at normal incidence is f0 * scale + bias (Karis,
@@ -28,6 +30,8 @@ class AlbedoTable {
   SpecularAlbedo at(float cosine, float roughness) const;
   // Over all directions, cosine-weighted: of what at() gives, exactly.
   SpecularAlbedo mean(float roughness) const;
+  // For the kernels (slave/core/kernel/microfacet-inl.h): the same, to the bit.
+  AlbedoView view() const { return {&nodes_[0][0].scale, &means_[0].scale, kNodes}; }
 
  private:
   AlbedoTable();

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "common/base/isa.h"
+#include "slave/core/kernel/bsdf_layout.h"
 #include "slave/core/kernel/camera_layout.h"
 #include "slave/core/kernel/detail_layout.h"
 #include "slave/core/kernel/gather_layout.h"
@@ -38,6 +39,11 @@ struct KernelTable {
   // and angle.
   void (*sky_light)(const SkyView& sky, SkyPoints& points);
   void (*sky_samples)(const SkyView& sky, SkyPoints& points);
+
+  // Directions to the light from surfaces, by how they scatter it.
+  void (*sample_diffuse)(BsdfPoints& points);
+  void (*sample_glossy)(const AlbedoView& table, BsdfPoints& points);
+  void (*evaluate_glossy)(const AlbedoView& table, BsdfPoints& points);
 
   NoiseKernel noise;  // see noise_layout.h and slave/core/surface/noise.h
 

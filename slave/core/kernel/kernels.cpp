@@ -22,6 +22,7 @@
 #include "slave/core/kernel/fan_groups-inl.h"
 #include "slave/core/kernel/filter-inl.h"
 #include "slave/core/kernel/gather-inl.h"
+#include "slave/core/kernel/glossy-inl.h"
 #include "slave/core/kernel/noise-inl.h"
 #include "slave/core/kernel/packet_call-inl.h"
 #include "slave/core/kernel/sky-inl.h"
@@ -82,9 +83,10 @@ namespace {
 // All entry points of one instruction set.
 #define TESSERA_KERNELS(set)                                                                   \
   set::camera_rays, set::points_of<FanPacket>, set::points_of<RayPacket>, set::surface_detail, \
-      set::sky_light, set::sky_samples, set::noise, set::group_fans, set::bound_points,        \
-      set::begin_gather, set::end_gather, set::filter, set::kKernels<BvhView<8>>,              \
-      set::kKernels<BvhView<16>>, set::kKernels<KdView<8>>, set::kKernels<KdView<16>>
+      set::sky_light, set::sky_samples, set::sample_diffuse, set::sample_glossy,               \
+      set::evaluate_glossy, set::noise, set::group_fans, set::bound_points, set::begin_gather, \
+      set::end_gather, set::filter, set::kKernels<BvhView<8>>, set::kKernels<BvhView<16>>,     \
+      set::kKernels<KdView<8>>, set::kKernels<KdView<16>>
 
 constexpr KernelTable kTables[] = {
     {Isa::kScalar, 1, TESSERA_KERNELS(N_SCALAR)},

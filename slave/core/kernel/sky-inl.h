@@ -11,12 +11,36 @@
 #define TESSERA_CORE_SKY_INL_H_
 #endif
 
-#include "slave/core/kernel/turn-inl.h"
-#include "slave/core/kernel/vec3-inl.h"
+#include "slave/core/kernel/hemisphere-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
+
+// Of x in [0, 1].
+template <class Tag, class V = hn::Vec<Tag>>
+HWY_INLINE V arc_tangent(Tag d, V x) {
+  const V b = hn::Mul(x, x);
+  V sum = hn::Set(d, 0.0028662257f);
+  for (const float c : {-0.0161657367f, 0.0429096138f, -0.0752896400f, 0.1065626393f,
+                        -0.1420889944f, 0.1999355085f, -0.3333314528f, 1.0f}) {
+    sum = hn::Add(hn::Mul(sum, b), hn::Set(d, c));
+  }
+  return hn::Mul(x, sum);
+}
+
+// The angle of (x, y) from the x axis, y >= 0: in [0, pi]. 0 for (0, 0).
+template <class Tag, class V = hn::Vec<Tag>>
+HWY_INLINE V half_angle_of(Tag d, V x, V y) {
+  constexpr float kPi = 3.14159274f;
+  const V zero = hn::Zero(d), ax = hn::Abs(x);
+  const auto is_flat = hn::Le(y, ax);
+  const V tangent =
+      arc_tangent(d, hn::Div(hn::IfThenElse(is_flat, y, ax), hn::IfThenElse(is_flat, ax, y)));
+  const V a = hn::IfThenElse(is_flat, tangent, hn::Sub(hn::Set(d, kPi / 2), tangent));
+  const V angle = hn::IfThenElse(hn::Lt(x, zero), hn::Sub(hn::Set(d, kPi), a), a);
+  return hn::IfThenZeroElse(hn::And(hn::Eq(ax, zero), hn::Eq(y, zero)), angle);
+}
 
 class SkyKernel {
   using D = hn::CappedTag<float, 16>;

@@ -28,6 +28,10 @@ struct Vec3 {
   friend HWY_INLINE Vec3 operator*(Vec3 a, V s) {
     return {hn::Mul(a.x, s), hn::Mul(a.y, s), hn::Mul(a.z, s)};
   }
+  // By component.
+  friend HWY_INLINE Vec3 operator*(Vec3 a, Vec3 b) {
+    return {hn::Mul(a.x, b.x), hn::Mul(a.y, b.y), hn::Mul(a.z, b.z)};
+  }
   friend HWY_INLINE V dot(Vec3 a, Vec3 b) {
     return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
   }

@@ -4,9 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "slave/core/bsdf/bsdf.h"
 #include "slave/core/light/light_sampling.h"
-#include "slave/core/sampling/hemisphere.h"
+#include "slave/core/render/bsdf_packet.h"
 #include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {
@@ -26,30 +25,22 @@ float cosine_at(const Surface& s, Vec3f to_light) {
   return c > 0 ? c : 0;
 }
 
-// What the surface sends to the pixel of light from there, times pi, by its share of two ways to find
-// it (the balance heuristic). `light_density()`: by solid angle with which the light was sampled, or
-// 0 where no ray of the BSDF's own can find it. `is_alone`: no such rays leave diffuse surfaces.
-template <class LightDensity>
-Vec3f response_of(const Surface& s, Vec3f to_light, bool is_alone, LightDensity light_density) {
-  if (s.bsdf == BsdfKind::kDiffuse) {
-    const Vec3f whole = s.albedo * s.weight;
-    const float light = is_alone ? 0 : light_density();
-    if (!(light > 0)) return whole;
-    return whole * (light / (light + dot(s.shading_normal, to_light) * kInvPi));
-  }
-  const BsdfValue value = evaluate(s, s.to_viewer, to_light);
-  const float light = light_density();
-  const float share = light > 0 ? light / (light + value.density) : 1;
-  return value.times_pi * s.weight * share;
-}
-float no_density() { return 0; }
-
 bool is_usable(Vec3f c) { return is_finite(c) && (c.x > 0 || c.y > 0 || c.z > 0); }
 
 }  // namespace
 
 // Of the surfaces of a batch towards one light sample each.
 struct DirectLight::ShadowRays {
+  // A light sample.
+  struct Arriving {
+    Vec3f to_light, light;  // unit; radiance, or intensity
+    float strength;         // of which the surface gets so much, if nothing is in the way
+    float density;          // by solid angle; 0 where no ray of the BSDF's own can find it
+  };
+  Arriving arriving[kBatchMax];  // by surface
+  BsdfPacket glossy;
+  int glossy_surface[BsdfPacket::kMax];
+
   RayGroups groups;
   int surface[kBatchMax];      // of a ray of `groups`
   Vec3f start[kBatchMax];      // by surface, as all that follows
@@ -58,6 +49,11 @@ struct DirectLight::ShadowRays {
   bool is_active[kBatchMax];
   float t_max = 1;
 
+  void begin(int count) { std::fill_n(is_active, count, false); }
+  void put(int s, const Arriving& from) {
+    arriving[s] = from;
+    is_active[s] = from.strength > 0;
+  }
   void add(int s, Vec3f seen_from_light) {
     surface[groups.count()] = s;
     groups.add(seen_from_light);
@@ -101,12 +97,45 @@ void DirectLight::add_open(const SurfaceBatch& batch, int surface, Vec3f* radian
   sum = sum + rays_->contribution[surface];
 }
 
+// What surfaces send to their pixels of what arrives, if nothing is in the way: from `arriving` to
+// `contribution`, times the share of light samples among two ways to find it (the balance heuristic).
+// Diffuse surfaces that stand alone send out no rays of their own.
+void DirectLight::respond(const SurfaceBatch& batch) {
+  ShadowRays& rays = *rays_;
+  const auto settle = [&](int i, Vec3f times_pi, float density) {
+    const ShadowRays::Arriving& a = rays.arriving[i];
+    const float share = density > 0 && a.density > 0 ? a.density / (a.density + density) : 1;
+    rays.contribution[i] = times_pi * batch.surface[i].weight * share * a.light * a.strength;
+    rays.is_active[i] = is_usable(rays.contribution[i]);
+  };
+  const auto settle_glossy = [&] {
+    rays.glossy.evaluate_glossy(tracer_->kernels());
+    for (int k = 0; k < rays.glossy.count(); ++k)
+      settle(rays.glossy_surface[k], rays.glossy.times_pi(k), rays.glossy.density(k));
+    rays.glossy.clear();
+  };
+  rays.glossy.clear();
+  for (int i = 0; i < batch.count; ++i) {
+    if (!rays.is_active[i]) continue;
+    const Surface& s = batch.surface[i];
+    const Vec3f to_light = rays.arriving[i].to_light;
+    if (s.bsdf == BsdfKind::kDiffuse) {
+      settle(i, s.albedo, is_alone_ ? 0 : dot(s.shading_normal, to_light) * kInvPi);
+      continue;
+    }
+    rays.glossy_surface[rays.glossy.add_glossy(s, to_light)] = i;
+    if (rays.glossy.count() == BsdfPacket::kMax) settle_glossy();
+  }
+  if (rays.glossy.count() > 0) settle_glossy();
+}
+
 // The rays leave the light, so that a group has one origin. They end on the viewer's side of the
 // surface; their direction is rounded once per component, gamma(2) of its length.
 std::uint64_t DirectLight::add_point(const SurfaceBatch& batch, const Light& light,
                                      Vec3f* radiance) {
   ShadowRays& rays = *rays_;
   rays.groups.clear();
+  rays.begin(batch.count);
   for (int i = 0; i < batch.count; ++i) {
     const Surface& s = batch.surface[i];
     const Vec3f away = light.position - s.point;
@@ -115,9 +144,13 @@ std::uint64_t DirectLight::add_point(const SurfaceBatch& batch, const Light& lig
     float strength = cosine_at(s, to_light) / distance2;
     if (light.kind == LightKind::kSpot)
       strength *= spot_falloff(light, -dot(light.direction, to_light));
-    rays.contribution[i] =
-        response_of(s, to_light, true, no_density) * light.intensity * (kInvPi * strength);
-    if (!is_usable(rays.contribution[i])) continue;
+    rays.put(i, {to_light, light.intensity, kInvPi * strength, 0});
+  }
+  respond(batch);
+  for (int i = 0; i < batch.count; ++i) {
+    if (!rays.is_active[i]) continue;
+    const Surface& s = batch.surface[i];
+    const float distance = length(light.position - s.point);
     rays.add(i, s.point + s.normal * (s.offset + gamma(2) * distance) - light.position);
   }
   FanPacket packet;
@@ -179,12 +212,13 @@ std::uint64_t DirectLight::add_directional(const SurfaceBatch& batch, const Ligh
     const Vec3f from_first = batch.surface[i].point - batch.surface[0].point;
     extent = std::max(extent, length(from_first));
   }
+  rays.begin(batch.count);
+  for (int i = 0; i < batch.count; ++i)
+    rays.put(i, {to_light, light.intensity, kInvPi * cosine_at(batch.surface[i], to_light), 0});
+  respond(batch);
   for (int i = 0; i < batch.count; ++i) {
-    const Surface& s = batch.surface[i];
-    rays.contribution[i] = response_of(s, to_light, true, no_density) * light.intensity *
-                           (kInvPi * cosine_at(s, to_light));
-    rays.is_active[i] = is_usable(rays.contribution[i]);
     if (!rays.is_active[i]) continue;
+    const Surface& s = batch.surface[i];
     rays.start[i] = s.point + s.normal * s.offset;
     rays.direction[i] = to_light;
     const Vec3f from_first = s.point - batch.surface[0].point;
@@ -219,71 +253,75 @@ std::uint64_t DirectLight::add_emitters(const SurfaceBatch& batch, Vec3f* radian
 std::uint64_t DirectLight::add_environment(const SurfaceBatch& batch, Vec3f* radiance) {
   const auto samples = static_cast<std::uint32_t>(light_samples_);
   const bool has_map = scene_->lights.sky_map != nullptr;
-  rays_->t_max = std::numeric_limits<float>::infinity();
+  ShadowRays& rays = *rays_;
+  rays.t_max = std::numeric_limits<float>::infinity();
   std::uint64_t count = 0;
   for (std::uint32_t j = 0; j < samples && !is_over(); ++j) {
-    rays_->groups.clear();
     const std::uint32_t sample = batch.sample_index * samples + j;
+    rays.groups.clear();
+    rays.begin(batch.count);
     has_map ? sample_map(batch, sample) : sample_even_sky(batch, sample);
-    rays_->groups.form(tracer_->kernels());
+    respond(batch);
+    for (int i = 0; i < batch.count; ++i) {
+      if (!rays.is_active[i]) continue;
+      const Surface& s = batch.surface[i];
+      rays.start[i] = s.point + s.normal * s.offset;
+      rays.direction[i] = rays.arriving[i].to_light;
+      rays.add(i, rays.direction[i]);
+    }
+    rays.groups.form(tracer_->kernels());
     count += trace_groups(batch, radiance);
   }
   return count;
 }
 
-// One ray for a sample of the sky, unless it brings nothing.
-void DirectLight::put_sky_ray(const Surface& s, int i, Vec3f contribution, Vec3f direction) {
-  ShadowRays& rays = *rays_;
-  rays.contribution[i] = contribution * (1 / static_cast<float>(light_samples_));
-  rays.is_active[i] = dot(s.normal, direction) > 0 && is_usable(rays.contribution[i]);
-  if (!rays.is_active[i]) return;
-  rays.start[i] = s.point + s.normal * s.offset;
-  rays.direction[i] = direction;
-  rays.add(i, direction);
-}
-
 // An even sky is for diffuse surfaces: directions of density cosine / pi leave the albedo as the
 // weight of what they meet. One that an interpolated normal has put below the surface sees nothing.
 void DirectLight::sample_even_sky(const SurfaceBatch& batch, std::uint32_t sample) {
-  for (int i = 0; i < batch.count; ++i) {
-    const Surface& s = batch.surface[i];
-    rays_->is_active[i] = false;
-    if (s.bsdf != BsdfKind::kDiffuse) continue;
-    const Vec2f square = shuffled_2d(hash_combine(batch.key[i], kEnvironmentDimension), sample);
-    put_sky_ray(s, i, s.albedo * s.weight * scene_->lights.environment,
-                cosine_direction(s.shading_normal, square));
+  const float each = 1 / static_cast<float>(light_samples_);
+  for (int first = 0; first < batch.count; first += BsdfPacket::kMax) {
+    const int end = std::min(first + BsdfPacket::kMax, batch.count);
+    BsdfPacket& packet = rays_->glossy;  // free until the response
+    packet.clear();
+    for (int i = first; i < end; ++i) {
+      packet.add_diffuse(batch.surface[i].shading_normal,
+                         shuffled_2d(hash_combine(batch.key[i], kEnvironmentDimension), sample));
+    }
+    packet.sample_diffuse(tracer_->kernels());
+    for (int i = first; i < end; ++i) {
+      const Vec3f to_sky = packet.direction(i - first);
+      const Surface& s = batch.surface[i];
+      if (s.bsdf == BsdfKind::kDiffuse && dot(s.normal, to_sky) > 0)
+        rays_->put(i, {to_sky, scene_->lights.environment, each, 0});
+    }
   }
 }
 
 // A map is sampled for all.
 void DirectLight::sample_map(const SurfaceBatch& batch, std::uint32_t sample) {
+  const float each = 1 / static_cast<float>(light_samples_);
   for (int first = 0; first < batch.count; first += kPacketRays) {
     const int n = std::min(kPacketRays, batch.count - first);
     sky_.sample(bits_below(n), [&](int i) {
       return shuffled_2d(hash_combine(batch.key[first + i], kEnvironmentDimension), sample);
     });
     for (int i = 0; i < n; ++i) {
-      const Surface& s = batch.surface[first + i];
       const SkyMap::Sample sky = sky_.drawn(i);
-      put_sky_ray(s, first + i, map_light(s, sky), sky.direction);
+      const float strength = cosine_at(batch.surface[first + i], sky.direction) * sky.angle;
+      rays_->put(first + i, {sky.direction, sky.radiance * scene_->lights.environment,
+                             strength * kInvPi * each, 1 / sky.angle});
     }
   }
-}
-
-Vec3f DirectLight::map_light(const Surface& s, const SkyMap::Sample& sky) const {
-  const float strength = cosine_at(s, sky.direction) * sky.angle * kInvPi;
-  if (!(strength > 0)) return {};
-  return response_of(s, sky.direction, is_alone_, [&] { return 1 / sky.angle; }) * sky.radiance *
-         scene_->lights.environment * strength;
 }
 
 // One sample of an emitter, or of one that is picked, for each surface.
 std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t round,
                                       std::uint32_t sample, Vec3f* radiance) {
   ShadowRays& rays = *rays_;
+  const bool has_density = !is_alone_ || scene_->features.has_glossy;
   const LightSet& lights = scene_->lights;
+  rays.begin(batch.count);
   for (int i = 0; i < batch.count; ++i) {
-    rays.is_active[i] = false;
     Vec2f x = shuffled_2d(hash_combine(batch.key[i], 2 * round), sample);
     const Emitter& emitter = picks_emitters_ ? lights.pick(x.x, x.x) : lights.emitters[round];
     const auto [at, emission] = point_on(lights, emitter, x);
@@ -298,16 +336,15 @@ std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t r
     const float chance = picks_emitters_ ? emitter.share : 1;
     const float weight = 1 / (static_cast<float>(light_samples_) * chance);
     const float strength = cosine * cosine_light * emitter.area / distance2;
-    const auto density = [&] { return chance / emitter.area * distance2 / cosine_light; };
-    rays.contribution[i] =
-        response_of(s, to_light, is_alone_, density) * emission * (kInvPi * strength * weight);
-    rays.is_active[i] = is_usable(rays.contribution[i]);
+    rays.put(i, {to_light, emission, kInvPi * strength * weight,
+                 has_density ? chance / emitter.area * distance2 / cosine_light : 0});
     // The ray ends at a point moved off the emitter as its start is moved off the surface, so that
     // it cannot reach the emitter itself; the direction rounds once per component.
     const float off = at.offset + gamma(2) * distance;
     rays.start[i] = s.point + s.normal * s.offset;
     rays.direction[i] = at.point + emitter.normal * off - rays.start[i];
   }
+  respond(batch);
   return trace_groups(batch, radiance);
 }
 

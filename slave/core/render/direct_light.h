@@ -53,9 +53,7 @@ class DirectLight {
   // sample: number of the surfaces' sample.
   void sample_even_sky(const SurfaceBatch& batch, std::uint32_t sample);
   void sample_map(const SurfaceBatch& batch, std::uint32_t sample);
-  void put_sky_ray(const Surface& s, int i, Vec3f contribution, Vec3f direction);
-  // What the pixel gets if nothing is in the way.
-  Vec3f map_light(const Surface& s, const SkyMap::Sample& sky) const;
+  void respond(const SurfaceBatch& batch);
   std::uint64_t add_sample(const SurfaceBatch& batch, std::uint32_t round, std::uint32_t sample,
                            Vec3f* radiance);
   std::uint64_t trace_groups(const SurfaceBatch& batch, Vec3f* radiance);

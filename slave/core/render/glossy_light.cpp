@@ -30,8 +30,9 @@ std::uint64_t GlossyLight::add(const SurfaceBatch& batch, Vec3f* radiance) {
     for (int i = 0; i < batch.count; ++i) {
       if (batch.surface[i].bsdf != BsdfKind::kGlossy) continue;
       const std::uint32_t key = hash_combine(batch.key[i], kDimensionGlossy);
-      rays_->add(batch, i, shuffled_2d(key, batch.sample_index * samples + j), key);
+      rays_->ask(i, shuffled_2d(key, batch.sample_index * samples + j), key);
     }
+    rays_->scatter(batch);
     trace(radiance);
     traced += static_cast<std::uint64_t>(rays_->count);
   }

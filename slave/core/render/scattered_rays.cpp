@@ -5,12 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "slave/core/sampling/hemisphere.h"
+#include "slave/core/bsdf/specular.h"
 
 namespace tessera::core {
 namespace {
-
-constexpr float kInvPi = 0.318309886f;
 
 // How much a lobe widens what a pixel sees: a diffuse one by 0.2 for each unit of length, so that
 // textures are looked up in levels that are at hand, and narrower lobes by their alpha's share.
@@ -26,48 +24,61 @@ void ScatteredRays::begin(const PreparedScene::Impl& scene, const SceneTracer& t
 }
 
 void ScatteredRays::clear() {
-  count = 0;
+  count = asked_count_ = 0;
   packet_.habit = {};
   std::fill_n(packet_.t_min, kPacketRays, 0.0f);
   std::fill_n(packet_.t_max, kPacketRays, std::numeric_limits<float>::infinity());
 }
 
-// Diffuse surfaces take the short way; it is that of sample().
-void ScatteredRays::add(const SurfaceBatch& batch, int i, Vec2f square, std::uint32_t ray_key) {
-  const Surface& s = batch.surface[i];
-  if (s.bsdf != BsdfKind::kDiffuse) return add_sample(batch, i, square, ray_key);
-  const Vec3f reflected = s.albedo * s.weight;
-  if (is_black(reflected)) return;
-  const Vec3f out = cosine_direction(s.shading_normal, square);
-  if (!(dot(out, s.normal) > 0)) return;  // below the surface, by an interpolated normal
-  const int ray = push(batch, i, ray_key);
-  start[ray] = s.point + s.normal * s.offset;
-  direction[ray] = out;
-  weight[ray] = reflected;
-  density[ray] = dot(out, s.shading_normal) * kInvPi;
-  cone[ray] = s.cone.widened(kDiffuseSpread);
+void ScatteredRays::scatter(const SurfaceBatch& batch) {
+  for (int first = 0; first < asked_count_; first += BsdfPacket::kMax)
+    scatter_some(batch, asked_ + first, std::min(BsdfPacket::kMax, asked_count_ - first));
 }
 
-void ScatteredRays::add_sample(const SurfaceBatch& batch, int i, Vec2f square,
-                               std::uint32_t ray_key) {
-  const Surface& s = batch.surface[i];
-  const BsdfSample out = sample(s, s.to_viewer, square);
-  if (is_black(out.weight * s.weight)) return;
+void ScatteredRays::scatter_some(const SurfaceBatch& batch, const Asked* asked, int n) {
+  int number[BsdfPacket::kMax];  // in its packet
+  diffuse_.clear();
+  glossy_.clear();
+  for (int i = 0; i < n; ++i) {
+    const Surface& s = batch.surface[asked[i].surface];
+    if (s.bsdf == BsdfKind::kDiffuse)
+      number[i] = diffuse_.add_diffuse(s.shading_normal, asked[i].square);
+    if (s.bsdf == BsdfKind::kGlossy) number[i] = glossy_.add_glossy(s, asked[i].square);
+  }
+  diffuse_.sample_diffuse(tracer_->kernels());
+  if (glossy_.count() > 0) glossy_.sample_glossy(tracer_->kernels());
+  for (int i = 0; i < n; ++i) {
+    const Surface& s = batch.surface[asked[i].surface];
+    const int k = number[i];
+    if (s.bsdf == BsdfKind::kDiffuse) {
+      push(batch, asked[i],
+           {diffuse_.direction(k), s.albedo * s.weight, diffuse_.density(k), kDiffuseSpread});
+    } else if (s.bsdf == BsdfKind::kGlossy) {
+      push(batch, asked[i],
+           {glossy_.direction(k), glossy_.weight(k) * s.weight, glossy_.density(k),
+            kDiffuseSpread * s.roughness * s.roughness});
+    } else {
+      const SpecularSample out = sample_specular(s, s.to_viewer, asked[i].square.x);
+      push(batch, asked[i], {out.direction, out.weight * s.weight, 0, 0, out.is_through});
+    }
+  }
+}
+
+// Below the surface, by an interpolated normal, there is nothing to see.
+void ScatteredRays::push(const SurfaceBatch& batch, const Asked& asked, const Scattered& out) {
+  if (is_black(out.weight)) return;
+  const Surface& s = batch.surface[asked.surface];
   const Vec3f outward = s.normal * (out.is_through ? -1.0f : 1.0f);
   if (!(dot(out.direction, outward) > 0)) return;
-  const int ray = push(batch, i, ray_key);
+  const int ray = count++;
+  origin[ray] = asked.surface;
+  pixel[ray] = batch.pixel[asked.surface];
+  key[ray] = asked.key;
   start[ray] = s.point + outward * s.offset;
   direction[ray] = out.direction;
-  weight[ray] = out.weight * s.weight;
+  weight[ray] = out.weight;
   density[ray] = out.density;
-  cone[ray] = out.is_delta ? s.cone : s.cone.widened(kDiffuseSpread * s.roughness * s.roughness);
-}
-
-int ScatteredRays::push(const SurfaceBatch& batch, int i, std::uint32_t ray_key) {
-  origin[count] = i;
-  pixel[count] = batch.pixel[i];
-  key[count] = ray_key;
-  return count++;
+  cone[ray] = s.cone.widened(out.widening);
 }
 
 std::uint64_t ScatteredRays::trace(const int* rays, int n) {

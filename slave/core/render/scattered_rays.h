@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-#include "slave/core/bsdf/bsdf.h"
+#include "slave/core/render/bsdf_packet.h"
 #include "slave/core/render/met_surfaces.h"
 #include "slave/core/render/open_sky.h"
 #include "slave/core/render/surface_batch.h"
@@ -31,8 +31,12 @@ struct ScatteredRays {
 
   // Before the first ray of a batch.
   void clear();
-  // One ray of surface i, unless nothing can come from there. Requires: count < kBatchMax.
-  void add(const SurfaceBatch& batch, int i, Vec2f square, std::uint32_t ray_key);
+  // Asks for a ray of surface i. Requires: at most kBatchMax in all.
+  void ask(int i, Vec2f square, std::uint32_t ray_key) {
+    asked_[asked_count_++] = {i, square, ray_key};
+  }
+  // Makes the rays that were asked for, in their order, but for those that nothing can come from.
+  void scatter(const SurfaceBatch& batch);
 
   // The n rays of these numbers, as one packet. Requires: n <= kPacketRays. Returns: bits of those, in
   // the packet, that have met something.
@@ -54,11 +58,25 @@ struct ScatteredRays {
   Vec3f sky_met(int i) const;
 
  private:
-  void add_sample(const SurfaceBatch& batch, int i, Vec2f square, std::uint32_t ray_key);
-  int push(const SurfaceBatch& batch, int i, std::uint32_t ray_key);
+  struct Asked {
+    int surface;
+    Vec2f square;
+    std::uint32_t key;
+  };
+  struct Scattered {
+    Vec3f direction, weight;
+    float density, widening;  // of the cone
+    bool is_through = false;
+  };
+
+  void scatter_some(const SurfaceBatch& batch, const Asked* asked, int n);
+  void push(const SurfaceBatch& batch, const Asked& asked, const Scattered& out);
 
   const PreparedScene::Impl* scene_ = nullptr;
   const SceneTracer* tracer_ = nullptr;
+  Asked asked_[kBatchMax];
+  int asked_count_ = 0;
+  BsdfPacket diffuse_, glossy_;
   RayPacket packet_;
   PacketHits hits_;
   MetSurfaces met_;

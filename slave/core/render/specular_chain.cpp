@@ -64,9 +64,10 @@ int SpecularChain::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
     const Surface& s = batch.surface[i];
     if (rays.is_gone[i] || !is_specular(s)) continue;
     const Vec2f choice = choice_of(batch.key[i], depth, batch.sample_index);
-    scattered.add(batch, i, choice, batch.key[i]);
+    scattered.ask(i, choice, batch.key[i]);
     rays.is_gone[i] = true;  // until its ray has met something
   }
+  scattered.scatter(batch);
   for (int ray = 0; ray < scattered.count; ++ray) {
     const Surface& s = batch.surface[scattered.origin[ray]];
     const bool is_through = dot(scattered.direction[ray], s.normal) < 0;

@@ -4,7 +4,7 @@
 #include <bit>
 #include <limits>
 
-#include "slave/core/bsdf/bsdf.h"
+#include "slave/core/bsdf/specular.h"
 #include "slave/core/light/light_paths.h"
 #include "slave/core/render/met_surfaces.h"
 #include "slave/core/sampling/hemisphere.h"
@@ -111,7 +111,7 @@ class VplSets::Walks {
 
   // Over mirrors and through glass light goes on, and leaves no VPL there.
   void pass(int i, const Surface& s, Vec2f x) {
-    const BsdfSample next = sample(s, s.to_viewer, x);
+    const SpecularSample next = sample_specular(s, s.to_viewer, x.x);
     const float side = next.is_through ? -1.0f : 1.0f;
     put(i, s.point + s.normal * (side * s.offset), next.direction, flux_[i] * next.weight);
   }

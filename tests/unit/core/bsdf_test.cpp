@@ -1,6 +1,4 @@
 // Every BSDF under a white sky: what goes in comes out. Sampling and evaluation are one function.
-#include "slave/core/bsdf/bsdf.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,9 +9,15 @@
 #include "slave/core/bsdf/microfacet.h"
 #include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
+#include "tests/support/bsdf_at.h"
 
 namespace tessera::core {
 namespace {
+
+using test::BsdfSample;
+using test::BsdfValue;
+using test::evaluate;
+using test::sample;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr float kRoughness[] = {0, 0.03f, 0.1f, 0.22f, 0.37f, 0.5f, 0.71f, 0.85f, 1};

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "slave/core/bsdf/bsdf.h"
+#include "tests/support/bsdf_at.h"
 #include "tests/support/render.h"
 #include "tests/support/test_meshes.h"
 
@@ -214,7 +214,7 @@ struct Lamp {
         const auto at = [](int k) { return 2 * (static_cast<float>(k) + 0.5f) / kGrid - 1; };
         const Vec3f away = Vec3f{x + at(i), kHeight, at(j)} - point;
         const double r2 = dot(away, away), cosine = kHeight / std::sqrt(r2);
-        sum += evaluate(s, to_viewer, normalize(away)).times_pi.x * cosine * cosine / r2;
+        sum += test::evaluate(s, to_viewer, normalize(away)).times_pi.x * cosine * cosine / r2;
       }
     }
     return sum * 4 / (double{kGrid} * kGrid) * kRadiance / 3.14159265358979;

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "slave/core/bsdf/bsdf.h"
 #include "slave/core/sampling/sample_sequence.h"
+#include "tests/support/bsdf_at.h"
 #include "tests/support/packets.h"
 #include "tests/support/render.h"
 #include "tests/support/test_meshes.h"
@@ -242,7 +242,7 @@ TEST(SkyLight, GlossySurfacesCountASunOnce) {
       const double polar = (j + 0.5) / kRows * kPi;
       for (int i = 0; i < 2 * kRows; ++i) {
         const Vec3f d = direction_at((i + 0.5) / (2 * kRows), polar);
-        expected += evaluate(s, to_eye, d).times_pi.x * sky.radiance(d).x * std::cos(polar) *
+        expected += test::evaluate(s, to_eye, d).times_pi.x * sky.radiance(d).x * std::cos(polar) *
                     std::sin(polar);
       }
     }

@@ -1,11 +1,14 @@
-#include "slave/core/bsdf/glossy.h"
+#include "tests/support/plain_glossy.h"
 
 #include "common/math/rounding.h"
 #include "slave/core/bsdf/albedo_table.h"
 #include "slave/core/bsdf/microfacet.h"
 
-namespace tessera::core {
+namespace tessera::test {
 namespace {
+
+using core::AlbedoTable;
+using core::SpecularAlbedo;
 
 constexpr float kInvPi = 0.318309886f;
 
@@ -29,18 +32,18 @@ Vec3f several_albedo(Vec3f f0, SpecularAlbedo all) {
 
 // What facets leave for the base, once for the way in and once for the way out; not below 0 by
 // rounding.
-Vec3f left_of(SpecularAlbedo a, const GlossyLobes::Facets& f) {
+Vec3f left_of(SpecularAlbedo a, const PlainGlossy::Facets& f) {
   return max(grey(1) - (f.f0 * a.scale + grey(a.bias) + f.several_albedo * missing(a)), Vec3f{});
 }
 
 }  // namespace
 
-GlossyLobes::GlossyLobes(const Surface& s, Vec3f to_viewer)
+PlainGlossy::PlainGlossy(const core::Surface& s, Vec3f to_viewer)
     : normal_(s.shading_normal),
-      basis_(basis_about(s.shading_normal)),
+      basis_(core::basis_about(s.shading_normal)),
       viewer_(local(to_viewer)),
       roughness_(s.roughness),
-      alpha_(alpha_of(s.roughness)),
+      alpha_(core::alpha_of(s.roughness)),
       f0_(s.material->specular * (1 - s.metalness) + s.albedo * s.metalness) {
   const AlbedoTable& table = AlbedoTable::shared();
   const SpecularAlbedo here = table.at(viewer_.z, roughness_), all = table.mean(roughness_);
@@ -57,18 +60,19 @@ GlossyLobes::GlossyLobes(const Surface& s, Vec3f to_viewer)
   facets_share_ = facets + even > 0 ? facets / (facets + even) : 1;
 }
 
-Vec3f GlossyLobes::local(Vec3f world) const {
+Vec3f PlainGlossy::local(Vec3f world) const {
   return {dot(basis_.tangent, world), dot(basis_.bitangent, world), dot(normal_, world)};
 }
 
-BsdfValue GlossyLobes::evaluate(Vec3f to_light) const { return evaluate_local(local(to_light)); }
+BsdfValue PlainGlossy::evaluate(Vec3f to_light) const { return evaluate_local(local(to_light)); }
 
-BsdfValue GlossyLobes::evaluate_local(Vec3f light) const {
+BsdfValue PlainGlossy::evaluate_local(Vec3f light) const {
   if (!(light.z > 0 && viewer_.z > 0)) return {};
   const Vec3f half = normalize(light + viewer_);
-  const Vec3f fresnel = f0_ + (grey(1) - f0_) * schlick_rise(dot(viewer_, half));
-  const float distribution = ggx_distribution(half, alpha_);
-  const float root_viewer = smith_root(viewer_.z, alpha_), root_light = smith_root(light.z, alpha_);
+  const Vec3f fresnel = f0_ + (grey(1) - f0_) * core::schlick_rise(dot(viewer_, half));
+  const float distribution = core::ggx_distribution(half, alpha_);
+  const float root_viewer = core::smith_root(viewer_.z, alpha_),
+              root_light = core::smith_root(light.z, alpha_);
   const float facets =
       distribution / (2 * kInvPi * (root_viewer * light.z + root_light * viewer_.z));
   const SpecularAlbedo there = AlbedoTable::shared().at(light.z, roughness_);
@@ -80,16 +84,16 @@ BsdfValue GlossyLobes::evaluate_local(Vec3f light) const {
   return value;
 }
 
-BsdfSample GlossyLobes::sample(Vec2f square) const {
+BsdfSample PlainGlossy::sample(Vec2f square) const {
   constexpr float kBelowOne = 1 - kUnitRoundoff;
   Vec3f light;
   if (square.x < facets_share_) {
     const Vec2f x{std::min(square.x / facets_share_, kBelowOne), square.y};
-    const Vec3f half = visible_normal(viewer_, alpha_, x);
+    const Vec3f half = core::visible_normal(viewer_, alpha_, x);
     light = normalize(half * (2 * dot(viewer_, half)) - viewer_);
   } else {
     const Vec2f x{std::min((square.x - facets_share_) / (1 - facets_share_), kBelowOne), square.y};
-    light = cosine_direction({0, 0, 1}, x);
+    light = core::cosine_direction({0, 0, 1}, x);
   }
   const BsdfValue value = evaluate_local(light);
   BsdfSample result;
@@ -101,4 +105,4 @@ BsdfSample GlossyLobes::sample(Vec2f square) const {
   return result;
 }
 
-}  // namespace tessera::core
+}  // namespace tessera::test

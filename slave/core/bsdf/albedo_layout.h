@@ -1,0 +1,16 @@
+// The table of albedos of microfacets, as the kernels see it.
+// Fixed-size types only and no functions.
+#pragma once
+
+#include <stdint.h>
+
+namespace tessera::core {
+
+// See slave/core/bsdf/albedo_table.h. Pairs of scale and bias.
+struct AlbedoView {
+  const float* nodes;  // [roughness][root of cosine][2]
+  const float* means;  // [roughness][2]
+  int32_t node_count;  // of either axis
+};
+
+}  // namespace tessera::core

@@ -1,0 +1,32 @@
+// Surfaces that scatter light, as the kernels see them.
+// Fixed-size types only and no functions.
+#pragma once
+
+#include <stdint.h>
+
+#include "slave/core/bsdf/albedo_layout.h"
+
+namespace tessera::core {
+
+inline constexpr int kBsdfPoints = 64;
+
+// Shape of all: [kBsdfPoints].
+struct alignas(64) BsdfPoints {
+  // Told.
+  float normal[3][kBsdfPoints];  // shading normal, unit
+  float square[2][kBsdfPoints];  // of a sample, in [0, 1)
+  // Told of glossy ones; see Surface.
+  float to_viewer[3][kBsdfPoints];
+  float albedo[3][kBsdfPoints], specular[3][kBsdfPoints];
+  float roughness[kBsdfPoints], metalness[kBsdfPoints];
+
+  // Told, or made by sampling: to the light, unit.
+  float direction[3][kBsdfPoints];
+  // Made: of a direction told, the BSDF times pi; of one sampled, BSDF times cosine over density.
+  float value[3][kBsdfPoints];
+  float density[kBsdfPoints];  // with which the direction is sampled, by solid angle
+
+  int32_t count;
+};
+
+}  // namespace tessera::core

@@ -1,0 +1,58 @@
+#include "slave/core/render/bsdf_packet.h"
+
+#include "slave/core/bsdf/albedo_table.h"
+
+namespace tessera::core {
+namespace {
+
+void put(Vec3f v, float (&to)[3][kBsdfPoints], int i) {
+  to[0][i] = v.x;
+  to[1][i] = v.y;
+  to[2][i] = v.z;
+}
+
+}  // namespace
+
+int BsdfPacket::add(Vec3f shading_normal) {
+  const int i = points_.count++;
+  put(shading_normal, points_.normal, i);
+  return i;
+}
+
+int BsdfPacket::add_diffuse(Vec3f shading_normal, Vec2f square) {
+  const int i = add(shading_normal);
+  points_.square[0][i] = square.x;
+  points_.square[1][i] = square.y;
+  return i;
+}
+
+void BsdfPacket::put_glossy(const Surface& s, int i) {
+  put(s.to_viewer, points_.to_viewer, i);
+  put(s.albedo, points_.albedo, i);
+  put(s.material->specular, points_.specular, i);
+  points_.roughness[i] = s.roughness;
+  points_.metalness[i] = s.metalness;
+}
+
+int BsdfPacket::add_glossy(const Surface& s, Vec2f square) {
+  const int i = add_diffuse(s.shading_normal, square);
+  put_glossy(s, i);
+  return i;
+}
+
+int BsdfPacket::add_glossy(const Surface& s, Vec3f to_light) {
+  const int i = add(s.shading_normal);
+  put_glossy(s, i);
+  put(to_light, points_.direction, i);
+  return i;
+}
+
+void BsdfPacket::sample_diffuse(const KernelTable& kernels) { kernels.sample_diffuse(points_); }
+void BsdfPacket::sample_glossy(const KernelTable& kernels) {
+  kernels.sample_glossy(AlbedoTable::shared().view(), points_);
+}
+void BsdfPacket::evaluate_glossy(const KernelTable& kernels) {
+  kernels.evaluate_glossy(AlbedoTable::shared().view(), points_);
+}
+
+}  // namespace tessera::core

@@ -1,0 +1,45 @@
+// BSDFs of some surfaces at a time, for the kernels (slave/core/kernel/glossy-inl.h).
+//
+// Threads. One object per thread.
+#pragma once
+
+#include "slave/core/kernel/kernel_table.h"
+#include "slave/core/surface/surface.h"
+
+namespace tessera::core {
+
+// Either diffuse surfaces or glossy ones, and of all the same is asked.
+class BsdfPacket {
+ public:
+  static constexpr int kMax = kBsdfPoints;
+
+  void clear() { points_.count = 0; }
+  int count() const { return points_.count; }
+
+  // Return: the number of the surface, from 0. Require: count() < kMax.
+  int add_diffuse(Vec3f shading_normal, Vec2f square);
+  int add_glossy(const Surface& s, Vec2f square);    // to be sampled
+  int add_glossy(const Surface& s, Vec3f to_light);  // to be evaluated
+
+  void sample_diffuse(const KernelTable& kernels);
+  void sample_glossy(const KernelTable& kernels);
+  void evaluate_glossy(const KernelTable& kernels);
+
+  // To the light, unit.
+  Vec3f direction(int i) const { return at(points_.direction, i); }
+  // BSDF times cosine over density: of glossy ones that were sampled. Zero: nothing comes from there.
+  Vec3f weight(int i) const { return at(points_.value, i); }
+  // Of the BSDF, of glossy ones that were evaluated: a diffuse surface's is its albedo.
+  Vec3f times_pi(int i) const { return at(points_.value, i); }
+  // With which the direction is sampled, by solid angle.
+  float density(int i) const { return points_.density[i]; }
+
+ private:
+  int add(Vec3f shading_normal);
+  void put_glossy(const Surface& s, int i);
+  static Vec3f at(const float (&v)[3][kBsdfPoints], int i) { return {v[0][i], v[1][i], v[2][i]}; }
+
+  BsdfPoints points_{};
+};
+
+}  // namespace tessera::core

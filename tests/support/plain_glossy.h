@@ -1,0 +1,41 @@
+// The glossy BSDF of one surface in plain arithmetic: what slave/core/kernel/glossy-inl.h has to agree
+// with to the bit. What it is, and where it comes from, stands there.
+#pragma once
+
+#include "slave/core/sampling/hemisphere.h"
+#include "slave/core/surface/surface.h"
+#include "tests/support/bsdf_at.h"
+
+namespace tessera::test {
+
+class PlainGlossy {
+ public:
+  struct Facets {
+    Vec3f f0;              // reflected at normal incidence
+    Vec3f several_albedo;  // of light that stays among them for a while
+  };
+
+  // Requires: s.bsdf is glossy; to_viewer is above its shading normal.
+  PlainGlossy(const core::Surface& s, Vec3f to_viewer);
+
+  BsdfValue evaluate(Vec3f to_light) const;
+  BsdfSample sample(Vec2f square) const;
+
+ private:
+  // Unit, in the frame of the shading normal.
+  Vec3f local(Vec3f world) const;
+  BsdfValue evaluate_local(Vec3f light) const;
+
+  Vec3f normal_;
+  core::Basis basis_;
+  Vec3f viewer_;  // local
+  float roughness_, alpha_;
+  Vec3f f0_;
+  Vec3f several_;  // of light met more than once: times what a direction misses
+  Vec3f several_albedo_;
+  Facets dielectric_;
+  Vec3f base_;          // of the diffuse part: times what the facets leave of a direction
+  float facets_share_;  // of samples
+};
+
+}  // namespace tessera::test
