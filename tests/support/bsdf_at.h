@@ -1,4 +1,5 @@
-// BSDFs of one surface at a time, as the renderer computes them.
+// BSDFs of one surface at a time, as the renderer computes them: for tests of what they are.
+// Threads. One at a time.
 #pragma once
 
 #include "slave/core/bsdf/specular.h"

@@ -1,4 +1,5 @@
 // The surface at a place of a triangle, as the renderer makes it, for tests that have no ray.
+// Threads. Pure functions.
 #pragma once
 
 #include "slave/core/render/met_surfaces.h"

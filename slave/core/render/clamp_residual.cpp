@@ -4,9 +4,9 @@
 #include <bit>
 #include <cmath>
 
+#include "slave/core/render/bsdf_packet.h"
 #include "slave/core/render/met_surfaces.h"
 #include "slave/core/render/path_tracer.h"
-#include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {
@@ -21,6 +21,7 @@ struct ClampResidual::Scratch {
   PathTracer paths;
   SurfaceBatch batch;  // what the rays have met; pixel: number of the point
   Vec3f light[kGatherMax];
+  BsdfPacket directions;
   RayPacket rays;
   PacketHits hits;
   MetSurfaces met;
@@ -65,13 +66,19 @@ RayCounts ClampResidual::add(GatherPoints& points, std::uint32_t sequence_index)
 
 void ClampResidual::follow(const GatherPoints& points, int first, int count) {
   Scratch& s = *scratch_;
+  s.directions.clear();
+  for (int i = 0; i < count; ++i) {
+    const int p = first + i;
+    s.directions.add_diffuse(
+        {points.shading[0][p], points.shading[1][p], points.shading[2][p]},
+        shuffled_2d(hash_combine(points.key[p], kDimensionRay), s.batch.sample_index));
+  }
+  s.directions.sample_diffuse(tracer_->kernels());
   s.rays.active = 0;
   for (int i = 0; i < count; ++i) {
     const int p = first + i;
     const Vec3f normal{points.normal[0][p], points.normal[1][p], points.normal[2][p]};
-    const Vec3f shading{points.shading[0][p], points.shading[1][p], points.shading[2][p]};
-    const Vec3f direction = cosine_direction(
-        shading, shuffled_2d(hash_combine(points.key[p], kDimensionRay), s.batch.sample_index));
+    const Vec3f direction = s.directions.direction(i);
     if (!(dot(direction, normal) > 0)) continue;
     for (int a = 0; a < 3; ++a) {
       s.rays.origin[a][i] = points.point[a][p] + normal[a] * points.offset[p];

@@ -39,12 +39,15 @@ constexpr std::uint32_t van_der_corput_bits(std::uint32_t i) {
   return ((i & 0x55555555u) << 1) | ((i & 0xaaaaaaaau) >> 1);
 }
 
+// Sobol's second dimension has Pascal's triangle modulo 2 as its matrix: bit j of the index goes with all
+// bits whose number holds that of j (Lucas), which five steps sum up.
 constexpr std::uint32_t sobol2_bits(std::uint32_t i) {
-  std::uint32_t r = 0;
-  for (std::uint32_t v = 1u << 31; i != 0; i >>= 1, v ^= v >> 1) {
-    if ((i & 1u) != 0) r ^= v;
-  }
-  return r;
+  i ^= i >> 1 & 0x55555555u;
+  i ^= i >> 2 & 0x33333333u;
+  i ^= i >> 4 & 0x0f0f0f0fu;
+  i ^= i >> 8 & 0x00ff00ffu;
+  i ^= i >> 16;
+  return van_der_corput_bits(i);
 }
 
 // Another order of the indices: aligned runs of 2^k stay together, and within them every order is as
