@@ -12,7 +12,9 @@
 #include "slave/core/kernel/gather_layout.h"
 #include "slave/core/kernel/packet_layout.h"
 #include "slave/core/kernel/surface_layout.h"
+#include "slave/core/light/emitter_layout.h"
 #include "slave/core/light/sky_layout.h"
+#include "slave/core/sampling/sample_layout.h"
 #include "slave/core/surface/noise_layout.h"
 
 namespace tessera::core {
@@ -39,6 +41,10 @@ struct KernelTable {
   // and angle.
   void (*sky_light)(const SkyView& sky, SkyPoints& points);
   void (*sky_samples)(const SkyView& sky, SkyPoints& points);
+
+  // Points of the sequence: shuffled_2d(hash_combine(key, dimension), index).
+  void (*sample_points)(uint32_t dimension, uint32_t index, SamplePoints& points);
+  void (*emitter_samples)(const LitSurfaces& surfaces, EmitterSamples& samples);
 
   // Directions to the light from surfaces, by how they scatter it.
   void (*sample_diffuse)(BsdfPoints& points);

@@ -18,6 +18,7 @@
 #include "hwy/highway.h"
 #include "slave/core/kernel/camera-inl.h"
 #include "slave/core/kernel/detail-inl.h"
+#include "slave/core/kernel/emitter-inl.h"
 #include "slave/core/kernel/entry-inl.h"
 #include "slave/core/kernel/fan_groups-inl.h"
 #include "slave/core/kernel/filter-inl.h"
@@ -45,6 +46,10 @@ void points_of(const float* vertices, const Packet& rays, const PacketHits& hits
 
 void surface_detail(const DetailGroup& group, DetailPoints& points) {
   DetailKernel(group, points).run();
+}
+
+void emitter_samples(const LitSurfaces& surfaces, EmitterSamples& samples) {
+  EmitterKernel(surfaces, samples).run();
 }
 
 void sky_light(const SkyView& sky, SkyPoints& points) { SkyKernel(sky, points).look_up(); }
@@ -81,12 +86,13 @@ namespace tessera::core {
 namespace {
 
 // All entry points of one instruction set.
-#define TESSERA_KERNELS(set)                                                                   \
-  set::camera_rays, set::points_of<FanPacket>, set::points_of<RayPacket>, set::surface_detail, \
-      set::sky_light, set::sky_samples, set::sample_diffuse, set::sample_glossy,               \
-      set::evaluate_glossy, set::noise, set::group_fans, set::bound_points, set::begin_gather, \
-      set::end_gather, set::filter, set::kKernels<BvhView<8>>, set::kKernels<BvhView<16>>,     \
-      set::kKernels<KdView<8>>, set::kKernels<KdView<16>>
+#define TESSERA_KERNELS(set)                                                                      \
+  set::camera_rays, set::points_of<FanPacket>, set::points_of<RayPacket>, set::surface_detail,    \
+      set::sky_light, set::sky_samples, set::sample_points, set::emitter_samples,                 \
+      set::sample_diffuse, set::sample_glossy, set::evaluate_glossy, set::noise, set::group_fans, \
+      set::bound_points, set::begin_gather, set::end_gather, set::filter,                         \
+      set::kKernels<BvhView<8>>, set::kKernels<BvhView<16>>, set::kKernels<KdView<8>>,            \
+      set::kKernels<KdView<16>>
 
 constexpr KernelTable kTables[] = {
     {Isa::kScalar, 1, TESSERA_KERNELS(N_SCALAR)},

@@ -11,7 +11,7 @@
 #define TESSERA_CORE_SURFACE_INL_H_
 #endif
 
-#include "slave/core/kernel/vec3-inl.h"
+#include "slave/core/kernel/point-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
@@ -53,11 +53,6 @@ class SurfaceKernel {
   using VD3 = Vec3<Double>;
 
   static constexpr float kSliver = 0x1p-16f;  // surface_offset.h
-
-  static HWY_INLINE float gamma(int n) {
-    const float nu = static_cast<float>(n) * kRoundoff;
-    return nu / (1 - nu);
-  }
 
   // Rays that have met nothing take the triangle of one that has.
   HWY_INLINE void load_corners(size_t at, size_t some) {
@@ -136,17 +131,11 @@ class SurfaceKernel {
     const V3 outward = across * hn::Div(hn::Set(d, 1), length(across));
     const auto is_front = hn::Lt(dot(outward, direction), hn::Zero(d));
     const V3 normal = negated_if(hn::Not(is_front), outward);
-    const V3 along_b = b * hn::Load(d, out.u + at), along_c = c * hn::Load(d, out.v + at);
-    const V3 within = along_b + along_c;
-    const V3 point = a + within;
-    const V3 error =
-        (abs(along_b) + abs(along_c)) * hn::Set(d, gamma(3)) + abs(point) * hn::Set(d, gamma(4));
-    const V reach =
-        hn::Max(hn::Max(largest(abs(within)), largest(abs(b - within))), largest(abs(c - within)));
-    const V offset = hn::Add(dot(abs(normal), error), hn::Mul(hn::Set(d, 16 * kRoundoff), reach));
-    store3(d, point, out.point, at);
+    const OffsetPoint<D> on =
+        surface_point(d, a, b, c, normal, hn::Load(d, out.u + at), hn::Load(d, out.v + at));
+    store3(d, on.point, out.point, at);
     store3(d, normal, out.normal, at);
-    hn::Store(offset, d, out.offset + at);
+    hn::Store(on.offset, d, out.offset + at);
     out.front |= uint64_t{bits_of(d, is_front)} << at;
   }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "slave/core/light/light_sampling.h"
@@ -25,6 +26,13 @@ float cosine_at(const Surface& s, Vec3f to_light) {
   return c > 0 ? c : 0;
 }
 
+void put(Vec3f v, float (&to)[3][kLitPoints], int i) {
+  to[0][i] = v.x;
+  to[1][i] = v.y;
+  to[2][i] = v.z;
+}
+Vec3f at(const float (&v)[3][kLitPoints], int i) { return {v[0][i], v[1][i], v[2][i]}; }
+
 bool is_usable(Vec3f c) { return is_finite(c) && (c.x > 0 || c.y > 0 || c.z > 0); }
 
 }  // namespace
@@ -40,6 +48,11 @@ struct DirectLight::ShadowRays {
   Arriving arriving[kBatchMax];  // by surface
   BsdfPacket glossy;
   int glossy_surface[BsdfPacket::kMax];
+
+  SamplePoints samples{};
+  LitSurfaces lit[kBatchMax / kLitPoints];
+  EmitterSamples emitters{};
+  const Emitter* emitter[kLitPoints];  // of them
 
   RayGroups groups;
   int surface[kBatchMax];      // of a ray of `groups`
@@ -235,6 +248,15 @@ std::uint64_t DirectLight::add_emitters(const SurfaceBatch& batch, Vec3f* radian
   const std::uint32_t rounds =
       picks_emitters_ ? 1u : static_cast<std::uint32_t>(lights.emitters.size());
   rays.t_max = kEnd;
+  for (int i = 0; i < batch.count; ++i) {
+    const Surface& s = batch.surface[i];
+    LitSurfaces& lit = rays.lit[i / kLitPoints];
+    const int lane = i % kLitPoints;
+    put(s.point, lit.point, lane);
+    put(s.normal, lit.normal, lane);
+    put(s.shading_normal, lit.shading_normal, lane);
+    lit.offset[lane] = s.offset;
+  }
   std::uint64_t count = 0;
   for (std::uint32_t round = 0; round < rounds; ++round) {
     // Groups that look alike from the middle of the emitter, or of the first of many.
@@ -317,35 +339,50 @@ void DirectLight::sample_map(const SurfaceBatch& batch, std::uint32_t sample) {
 // One sample of an emitter, or of one that is picked, for each surface.
 std::uint64_t DirectLight::add_sample(const SurfaceBatch& batch, std::uint32_t round,
                                       std::uint32_t sample, Vec3f* radiance) {
-  ShadowRays& rays = *rays_;
-  const bool has_density = !is_alone_ || scene_->features.has_glossy;
-  const LightSet& lights = scene_->lights;
-  rays.begin(batch.count);
-  for (int i = 0; i < batch.count; ++i) {
-    Vec2f x = shuffled_2d(hash_combine(batch.key[i], 2 * round), sample);
-    const Emitter& emitter = picks_emitters_ ? lights.pick(x.x, x.x) : lights.emitters[round];
-    const auto [at, emission] = point_on(lights, emitter, x);
-    const Surface& s = batch.surface[i];
-    const Vec3f away = at.point - s.point;
-    const float distance2 = dot(away, away), distance = std::sqrt(distance2);
-    const Vec3f to_light = away * (1 / distance);
-    const float cosine_light = -dot(emitter.normal, to_light);
-    if (!(cosine_light > 0)) continue;  // one-sided
-    const float cosine = cosine_at(s, to_light);
-    if (!(cosine > 0)) continue;
-    const float chance = picks_emitters_ ? emitter.share : 1;
-    const float weight = 1 / (static_cast<float>(light_samples_) * chance);
-    const float strength = cosine * cosine_light * emitter.area / distance2;
-    rays.put(i, {to_light, emission, kInvPi * strength * weight,
-                 has_density ? chance / emitter.area * distance2 / cosine_light : 0});
-    // The ray ends at a point moved off the emitter as its start is moved off the surface, so that
-    // it cannot reach the emitter itself; the direction rounds once per component.
-    const float off = at.offset + gamma(2) * distance;
-    rays.start[i] = s.point + s.normal * s.offset;
-    rays.direction[i] = at.point + emitter.normal * off - rays.start[i];
+  rays_->begin(batch.count);
+  if (!picks_emitters_) {
+    for (int i = 0; i < kLitPoints; ++i) put_emitter(scene_->lights.emitters[round], i);
   }
+  for (int first = 0; first < batch.count; first += kLitPoints)
+    sample_emitters(batch, first, round, sample);
   respond(batch);
   return trace_groups(batch, radiance);
+}
+
+// Of the surfaces from `first` on.
+void DirectLight::sample_emitters(const SurfaceBatch& batch, int first, std::uint32_t round,
+                                  std::uint32_t sample) {
+  ShadowRays& rays = *rays_;
+  const LightSet& lights = scene_->lights;
+  EmitterSamples& e = rays.emitters;
+  const int n = std::min(kLitPoints, batch.count - first);
+  e.count = rays.samples.count = n;
+  e.samples = static_cast<float>(light_samples_);
+  std::copy_n(batch.key + first, n, rays.samples.key);
+  tracer_->kernels().sample_points(2 * round, sample, rays.samples);
+  std::memcpy(e.square, rays.samples.square, sizeof(e.square));
+  for (int i = 0; i < n && picks_emitters_; ++i)
+    put_emitter(lights.pick(e.square[0][i], e.square[0][i]), i);
+  tracer_->kernels().emitter_samples(rays.lit[first / kLitPoints], e);
+  for (int i = 0; i < n; ++i) {
+    if (!(e.strength[i] > 0)) continue;
+    const int s = first + i;
+    rays.put(s, {at(e.to_light, i), lights.emission_at(*rays.emitter[i], e.u[i], e.v[i]),
+                 e.strength[i], e.density[i]});
+    rays.start[s] = at(e.start, i);
+    rays.direction[s] = at(e.direction, i);
+  }
+}
+
+void DirectLight::put_emitter(const Emitter& emitter, int i) {
+  EmitterSamples& e = rays_->emitters;
+  rays_->emitter[i] = &emitter;
+  put(emitter.a, e.a, i);
+  put(emitter.edge_b, e.edge_b, i);
+  put(emitter.edge_c, e.edge_c, i);
+  put(emitter.normal, e.emitter_normal, i);
+  e.area[i] = emitter.area;
+  e.chance[i] = picks_emitters_ ? emitter.share : 1;
 }
 
 }  // namespace tessera::core
