@@ -21,6 +21,7 @@ struct ClampResidual::Scratch {
   PathTracer paths;
   SurfaceBatch batch;  // what the rays have met; pixel: number of the point
   Vec3f light[kGatherMax];
+  SamplePoints samples{};
   BsdfPacket directions;
   RayPacket rays;
   PacketHits hits;
@@ -66,12 +67,14 @@ RayCounts ClampResidual::add(GatherPoints& points, std::uint32_t sequence_index)
 
 void ClampResidual::follow(const GatherPoints& points, int first, int count) {
   Scratch& s = *scratch_;
+  s.samples.count = count;
+  std::copy_n(points.key + first, count, s.samples.key);
+  tracer_->kernels().sample_points(kDimensionRay, s.batch.sample_index, s.samples);
   s.directions.clear();
   for (int i = 0; i < count; ++i) {
     const int p = first + i;
-    s.directions.add_diffuse(
-        {points.shading[0][p], points.shading[1][p], points.shading[2][p]},
-        shuffled_2d(hash_combine(points.key[p], kDimensionRay), s.batch.sample_index));
+    s.directions.add_diffuse({points.shading[0][p], points.shading[1][p], points.shading[2][p]},
+                             {s.samples.square[0][i], s.samples.square[1][i]});
   }
   s.directions.sample_diffuse(tracer_->kernels());
   s.rays.active = 0;

@@ -297,6 +297,15 @@ std::uint64_t DirectLight::add_environment(const SurfaceBatch& batch, Vec3f* rad
   return count;
 }
 
+// Points of the sequence for the surfaces from `first` on, a packet of them.
+void DirectLight::draw(const SurfaceBatch& batch, int first, std::uint32_t dimension,
+                       std::uint32_t sample) {
+  SamplePoints& points = rays_->samples;
+  points.count = std::min(kSamplePoints, batch.count - first);
+  std::copy_n(batch.key + first, points.count, points.key);
+  tracer_->kernels().sample_points(dimension, sample, points);
+}
+
 // An even sky is for diffuse surfaces: directions of density cosine / pi leave the albedo as the
 // weight of what they meet. One that an interpolated normal has put below the surface sees nothing.
 void DirectLight::sample_even_sky(const SurfaceBatch& batch, std::uint32_t sample) {
@@ -305,9 +314,11 @@ void DirectLight::sample_even_sky(const SurfaceBatch& batch, std::uint32_t sampl
     const int end = std::min(first + BsdfPacket::kMax, batch.count);
     BsdfPacket& packet = rays_->glossy;  // free until the response
     packet.clear();
+    draw(batch, first, kEnvironmentDimension, sample);
     for (int i = first; i < end; ++i) {
+      const auto& square = rays_->samples.square;
       packet.add_diffuse(batch.surface[i].shading_normal,
-                         shuffled_2d(hash_combine(batch.key[i], kEnvironmentDimension), sample));
+                         {square[0][i - first], square[1][i - first]});
     }
     packet.sample_diffuse(tracer_->kernels());
     for (int i = first; i < end; ++i) {
@@ -323,11 +334,9 @@ void DirectLight::sample_even_sky(const SurfaceBatch& batch, std::uint32_t sampl
 void DirectLight::sample_map(const SurfaceBatch& batch, std::uint32_t sample) {
   const float each = 1 / static_cast<float>(light_samples_);
   for (int first = 0; first < batch.count; first += kPacketRays) {
-    const int n = std::min(kPacketRays, batch.count - first);
-    sky_.sample(bits_below(n), [&](int i) {
-      return shuffled_2d(hash_combine(batch.key[first + i], kEnvironmentDimension), sample);
-    });
-    for (int i = 0; i < n; ++i) {
+    draw(batch, first, kEnvironmentDimension, sample);
+    sky_.sample(rays_->samples);
+    for (int i = 0; i < rays_->samples.count; ++i) {
       const SkyMap::Sample sky = sky_.drawn(i);
       const float strength = cosine_at(batch.surface[first + i], sky.direction) * sky.angle;
       rays_->put(first + i, {sky.direction, sky.radiance * scene_->lights.environment,
@@ -355,11 +364,9 @@ void DirectLight::sample_emitters(const SurfaceBatch& batch, int first, std::uin
   ShadowRays& rays = *rays_;
   const LightSet& lights = scene_->lights;
   EmitterSamples& e = rays.emitters;
-  const int n = std::min(kLitPoints, batch.count - first);
-  e.count = rays.samples.count = n;
+  draw(batch, first, 2 * round, sample);
+  const int n = e.count = rays.samples.count;
   e.samples = static_cast<float>(light_samples_);
-  std::copy_n(batch.key + first, n, rays.samples.key);
-  tracer_->kernels().sample_points(2 * round, sample, rays.samples);
   std::memcpy(e.square, rays.samples.square, sizeof(e.square));
   for (int i = 0; i < n && picks_emitters_; ++i)
     put_emitter(lights.pick(e.square[0][i], e.square[0][i]), i);

@@ -58,6 +58,7 @@ class DirectLight {
                            Vec3f* radiance);
   void sample_emitters(const SurfaceBatch& batch, int first, std::uint32_t round,
                        std::uint32_t sample);
+  void draw(const SurfaceBatch& batch, int first, std::uint32_t dimension, std::uint32_t sample);
   void put_emitter(const Emitter& emitter, int i);
   std::uint64_t trace_groups(const SurfaceBatch& batch, Vec3f* radiance);
   void add_open(const SurfaceBatch& batch, int surface, Vec3f* radiance) const;

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "slave/core/sampling/sample_sequence.h"
-
 namespace tessera::core {
 namespace {
 
@@ -29,10 +27,9 @@ std::uint64_t GlossyLight::add(const SurfaceBatch& batch, Vec3f* radiance) {
     rays_->clear();
     for (int i = 0; i < batch.count; ++i) {
       if (batch.surface[i].bsdf != BsdfKind::kGlossy) continue;
-      const std::uint32_t key = hash_combine(batch.key[i], kDimensionGlossy);
-      rays_->ask(i, shuffled_2d(key, batch.sample_index * samples + j), key);
+      rays_->ask(i, batch.key[i]);
     }
-    rays_->scatter(batch);
+    rays_->scatter(batch, kDimensionGlossy, batch.sample_index * samples + j);
     trace(radiance);
     traced += static_cast<std::uint64_t>(rays_->count);
   }

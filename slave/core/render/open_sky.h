@@ -7,7 +7,6 @@
 
 #include "slave/core/kernel/kernel_table.h"
 #include "slave/core/light/light_set.h"
-#include "slave/core/render/ray_bits.h"
 
 namespace tessera::core {
 
@@ -27,17 +26,8 @@ class OpenSky {
   }
   float density(int ray) const { return points_.density[ray]; }
 
-  // Samples the map. square(i): for each of `wanted`, in [0, 1)^2. Requires: has_map().
-  template <class Square>
-  void sample(std::uint64_t wanted, const Square& square) {
-    for_each_ray(wanted, [&](int i) {
-      const Vec2f x = square(i);
-      points_.square[0][i] = x.x;
-      points_.square[1][i] = x.y;
-    });
-    points_.wanted = wanted;
-    kernels_->sky_samples(view_, points_);
-  }
+  // Samples the map by these points. Requires: has_map(), and there are some.
+  void sample(const SamplePoints& points);
   // The sample of i, but for the factor of the environment.
   SkyMap::Sample drawn(int i) const {
     return {at(points_.direction, i), at(points_.radiance, i), points_.angle[i]};

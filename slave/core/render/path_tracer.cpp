@@ -45,10 +45,9 @@ void PathTracer::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
   rays_->clear();
   for (int i = 0; i < batch.count; ++i) {
     const std::uint32_t key = hash_combine(batch.key[i], kDimensionNextDepth + depth);
-    const Vec2f x = shuffled_2d(hash_combine(key, kDimensionScatter), batch.sample_index);
-    rays_->ask(i, x, key);
+    rays_->ask(i, key);
   }
-  rays_->scatter(batch);
+  rays_->scatter(batch, kDimensionScatter, batch.sample_index);
 }
 
 // What rays bring that have met nothing: bits, from ray `first` on.

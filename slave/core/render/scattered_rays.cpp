@@ -30,9 +30,15 @@ void ScatteredRays::clear() {
   std::fill_n(packet_.t_max, kPacketRays, std::numeric_limits<float>::infinity());
 }
 
-void ScatteredRays::scatter(const SurfaceBatch& batch) {
-  for (int first = 0; first < asked_count_; first += BsdfPacket::kMax)
-    scatter_some(batch, asked_ + first, std::min(BsdfPacket::kMax, asked_count_ - first));
+void ScatteredRays::scatter(const SurfaceBatch& batch, std::uint32_t dimension,
+                            std::uint32_t sample) {
+  static_assert(BsdfPacket::kMax == kSamplePoints);
+  for (int first = 0; first < asked_count_; first += kSamplePoints) {
+    samples_.count = std::min(kSamplePoints, asked_count_ - first);
+    for (int i = 0; i < samples_.count; ++i) samples_.key[i] = asked_[first + i].key;
+    tracer_->kernels().sample_points(dimension, sample, samples_);
+    scatter_some(batch, asked_ + first, samples_.count);
+  }
 }
 
 void ScatteredRays::scatter_some(const SurfaceBatch& batch, const Asked* asked, int n) {
@@ -41,9 +47,9 @@ void ScatteredRays::scatter_some(const SurfaceBatch& batch, const Asked* asked, 
   glossy_.clear();
   for (int i = 0; i < n; ++i) {
     const Surface& s = batch.surface[asked[i].surface];
-    if (s.bsdf == BsdfKind::kDiffuse)
-      number[i] = diffuse_.add_diffuse(s.shading_normal, asked[i].square);
-    if (s.bsdf == BsdfKind::kGlossy) number[i] = glossy_.add_glossy(s, asked[i].square);
+    const Vec2f square{samples_.square[0][i], samples_.square[1][i]};
+    if (s.bsdf == BsdfKind::kDiffuse) number[i] = diffuse_.add_diffuse(s.shading_normal, square);
+    if (s.bsdf == BsdfKind::kGlossy) number[i] = glossy_.add_glossy(s, square);
   }
   diffuse_.sample_diffuse(tracer_->kernels());
   if (glossy_.count() > 0) glossy_.sample_glossy(tracer_->kernels());
@@ -58,7 +64,7 @@ void ScatteredRays::scatter_some(const SurfaceBatch& batch, const Asked* asked, 
            {glossy_.direction(k), glossy_.weight(k) * s.weight, glossy_.density(k),
             kDiffuseSpread * s.roughness * s.roughness});
     } else {
-      const SpecularSample out = sample_specular(s, s.to_viewer, asked[i].square.x);
+      const SpecularSample out = sample_specular(s, s.to_viewer, samples_.square[0][i]);
       push(batch, asked[i], {out.direction, out.weight * s.weight, 0, 0, out.is_through});
     }
   }

@@ -32,11 +32,10 @@ struct ScatteredRays {
   // Before the first ray of a batch.
   void clear();
   // Asks for a ray of surface i. Requires: at most kBatchMax in all.
-  void ask(int i, Vec2f square, std::uint32_t ray_key) {
-    asked_[asked_count_++] = {i, square, ray_key};
-  }
-  // Makes the rays that were asked for, in their order, but for those that nothing can come from.
-  void scatter(const SurfaceBatch& batch);
+  void ask(int i, std::uint32_t ray_key) { asked_[asked_count_++] = {i, ray_key}; }
+  // Makes the rays that were asked for, in their order, but for those that nothing can come from: by the
+  // sample of that number in this dimension of their keys (shuffled_2d()).
+  void scatter(const SurfaceBatch& batch, std::uint32_t dimension, std::uint32_t sample);
 
   // The n rays of these numbers, as one packet. Requires: n <= kPacketRays. Returns: bits of those, in
   // the packet, that have met something.
@@ -60,7 +59,6 @@ struct ScatteredRays {
  private:
   struct Asked {
     int surface;
-    Vec2f square;
     std::uint32_t key;
   };
   struct Scattered {
@@ -69,6 +67,7 @@ struct ScatteredRays {
     bool is_through = false;
   };
 
+  // By samples_.
   void scatter_some(const SurfaceBatch& batch, const Asked* asked, int n);
   void push(const SurfaceBatch& batch, const Asked& asked, const Scattered& out);
 
@@ -76,6 +75,7 @@ struct ScatteredRays {
   const SceneTracer* tracer_ = nullptr;
   Asked asked_[kBatchMax];
   int asked_count_ = 0;
+  SamplePoints samples_{};
   BsdfPacket diffuse_, glossy_;
   RayPacket packet_;
   PacketHits hits_;

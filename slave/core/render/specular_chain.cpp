@@ -10,10 +10,6 @@ namespace {
 // Apart from those of light samples and of paths (direct_light.cpp, path_tracer.cpp).
 constexpr std::uint32_t kDimensionSpecular = 0x20000001u;
 
-Vec2f choice_of(std::uint32_t pixel_key, std::uint32_t depth, std::uint32_t sample_index) {
-  return shuffled_2d(hash_combine(pixel_key, kDimensionSpecular + depth), sample_index);
-}
-
 }  // namespace
 
 void SpecularChain::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
@@ -63,11 +59,10 @@ int SpecularChain::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
   for (int i = 0; i < batch.count; ++i) {
     const Surface& s = batch.surface[i];
     if (rays.is_gone[i] || !is_specular(s)) continue;
-    const Vec2f choice = choice_of(batch.key[i], depth, batch.sample_index);
-    scattered.ask(i, choice, batch.key[i]);
+    scattered.ask(i, batch.key[i]);
     rays.is_gone[i] = true;  // until its ray has met something
   }
-  scattered.scatter(batch);
+  scattered.scatter(batch, kDimensionSpecular + depth, batch.sample_index);
   for (int ray = 0; ray < scattered.count; ++ray) {
     const Surface& s = batch.surface[scattered.origin[ray]];
     const bool is_through = dot(scattered.direction[ray], s.normal) < 0;
