@@ -16,7 +16,6 @@
 #include <memory>
 
 #include "slave/core/render/glossy_light.h"
-#include "slave/core/render/open_sky.h"
 #include "slave/core/render/surface_batch.h"
 #include "slave/core/trace/scene_tracer.h"
 
@@ -50,28 +49,17 @@ class DirectLight {
   std::uint64_t add_point(const SurfaceBatch& batch, const Light& light, Vec3f* radiance);
   std::uint64_t add_emitters(const SurfaceBatch& batch, Vec3f* radiance);
   std::uint64_t add_environment(const SurfaceBatch& batch, Vec3f* radiance);
-  // sample: number of the surfaces' sample.
-  void sample_even_sky(const SurfaceBatch& batch, std::uint32_t sample);
-  void sample_map(const SurfaceBatch& batch, std::uint32_t sample);
-  void respond(const SurfaceBatch& batch);
-  std::uint64_t add_sample(const SurfaceBatch& batch, std::uint32_t round, std::uint32_t sample,
-                           Vec3f* radiance);
-  void sample_emitters(const SurfaceBatch& batch, int first, std::uint32_t round,
-                       std::uint32_t sample);
-  void draw(const SurfaceBatch& batch, int first, std::uint32_t dimension, std::uint32_t sample);
-  void put_emitter(const Emitter& emitter, int i);
   std::uint64_t trace_groups(const SurfaceBatch& batch, Vec3f* radiance);
   void add_open(const SurfaceBatch& batch, int surface, Vec3f* radiance) const;
 
   const PreparedScene::Impl* scene_ = nullptr;
   const SceneTracer* tracer_ = nullptr;
   int light_samples_ = 1;
-  bool is_alone_ = true, picks_emitters_ = false;
+  bool picks_emitters_ = false;
   Feature samples_environment_{}, samples_glossy_{};
   const std::atomic<bool>* is_cancelled_ = nullptr;
   std::unique_ptr<ShadowRays> rays_;
   GlossyLight glossy_;
-  OpenSky sky_;
 };
 
 }  // namespace tessera::core
