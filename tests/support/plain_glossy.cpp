@@ -1,5 +1,8 @@
 #include "tests/support/plain_glossy.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "common/math/rounding.h"
 #include "slave/core/bsdf/albedo_table.h"
 #include "slave/core/bsdf/microfacet.h"
@@ -10,6 +13,7 @@ namespace {
 using core::AlbedoTable;
 using core::SpecularAlbedo;
 
+constexpr int kNodes = AlbedoTable::kNodes;
 constexpr float kInvPi = 0.318309886f;
 
 float mean(Vec3f c) { return (c.x + c.y + c.z) * (1 / 3.0f); }
@@ -19,6 +23,38 @@ Vec3f grey(float x) { return {x, x, x}; }
 Vec3f ratio(Vec3f a, Vec3f b) {
   const auto one = [](float x, float y) { return y > gamma(16) ? x / y : 0; };
   return {one(a.x, b.x), one(a.y, b.y), one(a.z, b.z)};
+}
+
+// Normals per solid angle, times what the surface's area has of theirs.
+inline float ggx_distribution(Vec3f half, float alpha) {
+  const float x = half.x / alpha, y = half.y / alpha;
+  const float norm = x * x + y * y + half.z * half.z;
+  return 0.318309886f / (alpha * alpha * norm * norm);
+}
+
+// The node below `x` in [0, 1] and the weight of the next.
+struct Step {
+  std::size_t node;
+  float weight;
+};
+Step step_of(float x) {
+  const float at = std::clamp(x, 0.0f, 1.0f) * (kNodes - 1);
+  const int node = std::min(static_cast<int>(at), kNodes - 2);
+  return {static_cast<std::size_t>(node), at - static_cast<float>(node)};
+}
+
+SpecularAlbedo mixed(SpecularAlbedo a, SpecularAlbedo b, float t) {
+  return {a.scale * (1 - t) + b.scale * t, a.bias * (1 - t) + b.bias * t};
+}
+
+// The i-th of the pairs of a table.
+SpecularAlbedo pair(const float* table, std::size_t i) { return {table[2 * i], table[2 * i + 1]}; }
+
+// Over all directions, cosine-weighted.
+SpecularAlbedo mean_albedo(float roughness) {
+  const Step r = step_of(roughness);
+  const float* const means = AlbedoTable::shared().view().means;
+  return mixed(pair(means, r.node), pair(means, r.node + 1), r.weight);
 }
 
 float missing(SpecularAlbedo a) { return std::max(0.0f, 1 - (a.scale + a.bias)); }
@@ -38,6 +74,15 @@ Vec3f left_of(SpecularAlbedo a, const PlainGlossy::Facets& f) {
 
 }  // namespace
 
+SpecularAlbedo plain_albedo(float cosine, float roughness) {
+  const Step i = step_of(std::sqrt(std::max(cosine, 0.0f))), r = step_of(roughness);
+  const float* const nodes = AlbedoTable::shared().view().nodes;
+  const auto row = [&](std::size_t k) {
+    return mixed(pair(nodes, k * kNodes + i.node), pair(nodes, k * kNodes + i.node + 1), i.weight);
+  };
+  return mixed(row(r.node), row(r.node + 1), r.weight);
+}
+
 PlainGlossy::PlainGlossy(const core::Surface& s, Vec3f to_viewer)
     : normal_(s.shading_normal),
       basis_(core::basis_about(s.shading_normal)),
@@ -45,8 +90,7 @@ PlainGlossy::PlainGlossy(const core::Surface& s, Vec3f to_viewer)
       roughness_(s.roughness),
       alpha_(core::alpha_of(s.roughness)),
       f0_(s.material->specular * (1 - s.metalness) + s.albedo * s.metalness) {
-  const AlbedoTable& table = AlbedoTable::shared();
-  const SpecularAlbedo here = table.at(viewer_.z, roughness_), all = table.mean(roughness_);
+  const SpecularAlbedo here = plain_albedo(viewer_.z, roughness_), all = mean_albedo(roughness_);
   const Vec3f of_dielectric = several_albedo(s.material->specular, all);
   const Vec3f of_metal = s.metalness > 0 ? several_albedo(s.albedo, all) : Vec3f{};
   several_albedo_ = of_dielectric * (1 - s.metalness) + of_metal * s.metalness;
@@ -70,12 +114,12 @@ BsdfValue PlainGlossy::evaluate_local(Vec3f light) const {
   if (!(light.z > 0 && viewer_.z > 0)) return {};
   const Vec3f half = normalize(light + viewer_);
   const Vec3f fresnel = f0_ + (grey(1) - f0_) * core::schlick_rise(dot(viewer_, half));
-  const float distribution = core::ggx_distribution(half, alpha_);
+  const float distribution = ggx_distribution(half, alpha_);
   const float root_viewer = core::smith_root(viewer_.z, alpha_),
               root_light = core::smith_root(light.z, alpha_);
   const float facets =
       distribution / (2 * kInvPi * (root_viewer * light.z + root_light * viewer_.z));
-  const SpecularAlbedo there = AlbedoTable::shared().at(light.z, roughness_);
+  const SpecularAlbedo there = plain_albedo(light.z, roughness_);
   BsdfValue value;
   value.times_pi =
       fresnel * facets + several_ * missing(there) + base_ * left_of(there, dielectric_);

@@ -2,11 +2,15 @@
 // with to the bit. What it is, and where it comes from, stands there.
 #pragma once
 
+#include "slave/core/bsdf/albedo_table.h"
 #include "slave/core/sampling/hemisphere.h"
 #include "slave/core/surface/surface.h"
 #include "tests/support/bsdf_at.h"
 
 namespace tessera::test {
+
+// Of cosine and roughness in [0, 1].
+core::SpecularAlbedo plain_albedo(float cosine, float roughness);
 
 class PlainGlossy {
  public:

@@ -38,21 +38,6 @@ float mean_of(Get get) {
   return static_cast<float>(sum);
 }
 
-// The node below `x` in [0, 1] and the weight of the next.
-struct Step {
-  std::size_t node;
-  float weight;
-};
-Step step_of(float x) {
-  const float at = std::clamp(x, 0.0f, 1.0f) * (AlbedoTable::kNodes - 1);
-  const int node = std::min(static_cast<int>(at), AlbedoTable::kNodes - 2);
-  return {static_cast<std::size_t>(node), at - static_cast<float>(node)};
-}
-
-SpecularAlbedo mixed(SpecularAlbedo a, SpecularAlbedo b, float t) {
-  return {a.scale * (1 - t) + b.scale * t, a.bias * (1 - t) + b.bias * t};
-}
-
 }  // namespace
 
 const AlbedoTable& AlbedoTable::shared() {
@@ -72,19 +57,6 @@ AlbedoTable::AlbedoTable() {
     means_[r] = {mean_of([&](int i) { return double{at(i).scale}; }),
                  mean_of([&](int i) { return double{at(i).bias}; })};
   }
-}
-
-SpecularAlbedo AlbedoTable::at(float cosine, float roughness) const {
-  const Step i = step_of(std::sqrt(std::max(cosine, 0.0f))), r = step_of(roughness);
-  const auto row = [&](std::size_t k) {
-    return mixed(nodes_[k][i.node], nodes_[k][i.node + 1], i.weight);
-  };
-  return mixed(row(r.node), row(r.node + 1), r.weight);
-}
-
-SpecularAlbedo AlbedoTable::mean(float roughness) const {
-  const Step r = step_of(roughness);
-  return mixed(means_[r.node], means_[r.node + 1], r.weight);
 }
 
 }  // namespace tessera::core

@@ -1,5 +1,5 @@
 // How much light a single bounce on GGX microfacets keeps, by angle and roughness; what is missing
-// has met further facets, and glossy.h puts it back.
+// has met further facets, and the glossy BSDF puts it back (slave/core/kernel/glossy-inl.h).
 //
 // Computed at the first use in double from a fixed point set, with square roots only: the same bits
 // on every machine. 32 x 32 nodes; linear in roughness and in the root of the cosine, so that nodes
@@ -20,17 +20,15 @@ struct SpecularAlbedo {
   float scale = 0, bias = 0;
 };
 
+static_assert(sizeof(SpecularAlbedo) == 2 * sizeof(float));
+
 class AlbedoTable {
  public:
   static constexpr int kNodes = 32;
 
   static const AlbedoTable& shared();
 
-  // cosine and roughness in [0, 1].
-  SpecularAlbedo at(float cosine, float roughness) const;
-  // Over all directions, cosine-weighted: of what at() gives, exactly.
-  SpecularAlbedo mean(float roughness) const;
-  // For the kernels (slave/core/kernel/microfacet-inl.h): the same, to the bit.
+  // For lookups (slave/core/kernel/microfacet-inl.h).
   AlbedoView view() const { return {&nodes_[0][0].scale, &means_[0].scale, kNodes}; }
 
  private:

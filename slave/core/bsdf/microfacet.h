@@ -27,13 +27,6 @@ inline float smith_root(float z, float alpha) {
   return std::sqrt(z * z + alpha * alpha * (1 - z * z));
 }
 
-// Normals per solid angle, times what the surface's area has of theirs.
-inline float ggx_distribution(Vec3f half, float alpha) {
-  const float x = half.x / alpha, y = half.y / alpha;
-  const float norm = x * x + y * y + half.z * half.z;
-  return 0.318309886f / (alpha * alpha * norm * norm);
-}
-
 // What shadowing leaves of a reflection, over its density when the half vector is a visible normal:
 // G2 / G1.
 inline float shadowing_weight(float z_viewer, float z_light, float alpha) {

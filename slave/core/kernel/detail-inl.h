@@ -47,11 +47,11 @@ class DetailKernel {
     const V3 normal = load3(d, p_.normal, at), direction = load3(d, p_.direction, at);
     V3 shading = normal;
     if (group_.has_normals) shading = interpolated(at, normal);
-    if (has_texture() || group_.has_program) {
+    if (group_.has_texture || group_.has_program) {
       const V3 a = load3(d, p_.corner[0], at);
       const V3 b = load3(d, p_.corner[1], at) - a, c = load3(d, p_.corner[2], at) - a;
       const V twice_area = length(cross(b, c)), footprint = footprint_at(at, normal, direction);
-      if (has_texture()) textures(at, lanes, b, c, twice_area, footprint, normal, shading);
+      if (group_.has_texture) textures(at, lanes, b, c, twice_area, footprint, normal, shading);
       if (group_.has_program) place(at, twice_area, footprint);
     }
     if (!group_.is_diffuse) {
@@ -62,11 +62,6 @@ class DetailKernel {
       shading = if_then_else(hn::Gt(dot(shading, to_viewer), hn::Zero(d)), shading, normal);
     }
     store3(d, shading, p_.shading_normal, at);
-  }
-
-  bool has_texture() const {
-    return group_.albedo_texture != nullptr || group_.emission_texture != nullptr ||
-           group_.roughness_metalness_texture != nullptr || group_.normal_texture != nullptr;
   }
 
   HWY_INLINE V weight_a(size_t at) const {

@@ -17,7 +17,8 @@ struct DetailGroup {
   float normal_map[3][3];  // by rows
   bool is_diffuse;         // no direction to the viewer is asked for
   bool has_program;        // a place and a footprint are
-  // Null: none. Any: there are texture coordinates.
+  bool has_texture;        // there are texture coordinates to look at some with
+  // Null: none.
   const TextureView* albedo_texture;
   const TextureView* emission_texture;
   const TextureView* roughness_metalness_texture;

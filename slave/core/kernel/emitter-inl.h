@@ -31,8 +31,6 @@ class EmitterKernel {
   }
 
  private:
-  static constexpr float kInvPi = 0.318309886f;
-
   // Uniform on the triangle (Osada et al., "Shape distributions", 2002, section 4.2); keeps strata.
   HWY_INLINE void sample(size_t at) {
     const D d;

@@ -24,6 +24,7 @@
 #include "slave/core/kernel/filter-inl.h"
 #include "slave/core/kernel/gather-inl.h"
 #include "slave/core/kernel/glossy-inl.h"
+#include "slave/core/kernel/hash-inl.h"
 #include "slave/core/kernel/noise-inl.h"
 #include "slave/core/kernel/packet_call-inl.h"
 #include "slave/core/kernel/sky-inl.h"

@@ -18,6 +18,7 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr float kRoundoff = 0x1p-24f;  // u of all error bounds
+constexpr float kInvPi = 0.318309886f;
 // Part of every absolute tolerance: some sixteen roundings of denormal numbers, 2^-150 each, with
 // room. It counts only where products of lengths come near the end of float32. No denormal number
 // itself, for some processors take a hundred cycles for each operation with one.

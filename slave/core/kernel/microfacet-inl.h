@@ -18,7 +18,6 @@ namespace HWY_NAMESPACE {
 using ShadeTag = hn::CappedTag<float, 16>;
 using ShadeVec = hn::Vec<ShadeTag>;
 
-constexpr float kInvPi = 0.318309886f;
 constexpr float kAlphaMin = 1e-3f;  // see microfacet.h
 
 HWY_INLINE ShadeVec alpha_of(ShadeVec roughness) {

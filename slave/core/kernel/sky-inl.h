@@ -1,4 +1,4 @@
-// Light of an environment map, a direction to a lane, to the bit of sky_map.h. What lies far apart in
+// Light of an environment map, a direction to a lane; samples to the bit of sky_map.h. What lies far apart in
 // memory is fetched for a whole register before any of it is used, so that the waits overlap.
 //
 // Threads. Works on the caller's memory.

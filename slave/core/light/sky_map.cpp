@@ -10,30 +10,10 @@
 namespace tessera::core {
 namespace {
 
-constexpr float kPi = 3.14159274f;
 constexpr double kEvenShare = 0.1;
 constexpr float kTwoPi2 = 19.7392088f;  // 2 pi^2: the picture's sides as angles, multiplied
 
 double luminance(Vec3f c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
-
-// Of x in [0, 1]; off by 2e-8 (Abramowitz and Stegun, 4.4.49) and roundings.
-float arc_tangent(float x) {
-  const float b = x * x;
-  float sum = 0.0028662257f;
-  for (const float c : {-0.0161657367f, 0.0429096138f, -0.0752896400f, 0.1065626393f,
-                        -0.1420889944f, 0.1999355085f, -0.3333314528f, 1.0f}) {
-    sum = sum * b + c;
-  }
-  return x * sum;
-}
-
-// The angle of (x, y) from the x axis, y >= 0: in [0, pi]. 0 for (0, 0).
-float half_angle_of(float x, float y) {
-  const float ax = std::fabs(x);
-  if (ax == 0 && y == 0) return 0;
-  const float a = y <= ax ? arc_tangent(y / ax) : kPi / 2 - arc_tangent(ax / y);
-  return x < 0 ? kPi - a : a;
-}
 
 // The mean over a texel of a bilinear picture, along one axis.
 constexpr double kTent[3] = {0.125, 0.75, 0.125};
@@ -124,14 +104,6 @@ double SkyMap::weight_of(int x, int y) const {
   return sum;
 }
 
-// In texels, from the upper left corner.
-Vec2f SkyMap::place_of(Vec3f d) const {
-  const float turn = half_angle_of(-d.z, std::fabs(d.x)) / (2 * kPi);
-  const float polar = half_angle_of(d.y, std::sqrt(d.x * d.x + d.z * d.z)) / kPi;
-  return {(d.x < 0 ? 0.5f - turn : 0.5f + turn) * static_cast<float>(map_->width_px),
-          polar * static_cast<float>(map_->height_px)};
-}
-
 Vec3f SkyMap::at(Vec2f place) const {
   const float x = place.x - 0.5f, y = place.y - 0.5f;
   const float left = std::floor(x), top = std::floor(y);
@@ -142,8 +114,6 @@ Vec3f SkyMap::at(Vec2f place) const {
       texel(column, row + 1) * (1 - right_share) + texel(column + 1, row + 1) * right_share;
   return above * (1 - bottom_share) + below * bottom_share;
 }
-
-Vec3f SkyMap::radiance(Vec3f direction) const { return at(place_of(direction)); }
 
 float SkyMap::chance(std::size_t x, std::size_t y) const {
   const auto width = static_cast<std::size_t>(map_->width_px);
@@ -166,16 +136,6 @@ SkyMap::Sample SkyMap::sample(Vec2f square) const {
   const Vec3f direction{-polar.sin * turn.sin, polar.cos, polar.sin * turn.cos};
   const float likelier = chance(column.number, row.number);
   return {direction, at(place), likelier > 0 ? kTwoPi2 * polar.sin / likelier : 0};
-}
-
-float SkyMap::density(Vec3f direction) const {
-  const Vec2f place = place_of(direction);
-  const auto inside = [](float x, int count) {
-    return static_cast<std::size_t>(std::clamp(static_cast<int>(x), 0, count - 1));
-  };
-  const float likelier = chance(inside(place.x, map_->width_px), inside(place.y, map_->height_px));
-  const float sine = std::sqrt(direction.x * direction.x + direction.z * direction.z);
-  return sine > 0 ? likelier / (kTwoPi2 * sine) : 0;
 }
 
 SkyView SkyMap::view() const {

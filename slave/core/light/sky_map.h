@@ -26,8 +26,8 @@ class SkyMap {
 
   const std::shared_ptr<const EnvironmentMap>& map() const { return map_; }
 
-  // `direction` need not be of unit length. Zero: some texel's.
-  Vec3f radiance(Vec3f direction) const;
+  // At a place of the picture, in texels from the upper left corner.
+  Vec3f at(Vec2f place) const;
   // Of all directions together, radiance times solid angle; luminance.
   double power() const { return power_; }
 
@@ -38,16 +38,12 @@ class SkyMap {
   };
   // Requires: power() > 0; 0 <= x, y < 1.
   Sample sample(Vec2f square) const;
-  // By solid angle, with which sample() takes it. Requires: power() > 0, a unit vector.
-  float density(Vec3f direction) const;
-
   std::uint64_t memory_bytes() const;
-  // For packets (slave/core/kernel/sky-inl.h): the same, to the bit. Requires: this outlives it.
+  // For packets (slave/core/kernel/sky-inl.h): samples as here, to the bit, and the radiance and density of
+  // directions. Requires: this outlives it.
   SkyView view() const;
 
  private:
-  Vec2f place_of(Vec3f direction) const;
-  Vec3f at(Vec2f place) const;
   Vec3f texel(int x, int y) const;
   double weight_of(int x, int y) const;
   // How much likelier than uniformly over the picture sample() takes this texel.

@@ -1,21 +1,12 @@
 #include "slave/core/render/bsdf_packet.h"
 
 #include "slave/core/bsdf/albedo_table.h"
+#include "slave/core/render/axis_arrays.h"
 
 namespace tessera::core {
-namespace {
-
-void put(Vec3f v, float (&to)[3][kBsdfPoints], int i) {
-  to[0][i] = v.x;
-  to[1][i] = v.y;
-  to[2][i] = v.z;
-}
-
-}  // namespace
-
 int BsdfPacket::add(Vec3f shading_normal) {
   const int i = points_.count++;
-  put(shading_normal, points_.normal, i);
+  put_vector(shading_normal, points_.normal, i);
   return i;
 }
 
@@ -27,9 +18,9 @@ int BsdfPacket::add_diffuse(Vec3f shading_normal, Vec2f square) {
 }
 
 void BsdfPacket::put_glossy(const Surface& s, int i) {
-  put(s.to_viewer, points_.to_viewer, i);
-  put(s.albedo, points_.albedo, i);
-  put(s.material->specular, points_.specular, i);
+  put_vector(s.to_viewer, points_.to_viewer, i);
+  put_vector(s.albedo, points_.albedo, i);
+  put_vector(s.material->specular, points_.specular, i);
   points_.roughness[i] = s.roughness;
   points_.metalness[i] = s.metalness;
 }
@@ -43,7 +34,7 @@ int BsdfPacket::add_glossy(const Surface& s, Vec2f square) {
 int BsdfPacket::add_glossy(const Surface& s, Vec3f to_light) {
   const int i = add(s.shading_normal);
   put_glossy(s, i);
-  put(to_light, points_.direction, i);
+  put_vector(to_light, points_.direction, i);
   return i;
 }
 

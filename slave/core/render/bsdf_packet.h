@@ -4,6 +4,7 @@
 #pragma once
 
 #include "slave/core/kernel/kernel_table.h"
+#include "slave/core/render/axis_arrays.h"
 #include "slave/core/surface/surface.h"
 
 namespace tessera::core {
@@ -26,18 +27,17 @@ class BsdfPacket {
   void evaluate_glossy(const KernelTable& kernels);
 
   // To the light, unit.
-  Vec3f direction(int i) const { return at(points_.direction, i); }
+  Vec3f direction(int i) const { return vector_at(points_.direction, i); }
   // BSDF times cosine over density: of glossy ones that were sampled. Zero: nothing comes from there.
-  Vec3f weight(int i) const { return at(points_.value, i); }
+  Vec3f weight(int i) const { return vector_at(points_.value, i); }
   // Of the BSDF, of glossy ones that were evaluated: a diffuse surface's is its albedo.
-  Vec3f times_pi(int i) const { return at(points_.value, i); }
+  Vec3f times_pi(int i) const { return vector_at(points_.value, i); }
   // With which the direction is sampled, by solid angle.
   float density(int i) const { return points_.density[i]; }
 
  private:
   int add(Vec3f shading_normal);
   void put_glossy(const Surface& s, int i);
-  static Vec3f at(const float (&v)[3][kBsdfPoints], int i) { return {v[0][i], v[1][i], v[2][i]}; }
 
   BsdfPoints points_{};
 };

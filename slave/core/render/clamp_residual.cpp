@@ -13,6 +13,7 @@ namespace tessera::core {
 namespace {
 
 // Keys of a pixel that no path uses.
+static_assert(kPacketRays <= kSamplePoints && kPacketRays <= BsdfPacket::kMax);
 constexpr std::uint32_t kDimensionRay = 0x10000001u, kDimensionPath = 0x10000003u;
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "slave/core/light/light_sampling.h"
+#include "slave/core/render/axis_arrays.h"
 
 namespace tessera::core {
 namespace {
@@ -20,14 +21,11 @@ float cosine_at(const Surface& s, Vec3f to_light) {
   return c > 0 ? c : 0;
 }
 
-void put(Vec3f v, float (&to)[3][kLitPoints], int i) {
-  to[0][i] = v.x;
-  to[1][i] = v.y;
-  to[2][i] = v.z;
-}
-Vec3f at(const float (&v)[3][kLitPoints], int i) { return {v[0][i], v[1][i], v[2][i]}; }
-
 bool is_usable(Vec3f c) { return is_finite(c) && (c.x > 0 || c.y > 0 || c.z > 0); }
+
+// One packet of them all.
+static_assert(kLitPoints == kSamplePoints && kLitPoints == kPacketRays &&
+              kLitPoints == BsdfPacket::kMax && kBatchMax % kLitPoints == 0);
 
 }  // namespace
 
@@ -77,6 +75,7 @@ void LightSamples::of_light(const SurfaceBatch& batch, const Light& light) {
     if (light.kind == LightKind::kDirectional) {
       const Vec3f to_light = -light.direction;
       put(i, {to_light, light.intensity, kInvPi * cosine_at(s, to_light), 0});
+      start[i] = s.point + s.normal * s.offset;
       direction[i] = to_light;
     } else {
       const Vec3f away = light.position - s.point;
@@ -86,9 +85,9 @@ void LightSamples::of_light(const SurfaceBatch& batch, const Light& light) {
       if (light.kind == LightKind::kSpot)
         strength *= spot_falloff(light, -dot(light.direction, to_light));
       put(i, {to_light, light.intensity, kInvPi * strength, 0});
+      start[i] = s.point;
       direction[i] = away;
     }
-    start[i] = s.point + s.normal * s.offset;
   }
   respond(batch);
 }
@@ -98,9 +97,9 @@ void LightSamples::hold(const SurfaceBatch& batch) {
     const Surface& s = batch.surface[i];
     LitSurfaces& lit = lit_[i / kLitPoints];
     const int lane = i % kLitPoints;
-    core::put(s.point, lit.point, lane);
-    core::put(s.normal, lit.normal, lane);
-    core::put(s.shading_normal, lit.shading_normal, lane);
+    put_vector(s.point, lit.point, lane);
+    put_vector(s.normal, lit.normal, lane);
+    put_vector(s.shading_normal, lit.shading_normal, lane);
     lit.offset[lane] = s.offset;
   }
 }
@@ -131,20 +130,20 @@ void LightSamples::sample_emitters(const SurfaceBatch& batch, int first, std::ui
   for (int i = 0; i < n; ++i) {
     if (!(e.strength[i] > 0)) continue;
     const int s = first + i;
-    put(s, {at(e.to_light, i), lights.emission_at(*emitter_[i], e.u[i], e.v[i]), e.strength[i],
-            e.density[i]});
-    start[s] = at(e.start, i);
-    direction[s] = at(e.direction, i);
+    put(s, {vector_at(e.to_light, i), lights.emission_at(*emitter_[i], e.u[i], e.v[i]),
+            e.strength[i], e.density[i]});
+    start[s] = vector_at(e.start, i);
+    direction[s] = vector_at(e.direction, i);
   }
 }
 
 void LightSamples::put_emitter(const Emitter& emitter, int i) {
   EmitterSamples& e = emitters_;
   emitter_[i] = &emitter;
-  core::put(emitter.a, e.a, i);
-  core::put(emitter.edge_b, e.edge_b, i);
-  core::put(emitter.edge_c, e.edge_c, i);
-  core::put(emitter.normal, e.emitter_normal, i);
+  put_vector(emitter.a, e.a, i);
+  put_vector(emitter.edge_b, e.edge_b, i);
+  put_vector(emitter.edge_c, e.edge_c, i);
+  put_vector(emitter.normal, e.emitter_normal, i);
   e.area[i] = emitter.area;
   e.chance[i] = options_.picks_emitters ? emitter.share : 1;
 }

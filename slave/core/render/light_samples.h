@@ -34,7 +34,8 @@ class LightSamples {
 
   // Each: for all surfaces of the batch, which replace those before.
 
-  // Of a light without extent. The ray ends at the light; that of a directional one has no end.
+  // Of a light without extent. A directional one's ray has no end; of others `start` is the surface's
+  // point as it is, and the light is at 1.
   void of_light(const SurfaceBatch& batch, const Light& light);
   // Requires: hold(batch) was called. The ray ends just before the emitter at 1. `sample`: number of the
   // pixels' sample.

@@ -2,17 +2,10 @@
 
 #include <new>
 
+#include "slave/core/render/axis_arrays.h"
 #include "slave/core/render/ray_bits.h"
 
 namespace tessera::core {
-namespace {
-
-Vec3f at(const float (*values)[kPacketRays], int ray) {
-  return {values[0][ray], values[1][ray], values[2][ray]};
-}
-
-}  // namespace
-
 void MetSurfaces::begin(const PreparedScene::Impl& scene, const KernelTable& kernels) {
   scene_ = &scene;
   kernels_ = &kernels;
@@ -41,8 +34,8 @@ void MetSurfaces::make(std::uint64_t rays, const RayCone* cones, Surface* const*
   for_each_ray(rays, [&](int ray) {
     const Material& m = material(ray);
     Surface& s = *new (to[ray]) Surface;  // in its place: this is the path of every bounce
-    s.point = at(points_.point, ray);
-    s.normal = s.shading_normal = at(points_.normal, ray);
+    s.point = vector_at(points_.point, ray);
+    s.normal = s.shading_normal = vector_at(points_.normal, ray);
     s.offset = points_.offset[ray];
     s.albedo = m.albedo;
     s.is_front = (points_.front >> ray & 1u) != 0;

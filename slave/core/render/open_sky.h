@@ -7,6 +7,7 @@
 
 #include "slave/core/kernel/kernel_table.h"
 #include "slave/core/light/light_set.h"
+#include "slave/core/render/axis_arrays.h"
 
 namespace tessera::core {
 
@@ -22,7 +23,8 @@ class OpenSky {
   void look(const float (&direction)[3][kPacketRays], std::uint64_t rays);
   // Of the ray, as seen last.
   Vec3f radiance(int ray) const {
-    return has_map() ? lights_->environment * at(points_.radiance, ray) : lights_->environment;
+    return has_map() ? lights_->environment * vector_at(points_.radiance, ray)
+                     : lights_->environment;
   }
   float density(int ray) const { return points_.density[ray]; }
 
@@ -30,12 +32,10 @@ class OpenSky {
   void sample(const SamplePoints& points);
   // The sample of i, but for the factor of the environment.
   SkyMap::Sample drawn(int i) const {
-    return {at(points_.direction, i), at(points_.radiance, i), points_.angle[i]};
+    return {vector_at(points_.direction, i), vector_at(points_.radiance, i), points_.angle[i]};
   }
 
  private:
-  static Vec3f at(const float (&v)[3][kSkyPoints], int i) { return {v[0][i], v[1][i], v[2][i]}; }
-
   const LightSet* lights_ = nullptr;
   const KernelTable* kernels_ = nullptr;
   SkyView view_{};

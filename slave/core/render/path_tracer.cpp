@@ -1,7 +1,6 @@
 #include "slave/core/render/path_tracer.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "slave/core/render/ray_bits.h"
 #include "slave/core/sampling/sample_sequence.h"
@@ -70,19 +69,17 @@ std::uint64_t PathTracer::follow(SurfaceBatch& batch, Vec3f* radiance) {
     for (int i = 0; i < n; ++i) numbers[i] = first + i;
     const std::uint64_t met = rays.trace(numbers, n);
     if (scene_->lights.has_environment) add_sky(first, bits_below(n) & ~met, radiance);
-    for (std::uint64_t left = met; left != 0; left &= left - 1) {
-      const int i = std::countr_zero(left), ray = first + i;
+    for_each_ray(met, [&](int i) {
       to[i] = &batch.surface[batch.count];
-      batch.key[batch.count] = rays.key[ray];
-      batch.pixel[batch.count++] = rays.pixel[ray];
-    }
+      batch.key[batch.count] = rays.key[first + i];
+      batch.pixel[batch.count++] = rays.pixel[first + i];
+    });
     rays.meet(met, to);
-    for (std::uint64_t left = met; left != 0; left &= left - 1) {
-      const int i = std::countr_zero(left);
-      if (is_black(to[i]->emission)) continue;
+    for_each_ray(met, [&](int i) {
+      if (is_black(to[i]->emission)) return;
       Vec3f& sum = radiance[rays.pixel[first + i]];
       sum = sum + rays.emission_met(i, *to[i], true);
-    }
+    });
   }
   return static_cast<std::uint64_t>(rays.count);
 }

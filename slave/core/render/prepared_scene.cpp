@@ -140,6 +140,7 @@ std::uint64_t PreparedScene::memory_bytes() const {
     bytes += mesh->uvs.size() * sizeof(Vec2f) + mesh->triangles.size() * 3 * sizeof(std::uint32_t);
   }
   if (impl_->lights.sky_map) bytes += impl_->lights.sky_map->memory_bytes();
+  bytes += impl_->texture_views.capacity() * sizeof(TextureView);
   for (const auto& map : impl_->textures) {
     bytes += map->base->rgba.size();
     for (const Texture& level : map->levels) bytes += level.rgba.size();

@@ -1,11 +1,11 @@
 #include "slave/core/render/scattered_rays.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 
 #include "slave/core/bsdf/specular.h"
+#include "slave/core/render/ray_bits.h"
 
 namespace tessera::core {
 namespace {
@@ -55,11 +55,12 @@ void ScatteredRays::scatter_some(const SurfaceBatch& batch, const Asked* asked, 
   if (glossy_.count() > 0) glossy_.sample_glossy(tracer_->kernels());
   for (int i = 0; i < n; ++i) {
     const Surface& s = batch.surface[asked[i].surface];
-    const int k = number[i];
     if (s.bsdf == BsdfKind::kDiffuse) {
+      const int k = number[i];
       push(batch, asked[i],
            {diffuse_.direction(k), s.albedo * s.weight, diffuse_.density(k), kDiffuseSpread});
     } else if (s.bsdf == BsdfKind::kGlossy) {
+      const int k = number[i];
       push(batch, asked[i],
            {glossy_.direction(k), glossy_.weight(k) * s.weight, glossy_.density(k),
             kDiffuseSpread * s.roughness * s.roughness});
@@ -70,10 +71,12 @@ void ScatteredRays::scatter_some(const SurfaceBatch& batch, const Asked* asked, 
   }
 }
 
-// Below the surface, by an interpolated normal, there is nothing to see.
+// Below the surface, by an interpolated normal, there is nothing to see; and a direction along it, whose
+// cosine is nothing but rounding, would have no density to be weighed by.
 void ScatteredRays::push(const SurfaceBatch& batch, const Asked& asked, const Scattered& out) {
   if (is_black(out.weight)) return;
   const Surface& s = batch.surface[asked.surface];
+  if (!is_specular(s) && !(out.density > 0)) return;
   const Vec3f outward = s.normal * (out.is_through ? -1.0f : 1.0f);
   if (!(dot(out.direction, outward) > 0)) return;
   const int ray = count++;
@@ -104,15 +107,9 @@ std::uint64_t ScatteredRays::trace(const int* rays, int n) {
 void ScatteredRays::meet(std::uint64_t met, Surface* const* to) {
   RayCone cones[kPacketRays];
   const bool has_cones = scene_->features.needs_cones();
-  for (std::uint64_t left = has_cones ? met : 0; left != 0; left &= left - 1) {
-    const int i = std::countr_zero(left);
-    cones[i] = cone[number_[i]];
-  }
+  for_each_ray(has_cones ? met : 0, [&](int i) { cones[i] = cone[number_[i]]; });
   met_.make(met, has_cones ? cones : nullptr, to);
-  for (; met != 0; met &= met - 1) {
-    const int i = std::countr_zero(met);
-    to[i]->weight = weight[number_[i]];
-  }
+  for_each_ray(met, [&](int i) { to[i]->weight = weight[number_[i]]; });
 }
 
 Vec3f ScatteredRays::emission_met(int i, const Surface& s, bool is_picked) const {

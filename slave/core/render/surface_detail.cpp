@@ -1,8 +1,10 @@
 #include "slave/core/render/surface_detail.h"
 
+#include <array>
 #include <bit>
 #include <span>
 
+#include "slave/core/render/axis_arrays.h"
 #include "slave/core/render/ray_bits.h"
 #include "slave/core/surface/programs.h"
 
@@ -11,13 +13,8 @@ namespace {
 
 static_assert(kDetailPoints >= kPacketRays && kDetailPoints <= kPlacesMax);
 
-bool has_texture(const DetailGroup& g) {
-  return g.albedo_texture != nullptr || g.emission_texture != nullptr ||
-         g.roughness_metalness_texture != nullptr || g.normal_texture != nullptr;
-}
-
 bool is_needed(const DetailGroup& g) {
-  return g.has_normals || has_texture(g) || g.has_program || !g.is_diffuse;
+  return g.has_normals || g.has_texture || g.has_program || !g.is_diffuse;
 }
 
 void set_normal_map(const Transform& to_world, DetailGroup& group) {
@@ -27,16 +24,6 @@ void set_normal_map(const Transform& to_world, DetailGroup& group) {
   for (std::size_t row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) group.normal_map[row][column] = rows[row][column];
   }
-}
-
-void put(Vec3f v, float (&to)[3][kDetailPoints], int i) {
-  to[0][i] = v.x;
-  to[1][i] = v.y;
-  to[2][i] = v.z;
-}
-
-Vec3f at(const float (&from)[3][kDetailPoints], int i) {
-  return {from[0][i], from[1][i], from[2][i]};
 }
 
 }  // namespace
@@ -51,10 +38,11 @@ void SurfaceDetail::add(const Hits& hits, std::uint64_t rays, const RayCone* con
                         Surface* const* to) {
   std::uint32_t instance[kPacketRays];
   const bool is_diffuse = scene_->features.is_diffuse();
+  const bool has_cones = cones != nullptr && scene_->features.needs_cones();
   for_each_ray(rays, [&](int ray) {
     instance[ray] = instances_.of(hits.triangle[ray]);
     Surface& s = *to[ray];
-    if (cones != nullptr) s.cone = cones[ray].advanced(hits.points.distance[ray]);
+    if (has_cones) s.cone = cones[ray].advanced(hits.points.distance[ray]);
     if (is_diffuse) return;
     s.bsdf = s.material->bsdf;
     s.roughness = s.material->roughness;
@@ -83,6 +71,7 @@ DetailGroup SurfaceDetail::group_of(std::uint32_t instance, const Material& mate
   group.has_normals = scene_->features.has_normals && !mesh.normals.empty();
   if (group.has_normals) set_normal_map(scene_->instances[instance].object_to_world, group);
   if (mesh.uvs.empty() || !has_texture(material)) return group;
+  group.has_texture = true;
   const auto view_of = [&](std::uint32_t texture) {
     return texture == kNoTexture ? nullptr : &scene_->texture_views[texture];
   };
@@ -120,19 +109,18 @@ void SurfaceDetail::add_group(const DetailGroup& group, const Hits& hits, std::u
 
 void SurfaceDetail::put_corners(const DetailGroup& group, std::uint32_t instance) {
   const Mesh& mesh = *scene_->meshes[scene_->instances[instance].mesh];
-  const bool has_uvs = has_texture(group);
   for (int i = 0; i < points_.count; ++i) {
     const auto& corners = mesh.triangles[triangle_[i] - instances_.first_triangle()];
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t vertex = corners[static_cast<std::size_t>(k)];
-      if (group.has_normals) put(mesh.normals[vertex], points_.corner_normal[k], i);
-      if (group.has_program) put(mesh.positions[vertex], points_.corner_of_mesh[k], i);
-      if (has_uvs) {
+      if (group.has_normals) put_vector(mesh.normals[vertex], points_.corner_normal[k], i);
+      if (group.has_program) put_vector(mesh.positions[vertex], points_.corner_of_mesh[k], i);
+      if (group.has_texture) {
         points_.corner_uv[k][0][i] = mesh.uvs[vertex].x;
         points_.corner_uv[k][1][i] = mesh.uvs[vertex].y;
       }
-      if (has_uvs || group.has_program)
-        put(scene_->triangles.vertex(triangle_[i], k), points_.corner[k], i);
+      if (group.has_texture || group.has_program)
+        put_vector(scene_->triangles.vertex(triangle_[i], k), points_.corner[k], i);
     }
   }
 }
@@ -140,10 +128,10 @@ void SurfaceDetail::put_corners(const DetailGroup& group, std::uint32_t instance
 void SurfaceDetail::take(const DetailGroup& group) {
   for (int i = 0; i < points_.count; ++i) {
     Surface& s = *surface_[i];
-    s.shading_normal = at(points_.shading_normal, i);
-    if (!group.is_diffuse) s.to_viewer = at(points_.to_viewer, i);
-    if (group.albedo_texture != nullptr) s.albedo = s.albedo * at(points_.albedo, i);
-    if (group.emission_texture != nullptr) s.emission = s.emission * at(points_.emission, i);
+    s.shading_normal = vector_at(points_.shading_normal, i);
+    if (!group.is_diffuse) s.to_viewer = vector_at(points_.to_viewer, i);
+    if (group.albedo_texture != nullptr) s.albedo = s.albedo * vector_at(points_.albedo, i);
+    if (group.emission_texture != nullptr) s.emission = s.emission * vector_at(points_.emission, i);
     if (group.roughness_metalness_texture != nullptr) {
       s.roughness *= points_.roughness[i];
       s.metalness *= points_.metalness[i];

@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <random>
+#include <vector>
 
 #include "common/math/rounding.h"
 #include "slave/core/kernel/kernel_table.h"
