@@ -18,11 +18,11 @@ namespace tessera::core {
 
 class LightSamples {
  public:
-  // By surface of the batch, where is_active:
-  Vec3f start[kBatchMax],
-      direction[kBatchMax];       // of a ray that tells whether anything is in the way
-  Vec3f contribution[kBatchMax];  // to the surface's pixel
-  bool is_active[kBatchMax];      // there is light to be had
+  bool is_active[kBatchMax];  // by surface of the batch: there is light to be had
+  // Where there is: a ray that tells whether anything is in the way, world units, and what the surface's
+  // pixel gets if nothing is.
+  Vec3f start[kBatchMax], direction[kBatchMax];
+  Vec3f contribution[kBatchMax];
 
   struct Options {
     int samples = 1;              // of each light, for each surface

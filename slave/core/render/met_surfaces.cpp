@@ -6,6 +6,7 @@
 #include "slave/core/render/ray_bits.h"
 
 namespace tessera::core {
+
 void MetSurfaces::begin(const PreparedScene::Impl& scene, const KernelTable& kernels) {
   scene_ = &scene;
   kernels_ = &kernels;

@@ -72,9 +72,9 @@ void TileRenderer::Scratch::shade_primary(int x, int y) {
 }
 
 void TileRenderer::Scratch::add_background(int x, int y) {
-  std::uint64_t open = camera.rays.active;
-  for_each_ray(open, [&](int i) {
-    if (hits.primitive[i] != kNoPrimitive) open &= ~(std::uint64_t{1} << i);
+  std::uint64_t open = 0;
+  for_each_ray(camera.rays.active, [&](int i) {
+    if (hits.primitive[i] == kNoPrimitive) open |= std::uint64_t{1} << i;
   });
   sky.look(camera.rays.direction, open);
   for_each_ray(open, [&](int i) {
