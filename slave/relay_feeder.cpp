@@ -24,50 +24,55 @@ void RelayFeeder::accept(net::ConnectionPtr connection, net::Listener* listener)
              {{"peer", peer.address}, {"role", peer.role}});
     return;  // closes
   }
-  if (children_.size() >= kChildrenMax) children_.pop_front();
-  children_.emplace_back();
-  const ChildIterator child = std::prev(children_.end());
-  child->connection = std::move(connection);
+  if (children_.size() >= kChildrenMax) children_.erase(children_.begin());
+  const ChildNumber number = next_child_++;
   net::ConnectionCallbacks callbacks;
-  callbacks.on_record = [this, child, listener](net::ReceivedRecord record) {
-    on_record(child, std::move(record), listener);
+  callbacks.on_record = [this, number, listener](net::ReceivedRecord record) {
+    on_record(number, std::move(record), listener);
   };
-  callbacks.on_closed = [this, child](const Status&) { children_.erase(child); };
-  callbacks.on_drained = [this, child] { pump(*child); };
-  child->connection->start(std::move(callbacks), wire::relay_join_limits());
+  callbacks.on_closed = [this, number](const Status&) { children_.erase(number); };
+  callbacks.on_drained = [this, number] {
+    if (const auto child = children_.find(number); child != children_.end()) pump(child->second);
+  };
+  Child& child = children_[number];
+  child.connection = std::move(connection);
+  child.connection->start(std::move(callbacks), wire::relay_join_limits());
 }
 
-void RelayFeeder::refuse(ChildIterator child, const std::string& reason) {
-  const net::ConnectionPtr connection = child->connection;
+void RelayFeeder::refuse(ChildNumber number, const std::string& reason) {
+  const net::ConnectionPtr connection = children_.at(number).connection;
   log_warn("relay-refused", reason, {{"peer", connection->peer().address}});
   connection->send(wire::encode(wire::Refuse{wire::RefuseCode::kProtocol, reason}));
   connection->close(kFarewell);
-  children_.erase(child);
+  children_.erase(number);
   loop_.post([connection] {});  // its callback may be running
 }
 
-void RelayFeeder::on_record(ChildIterator child, net::ReceivedRecord record,
+void RelayFeeder::on_record(ChildNumber number, net::ReceivedRecord record,
                             net::Listener* listener) {
+  const auto found = children_.find(number);
+  if (found == children_.end()) return;
+  Child& child = found->second;
   Result<wire::Message> message = wire::decode(std::move(record));
-  if (!message.is_ok()) return refuse(child, message.status().message());
+  if (!message.is_ok()) return refuse(number, message.status().message());
   if (const auto* join = std::get_if<wire::RelayJoin>(&*message)) {
-    if (child->has_joined || join->token != token_) return refuse(child, "a wrong token");
-    child->has_joined = true;
-    child->codings = join->codings;
-    if (listener != nullptr) listener->mark_authenticated(*child->connection);
-    return child->connection->set_limits(wire::relay_feeder_limits());
+    if (child.has_joined || join->token != token_) return refuse(number, "a wrong token");
+    child.has_joined = true;
+    child.codings = join->codings;
+    if (listener != nullptr) listener->mark_authenticated(*child.connection);
+    return child.connection->set_limits(wire::relay_feeder_limits());
   }
   const auto* need = std::get_if<wire::SceneChunkNeed>(&*message);
-  if (need == nullptr || !child->has_joined)
-    return refuse(child, "it does not keep to the protocol");
-  on_need(child, *need);
+  if (need == nullptr || !child.has_joined)
+    return refuse(number, "it does not keep to the protocol");
+  if (const std::string breach = on_need(child, *need); !breach.empty()) refuse(number, breach);
 }
 
-void RelayFeeder::on_need(ChildIterator child, const wire::SceneChunkNeed& need) {
+std::string RelayFeeder::on_need(Child& child, const wire::SceneChunkNeed& need) {
   // Who asks for a version has done with those before.
-  child->wanted.erase(child->wanted.begin(), child->wanted.lower_bound({need.version, 0}));
-  std::erase_if(child->ready, [&](const Place& p) { return p.version < need.version; });
-  if (child->wanted.size() >= kNeedsMax) return refuse(child, "it asks for too much at once");
+  child.wanted.erase(child.wanted.begin(), child.wanted.lower_bound({need.version, 0}));
+  std::erase_if(child.ready, [&](const Place& p) { return p.version < need.version; });
+  if (child.wanted.size() >= kNeedsMax) return "it asks for too much at once";
   std::vector<bool> later(need.chunks.size());
   bool is_any_later = false;
   for (std::uint32_t i = 0; i < need.chunks.size(); ++i) {
@@ -75,21 +80,22 @@ void RelayFeeder::on_need(ChildIterator child, const wire::SceneChunkNeed& need)
     net::SharedBytes bytes;
     switch (receiver_.find(need.version, need.block, i, bytes)) {
       case wire::SceneReceiver::Holding::kHere:
-        child->ready.push_back({need.version, need.block, i});
+        child.ready.push_back({need.version, need.block, i});
         break;
       case wire::SceneReceiver::Holding::kNotYet:
         later[i] = is_any_later = true;
         break;
       case wire::SceneReceiver::Holding::kNever:
-        return refuse(child, "scene version " + std::to_string(need.version) + " is not here");
+        return "scene version " + std::to_string(need.version) + " is not here";
     }
   }
-  if (is_any_later) child->wanted[{need.version, need.block}] = std::move(later);
-  pump(*child);
+  if (is_any_later) child.wanted[{need.version, need.block}] = std::move(later);
+  pump(child);
+  return {};
 }
 
 void RelayFeeder::on_arrived(const wire::SceneReceiver::Arrival& arrival) {
-  for (Child& child : children_) {
+  for (auto& [number, child] : children_) {
     const auto wanted = child.wanted.find({arrival.version, arrival.block});
     if (wanted == child.wanted.end() || arrival.chunk >= wanted->second.size()) continue;
     if (!wanted->second[arrival.chunk]) continue;

@@ -7,15 +7,16 @@
 // Invariants. (1) A child that has not said the token is listened to for nothing else; the listener
 // ends it after kHandshakeMs. (2) Only chunks of versions that our master announced leave, and only
 // checked ones. (3) At most kChildrenMax children, the oldest goes; what is queued for each is
-// bounded by its connection's low mark and a chunk.
+// bounded by its connection's low mark and a chunk. (4) Callbacks of connections know their child by
+// number and look it up: who is gone is not found.
 #pragma once
 
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <list>
 #include <map>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -56,18 +57,20 @@ class RelayFeeder {
     wire::LinkRate rate;
     wire::CodecChooser chooser;
   };
-  using ChildIterator = std::list<Child>::iterator;
+  using ChildNumber = std::uint64_t;  // in order of arrival
 
-  void on_record(ChildIterator child, net::ReceivedRecord record, net::Listener* listener);
-  void on_need(ChildIterator child, const wire::SceneChunkNeed& need);
+  void on_record(ChildNumber number, net::ReceivedRecord record, net::Listener* listener);
+  // Returns: why the child is refused, empty when it is not.
+  std::string on_need(Child& child, const wire::SceneChunkNeed& need);
   void pump(Child& child);
   void send(Child& child, const Place& place, net::SharedBytes bytes);
-  void refuse(ChildIterator child, const std::string& reason);
+  void refuse(ChildNumber number, const std::string& reason);
 
   net::EventLoop& loop_;
   const wire::SceneReceiver& receiver_;
   const std::uint64_t token_;
-  std::list<Child> children_;
+  std::map<ChildNumber, Child> children_;
+  ChildNumber next_child_ = 0;
 };
 
 }  // namespace tessera::slave

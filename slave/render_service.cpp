@@ -94,7 +94,7 @@ std::optional<wire::TileResult> RenderService::render(const TileJob& job, Worker
   if (hooks_.tile_wrong_every > 0 && ordinal % hooks_.tile_wrong_every == 0) rgb[0] += 0.5F;
   result.pixels.resize(static_cast<std::size_t>(rect.pixel_count()) *
                        static_cast<std::size_t>(bytes_per_pixel(begin.settings.pixel_format)));
-  encode_pixels(rgb, begin.settings.pixel_format, result.pixels);
+  encode_pixels(rgb, begin.settings.pixel_format, result.pixels, begin.settings.display);
   coder_.code(begin, result);
   result.frame = begin.frame;
   result.version = begin.version;

@@ -53,9 +53,8 @@ LinkCounters tcp_counters_of(int socket);
 // The connection over a stream that is ready (TLS handshake done).
 ConnectionPtr make_connection(IoThread& io, std::unique_ptr<ByteStream> stream, PeerIdentity peer);
 
-// Ends a connection from outside as if the peer had: on_closed(status) follows.
-void end_connection(Connection& connection, Status status);
-// The same from the io thread's queue, for callers that some callback may be above.
+// Ends a connection from outside as if the peer had: on_closed(status) follows, from the io thread's
+// queue and so never from inside a call.
 void end_connection_soon(const ConnectionPtr& connection, Status status);
 
 }  // namespace tessera::net

@@ -381,15 +381,11 @@ ConnectionPtr make_connection(IoThread& io, std::unique_ptr<ByteStream> stream, 
       std::make_shared<Core>(io, std::move(stream), std::move(peer)));
 }
 
-void end_connection(Connection& connection, Status status) {
-  static_cast<CoreConnection&>(connection).end(std::move(status));
-}
-
 void end_connection_soon(const ConnectionPtr& connection, Status status) {
   static_cast<CoreConnection&>(*connection)
       .io()
       .post([weak = std::weak_ptr(connection), status = std::move(status)] {
-        if (const ConnectionPtr held = weak.lock()) end_connection(*held, status);
+        if (const ConnectionPtr held = weak.lock()) static_cast<CoreConnection&>(*held).end(status);
       });
 }
 

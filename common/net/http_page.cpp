@@ -58,7 +58,8 @@ class Server : public std::enable_shared_from_this<Server> {
 
   void begin(Tcp::socket socket);
   void answer(const ExchangePtr& exchange);
-  void end(const ExchangePtr& exchange);
+  // By value: a reference into exchanges_ would not outlive what it erases.
+  void end(ExchangePtr exchange);
 
   IoThread& io_;
   const HttpPage::Content content_;
@@ -146,7 +147,7 @@ void Server::answer(const ExchangePtr& exchange) {
                     });
 }
 
-void Server::end(const ExchangePtr& exchange) {
+void Server::end(ExchangePtr exchange) {
   if (exchanges_.erase(exchange) == 0) return;
   asio::error_code ignored;
   exchange->deadline.cancel();

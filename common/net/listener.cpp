@@ -160,15 +160,17 @@ void Acceptor::crowd_out(std::list<Pending>::iterator pending) {
   drop(pending, "too many unauthenticated connections");
 }
 
+// Forgotten first, and ended from the queue: whoever hears of it may close us.
 void Acceptor::drop(std::list<Pending>::iterator pending, const char* reason) {
-  log_failure(pending->address, reason);
-  if (pending->handshaking) {
-    asio::error_code ignored;
-    pending->handshaking->socket().close(ignored);
-  } else if (const ConnectionPtr connection = pending->connection.lock()) {
-    end_connection(*connection, Status::deadline_exceeded(reason));
-  }
+  const Pending dropped = std::move(*pending);
   pending_.erase(pending);
+  log_failure(dropped.address, reason);
+  if (dropped.handshaking) {
+    asio::error_code ignored;
+    dropped.handshaking->socket().close(ignored);
+  } else if (const ConnectionPtr connection = dropped.connection.lock()) {
+    end_connection_soon(connection, Status::deadline_exceeded(reason));
+  }
 }
 
 void Acceptor::handshake(Tcp::socket socket, const std::string& address) {

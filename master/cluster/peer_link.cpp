@@ -37,7 +37,9 @@ PeerLink::PeerLink(net::EventLoop& io, net::ConnectionPtr connection,
 
 PeerLink::~PeerLink() { close(); }
 
-void PeerLink::set_callbacks(Callbacks callbacks) { callbacks_ = std::move(callbacks); }
+void PeerLink::set_callbacks(Callbacks callbacks) {
+  if (!is_over_) callbacks_ = std::move(callbacks);
+}
 
 void PeerLink::start_heartbeat(std::uint32_t heartbeat_ms, std::uint32_t missed_max) {
   liveness_ = net::Liveness(std::chrono::milliseconds(std::max(heartbeat_ms, 2u)),
@@ -53,24 +55,25 @@ void PeerLink::refuse(wire::RefuseCode code, const std::string& reason) {
   if (is_over_) return;
   master_metrics().refusals[static_cast<std::size_t>(code)].add();
   send(wire::Refuse{code, reason});
-  is_over_ = true;
-  heartbeat_.cancel();
-  connection_->close(kFarewell);
+  const Callbacks dropped = let_go(kFarewell);
 }
 
 void PeerLink::say_goodbye(const std::string& reason) {
   if (is_over_) return;
   send(wire::Goodbye{reason});
-  is_over_ = true;
-  heartbeat_.cancel();
-  connection_->close(kFarewell);
+  const Callbacks dropped = let_go(kFarewell);
 }
 
 void PeerLink::close() {
   if (is_over_) return;
+  const Callbacks dropped = let_go(std::chrono::milliseconds(0));
+}
+
+PeerLink::Callbacks PeerLink::let_go(std::chrono::milliseconds grace) {
   is_over_ = true;
   heartbeat_.cancel();
-  connection_->close();
+  connection_->close(grace);
+  return std::exchange(callbacks_, {});
 }
 
 std::string PeerLink::peer_text() const {
@@ -136,11 +139,8 @@ void PeerLink::beat() {
 
 void PeerLink::end(Status status) {
   if (is_over_) return;
-  is_over_ = true;
-  heartbeat_.cancel();
-  connection_->close(kFarewell);
-  const auto on_ended = callbacks_.on_ended;  // it may destroy us
-  if (on_ended) on_ended(std::move(status));
+  const Callbacks last = let_go(kFarewell);
+  if (last.on_ended) last.on_ended(std::move(status));  // it may destroy us
 }
 
 }  // namespace tessera::master

@@ -4,8 +4,11 @@
 //
 // Threads. Io thread only. The callbacks may destroy the link they come from.
 //
-// Invariants. (1) Ping and Pong are handled here and never reach on_message. (2) on_ended comes at
-// most once, and nothing after it; never after close() or refuse().
+// Invariants. (1) Ping and Pong are handled here and never reach on_message. (2) A link is over when
+// it has ended, when its owner has let go of it (close(), refuse(), say_goodbye()) or destroyed it:
+// from then on no callback comes, whatever the connection still brings, and the callbacks and what
+// they hold are gone as soon as the one that runs has returned. (3) on_ended comes at most once,
+// and only to an owner who has not let go.
 #pragma once
 
 #include <deque>
@@ -39,7 +42,7 @@ class PeerLink {
   PeerLink(const PeerLink&) = delete;
   PeerLink& operator=(const PeerLink&) = delete;
 
-  // For whoever takes the link over after the handshake.
+  // For whoever takes the link over after the handshake. Nothing once the link is over.
   void set_callbacks(Callbacks callbacks);
   void set_limits(const net::RecordLimits& limits) { connection_->set_limits(limits); }
   void start_heartbeat(std::uint32_t heartbeat_ms = kHeartbeatMs,
@@ -66,6 +69,9 @@ class PeerLink {
   void beat();
   void on_pong(const wire::Pong& pong);
   void end(Status status);
+  // Makes the link over. Returns: its callbacks, for a last call; what they hold may be our owner,
+  // so nothing of ours may be touched once they are destroyed.
+  [[nodiscard]] Callbacks let_go(std::chrono::milliseconds grace);
 
   net::ConnectionPtr connection_;
   Callbacks callbacks_;

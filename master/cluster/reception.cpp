@@ -27,62 +27,68 @@ bool may_act_as(const net::PeerIdentity& peer, wire::Role role) {
 }
 
 void Reception::receive(net::ConnectionPtr connection, net::Listener* listener) {
-  guests_.push_back({nullptr, listener});
-  const GuestIterator guest = std::prev(guests_.end());
+  const GuestNumber number = next_guest_++;
   PeerLink::Callbacks callbacks;
-  callbacks.on_message = [this, guest](wire::Message message) {
-    on_first_message(guest, std::move(message));
+  callbacks.on_message = [this, number](wire::Message message) {
+    on_first_message(number, std::move(message));
   };
-  callbacks.on_ended = [this, guest](const Status& status) {
-    log_warn("peer-left-early", "a peer left before it said who it is: " + status.message(),
-             {{"peer", guest->link->peer_text()}});
-    guests_.erase(guest);
-  };
-  guest->link = std::make_unique<PeerLink>(io_, std::move(connection), wire::pre_auth_limits(),
-                                           std::move(callbacks));
+  callbacks.on_ended = [this, number](const Status& status) { on_left(number, status); };
+  auto link = std::make_unique<PeerLink>(io_, std::move(connection), wire::pre_auth_limits(),
+                                         std::move(callbacks));
+  guests_.emplace(number, Guest{std::move(link), listener});
 }
 
-void Reception::turn_away(GuestIterator guest, wire::RefuseCode code, const std::string& reason) {
-  log_warn("peer-refused", reason, {{"peer", guest->link->peer_text()}});
-  guest->link->refuse(code, reason);
+void Reception::on_left(GuestNumber number, const Status& status) {
+  const auto guest = guests_.find(number);
+  if (guest == guests_.end()) return;
+  log_warn("peer-left-early", "a peer left before it said who it is: " + status.message(),
+           {{"peer", guest->second.link->peer_text()}});
   guests_.erase(guest);
 }
 
-void Reception::on_first_message(GuestIterator guest, wire::Message message) {
-  net::Connection& connection = guest->link->connection();
+void Reception::turn_away(GuestNumber number, wire::RefuseCode code, const std::string& reason) {
+  PeerLink& link = *guests_.at(number).link;
+  log_warn("peer-refused", reason, {{"peer", link.peer_text()}});
+  link.refuse(code, reason);
+  guests_.erase(number);
+}
+
+std::unique_ptr<PeerLink> Reception::let_in(GuestNumber number) {
+  Guest guest = std::move(guests_.at(number));
+  guests_.erase(number);
+  if (guest.listener != nullptr) guest.listener->mark_authenticated(guest.link->connection());
+  guest.link->set_limits(wire::session_limits());
+  return std::move(guest.link);
+}
+
+void Reception::on_first_message(GuestNumber number, wire::Message message) {
+  const auto guest = guests_.find(number);
+  if (guest == guests_.end()) return;
+  const net::PeerIdentity& peer = guest->second.link->connection().peer();
   if (auto* hello = std::get_if<wire::Hello>(&message)) {
     const std::uint16_t version = common_version(hello->version_min, hello->version_max);
     if (version == 0) {
       return turn_away(
-          guest, wire::RefuseCode::kVersion,
+          number, wire::RefuseCode::kVersion,
           "'" + hello->name + "' speaks protocol versions " + std::to_string(hello->version_min) +
               " to " + std::to_string(hello->version_max) + ", this master " +
               std::to_string(wire::kProtocolVersionMin) + " to " +
               std::to_string(wire::kProtocolVersionMax) + "; install the same build on both");
     }
-    if (!may_act_as(connection.peer(), hello->role)) {
-      return turn_away(guest, wire::RefuseCode::kRole,
-                       "a certificate of role '" + connection.peer().role + "' (" +
-                           connection.peer().name +
+    if (!may_act_as(peer, hello->role)) {
+      return turn_away(number, wire::RefuseCode::kRole,
+                       "a certificate of role '" + peer.role + "' (" + peer.name +
                            ") may not do this; make the right one with 'tessera-keys add'");
     }
-    if (guest->listener != nullptr) guest->listener->mark_authenticated(connection);
-    auto link = std::move(guest->link);
-    guests_.erase(guest);
-    link->set_limits(wire::session_limits());
-    return callbacks_.on_hello(std::move(link), std::move(*hello), version);
+    return callbacks_.on_hello(let_in(number), std::move(*hello), version);
   }
   if (auto* join = std::get_if<wire::Join>(&message)) {
-    if (!may_act_as(connection.peer(), wire::Role::kSlave)) {
-      return turn_away(guest, wire::RefuseCode::kRole, "only a slave may join a session");
+    if (!may_act_as(peer, wire::Role::kSlave)) {
+      return turn_away(number, wire::RefuseCode::kRole, "only a slave may join a session");
     }
-    if (guest->listener != nullptr) guest->listener->mark_authenticated(connection);
-    auto link = std::move(guest->link);
-    guests_.erase(guest);
-    link->set_limits(wire::session_limits());
-    return callbacks_.on_join(std::move(link), *join);
+    return callbacks_.on_join(let_in(number), *join);
   }
-  turn_away(guest, wire::RefuseCode::kProtocol,
+  turn_away(number, wire::RefuseCode::kProtocol,
             std::string(wire::message_name(message)) + " before Hello");
 }
 

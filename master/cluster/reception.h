@@ -2,10 +2,13 @@
 // link on. Until then a peer may say only Hello or Join; the listener watches the time.
 //
 // Threads. Io thread only.
+//
+// Invariant. Callbacks of links know their guest by number and look it up: who is gone is not found.
 #pragma once
 
+#include <cstdint>
 #include <functional>
-#include <list>
+#include <map>
 #include <memory>
 
 #include "master/cluster/peer_link.h"
@@ -30,14 +33,18 @@ class Reception {
     std::unique_ptr<PeerLink> link;
     net::Listener* listener = nullptr;
   };
-  using GuestIterator = std::list<Guest>::iterator;
+  using GuestNumber = std::uint64_t;  // in order of arrival
 
-  void on_first_message(GuestIterator guest, wire::Message message);
-  void turn_away(GuestIterator guest, wire::RefuseCode code, const std::string& reason);
+  void on_first_message(GuestNumber number, wire::Message message);
+  void on_left(GuestNumber number, const Status& status);
+  void turn_away(GuestNumber number, wire::RefuseCode code, const std::string& reason);
+  // Takes its link out, with the limits of a session. Requires: it is here.
+  std::unique_ptr<PeerLink> let_in(GuestNumber number);
 
   net::EventLoop& io_;
   const Callbacks callbacks_;
-  std::list<Guest> guests_;
+  std::map<GuestNumber, Guest> guests_;
+  GuestNumber next_guest_ = 0;
 };
 
 // The highest version that both speak; 0 when there is none.

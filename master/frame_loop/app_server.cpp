@@ -25,46 +25,61 @@ void AppServer::on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hell
   if (!is_app && status_clients_.size() >= kStatusClientsMax) {
     return link->refuse(wire::RefuseCode::kFull, "too many status clients");
   }
-  link->send(
-      wire::Welcome{version, ++next_session_, next_session_, kHeartbeatMs, kHeartbeatsMissedMax});
+  const SessionId session = ++next_session_;
+  link->send(wire::Welcome{version, session, session, kHeartbeatMs, kHeartbeatsMissedMax});
   link->start_heartbeat();
-  if (!is_app) return add_status_client(std::move(link));
+  if (is_app) {
+    add_application(session, std::move(link), hello);
+  } else {
+    add_status_client(session, std::move(link));
+  }
+}
+
+void AppServer::add_application(SessionId session, std::unique_ptr<PeerLink> link,
+                                const wire::Hello& hello) {
   log_info("application-joined", "application '" + hello.name + "' is here",
            {{"peer", link->peer_text()}});
   PeerLink::Callbacks callbacks;
-  callbacks.on_message = [this](wire::Message message) { on_message(std::move(message)); };
-  callbacks.on_ended = [this](const Status& status) { drop_application(status.message()); };
-  callbacks.on_drained = [this] { pump(); };
+  callbacks.on_message = [this, session](wire::Message message) {
+    if (is_application(session)) on_message(std::move(message));
+  };
+  callbacks.on_ended = [this, session](const Status& status) {
+    if (is_application(session)) drop_application(status.message());
+  };
+  callbacks.on_drained = [this, session] {
+    if (is_application(session)) pump();
+  };
   link->set_callbacks(std::move(callbacks));
   application_ = std::make_shared<Application>();
+  application_->session = session;
   const net::PeerIdentity& peer = link->connection().peer();
   application_->name = peer.is_authenticated ? peer.name : hello.name;
   application_->link = std::move(link);
   loop_.set_outcome_callback([this](FrameOutcome outcome) { on_outcome(std::move(outcome)); });
 }
 
-void AppServer::add_status_client(std::unique_ptr<PeerLink> link) {
-  status_clients_.push_back(std::move(link));
-  const auto client = std::prev(status_clients_.end());
-  const auto leave = [this, client] {
-    io_.post([kept = std::move(*client)] {});  // its callback is running
-    status_clients_.erase(client);
-  };
+void AppServer::add_status_client(SessionId session, std::unique_ptr<PeerLink> link) {
   PeerLink::Callbacks callbacks;
-  callbacks.on_message = [this, client, leave](const wire::Message& message) {
-    if (const auto* request = std::get_if<wire::StatusRequest>(&message))
-      return (*client)->send(status_reply(*request));
-    if (!std::holds_alternative<wire::Goodbye>(message)) {
-      (*client)->refuse(wire::RefuseCode::kRole, "a status client may only ask for the status");
-    }
-    leave();
+  callbacks.on_message = [this, session](const wire::Message& message) {
+    on_status_message(session, message);
   };
-  callbacks.on_ended = [leave](const Status&) { leave(); };
-  (*client)->set_callbacks(std::move(callbacks));
+  callbacks.on_ended = [this, session](const Status&) { status_clients_.erase(session); };
+  link->set_callbacks(std::move(callbacks));
+  status_clients_.emplace(session, std::move(link));
+}
+
+void AppServer::on_status_message(SessionId session, const wire::Message& message) {
+  const auto client = status_clients_.find(session);
+  if (client == status_clients_.end()) return;
+  PeerLink& link = *client->second;
+  if (const auto* request = std::get_if<wire::StatusRequest>(&message))
+    return link.send(status_reply(*request));
+  if (!std::holds_alternative<wire::Goodbye>(message))
+    link.refuse(wire::RefuseCode::kRole, "a status client may only ask for the status");
+  status_clients_.erase(client);
 }
 
 void AppServer::on_message(wire::Message message) {
-  if (!application_) return;
   wire::SceneReceiver::Actions actions;
   if (auto* announce = std::get_if<wire::SceneAnnounce>(&message)) {
     const Status status = application_->receiver.announce(std::move(*announce), actions);
@@ -219,7 +234,7 @@ void AppServer::violation(const std::string& reason) {
 void AppServer::drop_application(const std::string& reason) {
   if (!application_) return;
   const auto gone = std::exchange(application_, nullptr);
-  io_.post([gone] {});  // one of its callbacks may be running
+  io_.post([gone] {});  // who is above us on the stack may still read it
   log_info("application-left", "application '" + gone->name + "' is gone", {{"reason", reason}});
   gone->link->close();
   loop_.cancel_all();
@@ -228,7 +243,7 @@ void AppServer::drop_application(const std::string& reason) {
 
 void AppServer::shutdown() {
   if (application_) application_->link->say_goodbye("the master ends");
-  for (const auto& client : status_clients_) client->say_goodbye("the master ends");
+  for (const auto& [session, client] : status_clients_) client->say_goodbye("the master ends");
   application_.reset();
   status_clients_.clear();
 }

@@ -4,14 +4,14 @@
 //
 // Threads. Io thread only.
 //
-// Invariants. (1) At most one application; the next one is told "busy". (2) Numbers of frames and
-// versions inside the frame loop never repeat from one application to the next. (3) Pieces of
+// Invariants. (1) At most one application; the next one is told "busy". (2) Callbacks of links know
+// whose they are by number and look it up: who is gone is not found. (3) Numbers of frames and
+// versions inside the frame loop never repeat from one application to the next. (4) Pieces of
 // frames are queued only while the send queue is short; pixels are shared with the image, never
 // copied.
 #pragma once
 
 #include <deque>
-#include <list>
 #include <map>
 #include <memory>
 
@@ -48,6 +48,7 @@ class AppServer {
     SceneVersion version = 0;
   };
   struct Application {
+    SessionId session = 0;
     std::string name;
     std::unique_ptr<PeerLink> link;
     wire::SceneReceiver receiver;
@@ -68,7 +69,12 @@ class AppServer {
   void pump();
   void violation(const std::string& reason);
   void drop_application(const std::string& reason);
-  void add_status_client(std::unique_ptr<PeerLink> link);
+  void add_application(SessionId session, std::unique_ptr<PeerLink> link, const wire::Hello& hello);
+  void add_status_client(SessionId session, std::unique_ptr<PeerLink> link);
+  void on_status_message(SessionId session, const wire::Message& message);
+  bool is_application(SessionId session) const {
+    return application_ != nullptr && application_->session == session;
+  }
   wire::StatusReply status_reply(const wire::StatusRequest& request) const {
     return {loop_.status(), request.wants_details};
   }
@@ -76,7 +82,7 @@ class AppServer {
   net::EventLoop& io_;
   FrameLoop& loop_;
   std::shared_ptr<Application> application_;
-  std::list<std::shared_ptr<PeerLink>> status_clients_;
+  std::map<SessionId, std::unique_ptr<PeerLink>> status_clients_;
   SessionId next_session_ = 0;  // of applications and status clients
   FrameId next_frame_ = 0;
   SceneVersion next_version_ = 1;

@@ -21,7 +21,7 @@ net::ConnectionPtr dial(net::IoThread& io, std::uint16_t port) {
   auto promise = std::make_shared<std::promise<net::ConnectionPtr>>();
   std::unique_ptr<net::ConnectAttempt> attempt;
   io.run_and_wait([&] {
-    attempt = net::connect(io, {"127.0.0.1", port}, nullptr, "master", std::chrono::seconds(5),
+    attempt = net::connect(io, {"127.0.0.1", port}, nullptr, "master", test::kPatience,
                            [promise](Result<net::ConnectionPtr> result) {
                              promise->set_value(result.is_ok() ? *result : nullptr);
                            });
@@ -169,7 +169,7 @@ class HostileSlave : public ::testing::Test {
       honest.say_on_tile_link(honest.answer_to(honest.hear_lease(), kHonest));
     }
     auto future = outcome_.get_future();
-    ASSERT_EQ(future.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+    ASSERT_EQ(future.wait_for(test::kPatience), std::future_status::ready);
     const FrameOutcome outcome = future.get();
     ASSERT_TRUE(outcome.status.is_ok()) << outcome.status.message();
     EXPECT_TRUE(std::all_of(outcome.image->bytes.begin(), outcome.image->bytes.end(),
@@ -307,7 +307,7 @@ TEST_F(HostileSlave, NanPixelsAreRenderedAgainByAnotherAndNoneIsLeft) {
   for (int i = 0; i < 6; ++i) {
     honest.say_on_tile_link(honest.answer_to(honest.hear_lease(), kHonest));
   }
-  ASSERT_EQ(future.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  ASSERT_EQ(future.wait_for(test::kPatience), std::future_status::ready);
   const FrameOutcome outcome = future.get();
   ASSERT_TRUE(outcome.status.is_ok()) << outcome.status.message();
   EXPECT_TRUE(std::all_of(outcome.image->bytes.begin(), outcome.image->bytes.end(),
@@ -324,7 +324,7 @@ TEST_F(HostileSlave, NanPixelsOfTheOnlySlaveAreReplacedAndCounted) {
   for (int i = 0; i < 6; ++i) {
     sick.say_on_tile_link(sick.answer_to(sick.hear_lease(), i == 0 ? std::byte{0xff} : kHonest));
   }
-  ASSERT_EQ(future.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  ASSERT_EQ(future.wait_for(test::kPatience), std::future_status::ready);
   const FrameOutcome outcome = future.get();
   ASSERT_TRUE(outcome.status.is_ok()) << outcome.status.message();
   EXPECT_EQ(count_faulty_pixels(outcome.image->bytes, outcome.image->format), 0u);

@@ -49,7 +49,7 @@ class Server {
   }
   std::uint16_t port() const { return listener_->port(); }
   ConnectionPtr accept() {
-    const TimePoint deadline = Clock::now() + std::chrono::seconds(20);
+    const TimePoint deadline = Clock::now() + test::kPatience;
     MutexLock lock(mutex_);
     while (accepted_.empty()) {
       if (!changed_.wait_until(mutex_, deadline)) return nullptr;
@@ -135,7 +135,7 @@ TEST_F(ConnectionTest, RecordsArriveOverPlainTcpInBothDirections) {
   std::unique_ptr<ConnectAttempt> attempt;
   other_io_.run_and_wait([&] {
     attempt =
-        connect(other_io_, {"127.0.0.1", server.port()}, nullptr, "master", std::chrono::seconds(5),
+        connect(other_io_, {"127.0.0.1", server.port()}, nullptr, "master", test::kPatience,
                 [&](Result<ConnectionPtr> result) { connected.set_value(std::move(result)); });
   });
   auto result = connected.get_future().get();
@@ -156,7 +156,7 @@ TEST_F(ConnectionTest, OneThatIsNotThereIsUnavailable) {
   std::promise<Status> ended;
   std::unique_ptr<ConnectAttempt> attempt;
   io_.run_and_wait([&] {
-    attempt = connect(io_, {"127.0.0.1", 1}, nullptr, "master", std::chrono::seconds(5),
+    attempt = connect(io_, {"127.0.0.1", 1}, nullptr, "master", test::kPatience,
                       [&](Result<ConnectionPtr> result) { ended.set_value(result.status()); });
   });
   const Status status = ended.get_future().get();
@@ -191,13 +191,13 @@ TEST_F(ConnectionTest, SeveralLinksLeadToOneListener) {
   io_.run_and_wait([&] {
     for (std::size_t i = 0; i < 2; ++i) {
       const std::string host = i == 0 ? "127.0.0.1" : "127.0.0.2";
-      attempts.push_back(connect(io_, {host, listener->port(i)}, nullptr, "master",
-                                 std::chrono::seconds(5), [](const Result<ConnectionPtr>& result) {
+      attempts.push_back(connect(io_, {host, listener->port(i)}, nullptr, "master", test::kPatience,
+                                 [](const Result<ConnectionPtr>& result) {
                                    EXPECT_TRUE(result.is_ok()) << result.status().message();
                                  }));
     }
   });
-  EXPECT_EQ(both.get_future().wait_for(std::chrono::seconds(20)), std::future_status::ready);
+  EXPECT_EQ(both.get_future().wait_for(test::kPatience), std::future_status::ready);
   io_.run_and_wait([&] {
     attempts.clear();
     accepted.clear();

@@ -107,5 +107,17 @@ TEST_F(HttpPageTest, ListensOnLoopbackAlone) {
   });
 }
 
+// Sanitizers and memory checkers look at what it touches then.
+TEST_F(HttpPageTest, GoesWhileOthersAreAsking) {
+  std::vector<std::unique_ptr<asio::ip::tcp::socket>> sockets;
+  for (int i = 0; i < 3; ++i) {
+    sockets.push_back(connect());
+    asio::write(*sockets.back(), asio::buffer(std::string("GET /metr")));
+  }
+  EXPECT_FALSE(ask("GET /metrics HTTP/1.0\r\n\r\n").empty()) << "the others have come before";
+  io_.run_and_wait([&] { page_.reset(); });
+  for (const auto& socket : sockets) EXPECT_EQ(rest_of(*socket), "");
+}
+
 }  // namespace
 }  // namespace tessera::net

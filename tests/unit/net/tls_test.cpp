@@ -63,7 +63,7 @@ class Tls : public ::testing::Test {
     auto promise = std::make_shared<std::promise<Result<ConnectionPtr>>>();
     io_.run_and_wait([&] {
       attempt_ = connect(
-          io_, {"127.0.0.1", listener_->port()}, std::move(tls), "master", std::chrono::seconds(5),
+          io_, {"127.0.0.1", listener_->port()}, std::move(tls), "master", test::kPatience,
           [promise](Result<ConnectionPtr> result) { promise->set_value(std::move(result)); });
     });
     return promise->get_future().get();
@@ -247,7 +247,7 @@ TEST_F(Tls, AFolderThatChangesIsReadByItself) {
   };
   const std::string before = text();
   ASSERT_TRUE(renew_key(keys, "master", kNodeDays).is_ok());
-  const TimePoint deadline = Clock::now() + std::chrono::seconds(20);
+  const TimePoint deadline = Clock::now() + test::kPatience;
   while (text() == before && Clock::now() < deadline)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   EXPECT_NE(text(), before);

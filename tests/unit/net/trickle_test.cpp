@@ -116,7 +116,7 @@ TEST(Trickle, PartOfATlsRecordIsASignOfLife) {
   io.run_and_wait([&] {
     auto tls = TlsContext::load(folder / "slave", "slave");
     ASSERT_TRUE(tls.is_ok());
-    attempt = connect(io, {"127.0.0.1", relay.port()}, *tls, "master", 10s,
+    attempt = connect(io, {"127.0.0.1", relay.port()}, *tls, "master", test::kPatience,
                       [&](Result<ConnectionPtr> one) { dialled.set_value(std::move(*one)); });
   });
   test::NetPeer here(io), there(io);
@@ -133,7 +133,7 @@ TEST(Trickle, PartOfATlsRecordIsASignOfLife) {
   for (int piece = 0; piece < 10; ++piece) {  // 15,000 bytes: never enough
     relay.allow(1500);
     const TimePoint before = heard;
-    const TimePoint patience = Clock::now() + 20s;
+    const TimePoint patience = Clock::now() + test::kPatience;
     while (heard == before && Clock::now() < patience) {
       std::this_thread::sleep_for(1ms);
       io.run_and_wait([&] { heard = here.connection().last_received(); });

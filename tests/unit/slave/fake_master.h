@@ -1,40 +1,28 @@
-// A scripted master for tests of SlaveNode: takes its links over local pairs and gives the test
-// thread every message in order; says only what the test tells it to (but for Pong).
+// A scripted master with threads, for tests of SlaveHost: takes the slave's links over local pairs.
+// It waits for what must come, and never judges how long that took.
 //
-// Threads. Constructor, expect(), send() and the like: the test thread.
+// Threads. Constructor, next(), send() and the like: the test thread.
 #pragma once
-
-#include <gtest/gtest.h>
 
 #include <chrono>
 #include <deque>
 #include <optional>
-#include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
 #include "common/net/connection.h"
-#include "common/wire/codec.h"
 #include "slave/slave_node.h"
+#include "tests/support/patience.h"
+#include "tests/unit/slave/master_script.h"
 
 namespace tessera::slave {
 
-inline constexpr std::chrono::seconds kPatience{20};
-
-class FakeMaster {
+class FakeMaster final : public MasterScript {
  public:
-  // What came: a message, or the end of a link.
-  struct Event {
-    std::size_t link = 0;  // in order of opening
-    std::optional<wire::Message> message;
-    std::string closed;
-  };
-
   FakeMaster() : master_io_("fake"), slave_io_("net") {}
-  ~FakeMaster() {
+  ~FakeMaster() override {
     master_io_.run_and_wait([this] { links_.clear(); });
   }
 
@@ -44,7 +32,6 @@ class FakeMaster {
     return [this](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
       {
         MutexLock lock(mutex_);
-        ++attempts_;
         if (is_away_) {
           on_connected(Status::unavailable("nobody is there"));
           return std::unique_ptr<net::ConnectAttempt>();
@@ -61,22 +48,24 @@ class FakeMaster {
     MutexLock lock(mutex_);
     is_away_ = is_away;
   }
-  // The master's thread does nothing for a while.
-  void stall(std::chrono::milliseconds duration) {
-    master_io_.post([duration] { std::this_thread::sleep_for(duration); });
-  }
-  int pings() {
+
+  // Returns: false when so many more pings do not come.
+  bool wait_for_pings(int count) {
+    const TimePoint deadline = Clock::now() + test::kPatience;
     MutexLock lock(mutex_);
-    return pings_;
+    const int wanted = pings_ + count;
+    while (pings_ < wanted) {
+      if (!arrived_.wait_until(mutex_, deadline) && pings_ < wanted) return false;
+    }
+    return true;
   }
-  int attempts() {
+  bool has_event() {
     MutexLock lock(mutex_);
-    return attempts_;
+    return !events_.empty();
   }
 
-  // Any message but heartbeats, or the end of a link.
-  std::optional<Event> next(std::chrono::milliseconds patience = kPatience) {
-    const TimePoint deadline = Clock::now() + patience;
+  std::optional<Event> next() override {
+    const TimePoint deadline = Clock::now() + test::kPatience;
     MutexLock lock(mutex_);
     while (events_.empty()) {
       if (!arrived_.wait_until(mutex_, deadline) && events_.empty()) return std::nullopt;
@@ -86,53 +75,12 @@ class FakeMaster {
     return event;
   }
 
-  // The next event must be an M; a default one otherwise.
-  template <typename M>
-  M expect(std::size_t* link = nullptr) {
-    const std::optional<Event> event = next();
-    if (!event) {
-      ADD_FAILURE() << "nothing came";
-      return {};
-    }
-    if (!event->message || !std::holds_alternative<M>(*event->message)) {
-      ADD_FAILURE() << "instead came "
-                    << (event->message ? wire::message_name(*event->message) : event->closed);
-      return {};
-    }
-    if (link != nullptr) *link = event->link;
-    return std::get<M>(*event->message);
-  }
-
-  // Skips what comes before the end of a link.
-  bool expect_closed(std::size_t link) {
-    while (std::optional<Event> event = next()) {
-      if (event->link == link && !event->message) return true;
-    }
-    return false;
-  }
-
-  void send(std::size_t link, wire::Message message) {
+  void send(std::size_t link, wire::Message message) override {
     master_io_.run_and_wait([&] { links_.at(link)->send(wire::encode(std::move(message))); });
   }
-  void close(std::size_t link) {
+  void close(std::size_t link) override {
     master_io_.run_and_wait([&] { links_.at(link)->close(); });
   }
-
-  // Hello, Welcome, Join, Joined. Returns: tile and scene link.
-  std::pair<std::size_t, std::size_t> shake_hands(std::uint32_t heartbeat_ms = 250) {
-    std::size_t tile = 0;
-    std::size_t scene = 0;
-    skip_to_hello(&tile);  // what an earlier session left behind
-    const wire::Welcome welcome{1, ++session_, 4711 + session_, heartbeat_ms, 4};
-    send(tile, welcome);
-    const wire::Join join = expect<wire::Join>(&scene);
-    EXPECT_EQ(join.session, welcome.session);
-    EXPECT_EQ(join.token, welcome.token);
-    EXPECT_NE(tile, scene);
-    send(scene, wire::Joined{});
-    return {tile, scene};
-  }
-  const wire::Hello& hello() const { return hello_; }
 
  private:
   void adopt(const net::ConnectionPtr& end) {
@@ -147,6 +95,7 @@ class FakeMaster {
           MutexLock lock(mutex_);
           ++pings_;
         }
+        arrived_.notify_all();
         return links_.at(link)->send(wire::encode(wire::Pong{ping->sent_ns}));
       }
       if (!std::holds_alternative<wire::Pong>(*message)) put({link, std::move(*message), {}});
@@ -155,16 +104,6 @@ class FakeMaster {
       put({link, std::nullopt, "closed: " + status.message()});
     };
     end->start(std::move(callbacks), wire::session_limits());
-  }
-
-  void skip_to_hello(std::size_t* link) {
-    while (const std::optional<Event> event = next()) {
-      if (!event->message || !std::holds_alternative<wire::Hello>(*event->message)) continue;
-      hello_ = std::get<wire::Hello>(*event->message);
-      *link = event->link;
-      return;
-    }
-    ADD_FAILURE() << "no Hello came";
   }
 
   void put(Event event) {
@@ -177,15 +116,12 @@ class FakeMaster {
 
   net::IoThread master_io_, slave_io_;
   std::vector<net::ConnectionPtr> links_;  // master_io_
-  wire::Hello hello_;
-  std::uint64_t session_ = 0;
 
   Mutex mutex_;
   CondVar arrived_;
   std::deque<Event> events_ TESSERA_GUARDED_BY(mutex_);
   bool is_away_ TESSERA_GUARDED_BY(mutex_) = false;
   int pings_ TESSERA_GUARDED_BY(mutex_) = 0;
-  int attempts_ TESSERA_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace tessera::slave

@@ -11,6 +11,7 @@
 #include "common/wire/record_types.h"
 #include "slave/relay_child.h"
 #include "slave/relay_feeder.h"
+#include "tests/support/patience.h"
 
 namespace tessera::slave {
 namespace {
@@ -116,7 +117,7 @@ class RelayTest : public testing::Test {
   }
   template <typename Condition>
   bool wait_for(Condition condition) {
-    const TimePoint deadline = Clock::now() + std::chrono::seconds(20);
+    const TimePoint deadline = Clock::now() + test::kPatience;
     while (!condition() && Clock::now() < deadline) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }

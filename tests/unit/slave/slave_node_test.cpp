@@ -1,16 +1,16 @@
-// SlaveNode in its host against a scripted master: handshake, scene, tiles, and every way a session ends.
-#include "slave/slave_host.h"
+// SlaveNode in virtual time against a scripted master: handshake, scenes, tiles, and every way a
+// session ends. Times are exact: nothing here waits for the machine, or is late because of it.
+#include "slave/slave_node.h"
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <memory>
-#include <set>
 
 #include "common/base/limits.h"
-#include "common/frame/tile_grid.h"
-#include "common/scene/scene_codec.h"
-#include "tests/unit/slave/fake_master.h"
+#include "common/base/log.h"
+#include "tests/sim/picture.h"
+#include "tests/sim/sim_workshop.h"
+#include "tests/unit/slave/virtual_master.h"
 
 namespace tessera::slave {
 namespace {
@@ -18,352 +18,261 @@ namespace {
 using namespace std::chrono_literals;
 using std::chrono::milliseconds;
 
-Scene one_triangle(float size) {
-  auto mesh = std::make_shared<Mesh>();
-  mesh->positions = {{-size, -size, 0}, {size, -size, 0}, {0, size, 0}};
-  mesh->triangles = {{0, 1, 2}};
-  mesh->materials = {0};
-  Scene scene;
-  scene.meshes.push_back(std::move(mesh));
-  scene.materials.emplace_back();
-  scene.instances.emplace_back();
-  return scene;
-}
-
 class SlaveNodeTest : public testing::Test {
  protected:
-  void start(int threads, int tile_sleep_ms) {
+  static void SetUpTestSuite() { init_log(LogLevel::kOff, LogFormat::kText); }
+  ~SlaveNodeTest() override {
+    master_.network().on_process_ended(*process_, true);
+    process_->end();
+  }
+
+  // `tile_time`: what a tile takes in the workshop.
+  void start(int threads, Duration tile_time) {
+    sim::WorkModel model;
+    model.threads = threads;
+    model.tile_seconds = [tile_time](const FrameWork&, TileIndex) { return seconds(tile_time); };
+    model.has_pixels = false;
+    workshop_ = std::make_unique<sim::SimWorkshop>(*process_, model);
     SlaveOptions options;
     options.name = "sara";
     options.threads = threads;
     options.isas = isa_bit(Isa::kScalar);
-    options.hooks.tile_sleep_ms = tile_sleep_ms;
-    node_ = std::make_unique<SlaveHost>(master_.slave_io(), options, master_.factory());
-    node_->start([this](Status status) {
-      MutexLock lock(fatal_mutex_);
-      fatal_ = std::move(status);
-    });
+    node_ = std::make_unique<SlaveNode>(*process_, options, master_.factory(*process_), *workshop_);
+    workshop_->set_node(node_.get());
+    process_->post([this] { node_->start([this](Status status) { fatal_ = std::move(status); }); });
   }
 
-  void join(std::uint32_t heartbeat_ms = 250) {
-    std::tie(tile_, scene_) = master_.shake_hands(heartbeat_ms);
+  // Scenes of two triangles; those of different tags share one mesh.
+  std::size_t give_scene(SceneVersion version, int tag = 1) {
+    return master_.give_scene(version, sim::scene_of_tag(tag, false));
   }
 
-  void announce(SceneVersion version, const EncodedScene& encoded) {
-    wire::SceneAnnounce announce;
-    announce.version = version;
-    for (const SceneBlock& block : encoded.blocks) {
-      announce.digests.push_back(block.digest);
-      announce.sizes.push_back(block.bytes->size());
+  // How long the slave went without a word at most, from `began` to the last ping.
+  static Duration longest_silence(const std::vector<TimePoint>& pings, TimePoint began) {
+    Duration longest{};
+    for (const TimePoint ping : pings) {
+      if (ping < began) continue;
+      longest = std::max(longest, ping - began);
+      began = ping;
     }
-    master_.send(scene_, std::move(announce));
+    return longest;
   }
 
-  void send_blocks(SceneVersion version, const EncodedScene& encoded,
-                   const std::vector<std::uint32_t>& blocks) {
-    for (const std::uint32_t block : blocks) {
-      master_.send(scene_, wire::SceneChunk{version, block, 0,
-                                            net::SharedBytes::of(*encoded.blocks.at(block).bytes)});
-    }
-  }
-
-  // The whole scene pipeline. Returns: how many blocks the slave lacked.
-  std::size_t give_scene(SceneVersion version, float size = 1) {
-    const EncodedScene encoded = SceneEncoder().encode(one_triangle(size));
-    announce(version, encoded);
-    const wire::SceneNeed need = master_.expect<wire::SceneNeed>();
-    EXPECT_EQ(need.version, version);
-    send_blocks(version, encoded, need.blocks);
-    const wire::SceneBuilt built = master_.expect<wire::SceneBuilt>();
-    EXPECT_EQ(built.version, version);
-    EXPECT_EQ(built.triangle_count, 1u);
-    return need.blocks.size();
-  }
-
-  static FrameSettings small_frame() {
-    FrameSettings settings;
-    settings.width_px = 64;
-    settings.height_px = 40;
-    settings.tile_edge_px = 16;  // 4 x 3 tiles, the last row 8 high
-    settings.renderer = Renderer::kPrimary;
-    return settings;
-  }
-
-  void begin(FrameId frame, SceneVersion version) {
-    master_.send(tile_, wire::FrameBegin{frame, version, Isa::kScalar, small_frame()});
-  }
-
-  void expect_breach(const std::string& word) {
-    bool is_told = false;
-    while (const auto event = master_.next()) {
-      if (!event->message) break;
-      if (const auto* refuse = std::get_if<wire::Refuse>(&*event->message)) {
-        is_told = true;
-        EXPECT_EQ(refuse->code, wire::RefuseCode::kProtocol);
-        EXPECT_NE(refuse->reason.find(word), std::string::npos) << refuse->reason;
-      }
-    }
-    EXPECT_TRUE(is_told);
-  }
-
-  Status fatal() {
-    MutexLock lock(fatal_mutex_);
-    return fatal_;
-  }
-
-  FakeMaster master_;
-  std::unique_ptr<SlaveHost> node_;  // goes before the master
-  std::size_t tile_ = 0, scene_ = 0;
-  Mutex fatal_mutex_;
-  Status fatal_ TESSERA_GUARDED_BY(fatal_mutex_);
+  sim::EventQueue queue_{1};
+  VirtualMaster master_{queue_};
+  std::unique_ptr<sim::Process> process_ =
+      std::make_unique<sim::Process>(queue_, "sara", master_.network().add_node({}));
+  std::unique_ptr<sim::SimWorkshop> workshop_;
+  std::unique_ptr<SlaveNode> node_;
+  Status fatal_;
 };
 
 TEST_F(SlaveNodeTest, SaysWhoItIs) {
-  start(3, 1);
-  join();
-  EXPECT_EQ(master_.hello().role, wire::Role::kSlave);
-  EXPECT_EQ(master_.hello().name, "sara");
-  EXPECT_EQ(master_.hello().threads, 3u);
-  EXPECT_EQ(master_.hello().isas, isa_bit(Isa::kScalar));
-}
-
-TEST_F(SlaveNodeTest, RendersEachLeasedTileOnce) {
-  start(2, 0);
-  join();
-  EXPECT_GT(give_scene(1), 0u);
-  begin(7, 1);
-  const TileGrid grid(64, 40, 16);
-  for (TileIndex tile = 0; tile < grid.tile_count(); ++tile) {
-    master_.send(tile_, wire::TileLease{7, tile, tile + 1});
-  }
-  std::set<TileIndex> seen;
-  bool is_something_hit = false;
-  for (TileIndex i = 0; i < grid.tile_count(); ++i) {
-    const wire::TileResult result = master_.expect<wire::TileResult>();
-    EXPECT_TRUE(seen.insert(result.tile).second);
-    EXPECT_EQ(result.frame, 7u);
-    EXPECT_EQ(result.version, 1u);
-    EXPECT_EQ(result.attempt, result.tile + 1);
-    EXPECT_EQ(result.pixels.size(),
-              static_cast<std::size_t>(grid.rect(result.tile).pixel_count()) * 12);
-    EXPECT_EQ(result.rays.primary,
-              static_cast<std::uint64_t>(grid.rect(result.tile).pixel_count()));
-    for (const std::byte b : result.pixels)
-      is_something_hit = is_something_hit || b != std::byte{0};
-  }
-  EXPECT_TRUE(is_something_hit);
+  start(3, 1ms);
+  master_.shake_hands();
+  EXPECT_EQ(master_.hello.role, wire::Role::kSlave);
+  EXPECT_EQ(master_.hello.name, "sara");
+  EXPECT_EQ(master_.hello.threads, 3u);
+  EXPECT_EQ(master_.hello.isas, isa_bit(Isa::kScalar));
 }
 
 TEST_F(SlaveNodeTest, AsksOnlyForBlocksItLacks) {
-  start(1, 1);
-  join();
-  const std::size_t all = give_scene(1, 1.0f);
-  EXPECT_EQ(give_scene(2, 1.0f), 0u) << "equal content has equal digests";
-  EXPECT_LT(give_scene(3, 2.0f), all + 1);
+  start(1, 1ms);
+  master_.shake_hands();
+  const std::size_t all = give_scene(1, 1);
+  EXPECT_EQ(master_.built.triangle_count, 2u);
+  EXPECT_EQ(give_scene(2, 1), 0u) << "equal content has equal digests";
+  const std::size_t some = give_scene(3, 2);
+  EXPECT_GT(some, 0u);
+  EXPECT_LT(some, all);
 }
 
 TEST_F(SlaveNodeTest, RefusesADamagedBlock) {
-  start(1, 1);
-  join();
-  const EncodedScene encoded = SceneEncoder().encode(one_triangle(1));
-  announce(1, encoded);
+  start(1, 1ms);
+  master_.shake_hands();
+  const EncodedScene encoded = sim::scene_of_tag(1, false);
+  master_.announce(1, encoded);
   const wire::SceneNeed need = master_.expect<wire::SceneNeed>();
   std::vector<std::byte> bytes = *encoded.blocks[need.blocks[0]].bytes;
   bytes[0] ^= std::byte{1};
-  master_.send(scene_, wire::SceneChunk{1, need.blocks[0], 0, net::SharedBytes::of(bytes)});
+  master_.send(master_.scene, wire::SceneChunk{1, need.blocks[0], 0, net::SharedBytes::of(bytes)});
   EXPECT_EQ(master_.expect<wire::SceneFailed>().version, 1u);
   give_scene(2);  // the session goes on
 }
 
 TEST_F(SlaveNodeTest, ALeaseOfAnUnknownFrameEndsTheSession) {
-  start(1, 1);
-  join();
+  start(1, 1ms);
+  master_.shake_hands();
   give_scene(1);
-  master_.send(tile_, wire::TileLease{9, 0, 1});
-  expect_breach("frame 9");
-  join();  // and a new one begins
+  master_.lease(9, 0);
+  master_.expect_breach("frame 9");
+  master_.shake_hands();  // and a new one begins
 }
 
 TEST_F(SlaveNodeTest, AFrameOfAnUnknownSceneEndsTheSession) {
-  start(1, 1);
-  join();
-  begin(1, 5);
-  expect_breach("version 5");
+  start(1, 1ms);
+  master_.shake_hands();
+  master_.begin(1, 5);
+  master_.expect_breach("version 5");
 }
 
 TEST_F(SlaveNodeTest, ATileOutsideTheFrameEndsTheSession) {
-  start(1, 1);
-  join();
+  start(1, 1ms);
+  master_.shake_hands();
   give_scene(1);
-  begin(1, 1);
-  master_.send(tile_, wire::TileLease{1, 12, 1});
-  expect_breach("tile 12");
+  master_.begin(1, 1);
+  master_.lease(1, 12);
+  master_.expect_breach("tile 12");
 }
 
 TEST_F(SlaveNodeTest, AMessageOnTheWrongConnectionEndsTheSession) {
-  start(1, 1);
-  join();
-  master_.send(tile_, wire::SceneRetire{1});
-  expect_breach("SceneRetire");
+  start(1, 1ms);
+  master_.shake_hands();
+  master_.send(master_.tile, wire::SceneRetire{1});
+  master_.expect_breach("SceneRetire");
 }
 
 TEST_F(SlaveNodeTest, TilesOfARetiredSceneComeBackUnrendered) {
-  start(1, 1);
-  join();
+  start(1, 1ms);
+  master_.shake_hands();
   give_scene(1);
-  master_.send(scene_, wire::SceneRetire{2});
+  master_.send(master_.scene, wire::SceneRetire{2});
   give_scene(2);  // so the retirement has arrived
-  begin(1, 1);
-  master_.send(tile_, wire::TileLease{1, 3, 2});
+  master_.begin(1, 1);
+  master_.lease(1, 3, 2);
   const wire::TileReturned returned = master_.expect<wire::TileReturned>();
   EXPECT_EQ(returned.tile, 3u);
   EXPECT_EQ(returned.attempt, 2u);
 }
 
 TEST_F(SlaveNodeTest, AnEndedFrameLosesItsTiles) {
-  start(1, 50);
-  join();
+  start(1, 50ms);
+  master_.shake_hands();
   give_scene(1);
-  begin(1, 1);
-  for (TileIndex tile = 0; tile < 12; ++tile) master_.send(tile_, wire::TileLease{1, tile, 1});
+  master_.begin(1, 1);
+  for (TileIndex tile = 0; tile < 12; ++tile) master_.lease(1, tile);
   EXPECT_EQ(master_.expect<wire::TileResult>().tile, 0u) << "first in, first out";
-  begin(2, 1);
-  master_.send(tile_, wire::FrameEnd{1});
-  master_.send(tile_, wire::TileLease{2, 0, 1});
-  // At most what was under way when the end was sent still comes of frame 1.
-  int stragglers = 0;
-  wire::TileResult result = master_.expect<wire::TileResult>();
-  for (; result.frame == 1 && stragglers < 12; ++stragglers) {
-    result = master_.expect<wire::TileResult>();
-  }
-  EXPECT_EQ(result.frame, 2u);
-  EXPECT_LT(stragglers, 11);
+  master_.begin(2, 1);
+  master_.send(master_.tile, wire::FrameEnd{1});
+  master_.lease(2, 0);
+  // The second tile of frame 1 was in work, and ten waited: nothing of them comes any more.
+  const TimePoint began = queue_.now();
+  EXPECT_EQ(master_.expect<wire::TileResult>().frame, 2u);
+  EXPECT_EQ(queue_.now() - began, 50ms) << "and nothing of them was rendered";
 }
 
 TEST_F(SlaveNodeTest, ReportsStarvedTime) {
-  start(1, 1);
-  join();
+  start(2, 10ms);
+  master_.shake_hands();
   give_scene(1);
-  begin(1, 1);
-  std::this_thread::sleep_for(50ms);
-  master_.send(tile_, wire::TileLease{1, 0, 1});
-  const wire::TileResult result = master_.expect<wire::TileResult>();
-  EXPECT_GE(result.starved_seconds, 0.045);
-  EXPECT_GE(result.seconds, 0.001);
+  master_.run_for(1s);  // no frame is open: nobody starves
+  master_.begin(1, 1);
+  master_.run_for(50ms);
+  master_.lease(1, 0);
+  const wire::TileResult first = master_.expect<wire::TileResult>();
+  EXPECT_NEAR(first.starved_seconds, 2 * 0.050 + 0.010, 1e-9)
+      << "both threads until the lease, the other one for the time of the tile";
+  EXPECT_NEAR(first.seconds, 0.010, 1e-9);
+  master_.send(master_.tile, wire::FrameEnd{1});
+  master_.run_for(1s);
+  master_.begin(2, 1);
+  master_.lease(2, 0);
+  EXPECT_NEAR(master_.expect<wire::TileResult>().starved_seconds, 0.010, 1e-9)
+      << "between frames nobody starves";
 }
 
 TEST_F(SlaveNodeTest, EitherConnectionLostEndsBothAndItComesBack) {
-  start(1, 1);
-  join();
+  start(1, 1ms);
+  master_.shake_hands();
   give_scene(1);
   for (const bool is_scene : {true, false}) {
-    master_.close(is_scene ? scene_ : tile_);
-    EXPECT_TRUE(master_.expect_closed(is_scene ? tile_ : scene_));
-    join();
+    master_.close(is_scene ? master_.scene : master_.tile);
+    EXPECT_TRUE(master_.expect_closed(is_scene ? master_.tile : master_.scene));
+    master_.shake_hands();
     EXPECT_EQ(give_scene(1), 0u) << "blocks outlive the session";
   }
 }
 
 TEST_F(SlaveNodeTest, KeepsTryingWhileTheMasterIsAway) {
   master_.set_away(true);
-  start(1, 1);
-  while (master_.attempts() < 3) std::this_thread::sleep_for(5ms);
+  start(1, 1ms);
+  master_.run_for(10min);
+  // The longest pause is half as long again at most.
+  EXPECT_GE(master_.attempts(), 10min / (milliseconds(kReconnectMaxMs) * 3 / 2));
   master_.set_away(false);
-  join();
-  EXPECT_TRUE(fatal().is_ok());
+  const TimePoint began = queue_.now();
+  master_.shake_hands();
+  EXPECT_LE(queue_.now() - began, milliseconds(kReconnectMaxMs) * 3 / 2);
+  EXPECT_TRUE(fatal_.is_ok());
 }
 
 TEST_F(SlaveNodeTest, ASilentMasterIsDead) {
-  start(1, 1);
-  join(20);
-  // Pings are answered with pongs, so a silent master must be one that does not read: close
-  // nothing, but stop the fake's thread for longer than 20 ms * 5.
-  const auto began = Clock::now();
-  master_.stall(400ms);
-  EXPECT_TRUE(master_.expect_closed(tile_));
-  EXPECT_GE(Clock::now() - began, 100ms);
+  start(1, 1ms);
+  master_.shake_hands(20, 4);
+  master_.run_for(1s);
+  EXPECT_EQ(master_.network().open_ends(*process_), 2u);
+  master_.set_hung(true);
+  // The last byte came within the last heartbeat.
+  master_.run_for(milliseconds(4 * 20 - 1));
+  EXPECT_EQ(master_.network().open_ends(*process_), 2u) << "too early";
+  master_.run_for(milliseconds(20 + 2));
+  EXPECT_EQ(master_.network().open_ends(*process_), 0u) << "five heartbeats are over";
+  master_.set_hung(false);
+  EXPECT_TRUE(master_.expect_closed(master_.tile));
+  master_.shake_hands();
 }
 
 TEST_F(SlaveNodeTest, HeartbeatsGoOutWhileEveryWorkerIsBusy) {
-  start(1, 500);
-  join(20);
+  start(1, 10s);
+  master_.shake_hands(kHeartbeatMs, 4);
   give_scene(1);
-  begin(1, 1);
-  master_.send(tile_, wire::TileLease{1, 0, 1});
-  const int pings = master_.pings();
+  master_.begin(1, 1);
+  master_.lease(1, 0);
+  const TimePoint began = queue_.now();
   EXPECT_EQ(master_.expect<wire::TileResult>().tile, 0u);
-  EXPECT_GE(master_.pings() - pings, 4) << "on two connections in 500 ms, every 20 ms";
+  EXPECT_EQ(queue_.now() - began, 10s);
+  for (const std::size_t link : {master_.tile, master_.scene}) {
+    const std::vector<TimePoint>& pings = master_.pings(link);
+    ASSERT_FALSE(pings.empty());
+    // A timer counts whole milliseconds.
+    EXPECT_LE(longest_silence(pings, began), milliseconds(kHeartbeatMs + 1)) << "link " << link;
+    EXPECT_LE(queue_.now() - pings.back(), milliseconds(kHeartbeatMs + 1)) << "link " << link;
+  }
 }
 
 TEST_F(SlaveNodeTest, ARefusedNameIsFatalAtFirst) {
-  start(1, 1);
+  start(1, 1ms);
   std::size_t link = 0;
   (void)master_.expect<wire::Hello>(&link);
   master_.send(link, wire::Refuse{wire::RefuseCode::kName, "sara is here already"});
   EXPECT_TRUE(master_.expect_closed(link));
-  while (fatal().is_ok()) std::this_thread::sleep_for(1ms);
-  EXPECT_NE(fatal().message().find("--name"), std::string::npos);
-  EXPECT_NE(fatal().message().find("sara is here already"), std::string::npos);
+  EXPECT_NE(fatal_.message().find("--name"), std::string::npos);
+  EXPECT_NE(fatal_.message().find("sara is here already"), std::string::npos);
+  master_.run_for(10min);
   EXPECT_EQ(master_.attempts(), 1);
 }
 
 TEST_F(SlaveNodeTest, AnotherVersionIsTriedAgainOnlyAfterTheLongestPause) {
-  start(1, 1);
+  start(1, 1ms);
   std::size_t link = 0;
   (void)master_.expect<wire::Hello>(&link);
   master_.send(link, wire::Refuse{wire::RefuseCode::kVersion, "1 to 1, this master 2 to 3"});
   EXPECT_TRUE(master_.expect_closed(link));
-  std::this_thread::sleep_for(milliseconds(3 * kReconnectFirstMs));
+  master_.run_for(milliseconds(kReconnectMaxMs - 1));
   EXPECT_EQ(master_.attempts(), 1);
-  EXPECT_TRUE(fatal().is_ok());
+  EXPECT_TRUE(fatal_.is_ok());
+  master_.run_for(2ms);
+  EXPECT_EQ(master_.attempts(), 2);
 }
 
 TEST_F(SlaveNodeTest, ABusyMasterIsTriedAgain) {
-  start(1, 1);
+  start(1, 1ms);
   std::size_t link = 0;
   (void)master_.expect<wire::Hello>(&link);
   master_.send(link, wire::Refuse{wire::RefuseCode::kFull, "no room"});
   EXPECT_TRUE(master_.expect_closed(link));
-  join();
-  EXPECT_TRUE(fatal().is_ok());
-}
-
-TEST_F(SlaveNodeTest, StoppingFinishesWorkAndHandsBackTheQueue) {
-  start(1, 100);
-  join();
-  give_scene(1);
-  begin(1, 1);
-  for (TileIndex tile = 0; tile < 6; ++tile) master_.send(tile_, wire::TileLease{1, tile, 1});
-  EXPECT_EQ(master_.expect<wire::TileResult>().tile, 0u);
-  node_->stop();
-  std::set<TileIndex> accounted = {0};
-  bool is_goodbye = false;
-  while (!is_goodbye || accounted.size() < 6) {
-    const auto event = master_.next();
-    ASSERT_TRUE(event);
-    if (!event->message) continue;
-    if (const auto* returned = std::get_if<wire::TileReturned>(&*event->message)) {
-      EXPECT_TRUE(accounted.insert(returned->tile).second);
-    } else if (const auto* result = std::get_if<wire::TileResult>(&*event->message)) {
-      EXPECT_TRUE(accounted.insert(result->tile).second);
-    } else if (std::holds_alternative<wire::Goodbye>(*event->message) && event->link == tile_) {
-      is_goodbye = true;
-      EXPECT_EQ(accounted.size(), 6u) << "nothing follows a goodbye";
-    }
-  }
-  EXPECT_EQ(accounted.size(), 6u);
-}
-
-TEST_F(SlaveNodeTest, StopsInAnyState) {
-  master_.set_away(true);
-  start(1, 1);
-  node_->stop();
-  master_.set_away(false);
-  node_.reset();
-  start(1, 1);
-  (void)master_.expect<wire::Hello>();
-  node_.reset();
-  SlaveHost never_started(master_.slave_io(), {"x", 1, 1}, master_.factory());
+  master_.shake_hands();
+  EXPECT_TRUE(fatal_.is_ok());
 }
 
 }  // namespace

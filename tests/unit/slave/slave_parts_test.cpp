@@ -1,6 +1,7 @@
 // The pure parts of a slave: back-off, starvation; and the tile queue.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <thread>
 
 #include "common/base/limits.h"
@@ -90,6 +91,36 @@ TEST(TileQueue, ALateTileOfAnOlderFrameGoesAheadOfTheNextFrame) {
   EXPECT_TRUE(queue.try_push({older, 2, 1, {}}));
   EXPECT_TRUE(queue.try_push({newer, 3, 1, {}}));
   for (const TileIndex tile : {0u, 2u, 1u, 3u}) EXPECT_EQ(queue.pop()->tile, tile);
+}
+
+// The clock of the process while it lives: only the test moves it on.
+class HandClock {
+ public:
+  HandClock() {
+    Clock::set_source([] { return TimePoint{Duration(now_.load())}; });
+  }
+  ~HandClock() { Clock::set_source(nullptr); }
+  void advance(Duration time) { now_ += time.count(); }
+
+ private:
+  static inline std::atomic<Clock::rep> now_{0};
+};
+
+TEST(TileQueue, WaitingForTilesOfAnOpenFrameIsStarved) {
+  HandClock clock;
+  TileQueue queue(2);
+  queue.set_open_frames(1);
+  std::thread worker([&queue] { EXPECT_TRUE(queue.pop().has_value()); });
+  do {  // until the worker waits
+    std::this_thread::yield();
+    clock.advance(1s);
+  } while (queue.take_starved_seconds() == 0);
+  clock.advance(50s);
+  EXPECT_TRUE(queue.try_push({frame(1), 0, 1, {}}));
+  worker.join();
+  EXPECT_DOUBLE_EQ(queue.take_starved_seconds(), 50);
+  clock.advance(7s);
+  EXPECT_EQ(queue.take_starved_seconds(), 0) << "nobody waits any more";
 }
 
 TEST(TileQueue, CloseWakesSleepers) {

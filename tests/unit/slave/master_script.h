@@ -1,0 +1,143 @@
+// The master's half of a conversation with one slave, as a test tells it: says only what the test
+// says (but for Pong), and hands out what came, message by message. Who carries it is the affair of
+// the two that implement it: FakeMaster (threads, real time) and VirtualMaster (tests/sim's time).
+//
+// Threads. The test's.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/scene/scene_codec.h"
+#include "common/wire/codec.h"
+
+namespace tessera::slave {
+
+class MasterScript {
+ public:
+  // What came: a message, or the end of a link.
+  struct Event {
+    std::size_t link = 0;  // in order of opening
+    std::optional<wire::Message> message;
+    std::string closed;
+  };
+
+  virtual ~MasterScript() = default;
+
+  // Any message but heartbeats, or the end of a link; nothing when patience is at its end.
+  virtual std::optional<Event> next() = 0;
+  virtual void send(std::size_t link, wire::Message message) = 0;
+  virtual void close(std::size_t link) = 0;
+
+  // The next event must be an M; a default one otherwise.
+  template <typename M>
+  M expect(std::size_t* link = nullptr) {
+    const std::optional<Event> event = next();
+    if (!event) {
+      ADD_FAILURE() << "nothing came";
+      return {};
+    }
+    if (!event->message || !std::holds_alternative<M>(*event->message)) {
+      ADD_FAILURE() << "instead came "
+                    << (event->message ? wire::message_name(*event->message) : event->closed);
+      return {};
+    }
+    if (link != nullptr) *link = event->link;
+    return std::get<M>(*event->message);
+  }
+
+  // Skips what comes before the end of a link.
+  bool expect_closed(std::size_t link) {
+    while (std::optional<Event> event = next()) {
+      if (event->link == link && !event->message) return true;
+    }
+    return false;
+  }
+
+  // The slave breaks off, and says a reason that has `word` in it.
+  void expect_breach(const std::string& word) {
+    bool is_told = false;
+    while (const auto event = next()) {
+      if (!event->message) break;
+      if (const auto* refuse = std::get_if<wire::Refuse>(&*event->message)) {
+        is_told = true;
+        EXPECT_EQ(refuse->code, wire::RefuseCode::kProtocol);
+        EXPECT_NE(refuse->reason.find(word), std::string::npos) << refuse->reason;
+      }
+    }
+    EXPECT_TRUE(is_told);
+  }
+
+  // Hello, Welcome, Join, Joined: tile and scene are the links from then on.
+  void shake_hands(std::uint32_t heartbeat_ms = 250, std::uint32_t missed_max = 4) {
+    skip_to_hello();  // past what an earlier session left behind
+    const wire::Welcome welcome{1, ++session_, 4711 + session_, heartbeat_ms, missed_max};
+    send(tile, welcome);
+    const wire::Join join = expect<wire::Join>(&scene);
+    EXPECT_EQ(join.session, welcome.session);
+    EXPECT_EQ(join.token, welcome.token);
+    EXPECT_NE(tile, scene);
+    send(scene, wire::Joined{});
+  }
+
+  void announce(SceneVersion version, const EncodedScene& encoded) {
+    wire::SceneAnnounce announce;
+    announce.version = version;
+    for (const SceneBlock& block : encoded.blocks) {
+      announce.digests.push_back(block.digest);
+      announce.sizes.push_back(block.bytes->size());
+    }
+    send(scene, std::move(announce));
+  }
+
+  // The whole scene pipeline. Returns: how many blocks the slave lacked.
+  std::size_t give_scene(SceneVersion version, const EncodedScene& encoded) {
+    announce(version, encoded);
+    const wire::SceneNeed need = expect<wire::SceneNeed>();
+    EXPECT_EQ(need.version, version);
+    for (const std::uint32_t block : need.blocks) {
+      send(scene, wire::SceneChunk{version, block, 0,
+                                   net::SharedBytes::of(*encoded.blocks.at(block).bytes)});
+    }
+    built = expect<wire::SceneBuilt>();
+    EXPECT_EQ(built.version, version);
+    return need.blocks.size();
+  }
+
+  static FrameSettings small_frame() {
+    FrameSettings settings;
+    settings.width_px = 64;
+    settings.height_px = 40;
+    settings.tile_edge_px = 16;  // 4 x 3 tiles, the last row 8 high
+    settings.renderer = Renderer::kPrimary;
+    return settings;
+  }
+  void begin(FrameId frame, SceneVersion version) {
+    send(tile, wire::FrameBegin{frame, version, Isa::kScalar, small_frame()});
+  }
+  void lease(FrameId frame, TileIndex index, Attempt attempt = 1) {
+    send(tile, wire::TileLease{frame, index, attempt});
+  }
+
+  std::size_t tile = 0, scene = 0;  // the links of the session
+  wire::Hello hello;                // of the session
+  wire::SceneBuilt built;           // the last one
+
+ private:
+  void skip_to_hello() {
+    while (const std::optional<Event> event = next()) {
+      if (!event->message || !std::holds_alternative<wire::Hello>(*event->message)) continue;
+      hello = std::get<wire::Hello>(*event->message);
+      tile = event->link;
+      return;
+    }
+    ADD_FAILURE() << "no Hello came";
+  }
+
+  std::uint64_t session_ = 0;
+};
+
+}  // namespace tessera::slave
