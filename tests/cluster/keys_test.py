@@ -13,6 +13,9 @@ import unittest
 
 import cluster_lib
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "faults"))
+import peer  # noqa: E402
+
 SLOW = ["--test-tile-sleep-ms", "20"]
 FRAME = ["--size", "256x192", "--tile", "16"]
 SCENE = "builtin:waves"
@@ -68,15 +71,14 @@ class Keys(unittest.TestCase):
 
     def dial(self, folder):
         """What becomes of a peer with these credentials: the master's certificate, and whether it is let in."""
-        with socket.create_connection(("127.0.0.1", self.cluster.port), 10) as link:
+        with socket.create_connection(("127.0.0.1", self.cluster.port), cluster_lib.PATIENCE_S) as link:
             with context_of(ssl.PROTOCOL_TLS_CLIENT, folder).wrap_socket(link) as tls:
                 certificate = ssl.DER_cert_to_PEM_cert(tls.getpeercert(True))
-                tls.settimeout(1)  # less than the time a handshake may take
                 try:
-                    tls.recv(1)
-                    return certificate, False
-                except TimeoutError:  # it waits for our Hello
-                    return certificate, True
+                    tls.sendall(peer.record(peer.HELLO, peer.hello("dialler", role=2)))
+                    return certificate, len(tls.recv(1)) > 0  # it answers, or closes
+                except TimeoutError:
+                    raise
                 except OSError:
                     return certificate, False
 

@@ -6,7 +6,6 @@ import pathlib
 import re
 import subprocess
 import sys
-import time
 import unittest
 import urllib.error
 import urllib.request
@@ -21,7 +20,7 @@ PROMQL = {"rate", "increase", "histogram_quantile", "sum", "by", "avg", "outcome
 
 
 def scrape(port, path="/metrics"):
-    with urllib.request.urlopen(f"http://127.0.0.1:{port}{path}", timeout=10) as answer:
+    with urllib.request.urlopen(f"http://127.0.0.1:{port}{path}", timeout=cluster_lib.PATIENCE_S) as answer:
         return answer.headers["Content-Type"], answer.read().decode()
 
 
@@ -54,24 +53,23 @@ class Watching(unittest.TestCase):
             also = [["--metrics", f"127.0.0.1:{cls.slave_port}"], ["--nice", "5", "--cores", "1"], []][i]
             cls.cluster.slave(f"slave-{i + 1}", "--test-tile-sleep-ms", "5", *also, threads=THREADS)
         cluster_lib.wait_until("all there", lambda: len(cls.cluster.status()["slaves"]) == SLAVES)
-        # Two heartbeats: until then no clock is known, and tiles cannot be placed in a trace.
+        # The answer to a ping: until then no clock is known, and tiles cannot be placed in a trace.
         cluster_lib.wait_until("round trips", lambda: all(s["rtt_seconds"] > 0 for s in cls.cluster.status()["slaves"]))
-        time.sleep(0.5)
-        cls.modest = cls.cluster.processes["slave-2"].pid
-        cls.modest_threads = [thread_facts(task) for task in pathlib.Path(f"/proc/{cls.modest}/task").iterdir()]
         cls.run_ = cls.cluster.render("builtin:cornell", "--size", "160x120", "--tile", "16", "--frames", f"0:{FRAMES - 1}")
+        cls.modest = cls.cluster.processes["slave-2"].pid  # all its threads have run by now
+        cls.modest_threads = [thread_facts(task) for task in pathlib.Path(f"/proc/{cls.modest}/task").iterdir()]
         cls.content_type, cls.page = scrape(cls.page_port)
         cls.slave_page = scrape(cls.slave_port)[1]
         cls.status = cls.cluster.status()
         cls.table = subprocess.run(
             [cluster_lib.program("tessera-master"), "status", "--connect", cls.cluster.address, "--keys",
-             cls.cluster.add_key("app", "app")], capture_output=True, text=True, timeout=60).stdout
+             cls.cluster.add_key("app", "app")], capture_output=True, text=True, timeout=cluster_lib.PATIENCE_S).stdout
         try:
             scrape(cls.page_port, "/elsewhere")
         except urllib.error.HTTPError as error:
             cls.elsewhere = error.code
         master.terminate()  # writes the trace
-        assert master.wait(60) == 0
+        assert master.wait(cluster_lib.PATIENCE_S) == 0
         cls.trace = json.loads(cls.trace_path.read_text())
 
     def test_the_page_is_what_prometheus_reads(self):
@@ -153,7 +151,7 @@ class Watching(unittest.TestCase):
 
     def test_the_script_draws_it(self):
         svg = self.cluster.folder / "trace.svg"
-        subprocess.run([sys.executable, str(DEPLOY / "trace_svg.py"), str(self.trace_path), "-o", str(svg)], check=True, timeout=60)
+        subprocess.run([sys.executable, str(DEPLOY / "trace_svg.py"), str(self.trace_path), "-o", str(svg)], check=True, timeout=cluster_lib.PATIENCE_S)
         text = svg.read_text()
         self.assertIn(f"{SLAVES} slaves, render threads busy", text)
         self.assertGreaterEqual(text.count("<rect"), FRAMES * 10 * 8)

@@ -1,6 +1,9 @@
-"""Rows E: the master dies and returns; the application dies, stands still, hurries."""
+"""Rows E: the master dies and returns; the application dies, stands still, hurries; others ask how things are."""
 import os
 import signal
+import socket
+import struct
+import subprocess
 import time
 
 import peer
@@ -152,4 +155,59 @@ def f48(stage, report):
     stage.oracle(settled_slaves=2)
 
 
-ROWS = {"F44": f44, "F45": f45, "F46": f46, "F47": f47, "F48": f48}
+ASKERS = 30  # programs at once: below what one address may have in its handshake beside them (64 in all, 16 an address)
+RUDE_ASKERS = 24
+
+
+def leave_twice(asker):
+    """What it says last comes three times, in one write."""
+    asker.send(peer.record(peer.STATUS_REQUEST) + 3 * peer.record(peer.GOODBYE, {1: "enough"}))
+
+
+def leave_by_reset(asker):
+    """It asks much, reads nothing, says goodbye and is gone with a reset."""
+    asker.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    asker.send(200 * peer.record(peer.STATUS_REQUEST) + peer.record(peer.GOODBYE, {1: "enough"}))
+
+
+def break_rules_twice(asker):
+    """It cancels a frame, which is not for it to do, and again, and leaves."""
+    asker.send(2 * peer.record(peer.CANCEL, {1: 1}) + peer.record(peer.GOODBYE, {1: "enough"}))
+
+
+def f58(stage, report):
+    """Many ask for the status while frames are rendered; some leave twice, by a reset, or break the rules."""
+    stage.cluster_of(2)
+    stage.animate(frames=24)
+    stage.wait_for_frames(3)
+    stage.bounds()
+    keys = stage.cluster.add_key("app", "asks")
+    stage.now()
+    programs = [subprocess.Popen(
+        [*stage.cluster.prefix(1), cluster_lib.program("tessera-master"), "status", "--connect", stage.cluster.address, "--keys", keys],
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) for _ in range(ASKERS)]
+    came_late = 0
+    for i in range(RUDE_ASKERS):
+        asker = peer.Link(stage, 5, keys)
+        try:
+            asker.say(peer.HELLO, peer.hello("asks", role=2))
+            asker.hear(peer.WELCOME)
+            (leave_twice, leave_by_reset, break_rules_twice)[i % 3](asker)
+        except OSError:  # closed for its silence: this machine was busy
+            came_late += 1
+        asker.close()
+    report.claim("most were rude in time", came_late < RUDE_ASKERS / 2, f"{came_late} came late")
+    # On a busy machine some come too late for their handshake, and say so.
+    said = [program.communicate(timeout=60)[1].strip().splitlines() for program in programs]
+    codes = [program.returncode for program in programs]
+    report.claim("each gets its answer, or one line", all(
+        code == 0 or (code == 1 and len(lines) == 1) for code, lines in zip(codes, said)), list(zip(codes, said)))
+    report.note(f"{codes.count(0)} of {ASKERS} were answered")
+    report.claim("the master lives", stage.process("master").poll() is None)
+    report.claim("and answers", stage.status()["slaves"])
+    stage.finish()
+    report.claim("no slave lost", not stage.events("slave-lost"), stage.events("slave-lost"))
+    stage.oracle(settled_slaves=2)
+
+
+ROWS = {"F44": f44, "F45": f45, "F46": f46, "F47": f47, "F48": f48, "F58": f58}

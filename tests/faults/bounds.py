@@ -5,12 +5,25 @@ and from `--stats`, so that the bounds hold on slow machines, too.
 """
 import math
 
+# What the scheduler of a machine may add to a reaction that comes at once: the floor of every bound on time.
+#
+# A thread that has something to do runs when those before it on its core have had their turn. Linux's scheduler serves
+# all of them within its latency: 6 ms * (1 + log2(cores)) for up to 8 cores, 24 ms, with eight ready threads a core and
+# less; its successor's turns (3 ms each) are shorter. The longest chain that a row judges by round trips is a refusal:
+# the test says something, the master answers, the test reads and says who it is, the master looks and refuses, the test
+# reads that and wakes who waits for it; and the master's log may be written between. Eight threads wait for their turn.
+SCHEDULER_TURN_S = 0.024
+HANDOVERS = 8
+SCHEDULING_S = HANDOVERS * SCHEDULER_TURN_S  # 192 ms
+
 
 class Bounds:
-    """What a status answer implies. `lateness` is how late this machine woke a sleeping thread meanwhile, at most."""
+    """What a status answer implies: the matrix's formulas. What the machine itself may add is allowance()."""
 
     def __init__(self, status, build_seconds=0.0):
         self.heartbeat = status["heartbeat_ms"] / 1e3
+        # Else "at once" could not be told from what only a deadline brings about: they are some heartbeats, or more.
+        assert SCHEDULING_S < self.heartbeat, f"a floor of {SCHEDULING_S} s and heartbeats of {self.heartbeat} s"
         self.missed = status["heartbeats_missed_max"]
         self.rtt = status["rtt_seconds_max"]
         self.handshake = status["handshake_ms"] / 1e3
@@ -43,3 +56,15 @@ class Bounds:
     @property
     def backoff_first(self):  # B(0), with its greatest random factor
         return 0.1 * 1.5
+
+
+def allowance(late, doubt):
+    """What a bound on time grants besides the matrix's formula: the scheduler's turns, how late this machine woke a
+    sleeping thread meanwhile (once: such a stall is rare), how long the fault took to be made, and a rounding of the
+    log's clock."""
+    return SCHEDULING_S + measured_allowance(late, doubt)
+
+
+def measured_allowance(late, doubt):
+    """The same where speed is what the row is about: without the floor."""
+    return late + doubt + 0.001

@@ -62,7 +62,7 @@ def run_rows(names, options, out, table):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("rows", nargs="*", metavar="ROW", help="F01 to F57")
+    parser.add_argument("rows", nargs="*", metavar="ROW", help="F01 to F58")
     parser.add_argument("--all", action="store_true", help="every row")
     parser.add_argument("--small", action="store_true", help="the small set (the default)")
     parser.add_argument("--list", action="store_true", help="print the rows and what they do")

@@ -6,7 +6,7 @@ import time
 
 import peer
 import watch
-from stage import wait_until
+from stage import PATIENCE_S, wait_until
 
 LINK_KIB = 64  # a connection's input buffer (kInputBufferBytes)
 SECOND_TRY_PORT = 7999  # of the relay, on its node's loopback
@@ -29,13 +29,13 @@ def through_relay(stage, report, faults, seed_note):
     try:
         began = time.time()
         wait_until(f"in use in spite of {seed_note}",
-                   lambda: (stage.cluster.slave_status(name) or {}).get("tiles_done", 0) > 0, 15)
+                   lambda: (stage.cluster.slave_status(name) or {}).get("tiles_done", 0) > 0)
         return time.time() - began
     finally:
         slave.terminate()
-        slave.wait(10)
+        slave.wait(PATIENCE_S)
         relay.terminate()
-        relay.wait(10)
+        relay.wait(PATIENCE_S)
         relay.stdout.close()
         stage.cluster.processes.pop(name, None)
         wait_until("its connections gone", lambda: watch.descriptors(stage.pid("master")) <= before[stage.pid("master")] + 1)
@@ -168,7 +168,7 @@ def f34(stage, report):
     report.claim("master alive", stage.process("master").poll() is None)
 
 
-def clients(stage, node, *words, wait=60):
+def clients(stage, node, *words, wait=PATIENCE_S):
     """A client mode of tcpfault on that node. Returns: its report."""
     run = subprocess.run([*stage.cluster.prefix(node), *peer.tcpfault(*words, "--to", stage.cluster.address)],
                          capture_output=True, text=True, timeout=wait)
@@ -236,7 +236,7 @@ def f37(stage, report):
     joined = stage.first_event("slave-joined", began)
     report.figure("a good slave is in", joined["at"] - began, 2 * b.handshake + stage.lateness)
     most = watch.descriptors(stage.pid("master"))
-    answer = json.loads(idle.communicate(timeout=60)[0])
+    answer = json.loads(idle.communicate(timeout=PATIENCE_S)[0])
     report.figure("kept", most - stage.sampler.base["master"]["fds"], 64 + 2 * 2, "connections")
     report.claim("all closed at last", answer["still_open"] == 0, answer)
     report.claim("slaves unaffected", not stage.events("slave-lost"), keys)
@@ -256,7 +256,7 @@ def f38(stage, report):
     ended = time.time()
     report.note(f"{answer['connected']} connections in {answer['seconds']} s")
     during = stage.frames.usual(since=began, until=ended)
-    report.figure("frame time", during, 1.1 * before + stage.lateness)
+    report.figure("frame time", during, 1.1 * before + stage.measured_lateness)
     more = len(stage.log("master").read_text().splitlines()) - lines
     # Two events, of each kLogLinesMax lines and a sum in each kLogInterval that begins meanwhile.
     report.figure("log lines", more, 2 * (20 + 1) * (2 + int((ended - began) / 10)), "")

@@ -187,7 +187,7 @@ def f22(stage, report):
     count = len(stage.frames.lines)
     report.picture([f["digest"] for f in stage.frames.lines] == stage.expected_digests[:count])
     report.note(f"{count} frames")
-    wait_until("back", lambda: len(stage.status()["slaves"]) == 3, 30)
+    wait_until("back", lambda: len(stage.status()["slaves"]) == 3)
     # Each frame is another version, sent to three; who comes back gets the two in work anew, and no more.
     version = max(line["bytes_to_slaves"] for line in stage.frames.lines[:3]) / 3 / 2**20
     sent = stage.metric("tessera_scene_bytes_sent_total") / 2**20

@@ -191,7 +191,7 @@ class Link:
                     self.heard.put(one)
         self.ended_at = time.time()
 
-    def hear(self, kind, seconds=10):
+    def hear(self, kind, seconds=stages.PATIENCE_S):
         """The next message of that kind; others are passed over."""
         end = time.monotonic() + seconds
         while True:
@@ -202,7 +202,7 @@ class Link:
             if one[0] == kind:
                 return one
 
-    def wait_for_end(self, seconds=20):
+    def wait_for_end(self, seconds=stages.PATIENCE_S):
         """Returns: when the other side closed."""
         stages.wait_until("closed by the master", lambda: self.ended_at, seconds)
         return self.ended_at
@@ -245,7 +245,7 @@ class HandSlave:
         self.scene.say(BUILT, {1: announce[1], 2: 0.001, 3: 4, 4: hashlib.sha256(digests).digest()})
         return announce[1]
 
-    def lease(self, seconds=10):
+    def lease(self, seconds=stages.PATIENCE_S):
         """The next lease, with its frame known."""
         end = time.monotonic() + seconds
         while True:
@@ -264,7 +264,7 @@ class HandSlave:
     def say_result(self, lease, **how):
         self.tile.say(RESULT, *self.answer(lease, **how))
 
-    def refusal(self, seconds=10):
+    def refusal(self, seconds=stages.PATIENCE_S):
         """Why the master closes, in its own words."""
         _, fields, _ = self.tile.hear(REFUSE, seconds)
         return fields.get(2, b"").decode()

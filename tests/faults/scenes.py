@@ -57,7 +57,7 @@ def f10(stage, report):
     began = stage.now()
     render = stage.cluster.start_render(scene, *FILE_FRAME)
     try:
-        run = stage.cluster.finish(render, 40)
+        run = stage.cluster.finish(render)
     except subprocess.TimeoutExpired:
         render.kill()
         render.communicate()
@@ -98,7 +98,7 @@ def f21(stage, report):
     with_it = stage.usual_mean(stage.frames.times[1], stage.frames.times[-1])
     # Its queue is in the oracle's figure of memory, whose bound counts two versions.
     report.figure("a version", version, MOVING_VERSION_MIB, "MiB")
-    report.figure("others' frame time", with_it, 1.25 * without + stage.lateness)
+    report.figure("others' frame time", with_it, 1.25 * without + stage.measured_lateness)
     stage.finish()
     report.claim("alive while bytes move", not stage.events("slave-lost"), stage.events("slave-lost"))
     report.note(f"T_det {b.detection:.2f} s")

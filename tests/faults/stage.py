@@ -37,7 +37,7 @@ STILL = ["builtin:cornell", "--orbit", "180"]  # one scene, each frame another p
 MOVING = ["builtin:waves"]                     # each frame another scene version
 
 READ_PAGE = "import sys, urllib.request; print(urllib.request.urlopen(sys.argv[1], timeout=10).read().decode())"
-PATIENCE_S = 40  # so that nothing hangs for ever; no row waits that long for what holds
+PATIENCE_S = cluster_lib.PATIENCE_S
 
 
 def wait_until(what, condition, seconds=PATIENCE_S):
@@ -226,9 +226,13 @@ class Stage:
 
     @property
     def lateness(self):
-        """What the measuring itself may be wrong by: how late this machine woke us since the fault, at most; how long
-        the fault took to be made; one rounding of the log's clock."""
-        return self.sampler.late + self.doubt + 0.001
+        """What the machine may add to a reaction since the fault, and the measuring be wrong by."""
+        return bounds.allowance(self.sampler.late, self.doubt)
+
+    @property
+    def measured_lateness(self):
+        """The same, without a floor: for rows about speed."""
+        return bounds.measured_allowance(self.sampler.late, self.doubt)
 
     def usual_mean(self, since, until):
         """The mean time between frames that came within the interval. Seconds."""
@@ -248,7 +252,7 @@ class Stage:
         self.sampler.mark()
         process = self.process(name)
         process.send_signal(how)
-        process.wait(30)
+        process.wait(PATIENCE_S)
         return time.time()
 
     def now(self):

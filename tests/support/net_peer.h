@@ -14,6 +14,7 @@
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
 #include "common/net/connection.h"
+#include "tests/support/patience.h"
 
 namespace tessera::test {
 
@@ -81,8 +82,6 @@ class NetPeer {
   }
 
  private:
-  static constexpr std::chrono::seconds kPatience{20};
-
   net::IoThread& io_;
   net::ConnectionPtr connection_;  // io thread
 

@@ -132,18 +132,37 @@ TEST(Surfaces, PointsOfPacketsAreThoseOfEachRayAlone) {
   }
 }
 
-std::shared_ptr<const Texture> random_texture(int width, int height, bool is_srgb) {
+// Number 0 repeats, 1 wraps in other ways, 2 is not interpolated, either with 8 bits; 3 has 16.
+std::shared_ptr<const Texture> random_texture(int width, int height, bool is_srgb, int number) {
   std::mt19937 random(static_cast<unsigned>(width));
-  Texture t{width, height, is_srgb, {}};
-  for (int i = 0; i < 4 * width * height; ++i)
-    t.rgba.push_back(static_cast<std::uint8_t>(random() % 256));
+  Texture t;
+  t.width_px = width;
+  t.height_px = height;
+  t.is_srgb = is_srgb;
+  if (number > 0) {
+    t.wrap_u = number == 1 ? TextureWrap::kMirror : TextureWrap::kClamp;
+    t.wrap_v = number == 2 ? TextureWrap::kMirror : TextureWrap::kClamp;
+  }
+  if (number == 3) t.wrap_v = TextureWrap::kRepeat;
+  t.is_nearest = number == 2;
+  for (int i = 0; i < 4 * width * height; ++i) {
+    if (number == 3) t.rgba16.push_back(static_cast<std::uint16_t>(random()));
+    if (number != 3) t.rgba.push_back(static_cast<std::uint8_t>(random() % 256));
+  }
   return std::make_shared<const Texture>(t);
 }
 
 // Plain, marble, wood, brick, glossy with all textures, diffuse with lamps of two kinds, mirror, and
-// glass with a map of normals.
+// glass with a map of normals, and two whose textures lie in ways of their own.
+constexpr std::uint32_t kRichMaterials = 10;
 std::vector<Material> rich_materials() {
-  std::vector<Material> materials(8);
+  std::vector<Material> materials(kRichMaterials);
+  const auto place = [](std::uint32_t texture, std::uint32_t set, std::array<float, 6> map) {
+    TextureRef ref(texture);
+    ref.uv_set = set;
+    ref.uv_map = map;
+    return ref;
+  };
   const SurfaceKind kinds[] = {SurfaceKind::kMarble, SurfaceKind::kWood, SurfaceKind::kBrick};
   for (std::size_t i = 0; i < 3; ++i) {
     materials[i + 1].surface.kind = kinds[i];
@@ -162,6 +181,15 @@ std::vector<Material> rich_materials() {
   materials[6].bsdf = BsdfKind::kMirror;
   materials[7].bsdf = BsdfKind::kGlass;
   materials[7].normal_texture = 5;
+  // Pictures that lie otherwise, some alike.
+  materials[8].bsdf = BsdfKind::kGlossy;
+  materials[8].albedo_texture = place(6, 0, {0.5f, 2, 0.1f, -1, 0.25f, 3});
+  materials[8].roughness_metalness_texture = place(7, 0, {0.5f, 2, 0.1f, -1, 0.25f, 3});
+  materials[8].normal_texture = place(2, 1, {1, 0, 0, 0, 1, 0});
+  materials[9].emission = {1, 1, 1};
+  materials[9].emission_texture = place(0, 1, {3, 0, 0.25f, 0, 2, 0});
+  materials[9].albedo_texture = place(7, 1, {1, 0, 0, 0, 1, 0});
+  materials[9].normal_texture = place(2, 0, {0, -1, 1, 1, 0, 0});
   return materials;
 }
 
@@ -194,19 +222,22 @@ std::shared_ptr<const PreparedScene> make_rich_scene() {
       // Some look behind the surface, some are none.
       mesh.normals.push_back(i % 11 == 0 ? Vec3f{} : normalize(p + Vec3f{0.1f, 0.2f, 0}));
       mesh.uvs.push_back(rich_uv(p, i));
+      mesh.uvs1.push_back(rich_uv({p.z, p.x, p.y}, i / 5));
     }
     mesh.triangles.push_back({first, first + 1, first + 2});
-    mesh.materials.push_back(i * 7 % 8);
+    mesh.materials.push_back(i * 7 % kRichMaterials);
   }
   plain.normals.clear();
   plain.uvs.clear();
+  plain.uvs1.clear();
   plain.materials = {4};
   Scene scene = test::make_scene(mesh);
   scene.meshes.push_back(std::make_shared<const Mesh>(plain));
   scene.materials = rich_materials();
-  scene.textures = {random_texture(37, 11, true),   random_texture(64, 32, false),
-                    random_texture(16, 16, false),  random_texture(1, 5, true),
-                    random_texture(256, 256, true), random_texture(1, 1, false)};
+  scene.textures = {random_texture(37, 11, true, 0),   random_texture(64, 32, false, 3),
+                    random_texture(16, 16, false, 0),  random_texture(1, 5, true, 2),
+                    random_texture(256, 256, true, 3), random_texture(1, 1, false, 1),
+                    random_texture(37, 11, true, 1),   random_texture(40, 9, false, 2)};
   Instance turned, inside_out, other;
   turned.object_to_world.m = {{{0, -2, 0, 3}, {2, 0, 0.5f, 1}, {0, 0, 2, -3}}};
   inside_out.object_to_world.m = {{{-1, 0, 0, -3}, {0, 2, 0, 1}, {0, 0.5f, 1, 3}}};

@@ -1,0 +1,14 @@
+// How long a test waits for what must come before it says that it does not: so that nothing hangs
+// for ever. No test judges by it: what takes milliseconds on a machine at rest takes seconds where
+// other programs have the processors, under a sanitizer tens of them.
+//
+// Threads. A constant.
+#pragma once
+
+#include <chrono>
+
+namespace tessera::test {
+
+inline constexpr std::chrono::seconds kPatience{120};
+
+}  // namespace tessera::test
