@@ -195,4 +195,16 @@ Status revoke_key(const std::string& folder, const std::string& name) {
   return Status::ok();
 }
 
+Result<KeyFacts> read_key_facts(const std::string& folder, const std::string& name) {
+  const Certificate ca = read_certificate(folder + "/ca.crt");
+  const Certificate node =
+      name.empty() ? nullptr : read_certificate(folder + "/" + name + "/node.crt");
+  if (!ca || (!name.empty() && !node))
+    return Status::not_found(folder + " has no certificate" + (name.empty() ? "" : " of " + name));
+  const std::string last = last_day_text(ca.get());
+  if (!node) return KeyFacts{"", "", last};
+  return KeyFacts{entry_of(node.get(), NID_organizationalUnitName), name,
+                  std::min(last, last_day_text(node.get()))};
+}
+
 }  // namespace tessera::net

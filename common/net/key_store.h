@@ -42,4 +42,12 @@ Status renew_key(const std::string& folder, const std::string& name, int days);
 // kPermissionDenied.
 Status revoke_key(const std::string& folder, const std::string& name);
 
+// What a certificate of DIR says.
+struct KeyFacts {
+  std::string role, name;  // empty for the CA
+  std::string last_day;    // of its life, which ends with the CA's; UTC, "2027-11-22"
+};
+// Of DIR/NAME/node.crt, or of DIR/ca.crt without a name. Returns: kNotFound.
+Result<KeyFacts> read_key_facts(const std::string& folder, const std::string& name = "");
+
 }  // namespace tessera::net

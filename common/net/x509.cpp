@@ -1,5 +1,7 @@
 #include "common/net/x509.h"
 
+#include <ctime>
+
 #include "common/base/check.h"
 
 namespace tessera::net {
@@ -67,6 +69,14 @@ std::string subject_text(X509* certificate) {
   const std::string name = entry_of(certificate, NID_commonName);
   if (name.empty()) return "without a name";
   return (role.empty() ? "" : role + " ") + "'" + name + "'";
+}
+
+std::string last_day_text(X509* certificate) {
+  std::tm time{};
+  TESSERA_CHECK_EQ(ASN1_TIME_to_tm(X509_get0_notAfter(certificate), &time), 1);
+  char text[sizeof("2027-11-22")] = {};
+  std::strftime(text, sizeof(text), "%Y-%m-%d", &time);
+  return text;
 }
 
 std::string serial_text(const ASN1_INTEGER* serial) {

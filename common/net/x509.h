@@ -41,6 +41,8 @@ std::string pem_of(X509_CRL* list);
 std::string entry_of(X509* certificate, int nid);
 // "slave 'a'", or "without a name".
 std::string subject_text(X509* certificate);
+// The day on which it ends, in UTC: "2027-11-22".
+std::string last_day_text(X509* certificate);
 // In hexadecimal digits, as in a certificate's dump.
 std::string serial_text(const ASN1_INTEGER* serial);
 std::string serial_text(X509* certificate);

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <set>
+#include <string_view>
 
+#include "common/base/cli_usage.h"
 #include "common/base/version.h"
 #include "common/net/key_store.h"
 
@@ -35,6 +37,63 @@ void add_days(CLI::App* command, Words& words) {
       ->capture_default_str();
 }
 
+// How a node of this role is started with its credentials.
+std::string start_command(const std::string& role, const std::string& name) {
+  if (role == "master") return "tessera-master serve --listen HOST:PORT --keys " + name;
+  if (role == "slave") return "tessera-slave --master HOST:PORT --keys " + name;
+  return "tessera-master view SCENE --connect HOST:PORT --keys " + name;
+}
+
+// As a shell takes it for one word.
+std::string quoted(const std::string& path) {
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("_-./+:@%,=").find(c) != std::string_view::npos;
+  };
+  if (!path.empty() && std::all_of(path.begin(), path.end(), is_plain)) return path;
+  std::string text = "'";
+  for (const char c : path) text += c == '\'' ? "'\\''" : std::string(1, c);
+  return text + "'";
+}
+
+void say(const std::string& line) { std::puts(line.c_str()); }
+
+// What was made, until when it counts, and what to do next.
+void say_init(const std::string& folder, const tessera::net::KeyFacts& ca) {
+  say("made the authority of a cluster in " + folder + ", good until " + ca.last_day +
+      "; keep this folder on one safe machine");
+  say("next: tessera-keys add " + quoted(folder) +
+      " master NAME, then the same with slave for each slave, "
+      "with app for who renders");
+}
+
+void say_add(const Words& words, const tessera::net::KeyFacts& node) {
+  const std::string folder = words.folder + "/" + words.name;
+  say("made " + folder + ", the credentials of " + node.role + " '" + node.name + "', " +
+      (words.days < 0 ? "expired since " : "good until ") + node.last_day);
+  say("next: copy the folder to its machine and to no other; there: " +
+      start_command(node.role, words.name));
+  if (words.days < 0) return;
+  say("before " + node.last_day + ": tessera-keys renew " + quoted(words.folder) + " " +
+      words.name);
+}
+
+void say_renew(const Words& words, const tessera::net::KeyFacts& node) {
+  say("made a new key and certificate of " + node.role + " '" + node.name + "' in " + words.folder +
+      "/" + words.name + ", " + (words.days < 0 ? "expired since " : "good until ") +
+      node.last_day + "; the old one counts until it expires or is revoked");
+  say("next: copy node.key and node.crt to its machine; it takes them over within seconds, or at "
+      "once on SIGHUP");
+}
+
+void say_revoke(const Words& words) {
+  say("revoked all certificates ever made for '" + words.name + "': wrote crl.pem, in " +
+      words.folder + " and in the folder of each node there");
+  say("next: copy crl.pem to the running nodes, the master first; they close the connections of '" +
+      words.name + "' within seconds");
+  say("for a new one of that name: tessera-keys renew " + quoted(words.folder) + " " + words.name);
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Makes the keys and certificates of a Tessera cluster.", "tessera-keys");
   app.set_version_flag("--version", std::string("tessera-keys ") + tessera::kBuildId);
@@ -63,13 +122,15 @@ int run(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
   const std::set<std::string> commands{"init", "add", "renew", "revoke"};
   if (!first.empty() && first[0] != '-' && !commands.contains(first))
-    return report("unknown command '" + first + "': give init, add, renew or revoke", 2);
+    return report("unknown command '" + first + "': give init, add, renew or revoke" +
+                      tessera::did_you_mean(first, {commands.begin(), commands.end()}),
+                  2);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::Error& error) {
-    return report(std::string(error.what()) + " (see 'tessera-keys --help')", 2);
+    return report(tessera::usage_text(app, error) + " (see 'tessera-keys --help')", 2);
   }
   using namespace tessera::net;
   const tessera::Status status =
@@ -79,6 +140,15 @@ int run(int argc, char** argv) {
                 : add_key(words.folder, words.role, words.name, words.days, words.starts_in_days);
   if (!status.is_ok())
     return report(status.message(), status.code() == tessera::StatusCode::kInvalidArgument ? 2 : 1);
+  if (*revoke) {
+    say_revoke(words);
+    return 0;
+  }
+  const auto facts = read_key_facts(words.folder, words.name);
+  if (!facts.is_ok()) return report(facts.status().message(), 1);
+  if (*init) say_init(words.folder, *facts);
+  if (*add) say_add(words, *facts);
+  if (*renew) say_renew(words, *facts);
   return 0;
 }
 

@@ -1,6 +1,7 @@
 // The smallest application: one triangle, one picture, a master and a slave inside the process.
 #include <cstdio>
 
+#include "common/viewpoint/scene_overview.h"
 #include "master/session/session.h"
 
 int main() {
@@ -19,6 +20,7 @@ int main() {
   if (!session.is_ok()) return std::puts(session.status().message().c_str()), 1;
   tessera::FrameSettings settings;
   settings.width_px = settings.height_px = 64;
+  settings.camera = tessera::default_camera(scene, settings.width_px, settings.height_px);
   const auto version = (*session)->commit_scene(scene);
   const auto frame = (*session)->submit(settings);
   if (!version.is_ok() || !frame.is_ok()) return std::puts("refused"), 1;
