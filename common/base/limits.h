@@ -59,6 +59,7 @@ static_assert(kSceneBlockChunksMax * std::size_t{32} <= kSceneChunkListBytesMax)
 inline constexpr std::uint32_t kInstancesMax = 1u << 20;
 inline constexpr std::uint32_t kMaterialsMax = 65536;
 inline constexpr std::uint32_t kLightsMax = 65536;
+inline constexpr std::uint32_t kCamerasMax = 1024;  // that a person can choose from
 inline constexpr int kTextureSideMaxPx = 16384;
 // Environment maps: a latitude-longitude picture of 8192 x 4096 texels is 400 MB of floats.
 inline constexpr int kEnvironmentSideMaxPx = 8192;

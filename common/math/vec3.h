@@ -1,4 +1,5 @@
 // Three floats: points, directions, RGB radiance. Plain values, memory layout x, y, z (12 bytes).
+// Two and four: texture coordinates; tangents and colours with alpha, which are only stored.
 // Threads. Plain values. Every operation is written in one order of roundings, the same on every
 // machine.
 #pragma once
@@ -12,6 +13,12 @@ struct Vec2f {
   float x = 0, y = 0;
   bool operator==(const Vec2f&) const = default;
 };
+
+struct Vec4f {
+  float x = 0, y = 0, z = 0, w = 0;
+  bool operator==(const Vec4f&) const = default;
+};
+static_assert(sizeof(Vec4f) == 16);
 
 struct Vec3f {
   float x = 0, y = 0, z = 0;
@@ -41,6 +48,10 @@ inline Vec3f min(Vec3f a, Vec3f b) {
 }
 inline Vec3f max(Vec3f a, Vec3f b) {
   return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+}
+inline bool is_finite(Vec2f a) { return std::isfinite(a.x) && std::isfinite(a.y); }
+inline bool is_finite(const Vec4f& a) {
+  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z) && std::isfinite(a.w);
 }
 inline bool is_finite(Vec3f a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);

@@ -26,7 +26,7 @@ enum class BlockKind : std::uint32_t {
   kTexture = 0x54535354,
   kEnvironment = 0x45535354
 };
-inline constexpr std::uint32_t kLayoutVersion = 5;
+inline constexpr std::uint32_t kLayoutVersion = 6;
 
 // What follows a large array begins at a chunk, so that an array that grew or shrank leaves the
 // chunks behind it as they were (README.md). An array is large when that costs 6 % at most.

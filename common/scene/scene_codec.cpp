@@ -5,16 +5,29 @@
 
 #include "common/base/limits.h"
 #include "common/scene/block_bytes.h"
+#include "common/scene/material_bytes.h"
 #include "common/scene/validate.h"
 
 namespace tessera {
 namespace {
+
+// Returns: false for a value above `last`.
+template <typename Enum>
+bool get_enum(BlockReader& in, Enum& value, Enum last) {
+  const auto number = in.get<std::uint32_t>();
+  if (number > static_cast<std::uint32_t>(last)) return false;
+  value = static_cast<Enum>(number);
+  return in.is_good();
+}
 
 SceneBlock encode_mesh(const Mesh& mesh) {
   BlockWriter out(BlockKind::kMesh);
   out.put_array(mesh.positions);
   out.put_array(mesh.normals);
   out.put_array(mesh.uvs);
+  out.put_array(mesh.uvs1);
+  out.put_array(mesh.tangents);
+  out.put_array(mesh.colors);
   out.put_array(mesh.triangles);
   out.put_array(mesh.materials);
   return make_scene_block(out.finish());
@@ -23,16 +36,19 @@ SceneBlock encode_mesh(const Mesh& mesh) {
 std::shared_ptr<const Mesh> decode_mesh(std::span<const std::byte> bytes) {
   BlockReader in(bytes);
   auto mesh = std::make_shared<Mesh>();
-  const bool is_good = in.open(BlockKind::kMesh) && in.get_array(mesh->positions) &&
-                       in.get_array(mesh->normals) && in.get_array(mesh->uvs) &&
-                       in.get_array(mesh->triangles) && in.get_array(mesh->materials);
+  const bool is_good =
+      in.open(BlockKind::kMesh) && in.get_array(mesh->positions) && in.get_array(mesh->normals) &&
+      in.get_array(mesh->uvs) && in.get_array(mesh->uvs1) && in.get_array(mesh->tangents) &&
+      in.get_array(mesh->colors) && in.get_array(mesh->triangles) && in.get_array(mesh->materials);
   return is_good && in.is_finished() ? mesh : nullptr;
 }
 
 std::uint64_t mesh_triangle_count(std::span<const std::byte> bytes) {
   BlockReader in(bytes);
   const bool is_good = in.open(BlockKind::kMesh) && in.skip_array(sizeof(Vec3f)) &&
-                       in.skip_array(sizeof(Vec3f)) && in.skip_array(sizeof(Vec2f));
+                       in.skip_array(sizeof(Vec3f)) && in.skip_array(sizeof(Vec2f)) &&
+                       in.skip_array(sizeof(Vec2f)) && in.skip_array(sizeof(Vec4f)) &&
+                       in.skip_array(sizeof(Vec4f));
   return is_good ? in.get_count(3 * sizeof(std::uint32_t)) : 0;
 }
 
@@ -41,7 +57,11 @@ SceneBlock encode_texture(const Texture& texture) {
   out.put(std::int32_t{texture.width_px});
   out.put(std::int32_t{texture.height_px});
   out.put(std::uint32_t{texture.is_srgb ? 1u : 0u});
+  out.put(static_cast<std::uint32_t>(texture.wrap_u));
+  out.put(static_cast<std::uint32_t>(texture.wrap_v));
+  out.put(std::uint32_t{texture.is_nearest ? 1u : 0u});
   out.put_array(texture.rgba);
+  out.put_array(texture.rgba16);
   return make_scene_block(out.finish());
 }
 
@@ -52,7 +72,11 @@ std::shared_ptr<const Texture> decode_texture(std::span<const std::byte> bytes) 
   texture->width_px = in.get<std::int32_t>();
   texture->height_px = in.get<std::int32_t>();
   texture->is_srgb = in.get<std::uint32_t>() != 0;
-  return in.get_array(texture->rgba) && in.is_finished() ? texture : nullptr;
+  const bool is_wrapped = get_enum(in, texture->wrap_u, TextureWrap::kClamp) &&
+                          get_enum(in, texture->wrap_v, TextureWrap::kClamp);
+  texture->is_nearest = in.get<std::uint32_t>() != 0;
+  const bool is_good = is_wrapped && in.get_array(texture->rgba) && in.get_array(texture->rgba16);
+  return is_good && in.is_finished() ? texture : nullptr;
 }
 
 SceneBlock encode_environment(const EnvironmentMap& map) {
@@ -77,45 +101,13 @@ void put_camera(BlockWriter& out, const Camera& camera) {
   out.put(camera.vfov_degrees);
 }
 
-void put_material(BlockWriter& out, const Material& m) {
-  out.put_text(m.name);
-  out.put(m.albedo);
-  out.put(m.emission);
-  out.put(m.albedo_texture);
-  out.put(m.emission_texture);
-  out.put(static_cast<std::uint32_t>(m.bsdf));
-  out.put(m.specular);
-  for (const float x : {m.roughness, m.metalness, m.ior}) out.put(x);
-  out.put(m.roughness_metalness_texture);
-  out.put(m.normal_texture);
-  out.put(m.normal_scale);
-  out.put(static_cast<std::uint32_t>(m.surface.kind));
-  out.put(m.surface.parameters);
-}
-
-bool get_material(BlockReader& in, Material& m) {
-  if (!in.get_text(m.name)) return false;
-  m.albedo = in.get<Vec3f>();
-  m.emission = in.get<Vec3f>();
-  m.albedo_texture = in.get<std::uint32_t>();
-  m.emission_texture = in.get<std::uint32_t>();
-  const auto bsdf = in.get<std::uint32_t>();
-  m.specular = in.get<Vec3f>();
-  m.roughness = in.get<float>();
-  m.metalness = in.get<float>();
-  m.ior = in.get<float>();
-  m.roughness_metalness_texture = in.get<std::uint32_t>();
-  m.normal_texture = in.get<std::uint32_t>();
-  m.normal_scale = in.get<float>();
-  const auto surface = in.get<std::uint32_t>();
-  m.surface.parameters = in.get<SurfaceParameters>();
-  if (bsdf > static_cast<std::uint32_t>(BsdfKind::kGlass) ||
-      surface > static_cast<std::uint32_t>(SurfaceKind::kBrick)) {
-    return false;
-  }
-  m.bsdf = static_cast<BsdfKind>(bsdf);
-  m.surface.kind = static_cast<SurfaceKind>(surface);
-  return in.is_good();
+Camera get_camera(BlockReader& in) {
+  Camera camera;
+  camera.eye = in.get<Vec3f>();
+  camera.target = in.get<Vec3f>();
+  camera.up = in.get<Vec3f>();
+  camera.vfov_degrees = in.get<float>();
+  return camera;
 }
 
 SceneBlock encode_root(const Scene& scene) {
@@ -138,13 +130,20 @@ SceneBlock encode_root(const Scene& scene) {
   }
   out.put(scene.environment);
   out.put(std::uint32_t{scene.environment_map ? 1u : 0u});
+  out.put(static_cast<std::uint32_t>(scene.background.kind));
+  out.put(scene.background.low);
+  out.put(scene.background.high);
   out.put(std::uint32_t{scene.camera ? 1u : 0u});
   if (scene.camera) put_camera(out, *scene.camera);
+  out.put(std::uint64_t{scene.cameras.size()});
+  for (const NamedCamera& named : scene.cameras) {
+    out.put_text(named.name);
+    put_camera(out, named.camera);
+  }
   return make_scene_block(out.finish());
 }
 
-constexpr std::uint64_t kMaterialBytesMin =
-    8 + 12 + 12 + 4 + 4 + 4 + 12 + 3 * 4 + 4 + 4 + 4 + 4 + sizeof(SurfaceParameters);
+constexpr std::uint64_t kCameraBytes = 3 * sizeof(Vec3f) + sizeof(float);
 constexpr std::uint64_t kInstanceBytes = 4 + sizeof(Transform);
 constexpr std::uint64_t kLightBytes = 4 + 3 * 12 + 2 * 4;
 
@@ -160,7 +159,7 @@ bool decode_root(std::span<const std::byte> bytes, Scene& scene, BlockCounts& co
   if (!in.open(BlockKind::kRoot)) return false;
   counts.meshes = in.get<std::uint64_t>();
   counts.textures = in.get<std::uint64_t>();
-  scene.materials.resize(in.get_count(kMaterialBytesMin));
+  scene.materials.resize(in.get_count(material_bytes_min()));
   for (Material& m : scene.materials) {
     if (!get_material(in, m)) return false;
   }
@@ -182,13 +181,14 @@ bool decode_root(std::span<const std::byte> bytes, Scene& scene, BlockCounts& co
   }
   scene.environment = in.get<Vec3f>();
   counts.has_environment_map = in.get<std::uint32_t>() != 0;
-  if (in.get<std::uint32_t>() != 0) {
-    Camera camera;
-    camera.eye = in.get<Vec3f>();
-    camera.target = in.get<Vec3f>();
-    camera.up = in.get<Vec3f>();
-    camera.vfov_degrees = in.get<float>();
-    scene.camera = camera;
+  if (!get_enum(in, scene.background.kind, BackgroundKind::kGradient)) return false;
+  scene.background.low = in.get<Vec3f>();
+  scene.background.high = in.get<Vec3f>();
+  if (in.get<std::uint32_t>() != 0) scene.camera = get_camera(in);
+  scene.cameras.resize(in.get_count(8 + kCameraBytes));
+  for (NamedCamera& named : scene.cameras) {
+    if (!in.get_text(named.name)) return false;
+    named.camera = get_camera(in);
   }
   return in.is_finished();
 }

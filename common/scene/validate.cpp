@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/base/limits.h"
+#include "common/scene/validate_material.h"
 
 namespace tessera {
 namespace {
@@ -12,7 +13,20 @@ std::string numbered(const char* what, std::size_t index) {
   return std::string(what) + " " + std::to_string(index);
 }
 
-bool is_radiance(Vec3f c) { return is_finite(c) && c.x >= 0 && c.y >= 0 && c.z >= 0; }
+// What vertices may have: all of them, or none.
+template <typename T>
+Status validate_array(const std::vector<T>& values, const std::string& name, const char* what,
+                      std::size_t vertex_count) {
+  if (values.empty()) return Status::ok();
+  if (values.size() != vertex_count) {
+    return Status::invalid_argument(name + ": " + what + "s and vertices differ in number");
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!is_finite(values[i]))
+      return Status::invalid_argument(name + ", " + numbered(what, i) + " is not finite");
+  }
+  return Status::ok();
+}
 
 Status validate_mesh(const Mesh& mesh, const std::string& name, std::size_t material_count) {
   const std::size_t vertex_count = mesh.positions.size();
@@ -22,20 +36,16 @@ Status validate_mesh(const Mesh& mesh, const std::string& name, std::size_t mate
     if (!is_finite(mesh.positions[i]))
       return Status::invalid_argument(name + ", " + numbered("vertex", i) + " is not finite");
   }
-  if (!mesh.normals.empty() && mesh.normals.size() != vertex_count) {
-    return Status::invalid_argument(name + ": normals and vertices differ in number");
-  }
-  for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
-    if (!is_finite(mesh.normals[i]))
-      return Status::invalid_argument(name + ", " + numbered("normal", i) + " is not finite");
-  }
-  if (!mesh.uvs.empty() && mesh.uvs.size() != vertex_count) {
-    return Status::invalid_argument(name + ": texture coordinates and vertices differ in number");
-  }
-  for (std::size_t i = 0; i < mesh.uvs.size(); ++i) {
-    if (!std::isfinite(mesh.uvs[i].x) || !std::isfinite(mesh.uvs[i].y)) {
-      return Status::invalid_argument(name + ", " + numbered("texture coordinate", i) +
-                                      " is not finite");
+  TESSERA_RETURN_IF_ERROR(validate_array(mesh.normals, name, "normal", vertex_count));
+  TESSERA_RETURN_IF_ERROR(validate_array(mesh.uvs, name, "texture coordinate", vertex_count));
+  TESSERA_RETURN_IF_ERROR(
+      validate_array(mesh.uvs1, name, "second texture coordinate", vertex_count));
+  TESSERA_RETURN_IF_ERROR(validate_array(mesh.tangents, name, "tangent", vertex_count));
+  TESSERA_RETURN_IF_ERROR(validate_array(mesh.colors, name, "colour", vertex_count));
+  for (std::size_t i = 0; i < mesh.colors.size(); ++i) {
+    const Vec4f& c = mesh.colors[i];
+    if (!is_share(c.x) || !is_share(c.y) || !is_share(c.z) || !is_share(c.w)) {
+      return Status::invalid_argument(name + ", " + numbered("colour", i) + " must lie in [0, 1]");
     }
   }
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -56,19 +66,6 @@ Status validate_mesh(const Mesh& mesh, const std::string& name, std::size_t mate
                                       std::to_string(material_count));
     }
   }
-  return Status::ok();
-}
-
-Status validate_texture(const Texture& t, const std::string& name) {
-  if (t.width_px < 1 || t.height_px < 1 || t.width_px > kTextureSideMaxPx ||
-      t.height_px > kTextureSideMaxPx) {
-    return Status::invalid_argument(name + ": sides must be 1 to " +
-                                    std::to_string(kTextureSideMaxPx) + " pixels");
-  }
-  const std::size_t bytes =
-      4 * static_cast<std::size_t>(t.width_px) * static_cast<std::size_t>(t.height_px);
-  if (t.rgba.size() != bytes)
-    return Status::invalid_argument(name + ": texels do not fit its size");
   return Status::ok();
 }
 
@@ -93,44 +90,6 @@ Status validate_environment(const Scene& scene) {
   return Status::ok();
 }
 
-bool is_share(float x) { return x >= 0 && x <= 1; }
-
-Status validate_scattering(const Material& m, const std::string& name) {
-  if (m.bsdf > BsdfKind::kGlass) return Status::invalid_argument(name + ": unknown BSDF");
-  if (!is_share(m.specular.x) || !is_share(m.specular.y) || !is_share(m.specular.z))
-    return Status::invalid_argument(name + ": specular must lie in [0, 1]");
-  if (!std::isfinite(m.normal_scale))
-    return Status::invalid_argument(name + ": the scale of normals must be finite");
-  if (!is_share(m.roughness) || !is_share(m.metalness))
-    return Status::invalid_argument(name + ": roughness and metalness must lie in [0, 1]");
-  if (!(m.ior >= kIorMin && m.ior <= kIorMax))
-    return Status::invalid_argument(name + ": the index of refraction must lie in [1, 4]");
-  const SurfaceProgramShape* program = find_surface_program(m.surface.kind);
-  if (program == nullptr) return Status::invalid_argument(name + ": unknown surface program");
-  if (const char* parameter = first_bad_parameter(*program, m.surface)) {
-    return Status::invalid_argument(name + ": surface " + program->name + ": '" + parameter +
-                                    "' is out of range");
-  }
-  return Status::ok();
-}
-
-Status validate_material(const Material& m, const std::string& name, std::size_t texture_count) {
-  if (!is_radiance(m.albedo) || m.albedo.x > 1 || m.albedo.y > 1 || m.albedo.z > 1) {
-    return Status::invalid_argument(name + " '" + m.name + "': albedo must lie in [0, 1]");
-  }
-  if (!is_radiance(m.emission))
-    return Status::invalid_argument(name + " '" + m.name + "': emission must be finite and >= 0");
-  for (const std::uint32_t texture :
-       {m.albedo_texture, m.emission_texture, m.roughness_metalness_texture, m.normal_texture}) {
-    if (texture != kNoTexture && texture >= texture_count) {
-      return Status::invalid_argument(name + " '" + m.name + "': texture " +
-                                      std::to_string(texture) + " of " +
-                                      std::to_string(texture_count));
-    }
-  }
-  return validate_scattering(m, name + " '" + m.name + "'");
-}
-
 Status validate_light(const Light& l, const std::string& name) {
   if (!is_finite(l.position) || !is_finite(l.direction) || !is_radiance(l.intensity)) {
     return Status::invalid_argument(
@@ -144,6 +103,15 @@ Status validate_light(const Light& l, const std::string& name) {
   return Status::ok();
 }
 
+Status validate_cameras(const Scene& scene) {
+  for (const NamedCamera& named : scene.cameras) {
+    const Status status = validate_camera(named.camera);
+    if (!status.is_ok())
+      return Status::invalid_argument("camera '" + named.name + "': " + status.message());
+  }
+  return scene.camera ? validate_camera(*scene.camera) : Status::ok();
+}
+
 Status validate_counts(const Scene& scene) {
   if (scene.meshes.size() + scene.textures.size() + 2 > kSceneBlocksMax) {
     return Status::resource_exhausted("more than " + std::to_string(kSceneBlocksMax) +
@@ -155,6 +123,7 @@ Status validate_counts(const Scene& scene) {
   if (scene.instances.size() > kInstancesMax)
     return Status::resource_exhausted("too many instances");
   if (scene.lights.size() > kLightsMax) return Status::resource_exhausted("too many lights");
+  if (scene.cameras.size() > kCamerasMax) return Status::resource_exhausted("too many cameras");
   return Status::ok();
 }
 
@@ -179,6 +148,8 @@ Status validate_scene(const Scene& scene) {
     TESSERA_RETURN_IF_ERROR(validate_light(scene.lights[i], numbered("light", i)));
   }
   TESSERA_RETURN_IF_ERROR(validate_environment(scene));
+  if (!is_radiance(scene.background.low) || !is_radiance(scene.background.high))
+    return Status::invalid_argument("the background must be finite and >= 0");
   std::uint64_t triangle_count = 0;
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
@@ -202,8 +173,7 @@ Status validate_scene(const Scene& scene) {
       !(is_finite(bounds.lower) && is_finite(bounds.upper) && is_finite(bounds.extent()))) {
     return Status::invalid_argument("the scene is too large: its box overflows");
   }
-  if (scene.camera) return validate_camera(*scene.camera);
-  return Status::ok();
+  return validate_cameras(scene);
 }
 
 Status validate_camera(const Camera& camera) {
@@ -235,32 +205,6 @@ Bounds3f scene_bounds(const Scene& scene) {
     }
   }
   return bounds;
-}
-
-Camera camera_showing_all(const Scene& scene) {
-  const Bounds3f bounds = scene_bounds(scene);
-  Camera camera;
-  if (bounds.is_empty()) return camera;
-  const Vec3f centre = bounds.lower + 0.5f * bounds.extent();
-  const Vec3f view = -normalize(Vec3f{0.3f, 0.35f, 1});
-  const float tan_half = std::tan(0.5f * camera.vfov_degrees * 3.14159265f / 180);
-  // Every corner lies in the cone of the vertical angle: its distance from the axis is at most
-  // tan_half times its depth.
-  float distance = 0;
-  for (int i = 0; i < 8; ++i) {
-    const Vec3f corner{i & 1 ? bounds.upper.x : bounds.lower.x,
-                       i & 2 ? bounds.upper.y : bounds.lower.y,
-                       i & 4 ? bounds.upper.z : bounds.lower.z};
-    const Vec3f offset = corner - centre;
-    const float ahead = dot(offset, view);
-    const float aside = length(offset - ahead * view);
-    distance = std::max(distance, aside / tan_half - ahead);
-  }
-  if (!(distance > 0)) distance = 1;  // a single point
-  camera.target = centre;
-  camera.eye = centre - (1.05f * distance) * view;
-  camera.up = {0, 1, 0};
-  return camera;
 }
 
 }  // namespace tessera

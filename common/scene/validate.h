@@ -20,7 +20,4 @@ TESSERA_API Status validate_camera(const Camera& camera);
 // Box of all flattened triangles; empty for a scene without any.
 TESSERA_API Bounds3f scene_bounds(const Scene& scene);
 
-// A camera that shows the whole scene, from the front and a little above. Requires: valid scene.
-TESSERA_API Camera camera_showing_all(const Scene& scene);
-
 }  // namespace tessera

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "common/base/cli_usage.h"
 #include "common/base/json.h"
 #include "common/base/version.h"
 #include "slave/core/render/tile_renderer.h"
@@ -136,7 +137,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    return fail(2, std::string(error.what()) + " (see --help)");
+    return fail(2, tessera::usage_text(app, error) + " (see 'tessera-bench --help')");
   }
   const tessera::IsaMask supported = tessera::core::supported_isas();
   options.isa = tessera::widest_isa(supported);

@@ -67,8 +67,15 @@ struct Uvs {
   Vec2f at, along_b, along_c;
 };
 
-Uvs uvs_of(const Triangle& t) {
-  const auto uv = [&](std::size_t k) { return t.mesh->uvs[vertex_of(t, k)]; };
+// Of the picture.
+Uvs uvs_of(const Triangle& t, const TextureRef& ref) {
+  const auto& of_mesh = ref.uv_set == 0 ? t.mesh->uvs : t.mesh->uvs1;
+  const auto& m = ref.uv_map;
+  const auto uv = [&](std::size_t k) {
+    const Vec2f c = of_mesh[vertex_of(t, k)];
+    if (m == std::array<float, 6>{1, 0, 0, 0, 1, 0}) return c;
+    return Vec2f{m[0] * c.x + m[1] * c.y + m[2], m[3] * c.x + m[4] * c.y + m[5]};
+  };
   const Vec2f p = uv(0), q = uv(1), r = uv(2);
   const Vec3f at = mixed({p.x, p.y, 0}, {q.x, q.y, 0}, {r.x, r.y, 0}, t);
   return {{at.x, at.y}, {q.x - p.x, q.y - p.y}, {r.x - p.x, r.y - p.y}};
@@ -94,21 +101,24 @@ void turn_normal(const Triangle& t, const Uvs& uvs, Vec3f texel, float scale, Su
 void apply_textures(const core::PreparedScene::Impl& scene, const Triangle& t, Vec3f direction,
                     Surface& s) {
   const Material& m = *s.material;
-  const Uvs uvs = uvs_of(t);
-  const float uv_area = std::fabs(uvs.along_b.x * uvs.along_c.y - uvs.along_c.x * uvs.along_b.y);
   const float footprint = footprint_of(s, direction);
-  const float images = footprint > 0 ? footprint * std::sqrt(uv_area / twice_area_of(t)) : 0;
-  const auto look_up = [&](std::uint32_t texture) {
-    const core::MipMap& map = *scene.textures[texture];
+  const auto is_shown = [&](const TextureRef& ref) {
+    return ref.is_set() && !(ref.uv_set == 0 ? t.mesh->uvs : t.mesh->uvs1).empty();
+  };
+  const auto look_up = [&](const TextureRef& ref) {
+    const Uvs uvs = uvs_of(t, ref);
+    const float uv_area = std::fabs(uvs.along_b.x * uvs.along_c.y - uvs.along_c.x * uvs.along_b.y);
+    const float images = footprint > 0 ? footprint * std::sqrt(uv_area / twice_area_of(t)) : 0;
+    const core::MipMap& map = *scene.textures[ref.index];
     const float texels =
         static_cast<float>(map.base->width_px) * static_cast<float>(map.base->height_px);
     return plain_mip_map_sample(map, uvs.at, images * std::sqrt(texels));
   };
-  if (m.normal_texture != kNoTexture)
-    turn_normal(t, uvs, look_up(m.normal_texture), m.normal_scale, s);
-  if (m.albedo_texture != kNoTexture) s.albedo = s.albedo * look_up(m.albedo_texture);
-  if (m.emission_texture != kNoTexture) s.emission = s.emission * look_up(m.emission_texture);
-  if (m.roughness_metalness_texture == kNoTexture) return;
+  if (is_shown(m.normal_texture))
+    turn_normal(t, uvs_of(t, m.normal_texture), look_up(m.normal_texture), m.normal_scale, s);
+  if (is_shown(m.albedo_texture)) s.albedo = s.albedo * look_up(m.albedo_texture);
+  if (is_shown(m.emission_texture)) s.emission = s.emission * look_up(m.emission_texture);
+  if (!is_shown(m.roughness_metalness_texture)) return;
   const Vec3f factor = look_up(m.roughness_metalness_texture);
   s.roughness *= factor.y;
   s.metalness *= factor.z;
@@ -178,7 +188,7 @@ core::Surface plain_surface(const core::PreparedScene::Impl& scene, std::uint32_
   }
   if (scene.features.has_normals && !t.mesh->normals.empty()) interpolate_normal(t, s);
   if (scene.features.needs_cones()) s.cone = cone;
-  if (core::has_texture(m) && !t.mesh->uvs.empty()) apply_textures(scene, t, direction, s);
+  if (core::has_texture(m)) apply_textures(scene, t, direction, s);
   if (s.bsdf != BsdfKind::kDiffuse) {
     s.to_viewer = -normalize(direction);
     if (!(dot(s.shading_normal, s.to_viewer) > 0)) s.shading_normal = s.normal;

@@ -17,6 +17,9 @@ inline Scene make_small_scene() {
   rich->positions = {{0, 0, 1}, {2, 0, 1}, {0, 2, 1}};
   rich->normals = {{0, 0, 1}, {0, 0, 1}, {0, 1, 1}};
   rich->uvs = {{0, 0}, {1, 0}, {0, 1}};
+  rich->uvs1 = {{0.5f, 0}, {1, 0.5f}, {0, 2}};
+  rich->tangents = {{1, 0, 0, 1}, {1, 0, 0, -1}, {0, 1, 0, 1}};
+  rich->colors = {{1, 0.5f, 0.25f, 1}, {1, 1, 1, 0.5f}, {0, 1, 0, 1}};
   rich->triangles = {{0, 1, 2}};
   rich->materials = {2};
   scene.meshes = {plain, rich};
@@ -24,7 +27,14 @@ inline Scene make_small_scene() {
   texture->width_px = 2;
   texture->height_px = 1;
   texture->rgba = {255, 0, 0, 255, 0, 255, 0, 128};
-  scene.textures = {texture};
+  auto other = std::make_shared<Texture>();
+  other->width_px = other->height_px = 1;
+  other->is_srgb = false;
+  other->wrap_u = TextureWrap::kMirror;
+  other->wrap_v = TextureWrap::kClamp;
+  other->is_nearest = true;
+  other->rgba = {255, 1, 2, 156};
+  scene.textures = {texture, other};
   scene.materials.resize(3);
   scene.materials[0].name = "plain";
   scene.materials[1].emission = {5, 4, 3};
@@ -37,6 +47,16 @@ inline Scene make_small_scene() {
   rich_material.roughness = 0.3f;
   rich_material.metalness = 0.7f;
   rich_material.ior = 1.7f;
+  rich_material.specular_f90 = 0.9f;
+  rich_material.specular_texture = rich_material.specular_color_texture = 1;
+  rich_material.clearcoat = {0.4f, 0.1f, 0, 1, 0, 0.5f};
+  rich_material.sheen = {{0.1f, 0.2f, 0.3f}, 0.6f, 0, 1};
+  rich_material.transmission = {0.25f, 1, false, {0.9f, 0.8f, 0.7f}, 2.5f};
+  rich_material.anisotropy = {0.5f, 1.25f, 1};
+  rich_material.anisotropy.texture.uv_set = 1;
+  rich_material.anisotropy.texture.uv_map = {2, 0, 0.5f, 0, 3, -0.5f};
+  rich_material.alpha = {AlphaMode::kBlend, 0.75f, 0.25f, 0, 2};
+  rich_material.is_double_sided = true;
   rich_material.surface = {SurfaceKind::kBrick, {0.5f, 0.25f, 0.125f, 0.4f, 0.3f, 0.2f, 0.1f}};
   Transform turned;
   turned.m = {{{0, -1, 0, 5}, {1, 0, 0, -2}, {0, 0, 1, 0.5f}}};
@@ -50,6 +70,9 @@ inline Scene make_small_scene() {
   sky->height_px = 1;
   sky->rgb = {0, 0.25f, 1, 3, 2, 1e5f};
   scene.environment_map = sky;
+  scene.background = {BackgroundKind::kGradient, {0.1f, 0.2f, 0.3f}, {0.4f, 0.5f, 0.6f}};
+  scene.cameras = {{"first", {{0, 1, 6}, {0, 0.5f, 0}, {0, 1, 0}, 40}},
+                   {"second", {{3, 1, 6}, {0, 0.5f, 0}, {0, 1, 0}, 30}}};
   scene.camera = Camera{{0, 1, 6}, {0, 0.5f, 0}, {0, 1, 0}, 40};
   return scene;
 }

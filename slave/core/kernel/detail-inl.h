@@ -47,11 +47,11 @@ class DetailKernel {
     const V3 normal = load3(d, p_.normal, at), direction = load3(d, p_.direction, at);
     V3 shading = normal;
     if (group_.has_normals) shading = interpolated(at, normal);
-    if (group_.has_texture || group_.has_program) {
+    if (group_.uses != 0 || group_.has_program) {
       const V3 a = load3(d, p_.corner[0], at);
       const V3 b = load3(d, p_.corner[1], at) - a, c = load3(d, p_.corner[2], at) - a;
       const V twice_area = length(cross(b, c)), footprint = footprint_at(at, normal, direction);
-      if (group_.has_texture) textures(at, lanes, b, c, twice_area, footprint, normal, shading);
+      if (group_.uses != 0) textures({at, lanes, b, c, twice_area, footprint, normal}, shading);
       if (group_.has_program) place(at, twice_area, footprint);
     }
     if (!group_.is_diffuse) {
@@ -95,38 +95,70 @@ class DetailKernel {
     return hn::IfThenElseZero(hn::Gt(width, hn::Zero(d)), seen);
   }
 
-  HWY_INLINE Uv corner_uv(size_t k, size_t at) const {
-    const D d;
-    return {hn::Load(d, p_.corner_uv[k][0] + at), hn::Load(d, p_.corner_uv[k][1] + at)};
+  // A register of points with textures.
+  struct Textured {
+    size_t at, lanes;
+    V3 b, c;  // edges from A
+    V twice_area, footprint;
+    V3 normal;
+  };
+
+  HWY_INLINE void textures(const Textured& points, V3& shading) {
+    const TextureTable& table = *group_.textures;
+    for (int32_t k = 0; k < table.place_count; ++k) {
+      const uint32_t uses = table.place[k].uses & group_.uses;
+      if (uses != 0) look_up(table.place[k], uses, points, shading);
+    }
   }
 
-  // b, c: edges from A. The texture's area over the triangle's gives texels per length.
-  HWY_INLINE void textures(size_t at, size_t lanes, V3 b, V3 c, V twice_area, V footprint,
-                           V3 normal, V3& shading) {
+  // Coordinates of a picture.
+  HWY_INLINE Uv corner_uv(const TexturePlace& place, size_t k, size_t at) const {
     const D d;
+    const auto& uv = p_.corner_uv[place.uv_set][k];
+    const Uv of_mesh{hn::Load(d, uv[0] + at), hn::Load(d, uv[1] + at)};
+    if (!place.is_moved) return of_mesh;
+    const auto row = [&](const float* m) {
+      return hn::Add(
+          hn::Add(hn::Mul(hn::Set(d, m[0]), of_mesh.x), hn::Mul(hn::Set(d, m[1]), of_mesh.y)),
+          hn::Set(d, m[2]));
+    };
+    return {row(place.uv_map), row(place.uv_map + 3)};
+  }
+
+  // All that lie alike. The picture's area over the triangle's gives texels per length.
+  HWY_INLINE void look_up(const TexturePlace& place, uint32_t uses, const Textured& points,
+                          V3& shading) {
+    const D d;
+    const size_t at = points.at;
     const V u = hn::Load(d, p_.u + at), v = hn::Load(d, p_.v + at), w = weight_a(at);
-    const Uv p = corner_uv(0, at), q = corner_uv(1, at), r = corner_uv(2, at);
+    const Uv p = corner_uv(place, 0, at), q = corner_uv(place, 1, at), r = corner_uv(place, 2, at);
     const Uv uv_b = minus(q, p), uv_c = minus(r, p);
     const V uv_area = hn::Abs(hn::Sub(hn::Mul(uv_b.x, uv_c.y), hn::Mul(uv_c.x, uv_b.y)));
-    const V images = hn::Mul(footprint, hn::Sqrt(hn::Div(uv_area, twice_area)));
+    const V images = hn::Mul(points.footprint, hn::Sqrt(hn::Div(uv_area, points.twice_area)));
     const auto inside = [&](V of_p, V of_q, V of_r) {
       return hn::Add(hn::Add(hn::Mul(of_p, w), hn::Mul(of_q, u)), hn::Mul(of_r, v));
     };
+    const auto has_cone = hn::Gt(points.footprint, hn::Zero(d));
     const TextureLookup lookup(inside(p.x, q.x, r.x), inside(p.y, q.y, r.y),
-                               hn::IfThenElseZero(hn::Gt(footprint, hn::Zero(d)), images), lanes);
-    if (group_.albedo_texture != nullptr)
-      store3(d, lookup.sample(*group_.albedo_texture), p_.albedo, at);
-    if (group_.emission_texture != nullptr)
-      store3(d, lookup.sample(*group_.emission_texture), p_.emission, at);
-    if (group_.roughness_metalness_texture != nullptr) {
-      const V3 factor = lookup.sample(*group_.roughness_metalness_texture);
-      hn::Store(factor.y, d, p_.roughness + at);
-      hn::Store(factor.z, d, p_.metalness + at);
-    }
-    if (group_.normal_texture != nullptr) {
-      const Tangents tangents{b * uv_c.y - c * uv_b.y, c * uv_b.x - b * uv_c.x,
+                               hn::IfThenElseZero(has_cone, images), points.lanes);
+    for (; uses != 0; uses &= uses - 1) {
+      const int use = __builtin_ctz(uses);
+      const TextureView& texture = *group_.textures->texture[use];
+      if (kUsesWithAlpha >> use & 1u) {
+        const auto texel = lookup.template sample<4>(texture);
+        store3(d, texel.rgb(), p_.texel[use], at);
+        hn::Store(texel.channel[3], d, p_.texel_alpha[use] + at);
+        continue;
+      }
+      const V3 texel = lookup.template sample<3>(texture).rgb();
+      if (use != kNormalTexture) {
+        store3(d, texel, p_.texel[use], at);
+        continue;
+      }
+      const Tangents tangents{points.b * uv_c.y - points.c * uv_b.y,
+                              points.c * uv_b.x - points.b * uv_c.x,
                               hn::Lt(hn::Mul(uv_b.x, uv_c.y), hn::Mul(uv_c.x, uv_b.y))};
-      shading = mapped(at, lookup.sample(*group_.normal_texture), tangents, normal, shading);
+      shading = mapped(at, texel, tangents, points.normal, shading);
     }
   }
 

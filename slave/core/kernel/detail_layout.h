@@ -10,19 +10,42 @@ namespace tessera::core {
 
 inline constexpr int kDetailPoints = 64;  // of a packet
 
+// What a texture of a material is looked up for.
+enum TextureUse : int32_t {
+  kAlbedoTexture,
+  kEmissionTexture,
+  kRoughnessMetalnessTexture,  // green and blue
+  kNormalTexture,              // turns the shading normal; its texels are not kept
+  kTextureUses
+};
+// Bits: those whose alpha is looked at, too.
+inline constexpr uint32_t kUsesWithAlpha = 0;
+
+// How textures lie on a mesh.
+struct TexturePlace {
+  int32_t uv_set;   // of the mesh
+  bool is_moved;    // by uv_map
+  float uv_map[6];  // rows of the affine map from coordinates of the mesh to those of the picture
+  uint32_t uses;    // bits: whose textures lie so
+};
+
+// The textures of a material: those that lie alike are looked up together.
+struct TextureTable {
+  int32_t place_count;
+  TexturePlace place[kTextureUses];
+  const TextureView* texture[kTextureUses];  // null: none
+  uint32_t uses_of_set[2];                   // bits, by set of coordinates
+};
+
 // What points have in common: they are of one instance and one material.
 struct DetailGroup {
-  bool has_normals;        // of vertices
-  bool is_moved;           // by normal_map; otherwise they are in world space already
-  float normal_map[3][3];  // by rows
-  bool is_diffuse;         // no direction to the viewer is asked for
-  bool has_program;        // a place and a footprint are
-  bool has_texture;        // there are texture coordinates to look at some with
-  // Null: none.
-  const TextureView* albedo_texture;
-  const TextureView* emission_texture;
-  const TextureView* roughness_metalness_texture;
-  const TextureView* normal_texture;
+  bool has_normals;              // of vertices
+  bool is_moved;                 // by normal_map; otherwise they are in world space already
+  float normal_map[3][3];        // by rows
+  bool is_diffuse;               // no direction to the viewer is asked for
+  bool has_program;              // a place and a footprint are
+  uint32_t uses;                 // bits: of textures that the mesh has coordinates for
+  const TextureTable* textures;  // not looked at without uses
   float normal_scale;
 };
 
@@ -33,17 +56,17 @@ struct alignas(64) DetailPoints {
   float direction[3][kDetailPoints];  // of the ray
   float normal[3][kDetailPoints];     // geometric, unit, turned to the viewer
   float cone_width[kDetailPoints];    // of the ray's cone, here
-  float corner[3][3][kDetailPoints];  // [corner][axis], world units: has a texture or a program
-  float corner_normal[3][3][kDetailPoints];  // as the mesh has them
-  float corner_uv[3][2][kDetailPoints];
+  float corner[3][3][kDetailPoints];  // [corner][axis], world units: has textures or a program
+  float corner_normal[3][3][kDetailPoints];   // as the mesh has them
+  float corner_uv[2][3][2][kDetailPoints];    // by set
   float corner_of_mesh[3][3][kDetailPoints];  // before the transform: has_program
 
   // Made.
   float shading_normal[3][kDetailPoints];
   float to_viewer[3][kDetailPoints];
-  // What textures give; set where the group has them.
-  float albedo[3][kDetailPoints], emission[3][kDetailPoints];
-  float roughness[kDetailPoints], metalness[kDetailPoints];
+  // What textures show; set where the group has the use.
+  float texel[kTextureUses][3][kDetailPoints];
+  float texel_alpha[kTextureUses][kDetailPoints];  // of kUsesWithAlpha
   // For programs: see SurfacePlaces in slave/core/surface/programs.h.
   float place[3][kDetailPoints], place_normal[3][kDetailPoints], footprint[kDetailPoints];
 

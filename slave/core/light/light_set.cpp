@@ -69,11 +69,19 @@ Vec3f mean_over(const MipMap& map, const EmitterTexture& at) {
   return is_dark(*map.base, box_of(at)) ? Vec3f{} : Vec3f{kHalfByte, kHalfByte, kHalfByte};
 }
 
+const std::vector<Vec2f>& uvs_of(const Mesh& mesh, const TextureRef& ref) {
+  return ref.uv_set == 0 ? mesh.uvs : mesh.uvs1;
+}
+
 // Returns: false when the triangle sheds no light.
-bool add_texture(const Mesh& mesh, std::size_t triangle, std::shared_ptr<const MipMap> map,
-                 Emitter& e, LightSet& set) {
+bool add_texture(const Mesh& mesh, std::size_t triangle, const TextureRef& ref,
+                 std::shared_ptr<const MipMap> map, Emitter& e, LightSet& set) {
   const auto& t = mesh.triangles[triangle];
-  EmitterTexture at{mesh.uvs[t[0]], mesh.uvs[t[1]], mesh.uvs[t[2]], e.emission, std::move(map)};
+  const auto& uvs = uvs_of(mesh, ref);
+  const auto uv = [&](std::size_t k) {
+    return is_moved(ref) ? mapped_uv(ref, uvs[t[k]]) : uvs[t[k]];
+  };
+  EmitterTexture at{uv(0), uv(1), uv(2), e.emission, std::move(map)};
   e.emission = e.emission * mean_over(*at.map, at);
   if (is_black(e.emission)) return false;
   e.texture = static_cast<std::int32_t>(set.emitter_textures.size());
@@ -102,8 +110,9 @@ void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
     e.normal = normal * (1 / twice_area);
     e.area = twice_area / 2;
     e.emission = material.emission;
-    if (material.emission_texture != kNoTexture && !mesh.uvs.empty() &&
-        !add_texture(mesh, i, textures[material.emission_texture], e, set))
+    const TextureRef& ref = material.emission_texture;
+    if (ref.is_set() && !uvs_of(mesh, ref).empty() &&
+        !add_texture(mesh, i, ref, textures[ref.index], e, set))
       continue;
     set.emitters.push_back(e);
   }
@@ -175,6 +184,7 @@ LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
   LightSet set;
   set.lights = scene.lights;
   set_environment(scene, other, set);
+  set.background = scene.background;
   for (Light& light : set.lights) light.direction = normalize(light.direction);
   bool has_emission = false;
   for (const Material& material : scene.materials) has_emission |= !is_black(material.emission);

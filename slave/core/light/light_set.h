@@ -47,8 +47,13 @@ struct LightSet {
   Vec3f environment;                      // radiance, or what multiplies the map's
   std::shared_ptr<const SkyMap> sky_map;  // null: the same light from everywhere
   Feature has_environment{};
+  Background background;
 
   bool is_empty() const { return lights.empty() && emitters.empty() && !has_environment; }
+  // Whether camera rays that meet nothing see anything.
+  bool is_background_lit() const {
+    return background.kind == BackgroundKind::kGradient || has_environment;
+  }
   bool is_shared_out() const { return emitters.size() > kEmittersEachMax; }
   // Requires: there are emitters; 0 <= x < 1.
   // rest: what of x is still free, in [0, 1): for a place on the emitter, since another dimension

@@ -122,11 +122,11 @@ void GiTile::Scratch::trace_camera(const TileRect& region, std::uint32_t sample)
 void GiTile::Scratch::add_hits(const TileRect& part, int x_px, int y_px) {
   met.find(camera.rays, hits);
   const PacketPoints& at = met.points();
-  if (scene->lights.has_environment) {
+  if (scene->lights.is_background_lit()) {
     const std::uint64_t open = camera.rays.active & ~at.met;
-    sky.look(camera.rays.direction, open);
+    sky.look_out(camera.rays.direction, open);
     for_each_ray(open, [&](int i) {
-      pixels.add_light(x_px + camera.column(i), y_px + camera.row(i), sky.radiance(i));
+      pixels.add_light(x_px + camera.column(i), y_px + camera.row(i), sky.background(i));
     });
   }
   if (scene->features.is_rich) return keep_surfaces(part, x_px, y_px);

@@ -26,6 +26,12 @@ class OpenSky {
     return has_map() ? lights_->environment * vector_at(points_.radiance, ray)
                      : lights_->environment;
   }
+  // The same of camera rays, which see the scene's background.
+  void look_out(const float (&direction)[3][kPacketRays], std::uint64_t rays);
+  Vec3f background(int ray) const {
+    return lights_->background.kind == BackgroundKind::kSky ? radiance(ray)
+                                                            : vector_at(points_.radiance, ray);
+  }
   float density(int ray) const { return points_.density[ray]; }
 
   // Samples the map by these points. Requires: has_map(), and there are some.

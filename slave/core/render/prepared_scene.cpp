@@ -108,6 +108,8 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
   impl->features = features_of(scene, *impl->geometry);
   if (impl->features.has_glossy) AlbedoTable::shared();  // made here, not in the first tile
   impl->materials = scene.materials;
+  for (std::size_t i = 0; i < scene.materials.size() && impl->features.has_textures; ++i)
+    impl->texture_tables.push_back(make_texture_table(scene.materials[i], impl->texture_views));
   return std::shared_ptr<const PreparedScene>(std::make_shared<PreparedScene>(std::move(impl)));
 }
 
@@ -137,13 +139,16 @@ std::uint64_t PreparedScene::memory_bytes() const {
   bytes += impl_->lights.emitter_textures.capacity() * sizeof(EmitterTexture);
   for (const auto& mesh : impl_->meshes) {
     bytes += mesh->positions.size() * sizeof(Vec3f) + mesh->normals.size() * sizeof(Vec3f);
-    bytes += mesh->uvs.size() * sizeof(Vec2f) + mesh->triangles.size() * 3 * sizeof(std::uint32_t);
+    bytes += (mesh->uvs.size() + mesh->uvs1.size()) * sizeof(Vec2f);
+    bytes += (mesh->tangents.size() + mesh->colors.size()) * sizeof(Vec4f);
+    bytes += mesh->triangles.size() * 3 * sizeof(std::uint32_t);
   }
   if (impl_->lights.sky_map) bytes += impl_->lights.sky_map->memory_bytes();
   bytes += impl_->texture_views.capacity() * sizeof(TextureView);
+  bytes += impl_->texture_tables.capacity() * sizeof(TextureTable);
   for (const auto& map : impl_->textures) {
-    bytes += map->base->rgba.size();
-    for (const Texture& level : map->levels) bytes += level.rgba.size();
+    bytes += memory_bytes_of(*map->base);
+    for (const Texture& level : map->levels) bytes += memory_bytes_of(level);
   }
   return bytes;
 }

@@ -11,6 +11,7 @@
 #include "slave/core/light/feature.h"
 #include "slave/core/light/light_set.h"
 #include "slave/core/render/prepared_scene.h"
+#include "slave/core/render/texture_table.h"
 #include "slave/core/surface/texture.h"
 
 namespace tessera::core {
@@ -27,11 +28,6 @@ struct SurfaceFeatures {
   bool is_diffuse() const { return !has_glossy && !has_specular; }
   bool needs_cones() const { return has_textures || has_programs; }
 };
-
-inline bool has_texture(const Material& m) {
-  return m.albedo_texture != kNoTexture || m.emission_texture != kNoTexture ||
-         m.roughness_metalness_texture != kNoTexture || m.normal_texture != kNoTexture;
-}
 
 // What lights and materials do not change: shared with other versions of a scene.
 struct Geometry {
@@ -62,6 +58,8 @@ struct PreparedScene::Impl {
   SurfaceFeatures features;
   std::vector<std::shared_ptr<const MipMap>> textures;
   std::vector<TextureView> texture_views;  // of them
+  std::vector<TextureTable>
+      texture_tables;  // by material; empty where features.has_textures is not
   std::vector<Material> materials;
 };
 

@@ -117,7 +117,7 @@ Vec3f ScatteredRays::emission_met(int i, const Surface& s, bool is_picked) const
   const Emitter* emitter = scene_->lights.emitter_of(met_.triangle(i));
   // Light samples look at pictures of lamps as they are, not at their mip levels: so does this.
   if (emitter == nullptr)
-    return s.material->emission_texture == kNoTexture ? weight[ray] * s.emission : Vec3f{};
+    return s.material->emission_texture.is_set() ? Vec3f{} : weight[ray] * s.emission;
   const float chance = is_picked ? emitter->share : 1, t = hits_.t[i];
   const float light = chance / emitter->area * (t * t) / std::fabs(dot(s.normal, direction[ray]));
   const PacketPoints& at = met_.points();

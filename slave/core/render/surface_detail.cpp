@@ -14,7 +14,7 @@ namespace {
 static_assert(kDetailPoints >= kPacketRays && kDetailPoints <= kPlacesMax);
 
 bool is_needed(const DetailGroup& g) {
-  return g.has_normals || g.has_texture || g.has_program || !g.is_diffuse;
+  return g.has_normals || g.uses != 0 || g.has_program || !g.is_diffuse;
 }
 
 void set_normal_map(const Transform& to_world, DetailGroup& group) {
@@ -24,6 +24,11 @@ void set_normal_map(const Transform& to_world, DetailGroup& group) {
   for (std::size_t row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) group.normal_map[row][column] = rows[row][column];
   }
+}
+
+void put_uv(Vec2f uv, float (&to)[2][kDetailPoints], int i) {
+  to[0][i] = uv.x;
+  to[1][i] = uv.y;
 }
 
 }  // namespace
@@ -70,17 +75,16 @@ DetailGroup SurfaceDetail::group_of(std::uint32_t instance, const Material& mate
   group.has_program = material.surface.kind != SurfaceKind::kConstant;
   group.has_normals = scene_->features.has_normals && !mesh.normals.empty();
   if (group.has_normals) set_normal_map(scene_->instances[instance].object_to_world, group);
-  if (mesh.uvs.empty() || !has_texture(material)) return group;
-  group.has_texture = true;
-  const auto view_of = [&](std::uint32_t texture) {
-    return texture == kNoTexture ? nullptr : &scene_->texture_views[texture];
-  };
-  group.albedo_texture = view_of(material.albedo_texture);
-  if (!is_black(material.emission)) group.emission_texture = view_of(material.emission_texture);
-  group.roughness_metalness_texture = view_of(material.roughness_metalness_texture);
-  group.normal_texture = view_of(material.normal_texture);
+  if (!scene_->features.has_textures) return group;
+  group.textures = &scene_->texture_tables[static_cast<std::size_t>(number_of(material))];
+  if (!mesh.uvs.empty()) group.uses |= group.textures->uses_of_set[0];
+  if (!mesh.uvs1.empty()) group.uses |= group.textures->uses_of_set[1];
   group.normal_scale = material.normal_scale;
   return group;
+}
+
+std::ptrdiff_t SurfaceDetail::number_of(const Material& material) const {
+  return &material - scene_->materials.data();
 }
 
 void SurfaceDetail::add_group(const DetailGroup& group, const Hits& hits, std::uint64_t rays,
@@ -109,17 +113,19 @@ void SurfaceDetail::add_group(const DetailGroup& group, const Hits& hits, std::u
 
 void SurfaceDetail::put_corners(const DetailGroup& group, std::uint32_t instance) {
   const Mesh& mesh = *scene_->meshes[scene_->instances[instance].mesh];
+  const auto is_used = [&](int set) {
+    return group.uses != 0 && (group.uses & group.textures->uses_of_set[set]) != 0;
+  };
+  const bool has_set[2] = {is_used(0), is_used(1)};
   for (int i = 0; i < points_.count; ++i) {
     const auto& corners = mesh.triangles[triangle_[i] - instances_.first_triangle()];
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t vertex = corners[static_cast<std::size_t>(k)];
       if (group.has_normals) put_vector(mesh.normals[vertex], points_.corner_normal[k], i);
       if (group.has_program) put_vector(mesh.positions[vertex], points_.corner_of_mesh[k], i);
-      if (group.has_texture) {
-        points_.corner_uv[k][0][i] = mesh.uvs[vertex].x;
-        points_.corner_uv[k][1][i] = mesh.uvs[vertex].y;
-      }
-      if (group.has_texture || group.has_program)
+      if (has_set[0]) put_uv(mesh.uvs[vertex], points_.corner_uv[0][k], i);
+      if (has_set[1]) put_uv(mesh.uvs1[vertex], points_.corner_uv[1][k], i);
+      if (group.uses != 0 || group.has_program)
         put_vector(scene_->triangles.vertex(triangle_[i], k), points_.corner[k], i);
     }
   }
@@ -130,11 +136,15 @@ void SurfaceDetail::take(const DetailGroup& group) {
     Surface& s = *surface_[i];
     s.shading_normal = vector_at(points_.shading_normal, i);
     if (!group.is_diffuse) s.to_viewer = vector_at(points_.to_viewer, i);
-    if (group.albedo_texture != nullptr) s.albedo = s.albedo * vector_at(points_.albedo, i);
-    if (group.emission_texture != nullptr) s.emission = s.emission * vector_at(points_.emission, i);
-    if (group.roughness_metalness_texture != nullptr) {
-      s.roughness *= points_.roughness[i];
-      s.metalness *= points_.metalness[i];
+    if (group.uses == 0) continue;
+    const auto has = [&](TextureUse use) { return (group.uses >> use & 1u) != 0; };
+    const auto texel = [&](TextureUse use) { return vector_at(points_.texel[use], i); };
+    if (has(kAlbedoTexture)) s.albedo = s.albedo * texel(kAlbedoTexture);
+    if (has(kEmissionTexture)) s.emission = s.emission * texel(kEmissionTexture);
+    if (has(kRoughnessMetalnessTexture)) {
+      const Vec3f factor = texel(kRoughnessMetalnessTexture);
+      s.roughness *= factor.y;
+      s.metalness *= factor.z;
     }
   }
 }

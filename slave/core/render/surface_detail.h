@@ -10,6 +10,7 @@
 // Threads. One object per thread.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "slave/core/geometry/triangle_store.h"
@@ -37,6 +38,7 @@ class SurfaceDetail {
 
  private:
   DetailGroup group_of(std::uint32_t instance, const Material& material) const;
+  std::ptrdiff_t number_of(const Material& material) const;
   void add_group(const DetailGroup& group, const Hits& hits, std::uint64_t rays,
                  Surface* const* to);
   // Of all in points_.

@@ -76,10 +76,10 @@ void TileRenderer::Scratch::add_background(int x, int y) {
   for_each_ray(camera.rays.active, [&](int i) {
     if (hits.primitive[i] == kNoPrimitive) open |= std::uint64_t{1} << i;
   });
-  sky.look(camera.rays.direction, open);
+  sky.look_out(camera.rays.direction, open);
   for_each_ray(open, [&](int i) {
     Vec3f& sum = radiance[pixel(x, y, i)];
-    sum = sum + sky.radiance(i);
+    sum = sum + sky.background(i);
   });
 }
 
@@ -92,7 +92,8 @@ void TileRenderer::Scratch::add_light() {
   }
 }
 
-// Adds the surfaces that a packet has hit to the batch, and the light that they give themselves.
+// Adds the surfaces that a packet has hit to the batch, and the light that they give themselves. In
+// the dark there is nothing more to find.
 void TileRenderer::Scratch::add_surfaces(int x, int y) {
   const bool has_light = !scene->lights.is_empty();
   const bool has_emitters = !scene->lights.emitters.empty();
@@ -106,15 +107,10 @@ void TileRenderer::Scratch::add_surfaces(int x, int y) {
     batch.pixel[count++] = static_cast<std::uint16_t>(pixel(x, y, i));
   }
   met.make(met.points().met, cones, to);
-  for (std::uint64_t left = met.points().met; left != 0; left &= left - 1) {
+  for (std::uint64_t left = has_emitters ? met.points().met : 0; left != 0; left &= left - 1) {
     const int i = std::countr_zero(left);
     Vec3f& sum = radiance[pixel(x, y, i)];
-    if (has_emitters) sum = sum + to[i]->emission;
-    if (has_light) continue;
-    // A bare mesh: the camera is its lamp.
-    const FanPacket& rays = camera.rays;
-    const Vec3f d{rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
-    sum = sum + to[i]->albedo * std::max(0.0f, -dot(to[i]->shading_normal, normalize(d)));
+    sum = sum + to[i]->emission;
   }
   if (has_light) batch.count = count;
 }
@@ -136,7 +132,7 @@ void TileRenderer::Scratch::render_batch(const SceneTracer& tracer, const TileRe
         if (settings->renderer == Renderer::kPrimary) {
           shade_primary(x, y);
         } else {
-          if (scene->lights.has_environment) add_background(x, y);
+          if (scene->lights.is_background_lit()) add_background(x, y);
           add_surfaces(x, y);
         }
       }

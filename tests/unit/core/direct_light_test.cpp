@@ -10,6 +10,14 @@
 namespace tessera::core {
 namespace {
 
+Material lamp_material(Vec3f emission) {
+  Material material;
+  material.name = "lamp";
+  material.albedo = {};
+  material.emission = emission;
+  return material;
+}
+
 constexpr double kPi = 3.14159265358979323846;
 
 void add_quad(Mesh& mesh, Vec3f a, Vec3f b, Vec3f c, Vec3f d, std::uint32_t material) {
@@ -108,7 +116,7 @@ TEST(DirectLight, SquareLampAboveAPointIsTheClosedForm) {
   add_quad(mesh, {-0.5f, 3, -0.5f}, {0.5f, 3, -0.5f}, {0.5f, 3, 0.5f}, {-0.5f, 3, 0.5f},
            1);  // down
   Scene scene = make_lit(mesh);
-  scene.materials.push_back({"lamp", {}, {7, 7, 7}, kNoTexture});
+  scene.materials.push_back(lamp_material({7, 7, 7}));
   View view;
   view.settings.width_px = view.settings.height_px = 1;
   view.settings.camera.vfov_degrees = 0.01f;
@@ -141,7 +149,7 @@ TEST(DirectLight, ManyEmittersSharedOutByPowerHaveTheRightMean) {
   }
   ASSERT_GT(200u, kEmittersEachMax);
   Scene scene = make_lit(mesh);
-  scene.materials.push_back({"lamp", {}, {7, 7, 7}, kNoTexture});
+  scene.materials.push_back(lamp_material({7, 7, 7}));
   View view;
   view.settings.camera.vfov_degrees = 0.01f;
   view.settings.light_samples = 16;

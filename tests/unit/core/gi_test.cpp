@@ -147,7 +147,9 @@ TEST(GlobalIllumination, FloorUnderASquareLightHasTheClosedForm) {
   Scene scene = test::make_scene(std::move(mesh));
   scene.materials.resize(2);
   scene.materials[0].albedo = {0.5f, 0.5f, 0.5f};
-  scene.materials[1] = {"lamp", {0, 0, 0}, {3, 3, 3}, kNoTexture};
+  scene.materials[1].name = "lamp";
+  scene.materials[1].albedo = {0, 0, 0};
+  scene.materials[1].emission = {3, 3, 3};
   FrameSettings settings = gi_settings(9, 9);
   settings.camera = {{0, 0.5f, 0}, {0, 0, 0}, {0, 0, 1}, 2};
   settings.bounces = 0;

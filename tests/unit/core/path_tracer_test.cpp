@@ -118,7 +118,9 @@ TEST(PathTracer, HalfShadowsAreThoseOfDirectLight) {
   mesh.materials = {0, 0, 1, 1, 0, 0};
   Scene scene = test::make_scene(std::move(mesh));
   scene.materials.resize(2);
-  scene.materials[1] = {"lamp", {0, 0, 0}, {3, 3, 3}, kNoTexture};
+  scene.materials[1].name = "lamp";
+  scene.materials[1].albedo = {0, 0, 0};
+  scene.materials[1].emission = {3, 3, 3};
   FrameSettings settings = path_settings(0, 1024);
   settings.width_px = settings.height_px = 16;
   settings.camera = {{-1.5f, 0.9f, 0}, {-0.5f, 0, 0}, {0, 0, 1}, 60};

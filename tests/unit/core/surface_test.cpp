@@ -18,7 +18,10 @@ namespace tessera::core {
 namespace {
 
 TEST(Surface, TextureIsBilinearRepeatsAndHasRowZeroAtTheTop) {
-  Texture t{2, 2, false, {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 255}};
+  Texture t;
+  t.width_px = t.height_px = 2;
+  t.is_srgb = false;
+  t.rgba = {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 255};
   const auto near = [](Vec3f a, Vec3f b) { return length(a - b) < 1e-6f; };
   EXPECT_TRUE(near({1, 0, 0}, sample_texture(t, {0.25f, 0.75f})));  // top left
   EXPECT_TRUE(near({0, 1, 0}, sample_texture(t, {0.75f, 0.75f})));
@@ -57,7 +60,10 @@ TEST(Surface, NormalsTurnToTheViewerAndAgreeOnTheSide) {
 
 Texture random_texture(int width, int height, bool is_srgb) {
   std::mt19937 random(3);
-  Texture t{width, height, is_srgb, {}};
+  Texture t;
+  t.width_px = width;
+  t.height_px = height;
+  t.is_srgb = is_srgb;
   for (int i = 0; i < 4 * width * height; ++i)
     t.rgba.push_back(static_cast<std::uint8_t>(random() % 256));
   return t;

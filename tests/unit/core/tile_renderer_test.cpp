@@ -122,18 +122,27 @@ TEST(TileRenderer, ATileIsLeftInItsMiddleWhenItsFrameIsCancelled) {
   settings.camera = {{0, 2, 4}, {0, 0.5f, 0}, {0, 1, 0}, 50};
   settings.samples_per_pixel = kSamplesPerPixelMax;
   settings.light_samples = kLightSamplesMax;
-  std::atomic<bool> is_cancelled{false};
-  std::thread canceller([&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(30));
-    is_cancelled = true;
-  });
-  std::vector<float> rgb(3 * 32 * 32);
-  const RayCounts rays =
-      TileRenderer().render(**scene, settings, Isa::kScalar, {0, 0, 32, 32}, rgb, &is_cancelled);
-  canceller.join();
-  // The whole tile takes many seconds: thousands of times what passes until the cancel.
-  EXPECT_GT(rays.primary, 0u);
-  EXPECT_LT(rays.primary, 32u * 32u * kSamplesPerPixelMax / 2);
+  // The whole tile takes many seconds. Who cancels and who renders are threads that the machine may
+  // hold up at will, so a cancel may come before the tile or after it; another pause is tried then.
+  // A renderer that does not look within the tile never leaves it in its middle.
+  constexpr std::uint64_t kAll = 32u * 32u * kSamplesPerPixelMax;
+  std::uint64_t primary = 0;
+  auto pause = std::chrono::milliseconds(30);
+  for (int attempt = 0; attempt < 5 && (primary == 0 || primary == kAll); ++attempt) {
+    std::atomic<bool> is_cancelled{false};
+    std::thread canceller([&] {
+      std::this_thread::sleep_for(pause);
+      is_cancelled = true;
+    });
+    std::vector<float> rgb(3 * 32 * 32);
+    primary = TileRenderer()
+                  .render(**scene, settings, Isa::kScalar, {0, 0, 32, 32}, rgb, &is_cancelled)
+                  .primary;
+    canceller.join();
+    pause = primary == 0 ? 4 * pause : pause / 4;
+  }
+  EXPECT_GT(primary, 0u);
+  EXPECT_LT(primary, kAll);
 }
 
 TEST(TileRenderer, EmptySceneIsBlackAndCancelStops) {
@@ -153,15 +162,22 @@ TEST(TileRenderer, EmptySceneIsBlackAndCancelStops) {
   EXPECT_EQ(0u, counts.primary);
 }
 
-TEST(TileRenderer, BareMeshIsSeenByTheCamerasOwnLight) {
-  const auto scene = PreparedScene::build(test::make_scene(test::make_icosphere(3)), {});
+TEST(TileRenderer, WithoutLightAMeshIsDarkBeforeItsBackground) {
+  Scene dark = test::make_scene(test::make_icosphere(3));
+  dark.background = {BackgroundKind::kGradient, {0, 1, 0}, {2, 1, 0}};
+  const auto scene = PreparedScene::build(dark, {});
   ASSERT_TRUE(scene.is_ok());
   FrameSettings settings = settings_of(Renderer::kDirect, 1);
   settings.width_px = settings.height_px = 33;
   settings.camera = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 40};
   const std::vector<float> image = test::render_in_tiles(**scene, settings, Isa::kScalar, 16);
-  EXPECT_NEAR(0.8, image[3 * (16 * 33 + 16)], 0.02);  // albedo, facing
-  EXPECT_EQ(0.0f, image[0]);
+  EXPECT_EQ(0.0f, image[3 * (16 * 33 + 16)]);
+  // The upper left pixel looks 0.97 * 20 degrees up, before the square root of what lies aside.
+  const float aside = std::tan(20 * 3.14159265f / 180) * 32 / 33;
+  const float up = 0.5f + aside / std::sqrt(1 + 2 * aside * aside);
+  EXPECT_NEAR(image[0], 2 * up, 1e-3f);
+  EXPECT_EQ(image[1], 1);
+  EXPECT_NEAR(image[3 * (33 * 32)], 2 * (1 - up), 1e-3f);
 }
 
 }  // namespace

@@ -19,6 +19,8 @@ void expect_equal(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.instances, b.instances);
   EXPECT_EQ(a.lights, b.lights);
   EXPECT_EQ(a.environment, b.environment);
+  EXPECT_EQ(a.background, b.background);
+  EXPECT_EQ(a.cameras, b.cameras);
   ASSERT_EQ(a.environment_map == nullptr, b.environment_map == nullptr);
   if (a.environment_map) {
     EXPECT_EQ(*a.environment_map, *b.environment_map);
@@ -43,6 +45,19 @@ TEST(SceneCodec, RoundTripKeepsEveryValue) {
   auto decoded = decoder.decode(encoder.encode(scene));
   ASSERT_TRUE(decoded.is_ok()) << decoded.status().message();
   expect_equal(scene, *decoded);
+}
+
+TEST(SceneCodec, TexturesOf16BitsKeepThem) {
+  Scene scene = test::make_small_scene();
+  auto deep = std::make_shared<Texture>();
+  deep->width_px = deep->height_px = 1;
+  deep->rgba16 = {65535, 1, 256, 40000};
+  scene.textures[1] = deep;
+  SceneEncoder encoder;
+  SceneDecoder decoder;
+  auto decoded = decoder.decode(encoder.encode(scene));
+  ASSERT_TRUE(decoded.is_ok()) << decoded.status().message();
+  EXPECT_EQ(*decoded->textures[1], *deep);
 }
 
 TEST(SceneCodec, AVersionThatMovesOneMeshChangesThatBlockAndTheRootAlone) {
