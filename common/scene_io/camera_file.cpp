@@ -1,6 +1,7 @@
 #include "common/scene_io/camera_file.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include "common/base/limits.h"
@@ -137,6 +138,23 @@ Result<Camera> parse_camera_text(const std::string& text) {
   const Camera camera{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]}, v[9]};
   TESSERA_RETURN_IF_ERROR(validate_camera(camera));
   return camera;
+}
+
+std::string camera_text(const Camera& camera) {
+  std::string text;
+  // The shortest digits that are read as the same number again.
+  const auto add = [&text](float value, const char* behind) {
+    char digits[32];
+    const auto end = std::to_chars(digits, digits + sizeof(digits), value).ptr;
+    text.append(digits, end).append(behind);
+  };
+  for (const Vec3f& v : {camera.eye, camera.target, camera.up}) {
+    add(v.x, ",");
+    add(v.y, ",");
+    add(v.z, " ");
+  }
+  add(camera.vfov_degrees, "");
+  return text;
 }
 
 }  // namespace tessera

@@ -47,4 +47,7 @@ Result<CameraPath> read_camera_file(const std::string& path);
 // "ex,ey,ez lx,ly,lz ux,uy,uz fov".
 Result<Camera> parse_camera_text(const std::string& text);
 
+// The inverse: parse_camera_text() gives the same camera, to the bit.
+std::string camera_text(const Camera& camera);
+
 }  // namespace tessera

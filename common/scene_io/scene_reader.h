@@ -1,7 +1,7 @@
 // What every scene reader returns and asks for.
 //
 // Readers keep the order of the file: triangle i of the flattened scene is the i-th of the file,
-// polygons fanned. Degenerate triangles keep their number and are counted in one warning. A
+// polygons cut into corners - 2 triangles (polygon.h). Degenerate triangles keep their number and are counted in one warning. A
 // non-finite coordinate or an index out of range refuses the file, naming element and line.
 #pragma once
 
@@ -28,8 +28,12 @@ using TextureLoader =
 // Wavefront OBJ with MTL (mtl_reader.h). The MTL file must lie below the OBJ file's folder.
 Result<ReadScene> read_obj(const std::string& path, const TextureLoader& load_texture);
 
-// PLY, ascii and binary in both byte orders.
-Result<ReadScene> read_ply(const std::string& path);
+// PLY, ascii and binary in both byte orders, with normals, texture coordinates and colours of
+// vertices, texture coordinates of corners, and the picture that a comment "TextureFile" names.
+Result<ReadScene> read_ply(const std::string& path, const TextureLoader& load_texture = {});
+
+// STL, binary and text; flat, in the colour of the default material.
+Result<ReadScene> read_stl(const std::string& path);
 
 // How many triangles of the mesh have no area, by equal corners or a zero cross product.
 std::uint64_t count_degenerate(const Mesh& mesh);

@@ -13,12 +13,13 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "common/base/cli_usage.h"
 #include "common/base/path_suffix.h"
 #include "common/base/version.h"
 #include "common/scene/scene_stream.h"
 #include "common/scene/validate.h"
 #include "common/scene_io/scene_reader.h"
-#include "master/import/gltf_reader.h"
+#include "master/import/gltf/reader.h"
 #include "master/import/texture_reader.h"
 
 namespace {
@@ -82,7 +83,8 @@ Result<tessera::ReadScene> read_file(const std::string& path) {
     });
   }
   if (suffix == ".ply") return tessera::read_ply(path);
-  if (suffix == ".gltf" || suffix == ".glb") return tessera::import::read_gltf(path);
+  if (suffix == ".gltf" || suffix == ".glb")
+    return tessera::import::read_gltf(path, tessera::import::read_picture);
   if (suffix == ".hdr" || suffix == ".exr") return read_sky(path);
   return Status::invalid_argument(path + ": unknown suffix '" + suffix +
                                   "'; known are .obj, .ply, .gltf, .glb, and .hdr, .exr for a sky");
@@ -132,7 +134,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::Error& error) {
-    return report(std::string(error.what()) + " (see 'tessera-import --help')", 2);
+    return report(tessera::usage_text(app, error) + " (see 'tessera-import --help')", 2);
   }
   struct stat out {};
   if (fstat(STDOUT_FILENO, &out) != 0 || !(S_ISFIFO(out.st_mode) || S_ISSOCK(out.st_mode))) {

@@ -3,7 +3,9 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "common/base/limits.h"
 #include "common/scene_io/confined_path.h"
@@ -12,6 +14,24 @@ namespace tessera::import {
 namespace {
 
 constexpr float kHalfMax = 65504;
+
+// Messages of libraries end in line breaks, or have them inside.
+std::string one_line(std::string text) {
+  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+// The format that a picture's first bytes say it has, as OpenImageIO calls it.
+Result<std::string> format_of(std::span<const std::byte> bytes) {
+  const std::string_view head(reinterpret_cast<const char*>(bytes.data()),
+                              std::min<std::size_t>(bytes.size(), 16));
+  if (head.starts_with("\x89PNG")) return std::string("png");
+  if (head.starts_with("\xff\xd8\xff")) return std::string("jpeg");
+  if (head.starts_with("RIFF") && head.substr(8).starts_with("WEBP")) return std::string("webp");
+  if (head.starts_with("\xabKTX 20")) return Status::unimplemented("is of KTX2, which is not read");
+  return Status::data_loss("is no PNG, JPEG or WebP picture");
+}
 
 Result<std::shared_ptr<const Texture>> decode(OIIO::ImageInput& input) {
   const OIIO::ImageSpec& spec = input.spec();
@@ -74,12 +94,17 @@ Result<std::shared_ptr<const EnvironmentMap>> read_environment_file(const std::s
   return std::shared_ptr<const EnvironmentMap>(std::move(map));
 }
 
-Result<std::shared_ptr<const Texture>> read_texture_bytes(std::span<const std::byte> bytes,
-                                                          const std::string& hint) {
+Result<std::shared_ptr<const Texture>> read_picture(std::span<const std::byte> bytes) {
+  const auto format = format_of(bytes);
+  if (!format.is_ok()) return format.status();
+  // That reader and no other: what is not its format is refused, not tried on the next one.
+  auto input = OIIO::ImageInput::create(*format);
+  if (!input) return Status::unimplemented("cannot be read: " + OIIO::geterror());
   OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(bytes.data()), bytes.size());
-  const std::string name = "embedded." + hint;
-  auto input = OIIO::ImageInput::open(name, nullptr, &memory);
-  if (!input) return Status::data_loss("cannot be read: " + OIIO::geterror());
+  OIIO::ImageSpec spec, config;
+  config["oiio:UnassociatedAlpha"] = 1;  // colours as they are stored
+  if (!input->set_ioproxy(&memory) || !input->open("picture." + *format, spec, config))
+    return Status::data_loss("cannot be read: " + one_line(input->geterror()));
   return decode(*input);
 }
 

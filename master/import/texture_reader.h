@@ -17,9 +17,8 @@ namespace tessera::import {
 // `folder`: the scene file's. Returns: why the picture is refused, to become a warning.
 Result<std::shared_ptr<const Texture>> read_texture_file(const std::string& folder,
                                                          const std::string& name);
-// A picture inside the scene file. `hint`: "png", "jpg", ...
-Result<std::shared_ptr<const Texture>> read_texture_bytes(std::span<const std::byte> bytes,
-                                                          const std::string& hint);
+// A PNG, JPEG or WebP picture, known by its first bytes; alpha does not touch its colours.
+Result<std::shared_ptr<const Texture>> read_picture(std::span<const std::byte> bytes);
 
 // A latitude-longitude picture of any format, .hdr and .exr first of all; what is below zero there
 // becomes zero. Not confined to a folder. Returns: why it cannot be read.

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "common/base/near_word.h"
 #include "common/base/path_suffix.h"
 #include "master/loader/import_process.h"
 
@@ -53,7 +54,8 @@ Status check_scene_name(const std::string& scene_argument) {
     if (std::find(names.begin(), names.end(), name) != names.end()) return Status::ok();
     std::string known;
     for (const std::string& n : names) known += (known.empty() ? "" : ", ") + n;
-    return Status::invalid_argument(scene_argument + " does not exist; there are " + known);
+    return Status::invalid_argument(scene_argument + " does not exist; there are " + known +
+                                    did_you_mean(name, names));
   }
   const std::string suffix = suffix_of(scene_argument);
   if (suffix == ".obj" || suffix == ".ply" || suffix == ".gltf" || suffix == ".glb") {

@@ -2,6 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "common/scene/validate.h"
+#include "tests/support/seed.h"
 #include "tests/support/temp_folder.h"
 
 namespace tessera {
@@ -65,6 +72,36 @@ TEST(CameraText, TenNumbersInFourGroups) {
   EXPECT_FALSE(parse_camera_text("1,2,3 4,5,6 0,1,0").is_ok());
   EXPECT_FALSE(parse_camera_text("1,2,3 4,5,6 0,1,0 50 60").is_ok());
   EXPECT_FALSE(parse_camera_text("").is_ok());
+}
+
+// What the window copies is what `render --camera` gets, to the last bit.
+TEST(CameraText, IsReadAsTheSameCamera) {
+  const unsigned seed = test::seed();
+  TESSERA_TRACE_SEED(seed);
+  std::mt19937 random(seed);
+  const auto any = [&random] {  // any finite float, of any magnitude
+    while (true) {
+      const float value = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
+      // Of a length that validate_camera() can square.
+      if (std::isfinite(value) && std::abs(value) < 1e15f && std::abs(value) > 1e-15f) return value;
+    }
+  };
+  int read = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    Camera camera;
+    camera.eye = {any(), any(), any()};
+    camera.target = {any(), any(), any()};
+    camera.up = {any(), any(), any()};
+    camera.vfov_degrees = std::uniform_real_distribution<float>(1, 179)(random);
+    if (!validate_camera(camera).is_ok()) continue;
+    const auto again = parse_camera_text(camera_text(camera));
+    ASSERT_TRUE(again.is_ok()) << camera_text(camera) << ": " << again.status().message();
+    ASSERT_EQ(std::memcmp(&*again, &camera, sizeof(camera)), 0) << camera_text(camera);
+    ++read;
+  }
+  EXPECT_GT(read, 2'000);
+  EXPECT_EQ(camera_text({{0.1f, -2, 1e-20f}, {0, 0, 0}, {0, 1, 0}, 58}),
+            "0.1,-2,1e-20 0,0,0 0,1,0 58");
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "common/scene/validate.h"
 #include "common/scene_io/scene_reader.h"
 #include "tests/support/temp_folder.h"
@@ -39,6 +41,75 @@ TEST_F(ObjReader, PolygonsAreFannedInTheOrderOfTheFile) {
   }
 }
 
+// Twice the area of the triangles of a mesh in the plane z = 0, which must all turn the same way.
+float area_of(const Mesh& mesh) {
+  float sum = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const float twice =
+        cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]).z;
+    EXPECT_GE(twice, 0);
+    sum += twice;
+  }
+  return sum;
+}
+
+TEST_F(ObjReader, ConcavePolygonsAreCutIntoAsManyTrianglesAsTheyWouldBeFanned) {
+  // An L, of area 3, whose first corner does not see all others.
+  const std::string corners = "v 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nv 2 0 0\n";
+  const ReadScene read = good(corners + "f 1 2 3 4 5 6\nf 5 6 1\n");
+  Mesh mesh = *read.scene.meshes.at(0);
+  ASSERT_EQ(mesh.triangles.size(), 5u);
+  EXPECT_EQ(mesh.positions[mesh.triangles[4][0]], (Vec3f{0, 0, 0})) << "numbers behind it stay";
+  mesh.triangles.pop_back();
+  EXPECT_EQ(area_of(mesh), 6);
+  EXPECT_TRUE(read.warnings.empty()) << read.warnings[0];
+  const ReadScene crossed = good("v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 3 0\nf 1 2 3 4\n");
+  EXPECT_EQ(crossed.scene.triangle_count(), 2u);
+  ASSERT_EQ(crossed.warnings.size(), 1u);
+  EXPECT_NE(crossed.warnings[0].find("line 5"), std::string::npos) << crossed.warnings[0];
+}
+
+TEST_F(ObjReader, VertexColoursAreLinearised) {
+  const ReadScene read =
+      good("v 0 0 0\nv 1 0 0 0.5 0 1\nv 1 1 0 1 0.25 0.5 2\nv 0 1 0 nan 0 0\nf 1 2 3\nf 1 3 4\n");
+  const Mesh& mesh = *read.scene.meshes.at(0);
+  ASSERT_EQ(mesh.colors.size(), mesh.positions.size());
+  EXPECT_EQ(mesh.colors[mesh.triangles[0][0]], (Vec4f{1, 1, 1, 1})) << "has none of its own";
+  EXPECT_NEAR(mesh.colors[mesh.triangles[0][1]].x, 0.21404, 1e-4);  // sRGB of IEC 61966-2-1
+  EXPECT_EQ(mesh.colors[mesh.triangles[0][1]].z, 1);
+  // x y z w r g b: the weight is no colour, and what is above 1 is white.
+  EXPECT_EQ(mesh.colors[mesh.triangles[0][2]].z, 1);
+  EXPECT_NEAR(mesh.colors[mesh.triangles[0][2]].x, 0.05088, 1e-4);
+  ASSERT_EQ(read.warnings.size(), 1u);
+  EXPECT_NE(read.warnings[0].find("line 4: the colour of vertex 4"), std::string::npos)
+      << read.warnings[0];
+  EXPECT_TRUE(good(kQuad + "f 1 2 3\n").scene.meshes.at(0)->colors.empty());
+}
+
+TEST_F(ObjReader, SmoothingGroupsShareNormalsWithinThemselvesOnly) {
+  // A roof: its ridge is 1 2; the sides are one group, then two.
+  const std::string roof = "v 0 1 0\nv 0 1 2\nv 1 0 0\nv 1 0 2\nv -1 0 0\nv -1 0 2\n";
+  const Mesh round = *good(roof + "s 1\nf 1 2 4 3\nf 2 1 5 6\n").scene.meshes.at(0);
+  const Vec3f ridge = round.normals.at(round.triangles[0][0]);
+  EXPECT_NEAR(ridge.y, 1, 1e-6) << "the mean of both sides";
+  EXPECT_EQ(round.positions.size(), 6u);
+  const Mesh sharp = *good(roof + "s 1\nf 1 2 4 3\ns 2\nf 2 1 5 6\n").scene.meshes.at(0);
+  EXPECT_NEAR(sharp.normals.at(sharp.triangles[0][0]).y, std::sqrt(0.5), 1e-6);
+  EXPECT_TRUE(good(roof + "s off\nf 1 2 4 3\n").scene.meshes.at(0)->normals.empty());
+  const Mesh given = *good(roof + "vn 0 0 1\ns 1\nf 1//1 2//1 4//1\n").scene.meshes.at(0);
+  EXPECT_EQ(given.normals.at(0), (Vec3f{0, 0, 1})) << "normals of the file count";
+}
+
+TEST_F(ObjReader, SeveralMaterialFilesOnOneLine) {
+  folder_.write("a.mtl", "newmtl red\nKd 1 0 0\n");
+  folder_.write("b c.mtl", "newmtl blue\nKd 0 0 1\n");
+  folder_.write("b.mtl", "newmtl blue\nKd 0 0 1\n");
+  for (const char* line : {"mtllib a.mtl b.mtl\n", "mtllib a.mtl\nmtllib b c.mtl\n"}) {
+    const ReadScene read = good(line + kQuad + "usemtl red\nf 1 2 3\nusemtl blue\nf 1 3 4\n");
+    EXPECT_TRUE(read.warnings.empty()) << line << read.warnings[0];
+  }
+}
+
 TEST_F(ObjReader, CornersWithTheirOwnUvsAndNormals) {
   const ReadScene read =
       good(kQuad + "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/3/1\nf 1//1 3//1 4//1\n");
@@ -51,7 +122,7 @@ TEST_F(ObjReader, CornersWithTheirOwnUvsAndNormals) {
 
 TEST_F(ObjReader, MaterialsWithColoursEmissionAndTextures) {
   folder_.write("a.mtl",
-                "newmtl lamp\nKd 0.5 0.25 2\nKe 3 2 1\nnewmtl floor\nmap_Kd -s 1 1 1 maps\\a.png\n"
+                "newmtl lamp\nKd 0.5 0.25 1\nKe 3 2 1\nnewmtl floor\nmap_Kd -s 1 1 1 maps\\a.png\n"
                 "newmtl grey\nKd 0.3\nd 1\nillum 2\n");
   int loads = 0;
   const auto load = [&](const std::string& name) -> Result<std::shared_ptr<const Texture>> {
@@ -75,74 +146,6 @@ TEST_F(ObjReader, MaterialsWithColoursEmissionAndTextures) {
   EXPECT_EQ(scene.materials.at(mesh.materials.at(0)).albedo_texture, 0u);
   ASSERT_EQ(read.warnings.size(), 1u);
   EXPECT_NE(read.warnings[0].find("gone"), std::string::npos) << read.warnings[0];
-}
-
-// The last material of an MTL file with these lines.
-class MtlLines : public ObjReader {
- protected:
-  ReadScene read_lines(const std::string& lines) {
-    folder_.write("a.mtl", "newmtl m\n" + lines);
-    return good("mtllib a.mtl\n" + kQuad + "usemtl m\nf 1 2 3\n");
-  }
-  Material material(const std::string& lines) {
-    const ReadScene read = read_lines(lines);
-    EXPECT_TRUE(read.warnings.empty()) << read.warnings[0];
-    return read.scene.materials.back();
-  }
-};
-
-TEST_F(MtlLines, MirrorGlassAndGlossInAnyOrderOfTheirLines) {
-  EXPECT_EQ(material("Kd 0.5 0.5 0.5\nillum 2\nKs 0 0 0\nNs 10\nNi 1.5\nd 1\n").bsdf,
-            BsdfKind::kDiffuse);
-  const Material mirror = material("illum 3\nNs 1000\nKs 0.9 0.8 0.7\nKd 0 0 0\n");
-  EXPECT_EQ(mirror.bsdf, BsdfKind::kMirror);
-  EXPECT_EQ(mirror.specular, (Vec3f{0.9f, 0.8f, 0.7f}));
-  const Material glass = material("Ni 1.7\nKs 0.3 0.3 0.3\nNs 200\nillum 7\n");
-  EXPECT_EQ(glass.bsdf, BsdfKind::kGlass);
-  EXPECT_EQ(glass.ior, 1.7f);
-  EXPECT_EQ(glass.specular, (Vec3f{1, 1, 1}));
-  const Material dim = material("illum 7\nTf 0.25 0.25 1\nd 0.5\nNi 1.3\n");
-  EXPECT_EQ(dim.specular, (Vec3f{0.5f, 0.5f, 1}));
-  EXPECT_EQ(material("d 0.5\nNi 1.3\n").bsdf, BsdfKind::kGlass);
-  EXPECT_EQ(material("d 0.5\n").bsdf, BsdfKind::kDiffuse);
-  const Material gloss = material("Ns 30\nillum 2\nKs 0.5 0.25 0.125\n");
-  EXPECT_EQ(gloss.bsdf, BsdfKind::kGlossy);
-  EXPECT_EQ(gloss.specular, (Vec3f{0.5f, 0.25f, 0.125f}));
-  EXPECT_NEAR(gloss.roughness, 0.5, 1e-6);  // alpha = sqrt(2 / 32) = 1/4
-  EXPECT_EQ(gloss.metalness, 0);
-  EXPECT_EQ(material("Ns 30\nillum 1\nKs 0.5 0.25 0.125\n").bsdf, BsdfKind::kDiffuse);
-  const Material metal = material("Pm 1\nPr 0.25\nKd 1 0.5 0\nKs 0.9 0.9 0.9\n");
-  EXPECT_EQ(metal.bsdf, BsdfKind::kGlossy);
-  EXPECT_EQ(metal.metalness, 1);
-  EXPECT_EQ(metal.roughness, 0.25f);
-  EXPECT_EQ(metal.specular, Material{}.specular);
-}
-
-TEST_F(MtlLines, SurfaceProgramsStandInComments) {
-  const Material marble =
-      material("# a comment\n# tessera surface marble vein 0.1 0.2 0.3 frequency 7\n");
-  EXPECT_EQ(marble.surface.kind, SurfaceKind::kMarble);
-  EXPECT_EQ(marble.surface.parameters, (SurfaceParameters{7, 3, 0.1f, 0.2f, 0.3f}));
-  EXPECT_EQ(material("# tessera surface wood\n").surface.kind, SurfaceKind::kWood);
-  EXPECT_EQ(material("# tessera surface brick width 2\n").surface.parameters[0], 2);
-}
-
-TEST_F(MtlLines, WhatIsNotUnderstoodIsOneWarningForEachName) {
-  const struct {
-    const char* lines;
-    std::size_t warnings;
-  } cases[] = {{"Strange 1\nStrange 2\nnewmtl n\nStrange 3\n", 1},
-               {"# tessera surface granite\nnewmtl n\n# tessera surface granite\n", 1},
-               {"# tessera surface wood knots 3 frequency 2\n", 1},
-               {"# tessera surface wood frequency -2\n", 1},
-               {"# tessera surface marble vein 0.1 0.2\n", 1},
-               {"# tessera lights 3\n", 1},
-               {"# tesserae are stones\n", 0},
-               {"illum 4\nnewmtl n\nillum 4\n", 1},
-               {"Ks -1 0 0\nNs nan\nd x\n", 3}};
-  for (const auto& c : cases) {
-    EXPECT_EQ(read_lines(c.lines).warnings.size(), c.warnings) << c.lines;
-  }
 }
 
 TEST_F(ObjReader, WhatIsMissingIsAWarning) {

@@ -1,0 +1,49 @@
+// The registry of files that scenes and skies come in: which suffixes they have, by what their first
+// bytes are known, and what they are called. Everything that opens such a file, or tells a person
+// which there are, asks here.
+//
+// Invariant. A reader gets a file only where suffix and content agree: check_content(). So whatever
+// bytes a file has, they meet the one reader that they are meant for.
+// Threads. Pure functions but for check_content(), which reads the beginning of a file.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "common/base/status.h"
+
+namespace tessera {
+
+enum class FileFormat { kObj, kPly, kStl, kGltf, kGlb, kFbx, kCollada, kHdr, kExr };
+
+struct FormatEntry {
+  FileFormat format;
+  std::string_view suffix;  // ".obj", lower case
+  std::string_view name;    // "an OBJ file", to follow "is"
+  bool is_sky = false;      // a picture of what surrounds a scene, and no scene
+  // Whether `head`, the first bytes of a file of `file_bytes`, says that it is one.
+  bool (*matches)(std::string_view head, std::uint64_t file_bytes) = nullptr;
+};
+
+// How much of a file matches() sees.
+inline constexpr std::size_t kHeadBytes = 64 * 1024;
+
+std::span<const FormatEntry> file_formats();
+
+// By the suffix of a path, however it is written. Returns: null for an unknown one.
+const FormatEntry* format_of_suffix(const std::string& path);
+// By content. Returns: null for none of ours.
+const FormatEntry* format_of_content(std::string_view head, std::uint64_t file_bytes);
+
+// ".obj, .ply, ...": of scenes, or of skies.
+std::string suffix_list(bool is_sky);
+
+// What `path` is, where its suffix and its content agree. Returns: one line naming the file: unknown
+// suffix, a file of another format ("a.gltf is an OBJ file by its content; rename it"), or nothing
+// that is known.
+Result<FileFormat> check_content(const std::string& path);
+
+}  // namespace tessera

@@ -1,0 +1,61 @@
+// Numbers of a glTF accessor, read element by element: all component types, normalised or not,
+// strided, sparse, and without bytes at all (zeros) (glTF 2.0, section 3.6.2).
+//
+// Invariant. Every element below count() lies inside of the bytes: open() has checked it.
+// Threads. Plain value that points into the document.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/base/status.h"
+#include "master/import/gltf/document.h"
+
+namespace tessera::import {
+
+enum class ComponentType : std::uint32_t {
+  kInt8 = 5120,
+  kUint8 = 5121,
+  kInt16 = 5122,
+  kUint16 = 5123,
+  kUint32 = 5125,
+  kFloat = 5126
+};
+// Returns: 0 for what is none of them.
+std::size_t bytes_of(ComponentType type);
+
+class GltfAccessor {
+ public:
+  // Returns: an error that names accessor and key. Requires: index < count("accessors").
+  static Result<GltfAccessor> open(GltfDocument& document, std::size_t index);
+  // Of floats, one after the other; `values` outlives it.
+  static GltfAccessor of_floats(std::span<const float> values, std::size_t components);
+
+  std::size_t count() const { return count_; }
+  std::size_t components() const { return components_; }  // 1 to 4, or 4, 9, 16 of a matrix
+  ComponentType type() const { return type_; }
+  bool is_normalized() const { return is_normalized_; }
+  const std::string& name() const { return name_; }  // "accessor 7", for messages
+
+  // The first four components, zero where there are fewer. Requires: element < count().
+  std::array<float, 4> read(std::size_t element) const;
+  // The first component of an unsigned type. Requires: element < count().
+  std::uint32_t read_index(std::size_t element) const;
+
+ private:
+  const std::byte* at(std::size_t element) const;
+  Status open_bytes(GltfDocument& document, const GltfObject& source);
+  Status open_sparse(GltfDocument& document, const GltfObject& sparse);
+
+  std::string name_;
+  ComponentType type_ = ComponentType::kFloat;
+  bool is_normalized_ = false;
+  std::size_t components_ = 1, element_bytes_ = 4, stride_ = 4, count_ = 0;
+  ByteSpan bytes_;  // empty: zeros
+  // Elements that are somewhere else: in rising order, and their numbers, tight.
+  std::vector<std::uint32_t> replaced_;
+  ByteSpan replacements_;
+};
+
+}  // namespace tessera::import

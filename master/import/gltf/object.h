@@ -1,0 +1,111 @@
+// One JSON object of a glTF file together with what messages call it: "material 3 'Leaf'".
+//
+// What is asked for is checked here: a value of the wrong type or out of range becomes one warning
+// that names file, object and key, and the value that is used instead. Such repairs are for what
+// only looks matter of; what geometry hangs on is asked for by refused_index() and refuses the file.
+//
+// Threads. One. An object points into the document, which outlives it. An absent object answers
+// every question with its fallback, so that optional parts need no branches.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <array>
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/scene_io/warning_group.h"
+
+namespace tessera::import {
+
+// What a number may be. Outside of it the nearest end is used, or the fallback where that end is
+// open.
+struct GltfRange {
+  double low = -std::numeric_limits<float>::max();
+  double high = std::numeric_limits<float>::max();
+  bool is_low_open = false;
+};
+inline constexpr GltfRange kShare{0, 1};
+inline constexpr GltfRange kFromZero{0};
+inline constexpr GltfRange kPositive{0, std::numeric_limits<float>::max(), true};
+inline constexpr GltfRange kAnyNumber{};
+
+// Text of a file, short and without control characters, for a line of a message.
+std::string printable(const std::string& text);
+
+class GltfObject {
+ public:
+  GltfObject() = default;  // one that is not there
+  // Requires: both outlive the object; json is null or any value (what is no object is absent, with
+  // a warning).
+  GltfObject(const nlohmann::json* json, std::string name, WarningGroup* warnings);
+
+  bool is_there() const { return json_ != nullptr; }
+  const std::string& name() const { return name_; }  // "material 3 'Leaf'"
+  bool has(std::string_view key) const;
+  // The same object, called `what` with its own name behind it: "light 2 'Key'".
+  GltfObject named(std::string what) const;
+
+  // Parts. Their messages begin with this object's name.
+  GltfObject object(std::string_view key) const;
+  GltfObject extension(std::string_view name) const;
+  std::vector<GltfObject> objects(std::string_view key) const;  // elements of an array
+
+  double number(std::string_view key, double fallback, const GltfRange& range) const;
+  float real(std::string_view key, float fallback, const GltfRange& range) const;
+  bool flag(std::string_view key, bool fallback) const;
+  std::string text(std::string_view key) const;  // empty when it is not there
+  std::vector<std::string> texts(std::string_view key) const;
+  template <std::size_t N>
+  std::array<float, N> reals(std::string_view key, const std::array<float, N>& fallback,
+                             const GltfRange& range) const {
+    std::array<float, N> values = fallback;
+    read_reals(key, values.data(), N, range);
+    return values;
+  }
+  // Names of the members, in alphabetical order.
+  std::vector<std::string> keys() const;
+
+  // An index below `count`. Returns: nothing when it is not there; when it is none, nothing too, and
+  // a warning that ends in `instead`.
+  std::optional<std::uint32_t> index(std::string_view key, std::uint64_t count,
+                                     std::string_view instead) const;
+  // The same, but a wrong one is an error.
+  Result<std::optional<std::uint32_t>> refused_index(std::string_view key,
+                                                     std::uint64_t count) const;
+  Result<std::vector<std::uint32_t>> refused_indices(std::string_view key,
+                                                     std::uint64_t count) const;
+  // A whole number from `low` to `high`; a wrong one is an error.
+  Result<std::uint64_t> refused_whole(std::string_view key, std::uint64_t fallback,
+                                      std::uint64_t low, std::uint64_t high) const;
+
+  // Warns of members that are not among `known`, and of extensions that are not among
+  // `extensions`: nothing in a file goes unread in silence.
+  void check_keys(std::initializer_list<std::string_view> known,
+                  std::initializer_list<std::string_view> extensions) const;
+
+  // "key is 7; it must be ..." of this object, as a warning and as an error.
+  void warn(std::string_view key, const std::string& text) const;
+  Status refuse(std::string_view key, const std::string& text) const;
+
+ private:
+  const nlohmann::json* find(std::string_view key) const;
+  void read_reals(std::string_view key, float* values, std::size_t count,
+                  const GltfRange& range) const;
+  double checked(const nlohmann::json& value, const std::string& key, double fallback,
+                 const GltfRange& range) const;
+  std::string why_no_index(const nlohmann::json& value, std::uint64_t count) const;
+
+  const nlohmann::json* json_ = nullptr;
+  std::string name_;
+  std::string prefix_;  // of keys: "pbrMetallicRoughness."
+  WarningGroup* warnings_ = nullptr;
+};
+
+}  // namespace tessera::import

@@ -1,0 +1,123 @@
+#!/usr/bin/env python3
+"""Drawn or named: for every key, extension and attribute of glTF 2.0 a small file is rendered by the product.
+
+    drawn_or_named_test.py [--table FILE] [--keep FOLDER] [WORD ...]
+
+Each key is one of
+    drawn       the picture differs from that of the same file without the key, as the case says (or is that of an equal file
+                that says it by other keys)
+    named       one line of the program says what is not drawn
+    refused     the file is not drawn, and the line says why
+    no picture  the key says nothing of the picture, by the format's definition; the picture is the same, and no line is printed
+    waiting     the reader hands the key on (the scene differs); the core does not draw it yet. Turn `waiting(` into `drawn(` in
+                the cases when it does
+Silence is red. --table writes the table that a person reads; WORDs choose cases whose key holds one of them.
+"""
+import argparse
+import concurrent.futures
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import core_cases  # noqa: F401
+import extension_cases  # noqa: F401
+from expectations import CASES, Picture
+from gltf_file import GltfFile
+
+PROGRAMS = pathlib.Path(os.environ["TESSERA_BIN"])
+OPTIONS = ["--renderer", "path", "--bounces", "2", "--aa", "16", "--size", "32x32", "--seed", "1", "--threads", "1",
+           "--environment", "constant:.2,.2,.2"]
+
+
+class Rendered:
+    def __init__(self, folder, name, make, suffix):
+        folder = folder / name
+        folder.mkdir(exist_ok=True)
+        self.path = folder / ("scene" + suffix)
+        file = GltfFile()
+        if make is not None:
+            make(file)
+        file.write(self.path)
+        run = subprocess.run([PROGRAMS / "tessera-master", "render", self.path, "-o", folder / "picture.pfm", *OPTIONS],
+                             capture_output=True, text=True, timeout=120)
+        self.code = run.returncode
+        lines = (run.stderr + run.stdout).splitlines()
+        # Of the file itself; a line names it where it is.
+        self.lines = [line.replace(str(folder) + "/", "") for line in lines
+                      if "scene" + suffix + ": " in line and not line.startswith("loaded ")]
+        self.picture = Picture(folder / "picture.pfm") if run.returncode == 0 else None
+        self.said = "\n".join(lines[-5:])
+
+    def scene(self):
+        """The bytes that the importer hands on."""
+        return subprocess.run([PROGRAMS / "tessera-import", self.path], stdout=subprocess.PIPE, timeout=120, check=True).stdout
+
+
+class Runner:
+    def __init__(self, folder):
+        self.folder, self.bases = folder, {}
+
+    def base(self, case):
+        key = (case.base, case.suffix)
+        if key not in self.bases:
+            self.bases[key] = Rendered(self.folder, f"base{len(self.bases)}", case.base, case.suffix)
+        return self.bases[key]
+
+    def judge(self, case, number):
+        """(what is wrong or None, the line of the table)."""
+        made = Rendered(self.folder, f"case{number}", case.make, case.suffix)
+        told = made.lines[0] if made.lines else ""
+        if case.state in ["named", "refused"]:
+            found = [line for line in made.lines if case.says in line]
+            if (made.code == 0) != (case.state == "named"):
+                return f"exit code {made.code}: {made.said}", told
+            if not found:
+                return f"no line says '{case.says}'; there are {made.lines}", told
+            return None, found[0]
+        if made.code != 0:
+            return f"exit code {made.code}: {made.said}", told
+        if made.lines:
+            return f"says {made.lines}", told
+        base = self.base(case)
+        if base.code != 0:
+            return f"the file to compare with: {base.said}", told
+        wrong = case.check(made.picture, base.picture)
+        if case.state != "waiting":
+            return wrong, case.why or ""
+        if wrong is None:
+            return None, "drawn already: turn `waiting` into `drawn`"
+        return (None if made.scene() != base.scene() else "is lost by the reader"), "read; the core is to draw it"
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--table", type=pathlib.Path)
+    parser.add_argument("--keep", type=pathlib.Path, help="keeps files and pictures there")
+    parser.add_argument("words", nargs="*")
+    options = parser.parse_args()
+    cases = [case for case in CASES if not options.words or any(word in case.key for word in options.words)]
+    with tempfile.TemporaryDirectory() as name:
+        folder = options.keep or pathlib.Path(name)
+        folder.mkdir(parents=True, exist_ok=True)
+        runner = Runner(folder)
+        with concurrent.futures.ThreadPoolExecutor(2) as pool:
+            answers = list(pool.map(runner.judge, cases, range(len(cases))))
+    rows = ["| key | state | |", "|---|---|---|"]
+    for case, (wrong, line) in zip(cases, answers):
+        rows.append(f"| {case.key} | {'**WRONG**' if wrong else case.state} | {(wrong or line)} |".replace("\n", " "))
+        if wrong:
+            print(f"{case.key} ({case.state}): {wrong}")
+    if options.table:
+        options.table.write_text("\n".join(rows) + "\n")
+    counts = {state: sum(case.state == state for case in cases) for state in sorted({case.state for case in cases})}
+    wrongs = sum(wrong is not None for wrong, _ in answers)
+    already = sum(line.startswith("drawn already") for _, line in answers)
+    print(f"{len(cases)} keys: " + ", ".join(f"{count} {state}" for state, count in counts.items()) +
+          f" ({already} of them drawn already); {wrongs} wrong")
+    return 1 if wrongs else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
