@@ -8,7 +8,7 @@ usage() {
 Usage: deploy/install-dependencies.sh [--with SET[,SET...]] [--list]
 
   build    compiler, CMake and libraries (default)
-  test     what the tests need besides: test libraries, python3, a virtual screen, image tools
+  test     what the tests need besides: test libraries, python3, a virtual screen and a hand on it, image tools
   lab      network and ssh tests: iproute2, openssh
   compose  the container test: podman, docker-compose, debootstrap
   embree   the reference that comparisons of rays need
@@ -27,10 +27,11 @@ packages_of() {  # set
       echo g++ cmake ninja-build pkg-config ccache mold libasio-dev libssl-dev openssl \
         libprotobuf-dev protobuf-compiler libspdlog-dev libfmt-dev libopenimageio-dev openimageio-tools \
         libglfw3-dev libepoxy-dev libopengl-dev libgl-dev libimgui-dev libgl1-mesa-dri libhwy-dev \
-        libtbb-dev libcli11-dev libtomlplusplus-dev libassimp-dev liblz4-dev libzstd-dev
+        libtbb-dev libcli11-dev libtomlplusplus-dev libassimp-dev \
+        nlohmann-json3-dev libdraco-dev libmeshoptimizer-dev liblz4-dev libzstd-dev
       ;;
     test)
-      echo libgtest-dev libgmock-dev python3 xvfb xauth imagemagick procps
+      echo libgtest-dev libgmock-dev python3 xvfb xauth xdotool imagemagick procps
       ;;
     lab) echo python3 iproute2 openssh-server openssh-client procps ;;
     compose) echo podman runc iptables netavark aardvark-dns docker-compose debootstrap python3 ;;
@@ -38,7 +39,8 @@ packages_of() {  # set
     lint) echo clang-14 clang-format-14 libclang-rt-14-dev shellcheck ;;
     runtime)
       echo libprotobuf32 libspdlog1.10 libfmt9 libssl3 libhwy1 libtbb12 libopenimageio2.4 libglfw3 \
-        libepoxy0 libopengl0 libgl1 libgl1-mesa-dri libassimp5 libstb0 libtomlplusplus3 liblz4-1 libzstd1
+        libepoxy0 libopengl0 libgl1 libgl1-mesa-dri libassimp5 libstb0 \
+        libdraco7 libmeshoptimizer2d libtomlplusplus3 liblz4-1 libzstd1
       ;;
     *)
       echo "install-dependencies.sh: no set '$1' (build, test, lab, compose, embree, lint, runtime, all)" >&2

@@ -187,5 +187,5 @@ echo "logs:     $out/master.log, slave-1.log, slave-2.log; per frame: stats.json
 
 if [[ -n ${DISPLAY:-}${WAYLAND_DISPLAY:-} ]]; then
   echo "opening the window; close it to end the cluster"
-  attend "$bin/tessera-master" view "$scene" "${app[@]}" --renderer igi --frame-time 100 || give_up "the window did not open; the pictures are there"
+  attend "$bin/tessera-master" view "$scene" "${app[@]}" --renderer igi || give_up "the window did not open; the pictures are there"
 fi

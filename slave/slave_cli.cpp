@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdio>
 
+#include "common/base/cli_usage.h"
 #include "common/base/cpu_count.h"
 #include "common/base/limits.h"
 #include "common/base/version.h"
@@ -217,7 +218,7 @@ ParsedCommand parse_command_line(int argc, char** argv) {
   } catch (const CLI::Success& success) {
     return {{}, app.exit(success)};
   } catch (const CLI::ParseError& error) {
-    return failed(kExitUsage, std::string(error.what()) + " (see --help)");
+    return failed(kExitUsage, usage_text(app, error) + " (see 'tessera-slave --help')");
   }
   return check_words(words);
 }

@@ -41,6 +41,16 @@ std::byte display_from_linear(float linear) {
   return static_cast<std::byte>(static_cast<std::uint8_t>(255 * srgb_encode(linear) + 0.5f));
 }
 
+void encode_displayed(std::span<const float> rgb, const DisplayTransform& display,
+                      std::span<std::byte> out) {
+  for (std::size_t i = 0; i + 2 < rgb.size(); i += 3) {
+    const Vec3f light = displayed({rgb[i], rgb[i + 1], rgb[i + 2]}, display);
+    out[i] = display_from_linear(light.x);
+    out[i + 1] = display_from_linear(light.y);
+    out[i + 2] = display_from_linear(light.z);
+  }
+}
+
 }  // namespace
 
 // IEC 61966-2-1.
@@ -56,7 +66,8 @@ float srgb_decode(float encoded) {
   return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
 }
 
-void encode_pixels(std::span<const float> rgb, PixelFormat format, std::span<std::byte> out) {
+void encode_pixels(std::span<const float> rgb, PixelFormat format, std::span<std::byte> out,
+                   const DisplayTransform& display) {
   TESSERA_CHECK_EQ(rgb.size() * static_cast<std::size_t>(bytes_per_pixel(format)), 3 * out.size());
   switch (format) {
     case PixelFormat::kFloat:
@@ -69,6 +80,7 @@ void encode_pixels(std::span<const float> rgb, PixelFormat format, std::span<std
       }
       return;
     case PixelFormat::kDisplay8:
+      if (!display.is_plain()) return encode_displayed(rgb, display, out);
       for (std::size_t i = 0; i < rgb.size(); ++i) out[i] = display_from_linear(rgb[i]);
       return;
   }

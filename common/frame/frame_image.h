@@ -49,11 +49,12 @@ struct FrameImage {
 };
 
 // Converts float RGB to `format`, appending nothing: out has count * bytes_per_pixel(format) bytes.
-// Shapes: rgb [3 * count]. NaN stays NaN in float and half; in display8 it becomes 0.
+// Shapes: rgb [3 * count]. NaN stays NaN in float and half; in display8 it becomes 0. display:
+// what display8 shows; the others are linear.
 TESSERA_API void encode_pixels(std::span<const float> rgb, PixelFormat format,
-                               std::span<std::byte> out);
+                               std::span<std::byte> out, const DisplayTransform& display = {});
 
-// The inverse, to linear floats. display8 is decoded through the sRGB curve.
+// The inverse, to linear floats. display8 is decoded through the sRGB curve: light of the display.
 TESSERA_API void decode_pixels(std::span<const std::byte> bytes, PixelFormat format,
                                std::span<float> rgb);
 

@@ -1,9 +1,11 @@
 #include "common/frame/frame_settings.h"
 
 #include <cmath>
+#include <iterator>
 #include <string>
 
 #include "common/base/limits.h"
+#include "common/base/near_word.h"
 #include "common/scene/validate.h"
 
 namespace tessera {
@@ -36,8 +38,9 @@ Result<Renderer> parse_renderer(std::string_view text) {
   for (int i = 0; i < 4; ++i) {
     if (text == kRendererNames[i]) return static_cast<Renderer>(i);
   }
-  return Status::invalid_argument("--renderer " + std::string(text) +
-                                  ": give primary, direct, igi or path");
+  return Status::invalid_argument(
+      "--renderer " + std::string(text) + ": give primary, direct, igi or path" +
+      did_you_mean(text, {std::begin(kRendererNames), std::end(kRendererNames)}));
 }
 
 Result<PixelFormat> parse_pixel_format(std::string_view text) {
@@ -67,6 +70,9 @@ Status validate_frame_settings(const FrameSettings& s) {
                                     "; it must be 1, 3 or 5");
   if (s.clamp != kClampAuto && (!(s.clamp >= 0) || !std::isfinite(s.clamp)))
     return Status::invalid_argument("clamp must be -1 (automatic), 0 (none) or a positive number");
+  if (!(std::fabs(s.display.exposure_ev) <= kExposureEvMax))
+    return Status::invalid_argument("exposure must be -64 to 64 stops");
+  if (s.display.tone > ToneCurve::kAgx) return Status::invalid_argument("unknown tone curve");
   return validate_camera(s.camera);
 }
 

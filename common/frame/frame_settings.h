@@ -8,6 +8,7 @@
 
 #include "common/base/isa.h"
 #include "common/base/status.h"
+#include "common/frame/tone_curve.h"
 #include "common/scene/camera.h"
 
 namespace tessera {
@@ -23,7 +24,7 @@ enum class Renderer : std::uint8_t {
 enum class PixelFormat : std::uint8_t {
   kFloat = 0,     // 3 x float32, linear
   kHalf = 1,      // 3 x float16, linear, rounded to nearest even
-  kDisplay8 = 2,  // 3 x uint8, sRGB-encoded
+  kDisplay8 = 2,  // 3 x uint8: FrameSettings::display, then sRGB-encoded
 };
 
 int bytes_per_pixel(PixelFormat format);  // 12, 6, 3
@@ -57,6 +58,8 @@ struct FrameSettings {
   // Of a picture that is the mean of several: other random choices, in [0, kPassesMax).
   std::uint32_t pass = 0;
   std::uint32_t seed = 0;
+  // How it is shown. Only display8 pixels are made by it; others are linear whatever it says.
+  DisplayTransform display;
   bool operator==(const FrameSettings&) const = default;
 };
 

@@ -32,6 +32,8 @@ void put_settings(const FrameSettings& s, proto::FrameSettings& h) {
   h.set_clamp(s.clamp);
   h.set_is_compensated(s.is_compensated);
   h.set_pass(s.pass);
+  h.set_exposure_ev(s.display.exposure_ev);
+  h.set_tone(static_cast<std::uint32_t>(s.display.tone));
 }
 
 // The numbers are narrowed only after their range is known.
@@ -49,6 +51,7 @@ void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldChe
   check.range("settings.bounces", h.bounces(), 0, kBouncesMax);
   check.range("settings.vpls", h.vpls(), 1, kVplsMax);
   check.range("settings.interleave", h.interleave(), 1, 5);
+  check.range("settings.tone", h.tone(), 0, static_cast<std::uint64_t>(ToneCurve::kAgx));
   check.range("settings.pass", h.pass(), 0, kPassesMax - 1);
   if (!check.is_ok()) return;
   s.width_px = static_cast<int>(h.width_px());
@@ -69,6 +72,7 @@ void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldChe
   s.clamp = h.clamp();
   s.is_compensated = h.is_compensated();
   s.pass = h.pass();
+  s.display = {h.exposure_ev(), static_cast<ToneCurve>(h.tone())};
   s.seed = h.seed();
   const Status status = validate_frame_settings(s);
   if (!status.is_ok()) check.fail("settings", ": " + status.message());

@@ -16,10 +16,10 @@ wait_for_keys() {
 case ${1:-} in
   keys)
     if [[ -f /keys/ready ]]; then exit 0; fi
-    tessera-keys init /authority
-    tessera-keys add /authority master master
-    tessera-keys add /authority app app
-    for i in $(seq "${SLAVES_MAX:-16}"); do tessera-keys add /authority slave "slave-$i"; done
+    tessera-keys init /authority >/dev/null
+    tessera-keys add /authority master master >/dev/null
+    tessera-keys add /authority app app >/dev/null
+    for i in $(seq "${SLAVES_MAX:-16}"); do tessera-keys add /authority slave "slave-$i" >/dev/null; done
     cp -rp /authority/master /authority/app /authority/slave-* /keys/
     touch /keys/ready
     ;;

@@ -4,6 +4,7 @@
 #include <set>
 #include <sstream>
 
+#include "common/base/cli_usage.h"
 #include "common/base/limits.h"
 #include "common/base/version.h"
 #include "master/commands/typed_options.h"
@@ -35,13 +36,15 @@ CLI::Validator whole_in(T low, T high) {
   return CLI::Range(low, high).description("");
 }
 
+// An option whose text check_options() reads.
+void add_text(CLI::App& app, const char* name, std::string& value, const char* type,
+              const char* help) {
+  app.add_option(name, value, help)->capture_default_str()->type_name(type);
+}
+
 void add_log_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
-  app.add_option("--log-level", t.log_level, "trace, debug, info, warn, error, off")
-      ->capture_default_str()
-      ->type_name("LEVEL");
-  app.add_option("--log-format", t.log_format, "text or json, on stderr")
-      ->capture_default_str()
-      ->type_name("FORMAT");
+  add_text(app, "--log-level", t.log_level, "LEVEL", "trace, debug, info, warn, error, off");
+  add_text(app, "--log-format", t.log_format, "FORMAT", "text or json, on stderr");
   app.add_flag("--quiet", o.is_quiet, "no progress, and only warnings in the log");
   app.add_option("--config", t.config, "TOML file with the same names; the command line wins")
       ->type_name("FILE");
@@ -89,39 +92,22 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
                  "render threads of slaves inside this process (default: all)")
       ->check(whole_in(1u, std::uint32_t{kWorkersMax}))
       ->type_name("N");
-  app.add_option("--isa", t.isa, "auto, scalar, sse4, avx2, avx512: instruction set of the session")
-      ->capture_default_str()
-      ->type_name("SET");
-  app.add_option("--isa-policy", t.isa_policy,
-                 "same: one set per session; mixed: later slaves may have another")
-      ->capture_default_str()
-      ->type_name("POLICY");
-  app.add_option("--relay", t.relay,
-                 "on: slaves pass scenes on to slaves; off: the master sends to each")
-      ->capture_default_str()
-      ->type_name("on|off");
-  app.add_option("--pixel-coding", t.pixel_coding,
-                 "auto: slaves on slow links code their pixels, losslessly; off: never")
-      ->capture_default_str()
-      ->type_name("MODE");
-  app.add_option(
-         "--prefetch", t.prefetch,
-         "tiles waiting per render thread of a slave, 0 to 15, or auto (as the network needs)")
-      ->capture_default_str()
-      ->type_name("N|auto");
-  app.add_option(
-         "--schedule", t.schedule,
-         "dynamic, or static (fixed tiles for each slave, to measure what balancing is worth)")
-      ->capture_default_str()
-      ->type_name("KIND");
-  app.add_option("--faulty-pixels", t.faulty_pixels,
-                 "NaN, infinite or negative pixels, after a second slave's try: colour or fail")
-      ->capture_default_str()
-      ->type_name("POLICY");
-  app.add_option("--scene-transfer", t.scene_transfer,
-                 "async, or sync (a new scene travels only while no frame is in work)")
-      ->capture_default_str()
-      ->type_name("KIND");
+  add_text(app, "--isa", t.isa, "SET",
+           "auto, scalar, sse4, avx2, avx512: instruction set of the session");
+  add_text(app, "--isa-policy", t.isa_policy, "POLICY",
+           "same: one set per session; mixed: later slaves may have another");
+  add_text(app, "--relay", t.relay, "on|off",
+           "on: slaves pass scenes on to slaves; off: the master sends to each");
+  add_text(app, "--pixel-coding", t.pixel_coding, "MODE",
+           "auto: slaves on slow links code their pixels, losslessly; off: never");
+  add_text(app, "--prefetch", t.prefetch, "N|auto",
+           "tiles waiting per render thread of a slave, 0 to 15, or auto (as the network needs)");
+  add_text(app, "--schedule", t.schedule, "KIND",
+           "dynamic, or static (fixed tiles for each slave, to measure what balancing is worth)");
+  add_text(app, "--faulty-pixels", t.faulty_pixels, "POLICY",
+           "NaN, infinite or negative pixels, after a second slave's try: colour or fail");
+  add_text(app, "--scene-transfer", t.scene_transfer, "KIND",
+           "async, or sync (a new scene travels only while no frame is in work)");
   app.add_option("--audit", o.session.audit_percent,
                  "per cent of the tiles rendered by two slaves and compared; a third one decides")
       ->check(number_in(0, 100))
@@ -134,6 +120,17 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
   add_watch_options(app, o);
   add_key_options(app, o);
   add_log_options(app, o, t);
+}
+
+void add_look_options(CLI::App& app, TypedOptions& t) {
+  add_text(app, "--light", t.light, "LIGHT",
+           "auto (the scene's, and a studio sky where that lights nothing), scene, or studio");
+  add_text(app, "--background", t.background, "COLOR",
+           "what is seen behind: auto (grey where the studio lights), sky, black or #rrggbb");
+  add_text(app, "--exposure", t.exposure, "EV|auto",
+           "stops, or auto (by the first frame; render: auto-each by every frame)");
+  add_text(app, "--tone", t.tone, "CURVE",
+           "tone curve of PNG, display8 and the window: linear, filmic, aces or agx");
 }
 
 // Of instant global illumination.
@@ -152,11 +149,8 @@ void add_gi_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
                  "igi: pixels that show one surface share the light of their points: on or off")
       ->default_str("on")
       ->type_name("on|off");
-  app.add_option(
-         "--clamp", t.clamp,
-         "igi: bound of what a point sheds near by, per unit of area; auto: by the scene's size")
-      ->capture_default_str()
-      ->type_name("X|off|auto");
+  add_text(app, "--clamp", t.clamp, "X|off|auto",
+           "igi: bound of what a point sheds near by, per unit of area; auto: by the scene's size");
   app.add_option("--compensate", o.frame.is_compensated,
                  "igi: trace what --clamp takes away: on or off")
       ->default_str("on")
@@ -175,19 +169,17 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
   app.add_option("--size", t.size, "in pixels, each 1 to 16384 (default: 640x480)")
       ->type_name("WxH");
   app.add_option("--camera", o.camera,
-                 "camera file, or \"ex,ey,ez lx,ly,lz ux,uy,uz fov\" (eye, look-at, up, degrees)")
+                 "camera file, number (from 1) or name of a camera in SCENE, or\n"
+                 "\"ex,ey,ez lx,ly,lz ux,uy,uz fov\" (eye, look-at, up, degrees)")
       ->type_name("CAMERA");
   app.add_option("--fps", o.fps, "time of frame n is n/FPS seconds")
       ->check(number_in(1e-3, 1e6))
       ->capture_default_str()
       ->type_name("FPS");
-  app.add_option(
-         "--renderer", t.renderer,
-         "igi (light over all surfaces, from --vpls points that shed it), direct (lights and "
-         "shadows), path (as igi, without noise in common or bias: give --aa 64 or more), or "
-         "primary (distance to the first surface; PNG shows 1 and more as white)")
-      ->capture_default_str()
-      ->type_name("NAME");
+  add_text(app, "--renderer", t.renderer, "NAME",
+           "igi (light over all surfaces, from --vpls points that shed it), direct (lights and "
+           "shadows), path (as igi, without noise in common or bias: give --aa 64 or more), or "
+           "primary (distance to the first surface; PNG shows 1 and more as white)");
   app.add_option("--aa", o.frame.samples_per_pixel, "samples per pixel, 1 to 256")
       ->check(whole_in(1, kSamplesPerPixelMax))
       ->capture_default_str()
@@ -214,6 +206,7 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
                  "radiance from where there is nothing: constant:R,G,B, or a latitude-longitude "
                  "picture, FILE.hdr or FILE.exr (default: the scene's)")
       ->type_name("SKY");
+  add_look_options(app, t);
   app.add_option("--seed", o.frame.seed, "of every random choice, 0 to 4294967295")
       ->capture_default_str()
       ->type_name("N");
@@ -222,9 +215,7 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
                  "become infinite) or display8 (8-bit sRGB: half a code, clamped to 0..1): what "
                  "travels (default: float for files, half for view)")
       ->type_name("FORMAT");
-  app.add_option("--tile", t.tile, "edge of a tile in pixels, 4 to 256, or auto")
-      ->capture_default_str()
-      ->type_name("N|auto");
+  add_text(app, "--tile", t.tile, "N|auto", "edge of a tile in pixels, 4 to 256, or auto");
   app.add_option("--stats", o.stats_path, "write one JSON object per frame to this file")
       ->type_name("FILE");
   add_cluster_options(app, o, t);
@@ -240,9 +231,7 @@ bool is_about(const std::string& message, const std::vector<std::string>& words)
 
 // `command`: the word that the person gave, if it is one.
 int usage_error(const std::string& text, const std::string& command) {
-  std::string line = text;
-  std::replace(line.begin(), line.end(), '\n', ' ');
-  std::fprintf(stderr, "tessera-master: %s (see 'tessera-master %s--help')\n", line.c_str(),
+  std::fprintf(stderr, "tessera-master: %s (see 'tessera-master %s--help')\n", text.c_str(),
                command.empty() ? "" : (command + " ").c_str());
   return 2;
 }
@@ -272,8 +261,9 @@ struct Grammar {
         ->type_name("N");
     view->add_option(
             "--frame-time", o.frame_time_ms,
-            "while the camera moves, fewer samples and pixels so that a frame takes so many\n"
-            "milliseconds; everything again when it rests (default: 0, off)")
+            "while something moves, fewer samples and pixels so that a frame takes so many\n"
+            "milliseconds; everything again, step by step, when it rests; 0: off")
+        ->capture_default_str()
         ->check(number_in(0, 60'000))
         ->type_name("MS");
     add_frame_options(*render, o, t);
@@ -325,11 +315,18 @@ struct Grammar {
   }
 };
 
+// Returns: kInvalidArgument, what is wrong. Throws: CLI::Success for --help and --version.
 Status parse_into(MasterOptions& o, TypedOptions& t, std::vector<std::string> words,
                   std::vector<std::string>* config_words) {
   Grammar grammar(o, t);
   std::reverse(words.begin(), words.end());  // CLI11 takes them from the back
-  grammar.app.parse(words);
+  try {
+    grammar.app.parse(words);
+  } catch (const CLI::Success&) {
+    throw;
+  } catch (const CLI::Error& error) {
+    return Status::invalid_argument(usage_text(grammar.app, error));
+  }
   o.command = grammar.chosen();
   if (config_words != nullptr && !t.config.empty()) {
     auto read = read_config_file(t.config, grammar.names(false), grammar.names(true));
@@ -357,7 +354,8 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
     parsed.exit_code = usage_error(origin + text, command);
   };
   if (command.empty() && !words.empty() && !words[0].starts_with('-')) {
-    refuse("unknown command '" + words[0] + "': give serve, view, render or status");
+    refuse("unknown command '" + words[0] + "': give serve, view, render or status" +
+           did_you_mean(words[0], {commands.begin(), commands.end()}));
     return parsed;
   }
   try {
@@ -380,8 +378,6 @@ ParsedCommandLine parse_command_line(int argc, const char* const* argv) {
       grammar.app.exit(again);
     }
     parsed.exit_code = 0;
-  } catch (const CLI::Error& error) {
-    refuse(error.what());
   }
   return parsed;
 }

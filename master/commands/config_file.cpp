@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "common/base/near_word.h"
 #include "master/commands/options.h"
 
 namespace tessera::master {
@@ -35,7 +36,8 @@ Result<std::vector<std::string>> read_config_file(const std::string& path,
     const std::string name(key.str());
     if (!contains(known, name)) {
       return at(path, node.source(),
-                "unknown key '" + name + "'; keys are the long options without dashes");
+                "unknown key '" + name + "'; keys are the long options without dashes" +
+                    did_you_mean(name, known));
     }
     if (contains(given, name)) continue;
     if (const auto text = node.value_exact<std::string>()) {

@@ -9,19 +9,6 @@
 #include "common/scene/validate.h"
 
 namespace tessera::master {
-namespace {
-
-// The point on the line of sight that is next to the middle of the scene, if that lies ahead.
-Vec3f point_of_interest(const Camera& camera, const Scene& scene) {
-  const Bounds3f bounds = scene_bounds(scene);
-  const Vec3f sight = camera.target - camera.eye;
-  const Vec3f middle = 0.5f * (bounds.lower + bounds.upper) - camera.eye;
-  const float ahead = dot(middle, sight) / dot(sight, sight);
-  return ahead > 1 ? camera.eye + ahead * sight : camera.target;
-}
-
-}  // namespace
-
 Camera turned(const Camera& camera, Vec3f centre, double degrees) {
   if (degrees == 0) return camera;
   const Vec3f axis = normalize(camera.up);
@@ -43,14 +30,12 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
   FrameSource source;
   source.settings_ = options.frame;
   source.environment_ = options.environment;
-  if (!options.camera.empty() && !options.inline_camera) {
-    auto path = read_camera_file(options.camera);
-    if (!path.is_ok()) return path.status();
-    source.path_ = std::move(*path);
-    if (const auto size = source.path_->size(); size && !options.has_size) {
-      source.settings_.width_px = size->width_px;
-      source.settings_.height_px = size->height_px;
-    }
+  auto camera = CameraChoice::read(options);
+  if (!camera.is_ok()) return camera.status();
+  source.camera_ = std::move(*camera);
+  if (const auto size = source.camera_.size(); size && !options.has_size) {
+    source.settings_.width_px = size->width_px;
+    source.settings_.height_px = size->height_px;
   }
   const auto report = [&](const std::string& text, double fraction) {
     progress.update(text, fraction);
@@ -66,36 +51,47 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
   }
   source.loaded_ = std::move(*loaded);
   for (const std::string& warning : source.loaded_.warnings) {
-    std::fprintf(stderr, "tessera-master: warning: %s\n", warning.c_str());
+    progress.say("tessera-master: warning: " + warning);
   }
   const Scene& scene = source.loaded_.scene;
   const std::uint64_t count = scene.triangle_count();
   progress.finish("loaded " + options.scene + ": " + std::to_string(count) +
                   (count == 1 ? " triangle" : " triangles"));
-  source.settings_.camera = options.inline_camera ? *options.inline_camera
-                            : scene.camera        ? *scene.camera
-                                                  : camera_showing_all(scene);
+  TESSERA_RETURN_IF_ERROR(
+      source.camera_.settle(scene, source.settings_.width_px, source.settings_.height_px));
   source.orbit_degrees_ = options.orbit_degrees;
   source.frame_first_ = options.frame_first;
   source.frame_last_ = options.frame_last;
-  source.orbit_centre_ = point_of_interest(source.settings_.camera, scene);
+  source.orbit_centre_ = source.camera_.orbit_centre(scene);
   const Status status = validate_frame_settings(source.settings_at(0));
   if (!status.is_ok()) {
-    const bool is_ours = options.camera.empty() && !scene.camera;
     return Status::invalid_argument(
-        is_ours ? options.scene +
-                      ": no camera can show a scene of this size; give one with "
-                      "--camera (" +
-                      status.message() + ")"
-                : (options.camera.empty() ? "" : "--camera " + options.camera + ": ") +
-                      status.message());
+        source.camera_.is_from_viewpoint()
+            ? options.scene +
+                  ": no camera can show a scene of this size; give one with "
+                  "--camera (" +
+                  status.message() + ")"
+            : (options.camera.empty() ? "" : "--camera " + options.camera + ": ") +
+                  status.message());
   }
   return source;
 }
 
+Status FrameSource::settle(Session& session, const MasterOptions& options, Progress& progress,
+                           const std::function<bool()>& should_stop) {
+  const auto first = static_cast<double>(options.frame_first);
+  auto look = settle_look(session, scene_at(first / options.fps), settings_at(first), options.look,
+                          should_stop);
+  if (!look.is_ok()) return look.status();
+  look_ = *look;
+  settings_.display = look->display;
+  if (!look->words.empty()) progress.finish(look->words);
+  return Status::ok();
+}
+
 FrameSettings FrameSource::settings_at(double frame) const {
   FrameSettings settings = settings_;
-  if (path_) settings.camera = path_->at(frame);
+  settings.camera = camera_.at(frame);
   if (frame_last_ > frame_first_) {
     const double share = (frame - static_cast<double>(frame_first_)) /
                          static_cast<double>(frame_last_ - frame_first_);

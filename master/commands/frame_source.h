@@ -8,10 +8,11 @@
 #include <optional>
 
 #include "common/base/signal_watch.h"
-#include "common/scene_io/camera_file.h"
+#include "master/commands/camera_choice.h"
 #include "master/commands/options.h"
 #include "master/commands/progress.h"
 #include "master/loader/load_scene.h"
+#include "master/look/first_look.h"
 
 namespace tessera::master {
 
@@ -29,15 +30,24 @@ class FrameSource {
     Scene scene = loaded_.is_animated ? loaded_.at_time(seconds) : loaded_.scene;
     if (environment_) scene.environment = *environment_;
     if (environment_) scene.environment_map = environment_map_;
+    look_.apply(scene);
     return scene;
   }
+  // Settles light, background and exposure by small pictures of the first frame; they are of all
+  // scenes and settings from now on. A light that is added is said in a line. Returns: the session's
+  // refusal, or kCancelled.
+  Status settle(Session& session, const MasterOptions& options, Progress& progress,
+                const std::function<bool()>& should_stop);
+  // Whether the session shows the first frame's scene since settle().
+  bool is_committed() const { return look_.is_committed; }
   // Everything but the camera is the same for all frames.
   FrameSettings settings_at(double frame) const;
 
  private:
   LoadedScene loaded_;
+  Look look_;
   FrameSettings settings_;
-  std::optional<CameraPath> path_;
+  CameraChoice camera_;
   std::optional<Vec3f> environment_;
   std::shared_ptr<const EnvironmentMap> environment_map_;
   double orbit_degrees_ = 0;  // from frame_first_ to frame_last_

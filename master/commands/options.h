@@ -11,6 +11,7 @@
 #include "common/base/log.h"
 #include "common/base/status.h"
 #include "common/frame/frame_settings.h"
+#include "master/look/first_look.h"
 #include "master/session/session.h"
 
 namespace tessera::master {
@@ -29,6 +30,8 @@ struct MasterOptions {
   FrameSettings frame;               // camera not yet resolved
   std::optional<Vec3f> environment;  // instead of the scene's, as the next
   std::string environment_file;
+  LookOptions look;                     // light, background, exposure, tone
+  bool is_exposure_each = false;        // render: automatic for each frame, not the first alone
   std::string camera;                   // --camera as given; empty: the scene's
   std::optional<Camera> inline_camera;  // what it says, where it is not a file
   double orbit_degrees = 0;             // render: round the scene, from the first frame to the last
@@ -44,7 +47,7 @@ struct MasterOptions {
   bool is_json = false;         // status
   std::string screenshot_path;  // view, tests: save the window and end
   int screenshot_after = 0;
-  double frame_time_ms = 0;  // view: of frames while the camera moves; 0: never mind
+  double frame_time_ms = 100;  // view: of frames while something moves; 0: never mind
 };
 
 struct ParsedCommandLine {

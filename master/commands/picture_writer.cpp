@@ -9,24 +9,28 @@ namespace tessera::master {
 namespace {
 
 // A picture without any light is rarely what was meant.
-void warn_when_black(const FrameImage& image, const std::string& path) {
+void warn_when_black(const FrameImage& image, const std::string& path, Progress& progress) {
   const auto is_zero = [](std::byte b) { return b == std::byte{0}; };
   if (!std::all_of(image.bytes.begin(), image.bytes.end(), is_zero)) return;
-  std::fprintf(stderr,
-               "tessera-master: warning: %s is black all over: the camera sees nothing, or no "
-               "light of the scene reaches it\n",
-               path.c_str());
+  progress.say("tessera-master: warning: " + path +
+               " is black all over: the camera sees nothing, or no light of the scene reaches it");
 }
 
 }  // namespace
 
-PictureWriter::PictureWriter(const OutputPattern& pattern, StatsFile& stats, Options options)
-    : pattern_(pattern), stats_(stats), options_(std::move(options)), thread_([this] { run(); }) {}
+PictureWriter::PictureWriter(const OutputPattern& pattern, StatsFile& stats, Progress& progress,
+                             Options options)
+    : pattern_(pattern),
+      stats_(stats),
+      progress_(progress),
+      options_(std::move(options)),
+      thread_([this] { run(); }) {}
 
 PictureWriter::~PictureWriter() { (void)finish(); }  // its outcome has been asked for
 
-Status PictureWriter::write(long number, int pass, FrameResult result) {
-  Job job{number, pass, std::move(result)};
+Status PictureWriter::write(long number, int pass, FrameResult result,
+                            const DisplayTransform& display) {
+  Job job{number, pass, std::move(result), display};
   while (failure().is_ok() && !jobs_.try_push(job))
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   return failure();
@@ -65,17 +69,19 @@ Status PictureWriter::process(const Job& job) {
     report.error =
         image_error(mean_.mean(), options_.reference.rgb, image.width_px, image.height_px);
     if (!options_.is_quiet) {
-      std::fprintf(stderr,
-                   "pass %d of %d: %.3f s, RMSE %.6g, relMSE %.6g, FLIP %.4f, mean %+.3f %%\n",
-                   job.pass + 1, options_.passes, report.seconds, report.error->rmse,
-                   report.error->rel_mse, report.error->flip, 100 * report.error->mean_off);
+      char line[200];
+      std::snprintf(line, sizeof(line),
+                    "pass %d of %d: %.3f s, RMSE %.6g, relMSE %.6g, FLIP %.4f, mean %+.3f %%",
+                    job.pass + 1, options_.passes, report.seconds, report.error->rmse,
+                    report.error->rel_mse, report.error->flip, 100 * report.error->mean_off);
+      progress_.say(line);
     }
   }
   if (job.pass + 1 == options_.passes) {
     const std::string path = pattern_.path(job.number);
     const FrameImage picture = options_.passes == 1 ? image : mean_.image();
-    warn_when_black(picture, path);
-    TESSERA_RETURN_IF_ERROR(write_image(picture, path, {options_.is_half}));
+    warn_when_black(picture, path, progress_);
+    TESSERA_RETURN_IF_ERROR(write_image(picture, path, {options_.is_half, job.display}));
   }
   return stats_.write(job.result.stats, image, report);
 }

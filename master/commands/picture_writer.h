@@ -9,6 +9,7 @@
 
 #include "common/base/bounded_queue.h"
 #include "common/base/mutex.h"
+#include "master/commands/progress.h"
 #include "master/commands/stats_file.h"
 #include "master/image/image_file.h"
 #include "master/image/image_read.h"
@@ -25,13 +26,14 @@ class PictureWriter {
     bool is_quiet = false;   // errors are not printed
     FloatImage reference{};  // of no width: none
   };
-  // `stats` outlives it.
-  PictureWriter(const OutputPattern& pattern, StatsFile& stats, Options options);
+  // `stats` and `progress` outlive it.
+  PictureWriter(const OutputPattern& pattern, StatsFile& stats, Progress& progress,
+                Options options);
   ~PictureWriter();
 
-  // One pass of picture `number`; they come in order. Waits for room. Returns: the first failure so
-  // far.
-  Status write(long number, int pass, FrameResult result);
+  // One pass of picture `number`, and how it is shown; they come in order. Waits for room. Returns:
+  // the first failure so far.
+  Status write(long number, int pass, FrameResult result, const DisplayTransform& display);
 
   // Writes what waits, joins. Returns: the first failure.
   Status finish();
@@ -41,6 +43,7 @@ class PictureWriter {
     long number = 0;
     int pass = 0;
     FrameResult result;
+    DisplayTransform display;
   };
 
   void run();
@@ -49,6 +52,7 @@ class PictureWriter {
 
   const OutputPattern pattern_;
   StatsFile& stats_;
+  Progress& progress_;
   const Options options_;
   PassMean mean_;
   double pass_seconds_ = 0;

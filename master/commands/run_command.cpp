@@ -25,9 +25,10 @@ int run_command(int argc, const char* const* argv) {
   if (parsed.exit_code) return *parsed.exit_code;
   const MasterOptions& options = parsed.options;
   const bool is_daemon = options.command == Command::kServe;
-  // An application's terminal shows progress; the log keeps to warnings unless asked.
-  init_log(is_daemon ? options.log_level : std::max(options.log_level, LogLevel::kWarn),
-           options.log_format);
+  // An application's terminal shows progress; the log keeps to warnings, unless more than what is
+  // usual was asked for.
+  const bool is_usual = options.log_level == LogLevel::kInfo;
+  init_log(is_usual && !is_daemon ? LogLevel::kWarn : options.log_level, options.log_format);
   const SignalWatch signals(
       /*watches_hangup=*/!options.session.listen.empty() && !options.session.keys_folder.empty());
   try {

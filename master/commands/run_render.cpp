@@ -30,7 +30,7 @@ class RenderProgress {
     const ClusterStatus status = session_.status();
     if (status.slaves.empty()) return say_when_alone();
     alone_since_ = Clock::now();
-    if (frames_done > 0) return;  // the frames themselves tell
+    if (frames_done > 0) return progress_.tick();  // the frames themselves tell
     const bool is_first = tiles_done_.empty();
     for (const SlaveStatus& slave : status.slaves) {
       auto& done = tiles_done_[slave.name];
@@ -75,7 +75,7 @@ class RenderProgress {
 
 // Takes one finished frame, if one comes in time. Returns: how many were taken (0 or 1).
 Result<int> take_frame(Session& session, const MasterOptions& options, PictureWriter& writer,
-                       Progress& progress, long done, long total) {
+                       Progress& progress, const DisplayTransform& display, long done, long total) {
   auto result = session.next_frame(kPoll);
   if (!result.is_ok()) {
     if (result.status().code() == StatusCode::kDeadlineExceeded) return 0;
@@ -96,26 +96,38 @@ Result<int> take_frame(Session& session, const MasterOptions& options, PictureWr
                 mrays, result->stats.slave_count, result->stats.slave_count == 1 ? "" : "s");
   progress.update(text, static_cast<double>(done + 1) / static_cast<double>(total));
   TESSERA_RETURN_IF_ERROR(
-      writer.write(number, static_cast<int>(done % passes), std::move(*result)));
+      writer.write(number, static_cast<int>(done % passes), std::move(*result), display));
   return 1;
 }
 
 Status render_frames(Session& session, const FrameSource& source, const MasterOptions& options,
                      PictureWriter& writer, Progress& progress, const SignalWatch& signals) {
   const int passes = std::max(1, options.passes);
+  DisplayTransform display = source.settings_at(0).display;
   const long total = (options.frame_last - options.frame_first + 1) * passes;
   long submitted = 0, done = 0;
   RenderProgress work(session, progress, source.settings_at(0), total);
   while (done < total) {
     if (signals.is_signalled()) return Status::cancelled("interrupted; finished pictures are kept");
-    if (submitted < total && submitted - done < options.session.frames_in_flight) {
+    const bool is_metered_next =
+        options.is_exposure_each && submitted > 0 && submitted < total && submitted % passes == 0;
+    const bool is_free =
+        submitted - done < (is_metered_next ? 1 : options.session.frames_in_flight);
+    if (submitted < total && is_free) {
       const long number = options.frame_first + submitted / passes, pass = submitted % passes;
-      if (submitted == 0 || (pass == 0 && source.is_animated())) {
+      const bool is_new = submitted == 0 ? !source.is_committed() : source.is_animated();
+      if (pass == 0 && is_new) {
         auto version =
             session.commit_scene(source.scene_at(static_cast<double>(number) / options.fps));
         if (!version.is_ok()) return version.status();
       }
       FrameSettings settings = source.settings_at(static_cast<double>(number));
+      if (is_metered_next) {
+        auto exposure = settle_exposure(session, settings, [&] { return signals.is_signalled(); });
+        if (!exposure.is_ok()) return exposure.status();
+        display.exposure_ev = *exposure;
+      }
+      settings.display = display;
       settings.pass = static_cast<std::uint32_t>(pass);
       auto frame = session.submit(settings);
       if (!frame.is_ok()) return frame.status();
@@ -123,7 +135,7 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
       continue;
     }
     work.update(done);
-    auto taken = take_frame(session, options, writer, progress, done, total);
+    auto taken = take_frame(session, options, writer, progress, display, done, total);
     if (!taken.is_ok()) return taken.status();
     done += *taken;
   }
@@ -151,6 +163,10 @@ Result<FloatImage> read_reference(const MasterOptions& options, const FrameSetti
 
 int run_render(const MasterOptions& options, const SignalWatch& signals) {
   Progress progress(options.is_quiet);
+  const auto fail = [&progress](const Status& status) {
+    progress.clear();
+    return report_failure(status);
+  };
   auto pattern = OutputPattern::parse(options.output, options.frame_last > options.frame_first);
   if (!pattern.is_ok()) return report_usage(pattern.status());
   // First all that can fail at once; reading a scene may take minutes.
@@ -159,20 +175,22 @@ int run_render(const MasterOptions& options, const SignalWatch& signals) {
   auto session = Session::open(options.session);
   if (!session.is_ok()) return report_failure(session.status());
   auto source = FrameSource::open(options, progress, signals);
-  if (!source.is_ok()) return report_failure(source.status());
+  if (!source.is_ok()) return fail(source.status());
   auto reference = read_reference(options, source->settings_at(0));
-  if (!reference.is_ok()) return report_failure(reference.status());
+  if (!reference.is_ok()) return fail(reference.status());
   Status status = wait_for_slaves(**session, options, [&] { return signals.is_signalled(); });
+  if (status.is_ok())
+    status = source->settle(**session, options, progress, [&] { return signals.is_signalled(); });
   if (status.is_ok()) {
     PictureWriter writer(
-        *pattern, *stats,
+        *pattern, *stats, progress,
         {std::max(1, options.passes), options.frame.pixel_format == PixelFormat::kHalf,
          options.is_quiet, std::move(*reference)});
     status = render_frames(**session, *source, options, writer, progress, signals);
     const Status written = writer.finish();
     if (status.is_ok()) status = written;
   }
-  if (!status.is_ok()) return report_failure(status);
+  if (!status.is_ok()) return fail(status);
   const std::string first = pattern->path(options.frame_first);
   progress.finish(options.frame_last > options.frame_first
                       ? "wrote " + first + " to " + pattern->path(options.frame_last)

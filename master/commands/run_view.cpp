@@ -1,41 +1,75 @@
 #include <algorithm>
 #include <atomic>
+#include <cstdio>
 #include <map>
+#include <memory>
 #include <thread>
 #include <utility>
 
 #include "common/base/clock.h"
 #include "common/scene/validate.h"
+#include "common/scene_io/camera_file.h"
 #include "master/commands/commands.h"
 #include "master/commands/frame_source.h"
+#include "master/commands/snapshot_writer.h"
 #include "master/commands/stats_file.h"
-#include "master/display/frame_pacer.h"
 #include "master/display/viewer.h"
 #include "master/image/image_file.h"
 #include "master/image/pass_mean.h"
+#include "master/look/meter.h"
+#include "master/session/interactive_loop.h"
 
 namespace tessera::master {
 namespace {
 
-constexpr std::chrono::milliseconds kPoll{5};
-constexpr double kStatusIntervalSeconds = 0.5;
+// While frames are in work: how late a change of the view may be seen.
+constexpr double kPollSeconds = 0.005;
+// While none are: how late it may be seen that the window was closed.
+constexpr double kIdleSeconds = 0.05;
 
-// Keeps the cluster busy while something changes: submits the viewer's newest view, publishes what
-// comes back.
+InteractiveOptions interactive_options(const MasterOptions& options, const FrameSource& source) {
+  InteractiveOptions o;
+  o.budget_seconds = options.frame_time_ms / 1000;
+  o.frames_in_flight = options.session.frames_in_flight;
+  o.passes = static_cast<std::uint32_t>(options.passes > 0 ? options.passes : kViewPasses);
+  o.is_animated = source.is_animated();
+  o.never_rests = !options.screenshot_path.empty();  // it waits for a number of frames
+  return o;
+}
+
+// Of some 4096 pixels, spread evenly; nothing for pixels that are exposed already.
+std::optional<double> average_ev(const FrameImage& image) {
+  if (image.format == PixelFormat::kDisplay8) return std::nullopt;
+  constexpr std::size_t kPixels = 4096;
+  const auto bytes = static_cast<std::size_t>(bytes_per_pixel(image.format));
+  const std::size_t count = image.bytes.size() / bytes;
+  const std::size_t step = std::max<std::size_t>(1, count / kPixels) | 1;  // odd: no column twice
+  std::vector<float> rgb;
+  for (std::size_t i = 0; i < count; i += step) {
+    rgb.resize(rgb.size() + 3);
+    decode_pixels(std::span(image.bytes).subspan(i * bytes, bytes), image.format,
+                  std::span(rgb).last(3));
+  }
+  double ev = 0;
+  return log_average_ev(rgb, ev) ? std::optional(ev) : std::nullopt;
+}
+
+// Carries out what the interactive loop decides: submits frames of the viewer's newest view,
+// publishes what comes back.
 //
 // Threads. run() is the pump thread's; the constructor's arguments outlive it. stop() and
 // failure(): main thread.
 class Pump {
  public:
-  Pump(Session& session, const FrameSource& source, const MasterOptions& options, Viewer& viewer,
-       StatsFile& stats)
+  Pump(Session& session, FrameSource& source, const MasterOptions& options, Progress& progress,
+       Viewer& viewer, StatsFile& stats)
       : session_(session),
         source_(source),
         options_(options),
+        progress_(progress),
         viewer_(viewer),
         stats_(stats),
-        pacer_(options.frame_time_ms / 1000),
-        passes_(static_cast<std::uint32_t>(options.passes > 0 ? options.passes : kViewPasses)),
+        loop_(interactive_options(options, source)),
         thread_([this] { run(); }) {}
   ~Pump() { stop(); }
 
@@ -49,163 +83,207 @@ class Pump {
 
  private:
   void run() {
-    while (!is_stopping_) {
-      failure_ = step();
-      if (!failure_.is_ok()) break;
+    view_ = viewer_.view();
+    failure_ = settle();
+    while (!is_stopping_ && failure_.is_ok()) {
+      loop_.want(wanted(), Clock::now());
+      failure_ = perform(loop_.next(Clock::now()));
     }
     has_ended_ = true;
   }
 
-  Status step() {
-    const Viewer::View view = viewer_.view();
-    // A screenshot waits for a number of frames, so they must come although nothing moves.
-    const TimePoint now = Clock::now();
-    if (std::exchange(seen_revision_, view.revision) != view.revision) pacer_.moved(now);
-    // A frame of less than the whole quality is followed by a better one once the view rests.
-    // One at rest by others with other random choices, which are averaged.
-    const bool is_resting = submitted_ > 0 && view.revision == revision_ && !is_reduced_ &&
-                            !source_.is_animated() && !pacer_.is_moving(now);
-    const bool is_wanted = source_.is_animated() || submitted_ == 0 || view.revision != revision_ ||
-                           (is_reduced_ && !pacer_.is_moving(now)) ||
-                           (is_resting && pass_ + 1 < passes_) || !options_.screenshot_path.empty();
-    leave_behind(view, now);
-    const bool has_room =
-        in_flight_.size() < static_cast<std::size_t>(options_.session.frames_in_flight);
-    if (is_wanted && has_room) {
-      pass_ = is_resting && pass_ + 1 < passes_ ? pass_ + 1 : 0;
-      TESSERA_RETURN_IF_ERROR(submit(view));
-      if (in_flight_.size() < static_cast<std::size_t>(options_.session.frames_in_flight))
-        return Status::ok();
-    }
-    return take();
+  // Waits for a slave, and for what the first small pictures tell of light and exposure.
+  Status settle() {
+    for (ask_status(); is_alone_ && !is_stopping_; ask_status())
+      viewer_.wait_for_view(view_.revision, InteractiveLoop::kStatusSeconds);
+    if (is_stopping_) return Status::ok();
+    const Status status =
+        source_.settle(session_, options_, progress_, [this] { return is_stopping_.load(); });
+    viewer_.expose(source_.settings_at(0).display, !options_.look.exposure_ev);
+    return status;
   }
 
-  Status submit(const Viewer::View& view) {
-    if (submitted_ == 0 || source_.is_animated()) {
+  FrameSettings wanted() const {
+    FrameSettings settings = source_.settings_at(0);
+    settings.camera = view_.camera;
+    settings.width_px = view_.width_px;
+    settings.height_px = view_.height_px;
+    return settings;
+  }
+
+  Status perform(const InteractiveLoop::Step& step) {
+    switch (step.kind) {
+      case InteractiveLoop::Step::Kind::kSubmit:
+        return submit(step.settings);
+      case InteractiveLoop::Step::Kind::kGiveUp:
+        session_.cancel_frames();
+        return Status::ok();
+      case InteractiveLoop::Step::Kind::kAskStatus:
+        ask_status();
+        return Status::ok();
+      case InteractiveLoop::Step::Kind::kWait:
+        break;
+    }
+    if (!loop_.has_frames_in_flight()) {
+      view_ = viewer_.wait_for_view(view_.revision, std::min(step.wait_seconds, kIdleSeconds));
+      return Status::ok();
+    }
+    const Status status = take(std::min(step.wait_seconds, kPollSeconds));
+    view_ = viewer_.view();
+    return status;
+  }
+
+  Status submit(const FrameSettings& settings) {
+    has_scene_ = has_scene_ || source_.is_committed();
+    if (!has_scene_ || source_.is_animated()) {
       auto version = session_.commit_scene(source_.scene_at(seconds(Clock::now() - start_)));
       if (!version.is_ok()) return version.status();
+      has_scene_ = true;
     }
-    FrameSettings settings = source_.settings_at(0);
-    settings.camera = view.camera;
-    settings.width_px = view.width_px;
-    settings.height_px = view.height_px;
-    settings.pass = pass_;
-    const FrameSettings paced = pacer_.settings(settings, Clock::now());
-    auto frame = session_.submit(paced);
+    auto frame = session_.submit(settings);
     if (!frame.is_ok()) return frame.status();
-    in_flight_[*frame] = {Clock::now(), paced};
-    is_reduced_ = paced != settings;
-    revision_ = view.revision;
-    ++submitted_;
+    loop_.submitted(*frame, Clock::now());
+    revisions_[*frame] = view_.revision;
     return Status::ok();
   }
 
-  Status take() {
-    auto result = session_.next_frame(kPoll);
+  void ask_status() {
+    ClusterStatus cluster = session_.status();
+    const std::size_t count = cluster.slaves.size();
+    loop_.status_came(count, Clock::now());
+    if (const bool is_alone = count == 0; std::exchange(is_alone_, is_alone) != is_alone) {
+      const std::string line = is_alone ? "no slave: waiting" : "slaves are there: going on";
+      if (!options_.is_quiet) std::fprintf(stderr, "%s\n", line.c_str());
+      viewer_.notify(line);
+    }
+    viewer_.publish_status(std::move(cluster));
+  }
+
+  Status take(double seconds_max) {
+    auto result = session_.next_frame(
+        std::chrono::ceil<std::chrono::milliseconds>(from_seconds(seconds_max)));
     if (!result.is_ok()) {
       return result.status().code() == StatusCode::kDeadlineExceeded ? Status::ok()
                                                                      : result.status();
     }
-    const InFlight frame = in_flight_[result->frame];
-    in_flight_.erase(result->frame);
-    if (result->status.code() == StatusCode::kCancelled && frame.is_left_behind)
-      return Status::ok();
-    if (!result->status.is_ok()) return result->status;
+    const InteractiveLoop::Arrival arrival =
+        loop_.arrived(result->frame, result->status.is_ok(), result->stats.seconds, Clock::now());
+    const std::uint64_t revision = revisions_[result->frame];
+    revisions_.erase(result->frame);
+    if (!result->status.is_ok()) return arrival.is_left_behind ? Status::ok() : result->status;
     TESSERA_RETURN_IF_ERROR(stats_.write(result->stats, *result->image));
-    const TimePoint now = Clock::now();
-    pacer_.frame_done(frame.settings, seconds(now - std::max(frame.submitted, taken_)));
-    taken_ = now;
-    if (seconds(now - status_time_) > kStatusIntervalSeconds) {
-      cluster_ = session_.status();
-      status_time_ = now;
+    if (arrival.is_left_behind) return Status::ok();
+    ViewerFrame frame;
+    frame.image = result->image;
+    if (arrival.is_full) {
+      if (arrival.pass == 0) mean_.reset();
+      mean_.add(*result->image);
+      frame.passes = mean_.count();
+      if (frame.passes > 1) frame.image = std::make_shared<const FrameImage>(mean_.image());
     }
-    if (frame.settings.pass == 0) mean_.reset();
-    mean_.add(*result->image);
-    if (mean_.count() > 1) result->image = std::make_shared<const FrameImage>(mean_.image());
-    viewer_.publish({result->image, result->stats, cluster_, seconds(now - frame.submitted)});
+    frame.average_ev = average_ev(*frame.image);
+    frame.stats = result->stats;
+    frame.latency_seconds = arrival.latency_seconds;
+    frame.stands_for = {arrival.width_px, arrival.height_px};
+    frame.is_full = arrival.is_full;
+    frame.revision = revision;
+    viewer_.publish(std::move(frame));
     return Status::ok();
   }
 
-  // Frames that would only hold up what the person does now are given up.
-  void leave_behind(const Viewer::View& view, TimePoint now) {
-    if (view.revision == revision_) return;
-    FrameSettings wanted = source_.settings_at(0);
-    wanted.width_px = view.width_px;
-    wanted.height_px = view.height_px;
-    const bool is_any = std::any_of(in_flight_.begin(), in_flight_.end(), [&](const auto& entry) {
-      return !entry.second.is_left_behind &&
-             pacer_.is_left_behind(entry.second.settings, wanted, now);
-    });
-    if (!is_any) return;
-    for (auto& [id, frame] : in_flight_) frame.is_left_behind = true;
-    session_.cancel_frames();
-  }
-
-  struct InFlight {
-    TimePoint submitted;
-    FrameSettings settings;
-    bool is_left_behind = false;
-  };
-
   Session& session_;
-  const FrameSource& source_;
+  FrameSource& source_;
   const MasterOptions& options_;
+  Progress& progress_;
   Viewer& viewer_;
   StatsFile& stats_;
   const TimePoint start_ = Clock::now();
-  FramePacer pacer_;
-  std::map<FrameId, InFlight> in_flight_;
-  TimePoint taken_;          // when the last frame came
-  bool is_reduced_ = false;  // the last frame submitted
-  const std::uint32_t passes_;
-  std::uint32_t pass_ = 0;           // likewise
-  PassMean mean_;                    // of the frames that came, since the view rests
-  std::uint64_t revision_ = 0;       // of the last frame submitted
-  std::uint64_t seen_revision_ = 0;  // newest one
-  std::uint64_t submitted_ = 0;
-  ClusterStatus cluster_;
-  TimePoint status_time_;
+  InteractiveLoop loop_;
+  Viewer::View view_;                           // newest seen
+  std::map<FrameId, std::uint64_t> revisions_;  // of the views of the frames in flight
+  PassMean mean_;                               // of the full frames of one view
+  bool has_scene_ = false;
+  bool is_alone_ = false;
   Status failure_;
   std::atomic<bool> is_stopping_{false};
   std::atomic<bool> has_ended_{false};
   std::thread thread_;  // last: starts when all else is there
 };
 
+// What F12 saves, in a few words.
+std::string described(const ViewerFrame& frame) {
+  std::string text =
+      std::to_string(frame.image->width_px) + "x" + std::to_string(frame.image->height_px);
+  if (!frame.is_full) return text + ", reduced: the view was not at rest";
+  return text + ", " + std::to_string(frame.passes) + (frame.passes == 1 ? " pass" : " passes");
+}
+
+// The window with what its keys ask of this program. `viewer` is filled in before it can ask.
+ViewerOptions viewer_options(const MasterOptions& options, const FrameSource& source,
+                             SnapshotWriter& snapshots, std::unique_ptr<Viewer>& viewer) {
+  const FrameSettings settings = source.settings_at(0);
+  ViewerOptions o;
+  o.title = "Tessera: " + options.scene;
+  o.width_px = settings.width_px;
+  o.height_px = settings.height_px;
+  o.camera = settings.camera;
+  o.bounds = scene_bounds(source.loaded().scene);
+  o.camera_of_all = camera_of_all(source.loaded().scene);
+  o.screenshot_path = options.screenshot_path;
+  o.screenshot_after = options.screenshot_after;
+  o.save = [](const FrameImage& image, const std::string& path) {
+    return write_image(image, path, {});
+  };
+  o.on_save_picture = [&snapshots, &viewer](const ViewerFrame& frame,
+                                            const DisplayTransform& display) {
+    const bool is_taken = snapshots.save(frame.image, described(frame), display);
+    viewer->notify(is_taken ? "saving the picture" : "pictures are still being saved: try again");
+  };
+  o.on_copy_camera = [](const Camera& camera, PixelSize size) {
+    const std::string line = "--camera \"" + camera_text(camera) + "\" --size " +
+                             std::to_string(size.width_px) + "x" + std::to_string(size.height_px);
+    std::printf("%s\n", line.c_str());
+    std::fflush(stdout);
+    return line;
+  };
+  return o;
+}
+
 }  // namespace
 
 int run_view(const MasterOptions& options, const SignalWatch& signals) {
+  // First what can fail at once: reading a scene may take minutes.
+  if (const Status status = Viewer::check_display(); !status.is_ok()) return report_failure(status);
   Progress progress(options.is_quiet);
   auto stats = StatsFile::open(options.stats_path);
   if (!stats.is_ok()) return report_failure(stats.status());
   auto session = Session::open(options.session);
   if (!session.is_ok()) return report_failure(session.status());
   auto source = FrameSource::open(options, progress, signals);
-  if (!source.is_ok()) return report_failure(source.status());
-  const FrameSettings settings = source->settings_at(0);
-  ViewerOptions viewer_options;
-  viewer_options.title = "Tessera: " + options.scene;
-  viewer_options.width_px = settings.width_px;
-  viewer_options.height_px = settings.height_px;
-  viewer_options.camera = settings.camera;
-  viewer_options.bounds = scene_bounds(source->loaded().scene);
-  viewer_options.screenshot_path = options.screenshot_path;
-  viewer_options.screenshot_after = options.screenshot_after;
-  viewer_options.save = [](const FrameImage& image, const std::string& path) {
-    return write_image(image, path, {});
-  };
-  auto viewer = Viewer::open(viewer_options);
-  if (!viewer.is_ok()) return report_failure(viewer.status());
+  if (!source.is_ok()) {
+    progress.clear();
+    return report_failure(source.status());
+  }
+  std::unique_ptr<Viewer> viewer;
+  // Ends before the viewer that it tells.
+  SnapshotWriter snapshots(snapshot_stem(options.scene), [&](const std::string& line) {
+    if (!options.is_quiet) std::fprintf(stderr, "%s\n", line.c_str());
+    viewer->notify(line);
+  });
+  auto opened = Viewer::open(viewer_options(options, *source, snapshots, viewer));
+  if (!opened.is_ok()) return report_failure(opened.status());
+  viewer = std::move(*opened);
   Status status = wait_for_slaves(**session, options, [&] { return signals.is_signalled(); });
   if (status.is_ok()) {
-    Pump pump(**session, *source, options, **viewer, *stats);
-    (*viewer)->run([&] { return signals.is_signalled() || pump.has_ended(); });
+    Pump pump(**session, *source, options, progress, *viewer, *stats);
+    viewer->run([&] { return signals.is_signalled() || pump.has_ended(); });
     (*session)->cancel_frames();
     pump.stop();
     status = pump.failure();
   }
   // Leaving cancels what was in flight; a screenshot that was not taken is a failure all the same.
   if (status.code() == StatusCode::kCancelled) status = Status::ok();
-  if (status.is_ok() && !options.screenshot_path.empty()) status = (*viewer)->screenshot_status();
+  if (status.is_ok() && !options.screenshot_path.empty()) status = viewer->screenshot_status();
   return status.is_ok() ? 0 : report_failure(status);
 }
 

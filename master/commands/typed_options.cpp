@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "common/base/limits.h"
+#include "common/frame/frame_image.h"
 #include "common/net/connection.h"
 #include "common/scene/validate.h"
 #include "common/scene_io/camera_file.h"
@@ -75,6 +76,61 @@ Status check_environment(MasterOptions& o, const TypedOptions& t) {
   return Status::ok();
 }
 
+// "#rrggbb", as a display shows it. Returns: nothing where the text is no colour.
+std::optional<Vec3f> parse_color(const std::string& text) {
+  if (text.size() != 7 || text[0] != '#') return std::nullopt;
+  unsigned code = 0;
+  const auto [end, error] = std::from_chars(text.data() + 1, text.data() + 7, code, 16);
+  if (error != std::errc() || end != text.data() + 7) return std::nullopt;
+  const auto light = [code](int shift) {
+    return srgb_decode(static_cast<float>(code >> shift & 255u) / 255);
+  };
+  return Vec3f{light(16), light(8), light(0)};
+}
+
+Status check_exposure(MasterOptions& o, const TypedOptions& t) {
+  o.is_exposure_each = t.exposure == "auto-each";
+  if (o.is_exposure_each && o.command == Command::kView)
+    return Status::invalid_argument("--exposure auto-each is for render; view adapts by itself");
+  if (t.exposure == "auto" || o.is_exposure_each) return Status::ok();
+  float ev = 0;
+  const char* const last = t.exposure.data() + t.exposure.size();
+  const auto [end, error] = std::from_chars(t.exposure.data(), last, ev);
+  if (error != std::errc() || end != last || !(std::fabs(ev) <= kExposureEvMax)) {
+    return Status::invalid_argument(
+        "--exposure " + t.exposure +
+        ": give stops from -64 to 64, such as 0 or -1.5, auto, or for render auto-each");
+  }
+  o.look.exposure_ev = ev;
+  return Status::ok();
+}
+
+Status check_look(MasterOptions& o, const TypedOptions& t) {
+  auto light = parse_light_choice(t.light);
+  if (!light.is_ok()) return light.status();
+  o.look.light = *light;
+  if (!t.environment.empty()) {  // a light of its own
+    if (*light == LightChoice::kStudio)
+      return Status::invalid_argument("--light studio and --environment exclude each other");
+    o.look.light = LightChoice::kScene;
+  }
+  if (t.background == "sky") {
+    o.look.background = BackgroundChoice::kSky;
+  } else if (t.background != "auto") {
+    const auto color = t.background == "black" ? Vec3f{} : parse_color(t.background);
+    if (!color) {
+      return Status::invalid_argument("--background " + t.background +
+                                      ": give auto, sky, black or #rrggbb");
+    }
+    o.look.background = BackgroundChoice::kColor;
+    o.look.background_color = *color;
+  }
+  auto tone = parse_tone_curve(t.tone);
+  if (!tone.is_ok()) return tone.status();
+  o.look.tone = *tone;
+  return check_exposure(o, t);
+}
+
 Status check_frame(MasterOptions& o, const TypedOptions& t) {
   if (!t.size.empty()) {
     const auto size = parse_pair(t.size, 'x');
@@ -99,6 +155,7 @@ Status check_frame(MasterOptions& o, const TypedOptions& t) {
   }
   TESSERA_RETURN_IF_ERROR(check_camera(o));
   TESSERA_RETURN_IF_ERROR(check_environment(o, t));
+  TESSERA_RETURN_IF_ERROR(check_look(o, t));
   auto renderer = parse_renderer(t.renderer);
   if (!renderer.is_ok()) return renderer.status();
   o.frame.renderer = *renderer;

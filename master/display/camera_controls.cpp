@@ -166,9 +166,12 @@ void CameraControls::zoom(double steps) {
   compose();
 }
 
-// The sphere around the scene's box fits into the narrower opening angle.
+// Without knowledge of the scene: the sphere around its box fits into the narrower opening angle.
 void CameraControls::fit() {
-  if (has_bounds_) {
+  if (camera_of_all_) {
+    adopt(camera_of_all_(camera_, double(width_px_) / height_px_));
+    polar_ = std::clamp(polar_, polar_min_, polar_max_);
+  } else if (has_bounds_) {
     const double tan_vertical = std::tan(home_.vfov_degrees * kPi / 360);
     const double tan_narrow = tan_vertical * std::min(1.0, double(width_px_) / height_px_);
     target_ = scene_centre_;
@@ -204,33 +207,21 @@ void CameraControls::advance(double seconds) {
 }
 
 ViewerCommand CameraControls::handle_key(const InputEvent& event) {
-  if (event.has_control) return event.key == Key::kQ ? ViewerCommand::kQuit : ViewerCommand::kNone;
-  if (const int slot = fly_slot(event.key); slot >= 0)
+  if (const int slot = fly_slot(event.key); slot >= 0 && !event.has_control)
     is_down_[static_cast<std::size_t>(slot)] = true;
-  switch (event.key) {
-    case Key::kEscape:
-      return ViewerCommand::kQuit;
-    case Key::kH:
-      return ViewerCommand::kToggleHelp;
-    case Key::kO:
-      return ViewerCommand::kToggleOverlay;
-    case Key::kT:
-      return ViewerCommand::kToggleTint;
-    case Key::kL:
-      return ViewerCommand::kToggleSlaves;
-    case Key::kF:
-      fit();
-      return ViewerCommand::kNone;
-    case Key::kR:
-      adopt(home_);
-      if (!(camera_ == home_)) {
-        camera_ = home_;
-        ++revision_;
-      }
-      return ViewerCommand::kNone;
-    default:
-      return ViewerCommand::kNone;
+  const ViewerCommand command = command_of(event.key, event.has_control);
+  if (command == ViewerCommand::kFitScene) {
+    fit();
+  } else if (command == ViewerCommand::kResetCamera) {
+    adopt(home_);
+    if (!(camera_ == home_)) {
+      camera_ = home_;
+      ++revision_;
+    }
+  } else {
+    return command;
   }
+  return ViewerCommand::kNone;
 }
 
 ViewerCommand CameraControls::handle(const InputEvent& event) {

@@ -1,5 +1,5 @@
 // Turns input events into camera motion: orbit, pan, zoom, fly; and keys into commands for the
-// viewer.
+// viewer (key_map.h).
 //
 // The camera is held as a target, a distance and two angles around the up vector of the first
 // camera ("home"): orbiting cannot change the distance, panning cannot change the direction, and
@@ -14,14 +14,18 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 
 #include "common/math/bounds3.h"
 #include "common/scene/camera.h"
 #include "master/display/input_event.h"
+#include "master/display/key_map.h"
 
 namespace tessera::master {
 
-enum class ViewerCommand { kNone, kQuit, kToggleHelp, kToggleOverlay, kToggleSlaves, kToggleTint };
+// What shows all of the scene to a person who sees it with `seen`, in a picture of that width /
+// height.
+using CameraOfAll = std::function<Camera(const Camera& seen, double aspect)>;
 
 class CameraControls {
  public:
@@ -32,6 +36,11 @@ class CameraControls {
   // Framebuffer size, pixels, at least 1 each: scales drags.
   void set_viewport(int width_px, int height_px);
 
+  // Of the scene, for kF; without, the sphere around the bounds is shown. Its answer keeps home's up
+  // vector and opening angle.
+  void set_camera_of_all(CameraOfAll camera_of_all) { camera_of_all_ = std::move(camera_of_all); }
+
+  // Returns: what is left for the viewer to do.
   ViewerCommand handle(const InputEvent& event);
 
   // Flies on while fly keys are down. seconds: since the last call; longer than kStepSecondsMax
@@ -65,6 +74,7 @@ class CameraControls {
 
   Camera home_;
   Camera camera_;
+  CameraOfAll camera_of_all_;
   std::uint64_t revision_ = 0;
 
   double scene_size_ = 1;  // diagonal of the scene's box

@@ -21,8 +21,14 @@ enum class Key {
   kT,
   kL,
   kR,
-  kF,  // commands
-  kEscape,
+  kF,
+  kC,
+  kV,
+  kX,
+  kLeftBracket,
+  kRightBracket,
+  kF12,
+  kEscape,  // commands: key_map.h
 };
 
 enum class MouseButton { kOther, kLeft, kMiddle };

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/isa.h"
+#include "master/display/key_map.h"
 #include "master/display/picture_layout.h"
 
 namespace tessera::master {
@@ -27,6 +28,20 @@ constexpr ImGuiWindowFlags kPanelFlags =
 
 void text(const std::string& words) { ImGui::TextUnformatted(words.c_str()); }
 
+std::string size_text(int width_px, int height_px) {
+  return std::to_string(width_px) + "x" + std::to_string(height_px);
+}
+
+// How much of what was asked for the picture has.
+std::string quality(const ViewerFrame& frame) {
+  const std::string size = size_text(frame.image->width_px, frame.image->height_px);
+  if (!frame.is_full &&
+      frame.stands_for != PixelSize{frame.image->width_px, frame.image->height_px})
+    return size + " of " + size_text(frame.stands_for.width_px, frame.stands_for.height_px);
+  if (!frame.is_full) return size + ", fewer samples";
+  return frame.passes > 1 ? size + ", " + std::to_string(frame.passes) + " passes" : size;
+}
+
 void draw_speeds(const OverlayState& state) {
   const ViewerFrame& frame = state.frame;
   if (!frame.image) {
@@ -40,8 +55,8 @@ void draw_speeds(const OverlayState& state) {
               seconds > 0 ? ray_count / seconds * 1e-6 : 0.0);
   ImGui::Text("latency %.1f ms   frame %.1f ms", frame.latency_seconds * 1e3, seconds * 1e3);
   const std::string isa(isa_name(frame.stats.isa));
-  ImGui::Text("%dx%d   frame %llu   scene version %llu   %s%s", frame.image->width_px,
-              frame.image->height_px, static_cast<unsigned long long>(frame.stats.frame),
+  ImGui::Text("%s   frame %llu   scene version %llu   %s%s", quality(frame).c_str(),
+              static_cast<unsigned long long>(frame.stats.frame),
               static_cast<unsigned long long>(frame.stats.scene_version), isa.c_str(),
               frame.stats.is_mixed ? " (mixed)" : "");
 }
@@ -105,8 +120,9 @@ void draw_others(const std::vector<SlaveStatus>& slaves) {
 }
 
 void draw_slaves(const OverlayState& state) {
-  const std::vector<SlaveStatus>& slaves = state.frame.cluster.slaves;
-  if (slaves.empty()) return text("no slaves");
+  if (!state.cluster) return text("asking for slaves");
+  const std::vector<SlaveStatus>& slaves = state.cluster->slaves;
+  if (slaves.empty()) return text("no slave: waiting");
   if (!state.shows_slaves) {
     ImGui::Text("%zu slaves (l lists them)", slaves.size());
     return;
@@ -148,30 +164,29 @@ void draw_help() {
                           ImVec2(1, 1));
   ImGui::SetNextWindowBgAlpha(0.85f);
   if (ImGui::Begin("help", nullptr, kPanelFlags | ImGuiWindowFlags_NoMove)) {
-    constexpr const char* kLines[][2] = {
-        {"left drag", "orbit"},
-        {"middle drag, shift + left drag", "pan"},
-        {"wheel", "zoom"},
-        {"w s   a d", "fly forward, back   left, right"},
-        {"e q", "fly up, down"},
-        {"shift + fly key", "faster"},
-        {"f", "fit the scene"},
-        {"r", "reset the camera"},
-        {"t", "tint tiles by slave"},
-        {"l", "list of slaves on, off"},
-        {"o", "overlay on, off"},
-        {"h", "this help on, off"},
-        {"Esc, Ctrl + Q", "quit"},
-    };
     if (ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit)) {
-      for (const auto& line : kLines) {
+      for (const KeyBinding& binding : key_bindings()) {
         ImGui::TableNextColumn();
-        ImGui::TextUnformatted(line[0]);
+        text(std::string(binding.label));
         ImGui::TableNextColumn();
-        ImGui::TextUnformatted(line[1]);
+        text(std::string(binding.meaning));
       }
       ImGui::EndTable();
     }
+  }
+  ImGui::End();
+}
+
+void draw_notice(const std::string& line) {
+  const ImGuiIO& io = ImGui::GetIO();
+  ImGui::SetNextWindowPos(ImVec2(10, io.DisplaySize.y - 10), ImGuiCond_Always, ImVec2(0, 1));
+  ImGui::SetNextWindowBgAlpha(0.85f);
+  if (ImGui::Begin("notice", nullptr,
+                   kPanelFlags | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoTitleBar |
+                       ImGuiWindowFlags_NoInputs)) {
+    ImGui::PushTextWrapPos(io.DisplaySize.x - 40);
+    text(line);
+    ImGui::PopTextWrapPos();
   }
   ImGui::End();
 }
@@ -203,6 +218,7 @@ void Overlay::draw(OverlayState& state) {
   ImGui::NewFrame();
   if (state.shows_overlay) draw_panel(state);
   if (state.shows_help) draw_help();
+  if (!state.notice.empty()) draw_notice(state.notice);
   ImGui::Render();
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "master/display/viewer.h"
 
@@ -17,8 +19,10 @@ struct OverlayState {
   bool shows_help = false;
   bool shows_slaves = true;  // one row for each, at most kSlaveRowsMax
   bool tints_tiles = false;
-  double frames_per_second = 0;  // delivered, also those that the window skipped
-  ViewerFrame frame;             // newest drawn; image is null before the first
+  double frames_per_second = 0;          // delivered, also those that the window skipped
+  ViewerFrame frame;                     // newest drawn; image is null before the first
+  std::optional<ClusterStatus> cluster;  // newest heard of
+  std::string notice;                    // a line below; empty: none
 };
 
 class Overlay {

@@ -32,13 +32,47 @@ uniform vec2 picture_px;
 uniform float tile_px;
 uniform float tint_weight;
 uniform bool is_linear;
+uniform bool is_magnified;
+uniform float gain;
+uniform bool has_curve;
+uniform mat3 curve_in, curve_out;
+uniform sampler2D curve;
+uniform vec2 curve_range;  // binary logarithms of the first and the last sample
+float bent(float x) {
+  float at = (log2(max(x, 1e-12)) - curve_range.x) / (curve_range.y - curve_range.x);
+  float samples = float(textureSize(curve, 0).x);
+  return texture(curve, vec2((clamp(at, 0.0, 1.0) * (samples - 1.0) + 0.5) / samples, 0.5)).r;
+}
+vec3 toned(vec3 c) {
+  c *= gain;
+  if (!has_curve) return c;
+  c = curve_in * max(c, vec3(0.0));
+  return curve_out * vec3(bent(c.r), bent(c.g), bent(c.b));
+}
 float encoded(float x) {
   x = x > 0.0 ? min(x, 1.0) : 0.0;
   return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1.0 / 2.4) - 0.055;
 }
+// What the display is given for a colour of the picture.
+vec3 displayed(vec3 c) {
+  if (!is_linear) return c;
+  c = toned(c);
+  return vec3(encoded(c.r), encoded(c.g), encoded(c.b));
+}
+vec3 displayed_pixel(ivec2 at) {
+  return displayed(texelFetch(picture, clamp(at, ivec2(0), ivec2(picture_px) - 1), 0).rgb);
+}
+vec3 between_pixels() {
+  vec2 from_middle = place * picture_px - 0.5;
+  vec2 corner = floor(from_middle);
+  vec2 share = from_middle - corner;
+  ivec2 at = ivec2(corner);
+  vec3 upper = mix(displayed_pixel(at), displayed_pixel(at + ivec2(1, 0)), share.x);
+  vec3 lower = mix(displayed_pixel(at + ivec2(0, 1)), displayed_pixel(at + ivec2(1, 1)), share.x);
+  return mix(upper, lower, share.y);
+}
 void main() {
-  vec3 c = texture(picture, place).rgb;
-  if (is_linear) c = vec3(encoded(c.r), encoded(c.g), encoded(c.b));
+  vec3 c = is_magnified ? between_pixels() : displayed(texture(picture, place).rgb);
   if (tint_weight > 0.0) {
     ivec2 tile = ivec2(clamp(place * picture_px, vec2(0.0), picture_px - 1.0) / tile_px);
     c = mix(c, texelFetch(tint, tile, 0).rgb, tint_weight);
@@ -85,17 +119,21 @@ class GlPicture final : public PictureGl {
   Status start();
   ~GlPicture() override;
   int side_max_px() const override { return side_max_px_; }
-  Status show(const FrameImage& image) override;
+  Status show(const FrameImage& image, PixelSize stands_for) override;
+  void set_display(const DisplayTransform& display) override;
   void draw(PixelSize window, bool tints_tiles) override;
   FrameImage read_back(PixelSize window) override;
 
  private:
   void upload_tint(const FrameImage& image);
 
-  GLuint program_ = 0, vertices_ = 0, picture_ = 0, tint_ = 0;
+  GLuint program_ = 0, vertices_ = 0, picture_ = 0, tint_ = 0, curve_ = 0;
   GLint at_picture_px_ = -1, at_tile_px_ = -1, at_tint_weight_ = -1, at_is_linear_ = -1;
+  GLint at_is_magnified_ = -1, at_gain_ = -1, at_has_curve_ = -1;
+  DisplayTransform display_;
   int side_max_px_ = 0;
-  PixelSize size_;  // of the picture; 0 before the first
+  PixelSize size_;        // of the picture; 0 before the first
+  PixelSize stands_for_;  // whose place it fills
   PixelFormat format_ = PixelFormat::kFloat;
   int tile_px_ = 0;
   bool has_tint_ = false;
@@ -125,11 +163,16 @@ Status GlPicture::start() {
   at_tile_px_ = glGetUniformLocation(program_, "tile_px");
   at_tint_weight_ = glGetUniformLocation(program_, "tint_weight");
   at_is_linear_ = glGetUniformLocation(program_, "is_linear");
+  at_is_magnified_ = glGetUniformLocation(program_, "is_magnified");
+  at_gain_ = glGetUniformLocation(program_, "gain");
+  at_has_curve_ = glGetUniformLocation(program_, "has_curve");
   glUseProgram(program_);
   glUniform1i(glGetUniformLocation(program_, "picture"), 0);
   glUniform1i(glGetUniformLocation(program_, "tint"), 1);
+  glUniform1i(glGetUniformLocation(program_, "curve"), 2);
+  glUniform2f(glGetUniformLocation(program_, "curve_range"), ToneTable::kLowEv, ToneTable::kHighEv);
   glGenVertexArrays(1, &vertices_);  // a core context draws nothing without one
-  for (GLuint* texture : {&picture_, &tint_}) {
+  for (GLuint* texture : {&picture_, &tint_, &curve_}) {
     glGenTextures(1, texture);
     glBindTexture(GL_TEXTURE_2D, *texture);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
@@ -145,9 +188,25 @@ GlPicture::~GlPicture() {
   glDeleteVertexArrays(1, &vertices_);
   glDeleteTextures(1, &picture_);
   glDeleteTextures(1, &tint_);
+  glDeleteTextures(1, &curve_);
 }
 
-Status GlPicture::show(const FrameImage& image) {
+void GlPicture::set_display(const DisplayTransform& display) {
+  const bool is_new = display.tone != display_.tone;
+  display_ = display;
+  if (!is_new || display.tone == ToneCurve::kLinear) return;
+  const ToneTable table = tone_table(display.tone);
+  glActiveTexture(GL_TEXTURE2);
+  glBindTexture(GL_TEXTURE_2D, curve_);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, ToneTable::kSamples, 1, 0, GL_RED, GL_FLOAT, table.of);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glUseProgram(program_);
+  glUniformMatrix3fv(glGetUniformLocation(program_, "curve_in"), 1, GL_TRUE, &table.in[0][0]);
+  glUniformMatrix3fv(glGetUniformLocation(program_, "curve_out"), 1, GL_TRUE, &table.out[0][0]);
+}
+
+Status GlPicture::show(const FrameImage& image, PixelSize stands_for) {
   if (image.width_px < 1 || image.height_px < 1 ||
       image.bytes.size() != static_cast<std::size_t>(image.width_px) *
                                 static_cast<std::size_t>(image.height_px) *
@@ -172,6 +231,7 @@ Status GlPicture::show(const FrameImage& image) {
                  texture.type, image.bytes.data());
   }
   size_ = size;
+  stands_for_ = stands_for.width_px > 0 && stands_for.height_px > 0 ? stands_for : size;
   format_ = image.format;
   upload_tint(image);
   return Status::ok();
@@ -201,9 +261,11 @@ void GlPicture::draw(PixelSize window, bool tints_tiles) {
   glClearColor(kBorderGrey, kBorderGrey, kBorderGrey, 1);
   glClear(GL_COLOR_BUFFER_BIT);
   if (size_.width_px == 0) return;
-  const PixelRect r = letterbox(size_, window);
+  const PixelRect r = letterbox(stands_for_, window);
   // OpenGL counts rows from below.
   glViewport(r.x_px, window.height_px - r.y_px - r.height_px, r.width_px, r.height_px);
+  glActiveTexture(GL_TEXTURE2);
+  glBindTexture(GL_TEXTURE_2D, curve_);
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_2D, tint_);
   glActiveTexture(GL_TEXTURE0);
@@ -217,7 +279,10 @@ void GlPicture::draw(PixelSize window, bool tints_tiles) {
               static_cast<float>(size_.height_px));
   glUniform1f(at_tile_px_, static_cast<float>(std::max(1, tile_px_)));
   glUniform1f(at_tint_weight_, tints_tiles && has_tint_ ? kTintWeight : 0.0f);
+  glUniform1f(at_gain_, std::exp2(display_.exposure_ev));
+  glUniform1i(at_has_curve_, display_.tone != ToneCurve::kLinear);
   glUniform1i(at_is_linear_, format_ != PixelFormat::kDisplay8);
+  glUniform1i(at_is_magnified_, r.width_px > size_.width_px || r.height_px > size_.height_px);
   glBindVertexArray(vertices_);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glViewport(0, 0, window.width_px, window.height_px);

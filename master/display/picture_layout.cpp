@@ -33,11 +33,13 @@ PixelSize ResizeDebounce::clamped(PixelSize size) const {
 void ResizeDebounce::on_resize(PixelSize size, double now_seconds) {
   if (size.width_px <= 0 || size.height_px <= 0) return;
   wanted_ = clamped(size);
+  const bool is_first_step = now_seconds - changed_seconds_ >= kQuietSeconds;
   changed_seconds_ = now_seconds;
+  counts_at_seconds_ = is_first_step ? now_seconds : now_seconds + kQuietSeconds;
 }
 
 std::optional<PixelSize> ResizeDebounce::poll(double now_seconds) {
-  if (wanted_ == settled_ || now_seconds - changed_seconds_ < kQuietSeconds) return std::nullopt;
+  if (wanted_ == settled_ || now_seconds < counts_at_seconds_) return std::nullopt;
   settled_ = wanted_;
   return settled_;
 }

@@ -25,7 +25,8 @@ struct PixelSize {
 PixelRect letterbox(PixelSize picture, PixelSize window);
 
 // A person drags the border through hundreds of sizes; frames are asked for in a size that has
-// stood still.
+// stood still. One step after a time of quiet (a maximised window, a tile of the desktop) counts at
+// once.
 class ResizeDebounce {
  public:
   static constexpr double kQuietSeconds = 0.15;
@@ -36,7 +37,7 @@ class ResizeDebounce {
 
   // A side of 0 (minimised window) is not a size to render at and is ignored.
   void on_resize(PixelSize size, double now_seconds);
-  // Returns: the new size once it has been quiet for kQuietSeconds and differs from the last one.
+  // Returns: the new size once it counts and differs from the last one.
   std::optional<PixelSize> poll(double now_seconds);
   PixelSize size() const { return settled_; }
 
@@ -45,7 +46,8 @@ class ResizeDebounce {
 
   int side_max_px_;
   PixelSize settled_, wanted_;
-  double changed_seconds_ = 0;
+  double changed_seconds_ = -kQuietSeconds;
+  double counts_at_seconds_ = 0;  // of wanted_
 };
 
 // sRGB-encoded, [0, 1]; neighbours in number are far apart in hue, the first 12 tell well from each

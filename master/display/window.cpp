@@ -42,37 +42,37 @@ std::string offered_gl_version() {
   return version;
 }
 
+struct KeyName {
+  int glfw;
+  Key key;
+};
+constexpr KeyName kKeyNames[] = {
+    {GLFW_KEY_W, Key::kW},
+    {GLFW_KEY_A, Key::kA},
+    {GLFW_KEY_S, Key::kS},
+    {GLFW_KEY_D, Key::kD},
+    {GLFW_KEY_Q, Key::kQ},
+    {GLFW_KEY_E, Key::kE},
+    {GLFW_KEY_H, Key::kH},
+    {GLFW_KEY_O, Key::kO},
+    {GLFW_KEY_L, Key::kL},
+    {GLFW_KEY_T, Key::kT},
+    {GLFW_KEY_R, Key::kR},
+    {GLFW_KEY_F, Key::kF},
+    {GLFW_KEY_C, Key::kC},
+    {GLFW_KEY_F12, Key::kF12},
+    {GLFW_KEY_ESCAPE, Key::kEscape},
+    {GLFW_KEY_V, Key::kV},
+    {GLFW_KEY_X, Key::kX},
+    {GLFW_KEY_LEFT_BRACKET, Key::kLeftBracket},
+    {GLFW_KEY_RIGHT_BRACKET, Key::kRightBracket},
+};
+
 Key to_key(int key) {
-  switch (key) {
-    case GLFW_KEY_W:
-      return Key::kW;
-    case GLFW_KEY_A:
-      return Key::kA;
-    case GLFW_KEY_S:
-      return Key::kS;
-    case GLFW_KEY_D:
-      return Key::kD;
-    case GLFW_KEY_Q:
-      return Key::kQ;
-    case GLFW_KEY_E:
-      return Key::kE;
-    case GLFW_KEY_H:
-      return Key::kH;
-    case GLFW_KEY_O:
-      return Key::kO;
-    case GLFW_KEY_L:
-      return Key::kL;
-    case GLFW_KEY_T:
-      return Key::kT;
-    case GLFW_KEY_R:
-      return Key::kR;
-    case GLFW_KEY_F:
-      return Key::kF;
-    case GLFW_KEY_ESCAPE:
-      return Key::kEscape;
-    default:
-      return Key::kOther;
+  for (const KeyName& name : kKeyNames) {
+    if (name.glfw == key) return name.key;
   }
+  return Key::kOther;
 }
 
 }  // namespace
@@ -129,13 +129,26 @@ struct Window::Callbacks {
   }
 };
 
-Result<std::unique_ptr<Window>> Window::open(const std::string& title, PixelSize size) {
+namespace {
+
+Status start_glfw() {
   error_text().clear();
   glfwSetErrorCallback(on_error);
-  if (glfwInit() == GLFW_FALSE) {
-    return Status::unavailable("no display: set DISPLAY or use `tessera-master render`" +
-                               in_brackets(error_text()));
-  }
+  if (glfwInit() != GLFW_FALSE) return Status::ok();
+  return Status::unavailable("no display: set DISPLAY or use `tessera-master render`" +
+                             in_brackets(error_text()));
+}
+
+}  // namespace
+
+Status Window::check_display() {
+  const Status status = start_glfw();
+  if (status.is_ok()) glfwTerminate();
+  return status;
+}
+
+Result<std::unique_ptr<Window>> Window::open(const std::string& title, PixelSize size) {
+  TESSERA_RETURN_IF_ERROR(start_glfw());
   glfwDefaultWindowHints();
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, kGlMajor);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, kGlMinor);
@@ -202,6 +215,10 @@ double Window::refresh_seconds() const {
 }
 
 void Window::swap() { glfwSwapBuffers(handle_); }
+
+void Window::set_clipboard(const std::string& text) {
+  glfwSetClipboardString(handle_, text.c_str());
+}
 
 double Window::now_seconds() { return glfwGetTime(); }
 

@@ -17,6 +17,8 @@ namespace tessera::master {
 
 class Window {
  public:
+  // Whether windows can be opened at all. Returns: kUnavailable, one line.
+  static Status check_display();
   // Opens a window with a current OpenGL 3.3 core context. Returns: kUnavailable, one line.
   static Result<std::unique_ptr<Window>> open(const std::string& title, PixelSize size);
   ~Window();
@@ -31,6 +33,7 @@ class Window {
   bool is_close_wanted() const;
   double refresh_seconds() const;  // of the display; 1/60 when it does not say
   void swap();
+  void set_clipboard(const std::string& text);  // lives as long as the window, on most systems
 
   static double now_seconds();                    // monotonic
   GLFWwindow* handle() const { return handle_; }  // for the overlay's backend

@@ -55,7 +55,8 @@ Status encode_by_plugin(const FrameImage& image, const std::string& path, const 
     const PixelFormat format = suffix == ".png" ? PixelFormat::kDisplay8 : PixelFormat::kHalf;
     type = suffix == ".png" ? PluginPixels::kUint8 : PluginPixels::kHalf;
     small.resize(rgb.size() / 3 * static_cast<std::size_t>(bytes_per_pixel(format)));
-    encode_pixels(rgb, format, small);
+    const bool is_shown = image.format == PixelFormat::kDisplay8;
+    encode_pixels(rgb, format, small, is_shown ? DisplayTransform{} : options.display);
     pixels = small.data();
   }
   PluginBuffer buffer;

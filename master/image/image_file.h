@@ -27,10 +27,12 @@ class OutputPattern {
 
 struct WriteOptions {
   bool is_half_exr = false;  // EXR with half floats
+  // Of files that hold what a display shows: how linear pixels are shown there. display8 pixels are.
+  DisplayTransform display{};
 };
 
-// Writes to a temporary name beside `path`, syncs, renames. PNG is sRGB-encoded 8 bit; EXR, HDR,
-// PFM are linear. Returns: one line naming file and reason; then no file of that name was left or
+// Writes to a temporary name beside `path`, syncs, renames. PNG is sRGB-encoded 8 bit, exposed
+// and through the tone curve; EXR, HDR, PFM are linear. Returns: one line naming file and reason; then no file of that name was left or
 // changed.
 Status write_image(const FrameImage& image, const std::string& path, const WriteOptions& options);
 

@@ -68,9 +68,9 @@ void AppClient::on_answer(wire::Message message) {
   if (const auto* welcome = std::get_if<wire::Welcome>(&message)) {
     is_welcomed_ = true;
     link_.start_heartbeat(welcome->heartbeat_ms, welcome->heartbeats_missed_max);
-    if (callbacks_.on_welcome) callbacks_.on_welcome();
+    if (const auto on_welcome = callbacks_.on_welcome) on_welcome();
   } else if (auto* status = std::get_if<wire::StatusReply>(&message)) {
-    if (callbacks_.on_status) callbacks_.on_status(std::move(status->status));
+    if (const auto on_status = callbacks_.on_status) on_status(std::move(status->status));
   } else if (const auto* refuse = std::get_if<wire::Refuse>(&message)) {
     end(Status::unavailable("the master refused: " + refuse->reason));
   } else if (const auto* failed = std::get_if<wire::SceneFailed>(&message)) {
@@ -128,7 +128,8 @@ void AppClient::on_frame_done(wire::FrameDone done) {
     frame.image->tile_slave = std::move(done.tile_slave);
     result.image = std::move(frame.image);
   }
-  callbacks_.on_frame(std::move(result));
+  const auto on_frame = callbacks_.on_frame;
+  on_frame(std::move(result));
 }
 
 void AppClient::on_lost(const Status& reason) {
@@ -141,7 +142,8 @@ void AppClient::end(Status reason) {
   if (has_ended_) return;
   has_ended_ = true;
   link_.close();
-  callbacks_.on_ended(std::move(reason));
+  const Callbacks last = std::exchange(callbacks_, {});
+  last.on_ended(std::move(reason));
 }
 
 }  // namespace tessera::master

@@ -2,10 +2,10 @@
 // The state behind RemoteSession, on its own net thread; under it the same link and scene sender
 // that a master uses towards its slaves.
 //
-// Threads. Io thread only; callbacks run there. Never waits.
+// Threads. Io thread only; callbacks run there, and may destroy the client. Never waits.
 //
-// Invariants. (1) on_ended comes once, and nothing after it. (2) A frame is handed
-// on only when all its bytes came and their digest is the one announced.
+// Invariants. (1) on_ended comes once, and nothing after it. (2) A frame is handed on only when all
+// its bytes came and their digest is the one announced.
 #pragma once
 
 #include <functional>

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "common/base/cli_usage.h"
 #include "common/base/cpu_count.h"
 #include "common/base/limits.h"
 #include "common/base/path_suffix.h"
@@ -129,7 +130,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    return fail(2, std::string(error.what()) + " (see 'tessera-trace --help')");
+    return fail(2, usage_text(app, error) + " (see 'tessera-trace --help')");
   }
   core::CastOptions options;
   const IsaMask supported = core::supported_isas();

@@ -12,12 +12,16 @@ import unittest
 
 import cluster_lib
 
-TIMEOUT_S = 60
 QUAD = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
 # Command line (after 'render', with -o and a scene added where absent), exit code, words of the line.
 USAGE = [
     ("--nonsense", 2, ["--nonsense"]),
+    ("--siez 64x64", 2, ["'--siez'", "did you mean '--size'?"]),
+    ("--enviroment=constant:1,1,1", 2, ["'--enviroment'", "did you mean '--environment'?"]),
+    ("--renderer ptah", 2, ["ptah", "did you mean 'path'?"]),
+    ("--config typo.toml", 2, ["typo.toml:1", "did you mean 'passes'?"]),
+    ("builtin:cornel", 2, ["cornel", "did you mean 'cornell'?"]),
     ("--size 0x0", 2, ["--size", "0x0"]),
     ("--size 99999x99999", 2, ["--size", "16384"]),
     ("--size 640", 2, ["--size"]),
@@ -90,6 +94,16 @@ USAGE = [
 OTHERS = [
     ("tessera-master", "", 2, []),
     ("tessera-master", "nonsense", 2, []),
+    ("tessera-master", "rendr a.obj", 2, ["'rendr'", "did you mean 'render'?"]),
+    ("tessera-master", "serve --metric 127.0.0.1:0", 2, ["'--metric'", "did you mean '--metrics'?", "serve --help"]),
+    ("tessera-slave", "--mastre 127.0.0.1:7400", 2, ["'--mastre'", "did you mean '--master'?"]),
+    ("tessera-keys", "add x slave y --day 3", 2, ["'--day'", "did you mean '--days'?"]),
+    ("tessera-keys", "renw x y", 2, ["'renw'", "did you mean 'renew'?"]),
+    ("tessera-import", "x.obj --memory 3", 2, ["'--memory'", "did you mean '--memory-mb'?"]),
+    ("tessera-trace", "a.obj b c --bundel 4", 2, ["'--bundel'", "did you mean '--bundle'?"]),
+    ("tessera-sim", "--sede 3", 2, ["'--sede'", "did you mean '--seed'?"]),
+    ("tessera-sim", "predict slavs=3", 2, ["'slavs'", "did you mean 'slaves'?"]),
+    ("tessera-bench", "--quik", 2, ["'--quik'", "did you mean '--quick'?"]),
     ("tessera-master", "render", 2, []),
     ("tessera-master", "serve --listen 0.0.0.0:0", 2, ["tessera-keys"]),
     ("tessera-master", "serve --listen 0.0.0.0:7400 --plain", 2, ["loopback"]),
@@ -118,7 +132,7 @@ def write_files(folder):
         "range.obj": QUAD + "f 1 2 9\n",
         "nan.obj": QUAD.replace("1 1 0", "nan 1 0") + "f 1 2 3\n",
         "malformed.gltf": '{"asset": {"version": "2.0"}, "meshes": [',
-        "broken.toml": "size = \n", "unknown.toml": 'colour = "blue"\n',
+        "broken.toml": "size = \n", "unknown.toml": 'colour = "blue"\n', "typo.toml": 'pases = 3\n',
         "small.toml": 'size = "0x0"\n', "unknown.camera": "eye 0 0 5\nlens 3\n",
         "good.obj": QUAD + "f 1 2 3 4\n",
         "no-material.obj": "mtllib gone.mtl\n" + QUAD + "usemtl red\nf 1 2 3 4\n",
@@ -149,7 +163,7 @@ class WrongInput(unittest.TestCase):
 
     def run_program(self, name, words, **more):
         return subprocess.run([cluster_lib.program(name), *words], cwd=self.folder, stdin=subprocess.DEVNULL,
-                              capture_output=True, text=True, errors="replace", timeout=TIMEOUT_S, **more)
+                              capture_output=True, text=True, errors="replace", timeout=cluster_lib.PATIENCE_S, **more)
 
     def expect(self, name, words, code, said, **more):
         before = sorted(os.listdir(self.folder))
@@ -245,7 +259,9 @@ class WrongInput(unittest.TestCase):
 
     def test_no_display(self):
         environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
-        self.expect("tessera-master", ["view", "--quiet", "builtin:cornell"], 1, ["display"], env=environment)
+        # Before the scene is looked at: reading it may take minutes.
+        for scene in ("builtin:cornell", "missing.obj", "malformed.gltf"):
+            self.expect("tessera-master", ["view", "--quiet", scene], 1, ["no display"], env=environment)
 
 
 class WrongPeers(unittest.TestCase):

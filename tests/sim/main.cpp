@@ -10,8 +10,10 @@
 #include <string>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "common/base/log.h"
+#include "common/base/near_word.h"
 #include "tests/sim/scaling.h"
 #include "tests/sim/storm.h"
 
@@ -29,7 +31,7 @@ constexpr const char* kUsage =
     "  --log       what the product logs, too\n"
     "  scaling     speed over the number of slaves, as CSV: the thesis's cluster; up to 1000 "
     "slaves\n"
-    "  --costs DIR     recordings of record_costs.py (tests/sim/costs)\n"
+    "  --costs DIR     recordings of record_costs.py (default: those of the source tree)\n"
     "  --master-us US  CPU of the master for a tile, from 'tessera-bench exchange' (11)\n"
     "  predict     one cluster: slaves threads width height tile_ms spread delay_ms mbit\n"
     "              slave_mbit record_us in_flight prefetch frames tile scale; costs=FILE\n"
@@ -94,6 +96,16 @@ int run_many(const Options& options) {
   return 0;
 }
 
+int wrong_usage(const std::string& text) {
+  std::fprintf(stderr, "tessera-sim: %s (see 'tessera-sim --help')\n", text.c_str());
+  return 2;
+}
+
+// known: what stands in its place.
+int unknown_word(const std::string& word, const std::vector<std::string>& known) {
+  return wrong_usage("'" + word + "' is not known" + did_you_mean(word, known));
+}
+
 int complain(const Status& status) {
   std::fprintf(stderr, "tessera-sim: %s\n", status.message().c_str());
   return 2;
@@ -136,8 +148,10 @@ int run_predict(int argc, char** argv) {
       if (name == known) *place = value * unit, is_known = true;
     }
     if (equals == nullptr || !is_known) {
-      std::fprintf(stderr, "tessera-sim predict: '%s' is not known\n%s", argv[i], kUsage);
-      return 2;
+      std::vector<std::string> known = {"costs"};
+      for (const auto& count : counts) known.emplace_back(count.first);
+      for (const auto& amount : amounts) known.emplace_back(std::get<0>(amount));
+      return unknown_word(equals == nullptr ? argv[i] : name, known);
     }
   }
   const ScalingResult r = run_scaling(c);
@@ -153,24 +167,31 @@ int run_predict(int argc, char** argv) {
 int run_scaling_series(int argc, char** argv) {
   std::string which = "thesis";
   SeriesOptions options;
+  options.costs_folder = TESSERA_SIM_COSTS;
   for (int i = 2; i < argc; ++i) {
     const std::string word = argv[i];
-    if (word == "--costs" && i + 1 < argc) {
+    const bool is_option = word == "--costs" || word == "--master-us";
+    if (is_option && i + 1 >= argc) return wrong_usage(word + " needs a value");
+    if (word == "--costs") {
       options.costs_folder = argv[++i];
-    } else if (word == "--master-us" && i + 1 < argc) {
+    } else if (word == "--master-us") {
       options.master_tile_seconds = 1e-6 * std::strtod(argv[++i], nullptr);
-    } else {
+    } else if (word == "thesis" || word == "large") {
       which = word;
+    } else {
+      return unknown_word(word, {"thesis", "large", "--costs", "--master-us"});
     }
   }
-  if (which == "thesis") return print_thesis_series(options);
-  if (which == "large") return print_large_series(options);
-  std::fputs(kUsage, stderr);
-  return 2;
+  return which == "thesis" ? print_thesis_series(options) : print_large_series(options);
 }
 
 int run(int argc, char** argv) {
   const std::string command = argc > 1 ? argv[1] : "";
+  for (int i = 1; i < argc; ++i) {
+    if (std::string(argv[i]) != "--help") continue;
+    std::fputs(kUsage, stdout);
+    return 0;
+  }
   if (command == "scaling" || command == "predict") {
     init_log(LogLevel::kOff, LogFormat::kText);
     return command == "scaling" ? run_scaling_series(argc, argv) : run_predict(argc, argv);
@@ -193,8 +214,8 @@ int run(int argc, char** argv) {
     } else if (word == "--log") {
       options.has_log = true;
     } else {
-      std::fputs(kUsage, word == "--help" ? stdout : stderr);
-      return word == "--help" ? 0 : 2;
+      return unknown_word(
+          word, {"--seeds", "--first", "--seed", "--trace", "--log", "scaling", "predict"});
     }
   }
   init_log(options.has_log ? LogLevel::kDebug : LogLevel::kOff, LogFormat::kText);

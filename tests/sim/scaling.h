@@ -51,7 +51,7 @@ struct ScalingResult {
 ScalingResult run_scaling(const ScalingCase& scaling);
 
 struct SeriesOptions {
-  std::string costs_folder = "tests/sim/costs";
+  std::string costs_folder;  // of record_costs.py
   double master_tile_seconds = kMasterTileSeconds;
 };
 

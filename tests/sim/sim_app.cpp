@@ -81,7 +81,7 @@ void SimApp::on_ended(const Status& status) {
   }
   is_welcomed_ = false;
   frames_.clear();
-  process_->post([this] { client_.reset(); });  // it is running
+  client_.reset();
   process_->run_at(queue_.now() + kReconnect, Duration::zero(), [this] { connect(); });
 }
 

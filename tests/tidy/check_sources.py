@@ -165,6 +165,18 @@ def check_machine_paths(path, text, found):
             found.add(path, number, "a path of one particular machine")
 
 
+TIME_LIMIT = re.compile(r"\bTIMEOUT\s+\d")
+
+
+def check_time_limits(path, text, found):
+    """A busy machine breaks a test's own limit: there is one for all, which ends what hangs (tests/CMakeLists.txt)."""
+    if not path.startswith("tests/") or not path.endswith("CMakeLists.txt"):
+        return
+    for number, line in enumerate(text.splitlines(), 1):
+        if TIME_LIMIT.search(line):
+            found.add(path, number, "a time limit of its own: use tessera_hang_seconds")
+
+
 def is_kept(path):
     """Whether the file is the project's own text (not built, not hidden by another tool)."""
     parts = path.split("/")
@@ -211,6 +223,7 @@ def check_tree(root):
     check_one_file(sources, found)
     check_cmake(files, found)
     for path, text in files:
+        check_time_limits(path, text, found)
         if not path.startswith("tests/tidy/"):
             check_machine_paths(path, text, found)
     return found.lines, len(sources)

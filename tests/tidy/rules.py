@@ -25,6 +25,7 @@ ARROWS = {
     "common/math": _BASE,
     "common/metrics": _BASE,
     "common/scene": _BASE + ["common/math", "common/metrics"],
+    "common/viewpoint": _BASE + ["common/math", "common/scene"],
     "common/frame": _BASE + ["common/math", "common/metrics", "common/scene"],
     "common/net": _BASE + ["common/metrics"],
     "common/wire": _COMMON + ["proto"],
@@ -55,8 +56,9 @@ ARROWS = {
     "master/frame_loop": _COMMON + ["common/wire"] + _CLUSTER,
     # The in-process slave is the one place where the master knows slave/.
     "master/session": _COMMON + ["common/wire", "slave", _CORE + "render"] + _FRAMES,
+    "master/look": _COMMON + ["master/session"],
     # common/scene_io: camera files, which are small text and no scene.
-    "master/commands": _COMMON + ["common/scene_io", "master/session"] + _FRAMES,
+    "master/commands": _COMMON + ["common/scene_io", "common/viewpoint", "master/look", "master/session"] + _FRAMES,
     "master": ["master/commands"],
     "deploy/keys": _COMMON,
 }
@@ -71,6 +73,10 @@ CONFINED = {
     "compression": (["zstd.h", "lz4", "blosc"], ["common/wire/"]),
     "OpenImageIO": (["OpenImageIO/"], ["master/image/", "master/import/"]),
     "Assimp": (["assimp/"], ["master/import/"]),
+    "nlohmann JSON": (["nlohmann/json.hpp"], ["master/import/gltf/document.cpp", "master/import/gltf/object.cpp"]),
+    "nlohmann JSON, names only": (["nlohmann/json_fwd.hpp"], ["master/import/gltf/object.h"]),
+    "Draco": (["draco/"], ["master/import/gltf/draco_mesh.cpp"]),
+    "meshoptimizer": (["meshoptimizer.h"], ["master/import/gltf/meshopt_view.cpp"]),
     "GLFW": (["GLFW/"], ["master/display/"]),
     "OpenGL": (["epoxy/", "GL/"], ["master/display/"]),
     "ImGui": (["imgui"], ["master/display/"]),

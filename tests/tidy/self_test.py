@@ -52,6 +52,12 @@ class Walls(unittest.TestCase):
         self.expect({"slave/a.cpp": "#include <OpenImageIO/imageio.h>\n"}, "slave/a.cpp:1", "OpenImageIO")
         self.expect({"tests/unit/a.cpp": "#include <spdlog/spdlog.h>\n"}, "tests/unit/a.cpp:1", "spdlog")
 
+    def test_a_time_limit_of_a_tests_own_is_red(self):
+        self.expect({"tests/unit/CMakeLists.txt": "x\nset_tests_properties(a PROPERTIES TIMEOUT 120)\n"},
+                    "tests/unit/CMakeLists.txt:2", "tessera_hang_seconds")
+        self.assertEqual(self.findings({"tests/a.cpp": "int a;\n", "tests/CMakeLists.txt":
+                                        "set_tests_properties(a PROPERTIES TIMEOUT ${tessera_hang_seconds})\n"}), [])
+
     def test_a_second_file_with_a_one_file_library_is_red(self):
         self.expect({"slave/a.cpp": "#include <CLI/CLI.hpp>\n", "slave/b.cpp": "#include <CLI/CLI.hpp>\n"}, "slave/b.cpp:1", "CLI11")
 

@@ -118,7 +118,9 @@ def render_file(folder, file, out, *options):
     run = subprocess.run([MASTER, "render", file, "-o", out, "--stats", stats, "--environment", "constant:.15,.18,.25", "--bounces", "3",
                           *options], cwd=folder, capture_output=True, text=True, timeout=600)
     assert run.returncode == 0, f"{file}: {run.stderr}"
-    assert "warning" not in run.stderr + run.stdout, run.stderr + run.stdout
+    # A file that holds motion says so, and nothing else.
+    warnings = [line for line in (run.stderr + run.stdout).splitlines() if "warning" in line and "the rest pose is shown" not in line]
+    assert not warnings, warnings
     return json.loads(stats.read_text().splitlines()[-1])
 
 

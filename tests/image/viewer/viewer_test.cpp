@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
@@ -59,6 +60,11 @@ ViewerFrame viewer_frame(std::shared_ptr<const FrameImage> image) {
   frame.stats.rays.primary = 76800;
   frame.stats.rays.shadow = 307200;
   frame.latency_seconds = 0.034;
+  return frame;
+}
+
+ClusterStatus three_slaves() {
+  ClusterStatus cluster;
   for (const char* name : {"anna", "berta", "clara"}) {
     SlaveStatus slave;
     slave.name = name;
@@ -67,9 +73,9 @@ ViewerFrame viewer_frame(std::shared_ptr<const FrameImage> image) {
     slave.utilisation = 0.97;
     slave.tiles_done = 1234;
     slave.rtt_seconds = 0.0004;
-    frame.cluster.slaves.push_back(slave);
+    cluster.slaves.push_back(slave);
   }
-  return frame;
+  return cluster;
 }
 
 ViewerOptions options(int width_px = kWidthPx, int height_px = kHeightPx) {
@@ -94,7 +100,8 @@ void keep(const FrameImage& shot) {
 }
 
 // Shows one frame and returns the window as drawn.
-FrameImage shot_of(ViewerOptions o, const ViewerFrame& frame) {
+FrameImage shot_of(ViewerOptions o, const ViewerFrame& frame,
+                   const ClusterStatus& cluster = three_slaves()) {
   FrameImage shot;
   o.save = [&shot](const FrameImage& image, const std::string&) {
     shot = image;
@@ -103,6 +110,7 @@ FrameImage shot_of(ViewerOptions o, const ViewerFrame& frame) {
   Result<std::unique_ptr<Viewer>> viewer = Viewer::open(o);
   EXPECT_TRUE(viewer.is_ok()) << viewer.status().message();
   if (!viewer.is_ok()) return shot;
+  (*viewer)->publish_status(cluster);
   (*viewer)->publish(frame);
   (*viewer)->run(nullptr);
   EXPECT_TRUE((*viewer)->screenshot_status().is_ok()) << (*viewer)->screenshot_status().message();
@@ -169,20 +177,93 @@ TEST(ViewerPicture, TintMixesEachTileWithItsSlavesColour) {
   }
 }
 
-TEST(ViewerPicture, LetterboxedAndMagnifiedInSquares) {
-  const auto image = frame_image(PixelFormat::kDisplay8, 100, 80);
-  const FrameImage shot = shot_of(options(340, 240), viewer_frame(image));
-  const PixelRect r = letterbox({100, 80}, {340, 240});
-  ASSERT_EQ(r, (PixelRect{20, 0, 300, 240}));
-  for (int y = 0; y < 240; ++y) {
-    for (int x = 0; x < 340; ++x) {
-      const bool is_inside = x >= r.x_px && x < r.x_px + r.width_px;
-      const int px = (x - r.x_px) / 3, py = y / 3;
-      for (int c = 0; c < 3; ++c) {
-        ASSERT_EQ(at(shot, x, y, c), is_inside ? at(*image, px, py, c) : 26) << x << " " << y;
+// sRGB-encoded, [0, 255], of the picture `rgb` (linear), interpolated between the middles of its
+// pixels at (x, y), which are counted in pixels of it.
+double between(const std::vector<float>& rgb, PixelSize size, double x, double y, int channel) {
+  const auto pixel = [&](int column, int row) {
+    column = std::clamp(column, 0, size.width_px - 1);
+    row = std::clamp(row, 0, size.height_px - 1);
+    const float linear =
+        rgb[static_cast<std::size_t>((row * size.width_px + column) * 3 + channel)];
+    return 255.0 * static_cast<double>(srgb_encode(linear));
+  };
+  const double left = std::floor(x - 0.5), top = std::floor(y - 0.5);
+  const double across = x - 0.5 - left, down = y - 0.5 - top;
+  const int column = static_cast<int>(left), row = static_cast<int>(top);
+  return (1 - down) * ((1 - across) * pixel(column, row) + across * pixel(column + 1, row)) +
+         down * ((1 - across) * pixel(column, row + 1) + across * pixel(column + 1, row + 1));
+}
+
+TEST(ViewerPicture, LetterboxedAndMagnifiedWithoutBlocks) {
+  for (const PixelFormat format : {PixelFormat::kDisplay8, PixelFormat::kFloat}) {
+    const auto image = frame_image(format, 100, 80);
+    const std::vector<float> rgb = gradient(100, 80);
+    const FrameImage shot = shot_of(options(340, 240), viewer_frame(image));
+    const PixelRect r = letterbox({100, 80}, {340, 240});
+    ASSERT_EQ(r, (PixelRect{20, 0, 300, 240}));
+    // Half a step of the window's rounding; where the picture has 8 bits, half a step of its own.
+    const double near = format == PixelFormat::kDisplay8 ? 1.01 : 0.51;
+    for (int y = 0; y < 240; ++y) {
+      for (int x = 0; x < 340; ++x) {
+        const bool is_inside = x >= r.x_px && x < r.x_px + r.width_px;
+        for (int c = 0; c < 3; ++c) {
+          const double wanted =
+              is_inside ? between(rgb, {100, 80}, (x - r.x_px + 0.5) / 3, (y + 0.5) / 3, c) : 26;
+          ASSERT_NEAR(at(shot, x, y, c), wanted, near) << x << " " << y << " " << c;
+        }
       }
     }
   }
+}
+
+// A lamp beside a wall: the light of a pixel that is far beyond white must not be mixed in before
+// it is cut off, or lamps would grow by half a pixel of the smaller picture.
+TEST(ViewerPicture, LampsDoNotGrowWhenMagnified) {
+  FrameImage lamp;
+  lamp.width_px = 4;
+  lamp.height_px = 1;
+  lamp.format = PixelFormat::kFloat;
+  const std::vector<float> rgb = {0, 0, 0, 0, 0, 0, 1000, 1000, 1000, 1000, 1000, 1000};
+  lamp.bytes.resize(rgb.size() * sizeof(float));
+  encode_pixels(rgb, lamp.format, lamp.bytes);
+  ViewerFrame frame = viewer_frame(std::make_shared<const FrameImage>(lamp));
+  frame.stands_for = {320, 240};
+  const FrameImage shot = shot_of(options(), frame);
+  // Between the middles of the two pixels in question, at 120 and 200, it rises evenly.
+  for (int x = 120; x < 200; ++x)
+    ASSERT_NEAR(at(shot, x, 120, 0), (x + 0.5 - 120) / 80 * 255, 0.51);
+}
+
+TEST(ViewerPicture, AReducedFrameFillsThePlaceOfTheWholeOne) {
+  ViewerFrame frame = viewer_frame(frame_image(PixelFormat::kDisplay8, 107, 80));
+  frame.stands_for = {kWidthPx, kHeightPx};
+  const FrameImage shot = shot_of(options(), frame);
+  for (int x = 0; x < kWidthPx; ++x) {
+    ASSERT_NE(at(shot, x, 0, 2), 26) << x << ": the grey beside a picture";
+    ASSERT_NE(at(shot, x, kHeightPx - 1, 2), 26) << x;
+  }
+}
+
+TEST(ViewerPicture, TheScreenshotWaitsForAWholeFrame) {
+  ViewerFrame reduced = viewer_frame(frame_image(PixelFormat::kDisplay8, 80, 60));
+  reduced.stands_for = {kWidthPx, kHeightPx};
+  reduced.is_full = false;
+  const auto whole = frame_image(PixelFormat::kDisplay8);
+  FrameImage shot;
+  ViewerOptions o = options();
+  o.save = [&shot](const FrameImage& image, const std::string&) {
+    shot = image;
+    return Status::ok();
+  };
+  auto viewer = Viewer::open(o);
+  ASSERT_TRUE(viewer.is_ok()) << viewer.status().message();
+  (*viewer)->publish(reduced);
+  int asked = 0;
+  (*viewer)->run([&] { return ++asked > 20; });  // each turn draws what there is
+  EXPECT_FALSE((*viewer)->screenshot_status().is_ok());
+  (*viewer)->publish(viewer_frame(whole));
+  (*viewer)->run(nullptr);
+  EXPECT_EQ(greatest_difference(shot, *whole), 0);
 }
 
 TEST(ViewerPicture, OverlayDrawsSomethingAndLeavesTheRest) {
@@ -201,8 +282,9 @@ TEST(ViewerPicture, ManySlavesAreSummedUpWithinTheWindow) {
   ViewerOptions o = options(640, 480);
   o.shows_overlay = true;
   const auto image = frame_image(PixelFormat::kDisplay8, 640, 480);
-  ViewerFrame frame = viewer_frame(image);
-  const FrameImage few = shot_of(o, frame);
+  const ViewerFrame frame = viewer_frame(image);
+  ClusterStatus cluster = three_slaves();
+  const FrameImage few = shot_of(o, frame, cluster);
   for (int i = 0; i < 300; ++i) {
     SlaveStatus slave;
     slave.name = "a-slave-with-a-long-name-" + std::to_string(i);
@@ -210,13 +292,38 @@ TEST(ViewerPicture, ManySlavesAreSummedUpWithinTheWindow) {
     slave.utilisation = (i % 11) / 10.0;
     slave.prefetch_depth = 24;
     if (i % 7 == 3) slave.state = SlaveState::kWaiting;
-    frame.cluster.slaves.push_back(slave);
+    cluster.slaves.push_back(slave);
   }
-  const FrameImage many = shot_of(o, frame);
+  const FrameImage many = shot_of(o, frame, cluster);
   EXPECT_GT(greatest_difference(few, many), 50);
   for (int x = 0; x < 640; ++x) {
     for (int c = 0; c < 3; ++c) ASSERT_EQ(at(many, x, 479, c), at(*image, x, 479, c)) << x;
   }
+}
+
+TEST(ViewerPicture, AClusterWithoutSlavesIsSeenInTheOverlay) {
+  ViewerOptions o = options(640, 480);
+  o.shows_overlay = true;
+  const ViewerFrame frame = viewer_frame(frame_image(PixelFormat::kDisplay8, 640, 480));
+  EXPECT_GT(greatest_difference(shot_of(o, frame), shot_of(o, frame, ClusterStatus{})), 50);
+}
+
+TEST(ViewerPicture, ANoticeIsSeenWithoutTheOverlay) {
+  const auto image = frame_image(PixelFormat::kDisplay8);
+  FrameImage shot;
+  ViewerOptions o = options();
+  o.save = [&shot](const FrameImage& drawn, const std::string&) {
+    shot = drawn;
+    return Status::ok();
+  };
+  auto viewer = Viewer::open(o);
+  ASSERT_TRUE(viewer.is_ok()) << viewer.status().message();
+  (*viewer)->notify("saved picture-0001.exr and picture-0001.png");
+  (*viewer)->publish(viewer_frame(image));
+  (*viewer)->run(nullptr);
+  EXPECT_GT(greatest_difference(shot, *image), 50);
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(at(shot, 300, 20, c), at(*image, 300, 20, c));
+  keep(shot);
 }
 
 TEST(ViewerPicture, OverlayWithHelpAndLegend) {

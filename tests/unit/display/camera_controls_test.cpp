@@ -235,6 +235,37 @@ TEST(CameraControls, SpeedsGrowWithTheScene) {
       100, 0.1);
 }
 
+TEST(CameraControls, FitTakesTheScenesOwnAnswer) {
+  CameraControls controls(home_camera(), scene_box());
+  controls.set_viewport(800, 400);
+  controls.handle(button(Kind::kButtonDown, MouseButton::kLeft));
+  controls.handle(move_to(10, 10));
+  controls.handle(move_to(60, 40));
+  Camera asked;
+  double aspect = 0;
+  const Camera answer{{1, 0.5f, 1}, {1.25f, 0.5f, 1}, {0, 1, 0}, 40};
+  controls.set_camera_of_all([&](const Camera& seen, double asked_aspect) {
+    asked = seen;
+    aspect = asked_aspect;
+    return answer;
+  });
+  const Camera before = controls.camera();
+  controls.handle(key(Kind::kKeyDown, Key::kF));
+  EXPECT_EQ(asked, before);
+  EXPECT_EQ(aspect, 2);
+  EXPECT_NEAR(length(controls.camera().eye - answer.eye), 0, kRelative);
+  EXPECT_NEAR(length(controls.camera().target - answer.target), 0, kRelative);
+}
+
+TEST(CameraControls, FitOfAViewAlongUpStaysValid) {
+  CameraControls controls(home_camera(), scene_box());
+  controls.set_camera_of_all([](const Camera&, double) {
+    return Camera{{0, 5, 0}, {0, 0, 0}, {1, 0, 0}, 40};
+  });
+  controls.handle(key(Kind::kKeyDown, Key::kF));
+  EXPECT_TRUE(validate_camera(controls.camera()).is_ok());
+}
+
 TEST(CameraControls, FitShowsTheWholeBox) {
   CameraControls controls(home_camera(), scene_box());
   controls.set_viewport(300, 600);  // the width is the narrow side

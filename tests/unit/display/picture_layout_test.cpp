@@ -37,16 +37,16 @@ TEST(Letterbox, NeverVanishesAndNeverLeavesTheWindow) {
   }
 }
 
-TEST(ResizeDebounce, AnswersOnceAfterRest) {
+TEST(ResizeDebounce, OneStepCountsAtOnceAndManyAfterRest) {
   ResizeDebounce resize({640, 480}, 4096);
   EXPECT_FALSE(resize.poll(0).has_value());
   for (int i = 0; i < 100; ++i) {  // a border is dragged for a second
-    resize.on_resize({640 + i, 480}, 0.01 * i);
-    EXPECT_FALSE(resize.poll(0.01 * i).has_value());
+    resize.on_resize({640 + i, 480 + 2}, 0.01 * i);
+    EXPECT_EQ(resize.poll(0.01 * i).has_value(), i == 0);
   }
-  EXPECT_EQ(resize.size(), (PixelSize{640, 480}));
+  EXPECT_EQ(resize.size(), (PixelSize{640, 482}));
   EXPECT_FALSE(resize.poll(0.99 + ResizeDebounce::kQuietSeconds / 2).has_value());
-  EXPECT_EQ(resize.poll(2), (PixelSize{739, 480}));
+  EXPECT_EQ(resize.poll(2), (PixelSize{739, 482}));
   EXPECT_FALSE(resize.poll(3).has_value());
 }
 
@@ -63,6 +63,8 @@ TEST(ResizeDebounce, GoingThereAndBackIsNoChange) {
   resize.on_resize({700, 480}, 1);
   resize.on_resize({640, 480}, 1.01);
   EXPECT_FALSE(resize.poll(9).has_value());
+  resize.on_resize({700, 480}, 10);
+  EXPECT_EQ(resize.poll(10), (PixelSize{700, 480}));
 }
 
 TEST(SlaveColour, FirstTwelveAreToldApart) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <limits>
 
@@ -23,6 +24,9 @@ TEST(FrameSettings, WhatIsOutOfRangeIsNamed) {
       {"width", [](FrameSettings& s) { s.width_px = kImageSideMaxPx + 1; }},
       {"height", [](FrameSettings& s) { s.height_px = -1; }},
       {"tile", [](FrameSettings& s) { s.tile_edge_px = kTileEdgeMinPx - 1; }},
+      {"exposure", [](FrameSettings& s) { s.display.exposure_ev = 65; }},
+      {"exposure", [](FrameSettings& s) { s.display.exposure_ev = std::nanf(""); }},
+      {"tone", [](FrameSettings& s) { s.display.tone = static_cast<ToneCurve>(4); }},
       {"tile", [](FrameSettings& s) { s.tile_edge_px = kTileEdgeMaxPx + 1; }},
       {"samples", [](FrameSettings& s) { s.samples_per_pixel = 0; }},
       {"light", [](FrameSettings& s) { s.light_samples = kLightSamplesMax + 1; }},

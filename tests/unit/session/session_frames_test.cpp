@@ -8,6 +8,7 @@
 #include "common/base/limits.h"
 #include "master/session/master_host.h"
 #include "master/session/session.h"
+#include "tests/support/patience.h"
 
 namespace tessera {
 namespace {
@@ -51,7 +52,7 @@ FrameSettings small_settings(int tile_edge_px = 16) {
 }
 
 FrameResult take(Session& session) {
-  auto result = session.next_frame(60s);
+  auto result = session.next_frame(test::kPatience);
   EXPECT_TRUE(result.is_ok()) << result.status().message();
   if (!result.is_ok()) return {};
   EXPECT_TRUE(result->status.is_ok()) << result->status.message();
@@ -181,7 +182,7 @@ TEST(SessionFrames, CancelledFramesComeOutAsCancelledAndTheNextIsWhole) {
   large.samples_per_pixel = 16;
   ASSERT_TRUE((*session)->submit(large).is_ok());
   (*session)->cancel_frames();
-  auto cancelled = (*session)->next_frame(20s);
+  auto cancelled = (*session)->next_frame(test::kPatience);
   ASSERT_TRUE(cancelled.is_ok()) << cancelled.status().message();
   EXPECT_EQ(cancelled->status.code(), StatusCode::kCancelled);
   ASSERT_TRUE((*session)->submit(small_settings()).is_ok());
@@ -264,7 +265,7 @@ TEST(SessionFrames, CancelledFramesOfAConnectedSessionAreCancelled) {
   ASSERT_TRUE((*session)->commit_scene(small_scene()).is_ok());
   ASSERT_TRUE((*session)->submit(settings).is_ok());
   (*session)->cancel_frames();
-  auto result = (*session)->next_frame(60s);
+  auto result = (*session)->next_frame(test::kPatience);
   ASSERT_TRUE(result.is_ok());
   EXPECT_EQ(result->status.code(), StatusCode::kCancelled) << result->status.message();
 }

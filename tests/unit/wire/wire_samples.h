@@ -71,6 +71,7 @@ class Samples {
     s.is_compensated = number(0, 1) == 1;
     s.pass = small(0, kPassesMax - 1);
     s.seed = small(0, 0xffffffffu);
+    s.display = {static_cast<float>(real(-64, 64)), static_cast<ToneCurve>(number(0, 3))};
     return s;
   }
 
