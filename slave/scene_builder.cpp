@@ -73,32 +73,54 @@ void SceneBuilder::work() {
       current_ = &*task;
       is_cancelled_ = !is_wanted;
     }
-    Result<std::shared_ptr<const core::PreparedScene>> scene =
-        is_wanted ? build(*task)
-                  : Result<std::shared_ptr<const core::PreparedScene>>(
-                        Status::cancelled("retired before it was built"));
+    BuildOutcome outcome{task->generation, task->version, 0,
+                         Status::cancelled("retired before it was built")};
+    if (is_wanted) outcome = build(*task);
+    outcome.seconds = seconds(Clock::now() - began);
     {
       MutexLock lock(mutex_);
       current_ = nullptr;
       if (is_stopped_) return;
     }
-    on_built_({task->generation, task->version, seconds(Clock::now() - began), std::move(scene)});
+    on_built_(std::move(outcome));
   }
 }
 
-Result<std::shared_ptr<const core::PreparedScene>> SceneBuilder::build(const BuildTask& task) {
+BuildOutcome SceneBuilder::build(const BuildTask& task) {
+  BuildOutcome outcome{task.generation, task.version, 0, Status::cancelled("not built yet")};
   try {
-    const Result<Scene> scene = decoder_.decode(task.scene);
-    if (!scene.is_ok()) return scene.status();
-    const std::shared_ptr<const core::PreparedScene> newest = newest_.lock();
+    Result<Scene> scene = decoder_.decode(task.scene);
+    if (!scene.is_ok()) {
+      outcome.scene = scene.status();
+      return outcome;
+    }
+    const std::shared_ptr<const Newest> before = newest();
     core::BuildOptions options = build_options_;
-    options.other = newest.get();
-    auto built = core::PreparedScene::build(*scene, options);
-    if (built.is_ok()) newest_ = *built;
-    return built;
+    options.other = before ? before->prepared.get() : nullptr;
+    outcome.scene = core::PreparedScene::build(*scene, options);
+    if (!outcome.scene.is_ok()) return outcome;
+    const core::PreparedScene& built = **outcome.scene;
+    if (!before || !built.has_geometry_of(*before->prepared))
+      outcome.built_primitives = built.triangle_count();
+    auto now = std::make_shared<const Newest>(Newest{*std::move(scene), *outcome.scene});
+    MutexLock lock(mutex_);
+    newest_ = std::move(now);  // `before` ends outside of the lock
   } catch (const std::exception& e) {
-    return Status::resource_exhausted(std::string("the scene could not be built: ") + e.what());
+    outcome.scene =
+        Status::resource_exhausted(std::string("the scene could not be built: ") + e.what());
   }
+  return outcome;
+}
+
+std::shared_ptr<const SceneBuilder::Newest> SceneBuilder::newest() const {
+  MutexLock lock(mutex_);
+  return newest_;
+}
+
+void SceneBuilder::forget_newest() {
+  std::shared_ptr<const Newest> forgotten;
+  MutexLock lock(mutex_);
+  forgotten.swap(newest_);
 }
 
 }  // namespace tessera::slave

@@ -1,11 +1,12 @@
 // The building half of the scene pipeline: one thread that decodes complete scenes and prepares
 // them for tracing, beside the render threads and at lower priority, in the order of their
-// versions.
+// versions. It keeps the scene that it built last until the next one is built, whether or not a
+// frame still needs it: what both have in common is not built again.
 //
-// Threads. push(), retire(): network thread. on_built runs on the builder thread and must not
+// Threads. push(), retire(), forget_newest(): network thread. on_built runs on the builder thread and must not
 // block. stop(): the owner's thread. Invariants. (1) Each pushed scene gets one on_built, kCancelled
 // included, unless it was retired while it waited or stop() came first. (2) At most kQueueMax scenes
-// wait.
+// wait. (3) One scene at most is kept alive here.
 #pragma once
 
 #include <atomic>
@@ -33,6 +34,7 @@ struct BuildOutcome {
   SceneVersion version = 0;
   double seconds = 0;
   Result<std::shared_ptr<const core::PreparedScene>> scene;
+  std::uint64_t built_primitives = 0;  // 0: the geometry is that of the scene before
 };
 
 class SceneBuilder {
@@ -50,20 +52,30 @@ class SceneBuilder {
   // Gives up builds of `generation` older than `first_kept`, and all of earlier generations.
   void retire(std::uint64_t generation, SceneVersion first_kept);
 
+  // Lets go of the scene that was built last.
+  void forget_newest();
+
   void stop();
 
  private:
+  // What the next scene may share: a decoded scene's meshes and pictures live as long as it does.
+  struct Newest {
+    Scene scene;
+    std::shared_ptr<const core::PreparedScene> prepared;
+  };
+
   void work();
-  Result<std::shared_ptr<const core::PreparedScene>> build(const BuildTask& task);
+  BuildOutcome build(const BuildTask& task);
+  std::shared_ptr<const Newest> newest() const;
   bool is_retired(const BuildTask& task) const TESSERA_REQUIRES(mutex_);
 
   core::BuildOptions build_options_;
   const OnBuilt on_built_;
   BoundedQueue<BuildTask> queue_;
-  SceneDecoder decoder_;                             // builder thread, as the next
-  std::weak_ptr<const core::PreparedScene> newest_;  // built
+  SceneDecoder decoder_;  // builder thread
 
   mutable Mutex mutex_;
+  std::shared_ptr<const Newest> newest_ TESSERA_GUARDED_BY(mutex_);  // null: nothing, or forgotten
   std::uint64_t generation_ TESSERA_GUARDED_BY(mutex_) = 0;
   SceneVersion first_kept_ TESSERA_GUARDED_BY(mutex_) = 0;
   const BuildTask* current_ TESSERA_GUARDED_BY(mutex_) = nullptr;

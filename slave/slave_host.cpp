@@ -32,6 +32,7 @@ class ThreadWorkshop final : public Workshop {
   void retire(std::uint64_t generation, SceneVersion first_kept) override {
     builder_.retire(generation, first_kept);
   }
+  void forget_newest() override { builder_.forget_newest(); }
   void observe_link(const net::LinkCounters& counters) override { coder_.observe(counters); }
   void forget_link() override { coder_.forget_link(); }
 

@@ -38,10 +38,11 @@ struct SlaveNode::Impl {
         open_link(std::move(factory)),
         workshop(shop),
         intake(
-            event_loop, [this] { return free_bytes(); }, options.relay, intake_events()) {}
+            event_loop, [this](std::uint64_t bytes) { return room_for(bytes); }, options.relay, intake_events()) {}
 
   void start();
   std::optional<std::uint64_t> free_bytes() const;
+  std::optional<std::uint64_t> room_for(std::uint64_t bytes);
   Status on_tile_message(wire::Message message);
   Status on_frame_begin(const wire::FrameBegin& begin);
   Status on_lease(const wire::TileLease& lease);
@@ -251,6 +252,7 @@ void SlaveNode::Impl::on_lost() {
   first_kept = 0;
   ++generation;
   workshop.retire(generation, 0);
+  workshop.forget_newest();
 }
 
 // ---- scenes
@@ -259,6 +261,14 @@ void SlaveNode::Impl::on_lost() {
 std::optional<std::uint64_t> SlaveNode::Impl::free_bytes() const {
   const std::optional<MemoryRoom> room = options.memory ? options.memory() : std::nullopt;
   return room ? std::optional(room->free_bytes) : std::nullopt;
+}
+
+// What is kept for the sake of speed goes first.
+std::optional<std::uint64_t> SlaveNode::Impl::room_for(std::uint64_t bytes) {
+  const std::optional<std::uint64_t> free = free_bytes();
+  if (!free || *free >= bytes) return free;
+  workshop.forget_newest();
+  return free_bytes();
 }
 
 SceneIntake::Events SlaveNode::Impl::intake_events() {
@@ -277,6 +287,7 @@ Status SlaveNode::Impl::on_scene_message(wire::Message message) {
     built.erase(built.begin(), built.lower_bound(first_kept));
     digests.erase(digests.begin(), digests.lower_bound(first_kept));
     workshop.retire(generation, first_kept);
+    if (!retire->keeps_newest) workshop.forget_newest();
     return intake.retire(first_kept);
   }
   if (std::holds_alternative<wire::SceneAnnounce>(message) &&
@@ -318,7 +329,8 @@ void SlaveNode::Impl::on_built(BuildOutcome outcome) {
              {"seconds", std::to_string(outcome.seconds)}});
   built.emplace(outcome.version, std::move(*outcome.scene));
   link->send_scene(
-      wire::SceneBuilt{outcome.version, outcome.seconds, triangle_count, digests[outcome.version]});
+      wire::SceneBuilt{outcome.version, outcome.seconds, triangle_count, digests[outcome.version],
+                       outcome.built_primitives});
 }
 
 }  // namespace tessera::slave

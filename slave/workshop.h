@@ -36,6 +36,8 @@ class Workshop {
   [[nodiscard]] virtual bool try_push(BuildTask task) = 0;
   // Gives up builds of `generation` older than `first_kept`, and all of earlier generations.
   virtual void retire(std::uint64_t generation, SceneVersion first_kept) = 0;
+  // Lets go of the scene that was built last, which is otherwise kept for the next one.
+  virtual void forget_newest() {}
 };
 
 }  // namespace tessera::slave

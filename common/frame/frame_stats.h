@@ -27,6 +27,20 @@ struct RayCounts {
   bool operator==(const RayCounts&) const = default;
 };
 
+// What scenes cost between frames.
+struct SceneCost {
+  std::uint64_t built_primitives = 0;  // put into structures, by the slave that built most
+  double wait_seconds = 0;  // frames open and slaves there, but none in work for want of a scene
+  std::uint64_t bytes = 0;  // by the master, on the connections that carry scenes
+  SceneCost& operator+=(const SceneCost& o) {
+    built_primitives += o.built_primitives;
+    wait_seconds += o.wait_seconds;
+    bytes += o.bytes;
+    return *this;
+  }
+  bool operator==(const SceneCost&) const = default;
+};
+
 struct FrameStats {
   FrameId frame = 0;
   double seconds = 0;               // first lease to last result
@@ -46,6 +60,7 @@ struct FrameStats {
   std::uint64_t bytes_to_slaves = 0;
   std::uint64_t bytes_from_slaves = 0;
   double build_seconds = 0;   // slowest slave's build of this scene version
+  SceneCost scene_cost;       // since the frame that was completed before
   double utilisation = 0;     // 1 - starved / available worker time
   double render_seconds = 0;  // on render threads, over all accepted tiles
   // Tiles that a slave may hold, the ones in work included: least and most over the slaves, as the

@@ -31,6 +31,9 @@ net::Record encode_one(FrameDone m) {
   h.set_prefetch_min(s.prefetch_min);
   h.set_prefetch_max(s.prefetch_max);
   h.set_completed_at_seconds(s.completed_at_seconds);
+  h.set_built_primitives(s.scene_cost.built_primitives);
+  h.set_scene_wait_seconds(s.scene_cost.wait_seconds);
+  h.set_scene_bytes(s.scene_cost.bytes);
   h.set_digest(s.digest.bytes.data(), s.digest.bytes.size());
   h.set_error(clean_line(std::move(m.error)));
   h.set_tile_slave_count(static_cast<std::uint32_t>(m.tile_slave.size()));
@@ -53,6 +56,7 @@ Result<Message> decode_frame_done(net::ReceivedRecord record) {
   check.finite("utilisation", h.utilisation());
   check.not_negative("render_seconds", h.render_seconds());
   check.not_negative("completed_at_seconds", h.completed_at_seconds());
+  check.not_negative("scene_wait_seconds", h.scene_wait_seconds());
   check.range("digest bytes", h.digest().size(), sizeof(Digest), sizeof(Digest));
   check.line("error", h.error());
   check.range("tile_slave_count", h.tile_slave_count(), 0, kTilesPerFrameMax);
@@ -82,6 +86,7 @@ Result<Message> decode_frame_done(net::ReceivedRecord record) {
   s.prefetch_min = h.prefetch_min();
   s.prefetch_max = h.prefetch_max();
   s.completed_at_seconds = h.completed_at_seconds();
+  s.scene_cost = {h.built_primitives(), h.scene_wait_seconds(), h.scene_bytes()};
   std::memcpy(s.digest.bytes.data(), h.digest().data(), sizeof(Digest));
   m.error = std::move(*h.mutable_error());
   m.tile_slave.resize(h.tile_slave_count());

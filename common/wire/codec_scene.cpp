@@ -165,6 +165,7 @@ net::Record encode_one(SceneBuilt m) {
   h.set_build_seconds(m.build_seconds);
   h.set_triangle_count(m.triangle_count);
   h.set_scene(m.scene.bytes.data(), m.scene.bytes.size());
+  h.set_built_primitives(m.built_primitives);
   return make_record(RecordType::kSceneBuilt, h);
 }
 
@@ -177,8 +178,9 @@ Result<Message> decode_scene_built(net::ReceivedRecord record) {
   check.not_negative("build_seconds", h.build_seconds());
   check.range("triangle_count", h.triangle_count(), 0, kTrianglesMax);
   check.range("scene bytes", h.scene().size(), sizeof(Digest), sizeof(Digest));
+  check.range("built_primitives", h.built_primitives(), 0, kTrianglesMax);
   if (!check.is_ok()) return check.status();
-  SceneBuilt m{h.version(), h.build_seconds(), h.triangle_count(), {}};
+  SceneBuilt m{h.version(), h.build_seconds(), h.triangle_count(), {}, h.built_primitives()};
   std::memcpy(m.scene.bytes.data(), h.scene().data(), sizeof(Digest));
   return Message(m);
 }
@@ -207,6 +209,7 @@ Result<Message> decode_scene_failed(net::ReceivedRecord record) {
 net::Record encode_one(SceneRetire m) {
   proto::SceneRetire h;
   h.set_first_kept(m.first_kept);
+  h.set_keeps_newest(m.keeps_newest);
   return make_record(RecordType::kSceneRetire, h);
 }
 
@@ -217,7 +220,7 @@ Result<Message> decode_scene_retire(net::ReceivedRecord record) {
   check.no_payload(record);
   check.at_least("first_kept", h.first_kept(), 1);
   if (!check.is_ok()) return check.status();
-  return Message(SceneRetire{h.first_kept()});
+  return Message(SceneRetire{h.first_kept(), h.keeps_newest()});
 }
 
 }  // namespace tessera::wire

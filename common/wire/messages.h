@@ -118,6 +118,8 @@ struct SceneBuilt {  // slave -> master: frames of this version may be leased (m
   double build_seconds = 0;
   std::uint64_t triangle_count = 0;
   Digest scene{};  // EncodedScene::digest() of what was built (master -> app: zeros)
+  // Of its triangles; 0: the geometry is that of the version before.
+  std::uint64_t built_primitives = 0;
 };
 struct SceneFailed {
   SceneVersion version = 0;
@@ -125,9 +127,10 @@ struct SceneFailed {
   // Not 0: the holder has no memory for it. It would take so many bytes, so many are free.
   std::uint64_t needed_bytes = 0, free_bytes = 0;
 };
-struct SceneRetire {
+struct SceneRetire {  // older versions are not needed any more
   SceneVersion first_kept = 0;
-};  // older versions are not needed any more
+  bool keeps_newest = false;  // what was built last serves the next version
+};
 
 // ---- relay: slaves feed slaves
 // Master -> slave on the scene connection: ask this one for what `version` lacks here.

@@ -69,12 +69,11 @@ void SceneReceiver::tell_kept(Actions& actions) const {
 
 // What lacks is held twice: as bytes, for deltas and relays, and decoded; then the index.
 bool SceneReceiver::refuse_head(const SceneNeed& need, Actions& actions) {
-  const std::optional<std::uint64_t> room = room_ ? room_() : std::nullopt;
-  if (!room) return false;
   const SceneAnnounce& a = head_->announce;
   std::uint64_t bytes = a.index_bytes;
   for (const std::uint32_t block : need.blocks) bytes += 2 * a.sizes[block];
-  if (bytes <= *room) return false;
+  const std::optional<std::uint64_t> room = room_ ? room_(bytes) : std::nullopt;
+  if (!room || bytes <= *room) return false;
   actions.failed.push_back(
       {a.version,
        "the scene needs " + mib_text(bytes) + " of memory here, " + mib_text(*room) + " are free",

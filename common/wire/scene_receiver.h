@@ -62,8 +62,9 @@ class SceneReceiver {
     kWrongDigest,
   };
 
-  // How many bytes may be taken now; nothing: no limit known. Asked once for each announcement.
-  using Room = std::function<std::optional<std::uint64_t>()>;
+  // How many bytes may be taken now, where so many are needed; nothing: no limit known. Asked once
+  // for each announcement.
+  using Room = std::function<std::optional<std::uint64_t>(std::uint64_t needed_bytes)>;
   explicit SceneReceiver(Room room = nullptr) : room_(std::move(room)) {}
 
   // Returns: kDataLoss or kResourceExhausted when the sender broke the protocol.

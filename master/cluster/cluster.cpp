@@ -250,7 +250,7 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
     slave->second->built = std::max(slave->second->built, built->version);
     relay_.complete(session, built->version, scene->second->total_bytes());
     sender.on_answered(built->version);
-    events_.scene_built(session, built->version, built->build_seconds);
+    events_.scene_built(session, *built);
   } else if (const auto* progress = std::get_if<wire::SceneProgress>(&message)) {
     relay_.progress(session, progress->version, progress->bytes, Clock::now());
   } else if (const auto* relay_failed = std::get_if<wire::RelayFailed>(&message)) {
@@ -320,6 +320,7 @@ void Cluster::remove(SessionId session) {
     gone_bytes_received_ += link->connection().bytes_received();
     link->close();
   }
+  if (slave->scene_link) gone_scene_bytes_sent_ += slave->scene_link->connection().bytes_sent();
   io_.post([slave] {});  // one of its callbacks may be running
   apply(relay_.lost(session, Clock::now()));
   if (!slave->is_joined()) return;

@@ -33,7 +33,7 @@ struct ClusterEvents {
   std::function<void(SessionId)> slave_lost;
   std::function<void(SessionId, double seconds)> round_trip;  // by heartbeats, now and then
   std::function<std::uint32_t(SessionId)> tiles_held;  // asked before slave_lost; may be null
-  std::function<void(SessionId, SceneVersion, double build_seconds)> scene_built;
+  std::function<void(SessionId, const wire::SceneBuilt&)> scene_built;
   std::function<void(SessionId, SceneVersion, const std::string& reason)> scene_failed;
   std::function<void(SessionId, wire::TileResult)> tile_result;
   std::function<void(SessionId, wire::TileReturned)> tile_returned;
@@ -64,7 +64,8 @@ class Cluster {
 
   void commit_scene(SceneVersion version, SharedScene scene);
   void need_scene(SceneVersion version);
-  void retire_scenes(SceneVersion first_kept);
+  // `keeps_newest`: the slaves keep what they built last for the version that comes next.
+  void retire_scenes(SceneVersion first_kept, bool keeps_newest);
 
   // What the links are set to and what was measured on them.
   ClusterPace pace() const;
@@ -87,6 +88,7 @@ class Cluster {
   // Over all slaves, gone ones too.
   std::uint64_t bytes_sent() const;
   std::uint64_t bytes_received() const;
+  std::uint64_t scene_bytes_sent() const;  // on the connections that carry scenes
   std::uint32_t thread_count() const;
   std::uint32_t threads_of(SessionId session) const;  // 0 when it is gone
 
@@ -134,7 +136,7 @@ class Cluster {
   std::uint16_t next_ordinal_ = 0;
   std::map<SceneVersion, SharedScene> scenes_;  // kept for whoever joins
   std::set<SceneVersion> needed_;               // by a frame, not retired
-  std::uint64_t gone_bytes_sent_ = 0, gone_bytes_received_ = 0;
+  std::uint64_t gone_bytes_sent_ = 0, gone_bytes_received_ = 0, gone_scene_bytes_sent_ = 0;
   std::set<std::string> names_seen_;  // of slaves, at most kConnectionsMax
   // What a slave of this name could not hold, and how much memory it had then.
   struct Unfit {

@@ -38,12 +38,12 @@ void Cluster::need_scene(SceneVersion version) {
   }
 }
 
-void Cluster::retire_scenes(SceneVersion first_kept) {
+void Cluster::retire_scenes(SceneVersion first_kept, bool keeps_newest) {
   scenes_.erase(scenes_.begin(), scenes_.lower_bound(first_kept));
   needed_.erase(needed_.begin(), needed_.lower_bound(first_kept));
   relay_.retire(first_kept);
   for (auto& [session, slave] : slaves_) {
-    if (slave->is_joined()) slave->sender->retire(first_kept);
+    if (slave->is_joined()) slave->sender->retire(first_kept, keeps_newest);
   }
 }
 

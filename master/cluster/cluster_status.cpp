@@ -70,6 +70,14 @@ std::uint64_t Cluster::bytes_sent() const {
   return bytes;
 }
 
+std::uint64_t Cluster::scene_bytes_sent() const {
+  std::uint64_t bytes = gone_scene_bytes_sent_;
+  for (const auto& [session, slave] : slaves_) {
+    if (slave->is_joined()) bytes += slave->scene_link->connection().bytes_sent();
+  }
+  return bytes;
+}
+
 std::uint64_t Cluster::bytes_received() const {
   std::uint64_t bytes = gone_bytes_received_;
   for (const auto& [session, slave] : slaves_) {

@@ -155,7 +155,7 @@ void SceneSender::send_chunk(const Upload& upload, const SceneBlock& block, std:
   link_.send(std::move(chunk));
 }
 
-void SceneSender::retire(SceneVersion first_kept) {
+void SceneSender::retire(SceneVersion first_kept, bool keeps_newest) {
   if (first_kept <= first_kept_) return;
   first_kept_ = first_kept;
   scenes_.erase(scenes_.begin(), scenes_.lower_bound(first_kept));
@@ -167,7 +167,7 @@ void SceneSender::retire(SceneVersion first_kept) {
   chunk_asks_.erase(chunk_asks_.begin(), chunk_asks_.lower_bound(first_kept));
   live_.erase(live_.begin(), live_.lower_bound(first_kept));
   std::erase_if(uploads_, [&](const Upload& upload) { return upload.version < first_kept; });
-  link_.send(wire::SceneRetire{first_kept});
+  link_.send(wire::SceneRetire{first_kept, keeps_newest});
   announce_next();
 }
 

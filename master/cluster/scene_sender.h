@@ -60,7 +60,7 @@ class SceneSender {
   // Call when the link has drained, and now and then while it is held back.
   void pump();
   // Older versions are dropped, also by the holder.
-  void retire(SceneVersion first_kept);
+  void retire(SceneVersion first_kept, bool keeps_newest);
 
   // Others are rendering, and do not wait for this holder: its data yields (GentlePace).
   void set_gentle(bool is_gentle) { is_gentle_ = is_gentle; }

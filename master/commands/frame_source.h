@@ -40,6 +40,8 @@ class FrameSource {
                 const std::function<bool()>& should_stop);
   // Whether the session shows the first frame's scene since settle().
   bool is_committed() const { return look_.is_committed; }
+  // What settling has cost.
+  const SceneCost& scene_cost() const { return look_.scene_cost; }
   // Everything but the camera is the same for all frames.
   FrameSettings settings_at(double frame) const;
 

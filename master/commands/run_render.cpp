@@ -73,9 +73,11 @@ class RenderProgress {
   double share_ = 0;  // never goes back, also when a slave leaves
 };
 
-// Takes one finished frame, if one comes in time. Returns: how many were taken (0 or 1).
+// Takes one finished frame, if one comes in time. `owed`: what pictures that are not shown have
+// cost, which counts as its own. Returns: how many were taken (0 or 1).
 Result<int> take_frame(Session& session, const MasterOptions& options, PictureWriter& writer,
-                       Progress& progress, const DisplayTransform& display, long done, long total) {
+                       Progress& progress, const DisplayTransform& display, SceneCost& owed,
+                       long done, long total) {
   auto result = session.next_frame(kPoll);
   if (!result.is_ok()) {
     if (result.status().code() == StatusCode::kDeadlineExceeded) return 0;
@@ -87,6 +89,7 @@ Result<int> take_frame(Session& session, const MasterOptions& options, PictureWr
     return Status::unavailable("frame " + std::to_string(number) +
                                " failed: " + result->status.message());
   }
+  result->stats.scene_cost += std::exchange(owed, {});
   const double mrays = static_cast<double>(result->stats.rays.primary + result->stats.rays.shadow +
                                            result->stats.rays.secondary) /
                        1e6 / std::max(result->stats.seconds, 1e-9);
@@ -106,6 +109,7 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
   DisplayTransform display = source.settings_at(0).display;
   const long total = (options.frame_last - options.frame_first + 1) * passes;
   long submitted = 0, done = 0;
+  SceneCost owed = source.scene_cost();
   RenderProgress work(session, progress, source.settings_at(0), total);
   while (done < total) {
     if (signals.is_signalled()) return Status::cancelled("interrupted; finished pictures are kept");
@@ -125,7 +129,8 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
       if (is_metered_next) {
         auto exposure = settle_exposure(session, settings, [&] { return signals.is_signalled(); });
         if (!exposure.is_ok()) return exposure.status();
-        display.exposure_ev = *exposure;
+        display.exposure_ev = exposure->ev;
+        owed += exposure->scene_cost;
       }
       settings.display = display;
       settings.pass = static_cast<std::uint32_t>(pass);
@@ -135,7 +140,7 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
       continue;
     }
     work.update(done);
-    auto taken = take_frame(session, options, writer, progress, display, done, total);
+    auto taken = take_frame(session, options, writer, progress, display, owed, done, total);
     if (!taken.is_ok()) return taken.status();
     done += *taken;
   }

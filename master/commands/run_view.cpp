@@ -99,6 +99,7 @@ class Pump {
     if (is_stopping_) return Status::ok();
     const Status status =
         source_.settle(session_, options_, progress_, [this] { return is_stopping_.load(); });
+    owed_ = source_.scene_cost();
     viewer_.expose(source_.settings_at(0).display, !options_.look.exposure_ev);
     return status;
   }
@@ -171,6 +172,7 @@ class Pump {
     const std::uint64_t revision = revisions_[result->frame];
     revisions_.erase(result->frame);
     if (!result->status.is_ok()) return arrival.is_left_behind ? Status::ok() : result->status;
+    result->stats.scene_cost += std::exchange(owed_, {});
     TESSERA_RETURN_IF_ERROR(stats_.write(result->stats, *result->image));
     if (arrival.is_left_behind) return Status::ok();
     ViewerFrame frame;
@@ -203,6 +205,7 @@ class Pump {
   std::map<FrameId, std::uint64_t> revisions_;  // of the views of the frames in flight
   PassMean mean_;                               // of the full frames of one view
   bool has_scene_ = false;
+  SceneCost owed_;  // by pictures that nobody sees; the next frame's
   bool is_alone_ = false;
   Status failure_;
   std::atomic<bool> is_stopping_{false};

@@ -16,19 +16,20 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
     observer.slave_joined(session, threads);
     scheduler.slave_joined(session, cluster.name_of(session), threads);
     start_when_ready();
+    look_at_waiting();
   };
   events.tiles_held = [this](SessionId session) { return scheduler.tiles_in_flight(session); };
   events.slave_lost = [this](SessionId session) {
     observer.slave_lost(session);
     perform(scheduler.slave_lost(session, Clock::now()));
+    look_at_waiting();
   };
   events.round_trip = [this](SessionId session, double seconds_taken) {
     scheduler.round_trip_measured(session, seconds_taken);
   };
-  events.scene_built = [this](SessionId session, SceneVersion version, double seconds_taken) {
-    double& slowest = build_seconds[version];
-    slowest = std::max(slowest, seconds_taken);
-    perform(scheduler.scene_built(session, version, Clock::now()));
+  events.scene_built = [this](SessionId session, const wire::SceneBuilt& built) {
+    scene_costs.built(built.version, built.build_seconds, built.built_primitives);
+    perform(scheduler.scene_built(session, built.version, Clock::now()));
   };
   events.scene_failed = [this](SessionId session, SceneVersion version, const std::string& reason) {
     perform(scheduler.scene_failed(session, version, reason, Clock::now()));
@@ -109,6 +110,7 @@ void FrameLoop::Impl::begin_frame(const Action& action) {
   FrameWork& work = found->second;
   const Isa isa = cluster.isa_of(action.session);
   work.slave_begins(isa, cluster);
+  look_at_waiting();
   const auto codings = options.is_pixel_coding ? wire::kByteCodingsAll : wire::kByteCodingsNone;
   cluster.send(action.session, wire::FrameBegin{action.frame, work.assembly.version(), isa,
                                                 work.assembly.settings(), codings});
@@ -121,8 +123,7 @@ void FrameLoop::Impl::complete(FrameId id) {
   FrameStats& stats = work.assembly.stats();
   work.settle(cluster, scheduler);
   stats.completed_at_seconds = seconds(Clock::now() - started);
-  if (const auto built = build_seconds.find(stats.scene_version); built != build_seconds.end())
-    stats.build_seconds = built->second;
+  scene_costs.charge(stats, cluster.scene_bytes_sent());
   tile_size.measured(work.assembly.pixel_count(), stats.render_seconds);
   FrameOutcome outcome;
   outcome.frame = id;
@@ -131,6 +132,7 @@ void FrameLoop::Impl::complete(FrameId id) {
   outcome.stats = stats;
   observer.frame_over(id, stats.scene_version, FrameEndKind::kDone, work.begin(), Clock::now());
   frames.erase(found);
+  look_at_waiting();
   retire();
   release_scenes();
   const OutcomeLine::Ticket ticket = outcomes.add_waiting(std::move(outcome));
@@ -153,6 +155,7 @@ void FrameLoop::Impl::fail(const Action& action) {
                       action.is_cancelled ? FrameEndKind::kCancelled : FrameEndKind::kFailed,
                       found->second.begin(), Clock::now());
   frames.erase(found);
+  look_at_waiting();
   retire();
   release_scenes();
   outcomes.add(std::move(outcome));
@@ -174,9 +177,16 @@ void FrameLoop::Impl::release_scenes() {
 
 void FrameLoop::Impl::retire() {
   const SceneVersion first_kept = scheduler.oldest_version_needed(newest_version);
-  cluster.retire_scenes(first_kept);
+  cluster.retire_scenes(first_kept, /*keeps_newest=*/true);
   scheduler.retire_scenes(first_kept);
-  build_seconds.erase(build_seconds.begin(), build_seconds.lower_bound(first_kept));
+  scene_costs.retire(first_kept);
+}
+
+void FrameLoop::Impl::look_at_waiting() {
+  const bool is_any_in_work = std::any_of(frames.begin(), frames.end(), [](const auto& frame) {
+    return frame.second.begin().has_value();
+  });
+  scene_costs.look(!frames.empty() && cluster.slave_count() > 0 && !is_any_in_work, Clock::now());
 }
 
 FrameLoop::FrameLoop(net::EventLoop& io, const FrameLoopOptions& options)
@@ -217,6 +227,7 @@ void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings&
   impl_->perform(impl_->scheduler.submit_frame(
       frame, version, tile_order(grid.columns(), grid.rows()), Clock::now()));
   impl_->start_when_ready();
+  impl_->look_at_waiting();
 }
 
 void FrameLoop::cancel(FrameId frame) {
@@ -231,9 +242,9 @@ void FrameLoop::cancel_all() {
 
 void FrameLoop::free_scenes() {
   impl_->held_scenes.clear();
-  impl_->cluster.retire_scenes(impl_->newest_version + 1);
+  impl_->cluster.retire_scenes(impl_->newest_version + 1, /*keeps_newest=*/false);
   impl_->scheduler.retire_scenes(impl_->newest_version + 1);
-  impl_->build_seconds.clear();
+  impl_->scene_costs.retire(impl_->newest_version + 1);
 }
 
 ClusterStatus FrameLoop::status() const {

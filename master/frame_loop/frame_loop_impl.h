@@ -16,6 +16,7 @@
 #include "master/frame_loop/frame_work.h"
 #include "master/frame_loop/observer.h"
 #include "master/frame_loop/outcome_line.h"
+#include "master/frame_loop/scene_costs.h"
 #include "master/schedule/scheduler.h"
 #include "master/schedule/tile_size.h"
 
@@ -36,7 +37,7 @@ struct FrameLoop::Impl {
   std::map<FrameId, FrameWork> frames;
   Actions spare_actions;  // empty; its memory serves the next result
   TileSize tile_size;
-  std::map<SceneVersion, double> build_seconds;  // slowest slave's, by version
+  SceneCosts scene_costs;
   OutcomeLine outcomes;
   std::map<SceneVersion, SharedScene> held_scenes;  // committed, not yet sent to slaves
   SceneVersion newest_version = 0;
@@ -72,6 +73,8 @@ struct FrameLoop::Impl {
   void fail(const Action& action);
   void retire();
   void release_scenes();
+  // Whether frames wait for a scene now: called whenever that may have changed.
+  void look_at_waiting();
 };
 
 }  // namespace tessera::master

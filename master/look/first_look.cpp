@@ -39,7 +39,7 @@ FrameSettings pilot_settings(const FrameSettings& frame) {
 }
 
 Result<std::vector<float>> picture(Session& session, const FrameSettings& settings,
-                                   const std::function<bool()>& should_stop) {
+                                   const std::function<bool()>& should_stop, SceneCost& cost) {
   auto frame = session.submit(settings);
   if (!frame.is_ok()) return frame.status();
   while (true) {
@@ -51,6 +51,7 @@ Result<std::vector<float>> picture(Session& session, const FrameSettings& settin
     }
     if (result->frame != *frame) continue;
     if (!result->status.is_ok()) return result->status;
+    cost += result->stats.scene_cost;
     std::vector<float> rgb(result->image->bytes.size() / sizeof(float));
     decode_pixels(result->image->bytes, result->image->format, rgb);
     return rgb;
@@ -58,12 +59,12 @@ Result<std::vector<float>> picture(Session& session, const FrameSettings& settin
 }
 
 Result<master::Metering> meter_view(Session& session, const FrameSettings& frame,
-                                    const std::function<bool()>& should_stop) {
+                                    const std::function<bool()>& should_stop, SceneCost& cost) {
   FrameSettings settings = pilot_settings(frame);
-  auto rgb = picture(session, settings, should_stop);
+  auto rgb = picture(session, settings, should_stop, cost);
   if (!rgb.is_ok()) return rgb.status();
   settings.renderer = Renderer::kPrimary;
-  auto distance = picture(session, settings, should_stop);
+  auto distance = picture(session, settings, should_stop, cost);
   if (!distance.is_ok()) return distance.status();
   return master::meter(*rgb, *distance);
 }
@@ -125,7 +126,7 @@ Result<Look> settle_look(Session& session, const Scene& scene, const FrameSettin
     look.is_committed = true;
     auto version = session.commit_scene(shown);
     if (!version.is_ok()) return version.status();
-    auto metering = meter_view(session, settings, should_stop);
+    auto metering = meter_view(session, settings, should_stop, look.scene_cost);
     if (!metering.is_ok()) return metering.status();
     metered = *metering;
     return Status::ok();
@@ -158,11 +159,13 @@ Result<Look> settle_look(Session& session, const Scene& scene, const FrameSettin
   return look;
 }
 
-Result<float> settle_exposure(Session& session, const FrameSettings& settings,
-                              const std::function<bool()>& should_stop) {
-  auto metering = meter_view(session, settings, should_stop);
+Result<SettledExposure> settle_exposure(Session& session, const FrameSettings& settings,
+                                        const std::function<bool()>& should_stop) {
+  SettledExposure exposure;
+  auto metering = meter_view(session, settings, should_stop, exposure.scene_cost);
   if (!metering.is_ok()) return metering.status();
-  return metering->exposure_ev;
+  exposure.ev = metering->exposure_ev;
+  return exposure;
 }
 
 }  // namespace tessera

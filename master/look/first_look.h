@@ -48,6 +48,7 @@ struct Look {
   Background background;
   std::string words;          // one line for a person; empty: nothing was added
   bool is_committed = false;  // the session shows the scene with all this already
+  SceneCost scene_cost;       // of the pictures that settled it
 
   TESSERA_API void apply(Scene& scene) const;
 };
@@ -58,8 +59,12 @@ TESSERA_API Result<Look> settle_look(Session& session, const Scene& scene,
                                      const FrameSettings& settings, const LookOptions& options,
                                      const std::function<bool()>& should_stop);
 
+struct SettledExposure {
+  float ev = 0;
+  SceneCost scene_cost;  // of the pictures that settled it
+};
 // The automatic exposure of one view, for a look that stays. Requires: the scene is the session's.
-TESSERA_API Result<float> settle_exposure(Session& session, const FrameSettings& settings,
+TESSERA_API Result<SettledExposure> settle_exposure(Session& session, const FrameSettings& settings,
                                           const std::function<bool()>& should_stop);
 
 }  // namespace tessera

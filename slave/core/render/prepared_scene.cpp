@@ -132,6 +132,10 @@ PreparedScene::~PreparedScene() = default;
 std::uint64_t PreparedScene::triangle_count() const { return impl_->triangles.triangle_count(); }
 std::uint64_t PreparedScene::degenerate_count() const { return impl_->triangles.degenerate_count; }
 
+bool PreparedScene::has_geometry_of(const PreparedScene& other) const {
+  return impl_->geometry == other.impl_->geometry;
+}
+
 std::uint64_t PreparedScene::memory_bytes() const {
   std::uint64_t bytes = sizeof(Impl) + impl_->index.memory_bytes();
   bytes += impl_->triangles.vertices.capacity() * sizeof(float);

@@ -38,6 +38,8 @@ class PreparedScene {
   std::uint64_t triangle_count() const;
   std::uint64_t degenerate_count() const;
   std::uint64_t memory_bytes() const;
+  // Whether it shares the geometry of the other one instead of having built its own.
+  bool has_geometry_of(const PreparedScene& other) const;
 
   struct Impl;  // slave/core/render/prepared_scene_impl.h
   const Impl& impl() const { return *impl_; }

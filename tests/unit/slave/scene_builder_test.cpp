@@ -66,5 +66,26 @@ TEST(SceneBuilderTest, WhatDoesNotMoveIsNotBuiltAgain) {
   EXPECT_NE(first->impl().geometry, built(3)->impl().geometry);
 }
 
+// A light that moves from frame to frame: the version before is retired, and no frame holds it any
+// more, before the next one comes.
+TEST(SceneBuilderTest, ARetiredSceneStillServesTheNextUntilItIsForgotten) {
+  BoundedQueue<BuildOutcome> outcomes(4);
+  SceneBuilder builder({1, nullptr, {}},
+                       [&](BuildOutcome outcome) { ASSERT_TRUE(outcomes.try_push(outcome)); });
+  const EncodedScene scene = slow_scene();
+  const auto built_primitives = [&](SceneVersion version) {
+    EXPECT_TRUE(builder.try_push({1, version, scene}));
+    const auto outcome = outcomes.pop();
+    EXPECT_TRUE(outcome && outcome->scene.is_ok());
+    builder.retire(1, version + 1);
+    return outcome->built_primitives;
+  };
+  EXPECT_EQ(built_primitives(1), 200'000u);
+  EXPECT_EQ(built_primitives(2), 0u);
+  EXPECT_EQ(built_primitives(3), 0u);
+  builder.forget_newest();
+  EXPECT_EQ(built_primitives(4), 200'000u);
+}
+
 }  // namespace
 }  // namespace tessera::slave

@@ -170,6 +170,8 @@ std::vector<Damage> scene_damages() {
       damage<SceneBuilt>("SceneBuilt.build_seconds", [](SceneBuilt& m) { m.build_seconds = -1; }),
       damage<SceneBuilt>("SceneBuilt.triangle_count",
                          [](SceneBuilt& m) { m.triangle_count = kTrianglesMax + 1; }),
+      damage<SceneBuilt>("SceneBuilt.built_primitives",
+                         [](SceneBuilt& m) { m.built_primitives = kTrianglesMax + 1; }),
       damage<SceneFailed>("SceneFailed.version", [](SceneFailed& m) { m.version = 0; }),
       damage<SceneRetire>("SceneRetire.first_kept", [](SceneRetire& m) { m.first_kept = 0; }),
   };
@@ -242,6 +244,8 @@ std::vector<Damage> app_damages() {
                         [](FrameDone& m) { m.stats.tile_edge_px = kTileEdgeMaxPx + 1; }),
       damage<FrameDone>("FrameDone.build_seconds",
                         [](FrameDone& m) { m.stats.build_seconds = -1; }),
+      damage<FrameDone>("FrameDone.scene_wait_seconds",
+                        [](FrameDone& m) { m.stats.scene_cost.wait_seconds = kNan; }),
       damage<FrameDone>("FrameDone.utilisation", [](FrameDone& m) { m.stats.utilisation = kNan; }),
       damage<S>("StatusReply.slaves.name", one([](SlaveStatus& s) { s.name.clear(); })),
       damage<S>("StatusReply.slaves.name", one([](SlaveStatus& s) { s.name = "\n"; })),

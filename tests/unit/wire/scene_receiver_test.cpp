@@ -266,7 +266,7 @@ TEST(SceneReceiver, ServesOneAnnouncementAfterTheOther) {
 
 TEST(SceneReceiver, WhatDoesNotFitIsRefusedBeforeItIsSent) {
   std::uint64_t free_bytes = 1000;
-  SceneReceiver receiver([&] { return std::optional(free_bytes); });
+  SceneReceiver receiver([&](std::uint64_t) { return std::optional(free_bytes); });
   Actions actions;
   SceneAnnounce announce = announce_texts(1, {std::string(400, 'a'), std::string(50, 'b')});
   announce.index_bytes = 101;  // 2 * 450 + 101

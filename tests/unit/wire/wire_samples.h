@@ -91,6 +91,7 @@ class Samples {
     s.bytes_to_slaves = any();
     s.bytes_from_slaves = any();
     s.build_seconds = real(0, 100);
+    s.scene_cost = {any(), real(0, 100), any()};
     s.utilisation = real(0, 1);
     s.digest = digest();
     return s;
@@ -155,7 +156,7 @@ inline void Samples::add_scene_messages(std::vector<Message>& m) {
   m.push_back(SceneChunk{number(1, ~0ull), small(0, kSceneBlocksMax - 1),
                          number(0, kSceneBlockBytesMax - 4096), net::SharedBytes::of(bytes(4096)),
                          static_cast<ByteCoding>(number(0, 2))});
-  m.push_back(SceneBuilt{number(1, ~0ull), real(0, 100), number(0, kTrianglesMax), digest()});
+  m.push_back(SceneBuilt{number(1, ~0ull), real(0, 100), number(0, kTrianglesMax), digest(), number(0, kTrianglesMax)});
   m.push_back(SceneFailed{number(1, ~0ull), text(kReasonBytesMax, 0), any(), any()});
   m.push_back(RelayFrom{number(1, ~0ull), number(1, ~0ull), text(kNameBytesMax), u16(), any()});
   m.push_back(RelayFrom{number(1, ~0ull), 0, "", 0, 0});
@@ -163,7 +164,7 @@ inline void Samples::add_scene_messages(std::vector<Message>& m) {
                           text(kReasonBytesMax, 0)});
   m.push_back(SceneProgress{number(1, ~0ull), any()});
   m.push_back(RelayJoin{any(), small(0, 3) * coding_bit(ByteCoding::kLz4)});
-  m.push_back(SceneRetire{number(1, ~0ull)});
+  m.push_back(SceneRetire{number(1, ~0ull), number(0, 1) == 1});
 }
 
 inline std::vector<Message> Samples::all() {
@@ -258,7 +259,7 @@ inline auto fields(const SceneChunkNeed& m) { return std::tie(m.version, m.block
 inline auto fields(const SceneNeed& m) { return std::tie(m.version, m.blocks, m.codings); }
 inline auto fields(const SceneChunk& m) { return std::tie(m.version, m.block, m.offset, m.coding); }
 inline auto fields(const SceneBuilt& m) {
-  return std::tie(m.version, m.build_seconds, m.triangle_count, m.scene);
+  return std::tie(m.version, m.build_seconds, m.triangle_count, m.scene, m.built_primitives);
 }
 inline auto fields(const SceneFailed& m) {
   return std::tie(m.version, m.reason, m.needed_bytes, m.free_bytes);
@@ -271,7 +272,7 @@ inline auto fields(const RelayFailed& m) {
 }
 inline auto fields(const SceneProgress& m) { return std::tie(m.version, m.bytes); }
 inline auto fields(const RelayJoin& m) { return std::tie(m.token, m.codings); }
-inline auto fields(const SceneRetire& m) { return std::tie(m.first_kept); }
+inline auto fields(const SceneRetire& m) { return std::tie(m.first_kept, m.keeps_newest); }
 inline auto fields(const FrameBegin& m) {
   return std::tie(m.frame, m.version, m.isa, m.settings, m.pixel_codings);
 }
@@ -292,7 +293,8 @@ inline auto fields(const FrameStats& s) {
                   s.tile_count, s.tile_edge_px, s.tiles_reissued, s.tiles_rejected, s.rays,
                   s.bytes_to_slaves, s.bytes_from_slaves, s.build_seconds, s.utilisation,
                   s.tiles_duplicated, s.tiles_faulty, s.pixels_faulty, s.render_seconds,
-                  s.prefetch_min, s.prefetch_max, s.completed_at_seconds, s.digest);
+                  s.prefetch_min, s.prefetch_max, s.completed_at_seconds, s.digest,
+                  s.scene_cost);
 }
 inline auto fields(const FrameDone& m) {
   return std::tuple_cat(fields(m.stats), std::tie(m.error, m.tile_slave));
