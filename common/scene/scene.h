@@ -194,7 +194,7 @@ struct Light {
   Vec3f direction{0, -1, 0};  // spot, directional: the way light travels; need not be normalised
   Vec3f intensity{1, 1, 1};   // point, spot: W/sr; directional: irradiance on a facing surface
   float cos_inner = 1;        // spot: full intensity inside this cone
-  float cos_outer = 0;        // spot: none outside; smooth in between
+  float cos_outer = 0;  // spot: none outside; in between the square of what is linear in the cosine
   bool operator==(const Light&) const = default;
 };
 

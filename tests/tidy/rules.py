@@ -38,7 +38,7 @@ ARROWS = {
     _CORE + "light": _VALUES + _STORES + [_CORE + "surface"],  # lamps may have pictures
     # Layouts of textures, noise and tables.
     _CORE + "kernel": _VALUES + _TREES + [_CORE + "surface", _CORE + "bsdf"],
-    _CORE + "trace": _VALUES + _TREES + [_CORE + "kernel"],
+    _CORE + "trace": _VALUES + _TREES + [_CORE + "kernel", _CORE + "surface"],
     # The programmable part of surfaces, and below it how light leaves them: neither knows of rays.
     _CORE + "surface": _VALUES + [_CORE + "sampling"],
     _CORE + "bsdf": _VALUES + [_CORE + "sampling", _CORE + "surface"],

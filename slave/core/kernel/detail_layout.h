@@ -40,6 +40,7 @@ struct TextureTable {
 // What points have in common: they are of one instance and one material.
 struct DetailGroup {
   bool has_normals;              // of vertices
+  bool has_colors;               // of vertices, not looked at here
   bool is_moved;                 // by normal_map; otherwise they are in world space already
   float normal_map[3][3];        // by rows
   bool is_diffuse;               // no direction to the viewer is asked for

@@ -67,13 +67,13 @@ HWY_INLINE V at_light(const LightPoint& light, V cosine_light) {
   const GatherTag d;
   if (is_surface(light)) return hn::Max(cosine_light, hn::Zero(d));
   if (light.kind != LightPointKind::kSpot) return hn::Set(d, 1);
-  // A cubic between the two cones; spot_falloff() in light_sampling.h has the same.
+  // spot_falloff() in light_sampling.h has the same.
   if (!(light.cos_inner > light.cos_outer))
     return hn::IfThenElseZero(hn::Ge(cosine_light, hn::Set(d, light.cos_inner)), hn::Set(d, 1));
   const auto x = hn::Div(hn::Sub(cosine_light, hn::Set(d, light.cos_outer)),
                          hn::Set(d, light.cos_inner - light.cos_outer));
   const auto t = hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, 1));
-  return hn::Mul(hn::Mul(t, t), hn::Sub(hn::Set(d, 3), hn::Add(t, t)));
+  return hn::Mul(t, t);
 }
 
 inline void bound_points(GatherPoints& p) {

@@ -9,13 +9,13 @@
 
 namespace tessera::core {
 
-// 0 below the outer cone, 1 within the inner, a cubic in the cosine between; at_light() in
-// gather-inl.h has the same.
+// 0 below the outer cone, 1 within the inner; between them the square of what is linear in the cosine
+// (KHR_lights_punctual, "Inner and outer cone angles"). at_light() in gather-inl.h has the same.
 inline float spot_falloff(const Light& light, float cosine) {
   if (!(cosine > light.cos_outer)) return 0;
   if (cosine >= light.cos_inner) return 1;
   const float x = (cosine - light.cos_outer) / (light.cos_inner - light.cos_outer);
-  return x * x * (3 - 2 * x);
+  return x * x;
 }
 
 struct EmitterPoint {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/math/rounding.h"
+#include "slave/core/surface/opacity.h"
 
 namespace tessera::core {
 namespace {
@@ -89,6 +90,19 @@ bool add_texture(const Mesh& mesh, std::size_t triangle, const TextureRef& ref,
   return true;
 }
 
+// The same triangle seen from behind, with B and C exchanged.
+Emitter other_side(const Emitter& of, LightSet& set) {
+  Emitter e = of;
+  std::swap(e.edge_b, e.edge_c);
+  e.normal = -of.normal;
+  if (of.texture < 0) return e;
+  EmitterTexture at = set.emitter_textures[static_cast<std::size_t>(of.texture)];
+  std::swap(at.uv_b, at.uv_c);
+  e.texture = static_cast<std::int32_t>(set.emitter_textures.size());
+  set.emitter_textures.push_back(std::move(at));
+  return e;
+}
+
 void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
                   const TriangleStore& triangles, std::span<const std::uint64_t> left_out,
                   std::span<const std::shared_ptr<const MipMap>> textures, LightSet& set) {
@@ -109,12 +123,19 @@ void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
       continue;  // too small for float32: sheds no light that could be measured
     e.normal = normal * (1 / twice_area);
     e.area = twice_area / 2;
-    e.emission = material.emission;
+    const std::optional<float> opacity = even_opacity(material, mesh);
+    if (!opacity) {  // in parts: left to rays that meet it
+      set.has_partial_emission = true;
+      continue;
+    }
+    e.emission = material.emission * *opacity;
+    if (is_black(e.emission)) continue;
     const TextureRef& ref = material.emission_texture;
     if (ref.is_set() && !uvs_of(mesh, ref).empty() &&
         !add_texture(mesh, i, ref, textures[ref.index], e, set))
       continue;
     set.emitters.push_back(e);
+    if (material.is_double_sided) set.emitters.push_back(other_side(e, set));
   }
 }
 

@@ -41,12 +41,13 @@ struct EmitterTexture {
 
 struct LightSet {
   std::vector<Light> lights;      // direction normalised
-  std::vector<Emitter> emitters;  // by rising triangle
+  std::vector<Emitter> emitters;  // by rising triangle; two of one that sheds light to both sides
   std::vector<EmitterTexture> emitter_textures;
   std::vector<float> cumulative;          // [emitter_count], of the shares; ends at 1
   Vec3f environment;                      // radiance, or what multiplies the map's
   std::shared_ptr<const SkyMap> sky_map;  // null: the same light from everywhere
   Feature has_environment{};
+  bool has_partial_emission = false;  // of surfaces that are there in parts: no emitters
   Background background;
 
   bool is_empty() const { return lights.empty() && emitters.empty() && !has_environment; }

@@ -135,8 +135,8 @@ void GiTile::Scratch::add_hits(const TileRect& part, int x_px, int y_px) {
     const int x = x_px + camera.column(i), y = y_px + camera.row(i);
     const Material& material = met.material(i);
     const Vec3f normal{at.normal[0][i], at.normal[1][i], at.normal[2][i]};
-    if ((at.front >> i & 1u) != 0 && !is_black(material.emission))
-      pixels.add_light(x, y, material.emission);
+    const bool is_shining = (at.front >> i & 1u) != 0 || material.is_double_sided;
+    if (is_shining && !is_black(material.emission)) pixels.add_light(x, y, material.emission);
     pixels.add_point(x, y,
                      {.point = {at.point[0][i], at.point[1][i], at.point[2][i]},
                       .normal = normal,
@@ -162,7 +162,7 @@ void GiTile::Scratch::keep_surfaces(const TileRect& part, int x_px, int y_px) {
     surfaces.pixel[n] = static_cast<std::uint16_t>(pixel);
     distance[pixel] = met.points().distance[i];
   }
-  met.make(met.points().met, cones, to);
+  met.make_seen(met.points().met, cones, to);
   for (int n = first; n < surfaces.count; ++n) {
     const int pixel = surfaces.pixel[n];
     pixels.add_light(part.x_px + pixel % kEntryEdgePx, part.y_px + pixel / kEntryEdgePx,

@@ -6,6 +6,16 @@
 #include "slave/core/render/ray_bits.h"
 
 namespace tessera::core {
+namespace {
+
+// A surface that scatters nothing and shows `seen`.
+void blacken(Surface& s, Vec3f seen) {
+  s.bsdf = BsdfKind::kDiffuse;
+  s.emission = seen;
+  s.albedo = {};
+}
+
+}  // namespace
 
 void MetSurfaces::begin(const PreparedScene::Impl& scene, const KernelTable& kernels) {
   scene_ = &scene;
@@ -32,6 +42,24 @@ void MetSurfaces::find(const RayPacket& rays, const PacketHits& hits) {
 }
 
 void MetSurfaces::make(std::uint64_t rays, const RayCone* cones, Surface* const* to) {
+  make_lit(rays, cones, to);
+  if (scene_->features.has_unlit) {
+    for_each_ray(rays, [&](int ray) {
+      if (to[ray]->material->is_unlit) blacken(*to[ray], {});
+    });
+  }
+}
+
+void MetSurfaces::make_seen(std::uint64_t rays, const RayCone* cones, Surface* const* to) {
+  make_lit(rays, cones, to);
+  if (scene_->features.has_unlit) {
+    for_each_ray(rays, [&](int ray) {
+      if (to[ray]->material->is_unlit) blacken(*to[ray], to[ray]->albedo);
+    });
+  }
+}
+
+void MetSurfaces::make_lit(std::uint64_t rays, const RayCone* cones, Surface* const* to) {
   for_each_ray(rays, [&](int ray) {
     const Material& m = material(ray);
     Surface& s = *new (to[ray]) Surface;  // in its place: this is the path of every bounce
@@ -40,7 +68,7 @@ void MetSurfaces::make(std::uint64_t rays, const RayCone* cones, Surface* const*
     s.offset = points_.offset[ray];
     s.albedo = m.albedo;
     s.is_front = (points_.front >> ray & 1u) != 0;
-    if (s.is_front) s.emission = m.emission;
+    if (s.is_front || m.is_double_sided) s.emission = m.emission;
     s.material = &m;
     s.sound_triangle = sound_triangle(ray);
   });

@@ -39,8 +39,12 @@ class MetSurfaces {
   // Makes *to[i] for each of `rays`, bits of points().met; weights are 1. cones [kPacketRays]: the
   // rays' where they began; null: they have none, and textures and patterns are not filtered.
   void make(std::uint64_t rays, const RayCone* cones, Surface* const* to);
+  // The same of what the camera sees, directly or in mirrors: surfaces that are not lit show their
+  // colour. To all others they are black.
+  void make_seen(std::uint64_t rays, const RayCone* cones, Surface* const* to);
 
  private:
+  void make_lit(std::uint64_t rays, const RayCone* cones, Surface* const* to);
   template <class Packet>
   void keep(const Packet& rays, const PacketHits& hits);
   const Material& material_of(std::uint32_t triangle);

@@ -21,7 +21,7 @@ void PathTracer::begin(const PreparedScene::Impl& scene, const SceneTracer& trac
   is_cancelled_ = is_cancelled;
   rays_->begin(scene, tracer);
   direct_.begin(scene, tracer, 1, DirectLight::Kind::kPartOfPath, is_cancelled);
-  chain_.begin(scene, tracer, is_cancelled);
+  chain_.begin(scene, tracer, is_cancelled, /*is_seen=*/false);
 }
 
 RayCounts PathTracer::add(SurfaceBatch& batch, Vec3f* radiance) {
@@ -29,7 +29,8 @@ RayCounts PathTracer::add(SurfaceBatch& batch, Vec3f* radiance) {
   counts.shadow += direct_.add(batch, radiance);
   // One ray more than bounces, where rays find light that samples of lights leave to them; of the
   // surfaces that it meets nothing counts but their emission.
-  const bool has_last = scene_->lights.has_environment || !scene_->lights.emitters.empty();
+  const bool has_last = scene_->lights.has_environment || !scene_->lights.emitters.empty() ||
+                        scene_->lights.has_partial_emission;
   const int rays = has_last ? bounces_ + 1 : bounces_;
   for (int depth = 1; depth <= rays && batch.count > 0 && !is_over(); ++depth) {
     scatter(batch, static_cast<std::uint32_t>(depth));

@@ -34,14 +34,17 @@ bool is_smooth(const Mesh& mesh) {
 SurfaceFeatures features_of(const Scene& scene, const Geometry& geometry) {
   SurfaceFeatures features;
   features.has_normals |= geometry.is_smooth;
+  for (const auto& mesh : scene.meshes) features.has_colors |= !mesh->colors.empty();
   for (const Material& material : scene.materials) {
     features.has_textures |= has_texture(material);
     features.has_programs |= material.surface.kind != SurfaceKind::kConstant;
     features.has_glossy |= material.bsdf == BsdfKind::kGlossy;
     features.has_specular |=
         material.bsdf == BsdfKind::kMirror || material.bsdf == BsdfKind::kGlass;
+    features.has_unlit |= material.is_unlit;
   }
-  features.is_rich |= features.has_normals || features.needs_cones() || !features.is_diffuse();
+  features.is_rich |= features.has_normals || features.needs_cones() || !features.is_diffuse() ||
+                      features.has_colors || features.has_unlit;
   return features;
 }
 
@@ -110,6 +113,8 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
   impl->materials = scene.materials;
   for (std::size_t i = 0; i < scene.materials.size() && impl->features.has_textures; ++i)
     impl->texture_tables.push_back(make_texture_table(scene.materials[i], impl->texture_views));
+  impl->alpha = AlphaSurfaces::make(
+      {impl->triangles, impl->meshes, impl->instances, impl->materials, impl->textures});
   return std::shared_ptr<const PreparedScene>(std::make_shared<PreparedScene>(std::move(impl)));
 }
 
@@ -147,6 +152,7 @@ std::uint64_t PreparedScene::memory_bytes() const {
     bytes += (mesh->tangents.size() + mesh->colors.size()) * sizeof(Vec4f);
     bytes += mesh->triangles.size() * 3 * sizeof(std::uint32_t);
   }
+  if (impl_->alpha) bytes += impl_->alpha->memory_bytes();
   if (impl_->lights.sky_map) bytes += impl_->lights.sky_map->memory_bytes();
   bytes += impl_->texture_views.capacity() * sizeof(TextureView);
   bytes += impl_->texture_tables.capacity() * sizeof(TextureTable);

@@ -13,6 +13,7 @@
 #include "slave/core/render/prepared_scene.h"
 #include "slave/core/render/texture_table.h"
 #include "slave/core/surface/texture.h"
+#include "slave/core/trace/alpha_surfaces.h"
 
 namespace tessera::core {
 
@@ -23,6 +24,8 @@ struct SurfaceFeatures {
   Feature has_programs{};
   Feature has_glossy{};
   Feature has_specular{};  // mirror or glass
+  Feature has_colors{};    // of vertices
+  Feature has_unlit{};
   Feature is_rich{};       // any of these
 
   bool is_diffuse() const { return !has_glossy && !has_specular; }
@@ -61,6 +64,12 @@ struct PreparedScene::Impl {
   std::vector<TextureTable>
       texture_tables;  // by material; empty where features.has_textures is not
   std::vector<Material> materials;
+  std::unique_ptr<const AlphaSurfaces> alpha;  // null: rays go through nothing
+
+  // Whether any surface sends light of its own to the camera.
+  bool has_glow() const {
+    return !lights.emitters.empty() || lights.has_partial_emission || features.has_unlit;
+  }
 };
 
 }  // namespace tessera::core

@@ -104,11 +104,14 @@ std::uint64_t ScatteredRays::trace(const int* rays, int n) {
   return met_.points().met;
 }
 
-void ScatteredRays::meet(std::uint64_t met, Surface* const* to) {
+void ScatteredRays::meet(std::uint64_t met, Surface* const* to, bool is_seen) {
   RayCone cones[kPacketRays];
   const bool has_cones = scene_->features.needs_cones();
   for_each_ray(has_cones ? met : 0, [&](int i) { cones[i] = cone[number_[i]]; });
-  met_.make(met, has_cones ? cones : nullptr, to);
+  if (is_seen)
+    met_.make_seen(met, has_cones ? cones : nullptr, to);
+  else
+    met_.make(met, has_cones ? cones : nullptr, to);
   for_each_ray(met, [&](int i) { to[i]->weight = weight[number_[i]]; });
 }
 
@@ -116,8 +119,11 @@ Vec3f ScatteredRays::emission_met(int i, const Surface& s, bool is_picked) const
   const int ray = number_[i];
   const Emitter* emitter = scene_->lights.emitter_of(met_.triangle(i));
   // Light samples look at pictures of lamps as they are, not at their mip levels: so does this.
-  if (emitter == nullptr)
-    return s.material->emission_texture.is_set() ? Vec3f{} : weight[ray] * s.emission;
+  if (emitter == nullptr) {
+    const bool is_left_out =
+        s.material->emission_texture.is_set() && s.material->alpha.mode == AlphaMode::kOpaque;
+    return is_left_out ? Vec3f{} : weight[ray] * s.emission;
+  }
   const float chance = is_picked ? emitter->share : 1, t = hits_.t[i];
   const float light = chance / emitter->area * (t * t) / std::fabs(dot(s.normal, direction[ray]));
   const PacketPoints& at = met_.points();

@@ -13,7 +13,8 @@ constexpr std::uint32_t kDimensionSpecular = 0x20000001u;
 }  // namespace
 
 void SpecularChain::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
-                          const std::atomic<bool>* is_cancelled) {
+                          const std::atomic<bool>* is_cancelled, bool is_seen) {
+  is_seen_ = is_seen;
   scene_ = &scene;
   if (scene.features.has_specular) rays_->scattered.begin(scene, tracer);
   is_cancelled_ = is_cancelled;
@@ -82,7 +83,7 @@ void SpecularChain::trace_packet(SurfaceBatch& batch, const int* numbers, int n,
   const std::uint64_t met = scattered.trace(numbers, n);
   Surface* to[kPacketRays];
   for (int i = 0; i < n; ++i) to[i] = &batch.surface[scattered.origin[numbers[i]]];
-  scattered.meet(met, to);
+  scattered.meet(met, to, is_seen_);
   if (scene_->lights.has_environment) scattered.look_at_sky(bits_below(n) & ~met);
   for (int i = 0; i < n; ++i) {
     const int ray = numbers[i];

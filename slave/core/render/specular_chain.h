@@ -31,9 +31,9 @@ class SpecularChain {
   SpecularChain() : rays_(std::make_unique<Rays>()) {}
 
   // Keeps references until the next call. Requires: all outlive the calls of follow(). `is_cancelled`
-  // may be null.
+  // may be null; `is_seen`: chains begin at what the camera sees.
   void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
-             const std::atomic<bool>* is_cancelled);
+             const std::atomic<bool>* is_cancelled, bool is_seen = true);
 
   // Surfaces that are left keep their order, pixel and key. Requires: batch.key is set. Returns:
   // rays traced.
@@ -52,6 +52,7 @@ class SpecularChain {
 
   const PreparedScene::Impl* scene_ = nullptr;
   const std::atomic<bool>* is_cancelled_ = nullptr;
+  bool is_seen_ = true;
   std::unique_ptr<Rays> rays_;
 };
 

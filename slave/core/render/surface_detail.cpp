@@ -14,7 +14,7 @@ namespace {
 static_assert(kDetailPoints >= kPacketRays && kDetailPoints <= kPlacesMax);
 
 bool is_needed(const DetailGroup& g) {
-  return g.has_normals || g.uses != 0 || g.has_program || !g.is_diffuse;
+  return g.has_normals || g.has_colors || g.uses != 0 || g.has_program || !g.is_diffuse;
 }
 
 void set_normal_map(const Transform& to_world, DetailGroup& group) {
@@ -75,6 +75,7 @@ DetailGroup SurfaceDetail::group_of(std::uint32_t instance, const Material& mate
   group.has_program = material.surface.kind != SurfaceKind::kConstant;
   group.has_normals = scene_->features.has_normals && !mesh.normals.empty();
   if (group.has_normals) set_normal_map(scene_->instances[instance].object_to_world, group);
+  group.has_colors = scene_->features.has_colors && !mesh.colors.empty();
   if (!scene_->features.has_textures) return group;
   group.textures = &scene_->texture_tables[static_cast<std::size_t>(number_of(material))];
   if (!mesh.uvs.empty()) group.uses |= group.textures->uses_of_set[0];
@@ -105,9 +106,10 @@ void SurfaceDetail::add_group(const DetailGroup& group, const Hits& hits, std::u
     ++count;
   });
   points_.count = count;
-  put_corners(group, instances_.of(triangle_[0]));
+  const std::uint32_t instance = instances_.of(triangle_[0]);
+  put_corners(group, instance);
   kernels_->surface_detail(group, points_);
-  take(group);
+  take(group, *scene_->meshes[scene_->instances[instance].mesh]);
   if (group.has_program) run_program(*surface_[0]->material);
 }
 
@@ -131,11 +133,12 @@ void SurfaceDetail::put_corners(const DetailGroup& group, std::uint32_t instance
   }
 }
 
-void SurfaceDetail::take(const DetailGroup& group) {
+void SurfaceDetail::take(const DetailGroup& group, const Mesh& mesh) {
   for (int i = 0; i < points_.count; ++i) {
     Surface& s = *surface_[i];
     s.shading_normal = vector_at(points_.shading_normal, i);
     if (!group.is_diffuse) s.to_viewer = vector_at(points_.to_viewer, i);
+    if (group.has_colors) s.albedo = s.albedo * color_at(mesh, i);
     if (group.uses == 0) continue;
     const auto has = [&](TextureUse use) { return (group.uses >> use & 1u) != 0; };
     const auto texel = [&](TextureUse use) { return vector_at(points_.texel[use], i); };
@@ -147,6 +150,16 @@ void SurfaceDetail::take(const DetailGroup& group) {
       s.metalness *= factor.z;
     }
   }
+}
+
+Vec3f SurfaceDetail::color_at(const Mesh& mesh, int i) const {
+  const auto& corners = mesh.triangles[triangle_[i] - instances_.first_triangle()];
+  const auto color = [&](std::size_t k) {
+    const Vec4f& c = mesh.colors[corners[k]];
+    return Vec3f{c.x, c.y, c.z};
+  };
+  const float u = points_.u[i], v = points_.v[i];
+  return color(0) * (1 - u - v) + color(1) * u + color(2) * v;
 }
 
 void SurfaceDetail::run_program(const Material& material) {

@@ -43,7 +43,8 @@ class SurfaceDetail {
                  Surface* const* to);
   // Of all in points_.
   void put_corners(const DetailGroup& group, std::uint32_t instance);
-  void take(const DetailGroup& group);
+  void take(const DetailGroup& group, const Mesh& mesh);
+  Vec3f color_at(const Mesh& mesh, int i) const;  // of vertices
   void run_program(const Material& material);
 
   const PreparedScene::Impl* scene_ = nullptr;

@@ -96,7 +96,7 @@ void TileRenderer::Scratch::add_light() {
 // the dark there is nothing more to find.
 void TileRenderer::Scratch::add_surfaces(int x, int y) {
   const bool has_light = !scene->lights.is_empty();
-  const bool has_emitters = !scene->lights.emitters.empty();
+  const bool has_glow = scene->has_glow();
   met.find(camera.rays, hits);
   Surface* to[kPacketRays];
   int count = batch.count;
@@ -106,8 +106,8 @@ void TileRenderer::Scratch::add_surfaces(int x, int y) {
     batch.key[count] = camera.key[i];
     batch.pixel[count++] = static_cast<std::uint16_t>(pixel(x, y, i));
   }
-  met.make(met.points().met, cones, to);
-  for (std::uint64_t left = has_emitters ? met.points().met : 0; left != 0; left &= left - 1) {
+  met.make_seen(met.points().met, cones, to);
+  for (std::uint64_t left = has_glow ? met.points().met : 0; left != 0; left &= left - 1) {
     const int i = std::countr_zero(left);
     Vec3f& sum = radiance[pixel(x, y, i)];
     sum = sum + to[i]->emission;
@@ -167,7 +167,7 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
   s.scene = &scene.impl();
   s.settings = &settings;
   s.counts = {};
-  const SceneTracer tracer(scene.impl().index, kernels_for(isa));
+  const SceneTracer tracer(scene.impl().index, kernels_for(isa), scene.impl().alpha.get());
   s.is_cancelled = is_cancelled;
   const CameraRays camera(settings.camera, settings.width_px, settings.height_px);
   if (kHasIndirect && settings.renderer == Renderer::kIgi && !scene.impl().lights.is_empty()) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <variant>
@@ -39,10 +40,14 @@ inline const auto& kernels_of(const KernelTable& table, const BvhView<16>&) { re
 inline const auto& kernels_of(const KernelTable& table, const KdView<8>&) { return table.kd8; }
 inline const auto& kernels_of(const KernelTable& table, const KdView<16>&) { return table.kd16; }
 
+class AlphaSurfaces;
+
 class SceneTracer {
  public:
-  // Requires: both outlive it.
-  SceneTracer(const SpatialIndex& index, const KernelTable& kernels) : kernels_(&kernels) {
+  // `alpha`: what rays go through; null: they go through nothing. Requires: all outlive it.
+  SceneTracer(const SpatialIndex& index, const KernelTable& kernels,
+              const AlphaSurfaces* alpha = nullptr)
+      : kernels_(&kernels), alpha_(alpha) {
     std::visit([this](const auto& structure) { view_ = view_of(structure); }, index.structure);
   }
 
@@ -66,33 +71,54 @@ class SceneTracer {
   // A ray's answer does not depend on its companions.
   void closest(const FanPacket& rays, PacketHits& hits) const {
     std::visit([&](const auto& v) { table(v).closest_fan(v, rays, hits); }, view_);
+    if (alpha_ != nullptr) go_through(rays, hits);
   }
   void closest(const RayPacket& rays, PacketHits& hits) const {
     std::visit([&](const auto& v) { table(v).closest_packet(v, rays, hits); }, view_);
+    if (alpha_ != nullptr) go_through(rays, hits);
   }
   SingleHit closest(const SingleRay& ray) const {
-    SingleHit hit;
-    std::visit([&](const auto& v) { table(v).closest_ray(v, ray, hit); }, view_);
+    SingleHit hit = nearest(ray);
+    if (alpha_ != nullptr) go_through(ray, hit);
     return hit;
   }
   // Bits of the rays that something blocks.
   std::uint64_t occluded(const FanPacket& rays) const {
+    if (alpha_ != nullptr) return stopped(rays);
     return std::visit([&](const auto& v) { return table(v).occluded_fan(v, rays); }, view_);
   }
   std::uint64_t occluded(const RayPacket& rays) const {
+    if (alpha_ != nullptr) return stopped(rays);
     return std::visit([&](const auto& v) { return table(v).occluded_packet(v, rays); }, view_);
   }
   bool occluded(const SingleRay& ray) const {
+    if (alpha_ != nullptr) return closest(ray).primitive != kNoPrimitive;
     return std::visit([&](const auto& v) { return table(v).occluded_ray(v, ray); }, view_);
   }
 
  private:
+  // Of all triangles, there or not.
+  SingleHit nearest(const SingleRay& ray) const {
+    SingleHit hit;
+    std::visit([&](const auto& v) { table(v).closest_ray(v, ray, hit); }, view_);
+    return hit;
+  }
+  // On from hits that are passed, to the first that is not. Requires: there is alpha; so for stopped().
+  void go_through(SingleRay ray, SingleHit& hit) const;
+  void go_through(const FanPacket& rays, PacketHits& hits) const;
+  void go_through(const RayPacket& rays, PacketHits& hits) const;
+  template <class Packet>
+  void go_through_all(const Packet& rays, PacketHits& hits) const;
+  std::uint64_t stopped(const FanPacket& rays) const;
+  std::uint64_t stopped(const RayPacket& rays) const;
+
   template <class View>
   const ViewKernels<View>& table(const View& view) const {
     return kernels_of(*kernels_, view);
   }
 
   const KernelTable* kernels_;
+  const AlphaSurfaces* alpha_;
   std::variant<BvhView<8>, BvhView<16>, KdView<8>, KdView<16>> view_;
 };
 

@@ -1,0 +1,73 @@
+#include "slave/core/trace/alpha_surfaces.h"
+
+#include <bit>
+
+#include "slave/core/geometry/barycentric.h"
+#include "slave/core/sampling/sample_sequence.h"
+
+namespace tessera::core {
+namespace {
+
+// In [0, 1), of a ray at a triangle.
+float chance_of(const SingleRay& ray, std::uint32_t triangle) {
+  std::uint32_t key = mix_bits(triangle);
+  for (const float x : ray.origin) key = hash_combine(key, std::bit_cast<std::uint32_t>(x));
+  for (const float x : ray.direction) key = hash_combine(key, std::bit_cast<std::uint32_t>(x));
+  return unit_float(key);
+}
+
+const Material& material_of(const AlphaSurfaces::Parts& parts, const Mesh& mesh,
+                            std::size_t triangle) {
+  return parts.materials[mesh.materials.size() == 1 ? mesh.materials[0] : mesh.materials[triangle]];
+}
+
+}  // namespace
+
+std::unique_ptr<const AlphaSurfaces> AlphaSurfaces::make(const Parts& parts) {
+  bool has_alpha = false;
+  for (const Material& material : parts.materials)
+    has_alpha |= material.alpha.mode != AlphaMode::kOpaque;
+  if (!has_alpha) return nullptr;
+  std::unique_ptr<AlphaSurfaces> made(new AlphaSurfaces(parts));
+  made->may_pass_.resize((parts.triangles.triangle_count() + 63) / 64);
+  bool is_any = false;
+  for (std::uint32_t i = 0; i < parts.instances.size(); ++i) is_any |= made->mark(i);
+  if (!is_any) return nullptr;
+  return made;
+}
+
+// Returns: whether any triangle of the instance may be passed.
+bool AlphaSurfaces::mark(std::uint32_t instance) {
+  const Mesh& mesh = *parts_.meshes[parts_.instances[instance].mesh];
+  const std::uint64_t first = parts_.triangles.instance_first[instance];
+  // Neighbours mostly have one material.
+  const Material* known = nullptr;
+  bool may_pass = false, is_any = false;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Material& material = material_of(parts_, mesh, i);
+    if (&material != known) {
+      known = &material;
+      may_pass = may_be_passed(material, mesh, parts_.textures);
+    }
+    if (!may_pass) continue;
+    is_any = true;
+    may_pass_[(first + i) / 64] |= std::uint64_t{1} << ((first + i) % 64);
+  }
+  return is_any;
+}
+
+bool AlphaSurfaces::is_let_through(std::uint32_t triangle, const SingleRay& ray) const {
+  const TriangleStore& store = parts_.triangles;
+  const std::uint32_t instance = store.instance_of(triangle);
+  const Mesh& mesh = *parts_.meshes[parts_.instances[instance].mesh];
+  const auto local = static_cast<std::size_t>(triangle - store.instance_first[instance]);
+  const Vec3f origin{ray.origin[0], ray.origin[1], ray.origin[2]};
+  const Vec3f direction{ray.direction[0], ray.direction[1], ray.direction[2]};
+  const Vec2f uv = barycentric(origin, direction, store.vertex(triangle, 0),
+                               store.vertex(triangle, 1), store.vertex(triangle, 2));
+  const float opacity =
+      opacity_at(material_of(parts_, mesh, local), mesh, local, parts_.textures, uv.x, uv.y);
+  return opacity < 1 && chance_of(ray, triangle) >= opacity;
+}
+
+}  // namespace tessera::core

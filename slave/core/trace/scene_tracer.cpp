@@ -1,0 +1,74 @@
+#include "slave/core/trace/scene_tracer.h"
+
+#include <limits>
+
+#include "slave/core/trace/alpha_surfaces.h"
+
+namespace tessera::core {
+namespace {
+
+SingleRay ray_of(const FanPacket& rays, int i) {
+  return {{rays.origin[0], rays.origin[1], rays.origin[2]},
+          {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
+          rays.t_min,
+          rays.t_max[i]};
+}
+
+SingleRay ray_of(const RayPacket& rays, int i) {
+  return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
+          {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
+          rays.t_min[i],
+          rays.t_max[i]};
+}
+
+std::uint64_t bits_of_met(std::uint64_t active, const PacketHits& hits) {
+  std::uint64_t met = 0;
+  for (; active != 0; active &= active - 1) {
+    const int i = std::countr_zero(active);
+    if (hits.primitive[i] != kNoPrimitive) met |= std::uint64_t{1} << i;
+  }
+  return met;
+}
+
+}  // namespace
+
+// A hit at exactly the same t behind the one that is passed is passed, too: two sheets that lie in one
+// place are one sheet.
+void SceneTracer::go_through(SingleRay ray, SingleHit& hit) const {
+  while (hit.primitive != kNoPrimitive && alpha_->is_passed(hit.primitive, ray)) {
+    ray.t_min = std::nextafter(hit.t, std::numeric_limits<float>::infinity());
+    hit = nearest(ray);
+  }
+}
+
+template <class Packet>
+void SceneTracer::go_through_all(const Packet& rays, PacketHits& hits) const {
+  for (std::uint64_t left = rays.active; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left);
+    if (hits.primitive[i] == kNoPrimitive) continue;
+    SingleHit hit{hits.t[i], hits.primitive[i]};
+    go_through(ray_of(rays, i), hit);
+    hits.t[i] = hit.t;
+    hits.primitive[i] = hit.primitive;
+  }
+}
+
+void SceneTracer::go_through(const FanPacket& rays, PacketHits& hits) const {
+  go_through_all(rays, hits);
+}
+void SceneTracer::go_through(const RayPacket& rays, PacketHits& hits) const {
+  go_through_all(rays, hits);
+}
+
+std::uint64_t SceneTracer::stopped(const FanPacket& rays) const {
+  PacketHits hits;
+  closest(rays, hits);
+  return bits_of_met(rays.active, hits);
+}
+std::uint64_t SceneTracer::stopped(const RayPacket& rays) const {
+  PacketHits hits;
+  closest(rays, hits);
+  return bits_of_met(rays.active, hits);
+}
+
+}  // namespace tessera::core
