@@ -267,7 +267,7 @@ struct Grammar {
         ->check(number_in(0, 60'000))
         ->type_name("MS");
     add_frame_options(*render, o, t);
-    render->add_option("-o,--output", o.output, "OUT.(exr|png|hdr|pfm); %04d numbers a sequence")
+    render->add_option("-o,--output", o.output, "OUT.(exr|png|jpg|hdr|pfm); %04d numbers a sequence")
         ->required()
         ->type_name("OUT");
     render->add_option("--frames", t.frames, "inclusive (default: 0:0)")->type_name("FIRST:LAST");

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "master/commands/picture_attributes.h"
+
 namespace tessera::master {
 namespace {
 
@@ -29,8 +31,8 @@ PictureWriter::PictureWriter(const OutputPattern& pattern, StatsFile& stats, Pro
 PictureWriter::~PictureWriter() { (void)finish(); }  // its outcome has been asked for
 
 Status PictureWriter::write(long number, int pass, FrameResult result,
-                            const DisplayTransform& display) {
-  Job job{number, pass, std::move(result), display};
+                            const FrameSettings& settings) {
+  Job job{number, pass, std::move(result), settings};
   while (failure().is_ok() && !jobs_.try_push(job))
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   return failure();
@@ -54,6 +56,8 @@ void PictureWriter::run() {
 
 Status PictureWriter::process(const Job& job) {
   const FrameImage& image = *job.result.image;
+  if (job.pass == 0) picture_seconds_ = 0;
+  picture_seconds_ += job.result.stats.seconds;
   PassReport report{job.pass, options_.passes, 0, std::nullopt};
   const bool has_reference = options_.reference.width_px > 0;
   if (options_.passes > 1 || has_reference) {
@@ -66,8 +70,8 @@ Status PictureWriter::process(const Job& job) {
     report.seconds = pass_seconds_;
   }
   if (has_reference) {
-    report.error =
-        image_error(mean_.mean(), options_.reference.rgb, image.width_px, image.height_px);
+    report.error = image_error(seen_like(options_.reference, mean_.mean()), options_.reference.rgb,
+                               image.width_px, image.height_px);
     if (!options_.is_quiet) {
       char line[200];
       std::snprintf(line, sizeof(line),
@@ -81,7 +85,10 @@ Status PictureWriter::process(const Job& job) {
     const std::string path = pattern_.path(job.number);
     const FrameImage picture = options_.passes == 1 ? image : mean_.image();
     warn_when_black(picture, path, progress_);
-    TESSERA_RETURN_IF_ERROR(write_image(picture, path, {options_.is_half, job.display}));
+    TESSERA_RETURN_IF_ERROR(write_image(
+        picture, path,
+        {options_.is_half, job.settings.display,
+         picture_attributes(options_.scene, job.settings, options_.passes, picture_seconds_)}));
   }
   return stats_.write(job.result.stats, image, report);
 }

@@ -25,15 +25,16 @@ class PictureWriter {
     bool is_half = false;    // of files that can hold half floats
     bool is_quiet = false;   // errors are not printed
     FloatImage reference{};  // of no width: none
+    std::string scene{};     // as the command line names it
   };
   // `stats` and `progress` outlive it.
   PictureWriter(const OutputPattern& pattern, StatsFile& stats, Progress& progress,
                 Options options);
   ~PictureWriter();
 
-  // One pass of picture `number`, and how it is shown; they come in order. Waits for room. Returns:
-  // the first failure so far.
-  Status write(long number, int pass, FrameResult result, const DisplayTransform& display);
+  // One pass of picture `number`, and what it was rendered and is shown with; they come in order. Waits
+  // for room. Returns: the first failure so far.
+  Status write(long number, int pass, FrameResult result, const FrameSettings& settings);
 
   // Writes what waits, joins. Returns: the first failure.
   Status finish();
@@ -43,7 +44,7 @@ class PictureWriter {
     long number = 0;
     int pass = 0;
     FrameResult result;
-    DisplayTransform display;
+    FrameSettings settings;
   };
 
   void run();
@@ -56,6 +57,7 @@ class PictureWriter {
   const Options options_;
   PassMean mean_;
   double pass_seconds_ = 0;
+  double picture_seconds_ = 0;  // of the passes of one picture so far
   BoundedQueue<Job> jobs_{2};
 
   Mutex mutex_;

@@ -76,7 +76,7 @@ class RenderProgress {
 // Takes one finished frame, if one comes in time. `owed`: what pictures that are not shown have
 // cost, which counts as its own. Returns: how many were taken (0 or 1).
 Result<int> take_frame(Session& session, const MasterOptions& options, PictureWriter& writer,
-                       Progress& progress, const DisplayTransform& display, SceneCost& owed,
+                       Progress& progress, const FrameSettings& settings, SceneCost& owed,
                        long done, long total) {
   auto result = session.next_frame(kPoll);
   if (!result.is_ok()) {
@@ -99,7 +99,7 @@ Result<int> take_frame(Session& session, const MasterOptions& options, PictureWr
                 mrays, result->stats.slave_count, result->stats.slave_count == 1 ? "" : "s");
   progress.update(text, static_cast<double>(done + 1) / static_cast<double>(total));
   TESSERA_RETURN_IF_ERROR(
-      writer.write(number, static_cast<int>(done % passes), std::move(*result), display));
+      writer.write(number, static_cast<int>(done % passes), std::move(*result), settings));
   return 1;
 }
 
@@ -140,7 +140,10 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
       continue;
     }
     work.update(done);
-    auto taken = take_frame(session, options, writer, progress, display, owed, done, total);
+    FrameSettings settings =
+        source.settings_at(static_cast<double>(options.frame_first + done / passes));
+    settings.display = display;
+    auto taken = take_frame(session, options, writer, progress, settings, owed, done, total);
     if (!taken.is_ok()) return taken.status();
     done += *taken;
   }
@@ -190,7 +193,7 @@ int run_render(const MasterOptions& options, const SignalWatch& signals) {
     PictureWriter writer(
         *pattern, *stats, progress,
         {std::max(1, options.passes), options.frame.pixel_format == PixelFormat::kHalf,
-         options.is_quiet, std::move(*reference)});
+         options.is_quiet, std::move(*reference), options.scene});
     status = render_frames(**session, *source, options, writer, progress, signals);
     const Status written = writer.finish();
     if (status.is_ok()) status = written;

@@ -11,6 +11,7 @@
 #include "common/scene_io/camera_file.h"
 #include "master/commands/commands.h"
 #include "master/commands/frame_source.h"
+#include "master/commands/picture_attributes.h"
 #include "master/commands/snapshot_writer.h"
 #include "master/commands/stats_file.h"
 #include "master/display/viewer.h"
@@ -144,7 +145,7 @@ class Pump {
     auto frame = session_.submit(settings);
     if (!frame.is_ok()) return frame.status();
     loop_.submitted(*frame, Clock::now());
-    revisions_[*frame] = view_.revision;
+    asked_[*frame] = {view_.revision, settings};
     return Status::ok();
   }
 
@@ -169,8 +170,8 @@ class Pump {
     }
     const InteractiveLoop::Arrival arrival =
         loop_.arrived(result->frame, result->status.is_ok(), result->stats.seconds, Clock::now());
-    const std::uint64_t revision = revisions_[result->frame];
-    revisions_.erase(result->frame);
+    const Asked asked = asked_[result->frame];
+    asked_.erase(result->frame);
     if (!result->status.is_ok()) return arrival.is_left_behind ? Status::ok() : result->status;
     result->stats.scene_cost += std::exchange(owed_, {});
     TESSERA_RETURN_IF_ERROR(stats_.write(result->stats, *result->image));
@@ -188,7 +189,8 @@ class Pump {
     frame.latency_seconds = arrival.latency_seconds;
     frame.stands_for = {arrival.width_px, arrival.height_px};
     frame.is_full = arrival.is_full;
-    frame.revision = revision;
+    frame.revision = asked.revision;
+    frame.settings = asked.settings;
     viewer_.publish(std::move(frame));
     return Status::ok();
   }
@@ -201,9 +203,13 @@ class Pump {
   StatsFile& stats_;
   const TimePoint start_ = Clock::now();
   InteractiveLoop loop_;
-  Viewer::View view_;                           // newest seen
-  std::map<FrameId, std::uint64_t> revisions_;  // of the views of the frames in flight
-  PassMean mean_;                               // of the full frames of one view
+  Viewer::View view_;  // newest seen
+  struct Asked {
+    std::uint64_t revision = 0;  // of the view
+    FrameSettings settings;
+  };
+  std::map<FrameId, Asked> asked_;  // of the frames in flight
+  PassMean mean_;                   // of the full frames of one view
   bool has_scene_ = false;
   SceneCost owed_;  // by pictures that nobody sees; the next frame's
   bool is_alone_ = false;
@@ -237,9 +243,13 @@ ViewerOptions viewer_options(const MasterOptions& options, const FrameSource& so
   o.save = [](const FrameImage& image, const std::string& path) {
     return write_image(image, path, {});
   };
-  o.on_save_picture = [&snapshots, &viewer](const ViewerFrame& frame,
-                                            const DisplayTransform& display) {
-    const bool is_taken = snapshots.save(frame.image, described(frame), display);
+  o.on_save_picture = [&snapshots, &viewer, scene = options.scene](
+                          const ViewerFrame& frame, const DisplayTransform& display) {
+    FrameSettings settings = frame.settings;
+    settings.display = display;
+    const bool is_taken = snapshots.save(
+        frame.image, described(frame),
+        {false, display, picture_attributes(scene, settings, frame.passes, frame.stats.seconds)});
     viewer->notify(is_taken ? "saving the picture" : "pictures are still being saved: try again");
   };
   o.on_copy_camera = [](const Camera& camera, PixelSize size) {

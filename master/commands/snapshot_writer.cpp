@@ -53,8 +53,8 @@ SnapshotWriter::~SnapshotWriter() {
 }
 
 bool SnapshotWriter::save(std::shared_ptr<const FrameImage> image, std::string what,
-                          const DisplayTransform& display) {
-  return jobs_.try_push({std::move(image), std::move(what), display});
+                          const WriteOptions& options) {
+  return jobs_.try_push({std::move(image), std::move(what), options});
 }
 
 void SnapshotWriter::run() {
@@ -76,7 +76,8 @@ Result<std::string> SnapshotWriter::write(const Job& job) {
       return Status::resource_exhausted("cannot write " + name->path() + ": " +
                                         std::strerror(name->error()));
     }
-    const WriteOptions options{job.image->format == PixelFormat::kHalf, job.display};
+    WriteOptions options = job.options;
+    options.is_half_exr = job.image->format == PixelFormat::kHalf;
     TESSERA_RETURN_IF_ERROR(write_image(*job.image, exr.path(), options));
     exr.keep();
     if (const Status status = write_image(*job.image, png.path(), options); !status.is_ok())

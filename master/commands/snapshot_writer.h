@@ -13,6 +13,7 @@
 #include "common/base/bounded_queue.h"
 #include "common/base/status.h"
 #include "common/frame/frame_image.h"
+#include "master/image/image_file.h"
 
 namespace tessera::master {
 
@@ -27,10 +28,10 @@ class SnapshotWriter {
   SnapshotWriter(const SnapshotWriter&) = delete;
   SnapshotWriter& operator=(const SnapshotWriter&) = delete;
 
-  // `what`: of the picture, in a few words. Returns: false while kWaitingMax others wait.
-  // display: how the PNG shows linear pixels.
+  // `what`: of the picture, in a few words; `options`: how the PNG shows linear pixels, and what the files
+  // say of themselves. Returns: false while kWaitingMax others wait.
   [[nodiscard]] bool save(std::shared_ptr<const FrameImage> image, std::string what,
-                          const DisplayTransform& display = {});
+                          const WriteOptions& options = {});
 
   static constexpr std::size_t kWaitingMax = 4;
   static constexpr int kNumberMax = 9999;
@@ -39,7 +40,7 @@ class SnapshotWriter {
   struct Job {
     std::shared_ptr<const FrameImage> image;
     std::string what;
-    DisplayTransform display;
+    WriteOptions options;
   };
   void run();
   Result<std::string> write(const Job& job);

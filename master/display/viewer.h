@@ -14,6 +14,7 @@
 
 #include "common/base/status.h"
 #include "common/frame/frame_image.h"
+#include "common/frame/frame_settings.h"
 #include "common/frame/frame_stats.h"
 #include "common/math/bounds3.h"
 #include "common/scene/camera.h"
@@ -34,6 +35,7 @@ struct ViewerFrame {
   int passes = 1;
   std::optional<double> average_ev;  // mean stops of what it shows, to adapt to
   std::uint64_t revision = 0;        // of the view that it shows
+  FrameSettings settings;            // that it was rendered with
 };
 
 struct ViewerOptions {

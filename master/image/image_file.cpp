@@ -51,18 +51,22 @@ Status encode_by_plugin(const FrameImage& image, const std::string& path, const 
   std::vector<std::byte> small;
   PluginPixels type = PluginPixels::kFloat;
   const void* pixels = rgb.data();
-  if (suffix == ".png" || (suffix == ".exr" && options.is_half_exr)) {
-    const PixelFormat format = suffix == ".png" ? PixelFormat::kDisplay8 : PixelFormat::kHalf;
-    type = suffix == ".png" ? PluginPixels::kUint8 : PluginPixels::kHalf;
+  const bool is_display = suffix == ".png" || suffix == ".jpg" || suffix == ".jpeg";
+  if (is_display || (suffix == ".exr" && options.is_half_exr)) {
+    const PixelFormat format = is_display ? PixelFormat::kDisplay8 : PixelFormat::kHalf;
+    type = is_display ? PluginPixels::kUint8 : PluginPixels::kHalf;
     small.resize(rgb.size() / 3 * static_cast<std::size_t>(bytes_per_pixel(format)));
     const bool is_shown = image.format == PixelFormat::kDisplay8;
     encode_pixels(rgb, format, small, is_shown ? DisplayTransform{} : options.display);
     pixels = small.data();
   }
+  std::vector<PluginAttribute> attributes;
+  for (const auto& [name, value] : options.attributes)
+    attributes.push_back({name.c_str(), value.c_str()});
   PluginBuffer buffer;
   char error[512] = {};
-  if (plugin->encode(path.c_str(), image.width_px, image.height_px, type, pixels, &buffer, error,
-                     sizeof(error)) != 0) {
+  if (plugin->encode(path.c_str(), image.width_px, image.height_px, type, pixels, attributes.data(),
+                     attributes.size(), &buffer, error, sizeof(error)) != 0) {
     return Status::internal("cannot encode " + path + ": " + error);
   }
   const std::unique_ptr<unsigned char, FreeMalloc> owner(buffer.data);

@@ -5,13 +5,15 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "common/base/status.h"
 #include "common/frame/frame_image.h"
 
 namespace tessera::master {
 
-// OUT of the command line: suffix .exr .png .hdr .pfm, and either no % at all or exactly one %0Nd
+// OUT of the command line: suffix .exr .png .jpg .jpeg .hdr .pfm, and either no % at all or exactly one %0Nd
 // (N 1..9).
 class OutputPattern {
  public:
@@ -29,10 +31,12 @@ struct WriteOptions {
   bool is_half_exr = false;  // EXR with half floats
   // Of files that hold what a display shows: how linear pixels are shown there. display8 pixels are.
   DisplayTransform display{};
+  // What the file says of itself, where its format can hold that: EXR, PNG, JPEG.
+  std::vector<std::pair<std::string, std::string>> attributes{};
 };
 
-// Writes to a temporary name beside `path`, syncs, renames. PNG is sRGB-encoded 8 bit, exposed
-// and through the tone curve; EXR, HDR, PFM are linear. Returns: one line naming file and reason; then no file of that name was left or
+// Writes to a temporary name beside `path`, syncs, renames. PNG and JPEG are sRGB-encoded, 8 bit,
+// exposed and through the tone curve; EXR, HDR, PFM are linear. Returns: one line naming file and reason; then no file of that name was left or
 // changed.
 Status write_image(const FrameImage& image, const std::string& path, const WriteOptions& options);
 

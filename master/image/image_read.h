@@ -1,7 +1,8 @@
-// Reads a picture file to linear-or-as-stored floats, for comparing. Every format through the
-// plug-in. Threads. One at a time.
+// Reads a picture file for comparing, linear by its own encoding: integers are sRGB unless the file says
+// otherwise. Every format through the plug-in. Threads. One at a time.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,9 @@ namespace tessera::master {
 
 struct FloatImage {
   int width_px = 0, height_px = 0;
-  std::vector<float> rgb;  // [3 * width * height], row 0 on top
+  bool is_display = false;                        // holds what a display shows: it was not linear
+  std::vector<float> rgb;                         // [3 * width * height], row 0 on top
+  std::map<std::string, std::string> attributes;  // that are text
 };
 
 // Returns: kDataLoss naming file and reason.

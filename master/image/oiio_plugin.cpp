@@ -3,7 +3,10 @@
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+#include <OpenImageIO/strutil.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -13,6 +16,7 @@
 
 namespace {
 
+using tessera::master::PluginAttribute;
 using tessera::master::PluginBuffer;
 using tessera::master::PluginPixels;
 
@@ -33,14 +37,26 @@ OIIO::TypeDesc type_of(PluginPixels type) {
   return OIIO::TypeDesc::UNKNOWN;
 }
 
+// What 8 bits and quality 95 lose together is less than one step of the display.
+constexpr const char* kJpegQuality = "jpeg:95";
+constexpr const char* kJpegText = "ImageDescription";
+
 int encode(const char* file_name, int width, int height, PluginPixels type, const void* pixels,
-           PluginBuffer* out, char* error, std::size_t error_bytes) {
+           const PluginAttribute* attributes, std::size_t attribute_count, PluginBuffer* out,
+           char* error, std::size_t error_bytes) {
   std::vector<unsigned char> bytes;
   OIIO::Filesystem::IOVecOutput memory(bytes);
   auto output = OIIO::ImageOutput::create(file_name, &memory);
   if (!output) return fail(error, error_bytes, OIIO::geterror());
   OIIO::ImageSpec spec(width, height, 3, type_of(type));
-  spec.attribute("compression", "zip");
+  const bool is_jpeg = output->format_name() == std::string("jpeg");
+  spec.attribute("compression", is_jpeg ? kJpegQuality : "zip");
+  std::string description;  // all that JPEG has room for: a line each
+  for (std::size_t i = 0; i < attribute_count; ++i) {
+    if (!is_jpeg) spec.attribute(attributes[i].name, attributes[i].value);
+    description += std::string(attributes[i].name) + "=" + attributes[i].value + "\n";
+  }
+  if (is_jpeg && !description.empty()) spec.attribute(kJpegText, description);
   if (type == PluginPixels::kUint8) spec.attribute("oiio:ColorSpace", "sRGB");
   if (!output->open(file_name, spec) || !output->write_image(type_of(type), pixels) ||
       !output->close()) {
@@ -53,8 +69,48 @@ int encode(const char* file_name, int width, int height, PluginPixels type, cons
   return 0;
 }
 
-int read(const char* path, int* width, int* height, float** rgb, char* error,
-         std::size_t error_bytes) {
+float linear_of_srgb(float value) {
+  return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
+}
+
+// By what the file says of itself, else by its kind of numbers.
+// Returns: whether they were not linear.
+bool linearise(const OIIO::ImageSpec& spec, float* values, std::size_t count) {
+  const std::string space = spec.get_string_attribute("oiio:ColorSpace");
+  const float gamma = spec.get_float_attribute("oiio:Gamma", 0);
+  const bool is_integer = !spec.format.is_floating_point();
+  if (OIIO::Strutil::iequals(space, "linear")) return false;
+  if (OIIO::Strutil::istarts_with(space, "gamma") && gamma > 0) {
+    for (std::size_t i = 0; i < count; ++i) values[i] = std::pow(std::max(values[i], 0.0f), gamma);
+  } else if (OIIO::Strutil::iequals(space, "sRGB") || is_integer) {
+    for (std::size_t i = 0; i < count; ++i) values[i] = linear_of_srgb(values[i]);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+char* attributes_of(const OIIO::ImageSpec& spec) {
+  std::string all;
+  for (const OIIO::ParamValue& p : spec.extra_attribs) {
+    if (p.type() != OIIO::TypeDesc::STRING) continue;
+    std::string text = p.name().string() + "=" + p.get_string();
+    if (p.name() == kJpegText) {
+      text = p.get_string();
+      std::replace(text.begin(), text.end(), '\n', '\0');
+      while (!text.empty() && text.back() == '\0') text.pop_back();
+      if (text.find(std::string(2, '\0')) != text.npos) continue;  // an empty line would end all
+    }
+    if (!text.empty()) all.append(text).push_back('\0');
+  }
+  all.push_back('\0');
+  auto* const copy = static_cast<char*>(std::malloc(all.size()));
+  if (copy != nullptr) std::memcpy(copy, all.data(), all.size());
+  return copy;
+}
+
+int read(const char* path, int* width, int* height, float** rgb, int* is_display, char** attributes,
+         char* error, std::size_t error_bytes) {
   auto input = OIIO::ImageInput::open(path);
   if (!input) return fail(error, error_bytes, OIIO::geterror());
   const OIIO::ImageSpec& spec = input->spec();
@@ -73,6 +129,8 @@ int read(const char* path, int* width, int* height, float** rgb, char* error,
     for (std::size_t c = 0; c < 3; ++c)
       (*rgb)[3 * i + c] = all[i * channels + (channels >= 3 ? c : 0)];
   }
+  *is_display = linearise(spec, *rgb, 3 * pixel_count) ? 1 : 0;
+  *attributes = attributes_of(spec);
   return 0;
 }
 
@@ -80,20 +138,21 @@ int read(const char* path, int* width, int* height, float** rgb, char* error,
 
 extern "C" __attribute__((visibility("default"))) int tessera_encode_image(
     const char* file_name, int width, int height, PluginPixels type, const void* pixels,
-    PluginBuffer* out, char* error, std::size_t error_bytes) {
+    const PluginAttribute* attributes, std::size_t attribute_count, PluginBuffer* out, char* error,
+    std::size_t error_bytes) {
   try {
-    return encode(file_name, width, height, type, pixels, out, error, error_bytes);
+    return encode(file_name, width, height, type, pixels, attributes, attribute_count, out, error,
+                  error_bytes);
   } catch (const std::exception& e) {
     return fail(error, error_bytes, e.what());
   }
 }
 
-extern "C" __attribute__((visibility("default"))) int tessera_read_image(const char* path,
-                                                                         int* width, int* height,
-                                                                         float** rgb, char* error,
-                                                                         std::size_t error_bytes) {
+extern "C" __attribute__((visibility("default"))) int tessera_read_image(
+    const char* path, int* width, int* height, float** rgb, int* is_display, char** attributes,
+    char* error, std::size_t error_bytes) {
   try {
-    return read(path, width, height, rgb, error, error_bytes);
+    return read(path, width, height, rgb, is_display, attributes, error, error_bytes);
   } catch (const std::exception& e) {
     return fail(error, error_bytes, e.what());
   }

@@ -11,20 +11,30 @@ namespace tessera::master {
 
 enum class PluginPixels : std::uint32_t { kUint8 = 0, kHalf = 1, kFloat = 2 };
 
+// What a picture file says about itself. Strings live as long as the call.
+struct PluginAttribute {
+  const char* name;
+  const char* value;
+};
+
 struct PluginBuffer {
   unsigned char* data = nullptr;  // malloc; freed by the caller
   std::size_t size = 0;
 };
 
 extern "C" {
-// Encodes `pixels` (width * height * 3) as a file of the type that `file_name` ends in (exr, png,
-// hdr). Returns: 0, or 1 with a line in `error`.
+// Encodes `pixels` (width * height * 3) as a file of the type that `file_name` ends in (exr, png, jpg,
+// hdr), with the attributes that this type can hold. Returns: 0, or 1 with a line in `error`.
 using EncodeImageFunction = int (*)(const char* file_name, int width, int height, PluginPixels type,
-                                    const void* pixels, PluginBuffer* out, char* error,
+                                    const void* pixels, const PluginAttribute* attributes,
+                                    std::size_t attribute_count, PluginBuffer* out, char* error,
                                     std::size_t error_bytes);
-// Decodes a file to float RGB. Returns: 0, or 1 with a line in `error`.
+// Decodes a file to float RGB, linear by the file's own encoding: what it says of itself, else sRGB for
+// integers and linear for floats; is_display: 0 where it was linear. Attributes that are text go to `attributes`, "name=value" each ended by
+// a 0, and a 0 behind the last; malloc, as the pixels. Returns: 0, or 1 with a line in `error`.
 using ReadImageFunction = int (*)(const char* path, int* width, int* height, float** rgb,
-                                  char* error, std::size_t error_bytes);
+                                  int* is_display, char** attributes, char* error,
+                                  std::size_t error_bytes);
 }
 inline constexpr const char* kEncodeImageName = "tessera_encode_image";
 inline constexpr const char* kReadImageName = "tessera_read_image";

@@ -1,10 +1,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 
 #include "common/base/path_suffix.h"
 #include "master/image/image_file.h"
@@ -33,9 +35,10 @@ Status check_folder(const std::string& text) {
 
 Result<OutputPattern> OutputPattern::parse(const std::string& text, bool has_several_frames) {
   const std::string suffix = suffix_of(text);
-  if (suffix != ".exr" && suffix != ".png" && suffix != ".hdr" && suffix != ".pfm") {
+  static constexpr const char* kKnown[] = {".exr", ".png", ".jpg", ".jpeg", ".hdr", ".pfm"};
+  if (std::find(std::begin(kKnown), std::end(kKnown), suffix) == std::end(kKnown)) {
     return Status::invalid_argument("output " + text + ": unknown suffix '" + suffix +
-                                    "'; give .exr, .png, .hdr or .pfm");
+                                    "'; give .exr, .png, .jpg, .hdr or .pfm");
   }
   OutputPattern pattern;
   pattern.prefix_ = text;

@@ -20,6 +20,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import threading
 
 import core_cases  # noqa: F401
 import extension_cases  # noqa: F401
@@ -57,13 +58,21 @@ class Rendered:
 
 class Runner:
     def __init__(self, folder):
-        self.folder, self.bases = folder, {}
+        self.folder, self.bases, self.lock = folder, {}, threading.Lock()
 
     def base(self, case):
+        """Rendered once; who asks meanwhile waits for it."""
         key = (case.base, case.suffix)
-        if key not in self.bases:
-            self.bases[key] = Rendered(self.folder, f"base{len(self.bases)}", case.base, case.suffix)
-        return self.bases[key]
+        with self.lock:
+            is_mine = key not in self.bases
+            name = f"base{len(self.bases)}"
+            made = self.bases.setdefault(key, concurrent.futures.Future())
+        if is_mine:
+            try:
+                made.set_result(Rendered(self.folder, name, case.base, case.suffix))
+            except BaseException as error:
+                made.set_exception(error)
+        return made.result()
 
     def judge(self, case, number):
         """(what is wrong or None, the line of the table)."""

@@ -71,11 +71,38 @@ TEST_F(ImageFile, HdrIsLinearWithinItsSharedExponent) {
   }
 }
 
-TEST_F(ImageFile, PngIsSrgbEncoded) {
+// Half a step of 255 is at most so much light: the curve is steepest at its end, 2.27.
+TEST_F(ImageFile, PngIsSrgbEncodedAndReadAsLight) {
   const std::vector<float> expected = sample_pixels(), rgb = through("a.png");
   ASSERT_EQ(rgb.size(), expected.size());
-  for (std::size_t i = 0; i < rgb.size(); ++i) {
-    ASSERT_NEAR(rgb[i], srgb_encode(expected[i]), 0.51f / 255) << "as stored, not linear";
+  for (std::size_t i = 0; i < rgb.size(); ++i)
+    ASSERT_NEAR(rgb[i], std::min(expected[i], 1.0f), 2.28f * 0.51f / 255) << i;
+}
+
+TEST_F(ImageFile, JpegIsWrittenAndCloseToThePicture) {
+  FrameImage image = sample_image();
+  std::vector<float> smooth(3 * kWidth * kHeight);
+  for (std::size_t i = 0; i < smooth.size(); ++i)
+    smooth[i] = 0.2f + 0.6f * static_cast<float>(i / 3 % kWidth) / kWidth;
+  encode_pixels(smooth, image.format, image.bytes);
+  for (const char* name : {"a.jpg", "a.jpeg"}) {
+    ASSERT_TRUE(write_image(image, folder_ / name, {}).is_ok());
+    const auto read = read_image(folder_ / name);
+    ASSERT_TRUE(read.is_ok()) << read.status().message();
+    EXPECT_TRUE(read->is_display);
+    for (std::size_t i = 0; i < smooth.size(); ++i) ASSERT_NEAR(read->rgb[i], smooth[i], 0.03f);
+  }
+}
+
+TEST_F(ImageFile, AttributesComeBack) {
+  WriteOptions options;
+  options.attributes = {{"Software", "Tessera"}, {"tessera:camera", "0,1,2 0,0,0 0,1,0 40"}};
+  for (const char* name : {"a.exr", "a.png", "a.jpg"}) {
+    ASSERT_TRUE(write_image(sample_image(), folder_ / name, options).is_ok());
+    const auto read = read_image(folder_ / name);
+    ASSERT_TRUE(read.is_ok());
+    EXPECT_EQ(read->attributes.at("Software"), "Tessera") << name;
+    EXPECT_EQ(read->attributes.at("tessera:camera"), "0,1,2 0,0,0 0,1,0 40") << name;
   }
 }
 
