@@ -160,7 +160,7 @@ void add_gi_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
 void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
   app.add_option(
          "SCENE", o.scene,
-         "scene file (.obj .ply .gltf .glb) or builtin:NAME (cornell, evening, room, teapot, "
+         "scene file (.obj .ply .stl .gltf .glb .fbx .dae) or builtin:NAME (cornell, evening, room, teapot, "
          "waves)")
       ->required()
       ->type_name(" ");

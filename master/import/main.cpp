@@ -14,11 +14,12 @@
 #include <filesystem>
 
 #include "common/base/cli_usage.h"
-#include "common/base/path_suffix.h"
 #include "common/base/version.h"
 #include "common/scene/scene_stream.h"
 #include "common/scene/validate.h"
+#include "common/scene_io/file_format.h"
 #include "common/scene_io/scene_reader.h"
+#include "master/import/assimp/reader.h"
 #include "master/import/gltf/reader.h"
 #include "master/import/texture_reader.h"
 
@@ -75,19 +76,31 @@ Result<tessera::ReadScene> read_sky(const std::string& path) {
 }
 
 Result<tessera::ReadScene> read_file(const std::string& path) {
-  const std::filesystem::path file(path);
-  const std::string suffix = tessera::suffix_of(path);
-  if (suffix == ".obj") {
-    return tessera::read_obj(path, [folder = file.parent_path().string()](const std::string& name) {
-      return tessera::import::read_texture_file(folder, name);
-    });
+  const auto format = tessera::check_content(path);
+  if (!format.is_ok()) return format.status();
+  const tessera::TextureLoader load =
+      [folder = std::filesystem::path(path).parent_path().string()](const std::string& name) {
+        return tessera::import::read_texture_file(folder, name);
+      };
+  using tessera::FileFormat;
+  switch (*format) {
+    case FileFormat::kObj:
+      return tessera::read_obj(path, load);
+    case FileFormat::kPly:
+      return tessera::read_ply(path, load);
+    case FileFormat::kStl:
+      return tessera::read_stl(path);
+    case FileFormat::kGltf:
+    case FileFormat::kGlb:
+      return tessera::import::read_gltf(path, tessera::import::read_picture);
+    case FileFormat::kFbx:
+    case FileFormat::kCollada:
+      return tessera::import::read_by_assimp(path, *format, load, tessera::import::read_picture);
+    case FileFormat::kHdr:
+    case FileFormat::kExr:
+      return read_sky(path);
   }
-  if (suffix == ".ply") return tessera::read_ply(path);
-  if (suffix == ".gltf" || suffix == ".glb")
-    return tessera::import::read_gltf(path, tessera::import::read_picture);
-  if (suffix == ".hdr" || suffix == ".exr") return read_sky(path);
-  return Status::invalid_argument(path + ": unknown suffix '" + suffix +
-                                  "'; known are .obj, .ply, .gltf, .glb, and .hdr, .exr for a sky");
+  return Status::unimplemented(path + ": no reader");
 }
 
 int import_file(const std::string& path) {
@@ -115,10 +128,10 @@ int import_file(const std::string& path) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
-      "Reads one scene file (.obj .ply .gltf .glb), or a sky (.hdr .exr), and writes it as scene "
-      "blocks to standard output.",
-      "tessera-import");
+  CLI::App app("Reads one scene file (" + tessera::suffix_list(false) + "), or a sky (" +
+                   tessera::suffix_list(true) +
+                   "), and writes it as scene blocks to standard output.",
+               "tessera-import");
   app.set_version_flag("--version", std::string("tessera-import ") + tessera::kBuildId);
   std::string path;
   std::uint64_t memory_mb = 8192, cpu_seconds = 300;

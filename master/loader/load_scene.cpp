@@ -9,6 +9,7 @@
 
 #include "common/base/near_word.h"
 #include "common/base/path_suffix.h"
+#include "common/scene_io/file_format.h"
 #include "master/loader/import_process.h"
 
 namespace tessera::master {
@@ -57,12 +58,11 @@ Status check_scene_name(const std::string& scene_argument) {
     return Status::invalid_argument(scene_argument + " does not exist; there are " + known +
                                     did_you_mean(name, names));
   }
-  const std::string suffix = suffix_of(scene_argument);
-  if (suffix == ".obj" || suffix == ".ply" || suffix == ".gltf" || suffix == ".glb") {
-    return Status::ok();
-  }
-  return Status::invalid_argument("scene " + scene_argument + ": unknown suffix '" + suffix +
-                                  "'; known are .obj, .ply, .gltf, .glb, and builtin:NAME");
+  const FormatEntry* const format = format_of_suffix(scene_argument);
+  if (format != nullptr && !format->is_sky) return Status::ok();
+  return Status::invalid_argument("scene " + scene_argument + ": unknown suffix '" +
+                                  suffix_of(scene_argument) + "'; known are " +
+                                  suffix_list(false) + ", and builtin:NAME");
 }
 
 Result<LoadedScene> load_scene(const std::string& scene_argument, const LoadProgress& progress) {
@@ -73,8 +73,8 @@ Result<LoadedScene> load_scene(const std::string& scene_argument, const LoadProg
 }
 
 Status check_sky_name(const std::string& path) {
-  const std::string suffix = suffix_of(path);
-  if (suffix == ".hdr" || suffix == ".exr") return Status::ok();
+  const FormatEntry* const format = format_of_suffix(path);
+  if (format != nullptr && format->is_sky) return Status::ok();
   return Status::invalid_argument(
       "--environment " + path +
       ": give a latitude-longitude picture, FILE.hdr or FILE.exr, or constant:R,G,B, radiances "
