@@ -86,6 +86,7 @@ else
 fi
 if [[ -z $only && $is_quick == no ]]; then
   export ASAN_OPTIONS=detect_stack_use_after_return=1 UBSAN_OPTIONS=print_stacktrace=1
+  export LSAN_OPTIONS=suppressions=$PWD/tests/leaks_elsewhere.txt:print_suppressions=0
   run_preset asan '^(unit|fuzz)$' "" tests_unit tests_fuzz programs
   export TSAN_OPTIONS="halt_on_error=1 second_deadlock_stack=1"
   run_preset tsan '^cluster-small$' "" tests_cluster-small programs

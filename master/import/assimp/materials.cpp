@@ -30,16 +30,15 @@ class Maker {
   }
 
  private:
-  template <typename... Key>
-  std::optional<float> number(Key... key) const {
+  // Of Assimp's AI_MATKEY macros, which are three arguments.
+  std::optional<float> number(const char* key, unsigned type, unsigned index) const {
     float value = 0;
-    if (from_.Get(key..., value) != aiReturn_SUCCESS || !std::isfinite(value)) return std::nullopt;
+    if (from_.Get(key, type, index, value) != aiReturn_SUCCESS || !std::isfinite(value)) return std::nullopt;
     return value;
   }
-  template <typename... Key>
-  std::optional<Vec3f> color(Key... key) const {
+  std::optional<Vec3f> color(const char* key, unsigned type, unsigned index) const {
     aiColor3D value;
-    if (from_.Get(key..., value) != aiReturn_SUCCESS) return std::nullopt;
+    if (from_.Get(key, type, index, value) != aiReturn_SUCCESS) return std::nullopt;
     const Vec3f c{value.r, value.g, value.b};
     if (!is_finite(c)) return std::nullopt;
     return c;
