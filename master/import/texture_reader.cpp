@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "common/base/limits.h"
@@ -33,6 +34,25 @@ Result<std::string> format_of(std::span<const std::byte> bytes) {
   return Status::data_loss("is no PNG, JPEG or WebP picture");
 }
 
+// RGBA from what the picture has; grey is all three.
+template <typename Texel>
+bool read_texels(OIIO::ImageInput& input, OIIO::TypeDesc type, std::vector<Texel>& rgba) {
+  const OIIO::ImageSpec& spec = input.spec();
+  const auto channels = static_cast<std::size_t>(spec.nchannels);
+  const std::size_t count =
+      static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
+  std::vector<Texel> texels(count * channels);
+  if (!input.read_image(0, 0, 0, spec.nchannels, type, texels.data())) return false;
+  rgba.resize(4 * count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Texel* from = texels.data() + i * channels;
+    Texel* to = rgba.data() + 4 * i;
+    for (std::size_t c = 0; c < 3; ++c) to[c] = from[channels >= 3 ? c : 0];
+    to[3] = channels == 4 ? from[3] : channels == 2 ? from[1] : std::numeric_limits<Texel>::max();
+  }
+  return true;
+}
+
 Result<std::shared_ptr<const Texture>> decode(OIIO::ImageInput& input) {
   const OIIO::ImageSpec& spec = input.spec();
   if (spec.width < 1 || spec.height < 1 || spec.width > kTextureSideMaxPx ||
@@ -40,24 +60,14 @@ Result<std::shared_ptr<const Texture>> decode(OIIO::ImageInput& input) {
     return Status::resource_exhausted("its sides must be 1 to " +
                                       std::to_string(kTextureSideMaxPx) + " pixels");
   }
-  const auto channels = static_cast<std::size_t>(spec.nchannels);
-  if (channels < 1 || channels > 16) return Status::data_loss("has no colour channels");
-  const std::size_t count =
-      static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
-  std::vector<std::uint8_t> texels(count * channels);
-  if (!input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, texels.data())) {
-    return Status::data_loss("is damaged: " + input.geterror());
-  }
+  if (spec.nchannels < 1 || spec.nchannels > 16) return Status::data_loss("has no colour channels");
   auto texture = std::make_shared<Texture>();
   texture->width_px = spec.width;
   texture->height_px = spec.height;
-  texture->rgba.resize(4 * count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint8_t* from = texels.data() + i * channels;
-    std::uint8_t* to = texture->rgba.data() + 4 * i;
-    for (std::size_t c = 0; c < 3; ++c) to[c] = from[channels >= 3 ? c : 0];
-    to[3] = channels == 4 ? from[3] : channels == 2 ? from[1] : std::uint8_t{255};
-  }
+  const bool is_read = spec.format == OIIO::TypeDesc::UINT8
+                           ? read_texels(input, OIIO::TypeDesc::UINT8, texture->rgba)
+                           : read_texels(input, OIIO::TypeDesc::UINT16, texture->rgba16);
+  if (!is_read) return Status::data_loss("is damaged: " + one_line(input.geterror()));
   return std::shared_ptr<const Texture>(std::move(texture));
 }
 

@@ -1,5 +1,5 @@
-// Pictures that a scene file names, decoded to RGBA8 through OpenImageIO, in the limited process
-// only.
+// Pictures that a scene file names, decoded to RGBA through OpenImageIO, in the limited process only: of 8
+// bits a channel where the file has so many or fewer, of 16 where it has more.
 //
 // Only regular files below the scene's folder are read: no absolute names, no "..", no links out of
 // it, no devices. Threads. One.

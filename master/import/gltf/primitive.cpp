@@ -1,6 +1,7 @@
 #include "master/import/gltf/primitive.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "master/import/gltf/accessor.h"
@@ -129,11 +130,12 @@ class PrimitiveReader {
     }
     if (count < 3) primitive_.warn("indices", "are fewer than a triangle has");
     for (std::size_t i = 0; i + 2 < count; ++i) {
-      if (mode == kModeStrip) {
-        triangles.push_back({indices_[i], indices_[i + 1 + i % 2], indices_[i + 2 - i % 2]});
-      } else {
-        triangles.push_back({indices_[i + 1], indices_[i + 2], indices_[0]});
-      }
+      const std::array<std::uint32_t, 3> t =
+          mode == kModeStrip
+              ? std::array{indices_[i], indices_[i + 1 + i % 2], indices_[i + 2 - i % 2]}
+              : std::array{indices_[i + 1], indices_[i + 2], indices_[0]};
+      // Those that join strips have a vertex twice.
+      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
     }
   }
 

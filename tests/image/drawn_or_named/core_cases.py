@@ -2,7 +2,7 @@
 import math
 import struct
 
-from expectations import LEFT, RIGHT, both, brighter, colour, darker, differs, drawn, named, refused, same, silent, waiting
+from expectations import LEFT, RIGHT, both, brighter, colour, darker, differs, drawn, named, refused, same, silent
 from gltf_file import BYTE, FLOAT, SHORT, SIDE, UBYTE, UINT, USHORT, data_uri, dome, halves, png
 
 RED_BLUE = halves((255, 40, 40), (40, 40, 255))
@@ -43,7 +43,7 @@ def pick_second(f):
     f.doc["scene"] = 1
 
 
-drawn("scene", pick_second, darker(), base=second_scene)
+named("scene", pick_second, "'small' is drawn, and not '0'")
 named("scenes", second_scene, "'0' is drawn, and not 'small'")
 drawn("scene.nodes", lambda f: f.doc["scenes"][0].update(nodes=[1, 2]) or f.doc["nodes"].append({"mesh": 0, "scale": [.3, .3, .3]})
       or f.doc["scenes"][0]["nodes"].append(3), darker())
@@ -123,9 +123,9 @@ drawn("primitive.mode 4", lambda f: f.primitive.update(mode=4), same(0))
 drawn("primitive.mode 5", strip, same(.02))
 drawn("primitive.mode 6", fan, same(1e-4), base=lambda f: f.primitive.update(
     indices=f.accessor([40, 0, 8, 40, 8, 80, 40, 80, 72, 40, 72, 0], USHORT, "SCALAR")))
-waiting("primitive.attributes.COLOR_0", lambda f: f.attributes.update(
+drawn("primitive.attributes.COLOR_0", lambda f: f.attributes.update(
     COLOR_0=f.accessor([(1, 0.1, 0.1, 1)] * len(POSITIONS), FLOAT, "VEC4")), colour(0, 1.5))
-waiting("primitive.attributes.COLOR_0 (bytes)", lambda f: f.attributes.update(
+drawn("primitive.attributes.COLOR_0 (bytes)", lambda f: f.attributes.update(
     COLOR_0=f.accessor([(255, 20, 20)] * len(POSITIONS), UBYTE, "VEC3", normalized=True)), colour(0, 1.5))
 named("primitive.attributes.COLOR_1", lambda f: f.attributes.update(
     COLOR_1=f.accessor([(1, 0, 0)] * len(POSITIONS), FLOAT, "VEC3")), "attributes.COLOR_1 is not read")
@@ -135,12 +135,12 @@ named("primitive.attributes.JOINTS_0", lambda f: f.attributes.update(JOINTS_0=f.
     [(0, 0, 0, 0)] * len(POSITIONS), UBYTE, "VEC4")) or f.doc.update(skins=[{"joints": [0]}]), "holds skins")
 named("primitive.attributes.WEIGHTS_0", lambda f: f.attributes.update(WEIGHTS_0=f.accessor(
     [(1, 0, 0, 0)] * len(POSITIONS), FLOAT, "VEC4")) or f.doc.update(skins=[{"joints": [0]}]), "holds skins")
-waiting("textureInfo.texCoord", lambda f: textured(f, texCoord=1) or f.attributes.update(
+drawn("textureInfo.texCoord", lambda f: textured(f, texCoord=1) or f.attributes.update(
     TEXCOORD_1=f.accessor([(.1, .1)] * len(UVS), FLOAT, "VEC2")), colour(0), base=textured)
 drawn("textureInfo.texCoord 3", lambda f: textured(f, texCoord=3) or f.attributes.update(
     TEXCOORD_3=f.accessor([(.1, .1)] * len(UVS), FLOAT, "VEC2")), colour(0), base=textured)
 BUMPS = png(8, 8, lambda x, y: (128 + (100 if x % 4 < 2 else -100), 128, 160))
-waiting("primitive.attributes.TANGENT", lambda f: f.material.update(normalTexture=f.texture(BUMPS)) or f.attributes.update(
+drawn("primitive.attributes.TANGENT", lambda f: f.material.update(normalTexture=f.texture(BUMPS)) or f.attributes.update(
     TANGENT=f.accessor([(0, 1, 0, 1)] * len(POSITIONS), FLOAT, "VEC4")), differs(.02),
     base=lambda f: f.material.update(normalTexture=f.texture(BUMPS)))
 
@@ -230,8 +230,20 @@ silent("image.mimeType", lambda f: textured(f) or f.doc["images"][0].update(mime
        "a picture's first bytes say what it is", base=textured)
 named("image.uri (missing)", lambda f: textured(f) or f.doc["images"][0].update(uri="gone.png"), "image 0: uri 'gone.png' no such file")
 named("image.uri (broken)", lambda f: textured(f) or f.doc["images"][0].update(uri=data_uri(b"no picture")), "is no PNG, JPEG or WebP")
-waiting("image of 16 bits", lambda f: textured(f, halves((65535, 10000, 10000), (10000, 10000, 65535), depth=16)),
+drawn("image of 16 bits", lambda f: textured(f, halves((65535, 10000, 10000), (10000, 10000, 65535), depth=16)),
         both(colour(0, part=LEFT), colour(2, part=RIGHT)))
+
+
+def glowing(picture):
+    def change(f):
+        f.material.update(emissiveFactor=[1, 1, 1], emissiveTexture=f.texture(picture))
+        f.use("KHR_materials_emissive_strength", {"emissiveStrength": 1000})
+    return change
+
+
+# 400 of 65535 would be 2 of 255, a quarter brighter.
+drawn("image of 16 bits (all of them)", glowing(halves((400,) * 3, (400,) * 3, depth=16)), darker(.85),
+      base=glowing(halves((2,) * 3, (2,) * 3)))
 
 
 def spread(f, **sampler):
@@ -242,13 +254,13 @@ def spread(f, **sampler):
         f.doc["textures"][0]["sampler"] = 0
 
 
-waiting("sampler.wrapS 33071", lambda f: spread(f, wrapS=33071), differs(.05), base=spread)
-waiting("sampler.wrapS 33648", lambda f: spread(f, wrapS=33648), differs(.05), base=spread)
-waiting("sampler.wrapT 33071", lambda f: spread(f, wrapT=33071) or f.doc["images"][0].update(uri=data_uri(TALL)), differs(.05),
+drawn("sampler.wrapS 33071", lambda f: spread(f, wrapS=33071), differs(.05), base=spread)
+drawn("sampler.wrapS 33648", lambda f: spread(f, wrapS=33648), differs(.05), base=spread)
+drawn("sampler.wrapT 33071", lambda f: spread(f, wrapT=33071) or f.doc["images"][0].update(uri=data_uri(TALL)), differs(.05),
         base=lambda f: spread(f) or f.doc["images"][0].update(uri=data_uri(TALL)))
 TALL = png(8, 8, lambda x, y: (255, 40, 40) if y < 4 else (40, 40, 255))
 drawn("sampler.wrapS 10497", lambda f: spread(f, wrapS=10497), same(0), base=spread)
-waiting("sampler.magFilter 9728", lambda f: textured(f, halves((255, 0, 0), (0, 0, 255), 2), sampler={"magFilter": 9728}), differs(.01),
+drawn("sampler.magFilter 9728", lambda f: textured(f, halves((255, 0, 0), (0, 0, 255), 2), sampler={"magFilter": 9728}), differs(.01),
         base=lambda f: textured(f, halves((255, 0, 0), (0, 0, 255), 2)))
 silent("sampler.minFilter", lambda f: textured(f, sampler={"minFilter": 9984}), "samples do what it asks for", base=textured)
 drawn("texture.sampler", lambda f: spread(f, magFilter=9729), same(0), base=spread)
@@ -272,16 +284,16 @@ drawn("material.emissiveFactor", lambda f: f.material.update(emissiveFactor=[0, 
 drawn("material.emissiveTexture", lambda f: f.material.update(emissiveFactor=[1, 1, 1], emissiveTexture=f.texture(RED_BLUE)),
       both(colour(0, 1.05, LEFT), colour(2, 1.05, RIGHT)))
 HALF_CLEAR = halves((128, 128, 128, 0), (128, 128, 128, 255), alpha=True)
-waiting("material.alphaMode MASK", lambda f: textured(f, HALF_CLEAR) or f.material.update(alphaMode="MASK"), differs(.05),
+drawn("material.alphaMode MASK", lambda f: textured(f, HALF_CLEAR) or f.material.update(alphaMode="MASK"), differs(.05),
         base=lambda f: textured(f, HALF_CLEAR))
-waiting("material.alphaMode BLEND", lambda f: f.material.update(alphaMode="BLEND") or f.pbr.update(baseColorFactor=[.5, .5, .5, .2]),
+drawn("material.alphaMode BLEND", lambda f: f.material.update(alphaMode="BLEND") or f.pbr.update(baseColorFactor=[.5, .5, .5, .2]),
         differs(.05))
 drawn("material.alphaMode OPAQUE", lambda f: f.material.update(alphaMode="OPAQUE") or f.pbr.update(baseColorFactor=[.5, .5, .5, .2]),
       same(0))
-waiting("material.alphaCutoff", lambda f: f.material.update(alphaMode="MASK", alphaCutoff=.1) or f.pbr.update(
+drawn("material.alphaCutoff", lambda f: f.material.update(alphaMode="MASK", alphaCutoff=.1) or f.pbr.update(
     baseColorFactor=[.5, .5, .5, .2]), differs(.05),
     base=lambda f: f.material.update(alphaMode="MASK") or f.pbr.update(baseColorFactor=[.5, .5, .5, .2]))
-waiting("material.doubleSided", lambda f: behind(f) or f.material.update(doubleSided=True), brighter(), base=lambda f: behind(f))
+drawn("material.doubleSided", lambda f: behind(f) or f.material.update(doubleSided=True), brighter(), base=lambda f: behind(f))
 
 
 def behind(f):

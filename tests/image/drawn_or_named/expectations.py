@@ -112,11 +112,6 @@ def drawn(key, make, check, base=None, suffix=".gltf", why=None):
     _add(key, "drawn", make, check, base, suffix=suffix, why=why)
 
 
-def waiting(key, make, check, base=None):
-    """Read into the scene; the core is to draw it. Turn `waiting` into `drawn` here when it does."""
-    _add(key, "waiting", make, check, base)
-
-
 def named(key, make, says, base=None):
     """One line of the program holds `says`."""
     _add(key, "named", make, None, base, says=says)
