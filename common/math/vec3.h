@@ -53,6 +53,8 @@ inline bool is_finite(Vec2f a) { return std::isfinite(a.x) && std::isfinite(a.y)
 inline bool is_finite(const Vec4f& a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z) && std::isfinite(a.w);
 }
+// As a colour: no light. Also for NaN.
+inline bool is_black(Vec3f c) { return !(c.x > 0 || c.y > 0 || c.z > 0); }
 inline bool is_finite(Vec3f a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }

@@ -60,7 +60,7 @@ inline BsdfSample sample(core::Surface s, Vec3f to_viewer, Vec2f square) {
     case BsdfKind::kGlass:
       break;
   }
-  const core::SpecularSample out = core::sample_specular(s, to_viewer, square.x);
+  const core::SpecularSample out = core::sample_specular(s, to_viewer, square);
   return {out.direction, out.weight, 0, true, out.is_through};
 }
 

@@ -74,15 +74,6 @@ Vec3f left_of(SpecularAlbedo a, const PlainGlossy::Facets& f) {
 
 }  // namespace
 
-SpecularAlbedo plain_albedo(float cosine, float roughness) {
-  const Step i = step_of(std::sqrt(std::max(cosine, 0.0f))), r = step_of(roughness);
-  const float* const nodes = AlbedoTable::shared().view().nodes;
-  const auto row = [&](std::size_t k) {
-    return mixed(pair(nodes, k * kNodes + i.node), pair(nodes, k * kNodes + i.node + 1), i.weight);
-  };
-  return mixed(row(r.node), row(r.node + 1), r.weight);
-}
-
 PlainGlossy::PlainGlossy(const core::Surface& s, Vec3f to_viewer)
     : normal_(s.shading_normal),
       basis_(core::basis_about(s.shading_normal)),

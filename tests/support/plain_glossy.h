@@ -10,7 +10,9 @@
 namespace tessera::test {
 
 // Of cosine and roughness in [0, 1].
-core::SpecularAlbedo plain_albedo(float cosine, float roughness);
+inline core::SpecularAlbedo plain_albedo(float cosine, float roughness) {
+  return core::albedo_at(core::AlbedoTable::shared().view(), cosine, roughness);
+}
 
 class PlainGlossy {
  public:

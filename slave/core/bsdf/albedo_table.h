@@ -22,6 +22,9 @@ struct SpecularAlbedo {
 
 static_assert(sizeof(SpecularAlbedo) == 2 * sizeof(float));
 
+// One lookup, as the kernels do it (slave/core/kernel/microfacet-inl.h); cosine and roughness in [0, 1].
+SpecularAlbedo albedo_at(const AlbedoView& table, float cosine, float roughness);
+
 class AlbedoTable {
  public:
   static constexpr int kNodes = 32;

@@ -1,6 +1,11 @@
 #include "slave/core/bsdf/specular.h"
 
+#include <algorithm>
+
+#include "slave/core/bsdf/albedo_table.h"
 #include "slave/core/bsdf/dielectric.h"
+#include "slave/core/bsdf/microfacet.h"
+#include "slave/core/sampling/hemisphere.h"
 
 namespace tessera::core {
 namespace {
@@ -16,23 +21,103 @@ Vec3f mirror_direction(const Surface& s, Vec3f to_viewer) {
   return dot(d, s.normal) > 0 ? d : reflected(to_viewer, s.normal);
 }
 
-SpecularSample sample_glass(const Surface& s, Vec3f to_viewer, float choice) {
-  const float ior = s.is_front ? s.material->ior : 1 / s.material->ior;
+// What glass is where a ray meets it.
+struct Glass {
+  Vec3f tint;  // of what passes
+  float ior;   // of the far side to the viewer's
+  float alpha = 0;
+  bool is_thin = false;
+
+  explicit Glass(const Surface& s) {
+    const Material& m = *s.material;
+    const bool is_kind = m.bsdf == BsdfKind::kGlass;
+    is_thin = !is_kind && m.transmission.is_thin;
+    tint = is_kind ? m.specular : s.albedo;
+    ior = s.is_front || is_thin ? m.ior : 1 / m.ior;
+    const float width = s.roughness * s.roughness;
+    if (!is_kind && width > kAlphaMin) alpha = width;
+  }
+};
+
+SpecularSample sample_smooth(const Surface& s, const Glass& glass, Vec3f to_viewer, float choice) {
   Vec3f normal = s.shading_normal;
-  Refraction r = refraction(dot(normal, to_viewer), ior);
-  if (r.reflectance < 1 && !(dot(refracted(to_viewer, normal, r), s.normal) < 0)) {
+  Refraction r = refraction(dot(normal, to_viewer), glass.ior);
+  if (!glass.is_thin && r.reflectance < 1 &&
+      !(dot(refracted(to_viewer, normal, r), s.normal) < 0)) {
     normal = s.normal;
-    r = refraction(dot(normal, to_viewer), ior);
+    r = refraction(dot(normal, to_viewer), glass.ior);
   }
   if (choice < r.reflectance) return {mirror_direction(s, to_viewer), {1, 1, 1}, false};
-  return {refracted(to_viewer, normal, r), s.material->specular, true};
+  const Vec3f onward = glass.is_thin ? -to_viewer : refracted(to_viewer, normal, r);
+  return {onward, glass.tint, true};
 }
+
+class RoughGlass {
+ public:
+  RoughGlass(const Surface& s, const Glass& glass, Vec3f to_viewer)
+      : surface_(s), glass_(glass), basis_(basis_about(s.shading_normal)) {
+    viewer_ = {dot(basis_.tangent, to_viewer), dot(basis_.bitangent, to_viewer),
+               dot(s.shading_normal, to_viewer)};
+    if (!glass.is_thin) return;
+    const SpecularAlbedo kept =
+        albedo_at(AlbedoTable::shared().view(), viewer_.z, surface_.roughness);
+    whole_ = 1 / std::max(kept.scale + kept.bias, 0.1f);
+  }
+
+  SpecularSample sample(Vec2f square) const {
+    // The smooth surface's reflectance serves as the chance; facets whose own is quite another are rare, and
+    // the bounds say how much they weigh then.
+    const float even = refraction(viewer_.z, glass_.ior).reflectance;
+    const float reflecting = surface_.passes_only ? 0 : std::clamp(even, 0.1f, 0.9f);
+    const bool reflects = square.x < reflecting;
+    const float x = reflects ? square.x / reflecting : (square.x - reflecting) / (1 - reflecting);
+    const Vec3f half = visible_normal(viewer_, glass_.alpha, {std::min(x, kBelowOne), square.y});
+    const Refraction r = refraction(dot(viewer_, half), glass_.ior);
+    Vec3f light = mirrored(half);
+    if (reflects) {
+      const float back = r.reflectance / reflecting * lit(light);
+      return {world(light), {back, back, back}, false, glass_.alpha};
+    }
+    float kept = 0;
+    if (glass_.is_thin) {
+      kept = lit(light);
+      light.z = -light.z;
+    } else if (r.reflectance < 1) {
+      light = refracted(viewer_, half, r);
+      kept = light.z < 0 ? shadowed(-light.z) : 0;
+    }
+    const float passed = (1 - r.reflectance) / (1 - reflecting) * kept;
+    return {world(light), glass_.tint * passed, true, glass_.alpha};
+  }
+
+ private:
+  static constexpr float kBelowOne = 1 - 0x1p-24f;
+  Vec3f mirrored(Vec3f half) const { return normalize(half * (2 * dot(viewer_, half)) - viewer_); }
+  // What shadowing leaves, over the density of the half vector.
+  float lit(Vec3f light) const {
+    return light.z > 0 ? whole_ * shadowing_weight(viewer_.z, light.z, glass_.alpha) : 0;
+  }
+  // On the far side hiding from the viewer and from the light have nothing in common.
+  float shadowed(float z) const { return 2 * z / (z + smith_root(z, glass_.alpha)); }
+  Vec3f world(Vec3f v) const {
+    return normalize(basis_.tangent * v.x + basis_.bitangent * v.y + surface_.shading_normal * v.z);
+  }
+
+  const Surface& surface_;
+  const Glass& glass_;
+  const Basis basis_;
+  Vec3f viewer_;  // in the frame of the shading normal
+  float whole_ = 1;
+};
 
 }  // namespace
 
-SpecularSample sample_specular(const Surface& s, Vec3f to_viewer, float choice) {
-  if (s.bsdf == BsdfKind::kGlass) return sample_glass(s, to_viewer, choice);
-  return {mirror_direction(s, to_viewer), s.material->specular, false};
+SpecularSample sample_specular(const Surface& s, Vec3f to_viewer, Vec2f square) {
+  if (s.bsdf != BsdfKind::kGlass)
+    return {mirror_direction(s, to_viewer), s.material->specular, false};
+  const Glass glass(s);
+  if (glass.alpha > 0) return RoughGlass(s, glass, to_viewer).sample(square);
+  return sample_smooth(s, glass, to_viewer, square.x);
 }
 
 }  // namespace tessera::core

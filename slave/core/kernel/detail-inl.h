@@ -47,11 +47,14 @@ class DetailKernel {
     const V3 normal = load3(d, p_.normal, at), direction = load3(d, p_.direction, at);
     V3 shading = normal;
     if (group_.has_normals) shading = interpolated(at, normal);
-    if (group_.uses != 0 || group_.has_program) {
+    V3 coat = shading;
+    if (group_.uses != 0 || group_.has_program || group_.is_stretched) {
       const V3 a = load3(d, p_.corner[0], at);
       const V3 b = load3(d, p_.corner[1], at) - a, c = load3(d, p_.corner[2], at) - a;
       const V twice_area = length(cross(b, c)), footprint = footprint_at(at, normal, direction);
-      if (group_.uses != 0) textures({at, lanes, b, c, twice_area, footprint, normal}, shading);
+      const Textured points{at, lanes, b, c, twice_area, footprint, normal};
+      if (group_.uses != 0) textures(points, shading, coat);
+      if (group_.is_stretched) stretch(points, shading);
       if (group_.has_program) place(at, twice_area, footprint);
     }
     if (!group_.is_diffuse) {
@@ -60,6 +63,10 @@ class DetailKernel {
       store3(d, to_viewer, p_.to_viewer, at);
       // A normal that looks away from the viewer is none to reflect about.
       shading = if_then_else(hn::Gt(dot(shading, to_viewer), hn::Zero(d)), shading, normal);
+      if (group_.has_coat) {
+        coat = if_then_else(hn::Gt(dot(coat, to_viewer), hn::Zero(d)), coat, normal);
+        store3(d, coat, p_.coat_normal, at);
+      }
     }
     store3(d, shading, p_.shading_normal, at);
   }
@@ -103,11 +110,11 @@ class DetailKernel {
     V3 normal;
   };
 
-  HWY_INLINE void textures(const Textured& points, V3& shading) {
+  HWY_INLINE void textures(const Textured& points, V3& shading, V3& coat) {
     const TextureTable& table = *group_.textures;
     for (int32_t k = 0; k < table.place_count; ++k) {
       const uint32_t uses = table.place[k].uses & group_.uses;
-      if (uses != 0) look_up(table.place[k], uses, points, shading);
+      if (uses != 0) look_up(table.place[k], uses, points, shading, coat);
     }
   }
 
@@ -127,7 +134,7 @@ class DetailKernel {
 
   // All that lie alike. The picture's area over the triangle's gives texels per length.
   HWY_INLINE void look_up(const TexturePlace& place, uint32_t uses, const Textured& points,
-                          V3& shading) {
+                          V3& shading, V3& coat) {
     const D d;
     const size_t at = points.at;
     const V u = hn::Load(d, p_.u + at), v = hn::Load(d, p_.v + at), w = weight_a(at);
@@ -151,41 +158,95 @@ class DetailKernel {
         continue;
       }
       const V3 texel = lookup.template sample<3>(texture).rgb();
-      if (use != kNormalTexture) {
+      if (use != kNormalTexture && use != kClearcoatNormalTexture) {
         store3(d, texel, p_.texel[use], at);
         continue;
       }
-      const Tangents tangents{points.b * uv_c.y - points.c * uv_b.y,
-                              points.c * uv_b.x - points.b * uv_c.x,
-                              hn::Lt(hn::Mul(uv_b.x, uv_c.y), hn::Mul(uv_c.x, uv_b.y))};
-      shading = mapped(at, texel, tangents, points.normal, shading);
+      V3& turned = use == kNormalTexture ? shading : coat;
+      const float scale = use == kNormalTexture ? group_.normal_scale : group_.coat_normal_scale;
+      const V3 outward = outward_of(at, turned);
+      const Tangents tangents = group_.has_tangents
+                                    ? tangents_of_vertices(at, outward)
+                                    : tangents_of_triangle(points, uv_b, uv_c, outward);
+      turned = mapped(at, texel, tangents, {scale, points.normal, turned});
     }
   }
 
+  // Unit, perpendicular to each other and the outward normal.
   struct Tangents {
-    V3 along_u, along_v;  // but for length, and for sign where mirrored
-    hn::Mask<D> is_mirrored;
+    V3 tangent, bitangent;
   };
 
-  // glTF 2.0, section 3.9.3. The tangent is that of the triangle, along which u rises and v does not,
-  // made perpendicular to the interpolated normal. One that would turn the surface away from the side
-  // that is seen, or of a triangle without area in the texture, stays as it was.
-  HWY_INLINE V3 mapped(size_t at, V3 texel, const Tangents& of, V3 normal, V3 shading) const {
+  HWY_INLINE V3 outward_of(size_t at, V3 shading) const {
+    return negated_if(mask_of(D(), static_cast<uint32_t>(~p_.front >> at)), shading);
+  }
+
+  // The direction along which u rises and v does not. Of a triangle without area in the texture there
+  // is none, and it is not finite or zero.
+  HWY_INLINE Tangents tangents_of_triangle(const Textured& points, Uv uv_b, Uv uv_c,
+                                           V3 outward) const {
     const D d;
-    const V one = hn::Set(d, 1), zero = hn::Zero(d), scale = hn::Set(d, group_.normal_scale);
-    const auto is_back = mask_of(d, static_cast<uint32_t>(~p_.front >> at));
-    const V3 outward = negated_if(is_back, shading);
-    const V3 along_u = negated_if(of.is_mirrored, of.along_u);
-    const V3 along_v = negated_if(of.is_mirrored, of.along_v);
+    const auto is_mirrored = hn::Lt(hn::Mul(uv_b.x, uv_c.y), hn::Mul(uv_c.x, uv_b.y));
+    const V3 along_u = negated_if(is_mirrored, points.b * uv_c.y - points.c * uv_b.y);
+    const V3 along_v = negated_if(is_mirrored, points.c * uv_b.x - points.b * uv_c.x);
     const V3 tangent = normalize(along_u - outward * dot(outward, along_u));
     const V3 across = cross(outward, tangent);
-    const V3 bitangent = negated_if(hn::Lt(dot(across, along_v), zero), across);
+    return {tangent, negated_if(hn::Lt(dot(across, along_v), hn::Zero(d)), across)};
+  }
+
+  // As MikkTSpace means them (Mikkelsen, "Simulation of wrinkled surfaces revisited", 2008): interpolated,
+  // and the bitangent by the outward normal. In a mirrored instance both directions are mirrored, and
+  // the outward normal is the transformed triangle's: the product stays on its side.
+  HWY_INLINE Tangents tangents_of_vertices(size_t at, V3 outward) const {
+    const D d;
+    const auto& corner = p_.corner_tangent;
+    V3 own = load3(d, corner[0], at) * weight_a(at) +
+             load3(d, corner[1], at) * hn::Load(d, p_.u + at) +
+             load3(d, corner[2], at) * hn::Load(d, p_.v + at);
+    if (group_.is_moved) {
+      own = {dot(same3(d, group_.tangent_map[0]), own), dot(same3(d, group_.tangent_map[1]), own),
+             dot(same3(d, group_.tangent_map[2]), own)};
+    }
+    const V3 tangent = normalize(own - outward * dot(outward, own));
+    return {tangent, cross(outward, tangent) * hn::Load(d, p_.handedness + at)};
+  }
+
+  HWY_INLINE void stretch(const Textured& points, V3 shading) {
+    const D d;
+    const size_t at = points.at;
+    const V3 outward = outward_of(at, shading);
+    Tangents t;
+    if (group_.has_tangents) {
+      t = tangents_of_vertices(at, outward);
+    } else {
+      const auto& uv = p_.corner_uv[0];
+      const auto of = [&](size_t k) {
+        return Uv{hn::Load(d, uv[k][0] + at), hn::Load(d, uv[k][1] + at)};
+      };
+      t = tangents_of_triangle(points, minus(of(1), of(0)), minus(of(2), of(0)), outward);
+    }
+    store3(d, t.tangent, p_.along_u, at);
+    store3(d, t.bitangent, p_.along_v, at);
+  }
+
+  struct Turned {
+    float scale;
+    V3 normal, shading;
+  };
+
+  // glTF 2.0, section 3.9.3. What would turn the surface away from the side that is seen, or has no
+  // tangent, stays as it was.
+  HWY_INLINE V3 mapped(size_t at, V3 texel, const Tangents& of, const Turned& from) const {
+    const D d;
+    const V one = hn::Set(d, 1), zero = hn::Zero(d), scale = hn::Set(d, from.scale);
+    const V3 outward = outward_of(at, from.shading);
     const V3 t{hn::Sub(hn::Add(texel.x, texel.x), one), hn::Sub(hn::Add(texel.y, texel.y), one),
                hn::Sub(hn::Add(texel.z, texel.z), one)};
-    const V3 turned =
-        normalize(tangent * hn::Mul(t.x, scale) + bitangent * hn::Mul(t.y, scale) + outward * t.z);
-    const V3 seen = negated_if(is_back, turned);
-    return if_then_else(hn::Gt(dot(seen, normal), zero), seen, shading);  // not so for NaN either
+    const V3 turned = normalize(of.tangent * hn::Mul(t.x, scale) +
+                                of.bitangent * hn::Mul(t.y, scale) + outward * t.z);
+    const V3 seen = outward_of(at, turned);
+    // Not so for NaN either.
+    return if_then_else(hn::Gt(dot(seen, from.normal), zero), seen, from.shading);
   }
 
   // Where its program looks, in the object's space.

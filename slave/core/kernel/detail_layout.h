@@ -16,10 +16,19 @@ enum TextureUse : int32_t {
   kEmissionTexture,
   kRoughnessMetalnessTexture,  // green and blue
   kNormalTexture,              // turns the shading normal; its texels are not kept
+  kSpecularTexture,            // alpha
+  kSpecularColorTexture,
+  kClearcoatTexture,           // red
+  kClearcoatRoughnessTexture,  // green
+  kClearcoatNormalTexture,     // turns the varnish's normal; its texels are not kept
+  kSheenColorTexture,
+  kSheenRoughnessTexture,  // alpha
+  kTransmissionTexture,    // red
+  kAnisotropyTexture,      // red, green: direction; blue: strength
   kTextureUses
 };
 // Bits: those whose alpha is looked at, too.
-inline constexpr uint32_t kUsesWithAlpha = 0;
+inline constexpr uint32_t kUsesWithAlpha = 1u << kSpecularTexture | 1u << kSheenRoughnessTexture;
 
 // How textures lie on a mesh.
 struct TexturePlace {
@@ -48,6 +57,11 @@ struct DetailGroup {
   uint32_t uses;                 // bits: of textures that the mesh has coordinates for
   const TextureTable* textures;  // not looked at without uses
   float normal_scale;
+  bool has_coat;            // its normal is asked for
+  bool has_tangents;        // of vertices, that the texture coordinates' are replaced by
+  bool is_stretched;        // the directions of rising coordinates are asked for
+  float tangent_map[3][3];  // by rows, of tangents of vertices
+  float coat_normal_scale;
 };
 
 // Shape of all: [kDetailPoints]. Corners are A, B, C of triangles.
@@ -61,6 +75,8 @@ struct alignas(64) DetailPoints {
   float corner_normal[3][3][kDetailPoints];   // as the mesh has them
   float corner_uv[2][3][2][kDetailPoints];    // by set
   float corner_of_mesh[3][3][kDetailPoints];  // before the transform: has_program
+  float corner_tangent[3][3][kDetailPoints];  // as the mesh has them: has_tangents
+  float handedness[kDetailPoints];            // likewise: +1 or -1, of the triangle
 
   // Made.
   float shading_normal[3][kDetailPoints];
@@ -68,6 +84,9 @@ struct alignas(64) DetailPoints {
   // What textures show; set where the group has the use.
   float texel[kTextureUses][3][kDetailPoints];
   float texel_alpha[kTextureUses][kDetailPoints];  // of kUsesWithAlpha
+  float coat_normal[3][kDetailPoints];             // has_coat
+  // Unit, perpendicular to the shading normal; not finite where there is none: is_stretched.
+  float along_u[3][kDetailPoints], along_v[3][kDetailPoints];
   // For programs: see SurfacePlaces in slave/core/surface/programs.h.
   float place[3][kDetailPoints], place_normal[3][kDetailPoints], footprint[kDetailPoints];
 

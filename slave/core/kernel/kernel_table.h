@@ -10,6 +10,7 @@
 #include "slave/core/kernel/camera_layout.h"
 #include "slave/core/kernel/detail_layout.h"
 #include "slave/core/kernel/gather_layout.h"
+#include "slave/core/kernel/lobes_layout.h"
 #include "slave/core/kernel/packet_layout.h"
 #include "slave/core/kernel/surface_layout.h"
 #include "slave/core/light/emitter_layout.h"
@@ -50,6 +51,8 @@ struct KernelTable {
   void (*sample_diffuse)(BsdfPoints& points);
   void (*sample_glossy)(const AlbedoView& table, BsdfPoints& points);
   void (*evaluate_glossy)(const AlbedoView& table, BsdfPoints& points);
+  void (*sample_layered)(const LobeTables& tables, const LobePoints& lobes, BsdfPoints& points);
+  void (*evaluate_layered)(const LobeTables& tables, const LobePoints& lobes, BsdfPoints& points);
 
   NoiseKernel noise;  // see noise_layout.h and slave/core/surface/noise.h
 

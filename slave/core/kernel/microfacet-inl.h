@@ -35,19 +35,24 @@ HWY_INLINE ShadeVec ggx_distribution(Vec3<ShadeTag> half, ShadeVec alpha) {
   return hn::Div(hn::Set(ShadeTag(), kInvPi), hn::Mul(hn::Mul(hn::Mul(alpha, alpha), norm), norm));
 }
 
-HWY_INLINE Vec3<ShadeTag> visible_normal(Vec3<ShadeTag> to_viewer, ShadeVec alpha, ShadeVec x,
-                                         ShadeVec y) {
+// Of facets whose widths differ along x and y of the frame.
+HWY_INLINE Vec3<ShadeTag> visible_normal(Vec3<ShadeTag> to_viewer, ShadeVec alpha_x,
+                                         ShadeVec alpha_y, ShadeVec x, ShadeVec y) {
   const ShadeTag d;
   const ShadeVec one = hn::Set(d, 1), zero = hn::Zero(d);
   const Vec3<ShadeTag> v = normalize(
-      Vec3<ShadeTag>{hn::Mul(to_viewer.x, alpha), hn::Mul(to_viewer.y, alpha), to_viewer.z});
+      Vec3<ShadeTag>{hn::Mul(to_viewer.x, alpha_x), hn::Mul(to_viewer.y, alpha_y), to_viewer.z});
   const ShadeVec z = hn::Sub(hn::Mul(hn::Sub(one, y), hn::Add(one, v.z)), v.z);
   const ShadeVec r = hn::Sqrt(hn::Min(hn::Max(hn::Sub(one, hn::Mul(z, z)), zero), one));
   const auto turn = sin_cos_whole_turn(d, x);
   const ShadeVec half_x = hn::Add(hn::Mul(r, turn.cos), v.x),
                  half_y = hn::Add(hn::Mul(r, turn.sin), v.y), half_z = hn::Add(z, v.z);
   return normalize(
-      Vec3<ShadeTag>{hn::Mul(half_x, alpha), hn::Mul(half_y, alpha), hn::Max(half_z, zero)});
+      Vec3<ShadeTag>{hn::Mul(half_x, alpha_x), hn::Mul(half_y, alpha_y), hn::Max(half_z, zero)});
+}
+HWY_INLINE Vec3<ShadeTag> visible_normal(Vec3<ShadeTag> to_viewer, ShadeVec alpha, ShadeVec x,
+                                         ShadeVec y) {
+  return visible_normal(to_viewer, alpha, alpha, x, y);
 }
 
 HWY_INLINE ShadeVec schlick_rise(ShadeVec cosine) {

@@ -20,9 +20,6 @@ namespace tessera::core {
 // are shared out by power, so that cost does not grow with the number of emitters.
 inline constexpr std::size_t kEmittersEachMax = 64;
 
-// Also for NaN: no light.
-inline bool is_black(Vec3f c) { return !(c.x > 0 || c.y > 0 || c.z > 0); }
-
 struct Emitter {
   Vec3f a, edge_b, edge_c;  // A, B - A, C - A, world units
   Vec3f normal;             // unit, along (B - A) x (C - A): the side that emits

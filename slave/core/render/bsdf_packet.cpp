@@ -1,9 +1,16 @@
 #include "slave/core/render/bsdf_packet.h"
 
 #include "slave/core/bsdf/albedo_table.h"
+#include "slave/core/bsdf/sheen_table.h"
 #include "slave/core/render/axis_arrays.h"
 
 namespace tessera::core {
+namespace {
+
+LobeTables lobe_tables() { return {AlbedoTable::shared().view(), SheenTable::shared().view()}; }
+
+}  // namespace
+
 int BsdfPacket::add(Vec3f shading_normal) {
   const int i = points_.count++;
   put_vector(shading_normal, points_.normal, i);
@@ -38,6 +45,38 @@ int BsdfPacket::add_glossy(const Surface& s, Vec3f to_light) {
   return i;
 }
 
+void BsdfPacket::put_lobes(const SurfaceLobes& lobes, int i) {
+  if (lobes_ == nullptr) lobes_ = std::make_unique<LobePoints>();
+  LobePoints& to = *lobes_;
+  put_vector(lobes.specular, points_.specular, i);
+  to.specular_f90[i] = lobes.specular_f90;
+  to.coat[i] = lobes.coat;
+  to.coat_roughness[i] = lobes.coat_roughness;
+  put_vector(lobes.coat_normal, to.coat_normal, i);
+  put_vector(lobes.sheen, to.sheen, i);
+  to.sheen_roughness[i] = lobes.sheen_roughness;
+  to.stretch[i] = lobes.stretch;
+  put_vector(lobes.tangent, to.tangent, i);
+}
+
+int BsdfPacket::add_layered(const Surface& s, const SurfaceLobes& lobes, Vec2f square) {
+  const int i = add_glossy(s, square);
+  put_lobes(lobes, i);
+  return i;
+}
+
+int BsdfPacket::add_layered(const Surface& s, const SurfaceLobes& lobes, Vec3f to_light) {
+  const int i = add_glossy(s, to_light);
+  put_lobes(lobes, i);
+  return i;
+}
+
+void BsdfPacket::sample_layered(const KernelTable& kernels) {
+  kernels.sample_layered(lobe_tables(), *lobes_, points_);
+}
+void BsdfPacket::evaluate_layered(const KernelTable& kernels) {
+  kernels.evaluate_layered(lobe_tables(), *lobes_, points_);
+}
 void BsdfPacket::sample_diffuse(const KernelTable& kernels) { kernels.sample_diffuse(points_); }
 void BsdfPacket::sample_glossy(const KernelTable& kernels) {
   kernels.sample_glossy(AlbedoTable::shared().view(), points_);

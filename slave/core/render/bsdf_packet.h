@@ -3,13 +3,16 @@
 // Threads. One object per thread.
 #pragma once
 
+#include <memory>
+
 #include "slave/core/kernel/kernel_table.h"
 #include "slave/core/render/axis_arrays.h"
 #include "slave/core/surface/surface.h"
+#include "slave/core/surface/surface_lobes.h"
 
 namespace tessera::core {
 
-// Either diffuse surfaces or glossy ones, and of all the same is asked.
+// Either diffuse surfaces, or glossy ones, or glossy ones with optional lobes; of all the same is asked.
 class BsdfPacket {
  public:
   static constexpr int kMax = kBsdfPoints;
@@ -22,9 +25,14 @@ class BsdfPacket {
   int add_glossy(const Surface& s, Vec2f square);    // to be sampled
   int add_glossy(const Surface& s, Vec3f to_light);  // to be evaluated
 
+  int add_layered(const Surface& s, const SurfaceLobes& lobes, Vec2f square);
+  int add_layered(const Surface& s, const SurfaceLobes& lobes, Vec3f to_light);
+
   void sample_diffuse(const KernelTable& kernels);
   void sample_glossy(const KernelTable& kernels);
   void evaluate_glossy(const KernelTable& kernels);
+  void sample_layered(const KernelTable& kernels);
+  void evaluate_layered(const KernelTable& kernels);
 
   // To the light, unit.
   Vec3f direction(int i) const { return vector_at(points_.direction, i); }
@@ -38,8 +46,10 @@ class BsdfPacket {
  private:
   int add(Vec3f shading_normal);
   void put_glossy(const Surface& s, int i);
+  void put_lobes(const SurfaceLobes& lobes, int i);
 
   BsdfPoints points_{};
+  std::unique_ptr<LobePoints> lobes_;  // made where there are any
 };
 
 }  // namespace tessera::core

@@ -27,12 +27,12 @@ struct ClampResidual::Scratch {
   RayPacket rays;
   PacketHits hits;
   MetSurfaces met;
-  Surface surface[kPacketRays];
+  SurfaceBatch arrived;  // of a packet
   Surface* surface_at[kPacketRays];
 };
 
 ClampResidual::ClampResidual() : scratch_(std::make_unique<Scratch>()) {
-  for (int i = 0; i < kPacketRays; ++i) scratch_->surface_at[i] = &scratch_->surface[i];
+  for (int i = 0; i < kPacketRays; ++i) scratch_->surface_at[i] = &scratch_->arrived.surface[i];
 }
 ClampResidual::~ClampResidual() = default;
 
@@ -44,6 +44,7 @@ void ClampResidual::begin(const PreparedScene::Impl& scene, const SceneTracer& t
   bounds_ = bounds;
   bounces_ = bounces;
   scratch_->met.begin(scene, tracer.kernels());
+  scratch_->batch.begin(scene.features.has_lobes);
   scratch_->paths.begin(scene, tracer, std::max(0, bounces_ - 1), is_cancelled);
   std::fill_n(scratch_->rays.t_min, kPacketRays, 0.0f);
   std::fill_n(scratch_->rays.t_max, kPacketRays, 1 / std::sqrt(bounds_.vpl));
@@ -110,18 +111,18 @@ void ClampResidual::arrive(const GatherPoints& points, int first) {
         dot(shading, direction) * -dot(normal, direction) / (at.distance[i] * at.distance[i]);
     if (geometry[i] > bounds_.vpl) beyond |= std::uint64_t{1} << i;
   }
-  s.met.make(beyond, nullptr, s.surface_at);
+  s.met.make(beyond, nullptr, s.surface_at, &s.arrived);
   for (; beyond != 0; beyond &= beyond - 1) {
     const int i = std::countr_zero(beyond), p = first + i;
-    Surface& y = s.surface[i];
+    Surface& y = s.arrived.surface[i];
     if (geometry[i] > bounds_.emitter)
       s.light[p] = s.light[p] + y.emission * (1 - bounds_.emitter / geometry[i]);
     if (is_specular(y)) continue;  // no VPL is there
     y.weight = y.weight * (1 - bounds_.vpl / geometry[i]);
     SurfaceBatch& batch = s.batch;
-    batch.surface[batch.count] = y;
-    batch.key[batch.count] = hash_combine(points.key[p], kDimensionPath);
-    batch.pixel[batch.count++] = static_cast<std::uint16_t>(p);
+    s.arrived.key[i] = hash_combine(points.key[p], kDimensionPath);
+    s.arrived.pixel[i] = static_cast<std::uint16_t>(p);
+    batch.add(s.arrived, i);
   }
 }
 

@@ -162,7 +162,7 @@ void GiTile::Scratch::keep_surfaces(const TileRect& part, int x_px, int y_px) {
     surfaces.pixel[n] = static_cast<std::uint16_t>(pixel);
     distance[pixel] = met.points().distance[i];
   }
-  met.make_seen(met.points().met, cones, to);
+  met.make_seen(met.points().met, cones, to, &surfaces);
   for (int n = first; n < surfaces.count; ++n) {
     const int pixel = surfaces.pixel[n];
     pixels.add_light(part.x_px + pixel % kEntryEdgePx, part.y_px + pixel / kEntryEdgePx,
@@ -180,9 +180,8 @@ void GiTile::Scratch::shade_part(const TileRect& part) {
     const Surface& s = surfaces.surface[i];
     const int pixel = surfaces.pixel[i];
     if (s.bsdf == BsdfKind::kGlossy) {  // has nothing to share with its neighbours
-      glossy.surface[glossy.count] = s;
-      glossy.key[glossy.count] = surfaces.key[i];
-      glossy.pixel[glossy.count++] = surfaces.pixel[i];
+      glossy.begin(scene->features.has_lobes);
+      glossy.add(surfaces, i);
     } else {
       pixels.add_point(part.x_px + pixel % kEntryEdgePx, part.y_px + pixel / kEntryEdgePx,
                        {.point = s.point,

@@ -46,7 +46,7 @@ void GlossyLight::trace(Vec3f* radiance) {
     const int n = std::min(kPacketRays, rays_->count - first);
     for (int i = 0; i < n; ++i) numbers[i] = first + i;
     const std::uint64_t met = rays_->trace(numbers, n);
-    rays_->meet(met, to);
+    rays_->meet(met, to, nullptr);
     rays_->look_at_sky(bits_below(n) & ~met);
     for (int i = 0; i < n; ++i) {
       Vec3f light;

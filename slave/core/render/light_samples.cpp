@@ -47,13 +47,18 @@ void LightSamples::respond(const SurfaceBatch& batch) {
     contribution[i] = times_pi * batch.surface[i].weight * share * a.light * a.strength;
     is_active[i] = is_usable(contribution[i]);
   };
-  const auto settle_glossy = [&] {
-    packet_.evaluate_glossy(*kernels_);
-    for (int k = 0; k < packet_.count(); ++k)
-      settle(of_packet_[k], packet_.times_pi(k), packet_.density(k));
-    packet_.clear();
+  const auto settle_all = [&](Waiting& waiting) {
+    BsdfPacket& packet = waiting.packet;
+    if (&waiting == &layered_)
+      packet.evaluate_layered(*kernels_);
+    else
+      packet.evaluate_glossy(*kernels_);
+    for (int k = 0; k < packet.count(); ++k)
+      settle(waiting.surface[k], packet.times_pi(k), packet.density(k));
+    packet.clear();
   };
-  packet_.clear();
+  glossy_.packet.clear();
+  layered_.packet.clear();
   for (int i = 0; i < batch.count; ++i) {
     if (!is_active[i]) continue;
     const Surface& s = batch.surface[i];
@@ -62,10 +67,14 @@ void LightSamples::respond(const SurfaceBatch& batch) {
       settle(i, s.albedo, options_.is_alone ? 0 : dot(s.shading_normal, to_light) * kInvPi);
       continue;
     }
-    of_packet_[packet_.add_glossy(s, to_light)] = i;
-    if (packet_.count() == BsdfPacket::kMax) settle_glossy();
+    const bool is_plain = s.lobes == kNoLobes;
+    Waiting& waiting = is_plain ? glossy_ : layered_;
+    waiting.surface[is_plain ? waiting.packet.add_glossy(s, to_light)
+                             : waiting.packet.add_layered(s, batch.lobes[s.lobes], to_light)] = i;
+    if (waiting.packet.count() == BsdfPacket::kMax) settle_all(waiting);
   }
-  if (packet_.count() > 0) settle_glossy();
+  if (glossy_.packet.count() > 0) settle_all(glossy_);
+  if (layered_.packet.count() > 0) settle_all(layered_);
 }
 
 void LightSamples::of_light(const SurfaceBatch& batch, const Light& light) {
@@ -174,16 +183,17 @@ void LightSamples::sample_even_sky(const SurfaceBatch& batch, std::uint32_t samp
   const float each = 1 / static_cast<float>(options_.samples);
   for (int first = 0; first < batch.count; first += BsdfPacket::kMax) {
     const int end = std::min(first + BsdfPacket::kMax, batch.count);
-    packet_.clear();  // free until the response
+    BsdfPacket& packet = glossy_.packet;  // free until the response
+    packet.clear();
     draw(batch, first, kEnvironmentDimension, sample);
     for (int i = first; i < end; ++i) {
       const auto& square = samples_.square;
-      packet_.add_diffuse(batch.surface[i].shading_normal,
-                          {square[0][i - first], square[1][i - first]});
+      packet.add_diffuse(batch.surface[i].shading_normal,
+                         {square[0][i - first], square[1][i - first]});
     }
-    packet_.sample_diffuse(*kernels_);
+    packet.sample_diffuse(*kernels_);
     for (int i = first; i < end; ++i) {
-      const Vec3f to_sky = packet_.direction(i - first);
+      const Vec3f to_sky = packet.direction(i - first);
       const Surface& s = batch.surface[i];
       if (s.bsdf == BsdfKind::kDiffuse && dot(s.normal, to_sky) > 0)
         put(i, {to_sky, scene_->lights.environment, each, 0});

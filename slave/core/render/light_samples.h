@@ -75,8 +75,12 @@ class LightSamples {
   LitSurfaces lit_[kBatchMax / kLitPoints];
   EmitterSamples emitters_{};
   const Emitter* emitter_[kLitPoints];  // of them
-  BsdfPacket packet_;
-  int of_packet_[BsdfPacket::kMax];  // surfaces
+  // Surfaces of one kind that wait for their BSDFs.
+  struct Waiting {
+    BsdfPacket packet;
+    int surface[BsdfPacket::kMax];
+  };
+  Waiting glossy_, layered_;
 };
 
 }  // namespace tessera::core

@@ -11,6 +11,7 @@ namespace {
 // A surface that scatters nothing and shows `seen`.
 void blacken(Surface& s, Vec3f seen) {
   s.bsdf = BsdfKind::kDiffuse;
+  s.weight = {1, 1, 1};
   s.emission = seen;
   s.albedo = {};
 }
@@ -41,8 +42,9 @@ void MetSurfaces::find(const RayPacket& rays, const PacketHits& hits) {
   kernels_->packet_points(scene_->triangles.vertices.data(), rays, hits, points_);
 }
 
-void MetSurfaces::make(std::uint64_t rays, const RayCone* cones, Surface* const* to) {
-  make_lit(rays, cones, to);
+void MetSurfaces::make(std::uint64_t rays, const RayCone* cones, Surface* const* to,
+                       SurfaceBatch* batch) {
+  make_lit(rays, cones, to, batch);
   if (scene_->features.has_unlit) {
     for_each_ray(rays, [&](int ray) {
       if (to[ray]->material->is_unlit) blacken(*to[ray], {});
@@ -50,8 +52,9 @@ void MetSurfaces::make(std::uint64_t rays, const RayCone* cones, Surface* const*
   }
 }
 
-void MetSurfaces::make_seen(std::uint64_t rays, const RayCone* cones, Surface* const* to) {
-  make_lit(rays, cones, to);
+void MetSurfaces::make_seen(std::uint64_t rays, const RayCone* cones, Surface* const* to,
+                            SurfaceBatch* batch) {
+  make_lit(rays, cones, to, batch);
   if (scene_->features.has_unlit) {
     for_each_ray(rays, [&](int ray) {
       if (to[ray]->material->is_unlit) blacken(*to[ray], to[ray]->albedo);
@@ -59,7 +62,9 @@ void MetSurfaces::make_seen(std::uint64_t rays, const RayCone* cones, Surface* c
   }
 }
 
-void MetSurfaces::make_lit(std::uint64_t rays, const RayCone* cones, Surface* const* to) {
+void MetSurfaces::make_lit(std::uint64_t rays, const RayCone* cones, Surface* const* to,
+                           SurfaceBatch* batch) {
+  if (batch != nullptr) batch->begin(scene_->features.has_lobes);
   for_each_ray(rays, [&](int ray) {
     const Material& m = material(ray);
     Surface& s = *new (to[ray]) Surface;  // in its place: this is the path of every bounce
@@ -73,7 +78,7 @@ void MetSurfaces::make_lit(std::uint64_t rays, const RayCone* cones, Surface* co
     s.sound_triangle = sound_triangle(ray);
   });
   if (scene_->features.is_rich)
-    detail_.add({points_, direction_, hits_->primitive}, rays, cones, to);
+    detail_.add({points_, direction_, hits_->primitive}, rays, cones, to, batch);
 }
 
 const Material& MetSurfaces::material_of(std::uint32_t triangle) {

@@ -36,15 +36,19 @@ class MetSurfaces {
     return (points_.sliver >> ray & 1u) != 0 ? kNoPrimitive : triangle(ray);
   }
 
-  // Makes *to[i] for each of `rays`, bits of points().met; weights are 1. cones [kPacketRays]: the
+  // Makes *to[i] for each of `rays`, bits of points().met. cones [kPacketRays]: the
   // rays' where they began; null: they have none, and textures and patterns are not filtered.
-  void make(std::uint64_t rays, const RayCone* cones, Surface* const* to);
+  // batch: the one that the surfaces are of, which takes their optional lobes; null: lobes are not asked
+  // for. Weights are those of surfaces alone: see slave/core/bsdf/transmission.h.
+  void make(std::uint64_t rays, const RayCone* cones, Surface* const* to,
+            SurfaceBatch* batch = nullptr);
   // The same of what the camera sees, directly or in mirrors: surfaces that are not lit show their
   // colour. To all others they are black.
-  void make_seen(std::uint64_t rays, const RayCone* cones, Surface* const* to);
+  void make_seen(std::uint64_t rays, const RayCone* cones, Surface* const* to,
+                 SurfaceBatch* batch = nullptr);
 
  private:
-  void make_lit(std::uint64_t rays, const RayCone* cones, Surface* const* to);
+  void make_lit(std::uint64_t rays, const RayCone* cones, Surface* const* to, SurfaceBatch* batch);
   template <class Packet>
   void keep(const Packet& rays, const PacketHits& hits);
   const Material& material_of(std::uint32_t triangle);

@@ -75,7 +75,7 @@ std::uint64_t PathTracer::follow(SurfaceBatch& batch, Vec3f* radiance) {
       batch.key[batch.count] = rays.key[first + i];
       batch.pixel[batch.count++] = rays.pixel[first + i];
     });
-    rays.meet(met, to);
+    rays.meet(met, to, &batch);
     for_each_ray(met, [&](int i) {
       if (is_black(to[i]->emission)) return;
       Vec3f& sum = radiance[rays.pixel[first + i]];

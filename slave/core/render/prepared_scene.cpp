@@ -9,9 +9,11 @@
 #include "common/base/check.h"
 #include "common/base/limits.h"
 #include "slave/core/bsdf/albedo_table.h"
+#include "slave/core/bsdf/sheen_table.h"
 #include "slave/core/kernel/kernel_table.h"
 #include "slave/core/render/prepared_scene_impl.h"
 #include "slave/core/simd/isa_support.h"
+#include "slave/core/surface/surface_lobes.h"
 
 namespace tessera::core {
 namespace {
@@ -42,6 +44,9 @@ SurfaceFeatures features_of(const Scene& scene, const Geometry& geometry) {
     features.has_specular |=
         material.bsdf == BsdfKind::kMirror || material.bsdf == BsdfKind::kGlass;
     features.has_unlit |= material.is_unlit;
+    features.has_lobes |= has_lobes(material);
+    features.has_specular |= passes_light(material);
+    features.has_transmission |= passes_light(material) || absorbs(material);
   }
   features.is_rich |= features.has_normals || features.needs_cones() || !features.is_diffuse() ||
                       features.has_colors || features.has_unlit;
@@ -110,6 +115,7 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
                                 other == nullptr ? nullptr : &other->lights);
   impl->features = features_of(scene, *impl->geometry);
   if (impl->features.has_glossy) AlbedoTable::shared();  // made here, not in the first tile
+  if (impl->features.has_lobes) SheenTable::shared();
   impl->materials = scene.materials;
   for (std::size_t i = 0; i < scene.materials.size() && impl->features.has_textures; ++i)
     impl->texture_tables.push_back(make_texture_table(scene.materials[i], impl->texture_views));

@@ -23,10 +23,12 @@ struct SurfaceFeatures {
   Feature has_normals{};  // that differ from those of the triangles
   Feature has_programs{};
   Feature has_glossy{};
-  Feature has_specular{};  // mirror or glass
+  Feature has_specular{};  // mirror, glass, or glossy surfaces that pass light
   Feature has_colors{};    // of vertices
   Feature has_unlit{};
-  Feature is_rich{};       // any of these
+  Feature has_lobes{};         // optional ones of glossy surfaces
+  Feature has_transmission{};  // glossy surfaces that pass light, or glass that dims it
+  Feature is_rich{};           // any of these
 
   bool is_diffuse() const { return !has_glossy && !has_specular; }
   bool needs_cones() const { return has_textures || has_programs; }

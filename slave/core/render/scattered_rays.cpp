@@ -45,14 +45,19 @@ void ScatteredRays::scatter_some(const SurfaceBatch& batch, const Asked* asked, 
   int number[BsdfPacket::kMax];  // in its packet
   diffuse_.clear();
   glossy_.clear();
+  layered_.clear();
   for (int i = 0; i < n; ++i) {
     const Surface& s = batch.surface[asked[i].surface];
     const Vec2f square{samples_.square[0][i], samples_.square[1][i]};
     if (s.bsdf == BsdfKind::kDiffuse) number[i] = diffuse_.add_diffuse(s.shading_normal, square);
-    if (s.bsdf == BsdfKind::kGlossy) number[i] = glossy_.add_glossy(s, square);
+    if (s.bsdf == BsdfKind::kGlossy) {
+      number[i] = s.lobes == kNoLobes ? glossy_.add_glossy(s, square)
+                                      : layered_.add_layered(s, batch.lobes[s.lobes], square);
+    }
   }
   diffuse_.sample_diffuse(tracer_->kernels());
   if (glossy_.count() > 0) glossy_.sample_glossy(tracer_->kernels());
+  if (layered_.count() > 0) layered_.sample_layered(tracer_->kernels());
   for (int i = 0; i < n; ++i) {
     const Surface& s = batch.surface[asked[i].surface];
     if (s.bsdf == BsdfKind::kDiffuse) {
@@ -61,12 +66,15 @@ void ScatteredRays::scatter_some(const SurfaceBatch& batch, const Asked* asked, 
            {diffuse_.direction(k), s.albedo * s.weight, diffuse_.density(k), kDiffuseSpread});
     } else if (s.bsdf == BsdfKind::kGlossy) {
       const int k = number[i];
+      const BsdfPacket& from = s.lobes == kNoLobes ? glossy_ : layered_;
       push(batch, asked[i],
-           {glossy_.direction(k), glossy_.weight(k) * s.weight, glossy_.density(k),
+           {from.direction(k), from.weight(k) * s.weight, from.density(k),
             kDiffuseSpread * s.roughness * s.roughness});
     } else {
-      const SpecularSample out = sample_specular(s, s.to_viewer, samples_.square[0][i]);
-      push(batch, asked[i], {out.direction, out.weight * s.weight, 0, 0, out.is_through});
+      const SpecularSample out =
+          sample_specular(s, s.to_viewer, {samples_.square[0][i], samples_.square[1][i]});
+      push(batch, asked[i],
+           {out.direction, out.weight * s.weight, 0, kDiffuseSpread * out.alpha, out.is_through});
     }
   }
 }
@@ -104,15 +112,19 @@ std::uint64_t ScatteredRays::trace(const int* rays, int n) {
   return met_.points().met;
 }
 
-void ScatteredRays::meet(std::uint64_t met, Surface* const* to, bool is_seen) {
+void ScatteredRays::meet(std::uint64_t met, Surface* const* to, SurfaceBatch* batch, bool is_seen) {
   RayCone cones[kPacketRays];
   const bool has_cones = scene_->features.needs_cones();
   for_each_ray(has_cones ? met : 0, [&](int i) { cones[i] = cone[number_[i]]; });
   if (is_seen)
-    met_.make_seen(met, has_cones ? cones : nullptr, to);
+    met_.make_seen(met, has_cones ? cones : nullptr, to, batch);
   else
-    met_.make(met, has_cones ? cones : nullptr, to);
-  for_each_ray(met, [&](int i) { to[i]->weight = weight[number_[i]]; });
+    met_.make(met, has_cones ? cones : nullptr, to, batch);
+  if (scene_->features.has_transmission) {
+    for_each_ray(met, [&](int i) { to[i]->weight = to[i]->weight * weight[number_[i]]; });
+  } else {
+    for_each_ray(met, [&](int i) { to[i]->weight = weight[number_[i]]; });
+  }
 }
 
 Vec3f ScatteredRays::emission_met(int i, const Surface& s, bool is_picked) const {

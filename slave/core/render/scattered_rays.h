@@ -44,7 +44,8 @@ struct ScatteredRays {
   // Of the packet that was traced last:
 
   // Makes *to[i] for each i of these bits, in the packet: what the ray has met.
-  void meet(std::uint64_t met, Surface* const* to, bool is_seen = false);
+  // `batch`: see MetSurfaces.
+  void meet(std::uint64_t met, Surface* const* to, SurfaceBatch* batch, bool is_seen = false);
   // What the packet's ray `i` brings from the emitter `s` that it has met: its share of it, where light
   // samples, as many and from the same surface, bring the rest (the balance heuristic). A lamp's
   // picture is looked at as they do, without mip levels. `is_picked`: they pick one of all emitters.
@@ -76,7 +77,7 @@ struct ScatteredRays {
   Asked asked_[kBatchMax];
   int asked_count_ = 0;
   SamplePoints samples_{};
-  BsdfPacket diffuse_, glossy_;
+  BsdfPacket diffuse_, glossy_, layered_;
   RayPacket packet_;
   PacketHits hits_;
   MetSurfaces met_;

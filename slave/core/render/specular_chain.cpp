@@ -83,7 +83,7 @@ void SpecularChain::trace_packet(SurfaceBatch& batch, const int* numbers, int n,
   const std::uint64_t met = scattered.trace(numbers, n);
   Surface* to[kPacketRays];
   for (int i = 0; i < n; ++i) to[i] = &batch.surface[scattered.origin[numbers[i]]];
-  scattered.meet(met, to, is_seen_);
+  scattered.meet(met, to, &batch, is_seen_);
   if (scene_->lights.has_environment) scattered.look_at_sky(bits_below(n) & ~met);
   for (int i = 0; i < n; ++i) {
     const int ray = numbers[i];
@@ -93,7 +93,7 @@ void SpecularChain::trace_packet(SurfaceBatch& batch, const int* numbers, int n,
       continue;
     }
     rays.is_gone[scattered.origin[ray]] = false;
-    sum = sum + to[i]->weight * to[i]->emission;
+    sum = sum + scattered.weight[ray] * to[i]->emission;
   }
 }
 

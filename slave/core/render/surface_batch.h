@@ -5,8 +5,10 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 #include "slave/core/surface/surface.h"
+#include "slave/core/surface/surface_lobes.h"
 #include "slave/core/trace/ray_groups.h"
 
 namespace tessera::core {
@@ -20,6 +22,23 @@ struct SurfaceBatch {
   std::uint16_t pixel[kBatchMax];  // index of radiance
   std::uint32_t key[kBatchMax];    // pixel_key() of the pixel's first dimension
   std::uint32_t sample_index = 0;  // of the pixels' samples, counts from 0
+  // [kBatchMax], where the scene has any: a surface's are at Surface::lobes.
+  std::unique_ptr<SurfaceLobes[]> lobes;
+
+  void begin(bool has_lobes) {
+    if (has_lobes && lobes == nullptr) lobes = std::make_unique<SurfaceLobes[]>(kBatchMax);
+  }
+  // Requires: count < kBatchMax.
+  void add(const SurfaceBatch& from, int i) {
+    surface[count] = from.surface[i];
+    pixel[count] = from.pixel[i];
+    key[count] = from.key[i];
+    if (surface[count].lobes != kNoLobes) {
+      lobes[static_cast<std::size_t>(count)] = from.lobes[surface[count].lobes];
+      surface[count].lobes = static_cast<std::uint16_t>(count);
+    }
+    ++count;
+  }
 };
 
 }  // namespace tessera::core

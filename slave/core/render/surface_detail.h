@@ -16,6 +16,7 @@
 #include "slave/core/geometry/triangle_store.h"
 #include "slave/core/kernel/kernel_table.h"
 #include "slave/core/render/prepared_scene_impl.h"
+#include "slave/core/render/surface_batch.h"
 #include "slave/core/surface/surface.h"
 
 namespace tessera::core {
@@ -33,19 +34,24 @@ class SurfaceDetail {
   };
 
   // Adds to *to[i] for each of `rays`, bits of points.met. cones [kPacketRays]: the rays' where they
-  // began; null: they have none. Requires: the surfaces are as plain geometry and material make them.
-  void add(const Hits& hits, std::uint64_t rays, const RayCone* cones, Surface* const* to);
+  // began; null: they have none. batch: takes the optional lobes of its surfaces; null: they are not
+  // asked for. Requires: the surfaces are as plain geometry and material make them.
+  void add(const Hits& hits, std::uint64_t rays, const RayCone* cones, Surface* const* to,
+           SurfaceBatch* batch);
 
  private:
   DetailGroup group_of(std::uint32_t instance, const Material& material) const;
+  void put_textures(const Material& material, const Mesh& mesh, DetailGroup& group) const;
   std::ptrdiff_t number_of(const Material& material) const;
-  void add_group(const DetailGroup& group, const Hits& hits, std::uint64_t rays,
-                 Surface* const* to);
+  void add_group(const DetailGroup& group, const Hits& hits, std::uint64_t rays, Surface* const* to,
+                 SurfaceBatch* batch);
   // Of all in points_.
   void put_corners(const DetailGroup& group, std::uint32_t instance);
   void take(const DetailGroup& group, const Mesh& mesh);
   Vec3f color_at(const Mesh& mesh, int i) const;  // of vertices
   void run_program(const Material& material);
+  void add_lobes(const DetailGroup& group, SurfaceBatch* batch);
+  void pass_light(const DetailGroup& group, const Hits& hits, SurfaceBatch* batch);
 
   const PreparedScene::Impl* scene_ = nullptr;
   const KernelTable* kernels_ = nullptr;
@@ -54,6 +60,7 @@ class SurfaceDetail {
   DetailPoints points_{};
   Surface* surface_[kDetailPoints];
   std::uint32_t triangle_[kDetailPoints];  // of the scene
+  int ray_[kDetailPoints];                 // of the packet
 };
 
 }  // namespace tessera::core

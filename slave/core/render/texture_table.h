@@ -17,8 +17,19 @@ namespace tessera::core {
 
 // Shape: by TextureUse.
 inline std::array<const TextureRef*, kTextureUses> textures_by_use(const Material& m) {
-  return {&m.albedo_texture, &m.emission_texture, &m.roughness_metalness_texture,
-          &m.normal_texture};
+  return {&m.albedo_texture,
+          &m.emission_texture,
+          &m.roughness_metalness_texture,
+          &m.normal_texture,
+          &m.specular_texture,
+          &m.specular_color_texture,
+          &m.clearcoat.weight_texture,
+          &m.clearcoat.roughness_texture,
+          &m.clearcoat.normal_texture,
+          &m.sheen.color_texture,
+          &m.sheen.roughness_texture,
+          &m.transmission.weight_texture,
+          &m.anisotropy.texture};
 }
 
 bool has_texture(const Material& material);

@@ -106,7 +106,7 @@ void TileRenderer::Scratch::add_surfaces(int x, int y) {
     batch.key[count] = camera.key[i];
     batch.pixel[count++] = static_cast<std::uint16_t>(pixel(x, y, i));
   }
-  met.make_seen(met.points().met, cones, to);
+  met.make_seen(met.points().met, cones, to, &batch);
   for (std::uint64_t left = has_glow ? met.points().met : 0; left != 0; left &= left - 1) {
     const int i = std::countr_zero(left);
     Vec3f& sum = radiance[pixel(x, y, i)];

@@ -111,9 +111,10 @@ class VplSets::Walks {
 
   // Over mirrors and through glass light goes on, and leaves no VPL there.
   void pass(int i, const Surface& s, Vec2f x) {
-    const SpecularSample next = sample_specular(s, s.to_viewer, x.x);
+    const SpecularSample next = sample_specular(s, s.to_viewer, x);
     const float side = next.is_through ? -1.0f : 1.0f;
-    put(i, s.point + s.normal * (side * s.offset), next.direction, flux_[i] * next.weight);
+    put(i, s.point + s.normal * (side * s.offset), next.direction,
+        flux_[i] * next.weight * s.weight);
   }
 
   const SceneTracer& tracer_;

@@ -9,6 +9,8 @@
 
 namespace tessera::core {
 
+inline constexpr std::uint16_t kNoLobes = 0xffff;
+
 struct Surface {
   Vec3f point;
   Vec3f normal;          // geometric, unit, turned to the viewer
@@ -23,11 +25,13 @@ struct Surface {
   Vec3f emission;  // towards the viewer; zero from behind
   const Material* material = nullptr;
   std::uint32_t sound_triangle = 0xffffffffu;  // number in the scene; none for slivers
-  bool is_front = true;  // the viewer is where the geometric normal of the mesh points
+  bool is_front = true;            // the viewer is where the geometric normal of the mesh points
+  bool passes_only = false;        // of glass: see slave/core/bsdf/transmission.h
+  std::uint16_t lobes = kNoLobes;  // of its batch (slave/core/render/surface_batch.h)
 
   // The rest is left as it is here where the scene does not use it (SurfaceFeatures).
   Vec3f to_viewer;             // unit; set where the BSDF is not diffuse
-  float roughness = 1;         // of a glossy one, in [0, 1]
+  float roughness = 1;         // of a glossy one or glass, in [0, 1]
   float metalness = 0;         // of a glossy one, in [0, 1]
   std::uint32_t instance = 0;  // set where any BSDF of the scene is not diffuse
   RayCone cone;                // at the hit
