@@ -45,6 +45,7 @@ void ClampResidual::begin(const PreparedScene::Impl& scene, const SceneTracer& t
   bounces_ = bounces;
   scratch_->met.begin(scene, tracer.kernels());
   scratch_->batch.begin(scene.features.has_lobes);
+  scratch_->arrived.begin(scene.features.has_lobes);
   scratch_->paths.begin(scene, tracer, std::max(0, bounces_ - 1), is_cancelled);
   std::fill_n(scratch_->rays.t_min, kPacketRays, 0.0f);
   std::fill_n(scratch_->rays.t_max, kPacketRays, 1 / std::sqrt(bounds_.vpl));

@@ -180,7 +180,6 @@ void GiTile::Scratch::shade_part(const TileRect& part) {
     const Surface& s = surfaces.surface[i];
     const int pixel = surfaces.pixel[i];
     if (s.bsdf == BsdfKind::kGlossy) {  // has nothing to share with its neighbours
-      glossy.begin(scene->features.has_lobes);
       glossy.add(surfaces, i);
     } else {
       pixels.add_point(part.x_px + pixel % kEntryEdgePx, part.y_px + pixel / kEntryEdgePx,
@@ -236,6 +235,8 @@ RayCounts GiTile::render(const PreparedScene::Impl& scene, const SceneTracer& tr
   s.counts = {};
   s.camera.begin(settings, camera, tracer);
   s.met.begin(scene, tracer.kernels());
+  s.surfaces.begin(scene.features.has_lobes);
+  s.glossy.begin(scene.features.has_lobes);
   s.sky.begin(scene.lights, tracer.kernels());
   std::fill_n(s.cones, kPacketRays, s.camera.cone());
   s.chain.begin(scene, tracer, is_cancelled);

@@ -64,7 +64,6 @@ void MetSurfaces::make_seen(std::uint64_t rays, const RayCone* cones, Surface* c
 
 void MetSurfaces::make_lit(std::uint64_t rays, const RayCone* cones, Surface* const* to,
                            SurfaceBatch* batch) {
-  if (batch != nullptr) batch->begin(scene_->features.has_lobes);
   for_each_ray(rays, [&](int ray) {
     const Material& m = material(ray);
     Surface& s = *new (to[ray]) Surface;  // in its place: this is the path of every bounce

@@ -25,6 +25,7 @@ struct SurfaceBatch {
   // [kBatchMax], where the scene has any: a surface's are at Surface::lobes.
   std::unique_ptr<SurfaceLobes[]> lobes;
 
+  // Before the first surface of a scene.
   void begin(bool has_lobes) {
     if (has_lobes && lobes == nullptr) lobes = std::make_unique<SurfaceLobes[]>(kBatchMax);
   }

@@ -185,6 +185,7 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
     s.paths.begin(scene.impl(), tracer, settings.bounces, is_cancelled);
   s.camera.begin(settings, camera, tracer);
   s.met.begin(scene.impl(), tracer.kernels());
+  s.batch.begin(scene.impl().features.has_lobes);
   s.sky.begin(scene.impl().lights, tracer.kernels());
   std::fill_n(s.cones, kPacketRays, s.camera.cone());
   for (int y = 0; y < rect.height_px; y += kBatchEdgePx) {
