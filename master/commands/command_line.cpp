@@ -158,10 +158,10 @@ void add_gi_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
 }
 
 void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
-  app.add_option(
-         "SCENE", o.scene,
-         "scene file (.obj .ply .stl .gltf .glb .fbx .dae) or builtin:NAME (cornell, evening, room, teapot, "
-         "waves)")
+  app.add_option("SCENE", o.scene,
+                 "scene file (.obj .ply .stl .gltf .glb .fbx .dae) or builtin:NAME (cornell, "
+                 "evening, room, teapot, "
+                 "waves)")
       ->required()
       ->type_name(" ");
   app.add_option("--connect", o.session.connect, "a running 'tessera-master serve'")
@@ -178,12 +178,12 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->type_name("FPS");
   add_text(app, "--renderer", t.renderer, "NAME",
            "igi (light over all surfaces, from --vpls points that shed it), direct (lights and "
-           "shadows), path (as igi, without noise in common or bias: give --aa 64 or more), or "
+           "shadows), path (as igi, without noise in common or bias), or "
            "primary (distance to the first surface; PNG shows 1 and more as white)");
-  app.add_option("--aa", o.frame.samples_per_pixel, "samples per pixel, 1 to 256")
-      ->check(whole_in(1, kSamplesPerPixelMax))
-      ->capture_default_str()
-      ->type_name("N");
+  add_text(
+      app, "--aa", t.samples, "N|auto",
+      "samples per pixel, 1 to 256, or auto (render without --passes: 4, igi 16 where surfaces "
+      "shine or pass light, path 64; otherwise 1)");
   app.add_option("--passes", o.passes,
                  "pictures with other random choices that are averaged, 1 to 65536; view: while "
                  "nothing moves (default: 1; view: 64)")
@@ -267,7 +267,8 @@ struct Grammar {
         ->check(number_in(0, 60'000))
         ->type_name("MS");
     add_frame_options(*render, o, t);
-    render->add_option("-o,--output", o.output, "OUT.(exr|png|jpg|hdr|pfm); %04d numbers a sequence")
+    render
+        ->add_option("-o,--output", o.output, "OUT.(exr|png|jpg|hdr|pfm); %04d numbers a sequence")
         ->required()
         ->type_name("OUT");
     render->add_option("--frames", t.frames, "inclusive (default: 0:0)")->type_name("FIRST:LAST");

@@ -7,6 +7,7 @@
 
 #include "common/base/clock.h"
 #include "common/scene/validate.h"
+#include "master/look/usual_samples.h"
 
 namespace tessera::master {
 Camera turned(const Camera& camera, Vec3f centre, double degrees) {
@@ -54,6 +55,8 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
     progress.say("tessera-master: warning: " + warning);
   }
   const Scene& scene = source.loaded_.scene;
+  if (options.has_usual_samples)
+    source.settings_.samples_per_pixel = usual_samples(scene, source.settings_.renderer);
   const std::uint64_t count = scene.triangle_count();
   progress.finish("loaded " + options.scene + ": " + std::to_string(count) +
                   (count == 1 ? " triangle" : " triangles"));

@@ -38,6 +38,7 @@ struct MasterOptions {
   bool has_size = false;                // --size was given; else a camera file's size wins
   long frame_first = 0, frame_last = 0;
   double fps = 24;
+  bool has_usual_samples = false;  // render: frame.samples_per_pixel is for the scene to say
   int passes = 0;          // pictures of one view that are averaged; 0: 1, view: kViewPasses
   std::string reference;   // render: a picture that the others are compared with; empty: none
   std::string stats_path;  // empty: none

@@ -174,6 +174,13 @@ Status check_frame(MasterOptions& o, const TypedOptions& t) {
                                         ": give a number that is not negative, off or auto");
     }
   }
+  if (t.samples != "auto") {
+    auto samples = parse_int("--aa", t.samples, 1, kSamplesPerPixelMax);
+    if (!samples.is_ok()) return samples.status();
+    o.frame.samples_per_pixel = *samples;
+  }
+  // Who says how many pictures are averaged has chosen.
+  o.has_usual_samples = o.command == Command::kRender && t.samples == "auto" && o.passes == 0;
   o.frame.tile_edge_px = kTileEdgeAuto;
   if (t.tile != "auto") {
     auto tile = parse_int("--tile", t.tile, kTileEdgeMinPx, kTileEdgeMaxPx);

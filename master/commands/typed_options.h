@@ -14,7 +14,7 @@ namespace tessera::master {
 struct TypedOptions {
   std::string size, frames,
       renderer = "igi", pixels, isa = "auto", isa_policy = "same", pixel_coding = "auto",
-      relay = "on", tile = "auto", clamp = "auto", prefetch = "auto", schedule = "dynamic",
+      relay = "on", tile = "auto", samples = "auto", clamp = "auto", prefetch = "auto", schedule = "dynamic",
       faulty_pixels = "colour", scene_transfer = "async", log_level = "info", log_format = "text",
       environment, config, light = "auto", background = "auto", exposure = "auto", tone = "agx";
   int local = kLocalAuto;

@@ -178,6 +178,8 @@ class Cluster:
         words = [program("tessera-master"), "render", scene, "--quiet", "--stats", str(stats), *options]
         if "--renderer" not in options:
             words += ["--renderer", "direct"]
+        if "--aa" not in options and "--passes" not in options:
+            words += ["--aa", "1"]
         if "--light" not in options:
             words += ["--light", "scene" if scene.startswith("builtin:") else "studio", "--exposure", "0"]
         words += ["-o", output or str(self.folder / f"out-{self.runs}-%04d.pfm")]

@@ -66,6 +66,20 @@ TEST(CommandLine, DefaultsAreThoseOfTheContract) {
             0);
 }
 
+TEST(CommandLine, SamplesAreForTheSceneToSayWhereNobodyDoes) {
+  const auto options = [](std::vector<const char*> words) {
+    words.insert(words.begin(), {"render", "s.obj", "-o", "x.png"});
+    return parse(words).options;
+  };
+  EXPECT_TRUE(options({}).has_usual_samples);
+  EXPECT_TRUE(options({"--aa", "auto"}).has_usual_samples);
+  EXPECT_FALSE(options({"--aa", "1"}).has_usual_samples);
+  EXPECT_FALSE(options({"--passes", "8"}).has_usual_samples);
+  EXPECT_FALSE(parse({"view", "s.obj"}).options.has_usual_samples);
+  EXPECT_EQ(parse({"view", "s.obj"}).options.frame.samples_per_pixel, 1);
+  EXPECT_EQ(parse({"render", "s.obj", "-o", "x.png", "--aa", "257"}).exit_code, 2);
+}
+
 TEST(CommandLine, ConfigFileFillsWhatTheCommandLineLeavesOpen) {
   const std::string path = testing::TempDir() + "tessera_config_test.toml";
   std::ofstream(path) << "size = \"100x50\"\naa = 4\nplain = true\n";

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "master/look/usual_samples.h"
+
 namespace tessera {
 namespace {
 
@@ -151,6 +153,19 @@ TEST_F(FirstLook, IsTheSameWithAnyNumberOfSlavesAndThreads) {
   ASSERT_TRUE(look.is_ok());
   EXPECT_EQ(look->display, one.display);
   EXPECT_EQ(look->has_studio, one.has_studio);
+}
+
+TEST(UsualSamples, MoreWhereSurfacesShineOrHaveHoles) {
+  Scene scene;
+  scene.materials.resize(2);
+  EXPECT_EQ(usual_samples(scene, Renderer::kIgi), 4);
+  scene.materials[1].alpha.mode = AlphaMode::kMask;
+  EXPECT_EQ(usual_samples(scene, Renderer::kIgi), 16);
+  scene.materials[1] = {};
+  scene.materials[1].bsdf = BsdfKind::kGlossy;
+  EXPECT_EQ(usual_samples(scene, Renderer::kIgi), 16);
+  EXPECT_EQ(usual_samples(scene, Renderer::kPath), 64);
+  EXPECT_EQ(usual_samples(scene, Renderer::kPrimary), 1);
 }
 
 }  // namespace
