@@ -4,7 +4,7 @@
     run.py [--out FOLDER] [--bin FOLDER] [--size WxH] [--quick] [SCENES ...]
 
 SCENES are files, folders that are searched, and builtin:NAME. Without any: every built-in scene, the
-generated chart of metals, skins and glass, and the folder `shared/scenes` beside the checkout, where
+generated charts (metals, skins and glass; lobes of glTF; leaves cut out by alpha), and the folder `shared/scenes` beside the checkout, where
 it is there. Each is rendered with no option but its size. FOLDER/index.html shows pictures with
 their commands, times and messages, FOLDER/gallery.json has the same as data.
 
@@ -23,6 +23,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import chart  # noqa: E402
+import gltf_scenes  # noqa: E402
 from png import mean_luminance, read_png  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -42,9 +43,13 @@ def builtin_names(program):
     return ["builtin:" + name.strip() for name in listed.group(1).split(",")] if listed else []
 
 
+def generated(folder):
+    return [chart.write(folder / "chart"), gltf_scenes.lobes(folder / "chart"), gltf_scenes.plant(folder / "chart")]
+
+
 def found(arguments, program, out):
     if not arguments:
-        files = [chart.write(out / "chart")] + builtin_names(program)
+        files = generated(out) + builtin_names(program)
         return files + (found([str(SHARED)], program, out) if SHARED.is_dir() else [])
     scenes = []
     for argument in arguments:
@@ -147,7 +152,7 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     scenes = found(given.scenes, program, folder)
     if given.quick:
-        scenes = [chart.write(folder / "chart")] + builtin_names(program)
+        scenes = generated(folder) + builtin_names(program)
     entries = []
     for number, scene in enumerate(scenes):
         entries.append(render(program, scene, number, given.size, folder, []))
