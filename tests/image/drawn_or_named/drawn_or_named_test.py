@@ -22,12 +22,17 @@ import threading
 
 import core_cases  # noqa: F401
 import extension_cases  # noqa: F401
+import obj_cases  # noqa: F401
 from expectations import CASES, Picture
 from gltf_file import GltfFile
+from obj_file import CAMERA, ObjFile, PlyFile
 
 PROGRAMS = pathlib.Path(os.environ["TESSERA_BIN"])
 OPTIONS = ["--renderer", "path", "--bounces", "2", "--aa", "16", "--size", "32x32", "--seed", "1", "--threads", "1",
            "--environment", "constant:.05,.05,.05"]
+
+
+FILES = {".obj": ObjFile, ".ply": PlyFile}
 
 
 class Rendered:
@@ -35,17 +40,18 @@ class Rendered:
         folder = folder / name
         folder.mkdir(exist_ok=True)
         self.path = folder / ("scene" + suffix)
-        file = GltfFile()
+        file = FILES.get(suffix, GltfFile)()
         if make is not None:
             make(file)
         file.write(self.path)
-        run = subprocess.run([PROGRAMS / "tessera-master", "render", self.path, "-o", folder / "picture.pfm", *OPTIONS],
+        run = subprocess.run([PROGRAMS / "tessera-master", "render", self.path, "-o", folder / "picture.pfm", *OPTIONS,
+                              *(["--camera", CAMERA] if suffix in FILES else [])],
                              capture_output=True, text=True, timeout=120)
         self.code = run.returncode
         lines = (run.stderr + run.stdout).splitlines()
         # Of the file itself; a line names it where it is.
         self.lines = [line.replace(str(folder) + "/", "") for line in lines
-                      if "scene" + suffix + ": " in line and not line.startswith("loaded ")]
+                      if ("scene" + suffix + ": " in line or "scene.mtl: " in line) and not line.startswith("loaded ")]
         self.picture = Picture(folder / "picture.pfm") if run.returncode == 0 else None
         self.said = "\n".join(lines[-5:])
 

@@ -125,3 +125,19 @@ def refused(key, make, says, suffix=".gltf"):
 def silent(key, make, why, base=None):
     """The picture is the same, and rightly so."""
     _add(key, "no picture", make, same(0), base, why=why)
+
+
+class case_of:
+    """The same words for another format; keys begin with its name."""
+
+    def __init__(self, suffix):
+        self.suffix, self.name = suffix, suffix[1:].upper() + ": "
+
+    def drawn(self, key, make, check, base=None):
+        _add(self.name + key, "drawn", make, check, base, suffix=self.suffix)
+
+    def named(self, key, make, says):
+        _add(self.name + key, "named", make, None, None, says=says, suffix=self.suffix)
+
+    def silent(self, key, make, why, base=None):
+        _add(self.name + key, "no picture", make, same(0), base, why=why, suffix=self.suffix)
