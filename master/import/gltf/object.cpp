@@ -261,6 +261,7 @@ Result<std::vector<std::uint32_t>> GltfObject::refused_indices(std::string_view 
 Result<std::uint64_t> GltfObject::refused_whole(std::string_view key, std::uint64_t fallback,
                                                 std::uint64_t low, std::uint64_t high) const {
   const json* value = find(key);
+  if (value == nullptr && (fallback < low || fallback > high)) return refuse(key, "is missing");
   if (value == nullptr) return fallback;
   const auto number = whole(*value);
   if (number && *number >= low && *number <= high) return *number;

@@ -81,7 +81,8 @@ class GltfObject {
                                                      std::uint64_t count) const;
   Result<std::vector<std::uint32_t>> refused_indices(std::string_view key,
                                                      std::uint64_t count) const;
-  // A whole number from `low` to `high`; a wrong one is an error.
+  // A whole number from `low` to `high`; a wrong one is an error, and so is none where `fallback` is
+  // outside of them.
   Result<std::uint64_t> refused_whole(std::string_view key, std::uint64_t fallback,
                                       std::uint64_t low, std::uint64_t high) const;
 
