@@ -6,7 +6,7 @@ namespace tessera {
 namespace {
 
 // Aside and down for one ahead.
-constexpr double kAside = 0.3, kDown = 0.35;
+constexpr double kAside = 0.55, kDown = 0.42;
 
 Vec3d along(Axis axis) {
   const double sign = static_cast<int>(axis) % 2 == 0 ? 1 : -1;

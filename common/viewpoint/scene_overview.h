@@ -1,8 +1,8 @@
 // The camera of a scene that brings none, and the one that shows all of it again: from outside the
 // whole object, of an interior the room from within.
 //
-// From outside (framing.h): from the front (interior.h; mostly +z), a little to the right and above;
-// vfov 45 degrees. An interior that is open in front, as a Cornell box is, is looked into straight
+// From outside (framing.h): from the front (interior.h; mostly +z), 29 degrees to the right and 20 above,
+// so that of a box three sides are seen; vfov 45 degrees. An interior that is open in front, as a Cornell box is, is looked into straight
 // from there; any other is shown from within (inside_camera.h), vfov 60 degrees. +y is up.
 //
 // Everything is computed here from the scene's values, in doubles, in a few passes over its

@@ -76,6 +76,15 @@ TEST(SceneOverview, AllOfAThingIsSeenFromTheSameDirection) {
   EXPECT_GT(camera.eye.x, 1);
 }
 
+// From nearer the front it would be a square.
+TEST(SceneOverview, OfACubeThreeSidesAreSeen) {
+  const SceneOverview overview(BoxScene().box({-1, -1, -1}, {1, 1, 1}, false).scene());
+  const Vec3f eye = overview.default_camera(4.0 / 3).eye;
+  EXPECT_GT(eye.x, 1.2f);
+  EXPECT_GT(eye.y, 1.1f);
+  EXPECT_GT(eye.z, eye.x);
+}
+
 TEST(SceneOverview, ScenesThatAreNothingOrAPointHaveACamera) {
   EXPECT_TRUE(validate_camera(default_camera(Scene{}, 64, 64)).is_ok());
   const Scene flat = BoxScene().box({0, 0, 0}, {1, 0, 1}, false).scene();
