@@ -252,9 +252,11 @@ ViewerOptions viewer_options(const MasterOptions& options, const FrameSource& so
         {false, display, picture_attributes(scene, settings, frame.passes, frame.stats.seconds)});
     viewer->notify(is_taken ? "saving the picture" : "pictures are still being saved: try again");
   };
-  o.on_copy_camera = [](const Camera& camera, PixelSize size) {
+  // Samples are said since render takes more than the window by itself.
+  o.on_copy_camera = [samples = settings.samples_per_pixel](const Camera& camera, PixelSize size) {
     const std::string line = "--camera \"" + camera_text(camera) + "\" --size " +
-                             std::to_string(size.width_px) + "x" + std::to_string(size.height_px);
+                             std::to_string(size.width_px) + "x" + std::to_string(size.height_px) +
+                             " --aa " + std::to_string(samples);
     std::printf("%s\n", line.c_str());
     std::fflush(stdout);
     return line;

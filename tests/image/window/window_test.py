@@ -150,7 +150,7 @@ class Keys(OnScreen):
         self.assertEqual((self.folder / "room-0001.png").read_text(), "somebody's own")
         self.assertFalse((self.folder / "room-0001.exr").exists())
         self.assertIn("room-0002.exr and room-0002.png (333x251, 1 pass)", saved[0])
-        self.assertRegex(line, r'^--camera "\S+ \S+ \S+ \S+" --size 333x251$')
+        self.assertRegex(line, r'^--camera "\S+ \S+ \S+ \S+" --size 333x251 --aa 1$')
         subprocess.run([program("tessera-master"), "render", SCENE, "--quiet", *shlex.split(line), "--pixels", "half", "--stats",
                         "render.jsonl", "-o", "render.exr"], cwd=self.folder, check=True)
         rendered = json.loads((self.folder / "render.jsonl").read_text())
