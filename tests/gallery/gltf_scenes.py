@@ -171,7 +171,7 @@ def plant(folder):
             pot[2].append((i / around, j / 6))
             if i < around and j < 6:
                 a = j * (around + 1) + i
-                pot[3].extend([a, a + around + 1, a + around + 2, a, a + around + 2, a + 1])
+                pot[3].extend(([a, a + around + 1, a + around + 2] if j < 5 else []) + [a, a + around + 2, a + 1])
     file.node(file.geometry(*pot), surface((.5, .18, .09), .7, 0))
     file.floor(20, -.7)
     file.camera([0, 2.1, 6.2], -.2, .6)
