@@ -19,9 +19,15 @@ constexpr int kVplsMin = 16;
 
 double pixels(const FrameSettings& s) { return static_cast<double>(s.width_px) * s.height_px; }
 
+// What a pixel of igi costs whatever the number of its VPLs (surface, filter, its share of making them),
+// in rays towards VPLs: the room of 640x480 pixels with 64 VPLs takes 2.1 to 2.3 times as long as with 16,
+// and (20 + 65) / (20 + 17) is 2.3. Without it a moving frame, which is given few VPLs, would take almost
+// twice its time after one at rest.
+constexpr double kIgiPixelRays = 20;
+
 // All rays are taken to cost as much.
 double rays_per_pixel(const FrameSettings& s) {
-  if (s.renderer == Renderer::kIgi) return 1.0 * s.samples_per_pixel + s.vpls;
+  if (s.renderer == Renderer::kIgi) return kIgiPixelRays + s.samples_per_pixel + s.vpls;
   if (s.renderer == Renderer::kPath) return s.samples_per_pixel * 2.0 * (1 + s.bounces);
   return s.samples_per_pixel * (1.0 + s.light_samples);
 }

@@ -50,7 +50,7 @@ TEST(FramePacer, VplsGoBeforePixelsButNotAll) {
   FrameSettings wanted = full();
   wanted.renderer = Renderer::kIgi;
   wanted.samples_per_pixel = 1;
-  for (const double times : {1.8, 1000.0}) {
+  for (const double times : {1.5, 1000.0}) {
     FramePacer pacer(kBudgetSeconds);
     pacer.frame_done(wanted, kBudgetSeconds * times);
     const FrameSettings s = pacer.moving(wanted);
