@@ -92,7 +92,16 @@ bool read_some(int file, Container& into) {
   return true;
 }
 
-Status verdict(int wait_status, const std::string& path, const std::string& error_line) {
+// Its own line; libraries that it uses may have printed others before it.
+std::string refusal_in(const std::string& errors) {
+  constexpr std::string_view kPrefix = "tessera-import: ";
+  std::size_t at = errors.starts_with(kPrefix) ? 0 : errors.find("\n" + std::string(kPrefix));
+  if (at == std::string::npos) return errors.substr(0, errors.find('\n'));
+  at += (errors[at] == '\n' ? 1 : 0) + kPrefix.size();
+  return errors.substr(at, errors.find('\n', at) - at);
+}
+
+Status verdict(int wait_status, const std::string& path, const std::string& errors) {
   if (WIFSIGNALED(wait_status)) {
     const int signal = WTERMSIG(wait_status);
     const bool is_limit = signal == SIGXCPU || signal == SIGKILL;
@@ -102,9 +111,7 @@ Status verdict(int wait_status, const std::string& path, const std::string& erro
                                 : "; the file is probably damaged"));
   }
   if (WEXITSTATUS(wait_status) == 0) return Status::ok();
-  std::string line = error_line.substr(0, error_line.find('\n'));
-  if (const std::string prefix = "tessera-import: "; line.starts_with(prefix))
-    line = line.substr(prefix.size());
+  const std::string line = refusal_in(errors);
   return Status::invalid_argument(line.empty() ? path + ": cannot be imported" : line);
 }
 
@@ -120,7 +127,7 @@ Result<SceneStream> run_import(const std::string& path, const ImportLimits& limi
   out.close_write();
   err.close_write();
   std::vector<std::byte> bytes;
-  std::string error_line;
+  std::string errors;
   const TimePoint start = Clock::now();
   Status limit;
   for (bool has_out = true, has_err = true; has_out || has_err;) {
@@ -128,8 +135,8 @@ Result<SceneStream> run_import(const std::string& path, const ImportLimits& limi
                        {has_err ? err.ends[0] : -1, POLLIN, 0}};
     ::poll(files, 2, kPollMs);
     if (files[0].revents != 0) has_out = read_some(out.ends[0], bytes);
-    if (files[1].revents != 0) has_err = read_some(err.ends[0], error_line);
-    error_line.resize(std::min(error_line.size(), kErrorBytesMax));
+    if (files[1].revents != 0) has_err = read_some(err.ends[0], errors);
+    errors.resize(std::min(errors.size(), kErrorBytesMax));
     if (!progress(bytes.size())) limit = Status::cancelled("interrupted while reading " + path);
     if (bytes.size() > limits.bytes_max)
       limit = Status::resource_exhausted(path + ": the scene is larger than the limit");
@@ -147,7 +154,7 @@ Result<SceneStream> run_import(const std::string& path, const ImportLimits& limi
   while (::waitpid(*child, &wait_status, 0) < 0 && errno == EINTR) {
   }
   TESSERA_RETURN_IF_ERROR(limit);
-  TESSERA_RETURN_IF_ERROR(verdict(wait_status, path, error_line));
+  TESSERA_RETURN_IF_ERROR(verdict(wait_status, path, errors));
   return decode_scene_stream(bytes);
 }
 

@@ -217,6 +217,13 @@ TEST_F(Import, ItsRefusalIsHandedOn) {
   EXPECT_EQ(stream.status().message(), "scene.obj:3: bad");
 }
 
+// As libpng does of a damaged picture.
+TEST_F(Import, WhatLibrariesPrintBeforeItIsNotTheReason) {
+  const auto result =
+      run_instead("echo 'libpng error: x' >&2; echo 'tessera-import: a.gltf: no' >&2; exit 1");
+  EXPECT_EQ(result.status().message(), "a.gltf: no");
+}
+
 TEST_F(Import, ItsDeathIsALineAboutTheFile) {
   for (const char* signal : {"SEGV", "ABRT", "KILL", "XCPU"}) {
     auto stream = run_instead(std::string("kill -") + signal + " $$");
