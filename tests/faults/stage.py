@@ -163,6 +163,10 @@ class Stage:
     def first_event(self, name, since, log="master", seconds=PATIENCE_S):
         return wait_until(f"event {name} in {log}'s log", lambda: self.events(name, since, log), seconds)[0]
 
+    def nth_event(self, name, number, log="master", seconds=PATIENCE_S):
+        """Of all in the log, from 0."""
+        return wait_until(f"event {name} number {number} in {log}'s log", lambda: self.events(name, log=log)[number:], seconds)[0]
+
     # -- frames
     def expected(self, scene, frames, size=FRAME):
         """The digests of a fault-free run, in one process."""
