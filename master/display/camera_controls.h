@@ -47,6 +47,7 @@ class CameraControls {
   // counts as that, so that a stall does not become a leap.
   void advance(double seconds);
   bool is_flying() const;
+  bool is_dragging() const { return drag_ != Drag::kNone; }
 
   const Camera& camera() const { return camera_; }
   std::uint64_t revision() const { return revision_; }

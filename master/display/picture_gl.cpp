@@ -22,17 +22,12 @@ void main() {
 }
 )";
 
-// The sRGB curve of IEC 61966-2-1. Written so that NaN becomes black.
-constexpr const char* kFragmentText = R"(#version 330 core
-in vec2 place;
+// First pass: what the display is given for each pixel of the picture. The sRGB curve is that of
+// IEC 61966-2-1, written so that NaN becomes black.
+constexpr const char* kTonedText = R"(#version 330 core
 out vec4 shown;
 uniform sampler2D picture;
-uniform sampler2D tint;
-uniform vec2 picture_px;
-uniform float tile_px;
-uniform float tint_weight;
 uniform bool is_linear;
-uniform bool is_magnified;
 uniform float gain;
 uniform bool has_curve;
 uniform mat3 curve_in, curve_out;
@@ -53,26 +48,27 @@ float encoded(float x) {
   x = x > 0.0 ? min(x, 1.0) : 0.0;
   return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1.0 / 2.4) - 0.055;
 }
-// What the display is given for a colour of the picture.
-vec3 displayed(vec3 c) {
-  if (!is_linear) return c;
-  c = toned(c);
-  return vec3(encoded(c.r), encoded(c.g), encoded(c.b));
-}
-vec3 displayed_pixel(ivec2 at) {
-  return displayed(texelFetch(picture, clamp(at, ivec2(0), ivec2(picture_px) - 1), 0).rgb);
-}
-vec3 between_pixels() {
-  vec2 from_middle = place * picture_px - 0.5;
-  vec2 corner = floor(from_middle);
-  vec2 share = from_middle - corner;
-  ivec2 at = ivec2(corner);
-  vec3 upper = mix(displayed_pixel(at), displayed_pixel(at + ivec2(1, 0)), share.x);
-  vec3 lower = mix(displayed_pixel(at + ivec2(0, 1)), displayed_pixel(at + ivec2(1, 1)), share.x);
-  return mix(upper, lower, share.y);
-}
 void main() {
-  vec3 c = is_magnified ? between_pixels() : displayed(texture(picture, place).rgb);
+  vec3 c = texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb;
+  if (is_linear) {
+    c = toned(c);
+    c = vec3(encoded(c.r), encoded(c.g), encoded(c.b));
+  }
+  shown = vec4(c, 1.0);
+}
+)";
+
+// Second pass: these pixels in their place in the window, tinted by slave on request.
+constexpr const char* kPlacedText = R"(#version 330 core
+in vec2 place;
+out vec4 shown;
+uniform sampler2D displayed;
+uniform sampler2D tint;
+uniform vec2 picture_px;
+uniform float tile_px;
+uniform float tint_weight;
+void main() {
+  vec3 c = texture(displayed, place).rgb;
   if (tint_weight > 0.0) {
     ivec2 tile = ivec2(clamp(place * picture_px, vec2(0.0), picture_px - 1.0) / tile_px);
     c = mix(c, texelFetch(tint, tile, 0).rgb, tint_weight);
@@ -114,6 +110,27 @@ Result<GLuint> compile(GLenum stage, const char* text) {
                              words);
 }
 
+Result<GLuint> link(const char* fragment_text) {
+  const Result<GLuint> vertex = compile(GL_VERTEX_SHADER, kVertexText);
+  if (!vertex.is_ok()) return vertex.status();
+  const Result<GLuint> fragment = compile(GL_FRAGMENT_SHADER, fragment_text);
+  if (!fragment.is_ok()) {
+    glDeleteShader(*vertex);
+    return fragment.status();
+  }
+  const GLuint program = glCreateProgram();
+  glAttachShader(program, *vertex);
+  glAttachShader(program, *fragment);
+  glLinkProgram(program);
+  glDeleteShader(*vertex);
+  glDeleteShader(*fragment);
+  GLint is_linked = GL_FALSE;
+  glGetProgramiv(program, GL_LINK_STATUS, &is_linked);
+  if (is_linked == GL_TRUE) return program;
+  glDeleteProgram(program);
+  return Status::unavailable("the OpenGL driver cannot link the viewer's shaders: update it");
+}
+
 class GlPicture final : public PictureGl {
  public:
   Status start();
@@ -126,53 +143,50 @@ class GlPicture final : public PictureGl {
 
  private:
   void upload_tint(const FrameImage& image);
+  void tone();
 
-  GLuint program_ = 0, vertices_ = 0, picture_ = 0, tint_ = 0, curve_ = 0;
-  GLint at_picture_px_ = -1, at_tile_px_ = -1, at_tint_weight_ = -1, at_is_linear_ = -1;
-  GLint at_is_magnified_ = -1, at_gain_ = -1, at_has_curve_ = -1;
+  GLuint toning_ = 0, placing_ = 0, vertices_ = 0, picture_ = 0, tint_ = 0, curve_ = 0;
+  GLuint displayed_ = 0, into_displayed_ = 0;
+  GLint at_is_linear_ = -1, at_gain_ = -1, at_has_curve_ = -1;
+  GLint at_picture_px_ = -1, at_tile_px_ = -1, at_tint_weight_ = -1;
   DisplayTransform display_;
   int side_max_px_ = 0;
-  PixelSize size_;        // of the picture; 0 before the first
-  PixelSize stands_for_;  // whose place it fills
+  PixelSize size_;         // of the picture; 0 before the first
+  PixelSize toned_size_;   // of displayed_
+  bool is_toned_ = false;  // displayed_ is of this picture and display
+  PixelSize stands_for_;   // whose place it fills
   PixelFormat format_ = PixelFormat::kFloat;
   int tile_px_ = 0;
   bool has_tint_ = false;
 };
 
 Status GlPicture::start() {
+  GLint viewport_max_px[2] = {};
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side_max_px_);
-  Result<GLuint> vertex = compile(GL_VERTEX_SHADER, kVertexText);
-  if (!vertex.is_ok()) return vertex.status();
-  Result<GLuint> fragment = compile(GL_FRAGMENT_SHADER, kFragmentText);
-  if (!fragment.is_ok()) {
-    glDeleteShader(*vertex);
-    return fragment.status();
-  }
-  program_ = glCreateProgram();
-  glAttachShader(program_, *vertex);
-  glAttachShader(program_, *fragment);
-  glLinkProgram(program_);
-  glDeleteShader(*vertex);
-  glDeleteShader(*fragment);
-  GLint is_linked = GL_FALSE;
-  glGetProgramiv(program_, GL_LINK_STATUS, &is_linked);
-  if (is_linked != GL_TRUE) {
-    return Status::unavailable("the OpenGL driver cannot link the viewer's shaders: update it");
-  }
-  at_picture_px_ = glGetUniformLocation(program_, "picture_px");
-  at_tile_px_ = glGetUniformLocation(program_, "tile_px");
-  at_tint_weight_ = glGetUniformLocation(program_, "tint_weight");
-  at_is_linear_ = glGetUniformLocation(program_, "is_linear");
-  at_is_magnified_ = glGetUniformLocation(program_, "is_magnified");
-  at_gain_ = glGetUniformLocation(program_, "gain");
-  at_has_curve_ = glGetUniformLocation(program_, "has_curve");
-  glUseProgram(program_);
-  glUniform1i(glGetUniformLocation(program_, "picture"), 0);
-  glUniform1i(glGetUniformLocation(program_, "tint"), 1);
-  glUniform1i(glGetUniformLocation(program_, "curve"), 2);
-  glUniform2f(glGetUniformLocation(program_, "curve_range"), ToneTable::kLowEv, ToneTable::kHighEv);
+  glGetIntegerv(GL_MAX_VIEWPORT_DIMS, viewport_max_px);
+  side_max_px_ = std::min({side_max_px_, viewport_max_px[0], viewport_max_px[1]});
+  const Result<GLuint> toning = link(kTonedText);
+  if (!toning.is_ok()) return toning.status();
+  toning_ = *toning;
+  const Result<GLuint> placing = link(kPlacedText);
+  if (!placing.is_ok()) return placing.status();
+  placing_ = *placing;
+  at_is_linear_ = glGetUniformLocation(toning_, "is_linear");
+  at_gain_ = glGetUniformLocation(toning_, "gain");
+  at_has_curve_ = glGetUniformLocation(toning_, "has_curve");
+  glUseProgram(toning_);
+  glUniform1i(glGetUniformLocation(toning_, "picture"), 0);
+  glUniform1i(glGetUniformLocation(toning_, "curve"), 1);
+  glUniform2f(glGetUniformLocation(toning_, "curve_range"), ToneTable::kLowEv, ToneTable::kHighEv);
+  at_picture_px_ = glGetUniformLocation(placing_, "picture_px");
+  at_tile_px_ = glGetUniformLocation(placing_, "tile_px");
+  at_tint_weight_ = glGetUniformLocation(placing_, "tint_weight");
+  glUseProgram(placing_);
+  glUniform1i(glGetUniformLocation(placing_, "displayed"), 0);
+  glUniform1i(glGetUniformLocation(placing_, "tint"), 1);
   glGenVertexArrays(1, &vertices_);  // a core context draws nothing without one
-  for (GLuint* texture : {&picture_, &tint_, &curve_}) {
+  glGenFramebuffers(1, &into_displayed_);
+  for (GLuint* texture : {&picture_, &tint_, &curve_, &displayed_}) {
     glGenTextures(1, texture);
     glBindTexture(GL_TEXTURE_2D, *texture);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
@@ -184,26 +198,30 @@ Status GlPicture::start() {
 }
 
 GlPicture::~GlPicture() {
-  glDeleteProgram(program_);
+  glDeleteProgram(toning_);
+  glDeleteProgram(placing_);
   glDeleteVertexArrays(1, &vertices_);
+  glDeleteFramebuffers(1, &into_displayed_);
   glDeleteTextures(1, &picture_);
   glDeleteTextures(1, &tint_);
   glDeleteTextures(1, &curve_);
+  glDeleteTextures(1, &displayed_);
 }
 
 void GlPicture::set_display(const DisplayTransform& display) {
   const bool is_new = display.tone != display_.tone;
+  is_toned_ = is_toned_ && display == display_;
   display_ = display;
   if (!is_new || display.tone == ToneCurve::kLinear) return;
   const ToneTable table = tone_table(display.tone);
-  glActiveTexture(GL_TEXTURE2);
+  glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_2D, curve_);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, ToneTable::kSamples, 1, 0, GL_RED, GL_FLOAT, table.of);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glUseProgram(program_);
-  glUniformMatrix3fv(glGetUniformLocation(program_, "curve_in"), 1, GL_TRUE, &table.in[0][0]);
-  glUniformMatrix3fv(glGetUniformLocation(program_, "curve_out"), 1, GL_TRUE, &table.out[0][0]);
+  glUseProgram(toning_);
+  glUniformMatrix3fv(glGetUniformLocation(toning_, "curve_in"), 1, GL_TRUE, &table.in[0][0]);
+  glUniformMatrix3fv(glGetUniformLocation(toning_, "curve_out"), 1, GL_TRUE, &table.out[0][0]);
 }
 
 Status GlPicture::show(const FrameImage& image, PixelSize stands_for) {
@@ -233,6 +251,7 @@ Status GlPicture::show(const FrameImage& image, PixelSize stands_for) {
   size_ = size;
   stands_for_ = stands_for.width_px > 0 && stands_for.height_px > 0 ? stands_for : size;
   format_ = image.format;
+  is_toned_ = false;
   upload_tint(image);
   return Status::ok();
 }
@@ -256,7 +275,35 @@ void GlPicture::upload_tint(const FrameImage& image) {
   has_tint_ = true;
 }
 
+// Fills displayed_ with the picture as the display shows it.
+void GlPicture::tone() {
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, displayed_);
+  if (toned_size_ != size_) {
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, size_.width_px, size_.height_px, 0, GL_RGBA,
+                 GL_UNSIGNED_BYTE, nullptr);
+    toned_size_ = size_;
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, into_displayed_);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, displayed_, 0);
+  glViewport(0, 0, size_.width_px, size_.height_px);
+  glBindTexture(GL_TEXTURE_2D, picture_);
+  glActiveTexture(GL_TEXTURE1);
+  glBindTexture(GL_TEXTURE_2D, curve_);
+  glUseProgram(toning_);
+  glUniform1f(at_gain_, std::exp2(display_.exposure_ev));
+  glUniform1i(at_has_curve_, display_.tone != ToneCurve::kLinear);
+  glUniform1i(at_is_linear_, format_ != PixelFormat::kDisplay8);
+  glBindVertexArray(vertices_);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  is_toned_ = true;
+}
+
 void GlPicture::draw(PixelSize window, bool tints_tiles) {
+  glDisable(GL_BLEND);
+  glDisable(GL_SCISSOR_TEST);
+  if (size_.width_px > 0 && !is_toned_) tone();
   glViewport(0, 0, window.width_px, window.height_px);
   glClearColor(kBorderGrey, kBorderGrey, kBorderGrey, 1);
   glClear(GL_COLOR_BUFFER_BIT);
@@ -264,25 +311,20 @@ void GlPicture::draw(PixelSize window, bool tints_tiles) {
   const PixelRect r = letterbox(stands_for_, window);
   // OpenGL counts rows from below.
   glViewport(r.x_px, window.height_px - r.y_px - r.height_px, r.width_px, r.height_px);
-  glActiveTexture(GL_TEXTURE2);
-  glBindTexture(GL_TEXTURE_2D, curve_);
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_2D, tint_);
   glActiveTexture(GL_TEXTURE0);
-  glBindTexture(GL_TEXTURE_2D, picture_);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
-                  r.width_px < size_.width_px ? GL_LINEAR : GL_NEAREST);
-  glDisable(GL_BLEND);
-  glDisable(GL_SCISSOR_TEST);
-  glUseProgram(program_);
+  glBindTexture(GL_TEXTURE_2D, displayed_);
+  // At its own size a pixel is a pixel.
+  const GLint filter =
+      r.width_px == size_.width_px && r.height_px == size_.height_px ? GL_NEAREST : GL_LINEAR;
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
+  glUseProgram(placing_);
   glUniform2f(at_picture_px_, static_cast<float>(size_.width_px),
               static_cast<float>(size_.height_px));
   glUniform1f(at_tile_px_, static_cast<float>(std::max(1, tile_px_)));
   glUniform1f(at_tint_weight_, tints_tiles && has_tint_ ? kTintWeight : 0.0f);
-  glUniform1f(at_gain_, std::exp2(display_.exposure_ev));
-  glUniform1i(at_has_curve_, display_.tone != ToneCurve::kLinear);
-  glUniform1i(at_is_linear_, format_ != PixelFormat::kDisplay8);
-  glUniform1i(at_is_magnified_, r.width_px > size_.width_px || r.height_px > size_.height_px);
   glBindVertexArray(vertices_);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glViewport(0, 0, window.width_px, window.height_px);

@@ -150,7 +150,9 @@ Viewer::View GlViewer::wait_for_view(std::uint64_t revision, double seconds_max)
 
 void GlViewer::handle(const std::vector<InputEvent>& events) {
   for (const InputEvent& event : events) {
-    draws_left_ = kSettleDraws;
+    // A drag changes what is seen when the frame that answers it has come.
+    const bool is_drag = event.kind == InputEvent::Kind::kMove && controls_.is_dragging();
+    if (!is_drag) draws_left_ = kSettleDraws;
     const bool is_overlay_kind =
         event.kind == InputEvent::Kind::kButtonDown || event.kind == InputEvent::Kind::kScroll;
     if (is_overlay_kind && overlay_.is_mouse_over()) continue;
