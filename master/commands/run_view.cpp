@@ -32,6 +32,8 @@ InteractiveOptions interactive_options(const MasterOptions& options, const Frame
   InteractiveOptions o;
   o.budget_seconds = options.frame_time_ms / 1000;
   o.frames_in_flight = options.session.frames_in_flight;
+  // Slaves of this process alone: no network, a few context switches.
+  if (options.session.connect.empty() && options.session.listen.empty()) o.lead_seconds_max = 0.003;
   o.passes = static_cast<std::uint32_t>(options.passes > 0 ? options.passes : kViewPasses);
   o.is_animated = source.is_animated();
   o.never_rests = !options.screenshot_path.empty();  // it waits for a number of frames

@@ -7,12 +7,15 @@
 namespace tessera {
 namespace {
 
-constexpr double kWeight = 0.3;  // of the newest frame
 // The scale of a moving picture stays while it is too large by so much, which lets a frame take 1.1
 // times the budget, or too small by so much, which uses 0.7 of it.
 constexpr double kTooLarge = 1.05, kTooSmall = 1.2;
+// Of the budget, what a frame is expected to take: frames differ, and what a person waits for is the
+// slower ones.
+constexpr double kBudgetShare = 0.85;
 // Share of the pixels, with one sample each, that a cluster of unknown speed is asked for.
 constexpr double kFirstShare = 1.0 / 16;
+constexpr int kSizeSteps = 2;
 
 // Fewer VPLs than this make surfaces flicker from frame to frame.
 constexpr int kVplsMin = 16;
@@ -59,31 +62,35 @@ FrameSettings at_scale(FrameSettings s, const FrameSettings& wanted, double scal
 
 }  // namespace
 
-double FramePacer::budget_rays(const FrameSettings& wanted) const {
-  return rays_per_second_ > 0 ? rays_per_second_ * budget_seconds_ : pixels(wanted) * kFirstShare;
+double FramePacer::budget_rays(const FrameSettings& sized, const FrameSettings& wanted) const {
+  const double rate = speed_.rays_per_second(rays(sized));
+  return rate > 0 ? kBudgetShare * rate * budget_seconds_ : pixels(wanted) * kFirstShare;
 }
 
 FrameSettings FramePacer::moving(const FrameSettings& wanted) {
   if (budget_seconds_ <= 0) return wanted;
-  const double budget = budget_rays(wanted);
   FrameSettings s = wanted;
-  while (rays(s) > budget && reduce(s)) continue;
-  const double ideal = std::clamp(std::sqrt(budget / rays(s)), kScaleMin, 1.0);
+  while (rays(s) > budget_rays(s, wanted) && reduce(s)) continue;
+  // What fits depends on what the size costs, and the size on what fits: the last one's is close.
+  double ideal = scale_;
+  for (int step = 0; step < kSizeSteps; ++step) {
+    const double budget = budget_rays(at_scale(s, wanted, ideal), wanted);
+    ideal = std::clamp(std::sqrt(budget / rays(s)), kScaleMin, 1.0);
+  }
   if (scale_ > ideal * kTooLarge || scale_ * kTooSmall < ideal) scale_ = ideal;
   return at_scale(s, wanted, scale_);
 }
 
 FrameSettings FramePacer::scaled(const FrameSettings& wanted, double scale) const {
   if (budget_seconds_ <= 0) return wanted;
-  const double budget = budget_rays(wanted);
   FrameSettings s = at_scale(wanted, wanted, scale);
-  while (rays(s) > budget && reduce(s)) continue;
+  while (rays(s) > budget_rays(s, wanted) && reduce(s)) continue;
   return s;
 }
 
 double FramePacer::expected_seconds(const FrameSettings& settings) const {
-  return rays_per_second_ > 0 ? rays(settings) / rays_per_second_
-                              : std::numeric_limits<double>::infinity();
+  const double rate = speed_.rays_per_second(rays(settings));
+  return rate > 0 ? rays(settings) / rate : std::numeric_limits<double>::infinity();
 }
 
 bool FramePacer::is_better(const FrameSettings& a, const FrameSettings& b) {
@@ -92,15 +99,11 @@ bool FramePacer::is_better(const FrameSettings& a, const FrameSettings& b) {
 }
 
 void FramePacer::frame_done(const FrameSettings& settings, double frame_seconds) {
-  if (!(frame_seconds > 0)) return;
-  const double measured = rays(settings) / frame_seconds;
-  rays_per_second_ += (rays_per_second_ == 0 ? 1 : kWeight) * (measured - rays_per_second_);
+  if (frame_seconds > 0) speed_.measured(rays(settings), frame_seconds);
 }
 
 void FramePacer::frame_overdue(const FrameSettings& settings, double seconds_so_far) {
-  if (!(seconds_so_far > 0)) return;
-  const double most = rays(settings) / seconds_so_far;
-  rays_per_second_ = rays_per_second_ == 0 ? most : std::min(rays_per_second_, most);
+  if (seconds_so_far > 0) speed_.at_most(rays(settings), seconds_so_far);
 }
 
 }  // namespace tessera

@@ -1,8 +1,8 @@
 // How much of a picture's quality can be had in a given time: fewer samples first, then fewer
 // pixels. Pure.
 //
-// What the cluster can do is measured in rays per second, from the frames that came; so a slave
-// more or less changes the next frame's size.
+// What the cluster can do is measured by the frames that came; so a slave more or less changes the
+// next frame's size.
 //
 // Threads. One owner. Invariants. (1) Settings given out are `wanted` with sides of at least one
 // pixel and at most those wanted, and with as many samples or fewer. (2) Without a budget (0)
@@ -10,6 +10,7 @@
 #pragma once
 
 #include "common/frame/frame_settings.h"
+#include "master/session/cluster_speed.h"
 
 namespace tessera {
 
@@ -40,12 +41,14 @@ class FramePacer {
   void frame_overdue(const FrameSettings& settings, double seconds_so_far);
 
  private:
-  // Rays that fit the budget; before anything is measured, a sixteenth of the wanted pixels' worth.
-  double budget_rays(const FrameSettings& wanted) const;
+  static constexpr int kSizeClasses = 24;  // the last one is of 2^46 rays and more
+  // Rays of a frame like `sized` that fit the budget; before anything is measured, a
+  // sixteenth of the wanted pixels' worth.
+  double budget_rays(const FrameSettings& sized, const FrameSettings& wanted) const;
 
   double budget_seconds_;
-  double rays_per_second_ = 0;  // recent mean; 0: nothing was measured
-  double scale_ = 1;            // last one given while moving
+  ClusterSpeed speed_;
+  double scale_ = 1;  // last one given while moving
 };
 
 }  // namespace tessera

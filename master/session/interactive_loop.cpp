@@ -16,9 +16,9 @@ constexpr double kWorthStep = 4;
 // A moving frame may take so many times what it was to take.
 constexpr double kPatience = 2;
 // The next moving frame is submitted so much of the present one's time before that ends, but no
-// longer than so: slaves need it before they run out of tiles, and all that the person does after
-// it waits for the frame behind it. 15 ms are the way there and back over a busy wireless network.
-constexpr double kLeadShare = 0.25, kLeadSecondsMax = 0.015;
+// longer than the way to the slaves takes: they need it before they run out of tiles, and all that the
+// person does after it waits for the frame behind it.
+constexpr double kLeadShare = 0.25;
 constexpr double kWaitSecondsMin = 0.001;
 
 bool is_of_size(const FrameSettings& a, const FrameSettings& b) {
@@ -116,7 +116,7 @@ TimePoint InteractiveLoop::moving_due() const {
   const InFlight& last = in_flight_.back();
   const double expected = pacer_.expected_seconds(last.settings);
   if (!std::isfinite(expected)) return TimePoint::max();
-  const double lead = std::min(kLeadSecondsMax, kLeadShare * expected);
+  const double lead = std::min(options_.lead_seconds_max, kLeadShare * expected);
   return begun(last) + from_seconds(expected - lead);
 }
 

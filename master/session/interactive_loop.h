@@ -42,6 +42,9 @@ struct InteractiveOptions {
   std::uint32_t passes = 64;    // of a view at rest, at least 1
   bool is_animated = false;     // the scene moves by itself
   bool never_rests = false;     // full frames go on for ever (for who counts them)
+  // How long before a moving frame ends the next one is submitted, at most: the way to the slaves and
+  // back. 15 ms are that of a busy wireless network.
+  double lead_seconds_max = 0.015;
 };
 
 class TESSERA_API InteractiveLoop {

@@ -75,10 +75,11 @@ class Drag(OnScreen):
             window.mouse_to(400, 300)
             window.hand("mousedown", 1)
             sent = []
-            for step in range(150):
-                sent.append(time.monotonic())
-                window.mouse_to(400 + abs(step % 40 - 20), 300)
-                time.sleep(max(0, sent[-1] + 0.02 - time.monotonic()))
+            with window.moving_hand() as move_to:
+                for step in range(150):
+                    sent.append(time.monotonic())
+                    move_to(400 + abs(step % 40 - 20), 300)
+                    time.sleep(max(0, sent[-1] + 0.02 - time.monotonic()))
             end = time.monotonic()
             window.hand("mouseup", 1)
             window.wait_at_rest()

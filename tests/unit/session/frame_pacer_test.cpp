@@ -50,7 +50,7 @@ TEST(FramePacer, VplsGoBeforePixelsButNotAll) {
   FrameSettings wanted = full();
   wanted.renderer = Renderer::kIgi;
   wanted.samples_per_pixel = 1;
-  for (const double times : {1.5, 1000.0}) {
+  for (const double times : {1.3, 1000.0}) {
     FramePacer pacer(kBudgetSeconds);
     pacer.frame_done(wanted, kBudgetSeconds * times);
     const FrameSettings s = pacer.moving(wanted);
@@ -62,7 +62,7 @@ TEST(FramePacer, VplsGoBeforePixelsButNotAll) {
 
 TEST(FramePacer, SamplesGoBeforePixels) {
   FramePacer pacer(kBudgetSeconds);
-  pacer.frame_done(full(), 4 * kBudgetSeconds);
+  pacer.frame_done(full(), 3.3 * kBudgetSeconds);  // 0.85 of a budget is aimed at
   const FrameSettings s = pacer.moving(full());
   EXPECT_EQ(s.width_px, full().width_px);
   EXPECT_EQ(s.samples_per_pixel, 4);
@@ -70,13 +70,29 @@ TEST(FramePacer, SamplesGoBeforePixels) {
 
 TEST(FramePacer, AStepHasItsShareOfEachSideAndTheSamplesThatTheBudgetLeaves) {
   FramePacer pacer(kBudgetSeconds);
-  pacer.frame_done(full(), 8 * kBudgetSeconds);
+  pacer.frame_done(full(), 6.7 * kBudgetSeconds);
   const FrameSettings quarter = pacer.scaled(full(), 0.25), half = pacer.scaled(full(), 0.5);
   EXPECT_EQ(quarter.width_px, 400);
   EXPECT_EQ(quarter.height_px, 300);
-  EXPECT_EQ(quarter.samples_per_pixel, 16) << "an eighth of the time would be left over";
+  EXPECT_EQ(quarter.samples_per_pixel, 16) << "half of the time would be left over";
   EXPECT_EQ(half.width_px, 800);
-  EXPECT_EQ(half.samples_per_pixel, 8) << "a quarter of eight budgets, by half the samples: one";
+  EXPECT_EQ(half.samples_per_pixel, 8)
+      << "a quarter of the time, by half the samples: 0.84 budgets";
+}
+
+// A full frame tells little about a small one, of which each ray costs more.
+TEST(FramePacer, SmallFramesAreExpectedToTakeWhatSmallFramesTook) {
+  constexpr double kFullRate = 1e9;
+  const auto frame_seconds = [](const FrameSettings& s) { return 0.010 + rays(s) / kFullRate; };
+  FramePacer pacer(kBudgetSeconds);
+  for (int i = 0; i < 3; ++i) pacer.frame_done(full(), 8 * frame_seconds(full()));
+  FrameSettings s = pacer.moving(full());
+  pacer.frame_done(s, 8 * frame_seconds(s));
+  for (int i = 0; i < 30; ++i) pacer.frame_done(full(), 8 * frame_seconds(full()));  // at rest
+  s = pacer.moving(full());
+  EXPECT_LE(8 * frame_seconds(s), 1.1 * kBudgetSeconds + 8 * 0.010);
+  pacer.frame_done(s, 8 * frame_seconds(s));
+  EXPECT_NEAR(pacer.expected_seconds(full()), 8 * frame_seconds(full()), 0.01);
 }
 
 TEST(FramePacer, TheSizeDoesNotFlicker) {

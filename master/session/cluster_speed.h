@@ -1,0 +1,44 @@
+// How many rays a second a cluster traces, by how many a frame has: small frames cost more a ray,
+// for rays of neighbouring pixels lie farther apart and what a frame costs by itself counts. Pure.
+//
+// The rate is a curve over the logarithm of a frame's rays, straight between knots that lie a
+// factor of 4 apart. A measure moves the two knots beside it, the more the nearer they are, and
+// what was never measured is taken to be as the nearest knot that was. A measure that is far off
+// tells of another cluster or of another view, and moves the whole curve.
+//
+// Threads. One owner.
+#pragma once
+
+#include <array>
+
+namespace tessera {
+
+class ClusterSpeed {
+ public:
+  // Expected of a frame of so many rays; 0 before anything was measured.
+  double rays_per_second(double rays) const;
+
+  // Requires: both are greater than 0. A frame of so many rays took so long.
+  void measured(double rays, double frame_seconds);
+
+  // Requires: both are greater than 0. A frame of so many rays took at least so long.
+  void at_most(double rays, double seconds_so_far);
+
+ private:
+  static constexpr int kKnots = 24;  // the last one is of 2^46 rays
+  struct Place {
+    int knot = 0;      // the lower one of the two, at most kKnots - 2
+    double share = 0;  // of the way to the upper one
+  };
+  static Place place(double rays);
+  double logarithm(const Place& at) const;
+  void learn(const Place& at, double error);
+  void move(double by);
+  int nearest_known(int knot) const;
+
+  std::array<double, kKnots> logarithm_{};  // of rays per second
+  std::array<bool, kKnots> is_known_{};
+  bool has_measured_ = false;
+};
+
+}  // namespace tessera
