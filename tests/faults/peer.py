@@ -191,14 +191,25 @@ class Link:
                     self.heard.put(one)
         self.ended_at = time.time()
 
+    def next(self, seconds):
+        """The next message, or None: none came in time, or the other side has closed."""
+        end = time.monotonic() + seconds
+        while True:
+            has_ended = self.ended_at is not None  # asked first: what came before stands in the queue then
+            try:
+                return self.heard.get(timeout=0.001 if has_ended else min(0.1, max(end - time.monotonic(), 0.001)))
+            except queue.Empty:
+                if has_ended or time.monotonic() >= end:
+                    return None
+
     def hear(self, kind, seconds=stages.PATIENCE_S):
         """The next message of that kind; others are passed over."""
         end = time.monotonic() + seconds
         while True:
-            try:
-                one = self.heard.get(timeout=max(end - time.monotonic(), 0.001))
-            except queue.Empty:
-                raise AssertionError(f"no message {kind} came within {seconds} s") from None
+            one = self.next(end - time.monotonic())
+            if one is None:
+                raise AssertionError(f"no message {kind}: " + (
+                    "the link was closed" if self.ended_at else f"none came within {seconds} s"))
             if one[0] == kind:
                 return one
 
@@ -249,7 +260,9 @@ class HandSlave:
         """The next lease, with its frame known."""
         end = time.monotonic() + seconds
         while True:
-            kind, fields, _ = self.tile.heard.get(timeout=max(end - time.monotonic(), 0.001))
+            one = self.tile.next(end - time.monotonic())
+            assert one is not None, "no lease came"
+            kind, fields, _ = one
             if kind == FRAME_BEGIN:
                 self.begin = fields
             elif kind == LEASE:
