@@ -12,8 +12,8 @@
 #include "common/base/clock.h"
 #include "common/frame/tile_grid.h"
 #include "common/wire/messages.h"
-#include "slave/core/render/frame_light.h"
-#include "slave/core/render/prepared_scene.h"
+#include "slave/core/integrate/frame_light.h"
+#include "slave/core/scene/prepared_scene.h"
 
 namespace tessera::slave {
 

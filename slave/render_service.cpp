@@ -8,7 +8,7 @@
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/frame/frame_image.h"
-#include "slave/core/render/tile_renderer.h"
+#include "slave/core/integrate/tile_renderer.h"
 #include "slave/slave_metrics.h"
 
 namespace tessera::slave {

@@ -19,7 +19,7 @@
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "common/scene/scene_codec.h"
-#include "slave/core/render/prepared_scene.h"
+#include "slave/core/scene/prepared_scene.h"
 
 namespace tessera::slave {
 

@@ -11,7 +11,7 @@
 #include "common/base/cpu_count.h"
 #include "common/base/limits.h"
 #include "common/base/version.h"
-#include "slave/core/render/tile_renderer.h"
+#include "slave/core/integrate/tile_renderer.h"
 
 namespace tessera::slave {
 

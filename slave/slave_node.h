@@ -14,7 +14,7 @@
 #include "common/base/isa.h"
 #include "common/base/status.h"
 #include "common/net/connection.h"
-#include "slave/core/render/prepared_scene.h"
+#include "slave/core/scene/prepared_scene.h"
 #include "slave/memory_room.h"
 #include "slave/relay_access.h"
 #include "slave/test_hooks.h"

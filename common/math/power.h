@@ -1,5 +1,5 @@
 // Powers of two, logarithms and powers in float. The same bits on every processor and C library: arithmetic
-// alone, in one order (slave/core/kernel/power-inl.h has the same in lanes).
+// alone, in one order (slave/core/simd/power-inl.h has the same in lanes).
 //
 // Error: log2() is off by at most 2^-22 where x is in [1/2, 2] and by roundings of the exponent beyond;
 // exp2() is off by 4 * 2^-24 of itself, so that power(x, y) is off by some y * 2^-22 of itself

@@ -2,7 +2,7 @@
 // triangles in world space and the spatial index over them, at the height of its building. Reckoned
 // from the blocks as they are, so that the master can say it before it sends them.
 //
-// Per triangle, from the layouts of slave/core: 36 bytes of vertices (geometry/triangle_store.h),
+// Per triangle, from the layouts of slave/core: 36 bytes of vertices (primitive/triangle/triangle_store.h),
 // 24 of its box while the index is built, and what the index takes with its builder's arrays; the
 // sum is kIndexBytesPerTriangle. tests/unit/core measures that a slave stays below it.
 //

@@ -12,7 +12,7 @@
 #include "common/metrics/exposition.h"
 #include "master/frame_loop/metrics_page.h"
 #include "master/frame_loop/observer.h"
-#include "slave/core/render/tile_renderer.h"
+#include "slave/core/integrate/tile_renderer.h"
 
 namespace tessera::master {
 namespace {

@@ -13,7 +13,7 @@
 #include <string>
 
 #include "common/base/status.h"
-#include "slave/core/render/ray_caster.h"
+#include "slave/core/scene/ray_caster.h"
 
 namespace tessera::tools {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "common/base/status.h"
-#include "slave/core/render/ray_caster.h"
+#include "slave/core/scene/ray_caster.h"
 
 namespace tessera::tools {
 

@@ -11,8 +11,8 @@
 #include "common/base/path_suffix.h"
 #include "common/base/version.h"
 #include "common/scene_io/scene_reader.h"
-#include "slave/core/render/ray_caster.h"
-#include "slave/core/render/tile_renderer.h"
+#include "slave/core/integrate/tile_renderer.h"
+#include "slave/core/scene/ray_caster.h"
 #include "slave/tools/hit_file.h"
 #include "slave/tools/ray_file.h"
 

@@ -6,7 +6,7 @@
 
 #include "common/base/cpu_count.h"
 #include "common/base/json.h"
-#include "slave/core/render/ray_caster.h"
+#include "slave/core/scene/ray_caster.h"
 #include "tests/bench/contender.h"
 #include "tests/support/hard_cases.h"
 #include "tests/support/test_meshes.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/base/isa.h"
-#include "slave/core/geometry/triangle_store.h"
+#include "slave/core/primitive/triangle/triangle_store.h"
 #include "tests/bench/workload.h"
 
 namespace tessera::bench {

@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "slave/core/kernel/counts_layout.h"
+#include "slave/core/simd/counts_layout.h"
 
 namespace tessera::bench {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "slave/core/kernel/packet_layout.h"
+#include "slave/core/ray/packet_layout.h"
 #include "tests/bench/contender.h"
 
 namespace tessera::bench {

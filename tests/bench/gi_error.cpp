@@ -8,8 +8,8 @@
 #include "common/base/json.h"
 #include "common/frame/tile_grid.h"
 #include "master/image/image_error.h"
-#include "slave/core/render/prepared_scene_impl.h"
-#include "slave/core/render/tile_renderer.h"
+#include "slave/core/integrate/tile_renderer.h"
+#include "slave/core/scene/prepared_scene_impl.h"
 #include "tests/bench/contender.h"
 #include "tests/bench/gi_frame.h"
 

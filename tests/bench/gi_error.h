@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/frame/frame_settings.h"
-#include "slave/core/render/prepared_scene.h"
+#include "slave/core/scene/prepared_scene.h"
 #include "tests/bench/core_suite.h"
 
 namespace tessera::bench {

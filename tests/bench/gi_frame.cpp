@@ -6,12 +6,12 @@
 
 #include "common/base/cpu_count.h"
 #include "common/frame/tile_grid.h"
-#include "slave/core/kernel/kernel_table.h"
-#include "slave/core/parallel/run_tasks.h"
-#include "slave/core/render/frame_light.h"
-#include "slave/core/render/gi_tile.h"
-#include "slave/core/render/prepared_scene_impl.h"
-#include "slave/core/render/tile_renderer.h"
+#include "slave/core/accel/run_tasks.h"
+#include "slave/core/integrate/frame_light.h"
+#include "slave/core/integrate/igi/gi_tile.h"
+#include "slave/core/integrate/tile_renderer.h"
+#include "slave/core/kernels/kernel_table.h"
+#include "slave/core/scene/prepared_scene_impl.h"
 #include "tests/bench/contender.h"
 
 namespace tessera::bench {

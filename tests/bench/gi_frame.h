@@ -10,7 +10,7 @@
 
 #include "common/frame/frame_settings.h"
 #include "common/frame/frame_stats.h"
-#include "slave/core/render/prepared_scene.h"
+#include "slave/core/scene/prepared_scene.h"
 #include "tests/bench/workload.h"
 
 namespace tessera::bench {

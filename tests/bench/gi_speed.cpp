@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "common/base/json.h"
-#include "slave/core/kernel/kernel_table.h"
-#include "slave/core/render/prepared_scene_impl.h"
+#include "slave/core/kernels/kernel_table.h"
+#include "slave/core/scene/prepared_scene_impl.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/bench/contender.h"
 #include "tests/bench/gi_frame.h"

@@ -5,7 +5,7 @@
 
 #include "common/base/json.h"
 #include "common/scene/validate.h"
-#include "slave/core/render/prepared_scene.h"
+#include "slave/core/scene/prepared_scene.h"
 #include "tests/bench/gi_frame.h"
 
 namespace tessera::bench {

@@ -6,7 +6,7 @@
 #include "common/base/cli_usage.h"
 #include "common/base/json.h"
 #include "common/base/version.h"
-#include "slave/core/render/tile_renderer.h"
+#include "slave/core/integrate/tile_renderer.h"
 #include "tests/bench/accuracy_suite.h"
 #include "tests/bench/build_suite.h"
 #include "tests/bench/core_suite.h"

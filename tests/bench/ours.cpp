@@ -5,8 +5,8 @@
 
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/kd_index.h"
-#include "slave/core/accel/triangle_clipper.h"
-#include "slave/core/kernel/kernel_table.h"
+#include "slave/core/kernels/kernel_table.h"
+#include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "slave/core/trace/fan_window.h"
 #include "slave/core/trace/ray_groups.h"
 #include "slave/core/trace/scene_tracer.h"

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "common/math/bounds3.h"
-#include "slave/core/geometry/exact_hit_abi.h"
+#include "slave/core/primitive/triangle/exact_hit_abi.h"
 
 namespace tessera::bench {
 namespace {

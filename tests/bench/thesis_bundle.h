@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "slave/core/geometry/triangle_store.h"
-#include "slave/core/render/camera_rays.h"
+#include "slave/core/camera/camera_rays.h"
+#include "slave/core/primitive/triangle/triangle_store.h"
 
 namespace tessera::bench {
 

@@ -6,7 +6,7 @@
 #include "common/base/cpu_count.h"
 #include "common/base/json.h"
 #include "slave/core/accel/kd_builder.h"
-#include "slave/core/accel/triangle_clipper.h"
+#include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "tests/bench/scenes.h"
 #include "tests/bench/thesis_tracer.h"
 #include "tests/support/test_meshes.h"

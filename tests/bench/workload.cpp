@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "common/math/bounds3.h"
-#include "slave/core/kernel/packet_layout.h"
-#include "slave/core/render/camera_rays.h"
+#include "slave/core/camera/camera_rays.h"
+#include "slave/core/ray/packet_layout.h"
 #include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::bench {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "slave/core/geometry/triangle_store.h"
+#include "slave/core/primitive/triangle/triangle_store.h"
 #include "tests/bench/scenes.h"
 
 namespace tessera::bench {

@@ -11,7 +11,7 @@
 #include "common/frame/frame_settings.h"
 #include "common/frame/tile_grid.h"
 #include "common/scene/scene_codec.h"
-#include "slave/core/render/prepared_scene.h"
+#include "slave/core/scene/prepared_scene.h"
 
 namespace tessera::sim {
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "slave/core/bsdf/specular.h"
-#include "slave/core/render/bsdf_packet.h"
+#include "slave/core/integrate/bsdf_packet.h"
 #include "slave/core/simd/isa_support.h"
 
 namespace tessera::test {

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "slave/core/geometry/barycentric.h"
-#include "slave/core/render/prepared_scene_impl.h"
-#include "slave/core/render/tile_renderer.h"
+#include "slave/core/integrate/tile_renderer.h"
+#include "slave/core/primitive/triangle/barycentric.h"
+#include "slave/core/scene/prepared_scene_impl.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/support/reference_tracer.h"
 

@@ -1,4 +1,4 @@
-// What is seen of a sky along one direction, in plain arithmetic: what slave/core/kernel/sky-inl.h has to
+// What is seen of a sky along one direction, in plain arithmetic: what slave/core/light/sky-inl.h has to
 // agree with to the bit.
 // Threads. Pure functions.
 #pragma once

@@ -1,14 +1,14 @@
 // The surface at a place of a triangle, one at a time and in plain arithmetic, each line of it as the
 // standard or the paper has it: what the kernels have to agree with to the bit
-// (slave/core/kernel/surface-inl.h, detail-inl.h, texture-inl.h).
+// (slave/core/primitive/triangle/triangle_points-inl.h, detail-inl.h, texture-inl.h).
 #pragma once
 
-#include "slave/core/geometry/surface_offset.h"
-#include "slave/core/kernel/kernel_table.h"
-#include "slave/core/render/prepared_scene_impl.h"
+#include "slave/core/kernels/kernel_table.h"
+#include "slave/core/scene/prepared_scene_impl.h"
 #include "slave/core/surface/programs.h"
 #include "slave/core/surface/ray_cone.h"
 #include "slave/core/surface/surface.h"
+#include "slave/core/surface/surface_offset.h"
 
 namespace tessera::test {
 

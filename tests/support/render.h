@@ -8,7 +8,7 @@
 #include <bit>
 #include <vector>
 
-#include "slave/core/render/tile_renderer.h"
+#include "slave/core/integrate/tile_renderer.h"
 
 namespace tessera::test {
 

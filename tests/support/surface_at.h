@@ -2,7 +2,7 @@
 // Threads. Pure functions.
 #pragma once
 
-#include "slave/core/render/met_surfaces.h"
+#include "slave/core/scene/met_surfaces.h"
 #include "slave/core/simd/isa_support.h"
 
 namespace tessera::test {

@@ -13,8 +13,14 @@ _BASE = ["common/base"]
 _VALUES = _BASE + ["common/math", "common/scene", "common/frame"]
 _COMMON = _VALUES + ["common/metrics", "common/net"]
 _CORE = "slave/core/"
-_STORES = [_CORE + "simd", _CORE + "sampling", _CORE + "parallel", _CORE + "geometry"]
-_TREES = _STORES + [_CORE + "accel", _CORE + "light"]
+# The rooms of the core, each above those that it names (slave/core/README.md has the picture).
+_TRIANGLE = _CORE + "primitive/triangle"
+
+
+def _rooms(names):
+    return _VALUES + [_CORE + name for name in names.split()]
+
+
 _STAGES = ["master/image", "master/schedule"]
 _CLUSTER = _STAGES + ["master/cluster"]
 _FRAMES = _CLUSTER + ["master/loader", "master/display", "master/frame_loop"]
@@ -31,21 +37,25 @@ ARROWS = {
     "common/wire": _COMMON + ["proto"],
     "common/scene_io": _BASE + ["common/math", "common/scene"],
     _CORE + "simd": _VALUES,
-    _CORE + "sampling": _VALUES,
-    _CORE + "parallel": _VALUES,
-    _CORE + "geometry": _VALUES + [_CORE + "simd"],
-    _CORE + "accel": _VALUES + _STORES,
-    _CORE + "light": _VALUES + _STORES + [_CORE + "surface"],  # lamps may have pictures
-    # Layouts of textures, noise and tables.
-    _CORE + "kernel": _VALUES + _TREES + [_CORE + "surface", _CORE + "bsdf"],
-    _CORE + "trace": _VALUES + _TREES + [_CORE + "kernel", _CORE + "surface"],
-    # The programmable part of surfaces, and below it how light leaves them: neither knows of rays.
-    _CORE + "surface": _VALUES + [_CORE + "sampling"],
-    _CORE + "bsdf": _VALUES + [_CORE + "sampling", _CORE + "surface"],
-    _CORE + "render": _VALUES + _TREES + [_CORE + part for part in ("bsdf", "kernel", "surface", "trace")],
-    # Two headers of the core are its door: what renders, and what it renders.
-    "slave": _COMMON + ["common/wire", "proto", _CORE + "render"],
-    "slave/tools": _VALUES + ["common/scene_io", _CORE + "render"],
+    _CORE + "sampling": _rooms("simd"),
+    _CORE + "accel": _rooms("primitive/triangle"),
+    _CORE + "ray": _rooms("simd accel primitive/triangle"),
+    _TRIANGLE: _rooms("simd accel ray surface"),
+    _CORE + "traverse": _rooms("simd ray primitive/triangle"),
+    _CORE + "camera": _rooms("sampling ray"),
+    # What a surface is and, below, how it scatters light: neither knows of traversal.
+    _CORE + "surface": _rooms("simd sampling ray"),
+    _CORE + "bsdf": _rooms("simd sampling surface"),
+    # Lamps are triangles and may have pictures.
+    _CORE + "light": _rooms("simd sampling ray primitive/triangle surface"),
+    # All that is compiled once per instruction set.
+    _CORE + "kernels": _rooms("sampling ray primitive/triangle traverse camera surface bsdf light"),
+    _CORE + "trace": _rooms("sampling accel ray primitive/triangle surface kernels"),
+    _CORE + "scene": _rooms("simd sampling accel ray primitive/triangle surface bsdf light kernels trace"),
+    _CORE + "integrate": _rooms("simd sampling ray camera surface bsdf light kernels trace scene"),
+    # Few headers of the core are its door: what renders, and what it renders.
+    "slave": _COMMON + ["common/wire", "proto", _CORE + "integrate", _CORE + "scene"],
+    "slave/tools": _VALUES + ["common/scene_io", _CORE + "integrate", _CORE + "scene"],
     "master/image": _COMMON,
     "master/schedule": _COMMON,
     "master/cluster": _COMMON + ["common/wire", "proto", "master/schedule"],
@@ -56,7 +66,7 @@ ARROWS = {
     # An application's connection to a running master speaks the wire's language, too.
     "master/frame_loop": _COMMON + ["common/wire"] + _CLUSTER,
     # The in-process slave is the one place where the master knows slave/.
-    "master/session": _COMMON + ["common/wire", "slave", _CORE + "render"] + _FRAMES,
+    "master/session": _COMMON + ["common/wire", "slave", _CORE + "integrate", _CORE + "scene"] + _FRAMES,
     "master/look": _COMMON + ["master/session"],
     # common/scene_io: camera files, which are small text and no scene.
     "master/commands": _COMMON + ["common/scene_io", "common/viewpoint", "master/look", "master/session"] + _FRAMES,
@@ -81,8 +91,8 @@ CONFINED = {
     "GLFW": (["GLFW/"], ["master/display/"]),
     "OpenGL": (["epoxy/", "GL/"], ["master/display/"]),
     "ImGui": (["imgui"], ["master/display/"]),
-    "Highway": (["hwy/"], ["slave/core/simd/", "slave/core/kernel/"]),
-    "TBB": (["tbb/", "oneapi/"], ["slave/core/parallel/", "slave/core/accel/"]),
+    "Highway": (["hwy/"], ["slave/core/simd/", "slave/core/kernels/"]),
+    "TBB": (["tbb/", "oneapi/"], ["slave/core/accel/"]),
     "toml++": (["toml++/"], ["master/commands/", "slave/"]),
 }
 # These may be included by one file per folder at most (the second is slow to compile, too).

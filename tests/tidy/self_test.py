@@ -30,14 +30,14 @@ class Walls(unittest.TestCase):
         self.assertEqual(self.findings({
             "common/base/a.h": HEADER,
             "common/math/a.h": HEADER + '#include "common/base/a.h"\n',
-            "slave/core/kernel/a-inl.h": HEADER + '#include <stdint.h>\n#include "hwy/highway.h"\n',
-            "tests/unit/a_test.cpp": '#include "slave/core/kernel/a-inl.h"\n#include "master/session/x.h"\n',
+            "slave/core/simd/a-inl.h": HEADER + '#include <stdint.h>\n#include "hwy/highway.h"\n',
+            "tests/unit/a_test.cpp": '#include "slave/core/simd/a-inl.h"\n#include "master/session/x.h"\n',
         }), [])
 
     def test_a_broken_arrow_is_red(self):
         self.expect({"common/base/a.h": HEADER + '#include "common/net/b.h"\n'}, "common/base/a.h:4", "common/net -> common/base")
         self.expect({"slave/core/accel/a.cpp": '#include "slave/core/render/b.h"\n'}, "slave/core/accel/a.cpp:1", "does not exist")
-        self.expect({"slave/core/render/a.cpp": '#include "common/net/b.h"\n'}, "slave/core/render/a.cpp:1", "does not exist")
+        self.expect({"slave/core/integrate/a.cpp": '#include "common/net/b.h"\n'}, "slave/core/integrate/a.cpp:1", "does not exist")
         self.expect({"master/schedule/a.cpp": '\n#include "slave/slave_node.h"\n'}, "master/schedule/a.cpp:2", "does not exist")
 
     def test_including_tests_is_red(self):
@@ -87,7 +87,7 @@ class Walls(unittest.TestCase):
         self.expect({"common/base/a.h": "// One.\n// Two.\n"}, "common/base/a.h:1", "#pragma once")
 
     def test_what_a_kernel_text_includes(self):
-        name = "slave/core/kernel/a-inl.h"
+        name = "slave/core/simd/a-inl.h"
         self.expect({name: HEADER + "#include <vector>\n"}, f"{name}:4", "<vector>"[1:-1])
         self.expect({name: HEADER + '#include "common/base/status.h"\n'}, f"{name}:4", "common/base/status.h")
 

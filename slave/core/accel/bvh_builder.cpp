@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "slave/core/accel/run_tasks.h"
 #include "slave/core/accel/sah_bins.h"
-#include "slave/core/accel/triangle_blocks.h"
-#include "slave/core/parallel/run_tasks.h"
+#include "slave/core/primitive/triangle/triangle_blocks.h"
 
 namespace tessera::core {
 namespace {

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "slave/core/accel/run_tasks.h"
 #include "slave/core/accel/sah_split.h"
-#include "slave/core/parallel/run_tasks.h"
 
 namespace tessera::core {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "slave/core/accel/kd_builder.h"
-#include "slave/core/accel/triangle_blocks.h"
+#include "slave/core/primitive/triangle/triangle_blocks.h"
 
 namespace tessera::core {
 namespace {

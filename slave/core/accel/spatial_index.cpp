@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "slave/core/accel/bvh_builder.h"
-#include "slave/core/accel/triangle_clipper.h"
+#include "slave/core/primitive/triangle/triangle_clipper.h"
 
 namespace tessera::core {
 namespace {

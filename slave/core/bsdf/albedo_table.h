@@ -1,5 +1,5 @@
 // How much light a single bounce on GGX microfacets keeps, by angle and roughness; what is missing
-// has met further facets, and the glossy BSDF puts it back (slave/core/kernel/glossy-inl.h).
+// has met further facets, and the glossy BSDF puts it back (slave/core/bsdf/glossy-inl.h).
 //
 // Computed at the first use in double from a fixed point set, with square roots only: the same bits
 // on every machine. 32 x 32 nodes; linear in roughness and in the root of the cosine, so that nodes
@@ -22,7 +22,7 @@ struct SpecularAlbedo {
 
 static_assert(sizeof(SpecularAlbedo) == 2 * sizeof(float));
 
-// One lookup, as the kernels do it (slave/core/kernel/microfacet-inl.h); cosine and roughness in [0, 1].
+// One lookup, as the kernels do it (slave/core/bsdf/microfacet-inl.h); cosine and roughness in [0, 1].
 SpecularAlbedo albedo_at(const AlbedoView& table, float cosine, float roughness);
 
 class AlbedoTable {
@@ -31,7 +31,7 @@ class AlbedoTable {
 
   static const AlbedoTable& shared();
 
-  // For lookups (slave/core/kernel/microfacet-inl.h).
+  // For lookups (slave/core/bsdf/microfacet-inl.h).
   AlbedoView view() const { return {&nodes_[0][0].scale, &means_[0].scale, kNodes}; }
 
  private:

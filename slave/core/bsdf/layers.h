@@ -1,5 +1,5 @@
 // Varnish and sheen on top of a surface, for what is asked one surface at a time; the kernels have them
-// whole (slave/core/kernel/layered-inl.h).
+// whole (slave/core/bsdf/layered-inl.h).
 // Threads. Pure functions.
 #pragma once
 

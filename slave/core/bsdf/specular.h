@@ -16,7 +16,7 @@
 //   thin     a sheet without inside: what it passes goes on in its direction, blurred as what it reflects
 //            is (KHR_materials_transmission).
 //
-// The others, diffuse and glossy, scatter a packet at a time (slave/core/kernel/glossy-inl.h). Paths go
+// The others, diffuse and glossy, scatter a packet at a time (slave/core/bsdf/glossy-inl.h). Paths go
 // against the light; BSDFs are reciprocal, so the names could be exchanged.
 //
 // The same bits on every processor and C library: arithmetic and square roots only.

@@ -4,13 +4,13 @@
 
 #include <cmath>
 
-#include "slave/core/geometry/surface_offset.h"
 #include "slave/core/light/light_set.h"
+#include "slave/core/surface/surface_offset.h"
 
 namespace tessera::core {
 
 // 0 below the outer cone, 1 within the inner; between them the square of what is linear in the cosine
-// (KHR_lights_punctual, "Inner and outer cone angles"). at_light() in gather-inl.h has the same.
+// (KHR_lights_punctual, "Inner and outer cone angles"). at_light() in vpl_gather-inl.h has the same.
 inline float spot_falloff(const Light& light, float cosine) {
   if (!(cosine > light.cos_outer)) return 0;
   if (cosine >= light.cos_inner) return 1;

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "common/scene/scene.h"
-#include "slave/core/geometry/triangle_store.h"
 #include "slave/core/light/feature.h"
 #include "slave/core/light/sky_map.h"
+#include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/surface/texture.h"
 
 namespace tessera::core {

@@ -39,7 +39,7 @@ class SkyMap {
   // Requires: power() > 0; 0 <= x, y < 1.
   Sample sample(Vec2f square) const;
   std::uint64_t memory_bytes() const;
-  // For packets (slave/core/kernel/sky-inl.h): samples as here, to the bit, and the radiance and density of
+  // For packets (slave/core/light/sky-inl.h): samples as here, to the bit, and the radiance and density of
   // directions. Requires: this outlives it.
   SkyView view() const;
 

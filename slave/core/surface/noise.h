@@ -3,7 +3,7 @@
 // cube). Gradients come from an integer hash instead of a table, so that it has no period. 0 beyond
 // 2^22 units from the origin, where floats have no fraction left to speak of, and for NaN.
 //
-// Many points at a time, and all octaves of them, fill the registers of slave/core/kernel/noise-inl.h.
+// Many points at a time, and all octaves of them, fill the registers of slave/core/surface/noise-inl.h.
 // The same bits on every processor and C library: arithmetic and floor only.
 //
 // Threads. Pure functions.

@@ -27,7 +27,7 @@ struct Surface {
   std::uint32_t sound_triangle = 0xffffffffu;  // number in the scene; none for slivers
   bool is_front = true;            // the viewer is where the geometric normal of the mesh points
   bool passes_only = false;        // of glass: see slave/core/bsdf/transmission.h
-  std::uint16_t lobes = kNoLobes;  // of its batch (slave/core/render/surface_batch.h)
+  std::uint16_t lobes = kNoLobes;  // of its batch (slave/core/scene/surface_batch.h)
 
   // The rest is left as it is here where the scene does not use it (SurfaceFeatures).
   Vec3f to_viewer;             // unit; set where the BSDF is not diffuse
@@ -38,7 +38,7 @@ struct Surface {
 };
 
 // Mirror and glass scatter into single directions: no light sample can meet them, so paths go
-// through them (slave/core/render/specular_chain.h) and never rest there.
+// through them (slave/core/integrate/specular_chain.h) and never rest there.
 inline bool is_specular(const Surface& s) {
   return s.bsdf == BsdfKind::kMirror || s.bsdf == BsdfKind::kGlass;
 }

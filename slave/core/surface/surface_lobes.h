@@ -23,7 +23,7 @@ inline bool has_coat(const Material& m) { return m.clearcoat.weight > 0; }
 inline bool has_sheen(const Material& m) { return !is_black(m.sheen.color); }
 inline bool is_stretched(const Material& m) { return m.anisotropy.strength > 0; }
 
-// Whether the plain glossy BSDF (slave/core/kernel/glossy-inl.h) does not have all that it asks for.
+// Whether the plain glossy BSDF (slave/core/bsdf/glossy-inl.h) does not have all that it asks for.
 inline bool has_lobes(const Material& m) {
   return m.bsdf == BsdfKind::kGlossy &&
          (m.specular_f90 != 1 || m.specular_texture.is_set() || m.specular_color_texture.is_set() ||

@@ -41,7 +41,7 @@ inline Vec2f mapped_uv(const TextureRef& ref, Vec2f uv) {
 }
 inline bool is_moved(const TextureRef& ref) { return ref.uv_map != TextureRef().uv_map; }
 
-// For lookups by the kernels, between levels (slave/core/kernel/texture-inl.h). Requires: the map
+// For lookups by the kernels, between levels (slave/core/surface/texture-inl.h). Requires: the map
 // outlives it and stays where it is.
 TextureView view_of(const MipMap& map);
 

@@ -2,7 +2,7 @@
 
 #include <bit>
 
-#include "slave/core/geometry/barycentric.h"
+#include "slave/core/primitive/triangle/barycentric.h"
 #include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {

@@ -13,8 +13,8 @@
 #include <memory>
 #include <vector>
 
-#include "slave/core/geometry/triangle_store.h"
-#include "slave/core/kernel/packet_layout.h"
+#include "slave/core/primitive/triangle/triangle_store.h"
+#include "slave/core/ray/packet_layout.h"
 #include "slave/core/surface/opacity.h"
 
 namespace tessera::core {

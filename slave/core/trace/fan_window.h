@@ -9,7 +9,7 @@
 #include <span>
 
 #include "common/math/vec3.h"
-#include "slave/core/kernel/packet_layout.h"
+#include "slave/core/ray/packet_layout.h"
 
 namespace tessera::core {
 

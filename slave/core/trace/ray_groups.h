@@ -10,7 +10,7 @@
 #include <span>
 
 #include "common/math/vec3.h"
-#include "slave/core/kernel/kernel_table.h"
+#include "slave/core/kernels/kernel_table.h"
 
 namespace tessera::core {
 

@@ -11,7 +11,7 @@
 #include <variant>
 
 #include "slave/core/accel/spatial_index.h"
-#include "slave/core/kernel/kernel_table.h"
+#include "slave/core/kernels/kernel_table.h"
 
 namespace tessera::core {
 

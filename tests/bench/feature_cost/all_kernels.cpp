@@ -1,5 +1,5 @@
 // The kernel of the table that slaves use, beside all the others.
-#include "slave/core/kernel/kernel_table.h"
+#include "slave/core/kernels/kernel_table.h"
 #include "tests/bench/feature_cost/kernels.h"
 
 namespace tessera::core {

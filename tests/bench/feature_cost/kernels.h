@@ -2,7 +2,7 @@
 // compiled alone.
 #pragma once
 
-#include "slave/core/kernel/packet_layout.h"
+#include "slave/core/ray/packet_layout.h"
 
 namespace tessera::core {
 

@@ -5,7 +5,7 @@
 
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/kd_index.h"
-#include "slave/core/geometry/triangle_store.h"
+#include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/simd/isa_support.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/bench/feature_cost/kernels.h"

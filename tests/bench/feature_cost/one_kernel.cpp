@@ -5,7 +5,7 @@
 #define HWY_TARGET_INCLUDE "tests/bench/feature_cost/one_kernel.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
-#include "slave/core/kernel/packet_call-inl.h"
+#include "slave/core/traverse/packet_call-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "slave/core/accel/bvh_builder.h"
-#include "slave/core/geometry/triangle_store.h"
+#include "slave/core/primitive/triangle/triangle_store.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {

@@ -7,7 +7,7 @@
 
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/kd_index.h"
-#include "slave/core/geometry/triangle_store.h"
+#include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/trace/fan_window.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/support/packets.h"

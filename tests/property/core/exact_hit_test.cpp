@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "slave/core/geometry/exact_hit_abi.h"
+#include "slave/core/primitive/triangle/exact_hit_abi.h"
 
 namespace tessera::core {
 namespace {

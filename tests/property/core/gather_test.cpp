@@ -9,7 +9,7 @@
 #include <memory>
 #include <random>
 
-#include "slave/core/geometry/surface_offset.h"
+#include "slave/core/surface/surface_offset.h"
 #include "slave/core/trace/ray_groups.h"
 #include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"

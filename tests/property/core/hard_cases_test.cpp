@@ -5,7 +5,7 @@
 #include <bit>
 #include <cmath>
 
-#include "slave/core/render/ray_caster.h"
+#include "slave/core/scene/ray_caster.h"
 #include "tests/support/hard_cases.h"
 #include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"

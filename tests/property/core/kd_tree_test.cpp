@@ -9,8 +9,8 @@
 #include <string>
 
 #include "slave/core/accel/kd_builder.h"
-#include "slave/core/accel/triangle_clipper.h"
-#include "slave/core/geometry/triangle_store.h"
+#include "slave/core/primitive/triangle/triangle_clipper.h"
+#include "slave/core/primitive/triangle/triangle_store.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {

@@ -12,9 +12,9 @@
 
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/kd_index.h"
-#include "slave/core/accel/triangle_clipper.h"
-#include "slave/core/geometry/exact_hit_abi.h"
-#include "slave/core/geometry/triangle_store.h"
+#include "slave/core/primitive/triangle/exact_hit_abi.h"
+#include "slave/core/primitive/triangle/triangle_clipper.h"
+#include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"

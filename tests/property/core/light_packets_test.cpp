@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/math/rounding.h"
-#include "slave/core/kernel/kernel_table.h"
+#include "slave/core/kernels/kernel_table.h"
 #include "slave/core/light/light_sampling.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "tests/support/packets.h"

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "slave/core/accel/bvh_builder.h"
-#include "slave/core/geometry/triangle_store.h"
+#include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"

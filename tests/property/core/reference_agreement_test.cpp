@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "slave/core/render/prepared_scene_impl.h"
+#include "slave/core/scene/prepared_scene_impl.h"
 #include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "slave/core/kernel/kernel_table.h"
+#include "slave/core/kernels/kernel_table.h"
 #include "slave/core/light/sky_map.h"
 #include "tests/support/packets.h"
 #include "tests/support/plain_sky.h"

@@ -9,10 +9,10 @@
 #include <random>
 #include <set>
 
-#include "slave/core/render/camera_packet.h"
-#include "slave/core/render/met_surfaces.h"
-#include "slave/core/render/sample_dimensions.h"
+#include "slave/core/integrate/camera_packet.h"
+#include "slave/core/sampling/sample_dimensions.h"
 #include "slave/core/sampling/sample_sequence.h"
+#include "slave/core/scene/met_surfaces.h"
 #include "tests/support/packets.h"
 #include "tests/support/plain_surface.h"
 #include "tests/support/test_meshes.h"

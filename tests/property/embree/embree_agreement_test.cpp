@@ -8,7 +8,7 @@
 #include <memory>
 #include <random>
 
-#include "slave/core/render/prepared_scene_impl.h"
+#include "slave/core/scene/prepared_scene_impl.h"
 #include "tests/support/packets.h"
 #include "tests/support/test_meshes.h"
 

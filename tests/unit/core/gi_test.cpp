@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "slave/core/kernel/kernel_table.h"
-#include "slave/core/render/gi_tile.h"
-#include "slave/core/render/vpl_set.h"
+#include "slave/core/integrate/igi/gi_tile.h"
+#include "slave/core/integrate/igi/vpl_set.h"
+#include "slave/core/kernels/kernel_table.h"
 #include "tests/support/packets.h"
 #include "tests/support/render.h"
 #include "tests/support/test_meshes.h"

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "slave/core/kernel/kernel_table.h"
-#include "slave/core/render/tile_renderer.h"
+#include "slave/core/integrate/tile_renderer.h"
+#include "slave/core/kernels/kernel_table.h"
 
 namespace tessera::core {
 namespace {

@@ -1,5 +1,5 @@
 // Rays that surfaces scatter: each has a density that its light can be weighed by.
-#include "slave/core/render/scattered_rays.h"
+#include "slave/core/integrate/scattered_rays.h"
 
 #include <gtest/gtest.h>
 

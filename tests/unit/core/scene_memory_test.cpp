@@ -10,7 +10,7 @@
 #include <random>
 
 #include "common/scene/scene_footprint.h"
-#include "slave/core/render/prepared_scene.h"
+#include "slave/core/scene/prepared_scene.h"
 
 namespace tessera::core {
 namespace {

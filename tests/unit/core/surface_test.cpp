@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "slave/core/geometry/surface_offset.h"
+#include "slave/core/surface/surface_offset.h"
 #include "slave/core/surface/texture.h"
 #include "tests/support/packets.h"
 #include "tests/support/plain_surface.h"

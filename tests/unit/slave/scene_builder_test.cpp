@@ -5,7 +5,7 @@
 
 #include "common/base/bounded_queue.h"
 #include "common/scene/scene.h"
-#include "slave/core/render/prepared_scene_impl.h"
+#include "slave/core/scene/prepared_scene_impl.h"
 
 namespace tessera::slave {
 namespace {

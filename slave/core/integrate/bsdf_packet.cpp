@@ -1,0 +1,88 @@
+#include "slave/core/integrate/bsdf_packet.h"
+
+#include "slave/core/bsdf/albedo_table.h"
+#include "slave/core/bsdf/sheen_table.h"
+#include "slave/core/simd/axis_arrays.h"
+
+namespace tessera::core {
+namespace {
+
+LobeTables lobe_tables() { return {AlbedoTable::shared().view(), SheenTable::shared().view()}; }
+
+}  // namespace
+
+int BsdfPacket::add(Vec3f shading_normal) {
+  const int i = points_.count++;
+  put_vector(shading_normal, points_.normal, i);
+  return i;
+}
+
+int BsdfPacket::add_diffuse(Vec3f shading_normal, Vec2f square) {
+  const int i = add(shading_normal);
+  points_.square[0][i] = square.x;
+  points_.square[1][i] = square.y;
+  return i;
+}
+
+void BsdfPacket::put_glossy(const Surface& s, int i) {
+  put_vector(s.to_viewer, points_.to_viewer, i);
+  put_vector(s.albedo, points_.albedo, i);
+  put_vector(s.material->specular, points_.specular, i);
+  points_.roughness[i] = s.roughness;
+  points_.metalness[i] = s.metalness;
+}
+
+int BsdfPacket::add_glossy(const Surface& s, Vec2f square) {
+  const int i = add_diffuse(s.shading_normal, square);
+  put_glossy(s, i);
+  return i;
+}
+
+int BsdfPacket::add_glossy(const Surface& s, Vec3f to_light) {
+  const int i = add(s.shading_normal);
+  put_glossy(s, i);
+  put_vector(to_light, points_.direction, i);
+  return i;
+}
+
+void BsdfPacket::put_lobes(const SurfaceLobes& lobes, int i) {
+  if (lobes_ == nullptr) lobes_ = std::make_unique<LobePoints>();
+  LobePoints& to = *lobes_;
+  put_vector(lobes.specular, points_.specular, i);
+  to.specular_f90[i] = lobes.specular_f90;
+  to.coat[i] = lobes.coat;
+  to.coat_roughness[i] = lobes.coat_roughness;
+  put_vector(lobes.coat_normal, to.coat_normal, i);
+  put_vector(lobes.sheen, to.sheen, i);
+  to.sheen_roughness[i] = lobes.sheen_roughness;
+  to.stretch[i] = lobes.stretch;
+  put_vector(lobes.tangent, to.tangent, i);
+}
+
+int BsdfPacket::add_layered(const Surface& s, const SurfaceLobes& lobes, Vec2f square) {
+  const int i = add_glossy(s, square);
+  put_lobes(lobes, i);
+  return i;
+}
+
+int BsdfPacket::add_layered(const Surface& s, const SurfaceLobes& lobes, Vec3f to_light) {
+  const int i = add_glossy(s, to_light);
+  put_lobes(lobes, i);
+  return i;
+}
+
+void BsdfPacket::sample_layered(const KernelTable& kernels) {
+  kernels.sample_layered(lobe_tables(), *lobes_, points_);
+}
+void BsdfPacket::evaluate_layered(const KernelTable& kernels) {
+  kernels.evaluate_layered(lobe_tables(), *lobes_, points_);
+}
+void BsdfPacket::sample_diffuse(const KernelTable& kernels) { kernels.sample_diffuse(points_); }
+void BsdfPacket::sample_glossy(const KernelTable& kernels) {
+  kernels.sample_glossy(AlbedoTable::shared().view(), points_);
+}
+void BsdfPacket::evaluate_glossy(const KernelTable& kernels) {
+  kernels.evaluate_glossy(AlbedoTable::shared().view(), points_);
+}
+
+}  // namespace tessera::core

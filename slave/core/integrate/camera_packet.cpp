@@ -1,0 +1,98 @@
+#include "slave/core/integrate/camera_packet.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "slave/core/sampling/sample_dimensions.h"
+#include "slave/core/sampling/sample_sequence.h"
+#include "slave/core/trace/fan_window.h"
+
+namespace tessera::core {
+namespace {
+
+constexpr int kShapes = 7;
+
+// 2^wide pixels in a row. Runs of 4, 8, 16 rays are 2x2, 4x2, 4x4 pixels as far as that goes: bits of
+// the ray's number are the column's and the row's in turns, and then those of the longer side.
+constexpr PacketShape make_shape(int wide) {
+  const int high = kShapes - 1 - wide;
+  PacketShape shape{};
+  shape.width_px = 1 << wide;
+  shape.height_px = 1 << high;
+  for (int ray = 0; ray < kPacketRays; ++ray) {
+    int columns = 0, rows = 0;
+    for (int bit = 0; bit < kShapes - 1; ++bit) {
+      const bool is_column = columns < wide && (columns <= rows || rows == high);
+      const int value = ray >> bit & 1;
+      if (is_column) {
+        shape.column[ray] |= value << columns++;
+      } else {
+        shape.row[ray] |= value << rows++;
+      }
+    }
+  }
+  return shape;
+}
+
+constexpr std::array<PacketShape, kShapes> kPacketShapes{
+    make_shape(0), make_shape(1), make_shape(2), make_shape(3),
+    make_shape(4), make_shape(5), make_shape(6)};
+
+// The squarest whose shorter side is no longer than it need be.
+const PacketShape& shape_for(const TileRect& part) {
+  const auto covering = [](int px) {
+    int bits = 0;
+    while (bits < 3 && (1 << bits) < px) ++bits;
+    return bits;
+  };
+  const int wide = covering(part.width_px), high = covering(part.height_px);
+  return kPacketShapes[static_cast<std::size_t>(wide <= high ? wide : kShapes - 1 - high)];
+}
+
+}  // namespace
+
+void CameraPacket::begin(const FrameSettings& settings, const CameraRays& camera,
+                         const SceneTracer& tracer) {
+  settings_ = &settings;
+  camera_ = &camera;
+  tracer_ = &tracer;
+  for (int a = 0; a < 3; ++a) rays.origin[a] = camera.origin()[a];
+  rays.t_min = 0;
+  std::fill_n(rays.t_max, kPacketRays, std::numeric_limits<float>::infinity());
+}
+
+RayCone CameraPacket::cone() const {
+  const auto samples = static_cast<float>(settings_->samples_per_pixel);
+  return {0, camera_->pixel_spread() / std::sqrt(samples)};
+}
+
+void CameraPacket::enter(const TileRect& part) {
+  part_ = part;
+  shape_ = &shape_for(part);
+  rays.entry = nullptr;
+  const double left = part.x_px, right = left + part.width_px;
+  const double top = part.y_px, bottom = top + part.height_px;
+  const Vec3f corners[] = {camera_->direction(left, top), camera_->direction(right, top),
+                           camera_->direction(left, bottom), camera_->direction(right, bottom)};
+  const std::optional<FanWindow> window = fan_window(camera_->origin(), corners);
+  if (!window) return;
+  tracer_->enter(*window, entry_);
+  rays.entry = &entry_;
+}
+
+void CameraPacket::set(int x_px, int y_px, std::uint32_t sample) {
+  const SequencePoint point(sequence_index(*settings_, sample));
+  const PixelSample one{frame_seed(settings_->seed),
+                        {point.x_bits(), point.y_bits()},
+                        kDimensionLens,
+                        kDimensionLight,
+                        settings_->samples_per_pixel == 1 && settings_->pass == 0};
+  const PacketPixels pixels{shape_, x_px, y_px, part_.x_px + part_.width_px,
+                            part_.y_px + part_.height_px};
+  tracer_->kernels().camera_rays(camera_->view(), one, pixels, rays, key);
+}
+
+}  // namespace tessera::core

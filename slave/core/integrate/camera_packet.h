@@ -1,0 +1,51 @@
+// Camera rays of 64 pixels as a fan, and where the fans of a larger part of the picture begin. The
+// pixels are 8x8; of parts less than that wide or high they are a strip, so that the border of a
+// block costs rays and not packets.
+//
+// Threads. One object per thread.
+#pragma once
+
+#include "common/frame/frame_settings.h"
+#include "common/frame/tile_grid.h"
+#include "slave/core/camera/camera_rays.h"
+#include "slave/core/surface/ray_cone.h"
+#include "slave/core/trace/scene_tracer.h"
+
+namespace tessera::core {
+
+class CameraPacket {
+ public:
+  FanPacket rays;
+  alignas(64) std::uint32_t key[kPacketRays];  // pixel_key() of the pixels, for light
+
+  // Keeps references until the next call. Requires: all outlive the calls of set().
+  void begin(const FrameSettings& settings, const CameraRays& camera, const SceneTracer& tracer);
+  // Of each ray: a sample's share of a pixel.
+  RayCone cone() const;
+  // Finds where the packets of a part of the picture begin, all samples of them. One of 32 x 32
+  // pixels has measured best. Keeps the part.
+  void enter(const TileRect& part);
+  // Pixels of a packet, whether they lie in the part or not.
+  int width_px() const { return shape_->width_px; }
+  int height_px() const { return shape_->height_px; }
+  int column(int ray) const { return shape_->column[ray]; }
+  int row(int ray) const { return shape_->row[ray]; }
+  // Rays through the pixels of the packet whose corner is (x, y), as far as they lie in the part.
+  // Requires: enter() was called.
+  void set(int x_px, int y_px, std::uint32_t sample);
+
+ private:
+  const FrameSettings* settings_ = nullptr;
+  const CameraRays* camera_ = nullptr;
+  const SceneTracer* tracer_ = nullptr;
+  const PacketShape* shape_ = nullptr;
+  TileRect part_;
+  FanEntry entry_;
+};
+
+// Number of a pixel's sample in its sequence: passes go on where the one before has ended.
+inline std::uint32_t sequence_index(const FrameSettings& settings, std::uint32_t sample) {
+  return settings.pass * static_cast<std::uint32_t>(settings.samples_per_pixel) + sample;
+}
+
+}  // namespace tessera::core

@@ -1,0 +1,31 @@
+// What the tiles of one frame share beyond the scene: its VPLs, made by the first tile that needs
+// them.
+//
+// Threads. Any; the first call of vpls() works, others wait for it.
+#pragma once
+
+#include <mutex>
+#include <optional>
+
+#include "slave/core/integrate/igi/vpl_set.h"
+
+namespace tessera::core {
+
+class FrameLight {
+ public:
+  // Requires: the same arguments at each call. Returns: rays traced by this call in ray_count.
+  const VplSets& vpls(const PreparedScene::Impl& scene, const SceneTracer& tracer,
+                      const FrameSettings& settings, std::uint64_t& ray_count) {
+    std::call_once(once_, [&] {
+      sets_.emplace(scene, tracer, settings);
+      ray_count += sets_->ray_count();
+    });
+    return *sets_;
+  }
+
+ private:
+  std::once_flag once_;
+  std::optional<VplSets> sets_;
+};
+
+}  // namespace tessera::core

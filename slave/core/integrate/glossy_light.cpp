@@ -1,0 +1,64 @@
+#include "slave/core/integrate/glossy_light.h"
+
+#include <algorithm>
+
+namespace tessera::core {
+namespace {
+
+// Apart from those of light samples (direct_light.cpp).
+constexpr std::uint32_t kDimensionGlossy = 0x80000003u;
+
+}  // namespace
+
+void GlossyLight::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int samples,
+                        const std::atomic<bool>* is_cancelled) {
+  scene_ = &scene;
+  samples_ = samples;
+  is_cancelled_ = is_cancelled;
+  if (!rays_) rays_ = std::make_unique<ScatteredRays>();
+  rays_->begin(scene, tracer);
+}
+
+std::uint64_t GlossyLight::add(const SurfaceBatch& batch, Vec3f* radiance) {
+  std::uint64_t traced = 0;
+  const auto samples = static_cast<std::uint32_t>(samples_);
+  for (std::uint32_t j = 0; j < samples; ++j) {
+    if (is_cancelled_ != nullptr && is_cancelled_->load(std::memory_order_relaxed)) break;
+    rays_->clear();
+    for (int i = 0; i < batch.count; ++i) {
+      if (batch.surface[i].bsdf != BsdfKind::kGlossy) continue;
+      rays_->ask(i, batch.key[i]);
+    }
+    rays_->scatter(batch, kDimensionGlossy, batch.sample_index * samples + j);
+    trace(radiance);
+    traced += static_cast<std::uint64_t>(rays_->count);
+  }
+  return traced;
+}
+
+void GlossyLight::trace(Vec3f* radiance) {
+  const float each = 1 / static_cast<float>(samples_);
+  Surface met_by[kPacketRays];
+  Surface* to[kPacketRays];
+  for (int i = 0; i < kPacketRays; ++i) to[i] = &met_by[i];
+  int numbers[kPacketRays];
+  for (int first = 0; first < rays_->count; first += kPacketRays) {
+    const int n = std::min(kPacketRays, rays_->count - first);
+    for (int i = 0; i < n; ++i) numbers[i] = first + i;
+    const std::uint64_t met = rays_->trace(numbers, n);
+    rays_->meet(met, to, nullptr);
+    rays_->look_at_sky(bits_below(n) & ~met);
+    for (int i = 0; i < n; ++i) {
+      Vec3f light;
+      if ((met >> i & 1u) == 0) {
+        light = rays_->sky_met(i);
+      } else if (!is_black(met_by[i].emission)) {
+        light = rays_->emission_met(i, met_by[i], scene_->lights.is_shared_out());
+      }
+      Vec3f& sum = radiance[rays_->pixel[first + i]];
+      sum = sum + light * each;
+    }
+  }
+}
+
+}  // namespace tessera::core

@@ -1,0 +1,130 @@
+#include "slave/core/integrate/igi/clamp_residual.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "slave/core/integrate/bsdf_packet.h"
+#include "slave/core/integrate/path_tracer.h"
+#include "slave/core/sampling/sample_sequence.h"
+#include "slave/core/scene/met_surfaces.h"
+
+namespace tessera::core {
+namespace {
+
+// Keys of a pixel that no path uses.
+static_assert(kPacketRays <= kSamplePoints && kPacketRays <= BsdfPacket::kMax);
+constexpr std::uint32_t kDimensionRay = 0x10000001u, kDimensionPath = 0x10000003u;
+
+}  // namespace
+
+struct ClampResidual::Scratch {
+  PathTracer paths;
+  SurfaceBatch batch;  // what the rays have met; pixel: number of the point
+  Vec3f light[kGatherMax];
+  SamplePoints samples{};
+  BsdfPacket directions;
+  RayPacket rays;
+  PacketHits hits;
+  MetSurfaces met;
+  SurfaceBatch arrived;  // of a packet
+  Surface* surface_at[kPacketRays];
+};
+
+ClampResidual::ClampResidual() : scratch_(std::make_unique<Scratch>()) {
+  for (int i = 0; i < kPacketRays; ++i) scratch_->surface_at[i] = &scratch_->arrived.surface[i];
+}
+ClampResidual::~ClampResidual() = default;
+
+void ClampResidual::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
+                          const GeometryBounds& bounds, int bounces,
+                          const std::atomic<bool>* is_cancelled) {
+  scene_ = &scene;
+  tracer_ = &tracer;
+  bounds_ = bounds;
+  bounces_ = bounces;
+  scratch_->met.begin(scene, tracer.kernels());
+  scratch_->batch.begin(scene.features.has_lobes);
+  scratch_->arrived.begin(scene.features.has_lobes);
+  scratch_->paths.begin(scene, tracer, std::max(0, bounces_ - 1), is_cancelled);
+  std::fill_n(scratch_->rays.t_min, kPacketRays, 0.0f);
+  std::fill_n(scratch_->rays.t_max, kPacketRays, 1 / std::sqrt(bounds_.vpl));
+}
+
+RayCounts ClampResidual::add(GatherPoints& points, std::uint32_t sequence_index) {
+  Scratch& s = *scratch_;
+  RayCounts counts;
+  s.batch.count = 0;
+  s.batch.sample_index = sequence_index;
+  std::fill_n(s.light, points.count, Vec3f{});
+  for (int first = 0; first < points.count; first += kPacketRays) {
+    follow(points, first, std::min(kPacketRays, points.count - first));
+    counts.secondary += static_cast<std::uint64_t>(std::popcount(s.rays.active));
+  }
+  if (bounces_ > 0 && s.batch.count > 0) counts += s.paths.add(s.batch, s.light);
+  for (int i = 0; i < points.count; ++i) {
+    for (int c = 0; c < 3; ++c) points.light[c][i] += s.light[i][c];
+  }
+  return counts;
+}
+
+void ClampResidual::follow(const GatherPoints& points, int first, int count) {
+  Scratch& s = *scratch_;
+  s.samples.count = count;
+  std::copy_n(points.key + first, count, s.samples.key);
+  tracer_->kernels().sample_points(kDimensionRay, s.batch.sample_index, s.samples);
+  s.directions.clear();
+  for (int i = 0; i < count; ++i) {
+    const int p = first + i;
+    s.directions.add_diffuse({points.shading[0][p], points.shading[1][p], points.shading[2][p]},
+                             {s.samples.square[0][i], s.samples.square[1][i]});
+  }
+  s.directions.sample_diffuse(tracer_->kernels());
+  s.rays.active = 0;
+  for (int i = 0; i < count; ++i) {
+    const int p = first + i;
+    const Vec3f normal{points.normal[0][p], points.normal[1][p], points.normal[2][p]};
+    const Vec3f direction = s.directions.direction(i);
+    if (!(dot(direction, normal) > 0)) continue;
+    for (int a = 0; a < 3; ++a) {
+      s.rays.origin[a][i] = points.point[a][p] + normal[a] * points.offset[p];
+      s.rays.direction[a][i] = direction[a];
+    }
+    s.rays.active |= std::uint64_t{1} << i;
+  }
+  tracer_->closest(s.rays, s.hits);
+  s.met.find(s.rays, s.hits);
+  arrive(points, first);
+}
+
+// Of the packet from that point on.
+void ClampResidual::arrive(const GatherPoints& points, int first) {
+  Scratch& s = *scratch_;
+  const PacketPoints& at = s.met.points();
+  float geometry[kPacketRays];
+  std::uint64_t beyond = 0;  // what the bound has weakened
+  for (std::uint64_t left = at.met; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left), p = first + i;
+    const Vec3f shading{points.shading[0][p], points.shading[1][p], points.shading[2][p]};
+    const Vec3f normal{at.normal[0][i], at.normal[1][i], at.normal[2][i]};
+    const Vec3f direction{s.rays.direction[0][i], s.rays.direction[1][i], s.rays.direction[2][i]};
+    geometry[i] =
+        dot(shading, direction) * -dot(normal, direction) / (at.distance[i] * at.distance[i]);
+    if (geometry[i] > bounds_.vpl) beyond |= std::uint64_t{1} << i;
+  }
+  s.met.make(beyond, nullptr, s.surface_at, &s.arrived);
+  for (; beyond != 0; beyond &= beyond - 1) {
+    const int i = std::countr_zero(beyond), p = first + i;
+    Surface& y = s.arrived.surface[i];
+    if (geometry[i] > bounds_.emitter)
+      s.light[p] = s.light[p] + y.emission * (1 - bounds_.emitter / geometry[i]);
+    if (is_specular(y)) continue;  // no VPL is there
+    y.weight = y.weight * (1 - bounds_.vpl / geometry[i]);
+    SurfaceBatch& batch = s.batch;
+    s.arrived.key[i] = hash_combine(points.key[p], kDimensionPath);
+    s.arrived.pixel[i] = static_cast<std::uint16_t>(p);
+    batch.add(s.arrived, i);
+  }
+}
+
+}  // namespace tessera::core

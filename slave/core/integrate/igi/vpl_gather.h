@@ -1,0 +1,53 @@
+// Light of VPLs at a batch of points: shadow rays of one VPL after the other, all of them leaving
+// the VPL, in groups by where they go, seen from it (Benthin, thesis, section 9.3). A point sums
+// over VPLs in their order, whatever its neighbours do.
+//
+// Threads. One object per thread; holds the shadow rays as scratch memory.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+
+#include "slave/core/light/gather_layout.h"
+#include "slave/core/trace/scene_tracer.h"
+
+namespace tessera::core {
+
+// Of the geometry term of VPLs and of points of area lights, 1 / area.
+struct GeometryBounds {
+  float vpl = std::numeric_limits<float>::infinity();
+  float emitter = std::numeric_limits<float>::infinity();
+  bool has_any() const { return vpl < std::numeric_limits<float>::infinity(); }
+};
+
+class VplGather {
+ public:
+  VplGather();
+
+  // Keeps the references until the next call.
+  void begin(const SceneTracer& tracer, const GeometryBounds& bounds,
+             const std::atomic<bool>* is_cancelled);
+
+  // Adds to points.light what every `stride`-th VPL from number `first` on sheds, times `weight`.
+  // Requires: KernelTable::bound_points(points) after they were last changed. Returns: shadow rays traced.
+  std::uint64_t add(std::span<const LightPoint> vpls, std::size_t first, std::size_t stride,
+                    float weight, GatherPoints& points);
+
+ private:
+  std::uint64_t add_one(LightPoint light, GatherPoints& points);
+  void trace_fans(const LightPoint& light);
+  void trace_parallel(const LightPoint& light, const GatherPoints& points);
+  void darken(std::uint64_t blocked, int group);
+
+  const SceneTracer* tracer_ = nullptr;
+  GeometryBounds bounds_;
+  const std::atomic<bool>* is_cancelled_ = nullptr;
+  std::unique_ptr<GatherRays> rays_;
+  FanPacket fan_;
+  RayPacket packet_;
+};
+
+}  // namespace tessera::core

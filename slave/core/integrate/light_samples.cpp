@@ -1,0 +1,219 @@
+#include "slave/core/integrate/light_samples.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "slave/core/light/light_sampling.h"
+#include "slave/core/simd/axis_arrays.h"
+
+namespace tessera::core {
+namespace {
+
+constexpr float kInvPi = 0.318309886f;
+// Apart from those of the emitters, which have even numbers, one for each.
+constexpr std::uint32_t kEnvironmentDimension = 0x80000001u;
+
+// The cosine at the surface, zero where either normal says that the light is behind it: an
+// interpolated normal may not let light through the surface.
+float cosine_at(const Surface& s, Vec3f to_light) {
+  if (!(dot(s.normal, to_light) > 0)) return 0;
+  const float c = dot(s.shading_normal, to_light);
+  return c > 0 ? c : 0;
+}
+
+bool is_usable(Vec3f c) { return is_finite(c) && (c.x > 0 || c.y > 0 || c.z > 0); }
+
+// One packet of them all.
+static_assert(kLitPoints == kSamplePoints && kLitPoints == kPacketRays &&
+              kLitPoints == BsdfPacket::kMax && kBatchMax % kLitPoints == 0);
+
+}  // namespace
+
+void LightSamples::begin(const PreparedScene::Impl& scene, const KernelTable& kernels,
+                         const Options& options) {
+  scene_ = &scene;
+  kernels_ = &kernels;
+  options_ = options;
+  sky_.begin(scene.lights, kernels);
+}
+
+// What surfaces send to their pixels of what arrives, if nothing is in the way: from `arriving` to
+// `contribution`, times the share of light samples among two ways to find it (the balance heuristic).
+// Diffuse surfaces that stand alone send out no rays of their own.
+void LightSamples::respond(const SurfaceBatch& batch) {
+  const auto settle = [&](int i, Vec3f times_pi, float density) {
+    const Arriving& a = arriving_[i];
+    const float share = density > 0 && a.density > 0 ? a.density / (a.density + density) : 1;
+    contribution[i] = times_pi * batch.surface[i].weight * share * a.light * a.strength;
+    is_active[i] = is_usable(contribution[i]);
+  };
+  const auto settle_all = [&](Waiting& waiting) {
+    BsdfPacket& packet = waiting.packet;
+    if (&waiting == &layered_)
+      packet.evaluate_layered(*kernels_);
+    else
+      packet.evaluate_glossy(*kernels_);
+    for (int k = 0; k < packet.count(); ++k)
+      settle(waiting.surface[k], packet.times_pi(k), packet.density(k));
+    packet.clear();
+  };
+  glossy_.packet.clear();
+  layered_.packet.clear();
+  for (int i = 0; i < batch.count; ++i) {
+    if (!is_active[i]) continue;
+    const Surface& s = batch.surface[i];
+    const Vec3f to_light = arriving_[i].to_light;
+    if (s.bsdf == BsdfKind::kDiffuse) {
+      settle(i, s.albedo, options_.is_alone ? 0 : dot(s.shading_normal, to_light) * kInvPi);
+      continue;
+    }
+    const bool is_plain = s.lobes == kNoLobes;
+    Waiting& waiting = is_plain ? glossy_ : layered_;
+    waiting.surface[is_plain ? waiting.packet.add_glossy(s, to_light)
+                             : waiting.packet.add_layered(s, batch.lobes[s.lobes], to_light)] = i;
+    if (waiting.packet.count() == BsdfPacket::kMax) settle_all(waiting);
+  }
+  if (glossy_.packet.count() > 0) settle_all(glossy_);
+  if (layered_.packet.count() > 0) settle_all(layered_);
+}
+
+void LightSamples::of_light(const SurfaceBatch& batch, const Light& light) {
+  clear(batch.count);
+  for (int i = 0; i < batch.count; ++i) {
+    const Surface& s = batch.surface[i];
+    if (light.kind == LightKind::kDirectional) {
+      const Vec3f to_light = -light.direction;
+      put(i, {to_light, light.intensity, kInvPi * cosine_at(s, to_light), 0});
+      start[i] = s.point + s.normal * s.offset;
+      direction[i] = to_light;
+    } else {
+      const Vec3f away = light.position - s.point;
+      const float distance2 = dot(away, away);
+      const Vec3f to_light = away * (1 / std::sqrt(distance2));
+      float strength = cosine_at(s, to_light) / distance2;
+      if (light.kind == LightKind::kSpot)
+        strength *= spot_falloff(light, -dot(light.direction, to_light));
+      put(i, {to_light, light.intensity, kInvPi * strength, 0});
+      start[i] = s.point;
+      direction[i] = away;
+    }
+  }
+  respond(batch);
+}
+
+void LightSamples::hold(const SurfaceBatch& batch) {
+  for (int i = 0; i < batch.count; ++i) {
+    const Surface& s = batch.surface[i];
+    LitSurfaces& lit = lit_[i / kLitPoints];
+    const int lane = i % kLitPoints;
+    put_vector(s.point, lit.point, lane);
+    put_vector(s.normal, lit.normal, lane);
+    put_vector(s.shading_normal, lit.shading_normal, lane);
+    lit.offset[lane] = s.offset;
+  }
+}
+
+void LightSamples::of_emitter(const SurfaceBatch& batch, std::uint32_t emitter,
+                              std::uint32_t sample) {
+  clear(batch.count);
+  if (!options_.picks_emitters) {
+    for (int i = 0; i < kLitPoints; ++i) put_emitter(scene_->lights.emitters[emitter], i);
+  }
+  for (int first = 0; first < batch.count; first += kLitPoints)
+    sample_emitters(batch, first, emitter, sample);
+  respond(batch);
+}
+
+// Of the surfaces from `first` on.
+void LightSamples::sample_emitters(const SurfaceBatch& batch, int first, std::uint32_t round,
+                                   std::uint32_t sample) {
+  const LightSet& lights = scene_->lights;
+  EmitterSamples& e = emitters_;
+  draw(batch, first, 2 * round, sample);
+  const int n = e.count = samples_.count;
+  e.samples = static_cast<float>(options_.samples);
+  std::memcpy(e.square, samples_.square, sizeof(e.square));
+  for (int i = 0; i < n && options_.picks_emitters; ++i)
+    put_emitter(lights.pick(e.square[0][i], e.square[0][i]), i);
+  kernels_->emitter_samples(lit_[first / kLitPoints], e);
+  for (int i = 0; i < n; ++i) {
+    if (!(e.strength[i] > 0)) continue;
+    const int s = first + i;
+    put(s, {vector_at(e.to_light, i), lights.emission_at(*emitter_[i], e.u[i], e.v[i]),
+            e.strength[i], e.density[i]});
+    start[s] = vector_at(e.start, i);
+    direction[s] = vector_at(e.direction, i);
+  }
+}
+
+void LightSamples::put_emitter(const Emitter& emitter, int i) {
+  EmitterSamples& e = emitters_;
+  emitter_[i] = &emitter;
+  put_vector(emitter.a, e.a, i);
+  put_vector(emitter.edge_b, e.edge_b, i);
+  put_vector(emitter.edge_c, e.edge_c, i);
+  put_vector(emitter.normal, e.emitter_normal, i);
+  e.area[i] = emitter.area;
+  e.chance[i] = options_.picks_emitters ? emitter.share : 1;
+}
+
+void LightSamples::of_sky(const SurfaceBatch& batch, std::uint32_t sample) {
+  clear(batch.count);
+  sky_.has_map() ? sample_map(batch, sample) : sample_even_sky(batch, sample);
+  respond(batch);
+  for (int i = 0; i < batch.count; ++i) {
+    const Surface& s = batch.surface[i];
+    start[i] = s.point + s.normal * s.offset;
+    direction[i] = arriving_[i].to_light;
+  }
+}
+
+// Points of the sequence for the surfaces from `first` on, a packet of them.
+void LightSamples::draw(const SurfaceBatch& batch, int first, std::uint32_t dimension,
+                        std::uint32_t sample) {
+  SamplePoints& points = samples_;
+  points.count = std::min(kSamplePoints, batch.count - first);
+  std::copy_n(batch.key + first, points.count, points.key);
+  kernels_->sample_points(dimension, sample, points);
+}
+
+// An even sky is for diffuse surfaces: directions of density cosine / pi leave the albedo as the
+// weight of what they meet. One that an interpolated normal has put below the surface sees nothing.
+void LightSamples::sample_even_sky(const SurfaceBatch& batch, std::uint32_t sample) {
+  const float each = 1 / static_cast<float>(options_.samples);
+  for (int first = 0; first < batch.count; first += BsdfPacket::kMax) {
+    const int end = std::min(first + BsdfPacket::kMax, batch.count);
+    BsdfPacket& packet = glossy_.packet;  // free until the response
+    packet.clear();
+    draw(batch, first, kEnvironmentDimension, sample);
+    for (int i = first; i < end; ++i) {
+      const auto& square = samples_.square;
+      packet.add_diffuse(batch.surface[i].shading_normal,
+                         {square[0][i - first], square[1][i - first]});
+    }
+    packet.sample_diffuse(*kernels_);
+    for (int i = first; i < end; ++i) {
+      const Vec3f to_sky = packet.direction(i - first);
+      const Surface& s = batch.surface[i];
+      if (s.bsdf == BsdfKind::kDiffuse && dot(s.normal, to_sky) > 0)
+        put(i, {to_sky, scene_->lights.environment, each, 0});
+    }
+  }
+}
+
+// A map is sampled for all.
+void LightSamples::sample_map(const SurfaceBatch& batch, std::uint32_t sample) {
+  const float each = 1 / static_cast<float>(options_.samples);
+  for (int first = 0; first < batch.count; first += kPacketRays) {
+    draw(batch, first, kEnvironmentDimension, sample);
+    sky_.sample(samples_);
+    for (int i = 0; i < samples_.count; ++i) {
+      const SkyMap::Sample sky = sky_.drawn(i);
+      const float strength = cosine_at(batch.surface[first + i], sky.direction) * sky.angle;
+      put(first + i, {sky.direction, sky.radiance * scene_->lights.environment,
+                      strength * kInvPi * each, 1 / sky.angle});
+    }
+  }
+}
+
+}  // namespace tessera::core

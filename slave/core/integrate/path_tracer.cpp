@@ -1,0 +1,88 @@
+#include "slave/core/integrate/path_tracer.h"
+
+#include <algorithm>
+
+#include "slave/core/ray/ray_bits.h"
+#include "slave/core/sampling/sample_sequence.h"
+
+namespace tessera::core {
+namespace {
+
+// Keys of a depth are mixed from the pixel's; each use of them has a number of its own.
+constexpr std::uint32_t kDimensionScatter = 0x40000001u, kDimensionNextDepth = 0x40000003u;
+
+}  // namespace
+
+void PathTracer::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int bounces,
+                       const std::atomic<bool>* is_cancelled) {
+  scene_ = &scene;
+  tracer_ = &tracer;
+  bounces_ = bounces;
+  is_cancelled_ = is_cancelled;
+  rays_->begin(scene, tracer);
+  direct_.begin(scene, tracer, 1, DirectLight::Kind::kPartOfPath, is_cancelled);
+  chain_.begin(scene, tracer, is_cancelled, /*is_seen=*/false);
+}
+
+RayCounts PathTracer::add(SurfaceBatch& batch, Vec3f* radiance) {
+  RayCounts counts;
+  counts.shadow += direct_.add(batch, radiance);
+  // One ray more than bounces, where rays find light that samples of lights leave to them; of the
+  // surfaces that it meets nothing counts but their emission.
+  const bool has_last = scene_->lights.has_environment || !scene_->lights.emitters.empty() ||
+                        scene_->lights.has_partial_emission;
+  const int rays = has_last ? bounces_ + 1 : bounces_;
+  for (int depth = 1; depth <= rays && batch.count > 0 && !is_over(); ++depth) {
+    scatter(batch, static_cast<std::uint32_t>(depth));
+    counts.secondary += follow(batch, radiance);
+    if (scene_->features.has_specular) counts.secondary += chain_.follow(batch, radiance);
+    if (depth <= bounces_) counts.shadow += direct_.add(batch, radiance);
+  }
+  return counts;
+}
+
+void PathTracer::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
+  rays_->clear();
+  for (int i = 0; i < batch.count; ++i) {
+    const std::uint32_t key = hash_combine(batch.key[i], kDimensionNextDepth + depth);
+    rays_->ask(i, key);
+  }
+  rays_->scatter(batch, kDimensionScatter, batch.sample_index);
+}
+
+// What rays bring that have met nothing: bits, from ray `first` on.
+void PathTracer::add_sky(int first, std::uint64_t open, Vec3f* radiance) const {
+  rays_->look_at_sky(open);
+  for_each_ray(open, [&](int i) {
+    Vec3f& sum = radiance[rays_->pixel[first + i]];
+    sum = sum + rays_->sky_met(i);
+  });
+}
+
+// Replaces the batch by what the rays meet. Returns: rays traced.
+std::uint64_t PathTracer::follow(SurfaceBatch& batch, Vec3f* radiance) {
+  ScatteredRays& rays = *rays_;
+  batch.count = 0;
+  int numbers[kPacketRays];
+  Surface* to[kPacketRays];
+  for (int first = 0; first < rays.count && !is_over(); first += kPacketRays) {
+    const int n = std::min(kPacketRays, rays.count - first);
+    for (int i = 0; i < n; ++i) numbers[i] = first + i;
+    const std::uint64_t met = rays.trace(numbers, n);
+    if (scene_->lights.has_environment) add_sky(first, bits_below(n) & ~met, radiance);
+    for_each_ray(met, [&](int i) {
+      to[i] = &batch.surface[batch.count];
+      batch.key[batch.count] = rays.key[first + i];
+      batch.pixel[batch.count++] = rays.pixel[first + i];
+    });
+    rays.meet(met, to, &batch);
+    for_each_ray(met, [&](int i) {
+      if (is_black(to[i]->emission)) return;
+      Vec3f& sum = radiance[rays.pixel[first + i]];
+      sum = sum + rays.emission_met(i, *to[i], true);
+    });
+  }
+  return static_cast<std::uint64_t>(rays.count);
+}
+
+}  // namespace tessera::core

@@ -1,0 +1,61 @@
+// Points that gather the light of virtual point lights (VPLs), and what filters the result.
+// Fixed-size types only and no functions.
+#pragma once
+
+#include <stdint.h>
+
+#include "slave/core/light/light_point_layout.h"
+#include "slave/core/ray/packet_layout.h"
+
+namespace tessera::core {
+
+inline constexpr int kGatherMax = kFanTargetsMax;
+inline constexpr int kGatherRoom = kGatherMax + 16;  // registers are stored whole
+
+// Points of surfaces that gather from the same lights. Shape: [count], of [kGatherMax].
+struct alignas(64) GatherPoints {
+  int count;
+  alignas(64) float point[3][kGatherRoom];
+  alignas(64) float normal[3][kGatherRoom];   // geometric, unit, on the viewer's side
+  alignas(64) float shading[3][kGatherRoom];  // unit
+  alignas(64) float offset[kGatherRoom];      // see surface_offset.h
+  uint32_t key[kGatherRoom];                  // pixel_key() of the caller's choice
+  // The triangle that it lies on, or kNoPrimitive where that is a sliver, whose normal says little.
+  alignas(64) uint32_t triangle[kGatherRoom];
+  // Irradiance over pi: times the albedo it is the radiance that a diffuse surface reflects.
+  alignas(64) float light[3][kGatherRoom];
+  // Of the points and their shading normals.
+  float lower[3], upper[3], normal_lower[3], normal_upper[3];
+};
+
+// Shadow rays of one VPL, one for each point that it may light.
+struct alignas(64) GatherRays {
+  FanTargets targets;                       // seen from the VPL, to just above the points
+  alignas(64) int32_t point[kGatherRoom];   // of a ray
+  bool is_origin_unmet;                     // by any ray: the triangle of the VPL
+  uint32_t unmet[kGatherRoom];              // by a ray: the triangle of its point, or kNoPrimitive
+  alignas(64) float strength[kGatherRoom];  // of a point: of rgb / pi; 0 where it gets none
+};
+
+// Pixels of a part of the picture with a border, for the discontinuity buffer. A pixel that shows
+// no surface to gather light has distance NaN, so that no comparison holds; its other values are not
+// looked at.
+inline constexpr int kFilterRadiusMax = 2;
+inline constexpr int kFilterEdgeMax = 64 + 2 * kFilterRadiusMax;
+inline constexpr int kFilterStride = 96;  // registers read beyond the border
+inline constexpr int kFilterPixels = kFilterStride * (kFilterEdgeMax + 2 * kFilterRadiusMax);
+struct alignas(64) FilterPlanes {
+  float light[3][kFilterPixels];  // as GatherPoints::light
+  float point[3][kFilterPixels];
+  float normal[3][kFilterPixels];
+  float distance[kFilterPixels];
+  int32_t material[kFilterPixels];
+  float albedo[3][kFilterPixels];
+  float sum[3][kFilterPixels];  // of a pixel's samples
+};
+// Where pixel (x, y) of the part stands.
+constexpr int filter_index(int x, int y) {
+  return (y + kFilterRadiusMax) * kFilterStride + x + kFilterRadiusMax;
+}
+
+}  // namespace tessera::core

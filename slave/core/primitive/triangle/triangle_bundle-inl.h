@@ -1,0 +1,206 @@
+// The triangles of a block against a bundle of rays with origins of their own: culled by the
+// frustum, then by the planes of each row, then tested by 4, 8 or 16 rays at once.
+//
+// Decisions and tolerances are those of triangle_ray-inl.h, lane by lane.
+//
+// Threads. One traversal owns one.
+#include "slave/core/primitive/triangle/exact_hit_abi.h"
+#include "slave/core/ray/packet_layout.h"
+
+#if defined(TESSERA_CORE_TRIANGLE_BUNDLE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_TRIANGLE_BUNDLE_INL_H_
+#undef TESSERA_CORE_TRIANGLE_BUNDLE_INL_H_
+#else
+#define TESSERA_CORE_TRIANGLE_BUNDLE_INL_H_
+#endif
+
+#include "slave/core/primitive/triangle/triangle_ray-inl.h"
+#include "slave/core/ray/bundle_rays-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+template <int W, bool kAny>
+class BundleBlock {
+  using D = BundleRays::D;  // rays
+  using V = BundleRays::V;
+  using M = BundleRays::M;
+  using B = hn::CappedTag<float, W>;  // triangles
+  using VB = hn::Vec<B>;
+  using Tests = FrustumTests<W>;
+  static constexpr size_t kLanes = BundleRays::kLanes;
+  static constexpr size_t kRows = BundleRays::kRows;
+  static constexpr size_t kStep = hn::MaxLanes(B());
+
+ public:
+  static constexpr bool kIsAny = kAny;
+  explicit BundleBlock(BundleRays& rays) : rays_(rays) {}
+
+  // Returns: whether some ray has a new best hit.
+  bool test(const TriangleBlock<W>& block);
+
+ private:
+  HWY_INLINE uint64_t rows_of(size_t lane) const;
+  HWY_INLINE bool test_row(const TriangleBlock<W>& block, size_t lane, size_t row,
+                           const Plane& plane);
+  HWY_INLINE V distance_of(const TriangleBlock<W>& block, size_t lane, size_t at,
+                           const Plane& plane) const;
+  HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, size_t ray);
+
+  BundleRays& rays_;
+  // Corners of the block at hand, from the frustum's origin.
+  alignas(64) float x_[3][W], y_[3][W], z_[3][W], size_[W], z_low_[W];
+};
+
+template <int W, bool kAny>
+bool BundleBlock<W, kAny>::test(const TriangleBlock<W>& block) {
+  const B b;
+  TESSERA_COUNT(blocks, 1);
+  bool has_hit = false;
+  for (size_t first = 0; first < W; first += kStep) {
+    const Corners<VB> p = Tests::corners(rays_, block, first);
+    uint32_t bits = bits_of(b, Tests::triangles(rays_, p));
+    if (bits == 0) continue;
+    for (int c = 0; c < 3; ++c) {
+      hn::Store(p.x[c], b, x_[c] + first);
+      hn::Store(p.y[c], b, y_[c] + first);
+      hn::Store(p.z[c], b, z_[c] + first);
+    }
+    hn::Store(p.size, b, size_ + first);
+    hn::Store(p.z_low, b, z_low_ + first);
+    for (; bits != 0; bits &= bits - 1) {
+      const size_t lane = first + static_cast<size_t>(__builtin_ctz(bits));
+      TESSERA_COUNT(candidates, 1);
+      uint64_t rows = rows_of(lane);
+      rays_.work_left -= 2 + __builtin_popcountll(rows);
+      if (rows == 0) continue;
+      const Plane plane = plane_of(block, lane, rays_.origin);
+      for (; rows != 0; rows &= rows - 1) {
+        has_hit |= test_row(block, lane, static_cast<size_t>(__builtin_ctzll(rows)), plane);
+      }
+    }
+  }
+  return has_hit;
+}
+
+// Rows whose planes a corner is on the inner side of, each, and that look as far as the triangle.
+template <int W, bool kAny>
+uint64_t BundleBlock<W, kAny>::rows_of(size_t lane) const {
+  const hn::CappedTag<float, (kRows < kLanes ? kRows : kLanes)> d;
+  const auto slack = hn::Set(d, -4 * kRoundoff * size_[lane]);
+  uint64_t rows = 0;
+  for (size_t first = 0; first < kRows; first += hn::MaxLanes(d)) {
+    const auto meets = [&](const BundleRays::RowPlanes& planes, int which, const float(*q)[W]) {
+      const auto slope = hn::Load(d, planes.slope[which] + first);
+      const auto offset = hn::Load(d, planes.offset[which] + first);
+      const auto over = [&](int c) {
+        return hn::MulSub(slope, hn::Set(d, z_[c][lane]), hn::Set(d, q[c][lane]));
+      };
+      if (which == 1) {
+        const auto best = hn::Max(hn::Max(over(0), over(1)), over(2));
+        return hn::Ge(hn::Add(best, offset), slack);
+      }
+      const auto best = hn::Min(hn::Min(over(0), over(1)), over(2));
+      return hn::Le(hn::Add(best, offset), hn::Neg(slack));
+    };
+    auto keep = hn::Ge(hn::Load(d, rays_.row_far + first), hn::Set(d, z_low_[lane]));
+    keep = hn::And(keep, hn::And(meets(rays_.row_u, 0, x_), meets(rays_.row_u, 1, x_)));
+    keep = hn::And(keep, hn::And(meets(rays_.row_v, 0, y_), meets(rays_.row_v, 1, y_)));
+    rows |= uint64_t{bits_of(d, keep)} << first;
+  }
+  return rows;
+}
+
+template <int W, bool kAny>
+bool BundleBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, size_t row,
+                                    const Plane& plane) {
+  const D d;
+  TESSERA_COUNT(row_tests, 1);
+  const size_t at = row * kLanes;
+  V x[3], y[3], size = hn::Zero(d);
+  const V shear_x = hn::Load(d, rays_.shear_x + at), shear_y = hn::Load(d, rays_.shear_y + at);
+  for (int c = 0; c < 3; ++c) {
+    const auto from = [&](int axis) {
+      return hn::Sub(hn::Set(d, block.vertex[3 * c + axis][lane]),
+                     hn::Load(d, rays_.from[axis] + at));
+    };
+    const V z = from(rays_.kz);
+    x[c] = hn::NegMulAdd(shear_x, z, from(rays_.kx));
+    y[c] = hn::NegMulAdd(shear_y, z, from(rays_.ky));
+    size = hn::Max(size, hn::Max(hn::Abs(x[c]), hn::Abs(y[c])));
+  }
+  const auto edge = [&](int c, int e) { return hn::MulSub(x[c], y[e], hn::Mul(y[c], x[e])); };
+  const V e0 = edge(0, 1), e1 = edge(1, 2), e2 = edge(2, 0);
+  const float per_size = kEdgeTolerance * (size_[lane] + rays_.reach);
+  const V tolerance = hn::MulAdd(size, hn::Set(d, per_size), hn::Set(d, kUnderflow));
+  const V below = hn::Neg(tolerance);
+  const V least = hn::Min(hn::Min(e0, e1), e2), greatest = hn::Max(hn::Max(e0, e1), e2);
+  const M is_possible = hn::Or(hn::Ge(least, below), hn::Le(greatest, tolerance));
+  if (hn::AllFalse(d, is_possible)) return false;
+
+  TESSERA_COUNT(times, 1);
+  const V distance = distance_of(block, lane, at, plane);
+  const V speed = rays_.speed_of(plane, at);
+  const V t = hn::Div(distance, speed);
+  const V slowest =
+      hn::Add(hn::Mul(hn::Set(d, static_cast<float>(plane.least)), hn::Load(d, rays_.length + at)),
+              hn::Set(d, kPlaneLeast));
+  M counts = hn::Ge(hn::Abs(speed), slowest);
+  counts = hn::And(counts, hn::Ge(hn::Abs(distance), hn::Set(d, kPlaneLeast)));
+  counts = hn::And(counts, hn::Le(hn::Abs(distance), hn::Set(d, 1 / kPlaneLeast)));
+  const M is_inside = hn::Or(hn::Gt(least, tolerance), hn::Lt(greatest, below));
+  bool has_hit = false;
+  uint32_t open = rays_.template take<kAny>(
+      row, {t, counts, is_possible, hn::And(counts, is_inside), hn::Load(d, rays_.t_min + at)},
+      block.primitive[lane], has_hit);
+  for (; open != 0; open &= open - 1)
+    has_hit |= decide(block, lane, at + static_cast<size_t>(__builtin_ctz(open)));
+  return has_hit;
+}
+
+// N.(A - O) of a row, as plane_of() has it; NaN where it does not count.
+template <int W, bool kAny>
+typename BundleBlock<W, kAny>::V BundleBlock<W, kAny>::distance_of(const TriangleBlock<W>& block,
+                                                                   size_t lane, size_t at,
+                                                                   const Plane& plane) const {
+  const hn::CappedTag<double, kLanes> d;
+  const hn::Rebind<float, decltype(d)> part;
+  const auto distance = [&](size_t first) {
+    const auto to = [&](size_t axis) {
+      return hn::Sub(hn::Set(d, static_cast<double>(block.vertex[axis][lane])),
+                     hn::PromoteTo(d, hn::Load(part, rays_.from[axis] + first)));
+    };
+    const auto x = to(0), y = to(1), z = to(2);
+    const auto sum = hn::Add(
+        hn::Add(hn::Mul(hn::Set(d, plane.normal[0]), x), hn::Mul(hn::Set(d, plane.normal[1]), y)),
+        hn::Mul(hn::Set(d, plane.normal[2]), z));
+    const auto size = hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z));
+    const auto is_good = hn::Ge(hn::Abs(sum), hn::Mul(hn::Set(d, plane.least), size));
+    return hn::DemoteTo(part, hn::IfThenElse(is_good, sum, hn::NaN(d)));
+  };
+  return halves(D(), [&](size_t half) { return distance(at + half * kLanes / 2); });
+}
+
+// One ray that the filter leaves open.
+template <int W, bool kAny>
+bool BundleBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, size_t ray) {
+  TESSERA_COUNT(exact, 1);
+  float triangle[9], origin[3], direction[3];
+  for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
+  for (size_t k = 0; k < 3; ++k) {
+    origin[k] = rays_.from[k][ray];
+    direction[k] = rays_.direction[k][ray];
+  }
+  const ExactHit exact = exact_hit(origin, direction, triangle);
+  if (!exact.is_hit) return false;
+  float speed = 0, t = 0;
+  if (!plane_t(plane_of(block, lane, origin), direction, rays_.length[ray], speed, t)) t = exact.t;
+  return rays_.template take<kAny>(ray, t, rays_.t_min[ray], block.primitive[lane]);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

@@ -1,0 +1,171 @@
+// 64 rays that go about the same way from about the same place, seen as one frustum.
+//
+// With the main axis z and the direction scaled to z = 1, a ray is (x, y, z) = (ox, oy, oz) + (u,
+// v, 1) (z - oz), so for z >= oz it lies on the inner side of x <= u_max z + max(ox - u_max oz),
+// and of three more planes like it.
+//
+// Threads. One traversal owns one.
+#include "slave/core/ray/packet_layout.h"
+
+#if defined(TESSERA_CORE_BUNDLE_RAYS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_BUNDLE_RAYS_INL_H_
+#undef TESSERA_CORE_BUNDLE_RAYS_INL_H_
+#else
+#define TESSERA_CORE_BUNDLE_RAYS_INL_H_
+#endif
+
+#include "slave/core/ray/packet_rays-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+struct BundleRays : PacketRays {
+  // A bundle that takes more steps than this is none: its rays are traced one by one from the
+  // start, and the steps are some per cent of what that takes.
+  static constexpr int kStepsMax = 48;
+  static constexpr int kKdStepsMax = 400;
+  static constexpr int kRaysLeast = 12;    // fewer, or one lane, are faster alone
+  static constexpr float kWidest = 0.75f;  // of u_max - u_min, v_max - v_min, likewise
+
+  // Returns: whether the rays form a narrow frustum: those that are valid go to one side of the
+  // main axis and to about the same part of it.
+  bool setup(const RayPacket& rays);
+
+  float reach = 0;  // largest distance, by axis, of a ray's origin from the frustum's
+  alignas(64) float from[3][kPacketRays];                        // origins
+  alignas(64) float shear_x[kPacketRays], shear_y[kPacketRays];  // dx / dz, dy / dz
+  alignas(64) float t_min[kPacketRays];
+  // Planes of each row, as those of the frustum.
+  struct RowPlanes {
+    alignas(64) float slope[2][kRows], offset[2][kRows];
+  };
+  RowPlanes row_u, row_v;
+
+ private:
+  static uint64_t valid_rays(const RayPacket& rays);
+  bool setup_row(const RayPacket& rays, size_t row, uint64_t valid, size_t middle);
+  void set_slopes(size_t row, V u, RowPlanes& planes);
+  void set_offsets(int axis, RowPlanes& planes, const float* slope, float* offset);
+  void set_origin(size_t middle);
+};
+
+inline uint64_t BundleRays::valid_rays(const RayPacket& rays) {
+  const D d;
+  uint64_t valid = 0;
+  for (size_t at = 0; at < kPacketRays; at += kLanes) {
+    const V sum = sizes(rays.direction, at), place = sizes(rays.origin, at);
+    auto is_valid = hn::And(hn::Gt(sum, hn::Zero(d)), hn::Lt(sum, hn::Inf(d)));
+    is_valid = hn::And(is_valid, hn::Lt(place, hn::Inf(d)));
+    is_valid =
+        hn::And(is_valid, hn::Ge(hn::Load(d, rays.t_max + at), hn::Load(d, rays.t_min + at)));
+    valid |= uint64_t{bits_of(d, is_valid)} << at;
+  }
+  return valid & rays.active;
+}
+
+inline bool BundleRays::setup(const RayPacket& rays) {
+  const uint64_t valid = valid_rays(rays);
+  if (kLanes == 1 || __builtin_popcountll(valid) < kRaysLeast) return false;
+  const size_t middle = middle_of(valid);
+  count = __builtin_popcountll(valid);
+  aim(rays, middle);
+  for (size_t r = 0; r < kRows; ++r) {
+    if (!setup_row(rays, r, valid, middle)) return false;
+  }
+  const auto widest = [](const RowPlanes& planes, float* slope) {
+    slope[0] = planes.slope[0][0];
+    slope[1] = planes.slope[1][0];
+    for (size_t r = 1; r < kRows; ++r) {
+      slope[0] = min_of(slope[0], planes.slope[0][r]);
+      slope[1] = max_of(slope[1], planes.slope[1][r]);
+    }
+    return slope[1] - slope[0] <= kWidest;
+  };
+  if (!widest(row_u, slope_u) || !widest(row_v, slope_v)) return false;
+  set_origin(middle);
+  set_offsets(kx, row_u, slope_u, offset_u);
+  set_offsets(ky, row_v, slope_v, offset_v);
+  for (size_t r = 0; r < kRows; ++r) shorten(r);
+  shorten();
+  return true;
+}
+
+// Returns: whether the rays of the row are near the main axis.
+inline bool BundleRays::setup_row(const RayPacket& rays, size_t row, uint64_t valid,
+                                  size_t middle) {
+  const D d;
+  const size_t at = row * kLanes;
+  V u, v;
+  if (!begin_row(rays, row, valid, middle, u, v)) return false;
+  const auto is_valid = mask_of(d, static_cast<uint32_t>(valid >> at));
+  const auto copy = [&](const float* values, float* to) {
+    const V used = hn::IfThenElse(is_valid, hn::Load(d, values + at), hn::Set(d, values[middle]));
+    hn::Store(used, d, to + at);
+    return used;
+  };
+  for (int a = 0; a < 3; ++a) copy(rays.origin[a], from[a]);
+  if (!hn::AllTrue(d, hn::Ge(copy(rays.t_min, t_min), hn::Zero(d)))) return false;
+  const V s = hn::Set(d, side);
+  hn::Store(hn::Mul(u, s), d, shear_x + at);
+  hn::Store(hn::Mul(v, s), d, shear_y + at);
+  set_slopes(row, u, row_u);
+  set_slopes(row, v, row_v);
+  return true;
+}
+
+// Moved out by the roundings of u itself and of its product with z.
+inline void BundleRays::set_slopes(size_t row, V u, RowPlanes& planes) {
+  const D d;
+  const float low = hn::GetLane(hn::MinOfLanes(d, u)), high = hn::GetLane(hn::MaxOfLanes(d, u));
+  planes.slope[0][row] = low - abs_of(low) * (8 * kRoundoff);
+  planes.slope[1][row] = high + abs_of(high) * (8 * kRoundoff);
+}
+
+// The middle ray's across the main axis; along it, no ray begins before it.
+inline void BundleRays::set_origin(size_t middle) {
+  const D d;
+  const V s = hn::Set(d, side);
+  V least = hn::Inf(d);
+  for (size_t at = 0; at < kPacketRays; at += kLanes)
+    least = hn::Min(least, hn::Mul(hn::Load(d, from[kz] + at), s));
+  origin[kx] = from[kx][middle];
+  origin[ky] = from[ky][middle];
+  origin[kz] = hn::GetLane(hn::MinOfLanes(d, least)) * side;
+  V farthest = hn::Zero(d);
+  for (size_t at = 0; at < kPacketRays; at += kLanes) {
+    const V z = hn::Mul(hn::Sub(hn::Load(d, from[kz] + at), hn::Set(d, origin[kz])), s);
+    hn::Store(z, d, start + at);
+    const V x = hn::Sub(hn::Load(d, from[kx] + at), hn::Set(d, origin[kx]));
+    const V y = hn::Sub(hn::Load(d, from[ky] + at), hn::Set(d, origin[ky]));
+    farthest = hn::Max(farthest, hn::Max(z, hn::Max(hn::Abs(x), hn::Abs(y))));
+  }
+  reach = hn::GetLane(hn::MaxOfLanes(d, farthest)) * (1 + 2 * kRoundoff);
+}
+
+// Of all rows and of the whole; moved out by the roundings of origins, products and sums: some 4 u
+// of the origins' distance and 2 u of what a slope of at most 2 makes of it.
+inline void BundleRays::set_offsets(int axis, RowPlanes& planes, const float* slope,
+                                    float* offset) {
+  const D d;
+  const float slack = 16 * kRoundoff * reach;
+  V all_low = hn::Inf(d), all_high = hn::Neg(hn::Inf(d));
+  for (size_t r = 0; r < kRows; ++r) {
+    const size_t at = r * kLanes;
+    const V x = hn::Sub(hn::Load(d, from[axis] + at), hn::Set(d, origin[axis]));
+    const V z = hn::Load(d, start + at);
+    const auto at_zero = [&](float k) { return hn::NegMulAdd(hn::Set(d, k), z, x); };
+    planes.offset[0][r] = hn::GetLane(hn::MinOfLanes(d, at_zero(planes.slope[0][r]))) - slack;
+    planes.offset[1][r] = hn::GetLane(hn::MaxOfLanes(d, at_zero(planes.slope[1][r]))) + slack;
+    all_low = hn::Min(all_low, at_zero(slope[0]));
+    all_high = hn::Max(all_high, at_zero(slope[1]));
+  }
+  offset[0] = hn::GetLane(hn::MinOfLanes(d, all_low)) - slack;
+  offset[1] = hn::GetLane(hn::MaxOfLanes(d, all_high)) + slack;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

@@ -1,0 +1,133 @@
+// What 64 rays go through: four planes and two depths, against boxes and triangles, W at once.
+//
+// Everything is seen from one point, the origin, with z the main axis, positive where the rays go.
+// A plane is x <= slope z + offset (or >=) with z >= 0: for rays from one point the offsets are 0.
+//
+// After Reshetov, Soupikov, Hurley, "Multi-level ray tracing algorithm", 2005. Rounding of the
+// difference to the origin is monotonic, so boxes keep their order; slopes and offsets are moved
+// out by what their products and sums with a depth may be off.
+#include "slave/core/ray/packet_layout.h"
+#include "slave/core/simd/counts_layout.h"
+
+#if defined(TESSERA_CORE_FRUSTUM_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_FRUSTUM_INL_H_
+#undef TESSERA_CORE_FRUSTUM_INL_H_
+#else
+#define TESSERA_CORE_FRUSTUM_INL_H_
+#endif
+
+#include "slave/core/simd/lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+struct Frustum {
+  float origin[3];
+  int kx = 0, ky = 1, kz = 2;  // z: the main axis
+  float side = 1;              // of it that the rays go to
+  float slope_u[2], slope_v[2];
+  float offset_u[2] = {0, 0}, offset_v[2] = {0, 0};
+  float z_far = 0;  // depth behind which no ray looks any more
+
+  void set_axis(int axis, bool is_negative) {
+    kz = axis;
+    kx = (axis + 1) % 3;
+    ky = (axis + 2) % 3;
+    side = is_negative ? -1.0f : 1.0f;
+  }
+};
+
+// Of triangles, from the origin of a frustum; size: the largest coordinate of a triangle.
+template <class VB>
+struct Corners {
+  VB x[3], y[3], z[3], size, z_low;
+};
+
+template <int W>
+struct FrustumTests {
+  using B = hn::CappedTag<float, W>;  // children, triangles
+  using VB = hn::Vec<B>;
+  using MB = hn::Mask<B>;
+  static constexpr size_t kStep = hn::MaxLanes(B());
+
+  static VB largest(VB p, VB q, VB r) { return hn::Max(hn::Max(p, q), r); }
+
+  // Children whose box meets the frustum, with the depth at which each begins.
+  static HWY_INLINE uint32_t boxes(const Frustum& f, const BvhNode<W>& node, float* z_near) {
+    const B b;
+    const float* const z_in = f.side > 0 ? node.lower[f.kz] : node.upper[f.kz];
+    const float* const z_out = f.side > 0 ? node.upper[f.kz] : node.lower[f.kz];
+    const VB side = hn::Set(b, f.side), zero = hn::Zero(b);
+    const VB ox = hn::Set(b, f.origin[f.kx]), oy = hn::Set(b, f.origin[f.ky]);
+    const VB oz = hn::Set(b, f.origin[f.kz]);
+    TESSERA_COUNT(nodes, 1);
+    uint32_t bits = 0;
+    for (size_t i = 0; i < W; i += kStep) {
+      const VB in = hn::Mul(hn::Sub(hn::Load(b, z_in + i), oz), side);
+      const VB out = hn::Mul(hn::Sub(hn::Load(b, z_out + i), oz), side);
+      const VB front = hn::Max(in, zero);
+      const auto reach = [&](float slope, float offset, bool is_far) {
+        return hn::MulAdd(hn::Set(b, slope), is_far ? out : front, hn::Set(b, offset));
+      };
+      auto keep = hn::Ge(reach(f.slope_u[1], f.offset_u[1], f.slope_u[1] >= 0),
+                         hn::Sub(hn::Load(b, node.lower[f.kx] + i), ox));
+      keep = hn::And(keep, hn::Le(reach(f.slope_u[0], f.offset_u[0], f.slope_u[0] < 0),
+                                  hn::Sub(hn::Load(b, node.upper[f.kx] + i), ox)));
+      keep = hn::And(keep, hn::Ge(reach(f.slope_v[1], f.offset_v[1], f.slope_v[1] >= 0),
+                                  hn::Sub(hn::Load(b, node.lower[f.ky] + i), oy)));
+      keep = hn::And(keep, hn::Le(reach(f.slope_v[0], f.offset_v[0], f.slope_v[0] < 0),
+                                  hn::Sub(hn::Load(b, node.upper[f.ky] + i), oy)));
+      keep = hn::And(keep, hn::And(hn::Ge(out, zero), hn::Le(in, hn::Set(b, f.z_far))));
+      hn::Store(in, b, z_near + i);
+      bits |= bits_of(b, keep) << i;
+    }
+    TESSERA_COUNT(children, __builtin_popcount(bits));
+    return bits;
+  }
+
+  static HWY_INLINE Corners<VB> corners(const Frustum& f, const TriangleBlock<W>& block,
+                                        size_t first) {
+    const B b;
+    Corners<VB> p;
+    p.size = hn::Zero(b);
+    for (int c = 0; c < 3; ++c) {
+      const auto at = [&](int axis) {
+        const VB corner = hn::Load(b, block.vertex[3 * c + axis] + first);
+        return hn::Sub(corner, hn::Set(b, f.origin[axis]));
+      };
+      p.x[c] = at(f.kx);
+      p.y[c] = at(f.ky);
+      p.z[c] = hn::Mul(at(f.kz), hn::Set(b, f.side));
+      p.size = hn::Max(p.size, largest(hn::Abs(p.x[c]), hn::Abs(p.y[c]), hn::Abs(p.z[c])));
+    }
+    p.z_low = hn::Min(hn::Min(p.z[0], p.z[1]), p.z[2]);
+    return p;
+  }
+
+  // Triangles with a corner on the inner side of each plane. A lane without triangle is NaN and
+  // fails the first comparison.
+  static HWY_INLINE MB triangles(const Frustum& f, const Corners<VB>& p) {
+    const B b;
+    const MB in_front = hn::Ge(largest(p.z[0], p.z[1], p.z[2]), hn::Zero(b));
+    // 4 u s for the roundings of a corner and of its product.
+    const VB slack = hn::Mul(p.size, hn::Set(b, -4 * kRoundoff));
+    const auto meets = [&](const VB* q, float slope, float offset, float sign) {
+      const VB k = hn::Set(b, slope * sign), s = hn::Set(b, -sign);
+      const auto inside = [&](int c) { return hn::MulAdd(k, p.z[c], hn::Mul(s, q[c])); };
+      return hn::Ge(hn::Add(largest(inside(0), inside(1), inside(2)), hn::Set(b, offset * sign)),
+                    slack);
+    };
+    const MB across = hn::And(meets(p.x, f.slope_u[1], f.offset_u[1], 1),
+                              meets(p.x, f.slope_u[0], f.offset_u[0], -1));
+    const MB up = hn::And(meets(p.y, f.slope_v[1], f.offset_v[1], 1),
+                          meets(p.y, f.slope_v[0], f.offset_v[0], -1));
+    return hn::And(hn::And(in_front, hn::Le(p.z_low, hn::Set(b, f.z_far))), hn::And(across, up));
+  }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

@@ -1,0 +1,172 @@
+#include "slave/core/scene/prepared_scene.h"
+
+#include <new>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <utility>
+
+#include "common/base/check.h"
+#include "common/base/limits.h"
+#include "slave/core/bsdf/albedo_table.h"
+#include "slave/core/bsdf/sheen_table.h"
+#include "slave/core/kernels/kernel_table.h"
+#include "slave/core/scene/prepared_scene_impl.h"
+#include "slave/core/simd/isa_support.h"
+#include "slave/core/surface/surface_lobes.h"
+
+namespace tessera::core {
+namespace {
+
+// Whether normals of vertices show anything: one is further than 1e-5 from that of its triangle, which
+// is more than rounding and less than can be seen.
+bool is_smooth(const Mesh& mesh) {
+  if (mesh.normals.empty()) return false;
+  for (const auto& t : mesh.triangles) {
+    const Vec3f a = mesh.positions[t[0]];
+    const Vec3f flat = normalize(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
+    for (const std::uint32_t vertex : t) {
+      const Vec3f off = normalize(mesh.normals[vertex]) - flat;
+      if (!(dot(off, off) <= 1e-10f)) return true;  // also for NaN: of no area, or no normal
+    }
+  }
+  return false;
+}
+
+SurfaceFeatures features_of(const Scene& scene, const Geometry& geometry) {
+  SurfaceFeatures features;
+  features.has_normals |= geometry.is_smooth;
+  for (const auto& mesh : scene.meshes) features.has_colors |= !mesh->colors.empty();
+  for (const Material& material : scene.materials) {
+    features.has_textures |= has_texture(material);
+    features.has_programs |= material.surface.kind != SurfaceKind::kConstant;
+    features.has_glossy |= material.bsdf == BsdfKind::kGlossy;
+    features.has_specular |=
+        material.bsdf == BsdfKind::kMirror || material.bsdf == BsdfKind::kGlass;
+    features.has_unlit |= material.is_unlit;
+    features.has_lobes |= has_lobes(material);
+    features.has_specular |= passes_light(material);
+    features.has_transmission |= passes_light(material) || absorbs(material);
+  }
+  features.is_rich |= features.has_normals || features.needs_cones() || !features.is_diffuse() ||
+                      features.has_colors || features.has_unlit;
+  return features;
+}
+
+bool is_of(const Geometry& geometry, const Scene& scene, Structure structure) {
+  return geometry.meshes == scene.meshes && geometry.instances == scene.instances &&
+         geometry.structure == structure;
+}
+
+Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
+                                                       const BuildOptions& options) {
+  if (options.other != nullptr) {
+    const std::shared_ptr<const Geometry>& others = options.other->impl().geometry;
+    if (is_of(*others, scene, options.structure)) return others;
+  }
+  auto geometry = std::make_shared<Geometry>();
+  std::vector<Bounds3f> boxes;
+  geometry->triangles = make_triangle_store(scene, boxes);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (boxes[i].is_empty()) geometry->left_out.push_back(i);
+  }
+  const int lanes = kernels_for(widest_isa(cpu_isas() & compiled_isas())).lane_count;
+  Result<SpatialIndex> index =
+      build_spatial_index(boxes, geometry->triangles.vertices, options.structure, lanes,
+                          {options.threads, options.is_cancelled});
+  if (!index.is_ok()) return index.status();
+  geometry->index = std::move(*index);
+  for (const auto& mesh : scene.meshes) geometry->is_smooth |= is_smooth(*mesh);
+  geometry->meshes = scene.meshes;
+  geometry->instances = scene.instances;
+  geometry->structure = options.structure;
+  return std::shared_ptr<const Geometry>(std::move(geometry));
+}
+
+std::vector<std::shared_ptr<const MipMap>> mip_maps_of(const Scene& scene,
+                                                       const PreparedScene::Impl* other) {
+  std::unordered_map<const Texture*, std::shared_ptr<const MipMap>> known;
+  if (other != nullptr) {
+    for (const auto& map : other->textures) known[map->base.get()] = map;
+  }
+  std::vector<std::shared_ptr<const MipMap>> maps;
+  for (const auto& texture : scene.textures) {
+    auto& map = known[texture.get()];
+    if (!map) map = std::make_shared<const MipMap>(make_mip_map(texture));
+    maps.push_back(map);
+  }
+  return maps;
+}
+
+Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
+                                                           const BuildOptions& options) {
+  const std::uint64_t count = scene.triangle_count();
+  if (count > kTrianglesMax) {
+    return Status::resource_exhausted("the scene has " + std::to_string(count) +
+                                      " triangles, more than 2^30: split it");
+  }
+  auto geometry = build_geometry(scene, options);
+  if (!geometry.is_ok()) return geometry.status();
+  auto impl = std::make_unique<PreparedScene::Impl>(std::move(*geometry));
+  const PreparedScene::Impl* other = options.other == nullptr ? nullptr : &options.other->impl();
+  impl->textures = mip_maps_of(scene, other);
+  for (const auto& map : impl->textures) impl->texture_views.push_back(view_of(*map));
+  impl->lights = make_light_set(scene, impl->triangles, impl->geometry->left_out, impl->textures,
+                                other == nullptr ? nullptr : &other->lights);
+  impl->features = features_of(scene, *impl->geometry);
+  if (impl->features.has_glossy) AlbedoTable::shared();  // made here, not in the first tile
+  if (impl->features.has_lobes) SheenTable::shared();
+  impl->materials = scene.materials;
+  for (std::size_t i = 0; i < scene.materials.size() && impl->features.has_textures; ++i)
+    impl->texture_tables.push_back(make_texture_table(scene.materials[i], impl->texture_views));
+  impl->alpha = AlphaSurfaces::make(
+      {impl->triangles, impl->meshes, impl->instances, impl->materials, impl->textures});
+  return std::shared_ptr<const PreparedScene>(std::make_shared<PreparedScene>(std::move(impl)));
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const PreparedScene>> PreparedScene::build(const Scene& scene,
+                                                                  const BuildOptions& options) {
+  TESSERA_CHECK_GE(options.threads, 1);
+  try {
+    return build_checked(scene, options);
+  } catch (const std::bad_alloc&) {
+    return Status::resource_exhausted("no memory to prepare a scene of " +
+                                      std::to_string(scene.triangle_count()) + " triangles");
+  }
+}
+
+PreparedScene::PreparedScene(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+PreparedScene::~PreparedScene() = default;
+
+std::uint64_t PreparedScene::triangle_count() const { return impl_->triangles.triangle_count(); }
+std::uint64_t PreparedScene::degenerate_count() const { return impl_->triangles.degenerate_count; }
+
+bool PreparedScene::has_geometry_of(const PreparedScene& other) const {
+  return impl_->geometry == other.impl_->geometry;
+}
+
+std::uint64_t PreparedScene::memory_bytes() const {
+  std::uint64_t bytes = sizeof(Impl) + impl_->index.memory_bytes();
+  bytes += impl_->triangles.vertices.capacity() * sizeof(float);
+  bytes += impl_->lights.emitters.capacity() * sizeof(Emitter);
+  bytes += impl_->lights.emitter_textures.capacity() * sizeof(EmitterTexture);
+  for (const auto& mesh : impl_->meshes) {
+    bytes += mesh->positions.size() * sizeof(Vec3f) + mesh->normals.size() * sizeof(Vec3f);
+    bytes += (mesh->uvs.size() + mesh->uvs1.size()) * sizeof(Vec2f);
+    bytes += (mesh->tangents.size() + mesh->colors.size()) * sizeof(Vec4f);
+    bytes += mesh->triangles.size() * 3 * sizeof(std::uint32_t);
+  }
+  if (impl_->alpha) bytes += impl_->alpha->memory_bytes();
+  if (impl_->lights.sky_map) bytes += impl_->lights.sky_map->memory_bytes();
+  bytes += impl_->texture_views.capacity() * sizeof(TextureView);
+  bytes += impl_->texture_tables.capacity() * sizeof(TextureTable);
+  for (const auto& map : impl_->textures) {
+    bytes += memory_bytes_of(*map->base);
+    for (const Texture& level : map->levels) bytes += memory_bytes_of(level);
+  }
+  return bytes;
+}
+
+}  // namespace tessera::core

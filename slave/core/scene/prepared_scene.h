@@ -1,0 +1,52 @@
+// One scene version made ready for tracing: triangles in world space, the spatial index, materials,
+// textures, lights. Immutable; any number of threads read it without locks, and tiles of frame n
+// hold it alive while version n + 1 is built beside them.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "common/base/status.h"
+#include "common/scene/scene.h"
+#include "slave/core/accel/structure.h"
+
+namespace tessera::core {
+
+class PreparedScene;
+
+struct BuildOptions {
+  int threads = 1;                                  // at least 1
+  const std::atomic<bool>* is_cancelled = nullptr;  // may be null; polled
+  Structure structure = Structure::kAuto;           // answers do not depend on it
+  // May be null: another version. Where it has the same meshes, by pointer, in the same places, its
+  // geometry is shared and not built.
+  const PreparedScene* other = nullptr;
+};
+
+class PreparedScene {
+ public:
+  // Any thread; takes seconds for large scenes. Degenerate triangles keep their number and stay out
+  // of the tree. Requires: validate_scene(scene) is ok. Returns: kCancelled, or kResourceExhausted
+  // when the tree would pass its limits or memory ran out.
+  static Result<std::shared_ptr<const PreparedScene>> build(const Scene& scene,
+                                                            const BuildOptions& options);
+
+  ~PreparedScene();
+
+  std::uint64_t triangle_count() const;
+  std::uint64_t degenerate_count() const;
+  std::uint64_t memory_bytes() const;
+  // Whether it shares the geometry of the other one instead of having built its own.
+  bool has_geometry_of(const PreparedScene& other) const;
+
+  struct Impl;  // slave/core/scene/prepared_scene_impl.h
+  const Impl& impl() const { return *impl_; }
+  explicit PreparedScene(std::unique_ptr<Impl> impl);
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera::core

@@ -1,0 +1,77 @@
+// The inside of PreparedScene, for the renderer, tests and tools that trace rays of their own.
+// Threads. Immutable after construction, as prepared_scene.h says.
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "slave/core/accel/spatial_index.h"
+#include "slave/core/light/feature.h"
+#include "slave/core/light/light_set.h"
+#include "slave/core/primitive/triangle/triangle_store.h"
+#include "slave/core/scene/prepared_scene.h"
+#include "slave/core/scene/texture_table.h"
+#include "slave/core/surface/texture.h"
+#include "slave/core/trace/alpha_surfaces.h"
+
+namespace tessera::core {
+
+// What the scene at hand uses; shading skips the rest.
+struct SurfaceFeatures {
+  Feature has_textures{};
+  Feature has_normals{};  // that differ from those of the triangles
+  Feature has_programs{};
+  Feature has_glossy{};
+  Feature has_specular{};  // mirror, glass, or glossy surfaces that pass light
+  Feature has_colors{};    // of vertices
+  Feature has_unlit{};
+  Feature has_lobes{};         // optional ones of glossy surfaces
+  Feature has_transmission{};  // glossy surfaces that pass light, or glass that dims it
+  Feature is_rich{};           // any of these
+
+  bool is_diffuse() const { return !has_glossy && !has_specular; }
+  bool needs_cones() const { return has_textures || has_programs; }
+};
+
+// What lights and materials do not change: shared with other versions of a scene.
+struct Geometry {
+  TriangleStore triangles;
+  std::vector<std::uint64_t> left_out;  // of the index, rising: triangles without area
+  SpatialIndex index;
+  bool is_smooth = false;  // some mesh has normals that differ from those of its triangles
+  // What it was made of:
+  std::vector<std::shared_ptr<const Mesh>> meshes;
+  std::vector<Instance> instances;
+  Structure structure = Structure::kAuto;
+};
+
+struct PreparedScene::Impl {
+  explicit Impl(std::shared_ptr<const Geometry> of)
+      : geometry(std::move(of)),
+        triangles(geometry->triangles),
+        index(geometry->index),
+        meshes(geometry->meshes),
+        instances(geometry->instances) {}
+
+  const std::shared_ptr<const Geometry> geometry;
+  const TriangleStore& triangles;  // of geometry, as the next
+  const SpatialIndex& index;
+  const std::vector<std::shared_ptr<const Mesh>>& meshes;
+  const std::vector<Instance>& instances;
+  LightSet lights;
+  SurfaceFeatures features;
+  std::vector<std::shared_ptr<const MipMap>> textures;
+  std::vector<TextureView> texture_views;  // of them
+  std::vector<TextureTable>
+      texture_tables;  // by material; empty where features.has_textures is not
+  std::vector<Material> materials;
+  std::unique_ptr<const AlphaSurfaces> alpha;  // null: rays go through nothing
+
+  // Whether any surface sends light of its own to the camera.
+  bool has_glow() const {
+    return !lights.emitters.empty() || lights.has_partial_emission || features.has_unlit;
+  }
+};
+
+}  // namespace tessera::core

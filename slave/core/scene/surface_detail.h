@@ -1,0 +1,66 @@
+// What the surfaces that rays have met have beyond plain geometry and the constants of a material:
+// normals of vertices and of maps, textures, what scattering needs to know, programs. Scenes of plain
+// diffuse triangles never come here (met_surfaces.h).
+//
+// Rays of a packet that have met one instance and one material are a group: what they have in common
+// is looked up once, their corners are put side by side, and registers do the rest
+// (slave/core/surface/detail-inl.h), to the bit of plain arithmetic for each ray alone
+// (tests/support/plain_surface.h).
+//
+// Threads. One object per thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "slave/core/kernels/kernel_table.h"
+#include "slave/core/primitive/triangle/triangle_store.h"
+#include "slave/core/scene/prepared_scene_impl.h"
+#include "slave/core/scene/surface_batch.h"
+#include "slave/core/surface/surface.h"
+
+namespace tessera::core {
+
+class SurfaceDetail {
+ public:
+  // Keeps references until the next call. Requires: both outlive the calls of the others.
+  void begin(const PreparedScene::Impl& scene, const KernelTable& kernels);
+
+  // Of a packet.
+  struct Hits {
+    const PacketPoints& points;
+    const float (*direction)[kPacketRays];
+    const std::uint32_t* triangle;  // [kPacketRays]
+  };
+
+  // Adds to *to[i] for each of `rays`, bits of points.met. cones [kPacketRays]: the rays' where they
+  // began; null: they have none. batch: takes the optional lobes of its surfaces; null: they are not
+  // asked for. Requires: the surfaces are as plain geometry and material make them.
+  void add(const Hits& hits, std::uint64_t rays, const RayCone* cones, Surface* const* to,
+           SurfaceBatch* batch);
+
+ private:
+  DetailGroup group_of(std::uint32_t instance, const Material& material) const;
+  void put_textures(const Material& material, const Mesh& mesh, DetailGroup& group) const;
+  std::ptrdiff_t number_of(const Material& material) const;
+  void add_group(const DetailGroup& group, const Hits& hits, std::uint64_t rays, Surface* const* to,
+                 SurfaceBatch* batch);
+  // Of all in points_.
+  void put_corners(const DetailGroup& group, std::uint32_t instance);
+  void take(const DetailGroup& group, const Mesh& mesh);
+  Vec3f color_at(const Mesh& mesh, int i) const;  // of vertices
+  void run_program(const Material& material);
+  void add_lobes(const DetailGroup& group, SurfaceBatch* batch);
+  void pass_light(const DetailGroup& group, const Hits& hits, SurfaceBatch* batch);
+
+  const PreparedScene::Impl* scene_ = nullptr;
+  const KernelTable* kernels_ = nullptr;
+  InstanceFinder instances_;
+
+  DetailPoints points_{};
+  Surface* surface_[kDetailPoints];
+  std::uint32_t triangle_[kDetailPoints];  // of the scene
+  int ray_[kDetailPoints];                 // of the packet
+};
+
+}  // namespace tessera::core

@@ -1,0 +1,279 @@
+// Rays from one point, grouped by where they go.
+//
+// Threads. Works on the caller's memory.
+#include "slave/core/ray/packet_layout.h"
+
+#if defined(TESSERA_CORE_FAN_GROUPS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_FAN_GROUPS_INL_H_
+#undef TESSERA_CORE_FAN_GROUPS_INL_H_
+#else
+#define TESSERA_CORE_FAN_GROUPS_INL_H_
+#endif
+
+#include "slave/core/primitive/triangle/plane-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+class FanGroups {
+  using D = hn::CappedTag<float, 16>;
+  using DI = hn::CappedTag<int32_t, 16>;
+  static constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
+  static constexpr int kFaces = 6;
+
+ public:
+  explicit FanGroups(FanTargets& targets) : targets_(targets) {}
+  void run();
+
+ private:
+  // On a face of the cube.
+  struct Extent {
+    float low[2] = {2, 2}, high[2] = {-2, -2};
+    float size() const { return high[0] - low[0] + (high[1] - low[1]); }
+    void grow(const Extent& other) {
+      for (int k = 0; k < 2; ++k) {
+        low[k] = other.low[k] < low[k] ? other.low[k] : low[k];
+        high[k] = max_of(high[k], other.high[k]);
+      }
+    }
+  };
+  // Where halving a group makes its runs of 64 rays smaller by less than this, they are neighbours
+  // already and are left as they are.
+  static constexpr float kGain = 0.85f;
+
+  // Which rays go to the front; of one ray, and of a register of them.
+  struct OnFace {
+    const int* faces;
+    int face;
+    bool operator()(float, float, int number) const { return faces[number] == face; }
+    template <class V, class VI>
+    hn::Mask<D> operator()(V, V, VI number) const {
+      const DI di;
+      return hn::RebindMask(D(), hn::Eq(hn::GatherIndex(di, faces, number), hn::Set(di, face)));
+    }
+  };
+  struct Below {
+    int axis;
+    float at;
+    bool operator()(float u, float v, int) const { return (axis == 0 ? u : v) <= at; }
+    template <class V, class VI>
+    hn::Mask<D> operator()(V u, V v, VI) const {
+      return hn::Le(axis == 0 ? u : v, hn::Set(D(), at));
+    }
+  };
+
+  // Rays `first` to `first + kLanes - 1` that exist.
+  static hn::Mask<D> lanes_before(int first, int end) { return hn::FirstN(D(), room(first, end)); }
+  static size_t room(int first, int end) {
+    return static_cast<size_t>(end - first < kLanes ? end - first : kLanes);
+  }
+  bool project();
+  void sort_by_face();
+  void put_in_order();
+  Extent extent_of(int begin, int end) const;
+  Extent extent_of_runs(int begin, int end, float& sum) const;
+  void start(int begin, int end);
+  void split(int begin, int end, const Extent& all, float sum);
+  void emit(int begin, int end);
+  // Moves those of [begin, end) for which is_left(across 0, across 1, order) holds to the front.
+  // Returns: how many.
+  template <typename IsLeft>
+  HWY_INLINE int partition(int begin, int end, const IsLeft& is_left);
+
+  FanTargets& targets_;
+  alignas(64) float spare_[2][kFanTargetsMax + 16];
+  alignas(64) int spare_order_[kFanTargetsMax + 16];
+  alignas(64) int face_[kFanTargetsMax + 16];
+};
+
+inline void FanGroups::run() {
+  targets_.group_count = 0;
+  targets_.group[0] = 0;
+  if (targets_.count == 0) return;
+  if (project()) {
+    start(0, targets_.count);
+  } else {
+    sort_by_face();
+  }
+  put_in_order();
+}
+
+// Behind the last stand numbers of rays, too (project()).
+inline void FanGroups::put_in_order() {
+  const D d;
+  for (int i = 0; i < targets_.count; i += kLanes) {
+    const auto number = hn::Load(DI(), targets_.order + i);
+    for (int a = 0; a < 3; ++a)
+      hn::Store(hn::GatherIndex(d, targets_.direction[a], number), d, targets_.sorted[a] + i);
+  }
+}
+
+// Where each ray meets its face of the cube. Returns: whether all leave through one.
+inline bool FanGroups::project() {
+  const D d;
+  const DI di;
+  auto first_face = hn::Zero(di);
+  bool is_one = true;
+  for (int i = 0; i < targets_.count; i += kLanes) {
+    const auto x = hn::Load(d, targets_.direction[0] + i),
+               y = hn::Load(d, targets_.direction[1] + i),
+               z = hn::Load(d, targets_.direction[2] + i);
+    const auto ax = hn::Abs(x), ay = hn::Abs(y), az = hn::Abs(z);
+    const auto is_x = hn::And(hn::Ge(ax, ay), hn::Ge(ax, az)), is_y = hn::Ge(ay, az);
+    const auto main = hn::IfThenElse(is_x, x, hn::IfThenElse(is_y, y, z));
+    const auto scale = hn::Div(hn::Set(d, 1), main);
+    const auto u = hn::IfThenElse(is_x, y, hn::IfThenElse(is_y, z, x));
+    const auto v = hn::IfThenElse(is_x, z, hn::IfThenElse(is_y, x, y));
+    hn::Store(hn::Mul(u, scale), d, targets_.across[0] + i);
+    hn::Store(hn::Mul(v, scale), d, targets_.across[1] + i);
+    const auto axis =
+        hn::IfThenElse(hn::RebindMask(di, is_x), hn::Zero(di),
+                       hn::IfThenElse(hn::RebindMask(di, is_y), hn::Set(di, 2), hn::Set(di, 4)));
+    const auto is_negative = hn::RebindMask(di, hn::Lt(main, hn::Zero(d)));
+    const auto face = hn::Add(axis, hn::IfThenElseZero(is_negative, hn::Set(di, 1)));
+    hn::Store(face, di, face_ + i);
+    hn::Store(hn::Iota(di, i), di, targets_.order + i);
+    if (i == 0) first_face = hn::Set(di, face_[0]);
+    const auto differs = hn::Ne(face, first_face);
+    is_one = is_one &&
+             hn::AllFalse(d, hn::And(hn::RebindMask(d, differs), lanes_before(i, targets_.count)));
+  }
+  return is_one;
+}
+
+inline void FanGroups::sort_by_face() {
+  int begin = 0;
+  for (int face = 0; face < kFaces && begin < targets_.count; ++face) {
+    const int count = partition(begin, targets_.count, OnFace{face_, face});
+    if (count > 0) start(begin, begin + count);
+    begin += count;
+  }
+}
+
+#if HWY_TARGET == HWY_AVX3
+// Registers of either side are packed and stored whole: what they overwrite on the left has been
+// read, since left <= i.
+template <typename IsLeft>
+int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
+  const D d;
+  const DI di;
+  float* const across[2] = {targets_.across[0], targets_.across[1]};
+  int* const order = targets_.order;
+  int left = begin, right = 0;
+  for (int i = begin; i < end; i += kLanes) {
+    const auto u = hn::LoadU(d, across[0] + i), v = hn::LoadU(d, across[1] + i);
+    const auto number = hn::LoadU(di, order + i);
+    const auto is_here = lanes_before(i, end);
+    const auto goes_left = hn::And(is_left(u, v, number), is_here);
+    const auto goes_right = hn::AndNot(goes_left, is_here);
+    hn::StoreU(hn::Compress(u, goes_right), d, spare_[0] + right);
+    hn::StoreU(hn::Compress(v, goes_right), d, spare_[1] + right);
+    hn::StoreU(hn::Compress(number, hn::RebindMask(di, goes_right)), di, spare_order_ + right);
+    right += static_cast<int>(hn::CountTrue(d, goes_right));
+    // What stands behind the end is someone else's.
+    const size_t count = hn::CountTrue(d, goes_left);
+    const auto is_kept = hn::FirstN(d, i + kLanes <= end ? hn::Lanes(d) : count);
+    hn::BlendedStore(hn::Compress(u, goes_left), is_kept, d, across[0] + left);
+    hn::BlendedStore(hn::Compress(v, goes_left), is_kept, d, across[1] + left);
+    hn::BlendedStore(hn::Compress(number, hn::RebindMask(di, goes_left)),
+                     hn::RebindMask(di, is_kept), di, order + left);
+    left += static_cast<int>(count);
+  }
+  __builtin_memcpy(across[0] + left, spare_[0], static_cast<size_t>(right) * sizeof(float));
+  __builtin_memcpy(across[1] + left, spare_[1], static_cast<size_t>(right) * sizeof(float));
+  __builtin_memcpy(order + left, spare_order_, static_cast<size_t>(right) * sizeof(int));
+  return left - begin;
+}
+#else
+// Without branches, for they cannot be predicted. Not in lanes: packing a register is slow before
+// AVX-512.
+template <typename IsLeft>
+int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
+  float* const across[2] = {targets_.across[0], targets_.across[1]};
+  int* const order = targets_.order;
+  int left = begin, right = 0;
+  for (int i = begin; i < end; ++i) {
+    const float u = across[0][i], v = across[1][i];
+    const int number = order[i];
+    const bool goes_left = is_left(u, v, number);
+    across[0][left] = u;  // has been read: left <= i
+    across[1][left] = v;
+    order[left] = number;
+    left += goes_left ? 1 : 0;
+    spare_[0][right] = u;
+    spare_[1][right] = v;
+    spare_order_[right] = number;
+    right += goes_left ? 0 : 1;
+  }
+  __builtin_memcpy(across[0] + left, spare_[0], static_cast<size_t>(right) * sizeof(float));
+  __builtin_memcpy(across[1] + left, spare_[1], static_cast<size_t>(right) * sizeof(float));
+  __builtin_memcpy(order + left, spare_order_, static_cast<size_t>(right) * sizeof(int));
+  return left - begin;
+}
+#endif
+
+inline FanGroups::Extent FanGroups::extent_of(int begin, int end) const {
+  const D d;
+  auto u_low = hn::Set(d, 2), u_high = hn::Set(d, -2), v_low = u_low, v_high = u_high;
+  const auto grow = [&](auto u, auto v) {
+    u_low = hn::Min(u_low, u);
+    u_high = hn::Max(u_high, u);
+    v_low = hn::Min(v_low, v);
+    v_high = hn::Max(v_high, v);
+  };
+  int i = begin;
+  for (; i + kLanes <= end; i += kLanes)
+    grow(hn::LoadU(d, targets_.across[0] + i), hn::LoadU(d, targets_.across[1] + i));
+  for (; i < end; ++i) grow(hn::Set(d, targets_.across[0][i]), hn::Set(d, targets_.across[1][i]));
+  return {{hn::GetLane(hn::MinOfLanes(d, u_low)), hn::GetLane(hn::MinOfLanes(d, v_low))},
+          {hn::GetLane(hn::MaxOfLanes(d, u_high)), hn::GetLane(hn::MaxOfLanes(d, v_high))}};
+}
+
+inline void FanGroups::start(int begin, int end) {
+  float sum = 0;
+  const Extent all = extent_of_runs(begin, end, sum);
+  split(begin, end, all, sum);
+}
+
+// Of all; sum: of the sizes of the runs of 64 that would be packets.
+inline FanGroups::Extent FanGroups::extent_of_runs(int begin, int end, float& sum) const {
+  Extent all;
+  for (int i = begin; i < end; i += kPacketRays) {
+    const Extent run = extent_of(i, i + kPacketRays < end ? i + kPacketRays : end);
+    sum += run.size();
+    all.grow(run);
+  }
+  return all;
+}
+
+// all, sum: see extent_of_runs(). Ends: a step halves an extent of floats on [-1, 1], or emits.
+inline void FanGroups::split(int begin, int end, const Extent& all, float sum) {
+  if (end - begin <= kPacketRays) return emit(begin, end);
+  const int axis = all.high[0] - all.low[0] >= all.high[1] - all.low[1] ? 0 : 1;
+  const int left = partition(begin, end, Below{axis, (all.low[axis] + all.high[axis]) / 2});
+  if (left == 0 || left == end - begin) return emit(begin, end);  // in one place, or no numbers
+  const int border = begin + left;
+  float left_sum = 0, right_sum = 0;
+  const Extent left_all = extent_of_runs(begin, border, left_sum);
+  const Extent right_all = extent_of_runs(border, end, right_sum);
+  if (left_sum + right_sum > kGain * sum) {
+    emit(begin, border);
+    return emit(border, end);
+  }
+  split(begin, border, left_all, left_sum);
+  split(border, end, right_all, right_sum);
+}
+
+inline void FanGroups::emit(int begin, int end) {
+  for (; begin < end; begin += kPacketRays) {
+    const int last = begin + kPacketRays < end ? begin + kPacketRays : end;
+    targets_.group[++targets_.group_count] = last;
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

@@ -1,0 +1,284 @@
+// Traversal of a kd-tree: by 64 rays as one frustum, and by one ray; closest and any hit.
+//
+// A frustum is in a voxel between two depths along its main axis. At a split plane across that axis
+// the order of the children is the order of depth; at another plane the frustum reaches the far
+// child no earlier than its outermost plane does and leaves the near one no later than its
+// innermost. Depths are moved out by the roundings of the quotient, so a box that touches a split
+// plane may stand on one side of it alone: whoever comes to the plane looks there. Children may be
+// visited in any order, since hits are not cut off at voxels; a triangle that stands in several
+// leaves gives the same answer again.
+//
+// After Reshetov, Soupikov, Hurley, 2005 (frustum), and Hapala and Havran, "Review: kd-tree
+// traversal algorithms for ray tracing", 2011 (one ray).
+//
+// Threads. One traversal owns one.
+#include "slave/core/ray/packet_layout.h"
+
+#if defined(TESSERA_CORE_KD_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_KD_INL_H_
+#undef TESSERA_CORE_KD_INL_H_
+#else
+#define TESSERA_CORE_KD_INL_H_
+#endif
+
+#include "slave/core/primitive/triangle/triangle_ray-inl.h"
+#include "slave/core/ray/packet_rays-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+// A subtree, and from where to where along the frustum or ray it is to be looked at.
+struct KdEntry {
+  uint32_t node;
+  float from, to;
+};
+
+// A step down pushes one at most.
+struct KdStack {
+  KdEntry entries[kKdDepthMax + 1];
+  int size = 0;
+
+  bool is_empty() const { return size == 0; }
+  void push(const KdEntry& entry) { entries[size++] = entry; }
+  KdEntry pop() { return entries[--size]; }
+};
+
+HWY_INLINE bool is_kd_leaf(const KdNode& node) { return (node.tag_and_index & 3u) == kKdLeafTag; }
+
+// The blocks of a leaf are tested in order.
+template <int W, class Test>
+HWY_INLINE void for_blocks(const KdView<W>& scene, const KdNode& leaf, const Test& test) {
+  const TriangleBlock<W>* block = scene.blocks + (leaf.tag_and_index >> 2);
+  for (uint32_t i = 0; i < leaf.count; ++i) test(block[i]);
+}
+
+template <int W>
+HWY_INLINE void prefetch_kd(const KdView<W>& scene, uint32_t node) {
+  __builtin_prefetch(scene.nodes + node);
+}
+
+template <int W, class Rays, class Block>
+class KdPacketTracer {
+ public:
+  // As in PacketTracer; one ray by itself takes three times as long here.
+  static constexpr int kWorkMax = 80;
+
+  explicit KdPacketTracer(const KdView<W>& scene) : scene_(scene), block_(rays_) {}
+
+  template <class Packet>
+  Together run(const Packet& packet);
+  const Rays& rays() const { return rays_; }
+
+ private:
+  struct Voxel {
+    float lower[3], upper[3];
+  };
+  static Voxel voxel_of(const SceneBox& box) {
+    return {{box.lower[0], box.lower[1], box.lower[2]}, {box.upper[0], box.upper[1], box.upper[2]}};
+  }
+  static Voxel voxel_of(const BvhNode<kEntryWidth>& top) {
+    return {{top.lower[0][0], top.lower[1][0], top.lower[2][0]},
+            {top.upper[0][0], top.upper[1][0], top.upper[2][0]}};
+  }
+  // The part of an axis that the frustum covers between two depths.
+  struct Range {
+    float low, high;
+  };
+  HWY_INLINE Range covered(int axis, float from, float to) const;
+  HWY_INLINE bool enter(uint32_t node, const Voxel& voxel, KdEntry& entry) const;
+  HWY_INLINE uint32_t descend(const KdNode& node, KdEntry& entry);
+  HWY_INLINE uint32_t descend_across(int axis, float plane, uint32_t lower, KdEntry& entry);
+
+  const KdView<W>& scene_;
+  Rays rays_;
+  Block block_;
+  KdStack stack_;
+  float inverse_[2][2];  // of the slopes, by axis (u, v) and side; infinite for slopes of zero
+};
+
+template <int W, class Rays, class Block>
+typename KdPacketTracer<W, Rays, Block>::Range KdPacketTracer<W, Rays, Block>::covered(
+    int axis, float from, float to) const {
+  const float* const slope = axis == rays_.kx ? rays_.slope_u : rays_.slope_v;
+  const float* const offset = axis == rays_.kx ? rays_.offset_u : rays_.offset_v;
+  return {slope[0] * (slope[0] < 0 ? to : from) + offset[0],
+          slope[1] * (slope[1] < 0 ? from : to) + offset[1]};
+}
+
+// Cuts the frustum to a voxel. Returns: whether anything is left.
+template <int W, class Rays, class Block>
+bool KdPacketTracer<W, Rays, Block>::enter(uint32_t node, const Voxel& voxel,
+                                           KdEntry& entry) const {
+  const float a = (voxel.lower[rays_.kz] - rays_.origin[rays_.kz]) * rays_.side;
+  const float b = (voxel.upper[rays_.kz] - rays_.origin[rays_.kz]) * rays_.side;
+  entry = {node, max_of(min_of(a, b), 0.0f), min_of(max_of(a, b), rays_.z_far)};
+  if (!(entry.from <= entry.to)) return false;
+  for (const int axis : {rays_.kx, rays_.ky}) {
+    const Range range = covered(axis, entry.from, entry.to);
+    if (range.high < voxel.lower[axis] - rays_.origin[axis]) return false;
+    if (range.low > voxel.upper[axis] - rays_.origin[axis]) return false;
+  }
+  return true;
+}
+
+// Returns: the child to go on with; another to visit goes onto the stack.
+template <int W, class Rays, class Block>
+uint32_t KdPacketTracer<W, Rays, Block>::descend(const KdNode& node, KdEntry& entry) {
+  const int axis = static_cast<int>(node.tag_and_index & 3u);
+  const uint32_t lower = node.tag_and_index >> 2;
+  const float plane = node.split - rays_.origin[axis];
+  if (axis != rays_.kz) return descend_across(axis, plane, lower, entry);
+  const float depth = plane * rays_.side;
+  const uint32_t near = rays_.side > 0 ? lower : lower + 1,
+                 far = rays_.side > 0 ? lower + 1 : lower;
+  if (depth > entry.to) return near;
+  if (depth < entry.from) return far;
+  stack_.push({far, depth, entry.to});
+  prefetch_kd(scene_, far);
+  entry.to = depth;
+  return near;
+}
+
+template <int W, class Rays, class Block>
+uint32_t KdPacketTracer<W, Rays, Block>::descend_across(int axis, float plane, uint32_t lower,
+                                                        KdEntry& entry) {
+  const Range range = covered(axis, entry.from, entry.to);
+  if (range.high < plane) return lower;
+  if (range.low > plane) return lower + 1;
+  const int k = axis == rays_.kx ? 0 : 1;
+  const float* const slope = k == 0 ? rays_.slope_u : rays_.slope_v;
+  const float* const offset = k == 0 ? rays_.offset_u : rays_.offset_v;
+  // The frustum begins below the plane, mostly, or above it.
+  const float middle =
+      (offset[0] + offset[1]) + (slope[0] + slope[1]) * entry.from;  // twice the middle
+  const bool is_below = middle < 2 * plane;
+  // Which of the two planes of the frustum goes through the split plane first, and which last.
+  const int first = is_below ? 1 : 0, last = 1 - first;
+  const float sign = is_below ? 1.0f : -1.0f;
+  const float slack = abs_of(plane) * (4 * kRoundoff);
+  KdEntry far{is_below ? lower + 1 : lower, entry.from, entry.to};
+  if (slope[first] * sign > 0) {
+    const float depth = ((plane - offset[first]) * sign - slack) * inverse_[k][first] * sign;
+    far.from = max_of(far.from, depth - abs_of(depth) * (8 * kRoundoff));
+  }
+  if (slope[last] * sign > 0) {
+    const float depth = ((plane - offset[last]) * sign + slack) * inverse_[k][last] * sign;
+    entry.to = min_of(entry.to, depth + abs_of(depth) * (8 * kRoundoff));
+  }
+  const uint32_t near = is_below ? lower : lower + 1;
+  if (far.from > far.to) return near;
+  if (entry.from > entry.to) {
+    entry = far;
+    return far.node;
+  }
+  stack_.push(far);
+  prefetch_kd(scene_, far.node);
+  return near;
+}
+
+template <int W, class Rays, class Block>
+template <class Packet>
+Together KdPacketTracer<W, Rays, Block>::run(const Packet& packet) {
+  if (!rays_.setup(packet)) return Together::kNoFrustum;
+  rays_.work_left = kWorkMax * rays_.count;
+  TESSERA_COUNT(packets, 1);
+  for (int i = 0; i < 2; ++i) {
+    inverse_[0][i] = 1 / rays_.slope_u[i];
+    inverse_[1][i] = 1 / rays_.slope_v[i];
+  }
+  KdEntry begin;
+  if (scene_.nodes == nullptr) return Together::kDone;
+  if (const FanEntry* const found = entry_of(packet)) {
+    const uint32_t node = found->top.child[0];
+    if (node == kBvhNoChild || !enter(node, voxel_of(found->top), begin)) return Together::kDone;
+  } else if (!enter(0, voxel_of(scene_.box), begin)) {
+    return Together::kDone;
+  }
+  stack_.push(begin);
+  int steps = 0;
+  while (!stack_.is_empty()) {
+    KdEntry entry = stack_.pop();
+    if (entry.from > rays_.z_far) continue;
+    entry.to = min_of(entry.to, rays_.z_far);
+    uint32_t node = entry.node;
+    while (!is_kd_leaf(scene_.nodes[node])) {
+      if (++steps > Rays::kKdStepsMax) return Together::kDoesNotPay;
+      TESSERA_COUNT(nodes, 1);
+      node = descend(scene_.nodes[node], entry);
+    }
+    bool has_hit = false;
+    for_blocks(scene_, scene_.nodes[node],
+               [&](const TriangleBlock<W>& block) { has_hit |= block_.test(block); });
+    if (has_hit) rays_.shorten();
+    if (rays_.work_left < 0) return Together::kDoesNotPay;
+  }
+  return Together::kDone;
+}
+
+template <int W, bool kAny>
+class KdRayTracer : public RayState<W, kAny> {
+ public:
+  explicit KdRayTracer(const KdView<W>& scene) : scene_(scene) {}
+
+  // Returns: whether there is a hit.
+  bool run(const SingleRay& ray);
+
+ private:
+  HWY_INLINE uint32_t descend(const KdNode& node, KdEntry& entry);
+
+  const KdView<W>& scene_;
+  KdStack stack_;
+};
+
+// Roundings of t at the plane: difference, reciprocal, product, 1 u each.
+template <int W, bool kAny>
+uint32_t KdRayTracer<W, kAny>::descend(const KdNode& node, KdEntry& entry) {
+  const int axis = static_cast<int>(node.tag_and_index & 3u);
+  const uint32_t lower = node.tag_and_index >> 2;
+  const float t = (node.split - this->origin_[axis]) * this->inverse_[axis];
+  const float slack = abs_of(t) * (8 * kRoundoff) + this->pad_[axis];
+  const uint32_t near = this->is_down(axis) ? lower + 1 : lower;
+  const uint32_t far = this->is_down(axis) ? lower : lower + 1;
+  if (t - slack > entry.to) return near;
+  if (t + slack < entry.from) return far;
+  stack_.push({far, max_of(entry.from, t - slack), entry.to});
+  prefetch_kd(scene_, far);
+  entry.to = min_of(entry.to, t + slack);
+  return near;
+}
+
+template <int W, bool kAny>
+bool KdRayTracer<W, kAny>::run(const SingleRay& ray) {
+  if (scene_.nodes == nullptr || !this->setup(ray, scene_.box)) return false;
+  TESSERA_COUNT(singles, 1);
+  KdEntry root{0, this->near_limit_, this->far_limit_};
+  for (int a = 0; a < 3; ++a) {
+    const float p = (scene_.box.lower[a] - this->origin_[a]) * this->inverse_[a];
+    const float q = (scene_.box.upper[a] - this->origin_[a]) * this->inverse_[a];
+    const float first = this->is_down(a) ? q : p, last = this->is_down(a) ? p : q;
+    root.from = max_of(root.from, first - abs_of(first) * (8 * kRoundoff) - this->pad_[a]);
+    root.to = min_of(root.to, last + abs_of(last) * (8 * kRoundoff) + this->pad_[a]);
+  }
+  if (!(root.from <= root.to)) return false;
+  stack_.push(root);
+  while (!stack_.is_empty()) {
+    KdEntry entry = stack_.pop();
+    if (entry.from > this->far_limit_) continue;
+    uint32_t node = entry.node;
+    while (!is_kd_leaf(scene_.nodes[node])) {
+      TESSERA_COUNT(nodes, 1);
+      node = descend(scene_.nodes[node], entry);
+    }
+    for_blocks(scene_, scene_.nodes[node],
+               [&](const TriangleBlock<W>& block) { this->test_block(block); });
+    if (kAny && this->best_ != -1) return true;
+  }
+  return this->best_ != -1;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

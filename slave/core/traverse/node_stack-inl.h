@@ -1,0 +1,131 @@
+// The children that a traversal has still to visit, the nearest on top.
+// Threads. One traversal owns one. Never overflows: a step down pushes at most W children for one
+// that it took, over at most kBvhDepthMax steps.
+#include "slave/core/ray/packet_layout.h"
+
+#if defined(TESSERA_CORE_NODE_STACK_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_NODE_STACK_INL_H_
+#undef TESSERA_CORE_NODE_STACK_INL_H_
+#else
+#define TESSERA_CORE_NODE_STACK_INL_H_
+#endif
+
+#include "slave/core/simd/lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+struct StackEntry {
+  uint32_t child;
+  float distance;  // at which its box begins
+};
+
+template <int W>
+class NodeStack {
+ public:
+  explicit NodeStack(const BvhView<W>& scene) : scene_(scene) {
+    if (scene.nodes != nullptr) entries_[size_++] = {0, -__builtin_inff()};
+  }
+
+  // The nearest child that begins at `far` or before it; kBvhNoChild where there is none.
+  HWY_INLINE uint32_t next(float far) {
+    while (size_ > 0) {
+      const StackEntry& entry = entries_[--size_];
+      if (entry.distance <= far) return entry.child;
+    }
+    return kBvhNoChild;
+  }
+
+  // Puts children in the place of the root; they are in order, the nearest first. Returns: the
+  // nearest, which is not pushed.
+  HWY_INLINE uint32_t enter(const BvhNode<kEntryWidth>& top, uint32_t bits,
+                            const float* distances) {
+    size_ = 0;
+    if (bits == 0) return kBvhNoChild;
+    const uint32_t nearest = bits & -bits;
+    for (bits ^= nearest; bits != 0;) {
+      const int i = 31 - __builtin_clz(bits);
+      bits ^= 1u << i;
+      entries_[size_++] = {top.child[i], distances[i]};
+    }
+    return top.child[__builtin_ctz(nearest)];
+  }
+
+  // The nearest of the children, which is not pushed as the others are; kBvhNoChild without any.
+  uint32_t descend(const BvhNode<W>& node, uint32_t bits, const float* distances) {
+    if (bits == 0) return kBvhNoChild;
+    const int first = __builtin_ctz(bits);
+    bits &= bits - 1;
+    if (bits == 0) return node.child[first];
+    StackEntry nearest{node.child[first], distances[first]};
+    const int base = size_;
+    for (; bits != 0; bits &= bits - 1) {
+      const int i = __builtin_ctz(bits);
+      StackEntry entry{node.child[i], distances[i]};
+      if (entry.distance < nearest.distance) {
+        const StackEntry nearer = entry;
+        entry = nearest;
+        nearest = nearer;
+      }
+      insert(entry, base);
+    }
+    return nearest.child;
+  }
+
+  // The same in any order: where one hit is as good as another, sorting costs more than it saves.
+  uint32_t descend_unsorted(const BvhNode<W>& node, uint32_t bits) {
+    if (bits == 0) return kBvhNoChild;
+    const int first = __builtin_ctz(bits);
+    for (bits &= bits - 1; bits != 0; bits &= bits - 1) {
+      const uint32_t child = node.child[__builtin_ctz(bits)];
+      prefetch(child);
+      entries_[size_++] = {child, -__builtin_inff()};
+    }
+    return node.child[first];
+  }
+
+ private:
+  // Keeps the entries from `base` on sorted.
+  HWY_INLINE void insert(const StackEntry& entry, int base) {
+    prefetch(entry.child);
+    int at = size_++;
+    for (; at > base && entries_[at - 1].distance < entry.distance; --at) {
+      entries_[at] = entries_[at - 1];
+    }
+    entries_[at] = entry;
+  }
+
+  void prefetch(uint32_t child) const {
+    const bool is_leaf = (child & kBvhLeaf) != 0;
+    const char* const at =
+        is_leaf ? reinterpret_cast<const char*>(scene_.blocks + (child & kBvhBlockMask))
+                : reinterpret_cast<const char*>(scene_.nodes + child);
+    static_assert(sizeof(BvhNode<W>) > 3 * 64 && sizeof(TriangleBlock<W>) > 4 * 64);
+    for (size_t line = 0; line < 4; ++line) __builtin_prefetch(at + 64 * line);
+  }
+
+  const BvhView<W>& scene_;
+  StackEntry entries_[kBvhDepthMax * (W - 1) + kEntryWidth];
+  int size_ = 0;
+};
+
+// The blocks of a leaf.
+template <int W>
+struct LeafBlocks {
+  const TriangleBlock<W>* first;
+  const TriangleBlock<W>* last;
+
+  LeafBlocks(const BvhView<W>& scene, uint32_t child)
+      : first(scene.blocks + (child & kBvhBlockMask)) {
+    last = first + (child >> kBvhCountShift & (kBvhLeafBlocksMax - 1)) + 1;
+  }
+  const TriangleBlock<W>* begin() const { return first; }
+  const TriangleBlock<W>* end() const { return last; }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

@@ -1,0 +1,156 @@
+// The calls of the kernel table: rays traced together where that pays, else one by one.
+//
+// Threads. A call writes what it is given, and nothing else.
+#include "slave/core/ray/packet_layout.h"
+
+#if defined(TESSERA_CORE_PACKET_CALL_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_PACKET_CALL_INL_H_
+#undef TESSERA_CORE_PACKET_CALL_INL_H_
+#else
+#define TESSERA_CORE_PACKET_CALL_INL_H_
+#endif
+
+#include "slave/core/primitive/triangle/triangle_bundle-inl.h"
+#include "slave/core/primitive/triangle/triangle_fan-inl.h"
+#include "slave/core/traverse/bvh_packet-inl.h"
+#include "slave/core/traverse/bvh_ray-inl.h"
+#include "slave/core/traverse/kd-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+// What goes through a structure.
+template <class View>
+struct Tracers;
+template <int W>
+struct Tracers<BvhView<W>> {
+  template <bool kAny>
+  using Ray = BvhRayTracer<W, kAny>;
+  template <bool kAny>
+  using Fan = PacketTracer<W, FanRays, FanBlock<W, kAny>>;
+  template <bool kAny>
+  using Bundle = PacketTracer<W, BundleRays, BundleBlock<W, kAny>>;
+};
+template <int W>
+struct Tracers<KdView<W>> {
+  template <bool kAny>
+  using Ray = KdRayTracer<W, kAny>;
+  template <bool kAny>
+  using Fan = KdPacketTracer<W, FanRays, FanBlock<W, kAny>>;
+  template <bool kAny>
+  using Bundle = KdPacketTracer<W, BundleRays, BundleBlock<W, kAny>>;
+};
+
+template <class View>
+void closest_ray(const View& scene, const SingleRay& ray, SingleHit& hit) {
+  typename Tracers<View>::template Ray<false> tracer(scene);
+  hit = {0, kNoPrimitive};
+  if (tracer.run(ray)) hit = {tracer.t(), static_cast<uint32_t>(tracer.primitive())};
+}
+
+template <class View>
+bool occluded_ray(const View& scene, const SingleRay& ray) {
+  return typename Tracers<View>::template Ray<true>(scene).run(ray);
+}
+
+HWY_INLINE SingleRay ray_of(const FanPacket& rays, size_t i) {
+  const UnmetTriangles& unmet = rays.unmet;
+  const uint32_t at_end = unmet.at_end == nullptr ? kNoPrimitive : unmet.at_end[unmet.at[i]];
+  return {{rays.origin[0], rays.origin[1], rays.origin[2]},
+          {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
+          rays.t_min,
+          rays.t_max[i],
+          {at_end, unmet.at_origin}};
+}
+
+HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {
+  return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
+          {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
+          rays.t_min[i],
+          rays.t_max[i]};
+}
+
+// kNoFrustum: it has not been tried.
+template <class Tracer, class Packet>
+HWY_INLINE Together run_together(Tracer& tracer, const Packet& rays) {
+  PacketHabit& habit = rays.habit;
+  if (habit.alone > 0) {
+    --habit.alone;
+    return Together::kNoFrustum;
+  }
+  constexpr int kWaitMax = 32;
+  const Together how = tracer.run(rays);
+  if (how == Together::kDone) habit.wait = 1;
+  if (how != Together::kDoesNotPay) return how;
+  habit.alone = habit.wait;
+  habit.wait = habit.wait < kWaitMax ? 2 * habit.wait : kWaitMax;
+  return how;
+}
+
+template <class Tracer, class View, class Packet>
+HWY_INLINE void closest(const View& scene, const Packet& rays, PacketHits& hits) {
+  Tracer tracer(scene);
+  if (run_together(tracer, rays) == Together::kDone) return tracer.rays().store(hits);
+  for (size_t i = 0; i < kPacketRays; ++i) {
+    SingleHit hit{0, kNoPrimitive};
+    if (rays.active >> i & 1u) closest_ray(scene, ray_of(rays, i), hit);
+    hits.t[i] = hit.t;
+    hits.primitive[i] = hit.primitive;
+  }
+}
+
+// The rays of `bits` one by one. Neighbours are mostly blocked by the same triangles.
+template <int W, class Packet>
+HWY_INLINE uint64_t occluded_alone(const BvhView<W>& scene, const Packet& rays, uint64_t bits) {
+  uint64_t blocked = 0;
+  const TriangleBlock<W>* blocker = nullptr;
+  for (; bits != 0; bits &= bits - 1) {
+    const auto i = static_cast<size_t>(__builtin_ctzll(bits));
+    BvhRayTracer<W, true> tracer(scene);
+    blocked |= uint64_t{tracer.run(ray_of(rays, i), blocker)} << i;
+  }
+  return blocked;
+}
+template <int W, class Packet>
+HWY_INLINE uint64_t occluded_alone(const KdView<W>& scene, const Packet& rays, uint64_t bits) {
+  uint64_t blocked = 0;
+  for (; bits != 0; bits &= bits - 1) {
+    const auto i = static_cast<size_t>(__builtin_ctzll(bits));
+    blocked |= uint64_t{occluded_ray(scene, ray_of(rays, i))} << i;
+  }
+  return blocked;
+}
+
+template <class Tracer, class View, class Packet>
+HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
+  Tracer tracer(scene);
+  const Together how = run_together(tracer, rays);
+  if (how == Together::kDone) return tracer.rays().blocked();
+  // What was found blocked before it did not pay any more is.
+  uint64_t blocked = how == Together::kDoesNotPay ? tracer.rays().blocked() : 0;
+  return blocked | occluded_alone(scene, rays, rays.active & ~blocked);
+}
+
+template <class View>
+void closest_fan(const View& scene, const FanPacket& rays, PacketHits& hits) {
+  closest<typename Tracers<View>::template Fan<false>>(scene, rays, hits);
+}
+template <class View>
+uint64_t occluded_fan(const View& scene, const FanPacket& rays) {
+  return occluded<typename Tracers<View>::template Fan<true>>(scene, rays);
+}
+template <class View>
+void closest_packet(const View& scene, const RayPacket& rays, PacketHits& hits) {
+  closest<typename Tracers<View>::template Bundle<false>>(scene, rays, hits);
+}
+template <class View>
+uint64_t occluded_packet(const View& scene, const RayPacket& rays) {
+  return occluded<typename Tracers<View>::template Bundle<true>>(scene, rays);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
