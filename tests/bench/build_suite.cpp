@@ -6,9 +6,8 @@
 
 #include "common/base/cpu_count.h"
 #include "common/base/json.h"
-#include "slave/core/accel/bvh_builder.h"
-#include "slave/core/accel/kd_index.h"
 #include "slave/core/kernels/kernel_table.h"
+#include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "tests/bench/contender.h"
@@ -53,20 +52,20 @@ void add_ours(const Input& input, int threads, std::vector<Row>& rows) {
   const std::string width = std::to_string(W);
   const auto bvh = [&input](int n) {
     return timed([&] {
-      return core::build_bvh<W>(input.boxes, input.triangles.vertices, {n, nullptr});
+      return core::index_by_bvh<W>(input.boxes, input.triangles.vertices, {n, nullptr});
     });
   };
   const auto kd = [&input](int n) {
     return timed([&] {
-      return core::build_kd_index<W>(input.boxes, input.triangles.vertices, {n, nullptr});
+      return core::index_by_kd<W>(input.boxes, input.triangles.vertices, {n, nullptr});
     });
   };
   rows.push_back({"bvh" + width, threads, bvh, false});
   const auto quality = [&input](int n) {
     return timed([&] {
       const core::TriangleClipper clipper(input.triangles.vertices);
-      return core::build_kd_index<W>(input.boxes, input.triangles.vertices, {n, nullptr},
-                                     core::quality_build(clipper));
+      return core::index_by_kd<W>(input.boxes, input.triangles.vertices, {n, nullptr},
+                                  core::quality_build(clipper));
     });
   };
   rows.push_back({"kd" + width, threads, kd, false});

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "slave/core/accel/bvh_builder.h"
-#include "slave/core/accel/kd_index.h"
 #include "slave/core/kernels/kernel_table.h"
+#include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "slave/core/trace/fan_window.h"
 #include "slave/core/trace/ray_groups.h"
@@ -206,14 +205,14 @@ class Ours final : public Entrants {
     const std::string width = std::to_string(W);
     const core::BuildControl alone{1, nullptr};
     const core::TriangleClipper clipper(triangles.vertices);
-    build<core::Bvh<W>>("bvh" + width, table,
-                        [&] { return core::build_bvh<W>(boxes, triangles.vertices, alone); });
-    build<core::KdIndex<W>>("kd" + width, table, [&] {
-      return core::build_kd_index<W>(boxes, triangles.vertices, alone);
+    build<core::IndexedBvh<W>>("bvh" + width, table, [&] {
+      return core::index_by_bvh<W>(boxes, triangles.vertices, alone);
     });
-    build<core::KdIndex<W>>("kd" + width + "q", table, [&] {
-      return core::build_kd_index<W>(boxes, triangles.vertices, alone,
-                                     core::quality_build(clipper));
+    build<core::IndexedKd<W>>("kd" + width, table, [&] {
+      return core::index_by_kd<W>(boxes, triangles.vertices, alone);
+    });
+    build<core::IndexedKd<W>>("kd" + width + "q", table, [&] {
+      return core::index_by_kd<W>(boxes, triangles.vertices, alone, core::quality_build(clipper));
     });
   }
 

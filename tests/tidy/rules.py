@@ -38,9 +38,11 @@ ARROWS = {
     "common/scene_io": _BASE + ["common/math", "common/scene"],
     _CORE + "simd": _VALUES,
     _CORE + "sampling": _rooms("simd"),
-    _CORE + "accel": _rooms("primitive/triangle"),
+    _CORE + "accel": _VALUES,
     _CORE + "ray": _rooms("simd accel primitive/triangle"),
     _TRIANGLE: _rooms("simd accel ray surface"),
+    # All kinds of primitives, for those who need not know which.
+    _CORE + "primitive": _rooms("accel primitive/triangle"),
     _CORE + "traverse": _rooms("simd ray primitive/triangle"),
     _CORE + "camera": _rooms("sampling ray"),
     # What a surface is and, below, how it scatters light: neither knows of traversal.
@@ -50,8 +52,8 @@ ARROWS = {
     _CORE + "light": _rooms("simd sampling ray primitive/triangle surface"),
     # All that is compiled once per instruction set.
     _CORE + "kernels": _rooms("sampling ray primitive/triangle traverse camera surface bsdf light"),
-    _CORE + "trace": _rooms("sampling accel ray primitive/triangle surface kernels"),
-    _CORE + "scene": _rooms("simd sampling accel ray primitive/triangle surface bsdf light kernels trace"),
+    _CORE + "trace": _rooms("sampling accel ray primitive primitive/triangle surface kernels"),
+    _CORE + "scene": _rooms("simd sampling accel ray primitive primitive/triangle surface bsdf light kernels trace"),
     _CORE + "integrate": _rooms("simd sampling ray camera surface bsdf light kernels trace scene"),
     # Few headers of the core are its door: what renders, and what it renders.
     "slave": _COMMON + ["common/wire", "proto", _CORE + "integrate", _CORE + "scene"],

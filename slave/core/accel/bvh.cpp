@@ -24,8 +24,12 @@ bool holds(const Bounds3f& outer, const Bounds3f& inner) {
 template <int W>
 class Validator {
  public:
-  Validator(const Bvh<W>& bvh, std::span<const Bounds3f> boxes)
-      : bvh_(bvh), boxes_(boxes), depth_(bvh.nodes.size(), -1), listed_(boxes.size(), 0) {}
+  Validator(const Bvh<W>& bvh, const PrimitiveSet& set)
+      : bvh_(bvh),
+        leaves_(set.leaves),
+        boxes_(set.boxes),
+        depth_(bvh.nodes.size(), -1),
+        listed_(set.boxes.size(), 0) {}
 
   Status run() {
     if (!bvh_.nodes.empty()) {
@@ -65,11 +69,10 @@ class Validator {
   Status check_leaf(std::size_t n, std::uint32_t child, const Bounds3f& box) {
     const std::uint32_t first = child & kBvhBlockMask;
     const std::uint32_t count = (child >> kBvhCountShift & (kBvhLeafBlocksMax - 1)) + 1;
-    if (first + count > bvh_.blocks.size()) return broken(n, "a leaf is out of range");
+    if (first + count > leaves_.block_count()) return broken(n, "a leaf is out of range");
     std::int64_t last = -1;
     for (std::uint32_t b = first; b < first + count; ++b) {
-      for (const std::uint32_t p : bvh_.blocks[b].primitive) {
-        if (p == 0xffffffffu) continue;
+      for (const std::uint32_t p : leaves_.primitives_of(b)) {
         if (p >= boxes_.size()) return broken(n, "a primitive is out of range");
         if (p <= last) return broken(n, "primitives do not ascend");
         if (!holds(box, boxes_[p])) return broken(n, "a primitive is larger than its leaf");
@@ -81,6 +84,7 @@ class Validator {
   }
 
   const Bvh<W>& bvh_;
+  const LeafWriter& leaves_;
   std::span<const Bounds3f> boxes_;
   std::vector<int> depth_;
   std::vector<int> listed_;
@@ -90,8 +94,8 @@ class Validator {
 }  // namespace
 
 template <int W>
-Status Bvh<W>::validate(std::span<const Bounds3f> boxes) const {
-  return Validator<W>(*this, boxes).run();
+Status Bvh<W>::validate(const PrimitiveSet& set) const {
+  return Validator<W>(*this, set).run();
 }
 
 template struct Bvh<8>;

@@ -1,6 +1,7 @@
 #include "slave/core/accel/bvh_builder.h"
 
 #include <algorithm>
+#include <memory>
 #include <new>
 #include <string>
 #include <utility>
@@ -8,7 +9,6 @@
 
 #include "slave/core/accel/run_tasks.h"
 #include "slave/core/accel/sah_bins.h"
-#include "slave/core/primitive/triangle/triangle_blocks.h"
 
 namespace tessera::core {
 namespace {
@@ -18,14 +18,14 @@ namespace {
 // least task is built by its parent.
 constexpr std::uint32_t kTaskShare = 64;
 constexpr std::uint32_t kTaskRefsMin = 4096, kTaskRefsLeast = 512;
-// From here on ranges are halved, whatever their boxes: 2^30 triangles are leaves of 16 blocks of 8
+// From here on ranges are halved, whatever their boxes: 2^30 primitives are leaves of 16 blocks of 8
 // after 23 more steps, and 32 + 23 is less than kBvhDepthMax.
 constexpr int kHalvingDepth = 32;
 
 template <int W>
 struct Fragment {
   std::vector<BvhNode<W>> nodes;
-  std::vector<TriangleBlock<W>> blocks;
+  std::unique_ptr<LeafWriter> leaves;
 };
 
 // A range with the cut that would split it, or none where it is to be a leaf.
@@ -48,9 +48,9 @@ class Builder {
     std::vector<Task> spawned{};
   };
 
-  Builder(std::span<PrimitiveRef> refs, std::span<const float> vertices,
-          const BuildControl& control, const BvhBuildConfig& config)
-      : refs_(refs), vertices_(vertices), control_(control), config_(config) {
+  Builder(std::span<PrimitiveRef> refs, const LeafWriter& leaves, const BuildControl& control,
+          const BvhBuildConfig& config)
+      : refs_(refs), leaves_(leaves), control_(control), config_(config) {
     const auto share = static_cast<std::uint32_t>(refs.size() / kTaskShare);
     task_refs_ = std::max(kTaskRefsMin, share);
   }
@@ -75,6 +75,7 @@ class Builder {
 
   void run(Task& task) const {
     SahBins bins;
+    task.result.leaves = leaves_.fresh();
     const bool is_whole = task.child.range.size() <= task_refs_;
     build_node(task.child, task.depth, bins, task.result, is_whole ? nullptr : &task.spawned);
   }
@@ -133,16 +134,14 @@ class Builder {
     std::sort(first, last, [](const PrimitiveRef& a, const PrimitiveRef& b) {
       return a.primitive < b.primitive;
     });
-    const auto first_block = static_cast<std::uint32_t>(out.blocks.size());
-    append_blocks<W>(
-        vertices_, range.size(), [&](std::uint32_t i) { return refs_[range.begin + i].primitive; },
-        out.blocks);
-    const std::uint32_t count = static_cast<std::uint32_t>(out.blocks.size()) - first_block;
-    return kBvhLeaf | (count - 1) << kBvhCountShift | first_block;
+    std::uint32_t primitives[W * kBvhLeafBlocksMax];
+    std::transform(first, last, primitives, [](const PrimitiveRef& ref) { return ref.primitive; });
+    const LeafRange leaf = out.leaves->append({primitives, range.size()});
+    return kBvhLeaf | (leaf.count - 1) << kBvhCountShift | leaf.first;
   }
 
   std::span<PrimitiveRef> refs_;
-  std::span<const float> vertices_;
+  const LeafWriter& leaves_;
   const BuildControl& control_;
   const BvhBuildConfig& config_;
   std::uint32_t task_refs_;
@@ -151,17 +150,16 @@ class Builder {
 // Appends a task's result and ties it to the slot that its parent kept for it. Returns: where its
 // first node stands.
 template <int W>
-std::uint32_t append(const typename Builder<W>::Task& task, std::uint32_t parent_base,
-                     Bvh<W>& top) {
+std::uint32_t append(const typename Builder<W>::Task& task, std::uint32_t parent_base, Bvh<W>& top,
+                     LeafWriter& leaves) {
   const auto node_base = static_cast<std::uint32_t>(top.nodes.size());
-  const auto block_base = static_cast<std::uint32_t>(top.blocks.size());
+  const std::uint32_t block_base = leaves.join(*task.result.leaves);
   for (BvhNode<W> node : task.result.nodes) {
     for (std::uint32_t& child : node.child) {
       if (child != kBvhNoChild) child += (child & kBvhLeaf) != 0 ? block_base : node_base;
     }
     top.nodes.push_back(node);
   }
-  top.blocks.insert(top.blocks.end(), task.result.blocks.begin(), task.result.blocks.end());
   if (node_base != 0) top.nodes[parent_base + task.parent].child[task.slot] = node_base;
   return node_base;
 }
@@ -208,32 +206,32 @@ std::vector<PrimitiveRef> references(std::span<const Bounds3f> boxes, RefRange& 
 }
 
 template <int W>
-Result<Bvh<W>> build(std::span<const Bounds3f> boxes, std::span<const float> vertices,
-                     const BuildControl& control, const BvhBuildConfig& config) {
+Result<Bvh<W>> build(const PrimitiveSet& set, const BuildControl& control,
+                     const BvhBuildConfig& config) {
   RefRange all;
-  std::vector<PrimitiveRef> refs = references(boxes, all);
+  std::vector<PrimitiveRef> refs = references(set.boxes, all);
   Bvh<W> bvh;
   if (refs.empty()) return bvh;
   bvh.bounds = all.bounds.bounds();
-  const Builder<W> builder(refs, vertices, control, config);
+  const Builder<W> builder(refs, set.leaves, control, config);
   auto tasks = run_rounds(builder, all, control.thread_count);
   if (builder.is_cancelled())
     return Status::cancelled("the build of the spatial index was cancelled");
   std::size_t node_count = 0, block_count = 0;
   for (const auto& task : tasks) {
     node_count += task.result.nodes.size();
-    block_count += task.result.blocks.size();
+    block_count += task.result.leaves->block_count();
   }
   if (block_count > kBvhBlockMask) {
-    return Status::resource_exhausted("the spatial index of " + std::to_string(boxes.size()) +
-                                      " triangles has more than 2^27 blocks: split the scene");
+    return Status::resource_exhausted("the spatial index of " + std::to_string(set.boxes.size()) +
+                                      " primitives has more than 2^27 blocks: split the scene");
   }
   bvh.nodes.reserve(node_count);
-  bvh.blocks.reserve(block_count);
+  set.leaves.reserve(block_count);
   std::vector<std::uint32_t> bases;
   for (auto& task : tasks) {
     const std::uint32_t parent_base = bases.empty() ? 0 : bases[task.parent_task];
-    bases.push_back(append<W>(task, parent_base, bvh));
+    bases.push_back(append<W>(task, parent_base, bvh, set.leaves));
     task.result = {};
   }
   return bvh;
@@ -242,19 +240,19 @@ Result<Bvh<W>> build(std::span<const Bounds3f> boxes, std::span<const float> ver
 }  // namespace
 
 template <int W>
-Result<Bvh<W>> build_bvh(std::span<const Bounds3f> boxes, std::span<const float> vertices,
-                         const BuildControl& control, const BvhBuildConfig& config) {
+Result<Bvh<W>> build_bvh(const PrimitiveSet& set, const BuildControl& control,
+                         const BvhBuildConfig& config) {
   try {
-    return build<W>(boxes, vertices, control, config);
+    return build<W>(set, control, config);
   } catch (const std::bad_alloc&) {
     return Status::resource_exhausted("no memory for the spatial index of " +
-                                      std::to_string(boxes.size()) + " triangles");
+                                      std::to_string(set.boxes.size()) + " primitives");
   }
 }
 
-template Result<Bvh<8>> build_bvh<8>(std::span<const Bounds3f>, std::span<const float>,
-                                     const BuildControl&, const BvhBuildConfig&);
-template Result<Bvh<16>> build_bvh<16>(std::span<const Bounds3f>, std::span<const float>,
-                                       const BuildControl&, const BvhBuildConfig&);
+template Result<Bvh<8>> build_bvh<8>(const PrimitiveSet&, const BuildControl&,
+                                     const BvhBuildConfig&);
+template Result<Bvh<16>> build_bvh<16>(const PrimitiveSet&, const BuildControl&,
+                                       const BvhBuildConfig&);
 
 }  // namespace tessera::core

@@ -2,13 +2,11 @@
 //
 // Method. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007: centroids
 // are sorted into bins on all axes at once; a node splits its largest child until it is full.
-// Leaves cost by the block: W triangles are tested in the time of one.
+// Leaves cost by the block: W primitives are tested in the time of one.
 //
 // Threads. The calling thread and up to thread_count - 1 more; the result does not depend on their
 // number, for the top is cut into tasks by counts alone.
 #pragma once
-
-#include <span>
 
 #include "common/base/status.h"
 #include "slave/core/accel/build_control.h"
@@ -18,13 +16,12 @@ namespace tessera::core {
 
 struct BvhBuildConfig {
   float cost_node = 1.0f;   // testing the boxes of a node, the unit
-  float cost_block = 1.0f;  // testing a block of triangles
+  float cost_block = 1.0f;  // testing a block of primitives
 };
 
-// Shape: boxes [triangle_count], an empty one keeps its number and stays out; vertices
-// [triangle_count][3][3]. Returns: kCancelled; kResourceExhausted when indices or memory run out.
+// Returns: kCancelled; kResourceExhausted when indices or memory run out.
 template <int W>
-Result<Bvh<W>> build_bvh(std::span<const Bounds3f> boxes, std::span<const float> vertices,
-                         const BuildControl& control, const BvhBuildConfig& config = {});
+Result<Bvh<W>> build_bvh(const PrimitiveSet& set, const BuildControl& control,
+                         const BvhBuildConfig& config = {});
 
 }  // namespace tessera::core

@@ -1,8 +1,8 @@
 // Memory layout of the wide bounding volume hierarchy, shared by the builder (scalar) and the
 // kernels (SIMD). Fixed-size types only and no functions (see kd_layout.h).
 //
-// A node holds the boxes of W children side by side, a leaf is a run of blocks of W triangles: what
-// a register of W lanes tests at once, and at the alignment of that register. After Wald, Benthin, Boulos, "Getting rid of packets", 2008.
+// A node holds the boxes of W children side by side, what a register of W lanes tests at once, at
+// the alignment of that register; a leaf is a run of blocks of primitives. After Wald, Benthin, Boulos, "Getting rid of packets", 2008.
 #pragma once
 
 #include <stdint.h>
@@ -28,14 +28,6 @@ struct alignas(W * sizeof(float)) BvhNode {
   uint32_t child[W];
 };
 
-// Corners A, B, C and the numbers of W triangles; NaN and kNoPrimitive where there are fewer.
-template <int W>
-struct alignas(W * sizeof(float)) TriangleBlock {
-  float vertex[9][W];
-  uint32_t primitive[W];
-};
-
-static_assert(sizeof(BvhNode<8>) == 224 && sizeof(TriangleBlock<8>) == 320);
-static_assert(sizeof(BvhNode<16>) == 448 && sizeof(TriangleBlock<16>) == 640);
+static_assert(sizeof(BvhNode<8>) == 224 && sizeof(BvhNode<16>) == 448);
 
 }  // namespace tessera::core

@@ -239,7 +239,7 @@ Result<KdTree> build(std::span<const Bounds3f> boxes, const BuildControl& contro
   }
   if (node_count > kKdIndexMax || ref_count > kKdIndexMax) {
     return Status::resource_exhausted("the spatial index of " + std::to_string(boxes.size()) +
-                                      " triangles has more than 2^30 entries: split the scene");
+                                      " primitives has more than 2^30 entries: split the scene");
   }
   Fragment top;
   top.nodes.reserve(node_count);
@@ -267,7 +267,7 @@ Result<KdTree> build_kd_tree(std::span<const Bounds3f> boxes, const BuildControl
     return build(boxes, control, config);
   } catch (const std::bad_alloc&) {
     return Status::resource_exhausted("no memory for the spatial index of " +
-                                      std::to_string(boxes.size()) + " triangles");
+                                      std::to_string(boxes.size()) + " primitives");
   }
 }
 

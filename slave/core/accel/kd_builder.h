@@ -17,26 +17,18 @@
 #include "common/math/bounds3.h"
 #include "slave/core/accel/build_control.h"
 #include "slave/core/accel/kd_tree.h"
+#include "slave/core/accel/primitive_set.h"
 
 namespace tessera::core {
-
-// What the builder has to know of primitives beside their boxes, to cut them at the faces of
-// voxels.
-class PrimitiveClipper {
- public:
-  virtual ~PrimitiveClipper() = default;
-  // Any thread. Returns: a box around the part of the primitive that is in `voxel`, faces included,
-  // and within `voxel`; empty where nothing of it is.
-  virtual Bounds3f clip(std::uint32_t primitive, const Bounds3f& voxel) const = 0;
-};
 
 inline constexpr int kKdBinsMax = 128;
 
 struct KdBuildConfig {
-  float cost_traverse = 1.0f;     // cost of one step down, the unit
-  float cost_intersect = 0.025f;  // cost of one triangle test, in a block; measured, see README.md
-  std::uint32_t block_size = 8;   // triangles of a leaf are tested in blocks of this many
-  float empty_bonus = 0.2f;       // share of cost forgiven to a split that cuts empty space off
+  float cost_traverse = 1.0f;  // cost of one step down, the unit
+  float cost_intersect =
+      0.025f;  // cost of one primitive's test, in a block; measured, see README.md
+  std::uint32_t block_size = 8;  // primitives of a leaf are tested in blocks of this many
+  float empty_bonus = 0.2f;      // share of cost forgiven to a split that cuts empty space off
   std::uint32_t refs_per_primitive_max =
       8;  // bound on memory: leaves list at most this often on average
   // In voxels of at most so many primitives planes are tried at every face of a box; above at the

@@ -1,4 +1,4 @@
-// An immutable kd-tree over the boxes of triangles.
+// An immutable kd-tree over the boxes of primitives.
 //
 // Threads. Built by build_kd_tree(), then never changed: any number of threads read it without
 // locks. PreparedScene owns it; kernels see it as raw pointers in SceneView.

@@ -6,6 +6,7 @@
 
 #include "slave/core/accel/bvh_layout.h"
 #include "slave/core/accel/kd_layout.h"
+#include "slave/core/primitive/triangle/triangle_layout.h"
 
 namespace tessera::core {
 

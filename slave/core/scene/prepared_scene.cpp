@@ -71,8 +71,8 @@ Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
     if (boxes[i].is_empty()) geometry->left_out.push_back(i);
   }
   const int lanes = kernels_for(widest_isa(cpu_isas() & compiled_isas())).lane_count;
-  Result<SpatialIndex> index =
-      build_spatial_index(boxes, geometry->triangles.vertices, options.structure, lanes,
+  Result<PrimitiveIndex> index =
+      build_primitive_index(boxes, geometry->triangles.vertices, options.structure, lanes,
                           {options.threads, options.is_cancelled});
   if (!index.is_ok()) return index.status();
   geometry->index = std::move(*index);

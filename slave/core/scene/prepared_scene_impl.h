@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "slave/core/accel/spatial_index.h"
+#include "slave/core/primitive/primitive_index.h"
 #include "slave/core/light/feature.h"
 #include "slave/core/light/light_set.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
@@ -38,7 +38,7 @@ struct SurfaceFeatures {
 struct Geometry {
   TriangleStore triangles;
   std::vector<std::uint64_t> left_out;  // of the index, rising: triangles without area
-  SpatialIndex index;
+  PrimitiveIndex index;
   bool is_smooth = false;  // some mesh has normals that differ from those of its triangles
   // What it was made of:
   std::vector<std::shared_ptr<const Mesh>> meshes;
@@ -56,7 +56,7 @@ struct PreparedScene::Impl {
 
   const std::shared_ptr<const Geometry> geometry;
   const TriangleStore& triangles;  // of geometry, as the next
-  const SpatialIndex& index;
+  const PrimitiveIndex& index;
   const std::vector<std::shared_ptr<const Mesh>>& meshes;
   const std::vector<Instance>& instances;
   LightSet lights;

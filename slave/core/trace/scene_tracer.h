@@ -10,8 +10,8 @@
 #include <cstdint>
 #include <variant>
 
-#include "slave/core/accel/spatial_index.h"
 #include "slave/core/kernels/kernel_table.h"
+#include "slave/core/primitive/primitive_index.h"
 
 namespace tessera::core {
 
@@ -27,12 +27,12 @@ inline SceneBox scene_box(const Bounds3f& bounds) {
 
 // A structure as the kernels see it. Valid as long as the structure is.
 template <int W>
-BvhView<W> view_of(const Bvh<W>& bvh) {
-  return {bvh.nodes.data(), bvh.blocks.data(), scene_box(bvh.bounds)};
+BvhView<W> view_of(const IndexedBvh<W>& bvh) {
+  return {bvh.structure.nodes.data(), bvh.triangles.data(), scene_box(bvh.structure.bounds)};
 }
 template <int W>
-KdView<W> view_of(const KdIndex<W>& kd) {
-  return {kd.nodes.data(), kd.blocks.data(), scene_box(kd.bounds)};
+KdView<W> view_of(const IndexedKd<W>& kd) {
+  return {kd.structure.nodes.data(), kd.triangles.data(), scene_box(kd.structure.bounds)};
 }
 
 inline const auto& kernels_of(const KernelTable& table, const BvhView<8>&) { return table.bvh8; }
@@ -45,10 +45,10 @@ class AlphaSurfaces;
 class SceneTracer {
  public:
   // `alpha`: what rays go through; null: they go through nothing. Requires: all outlive it.
-  SceneTracer(const SpatialIndex& index, const KernelTable& kernels,
+  SceneTracer(const PrimitiveIndex& index, const KernelTable& kernels,
               const AlphaSurfaces* alpha = nullptr)
       : kernels_(&kernels), alpha_(alpha) {
-    std::visit([this](const auto& structure) { view_ = view_of(structure); }, index.structure);
+    std::visit([this](const auto& any) { view_ = view_of(any); }, index.any);
   }
 
   const KernelTable& kernels() const { return *kernels_; }

@@ -3,8 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "slave/core/accel/bvh_builder.h"
-#include "slave/core/accel/kd_index.h"
+#include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/simd/isa_support.h"
 #include "slave/core/trace/scene_tracer.h"
@@ -41,8 +40,8 @@ int run(int fan_count) {
   std::vector<Bounds3f> boxes;
   const TriangleStore store =
       make_triangle_store(test::make_scene(test::make_torus(150, 60)), boxes);
-  const auto bvh = build_bvh<8>(boxes, store.vertices, {1, nullptr});
-  const auto kd = build_kd_index<8>(boxes, store.vertices, {1, nullptr});
+  const auto bvh = index_by_bvh<8>(boxes, store.vertices, {1, nullptr});
+  const auto kd = index_by_kd<8>(boxes, store.vertices, {1, nullptr});
   const FeatureScene scene{view_of(*bvh), view_of(*kd)};
   PacketHits hits{};
   std::uint64_t sum = 0;

@@ -6,11 +6,19 @@
 #include <cstring>
 
 #include "slave/core/accel/bvh_builder.h"
+#include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
+#include "slave/core/primitive/triangle/triangle_writer.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
 namespace {
+
+template <int W>
+struct Built {
+  Bvh<W> bvh;
+  TriangleWriter<W> leaves;
+};
 
 struct Triangles {
   TriangleStore store;
@@ -20,8 +28,11 @@ struct Triangles {
     store = make_triangle_store(test::make_scene(std::move(mesh)), boxes);
   }
   template <int W>
-  Result<Bvh<W>> build(int threads) const {
-    return build_bvh<W>(boxes, store.vertices, {threads, nullptr});
+  Result<Built<W>> build(int threads) const {
+    TriangleWriter<W> leaves(store.vertices);
+    auto bvh = build_bvh<W>({boxes, leaves}, {threads, nullptr});
+    if (!bvh.is_ok()) return bvh.status();
+    return Built<W>{std::move(*bvh), std::move(leaves)};
   }
 };
 
@@ -48,9 +59,9 @@ Mesh shrinking(std::uint32_t count) {
 
 template <int W>
 void expect_sound(const Triangles& triangles) {
-  const auto bvh = triangles.build<W>(1);
-  ASSERT_TRUE(bvh.is_ok()) << bvh.status().message();
-  const Status status = bvh->validate(triangles.boxes);
+  auto built = triangles.build<W>(1);
+  ASSERT_TRUE(built.is_ok()) << built.status().message();
+  const Status status = built->bvh.validate({triangles.boxes, built->leaves});
   EXPECT_TRUE(status.is_ok()) << status.message();
 }
 
@@ -80,19 +91,23 @@ TEST(Bvh, LeavesDegenerateTrianglesOut) {
   expect_sound<8>(Triangles(mesh));
 }
 
+template <class T>
+void expect_same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_EQ(0, std::memcmp(a.data(), b.data(), a.size() * sizeof(T)));
+}
+
 template <int W>
 void expect_same_for_any_threads(const Triangles& triangles) {
-  const auto one = triangles.build<W>(1);
-  ASSERT_TRUE(one.is_ok());
+  const auto index = [&](int threads) {
+    return std::move(
+        *index_by_bvh<W>(triangles.boxes, triangles.store.vertices, {threads, nullptr}));
+  };
+  const IndexedBvh<W> one = index(1);
   for (const int threads : {2, 3, 7}) {
-    const auto many = triangles.build<W>(threads);
-    ASSERT_TRUE(many.is_ok());
-    ASSERT_EQ(one->nodes.size(), many->nodes.size());
-    ASSERT_EQ(one->blocks.size(), many->blocks.size());
-    EXPECT_EQ(0, std::memcmp(one->nodes.data(), many->nodes.data(),
-                             one->nodes.size() * sizeof(BvhNode<W>)));
-    EXPECT_EQ(0, std::memcmp(one->blocks.data(), many->blocks.data(),
-                             one->blocks.size() * sizeof(TriangleBlock<W>)));
+    const IndexedBvh<W> many = index(threads);
+    expect_same_bytes(one.structure.nodes, many.structure.nodes);
+    expect_same_bytes(one.triangles, many.triangles);
   }
 }
 
@@ -105,7 +120,7 @@ TEST(Bvh, DoesNotDependOnTheNumberOfThreads) {
 TEST(Bvh, ACancelledBuildSaysSo) {
   const Triangles triangles(test::make_random_triangles(20000, 0.05f, 4));
   const std::atomic<bool> is_cancelled{true};
-  const auto bvh = build_bvh<8>(triangles.boxes, triangles.store.vertices, {2, &is_cancelled});
+  const auto bvh = index_by_bvh<8>(triangles.boxes, triangles.store.vertices, {2, &is_cancelled});
   EXPECT_EQ(bvh.status().code(), StatusCode::kCancelled);
 }
 

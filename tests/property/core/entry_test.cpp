@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <random>
 
-#include "slave/core/accel/bvh_builder.h"
-#include "slave/core/accel/kd_index.h"
+#include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/trace/fan_window.h"
 #include "slave/core/trace/scene_tracer.h"
@@ -101,10 +100,10 @@ TEST(FanEntry, FansHitWhatTheyWouldFromTheRoot) {
     std::vector<Bounds3f> boxes;
     const TriangleStore store = make_triangle_store(test::make_scene(mesh), boxes);
     const BuildControl alone{1, nullptr};
-    const auto bvh8 = build_bvh<8>(boxes, store.vertices, alone);
-    const auto bvh16 = build_bvh<16>(boxes, store.vertices, alone);
-    const auto kd8 = build_kd_index<8>(boxes, store.vertices, alone);
-    const auto kd16 = build_kd_index<16>(boxes, store.vertices, alone);
+    const auto bvh8 = index_by_bvh<8>(boxes, store.vertices, alone);
+    const auto bvh16 = index_by_bvh<16>(boxes, store.vertices, alone);
+    const auto kd8 = index_by_kd<8>(boxes, store.vertices, alone);
+    const auto kd16 = index_by_kd<16>(boxes, store.vertices, alone);
     for (int number = 0; number < 150 && !testing::Test::HasFatalFailure(); ++number) {
       SCOPED_TRACE("seed " + std::to_string(seed) + ", tile " + std::to_string(number));
       const Tile tile = make_tile(mesh, random);
@@ -124,8 +123,8 @@ TEST(FanEntry, AWindowBehindTheSceneLeavesNothingToGoTo) {
   const Mesh mesh = test::make_icosphere(3);
   std::vector<Bounds3f> boxes;
   const TriangleStore store = make_triangle_store(test::make_scene(mesh), boxes);
-  const auto kd = build_kd_index<8>(boxes, store.vertices, {1, nullptr});
-  const auto bvh = build_bvh<8>(boxes, store.vertices, {1, nullptr});
+  const auto kd = index_by_kd<8>(boxes, store.vertices, {1, nullptr});
+  const auto bvh = index_by_bvh<8>(boxes, store.vertices, {1, nullptr});
   const Vec3f away[] = {{1, 0.1f, 0}, {1, -0.1f, 0}, {1, 0, 0.1f}};
   const auto window = fan_window({5, 0, 0}, away);
   ASSERT_TRUE(window.has_value());

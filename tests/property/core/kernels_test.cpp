@@ -10,8 +10,7 @@
 #include <sstream>
 #include <string>
 
-#include "slave/core/accel/bvh_builder.h"
-#include "slave/core/accel/kd_index.h"
+#include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/exact_hit_abi.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
@@ -25,24 +24,24 @@ namespace {
 struct Prepared {
   std::vector<Bounds3f> boxes;
   TriangleStore store;
-  Bvh<8> bvh8;
-  Bvh<16> bvh16;
-  KdIndex<8> kd8;
-  KdIndex<16> kd16;
+  IndexedBvh<8> bvh8;
+  IndexedBvh<16> bvh16;
+  IndexedKd<8> kd8;
+  IndexedKd<16> kd16;
 
   explicit Prepared(const Mesh& mesh) {
     store = make_triangle_store(test::make_scene(mesh), boxes);
-    bvh8 = std::move(*build_bvh<8>(boxes, store.vertices, {1, nullptr}));
-    bvh16 = std::move(*build_bvh<16>(boxes, store.vertices, {1, nullptr}));
+    bvh8 = std::move(*index_by_bvh<8>(boxes, store.vertices, {1, nullptr}));
+    bvh16 = std::move(*index_by_bvh<16>(boxes, store.vertices, {1, nullptr}));
     // A fine tree, for more planes to go wrong at than the coarse ones of every day have.
     KdBuildConfig fine;
     fine.cost_intersect = 4;
-    kd8 = std::move(*build_kd_index<8>(boxes, store.vertices, {1, nullptr}, fine));
+    kd8 = std::move(*index_by_kd<8>(boxes, store.vertices, {1, nullptr}, fine));
     // And one whose triangles are cut, finer than that of every day, too.
     const TriangleClipper clipper(store.vertices);
     KdBuildConfig cut = quality_build(clipper);
     cut.cost_intersect = 1;
-    kd16 = std::move(*build_kd_index<16>(boxes, store.vertices, {1, nullptr}, cut));
+    kd16 = std::move(*index_by_kd<16>(boxes, store.vertices, {1, nullptr}, cut));
   }
 
   template <class Test>

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "slave/core/accel/bvh_builder.h"
+#include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/support/packets.h"
@@ -26,7 +26,7 @@ TEST(PacketHabit, PacketsThatDoNotPayAnswerAsTheirRaysDo) {
   const Mesh mesh = test::make_terrain(300, 2);
   std::vector<Bounds3f> boxes;
   const TriangleStore store = make_triangle_store(test::make_scene(mesh), boxes);
-  const Bvh<8> bvh = std::move(*build_bvh<8>(boxes, store.vertices, {1, nullptr}));
+  const IndexedBvh<8> bvh = std::move(*index_by_bvh<8>(boxes, store.vertices, {1, nullptr}));
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> unit(-1, 1);
   for (const Isa isa : test::isas_here()) {

@@ -5,7 +5,7 @@
 
 #include <span>
 
-#include "slave/core/accel/kd_builder.h"
+#include "slave/core/accel/primitive_set.h"
 
 namespace tessera::core {
 

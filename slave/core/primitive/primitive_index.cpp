@@ -1,0 +1,65 @@
+#include "slave/core/primitive/primitive_index.h"
+
+#include <utility>
+
+#include "slave/core/primitive/triangle/triangle_clipper.h"
+#include "slave/core/primitive/triangle/triangle_writer.h"
+
+namespace tessera::core {
+namespace {
+
+template <int W>
+Result<PrimitiveIndex> build(std::span<const Bounds3f> boxes, std::span<const float> vertices,
+                             Structure structure, const BuildControl& control) {
+  if (structure == Structure::kKd || structure == Structure::kKdQuality) {
+    const TriangleClipper clipper(vertices);
+    const bool is_quality = structure == Structure::kKdQuality;
+    Result<IndexedKd<W>> kd = index_by_kd<W>(boxes, vertices, control,
+                                             is_quality ? quality_build(clipper) : KdBuildConfig{});
+    if (!kd.is_ok()) return kd.status();
+    return PrimitiveIndex{std::move(*kd)};
+  }
+  Result<IndexedBvh<W>> bvh = index_by_bvh<W>(boxes, vertices, control);
+  if (!bvh.is_ok()) return bvh.status();
+  return PrimitiveIndex{std::move(*bvh)};
+}
+
+}  // namespace
+
+template <int W>
+Result<IndexedBvh<W>> index_by_bvh(std::span<const Bounds3f> boxes, std::span<const float> vertices,
+                                   const BuildControl& control, const BvhBuildConfig& config) {
+  TriangleWriter<W> writer(vertices);
+  Result<Bvh<W>> bvh = build_bvh<W>({boxes, writer}, control, config);
+  if (!bvh.is_ok()) return bvh.status();
+  return IndexedBvh<W>{std::move(*bvh), writer.take()};
+}
+
+template <int W>
+Result<IndexedKd<W>> index_by_kd(std::span<const Bounds3f> boxes, std::span<const float> vertices,
+                                 const BuildControl& control, const KdBuildConfig& config) {
+  TriangleWriter<W> writer(vertices);
+  KdBuildConfig wide = config;
+  wide.block_size = W;
+  Result<KdIndex> kd = build_kd_index({boxes, writer}, control, wide);
+  if (!kd.is_ok()) return kd.status();
+  return IndexedKd<W>{std::move(*kd), writer.take()};
+}
+
+template Result<IndexedBvh<8>> index_by_bvh<8>(std::span<const Bounds3f>, std::span<const float>,
+                                               const BuildControl&, const BvhBuildConfig&);
+template Result<IndexedBvh<16>> index_by_bvh<16>(std::span<const Bounds3f>, std::span<const float>,
+                                                 const BuildControl&, const BvhBuildConfig&);
+template Result<IndexedKd<8>> index_by_kd<8>(std::span<const Bounds3f>, std::span<const float>,
+                                             const BuildControl&, const KdBuildConfig&);
+template Result<IndexedKd<16>> index_by_kd<16>(std::span<const Bounds3f>, std::span<const float>,
+                                               const BuildControl&, const KdBuildConfig&);
+
+Result<PrimitiveIndex> build_primitive_index(std::span<const Bounds3f> boxes,
+                                             std::span<const float> vertices, Structure structure,
+                                             int lanes, const BuildControl& control) {
+  return lanes >= 16 ? build<16>(boxes, vertices, structure, control)
+                     : build<8>(boxes, vertices, structure, control);
+}
+
+}  // namespace tessera::core

@@ -1,0 +1,59 @@
+#include "slave/core/primitive/triangle/triangle_writer.h"
+
+#include <limits>
+
+namespace tessera::core {
+namespace {
+
+constexpr std::uint32_t kNoTriangle = 0xffffffffu;
+
+}  // namespace
+
+template <int W>
+LeafRange TriangleWriter<W>::append(std::span<const std::uint32_t> primitives) {
+  const std::uint32_t first_block = block_count();
+  for (std::size_t first = 0; first < primitives.size(); first += W) {
+    TriangleBlock<W>& block = blocks_.emplace_back();
+    for (std::size_t lane = 0; lane < W; ++lane) {
+      const bool is_used = first + lane < primitives.size();
+      const std::uint32_t primitive = is_used ? primitives[first + lane] : kNoTriangle;
+      for (std::size_t k = 0; k < 9; ++k) {
+        block.vertex[k][lane] = is_used ? vertices_[std::size_t{9} * primitive + k]
+                                        : std::numeric_limits<float>::quiet_NaN();
+      }
+      block.primitive[lane] = primitive;
+    }
+  }
+  return {first_block, block_count() - first_block};
+}
+
+template <int W>
+std::unique_ptr<LeafWriter> TriangleWriter<W>::fresh() const {
+  return std::make_unique<TriangleWriter>(vertices_);
+}
+
+template <int W>
+std::uint32_t TriangleWriter<W>::join(LeafWriter& part) {
+  const std::uint32_t base = block_count();
+  std::vector<TriangleBlock<W>> blocks = static_cast<TriangleWriter&>(part).take();
+  blocks_.insert(blocks_.end(), blocks.begin(), blocks.end());
+  return base;
+}
+
+template <int W>
+std::uint32_t TriangleWriter<W>::block_count() const {
+  return static_cast<std::uint32_t>(blocks_.size());
+}
+
+template <int W>
+std::span<const std::uint32_t> TriangleWriter<W>::primitives_of(std::uint32_t block) const {
+  const std::span<const std::uint32_t> all = blocks_[block].primitive;
+  std::size_t count = 0;
+  while (count < all.size() && all[count] != kNoTriangle) ++count;
+  return all.first(count);
+}
+
+template class TriangleWriter<8>;
+template class TriangleWriter<16>;
+
+}  // namespace tessera::core

@@ -1,0 +1,35 @@
+// Puts the triangles of a structure's leaves into blocks of W.
+// Threads. One owner.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "slave/core/accel/primitive_set.h"
+#include "slave/core/primitive/triangle/triangle_layout.h"
+
+namespace tessera::core {
+
+template <int W>
+class TriangleWriter final : public LeafWriter {
+ public:
+  // Shape: vertices [triangle_count][3 corners][x, y, z]; they outlive it.
+  explicit TriangleWriter(std::span<const float> vertices) : vertices_(vertices) {}
+
+  LeafRange append(std::span<const std::uint32_t> primitives) override;
+  std::unique_ptr<LeafWriter> fresh() const override;
+  std::uint32_t join(LeafWriter& part) override;
+  void reserve(std::size_t block_count) override { blocks_.reserve(block_count); }
+  std::uint32_t block_count() const override;
+  std::span<const std::uint32_t> primitives_of(std::uint32_t block) const override;
+
+  std::vector<TriangleBlock<W>> take() { return std::move(blocks_); }
+
+ private:
+  std::span<const float> vertices_;
+  std::vector<TriangleBlock<W>> blocks_;
+};
+
+}  // namespace tessera::core
