@@ -165,6 +165,16 @@ def check_machine_paths(path, text, found):
             found.add(path, number, "a path of one particular machine")
 
 
+def check_strangers(path, text, found):
+    """A folder that is kept free of a notion does not say its word."""
+    for word, folders in rules.STRANGERS.items():
+        if not lies_in(path, folders):
+            continue
+        for number, line in enumerate(text.splitlines(), 1):
+            if word in line.lower():
+                found.add(path, number, f"the word '{word}': {', '.join(folders)} know nothing of it")
+
+
 TIME_LIMIT = re.compile(r"\bTIMEOUT\s+\d")
 
 
@@ -216,6 +226,7 @@ def check_tree(root):
         check_arrows(path, text, found)
         check_confinement(path, text, found)
         check_lengths(path, text, found)
+        check_strangers(path, text, found)
         if path.endswith((".h", ".hpp")):
             check_header(path, text, found)
         if path.endswith("-inl.h"):

@@ -39,11 +39,11 @@ ARROWS = {
     _CORE + "simd": _VALUES,
     _CORE + "sampling": _rooms("simd"),
     _CORE + "accel": _VALUES,
-    _CORE + "ray": _rooms("simd accel primitive/triangle"),
+    _CORE + "ray": _rooms("simd accel"),
     _TRIANGLE: _rooms("simd accel ray surface"),
     # All kinds of primitives, for those who need not know which.
-    _CORE + "primitive": _rooms("accel primitive/triangle"),
-    _CORE + "traverse": _rooms("simd ray primitive/triangle"),
+    _CORE + "primitive": _rooms("accel ray primitive/triangle"),
+    _CORE + "traverse": _rooms("simd accel ray primitive"),
     _CORE + "camera": _rooms("sampling ray"),
     # What a surface is and, below, how it scatters light: neither knows of traversal.
     _CORE + "surface": _rooms("simd sampling ray"),
@@ -51,7 +51,7 @@ ARROWS = {
     # Lamps are triangles and may have pictures.
     _CORE + "light": _rooms("simd sampling ray primitive/triangle surface"),
     # All that is compiled once per instruction set.
-    _CORE + "kernels": _rooms("sampling ray primitive/triangle traverse camera surface bsdf light"),
+    _CORE + "kernels": _rooms("sampling ray primitive primitive/triangle traverse camera surface bsdf light"),
     _CORE + "trace": _rooms("sampling accel ray primitive primitive/triangle surface kernels"),
     _CORE + "scene": _rooms("simd sampling accel ray primitive primitive/triangle surface bsdf light kernels trace"),
     _CORE + "integrate": _rooms("simd sampling ray camera surface bsdf light kernels trace scene"),
@@ -104,6 +104,9 @@ ONE_FILE_PER_FOLDER = {"GLFW": ["GLFW/"], "OpenGL": ["epoxy/"], "CLI11": ["CLI/"
 # _abi.h: declarations of functions that are compiled once.
 INL_MAY_INCLUDE = [r"hwy/", r".*-inl\.h$", r".*_layout\.h$", r".*_abi\.h$"]
 C_HEADERS = {"stddef.h", "stdint.h", "string.h", "math.h", "float.h", "limits.h", "stdbool.h"}
+
+# Folders that know nothing of what a word means.
+STRANGERS = {"triangle": [_CORE + "accel/", _CORE + "ray/", _CORE + "traverse/"]}
 
 # Roots of paths that belong to one machine; a source that names one runs only there.
 MACHINE_PATHS = ["work", "home", "root", "Users", "mnt"]

@@ -36,7 +36,7 @@ class Walls(unittest.TestCase):
 
     def test_a_broken_arrow_is_red(self):
         self.expect({"common/base/a.h": HEADER + '#include "common/net/b.h"\n'}, "common/base/a.h:4", "common/net -> common/base")
-        self.expect({"slave/core/accel/a.cpp": '#include "slave/core/render/b.h"\n'}, "slave/core/accel/a.cpp:1", "does not exist")
+        self.expect({"slave/core/accel/a.cpp": '#include "slave/core/integrate/b.h"\n'}, "slave/core/accel/a.cpp:1", "does not exist")
         self.expect({"slave/core/integrate/a.cpp": '#include "common/net/b.h"\n'}, "slave/core/integrate/a.cpp:1", "does not exist")
         self.expect({"master/schedule/a.cpp": '\n#include "slave/slave_node.h"\n'}, "master/schedule/a.cpp:2", "does not exist")
 
@@ -90,6 +90,10 @@ class Walls(unittest.TestCase):
         name = "slave/core/simd/a-inl.h"
         self.expect({name: HEADER + "#include <vector>\n"}, f"{name}:4", "<vector>"[1:-1])
         self.expect({name: HEADER + '#include "common/base/status.h"\n'}, f"{name}:4", "common/base/status.h")
+
+    def test_a_word_that_a_folder_does_not_know_is_red(self):
+        self.expect({"slave/core/accel/a.cpp": "int x;\n// Of a Triangle.\n"}, "slave/core/accel/a.cpp:2", "know nothing of it")
+        self.assertEqual(self.findings({"slave/core/scene/a.cpp": "// Of a triangle.\n"}), [])
 
     def test_a_machine_path_is_red(self):
         self.expect({"deploy/a.sh": "cd " + "/ho" + "me/someone\n"}, "deploy/a.sh:1", "machine")

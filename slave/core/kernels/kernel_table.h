@@ -12,13 +12,21 @@
 #include "slave/core/light/emitter_layout.h"
 #include "slave/core/light/gather_layout.h"
 #include "slave/core/light/sky_layout.h"
+#include "slave/core/primitive/shapes_layout.h"
 #include "slave/core/ray/packet_layout.h"
 #include "slave/core/sampling/sample_layout.h"
 #include "slave/core/surface/detail_layout.h"
 #include "slave/core/surface/noise_layout.h"
 #include "slave/core/surface/surface_layout.h"
+#include "slave/core/traverse/view_layout.h"
 
 namespace tessera::core {
+
+// Structures by the width of their blocks and the kinds of primitives in their leaves.
+template <int W>
+using TriangleBvh = BvhView<W, TrianglesOnly<W>>;
+template <int W>
+using TriangleKd = KdView<W, TrianglesOnly<W>>;
 
 struct KernelTable {
   Isa isa;
@@ -75,11 +83,10 @@ struct KernelTable {
   // there and `radius` further on all sides.
   void (*filter)(FilterPlanes& planes, int radius, int x, int y, int width, int height);
 
-  // By structure, with blocks of 8 and of 16 triangles.
-  ViewKernels<BvhView<8>> bvh8;
-  ViewKernels<BvhView<16>> bvh16;
-  ViewKernels<KdView<8>> kd8;
-  ViewKernels<KdView<16>> kd16;
+  ViewKernels<TriangleBvh<8>> bvh8;
+  ViewKernels<TriangleBvh<16>> bvh16;
+  ViewKernels<TriangleKd<8>> kd8;
+  ViewKernels<TriangleKd<16>> kd16;
 };
 
 // Requires: isa is in supported_isas().

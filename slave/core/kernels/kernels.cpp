@@ -88,13 +88,13 @@ namespace tessera::core {
 namespace {
 
 // All entry points of one instruction set.
-#define TESSERA_KERNELS(set)                                                                    \
-  set::camera_rays, set::points_of<FanPacket>, set::points_of<RayPacket>, set::surface_detail,  \
-      set::sky_light, set::sky_samples, set::sample_points, set::emitter_samples,               \
-      set::sample_diffuse, set::sample_glossy, set::evaluate_glossy, set::sample_layered,       \
-      set::evaluate_layered, set::noise, set::group_fans, set::bound_points, set::begin_gather, \
-      set::end_gather, set::filter, set::kKernels<BvhView<8>>, set::kKernels<BvhView<16>>,      \
-      set::kKernels<KdView<8>>, set::kKernels<KdView<16>>
+#define TESSERA_KERNELS(set)                                                                       \
+  set::camera_rays, set::points_of<FanPacket>, set::points_of<RayPacket>, set::surface_detail,     \
+      set::sky_light, set::sky_samples, set::sample_points, set::emitter_samples,                  \
+      set::sample_diffuse, set::sample_glossy, set::evaluate_glossy, set::sample_layered,          \
+      set::evaluate_layered, set::noise, set::group_fans, set::bound_points, set::begin_gather,    \
+      set::end_gather, set::filter, set::kKernels<TriangleBvh<8>>, set::kKernels<TriangleBvh<16>>, \
+      set::kKernels<TriangleKd<8>>, set::kKernels<TriangleKd<16>>
 
 constexpr KernelTable kTables[] = {
     {Isa::kScalar, 1, TESSERA_KERNELS(N_SCALAR)},

@@ -32,8 +32,8 @@ struct alignas(64) GatherPoints {
 struct alignas(64) GatherRays {
   FanTargets targets;                       // seen from the VPL, to just above the points
   alignas(64) int32_t point[kGatherRoom];   // of a ray
-  bool is_origin_unmet;                     // by any ray: the triangle of the VPL
-  uint32_t unmet[kGatherRoom];              // by a ray: the triangle of its point, or kNoPrimitive
+  bool is_origin_excluded;                  // by any ray: the triangle of the VPL
+  uint32_t excluded[kGatherRoom];           // by a ray: the triangle of its point, or kNoPrimitive
   alignas(64) float strength[kGatherRoom];  // of a point: of rgb / pi; 0 where it gets none
 };
 

@@ -104,7 +104,7 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
   const hn::RebindToSigned<GatherTag> di;
   const int lanes = static_cast<int>(hn::Lanes(d));
   rays.targets.count = 0;
-  rays.is_origin_unmet = true;
+  rays.is_origin_excluded = true;
   if (turned_away(p, light)) return false;
   const bool is_far = light.kind == LightPointKind::kFar;
   const auto zero = hn::Zero(d), one = hn::Set(d, 1);
@@ -153,10 +153,10 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
     const auto is_above_point = hn::Gt(above, hn::Add(hn::Mul(distance, apart), hn::Add(own, own)));
     const auto is_above_light =
         hn::Gt(dot3(wx, wy, wz, tx, ty, tz), hn::Mul(hn::Add(distance, off), apart));
-    rays.is_origin_unmet &= hn::AllTrue(d, hn::Or(is_above_light, hn::Not(is_lit)));
+    rays.is_origin_excluded &= hn::AllTrue(d, hn::Or(is_above_light, hn::Not(is_lit)));
     const auto triangle = hn::Load(di, reinterpret_cast<const int32_t*>(p.triangle) + i);
     store_packed(di, hn::IfThenElse(hn::RebindMask(di, is_above_point), triangle, hn::Set(di, -1)),
-                 hn::RebindMask(di, is_lit), reinterpret_cast<int32_t*>(rays.unmet) + count);
+                 hn::RebindMask(di, is_lit), reinterpret_cast<int32_t*>(rays.excluded) + count);
     store_packed(di, hn::Iota(di, i), hn::RebindMask(di, is_lit), rays.point + count);
     count += static_cast<int>(hn::CountTrue(d, is_lit));
   }

@@ -30,8 +30,8 @@ struct FanRays : PacketRays {
   bool setup(const FanPacket& rays);
 
   float t_min = 0;
-  int32_t unmet = -1;   // UnmetTriangles::at_origin
-  float tolerance = 0;  // 40 S u, see triangle_fan-inl.h
+  int32_t excluded = -1;  // ExcludedPrimitives::at_origin
+  float steepness = 0;    // largest sum of the sizes of u, v and 1 of a ray
   alignas(64) float ray_u[kPacketRays], ray_v[kPacketRays];
   alignas(64) float row_u[2][kRows], row_v[2][kRows];
 
@@ -67,7 +67,7 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
   }
   for (int a = 0; a < 3; ++a) origin[a] = rays.origin[a];
   t_min = rays.t_min;
-  unmet = static_cast<int32_t>(rays.unmet.at_origin);
+  excluded = static_cast<int32_t>(rays.excluded.at_origin);
   for (size_t r = 0; r < kRows; ++r) {
     if (!setup_row(rays, r, valid, middle)) return false;
   }
@@ -110,8 +110,7 @@ HWY_INLINE void FanRays::bound() {
   slope_u[1] = outward(u_high, 1);
   slope_v[0] = outward(v_low, -1);
   slope_v[1] = outward(v_high, 1);
-  const float size = 1 + max_of(-slope_u[0], slope_u[1]) + max_of(-slope_v[0], slope_v[1]);
-  tolerance = 40 * kRoundoff * size;
+  steepness = 1 + max_of(-slope_u[0], slope_u[1]) + max_of(-slope_v[0], slope_v[1]);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -1,4 +1,4 @@
-// What 64 rays go through: four planes and two depths, against boxes and triangles, W at once.
+// What 64 rays go through: four planes and two depths, against boxes, W at once.
 //
 // Everything is seen from one point, the origin, with z the main axis, positive where the rays go.
 // A plane is x <= slope z + offset (or >=) with z >= 0: for rays from one point the offsets are 0.
@@ -38,20 +38,11 @@ struct Frustum {
   }
 };
 
-// Of triangles, from the origin of a frustum; size: the largest coordinate of a triangle.
-template <class VB>
-struct Corners {
-  VB x[3], y[3], z[3], size, z_low;
-};
-
 template <int W>
 struct FrustumTests {
-  using B = hn::CappedTag<float, W>;  // children, triangles
+  using B = hn::CappedTag<float, W>;  // children
   using VB = hn::Vec<B>;
-  using MB = hn::Mask<B>;
   static constexpr size_t kStep = hn::MaxLanes(B());
-
-  static VB largest(VB p, VB q, VB r) { return hn::Max(hn::Max(p, q), r); }
 
   // Children whose box meets the frustum, with the depth at which each begins.
   static HWY_INLINE uint32_t boxes(const Frustum& f, const BvhNode<W>& node, float* z_near) {
@@ -84,45 +75,6 @@ struct FrustumTests {
     }
     TESSERA_COUNT(children, __builtin_popcount(bits));
     return bits;
-  }
-
-  static HWY_INLINE Corners<VB> corners(const Frustum& f, const TriangleBlock<W>& block,
-                                        size_t first) {
-    const B b;
-    Corners<VB> p;
-    p.size = hn::Zero(b);
-    for (int c = 0; c < 3; ++c) {
-      const auto at = [&](int axis) {
-        const VB corner = hn::Load(b, block.vertex[3 * c + axis] + first);
-        return hn::Sub(corner, hn::Set(b, f.origin[axis]));
-      };
-      p.x[c] = at(f.kx);
-      p.y[c] = at(f.ky);
-      p.z[c] = hn::Mul(at(f.kz), hn::Set(b, f.side));
-      p.size = hn::Max(p.size, largest(hn::Abs(p.x[c]), hn::Abs(p.y[c]), hn::Abs(p.z[c])));
-    }
-    p.z_low = hn::Min(hn::Min(p.z[0], p.z[1]), p.z[2]);
-    return p;
-  }
-
-  // Triangles with a corner on the inner side of each plane. A lane without triangle is NaN and
-  // fails the first comparison.
-  static HWY_INLINE MB triangles(const Frustum& f, const Corners<VB>& p) {
-    const B b;
-    const MB in_front = hn::Ge(largest(p.z[0], p.z[1], p.z[2]), hn::Zero(b));
-    // 4 u s for the roundings of a corner and of its product.
-    const VB slack = hn::Mul(p.size, hn::Set(b, -4 * kRoundoff));
-    const auto meets = [&](const VB* q, float slope, float offset, float sign) {
-      const VB k = hn::Set(b, slope * sign), s = hn::Set(b, -sign);
-      const auto inside = [&](int c) { return hn::MulAdd(k, p.z[c], hn::Mul(s, q[c])); };
-      return hn::Ge(hn::Add(largest(inside(0), inside(1), inside(2)), hn::Set(b, offset * sign)),
-                    slack);
-    };
-    const MB across = hn::And(meets(p.x, f.slope_u[1], f.offset_u[1], 1),
-                              meets(p.x, f.slope_u[0], f.offset_u[0], -1));
-    const MB up = hn::And(meets(p.y, f.slope_v[1], f.offset_v[1], 1),
-                          meets(p.y, f.slope_v[0], f.offset_v[0], -1));
-    return hn::And(hn::And(in_front, hn::Le(p.z_low, hn::Set(b, f.z_far))), hn::And(across, up));
   }
 };
 

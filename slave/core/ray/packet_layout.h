@@ -1,20 +1,22 @@
-// Single rays, packets of 64 and structures as the kernels see them.
+// Single rays, packets of 64 and their hits as the kernels see them.
 // Fixed-size types only and no functions.
 #pragma once
 
 #include <stdint.h>
 
 #include "slave/core/accel/bvh_layout.h"
-#include "slave/core/accel/kd_layout.h"
-#include "slave/core/primitive/triangle/triangle_layout.h"
 
 namespace tessera::core {
 
 inline constexpr int kPacketRays = 64;
 inline constexpr uint32_t kNoPrimitive = 0xffffffffu;
 
+// What a reported t may be off, with room for the roundings of a comparison: limits of t are moved
+// out by this share where boxes are compared with them.
+inline constexpr float kTimeSlack = 0x1p-20f;
+
 // What a caller's packets have been like lately: kept in the packet that it fills again and again,
-// so that packets that do not pay, for rays far apart in a scene of tiny triangles, are not tried
+// so that packets that do not pay, for rays far apart in a scene of tiny primitives, are not tried
 // again and again. It changes nothing but time. Of one thread, as the packet is.
 struct PacketHabit {
   int alone = 0;  // so many packets are to be traced ray by ray
@@ -38,10 +40,10 @@ struct FanWindow {
   float low[2], high[2];
 };
 
-// Triangles that a fan's rays are known not to meet in exact arithmetic, although they begin or end
-// next to them: none meets `at_origin`, and ray i does not meet at_end[at[i]]. Each may be
+// Planar primitives that a fan's rays are known not to meet in exact arithmetic, although they begin
+// or end next to them (a curved one may be met again): none meets `at_origin`, and ray i does not meet at_end[at[i]]. Each may be
 // kNoPrimitive, at_end null. Any-hit saves their tests; it changes nothing but time.
-struct UnmetTriangles {
+struct ExcludedPrimitives {
   const uint32_t* at_end = nullptr;
   const int* at = nullptr;
   uint32_t at_origin = kNoPrimitive;
@@ -59,7 +61,7 @@ struct alignas(64) FanPacket {
   // Null: from the root. Requires: found for this structure and a window of this origin that all
   // active rays pass. It changes nothing but time.
   const FanEntry* entry = nullptr;
-  UnmetTriangles unmet;
+  ExcludedPrimitives excluded;
   mutable PacketHabit habit;
 };
 
@@ -95,7 +97,7 @@ struct SingleRay {
   float direction[3];
   float t_min;
   float t_max;
-  uint32_t unmet[2] = {kNoPrimitive, kNoPrimitive};  // see UnmetTriangles
+  uint32_t excluded[2] = {kNoPrimitive, kNoPrimitive};  // see ExcludedPrimitives
 };
 
 struct SingleHit {
@@ -113,37 +115,6 @@ struct alignas(64) PacketHits {
 struct alignas(16) SceneBox {
   float lower[4], upper[4];
   float farthest[4];  // from 0: max(|lower|, |upper|)
-};
-
-// The structures as the kernels see them; memory of PreparedScene.
-template <int W>
-struct BvhView {
-  const BvhNode<W>* nodes;  // root first; null for an empty scene
-  const TriangleBlock<W>* blocks;
-  SceneBox box;
-};
-template <int W>
-struct KdView {
-  const KdNode* nodes;  // root first; null for an empty scene
-  const TriangleBlock<W>* blocks;
-  SceneBox box;
-};
-
-// Entry points for one kind of structure. A ray's answer is the same to the bit from each of them
-// and on every instruction set: the triangle that it hits first in exact arithmetic, as far as t
-// tells; of hits at equal t the lowest primitive. A ray with a component that is not finite, a zero
-// direction, components whose sizes add up to infinity, or limits that are NaN is a miss and
-// touches no other ray.
-template <class View>
-struct ViewKernels {
-  void (*closest_ray)(const View& scene, const SingleRay& ray, SingleHit& hit);
-  bool (*occluded_ray)(const View& scene, const SingleRay& ray);
-  void (*enter_fans)(const View& scene, const FanWindow& window, FanEntry& entry);
-  // Rays that are no narrow fan, or no narrow bundle, are traced one by one.
-  void (*closest_fan)(const View& scene, const FanPacket& rays, PacketHits& hits);
-  uint64_t (*occluded_fan)(const View& scene, const FanPacket& rays);  // bits of the blocked
-  void (*closest_packet)(const View& scene, const RayPacket& rays, PacketHits& hits);
-  uint64_t (*occluded_packet)(const View& scene, const RayPacket& rays);
 };
 
 }  // namespace tessera::core

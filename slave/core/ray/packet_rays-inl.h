@@ -11,7 +11,6 @@
 #define TESSERA_CORE_PACKET_RAYS_INL_H_
 #endif
 
-#include "slave/core/primitive/triangle/plane-inl.h"
 #include "slave/core/ray/frustum-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -34,10 +33,10 @@ struct PacketRays : Frustum {
 
   static constexpr float kSteepest = 2;  // |u|, |v| of a ray near the main axis
 
-  // What a kernel knows of one triangle and a row of rays.
+  // What a test knows of one primitive and a row of rays.
   struct RowTest {
     V t;
-    M counts;       // t does (plane-inl.h)
+    M counts;       // t is the primitive's answer where the ray meets it
     M is_possible;  // not surely outside
     M is_sure;      // surely inside, and t counts
     V t_min;
@@ -66,14 +65,13 @@ struct PacketRays : Frustum {
   HWY_INLINE bool begin_row(const Packet& rays, size_t row, uint64_t valid, size_t middle, V& u,
                             V& v);
 
-  HWY_INLINE void shorten(size_t row);                         // after hits in a row
-  HWY_INLINE void shorten();                                   // after those
-  HWY_INLINE V speed_of(const Plane& plane, size_t at) const;  // N.D of a row, as plane_t() has it
+  HWY_INLINE void shorten(size_t row);    // after hits in a row
+  HWY_INLINE void shorten();              // after those
   void store(PacketHits& hits) const;
   uint64_t blocked() const;
 
   int count = 0;  // of valid rays
-  // In tests of a row; a triangle that is left of a block counts for two of them. See PacketTracer.
+  // In tests of a row; a primitive that is left of a block counts for two of them. See PacketTracer.
   int work_left = 0;
   alignas(64) float direction[3][kPacketRays];
   alignas(64) float length[kPacketRays];  // sum of |direction|
@@ -119,7 +117,7 @@ bool PacketRays::begin_row(const Packet& rays, size_t row, uint64_t valid, size_
   v = hn::Div(hn::Load(d, direction[ky] + at), z);
   const auto is_steep = [&](V slope) { return hn::Le(hn::Abs(slope), hn::Set(d, kSteepest)); };
   auto is_near = hn::And(hn::Gt(z, hn::Zero(d)), hn::And(is_steep(u), is_steep(v)));
-  // Beyond these limits single rays take care of overflow (RayState::setup()).
+  // Beyond these limits single rays take care of overflow (OneRay::setup()).
   is_near = hn::And(is_near, hn::Gt(sum, hn::Set(d, 0x1p-58f)));
   is_near = hn::And(is_near, hn::Lt(sum, hn::Set(d, 0x1p60f)));
   return hn::AllTrue(d, is_near);
@@ -176,19 +174,6 @@ HWY_INLINE void PacketRays::shorten() {
     far = hn::Max(far, hn::Load(d, row_far + at));
   }
   z_far = hn::GetLane(hn::MaxOfLanes(d, far));
-}
-
-HWY_INLINE PacketRays::V PacketRays::speed_of(const Plane& plane, size_t at) const {
-  const hn::CappedTag<double, kLanes> d;
-  const hn::Rebind<float, decltype(d)> part;
-  const auto speed = [&](size_t first) {
-    const auto along = [&](size_t axis) {
-      const auto component = hn::PromoteTo(d, hn::Load(part, direction[axis] + first));
-      return hn::Mul(component, hn::Set(d, plane.normal[axis]));
-    };
-    return hn::DemoteTo(part, hn::Add(hn::Add(along(0), along(1)), along(2)));
-  };
-  return halves(D(), [&](size_t half) { return speed(at + half * kLanes / 2); });
 }
 
 inline void PacketRays::store(PacketHits& hits) const {

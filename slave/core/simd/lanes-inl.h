@@ -79,6 +79,28 @@ HWY_INLINE hn::Vec<Tag> halves(Tag d, const Part& part) {
 #endif
 }
 
+HWY_INLINE float abs_of(float v) { return __builtin_fabsf(v); }
+HWY_INLINE double abs_of(double v) { return __builtin_fabs(v); }
+template <typename T>
+HWY_INLINE T max_of(T a, T b) {
+  return a > b ? a : b;
+}
+
+template <typename T>
+HWY_INLINE T min_of(T a, T b) {
+  return a < b ? a : b;
+}
+
+// 2^-e for a value of 2^e to 2^(e + 1); any factor near it would do.
+HWY_INLINE double inverse_power(double value) {
+  uint64_t bits;
+  __builtin_memcpy(&bits, &value, sizeof(bits));
+  bits = (uint64_t{0x7fe} << 52) - (bits & uint64_t{0x7ff} << 52);
+  double result;
+  __builtin_memcpy(&result, &bits, sizeof(result));
+  return result;
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core
 HWY_AFTER_NAMESPACE();

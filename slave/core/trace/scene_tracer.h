@@ -27,18 +27,24 @@ inline SceneBox scene_box(const Bounds3f& bounds) {
 
 // A structure as the kernels see it. Valid as long as the structure is.
 template <int W>
-BvhView<W> view_of(const IndexedBvh<W>& bvh) {
-  return {bvh.structure.nodes.data(), bvh.triangles.data(), scene_box(bvh.structure.bounds)};
+TriangleBvh<W> view_of(const IndexedBvh<W>& bvh) {
+  return {bvh.structure.nodes.data(), {bvh.triangles.data()}, scene_box(bvh.structure.bounds)};
 }
 template <int W>
-KdView<W> view_of(const IndexedKd<W>& kd) {
-  return {kd.structure.nodes.data(), kd.triangles.data(), scene_box(kd.structure.bounds)};
+TriangleKd<W> view_of(const IndexedKd<W>& kd) {
+  return {kd.structure.nodes.data(), {kd.triangles.data()}, scene_box(kd.structure.bounds)};
 }
 
-inline const auto& kernels_of(const KernelTable& table, const BvhView<8>&) { return table.bvh8; }
-inline const auto& kernels_of(const KernelTable& table, const BvhView<16>&) { return table.bvh16; }
-inline const auto& kernels_of(const KernelTable& table, const KdView<8>&) { return table.kd8; }
-inline const auto& kernels_of(const KernelTable& table, const KdView<16>&) { return table.kd16; }
+inline const auto& kernels_of(const KernelTable& table, const TriangleBvh<8>&) {
+  return table.bvh8;
+}
+inline const auto& kernels_of(const KernelTable& table, const TriangleBvh<16>&) {
+  return table.bvh16;
+}
+inline const auto& kernels_of(const KernelTable& table, const TriangleKd<8>&) { return table.kd8; }
+inline const auto& kernels_of(const KernelTable& table, const TriangleKd<16>&) {
+  return table.kd16;
+}
 
 class AlphaSurfaces;
 
@@ -119,7 +125,7 @@ class SceneTracer {
 
   const KernelTable* kernels_;
   const AlphaSurfaces* alpha_;
-  std::variant<BvhView<8>, BvhView<16>, KdView<8>, KdView<16>> view_;
+  std::variant<TriangleBvh<8>, TriangleBvh<16>, TriangleKd<8>, TriangleKd<16>> view_;
 };
 
 }  // namespace tessera::core

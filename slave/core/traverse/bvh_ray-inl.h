@@ -16,7 +16,8 @@
 // Threads. One traversal owns one.
 #include <stddef.h>
 
-#include "slave/core/ray/packet_layout.h"
+#include "slave/core/primitive/shapes_layout.h"
+#include "slave/core/traverse/view_layout.h"
 
 #if defined(TESSERA_CORE_BVH_RAY_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_CORE_BVH_RAY_INL_H_
@@ -25,7 +26,7 @@
 #define TESSERA_CORE_BVH_RAY_INL_H_
 #endif
 
-#include "slave/core/primitive/triangle/triangle_ray-inl.h"
+#include "slave/core/ray/one_ray-inl.h"
 #include "slave/core/traverse/node_stack-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -47,67 +48,72 @@ struct SlabOrder {
   }
 };
 
-template <int W, bool kAny>
-class BvhRayTracer : public RayState<W, kAny> {
-  using State = RayState<W, kAny>;
-  using State::kStep;
-  using typename State::B;
-  using typename State::V;
-
+template <class View, class Leaf>
+class BvhRayTracer {
  public:
-  explicit BvhRayTracer(const BvhView<W>& scene) : scene_(scene) {}
+  explicit BvhRayTracer(const View& scene) : scene_(scene), leaf_(ray_) {}
 
-  // Returns: whether there is a hit. blocker: of any hits, a block of triangles to look at first, or
-  // null; becomes the one where the hit is.
-  bool run(const SingleRay& ray, const TriangleBlock<W>*& blocker);
+  // Returns: whether there is a hit. blocker: of any hits, a block to look at first, or kNoBlock;
+  // becomes the one where the hit is.
+  bool run(const SingleRay& ray, uint32_t& blocker);
   bool run(const SingleRay& ray) {
-    const TriangleBlock<W>* none = nullptr;
+    uint32_t none = kNoBlock;
     return run(ray, none);
   }
 
+  const OneRay& ray() const { return ray_; }
+
  private:
+  static constexpr int W = View::kWidth;
+  static constexpr bool kAny = Leaf::kIsAny;
+  using B = hn::CappedTag<float, W>;  // children
+  using V = hn::Vec<B>;
+  static constexpr size_t kStep = hn::MaxLanes(B());
+
   HWY_INLINE void setup_slabs();
   HWY_INLINE uint32_t overlapping(const BvhNode<W>& node, float* t_in) const;
 
-  const BvhView<W>& scene_;
+  const View& scene_;
+  OneRay ray_;
+  Leaf leaf_;
   SlabOrder<W> order_;
   alignas(16) float in_at_[4], out_at_[4];  // constants of t, by axis
 };
 
 // c, moved out.
-template <int W, bool kAny>
-void BvhRayTracer<W, kAny>::setup_slabs() {
-  constexpr size_t kAxisStep = State::kAxisStep;
-  const typename State::A d;
+template <class View, class Leaf>
+void BvhRayTracer<View, Leaf>::setup_slabs() {
+  constexpr size_t kAxisStep = OneRay::kAxisStep;
+  const OneRay::A d;
   for (size_t a = 0; a < 4; a += kAxisStep) {
-    const auto from = hn::Load(d, this->origin_ + a), inverse = hn::Load(d, this->inverse_ + a);
+    const auto from = hn::Load(d, ray_.origin + a), inverse = hn::Load(d, ray_.inverse + a);
     const auto reach = hn::Add(hn::Load(d, scene_.box.farthest + a), hn::Abs(from));
     const auto error = hn::Mul(hn::Mul(reach, hn::Abs(inverse)), hn::Set(d, 8 * kRoundoff));
-    const auto slack = hn::Add(error, hn::Load(d, this->pad_ + a));
+    const auto slack = hn::Add(error, hn::Load(d, ray_.pad + a));
     const auto at = hn::Neg(hn::Mul(from, inverse));
     hn::Store(hn::Sub(at, slack), d, in_at_ + a);
     hn::Store(hn::Add(at, slack), d, out_at_ + a);
   }
-  order_.set(this->down_);
+  order_.set(ray_.down);
 }
 
-template <int W, bool kAny>
-uint32_t BvhRayTracer<W, kAny>::overlapping(const BvhNode<W>& node, float* t_in) const {
+template <class View, class Leaf>
+uint32_t BvhRayTracer<View, Leaf>::overlapping(const BvhNode<W>& node, float* t_in) const {
   const B b;
   const float* const planes = reinterpret_cast<const float*>(&node);
   TESSERA_COUNT(nodes, 1);
   uint32_t bits = 0;
   for (size_t i = 0; i < W; i += kStep) {
     const auto plane_t = [&](size_t plane, size_t a, float at) {
-      return hn::MulAdd(hn::Load(b, planes + plane + i), hn::Set(b, this->inverse_[a]),
+      return hn::MulAdd(hn::Load(b, planes + plane + i), hn::Set(b, ray_.inverse[a]),
                         hn::Set(b, at));
     };
     const auto enter = [&](size_t a) { return plane_t(order_.in[a], a, in_at_[a]); };
     const auto leave = [&](size_t a) { return plane_t(order_.out[a], a, out_at_[a]); };
     const V first =
-        hn::Max(hn::Max(enter(0), enter(1)), hn::Max(enter(2), hn::Set(b, this->near_limit_)));
+        hn::Max(hn::Max(enter(0), enter(1)), hn::Max(enter(2), hn::Set(b, ray_.near_limit)));
     const V last =
-        hn::Min(hn::Min(leave(0), leave(1)), hn::Min(leave(2), hn::Set(b, this->far_limit_)));
+        hn::Min(hn::Min(leave(0), leave(1)), hn::Min(leave(2), hn::Set(b, ray_.far_limit)));
     hn::Store(first, b, t_in + i);
     bits |= bits_of(b, hn::Le(first, last)) << i;
   }
@@ -115,18 +121,16 @@ uint32_t BvhRayTracer<W, kAny>::overlapping(const BvhNode<W>& node, float* t_in)
   return bits;
 }
 
-template <int W, bool kAny>
-bool BvhRayTracer<W, kAny>::run(const SingleRay& ray, const TriangleBlock<W>*& blocker) {
-  if (!this->setup(ray, scene_.box)) return false;
+template <class View, class Leaf>
+bool BvhRayTracer<View, Leaf>::run(const SingleRay& ray, uint32_t& blocker) {
+  if (!ray_.setup(ray, scene_.box)) return false;
+  leaf_.prepare();
   TESSERA_COUNT(singles, 1);
-  if (kAny && blocker != nullptr) {
-    this->test_block(*blocker);
-    if (this->best_ != -1) return true;
-  }
+  if (kAny && blocker != kNoBlock && leaf_.test(scene_.shapes, blocker, 1) != kNoBlock) return true;
   setup_slabs();
   alignas(64) float t_in[W];
-  NodeStack<W> stack(scene_);
-  uint32_t child = stack.next(this->far_limit_);
+  NodeStack<View> stack(scene_);
+  uint32_t child = stack.next(ray_.far_limit);
   while (child != kBvhNoChild) {
     if ((child & kBvhLeaf) == 0) {
       const BvhNode<W>& node = scene_.nodes[child];
@@ -134,17 +138,15 @@ bool BvhRayTracer<W, kAny>::run(const SingleRay& ray, const TriangleBlock<W>*& b
       child = kAny ? stack.descend_unsorted(node, met) : stack.descend(node, met, t_in);
       if (child != kBvhNoChild) continue;
     } else {
-      for (const auto& block : LeafBlocks<W>(scene_, child)) {
-        this->test_block(block);
-        if (kAny && this->best_ != -1) {
-          blocker = &block;
-          return true;
-        }
+      const uint32_t block = leaf_.test(scene_.shapes, leaf_first(child), leaf_count(child));
+      if (kAny && block != kNoBlock) {
+        blocker = block;
+        return true;
       }
     }
-    child = stack.next(this->far_limit_);
+    child = stack.next(ray_.far_limit);
   }
-  return this->best_ != -1;
+  return ray_.has_hit();
 }
 
 }  // namespace HWY_NAMESPACE

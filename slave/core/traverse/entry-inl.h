@@ -6,7 +6,7 @@
 // one step over all of them, and what lies far behind, and is hidden mostly, stays closed.
 //
 // Threads. Pure functions.
-#include "slave/core/ray/packet_layout.h"
+#include "slave/core/traverse/view_layout.h"
 
 #if defined(TESSERA_CORE_ENTRY_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_CORE_ENTRY_INL_H_
@@ -91,8 +91,8 @@ class EntryList {
   int count_ = 0;
 };
 
-template <int W>
-void find_entry(const BvhView<W>& scene, const FanWindow& window, FanEntry& entry) {
+template <int W, class Shapes>
+void find_entry(const BvhView<W, Shapes>& scene, const FanWindow& window, FanEntry& entry) {
   EntryList list(window, entry);
   if (scene.nodes == nullptr) return;
   const Frustum f = frustum_of(window);
@@ -117,8 +117,8 @@ void find_entry(const BvhView<W>& scene, const FanWindow& window, FanEntry& entr
   }
 }
 
-template <int W>
-void find_entry(const KdView<W>& scene, const FanWindow& window, FanEntry& entry) {
+template <int W, class Shapes>
+void find_entry(const KdView<W, Shapes>& scene, const FanWindow& window, FanEntry& entry) {
   EntryList list(window, entry);
   if (scene.nodes == nullptr) return;
   const Frustum f = frustum_of(window);

@@ -10,7 +10,7 @@
 #define TESSERA_CORE_FAN_GROUPS_INL_H_
 #endif
 
-#include "slave/core/primitive/triangle/plane-inl.h"
+#include "slave/core/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {

@@ -5,14 +5,15 @@
 // child no earlier than its outermost plane does and leaves the near one no later than its
 // innermost. Depths are moved out by the roundings of the quotient, so a box that touches a split
 // plane may stand on one side of it alone: whoever comes to the plane looks there. Children may be
-// visited in any order, since hits are not cut off at voxels; a triangle that stands in several
+// visited in any order, since hits are not cut off at voxels; a primitive that stands in several
 // leaves gives the same answer again.
 //
 // After Reshetov, Soupikov, Hurley, 2005 (frustum), and Hapala and Havran, "Review: kd-tree
 // traversal algorithms for ray tracing", 2011 (one ray).
 //
 // Threads. One traversal owns one.
-#include "slave/core/ray/packet_layout.h"
+#include "slave/core/primitive/shapes_layout.h"
+#include "slave/core/traverse/view_layout.h"
 
 #if defined(TESSERA_CORE_KD_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_CORE_KD_INL_H_
@@ -21,7 +22,7 @@
 #define TESSERA_CORE_KD_INL_H_
 #endif
 
-#include "slave/core/primitive/triangle/triangle_ray-inl.h"
+#include "slave/core/ray/one_ray-inl.h"
 #include "slave/core/ray/packet_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -46,25 +47,18 @@ struct KdStack {
 
 HWY_INLINE bool is_kd_leaf(const KdNode& node) { return (node.tag_and_index & 3u) == kKdLeafTag; }
 
-// The blocks of a leaf are tested in order.
-template <int W, class Test>
-HWY_INLINE void for_blocks(const KdView<W>& scene, const KdNode& leaf, const Test& test) {
-  const TriangleBlock<W>* block = scene.blocks + (leaf.tag_and_index >> 2);
-  for (uint32_t i = 0; i < leaf.count; ++i) test(block[i]);
-}
-
-template <int W>
-HWY_INLINE void prefetch_kd(const KdView<W>& scene, uint32_t node) {
+template <class View>
+HWY_INLINE void prefetch_kd(const View& scene, uint32_t node) {
   __builtin_prefetch(scene.nodes + node);
 }
 
-template <int W, class Rays, class Block>
+template <class View, class Rays, class Leaf>
 class KdPacketTracer {
  public:
   // As in PacketTracer; one ray by itself takes three times as long here.
   static constexpr int kWorkMax = 80;
 
-  explicit KdPacketTracer(const KdView<W>& scene) : scene_(scene), block_(rays_) {}
+  explicit KdPacketTracer(const View& scene) : scene_(scene), leaf_(rays_) {}
 
   template <class Packet>
   Together run(const Packet& packet);
@@ -90,15 +84,15 @@ class KdPacketTracer {
   HWY_INLINE uint32_t descend(const KdNode& node, KdEntry& entry);
   HWY_INLINE uint32_t descend_across(int axis, float plane, uint32_t lower, KdEntry& entry);
 
-  const KdView<W>& scene_;
+  const View& scene_;
   Rays rays_;
-  Block block_;
+  Leaf leaf_;
   KdStack stack_;
   float inverse_[2][2];  // of the slopes, by axis (u, v) and side; infinite for slopes of zero
 };
 
-template <int W, class Rays, class Block>
-typename KdPacketTracer<W, Rays, Block>::Range KdPacketTracer<W, Rays, Block>::covered(
+template <class View, class Rays, class Leaf>
+typename KdPacketTracer<View, Rays, Leaf>::Range KdPacketTracer<View, Rays, Leaf>::covered(
     int axis, float from, float to) const {
   const float* const slope = axis == rays_.kx ? rays_.slope_u : rays_.slope_v;
   const float* const offset = axis == rays_.kx ? rays_.offset_u : rays_.offset_v;
@@ -107,9 +101,9 @@ typename KdPacketTracer<W, Rays, Block>::Range KdPacketTracer<W, Rays, Block>::c
 }
 
 // Cuts the frustum to a voxel. Returns: whether anything is left.
-template <int W, class Rays, class Block>
-bool KdPacketTracer<W, Rays, Block>::enter(uint32_t node, const Voxel& voxel,
-                                           KdEntry& entry) const {
+template <class View, class Rays, class Leaf>
+bool KdPacketTracer<View, Rays, Leaf>::enter(uint32_t node, const Voxel& voxel,
+                                             KdEntry& entry) const {
   const float a = (voxel.lower[rays_.kz] - rays_.origin[rays_.kz]) * rays_.side;
   const float b = (voxel.upper[rays_.kz] - rays_.origin[rays_.kz]) * rays_.side;
   entry = {node, max_of(min_of(a, b), 0.0f), min_of(max_of(a, b), rays_.z_far)};
@@ -123,8 +117,8 @@ bool KdPacketTracer<W, Rays, Block>::enter(uint32_t node, const Voxel& voxel,
 }
 
 // Returns: the child to go on with; another to visit goes onto the stack.
-template <int W, class Rays, class Block>
-uint32_t KdPacketTracer<W, Rays, Block>::descend(const KdNode& node, KdEntry& entry) {
+template <class View, class Rays, class Leaf>
+uint32_t KdPacketTracer<View, Rays, Leaf>::descend(const KdNode& node, KdEntry& entry) {
   const int axis = static_cast<int>(node.tag_and_index & 3u);
   const uint32_t lower = node.tag_and_index >> 2;
   const float plane = node.split - rays_.origin[axis];
@@ -140,9 +134,9 @@ uint32_t KdPacketTracer<W, Rays, Block>::descend(const KdNode& node, KdEntry& en
   return near;
 }
 
-template <int W, class Rays, class Block>
-uint32_t KdPacketTracer<W, Rays, Block>::descend_across(int axis, float plane, uint32_t lower,
-                                                        KdEntry& entry) {
+template <class View, class Rays, class Leaf>
+uint32_t KdPacketTracer<View, Rays, Leaf>::descend_across(int axis, float plane, uint32_t lower,
+                                                          KdEntry& entry) {
   const Range range = covered(axis, entry.from, entry.to);
   if (range.high < plane) return lower;
   if (range.low > plane) return lower + 1;
@@ -177,10 +171,11 @@ uint32_t KdPacketTracer<W, Rays, Block>::descend_across(int axis, float plane, u
   return near;
 }
 
-template <int W, class Rays, class Block>
+template <class View, class Rays, class Leaf>
 template <class Packet>
-Together KdPacketTracer<W, Rays, Block>::run(const Packet& packet) {
+Together KdPacketTracer<View, Rays, Leaf>::run(const Packet& packet) {
   if (!rays_.setup(packet)) return Together::kNoFrustum;
+  leaf_.prepare();
   rays_.work_left = kWorkMax * rays_.count;
   TESSERA_COUNT(packets, 1);
   for (int i = 0; i < 2; ++i) {
@@ -207,39 +202,41 @@ Together KdPacketTracer<W, Rays, Block>::run(const Packet& packet) {
       TESSERA_COUNT(nodes, 1);
       node = descend(scene_.nodes[node], entry);
     }
-    bool has_hit = false;
-    for_blocks(scene_, scene_.nodes[node],
-               [&](const TriangleBlock<W>& block) { has_hit |= block_.test(block); });
-    if (has_hit) rays_.shorten();
+    const KdNode& leaf = scene_.nodes[node];
+    if (leaf_.test(scene_.shapes, leaf.tag_and_index >> 2, leaf.count)) rays_.shorten();
     if (rays_.work_left < 0) return Together::kDoesNotPay;
   }
   return Together::kDone;
 }
 
-template <int W, bool kAny>
-class KdRayTracer : public RayState<W, kAny> {
+template <class View, class Leaf>
+class KdRayTracer {
  public:
-  explicit KdRayTracer(const KdView<W>& scene) : scene_(scene) {}
+  explicit KdRayTracer(const View& scene) : scene_(scene), leaf_(ray_) {}
 
   // Returns: whether there is a hit.
   bool run(const SingleRay& ray);
 
+  const OneRay& ray() const { return ray_; }
+
  private:
   HWY_INLINE uint32_t descend(const KdNode& node, KdEntry& entry);
 
-  const KdView<W>& scene_;
+  const View& scene_;
+  OneRay ray_;
+  Leaf leaf_;
   KdStack stack_;
 };
 
 // Roundings of t at the plane: difference, reciprocal, product, 1 u each.
-template <int W, bool kAny>
-uint32_t KdRayTracer<W, kAny>::descend(const KdNode& node, KdEntry& entry) {
+template <class View, class Leaf>
+uint32_t KdRayTracer<View, Leaf>::descend(const KdNode& node, KdEntry& entry) {
   const int axis = static_cast<int>(node.tag_and_index & 3u);
   const uint32_t lower = node.tag_and_index >> 2;
-  const float t = (node.split - this->origin_[axis]) * this->inverse_[axis];
-  const float slack = abs_of(t) * (8 * kRoundoff) + this->pad_[axis];
-  const uint32_t near = this->is_down(axis) ? lower + 1 : lower;
-  const uint32_t far = this->is_down(axis) ? lower : lower + 1;
+  const float t = (node.split - ray_.origin[axis]) * ray_.inverse[axis];
+  const float slack = abs_of(t) * (8 * kRoundoff) + ray_.pad[axis];
+  const uint32_t near = ray_.is_down(axis) ? lower + 1 : lower;
+  const uint32_t far = ray_.is_down(axis) ? lower : lower + 1;
   if (t - slack > entry.to) return near;
   if (t + slack < entry.from) return far;
   stack_.push({far, max_of(entry.from, t - slack), entry.to});
@@ -248,33 +245,34 @@ uint32_t KdRayTracer<W, kAny>::descend(const KdNode& node, KdEntry& entry) {
   return near;
 }
 
-template <int W, bool kAny>
-bool KdRayTracer<W, kAny>::run(const SingleRay& ray) {
-  if (scene_.nodes == nullptr || !this->setup(ray, scene_.box)) return false;
+template <class View, class Leaf>
+bool KdRayTracer<View, Leaf>::run(const SingleRay& ray) {
+  if (scene_.nodes == nullptr || !ray_.setup(ray, scene_.box)) return false;
+  leaf_.prepare();
   TESSERA_COUNT(singles, 1);
-  KdEntry root{0, this->near_limit_, this->far_limit_};
+  KdEntry root{0, ray_.near_limit, ray_.far_limit};
   for (int a = 0; a < 3; ++a) {
-    const float p = (scene_.box.lower[a] - this->origin_[a]) * this->inverse_[a];
-    const float q = (scene_.box.upper[a] - this->origin_[a]) * this->inverse_[a];
-    const float first = this->is_down(a) ? q : p, last = this->is_down(a) ? p : q;
-    root.from = max_of(root.from, first - abs_of(first) * (8 * kRoundoff) - this->pad_[a]);
-    root.to = min_of(root.to, last + abs_of(last) * (8 * kRoundoff) + this->pad_[a]);
+    const float p = (scene_.box.lower[a] - ray_.origin[a]) * ray_.inverse[a];
+    const float q = (scene_.box.upper[a] - ray_.origin[a]) * ray_.inverse[a];
+    const float first = ray_.is_down(a) ? q : p, last = ray_.is_down(a) ? p : q;
+    root.from = max_of(root.from, first - abs_of(first) * (8 * kRoundoff) - ray_.pad[a]);
+    root.to = min_of(root.to, last + abs_of(last) * (8 * kRoundoff) + ray_.pad[a]);
   }
   if (!(root.from <= root.to)) return false;
   stack_.push(root);
   while (!stack_.is_empty()) {
     KdEntry entry = stack_.pop();
-    if (entry.from > this->far_limit_) continue;
+    if (entry.from > ray_.far_limit) continue;
     uint32_t node = entry.node;
     while (!is_kd_leaf(scene_.nodes[node])) {
       TESSERA_COUNT(nodes, 1);
       node = descend(scene_.nodes[node], entry);
     }
-    for_blocks(scene_, scene_.nodes[node],
-               [&](const TriangleBlock<W>& block) { this->test_block(block); });
-    if (kAny && this->best_ != -1) return true;
+    const KdNode& leaf = scene_.nodes[node];
+    const uint32_t block = leaf_.test(scene_.shapes, leaf.tag_and_index >> 2, leaf.count);
+    if (Leaf::kIsAny && block != kNoBlock) return true;
   }
-  return this->best_ != -1;
+  return ray_.has_hit();
 }
 
 }  // namespace HWY_NAMESPACE

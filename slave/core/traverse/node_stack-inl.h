@@ -1,7 +1,7 @@
 // The children that a traversal has still to visit, the nearest on top.
 // Threads. One traversal owns one. Never overflows: a step down pushes at most W children for one
 // that it took, over at most kBvhDepthMax steps.
-#include "slave/core/ray/packet_layout.h"
+#include "slave/core/traverse/view_layout.h"
 
 #if defined(TESSERA_CORE_NODE_STACK_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_CORE_NODE_STACK_INL_H_
@@ -10,6 +10,7 @@
 #define TESSERA_CORE_NODE_STACK_INL_H_
 #endif
 
+#include "slave/core/primitive/leaf-inl.h"
 #include "slave/core/simd/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -21,10 +22,12 @@ struct StackEntry {
   float distance;  // at which its box begins
 };
 
-template <int W>
+template <class View>
 class NodeStack {
+  using Node = BvhNode<View::kWidth>;
+
  public:
-  explicit NodeStack(const BvhView<W>& scene) : scene_(scene) {
+  explicit NodeStack(const View& scene) : scene_(scene) {
     if (scene.nodes != nullptr) entries_[size_++] = {0, -__builtin_inff()};
   }
 
@@ -53,7 +56,7 @@ class NodeStack {
   }
 
   // The nearest of the children, which is not pushed as the others are; kBvhNoChild without any.
-  uint32_t descend(const BvhNode<W>& node, uint32_t bits, const float* distances) {
+  uint32_t descend(const Node& node, uint32_t bits, const float* distances) {
     if (bits == 0) return kBvhNoChild;
     const int first = __builtin_ctz(bits);
     bits &= bits - 1;
@@ -74,7 +77,7 @@ class NodeStack {
   }
 
   // The same in any order: where one hit is as good as another, sorting costs more than it saves.
-  uint32_t descend_unsorted(const BvhNode<W>& node, uint32_t bits) {
+  uint32_t descend_unsorted(const Node& node, uint32_t bits) {
     if (bits == 0) return kBvhNoChild;
     const int first = __builtin_ctz(bits);
     for (bits &= bits - 1; bits != 0; bits &= bits - 1) {
@@ -99,30 +102,21 @@ class NodeStack {
   void prefetch(uint32_t child) const {
     const bool is_leaf = (child & kBvhLeaf) != 0;
     const char* const at =
-        is_leaf ? reinterpret_cast<const char*>(scene_.blocks + (child & kBvhBlockMask))
+        is_leaf ? LeafTests<typename View::Shapes>::address(scene_.shapes, child & kBvhBlockMask)
                 : reinterpret_cast<const char*>(scene_.nodes + child);
-    static_assert(sizeof(BvhNode<W>) > 3 * 64 && sizeof(TriangleBlock<W>) > 4 * 64);
+    static_assert(sizeof(Node) > 3 * 64);
     for (size_t line = 0; line < 4; ++line) __builtin_prefetch(at + 64 * line);
   }
 
-  const BvhView<W>& scene_;
-  StackEntry entries_[kBvhDepthMax * (W - 1) + kEntryWidth];
+  const View& scene_;
+  StackEntry entries_[kBvhDepthMax * (View::kWidth - 1) + kEntryWidth];
   int size_ = 0;
 };
 
-// The blocks of a leaf.
-template <int W>
-struct LeafBlocks {
-  const TriangleBlock<W>* first;
-  const TriangleBlock<W>* last;
-
-  LeafBlocks(const BvhView<W>& scene, uint32_t child)
-      : first(scene.blocks + (child & kBvhBlockMask)) {
-    last = first + (child >> kBvhCountShift & (kBvhLeafBlocksMax - 1)) + 1;
-  }
-  const TriangleBlock<W>* begin() const { return first; }
-  const TriangleBlock<W>* end() const { return last; }
-};
+HWY_INLINE uint32_t leaf_first(uint32_t child) { return child & kBvhBlockMask; }
+HWY_INLINE uint32_t leaf_count(uint32_t child) {
+  return (child >> kBvhCountShift & (kBvhLeafBlocksMax - 1)) + 1;
+}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core

@@ -1,7 +1,7 @@
 // The calls of the kernel table: rays traced together where that pays, else one by one.
 //
 // Threads. A call writes what it is given, and nothing else.
-#include "slave/core/ray/packet_layout.h"
+#include "slave/core/traverse/view_layout.h"
 
 #if defined(TESSERA_CORE_PACKET_CALL_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_CORE_PACKET_CALL_INL_H_
@@ -10,8 +10,7 @@
 #define TESSERA_CORE_PACKET_CALL_INL_H_
 #endif
 
-#include "slave/core/primitive/triangle/triangle_bundle-inl.h"
-#include "slave/core/primitive/triangle/triangle_fan-inl.h"
+#include "slave/core/primitive/leaf-inl.h"
 #include "slave/core/traverse/bvh_packet-inl.h"
 #include "slave/core/traverse/bvh_ray-inl.h"
 #include "slave/core/traverse/kd-inl.h"
@@ -23,30 +22,34 @@ namespace HWY_NAMESPACE {
 // What goes through a structure.
 template <class View>
 struct Tracers;
-template <int W>
-struct Tracers<BvhView<W>> {
+template <int W, class Shapes>
+struct Tracers<BvhView<W, Shapes>> {
+  using View = BvhView<W, Shapes>;
+  using Leaves = LeafTests<Shapes>;
   template <bool kAny>
-  using Ray = BvhRayTracer<W, kAny>;
+  using Ray = BvhRayTracer<View, typename Leaves::template Ray<kAny>>;
   template <bool kAny>
-  using Fan = PacketTracer<W, FanRays, FanBlock<W, kAny>>;
+  using Fan = PacketTracer<View, FanRays, typename Leaves::template Fan<kAny>>;
   template <bool kAny>
-  using Bundle = PacketTracer<W, BundleRays, BundleBlock<W, kAny>>;
+  using Bundle = PacketTracer<View, BundleRays, typename Leaves::template Bundle<kAny>>;
 };
-template <int W>
-struct Tracers<KdView<W>> {
+template <int W, class Shapes>
+struct Tracers<KdView<W, Shapes>> {
+  using View = KdView<W, Shapes>;
+  using Leaves = LeafTests<Shapes>;
   template <bool kAny>
-  using Ray = KdRayTracer<W, kAny>;
+  using Ray = KdRayTracer<View, typename Leaves::template Ray<kAny>>;
   template <bool kAny>
-  using Fan = KdPacketTracer<W, FanRays, FanBlock<W, kAny>>;
+  using Fan = KdPacketTracer<View, FanRays, typename Leaves::template Fan<kAny>>;
   template <bool kAny>
-  using Bundle = KdPacketTracer<W, BundleRays, BundleBlock<W, kAny>>;
+  using Bundle = KdPacketTracer<View, BundleRays, typename Leaves::template Bundle<kAny>>;
 };
 
 template <class View>
 void closest_ray(const View& scene, const SingleRay& ray, SingleHit& hit) {
   typename Tracers<View>::template Ray<false> tracer(scene);
   hit = {0, kNoPrimitive};
-  if (tracer.run(ray)) hit = {tracer.t(), static_cast<uint32_t>(tracer.primitive())};
+  if (tracer.run(ray)) hit = {tracer.ray().best_t, static_cast<uint32_t>(tracer.ray().best)};
 }
 
 template <class View>
@@ -55,13 +58,14 @@ bool occluded_ray(const View& scene, const SingleRay& ray) {
 }
 
 HWY_INLINE SingleRay ray_of(const FanPacket& rays, size_t i) {
-  const UnmetTriangles& unmet = rays.unmet;
-  const uint32_t at_end = unmet.at_end == nullptr ? kNoPrimitive : unmet.at_end[unmet.at[i]];
+  const ExcludedPrimitives& excluded = rays.excluded;
+  const uint32_t at_end =
+      excluded.at_end == nullptr ? kNoPrimitive : excluded.at_end[excluded.at[i]];
   return {{rays.origin[0], rays.origin[1], rays.origin[2]},
           {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
           rays.t_min,
           rays.t_max[i],
-          {at_end, unmet.at_origin}};
+          {at_end, excluded.at_origin}};
 }
 
 HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {
@@ -100,20 +104,22 @@ HWY_INLINE void closest(const View& scene, const Packet& rays, PacketHits& hits)
   }
 }
 
-// The rays of `bits` one by one. Neighbours are mostly blocked by the same triangles.
-template <int W, class Packet>
-HWY_INLINE uint64_t occluded_alone(const BvhView<W>& scene, const Packet& rays, uint64_t bits) {
+// The rays of `bits` one by one. Neighbours are mostly blocked by the same primitives.
+template <int W, class Shapes, class Packet>
+HWY_INLINE uint64_t occluded_alone(const BvhView<W, Shapes>& scene, const Packet& rays,
+                                   uint64_t bits) {
   uint64_t blocked = 0;
-  const TriangleBlock<W>* blocker = nullptr;
+  uint32_t blocker = kNoBlock;
   for (; bits != 0; bits &= bits - 1) {
     const auto i = static_cast<size_t>(__builtin_ctzll(bits));
-    BvhRayTracer<W, true> tracer(scene);
+    typename Tracers<BvhView<W, Shapes>>::template Ray<true> tracer(scene);
     blocked |= uint64_t{tracer.run(ray_of(rays, i), blocker)} << i;
   }
   return blocked;
 }
-template <int W, class Packet>
-HWY_INLINE uint64_t occluded_alone(const KdView<W>& scene, const Packet& rays, uint64_t bits) {
+template <int W, class Shapes, class Packet>
+HWY_INLINE uint64_t occluded_alone(const KdView<W, Shapes>& scene, const Packet& rays,
+                                   uint64_t bits) {
   uint64_t blocked = 0;
   for (; bits != 0; bits &= bits - 1) {
     const auto i = static_cast<size_t>(__builtin_ctzll(bits));

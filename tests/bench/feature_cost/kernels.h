@@ -2,13 +2,14 @@
 // compiled alone.
 #pragma once
 
-#include "slave/core/ray/packet_layout.h"
+#include "slave/core/primitive/shapes_layout.h"
+#include "slave/core/traverse/view_layout.h"
 
 namespace tessera::core {
 
 struct FeatureScene {
-  BvhView<8> bvh;
-  KdView<8> kd;
+  BvhView<8, TrianglesOnly<8>> bvh;
+  KdView<8, TrianglesOnly<8>> kd;
 };
 
 // Closest hits, or the bits of the rays that are blocked: whichever the program has.

@@ -12,15 +12,15 @@ namespace tessera::core {
 namespace HWY_NAMESPACE {
 
 #if defined(TESSERA_FEATURE_ANY)
-uint64_t trace_one(const BvhView<8>& scene, const FanPacket& rays) {
+uint64_t trace_one(const BvhView<8, TrianglesOnly<8>>& scene, const FanPacket& rays) {
   return occluded_fan(scene, rays);
 }
 #elif defined(TESSERA_FEATURE_KD)
-void trace_one(const KdView<8>& scene, const FanPacket& rays, PacketHits& hits) {
+void trace_one(const KdView<8, TrianglesOnly<8>>& scene, const FanPacket& rays, PacketHits& hits) {
   closest_fan(scene, rays, hits);
 }
 #else
-void trace_one(const BvhView<8>& scene, const FanPacket& rays, PacketHits& hits) {
+void trace_one(const BvhView<8, TrianglesOnly<8>>& scene, const FanPacket& rays, PacketHits& hits) {
   closest_fan(scene, rays, hits);
 }
 #endif

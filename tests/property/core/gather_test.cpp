@@ -92,15 +92,15 @@ void compare(const SceneTracer& tracer, const LightPoint& light, const GatherRay
   for (int g = 0; g < rays.targets.group_count; ++g) {
     fill_fan(rays.targets, g, fan);
     const int* const order = rays.targets.order + rays.targets.group[g];
-    fan.unmet = {};
+    fan.excluded = {};
     const std::uint64_t plain = blocked(1);
     sum.wrong += std::popcount((plain ^ blocked(0)) & fan.active);
-    fan.unmet = {rays.unmet, order, rays.is_origin_unmet ? light.triangle : kNoPrimitive};
+    fan.excluded = {rays.excluded, order, rays.is_origin_excluded ? light.triangle : kNoPrimitive};
     sum.wrong += std::popcount((plain ^ blocked(0)) & fan.active);
     sum.wrong += std::popcount((plain ^ blocked(1)) & fan.active);
     sum.rays += std::popcount(fan.active);
     for (std::uint64_t left = fan.active; left != 0; left &= left - 1)
-      sum.known += rays.unmet[order[std::countr_zero(left)]] != kNoPrimitive;
+      sum.known += rays.excluded[order[std::countr_zero(left)]] != kNoPrimitive;
   }
 }
 
@@ -170,8 +170,8 @@ TEST(Gather, NorDoesItInCornersFarFromTheOrigin) {
   }
 }
 
-// What is said to be unmet does not block, whatever else of its block the ray comes near.
-TEST(Gather, UnmetTrianglesDoNotBlock) {
+// What is excluded does not block, whatever else of its block the ray comes near.
+TEST(Gather, ExcludedTrianglesDoNotBlock) {
   Mesh mesh;
   for (const float z : {0.0f, 3.0f}) {  // the line goes through the other, too, behind its end
     for (int i = 0; i < 4; ++i)
@@ -192,7 +192,7 @@ TEST(Gather, UnmetTrianglesDoNotBlock) {
       const SingleHit hit = tracer.closest(ray);
       if (hit.primitive == kNoPrimitive) continue;
       ASSERT_TRUE(tracer.occluded(ray));
-      ray.unmet[i % 2] = hit.primitive;
+      ray.excluded[i % 2] = hit.primitive;
       ray.t_max = 0.75f;
       const bool is_on_edge = y == along || x == std::floor(x) || y == 0 || y == 1;
       ASSERT_TRUE(is_on_edge || !tracer.occluded(ray)) << isa_name(isa) << " " << x << " " << y;
@@ -254,7 +254,7 @@ TEST(Gather, NorDoesItForSlivers) {
                     0,
                     1 - 4 * kUnitRoundoff};
       const bool plain = tracer.occluded(ray);
-      ray.unmet[0] = rays->unmet[0];
+      ray.excluded[0] = rays->excluded[0];
       EXPECT_EQ(plain, tracer.occluded(ray)) << thin;
       ++compared;
     }

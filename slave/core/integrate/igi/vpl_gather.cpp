@@ -80,8 +80,8 @@ void VplGather::trace_fans(const LightPoint& light) {
   fan_.t_min = light.t_min;
   for (int g = 0; g < targets.group_count; ++g) {
     fill_fan(targets, g, fan_);
-    fan_.unmet = {rays_->unmet, targets.order + targets.group[g],
-                  rays_->is_origin_unmet ? light.triangle : kNoPrimitive};
+    fan_.excluded = {rays_->excluded, targets.order + targets.group[g],
+                     rays_->is_origin_excluded ? light.triangle : kNoPrimitive};
     darken(tracer_->occluded(fan_), g);
   }
 }

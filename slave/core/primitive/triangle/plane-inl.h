@@ -11,7 +11,7 @@
 // less (a ray within some 2^-24 of the plane of a well-shaped triangle), or where they come near
 // the ends of float32, exact_hit() gives t instead. These tests are part of the definition of t,
 // hence the same everywhere.
-#include "slave/core/ray/packet_layout.h"
+#include "slave/core/primitive/triangle/triangle_layout.h"
 #include "slave/core/simd/counts_layout.h"
 
 #if defined(TESSERA_CORE_PLANE_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -27,10 +27,6 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// What a reported t may be off, with room for the roundings of a comparison: limits of t are moved
-// out by this share where boxes are compared with them.
-constexpr float kTimeSlack = 0x1p-20f;
-
 // Below that a quotient of float32 is not trusted; its reciprocal above.
 constexpr float kPlaneLeast = 0x1p-100f;
 
@@ -42,28 +38,6 @@ struct Plane {
   float steepness;  // t counts where |N.D| >= steepness * (|Dx| + |Dy| + |Dz|) + kPlaneLeast;
                     // NaN: nowhere
 };
-
-HWY_INLINE float abs_of(float v) { return __builtin_fabsf(v); }
-HWY_INLINE double abs_of(double v) { return __builtin_fabs(v); }
-template <typename T>
-HWY_INLINE T max_of(T a, T b) {
-  return a > b ? a : b;
-}
-
-template <typename T>
-HWY_INLINE T min_of(T a, T b) {
-  return a < b ? a : b;
-}
-
-// 2^-e for a value of 2^e to 2^(e + 1); any factor near it would do.
-HWY_INLINE double inverse_power(double value) {
-  uint64_t bits;
-  __builtin_memcpy(&bits, &value, sizeof(bits));
-  bits = (uint64_t{0x7fe} << 52) - (bits & uint64_t{0x7ff} << 52);
-  double result;
-  __builtin_memcpy(&result, &bits, sizeof(result));
-  return result;
-}
 
 template <int W>
 HWY_INLINE Plane plane_of(const TriangleBlock<W>& block, size_t lane, const float* origin) {
@@ -99,6 +73,22 @@ HWY_INLINE bool plane_t(const Plane& plane, const float* direction, float size, 
   speed = static_cast<float>((dx * plane.normal[0] + dy * plane.normal[1]) + dz * plane.normal[2]);
   t = plane.distance / speed;
   return abs_of(speed) >= plane.steepness * size + kPlaneLeast;
+}
+
+// N.D of a row of rays, as plane_t() has it.
+template <class Rays>
+HWY_INLINE typename Rays::V speed_of(const Rays& rays, const Plane& plane, size_t at) {
+  const hn::CappedTag<double, Rays::kLanes> d;
+  const hn::Rebind<float, decltype(d)> part;
+  const auto speed = [&](size_t first) {
+    const auto along = [&](size_t axis) {
+      const auto component = hn::PromoteTo(d, hn::Load(part, rays.direction[axis] + first));
+      return hn::Mul(component, hn::Set(d, plane.normal[axis]));
+    };
+    return hn::DemoteTo(part, hn::Add(hn::Add(along(0), along(1)), along(2)));
+  };
+  return halves(typename Rays::D(),
+                [&](size_t half) { return speed(at + half * Rays::kLanes / 2); });
 }
 
 }  // namespace HWY_NAMESPACE

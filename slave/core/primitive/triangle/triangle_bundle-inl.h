@@ -14,6 +14,8 @@
 #define TESSERA_CORE_TRIANGLE_BUNDLE_INL_H_
 #endif
 
+#include "slave/core/primitive/triangle/plane-inl.h"
+#include "slave/core/primitive/triangle/triangle_frustum-inl.h"
 #include "slave/core/primitive/triangle/triangle_ray-inl.h"
 #include "slave/core/ray/bundle_rays-inl.h"
 
@@ -28,7 +30,7 @@ class BundleBlock {
   using M = BundleRays::M;
   using B = hn::CappedTag<float, W>;  // triangles
   using VB = hn::Vec<B>;
-  using Tests = FrustumTests<W>;
+  using Tests = FrustumTriangles<W>;
   static constexpr size_t kLanes = BundleRays::kLanes;
   static constexpr size_t kRows = BundleRays::kRows;
   static constexpr size_t kStep = hn::MaxLanes(B());
@@ -36,6 +38,8 @@ class BundleBlock {
  public:
   static constexpr bool kIsAny = kAny;
   explicit BundleBlock(BundleRays& rays) : rays_(rays) {}
+
+  void prepare() {}
 
   // Returns: whether some ray has a new best hit.
   bool test(const TriangleBlock<W>& block);
@@ -141,7 +145,7 @@ bool BundleBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, 
 
   TESSERA_COUNT(times, 1);
   const V distance = distance_of(block, lane, at, plane);
-  const V speed = rays_.speed_of(plane, at);
+  const V speed = speed_of(rays_, plane, at);
   const V t = hn::Div(distance, speed);
   const V slowest =
       hn::Add(hn::Mul(hn::Set(d, static_cast<float>(plane.least)), hn::Load(d, rays_.length + at)),

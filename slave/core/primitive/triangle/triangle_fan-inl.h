@@ -40,6 +40,8 @@
 #define TESSERA_CORE_TRIANGLE_FAN_INL_H_
 #endif
 
+#include "slave/core/primitive/triangle/plane-inl.h"
+#include "slave/core/primitive/triangle/triangle_frustum-inl.h"
 #include "slave/core/ray/fan_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -52,7 +54,7 @@ class FanBlock {
   using V = FanRays::V;
   using B = hn::CappedTag<float, W>;  // triangles
   using VB = hn::Vec<B>;
-  using Tests = FrustumTests<W>;
+  using Tests = FrustumTriangles<W>;
   static constexpr size_t kLanes = FanRays::kLanes;
   static constexpr size_t kRows = FanRays::kRows;
   static constexpr size_t kStep = hn::MaxLanes(B());
@@ -60,6 +62,9 @@ class FanBlock {
  public:
   static constexpr bool kIsAny = kAny;
   explicit FanBlock(FanRays& fan) : fan_(fan) {}
+
+  // Requires, before tests: the rays are set up.
+  HWY_INLINE void prepare() { tolerance_ = 40 * kRoundoff * fan_.steepness; }
 
   // Returns: whether some ray has a new best hit.
   bool test(const TriangleBlock<W>& block);
@@ -81,6 +86,7 @@ class FanBlock {
   // Of the block at hand, by edge: its function with the tolerance added, and twice the tolerance.
   alignas(64) float edge_[3][3][W], twice_[3][W];
   alignas(64) float thin_[W], volume_[W], z_low_[W];
+  float tolerance_;  // 40 S u
 };
 
 // Edge functions of the triangles of a block from lane `first` on. Returns: the bits of those that
@@ -93,7 +99,7 @@ uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, ui
   if (kAny) {
     const hn::RebindToSigned<B> bi;
     const auto number = hn::Load(bi, reinterpret_cast<const int32_t*>(block.primitive) + first);
-    keep = hn::And(keep, hn::RebindMask(b, hn::Ne(number, hn::Set(bi, fan_.unmet))));
+    keep = hn::And(keep, hn::RebindMask(b, hn::Ne(number, hn::Set(bi, fan_.excluded))));
   }
   if (hn::AllFalse(b, keep)) return 0;
 
@@ -113,7 +119,7 @@ uint32_t FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first, ui
   // round.
   const VB volume =
       hn::MulAdd(edge[1][0], p.x[0], hn::MulAdd(edge[1][1], p.y[0], hn::Mul(edge[1][2], p.z[0])));
-  const VB per_length = hn::Mul(p.size, hn::Set(b, fan_.tolerance));
+  const VB per_length = hn::Mul(p.size, hn::Set(b, tolerance_));
   const VB longest = Tests::largest(length[0], length[1], length[2]);
   // tolerance is 40 S u, so 4 of it are 160 S u: enough for S >= 1.
   const VB thin = hn::MulAdd(longest, per_length, hn::Set(b, kUnderflow));
@@ -250,7 +256,7 @@ bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, siz
   if (hn::AllFalse(d, is_possible)) return false;
 
   TESSERA_COUNT(times, 1);
-  const V speed = fan_.speed_of(plane, at);
+  const V speed = speed_of(fan_, plane, at);
   const V t = hn::Div(hn::Set(d, plane.distance), speed);
   const V least = hn::Add(hn::Mul(hn::Set(d, plane.steepness), hn::Load(d, fan_.length + at)),
                           hn::Set(d, kPlaneLeast));

@@ -1,0 +1,90 @@
+// What traversals ask of leaves: which of the primitives in a run of blocks the rays hit. A traversal
+// takes the leaf test of its rays as a template argument and knows nothing else of primitives.
+//
+// Threads. One traversal owns one.
+#include "slave/core/primitive/shapes_layout.h"
+
+#if defined(TESSERA_CORE_LEAF_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_LEAF_INL_H_
+#undef TESSERA_CORE_LEAF_INL_H_
+#else
+#define TESSERA_CORE_LEAF_INL_H_
+#endif
+
+#include "slave/core/primitive/triangle/triangle_bundle-inl.h"
+#include "slave/core/primitive/triangle/triangle_fan-inl.h"
+#include "slave/core/primitive/triangle/triangle_ray-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+// Rays of a packet. Test: FanBlock or BundleBlock.
+template <int W, bool kAny, template <int, bool> class Test>
+class PacketLeaf {
+ public:
+  static constexpr bool kIsAny = kAny;
+
+  template <class Rays>
+  explicit PacketLeaf(Rays& rays) : test_(rays) {}
+
+  // Requires, before tests: the rays are set up.
+  HWY_INLINE void prepare() { test_.prepare(); }
+  // Returns: whether some ray has a new best hit.
+  HWY_INLINE bool test(const TrianglesOnly<W>& shapes, uint32_t first, uint32_t count) {
+    const TriangleBlock<W>* block = shapes.triangles + first;
+    const TriangleBlock<W>* const end = block + count;
+    bool has_hit = false;
+    for (; block != end; ++block) has_hit |= test_.test(*block);
+    return has_hit;
+  }
+
+ private:
+  Test<W, kAny> test_;
+};
+
+// One ray.
+template <int W, bool kAny>
+class RayLeaf {
+ public:
+  static constexpr bool kIsAny = kAny;
+
+  explicit RayLeaf(OneRay& ray) : test_(ray) {}
+
+  HWY_INLINE void prepare() { test_.prepare(); }
+  // Returns: of any hits, the block where the hit is; else, or where there is none, kNoBlock.
+  HWY_INLINE uint32_t test(const TrianglesOnly<W>& shapes, uint32_t first, uint32_t count) {
+    for (uint32_t i = 0; i < count; ++i) {
+      test_.test(shapes.triangles[first + i]);
+      if (kAny && test_.has_hit()) return first + i;
+    }
+    return kNoBlock;
+  }
+
+ private:
+  TriangleRay<W, kAny> test_;
+};
+
+// The leaf tests of a set of kinds, by the rays that are traced.
+template <class Shapes>
+struct LeafTests;
+template <int W>
+struct LeafTests<TrianglesOnly<W>> {
+  // Where a block begins, for prefetching: its first 4 cache lines are its own.
+  static HWY_INLINE const char* address(const TrianglesOnly<W>& shapes, uint32_t block) {
+    static_assert(sizeof(TriangleBlock<W>) > 4 * 64);
+    return reinterpret_cast<const char*>(shapes.triangles + block);
+  }
+  template <bool kAny>
+  using Ray = RayLeaf<W, kAny>;
+  template <bool kAny>
+  using Fan = PacketLeaf<W, kAny, FanBlock>;
+  template <bool kAny>
+  using Bundle = PacketLeaf<W, kAny, BundleBlock>;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

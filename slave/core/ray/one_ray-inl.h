@@ -1,0 +1,141 @@
+// One ray by itself: where it goes, scaled so that nothing overflows, and what it has hit so far.
+//
+// Threads. One traversal owns one.
+#include "slave/core/ray/packet_layout.h"
+
+#if defined(TESSERA_CORE_ONE_RAY_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_ONE_RAY_INL_H_
+#undef TESSERA_CORE_ONE_RAY_INL_H_
+#else
+#define TESSERA_CORE_ONE_RAY_INL_H_
+#endif
+
+#include "slave/core/simd/lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+HWY_INLINE float moved(float t, float share) { return t + abs_of(t) * share; }
+
+struct OneRay {
+  using A = hn::CappedTag<float, 4>;  // axes; the fourth is 0
+  static constexpr size_t kAxisStep = hn::MaxLanes(A());
+
+  // Returns: whether the ray is valid.
+  HWY_INLINE bool setup(const SingleRay& ray, const SceneBox& scene);
+
+  bool is_down(int axis) const { return (down >> axis & 1u) != 0; }
+  bool has_hit() const { return best != -1; }
+  // Whether a hit at t is nearer than what the ray has, or at the same t and of a lower number.
+  HWY_INLINE bool is_nearer(float t, int32_t primitive) const {
+    const bool is_lower = best == -1 || primitive < best;
+    return t >= t_min && (t < best_t || (t == best_t && is_lower));
+  }
+  template <bool kAny>
+  HWY_INLINE void accept(float hit_t, int32_t primitive);
+
+  alignas(16) float origin[4], direction[4];
+  alignas(16) float slope[4];    // the direction, scaled by a power of two where it is extreme
+  alignas(16) float inverse[4];  // of the slope
+  alignas(16) float pad[4];      // of t, where the ray hardly moves along an axis
+  uint32_t down = 0;             // bits of the axes with a negative slope
+  float near_limit = 0, far_limit = 0;  // of t, scaled and moved out
+  int32_t best = -1;
+  float reach = 0;             // largest distance, by axis, of a point of the scene from the origin
+  float scale = 1;             // scaled t = t * scale
+  float size = 0;              // sum of |direction|
+  int kx = 0, ky = 1, kz = 2;  // z: the main axis
+  float t_min = 0, best_t = 0;
+  int32_t excluded[2] = {-1, -1};
+
+ private:
+  HWY_INLINE void scale_slope(float largest);
+  HWY_INLINE void invert_slope(float largest);
+};
+
+HWY_INLINE bool OneRay::setup(const SingleRay& ray, const SceneBox& scene) {
+  const A d;
+  auto far = hn::Zero(d), longest = far, reached = far;
+  for (size_t a = 0; a < 4; a += kAxisStep) {
+    // The number behind each of the two arrays is one of the ray's, too.
+    const auto is_axis = hn::FirstN(d, 3 - a);
+    const auto from = hn::IfThenElseZero(is_axis, hn::LoadU(d, ray.origin + a));
+    const auto along = hn::IfThenElseZero(is_axis, hn::LoadU(d, ray.direction + a));
+    hn::Store(from, d, origin + a);
+    hn::Store(along, d, direction + a);
+    far = hn::Add(far, hn::Abs(from));
+    longest = hn::Max(longest, hn::Abs(along));
+    const auto low = hn::Abs(hn::Sub(hn::Load(d, scene.lower + a), from));
+    const auto high = hn::Abs(hn::Sub(hn::Load(d, scene.upper + a), from));
+    reached = hn::Max(reached, hn::Max(low, high));
+  }
+  const float infinity = __builtin_inff();
+  size = (abs_of(direction[0]) + abs_of(direction[1])) + abs_of(direction[2]);
+  if (!(size > 0 && size < infinity && ray.t_min <= ray.t_max)) return false;
+  if (!hn::AllTrue(d, hn::Lt(far, hn::Inf(d)))) return false;
+  const auto most = hn::MaxOfLanes(d, longest);
+  const float largest = hn::GetLane(most);
+  reach = hn::GetLane(hn::MaxOfLanes(d, reached));
+  uint32_t is_main = 0;
+  for (size_t a = 0; a < 4; a += kAxisStep)
+    is_main |= bits_of(d, hn::Eq(hn::Abs(hn::Load(d, direction + a)), most)) << a;
+  kz = __builtin_ctz(is_main);
+  kx = kz == 2 ? 0 : kz + 1;
+  ky = kz == 0 ? 2 : kz - 1;
+  scale_slope(largest);
+  invert_slope(abs_of(slope[kz]));
+  t_min = ray.t_min;
+  for (int k = 0; k < 2; ++k) excluded[k] = static_cast<int32_t>(ray.excluded[k]);
+  best_t = ray.t_max;
+  best = -1;
+  near_limit = moved(t_min * scale, -kTimeSlack);
+  far_limit = moved(best_t * scale, kTimeSlack);
+  return true;
+}
+
+// So that no product of a coordinate with an inverse overflows, which is at most 2^60 for
+// coordinates below 2^60 and at most 1 beyond.
+HWY_INLINE void OneRay::scale_slope(float largest) {
+  const A d;
+  for (size_t a = 0; a < 4; a += kAxisStep) hn::Store(hn::Load(d, direction + a), d, slope + a);
+  const float wanted = reach < 0x1p60f ? 1.0f : 0x1p60f;
+  scale = 1;
+  if (HWY_LIKELY(largest > wanted * 0x1p-20f && largest < wanted * 0x1p20f)) return;
+  while (!(largest >= wanted && largest < 2 * wanted)) {
+    const float factor = largest < wanted ? 2 : 0.5f;
+    for (float& s : slope) s *= factor;
+    largest *= factor;
+    scale /= factor;
+  }
+}
+
+// An axis along which the ray hardly moves counts as steeper than it is. The ray leaves the scene
+// within t = reach / largest (twice that with all roundings), so it moves by less than `least`
+// times that along it.
+HWY_INLINE void OneRay::invert_slope(float largest) {
+  const A d;
+  const auto least = hn::Set(d, largest * 0x1p-40f), widest = hn::Set(d, 4 * (reach / largest));
+  down = 0;
+  for (size_t a = 0; a < 4; a += kAxisStep) {
+    const auto own = hn::Load(d, slope + a);
+    const auto is_flat = hn::Lt(hn::Abs(own), least);
+    const auto used = hn::IfThenElse(is_flat, hn::CopySign(least, own), own);
+    hn::Store(hn::IfThenElseZero(is_flat, widest), d, pad + a);
+    hn::Store(hn::Div(hn::Set(d, 1), used), d, inverse + a);
+    down |= bits_of(d, hn::Lt(used, hn::Zero(d))) << a;
+  }
+}
+
+template <bool kAny>
+HWY_INLINE void OneRay::accept(float hit_t, int32_t primitive) {
+  best_t = kAny ? -__builtin_inff() : hit_t;
+  best = primitive;
+  far_limit = moved(best_t * scale, kTimeSlack);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
