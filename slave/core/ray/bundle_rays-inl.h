@@ -86,8 +86,7 @@ inline bool BundleRays::setup(const RayPacket& rays) {
   set_origin(middle);
   set_offsets(kx, row_u, slope_u, offset_u);
   set_offsets(ky, row_v, slope_v, offset_v);
-  for (size_t r = 0; r < kRows; ++r) shorten(r);
-  shorten();
+  set_depths();
   return true;
 }
 

@@ -72,7 +72,7 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
     if (!setup_row(rays, r, valid, middle)) return false;
   }
   bound();
-  shorten();
+  set_depths();
   return true;
 }
 
@@ -86,15 +86,19 @@ HWY_INLINE bool FanRays::setup_row(const FanPacket& rays, size_t row, uint64_t v
   hn::Store(u, d, ray_u + at);
   hn::Store(v, d, ray_v + at);
   hn::Store(hn::Zero(d), d, start + at);
-  row_u[0][row] = hn::GetLane(hn::MinOfLanes(d, u));
-  row_u[1][row] = hn::GetLane(hn::MaxOfLanes(d, u));
-  row_v[0][row] = hn::GetLane(hn::MinOfLanes(d, v));
-  row_v[1][row] = hn::GetLane(hn::MaxOfLanes(d, v));
-  shorten(row);
   return true;
 }
 
 HWY_INLINE void FanRays::bound() {
+  const D d;
+  const auto least = [](auto a, auto b) { return hn::Min(a, b); };
+  const auto greatest = [](auto a, auto b) { return hn::Max(a, b); };
+  const auto u = [&](size_t row) { return hn::Load(d, ray_u + row * kLanes); };
+  const auto v = [&](size_t row) { return hn::Load(d, ray_v + row * kLanes); };
+  fold_rows<kRows>(d, u, least, row_u[0]);
+  fold_rows<kRows>(d, u, greatest, row_u[1]);
+  fold_rows<kRows>(d, v, least, row_v[0]);
+  fold_rows<kRows>(d, v, greatest, row_v[1]);
   float u_low = row_u[0][0], u_high = row_u[1][0], v_low = row_v[0][0], v_high = row_v[1][0];
   for (size_t r = 1; r < kRows; ++r) {
     u_low = min_of(u_low, row_u[0][r]);

@@ -65,6 +65,8 @@ struct PacketRays : Frustum {
   HWY_INLINE bool begin_row(const Packet& rays, size_t row, uint64_t valid, size_t middle, V& u,
                             V& v);
 
+  HWY_INLINE V depths(size_t row) const;  // behind which no ray of the row looks
+  HWY_INLINE void set_depths();           // before anything is hit
   HWY_INLINE void shorten(size_t row);    // after hits in a row
   HWY_INLINE void shorten();              // after those
   void store(PacketHits& hits) const;
@@ -159,12 +161,23 @@ bool PacketRays::take(size_t ray, float t, float t_min, uint32_t primitive) {
   return true;
 }
 
-HWY_INLINE void PacketRays::shorten(size_t row) {
+HWY_INLINE PacketRays::V PacketRays::depths(size_t row) const {
   const D d;
   const size_t at = row * kLanes;
   const V z = hn::Abs(hn::Load(d, direction[kz] + at));
-  const V far = hn::MulAdd(z, hn::Load(d, best_t + at), hn::Load(d, start + at));
-  row_far[row] = hn::GetLane(hn::MaxOfLanes(d, far)) * (1 + kTimeSlack);
+  return hn::MulAdd(z, hn::Load(d, best_t + at), hn::Load(d, start + at));
+}
+
+HWY_INLINE void PacketRays::shorten(size_t row) {
+  row_far[row] = hn::GetLane(hn::MaxOfLanes(D(), depths(row))) * (1 + kTimeSlack);
+}
+
+HWY_INLINE void PacketRays::set_depths() {
+  const D d;
+  const auto greatest = [](auto a, auto b) { return hn::Max(a, b); };
+  const auto moved = [&](size_t row) { return hn::Mul(depths(row), hn::Set(d, 1 + kTimeSlack)); };
+  fold_rows<kRows>(d, moved, greatest, row_far);
+  shorten();
 }
 
 HWY_INLINE void PacketRays::shorten() {

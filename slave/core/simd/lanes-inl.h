@@ -101,6 +101,47 @@ HWY_INLINE double inverse_power(double value) {
   return result;
 }
 
+// Folds the lanes of each of kRows registers by `op` (least, greatest): to[r] becomes that of row(r).
+// Four registers are folded at once, lane by lane beside each other, which takes a third of the steps
+// of one after the other. Requires: kRows is a multiple of 4, or there is one lane.
+template <size_t kRows, class Tag, class Row, class Op>
+HWY_INLINE void fold_rows(Tag d, const Row& row, const Op& op, float* HWY_RESTRICT to) {
+#if HWY_TARGET == HWY_SCALAR
+  static_cast<void>(d);
+  static_cast<void>(op);
+  for (size_t r = 0; r < kRows; ++r) to[r] = hn::GetLane(row(r));
+#else
+  using V = hn::Vec<Tag>;
+  const hn::Repartition<uint64_t, Tag> pairs;
+  // Of each block of four lanes the folded ones of four registers, in their order.
+  const auto four = [&](size_t r) {
+    const auto fold = [&](V a, V b) {
+      return op(hn::InterleaveLower(d, a, b), hn::InterleaveUpper(d, a, b));
+    };
+    const auto ab = hn::BitCast(pairs, fold(row(r), row(r + 1)));
+    const auto cd = hn::BitCast(pairs, fold(row(r + 2), row(r + 3)));
+    return op(hn::BitCast(d, hn::InterleaveLower(pairs, ab, cd)),
+              hn::BitCast(d, hn::InterleaveUpper(pairs, ab, cd)));
+  };
+  for (size_t r = 0; r < kRows; r += 4) {
+    const V blocks = four(r);
+    if constexpr (hn::MaxLanes(d) == 4) {
+      hn::StoreU(blocks, d, to + r);
+    } else {
+      const hn::Half<Tag> half;
+      const auto folded = op(hn::LowerHalf(half, blocks), hn::UpperHalf(half, blocks));
+      if constexpr (hn::MaxLanes(d) == 8) {
+        hn::StoreU(folded, half, to + r);
+      } else {
+        const hn::Half<hn::Half<Tag> > quarter;
+        hn::StoreU(op(hn::LowerHalf(quarter, folded), hn::UpperHalf(quarter, folded)), quarter,
+                   to + r);
+      }
+    }
+  }
+#endif
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core
 HWY_AFTER_NAMESPACE();
