@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "slave/core/sampling/sample_dimensions.h"
+#include "slave/core/sampling/dimension.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "slave/core/trace/fan_window.h"
 
@@ -87,8 +87,8 @@ void CameraPacket::set(int x_px, int y_px, std::uint32_t sample) {
   const SequencePoint point(sequence_index(*settings_, sample));
   const PixelSample one{frame_seed(settings_->seed),
                         {point.x_bits(), point.y_bits()},
-                        kDimensionLens,
-                        kDimensionLight,
+                        dimension(Dimension::kLens),
+                        dimension(Dimension::kSurface),
                         settings_->samples_per_pixel == 1 && settings_->pass == 0};
   const PacketPixels pixels{shape_, x_px, y_px, part_.x_px + part_.width_px,
                             part_.y_px + part_.height_px};

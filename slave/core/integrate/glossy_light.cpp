@@ -2,14 +2,9 @@
 
 #include <algorithm>
 
+#include "slave/core/sampling/dimension.h"
+
 namespace tessera::core {
-namespace {
-
-// Apart from those of light samples (direct_light.cpp).
-constexpr std::uint32_t kDimensionGlossy = 0x80000003u;
-
-}  // namespace
-
 void GlossyLight::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int samples,
                         const std::atomic<bool>* is_cancelled) {
   scene_ = &scene;
@@ -29,7 +24,7 @@ std::uint64_t GlossyLight::add(const SurfaceBatch& batch, Vec3f* radiance) {
       if (batch.surface[i].bsdf != BsdfKind::kGlossy) continue;
       rays_->ask(i, batch.key[i]);
     }
-    rays_->scatter(batch, kDimensionGlossy, batch.sample_index * samples + j);
+    rays_->scatter(batch, dimension(Dimension::kGlossy), batch.sample_index * samples + j);
     trace(radiance);
     traced += static_cast<std::uint64_t>(rays_->count);
   }

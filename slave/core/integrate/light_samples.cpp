@@ -4,14 +4,15 @@
 #include <cstring>
 
 #include "slave/core/light/light_sampling.h"
+#include "slave/core/sampling/dimension.h"
 #include "slave/core/simd/axis_arrays.h"
 
 namespace tessera::core {
 namespace {
 
+static_assert(2 * kEmittersEachMax <= kSurfaceDimensions[0].count);
+
 constexpr float kInvPi = 0.318309886f;
-// Apart from those of the emitters, which have even numbers, one for each.
-constexpr std::uint32_t kEnvironmentDimension = 0x80000001u;
 
 // The cosine at the surface, zero where either normal says that the light is behind it: an
 // interpolated normal may not let light through the surface.
@@ -129,7 +130,7 @@ void LightSamples::sample_emitters(const SurfaceBatch& batch, int first, std::ui
                                    std::uint32_t sample) {
   const LightSet& lights = scene_->lights;
   EmitterSamples& e = emitters_;
-  draw(batch, first, 2 * round, sample);
+  draw(batch, first, dimension(Dimension::kEmitter, 2 * round), sample);
   const int n = e.count = samples_.count;
   e.samples = static_cast<float>(options_.samples);
   std::memcpy(e.square, samples_.square, sizeof(e.square));
@@ -185,7 +186,7 @@ void LightSamples::sample_even_sky(const SurfaceBatch& batch, std::uint32_t samp
     const int end = std::min(first + BsdfPacket::kMax, batch.count);
     BsdfPacket& packet = glossy_.packet;  // free until the response
     packet.clear();
-    draw(batch, first, kEnvironmentDimension, sample);
+    draw(batch, first, dimension(Dimension::kEnvironment), sample);
     for (int i = first; i < end; ++i) {
       const auto& square = samples_.square;
       packet.add_diffuse(batch.surface[i].shading_normal,
@@ -205,7 +206,7 @@ void LightSamples::sample_even_sky(const SurfaceBatch& batch, std::uint32_t samp
 void LightSamples::sample_map(const SurfaceBatch& batch, std::uint32_t sample) {
   const float each = 1 / static_cast<float>(options_.samples);
   for (int first = 0; first < batch.count; first += kPacketRays) {
-    draw(batch, first, kEnvironmentDimension, sample);
+    draw(batch, first, dimension(Dimension::kEnvironment), sample);
     sky_.sample(samples_);
     for (int i = 0; i < samples_.count; ++i) {
       const SkyMap::Sample sky = sky_.drawn(i);

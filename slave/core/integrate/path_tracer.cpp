@@ -3,16 +3,10 @@
 #include <algorithm>
 
 #include "slave/core/ray/ray_bits.h"
+#include "slave/core/sampling/dimension.h"
 #include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {
-namespace {
-
-// Keys of a depth are mixed from the pixel's; each use of them has a number of its own.
-constexpr std::uint32_t kDimensionScatter = 0x40000001u, kDimensionNextDepth = 0x40000003u;
-
-}  // namespace
-
 void PathTracer::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int bounces,
                        const std::atomic<bool>* is_cancelled) {
   scene_ = &scene;
@@ -44,10 +38,10 @@ RayCounts PathTracer::add(SurfaceBatch& batch, Vec3f* radiance) {
 void PathTracer::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
   rays_->clear();
   for (int i = 0; i < batch.count; ++i) {
-    const std::uint32_t key = hash_combine(batch.key[i], kDimensionNextDepth + depth);
+    const std::uint32_t key = hash_combine(batch.key[i], dimension(Dimension::kNextSurface, depth));
     rays_->ask(i, key);
   }
-  rays_->scatter(batch, kDimensionScatter, batch.sample_index);
+  rays_->scatter(batch, dimension(Dimension::kScatter), batch.sample_index);
 }
 
 // What rays bring that have met nothing: bits, from ray `first` on.

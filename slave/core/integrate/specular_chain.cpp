@@ -2,13 +2,14 @@
 
 #include <algorithm>
 
+#include "slave/core/sampling/dimension.h"
 #include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {
 namespace {
 
-// Apart from those of light samples and of paths (direct_light.cpp, path_tracer.cpp).
-constexpr std::uint32_t kDimensionSpecular = 0x20000001u;
+static_assert(kSpecularDepthMax < kSurfaceDimensions[3].count &&
+              kSurfaceDimensions[3].first == Dimension::kSpecular);
 
 }  // namespace
 
@@ -63,7 +64,7 @@ int SpecularChain::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
     scattered.ask(i, batch.key[i]);
     rays.is_gone[i] = true;  // until its ray has met something
   }
-  scattered.scatter(batch, kDimensionSpecular + depth, batch.sample_index);
+  scattered.scatter(batch, dimension(Dimension::kSpecular, depth), batch.sample_index);
   for (int ray = 0; ray < scattered.count; ++ray) {
     const Surface& s = batch.surface[scattered.origin[ray]];
     const bool is_through = dot(scattered.direction[ray], s.normal) < 0;

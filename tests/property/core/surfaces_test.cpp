@@ -10,7 +10,7 @@
 #include <set>
 
 #include "slave/core/integrate/camera_packet.h"
-#include "slave/core/sampling/sample_dimensions.h"
+#include "slave/core/sampling/dimension.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "slave/core/scene/met_surfaces.h"
 #include "tests/support/packets.h"
@@ -341,12 +341,13 @@ TEST(Surfaces, CameraPacketsCoverAPartWithEachPixelsOwnRay) {
             const int px = x + packet.column(i), py = y + packet.row(i);
             ASSERT_TRUE(seen.insert({px, py}).second);
             const bool is_centre = settings.samples_per_pixel == 1 && settings.pass == 0;
-            const Vec2f in = is_centre ? Vec2f{0.5f, 0.5f}
-                                       : sample_2d(pixel_key(77, px, py, kDimensionLens),
-                                                   sequence_index(settings, sample));
+            const Vec2f in = is_centre
+                                 ? Vec2f{0.5f, 0.5f}
+                                 : sample_2d(pixel_key(77, px, py, dimension(Dimension::kLens)),
+                                             sequence_index(settings, sample));
             const Vec3f direction = camera.direction(double{in.x} + px, double{in.y} + py);
             ASSERT_TRUE(same_bits(direction, at(packet.rays.direction, i))) << isa_name(isa);
-            ASSERT_EQ(packet.key[i], pixel_key(77, px, py, kDimensionLight));
+            ASSERT_EQ(packet.key[i], pixel_key(77, px, py, dimension(Dimension::kSurface)));
           }
         }
       }

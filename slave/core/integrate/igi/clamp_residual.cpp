@@ -6,15 +6,14 @@
 
 #include "slave/core/integrate/bsdf_packet.h"
 #include "slave/core/integrate/path_tracer.h"
+#include "slave/core/sampling/dimension.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "slave/core/scene/met_surfaces.h"
 
 namespace tessera::core {
 namespace {
 
-// Keys of a pixel that no path uses.
 static_assert(kPacketRays <= kSamplePoints && kPacketRays <= BsdfPacket::kMax);
-constexpr std::uint32_t kDimensionRay = 0x10000001u, kDimensionPath = 0x10000003u;
 
 }  // namespace
 
@@ -72,7 +71,7 @@ void ClampResidual::follow(const GatherPoints& points, int first, int count) {
   Scratch& s = *scratch_;
   s.samples.count = count;
   std::copy_n(points.key + first, count, s.samples.key);
-  tracer_->kernels().sample_points(kDimensionRay, s.batch.sample_index, s.samples);
+  tracer_->kernels().sample_points(dimension(Dimension::kBiasRay), s.batch.sample_index, s.samples);
   s.directions.clear();
   for (int i = 0; i < count; ++i) {
     const int p = first + i;
@@ -121,7 +120,7 @@ void ClampResidual::arrive(const GatherPoints& points, int first) {
     if (is_specular(y)) continue;  // no VPL is there
     y.weight = y.weight * (1 - bounds_.vpl / geometry[i]);
     SurfaceBatch& batch = s.batch;
-    s.arrived.key[i] = hash_combine(points.key[p], kDimensionPath);
+    s.arrived.key[i] = hash_combine(points.key[p], dimension(Dimension::kBiasPath));
     s.arrived.pixel[i] = static_cast<std::uint16_t>(p);
     batch.add(s.arrived, i);
   }

@@ -6,6 +6,7 @@
 
 #include "slave/core/bsdf/specular.h"
 #include "slave/core/light/light_paths.h"
+#include "slave/core/sampling/dimension.h"
 #include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "slave/core/scene/met_surfaces.h"
@@ -15,9 +16,6 @@ namespace {
 
 constexpr float kInvPi = 0.318309886f;
 constexpr int kPilotWalks = 128;
-
-// Uses of a walk's number, each a dimension of its own.
-enum Use : std::uint32_t { kPlace, kPick, kFirst, kPilotPick, kPilotFirst, kBounce };
 
 double luminance(const float (&c)[3]) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
 
@@ -41,14 +39,14 @@ class VplSets::Walks {
   }
 
   // Walks number first, first + 1... of the sequence.
-  void start(std::uint32_t first, int count, Use pick, Use direction) {
+  void start(std::uint32_t first, int count, Dimension pick, Dimension direction) {
     first_ = first;
     rays_.active = 0;
     for (int i = 0; i < count; ++i) {
       const std::uint32_t number = first + static_cast<std::uint32_t>(i);
       const std::optional<LightRay> ray =
-          light_.ray(shuffled_2d(hash_combine(key_, pick), number),
-                     shuffled_2d(hash_combine(key_, direction), number));
+          light_.ray(shuffled_2d(hash_combine(key_, dimension(pick)), number),
+                     shuffled_2d(hash_combine(key_, dimension(direction)), number));
       if (ray) put(i, ray->origin, ray->direction, ray->flux);
     }
   }
@@ -86,8 +84,8 @@ class VplSets::Walks {
   // 1997, section 5.3). Returns: whether it leaves a VPL.
   bool arrive(int i, const Surface& s, std::uint32_t depth, LightPoint& point) {
     const Vec3f d{rays_.direction[0][i], rays_.direction[1][i], rays_.direction[2][i]};
-    const Vec2f x =
-        shuffled_2d(hash_combine(key_, kBounce + depth), first_ + static_cast<std::uint32_t>(i));
+    const Vec2f x = shuffled_2d(hash_combine(key_, dimension(Dimension::kVplBounce, depth)),
+                                first_ + static_cast<std::uint32_t>(i));
     if (is_specular(s)) {
       pass(i, s, x);
       return false;
@@ -163,7 +161,7 @@ std::vector<double> VplSets::power_by_depth(Walks& walks, const LightPaths& ligh
   power[0] = light.placed_power();
   LightPoint points[kPacketRays];
   for (std::uint32_t first = 0; first < kPilotWalks && depths > 1; first += kPacketRays) {
-    walks.start(first, kPacketRays, kPilotPick, kPilotFirst);
+    walks.start(first, kPacketRays, Dimension::kVplPilotPick, Dimension::kVplPilotFirst);
     for (std::size_t d = 1; d < depths; ++d) {
       std::uint64_t left = walks.step(static_cast<std::uint32_t>(d), ray_count_, points);
       for (; left != 0; left &= left - 1)
@@ -183,14 +181,16 @@ void VplSets::make_set(Walks& walks, const LightPaths& light, std::uint32_t key,
   std::vector<LightPoint>& set = sets_[k];
   for (int i = 0; i < counts[0]; ++i) {
     const std::uint32_t number = begin + static_cast<std::uint32_t>(i);
-    set.push_back(light.place(shuffled_2d(hash_combine(key, kPlace), number)));
+    set.push_back(
+        light.place(shuffled_2d(hash_combine(key, dimension(Dimension::kVplPlace)), number)));
     scale(set.back(), 1 / static_cast<float>(counts[0]));
   }
   std::vector<std::vector<LightPoint>> by_depth(counts.size());
   LightPoint points[kPacketRays];
   for (int first = 0; first < walk_count; first += kPacketRays) {
     walks.start(begin + static_cast<std::uint32_t>(first),
-                std::min(kPacketRays, walk_count - first), kPick, kFirst);
+                std::min(kPacketRays, walk_count - first), Dimension::kVplPick,
+                Dimension::kVplFirst);
     for (std::size_t d = 1; d < counts.size() && counts[d] > first; ++d) {
       std::uint64_t left = walks.step(static_cast<std::uint32_t>(d), ray_count_, points);
       for (; left != 0; left &= left - 1) {
