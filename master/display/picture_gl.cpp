@@ -67,8 +67,20 @@ uniform sampler2D tint;
 uniform vec2 picture_px;
 uniform float tile_px;
 uniform float tint_weight;
+uniform bool is_magnified;
+vec3 pixel(ivec2 at) { return texelFetch(displayed, clamp(at, ivec2(0), ivec2(picture_px) - 1), 0).rgb; }
+// By hand: texture units have 8 bits for the place between two pixels.
+vec3 between_pixels() {
+  vec2 from_middle = place * picture_px - 0.5;
+  vec2 corner = floor(from_middle);
+  vec2 share = from_middle - corner;
+  ivec2 at = ivec2(corner);
+  vec3 upper = mix(pixel(at), pixel(at + ivec2(1, 0)), share.x);
+  vec3 lower = mix(pixel(at + ivec2(0, 1)), pixel(at + ivec2(1, 1)), share.x);
+  return mix(upper, lower, share.y);
+}
 void main() {
-  vec3 c = texture(displayed, place).rgb;
+  vec3 c = is_magnified ? between_pixels() : texture(displayed, place).rgb;
   if (tint_weight > 0.0) {
     ivec2 tile = ivec2(clamp(place * picture_px, vec2(0.0), picture_px - 1.0) / tile_px);
     c = mix(c, texelFetch(tint, tile, 0).rgb, tint_weight);
@@ -143,16 +155,18 @@ class GlPicture final : public PictureGl {
 
  private:
   void upload_tint(const FrameImage& image);
-  void tone();
+  void clear(PixelSize window);
+  void tone(GLint format);
 
   GLuint toning_ = 0, placing_ = 0, vertices_ = 0, picture_ = 0, tint_ = 0, curve_ = 0;
   GLuint displayed_ = 0, into_displayed_ = 0;
   GLint at_is_linear_ = -1, at_gain_ = -1, at_has_curve_ = -1;
-  GLint at_picture_px_ = -1, at_tile_px_ = -1, at_tint_weight_ = -1;
+  GLint at_picture_px_ = -1, at_tile_px_ = -1, at_tint_weight_ = -1, at_is_magnified_ = -1;
   DisplayTransform display_;
   int side_max_px_ = 0;
-  PixelSize size_;         // of the picture; 0 before the first
-  PixelSize toned_size_;   // of displayed_
+  PixelSize size_;        // of the picture; 0 before the first
+  PixelSize toned_size_;  // of displayed_
+  GLint toned_format_ = 0;
   bool is_toned_ = false;  // displayed_ is of this picture and display
   PixelSize stands_for_;   // whose place it fills
   PixelFormat format_ = PixelFormat::kFloat;
@@ -181,6 +195,7 @@ Status GlPicture::start() {
   at_picture_px_ = glGetUniformLocation(placing_, "picture_px");
   at_tile_px_ = glGetUniformLocation(placing_, "tile_px");
   at_tint_weight_ = glGetUniformLocation(placing_, "tint_weight");
+  at_is_magnified_ = glGetUniformLocation(placing_, "is_magnified");
   glUseProgram(placing_);
   glUniform1i(glGetUniformLocation(placing_, "displayed"), 0);
   glUniform1i(glGetUniformLocation(placing_, "tint"), 1);
@@ -276,13 +291,14 @@ void GlPicture::upload_tint(const FrameImage& image) {
 }
 
 // Fills displayed_ with the picture as the display shows it.
-void GlPicture::tone() {
+void GlPicture::tone(GLint format) {
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D, displayed_);
-  if (toned_size_ != size_) {
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, size_.width_px, size_.height_px, 0, GL_RGBA,
+  if (toned_size_ != size_ || toned_format_ != format) {
+    glTexImage2D(GL_TEXTURE_2D, 0, format, size_.width_px, size_.height_px, 0, GL_RGBA,
                  GL_UNSIGNED_BYTE, nullptr);
     toned_size_ = size_;
+    toned_format_ = format;
   }
   glBindFramebuffer(GL_FRAMEBUFFER, into_displayed_);
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, displayed_, 0);
@@ -300,30 +316,35 @@ void GlPicture::tone() {
   is_toned_ = true;
 }
 
-void GlPicture::draw(PixelSize window, bool tints_tiles) {
-  glDisable(GL_BLEND);
-  glDisable(GL_SCISSOR_TEST);
-  if (size_.width_px > 0 && !is_toned_) tone();
+void GlPicture::clear(PixelSize window) {
   glViewport(0, 0, window.width_px, window.height_px);
   glClearColor(kBorderGrey, kBorderGrey, kBorderGrey, 1);
   glClear(GL_COLOR_BUFFER_BIT);
-  if (size_.width_px == 0) return;
+}
+
+void GlPicture::draw(PixelSize window, bool tints_tiles) {
+  if (size_.width_px == 0) return clear(window);
   const PixelRect r = letterbox(stands_for_, window);
+  const bool is_magnified = r.width_px > size_.width_px || r.height_px > size_.height_px;
+  // What is interpolated is rounded to the display's 8 bits afterwards.
+  const GLint format = is_magnified ? GL_RGBA16 : GL_RGBA8;
+  glDisable(GL_BLEND);
+  glDisable(GL_SCISSOR_TEST);
+  if (!(is_toned_ && toned_format_ == format)) tone(format);
+  clear(window);
   // OpenGL counts rows from below.
   glViewport(r.x_px, window.height_px - r.y_px - r.height_px, r.width_px, r.height_px);
   glActiveTexture(GL_TEXTURE1);
   glBindTexture(GL_TEXTURE_2D, tint_);
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D, displayed_);
-  // At its own size a pixel is a pixel.
-  const GLint filter =
-      r.width_px == size_.width_px && r.height_px == size_.height_px ? GL_NEAREST : GL_LINEAR;
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
+                  r.width_px < size_.width_px ? GL_LINEAR : GL_NEAREST);
   glUseProgram(placing_);
   glUniform2f(at_picture_px_, static_cast<float>(size_.width_px),
               static_cast<float>(size_.height_px));
   glUniform1f(at_tile_px_, static_cast<float>(std::max(1, tile_px_)));
+  glUniform1i(at_is_magnified_, is_magnified);
   glUniform1f(at_tint_weight_, tints_tiles && has_tint_ ? kTintWeight : 0.0f);
   glBindVertexArray(vertices_);
   glDrawArrays(GL_TRIANGLES, 0, 3);
