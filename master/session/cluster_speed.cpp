@@ -13,8 +13,8 @@ constexpr double kOtherSpeed = 1.5;  // off by so much is no noise
 
 ClusterSpeed::Place ClusterSpeed::place(double rays) {
   const double at = std::clamp(std::log2(std::max(rays, 1.0)) / 2, 0.0, kKnots - 1.0);
-  const int knot = std::min(static_cast<int>(at), kKnots - 2);
-  return {knot, at - knot};
+  const std::size_t knot = std::min(static_cast<std::size_t>(at), kKnots - 2);
+  return {knot, at - static_cast<double>(knot)};
 }
 
 double ClusterSpeed::logarithm(const Place& at) const {
@@ -57,7 +57,7 @@ void ClusterSpeed::learn(const Place& at, double error) {
   logarithm_.at(at.knot) += step * lower;
   logarithm_.at(at.knot + 1) += step * upper;
   is_known_.at(at.knot) = is_known_.at(at.knot + 1) = true;
-  for (int knot = 0; knot < kKnots; ++knot)
+  for (std::size_t knot = 0; knot < kKnots; ++knot)
     logarithm_.at(knot) = logarithm_.at(nearest_known(knot));
 }
 
@@ -65,9 +65,9 @@ void ClusterSpeed::move(double by) {
   for (double& logarithm : logarithm_) logarithm += by;
 }
 
-int ClusterSpeed::nearest_known(int knot) const {
-  for (int away = 0; away < kKnots; ++away) {
-    if (knot - away >= 0 && is_known_.at(knot - away)) return knot - away;
+std::size_t ClusterSpeed::nearest_known(std::size_t knot) const {
+  for (std::size_t away = 0; away < kKnots; ++away) {
+    if (away <= knot && is_known_.at(knot - away)) return knot - away;
     if (knot + away < kKnots && is_known_.at(knot + away)) return knot + away;
   }
   return knot;

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 namespace tessera {
 
@@ -25,16 +26,16 @@ class ClusterSpeed {
   void at_most(double rays, double seconds_so_far);
 
  private:
-  static constexpr int kKnots = 24;  // the last one is of 2^46 rays
+  static constexpr std::size_t kKnots = 24;  // the last one is of 2^46 rays
   struct Place {
-    int knot = 0;      // the lower one of the two, at most kKnots - 2
-    double share = 0;  // of the way to the upper one
+    std::size_t knot = 0;  // the lower one of the two, at most kKnots - 2
+    double share = 0;      // of the way to the upper one
   };
   static Place place(double rays);
   double logarithm(const Place& at) const;
   void learn(const Place& at, double error);
   void move(double by);
-  int nearest_known(int knot) const;
+  std::size_t nearest_known(std::size_t knot) const;
 
   std::array<double, kKnots> logarithm_{};  // of rays per second
   std::array<bool, kKnots> is_known_{};
