@@ -26,7 +26,7 @@ def percentile(values, share):
     return values[min(len(values) - 1, int(share * len(values)))]
 
 
-def frame_seconds(window, width, count=6):
+def frame_seconds(window, width, count=3):
     """Calibrates: how long a full frame of this width takes, from when the passes of a resting view are done."""
     def deltas():
         ends = [(s["frame"], s["completed_at"]) for s in window.stats() if s["width"] == width]
@@ -110,7 +110,7 @@ class Resize(OnScreen):
         with self.open() as window:
             window.find().wait_for_full()
             multiples = []
-            for width, height in ((800, 600), (720, 540), (960, 600)):
+            for width, height in ((480, 360), (400, 300), (560, 350)):
                 asked = time.monotonic()
                 window.resize(width, height)
                 whole = window.wait_for_full(after=asked, width=width)
