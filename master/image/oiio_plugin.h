@@ -35,8 +35,29 @@ using EncodeImageFunction = int (*)(const char* file_name, int width, int height
 using ReadImageFunction = int (*)(const char* path, int* width, int* height, float** rgb,
                                   int* is_display, char** attributes, char* error,
                                   std::size_t error_bytes);
+
+// A picture that a scene names, for the importer, which judges its shape before any pixel is decoded.
+struct PluginPicture;
+struct PluginShape {
+  int width = 0, height = 0, depth = 0, channels = 0;
+  bool is_uint8 = false;
+};
+enum class PluginTexels : std::uint32_t { kUint8 = 0, kUint16 = 1, kFloat = 2 };
+// Opens the file `path`; where `format` is not null, the `bytes` in memory instead, by that format's reader
+// alone (png, jpeg, webp), with colours as they are stored; they live until it is closed.
+// Returns: null with a line in `error`.
+using OpenPictureFunction = PluginPicture* (*)(const char* path, const char* format, const void* bytes,
+                                               std::size_t size, PluginShape* shape, char* error,
+                                               std::size_t error_bytes);
+// The first `channels` of all pixels, interleaved, to `out`. Returns: 0, or 1 with a line in `error`.
+using ReadPictureFunction = int (*)(PluginPicture*, PluginTexels type, int channels, void* out,
+                                    char* error, std::size_t error_bytes);
+using ClosePictureFunction = void (*)(PluginPicture*);
 }
 inline constexpr const char* kEncodeImageName = "tessera_encode_image";
 inline constexpr const char* kReadImageName = "tessera_read_image";
+inline constexpr const char* kOpenPictureName = "tessera_open_picture";
+inline constexpr const char* kReadPictureName = "tessera_read_picture";
+inline constexpr const char* kClosePictureName = "tessera_close_picture";
 
 }  // namespace tessera::master

@@ -27,12 +27,19 @@ Result<ImagePlugin> load() {
     ImagePlugin plugin;
     plugin.encode = reinterpret_cast<EncodeImageFunction>(dlsym(library, kEncodeImageName));
     plugin.read = reinterpret_cast<ReadImageFunction>(dlsym(library, kReadImageName));
-    if (plugin.encode != nullptr && plugin.read != nullptr) return plugin;
+    plugin.open_picture = reinterpret_cast<OpenPictureFunction>(dlsym(library, kOpenPictureName));
+    plugin.read_picture = reinterpret_cast<ReadPictureFunction>(dlsym(library, kReadPictureName));
+    plugin.close_picture =
+        reinterpret_cast<ClosePictureFunction>(dlsym(library, kClosePictureName));
+    if (plugin.encode != nullptr && plugin.read != nullptr && plugin.open_picture != nullptr &&
+        plugin.read_picture != nullptr && plugin.close_picture != nullptr) {
+      return plugin;
+    }
     reason = path.string() + " is of another build";
   }
   return Status::not_found(std::string("cannot load ") + kFileName + " from " + bin.string() +
                            " or ../lib/tessera" + (reason.empty() ? "" : ": " + reason) +
-                           "; install tessera completely, or write a .pfm");
+                           "; install tessera completely");
 }
 
 }  // namespace

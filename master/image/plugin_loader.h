@@ -10,6 +10,9 @@ namespace tessera::master {
 struct ImagePlugin {
   EncodeImageFunction encode = nullptr;
   ReadImageFunction read = nullptr;
+  OpenPictureFunction open_picture = nullptr;
+  ReadPictureFunction read_picture = nullptr;
+  ClosePictureFunction close_picture = nullptr;
 };
 
 // Looks beside the executable and in ../lib/tessera. Any thread. Returns: kNotFound saying where it

@@ -1,8 +1,5 @@
 #include "master/import/texture_reader.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +7,7 @@
 
 #include "common/base/limits.h"
 #include "common/scene_io/confined_path.h"
+#include "master/image/plugin_loader.h"
 
 namespace tessera::import {
 namespace {
@@ -34,15 +32,58 @@ Result<std::string> format_of(std::span<const std::byte> bytes) {
   return Status::data_loss("is no PNG, JPEG or WebP picture");
 }
 
+// One opened picture of the plug-in; what it cannot do is said in one line.
+class OpenPicture {
+ public:
+  // `format`: of the bytes in memory; empty: `path` is a file.
+  static Result<OpenPicture> open(const std::string& path, const std::string& format,
+                                  std::span<const std::byte> bytes) {
+    const auto plugin = master::image_plugin();
+    if (!plugin.is_ok()) return plugin.status();
+    OpenPicture opened(*plugin);
+    char error[kErrorBytes] = {};
+    opened.picture_.reset(
+        plugin->open_picture(path.c_str(), format.empty() ? nullptr : format.c_str(), bytes.data(),
+                             bytes.size(), &opened.shape_, error, sizeof(error)));
+    if (opened.picture_ == nullptr) return Status::data_loss("cannot be read: " + one_line(error));
+    return opened;
+  }
+
+  const master::PluginShape& shape() const { return shape_; }
+  // The first `channels` of each pixel, interleaved.
+  template <typename Texel>
+  Status read(int channels, std::vector<Texel>& texels) const {
+    static_assert(sizeof(Texel) == 1 || sizeof(Texel) == 2 || sizeof(Texel) == 4);
+    const auto type = sizeof(Texel) == 1   ? master::PluginTexels::kUint8
+                      : sizeof(Texel) == 2 ? master::PluginTexels::kUint16
+                                           : master::PluginTexels::kFloat;
+    texels.resize(static_cast<std::size_t>(shape_.width) * static_cast<std::size_t>(shape_.height) *
+                  static_cast<std::size_t>(channels));
+    char error[kErrorBytes] = {};
+    if (plugin_.read_picture(picture_.get(), type, channels, texels.data(), error, sizeof(error)) !=
+        0)
+      return Status::data_loss("is damaged: " + one_line(error));
+    return {};
+  }
+
+ private:
+  static constexpr std::size_t kErrorBytes = 512;
+  explicit OpenPicture(const master::ImagePlugin& plugin)
+      : plugin_(plugin), picture_(nullptr, plugin.close_picture) {}
+
+  master::ImagePlugin plugin_;
+  std::unique_ptr<master::PluginPicture, master::ClosePictureFunction> picture_;
+  master::PluginShape shape_;
+};
+
 // RGBA from what the picture has; grey is all three.
 template <typename Texel>
-bool read_texels(OIIO::ImageInput& input, OIIO::TypeDesc type, std::vector<Texel>& rgba) {
-  const OIIO::ImageSpec& spec = input.spec();
-  const auto channels = static_cast<std::size_t>(spec.nchannels);
-  const std::size_t count =
-      static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
-  std::vector<Texel> texels(count * channels);
-  if (!input.read_image(0, 0, 0, spec.nchannels, type, texels.data())) return false;
+Status read_texels(const OpenPicture& picture, std::vector<Texel>& rgba) {
+  const auto channels = static_cast<std::size_t>(picture.shape().channels);
+  std::vector<Texel> texels;
+  if (Status status = picture.read(picture.shape().channels, texels); !status.is_ok())
+    return status;
+  const std::size_t count = texels.size() / channels;
   rgba.resize(4 * count);
   for (std::size_t i = 0; i < count; ++i) {
     const Texel* from = texels.data() + i * channels;
@@ -50,24 +91,23 @@ bool read_texels(OIIO::ImageInput& input, OIIO::TypeDesc type, std::vector<Texel
     for (std::size_t c = 0; c < 3; ++c) to[c] = from[channels >= 3 ? c : 0];
     to[3] = channels == 4 ? from[3] : channels == 2 ? from[1] : std::numeric_limits<Texel>::max();
   }
-  return true;
+  return {};
 }
 
-Result<std::shared_ptr<const Texture>> decode(OIIO::ImageInput& input) {
-  const OIIO::ImageSpec& spec = input.spec();
-  if (spec.width < 1 || spec.height < 1 || spec.width > kTextureSideMaxPx ||
-      spec.height > kTextureSideMaxPx || spec.depth > 1) {
+Result<std::shared_ptr<const Texture>> decode(const OpenPicture& picture) {
+  const master::PluginShape& shape = picture.shape();
+  if (shape.width < 1 || shape.height < 1 || shape.width > kTextureSideMaxPx ||
+      shape.height > kTextureSideMaxPx || shape.depth > 1) {
     return Status::resource_exhausted("its sides must be 1 to " +
                                       std::to_string(kTextureSideMaxPx) + " pixels");
   }
-  if (spec.nchannels < 1 || spec.nchannels > 16) return Status::data_loss("has no colour channels");
+  if (shape.channels < 1 || shape.channels > 16) return Status::data_loss("has no colour channels");
   auto texture = std::make_shared<Texture>();
-  texture->width_px = spec.width;
-  texture->height_px = spec.height;
-  const bool is_read = spec.format == OIIO::TypeDesc::UINT8
-                           ? read_texels(input, OIIO::TypeDesc::UINT8, texture->rgba)
-                           : read_texels(input, OIIO::TypeDesc::UINT16, texture->rgba16);
-  if (!is_read) return Status::data_loss("is damaged: " + one_line(input.geterror()));
+  texture->width_px = shape.width;
+  texture->height_px = shape.height;
+  const Status status =
+      shape.is_uint8 ? read_texels(picture, texture->rgba) : read_texels(picture, texture->rgba16);
+  if (!status.is_ok()) return status;
   return std::shared_ptr<const Texture>(std::move(texture));
 }
 
@@ -77,28 +117,27 @@ Result<std::shared_ptr<const Texture>> read_texture_file(const std::string& fold
                                                          const std::string& name) {
   const auto file = confined_path(folder, name);
   if (!file.is_ok()) return file.status();
-  auto input = OIIO::ImageInput::open(*file);
-  if (!input) return Status::data_loss("cannot be read: " + OIIO::geterror());
-  return decode(*input);
+  const auto picture = OpenPicture::open(*file, "", {});
+  if (!picture.is_ok()) return picture.status();
+  return decode(*picture);
 }
 
 Result<std::shared_ptr<const EnvironmentMap>> read_environment_file(const std::string& path) {
-  auto input = OIIO::ImageInput::open(path);
-  if (!input) return Status::data_loss(path + ": cannot be read: " + OIIO::geterror());
-  const OIIO::ImageSpec& spec = input->spec();
-  if (spec.width < 1 || spec.height < 1 || spec.width > kEnvironmentSideMaxPx ||
-      spec.height > kEnvironmentSideMaxPx || spec.depth > 1) {
+  const auto picture = OpenPicture::open(path, "", {});
+  if (!picture.is_ok()) return Status::data_loss(path + ": " + picture.status().message());
+  const master::PluginShape& shape = picture->shape();
+  if (shape.width < 1 || shape.height < 1 || shape.width > kEnvironmentSideMaxPx ||
+      shape.height > kEnvironmentSideMaxPx || shape.depth > 1) {
     return Status::resource_exhausted(path + ": its sides must be 1 to " +
                                       std::to_string(kEnvironmentSideMaxPx) +
                                       " pixels; make it smaller");
   }
-  if (spec.nchannels < 3) return Status::data_loss(path + ": has no red, green and blue channels");
+  if (shape.channels < 3) return Status::data_loss(path + ": has no red, green and blue channels");
   auto map = std::make_shared<EnvironmentMap>();
-  map->width_px = spec.width;
-  map->height_px = spec.height;
-  map->rgb.resize(3 * static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height));
-  if (!input->read_image(0, 0, 0, 3, OIIO::TypeDesc::FLOAT, map->rgb.data()))
-    return Status::data_loss(path + ": is damaged: " + input->geterror());
+  map->width_px = shape.width;
+  map->height_px = shape.height;
+  if (const Status status = picture->read(3, map->rgb); !status.is_ok())
+    return Status::data_loss(path + ": " + status.message());
   // What filters overshoot, and suns that half-floats cannot hold; NaN stays, and is refused.
   for (float& x : map->rgb) x = x < 0 ? 0 : std::isinf(x) ? kHalfMax : x;
   return std::shared_ptr<const EnvironmentMap>(std::move(map));
@@ -107,15 +146,9 @@ Result<std::shared_ptr<const EnvironmentMap>> read_environment_file(const std::s
 Result<std::shared_ptr<const Texture>> read_picture(std::span<const std::byte> bytes) {
   const auto format = format_of(bytes);
   if (!format.is_ok()) return format.status();
-  // That reader and no other: what is not its format is refused, not tried on the next one.
-  auto input = OIIO::ImageInput::create(*format);
-  if (!input) return Status::unimplemented("cannot be read: " + OIIO::geterror());
-  OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(bytes.data()), bytes.size());
-  OIIO::ImageSpec spec, config;
-  config["oiio:UnassociatedAlpha"] = 1;  // colours as they are stored
-  if (!input->set_ioproxy(&memory) || !input->open("picture." + *format, spec, config))
-    return Status::data_loss("cannot be read: " + one_line(input->geterror()));
-  return decode(*input);
+  const auto picture = OpenPicture::open("", *format, bytes);
+  if (!picture.is_ok()) return picture.status();
+  return decode(*picture);
 }
 
 }  // namespace tessera::import

@@ -1,4 +1,4 @@
-// Pictures that a scene file names, decoded to RGBA through OpenImageIO, in the limited process only: of 8
+// Pictures that a scene file names, decoded to RGBA by tessera_image's plug-in, in the limited process only: of 8
 // bits a channel where the file has so many or fewer, of 16 where it has more.
 //
 // Only regular files below the scene's folder are read: no absolute names, no "..", no links out of

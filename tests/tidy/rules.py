@@ -61,7 +61,7 @@ ARROWS = {
     "master/image": _COMMON,
     "master/schedule": _COMMON,
     "master/cluster": _COMMON + ["common/wire", "proto", "master/schedule"],
-    "master/import": _VALUES + ["common/scene_io"],
+    "master/import": _VALUES + ["common/scene_io", "master/image"],
     # common/scene_io: which files there are; none is read there.
     "master/loader": _COMMON + _CLUSTER + ["common/scene_io"],
     "master/display": _COMMON + _CLUSTER,
@@ -84,7 +84,7 @@ CONFINED = {
     "OpenSSL": (["openssl/"], ["common/net/", "common/base/digest.cpp", "deploy/keys/"]),
     "Protocol Buffers": (["google/protobuf/", "proto/"], ["common/wire/", "proto/"]),
     "compression": (["zstd.h", "lz4", "blosc"], ["common/wire/"]),
-    "OpenImageIO": (["OpenImageIO/"], ["master/image/", "master/import/"]),
+    "OpenImageIO": (["OpenImageIO/"], ["master/image/"]),
     "Assimp": (["assimp/"], ["master/import/assimp/"]),
     "nlohmann JSON": (["nlohmann/json.hpp"], ["master/import/gltf/document.cpp", "master/import/gltf/object.cpp"]),
     "nlohmann JSON, names only": (["nlohmann/json_fwd.hpp"], ["master/import/gltf/object.h"]),
