@@ -44,8 +44,10 @@ for label in ${require//,/ }; do
 done
 if [[ $is_install == yes ]]; then deploy/install-dependencies.sh --with "$sets"; fi
 
-jobs=$(nproc)
-if ((jobs > 2)); then jobs=2; fi  # cluster tests start several processes each
+# Tests wait a good part of their time, for windows, links and pauses; cluster tests start several
+# processes each.
+jobs=$((2 * $(nproc)))
+if ((jobs > 4)); then jobs=4; fi
 began=$SECONDS
 failed=()
 summaries=()
