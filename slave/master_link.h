@@ -13,10 +13,13 @@
 #include <memory>
 
 #include "common/net/connection.h"
+#include "common/net/connector.h"
+#include "common/net/event_loop.h"
+#include "common/net/link_counters.h"
 #include "common/net/liveness.h"
 #include "common/wire/messages.h"
 #include "slave/backoff.h"
-#include "slave/slave_node.h"
+#include "slave/link_factory.h"
 
 namespace tessera::slave {
 

@@ -7,7 +7,7 @@
 #pragma once
 
 #include "common/base/mutex.h"
-#include "common/net/connection.h"
+#include "common/net/link_counters.h"
 #include "common/wire/codec_chooser.h"
 #include "common/wire/link_rate.h"
 #include "common/wire/messages.h"

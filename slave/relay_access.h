@@ -10,6 +10,9 @@
 #include <memory>
 
 #include "common/net/connection.h"
+#include "common/net/connector.h"
+#include "common/net/endpoint.h"
+#include "common/net/listener.h"
 
 namespace tessera::slave {
 

@@ -13,6 +13,8 @@
 #include <memory>
 #include <vector>
 
+#include "common/net/connector.h"
+#include "common/net/event_loop.h"
 #include "common/wire/messages.h"
 #include "slave/relay_access.h"
 

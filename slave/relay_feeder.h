@@ -21,6 +21,8 @@
 #include <vector>
 
 #include "common/net/connection.h"
+#include "common/net/event_loop.h"
+#include "common/net/listener.h"
 #include "common/wire/codec_chooser.h"
 #include "common/wire/link_rate.h"
 #include "common/wire/scene_receiver.h"

@@ -17,6 +17,8 @@
 #include <optional>
 
 #include "common/base/clock.h"
+#include "common/net/event_loop.h"
+#include "common/net/listener.h"
 #include "common/wire/scene_receiver.h"
 #include "slave/relay_child.h"
 #include "slave/relay_feeder.h"

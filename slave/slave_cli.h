@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/base/log.h"
-#include "common/net/connection.h"
+#include "common/net/endpoint.h"
 #include "slave/slave_node.h"
 
 namespace tessera::slave {

@@ -13,8 +13,9 @@
 
 #include "common/base/isa.h"
 #include "common/base/status.h"
-#include "common/net/connection.h"
+#include "common/net/event_loop.h"
 #include "slave/core/scene/prepared_scene.h"
+#include "slave/link_factory.h"
 #include "slave/memory_room.h"
 #include "slave/relay_access.h"
 #include "slave/test_hooks.h"
@@ -32,13 +33,6 @@ struct SlaveOptions {
   RelayAccess relay = {};  // empty: neither feeds other slaves nor is fed by them
   TestHooks hooks = {};
 };
-
-// Opens one link to the master; called on the io thread, calls back on the io thread. The daemon
-// passes net::connect(), a master's process a local pair. Called first for the tile, then for the
-// scene connection of each session. The attempt is given up when the returned handle is destroyed
-// (may be null).
-using LinkFactory = std::function<std::unique_ptr<net::ConnectAttempt>(
-    std::function<void(Result<net::ConnectionPtr>)> on_connected)>;
 
 class SlaveNode {
  public:

@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <deque>
 
-#include "common/net/connection.h"
+#include "common/net/link_counters.h"
 #include "slave/frame_work.h"
 #include "slave/scene_builder.h"
 

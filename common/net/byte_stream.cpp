@@ -8,6 +8,8 @@
 #include <array>
 #include <utility>
 
+#include "common/net/endpoint.h"
+
 namespace tessera::net {
 namespace {
 
@@ -117,21 +119,6 @@ PeerIdentity address_of(const TcpSocket& socket) {
   if (::getsockopt(handle, IPPROTO_TCP, TCP_INFO, &info, &bytes) == 0)
     identity.rtt_seconds = 1e-6 * info.tcpi_rtt;
   return identity;
-}
-
-std::pair<ConnectionPtr, ConnectionPtr> make_local_pair(IoThread& a, IoThread& b) {
-  int ends[2] = {-1, -1};
-  TESSERA_CHECK_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends), 0);
-  const int buffer_bytes = 1 << 20;  // one large tile; fewer wake-ups
-  for (const int end : ends) {
-    ::setsockopt(end, SOL_SOCKET, SO_SNDBUF, &buffer_bytes, sizeof(buffer_bytes));
-  }
-  PeerIdentity peer;
-  peer.address = "local";
-  const asio::local::stream_protocol protocol;
-  return {
-      make_connection(a, make_byte_stream(LocalSocket(context_of(a), protocol, ends[0])), peer),
-      make_connection(b, make_byte_stream(LocalSocket(context_of(b), protocol, ends[1])), peer)};
 }
 
 }  // namespace tessera::net

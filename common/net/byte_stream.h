@@ -11,6 +11,7 @@
 #include "common/base/clock.h"
 #include "common/net/connection.h"
 #include "common/net/io_thread_asio.h"
+#include "common/net/link_counters.h"
 #include "common/net/send_queue.h"
 #include "common/net/tls_impl.h"
 #include "common/net/tls_socket.h"
@@ -46,15 +47,5 @@ std::unique_ptr<ByteStream> make_byte_stream(LocalSocket socket);
 
 // "10.0.0.5:41234", and the port alone. Empty and 0 when the socket is not connected.
 PeerIdentity address_of(const TcpSocket& socket);
-
-// Of a connected TCP socket. All zero for other sockets.
-LinkCounters tcp_counters_of(int socket);
-
-// The connection over a stream that is ready (TLS handshake done).
-ConnectionPtr make_connection(IoThread& io, std::unique_ptr<ByteStream> stream, PeerIdentity peer);
-
-// Ends a connection from outside as if the peer had: on_closed(status) follows, from the io thread's
-// queue and so never from inside a call.
-void end_connection_soon(const ConnectionPtr& connection, Status status);
 
 }  // namespace tessera::net

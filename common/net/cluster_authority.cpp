@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "common/base/check.h"
-#include "common/net/key_store.h"
 
 namespace tessera::net {
 namespace {

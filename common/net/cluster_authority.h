@@ -12,6 +12,8 @@
 
 namespace tessera::net {
 
+inline constexpr int kCaDays = 3650;
+
 struct NodeIdentity {
   std::string role;
   std::string name;

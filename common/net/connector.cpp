@@ -1,6 +1,8 @@
+#include "common/net/connector.h"
+
 #include <utility>
 
-#include "common/net/byte_stream.h"
+#include "common/net/stream_connection.h"
 
 namespace tessera::net {
 namespace {

@@ -1,7 +1,9 @@
+#include "common/net/endpoint.h"
+
 #include <algorithm>
 #include <charconv>
 
-#include "common/net/byte_stream.h"
+#include "common/net/io_thread_asio.h"
 
 namespace tessera::net {
 

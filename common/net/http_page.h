@@ -15,7 +15,7 @@
 #include <string>
 
 #include "common/base/status.h"
-#include "common/net/connection.h"
+#include "common/net/endpoint.h"
 #include "common/net/io_thread.h"
 
 namespace tessera::net {

@@ -19,7 +19,6 @@
 
 namespace tessera::net {
 
-inline constexpr int kCaDays = 3650;
 inline constexpr int kNodeDays = 365;
 
 // Returns: kInvalidArgument when DIR has a CA already, kPermissionDenied naming the file that

@@ -1,3 +1,5 @@
+#include "common/net/listener.h"
+
 #include <algorithm>
 #include <deque>
 #include <list>
@@ -7,8 +9,8 @@
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/net/accept_rate.h"
-#include "common/net/byte_stream.h"
 #include "common/net/net_metrics.h"
+#include "common/net/stream_connection.h"
 
 namespace tessera::net {
 namespace {
@@ -169,7 +171,7 @@ void Acceptor::drop(std::list<Pending>::iterator pending, const char* reason) {
     asio::error_code ignored;
     dropped.handshaking->socket().close(ignored);
   } else if (const ConnectionPtr connection = dropped.connection.lock()) {
-    end_connection_soon(connection, Status::deadline_exceeded(reason));
+    connection->end_soon(Status::deadline_exceeded(reason));
   }
 }
 

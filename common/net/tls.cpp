@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "common/base/check.h"
-#include "common/net/byte_stream.h"
 #include "common/net/io_thread_asio.h"
 #include "common/net/tls_impl.h"
 
@@ -156,9 +155,8 @@ void TlsContext::Impl::watch(const ConnectionPtr& connection) {
 void TlsContext::Impl::end_if_revoked(const ConnectionPtr& connection) const {
   if (!connection || !is_revoked(keys.revoked.get(), connection->peer().serial)) return;
   const PeerIdentity& peer = connection->peer();
-  end_connection_soon(
-      connection, Status::permission_denied("the certificate of " + peer.role + " '" + peer.name +
-                                            "' has been revoked"));
+  connection->end_soon(Status::permission_denied("the certificate of " + peer.role + " '" +
+                                                 peer.name + "' has been revoked"));
 }
 
 TlsContext::TlsContext(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

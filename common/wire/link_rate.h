@@ -15,7 +15,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "common/net/connection.h"
+#include "common/net/link_counters.h"
 
 namespace tessera::wire {
 

@@ -11,7 +11,6 @@
 #include "common/wire/codec.h"
 #include "common/wire/record_types.h"
 #include "master/cluster/master_metrics.h"
-#include "master/cluster/slave_entry.h"
 
 namespace tessera::master {
 namespace {
@@ -115,7 +114,7 @@ void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::u
     return link->refuse(refusal->first, refusal->second);
   }
   const SessionId session = entropy();
-  auto slave = std::make_unique<Slave>();
+  auto slave = std::make_unique<SlaveEntry>();
   slave->hello = std::move(hello);
   slave->token = entropy();
   link->set_callbacks(callbacks_of(session, true));
@@ -139,7 +138,7 @@ void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
              {{"peer", link->peer_text()}});
     return link->refuse(wire::RefuseCode::kSession, "no such session; connect anew");
   }
-  Slave& slave = *found->second;
+  SlaveEntry& slave = *found->second;
   if (bound_isa_ && !is_isa_mixed_ && (slave.hello.isas & isa_bit(*bound_isa_)) == 0) {
     link->refuse(wire::RefuseCode::kIsa,
                  "the session was bound to " + std::string(isa_name(*bound_isa_)) + " meanwhile");
@@ -271,7 +270,7 @@ void Cluster::expel(SessionId session, const std::string& reason) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return;
   master_metrics().expulsions.add();
-  Slave& liar = *slave->second;
+  SlaveEntry& liar = *slave->second;
   const std::string& key = key_of(liar.hello, liar.tile_link->connection().peer());
   quarantine_.count_violation(key, reason, Clock::now());
   liar.tile_link->refuse(wire::RefuseCode::kProtocol, reason);
@@ -286,7 +285,7 @@ void Cluster::expel(SessionId session, const std::string& reason) {
 void Cluster::lose(SessionId session, const std::string& reason) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return;
-  const Slave& gone = *slave->second;
+  const SlaveEntry& gone = *slave->second;
   const net::PeerIdentity& peer = gone.tile_link->connection().peer();
   const TimePoint now = Clock::now();
   const std::uint32_t held = events_.tiles_held ? events_.tiles_held(session) : 0;
@@ -311,7 +310,7 @@ void Cluster::leave(SessionId session, const std::string& reason) {
 
 void Cluster::remove(SessionId session) {
   const auto found = slaves_.find(session);
-  const std::shared_ptr<Slave> slave = std::move(found->second);
+  const std::shared_ptr<SlaveEntry> slave = std::move(found->second);
   slaves_.erase(found);
   std::erase_if(open_frames_, [&](const auto& open) { return open.first == session; });
   for (PeerLink* link : {slave->tile_link.get(), slave->scene_link.get()}) {

@@ -21,10 +21,12 @@
 #include "common/base/clock.h"
 #include "common/base/ids.h"
 #include "common/frame/frame_stats.h"
+#include "common/net/event_loop.h"
 #include "master/cluster/peer_link.h"
 #include "master/cluster/quarantine.h"
 #include "master/cluster/relay_plan.h"
 #include "master/cluster/scene_sender.h"
+#include "master/cluster/slave_entry.h"
 
 namespace tessera::master {
 
@@ -95,9 +97,8 @@ class Cluster {
   void shutdown();
 
  private:
-  struct Slave;
   // Hashed: five of these are asked for every tile.
-  using SlaveMap = std::unordered_map<SessionId, std::unique_ptr<Slave>>;
+  using SlaveMap = std::unordered_map<SessionId, std::unique_ptr<SlaveEntry>>;
 
   std::optional<std::pair<wire::RefuseCode, std::string>> refusal_of(
       const wire::Hello& hello, const net::PeerIdentity& peer) const;

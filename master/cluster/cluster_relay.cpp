@@ -2,7 +2,8 @@
 #include <utility>
 
 #include "common/base/log.h"
-#include "master/cluster/slave_entry.h"
+#include "common/net/endpoint.h"
+#include "master/cluster/cluster.h"
 
 namespace tessera::master {
 namespace {
@@ -27,7 +28,7 @@ net::Endpoint address_of(const PeerLink& link) {
 }  // namespace
 
 void Cluster::join_relay(SessionId session) {
-  const Slave& slave = *slaves_.at(session);
+  const SlaveEntry& slave = *slaves_.at(session);
   const net::Endpoint address = address_of(*slave.tile_link);
   const bool can_feed = is_relaying_ && slave.hello.relay_port != 0 && !address.host.empty();
   relay_.joined(session, can_feed, !address.host.empty() && net::is_loopback(address));
@@ -37,7 +38,7 @@ bool Cluster::feed_by_slave(SessionId session, SceneVersion version, std::uint64
   const auto scene = scenes_.find(version);
   if (scene == scenes_.end()) return false;
   // A slave that joins beside frames in work is fed from here, where its data yields to them.
-  const Slave& slave = *slaves_.at(session);
+  const SlaveEntry& slave = *slaves_.at(session);
   const bool may_relay = is_relaying_ && slave.hello.relay_port != 0 && !is_behind(session);
   const SessionId feeder =
       relay_.want(session, version, bytes, scene->second->total_bytes(), may_relay, Clock::now());

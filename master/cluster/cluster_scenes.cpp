@@ -6,7 +6,7 @@
 
 #include "common/base/byte_text.h"
 #include "common/base/log.h"
-#include "master/cluster/slave_entry.h"
+#include "master/cluster/cluster.h"
 
 namespace tessera::master {
 namespace {
@@ -48,7 +48,7 @@ void Cluster::retire_scenes(SceneVersion first_kept, bool keeps_newest) {
 }
 
 void Cluster::offer(SessionId session, SceneVersion version, const SharedScene& scene) {
-  Slave& slave = *slaves_.at(session);
+  SlaveEntry& slave = *slaves_.at(session);
   const auto unfit = unfit_.find(slave.hello.name);
   const bool is_hopeless = unfit != unfit_.end() &&
                            slave.hello.memory_bytes <= unfit->second.memory_bytes &&
@@ -65,7 +65,7 @@ void Cluster::offer(SessionId session, SceneVersion version, const SharedScene& 
 }
 
 void Cluster::on_scene_failed(SessionId session, wire::SceneFailed failed) {
-  Slave& slave = *slaves_.at(session);
+  SlaveEntry& slave = *slaves_.at(session);
   const auto scene = scenes_.find(failed.version);
   if (scene == scenes_.end()) return slave.sender->on_answered(failed.version);  // retired
   log_warn("scene-failed", failed.reason, {{"slave", slave.hello.name}});
@@ -80,7 +80,7 @@ void Cluster::on_scene_failed(SessionId session, wire::SceneFailed failed) {
 }
 
 std::string Cluster::cannot_hold_text(const EncodedScene& scene) const {
-  const Slave* largest = nullptr;
+  const SlaveEntry* largest = nullptr;
   for (const auto& [session, slave] : slaves_) {
     if (!slave->is_joined()) continue;
     if (largest == nullptr || slave->hello.memory_bytes > largest->hello.memory_bytes) {

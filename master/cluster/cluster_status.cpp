@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "common/base/limits.h"
-#include "master/cluster/slave_entry.h"
+#include "master/cluster/cluster.h"
 
 namespace tessera::master {
 

@@ -10,7 +10,7 @@
 #pragma once
 
 #include "common/base/clock.h"
-#include "common/net/connection.h"
+#include "common/net/link_counters.h"
 
 namespace tessera::master {
 

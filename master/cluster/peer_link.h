@@ -20,6 +20,7 @@
 #include "common/base/clock.h"
 #include "common/base/limits.h"
 #include "common/net/connection.h"
+#include "common/net/event_loop.h"
 #include "common/net/liveness.h"
 #include "common/wire/messages.h"
 #include "master/cluster/clock_offset.h"

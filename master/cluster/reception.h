@@ -11,6 +11,8 @@
 #include <map>
 #include <memory>
 
+#include "common/net/event_loop.h"
+#include "common/net/listener.h"
 #include "master/cluster/peer_link.h"
 
 namespace tessera::master {

@@ -5,15 +5,20 @@
 // Invariants. scene_link and sender come together, when the slave has joined.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
+#include "common/base/clock.h"
+#include "common/base/ids.h"
 #include "common/base/limits.h"
-#include "master/cluster/cluster.h"
+#include "common/wire/messages.h"
+#include "master/cluster/peer_link.h"
+#include "master/cluster/scene_sender.h"
 #include "master/cluster/tile_times.h"
 
 namespace tessera::master {
 
-struct Cluster::Slave {
+struct SlaveEntry {
   wire::Hello hello;
   std::uint64_t token = 0;
   std::uint16_t ordinal = 0;

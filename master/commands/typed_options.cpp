@@ -9,7 +9,7 @@
 
 #include "common/base/limits.h"
 #include "common/frame/frame_image.h"
-#include "common/net/connection.h"
+#include "common/net/endpoint.h"
 #include "common/scene/validate.h"
 #include "common/scene_io/camera_file.h"
 #include "master/loader/load_scene.h"

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "master/display/viewer.h"
+#include "master/display/viewer_frame.h"
 
 struct GLFWwindow;
 

@@ -18,25 +18,9 @@
 #include "common/frame/frame_stats.h"
 #include "common/math/bounds3.h"
 #include "common/scene/camera.h"
-#include "master/display/picture_layout.h"
+#include "master/display/viewer_frame.h"
 
 namespace tessera::master {
-
-// A picture and what the window says about it.
-struct ViewerFrame {
-  std::shared_ptr<const FrameImage> image;
-  FrameStats stats;
-  double latency_seconds = 0;  // from submit to delivery
-  // Of the picture that it stands for, whose place it fills; sides of 0: the image's own.
-  PixelSize stands_for;
-  // As good as was asked for, and the mean of so many pictures. Only such frames count for a
-  // screenshot.
-  bool is_full = true;
-  int passes = 1;
-  std::optional<double> average_ev;  // mean stops of what it shows, to adapt to
-  std::uint64_t revision = 0;        // of the view that it shows
-  FrameSettings settings;            // that it was rendered with
-};
 
 struct ViewerOptions {
   std::string title;

@@ -55,7 +55,7 @@ void AppServer::add_application(SessionId session, std::unique_ptr<PeerLink> lin
   const net::PeerIdentity& peer = link->connection().peer();
   application_->name = peer.is_authenticated ? peer.name : hello.name;
   application_->link = std::move(link);
-  loop_.set_outcome_callback([this](FrameOutcome outcome) { on_outcome(std::move(outcome)); });
+  frames_.set_outcome_callback([this](FrameOutcome outcome) { on_outcome(std::move(outcome)); });
 }
 
 void AppServer::add_status_client(SessionId session, std::unique_ptr<PeerLink> link) {
@@ -116,7 +116,7 @@ void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions acti
     const SceneVersion ours = next_version_++;
     application_->versions.clear();  // the loop keeps older ones for frames in work only
     application_->versions[complete.version] = ours;
-    loop_.commit_scene(ours, std::move(complete.scene));
+    frames_.commit_scene(ours, std::move(complete.scene));
     application_->link->send(wire::SceneBuilt{complete.version, 0, 0, {}});
     submit_waiting();  // before the next version replaces this one
     if (!application_) return;
@@ -155,14 +155,14 @@ void AppServer::submit_waiting() {
     application_->frames[ours] = {waiting.front().frame, waiting.front().version};
     const FrameSettings settings = waiting.front().settings;
     waiting.pop_front();  // first: the outcome may come back at once
-    loop_.submit(ours, version->second, settings);
+    frames_.submit(ours, version->second, settings);
     if (!application_) return;
   }
 }
 
 void AppServer::on_cancel(FrameId theirs) {
   for (const auto& [ours, submitted] : application_->frames) {
-    if (submitted.frame == theirs) return loop_.cancel(ours);
+    if (submitted.frame == theirs) return frames_.cancel(ours);
   }
   const auto waits = [theirs](const wire::FrameSubmit& s) { return s.frame == theirs; };
   if (std::erase_if(application_->waiting, waits) == 0) return;  // on its way back already
@@ -237,8 +237,8 @@ void AppServer::drop_application(const std::string& reason) {
   io_.post([gone] {});  // who is above us on the stack may still read it
   log_info("application-left", "application '" + gone->name + "' is gone", {{"reason", reason}});
   gone->link->close();
-  loop_.cancel_all();
-  loop_.free_scenes();
+  frames_.cancel_all();
+  frames_.free_scenes();
 }
 
 void AppServer::shutdown() {

@@ -15,9 +15,10 @@
 #include <map>
 #include <memory>
 
+#include "common/net/event_loop.h"
 #include "common/wire/scene_receiver.h"
 #include "master/cluster/peer_link.h"
-#include "master/frame_loop/frame_loop.h"
+#include "master/frame_loop/frame_orders.h"
 
 namespace tessera::master {
 
@@ -25,7 +26,7 @@ class AppServer {
  public:
   static constexpr std::size_t kOutstandingMax = 4;  // submitted, not yet sent back
 
-  AppServer(net::EventLoop& io, FrameLoop& loop) : io_(io), loop_(loop) {}
+  AppServer(net::EventLoop& io, FrameOrders& frames) : io_(io), frames_(frames) {}
 
   void on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hello, std::uint16_t version);
   bool has_application() const { return application_ != nullptr; }
@@ -76,11 +77,11 @@ class AppServer {
     return application_ != nullptr && application_->session == session;
   }
   wire::StatusReply status_reply(const wire::StatusRequest& request) const {
-    return {loop_.status(), request.wants_details};
+    return {frames_.status(), request.wants_details};
   }
 
   net::EventLoop& io_;
-  FrameLoop& loop_;
+  FrameOrders& frames_;
   std::shared_ptr<Application> application_;
   std::map<SessionId, std::unique_ptr<PeerLink>> status_clients_;
   SessionId next_session_ = 0;  // of applications and status clients

@@ -15,12 +15,13 @@
 #include <optional>
 
 #include "common/base/ids.h"
-#include "common/base/status.h"
-#include "common/frame/frame_image.h"
 #include "common/frame/frame_settings.h"
 #include "common/frame/frame_stats.h"
 #include "common/net/connection.h"
+#include "common/net/event_loop.h"
+#include "common/net/listener.h"
 #include "common/scene/scene_codec.h"
+#include "master/frame_loop/frame_orders.h"
 
 namespace tessera::master {
 
@@ -42,32 +43,23 @@ struct FrameLoopOptions {
   net::EventLoop* hasher = nullptr;     // computes frames' digests; null: the loop itself, at once
 };
 
-struct FrameOutcome {
-  FrameId frame = 0;
-  Status status;  // ok: image is complete
-  std::shared_ptr<const FrameImage> image;
-  FrameStats stats;
-};
-
-class FrameLoop {
+class FrameLoop final : public FrameOrders {
  public:
   FrameLoop(net::EventLoop& io, const FrameLoopOptions& options);
-  ~FrameLoop();
+  ~FrameLoop() override;
 
   // A fresh connection from a listener or a local pair; its Hello decides what it is.
   // `listener` may be null (local pairs); told when the peer has authenticated itself.
   void accept(net::ConnectionPtr connection, net::Listener* listener);
 
-  // The application inside this process. Versions and frames count up; a frame's version was
-  // committed before. Every submitted frame ends in exactly one outcome.
-  void set_outcome_callback(std::function<void(FrameOutcome)> on_outcome);
-  void commit_scene(SceneVersion version, EncodedScene scene);
-  void submit(FrameId frame, SceneVersion version, const FrameSettings& settings);
-  void cancel(FrameId frame);  // outcome kCancelled; nothing when it is over already
-  void cancel_all();
-  void free_scenes();
+  void set_outcome_callback(std::function<void(FrameOutcome)> on_outcome) override;
+  void commit_scene(SceneVersion version, EncodedScene scene) override;
+  void submit(FrameId frame, SceneVersion version, const FrameSettings& settings) override;
+  void cancel(FrameId frame) override;
+  void cancel_all() override;
+  void free_scenes() override;
+  ClusterStatus status() const override;
 
-  ClusterStatus status() const;
   ClusterStatus counts() const;  // without pace: for who looks after every event
   Observer& observer();          // accounts, metrics, traces
 

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "common/base/clock.h"
+#include "common/net/event_loop.h"
 #include "master/cluster/cluster.h"
 #include "master/cluster/reception.h"
 #include "master/frame_loop/app_server.h"

@@ -9,7 +9,7 @@
 #include <functional>
 #include <optional>
 
-#include "master/frame_loop/frame_loop.h"
+#include "master/frame_loop/frame_orders.h"
 
 namespace tessera::master {
 

@@ -13,6 +13,7 @@
 #include <memory>
 #include <string>
 
+#include "common/net/event_loop.h"
 #include "common/scene/scene_codec.h"
 #include "common/wire/messages.h"
 #include "master/cluster/peer_link.h"

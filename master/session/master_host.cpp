@@ -10,6 +10,8 @@
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/metrics/exposition.h"
+#include "common/net/connector.h"
+#include "common/net/local_pair.h"
 #include "master/frame_loop/metrics_page.h"
 #include "master/frame_loop/observer.h"
 #include "slave/core/integrate/tile_renderer.h"

@@ -11,10 +11,11 @@
 #include <vector>
 
 #include "common/base/status.h"
-#include "common/net/connection.h"
 #include "common/net/credentials_watch.h"
+#include "common/net/endpoint.h"
 #include "common/net/http_page.h"
 #include "common/net/io_thread.h"
+#include "common/net/listener.h"
 #include "master/frame_loop/frame_loop.h"
 #include "master/session/session.h"
 #include "slave/slave_host.h"

@@ -4,7 +4,9 @@
 #include <utility>
 
 #include "common/base/limits.h"
+#include "common/net/connector.h"
 #include "common/net/credentials_watch.h"
+#include "common/net/endpoint.h"
 #include "common/scene/validate.h"
 #include "master/session/app_client.h"
 #include "master/session/master_host.h"

@@ -15,6 +15,7 @@
 #include "common/base/json.h"
 #include "common/base/log.h"
 #include "common/net/key_store.h"
+#include "common/net/listener.h"
 #include "common/scene/scene_codec.h"
 #include "master/frame_loop/frame_loop.h"
 #include "tests/bench/contender.h"

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "common/net/connection.h"
+#include "common/net/connector.h"
 #include "tests/sim/process.h"
 #include "tests/sim/random.h"
 
@@ -100,8 +101,5 @@ class Network {
   std::vector<std::shared_ptr<Wire>> wires_;
   std::map<std::pair<int, int>, std::uint64_t> bytes_;
 };
-
-// Ends a connection from outside as if the peer had: on_closed(status) follows.
-void end_simulated(net::Connection& connection, Status status);
 
 }  // namespace tessera::sim

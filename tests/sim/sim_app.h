@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "common/net/connector.h"
 #include "master/session/app_client.h"
 #include "tests/sim/network.h"
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/base/limits.h"
+#include "common/net/listener.h"
 
 namespace tessera::sim {
 
@@ -24,8 +25,7 @@ class SimMaster::Door final : public net::Listener {
                     Duration::zero(), [this, connection = std::weak_ptr(connection)] {
                       const auto late = connection.lock();
                       if (!late || strangers_.erase(late.get()) == 0) return;
-                      end_simulated(*late,
-                                    Status::deadline_exceeded("the handshake took too long"));
+                      late->end_soon(Status::deadline_exceeded("the handshake took too long"));
                     });
   }
 

@@ -1,4 +1,5 @@
 // The simulation itself: one seed is one run, and the network keeps TCP's promises.
+#include "common/net/connector.h"
 #include "tests/sim/storm.h"
 
 #include <gtest/gtest.h>

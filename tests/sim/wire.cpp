@@ -29,15 +29,13 @@ class WireEnd final : public net::Connection {
   void set_limits(const net::RecordLimits& limits) override { wire_->set_limits(side_, limits); }
   void send(net::Record record) override { wire_->send(side_, std::move(record)); }
   std::uint64_t queue_bytes() const override { return end().queue_bytes; }
+  void end_soon(Status why) override { wire_->end(side_, std::move(why)); }
   void close(std::chrono::milliseconds grace) override { wire_->close(side_, grace); }
   const net::PeerIdentity& peer() const override { return end().peer; }
   std::uint64_t bytes_sent() const override { return end().bytes_sent; }
   std::uint64_t bytes_received() const override { return end().bytes_received; }
   TimePoint last_received() const override { return end().last_received; }
   TimePoint last_sent() const override { return end().last_sent; }
-
-  Wire& wire() { return *wire_; }
-  int side() const { return side_; }
 
  private:
   const Wire::End& end() const { return wire_->end_of(side_); }
@@ -47,11 +45,6 @@ class WireEnd final : public net::Connection {
 };
 
 }  // namespace
-
-void end_simulated(net::Connection& connection, Status status) {
-  auto& end = static_cast<WireEnd&>(connection);
-  end.wire().end(end.side(), std::move(status));
-}
 
 Wire::Wire(Network& network, Process& a, Process& b) : network_(network) {
   const TimePoint now = network.queue_.now();

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "slave/core/accel/kd_builder.h"
-
 namespace tessera::core {
 namespace {
 

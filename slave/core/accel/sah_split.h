@@ -7,10 +7,9 @@
 #include <vector>
 
 #include "common/math/bounds3.h"
+#include "slave/core/accel/kd_build_config.h"
 
 namespace tessera::core {
-
-struct KdBuildConfig;
 
 // Memory reused from voxel to voxel; owned by one thread.
 struct SahScratch {

@@ -7,6 +7,7 @@
 
 #include "common/base/limits.h"
 #include "common/frame/faulty_pixels.h"
+#include "common/net/connector.h"
 #include "common/wire/codec.h"
 #include "master/session/master_host.h"
 #include "tests/support/net_peer.h"

@@ -12,6 +12,9 @@
 #include <future>
 
 #include "common/base/limits.h"
+#include "common/net/connector.h"
+#include "common/net/listener.h"
+#include "common/net/local_pair.h"
 #include "common/net/record_head.h"
 #include "tests/support/net_peer.h"
 

@@ -1,4 +1,5 @@
 // The page over HTTP: what it answers, and that damage, haste and crowds leave it standing.
+#include "common/net/connector.h"
 #include "common/net/http_page.h"
 
 #include <gtest/gtest.h>

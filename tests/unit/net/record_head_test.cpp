@@ -5,7 +5,7 @@
 #include <random>
 #include <string_view>
 
-#include "common/net/connection.h"
+#include "common/net/endpoint.h"
 #include "common/net/crc32c.h"
 
 namespace tessera::net {

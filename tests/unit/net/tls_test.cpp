@@ -1,4 +1,6 @@
 // Mutual TLS between a listener and a connecting peer, with good and wrong credentials.
+#include "common/net/connector.h"
+#include "common/net/listener.h"
 #include "common/net/tls.h"
 
 #include <gtest/gtest.h>

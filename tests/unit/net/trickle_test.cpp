@@ -12,7 +12,9 @@
 
 #include "common/base/clock.h"
 #include "common/net/connection.h"
+#include "common/net/connector.h"
 #include "common/net/key_store.h"
+#include "common/net/listener.h"
 #include "tests/support/net_peer.h"
 #include "tests/support/temp_folder.h"
 

@@ -13,6 +13,8 @@
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
 #include "common/net/connection.h"
+#include "common/net/connector.h"
+#include "common/net/local_pair.h"
 #include "slave/slave_node.h"
 #include "tests/support/patience.h"
 #include "tests/unit/slave/master_script.h"

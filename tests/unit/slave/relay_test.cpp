@@ -7,6 +7,9 @@
 #include <thread>
 
 #include "common/base/clock.h"
+#include "common/net/connector.h"
+#include "common/net/endpoint.h"
+#include "common/net/local_pair.h"
 #include "common/wire/codec.h"
 #include "common/wire/record_types.h"
 #include "slave/relay_child.h"

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/net/connector.h"
 #include "slave/slave_node.h"
 #include "tests/sim/network.h"
 #include "tests/unit/slave/master_script.h"

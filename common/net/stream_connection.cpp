@@ -1,11 +1,10 @@
-#include "common/net/connection.h"
+#include "common/net/stream_connection.h"
 
 #include <algorithm>
 #include <cstring>
 #include <utility>
 
 #include "common/base/limits.h"
-#include "common/net/byte_stream.h"
 #include "common/net/crc32c.h"
 #include "common/net/record_head.h"
 #include "common/net/send_queue.h"
@@ -367,8 +366,11 @@ class CoreConnection final : public Connection {
     return core_->last_received();
   }
   std::chrono::steady_clock::time_point last_sent() const override { return core_->last_sent(); }
-  void end(Status status) { core_->end(std::move(status)); }
-  IoThread& io() { return core_->io(); }
+  void end_soon(Status why) override {
+    core_->io().post([weak = std::weak_ptr(core_), why = std::move(why)] {
+      if (const std::shared_ptr<Core> core = weak.lock()) core->end(why);
+    });
+  }
 
  private:
   std::shared_ptr<Core> core_;
@@ -379,14 +381,6 @@ class CoreConnection final : public Connection {
 ConnectionPtr make_connection(IoThread& io, std::unique_ptr<ByteStream> stream, PeerIdentity peer) {
   return std::make_shared<CoreConnection>(
       std::make_shared<Core>(io, std::move(stream), std::move(peer)));
-}
-
-void end_connection_soon(const ConnectionPtr& connection, Status status) {
-  static_cast<CoreConnection&>(*connection)
-      .io()
-      .post([weak = std::weak_ptr(connection), status = std::move(status)] {
-        if (const ConnectionPtr held = weak.lock()) static_cast<CoreConnection&>(*held).end(status);
-      });
 }
 
 }  // namespace tessera::net

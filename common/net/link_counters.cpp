@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-#include "common/net/connection.h"
+#include "common/net/link_counters.h"
 
 namespace tessera::net {
 

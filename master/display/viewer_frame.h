@@ -1,0 +1,33 @@
+// A frame as the window gets it.
+//
+// Threads. A value; the image in it is shared and not changed.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "common/frame/frame_image.h"
+#include "common/frame/frame_settings.h"
+#include "common/frame/frame_stats.h"
+#include "master/display/picture_layout.h"
+
+namespace tessera::master {
+
+// A picture and what the window says about it.
+struct ViewerFrame {
+  std::shared_ptr<const FrameImage> image;
+  FrameStats stats;
+  double latency_seconds = 0;  // from submit to delivery
+  // Of the picture that it stands for, whose place it fills; sides of 0: the image's own.
+  PixelSize stands_for;
+  // As good as was asked for, and the mean of so many pictures. Only such frames count for a
+  // screenshot.
+  bool is_full = true;
+  int passes = 1;
+  std::optional<double> average_ev;  // mean stops of what it shows, to adapt to
+  std::uint64_t revision = 0;        // of the view that it shows
+  FrameSettings settings;            // that it was rendered with
+};
+
+}  // namespace tessera::master

@@ -1,0 +1,41 @@
+// What an application asks of a master's frames, and what becomes of each: the frame loop carries the
+// orders out, the application of this process and the one behind a link give them.
+//
+// Threads. Net thread only; callbacks run there too.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "common/base/ids.h"
+#include "common/base/status.h"
+#include "common/frame/frame_image.h"
+#include "common/frame/frame_settings.h"
+#include "common/frame/frame_stats.h"
+#include "common/scene/scene_codec.h"
+
+namespace tessera::master {
+
+struct FrameOutcome {
+  FrameId frame = 0;
+  Status status;  // ok: image is complete
+  std::shared_ptr<const FrameImage> image;
+  FrameStats stats;
+};
+
+class FrameOrders {
+ public:
+  virtual ~FrameOrders() = default;
+
+  // Versions and frames count up; a frame's version was committed before. Every submitted frame ends
+  // in exactly one outcome.
+  virtual void set_outcome_callback(std::function<void(FrameOutcome)> on_outcome) = 0;
+  virtual void commit_scene(SceneVersion version, EncodedScene scene) = 0;
+  virtual void submit(FrameId frame, SceneVersion version, const FrameSettings& settings) = 0;
+  virtual void cancel(FrameId frame) = 0;  // outcome kCancelled; nothing when it is over already
+  virtual void cancel_all() = 0;
+  virtual void free_scenes() = 0;
+  virtual ClusterStatus status() const = 0;
+};
+
+}  // namespace tessera::master
