@@ -175,6 +175,37 @@ def check_strangers(path, text, found):
                 found.add(path, number, f"the word '{word}': {', '.join(folders)} know nothing of it")
 
 
+def unit_of(path):
+    """A header, its source, and what it hides behind a pointer or compiles per instruction set, are one unit."""
+    return re.sub(r"(-inl|_impl|_asio|_abi)?\.[a-z]+$", "", path)
+
+
+def check_circles(sources, found):
+    """Units (a header and its source) do not include each other in a circle: no arrow runs back up."""
+    arrows = {}
+    for path, text in sources:
+        if path.startswith("tests/"):
+            continue
+        for number, name, is_own in includes_of(text):
+            if is_own and unit_of(name) != unit_of(path):
+                arrows.setdefault(unit_of(path), {}).setdefault(unit_of(name), (path, number))
+    below, on_the_way = set(), []
+
+    def descend(unit):
+        on_the_way.append(unit)
+        for other, (path, number) in sorted(arrows.get(unit, {}).items()):
+            if other in on_the_way:
+                circle = on_the_way[on_the_way.index(other):] + [other]
+                found.add(path, number, "a circle: " + " -> ".join(circle))
+            elif other not in below:
+                descend(other)
+        below.add(on_the_way.pop())
+
+    for unit in sorted(arrows):
+        if unit not in below:
+            descend(unit)
+
+
 TIME_LIMIT = re.compile(r"\bTIMEOUT\s+\d")
 
 
@@ -232,6 +263,7 @@ def check_tree(root):
         if path.endswith("-inl.h"):
             check_inl(path, text, found)
     check_one_file(sources, found)
+    check_circles(sources, found)
     check_cmake(files, found)
     for path, text in files:
         check_time_limits(path, text, found)

@@ -40,6 +40,12 @@ class Walls(unittest.TestCase):
         self.expect({"slave/core/integrate/a.cpp": '#include "common/net/b.h"\n'}, "slave/core/integrate/a.cpp:1", "does not exist")
         self.expect({"master/schedule/a.cpp": '\n#include "slave/slave_node.h"\n'}, "master/schedule/a.cpp:2", "does not exist")
 
+    def test_a_circle_of_units_is_red(self):
+        self.expect({"common/net/a.h": HEADER, "common/net/a.cpp": '#include "common/net/b.h"\n',
+                     "common/net/b.h": HEADER + '#include "common/net/c.h"\n',
+                     "common/net/c.h": HEADER + '#include "common/net/a.h"\n'},
+                    "common/net/c.h:4", "a circle: common/net/a -> common/net/b -> common/net/c -> common/net/a")
+
     def test_including_tests_is_red(self):
         self.expect({"common/base/a.cpp": '#include "tests/support/x.h"\n'}, "common/base/a.cpp:1", "tests/")
 
