@@ -178,11 +178,14 @@ def f07(stage, report):
         began = stage.now()
         stage.slave("slave-2", node=3)
         joined = stage.first_event("slave-joined", began)
-        # Until it has brought more than it holds: else it is taken for one that crashes (F05).
-        wait_until("in use", lambda: (stage.cluster.slave_status("slave-2") or {}).get("tiles_done", 0) > PREFETCHED)
+        # Until it has brought more than it holds: else it is taken for one that crashes (F05). On a busy machine the
+        # other slave may have rendered the last frames before it comes.
+        wait_until("in use", lambda: (stage.cluster.slave_status("slave-2") or {}).get("tiles_done", 0) > PREFETCHED
+                   or stage.animation.poll() is not None)
         slowest = max(slowest, joined["at"] - began)
         kills += 1
     report.note(f"{kills} kills")
+    report.claim("killed again and again", kills >= 2, kills)
     report.figure("usable after", slowest, b.handshake + b.scene + stage.lateness)
     stage.finish()
     report.claim("as many events slave-lost as kills", len(stage.events("slave-lost")) == kills)
