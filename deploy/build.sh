@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # Configures where needed and builds one preset; a second call does nothing but ask ninja.
 # Usage: deploy/build.sh [--preset NAME] [--tests] [TARGET...]
 set -euo pipefail

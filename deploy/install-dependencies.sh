@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # Installs the Debian 12 packages that Tessera needs; asks dpkg first and touches nothing, network
 # included, when all of them are there.
 set -euo pipefail

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # Starts, lists and stops tessera-slave on the machines of a LAN, over ssh.
 set -euo pipefail
 

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # One command from a bare Debian 12 to a picture that two slave daemons rendered for a master.
 # Ends exactly the processes that it started, also on Ctrl-C.
 set -euo pipefail

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Draws an interval of a trace (tessera-master --trace FILE.json) as an SVG picture.
 
 One row per render thread of each slave, the frames of the master above; a tile has its frame's

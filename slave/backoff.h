@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How long a slave waits before it tries the master again: pauses double from kReconnectFirstMs,
 // each drawn from [0.5, 1.5) of its nominal length so that a room of slaves does not knock all at
 // once, and never pass kReconnectMaxMs. Growth starts anew only after a session that lasted a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One frame as a slave knows it between FrameBegin and FrameEnd, shared by its tiles: a tile holds
 // its frame, the frame its prepared scene, so that older scenes live as long as tiles need them.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // tessera-slave: one slave daemon. Exit code 0: stopped on request; 1: failed; 2: wrong usage.
 #include <sys/resource.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The two connections of a slave to its master as one thing that is either there or not: connects,
 // shakes hands, keeps both alive, and starts over with growing pauses when either is lost.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much memory a slave may take: what the machine has, what its container or unit allows
 // (control groups, both versions), and what the person said with --memory.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Codes the pixels of results for the link to the master, where that pays (wire::CodecChooser):
 // render threads code, so that the network thread does not; the network thread tells how fast the
 // link is.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a slave reaches other slaves, and is reached by them: what the relay needs of the network,
 // bound to this slave's keys by whoever starts it. Without both functions a slave does not relay.
 //

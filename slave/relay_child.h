@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Being fed by another slave: connects to the one that the master names, says its token, passes on
 // what is lacking and hands over what comes. Any fault ends it with one word to the owner, who
 // tells the master; it does not try again by itself. When a version is complete the connection

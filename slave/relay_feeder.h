@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Feeds other slaves: takes their needs, sends each chunk as soon as it is here and checked, so
 // that a scene flows through a chain of slaves in little more than the time of one link.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The render threads of one slave: take a tile from the queue, render it, encode its pixels
 // straight into the payload that travels, hand it over.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "slave/scene_builder.h"
 
 #include <sys/resource.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The building half of the scene pipeline: one thread that decodes complete scenes and prepares
 // them for tracing, beside the render threads and at lower priority, in the order of their
 // versions. It keeps the scene that it built last until the next one is built, whether or not a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How scenes come into a slave: the receiver, the slave that may feed it in the master's place, and
 // the slaves that it feeds. Everything of the scene connection but retirement's effect on built
 // scenes.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The command line of tessera-slave: words in, checked options or an exit code out.
 //
 // Threads. Called once, by main.

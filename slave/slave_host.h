@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One slave with its threads: a SlaveNode on an io thread, render threads and a builder thread. The
 // daemon runs one; a master's process may hold some, over local pairs.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a slave counts of itself, and its page of metrics. One set for a process: in a master's
 // process with slaves inside, they share it (and nobody serves the page).
 //

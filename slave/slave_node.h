@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The network half of one slave: the tile pipeline (receive -> workshop -> FIFO queue -> send) and
 // the scene pipeline (receive -> workshop -> acknowledge) over two connections to one master. Who
 // renders and builds is the workshop's affair: threads in the product (SlaveHost), a model in

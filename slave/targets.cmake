@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The slave node as a library (a master's process may hold some), and the daemon around one.
 add_library(tessera_slave STATIC
   backoff.cpp master_link.cpp memory_room.cpp pixel_coder.cpp relay_child.cpp relay_feeder.cpp

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What tests make of a slave, by options of the daemon that no help shows (--test-...): slow, dying
 // or lying, as real ones are by nature.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The FIFO between the network thread and the render threads, and the account of time that render
 // threads lose on it: waiting on an empty queue counts as starved while a frame is open.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a slave's tiles are rendered and its scenes are built, as the network half sees it.
 //
 // Threads. Called on the node's event loop; the answers (SlaveNode::on_tile_done, on_built) come

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # The fault matrix with real processes: tests/faults.sh [--all | --small | ROW ...] [--json FILE] [--list]
 #
 # TESSERA_BIN names the folder of the programs (default: the release build). Needs root and network namespaces;

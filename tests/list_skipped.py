@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Lists the tests that a ctest run skipped, with the reason, from its JUnit file.
 
 Usage: list_skipped.py JUNIT.xml TESTS.json [--require LABEL,LABEL]

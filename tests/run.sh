@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # Installs what is missing, builds, runs the tests, says what was skipped. Exit code 0: all passed.
 set -euo pipefail
 cd "$(dirname "$0")/.."

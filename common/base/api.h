@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Marks what libtessera shows to applications; everything else stays inside (the project is
 // compiled with hidden visibility).
 // Threads. A macro. Only names that the installed headers promise carry it.

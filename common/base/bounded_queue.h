@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A FIFO queue with a fixed capacity between threads. Any thread may call any function.
 //
 // Invariants. (1) size() <= capacity. (2) Elements leave in the order in which they came.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sizes as a person reads them.
 // Threads. Pure function.
 #pragma once

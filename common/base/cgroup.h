@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the control groups of this process grant it: processor time and memory. A container's or a
 // unit's limit stands in the process's own group or in any one above it, so all of them are read.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checks for what only a bug can break: prints both values and stops the process, in every build.
 // What the world can break (peers, files, flags) is a Status instead.
 #pragma once

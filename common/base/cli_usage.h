@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is wrong with a command line, in one line for the person who typed it: what CLI11 says, or,
 // where a word looks like an option and none is called so, that word and those that it may have been
 // meant to be (near_word.h). For the one file of each program that knows CLI11.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Monotonic time. Pure state machines take `now` as an argument; only the rim reads the clock.
 //
 // Clock::now() is steady_clock's, unless a simulation has put its own source in: everything above

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How many render threads this process may run, and on which processors.
 //
 // Threads. Any; nothing is cached, since a container's quota may change. limit_cpus() before other

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHA-256, the name of every scene block and of every finished frame (FIPS 180-4; by OpenSSL, which
 // is confined to digest.cpp here and to common/net).
 #pragma once

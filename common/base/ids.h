@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Names of things that travel. All are plain integers on the wire; none is ever reused within a
 // session of the master.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Instruction sets a session can be bound to. Names are those of --isa. Which of them this CPU has
 // is answered by slave/core/simd.
 #pragma once

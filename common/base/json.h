@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes JSON objects for logs, --stats lines and status output. Only writing; nothing here reads
 // JSON.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every cap of the system, with its reason. Border code refuses what is above; inside, the caps are
 // trusted. Related caps are tied by static_assert.
 #pragma once

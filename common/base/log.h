@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Log lines for operators, as text or as one JSON object per line, on stderr.
 //
 // One event of the world gives one line: a short event name ("slave-lost"), a sentence, and fields.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which lines of a log are written: of each event the first few in an interval; what is above is
 // counted, and summed up in one line later. So a fault that repeats costs a few lines, and no line
 // of another event is lost to it.

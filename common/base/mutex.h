@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A mutex and condition variable that clang's thread safety analysis understands (preset
 // clang-annotations). Members guarded by a mutex are marked TESSERA_GUARDED_BY and stand under it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which of the words that exist somebody may have meant by one that does not: "did you mean". For
 // options, keys of config files, commands, names of scenes and of values.
 //

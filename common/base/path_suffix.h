@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The suffix of a file name, however it is written: ".OBJ" is ".obj".
 // Threads. Pure function.
 #pragma once

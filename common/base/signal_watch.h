@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SIGINT and SIGTERM as a flag that loops look at. The first signal asks to end in order; one that
 // comes more than half a second later ends the process at once with exit code 130. SIGHUP, where it
 // is watched, means "read your files again": a count of them, for whoever has files.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Outcome of an operation that the world can make fail: peers, files, flags, full disks.
 //
 // A Status is either ok or a code with one line for a person: what happened, to which file or peer,

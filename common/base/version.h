@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What this build calls itself; for --version, logs and the handshake.
 // Peers compare protocol versions, not this: it tells a person which builds met.
 #pragma once

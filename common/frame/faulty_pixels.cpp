@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "common/frame/faulty_pixels.h"
 
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pixels that cannot be light: NaN, infinite or negative components. They are found tile by tile,
 // before a tone map or an average spreads them, and painted over with a colour that nobody takes
 // for a picture.

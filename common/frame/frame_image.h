@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pixels of a finished frame, in the frame's own format: little-endian, row by row from the
 // top, R G B. Immutable once delivered.
 #pragma once

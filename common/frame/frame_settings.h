@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Everything that decides the bits of a frame, next to the scene version and the instruction set.
 // Threads. Plain values. Settings that came from outside pass validate_frame_settings() once, at
 // the border, and are trusted behind it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What one frame cost; the source of a --stats line and of the overlay.
 // Threads. Plain values. Master and application hold the same ones: what the wire carries is all
 // there is.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a frame is cut into square tiles: row by row from the top left; border tiles are smaller.
 // Threads. Plain values. Invariant: every pixel lies in exactly one tile; master and slave compute
 // the same grid from (width, height, edge), so that only tile numbers travel.

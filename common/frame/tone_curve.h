@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From linear radiance to what a display shows: exposure, then a tone curve. Linear pixels never
 // pass through here; PNG, JPEG, display8 and the window do.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Axis-parallel box, closed: a point on a face is inside. A fresh box is empty (lower > upper).
 // Threads. Plain values. Points are finite: vertices are checked where a scene enters, and boxes of
 // them stay finite.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Powers of two, logarithms and powers in float. The same bits on every processor and C library: arithmetic
 // alone, in one order (slave/core/simd/power-inl.h has the same in lanes).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bounds on rounding error; the source of every tolerance in the renderer.
 // Threads. Constants and pure functions. All bounds assume round-to-nearest and no contraction,
 // which the build enforces with -ffp-contract=off.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Affine map of points: p -> M p + t. Rows of M are stored; the fourth column is t.
 // Threads. Plain values. Points, directions and normals are mapped by different members; which one
 // a vector is stands at the call.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Three floats: points, directions, RGB radiance. Plain values, memory layout x, y, z (12 bytes).
 // Two and four: texture coordinates; tangents and colours with alpha, which are only stored.
 // Threads. Plain values. Every operation is written in one order of roundings, the same on every

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Three doubles: for what is computed once in a frame or a scene and rounded to Vec3f at the end.
 // Threads. Plain values.
 #pragma once

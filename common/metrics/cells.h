@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cells of metrics: what a hot path touches. One relaxed atomic operation each, no lock, no memory.
 //
 // Threads. Any thread may touch and read any cell at any time. Readers see each cell whole, but not

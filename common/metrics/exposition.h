@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes metrics as a page of text, in the exposition format 0.0.4 that Prometheus scrapes
 // (https://prometheus.io/docs/instrumenting/exposition_formats/).
 //

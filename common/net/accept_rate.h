@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast one address may open connections: a bucket of tokens for each. A connection takes one,
 // and one comes back every 1 / per_second; who has none left is turned away at once, before any
 // memory or handshake is spent on it.

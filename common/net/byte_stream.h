@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One interface over the three kinds of byte stream: TLS over TCP, TCP, and a socket pair inside
 // the process. For common/net alone. Io thread only.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "common/net/cluster_authority.h"
 
 #include <openssl/rand.h>

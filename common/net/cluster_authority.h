@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The CA of a cluster: makes certificates of nodes and the list of those that count no more. Behind
 // key_store, for common/net alone.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A framed, ordered, bounded byte link to one peer: TLS over TCP, plain TCP on loopback, or a local
 // socket pair inside the process. Knows records, not messages.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The calling end of links: one attempt to connect, with a deadline.
 //
 // Threads. Io thread only.

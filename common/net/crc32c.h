@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CRC-32C (Castagnoli), the checksum of records on TCP links without TLS. RFC 3720, appendix B.4.
 // TLS has its own, stronger integrity; a checksum beside it would only cost time.
 #pragma once

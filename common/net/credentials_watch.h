@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Keeps the credentials in use those that lie in their folder: reads it again on SIGHUP, and when
 // its files have changed and then lain still for one look. One log line for each reload and for
 // each reason why one failed.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where to listen or to connect: a host and a port, as they stand on a command line.
 //
 // Threads. Any.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One thread's loop of events: tasks in the order of posting, and timers. Every protocol object
 // belongs to exactly one loop and is touched on it alone.
 //

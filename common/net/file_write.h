@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small files that must be there whole or not at all, also after a power cut. For common/net alone.
 //
 // Threads. Any; nothing is shared.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One page of text at one path, over HTTP/1.0, for scrapers: what a browser or curl may read, too.
 // Everything else of HTTP is refused: other methods 405, other paths 404, and a request that is
 // too long or too slow is closed.

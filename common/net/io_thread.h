@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The network thread: one Asio loop in one thread, in real time. Sockets need one; what stands over
 // them takes any EventLoop.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Asio side of IoThread, for common/net alone.
 // Threads. As io_thread.h says. No header outside this folder includes it, so that Asio stays here.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "common/net/key_folder.h"
 
 #include <sys/stat.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a node's credentials folder holds, read and checked: ca.crt, node.crt, node.key, and crl.pem
 // where a certificate of the cluster has been revoked. For common/net alone.
 //

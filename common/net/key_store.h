@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Makes, renews and revokes the credentials of a cluster: one CA, and a folder for each node. Behind
 // tessera-keys.
 //

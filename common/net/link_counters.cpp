@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Alone in its file: the kernel's tcp_info has more fields than the C library's of the same name.
 #include <linux/tcp.h>
 #include <netinet/in.h>

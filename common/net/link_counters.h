@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a link has carried so far and how fast its peer answers, as the kernel counts it.
 //
 // Threads. Any; the counts are of one moment.

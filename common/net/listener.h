@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The waiting end of links: takes TCP connections, proves who they are, and hands them on.
 //
 // Threads. Io thread only, on_accept included.

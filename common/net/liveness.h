@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // When to send a Ping and when to call the peer dead, for one connection. Any byte counts as life;
 // a peer is dead after heartbeat * (missed + 1) + round trip of silence.
 //

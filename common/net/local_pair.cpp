@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "common/net/local_pair.h"
 
 #include <sys/socket.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A link inside the process: a socket pair, for a master that has a slave in itself and for tests.
 //
 // Threads. Any, but each end is then used on its own io thread only; the two may be the same.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a process counts of peers that it did not let in, for its page of metrics. Counts only rise.
 //
 // Threads. Any; see common/metrics/cells.h.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One record of the protocol: a fixed head, a small header (protobuf, opaque here) and a raw
 // payload. Byte layout and refusals: record_head.h and proto/PROTOCOL.md.
 #pragma once

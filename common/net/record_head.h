@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The fixed head of every record, and every reason for refusing one. Pure; checked before a byte is
 // allocated.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Records on their way out: what waits, and how far the first of them is written. For common/net
 // alone. Pure: bytes go in, parts of a write come out.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The connection over a stream of bytes: records, checksums, deadlines. For common/net alone.
 //
 // Threads. Io thread only.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Mutual TLS 1.3 with one cluster CA, and credentials that may change under way. A credentials
 // folder, made by tessera-keys, holds ca.crt, node.crt and node.key, and crl.pem where something
 // was revoked; the certificate's organizational unit is the role (master, slave, app), its common

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The OpenSSL side of TlsContext, for common/net alone.
 // Threads. As tls.h says. No header outside this folder includes it, so that OpenSSL stays here.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TLS over a TCP socket, straight: OpenSSL reads and writes the socket itself, many records a call,
 // and Asio only waits until it is ready. For common/net alone.
 //

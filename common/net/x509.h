@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Certificates, keys and revocation lists of OpenSSL: owners, reading, and what is asked of them.
 // For common/net alone: no header outside this folder includes it, so that OpenSSL stays here.
 //

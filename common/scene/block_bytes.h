@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bytes of one scene block: what writes them, and what reads them without trust.
 // Threads. One at a time.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "common/scene/block_chunks.h"
 
 #include "common/base/check.h"

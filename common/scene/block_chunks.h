@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A block of a scene as a list of chunks of one size, each with its own digest: what lets an update
 // send only the chunks that changed, a reconnecting peer go on where it was, and a relay pass on
 // what it has before it has all.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A pinhole camera. Pixel (x, y) has its centre at (x + 0.5, y + 0.5), row 0 on top.
 // Threads. Plain values. Handed to slaves as it is: all of them derive the same rays from it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "common/scene/material_bytes.h"
 
 #include <type_traits>

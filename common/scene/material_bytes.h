@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bytes of a material in the root block of a scene (README.md).
 // Threads. One at a time.
 #pragma once

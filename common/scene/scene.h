@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scene as plain values: what an application describes and what travels to slaves.
 //
 // A Scene is immutable once committed; meshes and textures are shared between versions by pointer,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene as content-addressed blocks: what tessera-import hands over, what the master keeps and
 // broadcasts, what slaves cache. A block is one mesh, one texture, the environment map, or the root
 // (everything small, with meshes and textures by block index). Equal content has equal bytes, hence an equal digest,

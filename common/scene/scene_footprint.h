@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a slave takes in memory for a scene besides its blocks and their decoded form: the
 // triangles in world space and the spatial index over them, at the height of its building. Reckoned
 // from the blocks as they are, so that the master can say it before it sends them.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene and its warnings as one stream of bytes: what tessera-import writes to its parent, and
 // what the parent reads.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The freely programmable part of a material: which procedure makes its albedo vary, and with what
 // numbers. Names, ranges and defaults stand here once, for readers, validation and the core; what a
 // procedure computes is one file of slave/core/surface.

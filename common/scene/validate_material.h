@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The part of validate.h that is about materials and textures.
 // Threads. Pure functions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "common/scene_io/camera_file.h"
 
 #include <algorithm>

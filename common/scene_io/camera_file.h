@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Camera files and the camera text of the command line.
 //
 // File: lines "eye x y z", "target x y z" (or "at"), "up x y z", "vfov degrees" (or "fov"), "size w

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Names that a scene file gives to other files: only regular files below the scene's own folder are
 // opened, also when links lead elsewhere.
 // Threads. Pure but for the file system.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The registry of files that scenes and skies come in: which suffixes they have, by what their first
 // bytes are known, and what they are called. Everything that opens such a file, or tells a person
 // which there are, asks here.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the lines of one material of an MTL file say, before they are weighed against each other, and
 // what material of the scene they come to. Which line means what: mtl_reader.h.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Wavefront MTL: the materials of an OBJ file.
 //
 // What of a material becomes what of a scene (Alias, "The .mtl file format", 1992, and the lines

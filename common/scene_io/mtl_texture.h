@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What stands behind a key of an MTL file that takes a picture: options, and the picture's name
 // (Alias, "The .mtl file format", 1992, "Options for texture map statements").
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The header of a PLY file: which elements it has, in which order, and what each consists of (G. Turk,
 // "The PLY polygon file format", 1994).
 // Threads. Plain values.

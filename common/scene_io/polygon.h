@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Polygons of files to triangles: always corners - 2 of them, so that numbers of primitives depend on
 // the file alone.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pictures that a scene file names as textures of the scene: each file is decoded once, and kept once for
 // every way in which it is used (colour, plain numbers, one channel, heights).
 //

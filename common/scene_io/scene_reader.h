@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What every scene reader returns and asks for.
 //
 // Readers keep the order of the file: triangle i of the flattened scene is the i-th of the file,

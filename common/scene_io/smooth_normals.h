@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Normals of vertices for files that say which triangles are smooth together, and no normals: the mean
 // of the triangles' normals, weighted by the angle of the corner (G. Thuermer, C. Wuethrich,
 // "Computing vertex normals from polygonal facets", 1998).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // STL, binary and text (3D Systems, "StereoLithography interface specification", 1988).
 //
 // A file is binary where its size is that of the triangles it announces, whatever its first word is:

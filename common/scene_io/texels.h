@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures made from pictures: what readers of formats need whose maps mean something else than the
 // scene's (heights, exponents, single channels).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scans text in one memory buffer, line by line and word by word; no copies, no locale. Shared by
 // the readers. Threads. Plain values.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "common/scene_io/warning_group.h"
 
 namespace tessera {

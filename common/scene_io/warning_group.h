@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Warnings of one file, one line for each kind however often it is met: the first of a kind is said
 // in full, those after it are counted behind that line.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What rays along the three axes meet, from every point of a lattice in a scene's box: the walls of
 // rooms, seen from all over at once.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a camera stands that shows a whole scene: its distance and place from the projection of the
 // vertices themselves, not of a box.
 //

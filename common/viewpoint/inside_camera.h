@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a camera stands inside a room, and which way it looks: a pure decision on how far one sees
 // from some places.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether a scene is a room, or rooms, rather than a thing to be looked at from outside.
 //
 // A point is in a room when of the six rays along the axes from it at least five meet fronts: walls

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The camera of a scene that brings none, and the one that shows all of it again: from outside the
 // whole object, of an interior the room from within.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The support mapping of a scene: which vertex of its triangles lies farthest along a direction.
 // (E. Gilbert, D. Johnson, S. Keerthi, "A Fast Procedure for Computing the Distance Between Complex
 // Objects", 1988, section 3.) All that a camera's framing asks of a scene's shape.

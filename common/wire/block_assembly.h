@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One block of a scene on its way: takes chunks in any order, believes none before its digest has
 // been checked, and hands out the checked ones while others are still missing.
 //

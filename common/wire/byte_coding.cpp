@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "common/wire/byte_coding.h"
 
 #include <lz4.h>

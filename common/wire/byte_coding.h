@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lossless coding of bulk bytes (pixels, pieces of scenes): LZ4, Zstandard at its first level, or
 // none. Which one pays on a link is CodecChooser's to say.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Codes the bytes of a scene chunk where that pays, and tells the chooser how it went.
 // Threads. The chooser's owner.
 #pragma once

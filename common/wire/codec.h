@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Messages to records and back: protobuf headers with raw payloads beside them.
 // Threads. Pure functions, any thread. Invariant: what decode() hands out has passed every check
 // that a single message can be put to: counts against bytes, ranges, finite numbers.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a frame cost, and the question how the cluster is (codec_status.cpp: the answer).
 #include "common/wire/codec_internal.h"
 #include "proto/stats.pb.h"

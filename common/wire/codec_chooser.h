@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which coding pays on a link: the one with which a byte is soonest at the other end, coding
 // counted. A link of r bytes a second takes 1 / r for a plain byte; a codec of c bytes a second
 // that leaves the share q of them takes 1 / c + q / r. Speed and share are measured on the very

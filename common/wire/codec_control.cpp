@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Handshake, liveness, farewell.
 #include "common/wire/codec_internal.h"
 #include "proto/envelope.pb.h"

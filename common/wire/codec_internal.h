@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Shared by the files of the codec: the checks of a decoded header, little-endian numbers in
 // payloads, and the list of per-message functions. Not for other folders.
 //

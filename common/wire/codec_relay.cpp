@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Slaves that feed slaves.
 #include "common/wire/codec_internal.h"
 #include "proto/scene.pb.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scene stream.
 #include "common/wire/codec_internal.h"
 #include "proto/scene.pb.h"

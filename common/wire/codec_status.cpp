@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The state of the cluster: one packed entry for each slave, and its details where wanted.
 #include <bit>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames, tiles and pixels.
 #include "common/wire/codec_internal.h"
 #include "proto/work.pb.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast a link carries bytes, from the counters of its connection: bytes moved over the time in
 // which there was something to move, while a queue stood somewhere on the way. A link that never
 // queues has no rate: it is faster than what it is given.

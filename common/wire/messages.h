@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every message of the protocol as plain values. codec.h turns them into records and back; what
 // comes out of decode() is validated, so that the state machines trust ranges and lengths (not
 // meaning: whether a tile was asked for is the ledger's to say). The protocol itself:

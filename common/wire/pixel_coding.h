@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lossless coding of a tile's pixels: components are rearranged so that a byte codec finds what
 // repeats, then coded (byte_coding.h). The same bits come out; which arrangement, and what else was
 // measured, stands in README.md.

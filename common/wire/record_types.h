@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Numbers of the records and the caps that hold for the wire alone (the shared ones are in
 // common/base/limits.h). The numbers never change and are never given away again; PROTOCOL.md lists
 // the same ones.

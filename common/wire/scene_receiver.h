@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The receiving half of the scene pipeline, pure: announcements, lists and chunks go in; what is
 // lacking and scenes that are complete come out. Blocks and their chunks are named by their
 // digests, checked here, and kept (SceneShelf), so that an update brings only the chunks that

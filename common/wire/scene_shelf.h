@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a receiver of scenes has: the blocks of the newest complete scenes, and the half-sent blocks
 // of one that was broken off. A new scene takes whole blocks and single chunks from here before it
 // asks for any.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Compiler settings shared by every target. tessera_warnings is linked PRIVATE by each of our own
 # targets; -ffp-contract=off is global, since an edge test contracted by the compiler leaks.
 include_directories(${CMAKE_SOURCE_DIR})

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Every third-party package, from Debian 12. design: which folder may use which is checked by
 # tests/tidy.
 find_package(Threads REQUIRED)

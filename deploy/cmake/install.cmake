@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The install tree: what no folder's own list lays out. Programs install themselves (bin/).
 include(GNUInstallDirs)
 

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # What a container of the compose file does: keys, master or slave. The volume /keys holds one folder
 # per node; /authority, which can make new nodes, is seen by the keys step alone.
 set -euo pipefail

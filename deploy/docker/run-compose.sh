@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # Brings up compose.yaml, renders through it, compares with a picture rendered by one process here,
 # takes everything down. On a Docker engine where one runs, else on podman. Exit 77: neither is here.
 # Usage: run-compose.sh [--check | --compile]

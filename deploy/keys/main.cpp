@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // tessera-keys: makes the credentials of a cluster, renews and revokes them. One folder per node;
 // copy it to that machine and to no other.
 #include <CLI/CLI.hpp>

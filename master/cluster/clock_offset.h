@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far a peer's clock is from ours, from pings that say when the peer answered them. Pure.
 //
 // A sample bounds the offset (theirs minus ours): the answer was written between our sending and

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The slaves of a master: handshake, the pair of connections of each, scene versions on their way
 // to them. Knows sessions and messages, not frames: what to lease is the frame loop's to decide.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a cluster does about slaves that feed slaves: asks the plan, tells the slaves, logs faults.
 #include <utility>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a cluster does about scenes: offers them, hears who cannot hold them, and lets data for
 // slaves that join yield to the frames in work.
 #include <algorithm>

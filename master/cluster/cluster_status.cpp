@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a cluster tells of itself.
 #include <algorithm>
 #include <utility>

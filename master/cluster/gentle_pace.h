@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast scene data may go to a slave that joins while the others are rendering: one window at a
 // time, and after each a rest as long as the window took. So at most one window stands in the queue
 // of the master's link, in front of leases and frames, and at most half of the link is used,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "master/cluster/master_metrics.h"
 
 namespace tessera::master {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a master counts of itself, as cells for the page of metrics. One set for a process: that is
 // what a scraper looks at, and counts only rise.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One connection with messages on it: encodes and decodes, keeps the link alive with heartbeats,
 // finds a silent peer, measures the round trip. Under it records, over it the state machines of
 // slaves and applications.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who is held back for a while: slaves that break the protocol or send wrong results, at once, and
 // slaves that are lost again and again and cost more than they bring.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Receives fresh connections: waits for the first message, checks version and role, and hands the
 // link on. Until then a peer may say only Hello or Join; the listener watches the time.
 //

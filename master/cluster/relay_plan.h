@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who feeds whom while scenes go out: the master feeds the first slave that lacks a version, each
 // later one is fed by the last of the chain, chunk by chunk, so that the master's link carries each
 // byte about once and every slave's link each byte once in and once out.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The sending half of the scene pipeline: announces versions, sends the lists and chunks that the
 // holder lacks as the link takes them, coded where the link is slow. One for each slave, and one in
 // an application that is connected to a master.

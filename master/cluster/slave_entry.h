@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a cluster keeps of one slave, from its Hello to its loss. For the cluster's own files.
 //
 // Threads. Io thread only.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "master/cluster/tile_times.h"
 
 #include <algorithm>

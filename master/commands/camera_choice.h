@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which camera a command starts with: what --camera says, else the scene's own, else one that shows
 // the scene (common/viewpoint).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The commands of tessera-master. Each returns the process's exit code after printing at most one
 // line of failure.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What to render: the scene of the command line with its camera path, frame by frame. Shared by
 // view and render.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Everything a person can say on tessera-master's command line or in its config file, checked.
 //
 // parse_command_line() is the border: what it returns is in range and consistent, as far as can be

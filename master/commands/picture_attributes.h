@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a picture's file says of itself, and how a picture is compared with a file that says how it is
 // shown. Threads. Pure functions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes pictures on its own thread, so that the cluster renders on meanwhile: the mean of each
 // one's passes, and how far it is from a reference after each pass. At most two frames wait.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Shows that long work goes on: a bar on a terminal, plain lines elsewhere, nothing when quiet; how
 // long it has taken, and how long it may still take. On stderr.
 //

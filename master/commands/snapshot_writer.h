@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Saves what the window shows as EXR and PNG, on its own thread (the image thread of `view`), under
 // numbered names that nothing has yet.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // --stats FILE.jsonl: one JSON object per finished frame (keys: design contract), flushed line by
 // line.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Option values as a person typed them, and what makes MasterOptions of them. Knows nothing of the
 // library that takes the command line apart.
 //

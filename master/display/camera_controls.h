@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Turns input events into camera motion: orbit, pan, zoom, fly; and keys into commands for the
 // viewer (key_map.h).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The exposure of a window: it follows what is shown as an eye does, and a person's keys.
 //
 // Adaptation is relative: when what is shown becomes so many stops brighter than it was at first,

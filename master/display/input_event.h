@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a person did at the window, free of any window library, so that the controls can be tested
 // without one.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which key does what: the one table that the controls look into and that the help prints. A new
 // key is a row here, a name in input_event.h and window.cpp when it has none, and a case in
 // viewer.cpp.

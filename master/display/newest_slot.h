@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One place for the newest value: a writer replaces what was not taken yet, a reader takes it or
 // finds nothing.
 //

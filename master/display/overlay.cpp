@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "master/display/overlay.h"
 
 #include <imgui/backends/imgui_impl_glfw.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is written over the picture: speeds, slaves, help. All of Dear ImGui stands in overlay.cpp.
 //
 // Threads. Main thread, with the window's context current from construction to destruction.

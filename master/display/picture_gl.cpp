@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "master/display/picture_gl.h"
 
 #include <epoxy/gl.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Draws a frame into the window and reads the window back: all of OpenGL stands in picture_gl.cpp.
 //
 // The picture is one triangle that covers the letterbox rectangle; float and half frames stay

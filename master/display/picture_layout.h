@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the picture lies in the window, when the window's size counts, and what colour stands for a
 // slave: the pure part of drawing.
 //

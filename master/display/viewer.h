@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The viewer: GLFW window with the newest frame, camera controls, overlay.
 //
 // Threads. Viewer belongs to the main thread (GLFW demands it): open(), run() and the destructor

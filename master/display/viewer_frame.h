@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A frame as the window gets it.
 //
 // Threads. A value; the image in it is shared and not changed.

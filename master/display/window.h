@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The window and its events: all of GLFW stands in window.cpp.
 //
 // Threads. Main thread; wake() may be called by any thread while the object lives.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The applications' side of `tessera-master serve`: one application at a time uploads scenes,
 // submits frames and takes the finished ones; status clients ask how things are. When the
 // application goes, its frames are cancelled, its scenes are freed, the slaves stay.

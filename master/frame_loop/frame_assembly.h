@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One frame on its way: its pixels as they come in, and what it costs. Pixels are written straight
 // from a result's payload into the image; there is no second copy.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The master's heart on the net thread: owns the cluster of slaves, the scheduler, the scene
 // broadcast and the two framebuffers, and turns submitted frames into finished ones, in order.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a frame loop is made of. For the files of the loop alone.
 //
 // Threads. Net thread only.

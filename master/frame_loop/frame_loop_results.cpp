@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Results of tiles: judged, written, or refused.
 #include <cstring>
 #include <utility>

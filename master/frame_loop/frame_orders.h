@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an application asks of a master's frames, and what becomes of each: the frame loop carries the
 // orders out, the application of this process and the one behind a link give them.
 //

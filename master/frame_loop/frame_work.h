@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One frame from submit to outcome: its pixels, and the account of what it cost.
 //
 // Threads. Io thread only.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "master/frame_loop/metrics_page.h"
 
 #include <iterator>

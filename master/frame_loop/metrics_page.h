@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The page of metrics of a master: what it counts of itself, and the cluster as it is now.
 // Each name says what it is in its HELP line; deploy/metrics draws them.
 //

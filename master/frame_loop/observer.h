@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What happens to frames and tiles, for whoever watches: accounts of every slave's leases, metrics,
 // a trace. The frame loop tells it what it does and hears; it decides nothing.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Outcomes of frames on their way out, in the order in which the frames ended: one whose digest is
 // still being computed holds up those behind it.
 //

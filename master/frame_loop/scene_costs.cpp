@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "master/frame_loop/scene_costs.h"
 
 #include <algorithm>

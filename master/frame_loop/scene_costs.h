@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What scenes cost a sequence of frames: structures that slaves build, frames that wait for them,
 // bytes that travel between frames. Pure: events and times go in, a frame's account comes out.
 //

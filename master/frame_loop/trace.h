@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a trace of the cluster holds: spans of frames by the master's clock, spans of tiles by their
 // slaves' clocks, and how far those are apart. write_trace() makes a file of it that Perfetto
 // (ui.perfetto.dev) and chrome://tracing open: the "Trace Event Format", JSON object form.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A trace as the text of a file.
 #include <unistd.h>
 

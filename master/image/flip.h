@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // FLIP: where a person who flips between two pictures sees a difference. After Andersson, Nilsson,
 // Akenine-Moeller, Oskarsson, Astroem, Fairchild, "FLIP: a difference evaluator for alternating
 // images", 2020; the one for displays: radiance above 1 is clamped.

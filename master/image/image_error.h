@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far a picture is from a reference, in figures.
 //
 // Threads. Pure functions.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Picture files through OpenImageIO, which is a plug-in (tessera_image_oiio.so) loaded when first
 // needed: it is slow to start and 134 MB large.
 //

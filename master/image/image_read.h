@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads a picture file for comparing, linear by its own encoding: integers are sRGB unless the file says
 // otherwise. Every format through the plug-in. Threads. One at a time.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The part of tessera_image_oiio.so that the importer calls: pictures opened, judged by it, then decoded.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>

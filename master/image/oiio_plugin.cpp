@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Built as tessera_image_oiio.so; loaded when the first picture is written or read.
 #include "master/image/oiio_plugin.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The C interface between tessera_image and its plug-in, tessera_image_oiio.so, which alone links
 // OpenImageIO.
 //

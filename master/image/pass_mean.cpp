@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "master/image/pass_mean.h"
 
 #include "common/base/check.h"

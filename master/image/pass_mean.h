@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The mean of several pictures of one view, each made with other random choices.
 //
 // Threads. One at a time.

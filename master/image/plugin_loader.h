@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Finds and loads tessera_image_oiio.so when first asked.
 // Threads. Any; the library is loaded once, under the lock of a static, and stays.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // tessera-import: reads one scene file and writes it as validated blocks to standard output. The
 // master runs it with the file that a user names; whatever the file does to it, it does to this
 // process only.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures that a scene file names, decoded to RGBA by tessera_image's plug-in, in the limited process only: of 8
 // bits a channel where the file has so many or fewer, of 16 where it has more.
 //

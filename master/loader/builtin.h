@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The built-in scenes, one function each; small code, no files.
 // Threads. Pure functions. The same bits on every call: whoever names a built-in scene means the
 // same picture.

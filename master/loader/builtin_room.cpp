@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A furnished room, about 300,000 triangles: turned legs, bars, cloth, books, stalks and a carpet
 // of thin fibres. Everything comes from a few dozen lines and an integer hash.
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs tessera-import on one file, watches its limits, and turns its end or death into a scene or
 // one line.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SCENE of the command line to scene values: `builtin:NAME`, or a file, which tessera-import reads
 // in a separate, limited process so that nothing in a file can crash, hang or exhaust the master.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small tools for procedural meshes: boxes, quads, lathes, tubes, with materials. Deterministic:
 // randomness is an integer hash. Threads. Plain values.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a scene is lit, backed and exposed where its file leaves that open: settled once, by small
 // pictures of the scene itself, before the first frame. The pictures are rendered by the session
 // like any other, so what they tell is the same bits on any cluster.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a small picture of a scene tells: whether the scene's own light shows what the camera sees,
 // and the exposure that makes the rest bright enough.
 //

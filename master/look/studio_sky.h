@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The light of a photographer's studio, for scenes that bring none: a soft neutral sky with a horizon,
 // a large soft box on the key side, a weaker strip behind on the other one, and a floor that gives
 // some light back. Made by formula; nothing is read.

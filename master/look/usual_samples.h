@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How many samples a pixel gets where nobody has said so.
 //
 // A picture that is kept is worth more time than one that is looked at for a moment in the window: edges

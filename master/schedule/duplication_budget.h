@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How many tiles may be rendered twice on purpose. Pure.
 //
 // Each tile done earns a hundredth of a duplicate, and four more for tiles that stragglers hold: so

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who owes which tile of one frame. Pure: no clock, no thread, no IO.
 //
 // A tile is pending, leased (at most kLeasesPerTileMax times at once) or done. Every lease ends

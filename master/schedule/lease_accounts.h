@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where each slave's leases went, kept apart from who decides: the frame loop tells what it did and
 // heard, so that the sums here check the scheduler's. Pure: no clock, no thread, no IO.
 //

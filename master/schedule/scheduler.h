@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Decides which slave renders which tile of which frame. Pure: events and `now` go in, actions come
 // out, in the order in which they are to be done. The product and tests/sim drive the same object.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scheduler's choice of the next tile for a slave, and of the next slave for a tile.
 #include <algorithm>
 #include <utility>

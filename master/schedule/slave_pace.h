@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast one slave is and how far away: what prefetch depth it needs so that its render threads
 // never wait for the network, and when a tile leased to it now will be back. Pure.
 //

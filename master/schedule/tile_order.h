@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // In which order the tiles of a frame are leased: along Hilbert curves in bands eight tiles high,
 // to and fro. Pure.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How large the tiles of the next frame are, where the person left it open. Pure.
 //
 // A tile costs a fixed time besides its pixels (messages, queues, the setting up of bundles), so

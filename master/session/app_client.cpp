@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "master/session/app_client.h"
 
 #include <cstring>

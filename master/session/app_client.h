@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An application's end of the protocol: handshake, scene upload, frames submitted and received.
 // The state behind RemoteSession, on its own net thread; under it the same link and scene sender
 // that a master uses towards its slaves.

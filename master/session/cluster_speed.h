@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How many rays a second a cluster traces, by how many a frame has: small frames cost more a ray,
 // for rays of neighbouring pixels lie farther apart and what a frame costs by itself counts. Pure.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much of a picture's quality can be had in a given time: fewer samples first, then fewer
 // pixels. Pure.
 //

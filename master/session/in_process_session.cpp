@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "master/session/in_process_session.h"
 
 #include <utility>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The session whose master lives inside this process. Threads and promises: session.h.
 // Its slaves may be in this process, too, or connect to its listener.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an interactive application asks of its cluster next: which frame and how good, which frames
 // in work are left behind because nobody would look at them, when to ask how the cluster is. Pure:
 // events and times go in, steps come out, and one thread of the application carries them out.

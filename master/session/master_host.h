@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A master inside this process: the net thread, the frame loop on it, the listener, and slaves
 // inside the process over local pairs (the same protocol code; nothing listens for them). `serve`
 // runs one by itself; the in-process session wraps one.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "master/session/session.h"
 
 #include "common/base/limits.h"

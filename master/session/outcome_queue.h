@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where finished frames wait for the application, and where submit() waits for room. Shared by both
 // kinds of session.
 //

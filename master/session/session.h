@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The API that applications link: describe scenes, submit frames, take pictures.
 //
 // One interface, two implementations: a master inside this process (with slaves inside it, or

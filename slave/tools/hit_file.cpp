@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "slave/tools/hit_file.h"
 
 #include <unistd.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files of hits, in the order of the rays. Name ends in .csv: a header, then lines
 // `ray,hit,t,prim,u,v,ngx,ngy,ngz` with 9 significant digits, all behind `hit` empty for a miss. Any other
 // name: 32-byte records uint32 hit, float t, uint32 prim, float u, v, ngx, ngy, ngz, little-endian.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "slave/tools/ray_file.h"
 
 #include <bit>

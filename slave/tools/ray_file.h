@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files of rays. Name ends in .csv: lines `ox,oy,oz,dx,dy,dz,tmin,tmax`, a header line may come first,
 // empty lines are passed over. Any other name: little-endian float32, 8 to a ray. Numbers may be
 // infinite or NaN: what that means is the caster's matter.

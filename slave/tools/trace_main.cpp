@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // tessera-trace: what rays from a file hit in a scene from a file.
 #include <unistd.h>
 

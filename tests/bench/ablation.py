@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """What each technique of Benthin's section 8.3 is worth: each one on and off, over links of several round trips.
 
 Four slaves of two threads in network namespaces (tests/faultlab), whose tiles take a stated time by sleeping, so that

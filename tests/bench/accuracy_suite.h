@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The suite "accuracy": how wrong answers are on the classes of hard cases, beside how fast they
 // come.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The suite "build": how long each structure takes to build by number of threads, beside Embree
 // where it is there.
 //

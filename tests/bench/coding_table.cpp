@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Prints the table of common/wire/README.md: what each coding leaves of a frame's tiles and how
 // fast it is, one thread. Frames as files of `tessera-master render -o FRAME.pfm --pixels float`.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is measured: something that takes blocks of rays and says where each hits.
 //
 // Threads. Contenders trace on any number of threads; the rest is for one.

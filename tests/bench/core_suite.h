@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The suite "core": rays per CPU-second of every way to trace them, all on the same rays in the
 // same run, interleaved; what Embree makes of them, where it is there; and where the answers
 // differ.

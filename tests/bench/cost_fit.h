@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a step costs: cycles of blocks of rays, explained by the steps that were counted in them.
 //
 // Least squares over the blocks, with no cost below zero; blocks that took more than four times

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Property: costs come out of blocks that were made from them, noise and interruptions aside.
 #include "tests/bench/cost_fit.h"
 

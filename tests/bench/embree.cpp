@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Embree 3 (https://www.embree.org) beside us, held to the same instruction set.
 #include <embree3/rtcore.h>
 

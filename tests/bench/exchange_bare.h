@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bare epoll loop: reads results, writes requests, does nothing else. C sockets.
 //
 // Threads. One.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The other side of the exchange benchmark, in a process of its own so that its work is not the
 // master's: slaves that answer each lease at once with ready-made pixels, and bare clients that
 // answer each request of 64 bytes with as many bytes as a tile has.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The plainest sockets that do the exchange: epoll, one buffer each way, TLS by OpenSSL where asked
 // for. What the master's own net folder is measured against, so nothing of it is used.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast the master hands out tiles and takes them back: its real frame loop, cluster and links
 // on their network thread, against slaves that answer at once, beside a bare epoll loop that does
 // the same exchange (6 KiB result, 64-byte request, one thread, as many connections) in the same

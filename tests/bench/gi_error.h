@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Error against time, see gi_suite.h.
 //
 // Threads. One, but for the reference.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One frame lit by VPLs, rendered by one thread, for measuring: through a table of kernels that
 // keeps time and, if wanted, the shadow rays.
 //

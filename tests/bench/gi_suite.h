@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The suite "gi": instant global illumination, its speed and its error.
 //
 // Error: CPU-seconds of one core against RMSE, relMSE and FLIP, of settings of igi and of path, to a

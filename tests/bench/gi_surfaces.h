@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the programs of surfaces cost in a frame lit by VPLs, see gi_suite.h.
 //
 // Threads. One.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/bench/contender.h"
 
 std::unique_ptr<tessera::bench::Entrants> tessera::bench::make_embree(const core::TriangleStore&,

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Error over time of `tessera-bench gi --json FILE`, as an SVG: plot_gi.py FILE OUT.svg
 
 One panel a scene, both axes logarithmic; a line a series of settings. Lower left is better.

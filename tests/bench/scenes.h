@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The four scenes of the benchmark, generated: the same to the bit as those that the figures of
 // other ray tracers were taken on (checked by digest, scenes_test.cpp).
 //

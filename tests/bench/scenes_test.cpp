@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The generated scenes are those that the figures of other ray tracers were taken on, bit for bit.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Adds parametric shapes to a mesh, in float32 and in a fixed order of operations, so that a scene
 // has the same bits everywhere. For the scenes of the benchmark.
 //

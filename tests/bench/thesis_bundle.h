@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A bundle of camera rays and the thesis's tests of a triangle against it, one ray at a time: for
 // counting, not for speed. Numbers in brackets are sections of the thesis.
 //

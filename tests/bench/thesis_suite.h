@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The suite "thesis": the tables of chapters 4 and 5 of the thesis, counted on the benchmark's
 // scenes with the thesis's own methods, beside its figures.
 //

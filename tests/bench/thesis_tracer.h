@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The thesis's own ways through a kd-tree, one ray at a time: for counting steps, not for speed.
 // Numbers in brackets are sections of the thesis.
 //

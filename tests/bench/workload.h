@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rays that are traced: camera rays, shadow rays to a point light and diffuse bounces, in
 // blocks of 32x32 pixels in Morton order, so that 4, 8, 16 consecutive camera rays are 2x2, 4x2,
 // 4x4 pixels. Secondary rays start where the camera rays have hit and stand in their order, misses

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Real processes for the cluster tests: a master, slaves, applications, with keys, on free loopback ports.
 
 TESSERA_BIN names the folder of the programs. Every process that a Cluster starts is ended by it.

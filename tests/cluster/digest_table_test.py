@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """The bits of a picture do not depend on slaves, threads, tiles, frames in flight or the kind of session.
 
 --small: two slaves, one scene, few settings (for builds with sanitizers).

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """The embedded default: one process renders, nothing listens, and Ctrl-C leaves whole pictures only."""
 import os
 import pathlib

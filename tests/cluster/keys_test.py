@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Credentials that change while a cluster works (F40, F41), and peers with wrong ones (F39, F40, F42)."""
 import pathlib
 import shutil

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Faults of the network, in network namespaces (tests/faultlab): silent cuts, hangs, resets, a full disk.
 
 Skipped (77) where this machine cannot make namespaces.

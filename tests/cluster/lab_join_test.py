@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """F08: a slave joins in mid-animation and needs a large scene; the frames in work hardly notice. Prints the figures.
 
 Skipped (77) where this machine has no fault lab.

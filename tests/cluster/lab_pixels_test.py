@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Pixels on a slow link: coded by themselves, the same picture, fewer bytes; plain on a fast one and with --pixel-coding off.
 
 Prints a line for each case. Skipped (77) where this machine has no fault lab.

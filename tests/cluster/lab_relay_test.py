@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """A large scene to one slave and to eight, on links of one rate: slave feeds slave (--relay on), or the master each (off).
 
 Prints times and ratios. Also: one of the chain killed in the middle, and one that its child cannot reach.

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # deploy/launch-slaves.sh against two ssh servers on loopback, with a slave that only sleeps.
 # Usage: launch_slaves_test.sh [LAUNCH_SLAVES]. Exit 77: skipped, with the reason.
 set -euo pipefail

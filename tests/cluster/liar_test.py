@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Slaves that lie: pixels that are not what they render, found by --audit; a scene that is not the one they were sent."""
 import unittest
 

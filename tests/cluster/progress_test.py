@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """What `render` shows while it works: one row on a terminal, however narrow, with the time in it; plain lines in a pipe."""
 import fcntl
 import os

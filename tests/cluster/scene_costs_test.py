@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """What scenes cost is in `--stats`, and what has not changed costs nothing: nothing is built twice."""
 import json
 import subprocess

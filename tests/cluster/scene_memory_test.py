@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """F09, F10: a scene that does not fit is refused before it is sent; who can hold it goes on, and when nobody can, the frame says why."""
 import sys
 import unittest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A scene of one textured square: as many bytes as wanted that no codec shrinks, and nothing to build."""
 import random
 import struct

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Slaves that die, hang, leave or join while frames are rendered: every picture stays the same, to the bit."""
 import os
 import signal

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # A slave links neither OpenImageIO nor a window library: usage slave_links_test.sh TESSERA_SLAVE
 set -euo pipefail
 libraries=$(ldd "$1")

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """A cluster seen from outside: metrics, status, a trace, a picture of it, and the dashboard that draws the metrics."""
 import json
 import os

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Every wrong input gets one line on stderr that says what is wrong, and exit code 1 or 2."""
 import os
 import pathlib

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The smallest application: one triangle, one picture, a master and a slave inside the process.
 #include <cstdio>
 

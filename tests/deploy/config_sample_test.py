@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Every key of the config sample is read, and every option of the command line is in the sample.
 
 Usage: config_sample_test.py TESSERA_MASTER SAMPLE

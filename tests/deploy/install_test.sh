@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # The install tree works without the build tree: programs find their plug-in and importer, an
 # application that links the session library renders, units are well-formed.
 # Usage: install_test.sh BUILD_FOLDER COMPILER

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """tessera-keys says what it made, until when it counts, and what to do next; and what it says can be done.
 
 Usage: keys_tool_test.py FOLDER_OF_PROGRAMS

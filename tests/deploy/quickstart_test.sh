@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # The quick start on a built tree: pictures of a scene file, and nothing left running, however it ends.
 # Usage: quickstart_test.sh SOURCE_FOLDER. Exit 77: skipped, with the reason.
 set -euo pipefail

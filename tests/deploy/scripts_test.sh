@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # The shell scripts of the project: shellcheck, and --help of each that a person runs.
 # Usage: scripts_test.sh SOURCE_FOLDER. Exit 77: skipped, with the reason.
 set -euo pipefail

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rows E: the master dies and returns; the application dies, stands still, hurries; others ask how things are."""
 import os
 import signal

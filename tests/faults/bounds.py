@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The symbols of the fault matrix, read from the running system: seconds, unless the name says otherwise.
 
 Nothing here is a constant of a test: heartbeat, limits and measured times come from `tessera-master status --json`

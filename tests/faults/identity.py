@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rows D: peers without credentials, with wrong ones, in a role that is not theirs."""
 import json
 import shutil

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rows A, second half: slaves that are slow, come late, lack memory, disk or descriptors; another build than the rest."""
 import resource
 import time

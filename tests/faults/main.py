@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs rows of the fault matrix with real processes in the lab, and prints one line for each.
 
     main.py                 the small set, as on every change

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rows C, second half: bytes that are corrupt, cut short, too long, endless, nonsense; peers that wait, many of them."""
 import json
 import random

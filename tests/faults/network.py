@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rows B: links that are cut, reset, slow, lossy, unsteady."""
 import random
 import time

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A peer by hand: records of the protocol (proto/PROTOCOL.md) over TLS or plain TCP, right or wrong as a test wants them.
 
 Headers are Protocol Buffers messages: here dictionaries from field number to value, written and read without a library.

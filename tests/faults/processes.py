@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rows A: slaves and processes that die, hang, leave, crawl, come back."""
 import signal
 import time

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """F57: a slave that feeds others alters what it passes on, says nothing, dies, or cannot be reached."""
 import hashlib
 import ssl

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What one run of one row found: figures beside their bounds, and whether the row holds."""
 import json
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rows C, first half: slaves that send wrong results."""
 import time
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The table of rows: identifier -> what is done, and whether it is one of the small set."""
 import application
 import identity

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rows about scenes on their way: larger than a slave's memory, read at a trickle."""
 import re
 import struct

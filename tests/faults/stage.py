@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One cluster in the lab for one row: master and application on node 1, slaves on the other nodes.
 
 The lab is shared by all rows of a run; master, slaves and keys are each row's own. What a row measures is counted from

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is measured while a row runs: processes by /proc, the machine's own lateness, log events, frames as they come."""
 import datetime
 import json

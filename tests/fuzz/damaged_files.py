@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Sends damaged scene files through the real tessera-import: no crash, no hang, no memory above its limit.
 
     damaged_files.py FILE... [--count N] [--seed S] [--seconds T] [--memory-mb M] [--show K]

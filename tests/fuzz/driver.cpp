@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a fuzz target without libFuzzer: every file of the corpus, then mutations of them from a
 // seed, so that a failure can be replayed anywhere.
 //

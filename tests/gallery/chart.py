@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A chart of materials, generated: metals by roughness, skin tones, plastics and glass on a grey
 floor. What a light, a tone curve or a BSDF does wrong shows here first."""
 import math

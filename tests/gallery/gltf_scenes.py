@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two generated glTF scenes: a chart of the optional lobes of surfaces, and a plant whose leaves are cut out
 of a picture by its alpha."""
 import base64

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pixels of 8-bit RGB or RGBA PNG files, with the standard library alone."""
 import pathlib
 import struct

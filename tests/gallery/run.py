@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Renders every scene that is at hand as a person would, and makes a page to look at.
 
     run.py [--out FOLDER] [--bin FOLDER] [--size WxH] [--quick] [SCENES ...]

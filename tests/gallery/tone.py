@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Measures the tone curves on the scenes that the gallery generates or that are built in.
 
     tone.py [--bin FOLDER] [--size WxH]

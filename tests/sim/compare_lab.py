@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Does the simulation tell the truth? Predicts small clusters, then runs them in the lab.
 
     tests/sim/compare_lab.py [--frames 16] [--repeat 3] [--json OUT.json]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What tiles cost, as the product recorded it: the render time of every tile of a few frames on one
 // thread (costs/*.csv, written by record_costs.py from a --trace). A tile of another size, in a
 // frame of another size, costs what the pixels of its place cost there.

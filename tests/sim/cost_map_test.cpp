@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Recorded costs: nothing is lost when tiles are cut otherwise, and a broken file is refused.
 #include "tests/sim/cost_map.h"
 

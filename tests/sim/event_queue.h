@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Virtual time: what happens next in the simulated world. While one exists, Clock::now() and
 // entropy() of the whole process are its own.
 //

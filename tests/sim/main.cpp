@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // tessera-sim: the cluster in virtual time. Exit code 0: every invariant held; 1: one was broken; 2:
 // wrong usage.
 #include <signal.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The network of the simulated world: machines on one switch, each with a link of its own (rates,
 // delay, jitter), and TCP-like connections over them: ordered and lossless while they live, held up
 // by cuts, refused by dead processes, reset on demand. Different connections overtake each other.

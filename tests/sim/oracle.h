@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What must hold in every moment of a storm: the invariants of the fault matrix, as far as a
 // simulation can see them. It knows what has been done to whom, and for how long that excuses them.
 //

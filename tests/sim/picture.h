@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scenes and pictures of the simulated world. A scene carries a tag (in the position of a
 // vertex); a pixel is a function of (tag, frame settings, position). So a picture shows which scene
 // it was rendered from, and any mix-up of versions, frames or tiles shows as a wrong byte.

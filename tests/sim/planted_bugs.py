@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Plants bugs in copies of the product's sources and looks whether the simulation finds them.
 
     tests/sim/planted_bugs.py [--build build/release] [--seeds 1000] [--only NAME ...]

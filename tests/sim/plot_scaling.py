@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Draws the CSV of `tessera-sim scaling` as SVG: speed over slaves, and utilisation below it.
 
     tessera-sim scaling thesis > thesis.csv && tests/sim/plot_scaling.py thesis.csv -o thesis.svg

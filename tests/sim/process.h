@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One process of the simulated world: the event loop that its protocol objects live on. It runs one
 // task at a time, each of which may cost time; it may hang (as under SIGSTOP: tasks and timers wait)
 // and end.

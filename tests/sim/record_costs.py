@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Records what the tiles of a scene cost, for tessera-sim: tests/sim/costs/*.csv.
 
     tests/sim/record_costs.py [--only NAME ...] [--repeat 3]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast a cluster is: the product's own master and slaves in virtual time, without faults, with
 // an application inside the master's process that always has the next frame ready.
 //

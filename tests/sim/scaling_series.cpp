@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The series of runs behind the figures of tests/sim/README.md.
 #include <array>
 #include <cstdio>

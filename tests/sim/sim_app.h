@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An application of the simulated world: the product's AppClient in a process, driven by a script.
 // It looks at every picture and at the order in which frames come (I1, I2, I3 of the fault matrix).
 //

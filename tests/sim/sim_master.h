@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The master of the simulated world: the product's FrameLoop (with its Cluster, Reception, PeerLinks,
 // SceneSenders, AppServer, Scheduler and ledgers) in a process that listens.
 //

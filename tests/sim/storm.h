@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The storm: one simulated run under the faults of a plan, watched after every event by the
 // invariants of the fault matrix.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One run of the storm: a cluster, an application, and what goes wrong when; all drawn from a seed.
 // Threads. Plain values.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One simulated connection: two ends, each a net::Connection of one process, and what is on the way
 // between them. See network.h for the model.
 //

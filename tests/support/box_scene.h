@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scenes of boxes: closed or open rooms, solids, walls with two sides. For tests of what shows a
 // scene. Threads. Plain values.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // BSDFs of one surface at a time, as the renderer computes them: for tests of what they are.
 // Threads. One at a time.
 #pragma once

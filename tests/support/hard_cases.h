@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The classes of rays and triangles that ray tracers go wrong at, each with a printed seed: for the
 // property test and for the report of tessera-bench.
 //

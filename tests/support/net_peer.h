@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One end of a connection for tests: gathers records and the end of the link, and lets the test
 // thread wait for them.
 // Threads. Callbacks come on the connection's io thread; everything else is the test thread's.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rays in packets of 64 and alone, through everything that a renderer would use.
 // Fills packets in the given order, so that a test chooses a ray's companions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The glossy BSDF of one surface in plain arithmetic: what slave/core/bsdf/glossy-inl.h has to agree
 // with to the bit. What it is, and where it comes from, stands there.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is seen of a sky along one direction, in plain arithmetic: what slave/core/light/sky-inl.h has to
 // agree with to the bit.
 // Threads. Pure functions.

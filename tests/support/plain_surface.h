@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The surface at a place of a triangle, one at a time and in plain arithmetic, each line of it as the
 // standard or the paper has it: what the kernels have to agree with to the bit
 // (slave/core/primitive/triangle/triangle_points-inl.h, detail-inl.h, texture-inl.h).

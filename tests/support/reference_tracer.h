@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The answer of every triangle to a ray in double precision, without any spatial index: what the
 // kernels are measured against. Slow and simple.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A picture rendered as one tile or as many, for tests of what its pixels are.
 // Threads. Pure functions.
 #pragma once

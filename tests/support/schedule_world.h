@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A cluster in virtual time, as the scheduler sees it: slaves with threads, tile times and round
 // trips, an application that keeps the frames coming. For tests of what the scheduler is worth;
 // tests/sim drives the whole product.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The seed of a test with random choices: TESSERA_SEED, else another one in every run. It is
 // printed when the test fails, so that the failure can be had again.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small scene that uses every kind of scene value: meshes with and without normals and uvs, a
 // texture, every part of a material, a turned instance, lights of each kind, a camera.
 // Threads. Pure function.

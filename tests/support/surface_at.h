@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The surface at a place of a triangle, as the renderer makes it, for tests that have no ray.
 // Threads. Pure functions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Meshes for tests: closed ones, whose edges are shared by bits, and random triangles.
 // Deterministic: a random one takes its seed.
 #pragma once

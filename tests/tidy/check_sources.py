@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Reads the sources and checks the walls of the house (rules.py): prints file:line: what is wrong.
 
 Usage: check_sources.py ROOT        exit code 1 when anything is found
@@ -92,6 +93,8 @@ def check_header(path, text, found):
     opening = 0
     while opening < len(lines) and lines[opening].startswith("//"):
         opening += 1
+    if lines and rules.LICENCE_LINE in lines[0]:
+        opening -= 1
     if opening < rules.HEADER_COMMENT_LINES_MIN:
         found.add(path, 1, f"a header opens with {rules.HEADER_COMMENT_LINES_MIN} or more lines of // comment: what it is for, threads, invariants")
     has_guard = any(re.match(r"#pragma once\b", line) for line in lines)
@@ -206,6 +209,16 @@ def check_circles(sources, found):
             descend(unit)
 
 
+def check_licence(path, text, found):
+    """Each source names its licence where tools look for it."""
+    if pathlib.PurePosixPath(path).suffix not in SOURCES | {".proto", ".py", ".sh", ".cmake"} and not path.endswith("CMakeLists.txt"):
+        return
+    lines = text.split("\n", 2)
+    line = lines[1] if lines[0].startswith("#!") and len(lines) > 1 else lines[0]
+    if line not in ("// " + rules.LICENCE_LINE, "# " + rules.LICENCE_LINE):
+        found.add(path, 1, f"the first line is not '{rules.LICENCE_LINE}'")
+
+
 TIME_LIMIT = re.compile(r"\bTIMEOUT\s+\d")
 
 
@@ -265,7 +278,10 @@ def check_tree(root):
     check_one_file(sources, found)
     check_circles(sources, found)
     check_cmake(files, found)
+    has_licence = (pathlib.Path(root) / "LICENSE").is_file()
     for path, text in files:
+        if has_licence:
+            check_licence(path, text, found)
         check_time_limits(path, text, found)
         if not path.startswith("tests/tidy/"):
             check_machine_paths(path, text, found)

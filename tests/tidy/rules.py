@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The walls of the house as tables: who may include whom, where each library may be named, limits.
 
 tests/tidy/README.md says why; check_sources.py applies them.
@@ -110,3 +111,6 @@ STRANGERS = {"triangle": [_CORE + "accel/", _CORE + "ray/", _CORE + "traverse/"]
 
 # Roots of paths that belong to one machine; a source that names one runs only there.
 MACHINE_PATHS = ["work", "home", "root", "Users", "mnt"]
+
+# The first line of each source, or the second where the first says who runs it.
+LICENCE_LINE = "SPDX-License-Identifier: Apache-2.0"

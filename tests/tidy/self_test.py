@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Breaks each wall on purpose in a small tree and expects check_sources to say so, in that line."""
 import pathlib
 import sys
@@ -45,6 +46,14 @@ class Walls(unittest.TestCase):
                      "common/net/b.h": HEADER + '#include "common/net/c.h"\n',
                      "common/net/c.h": HEADER + '#include "common/net/a.h"\n'},
                     "common/net/c.h:4", "a circle: common/net/a -> common/net/b -> common/net/c -> common/net/a")
+
+    def test_a_source_without_its_licence_is_red(self):
+        line = rules.LICENCE_LINE
+        kept = {"LICENSE": "", "common/base/a.cpp": f"// {line}\nint a;\n", "tests/a.py": f"#!/usr/bin/env python3\n# {line}\n"}
+        self.assertEqual(self.findings(kept), [])
+        self.expect({**kept, "common/base/b.cpp": "int a;\n"}, "common/base/b.cpp:1", line)
+        self.expect({**kept, "proto/b.proto": f"\n// {line}\n"}, "proto/b.proto:1", line)
+        self.expect({**kept, "common/base/c.h": f"// {line}\n// One.\n#pragma once\n"}, "common/base/c.h:1", "a header opens with")
 
     def test_including_tests_is_red(self):
         self.expect({"common/base/a.cpp": '#include "tests/support/x.h"\n'}, "common/base/a.cpp:1", "tests/")

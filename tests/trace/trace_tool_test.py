@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """tessera-trace as a person uses it, against rational arithmetic, which knows no rounding.
 
 A ray hits a triangle if it meets the closed triangle at tmin <= t <= tmax. Rays are aimed at random

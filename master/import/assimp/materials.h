@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Materials of Assimp as materials of the scene.
 // Threads. One.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // FBX and COLLADA through Assimp, which reads nothing else here. What becomes of what: README.md.
 // Threads. Any, one call at a time.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Numbers of a glTF accessor, read element by element: all component types, normalised or not,
 // strided, sparse, and without bytes at all (zeros) (glTF 2.0, section 3.6.2).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A glTF 2.0 file, text (.gltf) or binary (.glb): its JSON, and the bytes of its buffers, each read
 // when it is first asked for (Khronos, "glTF 2.0 specification", 2021, sections 3 and 4).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Triangles and vertices packed by KHR_draco_mesh_compression, by Google's library, which is confined
 // to the .cpp file.
 // Threads. One.

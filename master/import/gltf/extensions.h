@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which extensions of glTF 2.0 are read, and what is said of the others.
 // Threads. Pure functions.
 #pragma once

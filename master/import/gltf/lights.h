@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lamps of a glTF file (KHR_lights_punctual) and its cameras, placed by their nodes.
 //
 // The extension's units are photometric, the scene's are watts. A lumen is 1/683 W, the definition at

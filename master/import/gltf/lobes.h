@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the material extensions of glTF 2.0 say, each as the part of a scene's material that it fills.
 // An extension that is not there leaves its part absent.
 // Threads. One.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Materials of a glTF file as materials of the scene (glTF 2.0, section 3.9, and its extensions: see
 // lobes.h), each read when a surface first has it.
 //

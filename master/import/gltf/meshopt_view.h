@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Buffer views packed by EXT_meshopt_compression, by the library of its author (Kapoulkine,
 // "meshoptimizer"), which is confined to the .cpp file.
 // Threads. Pure function.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The nodes of one scene of a glTF file, root by root and each before its children: instances of
 // meshes in that order, lamps, cameras (glTF 2.0, section 3.5).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One JSON object of a glTF file together with what messages call it: "material 3 'Leaf'".
 //
 // What is asked for is checked here: a value of the wrong type or out of range becomes one warning

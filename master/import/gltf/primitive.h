@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One primitive of a glTF mesh as a mesh of the scene: triangles, strips and fans, with indices or
 // without, packed or not (glTF 2.0, section 3.7.2).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // glTF 2.0 files (.gltf, .glb) as scenes: the stages document -> textures -> materials -> primitives
 // -> nodes, each a file of this folder; README.md says what becomes of every key.
 //

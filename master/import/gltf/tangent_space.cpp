@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "master/import/gltf/tangent_space.h"
 
 #include <algorithm>

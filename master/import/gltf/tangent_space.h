@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tangents for normal maps, as programs that bake such maps compute them (Mikkelsen, "Simulation of
 // wrinkled surfaces revisited", 2008, chapter 4, known as MikkTSpace): glTF 2.0, section 3.7.2.1,
 // asks for it where a file has none.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Textures of a glTF file: pictures and samplers become textures of the scene, each decoded once and
 // kept once for every way in which it is used (colour or plain numbers, wrapping, filter).
 //

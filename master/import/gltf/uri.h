@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The URIs of a glTF file (RFC 3986, RFC 2397): names of files below the scene's folder, percent
 // encoded, or bytes in the text itself.
 // Threads. Pure functions but for read_uri(), which reads files.

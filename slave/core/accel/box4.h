@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Boxes as two registers of four floats, for builders: the fourth lane is not used. SSE2 is part of
 // every 64-bit x86 processor, so this needs no choice at run time.
 //

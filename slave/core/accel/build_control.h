@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a builder of a spatial index is to run; the same for all of them.
 // Threads. is_cancelled may be set by any thread while a build runs.
 #pragma once

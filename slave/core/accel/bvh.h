@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An immutable bounding volume hierarchy over primitives, W children wide.
 //
 // Threads. Built by build_bvh(), then never changed.

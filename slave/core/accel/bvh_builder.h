@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Builds a wide bounding volume hierarchy by the surface area heuristic (SAH).
 //
 // Method. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007: centroids

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory layout of the wide bounding volume hierarchy, shared by the builder (scalar) and the
 // kernels (SIMD). Fixed-size types only and no functions (see kd_layout.h).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a kd-tree is built by: costs of the surface area heuristic and bounds.
 //
 // Threads. Values.

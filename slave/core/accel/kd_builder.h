@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Builds a kd-tree from boxes by the surface area heuristic (SAH).
 //
 // Method. MacDonald and Booth, "Heuristics for ray tracing using space subdivision", 1990, with the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A kd-tree whose leaves name blocks of primitives: what the kernels go through.
 //
 // Threads. Built once, then never changed.

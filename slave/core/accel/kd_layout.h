@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory layout of a kd-tree node, shared by the builder (scalar) and the kernels (SIMD).
 // Fixed-size types only and no functions: kernel files are compiled once per instruction set, and
 // an inline function compiled twice with different flags breaks the one-definition rule.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An immutable kd-tree over the boxes of primitives.
 //
 // Threads. Built by build_kd_tree(), then never changed: any number of threads read it without

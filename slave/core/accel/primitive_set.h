@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What builders of spatial indices know of primitives: their boxes, how to cut them, and where those
 // of a leaf go. No builder knows what a primitive is.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a fixed number of independent tasks on a few threads and waits for all of them.
 //
 // Threads. The caller works along with up to thread_count - 1 threads of its own making, which are

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Primitives sorted into bins by their centroid, and the cheapest border between two bins. For the
 // builder of the bounding volume hierarchy.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Chooses the split plane of one voxel by the surface area heuristic. Pure; scratch memory is the
 // caller's.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The names of the structures that rays may go through.
 //
 // Threads. Plain values.

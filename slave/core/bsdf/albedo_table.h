@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much light a single bounce on GGX microfacets keeps, by angle and roughness; what is missing
 // has met further facets, and the glossy BSDF puts it back (slave/core/bsdf/glossy-inl.h).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A smooth interface between two transparent media (Born and Wolf, "Principles of optics", section
 // 1.5): Snell's law and Fresnel's reflectance of unpolarised light.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The glossy BSDF, a surface to a lane: a rough dielectric or metal, seen from one direction, glTF 2.0's
 // metallic-roughness (appendix B) with all energy kept. Three parts:
 //   - GGX facets that reflect once (Walter et al., "Microfacet models for refraction through rough

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The glossy BSDF with all its optional lobes, a surface to a lane (Khronos' extensions of glTF 2.0 of the
 // same names). From the outside inwards:
 //   - varnish (clearcoat): GGX facets of a dielectric, ior 1.5, about a normal of its own;

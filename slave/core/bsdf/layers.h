@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Varnish and sheen on top of a surface, for what is asked one surface at a time; the kernels have them
 // whole (slave/core/bsdf/layered-inl.h).
 // Threads. Pure functions.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The GGX microfacets of bsdf/microfacet.h and the albedos of bsdf/albedo_table.h in lanes, to the bit.
 // Threads. Pure functions.
 #include "slave/core/bsdf/bsdf_layout.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The GGX distribution of microfacets with height-correlated Smith shadowing (Walter et al.,
 // "Microfacet models for refraction through rough surfaces", 2007; Heitz, "Understanding the
 // masking-shadowing function", JCGT 3(2), 2014). Directions are unit vectors in the frame of the

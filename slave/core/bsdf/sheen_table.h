@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much light white fibres send back, by angle and roughness: what their layer takes from those below
 // (slave/core/bsdf/layered-inl.h). It is above 1 at grazing angles, where the model's fibres do not hide
 // each other well enough: they are dimmed by as much there. 32 x 32 nodes, linear in roughness and in the root of the cosine, as

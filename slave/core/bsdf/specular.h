@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Surfaces that scatter light into directions that no sample of a light finds, whatever program has made
 // their colours.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Glossy surfaces that pass a part of the light: which part a ray meets is left to chance.
 //
 // The BSDF of such a surface is a mean of an opaque one and of a transparent dielectric, by `share`, and of

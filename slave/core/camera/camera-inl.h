@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Camera rays of a packet and the keys of its pixels, as CameraRays::direction(), pixel_key() and
 // SequencePoint have them, to the bit: in double, rounded once.
 //

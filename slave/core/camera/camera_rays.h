@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rays of a pinhole camera. Computed in double from the camera's floats and rounded once, so that a
 // ray is off by no more than one rounding per component; no library sine or tangent, whose last
 // bits depend on the processor it runs on.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // BSDFs of some surfaces at a time, for the kernels (slave/core/bsdf/glossy-inl.h).
 //
 // Threads. One object per thread.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Camera rays of 64 pixels as a fan, and where the fans of a larger part of the picture begin. The
 // pixels are 8x8; of parts less than that wide or high they are a strip, so that the border of a
 // block costs rays and not packets.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Light that reaches a batch of surface points straight from the scene's lights.
 //
 // Shadow rays are traced in groups that look alike from the light, whatever pixels they belong to.

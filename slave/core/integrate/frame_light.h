@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the tiles of one frame share beyond the scene: its VPLs, made by the first tile that needs
 // them.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of lamps and sky glossy surfaces see by rays of their own BSDF: the share that light samples
 // leave to them (direct_light.h), since a sharp highlight is seldom found from the lamp. Part of
 // direct light; of longer paths the next ray does the same.

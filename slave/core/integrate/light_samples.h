@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Samples of lights for the surfaces of a batch, one for each: where they come from, and what the
 // surfaces send to their pixels of them, if nothing is in the way.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What rays bring from the sky that have met nothing, and samples of it: a packet at a time.
 //
 // Threads. One object per thread.

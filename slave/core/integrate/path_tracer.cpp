@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "slave/core/integrate/path_tracer.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Light that reaches surfaces over others, without bias: the reference that faster renderers are
 // measured against. Paths begin at what the camera sees; at each surface one sample of one emitter,
 // one of the sky's picture and every light without extent add what they shed, then the path goes on in a direction that the

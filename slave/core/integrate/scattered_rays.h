@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rays that leave surfaces as their BSDFs scatter light, and the surfaces that they meet: the part
 // that paths, chains of mirrors and reflections of lamps have in common.
 //

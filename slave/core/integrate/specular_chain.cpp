@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "slave/core/integrate/specular_chain.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Through mirrors and glass to the surfaces behind: of a batch, each surface that is specular is
 // replaced by the first one that is not, with the weight of what it sends; whatever emits on the
 // way, and the sky at its end, is added to the pixel. Independent of the renderer: direct light,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "slave/core/integrate/tile_renderer.h"
 
 #include <algorithm>

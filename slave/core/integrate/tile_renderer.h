@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Renders one tile of one frame. A pixel depends on (settings, scene, isa, pixel, sample index) and
 // nothing else: not on the tile it stands in, on threads or on order.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Entry points of the kernels for one instruction set. All other code calls through this table. The
 // set is a property of the frame, so it is an argument and no global choice: slaves of one process
 // may differ. A call covers a bundle, so its indirect jump costs well under 1 % of the work.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All kernels, compiled once per instruction set by Highway and reached through KernelTable.
 // Nothing but hwy/, -inl.h, _layout.h and C headers may be included before the table. The project
 // is built with -ffp-contract=off and what is reported uses no fused multiply-add, so every set

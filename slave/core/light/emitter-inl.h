@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Samples of the light that triangles shed, a surface to a lane.
 //
 // Threads. Works on the caller's memory.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Light that triangles shed on surfaces, as the kernels see it.
 // Fixed-size types only and no functions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether a scene has something that is asked for in hot code. A core may be built without the code of
 // all such features, to count what asking costs where a scene does not have them
 // (tests/bench/feature_cost/core_cost.sh): there the answer is a constant.

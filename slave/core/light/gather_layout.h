@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Points that gather the light of virtual point lights (VPLs), and what filters the result.
 // Fixed-size types only and no functions.
 #pragma once

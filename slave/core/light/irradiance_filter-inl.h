@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The discontinuity buffer (Benthin, thesis, section 9.1; Keller, "Interleaved sampling", 2001):
 // a pixel takes the mean of what its neighbours that show the same surface have gathered, each from
 // VPLs of its own. No distance is absolute: a neighbour is accepted where its normal is within some

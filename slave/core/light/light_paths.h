@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where light begins: points that shed a share of a scene's light, and first rays of paths that
 // carry it into the scene, from lights of every kind, picked by power.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A point that sheds light, as kernels see it.
 // Fixed-size types only and no functions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What one light sheds where: shared by everything that samples lights.
 // Threads. Pure functions.
 #pragma once

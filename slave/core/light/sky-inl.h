@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Light of an environment map, a direction to a lane; samples to the bit of sky_map.h. What lies far apart in
 // memory is fetched for a whole register before any of it is used, so that the waits overlap.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Light from an environment map: radiance by direction, and directions by how much light they bring.
 //
 // Directions are drawn by texel, and uniformly within it (Pharr, Jakob and Humphreys, "Physically

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Light of one VPL at many points: who may see it, and what those get who do (Benthin, thesis,
 // section 9.3; Keller, "Instant radiosity", 1997).
 //

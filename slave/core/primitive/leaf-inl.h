@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What traversals ask of leaves: which of the primitives in a run of blocks the rays hit. A traversal
 // takes the leaf test of its rays as a template argument and knows nothing else of primitives.
 //

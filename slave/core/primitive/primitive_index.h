@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The structure that the rays of a scene go through, whichever it is, with the blocks of primitives
 // that its leaves name.
 //

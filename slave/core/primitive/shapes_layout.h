@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The blocks of primitives that the leaves of a structure name, as the kernels see them: a type for
 // each set of kinds that scenes have. Fixed-size types only and no functions.
 #pragma once

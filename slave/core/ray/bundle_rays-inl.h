@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // 64 rays that go about the same way from about the same place, seen as one frustum.
 //
 // With the main axis z and the direction scaled to z = 1, a ray is (x, y, z) = (ox, oy, oz) + (u,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // 64 rays that leave one point, seen as one frustum.
 //
 // The main axis z is where the rays go; the origin is moved to 0 and every direction scaled to

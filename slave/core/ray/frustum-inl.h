@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What 64 rays go through: four planes and two depths, against boxes, W at once.
 //
 // Everything is seen from one point, the origin, with z the main axis, positive where the rays go.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One ray by itself: where it goes, scaled so that nothing overflows, and what it has hit so far.
 //
 // Threads. One traversal owns one.

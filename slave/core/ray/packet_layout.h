@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Single rays, packets of 64 and their hits as the kernels see them.
 // Fixed-size types only and no functions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // 64 rays traced together: what they have hit so far, and what is the same whether they leave one
 // point (fan_rays-inl.h) or not (bundle_rays-inl.h).
 //

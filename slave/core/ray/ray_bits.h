@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rays of a packet as bits of a number: bit i is ray i.
 // Threads. Pure functions.
 #pragma once

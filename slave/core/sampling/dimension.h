@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every use of random numbers in a picture: the dimensions of the sample sequence. A point of the
 // sequence is shuffled_2d(hash_combine(key, dimension), index); two uses are independent where their
 // keys or their dimensions differ (core_dimensions_test draws every pair).

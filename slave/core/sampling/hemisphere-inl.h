@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The directions of sampling/hemisphere.h in lanes, to the bit.
 // Threads. Pure functions.
 #if defined(TESSERA_CORE_HEMISPHERE_INL_H_) == defined(HWY_TARGET_TOGGLE)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Directions about a normal. The same bits on every processor and C library: arithmetic and square
 // roots only.
 //

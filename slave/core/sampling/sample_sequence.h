@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counter-based samples: a pure function of (seed, pixel, dimension, index), so that a pixel is the
 // same in every tile, on every slave and at every attempt.
 //

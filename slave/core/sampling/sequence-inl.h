@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The hashes and samples of sampling/sample_sequence.h in lanes, to the bit.
 // Threads. Pure functions.
 #include <stdint.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What textures, vertices and constants of a material make of its optional lobes at a point.
 // Threads. Pure functions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The surfaces that the rays of a packet have met: where, by the kernels for all rays at once, then
 // materials, and what scenes of more than plain diffuse triangles add to that. Asked once a packet and
 // not once a ray what the scene needs, plain scenes pay nothing for the others.

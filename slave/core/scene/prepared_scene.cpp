@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "slave/core/scene/prepared_scene.h"
 
 #include <new>

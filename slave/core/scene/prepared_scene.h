@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One scene version made ready for tracing: triangles in world space, the spatial index, materials,
 // textures, lights. Immutable; any number of threads read it without locks, and tiles of frame n
 // hold it alive while version n + 1 is built beside them.

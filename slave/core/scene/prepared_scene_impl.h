@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The inside of PreparedScene, for the renderer, tests and tools that trace rays of their own.
 // Threads. Immutable after construction, as prepared_scene.h says.
 #pragma once

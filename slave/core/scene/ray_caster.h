@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rays that somebody brings, one answer each: for tools and for measuring. Renderers trace packets
 // of their own making.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Surfaces that are shaded together: what the primary rays of some pixels have hit, and what paths
 // meet after them.
 //

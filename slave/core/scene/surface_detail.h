@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the surfaces that rays have met have beyond plain geometry and the constants of a material:
 // normals of vertices and of maps, textures, what scattering needs to know, programs. Scenes of plain
 // diffuse triangles never come here (met_surfaces.h).

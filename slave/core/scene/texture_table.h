@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The textures that surfaces of a material are made of, put together for the kernels once for a scene.
 // The opacity of a material is not among them: rays ask for it before there is a surface.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Vectors of a packet, kept by axis for the kernels.
 // Threads. Pure functions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the kernels have done, for tables and profiles: counted only where the project is configured
 // with TESSERA_COUNTING (preset "counting"), for counting costs time.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Masks of lanes as bits of a number, for any number of lanes up to 16.
 // Threads. Pure functions.
 #include <stdint.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The powers of common/math/power.h in lanes, to the bit.
 // Threads. Pure functions.
 #if defined(TESSERA_CORE_POWER_INL_H_) == defined(HWY_TARGET_TOGGLE)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Vec3f of common/math in lanes, to the bit: every operation in the same order of roundings.
 // Threads. Pure functions.
 #if defined(TESSERA_CORE_VEC3_INL_H_) == defined(HWY_TARGET_TOGGLE)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Brick: courses of `width` x `height` with joints of mortar, every second course moved by half a
 // brick, laid on the two axes that the surface faces least. The material's albedo is the brick,
 // whose stones differ by `variation`.

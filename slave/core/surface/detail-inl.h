@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Surface detail of many points: normals of vertices and of maps, textures, footprints, and what
 // programs ask for (see detail_layout.h).
 //

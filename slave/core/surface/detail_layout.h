@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Surface detail: what hits have beyond the plain geometry of their triangles, as the kernels see it.
 // Fixed-size types only and no functions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Marble: sheets of vein through the stone, `frequency` of them a unit along x, folded by
 // turbulence (after Perlin, "An image synthesizer", 1985). The material's albedo is the stone.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gradient noise (see slave/core/surface/noise.h), a point to a lane.
 //
 // Threads. Works on the caller's memory.

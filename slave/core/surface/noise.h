@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gradient noise over space: smooth, in [-1, 1], 0 at the corners of the unit lattice, without a
 // preferred axis (Perlin, "Improving noise", 2002: quintic fade, gradients along the edges of a
 // cube). Gradients come from an integer hash instead of a table, so that it has no period. 0 beyond

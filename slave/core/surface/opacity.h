@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much of a surface is there: the opacity of materials (common/scene/scene.h, Alpha).
 // Threads. Pure functions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The freely programmable part of surfaces: a program is told where rays have hit and fills in what
 // it likes of the Surfaces, here the albedo; their geometry and normals are not its to change. It knows
 // nothing of how the BSDF uses that.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How wide a pixel's view is at a surface: a cone about the ray, for filtering what varies over the
 // surface (Akenine-Moeller et al., "Texture level of detail strategies for real-time ray tracing",
 // Ray Tracing Gems, 2019, chapter 20; "Improved shader and texture level of detail using ray cones",

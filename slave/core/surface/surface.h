@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What shading needs to know of the point that a ray has hit.
 // Threads. Plain values, made and used by one worker. All vectors are in world space.
 #pragma once

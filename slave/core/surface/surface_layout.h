@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the rays of a packet have met surfaces, as the kernels tell.
 // Fixed-size types only and no functions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The optional lobes of a glossy surface, at a point: of materials that have any (common/scene/scene.h).
 // Threads. Plain values.
 #pragma once

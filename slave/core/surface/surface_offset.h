@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far a secondary ray must start from a surface to be on the right side of it for certain.
 //
 // With u = 2^-24, triangle A, B, C, unit normal n, and P = A + (a (B - A) + b (C - A)) in float32:

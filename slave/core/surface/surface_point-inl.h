@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // surface_point() of surface/surface_offset.h in lanes, to the bit: the bounds derived there hold.
 // Threads. Pure functions.
 #if defined(TESSERA_CORE_SURFACE_POINT_INL_H_) == defined(HWY_TARGET_TOGGLE)

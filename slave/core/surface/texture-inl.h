@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Texture lookups, a point to a lane: trilinear between mip levels (Williams, "Pyramidal parametrics",
 // 1983), bilinear within them, or nearest in the texture itself. Texels are fetched one by one, for
 // gathers are no faster; everything else is done in registers.

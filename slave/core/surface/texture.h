@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Textures and their mip levels.
 //
 // Levels are box-filtered in linear light, each from the one before at full precision, and kept in

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Textures as the kernels see them.
 // Fixed-size types only and no functions.
 #pragma once

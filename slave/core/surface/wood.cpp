@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Wood: year rings about the y axis, `frequency` of them a unit, out of round by `wobble` rings, with
 // grain along y. The material's albedo is the early, light part of a ring.
 #include <algorithm>

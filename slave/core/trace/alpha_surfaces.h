@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The triangles of a scene that rays may go through, and which rays do.
 //
 // A ray goes through a mask where its opacity is below the cutoff, and through a blended surface with

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The window that rays from one point pass, found from the outermost of them.
 //
 // Threads. Pure function.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rays taken together by where they go, seen from one point: shadow rays of a light, since
 // neighbours on the picture need not be neighbours there.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Traces rays through a scene, whatever structure and instruction set it has got: the calls that
 // renderers make.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Traversal of a wide hierarchy by 64 rays as one frustum; closest and any hit. Rays are a FanRays
 // or a BundleRays, Leaf is the test of what is in leaves (primitive/leaf-inl.h).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Traversal of a wide hierarchy by one ray: all children of a node at once, closest and any hit.
 // For rays that have no company: bounces, and packets that are none.
 //

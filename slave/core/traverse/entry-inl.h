@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the fans of a tile begin: below the steps from the root that all of them would take alike.
 //
 // In a kd-tree it is the deepest subtree that holds everything the tile's window meets, after

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rays from one point, grouped by where they go.
 //
 // Threads. Works on the caller's memory.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Traversal of a kd-tree: by 64 rays as one frustum, and by one ray; closest and any hit.
 //
 // A frustum is in a voxel between two depths along its main axis. At a split plane across that axis

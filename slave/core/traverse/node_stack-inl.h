@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The children that a traversal has still to visit, the nearest on top.
 // Threads. One traversal owns one. Never overflows: a step down pushes at most W children for one
 // that it took, over at most kBvhDepthMax steps.

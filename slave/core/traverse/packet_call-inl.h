@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The calls of the kernel table: rays traced together where that pays, else one by one.
 //
 // Threads. A call writes what it is given, and nothing else.

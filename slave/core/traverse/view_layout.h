@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The structures as the kernels see them, and the calls that each of them has.
 // Fixed-size types only and no functions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kernel of the table that slaves use, beside all the others.
 #include "slave/core/kernels/kernel_table.h"
 #include "tests/bench/feature_cost/kernels.h"

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # Shows what a scene pays for features that it does not have: instructions of the core, one thread, for
 # a frame of plain diffuse triangles, in a build as ever and in one whose code for textures, normal
 # maps, programs, glossy and specular surfaces and the sky is compiled away; and of direct light, in one

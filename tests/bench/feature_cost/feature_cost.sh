@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # Shows that a scene pays nothing for what it does not need: a kernel compiled alone takes as many
 # instructions as the same kernel in the table that holds all of them.
 #

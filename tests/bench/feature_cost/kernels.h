@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the programs of this folder trace: one kernel, taken from the table that holds them all, or
 // compiled alone.
 #pragma once

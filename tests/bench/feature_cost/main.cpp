@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Traces a number of fans, given as argument, through a generated mesh with one kernel: for
 // feature_cost.sh, which counts instructions.
 #include <cstdio>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any bytes as a camera file and as camera text: refused, or a camera for every frame.
 #include <cmath>
 #include <cstdlib>

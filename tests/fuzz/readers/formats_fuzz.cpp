@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any bytes as a COLLADA, FBX or STL file, through the real tessera-import: whatever happens there, here it
 // is a valid scene or one line.
 #include <cstdlib>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hands the bytes of a fuzz input to readers that take a path.
 // Threads. One at a time; the folder is the process's own and goes with it.
 #pragma once

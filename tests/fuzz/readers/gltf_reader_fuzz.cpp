@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any bytes as a glTF file, through the reader alone (pictures are not decoded): a valid scene or one
 // line, never an index out of range.
 #include <cstdlib>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any bytes as the material file of a good OBJ file: a valid scene, perhaps with warnings.
 #include <cstdlib>
 

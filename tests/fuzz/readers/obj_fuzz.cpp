@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any bytes as an OBJ file: refused with a line, or a valid scene.
 #include <cstdlib>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any bytes as what an importer hands over, and as the blocks of a scene: refused, or a valid
 // scene.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any 20 bytes as the head of a record, before and after the handshake: refused, or within the
 // limits of its type and the same bytes when encoded again.
 #include <cstdint>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any record, as the network would hand it over: a byte of type, two of header length, header,
 // payload. What decodes must encode to a record that decodes again.
 #include <cstdint>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every key of glTF 2.0 without extensions."""
 import math
 import struct

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Drawn or named: for every key, extension and attribute of glTF 2.0 a small file is rendered by the product.
 
     drawn_or_named_test.py [--table FILE] [--keep FOLDER] [WORD ...]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a case of the corpus expects, and how two pictures are compared."""
 import struct
 import sys

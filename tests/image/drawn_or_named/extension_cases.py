@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every ratified extension of glTF 2.0 (KHR and EXT), the archived one that files still have, and their keys."""
 import math
 

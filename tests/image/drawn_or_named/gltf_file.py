@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes small glTF 2.0 files: one lit dome with coordinates, normals and a material, seen by a camera.
 
 Everything is made here, from Python's standard library, but what only its own encoder can write: packed/*.bin and *.webp

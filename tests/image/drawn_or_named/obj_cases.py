@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every key of OBJ, MTL (with its PBR keys) and PLY."""
 from core_cases import BUMPS, GREY_WHITE, RED_BLUE
 from expectations import LEFT, RIGHT, both, brighter, case_of, colour, darker, differs, same

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes small OBJ files with MTL, and PLY files: the dome of gltf_file.py; of OBJ with a lamp that is a triangle."""
 from gltf_file import dome
 

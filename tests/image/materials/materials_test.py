@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Scenes of every material, written as OBJ and MTL and rendered through the whole program.
 
     materials_test.py [--gltf FOLDER]   as a test: small pictures; with those of FOLDER, if it is there

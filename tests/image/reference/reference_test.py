@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Renderers path and igi against pictures of another renderer (Mitsuba, 4096 samples a pixel; scenes of the Ignis project).
 
     reference_test.py FOLDER [AA]     FOLDER: reference-gi of the scene collection; exit code 77 where it is absent

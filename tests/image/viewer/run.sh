@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # Runs the viewer's tests on a virtual display with software rendering.
 # Usage: run.sh VIEWER_TEST NO_DISPLAY_TEST. Exit 77: skipped, with the reason.
 set -euo pipefail

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The window on a virtual display: what is drawn is read back and compared with the frame that was
 // published. Run by run.sh under xvfb-run with software rendering; with a folder as argument, the
 // pictures are left there (PPM).

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Default cameras and cameras of files, through the whole program, by pictures of distances.
 
 Asserted: a thing takes up 80 % of the narrower side of a picture of any shape, in its middle; a closed room is seen from

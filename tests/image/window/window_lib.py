@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A virtual screen, a window of `tessera-master view` on it, and a hand that moves mouse and keys.
 
 Needs Xvfb and xdotool. Times are seconds of the monotonic clock, which the program's log uses, too.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """`tessera-master view` as a person meets it: first pixels, a drag, a resize, keys, a slave that dies.
 
 Figures are printed. Verdicts are multiples of times that the same run has measured, with where they come from

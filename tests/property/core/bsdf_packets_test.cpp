@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the kernels make of the BSDFs of many surfaces is to the bit what plain arithmetic makes of each
 // alone, on every instruction set and whatever stands beside it.
 #include <gtest/gtest.h>

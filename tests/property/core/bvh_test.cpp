@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Property: whatever the triangles, the wide hierarchy keeps the invariants of bvh.h and does not
 // depend on the number of threads.
 #include <gtest/gtest.h>

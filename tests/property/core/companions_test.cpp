@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Property: a ray's answer is the same to the bit alone, in a packet, among any companions (even
 // invalid ones), and on every instruction set.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Property: any two uses of random numbers in a picture are independent: what one draws tells nothing
 // of what the other does.
 #include <gtest/gtest.h>

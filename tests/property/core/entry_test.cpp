@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Property: fans that begin where their tile's window allows hit what they would from the root,
 // also where they pass the window's very edges and corners.
 #include <gtest/gtest.h>

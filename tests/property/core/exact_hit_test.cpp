@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Property: exact_hit() decides as integer arithmetic does, for rays and triangles on an integer
 // grid, most of them degenerate in some way: through vertices and edges, in the plane, flat.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Property: on every class of hard cases nothing is missed, wrong, false or leaking, and
 // structures, sizes of bundles, threads and instruction sets agree to the bit.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Property: whatever the triangles, the tree keeps the invariants of kd_tree.h, stays within its
 // memory bound and does not depend on the number of threads.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Property: single rays and packets, on every instruction set and in all structures, give
 // one answer, the same to the bit; it is the one that exact arithmetic on every triangle gives.
 #include <gtest/gtest.h>

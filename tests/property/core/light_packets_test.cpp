@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Points of the sample sequence and samples of emitters: what the kernels make of a packet is to the bit
 // what plain arithmetic makes of each alone, on every instruction set.
 #include <gtest/gtest.h>

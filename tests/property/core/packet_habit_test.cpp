@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Property: packets that are given up, or not tried, give the answers of their rays.
 #include <gtest/gtest.h>
 

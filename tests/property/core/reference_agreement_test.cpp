@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Property: hit or miss, primitive and distance agree with all triangles tested in double
 // precision, wherever the ray passes an edge by more than the tolerance of 16 u s.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the kernels see of the sky for whole packets is to the bit what SkyMap tells of each direction
 // and each sample alone, on every instruction set.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the kernels make of whole packets, camera rays and the points that rays have met, is to the bit
 // what plain arithmetic makes of each ray alone, on every instruction set.
 #include <gtest/gtest.h>

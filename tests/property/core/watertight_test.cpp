@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Property: a ray from inside a closed mesh, aimed at a shared vertex or edge, never gets out; on
 // every instruction set, in bundles, far from the origin of the world, at small and large scale.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Property: on meshes too large for brute force, the kernels and Embree (robust mode) give the same
 // hits. Where they differ, the ray passes an edge within the tolerance of the double reference, or
 // two triangles lie equally far.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Slaves that come, answer late, hand back and die at random: no tile is lost, none counts twice,
 // frames come out in order, and every lease ends once.
 //

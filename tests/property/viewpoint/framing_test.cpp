@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // For any mesh, direction, opening angle and aspect ratio: every vertex is in the picture, and the
 // projection takes up 80 % of it.
 #include "common/viewpoint/framing.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Limits of containers and units, in trees of files as kernels and container engines lay them out.
 #include "common/base/cgroup.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Quotas rounded to threads; lists of processors as people write them.
 #include "common/base/cpu_count.h"
 

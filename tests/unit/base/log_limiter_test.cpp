@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The limiter of log lines: how many pass, that none is forgotten, that nothing grows.
 #include "common/base/log_limiter.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // "Did you mean": near enough to be meant, and no accident.
 #include "common/base/near_word.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The estimate of a peer's clock: planted offsets are found within the bound it states, whatever
 // the two ways of the link take.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A window at a time, and a rest as long as it took.
 #include "master/cluster/gentle_pace.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Slaves that break the protocol: they are expelled, their tiles are rendered by others, and not
 // one of their bytes reaches a frame.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who is held back, for how long, and who is not.
 #include "master/cluster/quarantine.h"
 

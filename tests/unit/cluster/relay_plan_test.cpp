@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who feeds whom: chains grow at their end, heal where they break, and never close to a circle.
 #include "master/cluster/relay_plan.h"
 

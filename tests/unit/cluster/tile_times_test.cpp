@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Quantiles by nearest rank, and a window that forgets.
 #include "master/cluster/tile_times.h"
 

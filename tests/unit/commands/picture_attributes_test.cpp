@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a file says of itself gives the picture again; a display's picture is compared as a display's.
 #include "master/commands/picture_attributes.h"
 

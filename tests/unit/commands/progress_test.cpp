@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a person sees of long work: one row on a terminal, lines in a pipe, and a guess of the end
 // that is calm and comes true.
 #include "master/commands/progress.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every BSDF under a white sky: what goes in comes out. Sampling and evaluation are one function.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Direct light against closed forms.
 #include <gtest/gtest.h>
 

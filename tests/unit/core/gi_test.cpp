@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Instant global illumination: what its pixels are, whoever renders them.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Directions about a normal: unit length, the right density, the same on both sides of every branch.
 #include "slave/core/sampling/hemisphere.h"
 

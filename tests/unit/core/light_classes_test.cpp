@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The classes of light that are hard for one method or the other, against closed forms: form factors,
 // a lamp that shares an edge with what it lights, light that comes only over other surfaces. Path
 // tracer and instant global illumination.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The optional lobes of glossy surfaces: what goes in comes out and no more, samples and values are of one
 // function, light may be sent either way, and every instruction set has the same bits.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Surfaces that are not simply there: masks, blended ones, colours of vertices, unlit ones, lamps with
 // two sides.
 #include <gtest/gtest.h>

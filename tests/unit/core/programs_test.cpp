@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Programs of surfaces, and the noise that they are made of.
 #include "slave/core/surface/programs.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rays that surfaces scatter: each has a density that its light can be weighed by.
 #include "slave/core/integrate/scattered_rays.h"
 

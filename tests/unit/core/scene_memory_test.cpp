@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a slave takes to prepare a scene stays below what the master reckons (scene_footprint.h):
 // the peak of a process of its own, for each structure.
 #include <gtest/gtest.h>

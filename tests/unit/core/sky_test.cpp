@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Light from an environment map: what its samples come to, and what it does to surfaces.
 #include "slave/core/light/sky_map.h"
 

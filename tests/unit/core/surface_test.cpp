@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "slave/core/surface/surface.h"
 
 #include <gtest/gtest.h>

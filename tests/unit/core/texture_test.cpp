@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Textures as files of glTF ask for them: what is seen beyond their edges, squares or smooth, 16 bits,
 // which coordinates of the mesh they follow and how they lie there.
 #include "slave/core/surface/texture.h"

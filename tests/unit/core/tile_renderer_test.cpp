@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A pixel depends on settings, scene, instruction set, its place and the sample index; on nothing
 // else.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Faulty pixels are found and painted, and no others.
 #include "common/frame/faulty_pixels.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames on their way out, in order, each when its digest is known.
 #include <gtest/gtest.h>
 

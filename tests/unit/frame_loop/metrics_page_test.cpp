@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The master's page of metrics: every slave once in every family of slaves, sums that fit, names
 // that a scraper takes.
 #include "master/frame_loop/metrics_page.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What scenes cost is charged to one frame, once, however builds, frames and retirement interleave.
 #include "master/frame_loop/scene_costs.h"
 

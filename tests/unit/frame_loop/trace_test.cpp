@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A trace's bounds, and what its file says of times: offsets between clocks removed, no span over
 // another one of its row.
 #include "master/frame_loop/trace.h"

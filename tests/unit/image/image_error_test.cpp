@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Figures of how far pictures are apart.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of a glTF file becomes what of a scene, where no picture shows it yet or rounding would hide it.
 #include <cmath>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small glTF file as text, with one thing changed, and what the reader makes of it.
 // Threads. One at a time for each folder.
 #pragma once

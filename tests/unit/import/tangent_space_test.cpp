@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tangents that files do not have, beside those computed from the definition, corner by corner and in
 // double precision, with no groups and no neighbours: on these meshes all triangles around a vertex
 // that turn the same way are joined.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The URIs of glTF files: what they stand for, and that they stay below the scene's folder.
 #include "master/import/gltf/uri.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files of every format through the real tessera-import: what they hold, and that suffix and content have
 // to agree.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The real tessera-import, and stand-ins that misbehave: whatever it does, the master gets one
 // line.
 #include "master/loader/import_process.h"

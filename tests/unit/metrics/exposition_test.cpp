@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The page of metrics: its format to the letter, cumulative buckets, what must never happen.
 #include "common/metrics/exposition.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast an address may open connections.
 #include "common/net/accept_rate.h"
 

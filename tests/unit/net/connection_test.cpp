@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Records over local pairs and plain TCP, and what a peer can do to a connection that is no
 // Tessera.
 #include "common/net/connection.h"

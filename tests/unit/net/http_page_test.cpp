@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The page over HTTP: what it answers, and that damage, haste and crowds leave it standing.
 #include "common/net/connector.h"
 #include "common/net/http_page.h"

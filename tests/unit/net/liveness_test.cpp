@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // When a connection is pinged and when it is dead.
 #include "common/net/liveness.h"
 

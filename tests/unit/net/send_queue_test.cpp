@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a connection writes, piece by piece, is what was sent, whatever the link takes at a time.
 #include "common/net/send_queue.h"
 

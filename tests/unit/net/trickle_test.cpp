@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A link so slow that a record of TLS takes longer than a silent peer lives: its bytes count as life.
 #include <gtest/gtest.h>
 #include <netinet/in.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "common/scene/scene_stream.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the lines of an MTL file come to, and which of them are named.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Polygons are covered by their triangles once, whatever their shape.
 #include "common/scene_io/polygon.h"
 

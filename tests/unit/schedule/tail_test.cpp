@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the scheduler is worth, in virtual time: nobody idle whatever the distance, slow slaves that
 // hold up nobody, tails that are short, and little work done twice.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The order and the size of tiles.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A person, an interactive loop and a cluster in virtual time. The cluster traces so many rays a
 // second, one frame after the other, in the order of submission; what is given up comes back as
 // such after a moment. Everything that happens is written down.

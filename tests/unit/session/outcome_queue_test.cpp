@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "master/session/outcome_queue.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole frames through Session: the same bits whatever the number of slaves, threads, the tile
 // size, the frames in flight and the way the session reaches its master.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Status clients leave as they like: twice, in mid-answer, with a reset. The master lives, and answers
 // whoever comes next.
 #include <arpa/inet.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scripted master with threads, for tests of SlaveHost: takes the slave's links over local pairs.
 // It waits for what must come, and never judges how long that took.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The master's half of a conversation with one slave, as a test tells it: says only what the test
 // says (but for Pong), and hands out what came, message by message. Who carries it is the affair of
 // the two that implement it: FakeMaster (threads, real time) and VirtualMaster (tests/sim's time).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the kernel's files say about memory, as texts.
 #include "slave/memory_room.h"
 

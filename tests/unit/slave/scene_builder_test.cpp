@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The builder's queue under an animation that is faster than it.
 #include "slave/scene_builder.h"
 

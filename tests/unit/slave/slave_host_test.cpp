@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SlaveHost with its threads against a scripted master: pixels, orderly leaving. What takes time
 // here is waited for and not judged; SlaveNode's times are those of slave_node_test.cpp.
 #include "slave/slave_host.h"

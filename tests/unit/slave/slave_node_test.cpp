@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SlaveNode in virtual time against a scripted master: handshake, scenes, tiles, and every way a
 // session ends. Times are exact: nothing here waits for the machine, or is late because of it.
 #include "slave/slave_node.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pure parts of a slave: back-off, starvation; and the tile queue.
 #include <gtest/gtest.h>
 

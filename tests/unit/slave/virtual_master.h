@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scripted master in virtual time (tests/sim), for tests of SlaveNode: time passes only while
 // something is waited for, and to the nanosecond as often as it is run.
 //

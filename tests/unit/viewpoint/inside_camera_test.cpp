@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "common/viewpoint/inside_camera.h"
 
 #include <gtest/gtest.h>

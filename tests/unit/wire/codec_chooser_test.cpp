@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which coding pays: against the least time per byte, worked out by hand.
 #include "common/wire/codec_chooser.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every message survives the wire, and every field out of range is refused by name.
 #include "common/wire/codec.h"
 

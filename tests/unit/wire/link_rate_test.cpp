@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rate of a link from its counters: links that are simulated in whole microseconds.
 #include "common/wire/link_rate.h"
 

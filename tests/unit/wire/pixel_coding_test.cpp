@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The same bits come out of every coding in every format; damaged and lying bytes are refused.
 #include "common/wire/pixel_coding.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scene chunks in, complete scenes out; a sender that breaks the rules is found out.
 #include "common/wire/scene_receiver.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // StatusReply between versions: short entries for clients that know no details, and details of a
 // later version, which are longer.
 #include <gtest/gtest.h>

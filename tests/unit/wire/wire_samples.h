@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random valid messages and a field-by-field comparison, for the codec's tests.
 //
 // Threads. Test thread only. Reproducible from the seed of the engine.

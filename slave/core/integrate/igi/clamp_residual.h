@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the bound of the VPLs' geometry term takes away, traced: a ray finds the surface nearby whose
 // VPLs the bound would have weakened, and paths find its light (Kollig and Keller, "Illumination in
 // the presence of weak singularities", 2004). VPLs within the bound and this together are unbiased.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A block of pixels with its border, one sample of each at a time: what they show, and the points that
 // gather light for them, in batches of those with the same place in the K x K pattern.
 //

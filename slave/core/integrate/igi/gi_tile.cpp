@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "slave/core/integrate/igi/gi_tile.h"
 
 #include <algorithm>

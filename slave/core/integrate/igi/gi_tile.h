@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A tile lit by VPLs: instant global illumination (Benthin, thesis, chapter 9), breadth first.
 //
 // Blocks of 64x64 pixels, one sample of all their pixels at a time: camera rays in packets, then for

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Light of VPLs at a batch of points: shadow rays of one VPL after the other, all of them leaving
 // the VPL, in groups by where they go, seen from it (Benthin, thesis, section 9.3). A point sums
 // over VPLs in their order, whatever its neighbours do.

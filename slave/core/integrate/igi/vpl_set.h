@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The virtual point lights (VPLs) of one frame: what its pixels gather light from.
 //
 // Random walks from all lights leave a VPL on each surface that they meet (Keller, "Instant

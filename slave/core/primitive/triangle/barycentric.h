@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where in a triangle a ray meets it, for the hits that are kept in the end: kernels decide and
 // compare without it. Threads. Pure function.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The exact answer of one triangle to one ray, for the few rays that a kernel's float32 filter
 // leaves open.
 //

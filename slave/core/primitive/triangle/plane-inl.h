@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a ray meets the plane of a triangle, by the same operations in every kernel, so that t is
 // the same to the bit on every path and instruction set.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The triangles of a block against a bundle of rays with origins of their own: culled by the
 // frustum, then by the planes of each row, then tested by 4, 8 or 16 rays at once.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cuts triangles at the faces of boxes, for builders of trees.
 //
 // Threads. Constant; any number of threads.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The triangles of a block against a fan: culled by the frustum before any ray sees them.
 //
 // Decisions. A ray meets a triangle A, B, C where it passes its three edges on one side. With E = d

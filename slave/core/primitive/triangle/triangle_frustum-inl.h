@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The triangles of a block that a frustum may meet: those with a corner on the inner side of each of
 // its planes.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Triangles side by side, as the kernels test them.
 // Fixed-size types only and no functions.
 #pragma once

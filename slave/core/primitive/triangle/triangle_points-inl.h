@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where rays meet their triangles: all of a packet at once, with the operations of barycentric() and
 // surface_point() (slave/core/geometry), to the bit, so that the bounds derived there hold here.
 //

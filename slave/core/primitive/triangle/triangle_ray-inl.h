@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One ray and the triangles of a block, all at once.
 //
 // Triangles. As in triangle_fan-inl.h: the signs of three edge functions where they are sure,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "slave/core/primitive/triangle/triangle_store.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All triangles of a scene version in world space, flattened over instances in the scene's
 // numbering.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Puts the triangles of a structure's leaves into blocks of W.
 // Threads. One owner.
 #pragma once
