@@ -7,10 +7,10 @@ add_library(tessera_slave STATIC
 target_link_libraries(tessera_slave
   PUBLIC tessera_base tessera_metrics tessera_scene tessera_frame tessera_net tessera_wire
     tessera_core
-  PRIVATE tessera_warnings)
+  PRIVATE tessera_warnings tessera_version)
 
 add_executable(tessera-slave main.cpp slave_cli.cpp)
-target_link_libraries(tessera-slave PRIVATE tessera_warnings tessera_slave CLI11::CLI11)
+target_link_libraries(tessera-slave PRIVATE tessera_warnings tessera_version tessera_slave CLI11::CLI11)
 install(TARGETS tessera-slave RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 
 add_subdirectory(tools)

@@ -5,6 +5,7 @@
 
 namespace tessera {
 
-inline constexpr const char* kBuildId = "0.1.0";
+// The tag and the commit: "1.2.3", "1.2.3+4.gabc1234"; rules in deploy/cmake/version.cmake.
+extern const char* const kBuildId;
 
 }  // namespace tessera
