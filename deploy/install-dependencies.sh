@@ -13,7 +13,7 @@ Usage: deploy/install-dependencies.sh [--with SET[,SET...]] [--list]
   lab      network and ssh tests: iproute2, openssh
   compose  the container test: podman, docker-compose, debootstrap
   embree   the reference that comparisons of rays need
-  lint     clang: lock annotations, fuzz targets, formatting; shellcheck
+  lint     clang: lock annotations, fuzz targets, formatting, checks; shellcheck
   runtime  what installed programs need to run (no compilers)
   all      everything above
 
@@ -37,7 +37,7 @@ packages_of() {  # set
     lab) echo python3 iproute2 openssh-server openssh-client procps ;;
     compose) echo podman runc iptables netavark aardvark-dns docker-compose debootstrap python3 ;;
     embree) echo libembree-dev ;;
-    lint) echo clang-14 clang-format-14 libclang-rt-14-dev shellcheck ;;
+    lint) echo clang-14 clang-format-14 clang-tidy-14 git libclang-rt-14-dev shellcheck ;;
     runtime)
       echo libprotobuf32 libspdlog1.10 libfmt9 libssl3 libhwy1 libtbb12 libopenimageio2.4 libglfw3 \
         libepoxy0 libopengl0 libgl1 libgl1-mesa-dri libassimp5 libstb0 \

@@ -10,7 +10,8 @@ Usage: tests/run.sh [--quick] [--require LABEL,...] [--preset NAME] [--no-instal
 
   --quick         the release build only; else also, after it: address + undefined behaviour
                   sanitizers on unit and fuzz tests, thread sanitizer on cluster tests, and
-                  clang's lock annotations (compile only, where clang-14 is installed)
+                  clang's lock annotations (compile only, where clang-14 is installed), and
+                  tests/lint.sh (formatting, headers alone, scripts; where its tools are)
   --require LIST  skips of tests with these labels (lab, compose, embree, ...) are failures;
                   what those tests need is installed first
   --preset NAME   this preset alone, with all tests that it has
@@ -104,6 +105,14 @@ if [[ -z $only && $is_quick == no ]]; then
   else
     annotations="skipped: clang-14 is not installed (deploy/install-dependencies.sh --with lint)"
   fi
+  echo "== lint"
+  code=0
+  tests/lint.sh || code=$?
+  case $code in
+    0) lint="nothing found" ;;
+    77) lint="skipped: a tool is not installed (deploy/install-dependencies.sh --with lint)" ;;
+    *) lint=failed && failed+=("lint") ;;
+  esac
 fi
 
 echo
@@ -112,6 +121,7 @@ for preset in "${summaries[@]}"; do
   echo "$preset: $(cat "build/$preset/skipped.txt")"
 done
 if [[ -n ${annotations:-} ]]; then echo "clang-annotations: $annotations"; fi
+if [[ -n ${lint:-} ]]; then echo "lint: $lint"; fi
 for ((i = ${#summaries[@]} - 1; i >= 0; --i)); do  # the release build's comes last
   echo "${summaries[i]}:"
   summary_line "build/${summaries[i]}/run.log"

@@ -170,7 +170,7 @@ const net::RecordLimits& relay_child_limits() {
 }
 
 net::Record encode(Message message) {
-  return std::visit([](auto&& m) { return encode_one(std::move(m)); }, std::move(message));
+  return std::visit([](auto m) { return encode_one(std::move(m)); }, std::move(message));
 }
 
 Result<Message> decode(net::ReceivedRecord record) {

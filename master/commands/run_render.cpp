@@ -141,8 +141,8 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
       continue;
     }
     work.update(done);
-    FrameSettings settings =
-        source.settings_at(static_cast<double>(options.frame_first + done / passes));
+    const auto frame = options.frame_first + done / passes;  // whole ones
+    FrameSettings settings = source.settings_at(static_cast<double>(frame));
     settings.display = display;
     auto taken = take_frame(session, options, writer, progress, settings, owed, done, total);
     if (!taken.is_ok()) return taken.status();

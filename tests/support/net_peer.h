@@ -15,6 +15,7 @@
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
 #include "common/net/connection.h"
+#include "common/net/io_thread.h"
 #include "tests/support/patience.h"
 
 namespace tessera::test {

@@ -12,6 +12,7 @@
 #include <map>
 #include <queue>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "master/schedule/scheduler.h"

@@ -66,7 +66,8 @@ class Builder {
     if (range.size() <= W) return child;
     if (depth < kHalvingDepth) child.cut = bins.cut(refs_, range, W);
     const float area = range.bounds.half_area();
-    const auto blocks = static_cast<float>((range.size() + W - 1) / W);
+    const auto block_count = (range.size() + W - 1) / W;
+    const auto blocks = static_cast<float>(block_count);
     const float as_leaf = config_.cost_block * area * blocks;
     const float as_node = config_.cost_node * area + config_.cost_block * child.cut.cost;
     child.is_leaf =

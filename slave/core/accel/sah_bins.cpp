@@ -35,7 +35,8 @@ struct BinMap {
 };
 
 float blocks_of(std::uint32_t count, std::uint32_t block_size) {
-  return static_cast<float>((count + block_size - 1) / block_size);
+  const std::uint32_t whole = (count + block_size - 1) / block_size;
+  return static_cast<float>(whole);
 }
 
 }  // namespace

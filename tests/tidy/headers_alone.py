@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Compiles each header alone, with the options of a source in its folder or the nearest one above or beside it.
+
+    headers_alone.py COMPILE_COMMANDS < NAMES       exit code 1 when one does not compile
+"""
+import concurrent.futures
+import json
+import os
+import pathlib
+import shlex
+import subprocess
+import sys
+
+
+def options_of(command):
+    """The compiler and its options, without what names the source and the object."""
+    words, kept, skip = shlex.split(command["command"]), [], False
+    for word in words:
+        if skip:
+            skip = False
+        elif word in ("-o", "-c", "-MF", "-MT", "-MQ"):
+            skip = word != "-c"
+        elif word != command["file"] and not word.startswith("-M") and not word.endswith("ccache"):
+            kept.append(word)
+    return kept
+
+
+def nearest(header, commands, root):
+    """The command of the source that shares most folders with the header."""
+    def shared(command):
+        return len(pathlib.PurePath(os.path.commonpath([root / header, command["file"]])).parts)
+    return max(commands, key=shared)
+
+
+def main():
+    if len(sys.argv) != 2:
+        print(__doc__, file=sys.stderr)
+        return 2
+    root = pathlib.Path.cwd()
+    tops = set(os.listdir(root)) - {"build"}
+    commands = [c for c in json.loads(pathlib.Path(sys.argv[1]).read_text())
+                if c["file"].endswith(".cpp") and os.path.relpath(c["file"], root).split("/")[0] in tops]
+    headers = [line.strip() for line in sys.stdin if line.strip()]
+
+    def compile_alone(header):
+        command = nearest(header, commands, root)
+        run = subprocess.run([*options_of(command), "-fsyntax-only", "-x", "c++", "-"], input=f'#include "{header}"\n',
+                             text=True, capture_output=True, cwd=command["directory"])
+        return run.returncode, run.stderr
+
+    wrong = 0
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        for header, (code, said) in zip(headers, pool.map(compile_alone, headers)):
+            if code != 0:
+                wrong += 1
+                print(f"{header} does not compile alone:\n" + "\n".join(said.splitlines()[:6]))
+    print(f"{len(headers)} headers, {wrong} do not compile alone")
+    return 1 if wrong or not headers else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
