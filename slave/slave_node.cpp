@@ -39,7 +39,8 @@ struct SlaveNode::Impl {
         open_link(std::move(factory)),
         workshop(shop),
         intake(
-            event_loop, [this](std::uint64_t bytes) { return room_for(bytes); }, options.relay, intake_events()) {}
+            event_loop, [this](std::uint64_t bytes) { return room_for(bytes); }, options.relay,
+            intake_events()) {}
 
   void start();
   std::optional<std::uint64_t> free_bytes() const;
@@ -329,9 +330,8 @@ void SlaveNode::Impl::on_built(BuildOutcome outcome) {
              {"triangles", std::to_string(triangle_count)},
              {"seconds", std::to_string(outcome.seconds)}});
   built.emplace(outcome.version, std::move(*outcome.scene));
-  link->send_scene(
-      wire::SceneBuilt{outcome.version, outcome.seconds, triangle_count, digests[outcome.version],
-                       outcome.built_primitives});
+  link->send_scene(wire::SceneBuilt{outcome.version, outcome.seconds, triangle_count,
+                                    digests[outcome.version], outcome.built_primitives});
 }
 
 }  // namespace tessera::slave

@@ -208,7 +208,7 @@ struct Instance {
 // What the camera sees where there is nothing: the light from there, or something that lights
 // nothing and that no surface reflects.
 enum class BackgroundKind : std::uint8_t {
-  kSky = 0,  // the environment
+  kSky = 0,      // the environment
   kGradient = 1  // from `low` at 30 degrees below the horizon to `high` at 30 above it
 };
 struct Background {

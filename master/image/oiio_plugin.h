@@ -47,8 +47,9 @@ enum class PluginTexels : std::uint32_t { kUint8 = 0, kUint16 = 1, kFloat = 2 };
 // Opens the file `path`; where `format` is not null, the `bytes` in memory instead, by that format's reader
 // alone (png, jpeg, webp), with colours as they are stored; they live until it is closed.
 // Returns: null with a line in `error`.
-using OpenPictureFunction = PluginPicture* (*)(const char* path, const char* format, const void* bytes,
-                                               std::size_t size, PluginShape* shape, char* error,
+using OpenPictureFunction = PluginPicture* (*)(const char* path, const char* format,
+                                               const void* bytes, std::size_t size,
+                                               PluginShape* shape, char* error,
                                                std::size_t error_bytes);
 // The first `channels` of all pixels, interleaved, to `out`. Returns: 0, or 1 with a line in `error`.
 using ReadPictureFunction = int (*)(PluginPicture*, PluginTexels type, int channels, void* out,

@@ -62,8 +62,8 @@ Status check_scene_name(const std::string& scene_argument) {
   const FormatEntry* const format = format_of_suffix(scene_argument);
   if (format != nullptr && !format->is_sky) return Status::ok();
   return Status::invalid_argument("scene " + scene_argument + ": unknown suffix '" +
-                                  suffix_of(scene_argument) + "'; known are " +
-                                  suffix_list(false) + ", and builtin:NAME");
+                                  suffix_of(scene_argument) + "'; known are " + suffix_list(false) +
+                                  ", and builtin:NAME");
 }
 
 Result<LoadedScene> load_scene(const std::string& scene_argument, const LoadProgress& progress) {

@@ -66,6 +66,6 @@ struct SettledExposure {
 };
 // The automatic exposure of one view, for a look that stays. Requires: the scene is the session's.
 TESSERA_API Result<SettledExposure> settle_exposure(Session& session, const FrameSettings& settings,
-                                          const std::function<bool()>& should_stop);
+                                                    const std::function<bool()>& should_stop);
 
 }  // namespace tessera

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The simulation itself: one seed is one run, and the network keeps TCP's promises.
-#include "common/net/connector.h"
 #include "tests/sim/storm.h"
+#include "common/net/connector.h"
 
 #include <gtest/gtest.h>
 

@@ -34,7 +34,8 @@ class Maker {
   // Of Assimp's AI_MATKEY macros, which are three arguments.
   std::optional<float> number(const char* key, unsigned type, unsigned index) const {
     float value = 0;
-    if (from_.Get(key, type, index, value) != aiReturn_SUCCESS || !std::isfinite(value)) return std::nullopt;
+    if (from_.Get(key, type, index, value) != aiReturn_SUCCESS || !std::isfinite(value))
+      return std::nullopt;
     return value;
   }
   std::optional<Vec3f> color(const char* key, unsigned type, unsigned index) const {

@@ -74,7 +74,7 @@ Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
   const int lanes = kernels_for(widest_isa(cpu_isas() & compiled_isas())).lane_count;
   Result<PrimitiveIndex> index =
       build_primitive_index(boxes, geometry->triangles.vertices, options.structure, lanes,
-                          {options.threads, options.is_cancelled});
+                            {options.threads, options.is_cancelled});
   if (!index.is_ok()) return index.status();
   geometry->index = std::move(*index);
   for (const auto& mesh : scene.meshes) geometry->is_smooth |= is_smooth(*mesh);

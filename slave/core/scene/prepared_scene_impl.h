@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "slave/core/primitive/primitive_index.h"
 #include "slave/core/light/feature.h"
 #include "slave/core/light/light_set.h"
+#include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/scene/prepared_scene.h"
 #include "slave/core/scene/texture_table.h"

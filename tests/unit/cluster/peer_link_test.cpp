@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A link that its owner has let go of, or destroyed, says nothing more: not what came with the message
 // at hand, not the link's end, and it holds nothing of the owner.
-#include "common/net/local_pair.h"
 #include "master/cluster/peer_link.h"
+#include "common/net/local_pair.h"
 
 #include <gtest/gtest.h>
 

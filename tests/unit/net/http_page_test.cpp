@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page over HTTP: what it answers, and that damage, haste and crowds leave it standing.
-#include "common/net/connector.h"
 #include "common/net/http_page.h"
+#include "common/net/connector.h"
 
 #include <gtest/gtest.h>
 

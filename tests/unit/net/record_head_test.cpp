@@ -6,8 +6,8 @@
 #include <random>
 #include <string_view>
 
-#include "common/net/endpoint.h"
 #include "common/net/crc32c.h"
+#include "common/net/endpoint.h"
 
 namespace tessera::net {
 namespace {

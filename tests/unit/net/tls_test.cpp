@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mutual TLS between a listener and a connecting peer, with good and wrong credentials.
+#include "common/net/tls.h"
 #include "common/net/connector.h"
 #include "common/net/listener.h"
-#include "common/net/tls.h"
 
 #include <gtest/gtest.h>
 

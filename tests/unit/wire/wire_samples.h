@@ -157,7 +157,8 @@ inline void Samples::add_scene_messages(std::vector<Message>& m) {
   m.push_back(SceneChunk{number(1, ~0ull), small(0, kSceneBlocksMax - 1),
                          number(0, kSceneBlockBytesMax - 4096), net::SharedBytes::of(bytes(4096)),
                          static_cast<ByteCoding>(number(0, 2))});
-  m.push_back(SceneBuilt{number(1, ~0ull), real(0, 100), number(0, kTrianglesMax), digest(), number(0, kTrianglesMax)});
+  m.push_back(SceneBuilt{number(1, ~0ull), real(0, 100), number(0, kTrianglesMax), digest(),
+                         number(0, kTrianglesMax)});
   m.push_back(SceneFailed{number(1, ~0ull), text(kReasonBytesMax, 0), any(), any()});
   m.push_back(RelayFrom{number(1, ~0ull), number(1, ~0ull), text(kNameBytesMax), u16(), any()});
   m.push_back(RelayFrom{number(1, ~0ull), 0, "", 0, 0});
@@ -294,8 +295,7 @@ inline auto fields(const FrameStats& s) {
                   s.tile_count, s.tile_edge_px, s.tiles_reissued, s.tiles_rejected, s.rays,
                   s.bytes_to_slaves, s.bytes_from_slaves, s.build_seconds, s.utilisation,
                   s.tiles_duplicated, s.tiles_faulty, s.pixels_faulty, s.render_seconds,
-                  s.prefetch_min, s.prefetch_max, s.completed_at_seconds, s.digest,
-                  s.scene_cost);
+                  s.prefetch_min, s.prefetch_max, s.completed_at_seconds, s.digest, s.scene_cost);
 }
 inline auto fields(const FrameDone& m) {
   return std::tuple_cat(fields(m.stats), std::tie(m.error, m.tile_slave));
