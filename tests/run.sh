@@ -9,7 +9,7 @@ usage() {
 Usage: tests/run.sh [--quick] [--require LABEL,...] [--preset NAME] [--no-install]
 
   --quick         the release build only; else also, after it: address + undefined behaviour
-                  sanitizers on unit and fuzz tests, thread sanitizer on cluster tests, and
+                  sanitizers on unit, link and fuzz tests, thread sanitizer on cluster tests, and
                   clang's lock annotations (compile only, where clang-14 is installed), and
                   tests/lint.sh (formatting, headers alone, scripts; where its tools are)
   --require LIST  skips of tests with these labels (lab, compose, embree, ...) are failures;
@@ -91,7 +91,7 @@ fi
 if [[ -z $only && $is_quick == no ]]; then
   export ASAN_OPTIONS=detect_stack_use_after_return=1 UBSAN_OPTIONS=print_stacktrace=1
   export LSAN_OPTIONS=suppressions=$PWD/tests/leaks_elsewhere.txt:print_suppressions=0
-  run_preset asan '^(unit|fuzz)$' "" tests_unit tests_fuzz programs
+  run_preset asan '^(unit|links|fuzz)$' "" tests_unit tests_links tests_fuzz programs
   export TSAN_OPTIONS="halt_on_error=1 second_deadlock_stack=1"
   run_preset tsan '^cluster-small$' "" tests_cluster-small programs
   if command -v clang++-14 >/dev/null; then

@@ -209,6 +209,16 @@ def check_circles(sources, found):
             descend(unit)
 
 
+def check_still(path, text, found):
+    """Unit tests wait for what they test, not for the clock, and leave the system's sockets alone."""
+    if not lies_in(path, rules.STILL_TESTS):
+        return
+    for number, line in enumerate(text.splitlines(), 1):
+        for word in rules.STILL_MAY_NOT:
+            if word in line:
+                found.add(path, number, f"'{word}' in {path.rpartition('/')[0]}: tests/links has sockets, tests/sim has time")
+
+
 def check_licence(path, text, found):
     """Each source names its licence where tools look for it."""
     if pathlib.PurePosixPath(path).suffix not in SOURCES | {".proto", ".py", ".sh", ".cmake"} and not path.endswith("CMakeLists.txt"):
@@ -271,6 +281,7 @@ def check_tree(root):
         check_confinement(path, text, found)
         check_lengths(path, text, found)
         check_strangers(path, text, found)
+        check_still(path, text, found)
         if path.endswith((".h", ".hpp")):
             check_header(path, text, found)
         if path.endswith("-inl.h"):

@@ -114,3 +114,8 @@ MACHINE_PATHS = ["work", "home", "root", "Users", "mnt"]
 
 # The first line of each source, or the second where the first says who runs it.
 LICENCE_LINE = "SPDX-License-Identifier: Apache-2.0"
+
+# Tests that neither sleep nor open sockets: what needs either has tests/links or virtual time (tests/sim).
+STILL_TESTS = ["tests/unit/", "tests/property/"]
+STILL_MAY_NOT = ["sleep_for", "sleep_until", "usleep(", "common/net/io_thread.h", "common/net/local_pair.h",
+                 "tests/support/net_peer.h", "sys/socket.h"]

@@ -55,6 +55,11 @@ class Walls(unittest.TestCase):
         self.expect({**kept, "proto/b.proto": f"\n// {line}\n"}, "proto/b.proto:1", line)
         self.expect({**kept, "common/base/c.h": f"// {line}\n// One.\n#pragma once\n"}, "common/base/c.h:1", "a header opens with")
 
+    def test_a_unit_test_that_sleeps_or_listens_is_red(self):
+        self.expect({"tests/unit/a.cpp": "std::this_thread::sleep_for(1ms);\n"}, "tests/unit/a.cpp:1", "sleep_for")
+        self.expect({"tests/property/a.cpp": '\n#include "common/net/io_thread.h"\n'}, "tests/property/a.cpp:2", "tests/links")
+        self.assertEqual(self.findings({"tests/links/a.cpp": '#include "common/net/io_thread.h"\n'}), [])
+
     def test_including_tests_is_red(self):
         self.expect({"common/base/a.cpp": '#include "tests/support/x.h"\n'}, "common/base/a.cpp:1", "tests/")
 

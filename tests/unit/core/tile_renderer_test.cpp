@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "common/base/limits.h"
+#include "tests/support/asleep.h"
 #include "tests/support/packets.h"
 #include "tests/support/render.h"
 #include "tests/support/test_meshes.h"
@@ -123,24 +124,28 @@ TEST(TileRenderer, ATileIsLeftInItsMiddleWhenItsFrameIsCancelled) {
   settings.camera = {{0, 2, 4}, {0, 0.5f, 0}, {0, 1, 0}, 50};
   settings.samples_per_pixel = kSamplesPerPixelMax;
   settings.light_samples = kLightSamplesMax;
-  // The whole tile takes many seconds. Who cancels and who renders are threads that the machine may
-  // hold up at will, so a cancel may come before the tile or after it; another pause is tried then.
-  // A renderer that does not look within the tile never leaves it in its middle.
+  // The whole tile takes many seconds of this thread's processor; it is cancelled after some of them,
+  // however much of it the machine gives to others. A tile that had not begun, or had ended, says that
+  // the share was wrong: another one is tried. A renderer that does not look within the tile never
+  // leaves it in its middle.
   constexpr std::uint64_t kAll = 32u * 32u * kSamplesPerPixelMax;
   std::uint64_t primary = 0;
-  auto pause = std::chrono::milliseconds(30);
+  const test::ProcessorClock work(pthread_self());
+  double share_s = 0.03;
   for (int attempt = 0; attempt < 5 && (primary == 0 || primary == kAll); ++attempt) {
-    std::atomic<bool> is_cancelled{false};
+    std::atomic<bool> is_cancelled{false}, has_ended{false};
+    const double end_s = work.seconds() + share_s;
     std::thread canceller([&] {
-      std::this_thread::sleep_for(pause);
+      while (work.seconds() < end_s && !has_ended) std::this_thread::yield();
       is_cancelled = true;
     });
     std::vector<float> rgb(3 * 32 * 32);
     primary = TileRenderer()
                   .render(**scene, settings, Isa::kScalar, {0, 0, 32, 32}, rgb, &is_cancelled)
                   .primary;
+    has_ended = true;
     canceller.join();
-    pause = primary == 0 ? 4 * pause : pause / 4;
+    share_s = primary == 0 ? 4 * share_s : share_s / 4;
   }
   EXPECT_GT(primary, 0u);
   EXPECT_LT(primary, kAll);

@@ -2,11 +2,11 @@
 // Frames on their way out, in order, each when its digest is known.
 #include <gtest/gtest.h>
 
-#include <future>
+#include <optional>
 
-#include "common/net/io_thread.h"
 #include "master/frame_loop/frame_assembly.h"
 #include "master/frame_loop/outcome_line.h"
+#include "tests/support/task_loop.h"
 
 namespace tessera::master {
 namespace {
@@ -44,7 +44,7 @@ TEST(OutcomeLine, WhatWaitsAtTheEndLeavesAsFailedAndOnce) {
 }
 
 TEST(FrameDigest, IsTheSameAtOnceAndBesideTheLoop) {
-  net::IoThread loop("test-loop"), hasher("test-hash");
+  test::TaskLoop loop, hasher;
   auto image = std::make_shared<FrameImage>();
   for (int i = 0; i < 10'000; ++i) image->bytes.push_back(static_cast<std::byte>(i * 7));
   for (net::EventLoop* at :
@@ -52,15 +52,17 @@ TEST(FrameDigest, IsTheSameAtOnceAndBesideTheLoop) {
     FrameDigest digest(loop, at);
     for (std::size_t begin = 0; begin < image->bytes.size(); begin += 2500)
       digest.update(image, begin, 2500);
-    std::promise<Digest> sum;
-    digest.finish([&](const Digest& d) { sum.set_value(d); });
-    EXPECT_EQ(sum.get_future().get().hex(), sha256(image->bytes).hex());
+    std::optional<Digest> sum;
+    digest.finish([&](const Digest& d) { sum = d; });
+    test::run_until_idle({&loop, &hasher});
+    ASSERT_TRUE(sum);
+    EXPECT_EQ(sum->hex(), sha256(image->bytes).hex());
   }
 }
 
 // A third slave has outvoted the first, when the band was whole already.
 TEST(FrameAssembly, UnderAuditTheDigestIsThatOfThePixelsWrittenLast) {
-  net::IoThread loop("test-loop"), hasher("test-hash");
+  test::TaskLoop loop, hasher;
   FrameSettings settings;
   settings.width_px = 32;
   settings.height_px = 24;
@@ -77,9 +79,11 @@ TEST(FrameAssembly, UnderAuditTheDigestIsThatOfThePixelsWrittenLast) {
   write(3, 3);
   FrameDigest digest = assembly.take_digest();
   const auto image = assembly.finish();
-  std::promise<Digest> sum;
-  digest.finish([&](const Digest& d) { sum.set_value(d); });
-  EXPECT_EQ(sum.get_future().get().hex(), sha256(image->bytes).hex());
+  std::optional<Digest> sum;
+  digest.finish([&](const Digest& d) { sum = d; });
+  test::run_until_idle({&loop, &hasher});
+  ASSERT_TRUE(sum);
+  EXPECT_EQ(sum->hex(), sha256(image->bytes).hex());
   EXPECT_EQ(image->bytes.front(), std::byte{2});
   EXPECT_EQ(image->bytes.back(), std::byte{3});
 }

@@ -6,6 +6,8 @@
 #include <atomic>
 #include <thread>
 
+#include "tests/support/asleep.h"
+
 namespace tessera::master {
 namespace {
 
@@ -22,11 +24,11 @@ TEST(OutcomeQueue, ThirdFrameWaitsUntilOneOfTwoIsFinished) {
   EXPECT_EQ(*queue.begin_frame(), 0u);
   EXPECT_EQ(*queue.begin_frame(), 1u);
   std::atomic<bool> has_third{false};
-  std::thread third([&] {
+  test::WatchedThread third([&] {
     EXPECT_EQ(*queue.begin_frame(), 2u);
     has_third = true;
   });
-  std::this_thread::sleep_for(30ms);
+  third.wait_until_asleep();
   EXPECT_FALSE(has_third);
   queue.push(finished(0));
   third.join();
@@ -40,8 +42,9 @@ TEST(OutcomeQueue, FinishedFramesThatNobodyTakesStopSubmission) {
     ASSERT_EQ(*queue.begin_frame(), frame);
     queue.push(finished(frame));
   }
-  std::thread blocked([&] { EXPECT_EQ(queue.begin_frame().status().code(), StatusCode::kClosed); });
-  std::this_thread::sleep_for(30ms);
+  test::WatchedThread blocked(
+      [&] { EXPECT_EQ(queue.begin_frame().status().code(), StatusCode::kClosed); });
+  blocked.wait_until_asleep();
   queue.end(Status::closed("done"));
   blocked.join();
   EXPECT_TRUE(queue.pop(0ms).is_ok());  // what was finished still comes out

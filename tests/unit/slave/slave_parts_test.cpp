@@ -8,6 +8,7 @@
 #include "common/base/limits.h"
 #include "slave/backoff.h"
 #include "slave/tile_queue.h"
+#include "tests/support/asleep.h"
 
 namespace tessera::slave {
 namespace {
@@ -126,8 +127,8 @@ TEST(TileQueue, WaitingForTilesOfAnOpenFrameIsStarved) {
 
 TEST(TileQueue, CloseWakesSleepers) {
   TileQueue queue(1);
-  std::thread sleeper([&queue] { EXPECT_FALSE(queue.pop().has_value()); });
-  std::this_thread::sleep_for(5ms);
+  test::WatchedThread sleeper([&queue] { EXPECT_FALSE(queue.pop().has_value()); });
+  sleeper.wait_until_asleep();
   queue.close();
   sleeper.join();
 }

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "common/frame/tile_grid.h"
-#include "tests/unit/slave/fake_master.h"
+#include "tests/links/fake_master.h"
 
 namespace tessera::slave {
 namespace {
