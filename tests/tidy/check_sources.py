@@ -209,6 +209,17 @@ def check_circles(sources, found):
             descend(unit)
 
 
+def check_readme(path, text, found):
+    if not path.endswith("README.md") or path in rules.README_FREE:
+        return
+    lines = text.splitlines()
+    if len(lines) > rules.README_LINES_MAX:
+        found.add(path, len(lines), f"{len(lines)} lines: a map has {rules.README_LINES_MAX}; decisions are files of their own")
+    for number, line in enumerate(lines, 1):
+        if len(line) > rules.README_COLUMNS_MAX and not line.lstrip().startswith(("|", "![")):
+            found.add(path, number, f"{len(line)} columns, {rules.README_COLUMNS_MAX} are the most")
+
+
 def check_still(path, text, found):
     """Unit tests wait for what they test, not for the clock, and leave the system's sockets alone."""
     if not lies_in(path, rules.STILL_TESTS):
@@ -294,6 +305,7 @@ def check_tree(root):
         if has_licence:
             check_licence(path, text, found)
         check_time_limits(path, text, found)
+        check_readme(path, text, found)
         if not path.startswith("tests/tidy/"):
             check_machine_paths(path, text, found)
     return found.lines, len(sources)

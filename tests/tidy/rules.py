@@ -119,3 +119,8 @@ LICENCE_LINE = "SPDX-License-Identifier: Apache-2.0"
 STILL_TESTS = ["tests/unit/", "tests/property/"]
 STILL_MAY_NOT = ["sleep_for", "sleep_until", "usleep(", "common/net/io_thread.h", "common/net/local_pair.h",
                  "tests/support/net_peer.h", "sys/socket.h"]
+
+# A folder's README is a map. Rows of tables cannot be wrapped.
+README_LINES_MAX, README_COLUMNS_MAX = 120, 100
+# These are not maps yet.
+README_FREE = ["README.md", "tests/bench/README.md", "tests/sim/README.md", "tests/faults/README.md"]

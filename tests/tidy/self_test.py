@@ -60,6 +60,11 @@ class Walls(unittest.TestCase):
         self.expect({"tests/property/a.cpp": '\n#include "common/net/io_thread.h"\n'}, "tests/property/a.cpp:2", "tests/links")
         self.assertEqual(self.findings({"tests/links/a.cpp": '#include "common/net/io_thread.h"\n'}), [])
 
+    def test_a_readme_that_is_no_map_is_red(self):
+        self.expect({"slave/README.md": "a\n" * 121}, "slave/README.md:121", "121 lines")
+        self.expect({"slave/README.md": "a\n" + "b" * 101}, "slave/README.md:2", "101 columns")
+        self.assertEqual(self.findings({"slave/README.md": "|" + "b" * 101 + "|\n"}), [])
+
     def test_including_tests_is_red(self):
         self.expect({"common/base/a.cpp": '#include "tests/support/x.h"\n'}, "common/base/a.cpp:1", "tests/")
 
