@@ -70,7 +70,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="of what is drawn by chance (default: 1)")
     parser.add_argument("--repeats", type=int, default=1, help="how often a row that does not hold is run again")
     parser.add_argument("--json", metavar="FILE", help="write one JSON object per run of a row")
-    parser.add_argument("--table", metavar="FILE", help="write a table for the README: row, what, figures and bounds, verdict")
+    parser.add_argument("--table", metavar="FILE", help="write the table of figures.md: row, what, figures and bounds, verdict")
     parser.add_argument("--logs", metavar="DIR", help="keep the logs of rows that do not hold, in DIR/ROW")
     options = parser.parse_args()
     if options.list:

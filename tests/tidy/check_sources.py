@@ -210,7 +210,7 @@ def check_circles(sources, found):
 
 
 def check_readme(path, text, found):
-    if not path.endswith("README.md") or path in rules.README_FREE:
+    if not path.endswith("README.md"):
         return
     lines = text.splitlines()
     if len(lines) > rules.README_LINES_MAX:

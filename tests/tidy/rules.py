@@ -122,5 +122,3 @@ STILL_MAY_NOT = ["sleep_for", "sleep_until", "usleep(", "common/net/io_thread.h"
 
 # A folder's README is a map. Rows of tables cannot be wrapped.
 README_LINES_MAX, README_COLUMNS_MAX = 120, 100
-# These are not maps yet.
-README_FREE = ["tests/bench/README.md", "tests/sim/README.md"]
