@@ -10,14 +10,14 @@
 namespace tessera::test {
 
 struct BsdfValue {
-  Vec3f times_pi;     // of the BSDF: a diffuse surface's is its albedo
-  float density = 0;  // with which samples take this direction, by solid angle
+  Vec3f times_pi;  // of the BSDF: a diffuse surface's is its albedo
+  float pdf = 0;   // with which samples take this direction, by solid angle
 };
 
 struct BsdfSample {
-  Vec3f direction;    // unit
-  Vec3f weight;       // BSDF times cosine over density; zero: nothing comes from there
-  float density = 0;  // by solid angle; 0 where it is the only direction (mirror, glass)
+  Vec3f direction;  // unit
+  Vec3f weight;     // BSDF times cosine over pdf; zero: nothing comes from there
+  float pdf = 0;    // by solid angle; 0 where it is the only direction (mirror, glass)
   bool is_delta = false;
   bool is_through = false;
 };
@@ -42,7 +42,7 @@ inline BsdfValue evaluate(core::Surface s, Vec3f to_viewer, Vec3f to_light) {
   core::BsdfPacket& packet = empty_packet();
   packet.add_glossy(s, to_light);
   packet.evaluate_glossy(widest_kernels());
-  return {packet.times_pi(0), packet.density(0)};
+  return {packet.times_pi(0), packet.pdf(0)};
 }
 
 inline BsdfSample sample(core::Surface s, Vec3f to_viewer, Vec2f square) {
@@ -52,11 +52,11 @@ inline BsdfSample sample(core::Surface s, Vec3f to_viewer, Vec2f square) {
     case BsdfKind::kDiffuse:
       packet.add_diffuse(s.shading_normal, square);
       packet.sample_diffuse(widest_kernels());
-      return {packet.direction(0), s.albedo, packet.density(0), false, false};
+      return {packet.direction(0), s.albedo, packet.pdf(0), false, false};
     case BsdfKind::kGlossy:
       packet.add_glossy(s, square);
       packet.sample_glossy(widest_kernels());
-      return {packet.direction(0), packet.weight(0), packet.density(0), false, false};
+      return {packet.direction(0), packet.weight(0), packet.pdf(0), false, false};
     case BsdfKind::kMirror:
     case BsdfKind::kGlass:
       break;

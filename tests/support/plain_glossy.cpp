@@ -115,8 +115,8 @@ BsdfValue PlainGlossy::evaluate_local(Vec3f light) const {
   BsdfValue value;
   value.times_pi =
       fresnel * facets + several_ * missing(there) + base_ * left_of(there, dielectric_);
-  value.density = facets_share_ * distribution / (2 * (viewer_.z + root_viewer)) +
-                  (1 - facets_share_) * kInvPi * light.z;
+  value.pdf = facets_share_ * distribution / (2 * (viewer_.z + root_viewer)) +
+              (1 - facets_share_) * kInvPi * light.z;
   return value;
 }
 
@@ -135,9 +135,9 @@ BsdfSample PlainGlossy::sample(Vec2f square) const {
   BsdfSample result;
   result.direction =
       normalize(basis_.tangent * light.x + basis_.bitangent * light.y + normal_ * light.z);
-  if (!(value.density > 0)) return result;
-  result.density = value.density;
-  result.weight = value.times_pi * (kInvPi * light.z / value.density);
+  if (!(value.pdf > 0)) return result;
+  result.pdf = value.pdf;
+  result.weight = value.times_pi * (kInvPi * light.z / value.pdf);
   return result;
 }
 

@@ -43,7 +43,7 @@ Vec3f plain_radiance(const core::SkyMap& sky, Vec3f direction) {
   return sky.at(place_of(sky.view(), direction));
 }
 
-float plain_density(const core::SkyMap& map, Vec3f direction) {
+float plain_pdf(const core::SkyMap& map, Vec3f direction) {
   const core::SkyView sky = map.view();
   const Vec2f place = place_of(sky, direction);
   const auto inside = [](float x, int count) {

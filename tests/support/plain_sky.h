@@ -11,6 +11,6 @@ namespace tessera::test {
 // `direction` need not be of unit length. Zero: some texel's.
 Vec3f plain_radiance(const core::SkyMap& sky, Vec3f direction);
 // By solid angle, with which samples take it. Requires: power() > 0, a unit vector.
-float plain_density(const core::SkyMap& sky, Vec3f direction);
+float plain_pdf(const core::SkyMap& sky, Vec3f direction);
 
 }  // namespace tessera::test

@@ -23,9 +23,9 @@ struct alignas(64) BsdfPoints {
 
   // Told, or made by sampling: to the light, unit.
   float direction[3][kBsdfPoints];
-  // Made: of a direction told, the BSDF times pi; of one sampled, BSDF times cosine over density.
+  // Made: of a direction told, the BSDF times pi; of one sampled, BSDF times cosine over pdf.
   float value[3][kBsdfPoints];
-  float density[kBsdfPoints];  // with which the direction is sampled, by solid angle
+  float pdf[kBsdfPoints];  // of the direction, by solid angle
 
   int32_t count;
 };

@@ -66,12 +66,12 @@ class GlossyLobes {
  public:
   struct Value {
     V3 times_pi;
-    V density;  // by solid angle
+    V pdf;  // by solid angle
   };
   struct Sample {
     V3 direction;  // unit
-    V3 weight;     // BSDF times cosine over density; zero: nothing comes from there
-    V density;
+    V3 weight;     // BSDF times cosine over pdf; zero: nothing comes from there
+    V pdf;
   };
 
   // Surfaces `at` and on, in a frame about their normals.
@@ -118,10 +118,10 @@ class GlossyLobes {
     const V zero = hn::Zero(d);
     const V3 light = sample_local(x, y);
     const Value value = evaluate_local(light);
-    const auto is_there = hn::Gt(value.density, zero);
-    const V3 weight = value.times_pi * hn::Div(hn::Mul(hn::Set(d, kInvPi), light.z), value.density);
+    const auto is_there = hn::Gt(value.pdf, zero);
+    const V3 weight = value.times_pi * hn::Div(hn::Mul(hn::Set(d, kInvPi), light.z), value.pdf);
     return {normalize(world(light)), if_then_else(is_there, weight, grey(zero)),
-            hn::IfThenElseZero(is_there, value.density)};
+            hn::IfThenElseZero(is_there, value.pdf)};
   }
 
   // A direction to the light, in the frame of the shading normal.
@@ -226,18 +226,18 @@ HWY_INLINE GlossyLobes<EvenFacets> plain_lobes(const AlbedoView& table, const Bs
   return {table, p, at, EvenFacets(p, at), basis_about(d, load3(d, p.normal, at))};
 }
 
-// To points.value and points.density.
+// To points.value and points.pdf.
 inline void evaluate_glossy(const AlbedoView& table, BsdfPoints& p) {
   const ShadeTag d;
   for (int i = 0; i < p.count; i += static_cast<int>(hn::Lanes(d))) {
     const auto at = static_cast<size_t>(i);
     const auto v = plain_lobes(table, p, at).evaluate(load3(d, p.direction, at));
     store3(d, v.times_pi, p.value, at);
-    hn::Store(v.density, d, p.density + at);
+    hn::Store(v.pdf, d, p.pdf + at);
   }
 }
 
-// To points.direction, value and density.
+// To points.direction, value and pdf.
 inline void sample_glossy(const AlbedoView& table, BsdfPoints& p) {
   const ShadeTag d;
   for (int i = 0; i < p.count; i += static_cast<int>(hn::Lanes(d))) {
@@ -246,11 +246,11 @@ inline void sample_glossy(const AlbedoView& table, BsdfPoints& p) {
                        .sample(hn::Load(d, p.square[0] + at), hn::Load(d, p.square[1] + at));
     store3(d, s.direction, p.direction, at);
     store3(d, s.weight, p.value, at);
-    hn::Store(s.density, d, p.density + at);
+    hn::Store(s.pdf, d, p.pdf + at);
   }
 }
 
-// To points.direction and density.
+// To points.direction and pdf.
 inline void sample_diffuse(BsdfPoints& p) {
   const ShadeTag d;
   for (int i = 0; i < p.count; i += static_cast<int>(hn::Lanes(d))) {
@@ -259,7 +259,7 @@ inline void sample_diffuse(BsdfPoints& p) {
     const auto direction =
         cosine_direction(d, normal, hn::Load(d, p.square[0] + at), hn::Load(d, p.square[1] + at));
     store3(d, direction, p.direction, at);
-    hn::Store(hn::Mul(dot(direction, normal), hn::Set(d, kInvPi)), d, p.density + at);
+    hn::Store(hn::Mul(dot(direction, normal), hn::Set(d, kInvPi)), d, p.pdf + at);
   }
 }
 

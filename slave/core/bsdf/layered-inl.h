@@ -142,12 +142,10 @@ class LayeredLobes {
     const V3 all = of_coat + below * below_coat;
     const V base_share = hn::Sub(hn::Sub(one, coat_share_), sheen_share_);
     const V even = hn::Mul(hn::Set(d, kInvPi), light.z);
-    const V density =
-        hn::Add(hn::Mul(coat_share_, coat.density),
-                hn::Add(hn::Mul(sheen_share_, even), hn::Mul(base_share, base.density)));
+    const V pdf = hn::Add(hn::Mul(coat_share_, coat.pdf),
+                          hn::Add(hn::Mul(sheen_share_, even), hn::Mul(base_share, base.pdf)));
     const auto is_above = hn::And(hn::Gt(light.z, zero), hn::Gt(base_.viewer_z(), zero));
-    return {if_then_else(is_above, all, V3{zero, zero, zero}),
-            hn::IfThenElseZero(is_above, density)};
+    return {if_then_else(is_above, all, V3{zero, zero, zero}), hn::IfThenElseZero(is_above, pdf)};
   }
 
   HWY_INLINE Sample sample(V x, V y) const {
@@ -165,11 +163,11 @@ class LayeredLobes {
     const V3 direction = normalize(if_then_else(is_coat, from_coat(mirrored),
                                                 base_.world(if_then_else(is_base, of_base, even))));
     const Value value = evaluate(direction);
-    const auto is_there = hn::Gt(value.density, zero);
+    const auto is_there = hn::Gt(value.pdf, zero);
     const V cosine = base_.local(direction).z;
-    const V3 weight = value.times_pi * hn::Div(hn::Mul(hn::Set(d, kInvPi), cosine), value.density);
+    const V3 weight = value.times_pi * hn::Div(hn::Mul(hn::Set(d, kInvPi), cosine), value.pdf);
     return {direction, if_then_else(is_there, weight, V3{zero, zero, zero}),
-            hn::IfThenElseZero(is_there, value.density)};
+            hn::IfThenElseZero(is_there, value.pdf)};
   }
 
  private:
@@ -214,9 +212,9 @@ class LayeredLobes {
     const V facets = hn::Div(distribution, hn::Mul(hn::Set(d, 2 * kInvPi), shadowed));
     const auto is_above = hn::And(hn::Gt(light.z, zero), hn::Gt(coat_viewer_.z, zero));
     const V value = hn::IfThenElseZero(is_above, hn::Mul(fresnel, facets));
-    const V density =
+    const V pdf =
         hn::Div(distribution, hn::Mul(hn::Set(d, 2), hn::Add(coat_viewer_.z, root_viewer)));
-    return {{value, value, value}, hn::IfThenElseZero(is_above, density)};
+    return {{value, value, value}, hn::IfThenElseZero(is_above, pdf)};
   }
 
   // For a white one.
@@ -245,18 +243,18 @@ class LayeredLobes {
   V coat_share_, sheen_share_;          // of samples
 };
 
-// To points.value and points.density.
+// To points.value and points.pdf.
 inline void evaluate_layered(const LobeTables& tables, const LobePoints& lobes, BsdfPoints& p) {
   const ShadeTag d;
   for (int i = 0; i < p.count; i += static_cast<int>(hn::Lanes(d))) {
     const auto at = static_cast<size_t>(i);
     const auto v = LayeredLobes(tables, p, lobes, at).evaluate(load3(d, p.direction, at));
     store3(d, v.times_pi, p.value, at);
-    hn::Store(v.density, d, p.density + at);
+    hn::Store(v.pdf, d, p.pdf + at);
   }
 }
 
-// To points.direction, value and density.
+// To points.direction, value and pdf.
 inline void sample_layered(const LobeTables& tables, const LobePoints& lobes, BsdfPoints& p) {
   const ShadeTag d;
   for (int i = 0; i < p.count; i += static_cast<int>(hn::Lanes(d))) {
@@ -265,7 +263,7 @@ inline void sample_layered(const LobeTables& tables, const LobePoints& lobes, Bs
                        .sample(hn::Load(d, p.square[0] + at), hn::Load(d, p.square[1] + at));
     store3(d, s.direction, p.direction, at);
     store3(d, s.weight, p.value, at);
-    hn::Store(s.density, d, p.density + at);
+    hn::Store(s.pdf, d, p.pdf + at);
   }
 }
 

@@ -28,15 +28,15 @@ inline float smith_root(float z, float alpha) {
   return std::sqrt(z * z + alpha * alpha * (1 - z * z));
 }
 
-// What shadowing leaves of a reflection, over its density when the half vector is a visible normal:
+// What shadowing leaves of a reflection, over its pdf when the half vector is a visible normal:
 // G2 / G1.
 inline float shadowing_weight(float z_viewer, float z_light, float alpha) {
   const float root_viewer = smith_root(z_viewer, alpha), root_light = smith_root(z_light, alpha);
   return z_light * (z_viewer + root_viewer) / (root_viewer * z_light + root_light * z_viewer);
 }
 
-// A normal that the viewer sees, by density (Dupuy and Benyoub, "Sampling visible GGX normals with
-// spherical caps", 2023).
+// A normal that the viewer sees, by the pdf of visible normals (Dupuy and Benyoub, "Sampling visible
+// GGX normals with spherical caps", 2023).
 inline Vec3f visible_normal(Vec3f to_viewer, float alpha, Vec2f x) {
   const Vec3f v = normalize({to_viewer.x * alpha, to_viewer.y * alpha, to_viewer.z});
   const float z = (1 - x.y) * (1 + v.z) - v.z;

@@ -94,7 +94,7 @@ class RoughGlass {
  private:
   static constexpr float kBelowOne = 1 - 0x1p-24f;
   Vec3f mirrored(Vec3f half) const { return normalize(half * (2 * dot(viewer_, half)) - viewer_); }
-  // What shadowing leaves, over the density of the half vector.
+  // What shadowing leaves, over the pdf of the half vector.
   float lit(Vec3f light) const {
     return light.z > 0 ? whole_ * shadowing_weight(viewer_.z, light.z, glass_.alpha) : 0;
   }

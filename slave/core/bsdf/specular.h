@@ -11,8 +11,8 @@
 // Glass is a kind of material, smooth and solid; or what a glossy one that passes light turns out to be
 // where a ray meets it (transmission.h). That may be
 //   rough    the microfacets of glossy surfaces are interfaces (Walter et al., "Microfacet models for
-//            refraction through rough surfaces", 2007), seen by density. Of a thin one what meets them more
-//            than once goes where the rest goes; of a solid one it is lost: of roughness 0.3 up to a
+//            refraction through rough surfaces", 2007), drawn by the pdf of visible normals. Of a
+//            thin one what meets them more than once goes where the rest goes; of a solid one it is lost: of roughness 0.3 up to a
 //            tenth, of 1 up to 0.6 on the way out (lobes_test.cpp);
 //   thin     a sheet without inside: what it passes goes on in its direction, blurred as what it reflects
 //            is (KHR_materials_transmission).

@@ -37,12 +37,12 @@ class BsdfPacket {
 
   // To the light, unit.
   Vec3f direction(int i) const { return vector_at(points_.direction, i); }
-  // BSDF times cosine over density: of glossy ones that were sampled. Zero: nothing comes from there.
+  // BSDF times cosine over pdf: of glossy ones that were sampled. Zero: nothing comes from there.
   Vec3f weight(int i) const { return vector_at(points_.value, i); }
   // Of the BSDF, of glossy ones that were evaluated: a diffuse surface's is its albedo.
   Vec3f times_pi(int i) const { return vector_at(points_.value, i); }
   // With which the direction is sampled, by solid angle.
-  float density(int i) const { return points_.density[i]; }
+  float pdf(int i) const { return points_.pdf[i]; }
 
  private:
   int add(Vec3f shading_normal);

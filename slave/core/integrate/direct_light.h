@@ -2,8 +2,8 @@
 // Light that reaches a batch of surface points straight from the scene's lights.
 //
 // Shadow rays are traced in groups that look alike from the light, whatever pixels they belong to.
-// A glossy surface takes what a light sample finds by its share of two densities; the rest of that
-// light comes with the next ray of the path, or with GlossyLight. As a part of paths, so do diffuse
+// A glossy surface takes what a light sample finds by its MIS weight (balance heuristic); the rest
+// of that light comes with the next ray of the path, or with GlossyLight. As a part of paths, so do diffuse
 // surfaces: a lamp next to a corner would else have a variance without bound.
 //
 // Sums run over lights, then emitters, then samples, in that order and per pixel alone: a pixel

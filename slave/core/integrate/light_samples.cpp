@@ -40,13 +40,13 @@ void LightSamples::begin(const PreparedScene::Impl& scene, const KernelTable& ke
 }
 
 // What surfaces send to their pixels of what arrives, if nothing is in the way: from `arriving` to
-// `contribution`, times the share of light samples among two ways to find it (the balance heuristic).
+// `contribution`, times the MIS weight of light samples (balance heuristic).
 // Diffuse surfaces that stand alone send out no rays of their own.
 void LightSamples::respond(const SurfaceBatch& batch) {
-  const auto settle = [&](int i, Vec3f times_pi, float density) {
+  const auto settle = [&](int i, Vec3f times_pi, float pdf) {
     const Arriving& a = arriving_[i];
-    const float share = density > 0 && a.density > 0 ? a.density / (a.density + density) : 1;
-    contribution[i] = times_pi * batch.surface[i].weight * share * a.light * a.strength;
+    const float mis_weight = pdf > 0 && a.pdf > 0 ? a.pdf / (a.pdf + pdf) : 1;
+    contribution[i] = times_pi * batch.surface[i].weight * mis_weight * a.light * a.strength;
     is_active[i] = is_usable(contribution[i]);
   };
   const auto settle_all = [&](Waiting& waiting) {
@@ -56,7 +56,7 @@ void LightSamples::respond(const SurfaceBatch& batch) {
     else
       packet.evaluate_glossy(*kernels_);
     for (int k = 0; k < packet.count(); ++k)
-      settle(waiting.surface[k], packet.times_pi(k), packet.density(k));
+      settle(waiting.surface[k], packet.times_pi(k), packet.pdf(k));
     packet.clear();
   };
   glossy_.packet.clear();
@@ -142,7 +142,7 @@ void LightSamples::sample_emitters(const SurfaceBatch& batch, int first, std::ui
     if (!(e.strength[i] > 0)) continue;
     const int s = first + i;
     put(s, {vector_at(e.to_light, i), lights.emission_at(*emitter_[i], e.u[i], e.v[i]),
-            e.strength[i], e.density[i]});
+            e.strength[i], e.pdf[i]});
     start[s] = vector_at(e.start, i);
     direction[s] = vector_at(e.direction, i);
   }
@@ -179,7 +179,7 @@ void LightSamples::draw(const SurfaceBatch& batch, int first, std::uint32_t dime
   kernels_->sample_points(dimension, sample, points);
 }
 
-// An even sky is for diffuse surfaces: directions of density cosine / pi leave the albedo as the
+// An even sky is for diffuse surfaces: directions of pdf cosine / pi leave the albedo as the
 // weight of what they meet. One that an interpolated normal has put below the surface sees nothing.
 void LightSamples::sample_even_sky(const SurfaceBatch& batch, std::uint32_t sample) {
   const float each = 1 / static_cast<float>(options_.samples);

@@ -35,7 +35,7 @@ class LightSamples {
 
   // Each: for all surfaces of the batch, which replace those before.
 
-  // Of a light without extent. A directional one's ray has no end; of others `start` is the surface's
+  // Of a delta light. A directional one's ray has no end; of others `start` is the surface's
   // point as it is, and the light is at 1.
   void of_light(const SurfaceBatch& batch, const Light& light);
   // Requires: hold(batch) was called. The ray ends just before the emitter at 1. `sample`: number of the
@@ -51,7 +51,7 @@ class LightSamples {
   struct Arriving {
     Vec3f to_light, light;  // unit; radiance, or intensity
     float strength;         // of which the surface gets so much, if nothing is in the way
-    float density;          // by solid angle; 0 where no ray of the BSDF's own can find it
+    float pdf;              // by solid angle; 0 where no ray of the BSDF's own can find it
   };
 
   void clear(int count) { std::fill_n(is_active, count, false); }

@@ -33,7 +33,7 @@ class OpenSky {
     return lights_->background.kind == BackgroundKind::kSky ? radiance(ray)
                                                             : vector_at(points_.radiance, ray);
   }
-  float density(int ray) const { return points_.density[ray]; }
+  float pdf(int ray) const { return points_.pdf[ray]; }
 
   // Samples the map by these points. Requires: has_map(), and there are some.
   void sample(const SamplePoints& points);

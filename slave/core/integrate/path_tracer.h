@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light that reaches surfaces over others, without bias: the reference that faster renderers are
 // measured against. Paths begin at what the camera sees; at each surface one sample of one emitter,
-// one of the sky's picture and every light without extent add what they shed, then the path goes on in a direction that the
+// one of the sky's picture and every delta light add what they shed, then the path goes on in a direction that the
 // BSDF chooses (Kajiya, "The rendering equation", 1986; light samples as in direct_light.h). No path
 // is ended by chance: `bounces` bounds them.
 //
 // Who counts an emitter, or the map of a sky: both a light sample and the path's own ray, each by its
-// share of their densities (Veach and Guibas, "Optimally combining sampling techniques", 1995, the
-// balance heuristic); behind mirrors and glass the ray alone. Lights without extent are not seen in
+// MIS weight (Veach and Guibas, "Optimally combining sampling techniques", 1995, the
+// balance heuristic); behind mirrors and glass the ray alone. Delta lights are not seen in
 // mirrors and shed nothing through glass: no path finds them there.
 //
 // Bounces are those of diffuse and glossy surfaces. Mirrors and glass between them have a depth of

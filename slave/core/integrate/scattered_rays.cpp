@@ -64,12 +64,12 @@ void ScatteredRays::scatter_some(const SurfaceBatch& batch, const Asked* asked, 
     if (s.bsdf == BsdfKind::kDiffuse) {
       const int k = number[i];
       push(batch, asked[i],
-           {diffuse_.direction(k), s.albedo * s.weight, diffuse_.density(k), kDiffuseSpread});
+           {diffuse_.direction(k), s.albedo * s.weight, diffuse_.pdf(k), kDiffuseSpread});
     } else if (s.bsdf == BsdfKind::kGlossy) {
       const int k = number[i];
       const BsdfPacket& from = s.lobes == kNoLobes ? glossy_ : layered_;
       push(batch, asked[i],
-           {from.direction(k), from.weight(k) * s.weight, from.density(k),
+           {from.direction(k), from.weight(k) * s.weight, from.pdf(k),
             kDiffuseSpread * s.roughness * s.roughness});
     } else {
       const SpecularSample out =
@@ -81,11 +81,11 @@ void ScatteredRays::scatter_some(const SurfaceBatch& batch, const Asked* asked, 
 }
 
 // Below the surface, by an interpolated normal, there is nothing to see; and a direction along it, whose
-// cosine is nothing but rounding, would have no density to be weighed by.
+// cosine is nothing but rounding, would have no pdf to be weighed by.
 void ScatteredRays::push(const SurfaceBatch& batch, const Asked& asked, const Scattered& out) {
   if (is_black(out.weight)) return;
   const Surface& s = batch.surface[asked.surface];
-  if (!is_specular(s) && !(out.density > 0)) return;
+  if (!is_specular(s) && !(out.pdf > 0)) return;
   const Vec3f outward = s.normal * (out.is_through ? -1.0f : 1.0f);
   if (!(dot(out.direction, outward) > 0)) return;
   const int ray = count++;
@@ -95,7 +95,7 @@ void ScatteredRays::push(const SurfaceBatch& batch, const Asked& asked, const Sc
   start[ray] = s.point + outward * s.offset;
   direction[ray] = out.direction;
   weight[ray] = out.weight;
-  density[ray] = out.density;
+  pdf[ray] = out.pdf;
   cone[ray] = s.cone.widened(out.widening);
 }
 
@@ -141,14 +141,14 @@ Vec3f ScatteredRays::emission_met(int i, const Surface& s, bool is_picked) const
   const float light = chance / emitter->area * (t * t) / std::fabs(dot(s.normal, direction[ray]));
   const PacketPoints& at = met_.points();
   return weight[ray] * scene_->lights.emission_at(*emitter, at.u[i], at.v[i]) *
-         (density[ray] / (density[ray] + light));
+         (pdf[ray] / (pdf[ray] + light));
 }
 
 Vec3f ScatteredRays::sky_met(int i) const {
   const int ray = number_[i];
   const Vec3f light = weight[ray] * sky_.radiance(i);
-  if (!sky_.has_map() || !(density[ray] > 0)) return light;
-  return light * (density[ray] / (density[ray] + sky_.density(i)));
+  if (!sky_.has_map() || !(pdf[ray] > 0)) return light;
+  return light * (pdf[ray] / (pdf[ray] + sky_.pdf(i)));
 }
 
 }  // namespace tessera::core

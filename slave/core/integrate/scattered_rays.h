@@ -21,7 +21,7 @@ struct ScatteredRays {
   Vec3f weight[kBatchMax];                       // of what the ray meets, in the pixel
   // By solid angle, where light samples took their share of what is met; 0 where they took none
   // (after mirror and glass).
-  float density[kBatchMax];
+  float pdf[kBatchMax];
   RayCone cone[kBatchMax];
   int origin[kBatchMax];  // the surface's index in its batch
   std::uint16_t pixel[kBatchMax];
@@ -65,7 +65,7 @@ struct ScatteredRays {
   };
   struct Scattered {
     Vec3f direction, weight;
-    float density, widening;  // of the cone
+    float pdf, widening;  // of the cone
     bool is_through = false;
   };
 

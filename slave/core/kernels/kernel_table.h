@@ -47,7 +47,7 @@ struct KernelTable {
 
   void (*surface_detail)(const DetailGroup& group, DetailPoints& points);
 
-  // Of each of points.wanted: from direction to radiance and density; from square to direction, radiance
+  // Of each of points.wanted: from direction to radiance and pdf; from square to direction, radiance
   // and angle.
   void (*sky_light)(const SkyView& sky, SkyPoints& points);
   void (*sky_samples)(const SkyView& sky, SkyPoints& points);

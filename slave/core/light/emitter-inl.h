@@ -55,8 +55,8 @@ class EmitterKernel {
     const V weight = hn::Div(one, hn::Mul(hn::Set(d, e_.samples), chance));
     const V strength = hn::Mul(hn::Mul(hn::Set(d, kInvPi), whole), weight);
     hn::Store(hn::IfThenElseZero(is_lit, strength), d, e_.strength + at);
-    const V density = hn::Div(hn::Mul(hn::Div(chance, area), distance2), cosine_light);
-    hn::Store(density, d, e_.density + at);
+    const V pdf = hn::Div(hn::Mul(hn::Div(chance, area), distance2), cosine_light);
+    hn::Store(pdf, d, e_.pdf + at);
     // The ray ends at a point moved off the emitter as its start is moved off the surface, so that
     // it cannot reach the emitter itself; the direction rounds once per component.
     const V off = hn::Add(on.offset, hn::Mul(hn::Set(d, gamma_of(2)), distance));

@@ -30,7 +30,7 @@ struct alignas(64) EmitterSamples {
   float u[kLitPoints], v[kLitPoints];  // place on the emitter
   float to_light[3][kLitPoints];       // unit
   float strength[kLitPoints];          // what the surface gets of its radiance, over pi; 0: nothing
-  float density[kLitPoints];           // by solid angle, of this sample
+  float pdf[kLitPoints];               // by solid angle, of this sample
   float start[3][kLitPoints];          // of a ray that tells whether anything is in the way
   float direction[3][kLitPoints];      // of it: ends just before the emitter at 1
 

@@ -8,7 +8,7 @@
 namespace tessera::core {
 
 // What sheds light from one place. Shares of a surface (a VPL proper, or a point of an area light),
-// lights without extent, and light from so far away that its rays are parallel.
+// delta lights, and light from so far away that its rays are parallel.
 enum class LightPointKind : int32_t {
   kSurface = 0,
   kPoint = 1,

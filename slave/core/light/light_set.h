@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What sheds light in one scene version: lights without extent, and triangles that emit.
+// What sheds light in one scene version: delta lights, and triangles that emit.
 //
 // Threads. Filled once, then read by any thread.
 #pragma once

@@ -53,7 +53,7 @@ class SkyKernel {
  public:
   SkyKernel(const SkyView& sky, SkyPoints& points) : sky_(sky), p_(points) {}
 
-  // From directions to radiance and density.
+  // From directions to radiance and pdf.
   void look_up() {
     for_each_register([&](size_t at, uint32_t wanted) {
       const D d;
@@ -62,7 +62,7 @@ class SkyKernel {
       store3(d, radiance_at(place, wanted), p_.radiance, at);
       const V sine = sine_of(direction);
       const V share = hn::Div(chance_at(place, wanted), hn::Mul(hn::Set(d, kTwoPi2), sine));
-      hn::Store(hn::IfThenElseZero(hn::Gt(sine, hn::Zero(d)), share), d, p_.density + at);
+      hn::Store(hn::IfThenElseZero(hn::Gt(sine, hn::Zero(d)), share), d, p_.pdf + at);
     });
   }
 

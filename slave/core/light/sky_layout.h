@@ -24,9 +24,9 @@ struct alignas(64) SkyPoints {
   float direction[3][kSkyPoints];
   float square[2][kSkyPoints];  // in [0, 1)
   float radiance[3][kSkyPoints];
-  float density[kSkyPoints];  // by solid angle, with which samples take that direction
-  float angle[kSkyPoints];    // of a sample: 1 over its density; 0: take nothing
-  uint64_t wanted;            // bits: the others are left as they are, or made to be anything
+  float pdf[kSkyPoints];    // by solid angle, with which samples take that direction
+  float angle[kSkyPoints];  // of a sample: 1 over its pdf; 0: take nothing
+  uint64_t wanted;          // bits: the others are left as they are, or made to be anything
 };
 
 }  // namespace tessera::core

@@ -35,12 +35,12 @@ class SkyMap {
   struct Sample {
     Vec3f direction;  // unit
     Vec3f radiance;
-    float angle;  // 1 over the density by solid angle; 0: take nothing
+    float angle;  // 1 over the pdf by solid angle; 0: take nothing
   };
   // Requires: power() > 0; 0 <= x, y < 1.
   Sample sample(Vec2f square) const;
   std::uint64_t memory_bytes() const;
-  // For packets (slave/core/light/sky-inl.h): samples as here, to the bit, and the radiance and density of
+  // For packets (slave/core/light/sky-inl.h): samples as here, to the bit, and the radiance and pdf of
   // directions. Requires: this outlives it.
   SkyView view() const;
 

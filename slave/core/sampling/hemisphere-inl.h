@@ -62,7 +62,7 @@ HWY_INLINE Basis<Tag> basis_about(Tag d, Vec3<Tag> n) {
           {b, hn::Add(sign, hn::Mul(hn::Mul(n.y, n.y), a)), hn::Neg(n.y)}};
 }
 
-// Of density cosine / pi about `normal`. x, y: in the unit square, which is mapped onto the disk.
+// Of pdf cosine / pi about `normal`. x, y: in the unit square, which is mapped onto the disk.
 template <class Tag, class V = hn::Vec<Tag>>
 HWY_INLINE Vec3<Tag> cosine_direction(Tag d, Vec3<Tag> normal, V x, V y) {
   const V one = hn::Set(d, 1), zero = hn::Zero(d);

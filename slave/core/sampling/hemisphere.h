@@ -62,7 +62,7 @@ inline Basis basis_about(Vec3f n) {
   return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}};
 }
 
-// Of density cosine / pi about `normal`.
+// Of pdf cosine / pi about `normal`.
 inline Vec3f cosine_direction(Vec3f normal, Vec2f square) {
   const Vec2f disk = concentric_disk(square);
   const float height = std::sqrt(std::fmax(0.0f, 1 - disk.x * disk.x - disk.y * disk.y));

@@ -89,10 +89,10 @@ TEST(BsdfPackets, GlossySurfacesAreThoseOfPlainArithmetic) {
         const test::BsdfValue v = plain.evaluate(one[i].to_light);
         ASSERT_TRUE(same_bits(s.direction, sampled.direction(i))) << isa_name(isa) << " " << i;
         ASSERT_TRUE(same_bits(s.weight, sampled.weight(i))) << isa_name(isa) << " " << i;
-        ASSERT_EQ(s.density, sampled.density(i));
+        ASSERT_EQ(s.pdf, sampled.pdf(i));
         ASSERT_TRUE(same_bits(v.times_pi, evaluated.times_pi(i))) << isa_name(isa) << " " << i;
-        ASSERT_EQ(v.density, evaluated.density(i));
-        samples += s.density > 0 ? 1 : 0;
+        ASSERT_EQ(v.pdf, evaluated.pdf(i));
+        samples += s.pdf > 0 ? 1 : 0;
       }
     }
     EXPECT_GT(samples, 50000) << isa_name(isa);
@@ -118,7 +118,7 @@ TEST(BsdfPackets, DiffuseDirectionsAreThoseOfPlainArithmetic) {
         const Vec3f plain = cosine_direction(normal[i], square[i]);
         ASSERT_TRUE(same_bits(plain, packet.direction(i)))
             << isa_name(isa) << " " << square[i].x << " " << square[i].y;
-        ASSERT_EQ(dot(plain, normal[i]) * 0.318309886f, packet.density(i));
+        ASSERT_EQ(dot(plain, normal[i]) * 0.318309886f, packet.pdf(i));
       }
     }
   }

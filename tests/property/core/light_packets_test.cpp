@@ -117,7 +117,7 @@ struct Pair {
     }
     const float whole = cosine * cosine_light * emitter.area / distance2;
     EXPECT_EQ(e.strength[i], 0.318309886f * whole * (1 / (e.samples * emitter.share)));
-    EXPECT_EQ(e.density[i], emitter.share / emitter.area * distance2 / cosine_light);
+    EXPECT_EQ(e.pdf[i], emitter.share / emitter.area * distance2 / cosine_light);
     EXPECT_TRUE(same_bits(to_light, at(e.to_light, i)));
     const Vec3f start = point + normal * offset;
     const Vec3f end = on.at.point + emitter.normal * (on.at.offset + gamma(2) * distance);

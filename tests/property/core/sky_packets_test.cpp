@@ -78,8 +78,7 @@ TEST_P(SkyPackets, SeeWhatEachDirectionSees) {
         const Vec3f d = direction[i];
         ASSERT_TRUE(same_bits(test::plain_radiance(sky, d), at(points.radiance, i)))
             << d.x << " " << d.y << " " << d.z << " " << isa_name(isa);
-        ASSERT_EQ(test::plain_density(sky, d), points.density[i])
-            << d.x << " " << d.y << " " << d.z;
+        ASSERT_EQ(test::plain_pdf(sky, d), points.pdf[i]) << d.x << " " << d.y << " " << d.z;
       }
     }
   }

@@ -71,9 +71,9 @@ double furnace(Case c, std::uint32_t count = 16384) {
   return sum / count;
 }
 
-// The same, and the integral of the density, from evaluate() over an even grid.
+// The same, and the integral of the pdf, from evaluate() over an even grid.
 struct Integral {
-  double light = 0, density = 0;
+  double light = 0, pdf = 0;
 };
 Integral integrate(Case c, int grid) {
   Integral sum;
@@ -83,11 +83,11 @@ Integral integrate(Case c, int grid) {
       const float turn = (static_cast<float>(j) + 0.5f) / static_cast<float>(grid);
       const BsdfValue v = evaluate(c.at(), c.to_viewer, c.direction(cosine, turn));
       sum.light += 2 * double{v.times_pi.x} * cosine;
-      sum.density += 2 * kPi * v.density;
+      sum.pdf += 2 * kPi * v.pdf;
     }
   }
   const double points = static_cast<double>(grid) * grid;
-  return {sum.light / points, sum.density / points};
+  return {sum.light / points, sum.pdf / points};
 }
 
 TEST(Bsdf, WhiteFurnaceOfMetalAtAnyRoughnessAndAngle) {
@@ -146,7 +146,7 @@ TEST(Bsdf, NoColourComesBackBrighterThanItIsSent) {
   }
 }
 
-TEST(Bsdf, SamplesAgreeWithEvaluationAndTheirDensityIntegratesToOne) {
+TEST(Bsdf, SamplesAgreeWithEvaluationAndTheirPdfIntegratesToOne) {
   for (const float roughness : {0.4f, 0.6f, 1.0f}) {
     for (const float cosine : {0.1f, 0.5f, 1.0f}) {
       for (const bool is_metal : {true, false}) {
@@ -154,13 +154,13 @@ TEST(Bsdf, SamplesAgreeWithEvaluationAndTheirDensityIntegratesToOne) {
         const Integral integral = integrate(c, 512);
         EXPECT_NEAR(integral.light, 1, 0.01) << roughness << " " << cosine << " " << is_metal;
         // Some facets that the viewer sees reflect it into the surface: those samples are lost, and
-        // the density above the surface lacks as much.
+        // the pdf above the surface lacks as much.
         int lost = 0;
         Case copy = c;
         for (std::uint32_t i = 0; i < 16384; ++i) {
-          lost += sample(copy.at(), c.to_viewer, sample_2d(5, i)).density > 0 ? 0 : 1;
+          lost += sample(copy.at(), c.to_viewer, sample_2d(5, i)).pdf > 0 ? 0 : 1;
         }
-        EXPECT_NEAR(integral.density, 1 - lost / 16384.0, 0.01)
+        EXPECT_NEAR(integral.pdf, 1 - lost / 16384.0, 0.01)
             << roughness << " " << cosine << " " << is_metal;
       }
     }
@@ -168,21 +168,21 @@ TEST(Bsdf, SamplesAgreeWithEvaluationAndTheirDensityIntegratesToOne) {
 }
 
 // What sample() says of its direction is what evaluate() says.
-TEST(Bsdf, ASampleCarriesItsOwnDensityAndWeight) {
+TEST(Bsdf, ASampleCarriesItsOwnPdfAndWeight) {
   for (const float roughness : {0.2f, 0.5f, 1.0f}) {
     Case c = dielectric(0.3f, roughness, 0.6f);
     c.surface.albedo = {0.5f, 0.3f, 0.9f};
     c.surface.metalness = 0.25f;
     for (std::uint32_t i = 0; i < 1024; ++i) {
       const BsdfSample s = sample(c.at(), c.to_viewer, sample_2d(3, i));
-      if (!(s.density > 0)) continue;
+      if (!(s.pdf > 0)) continue;
       const float cosine = dot(s.direction, c.surface.shading_normal);
       const BsdfValue v = evaluate(c.at(), c.to_viewer, s.direction);
       // Directions are turned there and back: some roundings of 2^-24, over alpha squared.
       const float slack = 64 * 0x1p-24f / (roughness * roughness * roughness * roughness);
       if (cosine < 1e-3f) continue;
-      EXPECT_NEAR(s.density, v.density, slack * v.density + 1e-6f);
-      EXPECT_NEAR(s.weight.y, v.times_pi.y * cosine / (kPi * v.density), slack * s.weight.y + 1e-6);
+      EXPECT_NEAR(s.pdf, v.pdf, slack * v.pdf + 1e-6f);
+      EXPECT_NEAR(s.weight.y, v.times_pi.y * cosine / (kPi * v.pdf), slack * s.weight.y + 1e-6);
     }
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Directions about a normal: unit length, the right density, the same on both sides of every branch.
+// Directions about a normal: unit length, the right pdf, the same on both sides of every branch.
 #include "slave/core/sampling/hemisphere.h"
 
 #include <gtest/gtest.h>
@@ -73,7 +73,7 @@ TEST(Hemisphere, DirectionsAreOfUnitLengthAboveTheSurfaceAndCosineWeighted) {
       cosine += c / kCount;
       cosine2 += c * c / kCount;
     }
-    EXPECT_NEAR(cosine, 2 / 3.0, 2e-3);  // of density cosine / pi
+    EXPECT_NEAR(cosine, 2 / 3.0, 2e-3);  // of pdf cosine / pi
     EXPECT_NEAR(cosine2, 1 / 2.0, 2e-3);
   }
 }

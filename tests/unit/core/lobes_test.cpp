@@ -58,16 +58,16 @@ struct Layered {
 
 struct Value {
   Vec3f times_pi;
-  float density;
+  float pdf;
 };
 Value evaluate(Layered c, Vec3f to_light, const KernelTable& kernels = test::widest_kernels()) {
   BsdfPacket& packet = test::empty_packet();
   packet.add_layered(c.at(), c.lobes, to_light);
   packet.evaluate_layered(kernels);
-  return {packet.times_pi(0), packet.density(0)};
+  return {packet.times_pi(0), packet.pdf(0)};
 }
 
-// Mean weight of samples under a white sky; and by values over an even grid, with the density's integral.
+// Mean weight of samples under a white sky; and by values over an even grid, with the pdf's integral.
 double furnace(Layered c, std::uint32_t count = 4096) {
   double sum = 0;
   for (std::uint32_t i = 0; i < count;) {
@@ -83,7 +83,7 @@ double furnace(Layered c, std::uint32_t count = 4096) {
   return sum / count;
 }
 struct Integral {
-  double light = 0, density = 0;
+  double light = 0, pdf = 0;
 };
 Integral integrate(Layered c, int grid) {
   Integral sum;
@@ -93,10 +93,10 @@ Integral integrate(Layered c, int grid) {
       const float turn = (static_cast<float>(j) + 0.5f) / static_cast<float>(grid);
       const Value v = evaluate(c, c.direction(cosine, turn));
       sum.light += 2 * double{v.times_pi.x} * cosine;
-      sum.density += 2 * 3.14159265358979 * v.density;
+      sum.pdf += 2 * 3.14159265358979 * v.pdf;
     }
   }
-  return {sum.light / (grid * grid), sum.density / (grid * grid)};
+  return {sum.light / (grid * grid), sum.pdf / (grid * grid)};
 }
 
 Layered with_coat(Layered c, float weight, float roughness) {
@@ -120,7 +120,7 @@ TEST(Lobes, WithoutAnyTheyAreThePlainGlossyBsdf) {
       const test::BsdfValue plain = test::evaluate(c.at(), c.surface.to_viewer, to_light);
       const Value value = evaluate(c, to_light);
       EXPECT_LT(length(value.times_pi - plain.times_pi), 3e-5f * (1 + length(plain.times_pi)));
-      EXPECT_NEAR(value.density, plain.density, 3e-5f * (1 + plain.density));
+      EXPECT_NEAR(value.pdf, plain.pdf, 3e-5f * (1 + plain.pdf));
     }
   }
 }
@@ -175,7 +175,7 @@ TEST(Lobes, StretchedMetalKeepsMostOfTheLightAndAddsLittle) {
   std::printf("stretched white metal: %.3f to %.3f\n", least, most);
 }
 
-TEST(Lobes, SamplesAgreeWithValuesAndTheirDensityIntegratesToOne) {
+TEST(Lobes, SamplesAgreeWithValuesAndTheirPdfIntegratesToOne) {
   for (const float roughness : {0.4f, 0.8f}) {
     for (const float cosine : {0.2f, 0.8f}) {
       Layered plain({0.6f, 0.6f, 0.6f}, roughness, 0);
@@ -188,8 +188,8 @@ TEST(Lobes, SamplesAgreeWithValuesAndTheirDensityIntegratesToOne) {
                                with_coat(with_sheen(stretched, 0.4f), 0.5f, 0.6f)}) {
         const Integral by_values = integrate(c, 300);
         EXPECT_NEAR(by_values.light, furnace(c, 65536), 0.01 * by_values.light);
-        EXPECT_LT(by_values.density, 1.005);  // less: samples below the surface
-        EXPECT_GT(by_values.density, 0.8);
+        EXPECT_LT(by_values.pdf, 1.005);  // less: samples below the surface
+        EXPECT_GT(by_values.pdf, 0.8);
       }
       const Integral by_values = integrate(tilted, 300);
       EXPECT_NEAR(by_values.light, furnace(tilted, 65536), 0.02 * by_values.light);
@@ -245,7 +245,7 @@ TEST(Lobes, EveryInstructionSetHasTheSameBits) {
           made.push_back(packet.direction(k)[a]);
           made.push_back(packet.weight(k)[a]);
         }
-        made.push_back(packet.density(k));
+        made.push_back(packet.pdf(k));
       }
     };
     for (std::size_t i = 0; i < all.size(); ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays that surfaces scatter: each has a density that its light can be weighed by.
+// Rays that surfaces scatter: each has a pdf that its light can be weighed by.
 #include "slave/core/integrate/scattered_rays.h"
 
 #include <gtest/gtest.h>
@@ -59,15 +59,15 @@ TEST(ScatteredRays, HaveADensityOrAreNotTraced) {
     s.normal = normalize(s.shading_normal + any(0.2f));
     const Vec3f way =
         cosine_direction(s.shading_normal, shuffled_2d(hash_combine(key, kDimension), kSample));
-    const bool is_above = dot(way, s.normal) > 0, has_density = dot(way, s.shading_normal) > 0;
+    const bool is_above = dot(way, s.normal) > 0, has_pdf = dot(way, s.shading_normal) > 0;
     rays->clear();
     rays->ask(0, key);
     rays->scatter(*batch, kDimension, kSample);
-    ASSERT_EQ(rays->count, is_above && has_density ? 1 : 0);
+    ASSERT_EQ(rays->count, is_above && has_pdf ? 1 : 0);
     if (rays->count == 1) {
-      ASSERT_GT(rays->density[0], 0);
+      ASSERT_GT(rays->pdf[0], 0);
     }
-    left_out += is_above && !has_density ? 1 : 0;
+    left_out += is_above && !has_pdf ? 1 : 0;
     traced += rays->count;
   }
   EXPECT_GT(left_out, 100);

@@ -72,7 +72,7 @@ TEST(SkyMap, ColumnsAndRowsLookWhereTheySay) {
   EXPECT_EQ(test::plain_radiance(up, {0, -1, 0}).x, 0.0f);
 }
 
-TEST(SkyMap, SamplesAreOfTheDensityThatItNames) {
+TEST(SkyMap, SamplesAreOfThePdfThatItNames) {
   const SkyMap sky(sunny());
   double covered = 0;
   int off = 0;
@@ -81,8 +81,8 @@ TEST(SkyMap, SamplesAreOfTheDensityThatItNames) {
     const SkyMap::Sample s = sky.sample(sample_2d(3, i));
     ASSERT_NEAR(length(s.direction), 1, 1e-6);
     covered += s.angle / kCount;
-    // At the edge of a texel a rounding decides which side it is on; then neither density is wrong.
-    off += std::fabs(test::plain_density(sky, s.direction) * s.angle - 1) > 1e-3f ? 1 : 0;
+    // At the edge of a texel a rounding decides which side it is on; then neither pdf is wrong.
+    off += std::fabs(test::plain_pdf(sky, s.direction) * s.angle - 1) > 1e-3f ? 1 : 0;
     // At the edge of a texel a rounding decides which side it is on.
     const float slope = 1e-3f * (1 + 5000);
     ASSERT_NEAR(test::plain_radiance(sky, s.direction).x, s.radiance.x, slope);
@@ -124,7 +124,7 @@ TEST(SkyMap, NoDirectionThatShedsLightHasADensityOfZero) {
   std::normal_distribution<float> normal;
   for (int i = 0; i < 1000000; ++i) {
     const Vec3f d = normalize({normal(random), normal(random), normal(random)});
-    ASSERT_FALSE(test::plain_radiance(sky, d).x > 1e-4f && !(test::plain_density(sky, d) > 0))
+    ASSERT_FALSE(test::plain_radiance(sky, d).x > 1e-4f && !(test::plain_pdf(sky, d) > 0))
         << d.x << " " << d.y << " " << d.z;
   }
 }
@@ -144,7 +144,7 @@ TEST(SkyMap, AxesPolesAndTheSeamHaveLightAndNoSurprises) {
                         {tiny, 0, 1},
                         {-0.0f, -0.0f, 1}}) {
     EXPECT_TRUE(std::isfinite(test::plain_radiance(sky, d).x));
-    EXPECT_TRUE(std::isfinite(test::plain_density(sky, d)));
+    EXPECT_TRUE(std::isfinite(test::plain_pdf(sky, d)));
   }
   for (const float x : {0.0f, 1 - 0x1p-24f}) {
     for (const float y : {0.0f, 1 - 0x1p-24f}) {

@@ -5,7 +5,7 @@
 #include <bit>
 
 #include "slave/core/integrate/camera_packet.h"
-#include "slave/core/integrate/igi/clamp_residual.h"
+#include "slave/core/integrate/igi/bias_compensation.h"
 #include "slave/core/integrate/igi/gi_block.h"
 #include "slave/core/integrate/igi/vpl_gather.h"
 #include "slave/core/integrate/open_sky.h"
@@ -60,7 +60,7 @@ struct GiTile::Scratch {
   RayCone cones[kPacketRays];  // of camera rays
   GiBlock pixels;
   VplGather gather;
-  ClampResidual residual;
+  BiasCompensation residual;
   SpecularChain chain;
   PathTracer paths;
   SurfaceBatch surfaces, glossy;  // of a part of the block, where the scene is rich

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "slave/core/bsdf/specular.h"
-#include "slave/core/light/light_paths.h"
+#include "slave/core/light/light_subpaths.h"
 #include "slave/core/sampling/dimension.h"
 #include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
@@ -30,7 +30,7 @@ std::uint32_t frame_key(const FrameSettings& settings) {
 // Some walks at once, a packet of them.
 class VplSets::Walks {
  public:
-  Walks(const PreparedScene::Impl& scene, const SceneTracer& tracer, const LightPaths& light,
+  Walks(const PreparedScene::Impl& scene, const SceneTracer& tracer, const LightSubpaths& light,
         std::uint32_t key)
       : tracer_(tracer), light_(light), key_(key) {
     met_.begin(scene, tracer.kernels());
@@ -80,7 +80,7 @@ class VplSets::Walks {
     rays_.active |= std::uint64_t{1} << i;
   }
 
-  // A camera's ray weighs what it sees by the cosine to the shading normal; the density of walks
+  // A camera's ray weighs what it sees by the cosine to the shading normal; the pdf of walks
   // that arrive is that of the geometric one. The quotient is what makes both agree (Veach, thesis,
   // 1997, section 5.3). Returns: whether it leaves a VPL.
   bool arrive(int i, const Surface& s, std::uint32_t depth, LightPoint& point) {
@@ -117,7 +117,7 @@ class VplSets::Walks {
   }
 
   const SceneTracer& tracer_;
-  const LightPaths& light_;
+  const LightSubpaths& light_;
   const std::uint32_t key_;
   std::uint32_t first_ = 0;
   RayPacket rays_;
@@ -156,7 +156,7 @@ std::vector<int> shared_out(const std::vector<double>& power, int budget) {
 
 }  // namespace
 
-std::vector<double> VplSets::power_by_depth(Walks& walks, const LightPaths& light,
+std::vector<double> VplSets::power_by_depth(Walks& walks, const LightSubpaths& light,
                                             std::size_t depths) {
   std::vector<double> power(depths, 0.0);
   power[0] = light.placed_power();
@@ -173,7 +173,7 @@ std::vector<double> VplSets::power_by_depth(Walks& walks, const LightPaths& ligh
 }
 
 // Takes an aligned run of the sequence, so that all sets together are spread evenly, too.
-void VplSets::make_set(Walks& walks, const LightPaths& light, std::uint32_t key,
+void VplSets::make_set(Walks& walks, const LightSubpaths& light, std::uint32_t key,
                        const std::vector<int>& counts, std::size_t k) {
   const int walk_count = counts.size() > 1 ? counts[1] : 0;
   const int longest = std::max({1, counts[0], walk_count});
@@ -208,7 +208,7 @@ void VplSets::make_set(Walks& walks, const LightPaths& light, std::uint32_t key,
 VplSets::VplSets(const PreparedScene::Impl& scene, const SceneTracer& tracer,
                  const FrameSettings& settings)
     : sets_(static_cast<std::size_t>(settings.interleave * settings.interleave)) {
-  const LightPaths light(scene.lights, tracer.bounds());
+  const LightSubpaths light(scene.lights, tracer.bounds());
   each_ = light.each();
   if (!(light.power() > 0)) return;
   const std::uint32_t key = frame_key(settings);

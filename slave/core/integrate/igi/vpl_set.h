@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "common/frame/frame_settings.h"
-#include "slave/core/light/light_paths.h"
+#include "slave/core/light/light_subpaths.h"
 #include "slave/core/scene/prepared_scene.h"
 #include "slave/core/trace/scene_tracer.h"
 
@@ -37,7 +37,7 @@ class VplSets {
   // Of set k, 0 <= k < interleave^2; those of few surfaces first. To be split over the samples of a
   // pixel as they stand: number i to sample i modulo their number.
   std::span<const LightPoint> set(int k) const { return sets_[static_cast<std::size_t>(k)]; }
-  // Lights without extent, where they are few: for all pixels and samples.
+  // Delta lights, where they are few: for all pixels and samples.
   std::span<const LightPoint> each() const { return each_; }
   // Rays that it took to make them.
   std::uint64_t ray_count() const { return ray_count_; }
@@ -46,8 +46,8 @@ class VplSets {
   class Walks;
 
   // Luminous power that light of each depth carries, found by a few walks. Shape: [bounces + 1].
-  std::vector<double> power_by_depth(Walks& walks, const LightPaths& light, std::size_t depths);
-  void make_set(Walks& walks, const LightPaths& light, std::uint32_t key,
+  std::vector<double> power_by_depth(Walks& walks, const LightSubpaths& light, std::size_t depths);
+  void make_set(Walks& walks, const LightSubpaths& light, std::uint32_t key,
                 const std::vector<int>& counts, std::size_t k);
 
   std::vector<std::vector<LightPoint>> sets_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "slave/core/integrate/igi/clamp_residual.h"
+#include "slave/core/integrate/igi/bias_compensation.h"
 
 #include <algorithm>
 #include <bit>
@@ -18,7 +18,7 @@ static_assert(kPacketRays <= kSamplePoints && kPacketRays <= BsdfPacket::kMax);
 
 }  // namespace
 
-struct ClampResidual::Scratch {
+struct BiasCompensation::Scratch {
   PathTracer paths;
   SurfaceBatch batch;  // what the rays have met; pixel: number of the point
   Vec3f light[kGatherMax];
@@ -31,14 +31,14 @@ struct ClampResidual::Scratch {
   Surface* surface_at[kPacketRays];
 };
 
-ClampResidual::ClampResidual() : scratch_(std::make_unique<Scratch>()) {
+BiasCompensation::BiasCompensation() : scratch_(std::make_unique<Scratch>()) {
   for (int i = 0; i < kPacketRays; ++i) scratch_->surface_at[i] = &scratch_->arrived.surface[i];
 }
-ClampResidual::~ClampResidual() = default;
+BiasCompensation::~BiasCompensation() = default;
 
-void ClampResidual::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
-                          const GeometryBounds& bounds, int bounces,
-                          const std::atomic<bool>* is_cancelled) {
+void BiasCompensation::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
+                             const GeometryBounds& bounds, int bounces,
+                             const std::atomic<bool>* is_cancelled) {
   scene_ = &scene;
   tracer_ = &tracer;
   bounds_ = bounds;
@@ -51,7 +51,7 @@ void ClampResidual::begin(const PreparedScene::Impl& scene, const SceneTracer& t
   std::fill_n(scratch_->rays.t_max, kPacketRays, 1 / std::sqrt(bounds_.vpl));
 }
 
-RayCounts ClampResidual::add(GatherPoints& points, std::uint32_t sequence_index) {
+RayCounts BiasCompensation::add(GatherPoints& points, std::uint32_t sequence_index) {
   Scratch& s = *scratch_;
   RayCounts counts;
   s.batch.count = 0;
@@ -68,7 +68,7 @@ RayCounts ClampResidual::add(GatherPoints& points, std::uint32_t sequence_index)
   return counts;
 }
 
-void ClampResidual::follow(const GatherPoints& points, int first, int count) {
+void BiasCompensation::follow(const GatherPoints& points, int first, int count) {
   Scratch& s = *scratch_;
   s.samples.count = count;
   std::copy_n(points.key + first, count, s.samples.key);
@@ -98,7 +98,7 @@ void ClampResidual::follow(const GatherPoints& points, int first, int count) {
 }
 
 // Of the packet from that point on.
-void ClampResidual::arrive(const GatherPoints& points, int first) {
+void BiasCompensation::arrive(const GatherPoints& points, int first) {
   Scratch& s = *scratch_;
   const PacketPoints& at = s.met.points();
   float geometry[kPacketRays];

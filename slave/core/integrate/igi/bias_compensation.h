@@ -3,7 +3,7 @@
 // VPLs the bound would have weakened, and paths find its light (Kollig and Keller, "Illumination in
 // the presence of weak singularities", 2004). VPLs within the bound and this together are unbiased.
 //
-// From a point x a ray of density cosine / pi meets y; of the light that y sends, the share
+// From a point x a ray of pdf cosine / pi meets y; of the light that y sends, the share
 // 1 - bound / G(x, y) is what VPLs at y have lost, where G > bound. G is at most 1 / distance^2, so
 // the ray is no longer than 1 / sqrt(bound).
 //
@@ -21,10 +21,10 @@
 
 namespace tessera::core {
 
-class ClampResidual {
+class BiasCompensation {
  public:
-  ClampResidual();
-  ~ClampResidual();
+  BiasCompensation();
+  ~BiasCompensation();
 
   // Keeps references until the next call. Requires: bounds.has_any(); that of
   // emitters is not below that of VPLs.

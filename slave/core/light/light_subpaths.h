@@ -19,7 +19,7 @@
 
 namespace tessera::core {
 
-// Up to so many lights without extent are VPLs of their own; of more, VPLs are picked by power.
+// Up to so many delta lights are VPLs of their own; of more, VPLs are picked by power.
 inline constexpr std::size_t kLightsEachMax = 8;
 
 struct LightRay {
@@ -27,10 +27,10 @@ struct LightRay {
   Vec3f flux;               // as if it were the only path
 };
 
-class LightPaths {
+class LightSubpaths {
  public:
   // bounds: of all geometry. Requires: lights outlives it.
-  LightPaths(const LightSet& lights, const Bounds3f& bounds);
+  LightSubpaths(const LightSet& lights, const Bounds3f& bounds);
 
   // Lights that every pixel gathers from by themselves.
   const std::vector<LightPoint>& each() const { return each_; }

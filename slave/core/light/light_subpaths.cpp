@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "slave/core/light/light_paths.h"
+#include "slave/core/light/light_subpaths.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr float kPi = 3.14159274f;
 
-// A ray that leaves a light without extent meets nothing nearer than it can be told from the light:
+// A ray that leaves a delta light meets nothing nearer than it can be told from the light:
 // its housing.
 constexpr float kHousing = 4 * kUnitRoundoff;
 
@@ -56,7 +56,7 @@ Vec3f in_cone(Vec3f axis, float height, Vec2f square) {
 
 }  // namespace
 
-LightPaths::LightPaths(const LightSet& lights, const Bounds3f& bounds) : lights_(lights) {
+LightSubpaths::LightSubpaths(const LightSet& lights, const Bounds3f& bounds) : lights_(lights) {
   if (!bounds.is_empty()) {
     centre_ = (bounds.lower + bounds.upper) * 0.5f;
     radius_ = 0.5f * length(bounds.extent());
@@ -69,7 +69,7 @@ LightPaths::LightPaths(const LightSet& lights, const Bounds3f& bounds) : lights_
   all_ = shares(true);
 }
 
-LightPaths::Shares LightPaths::shares(bool has_each) const {
+LightSubpaths::Shares LightSubpaths::shares(bool has_each) const {
   Shares result;
   std::vector<double> power;
   double emitted = 0;
@@ -98,20 +98,20 @@ LightPaths::Shares LightPaths::shares(bool has_each) const {
 }
 
 // By area that faces it.
-double LightPaths::sky_power() const {
+double LightSubpaths::sky_power() const {
   if (!lights_.has_environment) return 0;
   const double brightness = luminance(lights_.environment);
   return brightness * (lights_.sky_map ? lights_.sky_map->power() : 4 * kPi);
 }
 
 // Where light from the sky comes from, and what it brings to a surface that faces it.
-LightPaths::FromSky LightPaths::from_sky(Vec2f x) const {
+LightSubpaths::FromSky LightSubpaths::from_sky(Vec2f x) const {
   if (!lights_.sky_map) return {in_cone({0, 0, 1}, 2, x), lights_.environment * (4 * kPi)};
   const SkyMap::Sample s = lights_.sky_map->sample(x);
   return {-s.direction, lights_.environment * s.radiance * s.angle};
 }
 
-LightPaths::Pick LightPaths::pick(const Shares& shares, Vec2f x) {
+LightSubpaths::Pick LightSubpaths::pick(const Shares& shares, Vec2f x) {
   const auto& sums = shares.cumulative;
   const auto it = std::upper_bound(sums.begin(), sums.end() - 1, x.x);
   const auto source = static_cast<std::size_t>(it - sums.begin());
@@ -123,13 +123,13 @@ LightPaths::Pick LightPaths::pick(const Shares& shares, Vec2f x) {
 
 // Uniform on the disk that light from far away passes on its way to the scene, twice its radius
 // before the middle.
-Vec3f LightPaths::on_disk(Vec3f direction, Vec2f square) const {
+Vec3f LightSubpaths::on_disk(Vec3f direction, Vec2f square) const {
   const Vec2f disk = concentric_disk(square);
   const Basis basis = basis_about(direction);
   return centre_ + (basis.tangent * disk.x + basis.bitangent * disk.y - direction * 2) * radius_;
 }
 
-LightPoint LightPaths::place(Vec2f x) const {
+LightPoint LightSubpaths::place(Vec2f x) const {
   const Pick p = pick(placed_, x);
   if (p.source == 0) {
     float rest = p.rest.x;
@@ -156,7 +156,7 @@ LightPoint LightPaths::place(Vec2f x) const {
   return sky;
 }
 
-std::optional<LightRay> LightPaths::ray(Vec2f x, Vec2f direction) const {
+std::optional<LightRay> LightSubpaths::ray(Vec2f x, Vec2f direction) const {
   const Pick p = pick(all_, x);
   if (p.source == 0) {
     float rest = p.rest.x;
