@@ -39,6 +39,11 @@ need() {
   fi
 }
 
+if ! git ls-files >/dev/null 2>&1; then
+  echo "lint.sh: git does not list the files of this tree" >&2
+  exit 77
+fi
+
 sources() {  # endings...: files of the tree that end so
   if [[ -n $since ]]; then
     git diff --name-only --diff-filter=d "$since" -- "$@"

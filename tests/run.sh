@@ -110,7 +110,7 @@ if [[ -z $only && $is_quick == no ]]; then
   tests/lint.sh || code=$?
   case $code in
     0) lint="nothing found" ;;
-    77) lint="skipped: a tool is not installed (deploy/install-dependencies.sh --with lint)" ;;
+    77) lint="skipped: git or a tool is missing (deploy/install-dependencies.sh --with lint)" ;;
     *) lint=failed && failed+=("lint") ;;
   esac
 fi
