@@ -32,6 +32,16 @@ def skip(reason):
     sys.exit(SKIP)
 
 
+def is_quiet():
+    """Whether others have left the processors alone in the last minute, as far as the load tells: else the lab's rows print
+    their figures and judge nothing that rests on time."""
+    load = os.getloadavg()[0]
+    quiet = load < os.cpu_count() + 1
+    if not quiet:
+        print(f"a load of {load:.1f} on {os.cpu_count()} processors: not judged")
+    return quiet
+
+
 def free_port():
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))

@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pixels on a slow link: coded by themselves, the same picture, fewer bytes; plain on a fast one and with --pixel-coding off.
 
-Prints a line for each case. Skipped (77) where this machine has no fault lab.
+Prints a line for each case. A slave codes where that takes less time than it saves, so on a machine whose processors
+are busy with something else the bytes are printed and not judged; the pictures always are. Skipped (77) where this
+machine has no fault lab.
 """
 import pathlib
 import sys
@@ -42,13 +44,15 @@ class PixelsOnALink(unittest.TestCase):
                 digests, plain, _ = self.run_case(SLOW_KBIT, "off", pixels)
                 coded_digests, coded, _ = self.run_case(SLOW_KBIT, "auto", pixels)
                 self.assertEqual(coded_digests, digests)
-                self.assertLess(coded, 0.85 * plain)
+                if cluster_lib.is_quiet():
+                    self.assertLess(coded, 0.85 * plain)
 
     def test_a_fast_link_does_not(self):
         _, plain, _ = self.run_case(None, "off", "half")
         _, coded, _ = self.run_case(None, "auto", "half")
         # Half of it would be coding; a few tiles are coded while the link is still being measured.
-        self.assertGreater(coded, 0.8 * plain)
+        if cluster_lib.is_quiet():
+            self.assertGreater(coded, 0.8 * plain)
 
 
 if __name__ == "__main__":
