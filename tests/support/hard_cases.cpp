@@ -105,6 +105,14 @@ HardCase slivers(Maker& m, float share) {
   return outside(m, std::move(mesh), {});
 }
 
+// Rays are as long as directions make them: bounds that hold for one of length 1 have to be scaled.
+HardCase long_and_short(Maker& m) {
+  HardCase hard = slivers(m, 1e-7f);
+  for (std::size_t i = 0; i < hard.rays.size(); ++i)
+    hard.rays[i].direction = hard.rays[i].direction * (i / 64 % 2 == 0 ? 1e6f : 1e-6f);
+  return hard;
+}
+
 HardCase mixed_scales(Maker& m) {
   Mesh mesh = make_random_triangles(300, 0.3f, 6);
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
@@ -238,6 +246,7 @@ const Named kCases[] = {
     {"edge-on", edge_on},
     {"slivers 1e3", [](Maker& m) { return slivers(m, 1e-3f); }},
     {"slivers 1e7", [](Maker& m) { return slivers(m, 1e-7f); }},
+    {"slivers 1e7, long and short rays", long_and_short},
     {"very large and very small", mixed_scales},
     {"axis-parallel, on planes", axis_parallel},
     {"one plane, duplicates, degenerate", planar},

@@ -264,8 +264,10 @@ bool FanBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, siz
   const auto counts = hn::Ge(hn::Abs(speed), least);
   auto is_sure = counts;
   if (kUnsure) {
+    // The bound is that of a ray of z = 1; rays are no longer than `length` times that.
     const float thin = static_cast<float>(plane.scale * static_cast<double>(thin_[lane]));
-    const auto is_thick = hn::Gt(hn::Abs(speed), hn::Set(d, thin));
+    const V widest = hn::Mul(hn::Set(d, thin), hn::Load(d, fan_.length + at));
+    const auto is_thick = hn::Gt(hn::Abs(speed), widest);
     is_sure = hn::And(is_sure, is_thick);
     is_possible = hn::And(is_possible, hn::Or(is_inner, hn::Not(is_thick)));
   }
