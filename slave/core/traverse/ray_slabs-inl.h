@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// One ray and the boxes of a node, all at once.
+//
+// After Wald, Benthin, Boulos, "Getting rid of packets", 2008, and Ize, "Robust BVH ray traversal",
+// JCGT 2(2), 2013.
+//
+// A ray meets the plane p of an axis at t = (p - o) / d, computed as p r + c with r = 1 / d and c =
+// -o r, one fused operation. It is off by at most
+//    1 u |p - o| |r|       r itself
+//    2 u |o| |r|           product and sum of c, at most 1 u |c| each
+//    1 u |p - o| |r|       the fused operation
+// and what c was moved by; c is moved out by 8 u (|p| + |o|) |r| for the largest p of the scene,
+// twice that bound, and by what setup_axis() asks for where the ray hardly moves along the axis. So
+// t_in is never too large and t_out never too small.
+//
+// Threads. One traversal owns one.
+#include <stddef.h>
+
+#include "slave/core/accel/bvh_layout.h"
+#include "slave/core/simd/counts_layout.h"
+
+#if defined(TESSERA_CORE_RAY_SLABS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_RAY_SLABS_INL_H_
+#undef TESSERA_CORE_RAY_SLABS_INL_H_
+#else
+#define TESSERA_CORE_RAY_SLABS_INL_H_
+#endif
+
+#include "slave/core/ray/one_ray-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+// By axis: where a node has the planes through which a ray comes in and goes out, from its first
+// number on.
+template <int W>
+struct SlabOrder {
+  size_t in[3], out[3];
+
+  void set(uint32_t down) {
+    static_assert(offsetof(BvhNode<W>, upper) == 3 * W * sizeof(float));
+    for (size_t a = 0; a < 3; ++a) {
+      in[a] = ((down >> a & 1u) * 3 + a) * W;
+      out[a] = (2 * a + 3) * W - in[a];
+    }
+  }
+};
+
+template <int W>
+class RaySlabs {
+  using B = hn::CappedTag<float, W>;  // children
+  using V = hn::Vec<B>;
+  static constexpr size_t kStep = hn::MaxLanes(B());
+
+ public:
+  // Requires: the ray is set up for that box. kPadded: boxes are larger than they say by `pad` on each
+  // axis; pad [4], the fourth is 0.
+  template <bool kPadded = false>
+  HWY_INLINE void setup(const OneRay& ray, const SceneBox& box, const float* pad = nullptr);
+  // Returns: the bits of the children that the ray meets within its limits, with the t at which it
+  // comes in.
+  HWY_INLINE uint32_t overlapping(const OneRay& ray, const BvhNode<W>& node, float* t_in) const;
+
+ private:
+  SlabOrder<W> order_;
+  alignas(16) float in_at_[4], out_at_[4];  // constants of t, by axis
+};
+
+// c, moved out.
+template <int W>
+template <bool kPadded>
+void RaySlabs<W>::setup(const OneRay& ray, const SceneBox& box, const float* pad) {
+  constexpr size_t kAxisStep = OneRay::kAxisStep;
+  const OneRay::A d;
+  for (size_t a = 0; a < 4; a += kAxisStep) {
+    const auto from = hn::Load(d, ray.origin + a), inverse = hn::Load(d, ray.inverse + a);
+    const auto reach = hn::Add(hn::Load(d, box.farthest + a), hn::Abs(from));
+    const auto error = hn::Mul(hn::Mul(reach, hn::Abs(inverse)), hn::Set(d, 8 * kRoundoff));
+    auto slack = hn::Add(error, hn::Load(d, ray.pad + a));
+    if (kPadded) slack = hn::MulAdd(hn::Load(d, pad + a), hn::Abs(inverse), slack);
+    const auto at = hn::Neg(hn::Mul(from, inverse));
+    hn::Store(hn::Sub(at, slack), d, in_at_ + a);
+    hn::Store(hn::Add(at, slack), d, out_at_ + a);
+  }
+  order_.set(ray.down);
+}
+
+template <int W>
+uint32_t RaySlabs<W>::overlapping(const OneRay& ray, const BvhNode<W>& node, float* t_in) const {
+  const B b;
+  const float* const planes = reinterpret_cast<const float*>(&node);
+  TESSERA_COUNT(nodes, 1);
+  uint32_t bits = 0;
+  for (size_t i = 0; i < W; i += kStep) {
+    const auto plane_t = [&](size_t plane, size_t a, float at) {
+      return hn::MulAdd(hn::Load(b, planes + plane + i), hn::Set(b, ray.inverse[a]),
+                        hn::Set(b, at));
+    };
+    const auto enter = [&](size_t a) { return plane_t(order_.in[a], a, in_at_[a]); };
+    const auto leave = [&](size_t a) { return plane_t(order_.out[a], a, out_at_[a]); };
+    const V first =
+        hn::Max(hn::Max(enter(0), enter(1)), hn::Max(enter(2), hn::Set(b, ray.near_limit)));
+    const V last =
+        hn::Min(hn::Min(leave(0), leave(1)), hn::Min(leave(2), hn::Set(b, ray.far_limit)));
+    hn::Store(first, b, t_in + i);
+    bits |= bits_of(b, hn::Le(first, last)) << i;
+  }
+  TESSERA_COUNT(children, __builtin_popcount(bits));
+  return bits;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
