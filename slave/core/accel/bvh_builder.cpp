@@ -49,9 +49,14 @@ class Builder {
     std::vector<Task> spawned{};
   };
 
-  Builder(std::span<PrimitiveRef> refs, const LeafWriter& leaves, const BuildControl& control,
+  Builder(std::span<PrimitiveRef> refs, const PrimitiveSet& set, const BuildControl& control,
           const BvhBuildConfig& config)
-      : refs_(refs), leaves_(leaves), control_(control), config_(config) {
+      : refs_(refs),
+        leaves_(set.leaves),
+        control_(control),
+        config_(config),
+        alone_from_(set.alone_from),
+        block_size_(set.alone_from < set.boxes.size() ? 1 : W) {
     const auto share = static_cast<std::uint32_t>(refs.size() / kTaskShare);
     task_refs_ = std::max(kTaskRefsMin, share);
   }
@@ -63,15 +68,15 @@ class Builder {
 
   Child child_of(const RefRange& range, int depth, SahBins& bins) const {
     Child child{range, {}, true};
-    if (range.size() <= W) return child;
-    if (depth < kHalvingDepth) child.cut = bins.cut(refs_, range, W);
+    const bool may_be_leaf = range.size() <= W * kBvhLeafBlocksMax && !has_to_split(range);
+    if (range.size() <= W && may_be_leaf) return child;
+    if (depth < kHalvingDepth) child.cut = bins.cut(refs_, range, block_size_);
     const float area = range.bounds.half_area();
-    const auto block_count = (range.size() + W - 1) / W;
+    const auto block_count = (range.size() + block_size_ - 1) / block_size_;
     const auto blocks = static_cast<float>(block_count);
     const float as_leaf = config_.cost_block * area * blocks;
     const float as_node = config_.cost_node * area + config_.cost_block * child.cut.cost;
-    child.is_leaf =
-        range.size() <= W * kBvhLeafBlocksMax && (child.cut.axis < 0 || as_leaf <= as_node);
+    child.is_leaf = may_be_leaf && (child.cut.axis < 0 || as_leaf <= as_node);
     return child;
   }
 
@@ -123,6 +128,14 @@ class Builder {
   }
 
  private:
+  // Whether a primitive of the range takes a leaf of its own and is not alone.
+  bool has_to_split(const RefRange& range) const {
+    if (block_size_ == W || range.size() == 1) return false;
+    const auto refs = refs_.subspan(range.begin, range.size());
+    return std::any_of(refs.begin(), refs.end(),
+                       [this](const PrimitiveRef& ref) { return ref.primitive >= alone_from_; });
+  }
+
   static void set_child(BvhNode<W>& node, int slot, const Box4& box, std::uint32_t reference) {
     for (int a = 0; a < 3; ++a) {
       node.lower[a][slot] = box.lower[a];
@@ -146,6 +159,8 @@ class Builder {
   const LeafWriter& leaves_;
   const BuildControl& control_;
   const BvhBuildConfig& config_;
+  const std::uint32_t alone_from_;
+  const std::uint32_t block_size_;  // 1 where some take a leaf each
   std::uint32_t task_refs_;
 };
 
@@ -215,7 +230,7 @@ Result<Bvh<W>> build(const PrimitiveSet& set, const BuildControl& control,
   Bvh<W> bvh;
   if (refs.empty()) return bvh;
   bvh.bounds = all.bounds.bounds();
-  const Builder<W> builder(refs, set.leaves, control, config);
+  const Builder<W> builder(refs, set, control, config);
   auto tasks = run_rounds(builder, all, control.thread_count);
   if (builder.is_cancelled())
     return Status::cancelled("the build of the spatial index was cancelled");

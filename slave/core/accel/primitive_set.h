@@ -51,6 +51,8 @@ class PrimitiveClipper {
 struct PrimitiveSet {
   std::span<const Bounds3f> boxes;
   LeafWriter& leaves;  // empty
+  // Primitives from this number on take a leaf each: they cost so much that a box of their own pays.
+  std::uint32_t alone_from = 0xffffffffu;
 };
 
 }  // namespace tessera::core
