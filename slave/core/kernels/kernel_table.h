@@ -10,24 +10,17 @@
 #include "slave/core/bsdf/bsdf_layout.h"
 #include "slave/core/bsdf/lobes_layout.h"
 #include "slave/core/camera/camera_layout.h"
+#include "slave/core/kernels/view_tables_layout.h"
 #include "slave/core/light/emitter_layout.h"
 #include "slave/core/light/gather_layout.h"
 #include "slave/core/light/sky_layout.h"
-#include "slave/core/primitive/shapes_layout.h"
 #include "slave/core/ray/packet_layout.h"
 #include "slave/core/sampling/sample_layout.h"
 #include "slave/core/surface/detail_layout.h"
 #include "slave/core/surface/noise_layout.h"
 #include "slave/core/surface/surface_layout.h"
-#include "slave/core/traverse/view_layout.h"
 
 namespace tessera::core {
-
-// Structures by the width of their blocks and the kinds of primitives in their leaves.
-template <int W>
-using TriangleBvh = BvhView<W, TrianglesOnly<W>>;
-template <int W>
-using TriangleKd = KdView<W, TrianglesOnly<W>>;
 
 struct KernelTable {
   Isa isa;
