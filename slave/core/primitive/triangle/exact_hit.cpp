@@ -109,6 +109,15 @@ double determinant(const Vector& p, const Vector& q, const Vector& r, double tol
 
 }  // namespace
 
+bool has_area(const float* triangle) {
+  double b[3], c[3];
+  for (int a = 0; a < 3; ++a) {
+    b[a] = double{triangle[3 + a]} - double{triangle[a]};
+    c[a] = double{triangle[6 + a]} - double{triangle[a]};
+  }
+  return b[1] * c[2] != b[2] * c[1] || b[2] * c[0] != b[0] * c[2] || b[0] * c[1] != b[1] * c[0];
+}
+
 int exact_side(const float* origin, const float* triangle) {
   const double volume =
       determinant(difference(triangle, origin), difference(triangle + 3, triangle),
@@ -118,6 +127,7 @@ int exact_side(const float* origin, const float* triangle) {
 
 ExactHit exact_hit(const float* origin, const float* direction, const float* triangle) {
   constexpr ExactHit kMiss{false, 0};
+  if (!has_area(triangle)) return kMiss;
   const float* const corner[3] = {triangle, triangle + 3, triangle + 6};
   Vector d;
   for (int a = 0; a < 3; ++a) d.axis[a] = {double{direction[a]}, 0};

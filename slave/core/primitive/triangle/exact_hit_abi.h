@@ -23,6 +23,11 @@ struct ExactHit {
   float t;  // where the line meets the plane, to 2 roundings; also behind the origin
 };
 
+// Whether a triangle has an area, by its edges in double, whose differences are nearly always exact. One
+// that has none, a sliver whose area is lost even there among them, is met by no ray.
+// Shape: triangle [9] (A, B, C).
+bool has_area(const float* triangle);
+
 // Shape: origin [3], direction [3], triangle [9] (A, B, C); finite, direction not zero.
 ExactHit exact_hit(const float* origin, const float* direction, const float* triangle);
 

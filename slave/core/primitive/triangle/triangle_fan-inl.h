@@ -176,6 +176,7 @@ template <int W, bool kAny>
 bool FanBlock<W, kAny>::test_unsure(const TriangleBlock<W>& block, size_t lane) {
   float triangle[9];
   for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
+  if (!has_area(triangle)) return false;
   const int side = exact_side(fan_.origin, triangle);
   if (side == 0) {  // only rays that start in the triangle can touch it
     const Plane plane = plane_of(block, lane, fan_.origin);

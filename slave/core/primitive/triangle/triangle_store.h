@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// All triangles of a scene version in world space, flattened over instances in the scene's
-// numbering.
+// All triangles of a scene version in world space, in the numbering of the flattened scene. Those of
+// instances that are flattened stand there; corners of others are brought to world space when they are
+// asked for, by the same operations, and have the same bits.
 //
 // Threads. Filled once by make_triangle_store(), then read by any thread.
 //
@@ -9,6 +10,8 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "common/math/bounds3.h"
@@ -16,19 +19,40 @@
 
 namespace tessera::core {
 
+// Whether a triangle has no area: has_area() of exact_hit_abi.h.
+bool is_degenerate(Vec3f a, Vec3f b, Vec3f c);
+
 struct TriangleStore {
-  std::vector<float> vertices;  // [triangle_count][3 vertices][x, y, z], world units
+  // [flattened triangle][3 vertices][x, y, z], world units
+  std::vector<float> vertices;
   // [instance_count + 1] number of the first triangle of each
   std::vector<std::uint64_t> instance_first;
+  // Where some instances are not flattened, [instance_count]: where the triangles of each begin in
+  // `vertices`, or kNotStored. Else empty, and numbers are places in `vertices`.
+  std::vector<std::uint64_t> stored_first;
+  // What those that are not stored are made of; the caller keeps it where it is.
+  std::span<const std::shared_ptr<const Mesh>> meshes;
+  std::span<const Instance> instances;
   std::uint64_t degenerate_count = 0;
 
-  std::uint64_t triangle_count() const { return vertices.size() / 9; }
+  static constexpr std::uint64_t kNotStored = ~std::uint64_t{0};
+
+  bool is_flat() const { return stored_first.empty(); }
+  std::uint64_t triangle_count() const { return instance_first.back(); }
   Vec3f vertex(std::uint64_t triangle, int corner) const {
-    const float* p = vertices.data() + triangle * 9 + static_cast<std::uint64_t>(corner) * 3;
-    return {p[0], p[1], p[2]};
+    if (!is_flat()) return vertex_of(instance_of(triangle), triangle, corner);
+    return stored_vertex(triangle, corner);
   }
+  // The same where the triangle's instance is known.
+  Vec3f vertex_of(std::uint32_t instance, std::uint64_t triangle, int corner) const;
   // The instance that a triangle belongs to. O(log instances).
   std::uint32_t instance_of(std::uint64_t triangle) const;
+
+ private:
+  Vec3f stored_vertex(std::uint64_t at, int corner) const {
+    const float* p = vertices.data() + at * 9 + static_cast<std::uint64_t>(corner) * 3;
+    return {p[0], p[1], p[2]};
+  }
 };
 
 // Remembers the instance that was asked for last: neighbours on the picture mostly share it.
@@ -55,9 +79,18 @@ class InstanceFinder {
   std::uint32_t instance_ = 0;
 };
 
-// Shape: boxes becomes [triangle_count]; a triangle without area, or one that a transform sends
-// beyond float32, gets an empty box: it keeps its number and stays out of the tree. Requires:
-// validate_scene(scene) is ok.
+// What a store is made of: parts of a scene for which validate_scene() is ok.
+struct TriangleSource {
+  std::span<const std::shared_ptr<const Mesh>> meshes;
+  std::span<const Instance> instances;
+  // [instance_count]: 1 where an instance is not flattened, or empty where all are.
+  std::span<const std::uint8_t> is_placed;
+};
+
+// Shape: boxes becomes [flattened triangle]; a triangle without area, or one that a transform sends
+// beyond float32, gets an empty box: it keeps its number and stays out of the tree. Requires: meshes
+// and instances stay where they are, if any are placed.
+TriangleStore make_triangle_store(const TriangleSource& source, std::vector<Bounds3f>& boxes);
 TriangleStore make_triangle_store(const Scene& scene, std::vector<Bounds3f>& boxes);
 
 }  // namespace tessera::core
