@@ -45,6 +45,8 @@ ARROWS = {
     # All kinds of primitives, for those who need not know which.
     _CORE + "primitive": _rooms("accel ray primitive/triangle"),
     _CORE + "traverse": _rooms("simd accel ray primitive"),
+    # What is in an instance is traversed as a scene is.
+    _CORE + "primitive/instance": _rooms("simd accel ray primitive primitive/triangle traverse"),
     _CORE + "camera": _rooms("sampling ray"),
     # What a surface is and, below, how it scatters light: neither knows of traversal.
     _CORE + "surface": _rooms("simd sampling ray"),
@@ -52,9 +54,10 @@ ARROWS = {
     # Lamps are triangles and may have pictures.
     _CORE + "light": _rooms("simd sampling ray primitive/triangle surface"),
     # All that is compiled once per instruction set.
-    _CORE + "kernels": _rooms("sampling ray primitive primitive/triangle traverse camera surface bsdf light"),
+    _CORE + "kernels": _rooms(
+        "sampling ray primitive primitive/triangle primitive/instance traverse camera surface bsdf light"),
     _CORE + "trace": _rooms("sampling accel ray primitive primitive/triangle surface kernels"),
-    _CORE + "scene": _rooms("simd sampling accel ray primitive primitive/triangle surface bsdf light kernels trace"),
+    _CORE + "scene": _rooms("simd sampling accel ray primitive primitive/triangle primitive/instance surface bsdf light kernels trace"),
     _CORE + "integrate": _rooms("simd sampling ray camera surface bsdf light kernels trace scene"),
     # Few headers of the core are its door: what renders, and what it renders.
     "slave": _COMMON + ["common/wire", "proto", _CORE + "integrate", _CORE + "scene"],

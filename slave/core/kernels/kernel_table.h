@@ -81,6 +81,8 @@ struct KernelTable {
   ViewKernels<TriangleBvh<16>> bvh16;
   ViewKernels<TriangleKd<8>> kd8;
   ViewKernels<TriangleKd<16>> kd16;
+  ViewKernels<InstancedView<8>> instanced8;
+  ViewKernels<InstancedView<16>> instanced16;
 };
 
 // Requires: isa is in supported_isas().

@@ -84,7 +84,9 @@ template <class... Entries>
 KernelTable table_of(Isa isa, int lane_count, Entries... entries) {
   const auto bvh = bvh_kernels(isa);
   const auto kd = kd_kernels(isa);
-  return {isa, lane_count, entries..., bvh.by8, bvh.by16, kd.by8, kd.by16};
+  const auto instanced = instance_kernels(isa);
+  return {isa,    lane_count, entries...,    bvh.by8,       bvh.by16,
+          kd.by8, kd.by16,    instanced.by8, instanced.by16};
 }
 
 const auto& tables() {

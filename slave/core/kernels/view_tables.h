@@ -13,5 +13,6 @@ namespace tessera::core {
 // Requires: the set is compiled in.
 ViewTables<TriangleBvh> bvh_kernels(Isa isa);
 ViewTables<TriangleKd> kd_kernels(Isa isa);
+ViewTables<InstancedView> instance_kernels(Isa isa);
 
 }  // namespace tessera::core

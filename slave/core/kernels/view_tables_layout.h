@@ -12,6 +12,8 @@ template <int W>
 using TriangleBvh = BvhView<W, TrianglesOnly<W>>;
 template <int W>
 using TriangleKd = KdView<W, TrianglesOnly<W>>;
+template <int W>
+using InstancedView = BvhView<W, TrianglesAndInstances<W>>;
 
 // Blocks of 8 and of 16.
 template <template <int> class View>

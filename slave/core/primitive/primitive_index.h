@@ -5,7 +5,10 @@
 // Threads. Built once, then never changed.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <variant>
 #include <vector>
@@ -16,9 +19,19 @@
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/kd_index.h"
 #include "slave/core/accel/structure.h"
-#include "slave/core/primitive/triangle/triangle_layout.h"
+#include "slave/core/primitive/shapes_layout.h"
 
 namespace tessera::core {
+
+inline SceneBox scene_box(const Bounds3f& bounds) {
+  SceneBox box{};
+  for (int a = 0; a < 3; ++a) {
+    box.lower[a] = bounds.lower[a];
+    box.upper[a] = bounds.upper[a];
+    box.farthest[a] = std::max(std::fabs(box.lower[a]), std::fabs(box.upper[a]));
+  }
+  return box;
+}
 
 template <class Structure, int W>
 struct Indexed {
@@ -34,12 +47,45 @@ using IndexedBvh = Indexed<Bvh<W>, W>;
 template <int W>
 using IndexedKd = Indexed<KdIndex, W>;
 
+// A hierarchy over instances, each a mesh with a hierarchy of its own, and over triangles that are
+// flattened.
+template <int W>
+struct MeshIndex;
+template <int W>
+struct InstancedBvh {
+  Bvh<W> structure;
+  Bounds3f bounds;                    // of all corners; the structure's box is wider
+  std::vector<std::uint32_t> blocks;  // as TrianglesAndInstances has them
+  std::vector<TriangleBlock<W>> triangles;
+  std::vector<InstanceBlock> instances;
+  std::vector<Bounds3f> boxes;  // of instances, world space
+  // By mesh of the scene; null, and empty, for those that have no instance here.
+  std::vector<std::shared_ptr<const MeshIndex<W>>> meshes;
+  std::vector<MeshShape<W>> shapes;
+  std::vector<std::uint8_t> is_placed;  // by instance of the scene: 0 where it is flattened
+
+  std::uint64_t memory_bytes() const;
+};
+
 // Answers do not depend on the structure, only time does.
 struct PrimitiveIndex {
-  std::variant<IndexedBvh<8>, IndexedBvh<16>, IndexedKd<8>, IndexedKd<16>> any;
+  std::variant<IndexedBvh<8>, IndexedBvh<16>, IndexedKd<8>, IndexedKd<16>, InstancedBvh<8>,
+               InstancedBvh<16>>
+      any;
 
   std::uint64_t memory_bytes() const {
     return std::visit([](const auto& index) { return index.memory_bytes(); }, any);
+  }
+  // Of all corners of triangles with an area; empty where there are none.
+  Bounds3f bounds() const {
+    return std::visit(
+        [](const auto& index) {
+          if constexpr (requires { index.bounds; })
+            return index.bounds;
+          else
+            return index.structure.bounds;
+        },
+        any);
   }
 };
 

@@ -5,6 +5,7 @@
 
 #include <stdint.h>
 
+#include "slave/core/primitive/instance_layout.h"
 #include "slave/core/primitive/triangle/triangle_layout.h"
 
 namespace tessera::core {
@@ -15,6 +16,17 @@ inline constexpr uint32_t kNoBlock = 0xffffffffu;
 template <int W>
 struct TrianglesOnly {
   const TriangleBlock<W>* triangles;
+};
+
+// Scenes with instances: blocks[number of a block] is the number of a triangle block, or, with this
+// bit, of an instance.
+inline constexpr uint32_t kIsInstance = 0x80000000u;
+template <int W>
+struct TrianglesAndInstances {
+  const uint32_t* blocks;
+  const TriangleBlock<W>* triangles;  // world space
+  const InstanceBlock* instances;
+  const MeshShape<W>* meshes;
 };
 
 }  // namespace tessera::core

@@ -5,9 +5,7 @@
 // Threads. Constant after construction; any number of threads.
 #pragma once
 
-#include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <variant>
 
@@ -15,16 +13,6 @@
 #include "slave/core/primitive/primitive_index.h"
 
 namespace tessera::core {
-
-inline SceneBox scene_box(const Bounds3f& bounds) {
-  SceneBox box{};
-  for (int a = 0; a < 3; ++a) {
-    box.lower[a] = bounds.lower[a];
-    box.upper[a] = bounds.upper[a];
-    box.farthest[a] = std::max(std::fabs(box.lower[a]), std::fabs(box.upper[a]));
-  }
-  return box;
-}
 
 // A structure as the kernels see it. Valid as long as the structure is.
 template <int W>
@@ -34,6 +22,13 @@ TriangleBvh<W> view_of(const IndexedBvh<W>& bvh) {
 template <int W>
 TriangleKd<W> view_of(const IndexedKd<W>& kd) {
   return {kd.structure.nodes.data(), {kd.triangles.data()}, scene_box(kd.structure.bounds)};
+}
+
+template <int W>
+InstancedView<W> view_of(const InstancedBvh<W>& bvh) {
+  return {bvh.structure.nodes.data(),
+          {bvh.blocks.data(), bvh.triangles.data(), bvh.instances.data(), bvh.shapes.data()},
+          scene_box(bvh.structure.bounds)};
 }
 
 inline const auto& kernels_of(const KernelTable& table, const TriangleBvh<8>&) {
@@ -47,6 +42,13 @@ inline const auto& kernels_of(const KernelTable& table, const TriangleKd<16>&) {
   return table.kd16;
 }
 
+inline const auto& kernels_of(const KernelTable& table, const InstancedView<8>&) {
+  return table.instanced8;
+}
+inline const auto& kernels_of(const KernelTable& table, const InstancedView<16>&) {
+  return table.instanced16;
+}
+
 class AlphaSurfaces;
 
 class SceneTracer {
@@ -54,22 +56,14 @@ class SceneTracer {
   // `alpha`: what rays go through; null: they go through nothing. Requires: all outlive it.
   SceneTracer(const PrimitiveIndex& index, const KernelTable& kernels,
               const AlphaSurfaces* alpha = nullptr)
-      : kernels_(&kernels), alpha_(alpha) {
+      : kernels_(&kernels), alpha_(alpha), bounds_(index.bounds()) {
     std::visit([this](const auto& any) { view_ = view_of(any); }, index.any);
   }
 
   const KernelTable& kernels() const { return *kernels_; }
 
   // Of all triangles; empty where there are none.
-  Bounds3f bounds() const {
-    return std::visit(
-        [](const auto& v) {
-          const SceneBox& b = v.box;
-          return Bounds3f{{b.lower[0], b.lower[1], b.lower[2]},
-                          {b.upper[0], b.upper[1], b.upper[2]}};
-        },
-        view_);
-  }
+  const Bounds3f& bounds() const { return bounds_; }
 
   // Where fans through a window begin.
   void enter(const FanWindow& window, FanEntry& entry) const {
@@ -126,7 +120,10 @@ class SceneTracer {
 
   const KernelTable* kernels_;
   const AlphaSurfaces* alpha_;
-  std::variant<TriangleBvh<8>, TriangleBvh<16>, TriangleKd<8>, TriangleKd<16>> view_;
+  Bounds3f bounds_;
+  std::variant<TriangleBvh<8>, TriangleBvh<16>, TriangleKd<8>, TriangleKd<16>, InstancedView<8>,
+               InstancedView<16>>
+      view_;
 };
 
 }  // namespace tessera::core

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+// Leaves with instances: rays go on through the structure of the mesh, in its own coordinates, and
+// are tested against its triangles in world space, block by block. A block is brought there by the
+// operations that flatten a scene, so an instance gives the bits of the same triangles flattened.
+//
+// Threads. One traversal owns one.
+#include "slave/core/primitive/shapes_layout.h"
+#include "slave/core/traverse/view_layout.h"
+
+#if defined(TESSERA_CORE_INSTANCE_LEAF_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_INSTANCE_LEAF_INL_H_
+#undef TESSERA_CORE_INSTANCE_LEAF_INL_H_
+#else
+#define TESSERA_CORE_INSTANCE_LEAF_INL_H_
+#endif
+
+#include "slave/core/primitive/instance/instance_rays-inl.h"
+#include "slave/core/primitive/leaf-inl.h"
+#include "slave/core/traverse/node_stack-inl.h"
+#include "slave/core/traverse/ray_slabs-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+template <int W>
+using MeshView = BvhView<W, TrianglesOnly<W>>;
+
+template <int W>
+HWY_INLINE MeshView<W> view_of(const MeshShape<W>& mesh) {
+  return {mesh.nodes, {mesh.triangles}, mesh.box};
+}
+
+// A block in world space. Corners as Transform::point() has them, without fused operations; an
+// identity leaves them as they are, zeros with a sign, too.
+template <int W>
+HWY_INLINE void place(const TriangleBlock<W>& block, const InstanceBlock& instance,
+                      TriangleBlock<W>& placed) {
+  using B = hn::CappedTag<float, W>;
+  const B b;
+  const hn::RebindToUnsigned<B> bu;
+  for (size_t i = 0; i < W; i += hn::MaxLanes(b)) {
+    for (size_t c = 0; c < 9; c += 3) {
+      const auto x = hn::Load(b, block.vertex[c] + i), y = hn::Load(b, block.vertex[c + 1] + i);
+      const auto z = hn::Load(b, block.vertex[c + 2] + i);
+      for (size_t a = 0; a < 3; ++a) {
+        const float* const row = instance.to_world[a];
+        const auto sum = hn::Add(hn::Mul(hn::Set(b, row[0]), x), hn::Mul(hn::Set(b, row[1]), y));
+        const auto at = hn::Add(hn::Add(sum, hn::Mul(hn::Set(b, row[2]), z)), hn::Set(b, row[3]));
+        hn::Store(at, b, placed.vertex[c + a] + i);
+      }
+    }
+    const auto number = hn::Load(bu, block.primitive + i);
+    hn::Store(hn::Add(number, hn::Set(bu, instance.first_primitive)), bu, placed.primitive + i);
+  }
+  if (HWY_UNLIKELY(instance.is_identity != 0)) {
+    for (size_t k = 0; k < 9; ++k) {
+      for (size_t i = 0; i < W; i += hn::MaxLanes(b))
+        hn::Store(hn::Load(b, block.vertex[k] + i), b, placed.vertex[k] + i);
+    }
+  }
+}
+
+// Rays of a packet. Test: FanBlock or BundleBlock.
+template <int W, bool kAny, class Rays, template <int, bool> class Test>
+class InstancePacketLeaf {
+ public:
+  static constexpr bool kIsAny = kAny;
+
+  explicit InstancePacketLeaf(Rays& rays) : rays_(rays), test_(rays) {}
+
+  // Requires, before tests: the rays are set up.
+  HWY_INLINE void prepare() { test_.prepare(); }
+
+  // Returns: whether some ray has a new best hit.
+  HWY_INLINE bool test(const TrianglesAndInstances<W>& shapes, uint32_t first, uint32_t count) {
+    bool has_hit = false;
+    for (uint32_t i = first; i < first + count; ++i) {
+      const uint32_t block = shapes.blocks[i];
+      if ((block & kIsInstance) == 0) {
+        has_hit |= test_.test(shapes.triangles[block]);
+      } else {
+        const InstanceBlock& instance = shapes.instances[block ^ kIsInstance];
+        has_hit |= test(shapes.meshes[instance.mesh], instance);
+      }
+    }
+    return has_hit;
+  }
+
+ private:
+  // What an instance costs before its first node, in tests of a row; see PacketTracer.
+  static constexpr int kEnterWork = 4;
+
+  HWY_NOINLINE bool test(const MeshShape<W>& mesh, const InstanceBlock& instance);
+
+  Rays& rays_;
+  Test<W, kAny> test_;
+  ObjectFrustum frustum_;
+};
+
+template <int W, bool kAny, class Rays, template <int, bool> class Test>
+bool InstancePacketLeaf<W, kAny, Rays, Test>::test(const MeshShape<W>& mesh,
+                                                   const InstanceBlock& instance) {
+  rays_.work_left -= kEnterWork;
+  if (!frustum_.enter(rays_, instance, mesh.box)) {
+    rays_.work_left = -1;  // each by itself
+    return false;
+  }
+  const MeshView<W> view = view_of(mesh);
+  NodeStack<MeshView<W>> stack(view);
+  alignas(64) float z_near[W];
+  bool has_hit = false;
+  int steps = 0;
+  for (uint32_t child = stack.next(frustum_.z_far); child != kBvhNoChild;
+       child = stack.next(frustum_.z_far)) {
+    while ((child & kBvhLeaf) == 0) {
+      if (++steps > Rays::kStepsMax) rays_.work_left = -1;
+      const BvhNode<W>& node = view.nodes[child];
+      child = stack.descend(node, FrustumTests<W>::boxes(frustum_, node, z_near), z_near);
+    }
+    if (rays_.work_left < 0) return has_hit;
+    if (child == kBvhNoChild) continue;
+    bool is_hit = false;
+    const TriangleBlock<W>* block = view.shapes.triangles + leaf_first(child);
+    const TriangleBlock<W>* const end = block + leaf_count(child);
+    for (; block != end; ++block) {
+      TriangleBlock<W> placed;
+      place(*block, instance, placed);
+      is_hit |= test_.test(placed);
+    }
+    if (!is_hit) continue;
+    has_hit = true;
+    rays_.shorten();
+    frustum_.shorten(rays_);
+  }
+  return has_hit;
+}
+
+// One ray.
+template <int W, bool kAny>
+class InstanceRayLeaf {
+ public:
+  static constexpr bool kIsAny = kAny;
+
+  explicit InstanceRayLeaf(OneRay& ray) : ray_(ray), test_(ray) {}
+
+  HWY_INLINE void prepare() { test_.prepare(); }
+  // Returns: of any hits, the block where the hit is; else, or where there is none, kNoBlock.
+  HWY_INLINE uint32_t test(const TrianglesAndInstances<W>& shapes, uint32_t first, uint32_t count) {
+    for (uint32_t i = first; i < first + count; ++i) {
+      const uint32_t block = shapes.blocks[i];
+      if ((block & kIsInstance) == 0) {
+        test_.test(shapes.triangles[block]);
+      } else {
+        const InstanceBlock& instance = shapes.instances[block ^ kIsInstance];
+        test(shapes.meshes[instance.mesh], instance);
+      }
+      if (kAny && test_.has_hit()) return i;
+    }
+    return kNoBlock;
+  }
+
+ private:
+  HWY_NOINLINE void test(const MeshShape<W>& mesh, const InstanceBlock& instance);
+  HWY_INLINE bool enter(const MeshShape<W>& mesh, const InstanceBlock& instance, OneRay& inner,
+                        RaySlabs<W>& slabs) const;
+  // Returns: whether no more is to be looked for.
+  HWY_INLINE bool test(const InstanceBlock& instance, const TriangleBlock<W>* blocks,
+                       uint32_t count) {
+    for (uint32_t i = 0; i < count; ++i) {
+      TriangleBlock<W> placed;
+      place(blocks[i], instance, placed);
+      test_.test(placed);
+      if (kAny && test_.has_hit()) return true;
+    }
+    return false;
+  }
+
+  OneRay& ray_;
+  TriangleRay<W, kAny> test_;
+};
+
+// Takes the ray into object space. Its direction is the scaled one, so that no transform makes it
+// vanish or overflow. Returns: false where that cannot be done with the precision that boxes need.
+template <int W, bool kAny>
+bool InstanceRayLeaf<W, kAny>::enter(const MeshShape<W>& mesh, const InstanceBlock& instance,
+                                     OneRay& inner, RaySlabs<W>& slabs) const {
+  const ObjectRay ray(instance, ray_.origin, ray_.slope);
+  SingleRay single;
+  single.t_min = ray_.t_min * ray_.scale;
+  single.t_max = ray_.best_t * ray_.scale;
+  SceneBox box = mesh.box;
+  alignas(16) float pad[4] = {0, 0, 0, 0};
+  for (int a = 0; a < 3; ++a) {
+    single.origin[a] = ray.origin[a];
+    single.direction[a] = ray.direction[a];
+    pad[a] = instance.pad[a] + kPlacedOriginError * ray.origin_size[a];
+    box.lower[a] -= 2 * pad[a];
+    box.upper[a] += 2 * pad[a];
+    box.farthest[a] += 2 * pad[a];
+  }
+  if (!inner.setup(single, box)) return false;
+  const float per_speed = kPlacedDirectionError / abs_of(ray.direction[inner.kz]);
+  float worst = 0;
+  for (int a = 0; a < 3; ++a) {
+    const float share = ray.direction_size[a] * per_speed;
+    worst = max_of(worst, share);
+    pad[a] = (pad[a] + share * inner.reach) * (1 + 16 * kRoundoff) + kUnderflow;
+  }
+  if (!(worst <= kPlacedDirectionErrorMax && inner.reach < 0x1p100f)) return false;
+  slabs.template setup<true>(inner, box, pad);
+  return true;
+}
+
+template <int W, bool kAny>
+void InstanceRayLeaf<W, kAny>::test(const MeshShape<W>& mesh, const InstanceBlock& instance) {
+  if (ray_.best_t < ray_.t_min) return;
+  OneRay inner;
+  RaySlabs<W> slabs;
+  if (!enter(mesh, instance, inner, slabs)) {
+    test(instance, mesh.triangles, mesh.block_count);
+    return;
+  }
+  const MeshView<W> view = view_of(mesh);
+  alignas(64) float t_in[W];
+  NodeStack<MeshView<W>> stack(view);
+  uint32_t child = stack.next(inner.far_limit);
+  while (child != kBvhNoChild) {
+    if ((child & kBvhLeaf) == 0) {
+      const BvhNode<W>& node = view.nodes[child];
+      const uint32_t met = slabs.overlapping(inner, node, t_in);
+      child = kAny ? stack.descend_unsorted(node, met) : stack.descend(node, met, t_in);
+      if (child != kBvhNoChild) continue;
+    } else {
+      const TriangleBlock<W>* const blocks = view.shapes.triangles + leaf_first(child);
+      if (test(instance, blocks, leaf_count(child))) return;
+      inner.far_limit = moved(ray_.best_t * ray_.scale * inner.scale, 2 * kTimeSlack);
+    }
+    child = stack.next(inner.far_limit);
+  }
+}
+
+template <int W>
+struct LeafTests<TrianglesAndInstances<W>> {
+  // For prefetching: nothing is known of a block before its number has been looked up.
+  static HWY_INLINE const char* address(const TrianglesAndInstances<W>& shapes, uint32_t block) {
+    return reinterpret_cast<const char*>(shapes.blocks + block);
+  }
+  template <bool kAny>
+  using Ray = InstanceRayLeaf<W, kAny>;
+  template <bool kAny>
+  using Fan = InstancePacketLeaf<W, kAny, FanRays, FanBlock>;
+  template <bool kAny>
+  using Bundle = InstancePacketLeaf<W, kAny, BundleRays, BundleBlock>;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

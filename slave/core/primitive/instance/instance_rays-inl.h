@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays taken into the object space of an instance, where they are tested against boxes and nothing
+// else: what they hit is decided in world space.
+//
+// Padding. A point x of the world is y = A (x - T) in object space, with A = to_object exactly as it
+// is stored and T the last column of to_world, so whatever A is, rays and corners are taken there by
+// one map. Two things are off, both by axis and in object units:
+//   corners  A (w - T) of a corner w in world space, rounded there, differs from the corner p of the
+//            mesh, which its boxes hold, by at most InstanceBlock::pad (instance_placement.cpp).
+//   rays     with u = 2^-24: the origin o' = A (o - T) takes one rounding for o - T and three for
+//            the row: 4 u L, L = |A| |o - T| by absolute values. The direction d' = A d takes three:
+//            3 u |A| |d|; at the parameter t where the ray is at the box, |t| <= R / |d'| by main
+//            axis, with R the largest distance of a point of the (padded) box, that moves the ray by
+//            q R, q = 3 u |A| |d| / |d'|.
+// So boxes grow by P = pad + 6 u L + q' R with q' = 4 u |A| |d| / |d'|, for q' <= 1/4: then R, which
+// knows nothing of the last term, still is large enough: (R + P) 3/4 q' <= q' R for P <= R / 3, and
+// where pad and 6 u L make P larger, they are part of R.
+//
+// Threads. One traversal owns one.
+#include "slave/core/primitive/instance_layout.h"
+
+#if defined(TESSERA_CORE_INSTANCE_RAYS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_INSTANCE_RAYS_INL_H_
+#undef TESSERA_CORE_INSTANCE_RAYS_INL_H_
+#else
+#define TESSERA_CORE_INSTANCE_RAYS_INL_H_
+#endif
+
+#include "slave/core/ray/bundle_rays-inl.h"
+#include "slave/core/ray/fan_rays-inl.h"
+#include "slave/core/ray/one_ray-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+constexpr float kPlacedOriginError = 6 * kRoundoff, kPlacedDirectionError = 4 * kRoundoff;
+constexpr float kPlacedDirectionErrorMax = 0.25f;  // q'
+
+// Origin and direction of one ray, with what they may be off.
+struct ObjectRay {
+  float origin[3], direction[3];
+  float origin_size[3];     // L
+  float direction_size[3];  // |A| |d|
+
+  HWY_INLINE ObjectRay(const InstanceBlock& instance, const float* from, const float* along) {
+    float moved[3];
+    for (int a = 0; a < 3; ++a) moved[a] = from[a] - instance.to_world[a][3];
+    for (int a = 0; a < 3; ++a) {
+      const float* const row = instance.to_object[a];
+      origin[a] = row[0] * moved[0] + row[1] * moved[1] + row[2] * moved[2];
+      direction[a] = row[0] * along[0] + row[1] * along[1] + row[2] * along[2];
+      const auto size = [&](const float* v) {
+        return abs_of(row[0] * v[0]) + abs_of(row[1] * v[1]) + abs_of(row[2] * v[2]);
+      };
+      origin_size[a] = size(moved);
+      direction_size[a] = size(along);
+    }
+  }
+};
+
+// The rays of a packet, as one frustum in object space. Rays: FanRays or BundleRays.
+class ObjectFrustum : public Frustum {
+  using D = PacketRays::D;
+  using V = PacketRays::V;
+  static constexpr size_t kLanes = PacketRays::kLanes;
+  static constexpr size_t kRows = PacketRays::kRows;
+
+ public:
+  // Returns: whether the rays form a frustum there; else they have to be traced one by one.
+  template <class Rays>
+  HWY_INLINE bool enter(const Rays& rays, const InstanceBlock& instance, const SceneBox& box);
+  // After hits: no ray looks further than its nearest.
+  HWY_INLINE void shorten(const PacketRays& rays);
+
+ private:
+  // Across the main axis: slopes, and the planes' places at depth 0.
+  struct Bounds {
+    V slope_low[2], slope_high[2];
+    V ratio;  // |d| / |d'|
+  };
+
+  HWY_INLINE void set_origin(const FanRays& rays, const InstanceBlock& instance);
+  HWY_INLINE void set_origin(const BundleRays& rays, const InstanceBlock& instance);
+  HWY_INLINE bool set_slopes(const PacketRays& rays, const InstanceBlock& instance, float& ratio);
+  HWY_INLINE void set_offsets(const FanRays&) {
+    for (int k = 0; k < 2; ++k) offset_u[k] = offset_v[k] = 0;
+  }
+  HWY_INLINE void set_offsets(const BundleRays& rays);
+  HWY_INLINE bool grow(const InstanceBlock& instance, const SceneBox& box, float ratio);
+  // The component of the row's vectors along an axis of object space.
+  static HWY_INLINE V along(const InstanceBlock& instance, int axis, V x, V y, V z) {
+    const D d;
+    const float* const row = instance.to_object[axis];
+    return hn::MulAdd(hn::Set(d, row[0]), x,
+                      hn::MulAdd(hn::Set(d, row[1]), y, hn::Mul(hn::Set(d, row[2]), z)));
+  }
+
+  float origin_size_[3];  // the largest L of a ray
+  float spread_ = 0;      // largest distance, by axis, of a ray's origin from the frustum's
+  float margin_ = 0;      // what z_far grows by
+  alignas(64) float speed_[kPacketRays];    // d' along the main axis
+  alignas(64) float start_[kPacketRays];    // depth at which a ray begins
+  alignas(64) float from_[2][kPacketRays];  // of a bundle: its place across the main axis
+};
+
+template <class Rays>
+bool ObjectFrustum::enter(const Rays& rays, const InstanceBlock& instance, const SceneBox& box) {
+  constexpr size_t kSome =
+      27;  // any will do: those that are not valid go where the middle one goes
+  float size[3];
+  for (size_t a = 0; a < 3; ++a) {
+    const float* const row = instance.to_object[a];
+    size[a] = row[0] * rays.direction[0][kSome] + row[1] * rays.direction[1][kSome] +
+              row[2] * rays.direction[2][kSome];
+  }
+  const int larger = abs_of(size[0]) >= abs_of(size[1]) ? 0 : 1;
+  const int axis = abs_of(size[larger]) >= abs_of(size[2]) ? larger : 2;
+  set_axis(axis, size[axis] < 0);
+  float ratio = 0;
+  if (!set_slopes(rays, instance, ratio)) return false;
+  set_origin(rays, instance);
+  set_offsets(rays);
+  if (!grow(instance, box, ratio)) return false;
+  shorten(rays);
+  return true;
+}
+
+bool ObjectFrustum::set_slopes(const PacketRays& rays, const InstanceBlock& instance,
+                               float& ratio) {
+  const D d;
+  V low_u = hn::Inf(d), low_v = low_u, high_u = hn::Neg(low_u), high_v = high_u;
+  V longest = hn::Zero(d);
+  auto is_near = hn::Eq(longest, longest);
+  for (size_t at = 0; at < kPacketRays; at += kLanes) {
+    const V x = hn::Load(d, rays.direction[0] + at), y = hn::Load(d, rays.direction[1] + at);
+    const V z = hn::Load(d, rays.direction[2] + at);
+    const V speed = hn::Mul(along(instance, kz, x, y, z), hn::Set(d, side));
+    const V per_depth = hn::Div(hn::Set(d, 1), speed);
+    const V u = hn::Mul(along(instance, kx, x, y, z), per_depth);
+    const V v = hn::Mul(along(instance, ky, x, y, z), per_depth);
+    const auto is_steep = [&](V slope) {
+      return hn::Le(hn::Abs(slope), hn::Set(d, PacketRays::kSteepest));
+    };
+    is_near =
+        hn::And(is_near, hn::And(hn::Gt(speed, hn::Zero(d)), hn::And(is_steep(u), is_steep(v))));
+    low_u = hn::Min(low_u, u);
+    high_u = hn::Max(high_u, u);
+    low_v = hn::Min(low_v, v);
+    high_v = hn::Max(high_v, v);
+    longest = hn::Max(longest, hn::Mul(hn::Load(d, rays.length + at), per_depth));
+    hn::Store(speed, d, speed_ + at);
+  }
+  if (!hn::AllTrue(d, is_near)) return false;
+  // Moved out by the roundings of the quotient (two) and of its product with a depth.
+  const auto outward = [](float bound, float sign) {
+    return bound + sign * abs_of(bound) * (8 * kRoundoff);
+  };
+  slope_u[0] = outward(hn::GetLane(hn::MinOfLanes(d, low_u)), -1);
+  slope_u[1] = outward(hn::GetLane(hn::MaxOfLanes(d, high_u)), 1);
+  slope_v[0] = outward(hn::GetLane(hn::MinOfLanes(d, low_v)), -1);
+  slope_v[1] = outward(hn::GetLane(hn::MaxOfLanes(d, high_v)), 1);
+  ratio = hn::GetLane(hn::MaxOfLanes(d, longest));
+  return true;
+}
+
+void ObjectFrustum::set_origin(const FanRays& rays, const InstanceBlock& instance) {
+  const D d;
+  const float still[3] = {0, 0, 0};
+  const ObjectRay ray(instance, rays.origin, still);
+  for (int a = 0; a < 3; ++a) {
+    origin[a] = ray.origin[a];
+    origin_size_[a] = ray.origin_size[a];
+  }
+  spread_ = 0;
+  for (size_t at = 0; at < kPacketRays; at += kLanes) hn::Store(hn::Zero(d), d, start_ + at);
+}
+
+// The frustum begins where the ray does that begins first along the main axis.
+void ObjectFrustum::set_origin(const BundleRays& rays, const InstanceBlock& instance) {
+  const D d;
+  V first = hn::Inf(d), size[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+  for (size_t at = 0; at < kPacketRays; at += kLanes) {
+    const auto moved = [&](int a) {
+      return hn::Sub(hn::Load(d, rays.from[a] + at), hn::Set(d, instance.to_world[a][3]));
+    };
+    const V x = moved(0), y = moved(1), z = moved(2);
+    hn::Store(along(instance, kx, x, y, z), d, from_[0] + at);
+    hn::Store(along(instance, ky, x, y, z), d, from_[1] + at);
+    const V depth = hn::Mul(along(instance, kz, x, y, z), hn::Set(d, side));
+    hn::Store(depth, d, start_ + at);
+    first = hn::Min(first, depth);
+    for (int a = 0; a < 3; ++a) {
+      const float* const row = instance.to_object[a];
+      const auto part = [&](int b, V v) { return hn::Abs(hn::Mul(hn::Set(d, row[b]), v)); };
+      size[a] = hn::Max(size[a], hn::Add(hn::Add(part(0, x), part(1, y)), part(2, z)));
+    }
+  }
+  const float begin = hn::GetLane(hn::MinOfLanes(d, first));
+  origin[kx] = from_[0][0];
+  origin[ky] = from_[1][0];
+  origin[kz] = begin * side;
+  V farthest = hn::Zero(d);
+  for (size_t at = 0; at < kPacketRays; at += kLanes) {
+    const V z = hn::Sub(hn::Load(d, start_ + at), hn::Set(d, begin));
+    const V x = hn::Sub(hn::Load(d, from_[0] + at), hn::Set(d, origin[kx]));
+    const V y = hn::Sub(hn::Load(d, from_[1] + at), hn::Set(d, origin[ky]));
+    hn::Store(z, d, start_ + at);
+    hn::Store(x, d, from_[0] + at);
+    hn::Store(y, d, from_[1] + at);
+    farthest = hn::Max(farthest, hn::Max(z, hn::Max(hn::Abs(x), hn::Abs(y))));
+  }
+  spread_ = hn::GetLane(hn::MaxOfLanes(d, farthest)) * (1 + 2 * kRoundoff);
+  for (int a = 0; a < 3; ++a) origin_size_[a] = hn::GetLane(hn::MaxOfLanes(d, size[a]));
+}
+
+// Moved out by the roundings of origins, products and sums, as BundleRays::set_offsets() has them.
+void ObjectFrustum::set_offsets(const BundleRays&) {
+  const D d;
+  const float slack = 16 * kRoundoff * spread_;
+  const auto set = [&](const float* from, const float* slope, float* offset) {
+    V low = hn::Inf(d), high = hn::Neg(low);
+    for (size_t at = 0; at < kPacketRays; at += kLanes) {
+      const V x = hn::Load(d, from + at), z = hn::Load(d, start_ + at);
+      low = hn::Min(low, hn::NegMulAdd(hn::Set(d, slope[0]), z, x));
+      high = hn::Max(high, hn::NegMulAdd(hn::Set(d, slope[1]), z, x));
+    }
+    offset[0] = hn::GetLane(hn::MinOfLanes(d, low)) - slack;
+    offset[1] = hn::GetLane(hn::MaxOfLanes(d, high)) + slack;
+  };
+  set(from_[0], slope_u, offset_u);
+  set(from_[1], slope_v, offset_v);
+}
+
+// Makes room for P on all sides. The origin is moved back by 2 P along the main axis, which is at
+// least P and at most 3 P with the rounding of that place: P is more than 6 u of it. So a depth is
+// off by at most 4 P, P of the box's included.
+bool ObjectFrustum::grow(const InstanceBlock& instance, const SceneBox& box, float ratio) {
+  float reach = 0, pad[3];
+  for (int a = 0; a < 3; ++a) {
+    pad[a] = instance.pad[a] + kPlacedOriginError * origin_size_[a];
+    const float far = max_of(abs_of(box.lower[a] - origin[a]), abs_of(box.upper[a] - origin[a]));
+    reach = max_of(reach, far + 2 * pad[a]);
+  }
+  reach += 2 * spread_;
+  float worst = 0;
+  for (int a = 0; a < 3; ++a) {
+    const float share = kPlacedDirectionError * (instance.row_max[a] * ratio);
+    worst = max_of(worst, share);
+    pad[a] = (pad[a] + share * reach) * (1 + 16 * kRoundoff) + kUnderflow;
+  }
+  if (!(worst <= kPlacedDirectionErrorMax && reach < 0x1p100f)) return false;
+  const float back = pad[kz];
+  origin[kz] -= side * (2 * back);
+  const auto grow_by = [&](float* slope, float* offset, float across) {
+    offset[0] -= across + abs_of(slope[0]) * (4 * back);
+    offset[1] += across + abs_of(slope[1]) * (4 * back);
+  };
+  // What the sums above are rounded by is less than the room that pad has.
+  grow_by(slope_u, offset_u, pad[kx]);
+  grow_by(slope_v, offset_v, pad[ky]);
+  margin_ = 4 * back;
+  return true;
+}
+
+void ObjectFrustum::shorten(const PacketRays& rays) {
+  const D d;
+  V far = hn::Neg(hn::Inf(d));
+  for (size_t at = 0; at < kPacketRays; at += kLanes) {
+    far = hn::Max(far, hn::MulAdd(hn::Load(d, speed_ + at), hn::Load(d, rays.best_t + at),
+                                  hn::Load(d, start_ + at)));
+  }
+  z_far = hn::GetLane(hn::MaxOfLanes(d, far)) * (1 + 2 * kTimeSlack) + margin_;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "slave/core/primitive/instance/instance_writer.h"
+
+#include <algorithm>
+
+#include "slave/core/primitive/shapes_layout.h"
+
+namespace tessera::core {
+
+// Primitives ascend, so triangles come first.
+template <int W>
+LeafRange InstanceWriter<W>::append(std::span<const std::uint32_t> primitives) {
+  const std::uint32_t first = block_count();
+  const auto triangle_count = static_cast<std::uint32_t>(vertices_.size() / 9);
+  const auto end = std::lower_bound(primitives.begin(), primitives.end(), triangle_count);
+  const auto triangles = static_cast<std::size_t>(end - primitives.begin());
+  if (triangles > 0) {
+    const LeafRange range = triangles_.append(primitives.first(triangles));
+    for (std::uint32_t i = 0; i < range.count; ++i) blocks_.push_back(range.first + i);
+  }
+  for (const std::uint32_t primitive : primitives.subspan(triangles))
+    blocks_.push_back((primitive - triangle_count) | kIsInstance);
+  return {first, block_count() - first};
+}
+
+template <int W>
+std::unique_ptr<LeafWriter> InstanceWriter<W>::fresh() const {
+  return std::make_unique<InstanceWriter>(vertices_, instances_);
+}
+
+template <int W>
+std::uint32_t InstanceWriter<W>::join(LeafWriter& part) {
+  auto& other = static_cast<InstanceWriter&>(part);
+  const std::uint32_t base = block_count(), triangle_base = triangles_.join(other.triangles_);
+  for (const std::uint32_t block : other.blocks_)
+    blocks_.push_back((block & kIsInstance) != 0 ? block : block + triangle_base);
+  return base;
+}
+
+template <int W>
+void InstanceWriter<W>::reserve(std::size_t block_count) {
+  blocks_.reserve(block_count);
+}
+
+template <int W>
+std::span<const std::uint32_t> InstanceWriter<W>::primitives_of(std::uint32_t block) const {
+  const std::uint32_t at = blocks_[block];
+  if ((at & kIsInstance) == 0) return triangles_.primitives_of(at);
+  return instances_.subspan(at ^ kIsInstance, 1);
+}
+
+template class InstanceWriter<8>;
+template class InstanceWriter<16>;
+
+}  // namespace tessera::core

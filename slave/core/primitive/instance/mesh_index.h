@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// The structure of one mesh in its own coordinates, shared by its instances and by versions of a scene.
+//
+// Threads. Built once, then never changed.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/scene/scene.h"
+#include "slave/core/primitive/primitive_index.h"
+
+namespace tessera::core {
+
+// The hierarchy holds every triangle whose corners differ: one without area may get some by the
+// rounding of its corners in world space, and is judged there.
+template <int W>
+struct MeshIndex {
+  IndexedBvh<W> bvh;
+  std::vector<Bounds3f> parts;         // boxes below the root: together they hold all corners
+  std::uint64_t degenerate_count = 0;  // of triangles without area, object space
+
+  MeshShape<W> shape() const;
+};
+
+// Returns: kCancelled; kResourceExhausted when indices or memory run out.
+template <int W>
+Result<std::shared_ptr<const MeshIndex<W>>> index_mesh(const Mesh& mesh,
+                                                       const BuildControl& control);
+
+}  // namespace tessera::core
