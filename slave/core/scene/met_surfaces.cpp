@@ -35,12 +35,40 @@ void MetSurfaces::keep(const Packet& rays, const PacketHits& hits) {
 
 void MetSurfaces::find(const FanPacket& rays, const PacketHits& hits) {
   keep(rays, hits);
-  kernels_->fan_points(scene_->triangles.vertices.data(), rays, hits, points_);
+  if (!scene_->triangles.is_flat()) gather_corners(hits);
+  kernels_->fan_points(vertices(), rays, numbered(hits), points_);
 }
 
 void MetSurfaces::find(const RayPacket& rays, const PacketHits& hits) {
   keep(rays, hits);
-  kernels_->packet_points(scene_->triangles.vertices.data(), rays, hits, points_);
+  if (!scene_->triangles.is_flat()) gather_corners(hits);
+  kernels_->packet_points(vertices(), rays, numbered(hits), points_);
+}
+
+// Rays that meet one triangle after another share its corners.
+void MetSurfaces::gather_corners(const PacketHits& hits) {
+  std::uint32_t count = 0, last = kNoPrimitive;
+  for (std::size_t i = 0; i < kPacketRays; ++i) {
+    const std::uint32_t number = hits.primitive[i];
+    gathered_.hits.t[i] = hits.t[i];
+    if (number == kNoPrimitive) {
+      gathered_.hits.primitive[i] = kNoPrimitive;
+      continue;
+    }
+    if (number != last) {
+      const std::uint32_t instance = instances_.of(number);
+      for (int k = 0; k < 3; ++k) {
+        const Vec3f p = scene_->triangles.vertex_of(instance, number, k);
+        float* const to = gathered_.corner[count][k];
+        to[0] = p.x;
+        to[1] = p.y;
+        to[2] = p.z;
+      }
+      last = number;
+      ++count;
+    }
+    gathered_.hits.primitive[i] = count - 1;
+  }
 }
 
 void MetSurfaces::make(std::uint64_t rays, const RayCone* cones, Surface* const* to,

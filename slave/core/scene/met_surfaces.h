@@ -53,6 +53,16 @@ class MetSurfaces {
   template <class Packet>
   void keep(const Packet& rays, const PacketHits& hits);
   const Material& material_of(std::uint32_t triangle);
+  // Of scenes whose triangles are not all stored: the corners of those that are met, and the hits with
+  // the places of their corners there for numbers.
+  void gather_corners(const PacketHits& hits);
+  const float* vertices() const {
+    return scene_->triangles.is_flat() ? scene_->triangles.vertices.data()
+                                       : &gathered_.corner[0][0][0];
+  }
+  const PacketHits& numbered(const PacketHits& hits) const {
+    return scene_->triangles.is_flat() ? hits : gathered_.hits;
+  }
 
   const PreparedScene::Impl* scene_ = nullptr;
   const KernelTable* kernels_ = nullptr;
@@ -63,6 +73,10 @@ class MetSurfaces {
   const Material* material_ = nullptr;
   InstanceFinder instances_;
   SurfaceDetail detail_;
+  struct {
+    float corner[kPacketRays][3][3];  // [triangle][corner][axis]
+    PacketHits hits;
+  } gathered_;
 };
 
 }  // namespace tessera::core

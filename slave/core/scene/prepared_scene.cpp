@@ -12,6 +12,7 @@
 #include "slave/core/bsdf/albedo_table.h"
 #include "slave/core/bsdf/sheen_table.h"
 #include "slave/core/kernels/kernel_table.h"
+#include "slave/core/primitive/instance/instanced_index.h"
 #include "slave/core/scene/prepared_scene_impl.h"
 #include "slave/core/simd/isa_support.h"
 #include "slave/core/surface/surface_lobes.h"
@@ -54,33 +55,87 @@ SurfaceFeatures features_of(const Scene& scene, const Geometry& geometry) {
   return features;
 }
 
-bool is_of(const Geometry& geometry, const Scene& scene, Structure structure) {
+bool is_of(const Geometry& geometry, const Scene& scene, const BuildOptions& options) {
   return geometry.meshes == scene.meshes && geometry.instances == scene.instances &&
-         geometry.structure == structure;
+         geometry.structure == options.structure && geometry.instancing == options.instancing;
+}
+
+bool is_any_smooth(const Scene& scene, const Geometry* other) {
+  if (other != nullptr && other->meshes == scene.meshes) return other->is_smooth;
+  for (const auto& mesh : scene.meshes) {
+    if (is_smooth(*mesh)) return true;
+  }
+  return false;
+}
+
+// Numbers, over the scene, of the triangles that are stored.
+std::vector<std::uint32_t> numbers_of(const TriangleStore& store) {
+  std::vector<std::uint32_t> numbers;
+  numbers.reserve(store.vertices.size() / 9);
+  for (std::size_t i = 0; i + 1 < store.instance_first.size(); ++i) {
+    if (store.stored_first[i] == TriangleStore::kNotStored) continue;
+    for (std::uint64_t n = store.instance_first[i]; n < store.instance_first[i + 1]; ++n)
+      numbers.push_back(static_cast<std::uint32_t>(n));
+  }
+  return numbers;
+}
+
+// Triangles with their structure, in two levels where instances are worth it. Shape: boxes becomes
+// [stored triangle].
+template <int W>
+Status build_index(const Scene& scene, const BuildOptions& options, Geometry& geometry) {
+  const BuildControl control{options.threads, options.is_cancelled};
+  KnownInstances<W> known;
+  if (options.other != nullptr) {
+    const Geometry& other = *options.other->impl().geometry;
+    known = {other.meshes, other.instances, std::get_if<InstancedBvh<W>>(&other.index.any)};
+  }
+  const bool is_kd =
+      options.structure == Structure::kKd || options.structure == Structure::kKdQuality;
+  Result<Placement<W>> placed =
+      place_instances<W>(scene, is_kd ? Instancing::kNever : options.instancing, known, control);
+  if (!placed.is_ok()) return placed.status();
+  const bool is_flat = placed->is_empty();
+  std::vector<Bounds3f> boxes;
+  TriangleStore& store = geometry.triangles;
+  store = make_triangle_store({geometry.meshes, geometry.instances,
+                               is_flat ? std::span<const std::uint8_t>{} : placed->is_placed},
+                              boxes);
+  store.degenerate_count += placed->degenerate_count;
+  const std::vector<std::uint32_t> numbers =
+      is_flat ? std::vector<std::uint32_t>{} : numbers_of(store);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (boxes[i].is_empty()) geometry.left_out.push_back(is_flat ? i : numbers[i]);
+  }
+  if (!is_flat) {
+    auto index = index_instances<W>(std::move(*placed), boxes, store.vertices, numbers, control);
+    if (!index.is_ok()) return index.status();
+    geometry.index.any = std::move(*index);
+    return Status::ok();
+  }
+  auto index = build_primitive_index(boxes, store.vertices, options.structure, W, control);
+  if (!index.is_ok()) return index.status();
+  geometry.index = std::move(*index);
+  return Status::ok();
 }
 
 Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
                                                        const BuildOptions& options) {
+  const Geometry* other = nullptr;
   if (options.other != nullptr) {
     const std::shared_ptr<const Geometry>& others = options.other->impl().geometry;
-    if (is_of(*others, scene, options.structure)) return others;
+    if (is_of(*others, scene, options)) return others;
+    other = others.get();
   }
   auto geometry = std::make_shared<Geometry>();
-  std::vector<Bounds3f> boxes;
-  geometry->triangles = make_triangle_store(scene, boxes);
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    if (boxes[i].is_empty()) geometry->left_out.push_back(i);
-  }
-  const int lanes = kernels_for(widest_isa(cpu_isas() & compiled_isas())).lane_count;
-  Result<PrimitiveIndex> index =
-      build_primitive_index(boxes, geometry->triangles.vertices, options.structure, lanes,
-                            {options.threads, options.is_cancelled});
-  if (!index.is_ok()) return index.status();
-  geometry->index = std::move(*index);
-  for (const auto& mesh : scene.meshes) geometry->is_smooth |= is_smooth(*mesh);
   geometry->meshes = scene.meshes;
   geometry->instances = scene.instances;
   geometry->structure = options.structure;
+  geometry->instancing = options.instancing;
+  const int lanes = kernels_for(widest_isa(cpu_isas() & compiled_isas())).lane_count;
+  TESSERA_RETURN_IF_ERROR(lanes >= 16 ? build_index<16>(scene, options, *geometry)
+                                      : build_index<8>(scene, options, *geometry));
+  geometry->is_smooth = is_any_smooth(scene, other);
   return std::shared_ptr<const Geometry>(std::move(geometry));
 }
 
@@ -151,6 +206,9 @@ bool PreparedScene::has_geometry_of(const PreparedScene& other) const {
 std::uint64_t PreparedScene::memory_bytes() const {
   std::uint64_t bytes = sizeof(Impl) + impl_->index.memory_bytes();
   bytes += impl_->triangles.vertices.capacity() * sizeof(float);
+  bytes += (impl_->triangles.instance_first.capacity() + impl_->triangles.stored_first.capacity()) *
+           sizeof(std::uint64_t);
+  bytes += impl_->instances.capacity() * sizeof(Instance);
   bytes += impl_->lights.emitters.capacity() * sizeof(Emitter);
   bytes += impl_->lights.emitter_textures.capacity() * sizeof(EmitterTexture);
   for (const auto& mesh : impl_->meshes) {

@@ -38,13 +38,14 @@ struct SurfaceFeatures {
 // What lights and materials do not change: shared with other versions of a scene.
 struct Geometry {
   TriangleStore triangles;
-  std::vector<std::uint64_t> left_out;  // of the index, rising: triangles without area
+  std::vector<std::uint64_t> left_out;  // of the index, rising: flattened ones without area
   PrimitiveIndex index;
   bool is_smooth = false;  // some mesh has normals that differ from those of its triangles
   // What it was made of:
   std::vector<std::shared_ptr<const Mesh>> meshes;
   std::vector<Instance> instances;
   Structure structure = Structure::kAuto;
+  Instancing instancing = Instancing::kAuto;
 };
 
 struct PreparedScene::Impl {

@@ -188,7 +188,7 @@ void SurfaceDetail::put_corners(const DetailGroup& group, std::uint32_t instance
       if (has_set[0]) put_uv(mesh.uvs[vertex], points_.corner_uv[0][k], i);
       if (has_set[1]) put_uv(mesh.uvs1[vertex], points_.corner_uv[1][k], i);
       if (group.uses != 0 || group.has_program || group.is_stretched)
-        put_vector(scene_->triangles.vertex(triangle_[i], k), points_.corner[k], i);
+        put_vector(scene_->triangles.vertex_of(instance, triangle_[i], k), points_.corner[k], i);
       if (group.has_tangents) {
         const Vec4f& t = mesh.tangents[vertex];
         put_vector({t.x, t.y, t.z}, points_.corner_tangent[k], i);
