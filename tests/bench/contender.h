@@ -50,6 +50,8 @@ class Entrants {
 // with_sizes: fans of fewer rays, too.
 std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
                                     const std::vector<Bounds3f>& boxes, Isa isa, bool with_sizes);
+// The same with one structure for each mesh of the scene, and a second level over its instances.
+std::unique_ptr<Entrants> make_ours_instanced(const Scene& scene, Isa isa);
 struct EmbreeMode {
   bool is_high = false;    // build quality "high" (spatial splits) and not "medium", its default
   bool is_robust = false;  // its watertight tests
@@ -57,6 +59,7 @@ struct EmbreeMode {
 // Null where the benchmark was built without Embree.
 std::unique_ptr<Entrants> make_embree(const core::TriangleStore& triangles, Isa isa,
                                       const EmbreeMode& mode);
+std::unique_ptr<Entrants> make_embree_instanced(const Scene& scene, Isa isa);
 
 // Builds it once and throws it away. Requires: has_embree().
 Build build_embree(const core::TriangleStore& triangles, Isa isa, const EmbreeMode& mode,

@@ -200,10 +200,16 @@ void report_costs(const std::vector<Row>& rows) {
 
 using AllEntrants = std::vector<std::unique_ptr<Entrants>>;
 
-AllEntrants entrants_of(const core::TriangleStore& triangles, const std::vector<Bounds3f>& boxes,
-                        const CoreSuiteOptions& options) {
+AllEntrants entrants_of(const Scene& scene, const core::TriangleStore& triangles,
+                        const std::vector<Bounds3f>& boxes, const CoreSuiteOptions& options) {
   AllEntrants entrants;
   entrants.push_back(make_ours(triangles, boxes, options.isa, options.with_sizes));
+  if (scene.instances.size() > 1) {
+    entrants.push_back(make_ours_instanced(scene, options.isa));
+    auto embree = make_embree_instanced(scene, options.isa);
+    if (embree) entrants.push_back(std::move(embree));
+    return entrants;
+  }
   for (const bool is_high : {false, true}) {
     for (const bool is_robust : {false, true}) {
       if ((is_high || is_robust) && !options.with_all_peers) continue;
@@ -216,12 +222,23 @@ AllEntrants entrants_of(const core::TriangleStore& triangles, const std::vector<
   return entrants;
 }
 
+Scene whole_scene(const BenchScene& scene) {
+  if (scene.instances.empty()) return test::make_scene(scene.mesh);
+  Scene whole = test::make_scene(scene.meshes[0]);
+  for (std::size_t m = 1; m < scene.meshes.size(); ++m) {
+    whole.meshes.push_back(std::make_shared<const Mesh>(scene.meshes[m]));
+  }
+  whole.instances = scene.instances;
+  return whole;
+}
+
 std::string run_scene(const BenchScene& scene, const CoreSuiteOptions& options) {
   std::vector<Bounds3f> boxes;
-  const core::TriangleStore triangles =
-      core::make_triangle_store(test::make_scene(scene.mesh), boxes);
-  const AllEntrants entrants = entrants_of(triangles, boxes, options);
-  std::printf("\n%s, %zu triangles\n", scene.name.c_str(), scene.mesh.triangles.size());
+  const Scene whole = whole_scene(scene);
+  const core::TriangleStore triangles = core::make_triangle_store(whole, boxes);
+  const AllEntrants entrants = entrants_of(whole, triangles, boxes, options);
+  std::printf("\n%s, %llu triangles\n", scene.name.c_str(),
+              static_cast<unsigned long long>(whole.triangle_count()));
   const auto run = [&](const Workload& work, std::string& list) {
     std::vector<Row> rows;
     for (const auto& entrant : entrants) {

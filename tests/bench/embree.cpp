@@ -3,6 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <cstring>
 #include <vector>
 
 #include "slave/core/ray/packet_layout.h"
@@ -74,18 +75,71 @@ int set_rays(Ray& ray, int* valid, const RayBlock& rays, int first) {
 class Embree final : public Entrants {
  public:
   Embree(const core::TriangleStore& triangles, Isa isa, const EmbreeMode& mode, int threads) {
-    static constexpr const char* kConfigs[] = {"sse2", "sse4.2", "avx2", "avx512"};
-    const std::string config = "threads=" + std::to_string(threads) +
-                               ",set_affinity=0,isa=" + kConfigs[static_cast<int>(isa)];
-    device_.reset(rtcNewDevice(config.c_str()));
-    rtcSetDeviceMemoryMonitorFunction(device_.get(), count_bytes, &bytes_);
+    open(isa, threads);
     const std::string name = std::string("embree") + (mode.is_high ? " high" : " medium") +
                              (mode.is_robust ? " robust" : "");
     build(triangles, mode, name);
     for (int kind = 0; kind < kRayKinds; ++kind) enter(static_cast<RayKind>(kind), name, mode);
   }
 
+  // Each mesh in a scene of its own, and a scene of instances over them.
+  Embree(const Scene& scene, Isa isa) {
+    open(isa, 1);
+    build(scene);
+    for (int kind = 0; kind < kRayKinds; ++kind)
+      enter(static_cast<RayKind>(kind), "embree instanced", {});
+  }
+
  private:
+  void open(Isa isa, int threads) {
+    static constexpr const char* kConfigs[] = {"sse2", "sse4.2", "avx2", "avx512"};
+    const std::string config = "threads=" + std::to_string(threads) +
+                               ",set_affinity=0,isa=" + kConfigs[static_cast<int>(isa)];
+    device_.reset(rtcNewDevice(config.c_str()));
+    rtcSetDeviceMemoryMonitorFunction(device_.get(), count_bytes, &bytes_);
+  }
+
+  void build(const Scene& scene) {
+    const std::int64_t before = bytes_;
+    const double start = process_cpu_seconds(), start_wall = wall_seconds();
+    for (const auto& mesh : scene.meshes) {
+      RTCScene part = rtcNewScene(device_.get());
+      RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+      void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                               RTC_FORMAT_FLOAT3, 12, mesh->positions.size());
+      std::memcpy(vertices, mesh->positions.data(), 12 * mesh->positions.size());
+      void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                              12, mesh->triangles.size());
+      std::memcpy(indices, mesh->triangles.data(), 12 * mesh->triangles.size());
+      rtcCommitGeometry(geometry);
+      rtcAttachGeometry(part, geometry);
+      rtcReleaseGeometry(geometry);
+      rtcCommitScene(part);
+      parts_.emplace_back(part);
+    }
+    scene_.reset(rtcNewScene(device_.get()));
+    std::uint32_t first = 0;
+    for (const Instance& instance : scene.instances) {
+      RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+      rtcSetGeometryInstancedScene(geometry, parts_[instance.mesh].get());
+      rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
+                              instance.object_to_world.m.data());
+      rtcCommitGeometry(geometry);
+      rtcAttachGeometry(scene_.get(), geometry);
+      rtcReleaseGeometry(geometry);
+      first_.push_back(first);
+      first += static_cast<std::uint32_t>(scene.meshes[instance.mesh]->triangles.size());
+    }
+    rtcCommitScene(scene_.get());
+    const double seconds = process_cpu_seconds() - start, wall = wall_seconds() - start_wall;
+    builds.push_back(
+        {"embree instanced", seconds, wall, 1e-6 * static_cast<double>(bytes_ - before)});
+  }
+
+  std::uint32_t number(unsigned instance, unsigned primitive) const {
+    return instance == RTC_INVALID_GEOMETRY_ID ? primitive : first_[instance] + primitive;
+  }
+
   void build(const core::TriangleStore& triangles, const EmbreeMode& mode,
              const std::string& name) {
     scene_.reset(rtcNewScene(device_.get()));
@@ -136,10 +190,10 @@ class Embree final : public Entrants {
     return true;
   }
 
-  static void store(const RTCRayHit& q, BlockHits& hits, int i) {
+  void store(const RTCRayHit& q, BlockHits& hits, int i) const {
     const bool is_hit = q.hit.geomID != RTC_INVALID_GEOMETRY_ID;
     hits.t[i] = is_hit ? q.ray.tfar : 0;
-    hits.primitive[i] = is_hit ? q.hit.primID : core::kNoPrimitive;
+    hits.primitive[i] = is_hit ? number(q.hit.instID[0], q.hit.primID) : core::kNoPrimitive;
   }
   static void store_any(float t_far, BlockHits& hits, int i) {
     hits.t[i] = 0;
@@ -182,7 +236,8 @@ class Embree final : public Entrants {
       for (int i = 0; i < count; ++i) {
         const bool is_hit = q.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
         hits.t[first + i] = is_hit ? q.ray.tfar[i] : 0;
-        hits.primitive[first + i] = is_hit ? q.hit.primID[i] : core::kNoPrimitive;
+        hits.primitive[first + i] =
+            is_hit ? number(q.hit.instID[0][i], q.hit.primID[i]) : core::kNoPrimitive;
       }
     }
   }
@@ -219,7 +274,9 @@ class Embree final : public Entrants {
 
   std::int64_t bytes_ = 0;
   std::unique_ptr<RTCDeviceTy, Release> device_;
+  std::vector<std::unique_ptr<RTCSceneTy, Release>> parts_;  // by mesh, where there are instances
   std::unique_ptr<RTCSceneTy, Release> scene_;
+  std::vector<std::uint32_t> first_;  // by instance: the number of its first triangle
 };
 
 }  // namespace
@@ -227,6 +284,10 @@ class Embree final : public Entrants {
 std::unique_ptr<Entrants> make_embree(const core::TriangleStore& triangles, Isa isa,
                                       const EmbreeMode& mode) {
   return std::make_unique<Embree>(triangles, isa, mode, 1);
+}
+
+std::unique_ptr<Entrants> make_embree_instanced(const Scene& scene, Isa isa) {
+  return std::make_unique<Embree>(scene, isa);
 }
 
 Build build_embree(const core::TriangleStore& triangles, Isa isa, const EmbreeMode& mode,

@@ -58,8 +58,8 @@ tessera::Status run(std::vector<std::string> suites,
     tessera::bench::CoreSuiteOptions of_suite = options;
     if (of_suite.scenes.empty()) of_suite.scenes = usual_scenes(suite, options.is_quick);
     for (const std::string& name : of_suite.scenes) {
-      const auto known =
-          suite == "gi" ? tessera::bench::gi_scene_names() : tessera::bench::scene_names();
+      auto known = suite == "gi" ? tessera::bench::gi_scene_names() : tessera::bench::scene_names();
+      if (suite == "core") known.push_back("crowd");
       if (std::find(known.begin(), known.end(), name) == known.end())
         return tessera::Status::invalid_argument("--scene " + name + " is none of " + suite);
     }
@@ -113,8 +113,11 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"core", "build", "accuracy", "thesis", "exchange", "gi"}));
   std::vector<std::string> scene_names = tessera::bench::scene_names();
   for (const std::string& name : tessera::bench::gi_scene_names()) scene_names.push_back(name);
-  app.add_option("--scene", options.scenes,
-                 "interior, knot, building, field; gi: cornell, room (default: all)")
+  scene_names.push_back("crowd");
+  app.add_option(
+         "--scene", options.scenes,
+         "interior, knot, building, field; core: crowd, too; gi: cornell, room (default: all "
+         "but crowd)")
       ->check(CLI::IsMember(scene_names));
   app.add_option("--rays", options.kinds, "primary, shadow, bounce (default: all)")
       ->check(CLI::IsMember({"primary", "shadow", "bounce"}));

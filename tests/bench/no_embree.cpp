@@ -5,6 +5,9 @@ std::unique_ptr<tessera::bench::Entrants> tessera::bench::make_embree(const core
                                                                       Isa, const EmbreeMode&) {
   return nullptr;
 }
+std::unique_ptr<tessera::bench::Entrants> tessera::bench::make_embree_instanced(const Scene&, Isa) {
+  return nullptr;
+}
 tessera::bench::Build tessera::bench::build_embree(const core::TriangleStore&, Isa,
                                                    const EmbreeMode&, int) {
   return {};

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "slave/core/kernels/kernel_table.h"
+#include "slave/core/primitive/instance/instanced_index.h"
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "slave/core/trace/fan_window.h"
@@ -199,6 +200,15 @@ class Ours final : public Entrants {
     }
   }
 
+  Ours(const Scene& scene, Isa isa) : with_sizes_(false) {
+    const core::KernelTable& table = core::kernels_for(isa);
+    if (table.lane_count >= 16) {
+      build_instanced<16>(table, scene);
+    } else {
+      build_instanced<8>(table, scene);
+    }
+  }
+
  private:
   template <int W>
   void build_all(const core::KernelTable& table, const core::TriangleStore& triangles,
@@ -214,6 +224,15 @@ class Ours final : public Entrants {
     });
     build<core::IndexedKd<W>>("kd" + width + "q", table, [&] {
       return core::index_by_kd<W>(boxes, triangles.vertices, alone, core::quality_build(clipper));
+    });
+  }
+
+  template <int W>
+  void build_instanced(const core::KernelTable& table, const Scene& scene) {
+    const core::BuildControl alone{1, nullptr};
+    build<core::InstancedBvh<W>>("instanced" + std::to_string(W), table, [&] {
+      auto placed = core::place_instances<W>(scene, core::Instancing::kAlways, {}, alone);
+      return core::index_instances<W>(std::move(*placed), {}, {}, {}, alone);
     });
   }
 
@@ -241,6 +260,10 @@ double process_cpu_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
 std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
                                     const std::vector<Bounds3f>& boxes, Isa isa, bool with_sizes) {
   return std::make_unique<Ours>(triangles, boxes, isa, with_sizes);
+}
+
+std::unique_ptr<Entrants> make_ours_instanced(const Scene& scene, Isa isa) {
+  return std::make_unique<Ours>(scene, isa);
 }
 
 }  // namespace tessera::bench

@@ -265,6 +265,41 @@ View make_field(ShapeBuilder& b) {
   return {{-62, -70, 11}, {-30, -33, -2}, 50, {-20, -40, 60}};
 }
 
+// Turned, tilted and scaled figures on a field, each a body, a head and limbs.
+BenchScene make_crowd() {
+  BenchScene scene;
+  scene.name = "crowd";
+  ShapeBuilder b;
+  b.add_surface(40, 40, [](float u, float v) {
+    return Vec3f{60 * u - 30, 60 * v - 30, 0.2f * std::sin(7 * u) * std::cos(5 * v)};
+  });
+  scene.meshes.push_back(b.take());
+  b = {};
+  b.add_superellipsoid({0, 0, 1.1f}, {0.3f, 0.2f, 0.45f}, 0.8f, 0.9f, 40, 24);
+  b.add_superellipsoid({0, 0, 1.75f}, {0.14f, 0.16f, 0.18f}, 1, 1, 32, 16);
+  for (const float side : {-1.0f, 1.0f}) {
+    b.add_rod({0.16f * side, 0, 0}, {0.12f * side, 0, 0.8f}, 0.09f, 12, 14);
+    b.add_rod({0.3f * side, 0, 1.4f}, {0.42f * side, 0.2f, 0.8f}, 0.07f, 12, 14);
+  }
+  scene.meshes.push_back(b.take());
+  scene.instances.push_back({0, {}});
+  Random random;
+  for (int i = 0; i < 400; ++i) {
+    const float yaw = random.in(0, 6.28f), tilt = random.in(-0.3f, 0.3f),
+                size = random.in(0.8f, 1.3f);
+    const float c = std::cos(yaw) * size, s = std::sin(yaw) * size;
+    Instance figure;
+    figure.mesh = 1;
+    figure.object_to_world.m = {{{c, -s, tilt, 2.6f * static_cast<float>(i % 20) - 25},
+                                 {s, c, tilt / 2, 2.6f * static_cast<float>(i / 20) - 25},
+                                 {0, 0, size, 0.1f}}};
+    scene.instances.push_back(figure);
+  }
+  scene.camera = {{-18, -33, 7}, {0, -8, 0.5f}, {0, 0, 1}, 45};
+  scene.light = {-10, -20, 30};
+  return scene;
+}
+
 struct Maker {
   const char* name;
   View (*make)(ShapeBuilder&);
@@ -283,6 +318,7 @@ std::vector<std::string> scene_names() {
 }
 
 Result<BenchScene> make_scene(const std::string& name) {
+  if (name == "crowd") return make_crowd();
   for (const Maker& maker : kMakers) {
     if (name != maker.name) continue;
     ShapeBuilder builder;
@@ -294,7 +330,8 @@ Result<BenchScene> make_scene(const std::string& name) {
     scene.light = view.light;
     return scene;
   }
-  return Status::invalid_argument("scene " + name + ": give interior, knot, building or field");
+  return Status::invalid_argument("scene " + name +
+                                  ": give interior, knot, building, field or crowd");
 }
 
 }  // namespace tessera::bench
