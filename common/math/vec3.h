@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Three floats: points, directions, RGB radiance. Plain values, memory layout x, y, z (12 bytes).
 // Two and four: texture coordinates; tangents and colours with alpha, which are only stored.
-// Threads. Plain values. Every operation is written in one order of roundings, the same on every
-// machine.
+// Threads. Plain values.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
+
+#include "common/math/real.h"
 
 namespace tessera {
 
@@ -21,28 +22,22 @@ struct Vec4f {
 };
 static_assert(sizeof(Vec4f) == 16);
 
-struct Vec3f {
-  float x = 0, y = 0, z = 0;
-  bool operator==(const Vec3f&) const = default;
-  float operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
-};
+#define TESSERA_VEC3_INLINE inline
+#include "common/math/vec3_text.h"
+#undef TESSERA_VEC3_INLINE
+
+using Vec3f = Vec3<float>;
 static_assert(sizeof(Vec3f) == 12);
 
-inline Vec3f operator+(Vec3f a, Vec3f b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline Vec3f operator-(Vec3f a, Vec3f b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline Vec3f operator-(Vec3f a) { return {-a.x, -a.y, -a.z}; }
-inline Vec3f operator*(Vec3f a, float s) { return {a.x * s, a.y * s, a.z * s}; }
-inline Vec3f operator*(float s, Vec3f a) { return a * s; }
-inline Vec3f operator*(Vec3f a, Vec3f b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
-inline float dot(Vec3f a, Vec3f b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline Vec3f cross(Vec3f a, Vec3f b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-inline float length(Vec3f a) { return std::sqrt(dot(a, a)); }
-// A zero vector stays zero.
-inline Vec3f normalize(Vec3f a) {
-  const float l = length(a);
-  return l > 0 ? a * (1 / l) : a;
+// Those of the text, for arguments in braces.
+inline float dot(Vec3f a, Vec3f b);
+inline Vec3f cross(Vec3f a, Vec3f b);
+inline float length(Vec3f a);
+inline Vec3f normalize(Vec3f a);
+
+template <class T>
+constexpr bool operator==(const Vec3<T>& a, const Vec3<T>& b) {
+  return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 inline Vec3f min(Vec3f a, Vec3f b) {
   return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};

@@ -55,7 +55,8 @@ struct Section {
 }  // namespace
 
 AxisRays::AxisRays(const Scene& scene, const Bounds3f& bounds) : bounds_(bounds) {
-  const Vec3d extent = bounds_.is_empty() ? Vec3d{} : Vec3d(bounds_.upper) - Vec3d(bounds_.lower);
+  const Vec3d extent =
+      bounds_.is_empty() ? Vec3d{} : widened(bounds_.upper) - widened(bounds_.lower);
   if (!(extent.x > 0 && extent.y > 0 && extent.z > 0)) return;
   step_ = (1.0 / kSide) * extent;
   per_step_ = {1 / step_.x, 1 / step_.y, 1 / step_.z};
@@ -84,7 +85,7 @@ AxisRays::Triangle AxisRays::on_lattice(const Mesh& mesh, std::size_t triangle,
                                         const Transform& transform) const {
   Triangle result;
   for (std::size_t corner = 0; corner < 3; ++corner) {
-    const Vec3d p(transform.point(mesh.positions[mesh.triangles[triangle][corner]]));
+    const Vec3d p = widened(transform.point(mesh.positions[mesh.triangles[triangle][corner]]));
     const Vec3d offset = p - origin_;
     result[corner] = {offset.x * per_step_.x, offset.y * per_step_.y, offset.z * per_step_.z};
   }

@@ -71,7 +71,7 @@ Camera framed_camera(const SupportMap& map, const Framing& framing) {
                                  shape.height(shape.above) + shape.height(-shape.above));
   const Bounds3f box = map.bounds();
   const double coordinate =
-      std::max(greatest_coordinate(Vec3d(box.lower)), greatest_coordinate(Vec3d(box.upper)));
+      std::max(greatest_coordinate(widened(box.lower)), greatest_coordinate(widened(box.upper)));
   const double near_min = std::max(kNearOfCoordinate * coordinate, extent > 0 ? 0.0 : 1.0);
   const double depth = std::min({shape.depth_limit(shape.right, k_right),
                                  shape.depth_limit(shape.above, k_above), nearest - near_min});

@@ -41,7 +41,8 @@ struct RoomAround {
   double down, height, eye_height;
 
   RoomAround(const AxisRays& rays, int index) {
-    const Vec3d p = rays.point(index), low(rays.bounds().lower), high(rays.bounds().upper);
+    const Vec3d p = rays.point(index), low = widened(rays.bounds().lower),
+                high = widened(rays.bounds().upper);
     // As far as the box reaches, where a ray leaves.
     const auto reach = [&](Axis axis, double to_side) {
       const AxisRays::Met met = rays.met(index, axis);
@@ -137,7 +138,7 @@ void measure_sights(const Scene& scene, std::vector<EyePlace>& places) {
     for (const auto& corners : mesh.triangles) {
       std::array<Vec3d, 3> triangle;
       for (std::size_t i = 0; i < 3; ++i)
-        triangle[i] = Vec3d(instance.object_to_world.point(mesh.positions[corners[i]]));
+        triangle[i] = widened(instance.object_to_world.point(mesh.positions[corners[i]]));
       const auto [low, high] = std::minmax({triangle[0].y, triangle[1].y, triangle[2].y});
       auto next = std::lower_bound(by_height.begin(), by_height.end(), low,
                                    [](const Sights* a, double y) { return a->from.y < y; });

@@ -39,14 +39,14 @@ Camera SceneOverview::camera_of_all(const Camera& seen, double aspect) const {
   if (map_.is_empty()) return seen;
   if (!places_.empty() && !stands_before_open_side(seen.eye)) {
     Camera camera = inside_camera(places_, seen.vfov_degrees, aspect);
-    const Vec3d view = Vec3d(camera.target) - Vec3d(camera.eye);
-    const Vec3d level = cross(normalize(view), normalize(Vec3d(seen.up)));
+    const Vec3d view = widened(camera.target) - widened(camera.eye);
+    const Vec3d level = cross(normalize(view), normalize(widened(seen.up)));
     if (length(level) > 0.1) camera.up = seen.up;
     return camera;
   }
   Framing framing;
-  framing.view = Vec3d(seen.target) - Vec3d(seen.eye);
-  framing.up = Vec3d(seen.up);
+  framing.view = widened(seen.target) - widened(seen.eye);
+  framing.up = widened(seen.up);
   framing.vfov_degrees = seen.vfov_degrees;
   framing.aspect = aspect;
   return framed_camera(map_, framing);

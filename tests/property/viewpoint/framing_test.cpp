@@ -71,15 +71,15 @@ TEST(FramingProperty, VerticesTakeUpTheirShareOfThePicture) {
     const Camera camera = framed_camera(SupportMap(scene), framing);
     ASSERT_TRUE(validate_camera(camera).is_ok());
     // As a renderer projects, in doubles.
-    const Vec3d eye(camera.eye), ahead = normalize(Vec3d(camera.target) - eye);
-    const Vec3d right = normalize(cross(ahead, Vec3d(camera.up))), above = cross(right, ahead);
+    const Vec3d eye = widened(camera.eye), ahead = normalize(widened(camera.target) - eye);
+    const Vec3d right = normalize(cross(ahead, widened(camera.up))), above = cross(right, ahead);
     const double tan_half = std::tan(camera.vfov_degrees * std::numbers::pi / 360);
     Extent across, up;
-    double nearest = 1e300, coordinate = std::max(length(eye), length(Vec3d(camera.target)));
+    double nearest = 1e300, coordinate = std::max(length(eye), length(widened(camera.target)));
     for (const Instance& instance : scene.instances) {
       const Mesh& mesh = *scene.meshes[instance.mesh];
       for (const Vec3f p : mesh.positions) {
-        const Vec3d offset = Vec3d(instance.object_to_world.point(p)) - eye;
+        const Vec3d offset = widened(instance.object_to_world.point(p)) - eye;
         const double depth = dot(offset, ahead);
         ASSERT_GT(depth, 0);
         nearest = std::min(nearest, depth);
@@ -92,7 +92,7 @@ TEST(FramingProperty, VerticesTakeUpTheirShareOfThePicture) {
     // transform of a vertex in floats (seven roundings of 2^-24).
     const double bound =
         4 * (1 + std::max(1.0, 1 / framing.aspect) / tan_half) *
-        std::ldexp(coordinate / std::min(nearest, length(Vec3d(camera.target) - eye)), -21);
+        std::ldexp(coordinate / std::min(nearest, length(widened(camera.target) - eye)), -21);
     EXPECT_NEAR(std::max(across.size(), up.size()) / 2, kFramedShare, bound);
     EXPECT_LE(std::max({across.high, -across.low, up.high, -up.low}), kFramedShare + bound);
     EXPECT_NEAR(across.high + across.low, 0, bound);

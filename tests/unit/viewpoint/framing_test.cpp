@@ -33,7 +33,7 @@ TEST(SupportMap, FarthestVertexIsFoundThroughEveryInstance) {
       for (const auto& triangle : mesh.triangles) {
         for (const std::uint32_t v : triangle)
           height = std::max(
-              height, dot(direction, Vec3d(instance.object_to_world.point(mesh.positions[v]))));
+              height, dot(direction, widened(instance.object_to_world.point(mesh.positions[v]))));
       }
     }
     EXPECT_NEAR(dot(direction, map.farthest(direction)), height, 1e-5);
