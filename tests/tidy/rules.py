@@ -105,8 +105,9 @@ CONFINED = {
 ONE_FILE_PER_FOLDER = {"GLFW": ["GLFW/"], "OpenGL": ["epoxy/"], "CLI11": ["CLI/"], "toml++": ["toml++/"]}
 
 # What files that are compiled once per instruction set may include.
-# _abi.h: declarations of functions that are compiled once.
-INL_MAY_INCLUDE = [r"hwy/", r".*-inl\.h$", r".*_layout\.h$", r".*_abi\.h$"]
+# _abi.h: declarations of functions that are compiled once. _text.h: templates that are included within a
+# namespace, once for each. plain.h: what real-inl.h is where a text is compiled for plain numbers.
+INL_MAY_INCLUDE = [r"hwy/", r".*-inl\.h$", r".*_layout\.h$", r".*_abi\.h$", r".*_text\.h$", r"slave/core/simd/plain\.h$"]
 C_HEADERS = {"stddef.h", "stdint.h", "string.h", "math.h", "float.h", "limits.h", "stdbool.h"}
 
 # Folders that know nothing of what a word means.

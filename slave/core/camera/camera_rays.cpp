@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/core/camera/camera_rays.h"
 
-#include <cmath>
+#include "common/math/vec3d.h"
 
 namespace tessera::core {
 namespace {
@@ -18,24 +18,15 @@ double tangent(double x) {
   return sine / cosine;
 }
 
-struct Vec3d {
-  double x, y, z;
-};
-
 }  // namespace
 
 CameraRays::CameraRays(const Camera& camera, int width_px, int height_px) : origin_(camera.eye) {
-  const auto cross = [](Vec3d a, Vec3d b) {
-    return Vec3d{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-  };
   const auto unit = [](Vec3d a) {
-    const double l = std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z);
+    const double l = length(a);
     return Vec3d{a.x / l, a.y / l, a.z / l};
   };
-  const Vec3d forward =
-      unit({double{camera.target.x} - camera.eye.x, double{camera.target.y} - camera.eye.y,
-            double{camera.target.z} - camera.eye.z});
-  const Vec3d right = unit(cross(forward, unit({camera.up.x, camera.up.y, camera.up.z})));
+  const Vec3d forward = unit(widened(camera.target) - widened(camera.eye));
+  const Vec3d right = unit(cross(forward, unit(widened(camera.up))));
   const Vec3d up = cross(right, forward);
   constexpr double kPi = 3.14159265358979323846;
   const double half_height = tangent(double{camera.vfov_degrees} * (kPi / 360));

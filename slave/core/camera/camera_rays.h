@@ -4,8 +4,11 @@
 // bits depend on the processor it runs on.
 #pragma once
 
+#define TESSERA_PLAIN_TEXT
+
 #include "common/math/vec3.h"
 #include "common/scene/camera.h"
+#include "slave/core/camera/camera-inl.h"
 #include "slave/core/camera/camera_layout.h"
 
 namespace tessera::core {
@@ -18,9 +21,7 @@ class CameraRays {
   Vec3f origin() const { return origin_; }
   // Direction through the image point (x, y), pixels from the top left corner; its length is not 1.
   Vec3f direction(double x, double y) const {
-    const auto along = [&](int a) {
-      return static_cast<float>(view_.corner[a] + x * view_.per_x[a] + y * view_.per_y[a]);
-    };
+    const auto along = [&](int axis) { return plain::camera_direction(view_, axis, x, y); };
     return {along(0), along(1), along(2)};
   }
   const CameraView& view() const { return view_; }

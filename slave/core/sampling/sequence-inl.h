@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hashes and samples of sampling/sample_sequence.h in lanes, to the bit.
+// The hashes and digits of the sample sequence (sample_sequence.h). U: uint32_t, or Uints.
 // Threads. Pure functions.
 #include <stdint.h>
 
@@ -12,98 +12,116 @@
 #define TESSERA_CORE_SEQUENCE_INL_H_
 #endif
 
-#include "slave/core/simd/lanes-inl.h"
+#include "slave/core/simd/real-inl.h"
+
+TESSERA_BEFORE_TEXT();
+namespace tessera::core {
+namespace TESSERA_TEXT {
+
+// A 32-bit mix with full avalanche (the finaliser of MurmurHash3; Appleby 2011).
+template <class U>
+TESSERA_INLINE constexpr U mix_bits(U h) {
+  h = h ^ shift_right<16>(h);
+  h = h * 0x85ebca6bu;
+  h = h ^ shift_right<13>(h);
+  h = h * 0xc2b2ae35u;
+  return h ^ shift_right<16>(h);
+}
+
+template <class U>
+TESSERA_INLINE constexpr U hash_combine(U h, U value) {
+  return mix_bits(h ^ (value + 0x9e3779b9u + (shift_left<6>(h) + shift_right<2>(h))));
+}
+
+// 24 high bits to [0, 1): exact, never 1.
+template <class U>
+TESSERA_INLINE constexpr FloatOf<U> unit_float(U bits) {
+  return convert<FloatOf<U>>(bit_cast<IntOf<U>>(shift_right<8>(bits))) * (1.0f / 16777216.0f);
+}
+
+// Groups of kBits bits, those of `low` and those beside them, swapped.
+template <int kBits, class U>
+TESSERA_INLINE constexpr U swapped_bits(U i, uint32_t low) {
+  return shift_left<kBits>(i & low) | (shift_right<kBits>(i) & low);
+}
+
+template <class U>
+TESSERA_INLINE constexpr U van_der_corput_bits(U i) {
+  i = swapped_bits<16>(i, 0x0000ffffu);
+  i = swapped_bits<8>(i, 0x00ff00ffu);
+  i = swapped_bits<4>(i, 0x0f0f0f0fu);
+  i = swapped_bits<2>(i, 0x33333333u);
+  return swapped_bits<1>(i, 0x55555555u);
+}
+
+// Sobol's second dimension has Pascal's triangle modulo 2 as its matrix: bit j of the index goes with all
+// bits whose number holds that of j (Lucas), which five steps sum up.
+template <class U>
+TESSERA_INLINE constexpr U sobol2_bits(U i) {
+  i = i ^ (shift_right<1>(i) & 0x55555555u);
+  i = i ^ (shift_right<2>(i) & 0x33333333u);
+  i = i ^ (shift_right<4>(i) & 0x0f0f0f0fu);
+  i = i ^ (shift_right<8>(i) & 0x00ff00ffu);
+  i = i ^ (shift_right<16>(i) & 0x0000ffffu);
+  return van_der_corput_bits(i);
+}
+
+// Another order of the indices: aligned runs of 2^k stay together, and within them every order is as
+// likely. Uses of one index in several dimensions are to go through keys of their own, or else the
+// dimensions are not independent, however their points are scrambled. Burley, "Practical hash-based
+// Owen scrambling", JCGT 9(4), 2020, with the hash of Laine and Karras, 2011.
+template <class U>
+TESSERA_INLINE constexpr U shuffled_index(uint32_t index, U key) {
+  U x = van_der_corput_bits(set<U>(index)) + key;
+  x = x ^ (x * 0x6c50b47cu);
+  x = x ^ (x * 0xb82f1e52u);
+  x = x ^ (x * 0xc7afe638u);
+  x = x ^ (x * 0x8d22f6e6u);
+  return van_der_corput_bits(x);
+}
+
+template <class U>
+struct UnitSquare {
+  FloatOf<U> x, y;  // in [0, 1)
+};
+
+// Digits of a point, scrambled by the key of its use.
+template <class U>
+TESSERA_INLINE constexpr UnitSquare<U> scrambled_point(U x_bits, U y_bits, U key) {
+  return {unit_float(x_bits ^ key), unit_float(y_bits ^ mix_bits(key))};
+}
+
+// Point `index` of the sequence, for one of several uses of the index: see shuffled_index().
+template <class U>
+TESSERA_INLINE constexpr UnitSquare<U> shuffled_point(U key, uint32_t index) {
+  const U number = shuffled_index(index, hash_combine(key, set<U>(0x68bc21ebu)));
+  return scrambled_point(van_der_corput_bits(number), sobol2_bits(number), key);
+}
+
+}  // namespace TESSERA_TEXT
+}  // namespace tessera::core
+TESSERA_AFTER_TEXT();
+
+#ifndef TESSERA_PLAIN_TEXT
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-template <int kBits>
-struct Shift {
-  static constexpr int value = kBits;
-};
-
-// du: tag of uint32_t.
-template <class DU, class V>
-HWY_INLINE V mix_bits(DU du, V h) {
-  h = hn::Xor(h, hn::ShiftRight<16>(h));
-  h = hn::Mul(h, hn::Set(du, 0x85ebca6bu));
-  h = hn::Xor(h, hn::ShiftRight<13>(h));
-  h = hn::Mul(h, hn::Set(du, 0xc2b2ae35u));
-  return hn::Xor(h, hn::ShiftRight<16>(h));
-}
-
-template <class DU, class V>
-HWY_INLINE V hash_combine(DU du, V h, V value) {
-  const V spread = hn::Add(hn::ShiftLeft<6>(h), hn::ShiftRight<2>(h));
-  return mix_bits(du, hn::Xor(h, hn::Add(hn::Add(value, hn::Set(du, 0x9e3779b9u)), spread)));
-}
-
-// In [0, 1).
-template <class DU, class V>
-HWY_INLINE auto unit_float(DU du, V bits) {
-  const hn::RebindToSigned<DU> di;
-  const hn::RebindToFloat<DU> d;
-  static_cast<void>(du);
-  const auto whole = hn::ConvertTo(d, hn::BitCast(di, hn::ShiftRight<8>(bits)));
-  return hn::Mul(whole, hn::Set(d, 1.0f / 16777216.0f));
-}
-
-template <class DU, class V>
-HWY_INLINE V van_der_corput_bits(DU du, V i) {
-  const auto swapped = [&](V v, auto shift, uint32_t low) {
-    const V mask = hn::Set(du, low);
-    return hn::Or(hn::ShiftLeft<decltype(shift)::value>(hn::And(v, mask)),
-                  hn::And(hn::ShiftRight<decltype(shift)::value>(v), mask));
-  };
-  i = swapped(i, Shift<16>(), 0x0000ffffu);
-  i = swapped(i, Shift<8>(), 0x00ff00ffu);
-  i = swapped(i, Shift<4>(), 0x0f0f0f0fu);
-  i = swapped(i, Shift<2>(), 0x33333333u);
-  return swapped(i, Shift<1>(), 0x55555555u);
-}
-
-template <class DU, class V>
-HWY_INLINE V sobol2_bits(DU du, V i) {
-  const auto summed = [&](V v, auto shift, uint32_t low) {
-    return hn::Xor(v, hn::And(hn::ShiftRight<decltype(shift)::value>(v), hn::Set(du, low)));
-  };
-  i = summed(i, Shift<1>(), 0x55555555u);
-  i = summed(i, Shift<2>(), 0x33333333u);
-  i = summed(i, Shift<4>(), 0x0f0f0f0fu);
-  i = summed(i, Shift<8>(), 0x00ff00ffu);
-  return van_der_corput_bits(du, summed(i, Shift<16>(), 0x0000ffffu));
-}
-
-// Of the index, which is the same for all.
-template <class DU, class V>
-HWY_INLINE V shuffled_index(DU du, uint32_t index, V key) {
-  const auto turned = [&](V x, uint32_t factor) {
-    return hn::Xor(x, hn::Mul(x, hn::Set(du, factor)));
-  };
-  V x = hn::Add(van_der_corput_bits(du, hn::Set(du, index)), key);
-  x = turned(turned(x, 0x6c50b47cu), 0xb82f1e52u);
-  x = turned(turned(x, 0xc7afe638u), 0x8d22f6e6u);
-  return van_der_corput_bits(du, x);
-}
-
 // shuffled_2d() of hash_combine(key, dimension).
 inline void sample_points(uint32_t dimension, uint32_t index, SamplePoints& p) {
-  const hn::CappedTag<uint32_t, 16> du;
-  const hn::RebindToFloat<decltype(du)> d;
-  for (int i = 0; i < p.count; i += static_cast<int>(hn::Lanes(du))) {
-    const auto key = hash_combine(du, hn::Load(du, p.key + i), hn::Set(du, dimension));
-    const auto order = hash_combine(du, key, hn::Set(du, 0x68bc21ebu));
-    const auto number = shuffled_index(du, index, order);
-    const auto x = hn::Xor(van_der_corput_bits(du, number), key);
-    const auto y = hn::Xor(sobol2_bits(du, number), mix_bits(du, key));
-    hn::Store(unit_float(du, x), d, p.square[0] + i);
-    hn::Store(unit_float(du, y), d, p.square[1] + i);
+  for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
+    const Uints key = hash_combine(load<Uints>(p.key + i), set<Uints>(dimension));
+    const UnitSquare<Uints> point = shuffled_point(key, index);
+    store(point.x, p.square[0] + i);
+    store(point.y, p.square[1] + i);
   }
 }
 
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core
 HWY_AFTER_NAMESPACE();
+
+#endif  // TESSERA_PLAIN_TEXT
 
 #endif  // per-target include guard

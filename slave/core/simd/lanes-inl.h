@@ -10,6 +10,10 @@
 #define TESSERA_CORE_LANES_INL_H_
 #endif
 
+#ifdef TESSERA_PLAIN_TEXT
+#error "a source of kernels includes no header of plain texts (simd/real-inl.h)"
+#endif
+
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();

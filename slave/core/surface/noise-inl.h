@@ -18,72 +18,60 @@ namespace tessera::core {
 namespace HWY_NAMESPACE {
 
 class NoiseLanes {
-  using D = hn::CappedTag<float, 16>;
-  using DU = hn::RebindToUnsigned<D>;
-  using V = hn::Vec<D>;
-  using VU = hn::Vec<DU>;
+  using V = Floats;
+  using VI = Ints;
+  using VU = Uints;
 
  public:
   static void run(NoisePoints& points) {
-    const D d;
-    const DU du;
-    for (int i = 0; i < points.count; i += static_cast<int>(hn::Lanes(d))) {
-      const V noise = of(hn::Load(d, points.at[0] + i), hn::Load(d, points.at[1] + i),
-                         hn::Load(d, points.at[2] + i), hn::Load(du, points.seed + i));
-      hn::Store(noise, d, points.value + i);
+    for (int i = 0; i < points.count; i += static_cast<int>(kLaneCount)) {
+      const V noise = of(load<V>(points.at[0] + i), load<V>(points.at[1] + i),
+                         load<V>(points.at[2] + i), load<VU>(points.seed + i));
+      store(noise, points.value + i);
     }
   }
 
  private:
   static HWY_INLINE V fade(V t) {
-    const D d;
-    const V curve =
-        hn::Add(hn::Mul(t, hn::Sub(hn::Mul(t, hn::Set(d, 6)), hn::Set(d, 15))), hn::Set(d, 10));
-    return hn::Mul(hn::Mul(hn::Mul(t, t), t), curve);
+    const V curve = t * (t * 6 - 15) + 10;
+    return t * t * t * curve;
   }
-  static HWY_INLINE V mixed(V t, V a, V b) { return hn::Add(a, hn::Mul(t, hn::Sub(b, a))); }
+  static HWY_INLINE V mixed(V t, V a, V b) { return a + t * (b - a); }
 
   // Component along the gradient of a lattice point: one of 12 edge directions, four of them twice.
   static HWY_INLINE V along_gradient(VU hash, V x, V y, V z) {
-    const D d;
-    const DU du;
-    const VU h = hn::ShiftRight<28>(hash);
-    const auto is = [&](auto mask) { return hn::RebindMask(d, mask); };
+    const VU h = shift_right<28>(hash);
     const auto below = [&](uint32_t limit) {  // h < limit, a power of two
-      return is(hn::Eq(hn::AndNot(hn::Set(du, limit - 1), h), hn::Zero(du)));
+      return (h & ~(limit - 1)) == 0;
     };
-    const auto one_of_two = is(hn::Eq(hn::Or(h, hn::Set(du, 2)), hn::Set(du, 14)));  // 12, 14
-    const V u = hn::IfThenElse(below(8), x, y);
-    const V v = hn::IfThenElse(below(4), y, hn::IfThenElse(one_of_two, x, z));
-    const VU sign_u = hn::ShiftLeft<31>(h);
-    const VU sign_v = hn::ShiftLeft<31>(hn::ShiftRight<1>(h));
-    return hn::Add(hn::Xor(u, hn::BitCast(d, sign_u)), hn::Xor(v, hn::BitCast(d, sign_v)));
+    const auto one_of_two = (h | 2) == 14;  // 12, 14
+    const V u = select(below(8), x, y);
+    const V v = select(below(4), y, select(one_of_two, x, z));
+    const VU sign_u = shift_left<31>(h);
+    const VU sign_v = shift_left<31>(shift_right<1>(h));
+    return (u ^ bit_cast<V>(sign_u)) + (v ^ bit_cast<V>(sign_v));
   }
 
   static HWY_INLINE V of(V px, V py, V pz, VU seed) {
-    const D d;
-    const DU du;
-    const hn::RebindToSigned<D> di;
-    const V far = hn::Set(d, 4194304), one = hn::Set(d, 1);
-    const auto is_near = hn::And(hn::Lt(hn::Abs(px), far),
-                                 hn::And(hn::Lt(hn::Abs(py), far), hn::Lt(hn::Abs(pz), far)));
-    const auto kept = [&](V p) { return hn::IfThenElseZero(is_near, p); };
+    constexpr float kFar = 4194304;
+    const auto is_near = abs(px) < kFar && abs(py) < kFar && abs(pz) < kFar;
+    const auto kept = [&](V p) { return zero_unless(is_near, p); };
     px = kept(px);
     py = kept(py);
     pz = kept(pz);
-    const V fx = hn::Floor(px), fy = hn::Floor(py), fz = hn::Floor(pz);
-    const V x = hn::Sub(px, fx), y = hn::Sub(py, fy), z = hn::Sub(pz, fz);
+    const V fx = floor(px), fy = floor(py), fz = floor(pz);
+    const V x = px - fx, y = py - fy, z = pz - fz;
     // One mix a corner: products with odd numbers keep neighbours apart (Teschner et al., "Optimized
     // spatial hashing", 2003), the mix makes chance of it.
-    const auto lattice = [&](V floor, uint32_t factor) {
-      return hn::Mul(hn::BitCast(du, hn::ConvertTo(di, floor)), hn::Set(du, factor));
+    const auto lattice = [&](V whole, uint32_t factor) {
+      return bit_cast<VU>(convert<VI>(whole)) * factor;
     };
-    const VU x0 = hn::Add(lattice(fx, 73856093u), seed), x1 = hn::Add(x0, hn::Set(du, 73856093u));
-    const VU y0 = lattice(fy, 19349663u), y1 = hn::Add(y0, hn::Set(du, 19349663u));
-    const VU z0 = lattice(fz, 83492791u), z1 = hn::Add(z0, hn::Set(du, 83492791u));
-    const V x_1 = hn::Sub(x, one), y_1 = hn::Sub(y, one), z_1 = hn::Sub(z, one);
+    const VU x0 = lattice(fx, 73856093u) + seed, x1 = x0 + 73856093u;
+    const VU y0 = lattice(fy, 19349663u), y1 = y0 + 19349663u;
+    const VU z0 = lattice(fz, 83492791u), z1 = z0 + 83492791u;
+    const V x_1 = x - 1, y_1 = y - 1, z_1 = z - 1;
     const auto corner = [&](VU hx, VU hy, VU hz, V cx, V cy, V cz) {
-      return along_gradient(mix_bits(du, hn::Xor(hn::Xor(hx, hy), hz)), cx, cy, cz);
+      return along_gradient(mix_bits(hx ^ hy ^ hz), cx, cy, cz);
     };
     const V u = fade(x), v = fade(y), w = fade(z);
     const auto slice = [&](VU hz, V cz) {
@@ -92,7 +80,7 @@ class NoiseLanes {
       return mixed(v, near, away);
     };
     const V sum = mixed(w, slice(z0, z), slice(z1, z_1));
-    return kept(hn::Min(hn::Max(sum, hn::Neg(one)), one));
+    return kept(min(max(sum, -1), 1));
   }
 };
 

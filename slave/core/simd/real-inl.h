@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lane code that reads as arithmetic, and texts that stand once for plain numbers and for registers.
+//
+// Operators of registers are Highway's; here is what it lacks: a number beside a register, which stands
+// for all lanes (`1 - z * z`), `-v`, and `&&`, `||` and `!` of masks. The functions are those that
+// common/math/real.h and simd/plain.h have of plain numbers, by the same names.
+//
+// A text is an -inl.h file between TESSERA_BEFORE_TEXT() and TESSERA_AFTER_TEXT(), in namespace
+// TESSERA_TEXT of tessera::core. It names the number T alone: float, or Floats. Kernels compile it
+// once per instruction set, in Highway's namespace of the set and with its attributes. A header for
+// plain code defines TESSERA_PLAIN_TEXT and includes it, which gives the namespace `plain` and no
+// attributes: so no inline function is compiled for two processors under one name, and one that an
+// AVX-512 kernel has made is never called elsewhere.
+//
+// Threads. Pure functions.
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(TESSERA_CORE_REAL_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_REAL_INL_H_
+#undef TESSERA_CORE_REAL_INL_H_
+#else
+#define TESSERA_CORE_REAL_INL_H_
+#endif
+
+#ifdef TESSERA_PLAIN_TEXT
+
+#include "slave/core/simd/plain.h"
+
+#define TESSERA_TEXT plain
+#define TESSERA_BEFORE_TEXT() static_assert(true)
+#define TESSERA_AFTER_TEXT() static_assert(true)
+#define TESSERA_INLINE inline
+
+#else
+
+#include "slave/core/simd/lanes-inl.h"
+
+#define TESSERA_TEXT HWY_NAMESPACE
+#define TESSERA_BEFORE_TEXT() HWY_BEFORE_NAMESPACE()
+#define TESSERA_AFTER_TEXT() HWY_AFTER_NAMESPACE()
+#define TESSERA_INLINE HWY_INLINE
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+// What the kernels work with: as many lanes as the set has, up to 16.
+using Floats = hn::Vec<hn::CappedTag<float, 16> >;
+using Ints = hn::Vec<hn::CappedTag<int32_t, 16> >;
+using Uints = hn::Vec<hn::CappedTag<uint32_t, 16> >;
+// As many as there are; so that it takes one or two registers for those of a register of floats.
+using Doubles = hn::Vec<hn::CappedTag<double, hn::MaxLanes(hn::CappedTag<float, 16>())> >;
+
+// Of a register V: its tag, a lane, its mask, registers of other numbers with as many lanes.
+template <class V>
+using TagOf = hn::DFromV<V>;
+template <class V>
+using LaneOf = hn::TFromV<V>;
+template <class V>
+using MaskOf = hn::Mask<TagOf<V> >;
+template <class V>
+using FloatOf = hn::Vec<hn::Rebind<float, TagOf<V> > >;
+template <class V>
+using IntOf = hn::Vec<hn::Rebind<int32_t, TagOf<V> > >;
+template <class V>
+using UintOf = hn::Vec<hn::Rebind<uint32_t, TagOf<V> > >;
+template <class V>
+constexpr size_t kLanesOf = hn::MaxLanes(TagOf<V>());
+constexpr size_t kLaneCount = kLanesOf<Floats>;
+
+template <class V>
+concept Register = requires {
+  typename V::PrivateT;
+};
+template <class M>
+concept RegisterMask = requires(M mask) {
+  hn::ExclusiveNeither(mask, mask);
+};
+
+// All lanes alike.
+template <Register V>
+HWY_INLINE V set(LaneOf<V> a) {
+  return hn::Set(TagOf<V>(), a);
+}
+
+#define TESSERA_BESIDE_NUMBERS(op)                \
+  template <Register V>                           \
+  HWY_INLINE auto operator op(V a, LaneOf<V> b) { \
+    return a op set<V>(b);                        \
+  }
+#define TESSERA_BOTH_SIDES(op)                    \
+  TESSERA_BESIDE_NUMBERS(op)                      \
+  template <Register V>                           \
+  HWY_INLINE auto operator op(LaneOf<V> a, V b) { \
+    return set<V>(a) op b;                        \
+  }
+TESSERA_BOTH_SIDES(+)
+TESSERA_BOTH_SIDES(-)
+TESSERA_BOTH_SIDES(*)
+TESSERA_BOTH_SIDES(/)
+TESSERA_BESIDE_NUMBERS(&)
+TESSERA_BESIDE_NUMBERS(|)
+TESSERA_BESIDE_NUMBERS(^)
+TESSERA_BESIDE_NUMBERS(<)
+TESSERA_BESIDE_NUMBERS(<=)
+TESSERA_BESIDE_NUMBERS(>)
+TESSERA_BESIDE_NUMBERS(>=)
+TESSERA_BESIDE_NUMBERS(==)
+TESSERA_BESIDE_NUMBERS(!=)
+#undef TESSERA_BOTH_SIDES
+#undef TESSERA_BESIDE_NUMBERS
+
+template <Register V>
+HWY_INLINE V operator-(V a) {
+  return hn::Neg(a);
+}
+
+// Both sides are evaluated, as ever with lanes.
+template <RegisterMask M>
+HWY_INLINE M operator&&(M a, M b) {
+  return hn::And(a, b);
+}
+template <RegisterMask M>
+HWY_INLINE M operator||(M a, M b) {
+  return hn::Or(a, b);
+}
+template <RegisterMask M>
+HWY_INLINE M operator!(M a) {
+  return hn::Not(a);
+}
+
+// Without lanes Highway takes the number where the other is NaN, and processors take the second.
+template <Register V>
+HWY_INLINE V min(V a, V b) {
+#if HWY_TARGET == HWY_SCALAR
+  return a.raw < b.raw ? a : b;
+#else
+  return hn::Min(a, b);
+#endif
+}
+template <Register V>
+HWY_INLINE V min(V a, LaneOf<V> b) {
+  return min(a, set<V>(b));
+}
+template <Register V>
+HWY_INLINE V max(V a, V b) {
+#if HWY_TARGET == HWY_SCALAR
+  return a.raw > b.raw ? a : b;
+#else
+  return hn::Max(a, b);
+#endif
+}
+template <Register V>
+HWY_INLINE V max(V a, LaneOf<V> b) {
+  return max(a, set<V>(b));
+}
+template <Register V>
+HWY_INLINE V abs(V a) {
+  return hn::Abs(a);
+}
+template <Register V>
+HWY_INLINE V sqrt(V a) {
+  return hn::Sqrt(a);
+}
+template <Register V>
+HWY_INLINE V floor(V a) {
+  return hn::Floor(a);
+}
+template <Register V>
+HWY_INLINE V copy_sign(V size, V sign) {
+  return hn::CopySign(size, sign);
+}
+
+// The mask of lanes of another kind of number, as one of V's.
+template <Register V, RegisterMask M>
+HWY_INLINE MaskOf<V> mask_as(M mask) {
+  return hn::RebindMask(TagOf<V>(), mask);
+}
+// a where the mask holds, else b, or zero.
+template <RegisterMask M, Register V>
+HWY_INLINE V select(M mask, V a, V b) {
+  return hn::IfThenElse(mask_as<V>(mask), a, b);
+}
+template <RegisterMask M, Register V>
+HWY_INLINE V zero_unless(M mask, V a) {
+  return hn::IfThenElseZero(mask_as<V>(mask), a);
+}
+template <RegisterMask M, Register V>
+HWY_INLINE V zero_if(M mask, V a) {
+  return hn::IfThenZeroElse(mask_as<V>(mask), a);
+}
+template <Register V>
+HWY_INLINE bool is_all(MaskOf<V> mask) {
+  return hn::AllTrue(TagOf<V>(), mask);
+}
+template <Register V>
+HWY_INLINE bool is_none(MaskOf<V> mask) {
+  return hn::AllFalse(TagOf<V>(), mask);
+}
+template <Register V>
+HWY_INLINE size_t count_of(MaskOf<V> mask) {
+  return hn::CountTrue(TagOf<V>(), mask);
+}
+template <Register V>
+HWY_INLINE uint32_t bits_of(MaskOf<V> mask) {
+  return bits_of(TagOf<V>(), mask);
+}
+template <Register V>
+HWY_INLINE MaskOf<V> mask_of(uint32_t bits) {
+  return mask_of(TagOf<V>(), bits);
+}
+// The first so many lanes, or all.
+template <Register V>
+HWY_INLINE MaskOf<V> first_lanes(size_t count) {
+  return hn::FirstN(TagOf<V>(), count);
+}
+template <Register V>
+HWY_INLINE LaneOf<V> least_lane(V a) {
+  return hn::GetLane(hn::MinOfLanes(TagOf<V>(), a));
+}
+template <Register V>
+HWY_INLINE LaneOf<V> greatest_lane(V a) {
+  return hn::GetLane(hn::MaxOfLanes(TagOf<V>(), a));
+}
+
+// Aligned, but for those that say so.
+template <Register V>
+HWY_INLINE V load(const LaneOf<V>* from) {
+  return hn::Load(TagOf<V>(), from);
+}
+template <Register V>
+HWY_INLINE V load_unaligned(const LaneOf<V>* from) {
+  return hn::LoadU(TagOf<V>(), from);
+}
+template <Register V>
+HWY_INLINE void store(V a, LaneOf<V>* to) {
+  hn::Store(a, TagOf<V>(), to);
+}
+template <Register V>
+HWY_INLINE void store_unaligned(V a, LaneOf<V>* to) {
+  hn::StoreU(a, TagOf<V>(), to);
+}
+// The lanes of the mask, side by side; up to a whole register is written.
+template <Register V, RegisterMask M>
+HWY_INLINE void store_packed(V a, M mask, LaneOf<V>* to) {
+  store_packed(TagOf<V>(), a, mask_as<V>(mask), to);
+}
+// first, first + 1, ...
+template <Register V>
+HWY_INLINE V counting_from(LaneOf<V> first) {
+  return hn::Iota(TagOf<V>(), first);
+}
+template <class Lane, Register VI>
+HWY_INLINE auto gather(const Lane* table, VI number) {
+  return hn::GatherIndex(hn::Rebind<Lane, TagOf<VI> >(), table, number);
+}
+
+// To numbers of the same size, to twice it, and to half.
+template <Register To, Register From>
+HWY_INLINE To convert(From a) {
+  if constexpr (sizeof(LaneOf<To>) > sizeof(LaneOf<From>)) return hn::PromoteTo(TagOf<To>(), a);
+  if constexpr (sizeof(LaneOf<To>) < sizeof(LaneOf<From>)) return hn::DemoteTo(TagOf<To>(), a);
+  if constexpr (sizeof(LaneOf<To>) == sizeof(LaneOf<From>)) return hn::ConvertTo(TagOf<To>(), a);
+}
+template <Register To, Register From>
+HWY_INLINE To bit_cast(From a) {
+  return hn::BitCast(TagOf<To>(), a);
+}
+
+// As many lanes as a register of doubles has.
+template <class Lane>
+HWY_INLINE Doubles in_double(const Lane* from) {
+  return convert<Doubles>(load<hn::Vec<hn::Rebind<Lane, TagOf<Doubles> > > >(from));
+}
+
+template <int kBits, Register V>
+HWY_INLINE V shift_left(V a) {
+  return hn::ShiftLeft<kBits>(a);
+}
+template <int kBits, Register V>
+HWY_INLINE V shift_right(V a) {
+  return hn::ShiftRight<kBits>(a);
+}
+template <Register VI>
+HWY_INLINE MaskOf<VI> has_bit(VI a, LaneOf<VI> bit) {
+  return hn::TestBit(a, set<VI>(bit));
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // TESSERA_PLAIN_TEXT
+
+#endif  // per-target include guard
