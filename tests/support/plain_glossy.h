@@ -34,7 +34,7 @@ class PlainGlossy {
   BsdfValue evaluate_local(Vec3f light) const;
 
   Vec3f normal_;
-  core::Basis basis_;
+  core::Basis<float> basis_;
   Vec3f viewer_;  // local
   float roughness_, alpha_;
   Vec3f f0_;

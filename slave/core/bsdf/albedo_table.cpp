@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/core/bsdf/albedo_table.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "slave/core/bsdf/microfacet.h"
@@ -42,31 +41,11 @@ float mean_of(Get get) {
   return static_cast<float>(sum);
 }
 
-SpecularAlbedo mixed(SpecularAlbedo a, SpecularAlbedo b, float t) {
-  return {a.scale * (1 - t) + b.scale * t, a.bias * (1 - t) + b.bias * t};
-}
-
-// The node below, and the weight of the next.
-struct Step {
-  int node;
-  float weight;
-};
-Step step_of(float x, int node_count) {
-  const float at = std::clamp(x, 0.0f, 1.0f) * static_cast<float>(node_count - 1);
-  const int node = std::min(static_cast<int>(at), node_count - 2);
-  return {node, at - static_cast<float>(node)};
-}
-
 }  // namespace
 
 SpecularAlbedo albedo_at(const AlbedoView& table, float cosine, float roughness) {
-  const Step i = step_of(std::sqrt(std::max(cosine, 0.0f)), table.node_count);
-  const Step r = step_of(roughness, table.node_count);
-  const auto row = [&](int k) {
-    const float* const pair = table.nodes + 2 * (k * table.node_count + i.node);
-    return mixed({pair[0], pair[1]}, {pair[2], pair[3]}, i.weight);
-  };
-  return mixed(row(r.node), row(r.node + 1), r.weight);
+  const auto terms = plain::AlbedoLookup<float>(table).at(cosine, roughness);
+  return {terms.scale, terms.bias};
 }
 
 const AlbedoTable& AlbedoTable::shared() {

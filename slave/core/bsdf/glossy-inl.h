@@ -32,13 +32,12 @@ namespace HWY_NAMESPACE {
 // Facets that look alike from all sides. What is asked of them is asked of others, too, that a surface of
 // more lobes may have (layered-inl.h).
 class EvenFacets {
-  using D = ShadeTag;
-  using V = hn::Vec<D>;
-  using V3 = Vec3<D>;
+  using V = Floats;
+  using V3 = Vec3<V>;
 
  public:
   HWY_INLINE EvenFacets(const BsdfPoints& p, size_t at)
-      : roughness_(hn::Load(D(), p.roughness + at)), alpha_(alpha_of(roughness_)) {}
+      : roughness_(load<V>(p.roughness + at)), alpha_(alpha_of(roughness_)) {}
 
   HWY_INLINE V distribution(V3 half) const { return ggx_distribution(half, alpha_); }
   HWY_INLINE V root(V3 w) const { return smith_root(w.z, alpha_); }
@@ -48,8 +47,8 @@ class EvenFacets {
   HWY_INLINE V roughness() const { return roughness_; }
 
   // Reflectance at grazing incidence, of all and of what is no metal, and products with it.
-  HWY_INLINE V at_grazing() const { return hn::Set(D(), 1); }
-  HWY_INLINE V dielectric_at_grazing() const { return hn::Set(D(), 1); }
+  HWY_INLINE V at_grazing() const { return set<V>(1); }
+  HWY_INLINE V dielectric_at_grazing() const { return set<V>(1); }
   HWY_INLINE V times_at_grazing(V x) const { return x; }
   HWY_INLINE V times_dielectric_at_grazing(V x) const { return x; }
 
@@ -59,9 +58,8 @@ class EvenFacets {
 
 template <class Facets>
 class GlossyLobes {
-  using D = ShadeTag;
-  using V = hn::Vec<D>;
-  using V3 = Vec3<D>;
+  using V = Floats;
+  using V3 = Vec3<V>;
 
  public:
   struct Value {
@@ -76,32 +74,29 @@ class GlossyLobes {
 
   // Surfaces `at` and on, in a frame about their normals.
   HWY_INLINE GlossyLobes(const AlbedoView& view, const BsdfPoints& p, size_t at,
-                         const Facets& facets_of, const Basis<D>& basis)
+                         const Facets& facets_of, const Basis<V>& basis)
       : table_(view),
         facets_(facets_of),
-        normal_(load3(D(), p.normal, at)),
+        normal_(load3<V>(p.normal, at)),
         basis_(basis),
-        viewer_(local(load3(D(), p.to_viewer, at))) {
-    const D d;
-    const V metalness = hn::Load(d, p.metalness + at), zero = hn::Zero(d);
-    const V of_rest = hn::Sub(hn::Set(d, 1), metalness);
-    const V3 albedo = load3(d, p.albedo, at), specular = load3(d, p.specular, at);
+        viewer_(local(load3<V>(p.to_viewer, at))) {
+    const V metalness = load<V>(p.metalness + at), of_rest = 1 - metalness;
+    const V3 albedo = load3<V>(p.albedo, at), specular = load3<V>(p.specular, at);
     f0_ = specular * of_rest + albedo * metalness;
-    const SpecularAlbedo here = table_.at(viewer_.z, facets_.roughness(viewer_));
-    const SpecularAlbedo all = table_.mean(facets_.roughness());
+    const AlbedoTerms<V> here = table_.at(viewer_.z, facets_.roughness(viewer_));
+    const AlbedoTerms<V> all = table_.mean(facets_.roughness());
     const V3 of_dielectric = several_albedo(specular, facets_.dielectric_at_grazing(), all);
-    const V3 of_metal = several_albedo(albedo, hn::Set(d, 1), all);
+    const V3 of_metal = several_albedo(albedo, set<V>(1), all);
     const V3 several_albedo =
-        of_dielectric * of_rest +
-        if_then_else(hn::Gt(metalness, zero), of_metal, grey(zero)) * metalness;
+        of_dielectric * of_rest + zero_unless(metalness > 0, of_metal) * metalness;
     several_ = ratio(several_albedo * missing(here), grey(missing(all)));
     dielectric_ = {specular, of_dielectric};
     const V3 body = albedo * of_rest, passed = left_of(here, dielectric_);
     base_ = body * ratio(passed, left_of(all, dielectric_));
-    const V facets = hn::Add(hn::Mul(mean(f0_), here.scale), facets_.times_at_grazing(here.bias));
-    const V even = hn::Add(hn::Mul(mean(several_albedo), missing(here)), mean(body * passed));
-    whole_ = hn::Add(facets, even);
-    facets_share_ = hn::IfThenElse(hn::Gt(whole_, zero), hn::Div(facets, whole_), hn::Set(d, 1));
+    const V facets = mean(f0_) * here.scale + facets_.times_at_grazing(here.bias);
+    const V even = mean(several_albedo) * missing(here) + mean(body * passed);
+    whole_ = facets + even;
+    facets_share_ = select(whole_ > 0, facets / whole_, set<V>(1));
   }
 
   // About what part of an even light comes to the viewer.
@@ -114,29 +109,28 @@ class GlossyLobes {
 
   // x, y: in the unit square.
   HWY_INLINE Sample sample(V x, V y) const {
-    const D d;
-    const V zero = hn::Zero(d);
     const V3 light = sample_local(x, y);
     const Value value = evaluate_local(light);
-    const auto is_there = hn::Gt(value.pdf, zero);
-    const V3 weight = value.times_pi * hn::Div(hn::Mul(hn::Set(d, kInvPi), light.z), value.pdf);
-    return {normalize(world(light)), if_then_else(is_there, weight, grey(zero)),
-            hn::IfThenElseZero(is_there, value.pdf)};
+    const auto is_there = value.pdf > 0;
+    const V3 weight = value.times_pi * (kInvPi * light.z / value.pdf);
+    return {normalize(world(light)), zero_unless(is_there, weight),
+            zero_unless(is_there, value.pdf)};
   }
 
   // A direction to the light, in the frame of the shading normal.
   HWY_INLINE V3 sample_local(V x, V y) const {
-    const D d;
-    const V one = hn::Set(d, 1), zero = hn::Zero(d), below_one = hn::Set(d, 1 - kRoundoff);
-    const auto is_facet = hn::Lt(x, facets_share_);
-    const V over_share = hn::Div(x, facets_share_);
-    const V over_rest = hn::Div(hn::Sub(x, facets_share_), hn::Sub(one, facets_share_));
-    const V3 half = facets_.visible(viewer_, hn::Min(over_share, below_one), y);
-    const V3 mirrored = normalize(half * hn::Mul(hn::Set(d, 2), dot(viewer_, half)) - viewer_);
-    const V3 even = cosine_direction(d, V3{zero, zero, one}, hn::Min(over_rest, below_one), y);
-    return if_then_else(is_facet, mirrored, even);
+    constexpr float kBelowOne = 1 - kRoundoff;
+    const auto is_facet = x < facets_share_;
+    const V over_share = x / facets_share_;
+    const V over_rest = (x - facets_share_) / (1 - facets_share_);
+    const V3 half = facets_.visible(viewer_, min(over_share, kBelowOne), y);
+    const V3 mirrored = normalize(half * (2 * dot(viewer_, half)) - viewer_);
+    const V3 even = cosine_direction(upright(), min(over_rest, kBelowOne), y);
+    return select(is_facet, mirrored, even);
   }
 
+  // The normal in its own frame.
+  static HWY_INLINE V3 upright() { return {set<V>(0), set<V>(0), set<V>(1)}; }
   HWY_INLINE V3 world(V3 in_frame) const {
     return basis_.tangent * in_frame.x + basis_.bitangent * in_frame.y + normal_ * in_frame.z;
   }
@@ -145,23 +139,19 @@ class GlossyLobes {
   }
 
   HWY_INLINE Value evaluate_local(V3 light) const {
-    const D d;
-    const V zero = hn::Zero(d), two = hn::Set(d, 2), inv_pi = hn::Set(d, kInvPi);
     const V3 half = normalize(light + viewer_);
     const V3 fresnel = f0_ + (grey(facets_.at_grazing()) - f0_) * schlick_rise(dot(viewer_, half));
     const V distribution = facets_.distribution(half);
     const V root_viewer = facets_.root(viewer_), root_light = facets_.root(light);
-    const V shadowed = hn::Add(hn::Mul(root_viewer, light.z), hn::Mul(root_light, viewer_.z));
-    const V facets = hn::Div(distribution, hn::Mul(hn::Set(d, 2 * kInvPi), shadowed));
-    const SpecularAlbedo there = table_.at(light.z, facets_.roughness(light));
+    const V shadowed = root_viewer * light.z + root_light * viewer_.z;
+    const V facets = distribution / (2 * kInvPi * shadowed);
+    const AlbedoTerms<V> there = table_.at(light.z, facets_.roughness(light));
     const V3 times_pi =
         fresnel * facets + several_ * missing(there) + base_ * left_of(there, dielectric_);
-    const V of_facets = hn::Div(hn::Mul(facets_share_, distribution),
-                                hn::Mul(two, hn::Add(viewer_.z, root_viewer)));
-    const V of_rest = hn::Mul(hn::Mul(hn::Sub(hn::Set(d, 1), facets_share_), inv_pi), light.z);
-    const auto is_above = hn::And(hn::Gt(light.z, zero), hn::Gt(viewer_.z, zero));
-    return {if_then_else(is_above, times_pi, grey(zero)),
-            hn::IfThenElseZero(is_above, hn::Add(of_facets, of_rest))};
+    const V of_facets = facets_share_ * distribution / (2 * (viewer_.z + root_viewer));
+    const V of_rest = (1 - facets_share_) * kInvPi * light.z;
+    const auto is_above = light.z > 0 && viewer_.z > 0;
+    return {zero_unless(is_above, times_pi), zero_unless(is_above, of_facets + of_rest)};
   }
 
  private:
@@ -173,44 +163,34 @@ class GlossyLobes {
   static constexpr float kSmall = 16 * kRoundoff / (1 - 16 * kRoundoff);  // gamma(16)
 
   static HWY_INLINE V3 grey(V x) { return {x, x, x}; }
-  static HWY_INLINE V mean(V3 c) {
-    return hn::Mul(hn::Add(hn::Add(c.x, c.y), c.z), hn::Set(D(), 1 / 3.0f));
-  }
+  static HWY_INLINE V mean(V3 c) { return (c.x + c.y + c.z) * (1 / 3.0f); }
   // a / b by channel, 0 where b is none to speak of: the facets take all, and a is none either.
   static HWY_INLINE V3 ratio(V3 a, V3 b) {
-    const V small = hn::Set(D(), kSmall);
-    return {hn::IfThenElseZero(hn::Gt(b.x, small), hn::Div(a.x, b.x)),
-            hn::IfThenElseZero(hn::Gt(b.y, small), hn::Div(a.y, b.y)),
-            hn::IfThenElseZero(hn::Gt(b.z, small), hn::Div(a.z, b.z))};
+    return {zero_unless(b.x > kSmall, a.x / b.x), zero_unless(b.y > kSmall, a.y / b.y),
+            zero_unless(b.z > kSmall, a.z / b.z)};
   }
-  static HWY_INLINE V missing(SpecularAlbedo a) {
-    const D d;
-    return hn::Max(hn::Zero(d), hn::Sub(hn::Set(d, 1), hn::Add(a.scale, a.bias)));
-  }
+  static HWY_INLINE V missing(AlbedoTerms<V> a) { return max(set<V>(0), 1 - (a.scale + a.bias)); }
 
   // Of light that a first bounce keeps among the facets, what comes out in the end. The mean of
   // Schlick's term over all directions is f0 + (1 - f0) / 21, and light meets it again and again.
-  static HWY_INLINE V3 several_albedo(V3 f0, V at_grazing, SpecularAlbedo all) {
-    const D d;
-    const V one = hn::Set(d, 1), lost = missing(all);
-    const V3 fresnel = f0 + (grey(at_grazing) - f0) * hn::Set(d, 1 / 21.0f);
-    return ratio(fresnel * fresnel * hn::Sub(one, lost), grey(one) - fresnel * lost);
+  static HWY_INLINE V3 several_albedo(V3 f0, V at_grazing, AlbedoTerms<V> all) {
+    const V lost = missing(all);
+    const V3 fresnel = f0 + (grey(at_grazing) - f0) * set<V>(1 / 21.0f);
+    return ratio(fresnel * fresnel * (1 - lost), grey(set<V>(1)) - fresnel * lost);
   }
 
   // What facets leave for the base, once for the way in and once for the way out; not below 0 by
   // rounding.
-  HWY_INLINE V3 left_of(SpecularAlbedo a, const Reflecting& f) const {
-    const D d;
-    const V zero = hn::Zero(d), bias = facets_.times_dielectric_at_grazing(a.bias);
-    const V3 left =
-        grey(hn::Set(d, 1)) - (f.f0 * a.scale + grey(bias) + f.several_albedo * missing(a));
-    return {hn::Max(left.x, zero), hn::Max(left.y, zero), hn::Max(left.z, zero)};
+  HWY_INLINE V3 left_of(AlbedoTerms<V> a, const Reflecting& f) const {
+    const V bias = facets_.times_dielectric_at_grazing(a.bias);
+    const V3 left = grey(set<V>(1)) - (f.f0 * a.scale + grey(bias) + f.several_albedo * missing(a));
+    return {max(left.x, 0), max(left.y, 0), max(left.z, 0)};
   }
 
-  AlbedoLookup table_;
+  AlbedoLookup<V> table_;
   Facets facets_;
   V3 normal_;
-  Basis<D> basis_;
+  Basis<V> basis_;
   V3 viewer_;  // local
   V3 f0_;
   V3 several_;  // of light met more than once: times what a direction misses
@@ -222,44 +202,40 @@ class GlossyLobes {
 
 HWY_INLINE GlossyLobes<EvenFacets> plain_lobes(const AlbedoView& table, const BsdfPoints& p,
                                                size_t at) {
-  const ShadeTag d;
-  return {table, p, at, EvenFacets(p, at), basis_about(d, load3(d, p.normal, at))};
+  return {table, p, at, EvenFacets(p, at), basis_about(load3<Floats>(p.normal, at))};
 }
 
 // To points.value and points.pdf.
 inline void evaluate_glossy(const AlbedoView& table, BsdfPoints& p) {
-  const ShadeTag d;
-  for (int i = 0; i < p.count; i += static_cast<int>(hn::Lanes(d))) {
+  for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
     const auto at = static_cast<size_t>(i);
-    const auto v = plain_lobes(table, p, at).evaluate(load3(d, p.direction, at));
-    store3(d, v.times_pi, p.value, at);
-    hn::Store(v.pdf, d, p.pdf + at);
+    const auto v = plain_lobes(table, p, at).evaluate(load3<Floats>(p.direction, at));
+    store3(v.times_pi, p.value, at);
+    store(v.pdf, p.pdf + at);
   }
 }
 
 // To points.direction, value and pdf.
 inline void sample_glossy(const AlbedoView& table, BsdfPoints& p) {
-  const ShadeTag d;
-  for (int i = 0; i < p.count; i += static_cast<int>(hn::Lanes(d))) {
+  for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
     const auto at = static_cast<size_t>(i);
     const auto s = plain_lobes(table, p, at)
-                       .sample(hn::Load(d, p.square[0] + at), hn::Load(d, p.square[1] + at));
-    store3(d, s.direction, p.direction, at);
-    store3(d, s.weight, p.value, at);
-    hn::Store(s.pdf, d, p.pdf + at);
+                       .sample(load<Floats>(p.square[0] + at), load<Floats>(p.square[1] + at));
+    store3(s.direction, p.direction, at);
+    store3(s.weight, p.value, at);
+    store(s.pdf, p.pdf + at);
   }
 }
 
 // To points.direction and pdf.
 inline void sample_diffuse(BsdfPoints& p) {
-  const ShadeTag d;
-  for (int i = 0; i < p.count; i += static_cast<int>(hn::Lanes(d))) {
+  for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
     const auto at = static_cast<size_t>(i);
-    const auto normal = load3(d, p.normal, at);
+    const auto normal = load3<Floats>(p.normal, at);
     const auto direction =
-        cosine_direction(d, normal, hn::Load(d, p.square[0] + at), hn::Load(d, p.square[1] + at));
-    store3(d, direction, p.direction, at);
-    hn::Store(hn::Mul(dot(direction, normal), hn::Set(d, kInvPi)), d, p.pdf + at);
+        cosine_direction(normal, load<Floats>(p.square[0] + at), load<Floats>(p.square[1] + at));
+    store3(direction, p.direction, at);
+    store(dot(direction, normal) * kInvPi, p.pdf + at);
   }
 }
 

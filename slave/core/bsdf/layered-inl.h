@@ -25,7 +25,7 @@
 #endif
 
 #include "slave/core/bsdf/glossy-inl.h"
-#include "slave/core/simd/power-inl.h"
+#include "slave/core/bsdf/sheen-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
@@ -33,50 +33,45 @@ namespace HWY_NAMESPACE {
 
 // Facets that are wider along x of the frame, and reflectances at grazing incidence.
 class StretchedFacets {
-  using D = ShadeTag;
-  using V = hn::Vec<D>;
-  using V3 = Vec3<D>;
+  using V = Floats;
+  using V3 = Vec3<V>;
 
  public:
   HWY_INLINE StretchedFacets(const BsdfPoints& p, const LobePoints& q, size_t at) {
-    const D d;
-    const V one = hn::Set(d, 1), metalness = hn::Load(d, p.metalness + at);
-    dielectric_ = hn::Load(d, q.specular_f90 + at);
-    at_grazing_ = hn::Add(hn::Mul(dielectric_, hn::Sub(one, metalness)), metalness);
-    const V stretch = hn::Load(d, q.stretch + at);
-    across_ = alpha_of(hn::Load(d, p.roughness + at));
-    along_ = hn::Add(across_, hn::Mul(hn::Mul(stretch, stretch), hn::Sub(one, across_)));
-    upright2_ = hn::Mul(along_, across_);
-    const V squares = hn::Add(hn::Mul(along_, along_), hn::Mul(across_, across_));
-    const V mean2 =
-        hn::Mul(hn::Add(hn::Mul(squares, hn::Set(d, 0.5f)), upright2_), hn::Set(d, 0.5f));
-    mean_ = hn::Sqrt(hn::Sqrt(mean2));
+    const V metalness = load<V>(p.metalness + at);
+    dielectric_ = load<V>(q.specular_f90 + at);
+    at_grazing_ = dielectric_ * (1 - metalness) + metalness;
+    const V stretch = load<V>(q.stretch + at);
+    across_ = alpha_of(load<V>(p.roughness + at));
+    along_ = across_ + stretch * stretch * (1 - across_);
+    upright2_ = along_ * across_;
+    const V squares = along_ * along_ + across_ * across_;
+    const V mean2 = (squares * 0.5f + upright2_) * 0.5f;
+    mean_ = sqrt(sqrt(mean2));
   }
 
   HWY_INLINE V distribution(V3 half) const {
-    const D d;
-    const V x = hn::Div(half.x, along_), y = hn::Div(half.y, across_);
-    const V norm = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(half.z, half.z));
-    return hn::Div(hn::Set(d, kInvPi), hn::Mul(hn::Mul(hn::Mul(along_, across_), norm), norm));
+    const V x = half.x / along_, y = half.y / across_;
+    const V norm = x * x + y * y + half.z * half.z;
+    return kInvPi / (along_ * across_ * norm * norm);
   }
   HWY_INLINE V root(V3 w) const {
-    const V x = hn::Mul(w.x, along_), y = hn::Mul(w.y, across_);
-    return hn::Sqrt(hn::Add(hn::Mul(w.z, w.z), hn::Add(hn::Mul(x, x), hn::Mul(y, y))));
+    const V x = w.x * along_, y = w.y * across_;
+    return sqrt(w.z * w.z + (x * x + y * y));
   }
   HWY_INLINE V3 visible(V3 viewer, V x, V y) const {
     return visible_normal(viewer, along_, across_, x, y);
   }
   HWY_INLINE V roughness(V3 w) const {
-    const V x = hn::Mul(w.x, along_), y = hn::Mul(w.y, across_);
-    const V alpha2 =
-        hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(upright2_, hn::Mul(w.z, w.z)));
-    return hn::Sqrt(hn::Sqrt(alpha2));
+    const V x = w.x * along_, y = w.y * across_;
+    const V alpha2 = x * x + y * y + upright2_ * (w.z * w.z);
+    return sqrt(sqrt(alpha2));
   }
   HWY_INLINE V roughness() const { return mean_; }
   HWY_INLINE V at_grazing() const { return at_grazing_; }
   HWY_INLINE V dielectric_at_grazing() const { return dielectric_; }
-  HWY_INLINE V times_at_grazing(V x) const { return hn::Mul(x, at_grazing_); }
-  HWY_INLINE V times_dielectric_at_grazing(V x) const { return hn::Mul(x, dielectric_); }
+  HWY_INLINE V times_at_grazing(V x) const { return x * at_grazing_; }
+  HWY_INLINE V times_dielectric_at_grazing(V x) const { return x * dielectric_; }
 
  private:
   V along_, across_;  // widths alpha
@@ -86,9 +81,8 @@ class StretchedFacets {
 };
 
 class LayeredLobes {
-  using D = ShadeTag;
-  using V = hn::Vec<D>;
-  using V3 = Vec3<D>;
+  using V = Floats;
+  using V3 = Vec3<V>;
   using Base = GlossyLobes<StretchedFacets>;
 
  public:
@@ -100,85 +94,74 @@ class LayeredLobes {
       : facets_table_(tables.facets),
         sheen_table_(tables.sheen),
         base_(tables.facets, p, at, StretchedFacets(p, q, at), frame_of(p, q, at)),
-        coat_normal_(load3(D(), q.coat_normal, at)),
-        coat_basis_(basis_about(D(), coat_normal_)),
-        coat_viewer_(in_coat(load3(D(), p.to_viewer, at))),
-        sheen_(load3(D(), q.sheen, at)) {
-    const D d;
-    const V one = hn::Set(d, 1), zero = hn::Zero(d);
-    coat_ = hn::Load(d, q.coat + at);
-    coat_roughness_ = hn::Load(d, q.coat_roughness + at);
+        coat_normal_(load3<V>(q.coat_normal, at)),
+        coat_basis_(basis_about(coat_normal_)),
+        coat_viewer_(in_coat(load3<V>(p.to_viewer, at))),
+        sheen_(load3<V>(q.sheen, at)) {
+    coat_ = load<V>(q.coat + at);
+    coat_roughness_ = load<V>(q.coat_roughness + at);
     coat_alpha_ = alpha_of(coat_roughness_);
-    sheen_roughness_ = hn::Max(hn::Load(d, q.sheen_roughness + at), hn::Set(d, kSheenRoughnessMin));
-    sheen_power_ = hn::Div(one, hn::Mul(sheen_roughness_, sheen_roughness_));
+    sheen_roughness_ = max(load<V>(q.sheen_roughness + at), kSheenRoughnessMin);
+    sheen_power_ = 1 / (sheen_roughness_ * sheen_roughness_);
     coat_to_viewer_ = coat_albedo(coat_viewer_.z);
     fibres_to_viewer_ = fibres_albedo(base_.viewer_z());
-    sheen_to_viewer_ = hn::Mul(largest(sheen_), hn::Min(fibres_to_viewer_, one));
-    const V below_coat = hn::Sub(one, coat_to_viewer_);
+    sheen_to_viewer_ = largest(sheen_) * min(fibres_to_viewer_, 1);
+    const V below_coat = 1 - coat_to_viewer_;
     const V sheen =
-        hn::Mul(hn::Mul(hn::Add(hn::Add(sheen_.x, sheen_.y), sheen_.z), hn::Set(d, 1 / 3.0f)),
-                hn::Mul(hn::Min(fibres_to_viewer_, one), below_coat));
-    const V rest = hn::Mul(hn::Mul(base_.whole(), hn::Sub(one, sheen_to_viewer_)), below_coat);
-    const V whole = hn::Add(hn::Add(coat_to_viewer_, sheen), rest);
-    const auto is_any = hn::Gt(whole, zero);
-    coat_share_ = hn::IfThenElseZero(is_any, hn::Div(coat_to_viewer_, whole));
-    sheen_share_ = hn::IfThenElseZero(is_any, hn::Div(sheen, whole));
+        (sheen_.x + sheen_.y + sheen_.z) * (1 / 3.0f) * (min(fibres_to_viewer_, 1) * below_coat);
+    const V rest = base_.whole() * (1 - sheen_to_viewer_) * below_coat;
+    const V whole = coat_to_viewer_ + sheen + rest;
+    const auto is_any = whole > 0;
+    coat_share_ = zero_unless(is_any, coat_to_viewer_ / whole);
+    sheen_share_ = zero_unless(is_any, sheen / whole);
   }
 
   HWY_INLINE Value evaluate(V3 to_light) const {
-    const D d;
-    const V one = hn::Set(d, 1), zero = hn::Zero(d);
     const V3 light = base_.local(to_light), coat_light = in_coat(to_light);
     const Value base = base_.evaluate_local(light), coat = evaluate_coat(coat_light);
-    const V below_coat = hn::Sub(one, hn::Max(coat_to_viewer_, coat_albedo(coat_light.z)));
+    const V below_coat = 1 - max(coat_to_viewer_, coat_albedo(coat_light.z));
     const V fibres_to_light = fibres_albedo(light.z);
-    const V sheen_to_light = hn::Mul(largest(sheen_), hn::Min(fibres_to_light, one));
-    const V below_sheen = hn::Sub(one, hn::Max(sheen_to_viewer_, sheen_to_light));
+    const V sheen_to_light = largest(sheen_) * min(fibres_to_light, 1);
+    const V below_sheen = 1 - max(sheen_to_viewer_, sheen_to_light);
     // Of fibres that would send back more than comes, so much as that they do not.
-    const V most = hn::Max(one, hn::Max(fibres_to_viewer_, fibres_to_light));
+    const V most = max(set<V>(1), max(fibres_to_viewer_, fibres_to_light));
     // By the cosine to the surface's normal, which the value will be multiplied by.
-    const V3 of_coat = coat.times_pi * hn::Div(coat_light.z, light.z);
-    const V3 below = base.times_pi * below_sheen + sheen_ * hn::Div(sheen_times_pi(light), most);
+    const V3 of_coat = coat.times_pi * (coat_light.z / light.z);
+    const V3 below = base.times_pi * below_sheen + sheen_ * (sheen_times_pi(light) / most);
     const V3 all = of_coat + below * below_coat;
-    const V base_share = hn::Sub(hn::Sub(one, coat_share_), sheen_share_);
-    const V even = hn::Mul(hn::Set(d, kInvPi), light.z);
-    const V pdf = hn::Add(hn::Mul(coat_share_, coat.pdf),
-                          hn::Add(hn::Mul(sheen_share_, even), hn::Mul(base_share, base.pdf)));
-    const auto is_above = hn::And(hn::Gt(light.z, zero), hn::Gt(base_.viewer_z(), zero));
-    return {if_then_else(is_above, all, V3{zero, zero, zero}), hn::IfThenElseZero(is_above, pdf)};
+    const V base_share = 1 - coat_share_ - sheen_share_;
+    const V even = kInvPi * light.z;
+    const V pdf = coat_share_ * coat.pdf + (sheen_share_ * even + base_share * base.pdf);
+    const auto is_above = light.z > 0 && base_.viewer_z() > 0;
+    return {zero_unless(is_above, all), zero_unless(is_above, pdf)};
   }
 
   HWY_INLINE Sample sample(V x, V y) const {
-    const D d;
-    const V one = hn::Set(d, 1), zero = hn::Zero(d), below_one = hn::Set(d, 1 - kRoundoff);
-    const V layers = hn::Add(coat_share_, sheen_share_);
-    const auto is_coat = hn::Lt(x, coat_share_), is_base = hn::Ge(x, layers);
-    const auto within = [&](V from, V share) {
-      return hn::Min(hn::Max(hn::Div(hn::Sub(x, from), share), zero), below_one);
-    };
-    const V3 half = visible_normal(coat_viewer_, coat_alpha_, within(zero, coat_share_), y);
-    const V3 mirrored = half * hn::Mul(hn::Set(d, 2), dot(coat_viewer_, half)) - coat_viewer_;
-    const V3 even = cosine_direction(d, V3{zero, zero, one}, within(coat_share_, sheen_share_), y);
-    const V3 of_base = base_.sample_local(within(layers, hn::Sub(one, layers)), y);
-    const V3 direction = normalize(if_then_else(is_coat, from_coat(mirrored),
-                                                base_.world(if_then_else(is_base, of_base, even))));
+    constexpr float kBelowOne = 1 - kRoundoff;
+    const V layers = coat_share_ + sheen_share_;
+    const auto is_coat = x < coat_share_, is_base = x >= layers;
+    const auto within = [&](V from, V share) { return min(max((x - from) / share, 0), kBelowOne); };
+    const V3 half = visible_normal(coat_viewer_, coat_alpha_, within(set<V>(0), coat_share_), y);
+    const V3 mirrored = half * (2 * dot(coat_viewer_, half)) - coat_viewer_;
+    const V3 even = cosine_direction(Base::upright(), within(coat_share_, sheen_share_), y);
+    const V3 of_base = base_.sample_local(within(layers, 1 - layers), y);
+    const V3 direction = normalize(
+        select(is_coat, from_coat(mirrored), base_.world(select(is_base, of_base, even))));
     const Value value = evaluate(direction);
-    const auto is_there = hn::Gt(value.pdf, zero);
+    const auto is_there = value.pdf > 0;
     const V cosine = base_.local(direction).z;
-    const V3 weight = value.times_pi * hn::Div(hn::Mul(hn::Set(d, kInvPi), cosine), value.pdf);
-    return {direction, if_then_else(is_there, weight, V3{zero, zero, zero}),
-            hn::IfThenElseZero(is_there, value.pdf)};
+    const V3 weight = value.times_pi * (kInvPi * cosine / value.pdf);
+    return {direction, zero_unless(is_there, weight), zero_unless(is_there, value.pdf)};
   }
 
  private:
   // About the shading normal; x along the tangent where the facets are stretched.
-  static HWY_INLINE Basis<D> frame_of(const BsdfPoints& p, const LobePoints& q, size_t at) {
-    const D d;
-    const V3 normal = load3(d, p.normal, at), tangent = load3(d, q.tangent, at);
-    const auto is_stretched = hn::Gt(hn::Load(d, q.stretch + at), hn::Zero(d));
-    const Basis<D> any = basis_about(d, normal);
-    return {if_then_else(is_stretched, tangent, any.tangent),
-            if_then_else(is_stretched, cross(normal, tangent), any.bitangent)};
+  static HWY_INLINE Basis<V> frame_of(const BsdfPoints& p, const LobePoints& q, size_t at) {
+    const V3 normal = load3<V>(p.normal, at), tangent = load3<V>(q.tangent, at);
+    const auto is_stretched = load<V>(q.stretch + at) > 0;
+    const Basis<V> any = basis_about(normal);
+    return {select(is_stretched, tangent, any.tangent),
+            select(is_stretched, cross(normal, tangent), any.bitangent)};
   }
 
   HWY_INLINE V3 in_coat(V3 world) const {
@@ -191,49 +174,41 @@ class LayeredLobes {
 
   // What the layers take of light from a direction.
   HWY_INLINE V coat_albedo(V cosine) const {
-    const SpecularAlbedo a = facets_table_.at(hn::Max(cosine, hn::Zero(D())), coat_roughness_);
-    return hn::Mul(coat_, hn::Add(hn::Mul(hn::Set(D(), kCoatF0), a.scale), a.bias));
+    const AlbedoTerms<V> a = facets_table_.at(max(cosine, 0), coat_roughness_);
+    return coat_ * (kCoatF0 * a.scale + a.bias);
   }
   // Of white ones; may be above 1.
   HWY_INLINE V fibres_albedo(V cosine) const {
-    return sheen_table_.at(hn::Max(cosine, hn::Zero(D())), sheen_roughness_).scale;
+    return sheen_table_.at(max(cosine, 0), sheen_roughness_).scale;
   }
 
   HWY_INLINE Value evaluate_coat(V3 light) const {
-    const D d;
-    const V zero = hn::Zero(d), one = hn::Set(d, 1), f0 = hn::Set(d, kCoatF0);
     const V3 half = normalize(light + coat_viewer_);
     const V rise = schlick_rise(dot(coat_viewer_, half));
-    const V fresnel = hn::Mul(coat_, hn::Add(f0, hn::Mul(hn::Sub(one, f0), rise)));
+    const V fresnel = coat_ * (kCoatF0 + (1 - kCoatF0) * rise);
     const V distribution = ggx_distribution(half, coat_alpha_);
     const V root_viewer = smith_root(coat_viewer_.z, coat_alpha_);
     const V root_light = smith_root(light.z, coat_alpha_);
-    const V shadowed = hn::Add(hn::Mul(root_viewer, light.z), hn::Mul(root_light, coat_viewer_.z));
-    const V facets = hn::Div(distribution, hn::Mul(hn::Set(d, 2 * kInvPi), shadowed));
-    const auto is_above = hn::And(hn::Gt(light.z, zero), hn::Gt(coat_viewer_.z, zero));
-    const V value = hn::IfThenElseZero(is_above, hn::Mul(fresnel, facets));
-    const V pdf =
-        hn::Div(distribution, hn::Mul(hn::Set(d, 2), hn::Add(coat_viewer_.z, root_viewer)));
-    return {{value, value, value}, hn::IfThenElseZero(is_above, pdf)};
+    const V shadowed = root_viewer * light.z + root_light * coat_viewer_.z;
+    const V facets = distribution / (2 * kInvPi * shadowed);
+    const auto is_above = light.z > 0 && coat_viewer_.z > 0;
+    const V value = zero_unless(is_above, fresnel * facets);
+    const V pdf = distribution / (2 * (coat_viewer_.z + root_viewer));
+    return {{value, value, value}, zero_unless(is_above, pdf)};
   }
 
   // For a white one.
   HWY_INLINE V sheen_times_pi(V3 light) const {
-    const D d;
-    const V one = hn::Set(d, 1), zero = hn::Zero(d), v = base_.viewer_z();
+    const V v = base_.viewer_z();
     const V3 half = normalize(light + base_.viewer());
-    const V sine2 = hn::Max(hn::Sub(one, hn::Mul(half.z, half.z)), zero);
-    const V fibres = power(d, sine2, hn::Mul(hn::Set(d, 0.5f), sheen_power_));
-    const V distribution = hn::Mul(hn::Add(hn::Set(d, 2), sheen_power_), fibres);
-    const V seen = hn::Sub(hn::Add(light.z, v), hn::Mul(light.z, v));
-    const V value = hn::Div(distribution, hn::Mul(hn::Set(d, 8), seen));
-    return hn::IfThenElseZero(hn::And(hn::Gt(light.z, zero), hn::Gt(v, zero)), value);
+    const V value = fibres_times_pi(sheen_power_, half.z, v, light.z);
+    return zero_unless(light.z > 0 && v > 0, value);
   }
 
-  AlbedoLookup facets_table_, sheen_table_;
+  AlbedoLookup<V> facets_table_, sheen_table_;
   Base base_;
   V3 coat_normal_;
-  Basis<D> coat_basis_;
+  Basis<V> coat_basis_;
   V3 coat_viewer_;  // in its frame
   V3 sheen_;
   V coat_, coat_roughness_, coat_alpha_;
@@ -245,25 +220,23 @@ class LayeredLobes {
 
 // To points.value and points.pdf.
 inline void evaluate_layered(const LobeTables& tables, const LobePoints& lobes, BsdfPoints& p) {
-  const ShadeTag d;
-  for (int i = 0; i < p.count; i += static_cast<int>(hn::Lanes(d))) {
+  for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
     const auto at = static_cast<size_t>(i);
-    const auto v = LayeredLobes(tables, p, lobes, at).evaluate(load3(d, p.direction, at));
-    store3(d, v.times_pi, p.value, at);
-    hn::Store(v.pdf, d, p.pdf + at);
+    const auto v = LayeredLobes(tables, p, lobes, at).evaluate(load3<Floats>(p.direction, at));
+    store3(v.times_pi, p.value, at);
+    store(v.pdf, p.pdf + at);
   }
 }
 
 // To points.direction, value and pdf.
 inline void sample_layered(const LobeTables& tables, const LobePoints& lobes, BsdfPoints& p) {
-  const ShadeTag d;
-  for (int i = 0; i < p.count; i += static_cast<int>(hn::Lanes(d))) {
+  for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
     const auto at = static_cast<size_t>(i);
     const auto s = LayeredLobes(tables, p, lobes, at)
-                       .sample(hn::Load(d, p.square[0] + at), hn::Load(d, p.square[1] + at));
-    store3(d, s.direction, p.direction, at);
-    store3(d, s.weight, p.value, at);
-    hn::Store(s.pdf, d, p.pdf + at);
+                       .sample(load<Floats>(p.square[0] + at), load<Floats>(p.square[1] + at));
+    store3(s.direction, p.direction, at);
+    store3(s.weight, p.value, at);
+    store(s.pdf, p.pdf + at);
   }
 }
 

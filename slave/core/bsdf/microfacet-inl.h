@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The GGX microfacets of bsdf/microfacet.h and the albedos of bsdf/albedo_table.h in lanes, to the bit.
+// The GGX distribution of microfacets with height-correlated Smith shadowing (Walter et al.,
+// "Microfacet models for refraction through rough surfaces", 2007; Heitz, "Understanding the
+// masking-shadowing function", JCGT 3(2), 2014), and the table of what they reflect. Directions are
+// unit vectors in the frame of the normal, z along it; z > 0. T: float, or Floats.
+//
+// With s(w) = sqrt(z^2 + alpha^2 (1 - z^2)), Smith's 2 z (1 + Lambda) is z + s: the formulas below
+// have no tangent and stay finite to z = 0.
+//
 // Threads. Pure functions.
-#include "slave/core/bsdf/bsdf_layout.h"
+#include "slave/core/bsdf/albedo_layout.h"
 
 #if defined(TESSERA_CORE_MICROFACET_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_CORE_MICROFACET_INL_H_
@@ -12,126 +19,124 @@
 
 #include "slave/core/sampling/hemisphere-inl.h"
 
-HWY_BEFORE_NAMESPACE();
+TESSERA_BEFORE_TEXT();
 namespace tessera::core {
-namespace HWY_NAMESPACE {
+namespace TESSERA_TEXT {
 
-using ShadeTag = hn::CappedTag<float, 16>;
-using ShadeVec = hn::Vec<ShadeTag>;
+// Narrower lobes are taken for this: half vectors are off by some 2^-23, which shifts the
+// distribution by 2 * 2^-23 / alpha of itself, here 2.4e-4.
+constexpr float kAlphaMin = 1e-3f;
 
-constexpr float kAlphaMin = 1e-3f;  // see microfacet.h
-
-HWY_INLINE ShadeVec alpha_of(ShadeVec roughness) {
-  return hn::Max(hn::Mul(roughness, roughness), hn::Set(ShadeTag(), kAlphaMin));
+template <class T>
+TESSERA_INLINE T alpha_of(T roughness) {
+  return max(roughness * roughness, kAlphaMin);
 }
 
-HWY_INLINE ShadeVec smith_root(ShadeVec z, ShadeVec alpha) {
-  const ShadeVec z2 = hn::Mul(z, z);
-  return hn::Sqrt(hn::Add(z2, hn::Mul(hn::Mul(alpha, alpha), hn::Sub(hn::Set(ShadeTag(), 1), z2))));
+template <class T>
+TESSERA_INLINE T smith_root(T z, T alpha) {
+  return sqrt(z * z + alpha * alpha * (1 - z * z));
 }
 
-HWY_INLINE ShadeVec ggx_distribution(Vec3<ShadeTag> half, ShadeVec alpha) {
-  const ShadeVec x = hn::Div(half.x, alpha), y = hn::Div(half.y, alpha);
-  const ShadeVec norm = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(half.z, half.z));
-  return hn::Div(hn::Set(ShadeTag(), kInvPi), hn::Mul(hn::Mul(hn::Mul(alpha, alpha), norm), norm));
+// What shadowing leaves of a reflection, over its pdf when the half vector is a visible normal:
+// G2 / G1.
+template <class T>
+TESSERA_INLINE T shadowing_weight(T z_viewer, T z_light, T alpha) {
+  const T root_viewer = smith_root(z_viewer, alpha), root_light = smith_root(z_light, alpha);
+  return z_light * (z_viewer + root_viewer) / (root_viewer * z_light + root_light * z_viewer);
 }
 
-// Of facets whose widths differ along x and y of the frame.
-HWY_INLINE Vec3<ShadeTag> visible_normal(Vec3<ShadeTag> to_viewer, ShadeVec alpha_x,
-                                         ShadeVec alpha_y, ShadeVec x, ShadeVec y) {
-  const ShadeTag d;
-  const ShadeVec one = hn::Set(d, 1), zero = hn::Zero(d);
-  const Vec3<ShadeTag> v = normalize(
-      Vec3<ShadeTag>{hn::Mul(to_viewer.x, alpha_x), hn::Mul(to_viewer.y, alpha_y), to_viewer.z});
-  const ShadeVec z = hn::Sub(hn::Mul(hn::Sub(one, y), hn::Add(one, v.z)), v.z);
-  const ShadeVec r = hn::Sqrt(hn::Min(hn::Max(hn::Sub(one, hn::Mul(z, z)), zero), one));
-  const auto turn = sin_cos_whole_turn(d, x);
-  const ShadeVec half_x = hn::Add(hn::Mul(r, turn.cos), v.x),
-                 half_y = hn::Add(hn::Mul(r, turn.sin), v.y), half_z = hn::Add(z, v.z);
-  return normalize(
-      Vec3<ShadeTag>{hn::Mul(half_x, alpha_x), hn::Mul(half_y, alpha_y), hn::Max(half_z, zero)});
+template <class T>
+TESSERA_INLINE T ggx_distribution(Vec3<T> half, T alpha) {
+  const T x = half.x / alpha, y = half.y / alpha;
+  const T norm = x * x + y * y + half.z * half.z;
+  return kInvPi / (alpha * alpha * norm * norm);
 }
-HWY_INLINE Vec3<ShadeTag> visible_normal(Vec3<ShadeTag> to_viewer, ShadeVec alpha, ShadeVec x,
-                                         ShadeVec y) {
+
+// A normal that the viewer sees, by the pdf of visible normals (Dupuy and Benyoub, "Sampling visible
+// GGX normals with spherical caps", 2023), of facets whose widths differ along x and y of the frame.
+// x, y: in the unit square.
+template <class T>
+TESSERA_INLINE Vec3<T> visible_normal(Vec3<T> to_viewer, T alpha_x, T alpha_y, T x, T y) {
+  const Vec3<T> v = normalize(Vec3<T>{to_viewer.x * alpha_x, to_viewer.y * alpha_y, to_viewer.z});
+  const T z = (1 - y) * (1 + v.z) - v.z;
+  const T r = sqrt(min(max(1 - z * z, 0), 1));
+  const SinCos<T> turn = sin_cos_whole_turn(x);
+  const Vec3<T> half{r * turn.cos + v.x, r * turn.sin + v.y, z + v.z};
+  return normalize(Vec3<T>{half.x * alpha_x, half.y * alpha_y, max(half.z, 0)});
+}
+template <class T>
+TESSERA_INLINE Vec3<T> visible_normal(Vec3<T> to_viewer, T alpha, T x, T y) {
   return visible_normal(to_viewer, alpha, alpha, x, y);
 }
 
-HWY_INLINE ShadeVec schlick_rise(ShadeVec cosine) {
-  const ShadeTag d;
-  const ShadeVec one = hn::Set(d, 1);
-  const ShadeVec x = hn::Min(hn::Max(hn::Sub(one, cosine), hn::Zero(d)), one);
-  const ShadeVec x2 = hn::Mul(x, x);
-  return hn::Mul(hn::Mul(x2, x2), x);
+// (1 - x)^5, the rise of Fresnel's reflectance towards grazing angles (Schlick, "An inexpensive BRDF
+// model for physically-based rendering", 1994).
+template <class T>
+TESSERA_INLINE T schlick_rise(T cosine) {
+  const T x = min(max(1 - cosine, 0), 1);
+  return x * x * (x * x) * x;
 }
 
-struct SpecularAlbedo {
-  ShadeVec scale, bias;
+// The reflectance of facets with f0 at normal incidence is f0 * scale + bias (albedo_table.h).
+template <class T>
+struct AlbedoTerms {
+  T scale, bias;
 };
 
+template <class T>
 class AlbedoLookup {
-  using D = ShadeTag;
-  using DI = hn::RebindToSigned<D>;
-  using V = ShadeVec;
-  using VI = hn::Vec<DI>;
+  using I = IntOf<T>;
 
  public:
-  explicit HWY_INLINE AlbedoLookup(const AlbedoView& table) : table_(table) {}
+  explicit TESSERA_INLINE AlbedoLookup(const AlbedoView& table) : table_(table) {}
 
   // cosine and roughness in [0, 1].
-  HWY_INLINE SpecularAlbedo at(V cosine, V roughness) const {
-    const D d;
-    const DI di;
-    const Step i = step_of(hn::Sqrt(hn::Max(cosine, hn::Zero(d)))), r = step_of(roughness);
-    const VI row = hn::Mul(r.node, hn::Set(di, table_.node_count));
-    const auto mixed_row = [&](VI first) {
-      const VI node = hn::Add(first, i.node);
-      return mixed(pair(table_.nodes, node), pair(table_.nodes, hn::Add(node, hn::Set(di, 1))),
-                   i.weight);
+  TESSERA_INLINE AlbedoTerms<T> at(T cosine, T roughness) const {
+    const Step i = step_of(sqrt(max(cosine, 0))), r = step_of(roughness);
+    const I row = r.node * table_.node_count;
+    const auto mixed_row = [&](I first) {
+      const I node = first + i.node;
+      return mixed(pair(table_.nodes, node), pair(table_.nodes, node + 1), i.weight);
     };
-    return mixed(mixed_row(row), mixed_row(hn::Add(row, hn::Set(di, table_.node_count))), r.weight);
+    return mixed(mixed_row(row), mixed_row(row + table_.node_count), r.weight);
   }
 
   // Over all directions, cosine-weighted.
-  HWY_INLINE SpecularAlbedo mean(V roughness) const {
+  TESSERA_INLINE AlbedoTerms<T> mean(T roughness) const {
     const Step r = step_of(roughness);
-    return mixed(pair(table_.means, r.node), pair(table_.means, hn::Add(r.node, hn::Set(DI(), 1))),
-                 r.weight);
+    return mixed(pair(table_.means, r.node), pair(table_.means, r.node + 1), r.weight);
   }
 
  private:
   // The node below, and the weight of the next.
   struct Step {
-    VI node;
-    V weight;
+    I node;
+    T weight;
   };
 
-  HWY_INLINE Step step_of(V x) const {
-    const D d;
-    const DI di;
-    const V inside = hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, 1));
-    const V at = hn::Mul(inside, hn::Set(d, static_cast<float>(table_.node_count - 1)));
-    const VI below = hn::Min(hn::ConvertTo(di, at), hn::Set(di, table_.node_count - 2));
-    const VI node = hn::Max(below, hn::Zero(di));  // whatever lanes hold that are none
-    return {node, hn::Sub(at, hn::ConvertTo(d, node))};
+  TESSERA_INLINE Step step_of(T x) const {
+    const T inside = min(max(x, 0), 1);
+    const T at = inside * static_cast<float>(table_.node_count - 1);
+    const I below = min(convert<I>(at), table_.node_count - 2);
+    const I node = max(below, 0);  // whatever lanes hold that are none
+    return {node, at - convert<T>(node)};
   }
 
-  static HWY_INLINE SpecularAlbedo pair(const float* table, VI number) {
-    const D d;
-    const VI first = hn::Add(number, number);
-    return {hn::GatherIndex(d, table, first), hn::GatherIndex(d, table + 1, first)};
+  static TESSERA_INLINE AlbedoTerms<T> pair(const float* table, I number) {
+    const I first = number + number;
+    return {gather(table, first), gather(table + 1, first)};
   }
 
-  static HWY_INLINE SpecularAlbedo mixed(SpecularAlbedo a, SpecularAlbedo b, V t) {
-    const V s = hn::Sub(hn::Set(D(), 1), t);
-    return {hn::Add(hn::Mul(a.scale, s), hn::Mul(b.scale, t)),
-            hn::Add(hn::Mul(a.bias, s), hn::Mul(b.bias, t))};
+  static TESSERA_INLINE AlbedoTerms<T> mixed(AlbedoTerms<T> a, AlbedoTerms<T> b, T t) {
+    const T s = 1 - t;
+    return {a.scale * s + b.scale * t, a.bias * s + b.bias * t};
   }
 
   AlbedoView table_;
 };
 
-}  // namespace HWY_NAMESPACE
+}  // namespace TESSERA_TEXT
 }  // namespace tessera::core
-HWY_AFTER_NAMESPACE();
+TESSERA_AFTER_TEXT();
 
 #endif  // per-target include guard

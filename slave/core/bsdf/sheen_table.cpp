@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/core/bsdf/sheen_table.h"
 
+#define TESSERA_PLAIN_TEXT
+
 #include <algorithm>
 #include <cmath>
 
-#include "common/math/power.h"
 #include "common/math/vec3.h"
 #include "slave/core/bsdf/layers_layout.h"
+#include "slave/core/bsdf/sheen-inl.h"
 #include "slave/core/sampling/hemisphere.h"
 
 namespace tessera::core {
@@ -33,8 +35,7 @@ float integrate(float cosine, float roughness) {
 
 float sheen_times_pi(float roughness, float z_half, float z_viewer, float z_light) {
   const float exponent = 1 / (roughness * roughness);
-  const float fibres = power(std::max(1 - z_half * z_half, 0.0f), 0.5f * exponent);
-  return (2 + exponent) * fibres / (8 * (z_light + z_viewer - z_light * z_viewer));
+  return plain::fibres_times_pi(exponent, z_half, z_viewer, z_light);
 }
 
 const SheenTable& SheenTable::shared() {

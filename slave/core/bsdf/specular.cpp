@@ -106,7 +106,7 @@ class RoughGlass {
 
   const Surface& surface_;
   const Glass& glass_;
-  const Basis basis_;
+  const Basis<float> basis_;
   Vec3f viewer_;  // in the frame of the shading normal
   float whole_ = 1;
 };

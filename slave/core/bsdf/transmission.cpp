@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-#include "common/math/power.h"
 #include "slave/core/bsdf/dielectric.h"
 #include "slave/core/bsdf/layers.h"
 #include "slave/core/bsdf/microfacet.h"
+#include "slave/core/simd/power.h"
 
 namespace tessera::core {
 namespace {

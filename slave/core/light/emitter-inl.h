@@ -13,59 +13,74 @@
 
 #include "slave/core/surface/surface_point-inl.h"
 
+TESSERA_BEFORE_TEXT();
+namespace tessera::core {
+namespace TESSERA_TEXT {
+
+// Coordinates of a place, uniform on the triangle (Osada et al., "Shape distributions", 2002, section
+// 4.2); keeps strata. x, y: in the unit square. T: float, or Floats.
+template <class T>
+struct TrianglePlace {
+  T u, v;
+};
+template <class T>
+TESSERA_INLINE TrianglePlace<T> point_on_triangle(T x, T y) {
+  const T root = sqrt(x);
+  return {root * (1 - y), root * y};
+}
+
+}  // namespace TESSERA_TEXT
+}  // namespace tessera::core
+TESSERA_AFTER_TEXT();
+
+#ifndef TESSERA_PLAIN_TEXT
+
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
 class EmitterKernel {
-  using D = hn::CappedTag<float, 16>;
-  using V = hn::Vec<D>;
-  using V3 = Vec3<D>;
+  using V = Floats;
+  using V3 = Vec3<V>;
 
  public:
   EmitterKernel(const LitSurfaces& surfaces, EmitterSamples& samples)
       : surfaces_(surfaces), e_(samples) {}
 
   void run() {
-    for (int i = 0; i < e_.count; i += static_cast<int>(hn::Lanes(D())))
-      sample(static_cast<size_t>(i));
+    for (int i = 0; i < e_.count; i += static_cast<int>(kLaneCount)) sample(static_cast<size_t>(i));
   }
 
  private:
-  // Uniform on the triangle (Osada et al., "Shape distributions", 2002, section 4.2); keeps strata.
   HWY_INLINE void sample(size_t at) {
-    const D d;
-    const V one = hn::Set(d, 1), zero = hn::Zero(d);
-    const V y = hn::Load(d, e_.square[1] + at), root = hn::Sqrt(hn::Load(d, e_.square[0] + at));
-    const V u = hn::Mul(root, hn::Sub(one, y)), v = hn::Mul(root, y);
-    const V3 emitter_normal = load3(d, e_.emitter_normal, at);
-    const OffsetPoint<D> on = surface_point(d, load3(d, e_.a, at), load3(d, e_.edge_b, at),
-                                            load3(d, e_.edge_c, at), emitter_normal, u, v);
-    const V3 point = load3(d, surfaces_.point, at), normal = load3(d, surfaces_.normal, at);
+    const auto [u, v] = point_on_triangle(load<V>(e_.square[0] + at), load<V>(e_.square[1] + at));
+    const V3 emitter_normal = load3<V>(e_.emitter_normal, at);
+    const SurfacePoint<V> on = surface_point(load3<V>(e_.a, at), load3<V>(e_.edge_b, at),
+                                             load3<V>(e_.edge_c, at), emitter_normal, u, v);
+    const V3 point = load3<V>(surfaces_.point, at), normal = load3<V>(surfaces_.normal, at);
     const V3 away = on.point - point;
-    const V distance2 = dot(away, away), distance = hn::Sqrt(distance2);
-    const V3 to_light = away * hn::Div(one, distance);
-    const V cosine_light = hn::Neg(dot(emitter_normal, to_light));  // one-sided
-    const V cosine = dot(load3(d, surfaces_.shading_normal, at), to_light);
+    const V distance2 = dot(away, away), distance = sqrt(distance2);
+    const V3 to_light = away * (1 / distance);
+    const V cosine_light = -dot(emitter_normal, to_light);  // one-sided
+    const V cosine = dot(load3<V>(surfaces_.shading_normal, at), to_light);
     // An interpolated normal may not let light through the surface.
-    const auto is_lit = hn::And(hn::Gt(cosine_light, zero),
-                                hn::And(hn::Gt(cosine, zero), hn::Gt(dot(normal, to_light), zero)));
-    const V area = hn::Load(d, e_.area + at), chance = hn::Load(d, e_.chance + at);
-    const V whole = hn::Div(hn::Mul(hn::Mul(cosine, cosine_light), area), distance2);
-    const V weight = hn::Div(one, hn::Mul(hn::Set(d, e_.samples), chance));
-    const V strength = hn::Mul(hn::Mul(hn::Set(d, kInvPi), whole), weight);
-    hn::Store(hn::IfThenElseZero(is_lit, strength), d, e_.strength + at);
-    const V pdf = hn::Div(hn::Mul(hn::Div(chance, area), distance2), cosine_light);
-    hn::Store(pdf, d, e_.pdf + at);
+    const auto is_lit = cosine_light > 0 && cosine > 0 && dot(normal, to_light) > 0;
+    const V area = load<V>(e_.area + at), chance = load<V>(e_.chance + at);
+    const V whole = cosine * cosine_light * area / distance2;
+    const V weight = 1 / (e_.samples * chance);
+    const V strength = kInvPi * whole * weight;
+    store(zero_unless(is_lit, strength), e_.strength + at);
+    const V pdf = chance / area * distance2 / cosine_light;
+    store(pdf, e_.pdf + at);
     // The ray ends at a point moved off the emitter as its start is moved off the surface, so that
     // it cannot reach the emitter itself; the direction rounds once per component.
-    const V off = hn::Add(on.offset, hn::Mul(hn::Set(d, gamma_of(2)), distance));
-    const V3 start = point + normal * hn::Load(d, surfaces_.offset + at);
-    store3(d, on.point + emitter_normal * off - start, e_.direction, at);
-    store3(d, start, e_.start, at);
-    store3(d, to_light, e_.to_light, at);
-    hn::Store(u, d, e_.u + at);
-    hn::Store(v, d, e_.v + at);
+    const V off = on.offset + gamma_of(2) * distance;
+    const V3 start = point + normal * load<V>(surfaces_.offset + at);
+    store3(on.point + emitter_normal * off - start, e_.direction, at);
+    store3(start, e_.start, at);
+    store3(to_light, e_.to_light, at);
+    store(u, e_.u + at);
+    store(v, e_.v + at);
   }
 
   const LitSurfaces& surfaces_;
@@ -75,5 +90,7 @@ class EmitterKernel {
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core
 HWY_AFTER_NAMESPACE();
+
+#endif  // TESSERA_PLAIN_TEXT
 
 #endif  // per-target include guard

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light of an environment map, a direction to a lane; samples to the bit of sky_map.h. What lies far apart in
-// memory is fetched for a whole register before any of it is used, so that the waits overlap.
+// Light of an environment map (sky_map.h), a direction to a lane. What lies far apart in memory is fetched
+// for a whole register before any of it is used, so that the waits overlap.
 //
 // Threads. Works on the caller's memory.
 #include "slave/core/light/sky_layout.h"
@@ -14,171 +14,105 @@
 
 #include "slave/core/sampling/hemisphere-inl.h"
 
-HWY_BEFORE_NAMESPACE();
+TESSERA_BEFORE_TEXT();
 namespace tessera::core {
-namespace HWY_NAMESPACE {
+namespace TESSERA_TEXT {
 
-// Of x in [0, 1].
-template <class Tag, class V = hn::Vec<Tag>>
-HWY_INLINE V arc_tangent(Tag d, V x) {
-  const V b = hn::Mul(x, x);
-  V sum = hn::Set(d, 0.0028662257f);
-  for (const float c : {-0.0161657367f, 0.0429096138f, -0.0752896400f, 0.1065626393f,
-                        -0.1420889944f, 0.1999355085f, -0.3333314528f, 1.0f}) {
-    sum = hn::Add(hn::Mul(sum, b), hn::Set(d, c));
-  }
-  return hn::Mul(x, sum);
-}
-
-// The angle of (x, y) from the x axis, y >= 0: in [0, pi]. 0 for (0, 0).
-template <class Tag, class V = hn::Vec<Tag>>
-HWY_INLINE V half_angle_of(Tag d, V x, V y) {
-  constexpr float kPi = 3.14159274f;
-  const V zero = hn::Zero(d), ax = hn::Abs(x);
-  const auto is_flat = hn::Le(y, ax);
-  const V tangent =
-      arc_tangent(d, hn::Div(hn::IfThenElse(is_flat, y, ax), hn::IfThenElse(is_flat, ax, y)));
-  const V a = hn::IfThenElse(is_flat, tangent, hn::Sub(hn::Set(d, kPi / 2), tangent));
-  const V angle = hn::IfThenElse(hn::Lt(x, zero), hn::Sub(hn::Set(d, kPi), a), a);
-  return hn::IfThenZeroElse(hn::And(hn::Eq(ax, zero), hn::Eq(y, zero)), angle);
-}
-
-class SkyKernel {
-  using D = hn::CappedTag<float, 16>;
-  using DI = hn::RebindToSigned<D>;
-  using V = hn::Vec<D>;
-  using VI = hn::Vec<DI>;
-  static constexpr size_t kLanes = hn::MaxLanes(D());
+// T: float, or Floats.
+template <class T>
+class SkyPicture {
+  using I = IntOf<T>;
+  static constexpr size_t kLanes = kLanesOf<T>;
 
  public:
-  SkyKernel(const SkyView& sky, SkyPoints& points) : sky_(sky), p_(points) {}
-
-  // From directions to radiance and pdf.
-  void look_up() {
-    for_each_register([&](size_t at, uint32_t wanted) {
-      const D d;
-      const Vec3<D> direction = load3(d, p_.direction, at);
-      const Place place = place_of(direction);
-      store3(d, radiance_at(place, wanted), p_.radiance, at);
-      const V sine = sine_of(direction);
-      const V share = hn::Div(chance_at(place, wanted), hn::Mul(hn::Set(d, kTwoPi2), sine));
-      hn::Store(hn::IfThenElseZero(hn::Gt(sine, hn::Zero(d)), share), d, p_.pdf + at);
-    });
-  }
-
-  // From places in the square to samples: direction, radiance and angle.
-  void sample() {
-    for_each_register([&](size_t at, uint32_t wanted) {
-      const D d;
-      const Picks picks = pick(at, wanted);
-      const Place place{hn::Load(d, picks.x), hn::Load(d, picks.y)};
-      const auto part = [&](V x, int32_t count) {
-        return hn::Div(x, hn::Set(d, static_cast<float>(count)));
-      };
-      const auto polar =
-          sin_cos_whole_turn(d, hn::Mul(part(place.y, sky_.height), hn::Set(d, 0.5f)));
-      const auto turn = sin_cos_whole_turn(d, part(place.x, sky_.width));
-      const Vec3<D> direction{hn::Mul(hn::Neg(polar.sin), turn.sin), polar.cos,
-                              hn::Mul(polar.sin, turn.cos)};
-      store3(d, direction, p_.direction, at);
-      store3(d, radiance_at(place, wanted), p_.radiance, at);
-      const V chance = hn::Load(d, picks.chance);
-      const V angle = hn::Div(hn::Mul(hn::Set(d, kTwoPi2), polar.sin), chance);
-      hn::Store(hn::IfThenElseZero(hn::Gt(chance, hn::Zero(d)), angle), d, p_.angle + at);
-    });
-  }
-
- private:
-  static constexpr float kTwoPi2 =
-      19.7392088f;  // 2 pi^2: the picture's sides as angles, multiplied
-  static constexpr float kPi = 3.14159274f;
-  static constexpr float kBelowOne = 1 - kRoundoff;
-
   // In texels, from the upper left corner.
   struct Place {
-    V x, y;
+    T x, y;
+  };
+  struct Sample {
+    Vec3<T> direction;  // unit
+    Vec3<T> radiance;
+    T angle;  // 1 over the pdf by solid angle; 0: take nothing
   };
 
-  template <class Function>
-  HWY_INLINE void for_each_register(const Function& function) {
-    for (size_t at = 0; at < kSkyPoints; at += kLanes) {
-      const auto wanted = static_cast<uint32_t>(p_.wanted >> at) & ((1u << kLanes) - 1);
-      if (wanted != 0) function(at, wanted);
-    }
-  }
-  template <class Function>
-  static HWY_INLINE void for_each_lane(uint32_t lanes, const Function& function) {
-    for (; lanes != 0; lanes &= lanes - 1) function(static_cast<size_t>(__builtin_ctz(lanes)));
-  }
+  // 2 pi^2: the picture's sides as angles, multiplied
+  static constexpr float kTwoPi2 = 19.7392088f;
 
-  static HWY_INLINE V sine_of(Vec3<D> d) {
-    return hn::Sqrt(hn::Add(hn::Mul(d.x, d.x), hn::Mul(d.z, d.z)));
-  }
+  explicit TESSERA_INLINE SkyPicture(const SkyView& sky) : sky_(sky) {}
 
-  static HWY_INLINE Place place_from(V turn, V polar, V x, float width, float height) {
-    const D d;
-    const V half = hn::Set(d, 0.5f);
-    const V across =
-        hn::IfThenElse(hn::Lt(x, hn::Zero(d)), hn::Sub(half, turn), hn::Add(half, turn));
-    return {hn::Mul(across, hn::Set(d, width)), hn::Mul(polar, hn::Set(d, height))};
-  }
-
-  HWY_INLINE Place place_of(Vec3<D> direction) const {
-    const D d;
-    const V turn =
-        hn::Div(half_angle_of(d, hn::Neg(direction.z), hn::Abs(direction.x)), hn::Set(d, 2 * kPi));
-    const V polar = hn::Div(half_angle_of(d, direction.y, sine_of(direction)), hn::Set(d, kPi));
-    return place_from(turn, polar, direction.x, static_cast<float>(sky_.width),
-                      static_cast<float>(sky_.height));
-  }
-
-  // Bilinear; columns repeat.
-  HWY_INLINE Vec3<D> radiance_at(Place place, uint32_t wanted) const {
-    const D d;
-    const DI di;
-    const V x = hn::Sub(place.x, hn::Set(d, 0.5f)), y = hn::Sub(place.y, hn::Set(d, 0.5f));
-    const V left = hn::Floor(x), top = hn::Floor(y);
-    const VI one = hn::Set(di, 1), width = hn::Set(di, sky_.width);
-    const VI last_column = hn::Sub(width, one), last_row = hn::Set(di, sky_.height - 1);
-    const auto clamped = [&](VI v, VI last) { return hn::Max(hn::Min(v, last), hn::Zero(di)); };
-    const auto column_of = [&](VI c) {
-      const VI before = hn::IfThenElse(hn::Lt(c, hn::Zero(di)), hn::Add(c, width), c);
-      const VI wrapped =
-          hn::IfThenElse(hn::Gt(before, last_column), hn::Sub(before, width), before);
-      return clamped(wrapped, last_column);  // whatever the lanes are that are not wanted
+  // Bilinear; columns repeat. wanted: bits of lanes; the others may be anything.
+  TESSERA_INLINE Vec3<T> radiance_at(Place place, uint32_t wanted) const {
+    const T x = place.x - 0.5f, y = place.y - 0.5f;
+    const T left = floor(x), top = floor(y);
+    const I width = set<I>(sky_.width), last_column = width - 1;
+    const int32_t last_row = sky_.height - 1;
+    const auto column_of = [&](I c) {
+      const I before = select(c < 0, c + width, c);
+      const I wrapped = select(before > last_column, before - width, before);
+      return max(min(wrapped, last_column), 0);  // whatever the lanes are that are not wanted
     };
-    const VI c = hn::ConvertTo(di, left), r = hn::ConvertTo(di, top);
-    const VI columns[2] = {column_of(c), column_of(hn::Add(c, one))};
-    const VI above = hn::Mul(clamped(r, last_row), width),
-             below = hn::Mul(clamped(hn::Add(r, one), last_row), width);
+    const auto row_of = [&](I r) { return max(min(r, last_row), 0) * width; };
+    const I c = convert<I>(left), r = convert<I>(top);
+    const I columns[2] = {column_of(c), column_of(c + 1)};
+    const I above = row_of(r), below = row_of(r + 1);
     Texels texels;
-    hn::Store(hn::Add(above, columns[0]), di, texels.index[0]);
-    hn::Store(hn::Add(above, columns[1]), di, texels.index[1]);
-    hn::Store(hn::Add(below, columns[0]), di, texels.index[2]);
-    hn::Store(hn::Add(below, columns[1]), di, texels.index[3]);
+    store(above + columns[0], texels.index[0]);
+    store(above + columns[1], texels.index[1]);
+    store(below + columns[0], texels.index[2]);
+    store(below + columns[1], texels.index[3]);
     for_each_lane(wanted, [&](size_t lane) {
       for (size_t k = 0; k < 4; ++k) {
         const float* const from = sky_.rgb + 3 * static_cast<size_t>(texels.index[k][lane]);
         for (size_t a = 0; a < 3; ++a) texels.rgb[k][a][lane] = from[a];
       }
     });
-    const auto mixed = [&](Vec3<D> a, Vec3<D> b, V t) {
-      return a * hn::Sub(hn::Set(d, 1), t) + b * t;
-    };
-    const V right_share = hn::Sub(x, left);
-    const auto texel = [&](size_t k) { return load3(d, texels.rgb[k], 0); };
+    const auto mixed = [&](Vec3<T> a, Vec3<T> b, T t) { return a * (1 - t) + b * t; };
+    const T right_share = x - left;
+    const auto texel = [&](size_t k) { return load3<T>(texels.rgb[k], 0); };
     return mixed(mixed(texel(0), texel(1), right_share), mixed(texel(2), texel(3), right_share),
-                 hn::Sub(y, top));
+                 y - top);
+  }
+
+  // How much likelier than uniformly over the picture samples take the texel of a place.
+  TESSERA_INLINE T chance_at(Place place, uint32_t wanted) const {
+    const auto inside = [&](T x, int32_t count) { return max(min(convert<I>(x), count - 1), 0); };
+    alignas(sizeof(T)) int32_t column[kLanes], row[kLanes];
+    alignas(sizeof(T)) float chance[kLanes] = {};
+    store(inside(place.x, sky_.width), column);
+    store(inside(place.y, sky_.height), row);
+    for_each_lane(wanted, [&](size_t lane) {
+      chance[lane] = chance_of(static_cast<size_t>(column[lane]), static_cast<size_t>(row[lane]));
+    });
+    return load<T>(chance);
+  }
+
+  // x, y: of the unit square, by lane. Column 0 looks along +z, the middle one along -z.
+  TESSERA_INLINE Sample sample(const float* x, const float* y, uint32_t wanted) const {
+    const Picks picks = pick(x, y, wanted);
+    const Place place{load<T>(picks.x), load<T>(picks.y)};
+    const auto polar = sin_cos_whole_turn(place.y / static_cast<float>(sky_.height) * 0.5f);
+    const auto turn = sin_cos_whole_turn(place.x / static_cast<float>(sky_.width));
+    const T chance = load<T>(picks.chance);
+    return {{-polar.sin * turn.sin, polar.cos, polar.sin * turn.cos},
+            radiance_at(place, wanted),
+            zero_unless(chance > 0, kTwoPi2 * polar.sin / chance)};
+  }
+
+ private:
+  static constexpr float kBelowOne = 1 - kRoundoff;
+
+  template <class Function>
+  static TESSERA_INLINE void for_each_lane(uint32_t lanes, const Function& function) {
+    for (; lanes != 0; lanes &= lanes - 1) function(static_cast<size_t>(__builtin_ctz(lanes)));
   }
 
   // The four of each point.
   struct Texels {
-    alignas(64) int32_t index[4][kLanes];
-    alignas(64) float rgb[4][3][kLanes] = {};
+    alignas(sizeof(T)) int32_t index[4][kLanes];
+    alignas(sizeof(T)) float rgb[4][3][kLanes] = {};
   };
 
-  // How much likelier than uniformly over the picture samples take this texel.
-  HWY_INLINE float chance_of(size_t column, size_t row) const {
+  TESSERA_INLINE float chance_of(size_t column, size_t row) const {
     const auto width = static_cast<size_t>(sky_.width);
     const double* const columns = sky_.columns + row * (width + 1);
     return static_cast<float>((sky_.rows[row + 1] - sky_.rows[row]) *
@@ -186,40 +120,24 @@ class SkyKernel {
                               sky_.height);
   }
 
-  HWY_INLINE V chance_at(Place place, uint32_t wanted) const {
-    const D d;
-    const DI di;
-    const auto inside = [&](V x, int32_t count) {
-      return hn::Max(hn::Min(hn::ConvertTo(di, x), hn::Set(di, count - 1)), hn::Zero(di));
-    };
-    alignas(64) int32_t column[kLanes], row[kLanes];
-    alignas(64) float chance[kLanes] = {};
-    hn::Store(inside(place.x, sky_.width), di, column);
-    hn::Store(inside(place.y, sky_.height), di, row);
-    for_each_lane(wanted, [&](size_t lane) {
-      chance[lane] = chance_of(static_cast<size_t>(column[lane]), static_cast<size_t>(row[lane]));
-    });
-    return hn::Load(d, chance);
-  }
-
   struct Picks {
-    alignas(64) float x[kLanes] = {}, y[kLanes] = {};  // places
-    alignas(64) float chance[kLanes] = {};
+    alignas(sizeof(T)) float x[kLanes] = {}, y[kLanes] = {};  // places
+    alignas(sizeof(T)) float chance[kLanes] = {};
   };
 
-  HWY_INLINE Picks pick(size_t at, uint32_t wanted) const {
+  TESSERA_INLINE Picks pick(const float* at_x, const float* at_y, uint32_t wanted) const {
     Picks picks;
     const auto width = static_cast<size_t>(sky_.width), height = static_cast<size_t>(sky_.height);
     size_t rows[kLanes];
     for_each_lane(wanted, [&](size_t lane) {
-      rows[lane] = number_at(sky_.rows, sky_.row_guide, height, p_.square[1][at + lane]);
-      const size_t part = part_of(width, p_.square[0][at + lane]);
+      rows[lane] = number_at(sky_.rows, sky_.row_guide, height, at_y[lane]);
+      const size_t part = part_of(width, at_x[lane]);
       __builtin_prefetch(sky_.column_guide + rows[lane] * width + part);
       __builtin_prefetch(sky_.columns + rows[lane] * (width + 1) + part);
     });
     for_each_lane(wanted, [&](size_t lane) {
       const size_t row = rows[lane];
-      const float x = p_.square[0][at + lane], y = p_.square[1][at + lane];
+      const float x = at_x[lane], y = at_y[lane];
       const double* const columns = sky_.columns + row * (width + 1);
       const size_t column = number_at(columns, sky_.column_guide + row * width, width, x);
       picks.x[lane] = static_cast<float>(column) + rest_of(columns, column, x);
@@ -229,13 +147,14 @@ class SkyKernel {
     return picks;
   }
 
-  static HWY_INLINE size_t part_of(size_t count, float x) {
+  static TESSERA_INLINE size_t part_of(size_t count, float x) {
     const auto part = static_cast<size_t>(double{x} * static_cast<double>(count));
     return part < count ? part : count - 1;
   }
 
-  static HWY_INLINE size_t number_at(const double* sums, const uint16_t* guide, size_t count,
-                                     float x) {
+  // sums [count + 1], from 0 to 1. 0 <= x < 1: the mean number of steps is 2 at most.
+  static TESSERA_INLINE size_t number_at(const double* sums, const uint16_t* guide, size_t count,
+                                         float x) {
     size_t number = guide[part_of(count, x)];
     // Where x times count has been rounded up to a whole number, it is one part too far.
     while (number > 0 && sums[number] > double{x}) --number;
@@ -243,10 +162,96 @@ class SkyKernel {
     return number;
   }
 
-  static HWY_INLINE float rest_of(const double* sums, size_t number, float x) {
+  static TESSERA_INLINE float rest_of(const double* sums, size_t number, float x) {
     const double chance = sums[number + 1] - sums[number];
     const auto rest = static_cast<float>(chance > 0 ? (double{x} - sums[number]) / chance : 0.5);
     return rest < 0 ? 0 : rest > kBelowOne ? kBelowOne : rest;
+  }
+
+  const SkyView& sky_;
+};
+
+}  // namespace TESSERA_TEXT
+}  // namespace tessera::core
+TESSERA_AFTER_TEXT();
+
+#ifndef TESSERA_PLAIN_TEXT
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+// Of x in [0, 1].
+HWY_INLINE Floats arc_tangent(Floats x) {
+  const Floats b = x * x;
+  Floats sum = set<Floats>(0.0028662257f);
+  for (const float c : {-0.0161657367f, 0.0429096138f, -0.0752896400f, 0.1065626393f,
+                        -0.1420889944f, 0.1999355085f, -0.3333314528f, 1.0f}) {
+    sum = sum * b + c;
+  }
+  return x * sum;
+}
+
+// The angle of (x, y) from the x axis, y >= 0: in [0, pi]. 0 for (0, 0).
+HWY_INLINE Floats half_angle_of(Floats x, Floats y) {
+  constexpr float kPi = 3.14159274f;
+  const Floats ax = abs(x);
+  const auto is_flat = y <= ax;
+  const Floats tangent = arc_tangent(select(is_flat, y, ax) / select(is_flat, ax, y));
+  const Floats a = select(is_flat, tangent, kPi / 2 - tangent);
+  const Floats angle = select(x < 0, kPi - a, a);
+  return zero_if(ax == 0 && y == 0, angle);
+}
+
+class SkyKernel {
+  using V = Floats;
+  using Picture = SkyPicture<V>;
+
+ public:
+  SkyKernel(const SkyView& sky, SkyPoints& points) : sky_(sky), p_(points) {}
+
+  // From directions to radiance and pdf.
+  void look_up() {
+    for_each_register([&](size_t at, uint32_t wanted) {
+      const Picture picture(sky_);
+      const Vec3<V> direction = load3<V>(p_.direction, at);
+      const Picture::Place place = place_of(direction);
+      store3(picture.radiance_at(place, wanted), p_.radiance, at);
+      const V sine = sine_of(direction);
+      const V share = picture.chance_at(place, wanted) / (Picture::kTwoPi2 * sine);
+      store(zero_unless(sine > 0, share), p_.pdf + at);
+    });
+  }
+
+  // From places in the square to samples: direction, radiance and angle.
+  void sample() {
+    for_each_register([&](size_t at, uint32_t wanted) {
+      const Picture::Sample sample =
+          Picture(sky_).sample(p_.square[0] + at, p_.square[1] + at, wanted);
+      store3(sample.direction, p_.direction, at);
+      store3(sample.radiance, p_.radiance, at);
+      store(sample.angle, p_.angle + at);
+    });
+  }
+
+ private:
+  static constexpr float kPi = 3.14159274f;
+
+  template <class Function>
+  HWY_INLINE void for_each_register(const Function& function) {
+    for (size_t at = 0; at < kSkyPoints; at += kLaneCount) {
+      const auto wanted = static_cast<uint32_t>(p_.wanted >> at) & ((1u << kLaneCount) - 1);
+      if (wanted != 0) function(at, wanted);
+    }
+  }
+
+  static HWY_INLINE V sine_of(Vec3<V> d) { return sqrt(d.x * d.x + d.z * d.z); }
+
+  HWY_INLINE Picture::Place place_of(Vec3<V> direction) const {
+    const V turn = half_angle_of(-direction.z, abs(direction.x)) / (2 * kPi);
+    const V polar = half_angle_of(direction.y, sine_of(direction)) / kPi;
+    const V across = select(direction.x < 0, 0.5f - turn, 0.5f + turn);
+    return {across * static_cast<float>(sky_.width), polar * static_cast<float>(sky_.height)};
   }
 
   const SkyView& sky_;
@@ -256,5 +261,7 @@ class SkyKernel {
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core
 HWY_AFTER_NAMESPACE();
+
+#endif  // TESSERA_PLAIN_TEXT
 
 #endif  // per-target include guard

@@ -1,28 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/core/light/sky_map.h"
 
+#define TESSERA_PLAIN_TEXT
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "common/math/rounding.h"
+#include "slave/core/light/sky-inl.h"
 #include "slave/core/sampling/hemisphere.h"
 
 namespace tessera::core {
 namespace {
 
 constexpr double kEvenShare = 0.1;
-constexpr float kTwoPi2 = 19.7392088f;  // 2 pi^2: the picture's sides as angles, multiplied
 
 double luminance(Vec3f c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
 // The mean over a texel of a bilinear picture, along one axis.
 constexpr double kTent[3] = {0.125, 0.75, 0.125};
-
-struct Picked {
-  std::size_t number;
-  float rest;
-};
 
 // The last i < count whose sum is at most i-th of `count` equal parts of [0, 1]: where to begin to look
 // for what lies there (Chen and Asau, "On generating random variates from an empirical distribution",
@@ -34,18 +30,6 @@ void set_guide(const double* sums, std::size_t count, std::uint16_t* guide) {
     while (number + 1 < count && sums[number + 1] <= x) ++number;
     guide[i] = static_cast<std::uint16_t>(number);
   }
-}
-
-// sums [count + 1], from 0 to 1. 0 <= x < 1: the mean number of steps is 2 at most.
-Picked pick(const double* sums, const std::uint16_t* guide, std::size_t count, float x) {
-  const auto part = static_cast<std::size_t>(double{x} * static_cast<double>(count));
-  std::size_t number = guide[std::min(part, count - 1)];
-  // Where x times count has been rounded up to a whole number, it is one part too far.
-  while (number > 0 && sums[number] > x) --number;
-  while (number + 1 < count && sums[number + 1] <= x) ++number;
-  const double chance = sums[number + 1] - sums[number];
-  const auto rest = static_cast<float>(chance > 0 ? (x - sums[number]) / chance : 0.5);
-  return {number, std::clamp(rest, 0.0f, 1 - kUnitRoundoff)};
 }
 
 // From sums to chances that end at 1.
@@ -74,7 +58,7 @@ SkyMap::SkyMap(std::shared_ptr<const EnvironmentMap> map) : map_(std::move(map))
     for (std::size_t x = 0; x < width; ++x)
       light += sine_of(y) * weight_of(static_cast<int>(x), static_cast<int>(y));
   }
-  power_ = light * kTwoPi2 / static_cast<double>(width * height);
+  power_ = light * plain::SkyPicture<float>::kTwoPi2 / static_cast<double>(width * height);
   const double even = light / sines * kEvenShare / (1 - kEvenShare);
   std::vector<double> sums(width + 1), rows(height + 1);
   for (std::size_t y = 0; y < height; ++y) {
@@ -106,37 +90,12 @@ double SkyMap::weight_of(int x, int y) const {
 }
 
 Vec3f SkyMap::at(Vec2f place) const {
-  const float x = place.x - 0.5f, y = place.y - 0.5f;
-  const float left = std::floor(x), top = std::floor(y);
-  const float right_share = x - left, bottom_share = y - top;
-  const int column = static_cast<int>(left), row = static_cast<int>(top);
-  const Vec3f above = texel(column, row) * (1 - right_share) + texel(column + 1, row) * right_share;
-  const Vec3f below =
-      texel(column, row + 1) * (1 - right_share) + texel(column + 1, row + 1) * right_share;
-  return above * (1 - bottom_share) + below * bottom_share;
-}
-
-float SkyMap::chance(std::size_t x, std::size_t y) const {
-  const auto width = static_cast<std::size_t>(map_->width_px);
-  const double* columns = &columns_[y * (width + 1)];
-  return static_cast<float>((rows_[y + 1] - rows_[y]) * (columns[x + 1] - columns[x]) *
-                            static_cast<double>(width) * map_->height_px);
+  return plain::SkyPicture<float>(view()).radiance_at({place.x, place.y}, 1);
 }
 
 SkyMap::Sample SkyMap::sample(Vec2f square) const {
-  const auto width = static_cast<std::size_t>(map_->width_px);
-  const auto height = static_cast<std::size_t>(map_->height_px);
-  const Picked row = pick(rows_.data(), row_guide_.data(), height, square.y);
-  const Picked column = pick(&columns_[row.number * (width + 1)],
-                             &column_guide_[row.number * width], width, square.x);
-  const Vec2f place{static_cast<float>(column.number) + column.rest,
-                    static_cast<float>(row.number) + row.rest};
-  const SinCos polar = sin_cos_whole_turn(place.y / static_cast<float>(height) / 2);
-  const SinCos turn = sin_cos_whole_turn(place.x / static_cast<float>(width));
-  // Column 0 looks along +z, the middle one along -z.
-  const Vec3f direction{-polar.sin * turn.sin, polar.cos, polar.sin * turn.cos};
-  const float likelier = chance(column.number, row.number);
-  return {direction, at(place), likelier > 0 ? kTwoPi2 * polar.sin / likelier : 0};
+  const auto sample = plain::SkyPicture<float>(view()).sample(&square.x, &square.y, 1);
+  return {sample.direction, sample.radiance, sample.angle};
 }
 
 SkyView SkyMap::view() const {

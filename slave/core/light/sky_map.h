@@ -47,8 +47,6 @@ class SkyMap {
  private:
   Vec3f texel(int x, int y) const;
   double weight_of(int x, int y) const;
-  // How much likelier than uniformly over the picture sample() takes this texel.
-  float chance(std::size_t x, std::size_t y) const;
 
   std::shared_ptr<const EnvironmentMap> map_;
   double power_ = 0;

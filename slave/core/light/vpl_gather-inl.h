@@ -12,13 +12,12 @@
 #define TESSERA_CORE_VPL_GATHER_INL_H_
 #endif
 
-#include "slave/core/simd/lanes-inl.h"
+#include "slave/core/light/spot-inl.h"
+#include "slave/core/simd/vec3-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
-
-using GatherTag = hn::CappedTag<float, 16>;
 
 // gamma(2) of common/math/rounding.h: a shadow ray's direction is rounded twice per component.
 constexpr float kDirectionError = 2 * kRoundoff / (1 - 2 * kRoundoff);
@@ -31,15 +30,13 @@ constexpr float kDirectionError = 2 * kRoundoff / (1 - 2 * kRoundoff);
 // 2^-12 |d| is enough. At the VPL the ray's own direction is asked, which begins at its offset already.
 constexpr float kApart = 0x1p-12f;
 
-HWY_INLINE float larger(float a, float b) { return a > b ? a : b; }
-
 HWY_INLINE bool is_surface(const LightPoint& light) {
   return light.kind == LightPointKind::kSurface || light.kind == LightPointKind::kEmitter;
 }
 
 // The greatest value of a * b, a and b in intervals.
 HWY_INLINE float product_upper(float a_low, float a_high, float b_low, float b_high) {
-  return larger(larger(a_low * b_low, a_low * b_high), larger(a_high * b_low, a_high * b_high));
+  return max_of(max_of(a_low * b_low, a_low * b_high), max_of(a_high * b_low, a_high * b_high));
 }
 
 // Whether none of the points can get light, for all lie behind the VPL or have turned away from it.
@@ -52,9 +49,9 @@ HWY_INLINE bool turned_away(const GatherPoints& p, const LightPoint& light) {
     if (light.kind == LightPointKind::kFar) low = high = light.normal[a];
     const float n = light.normal[a];
     behind += n > 0 ? n * high : n * low;
-    size_behind += larger(n * low, -n * low) + larger(n * high, -n * high);
+    size_behind += max_of(n * low, -n * low) + max_of(n * high, -n * high);
     away += product_upper(p.normal_lower[a], p.normal_upper[a], -high, -low);
-    size += larger(high, -high) + larger(low, -low);
+    size += max_of(high, -high) + max_of(low, -low);
   }
   constexpr float kSlack = 16 * kRoundoff;
   if (away < -kSlack * size) return true;
@@ -63,33 +60,25 @@ HWY_INLINE bool turned_away(const GatherPoints& p, const LightPoint& light) {
 
 // Of the cosine at the light, before the clamp: `cosine_light` is that of the angle between the
 // light's normal and the way to the point.
-template <class V>
-HWY_INLINE V at_light(const LightPoint& light, V cosine_light) {
-  const GatherTag d;
-  if (is_surface(light)) return hn::Max(cosine_light, hn::Zero(d));
-  if (light.kind != LightPointKind::kSpot) return hn::Set(d, 1);
-  // spot_falloff() in light_sampling.h has the same.
-  if (!(light.cos_inner > light.cos_outer))
-    return hn::IfThenElseZero(hn::Ge(cosine_light, hn::Set(d, light.cos_inner)), hn::Set(d, 1));
-  const auto x = hn::Div(hn::Sub(cosine_light, hn::Set(d, light.cos_outer)),
-                         hn::Set(d, light.cos_inner - light.cos_outer));
-  const auto t = hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, 1));
-  return hn::Mul(t, t);
+HWY_INLINE Floats at_light(const LightPoint& light, Floats cosine_light) {
+  if (is_surface(light)) return max(cosine_light, 0);
+  if (light.kind != LightPointKind::kSpot) return set<Floats>(1);
+  return spot_falloff(light.cos_inner, light.cos_outer, cosine_light);
 }
 
 inline void bound_points(GatherPoints& p) {
-  const GatherTag d;
-  const int lanes = static_cast<int>(hn::Lanes(d));
+  using V = Floats;
+  const int lanes = static_cast<int>(kLaneCount);
   const auto bound = [&](const float* x, float& lower, float& upper) {
-    auto low = hn::Set(d, x[0]), high = low;
+    auto low = set<V>(x[0]), high = low;
     for (int i = 0; i < p.count; i += lanes) {
-      const auto is_here = hn::FirstN(d, static_cast<size_t>(p.count - i));
-      const auto own = hn::IfThenElse(is_here, hn::Load(d, x + i), low);
-      low = hn::Min(low, own);
-      high = hn::Max(high, hn::IfThenElse(is_here, own, high));
+      const auto is_here = first_lanes<V>(static_cast<size_t>(p.count - i));
+      const auto own = select(is_here, load<V>(x + i), low);
+      low = min(low, own);
+      high = max(high, select(is_here, own, high));
     }
-    lower = hn::GetLane(hn::MinOfLanes(d, low));
-    upper = hn::GetLane(hn::MaxOfLanes(d, high));
+    lower = least_lane(low);
+    upper = greatest_lane(high);
   };
   for (int a = 0; a < 3; ++a) {
     bound(p.point[a], p.lower[a], p.upper[a]);
@@ -101,65 +90,42 @@ inline void bound_points(GatherPoints& p) {
 // from which they are grouped. Returns: whether there are any rays.
 inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float clamp,
                          GatherRays& rays) {
-  const GatherTag d;
-  const hn::RebindToSigned<GatherTag> di;
-  const int lanes = static_cast<int>(hn::Lanes(d));
+  using V = Floats;
+  using V3 = Vec3<V>;
+  using VI = Ints;
+  const int lanes = static_cast<int>(kLaneCount);
   rays.targets.count = 0;
   rays.is_origin_excluded = true;
   if (turned_away(p, light)) return false;
   const bool is_far = light.kind == LightPointKind::kFar;
-  const auto zero = hn::Zero(d), one = hn::Set(d, 1);
-  const auto clamp_to = hn::Set(d, is_surface(light) ? clamp : __builtin_inff());
-  const auto lx = hn::Set(d, light.position[0]), ly = hn::Set(d, light.position[1]),
-             lz = hn::Set(d, light.position[2]);
-  const auto wx = hn::Set(d, light.normal[0]), wy = hn::Set(d, light.normal[1]),
-             wz = hn::Set(d, light.normal[2]);
+  const auto clamp_to = set<V>(is_surface(light) ? clamp : __builtin_inff());
+  const V3 from = same3<V>(light.position), axis = same3<V>(light.normal);
   int count = 0;
   for (int i = 0; i < p.count; i += lanes) {
-    const auto px = hn::Load(d, p.point[0] + i), py = hn::Load(d, p.point[1] + i),
-               pz = hn::Load(d, p.point[2] + i);
-    const auto nx = hn::Load(d, p.normal[0] + i), ny = hn::Load(d, p.normal[1] + i),
-               nz = hn::Load(d, p.normal[2] + i);
-    const auto sx = hn::Load(d, p.shading[0] + i), sy = hn::Load(d, p.shading[1] + i),
-               sz = hn::Load(d, p.shading[2] + i);
-    const auto dot3 = [](auto ax, auto ay, auto az, auto bx, auto by, auto bz) {
-      return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
-    };
-    // To the light, not normalised.
-    const auto ax = is_far ? hn::Neg(wx) : hn::Sub(lx, px),
-               ay = is_far ? hn::Neg(wy) : hn::Sub(ly, py),
-               az = is_far ? hn::Neg(wz) : hn::Sub(lz, pz);
-    const auto distance2 = dot3(ax, ay, az, ax, ay, az), distance = hn::Sqrt(distance2);
-    const auto inverse = is_far ? one : hn::Div(one, distance);
-    const auto cosine = hn::Mul(dot3(sx, sy, sz, ax, ay, az), inverse);
-    const auto above = dot3(nx, ny, nz, ax, ay, az);
-    const auto cosine_light = hn::Neg(hn::Mul(dot3(wx, wy, wz, ax, ay, az), inverse));
-    const auto shed = at_light(light, cosine_light);
-    const auto spread = hn::Mul(hn::Mul(hn::Max(cosine, zero), inverse), hn::Mul(shed, inverse));
-    const auto strength = hn::Min(spread, clamp_to);
-    const auto is_lit =
-        hn::And(hn::And(hn::Gt(strength, zero), hn::Lt(strength, hn::Set(d, __builtin_inff()))),
-                hn::And(hn::Gt(above, zero), hn::FirstN(d, static_cast<size_t>(p.count - i))));
-    hn::Store(hn::IfThenElseZero(is_lit, strength), d, rays.strength + i);
-    const auto off =
-        is_far ? hn::Load(d, p.offset + i)
-               : hn::Add(hn::Load(d, p.offset + i), hn::Mul(hn::Set(d, kDirectionError), distance));
-    const auto tx = hn::Sub(hn::Add(px, hn::Mul(nx, off)), lx),
-               ty = hn::Sub(hn::Add(py, hn::Mul(ny, off)), ly),
-               tz = hn::Sub(hn::Add(pz, hn::Mul(nz, off)), lz);
-    store_packed(d, tx, is_lit, rays.targets.direction[0] + count);
-    store_packed(d, ty, is_lit, rays.targets.direction[1] + count);
-    store_packed(d, tz, is_lit, rays.targets.direction[2] + count);
-    const auto own = hn::Load(d, p.offset + i), apart = hn::Set(d, kApart);
-    const auto is_above_point = hn::Gt(above, hn::Add(hn::Mul(distance, apart), hn::Add(own, own)));
-    const auto is_above_light =
-        hn::Gt(dot3(wx, wy, wz, tx, ty, tz), hn::Mul(hn::Add(distance, off), apart));
-    rays.is_origin_excluded &= hn::AllTrue(d, hn::Or(is_above_light, hn::Not(is_lit)));
-    const auto triangle = hn::Load(di, reinterpret_cast<const int32_t*>(p.triangle) + i);
-    store_packed(di, hn::IfThenElse(hn::RebindMask(di, is_above_point), triangle, hn::Set(di, -1)),
-                 hn::RebindMask(di, is_lit), reinterpret_cast<int32_t*>(rays.excluded) + count);
-    store_packed(di, hn::Iota(di, i), hn::RebindMask(di, is_lit), rays.point + count);
-    count += static_cast<int>(hn::CountTrue(d, is_lit));
+    const auto at = static_cast<size_t>(i);
+    const V3 point = load3<V>(p.point, at), normal = load3<V>(p.normal, at);
+    const V3 to_light = is_far ? -axis : from - point;  // not normalised
+    const V distance = length(to_light), inverse = is_far ? set<V>(1) : 1 / distance;
+    const V cosine = dot(load3<V>(p.shading, at), to_light) * inverse;
+    const V above = dot(normal, to_light);
+    const V shed = at_light(light, -(dot(axis, to_light) * inverse));
+    const V strength = min(max(cosine, 0) * inverse * (shed * inverse), clamp_to);
+    const auto is_lit = strength > 0 && strength < __builtin_inff() && above > 0 &&
+                        first_lanes<V>(static_cast<size_t>(p.count - i));
+    store(zero_unless(is_lit, strength), rays.strength + i);
+    const V own = load<V>(p.offset + i), off = is_far ? own : own + kDirectionError * distance;
+    const V3 direction = point + normal * off - from;
+    store_packed(direction.x, is_lit, rays.targets.direction[0] + count);
+    store_packed(direction.y, is_lit, rays.targets.direction[1] + count);
+    store_packed(direction.z, is_lit, rays.targets.direction[2] + count);
+    const auto is_above_point = above > distance * kApart + (own + own);
+    const auto is_above_light = dot(axis, direction) > (distance + off) * kApart;
+    rays.is_origin_excluded &= is_all<V>(is_above_light || !is_lit);
+    const auto triangle = load<VI>(reinterpret_cast<const int32_t*>(p.triangle) + i);
+    store_packed(select(is_above_point, triangle, set<VI>(-1)), is_lit,
+                 reinterpret_cast<int32_t*>(rays.excluded) + count);
+    store_packed(counting_from<VI>(i), is_lit, rays.point + count);
+    count += static_cast<int>(count_of<V>(is_lit));
   }
   rays.targets.count = count;
   return count > 0;
@@ -167,13 +133,12 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
 
 // Adds what the points get whose strength is left.
 inline void end_gather(const LightPoint& light, const GatherRays& rays, GatherPoints& p) {
-  const GatherTag d;
-  const int lanes = static_cast<int>(hn::Lanes(d));
+  const int lanes = static_cast<int>(kLaneCount);
   for (int i = 0; i < p.count; i += lanes) {
-    const auto strength = hn::Load(d, rays.strength + i);
+    const auto strength = load<Floats>(rays.strength + i);
     for (int c = 0; c < 3; ++c) {
-      const auto sum = hn::Load(d, p.light[c] + i);
-      hn::Store(hn::Add(sum, hn::Mul(strength, hn::Set(d, light.rgb[c]))), d, p.light[c] + i);
+      const auto sum = load<Floats>(p.light[c] + i);
+      store(sum + strength * light.rgb[c], p.light[c] + i);
     }
   }
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The directions of sampling/hemisphere.h in lanes, to the bit.
+// Directions about a normal. The same bits on every processor and C library: arithmetic and square
+// roots only. T: float, or Floats.
 // Threads. Pure functions.
 #if defined(TESSERA_CORE_HEMISPHERE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_CORE_HEMISPHERE_INL_H_
@@ -10,78 +11,74 @@
 
 #include "slave/core/simd/vec3-inl.h"
 
-HWY_BEFORE_NAMESPACE();
+TESSERA_BEFORE_TEXT();
 namespace tessera::core {
-namespace HWY_NAMESPACE {
+namespace TESSERA_TEXT {
 
-template <class V>
+// sin and cos of 2 pi x, x in [-1/8, 1/8]. Taylor series to the ninth and eighth power: off by less
+// than 2^-24 there, so that it is the rounding of float32 that remains.
+template <class T>
 struct SinCos {
-  V sin, cos;
+  T sin, cos;
 };
-
-// sin and cos of 2 pi x, x in [-1/8, 1/8].
-template <class Tag, class V = hn::Vec<Tag>>
-HWY_INLINE SinCos<V> sin_cos_turn(Tag d, V x) {
-  const V one = hn::Set(d, 1), a = hn::Mul(hn::Set(d, 6.28318531f), x), b = hn::Mul(a, a);
-  const auto next = [&](float c, V sum) { return hn::Add(hn::Set(d, c), hn::Mul(b, sum)); };
-  const V sin = next(-1 / 6.0f, next(1 / 120.0f, next(-1 / 5040.0f, hn::Set(d, 1 / 362880.0f))));
-  const V cos = next(-0.5f, next(1 / 24.0f, next(-1 / 720.0f, hn::Set(d, 1 / 40320.0f))));
-  return {hn::Mul(a, hn::Add(one, hn::Mul(b, sin))), hn::Add(one, hn::Mul(b, cos))};
+template <class T>
+TESSERA_INLINE SinCos<T> sin_cos_turn(T x) {
+  const T a = 6.28318531f * x, b = a * a;
+  return {a * (1 + b * (-1 / 6.0f + b * (1 / 120.0f + b * (-1 / 5040.0f + b * (1 / 362880.0f))))),
+          1 + b * (-0.5f + b * (1 / 24.0f + b * (-1 / 720.0f + b * (1 / 40320.0f))))};
 }
 
 // The same for x in [0, 1].
-template <class Tag, class V = hn::Vec<Tag>>
-HWY_INLINE SinCos<V> sin_cos_whole_turn(Tag d, V x) {
-  const hn::RebindToSigned<Tag> di;
-  const auto quarter =
-      hn::ConvertTo(di, hn::Add(hn::Mul(hn::Set(d, 4), x), hn::Set(d, 0.5f)));  // the nearest
-  const V rest = hn::Sub(x, hn::Mul(hn::Set(d, 0.25f), hn::ConvertTo(d, quarter)));
-  const SinCos<V> t = sin_cos_turn(d, rest);
-  const auto has_bit = [&](auto number, int32_t bit) {
-    return hn::RebindMask(d, hn::TestBit(number, hn::Set(di, bit)));
-  };
+template <class T>
+TESSERA_INLINE SinCos<T> sin_cos_whole_turn(T x) {
+  const auto quarter = convert<IntOf<T>>(4 * x + 0.5f);  // the nearest, 0 to 4
+  const SinCos<T> t = sin_cos_turn(x - 0.25f * convert<T>(quarter));
   const auto is_odd = has_bit(quarter, 1);
-  const V sin = hn::IfThenElse(is_odd, t.cos, t.sin), cos = hn::IfThenElse(is_odd, t.sin, t.cos);
-  const auto next = hn::Add(quarter, hn::Set(di, 1));
-  return {hn::IfThenElse(has_bit(quarter, 2), hn::Neg(sin), sin),
-          hn::IfThenElse(has_bit(next, 2), hn::Neg(cos), cos)};
+  const T sin = select(is_odd, t.cos, t.sin), cos = select(is_odd, t.sin, t.cos);
+  return {select(has_bit(quarter, 2), -sin, sin), select(has_bit(quarter + 1, 2), -cos, cos)};
 }
 
-// Two unit vectors that are perpendicular to a unit vector and to each other.
-template <class Tag>
-struct Basis {
-  Vec3<Tag> tangent, bitangent;
+// The unit square onto the unit disk; neighbours stay neighbours (Shirley and Chiu, "A low
+// distortion map between disk and square", 1997).
+template <class T>
+struct DiskPoint {
+  T x, y;
 };
-template <class Tag>
-HWY_INLINE Basis<Tag> basis_about(Tag d, Vec3<Tag> n) {
-  const auto one = hn::Set(d, 1), sign = hn::CopySign(one, n.z);
-  const auto a = hn::Div(hn::Set(d, -1), hn::Add(sign, n.z));
-  const auto b = hn::Mul(hn::Mul(n.x, n.y), a);
-  const auto signed_x = hn::Mul(sign, n.x);
-  return {{hn::Add(one, hn::Mul(hn::Mul(signed_x, n.x), a)), hn::Mul(sign, b), hn::Neg(signed_x)},
-          {b, hn::Add(sign, hn::Mul(hn::Mul(n.y, n.y), a)), hn::Neg(n.y)}};
+template <class T>
+TESSERA_INLINE DiskPoint<T> concentric_disk(T x, T y) {
+  const T a = (x + x) - 1, b = (y + y) - 1;
+  const auto is_wide = abs(a) > abs(b);
+  const T longer = select(is_wide, a, b), shorter = select(is_wide, b, a);
+  const auto is_middle = longer == 0;
+  const SinCos<T> t = sin_cos_turn(shorter / longer * 0.125f);
+  const T along = zero_if(is_middle, longer * t.cos), across = zero_if(is_middle, longer * t.sin);
+  return {select(is_wide, along, across), select(is_wide, across, along)};
+}
+
+// Two unit vectors that are perpendicular to `n` and to each other (Duff et al., "Building an
+// orthonormal basis, revisited", JCGT 6(1), 2017). Requires: n is of unit length.
+template <class T>
+struct Basis {
+  Vec3<T> tangent, bitangent;
+};
+template <class T>
+TESSERA_INLINE Basis<T> basis_about(Vec3<T> n) {
+  const T sign = copy_sign(set<T>(1), n.z);
+  const T a = -1 / (sign + n.z), b = n.x * n.y * a, signed_x = sign * n.x;
+  return {{1 + signed_x * n.x * a, sign * b, -signed_x}, {b, sign + n.y * n.y * a, -n.y}};
 }
 
 // Of pdf cosine / pi about `normal`. x, y: in the unit square, which is mapped onto the disk.
-template <class Tag, class V = hn::Vec<Tag>>
-HWY_INLINE Vec3<Tag> cosine_direction(Tag d, Vec3<Tag> normal, V x, V y) {
-  const V one = hn::Set(d, 1), zero = hn::Zero(d);
-  const V a = hn::Sub(hn::Add(x, x), one), b = hn::Sub(hn::Add(y, y), one);
-  const auto is_wide = hn::Gt(hn::Abs(a), hn::Abs(b));
-  const V longer = hn::IfThenElse(is_wide, a, b), shorter = hn::IfThenElse(is_wide, b, a);
-  const auto is_middle = hn::Eq(longer, zero);
-  const SinCos<V> t = sin_cos_turn(d, hn::Mul(hn::Div(shorter, longer), hn::Set(d, 0.125f)));
-  const V along = hn::IfThenZeroElse(is_middle, hn::Mul(longer, t.cos));
-  const V across = hn::IfThenZeroElse(is_middle, hn::Mul(longer, t.sin));
-  const V disk_x = hn::IfThenElse(is_wide, along, across);
-  const V disk_y = hn::IfThenElse(is_wide, across, along);
-  const V rest = hn::Sub(hn::Sub(one, hn::Mul(disk_x, disk_x)), hn::Mul(disk_y, disk_y));
-  const Basis<Tag> basis = basis_about(d, normal);
-  return basis.tangent * disk_x + basis.bitangent * disk_y + normal * hn::Sqrt(hn::Max(zero, rest));
+template <class T>
+TESSERA_INLINE Vec3<T> cosine_direction(Vec3<T> normal, T x, T y) {
+  const DiskPoint<T> disk = concentric_disk(x, y);
+  const T height = sqrt(max(set<T>(0), 1 - disk.x * disk.x - disk.y * disk.y));
+  const Basis<T> basis = basis_about(normal);
+  return basis.tangent * disk.x + basis.bitangent * disk.y + normal * height;
 }
 
-}  // namespace HWY_NAMESPACE
+}  // namespace TESSERA_TEXT
 }  // namespace tessera::core
-HWY_AFTER_NAMESPACE();
+TESSERA_AFTER_TEXT();
 
 #endif  // per-target include guard

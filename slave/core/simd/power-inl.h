@@ -1,5 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The powers of common/math/power.h in lanes, to the bit.
+// Powers of two, logarithms and powers in float. The same bits on every processor and C library: arithmetic
+// alone, in one order. T: float, or Floats.
+//
+// Error: log2() is off by at most 2^-22 where x is in [1/2, 2] and by roundings of the exponent beyond;
+// exp2() is off by 4 * 2^-24 of itself, so that power(x, y) is off by some y * 2^-22 of itself
+// (lobes_test.cpp).
+//
 // Threads. Pure functions.
 #if defined(TESSERA_CORE_POWER_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_CORE_POWER_INL_H_
@@ -8,48 +14,46 @@
 #define TESSERA_CORE_POWER_INL_H_
 #endif
 
-#include "slave/core/simd/lanes-inl.h"
+#include "slave/core/simd/real-inl.h"
 
-HWY_BEFORE_NAMESPACE();
+TESSERA_BEFORE_TEXT();
 namespace tessera::core {
-namespace HWY_NAMESPACE {
+namespace TESSERA_TEXT {
 
-template <class Tag, class V = hn::Vec<Tag>>
-HWY_INLINE V log2_of(Tag d, V x) {
-  const hn::RebindToSigned<Tag> di;
-  const V one = hn::Set(d, 1);
-  const auto bits = hn::BitCast(di, hn::Max(x, hn::Set(d, 1.17549435e-38f)));
-  const auto half_root = hn::BitCast(di, hn::Set(d, 0.707106781f));
-  const auto exponent = hn::ShiftRight<23>(hn::Sub(bits, half_root));
-  const V m = hn::BitCast(d, hn::Sub(bits, hn::ShiftLeft<23>(exponent)));
-  const V t = hn::Div(hn::Sub(m, one), hn::Add(m, one)), t2 = hn::Mul(t, t);
-  const auto next = [&](float c, V sum) { return hn::Add(hn::Set(d, c), hn::Mul(t2, sum)); };
-  const V series = next(1, next(1 / 3.0f, next(1 / 5.0f, next(1 / 7.0f, hn::Set(d, 1 / 9.0f)))));
-  return hn::Add(hn::ConvertTo(d, exponent), hn::Mul(hn::Mul(hn::Set(d, 2.88539008f), t), series));
+// Requires: x is finite, at least 2^-126 (what is less is taken for that).
+template <class T>
+TESSERA_INLINE T log2_of(T x) {
+  using I = IntOf<T>;
+  const I bits = bit_cast<I>(max(x, 1.17549435e-38f));
+  // The exponent for which the mantissa is within a root of 2 from 1.
+  const I exponent = shift_right<23>(bits - bit_cast<I>(set<T>(0.707106781f)));
+  const T m = bit_cast<T>(bits - shift_left<23>(exponent));
+  const T t = (m - 1) / (m + 1), t2 = t * t;
+  const T series = 1 + t2 * (1 / 3.0f + t2 * (1 / 5.0f + t2 * (1 / 7.0f + t2 * (1 / 9.0f))));
+  return convert<T>(exponent) + 2.88539008f * t * series;  // 2 / ln 2
 }
 
-template <class Tag, class V = hn::Vec<Tag>>
-HWY_INLINE V exp2_of(Tag d, V x) {
-  const hn::RebindToSigned<Tag> di;
-  const V inside = hn::Min(hn::Max(x, hn::Set(d, -126)), hn::Set(d, 126));
-  const V whole = hn::Floor(hn::Add(inside, hn::Set(d, 0.5f)));
-  const V a = hn::Mul(hn::Sub(inside, whole), hn::Set(d, 0.693147181f));
-  const auto next = [&](float c, V sum) { return hn::Add(hn::Set(d, c), hn::Mul(a, sum)); };
-  const V series = next(
-      1, next(1, next(1 / 2.0f,
-                      next(1 / 6.0f, next(1 / 24.0f, next(1 / 120.0f, hn::Set(d, 1 / 720.0f)))))));
-  const auto scale = hn::ShiftLeft<23>(hn::Add(hn::ConvertTo(di, whole), hn::Set(di, 127)));
-  return hn::Mul(series, hn::BitCast(d, scale));
+// Bounded to [2^-126, 2^126].
+template <class T>
+TESSERA_INLINE T exp2_of(T x) {
+  using I = IntOf<T>;
+  const T inside = min(max(x, -126), 126);
+  const T whole = floor(inside + 0.5f);
+  const T a = (inside - whole) * 0.693147181f;  // ln 2
+  const T series =
+      1 + a * (1 + a * (1 / 2.0f +
+                        a * (1 / 6.0f + a * (1 / 24.0f + a * (1 / 120.0f + a * (1 / 720.0f))))));
+  return series * bit_cast<T>(shift_left<23>(convert<I>(whole) + 127));
 }
 
-// x to the power of y, y > 0; 0 where x is not above 0.
-template <class Tag, class V = hn::Vec<Tag>>
-HWY_INLINE V power(Tag d, V x, V y) {
-  return hn::IfThenElseZero(hn::Gt(x, hn::Zero(d)), exp2_of(d, hn::Mul(y, log2_of(d, x))));
+// x to the power of y, y > 0; 0 where x is not above 0. Requires: both are finite.
+template <class T>
+TESSERA_INLINE T power(T x, T y) {
+  return zero_unless(x > 0, exp2_of(y * log2_of(x)));
 }
 
-}  // namespace HWY_NAMESPACE
+}  // namespace TESSERA_TEXT
 }  // namespace tessera::core
-HWY_AFTER_NAMESPACE();
+TESSERA_AFTER_TEXT();
 
 #endif  // per-target include guard

@@ -19,18 +19,16 @@ namespace tessera::core {
 namespace HWY_NAMESPACE {
 
 class DetailKernel {
-  using D = hn::CappedTag<float, 16>;
-  using V = hn::Vec<D>;
-  using V3 = Vec3<D>;
-  static constexpr size_t kLanes = hn::MaxLanes(D());
+  using V = Floats;
+  using V3 = Vec3<V>;
 
  public:
   DetailKernel(const DetailGroup& group, DetailPoints& points) : group_(group), p_(points) {}
 
   void run() {
     const auto count = static_cast<size_t>(p_.count);
-    for (size_t at = 0; at < count; at += kLanes)
-      detail(at, count - at < kLanes ? count - at : kLanes);
+    for (size_t at = 0; at < count; at += kLaneCount)
+      detail(at, count - at < kLaneCount ? count - at : kLaneCount);
   }
 
  private:
@@ -38,20 +36,19 @@ class DetailKernel {
   struct Uv {
     V x, y;
   };
-  static HWY_INLINE Uv minus(Uv a, Uv b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y)}; }
+  static HWY_INLINE Uv minus(Uv a, Uv b) { return {a.x - b.x, a.y - b.y}; }
 
   // Everything is a mean there, and products with what patterns multiply it by stay finite.
   static constexpr float kFootprintMax = 1e12f;
 
   HWY_INLINE void detail(size_t at, size_t lanes) {
-    const D d;
-    const V3 normal = load3(d, p_.normal, at), direction = load3(d, p_.direction, at);
+    const V3 normal = load3<V>(p_.normal, at), direction = load3<V>(p_.direction, at);
     V3 shading = normal;
     if (group_.has_normals) shading = interpolated(at, normal);
     V3 coat = shading;
     if (group_.uses != 0 || group_.has_program || group_.is_stretched) {
-      const V3 a = load3(d, p_.corner[0], at);
-      const V3 b = load3(d, p_.corner[1], at) - a, c = load3(d, p_.corner[2], at) - a;
+      const V3 a = load3<V>(p_.corner[0], at);
+      const V3 b = load3<V>(p_.corner[1], at) - a, c = load3<V>(p_.corner[2], at) - a;
       const V twice_area = length(cross(b, c)), footprint = footprint_at(at, normal, direction);
       const Textured points{at, lanes, b, c, twice_area, footprint, normal};
       if (group_.uses != 0) textures(points, shading, coat);
@@ -60,47 +57,41 @@ class DetailKernel {
     }
     if (!group_.is_diffuse) {
       const V3 back = normalize(direction);
-      const V3 to_viewer{hn::Neg(back.x), hn::Neg(back.y), hn::Neg(back.z)};
-      store3(d, to_viewer, p_.to_viewer, at);
+      const V3 to_viewer = -back;
+      store3(to_viewer, p_.to_viewer, at);
       // A normal that looks away from the viewer is none to reflect about.
-      shading = if_then_else(hn::Gt(dot(shading, to_viewer), hn::Zero(d)), shading, normal);
+      shading = select(dot(shading, to_viewer) > 0, shading, normal);
       if (group_.has_coat) {
-        coat = if_then_else(hn::Gt(dot(coat, to_viewer), hn::Zero(d)), coat, normal);
-        store3(d, coat, p_.coat_normal, at);
+        coat = select(dot(coat, to_viewer) > 0, coat, normal);
+        store3(coat, p_.coat_normal, at);
       }
     }
-    store3(d, shading, p_.shading_normal, at);
+    store3(shading, p_.shading_normal, at);
   }
 
-  HWY_INLINE V weight_a(size_t at) const {
-    const D d;
-    return hn::Sub(hn::Sub(hn::Set(d, 1), hn::Load(d, p_.u + at)), hn::Load(d, p_.v + at));
-  }
+  HWY_INLINE V weight_a(size_t at) const { return 1 - load<V>(p_.u + at) - load<V>(p_.v + at); }
 
   // On the side of the geometric normal; that one where there is no telling.
   HWY_INLINE V3 interpolated(size_t at, V3 normal) const {
-    const D d;
     const auto& corner = p_.corner_normal;
-    V3 own = load3(d, corner[0], at) * weight_a(at) +
-             load3(d, corner[1], at) * hn::Load(d, p_.u + at) +
-             load3(d, corner[2], at) * hn::Load(d, p_.v + at);
+    V3 own = load3<V>(corner[0], at) * weight_a(at) + load3<V>(corner[1], at) * load<V>(p_.u + at) +
+             load3<V>(corner[2], at) * load<V>(p_.v + at);
     if (group_.is_moved) {
-      own = {dot(same3(d, group_.normal_map[0]), own), dot(same3(d, group_.normal_map[1]), own),
-             dot(same3(d, group_.normal_map[2]), own)};
+      own = {dot(same3<V>(group_.normal_map[0]), own), dot(same3<V>(group_.normal_map[1]), own),
+             dot(same3<V>(group_.normal_map[2]), own)};
     }
     const V3 n = normalize(own);
-    const V side = dot(n, normal), zero = hn::Zero(d);
-    const V3 turned = negated_if(hn::Lt(side, zero), n);
-    return if_then_else(hn::Gt(hn::Abs(side), zero), turned, normal);  // not so for NaN
+    const V side = dot(n, normal);
+    const V3 turned = negated_if(side < 0, n);
+    return select(abs(side) > 0, turned, normal);  // not so for NaN
   }
 
   // How wide what the cone sees is on the surface, seen as it stands: the width over the cosine
   // (Akenine-Moeller et al. 2021, section 3); infinite edge-on, 0 for a ray without a cone.
   HWY_INLINE V footprint_at(size_t at, V3 normal, V3 direction) const {
-    const D d;
-    const V width = hn::Load(d, p_.cone_width + at);
-    const V seen = hn::Div(hn::Mul(width, length(direction)), hn::Abs(dot(normal, direction)));
-    return hn::IfThenElseZero(hn::Gt(width, hn::Zero(d)), seen);
+    const V width = load<V>(p_.cone_width + at);
+    const V seen = width * length(direction) / abs(dot(normal, direction));
+    return zero_unless(width > 0, seen);
   }
 
   // A register of points with textures.
@@ -121,46 +112,38 @@ class DetailKernel {
 
   // Coordinates of a picture.
   HWY_INLINE Uv corner_uv(const TexturePlace& place, size_t k, size_t at) const {
-    const D d;
     const auto& uv = p_.corner_uv[place.uv_set][k];
-    const Uv of_mesh{hn::Load(d, uv[0] + at), hn::Load(d, uv[1] + at)};
+    const Uv of_mesh{load<V>(uv[0] + at), load<V>(uv[1] + at)};
     if (!place.is_moved) return of_mesh;
-    const auto row = [&](const float* m) {
-      return hn::Add(
-          hn::Add(hn::Mul(hn::Set(d, m[0]), of_mesh.x), hn::Mul(hn::Set(d, m[1]), of_mesh.y)),
-          hn::Set(d, m[2]));
-    };
+    const auto row = [&](const float* m) { return m[0] * of_mesh.x + m[1] * of_mesh.y + m[2]; };
     return {row(place.uv_map), row(place.uv_map + 3)};
   }
 
   // All that lie alike. The picture's area over the triangle's gives texels per length.
   HWY_INLINE void look_up(const TexturePlace& place, uint32_t uses, const Textured& points,
                           V3& shading, V3& coat) {
-    const D d;
     const size_t at = points.at;
-    const V u = hn::Load(d, p_.u + at), v = hn::Load(d, p_.v + at), w = weight_a(at);
+    const V u = load<V>(p_.u + at), v = load<V>(p_.v + at), w = weight_a(at);
     const Uv p = corner_uv(place, 0, at), q = corner_uv(place, 1, at), r = corner_uv(place, 2, at);
     const Uv uv_b = minus(q, p), uv_c = minus(r, p);
-    const V uv_area = hn::Abs(hn::Sub(hn::Mul(uv_b.x, uv_c.y), hn::Mul(uv_c.x, uv_b.y)));
-    const V images = hn::Mul(points.footprint, hn::Sqrt(hn::Div(uv_area, points.twice_area)));
-    const auto inside = [&](V of_p, V of_q, V of_r) {
-      return hn::Add(hn::Add(hn::Mul(of_p, w), hn::Mul(of_q, u)), hn::Mul(of_r, v));
-    };
-    const auto has_cone = hn::Gt(points.footprint, hn::Zero(d));
+    const V uv_area = abs(uv_b.x * uv_c.y - uv_c.x * uv_b.y);
+    const V images = points.footprint * sqrt(uv_area / points.twice_area);
+    const auto inside = [&](V of_p, V of_q, V of_r) { return of_p * w + of_q * u + of_r * v; };
+    const auto has_cone = points.footprint > 0;
     const TextureLookup lookup(inside(p.x, q.x, r.x), inside(p.y, q.y, r.y),
-                               hn::IfThenElseZero(has_cone, images), points.lanes);
+                               zero_unless(has_cone, images), points.lanes);
     for (; uses != 0; uses &= uses - 1) {
       const int use = __builtin_ctz(uses);
       const TextureView& texture = *group_.textures->texture[use];
       if (kUsesWithAlpha >> use & 1u) {
         const auto texel = lookup.template sample<4>(texture);
-        store3(d, texel.rgb(), p_.texel[use], at);
-        hn::Store(texel.channel[3], d, p_.texel_alpha[use] + at);
+        store3(texel.rgb(), p_.texel[use], at);
+        store(texel.channel[3], p_.texel_alpha[use] + at);
         continue;
       }
       const V3 texel = lookup.template sample<3>(texture).rgb();
       if (use != kNormalTexture && use != kClearcoatNormalTexture) {
-        store3(d, texel, p_.texel[use], at);
+        store3(texel, p_.texel[use], at);
         continue;
       }
       V3& turned = use == kNormalTexture ? shading : coat;
@@ -179,41 +162,37 @@ class DetailKernel {
   };
 
   HWY_INLINE V3 outward_of(size_t at, V3 shading) const {
-    return negated_if(mask_of(D(), static_cast<uint32_t>(~p_.front >> at)), shading);
+    return negated_if(mask_of<V>(static_cast<uint32_t>(~p_.front >> at)), shading);
   }
 
   // The direction along which u rises and v does not. Of a triangle without area in the texture there
   // is none, and it is not finite or zero.
   HWY_INLINE Tangents tangents_of_triangle(const Textured& points, Uv uv_b, Uv uv_c,
                                            V3 outward) const {
-    const D d;
-    const auto is_mirrored = hn::Lt(hn::Mul(uv_b.x, uv_c.y), hn::Mul(uv_c.x, uv_b.y));
+    const auto is_mirrored = uv_b.x * uv_c.y < uv_c.x * uv_b.y;
     const V3 along_u = negated_if(is_mirrored, points.b * uv_c.y - points.c * uv_b.y);
     const V3 along_v = negated_if(is_mirrored, points.c * uv_b.x - points.b * uv_c.x);
     const V3 tangent = normalize(along_u - outward * dot(outward, along_u));
     const V3 across = cross(outward, tangent);
-    return {tangent, negated_if(hn::Lt(dot(across, along_v), hn::Zero(d)), across)};
+    return {tangent, negated_if(dot(across, along_v) < 0, across)};
   }
 
   // As MikkTSpace means them (Mikkelsen, "Simulation of wrinkled surfaces revisited", 2008): interpolated,
   // and the bitangent by the outward normal. In a mirrored instance both directions are mirrored, and
   // the outward normal is the transformed triangle's: the product stays on its side.
   HWY_INLINE Tangents tangents_of_vertices(size_t at, V3 outward) const {
-    const D d;
     const auto& corner = p_.corner_tangent;
-    V3 own = load3(d, corner[0], at) * weight_a(at) +
-             load3(d, corner[1], at) * hn::Load(d, p_.u + at) +
-             load3(d, corner[2], at) * hn::Load(d, p_.v + at);
+    V3 own = load3<V>(corner[0], at) * weight_a(at) + load3<V>(corner[1], at) * load<V>(p_.u + at) +
+             load3<V>(corner[2], at) * load<V>(p_.v + at);
     if (group_.is_moved) {
-      own = {dot(same3(d, group_.tangent_map[0]), own), dot(same3(d, group_.tangent_map[1]), own),
-             dot(same3(d, group_.tangent_map[2]), own)};
+      own = {dot(same3<V>(group_.tangent_map[0]), own), dot(same3<V>(group_.tangent_map[1]), own),
+             dot(same3<V>(group_.tangent_map[2]), own)};
     }
     const V3 tangent = normalize(own - outward * dot(outward, own));
-    return {tangent, cross(outward, tangent) * hn::Load(d, p_.handedness + at)};
+    return {tangent, cross(outward, tangent) * load<V>(p_.handedness + at)};
   }
 
   HWY_INLINE void stretch(const Textured& points, V3 shading) {
-    const D d;
     const size_t at = points.at;
     const V3 outward = outward_of(at, shading);
     Tangents t;
@@ -221,13 +200,11 @@ class DetailKernel {
       t = tangents_of_vertices(at, outward);
     } else {
       const auto& uv = p_.corner_uv[0];
-      const auto of = [&](size_t k) {
-        return Uv{hn::Load(d, uv[k][0] + at), hn::Load(d, uv[k][1] + at)};
-      };
+      const auto of = [&](size_t k) { return Uv{load<V>(uv[k][0] + at), load<V>(uv[k][1] + at)}; };
       t = tangents_of_triangle(points, minus(of(1), of(0)), minus(of(2), of(0)), outward);
     }
-    store3(d, t.tangent, p_.along_u, at);
-    store3(d, t.bitangent, p_.along_v, at);
+    store3(t.tangent, p_.along_u, at);
+    store3(t.bitangent, p_.along_v, at);
   }
 
   struct Turned {
@@ -238,32 +215,27 @@ class DetailKernel {
   // glTF 2.0, section 3.9.3. What would turn the surface away from the side that is seen, or has no
   // tangent, stays as it was.
   HWY_INLINE V3 mapped(size_t at, V3 texel, const Tangents& of, const Turned& from) const {
-    const D d;
-    const V one = hn::Set(d, 1), zero = hn::Zero(d), scale = hn::Set(d, from.scale);
     const V3 outward = outward_of(at, from.shading);
-    const V3 t{hn::Sub(hn::Add(texel.x, texel.x), one), hn::Sub(hn::Add(texel.y, texel.y), one),
-               hn::Sub(hn::Add(texel.z, texel.z), one)};
-    const V3 turned = normalize(of.tangent * hn::Mul(t.x, scale) +
-                                of.bitangent * hn::Mul(t.y, scale) + outward * t.z);
+    const V3 t{texel.x + texel.x - 1, texel.y + texel.y - 1, texel.z + texel.z - 1};
+    const V3 turned = normalize(of.tangent * (t.x * from.scale) +
+                                of.bitangent * (t.y * from.scale) + outward * t.z);
     const V3 seen = outward_of(at, turned);
     // Not so for NaN either.
-    return if_then_else(hn::Gt(dot(seen, from.normal), zero), seen, from.shading);
+    return select(dot(seen, from.normal) > 0, seen, from.shading);
   }
 
   // Where its program looks, in the object's space.
   HWY_INLINE void place(size_t at, V twice_area, V footprint) {
-    const D d;
-    const V3 a = load3(d, p_.corner_of_mesh[0], at);
-    const V3 b = load3(d, p_.corner_of_mesh[1], at) - a, c = load3(d, p_.corner_of_mesh[2], at) - a;
+    const V3 a = load3<V>(p_.corner_of_mesh[0], at);
+    const V3 b = load3<V>(p_.corner_of_mesh[1], at) - a, c = load3<V>(p_.corner_of_mesh[2], at) - a;
     const V3 across = cross(b, c);
-    store3(d, a + b * hn::Load(d, p_.u + at) + c * hn::Load(d, p_.v + at), p_.place, at);
-    store3(d, across, p_.place_normal, at);
-    const V shrunk = hn::Sqrt(hn::Div(length(across), twice_area));
-    const V own = hn::Mul(footprint, shrunk);
+    store3(a + b * load<V>(p_.u + at) + c * load<V>(p_.v + at), p_.place, at);
+    store3(across, p_.place_normal, at);
+    const V shrunk = sqrt(length(across) / twice_area);
+    const V own = footprint * shrunk;
     // Bounded: edge-on it is infinite, and next to no size NaN.
-    const V kept =
-        hn::IfThenElseZero(hn::Gt(own, hn::Zero(d)), hn::Min(own, hn::Set(d, kFootprintMax)));
-    hn::Store(kept, d, p_.footprint + at);
+    const V kept = zero_unless(own > 0, min(own, kFootprintMax));
+    store(kept, p_.footprint + at);
   }
 
   const DetailGroup& group_;

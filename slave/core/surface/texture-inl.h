@@ -26,49 +26,41 @@ namespace HWY_NAMESPACE {
 
 // Where the points of a register look at textures.
 class TextureLookup {
-  using D = hn::CappedTag<float, 16>;
-  using DI = hn::RebindToSigned<D>;
-  using DU = hn::RebindToUnsigned<D>;
-  using V = hn::Vec<D>;
-  using VI = hn::Vec<DI>;
-  using VU = hn::Vec<DU>;
-  static constexpr size_t kLanes = hn::MaxLanes(D());
+  using V = Floats;
+  using VI = Ints;
+  using VU = Uints;
 
  public:
   // u, v: any number; what is not finite is some texel. images: how many images the footprint is
   // wide, in a square one; up to one texel it is the texture itself, infinity and NaN are the last
   // level. lanes: how many are points.
   HWY_INLINE TextureLookup(V u, V v, V images, size_t lanes)
-      : u_(u), v_(hn::Sub(hn::Set(D(), 1), v)), images_(images), lanes_(lanes) {}
+      : u_(u), v_(1 - v), images_(images), lanes_(lanes) {}
 
   // Linear; of channels 0 red to 3 alpha the first kChannels.
   template <size_t kChannels>
   struct Texel {
     V channel[kChannels];
-    HWY_INLINE Vec3<D> rgb() const { return {channel[0], channel[1], channel[2]}; }
+    HWY_INLINE Vec3<V> rgb() const { return {channel[0], channel[1], channel[2]}; }
   };
 
   template <size_t kChannels>
   HWY_INLINE Texel<kChannels> sample(const TextureView& texture) const {
-    const D d;
-    const DI di;
     const float texel_count =
         static_cast<float>(texture.width) * static_cast<float>(texture.height);
-    const V texels = hn::Mul(images_, hn::Sqrt(hn::Set(d, texel_count)));
-    const V end = hn::Set(d, static_cast<float>(1u << texture.last));
-    const auto is_within = hn::And(hn::Gt(texels, hn::Set(d, 1)), hn::Lt(texels, end));
-    const auto is_fine = hn::Le(texels, hn::Set(d, 1));
-    const VI bits = hn::BitCast(di, texels), last = hn::Set(di, texture.last);
-    const VI exponent = hn::Sub(hn::ShiftRight<23>(bits), hn::Set(di, 127));
-    const VI whole = hn::IfThenZeroElse(hn::RebindMask(di, is_fine), last);
-    const VI lower = hn::IfThenElse(hn::RebindMask(di, is_within), exponent, whole);
-    const VI one = hn::Set(di, 0x3f800000);
-    const VI mantissa = hn::Or(hn::And(bits, hn::Set(di, 0x007fffff)), one);
-    const V weight =
-        hn::IfThenElseZero(is_within, hn::Sub(hn::BitCast(d, mantissa), hn::Set(d, 1)));
+    const V texels = images_ * sqrt(set<V>(texel_count));
+    const V end = set<V>(static_cast<float>(1u << texture.last));
+    const auto is_within = texels > 1 && texels < end;
+    const auto is_fine = texels <= 1;
+    const VI bits = bit_cast<VI>(texels), last = set<VI>(texture.last);
+    const VI exponent = shift_right<23>(bits) - 127;
+    const VI whole = zero_if(is_fine, last);
+    const VI lower = select(is_within, exponent, whole);
+    const VI mantissa = (bits & 0x007fffff) | 0x3f800000;  // in [1, 2)
+    const V weight = zero_unless(is_within, bit_cast<V>(mantissa) - 1);
     const Texel<kChannels> sharper = interpolated<kChannels>(texture, lower);
-    if (hn::AllFalse(d, hn::Ne(weight, hn::Zero(d)))) return sharper;
-    const VI upper = hn::Min(hn::Add(lower, hn::Set(di, 1)), last);
+    if (is_none<V>(weight != 0)) return sharper;
+    const VI upper = min(lower + 1, last);
     return mixed(sharper, interpolated<kChannels>(texture, upper), weight);
   }
 
@@ -82,85 +74,72 @@ class TextureLookup {
   template <size_t kChannels>
   static HWY_INLINE Texel<kChannels> mixed(const Texel<kChannels>& a, const Texel<kChannels>& b,
                                            V t) {
-    const V rest = hn::Sub(hn::Set(D(), 1), t);
+    const V rest = 1 - t;
     Texel<kChannels> sum;
-    for (size_t c = 0; c < kChannels; ++c)
-      sum.channel[c] = hn::Add(hn::Mul(a.channel[c], rest), hn::Mul(b.channel[c], t));
+    for (size_t c = 0; c < kChannels; ++c) sum.channel[c] = a.channel[c] * rest + b.channel[c] * t;
     return sum;
   }
 
   // In [0, 1], 1 by rounding of tiny negatives; 0 for NaN, which is what is not finite.
   static HWY_INLINE V repeated(V c) {
-    const V wrapped = hn::Sub(c, hn::Floor(c));
-    return hn::IfThenElseZero(hn::Ge(wrapped, hn::Zero(D())), wrapped);
+    const V wrapped = c - floor(c);
+    return zero_unless(wrapped >= 0, wrapped);
   }
 
   // back: half a texel, or nothing where the nearest is asked for.
   static HWY_INLINE Taps repeating_taps(V c, VI size, V back) {
-    const D d;
-    const DI di;
-    const V at = hn::Sub(hn::Mul(repeated(c), hn::ConvertTo(d, size)), back);
-    const V base = hn::Floor(at);
-    const VI whole = hn::ConvertTo(di, base);  // -1 .. size
-    const VI first = hn::IfThenElseZero(hn::Lt(whole, size), whole);
-    const VI next = hn::Add(whole, hn::Set(di, 1));
-    const auto is_before = hn::Lt(whole, hn::Zero(di));
-    return {hn::IfThenElse(is_before, hn::Sub(size, hn::Set(di, 1)), first),
-            hn::IfThenElseZero(hn::Lt(next, size), next), hn::Sub(at, base)};
+    const V at = repeated(c) * convert<V>(size) - back;
+    const V base = floor(at);
+    const VI whole = convert<VI>(base);  // -1 .. size
+    const VI first = zero_unless(whole < size, whole);
+    const VI next = whole + 1;
+    const auto is_before = whole < 0;
+    return {select(is_before, size - 1, first), zero_unless(next < size, next), at - base};
   }
 
   static HWY_INLINE Taps clamped_taps(V c, VI size, V back) {
-    const D d;
-    const DI di;
-    const VI last = hn::Sub(size, hn::Set(di, 1));
-    const V end = hn::ConvertTo(d, last);
-    const V at = hn::Sub(hn::Mul(c, hn::ConvertTo(d, size)), back);
-    const V low = hn::IfThenElseZero(hn::Ge(at, hn::Zero(d)), at);  // NaN is 0
-    const V within = hn::IfThenElse(hn::Lt(low, end), low, end);
-    const V base = hn::Floor(within);
-    const VI first = hn::ConvertTo(di, base);
-    return {first, hn::Min(hn::Add(first, hn::Set(di, 1)), last), hn::Sub(within, base)};
+    const VI last = size - 1;
+    const V end = convert<V>(last);
+    const V at = c * convert<V>(size) - back;
+    const V low = zero_unless(at >= 0, at);  // NaN is 0
+    const V within = select(low < end, low, end);
+    const V base = floor(within);
+    const VI first = convert<VI>(base);
+    return {first, min(first + 1, last), within - base};
   }
 
   static HWY_INLINE Taps wrapped_taps(EdgeWrap wrap, V c, VI size, V back) {
-    const D d;
     if (wrap == EdgeWrap::kRepeat) return repeating_taps(c, size, back);
     if (wrap == EdgeWrap::kClamp) return clamped_taps(c, size, back);
-    const V once = repeated(hn::Mul(c, hn::Set(d, 0.5f))), twice = hn::Add(once, once);
-    const V one = hn::Set(d, 1);
-    const V there = hn::IfThenElse(hn::Le(twice, one), twice, hn::Sub(hn::Add(one, one), twice));
+    const V once = repeated(c * 0.5f), twice = once + once;
+    const V there = select(twice <= 1, twice, 2 - twice);
     return clamped_taps(there, size, back);
   }
 
   // is_nearest: lanes of which one texel is asked for.
-  static HWY_INLINE Taps taps_of(EdgeWrap wrap, V c, VI size, hn::Mask<D> is_nearest) {
-    const V half = hn::Set(D(), 0.5f);
-    Taps taps = wrapped_taps(wrap, c, size, hn::IfThenZeroElse(is_nearest, half));
-    taps.weight = hn::IfThenZeroElse(is_nearest, taps.weight);
+  static HWY_INLINE Taps taps_of(EdgeWrap wrap, V c, VI size, MaskOf<V> is_nearest) {
+    Taps taps = wrapped_taps(wrap, c, size, zero_if(is_nearest, set<V>(0.5f)));
+    taps.weight = zero_if(is_nearest, taps.weight);
     return taps;
   }
 
   // Between the texels of a level.
   template <size_t kChannels>
   HWY_INLINE Texel<kChannels> interpolated(const TextureView& texture, VI level) const {
-    const D d;
-    const DI di;
-    const auto side_of = [&](int32_t whole) {
-      return hn::Max(hn::Shr(hn::Set(di, whole), level), hn::Set(di, 1));
-    };
+    const auto side_of = [&](int32_t whole) { return max(set<VI>(whole) >> level, 1); };
     const VI width = side_of(texture.width), height = side_of(texture.height);
     // No lane of most textures.
-    const VI none = hn::Set(di, texture.is_nearest ? 0 : -1);
-    const auto is_nearest = hn::RebindMask(d, hn::Eq(level, none));
+    const VI none = set<VI>(texture.is_nearest ? 0 : -1);
+    const auto is_nearest = mask_as<V>(level == none);
     const Taps x = taps_of(texture.wrap_u, u_, width, is_nearest);
     const Taps y = taps_of(texture.wrap_v, v_, height, is_nearest);
-    const VI top = hn::Mul(y.first, width), bottom = hn::Mul(y.second, width);
+    const VI top = y.first * width, bottom = y.second * width;
     Texels texels;
-    hn::Store(level, di, texels.level);
-    hn::Store(hn::Add(top, x.first), di, texels.index[0]);
-    hn::Store(hn::Add(top, x.second), di, texels.index[1]);
-    hn::Store(hn::Add(bottom, x.first), di, texels.index[2]);
-    hn::Store(hn::Add(bottom, x.second), di, texels.index[3]);
+    store(level, texels.level);
+    store(top + x.first, texels.index[0]);
+    store(top + x.second, texels.index[1]);
+    store(bottom + x.first, texels.index[2]);
+    store(bottom + x.second, texels.index[3]);
     texels.fetch(texture, lanes_);
     const auto texel = [&](size_t k) { return decoded<kChannels>(texture, texels, k); };
     return mixed(mixed(texel(0), texel(1), x.weight), mixed(texel(2), texel(3), x.weight),
@@ -169,10 +148,10 @@ class TextureLookup {
 
   // The four of each point; `high`: the upper two of wide channels.
   struct Texels {
-    alignas(64) int32_t level[kLanes];
-    alignas(64) int32_t index[4][kLanes];
-    alignas(64) uint32_t low[4][kLanes];
-    alignas(64) uint32_t high[4][kLanes];
+    alignas(64) int32_t level[kLaneCount];
+    alignas(64) int32_t index[4][kLaneCount];
+    alignas(64) uint32_t low[4][kLaneCount];
+    alignas(64) uint32_t high[4][kLaneCount];
 
     HWY_INLINE void fetch(const TextureView& texture, size_t lanes) {
       if (texture.is_wide) return fetch_wide(texture, lanes);
@@ -181,12 +160,12 @@ class TextureLookup {
         for (size_t k = 0; k < 4; ++k)
           memcpy(&low[k][lane], of + 4 * static_cast<size_t>(index[k][lane]), 4);
       }
-      for (size_t lane = lanes; lane < kLanes; ++lane) {
+      for (size_t lane = lanes; lane < kLaneCount; ++lane) {
         for (size_t k = 0; k < 4; ++k) low[k][lane] = 0;
       }
     }
     HWY_INLINE void fetch_wide(const TextureView& texture, size_t lanes) {
-      for (size_t lane = 0; lane < kLanes; ++lane) {
+      for (size_t lane = 0; lane < kLaneCount; ++lane) {
         for (size_t k = 0; k < 4; ++k) {
           low[k][lane] = high[k][lane] = 0;
           if (lane >= lanes) continue;
@@ -202,24 +181,19 @@ class TextureLookup {
   template <size_t kChannels>
   static HWY_INLINE Texel<kChannels> decoded(const TextureView& texture, const Texels& texels,
                                              size_t k) {
-    const D d;
-    const DI di;
-    const DU du;
-    const VU low = hn::Load(du, texels.low[k]);
+    const VU low = load<VU>(texels.low[k]);
     const auto value = [&](size_t c, VU shifted, uint32_t highest) {
-      const VI whole = hn::BitCast(di, hn::And(shifted, hn::Set(du, highest)));
-      if (c < 3 && texture.srgb_table != nullptr)
-        return hn::GatherIndex(d, texture.srgb_table, whole);
-      return hn::Mul(hn::ConvertTo(d, whole), hn::Set(d, 1 / static_cast<float>(highest)));
+      const VI whole = bit_cast<VI>(shifted & highest);
+      if (c < 3 && texture.srgb_table != nullptr) return gather(texture.srgb_table, whole);
+      return convert<V>(whole) * (1 / static_cast<float>(highest));
     };
     Texel<kChannels> texel;
     if (texture.is_wide) {
-      const VU high = hn::Load(du, texels.high[k]);
-      const VU shifted[4] = {low, hn::ShiftRight<16>(low), high, hn::ShiftRight<16>(high)};
+      const VU high = load<VU>(texels.high[k]);
+      const VU shifted[4] = {low, shift_right<16>(low), high, shift_right<16>(high)};
       for (size_t c = 0; c < kChannels; ++c) texel.channel[c] = value(c, shifted[c], 65535);
     } else {
-      const VU shifted[4] = {low, hn::ShiftRight<8>(low), hn::ShiftRight<16>(low),
-                             hn::ShiftRight<24>(low)};
+      const VU shifted[4] = {low, shift_right<8>(low), shift_right<16>(low), shift_right<24>(low)};
       for (size_t c = 0; c < kChannels; ++c) texel.channel[c] = value(c, shifted[c], 255);
     }
     return texel;

@@ -8,10 +8,10 @@
 #include <cstring>
 #include <random>
 
-#include "common/math/power.h"
 #include "slave/core/bsdf/transmission.h"
 #include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
+#include "slave/core/simd/power.h"
 #include "tests/support/bsdf_at.h"
 #include "tests/support/packets.h"
 
