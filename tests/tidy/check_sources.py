@@ -110,6 +110,40 @@ def check_inl(path, text, found):
         found.add(path, number, f"-inl.h files include only hwy/, -inl.h, _layout.h and C headers, not {name}")
 
 
+def check_lanes(path, text, found):
+    """Code of several instruction sets stands in their namespaces, under their attributes, and is not mistaken for plain code."""
+    lines = text.splitlines()
+    if lies_in(path, rules.WITHOUT_HIGHWAYS_NAMES):
+        for number, line in enumerate(lines, 1):
+            if "hn::" in line:
+                found.add(path, number, "Highway's own names: operators, or the functions of slave/core/simd/real-inl.h")
+    if path.endswith("-inl.h"):
+        check_lane_namespaces(path, lines, found)
+        return
+    first = next((number for number, name, _ in includes_of(text) if name.endswith("-inl.h")), None)
+    if first is None or path.startswith("tests/") or any(name == "hwy/highway.h" for _, name, _ in includes_of(text)):
+        return
+    if rules.PLAIN_TEXT not in lines[:first]:
+        found.add(path, first, f"an -inl.h without '{rules.PLAIN_TEXT}' before it, or Highway's loop over instruction sets")
+
+
+def check_lane_namespaces(path, lines, found):
+    for number, line in enumerate(lines, 1):
+        match = re.match(r"namespace (tessera|tessera::core) \{$", line)
+        if not match:
+            continue
+        inner = re.match(r"namespace (\w+) \{$", lines[number]) if number < len(lines) else None
+        kind = inner.group(1) if inner else None
+        if kind not in rules.LANE_NAMESPACES:
+            found.add(path, number, f"not in {' or '.join(rules.LANE_NAMESPACES)}: one name for several instruction sets")
+            continue
+        before, after = rules.LANE_NAMESPACES[kind]
+        if lines[number - 2] != before:
+            found.add(path, number, f"no {before} before it: the attributes of the instruction set")
+        if not any(other == after for other in lines[number:]):
+            found.add(path, number, f"no {after} behind it")
+
+
 def blank_text(text):
     """`text` with comments, strings and characters blanked out, line breaks kept."""
     token = re.compile(
@@ -297,6 +331,7 @@ def check_tree(root):
             check_header(path, text, found)
         if path.endswith("-inl.h"):
             check_inl(path, text, found)
+        check_lanes(path, text, found)
     check_one_file(sources, found)
     check_circles(sources, found)
     check_cmake(files, found)

@@ -108,6 +108,13 @@ ONE_FILE_PER_FOLDER = {"GLFW": ["GLFW/"], "OpenGL": ["epoxy/"], "CLI11": ["CLI/"
 # _abi.h: declarations of functions that are compiled once. _text.h: templates that are included within a
 # namespace, once for each. plain.h: what real-inl.h is where a text is compiled for plain numbers.
 INL_MAY_INCLUDE = [r"hwy/", r".*-inl\.h$", r".*_layout\.h$", r".*_abi\.h$", r".*_text\.h$", r"slave/core/simd/plain\.h$"]
+# What a header or source for plain numbers says before it includes an -inl.h (slave/core/simd/real-inl.h).
+PLAIN_TEXT = "#define TESSERA_PLAIN_TEXT"
+# Namespaces of what is compiled once per instruction set, with what stands before and behind them.
+LANE_NAMESPACES = {"HWY_NAMESPACE": ("HWY_BEFORE_NAMESPACE();", "HWY_AFTER_NAMESPACE();"),
+                   "TESSERA_TEXT": ("TESSERA_BEFORE_TEXT();", "TESSERA_AFTER_TEXT();")}
+# Rooms whose lane code is written with operators and the functions of real-inl.h alone.
+WITHOUT_HIGHWAYS_NAMES = [_CORE + room for room in ("sampling/", "camera/", "surface/", "bsdf/", "light/")]
 C_HEADERS = {"stddef.h", "stdint.h", "string.h", "math.h", "float.h", "limits.h", "stdbool.h"}
 
 # Folders that know nothing of what a word means.

@@ -32,6 +32,7 @@ class Walls(unittest.TestCase):
             "common/base/a.h": HEADER,
             "common/math/a.h": HEADER + '#include "common/base/a.h"\n',
             "slave/core/simd/a-inl.h": HEADER + '#include <stdint.h>\n#include "hwy/highway.h"\n',
+            "slave/core/simd/a.h": HEADER + rules.PLAIN_TEXT + '\n#include "slave/core/simd/a-inl.h"\n',
             "tests/unit/a_test.cpp": '#include "slave/core/simd/a-inl.h"\n#include "master/session/x.h"\n',
         }), [])
 
@@ -115,6 +116,21 @@ class Walls(unittest.TestCase):
         name = "slave/core/simd/a-inl.h"
         self.expect({name: HEADER + "#include <vector>\n"}, f"{name}:4", "<vector>"[1:-1])
         self.expect({name: HEADER + '#include "common/base/status.h"\n'}, f"{name}:4", "common/base/status.h")
+
+    def test_plain_code_that_takes_a_kernels_text_is_red(self):
+        name = "slave/core/simd/a.cpp"
+        self.expect({name: '#include "slave/core/simd/a-inl.h"\n'}, name + ":1", rules.PLAIN_TEXT)
+        self.expect({name: '#include "slave/core/simd/a-inl.h"\n' + rules.PLAIN_TEXT + "\n"}, name + ":1", rules.PLAIN_TEXT)
+        self.assertEqual(self.findings({name: '#include "hwy/highway.h"\n#include "slave/core/simd/a-inl.h"\n'}), [])
+
+    def test_one_name_for_several_instruction_sets_is_red(self):
+        name = "slave/core/bsdf/a-inl.h"
+        text = HEADER + "TESSERA_BEFORE_TEXT();\nnamespace tessera::core {\nnamespace TESSERA_TEXT {\nint a;\nTESSERA_AFTER_TEXT();\n"
+        self.assertEqual(self.findings({name: text}), [])
+        self.expect({name: text.replace("namespace TESSERA_TEXT {\n", "")}, name + ":5", "one name")
+        self.expect({name: text.replace("TESSERA_BEFORE", "HWY_BEFORE")}, name + ":5", "TESSERA_BEFORE_TEXT")
+        self.expect({name: text.replace("TESSERA_AFTER_TEXT();\n", "")}, name + ":5", "behind it")
+        self.expect({name: text.replace("int a", "hn::Add a")}, name + ":7", "operators")
 
     def test_a_word_that_a_folder_does_not_know_is_red(self):
         self.expect({"slave/core/accel/a.cpp": "int x;\n// Of a Triangle.\n"}, "slave/core/accel/a.cpp:2", "know nothing of it")
