@@ -19,6 +19,10 @@ inline constexpr int kTileEdgeAuto = 0;     // the master chooses
 inline constexpr int kTileEdgeAutoPx = 32;  // before it knows what a pixel costs
 inline constexpr std::size_t kTilePayloadBytesMax =
     std::size_t{kTileEdgeMaxPx} * kTileEdgeMaxPx * 3 * sizeof(float);
+// Pixels of a frame, planes included: float RGB of the largest one. All planes of a float pixel together
+// are 68 bytes: 47 million pixels; tiles of such frames are smaller, too.
+inline constexpr std::uint64_t kFrameBytesMax =
+    std::uint64_t{kImageSideMaxPx} * kImageSideMaxPx * 3 * sizeof(float);
 
 // Render threads of one slave. Debian's largest common machines have 256 hardware threads.
 inline constexpr int kWorkersMax = 256;

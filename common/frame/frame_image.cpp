@@ -54,6 +54,17 @@ void encode_displayed(std::span<const float> rgb, const DisplayTransform& displa
 
 }  // namespace
 
+std::vector<float> FrameImage::plane_values(Plane plane) const {
+  TESSERA_CHECK(planes.has(plane));
+  std::vector<float> values(pixel_count() * plane_row(plane).channel_count());
+  layout().for_each_plane([&](Plane one, std::size_t before_bytes, std::size_t) {
+    if (one == plane)
+      std::memcpy(values.data(), bytes.data() + pixel_count() * before_bytes,
+                  values.size() * sizeof(float));
+  });
+  return values;
+}
+
 // IEC 61966-2-1.
 float srgb_encode(float linear) {
   if (!(linear > 0)) return 0;  // NaN as well

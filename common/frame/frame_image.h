@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pixels of a finished frame, in the frame's own format: little-endian, row by row from the
-// top, R G B. Immutable once delivered.
+// top, R G B; behind them its planes (pixel_layout.h). Immutable once delivered.
 #pragma once
 
 #include <cstddef>
@@ -14,6 +14,7 @@
 #include "common/base/api.h"
 #include "common/base/digest.h"
 #include "common/frame/frame_settings.h"
+#include "common/frame/pixel_layout.h"
 #include "common/frame/tile_grid.h"
 
 namespace tessera {
@@ -41,10 +42,22 @@ struct FrameImage {
   int width_px = 0;
   int height_px = 0;
   PixelFormat format = PixelFormat::kFloat;
-  PixelBytes bytes;  // [height * width * bytes_per_pixel(format)]
+  PlaneSet planes;
+  PixelBytes bytes;  // [height * width * layout().pixel_bytes()]
   // [tile_count] who drew each tile (slave ordinal), or empty
   std::vector<std::uint16_t> tile_slave;
   int tile_edge_px = 32;
+
+  PixelLayout layout() const { return {format, planes}; }
+  std::size_t pixel_count() const {
+    return static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
+  }
+  // Without the planes.
+  std::span<const std::byte> colour() const {
+    return std::span<const std::byte>(bytes).first(pixel_count() * layout().colour_bytes());
+  }
+  // Shape: [height * width * channels of the plane]. Requires: planes.has(plane).
+  TESSERA_API std::vector<float> plane_values(Plane plane) const;
 
   Digest digest() const { return sha256(bytes); }
 };

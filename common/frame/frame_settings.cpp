@@ -22,7 +22,28 @@ Status check_range(const char* field, int value, int low, int high) {
                                   std::to_string(high));
 }
 
+std::uint64_t bytes_with_planes(const FrameSettings& s) {
+  return static_cast<std::uint64_t>(bytes_per_pixel(s.pixel_format)) +
+         sizeof(float) * channel_count(s.planes);
+}
+
 }  // namespace
+
+Status validate_planes(const FrameSettings& s) {
+  if (s.planes.is_empty()) return Status::ok();
+  if ((s.planes.bits() & ~PlaneSet::all().bits()) != 0)
+    return Status::invalid_argument("planes are asked for that there are not");
+  const std::uint64_t bytes = static_cast<std::uint64_t>(s.width_px) *
+                              static_cast<std::uint64_t>(s.height_px) * bytes_with_planes(s);
+  if (bytes > kFrameBytesMax) {
+    return Status::invalid_argument("a frame with its planes has " + std::to_string(bytes >> 20) +
+                                    " MiB, and " + std::to_string(kFrameBytesMax >> 20) +
+                                    " are the most: ask for fewer planes or pixels");
+  }
+  if (s.tile_edge_px == kTileEdgeAuto) return Status::ok();
+  return check_range("tile edge of a frame with these planes", s.tile_edge_px, kTileEdgeMinPx,
+                     tile_edge_max_px(s));
+}
 
 int bytes_per_pixel(PixelFormat format) {
   return format == PixelFormat::kFloat ? 12 : format == PixelFormat::kHalf ? 6 : 3;
@@ -52,6 +73,13 @@ Result<PixelFormat> parse_pixel_format(std::string_view text) {
                                   ": give float, half or display8");
 }
 
+int tile_edge_max_px(const FrameSettings& s) {
+  const std::uint64_t pixels = kTilePayloadBytesMax / bytes_with_planes(s);
+  int edge = kTileEdgeMaxPx;
+  while (static_cast<std::uint64_t>(edge) * static_cast<std::uint64_t>(edge) > pixels) edge -= 8;
+  return edge;
+}
+
 Status validate_frame_settings(const FrameSettings& s) {
   TESSERA_RETURN_IF_ERROR(check_range("frame width", s.width_px, 1, kImageSideMaxPx));
   TESSERA_RETURN_IF_ERROR(check_range("frame height", s.height_px, 1, kImageSideMaxPx));
@@ -74,6 +102,7 @@ Status validate_frame_settings(const FrameSettings& s) {
   if (!(std::fabs(s.display.exposure_ev) <= kExposureEvMax))
     return Status::invalid_argument("exposure must be -64 to 64 stops");
   if (s.display.tone > ToneCurve::kAgx) return Status::invalid_argument("unknown tone curve");
+  TESSERA_RETURN_IF_ERROR(validate_planes(s));
   return validate_camera(s.camera);
 }
 

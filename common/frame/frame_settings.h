@@ -9,6 +9,7 @@
 
 #include "common/base/isa.h"
 #include "common/base/status.h"
+#include "common/frame/picture_plane.h"
 #include "common/frame/tone_curve.h"
 #include "common/scene/camera.h"
 
@@ -59,11 +60,20 @@ struct FrameSettings {
   // Of a picture that is the mean of several: other random choices, in [0, kPassesMax).
   std::uint32_t pass = 0;
   std::uint32_t seed = 0;
+  // Besides colour. What they are and how much of them: picture_plane.h, kFrameBytesMax.
+  PlaneSet planes;
   // How it is shown. Only display8 pixels are made by it; others are linear whatever it says.
   DisplayTransform display;
   bool operator==(const FrameSettings&) const = default;
 };
 
+// Edge, a multiple of 8, of the largest tile whose pixels fit into kTilePayloadBytesMax, planes
+// included.
+int tile_edge_max_px(const FrameSettings& settings);
+
+// Whether there are such planes, and room for them in a frame of this size and in its tiles.
+// Returns: as the next.
+Status validate_planes(const FrameSettings& settings);
 // Returns: kInvalidArgument naming the field and its range. Also checks the camera.
 Status validate_frame_settings(const FrameSettings& settings);
 

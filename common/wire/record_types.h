@@ -64,9 +64,6 @@ inline constexpr std::size_t kBuildIdBytesMax = 64;
 // Tiles of the largest frame at the smallest tile: 4096 x 4096.
 inline constexpr std::uint32_t kTilesPerFrameMax =
     std::uint32_t{kImageSideMaxPx / kTileEdgeMinPx} * (kImageSideMaxPx / kTileEdgeMinPx);
-// Pixels of the largest frame: float RGB.
-inline constexpr std::uint64_t kFrameBytesMax =
-    std::uint64_t{kImageSideMaxPx} * kImageSideMaxPx * 3 * sizeof(float);
 
 // SceneAnnounce: 32 bytes of digest and 8 of size for each block.
 inline constexpr std::size_t kAnnounceEntryBytes = 40;
