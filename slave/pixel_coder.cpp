@@ -19,7 +19,7 @@ void PixelCoder::code(const wire::FrameBegin& begin, wire::TileResult& result) {
   const TimePoint began = Clock::now();
   std::vector<std::byte> coded;
   const bool is_smaller =
-      wire::code_pixels(coding, begin.settings.pixel_format, result.pixels, coded);
+      wire::code_pixels(coding, PixelLayout(begin.settings), result.pixels, coded);
   const double took = seconds(Clock::now() - began);
   const std::size_t plain_bytes = result.pixels.size();
   if (is_smaller) {

@@ -35,6 +35,7 @@ void put_settings(const FrameSettings& s, proto::FrameSettings& h) {
   h.set_pass(s.pass);
   h.set_exposure_ev(s.display.exposure_ev);
   h.set_tone(static_cast<std::uint32_t>(s.display.tone));
+  h.set_planes(s.planes.bits());
 }
 
 // The numbers are narrowed only after their range is known.
@@ -54,6 +55,7 @@ void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldChe
   check.range("settings.interleave", h.interleave(), 1, 5);
   check.range("settings.tone", h.tone(), 0, static_cast<std::uint64_t>(ToneCurve::kAgx));
   check.range("settings.pass", h.pass(), 0, kPassesMax - 1);
+  check.range("settings.planes", h.planes(), 0, PlaneSet::all().bits());
   if (!check.is_ok()) return;
   s.width_px = static_cast<int>(h.width_px());
   s.height_px = static_cast<int>(h.height_px());
@@ -74,6 +76,7 @@ void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldChe
   s.is_compensated = h.is_compensated();
   s.pass = h.pass();
   s.display = {h.exposure_ev(), static_cast<ToneCurve>(h.tone())};
+  s.planes = PlaneSet::of_bits(h.planes());
   s.seed = h.seed();
   const Status status = validate_frame_settings(s);
   if (!status.is_ok()) check.fail("settings", ": " + status.message());

@@ -70,16 +70,44 @@ void join(const std::byte* planes, std::size_t count, std::byte* pixels) {
   }
 }
 
+// The same of a plane of the picture: `channels` floats a pixel, which do not refer to each other.
+void split_plane(const std::byte* pixels, std::size_t count, std::size_t channels,
+                 std::byte* planes) {
+  for (std::size_t c = 0; c < channels; ++c) {
+    std::uint32_t before = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto value = load<std::uint32_t>(pixels, channels * i + c);
+      const std::uint32_t folded = fold(value - before);
+      before = value;
+      for (std::size_t b = 0; b < sizeof(folded); ++b)
+        planes[(channels * b + c) * count + i] = static_cast<std::byte>(folded >> (8 * b) & 0xff);
+    }
+  }
+}
+
+void join_plane(const std::byte* planes, std::size_t count, std::size_t channels,
+                std::byte* pixels) {
+  for (std::size_t c = 0; c < channels; ++c) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      std::uint32_t folded = 0;
+      for (std::size_t b = 0; b < sizeof(folded); ++b)
+        folded |= static_cast<std::uint32_t>(planes[(channels * b + c) * count + i]) << (8 * b);
+      value += unfold(folded);
+      std::memcpy(pixels + (channels * i + c) * sizeof(value), &value, sizeof(value));
+    }
+  }
+}
+
 }  // namespace
 
-bool code_pixels(ByteCoding coding, PixelFormat format, std::span<const std::byte> pixels,
+bool code_pixels(ByteCoding coding, const PixelLayout& layout, std::span<const std::byte> pixels,
                  std::vector<std::byte>& coded) {
-  const auto pixel_bytes = static_cast<std::size_t>(bytes_per_pixel(format));
-  TESSERA_CHECK_EQ(pixels.size() % pixel_bytes, 0u);
-  const std::size_t count = pixels.size() / pixel_bytes;
+  TESSERA_CHECK_EQ(pixels.size() % layout.pixel_bytes(), 0u);
+  const std::size_t count = pixels.size() / layout.pixel_bytes();
   thread_local std::vector<std::byte> planes;
   planes.resize(pixels.size());
-  switch (format) {
+  switch (layout.format()) {
     case PixelFormat::kFloat:
       split<std::uint32_t>(pixels.data(), count, planes.data());
       break;
@@ -90,19 +118,22 @@ bool code_pixels(ByteCoding coding, PixelFormat format, std::span<const std::byt
       split<std::uint8_t>(pixels.data(), count, planes.data());
       break;
   }
+  layout.for_each_plane([&](Plane, std::size_t before_bytes, std::size_t bytes) {
+    const std::size_t at = count * before_bytes;
+    split_plane(pixels.data() + at, count, bytes / sizeof(float), planes.data() + at);
+  });
   return code_bytes(coding, planes, coded);
 }
 
-Status restore_pixels(ByteCoding coding, PixelFormat format, std::span<const std::byte> coded,
-                      std::span<std::byte> pixels) {
+Status restore_pixels(ByteCoding coding, const PixelLayout& layout,
+                      std::span<const std::byte> coded, std::span<std::byte> pixels) {
   if (coding == ByteCoding::kNone) return decode_bytes(coding, coded, pixels);
-  const auto pixel_bytes = static_cast<std::size_t>(bytes_per_pixel(format));
-  TESSERA_CHECK_EQ(pixels.size() % pixel_bytes, 0u);
-  const std::size_t count = pixels.size() / pixel_bytes;
+  TESSERA_CHECK_EQ(pixels.size() % layout.pixel_bytes(), 0u);
+  const std::size_t count = pixels.size() / layout.pixel_bytes();
   thread_local std::vector<std::byte> planes;
   planes.resize(pixels.size());
   TESSERA_RETURN_IF_ERROR(decode_bytes(coding, coded, planes));
-  switch (format) {
+  switch (layout.format()) {
     case PixelFormat::kFloat:
       join<std::uint32_t>(planes.data(), count, pixels.data());
       break;
@@ -113,15 +144,19 @@ Status restore_pixels(ByteCoding coding, PixelFormat format, std::span<const std
       join<std::uint8_t>(planes.data(), count, pixels.data());
       break;
   }
+  layout.for_each_plane([&](Plane, std::size_t before_bytes, std::size_t bytes) {
+    const std::size_t at = count * before_bytes;
+    join_plane(planes.data() + at, count, bytes / sizeof(float), pixels.data() + at);
+  });
   return Status::ok();
 }
 
-Status make_plain(PixelFormat format, std::size_t plain_bytes, TileResult& result) {
+Status make_plain(const PixelLayout& layout, std::size_t plain_bytes, TileResult& result) {
   if (result.coding == ByteCoding::kNone && result.pixels.size() == plain_bytes) {
     return Status::ok();
   }
   std::vector<std::byte> plain(plain_bytes);
-  TESSERA_RETURN_IF_ERROR(restore_pixels(result.coding, format, result.pixels, plain));
+  TESSERA_RETURN_IF_ERROR(restore_pixels(result.coding, layout, result.pixels, plain));
   result.pixels = std::move(plain);
   result.coding = ByteCoding::kNone;
   return Status::ok();

@@ -7,9 +7,10 @@
 // floats is that of their bits). From red and blue the green of the same pixel is subtracted, from
 // each the one of the pixel before it; all modulo 2^bits, so that nothing is lost. The differences
 // are folded (0, -1, 1, -2 -> 0, 1, 2, 3), so that small ones of either sign have zero high bytes,
-// and written plane by plane: all lowest bytes of green, of red, of blue, then the next bytes.
-// After the reversible colour transforms of JPEG-LS and FLIF, and the byte shuffle of HDF5 and
-// Blosc.
+// and written byte by byte: all lowest bytes of green, of red, of blue, then the next bytes. Planes
+// of the picture follow in the same way, without the green: lowest bytes of each channel, then the
+// next. After the reversible colour transforms of JPEG-LS and FLIF, and the byte shuffle of HDF5
+// and Blosc.
 //
 // Threads. Any; each has its own scratch.
 #pragma once
@@ -19,25 +20,25 @@
 #include <vector>
 
 #include "common/base/status.h"
-#include "common/frame/frame_settings.h"
+#include "common/frame/pixel_layout.h"
 #include "common/wire/byte_coding.h"
 #include "common/wire/messages.h"
 
 namespace tessera::wire {
 
 // Returns: false when the result would not be smaller. Requires: coding is not kNone;
-// pixels.size() a multiple of bytes_per_pixel(format).
-[[nodiscard]] bool code_pixels(ByteCoding coding, PixelFormat format,
+// pixels.size() a multiple of layout.pixel_bytes().
+[[nodiscard]] bool code_pixels(ByteCoding coding, const PixelLayout& layout,
                                std::span<const std::byte> pixels, std::vector<std::byte>& coded);
 
 // Fills `pixels` exactly; its size comes from the lease, not from the bytes. kNone is copied.
 // Returns: kDataLoss when the bytes are malformed or do not fill it. Requires: pixels.size() a
-// multiple of bytes_per_pixel(format).
-Status restore_pixels(ByteCoding coding, PixelFormat format, std::span<const std::byte> coded,
-                      std::span<std::byte> pixels);
+// multiple of layout.pixel_bytes().
+Status restore_pixels(ByteCoding coding, const PixelLayout& layout,
+                      std::span<const std::byte> coded, std::span<std::byte> pixels);
 
 // Makes the pixels of a result plain, whatever it came in. Returns: kDataLoss when they are not the
 // `plain_bytes` of its tile.
-Status make_plain(PixelFormat format, std::size_t plain_bytes, TileResult& result);
+Status make_plain(const PixelLayout& layout, std::size_t plain_bytes, TileResult& result);
 
 }  // namespace tessera::wire

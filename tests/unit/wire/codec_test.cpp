@@ -198,6 +198,19 @@ std::vector<Damage> work_damages() {
       damage<B>("settings", [](B& m) { m.settings.interleave = 2; }),
       damage<B>("settings", [](B& m) { m.settings.clamp = -2; }),
       damage<B>("settings.pass", [](B& m) { m.settings.pass = kPassesMax; }),
+      damage<B>("settings.planes",
+                [](B& m) { m.settings.planes = PlaneSet::of_bits(PlaneSet::all().bits() + 1); }),
+      damage<B>("settings",
+                [](B& m) {
+                  m.settings.planes = PlaneSet::all();
+                  m.settings.tile_edge_px = kTileEdgeMaxPx;
+                }),
+      damage<B>("settings",
+                [](B& m) {
+                  m.settings.planes = {Plane::kAlpha};
+                  m.settings.pixel_format = PixelFormat::kFloat;
+                  m.settings.width_px = m.settings.height_px = kImageSideMaxPx;
+                }),
       damage<B>("settings", [](B& m) { m.settings.camera.target = m.settings.camera.eye; }),
       damage<B>("settings",
                 [](B& m) { m.settings.camera.eye.x = std::numeric_limits<float>::infinity(); }),

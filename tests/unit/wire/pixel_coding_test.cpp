@@ -54,6 +54,42 @@ TEST(PixelCoding, TheSameBitsComeOut) {
   }
 }
 
+TEST(PixelCoding, PlanesComeOutWithTheSameBits) {
+  std::mt19937 random(8);
+  for (const PixelFormat format : kFormats) {
+    for (const PlaneSet planes :
+         {PlaneSet{Plane::kAlpha}, PlaneSet{Plane::kNormal, Plane::kObject}, PlaneSet::all()}) {
+      const PixelLayout layout(format, planes);
+      for (const ByteCoding coding : kCodecs) {
+        for (const std::size_t count : {1u, 63u, 1024u}) {
+          std::vector<std::byte> pixels(count * layout.pixel_bytes());
+          for (std::size_t i = 0; i < pixels.size(); ++i)
+            pixels[i] =
+                i > 64 && random() % 8 != 0 ? pixels[i - 4] : static_cast<std::byte>(random());
+          std::vector<std::byte> coded, again(pixels.size());
+          if (!code_pixels(coding, layout, pixels, coded)) continue;
+          ASSERT_TRUE(restore_pixels(coding, layout, coded, again).is_ok());
+          ASSERT_EQ(again, pixels) << coding_name(coding) << " of " << count;
+        }
+      }
+    }
+  }
+}
+
+TEST(PixelCoding, APlaneThatIsFlatCostsNextToNothing) {
+  const PixelLayout layout(PixelFormat::kFloat, {Plane::kObject, Plane::kMaterial});
+  const std::vector<std::byte> colour = smooth_tile(PixelFormat::kFloat, 32);
+  std::vector<std::byte> pixels = colour, alone, both;
+  for (int i = 0; i < 2 * 32 * 32; ++i) {
+    const float id = 7;
+    const auto* bytes = reinterpret_cast<const std::byte*>(&id);
+    pixels.insert(pixels.end(), bytes, bytes + 4);
+  }
+  ASSERT_TRUE(code_pixels(ByteCoding::kZstd, PixelFormat::kFloat, colour, alone));
+  ASSERT_TRUE(code_pixels(ByteCoding::kZstd, layout, pixels, both));
+  EXPECT_LT(both.size(), alone.size() + 200) << "of " << 2 * 4 * 32 * 32;
+}
+
 TEST(PixelCoding, SmoothTilesShrinkAndNoiseIsLeftAlone) {
   std::mt19937 random(3);
   for (const PixelFormat format : kFormats) {
