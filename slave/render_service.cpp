@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <utility>
 
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/frame/frame_image.h"
+#include "slave/core/integrate/planes/plane_tile.h"
 #include "slave/core/integrate/tile_renderer.h"
 #include "slave/slave_metrics.h"
 
@@ -19,7 +21,8 @@ class RenderService::Worker {
  public:
   std::uint32_t index = 0;  // among the render threads
   core::TileRenderer renderer;
-  std::vector<float> rgb;
+  core::PlaneTile planes;
+  std::vector<float> rgb, plane_values;
 };
 
 RenderService::RenderService(int threads, TestHooks hooks, PixelCoder& coder, OnDone on_done)
@@ -91,11 +94,21 @@ std::optional<wire::TileResult> RenderService::render(const TileJob& job, Worker
   }
   result.rays = worker.renderer.render(*job.frame->scene, begin.settings, begin.isa, rect, rgb,
                                        &job.frame->is_cancelled, &job.frame->light);
+  const PixelLayout layout(begin.settings);
+  const auto pixel_count = static_cast<std::size_t>(rect.pixel_count());
+  result.pixels.resize(pixel_count * layout.pixel_bytes());
+  const auto pixels = std::span(result.pixels);
+  const std::size_t colour_bytes = pixel_count * layout.colour_bytes();
+  if (!begin.settings.planes.is_empty()) {
+    worker.plane_values.resize(pixel_count * channel_count(begin.settings.planes));
+    result.rays += worker.planes.render(*job.frame->scene, begin.settings, begin.isa, rect,
+                                        worker.plane_values, &job.frame->is_cancelled);
+    std::memcpy(pixels.data() + colour_bytes, worker.plane_values.data(),
+                pixels.size() - colour_bytes);
+  }
   if (job.frame->is_cancelled) return std::nullopt;
   if (hooks_.tile_wrong_every > 0 && ordinal % hooks_.tile_wrong_every == 0) rgb[0] += 0.5F;
-  result.pixels.resize(static_cast<std::size_t>(rect.pixel_count()) *
-                       static_cast<std::size_t>(bytes_per_pixel(begin.settings.pixel_format)));
-  encode_pixels(rgb, begin.settings.pixel_format, result.pixels, begin.settings.display);
+  encode_pixels(rgb, layout.format(), pixels.first(colour_bytes), begin.settings.display);
   coder_.code(begin, result);
   result.frame = begin.frame;
   result.version = begin.version;

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// The planes of a tile besides its colour: the camera rays of its pixels once more, whatever the
+// renderer is, and what they meet first. They are the renderer's own rays, to the bit, so alpha is
+// the share of samples whose colour is not the background's. A renderer knows nothing of planes,
+// and a frame without any pays nothing. A pixel depends on what TileRenderer's does.
+//
+// Threads. One object per thread; scratch memory, taken at the first tile.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <span>
+
+#include "common/base/isa.h"
+#include "common/frame/frame_settings.h"
+#include "common/frame/frame_stats.h"
+#include "common/frame/tile_grid.h"
+#include "slave/core/scene/prepared_scene.h"
+
+namespace tessera::core {
+
+class PlaneTile {
+ public:
+  PlaneTile();
+  ~PlaneTile();
+
+  // Writes the planes of the settings, one behind the other by rising number, each row by row.
+  // Shape: to [rect.pixel_count() * channel_count(settings.planes)]. Requires: as
+  // TileRenderer::render(). Returns: rays traced. When *is_cancelled turns true it returns early
+  // and `to` is to be thrown away.
+  RayCounts render(const PreparedScene& scene, const FrameSettings& settings, Isa isa,
+                   const TileRect& rect, std::span<float> to,
+                   const std::atomic<bool>* is_cancelled = nullptr);
+
+ private:
+  struct Scratch;
+  std::unique_ptr<Scratch> scratch_;
+};
+
+}  // namespace tessera::core
