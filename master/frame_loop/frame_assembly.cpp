@@ -13,6 +13,7 @@ namespace tessera::master {
 FrameAssembly::FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings,
                              FrameDigest digest, bool is_audited)
     : settings_(settings),
+      layout_(settings),
       grid_(settings.width_px, settings.height_px, settings.tile_edge_px),
       image_(std::make_shared<FrameImage>()),
       digest_(std::move(digest)),
@@ -24,13 +25,12 @@ FrameAssembly::FrameAssembly(FrameId frame, SceneVersion version, const FrameSet
   image_->width_px = settings.width_px;
   image_->height_px = settings.height_px;
   image_->format = settings.pixel_format;
+  image_->planes = settings.planes;
   image_->tile_edge_px = settings.tile_edge_px;
 }
 
 Status FrameAssembly::allocate() {
-  const std::size_t bytes = static_cast<std::size_t>(settings_.width_px) *
-                            static_cast<std::size_t>(settings_.height_px) *
-                            static_cast<std::size_t>(bytes_per_pixel(settings_.pixel_format));
+  const std::size_t bytes = image_->pixel_count() * layout_.pixel_bytes();
   try {
     image_->bytes.resize(bytes);
     image_->tile_slave.resize(grid_.tile_count());
@@ -38,43 +38,61 @@ Status FrameAssembly::allocate() {
   } catch (const std::bad_alloc&) {
     return Status::resource_exhausted("the master has no memory for a frame of " +
                                       std::to_string(bytes >> 20) +
-                                      " MiB; render a smaller one, or with --pixels half");
+                                      " MiB; render a smaller one, with fewer planes, or with "
+                                      "--pixels half");
   }
   return Status::ok();
 }
 
 std::size_t FrameAssembly::tile_bytes(TileIndex tile) const {
-  return static_cast<std::size_t>(grid_.rect(tile).pixel_count()) *
-         static_cast<std::size_t>(bytes_per_pixel(settings_.pixel_format));
+  return static_cast<std::size_t>(grid_.rect(tile).pixel_count()) * layout_.pixel_bytes();
+}
+
+std::span<std::byte> FrameAssembly::colour_of(TileIndex tile, std::span<std::byte> pixels) const {
+  return pixels.first(static_cast<std::size_t>(grid_.rect(tile).pixel_count()) *
+                      layout_.colour_bytes());
 }
 
 void FrameAssembly::write_tile(TileIndex tile, std::span<const std::byte> pixels,
                                std::uint16_t slave_ordinal) {
   TESSERA_CHECK_EQ(pixels.size(), tile_bytes(tile));
   const TileRect rect = grid_.rect(tile);
-  const auto pixel_bytes = static_cast<std::size_t>(bytes_per_pixel(settings_.pixel_format));
-  const std::size_t row_bytes = static_cast<std::size_t>(rect.width_px) * pixel_bytes;
-  const std::size_t stride = static_cast<std::size_t>(settings_.width_px) * pixel_bytes;
-  std::byte* to = image_->bytes.data() + static_cast<std::size_t>(rect.y_px) * stride +
-                  static_cast<std::size_t>(rect.x_px) * pixel_bytes;
-  for (int row = 0; row < rect.height_px; ++row) {
-    std::memcpy(to, pixels.data() + static_cast<std::size_t>(row) * row_bytes, row_bytes);
-    to += stride;
-  }
+  write_rows(rect, pixels, 0, layout_.colour_bytes());
+  layout_.for_each_plane([&](Plane, std::size_t before_bytes, std::size_t bytes) {
+    write_rows(rect, pixels, before_bytes, bytes);
+  });
   image_->tile_slave[tile] = slave_ordinal;
   if (is_audited_) return;
   --band_missing_[static_cast<std::size_t>(rect.y_px / settings_.tile_edge_px)];
   hash_whole_bands();
 }
 
+// The colour or a plane: `bytes` of a pixel, behind `before_bytes` of each pixel of the tile and of the
+// frame.
+void FrameAssembly::write_rows(const TileRect& rect, std::span<const std::byte> pixels,
+                               std::size_t before_bytes, std::size_t bytes) {
+  const std::size_t row_bytes = static_cast<std::size_t>(rect.width_px) * bytes;
+  const std::size_t stride = static_cast<std::size_t>(settings_.width_px) * bytes;
+  const std::byte* from =
+      pixels.data() + static_cast<std::size_t>(rect.pixel_count()) * before_bytes;
+  std::byte* to = image_->bytes.data() + image_->pixel_count() * before_bytes +
+                  static_cast<std::size_t>(rect.y_px) * stride +
+                  static_cast<std::size_t>(rect.x_px) * bytes;
+  for (int row = 0; row < rect.height_px; ++row) {
+    std::memcpy(to, from, row_bytes);
+    from += row_bytes;
+    to += stride;
+  }
+}
+
 void FrameAssembly::hash_whole_bands() {
   const std::size_t band_bytes = static_cast<std::size_t>(settings_.tile_edge_px) *
                                  static_cast<std::size_t>(settings_.width_px) *
-                                 static_cast<std::size_t>(bytes_per_pixel(settings_.pixel_format));
-  const std::size_t image_bytes = image_->bytes.size();
+                                 layout_.colour_bytes();
+  const std::size_t colour_bytes = image_->colour().size();
   while (hashed_bands_ < band_missing_.size() && band_missing_[hashed_bands_] == 0) {
     const std::size_t begin = hashed_bands_++ * band_bytes;
-    digest_.update(image_, begin, std::min(band_bytes, image_bytes - begin));
+    digest_.update(image_, begin, std::min(band_bytes, colour_bytes - begin));
   }
 }
 
@@ -83,6 +101,9 @@ FrameDigest FrameAssembly::take_digest() {
     digest_.update(image_, 0, image_->bytes.size());
   } else {
     TESSERA_CHECK_EQ(hashed_bands_, band_missing_.size());
+    const std::size_t colour_bytes = image_->colour().size();
+    if (image_->bytes.size() > colour_bytes)
+      digest_.update(image_, colour_bytes, image_->bytes.size() - colour_bytes);
   }
   return std::move(digest_);
 }

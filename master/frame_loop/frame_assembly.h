@@ -2,9 +2,10 @@
 // One frame on its way: its pixels as they come in, and what it costs. Pixels are written straight
 // from a result's payload into the image; there is no second copy.
 //
-// The digest follows the pixels, band of tiles by band, so that no single moment hashes a whole
-// frame. Where an audit may put a second slave's pixels in place of the first one's, it waits for the
-// last tile: the hasher's thread must not read what is still written.
+// The digest follows the colour, band of tiles by band, so that no single moment hashes a whole
+// frame; planes, which lie behind all of it, are hashed at the end. Where an audit may put a second
+// slave's pixels in place of the first one's, it waits for the last tile: the hasher's thread must
+// not read what is still written.
 //
 // Threads. Io thread only. Invariant. Each tile is written once (the ledger sees to it), but under
 // audit.
@@ -39,9 +40,12 @@ class FrameAssembly {
            static_cast<std::uint64_t>(settings_.height_px);
   }
 
+  const PixelLayout& layout() const { return layout_; }
+
   // Payload size that the tile must have.
   std::size_t tile_bytes(TileIndex tile) const;
-  // Requires: pixels.size() == tile_bytes(tile).
+  // Requires: pixels.size() == tile_bytes(tile), as the next.
+  std::span<std::byte> colour_of(TileIndex tile, std::span<std::byte> pixels) const;
   void write_tile(TileIndex tile, std::span<const std::byte> pixels, std::uint16_t slave_ordinal);
 
   // Takes the finished image. Once.
@@ -50,9 +54,12 @@ class FrameAssembly {
   FrameDigest take_digest();
 
  private:
+  void write_rows(const TileRect& rect, std::span<const std::byte> pixels, std::size_t before_bytes,
+                  std::size_t bytes);
   void hash_whole_bands();
 
   const FrameSettings settings_;
+  const PixelLayout layout_;
   const TileGrid grid_;
   FrameStats stats_;
   std::shared_ptr<FrameImage> image_;

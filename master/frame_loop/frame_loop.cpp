@@ -215,6 +215,7 @@ void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings&
   if (settings.tile_edge_px == kTileEdgeAuto) {
     settings.tile_edge_px = impl_->tile_size.edge_px(settings.width_px, settings.height_px,
                                                      impl_->cluster.thread_count());
+    settings.tile_edge_px = std::min(settings.tile_edge_px, tile_edge_max_px(settings));
   }
   const auto [work, is_new] = impl_->frames.try_emplace(
       frame, frame, version, settings, FrameDigest(impl_->io, impl_->options.hasher),

@@ -31,9 +31,7 @@ void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
   if (found != frames.end()) {
     FrameAssembly& assembly = found->second.assembly;
     if (result.tile >= assembly.grid().tile_count() ||
-        !wire::make_plain(assembly.settings().pixel_format, assembly.tile_bytes(result.tile),
-                          result)
-             .is_ok()) {
+        !wire::make_plain(assembly.layout(), assembly.tile_bytes(result.tile), result).is_ok()) {
       return cluster.expel(session, "a tile result of the wrong size");
     }
   }
@@ -44,7 +42,8 @@ void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
       result.held_seconds, result.starved_seconds, 0,           false};
   report.is_faulty =
       found != frames.end() &&
-      count_faulty_pixels(result.pixels, found->second.assembly.settings().pixel_format) > 0;
+      count_faulty_pixels(found->second.assembly.colour_of(result.tile, result.pixels),
+                          found->second.assembly.layout().format()) > 0;
   if (options.audit_share > 0) report.pixels = short_digest(result.pixels);
   const ResultVerdict verdict = scheduler.result(session, report, Clock::now(), actions);
   observer.answered(session, result, verdict, actions, Clock::now());
@@ -76,9 +75,10 @@ void FrameLoop::Impl::on_faulty_tile(SessionId session, ResultVerdict verdict, F
   FrameStats& stats = work.assembly.stats();
   const bool is_accepted = verdict == ResultVerdict::kAccepted;
   if (verdict != ResultVerdict::kFaulty && !is_accepted) return;
-  const PixelFormat format = work.assembly.settings().pixel_format;
-  const std::uint64_t pixels = is_accepted ? paint_faulty_pixels(result.pixels, format)
-                                           : count_faulty_pixels(result.pixels, format);
+  const PixelFormat format = work.assembly.layout().format();
+  const std::span<std::byte> colour = work.assembly.colour_of(result.tile, result.pixels);
+  const std::uint64_t pixels =
+      is_accepted ? paint_faulty_pixels(colour, format) : count_faulty_pixels(colour, format);
   if (is_accepted) stats.pixels_faulty += pixels;
   if (stats.tiles_faulty++ > 0) return;
   log_warn("faulty-pixels",

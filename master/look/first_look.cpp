@@ -35,6 +35,7 @@ FrameSettings pilot_settings(const FrameSettings& frame) {
   s.tile_edge_px = 16;  // some for each of several slaves
   s.samples_per_pixel = 1;
   s.display = {};
+  s.planes = {};
   s.pass = 0;
   return s;
 }

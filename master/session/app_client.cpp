@@ -94,10 +94,8 @@ void AppClient::on_frame_chunk(const wire::FrameChunk& chunk) {
     frame.image->width_px = frame.settings.width_px;
     frame.image->height_px = frame.settings.height_px;
     frame.image->format = frame.settings.pixel_format;
-    frame.image->bytes.resize(
-        static_cast<std::size_t>(frame.settings.width_px) *
-        static_cast<std::size_t>(frame.settings.height_px) *
-        static_cast<std::size_t>(bytes_per_pixel(frame.settings.pixel_format)));
+    frame.image->planes = frame.settings.planes;
+    frame.image->bytes.resize(frame.image->pixel_count() * frame.image->layout().pixel_bytes());
   }
   auto& bytes = frame.image->bytes;
   if (chunk.offset != frame.received_bytes ||

@@ -88,5 +88,56 @@ TEST(FrameAssembly, UnderAuditTheDigestIsThatOfThePixelsWrittenLast) {
   EXPECT_EQ(image->bytes.back(), std::byte{3});
 }
 
+// Tiles of a frame with planes hold them one behind the other, and so does the frame.
+TEST(FrameAssembly, PlanesOfTilesBecomePlanesOfTheFrame) {
+  test::TaskLoop loop, hasher;
+  FrameSettings settings;
+  settings.width_px = 37;
+  settings.height_px = 21;
+  settings.tile_edge_px = 16;
+  settings.pixel_format = PixelFormat::kHalf;
+  settings.planes = {Plane::kNormal, Plane::kDepth};
+  FrameAssembly assembly(1, 1, settings, FrameDigest(loop, &hasher), /*is_audited=*/false);
+  ASSERT_TRUE(assembly.allocate().is_ok());
+  const auto value = [](int x, int y, int channel) {
+    return static_cast<float>((y * 37 + x) * 4 + channel);
+  };
+  for (TileIndex tile = 0; tile < assembly.grid().tile_count(); ++tile) {
+    const TileRect rect = assembly.grid().rect(tile);
+    std::vector<float> normal, depth;
+    for (int i = 0; i < rect.pixel_count(); ++i) {
+      const int x = rect.x_px + i % rect.width_px, y = rect.y_px + i / rect.width_px;
+      for (int c = 0; c < 3; ++c) normal.push_back(value(x, y, c));
+      depth.push_back(value(x, y, 3));
+    }
+    std::vector<std::byte> pixels(static_cast<std::size_t>(rect.pixel_count()) * 6,
+                                  static_cast<std::byte>(tile));
+    for (const std::vector<float>& plane : {normal, depth}) {
+      const auto bytes = std::as_bytes(std::span(plane));
+      pixels.insert(pixels.end(), bytes.begin(), bytes.end());
+    }
+    ASSERT_EQ(pixels.size(), assembly.tile_bytes(tile));
+    assembly.write_tile(tile, pixels, 0);
+  }
+  FrameDigest digest = assembly.take_digest();
+  const auto image = assembly.finish();
+  const std::vector<float> normal = image->plane_values(Plane::kNormal);
+  const std::vector<float> depth = image->plane_values(Plane::kDepth);
+  for (int y = 0; y < 21; ++y) {
+    for (int x = 0; x < 37; ++x) {
+      const auto at = static_cast<std::size_t>(y * 37 + x);
+      for (int c = 0; c < 3; ++c)
+        ASSERT_EQ(normal[3 * at + static_cast<std::size_t>(c)], value(x, y, c));
+      ASSERT_EQ(depth[at], value(x, y, 3));
+      ASSERT_EQ(image->colour()[6 * at], static_cast<std::byte>(y / 16 * 3 + x / 16));
+    }
+  }
+  std::optional<Digest> sum;
+  digest.finish([&](const Digest& d) { sum = d; });
+  test::run_until_idle({&loop, &hasher});
+  ASSERT_TRUE(sum);
+  EXPECT_EQ(sum->hex(), sha256(image->bytes).hex());
+}
+
 }  // namespace
 }  // namespace tessera::master
