@@ -14,7 +14,8 @@ namespace {
 // A picture without any light is rarely what was meant.
 void warn_when_black(const FrameImage& image, const std::string& path, Progress& progress) {
   const auto is_zero = [](std::byte b) { return b == std::byte{0}; };
-  if (!std::all_of(image.bytes.begin(), image.bytes.end(), is_zero)) return;
+  const std::span<const std::byte> colour = image.colour();
+  if (!std::all_of(colour.begin(), colour.end(), is_zero)) return;
   progress.say("tessera-master: warning: " + path +
                " is black all over: the camera sees nothing, or no light of the scene reaches it");
 }

@@ -46,7 +46,7 @@ std::optional<double> average_ev(const FrameImage& image) {
   if (image.format == PixelFormat::kDisplay8) return std::nullopt;
   constexpr std::size_t kPixels = 4096;
   const auto bytes = static_cast<std::size_t>(bytes_per_pixel(image.format));
-  const std::size_t count = image.bytes.size() / bytes;
+  const std::size_t count = image.pixel_count();
   const std::size_t step = std::max<std::size_t>(1, count / kPixels) | 1;  // odd: no column twice
   std::vector<float> rgb;
   for (std::size_t i = 0; i < count; i += step) {

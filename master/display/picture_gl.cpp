@@ -242,9 +242,7 @@ void GlPicture::set_display(const DisplayTransform& display) {
 
 Status GlPicture::show(const FrameImage& image, PixelSize stands_for) {
   if (image.width_px < 1 || image.height_px < 1 ||
-      image.bytes.size() != static_cast<std::size_t>(image.width_px) *
-                                static_cast<std::size_t>(image.height_px) *
-                                static_cast<std::size_t>(bytes_per_pixel(image.format))) {
+      image.bytes.size() != image.pixel_count() * image.layout().pixel_bytes()) {
     return Status::internal("a frame's bytes do not fit its size");
   }
   if (image.width_px > side_max_px_ || image.height_px > side_max_px_) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/base/path_suffix.h"
+#include "master/image/file_channels.h"
 #include "master/image/plugin_loader.h"
 
 namespace tessera::master {
@@ -22,9 +23,8 @@ struct FreeMalloc {
 };
 
 std::vector<float> linear_floats(const FrameImage& image) {
-  std::vector<float> rgb(3 * static_cast<std::size_t>(image.width_px) *
-                         static_cast<std::size_t>(image.height_px));
-  decode_pixels(image.bytes, image.format, rgb);
+  std::vector<float> rgb(3 * image.pixel_count());
+  decode_pixels(image.colour(), image.format, rgb);
   return rgb;
 }
 
@@ -48,26 +48,17 @@ Status encode_by_plugin(const FrameImage& image, const std::string& path, const 
                         const WriteOptions& options, std::vector<std::byte>& out) {
   auto plugin = image_plugin();
   if (!plugin.is_ok()) return plugin.status();
-  const std::vector<float> rgb = linear_floats(image);
-  std::vector<std::byte> small;
-  PluginPixels type = PluginPixels::kFloat;
-  const void* pixels = rgb.data();
-  const bool is_display = suffix == ".png" || suffix == ".jpg" || suffix == ".jpeg";
-  if (is_display || (suffix == ".exr" && options.is_half_exr)) {
-    const PixelFormat format = is_display ? PixelFormat::kDisplay8 : PixelFormat::kHalf;
-    type = is_display ? PluginPixels::kUint8 : PluginPixels::kHalf;
-    small.resize(rgb.size() / 3 * static_cast<std::size_t>(bytes_per_pixel(format)));
-    const bool is_shown = image.format == PixelFormat::kDisplay8;
-    encode_pixels(rgb, format, small, is_shown ? DisplayTransform{} : options.display);
-    pixels = small.data();
-  }
+  const auto file = file_channels(image, suffix, options.is_half_exr, options.display);
+  if (!file.is_ok()) return Status(file.status().code(), path + ": " + file.status().message());
+  const PluginPixelRows rows{image.width_px, image.height_px, file->channels.data(),
+                             file->channels.size(), file->pixels.data()};
   std::vector<PluginAttribute> attributes;
   for (const auto& [name, value] : options.attributes)
     attributes.push_back({name.c_str(), value.c_str()});
   PluginBuffer buffer;
   char error[512] = {};
-  if (plugin->encode(path.c_str(), image.width_px, image.height_px, type, pixels, attributes.data(),
-                     attributes.size(), &buffer, error, sizeof(error)) != 0) {
+  if (plugin->encode(path.c_str(), &rows, attributes.data(), attributes.size(), &buffer, error,
+                     sizeof(error)) != 0) {
     return Status::internal("cannot encode " + path + ": " + error);
   }
   const std::unique_ptr<unsigned char, FreeMalloc> owner(buffer.data);
@@ -139,7 +130,7 @@ Status store(const std::vector<std::byte>& bytes, const std::string& path) {
 Status write_image(const FrameImage& image, const std::string& path, const WriteOptions& options) {
   const std::string suffix = suffix_of(path);
   std::vector<std::byte> bytes;
-  if (suffix == ".pfm") {
+  if (suffix == ".pfm" && image.planes.is_empty()) {
     bytes = pfm_bytes(image);
   } else {
     TESSERA_RETURN_IF_ERROR(encode_by_plugin(image, path, suffix, options, bytes));

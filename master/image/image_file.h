@@ -37,7 +37,7 @@ struct WriteOptions {
 };
 
 // Writes to a temporary name beside `path`, syncs, renames. PNG and JPEG are sRGB-encoded, 8 bit,
-// exposed and through the tone curve; EXR, HDR, PFM are linear. Returns: one line naming file and reason; then no file of that name was left or
+// exposed and through the tone curve; EXR, HDR, PFM are linear. Planes: file_channels.h. Returns: one line naming file and reason; then no file of that name was left or
 // changed.
 Status write_image(const FrameImage& image, const std::string& path, const WriteOptions& options);
 

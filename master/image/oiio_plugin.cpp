@@ -19,6 +19,8 @@ namespace {
 
 using tessera::master::PluginAttribute;
 using tessera::master::PluginBuffer;
+using tessera::master::PluginChannel;
+using tessera::master::PluginPixelRows;
 using tessera::master::PluginPixels;
 
 int fail(char* error, std::size_t error_bytes, const std::string& text) {
@@ -42,14 +44,33 @@ OIIO::TypeDesc type_of(PluginPixels type) {
 constexpr const char* kJpegQuality = "jpeg:95";
 constexpr const char* kJpegText = "ImageDescription";
 
-int encode(const char* file_name, int width, int height, PluginPixels type, const void* pixels,
-           const PluginAttribute* attributes, std::size_t attribute_count, PluginBuffer* out,
-           char* error, std::size_t error_bytes) {
+// Returns: the one type of all channels, or that pixels are kept as the spec says.
+OIIO::TypeDesc describe_channels(const PluginPixelRows& rows, OIIO::ImageSpec& spec) {
+  bool is_alike = true;
+  spec.channelnames.clear();
+  for (std::size_t c = 0; c < rows.channel_count; ++c) {
+    const PluginChannel& channel = rows.channels[c];
+    spec.channelnames.emplace_back(channel.name);
+    spec.channelformats.push_back(type_of(channel.type));
+    is_alike = is_alike && channel.type == rows.channels[0].type;
+    if (spec.channelnames.back() == "A") spec.alpha_channel = static_cast<int>(c);
+    if (spec.channelnames.back() == "Z") spec.z_channel = static_cast<int>(c);
+  }
+  if (!is_alike) return OIIO::TypeDesc::UNKNOWN;
+  spec.channelformats.clear();
+  return spec.format;
+}
+
+int encode(const char* file_name, const PluginPixelRows& rows, const PluginAttribute* attributes,
+           std::size_t attribute_count, PluginBuffer* out, char* error, std::size_t error_bytes) {
   std::vector<unsigned char> bytes;
   OIIO::Filesystem::IOVecOutput memory(bytes);
   auto output = OIIO::ImageOutput::create(file_name, &memory);
   if (!output) return fail(error, error_bytes, OIIO::geterror());
-  OIIO::ImageSpec spec(width, height, 3, type_of(type));
+  const PluginPixels type = rows.channels[0].type;
+  OIIO::ImageSpec spec(rows.width, rows.height, static_cast<int>(rows.channel_count),
+                       type_of(type));
+  const OIIO::TypeDesc kept_as = describe_channels(rows, spec);
   const bool is_jpeg = output->format_name() == std::string("jpeg");
   spec.attribute("compression", is_jpeg ? kJpegQuality : "zip");
   std::string description;  // all that JPEG has room for: a line each
@@ -58,8 +79,11 @@ int encode(const char* file_name, int width, int height, PluginPixels type, cons
     description += std::string(attributes[i].name) + "=" + attributes[i].value + "\n";
   }
   if (is_jpeg && !description.empty()) spec.attribute(kJpegText, description);
-  if (type == PluginPixels::kUint8) spec.attribute("oiio:ColorSpace", "sRGB");
-  if (!output->open(file_name, spec) || !output->write_image(type_of(type), pixels) ||
+  if (type == PluginPixels::kUint8) {
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    if (spec.alpha_channel >= 0) spec.attribute("oiio:UnassociatedAlpha", 1);
+  }
+  if (!output->open(file_name, spec) || !output->write_image(kept_as, rows.pixels) ||
       !output->close()) {
     return fail(error, error_bytes, output->geterror());
   }
@@ -138,12 +162,10 @@ int read(const char* path, int* width, int* height, float** rgb, int* is_display
 }  // namespace
 
 extern "C" __attribute__((visibility("default"))) int tessera_encode_image(
-    const char* file_name, int width, int height, PluginPixels type, const void* pixels,
-    const PluginAttribute* attributes, std::size_t attribute_count, PluginBuffer* out, char* error,
-    std::size_t error_bytes) {
+    const char* file_name, const PluginPixelRows* rows, const PluginAttribute* attributes,
+    std::size_t attribute_count, PluginBuffer* out, char* error, std::size_t error_bytes) {
   try {
-    return encode(file_name, width, height, type, pixels, attributes, attribute_count, out, error,
-                  error_bytes);
+    return encode(file_name, *rows, attributes, attribute_count, out, error, error_bytes);
   } catch (const std::exception& e) {
     return fail(error, error_bytes, e.what());
   }

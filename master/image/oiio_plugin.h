@@ -2,7 +2,7 @@
 // The C interface between tessera_image and its plug-in, tessera_image_oiio.so, which alone links
 // OpenImageIO.
 //
-// Pixels are RGB rows from the top. Strings are for a person. Nothing throws across it.
+// Strings are for a person. Nothing throws across it.
 #pragma once
 
 #include <cstddef>
@@ -11,6 +11,21 @@
 namespace tessera::master {
 
 enum class PluginPixels : std::uint32_t { kUint8 = 0, kHalf = 1, kFloat = 2 };
+
+// One channel of a picture: its name as EXR has it, and how its numbers are kept.
+struct PluginChannel {
+  const char* name;
+  PluginPixels type;
+};
+// Rows from the top; channels of a pixel side by side, packed, each in its own type. The first three are R,
+// G, B; a fourth that is named A is alpha: colour is then premultiplied where it is half or float, and not
+// where it is uint8.
+struct PluginPixelRows {
+  int width = 0, height = 0;
+  const PluginChannel* channels = nullptr;
+  std::size_t channel_count = 0;
+  const void* pixels = nullptr;
+};
 
 // What a picture file says about itself. Strings live as long as the call.
 struct PluginAttribute {
@@ -24,12 +39,12 @@ struct PluginBuffer {
 };
 
 extern "C" {
-// Encodes `pixels` (width * height * 3) as a file of the type that `file_name` ends in (exr, png, jpg,
-// hdr), with the attributes that this type can hold. Returns: 0, or 1 with a line in `error`.
-using EncodeImageFunction = int (*)(const char* file_name, int width, int height, PluginPixels type,
-                                    const void* pixels, const PluginAttribute* attributes,
-                                    std::size_t attribute_count, PluginBuffer* out, char* error,
-                                    std::size_t error_bytes);
+// Encodes `rows` as a file of the type that `file_name` ends in (exr, png, jpg, hdr), with the attributes
+// that this type can hold. Requires: the type can hold the channels. Returns: 0, or 1 with a line in
+// `error`.
+using EncodeImageFunction = int (*)(const char* file_name, const PluginPixelRows* rows,
+                                    const PluginAttribute* attributes, std::size_t attribute_count,
+                                    PluginBuffer* out, char* error, std::size_t error_bytes);
 // Decodes a file to float RGB, linear by the file's own encoding: what it says of itself, else sRGB for
 // integers and linear for floats; is_display: 0 where it was linear. Attributes that are text go to `attributes`, "name=value" each ended by
 // a 0, and a 0 behind the last; malloc, as the pixels. Returns: 0, or 1 with a line in `error`.

@@ -14,8 +14,8 @@ namespace tessera::master {
 class PassMean {
  public:
   void reset() { count_ = 0; }
-  // A picture of another size or format starts anew. Linear radiance is averaged, whatever the
-  // format.
+  // A picture of another size, format or set of planes starts anew. Linear radiance is averaged,
+  // whatever the format; planes as their rows say (PlaneMerge).
   void add(const FrameImage& image);
   int count() const { return count_; }
 
@@ -26,10 +26,20 @@ class PassMean {
 
  private:
   int count_ = 0;
+  // Of a plane. first: of the first picture, where that one decides; else sum.
+  struct PlaneSum {
+    std::vector<float> first;
+    std::vector<double> sum;
+  };
+  void add_plane(const FrameImage& image, Plane plane);
+  std::vector<float> plane_values(Plane plane) const;
+
   int width_px_ = 0, height_px_ = 0;
   PixelFormat format_ = PixelFormat::kFloat;
   std::vector<double> sum_;
   std::vector<float> mean_;
+  PlaneSet planes_;
+  std::vector<PlaneSum> plane_sums_;  // by number of the plane, up to the highest of the set
 };
 
 }  // namespace tessera::master

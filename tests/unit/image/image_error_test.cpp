@@ -86,5 +86,32 @@ TEST(PassMean, IsTheMeanOfItsPictures) {
   for (const float x : mean.mean()) EXPECT_EQ(x, 6.0f);
 }
 
+TEST(PassMean, PlanesAreMergedAsTheirRowsSay) {
+  PassMean mean;
+  FrameImage image;
+  image.width_px = 3;
+  image.height_px = 1;
+  image.planes = {Plane::kAlpha, Plane::kObject, Plane::kSamples};
+  image.bytes.resize(3 * image.layout().pixel_bytes());
+  const auto add = [&](Pixels alpha, Pixels object, Pixels samples) {
+    encode_pixels(Pixels(9, 1.0f), image.format, std::span(image.bytes).first(36));
+    std::byte* at = image.bytes.data() + 36;
+    for (const Pixels& plane : {alpha, object, samples})
+      at = std::copy_n(reinterpret_cast<const std::byte*>(plane.data()), 12, at);
+    mean.add(image);
+  };
+  add({0, 1, 0.5f}, {0, 7, 8}, {4, 4, 4});
+  add({1, 1, 0}, {5, 6, 0}, {4, 4, 4});
+  const FrameImage merged = mean.image();
+  EXPECT_EQ(merged.plane_values(Plane::kAlpha), (std::vector<float>{0.5f, 1, 0.25f}));
+  EXPECT_EQ(merged.plane_values(Plane::kObject), (std::vector<float>{0, 7, 8})) << "of the first";
+  EXPECT_EQ(merged.plane_values(Plane::kSamples), (std::vector<float>{8, 8, 8})) << "of both";
+  image.planes = {};
+  image.bytes.resize(36);
+  mean.add(image);
+  EXPECT_EQ(mean.count(), 1) << "another set of planes begins anew";
+  EXPECT_EQ(mean.image().bytes.size(), 36u);
+}
+
 }  // namespace
 }  // namespace tessera::master
