@@ -127,7 +127,8 @@ void add_look_options(CLI::App& app, TypedOptions& t) {
   add_text(app, "--light", t.light, "LIGHT",
            "auto (the scene's, and a studio sky where that lights nothing), scene, or studio");
   add_text(app, "--background", t.background, "COLOR",
-           "what is seen behind: auto (grey where the studio lights), sky, black or #rrggbb");
+           "what is seen behind: auto (grey where the studio lights), sky, black, #rrggbb or "
+           "transparent (alpha)");
   add_text(app, "--exposure", t.exposure, "EV|auto",
            "stops, or auto (by the first frame; render: auto-each by every frame)");
   add_text(app, "--tone", t.tone, "CURVE",
@@ -282,6 +283,9 @@ struct Grammar {
         ->add_option("--reference", o.reference,
                      "a picture to compare with: prints RMSE, relMSE and FLIP after each pass")
         ->type_name("FILE");
+    render
+        ->add_option("--aov", t.aov, "further channels of OUT.exr, commas between: " + aov_names())
+        ->type_name("NAMES");
     status->add_option("--connect", o.session.connect, "a running master")
         ->required()
         ->type_name("HOST:PORT");

@@ -67,6 +67,7 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
   source.frame_first_ = options.frame_first;
   source.frame_last_ = options.frame_last;
   source.orbit_centre_ = source.camera_.orbit_centre(scene);
+  TESSERA_RETURN_IF_ERROR(validate_planes(source.settings_));
   const Status status = validate_frame_settings(source.settings_at(0));
   if (!status.is_ok()) {
     return Status::invalid_argument(

@@ -9,10 +9,12 @@
 #include <optional>
 
 #include "common/base/limits.h"
+#include "common/base/path_suffix.h"
 #include "common/frame/frame_image.h"
 #include "common/net/endpoint.h"
 #include "common/scene/validate.h"
 #include "common/scene_io/camera_file.h"
+#include "master/image/file_channels.h"
 #include "master/loader/load_scene.h"
 #include "master/session/master_host.h"
 
@@ -117,11 +119,14 @@ Status check_look(MasterOptions& o, const TypedOptions& t) {
   }
   if (t.background == "sky") {
     o.look.background = BackgroundChoice::kSky;
+  } else if (t.background == "transparent") {  // black, so that colour is premultiplied
+    o.look.background = BackgroundChoice::kColor;
+    o.frame.planes.add(Plane::kAlpha);
   } else if (t.background != "auto") {
     const auto color = t.background == "black" ? Vec3f{} : parse_color(t.background);
     if (!color) {
       return Status::invalid_argument("--background " + t.background +
-                                      ": give auto, sky, black or #rrggbb");
+                                      ": give auto, sky, black, transparent or #rrggbb");
     }
     o.look.background = BackgroundChoice::kColor;
     o.look.background_color = *color;
@@ -130,6 +135,28 @@ Status check_look(MasterOptions& o, const TypedOptions& t) {
   if (!tone.is_ok()) return tone.status();
   o.look.tone = *tone;
   return check_exposure(o, t);
+}
+
+// Whether the file can hold what is asked for besides colour.
+Status check_planes(MasterOptions& o, const TypedOptions& t) {
+  const std::string suffix = suffix_of(o.output);
+  if (o.frame.planes.has(Plane::kAlpha)) {  // of a background that is transparent
+    const std::string option = "--background transparent";
+    if (o.command == Command::kView)
+      return Status::invalid_argument(option + " is for render: a window has nothing behind it");
+    if (!planes_held_by(suffix).has(Plane::kAlpha))
+      return Status::invalid_argument(option + ": a " + suffix +
+                                      " file cannot hold alpha; give OUT.png or OUT.exr");
+    if (o.frame.pixel_format == PixelFormat::kDisplay8)
+      return Status::invalid_argument(option + " needs --pixels float or half");
+  }
+  if (t.aov.empty()) return validate_planes(o.frame);
+  auto planes = parse_planes(t.aov);
+  if (!planes.is_ok()) return planes.status();
+  if ((planes->bits() & ~planes_held_by(suffix).bits()) != 0)
+    return Status::invalid_argument("--aov: a " + suffix + " file cannot hold it; give OUT.exr");
+  o.frame.planes = PlaneSet::of_bits(o.frame.planes.bits() | planes->bits());
+  return validate_planes(o.frame);
 }
 
 Status check_frame(MasterOptions& o, const TypedOptions& t) {
@@ -188,7 +215,7 @@ Status check_frame(MasterOptions& o, const TypedOptions& t) {
     if (!tile.is_ok()) return tile.status();
     o.frame.tile_edge_px = *tile;
   }
-  return Status::ok();
+  return check_planes(o, t);
 }
 
 Status check_cluster(MasterOptions& o, const TypedOptions& t) {

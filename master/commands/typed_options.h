@@ -18,7 +18,7 @@ struct TypedOptions {
       relay = "on", tile = "auto", samples = "auto", clamp = "auto", prefetch = "auto",
       schedule = "dynamic", faulty_pixels = "colour", scene_transfer = "async", log_level = "info",
       log_format = "text", environment, config, light = "auto", background = "auto",
-      exposure = "auto", tone = "agx";
+      exposure = "auto", tone = "agx", aov;
   int local = kLocalAuto;
   std::uint32_t threads = 0;
 

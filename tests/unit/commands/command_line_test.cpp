@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "master/commands/options.h"
@@ -65,6 +66,50 @@ TEST(CommandLine, DefaultsAreThoseOfTheContract) {
   EXPECT_EQ(parse({"render", "s.obj", "-o", "x.exr", "--listen", "127.0.0.1:0", "--plain"})
                 .options.session.local_slaves,
             0);
+}
+
+std::string refusal(std::vector<const char*> words) {
+  testing::internal::CaptureStderr();
+  const auto parsed = parse(std::move(words));
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(parsed.exit_code, 2) << text;
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+  return text;
+}
+
+TEST(CommandLine, PlanesNeedAFileThatHoldsThem) {
+  const auto render = [](std::vector<const char*> more) {
+    more.insert(more.begin(), {"render", "builtin:teapot", "-o"});
+    return more;
+  };
+  const auto all = parse(render({"x.exr", "--aov", "depth,normal", "--background", "transparent"}));
+  ASSERT_FALSE(all.exit_code);
+  EXPECT_EQ(all.options.frame.planes, (PlaneSet{Plane::kAlpha, Plane::kNormal, Plane::kDepth}));
+  const auto png = parse(render({"x.png", "--background", "transparent"}));
+  ASSERT_FALSE(png.exit_code);
+  EXPECT_EQ(png.options.frame.planes, PlaneSet{Plane::kAlpha});
+  EXPECT_EQ(png.options.look.background, BackgroundChoice::kColor);
+  EXPECT_TRUE(parse(render({"x.exr"})).options.frame.planes.is_empty());
+
+  const struct {
+    std::vector<const char*> words;
+    const char* says;
+  } refused[] = {
+      {render({"x.jpg", "--background", "transparent"}), "give OUT.png or OUT.exr"},
+      {render({"x.hdr", "--background", "transparent"}), "give OUT.png or OUT.exr"},
+      {render({"x.png", "--background", "transparent", "--pixels", "display8"}), "--pixels float"},
+      {{"view", "builtin:teapot", "--background", "transparent"}, "is for render"},
+      {render({"x.png", "--aov", "depth"}), "give OUT.exr"},
+      {render({"x.jpg", "--aov", "depth"}), "give OUT.exr"},
+      {render({"x.exr", "--aov", "dept"}), "did you mean 'depth'"},
+      {render({"x.exr", "--aov", "depth,,normal"}), "give albedo, normal"},
+      {render({"x.exr", "--aov", "depth,depth"}), "twice"},
+      {render({"x.exr", "--aov", "normal", "--size", "16384x16384"}), "fewer planes or pixels"},
+      {render({"x.exr", "--aov", "normal,position", "--tile", "256"}), "tile edge"},
+      {{"view", "builtin:teapot", "--aov", "depth"}, "--aov"},
+  };
+  for (const auto& one : refused)
+    EXPECT_NE(refusal(one.words).find(one.says), std::string::npos) << one.says;
 }
 
 TEST(CommandLine, SamplesAreForTheSceneToSayWhereNobodyDoes) {
