@@ -8,7 +8,12 @@
 namespace tessera::core {
 namespace {
 
-LobeTables lobe_tables() { return {AlbedoTable::shared().view(), SheenTable::shared().view()}; }
+// Where no point has a sheen, its albedo counts for nothing: any table serves, and that of sheens,
+// which takes longer to make than a small picture, is not made.
+LobeTables lobe_tables(bool has_sheen) {
+  const AlbedoView facets = AlbedoTable::shared().view();
+  return {facets, has_sheen ? SheenTable::shared().view() : facets};
+}
 
 }  // namespace
 
@@ -55,6 +60,7 @@ void BsdfPacket::put_lobes(const SurfaceLobes& lobes, int i) {
   to.coat_roughness[i] = lobes.coat_roughness;
   put_vector(lobes.coat_normal, to.coat_normal, i);
   put_vector(lobes.sheen, to.sheen, i);
+  has_sheen_ = has_sheen_ || !is_black(lobes.sheen);
   to.sheen_roughness[i] = lobes.sheen_roughness;
   to.stretch[i] = lobes.stretch;
   put_vector(lobes.tangent, to.tangent, i);
@@ -73,10 +79,10 @@ int BsdfPacket::add_layered(const Surface& s, const SurfaceLobes& lobes, Vec3f t
 }
 
 void BsdfPacket::sample_layered(const KernelTable& kernels) {
-  kernels.sample_layered(lobe_tables(), *lobes_, points_);
+  kernels.sample_layered(lobe_tables(has_sheen_), *lobes_, points_);
 }
 void BsdfPacket::evaluate_layered(const KernelTable& kernels) {
-  kernels.evaluate_layered(lobe_tables(), *lobes_, points_);
+  kernels.evaluate_layered(lobe_tables(has_sheen_), *lobes_, points_);
 }
 void BsdfPacket::sample_diffuse(const KernelTable& kernels) { kernels.sample_diffuse(points_); }
 void BsdfPacket::sample_glossy(const KernelTable& kernels) {

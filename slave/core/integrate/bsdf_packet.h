@@ -51,6 +51,7 @@ class BsdfPacket {
 
   BsdfPoints points_{};
   std::unique_ptr<LobePoints> lobes_;  // made where there are any
+  bool has_sheen_ = false;             // whether a layered point ever had one
 };
 
 }  // namespace tessera::core

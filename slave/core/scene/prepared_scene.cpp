@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/core/scene/prepared_scene.h"
 
+#include <algorithm>
 #include <new>
 #include <span>
 #include <string>
@@ -171,7 +172,7 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
                                 other == nullptr ? nullptr : &other->lights);
   impl->features = features_of(scene, *impl->geometry);
   if (impl->features.has_glossy) AlbedoTable::shared();  // made here, not in the first tile
-  if (impl->features.has_lobes) SheenTable::shared();
+  if (std::any_of(scene.materials.begin(), scene.materials.end(), has_sheen)) SheenTable::shared();
   impl->materials = scene.materials;
   for (std::size_t i = 0; i < scene.materials.size() && impl->features.has_textures; ++i)
     impl->texture_tables.push_back(make_texture_table(scene.materials[i], impl->texture_views));
