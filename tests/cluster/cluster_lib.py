@@ -48,15 +48,21 @@ def free_port():
         return one.getsockname()[1]
 
 
-def wait_until(what, condition, seconds=PATIENCE_S):
-    """Polls until `condition` returns something true, and returns that."""
+def wait_until(what, condition, seconds=PATIENCE_S, pause_max=0.25):
+    """Polls until `condition` returns something true, and returns that.
+
+    To ask may cost as much as what is waited for (a status is a process with a handshake): between two questions twice the
+    time passes that one took, within [0.02, pause_max] seconds."""
     end = time.monotonic() + seconds
-    while time.monotonic() < end:
+    while True:
+        asked = time.monotonic()
         answer = condition()
         if answer:
             return answer
-        time.sleep(0.02)
-    raise AssertionError(f"after {seconds} s: still not {what}")
+        now = time.monotonic()
+        if now > end:
+            raise AssertionError(f"after {seconds} s: still not {what}")
+        time.sleep(min(max(2 * (now - asked), 0.02), pause_max))
 
 
 class Run:

@@ -6,7 +6,7 @@ import subprocess
 import time
 
 import peer
-from stage import PATIENCE_S, wait_until
+from stage import PATIENCE_S, time_of, wait_until
 
 
 def first_bytes(stage, link_of, report, name, b):
@@ -120,7 +120,7 @@ def revoked(stage, report):
         return
     began = stage.now()
     stage.process("master").send_signal(1)
-    gone = wait_until("the revoked slave is gone", lambda: not stage.cluster.slave_status("thief") and time.time(), 70)
+    gone = time_of("the revoked slave is gone", lambda: not stage.cluster.slave_status("thief"), 70)
     report.figure("revocation", gone - began, 60, "ms")
     time.sleep(1)
     report.claim("and stays away", not stage.cluster.slave_status("thief"))

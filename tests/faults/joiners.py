@@ -6,7 +6,7 @@ import time
 import peer
 import watch
 from network import steady_frame_time
-from stage import FRAME, PATIENCE_S, SLEEP_MS, cluster_lib, wait_until
+from stage import FRAME, PATIENCE_S, SLEEP_MS, cluster_lib, time_of, wait_until
 
 
 def f04(stage, report):
@@ -33,7 +33,7 @@ def f08(stage, report):
     began = stage.now()
     stage.slave("late", node=5)
     joined = stage.first_event("slave-joined", began)
-    used = wait_until("in use", lambda: (stage.cluster.slave_status("late") or {}).get("tiles_done") and time.time())
+    used = time_of("in use", lambda: (stage.cluster.slave_status("late") or {}).get("tiles_done"))
     report.figure("first tile", used - joined["at"], b.handshake + b.scene + b.rtt + b.tile + stage.lateness)
     stage.wait_for_frames(len(stage.frames.lines) + 2)
     during = max((y - x for x, y in zip(stage.frames.times, stage.frames.times[1:]) if y > began and x < used), default=0)

@@ -3,7 +3,7 @@
 import signal
 import time
 
-from stage import MOVING, PATIENCE_S, TILES, wait_until
+from stage import MOVING, PATIENCE_S, TILES, time_of, wait_until
 
 # The most that one thread of a slave holds by default: its prefetch and the one in work. For bounds where nobody
 # could look at what it held as it was lost.
@@ -147,7 +147,7 @@ def f06(stage, report):
     gone = stage.now()
     stage.kill("slave-1")
     stage.kill("slave-2")
-    none_left = wait_until("no slaves in status", lambda: not stage.status()["slaves"] and time.time())
+    none_left = time_of("no slaves in status", lambda: not stage.status()["slaves"])
     report.figure("detection", none_left - gone, b.detection + stage.lateness)
     done = len(stage.frames.lines)
     stage.quiet(["master"])

@@ -45,6 +45,12 @@ def wait_until(what, condition, seconds=PATIENCE_S):
     return cluster_lib.wait_until(what, condition, seconds)
 
 
+def time_of(what, condition, seconds=PATIENCE_S):
+    """When `condition` was seen to hold: asked as often as the machine allows."""
+    cluster_lib.wait_until(what, condition, seconds, pause_max=0.02)
+    return time.time()
+
+
 class Lab:
     """The namespaces of a run, healed and unshaped between rows."""
 
