@@ -48,8 +48,8 @@ if [[ $is_install == yes ]]; then deploy/install-dependencies.sh --with "$sets";
 
 # Tests wait a good part of their time, for windows, links and pauses; cluster tests start several
 # processes each.
-jobs=$((3 * $(nproc)))
-if ((jobs > 6)); then jobs=6; fi
+jobs=$((4 * $(nproc)))
+if ((jobs > 8)); then jobs=8; fi
 began=$SECONDS
 failed=()
 summaries=()
