@@ -48,8 +48,8 @@ if [[ $is_install == yes ]]; then deploy/install-dependencies.sh --with "$sets";
 
 # Tests wait a good part of their time, for windows, links and pauses; cluster tests start several
 # processes each.
-jobs=$((4 * $(nproc)))
-if ((jobs > 8)); then jobs=8; fi
+jobs=$((5 * $(nproc)))
+if ((jobs > 10)); then jobs=10; fi
 began=$SECONDS
 failed=()
 summaries=()

@@ -18,7 +18,7 @@ import faultlab  # noqa: E402
 NEEDS = ("root", "netns", "rate")
 SLOW_KBIT = 8000
 SCENE = "builtin:room"
-FRAME = ["--size", "320x240", "--tile", "32", "--frames", "0:5"]
+FRAME = ["--size", "240x180", "--tile", "32", "--frames", "0:5"]
 
 
 class PixelsOnALink(unittest.TestCase):
