@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import unittest
 
 SKIP = 77
 # So that nothing hangs for ever, and nothing is judged by it: sanitizer builds on a busy machine are slow.
@@ -40,6 +41,26 @@ def is_quiet():
     if not quiet:
         print(f"a load of {load:.1f} on {os.cpu_count()} processors: not judged")
     return quiet
+
+
+def part_of(items, part):
+    """part: "I/N", from 1: every N-th of them from the I-th."""
+    number, count = map(int, part.split("/"))
+    return items[number - 1::count]
+
+
+def main(verbosity=2):
+    """Runs the tests of the file that was started; with --part I/N as first words a part of them, so that parts run at once."""
+    class Loader(unittest.TestLoader):
+        part = "1/1"
+
+        def getTestCaseNames(self, case):
+            return part_of(super().getTestCaseNames(case), self.part)
+    loader = Loader()
+    if sys.argv[1:2] == ["--part"]:
+        loader.part = sys.argv[2]
+        del sys.argv[1:3]
+    unittest.main("__main__", verbosity=verbosity, testLoader=loader)
 
 
 def free_port():
@@ -211,8 +232,28 @@ class Cluster:
         name, stats = process.tessera
         stdout, stderr = process.communicate(timeout=seconds)
         self.processes.pop(name, None)
-        lines = [json.loads(line) for line in stats.read_text().splitlines()] if stats.exists() else []
+        # One that was stopped may have been writing its last line.
+        text = stats.read_text() if stats.exists() else ""
+        lines = [json.loads(line) for line in text[:text.rfind("\n") + 1].splitlines()]
         return Run(process.returncode, stdout, stderr, lines)
+
+    def start_endless(self, scene, *options):
+        """Frames until stop_render(): what is to happen between them happens, however late this machine does it."""
+        return self.start_render(scene, *options, "--frames", "0:9999")
+
+    def wait_for_frames(self, count, process):
+        """So many from now on."""
+        def done():
+            assert process.poll() is None, f"it has ended: {process.communicate()[1]}"
+            return (self.status() or {}).get("frames_done", 0)
+        first = done()
+        wait_until(f"{count} frames more", lambda: done() >= first + count)
+
+    def stop_render(self, process):
+        """Returns: a Run of the frames that it has drawn."""
+        assert process.poll() is None, f"it has ended: {process.communicate()[1]}"
+        process.terminate()
+        return self.finish(process)
 
     def render(self, scene, *options, connect=True):
         """Renders, expects success. Returns a Run."""

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The bits of a picture do not depend on slaves, threads, tiles, frames in flight or the kind of session.
 
---small: two slaves, one scene, few settings (for builds with sanitizers).
+--slaves N: with so many slaves, beside one process. --small: two slaves, one scene, few settings (for builds with sanitizers).
 """
 import sys
 
@@ -18,6 +18,7 @@ GLOBAL = "builtin:cornell igi"  # its filter reaches over the borders of tiles
 # Each frame is another version of 131,000 triangles, which each slave builds anew. Of three, the last takes the first one's place.
 MOVING = "builtin:waves direct"
 SCENES = [(EVERY, "0:1", TILES), (MOVING, "0:2", ["16", "auto"]), (GLOBAL, "0:1", ["7", "64"])]
+REFERENCE = [(scene, frames, ["auto"]) for scene, frames, _ in SCENES]
 SMALL = [(EVERY, "0:1", ["32"]), (MOVING, "0:1", ["32"]), (GLOBAL, "0:1", ["16"])]
 
 
@@ -65,11 +66,13 @@ def through_daemons(table, slaves, threads, scenes, turn):
         assert len(done) == slaves and all(done.values()), f"not every slave took part: {done}"
 
 
-def in_process(table, slaves, threads, scenes):
+def in_process(table, slaves, threads, scenes, turn):
     with cluster_lib.Cluster() as cluster:
         for scene, frames, tiles in scenes:
-            for i, tile in enumerate(tiles):
-                flight = FLIGHTS[i % 2]
+            for place, tile in enumerate(tiles):
+                if scene == MOVING and len(tiles) > 1 and place != turn % 2:
+                    continue  # it is built in the daemons of the same slaves, too
+                flight = FLIGHTS[place % 2]
                 run = cluster.render(*options_of(scene, frames, tile, flight), "--local", str(slaves), "--threads",
                                      str(threads), connect=False)
                 table.add(scene, f"in process: {slaves} slaves x {threads} threads, tiles {tile}, {flight} in flight",
@@ -79,13 +82,15 @@ def in_process(table, slaves, threads, scenes):
 def main():
     table = Table()
     if "--small" in sys.argv:
-        in_process(table, 1, 2, SMALL)
+        in_process(table, 1, 2, SMALL, 0)
         through_daemons(table, 2, 2, SMALL, 0)
     else:
-        for row, slaves in enumerate((1, 2, 5)):
-            for column, threads in enumerate((1, 2)):
-                in_process(table, slaves, threads, SCENES)
-                through_daemons(table, slaves, threads, SCENES, row + column)
+        slaves = int(sys.argv[sys.argv.index("--slaves") + 1])
+        in_process(table, 1, 1, REFERENCE, 0)  # what all numbers of slaves are compared with
+        for threads in (1, 2):
+            turn = slaves // 2 + threads
+            in_process(table, slaves, threads, SCENES, turn)
+            through_daemons(table, slaves, threads, SCENES, turn)
     assert len(set(map(tuple, table.expected.values()))) == len(table.expected), "two scenes with one digest"
     animated = table.expected[MOVING]
     assert len(set(animated)) == len(animated), "the animated scene does not move"

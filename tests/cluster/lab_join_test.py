@@ -17,8 +17,7 @@ import scene_noise  # noqa: E402
 
 NEEDS = ("root", "netns", "rate")
 RATE_KBIT = 50_000
-FRAMES = 60
-FRAMES_ALONE = 16  # one picture after another, for what a frame takes: 5 to warm up, 8 to measure
+FRAMES_ALONE = 9  # to measure; the joiner's receive as many as they take
 SIDE_PX = 2048  # 16 MiB: 2.7 s of the link
 
 
@@ -34,18 +33,22 @@ class Join(unittest.TestCase):
                 cluster.slave("slave-1", "--test-tile-sleep-ms", "10", node=2)
                 cluster.wait_for_slaves(1)
                 # 8 x 6 tiles of 10 ms on one thread: about half a second a frame.
-                frames = FRAMES if joins else FRAMES_ALONE
-                render = cluster.start_render(scene, "--size", "128x96", "--tile", "16", "--frames", f"0:{frames - 1}")
-                cluster_lib.wait_until("frames", lambda: (cluster.status() or {}).get("frames_done", 0) >= 5)
-                first = cluster.status()["frames_done"] + 1
+                render = cluster.start_endless(scene, "--size", "128x96", "--tile", "16")
+
+                def done():
+                    return (cluster.status() or {}).get("frames_done", 0)
+                cluster_lib.wait_until("frames", lambda: done() >= 5)
+                first = done() + 1
                 if joins:
                     cluster.slave("slave-2", "--test-tile-sleep-ms", "10", node=3)
                     cluster_lib.wait_until("the scene there", lambda: (cluster.slave_status("slave-2") or {}).get("scene_version"))
-                    last = cluster.status()["frames_done"] - 1
+                    last = done() - 1
+                    cluster_lib.wait_until("its tiles", lambda: (cluster.slave_status("slave-2") or {}).get("tiles_done"))
+                    cluster.wait_for_frames(1, render)
                 else:
-                    last = first + 8
-                run = cluster.finish(render, 120)
-                self.assertEqual(run.code, 0, run.stderr)
+                    last = first + FRAMES_ALONE
+                    cluster_lib.wait_until("enough of them", lambda: done() >= last)
+                run = cluster.stop_render(render)
                 # Before the joiner draws its first tile.
                 alone = [line["seconds"] for line in run.stats[first:max(last, first + 1)] if line["slaves"] == 1]
                 return alone, run.digests
@@ -53,8 +56,8 @@ class Join(unittest.TestCase):
     def test_f08_a_late_joiner_does_not_disturb(self):
         alone, expected = self.run_case(False)
         beside, digests = self.run_case(True)
-        self.assertEqual((len(digests), len(expected)), (FRAMES, FRAMES_ALONE))
-        self.assertEqual(set(digests), set(expected), "one still scene")
+        self.assertEqual(len(set(expected)), 1, "one still scene")
+        self.assertEqual(set(digests), set(expected))
         growth = statistics.median(beside) / statistics.median(alone) - 1
         print(f"median frame {statistics.median(alone):.3f} s alone, {statistics.median(beside):.3f} s over {len(beside)} frames "
               f"while a joiner receives {SIDE_PX * SIDE_PX * 4 >> 20} MiB: {100 * growth:+.1f} %")

@@ -99,4 +99,4 @@ if __name__ == "__main__":
     missing = [need for need in NEEDS if not able.get(need)]
     if missing:
         cluster_lib.skip("this machine's fault lab lacks: " + ", ".join(missing))
-    unittest.main(verbosity=2)
+    cluster_lib.main()

@@ -66,6 +66,7 @@ def main():
     parser.add_argument("rows", nargs="*", metavar="ROW", help="F01 to F58")
     parser.add_argument("--all", action="store_true", help="every row")
     parser.add_argument("--small", action="store_true", help="the small set (the default)")
+    parser.add_argument("--part", metavar="I/N", default="1/1", help="every N-th of them, from the I-th")
     parser.add_argument("--list", action="store_true", help="print the rows and what they do")
     parser.add_argument("--seed", type=int, default=1, help="of what is drawn by chance (default: 1)")
     parser.add_argument("--repeats", type=int, default=1, help="how often a row that does not hold is run again")
@@ -78,6 +79,7 @@ def main():
             print(name, "small" if name in SMALL else "     ", row.__doc__.strip().splitlines()[0])
         return 0
     names = [n[:3].upper() + n[3:] for n in options.rows] or (sorted(ROWS) if options.all else [n for n in SMALL if n in ROWS])
+    names = stage.cluster_lib.part_of(names, options.part)
     unknown = [n for n in names if n not in ROWS]
     if unknown:
         parser.error(f"no such row: {', '.join(unknown)}; see --list")

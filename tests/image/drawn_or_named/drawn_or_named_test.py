@@ -107,7 +107,7 @@ def main():
         folder = options.keep or pathlib.Path(name)
         folder.mkdir(parents=True, exist_ok=True)
         runner = Runner(folder)
-        with concurrent.futures.ThreadPoolExecutor(2) as pool:
+        with concurrent.futures.ThreadPoolExecutor(4) as pool:
             answers = list(pool.map(runner.judge, cases, range(len(cases))))
     rows = ["| key | state | |", "|---|---|---|"]
     for case, (wrong, line) in zip(cases, answers):
