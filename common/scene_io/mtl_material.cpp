@@ -11,8 +11,6 @@ constexpr Vec3f kWhite{1, 1, 1};
 // A mirror's own colour: below it, what a surface scatters besides is left out.
 constexpr float kMirrorDiffuseMax = 0.05f;
 
-float largest(Vec3f c) { return std::max({c.x, c.y, c.z}); }
-
 class MaterialMaker {
  public:
   MaterialMaker(const MtlLines& lines, ScenePictures& pictures, WarningGroup& warnings,
