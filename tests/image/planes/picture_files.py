@@ -6,7 +6,8 @@ import array
 import struct
 import zlib
 
-KINDS = {0: "I", 1: "e", 2: "f"}  # of numbers in an EXR
+HALF, FLOAT = 1, 2  # kinds of numbers in an EXR
+KINDS = {0: "I", HALF: "e", FLOAT: "f"}
 SIZES = {0: 4, 1: 2, 2: 4}
 LINES = {0: 1, 2: 1, 3: 16}  # of a block, by compression: none, ZIPS, ZIP
 

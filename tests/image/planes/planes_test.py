@@ -134,6 +134,10 @@ def check_values(folder):
     assert len(set(materials)) == 2 and min(materials) >= 1, materials
     assert all(o >= 1 for o in (at(40, 40, "object")[0], at(58, 22, "object")[0]))
     assert set(exr.values("samples")) == {1.0}
+    half = folder.exr(scene, "half.exr", *look, "--aov", AOVS, "--pixels", "half")
+    assert all(half.channels[name][0] == picture_files.HALF for name in "RGB")
+    assert all(half.bits(name) == exr.bits(name) for name in CHANNELS), "planes are floats, also beside half colour"
+    assert all(abs(h - f) <= f / 1024 for name in "RGB" for h, f in zip(half.values(name), exr.values(name)))
     several = folder.exr(scene, "passes.exr", *look[:-4], "--size", "80x80", "--aa", "3", "--passes", "2", *ALL)
     assert set(several.values("samples")) == {6.0}, "samples of all passes"
     alpha = several.values("A")
