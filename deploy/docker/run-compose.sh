@@ -100,6 +100,8 @@ else
 fi
 # A port that is free now; the pictures are rendered inside, so nobody waits for this one.
 TESSERA_PORT=$((20000 + RANDOM % 12000))
+# On a busy machine podman may take longer than a minute for a step; what hangs is ended by ctest.
+export COMPOSE_HTTP_TIMEOUT=1800
 export TESSERA_PORT COMPOSE_PROJECT_NAME=tessera-test
 
 docker-compose -f "$file" build
