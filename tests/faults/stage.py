@@ -251,11 +251,14 @@ class Stage:
         return (times[-1] - times[0]) / max(len(times) - 1, 1)
 
     def usual_without(self, name, instant):
-        """The frame time before `instant`, as it is when this slave's threads are missing. Seconds."""
+        """The frame time before `instant`, as it is when this slave's threads are missing. Seconds.
+
+        The longest of them: it is held against the longest gap after the fault, and on a machine that does something
+        else the mean of a few frames says little of the next one."""
         times = [t for t in self.frames.times if t < instant]
         threads = self.bounds_before.threads
         rest = sum(n for other, n in threads.items() if other != name)
-        return (times[-1] - times[1]) / (len(times) - 2) * sum(threads.values()) / rest
+        return max(b - a for a, b in zip(times[1:], times[2:])) * sum(threads.values()) / rest
 
     # -- faults
     def kill(self, name, how=signal.SIGKILL):
