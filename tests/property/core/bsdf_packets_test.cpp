@@ -10,6 +10,7 @@
 #include "slave/core/sampling/hemisphere.h"
 #include "tests/support/packets.h"
 #include "tests/support/plain_glossy.h"
+#include "tests/support/seed.h"
 
 namespace tessera::core {
 namespace {
@@ -18,7 +19,7 @@ bool same_bits(Vec3f a, Vec3f b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
 
 class AnySurface {
  public:
-  explicit AnySurface(unsigned seed) : random_(seed) {}
+  explicit AnySurface(unsigned seed) : random_(test::seed(seed)) {}
 
   Vec3f unit_vector() {
     const float odd[] = {0, -0.0f, 1, -1, 1e-20f};

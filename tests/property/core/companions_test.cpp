@@ -11,6 +11,7 @@
 
 #include "slave/core/scene/prepared_scene_impl.h"
 #include "tests/support/packets.h"
+#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -25,7 +26,7 @@ std::string text_of(const test::Ray& ray) {
 
 // Rays of all kinds: coherent, incoherent, aimed at vertices, along axes, short, invalid.
 std::vector<test::Ray> mixed_rays(const Mesh& mesh, std::size_t count, std::uint32_t seed) {
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed(seed));
   std::uniform_real_distribution<float> unit(-1, 1);
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = Bounds3f::kInf;
   std::vector<test::Ray> rays;
@@ -141,7 +142,7 @@ TEST(Companions, LowestPrimitiveWinsAtEqualDistance) {
   mesh.triangles.insert(mesh.triangles.end(), once.begin(), once.end());  // every triangle twice
   const auto scene = PreparedScene::build(test::make_scene(mesh), {});
   ASSERT_TRUE(scene.is_ok());
-  std::mt19937 random(3);
+  std::mt19937 random(test::seed(3));
   std::uniform_real_distribution<float> unit(-0.9f, 0.9f);
   for (const Isa isa : test::isas_here()) {
     for (int i = 0; i < 2000; ++i) {

@@ -11,6 +11,7 @@
 #include "slave/core/trace/fan_window.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/support/packets.h"
+#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -93,7 +94,7 @@ void expect_same(const Index& index, const Tile& tile, std::mt19937& random, Tal
 
 TEST(FanEntry, FansHitWhatTheyWouldFromTheRoot) {
   const std::uint32_t seed = 20261121;
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed(seed));
   Tally tally;
   const Mesh meshes[] = {test::make_icosphere(4), test::make_torus(60, 40), test::make_cube(),
                          test::make_random_triangles(4000, 0.2f, 3), test::make_terrain(60, 5)};

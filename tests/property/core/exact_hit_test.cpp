@@ -7,6 +7,7 @@
 #include <random>
 
 #include "slave/core/primitive/triangle/exact_hit_abi.h"
+#include "tests/support/seed.h"
 
 namespace tessera::core {
 namespace {
@@ -49,7 +50,7 @@ struct Case {
 
 class Generator {
  public:
-  explicit Generator(std::uint32_t seed) : random_(seed) {}
+  explicit Generator(std::uint32_t seed) : random_(test::seed(seed)) {}
 
   Case next() {
     range_ = 1 << (random_() % 4 == 0 ? 22 : 1 + random_() % 10);

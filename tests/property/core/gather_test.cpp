@@ -13,6 +13,7 @@
 #include "slave/core/surface/surface_offset.h"
 #include "slave/core/trace/ray_groups.h"
 #include "tests/support/packets.h"
+#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -122,7 +123,7 @@ TEST(Gather, WhatShadowRaysAreKnownNotToMeetChangesNoAnswer) {
   const PreparedScene::Impl& scene = prepared->impl();
   for (const Isa isa : test::isas_here()) {
     const SceneTracer tracer(scene.index, kernels_for(isa));
-    std::mt19937 random(5);
+    std::mt19937 random(test::seed(5));
     auto points = std::make_unique<GatherPoints>();
     auto rays = std::make_unique<GatherRays>();
     Compared sum;
@@ -153,7 +154,7 @@ TEST(Gather, NorDoesItInCornersFarFromTheOrigin) {
       options.structure = structure;
       const auto built = *PreparedScene::build(scene, options);
       const SceneTracer tracer(built->impl().index, kernels_for(test::isas_here().back()));
-      std::mt19937 random(6);
+      std::mt19937 random(test::seed(6));
       auto points = std::make_unique<GatherPoints>();
       auto rays = std::make_unique<GatherRays>();
       Compared sum;
@@ -182,7 +183,7 @@ TEST(Gather, ExcludedTrianglesDoNotBlock) {
   const auto prepared = *PreparedScene::build(test::make_scene(mesh), {});
   for (const Isa isa : test::isas_here()) {
     const SceneTracer tracer(prepared->impl().index, kernels_for(isa));
-    std::mt19937 random(9);
+    std::mt19937 random(test::seed(9));
     std::uniform_real_distribution<float> unit(0, 1);
     for (int i = 0; i < 20000; ++i) {
       const float x = 4 * unit(random);
@@ -203,7 +204,7 @@ TEST(Gather, ExcludedTrianglesDoNotBlock) {
 
 // Thin triangles, whose computed normals are off: a VPL that seems to be above them need not be.
 TEST(Gather, NorDoesItForSlivers) {
-  std::mt19937 random(7);
+  std::mt19937 random(test::seed(7));
   std::uniform_real_distribution<float> unit(-1, 1);
   const auto any = [&](float size) {
     return Vec3f{unit(random) * size, unit(random) * size, unit(random) * size};

@@ -9,6 +9,7 @@
 #include "slave/core/scene/ray_caster.h"
 #include "tests/support/hard_cases.h"
 #include "tests/support/packets.h"
+#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -42,7 +43,7 @@ bool is_same(const CastHit& a, const CastHit& b) {
 class HardCases : public testing::TestWithParam<std::string> {};
 
 TEST_P(HardCases, AreAnsweredRightly) {
-  const test::HardCase hard = test::make_hard_case(GetParam(), kJudged, kSeed);
+  const test::HardCase hard = test::make_hard_case(GetParam(), kJudged, test::seed(kSeed));
   std::vector<test::Answer> answers;
   const auto scene = PreparedScene::build(test::make_scene(hard.mesh), {});
   ASSERT_TRUE(scene.is_ok());
@@ -60,7 +61,7 @@ TEST_P(HardCases, AreAnsweredRightly) {
 }
 
 TEST_P(HardCases, AreAnsweredTheSameOnEveryWay) {
-  const test::HardCase hard = test::make_hard_case(GetParam(), kRays, kSeed + 1);
+  const test::HardCase hard = test::make_hard_case(GetParam(), kRays, test::seed(kSeed + 1));
   const std::vector<CastRay> rays = cast_rays_of(hard);
   const auto bvh = PreparedScene::build(test::make_scene(hard.mesh), {1, nullptr, Structure::kBvh});
   ASSERT_TRUE(bvh.is_ok());

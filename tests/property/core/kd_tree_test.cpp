@@ -12,6 +12,7 @@
 #include "slave/core/accel/kd_builder.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
+#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -112,7 +113,7 @@ TEST(KdTree, AQualityTreeListsATriangleWhereverAPointOfItIs) {
       const Cut cut(mesh, 2);  // fine
       const Status status = cut.tree.validate(cut.boxes, true);
       EXPECT_TRUE(status.is_ok()) << status.message();
-      std::mt19937 random(seed);
+      std::mt19937 random(test::seed(seed));
       std::uniform_real_distribution<float> unit(0, 1);
       std::size_t missing = 0;
       for (int i = 0; i < 40'000; ++i, ++points) {

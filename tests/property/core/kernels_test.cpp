@@ -17,6 +17,7 @@
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/support/packets.h"
+#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -226,7 +227,7 @@ void with_fans(std::uint32_t seed, int count, const Test& test_fan) {
     for (Mesh mesh : meshes) {
       test::place(mesh, place.scale, place.offset);
       const Prepared scene(mesh);
-      std::mt19937 random(seed);
+      std::mt19937 random(test::seed(seed));
       std::uniform_real_distribution<float> unit(-1.5f, 1.5f);
       for (int number = 0; number < count && !testing::Test::HasFailure(); ++number) {
         Vec3f origin = Vec3f{unit(random), unit(random), unit(random)} * place.scale + place.offset;
@@ -296,7 +297,7 @@ TEST(Kernels, SingleRaysKeepToTheirRangeOnBothSidesOfTheOrigin) {
   const std::uint32_t seed = 12;
   const Mesh mesh = test::make_random_triangles(1500, 0.3f, 5);
   const Prepared scene(mesh);
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed(seed));
   std::uniform_real_distribution<float> unit(-1, 1);
   for (int i = 0; i < 4000; ++i) {
     const float a = 2 * unit(random), b = 2 * unit(random);
@@ -328,7 +329,7 @@ TEST(Kernels, NoRayLeavesAClosedMesh) {
     Mesh mesh = test::make_icosphere(4);
     test::place(mesh, place.scale, place.offset);
     const Prepared scene(mesh);
-    std::mt19937 random(seed);
+    std::mt19937 random(test::seed(seed));
     std::uniform_real_distribution<float> unit(-0.4f, 0.4f);
     const KernelTable& table = kernels_for(test::isas_here().back());
     for (int packet = 0; packet < 4000; ++packet) {

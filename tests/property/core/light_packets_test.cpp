@@ -14,6 +14,7 @@
 #include "slave/core/light/light_sampling.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "tests/support/packets.h"
+#include "tests/support/seed.h"
 
 namespace tessera::core {
 namespace {
@@ -31,7 +32,7 @@ std::uint32_t sobol2_by_directions(std::uint32_t i) {
 }
 
 TEST(LightPackets, TheSecondDimensionIsSobols) {
-  std::mt19937 random(1);
+  std::mt19937 random(test::seed(1));
   for (std::uint32_t i = 0; i < 100000; ++i) {
     ASSERT_EQ(sobol2_bits(i), sobol2_by_directions(i));
     const auto any = static_cast<std::uint32_t>(random());
@@ -41,7 +42,7 @@ TEST(LightPackets, TheSecondDimensionIsSobols) {
 
 TEST(LightPackets, PointsOfTheSequenceAreThoseOfEachKeyAlone) {
   for (const Isa isa : test::isas_here()) {
-    std::mt19937 random(2);
+    std::mt19937 random(test::seed(2));
     SamplePoints points{};
     for (int round = 0; round < 10000; ++round) {
       const auto dimension = static_cast<std::uint32_t>(random());
@@ -129,7 +130,7 @@ struct Pair {
 
 TEST(LightPackets, SamplesOfEmittersAreThoseOfEachSurfaceAlone) {
   for (const Isa isa : test::isas_here()) {
-    std::mt19937 random(3);
+    std::mt19937 random(test::seed(3));
     auto lit = std::make_unique<LitSurfaces>();
     auto samples = std::make_unique<EmitterSamples>();
     int lights = 0;

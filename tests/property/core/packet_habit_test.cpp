@@ -8,6 +8,7 @@
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/support/packets.h"
+#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -28,7 +29,7 @@ TEST(PacketHabit, PacketsThatDoNotPayAnswerAsTheirRaysDo) {
   std::vector<Bounds3f> boxes;
   const TriangleStore store = make_triangle_store(test::make_scene(mesh), boxes);
   const IndexedBvh<8> bvh = std::move(*index_by_bvh<8>(boxes, store.vertices, {1, nullptr}));
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed(seed));
   std::uniform_real_distribution<float> unit(-1, 1);
   for (const Isa isa : test::isas_here()) {
     const auto& kernels = kernels_of(kernels_for(isa), view_of(bvh));

@@ -7,6 +7,7 @@
 
 #include "slave/core/scene/prepared_scene_impl.h"
 #include "tests/support/packets.h"
+#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -21,7 +22,7 @@ void expect_agreement(const char* name, const Mesh& mesh, float radius, Vec3f ce
   for (std::uint64_t i = 0; i < store.triangle_count(); ++i) {
     triangles.push_back({store.vertex(i, 0), store.vertex(i, 1), store.vertex(i, 2)});
   }
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed(seed));
   std::uniform_real_distribution<float> unit(-1, 1);
   std::vector<test::Ray> rays;
   for (std::size_t i = 0; i < count; ++i) {

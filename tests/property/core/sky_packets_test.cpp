@@ -12,6 +12,7 @@
 #include "slave/core/light/sky_map.h"
 #include "tests/support/packets.h"
 #include "tests/support/plain_sky.h"
+#include "tests/support/seed.h"
 
 namespace tessera::core {
 namespace {
@@ -61,7 +62,7 @@ TEST_P(SkyPackets, SeeWhatEachDirectionSees) {
   const SkyMap sky(make_map(width, height));
   const SkyView view = sky.view();
   for (const Isa isa : test::isas_here()) {
-    std::mt19937 random(3);
+    std::mt19937 random(test::seed(3));
     SkyPoints points{};
     for (int round = 0; round < 4000; ++round) {
       Vec3f direction[kSkyPoints];
@@ -89,7 +90,7 @@ TEST_P(SkyPackets, SampleWhatEachSquareSamples) {
   const SkyMap sky(make_map(width, height));
   const SkyView view = sky.view();
   for (const Isa isa : test::isas_here()) {
-    std::mt19937 random(4);
+    std::mt19937 random(test::seed(4));
     SkyPoints points{};
     for (int round = 0; round < 4000; ++round) {
       points.wanted = std::uint64_t{random()} << 32 | random();

@@ -16,6 +16,7 @@
 #include "slave/core/scene/met_surfaces.h"
 #include "tests/support/packets.h"
 #include "tests/support/plain_surface.h"
+#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -108,7 +109,7 @@ TEST(Surfaces, PointsOfPacketsAreThoseOfEachRayAlone) {
   for (const Isa isa : test::isas_here()) {
     const KernelTable& kernels = kernels_for(isa);
     const SceneTracer tracer(scene.index, kernels);
-    std::mt19937 random(11);
+    std::mt19937 random(test::seed(11));
     std::uint64_t met = 0, slivers = 0;
     for (int round = 0; round < 2000; ++round) {
       const bool is_fan = round % 2 == 0;
@@ -278,7 +279,7 @@ TEST(Surfaces, RichSurfacesOfPacketsAreThoseOfEachRayAlone) {
     const SceneTracer tracer(scene.index, kernels);
     MetSurfaces met;
     met.begin(scene, kernels);
-    std::mt19937 random(13);
+    std::mt19937 random(test::seed(13));
     int compared = 0;
     for (int round = 0; round < 3000; ++round) {
       const RayPacket rays = random_packet(random, round % 2 == 0);
@@ -319,7 +320,7 @@ TEST(Surfaces, CameraPacketsCoverAPartWithEachPixelsOwnRay) {
   settings.camera = {{0.3f, 3, 2.5f}, {0.1f, 0, 0}, {0.1f, 1, 0}, 40};
   settings.seed = 77;
   const CameraRays camera(settings.camera, settings.width_px, settings.height_px);
-  std::mt19937 random(12);
+  std::mt19937 random(test::seed(12));
   for (const Isa isa : test::isas_here()) {
     const SceneTracer tracer(prepared->impl().index, kernels_for(isa));
     for (int round = 0; round < 200; ++round) {

@@ -7,6 +7,7 @@
 
 #include "slave/core/scene/prepared_scene_impl.h"
 #include "tests/support/packets.h"
+#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -61,7 +62,7 @@ std::vector<test::Ray> aimed_rays(const Mesh& mesh, Vec3f centre, float radius, 
 
 std::size_t leaks(const Mesh& mesh, const PreparedScene::Impl& scene, const KernelTable& kernels,
                   Vec3f centre, float radius, std::size_t count, std::uint32_t seed) {
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed(seed));
   std::size_t leak_count = 0;
   for (std::size_t done = 0; done < count; done += 4096) {
     const std::vector<test::Ray> rays = aimed_rays(mesh, centre, radius, 4096, random);

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "common/scene/validate.h"
+#include "tests/support/seed.h"
 
 namespace tessera {
 namespace {
@@ -59,7 +60,7 @@ struct Extent {
 };
 
 TEST(FramingProperty, VerticesTakeUpTheirShareOfThePicture) {
-  std::mt19937 random(kSeed);
+  std::mt19937 random(test::seed(kSeed));
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int n = 0; n < kScenes; ++n) {
     SCOPED_TRACE("seed " + std::to_string(kSeed) + ", scene " + std::to_string(n));

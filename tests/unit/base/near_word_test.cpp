@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // "Did you mean": near enough to be meant, and no accident.
 #include "common/base/near_word.h"
+#include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 
@@ -86,7 +87,7 @@ TEST(NearWord, WhatMayBeAnythingIsNothing) {
 TEST(NearWord, OfWordsTypedAtRandomOneInTenIsNearAtMost) {
   constexpr unsigned kSeed = 3;
   SCOPED_TRACE("seed " + std::to_string(kSeed));
-  std::mt19937 random(kSeed);
+  std::mt19937 random(test::seed(kSeed));
   const auto letters = [&](std::size_t count) {
     std::string word;
     while (word.size() < count) word += "abcdefghijklmnopqrstuvwxyz-"[random() % 27];

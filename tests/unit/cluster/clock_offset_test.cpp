@@ -4,6 +4,7 @@
 //
 // A failing seed is printed.
 #include "master/cluster/clock_offset.h"
+#include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 
@@ -36,9 +37,9 @@ TEST(ClockOffset, EqualWaysGiveTheOffsetItself) {
 }
 
 TEST(ClockOffset, TheTruthIsWithinTheBoundForAnySharesOfTheWay) {
-  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+  for (std::uint32_t seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(test::seed(seed));
     const auto pick = [&random](std::int64_t least, std::int64_t greatest) {
       return std::uniform_int_distribution<std::int64_t>(least, greatest)(random);
     };

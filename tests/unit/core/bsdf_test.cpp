@@ -11,6 +11,7 @@
 #include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "tests/support/plain_glossy.h"
+#include "tests/support/seed.h"
 
 namespace tessera::core {
 namespace {
@@ -188,7 +189,7 @@ TEST(Bsdf, ASampleCarriesItsOwnPdfAndWeight) {
 }
 
 TEST(Bsdf, LightGoesBothWaysAlike) {
-  std::mt19937 random(11);
+  std::mt19937 random(test::seed(11));
   std::uniform_real_distribution<float> unit(0.02f, 1);
   for (int i = 0; i < 4000; ++i) {
     Case c = dielectric(unit(random) * 0.9f, 0.15f + 0.85f * unit(random), unit(random));

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "slave/core/sampling/sample_sequence.h"
+#include "tests/support/seed.h"
 
 namespace tessera::core {
 namespace {
@@ -48,7 +49,7 @@ TEST(Hemisphere, TheDiskIsCoveredEvenly) {
 }
 
 TEST(Hemisphere, DirectionsAreOfUnitLengthAboveTheSurfaceAndCosineWeighted) {
-  std::mt19937 random(1);
+  std::mt19937 random(test::seed(1));
   std::normal_distribution<float> normal_distribution;
   for (int k = 0; k < 200; ++k) {
     Vec3f n = normalize(

@@ -11,6 +11,7 @@
 #include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "tests/support/packets.h"
+#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -44,7 +45,7 @@ TEST(ScatteredRays, HaveADensityOrAreNotTraced) {
   Surface& s = batch->surface[0];
   batch->count = 1;
   s.albedo = {1, 1, 1};
-  std::mt19937 random(4);
+  std::mt19937 random(test::seed(4));
   std::uniform_real_distribution<float> unit(-1, 1);
   const auto any = [&](float size) {
     return Vec3f{unit(random) * size, unit(random) * size, unit(random) * size};

@@ -12,13 +12,14 @@
 
 #include "common/scene/scene_footprint.h"
 #include "slave/core/scene/prepared_scene.h"
+#include "tests/support/seed.h"
 
 namespace tessera::core {
 namespace {
 
 // Heights at random: what makes trees large.
 Scene rough_field(std::uint32_t side) {
-  std::mt19937 random(3);
+  std::mt19937 random(test::seed(3));
   std::uniform_real_distribution<float> height(0, 5);
   auto mesh = std::make_shared<Mesh>();
   for (std::uint32_t y = 0; y < side; ++y) {

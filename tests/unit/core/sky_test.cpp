@@ -12,6 +12,7 @@
 #include "tests/support/packets.h"
 #include "tests/support/plain_sky.h"
 #include "tests/support/render.h"
+#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -120,7 +121,7 @@ TEST(SkyMap, SamplesSumToTheIntegral) {
 
 TEST(SkyMap, NoDirectionThatShedsLightHasADensityOfZero) {
   const SkyMap sky(sunny());
-  std::mt19937 random(4);
+  std::mt19937 random(test::seed(4));
   std::normal_distribution<float> normal;
   for (int i = 0; i < 1000000; ++i) {
     const Vec3f d = normalize({normal(random), normal(random), normal(random)});

@@ -12,6 +12,7 @@
 #include "slave/core/surface/texture.h"
 #include "tests/support/packets.h"
 #include "tests/support/plain_surface.h"
+#include "tests/support/seed.h"
 #include "tests/support/surface_at.h"
 #include "tests/support/test_meshes.h"
 
@@ -60,7 +61,7 @@ TEST(Surface, NormalsTurnToTheViewerAndAgreeOnTheSide) {
 }
 
 Texture random_texture(int width, int height, bool is_srgb) {
-  std::mt19937 random(3);
+  std::mt19937 random(test::seed(3));
   Texture t;
   t.width_px = width;
   t.height_px = height;
@@ -238,7 +239,7 @@ TEST(Surface, NormalMapsTurnWithTheObject) {
 
 // The bound of surface_offset.h against the exact plane, in double.
 TEST(Surface, OffsetPointLiesBeyondTheExactPlane) {
-  std::mt19937 random(7);
+  std::mt19937 random(test::seed(7));
   std::uniform_real_distribution<float> unit(-1, 1);
   for (int i = 0; i < 200000; ++i) {
     const float scale = std::ldexp(1.0f, static_cast<int>(random() % 40) - 20);

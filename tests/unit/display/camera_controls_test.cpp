@@ -8,6 +8,7 @@
 #include <random>
 
 #include "common/scene/validate.h"
+#include "tests/support/seed.h"
 
 namespace tessera::master {
 namespace {
@@ -306,7 +307,7 @@ TEST(CameraControls, KeysGiveCommands) {
 TEST(CameraControls, AnySequenceOfEventsGivesAValidCamera) {
   constexpr unsigned kSeed = 20240607;
   SCOPED_TRACE(kSeed);
-  std::mt19937 random(kSeed);
+  std::mt19937 random(test::seed(kSeed));
   std::uniform_real_distribution<double> pixels(-2000, 2000), steps(-20, 20), seconds(0, 0.2);
   std::uniform_int_distribution<int> which(0, 9), keys(0, 11);
   CameraControls controls(home_camera(), scene_box());

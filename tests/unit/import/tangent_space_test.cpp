@@ -3,6 +3,7 @@
 // double precision, with no groups and no neighbours: on these meshes all triangles around a vertex
 // that turn the same way are joined.
 #include "master/import/gltf/tangent_space.h"
+#include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 
@@ -55,7 +56,7 @@ Vector by_definition(const Mesh& mesh, std::uint32_t vertex, bool turns_left) {
 
 // A bumpy sheet; the right half has the picture of the left one, mirrored.
 Mesh sheet(int side, bool is_mirrored, unsigned seed) {
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed(seed));
   const auto draw = [&] { return std::uniform_real_distribution<float>(-0.2f, 0.2f)(random); };
   Mesh mesh;
   for (int j = 0; j <= side; ++j) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How fast an address may open connections.
 #include "common/net/accept_rate.h"
+#include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 
@@ -40,7 +41,7 @@ TEST(AcceptRate, FiveHundredSlavesOnOneMachineComeAtOnce) {
 }
 
 TEST(AcceptRate, InNoIntervalMoreThanTheBurstAndTheRate) {
-  std::mt19937 chance(7);
+  std::mt19937 chance(test::seed(7));
   AcceptRate rate({.burst = 8, .per_second = 50});
   std::vector<TimePoint> times;
   TimePoint now = kStart;

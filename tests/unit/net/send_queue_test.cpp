@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a connection writes, piece by piece, is what was sent, whatever the link takes at a time.
 #include "common/net/send_queue.h"
+#include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +12,7 @@ namespace tessera::net {
 namespace {
 
 TEST(SendQueue, WhateverTheLinkTakesAtATimeAllBytesLeaveInOrder) {
-  std::mt19937 random(1);
+  std::mt19937 random(test::seed(1));
   std::string expected, written;
   SendQueue queue;
   std::vector<asio::const_buffer> parts;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Polygons are covered by their triangles once, whatever their shape.
 #include "common/scene_io/polygon.h"
+#include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 
@@ -55,7 +56,7 @@ TEST(PolygonCutter, ConvexAndNearlyFlatCornersAreFans) {
 TEST(PolygonCutter, StarsOfRandomRadiusAreCoveredInEveryPlane) {
   for (std::uint32_t seed = 1; seed <= 200; ++seed) {
     SCOPED_TRACE(seed);
-    std::mt19937 random(seed);
+    std::mt19937 random(test::seed(seed));
     std::uniform_real_distribution<float> radius(0.1f, 1);
     const std::uint32_t count = 4 + static_cast<std::uint32_t>(random() % 60);
     std::vector<Vec3f> star;
