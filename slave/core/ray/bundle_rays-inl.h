@@ -52,15 +52,13 @@ struct BundleRays : PacketRays {
 };
 
 inline uint64_t BundleRays::valid_rays(const RayPacket& rays) {
-  const D d;
   uint64_t valid = 0;
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
     const V sum = sizes(rays.direction, at), place = sizes(rays.origin, at);
-    auto is_valid = hn::And(hn::Gt(sum, hn::Zero(d)), hn::Lt(sum, hn::Inf(d)));
-    is_valid = hn::And(is_valid, hn::Lt(place, hn::Inf(d)));
-    is_valid =
-        hn::And(is_valid, hn::Ge(hn::Load(d, rays.t_max + at), hn::Load(d, rays.t_min + at)));
-    valid |= uint64_t{bits_of(d, is_valid)} << at;
+    auto is_valid = sum > 0 && sum < __builtin_inff();
+    is_valid = is_valid && place < __builtin_inff();
+    is_valid = is_valid && load<V>(rays.t_max + at) >= load<V>(rays.t_min + at);
+    valid |= uint64_t{bits_of<V>(is_valid)} << at;
   }
   return valid & rays.active;
 }
@@ -94,21 +92,20 @@ inline bool BundleRays::setup(const RayPacket& rays) {
 // Returns: whether the rays of the row are near the main axis.
 inline bool BundleRays::setup_row(const RayPacket& rays, size_t row, uint64_t valid,
                                   size_t middle) {
-  const D d;
   const size_t at = row * kLanes;
   V u, v;
   if (!begin_row(rays, row, valid, middle, u, v)) return false;
-  const auto is_valid = mask_of(d, static_cast<uint32_t>(valid >> at));
+  const auto is_valid = mask_of<V>(static_cast<uint32_t>(valid >> at));
   const auto copy = [&](const float* values, float* to) {
-    const V used = hn::IfThenElse(is_valid, hn::Load(d, values + at), hn::Set(d, values[middle]));
-    hn::Store(used, d, to + at);
+    const V used = select(is_valid, load<V>(values + at), set<V>(values[middle]));
+    store(used, to + at);
     return used;
   };
   for (int a = 0; a < 3; ++a) copy(rays.origin[a], from[a]);
-  if (!hn::AllTrue(d, hn::Ge(copy(rays.t_min, t_min), hn::Zero(d)))) return false;
-  const V s = hn::Set(d, side);
-  hn::Store(hn::Mul(u, s), d, shear_x + at);
-  hn::Store(hn::Mul(v, s), d, shear_y + at);
+  if (!is_all<V>(copy(rays.t_min, t_min) >= 0)) return false;
+  const V s = set<V>(side);
+  store(u * s, shear_x + at);
+  store(v * s, shear_y + at);
   set_slopes(row, u, row_u);
   set_slopes(row, v, row_v);
   return true;
@@ -116,52 +113,49 @@ inline bool BundleRays::setup_row(const RayPacket& rays, size_t row, uint64_t va
 
 // Moved out by the roundings of u itself and of its product with z.
 inline void BundleRays::set_slopes(size_t row, V u, RowPlanes& planes) {
-  const D d;
-  const float low = hn::GetLane(hn::MinOfLanes(d, u)), high = hn::GetLane(hn::MaxOfLanes(d, u));
+  const float low = least_lane(u), high = greatest_lane(u);
   planes.slope[0][row] = low - abs_of(low) * (8 * kRoundoff);
   planes.slope[1][row] = high + abs_of(high) * (8 * kRoundoff);
 }
 
 // The middle ray's across the main axis; along it, no ray begins before it.
 inline void BundleRays::set_origin(size_t middle) {
-  const D d;
-  const V s = hn::Set(d, side);
-  V least = hn::Inf(d);
+  const V s = set<V>(side);
+  V least = set<V>(__builtin_inff());
   for (size_t at = 0; at < kPacketRays; at += kLanes)
-    least = hn::Min(least, hn::Mul(hn::Load(d, from[kz] + at), s));
+    least = min(least, load<V>(from[kz] + at) * s);
   origin[kx] = from[kx][middle];
   origin[ky] = from[ky][middle];
-  origin[kz] = hn::GetLane(hn::MinOfLanes(d, least)) * side;
-  V farthest = hn::Zero(d);
+  origin[kz] = least_lane(least) * side;
+  V farthest = set<V>(0);
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
-    const V z = hn::Mul(hn::Sub(hn::Load(d, from[kz] + at), hn::Set(d, origin[kz])), s);
-    hn::Store(z, d, start + at);
-    const V x = hn::Sub(hn::Load(d, from[kx] + at), hn::Set(d, origin[kx]));
-    const V y = hn::Sub(hn::Load(d, from[ky] + at), hn::Set(d, origin[ky]));
-    farthest = hn::Max(farthest, hn::Max(z, hn::Max(hn::Abs(x), hn::Abs(y))));
+    const V z = (load<V>(from[kz] + at) - origin[kz]) * s;
+    store(z, start + at);
+    const V x = load<V>(from[kx] + at) - origin[kx];
+    const V y = load<V>(from[ky] + at) - origin[ky];
+    farthest = max(farthest, max(z, max(abs(x), abs(y))));
   }
-  reach = hn::GetLane(hn::MaxOfLanes(d, farthest)) * (1 + 2 * kRoundoff);
+  reach = greatest_lane(farthest) * (1 + 2 * kRoundoff);
 }
 
 // Of all rows and of the whole; moved out by the roundings of origins, products and sums: some 4 u
 // of the origins' distance and 2 u of what a slope of at most 2 makes of it.
 inline void BundleRays::set_offsets(int axis, RowPlanes& planes, const float* slope,
                                     float* offset) {
-  const D d;
   const float slack = 16 * kRoundoff * reach;
-  V all_low = hn::Inf(d), all_high = hn::Neg(hn::Inf(d));
+  V all_low = set<V>(__builtin_inff()), all_high = -all_low;
   for (size_t r = 0; r < kRows; ++r) {
     const size_t at = r * kLanes;
-    const V x = hn::Sub(hn::Load(d, from[axis] + at), hn::Set(d, origin[axis]));
-    const V z = hn::Load(d, start + at);
-    const auto at_zero = [&](float k) { return hn::NegMulAdd(hn::Set(d, k), z, x); };
-    planes.offset[0][r] = hn::GetLane(hn::MinOfLanes(d, at_zero(planes.slope[0][r]))) - slack;
-    planes.offset[1][r] = hn::GetLane(hn::MaxOfLanes(d, at_zero(planes.slope[1][r]))) + slack;
-    all_low = hn::Min(all_low, at_zero(slope[0]));
-    all_high = hn::Max(all_high, at_zero(slope[1]));
+    const V x = load<V>(from[axis] + at) - origin[axis];
+    const V z = load<V>(start + at);
+    const auto at_zero = [&](float k) { return neg_mul_add(set<V>(k), z, x); };
+    planes.offset[0][r] = least_lane(at_zero(planes.slope[0][r])) - slack;
+    planes.offset[1][r] = greatest_lane(at_zero(planes.slope[1][r])) + slack;
+    all_low = min(all_low, at_zero(slope[0]));
+    all_high = max(all_high, at_zero(slope[1]));
   }
-  offset[0] = hn::GetLane(hn::MinOfLanes(d, all_low)) - slack;
-  offset[1] = hn::GetLane(hn::MaxOfLanes(d, all_high)) + slack;
+  offset[0] = least_lane(all_low) - slack;
+  offset[1] = greatest_lane(all_high) + slack;
 }
 
 }  // namespace HWY_NAMESPACE

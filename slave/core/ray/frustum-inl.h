@@ -17,7 +17,7 @@
 #define TESSERA_CORE_FRUSTUM_INL_H_
 #endif
 
-#include "slave/core/simd/lanes-inl.h"
+#include "slave/core/simd/real-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
@@ -41,38 +41,36 @@ struct Frustum {
 
 template <int W>
 struct FrustumTests {
-  using B = hn::CappedTag<float, W>;  // children
-  using VB = hn::Vec<B>;
-  static constexpr size_t kStep = hn::MaxLanes(B());
+  using VB = FloatsOf<W>;  // children
+  static constexpr size_t kStep = kLanesOf<VB>;
 
   // Children whose box meets the frustum, with the depth at which each begins.
   static HWY_INLINE uint32_t boxes(const Frustum& f, const BvhNode<W>& node, float* z_near) {
-    const B b;
     const float* const z_in = f.side > 0 ? node.lower[f.kz] : node.upper[f.kz];
     const float* const z_out = f.side > 0 ? node.upper[f.kz] : node.lower[f.kz];
-    const VB side = hn::Set(b, f.side), zero = hn::Zero(b);
-    const VB ox = hn::Set(b, f.origin[f.kx]), oy = hn::Set(b, f.origin[f.ky]);
-    const VB oz = hn::Set(b, f.origin[f.kz]);
+    const VB side = set<VB>(f.side);
+    const VB ox = set<VB>(f.origin[f.kx]), oy = set<VB>(f.origin[f.ky]);
+    const VB oz = set<VB>(f.origin[f.kz]);
     TESSERA_COUNT(nodes, 1);
     uint32_t bits = 0;
     for (size_t i = 0; i < W; i += kStep) {
-      const VB in = hn::Mul(hn::Sub(hn::Load(b, z_in + i), oz), side);
-      const VB out = hn::Mul(hn::Sub(hn::Load(b, z_out + i), oz), side);
-      const VB front = hn::Max(in, zero);
+      const VB in = (load<VB>(z_in + i) - oz) * side;
+      const VB out = (load<VB>(z_out + i) - oz) * side;
+      const VB front = max(in, 0);
       const auto reach = [&](float slope, float offset, bool is_far) {
-        return hn::MulAdd(hn::Set(b, slope), is_far ? out : front, hn::Set(b, offset));
+        return mul_add(set<VB>(slope), is_far ? out : front, set<VB>(offset));
       };
-      auto keep = hn::Ge(reach(f.slope_u[1], f.offset_u[1], f.slope_u[1] >= 0),
-                         hn::Sub(hn::Load(b, node.lower[f.kx] + i), ox));
-      keep = hn::And(keep, hn::Le(reach(f.slope_u[0], f.offset_u[0], f.slope_u[0] < 0),
-                                  hn::Sub(hn::Load(b, node.upper[f.kx] + i), ox)));
-      keep = hn::And(keep, hn::Ge(reach(f.slope_v[1], f.offset_v[1], f.slope_v[1] >= 0),
-                                  hn::Sub(hn::Load(b, node.lower[f.ky] + i), oy)));
-      keep = hn::And(keep, hn::Le(reach(f.slope_v[0], f.offset_v[0], f.slope_v[0] < 0),
-                                  hn::Sub(hn::Load(b, node.upper[f.ky] + i), oy)));
-      keep = hn::And(keep, hn::And(hn::Ge(out, zero), hn::Le(in, hn::Set(b, f.z_far))));
-      hn::Store(in, b, z_near + i);
-      bits |= bits_of(b, keep) << i;
+      auto keep = reach(f.slope_u[1], f.offset_u[1], f.slope_u[1] >= 0) >=
+                  load<VB>(node.lower[f.kx] + i) - ox;
+      keep = keep && reach(f.slope_u[0], f.offset_u[0], f.slope_u[0] < 0) <=
+                         load<VB>(node.upper[f.kx] + i) - ox;
+      keep = keep && reach(f.slope_v[1], f.offset_v[1], f.slope_v[1] >= 0) >=
+                         load<VB>(node.lower[f.ky] + i) - oy;
+      keep = keep && reach(f.slope_v[0], f.offset_v[0], f.slope_v[0] < 0) <=
+                         load<VB>(node.upper[f.ky] + i) - oy;
+      keep = keep && (out >= 0 && in <= f.z_far);
+      store(in, z_near + i);
+      bits |= bits_of<VB>(keep) << i;
     }
     TESSERA_COUNT(children, __builtin_popcount(bits));
     return bits;

@@ -25,11 +25,11 @@ HWY_INLINE const FanEntry* entry_of(const FanPacket& rays) { return rays.entry; 
 HWY_INLINE const FanEntry* entry_of(const RayPacket&) { return nullptr; }
 
 struct PacketRays : Frustum {
-  using D = hn::CappedTag<float, 16>;
-  using DI = hn::CappedTag<int32_t, 16>;
-  using V = hn::Vec<D>;
-  using M = hn::Mask<D>;
-  static constexpr size_t kLanes = hn::MaxLanes(D());
+  using V = Floats;
+  using VI = Ints;
+  using D = TagOf<V>;
+  using M = MaskOf<V>;
+  static constexpr size_t kLanes = kLaneCount;
   static constexpr size_t kRows = kPacketRays / kLanes;  // a row: the rays of one register
 
   static constexpr float kSteepest = 2;  // |u|, |v| of a ray near the main axis
@@ -70,7 +70,7 @@ struct PacketRays : Frustum {
   HWY_INLINE void set_depths();           // before anything is hit
   HWY_INLINE void shorten(size_t row);    // after hits in a row
   HWY_INLINE void shorten();              // after those
-  void store(PacketHits& hits) const;
+  void write_to(PacketHits& hits) const;
   uint64_t blocked() const;
 
   int count = 0;  // of valid rays
@@ -85,9 +85,8 @@ struct PacketRays : Frustum {
 };
 
 HWY_INLINE PacketRays::V PacketRays::sizes(const float (*values)[kPacketRays], size_t at) {
-  const D d;
-  const auto size = [&](int a) { return hn::Abs(hn::Load(d, values[a] + at)); };
-  return hn::Add(hn::Add(size(0), size(1)), size(2));
+  const auto size = [&](int a) { return abs(load<V>(values[a] + at)); };
+  return size(0) + size(1) + size(2);
 }
 
 template <class Packet>
@@ -101,54 +100,49 @@ void PacketRays::aim(const Packet& rays, size_t ray) {
 template <class Packet>
 bool PacketRays::begin_row(const Packet& rays, size_t row, uint64_t valid, size_t middle, V& u,
                            V& v) {
-  const D d;
-  const DI di;
   const size_t at = row * kLanes;
-  const auto is_valid = mask_of(d, static_cast<uint32_t>(valid >> at));
+  const auto is_valid = mask_of<V>(static_cast<uint32_t>(valid >> at));
   for (int a = 0; a < 3; ++a) {
-    const V own = hn::Load(d, rays.direction[a] + at);
-    hn::Store(hn::IfThenElse(is_valid, own, hn::Set(d, rays.direction[a][middle])), d,
-              direction[a] + at);
+    const V own = load<V>(rays.direction[a] + at);
+    store(select(is_valid, own, set<V>(rays.direction[a][middle])), direction[a] + at);
   }
   const V sum = sizes(direction, at);
-  const V t_max = hn::Load(d, rays.t_max + at);
-  hn::Store(hn::IfThenElse(is_valid, t_max, hn::Neg(hn::Inf(d))), d, best_t + at);
-  hn::Store(sum, d, length + at);
-  hn::Store(hn::Set(di, -1), di, best + at);
-  const V z = hn::Mul(hn::Load(d, direction[kz] + at), hn::Set(d, side));
-  u = hn::Div(hn::Load(d, direction[kx] + at), z);
-  v = hn::Div(hn::Load(d, direction[ky] + at), z);
-  const auto is_steep = [&](V slope) { return hn::Le(hn::Abs(slope), hn::Set(d, kSteepest)); };
-  auto is_near = hn::And(hn::Gt(z, hn::Zero(d)), hn::And(is_steep(u), is_steep(v)));
+  const V t_max = load<V>(rays.t_max + at);
+  store(select(is_valid, t_max, set<V>(-__builtin_inff())), best_t + at);
+  store(sum, length + at);
+  store(set<VI>(-1), best + at);
+  const V z = load<V>(direction[kz] + at) * side;
+  u = load<V>(direction[kx] + at) / z;
+  v = load<V>(direction[ky] + at) / z;
+  const auto is_steep = [&](V slope) { return abs(slope) <= kSteepest; };
+  auto is_near = z > 0 && is_steep(u) && is_steep(v);
   // Beyond these limits single rays take care of overflow (OneRay::setup()).
-  is_near = hn::And(is_near, hn::Gt(sum, hn::Set(d, 0x1p-58f)));
-  is_near = hn::And(is_near, hn::Lt(sum, hn::Set(d, 0x1p60f)));
-  return hn::AllTrue(d, is_near);
+  is_near = is_near && sum > 0x1p-58f;
+  is_near = is_near && sum < 0x1p60f;
+  return is_all<V>(is_near);
 }
 
 template <bool kAny>
 uint32_t PacketRays::take(size_t row, const RowTest& test, uint32_t primitive, bool& has_hit) {
-  const D d;
-  const DI di;
   const size_t at = row * kLanes;
-  const V old_t = hn::Load(d, best_t + at);
-  const auto old = hn::Load(di, best + at);
-  const auto number = hn::Set(di, static_cast<int32_t>(primitive));
+  const V old_t = load<V>(best_t + at);
+  const auto old = load<VI>(best + at);
+  const auto number = set<VI>(static_cast<int32_t>(primitive));
   // -1, no hit yet, counts as the highest number.
-  const M is_lower = hn::RebindMask(d, hn::Or(hn::Eq(old, hn::Set(di, -1)), hn::Lt(number, old)));
-  const M is_nearer = hn::Or(hn::Lt(test.t, old_t), hn::And(hn::Eq(test.t, old_t), is_lower));
-  const M in_range = hn::And(hn::Ge(test.t, test.t_min), is_nearer);
-  const M hit = hn::And(test.is_sure, in_range);
-  if (!hn::AllFalse(d, hit)) {
+  const M is_lower = mask_as<V>(old == -1 || number < old);
+  const M is_nearer = test.t < old_t || (test.t == old_t && is_lower);
+  const M in_range = test.t >= test.t_min && is_nearer;
+  const M hit = test.is_sure && in_range;
+  if (!is_none<V>(hit)) {
     has_hit = true;
-    const V t = kAny ? hn::Set(d, -__builtin_inff()) : test.t;
-    hn::Store(hn::IfThenElse(hit, t, old_t), d, best_t + at);
-    hn::Store(hn::IfThenElse(hn::RebindMask(di, hit), number, old), di, best + at);
+    const V t = kAny ? set<V>(-__builtin_inff()) : test.t;
+    store(select(hit, t, old_t), best_t + at);
+    store(select(hit, number, old), best + at);
     shorten(row);
   }
   // Where t counts and is out of range, no decision about the edges matters.
-  const M is_settled = hn::Or(test.is_sure, hn::AndNot(in_range, test.counts));
-  return bits_of(d, hn::AndNot(is_settled, test.is_possible));
+  const M is_settled = test.is_sure || and_not(in_range, test.counts);
+  return bits_of<V>(and_not(is_settled, test.is_possible));
 }
 
 template <bool kAny>
@@ -163,41 +157,35 @@ bool PacketRays::take(size_t ray, float t, float t_min, uint32_t primitive) {
 }
 
 HWY_INLINE PacketRays::V PacketRays::depths(size_t row) const {
-  const D d;
   const size_t at = row * kLanes;
-  const V z = hn::Abs(hn::Load(d, direction[kz] + at));
-  return hn::MulAdd(z, hn::Load(d, best_t + at), hn::Load(d, start + at));
+  const V z = abs(load<V>(direction[kz] + at));
+  return mul_add(z, load<V>(best_t + at), load<V>(start + at));
 }
 
 HWY_INLINE void PacketRays::shorten(size_t row) {
-  row_far[row] = hn::GetLane(hn::MaxOfLanes(D(), depths(row))) * (1 + kTimeSlack);
+  row_far[row] = greatest_lane(depths(row)) * (1 + kTimeSlack);
 }
 
 HWY_INLINE void PacketRays::set_depths() {
-  const D d;
-  const auto greatest = [](auto a, auto b) { return hn::Max(a, b); };
-  const auto moved = [&](size_t row) { return hn::Mul(depths(row), hn::Set(d, 1 + kTimeSlack)); };
-  fold_rows<kRows>(d, moved, greatest, row_far);
+  const auto greatest = [](auto a, auto b) { return max(a, b); };
+  const auto moved = [&](size_t row) { return depths(row) * (1 + kTimeSlack); };
+  fold_rows<kRows>(D(), moved, greatest, row_far);
   shorten();
 }
 
 HWY_INLINE void PacketRays::shorten() {
-  const hn::CappedTag<float, kRows> d;
-  auto far = hn::Load(d, row_far);
-  for (size_t at = hn::MaxLanes(d); at < kRows; at += hn::MaxLanes(d)) {
-    far = hn::Max(far, hn::Load(d, row_far + at));
-  }
-  z_far = hn::GetLane(hn::MaxOfLanes(d, far));
+  using VR = FloatsOf<kRows>;
+  VR far = load<VR>(row_far);
+  for (size_t at = kLanesOf<VR>; at < kRows; at += kLanesOf<VR>)
+    far = max(far, load<VR>(row_far + at));
+  z_far = greatest_lane(far);
 }
 
-inline void PacketRays::store(PacketHits& hits) const {
-  const D d;
-  const DI di;
+inline void PacketRays::write_to(PacketHits& hits) const {
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
-    const auto primitive = hn::Load(di, best + at);
-    const auto is_miss = hn::RebindMask(d, hn::Eq(primitive, hn::Set(di, -1)));
-    hn::Store(hn::IfThenElse(is_miss, hn::Zero(d), hn::Load(d, best_t + at)), d, hits.t + at);
-    hn::Store(primitive, di, reinterpret_cast<int32_t*>(hits.primitive) + at);
+    const auto primitive = load<VI>(best + at);
+    store(zero_if(primitive == -1, load<V>(best_t + at)), hits.t + at);
+    store(primitive, reinterpret_cast<int32_t*>(hits.primitive) + at);
   }
 }
 

@@ -49,6 +49,8 @@ namespace HWY_NAMESPACE {
 using Floats = hn::Vec<hn::CappedTag<float, 16> >;
 using Ints = hn::Vec<hn::CappedTag<int32_t, 16> >;
 using Uints = hn::Vec<hn::CappedTag<uint32_t, 16> >;
+template <size_t kMost>
+using FloatsOf = hn::Vec<hn::CappedTag<float, kMost> >;
 // As many as there are; so that it takes one or two registers for those of a register of floats.
 using Doubles = hn::Vec<hn::CappedTag<double, hn::MaxLanes(hn::CappedTag<float, 16>())> >;
 
@@ -128,6 +130,12 @@ HWY_INLINE M operator||(M a, M b) {
 template <RegisterMask M>
 HWY_INLINE M operator!(M a) {
   return hn::Not(a);
+}
+
+// `!a && b` at once.
+template <RegisterMask M>
+HWY_INLINE M and_not(M a, M b) {
+  return hn::AndNot(a, b);
 }
 
 // Without lanes Highway takes the number where the other is NaN, and processors take the second.
@@ -254,6 +262,22 @@ HWY_INLINE V counting_from(LaneOf<V> first) {
 template <class Lane, Register VI>
 HWY_INLINE auto gather(const Lane* table, VI number) {
   return hn::GatherIndex(hn::Rebind<Lane, TagOf<VI> >(), table, number);
+}
+
+// a * b + c and others with one rounding where the set has it, and two elsewhere: for bounds alone,
+// whose bits nobody sees.
+template <Register V>
+HWY_INLINE V mul_add(V a, V b, V c) {
+  return hn::MulAdd(a, b, c);
+}
+template <Register V>
+HWY_INLINE V mul_sub(V a, V b, V c) {
+  return hn::MulSub(a, b, c);
+}
+// c - a * b.
+template <Register V>
+HWY_INLINE V neg_mul_add(V a, V b, V c) {
+  return hn::NegMulAdd(a, b, c);
 }
 
 // To numbers of the same size, to twice it, and to half.

@@ -11,16 +11,17 @@
 #define TESSERA_CORE_FAN_GROUPS_INL_H_
 #endif
 
-#include "slave/core/simd/lanes-inl.h"
+#include "slave/core/simd/real-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
 class FanGroups {
-  using D = hn::CappedTag<float, 16>;
-  using DI = hn::CappedTag<int32_t, 16>;
-  static constexpr int kLanes = static_cast<int>(hn::MaxLanes(D()));
+  using V = Floats;
+  using VI = Ints;
+  using M = MaskOf<V>;
+  static constexpr int kLanes = static_cast<int>(kLaneCount);
   static constexpr int kFaces = 6;
 
  public:
@@ -48,24 +49,17 @@ class FanGroups {
     const int* faces;
     int face;
     bool operator()(float, float, int number) const { return faces[number] == face; }
-    template <class V, class VI>
-    hn::Mask<D> operator()(V, V, VI number) const {
-      const DI di;
-      return hn::RebindMask(D(), hn::Eq(hn::GatherIndex(di, faces, number), hn::Set(di, face)));
-    }
+    M operator()(V, V, VI number) const { return mask_as<V>(gather(faces, number) == face); }
   };
   struct Below {
     int axis;
     float at;
     bool operator()(float u, float v, int) const { return (axis == 0 ? u : v) <= at; }
-    template <class V, class VI>
-    hn::Mask<D> operator()(V u, V v, VI) const {
-      return hn::Le(axis == 0 ? u : v, hn::Set(D(), at));
-    }
+    M operator()(V u, V v, VI) const { return (axis == 0 ? u : v) <= at; }
   };
 
   // Rays `first` to `first + kLanes - 1` that exist.
-  static hn::Mask<D> lanes_before(int first, int end) { return hn::FirstN(D(), room(first, end)); }
+  static M lanes_before(int first, int end) { return first_lanes<V>(room(first, end)); }
   static size_t room(int first, int end) {
     return static_cast<size_t>(end - first < kLanes ? end - first : kLanes);
   }
@@ -102,43 +96,35 @@ inline void FanGroups::run() {
 
 // Behind the last stand numbers of rays, too (project()).
 inline void FanGroups::put_in_order() {
-  const D d;
   for (int i = 0; i < targets_.count; i += kLanes) {
-    const auto number = hn::Load(DI(), targets_.order + i);
+    const auto number = load<VI>(targets_.order + i);
     for (int a = 0; a < 3; ++a)
-      hn::Store(hn::GatherIndex(d, targets_.direction[a], number), d, targets_.sorted[a] + i);
+      store(gather(targets_.direction[a], number), targets_.sorted[a] + i);
   }
 }
 
 // Where each ray meets its face of the cube. Returns: whether all leave through one.
 inline bool FanGroups::project() {
-  const D d;
-  const DI di;
-  auto first_face = hn::Zero(di);
+  auto first_face = set<VI>(0);
   bool is_one = true;
   for (int i = 0; i < targets_.count; i += kLanes) {
-    const auto x = hn::Load(d, targets_.direction[0] + i),
-               y = hn::Load(d, targets_.direction[1] + i),
-               z = hn::Load(d, targets_.direction[2] + i);
-    const auto ax = hn::Abs(x), ay = hn::Abs(y), az = hn::Abs(z);
-    const auto is_x = hn::And(hn::Ge(ax, ay), hn::Ge(ax, az)), is_y = hn::Ge(ay, az);
-    const auto main = hn::IfThenElse(is_x, x, hn::IfThenElse(is_y, y, z));
-    const auto scale = hn::Div(hn::Set(d, 1), main);
-    const auto u = hn::IfThenElse(is_x, y, hn::IfThenElse(is_y, z, x));
-    const auto v = hn::IfThenElse(is_x, z, hn::IfThenElse(is_y, x, y));
-    hn::Store(hn::Mul(u, scale), d, targets_.across[0] + i);
-    hn::Store(hn::Mul(v, scale), d, targets_.across[1] + i);
-    const auto axis =
-        hn::IfThenElse(hn::RebindMask(di, is_x), hn::Zero(di),
-                       hn::IfThenElse(hn::RebindMask(di, is_y), hn::Set(di, 2), hn::Set(di, 4)));
-    const auto is_negative = hn::RebindMask(di, hn::Lt(main, hn::Zero(d)));
-    const auto face = hn::Add(axis, hn::IfThenElseZero(is_negative, hn::Set(di, 1)));
-    hn::Store(face, di, face_ + i);
-    hn::Store(hn::Iota(di, i), di, targets_.order + i);
-    if (i == 0) first_face = hn::Set(di, face_[0]);
-    const auto differs = hn::Ne(face, first_face);
-    is_one = is_one &&
-             hn::AllFalse(d, hn::And(hn::RebindMask(d, differs), lanes_before(i, targets_.count)));
+    const auto x = load<V>(targets_.direction[0] + i), y = load<V>(targets_.direction[1] + i),
+               z = load<V>(targets_.direction[2] + i);
+    const auto ax = abs(x), ay = abs(y), az = abs(z);
+    const auto is_x = ax >= ay && ax >= az, is_y = ay >= az;
+    const auto main = select(is_x, x, select(is_y, y, z));
+    const auto scale = 1 / main;
+    const auto u = select(is_x, y, select(is_y, z, x));
+    const auto v = select(is_x, z, select(is_y, x, y));
+    store(u * scale, targets_.across[0] + i);
+    store(v * scale, targets_.across[1] + i);
+    const auto axis = select(is_x, set<VI>(0), select(is_y, set<VI>(2), set<VI>(4)));
+    const auto face = axis + zero_unless(main < 0, set<VI>(1));
+    store(face, face_ + i);
+    store(counting_from<VI>(i), targets_.order + i);
+    if (i == 0) first_face = set<VI>(face_[0]);
+    const auto differs = face != first_face;
+    is_one = is_one && is_none<V>(mask_as<V>(differs) && lanes_before(i, targets_.count));
   }
   return is_one;
 }
@@ -157,28 +143,26 @@ inline void FanGroups::sort_by_face() {
 // read, since left <= i.
 template <typename IsLeft>
 int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
-  const D d;
-  const DI di;
   float* const across[2] = {targets_.across[0], targets_.across[1]};
   int* const order = targets_.order;
   int left = begin, right = 0;
   for (int i = begin; i < end; i += kLanes) {
-    const auto u = hn::LoadU(d, across[0] + i), v = hn::LoadU(d, across[1] + i);
-    const auto number = hn::LoadU(di, order + i);
+    const auto u = load_unaligned<V>(across[0] + i), v = load_unaligned<V>(across[1] + i);
+    const auto number = load_unaligned<VI>(order + i);
     const auto is_here = lanes_before(i, end);
-    const auto goes_left = hn::And(is_left(u, v, number), is_here);
-    const auto goes_right = hn::AndNot(goes_left, is_here);
-    hn::StoreU(hn::Compress(u, goes_right), d, spare_[0] + right);
-    hn::StoreU(hn::Compress(v, goes_right), d, spare_[1] + right);
-    hn::StoreU(hn::Compress(number, hn::RebindMask(di, goes_right)), di, spare_order_ + right);
-    right += static_cast<int>(hn::CountTrue(d, goes_right));
+    const auto goes_left = is_left(u, v, number) && is_here;
+    const auto goes_right = and_not(goes_left, is_here);
+    store_packed(u, goes_right, spare_[0] + right);
+    store_packed(v, goes_right, spare_[1] + right);
+    store_packed(number, goes_right, spare_order_ + right);
+    right += static_cast<int>(count_of<V>(goes_right));
     // What stands behind the end is someone else's.
-    const size_t count = hn::CountTrue(d, goes_left);
-    const auto is_kept = hn::FirstN(d, i + kLanes <= end ? hn::Lanes(d) : count);
-    hn::BlendedStore(hn::Compress(u, goes_left), is_kept, d, across[0] + left);
-    hn::BlendedStore(hn::Compress(v, goes_left), is_kept, d, across[1] + left);
-    hn::BlendedStore(hn::Compress(number, hn::RebindMask(di, goes_left)),
-                     hn::RebindMask(di, is_kept), di, order + left);
+    const size_t count = count_of<V>(goes_left);
+    const auto is_kept = first_lanes<V>(i + kLanes <= end ? kLaneCount : count);
+    hn::BlendedStore(hn::Compress(u, goes_left), is_kept, TagOf<V>(), across[0] + left);
+    hn::BlendedStore(hn::Compress(v, goes_left), is_kept, TagOf<V>(), across[1] + left);
+    hn::BlendedStore(hn::Compress(number, mask_as<VI>(goes_left)), mask_as<VI>(is_kept),
+                     TagOf<VI>(), order + left);
     left += static_cast<int>(count);
   }
   __builtin_memcpy(across[0] + left, spare_[0], static_cast<size_t>(right) * sizeof(float));
@@ -215,20 +199,18 @@ int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
 #endif
 
 inline FanGroups::Extent FanGroups::extent_of(int begin, int end) const {
-  const D d;
-  auto u_low = hn::Set(d, 2), u_high = hn::Set(d, -2), v_low = u_low, v_high = u_high;
+  auto u_low = set<V>(2), u_high = set<V>(-2), v_low = u_low, v_high = u_high;
   const auto grow = [&](auto u, auto v) {
-    u_low = hn::Min(u_low, u);
-    u_high = hn::Max(u_high, u);
-    v_low = hn::Min(v_low, v);
-    v_high = hn::Max(v_high, v);
+    u_low = min(u_low, u);
+    u_high = max(u_high, u);
+    v_low = min(v_low, v);
+    v_high = max(v_high, v);
   };
   int i = begin;
   for (; i + kLanes <= end; i += kLanes)
-    grow(hn::LoadU(d, targets_.across[0] + i), hn::LoadU(d, targets_.across[1] + i));
-  for (; i < end; ++i) grow(hn::Set(d, targets_.across[0][i]), hn::Set(d, targets_.across[1][i]));
-  return {{hn::GetLane(hn::MinOfLanes(d, u_low)), hn::GetLane(hn::MinOfLanes(d, v_low))},
-          {hn::GetLane(hn::MaxOfLanes(d, u_high)), hn::GetLane(hn::MaxOfLanes(d, v_high))}};
+    grow(load_unaligned<V>(targets_.across[0] + i), load_unaligned<V>(targets_.across[1] + i));
+  for (; i < end; ++i) grow(set<V>(targets_.across[0][i]), set<V>(targets_.across[1][i]));
+  return {{least_lane(u_low), least_lane(v_low)}, {greatest_lane(u_high), greatest_lane(v_high)}};
 }
 
 inline void FanGroups::start(int begin, int end) {

@@ -96,7 +96,7 @@ HWY_INLINE Together run_together(Tracer& tracer, const Packet& rays) {
 template <class Tracer, class View, class Packet>
 HWY_INLINE void closest(const View& scene, const Packet& rays, PacketHits& hits) {
   Tracer tracer(scene);
-  if (run_together(tracer, rays) == Together::kDone) return tracer.rays().store(hits);
+  if (run_together(tracer, rays) == Together::kDone) return tracer.rays().write_to(hits);
   for (size_t i = 0; i < kPacketRays; ++i) {
     SingleHit hit{0, kNoPrimitive};
     if (rays.active >> i & 1u) closest_ray(scene, ray_of(rays, i), hit);

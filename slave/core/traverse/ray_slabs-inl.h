@@ -49,9 +49,8 @@ struct SlabOrder {
 
 template <int W>
 class RaySlabs {
-  using B = hn::CappedTag<float, W>;  // children
-  using V = hn::Vec<B>;
-  static constexpr size_t kStep = hn::MaxLanes(B());
+  using V = FloatsOf<W>;  // children
+  static constexpr size_t kStep = kLanesOf<V>;
 
  public:
   // Requires: the ray is set up for that box. kPadded: boxes are larger than they say by `pad` on each
@@ -72,39 +71,35 @@ template <int W>
 template <bool kPadded>
 void RaySlabs<W>::setup(const OneRay& ray, const SceneBox& box, const float* pad) {
   constexpr size_t kAxisStep = OneRay::kAxisStep;
-  const OneRay::A d;
+  using VA = FloatsOf<4>;  // axes
   for (size_t a = 0; a < 4; a += kAxisStep) {
-    const auto from = hn::Load(d, ray.origin + a), inverse = hn::Load(d, ray.inverse + a);
-    const auto reach = hn::Add(hn::Load(d, box.farthest + a), hn::Abs(from));
-    const auto error = hn::Mul(hn::Mul(reach, hn::Abs(inverse)), hn::Set(d, 8 * kRoundoff));
-    auto slack = hn::Add(error, hn::Load(d, ray.pad + a));
-    if (kPadded) slack = hn::MulAdd(hn::Load(d, pad + a), hn::Abs(inverse), slack);
-    const auto at = hn::Neg(hn::Mul(from, inverse));
-    hn::Store(hn::Sub(at, slack), d, in_at_ + a);
-    hn::Store(hn::Add(at, slack), d, out_at_ + a);
+    const auto from = load<VA>(ray.origin + a), inverse = load<VA>(ray.inverse + a);
+    const auto reach = load<VA>(box.farthest + a) + abs(from);
+    const auto error = reach * abs(inverse) * (8 * kRoundoff);
+    auto slack = error + load<VA>(ray.pad + a);
+    if (kPadded) slack = mul_add(load<VA>(pad + a), abs(inverse), slack);
+    const auto at = -(from * inverse);
+    store(at - slack, in_at_ + a);
+    store(at + slack, out_at_ + a);
   }
   order_.set(ray.down);
 }
 
 template <int W>
 uint32_t RaySlabs<W>::overlapping(const OneRay& ray, const BvhNode<W>& node, float* t_in) const {
-  const B b;
   const float* const planes = reinterpret_cast<const float*>(&node);
   TESSERA_COUNT(nodes, 1);
   uint32_t bits = 0;
   for (size_t i = 0; i < W; i += kStep) {
     const auto plane_t = [&](size_t plane, size_t a, float at) {
-      return hn::MulAdd(hn::Load(b, planes + plane + i), hn::Set(b, ray.inverse[a]),
-                        hn::Set(b, at));
+      return mul_add(load<V>(planes + plane + i), set<V>(ray.inverse[a]), set<V>(at));
     };
     const auto enter = [&](size_t a) { return plane_t(order_.in[a], a, in_at_[a]); };
     const auto leave = [&](size_t a) { return plane_t(order_.out[a], a, out_at_[a]); };
-    const V first =
-        hn::Max(hn::Max(enter(0), enter(1)), hn::Max(enter(2), hn::Set(b, ray.near_limit)));
-    const V last =
-        hn::Min(hn::Min(leave(0), leave(1)), hn::Min(leave(2), hn::Set(b, ray.far_limit)));
-    hn::Store(first, b, t_in + i);
-    bits |= bits_of(b, hn::Le(first, last)) << i;
+    const V first = max(max(enter(0), enter(1)), max(enter(2), ray.near_limit));
+    const V last = min(min(leave(0), leave(1)), min(leave(2), ray.far_limit));
+    store(first, t_in + i);
+    bits |= bits_of<V>(first <= last) << i;
   }
   TESSERA_COUNT(children, __builtin_popcount(bits));
   return bits;
