@@ -29,12 +29,11 @@ class BundleBlock {
   using D = BundleRays::D;  // rays
   using V = BundleRays::V;
   using M = BundleRays::M;
-  using B = hn::CappedTag<float, W>;  // triangles
-  using VB = hn::Vec<B>;
+  using VB = FloatsOf<W>;  // triangles
   using Tests = FrustumTriangles<W>;
   static constexpr size_t kLanes = BundleRays::kLanes;
   static constexpr size_t kRows = BundleRays::kRows;
-  static constexpr size_t kStep = hn::MaxLanes(B());
+  static constexpr size_t kStep = kLanesOf<VB>;
 
  public:
   static constexpr bool kIsAny = kAny;
@@ -60,20 +59,19 @@ class BundleBlock {
 
 template <int W, bool kAny>
 bool BundleBlock<W, kAny>::test(const TriangleBlock<W>& block) {
-  const B b;
   TESSERA_COUNT(blocks, 1);
   bool has_hit = false;
   for (size_t first = 0; first < W; first += kStep) {
     const Corners<VB> p = Tests::corners(rays_, block, first);
-    uint32_t bits = bits_of(b, Tests::triangles(rays_, p));
+    uint32_t bits = bits_of<VB>(Tests::triangles(rays_, p));
     if (bits == 0) continue;
     for (int c = 0; c < 3; ++c) {
-      hn::Store(p.x[c], b, x_[c] + first);
-      hn::Store(p.y[c], b, y_[c] + first);
-      hn::Store(p.z[c], b, z_[c] + first);
+      store(p.x[c], x_[c] + first);
+      store(p.y[c], y_[c] + first);
+      store(p.z[c], z_[c] + first);
     }
-    hn::Store(p.size, b, size_ + first);
-    hn::Store(p.z_low, b, z_low_ + first);
+    store(p.size, size_ + first);
+    store(p.z_low, z_low_ + first);
     for (; bits != 0; bits &= bits - 1) {
       const size_t lane = first + static_cast<size_t>(__builtin_ctz(bits));
       TESSERA_COUNT(candidates, 1);
@@ -92,27 +90,27 @@ bool BundleBlock<W, kAny>::test(const TriangleBlock<W>& block) {
 // Rows whose planes a corner is on the inner side of, each, and that look as far as the triangle.
 template <int W, bool kAny>
 uint64_t BundleBlock<W, kAny>::rows_of(size_t lane) const {
-  const hn::CappedTag<float, (kRows < kLanes ? kRows : kLanes)> d;
-  const auto slack = hn::Set(d, -4 * kRoundoff * size_[lane]);
+  using VR = FloatsOf<(kRows < kLanes ? kRows : kLanes)>;  // rows
+  const VR slack = set<VR>(-4 * kRoundoff * size_[lane]);
   uint64_t rows = 0;
-  for (size_t first = 0; first < kRows; first += hn::MaxLanes(d)) {
+  for (size_t first = 0; first < kRows; first += kLanesOf<VR>) {
     const auto meets = [&](const BundleRays::RowPlanes& planes, int which, const float(*q)[W]) {
-      const auto slope = hn::Load(d, planes.slope[which] + first);
-      const auto offset = hn::Load(d, planes.offset[which] + first);
+      const auto slope = load<VR>(planes.slope[which] + first);
+      const auto offset = load<VR>(planes.offset[which] + first);
       const auto over = [&](int c) {
-        return hn::MulSub(slope, hn::Set(d, z_[c][lane]), hn::Set(d, q[c][lane]));
+        return mul_sub(slope, set<VR>(z_[c][lane]), set<VR>(q[c][lane]));
       };
       if (which == 1) {
-        const auto best = hn::Max(hn::Max(over(0), over(1)), over(2));
-        return hn::Ge(hn::Add(best, offset), slack);
+        const auto best = max(max(over(0), over(1)), over(2));
+        return best + offset >= slack;
       }
-      const auto best = hn::Min(hn::Min(over(0), over(1)), over(2));
-      return hn::Le(hn::Add(best, offset), hn::Neg(slack));
+      const auto best = min(min(over(0), over(1)), over(2));
+      return best + offset <= -slack;
     };
-    auto keep = hn::Ge(hn::Load(d, rays_.row_far + first), hn::Set(d, z_low_[lane]));
-    keep = hn::And(keep, hn::And(meets(rays_.row_u, 0, x_), meets(rays_.row_u, 1, x_)));
-    keep = hn::And(keep, hn::And(meets(rays_.row_v, 0, y_), meets(rays_.row_v, 1, y_)));
-    rows |= uint64_t{bits_of(d, keep)} << first;
+    auto keep = load<VR>(rays_.row_far + first) >= z_low_[lane];
+    keep = keep && (meets(rays_.row_u, 0, x_) && meets(rays_.row_u, 1, x_));
+    keep = keep && (meets(rays_.row_v, 0, y_) && meets(rays_.row_v, 1, y_));
+    rows |= uint64_t{bits_of<VR>(keep)} << first;
   }
   return rows;
 }
@@ -120,44 +118,40 @@ uint64_t BundleBlock<W, kAny>::rows_of(size_t lane) const {
 template <int W, bool kAny>
 bool BundleBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, size_t row,
                                     const Plane& plane) {
-  const D d;
   TESSERA_COUNT(row_tests, 1);
   const size_t at = row * kLanes;
-  V x[3], y[3], size = hn::Zero(d);
-  const V shear_x = hn::Load(d, rays_.shear_x + at), shear_y = hn::Load(d, rays_.shear_y + at);
+  V x[3], y[3], size = set<V>(0);
+  const V shear_x = load<V>(rays_.shear_x + at), shear_y = load<V>(rays_.shear_y + at);
   for (int c = 0; c < 3; ++c) {
     const auto from = [&](int axis) {
-      return hn::Sub(hn::Set(d, block.vertex[3 * c + axis][lane]),
-                     hn::Load(d, rays_.from[axis] + at));
+      return block.vertex[3 * c + axis][lane] - load<V>(rays_.from[axis] + at);
     };
     const V z = from(rays_.kz);
-    x[c] = hn::NegMulAdd(shear_x, z, from(rays_.kx));
-    y[c] = hn::NegMulAdd(shear_y, z, from(rays_.ky));
-    size = hn::Max(size, hn::Max(hn::Abs(x[c]), hn::Abs(y[c])));
+    x[c] = neg_mul_add(shear_x, z, from(rays_.kx));
+    y[c] = neg_mul_add(shear_y, z, from(rays_.ky));
+    size = max(size, max(abs(x[c]), abs(y[c])));
   }
-  const auto edge = [&](int c, int e) { return hn::MulSub(x[c], y[e], hn::Mul(y[c], x[e])); };
+  const auto edge = [&](int c, int e) { return mul_sub(x[c], y[e], y[c] * x[e]); };
   const V e0 = edge(0, 1), e1 = edge(1, 2), e2 = edge(2, 0);
   const float per_size = kEdgeTolerance * (size_[lane] + rays_.reach);
-  const V tolerance = hn::MulAdd(size, hn::Set(d, per_size), hn::Set(d, kUnderflow));
-  const V below = hn::Neg(tolerance);
-  const V least = hn::Min(hn::Min(e0, e1), e2), greatest = hn::Max(hn::Max(e0, e1), e2);
-  const M is_possible = hn::Or(hn::Ge(least, below), hn::Le(greatest, tolerance));
-  if (hn::AllFalse(d, is_possible)) return false;
+  const V tolerance = mul_add(size, set<V>(per_size), set<V>(kUnderflow));
+  const V below = -tolerance;
+  const V least = min(min(e0, e1), e2), greatest = max(max(e0, e1), e2);
+  const M is_possible = least >= below || greatest <= tolerance;
+  if (is_none<V>(is_possible)) return false;
 
   TESSERA_COUNT(times, 1);
   const V distance = distance_of(block, lane, at, plane);
   const V speed = speed_of(rays_, plane, at);
-  const V t = hn::Div(distance, speed);
-  const V slowest =
-      hn::Add(hn::Mul(hn::Set(d, static_cast<float>(plane.least)), hn::Load(d, rays_.length + at)),
-              hn::Set(d, kPlaneLeast));
-  M counts = hn::Ge(hn::Abs(speed), slowest);
-  counts = hn::And(counts, hn::Ge(hn::Abs(distance), hn::Set(d, kPlaneLeast)));
-  counts = hn::And(counts, hn::Le(hn::Abs(distance), hn::Set(d, 1 / kPlaneLeast)));
-  const M is_inside = hn::Or(hn::Gt(least, tolerance), hn::Lt(greatest, below));
+  const V t = distance / speed;
+  const V slowest = static_cast<float>(plane.least) * load<V>(rays_.length + at) + kPlaneLeast;
+  M counts = abs(speed) >= slowest;
+  counts = counts && abs(distance) >= kPlaneLeast;
+  counts = counts && abs(distance) <= 1 / kPlaneLeast;
+  const M is_inside = least > tolerance || greatest < below;
   bool has_hit = false;
   uint32_t open = rays_.template take<kAny>(
-      row, {t, counts, is_possible, hn::And(counts, is_inside), hn::Load(d, rays_.t_min + at)},
+      row, {t, counts, is_possible, counts && is_inside, load<V>(rays_.t_min + at)},
       block.primitive[lane], has_hit);
   for (; open != 0; open &= open - 1)
     has_hit |= decide(block, lane, at + static_cast<size_t>(__builtin_ctz(open)));
@@ -169,20 +163,15 @@ template <int W, bool kAny>
 typename BundleBlock<W, kAny>::V BundleBlock<W, kAny>::distance_of(const TriangleBlock<W>& block,
                                                                    size_t lane, size_t at,
                                                                    const Plane& plane) const {
-  const hn::CappedTag<double, kLanes> d;
-  const hn::Rebind<float, decltype(d)> part;
   const auto distance = [&](size_t first) {
     const auto to = [&](size_t axis) {
-      return hn::Sub(hn::Set(d, static_cast<double>(block.vertex[axis][lane])),
-                     hn::PromoteTo(d, hn::Load(part, rays_.from[axis] + first)));
+      return static_cast<double>(block.vertex[axis][lane]) - in_double(rays_.from[axis] + first);
     };
     const auto x = to(0), y = to(1), z = to(2);
-    const auto sum = hn::Add(
-        hn::Add(hn::Mul(hn::Set(d, plane.normal[0]), x), hn::Mul(hn::Set(d, plane.normal[1]), y)),
-        hn::Mul(hn::Set(d, plane.normal[2]), z));
-    const auto size = hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z));
-    const auto is_good = hn::Ge(hn::Abs(sum), hn::Mul(hn::Set(d, plane.least), size));
-    return hn::DemoteTo(part, hn::IfThenElse(is_good, sum, hn::NaN(d)));
+    const auto sum = plane.normal[0] * x + plane.normal[1] * y + plane.normal[2] * z;
+    const auto size = abs(x) + abs(y) + abs(z);
+    const auto is_good = abs(sum) >= plane.least * size;
+    return convert<FloatOf<Doubles>>(select(is_good, sum, set<Doubles>(__builtin_nan(""))));
   };
   return halves(D(), [&](size_t half) { return distance(at + half * kLanes / 2); });
 }

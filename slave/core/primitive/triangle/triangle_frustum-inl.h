@@ -27,49 +27,45 @@ struct Corners {
 
 template <int W>
 struct FrustumTriangles {
-  using B = hn::CappedTag<float, W>;  // triangles
-  using VB = hn::Vec<B>;
-  using MB = hn::Mask<B>;
+  using VB = FloatsOf<W>;  // triangles
+  using MB = MaskOf<VB>;
 
-  static VB largest(VB p, VB q, VB r) { return hn::Max(hn::Max(p, q), r); }
+  static VB largest(VB p, VB q, VB r) { return max(max(p, q), r); }
 
   static HWY_INLINE Corners<VB> corners(const Frustum& f, const TriangleBlock<W>& block,
                                         size_t first) {
-    const B b;
     Corners<VB> p;
-    p.size = hn::Zero(b);
+    p.size = set<VB>(0);
     for (int c = 0; c < 3; ++c) {
       const auto at = [&](int axis) {
-        const VB corner = hn::Load(b, block.vertex[3 * c + axis] + first);
-        return hn::Sub(corner, hn::Set(b, f.origin[axis]));
+        const VB corner = load<VB>(block.vertex[3 * c + axis] + first);
+        return corner - f.origin[axis];
       };
       p.x[c] = at(f.kx);
       p.y[c] = at(f.ky);
-      p.z[c] = hn::Mul(at(f.kz), hn::Set(b, f.side));
-      p.size = hn::Max(p.size, largest(hn::Abs(p.x[c]), hn::Abs(p.y[c]), hn::Abs(p.z[c])));
+      p.z[c] = at(f.kz) * f.side;
+      p.size = max(p.size, largest(abs(p.x[c]), abs(p.y[c]), abs(p.z[c])));
     }
-    p.z_low = hn::Min(hn::Min(p.z[0], p.z[1]), p.z[2]);
+    p.z_low = min(min(p.z[0], p.z[1]), p.z[2]);
     return p;
   }
 
   // Triangles with a corner on the inner side of each plane. A lane without triangle is NaN and
   // fails the first comparison.
   static HWY_INLINE MB triangles(const Frustum& f, const Corners<VB>& p) {
-    const B b;
-    const MB in_front = hn::Ge(largest(p.z[0], p.z[1], p.z[2]), hn::Zero(b));
+    const MB in_front = largest(p.z[0], p.z[1], p.z[2]) >= 0;
     // 4 u s for the roundings of a corner and of its product.
-    const VB slack = hn::Mul(p.size, hn::Set(b, -4 * kRoundoff));
+    const VB slack = p.size * (-4 * kRoundoff);
     const auto meets = [&](const VB* q, float slope, float offset, float sign) {
-      const VB k = hn::Set(b, slope * sign), s = hn::Set(b, -sign);
-      const auto inside = [&](int c) { return hn::MulAdd(k, p.z[c], hn::Mul(s, q[c])); };
-      return hn::Ge(hn::Add(largest(inside(0), inside(1), inside(2)), hn::Set(b, offset * sign)),
-                    slack);
+      const VB k = set<VB>(slope * sign), s = set<VB>(-sign);
+      const auto inside = [&](int c) { return mul_add(k, p.z[c], s * q[c]); };
+      return largest(inside(0), inside(1), inside(2)) + offset * sign >= slack;
     };
-    const MB across = hn::And(meets(p.x, f.slope_u[1], f.offset_u[1], 1),
-                              meets(p.x, f.slope_u[0], f.offset_u[0], -1));
-    const MB up = hn::And(meets(p.y, f.slope_v[1], f.offset_v[1], 1),
-                          meets(p.y, f.slope_v[0], f.offset_v[0], -1));
-    return hn::And(hn::And(in_front, hn::Le(p.z_low, hn::Set(b, f.z_far))), hn::And(across, up));
+    const MB across =
+        meets(p.x, f.slope_u[1], f.offset_u[1], 1) && meets(p.x, f.slope_u[0], f.offset_u[0], -1);
+    const MB up =
+        meets(p.y, f.slope_v[1], f.offset_v[1], 1) && meets(p.y, f.slope_v[0], f.offset_v[0], -1);
+    return in_front && p.z_low <= f.z_far && (across && up);
   }
 };
 

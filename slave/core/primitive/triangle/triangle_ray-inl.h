@@ -51,10 +51,9 @@ class TriangleRay {
   bool has_hit() const { return ray_.has_hit(); }
 
  private:
-  using B = hn::CappedTag<float, W>;  // triangles
-  using V = hn::Vec<B>;
-  using M = hn::Mask<B>;
-  static constexpr size_t kStep = hn::MaxLanes(B());
+  using V = FloatsOf<W>;  // triangles
+  using M = MaskOf<V>;
+  static constexpr size_t kStep = kLanesOf<V>;
 
   // Of a block's triangles, by bits.
   struct Candidates {
@@ -75,47 +74,42 @@ class TriangleRay {
 template <int W, bool kAny>
 typename TriangleRay<W, kAny>::Candidates TriangleRay<W, kAny>::candidates(
     const TriangleBlock<W>& block, size_t first) const {
-  const B b;
-  V x[3], y[3], t[3], size = hn::Zero(b);
+  V x[3], y[3], t[3], size = set<V>(0);
   for (int c = 0; c < 3; ++c) {
     // From the corner to the origin, which saves loading it; the edge functions are the same.
     const auto back = [&](int axis) {
-      return hn::Sub(hn::Set(b, ray_.origin[axis]),
-                     hn::Load(b, block.vertex[3 * c + axis] + first));
+      return ray_.origin[axis] - load<V>(block.vertex[3 * c + axis] + first);
     };
-    t[c] = hn::Mul(back(ray_.kz), hn::Set(b, -ray_.inverse[ray_.kz]));
-    x[c] = hn::MulAdd(hn::Set(b, ray_.slope[ray_.kx]), t[c], back(ray_.kx));
-    y[c] = hn::MulAdd(hn::Set(b, ray_.slope[ray_.ky]), t[c], back(ray_.ky));
-    size = hn::Max(size, hn::Max(hn::Abs(x[c]), hn::Abs(y[c])));
+    t[c] = back(ray_.kz) * -ray_.inverse[ray_.kz];
+    x[c] = mul_add(set<V>(ray_.slope[ray_.kx]), t[c], back(ray_.kx));
+    y[c] = mul_add(set<V>(ray_.slope[ray_.ky]), t[c], back(ray_.ky));
+    size = max(size, max(abs(x[c]), abs(y[c])));
   }
-  const auto edge_of = [&](int c, int e) { return hn::MulSub(x[c], y[e], hn::Mul(y[c], x[e])); };
+  const auto edge_of = [&](int c, int e) { return mul_sub(x[c], y[e], y[c] * x[e]); };
   const V edge[3] = {edge_of(1, 2), edge_of(2, 0), edge_of(0, 1)};
-  const V tolerance = hn::MulAdd(size, hn::Set(b, tolerance_), hn::Set(b, kUnderflow));
-  const V least = hn::Min(hn::Min(edge[0], edge[1]), edge[2]);
-  const V greatest = hn::Max(hn::Max(edge[0], edge[1]), edge[2]);
-  const V depth =
-      hn::Max(least, hn::Neg(greatest));  // how far inside, whichever side faces the ray
-  M is_possible = hn::Ge(depth, hn::Neg(tolerance));
+  const V tolerance = mul_add(size, set<V>(tolerance_), set<V>(kUnderflow));
+  const V least = min(min(edge[0], edge[1]), edge[2]);
+  const V greatest = max(max(edge[0], edge[1]), edge[2]);
+  const V depth = max(least, -greatest);  // how far inside, whichever side faces the ray
+  M is_possible = depth >= -tolerance;
   if (kAny) {
-    const hn::RebindToSigned<B> bi;
-    const auto number = hn::Load(bi, reinterpret_cast<const int32_t*>(block.primitive) + first);
-    const auto is_other = [&](int32_t excluded) { return hn::Ne(number, hn::Set(bi, excluded)); };
-    const auto is_met = hn::And(is_other(ray_.excluded[0]), is_other(ray_.excluded[1]));
-    is_possible = hn::And(is_possible, hn::RebindMask(b, is_met));
+    const auto number = load<IntOf<V>>(reinterpret_cast<const int32_t*>(block.primitive) + first);
+    const auto is_other = [&](int32_t excluded) { return number != excluded; };
+    const auto is_met = is_other(ray_.excluded[0]) && is_other(ray_.excluded[1]);
+    is_possible = is_possible && mask_as<V>(is_met);
   }
-  if (hn::AllFalse(b, is_possible)) return {0, 0, 0};
+  if (is_none<V>(is_possible)) return {0, 0, 0};
 
-  const M is_sure = hn::And(is_possible, hn::Gt(depth, tolerance));
-  V low = hn::Min(hn::Min(t[0], t[1]), t[2]), high = hn::Max(hn::Max(t[0], t[1]), t[2]);
+  const M is_sure = is_possible && depth > tolerance;
+  V low = min(min(t[0], t[1]), t[2]), high = max(max(t[0], t[1]), t[2]);
   if (kAny) narrow(edge, t, tolerance, is_sure, low, high);
-  const M is_near =
-      hn::And(hn::Le(low, hn::Set(b, ray_.far_limit)), hn::Ge(high, hn::Set(b, ray_.near_limit)));
-  Candidates found{bits_of(b, hn::And(is_possible, is_near)), bits_of(b, is_sure), 0};
+  const M is_near = low <= ray_.far_limit && high >= ray_.near_limit;
+  Candidates found{bits_of<V>(is_possible && is_near), bits_of<V>(is_sure), 0};
   if (kAny) {
-    const V inner_near = hn::Set(b, moved(ray_.near_limit, 2 * kTimeSlack));
-    const V inner_far = hn::Set(b, moved(ray_.far_limit, -2 * kTimeSlack));
-    const M is_within = hn::And(hn::Gt(low, inner_near), hn::Lt(high, inner_far));
-    found.certain = found.sure & bits_of(b, is_within);
+    const V inner_near = set<V>(moved(ray_.near_limit, 2 * kTimeSlack));
+    const V inner_far = set<V>(moved(ray_.far_limit, -2 * kTimeSlack));
+    const M is_within = low > inner_near && high < inner_far;
+    found.certain = found.sure & bits_of<V>(is_within);
   }
   return found;
 }
@@ -126,18 +120,14 @@ typename TriangleRay<W, kAny>::Candidates TriangleRay<W, kAny>::candidates(
 template <int W, bool kAny>
 void TriangleRay<W, kAny>::narrow(const V* edge, const V* t, V tolerance, M is_sure, V& low,
                                   V& high) const {
-  const B b;
-  const V per_sum = hn::Div(hn::Set(b, 1), hn::Add(hn::Add(edge[0], edge[1]), edge[2]));
-  const auto weight = [&](int c) {
-    return hn::Mul(edge[c], per_sum);
-  };  // t times an edge may overflow
-  const V middle =
-      hn::MulAdd(weight(0), t[0], hn::MulAdd(weight(1), t[1], hn::Mul(weight(2), t[2])));
-  const V off = hn::Mul(tolerance, hn::Set(b, 8));
-  const V share = hn::MulAdd(hn::Abs(per_sum), off, hn::Set(b, 16 * kRoundoff));
-  const V spread = hn::Mul(hn::Sub(high, low), share);
-  low = hn::IfThenElse(is_sure, hn::Sub(middle, spread), low);
-  high = hn::IfThenElse(is_sure, hn::Add(middle, spread), high);
+  const V per_sum = 1 / (edge[0] + edge[1] + edge[2]);
+  const auto weight = [&](int c) { return edge[c] * per_sum; };  // t times an edge may overflow
+  const V middle = mul_add(weight(0), t[0], mul_add(weight(1), t[1], weight(2) * t[2]));
+  const V off = tolerance * 8;
+  const V share = mul_add(abs(per_sum), off, set<V>(16 * kRoundoff));
+  const V spread = (high - low) * share;
+  low = select(is_sure, middle - spread, low);
+  high = select(is_sure, middle + spread, high);
 }
 
 template <int W, bool kAny>
