@@ -36,27 +36,25 @@ HWY_INLINE MeshView<W> view_of(const MeshShape<W>& mesh) {
 template <int W>
 HWY_INLINE void place(const TriangleBlock<W>& block, const InstanceBlock& instance,
                       TriangleBlock<W>& placed) {
-  using B = hn::CappedTag<float, W>;
-  const B b;
-  const hn::RebindToUnsigned<B> bu;
-  for (size_t i = 0; i < W; i += hn::MaxLanes(b)) {
+  using V = FloatsOf<W>;
+  for (size_t i = 0; i < W; i += kLanesOf<V>) {
     for (size_t c = 0; c < 9; c += 3) {
-      const auto x = hn::Load(b, block.vertex[c] + i), y = hn::Load(b, block.vertex[c + 1] + i);
-      const auto z = hn::Load(b, block.vertex[c + 2] + i);
+      const auto x = load<V>(block.vertex[c] + i), y = load<V>(block.vertex[c + 1] + i);
+      const auto z = load<V>(block.vertex[c + 2] + i);
       for (size_t a = 0; a < 3; ++a) {
         const float* const row = instance.to_world[a];
-        const auto sum = hn::Add(hn::Mul(hn::Set(b, row[0]), x), hn::Mul(hn::Set(b, row[1]), y));
-        const auto at = hn::Add(hn::Add(sum, hn::Mul(hn::Set(b, row[2]), z)), hn::Set(b, row[3]));
-        hn::Store(at, b, placed.vertex[c + a] + i);
+        const auto sum = row[0] * x + row[1] * y;
+        const auto at = sum + row[2] * z + row[3];
+        store(at, placed.vertex[c + a] + i);
       }
     }
-    const auto number = hn::Load(bu, block.primitive + i);
-    hn::Store(hn::Add(number, hn::Set(bu, instance.first_primitive)), bu, placed.primitive + i);
+    const auto number = load<UintOf<V>>(block.primitive + i);
+    store(number + instance.first_primitive, placed.primitive + i);
   }
   if (HWY_UNLIKELY(instance.is_identity != 0)) {
     for (size_t k = 0; k < 9; ++k) {
-      for (size_t i = 0; i < W; i += hn::MaxLanes(b))
-        hn::Store(hn::Load(b, block.vertex[k] + i), b, placed.vertex[k] + i);
+      for (size_t i = 0; i < W; i += kLanesOf<V>)
+        store(load<V>(block.vertex[k] + i), placed.vertex[k] + i);
     }
   }
 }

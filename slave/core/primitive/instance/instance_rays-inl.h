@@ -61,7 +61,6 @@ struct ObjectRay {
 
 // The rays of a packet, as one frustum in object space. Rays: FanRays or BundleRays.
 class ObjectFrustum : public Frustum {
-  using D = PacketRays::D;
   using V = PacketRays::V;
   static constexpr size_t kLanes = PacketRays::kLanes;
   static constexpr size_t kRows = PacketRays::kRows;
@@ -90,10 +89,8 @@ class ObjectFrustum : public Frustum {
   HWY_INLINE bool grow(const InstanceBlock& instance, const SceneBox& box, float ratio);
   // The component of the row's vectors along an axis of object space.
   static HWY_INLINE V along(const InstanceBlock& instance, int axis, V x, V y, V z) {
-    const D d;
     const float* const row = instance.to_object[axis];
-    return hn::MulAdd(hn::Set(d, row[0]), x,
-                      hn::MulAdd(hn::Set(d, row[1]), y, hn::Mul(hn::Set(d, row[2]), z)));
+    return mul_add(set<V>(row[0]), x, mul_add(set<V>(row[1]), y, row[2] * z));
   }
 
   float origin_size_[3];  // the largest L of a ray
@@ -128,44 +125,39 @@ bool ObjectFrustum::enter(const Rays& rays, const InstanceBlock& instance, const
 
 bool ObjectFrustum::set_slopes(const PacketRays& rays, const InstanceBlock& instance,
                                float& ratio) {
-  const D d;
-  V low_u = hn::Inf(d), low_v = low_u, high_u = hn::Neg(low_u), high_v = high_u;
-  V longest = hn::Zero(d);
-  auto is_near = hn::Eq(longest, longest);
+  V low_u = set<V>(__builtin_inff()), low_v = low_u, high_u = -low_u, high_v = high_u;
+  V longest = set<V>(0);
+  auto is_near = longest == longest;
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
-    const V x = hn::Load(d, rays.direction[0] + at), y = hn::Load(d, rays.direction[1] + at);
-    const V z = hn::Load(d, rays.direction[2] + at);
-    const V speed = hn::Mul(along(instance, kz, x, y, z), hn::Set(d, side));
-    const V per_depth = hn::Div(hn::Set(d, 1), speed);
-    const V u = hn::Mul(along(instance, kx, x, y, z), per_depth);
-    const V v = hn::Mul(along(instance, ky, x, y, z), per_depth);
-    const auto is_steep = [&](V slope) {
-      return hn::Le(hn::Abs(slope), hn::Set(d, PacketRays::kSteepest));
-    };
-    is_near =
-        hn::And(is_near, hn::And(hn::Gt(speed, hn::Zero(d)), hn::And(is_steep(u), is_steep(v))));
-    low_u = hn::Min(low_u, u);
-    high_u = hn::Max(high_u, u);
-    low_v = hn::Min(low_v, v);
-    high_v = hn::Max(high_v, v);
-    longest = hn::Max(longest, hn::Mul(hn::Load(d, rays.length + at), per_depth));
-    hn::Store(speed, d, speed_ + at);
+    const V x = load<V>(rays.direction[0] + at), y = load<V>(rays.direction[1] + at);
+    const V z = load<V>(rays.direction[2] + at);
+    const V speed = along(instance, kz, x, y, z) * side;
+    const V per_depth = 1 / speed;
+    const V u = along(instance, kx, x, y, z) * per_depth;
+    const V v = along(instance, ky, x, y, z) * per_depth;
+    const auto is_steep = [&](V slope) { return abs(slope) <= PacketRays::kSteepest; };
+    is_near = is_near && (speed > 0 && (is_steep(u) && is_steep(v)));
+    low_u = min(low_u, u);
+    high_u = max(high_u, u);
+    low_v = min(low_v, v);
+    high_v = max(high_v, v);
+    longest = max(longest, load<V>(rays.length + at) * per_depth);
+    store(speed, speed_ + at);
   }
-  if (!hn::AllTrue(d, is_near)) return false;
+  if (!is_all<V>(is_near)) return false;
   // Moved out by the roundings of the quotient (two) and of its product with a depth.
   const auto outward = [](float bound, float sign) {
     return bound + sign * abs_of(bound) * (8 * kRoundoff);
   };
-  slope_u[0] = outward(hn::GetLane(hn::MinOfLanes(d, low_u)), -1);
-  slope_u[1] = outward(hn::GetLane(hn::MaxOfLanes(d, high_u)), 1);
-  slope_v[0] = outward(hn::GetLane(hn::MinOfLanes(d, low_v)), -1);
-  slope_v[1] = outward(hn::GetLane(hn::MaxOfLanes(d, high_v)), 1);
-  ratio = hn::GetLane(hn::MaxOfLanes(d, longest));
+  slope_u[0] = outward(least_lane(low_u), -1);
+  slope_u[1] = outward(greatest_lane(high_u), 1);
+  slope_v[0] = outward(least_lane(low_v), -1);
+  slope_v[1] = outward(greatest_lane(high_v), 1);
+  ratio = greatest_lane(longest);
   return true;
 }
 
 void ObjectFrustum::set_origin(const FanRays& rays, const InstanceBlock& instance) {
-  const D d;
   const float still[3] = {0, 0, 0};
   const ObjectRay ray(instance, rays.origin, still);
   for (int a = 0; a < 3; ++a) {
@@ -173,63 +165,59 @@ void ObjectFrustum::set_origin(const FanRays& rays, const InstanceBlock& instanc
     origin_size_[a] = ray.origin_size[a];
   }
   spread_ = 0;
-  for (size_t at = 0; at < kPacketRays; at += kLanes) hn::Store(hn::Zero(d), d, start_ + at);
+  for (size_t at = 0; at < kPacketRays; at += kLanes) store(set<V>(0), start_ + at);
 }
 
 // The frustum begins where the ray does that begins first along the main axis.
 void ObjectFrustum::set_origin(const BundleRays& rays, const InstanceBlock& instance) {
-  const D d;
-  V first = hn::Inf(d), size[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+  V first = set<V>(__builtin_inff()), size[3] = {set<V>(0), set<V>(0), set<V>(0)};
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
-    const auto moved = [&](int a) {
-      return hn::Sub(hn::Load(d, rays.from[a] + at), hn::Set(d, instance.to_world[a][3]));
-    };
+    const auto moved = [&](int a) { return load<V>(rays.from[a] + at) - instance.to_world[a][3]; };
     const V x = moved(0), y = moved(1), z = moved(2);
-    hn::Store(along(instance, kx, x, y, z), d, from_[0] + at);
-    hn::Store(along(instance, ky, x, y, z), d, from_[1] + at);
-    const V depth = hn::Mul(along(instance, kz, x, y, z), hn::Set(d, side));
-    hn::Store(depth, d, start_ + at);
-    first = hn::Min(first, depth);
+    store(along(instance, kx, x, y, z), from_[0] + at);
+    store(along(instance, ky, x, y, z), from_[1] + at);
+    const V depth = along(instance, kz, x, y, z) * side;
+    store(depth, start_ + at);
+    first = min(first, depth);
     for (int a = 0; a < 3; ++a) {
       const float* const row = instance.to_object[a];
-      const auto part = [&](int b, V v) { return hn::Abs(hn::Mul(hn::Set(d, row[b]), v)); };
-      size[a] = hn::Max(size[a], hn::Add(hn::Add(part(0, x), part(1, y)), part(2, z)));
+      const auto part = [&](int b, V v) { return abs(row[b] * v); };
+      size[a] = max(size[a], part(0, x) + part(1, y) + part(2, z));
     }
   }
-  const float begin = hn::GetLane(hn::MinOfLanes(d, first));
+  const float begin = least_lane(first);
   origin[kx] = from_[0][0];
   origin[ky] = from_[1][0];
   origin[kz] = begin * side;
-  V farthest = hn::Zero(d);
+  V farthest = set<V>(0);
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
-    const V z = hn::Sub(hn::Load(d, start_ + at), hn::Set(d, begin));
-    const V x = hn::Sub(hn::Load(d, from_[0] + at), hn::Set(d, origin[kx]));
-    const V y = hn::Sub(hn::Load(d, from_[1] + at), hn::Set(d, origin[ky]));
-    hn::Store(z, d, start_ + at);
-    hn::Store(x, d, from_[0] + at);
-    hn::Store(y, d, from_[1] + at);
-    farthest = hn::Max(farthest, hn::Max(z, hn::Max(hn::Abs(x), hn::Abs(y))));
+    const V z = load<V>(start_ + at) - begin;
+    const V x = load<V>(from_[0] + at) - origin[kx];
+    const V y = load<V>(from_[1] + at) - origin[ky];
+    store(z, start_ + at);
+    store(x, from_[0] + at);
+    store(y, from_[1] + at);
+    farthest = max(farthest, max(z, max(abs(x), abs(y))));
   }
-  spread_ = hn::GetLane(hn::MaxOfLanes(d, farthest)) * (1 + 2 * kRoundoff);
-  for (int a = 0; a < 3; ++a) origin_size_[a] = hn::GetLane(hn::MaxOfLanes(d, size[a]));
+  spread_ = greatest_lane(farthest) * (1 + 2 * kRoundoff);
+  for (int a = 0; a < 3; ++a) origin_size_[a] = greatest_lane(size[a]);
 }
 
 // Moved out by the roundings of origins, products and sums, as BundleRays::set_offsets() has them.
 void ObjectFrustum::set_offsets(const BundleRays&) {
-  const D d;
   const float slack = 16 * kRoundoff * spread_;
-  const auto set = [&](const float* from, const float* slope, float* offset) {
-    V low = hn::Inf(d), high = hn::Neg(low);
+  const auto set_across = [&](const float* from, const float* slope, float* offset) {
+    V low = set<V>(__builtin_inff()), high = -low;
     for (size_t at = 0; at < kPacketRays; at += kLanes) {
-      const V x = hn::Load(d, from + at), z = hn::Load(d, start_ + at);
-      low = hn::Min(low, hn::NegMulAdd(hn::Set(d, slope[0]), z, x));
-      high = hn::Max(high, hn::NegMulAdd(hn::Set(d, slope[1]), z, x));
+      const V x = load<V>(from + at), z = load<V>(start_ + at);
+      low = min(low, neg_mul_add(set<V>(slope[0]), z, x));
+      high = max(high, neg_mul_add(set<V>(slope[1]), z, x));
     }
-    offset[0] = hn::GetLane(hn::MinOfLanes(d, low)) - slack;
-    offset[1] = hn::GetLane(hn::MaxOfLanes(d, high)) + slack;
+    offset[0] = least_lane(low) - slack;
+    offset[1] = greatest_lane(high) + slack;
   };
-  set(from_[0], slope_u, offset_u);
-  set(from_[1], slope_v, offset_v);
+  set_across(from_[0], slope_u, offset_u);
+  set_across(from_[1], slope_v, offset_v);
 }
 
 // Makes room for P on all sides. The origin is moved back by 2 P along the main axis, which is at
@@ -264,13 +252,11 @@ bool ObjectFrustum::grow(const InstanceBlock& instance, const SceneBox& box, flo
 }
 
 void ObjectFrustum::shorten(const PacketRays& rays) {
-  const D d;
-  V far = hn::Neg(hn::Inf(d));
+  V far = set<V>(-__builtin_inff());
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
-    far = hn::Max(far, hn::MulAdd(hn::Load(d, speed_ + at), hn::Load(d, rays.best_t + at),
-                                  hn::Load(d, start_ + at)));
+    far = max(far, mul_add(load<V>(speed_ + at), load<V>(rays.best_t + at), load<V>(start_ + at)));
   }
-  z_far = hn::GetLane(hn::MaxOfLanes(d, far)) * (1 + 2 * kTimeSlack) + margin_;
+  z_far = greatest_lane(far) * (1 + 2 * kTimeSlack) + margin_;
 }
 
 }  // namespace HWY_NAMESPACE
