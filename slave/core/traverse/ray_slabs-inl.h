@@ -27,6 +27,7 @@
 #endif
 
 #include "slave/core/ray/one_ray-inl.h"
+#include "slave/core/simd/real-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {

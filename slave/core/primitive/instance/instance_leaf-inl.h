@@ -16,6 +16,7 @@
 
 #include "slave/core/primitive/instance/instance_rays-inl.h"
 #include "slave/core/primitive/leaf-inl.h"
+#include "slave/core/simd/real-inl.h"
 #include "slave/core/traverse/node_stack-inl.h"
 #include "slave/core/traverse/ray_slabs-inl.h"
 

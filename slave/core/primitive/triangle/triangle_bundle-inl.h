@@ -19,6 +19,7 @@
 #include "slave/core/primitive/triangle/triangle_frustum-inl.h"
 #include "slave/core/primitive/triangle/triangle_ray-inl.h"
 #include "slave/core/ray/bundle_rays-inl.h"
+#include "slave/core/simd/real-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {

@@ -14,6 +14,7 @@
 #endif
 
 #include "slave/core/ray/frustum-inl.h"
+#include "slave/core/simd/real-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {

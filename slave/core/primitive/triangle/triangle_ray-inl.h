@@ -31,6 +31,7 @@
 
 #include "slave/core/primitive/triangle/plane-inl.h"
 #include "slave/core/ray/one_ray-inl.h"
+#include "slave/core/simd/real-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
