@@ -63,7 +63,6 @@ struct ObjectRay {
 class ObjectFrustum : public Frustum {
   using V = PacketRays::V;
   static constexpr size_t kLanes = PacketRays::kLanes;
-  static constexpr size_t kRows = PacketRays::kRows;
 
  public:
   // Returns: whether the rays form a frustum there; else they have to be traced one by one.
@@ -73,12 +72,6 @@ class ObjectFrustum : public Frustum {
   HWY_INLINE void shorten(const PacketRays& rays);
 
  private:
-  // Across the main axis: slopes, and the planes' places at depth 0.
-  struct Bounds {
-    V slope_low[2], slope_high[2];
-    V ratio;  // |d| / |d'|
-  };
-
   HWY_INLINE void set_origin(const FanRays& rays, const InstanceBlock& instance);
   HWY_INLINE void set_origin(const BundleRays& rays, const InstanceBlock& instance);
   HWY_INLINE bool set_slopes(const PacketRays& rays, const InstanceBlock& instance, float& ratio);
@@ -103,8 +96,8 @@ class ObjectFrustum : public Frustum {
 
 template <class Rays>
 bool ObjectFrustum::enter(const Rays& rays, const InstanceBlock& instance, const SceneBox& box) {
-  constexpr size_t kSome =
-      27;  // any will do: those that are not valid go where the middle one goes
+  // Any will do, for those that are not valid go where the middle one goes.
+  constexpr size_t kSome = 27;
   float size[3];
   for (size_t a = 0; a < 3; ++a) {
     const float* const row = instance.to_object[a];
