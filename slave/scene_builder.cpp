@@ -24,32 +24,27 @@ void lower_thread_priority() {
 }  // namespace
 
 SceneBuilder::SceneBuilder(const core::BuildOptions& options, OnBuilt on_built)
-    : build_options_(options), on_built_(std::move(on_built)), queue_(kQueueMax) {
+    : build_options_(options), on_built_(std::move(on_built)) {
   build_options_.is_cancelled = &is_cancelled_;
   thread_ = std::thread([this] { work(); });
 }
 
 SceneBuilder::~SceneBuilder() { stop(); }
 
-bool SceneBuilder::try_push(BuildTask task) { return queue_.try_push(std::move(task)); }
-
-bool SceneBuilder::is_retired(const BuildTask& task) const {
-  return is_stopped_ || task.generation < generation_ ||
-         (task.generation == generation_ && task.version < first_kept_);
+bool SceneBuilder::try_push(BuildTask task) {
+  {
+    MutexLock lock(mutex_);
+    if (!order_.try_push(std::move(task))) return false;
+    if (order_.is_to_stop()) is_cancelled_ = true;
+  }
+  has_next_.notify_one();
+  return true;
 }
 
 void SceneBuilder::retire(std::uint64_t generation, SceneVersion first_kept) {
-  {
-    MutexLock lock(mutex_);
-    generation_ = generation;
-    first_kept_ = first_kept;
-    if (current_ != nullptr && is_retired(*current_)) is_cancelled_ = true;
-  }
-  // At once: while one scene is decoded, an animation may retire more than kQueueMax others.
-  queue_.remove_if([&](const BuildTask& task) {
-    return task.generation < generation ||
-           (task.generation == generation && task.version < first_kept);
-  });
+  MutexLock lock(mutex_);
+  order_.retire(generation, first_kept);
+  if (order_.is_to_stop()) is_cancelled_ = true;
 }
 
 void SceneBuilder::stop() {
@@ -59,29 +54,30 @@ void SceneBuilder::stop() {
     is_stopped_ = true;
     is_cancelled_ = true;
   }
-  queue_.close();
+  has_next_.notify_one();
   thread_.join();
+}
+
+const BuildTask* SceneBuilder::begin_next() {
+  MutexLock lock(mutex_);
+  while (!order_.has_next() && !is_stopped_) has_next_.wait(mutex_);
+  if (is_stopped_) return nullptr;
+  is_cancelled_ = false;
+  return &order_.begin();
 }
 
 void SceneBuilder::work() {
   lower_thread_priority();
-  while (const std::optional<BuildTask> task = queue_.pop()) {
+  while (const BuildTask* task = begin_next()) {
     const TimePoint began = Clock::now();
-    bool is_wanted = false;
-    {
-      MutexLock lock(mutex_);
-      is_wanted = !is_retired(*task);
-      current_ = &*task;
-      is_cancelled_ = !is_wanted;
-    }
-    BuildOutcome outcome{task->generation, task->version, 0,
-                         Status::cancelled("retired before it was built")};
-    if (is_wanted) outcome = build(*task);
+    BuildOutcome outcome = build(*task);
     outcome.seconds = seconds(Clock::now() - began);
+    const bool was_stopped =
+        !outcome.scene.is_ok() && outcome.scene.status().code() == StatusCode::kCancelled;
     {
       MutexLock lock(mutex_);
-      current_ = nullptr;
       if (is_stopped_) return;
+      if (!order_.end(was_stopped)) continue;
     }
     on_built_(std::move(outcome));
   }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The building half of the scene pipeline: one thread that decodes complete scenes and prepares
-// them for tracing, beside the render threads and at lower priority, in the order of their
-// versions. It keeps the scene that it built last until the next one is built, whether or not a
-// frame still needs it: what both have in common is not built again.
+// them for tracing, beside the render threads and at lower priority, in the order that build_order.h
+// decides. It keeps the scene that it built last until the next one is built, whether or not a frame
+// still needs it: what both have in common is not built again.
 //
 // Threads. push(), retire(), forget_newest(): network thread. on_built runs on the builder thread and must not
 // block. stop(): the owner's thread. Invariants. (1) Each pushed scene gets one on_built, kCancelled
-// included, unless it was retired while it waited or stop() came first. (2) At most kQueueMax scenes
-// wait. (3) One scene at most is kept alive here.
+// included, unless it was retired while it waited or stop() came first. (2) One scene at most is kept
+// alive here.
 #pragma once
 
 #include <atomic>
@@ -16,19 +16,14 @@
 #include <memory>
 #include <thread>
 
-#include "common/base/bounded_queue.h"
 #include "common/base/ids.h"
+#include "common/base/mutex.h"
 #include "common/base/status.h"
 #include "common/scene/scene_codec.h"
+#include "slave/build_order.h"
 #include "slave/core/scene/prepared_scene.h"
 
 namespace tessera::slave {
-
-struct BuildTask {
-  std::uint64_t generation = 0;  // of the session that asked
-  SceneVersion version = 0;
-  EncodedScene scene;
-};
 
 struct BuildOutcome {
   std::uint64_t generation = 0;
@@ -40,7 +35,6 @@ struct BuildOutcome {
 
 class SceneBuilder {
  public:
-  static constexpr std::size_t kQueueMax = 16;
   using OnBuilt = std::function<void(BuildOutcome)>;
 
   // `threads`: how many a build may use.
@@ -48,6 +42,7 @@ class SceneBuilder {
   SceneBuilder(const core::BuildOptions& options, OnBuilt on_built);
   ~SceneBuilder();  // stop()
 
+  // Returns: false when BuildOrder::kWaitingMax scenes wait.
   [[nodiscard]] bool try_push(BuildTask task);
 
   // Gives up builds of `generation` older than `first_kept`, and all of earlier generations.
@@ -68,18 +63,16 @@ class SceneBuilder {
   void work();
   BuildOutcome build(const BuildTask& task);
   std::shared_ptr<const Newest> newest() const;
-  bool is_retired(const BuildTask& task) const TESSERA_REQUIRES(mutex_);
+  const BuildTask* begin_next();  // null: stop() was called
 
   core::BuildOptions build_options_;
   const OnBuilt on_built_;
-  BoundedQueue<BuildTask> queue_;
   SceneDecoder decoder_;  // builder thread
 
   mutable Mutex mutex_;
   std::shared_ptr<const Newest> newest_ TESSERA_GUARDED_BY(mutex_);  // null: nothing, or forgotten
-  std::uint64_t generation_ TESSERA_GUARDED_BY(mutex_) = 0;
-  SceneVersion first_kept_ TESSERA_GUARDED_BY(mutex_) = 0;
-  const BuildTask* current_ TESSERA_GUARDED_BY(mutex_) = nullptr;
+  BuildOrder order_ TESSERA_GUARDED_BY(mutex_);
+  CondVar has_next_;
   bool is_stopped_ TESSERA_GUARDED_BY(mutex_) = false;
   std::atomic<bool> is_cancelled_{false};  // of the current build
 

@@ -306,7 +306,7 @@ Status SlaveNode::Impl::on_complete(wire::SceneReceiver::Complete complete) {
   if (options.hooks.is_scene_wrong) digest.bytes[0] ^= 1;
   if (!is_leaving &&
       !workshop.try_push(BuildTask{generation, complete.version, std::move(complete.scene)})) {
-    return Status::resource_exhausted("more than " + std::to_string(SceneBuilder::kQueueMax) +
+    return Status::resource_exhausted("more than " + std::to_string(BuildOrder::kWaitingMax) +
                                       " scenes wait to be built");
   }
   return Status::ok();

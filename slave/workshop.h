@@ -4,8 +4,8 @@
 // Threads. Called on the node's event loop; the answers (SlaveNode::on_tile_done, on_built) come
 // there, too.
 // Invariants. (1) A tile taken is answered once, unless remove_*() took it out. (2) A scene taken
-// is answered once, kCancelled included, in the order in which it came, unless it was retired while
-// it waited or the workshop is being closed.
+// is answered once, kCancelled included, in the order of slave/build_order.h, unless it was retired
+// while it waited or the workshop is being closed.
 #pragma once
 
 #include <cstddef>
@@ -33,7 +33,7 @@ class Workshop {
   virtual void observe_link(const net::LinkCounters&) {}
   virtual void forget_link() {}
 
-  // Returns: false when SceneBuilder::kQueueMax scenes wait.
+  // Returns: false when BuildOrder::kWaitingMax scenes wait.
   [[nodiscard]] virtual bool try_push(BuildTask task) = 0;
   // Gives up builds of `generation` older than `first_kept`, and all of earlier generations.
   virtual void retire(std::uint64_t generation, SceneVersion first_kept) = 0;

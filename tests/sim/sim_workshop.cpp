@@ -102,43 +102,50 @@ void SimWorkshop::set_open_frames(std::size_t frames) {
 }
 
 bool SimWorkshop::try_push(slave::BuildTask task) {
-  if (builds_.size() >= slave::SceneBuilder::kQueueMax) return false;
-  builds_.push_back(std::move(task));
-  if (!is_building_) build_next();
+  if (!builds_.try_push(std::move(task))) return false;
+  if (building_ == nullptr) build_next();
+  stop_build_if_due();
   return true;
 }
 
-bool SimWorkshop::is_retired(const slave::BuildTask& task) const {
-  return task.generation < generation_ ||
-         (task.generation == generation_ && task.version < first_kept_);
+void SimWorkshop::retire(std::uint64_t generation, SceneVersion first_kept) {
+  builds_.retire(generation, first_kept);
+  stop_build_if_due();
 }
 
 void SimWorkshop::build_next() {
-  if (builds_.empty()) return;
-  is_building_ = true;
-  slave::BuildTask task = std::move(builds_.front());
-  builds_.pop_front();
-  const double cost = is_retired(task) ? 0 : model_.build_seconds;
-  process_.run_at(process_.queue().now() + from_seconds(cost), Duration::zero(),
-                  [this, cost, task = std::move(task)] {
-                    using Built = Result<std::shared_ptr<const core::PreparedScene>>;
-                    Built scene(Status::cancelled("retired before it was built"));
-                    if (model_.fails_builds) {
-                      scene = Built(Status::resource_exhausted("no memory for it"));
-                    } else if (!is_retired(task)) {
-                      const Result<int> tag = tag_of(task.scene);
-                      scene = tag.is_ok() ? Built(prepared_of_tag(*tag)) : Built(tag.status());
-                    }
-                    is_building_ = false;
-                    build_next();
-                    node_->on_built({task.generation, task.version, cost, std::move(scene)});
+  if (!builds_.has_next()) return;
+  building_ = &builds_.begin();
+  const std::uint64_t build = ++build_;
+  process_.run_at(process_.queue().now() + from_seconds(model_.build_seconds), Duration::zero(),
+                  [this, build] {
+                    if (build == build_ && building_ != nullptr) end_build(false);
                   });
 }
 
-void SimWorkshop::retire(std::uint64_t generation, SceneVersion first_kept) {
-  generation_ = generation;
-  first_kept_ = first_kept;
-  std::erase_if(builds_, [this](const slave::BuildTask& task) { return is_retired(task); });
+// Another thread's build ends a little after it is told to.
+void SimWorkshop::stop_build_if_due() {
+  if (building_ == nullptr || !builds_.is_to_stop()) return;
+  const std::uint64_t build = build_;
+  process_.run_at(process_.queue().now(), Duration::zero(), [this, build] {
+    if (build == build_ && building_ != nullptr) end_build(true);
+  });
+}
+
+void SimWorkshop::end_build(bool was_stopped) {
+  using Built = Result<std::shared_ptr<const core::PreparedScene>>;
+  const slave::BuildTask& task = *std::exchange(building_, nullptr);
+  slave::BuildOutcome outcome{task.generation, task.version, was_stopped ? 0 : model_.build_seconds,
+                              Built(Status::cancelled("stopped before it was built"))};
+  if (model_.fails_builds) {
+    outcome.scene = Built(Status::resource_exhausted("no memory for it"));
+  } else if (!was_stopped) {
+    const Result<int> tag = tag_of(task.scene);
+    outcome.scene = tag.is_ok() ? Built(prepared_of_tag(*tag)) : Built(tag.status());
+  }
+  const bool is_answered = builds_.end(was_stopped);
+  build_next();
+  if (is_answered) node_->on_built(std::move(outcome));
 }
 
 }  // namespace tessera::sim

@@ -58,7 +58,8 @@ class SimWorkshop final : public slave::Workshop {
   void account_waiting();
   wire::TileResult render(const Run& run);
   void build_next();
-  bool is_retired(const slave::BuildTask& task) const;
+  void stop_build_if_due();
+  void end_build(bool was_stopped);
 
   Process& process_;
   const WorkModel model_;
@@ -69,10 +70,9 @@ class SimWorkshop final : public slave::Workshop {
   std::uint64_t next_run_ = 0;
   slave::StarvationClock starvation_;
   double busy_seconds_ = 0, starved_total_ = 0;
-  std::deque<slave::BuildTask> builds_;
-  bool is_building_ = false;
-  std::uint64_t generation_ = 0;
-  SceneVersion first_kept_ = 0;
+  slave::BuildOrder builds_;
+  const slave::BuildTask* building_ = nullptr;
+  std::uint64_t build_ = 0;  // counts them: one that was stopped does not end again
 };
 
 }  // namespace tessera::sim

@@ -31,7 +31,7 @@ TEST(SceneBuilderTest, RetiredScenesMakeRoomAtOnce) {
   SceneVersion version = 1;
   while (builder.try_push({1, version, scene})) ++version;  // the first ones are in work or wait
   builder.retire(1, version);
-  for (std::size_t i = 0; i < SceneBuilder::kQueueMax; ++i) {
+  for (std::size_t i = 0; i < BuildOrder::kWaitingMax; ++i) {
     EXPECT_TRUE(builder.try_push({1, version + i, scene})) << i;
   }
 }
