@@ -29,8 +29,7 @@ def through_relay(stage, report, faults, seed_note):
         "--threads", "1", "--test-tile-sleep-ms", "5", "--log-format", "json"], node=5)
     try:
         began = time.time()
-        wait_until(f"in use in spite of {seed_note}",
-                   lambda: (stage.cluster.slave_status(name) or {}).get("tiles_done", 0) > 0)
+        stage.wait_in_use(name, what=f"in use in spite of {seed_note}")
         return time.time() - began
     finally:
         slave.terminate()

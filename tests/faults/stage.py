@@ -84,6 +84,7 @@ class Stage:
         self.is_small = is_small  # of rows that repeat a fault: some times, not all
         self.sampler = watch.Sampler()
         self.frames = None
+        self.frames_asked = 0  # of all animations
         self.has_moved = False  # whether it has shown MOVING
         self.bounds_before = None
         self.clean = contextlib.ExitStack()  # what a row has started besides
@@ -186,6 +187,8 @@ class Stage:
     def animate(self, scene=STILL, frames=12, size=FRAME, options=()):
         """An application in the background, whose frames are timed as they come."""
         self.expected_digests = self.expected(scene, frames, size)
+        self.frames_asked += frames
+        self.animate_again = lambda: self.animate(scene, frames, size, options)
         self.has_moved = self.has_moved or scene == MOVING
         self.animation = self.cluster.start_render(scene[0], *scene[1:], *size, "--frames", f"0:{frames - 1}", *options)
         self.sampler.follow("application", self.animation.pid)
@@ -197,6 +200,18 @@ class Stage:
 
     def wait_for_tiles(self, name):
         return wait_until(f"{name} with tiles", lambda: (self.cluster.slave_status(name) or {}).get("tiles_in_flight"))
+
+    def wait_in_use(self, name, tiles=0, what="in use"):
+        """Until the slave has done more tiles than that. On a busy machine the others may have rendered all frames
+        before it comes: then the animation is shown again."""
+        def is_in_use():
+            if (self.cluster.slave_status(name) or {}).get("tiles_done", 0) > tiles:
+                return True
+            if self.animation.poll() is not None:
+                self.finish()
+                self.animate_again()
+            return False
+        wait_until(what, is_in_use)
 
     def finish(self, seconds=PATIENCE_S):
         """Waits for the animation. I1, I2 and I3: every frame, in order, once, and the same to the bit."""
