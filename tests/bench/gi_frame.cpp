@@ -150,22 +150,22 @@ GiFrame render_gi(const core::PreparedScene& scene, const FrameSettings& setting
   const core::SceneTracer tracer(scene.impl().index, table);
   const core::CameraRays camera(settings.camera, settings.width_px, settings.height_px);
   const TileGrid grid(settings.width_px, settings.height_px, settings.tile_edge_px);
+  core::FrameLight light;
+  const core::RenderContext context{scene.impl(), tracer, settings, camera, light};
   core::GiTile renderer;
   std::vector<float> tile;
   const double start = thread_cpu_seconds();
   const std::uint64_t start_cycles = __rdtsc();
-  const core::VplSets vpls(scene.impl(), tracer, settings);
+  light.vpls(context, frame.rays.secondary);
   const std::uint64_t walk_cycles = __rdtsc() - start_cycles;
   for (TileIndex i = 0; i < grid.tile_count(); ++i) {
     const TileRect rect = grid.rect(i);
     tile.resize(floats_of(rect.width_px, rect.height_px));
-    frame.rays +=
-        renderer.render(scene.impl(), tracer, settings, vpls, camera, rect, tile, nullptr);
+    frame.rays += renderer.render(context, rect, tile);
     place(rect, tile, settings.width_px, frame.rgb);
   }
   const auto all = static_cast<double>(__rdtsc() - start_cycles);
   frame.cpu_seconds = thread_cpu_seconds() - start;
-  frame.rays.secondary += vpls.ray_count();
   double rest = 1;
   watch.cycles[static_cast<std::size_t>(GiPart::kWalks)] = walk_cycles;
   for (std::size_t part = 0; part + 1 < kGiParts; ++part) {

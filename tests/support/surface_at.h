@@ -25,15 +25,15 @@ inline core::Surface surface_at(const core::PreparedScene::Impl& scene, std::uin
     rays.origin[a][kRay] = point[a] - direction[a];
     rays.direction[a][kRay] = direction[a];
   }
-  core::MetSurfaces met;
-  met.begin(scene, core::kernels_for(isa));
+  core::MetSurfaces::Memory memory;
+  core::MetSurfaces met(scene, core::kernels_for(isa), memory);
   met.find(rays, hits);
   core::RayCone cones[core::kPacketRays];
   cones[kRay] = {cone.width - cone.spread * met.points().distance[kRay], cone.spread};
   core::Surface surface;
   core::Surface* to[core::kPacketRays] = {};
   to[kRay] = &surface;
-  met.make(met.points().met, scene.features.needs_cones() ? cones : nullptr, to);
+  met.make(rays, hits, met.points().met, scene.features.needs_cones() ? cones : nullptr, to);
   return surface;
 }
 

@@ -55,45 +55,42 @@ const PacketShape& shape_for(const TileRect& part) {
 
 }  // namespace
 
-void CameraPacket::begin(const FrameSettings& settings, const CameraRays& camera,
-                         const SceneTracer& tracer) {
-  settings_ = &settings;
-  camera_ = &camera;
-  tracer_ = &tracer;
-  for (int a = 0; a < 3; ++a) rays.origin[a] = camera.origin()[a];
+CameraPacket::CameraPacket(const RenderContext& context) : context_(context) {
+  for (int a = 0; a < 3; ++a) rays.origin[a] = context.camera.origin()[a];
   rays.t_min = 0;
   std::fill_n(rays.t_max, kPacketRays, std::numeric_limits<float>::infinity());
 }
 
 RayCone CameraPacket::cone() const {
-  const auto samples = static_cast<float>(settings_->samples_per_pixel);
-  return {0, camera_->pixel_spread() / std::sqrt(samples)};
+  const auto samples = static_cast<float>(context_.settings.samples_per_pixel);
+  return {0, context_.camera.pixel_spread() / std::sqrt(samples)};
 }
 
 void CameraPacket::enter(const TileRect& part) {
   part_ = part;
-  shape_ = &shape_for(part);
+  shape_ = shape_for(part);
   rays.entry = nullptr;
   const double left = part.x_px, right = left + part.width_px;
   const double top = part.y_px, bottom = top + part.height_px;
-  const Vec3f corners[] = {camera_->direction(left, top), camera_->direction(right, top),
-                           camera_->direction(left, bottom), camera_->direction(right, bottom)};
-  const std::optional<FanWindow> window = fan_window(camera_->origin(), corners);
+  const Vec3f corners[] = {
+      context_.camera.direction(left, top), context_.camera.direction(right, top),
+      context_.camera.direction(left, bottom), context_.camera.direction(right, bottom)};
+  const std::optional<FanWindow> window = fan_window(context_.camera.origin(), corners);
   if (!window) return;
-  tracer_->enter(*window, entry_);
+  context_.tracer.enter(*window, entry_);
   rays.entry = &entry_;
 }
 
 void CameraPacket::set(int x_px, int y_px, std::uint32_t sample) {
-  const SequencePoint point(sequence_index(*settings_, sample));
-  const PixelSample one{frame_seed(settings_->seed),
+  const SequencePoint point(sequence_index(context_.settings, sample));
+  const PixelSample one{frame_seed(context_.settings.seed),
                         {point.x_bits(), point.y_bits()},
                         dimension(Dimension::kLens),
                         dimension(Dimension::kSurface),
-                        settings_->samples_per_pixel == 1 && settings_->pass == 0};
-  const PacketPixels pixels{shape_, x_px, y_px, part_.x_px + part_.width_px,
+                        context_.settings.samples_per_pixel == 1 && context_.settings.pass == 0};
+  const PacketPixels pixels{&shape_, x_px, y_px, part_.x_px + part_.width_px,
                             part_.y_px + part_.height_px};
-  tracer_->kernels().camera_rays(camera_->view(), one, pixels, rays, key);
+  context_.kernels().camera_rays(context_.camera.view(), one, pixels, rays, key);
 }
 
 }  // namespace tessera::core

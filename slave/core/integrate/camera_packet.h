@@ -6,11 +6,9 @@
 // Threads. One object per thread.
 #pragma once
 
-#include "common/frame/frame_settings.h"
 #include "common/frame/tile_grid.h"
-#include "slave/core/camera/camera_rays.h"
+#include "slave/core/integrate/render_context.h"
 #include "slave/core/surface/ray_cone.h"
-#include "slave/core/trace/scene_tracer.h"
 
 namespace tessera::core {
 
@@ -19,27 +17,25 @@ class CameraPacket {
   FanPacket rays;
   alignas(64) std::uint32_t key[kPacketRays];  // pixel_key() of the pixels, for light
 
-  // Keeps references until the next call. Requires: all outlive the calls of set().
-  void begin(const FrameSettings& settings, const CameraRays& camera, const SceneTracer& tracer);
+  // Requires: the context outlives it.
+  explicit CameraPacket(const RenderContext& context);
   // Of each ray: a sample's share of a pixel.
   RayCone cone() const;
   // Finds where the packets of a part of the picture begin, all samples of them. One of 32 x 32
   // pixels has measured best. Keeps the part.
   void enter(const TileRect& part);
   // Pixels of a packet, whether they lie in the part or not.
-  int width_px() const { return shape_->width_px; }
-  int height_px() const { return shape_->height_px; }
-  int column(int ray) const { return shape_->column[ray]; }
-  int row(int ray) const { return shape_->row[ray]; }
+  int width_px() const { return shape_.width_px; }
+  int height_px() const { return shape_.height_px; }
+  int column(int ray) const { return shape_.column[ray]; }
+  int row(int ray) const { return shape_.row[ray]; }
   // Rays through the pixels of the packet whose corner is (x, y), as far as they lie in the part.
   // Requires: enter() was called.
   void set(int x_px, int y_px, std::uint32_t sample);
 
  private:
-  const FrameSettings* settings_ = nullptr;
-  const CameraRays* camera_ = nullptr;
-  const SceneTracer* tracer_ = nullptr;
-  const PacketShape* shape_ = nullptr;
+  const RenderContext& context_;
+  PacketShape shape_{};
   TileRect part_;
   FanEntry entry_;
 };

@@ -9,58 +9,64 @@
 // Sums run over lights, then emitters, then samples, in that order and per pixel alone: a pixel
 // does not depend on its neighbours.
 //
-// Threads. One object per thread; holds the shadow rays as scratch memory.
+// Threads. One object per thread, over memory of its own.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "slave/core/integrate/glossy_light.h"
+#include "slave/core/integrate/light_samples.h"
 #include "slave/core/scene/surface_batch.h"
-#include "slave/core/trace/scene_tracer.h"
 
 namespace tessera::core {
 
 class DirectLight {
  public:
-  DirectLight();
-  ~DirectLight();
+  struct Memory {
+    LightSamples::Memory samples;
+    RayGroups groups;
+    int surface[kBatchMax];                         // of a ray of `groups`
+    std::unique_ptr<ScatteredRays::Memory> glossy;  // made where a scene has glossy surfaces
+  };
 
   // What a part of longer paths needs is one sample of one emitter, picked by power, and not an even
   // sky, which their own rays meet.
   enum class Kind { kWhole, kPartOfPath };
 
-  // Keeps references until the next call. Requires: all outlive the calls of add().
-  // `is_cancelled` may be null; when it turns true, add() stops at the next light or sample.
-  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int light_samples,
-             Kind kind, const std::atomic<bool>* is_cancelled = nullptr);
+  // Requires: context and memory outlive it.
+  DirectLight(const RenderContext& context, Memory& memory, Kind kind);
 
   // Adds reflected direct light to radiance [pixel]. Requires: no surface is specular. Returns:
-  // rays traced towards lights.
+  // rays traced towards lights. Stops at the next light or sample when it is over.
   std::uint64_t add(const SurfaceBatch& batch, Vec3f* radiance);
 
  private:
-  struct ShadowRays;
-
-  bool is_over() const {
-    return is_cancelled_ != nullptr && is_cancelled_->load(std::memory_order_relaxed);
-  }
   std::uint64_t add_directional(const SurfaceBatch& batch, const Light& light, Vec3f* radiance);
   std::uint64_t add_point(const SurfaceBatch& batch, const Light& light, Vec3f* radiance);
   std::uint64_t add_emitters(const SurfaceBatch& batch, Vec3f* radiance);
   std::uint64_t add_environment(const SurfaceBatch& batch, Vec3f* radiance);
-  std::uint64_t trace_groups(const SurfaceBatch& batch, Vec3f* radiance);
+  bool samples_environment() const {
+    const LightSet& lights = context_.scene.lights;
+    return lights.has_environment && (kind_ == Kind::kWhole || lights.sky_map != nullptr);
+  }
+  // Asks for a ray of a surface that stands there, seen from the light.
+  void ask(int surface, Vec3f seen_from_light) {
+    memory_.surface[memory_.groups.count()] = surface;
+    memory_.groups.add(seen_from_light);
+  }
+  // Traces the active rays of the groups that have been formed.
+  std::uint64_t trace_groups(const SurfaceBatch& batch, float t_max, Vec3f* radiance);
   void add_open(const SurfaceBatch& batch, int surface, Vec3f* radiance) const;
 
-  const PreparedScene::Impl* scene_ = nullptr;
-  const SceneTracer* tracer_ = nullptr;
-  int light_samples_ = 1;
-  bool picks_emitters_ = false;
-  Feature samples_environment_{}, samples_glossy_{};
-  const std::atomic<bool>* is_cancelled_ = nullptr;
-  std::unique_ptr<ShadowRays> rays_;
-  GlossyLight glossy_;
+  const RenderContext& context_;
+  Memory& memory_;
+  const Kind kind_;
+  const int light_samples_;
+  const bool picks_emitters_;
+  LightSamples samples_;
+  std::optional<GlossyLight> glossy_;  // where glossy surfaces send out rays of their own
 };
 
 }  // namespace tessera::core

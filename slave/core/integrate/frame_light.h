@@ -9,16 +9,17 @@
 #include <optional>
 
 #include "slave/core/integrate/igi/vpl_set.h"
+#include "slave/core/integrate/render_context.h"
 
 namespace tessera::core {
 
 class FrameLight {
  public:
-  // Requires: the same arguments at each call. Returns: rays traced by this call in ray_count.
-  const VplSets& vpls(const PreparedScene::Impl& scene, const SceneTracer& tracer,
-                      const FrameSettings& settings, std::uint64_t& ray_count) {
+  // Requires: the same scene, tracer and settings at each call. Returns: rays traced by this call in
+  // ray_count.
+  const VplSets& vpls(const RenderContext& context, std::uint64_t& ray_count) {
     std::call_once(once_, [&] {
-      sets_.emplace(scene, tracer, settings);
+      sets_.emplace(context.scene, context.tracer, context.settings);
       ray_count += sets_->ray_count();
     });
     return *sets_;

@@ -3,11 +3,10 @@
 // leave to them (direct_light.h), since a sharp highlight is seldom found from the lamp. Part of
 // direct light; of longer paths the next ray does the same.
 //
-// Threads. One object per thread; scratch memory.
+// Threads. One object per thread, over memory of its own.
 #pragma once
 
-#include <atomic>
-#include <memory>
+#include <cstdint>
 
 #include "slave/core/integrate/scattered_rays.h"
 
@@ -15,10 +14,9 @@ namespace tessera::core {
 
 class GlossyLight {
  public:
-  // Keeps references until the next call. Requires: all outlive the calls of add(); `samples` is
-  // that of the light samples.
-  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int samples,
-             const std::atomic<bool>* is_cancelled);
+  // Requires: both outlive it; light samples are as many as the settings say.
+  GlossyLight(const RenderContext& context, ScatteredRays::Memory& memory)
+      : context_(context), rays_(context, memory) {}
 
   // Adds to radiance [pixel]; surfaces that are not glossy are passed over. Returns: rays traced.
   std::uint64_t add(const SurfaceBatch& batch, Vec3f* radiance);
@@ -26,10 +24,8 @@ class GlossyLight {
  private:
   void trace(Vec3f* radiance);
 
-  const PreparedScene::Impl* scene_ = nullptr;
-  int samples_ = 1;
-  const std::atomic<bool>* is_cancelled_ = nullptr;
-  std::unique_ptr<ScatteredRays> rays_;  // made where a scene has glossy surfaces
+  const RenderContext& context_;
+  ScatteredRays rays_;
 };
 
 }  // namespace tessera::core

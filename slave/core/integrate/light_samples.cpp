@@ -31,52 +31,51 @@ static_assert(kLitPoints == kSamplePoints && kLitPoints == kPacketRays &&
 
 }  // namespace
 
-void LightSamples::begin(const PreparedScene::Impl& scene, const KernelTable& kernels,
-                         const Options& options) {
-  scene_ = &scene;
-  kernels_ = &kernels;
-  options_ = options;
-  sky_.begin(scene.lights, kernels);
-}
+LightSamples::LightSamples(const RenderContext& context, Memory& memory, const Options& options)
+    : context_(context),
+      memory_(memory),
+      options_(options),
+      sky_(context.scene.lights, context.kernels(), memory.sky) {}
 
 // What surfaces send to their pixels of what arrives, if nothing is in the way: from `arriving` to
 // `contribution`, times the MIS weight of light samples (balance heuristic).
 // Diffuse surfaces that stand alone send out no rays of their own.
 void LightSamples::respond(const SurfaceBatch& batch) {
   const auto settle = [&](int i, Vec3f times_pi, float pdf) {
-    const Arriving& a = arriving_[i];
+    const Arriving& a = memory_.arriving[i];
     const float mis_weight = pdf > 0 && a.pdf > 0 ? a.pdf / (a.pdf + pdf) : 1;
-    contribution[i] = times_pi * batch.surface[i].weight * mis_weight * a.light * a.strength;
-    is_active[i] = is_usable(contribution[i]);
+    memory_.contribution[i] =
+        times_pi * batch.surface[i].weight * mis_weight * a.light * a.strength;
+    memory_.is_active[i] = is_usable(memory_.contribution[i]);
   };
   const auto settle_all = [&](Waiting& waiting) {
     BsdfPacket& packet = waiting.packet;
-    if (&waiting == &layered_)
-      packet.evaluate_layered(*kernels_);
+    if (&waiting == &memory_.layered)
+      packet.evaluate_layered(context_.kernels());
     else
-      packet.evaluate_glossy(*kernels_);
+      packet.evaluate_glossy(context_.kernels());
     for (int k = 0; k < packet.count(); ++k)
       settle(waiting.surface[k], packet.times_pi(k), packet.pdf(k));
     packet.clear();
   };
-  glossy_.packet.clear();
-  layered_.packet.clear();
+  memory_.glossy.packet.clear();
+  memory_.layered.packet.clear();
   for (int i = 0; i < batch.count; ++i) {
-    if (!is_active[i]) continue;
+    if (!memory_.is_active[i]) continue;
     const Surface& s = batch.surface[i];
-    const Vec3f to_light = arriving_[i].to_light;
+    const Vec3f to_light = memory_.arriving[i].to_light;
     if (s.bsdf == BsdfKind::kDiffuse) {
       settle(i, s.albedo, options_.is_alone ? 0 : dot(s.shading_normal, to_light) * kInvPi);
       continue;
     }
     const bool is_plain = s.lobes == kNoLobes;
-    Waiting& waiting = is_plain ? glossy_ : layered_;
+    Waiting& waiting = is_plain ? memory_.glossy : memory_.layered;
     waiting.surface[is_plain ? waiting.packet.add_glossy(s, to_light)
                              : waiting.packet.add_layered(s, batch.lobes[s.lobes], to_light)] = i;
     if (waiting.packet.count() == BsdfPacket::kMax) settle_all(waiting);
   }
-  if (glossy_.packet.count() > 0) settle_all(glossy_);
-  if (layered_.packet.count() > 0) settle_all(layered_);
+  if (memory_.glossy.packet.count() > 0) settle_all(memory_.glossy);
+  if (memory_.layered.packet.count() > 0) settle_all(memory_.layered);
 }
 
 void LightSamples::of_light(const SurfaceBatch& batch, const Light& light) {
@@ -86,8 +85,8 @@ void LightSamples::of_light(const SurfaceBatch& batch, const Light& light) {
     if (light.kind == LightKind::kDirectional) {
       const Vec3f to_light = -light.direction;
       put(i, {to_light, light.intensity, kInvPi * cosine_at(s, to_light), 0});
-      start[i] = s.point + s.normal * s.offset;
-      direction[i] = to_light;
+      memory_.start[i] = s.point + s.normal * s.offset;
+      memory_.direction[i] = to_light;
     } else {
       const Vec3f away = light.position - s.point;
       const float distance2 = dot(away, away);
@@ -96,8 +95,8 @@ void LightSamples::of_light(const SurfaceBatch& batch, const Light& light) {
       if (light.kind == LightKind::kSpot)
         strength *= spot_falloff(light, -dot(light.direction, to_light));
       put(i, {to_light, light.intensity, kInvPi * strength, 0});
-      start[i] = s.point;
-      direction[i] = away;
+      memory_.start[i] = s.point;
+      memory_.direction[i] = away;
     }
   }
   respond(batch);
@@ -106,7 +105,7 @@ void LightSamples::of_light(const SurfaceBatch& batch, const Light& light) {
 void LightSamples::hold(const SurfaceBatch& batch) {
   for (int i = 0; i < batch.count; ++i) {
     const Surface& s = batch.surface[i];
-    LitSurfaces& lit = lit_[i / kLitPoints];
+    LitSurfaces& lit = memory_.lit[i / kLitPoints];
     const int lane = i % kLitPoints;
     put_vector(s.point, lit.point, lane);
     put_vector(s.normal, lit.normal, lane);
@@ -119,7 +118,7 @@ void LightSamples::of_emitter(const SurfaceBatch& batch, std::uint32_t emitter,
                               std::uint32_t sample) {
   clear(batch.count);
   if (!options_.picks_emitters) {
-    for (int i = 0; i < kLitPoints; ++i) put_emitter(scene_->lights.emitters[emitter], i);
+    for (int i = 0; i < kLitPoints; ++i) put_emitter(context_.scene.lights.emitters[emitter], i);
   }
   for (int first = 0; first < batch.count; first += kLitPoints)
     sample_emitters(batch, first, emitter, sample);
@@ -129,28 +128,28 @@ void LightSamples::of_emitter(const SurfaceBatch& batch, std::uint32_t emitter,
 // Of the surfaces from `first` on.
 void LightSamples::sample_emitters(const SurfaceBatch& batch, int first, std::uint32_t round,
                                    std::uint32_t sample) {
-  const LightSet& lights = scene_->lights;
-  EmitterSamples& e = emitters_;
+  const LightSet& lights = context_.scene.lights;
+  EmitterSamples& e = memory_.emitters;
   draw(batch, first, dimension(Dimension::kEmitter, 2 * round), sample);
-  const int n = e.count = samples_.count;
+  const int n = e.count = memory_.samples.count;
   e.samples = static_cast<float>(options_.samples);
-  std::memcpy(e.square, samples_.square, sizeof(e.square));
+  std::memcpy(e.square, memory_.samples.square, sizeof(e.square));
   for (int i = 0; i < n && options_.picks_emitters; ++i)
     put_emitter(lights.pick(e.square[0][i], e.square[0][i]), i);
-  kernels_->emitter_samples(lit_[first / kLitPoints], e);
+  context_.kernels().emitter_samples(memory_.lit[first / kLitPoints], e);
   for (int i = 0; i < n; ++i) {
     if (!(e.strength[i] > 0)) continue;
     const int s = first + i;
-    put(s, {vector_at(e.to_light, i), lights.emission_at(*emitter_[i], e.u[i], e.v[i]),
+    put(s, {vector_at(e.to_light, i), lights.emission_at(*memory_.emitter[i], e.u[i], e.v[i]),
             e.strength[i], e.pdf[i]});
-    start[s] = vector_at(e.start, i);
-    direction[s] = vector_at(e.direction, i);
+    memory_.start[s] = vector_at(e.start, i);
+    memory_.direction[s] = vector_at(e.direction, i);
   }
 }
 
 void LightSamples::put_emitter(const Emitter& emitter, int i) {
-  EmitterSamples& e = emitters_;
-  emitter_[i] = &emitter;
+  EmitterSamples& e = memory_.emitters;
+  memory_.emitter[i] = &emitter;
   put_vector(emitter.a, e.a, i);
   put_vector(emitter.edge_b, e.edge_b, i);
   put_vector(emitter.edge_c, e.edge_c, i);
@@ -165,18 +164,18 @@ void LightSamples::of_sky(const SurfaceBatch& batch, std::uint32_t sample) {
   respond(batch);
   for (int i = 0; i < batch.count; ++i) {
     const Surface& s = batch.surface[i];
-    start[i] = s.point + s.normal * s.offset;
-    direction[i] = arriving_[i].to_light;
+    memory_.start[i] = s.point + s.normal * s.offset;
+    memory_.direction[i] = memory_.arriving[i].to_light;
   }
 }
 
 // Points of the sequence for the surfaces from `first` on, a packet of them.
 void LightSamples::draw(const SurfaceBatch& batch, int first, std::uint32_t dimension,
                         std::uint32_t sample) {
-  SamplePoints& points = samples_;
+  SamplePoints& points = memory_.samples;
   points.count = std::min(kSamplePoints, batch.count - first);
   std::copy_n(batch.key + first, points.count, points.key);
-  kernels_->sample_points(dimension, sample, points);
+  context_.kernels().sample_points(dimension, sample, points);
 }
 
 // An even sky is for diffuse surfaces: directions of pdf cosine / pi leave the albedo as the
@@ -185,20 +184,20 @@ void LightSamples::sample_even_sky(const SurfaceBatch& batch, std::uint32_t samp
   const float each = 1 / static_cast<float>(options_.samples);
   for (int first = 0; first < batch.count; first += BsdfPacket::kMax) {
     const int end = std::min(first + BsdfPacket::kMax, batch.count);
-    BsdfPacket& packet = glossy_.packet;  // free until the response
+    BsdfPacket& packet = memory_.glossy.packet;  // free until the response
     packet.clear();
     draw(batch, first, dimension(Dimension::kEnvironment), sample);
     for (int i = first; i < end; ++i) {
-      const auto& square = samples_.square;
+      const auto& square = memory_.samples.square;
       packet.add_diffuse(batch.surface[i].shading_normal,
                          {square[0][i - first], square[1][i - first]});
     }
-    packet.sample_diffuse(*kernels_);
+    packet.sample_diffuse(context_.kernels());
     for (int i = first; i < end; ++i) {
       const Vec3f to_sky = packet.direction(i - first);
       const Surface& s = batch.surface[i];
       if (s.bsdf == BsdfKind::kDiffuse && dot(s.normal, to_sky) > 0)
-        put(i, {to_sky, scene_->lights.environment, each, 0});
+        put(i, {to_sky, context_.scene.lights.environment, each, 0});
     }
   }
 }
@@ -208,11 +207,11 @@ void LightSamples::sample_map(const SurfaceBatch& batch, std::uint32_t sample) {
   const float each = 1 / static_cast<float>(options_.samples);
   for (int first = 0; first < batch.count; first += kPacketRays) {
     draw(batch, first, dimension(Dimension::kEnvironment), sample);
-    sky_.sample(samples_);
-    for (int i = 0; i < samples_.count; ++i) {
+    sky_.sample(memory_.samples);
+    for (int i = 0; i < memory_.samples.count; ++i) {
       const SkyMap::Sample sky = sky_.drawn(i);
       const float strength = cosine_at(batch.surface[first + i], sky.direction) * sky.angle;
-      put(first + i, {sky.direction, sky.radiance * scene_->lights.environment,
+      put(first + i, {sky.direction, sky.radiance * context_.scene.lights.environment,
                       strength * kInvPi * each, 1 / sky.angle});
     }
   }

@@ -4,7 +4,7 @@
 //
 // Samples, lights and glossy BSDFs are computed a packet at a time by the kernels.
 //
-// Threads. One object per thread; scratch memory.
+// Threads. One object per thread, over memory of its own.
 #pragma once
 
 #include <algorithm>
@@ -12,26 +12,53 @@
 
 #include "slave/core/integrate/bsdf_packet.h"
 #include "slave/core/integrate/open_sky.h"
-#include "slave/core/scene/prepared_scene_impl.h"
+#include "slave/core/integrate/render_context.h"
 #include "slave/core/scene/surface_batch.h"
 
 namespace tessera::core {
 
 class LightSamples {
+  // A light sample.
+  struct Arriving {
+    Vec3f to_light, light;  // unit; radiance, or intensity
+    float strength;         // of which the surface gets so much, if nothing is in the way
+    float pdf;              // by solid angle; 0 where no ray of the BSDF's own can find it
+  };
+  // Surfaces of one kind that wait for their BSDFs.
+  struct Waiting {
+    BsdfPacket packet;
+    int surface[BsdfPacket::kMax];
+  };
+
  public:
-  bool is_active[kBatchMax];  // by surface of the batch: there is light to be had
-  // Where there is: a ray that tells whether anything is in the way, world units, and what the surface's
-  // pixel gets if nothing is.
-  Vec3f start[kBatchMax], direction[kBatchMax];
-  Vec3f contribution[kBatchMax];
+  // By surface of the batch.
+  struct Memory {
+    bool is_active[kBatchMax];
+    Vec3f start[kBatchMax], direction[kBatchMax], contribution[kBatchMax];
+    Arriving arriving[kBatchMax];
+    LitSurfaces lit[kBatchMax / kLitPoints];
+    // Of a packet of surfaces.
+    SkyPoints sky{};
+    SamplePoints samples{};
+    EmitterSamples emitters{};
+    const Emitter* emitter[kLitPoints];  // of them
+    Waiting glossy, layered;
+  };
 
   struct Options {
     int samples = 1;              // of each light, for each surface
     bool is_alone = true;         // diffuse surfaces send out no rays of their own that find lights
     bool picks_emitters = false;  // one of all, by power
   };
-  // Keeps references until the next call. Requires: both outlive the calls of the others.
-  void begin(const PreparedScene::Impl& scene, const KernelTable& kernels, const Options& options);
+  // Requires: context and memory outlive it.
+  LightSamples(const RenderContext& context, Memory& memory, const Options& options);
+
+  // Whether there is light to be had for a surface. Where there is: a ray that tells whether anything is
+  // in the way, world units, and what the surface's pixel gets if nothing is.
+  bool is_active(int surface) const { return memory_.is_active[surface]; }
+  Vec3f start(int surface) const { return memory_.start[surface]; }
+  Vec3f direction(int surface) const { return memory_.direction[surface]; }
+  Vec3f contribution(int surface) const { return memory_.contribution[surface]; }
 
   // Each: for all surfaces of the batch, which replace those before.
 
@@ -47,17 +74,10 @@ class LightSamples {
   void hold(const SurfaceBatch& batch);
 
  private:
-  // A light sample.
-  struct Arriving {
-    Vec3f to_light, light;  // unit; radiance, or intensity
-    float strength;         // of which the surface gets so much, if nothing is in the way
-    float pdf;              // by solid angle; 0 where no ray of the BSDF's own can find it
-  };
-
-  void clear(int count) { std::fill_n(is_active, count, false); }
+  void clear(int count) { std::fill_n(memory_.is_active, count, false); }
   void put(int surface, const Arriving& from) {
-    arriving_[surface] = from;
-    is_active[surface] = from.strength > 0;
+    memory_.arriving[surface] = from;
+    memory_.is_active[surface] = from.strength > 0;
   }
   void draw(const SurfaceBatch& batch, int first, std::uint32_t dimension, std::uint32_t sample);
   void sample_emitters(const SurfaceBatch& batch, int first, std::uint32_t round,
@@ -67,21 +87,10 @@ class LightSamples {
   void sample_map(const SurfaceBatch& batch, std::uint32_t sample);
   void respond(const SurfaceBatch& batch);
 
-  const PreparedScene::Impl* scene_ = nullptr;
-  const KernelTable* kernels_ = nullptr;
-  Options options_;
-  Arriving arriving_[kBatchMax];
+  const RenderContext& context_;
+  Memory& memory_;
+  const Options options_;
   OpenSky sky_;
-  SamplePoints samples_{};
-  LitSurfaces lit_[kBatchMax / kLitPoints];
-  EmitterSamples emitters_{};
-  const Emitter* emitter_[kLitPoints];  // of them
-  // Surfaces of one kind that wait for their BSDFs.
-  struct Waiting {
-    BsdfPacket packet;
-    int surface[BsdfPacket::kMax];
-  };
-  Waiting glossy_, layered_;
 };
 
 }  // namespace tessera::core

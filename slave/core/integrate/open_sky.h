@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What rays bring from the sky that have met nothing, and samples of it: a packet at a time.
 //
-// Threads. One object per thread.
+// Threads. One object per thread, over memory of its own.
 #pragma once
 
 #include <cstdint>
@@ -14,39 +14,38 @@ namespace tessera::core {
 
 class OpenSky {
  public:
-  // Keeps references until the next call. Requires: both outlive the calls of the others.
-  void begin(const LightSet& lights, const KernelTable& kernels);
+  // Requires: all outlive it.
+  OpenSky(const LightSet& lights, const KernelTable& kernels, SkyPoints& memory);
 
   // An even sky has radiance alone: there is nothing to choose between directions.
-  bool has_map() const { return lights_->sky_map != nullptr; }
+  bool has_map() const { return lights_.sky_map != nullptr; }
 
   // Looks along direction [axis][ray] for each of `rays`.
   void look(const float (&direction)[3][kPacketRays], std::uint64_t rays);
   // Of the ray, as seen last.
   Vec3f radiance(int ray) const {
-    return has_map() ? lights_->environment * vector_at(points_.radiance, ray)
-                     : lights_->environment;
+    return has_map() ? lights_.environment * vector_at(memory_.radiance, ray) : lights_.environment;
   }
   // The same of camera rays, which see the scene's background.
   void look_out(const float (&direction)[3][kPacketRays], std::uint64_t rays);
   Vec3f background(int ray) const {
-    return lights_->background.kind == BackgroundKind::kSky ? radiance(ray)
-                                                            : vector_at(points_.radiance, ray);
+    return lights_.background.kind == BackgroundKind::kSky ? radiance(ray)
+                                                           : vector_at(memory_.radiance, ray);
   }
-  float pdf(int ray) const { return points_.pdf[ray]; }
+  float pdf(int ray) const { return memory_.pdf[ray]; }
 
   // Samples the map by these points. Requires: has_map(), and there are some.
   void sample(const SamplePoints& points);
   // The sample of i, but for the factor of the environment.
   SkyMap::Sample drawn(int i) const {
-    return {vector_at(points_.direction, i), vector_at(points_.radiance, i), points_.angle[i]};
+    return {vector_at(memory_.direction, i), vector_at(memory_.radiance, i), memory_.angle[i]};
   }
 
  private:
-  const LightSet* lights_ = nullptr;
-  const KernelTable* kernels_ = nullptr;
-  SkyView view_{};
-  SkyPoints points_{};
+  const LightSet& lights_;
+  const KernelTable& kernels_;
+  const SkyView view_;
+  SkyPoints& memory_;
 };
 
 }  // namespace tessera::core

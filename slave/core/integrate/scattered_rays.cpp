@@ -17,63 +17,66 @@ constexpr float kDiffuseSpread = 0.2f;
 
 }  // namespace
 
-void ScatteredRays::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer) {
-  scene_ = &scene;
-  tracer_ = &tracer;
-  met_.begin(scene, tracer.kernels());
-  sky_.begin(scene.lights, tracer.kernels());
-}
+ScatteredRays::ScatteredRays(const RenderContext& context, Memory& memory)
+    : context_(context),
+      memory_(memory),
+      met_(context.scene, context.kernels(), memory.met),
+      sky_(context.scene.lights, context.kernels(), memory.sky) {}
 
 void ScatteredRays::clear() {
-  count = asked_count_ = 0;
-  packet_.habit = {};
-  std::fill_n(packet_.t_min, kPacketRays, 0.0f);
-  std::fill_n(packet_.t_max, kPacketRays, std::numeric_limits<float>::infinity());
+  count_ = asked_count_ = 0;
+  memory_.packet.habit = {};
+  std::fill_n(memory_.packet.t_min, kPacketRays, 0.0f);
+  std::fill_n(memory_.packet.t_max, kPacketRays, std::numeric_limits<float>::infinity());
 }
 
 void ScatteredRays::scatter(const SurfaceBatch& batch, std::uint32_t dimension,
                             std::uint32_t sample) {
   static_assert(BsdfPacket::kMax == kSamplePoints);
   for (int first = 0; first < asked_count_; first += kSamplePoints) {
-    samples_.count = std::min(kSamplePoints, asked_count_ - first);
-    for (int i = 0; i < samples_.count; ++i) samples_.key[i] = asked_[first + i].key;
-    tracer_->kernels().sample_points(dimension, sample, samples_);
-    scatter_some(batch, asked_ + first, samples_.count);
+    memory_.samples.count = std::min(kSamplePoints, asked_count_ - first);
+    for (int i = 0; i < memory_.samples.count; ++i)
+      memory_.samples.key[i] = memory_.asked[first + i].key;
+    context_.kernels().sample_points(dimension, sample, memory_.samples);
+    scatter_some(batch, memory_.asked + first, memory_.samples.count);
   }
 }
 
 void ScatteredRays::scatter_some(const SurfaceBatch& batch, const Asked* asked, int n) {
   int number[BsdfPacket::kMax];  // in its packet
-  diffuse_.clear();
-  glossy_.clear();
-  layered_.clear();
+  memory_.diffuse.clear();
+  memory_.glossy.clear();
+  memory_.layered.clear();
   for (int i = 0; i < n; ++i) {
     const Surface& s = batch.surface[asked[i].surface];
-    const Vec2f square{samples_.square[0][i], samples_.square[1][i]};
-    if (s.bsdf == BsdfKind::kDiffuse) number[i] = diffuse_.add_diffuse(s.shading_normal, square);
+    const Vec2f square{memory_.samples.square[0][i], memory_.samples.square[1][i]};
+    if (s.bsdf == BsdfKind::kDiffuse)
+      number[i] = memory_.diffuse.add_diffuse(s.shading_normal, square);
     if (s.bsdf == BsdfKind::kGlossy) {
-      number[i] = s.lobes == kNoLobes ? glossy_.add_glossy(s, square)
-                                      : layered_.add_layered(s, batch.lobes[s.lobes], square);
+      number[i] = s.lobes == kNoLobes
+                      ? memory_.glossy.add_glossy(s, square)
+                      : memory_.layered.add_layered(s, batch.lobes[s.lobes], square);
     }
   }
-  diffuse_.sample_diffuse(tracer_->kernels());
-  if (glossy_.count() > 0) glossy_.sample_glossy(tracer_->kernels());
-  if (layered_.count() > 0) layered_.sample_layered(tracer_->kernels());
+  memory_.diffuse.sample_diffuse(context_.kernels());
+  if (memory_.glossy.count() > 0) memory_.glossy.sample_glossy(context_.kernels());
+  if (memory_.layered.count() > 0) memory_.layered.sample_layered(context_.kernels());
   for (int i = 0; i < n; ++i) {
     const Surface& s = batch.surface[asked[i].surface];
     if (s.bsdf == BsdfKind::kDiffuse) {
       const int k = number[i];
       push(batch, asked[i],
-           {diffuse_.direction(k), s.albedo * s.weight, diffuse_.pdf(k), kDiffuseSpread});
+           {memory_.diffuse.direction(k), s.albedo * s.weight, memory_.diffuse.pdf(k),
+            kDiffuseSpread});
     } else if (s.bsdf == BsdfKind::kGlossy) {
       const int k = number[i];
-      const BsdfPacket& from = s.lobes == kNoLobes ? glossy_ : layered_;
+      const BsdfPacket& from = s.lobes == kNoLobes ? memory_.glossy : memory_.layered;
       push(batch, asked[i],
            {from.direction(k), from.weight(k) * s.weight, from.pdf(k),
             kDiffuseSpread * s.roughness * s.roughness});
     } else {
-      const SpecularSample out =
-          sample_specular(s, s.to_viewer, {samples_.square[0][i], samples_.square[1][i]});
+      const SpecularSample out = sample_specular(
+          s, s.to_viewer, {memory_.samples.square[0][i], memory_.samples.square[1][i]});
       push(batch, asked[i],
            {out.direction, out.weight * s.weight, 0, kDiffuseSpread * out.alpha, out.is_through});
     }
@@ -88,67 +91,69 @@ void ScatteredRays::push(const SurfaceBatch& batch, const Asked& asked, const Sc
   if (!is_specular(s) && !(out.pdf > 0)) return;
   const Vec3f outward = s.normal * (out.is_through ? -1.0f : 1.0f);
   if (!(dot(out.direction, outward) > 0)) return;
-  const int ray = count++;
-  origin[ray] = asked.surface;
-  pixel[ray] = batch.pixel[asked.surface];
-  key[ray] = asked.key;
-  start[ray] = s.point + outward * s.offset;
-  direction[ray] = out.direction;
-  weight[ray] = out.weight;
-  pdf[ray] = out.pdf;
-  cone[ray] = s.cone.widened(out.widening);
+  const int ray = count_++;
+  memory_.origin[ray] = asked.surface;
+  memory_.pixel[ray] = batch.pixel[asked.surface];
+  memory_.key[ray] = asked.key;
+  memory_.start[ray] = s.point + outward * s.offset;
+  memory_.direction[ray] = out.direction;
+  memory_.weight[ray] = out.weight;
+  memory_.pdf[ray] = out.pdf;
+  memory_.cone[ray] = s.cone.widened(out.widening);
 }
 
 std::uint64_t ScatteredRays::trace(const int* rays, int n) {
-  packet_.active = bits_below(n);
+  memory_.packet.active = bits_below(n);
   for (int i = 0; i < n; ++i) {
-    number_[i] = rays[i];
+    memory_.number[i] = rays[i];
     for (int a = 0; a < 3; ++a) {
-      packet_.origin[a][i] = start[rays[i]][a];
-      packet_.direction[a][i] = direction[rays[i]][a];
+      memory_.packet.origin[a][i] = memory_.start[rays[i]][a];
+      memory_.packet.direction[a][i] = memory_.direction[rays[i]][a];
     }
   }
-  tracer_->closest(packet_, hits_);
-  met_.find(packet_, hits_);
+  context_.tracer.closest(memory_.packet, memory_.hits);
+  met_.find(memory_.packet, memory_.hits);
   return met_.points().met;
 }
 
 void ScatteredRays::meet(std::uint64_t met, Surface* const* to, SurfaceBatch* batch, bool is_seen) {
-  RayCone cones[kPacketRays];
-  const bool has_cones = scene_->features.needs_cones();
-  for_each_ray(has_cones ? met : 0, [&](int i) { cones[i] = cone[number_[i]]; });
+  const bool has_cones = context_.scene.features.needs_cones();
+  const RayCone* const cones = has_cones ? memory_.cones : nullptr;
+  for_each_ray(has_cones ? met : 0,
+               [&](int i) { memory_.cones[i] = memory_.cone[memory_.number[i]]; });
   if (is_seen)
-    met_.make_seen(met, has_cones ? cones : nullptr, to, batch);
+    met_.make_seen(memory_.packet, memory_.hits, met, cones, to, batch);
   else
-    met_.make(met, has_cones ? cones : nullptr, to, batch);
-  if (scene_->features.has_transmission) {
-    for_each_ray(met, [&](int i) { to[i]->weight = to[i]->weight * weight[number_[i]]; });
+    met_.make(memory_.packet, memory_.hits, met, cones, to, batch);
+  if (context_.scene.features.has_transmission) {
+    for_each_ray(met,
+                 [&](int i) { to[i]->weight = to[i]->weight * memory_.weight[memory_.number[i]]; });
   } else {
-    for_each_ray(met, [&](int i) { to[i]->weight = weight[number_[i]]; });
+    for_each_ray(met, [&](int i) { to[i]->weight = memory_.weight[memory_.number[i]]; });
   }
 }
 
 Vec3f ScatteredRays::emission_met(int i, const Surface& s, bool is_picked) const {
-  const int ray = number_[i];
-  const Emitter* emitter = scene_->lights.emitter_of(met_.triangle(i));
+  const int ray = memory_.number[i];
+  const Emitter* emitter = context_.scene.lights.emitter_of(memory_.hits.primitive[i]);
   // Light samples look at pictures of lamps as they are, not at their mip levels: so does this.
   if (emitter == nullptr) {
     const bool is_left_out =
         s.material->emission_texture.is_set() && s.material->alpha.mode == AlphaMode::kOpaque;
-    return is_left_out ? Vec3f{} : weight[ray] * s.emission;
+    return is_left_out ? Vec3f{} : weight(ray) * s.emission;
   }
-  const float chance = is_picked ? emitter->share : 1, t = hits_.t[i];
-  const float light = chance / emitter->area * (t * t) / std::fabs(dot(s.normal, direction[ray]));
+  const float chance = is_picked ? emitter->share : 1, t = memory_.hits.t[i];
+  const float light = chance / emitter->area * (t * t) / std::fabs(dot(s.normal, direction(ray)));
   const PacketPoints& at = met_.points();
-  return weight[ray] * scene_->lights.emission_at(*emitter, at.u[i], at.v[i]) *
-         (pdf[ray] / (pdf[ray] + light));
+  return weight(ray) * context_.scene.lights.emission_at(*emitter, at.u[i], at.v[i]) *
+         (pdf(ray) / (pdf(ray) + light));
 }
 
 Vec3f ScatteredRays::sky_met(int i) const {
-  const int ray = number_[i];
-  const Vec3f light = weight[ray] * sky_.radiance(i);
-  if (!sky_.has_map() || !(pdf[ray] > 0)) return light;
-  return light * (pdf[ray] / (pdf[ray] + sky_.pdf(i)));
+  const int ray = memory_.number[i];
+  const Vec3f light = weight(ray) * sky_.radiance(i);
+  if (!sky_.has_map() || !(pdf(ray) > 0)) return light;
+  return light * (pdf(ray) / (pdf(ray) + sky_.pdf(i)));
 }
 
 }  // namespace tessera::core

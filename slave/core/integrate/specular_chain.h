@@ -13,11 +13,10 @@
 // reflects or refracts by chance, so a chain is one ray; its numbers depend on pixel, sample and
 // depth alone.
 //
-// Threads. One object per thread; scratch memory.
+// Threads. One object per thread, over memory of its own.
 #pragma once
 
-#include <atomic>
-#include <memory>
+#include <cstdint>
 
 #include "slave/core/integrate/scattered_rays.h"
 
@@ -29,32 +28,29 @@ inline constexpr int kSpecularDepthMax = 16;
 
 class SpecularChain {
  public:
-  SpecularChain() : rays_(std::make_unique<Rays>()) {}
+  struct Memory {
+    ScatteredRays::Memory rays;
+    int order[kBatchMax];            // of rays: those of one group are neighbours
+    std::uint64_t group[kBatchMax];  // by ray: what it is traced together with
+    bool is_gone[kBatchMax];         // by surface: nothing more comes from there
+  };
 
-  // Keeps references until the next call. Requires: all outlive the calls of follow(). `is_cancelled`
-  // may be null; `is_seen`: chains begin at what the camera sees.
-  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
-             const std::atomic<bool>* is_cancelled, bool is_seen = true);
+  // Requires: both outlive it. `is_seen`: chains begin at what the camera sees.
+  SpecularChain(const RenderContext& context, Memory& memory, bool is_seen = true)
+      : context_(context), memory_(memory), is_seen_(is_seen), rays_(context, memory.rays) {}
 
   // Surfaces that are left keep their order, pixel and key. Requires: batch.key is set. Returns:
   // rays traced.
   std::uint64_t follow(SurfaceBatch& batch, Vec3f* radiance);
 
  private:
-  struct Rays {
-    ScatteredRays scattered;
-    int order[kBatchMax];            // of rays: those of one group are neighbours
-    std::uint64_t group[kBatchMax];  // by ray: what it is traced together with
-    bool is_gone[kBatchMax];         // by surface: nothing more comes from there
-  };
-
   int scatter(const SurfaceBatch& batch, std::uint32_t depth);
   void trace_packet(SurfaceBatch& batch, const int* rays, int n, Vec3f* radiance);
 
-  const PreparedScene::Impl* scene_ = nullptr;
-  const std::atomic<bool>* is_cancelled_ = nullptr;
-  bool is_seen_ = true;
-  std::unique_ptr<Rays> rays_;
+  const RenderContext& context_;
+  Memory& memory_;
+  const bool is_seen_;
+  ScatteredRays rays_;
 };
 
 }  // namespace tessera::core

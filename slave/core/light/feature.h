@@ -17,11 +17,4 @@ struct Feature {
 using Feature = bool;
 #endif
 
-// The same for indirect light, of which direct light is to pay nothing.
-#ifdef TESSERA_DIRECT_CORE
-inline constexpr bool kHasIndirect = false;
-#else
-inline constexpr bool kHasIndirect = true;
-#endif
-
 }  // namespace tessera::core

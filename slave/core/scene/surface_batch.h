@@ -26,8 +26,8 @@ struct SurfaceBatch {
   // [kBatchMax], where the scene has any: a surface's are at Surface::lobes.
   std::unique_ptr<SurfaceLobes[]> lobes;
 
-  // Before the first surface of a scene.
-  void begin(bool has_lobes) {
+  // Before the first surface of a scene that has any.
+  void make_room_for_lobes(bool has_lobes) {
     if (has_lobes && lobes == nullptr) lobes = std::make_unique<SurfaceLobes[]>(kBatchMax);
   }
   // Requires: count < kBatchMax.

@@ -51,17 +51,11 @@ void put_uv(Vec2f uv, float (&to)[2][kDetailPoints], int i) {
 
 }  // namespace
 
-void SurfaceDetail::begin(const PreparedScene::Impl& scene, const KernelTable& kernels) {
-  scene_ = &scene;
-  kernels_ = &kernels;
-  instances_.begin(scene.triangles);
-}
-
 void SurfaceDetail::add(const Hits& hits, std::uint64_t rays, const RayCone* cones,
                         Surface* const* to, SurfaceBatch* batch) {
   std::uint32_t instance[kPacketRays];
-  const bool is_diffuse = scene_->features.is_diffuse();
-  const bool has_cones = cones != nullptr && scene_->features.needs_cones();
+  const bool is_diffuse = scene_.features.is_diffuse();
+  const bool has_cones = cones != nullptr && scene_.features.needs_cones();
   for_each_ray(rays, [&](int ray) {
     instance[ray] = instances_.of(hits.triangle[ray]);
     Surface& s = *to[ray];
@@ -87,126 +81,128 @@ void SurfaceDetail::add(const Hits& hits, std::uint64_t rays, const RayCone* con
 }
 
 DetailGroup SurfaceDetail::group_of(std::uint32_t instance, const Material& material) const {
-  const Mesh& mesh = *scene_->meshes[scene_->instances[instance].mesh];
+  const Mesh& mesh = *scene_.meshes[scene_.instances[instance].mesh];
   DetailGroup group{};
   group.is_diffuse = material.bsdf == BsdfKind::kDiffuse;
   group.has_program = material.surface.kind != SurfaceKind::kConstant;
-  group.has_normals = scene_->features.has_normals && !mesh.normals.empty();
-  if (group.has_normals) set_maps(scene_->instances[instance].object_to_world, group);
-  if (scene_->features.has_lobes) {
+  group.has_normals = scene_.features.has_normals && !mesh.normals.empty();
+  if (group.has_normals) set_maps(scene_.instances[instance].object_to_world, group);
+  if (scene_.features.has_lobes) {
     group.has_coat = has_coat(material);
     group.coat_normal_scale = material.clearcoat.normal_scale;
     group.is_stretched = is_stretched(material) && !(mesh.uvs.empty() && mesh.tangents.empty());
   }
-  group.has_colors = scene_->features.has_colors && !mesh.colors.empty();
-  if (scene_->features.has_textures) put_textures(material, mesh, group);
+  group.has_colors = scene_.features.has_colors && !mesh.colors.empty();
+  if (scene_.features.has_textures) put_textures(material, mesh, group);
   group.has_tangents =
       !mesh.tangents.empty() && ((group.uses & kNormalUses) != 0 || group.is_stretched);
-  if (group.has_tangents) set_maps(scene_->instances[instance].object_to_world, group);
+  if (group.has_tangents) set_maps(scene_.instances[instance].object_to_world, group);
   return group;
 }
 
 void SurfaceDetail::put_textures(const Material& material, const Mesh& mesh,
                                  DetailGroup& group) const {
-  group.textures = &scene_->texture_tables[static_cast<std::size_t>(number_of(material))];
+  group.textures = &scene_.texture_tables[static_cast<std::size_t>(number_of(material))];
   if (!mesh.uvs.empty()) group.uses |= group.textures->uses_of_set[0];
   if (!mesh.uvs1.empty()) group.uses |= group.textures->uses_of_set[1];
   group.normal_scale = material.normal_scale;
 }
 
 std::ptrdiff_t SurfaceDetail::number_of(const Material& material) const {
-  return &material - scene_->materials.data();
+  return &material - scene_.materials.data();
 }
 
 void SurfaceDetail::add_group(const DetailGroup& group, const Hits& hits, std::uint64_t rays,
                               Surface* const* to, SurfaceBatch* batch) {
   int count = 0;
-  points_.front = 0;
+  memory_.points.front = 0;
   for_each_ray(rays, [&](int ray) {
-    surface_[count] = to[ray];
-    triangle_[count] = hits.triangle[ray];
-    ray_[count] = ray;
-    points_.u[count] = hits.points.u[ray];
-    points_.v[count] = hits.points.v[ray];
+    memory_.surface[count] = to[ray];
+    memory_.triangle[count] = hits.triangle[ray];
+    memory_.ray[count] = ray;
+    memory_.points.u[count] = hits.points.u[ray];
+    memory_.points.v[count] = hits.points.v[ray];
     for (int a = 0; a < 3; ++a) {
-      points_.direction[a][count] = hits.direction[a][ray];
-      points_.normal[a][count] = hits.points.normal[a][ray];
+      memory_.points.direction[a][count] = hits.direction[a][ray];
+      memory_.points.normal[a][count] = hits.points.normal[a][ray];
     }
-    points_.cone_width[count] = to[ray]->cone.width;
-    points_.front |= (hits.points.front >> ray & 1u) << count;
+    memory_.points.cone_width[count] = to[ray]->cone.width;
+    memory_.points.front |= (hits.points.front >> ray & 1u) << count;
     ++count;
   });
-  points_.count = count;
-  const std::uint32_t instance = instances_.of(triangle_[0]);
+  memory_.points.count = count;
+  const std::uint32_t instance = instances_.of(memory_.triangle[0]);
   put_corners(group, instance);
-  kernels_->surface_detail(group, points_);
-  take(group, *scene_->meshes[scene_->instances[instance].mesh]);
-  if (group.has_program) run_program(*surface_[0]->material);
-  const Material& material = *surface_[0]->material;
-  if (scene_->features.has_lobes && has_lobes(material)) add_lobes(group, batch);
-  if (scene_->features.has_transmission) pass_light(group, hits, batch);
+  kernels_.surface_detail(group, memory_.points);
+  take(group, *scene_.meshes[scene_.instances[instance].mesh]);
+  if (group.has_program) run_program(*memory_.surface[0]->material);
+  const Material& material = *memory_.surface[0]->material;
+  if (scene_.features.has_lobes && has_lobes(material)) add_lobes(group, batch);
+  if (scene_.features.has_transmission) pass_light(group, hits, batch);
 }
 
 void SurfaceDetail::add_lobes(const DetailGroup& group, SurfaceBatch* batch) {
   if (batch == nullptr) return;
-  for (int i = 0; i < points_.count; ++i) {
-    Surface& s = *surface_[i];
+  for (int i = 0; i < memory_.points.count; ++i) {
+    Surface& s = *memory_.surface[i];
     const auto slot = static_cast<std::uint16_t>(&s - batch->surface);
-    batch->lobes[slot] = lobes_of(s, group, points_, i);
+    batch->lobes[slot] = lobes_of(s, group, memory_.points, i);
     s.lobes = slot;
   }
 }
 
 void SurfaceDetail::pass_light(const DetailGroup& group, const Hits& hits, SurfaceBatch* batch) {
-  const Material& material = *surface_[0]->material;
-  for (int i = 0; i < points_.count; ++i) {
-    Surface& s = *surface_[i];
+  const Material& material = *memory_.surface[0]->material;
+  for (int i = 0; i < memory_.points.count; ++i) {
+    Surface& s = *memory_.surface[i];
     if (absorbs(material) && !s.is_front)
-      s.weight = absorbed(material.transmission, hits.points.distance[ray_[i]]);
+      s.weight = absorbed(material.transmission, hits.points.distance[memory_.ray[i]]);
     if (!passes_light(material)) continue;
-    const float share = transmission_of(s, group, points_, i);
+    const float share = transmission_of(s, group, memory_.points, i);
     SurfaceLobes* const lobes = s.lobes == kNoLobes ? nullptr : &batch->lobes[s.lobes];
-    const Vec3f direction{hits.direction[0][ray_[i]], hits.direction[1][ray_[i]],
-                          hits.direction[2][ray_[i]]};
-    choose_part(s, lobes, share, chance_of(direction, s.point, triangle_[i]));
+    const Vec3f direction{hits.direction[0][memory_.ray[i]], hits.direction[1][memory_.ray[i]],
+                          hits.direction[2][memory_.ray[i]]};
+    choose_part(s, lobes, share, chance_of(direction, s.point, memory_.triangle[i]));
   }
 }
 
 void SurfaceDetail::put_corners(const DetailGroup& group, std::uint32_t instance) {
-  const Mesh& mesh = *scene_->meshes[scene_->instances[instance].mesh];
+  const Mesh& mesh = *scene_.meshes[scene_.instances[instance].mesh];
   const auto is_used = [&](int set) {
     return group.uses != 0 && (group.uses & group.textures->uses_of_set[set]) != 0;
   };
   const bool has_own_uv = group.is_stretched && !group.has_tangents;
   const bool has_set[2] = {is_used(0) || has_own_uv, is_used(1)};
-  for (int i = 0; i < points_.count; ++i) {
-    const auto& corners = mesh.triangles[triangle_[i] - instances_.first_triangle()];
+  for (int i = 0; i < memory_.points.count; ++i) {
+    const auto& corners = mesh.triangles[memory_.triangle[i] - instances_.first_triangle()];
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t vertex = corners[static_cast<std::size_t>(k)];
-      if (group.has_normals) put_vector(mesh.normals[vertex], points_.corner_normal[k], i);
-      if (group.has_program) put_vector(mesh.positions[vertex], points_.corner_of_mesh[k], i);
-      if (has_set[0]) put_uv(mesh.uvs[vertex], points_.corner_uv[0][k], i);
-      if (has_set[1]) put_uv(mesh.uvs1[vertex], points_.corner_uv[1][k], i);
+      if (group.has_normals) put_vector(mesh.normals[vertex], memory_.points.corner_normal[k], i);
+      if (group.has_program)
+        put_vector(mesh.positions[vertex], memory_.points.corner_of_mesh[k], i);
+      if (has_set[0]) put_uv(mesh.uvs[vertex], memory_.points.corner_uv[0][k], i);
+      if (has_set[1]) put_uv(mesh.uvs1[vertex], memory_.points.corner_uv[1][k], i);
       if (group.uses != 0 || group.has_program || group.is_stretched)
-        put_vector(scene_->triangles.vertex_of(instance, triangle_[i], k), points_.corner[k], i);
+        put_vector(scene_.triangles.vertex_of(instance, memory_.triangle[i], k),
+                   memory_.points.corner[k], i);
       if (group.has_tangents) {
         const Vec4f& t = mesh.tangents[vertex];
-        put_vector({t.x, t.y, t.z}, points_.corner_tangent[k], i);
-        points_.handedness[i] = t.w;
+        put_vector({t.x, t.y, t.z}, memory_.points.corner_tangent[k], i);
+        memory_.points.handedness[i] = t.w;
       }
     }
   }
 }
 
 void SurfaceDetail::take(const DetailGroup& group, const Mesh& mesh) {
-  for (int i = 0; i < points_.count; ++i) {
-    Surface& s = *surface_[i];
-    s.shading_normal = vector_at(points_.shading_normal, i);
-    if (!group.is_diffuse) s.to_viewer = vector_at(points_.to_viewer, i);
+  for (int i = 0; i < memory_.points.count; ++i) {
+    Surface& s = *memory_.surface[i];
+    s.shading_normal = vector_at(memory_.points.shading_normal, i);
+    if (!group.is_diffuse) s.to_viewer = vector_at(memory_.points.to_viewer, i);
     if (group.has_colors) s.albedo = s.albedo * color_at(mesh, i);
     if (group.uses == 0) continue;
     const auto has = [&](TextureUse use) { return (group.uses >> use & 1u) != 0; };
-    const auto texel = [&](TextureUse use) { return vector_at(points_.texel[use], i); };
+    const auto texel = [&](TextureUse use) { return vector_at(memory_.points.texel[use], i); };
     if (has(kAlbedoTexture)) s.albedo = s.albedo * texel(kAlbedoTexture);
     if (has(kEmissionTexture)) s.emission = s.emission * texel(kEmissionTexture);
     if (has(kRoughnessMetalnessTexture)) {
@@ -218,25 +214,25 @@ void SurfaceDetail::take(const DetailGroup& group, const Mesh& mesh) {
 }
 
 Vec3f SurfaceDetail::color_at(const Mesh& mesh, int i) const {
-  const auto& corners = mesh.triangles[triangle_[i] - instances_.first_triangle()];
+  const auto& corners = mesh.triangles[memory_.triangle[i] - instances_.first_triangle()];
   const auto color = [&](std::size_t k) {
     const Vec4f& c = mesh.colors[corners[k]];
     return Vec3f{c.x, c.y, c.z};
   };
-  const float u = points_.u[i], v = points_.v[i];
+  const float u = memory_.points.u[i], v = memory_.points.v[i];
   return color(0) * (1 - u - v) + color(1) * u + color(2) * v;
 }
 
 void SurfaceDetail::run_program(const Material& material) {
-  const auto count = static_cast<std::size_t>(points_.count);
+  const auto count = static_cast<std::size_t>(memory_.points.count);
   const auto axes = [&](const float(&of)[3][kDetailPoints]) {
     return SurfacePlaces::Axes{{{of[0], count}, {of[1], count}, {of[2], count}}};
   };
-  apply_surface_program(material.surface, Noise(kernels_->noise),
-                        {axes(points_.place),
-                         axes(points_.place_normal),
-                         {points_.footprint, count},
-                         {surface_, count}});
+  apply_surface_program(material.surface, Noise(kernels_.noise),
+                        {axes(memory_.points.place),
+                         axes(memory_.points.place_normal),
+                         {memory_.points.footprint, count},
+                         {memory_.surface, count}});
 }
 
 }  // namespace tessera::core

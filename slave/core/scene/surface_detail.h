@@ -8,7 +8,7 @@
 // (slave/core/surface/detail-inl.h), to the bit of plain arithmetic for each ray alone
 // (tests/support/plain_surface.h).
 //
-// Threads. One object per thread.
+// Threads. One object per thread, over memory of its own.
 #pragma once
 
 #include <cstddef>
@@ -24,14 +24,24 @@ namespace tessera::core {
 
 class SurfaceDetail {
  public:
-  // Keeps references until the next call. Requires: both outlive the calls of the others.
-  void begin(const PreparedScene::Impl& scene, const KernelTable& kernels);
+  // Points that are worked on at a time. What stands beyond their count is what stood there before, and
+  // no index that leads anywhere else.
+  struct Memory {
+    DetailPoints points{};
+    Surface* surface[kDetailPoints];
+    std::uint32_t triangle[kDetailPoints];  // of the scene
+    int ray[kDetailPoints];                 // of the packet
+  };
 
-  // Of a packet.
+  // Requires: all outlive it.
+  SurfaceDetail(const PreparedScene::Impl& scene, const KernelTable& kernels, Memory& memory)
+      : scene_(scene), kernels_(kernels), memory_(memory), instances_(scene.triangles) {}
+
+  // What a packet has met.
   struct Hits {
     const PacketPoints& points;
-    const float (*direction)[kPacketRays];
-    const std::uint32_t* triangle;  // [kPacketRays]
+    const float (&direction)[3][kPacketRays];
+    const std::uint32_t (&triangle)[kPacketRays];
   };
 
   // Adds to *to[i] for each of `rays`, bits of points.met. cones [kPacketRays]: the rays' where they
@@ -46,7 +56,7 @@ class SurfaceDetail {
   std::ptrdiff_t number_of(const Material& material) const;
   void add_group(const DetailGroup& group, const Hits& hits, std::uint64_t rays, Surface* const* to,
                  SurfaceBatch* batch);
-  // Of all in points_.
+  // Of all points in the memory.
   void put_corners(const DetailGroup& group, std::uint32_t instance);
   void take(const DetailGroup& group, const Mesh& mesh);
   Vec3f color_at(const Mesh& mesh, int i) const;  // of vertices
@@ -54,14 +64,10 @@ class SurfaceDetail {
   void add_lobes(const DetailGroup& group, SurfaceBatch* batch);
   void pass_light(const DetailGroup& group, const Hits& hits, SurfaceBatch* batch);
 
-  const PreparedScene::Impl* scene_ = nullptr;
-  const KernelTable* kernels_ = nullptr;
+  const PreparedScene::Impl& scene_;
+  const KernelTable& kernels_;
+  Memory& memory_;
   InstanceFinder instances_;
-
-  DetailPoints points_{};
-  Surface* surface_[kDetailPoints];
-  std::uint32_t triangle_[kDetailPoints];  // of the scene
-  int ray_[kDetailPoints];                 // of the packet
 };
 
 }  // namespace tessera::core

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "slave/core/integrate/camera_packet.h"
+#include "slave/core/integrate/frame_light.h"
 #include "slave/core/sampling/dimension.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "slave/core/scene/met_surfaces.h"
@@ -277,8 +278,8 @@ TEST(Surfaces, RichSurfacesOfPacketsAreThoseOfEachRayAlone) {
   for (const Isa isa : test::isas_here()) {
     const KernelTable& kernels = kernels_for(isa);
     const SceneTracer tracer(scene.index, kernels);
-    MetSurfaces met;
-    met.begin(scene, kernels);
+    MetSurfaces::Memory memory;
+    MetSurfaces met(scene, kernels, memory);
     std::mt19937 random(test::seed(13));
     int compared = 0;
     for (int round = 0; round < 3000; ++round) {
@@ -296,7 +297,7 @@ TEST(Surfaces, RichSurfacesOfPacketsAreThoseOfEachRayAlone) {
       }
       const std::uint64_t asked =
           met.points().met & (std::uint64_t{random()} << 32 | std::uint64_t{random()});
-      met.make(asked, has_cones ? cones : nullptr, to);
+      met.make(rays, hits, asked, has_cones ? cones : nullptr, to);
       for (std::uint64_t left = asked; left != 0; left &= left - 1) {
         const int i = std::countr_zero(left);
         const RayCone cone = has_cones ? cones[i].advanced(met.points().distance[i]) : RayCone{};
@@ -330,8 +331,9 @@ TEST(Surfaces, CameraPacketsCoverAPartWithEachPixelsOwnRay) {
       const TileRect part{below(900), below(600), 1 + below(32), 1 + below(32)};
       const auto sample =
           static_cast<std::uint32_t>(settings.samples_per_pixel == 1 ? 0 : below(5));
-      CameraPacket packet;
-      packet.begin(settings, camera, tracer);
+      FrameLight light;
+      const RenderContext context{prepared->impl(), tracer, settings, camera, light};
+      CameraPacket packet(context);
       packet.enter(part);
       ASSERT_EQ(packet.width_px() * packet.height_px(), kPacketRays);
       std::set<std::pair<int, int>> seen;

@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "slave/core/integrate/frame_light.h"
 #include "slave/core/sampling/hemisphere.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "tests/support/packets.h"
@@ -40,8 +41,12 @@ TEST(ScatteredRays, HaveADensityOrAreNotTraced) {
   const KernelTable& kernels = kernels_for(test::isas_here().back());
   const SceneTracer tracer(prepared->impl().index, kernels);
   auto batch = std::make_unique<SurfaceBatch>();
-  auto rays = std::make_unique<ScatteredRays>();
-  rays->begin(prepared->impl(), tracer);
+  const FrameSettings settings;
+  const CameraRays camera(settings.camera, settings.width_px, settings.height_px);
+  FrameLight light;
+  const RenderContext context{prepared->impl(), tracer, settings, camera, light};
+  const auto memory = std::make_unique<ScatteredRays::Memory>();
+  ScatteredRays rays(context, *memory);
   Surface& s = batch->surface[0];
   batch->count = 1;
   s.albedo = {1, 1, 1};
@@ -61,15 +66,15 @@ TEST(ScatteredRays, HaveADensityOrAreNotTraced) {
     const Vec3f way =
         cosine_direction(s.shading_normal, shuffled_2d(hash_combine(key, kDimension), kSample));
     const bool is_above = dot(way, s.normal) > 0, has_pdf = dot(way, s.shading_normal) > 0;
-    rays->clear();
-    rays->ask(0, key);
-    rays->scatter(*batch, kDimension, kSample);
-    ASSERT_EQ(rays->count, is_above && has_pdf ? 1 : 0);
-    if (rays->count == 1) {
-      ASSERT_GT(rays->pdf[0], 0);
+    rays.clear();
+    rays.ask(0, key);
+    rays.scatter(*batch, kDimension, kSample);
+    ASSERT_EQ(rays.count(), is_above && has_pdf ? 1 : 0);
+    if (rays.count() == 1) {
+      ASSERT_GT(rays.pdf(0), 0);
     }
     left_out += is_above && !has_pdf ? 1 : 0;
-    traced += rays->count;
+    traced += rays.count();
   }
   EXPECT_GT(left_out, 100);
   EXPECT_GT(traced, 1000);

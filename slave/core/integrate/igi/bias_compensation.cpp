@@ -6,10 +6,8 @@
 #include <cmath>
 
 #include "slave/core/integrate/bsdf_packet.h"
-#include "slave/core/integrate/path_tracer.h"
 #include "slave/core/sampling/dimension.h"
 #include "slave/core/sampling/sample_sequence.h"
-#include "slave/core/scene/met_surfaces.h"
 
 namespace tessera::core {
 namespace {
@@ -18,41 +16,21 @@ static_assert(kPacketRays <= kSamplePoints && kPacketRays <= BsdfPacket::kMax);
 
 }  // namespace
 
-struct BiasCompensation::Scratch {
-  PathTracer paths;
-  SurfaceBatch batch;  // what the rays have met; pixel: number of the point
-  Vec3f light[kGatherMax];
-  SamplePoints samples{};
-  BsdfPacket directions;
-  RayPacket rays;
-  PacketHits hits;
-  MetSurfaces met;
-  SurfaceBatch arrived;  // of a packet
-  Surface* surface_at[kPacketRays];
-};
-
-BiasCompensation::BiasCompensation() : scratch_(std::make_unique<Scratch>()) {
-  for (int i = 0; i < kPacketRays; ++i) scratch_->surface_at[i] = &scratch_->arrived.surface[i];
-}
-BiasCompensation::~BiasCompensation() = default;
-
-void BiasCompensation::begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
-                             const GeometryBounds& bounds, int bounces,
-                             const std::atomic<bool>* is_cancelled) {
-  scene_ = &scene;
-  tracer_ = &tracer;
-  bounds_ = bounds;
-  bounces_ = bounces;
-  scratch_->met.begin(scene, tracer.kernels());
-  scratch_->batch.begin(scene.features.has_lobes);
-  scratch_->arrived.begin(scene.features.has_lobes);
-  scratch_->paths.begin(scene, tracer, std::max(0, bounces_ - 1), is_cancelled);
-  std::fill_n(scratch_->rays.t_min, kPacketRays, 0.0f);
-  std::fill_n(scratch_->rays.t_max, kPacketRays, 1 / std::sqrt(bounds_.vpl));
+BiasCompensation::BiasCompensation(const RenderContext& context, Memory& memory,
+                                   const GeometryBounds& bounds)
+    : context_(context),
+      memory_(memory),
+      bounds_(bounds),
+      met_(context.scene, context.kernels(), memory.met),
+      paths_(context, memory.paths, std::max(0, context.settings.bounces - 1)) {
+  memory.batch.make_room_for_lobes(context.scene.features.has_lobes);
+  memory.arrived.make_room_for_lobes(context.scene.features.has_lobes);
+  std::fill_n(memory.rays.t_min, kPacketRays, 0.0f);
+  std::fill_n(memory.rays.t_max, kPacketRays, 1 / std::sqrt(bounds.vpl));
 }
 
 RayCounts BiasCompensation::add(GatherPoints& points, std::uint32_t sequence_index) {
-  Scratch& s = *scratch_;
+  Memory& s = memory_;
   RayCounts counts;
   s.batch.count = 0;
   s.batch.sample_index = sequence_index;
@@ -61,7 +39,7 @@ RayCounts BiasCompensation::add(GatherPoints& points, std::uint32_t sequence_ind
     follow(points, first, std::min(kPacketRays, points.count - first));
     counts.secondary += static_cast<std::uint64_t>(std::popcount(s.rays.active));
   }
-  if (bounces_ > 0 && s.batch.count > 0) counts += s.paths.add(s.batch, s.light);
+  if (context_.settings.bounces > 0 && s.batch.count > 0) counts += paths_.add(s.batch, s.light);
   for (int i = 0; i < points.count; ++i) {
     for (int c = 0; c < 3; ++c) points.light[c][i] += s.light[i][c];
   }
@@ -69,17 +47,17 @@ RayCounts BiasCompensation::add(GatherPoints& points, std::uint32_t sequence_ind
 }
 
 void BiasCompensation::follow(const GatherPoints& points, int first, int count) {
-  Scratch& s = *scratch_;
+  Memory& s = memory_;
   s.samples.count = count;
   std::copy_n(points.key + first, count, s.samples.key);
-  tracer_->kernels().sample_points(dimension(Dimension::kBiasRay), s.batch.sample_index, s.samples);
+  context_.kernels().sample_points(dimension(Dimension::kBiasRay), s.batch.sample_index, s.samples);
   s.directions.clear();
   for (int i = 0; i < count; ++i) {
     const int p = first + i;
     s.directions.add_diffuse({points.shading[0][p], points.shading[1][p], points.shading[2][p]},
                              {s.samples.square[0][i], s.samples.square[1][i]});
   }
-  s.directions.sample_diffuse(tracer_->kernels());
+  s.directions.sample_diffuse(context_.kernels());
   s.rays.active = 0;
   for (int i = 0; i < count; ++i) {
     const int p = first + i;
@@ -92,15 +70,15 @@ void BiasCompensation::follow(const GatherPoints& points, int first, int count) 
     }
     s.rays.active |= std::uint64_t{1} << i;
   }
-  tracer_->closest(s.rays, s.hits);
-  s.met.find(s.rays, s.hits);
+  context_.tracer.closest(s.rays, s.hits);
+  met_.find(s.rays, s.hits);
   arrive(points, first);
 }
 
 // Of the packet from that point on.
 void BiasCompensation::arrive(const GatherPoints& points, int first) {
-  Scratch& s = *scratch_;
-  const PacketPoints& at = s.met.points();
+  Memory& s = memory_;
+  const PacketPoints& at = met_.points();
   float geometry[kPacketRays];
   std::uint64_t beyond = 0;  // what the bound has weakened
   for (std::uint64_t left = at.met; left != 0; left &= left - 1) {
@@ -112,7 +90,9 @@ void BiasCompensation::arrive(const GatherPoints& points, int first) {
         dot(shading, direction) * -dot(normal, direction) / (at.distance[i] * at.distance[i]);
     if (geometry[i] > bounds_.vpl) beyond |= std::uint64_t{1} << i;
   }
-  s.met.make(beyond, nullptr, s.surface_at, &s.arrived);
+  Surface* to[kPacketRays];
+  for (int i = 0; i < kPacketRays; ++i) to[i] = &s.arrived.surface[i];
+  met_.make(s.rays, s.hits, beyond, nullptr, to, &s.arrived);
   for (; beyond != 0; beyond &= beyond - 1) {
     const int i = std::countr_zero(beyond), p = first + i;
     Surface& y = s.arrived.surface[i];

@@ -7,43 +7,46 @@
 // 1 - bound / G(x, y) is what VPLs at y have lost, where G > bound. G is at most 1 / distance^2, so
 // the ray is no longer than 1 / sqrt(bound).
 //
-// Threads. One object per thread; holds rays and paths as scratch memory.
+// Threads. One object per thread, over memory of its own.
 #pragma once
-
-#include <atomic>
-#include <memory>
 
 #include "common/frame/frame_stats.h"
 #include "slave/core/integrate/igi/vpl_gather.h"
+#include "slave/core/integrate/path/path_tracer.h"
 #include "slave/core/light/gather_layout.h"
-#include "slave/core/scene/prepared_scene.h"
-#include "slave/core/trace/scene_tracer.h"
 
 namespace tessera::core {
 
 class BiasCompensation {
  public:
-  BiasCompensation();
-  ~BiasCompensation();
+  struct Memory {
+    PathTracer::Memory paths;
+    SurfaceBatch batch;  // what the rays have met; pixel: number of the point
+    Vec3f light[kGatherMax];
+    SamplePoints samples{};
+    BsdfPacket directions;
+    RayPacket rays;
+    PacketHits hits;
+    MetSurfaces::Memory met;
+    SurfaceBatch arrived;  // of a packet
+  };
 
-  // Keeps references until the next call. Requires: bounds.has_any(); that of
-  // emitters is not below that of VPLs.
-  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer,
-             const GeometryBounds& bounds, int bounces, const std::atomic<bool>* is_cancelled);
+  // Requires: context and memory outlive it; bounds.has_any(), and that of emitters is not below that
+  // of VPLs.
+  BiasCompensation(const RenderContext& context, Memory& memory, const GeometryBounds& bounds);
 
   // Adds to points.light. sequence_index: of the pixels' samples. Requires: points.key is set.
   RayCounts add(GatherPoints& points, std::uint32_t sequence_index);
 
  private:
-  struct Scratch;
   void follow(const GatherPoints& points, int first, int count);
   void arrive(const GatherPoints& points, int first);
 
-  const PreparedScene::Impl* scene_ = nullptr;
-  const SceneTracer* tracer_ = nullptr;
-  GeometryBounds bounds_;
-  int bounces_ = 0;
-  std::unique_ptr<Scratch> scratch_;
+  const RenderContext& context_;
+  Memory& memory_;
+  const GeometryBounds bounds_;
+  MetSurfaces met_;
+  PathTracer paths_;
 };
 
 }  // namespace tessera::core

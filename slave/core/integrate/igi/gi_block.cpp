@@ -11,7 +11,7 @@ constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();  // a distan
 
 }  // namespace
 
-void GiBlock::begin(const TileRect& block, const TileRect& region, int interleave) {
+void GiBlock::cover(const TileRect& block, const TileRect& region, int interleave) {
   block_ = block;
   region_ = region;
   const int edge = (kFilterEdgeMax + interleave - 1) / interleave;

@@ -39,7 +39,7 @@ class GiBlock {
 
   // Where nothing is added there is no light. Requires: region is block with its border, at most
   // kFilterEdgeMax wide and high.
-  void begin(const TileRect& block, const TileRect& region, int interleave);
+  void cover(const TileRect& block, const TileRect& region, int interleave);
   // Before the next sample: forgets the points.
   void clear();
 

@@ -3,13 +3,16 @@
 
 #include <algorithm>
 #include <bit>
+#include <optional>
 
 #include "slave/core/integrate/camera_packet.h"
+#include "slave/core/integrate/direct/direct_integrator.h"
+#include "slave/core/integrate/frame_light.h"
 #include "slave/core/integrate/igi/bias_compensation.h"
 #include "slave/core/integrate/igi/gi_block.h"
 #include "slave/core/integrate/igi/vpl_gather.h"
 #include "slave/core/integrate/open_sky.h"
-#include "slave/core/integrate/path_tracer.h"
+#include "slave/core/integrate/path/path_tracer.h"
 #include "slave/core/integrate/specular_chain.h"
 #include "slave/core/ray/ray_bits.h"
 #include "slave/core/scene/met_surfaces.h"
@@ -52,40 +55,52 @@ GeometryBounds bounds_of(const FrameSettings& settings, const LightSet& lights,
 
 }  // namespace
 
-struct GiTile::Scratch {
-  CameraPacket camera;
+struct GiTile::Memory {
   PacketHits hits;
-  MetSurfaces met;
-  OpenSky sky;
-  RayCone cones[kPacketRays];  // of camera rays
+  MetSurfaces::Memory met;
+  SkyPoints sky{};
   GiBlock pixels;
-  VplGather gather;
-  BiasCompensation residual;
-  SpecularChain chain;
-  PathTracer paths;
+  GatherRays gather;
+  SpecularChain::Memory chain;
+  PathTracer::Memory paths;
   SurfaceBatch surfaces, glossy;  // of a part of the block, where the scene is rich
   float distance[kBatchMax];      // likewise, by pixel of the part: from the eye
   Vec3f radiance[kBatchMax];      // likewise: what VPLs have no part in
+  std::unique_ptr<BiasCompensation::Memory> residual;  // made where it is asked for
+};
 
-  // Of the call in progress.
-  const PreparedScene::Impl* scene = nullptr;
-  const SceneTracer* tracer = nullptr;
-  const FrameSettings* settings = nullptr;
-  const VplSets* vpls = nullptr;
-  const std::atomic<bool>* is_cancelled = nullptr;
-  RayCounts counts;
-  GeometryBounds bounds;
-
-  bool is_over() const {
-    return is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed);
+// On one tile.
+class GiTile::Work {
+ public:
+  Work(const RenderContext& context, Memory& memory)
+      : context_(context),
+        memory_(memory),
+        vpls_(context.frame_light.vpls(context, counts_.secondary)),
+        bounds_(bounds_of(context.settings, context.scene.lights, context.tracer.bounds())),
+        camera_(context),
+        met_(context.scene, context.kernels(), memory.met),
+        sky_(context.scene.lights, context.kernels(), memory.sky),
+        gather_(context, memory.gather, bounds_),
+        chain_(context, memory.chain),
+        paths_(context, memory.paths, context.settings.bounces) {
+    memory.surfaces.make_room_for_lobes(context.scene.features.has_lobes);
+    memory.glossy.make_room_for_lobes(context.scene.features.has_lobes);
+    std::fill_n(cones_, kPacketRays, camera_.cone());
+    if (!context.settings.is_compensated || !bounds_.has_any()) return;
+    if (memory.residual == nullptr) memory.residual = std::make_unique<BiasCompensation::Memory>();
+    residual_.emplace(context, *memory.residual, bounds_);
   }
-  bool has_residual() const { return settings->is_compensated && bounds.has_any(); }
+
+  RayCounts render(const TileRect& tile, std::span<float> rgb);
+
+ private:
   int radius() const {
-    const bool is_filtered = settings->is_filtered && settings->pass < kFilteredPasses;
-    return is_filtered ? settings->interleave / 2 : 0;
+    const FrameSettings& settings = context_.settings;
+    const bool is_filtered = settings.is_filtered && settings.pass < kFilteredPasses;
+    return is_filtered ? settings.interleave / 2 : 0;
   }
   std::int32_t number_of(const Material* material) const {
-    return static_cast<std::int32_t>(material - scene->materials.data());
+    return static_cast<std::int32_t>(material - context_.scene.materials.data());
   }
 
   void trace_camera(const TileRect& region, std::uint32_t sample);
@@ -93,177 +108,182 @@ struct GiTile::Scratch {
   void keep_surfaces(const TileRect& part, int x_px, int y_px);
   void shade_part(const TileRect& part);
   void gather_sample(std::uint32_t sample);
+
+  const RenderContext& context_;
+  Memory& memory_;
+  RayCounts counts_;  // before the VPLs, whose rays it counts
+  const VplSets& vpls_;
+  const GeometryBounds bounds_;
+  CameraPacket camera_;
+  MetSurfaces met_;
+  OpenSky sky_;
+  RayCone cones_[kPacketRays];  // of camera rays
+  VplGather gather_;
+  SpecularChain chain_;
+  PathTracer paths_;
+  std::optional<BiasCompensation> residual_;
 };
 
-void GiTile::Scratch::trace_camera(const TileRect& region, std::uint32_t sample) {
-  surfaces.count = 0;
-  surfaces.sample_index = sequence_index(*settings, sample);
+void GiTile::Work::trace_camera(const TileRect& region, std::uint32_t sample) {
+  memory_.surfaces.count = 0;
+  memory_.surfaces.sample_index = sequence_index(context_.settings, sample);
   const int right = region.x_px + region.width_px, bottom = region.y_px + region.height_px;
   for (int top = region.y_px, height = 0; top < bottom; top += height) {
     height = part_edge(bottom - top);
     for (int left = region.x_px, width = 0; left < right; left += width) {
       width = part_edge(right - left);
       const TileRect part{left, top, width, height};
-      camera.enter(part);
-      for (int y = top; y < top + height; y += camera.height_px()) {
-        for (int x = left; x < left + width; x += camera.width_px()) {
-          if (is_over()) return;
-          camera.set(x, y, sample);
-          tracer->closest(camera.rays, hits);
-          counts.primary += static_cast<std::uint64_t>(std::popcount(camera.rays.active));
+      camera_.enter(part);
+      for (int y = top; y < top + height; y += camera_.height_px()) {
+        for (int x = left; x < left + width; x += camera_.width_px()) {
+          if (context_.is_over()) return;
+          camera_.set(x, y, sample);
+          context_.tracer.closest(camera_.rays, memory_.hits);
+          counts_.primary += static_cast<std::uint64_t>(std::popcount(camera_.rays.active));
           add_hits(part, x, y);
         }
       }
-      if (scene->features.is_rich) shade_part(part);
+      if (context_.scene.features.is_rich) shade_part(part);
     }
   }
 }
 
 // What a packet shows whose corner is (x_px, y_px).
-void GiTile::Scratch::add_hits(const TileRect& part, int x_px, int y_px) {
-  met.find(camera.rays, hits);
-  const PacketPoints& at = met.points();
-  if (scene->lights.is_background_lit()) {
-    const std::uint64_t open = camera.rays.active & ~at.met;
-    sky.look_out(camera.rays.direction, open);
+void GiTile::Work::add_hits(const TileRect& part, int x_px, int y_px) {
+  met_.find(camera_.rays, memory_.hits);
+  const PacketPoints& at = met_.points();
+  if (context_.scene.lights.is_background_lit()) {
+    const std::uint64_t open = camera_.rays.active & ~at.met;
+    sky_.look_out(camera_.rays.direction, open);
     for_each_ray(open, [&](int i) {
-      pixels.add_light(x_px + camera.column(i), y_px + camera.row(i), sky.background(i));
+      memory_.pixels.add_light(x_px + camera_.column(i), y_px + camera_.row(i), sky_.background(i));
     });
   }
-  if (scene->features.is_rich) return keep_surfaces(part, x_px, y_px);
+  if (context_.scene.features.is_rich) return keep_surfaces(part, x_px, y_px);
   for (std::uint64_t left = at.met; left != 0; left &= left - 1) {
     const int i = std::countr_zero(left);
-    const int x = x_px + camera.column(i), y = y_px + camera.row(i);
-    const Material& material = met.material(i);
+    const int x = x_px + camera_.column(i), y = y_px + camera_.row(i);
+    const Material& material = met_.material(memory_.hits.primitive[i]);
     const Vec3f normal{at.normal[0][i], at.normal[1][i], at.normal[2][i]};
     const bool is_shining = (at.front >> i & 1u) != 0 || material.is_double_sided;
-    if (is_shining && !is_black(material.emission)) pixels.add_light(x, y, material.emission);
-    pixels.add_point(x, y,
-                     {.point = {at.point[0][i], at.point[1][i], at.point[2][i]},
-                      .normal = normal,
-                      .shading_normal = normal,
-                      .albedo = material.albedo,
-                      .offset = at.offset[i],
-                      .distance = at.distance[i],
-                      .material = number_of(&material),
-                      .key = camera.key[i],
-                      .triangle = met.sound_triangle(i)});
+    if (is_shining && !is_black(material.emission))
+      memory_.pixels.add_light(x, y, material.emission);
+    memory_.pixels.add_point(x, y,
+                             {.point = {at.point[0][i], at.point[1][i], at.point[2][i]},
+                              .normal = normal,
+                              .shading_normal = normal,
+                              .albedo = material.albedo,
+                              .offset = at.offset[i],
+                              .distance = at.distance[i],
+                              .material = number_of(&material),
+                              .key = camera_.key[i],
+                              .triangle = met_.sound_triangle(memory_.hits, i)});
   }
 }
 
-void GiTile::Scratch::keep_surfaces(const TileRect& part, int x_px, int y_px) {
+void GiTile::Work::keep_surfaces(const TileRect& part, int x_px, int y_px) {
   Surface* to[kPacketRays];
-  const int first = surfaces.count;
-  for (std::uint64_t left = met.points().met; left != 0; left &= left - 1) {
-    const int i = std::countr_zero(left), n = surfaces.count++;
+  const int first = memory_.surfaces.count;
+  for (std::uint64_t left = met_.points().met; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left), n = memory_.surfaces.count++;
     const int pixel =
-        (y_px + camera.row(i) - part.y_px) * kEntryEdgePx + x_px + camera.column(i) - part.x_px;
-    to[i] = &surfaces.surface[n];
-    surfaces.key[n] = camera.key[i];
-    surfaces.pixel[n] = static_cast<std::uint16_t>(pixel);
-    distance[pixel] = met.points().distance[i];
+        (y_px + camera_.row(i) - part.y_px) * kEntryEdgePx + x_px + camera_.column(i) - part.x_px;
+    to[i] = &memory_.surfaces.surface[n];
+    memory_.surfaces.key[n] = camera_.key[i];
+    memory_.surfaces.pixel[n] = static_cast<std::uint16_t>(pixel);
+    memory_.distance[pixel] = met_.points().distance[i];
   }
-  met.make_seen(met.points().met, cones, to, &surfaces);
-  for (int n = first; n < surfaces.count; ++n) {
-    const int pixel = surfaces.pixel[n];
-    pixels.add_light(part.x_px + pixel % kEntryEdgePx, part.y_px + pixel / kEntryEdgePx,
-                     surfaces.surface[n].emission);
+  met_.make_seen(camera_.rays, memory_.hits, met_.points().met, cones_, to, &memory_.surfaces);
+  for (int n = first; n < memory_.surfaces.count; ++n) {
+    const int pixel = memory_.surfaces.pixel[n];
+    memory_.pixels.add_light(part.x_px + pixel % kEntryEdgePx, part.y_px + pixel / kEntryEdgePx,
+                             memory_.surfaces.surface[n].emission);
   }
 }
 
-// Of a part of a rich scene: chains, then gathering points or paths.
-void GiTile::Scratch::shade_part(const TileRect& part) {
-  std::fill(std::begin(radiance), std::end(radiance), Vec3f{});
-  if (scene->features.has_specular) counts.secondary += chain.follow(surfaces, radiance);
-  glossy.count = 0;
-  glossy.sample_index = surfaces.sample_index;
-  for (int i = 0; i < surfaces.count; ++i) {
-    const Surface& s = surfaces.surface[i];
-    const int pixel = surfaces.pixel[i];
+// Of a part of a rich scene: chains, then gathering points or paths_.
+void GiTile::Work::shade_part(const TileRect& part) {
+  std::fill(std::begin(memory_.radiance), std::end(memory_.radiance), Vec3f{});
+  if (context_.scene.features.has_specular)
+    counts_.secondary += chain_.follow(memory_.surfaces, memory_.radiance);
+  memory_.glossy.count = 0;
+  memory_.glossy.sample_index = memory_.surfaces.sample_index;
+  for (int i = 0; i < memory_.surfaces.count; ++i) {
+    const Surface& s = memory_.surfaces.surface[i];
+    const int pixel = memory_.surfaces.pixel[i];
     if (s.bsdf == BsdfKind::kGlossy) {  // has nothing to share with its neighbours
-      glossy.add(surfaces, i);
+      memory_.glossy.add(memory_.surfaces, i);
     } else {
-      pixels.add_point(part.x_px + pixel % kEntryEdgePx, part.y_px + pixel / kEntryEdgePx,
-                       {.point = s.point,
-                        .normal = s.normal,
-                        .shading_normal = s.shading_normal,
-                        .albedo = s.albedo * s.weight,
-                        .offset = s.offset,
-                        .distance = distance[pixel],
-                        .material = number_of(s.material),
-                        .key = surfaces.key[i],
-                        .triangle = s.sound_triangle});
+      memory_.pixels.add_point(part.x_px + pixel % kEntryEdgePx, part.y_px + pixel / kEntryEdgePx,
+                               {.point = s.point,
+                                .normal = s.normal,
+                                .shading_normal = s.shading_normal,
+                                .albedo = s.albedo * s.weight,
+                                .offset = s.offset,
+                                .distance = memory_.distance[pixel],
+                                .material = number_of(s.material),
+                                .key = memory_.surfaces.key[i],
+                                .triangle = s.sound_triangle});
     }
   }
-  if (glossy.count > 0) counts += paths.add(glossy, radiance);
-  for (int y = 0; y < part.height_px && !scene->features.is_diffuse(); ++y) {
+  if (memory_.glossy.count > 0) counts_ += paths_.add(memory_.glossy, memory_.radiance);
+  for (int y = 0; y < part.height_px && !context_.scene.features.is_diffuse(); ++y) {
     for (int x = 0; x < part.width_px; ++x)
-      pixels.add_light(part.x_px + x, part.y_px + y, radiance[y * kEntryEdgePx + x]);
+      memory_.pixels.add_light(part.x_px + x, part.y_px + y,
+                               memory_.radiance[y * kEntryEdgePx + x]);
   }
-  surfaces.count = 0;
+  memory_.surfaces.count = 0;
 }
 
-void GiTile::Scratch::gather_sample(std::uint32_t sample) {
-  const auto samples = static_cast<std::size_t>(settings->samples_per_pixel);
-  for (std::size_t number = 0; number < pixels.batches().size(); ++number) {
-    GatherPoints& points = pixels.batches()[number]->points;
+void GiTile::Work::gather_sample(std::uint32_t sample) {
+  const auto samples = static_cast<std::size_t>(context_.settings.samples_per_pixel);
+  for (std::size_t number = 0; number < memory_.pixels.batches().size(); ++number) {
+    GatherPoints& points = memory_.pixels.batches()[number]->points;
     if (points.count == 0) continue;
     for (auto& light : points.light) std::fill_n(light, points.count, 0.0f);
-    tracer->kernels().bound_points(points);
-    const int set = static_cast<int>(number) / pixels.batches_per_set();
-    counts.shadow += gather.add(vpls->each(), 0, 1, 1, points);
-    counts.shadow +=
-        gather.add(vpls->set(set), sample, samples, static_cast<float>(samples), points);
-    if (has_residual()) counts += residual.add(points, sequence_index(*settings, sample));
-    if (is_over()) return;
+    context_.kernels().bound_points(points);
+    const int set = static_cast<int>(number) / memory_.pixels.batches_per_set();
+    counts_.shadow += gather_.add(vpls_.each(), 0, 1, 1, points);
+    counts_.shadow +=
+        gather_.add(vpls_.set(set), sample, samples, static_cast<float>(samples), points);
+    if (residual_) counts_ += residual_->add(points, sequence_index(context_.settings, sample));
+    if (context_.is_over()) return;
   }
 }
 
-GiTile::GiTile() = default;
-GiTile::~GiTile() = default;
-
-RayCounts GiTile::render(const PreparedScene::Impl& scene, const SceneTracer& tracer,
-                         const FrameSettings& settings, const VplSets& vpls,
-                         const CameraRays& camera, const TileRect& tile, std::span<float> rgb,
-                         const std::atomic<bool>* is_cancelled) {
-  if (scratch_ == nullptr) scratch_ = std::make_unique<Scratch>();
-  Scratch& s = *scratch_;
-  s.scene = &scene;
-  s.tracer = &tracer;
-  s.settings = &settings;
-  s.vpls = &vpls;
-  s.is_cancelled = is_cancelled;
-  s.counts = {};
-  s.camera.begin(settings, camera, tracer);
-  s.met.begin(scene, tracer.kernels());
-  s.surfaces.begin(scene.features.has_lobes);
-  s.glossy.begin(scene.features.has_lobes);
-  s.sky.begin(scene.lights, tracer.kernels());
-  std::fill_n(s.cones, kPacketRays, s.camera.cone());
-  s.chain.begin(scene, tracer, is_cancelled);
-  s.paths.begin(scene, tracer, settings.bounces, is_cancelled);
-  s.bounds = bounds_of(settings, scene.lights, tracer.bounds());
-  s.gather.begin(tracer, s.bounds, is_cancelled);
-  if (s.has_residual()) s.residual.begin(scene, tracer, s.bounds, settings.bounces, is_cancelled);
+RayCounts GiTile::Work::render(const TileRect& tile, std::span<float> rgb) {
+  const FrameSettings& settings = context_.settings;
+  const auto samples = static_cast<std::uint32_t>(settings.samples_per_pixel);
   for (int y = 0; y < tile.height_px; y += kGiBlockEdgePx) {
     for (int x = 0; x < tile.width_px; x += kGiBlockEdgePx) {
       const TileRect block{tile.x_px + x, tile.y_px + y,
                            std::min(kGiBlockEdgePx, tile.width_px - x),
                            std::min(kGiBlockEdgePx, tile.height_px - y)};
-      const TileRect region = grown(block, s.radius(), settings.width_px, settings.height_px);
-      s.pixels.begin(block, region, settings.interleave);
-      const auto samples = static_cast<std::uint32_t>(settings.samples_per_pixel);
+      const TileRect region = grown(block, radius(), settings.width_px, settings.height_px);
+      memory_.pixels.cover(block, region, settings.interleave);
       for (std::uint32_t sample = 0; sample < samples; ++sample) {
-        s.pixels.clear();
-        s.trace_camera(region, sample);
-        s.gather_sample(sample);
-        if (s.is_over()) return s.counts;
-        s.pixels.add_reflected(tracer.kernels(), s.radius());
+        memory_.pixels.clear();
+        trace_camera(region, sample);
+        gather_sample(sample);
+        if (context_.is_over()) return counts_;
+        memory_.pixels.add_reflected(context_.kernels(), radius());
       }
-      s.pixels.write(tile, 1 / static_cast<float>(samples), rgb);
+      memory_.pixels.write(tile, 1 / static_cast<float>(samples), rgb);
     }
   }
-  return s.counts;
+  return counts_;
+}
+
+GiTile::GiTile() = default;
+GiTile::~GiTile() = default;
+
+RayCounts GiTile::render(const RenderContext& context, const TileRect& tile, std::span<float> rgb) {
+  if (context.scene.lights.is_empty()) {
+    if (in_the_dark_ == nullptr) in_the_dark_ = std::make_unique<DirectIntegrator>();
+    return in_the_dark_->render(context, tile, rgb);
+  }
+  if (memory_ == nullptr) memory_ = std::make_unique<Memory>();
+  return Work(context, *memory_).render(tile, rgb);
 }
 
 }  // namespace tessera::core

@@ -14,17 +14,13 @@
 // With several samples per pixel each takes its share of the set (section 9.4): number i of a set
 // goes to sample i modulo their number.
 //
-// Threads. One object per thread; scratch memory, some megabytes, taken at the first tile.
+// Threads. One object per thread; memory of some megabytes, taken at the first tile.
 #pragma once
 
-#include <atomic>
+#include <cstdint>
 #include <memory>
-#include <span>
 
-#include "common/frame/frame_stats.h"
-#include "common/frame/tile_grid.h"
-#include "slave/core/camera/camera_rays.h"
-#include "slave/core/integrate/igi/vpl_set.h"
+#include "slave/core/integrate/integrator.h"
 
 namespace tessera::core {
 
@@ -32,20 +28,19 @@ namespace tessera::core {
 // is calm by itself and keeps the truth of each pixel.
 inline constexpr std::uint32_t kFilteredPasses = 16;
 
-class GiTile {
+class GiTile final : public Integrator {
  public:
   GiTile();
-  ~GiTile();
+  ~GiTile() override;
 
-  // As TileRenderer::render().
-  RayCounts render(const PreparedScene::Impl& scene, const SceneTracer& tracer,
-                   const FrameSettings& settings, const VplSets& vpls, const CameraRays& camera,
-                   const TileRect& tile, std::span<float> rgb,
-                   const std::atomic<bool>* is_cancelled);
+  RayCounts render(const RenderContext& context, const TileRect& tile,
+                   std::span<float> rgb) override;
 
  private:
-  struct Scratch;
-  std::unique_ptr<Scratch> scratch_;
+  class Work;
+  struct Memory;
+  std::unique_ptr<Memory> memory_;
+  std::unique_ptr<Integrator> in_the_dark_;  // of scenes without any light
 };
 
 }  // namespace tessera::core

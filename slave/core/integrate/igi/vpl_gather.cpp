@@ -28,13 +28,8 @@ void stand_back(const GatherPoints& points, LightPoint& light) {
 
 }  // namespace
 
-VplGather::VplGather() : rays_(std::make_unique<GatherRays>()) {}
-
-void VplGather::begin(const SceneTracer& tracer, const GeometryBounds& bounds,
-                      const std::atomic<bool>* is_cancelled) {
-  tracer_ = &tracer;
-  bounds_ = bounds;
-  is_cancelled_ = is_cancelled;
+VplGather::VplGather(const RenderContext& context, GatherRays& memory, const GeometryBounds& bounds)
+    : context_(context), rays_(memory), bounds_(bounds) {
   std::fill_n(fan_.t_max, kPacketRays, kEnd);
   std::fill_n(packet_.t_min, kPacketRays, 0.0f);
   std::fill_n(packet_.t_max, kPacketRays, std::numeric_limits<float>::infinity());
@@ -44,7 +39,7 @@ std::uint64_t VplGather::add(std::span<const LightPoint> vpls, std::size_t first
                              std::size_t stride, float weight, GatherPoints& points) {
   std::uint64_t rays = 0;
   for (std::size_t i = first; i < vpls.size() && points.count > 0; i += stride) {
-    if (is_cancelled_ != nullptr && is_cancelled_->load(std::memory_order_relaxed)) break;
+    if (context_.is_over()) break;
     LightPoint light = vpls[i];
     for (float& c : light.rgb) c *= weight * kInvPi;
     rays += add_one(light, points);
@@ -53,53 +48,53 @@ std::uint64_t VplGather::add(std::span<const LightPoint> vpls, std::size_t first
 }
 
 std::uint64_t VplGather::add_one(LightPoint light, GatherPoints& points) {
-  const KernelTable& kernels = tracer_->kernels();
+  const KernelTable& kernels = context_.kernels();
   const bool is_far = light.kind == LightPointKind::kFar;
   if (is_far) stand_back(points, light);
   const float bound = light.kind == LightPointKind::kEmitter ? bounds_.emitter : bounds_.vpl;
-  if (!kernels.begin_gather(points, light, bound, *rays_)) return 0;
-  kernels.group_fans(rays_->targets);
+  if (!kernels.begin_gather(points, light, bound, rays_)) return 0;
+  kernels.group_fans(rays_.targets);
   if (is_far) {
     trace_parallel(light, points);
   } else {
     trace_fans(light);
   }
-  kernels.end_gather(light, *rays_, points);
-  return static_cast<std::uint64_t>(rays_->targets.count);
+  kernels.end_gather(light, rays_, points);
+  return static_cast<std::uint64_t>(rays_.targets.count);
 }
 
 // Takes the light from the points of a group's rays that are blocked.
 void VplGather::darken(std::uint64_t blocked, int group) {
-  const int* const order = rays_->targets.order + rays_->targets.group[group];
+  const int* const order = rays_.targets.order + rays_.targets.group[group];
   for (; blocked != 0; blocked &= blocked - 1)
-    rays_->strength[rays_->point[order[std::countr_zero(blocked)]]] = 0;
+    rays_.strength[rays_.point[order[std::countr_zero(blocked)]]] = 0;
 }
 
 void VplGather::trace_fans(const LightPoint& light) {
-  const FanTargets& targets = rays_->targets;
+  const FanTargets& targets = rays_.targets;
   for (int a = 0; a < 3; ++a) fan_.origin[a] = light.position[a];
   fan_.t_min = light.t_min;
   for (int g = 0; g < targets.group_count; ++g) {
     fill_fan(targets, g, fan_);
-    fan_.excluded = {rays_->excluded, targets.order + targets.group[g],
-                     rays_->is_origin_excluded ? light.triangle : kNoPrimitive};
-    darken(tracer_->occluded(fan_), g);
+    fan_.excluded = {rays_.excluded, targets.order + targets.group[g],
+                     rays_.is_origin_excluded ? light.triangle : kNoPrimitive};
+    darken(context_.tracer.occluded(fan_), g);
   }
 }
 
 // From the points to where the light comes from.
 void VplGather::trace_parallel(const LightPoint& light, const GatherPoints& points) {
-  const FanTargets& targets = rays_->targets;
+  const FanTargets& targets = rays_.targets;
   for (int a = 0; a < 3; ++a) std::fill_n(packet_.direction[a], kPacketRays, -light.normal[a]);
   for (int g = 0; g < targets.group_count; ++g) {
     const int begin = targets.group[g], count = targets.group[g + 1] - begin;
     for (int i = 0; i < count; ++i) {
-      const int p = rays_->point[targets.order[begin + i]];
+      const int p = rays_.point[targets.order[begin + i]];
       for (int a = 0; a < 3; ++a)
         packet_.origin[a][i] = points.point[a][p] + points.normal[a][p] * points.offset[p];
     }
     packet_.active = bits_below(count);
-    darken(tracer_->occluded(packet_), g);
+    darken(context_.tracer.occluded(packet_), g);
   }
 }
 

@@ -3,17 +3,15 @@
 // the VPL, in groups by where they go, seen from it (Benthin, thesis, section 9.3). A point sums
 // over VPLs in their order, whatever its neighbours do.
 //
-// Threads. One object per thread; holds the shadow rays as scratch memory.
+// Threads. One object per thread, over memory of its own.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <limits>
-#include <memory>
 #include <span>
 
+#include "slave/core/integrate/render_context.h"
 #include "slave/core/light/gather_layout.h"
-#include "slave/core/trace/scene_tracer.h"
 
 namespace tessera::core {
 
@@ -26,11 +24,8 @@ struct GeometryBounds {
 
 class VplGather {
  public:
-  VplGather();
-
-  // Keeps the references until the next call.
-  void begin(const SceneTracer& tracer, const GeometryBounds& bounds,
-             const std::atomic<bool>* is_cancelled);
+  // Requires: context and memory outlive it.
+  VplGather(const RenderContext& context, GatherRays& memory, const GeometryBounds& bounds);
 
   // Adds to points.light what every `stride`-th VPL from number `first` on sheds, times `weight`.
   // Requires: KernelTable::bound_points(points) after they were last changed. Returns: shadow rays traced.
@@ -43,10 +38,9 @@ class VplGather {
   void trace_parallel(const LightPoint& light, const GatherPoints& points);
   void darken(std::uint64_t blocked, int group);
 
-  const SceneTracer* tracer_ = nullptr;
-  GeometryBounds bounds_;
-  const std::atomic<bool>* is_cancelled_ = nullptr;
-  std::unique_ptr<GatherRays> rays_;
+  const RenderContext& context_;
+  GatherRays& rays_;
+  const GeometryBounds bounds_;
   FanPacket fan_;
   RayPacket packet_;
 };

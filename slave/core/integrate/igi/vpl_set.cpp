@@ -32,8 +32,7 @@ class VplSets::Walks {
  public:
   Walks(const PreparedScene::Impl& scene, const SceneTracer& tracer, const LightSubpaths& light,
         std::uint32_t key)
-      : tracer_(tracer), light_(light), key_(key) {
-    met_.begin(scene, tracer.kernels());
+      : tracer_(tracer), light_(light), key_(key), met_(scene, tracer.kernels(), memory_) {
     for (int i = 0; i < kPacketRays; ++i) surface_at_[i] = &surface_[i];
     std::fill_n(rays_.t_min, kPacketRays, 0.0f);
     std::fill_n(rays_.t_max, kPacketRays, std::numeric_limits<float>::infinity());
@@ -60,7 +59,7 @@ class VplSets::Walks {
     ray_count += static_cast<std::uint64_t>(std::popcount(rays_.active));
     met_.find(rays_, hits_);
     std::uint64_t left = 0, met = met_.points().met;
-    met_.make(met, nullptr, surface_at_);
+    met_.make(rays_, hits_, met, nullptr, surface_at_);
     rays_.active = 0;
     for (; met != 0; met &= met - 1) {
       const int i = std::countr_zero(met);
@@ -122,6 +121,7 @@ class VplSets::Walks {
   std::uint32_t first_ = 0;
   RayPacket rays_;
   PacketHits hits_;
+  MetSurfaces::Memory memory_;
   MetSurfaces met_;
   Surface surface_[kPacketRays];
   Surface* surface_at_[kPacketRays];

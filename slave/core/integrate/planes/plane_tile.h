@@ -4,7 +4,7 @@
 // the share of samples whose colour is not the background's. A renderer knows nothing of planes,
 // and a frame without any pays nothing. A pixel depends on what TileRenderer's does.
 //
-// Threads. One object per thread; scratch memory, taken at the first tile.
+// Threads. One object per thread; memory, taken at the first tile.
 #pragma once
 
 #include <atomic>
@@ -33,8 +33,9 @@ class PlaneTile {
                    const std::atomic<bool>* is_cancelled = nullptr);
 
  private:
-  struct Scratch;
-  std::unique_ptr<Scratch> scratch_;
+  class Work;
+  struct Memory;
+  std::unique_ptr<Memory> memory_;
 };
 
 }  // namespace tessera::core

@@ -43,9 +43,9 @@ std::uint32_t TriangleStore::instance_of(std::uint64_t triangle) const {
 }
 
 void InstanceFinder::find(std::uint64_t triangle) {
-  instance_ = triangles_->instance_of(triangle);
-  first_ = triangles_->instance_first[instance_];
-  count_ = triangles_->instance_first[instance_ + 1] - first_;
+  instance_ = triangles_.instance_of(triangle);
+  first_ = triangles_.instance_first[instance_];
+  count_ = triangles_.instance_first[instance_ + 1] - first_;
 }
 
 Vec3f TriangleStore::vertex_of(std::uint32_t instance, std::uint64_t triangle, int corner) const {

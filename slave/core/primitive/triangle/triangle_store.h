@@ -58,11 +58,8 @@ struct TriangleStore {
 // Remembers the instance that was asked for last: neighbours on the picture mostly share it.
 class InstanceFinder {
  public:
-  // Keeps a reference until the next call.
-  void begin(const TriangleStore& triangles) {
-    triangles_ = &triangles;
-    first_ = count_ = 0;
-  }
+  // Requires: triangles outlives it.
+  explicit InstanceFinder(const TriangleStore& triangles) : triangles_(triangles) {}
 
   std::uint32_t of(std::uint64_t triangle) {
     if (triangle - first_ >= count_) find(triangle);
@@ -74,7 +71,7 @@ class InstanceFinder {
  private:
   void find(std::uint64_t triangle);
 
-  const TriangleStore* triangles_ = nullptr;
+  const TriangleStore& triangles_;
   std::uint64_t first_ = 0, count_ = 0;  // triangles of instance_
   std::uint32_t instance_ = 0;
 };

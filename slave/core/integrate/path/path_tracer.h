@@ -15,11 +15,8 @@
 //
 // A path's numbers depend on its pixel, sample and depth alone.
 //
-// Threads. One object per thread; holds rays as scratch memory.
+// Threads. One object per thread, over memory of its own.
 #pragma once
-
-#include <atomic>
-#include <memory>
 
 #include "common/frame/frame_stats.h"
 #include "slave/core/integrate/direct_light.h"
@@ -29,32 +26,34 @@ namespace tessera::core {
 
 class PathTracer {
  public:
-  PathTracer() : rays_(std::make_unique<ScatteredRays>()) {}
+  struct Memory {
+    DirectLight::Memory direct;
+    SpecularChain::Memory chain;
+    ScatteredRays::Memory rays;
+  };
 
-  // Keeps references until the next call. Requires: all outlive the calls of add(). `is_cancelled`
-  // may be null; when it turns true, add() stops within a bounce.
-  void begin(const PreparedScene::Impl& scene, const SceneTracer& tracer, int bounces,
-             const std::atomic<bool>* is_cancelled);
+  // Requires: context and memory outlive it.
+  PathTracer(const RenderContext& context, Memory& memory, int bounces)
+      : context_(context),
+        bounces_(bounces),
+        direct_(context, memory.direct, DirectLight::Kind::kPartOfPath),
+        chain_(context, memory.chain, /*is_seen=*/false),
+        rays_(context, memory.rays) {}
 
   // Adds what the surfaces reflect to radiance [pixel]. Changes the batch. Requires: no surface is
-  // specular. Returns: rays traced.
+  // specular. Returns: rays traced. Stops within a bounce when it is over.
   RayCounts add(SurfaceBatch& batch, Vec3f* radiance);
 
  private:
-  bool is_over() const {
-    return is_cancelled_ != nullptr && is_cancelled_->load(std::memory_order_relaxed);
-  }
   void scatter(const SurfaceBatch& batch, std::uint32_t depth);
-  void add_sky(int first, std::uint64_t open, Vec3f* radiance) const;
+  void add_sky(int first, std::uint64_t open, Vec3f* radiance);
   std::uint64_t follow(SurfaceBatch& batch, Vec3f* radiance);
 
-  const PreparedScene::Impl* scene_ = nullptr;
-  const SceneTracer* tracer_ = nullptr;
-  int bounces_ = 0;
-  const std::atomic<bool>* is_cancelled_ = nullptr;
+  const RenderContext& context_;
+  const int bounces_;
   DirectLight direct_;
   SpecularChain chain_;
-  std::unique_ptr<ScatteredRays> rays_;
+  ScatteredRays rays_;
 };
 
 }  // namespace tessera::core
