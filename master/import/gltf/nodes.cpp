@@ -63,6 +63,21 @@ bool is_finite_transform(const Transform& t) {
   return true;
 }
 
+// Whether the matrix has no inverse, or none that its float32 elements could tell from rounding.
+bool is_singular(const Transform& t) {
+  double determinant = 0, size = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto at = [&](std::size_t row, std::size_t column) {
+      return static_cast<double>(t.m[row][(i + column) % 3]);
+    };
+    const double a = at(0, 0) * (at(1, 1) * at(2, 2)), b = at(0, 0) * (at(1, 2) * at(2, 1));
+    determinant += a - b;
+    size += std::fabs(a) + std::fabs(b);
+  }
+  // Roundings of six products of three and of their sum in double: 3 + 5, and as much again to spare.
+  return !(std::fabs(determinant) > 16 * 0x1p-53 * size);
+}
+
 // glTF 2.0, section 3.7.4: a node that mirrors turns the order of a triangle's corners round.
 bool is_mirrored(const Transform& t) {
   const auto row = [&t](std::size_t i) { return Vec3f{t.m[i][0], t.m[i][1], t.m[i][2]}; };
@@ -120,16 +135,27 @@ Status GltfNodes::add_instances(const GltfObject& node, std::uint32_t mesh,
   if (!meshes.is_ok()) return meshes.status();
   const auto places = instances_of(node);
   if (!places.is_ok()) return places.status();
+  std::size_t left_out = 0;
   for (const Transform& place : *places) {
     const Transform here = to_world * place;
     if (!is_finite_transform(here))
       return Status::invalid_argument(node.name() + ": the place of an instance is not finite");
+    if (is_singular(here)) {
+      ++left_out;
+      continue;
+    }
     for (const std::uint32_t m : **meshes) {
       if (scene_.instances.size() >= kInstancesMax)
         return Status::resource_exhausted("more than " + std::to_string(kInstancesMax) +
                                           " instances");
       scene_.instances.push_back({is_mirrored(here) ? reversed(m) : m, here});
     }
+  }
+  if (left_out > 0) {
+    const std::string which =
+        places->size() == 1 ? "" : std::to_string(left_out) + " instances of ";
+    node.warn("mesh", "is not drawn: the matrix of " + which +
+                          "the node, with those above it, is singular (it has no inverse)");
   }
   return Status::ok();
 }

@@ -60,6 +60,8 @@ drawn("node.children", lambda f: f.doc["nodes"].append({"children": [0], "scale"
 drawn("node.mesh", lambda f: f.doc["nodes"].append({"mesh": 0, "translation": [0, 0, -3], "scale": [9, 9, 1]}) or
       f.doc["scenes"][0]["nodes"].append(3), brighter())
 drawn("node.camera", lambda f: f.doc["nodes"][1].update(translation=[0, 0, 6]), differs(.1))
+named("node.scale (singular)", lambda f: f.doc["nodes"].append({"mesh": 0, "name": "flat", "scale": [1, 0, 1]}) or
+      f.doc["scenes"][0]["nodes"].append(3), "node 3 'flat': mesh is not drawn: the matrix of the node")
 drawn("node.scale (mirrored)", set_key("node", "scale", [-1, 1, 1]), same(.02))
 refused("node.children (circle)", lambda f: f.node.update(children=[0]), "node 0: is its own ancestor")
 named("node.skin", lambda f: f.node.update(skin=0) or f.doc.update(skins=[{"joints": [1]}]), "holds skins, which are not played")
