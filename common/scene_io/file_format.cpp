@@ -6,7 +6,9 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <iterator>
 #include <memory>
+#include <vector>
 
 #include "common/base/path_suffix.h"
 #include "common/scene_io/text_scanner.h"
@@ -23,9 +25,7 @@ std::string_view text_of(std::string_view head) {
 }
 bool is_text(std::string_view head) { return head.find('\0') == head.npos; }
 
-bool is_glb(std::string_view head, std::uint64_t) { return head.starts_with("glTF"); }
 bool is_gltf(std::string_view head, std::uint64_t) { return text_of(head).starts_with('{'); }
-bool is_exr(std::string_view head, std::uint64_t) { return head.starts_with("\x76\x2f\x31\x01"); }
 bool is_hdr(std::string_view head, std::uint64_t) {
   return head.starts_with("#?RADIANCE") || head.starts_with("#?RGBE");
 }
@@ -77,22 +77,13 @@ bool is_obj(std::string_view head, std::uint64_t file_bytes) {
   return is_all_comment && !head.empty() && file_bytes > head.size();
 }
 
-// Surer signatures stand before vaguer ones.
-constexpr std::array<FormatEntry, 9> kFormats = {{
-    {FileFormat::kGlb, ".glb", "a binary glTF file", false, is_glb},
-    {FileFormat::kExr, ".exr", "an OpenEXR picture", true, is_exr},
-    {FileFormat::kHdr, ".hdr", "a Radiance picture", true, is_hdr},
-    {FileFormat::kPly, ".ply", "a PLY file", false, is_ply},
-    {FileFormat::kFbx, ".fbx", "an FBX file", false, is_fbx},
-    {FileFormat::kCollada, ".dae", "a COLLADA file", false, is_collada},
-    {FileFormat::kStl, ".stl", "an STL file", false, is_stl},
-    {FileFormat::kGltf, ".gltf", "a glTF file", false, is_gltf},
-    {FileFormat::kObj, ".obj", "an OBJ file", false, is_obj},
-}};
-// In the order in which a person is told of them.
-constexpr std::array kTold = {FileFormat::kObj,     FileFormat::kPly, FileFormat::kStl,
-                              FileFormat::kGltf,    FileFormat::kGlb, FileFormat::kFbx,
-                              FileFormat::kCollada, FileFormat::kHdr, FileFormat::kExr};
+enum Kind { kScene, kSky };
+
+#define TESSERA_FORMAT(enumerator, suffix, name, kind, place, begins, look, reader) \
+  FormatEntry{FileFormat::enumerator, suffix, name, (kind) == kSky, place, begins, look},
+constexpr FormatEntry kFormats[] = {
+#include "common/scene_io/file_formats.inc"
+};
 
 // What is often given by mistake: told by name.
 std::string_view foreign_name(std::string_view head) {
@@ -115,35 +106,28 @@ std::string_view foreign_name(std::string_view head) {
   return {};
 }
 
-const FormatEntry& entry_of(FileFormat format) {
-  return *std::find_if(kFormats.begin(), kFormats.end(),
-                       [format](const FormatEntry& e) { return e.format == format; });
-}
-
 }  // namespace
 
 std::span<const FormatEntry> file_formats() { return kFormats; }
 
 const FormatEntry* format_of_suffix(const std::string& path) {
   const std::string suffix = suffix_of(path);
-  const auto known = std::find_if(kFormats.begin(), kFormats.end(),
-                                  [&](const FormatEntry& e) { return e.suffix == suffix; });
-  return known == kFormats.end() ? nullptr : &*known;
+  const auto* const known = std::ranges::find(kFormats, suffix, &FormatEntry::suffix);
+  return known == std::end(kFormats) ? nullptr : known;
 }
 
 const FormatEntry* format_of_content(std::string_view head, std::uint64_t file_bytes) {
-  const auto known = std::find_if(kFormats.begin(), kFormats.end(), [&](const FormatEntry& e) {
-    return e.matches(head, file_bytes);
-  });
-  return known == kFormats.end() ? nullptr : &*known;
+  const auto* const known = std::ranges::find_if(
+      kFormats, [&](const FormatEntry& e) { return e.matches(head, file_bytes); });
+  return known == std::end(kFormats) ? nullptr : known;
 }
 
 std::string suffix_list(bool is_sky) {
+  std::vector<FormatEntry> told(std::begin(kFormats), std::end(kFormats));
+  std::erase_if(told, [&](const FormatEntry& entry) { return entry.is_sky != is_sky; });
+  std::ranges::stable_sort(told, {}, &FormatEntry::place);
   std::string list;
-  for (const FileFormat format : kTold) {
-    const FormatEntry& entry = entry_of(format);
-    if (entry.is_sky == is_sky) list.append(list.empty() ? "" : ", ").append(entry.suffix);
-  }
+  for (const FormatEntry& entry : told) list.append(list.empty() ? "" : ", ").append(entry.suffix);
   return list;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The registry of files that scenes and skies come in: which suffixes they have, by what their first
-// bytes are known, and what they are called. Everything that opens such a file, or tells a person
-// which there are, asks here.
+// The registry of files that scenes and skies come in (file_formats.inc): which suffixes they have, by
+// what their first bytes are known, and what they are called. Everything that opens such a file, or
+// tells a person which there are, asks here.
 //
 // Invariant. A reader gets a file only where suffix and content agree: check_content(). So whatever
 // bytes a file has, they meet the one reader that they are meant for.
@@ -18,15 +18,24 @@
 
 namespace tessera {
 
-enum class FileFormat { kObj, kPly, kStl, kGltf, kGlb, kFbx, kCollada, kHdr, kExr };
+#define TESSERA_FORMAT(enumerator, ...) enumerator,
+enum class FileFormat {
+#include "common/scene_io/file_formats.inc"
+};
 
 struct FormatEntry {
   FileFormat format;
   std::string_view suffix;  // ".obj", lower case
   std::string_view name;    // "an OBJ file", to follow "is"
   bool is_sky = false;      // a picture of what surrounds a scene, and no scene
+  int place = 0;            // where a person is told of several
+  std::string_view begins;  // the first bytes; empty: `look` tells
   // Whether `head`, the first bytes of a file of `file_bytes`, says that it is one.
-  bool (*matches)(std::string_view head, std::uint64_t file_bytes) = nullptr;
+  bool (*look)(std::string_view head, std::uint64_t file_bytes) = nullptr;
+
+  bool matches(std::string_view head, std::uint64_t file_bytes) const {
+    return look != nullptr ? look(head, file_bytes) : head.starts_with(begins);
+  }
 };
 
 // How much of a file matches() sees.

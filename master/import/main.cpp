@@ -12,21 +12,15 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
-#include <filesystem>
 
 #include "common/base/cli_usage.h"
 #include "common/base/version.h"
 #include "common/scene/scene_stream.h"
 #include "common/scene/validate.h"
-#include "common/scene_io/file_format.h"
-#include "common/scene_io/scene_reader.h"
-#include "master/import/assimp/reader.h"
-#include "master/import/gltf/reader.h"
-#include "master/import/texture_reader.h"
+#include "master/import/read_file.h"
 
 namespace {
 
-using tessera::Result;
 using tessera::Status;
 
 constexpr rlim_t kErrorFileBytesMax = 1 << 20;
@@ -65,47 +59,8 @@ void limit_self(std::uint64_t memory_mb, std::uint64_t cpu_seconds) {
   if (unshare(CLONE_NEWNET) != 0) errno = 0;  // needs rights; the readers open no sockets anyway
 }
 
-// A scene of nothing but a sky.
-Result<tessera::ReadScene> read_sky(const std::string& path) {
-  auto map = tessera::import::read_environment_file(path);
-  if (!map.is_ok()) return map.status();
-  tessera::ReadScene read;
-  read.scene.materials.emplace_back();
-  read.scene.environment = {1, 1, 1};
-  read.scene.environment_map = std::move(*map);
-  return read;
-}
-
-Result<tessera::ReadScene> read_file(const std::string& path) {
-  const auto format = tessera::check_content(path);
-  if (!format.is_ok()) return format.status();
-  const tessera::TextureLoader load =
-      [folder = std::filesystem::path(path).parent_path().string()](const std::string& name) {
-        return tessera::import::read_texture_file(folder, name);
-      };
-  using tessera::FileFormat;
-  switch (*format) {
-    case FileFormat::kObj:
-      return tessera::read_obj(path, load);
-    case FileFormat::kPly:
-      return tessera::read_ply(path, load);
-    case FileFormat::kStl:
-      return tessera::read_stl(path);
-    case FileFormat::kGltf:
-    case FileFormat::kGlb:
-      return tessera::import::read_gltf(path, tessera::import::read_picture);
-    case FileFormat::kFbx:
-    case FileFormat::kCollada:
-      return tessera::import::read_by_assimp(path, *format, load, tessera::import::read_picture);
-    case FileFormat::kHdr:
-    case FileFormat::kExr:
-      return read_sky(path);
-  }
-  return Status::unimplemented(path + ": no reader");
-}
-
 int import_file(const std::string& path) {
-  auto read = read_file(path);
+  auto read = tessera::import::read_file(path);
   if (!read.is_ok()) return report(read.status().message(), 1);
   if (const Status status = tessera::validate_scene(read->scene); !status.is_ok()) {
     return report(path + ": " + status.message(), 1);

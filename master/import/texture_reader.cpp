@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <string_view>
 
@@ -142,6 +143,12 @@ Result<std::shared_ptr<const EnvironmentMap>> read_environment_file(const std::s
   // What filters overshoot, and suns that half-floats cannot hold; NaN stays, and is refused.
   for (float& x : map->rgb) x = x < 0 ? 0 : std::isinf(x) ? kHalfMax : x;
   return std::shared_ptr<const EnvironmentMap>(std::move(map));
+}
+
+TextureLoader textures_beside(const std::string& path) {
+  return [folder = std::filesystem::path(path).parent_path().string()](const std::string& name) {
+    return read_texture_file(folder, name);
+  };
 }
 
 Result<std::shared_ptr<const Texture>> read_picture(std::span<const std::byte> bytes) {

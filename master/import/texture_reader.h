@@ -12,12 +12,15 @@
 
 #include "common/base/status.h"
 #include "common/scene/scene.h"
+#include "common/scene_io/scene_reader.h"
 
 namespace tessera::import {
 
 // `folder`: the scene file's. Returns: why the picture is refused, to become a warning.
 Result<std::shared_ptr<const Texture>> read_texture_file(const std::string& folder,
                                                          const std::string& name);
+// The same of files beside a scene file of that path.
+TextureLoader textures_beside(const std::string& path);
 // A PNG, JPEG or WebP picture, known by its first bytes; alpha does not touch its colours.
 Result<std::shared_ptr<const Texture>> read_picture(std::span<const std::byte> bytes);
 
