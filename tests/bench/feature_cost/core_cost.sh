@@ -17,7 +17,8 @@ for kind in usual plain; do
   ninja -C "$folder/$kind" frame_once libhwy_stub >/dev/null
 done
 # The installed one reads a clock at start that valgrind does not know on every processor.
-export LD_LIBRARY_PATH=$(realpath "$folder")/usual/libhwy_stub
+LD_LIBRARY_PATH=$(realpath "$folder")/usual/libhwy_stub
+export LD_LIBRARY_PATH
 
 instructions() { # KIND RENDERER
   valgrind --tool=callgrind --toggle-collect='tessera::core::render_once*' --callgrind-out-file=/dev/null \
