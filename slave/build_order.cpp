@@ -24,7 +24,7 @@ void BuildOrder::retire(std::uint64_t generation, SceneVersion first_kept) {
   std::erase_if(waiting_, [this](const BuildTask& task) { return is_retired(task); });
 }
 
-const BuildTask& BuildOrder::begin() {
+const BuildTask& BuildOrder::start_next() {
   TESSERA_CHECK(has_next() && !in_work_);
   is_ahead_ = is_late_ && waiting_.size() > 1;
   const auto next = is_ahead_ ? waiting_.end() - 1 : waiting_.begin();
@@ -33,7 +33,7 @@ const BuildTask& BuildOrder::begin() {
   return *in_work_;
 }
 
-bool BuildOrder::end(bool was_stopped) {
+bool BuildOrder::finish(bool was_stopped) {
   BuildTask task = *std::exchange(in_work_, std::nullopt);
   const bool gave_way = std::exchange(gives_way_, false) && was_stopped && !is_retired(task);
   if (gave_way) {

@@ -40,15 +40,15 @@ class BuildOrder {
 
   bool has_next() const { return !waiting_.empty(); }
 
-  // Begins a build. Requires: has_next(), and none in work. The reference holds until end().
-  const BuildTask& begin();
+  // Starts a build. Requires: has_next(), and none in work. The reference holds until finish().
+  const BuildTask& start_next();
 
   // Whether the build in work shall end early: it was retired, or gives way.
   bool is_to_stop() const { return in_work_ && (is_retired(*in_work_) || gives_way_); }
 
   // The build in work has ended, at its end or stopped early.
   // Returns: whether it is to be answered; one that gave way waits again.
-  bool end(bool was_stopped);
+  bool finish(bool was_stopped);
 
  private:
   bool is_retired(const BuildTask& task) const;

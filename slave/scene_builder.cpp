@@ -63,7 +63,7 @@ const BuildTask* SceneBuilder::begin_next() {
   while (!order_.has_next() && !is_stopped_) has_next_.wait(mutex_);
   if (is_stopped_) return nullptr;
   is_cancelled_ = false;
-  return &order_.begin();
+  return &order_.start_next();
 }
 
 void SceneBuilder::work() {
@@ -77,7 +77,7 @@ void SceneBuilder::work() {
     {
       MutexLock lock(mutex_);
       if (is_stopped_) return;
-      if (!order_.end(was_stopped)) continue;
+      if (!order_.finish(was_stopped)) continue;
     }
     on_built_(std::move(outcome));
   }

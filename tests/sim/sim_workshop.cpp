@@ -115,7 +115,7 @@ void SimWorkshop::retire(std::uint64_t generation, SceneVersion first_kept) {
 
 void SimWorkshop::build_next() {
   if (!builds_.has_next()) return;
-  building_ = &builds_.begin();
+  building_ = &builds_.start_next();
   const std::uint64_t build = ++build_;
   process_.run_at(process_.queue().now() + from_seconds(model_.build_seconds), Duration::zero(),
                   [this, build] {
@@ -143,7 +143,7 @@ void SimWorkshop::end_build(bool was_stopped) {
     const Result<int> tag = tag_of(task.scene);
     outcome.scene = tag.is_ok() ? Built(prepared_of_tag(*tag)) : Built(tag.status());
   }
-  const bool is_answered = builds_.end(was_stopped);
+  const bool is_answered = builds_.finish(was_stopped);
   build_next();
   if (is_answered) node_->on_built(std::move(outcome));
 }

@@ -40,7 +40,7 @@ class PacketTracer {
     int steps = 0;
     alignas(64) float z_near[W];
     Stack stack(scene_);
-    for (uint32_t child = begin(packet, stack); child != kBvhNoChild;
+    for (uint32_t child = first_child(packet, stack); child != kBvhNoChild;
          child = stack.next(rays_.z_far)) {
       while ((child & kBvhLeaf) == 0) {
         if (++steps > Rays::kStepsMax) return Together::kDoesNotPay;
@@ -61,7 +61,7 @@ class PacketTracer {
 
   // The first child to go to; the others are on the stack.
   template <class Packet>
-  HWY_INLINE uint32_t begin(const Packet& packet, Stack& stack) const {
+  HWY_INLINE uint32_t first_child(const Packet& packet, Stack& stack) const {
     const FanEntry* const entry = entry_of(packet);
     if (entry == nullptr) return stack.next(rays_.z_far);
     alignas(64) float z_near[kEntryWidth];

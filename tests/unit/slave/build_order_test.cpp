@@ -17,9 +17,9 @@ TEST(BuildOrderTest, OldestFirst) {
   BuildOrder order;
   for (const SceneVersion version : {1, 2, 3}) ASSERT_TRUE(order.try_push(task(version)));
   for (const SceneVersion version : {1, 2, 3}) {
-    EXPECT_EQ(order.begin().version, version);
+    EXPECT_EQ(order.start_next().version, version);
     EXPECT_FALSE(order.is_to_stop());
-    EXPECT_TRUE(order.end(false));
+    EXPECT_TRUE(order.finish(false));
   }
   EXPECT_FALSE(order.has_next());
 }
@@ -27,11 +27,11 @@ TEST(BuildOrderTest, OldestFirst) {
 TEST(BuildOrderTest, WhatIsRetiredIsNotBegunAndStops) {
   BuildOrder order;
   for (const SceneVersion version : {1, 2, 3}) ASSERT_TRUE(order.try_push(task(version)));
-  EXPECT_EQ(order.begin().version, 1u);
+  EXPECT_EQ(order.start_next().version, 1u);
   order.retire(1, 3);
   EXPECT_TRUE(order.is_to_stop());
-  EXPECT_TRUE(order.end(true)) << "it is answered";
-  EXPECT_EQ(order.begin().version, 3u);
+  EXPECT_TRUE(order.finish(true)) << "it is answered";
+  EXPECT_EQ(order.start_next().version, 3u);
 }
 
 TEST(BuildOrderTest, OnlySoManyWait) {
@@ -47,47 +47,47 @@ TEST(BuildOrderTest, OnlySoManyWait) {
 TEST(BuildOrderTest, GivesWayOnce) {
   BuildOrder order;
   ASSERT_TRUE(order.try_push(task(1)));
-  order.begin();
+  order.start_next();
   ASSERT_TRUE(order.try_push(task(2)));
   EXPECT_FALSE(order.is_to_stop()) << "it is not late";
   order.retire(1, 2);
-  order.end(true);
-  EXPECT_EQ(order.begin().version, 2u);
+  order.finish(true);
+  EXPECT_EQ(order.start_next().version, 2u);
   ASSERT_TRUE(order.try_push(task(3)));
   ASSERT_TRUE(order.is_to_stop());
-  EXPECT_FALSE(order.end(true)) << "it waits again, so nobody is told";
-  EXPECT_EQ(order.begin().version, 3u);
+  EXPECT_FALSE(order.finish(true)) << "it waits again, so nobody is told";
+  EXPECT_EQ(order.start_next().version, 3u);
   ASSERT_TRUE(order.try_push(task(4)));
   EXPECT_FALSE(order.is_to_stop());
-  EXPECT_TRUE(order.end(false));
-  EXPECT_EQ(order.begin().version, 2u) << "the oldest again";
+  EXPECT_TRUE(order.finish(false));
+  EXPECT_EQ(order.start_next().version, 2u) << "the oldest again";
 }
 
 // A build that has reached its end before it saw that it should give way is an answer.
 TEST(BuildOrderTest, WhoEndsAllTheSameIsAnswered) {
   BuildOrder order;
   ASSERT_TRUE(order.try_push(task(1)));
-  order.begin();
+  order.start_next();
   order.retire(1, 2);
-  order.end(true);
+  order.finish(true);
   ASSERT_TRUE(order.try_push(task(2)));
-  order.begin();
+  order.start_next();
   ASSERT_TRUE(order.try_push(task(3)));
   ASSERT_TRUE(order.is_to_stop());
-  EXPECT_TRUE(order.end(false));
-  EXPECT_EQ(order.begin().version, 3u);
+  EXPECT_TRUE(order.finish(false));
+  EXPECT_EQ(order.start_next().version, 3u);
 }
 
 // Another session's scenes have nothing to do with how late this one is.
 TEST(BuildOrderTest, ANewSessionBeginsInTime) {
   BuildOrder order;
   ASSERT_TRUE(order.try_push(task(1, 1)));
-  order.begin();
+  order.start_next();
   order.retire(1, 2);
-  order.end(true);
+  order.finish(true);
   order.retire(2, 1);
   ASSERT_TRUE(order.try_push(task(1, 2)));
-  order.begin();
+  order.start_next();
   ASSERT_TRUE(order.try_push(task(2, 2)));
   EXPECT_FALSE(order.is_to_stop());
 }
@@ -103,13 +103,13 @@ int ready_in_time(double period, double build) {
   int ready = 0;
   const auto begin = [&](double now) {
     if (is_building || !order.has_next()) return;
-    order.begin();
+    order.start_next();
     is_building = true;
     done = now + build;
   };
   const auto stop_if_due = [&](double now) {
     if (!is_building || !order.is_to_stop()) return;
-    order.end(true);
+    order.finish(true);
     is_building = false;
     begin(now);
   };
@@ -119,7 +119,7 @@ int ready_in_time(double period, double build) {
     const double now = static_cast<double>(frame) * period;
     while (is_building && done < now) {
       const double then = done;
-      ready += order.end(false) ? 1 : 0;
+      ready += order.finish(false) ? 1 : 0;
       is_building = false;
       begin(then);
     }
