@@ -73,9 +73,10 @@ def make_copy(folder):
             continue
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content)
-        shutil.copymode(ROOT / name, target) if (ROOT / name).exists() else None
+        if (ROOT / name).exists():
+            shutil.copymode(ROOT / name, target)
     for target in [path for path in source.rglob("*") if path.is_file()]:
-        if str(target.relative_to(source)) not in wanted and "build" not in target.relative_to(source).parts:
+        if str(target.relative_to(source)) not in wanted:
             target.unlink()
     return source
 
@@ -146,7 +147,8 @@ def main():
     if options.json:
         options.json.write_text(json.dumps(rows, indent=1) + "\n")
     if options.table:
-        options.table.write_text("\n".join(lines) + "\n")
+        options.table.write_text("# Who finds the planted bugs\n\nBy `tests/property/planted/planted_bugs.py --table FILE`; seconds "
+                                 "until the first test failed.\n\n" + "\n".join(lines) + "\n")
     missed = [row["bug"] for row in rows if not row["found_by"]]
     print(f"{len(rows) - len(missed)} of {len(rows)} found" + (f"; not {', '.join(missed)}" if missed else ""))
     return 1 if missed else 0
