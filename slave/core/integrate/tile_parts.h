@@ -49,9 +49,9 @@ class TileParts {
     return (y + camera_.row(ray)) * kPartEdgePx + x + camera_.column(ray);
   }
 
-  // For each part: begin_sample(number), then packet(x, y, hits) for each of its packets, with their
-  // place in it, then end_sample(), sample after sample; at last the part is written. Returns: camera
-  // rays traced. When it is over it returns early, and what is written is to be thrown away.
+  // For each part and sample: begin_sample(number), packet(x, y) for each packet, whose place in the part
+  // that is and whose hits stand in `hits`, end_sample(); then the part is written. Returns: camera rays
+  // traced. When it is over it returns early, and what is written is to be thrown away.
   template <class Renderer>
   std::uint64_t render(Renderer& renderer, PacketHits& hits, PartPixels& pixels,
                        const TileRect& tile, std::span<float> rgb) {

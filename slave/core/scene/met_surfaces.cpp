@@ -77,7 +77,7 @@ void MetSurfaces::make_lit(const SurfaceDetail::Hits& hits, std::uint64_t rays,
     s.is_front = (at.front >> ray & 1u) != 0;
     if (s.is_front || m.is_double_sided) s.emission = m.emission;
     s.material = &m;
-    s.sound_triangle = (at.sliver >> ray & 1u) != 0 ? kNoPrimitive : triangle;
+    s.sound_triangle = sound_triangle(triangle, ray);
   });
   if (scene_.features.is_rich) detail_.add(hits, rays, cones, to, batch);
 }

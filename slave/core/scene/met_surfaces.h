@@ -48,8 +48,8 @@ class MetSurfaces {
     return scene_.materials[material_];
   }
   // The triangle that a ray has hit, or kNoPrimitive for a sliver.
-  std::uint32_t sound_triangle(const PacketHits& hits, int ray) const {
-    return (points().sliver >> ray & 1u) != 0 ? kNoPrimitive : hits.primitive[ray];
+  std::uint32_t sound_triangle(std::uint32_t triangle, int ray) const {
+    return (points().sliver >> ray & 1u) != 0 ? kNoPrimitive : triangle;
   }
 
   // Makes *to[i] for each of `rays`, bits of points().met. cones [kPacketRays]: the

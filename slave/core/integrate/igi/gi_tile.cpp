@@ -14,20 +14,19 @@
 #include "slave/core/integrate/open_sky.h"
 #include "slave/core/integrate/path/path_tracer.h"
 #include "slave/core/integrate/specular_chain.h"
+#include "slave/core/integrate/tile_parts.h"
 #include "slave/core/ray/ray_bits.h"
 #include "slave/core/scene/met_surfaces.h"
 
 namespace tessera::core {
 namespace {
 
-constexpr int kEntryEdgePx = 32;
 constexpr int kSquareEdgePx = 8;  // of a packet
-static_assert(kEntryEdgePx * kEntryEdgePx <= kBatchMax);
 
 // Of the parts that `left_px` pixels are traced in: what is over at the end is a part of its own, whose
 // packets are strips.
 int part_edge(int left_px) {
-  if (left_px >= kEntryEdgePx) return kEntryEdgePx;
+  if (left_px >= kPartEdgePx) return kPartEdgePx;
   const int whole = left_px - left_px % kSquareEdgePx;
   return whole > 0 ? whole : left_px;
 }
@@ -177,7 +176,7 @@ void GiTile::Work::add_hits(const TileRect& part, int x_px, int y_px) {
                               .distance = at.distance[i],
                               .material = number_of(&material),
                               .key = camera_.key[i],
-                              .triangle = met_.sound_triangle(memory_.hits, i)});
+                              .triangle = met_.sound_triangle(memory_.hits.primitive[i], i)});
   }
 }
 
@@ -187,7 +186,7 @@ void GiTile::Work::keep_surfaces(const TileRect& part, int x_px, int y_px) {
   for (std::uint64_t left = met_.points().met; left != 0; left &= left - 1) {
     const int i = std::countr_zero(left), n = memory_.surfaces.count++;
     const int pixel =
-        (y_px + camera_.row(i) - part.y_px) * kEntryEdgePx + x_px + camera_.column(i) - part.x_px;
+        (y_px + camera_.row(i) - part.y_px) * kPartEdgePx + x_px + camera_.column(i) - part.x_px;
     to[i] = &memory_.surfaces.surface[n];
     memory_.surfaces.key[n] = camera_.key[i];
     memory_.surfaces.pixel[n] = static_cast<std::uint16_t>(pixel);
@@ -196,7 +195,7 @@ void GiTile::Work::keep_surfaces(const TileRect& part, int x_px, int y_px) {
   met_.make_seen(camera_.rays, memory_.hits, met_.points().met, cones_, to, &memory_.surfaces);
   for (int n = first; n < memory_.surfaces.count; ++n) {
     const int pixel = memory_.surfaces.pixel[n];
-    memory_.pixels.add_light(part.x_px + pixel % kEntryEdgePx, part.y_px + pixel / kEntryEdgePx,
+    memory_.pixels.add_light(part.x_px + pixel % kPartEdgePx, part.y_px + pixel / kPartEdgePx,
                              memory_.surfaces.surface[n].emission);
   }
 }
@@ -214,7 +213,7 @@ void GiTile::Work::shade_part(const TileRect& part) {
     if (s.bsdf == BsdfKind::kGlossy) {  // has nothing to share with its neighbours
       memory_.glossy.add(memory_.surfaces, i);
     } else {
-      memory_.pixels.add_point(part.x_px + pixel % kEntryEdgePx, part.y_px + pixel / kEntryEdgePx,
+      memory_.pixels.add_point(part.x_px + pixel % kPartEdgePx, part.y_px + pixel / kPartEdgePx,
                                {.point = s.point,
                                 .normal = s.normal,
                                 .shading_normal = s.shading_normal,
@@ -229,8 +228,7 @@ void GiTile::Work::shade_part(const TileRect& part) {
   if (memory_.glossy.count > 0) counts_ += paths_.add(memory_.glossy, memory_.radiance);
   for (int y = 0; y < part.height_px && !context_.scene.features.is_diffuse(); ++y) {
     for (int x = 0; x < part.width_px; ++x)
-      memory_.pixels.add_light(part.x_px + x, part.y_px + y,
-                               memory_.radiance[y * kEntryEdgePx + x]);
+      memory_.pixels.add_light(part.x_px + x, part.y_px + y, memory_.radiance[y * kPartEdgePx + x]);
   }
   memory_.surfaces.count = 0;
 }
