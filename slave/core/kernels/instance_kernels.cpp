@@ -11,27 +11,13 @@
 
 #if HWY_ONCE
 
+#include "slave/core/kernels/by_isa.h"
 #include "slave/core/kernels/view_tables.h"
 
 namespace tessera::core {
 
 ViewTables<InstancedView> instance_kernels(Isa isa) {
-  switch (isa) {
-#if HWY_TARGETS & HWY_AVX3
-    case Isa::kAvx512:
-      return N_AVX3::view_tables<InstancedView>();
-#endif
-#if HWY_TARGETS & HWY_AVX2
-    case Isa::kAvx2:
-      return N_AVX2::view_tables<InstancedView>();
-#endif
-#if HWY_TARGETS & HWY_SSE4
-    case Isa::kSse4:
-      return N_SSE4::view_tables<InstancedView>();
-#endif
-    default:
-      return N_SCALAR::view_tables<InstancedView>();
-  }
+  TESSERA_RETURN_OF(isa, view_tables<InstancedView>())
 }
 
 }  // namespace tessera::core

@@ -10,28 +10,12 @@
 
 #if HWY_ONCE
 
+#include "slave/core/kernels/by_isa.h"
 #include "slave/core/kernels/view_tables.h"
 
 namespace tessera::core {
 
-ViewTables<TriangleKd> kd_kernels(Isa isa) {
-  switch (isa) {
-#if HWY_TARGETS & HWY_AVX3
-    case Isa::kAvx512:
-      return N_AVX3::view_tables<TriangleKd>();
-#endif
-#if HWY_TARGETS & HWY_AVX2
-    case Isa::kAvx2:
-      return N_AVX2::view_tables<TriangleKd>();
-#endif
-#if HWY_TARGETS & HWY_SSE4
-    case Isa::kSse4:
-      return N_SSE4::view_tables<TriangleKd>();
-#endif
-    default:
-      return N_SCALAR::view_tables<TriangleKd>();
-  }
-}
+ViewTables<TriangleKd> kd_kernels(Isa isa) { TESSERA_RETURN_OF(isa, view_tables<TriangleKd>()) }
 
 }  // namespace tessera::core
 

@@ -11,6 +11,7 @@
 
 #if HWY_ONCE
 
+#include "slave/core/kernels/by_isa.h"
 #include "tests/property/sphere/sphere_kernels.h"
 
 namespace tessera::core {
@@ -18,22 +19,7 @@ namespace {
 
 template <template <int> class View>
 ViewTables<View> tables_for(Isa isa) {
-  switch (isa) {
-#if HWY_TARGETS & HWY_AVX3
-    case Isa::kAvx512:
-      return N_AVX3::view_tables<View>();
-#endif
-#if HWY_TARGETS & HWY_AVX2
-    case Isa::kAvx2:
-      return N_AVX2::view_tables<View>();
-#endif
-#if HWY_TARGETS & HWY_SSE4
-    case Isa::kSse4:
-      return N_SSE4::view_tables<View>();
-#endif
-    default:
-      return N_SCALAR::view_tables<View>();
-  }
+  TESSERA_RETURN_OF(isa, view_tables<View>())
 }
 
 }  // namespace
