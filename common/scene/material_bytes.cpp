@@ -13,7 +13,7 @@ void visit(Visitor& v, M& m) {
   v.plain(m.emission);
   v.texture(m.albedo_texture);
   v.texture(m.emission_texture);
-  v.one_of(m.bsdf, BsdfKind::kGlass);
+  v.one_of(m.bsdf, last_bsdf());
   v.plain(m.specular);
   v.plain(m.roughness);
   v.plain(m.metalness);

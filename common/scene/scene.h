@@ -21,6 +21,7 @@
 #include "common/base/api.h"
 #include "common/math/transform.h"
 #include "common/math/vec3.h"
+#include "common/scene/bsdf_kind.h"
 #include "common/scene/camera.h"
 #include "common/scene/surface_program.h"
 
@@ -79,13 +80,6 @@ struct EnvironmentMap {
   bool operator==(const EnvironmentMap&) const = default;
 };
 
-// How a surface scatters light: the BSDF part of a material (slave/core/bsdf).
-enum class BsdfKind : std::uint8_t {
-  kDiffuse = 0,  // Lambert: albedo
-  kGlossy = 1,   // Lambert below a microfacet lobe: albedo, specular, roughness, metalness
-  kMirror = 2,   // specular
-  kGlass = 3     // smooth: ior, specular
-};
 inline constexpr float kIorMin = 1, kIorMax = 4;  // glass; diamond has 2.4, germanium 4
 
 // Whether rays pass a surface as if it were not there.

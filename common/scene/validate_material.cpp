@@ -62,7 +62,7 @@ Status validate_lobes(const Material& m, const std::string& name) {
 
 Status validate_scattering(const Material& m, const std::string& name) {
   TESSERA_RETURN_IF_ERROR(
-      check({{m.bsdf <= BsdfKind::kGlass, "unknown BSDF"},
+      check({{is_known(m.bsdf), "unknown BSDF"},
              {is_color(m.specular), "specular must lie in [0, 1]"},
              {std::isfinite(m.normal_scale), "the scale of normals must be finite"},
              {is_share(m.roughness) && is_share(m.metalness),

@@ -7,7 +7,7 @@ namespace tessera {
 namespace {
 
 bool is_noisy(const Material& m) {
-  return m.bsdf == BsdfKind::kGlossy || m.bsdf == BsdfKind::kGlass ||
+  return scattering_of(m.bsdf) == Scattering::kLobes || m.bsdf == BsdfKind::kGlass ||
          m.alpha.mode != AlphaMode::kOpaque;
 }
 

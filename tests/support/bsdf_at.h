@@ -34,31 +34,30 @@ inline core::BsdfPacket& empty_packet() {
   return packet;
 }
 
-// Requires: diffuse or glossy; to_light is above the shading normal.
+// Requires: not of single directions, without optional lobes; to_light is above the shading normal.
 inline BsdfValue evaluate(core::Surface s, Vec3f to_viewer, Vec3f to_light) {
   if (s.bsdf == BsdfKind::kDiffuse)
     return {s.albedo, 0.318309886f * dot(s.shading_normal, to_light)};
   s.to_viewer = to_viewer;
   core::BsdfPacket& packet = empty_packet();
-  packet.add_glossy(s, to_light);
-  packet.evaluate_glossy(widest_kernels());
+  packet.add(s, nullptr, to_light);
+  packet.evaluate(widest_kernels(), core::slot_of(s));
   return {packet.times_pi(0), packet.pdf(0)};
 }
 
 inline BsdfSample sample(core::Surface s, Vec3f to_viewer, Vec2f square) {
   s.to_viewer = to_viewer;
   core::BsdfPacket& packet = empty_packet();
-  switch (s.bsdf) {
-    case BsdfKind::kDiffuse:
+  switch (scattering_of(s.bsdf)) {
+    case Scattering::kEven:
       packet.add_diffuse(s.shading_normal, square);
       packet.sample_diffuse(widest_kernels());
       return {packet.direction(0), s.albedo, packet.pdf(0), false, false};
-    case BsdfKind::kGlossy:
-      packet.add_glossy(s, square);
-      packet.sample_glossy(widest_kernels());
+    case Scattering::kLobes:
+      packet.add(s, nullptr, square);
+      packet.sample(widest_kernels(), core::slot_of(s));
       return {packet.direction(0), packet.weight(0), packet.pdf(0), false, false};
-    case BsdfKind::kMirror:
-    case BsdfKind::kGlass:
+    case Scattering::kDelta:
       break;
   }
   const core::SpecularSample out = core::sample_specular(s, to_viewer, square);

@@ -16,7 +16,7 @@ struct alignas(64) BsdfPoints {
   // Told.
   float normal[3][kBsdfPoints];  // shading normal, unit
   float square[2][kBsdfPoints];  // of a sample, in [0, 1)
-  // Told of glossy ones; see Surface.
+  // Told of those that scatter in lobes; see Surface.
   float to_viewer[3][kBsdfPoints];
   float albedo[3][kBsdfPoints], specular[3][kBsdfPoints];
   float roughness[kBsdfPoints], metalness[kBsdfPoints];

@@ -14,7 +14,7 @@
 // (albedo_table.h; bsdf_test.cpp: below 1 %).
 //
 // Threads. Pure functions.
-#include "slave/core/bsdf/bsdf_layout.h"
+#include "slave/core/bsdf/lobes_layout.h"
 
 #if defined(TESSERA_CORE_GLOSSY_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_CORE_GLOSSY_INL_H_
@@ -200,44 +200,14 @@ class GlossyLobes {
   V facets_share_;  // of samples
 };
 
-HWY_INLINE GlossyLobes<EvenFacets> plain_lobes(const AlbedoView& table, const BsdfPoints& p,
-                                               size_t at) {
-  return {table, p, at, EvenFacets(p, at), basis_about(load3<Floats>(p.normal, at))};
-}
-
-// To points.value and points.pdf.
-inline void evaluate_glossy(const AlbedoView& table, BsdfPoints& p) {
-  for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
-    const auto at = static_cast<size_t>(i);
-    const auto v = plain_lobes(table, p, at).evaluate(load3<Floats>(p.direction, at));
-    store3(v.times_pi, p.value, at);
-    store(v.pdf, p.pdf + at);
-  }
-}
-
-// To points.direction, value and pdf.
-inline void sample_glossy(const AlbedoView& table, BsdfPoints& p) {
-  for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
-    const auto at = static_cast<size_t>(i);
-    const auto s = plain_lobes(table, p, at)
-                       .sample(load<Floats>(p.square[0] + at), load<Floats>(p.square[1] + at));
-    store3(s.direction, p.direction, at);
-    store3(s.weight, p.value, at);
-    store(s.pdf, p.pdf + at);
-  }
-}
-
-// To points.direction and pdf.
-inline void sample_diffuse(BsdfPoints& p) {
-  for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
-    const auto at = static_cast<size_t>(i);
-    const auto normal = load3<Floats>(p.normal, at);
-    const auto direction =
-        cosine_direction(normal, load<Floats>(p.square[0] + at), load<Floats>(p.square[1] + at));
-    store3(direction, p.direction, at);
-    store(dot(direction, normal) * kInvPi, p.pdf + at);
-  }
-}
+// The glossy BSDF without optional lobes.
+class PlainGlossy : public GlossyLobes<EvenFacets> {
+ public:
+  HWY_INLINE PlainGlossy(const LobeTables& tables, const BsdfPoints& p, const LobePoints*,
+                         size_t at)
+      : GlossyLobes(tables.facets, p, at, EvenFacets(p, at),
+                    basis_about(load3<Floats>(p.normal, at))) {}
+};
 
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core

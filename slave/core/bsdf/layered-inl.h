@@ -89,6 +89,9 @@ class LayeredLobes {
   using Value = Base::Value;
   using Sample = Base::Sample;
 
+  HWY_INLINE LayeredLobes(const LobeTables& tables, const BsdfPoints& p, const LobePoints* lobes,
+                          size_t at)
+      : LayeredLobes(tables, p, *lobes, at) {}
   HWY_INLINE LayeredLobes(const LobeTables& tables, const BsdfPoints& p, const LobePoints& q,
                           size_t at)
       : facets_table_(tables.facets),
@@ -217,28 +220,6 @@ class LayeredLobes {
   V fibres_to_viewer_;                  // likewise, white ones; may be above 1
   V coat_share_, sheen_share_;          // of samples
 };
-
-// To points.value and points.pdf.
-inline void evaluate_layered(const LobeTables& tables, const LobePoints& lobes, BsdfPoints& p) {
-  for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
-    const auto at = static_cast<size_t>(i);
-    const auto v = LayeredLobes(tables, p, lobes, at).evaluate(load3<Floats>(p.direction, at));
-    store3(v.times_pi, p.value, at);
-    store(v.pdf, p.pdf + at);
-  }
-}
-
-// To points.direction, value and pdf.
-inline void sample_layered(const LobeTables& tables, const LobePoints& lobes, BsdfPoints& p) {
-  for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
-    const auto at = static_cast<size_t>(i);
-    const auto s = LayeredLobes(tables, p, lobes, at)
-                       .sample(load<Floats>(p.square[0] + at), load<Floats>(p.square[1] + at));
-    store3(s.direction, p.direction, at);
-    store3(s.weight, p.value, at);
-    store(s.pdf, p.pdf + at);
-  }
-}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core

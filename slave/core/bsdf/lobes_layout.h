@@ -3,6 +3,7 @@
 // Fixed-size types only and no functions.
 #pragma once
 
+#include "common/scene/bsdf_kind_layout.h"
 #include "slave/core/bsdf/bsdf_layout.h"
 #include "slave/core/bsdf/layers_layout.h"
 
@@ -19,6 +20,22 @@ struct alignas(64) LobePoints {
 // Albedos of sheen (slave/core/bsdf/sheen_table.h) stand where those of microfacets have the scale.
 struct LobeTables {
   AlbedoView facets, sheen;
+};
+
+// Directions to the light from surfaces of one slot, by how they scatter it: those to be sampled, and those
+// told. The lobes are null but in kLayeredSlot. Null, both: surfaces of this slot scatter into single
+// directions; evaluate alone: evenly.
+struct BsdfKernel {
+  void (*sample)(const LobeTables& tables, const LobePoints* lobes, BsdfPoints& points);
+  void (*evaluate)(const LobeTables& tables, const LobePoints* lobes, BsdfPoints& points);
+};
+
+// Slots: the kinds of BSDF, and behind them the glossy one with optional lobes.
+inline constexpr int kLayeredSlot = kBsdfKindsMax;
+inline constexpr int kBsdfSlots = kBsdfKindsMax + 1;
+
+struct BsdfKernels {
+  BsdfKernel of[kBsdfSlots];
 };
 
 }  // namespace tessera::core

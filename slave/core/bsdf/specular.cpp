@@ -111,14 +111,30 @@ class RoughGlass {
   float whole_ = 1;
 };
 
-}  // namespace
+SpecularSample sample_mirror(const Surface& s, Vec3f to_viewer, Vec2f) {
+  return {mirror_direction(s, to_viewer), s.material->specular, false};
+}
 
-SpecularSample sample_specular(const Surface& s, Vec3f to_viewer, Vec2f square) {
-  if (s.bsdf != BsdfKind::kGlass)
-    return {mirror_direction(s, to_viewer), s.material->specular, false};
+SpecularSample sample_glass(const Surface& s, Vec3f to_viewer, Vec2f square) {
   const Glass glass(s);
   if (glass.alpha > 0) return RoughGlass(s, glass, to_viewer).sample(square);
   return sample_smooth(s, glass, to_viewer, square.x);
+}
+
+// The BSDFs of single directions.
+struct Row {
+  BsdfKind kind;
+  SpecularSample (*sample)(const Surface& s, Vec3f to_viewer, Vec2f square);
+};
+constexpr Row kRows[] = {{BsdfKind::kMirror, sample_mirror}, {BsdfKind::kGlass, sample_glass}};
+
+}  // namespace
+
+SpecularSample sample_specular(const Surface& s, Vec3f to_viewer, Vec2f square) {
+  for (const Row& row : kRows) {
+    if (row.kind == s.bsdf) return row.sample(s, to_viewer, square);
+  }
+  return {s.normal, {}};  // none that scatters into single directions
 }
 
 }  // namespace tessera::core

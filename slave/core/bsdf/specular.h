@@ -17,7 +17,7 @@
 //   thin     a sheet without inside: what it passes goes on in its direction, blurred as what it reflects
 //            is (KHR_materials_transmission).
 //
-// The others, diffuse and glossy, scatter a packet at a time (slave/core/bsdf/glossy-inl.h). Paths go
+// The others scatter a packet at a time (slave/core/bsdf/bsdfs-inl.h). Paths go
 // against the light; BSDFs are reciprocal, so the names could be exchanged.
 //
 // The same bits on every processor and C library: arithmetic and square roots only.
@@ -36,7 +36,7 @@ struct SpecularSample {
   float alpha = 0;          // width of the lobe that it was taken from
 };
 
-// square: in [0, 1); of smooth surfaces x alone. Requires: `s` is a mirror or glass; to_viewer is a unit
+// square: in [0, 1); of smooth surfaces x alone. Requires: `s` scatters into single directions; to_viewer is a unit
 // vector on the side of both of its normals. The surface's weight is not looked at.
 SpecularSample sample_specular(const Surface& s, Vec3f to_viewer, Vec2f square);
 

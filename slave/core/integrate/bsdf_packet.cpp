@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/core/integrate/bsdf_packet.h"
 
+#include <bit>
+
 #include "slave/core/bsdf/albedo_table.h"
 #include "slave/core/bsdf/sheen_table.h"
 #include "slave/core/simd/axis_arrays.h"
@@ -30,23 +32,24 @@ int BsdfPacket::add_diffuse(Vec3f shading_normal, Vec2f square) {
   return i;
 }
 
-void BsdfPacket::put_glossy(const Surface& s, int i) {
+void BsdfPacket::put(const Surface& s, const SurfaceLobes* lobes, int i) {
   put_vector(s.to_viewer, points_.to_viewer, i);
   put_vector(s.albedo, points_.albedo, i);
   put_vector(s.material->specular, points_.specular, i);
   points_.roughness[i] = s.roughness;
   points_.metalness[i] = s.metalness;
+  if (lobes != nullptr) put_lobes(*lobes, i);
 }
 
-int BsdfPacket::add_glossy(const Surface& s, Vec2f square) {
+int BsdfPacket::add(const Surface& s, const SurfaceLobes* lobes, Vec2f square) {
   const int i = add_diffuse(s.shading_normal, square);
-  put_glossy(s, i);
+  put(s, lobes, i);
   return i;
 }
 
-int BsdfPacket::add_glossy(const Surface& s, Vec3f to_light) {
+int BsdfPacket::add(const Surface& s, const SurfaceLobes* lobes, Vec3f to_light) {
   const int i = add(s.shading_normal);
-  put_glossy(s, i);
+  put(s, lobes, i);
   put_vector(to_light, points_.direction, i);
   return i;
 }
@@ -66,30 +69,27 @@ void BsdfPacket::put_lobes(const SurfaceLobes& lobes, int i) {
   put_vector(lobes.tangent, to.tangent, i);
 }
 
-int BsdfPacket::add_layered(const Surface& s, const SurfaceLobes& lobes, Vec2f square) {
-  const int i = add_glossy(s, square);
-  put_lobes(lobes, i);
-  return i;
+void BsdfPacket::sample(const KernelTable& kernels, int slot) {
+  kernels.bsdfs.of[slot].sample(lobe_tables(has_sheen_), lobes_.get(), points_);
+}
+void BsdfPacket::evaluate(const KernelTable& kernels, int slot) {
+  kernels.bsdfs.of[slot].evaluate(lobe_tables(has_sheen_), lobes_.get(), points_);
+}
+void BsdfPacket::sample_diffuse(const KernelTable& kernels) {
+  kernels.bsdfs.of[kDiffuseSlot].sample({}, nullptr, points_);
 }
 
-int BsdfPacket::add_layered(const Surface& s, const SurfaceLobes& lobes, Vec3f to_light) {
-  const int i = add_glossy(s, to_light);
-  put_lobes(lobes, i);
-  return i;
+void BsdfPackets::clear() {
+  for (; used_ != 0; used_ &= used_ - 1)
+    packets_[static_cast<std::size_t>(std::countr_zero(used_))]->clear();
 }
 
-void BsdfPacket::sample_layered(const KernelTable& kernels) {
-  kernels.sample_layered(lobe_tables(has_sheen_), *lobes_, points_);
-}
-void BsdfPacket::evaluate_layered(const KernelTable& kernels) {
-  kernels.evaluate_layered(lobe_tables(has_sheen_), *lobes_, points_);
-}
-void BsdfPacket::sample_diffuse(const KernelTable& kernels) { kernels.sample_diffuse(points_); }
-void BsdfPacket::sample_glossy(const KernelTable& kernels) {
-  kernels.sample_glossy(AlbedoTable::shared().view(), points_);
-}
-void BsdfPacket::evaluate_glossy(const KernelTable& kernels) {
-  kernels.evaluate_glossy(AlbedoTable::shared().view(), points_);
+void BsdfPackets::sample(const KernelTable& kernels) {
+  for (std::uint32_t left = used_; left != 0; left &= left - 1) {
+    const int slot = std::countr_zero(left);
+    BsdfPacket& packet = *packets_[static_cast<std::size_t>(slot)];
+    slot == kDiffuseSlot ? packet.sample_diffuse(kernels) : packet.sample(kernels, slot);
+  }
 }
 
 }  // namespace tessera::core

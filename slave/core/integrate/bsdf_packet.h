@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// BSDFs of some surfaces at a time, for the kernels (slave/core/bsdf/glossy-inl.h).
+// BSDFs of some surfaces at a time, for the kernels (slave/core/bsdf/bsdfs-inl.h).
 //
 // Threads. One object per thread.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <memory>
 
 #include "slave/core/kernels/kernel_table.h"
@@ -13,7 +15,15 @@
 
 namespace tessera::core {
 
-// Either diffuse surfaces, or glossy ones, or glossy ones with optional lobes; of all the same is asked.
+inline constexpr int kDiffuseSlot = static_cast<int>(BsdfKind::kDiffuse);
+static_assert(kBsdfSlots <= 32);  // bits of a number
+
+// The slot of KernelTable::bsdfs that computes a surface's BSDF.
+inline int slot_of(const Surface& s) {
+  return s.lobes == kNoLobes ? static_cast<int>(s.bsdf) : kLayeredSlot;
+}
+
+// Surfaces of one slot; of all the same is asked.
 class BsdfPacket {
  public:
   static constexpr int kMax = kBsdfPoints;
@@ -23,35 +33,60 @@ class BsdfPacket {
 
   // Return: the number of the surface, from 0. Require: count() < kMax.
   int add_diffuse(Vec3f shading_normal, Vec2f square);
-  int add_glossy(const Surface& s, Vec2f square);    // to be sampled
-  int add_glossy(const Surface& s, Vec3f to_light);  // to be evaluated
+  // lobes: of surfaces in kLayeredSlot, else null.
+  int add(const Surface& s, const SurfaceLobes* lobes, Vec2f square);    // to be sampled
+  int add(const Surface& s, const SurfaceLobes* lobes, Vec3f to_light);  // to be evaluated
 
-  int add_layered(const Surface& s, const SurfaceLobes& lobes, Vec2f square);
-  int add_layered(const Surface& s, const SurfaceLobes& lobes, Vec3f to_light);
-
+  // slot: that of all the surfaces.
+  void sample(const KernelTable& kernels, int slot);
+  void evaluate(const KernelTable& kernels, int slot);
   void sample_diffuse(const KernelTable& kernels);
-  void sample_glossy(const KernelTable& kernels);
-  void evaluate_glossy(const KernelTable& kernels);
-  void sample_layered(const KernelTable& kernels);
-  void evaluate_layered(const KernelTable& kernels);
 
   // To the light, unit.
   Vec3f direction(int i) const { return vector_at(points_.direction, i); }
-  // BSDF times cosine over pdf: of glossy ones that were sampled. Zero: nothing comes from there.
+  // BSDF times cosine over pdf: of surfaces that were sampled and are not diffuse, whose weight is their
+  // albedo. Zero: nothing comes from there.
   Vec3f weight(int i) const { return vector_at(points_.value, i); }
-  // Of the BSDF, of glossy ones that were evaluated: a diffuse surface's is its albedo.
+  // Of the BSDF, of surfaces that were evaluated: a diffuse surface's is its albedo.
   Vec3f times_pi(int i) const { return vector_at(points_.value, i); }
   // With which the direction is sampled, by solid angle.
   float pdf(int i) const { return points_.pdf[i]; }
 
  private:
   int add(Vec3f shading_normal);
-  void put_glossy(const Surface& s, int i);
+  void put(const Surface& s, const SurfaceLobes* lobes, int i);
   void put_lobes(const SurfaceLobes& lobes, int i);
 
   BsdfPoints points_{};
   std::unique_ptr<LobePoints> lobes_;  // made where there are any
   bool has_sheen_ = false;             // whether a layered point ever had one
+};
+
+// Surfaces of any kind but those that scatter into single directions, sorted into a packet for each slot. Packets are
+// made when they are first needed.
+class BsdfPackets {
+ public:
+  struct Place {
+    const BsdfPacket* packet;
+    int number;
+  };
+
+  void clear();
+  // Requires: fewer than BsdfPacket::kMax of the slot.
+  Place add(const Surface& s, const SurfaceLobes* lobes, Vec2f square) {
+    const int slot = slot_of(s);
+    std::unique_ptr<BsdfPacket>& packet = packets_[static_cast<std::size_t>(slot)];
+    if (packet == nullptr) [[unlikely]]
+      packet = std::make_unique<BsdfPacket>();
+    used_ |= 1u << slot;
+    if (slot == kDiffuseSlot) return {packet.get(), packet->add_diffuse(s.shading_normal, square)};
+    return {packet.get(), packet->add(s, lobes, square)};
+  }
+  void sample(const KernelTable& kernels);
+
+ private:
+  std::array<std::unique_ptr<BsdfPacket>, kBsdfSlots> packets_;
+  std::uint32_t used_ = 0;  // bits of slots
 };
 
 }  // namespace tessera::core

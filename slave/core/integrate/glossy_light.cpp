@@ -14,7 +14,7 @@ std::uint64_t GlossyLight::add(const SurfaceBatch& batch, Vec3f* radiance) {
     if (context_.is_over()) break;
     rays_.clear();
     for (int i = 0; i < batch.count; ++i) {
-      if (batch.surface[i].bsdf != BsdfKind::kGlossy) continue;
+      if (scattering_of(batch.surface[i].bsdf) != Scattering::kLobes) continue;
       rays_.ask(i, batch.key[i]);
     }
     rays_.scatter(batch, dimension(Dimension::kGlossy), batch.sample_index * samples + j);

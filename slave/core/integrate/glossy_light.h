@@ -18,7 +18,7 @@ class GlossyLight {
   GlossyLight(const RenderContext& context, ScatteredRays::Memory& memory)
       : context_(context), rays_(context, memory) {}
 
-  // Adds to radiance [pixel]; surfaces that are not glossy are passed over. Returns: rays traced.
+  // Adds to radiance [pixel]; surfaces that do not scatter in lobes are passed over. Returns: rays traced.
   std::uint64_t add(const SurfaceBatch& batch, Vec3f* radiance);
 
  private:

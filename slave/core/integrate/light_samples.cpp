@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/core/integrate/light_samples.h"
 
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -37,45 +38,46 @@ LightSamples::LightSamples(const RenderContext& context, Memory& memory, const O
       options_(options),
       sky_(context.scene.lights, context.kernels(), memory.sky) {}
 
-// What surfaces send to their pixels of what arrives, if nothing is in the way: from `arriving` to
-// `contribution`, times the MIS weight of light samples (balance heuristic).
-// Diffuse surfaces that stand alone send out no rays of their own.
+// What a surface sends to its pixel of what arrives, if nothing is in the way, times the MIS weight of light
+// samples (balance heuristic).
+inline void LightSamples::settle(const SurfaceBatch& batch, int surface, Vec3f times_pi,
+                                 float pdf) {
+  const Arriving& a = memory_.arriving[surface];
+  const float mis_weight = pdf > 0 && a.pdf > 0 ? a.pdf / (a.pdf + pdf) : 1;
+  Vec3f& contribution = memory_.contribution[surface];
+  contribution = times_pi * batch.surface[surface].weight * mis_weight * a.light * a.strength;
+  memory_.is_active[surface] = is_usable(contribution);
+}
+
+void LightSamples::respond_in(int slot, const SurfaceBatch& batch) {
+  Waiting& waiting = *memory_.waiting[slot];
+  waiting.packet.evaluate(context_.kernels(), slot);
+  for (int k = 0; k < waiting.packet.count(); ++k)
+    settle(batch, waiting.surface[k], waiting.packet.times_pi(k), waiting.packet.pdf(k));
+  waiting.packet.clear();
+}
+
+// From `arriving` to `contribution`. Diffuse surfaces that stand alone send out no rays of their own.
 void LightSamples::respond(const SurfaceBatch& batch) {
-  const auto settle = [&](int i, Vec3f times_pi, float pdf) {
-    const Arriving& a = memory_.arriving[i];
-    const float mis_weight = pdf > 0 && a.pdf > 0 ? a.pdf / (a.pdf + pdf) : 1;
-    memory_.contribution[i] =
-        times_pi * batch.surface[i].weight * mis_weight * a.light * a.strength;
-    memory_.is_active[i] = is_usable(memory_.contribution[i]);
-  };
-  const auto settle_all = [&](Waiting& waiting) {
-    BsdfPacket& packet = waiting.packet;
-    if (&waiting == &memory_.layered)
-      packet.evaluate_layered(context_.kernels());
-    else
-      packet.evaluate_glossy(context_.kernels());
-    for (int k = 0; k < packet.count(); ++k)
-      settle(waiting.surface[k], packet.times_pi(k), packet.pdf(k));
-    packet.clear();
-  };
-  memory_.glossy.packet.clear();
-  memory_.layered.packet.clear();
+  std::uint32_t used = 0;  // bits of slots
   for (int i = 0; i < batch.count; ++i) {
     if (!memory_.is_active[i]) continue;
     const Surface& s = batch.surface[i];
     const Vec3f to_light = memory_.arriving[i].to_light;
-    if (s.bsdf == BsdfKind::kDiffuse) {
-      settle(i, s.albedo, options_.is_alone ? 0 : dot(s.shading_normal, to_light) * kInvPi);
+    if (scattering_of(s.bsdf) == Scattering::kEven) {
+      settle(batch, i, s.albedo, options_.is_alone ? 0 : dot(s.shading_normal, to_light) * kInvPi);
       continue;
     }
-    const bool is_plain = s.lobes == kNoLobes;
-    Waiting& waiting = is_plain ? memory_.glossy : memory_.layered;
-    waiting.surface[is_plain ? waiting.packet.add_glossy(s, to_light)
-                             : waiting.packet.add_layered(s, batch.lobes[s.lobes], to_light)] = i;
-    if (waiting.packet.count() == BsdfPacket::kMax) settle_all(waiting);
+    const int slot = slot_of(s);
+    Waiting& waiting = memory_.waiting_in(slot);
+    used |= 1u << slot;
+    waiting.surface[waiting.packet.add(s, batch.lobes_of(s), to_light)] = i;
+    if (waiting.packet.count() == BsdfPacket::kMax) respond_in(slot, batch);
   }
-  if (memory_.glossy.packet.count() > 0) settle_all(memory_.glossy);
-  if (memory_.layered.packet.count() > 0) settle_all(memory_.layered);
+  for (; used != 0; used &= used - 1) {
+    const int slot = std::countr_zero(used);
+    if (memory_.waiting[slot]->packet.count() > 0) respond_in(slot, batch);
+  }
 }
 
 void LightSamples::of_light(const SurfaceBatch& batch, const Light& light) {
@@ -184,7 +186,7 @@ void LightSamples::sample_even_sky(const SurfaceBatch& batch, std::uint32_t samp
   const float each = 1 / static_cast<float>(options_.samples);
   for (int first = 0; first < batch.count; first += BsdfPacket::kMax) {
     const int end = std::min(first + BsdfPacket::kMax, batch.count);
-    BsdfPacket& packet = memory_.glossy.packet;  // free until the response
+    BsdfPacket& packet = memory_.sky_directions;
     packet.clear();
     draw(batch, first, dimension(Dimension::kEnvironment), sample);
     for (int i = first; i < end; ++i) {
@@ -196,7 +198,7 @@ void LightSamples::sample_even_sky(const SurfaceBatch& batch, std::uint32_t samp
     for (int i = first; i < end; ++i) {
       const Vec3f to_sky = packet.direction(i - first);
       const Surface& s = batch.surface[i];
-      if (s.bsdf == BsdfKind::kDiffuse && dot(s.normal, to_sky) > 0)
+      if (scattering_of(s.bsdf) == Scattering::kEven && dot(s.normal, to_sky) > 0)
         put(i, {to_sky, context_.scene.lights.environment, each, 0});
     }
   }

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 
 #include "slave/core/integrate/bsdf_packet.h"
 #include "slave/core/integrate/open_sky.h"
@@ -24,7 +25,7 @@ class LightSamples {
     float strength;         // of which the surface gets so much, if nothing is in the way
     float pdf;              // by solid angle; 0 where no ray of the BSDF's own can find it
   };
-  // Surfaces of one kind that wait for their BSDFs.
+  // Surfaces of one slot that wait for their BSDFs.
   struct Waiting {
     BsdfPacket packet;
     int surface[BsdfPacket::kMax];
@@ -41,8 +42,14 @@ class LightSamples {
     SkyPoints sky{};
     SamplePoints samples{};
     EmitterSamples emitters{};
-    const Emitter* emitter[kLitPoints];  // of them
-    Waiting glossy, layered;
+    const Emitter* emitter[kLitPoints];            // of them
+    BsdfPacket sky_directions;                     // of an even sky
+    std::unique_ptr<Waiting> waiting[kBsdfSlots];  // made where surfaces need them
+
+    Waiting& waiting_in(int slot) {
+      if (waiting[slot] == nullptr) waiting[slot] = std::make_unique<Waiting>();
+      return *waiting[slot];
+    }
   };
 
   struct Options {
@@ -86,6 +93,8 @@ class LightSamples {
   void sample_even_sky(const SurfaceBatch& batch, std::uint32_t sample);
   void sample_map(const SurfaceBatch& batch, std::uint32_t sample);
   void respond(const SurfaceBatch& batch);
+  void respond_in(int slot, const SurfaceBatch& batch);
+  void settle(const SurfaceBatch& batch, int surface, Vec3f times_pi, float pdf);
 
   const RenderContext& context_;
   Memory& memory_;

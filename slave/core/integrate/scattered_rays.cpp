@@ -43,42 +43,32 @@ void ScatteredRays::scatter(const SurfaceBatch& batch, std::uint32_t dimension,
 }
 
 void ScatteredRays::scatter_some(const SurfaceBatch& batch, const Asked* asked, int n) {
-  int number[BsdfPacket::kMax];  // in its packet
-  memory_.diffuse.clear();
-  memory_.glossy.clear();
-  memory_.layered.clear();
+  BsdfPackets::Place place[BsdfPacket::kMax];
+  memory_.bsdfs.clear();
   for (int i = 0; i < n; ++i) {
     const Surface& s = batch.surface[asked[i].surface];
-    const Vec2f square{memory_.samples.square[0][i], memory_.samples.square[1][i]};
-    if (s.bsdf == BsdfKind::kDiffuse)
-      number[i] = memory_.diffuse.add_diffuse(s.shading_normal, square);
-    if (s.bsdf == BsdfKind::kGlossy) {
-      number[i] = s.lobes == kNoLobes
-                      ? memory_.glossy.add_glossy(s, square)
-                      : memory_.layered.add_layered(s, batch.lobes[s.lobes], square);
-    }
+    if (is_specular(s)) continue;
+    place[i] = memory_.bsdfs.add(s, batch.lobes_of(s),
+                                 {memory_.samples.square[0][i], memory_.samples.square[1][i]});
   }
-  memory_.diffuse.sample_diffuse(context_.kernels());
-  if (memory_.glossy.count() > 0) memory_.glossy.sample_glossy(context_.kernels());
-  if (memory_.layered.count() > 0) memory_.layered.sample_layered(context_.kernels());
+  memory_.bsdfs.sample(context_.kernels());
   for (int i = 0; i < n; ++i) {
     const Surface& s = batch.surface[asked[i].surface];
-    if (s.bsdf == BsdfKind::kDiffuse) {
-      const int k = number[i];
-      push(batch, asked[i],
-           {memory_.diffuse.direction(k), s.albedo * s.weight, memory_.diffuse.pdf(k),
-            kDiffuseSpread});
-    } else if (s.bsdf == BsdfKind::kGlossy) {
-      const int k = number[i];
-      const BsdfPacket& from = s.lobes == kNoLobes ? memory_.glossy : memory_.layered;
-      push(batch, asked[i],
-           {from.direction(k), from.weight(k) * s.weight, from.pdf(k),
-            kDiffuseSpread * s.roughness * s.roughness});
-    } else {
+    if (is_specular(s)) {
       const SpecularSample out = sample_specular(
           s, s.to_viewer, {memory_.samples.square[0][i], memory_.samples.square[1][i]});
       push(batch, asked[i],
            {out.direction, out.weight * s.weight, 0, kDiffuseSpread * out.alpha, out.is_through});
+      continue;
+    }
+    const BsdfPacket& from = *place[i].packet;
+    const int k = place[i].number;
+    if (scattering_of(s.bsdf) == Scattering::kEven) {
+      push(batch, asked[i], {from.direction(k), s.albedo * s.weight, from.pdf(k), kDiffuseSpread});
+    } else {
+      push(batch, asked[i],
+           {from.direction(k), from.weight(k) * s.weight, from.pdf(k),
+            kDiffuseSpread * s.roughness * s.roughness});
     }
   }
 }

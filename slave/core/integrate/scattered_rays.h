@@ -34,7 +34,7 @@ class ScatteredRays {
 
     Asked asked[kBatchMax];
     SamplePoints samples{};
-    BsdfPacket diffuse, glossy, layered;
+    BsdfPackets bsdfs;
     RayPacket packet;
     PacketHits hits;
     int number[kPacketRays];     // of the packet's rays

@@ -7,7 +7,6 @@
 #pragma once
 
 #include "common/base/isa.h"
-#include "slave/core/bsdf/bsdf_layout.h"
 #include "slave/core/bsdf/lobes_layout.h"
 #include "slave/core/camera/camera_layout.h"
 #include "slave/core/kernels/view_tables_layout.h"
@@ -49,13 +48,6 @@ struct KernelTable {
   void (*sample_points)(uint32_t dimension, uint32_t index, SamplePoints& points);
   void (*emitter_samples)(const LitSurfaces& surfaces, EmitterSamples& samples);
 
-  // Directions to the light from surfaces, by how they scatter it.
-  void (*sample_diffuse)(BsdfPoints& points);
-  void (*sample_glossy)(const AlbedoView& table, BsdfPoints& points);
-  void (*evaluate_glossy)(const AlbedoView& table, BsdfPoints& points);
-  void (*sample_layered)(const LobeTables& tables, const LobePoints& lobes, BsdfPoints& points);
-  void (*evaluate_layered)(const LobeTables& tables, const LobePoints& lobes, BsdfPoints& points);
-
   NoiseKernel noise;  // see noise_layout.h and slave/core/surface/noise.h
 
   // Tells rays apart by the face of a cube around their origin that they leave through, then halves
@@ -83,6 +75,8 @@ struct KernelTable {
   ViewKernels<TriangleKd<16>> kd16;
   ViewKernels<InstancedView<8>> instanced8;
   ViewKernels<InstancedView<16>> instanced16;
+
+  BsdfKernels bsdfs;  // by slot_of() a surface
 };
 
 // Requires: isa is in supported_isas().

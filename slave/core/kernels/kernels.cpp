@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All kernels but the structures' (bvh_kernels.cpp and others), compiled once per instruction set by
+// All kernels but the structures' and the BSDFs' (bvh_kernels.cpp and others), compiled once per instruction set by
 // Highway and reached through KernelTable.
 // Nothing but hwy/, -inl.h, _layout.h and C headers may be included before the table. The project
 // is built with -ffp-contract=off and what is reported uses no fused multiply-add, so every set
@@ -10,8 +10,6 @@
 #define HWY_TARGET_INCLUDE "slave/core/kernels/kernels.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
-#include "slave/core/bsdf/glossy-inl.h"
-#include "slave/core/bsdf/layered-inl.h"
 #include "slave/core/camera/camera-inl.h"
 #include "slave/core/light/emitter-inl.h"
 #include "slave/core/light/irradiance_filter-inl.h"
@@ -73,20 +71,18 @@ namespace tessera::core {
 namespace {
 
 // All entry points of one instruction set.
-#define TESSERA_KERNELS(set)                                                                    \
-  set::camera_rays, set::points_of<FanPacket>, set::points_of<RayPacket>, set::surface_detail,  \
-      set::sky_light, set::sky_samples, set::sample_points, set::emitter_samples,               \
-      set::sample_diffuse, set::sample_glossy, set::evaluate_glossy, set::sample_layered,       \
-      set::evaluate_layered, set::noise, set::group_fans, set::bound_points, set::begin_gather, \
-      set::end_gather, set::filter
+#define TESSERA_KERNELS(set)                                                                   \
+  set::camera_rays, set::points_of<FanPacket>, set::points_of<RayPacket>, set::surface_detail, \
+      set::sky_light, set::sky_samples, set::sample_points, set::emitter_samples, set::noise,  \
+      set::group_fans, set::bound_points, set::begin_gather, set::end_gather, set::filter
 
 template <class... Entries>
 KernelTable table_of(Isa isa, int lane_count, Entries... entries) {
   const auto bvh = bvh_kernels(isa);
   const auto kd = kd_kernels(isa);
   const auto instanced = instance_kernels(isa);
-  return {isa,    lane_count, entries...,    bvh.by8,       bvh.by16,
-          kd.by8, kd.by16,    instanced.by8, instanced.by16};
+  return {isa,    lane_count, entries...,    bvh.by8,        bvh.by16,
+          kd.by8, kd.by16,    instanced.by8, instanced.by16, bsdf_kernels(isa)};
 }
 
 const auto& tables() {

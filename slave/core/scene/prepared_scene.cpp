@@ -43,9 +43,8 @@ SurfaceFeatures features_of(const Scene& scene, const Geometry& geometry) {
   for (const Material& material : scene.materials) {
     features.has_textures |= has_texture(material);
     features.has_programs |= material.surface.kind != SurfaceKind::kConstant;
-    features.has_glossy |= material.bsdf == BsdfKind::kGlossy;
-    features.has_specular |=
-        material.bsdf == BsdfKind::kMirror || material.bsdf == BsdfKind::kGlass;
+    features.has_glossy |= scattering_of(material.bsdf) == Scattering::kLobes;
+    features.has_specular |= scattering_of(material.bsdf) == Scattering::kDelta;
     features.has_unlit |= material.is_unlit;
     features.has_lobes |= has_lobes(material);
     features.has_specular |= passes_light(material);

@@ -23,7 +23,7 @@ struct SurfaceFeatures {
   Feature has_textures{};
   Feature has_normals{};  // that differ from those of the triangles
   Feature has_programs{};
-  Feature has_glossy{};
+  Feature has_glossy{};    // any that scatter in lobes
   Feature has_specular{};  // mirror, glass, or glossy surfaces that pass light
   Feature has_colors{};    // of vertices
   Feature has_unlit{};

@@ -30,6 +30,10 @@ struct SurfaceBatch {
   void make_room_for_lobes(bool has_lobes) {
     if (has_lobes && lobes == nullptr) lobes = std::make_unique<SurfaceLobes[]>(kBatchMax);
   }
+  // Null where the surface has none.
+  const SurfaceLobes* lobes_of(const Surface& s) const {
+    return s.lobes == kNoLobes ? nullptr : &lobes[s.lobes];
+  }
   // Requires: count < kBatchMax.
   void add(const SurfaceBatch& from, int i) {
     surface[count] = from.surface[i];

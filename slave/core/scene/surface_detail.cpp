@@ -83,7 +83,7 @@ void SurfaceDetail::add(const Hits& hits, std::uint64_t rays, const RayCone* con
 DetailGroup SurfaceDetail::group_of(std::uint32_t instance, const Material& material) const {
   const Mesh& mesh = *scene_.meshes[scene_.instances[instance].mesh];
   DetailGroup group{};
-  group.is_diffuse = material.bsdf == BsdfKind::kDiffuse;
+  group.is_diffuse = scattering_of(material.bsdf) == Scattering::kEven;
   group.has_program = material.surface.kind != SurfaceKind::kConstant;
   group.has_normals = scene_.features.has_normals && !mesh.normals.empty();
   if (group.has_normals) set_maps(scene_.instances[instance].object_to_world, group);

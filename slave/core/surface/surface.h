@@ -38,10 +38,8 @@ struct Surface {
   RayCone cone;                // at the hit
 };
 
-// Mirror and glass scatter into single directions: no light sample can meet them, so paths go
+// Mirror, glass and their like scatter into single directions: no light sample can meet them, so paths go
 // through them (slave/core/integrate/specular_chain.h) and never rest there.
-inline bool is_specular(const Surface& s) {
-  return s.bsdf == BsdfKind::kMirror || s.bsdf == BsdfKind::kGlass;
-}
+inline bool is_specular(const Surface& s) { return scattering_of(s.bsdf) == Scattering::kDelta; }
 
 }  // namespace tessera::core

@@ -15,6 +15,8 @@
 namespace tessera::core {
 namespace {
 
+constexpr int kGlossySlot = static_cast<int>(BsdfKind::kGlossy);
+
 bool same_bits(Vec3f a, Vec3f b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
 
 class AnySurface {
@@ -79,11 +81,11 @@ TEST(BsdfPackets, GlossySurfacesAreThoseOfPlainArithmetic) {
       BsdfPacket sampled, evaluated;
       for (int i = 0; i < count; ++i) {
         one[i].set(any);
-        sampled.add_glossy(one[i].surface, one[i].square);
-        evaluated.add_glossy(one[i].surface, one[i].to_light);
+        sampled.add(one[i].surface, nullptr, one[i].square);
+        evaluated.add(one[i].surface, nullptr, one[i].to_light);
       }
-      sampled.sample_glossy(kernels);
-      evaluated.evaluate_glossy(kernels);
+      sampled.sample(kernels, kGlossySlot);
+      evaluated.evaluate(kernels, kGlossySlot);
       for (int i = 0; i < count; ++i) {
         const test::PlainGlossy plain(one[i].surface, one[i].surface.to_viewer);
         const test::BsdfSample s = plain.sample(one[i].square);

@@ -63,8 +63,8 @@ struct Value {
 };
 Value evaluate(Layered c, Vec3f to_light, const KernelTable& kernels = test::widest_kernels()) {
   BsdfPacket& packet = test::empty_packet();
-  packet.add_layered(c.at(), c.lobes, to_light);
-  packet.evaluate_layered(kernels);
+  packet.add(c.at(), &c.lobes, to_light);
+  packet.evaluate(kernels, kLayeredSlot);
   return {packet.times_pi(0), packet.pdf(0)};
 }
 
@@ -73,9 +73,8 @@ double furnace(Layered c, std::uint32_t count = 4096) {
   double sum = 0;
   for (std::uint32_t i = 0; i < count;) {
     BsdfPacket& packet = test::empty_packet();
-    for (; packet.count() < BsdfPacket::kMax; ++i)
-      packet.add_layered(c.at(), c.lobes, sample_2d(77, i));
-    packet.sample_layered(test::widest_kernels());
+    for (; packet.count() < BsdfPacket::kMax; ++i) packet.add(c.at(), &c.lobes, sample_2d(77, i));
+    packet.sample(test::widest_kernels(), kLayeredSlot);
     for (int k = 0; k < packet.count(); ++k) {
       EXPECT_TRUE(is_finite(packet.weight(k)) && packet.weight(k).x >= 0);
       sum += packet.weight(k).x;
@@ -250,12 +249,12 @@ TEST(Lobes, EveryInstructionSetHasTheSameBits) {
       }
     };
     for (std::size_t i = 0; i < all.size(); ++i)
-      packet.add_layered(all[i].at(), all[i].lobes, sample_2d(5, static_cast<std::uint32_t>(i)));
-    packet.sample_layered(kernels);
+      packet.add(all[i].at(), &all[i].lobes, sample_2d(5, static_cast<std::uint32_t>(i)));
+    packet.sample(kernels, kLayeredSlot);
     keep();
     packet.clear();
-    for (Layered& c : all) packet.add_layered(c.at(), c.lobes, c.direction(0.4f, 0.2f));
-    packet.evaluate_layered(kernels);
+    for (Layered& c : all) packet.add(c.at(), &c.lobes, c.direction(0.4f, 0.2f));
+    packet.evaluate(kernels, kLayeredSlot);
     keep();
     if (first.empty()) first = made;
     ASSERT_EQ(first.size(), made.size());
@@ -307,10 +306,8 @@ double passing_furnace(const Layered& c, float share, bool is_thin, bool is_fron
       weight = s.weight;
     } else {
       BsdfPacket& packet = test::empty_packet();
-      has_lobes ? packet.add_layered(part.surface, part.lobes, square)
-                : packet.add_glossy(part.surface, square);
-      has_lobes ? packet.sample_layered(test::widest_kernels())
-                : packet.sample_glossy(test::widest_kernels());
+      packet.add(part.surface, has_lobes ? &part.lobes : nullptr, square);
+      packet.sample(test::widest_kernels(), slot_of(part.surface));
       weight = packet.weight(0);
     }
     sum += double{weight.x} * double{part.surface.weight.x};

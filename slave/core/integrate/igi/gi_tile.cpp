@@ -210,7 +210,7 @@ void GiTile::Work::shade_part(const TileRect& part) {
   for (int i = 0; i < memory_.surfaces.count; ++i) {
     const Surface& s = memory_.surfaces.surface[i];
     const int pixel = memory_.surfaces.pixel[i];
-    if (s.bsdf == BsdfKind::kGlossy) {  // has nothing to share with its neighbours
+    if (scattering_of(s.bsdf) == Scattering::kLobes) {  // has nothing to share with its neighbours
       memory_.glossy.add(memory_.surfaces, i);
     } else {
       memory_.pixels.add_point(part.x_px + pixel % kPartEdgePx, part.y_px + pixel / kPartEdgePx,

@@ -21,7 +21,7 @@ void albedo(const CameraSample& sample, float* to) {
   const Surface& s = *sample.surface;
   const Material& m = *s.material;
   if (m.is_unlit) return put(s.emission, to);  // make_seen()
-  if (m.bsdf == BsdfKind::kMirror || m.bsdf == BsdfKind::kGlass) return put(m.specular, to);
+  if (scattering_of(m.bsdf) == Scattering::kDelta) return put(m.specular, to);
   // A part of the rays that meet a rough surface which passes light see no base (transmission.h).
   put(passes_light(m) && is_black(s.albedo) ? m.albedo : s.albedo, to);
 }
