@@ -80,7 +80,9 @@ class MaterialMaker {
     const bool is_dark =
         largest(material_.albedo) <= kMirrorDiffuseMax && !material_.albedo_texture.is_set();
     const bool has_pbr = lines_.pr || lines_.pm || picture("map_Pr") || picture("map_Pm");
-    if (is_refracting_ && !(lines_.pr && *lines_.pr > 0)) {
+    if (lines_.bsdf) {
+      make_named(*lines_.bsdf);
+    } else if (is_refracting_ && !(lines_.pr && *lines_.pr > 0)) {
       make_glass();
     } else if (is_refracting_ || is_thin_) {
       make_sheet(!is_refracting_);
@@ -94,6 +96,15 @@ class MaterialMaker {
     } else if (lines_.ps || lines_.pc) {
       material_.bsdf = BsdfKind::kGlossy;
     }
+  }
+
+  void make_named(BsdfKind kind) {
+    material_.bsdf = kind;
+    material_.specular = lines_.ks.value_or(material_.specular);
+    material_.ior = lines_.ni.value_or(material_.ior);
+    material_.metalness = lines_.pm.value_or(material_.metalness);
+    if (lines_.ns) material_.roughness = roughness_of_exponent(*lines_.ns);
+    material_.roughness = lines_.pr.value_or(material_.roughness);
   }
 
   void make_glass() {

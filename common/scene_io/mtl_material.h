@@ -18,6 +18,7 @@ struct MtlLines {
   std::optional<Vec3f> kd, ks, ke, tf;
   std::optional<float> ns, ni, d, tr, pr, pm, ps, pc, pcr, aniso, anisor;
   int illum = -1;
+  std::optional<BsdfKind> bsdf;                // whatever the others say
   std::map<std::string, PictureUse> pictures;  // by key, in one spelling: "map_Kd", "bump"
 };
 

@@ -77,7 +77,7 @@ void MtlReader::read_line(TextScanner& line) {
   const std::string key(line.word());
   if (key.empty()) return;
   if (key.front() == '#') {
-    if (key == "#" && line.word() == "tessera") read_surface(line);
+    if (key == "#" && line.word() == "tessera") read_extension(line);
     return;
   }
   if (key == "newmtl") return begin_material(std::string(line.trimmed_rest_of_line()));
@@ -211,10 +211,22 @@ void MtlReader::read_illum(TextScanner& line) {
   lines_.illum = number;
 }
 
-void MtlReader::read_surface(TextScanner& line) {
-  if (line.word() != "surface") return warn_unknown("# tessera");
+void MtlReader::read_extension(TextScanner& line) {
+  const std::string key(line.word());
+  if (key != "surface" && key != "bsdf") return warn_unknown("# tessera");
   if (material_ == nullptr)
-    return warn("before newmtl", "'# tessera surface' before the first newmtl is left out");
+    return warn("before newmtl", "'# tessera " + key + "' before the first newmtl is left out");
+  key == "bsdf" ? read_bsdf(line) : read_surface(line);
+}
+
+void MtlReader::read_bsdf(TextScanner& line) {
+  const std::string name(line.word());
+  const BsdfKind* const kind = find_bsdf(name);
+  if (kind == nullptr) return warn_unknown("# tessera bsdf " + name);
+  lines_.bsdf = *kind;
+}
+
+void MtlReader::read_surface(TextScanner& line) {
   const std::string name(line.word());
   const SurfaceProgramShape* shape = find_surface_program(name);
   if (shape == nullptr) return warn_unknown("# tessera surface " + name);

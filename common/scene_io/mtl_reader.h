@@ -25,6 +25,8 @@
 //                       sheen, clearcoat and its roughness, anisotropy and its turns of a glossy
 //                       surface
 //   Kd xyz X Y Z        CIE XYZ (D65) instead of RGB, of each colour
+//   # tessera bsdf NAME a BSDF of common/scene/bsdf_kinds.inc, whatever else the material says; Ks, Ni,
+//                       Pm and Pr (or Ns) are what it may look at
 //   # tessera surface NAME key value ...
 //                       a surface program (common/scene/surface_program.h) of the material it
 //                       stands in; a colour has three values
@@ -71,6 +73,8 @@ class MtlReader {
   void read_number(TextScanner& line, const std::string& key, float low, float high,
                    std::optional<float>& number);
   void read_illum(TextScanner& line);
+  void read_extension(TextScanner& line);
+  void read_bsdf(TextScanner& line);
   void read_surface(TextScanner& line);
   void finish_material();
   void finish_file();

@@ -88,6 +88,19 @@ TEST_F(MtlLines, SurfaceProgramsStandInComments) {
   EXPECT_EQ(material("# tessera surface brick width 2\n").surface.parameters[0], 2);
 }
 
+TEST_F(MtlLines, NamedBsdfsAreTakenWhateverElseTheLinesSay) {
+  const Material glass = material("Kd 1 0 0\nKs .9 .8 .7\nNi 1.3\n# tessera bsdf glass\n");
+  EXPECT_EQ(glass.bsdf, BsdfKind::kGlass);
+  EXPECT_EQ(glass.specular, (Vec3f{0.9f, 0.8f, 0.7f}));
+  EXPECT_EQ(glass.ior, 1.3f);
+  const Material glossy = material("# tessera bsdf glossy\nPr .25\nPm 1\nPc 1\n");
+  EXPECT_EQ(glossy.bsdf, BsdfKind::kGlossy);
+  EXPECT_EQ(glossy.roughness, 0.25f);
+  EXPECT_EQ(glossy.metalness, 1);
+  EXPECT_EQ(glossy.clearcoat.weight, 1);
+  EXPECT_EQ(material("Ks 1 1 1\nNs 100\n# tessera bsdf diffuse\n").bsdf, BsdfKind::kDiffuse);
+}
+
 TEST_F(MtlLines, WhatIsNotUnderstoodIsOneWarningForEachName) {
   const struct {
     const char* lines;
@@ -98,6 +111,7 @@ TEST_F(MtlLines, WhatIsNotUnderstoodIsOneWarningForEachName) {
                {"# tessera surface wood frequency -2\n", 1},
                {"# tessera surface marble vein 0.1 0.2\n", 1},
                {"# tessera lights 3\n", 1},
+               {"# tessera bsdf velvet\n", 1},
                {"# tesserae are stones\n", 0},
                {"illum 10\nnewmtl n\nillum 10\n", 1},
                {"Ka .1 .1 .1\nmap_Ka a.png\nnewmtl n\nKa .1 .1 .1\n", 1},
