@@ -39,6 +39,8 @@ class PacketLeaf {
     for (; block != end; ++block) has_hit |= test_.test(*block);
     return has_hit;
   }
+  // After all tests.
+  HWY_INLINE void finish() { test_.finish(); }
 
  private:
   Test<W, kAny> test_;

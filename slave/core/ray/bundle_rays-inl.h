@@ -32,6 +32,8 @@ struct BundleRays : PacketRays {
   // Returns: whether the rays form a narrow frustum: those that are valid go to one side of the
   // main axis and to about the same part of it.
   bool setup(const RayPacket& rays);
+  // No best hit of these rays is behind that t.
+  HWY_INLINE V farthest(size_t at) const { return load<V>(best_t + at); }
 
   float reach = 0;  // largest distance, by axis, of a ray's origin from the frustum's
   alignas(64) float from[3][kPacketRays];                        // origins
@@ -93,8 +95,9 @@ inline bool BundleRays::setup(const RayPacket& rays) {
 inline bool BundleRays::setup_row(const RayPacket& rays, size_t row, uint64_t valid,
                                   size_t middle) {
   const size_t at = row * kLanes;
-  V u, v;
-  if (!begin_row(rays, row, valid, middle, u, v)) return false;
+  const V z = begin_row(rays, row, valid, middle);
+  const V u = load<V>(direction[kx] + at) / z, v = load<V>(direction[ky] + at) / z;
+  if (!is_near(row, z, u, v)) return false;
   const auto is_valid = mask_of<V>(static_cast<uint32_t>(valid >> at));
   const auto copy = [&](const float* values, float* to) {
     const V used = select(is_valid, load<V>(values + at), set<V>(values[middle]));

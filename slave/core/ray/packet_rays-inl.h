@@ -60,12 +60,12 @@ struct PacketRays : Frustum {
   // Takes the main axis from a ray.
   template <class Packet>
   HWY_INLINE void aim(const Packet& rays, size_t ray);
-  // The row's directions, lengths and limits; u, v: what it moves across the main axis per depth.
-  // Rays that are not valid go where the middle one goes, and hit nothing. Returns: whether all are
-  // near the main axis.
+  // The row's directions, lengths and limits. Rays that are not valid go where the middle one goes, and hit
+  // nothing. Returns: what each moves along the main axis per t.
   template <class Packet>
-  HWY_INLINE bool begin_row(const Packet& rays, size_t row, uint64_t valid, size_t middle, V& u,
-                            V& v);
+  HWY_INLINE V begin_row(const Packet& rays, size_t row, uint64_t valid, size_t middle);
+  // Whether all rays of a row are near the main axis. u, v: what they move across it per depth.
+  HWY_INLINE bool is_near(size_t row, V z, V u, V v) const;
 
   HWY_INLINE V depths(size_t row) const;  // behind which no ray of the row looks
   HWY_INLINE void set_depths();           // before anything is hit
@@ -99,8 +99,7 @@ void PacketRays::aim(const Packet& rays, size_t ray) {
 }
 
 template <class Packet>
-bool PacketRays::begin_row(const Packet& rays, size_t row, uint64_t valid, size_t middle, V& u,
-                           V& v) {
+PacketRays::V PacketRays::begin_row(const Packet& rays, size_t row, uint64_t valid, size_t middle) {
   const size_t at = row * kLanes;
   const auto is_valid = mask_of<V>(static_cast<uint32_t>(valid >> at));
   for (int a = 0; a < 3; ++a) {
@@ -112,15 +111,15 @@ bool PacketRays::begin_row(const Packet& rays, size_t row, uint64_t valid, size_
   store(select(is_valid, t_max, set<V>(-__builtin_inff())), best_t + at);
   store(sum, length + at);
   store(set<VI>(-1), best + at);
-  const V z = load<V>(direction[kz] + at) * side;
-  u = load<V>(direction[kx] + at) / z;
-  v = load<V>(direction[ky] + at) / z;
+  return load<V>(direction[kz] + at) * side;
+}
+
+HWY_INLINE bool PacketRays::is_near(size_t row, V z, V u, V v) const {
+  const V sum = load<V>(length + row * kLanes);
   const auto is_steep = [&](V slope) { return abs(slope) <= kSteepest; };
-  auto is_near = z > 0 && is_steep(u) && is_steep(v);
+  const M is_close = z > 0 && is_steep(u) && is_steep(v);
   // Beyond these limits single rays take care of overflow (OneRay::setup()).
-  is_near = is_near && sum > 0x1p-58f;
-  is_near = is_near && sum < 0x1p60f;
-  return is_all<V>(is_near);
+  return is_all<V>(is_close && sum > 0x1p-58f && sum < 0x1p60f);
 }
 
 template <bool kAny>

@@ -167,6 +167,16 @@ template <Register V>
 HWY_INLINE V abs(V a) {
   return hn::Abs(a);
 }
+// For texts of plain numbers and registers alike, by the names that plain ones have in kernels.
+template <Register V>
+HWY_INLINE V abs_of(V a) {
+  return abs(a);
+}
+template <Register V>
+HWY_INLINE V max_of(V a, V b) {
+  return max(a, b);
+}
+
 template <Register V>
 HWY_INLINE V sqrt(V a) {
   return hn::Sqrt(a);
@@ -249,6 +259,12 @@ template <Register V>
 HWY_INLINE void store_unaligned(V a, LaneOf<V>* to) {
   hn::StoreU(a, TagOf<V>(), to);
 }
+// Those lanes alone; the others stay as they are. A store of the whole register: what loads it next need not wait, as
+// it has to after a store by mask.
+template <Register V, RegisterMask M>
+HWY_INLINE void store_where(M mask, V a, LaneOf<V>* to) {
+  store(select(mask, a, load<V>(to)), to);
+}
 // The lanes of the mask, side by side; up to a whole register is written.
 template <Register V, RegisterMask M>
 HWY_INLINE void store_packed(V a, M mask, LaneOf<V>* to) {
@@ -296,6 +312,14 @@ HWY_INLINE To bit_cast(From a) {
 template <class Lane>
 HWY_INLINE Doubles in_double(const Lane* from) {
   return convert<Doubles>(load<hn::Vec<hn::Rebind<Lane, TagOf<Doubles> > > >(from));
+}
+
+// As of a plain number (lanes-inl.h).
+template <Register V>
+HWY_INLINE V inverse_power(V value) {
+  using VU = hn::Vec<hn::Rebind<uint64_t, TagOf<V> > >;
+  const VU exponent = bit_cast<VU>(value) & (uint64_t{0x7ff} << 52);
+  return bit_cast<V>(set<VU>(uint64_t{0x7fe} << 52) - exponent);
 }
 
 template <int kBits, Register V>

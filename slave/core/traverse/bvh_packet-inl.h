@@ -27,7 +27,7 @@ class PacketTracer {
  public:
   // Work per ray after which a packet does not pay: what one ray by itself takes, which is less where
   // any hit will do.
-  static constexpr int kWorkMax = Leaf::kIsAny ? 12 : 24;
+  static constexpr int kWorkMax = Leaf::kIsAny ? 24 : 32;
 
   explicit PacketTracer(const View& scene) : scene_(scene), leaf_(rays_) {}
 
@@ -54,10 +54,15 @@ class PacketTracer {
     return Together::kDone;
   }
 
-  const Rays& rays() const { return rays_; }
+  // After a run that was kDone.
+  void write_to(PacketHits& hits) {
+    leaf_.finish();
+    rays_.write_to(hits);
+  }
+  uint64_t blocked() const { return rays_.blocked(); }
 
  private:
-  using Stack = NodeStack<View>;
+  using Stack = NodeStack<View, 7>;
 
   // The first child to go to; the others are on the stack.
   template <class Packet>

@@ -57,13 +57,18 @@ template <class View, class Rays, class Leaf>
 class KdPacketTracer {
  public:
   // As in PacketTracer; one ray by itself takes three times as long here.
-  static constexpr int kWorkMax = 80;
+  static constexpr int kWorkMax = 100;
 
   explicit KdPacketTracer(const View& scene) : scene_(scene), leaf_(rays_) {}
 
   template <class Packet>
   Together run(const Packet& packet);
-  const Rays& rays() const { return rays_; }
+  // After a run that was kDone.
+  void write_to(PacketHits& hits) {
+    leaf_.finish();
+    rays_.write_to(hits);
+  }
+  uint64_t blocked() const { return rays_.blocked(); }
 
  private:
   struct Voxel {

@@ -96,7 +96,7 @@ HWY_INLINE Together run_together(Tracer& tracer, const Packet& rays) {
 template <class Tracer, class View, class Packet>
 HWY_INLINE void closest(const View& scene, const Packet& rays, PacketHits& hits) {
   Tracer tracer(scene);
-  if (run_together(tracer, rays) == Together::kDone) return tracer.rays().write_to(hits);
+  if (run_together(tracer, rays) == Together::kDone) return tracer.write_to(hits);
   for (size_t i = 0; i < kPacketRays; ++i) {
     SingleHit hit{0, kNoPrimitive};
     if (rays.active >> i & 1u) closest_ray(scene, ray_of(rays, i), hit);
@@ -133,9 +133,9 @@ template <class Tracer, class View, class Packet>
 HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
   Tracer tracer(scene);
   const Together how = run_together(tracer, rays);
-  if (how == Together::kDone) return tracer.rays().blocked();
+  if (how == Together::kDone) return tracer.blocked();
   // What was found blocked before it did not pay any more is.
-  uint64_t blocked = how == Together::kDoesNotPay ? tracer.rays().blocked() : 0;
+  uint64_t blocked = how == Together::kDoesNotPay ? tracer.blocked() : 0;
   return blocked | occluded_alone(scene, rays, rays.active & ~blocked);
 }
 

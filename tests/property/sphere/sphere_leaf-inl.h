@@ -34,6 +34,7 @@ class SpherePacketLeaf {
   static constexpr bool kIsAny = kAny;
   explicit SpherePacketLeaf(Rays& rays) : rays_(rays) {}
   void prepare() {}
+  void finish() {}
 
   bool test(const SpheresOnly<W>& shapes, uint32_t first, uint32_t count) {
     bool has_hit = false;

@@ -85,6 +85,8 @@ class InstancePacketLeaf {
     }
     return has_hit;
   }
+  // After all tests.
+  HWY_INLINE void finish() { test_.finish(); }
 
  private:
   // What an instance costs before its first node, in tests of a row; see PacketTracer.

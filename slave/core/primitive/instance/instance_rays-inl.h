@@ -69,7 +69,8 @@ class ObjectFrustum : public Frustum {
   template <class Rays>
   HWY_INLINE bool enter(const Rays& rays, const InstanceBlock& instance, const SceneBox& box);
   // After hits: no ray looks further than its nearest.
-  HWY_INLINE void shorten(const PacketRays& rays);
+  template <class Rays>
+  HWY_INLINE void shorten(const Rays& rays);
 
  private:
   HWY_INLINE void set_origin(const FanRays& rays, const InstanceBlock& instance);
@@ -244,10 +245,11 @@ bool ObjectFrustum::grow(const InstanceBlock& instance, const SceneBox& box, flo
   return true;
 }
 
-void ObjectFrustum::shorten(const PacketRays& rays) {
+template <class Rays>
+void ObjectFrustum::shorten(const Rays& rays) {
   V far = set<V>(-__builtin_inff());
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
-    far = max(far, mul_add(load<V>(speed_ + at), load<V>(rays.best_t + at), load<V>(start_ + at)));
+    far = max(far, mul_add(load<V>(speed_ + at), rays.farthest(at), load<V>(start_ + at)));
   }
   z_far = greatest_lane(far) * (1 + 2 * kTimeSlack) + margin_;
 }

@@ -107,6 +107,27 @@ double determinant(const Vector& p, const Vector& q, const Vector& r, double tol
   return determinant_exact(p, q, r);
 }
 
+// The line of a ray, and the corners of a triangle seen from its origin.
+struct Line {
+  Vector d, to[3];
+
+  Line(const float* origin, const float* direction, const float* triangle) {
+    for (int a = 0; a < 3; ++a) d.axis[a] = {double{direction[a]}, 0};
+    for (int c = 0; c < 3; ++c) to[c] = difference(triangle + 3 * c, origin);
+  }
+  // Each edge on the same side, or through it.
+  bool passes() const {
+    bool is_left = false, is_right = false;
+    for (int c = 0; c < 3; ++c) {
+      const double side = determinant(d, to[c], to[(c + 1) % 3], 1);
+      is_left = is_left || side < 0;
+      is_right = is_right || side > 0;
+      if (is_left && is_right) return false;
+    }
+    return is_left || is_right;
+  }
+};
+
 }  // namespace
 
 bool has_area(const float* triangle) {
@@ -125,28 +146,19 @@ int exact_side(const float* origin, const float* triangle) {
   return (volume > 0) - (volume < 0);
 }
 
+bool is_exact_hit(const float* origin, const float* direction, const float* triangle) {
+  return has_area(triangle) && Line(origin, direction, triangle).passes();
+}
+
 ExactHit exact_hit(const float* origin, const float* direction, const float* triangle) {
   constexpr ExactHit kMiss{false, 0};
   if (!has_area(triangle)) return kMiss;
-  const float* const corner[3] = {triangle, triangle + 3, triangle + 6};
-  Vector d;
-  for (int a = 0; a < 3; ++a) d.axis[a] = {double{direction[a]}, 0};
-  Vector to[3];
-  for (int c = 0; c < 3; ++c) to[c] = difference(corner[c], origin);
-
-  // The line passes each edge on the same side, or through it.
-  bool is_left = false, is_right = false;
-  for (int c = 0; c < 3; ++c) {
-    const double side = determinant(d, to[c], to[(c + 1) % 3], 1);
-    is_left = is_left || side < 0;
-    is_right = is_right || side > 0;
-    if (is_left && is_right) return kMiss;
-  }
-  if (!is_left && !is_right) return kMiss;
-
-  const Vector edge_b = difference(corner[1], corner[0]), edge_c = difference(corner[2], corner[0]);
-  const double distance = determinant(to[0], edge_b, edge_c, kGoodEnough);
-  const double speed = determinant(d, edge_b, edge_c, kGoodEnough);
+  const Line line(origin, direction, triangle);
+  if (!line.passes()) return kMiss;
+  const Vector edge_b = difference(triangle + 3, triangle),
+               edge_c = difference(triangle + 6, triangle);
+  const double distance = determinant(line.to[0], edge_b, edge_c, kGoodEnough);
+  const double speed = determinant(line.d, edge_b, edge_c, kGoodEnough);
   return {true, static_cast<float>(distance / speed)};
 }
 

@@ -31,6 +31,9 @@ bool has_area(const float* triangle);
 // Shape: origin [3], direction [3], triangle [9] (A, B, C); finite, direction not zero.
 ExactHit exact_hit(const float* origin, const float* direction, const float* triangle);
 
+// Whether it is a hit; for those who know t.
+bool is_exact_hit(const float* origin, const float* direction, const float* triangle);
+
 // The side of the triangle's plane that the origin lies on: 1 behind, where A, B, C turn clockwise,
 // -1 in front, 0 in the plane. Exact; shapes as above.
 int exact_side(const float* origin, const float* triangle);

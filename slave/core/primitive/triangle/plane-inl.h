@@ -22,7 +22,7 @@
 #define TESSERA_CORE_PLANE_INL_H_
 #endif
 
-#include "slave/core/simd/lanes-inl.h"
+#include "slave/core/simd/real-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
@@ -40,31 +40,82 @@ struct Plane {
                     // NaN: nowhere
 };
 
-template <int W>
-HWY_INLINE Plane plane_of(const TriangleBlock<W>& block, size_t lane, const float* origin) {
-  const auto at = [&](size_t k) { return static_cast<double>(block.vertex[k][lane]); };
-  const double ax = at(0) - static_cast<double>(origin[0]);
-  const double ay = at(1) - static_cast<double>(origin[1]);
-  const double az = at(2) - static_cast<double>(origin[2]);
-  const double bx = at(3) - at(0), by = at(4) - at(1), bz = at(5) - at(2);
-  const double cx = at(6) - at(0), cy = at(7) - at(1), cz = at(8) - at(2);
-  const double yz = by * cz, zy = bz * cy, zx = bz * cx, xz = bx * cz, xy = bx * cy, yx = by * cx;
-  const double size =
+// T: double, or Doubles, a triangle to a lane.
+template <class T>
+struct PlaneTerms {
+  T scale, least, normal[3];  // as of Plane
+  T distance, reach;          // N.(A - O), and the sum of the sizes of A - O
+};
+
+// corner(k): number k of A, B, C.
+template <class T, class Corner>
+HWY_INLINE PlaneTerms<T> plane_terms(const Corner& corner, const float* origin) {
+  T a[3], b[3], c[3];
+  for (size_t k = 0; k < 3; ++k) {
+    a[k] = corner(k) - static_cast<double>(origin[k]);
+    b[k] = corner(3 + k) - corner(k);
+    c[k] = corner(6 + k) - corner(k);
+  }
+  const T yz = b[1] * c[2], zy = b[2] * c[1], zx = b[2] * c[0], xz = b[0] * c[2], xy = b[0] * c[1],
+          yx = b[1] * c[0];
+  const T size =
       max_of(abs_of(yz) + abs_of(zy), max_of(abs_of(zx) + abs_of(xz), abs_of(xy) + abs_of(yx)));
-  Plane plane;
-  const double scale = plane.scale = inverse_power(size);
-  plane.normal[0] = (yz - zy) * scale;
-  plane.normal[1] = (zx - xz) * scale;
-  plane.normal[2] = (xy - yx) * scale;
-  const double distance = (plane.normal[0] * ax + plane.normal[1] * ay) + plane.normal[2] * az;
-  const double least = plane.least = size * scale * 0x1p-24;
-  plane.distance = static_cast<float>(distance);
-  const bool is_good = abs_of(distance) >= least * (abs_of(ax) + abs_of(ay) + abs_of(az)) &&
-                       abs_of(plane.distance) >= kPlaneLeast &&
-                       abs_of(plane.distance) <= 1 / kPlaneLeast;
-  plane.steepness = is_good ? static_cast<float>(least) : __builtin_nanf("");
+  PlaneTerms<T> plane;
+  plane.scale = inverse_power(size);
+  plane.normal[0] = (yz - zy) * plane.scale;
+  plane.normal[1] = (zx - xz) * plane.scale;
+  plane.normal[2] = (xy - yx) * plane.scale;
+  plane.distance = (plane.normal[0] * a[0] + plane.normal[1] * a[1]) + plane.normal[2] * a[2];
+  plane.least = size * plane.scale * 0x1p-24;
+  plane.reach = abs_of(a[0]) + abs_of(a[1]) + abs_of(a[2]);
   return plane;
 }
+
+template <class Corner>
+HWY_INLINE Plane plane_through(const Corner& corner, const float* origin) {
+  const auto terms = plane_terms<double>(corner, origin);
+  Plane plane{terms.scale,
+              terms.least,
+              {terms.normal[0], terms.normal[1], terms.normal[2]},
+              static_cast<float>(terms.distance),
+              static_cast<float>(terms.least)};
+  const bool is_good = abs_of(terms.distance) >= terms.least * terms.reach &&
+                       abs_of(plane.distance) >= kPlaneLeast &&
+                       abs_of(plane.distance) <= 1 / kPlaneLeast;
+  if (!is_good) plane.steepness = __builtin_nanf("");
+  return plane;
+}
+template <int W>
+HWY_INLINE Plane plane_of(const TriangleBlock<W>& block, size_t lane, const float* origin) {
+  return plane_through([&](size_t k) { return static_cast<double>(block.vertex[k][lane]); },
+                       origin);
+}
+// Shape: triangle [9].
+HWY_INLINE Plane plane_of(const float* triangle, const float* origin) {
+  return plane_through([&](size_t k) { return static_cast<double>(triangle[k]); }, origin);
+}
+
+// The planes of up to kMost triangles.
+template <size_t kMost>
+struct PlaneTable {
+  alignas(64) double normal[3][kMost];
+  alignas(64) float distance[kMost], steepness[kMost];
+
+  // From triangle `at` on, as many as a register of doubles has lanes. corners [9][kMost].
+  HWY_INLINE void make(const float (*corners)[kMost], size_t at, const float* origin) {
+    using VF = FloatOf<Doubles>;
+    const auto plane =
+        plane_terms<Doubles>([&](size_t k) HWY_ATTR { return in_double(corners[k] + at); }, origin);
+    for (size_t k = 0; k < 3; ++k) store(plane.normal[k], normal[k] + at);
+    const VF in_float = convert<VF>(plane.distance);
+    const auto is_clear = abs(plane.distance) >= plane.least * plane.reach;
+    const VF clear = convert<VF>(zero_unless(is_clear, set<Doubles>(1)));
+    const auto is_good =
+        clear > 0 && abs(in_float) >= kPlaneLeast && abs(in_float) <= 1 / kPlaneLeast;
+    store(in_float, distance + at);
+    store(select(is_good, convert<VF>(plane.least), set<VF>(__builtin_nanf(""))), steepness + at);
+  }
+};
 
 // N.D and t of one ray; FanBlock has the same in lanes. size: |D|. Returns: whether t counts.
 HWY_INLINE bool plane_t(const Plane& plane, const float* direction, float size, float& speed,

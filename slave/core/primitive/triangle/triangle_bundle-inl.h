@@ -41,6 +41,7 @@ class BundleBlock {
   explicit BundleBlock(BundleRays& rays) : rays_(rays) {}
 
   void prepare() {}
+  void finish() {}
 
   // Returns: whether some ray has a new best hit.
   bool test(const TriangleBlock<W>& block);
