@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The table of BSDFs that scatter in lobes, a surface to a lane: what is called for the surfaces of a kind. A new
-// one is its text, included here, a row of kBsdfRows, and a row of common/scene/bsdf_kinds.inc.
+// one is its text, included here, a row of bsdf_table(), and a row of common/scene/bsdf_kinds.inc.
 //
 // The text of a BSDF is a class, made of the points `at` and on:
 //   Lobes(const LobeTables&, const BsdfPoints&, const LobePoints*, size_t at)

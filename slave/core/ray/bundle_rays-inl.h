@@ -32,9 +32,31 @@ struct BundleRays : PacketRays {
   // Returns: whether the rays form a narrow frustum: those that are valid go to one side of the
   // main axis and to about the same part of it.
   bool setup(const RayPacket& rays);
+  // What a test knows of one primitive and a row of rays.
+  struct RowTest {
+    V t;
+    M counts;       // t is the primitive's answer where the ray meets it
+    M is_possible;  // not surely outside
+    M is_sure;      // surely inside, and t counts
+    V t_min;
+  };
+
+  // Takes the hits that are sure. Returns: the bits of the rays that exact_hit() has to decide.
+  template <bool kAny>
+  HWY_INLINE uint32_t take(size_t row, const RowTest& test, uint32_t primitive, bool& has_hit);
+  // A hit of one ray, already decided. Returns: whether it is nearer than what the ray had.
+  template <bool kAny>
+  bool take(size_t ray, float t, float t_min, uint32_t primitive);
+
+  HWY_INLINE V depths(size_t row) const;  // behind which no ray of the row looks
+  HWY_INLINE void set_depths();           // before anything is hit
+  HWY_INLINE void shorten(size_t row);    // after hits in a row
+  HWY_INLINE void shorten();              // after those
   // No best hit of these rays is behind that t.
   HWY_INLINE V farthest(size_t at) const { return load<V>(best_t + at); }
 
+  alignas(64) float start[kPacketRays];  // depth at which the ray begins
+  alignas(64) float row_far[kRows];      // z_far of each row
   float reach = 0;  // largest distance, by axis, of a ray's origin from the frustum's
   alignas(64) float from[3][kPacketRays];                        // origins
   alignas(64) float shear_x[kPacketRays], shear_y[kPacketRays];  // dx / dz, dy / dz
@@ -159,6 +181,64 @@ inline void BundleRays::set_offsets(int axis, RowPlanes& planes, const float* sl
   }
   offset[0] = least_lane(all_low) - slack;
   offset[1] = greatest_lane(all_high) + slack;
+}
+
+template <bool kAny>
+uint32_t BundleRays::take(size_t row, const RowTest& test, uint32_t primitive, bool& has_hit) {
+  const size_t at = row * kLanes;
+  const V old_t = load<V>(best_t + at);
+  const auto old = load<VI>(best + at);
+  const auto number = set<VI>(static_cast<int32_t>(primitive));
+  // -1, no hit yet, counts as the highest number.
+  const M is_lower = mask_as<V>(old == -1 || number < old);
+  const M is_nearer = test.t < old_t || (test.t == old_t && is_lower);
+  const M in_range = test.t >= test.t_min && is_nearer;
+  const M hit = test.is_sure && in_range;
+  if (!is_none<V>(hit)) {
+    has_hit = true;
+    const V t = kAny ? set<V>(-__builtin_inff()) : test.t;
+    store(select(hit, t, old_t), best_t + at);
+    store(select(hit, number, old), best + at);
+    shorten(row);
+  }
+  // Where t counts and is out of range, no decision about the edges matters.
+  const M is_settled = test.is_sure || and_not(in_range, test.counts);
+  return bits_of<V>(and_not(is_settled, test.is_possible));
+}
+
+template <bool kAny>
+bool BundleRays::take(size_t ray, float t, float t_min, uint32_t primitive) {
+  const auto number = static_cast<int32_t>(primitive);
+  if (!is_better(ray, t, t_min, number)) return false;
+  best_t[ray] = kAny ? -__builtin_inff() : t;
+  best[ray] = number;
+  shorten(ray / kLanes);
+  return true;
+}
+
+HWY_INLINE BundleRays::V BundleRays::depths(size_t row) const {
+  const size_t at = row * kLanes;
+  const V z = abs(load<V>(direction[kz] + at));
+  return mul_add(z, load<V>(best_t + at), load<V>(start + at));
+}
+
+HWY_INLINE void BundleRays::shorten(size_t row) {
+  row_far[row] = greatest_lane(depths(row)) * (1 + kTimeSlack);
+}
+
+HWY_INLINE void BundleRays::set_depths() {
+  const auto greatest = [](auto a, auto b) { return max(a, b); };
+  const auto moved = [&](size_t row) { return depths(row) * (1 + kTimeSlack); };
+  fold_rows<kRows>(D(), moved, greatest, row_far);
+  shorten();
+}
+
+HWY_INLINE void BundleRays::shorten() {
+  using VR = FloatsOf<kRows>;
+  VR far = load<VR>(row_far);
+  for (size_t at = kLanesOf<VR>; at < kRows; at += kLanesOf<VR>)
+    far = max(far, load<VR>(row_far + at));
+  z_far = greatest_lane(far);
 }
 
 }  // namespace HWY_NAMESPACE

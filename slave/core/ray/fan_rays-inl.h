@@ -161,8 +161,7 @@ HWY_INLINE void FanRays::bound() {
 template <bool kAny>
 bool FanRays::take(size_t ray, float t, float least, uint32_t primitive) {
   const auto number = static_cast<int32_t>(primitive);
-  const bool is_lower = best[ray] == -1 || number < best[ray];
-  if (!(t >= least && (t < best_t[ray] || (t == best_t[ray] && is_lower)))) return false;
+  if (!is_better(ray, t, least, number)) return false;
   best[ray] = number;
   if (kAny) {
     best_t[ray] = -__builtin_inff();

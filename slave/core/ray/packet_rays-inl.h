@@ -35,22 +35,6 @@ struct PacketRays : Frustum {
 
   static constexpr float kSteepest = 2;  // |u|, |v| of a ray near the main axis
 
-  // What a test knows of one primitive and a row of rays.
-  struct RowTest {
-    V t;
-    M counts;       // t is the primitive's answer where the ray meets it
-    M is_possible;  // not surely outside
-    M is_sure;      // surely inside, and t counts
-    V t_min;
-  };
-
-  // Takes the hits that are sure. Returns: the bits of the rays that exact_hit() has to decide.
-  template <bool kAny>
-  HWY_INLINE uint32_t take(size_t row, const RowTest& test, uint32_t primitive, bool& has_hit);
-  // A hit of one ray, already decided. Returns: whether it is nearer than what the ray had.
-  template <bool kAny>
-  bool take(size_t ray, float t, float t_min, uint32_t primitive);
-
   // The sums of the sizes of three numbers of each ray of a row.
   static HWY_INLINE V sizes(const float (*values)[kPacketRays], size_t at);
   // Returns: the number of a ray in the middle. Requires: valid != 0.
@@ -67,10 +51,11 @@ struct PacketRays : Frustum {
   // Whether all rays of a row are near the main axis. u, v: what they move across it per depth.
   HWY_INLINE bool is_near(size_t row, V z, V u, V v) const;
 
-  HWY_INLINE V depths(size_t row) const;  // behind which no ray of the row looks
-  HWY_INLINE void set_depths();           // before anything is hit
-  HWY_INLINE void shorten(size_t row);    // after hits in a row
-  HWY_INLINE void shorten();              // after those
+  // Whether a hit is nearer than what the ray has, or as near and of a lower number.
+  HWY_INLINE bool is_better(size_t ray, float t, float t_min, int32_t primitive) const {
+    const bool is_lower = best[ray] == -1 || primitive < best[ray];
+    return t >= t_min && (t < best_t[ray] || (t == best_t[ray] && is_lower));
+  }
   void write_to(PacketHits& hits) const;
   uint64_t blocked() const;
 
@@ -79,10 +64,8 @@ struct PacketRays : Frustum {
   int work_left = 0;
   alignas(64) float direction[3][kPacketRays];
   alignas(64) float length[kPacketRays];  // sum of |direction|
-  alignas(64) float start[kPacketRays];   // depth at which the ray begins
   alignas(64) float best_t[kPacketRays];  // t_max without a hit
   alignas(64) int32_t best[kPacketRays];  // -1 without a hit
-  alignas(64) float row_far[kRows];       // z_far of each row
 };
 
 HWY_INLINE PacketRays::V PacketRays::sizes(const float (*values)[kPacketRays], size_t at) {
@@ -120,65 +103,6 @@ HWY_INLINE bool PacketRays::is_near(size_t row, V z, V u, V v) const {
   const M is_close = z > 0 && is_steep(u) && is_steep(v);
   // Beyond these limits single rays take care of overflow (OneRay::setup()).
   return is_all<V>(is_close && sum > 0x1p-58f && sum < 0x1p60f);
-}
-
-template <bool kAny>
-uint32_t PacketRays::take(size_t row, const RowTest& test, uint32_t primitive, bool& has_hit) {
-  const size_t at = row * kLanes;
-  const V old_t = load<V>(best_t + at);
-  const auto old = load<VI>(best + at);
-  const auto number = set<VI>(static_cast<int32_t>(primitive));
-  // -1, no hit yet, counts as the highest number.
-  const M is_lower = mask_as<V>(old == -1 || number < old);
-  const M is_nearer = test.t < old_t || (test.t == old_t && is_lower);
-  const M in_range = test.t >= test.t_min && is_nearer;
-  const M hit = test.is_sure && in_range;
-  if (!is_none<V>(hit)) {
-    has_hit = true;
-    const V t = kAny ? set<V>(-__builtin_inff()) : test.t;
-    store(select(hit, t, old_t), best_t + at);
-    store(select(hit, number, old), best + at);
-    shorten(row);
-  }
-  // Where t counts and is out of range, no decision about the edges matters.
-  const M is_settled = test.is_sure || and_not(in_range, test.counts);
-  return bits_of<V>(and_not(is_settled, test.is_possible));
-}
-
-template <bool kAny>
-bool PacketRays::take(size_t ray, float t, float t_min, uint32_t primitive) {
-  const auto number = static_cast<int32_t>(primitive);
-  const bool is_lower = best[ray] == -1 || number < best[ray];
-  if (!(t >= t_min && (t < best_t[ray] || (t == best_t[ray] && is_lower)))) return false;
-  best_t[ray] = kAny ? -__builtin_inff() : t;
-  best[ray] = number;
-  shorten(ray / kLanes);
-  return true;
-}
-
-HWY_INLINE PacketRays::V PacketRays::depths(size_t row) const {
-  const size_t at = row * kLanes;
-  const V z = abs(load<V>(direction[kz] + at));
-  return mul_add(z, load<V>(best_t + at), load<V>(start + at));
-}
-
-HWY_INLINE void PacketRays::shorten(size_t row) {
-  row_far[row] = greatest_lane(depths(row)) * (1 + kTimeSlack);
-}
-
-HWY_INLINE void PacketRays::set_depths() {
-  const auto greatest = [](auto a, auto b) { return max(a, b); };
-  const auto moved = [&](size_t row) { return depths(row) * (1 + kTimeSlack); };
-  fold_rows<kRows>(D(), moved, greatest, row_far);
-  shorten();
-}
-
-HWY_INLINE void PacketRays::shorten() {
-  using VR = FloatsOf<kRows>;
-  VR far = load<VR>(row_far);
-  for (size_t at = kLanesOf<VR>; at < kRows; at += kLanesOf<VR>)
-    far = max(far, load<VR>(row_far + at));
-  z_far = greatest_lane(far);
 }
 
 inline void PacketRays::write_to(PacketHits& hits) const {

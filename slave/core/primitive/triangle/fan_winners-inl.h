@@ -38,12 +38,6 @@ class FanWinners {
     for (size_t k = 0; k < 9; ++k) corners_[k][count_] = block.vertex[k][lane];
     return count_++;
   }
-  // The same where it is to be added at all, without a branch.
-  HWY_INLINE int32_t add_if(bool is_winner, const TriangleBlock<W>& block, size_t lane) {
-    const int32_t slot = add(block, lane);
-    count_ = slot + (is_winner ? 1 : 0);
-    return slot;
-  }
   // Finds t of a ray's best hit where it is pending.
   HWY_INLINE void settle(size_t ray) {
     if (fan_.pending[ray] >= 0) settle_one(ray);
