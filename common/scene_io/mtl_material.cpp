@@ -64,6 +64,8 @@ class MaterialMaker {
                                         *lines_.ni > 1 && !alpha.texture.is_set());
     // Without bending: 4 and 9, unless a picture says where there is nothing at all.
     is_thin_ = is_illum(4, 9) && !alpha.texture.is_set();
+    // Of what is named and no glass, d is opacity.
+    if (lines_.bsdf && *lines_.bsdf != BsdfKind::kGlass) is_refracting_ = is_thin_ = false;
     if (is_refracting_ || is_thin_) {
       if (alpha.texture.is_set()) alpha.mode = AlphaMode::kBlend;
       return;
@@ -100,7 +102,8 @@ class MaterialMaker {
 
   void make_named(BsdfKind kind) {
     material_.bsdf = kind;
-    material_.specular = lines_.ks.value_or(material_.specular);
+    const bool is_delta = scattering_of(kind) == Scattering::kDelta;
+    material_.specular = lines_.ks.value_or(is_delta ? kWhite : material_.specular);
     material_.ior = lines_.ni.value_or(material_.ior);
     material_.metalness = lines_.pm.value_or(material_.metalness);
     if (lines_.ns) material_.roughness = roughness_of_exponent(*lines_.ns);

@@ -93,6 +93,8 @@ TEST_F(MtlLines, NamedBsdfsAreTakenWhateverElseTheLinesSay) {
   EXPECT_EQ(glass.bsdf, BsdfKind::kGlass);
   EXPECT_EQ(glass.specular, (Vec3f{0.9f, 0.8f, 0.7f}));
   EXPECT_EQ(glass.ior, 1.3f);
+  EXPECT_EQ(material("illum 6\nd .5\n# tessera bsdf diffuse\n").alpha.value, 0.5f);
+  EXPECT_EQ(material("# tessera bsdf mirror\n").specular, (Vec3f{1, 1, 1}));
   const Material glossy = material("# tessera bsdf glossy\nPr .25\nPm 1\nPc 1\n");
   EXPECT_EQ(glossy.bsdf, BsdfKind::kGlossy);
   EXPECT_EQ(glossy.roughness, 0.25f);
