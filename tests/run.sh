@@ -48,8 +48,8 @@ if [[ $is_install == yes ]]; then deploy/install-dependencies.sh --with "$sets";
 
 # Tests wait a good part of their time, for windows, links and pauses; cluster tests start several
 # processes each.
-jobs=$((5 * $(nproc)))
-if ((jobs > 10)); then jobs=10; fi
+jobs=$((6 * $(nproc)))
+if ((jobs > 12)); then jobs=12; fi
 began=$SECONDS
 failed=()
 summaries=()

@@ -3,9 +3,11 @@
 """Planes of a picture through the whole program: the bits, the names and the values of --aov, and what --background
 transparent leaves of the colour.
 
-    planes_test.py            as a test
-    planes_test.py FOLDER     keeps the pictures there, to look at
+    planes_test.py [--part files|bits-direct|bits-igi] [--keep FOLDER]
+
+--keep leaves the pictures there, to look at.
 """
+import argparse
 import json
 import math
 import pathlib
@@ -165,39 +167,49 @@ def check_alpha_of_png(folder):
     print(f"a PNG has alpha: {whole} pixels covered, {part} in part")
 
 
-def check_bits(folder):
+def check_bits(folder, renderer):
     """The digest, which covers the planes, on any cluster and instruction set, with any tiles and link."""
     options = [*SIZE, "--vpls", "8", "--aa", "2", *STEADY, *ALL]
-    for renderer in ("direct", "igi"):
-        digests = {}
-        for isa in ("scalar", "sse4", "avx2", "avx512"):
-            try:
-                _, digests[isa] = folder.render("builtin:room", f"isa-{isa}.exr", *options, "--renderer", renderer, "--isa", isa)
-            except AssertionError as error:
-                assert isa != "scalar" and "isa" in str(error).lower(), error
-        for tile in ("7", "64"):
-            _, digests[f"tiles of {tile}"] = folder.render("builtin:room", "tiles.exr", *options, "--renderer", renderer, "--tile", tile)
-        for slaves in (1, 3):
-            with cluster_lib.Cluster() as cluster:
-                cluster.serve("--audit", "20")
-                cluster.slaves(slaves)
-                run = cluster.finish(cluster.start_render("builtin:room", *options, "--renderer", renderer,
-                                                          output=str(folder.path / f"cluster-{slaves}.exr")))
-                assert run.code == 0, run.stderr
-                digests[f"slaves: {slaves}"] = run.digests
-        print(renderer, {how: digest[0][:8] for how, digest in digests.items()})
-        assert len({tuple(digest) for digest in digests.values()}) == 1, "the digests differ"
-        first, last = (picture_files.Exr(folder.path / f"cluster-{slaves}.exr") for slaves in (1, 3))
-        assert all(first.bits(name) == last.bits(name) for name in [*"RGBA", *CHANNELS])
+    digests = {}
+    for isa in ("scalar", "sse4", "avx2", "avx512"):
+        try:
+            _, digests[isa] = folder.render("builtin:room", f"isa-{isa}.exr", *options, "--renderer", renderer, "--isa", isa)
+        except AssertionError as error:
+            assert isa != "scalar" and "isa" in str(error).lower(), error
+    for tile in ("7", "64"):
+        _, digests[f"tiles of {tile}"] = folder.render("builtin:room", "tiles.exr", *options, "--renderer", renderer, "--tile", tile)
+    for slaves in (1, 3):
+        with cluster_lib.Cluster() as cluster:
+            cluster.serve("--audit", "20")
+            cluster.slaves(slaves)
+            run = cluster.finish(cluster.start_render("builtin:room", *options, "--renderer", renderer,
+                                                      output=str(folder.path / f"cluster-{slaves}.exr")))
+            assert run.code == 0, run.stderr
+            digests[f"slaves: {slaves}"] = run.digests
+    print(renderer, {how: digest[0][:8] for how, digest in digests.items()})
+    assert len({tuple(digest) for digest in digests.values()}) == 1, "the digests differ"
+    first, last = (picture_files.Exr(folder.path / f"cluster-{slaves}.exr") for slaves in (1, 3))
+    assert all(first.bits(name) == last.bits(name) for name in [*"RGBA", *CHANNELS])
+
+
+PARTS = {
+    "files": [check_values, check_colour_stays, check_alpha_of_png],
+    "bits-direct": [lambda folder: check_bits(folder, "direct")],
+    "bits-igi": [lambda folder: check_bits(folder, "igi")],
+}
 
 
 def main():
+    parser = argparse.ArgumentParser(usage=__doc__)
+    parser.add_argument("--part", choices=[*PARTS, "all"], default="all")
+    parser.add_argument("--keep", metavar="FOLDER")
+    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
-        folder = Folder(sys.argv[1] if len(sys.argv) > 1 else temporary)
-        check_values(folder)
-        check_colour_stays(folder)
-        check_alpha_of_png(folder)
-        check_bits(folder)
+        folder = Folder(options.keep or temporary)
+        for part, checks in PARTS.items():
+            if options.part in (part, "all"):
+                for check in checks:
+                    check(folder)
     return 0
 
 
