@@ -13,6 +13,7 @@
 #include "tests/bench/core_suite.h"
 #include "tests/bench/exchange_suite.h"
 #include "tests/bench/gi_suite.h"
+#include "tests/bench/run_facts.h"
 #include "tests/bench/scenes.h"
 #include "tests/bench/thesis_suite.h"
 
@@ -38,9 +39,11 @@ std::vector<std::string> usual_scenes(const std::string& suite, bool is_quick) {
 
 tessera::Status run(std::vector<std::string> suites,
                     const tessera::bench::CoreSuiteOptions& options,
-                    const tessera::bench::ExchangeOptions& exchange, const std::string& json_path) {
+                    const tessera::bench::ExchangeOptions& exchange, const std::string& facts,
+                    const std::string& json_path) {
   if (suites.empty()) suites = {"core", "build", "accuracy"};
   tessera::JsonObject all;
+  all.add_raw("run", facts);
   all.add("isa", std::string(tessera::isa_name(options.isa)));
   for (const std::string& suite : suites) {
     std::vector<std::string> scenes;
@@ -158,6 +161,7 @@ int main(int argc, char** argv) {
     options.size_px = 512;
     options.repeats = std::min(options.repeats, 3);
   }
-  const tessera::Status status = run(suites, options, exchange, json_path);
+  const tessera::Status status =
+      run(suites, options, exchange, tessera::bench::run_facts(argc, argv), json_path);
   return status.is_ok() ? 0 : fail(1, status.message());
 }
