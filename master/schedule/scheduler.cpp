@@ -43,6 +43,7 @@ Actions Scheduler::start(TimePoint now) {
 }
 
 void Scheduler::slave_joined(SessionId session, std::string name, std::uint32_t threads) {
+  departed_.joined(name);
   SlavePace pace(std::max(threads, 1u), options_.prefetch_per_thread);
   count_pace(pace, 1);
   const bool is_new =
@@ -67,6 +68,9 @@ Actions Scheduler::slave_lost(SessionId session, TimePoint now) {
   if (slave == slaves_.end()) return actions;
   const std::uint32_t threads = slave->second.pace.threads();
   count_pace(slave->second.pace, -1);
+  std::set<SceneVersion> refused;
+  for (const auto& [version, reason] : slave->second.failed) refused.insert(version);
+  departed_.left({slave->second.name, std::move(refused), now});
   slaves_.erase(slave);
   for (Frame& frame : frames_) {
     if (frame.state != FrameState::kOpen || frame.held.erase(session) == 0) continue;
@@ -81,7 +85,7 @@ Actions Scheduler::slave_lost(SessionId session, TimePoint now) {
     if (able_count(frame) < 2) frame.ledger.forget_refusals();
     if (options_.audit_share > 0) waive_audits(frame, actions);
   }
-  fail_hopeless(actions);
+  fail_hopeless(now, actions);
   deliver(actions);
   fill_all(now, actions);
   return actions;
@@ -102,7 +106,7 @@ Actions Scheduler::scene_failed(SessionId session, SceneVersion version, const s
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return actions;
   slave->second.failed[version] = reason;
-  fail_hopeless(actions);
+  fail_hopeless(now, actions);
   if (options_.audit_share > 0) {
     for (Frame& frame : frames_) waive_audits(frame, actions);
   }
@@ -111,19 +115,22 @@ Actions Scheduler::scene_failed(SessionId session, SceneVersion version, const s
   return actions;
 }
 
-// A frame whose scene no connected slave can hold.
-void Scheduler::fail_hopeless(Actions& actions) {
+// Fails the frames whose scene no connected slave can hold, unless one that could has just left and
+// may come back: a link that was silent for a moment is no reason to give a picture up.
+void Scheduler::fail_hopeless(TimePoint now, Actions& actions) {
   if (slaves_.empty()) return;
   for (Frame& frame : frames_) {
     if (frame.state != FrameState::kOpen) continue;
     const SceneVersion version = frame.ledger.version();
-    const bool is_hopeless = std::all_of(slaves_.begin(), slaves_.end(), [&](const auto& entry) {
+    const bool is_refused = std::all_of(slaves_.begin(), slaves_.end(), [&](const auto& entry) {
       return entry.second.failed.contains(version);
     });
-    if (is_hopeless) {
-      end_frame(frame, FrameState::kFailed,
-                "no slave can hold the scene: " + slaves_.begin()->second.failed[version], actions);
-    }
+    const DepartedSlaves::Slave* able = departed_.last_able(version);
+    if (!is_refused || (able != nullptr && able->may_return(now))) continue;
+    std::string reason = "no slave can hold the scene: " + slaves_.begin()->second.failed[version];
+    if (able != nullptr)
+      reason += "; slave '" + able->name + "', which had not refused it, is gone";
+    end_frame(frame, FrameState::kFailed, std::move(reason), actions);
   }
 }
 
@@ -133,7 +140,7 @@ Actions Scheduler::submit_frame(FrameId frame, SceneVersion version, std::vector
   next_frame_ = frame + 1;
   frames_.push_back({frame, FrameState::kOpen, "", FrameLedger(version, std::move(order)), {}});
   Actions actions;
-  fail_hopeless(actions);
+  fail_hopeless(now, actions);
   deliver(actions);
   fill_all(now, actions);
   return actions;

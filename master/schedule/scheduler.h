@@ -23,6 +23,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/ids.h"
+#include "master/schedule/departed_slaves.h"
 #include "master/schedule/duplication_budget.h"
 #include "master/schedule/frame_ledger.h"
 #include "master/schedule/slave_pace.h"
@@ -145,7 +146,7 @@ class Scheduler {
   void count_pace(const SlavePace& pace, int sign);
   void end_frame(Frame& frame, FrameState state, std::string reason, Actions& actions);
   void deliver(Actions& actions);
-  void fail_hopeless(Actions& actions);
+  void fail_hopeless(TimePoint now, Actions& actions);
   void learn(Slave& slave, const TileReport& report, TimePoint leased_at, TimePoint now);
   void settle_audit(Frame& frame, SessionId session, TileIndex tile, const LedgerAnswer& answer,
                     Actions& actions);
@@ -179,6 +180,7 @@ class Scheduler {
   const SchedulerOptions options_;
   bool is_started_ = false;
   std::map<SessionId, Slave> slaves_;
+  DepartedSlaves departed_;
   std::deque<Frame> frames_;  // in order of submission; ended ones leave from the front
   FrameId next_frame_ = 0;    // above every frame ever submitted
   LedgerCounts ended_counts_;

@@ -238,6 +238,8 @@ void Scheduler::duplicate_late_tiles(Frame& frame, TimePoint now, Actions& actio
 Actions Scheduler::tick(TimePoint now) {
   Actions actions;
   if (!is_started_) return actions;
+  fail_hopeless(now, actions);  // whoever could hold their scene has not come back
+  deliver(actions);
   fill_all(now, actions);  // what was handed back while nobody else was there
   if (options_.is_static) return actions;
   for (std::size_t i = 0; i < active_count(); ++i) {

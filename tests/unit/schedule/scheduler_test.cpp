@@ -235,6 +235,39 @@ TEST(Scheduler, ASceneThatNoSlaveCanHoldFailsItsFrameWithTheReason) {
   EXPECT_NE(failed[0].reason.find("no memory"), std::string::npos);
 }
 
+TEST(Scheduler, ASlaveThatCouldHoldTheSceneMayComeBack) {
+  Scheduler scheduler = cluster_of(2);
+  scheduler.submit_frame(0, 2, tiles(3), kStart);
+  scheduler.scene_failed(1, 2, "no memory", kStart);
+  EXPECT_TRUE(of(scheduler.slave_lost(2, kStart), ActionKind::kFrameFailed).empty())
+      << "its link was silent for a moment";
+  const TimePoint later = kStart + DepartedSlaves::kReturn - 1ms;
+  EXPECT_TRUE(of(scheduler.submit_frame(1, 2, tiles(3), later), ActionKind::kFrameFailed).empty());
+  EXPECT_TRUE(scheduler.tick(later).empty());
+  scheduler.slave_joined(3, "s2", 1);
+  EXPECT_EQ(of(scheduler.scene_built(3, 2, later), ActionKind::kLease).size(), 4u);
+}
+
+TEST(Scheduler, AFrameThatOnlyADepartedSlaveCouldHoldFailsAndNamesIt) {
+  Scheduler scheduler = cluster_of(2);
+  scheduler.submit_frame(0, 2, tiles(3), kStart);
+  scheduler.scene_failed(1, 2, "no memory", kStart);
+  scheduler.slave_lost(2, kStart);
+  const std::vector<Action> failed =
+      of(scheduler.tick(kStart + DepartedSlaves::kReturn), ActionKind::kFrameFailed);
+  ASSERT_EQ(failed.size(), 1u);
+  EXPECT_NE(failed[0].reason.find("'s2'"), std::string::npos) << failed[0].reason;
+}
+
+TEST(Scheduler, ASlaveThatHadRefusedTheSceneIsNotWaitedFor) {
+  Scheduler scheduler = cluster_of(2);
+  scheduler.submit_frame(0, 2, tiles(3), kStart);
+  scheduler.scene_failed(2, 2, "no memory", kStart);
+  scheduler.slave_lost(2, kStart);
+  EXPECT_EQ(of(scheduler.scene_failed(1, 2, "no memory", kStart), ActionKind::kFrameFailed).size(),
+            1u);
+}
+
 TEST(Scheduler, ACancelledFrameEndsOnceAndItsLateResultsAreDropped) {
   Scheduler scheduler = cluster_of(1);
   const Actions actions = scheduler.submit_frame(0, 1, tiles(3), kStart);
