@@ -45,7 +45,7 @@ std::string start_command(const std::string& role, const std::string& name) {
   return "tessera-master view SCENE --connect HOST:PORT --keys " + name;
 }
 
-// As a shell takes it for one word.
+// `path` quoted where a shell would not take it for one word.
 std::string quoted(const std::string& path) {
   const auto is_plain = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
@@ -59,7 +59,7 @@ std::string quoted(const std::string& path) {
 
 void say(const std::string& line) { std::puts(line.c_str()); }
 
-// What was made, until when it counts, and what to do next.
+// Says what was made, until when it counts, and what to do next.
 void say_init(const std::string& folder, const tessera::net::KeyFacts& ca) {
   say("made the authority of a cluster in " + folder + ", good until " + ca.last_day +
       "; keep this folder on one safe machine");

@@ -30,13 +30,13 @@ struct ClockEstimate {
 class ClockOffset {
  public:
   static constexpr std::size_t kSamplesMax = 64;
-  static constexpr double kDriftMax = 100e-6;  // of two ordinary quartz clocks, 50 ppm each
+  static constexpr double kDriftMax = 100e-6;  // between two ordinary quartz clocks, 50 ppm each
 
-  // A ping sent and its answer received by our clock; answered_ns by theirs. Samples whose times
-  // make no sense (received before sent) are left out.
+  // Adds the sample of one ping: `sent` and `received` by our clock, `answered_ns` by theirs.
+  // Samples whose times make no sense (received before sent) are left out.
   void add(TimePoint sent, TimePoint received, std::uint64_t answered_ns);
 
-  // Nothing before the first sample.
+  // Returns: nothing before the first sample.
   std::optional<ClockEstimate> estimate(TimePoint now) const;
 
  private:
@@ -47,7 +47,7 @@ class ClockOffset {
   std::deque<Sample> samples_;  // oldest first
 };
 
-// The one with the smaller error; either may be missing.
+// Returns: the estimate with the smaller error; either may be missing.
 std::optional<ClockEstimate> better(const std::optional<ClockEstimate>& a,
                                     const std::optional<ClockEstimate>& b);
 

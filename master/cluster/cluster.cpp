@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kSweep{500};
 
-// Longer than usual for a slave that is far away, by the round trip of its connecting.
+// Heartbeat interval of a slave: longer than usual when its connecting had a long round trip.
 std::uint32_t heartbeat_of(const PeerLink& link, const std::string& name) {
   const Duration rtt = from_seconds(link.connection().peer().rtt_seconds);
   const std::chrono::milliseconds usual(kHeartbeatMs);
@@ -328,7 +328,7 @@ void Cluster::remove(SessionId session) {
   events_.slave_lost(session);
 }
 
-// Slaves that said Hello but never opened their scene connection; utilisation windows.
+// Loses slaves that said Hello but never opened a scene connection; ends utilisation windows.
 void Cluster::sweep() {
   log_summaries();
   const TimePoint now = Clock::now();

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The slaves of a master: handshake, the pair of connections of each, scene versions on their way
-// to them. Knows sessions and messages, not frames: what to lease is the frame loop's to decide.
+// to them. A cluster knows sessions and messages, not frames; the frame loop decides what to lease.
 //
-// Threads. Io thread only; events come there, never from inside a call of ours but join-time ones.
+// Threads. Io thread only; events come there, too. Only on_join() and expel() raise them from
+// inside.
 //
 // Invariants. (1) The two connections of a slave are one unit: when one is lost or silent, both are
 // closed and slave_lost comes once. (2) slave_joined comes when both connections stand, and nothing
@@ -48,7 +49,7 @@ class Cluster {
           bool is_relaying = true);
   ~Cluster();
 
-  // From the reception.
+  // Called by the reception.
   void on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::uint16_t version);
   void on_join(std::unique_ptr<PeerLink> link, const wire::Join& join);
 
@@ -57,12 +58,13 @@ class Cluster {
   // Binds the session to an instruction set: the one asked for, else the widest that all joined
   // slaves have. Requires: slave_count() >= 1 or an instruction set was asked for.
   Isa bind_isa();
-  // What this slave renders with. Requires: bound.
+  // The instruction set that this slave renders with. Requires: bound.
   Isa isa_of(SessionId session) const;
 
-  // To a joined slave; ignored when it is gone.
+  // Sends to a joined slave; ignored when it is gone.
   void send(SessionId session, wire::Message message);
-  // Ends the session for a broken promise, and holds the slave back. slave_lost follows at once.
+  // Ends the session of a slave that broke the protocol or sent wrong pixels, and holds the slave
+  // back. slave_lost is called before this returns.
   void expel(SessionId session, const std::string& reason);
 
   void commit_scene(SceneVersion version, SharedScene scene);
@@ -70,25 +72,25 @@ class Cluster {
   // `keeps_newest`: the slaves keep what they built last for the version that comes next.
   void retire_scenes(SceneVersion first_kept, bool keeps_newest);
 
-  // What the links are set to and what was measured on them.
+  // How the links are set and what was measured on them.
   ClusterPace pace() const;
   std::vector<QuarantinedSlave> quarantined() const;
 
   void add_busy_time(SessionId session, double render_seconds);
-  // It sent a result once more. Returns: false when it has done so more often than a slave that
-  // means well can: more times than tiles may be leased to it.
+  // Counts a result that the slave sent once more. Returns: false when it has done so more often
+  // than an honest slave can, that is, more times than tiles may be leased to it.
   bool forgive_repeat(SessionId session);
   void count_tile(SessionId session);  // one of its results was accepted
   // The slave's place among all ever joined, for tinting tiles.
   std::uint16_t ordinal_of(SessionId session) const;
   std::string name_of(SessionId session) const;  // empty when it is gone
-  // How far its clock is from ours, by the better of its two links.
+  // How far the slave's clock is from ours, by the better of its two links.
   std::optional<ClockEstimate> clock_of(SessionId session, TimePoint now) const;
   std::vector<SessionId> joined_sessions() const;
-  // `complete` adds what the scheduler knows.
+  // Joined slaves, by name; `complete` adds what the scheduler knows of each.
   std::vector<SlaveStatus> status(
       const std::function<void(SessionId, SlaveStatus&)>& complete) const;
-  // Over all slaves, gone ones too.
+  // Bytes are summed over all slaves, gone ones included; threads over joined ones.
   std::uint64_t bytes_sent() const;
   std::uint64_t bytes_received() const;
   std::uint64_t scene_bytes_sent() const;  // on the connections that carry scenes
@@ -98,7 +100,7 @@ class Cluster {
   void shutdown();
 
  private:
-  // Hashed: five of these are asked for every tile.
+  // A hash map, since every tile takes five lookups.
   using SlaveMap = std::unordered_map<SessionId, std::unique_ptr<SlaveEntry>>;
 
   std::optional<std::pair<wire::RefuseCode, std::string>> refusal_of(
@@ -144,9 +146,9 @@ class Cluster {
   struct Unfit {
     std::uint64_t scene_bytes = 0, memory_bytes = 0;
   };
-  static constexpr std::size_t kUnfitMax = 4096;  // names remembered; then they are asked again
+  static constexpr std::size_t kUnfitMax = 4096;  // names remembered; past it all are forgotten
   std::map<std::string, Unfit> unfit_;
-  std::vector<std::pair<SessionId, SceneVersion>> not_offered_;  // to be told of
+  std::vector<std::pair<SessionId, SceneVersion>> not_offered_;  // to be reported
   std::set<std::pair<SessionId, FrameId>> open_frames_;
   bool is_pumping_gently_ = false;
   net::Timer sweep_, gentle_pump_, not_offered_timer_;

@@ -12,10 +12,10 @@
 namespace tessera::master {
 namespace {
 
-// How often data that yields is looked at: a window of 64 KiB takes as long at 100 Mbit/s.
+// Interval at which data that yields is looked at; a window of 64 KiB takes as long at 100 Mbit/s.
 constexpr std::chrono::milliseconds kGentleLook{5};
 
-// What a slave that has nothing of the scene takes for it.
+// The memory that a slave which has nothing of the scene takes for it.
 std::uint64_t bytes_to_hold(const EncodedScene& scene) {
   return 2 * scene.total_bytes() + scene.index_bytes;
 }
@@ -24,7 +24,7 @@ std::uint64_t bytes_to_hold(const EncodedScene& scene) {
 
 void Cluster::commit_scene(SceneVersion version, SharedScene scene) {
   scenes_[version] = scene;
-  std::erase_if(scenes_, [&](const auto& entry) {  // the one before, unless a frame shows it
+  std::erase_if(scenes_, [&](const auto& entry) {  // older ones, unless a frame shows them
     return entry.first < version && !needed_.contains(entry.first);
   });
   for (auto& [session, slave] : slaves_) {
@@ -96,7 +96,7 @@ std::string Cluster::cannot_hold_text(const EncodedScene& scene) const {
   return text + ". Add a slave with more memory, or make the scene smaller";
 }
 
-// Frames that slaves have in work, from what is sent to them.
+// Follows which frames slaves have in work, from the messages that are sent to them.
 void Cluster::watch_frames(SessionId session, const wire::Message& message) {
   if (const auto* begin = std::get_if<wire::FrameBegin>(&message)) {
     open_frames_.emplace(session, begin->frame);
@@ -105,8 +105,9 @@ void Cluster::watch_frames(SessionId session, const wire::Message& message) {
   }
 }
 
-// Others render, and this one, which has just come, has not what it takes. Who has once kept up
-// is late by a moment when the next scene is ready elsewhere: held back, it would stay late.
+// Whether other slaves render while this one, which has just come, still lacks the scene. A slave
+// that has once kept up is late only by a moment when the next scene is ready elsewhere; if its
+// data yielded, it would stay late.
 bool Cluster::is_behind(SessionId session) const {
   if (open_frames_.empty() || !slaves_.at(session)->sender->is_joining()) return false;
   const auto own = open_frames_.lower_bound({session, 0});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a cluster tells of itself.
+// What a cluster tells of itself: its status, its pace and its sums.
 #include <algorithm>
 #include <utility>
 

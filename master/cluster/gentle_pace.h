@@ -4,8 +4,8 @@
 // of the master's link, in front of leases and frames, and at most half of the link is used,
 // whatever it carries; and the joiner always goes on.
 //
-// After the idea of LEDBAT (RFC 6817): background data yields to what shares its queue. Simpler,
-// since a window is small against what others send.
+// The idea is that of LEDBAT (RFC 6817): background data yields to what shares its queue. This is
+// simpler, since a window is small against what others send.
 //
 // Threads. One owner. Pure.
 #pragma once
@@ -30,7 +30,7 @@ class GentlePace {
     return now >= rest_until_;
   }
 
-  // A window is about to be queued.
+  // Call when a window is about to be queued.
   void sent(TimePoint now) {
     is_on_the_way_ = true;
     sent_ = now;

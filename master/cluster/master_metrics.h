@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a master counts of itself, as cells for the page of metrics. One set for a process: that is
-// what a scraper looks at, and counts only rise.
+// What a master counts of itself, as cells for the page of metrics. There is one set for a process,
+// since a scraper looks at processes, and counts only rise.
 //
-// What is known of each slave and of the frames is not here: it is written from ClusterStatus when
+// What is known of each slave and of the frames is not here; it is written from ClusterStatus when
 // somebody scrapes (frame_loop/metrics_page.h).
 //
 // Threads. Any; see common/metrics/cells.h.

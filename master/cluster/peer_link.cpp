@@ -17,7 +17,8 @@ constexpr double kRttWeight = 0.125;                 // of the newest sample, as
 
 std::uint64_t now_ns() { return nanoseconds(Clock::now()); }
 
-// Our own sleep is no round trip: with it in the mean, a peer's death would be noticed late.
+// Whether this process was asleep since the last beat. A round trip over our own sleep would raise
+// the mean, and a peer's death would be noticed late.
 bool has_slept(const net::Liveness& liveness, TimePoint now) {
   return now > liveness.due() + liveness.heartbeat() / 2;
 }
@@ -94,7 +95,7 @@ void PeerLink::on_record(net::ReceivedRecord record) {
   if (const auto* ping = std::get_if<wire::Ping>(&*message))
     return send(wire::Pong{ping->sent_ns, now_ns()});
   if (const auto* pong = std::get_if<wire::Pong>(&*message)) return on_pong(*pong);
-  const auto on_message = callbacks_.on_message;  // it may destroy us
+  const auto on_message = callbacks_.on_message;  // a copy: the call may destroy us
   on_message(std::move(*message));
 }
 
@@ -106,7 +107,7 @@ void PeerLink::ping() {
   send(wire::Ping{nanoseconds(now)});
 }
 
-// What answers none of our pings tells nothing.
+// A pong that answers none of our pings tells nothing.
 void PeerLink::on_pong(const wire::Pong& pong) {
   const auto sent = std::find_if(pings_.begin(), pings_.end(),
                                  [&](TimePoint ping) { return nanoseconds(ping) == pong.sent_ns; });
@@ -133,7 +134,7 @@ void PeerLink::beat() {
     case net::LivenessAction::kDead:
       return end(Status::deadline_exceeded("silent for too long"));
   }
-  // Also while other records go out: the round trip is wanted most when the link is busy.
+  // Pings go out also while other records do: the round trip is wanted most when the link is busy.
   if (now - pinged_ >= liveness_.heartbeat()) ping();
   heartbeat_.start_once(std::chrono::ceil<milliseconds>(liveness_.due() - now), [this] { beat(); });
 }
@@ -141,7 +142,7 @@ void PeerLink::beat() {
 void PeerLink::end(Status status) {
   if (is_over_) return;
   const Callbacks last = let_go(kFarewell);
-  if (last.on_ended) last.on_ended(std::move(status));  // it may destroy us
+  if (last.on_ended) last.on_ended(std::move(status));  // the call may destroy us
 }
 
 }  // namespace tessera::master

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // One connection with messages on it: encodes and decodes, keeps the link alive with heartbeats,
-// finds a silent peer, measures the round trip. Under it records, over it the state machines of
-// slaves and applications.
+// finds a silent peer, measures the round trip. Below it are records, above it the state machines
+// of slaves and applications.
 //
 // Threads. Io thread only. The callbacks may destroy the link they come from.
 //
-// Invariants. (1) Ping and Pong are handled here and never reach on_message. (2) A link is over when
-// it has ended, when its owner has let go of it (close(), refuse(), say_goodbye()) or destroyed it:
-// from then on no callback comes, whatever the connection still brings, and the callbacks and what
-// they hold are gone as soon as the one that runs has returned. (3) on_ended comes at most once,
-// and only to an owner who has not let go.
+// Invariants. (1) Ping and Pong are handled here and never reach on_message. (2) A link is over
+// when it has ended, when its owner has let go of it (close(), refuse(), say_goodbye()) or
+// destroyed it: from then on no callback comes, whatever the connection still brings, and the
+// callbacks and what they hold are gone as soon as the one that runs has returned. (3) on_ended
+// comes at most once, and only to an owner who has not let go.
 #pragma once
 
 #include <deque>
@@ -36,7 +36,7 @@ class PeerLink {
     std::function<void()> on_drained;  // may be null
   };
 
-  // Starts to read. No heartbeat before start_heartbeat(): until then the listener watches the
+  // Starts to read. Heartbeats begin with start_heartbeat(); until then the listener watches the
   // time.
   PeerLink(net::EventLoop& io, net::ConnectionPtr connection, const net::RecordLimits& limits,
            Callbacks callbacks);
@@ -44,7 +44,7 @@ class PeerLink {
   PeerLink(const PeerLink&) = delete;
   PeerLink& operator=(const PeerLink&) = delete;
 
-  // For whoever takes the link over after the handshake. Nothing once the link is over.
+  // Called by whoever takes the link over after the handshake. Does nothing once the link is over.
   void set_callbacks(Callbacks callbacks);
   void set_limits(const net::RecordLimits& limits) { connection_->set_limits(limits); }
   void start_heartbeat(std::uint32_t heartbeat_ms = kHeartbeatMs,
@@ -54,7 +54,7 @@ class PeerLink {
   void ping();
 
   void send(wire::Message message);
-  // Says why, then closes. Nothing comes afterwards.
+  // Tells the peer why, then closes. No callback comes afterwards.
   void refuse(wire::RefuseCode code, const std::string& reason);
   void close();
   void say_goodbye(const std::string& reason);
@@ -71,8 +71,8 @@ class PeerLink {
   void beat();
   void on_pong(const wire::Pong& pong);
   void end(Status status);
-  // Makes the link over. Returns: its callbacks, for a last call; what they hold may be our owner,
-  // so nothing of ours may be touched once they are destroyed.
+  // Ends the link. Returns: its callbacks, for a last call; what they hold may be our owner, so no
+  // member may be touched once they are destroyed.
   [[nodiscard]] Callbacks let_go(std::chrono::milliseconds grace);
 
   net::ConnectionPtr connection_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who is held back for a while: slaves that break the protocol or send wrong results, at once, and
-// slaves that are lost again and again and cost more than they bring.
+// Which slaves are held back for a while. Slaves that break the protocol or send wrong results are
+// held back at once; slaves that are lost again and again are when they cost more than they bring.
 //
 // A loss counts when the session had brought fewer tiles than it took with it: a slave that crashes
 // on its first tiles is held back, one that is restarted by hand or sits behind an unsteady link
@@ -9,8 +9,8 @@
 // Threads. Pure: times go in. One owner thread.
 //
 // Invariants. (1) Each time a name is held back, it is for twice as long as before, from kFirst to
-// kLongest; kForgiven without an offence makes it anew. (2) At most kNamesMax names are known; the
-// one whose last offence is oldest is forgotten first.
+// kLongest; after kForgiven without an offence its record begins anew. (2) At most kNamesMax names
+// are known; the one whose last offence is oldest is forgotten first.
 #pragma once
 
 #include <chrono>
@@ -40,7 +40,7 @@ class Quarantine {
   // A session of `name` ended without a goodbye. Returns: whether it is held back now.
   bool count_loss(const std::string& name, std::uint64_t tiles_brought, std::uint32_t tiles_held,
                   TimePoint now);
-  // A broken promise: held back at once.
+  // `name` broke the protocol or sent wrong results, and is held back at once.
   void count_violation(const std::string& name, const std::string& reason, TimePoint now);
 
   // How long `name` is still held back, and why; nothing when it may come.

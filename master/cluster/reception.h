@@ -4,7 +4,8 @@
 //
 // Threads. Io thread only.
 //
-// Invariant. Callbacks of links know their guest by number and look it up: who is gone is not found.
+// Invariant. Callbacks of links look their guest up by number; for a guest that is gone they do
+// nothing.
 #pragma once
 
 #include <cstdint>
@@ -41,7 +42,7 @@ class Reception {
   void on_first_message(GuestNumber number, wire::Message message);
   void on_left(GuestNumber number, const Status& status);
   void turn_away(GuestNumber number, wire::RefuseCode code, const std::string& reason);
-  // Takes its link out, with the limits of a session. Requires: it is here.
+  // Takes the guest's link out and gives it the limits of a session. Requires: the guest is here.
   std::unique_ptr<PeerLink> let_in(GuestNumber number);
 
   net::EventLoop& io_;

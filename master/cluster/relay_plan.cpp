@@ -58,7 +58,7 @@ bool RelayPlan::may_feed(SessionId feeder, SessionId child, SceneVersion version
   if (feeder == child || slave == slaves_.end() || receiver == slaves_.end()) return false;
   if (!slave->second.can_feed || slave->second.is_barred) return false;
   if (slave->second.is_near && !receiver->second.is_near) return false;
-  // Up the chain: no circle, not too long.
+  // Walks up the chain: it must not become a circle, nor too long.
   std::uint32_t depth = 1;
   for (SessionId up = feeder; up != kFedByMaster; ++depth) {
     const auto above = transfers_.find({version, up});
@@ -76,7 +76,8 @@ void RelayPlan::feed(SessionId child, Transfer& transfer, SessionId feeder) {
   }
 }
 
-// In work, or of this version: one that has been fed keeps its place in the chain.
+// Counts children in work, and of this version also those that have been fed: they keep their place
+// in the chain.
 std::uint32_t RelayPlan::children_of(SessionId feeder, SceneVersion version, SessionId but) const {
   std::uint32_t count = 0;
   for (const auto& [key, transfer] : transfers_) {
@@ -95,8 +96,8 @@ std::optional<SessionId> RelayPlan::usual_feeder(SessionId child, SceneVersion v
   return usual;
 }
 
-// The one that has most of it: of a chain in work the last, which alone has no child, and of those
-// that have it all any.
+// Chooses the slave that has most of the version. In a chain in work that is the last one, which
+// alone has no child; of slaves that have the whole version it may be any.
 SessionId RelayPlan::choose(SessionId child, SceneVersion version) const {
   const auto own = transfers_.find({version, child});
   SessionId best = kFedByMaster;
@@ -157,7 +158,7 @@ void RelayPlan::begin_window(const Key& key, Transfer& transfer, TimePoint now) 
 // Requires: the window is over.
 bool RelayPlan::holds_back(const Key& key, const Transfer& transfer) const {
   if (transfer.feeder == kFedByMaster) return false;
-  if (!transfers_.contains({key.first, transfer.feeder})) return true;  // it has nothing any more
+  if (!transfers_.contains({key.first, transfer.feeder})) return true;  // nothing to give
   const std::uint64_t gain = transfer.bytes - transfer.bytes_then;
   if (gain == 0) return transfer.feeder_bytes_then > transfer.bytes;
   if (transfer.feeder_bytes_then < transfer.bytes + kSlackBytes) return false;

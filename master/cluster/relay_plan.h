@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who feeds whom while scenes go out: the master feeds the first slave that lacks a version, each
-// later one is fed by the last of the chain, chunk by chunk, so that the master's link carries each
-// byte about once and every slave's link each byte once in and once out.
+// Who feeds whom while scenes go out. The master feeds the first slave that lacks a version; each
+// later one is fed by the last of the chain, chunk by chunk. So the master's link carries each byte
+// about once, and every slave's link each byte once in and once out.
 //
-// A chain, since links are as fast in one direction as in the other: in a tree a slave with two
-// children sends each byte twice and halves the rate below it; what a chain costs more is one chunk
-// for each link of it (README.md has the sum). Chains end at kDepthMax; then the master begins
-// another.
+// Slaves form a chain since links are as fast in one direction as in the other: in a tree a slave
+// with two children sends each byte twice and halves the rate below it. What a chain costs more is
+// the time of one chunk for each of its links (master/README.md has the sum). Chains end at
+// kDepthMax; then the master begins another.
 //
-// Versions follow each other: a slave keeps its feeder from one to the next, also when that has not
-// yet asked for the new one itself, so that their connection stands and its window is open.
+// Versions follow each other: a slave keeps its feeder from one to the next, even when the feeder
+// has not yet asked for the new one itself, so that their connection stands and its window is open.
 //
 // A feeder is bypassed when its child says so (it cannot be reached, went away, altered a chunk),
 // when it is lost, and when it holds back what it has: over a whole window it had more than its
@@ -44,29 +44,29 @@ struct Feed {
 
 class RelayPlan {
  public:
-  // Less is sent sooner than arranged.
+  // A slave that lacks less is fed by the master: sending that is quicker than arranging a relay.
   static constexpr std::uint64_t kBytesMin = 1 << 20;
   static constexpr std::uint32_t kChildrenMax = 1, kFeedersMax = 4, kDepthMax = 32;
-  // Over which a feeder is judged: T_hs of the fault matrix.
+  // Time over which a feeder is judged: T_hs of the fault matrix.
   static constexpr std::chrono::milliseconds kWindow{kHandshakeMs};
-  // What a feeder may be ahead of its child without holding back: chunks on the way.
+  // How far a feeder may be ahead of its child without holding back: chunks on the way.
   static constexpr std::uint64_t kSlackBytes = 1 << 20;
 
-  // `can_feed`: it listens for others. `is_near`: it came over loopback, and can be reached only by
-  // those who did, too.
+  // `can_feed`: the slave listens for others. `is_near`: it came over loopback, and only slaves
+  // that did so too can reach it.
   void joined(SessionId session, bool can_feed, bool is_near);
   std::vector<Feed> lost(SessionId session, TimePoint now);
 
   // A slave lacks `bytes` of a version of `total_bytes`. Returns: who feeds it.
   SessionId want(SessionId session, SceneVersion version, std::uint64_t bytes,
                  std::uint64_t total_bytes, bool may_relay, TimePoint now);
-  // It has so many bytes of it; all: it has the whole.
+  // The slave has `bytes` bytes of the version; with all of them it is complete.
   void progress(SessionId session, SceneVersion version, std::uint64_t bytes, TimePoint now);
-  // Also of one that lacked nothing, and was never wanted for.
+  // The slave has the whole version; it may have lacked nothing, so that want() was never called.
   void complete(SessionId session, SceneVersion version, std::uint64_t total_bytes);
-  void gave_up(SessionId session, SceneVersion version);  // failed there
+  void gave_up(SessionId session, SceneVersion version);  // the scene failed there
 
-  // A child gives its feeder up. Stale words (it has another by now) change nothing.
+  // A child gives its feeder up. A stale report (the child has another one by now) changes nothing.
   std::vector<Feed> failed(SessionId child, SceneVersion version, SessionId feeder,
                            wire::RelayFault fault, TimePoint now);
   std::vector<Feed> tick(TimePoint now);
@@ -91,7 +91,7 @@ class RelayPlan {
   using Key = std::pair<SceneVersion, SessionId>;
 
   SessionId choose(SessionId child, SceneVersion version) const;
-  // Of the version before; nothing: it cannot be this time.
+  // The child's feeder of the version before; nothing when it cannot feed the child this time.
   std::optional<SessionId> usual_feeder(SessionId child, SceneVersion version) const;
   std::uint32_t children_of(SessionId feeder, SceneVersion version, SessionId but) const;
   void feed(SessionId child, Transfer& transfer, SessionId feeder);
@@ -102,7 +102,7 @@ class RelayPlan {
 
   std::map<SessionId, Slave> slaves_;
   std::map<Key, Transfer> transfers_;
-  double master_rate_ = 0;  // bytes per second to one that it feeds; 0: not seen yet
+  double master_rate_ = 0;  // bytes per second to a slave that it feeds; 0: not seen
 };
 
 }  // namespace tessera::master

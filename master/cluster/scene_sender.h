@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The sending half of the scene pipeline: announces versions, sends the lists and chunks that the
-// holder lacks as the link takes them, coded where the link is slow. One for each slave, and one in
-// an application that is connected to a master.
+// holder lacks as the link takes them, coded where the link is slow. A master has one for each
+// slave, and an application that is connected to a master has one.
 //
 // Threads. Io thread only.
 //
@@ -36,14 +36,14 @@ using SharedScene = std::shared_ptr<const EncodedScene>;
 class SceneSender {
  public:
   static constexpr std::size_t kUnansweredMax = 4;
-  // Versions on the holder that are not retired; above it only what a frame needs is announced. The
-  // protocol allows 32.
+  // Versions on the holder that are not retired; from this number on only what a frame needs is
+  // announced. The protocol allows 32.
   static constexpr std::size_t kLiveMax = 8;
-  // SceneChunkNeeds for one version, besides one for each block: a holder whose relay failed asks
-  // again for what it lacks.
+  // SceneChunkNeeds for each block of a version, on average: a holder whose relay failed asks again
+  // for what it lacks.
   static constexpr std::uint32_t kAskedAgainMax = 16;
 
-  // Told of a need of so many bytes before it is served. Returns: another slave feeds it.
+  // Called with the bytes of a need before it is served. Returns: whether another slave feeds them.
   using FeedBy = std::function<bool(SceneVersion version, std::uint64_t bytes)>;
 
   // `link` outlives the sender.
@@ -56,17 +56,18 @@ class SceneSender {
   // Returns: kDataLoss when the holder asks for what was not announced.
   Status on_need(const wire::SceneNeed& need);
   Status on_chunk_need(wire::SceneChunkNeed need);
-  // Built or failed: the holder is done with this version.
+  // The holder has built this version, or failed to, and is done with it.
   void on_answered(SceneVersion version);
-  // Call when the link has drained, and now and then while it is held back.
+  // Call when the link has drained, and now and then while data yields.
   void pump();
-  // Older versions are dropped, also by the holder.
+  // Drops older versions, and tells the holder to do so.
   void retire(SceneVersion first_kept, bool keeps_newest);
 
-  // Others are rendering, and do not wait for this holder: its data yields (GentlePace).
+  // Data for this holder yields (GentlePace) while others are rendering and do not wait for it.
   void set_gentle(bool is_gentle) { is_gentle_ = is_gentle; }
-  // Until its first scene is built, or one became old while it was under way: then the scene moves
-  // faster than a yielding link carries it, and the holder would stay behind for good.
+  // True until the holder's first scene is built, or a version became old while it was under way:
+  // then the scene changes faster than a yielding link carries it, and the holder would stay behind
+  // for good.
   bool is_joining() const { return is_joining_; }
   bool has_uploads() const { return !uploads_.empty(); }
 
@@ -92,7 +93,7 @@ class SceneSender {
   std::set<SceneVersion> live_;                 // ever announced, not retired
   std::set<SceneVersion> needed_;
   std::set<SceneVersion> asked_;  // blocks were asked for: once for each version
-  std::map<SceneVersion, std::uint32_t> chunk_asks_;  // how often chunks were
+  std::map<SceneVersion, std::uint32_t> chunk_asks_;  // how often chunks were asked for
   std::deque<Upload> uploads_;
   SceneVersion first_kept_ = 0;
   wire::ByteCodingMask codings_ = wire::kByteCodingsNone;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The render times of a slave's last tiles, for the bounds that are computed from them: how long a
-// lost tile takes to be rendered again, when a tile is overdue.
+// lost tile takes to be rendered again, and when a tile is overdue.
 //
 // Threads. A plain value of its owner.
 //

@@ -2,8 +2,8 @@
 // Which camera a command starts with: what --camera says, else the scene's own, else one that shows
 // the scene (common/viewpoint).
 //
-// --camera is a camera's text, a camera file, or a number or name among the file's cameras, tried in
-// this order: a file of that name wins, then a number from 1.
+// --camera is a camera's text, a camera file, or a number or name among the scene file's cameras,
+// tried in this order: a file of that name wins, then a number from 1.
 //
 // Threads. One at a time.
 #pragma once
@@ -21,21 +21,22 @@ namespace tessera::master {
 
 class CameraChoice {
  public:
-  // Before the scene is read, which may take minutes. Returns: what is wrong with a camera file.
+  // Called before the scene is read, which may take minutes. Returns: what is wrong with a camera
+  // file.
   static Result<CameraChoice> read(const MasterOptions& options);
 
-  // Of a camera file that has one.
+  // The picture size that a camera file gives, if it has one.
   std::optional<ImageSize> size() const { return path_ ? path_->size() : std::nullopt; }
 
   // Settles the camera. Returns: one line that lists the scene's cameras, when --camera names none.
   Status settle(const Scene& scene, int width_px, int height_px);
 
-  // After settle().
+  // The camera of one frame. Requires: settle() was called.
   Camera at(double frame) const { return path_ ? path_->at(frame) : camera_; }
   bool is_from_viewpoint() const { return is_from_viewpoint_; }  // nobody gave one
 
-  // What --orbit turns the camera about: the eye itself within a room, else the point on the line of
-  // sight that is next to the middle of the scene, if that lies ahead.
+  // The point that --orbit turns the camera about: the eye itself within a room, else the point on
+  // the line of sight that is next to the middle of the scene, if that lies ahead.
   Vec3f orbit_centre(const Scene& scene) const;
 
  private:
@@ -47,7 +48,8 @@ class CameraChoice {
   bool is_inside_ = false;
 };
 
-// What key f of the window shows; looks at the scene when it is first asked. One thread.
+// The camera that key f of the window asks for, which sees the whole scene. The function looks at
+// the scene when it is first called. One thread.
 std::function<Camera(const Camera& seen, double aspect)> camera_of_all(const Scene& scene);
 
 }  // namespace tessera::master

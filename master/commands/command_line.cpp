@@ -13,7 +13,7 @@
 namespace tessera::master {
 namespace {
 
-// As CLI::Range, but "nan" is out of range too.
+// A validator like CLI::Range, except that "nan" is out of range too.
 CLI::Validator number_in(double low, double high) {
   return CLI::Validator(
       [low, high](const std::string& text) {
@@ -135,7 +135,7 @@ void add_look_options(CLI::App& app, TypedOptions& t) {
            "tone curve of PNG, display8 and the window: linear, filmic, aces or agx");
 }
 
-// Of instant global illumination.
+// Options of instant global illumination.
 void add_gi_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
   app.add_option("--vpls", o.frame.vpls, "igi: points that light a pixel, 1 to 4096")
       ->check(whole_in(1, kVplsMax))

@@ -15,8 +15,8 @@ int run_view(const MasterOptions& options, const SignalWatch& signals);
 int run_render(const MasterOptions& options, const SignalWatch& signals);
 int run_status(const MasterOptions& options);
 
-// Prints "tessera-master: MESSAGE" on stderr. Returns: 2 for kInvalidArgument found before work
-// began, else 1.
+// Both print "tessera-master: MESSAGE" on stderr. Returns: 1; report_usage(), for what was found
+// before work began, 2 for kInvalidArgument.
 int report_failure(const Status& status);
 int report_usage(const Status& status);
 

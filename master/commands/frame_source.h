@@ -34,9 +34,9 @@ class FrameSource {
     look_.apply(scene);
     return scene;
   }
-  // Settles light, background and exposure by small pictures of the first frame; they are of all
-  // scenes and settings from now on. A light that is added is said in a line. Returns: the session's
-  // refusal, or kCancelled.
+  // Settles light, background and exposure by small pictures of the first frame; they hold for all
+  // scenes and settings from now on. A light that is added is told in a line. Returns: the
+  // session's refusal, or kCancelled.
   Status settle(Session& session, const MasterOptions& options, Progress& progress,
                 const std::function<bool()>& should_stop);
   // Whether the session shows the first frame's scene since settle().
@@ -61,8 +61,8 @@ class FrameSource {
 // `camera` turned round the axis through `centre` along its up vector. Exact at 0 degrees.
 Camera turned(const Camera& camera, Vec3f centre, double degrees);
 
-// Waits until `session` has options.session.slaves_min slaves; a line every 5 s. Returns:
-// kDeadlineExceeded after --wait seconds, kCancelled on a signal.
+// Waits until `session` has options.session.slaves_min slaves, and prints a line every 5 s.
+// Returns: kDeadlineExceeded after --wait seconds, kCancelled on a signal.
 Status wait_for_slaves(Session& session, const MasterOptions& options,
                        const std::function<bool()>& should_stop);
 

@@ -19,7 +19,7 @@ namespace tessera::master {
 
 enum class Command { kServe, kView, kRender, kStatus };
 
-// A window whose camera rests goes on so far.
+// Passes after which a window whose camera rests stops rendering.
 inline constexpr int kViewPasses = 64;
 
 struct MasterOptions {
@@ -29,7 +29,7 @@ struct MasterOptions {
   SessionOptions session;
   double wait_seconds = 0;           // for --slaves; 0: for ever
   FrameSettings frame;               // camera not yet resolved
-  std::optional<Vec3f> environment;  // instead of the scene's, as the next
+  std::optional<Vec3f> environment;  // instead of the scene's, as environment_file
   std::string environment_file;
   LookOptions look;                     // light, background, exposure, tone
   bool is_exposure_each = false;        // render: automatic for each frame, not the first alone
@@ -49,11 +49,11 @@ struct MasterOptions {
   bool is_json = false;         // status
   std::string screenshot_path;  // view, tests: save the window and end
   int screenshot_after = 0;
-  double frame_time_ms = 100;  // view: of frames while something moves; 0: never mind
+  double frame_time_ms = 100;  // view: of frames while something moves; 0: no limit
 };
 
 struct ParsedCommandLine {
-  // Of --help and --version (0) or wrong usage (2): everything is printed already.
+  // Set by --help and --version (0) and by wrong usage (2); everything is printed already.
   std::optional<int> exit_code;
   MasterOptions options;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a picture's file says of itself, and how a picture is compared with a file that says how it is
-// shown. Threads. Pure functions.
+// What a picture's file says of itself, and how a picture is compared with a file that says how it
+// is shown. Threads. Pure functions.
 #pragma once
 
 #include <span>
@@ -13,16 +13,16 @@
 
 namespace tessera::master {
 
-// "Software", and texts whose names begin with "tessera:": scene, camera, settings (as options that
-// give this picture again), seed, samples (per pixel, of all passes), passes, render_seconds, exposure,
-// tone.
+// Returns: "Software", and texts whose names begin with "tessera:": scene, camera, settings (as
+// options that give this picture again), seed, samples (per pixel, of all passes), passes,
+// render_seconds, exposure, tone.
 std::vector<std::pair<std::string, std::string>> picture_attributes(const std::string& scene,
                                                                     const FrameSettings& settings,
                                                                     int passes,
                                                                     double render_seconds);
 
-// Linear pixels as `reference` shows its own: a picture of a display, 8 bits, by the exposure and tone
-// curve that its attributes name; any other as they are.
+// Linear pixels as `reference` shows its own. If it is made for a display (8 bits), they go through
+// the exposure and tone curve that its attributes name; otherwise they stay as they are.
 std::vector<float> seen_like(const FloatImage& reference, std::span<const float> rgb);
 
 }  // namespace tessera::master

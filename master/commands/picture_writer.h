@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes pictures on its own thread, so that the cluster renders on meanwhile: the mean of each
-// one's passes, and how far it is from a reference after each pass. At most two frames wait.
+// picture's passes, and how far it is from a reference after each pass. At most two frames wait.
 //
-// Threads. One thread calls; all else is inside.
+// Threads. One thread calls; the writer's own thread is inside.
 #pragma once
 
 #include <string>
@@ -28,16 +28,16 @@ class PictureWriter {
     FloatImage reference{};  // of no width: none
     std::string scene{};     // as the command line names it
   };
-  // `stats` and `progress` outlive it.
+  // `stats` and `progress` outlive the writer.
   PictureWriter(const OutputPattern& pattern, StatsFile& stats, Progress& progress,
                 Options options);
   ~PictureWriter();
 
-  // One pass of picture `number`, and what it was rendered and is shown with; they come in order. Waits
-  // for room. Returns: the first failure so far.
+  // Takes one pass of picture `number`, with the settings that it was rendered and is shown with.
+  // Passes come in order. Waits for room. Returns: the first failure so far.
   Status write(long number, int pass, FrameResult result, const FrameSettings& settings);
 
-  // Writes what waits, joins. Returns: the first failure.
+  // Writes what waits and joins the thread. Returns: the first failure.
   Status finish();
 
  private:

@@ -14,12 +14,12 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kBarInterval{100}, kTickInterval{1000}, kLineInterval{2000};
-// Before that a guess is as good as none.
+// Before this much of a stage is known, a guess is as good as none.
 constexpr std::chrono::seconds kGuessAfter{3};
 constexpr double kGuessKept = 0.2;  // of what is left
 constexpr int kBarCellsMax = 30, kBarCellsMin = 4;
 constexpr std::size_t kUsualWidth = 80;
-constexpr int kTextColumns = 50;  // for all that is no bar; of what is more the bar has half
+constexpr int kTextColumns = 50;  // for all that is no bar; the bar has half of the rest
 
 std::string time_text(double time_seconds) {
   char text[40];
@@ -36,7 +36,7 @@ std::string time_text(double time_seconds) {
   return text;
 }
 
-// No guess is good to the second: steps of a tenth of it and more.
+// The time left in coarse steps, rounded up, since no guess is good to the second.
 std::string left_text(double left_seconds) {
   const double step = left_seconds < 10     ? 1
                       : left_seconds < 60   ? 5
@@ -57,7 +57,7 @@ std::size_t width_of(std::FILE* terminal) {
 
 bool is_continued(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }  // UTF-8
 
-// Its first `columns` letters.
+// The first `columns` letters of `text`.
 std::string cut(const std::string& text, std::size_t columns) {
   std::size_t end = 0;
   for (std::size_t letters = 0; end < text.size(); ++end) {
@@ -163,7 +163,7 @@ void Progress::draw(TimePoint now) {
   const std::string pad(std::string("100 %").size() - percent.size(), ' ');
   std::string line = is_known ? pad + percent + ", " + time + ": " : "";
   if (is_known) {
-    // By the width alone, so that the bar does not jump with the text.
+    // The bar's length follows from the width alone, so that it does not jump with the text.
     const int cells = std::min(kBarCellsMax, (static_cast<int>(room) - kTextColumns) / 2);
     if (cells >= kBarCellsMin) line = bar_of(share_, cells) + line;
     line += text_;
@@ -171,7 +171,7 @@ void Progress::draw(TimePoint now) {
     const std::string end = " ... " + time;
     line = cut(text_, room - std::min(room, end.size())) + end;
   }
-  // What is drawn over is the same for the most part; only then is the rest of the row cleared.
+  // The row is drawn over, since most of it stays the same; only then is its rest cleared.
   std::fprintf(out_, "\r%s\033[K", cut(line, room).c_str());
   std::fflush(out_);
   has_bar_ = true;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shows that long work goes on: a bar on a terminal, plain lines elsewhere, nothing when quiet; how
-// long it has taken, and how long it may still take. On stderr.
+// Shows on stderr that long work goes on, how long it has taken, and how long it may still take: a
+// bar on a terminal, plain lines elsewhere, nothing when quiet.
 //
 // Threads. Progress: any; say() comes from the thread that writes pictures, too. TimeLeft: one.
-// Invariants. On a terminal one row is drawn again and again, and never runs over its width. What a
-// line says of the time it says once.
+// Invariants. On a terminal one row is drawn again and again, and never runs over its width. A line
+// says the time only once.
 #pragma once
 
 #include <cstdio>
@@ -17,8 +17,9 @@
 namespace tessera::master {
 
 // The time of one stage of work. The end is guessed from the share that was done since the first
-// share was known; a guess that has been shown counts down with the clock, and gives way only to one
-// that differs by more than a fifth of what is left: so the figure is read, and does not dance.
+// share was known. A guess that has been shown counts down with the clock, and gives way only to
+// one that differs by more than a fifth of what is left, so that the figure can be read and does
+// not dance.
 class TimeLeft {
  public:
   void begin(TimePoint now);  // a new stage
@@ -32,7 +33,7 @@ class TimeLeft {
   void guess(double share, TimePoint now);
 
   TimePoint began_;
-  std::optional<TimePoint> known_since_;  // its share
+  std::optional<TimePoint> known_since_;  // the first share came
   double first_share_ = 0;
   std::optional<TimePoint> end_;  // as shown
 };
@@ -46,13 +47,13 @@ class Progress {
   // share in [0, 1], or negative when unknown. Redraws at most every 100 ms; plain lines at most
   // every 2 s and at the end of a stage.
   void update(const std::string& text, double share);
-  // Nothing new but the time: for who waits for what tells no share. A terminal's row only.
+  // Draws a terminal's row again with the present time, for callers whose work tells no new share.
   void tick();
   // The stage is done: a line with `text` and its time is kept, and the next stage begins.
   void finish(const std::string& text);
-  // A line of its own, above the bar; also when quiet.
+  // Prints a line of its own above the bar, also when quiet.
   void say(const std::string& line);
-  // Takes the bar away, for who prints to stderr himself.
+  // Takes the bar away, for callers that print to stderr themselves.
   void clear();
 
  private:

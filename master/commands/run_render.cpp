@@ -31,7 +31,7 @@ class RenderProgress {
     const ClusterStatus status = session_.status();
     if (status.slaves.empty()) return say_when_alone();
     alone_since_ = Clock::now();
-    if (frames_done > 0) return progress_.tick();  // the frames themselves tell
+    if (frames_done > 0) return progress_.tick();  // finished frames tell the share
     const bool is_first = tiles_done_.empty();
     for (const SlaveStatus& slave : status.slaves) {
       auto& done = tiles_done_[slave.name];
@@ -69,13 +69,13 @@ class RenderProgress {
   Progress& progress_;
   double tiles_total_;
   std::map<std::string, double> tiles_done_;  // by slave, those that left too
-  double tiles_before_ = 0;                   // done for others before
+  double tiles_before_ = 0;                   // done before this work
   TimePoint alone_since_ = Clock::now();
   double share_ = 0;  // never goes back, also when a slave leaves
 };
 
 // Takes one finished frame, if one comes in time. `owed`: what pictures that are not shown have
-// cost, which counts as its own. Returns: how many were taken (0 or 1).
+// cost, which is charged to this frame. Returns: how many were taken (0 or 1).
 Result<int> take_frame(Session& session, const MasterOptions& options, PictureWriter& writer,
                        Progress& progress, const FrameSettings& settings, SceneCost& owed,
                        long done, long total) {
@@ -151,7 +151,7 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
   return Status::ok();
 }
 
-// Empty without --reference.
+// Returns: an empty image without --reference.
 Result<FloatImage> read_reference(const MasterOptions& options, const FrameSettings& settings) {
   if (options.reference.empty()) return FloatImage{};
   Result<FloatImage> image = read_image(options.reference);
@@ -178,7 +178,7 @@ int run_render(const MasterOptions& options, const SignalWatch& signals) {
   };
   auto pattern = OutputPattern::parse(options.output, options.frame_last > options.frame_first);
   if (!pattern.is_ok()) return report_usage(pattern.status());
-  // First all that can fail at once; reading a scene may take minutes.
+  // What can fail at once comes first, since reading a scene may take minutes.
   auto stats = StatsFile::open(options.stats_path);
   if (!stats.is_ok()) return report_failure(stats.status());
   auto session = Session::open(options.session);

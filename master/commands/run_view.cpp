@@ -24,24 +24,24 @@
 namespace tessera::master {
 namespace {
 
-// While frames are in work: how late a change of the view may be seen.
+// Longest wait while frames are in work: so late may a change of the view be seen.
 constexpr double kPollSeconds = 0.005;
-// While none are: how late it may be seen that the window was closed.
+// Longest wait while none are: so late may it be seen that the window was closed.
 constexpr double kIdleSeconds = 0.05;
 
 InteractiveOptions interactive_options(const MasterOptions& options, const FrameSource& source) {
   InteractiveOptions o;
   o.budget_seconds = options.frame_time_ms / 1000;
   o.frames_in_flight = options.session.frames_in_flight;
-  // Slaves of this process alone: no network, a few context switches.
+  // Slaves of this process are a few context switches away, and no network.
   if (options.session.connect.empty() && options.session.listen.empty()) o.lead_seconds_max = 0.003;
   o.passes = static_cast<std::uint32_t>(options.passes > 0 ? options.passes : kViewPasses);
   o.is_animated = source.is_animated();
-  o.never_rests = !options.screenshot_path.empty();  // it waits for a number of frames
+  o.never_rests = !options.screenshot_path.empty();  // a screenshot waits for several frames
   return o;
 }
 
-// Of some 4096 pixels, spread evenly; nothing for pixels that are exposed already.
+// Log average of some 4096 pixels, spread evenly; nothing for pixels that are exposed already.
 std::optional<double> average_ev(const FrameImage& image) {
   if (image.format == PixelFormat::kDisplay8) return std::nullopt;
   constexpr std::size_t kPixels = 4096;
@@ -214,7 +214,7 @@ class Pump {
   std::map<FrameId, Asked> asked_;  // of the frames in flight
   PassMean mean_;                   // of the full frames of one view
   bool has_scene_ = false;
-  SceneCost owed_;  // by pictures that nobody sees; the next frame's
+  SceneCost owed_;  // of pictures that nobody sees; charged to the next frame
   bool is_alone_ = false;
   Status failure_;
   std::atomic<bool> is_stopping_{false};
@@ -222,7 +222,7 @@ class Pump {
   std::thread thread_;  // last: starts when all else is there
 };
 
-// What F12 saves, in a few words.
+// Describes what F12 saves, in a few words.
 std::string described(const ViewerFrame& frame) {
   std::string text =
       std::to_string(frame.image->width_px) + "x" + std::to_string(frame.image->height_px);
@@ -255,7 +255,7 @@ ViewerOptions viewer_options(const MasterOptions& options, const FrameSource& so
         {false, display, picture_attributes(scene, settings, frame.passes, frame.stats.seconds)});
     viewer->notify(is_taken ? "saving the picture" : "pictures are still being saved: try again");
   };
-  // Samples are said since render takes more than the window by itself.
+  // The line names the samples, since render takes more of them than the window by default.
   o.on_copy_camera = [samples = settings.samples_per_pixel](const Camera& camera, PixelSize size) {
     const std::string line = "--camera \"" + camera_text(camera) + "\" --size " +
                              std::to_string(size.width_px) + "x" + std::to_string(size.height_px) +
@@ -270,7 +270,7 @@ ViewerOptions viewer_options(const MasterOptions& options, const FrameSource& so
 }  // namespace
 
 int run_view(const MasterOptions& options, const SignalWatch& signals) {
-  // First what can fail at once: reading a scene may take minutes.
+  // What can fail at once comes first, since reading a scene may take minutes.
   if (const Status status = Viewer::check_display(); !status.is_ok()) return report_failure(status);
   Progress progress(options.is_quiet);
   auto stats = StatsFile::open(options.stats_path);
@@ -283,7 +283,7 @@ int run_view(const MasterOptions& options, const SignalWatch& signals) {
     return report_failure(source.status());
   }
   std::unique_ptr<Viewer> viewer;
-  // Ends before the viewer that it tells.
+  // Declared after the viewer that it tells, so that it ends first.
   SnapshotWriter snapshots(snapshot_stem(options.scene), [&](const std::string& line) {
     if (!options.is_quiet) std::fprintf(stderr, "%s\n", line.c_str());
     viewer->notify(line);

@@ -18,8 +18,8 @@ namespace {
 
 constexpr std::array<const char*, 2> kSuffixes{".exr", ".png"};
 
-// A name that is ours from here on: an empty file, which writing replaces. Removed when nothing
-// was written.
+// Makes a file name ours with an empty file, which writing replaces. The file is removed when
+// nothing was written.
 class ReservedName {
  public:
   explicit ReservedName(std::string path) : path_(std::move(path)) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Saves what the window shows as EXR and PNG, on its own thread (the image thread of `view`), under
-// numbered names that nothing has yet.
+// numbered names that no file has yet.
 //
-// Threads. Any thread calls; `tell` is called on the inner one. Nothing here waits, but for the
-// destructor, which writes what was asked for first.
+// Threads. Any thread calls; `tell` is called on the inner one. Only the destructor waits: it first
+// writes what was asked for.
 #pragma once
 
 #include <functional>
@@ -29,8 +29,8 @@ class SnapshotWriter {
   SnapshotWriter(const SnapshotWriter&) = delete;
   SnapshotWriter& operator=(const SnapshotWriter&) = delete;
 
-  // `what`: of the picture, in a few words; `options`: how the PNG shows linear pixels, and what the files
-  // say of themselves. Returns: false while kWaitingMax others wait.
+  // `what`: the picture in a few words; `options`: how the PNG shows linear pixels, and what the
+  // files say of themselves. Returns: false while kWaitingMax others wait.
   [[nodiscard]] bool save(std::shared_ptr<const FrameImage> image, std::string what,
                           const WriteOptions& options = {});
 

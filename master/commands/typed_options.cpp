@@ -45,7 +45,7 @@ std::optional<std::pair<long, long>> parse_pair(const std::string& text, char se
   return std::pair(first, second);
 }
 
-// An inline --camera; a camera file is read where the scene is.
+// Reads an inline --camera; a camera file is read where the scene is.
 Status check_camera(MasterOptions& o) {
   if (o.camera.find(',') == std::string::npos) return Status::ok();
   auto camera = parse_camera_text(o.camera);
@@ -57,7 +57,7 @@ Status check_camera(MasterOptions& o) {
   return Status::ok();
 }
 
-// "constant:R,G,B"; the file of a sky is read where the scene is.
+// Reads "constant:R,G,B"; the file of a sky is read where the scene is.
 Status check_environment(MasterOptions& o, const TypedOptions& t) {
   if (t.environment.empty()) return Status::ok();
   if (!t.environment.starts_with("constant:")) {
@@ -112,7 +112,7 @@ Status check_look(MasterOptions& o, const TypedOptions& t) {
   auto light = parse_light_choice(t.light);
   if (!light.is_ok()) return light.status();
   o.look.light = *light;
-  if (!t.environment.empty()) {  // a light of its own
+  if (!t.environment.empty()) {  // the environment is the light
     if (*light == LightChoice::kStudio)
       return Status::invalid_argument("--light studio and --environment exclude each other");
     o.look.light = LightChoice::kScene;
@@ -140,7 +140,7 @@ Status check_look(MasterOptions& o, const TypedOptions& t) {
 // Whether the file can hold what is asked for besides colour.
 Status check_planes(MasterOptions& o, const TypedOptions& t) {
   const std::string suffix = suffix_of(o.output);
-  if (o.frame.planes.has(Plane::kAlpha)) {  // of a background that is transparent
+  if (o.frame.planes.has(Plane::kAlpha)) {  // for a transparent background
     const std::string option = "--background transparent";
     if (o.command == Command::kView)
       return Status::invalid_argument(option + " is for render: a window has nothing behind it");
@@ -207,7 +207,7 @@ Status check_frame(MasterOptions& o, const TypedOptions& t) {
     if (!samples.is_ok()) return samples.status();
     o.frame.samples_per_pixel = *samples;
   }
-  // Who says how many pictures are averaged has chosen.
+  // A person who gives --passes has chosen how many samples there are.
   o.has_usual_samples = o.command == Command::kRender && t.samples == "auto" && o.passes == 0;
   o.frame.tile_edge_px = kTileEdgeAuto;
   if (t.tile != "auto") {
@@ -274,7 +274,7 @@ Status check_cluster(MasterOptions& o, const TypedOptions& t) {
   return Status::ok();
 }
 
-// The two ends that a session may have on the network, and their credentials.
+// Checks the two ends that a session may have on the network, and their credentials.
 Status check_links(const MasterOptions& o) {
   struct Link {
     const char *option, *role;

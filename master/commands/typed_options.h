@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Option values as a person typed them, and what makes MasterOptions of them. Knows nothing of the
-// library that takes the command line apart.
+// Option values as a person typed them, and what makes MasterOptions of them. Nothing here knows
+// the library that takes the command line apart.
 //
-// Threads. Pure functions, but that config and scene names are looked up.
+// Threads. Pure functions, except that config and scene names are looked up.
 #pragma once
 
 #include <cstdint>

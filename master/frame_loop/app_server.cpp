@@ -183,7 +183,7 @@ void AppServer::fail_waiting(SceneVersion version, const Status& status) {
   }
 }
 
-// A frame that never reached the loop.
+// Gives back a frame that never reached the loop.
 void AppServer::give_back(FrameId theirs, const Status& status) {
   Delivery delivery;
   delivery.outcome.frame = delivery.outcome.stats.frame = theirs;
@@ -235,7 +235,7 @@ void AppServer::violation(const std::string& reason) {
 void AppServer::drop_application(const std::string& reason) {
   if (!application_) return;
   const auto gone = std::exchange(application_, nullptr);
-  io_.post([gone] {});  // who is above us on the stack may still read it
+  io_.post([gone] {});  // callers above us on the stack may still read it
   log_info("application-left", "application '" + gone->name + "' is gone", {{"reason", reason}});
   gone->link->close();
   frames_.cancel_all();

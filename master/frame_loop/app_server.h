@@ -5,11 +5,11 @@
 //
 // Threads. Io thread only.
 //
-// Invariants. (1) At most one application; the next one is told "busy". (2) Callbacks of links know
-// whose they are by number and look it up: who is gone is not found. (3) Numbers of frames and
-// versions inside the frame loop never repeat from one application to the next. (4) Pieces of
-// frames are queued only while the send queue is short; pixels are shared with the image, never
-// copied.
+// Invariants. (1) At most one application is connected; the next one is told "busy". (2) Callbacks
+// of links look their peer up by number; for a peer that is gone they do nothing. (3) Numbers of
+// frames and versions inside the frame loop never repeat from one application to the next. (4)
+// Pieces of frames are queued only while the send queue is short; pixels are shared with the image,
+// never copied.
 #pragma once
 
 #include <deque>
@@ -31,7 +31,7 @@ class AppServer {
 
   void on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hello, std::uint16_t version);
   bool has_application() const { return application_ != nullptr; }
-  // Submitted by the application and not yet sent back whole. Requires: has_application().
+  // Frames submitted by the application and not yet sent back whole. Requires: has_application().
   std::size_t frames_open() const {
     return application_->frames.size() + application_->waiting.size() +
            application_->deliveries.size();

@@ -67,8 +67,8 @@ void FrameAssembly::write_tile(TileIndex tile, std::span<const std::byte> pixels
   hash_whole_bands();
 }
 
-// The colour or a plane: `bytes` of a pixel, behind `before_bytes` of each pixel of the tile and of the
-// frame.
+// Writes the colour or a plane of a tile: `bytes` bytes for each pixel, which lie behind
+// `before_bytes` bytes for each pixel of the tile and of the frame.
 void FrameAssembly::write_rows(const TileRect& rect, std::span<const std::byte> pixels,
                                std::size_t before_bytes, std::size_t bytes) {
   const std::size_t row_bytes = static_cast<std::size_t>(rect.width_px) * bytes;

@@ -3,12 +3,12 @@
 // from a result's payload into the image; there is no second copy.
 //
 // The digest follows the colour, band of tiles by band, so that no single moment hashes a whole
-// frame; planes, which lie behind all of it, are hashed at the end. Where an audit may put a second
-// slave's pixels in place of the first one's, it waits for the last tile: the hasher's thread must
-// not read what is still written.
+// frame; planes, which lie behind the whole colour, are hashed at the end. Where an audit may put a
+// second slave's pixels in place of the first one's, the digest waits for the last tile: the
+// hasher's thread must not read what is still written.
 //
-// Threads. Io thread only. Invariant. Each tile is written once (the ledger sees to it), but under
-// audit.
+// Threads. Io thread only. Invariant. Each tile is written once (the ledger sees to it), except
+// under audit.
 #pragma once
 
 #include <memory>
@@ -28,7 +28,7 @@ class FrameAssembly {
   FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings,
                 FrameDigest digest, bool is_audited);
 
-  // Takes memory for the pixels. Before the first tile. Returns: kResourceExhausted.
+  // Takes memory for the pixels. Call before the first tile. Returns: kResourceExhausted.
   Status allocate();
 
   const FrameSettings& settings() const { return settings_; }
@@ -44,13 +44,14 @@ class FrameAssembly {
 
   // Payload size that the tile must have.
   std::size_t tile_bytes(TileIndex tile) const;
-  // Requires: pixels.size() == tile_bytes(tile), as the next.
+  // The colour among a tile's pixels. This and write_tile() require: pixels.size() ==
+  // tile_bytes(tile).
   std::span<std::byte> colour_of(TileIndex tile, std::span<std::byte> pixels) const;
   void write_tile(TileIndex tile, std::span<const std::byte> pixels, std::uint16_t slave_ordinal);
 
-  // Takes the finished image. Once.
+  // Takes the finished image. Call once.
   std::shared_ptr<const FrameImage> finish() { return std::move(image_); }
-  // Of all pixels. Requires: every tile was written.
+  // Takes the digest of all pixels. Requires: every tile was written.
   FrameDigest take_digest();
 
  private:

@@ -2,8 +2,8 @@
 // SHA-256 of a frame's pixels, computed beside the network thread: at 1.4 GB/s it costs as much as
 // all else that a tile takes there.
 //
-// Threads. The home loop's; the hasher's, where there is one, does the sums. Pixels once given are
-// not written any more.
+// Threads. The home loop's thread calls; the hasher's, where there is one, does the sums. Pixels
+// once given are not written any more.
 #pragma once
 
 #include <functional>
@@ -17,11 +17,11 @@ namespace tessera::master {
 
 class FrameDigest {
  public:
-  // hasher null: all is done at once, by whoever calls (in virtual time, say).
+  // Null `hasher`: the calling thread does all at once (in virtual time, say).
   FrameDigest(net::EventLoop& home, net::EventLoop* hasher)
       : home_(home), hasher_(hasher), hash_(std::make_shared<Sha256>()) {}
 
-  // The next bytes of `image`.
+  // Adds the next bytes of `image`.
   void update(const std::shared_ptr<const FrameImage>& image, std::size_t begin,
               std::size_t bytes) {
     run([hash = hash_, image, begin, bytes] {
@@ -29,7 +29,7 @@ class FrameDigest {
     });
   }
 
-  // After the last byte. `on_done` is called on the home loop; at once without a hasher.
+  // Call after the last byte. `on_done` is called on the home loop; at once without a hasher.
   void finish(std::function<void(const Digest&)> on_done) {
     run([hash = hash_, on_done = std::move(on_done), home = hasher_ != nullptr ? &home_ : nullptr] {
       const Digest digest = hash->finish();

@@ -162,7 +162,7 @@ void FrameLoop::Impl::fail(const Action& action) {
   outcomes.add(std::move(outcome));
 }
 
-// Scenes go out at once; with a synchronous transfer, when no frame of an older one is in work.
+// Scenes go out at once, or with a synchronous transfer when no frame of an older one is open.
 void FrameLoop::Impl::release_scenes() {
   while (!held_scenes.empty()) {
     const auto next = held_scenes.begin();
@@ -269,7 +269,7 @@ Observer& FrameLoop::observer() { return impl_->observer; }
 void FrameLoop::shutdown() {
   if (std::exchange(impl_->is_over, true)) return;
   impl_->tick.cancel();
-  impl_->apps.shutdown();  // first: applications hear why, not that their frames were cancelled
+  impl_->apps.shutdown();  // first, so that applications hear why, not of cancelled frames
   cancel_all();
   impl_->outcomes.end(Status::closed("the master ended"));
   impl_->reception.close_all();

@@ -36,7 +36,7 @@ struct FrameLoopOptions {
   bool is_isa_mixed = false;
   bool is_static = false;               // fixed tiles for each slave
   bool is_scene_transfer_sync = false;  // a scene is sent when no frame is in work
-  double audit_share = 0;               // of the tiles: rendered by two slaves and compared
+  double audit_share = 0;               // of the tiles that two slaves render for comparison
   bool is_relaying = true;              // slaves feed slaves
   bool is_pixel_coding = true;          // slaves may code pixels where their link is slow
   bool is_faulty_frame_failed = false;  // else NaN, infinite, negative pixels get the error colour
@@ -50,7 +50,7 @@ class FrameLoop final : public FrameOrders {
   ~FrameLoop() override;
 
   // A fresh connection from a listener or a local pair; its Hello decides what it is.
-  // `listener` may be null (local pairs); told when the peer has authenticated itself.
+  // `listener` is told when the peer has authenticated itself, and may be null (local pairs).
   void accept(net::ConnectionPtr connection, net::Listener* listener);
 
   void set_outcome_callback(std::function<void(FrameOutcome)> on_outcome) override;
@@ -61,10 +61,10 @@ class FrameLoop final : public FrameOrders {
   void free_scenes() override;
   ClusterStatus status() const override;
 
-  ClusterStatus counts() const;  // without pace: for who looks after every event
+  ClusterStatus counts() const;  // without pace, for callers that look after every event
   Observer& observer();          // accounts, metrics, traces
 
-  // Goodbye to every peer; every frame ends as kClosed. Nothing is accepted afterwards.
+  // Says goodbye to every peer; every frame ends as kClosed. Nothing is accepted afterwards.
   void shutdown();
 
  private:

@@ -25,7 +25,7 @@
 namespace tessera::master {
 
 struct FrameLoop::Impl {
-  // Late tiles are looked for so often. A frame ends at most so much later than it could.
+  // Interval at which late tiles are looked for. A frame ends at most so much later than it could.
   static constexpr std::chrono::milliseconds kTick{10};
 
   net::EventLoop& io;
@@ -45,7 +45,7 @@ struct FrameLoop::Impl {
   SceneVersion newest_version = 0;
   const TimePoint started = Clock::now();
   bool is_over = false;
-  std::shared_ptr<int> alive = std::make_shared<int>(0);  // what comes from the hasher looks
+  std::shared_ptr<int> alive = std::make_shared<int>(0);  // looked at by the hasher's tasks
 
   Impl(FrameLoop& loop, net::EventLoop& io_thread, const FrameLoopOptions& o)
       : io(io_thread),
@@ -75,7 +75,7 @@ struct FrameLoop::Impl {
   void fail(const Action& action);
   void retire();
   void release_scenes();
-  // Whether frames wait for a scene now: called whenever that may have changed.
+  // Notes whether frames wait for a scene now; called whenever that may have changed.
   void look_at_waiting();
 };
 

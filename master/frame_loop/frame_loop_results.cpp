@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results of tiles: judged, written, or refused.
+// How results of tiles are judged, written, or refused.
 #include <cstring>
 #include <utility>
 
@@ -11,7 +11,7 @@
 namespace tessera::master {
 namespace {
 
-// Of the pixels of a tile, for comparing two results of it.
+// Digest of a tile's pixels, for comparing two results of the tile.
 std::uint64_t short_digest(std::span<const std::byte> pixels) {
   const Digest digest = sha256(pixels);
   std::uint64_t value = 0;
@@ -69,7 +69,8 @@ void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
   }
 }
 
-// Counted, told once for each frame, and painted over when it is accepted.
+// Counts a tile with faulty pixels, logs the first one of a frame, and paints the pixels over when
+// the tile is accepted.
 void FrameLoop::Impl::on_faulty_tile(SessionId session, ResultVerdict verdict, FrameWork& work,
                                      wire::TileResult& result) {
   FrameStats& stats = work.assembly.stats();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an application asks of a master's frames, and what becomes of each: the frame loop carries the
-// orders out, the application of this process and the one behind a link give them.
+// What an application asks of a master's frames, and what becomes of each. The frame loop carries
+// the orders out; the application of this process or the one behind a link gives them.
 //
 // Threads. Net thread only; callbacks run there too.
 #pragma once
@@ -28,8 +28,8 @@ class FrameOrders {
  public:
   virtual ~FrameOrders() = default;
 
-  // Versions and frames count up; a frame's version was committed before. Every submitted frame ends
-  // in exactly one outcome.
+  // Versions and frames count up; a frame's version was committed before. Every submitted frame
+  // ends in exactly one outcome.
   virtual void set_outcome_callback(std::function<void(FrameOutcome)> on_outcome) = 0;
   virtual void commit_scene(SceneVersion version, EncodedScene scene) = 0;
   virtual void submit(FrameId frame, SceneVersion version, const FrameSettings& settings) = 0;

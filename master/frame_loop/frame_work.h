@@ -23,11 +23,11 @@ class FrameWork {
 
   // A slave is about to get its first tile of this frame, with this instruction set.
   void slave_begins(Isa isa, Cluster& cluster);
-  // An accepted result.
+  // Adds an accepted result.
   void add(SessionId session, const wire::TileResult& result, std::uint16_t slave_ordinal);
-  // The last one came: completes the account.
+  // Completes the account once the last result has come.
   void settle(const Cluster& cluster, const Scheduler& scheduler);
-  // Its first lease; nothing before that.
+  // When the frame's first tile was leased; nothing before that.
   std::optional<TimePoint> begin() const {
     return has_begun_ ? std::optional(begin_) : std::nullopt;
   }

@@ -15,7 +15,7 @@ namespace {
 using metrics::Exposition;
 using metrics::Kind;
 
-// Words of labels: never a number that only the sources explain.
+// Values of labels are words, never numbers that only the sources explain.
 constexpr const char* kRefuseNames[] = {"version", "role",    "name", "isa",
                                         "busy",    "session", "full", "protocol"};
 constexpr const char* kVerdictNames[] = {
@@ -81,7 +81,8 @@ void add_cluster(Exposition& page, const ClusterStatus& status, const MasterMetr
                cells.scene_bytes_sent.value());
 }
 
-// One family of slaves: the same label on each, so that a dashboard joins them by it.
+// Adds one family with a sample for each slave. All such families have the same label, so that a
+// dashboard joins them by it.
 template <typename Value>
 void add_for_each(Exposition& page, const ClusterStatus& status, const char* name, Kind kind,
                   const char* help, Value value) {
@@ -115,7 +116,7 @@ void add_slaves(Exposition& page, const ClusterStatus& status) {
         [](S s) { return s.scene_version; });
   gauge("tessera_slave_queue_bytes", "Bytes that wait in the master for its links.",
         [](S s) { return s.queue_bytes; });
-  // Of its present session: they begin anew when it comes back, which a rate allows for.
+  // Counters of the present session begin anew when a slave comes back, which a rate allows for.
   counter("tessera_slave_tiles_issued_total", "Leases of this session.",
           [](S s) { return s.tiles.issued; });
   counter("tessera_slave_tiles_accepted_total", "Leases of this session whose result was used.",

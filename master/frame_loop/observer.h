@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What happens to frames and tiles, for whoever watches: accounts of every slave's leases, metrics,
-// a trace. The frame loop tells it what it does and hears; it decides nothing.
+// a trace. The frame loop tells the observer what it does and hears; the observer decides nothing.
 //
 // Threads. Io thread only; the trace is handed over there, too.
 #pragma once
@@ -29,23 +29,23 @@ class Observer {
   void leased(SessionId session, FrameId frame, const TileAssignment& tile, TimePoint now);
   void handed_back(SessionId session, const wire::TileReturned& tile);
   void frame_ended(SessionId session, FrameId frame);  // FrameEnd was sent to that slave
-  // `actions`: what the scheduler made of it.
+  // `actions`: what the scheduler made of the result.
   void answered(SessionId session, const wire::TileResult& result, ResultVerdict verdict,
                 const Actions& actions, TimePoint now);
-  // `begin`: its first lease; nothing for a frame that never began.
+  // `begin`: when the frame's first tile was leased; nothing for a frame that never began.
   void frame_over(FrameId frame, SceneVersion version, FrameEndKind kind,
                   std::optional<TimePoint> begin, TimePoint now);
 
   // Records from the first lease on, for `interval` (zero: until finish_trace()); then hands the
   // trace over, once.
   void start_trace(Duration interval, std::function<void(Trace)> on_done);
-  // Call often: ends an interval that is over.
+  // Ends an interval that is over; call often.
   void tick(TimePoint now);
   // Hands over what was recorded, if that was not done before.
   void finish_trace();
 
-  // All that is known but whether an application is there and how the pace is, which sorts the
-  // times of tiles.
+  // The status as far as frames, tiles and slaves go: without the application, quarantined slaves,
+  // open frames, and the pace, which sorts the times of tiles.
   ClusterStatus counts(const Scheduler& scheduler) const;
 
  private:

@@ -2,7 +2,7 @@
 // Outcomes of frames on their way out, in the order in which the frames ended: one whose digest is
 // still being computed holds up those behind it.
 //
-// Threads. The loop's.
+// Threads. The loop's thread only.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,16 @@ class OutcomeLine {
  public:
   using Ticket = std::uint64_t;
 
-  // May call us back from inside.
+  // `exit` may call this object back from inside.
   void set_exit(std::function<void(FrameOutcome)> exit) { exit_ = std::move(exit); }
 
-  // Nothing is missing from it.
+  // Adds an outcome from which nothing is missing.
   void add(FrameOutcome outcome);
-  // It waits for its digest.
+  // Adds an outcome that waits for its digest.
   Ticket add_waiting(FrameOutcome outcome);
-  // Nothing when end() came first.
+  // Gives an outcome its digest; does nothing when end() came first.
   void digest_done(Ticket ticket, const Digest& digest);
-  // Those that wait leave as failed.
+  // Outcomes that wait leave as failed.
   void end(const Status& reason);
 
  private:

@@ -21,18 +21,18 @@ class SceneCosts {
   void built(SceneVersion version, double build_seconds, std::uint64_t primitives);
   void retire(SceneVersion first_kept);
 
-  // Whether frames wait for a scene from now on.
+  // Says whether frames wait for a scene from now on.
   void look(bool is_waiting, TimePoint now);
 
   // Fills in what `stats.scene_version` took to build, and what all scenes have cost since the call
-  // before. `scene_bytes_sent`: of all time.
+  // before. `scene_bytes_sent`: since the master began.
   void charge(FrameStats& stats, std::uint64_t scene_bytes_sent);
 
  private:
   struct Build {
     double seconds = 0;            // of the slowest slave
     std::uint64_t primitives = 0;  // of the slave that built most
-    std::uint64_t charged = 0;     // of these
+    std::uint64_t charged = 0;     // of these primitives
   };
   std::map<SceneVersion, Build> builds_;
   std::uint64_t owed_primitives_ = 0;  // of versions that are retired

@@ -12,7 +12,7 @@ void TraceRecorder::slave_joined(SessionId session, const std::string& name,
   present_.insert(session);
 }
 
-// Those that are gone and have no tile here.
+// Forgets slaves that are gone and have no tile here.
 void TraceRecorder::forget_slaves() {
   std::set<SessionId> kept = present_;
   for (const TracedTile& tile : trace_.tiles) kept.insert(tile.session);
@@ -50,7 +50,7 @@ void TraceRecorder::answered(TracedTile tile, const std::optional<ClockEstimate>
 }
 
 void TraceRecorder::frame_over(const TracedFrame& frame) {
-  trace_.start = std::min(trace_.start, frame.begin);  // it began a moment before its first lease
+  trace_.start = std::min(trace_.start, frame.begin);  // a moment before the frame's first lease
   trace_.frames.push_back(frame);
   if (trace_.frames.size() > kFramesMax) {
     trace_.frames.pop_front();

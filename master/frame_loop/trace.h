@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a trace of the cluster holds: spans of frames by the master's clock, spans of tiles by their
-// slaves' clocks, and how far those are apart. write_trace() makes a file of it that Perfetto
-// (ui.perfetto.dev) and chrome://tracing open: the "Trace Event Format", JSON object form.
+// slaves' clocks, and how far those are apart. write_trace() makes a file of it in the "Trace Event
+// Format" (JSON object form), which Perfetto (ui.perfetto.dev) and chrome://tracing open.
 //
 // Threads. TraceRecorder: io thread. Trace: a plain value, handed over whole.
 //
@@ -70,11 +70,11 @@ class TraceRecorder {
   void slave_joined(SessionId session, const std::string& name, std::uint32_t threads);
   void leased(SessionId session, FrameId frame, std::uint32_t tile, std::uint32_t attempt,
               TimePoint now);
-  // The leases of that frame, or of all, are over without a result.
+  // The slave's leases of that frame, or of all frames, are over without a result.
   void frame_ended(SessionId session, FrameId frame);
   void slave_lost(SessionId session);
-  // Only one that answers a lease told of before is kept. `clock`: as known now; the one with the
-  // smallest error wins.
+  // Keeps the tile if it answers a lease told of before. `clock`: the slave's as known now; the
+  // estimate with the smallest error wins.
   void answered(TracedTile tile, const std::optional<ClockEstimate>& clock);
   void frame_over(const TracedFrame& frame);
 

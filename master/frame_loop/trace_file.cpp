@@ -15,7 +15,7 @@
 namespace tessera::master {
 namespace {
 
-constexpr int kMasterProcess = 1;  // of the file; slaves follow
+constexpr int kMasterProcess = 1;  // "pid" in the file; slaves follow
 constexpr int kFirstSlaveProcess = 2;
 constexpr double kNs = 1e-9;
 
@@ -61,7 +61,7 @@ class Writer {
               .add_raw("args", s.args));
   }
 
-  // Spans that may overlap: Perfetto gives each row of its own that it needs.
+  // Writes a span that may overlap others; Perfetto gives it a row of its own where it needs one.
   void overlapping(int process, std::uint64_t id, const std::string& name, std::int64_t begin_ns,
                    std::int64_t end_ns) {
     for (const bool is_begin : {true, false}) {

@@ -143,7 +143,7 @@ void FrameLedger::end_lease(TileIndex index, std::size_t lease) {
   --counts_.in_flight;
 }
 
-// After a lease ended without a result: somebody else must have the tile.
+// Call after a lease ended without a result: somebody else must have the tile.
 void FrameLedger::make_pending(TileIndex index) {
   Tile& tile = tiles_[index];
   if (tile.is_done || tile.is_pending) return;
@@ -202,7 +202,8 @@ LedgerAnswer FrameLedger::accept(SessionId session, SceneVersion version, TileIn
   return answer;
 }
 
-// The first result is written, the second confirms it or calls for a third.
+// Votes on an audited tile: the first result is written, the second confirms it or calls for a
+// third.
 LedgerAnswer FrameLedger::vote(TileIndex index, Audit& audit, SessionId session,
                                std::uint64_t pixels) {
   LedgerAnswer answer;

@@ -47,7 +47,7 @@ enum class ResultVerdict {
 inline constexpr std::size_t kResultVerdicts = 11;
 static_assert(static_cast<std::size_t>(ResultVerdict::kNotLeased) + 1 == kResultVerdicts);
 const char* verdict_text(ResultVerdict verdict);
-// Did it answer an outstanding lease?
+// Whether a result with this verdict answered an outstanding lease.
 bool answers_lease(ResultVerdict verdict);
 
 struct LedgerCounts {
@@ -91,22 +91,22 @@ class FrameLedger {
   Attempt attempts(TileIndex tile) const { return tiles_[tile].attempts; }
   TileIndex tile_count() const { return static_cast<TileIndex>(tiles_.size()); }
 
-  // The tile that `lease_next` would lease, and whether a session may have it: pending ones first,
-  // then audited ones that this session has not seen.
+  // The tile that `lease_next` would lease to a session, if there is one: pending ones first, then
+  // audited ones, none of which this session has seen.
   std::optional<TileIndex> next_for(SessionId session) const;
-  // Leases it. `due`: when the answer is expected. With `is_audited`, a tile leased for the first
-  // time must be rendered by a second slave, too.
+  // Leases the tile of next_for(). `due`: when the answer is expected. With `is_audited`, a tile
+  // leased for the first time must be rendered by a second slave, too.
   std::optional<TileAssignment> lease_next(SessionId session, TimePoint now, TimePoint due,
                                            bool is_audited = false);
-  // Leases this pending tile: for schedules that do not follow the order. Requires: it is pending.
+  // Leases this tile, for schedules that do not follow the order. Requires: the tile is pending.
   TileAssignment lease_pending(TileIndex tile, SessionId session, TimePoint now, TimePoint due);
   const std::deque<TileIndex>& pending() const { return pending_; }
 
-  // Leases a tile that is out once more. Returns: nothing when it is done, out often enough, or
-  // `session` has it.
+  // Leases once more a tile that is out. Returns: nothing when the tile is not out, out often
+  // enough, done or audited, or when `session` has it or sent faulty pixels for it.
   std::optional<TileAssignment> lease_again(TileIndex tile, SessionId session, TimePoint now,
                                             TimePoint due);
-  // Leases of tiles that are not done and out once only, in the order of tiles.
+  // Leases of tiles that are out once only and neither done nor audited, in the order of tiles.
   std::vector<TileLeaseView> single_leases() const;
 
   // `pixels`: a digest of the result's pixels; matters for audited tiles only. `is_suspect`: the
@@ -114,7 +114,7 @@ class FrameLedger {
   // refused, and the tile goes to somebody else.
   LedgerAnswer accept(SessionId session, SceneVersion version, TileIndex tile, Attempt attempt,
                       std::uint64_t pixels = 0, bool is_suspect = false);
-  // Nobody else is left: tiles refused of a slave may be leased to it again.
+  // Call when no other slave is left: tiles refused of a slave may then be leased to it again.
   void forget_refusals() { refused_.clear(); }
 
   // The slave gives the tile back unrendered. Returns: false when it held no such lease.
@@ -128,11 +128,11 @@ class FrameLedger {
     TileIndex tile = 0;
     SessionId first = 0, second = 0;
   };
-  // Only `able` slaves are left. Audited tiles that all of them have seen: those with one result
-  // are done. Returns: the first one with two results that differ, if there is any.
+  // Ends audits that no slave is left for, that is, of tiles that all of `able` have seen: tiles
+  // with one result are done. Returns: the first one with two results that differ, if there is any.
   std::optional<Dispute> waive_audits(const std::vector<SessionId>& able);
 
-  // Every outstanding lease is abandoned. Returns: how many there were.
+  // Abandons every outstanding lease. Returns: how many there were.
   std::uint64_t abandon_all();
 
  private:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where each slave's leases went, kept apart from who decides: the frame loop tells what it did and
-// heard, so that the sums here check the scheduler's. Pure: no clock, no thread, no IO.
+// Where each slave's leases went, kept apart from the scheduler, which decides. The frame loop
+// tells what it did and heard, so that the sums here check the scheduler's. Pure: no clock, no
+// thread, no IO.
 //
 // Invariants. (1) issued == accepted + rejected + abandoned + in_flight, for each session and in
 // total, after every call. (2) Bounded by sessions times frames in flight.
@@ -19,12 +20,12 @@ namespace tessera::master {
 class LeaseAccounts {
  public:
   void leased(SessionId session, FrameId frame, const TileAssignment& tile);
-  // A result, or a tile that came back unrendered. Ignored when it answers no outstanding lease.
+  // A result came, or a tile came back unrendered. Ignored when no such lease is outstanding.
   void answered(SessionId session, FrameId frame, const TileAssignment& tile, bool is_accepted);
   void handed_back(SessionId session, FrameId frame, const TileAssignment& tile);
-  // An audit: one of its results was accepted, and is not any more.
+  // By an audit, one of the slave's results that was accepted is rejected after all.
   void overruled(SessionId session);
-  // The slave was told that the frame is over: what it still holds of it is abandoned.
+  // The slave was told that the frame is over; what it still holds of the frame is abandoned.
   void frame_ended(SessionId session, FrameId frame);
   void slave_lost(SessionId session);
 
@@ -35,7 +36,8 @@ class LeaseAccounts {
  private:
   struct Account {
     TileAccounts counts;  // in_flight: the sum over `outstanding`
-    // By frame, in no order: a slave holds some tens, and the oldest, at the front, come first.
+    // Leases by frame, in no strict order: a slave holds some tens, and those near the front, the
+    // oldest, tend to be answered first.
     std::map<FrameId, std::vector<std::uint64_t>> outstanding;
   };
 

@@ -233,7 +233,7 @@ void Scheduler::learn(Slave& slave, const TileReport& report, TimePoint leased_a
   budget_.tile_done();
 }
 
-// Who was wrong goes; a dispute that nobody is left to decide fails the frame.
+// Expels the slave that was outvoted; a dispute that nobody is left to decide fails the frame.
 void Scheduler::settle_audit(Frame& frame, SessionId session, TileIndex tile,
                              const LedgerAnswer& answer, Actions& actions) {
   const auto where = [&] {
@@ -257,7 +257,8 @@ void Scheduler::settle_audit(Frame& frame, SessionId session, TileIndex tile,
     waive_audits(frame, actions);
 }
 
-// Audits that no slave is left for: one result is taken as it is, two that differ fail the frame.
+// Ends audits that no slave is left for: one result is taken as it is, two that differ fail the
+// frame.
 void Scheduler::waive_audits(Frame& frame, Actions& actions) {
   if (frame.state != FrameState::kOpen) return;
   const std::vector<SessionId> able = auditors(frame);

@@ -73,17 +73,17 @@ class Scheduler {
  public:
   explicit Scheduler(const SchedulerOptions& options) : options_(options) {}
 
-  // Nothing is leased before (the session's instruction set must be known first).
+  // Nothing is leased before this call (the session's instruction set must be known first).
   Actions start(TimePoint now);
   bool is_started() const { return is_started_; }
 
-  // Requires: session unknown so far; threads >= 1. `name` is for reasons.
+  // Requires: session unknown so far; threads >= 1. `name` appears in reasons of failure.
   void slave_joined(SessionId session, std::string name, std::uint32_t threads);
   Actions slave_lost(SessionId session, TimePoint now);
   Actions scene_built(SessionId session, SceneVersion version, TimePoint now);
   Actions scene_failed(SessionId session, SceneVersion version, const std::string& reason,
                        TimePoint now);
-  // From heartbeats; matters until tiles have shown it.
+  // Takes the round trip of heartbeats, which matters until tiles have shown it.
   void round_trip_measured(SessionId session, double seconds);
 
   // `order`: every tile of the frame once. Requires: frame numbers count up.
@@ -91,12 +91,12 @@ class Scheduler {
                        TimePoint now);
   Actions cancel_frame(FrameId frame, TimePoint now);
   Actions fail_frame(FrameId frame, std::string reason, TimePoint now);
-  // A frame that cannot be begun; it fails in its turn. Requires: as submit_frame().
+  // Takes a frame that cannot be begun; it fails in its turn. Requires: as submit_frame().
   Actions refuse_frame(FrameId frame, std::string reason);
-  // No frame needs older versions any more, nor will.
+  // No frame needs older versions any more, and none will.
   void retire_scenes(SceneVersion first_kept);
 
-  // `actions` gets what follows from it. Violations change nothing.
+  // `actions` gets what follows from the result. Violations lease and end nothing.
   ResultVerdict result(SessionId session, const TileReport& report, TimePoint now,
                        Actions& actions);
   Actions tile_returned(SessionId session, FrameId frame, TileIndex tile, Attempt attempt,
@@ -112,7 +112,7 @@ class Scheduler {
   const SlavePace* pace(SessionId session) const;
   // Null when the frame is not known (any more).
   const FrameLedger* ledger(FrameId frame) const;
-  // Over all frames, the ended ones too.
+  // Sums over all frames, the ended ones too.
   LedgerCounts counts() const;
   // Smallest scene version that an unfinished frame needs; `none` when there is none.
   SceneVersion oldest_version_needed(SceneVersion none) const;
@@ -125,9 +125,9 @@ class Scheduler {
     std::set<SceneVersion> built;
     std::map<SceneVersion, std::string> failed;
     std::set<FrameId> begun;
-    TimePoint rests_until{};  // it has handed a tile back: it is leaving, or cannot render it
-    TimePoint last_heard{};   // its last result, or its first lease after it had none
-    bool was_dry = true;      // since its last result there was a moment without a tile for it
+    TimePoint rests_until{};  // after a tile was handed back: the slave leaves or cannot render it
+    TimePoint last_heard{};   // the last result, or the first lease after the slave had none
+    bool was_dry = true;      // since the last result there was a moment without a tile for it
   };
   enum class FrameState { kOpen, kComplete, kFailed, kCancelled };
   struct Frame {
@@ -174,7 +174,7 @@ class Scheduler {
   SlaveEntry* fastest_for(const Frame& frame, SessionId except, TimePoint now,
                           double& best_seconds);
 
-  // Until one is measured: any value but 0 makes slaves with few tiles look better.
+  // Time of a tile until one is measured; any value but 0 makes slaves with few tiles look better.
   static constexpr double kTileSecondsGuess = 0.010;
 
   const SchedulerOptions options_;

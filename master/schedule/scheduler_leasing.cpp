@@ -42,8 +42,8 @@ std::size_t Scheduler::able_count(const Frame& frame) const {
       }));
 }
 
-// Slaves that hold the frame's scene or may yet. Those that are still building it count: else the
-// one that is done first would never be audited.
+// Slaves that hold the frame's scene or may yet hold it. Slaves that are still building it count:
+// otherwise the one that is done first would never be audited.
 std::vector<SessionId> Scheduler::auditors(const Frame& frame) const {
   std::vector<SessionId> sessions;
   for (const auto& [session, slave] : slaves_) {
@@ -52,8 +52,8 @@ std::vector<SessionId> Scheduler::auditors(const Frame& frame) const {
   return sessions;
 }
 
-// Would the slave have a tile back before the cluster is done with the frame, and with those before
-// it? Else the tile is for others. Constant time: the mean of all slaves stands for them.
+// Whether the slave would have a tile back before the cluster is done with the frame and with those
+// before it; if not, the tile is for others. Constant time: the mean of all slaves stands for them.
 bool Scheduler::is_in_time(std::size_t frame, const Slave& slave, TimePoint now) const {
   if (rate_total_ <= 0) return true;  // nothing is known
   std::size_t left = 0;
@@ -128,8 +128,8 @@ bool Scheduler::lease_one(SlaveEntry& entry, TimePoint now, Actions& actions) {
   return false;
 }
 
-// Each tile goes to the slave that will have it back first (list scheduling; Graham 1969). When that
-// one has no room, the tile waits for it.
+// Each tile goes to the slave that will have it back first (list scheduling; Graham 1969). When
+// that one has no room, the tile waits for it.
 void Scheduler::spread(Frame& frame, TimePoint now, Actions& actions) {
   if (frame.state != FrameState::kOpen || !frame.ledger.may_lease()) return;
   using Place = std::pair<double, SlaveEntry*>;
@@ -179,7 +179,7 @@ void Scheduler::fill(SlaveEntry& entry, TimePoint now, Actions& actions) {
   }
 }
 
-// In rounds, one tile for each slave, so that the first slave does not take all.
+// Tiles are leased in rounds, one for each slave, so that the first slave does not take all.
 void Scheduler::fill_all(TimePoint now, Actions& actions) {
   if (!is_started_) return;
   if (!options_.is_static) {
@@ -191,7 +191,8 @@ void Scheduler::fill_all(TimePoint now, Actions& actions) {
   }
 }
 
-// Who would have a tile back first if it went ahead of its queue, as tiles of the oldest frame do.
+// The slave that would have a tile back first if the tile went ahead of its queue, as tiles of the
+// oldest frame do.
 Scheduler::SlaveEntry* Scheduler::fastest_for(const Frame& frame, SessionId except, TimePoint now,
                                               double& best_seconds) {
   SlaveEntry* best = nullptr;
@@ -212,7 +213,7 @@ Scheduler::SlaveEntry* Scheduler::fastest_for(const Frame& frame, SessionId exce
 void Scheduler::duplicate_late_tiles(Frame& frame, TimePoint now, Actions& actions) {
   std::vector<TileLeaseView> out = frame.ledger.single_leases();
   const auto left = [&](const TileLeaseView& lease) {
-    // The later it is, the less is known: it may take as long again.
+    // The later a tile is, the less is known of it: it may take as long again.
     return lease.due > now ? lease.due - now : (now - lease.due) + from_seconds(tile_seconds_);
   };
   std::sort(out.begin(), out.end(), [&](const auto& a, const auto& b) {

@@ -9,20 +9,20 @@
 namespace tessera::master {
 namespace {
 
-// Of the newest tile in the moving averages. Tiles of one frame differ; some sixteen of them tell
-// their mean, and a change of scene is learnt within them.
+// Weight of the newest tile in the moving averages. Tiles of one frame differ; some sixteen of them
+// tell their mean, and a change of scene is learnt within them.
 constexpr double kTileWeight = 1.0 / 16;
 constexpr double kLinkWeight = 1.0 / 8;  // as RFC 6298
-// Long enough to see the link idle at least once: a few frames.
+// Time for which a least round trip counts: a few frames, to see the link idle at least once.
 constexpr std::chrono::seconds kLinkWindow{10};
 constexpr std::size_t kLinkSamplesMax = 256;
-// Depth that starvation asked for is given back, one tile at a time, after so long without.
+// Depth that starvation asked for is given back, one tile at a time, after so long without it.
 constexpr std::chrono::seconds kExtraKept{2};
-// Before anything is known: three tiles wait per thread, as in Benthin's experiments.
+// Before anything is known, three tiles wait per thread, as in Benthin's experiments.
 constexpr std::uint32_t kFirstPrefetch = 3;
 
-// What a slave says goes into sums of all slaves and into times to come: no tile takes longer than
-// an hour, and none so short that one slave seems as fast as all others together.
+// What a slave says goes into sums over all slaves and into times to come. So no tile counts as
+// longer than an hour, and none as so short that one slave seems as fast as all others together.
 constexpr double kSecondsMax = 3600;
 constexpr double kTileSecondsMin = 1e-6;
 

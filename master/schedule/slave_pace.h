@@ -3,7 +3,7 @@
 // never wait for the network, and when a tile leased to it now will be back. Pure.
 //
 // Depth. While a result and the next lease are under way (the round trip), every render thread must
-// find tiles in the queue: round trip / time per tile of them for each thread, besides the one in
+// find tiles in the queue: (round trip / time per tile) of them for each thread, besides the one in
 // work (Little's law). One more for each slave covers the result that is being sent. Where threads
 // starved although tiles were there, the depth grows by up to its own size again: tile times and
 // delays vary, and the averages do not show it.
@@ -31,10 +31,10 @@ class SlavePace {
   SlavePace(std::uint32_t threads, int prefetch_per_thread)
       : threads_(threads), prefetch_per_thread_(prefetch_per_thread) {}
 
-  // From heartbeats; until tiles have shown it.
+  // Takes the round trip of heartbeats, which stands in until tiles have shown it.
   void round_trip_measured(double seconds);
   // A result came. `turnaround`: from lease to result; `held`: from the lease's arrival at the
-  // slave to the result's departure; `render`: of that, on a render thread.
+  // slave to the result's departure; `render`: the part of that on a render thread.
   void tile_done(TimePoint now, double turnaround, double held, double render);
   // Render threads waited on an empty queue although the master had tiles for them.
   void starved();
@@ -49,8 +49,8 @@ class SlavePace {
   double tile_seconds_high() const { return tile_seconds_ + 2 * tile_deviation_; }
   double round_trip_seconds() const;
   double tiles_per_second() const;  // 0 until known
-  // From now until the answer to a tile leased now, with `held` tiles there already. `tile_seconds`
-  // stands in while its own time is not known.
+  // Time until the answer to a tile leased now, with `held` tiles there already. `tile_seconds`
+  // stands in while the slave's own time is not known.
   double completion_seconds(std::uint32_t held, double tile_seconds) const;
 
  private:

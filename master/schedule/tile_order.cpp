@@ -7,7 +7,7 @@
 namespace tessera::master {
 namespace {
 
-constexpr int kEdge = 8;  // of a block, tiles: a band's height
+constexpr int kEdge = 8;  // of a block, in tiles; also a band's height
 
 struct Place {
   int column = 0, row = 0;

@@ -10,19 +10,21 @@
 namespace tessera::master {
 namespace {
 
-// Whole bundles of 8 x 8 rays, and blocks of bundles; not below 16, where a tile's message weighs
-// as much as its pixels, not above 128, whose float pixels are 192 KiB.
+// Edges that hold whole bundles of 8 x 8 rays and whole blocks of bundles. None is below 16, where
+// a tile's message weighs as much as its pixels, or above 128, whose float pixels are 192 KiB.
 constexpr std::array<int, 6> kEdges{16, 32, 48, 64, 96, 128};
-// Fixed cost of a tile on slave and master: an estimate (the master's part is 10 to 15 us, tests/bench
-// exchange). The loss is flat about its least: twice the cost moves the edge by one step at most.
+// Fixed cost of a tile on slave and master, an estimate (the master's part is 10 to 15 us by
+// tests/bench exchange). The loss is flat about its least: twice the cost moves the edge by one
+// step at most.
 constexpr double kTileOverheadSeconds = 60e-6;
-// Of it, on the master's one thread: `tessera-bench exchange`, 64 connections with TLS.
+// The part of it on the master's one thread, by `tessera-bench exchange` with 64 connections and
+// TLS.
 constexpr double kMasterTileSeconds = 18e-6;
 // The dearest tile of a frame takes three times the mean (tests/sim/costs), and may begin last.
 constexpr double kTailTiles = 3;
-// Of the newest measurement, which is one whole frame.
+// Weight of the newest measurement, which is one whole frame.
 constexpr double kWeight = 0.3;
-// Another size must save so much of what tiling costs.
+// Another size is taken only when tiling then costs less than this share of the present cost.
 constexpr double kGain = 0.8;
 
 }  // namespace

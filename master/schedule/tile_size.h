@@ -2,14 +2,14 @@
 // How large the tiles of the next frame are, where the person left it open. Pure.
 //
 // A tile costs a fixed time besides its pixels (messages, queues, the setting up of bundles), so
-// many tiles are waste; and at a frame's end render threads wait for its last tiles, of which the
-// dearest take three times the mean, so large ones are waste, too. With w seconds of work
-// per thread and frame, o seconds of fixed cost per tile, m of it on the master, which answers one
-// tile after the other, a frame of n tiles of t seconds each takes max(w + o * w / t, n * m) + 3 * t
+// many tiles are waste. At a frame's end render threads wait for its last tiles, of which the
+// dearest take three times the mean, so large tiles are waste, too. With w seconds of work per
+// thread and frame, o seconds of fixed cost per tile, m of it on the master, which answers one tile
+// after the other, a frame of n tiles of t seconds each takes max(w + o * w / t, n * m) + 3 * t
 // (tests/sim/README.md: measured for 200 to 700 threads). The cost of a pixel is what the last
 // frames measured.
 //
-// Pictures do not depend on it.
+// Pictures do not depend on the size of their tiles.
 //
 // Threads. One owner.
 #pragma once
@@ -20,11 +20,11 @@ namespace tessera::master {
 
 class TileSize {
  public:
-  // Render time of `pixels` pixels on one thread.
+  // A frame of `pixels` pixels took `render_seconds` of render threads in all.
   void measured(std::uint64_t pixels, double render_seconds);
 
   // Edge in pixels for a frame of this size on so many threads; kTileEdgeAutoPx before anything is
-  // known. Keeps its last answer while that costs hardly more.
+  // known. The last answer is kept while it costs hardly more.
   int edge_px(int width_px, int height_px, std::uint32_t threads);
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // An application's end of the protocol: handshake, scene upload, frames submitted and received.
-// The state behind RemoteSession, on its own net thread; under it the same link and scene sender
-// that a master uses towards its slaves.
+// This is the state behind RemoteSession, on its own net thread; below it are the same link and
+// scene sender that a master uses towards its slaves.
 //
 // Threads. Io thread only; callbacks run there, and may destroy the client. Never waits.
 //

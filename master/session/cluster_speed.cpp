@@ -8,7 +8,7 @@ namespace tessera {
 namespace {
 
 constexpr double kWeight = 0.3;      // of the newest frame
-constexpr double kOtherSpeed = 1.5;  // off by so much is no noise
+constexpr double kOtherSpeed = 1.5;  // a measure off by more is no noise
 
 }  // namespace
 
@@ -49,8 +49,8 @@ void ClusterSpeed::at_most(double rays, double seconds_so_far) {
   move(std::min(0.0, most - logarithm(place(rays))));
 }
 
-// The step that takes the curve to the measure and moves the knots least; a part of it, where
-// there was a measure before.
+// Takes the step that brings the curve to the measure and moves the knots least; where there was a
+// measure before, only a part of that step.
 void ClusterSpeed::learn(const Place& at, double error) {
   const double lower = 1 - at.share, upper = at.share;
   const bool is_known = is_known_.at(at.knot) && is_known_.at(at.knot + 1);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many rays a second a cluster traces, by how many a frame has: small frames cost more a ray,
-// for rays of neighbouring pixels lie farther apart and what a frame costs by itself counts. Pure.
+// How many rays a second a cluster traces, as a function of a frame's rays. Small frames cost more
+// for each ray, since rays of neighbouring pixels lie farther apart and the fixed cost of a frame
+// counts. Pure.
 //
 // The rate is a curve over the logarithm of a frame's rays, straight between knots that lie a
-// factor of 4 apart. A measure moves the two knots beside it, the more the nearer they are, and
-// what was never measured is taken to be as the nearest knot that was. A measure that is far off
+// factor of 4 apart. A measure moves the two knots beside it, the more the nearer they are; a knot
+// that was never measured has the value of the nearest one that was. A measure that is far off
 // tells of another cluster or of another view, and moves the whole curve.
 //
 // Threads. One owner.
@@ -17,7 +18,7 @@ namespace tessera {
 
 class ClusterSpeed {
  public:
-  // Expected of a frame of so many rays; 0 before anything was measured.
+  // The rate expected of a frame of so many rays; 0 before anything was measured.
   double rays_per_second(double rays) const;
 
   // Requires: both are greater than 0. A frame of so many rays took so long.

@@ -8,10 +8,10 @@
 namespace tessera {
 namespace {
 
-// The scale of a moving picture stays while it is too large by so much, which lets a frame take 1.1
-// times the budget, or too small by so much, which uses 0.7 of it.
+// The scale of a moving picture stays while it is too large by at most kTooLarge, which lets a
+// frame take 1.1 times the budget, or too small by at most kTooSmall, which uses 0.7 of it.
 constexpr double kTooLarge = 1.05, kTooSmall = 1.2;
-// Of the budget, what a frame is expected to take: frames differ, and what a person waits for is the
+// Share of the budget that a frame is expected to take: frames differ, and a person waits for the
 // slower ones.
 constexpr double kBudgetShare = 0.85;
 // Share of the pixels, with one sample each, that a cluster of unknown speed is asked for.
@@ -23,13 +23,13 @@ constexpr int kVplsMin = 16;
 
 double pixels(const FrameSettings& s) { return static_cast<double>(s.width_px) * s.height_px; }
 
-// What a pixel of igi costs whatever the number of its VPLs (surface, filter, its share of making them),
-// in rays towards VPLs: the room of 640x480 pixels with 64 VPLs takes 2.1 to 2.3 times as long as with 16,
-// and (20 + 65) / (20 + 17) is 2.3. Without it a moving frame, which is given few VPLs, would take almost
-// twice its time after one at rest.
+// What a pixel of igi costs whatever the number of its VPLs (surface, filter, its share of making
+// them), in rays towards VPLs. The room of 640x480 pixels with 64 VPLs takes 2.1 to 2.3 times as
+// long as with 16, and (20 + 65) / (20 + 17) is 2.3. Without this constant a moving frame, which is
+// given few VPLs, would take almost twice its time after one at rest.
 constexpr double kIgiPixelRays = 20;
 
-// All rays are taken to cost as much.
+// All rays are taken to cost the same.
 double rays_per_pixel(const FrameSettings& s) {
   if (s.renderer == Renderer::kIgi) return kIgiPixelRays + s.samples_per_pixel + s.vpls;
   if (s.renderer == Renderer::kPath) return s.samples_per_pixel * 2.0 * (1 + s.bounces);
@@ -37,7 +37,7 @@ double rays_per_pixel(const FrameSettings& s) {
 }
 double rays(const FrameSettings& s) { return pixels(s) * rays_per_pixel(s); }
 
-// One step down. Returns: whether there was one.
+// Reduces samples, light samples or VPLs by one step. Returns: whether there was a step left.
 bool reduce(FrameSettings& s) {
   if (s.samples_per_pixel > 1) {
     s.samples_per_pixel /= 2;
@@ -72,7 +72,8 @@ FrameSettings FramePacer::moving(const FrameSettings& wanted) {
   if (budget_seconds_ <= 0) return wanted;
   FrameSettings s = wanted;
   while (rays(s) > budget_rays(s, wanted) && reduce(s)) continue;
-  // What fits depends on what the size costs, and the size on what fits: the last one's is close.
+  // What fits depends on what the size costs, and the size on what fits; the last frame's scale is
+  // close enough to begin with.
   double ideal = scale_;
   for (int step = 0; step < kSizeSteps; ++step) {
     const double budget = budget_rays(at_scale(s, wanted, ideal), wanted);

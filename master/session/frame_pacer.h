@@ -17,7 +17,7 @@ namespace tessera {
 
 class FramePacer {
  public:
-  // Of each side, the least that a moving picture may have.
+  // The least share of each side that a moving picture may have.
   static constexpr double kScaleMin = 0.125;
 
   explicit FramePacer(double budget_seconds) : budget_seconds_(budget_seconds) {}
@@ -29,13 +29,13 @@ class FramePacer {
   // `wanted` with both sides times `scale`, and as few samples as the budget asks for.
   FrameSettings scaled(const FrameSettings& wanted, double scale) const;
 
-  // How long such a frame is expected to take; infinite before anything was measured.
+  // How long a frame with these settings is expected to take; infinite before a measurement.
   double expected_seconds(const FrameSettings& settings) const;
 
   // Whether `a` shows more than `b` of one view: more pixels, or as many with more samples each.
   static bool is_better(const FrameSettings& a, const FrameSettings& b);
 
-  // A frame took so long.
+  // A frame with these settings took so long.
   void frame_done(const FrameSettings& settings, double frame_seconds);
 
   // A frame has been in work for so long and is not done: the cluster is no faster than that.

@@ -11,8 +11,8 @@
 namespace tessera::master {
 namespace {
 
-// Posted tasks hold the host itself: while it is being destroyed its thread still runs them, and
-// host_ is null by then.
+// Posted tasks hold the host itself: while the host is being destroyed its thread still runs them,
+// and host_ is null by then.
 class InProcessSession final : public Session {
  public:
   InProcessSession(std::unique_ptr<MasterHost> host, const SessionOptions& options)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The session whose master lives inside this process. Threads and promises: session.h.
-// Its slaves may be in this process, too, or connect to its listener.
+// The session whose master lives inside this process. The master's slaves may be in this process,
+// too, or connect to its listener. Threads and promises: session.h.
 #pragma once
 
 #include <memory>

@@ -10,15 +10,15 @@
 namespace tessera {
 namespace {
 
-// Of each side, on the way up to 1.
+// Shares of each side, on the way up to 1.
 constexpr std::array<double, 2> kSteps{0.25, 0.5};
 // A reduced picture of all pixels is worth a frame only when the whole one takes this much longer.
 constexpr double kWorthStep = 4;
 // A moving frame may take so many times what it was to take.
 constexpr double kPatience = 2;
-// The next moving frame is submitted so much of the present one's time before that ends, but no
-// longer than the way to the slaves takes: they need it before they run out of tiles, and all that the
-// person does after it waits for the frame behind it.
+// The next moving frame is submitted this share of the present one's time before that one ends, but
+// no longer before it than the way to the slaves takes. The slaves need the frame before they run
+// out of tiles, and all that the person does after its submission waits for the frame behind it.
 constexpr double kLeadShare = 0.25;
 constexpr double kWaitSecondsMin = 0.001;
 
@@ -54,7 +54,7 @@ bool InteractiveLoop::is_overdue(const InFlight& frame, TimePoint now) const {
   const double allowed =
       kPatience * std::max(options_.budget_seconds, pacer_.expected_seconds(frame.settings));
   if (seconds(now - begun(frame)) <= allowed) return false;
-  // A smaller one must be possible, or giving up would go on for ever.
+  // A smaller frame must be possible, or giving up would go on for ever.
   FramePacer slower = pacer_;
   slower.frame_overdue(frame.settings, seconds(now - begun(frame)));
   return FramePacer::is_better(frame.settings, slower.moving(wanted_));
@@ -175,7 +175,7 @@ InteractiveLoop::Arrival InteractiveLoop::arrived(FrameId frame, bool is_finishe
   const InFlight came = in_flight_.front();
   in_flight_.pop_front();
   if (is_finished) {
-    // The first one has waited for the scene's way to the slaves and for its tree.
+    // The first frame has waited for the scene's way to the slaves and for its tree.
     pacer_.frame_done(came.settings, has_measured_ ? seconds(now - begun(came)) : render_seconds);
     has_measured_ = true;
   }

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // What an interactive application asks of its cluster next: which frame and how good, which frames
-// in work are left behind because nobody would look at them, when to ask how the cluster is. Pure:
-// events and times go in, steps come out, and one thread of the application carries them out.
+// in work are left behind because nobody would look at them, and when to ask how the cluster is.
+// Pure: events and times go in, steps come out, and one thread of the application carries them out.
 //
 // Frames have one of two uses. While the view moves, *moving* frames follow it, each reduced so
 // that it takes the budget. Once it has stood still for kRestSeconds, *resting* frames climb: a
 // quarter and a half of each side, then all of it, then further passes, whose mean comes closer
 // and closer to the truth. Steps on the way that would be done within the budget are passed over,
-// and none shows less than the view's frame before it. Of each side and not of the pixels: then the
-// way up costs 1/16 + 1/4 + 1 = 1.3125 full frames, and each step shows twice as much detail (of
-// the pixels: 1.75 frames, for steps that can hardly be told apart).
+// and none shows less than the view's frame before it. The shares are of each side and not of the
+// pixels: so the way up costs 1/16 + 1/4 + 1 = 1.3125 full frames, and each step shows twice as
+// much detail (shares of the pixels: 1.75 frames, for steps that can hardly be told apart).
 //
-// Left behind are, at once: every frame of another size than the one wanted; resting frames of
-// another view; moving frames of another view when no slave is there, or when they have taken far
-// longer than they were to take. A moving frame that is in time is shown although the view has gone
-// on, or a hand that never rests would never see anything.
+// These frames are left behind at once: every frame of another size than the one wanted; resting
+// frames of another view; moving frames of another view when no slave is there, or when they have
+// taken far longer than they were to take. A moving frame that is in time is shown although the
+// view has gone on, or a hand that never rests would never see anything.
 //
-// A new size is no motion: it climbs at once. An animated scene never rests. Without a budget
-// nothing is reduced, and there is no climbing.
+// A new size is no motion: its frames climb at once. An animated scene never rests. Without a
+// budget nothing is reduced, and there is no climbing.
 //
 // Threads. One owner. Invariants. (1) At most frames_in_flight frames are in flight, those left
 // behind included, until their outcome came. (2) Frames in flight that are not left behind are
@@ -43,22 +43,22 @@ struct InteractiveOptions {
   std::uint32_t passes = 64;    // of a view at rest, at least 1
   bool is_animated = false;     // the scene moves by itself
   bool never_rests = false;     // full frames go on for ever (for who counts them)
-  // How long before a moving frame ends the next one is submitted, at most: the way to the slaves and
-  // back. 15 ms are that of a busy wireless network.
+  // Longest time by which the next frame is submitted before a moving frame ends: the way to the
+  // slaves and back. 15 ms are that of a busy wireless network.
   double lead_seconds_max = 0.015;
 };
 
 class TESSERA_API InteractiveLoop {
  public:
-  // Until a view that moved counts as at rest.
+  // Time until a view that moved counts as at rest.
   static constexpr double kRestSeconds = 0.2;
-  // Between two questions how the cluster is. A remote session answers with what it heard after the
-  // question before: what a person sees is then at most twice as old.
+  // Time between two questions how the cluster is. A remote session answers with what it heard
+  // after the question before, so what a person sees is at most twice as old.
   static constexpr double kStatusSeconds = 0.5;
 
   explicit InteractiveLoop(const InteractiveOptions& options);
 
-  // What the person wants to see, everything of it, as pass 0. Saying the same again is no event.
+  // Says what the person wants to see, unreduced, as pass 0. Saying the same again is no event.
   void want(const FrameSettings& settings, TimePoint now);
 
   struct Step {
@@ -111,7 +111,7 @@ class TESSERA_API InteractiveLoop {
   std::optional<FrameSettings> moving_frame(TimePoint now);
   std::optional<FrameSettings> resting_frame();
   std::optional<FrameSettings> step_up() const;
-  // When the next moving frame is submitted, so that it begins as the one in work ends.
+  // When the next moving frame is due for submission, so that it begins as the one in work ends.
   TimePoint moving_due() const;
   double wait_seconds(TimePoint now) const;
 
@@ -119,9 +119,9 @@ class TESSERA_API InteractiveLoop {
   FramePacer pacer_;
   FrameSettings wanted_;
   std::uint64_t wish_ = 0;             // counts what was wanted; 0: nothing yet
-  std::optional<TimePoint> moved_;     // last, the camera did
+  std::optional<TimePoint> moved_;     // when the camera moved last
   std::optional<FrameSettings> best_;  // submitted for this wish
-  std::uint32_t pass_ = 0;             // of the last one of those, when it was a full one
+  std::uint32_t pass_ = 0;             // of best_, when that is a full frame
   InFlight proposed_;                  // by the last kSubmit
   std::deque<InFlight> in_flight_;     // in the order of submission
   TimePoint last_arrival_{};

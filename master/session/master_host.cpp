@@ -205,8 +205,8 @@ Status MasterHost::start_local_slaves(const SessionOptions& options) {
   return Status::ok();
 }
 
-// Joining takes some milliseconds. Whoever asks for the status then sees them, and a session that
-// ends at once breaks off no handshake.
+// Waits for the local slaves to join, which takes some milliseconds. Whoever asks for the status
+// then sees them, and a session that ends at once breaks off no handshake.
 void MasterHost::wait_for_local_slaves() {
   const TimePoint deadline = Clock::now() + std::chrono::milliseconds(kHandshakeMs);
   while (Clock::now() < deadline) {

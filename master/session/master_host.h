@@ -28,7 +28,7 @@ class MasterHost {
   // Requires: options.connect is empty. Returns: one line for a person.
   static Result<std::unique_ptr<MasterHost>> start(const SessionOptions& options,
                                                    bool serves_applications);
-  ~MasterHost();  // goodbye to every peer, joins everything
+  ~MasterHost();  // says goodbye to every peer, joins every thread
 
   net::IoThread& io() { return io_; }
   FrameLoop& frame_loop() { return *frame_loop_; }
@@ -55,7 +55,7 @@ class MasterHost {
   std::vector<std::unique_ptr<slave::SlaveHost>> slaves_;
 };
 
-// Whether options name what `endpoint` demands: keys, or plain on loopback. Returns:
+// Checks that options name what `endpoint` demands: keys, or plain on loopback. Returns:
 // kInvalidArgument with the commands that mend it. Opens nothing.
 Status check_credentials(const SessionOptions& options, const net::Endpoint& endpoint,
                          const std::string& role);

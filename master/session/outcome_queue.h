@@ -2,9 +2,9 @@
 // Where finished frames wait for the application, and where submit() waits for room. Shared by both
 // kinds of session.
 //
-// Threads. Any. Invariants. (1) At most frames_in_flight frames are unfinished, and at most
-// kUndeliveredMax finished ones wait. (2) Frames leave in the order in which they finished, which
-// is the order of submission.
+// Threads. Any. Invariants. (1) At most frames_in_flight frames are unfinished, and none begins
+// while kUndeliveredMax finished ones wait. (2) Frames leave in the order in which they finished,
+// which is the order of submission.
 #pragma once
 
 #include <chrono>
@@ -31,7 +31,7 @@ class OutcomeQueue {
   // Returns: the next frame; else kDeadlineExceeded, or the reason once ended and empty.
   Result<FrameResult> pop(std::chrono::milliseconds timeout) TESSERA_EXCLUDES(mutex_);
 
-  // Nothing new comes: waiters get `reason` (not ok). The first reason stays.
+  // No new frame comes: waiters get `reason` (not ok). The first reason stays.
   void end(Status reason) TESSERA_EXCLUDES(mutex_);
 
  private:

@@ -72,8 +72,8 @@ struct Link {
   }
 };
 
-// Posted tasks hold the link itself, as in InProcessSession; its client lives until its thread
-// ends.
+// Posted tasks hold the link itself, as in InProcessSession; the link's client lives until its
+// thread ends.
 class RemoteSession final : public Session {
  public:
   explicit RemoteSession(const SessionOptions& options) : outcomes_(options.frames_in_flight) {}
@@ -127,7 +127,7 @@ class RemoteSession final : public Session {
     link_->io.post([link = link_.get()] { link->client->cancel_all(); });
   }
 
-  // The newest answer; asks for a fresh one, which the next call returns.
+  // Asks for a fresh status, which a later call returns. Returns: the newest one that came.
   ClusterStatus status() override {
     link_->io.post([link = link_.get()] { link->client->request_status(); });
     MutexLock lock(status_mutex_);

@@ -44,10 +44,10 @@ struct SessionOptions {
   bool is_static = false;               // --schedule static: fixed tiles for each slave
   bool is_scene_transfer_sync = false;  // --scene-transfer sync: only while no frame is in work
   double audit_percent = 0;             // tiles rendered by two slaves and compared
-  // Of a master inside this process:
+  // The rest is of a master inside this process.
   std::string metrics;       // HOST:PORT of a page of metrics, loopback; empty: none
   std::string trace_path;    // a trace is written there; empty: none
-  double trace_seconds = 0;  // of the first lease on; 0: the newest part of the whole run
+  double trace_seconds = 0;  // from the first lease on; 0: the newest part of the whole run
 };
 
 struct FrameResult {
@@ -67,8 +67,8 @@ class TESSERA_API Session {
   // in work. Returns: validate_scene()'s refusal.
   virtual Result<SceneVersion> commit_scene(const Scene& scene) = 0;
 
-  // Blocks while frames_in_flight frames are unfinished or undelivered. Returns: the frame's
-  // number, kClosed, or kUnavailable when a remote master is gone.
+  // Blocks while frames_in_flight frames are unfinished, or two finished ones are undelivered.
+  // Returns: the frame's number, kClosed, or kUnavailable when a remote master is gone.
   virtual Result<FrameId> submit(const FrameSettings& settings) = 0;
 
   // Waits for the next frame in order. Returns: kDeadlineExceeded after `timeout`, kClosed /
