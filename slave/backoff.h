@@ -22,7 +22,7 @@ class Backoff {
   // The pause before the next attempt.
   std::chrono::milliseconds next();
 
-  // A session began; a session (or none) ended.
+  // Tell that a session began, and that it, or an attempt without one, ended.
   void session_began(TimePoint now);
   void session_ended(TimePoint now);
 

@@ -20,7 +20,8 @@ void BuildOrder::retire(std::uint64_t generation, SceneVersion first_kept) {
   generation_ = generation;
   first_kept_ = first_kept;
   if (was_wanted && in_work_->generation == generation && is_retired(*in_work_)) is_late_ = true;
-  // At once: while one scene is decoded, an animation may retire more than kWaitingMax others.
+  // They are erased at once, since an animation may retire more than kWaitingMax scenes while one
+  // is decoded.
   std::erase_if(waiting_, [this](const BuildTask& task) { return is_retired(task); });
 }
 

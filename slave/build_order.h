@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which of the scenes that came to a slave is built next.
 //
-// The oldest one, for its frame is shown first. But where every frame brings a scene and a build
-// takes about as long as a frame, a slave that has fallen behind would stay there for ever: it
-// begins each scene when the others begin to render it, and the scene is retired just before it is
-// ready. So a slave whose build was retired aims ahead: it leaves what it builds for the newest
-// scene that comes, once, and builds that one to its end. It then has the time of all frames in
-// flight for one build, and from there on it keeps up if it can.
+// The oldest one is built first, since its frame is shown first. But where every frame brings a
+// scene and a build takes about as long as a frame, a slave that has fallen behind would stay there
+// for ever: it begins each scene when the others begin to render it, and the scene is retired just
+// before it is ready. So a slave whose build was retired aims ahead: it leaves what it builds for
+// the newest scene that comes, once, and builds that one to its end. It then has the time of all
+// frames in flight for one build, and from there on it keeps up if it can.
 //
 // Threads. One owner, or a lock around it. Pure.
 // Invariants. (1) Scenes wait in the order in which they came; at most kWaitingMax, and one that
@@ -58,7 +58,7 @@ class BuildOrder {
   std::uint64_t generation_ = 0;
   SceneVersion first_kept_ = 0;
   bool is_late_ = false;   // a build was retired since one reached its end
-  bool is_ahead_ = false;  // of the build in work: older ones wait for it
+  bool is_ahead_ = false;  // older scenes wait for the build in work
   bool gives_way_ = false;
 };
 

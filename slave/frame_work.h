@@ -38,7 +38,7 @@ struct TileJob {
   std::shared_ptr<FrameWork> frame;
   TileIndex tile = 0;
   Attempt attempt = 0;
-  TimePoint arrived;  // its lease did
+  TimePoint arrived;  // when its lease came
 };
 
 }  // namespace tessera::slave

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a slave comes by a link to its master: the daemon passes net::connect(), a master's own process
-// a local pair, tests what they like.
+// How a slave comes by a link to its master: the daemon passes net::connect(), a master's own
+// process a local pair, tests what they like.
 //
 // Threads. The io thread only, the call back included.
 #pragma once

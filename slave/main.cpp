@@ -69,7 +69,7 @@ Status serve_metrics(net::IoThread& io, const SlaveCommand& command,
   return status;
 }
 
-// Other slaves: with our keys, or on loopback without.
+// How other slaves are reached: with our keys, or on loopback without.
 RelayAccess relay_access(net::IoThread& io, const std::shared_ptr<net::TlsContext>& tls) {
   RelayAccess access;
   const net::Endpoint place{tls ? "" : "127.0.0.1", 0};
@@ -85,7 +85,7 @@ RelayAccess relay_access(net::IoThread& io, const std::shared_ptr<net::TlsContex
 }
 
 int run(SlaveCommand command) {
-  if (!command.cpus.empty()) {  // before any thread: they inherit it
+  if (!command.cpus.empty()) {  // before any thread starts, since threads inherit it
     if (const Status status = limit_cpus(command.cpus); !status.is_ok()) return fail(status);
   }
   const SignalWatch signals(/*watches_hangup=*/!command.keys_folder.empty());  // the first thread
@@ -113,8 +113,9 @@ int run(SlaveCommand command) {
   command.options.relay = relay_access(io, tls);
   std::unique_ptr<net::CredentialsWatch> watch;  // io thread
   if (tls) io.run_and_wait([&] { watch = std::make_unique<net::CredentialsWatch>(io, tls); });
-  // After the net thread, before those that render and build, which inherit it: heartbeats go out in
-  // time however busy the machine is with what goes first.
+  // The priority is lowered after the net thread has started and before those that render and
+  // build, which inherit it: heartbeats go out in time however busy the machine is with other
+  // programs.
   if (command.nice > 0 && setpriority(PRIO_PROCESS, 0, command.nice) != 0) {
     log_warn("nice", std::string("--nice has no effect: ") + std::strerror(errno));
   }

@@ -16,9 +16,9 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// A line about a master that is not there, at most this often.
+// The log has a line about a master that is not there at most this often.
 constexpr std::chrono::seconds kWaitLogPause{5};
-// For a last word to get out.
+// Time for a last word to get out.
 constexpr milliseconds kLastWordGrace{200};
 
 milliseconds default_heartbeat() { return milliseconds(kHeartbeatMs); }
@@ -53,8 +53,8 @@ void MasterLink::open(State next) {
     parting_scene_.reset();
   }
   state_ = next;
-  // By way of the queue: the factory may call back from inside its call, and destroys nothing of
-  // its own while it is on the stack.
+  // The answer goes by way of the queue: the factory may call back from inside its call, and
+  // nothing of its own may be destroyed while it is on the stack.
   const auto on_connected = [this, alive = std::weak_ptr<int>(alive_), generation = generation_,
                              next](Result<net::ConnectionPtr> link) {
     if (alive.expired()) return;
@@ -97,7 +97,7 @@ void MasterLink::watch(const net::ConnectionPtr& link, bool is_scene) {
   };
   callbacks.on_closed = [this, is_current](Status status) {
     if (!is_current()) return;
-    // The answer to our certificate: refused, at first or because it was revoked meanwhile.
+    // The answer to our certificate is a refusal, at first or because it was revoked meanwhile.
     const bool is_answer = state_ == State::kHello;
     if (is_answer && status.code() == StatusCode::kPermissionDenied) return end_with(status);
     const std::string text = status.is_ok() ? "the master closed the connection" : status.message();
@@ -174,7 +174,7 @@ void MasterLink::on_refused(const wire::Refuse& refuse) {
       log_warn("version-refused", why.message());
       return lose_for(why, milliseconds(kReconnectMaxMs));
     case wire::RefuseCode::kName:
-      // After a break, our own last session may still be closing there; at first it is a name used
+      // After a break, our own last session may still be closing there; at first the name is used
       // twice.
       if (was_welcomed_) return lose(why);
       return end_with(Status::invalid_argument(
@@ -205,7 +205,8 @@ void MasterLink::on_tick() {
   look_again();
 }
 
-// When a link wants to be looked at; in the handshake, often enough to end it on time.
+// Starts the timer for when a link has to be looked at; in the handshake that is often enough to
+// end it on time.
 void MasterLink::look_again() {
   const TimePoint now = Clock::now();
   const bool is_ready = state_ == State::kReady;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two connections of a slave to its master as one thing that is either there or not: connects,
-// shakes hands, keeps both alive, and starts over with growing pauses when either is lost.
+// The two connections of a slave to its master as one thing that is either there or not: it
+// connects, shakes hands, keeps both alive, and starts over with growing pauses when either is
+// lost.
 //
 //   idle -> tile link -> Hello/Welcome -> scene link -> Join/Joined -> ready -> (lost) -> idle
 //
@@ -46,7 +47,7 @@ class MasterLink {
   std::uint64_t tile_queue_bytes() const;  // 0 when not ready
   net::LinkCounters tile_counters() const;
 
-  // Our verdict on the master: told to it, and the session ends. For breaches that are found
+  // Tells the master that it broke the protocol, and ends the session. For breaches that are found
   // outside of on_..._message.
   void break_off(const Status& why);
 

@@ -13,7 +13,7 @@
 
 namespace tessera::slave {
 
-// In bytes. `limit`: in all; `free`: that can be had now, without what others use.
+// limit_bytes: in all; free_bytes: what can be had now, without what others use.
 struct MemoryRoom {
   std::uint64_t limit_bytes = 0;
   std::uint64_t free_bytes = 0;
@@ -23,13 +23,13 @@ struct MemoryRoom {
 struct MemoryTexts {
   std::string meminfo, own_status;
 };
-// `group`: what the control groups allow, nothing for no limit. Returns: nothing when meminfo cannot
-// be read.
+// `group`: what the control groups allow, nothing for no limit. Returns: nothing when meminfo
+// cannot be read.
 std::optional<MemoryRoom> memory_room(const MemoryTexts& texts,
                                       const std::optional<CgroupMemory>& group,
                                       std::uint64_t cap_bytes);
 
-// Of this process. `cap_bytes` 0: no cap.
+// The room of this process. `cap_bytes` 0: no cap.
 std::optional<MemoryRoom> memory_room(std::uint64_t cap_bytes);
 
 }  // namespace tessera::slave

@@ -20,16 +20,16 @@ class PixelCoder {
   // Replaces the pixels by coded ones where that pays and they shrink.
   void code(const wire::FrameBegin& begin, wire::TileResult& result) TESSERA_EXCLUDES(mutex_);
 
-  // The tile connection's counters, now and then while results go out.
+  // Takes the tile connection's counters, now and then while results go out.
   void observe(const net::LinkCounters& counters) TESSERA_EXCLUDES(mutex_);
-  // Another connection from now on.
+  // Forgets the link's rate; another connection is used from now on.
   void forget_link() TESSERA_EXCLUDES(mutex_);
 
  private:
   Mutex mutex_;
   wire::LinkRate link_ TESSERA_GUARDED_BY(mutex_);
   wire::CodecChooser chooser_ TESSERA_GUARDED_BY(mutex_);
-  wire::ByteCoding told_ TESSERA_GUARDED_BY(mutex_) = wire::ByteCoding::kNone;  // in the log
+  wire::ByteCoding told_ TESSERA_GUARDED_BY(mutex_) = wire::ByteCoding::kNone;  // logged last
 };
 
 }  // namespace tessera::slave

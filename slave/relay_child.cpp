@@ -22,7 +22,7 @@ void RelayChild::connect(const wire::RelayFrom& from) {
   const auto on_answer = [this, alive = std::weak_ptr<int>(alive_),
                           generation = generation_](Result<net::ConnectionPtr> connection) {
     if (alive.expired()) return;
-    // By way of the queue: the answer may come from inside the call.
+    // The answer goes by way of the queue, since it may come from inside the call.
     loop_.post([this, alive, generation, connection = std::move(connection)]() mutable {
       if (!alive.expired() && generation == generation_) on_connected(std::move(connection));
     });
@@ -66,7 +66,7 @@ void RelayChild::on_record(net::ReceivedRecord record) {
   if (const auto* refuse = std::get_if<wire::Refuse>(&*message)) {
     return fail(wire::RelayFault::kGone, "it refuses: " + refuse->reason);
   }
-  const auto& chunk = std::get<wire::SceneChunk>(*message);  // nothing else has limits
+  const auto& chunk = std::get<wire::SceneChunk>(*message);  // the limits allow nothing else
   const std::uint64_t generation = generation_;
   const bool is_good = events_.on_chunk(chunk);
   if (generation != generation_ || is_good) return;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Being fed by another slave: connects to the one that the master names, says its token, passes on
-// what is lacking and hands over what comes. Any fault ends it with one word to the owner, who
-// tells the master; it does not try again by itself. When a version is complete the connection
-// stays, for the next one: its keys are agreed and its window is open.
+// The fed side of the relay: it connects to the slave that the master names, says that slave's
+// token, asks for what is lacking and hands over what comes. Any fault ends it with one word to the
+// owner, who tells the master; it does not try again by itself. When a version is complete the
+// connection stays, for the next one: its keys are agreed and its window is open.
 //
 // Threads. The event loop's thread only; callbacks come on it, never from inside a call of ours.
 // Invariants. (1) At most one feeder at a time. (2) After stop() or on_failed nothing comes. (3) A
@@ -33,12 +33,12 @@ class RelayChild {
       : loop_(loop), access_(access), events_(std::move(events)) {}
   ~RelayChild() { stop(); }
 
-  // Instead of the feeder before.
+  // Takes this feeder in the place of the one before.
   void follow(const wire::RelayFrom& from, std::vector<wire::SceneChunkNeed> needs);
   // Requires: is_following(need.version).
   void want(wire::SceneChunkNeed need);
   bool is_following(SceneVersion version) const { return version_ == version && version != 0; }
-  // The version is complete.
+  // Must be called when the version is complete; the connection stays.
   void rest();
   void stop();
 

@@ -12,7 +12,7 @@ namespace tessera::slave {
 namespace {
 
 constexpr std::chrono::milliseconds kFarewell{500};  // to send the last record
-// Needs of blocks that are not here, for each child: those of the largest scene.
+// Most blocks not here yet that a child may wait for: those of the largest scene.
 constexpr std::size_t kNeedsMax = kSceneBlocksMax;
 
 }  // namespace
@@ -70,7 +70,7 @@ void RelayFeeder::on_record(ChildNumber number, net::ReceivedRecord record,
 }
 
 std::string RelayFeeder::on_need(Child& child, const wire::SceneChunkNeed& need) {
-  // Who asks for a version has done with those before.
+  // A child that asks for a version is done with those before.
   child.wanted.erase(child.wanted.begin(), child.wanted.lower_bound({need.version, 0}));
   std::erase_if(child.ready, [&](const Place& p) { return p.version < need.version; });
   if (child.wanted.size() >= kNeedsMax) return "it asks for too much at once";
@@ -111,7 +111,8 @@ void RelayFeeder::pump(Child& child) {
     const Place place = child.ready.front();
     child.ready.pop_front();
     net::SharedBytes bytes;
-    // What was given up meanwhile stays away: the master will see that the child gets no further.
+    // A chunk that was given up meanwhile is not sent: the master will see that the child gets no
+    // further.
     if (receiver_.find(place.version, place.block, place.chunk, bytes) ==
         wire::SceneReceiver::Holding::kHere) {
       send(child, place, std::move(bytes));

@@ -8,8 +8,8 @@
 // Invariants. (1) A child that has not said the token is listened to for nothing else; the listener
 // ends it after kHandshakeMs. (2) Only chunks of versions that our master announced leave, and only
 // checked ones. (3) At most kChildrenMax children, the oldest goes; what is queued for each is
-// bounded by its connection's low mark and a chunk. (4) Callbacks of connections know their child by
-// number and look it up: who is gone is not found.
+// bounded by its connection's low mark and a chunk. (4) Callbacks of connections know their child
+// by number and look it up: who is gone is not found.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ class RelayFeeder {
   // The master plans one child for each; a former one may still be leaving.
   static constexpr std::size_t kChildrenMax = 8;
 
-  // `receiver` outlives us: what we pass on.
+  // `receiver` holds what is passed on, and outlives the feeder.
   RelayFeeder(net::EventLoop& loop, const wire::SceneReceiver& receiver, std::uint64_t token)
       : loop_(loop), receiver_(receiver), token_(token) {}
   ~RelayFeeder() { drop_all(); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The render threads of one slave: take a tile from the queue, render it, encode its pixels
-// straight into the payload that travels, hand it over.
+// The render threads of one slave. Each takes a tile from the queue, renders it, encodes its pixels
+// straight into the payload that travels, and hands it over.
 //
 // Threads. Owned by the node. Everything but stop() from any thread; stop() from the owner's.
 // Invariants. (1) Each job pushed leaves exactly once: rendered, cancelled (on_done with no result)
@@ -32,7 +32,7 @@ class RenderService {
   TileQueue& queue() { return queue_; }
 
   // Takes no more jobs and waits at most `patience` for the tiles being rendered; then calls
-  // `give_up`, which must cancel their frames, and joins. Take the queued jobs out before.
+  // `give_up`, which must cancel their frames, and joins. Requires: the queued jobs were taken out.
   void stop(std::chrono::milliseconds patience, const std::function<void()>& give_up);
 
  private:

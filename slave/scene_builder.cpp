@@ -14,7 +14,7 @@ namespace tessera::slave {
 
 namespace {
 
-// Threads that a build starts inherit it. That it may fail is no harm.
+// Threads that a build starts inherit the priority. It does no harm if this fails.
 void lower_thread_priority() {
   constexpr int kNice = 10;
   const auto self = static_cast<id_t>(gettid());

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The building half of the scene pipeline: one thread that decodes complete scenes and prepares
-// them for tracing, beside the render threads and at lower priority, in the order that build_order.h
-// decides. It keeps the scene that it built last until the next one is built, whether or not a frame
-// still needs it: what both have in common is not built again.
+// them for tracing, beside the render threads and at lower priority, in the order that
+// build_order.h decides. It keeps the scene that it built last until the next one is built, whether
+// or not a frame still needs it: what both have in common is not built again.
 //
-// Threads. push(), retire(), forget_newest(): network thread. on_built runs on the builder thread and must not
-// block. stop(): the owner's thread. Invariants. (1) Each pushed scene gets one on_built, kCancelled
-// included, unless it was retired while it waited or stop() came first. (2) One scene at most is kept
-// alive here.
+// Threads. push(), retire(), forget_newest(): network thread. on_built runs on the builder thread
+// and must not block. stop(): the owner's thread. Invariants. (1) Each pushed scene gets one
+// on_built, kCancelled included, unless it was retired while it waited or stop() came first. (2)
+// One scene at most is kept alive here.
 #pragma once
 
 #include <atomic>
@@ -37,8 +37,7 @@ class SceneBuilder {
  public:
   using OnBuilt = std::function<void(BuildOutcome)>;
 
-  // `threads`: how many a build may use.
-  // options: is_cancelled is the builder's own.
+  // options.threads: how many a build may use. options.is_cancelled is the builder's own.
   SceneBuilder(const core::BuildOptions& options, OnBuilt on_built);
   ~SceneBuilder();  // stop()
 

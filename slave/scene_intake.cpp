@@ -13,7 +13,7 @@
 namespace tessera::slave {
 namespace {
 
-// How often a transfer in work is told of: eight times in the window over which it is judged.
+// Pause between two reports of a transfer in work: an eighth of the window over which it is judged.
 constexpr std::chrono::milliseconds kProgressPause{250};
 
 }  // namespace
@@ -103,7 +103,7 @@ Status SceneIntake::perform(wire::SceneReceiver::Actions actions) {
   return Status::ok();
 }
 
-// What a person waits for is news; an animation brings a scene with each frame.
+// Only a scene that a person waits for is news; an animation brings one with each frame.
 void SceneIntake::log_received(const wire::SceneReceiver::Complete& complete) {
   const double took = seconds(Clock::now() - announced_);
   log_event(took >= 0.5 ? LogLevel::kInfo : LogLevel::kDebug, "scene-received", "a scene is here",

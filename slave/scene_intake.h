@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How scenes come into a slave: the receiver, the slave that may feed it in the master's place, and
-// the slaves that it feeds. Everything of the scene connection but retirement's effect on built
-// scenes.
+// the slaves that it feeds. It does everything of the scene connection except what retirement means
+// for built scenes.
 //
 // What is lacking goes to whoever feeds us at the time: the master, until it names a slave
 // (RelayFrom), and again when it names itself. A feeder that fails is reported, and the next word
@@ -31,7 +31,7 @@ class SceneIntake {
   struct Events {
     std::function<void(wire::Message)> send;  // to the master, on the scene connection
     std::function<Status(wire::SceneReceiver::Complete)> complete;
-    // A breach found outside of on_message().
+    // Called for a breach of protocol that is found outside of on_message().
     std::function<void(Status)> breach;
   };
 
@@ -44,7 +44,7 @@ class SceneIntake {
   // Returns: a status that is not ok for a breach of protocol.
   Status on_message(wire::Message message);
   Status retire(SceneVersion first_kept);
-  // The session is gone.
+  // Must be called when the session is gone.
   void lost();
   void close();
 
@@ -62,9 +62,10 @@ class SceneIntake {
   std::unique_ptr<RelayFeeder> feeder_;  // null: does not relay
   std::unique_ptr<net::Listener> listener_;
   RelayChild child_;
-  // The master has named somebody, who failed; its next word is awaited.
+  // Version whose feeder failed after the master had named it; the master's next word is awaited.
+  // 0: none.
   SceneVersion orphan_of_ = 0;
-  TimePoint announced_{};            // the newest
+  TimePoint announced_{};            // of the newest scene
   std::uint64_t relayed_bytes_ = 0;  // since the last complete scene, from other slaves
   net::Timer progress_;
   bool is_reporting_ = false;

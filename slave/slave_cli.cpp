@@ -132,7 +132,7 @@ void declare(CLI::App& app, Words& words) {
   declare_hooks(app, words.hooks);
 }
 
-// Processors, priority, the page of metrics. Returns: kInvalidArgument, one line.
+// Checks processors, priority and the page of metrics. Returns: kInvalidArgument, one line.
 Status check_machine(const Words& words, SlaveCommand& command) {
   command.nice = words.nice;
   if (!words.cores.empty()) {

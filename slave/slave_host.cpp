@@ -13,11 +13,12 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// Leaving: how long tiles being rendered may take to finish, how long the wire to take the rest.
+// Limits of leaving: how long tiles being rendered may take to finish, and how long the wire to
+// take the rest.
 constexpr milliseconds kFinishTilesMs{2000};
 constexpr milliseconds kFlushMs{2000};
 
-// Render threads and a builder thread.
+// A workshop of render threads and a builder thread.
 class ThreadWorkshop final : public Workshop {
  public:
   ThreadWorkshop(const SlaveOptions& options, RenderService::OnDone on_done,
@@ -99,7 +100,7 @@ void SlaveHost::stop() {
   self.workshop->builder().stop();
   self.workshop->render().stop(
       kFinishTilesMs, [&self] { self.io.run_and_wait([&self] { self.node->give_up_tiles(); }); });
-  // The last results were posted before the threads ended, so they are sent before this looks.
+  // The last results were posted before the threads ended, so they are sent before flush() looks.
   const TimePoint deadline = Clock::now() + kFlushMs;
   bool is_flushed = false;
   while (!is_flushed && Clock::now() < deadline) {

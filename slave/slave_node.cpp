@@ -265,7 +265,7 @@ std::optional<std::uint64_t> SlaveNode::Impl::free_bytes() const {
   return room ? std::optional(room->free_bytes) : std::nullopt;
 }
 
-// What is kept for the sake of speed goes first.
+// Where there is too little room, frees what is kept for the sake of speed.
 std::optional<std::uint64_t> SlaveNode::Impl::room_for(std::uint64_t bytes) {
   const std::optional<std::uint64_t> free = free_bytes();
   if (!free || *free >= bytes) return free;

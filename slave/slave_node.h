@@ -47,12 +47,12 @@ class SlaveNode {
   // (role, name, certificate); called once.
   void start(std::function<void(Status)> on_fatal);
 
-  // From the workshop, for each tile and scene that it took. No result: the tile was given up.
+  // Called by the workshop, for each tile and scene that it took. No result: the tile was given up.
   void on_tile_done(const TileJob& job, std::optional<wire::TileResult> result);
   void on_built(BuildOutcome outcome);
 
-  // Leaving in order: hands back what waits; whoever waits for the tiles in work too long gives
-  // them up; sends the results (returns: whether all are on the wire); says goodbye.
+  // The steps of leaving in order: hand back what waits; give up the tiles in work if they take too
+  // long; send the results (returns: whether all are on the wire); say goodbye.
   void begin_leave();
   void give_up_tiles();
   [[nodiscard]] bool flush();

@@ -10,8 +10,8 @@ bool TileQueue::try_push(TileJob job) {
   {
     MutexLock lock(mutex_);
     if (is_closed_ || jobs_.size() >= capacity_) return false;
-    // Almost always at the end. A tile of an older frame that comes late (its first slave was lost,
-    // or is slow) is what somebody waits for.
+    // The place is almost always the end. A tile of an older frame that comes late (its first slave
+    // was lost, or is slow) is what somebody waits for.
     auto place = jobs_.end();
     while (place != jobs_.begin() && job.frame->begin.frame < std::prev(place)->frame->begin.frame)
       --place;

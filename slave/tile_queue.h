@@ -3,8 +3,8 @@
 // threads lose on it: waiting on an empty queue counts as starved while a frame is open.
 //
 // Threads. TileQueue: any thread. StarvationClock: pure, guarded by the queue's mutex.
-// Invariants. (1) At most `capacity` jobs. (2) First in, first out within a frame; older frames first. (3) After close() nothing
-// enters.
+// Invariants. (1) At most `capacity` jobs. (2) First in, first out within a frame; older frames
+// first. (3) After close() nothing enters.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +30,7 @@ class StarvationClock {
   }
   int waiting() const { return waiting_; }
 
-  // Seconds since the last call.
+  // Returns: the starved seconds since the last call.
   double take(TimePoint now) {
     account(now);
     const double result = seconds(starved_);

@@ -29,7 +29,8 @@ class Workshop {
   // While at least one frame is open, waiting for tiles counts as starved.
   virtual void set_open_frames(std::size_t frames) = 0;
 
-  // The link that results leave by, before each of them; and that it is gone.
+  // observe_link() takes the counters of the link that results leave by, before each of them;
+  // forget_link() tells that the link is gone.
   virtual void observe_link(const net::LinkCounters&) {}
   virtual void forget_link() {}
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of hits, in the order of the rays. Name ends in .csv: a header, then lines
-// `ray,hit,t,prim,u,v,ngx,ngy,ngz` with 9 significant digits, all behind `hit` empty for a miss. Any other
-// name: 32-byte records uint32 hit, float t, uint32 prim, float u, v, ngx, ngy, ngz, little-endian.
+// Files of hits, in the order of the rays. If the name ends in .csv, a file has a header, then
+// lines `ray,hit,t,prim,u,v,ngx,ngy,ngz` with 9 significant digits; all behind `hit` is empty for a
+// miss. With any other name it has 32-byte records: uint32 hit, float t, uint32 prim, float u, v,
+// ngx, ngy, ngz, little-endian.
 //
 // The file appears under its name when it is whole.
 //
@@ -24,7 +25,7 @@ class HitFile {
   static Result<HitFile> create(const std::string& path);
   HitFile(HitFile&& other) = default;
   HitFile& operator=(HitFile&&) = delete;
-  ~HitFile();  // what was not finished is removed
+  ~HitFile();  // removes what was not finished
 
   void write(std::span<const core::CastHit> hits);
   // Returns: kUnavailable when the disk is full, or the like.

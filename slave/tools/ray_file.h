@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of rays. Name ends in .csv: lines `ox,oy,oz,dx,dy,dz,tmin,tmax`, a header line may come first,
-// empty lines are passed over. Any other name: little-endian float32, 8 to a ray. Numbers may be
-// infinite or NaN: what that means is the caster's matter.
+// Files of rays. If the name ends in .csv, a file has lines `ox,oy,oz,dx,dy,dz,tmin,tmax`; a header
+// line may come first, and empty lines are passed over. With any other name it has little-endian
+// float32, 8 to a ray. Numbers may be infinite or NaN; the caster decides what that means.
 //
 // Threads. One.
 #pragma once
@@ -21,8 +21,8 @@ class RayFile {
   // Returns: kNotFound, kInvalidArgument naming the file and what is wrong with it.
   static Result<RayFile> open(const std::string& path);
 
-  // The next rays, at most count_max; empty at the end. Returns: kInvalidArgument naming file and
-  // line.
+  // Reads the next rays, at most count_max; empty at the end. Returns: kInvalidArgument naming file
+  // and line.
   Result<std::vector<core::CastRay>> read(std::size_t count_max);
 
  private:

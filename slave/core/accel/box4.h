@@ -37,7 +37,7 @@ struct Box4 {
     upper.v = _mm_max_ps(upper.v, high.v);
   }
   void grow(const Box4& box) { grow(box.lower, box.upper); }
-  // Half the surface; 0 of an empty box.
+  // Returns: half the surface area; 0 for an empty box.
   float half_area() const {
     const Float4 extent{_mm_max_ps(_mm_sub_ps(upper.v, lower.v), _mm_setzero_ps())};
     return extent[0] * extent[1] + extent[1] * extent[2] + extent[2] * extent[0];

@@ -6,8 +6,8 @@
 // Invariants, checked by validate():
 //   (1) Every node but the root has one parent, in front of it; none is deeper than kBvhDepthMax.
 //   (2) A child's box holds the boxes of all that lies below it.
-//   (3) Every primitive with a box that is not empty stands in exactly one block; they ascend
-//       within a leaf.
+//   (3) Every primitive with a box that is not empty stands in exactly one block; primitives
+//       ascend by number within a leaf.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,8 @@ struct Bvh {
   std::vector<BvhNode<W>> nodes;  // root first; empty without primitives
 
   std::uint64_t memory_bytes() const { return nodes.capacity() * sizeof(BvhNode<W>); }
-  // Walks everything. Requires: it was built of this set. Returns: kInternal naming what is broken.
+  // Walks the whole hierarchy. Requires: it was built from this set. Returns: kInternal naming what
+  // is broken.
   Status validate(const PrimitiveSet& set) const;
 };
 

@@ -14,13 +14,14 @@
 namespace tessera::core {
 namespace {
 
-// The top is built node by node in rounds, each node a task; from a share of all references down, a
-// task builds its whole subtree: enough of them to keep 16 threads busy. What is smaller than the
-// least task is built by its parent.
+// The top of the tree is built node by node in rounds, each node a task. A range of at most a
+// kTaskShare-th of all references, or of kTaskRefsMin, is built whole by one task; that makes
+// enough tasks to keep 16 threads busy. A range of fewer than kTaskRefsLeast references is built by
+// the task of its parent.
 constexpr std::uint32_t kTaskShare = 64;
 constexpr std::uint32_t kTaskRefsMin = 4096, kTaskRefsLeast = 512;
-// From here on ranges are halved, whatever their boxes: 2^30 primitives are leaves of 16 blocks of 8
-// after 23 more steps, and 32 + 23 is less than kBvhDepthMax.
+// From this depth on ranges are halved, whatever their boxes. 23 more steps cut 2^30 primitives
+// into leaves of 16 blocks of 8, and 32 + 23 is less than kBvhDepthMax.
 constexpr int kHalvingDepth = 32;
 
 template <int W>
@@ -87,8 +88,8 @@ class Builder {
     build_node(task.child, task.depth, bins, task.result, is_whole ? nullptr : &task.spawned);
   }
 
-  // Fills a node with up to W children of `root`; recursion is bounded by kBvhDepthMax. `tasks`:
-  // where large subtrees go instead of being built here, or null.
+  // Fills a node with up to W children of `root`; recursion is bounded by kBvhDepthMax. `tasks`
+  // takes large subtrees that are not built here; null: all are built here.
   std::uint32_t build_node(const Child& root, int depth, SahBins& bins, Fragment<W>& out,
                            std::vector<Task>* tasks) const {
     const auto index = static_cast<std::uint32_t>(out.nodes.size());
@@ -160,12 +161,12 @@ class Builder {
   const BuildControl& control_;
   const BvhBuildConfig& config_;
   const std::uint32_t alone_from_;
-  const std::uint32_t block_size_;  // 1 where some take a leaf each
+  const std::uint32_t block_size_;  // 1 where some primitives take a leaf each
   std::uint32_t task_refs_;
 };
 
-// Appends a task's result and ties it to the slot that its parent kept for it. Returns: where its
-// first node stands.
+// Appends a task's result and ties it to the slot that its parent kept for it. Returns: the number
+// of its first node.
 template <int W>
 std::uint32_t append(const typename Builder<W>::Task& task, std::uint32_t parent_base, Bvh<W>& top,
                      LeafWriter& leaves) {
@@ -181,7 +182,7 @@ std::uint32_t append(const typename Builder<W>::Task& task, std::uint32_t parent
   return node_base;
 }
 
-// All tasks, parents in front of those that they have spawned.
+// Runs all tasks. Returns: them, parents in front of the tasks that they have spawned.
 template <int W>
 std::vector<typename Builder<W>::Task> run_rounds(const Builder<W>& builder, const RefRange& all,
                                                   int thread_count) {

@@ -3,7 +3,7 @@
 //
 // Method. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007: centroids
 // are sorted into bins on all axes at once; a node splits its largest child until it is full.
-// Leaves cost by the block: W primitives are tested in the time of one.
+// The cost of a leaf is counted by the block, since W primitives are tested in the time of one.
 //
 // Threads. The calling thread and up to thread_count - 1 more; the result does not depend on their
 // number, for the top is cut into tasks by counts alone.

@@ -2,8 +2,9 @@
 // Memory layout of the wide bounding volume hierarchy, shared by the builder (scalar) and the
 // kernels (SIMD). Fixed-size types only and no functions (see kd_layout.h).
 //
-// A node holds the boxes of W children side by side, what a register of W lanes tests at once, at
-// the alignment of that register; a leaf is a run of blocks of primitives. After Wald, Benthin, Boulos, "Getting rid of packets", 2008.
+// A node holds the boxes of W children side by side, so that one register of W lanes tests them at
+// once, and has the alignment of that register. A leaf is a run of blocks of primitives. After
+// Wald, Benthin, Boulos, "Getting rid of packets", 2008.
 #pragma once
 
 #include <stdint.h>
@@ -21,7 +22,7 @@ inline constexpr uint32_t kBvhNoChild = 0xffffffffu;  // its box is empty: lower
 // Deepest node (the root has depth 0). A step down pushes at most W - 1 children.
 inline constexpr int kBvhDepthMax = 60;
 
-// Kernels load registers of W lanes whole, as aligned ones.
+// Kernels load whole registers of W lanes with aligned loads.
 template <int W>
 struct alignas(W * sizeof(float)) BvhNode {
   float lower[3][W];

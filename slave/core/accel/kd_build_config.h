@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a kd-tree is built by: costs of the surface area heuristic and bounds.
+// Parameters of a kd-tree build: costs of the surface area heuristic, and bounds.
 //
 // Threads. Values.
 #pragma once
@@ -19,12 +19,13 @@ struct KdBuildConfig {
   std::uint32_t block_size = 8;   // primitives of a leaf are tested in blocks of this many
   float empty_bonus = 0.2f;       // share of cost forgiven to a split that cuts empty space off
   std::uint32_t refs_per_primitive_max = 8;  // on average; bounds the memory of leaves
-  // In voxels of at most so many primitives planes are tried at every face of a box; above at the
-  // borders of bins, and at every face in the two bins beside the best border.
+  // In voxels of at most this many primitives, planes are tried at every face of a box; in larger
+  // ones at the borders of bins, and at every face in the two bins beside the best border.
   std::size_t sweep_max = 32;
   int bin_count = 32;  // at most kKdBinsMax
-  // The latter takes time, and pays in large voxels above all: only from so many primitives on, and
-  // where those faces are at most this share of all.
+  // Trying the faces beside the best border takes time and pays mostly in large voxels. It is done
+  // only for at least `refine_min` primitives, and only where those faces are at most
+  // `refine_share` of all faces.
   std::size_t refine_min = 8192;
   float refine_share = 0.15f;
   const PrimitiveClipper* clipper = nullptr;  // null: boxes are enough

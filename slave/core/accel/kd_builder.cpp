@@ -15,8 +15,8 @@
 namespace tessera::core {
 namespace {
 
-// From this size down or from this depth on a task builds its whole subtree: enough tasks to keep
-// 16 threads busy.
+// A voxel of at most this many primitives, or at this depth, is built whole by one task. That makes
+// enough tasks to keep 16 threads busy.
 constexpr std::size_t kTaskRefsMax = 8192;
 constexpr int kTaskDepth = 7;
 
@@ -27,7 +27,7 @@ void set_axis(Vec3f& v, int axis, float value) {
 struct Voxel {
   Bounds3f bounds;
   std::vector<std::uint32_t> refs;
-  std::vector<Bounds3f> parts;  // of the primitives, where there is a clipper; else empty
+  std::vector<Bounds3f> parts;  // boxes of the primitives' parts; empty without a clipper
   std::uint64_t budget = 0;  // entries that the leaves below may have in all; at least refs.size()
   int depth = 0;
 };
@@ -64,7 +64,7 @@ void make_leaf(const Voxel& voxel, std::size_t slot, Fragment& out) {
   out.refs.insert(out.refs.end(), voxel.refs.begin(), voxel.refs.end());
 }
 
-// A primitive that is in both halves of a split, as far as it is in this one.
+// Adds to one half of a split the part that lies in it of a primitive that is in both halves.
 void add_part(const Shared& shared, std::uint32_t primitive, const Bounds3f& box, Voxel& voxel) {
   const Bounds3f part = shared.config.clipper->clip(primitive, voxel.bounds);
   const Bounds3f cut{max(part.lower, box.lower), min(part.upper, box.upper)};
@@ -73,7 +73,8 @@ void add_part(const Shared& shared, std::uint32_t primitive, const Bounds3f& box
   voxel.parts.push_back(cut);
 }
 
-// Hands the primitives of a voxel down; boxes: of these, or of their parts.
+// Hands the primitives of a voxel down to its halves. boxes: those of the primitives, or of their
+// parts. Returns: false, with the children untouched, where the voxel should be a leaf.
 template <class Boxes>
 bool split_by(const Shared& shared, const Boxes& boxes, const Voxel& voxel, SahScratch& scratch,
               SahSplit& split, Voxel (&child)[2]) {
@@ -148,11 +149,12 @@ void build_subtree(const Shared& shared, Voxel voxel, std::size_t slot, SahScrat
   build_subtree(shared, std::move(child[1]), first + 1, scratch, out);
 }
 
-// A part of the tree: split once, so that its halves are parts of their own, or built whole.
+// A part of the tree. Either it is split once and its halves are tasks of their own, or it is built
+// whole.
 struct Task {
   Voxel voxel;
   SahSplit split;
-  std::size_t child = 0;  // the lower half; the upper is the next task. 0: built whole, or a leaf
+  std::size_t child = 0;  // task of the lower half; the upper's is next. 0: built whole, or a leaf
   Fragment result;
 };
 

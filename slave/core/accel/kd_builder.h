@@ -4,8 +4,8 @@
 // Method. MacDonald and Booth, "Heuristics for ray tracing using space subdivision", 1990, with the
 // empty-space bonus of Wald and Havran, "On building fast kd-trees for ray tracing, and on doing
 // that in O(N log N)", 2006, and, where there is a clipper, their perfect splits: the box of a
-// primitive that is in both halves of a voxel is cut anew for each. Many primitives: planes are
-// tried at the borders of bins; few: at every face of a box.
+// primitive that is in both halves of a voxel is cut anew for each. Planes are tried at the borders
+// of bins in voxels of many primitives, and at every face of a box in voxels of few.
 //
 // Threads. The calling thread and up to thread_count - 1 more. The tree does not depend on their
 // number: the top of the tree is split into subtrees by counts alone, and each subtree is built by
@@ -23,7 +23,8 @@
 
 namespace tessera::core {
 
-// The fast build has the defaults; the quality build takes a good two times as long.
+// Returns: the configuration of the quality build, which takes a good two times as long as the fast
+// build. The fast build uses the defaults of KdBuildConfig.
 KdBuildConfig quality_build(const PrimitiveClipper& clipper);
 
 // Shape: boxes [primitive_count]; an empty box keeps its number and stays out. Boxes are finite.

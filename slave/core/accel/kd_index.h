@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A kd-tree whose leaves name blocks of primitives: what the kernels go through.
+// A kd-tree whose leaves name blocks of primitives; the kernels traverse it.
 //
 // Threads. Built once, then never changed.
 #pragma once
@@ -23,8 +23,8 @@ struct KdIndex {
   std::uint64_t memory_bytes() const { return nodes.capacity() * sizeof(KdNode); }
 };
 
-// config.block_size is that of the set's leaves. Returns: kCancelled; kResourceExhausted when indices
-// or memory run out.
+// config.block_size: primitives in a block of the set's leaves. Returns: kCancelled;
+// kResourceExhausted when indices or memory run out.
 Result<KdIndex> build_kd_index(const PrimitiveSet& set, const BuildControl& control,
                                const KdBuildConfig& config = {});
 

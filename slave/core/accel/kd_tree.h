@@ -31,7 +31,7 @@ namespace tessera::core {
 
 class KdTree {
  public:
-  // One empty leaf, empty bounds.
+  // A tree of one empty leaf with empty bounds.
   KdTree() : nodes_(1, KdNode{kKdLeafTag, {.count = 0}}) {}
   // Takes the arrays over. Requires: nodes not empty.
   KdTree(const Bounds3f& bounds, std::vector<KdNode> nodes,
@@ -45,12 +45,13 @@ class KdTree {
   }
 
   // Walks the whole tree; for tests, quadratic in the worst case. Shape: boxes [primitive_count],
-  // empty boxes for primitives that stay out. is_clipped: of a tree built with a clipper, where a
-  // box that overlaps a voxel need not be listed. Returns: kInternal naming the first broken
-  // invariant and the node.
+  // empty boxes for primitives that stay out. is_clipped: whether the tree was built with a
+  // clipper, so that a box that overlaps a voxel need not be listed. Returns: kInternal naming the
+  // first broken invariant and the node.
   Status validate(std::span<const Bounds3f> boxes, bool is_clipped = false) const;
 
-  // Steps and tests of a random line through the tree, weighed, by the surface area heuristic.
+  // Expected cost of a random line through the tree by the surface area heuristic: its steps and
+  // its tests of primitives, weighted by the two costs.
   double sah_cost(double cost_traverse, double cost_intersect) const;
 
  private:

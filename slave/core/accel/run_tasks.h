@@ -39,7 +39,7 @@ void run_tasks(int task_count, int thread_count, const Task& task) {
       try {
         threads.emplace_back(work);
       } catch (const std::system_error&) {
-        break;  // no more threads to be had: the others do the work
+        break;  // the system has no more threads: those that run do the work
       }
     }
     work();

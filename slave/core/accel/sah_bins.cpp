@@ -8,8 +8,8 @@
 namespace tessera::core {
 namespace {
 
-// Doubled centroids to bins, on all axes at once. The same numbers decide in cut() and in
-// is_left().
+// Maps doubled centroids to bins, on all axes at once. cut() and split() decide by the same
+// numbers.
 struct BinMap {
   Float4 origin, scale;
   int count;
@@ -20,7 +20,7 @@ struct BinMap {
     alignas(16) float lanes[4] = {};
     for (int a = 0; a < 3; ++a) {
       const float extent = range.centroids.upper[a] - range.centroids.lower[a];
-      // Just below `count`, so that the last centroid falls into the last bin.
+      // The scale is just below `count`, so that the last centroid falls into the last bin.
       const float per_unit = static_cast<float>(count) * 0.9999f / extent;
       lanes[a] = extent > 0 && std::isfinite(per_unit) ? per_unit : 0;
     }

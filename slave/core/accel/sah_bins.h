@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Primitives sorted into bins by their centroid, and the cheapest border between two bins. For the
-// builder of the bounding volume hierarchy.
+// Primitives sorted into bins by their centroid, and the cheapest border between two bins. The
+// builder of the bounding volume hierarchy uses them.
 //
-// Threads. One at a time per object.
+// Threads. One thread at a time per object.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace tessera::core {
 
-// What the builder moves around: a box, and whose it is.
+// The box and the number of a primitive, which the builder moves around.
 struct alignas(32) PrimitiveRef {
   float lower[3];
   std::uint32_t primitive;
@@ -35,7 +35,7 @@ struct RefRange {
 };
 
 struct SahCut {
-  int axis = -1;   // -1: all centroids fall together
+  int axis = -1;   // -1: all centroids coincide
   int bin = 0;     // references of this bin and those before go left
   float cost = 0;  // blocks below, weighed by area
 };
@@ -44,7 +44,7 @@ class SahBins {
  public:
   static constexpr int kBinsMax = 32;
 
-  // Chooses the cut of `range`; leaves count by blocks of `block_size`.
+  // Chooses the cheapest cut of `range`; the cost of leaves is counted in blocks of `block_size`.
   SahCut cut(std::span<const PrimitiveRef> refs, const RefRange& range, std::uint32_t block_size);
 
   // Orders the references of `range` by the cut, or halves them where there is none. Returns: left

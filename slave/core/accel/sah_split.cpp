@@ -30,7 +30,7 @@ struct Judge {
   }
 };
 
-// Weighs every face of a box from `from` to `to`, if there are no more than that.
+// Weighs every face of a box from `from` to `to`, if there are at most `faces_max` of them.
 template <class Boxes>
 void sweep_axis(const Boxes& boxes, int axis, float from, float to, std::size_t faces_max,
                 SahScratch& s, Judge& judge) {
@@ -38,7 +38,8 @@ void sweep_axis(const Boxes& boxes, int axis, float from, float to, std::size_t 
   s.uppers.clear();
   s.flats.clear();
   const std::size_t n = boxes.size();
-  // Below the plane; a box that begins or ends in it has not begun, but ended.
+  // Numbers of boxes that have begun and ended below the plane. A box that begins in the plane has
+  // not begun; one that ends in it has ended.
   std::size_t begun = 0, ended = 0;
   const auto is_here = [&](float face) { return face >= from && face <= to; };
   for (std::size_t i = 0; i < n; ++i) {
@@ -98,7 +99,8 @@ void bin_axis(const Boxes& boxes, int axis, float lower, float upper, Judge& jud
 
 }  // namespace
 
-// Planes beside a bin's border cost less than the border by this factor at most, nearly always.
+// Planes in the bins beside a border cost less than the border by this factor at most, nearly
+// always.
 constexpr float kRefinable = 1.05f;
 
 template <class Boxes>
@@ -107,7 +109,7 @@ SahSplit choose_split(const Boxes& boxes, const Bounds3f& voxel, const KdBuildCo
   const Vec3f e = voxel.extent();
   const double half_area = double{e.x} * e.y + double{e.y} * e.z + double{e.z} * e.x;
   const float leaf_cost = config.cost_intersect * static_cast<float>(boxes.size());
-  // A voxel of no area (all geometry on a line or point) is a leaf; so is an overflow.
+  // A voxel of no area (all geometry on a line or point) is a leaf; so is one whose area overflows.
   if (boxes.size() == 0 || !(half_area > 0) || !(1 / half_area > 0)) return {-1, 0, leaf_cost};
   Judge judge{voxel, config, 1 / half_area, {-1, 0, leaf_cost}};
   if (boxes.size() <= config.sweep_max) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chooses the split plane of one voxel by the surface area heuristic. Pure; scratch memory is the
-// caller's.
+// Chooses the split plane of one voxel by the surface area heuristic. Pure functions; scratch
+// memory is the caller's.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct WholeBoxes {
   std::size_t size() const { return primitives.size(); }
   const Bounds3f& operator[](std::size_t i) const { return all[primitives[i]]; }
 };
-// The boxes of their parts in the voxel.
+// The boxes of the parts of primitives that lie in the voxel.
 using PartBoxes = std::span<const Bounds3f>;
 
 struct SahSplit {
@@ -35,8 +35,8 @@ struct SahSplit {
   float cost = 0;
 };
 
-// The part of a primitive on one axis of a voxel decides its side. A flat box in the plane goes
-// below.
+// Whether a primitive goes to the lower or to the upper side of a plane, by the extent of its part
+// on the plane's axis. A flat box in the plane goes below.
 inline bool goes_below(float lower, float plane, float upper) {
   return lower < plane || (lower == plane && upper == plane);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names of the structures that rays may go through.
+// The acceleration structures that rays may go through, and their names.
 //
 // Threads. Plain values.
 #pragma once
@@ -12,14 +12,14 @@
 
 namespace tessera::core {
 
-// What rays go through; answers do not depend on it, only time does. kAuto: what is fastest for
-// most rays, as measured (README.md). kKd: built in the time of the hierarchy; kKdQuality: in a
-// good two times of it.
+// The acceleration structure that rays traverse; answers do not depend on it, only time does.
+// kAuto: the fastest one for most rays, as measured (README.md). kKd: a kd-tree that is built in
+// the time of the hierarchy; kKdQuality: one that takes a good two times as long to build.
 enum class Structure : std::uint8_t { kAuto, kBvh, kKd, kKdQuality };
 
-// As users write them. Shape: [4], as in Structure.
+// The names as users write them. Shape: [4], in the order of Structure.
 const std::vector<std::string>& structure_names();
-// Returns: kInvalidArgument, naming what there is.
+// Returns: kInvalidArgument for an unknown name, naming those that there are.
 Result<Structure> parse_structure(const std::string& name);
 
 }  // namespace tessera::core

@@ -7,11 +7,12 @@
 
 namespace tessera::core {
 
-// See slave/core/bsdf/albedo_table.h. Pairs of scale and bias.
+// View of an AlbedoTable or a SheenTable (slave/core/bsdf/albedo_table.h, sheen_table.h): pairs of
+// scale and bias.
 struct AlbedoView {
   const float* nodes;  // [roughness][root of cosine][2]
   const float* means;  // [roughness][2]
-  int32_t node_count;  // of either axis
+  int32_t node_count;  // along either axis
 };
 
 }  // namespace tessera::core

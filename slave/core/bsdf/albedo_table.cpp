@@ -26,8 +26,8 @@ SpecularAlbedo integrate(float cosine, float alpha) {
   return {static_cast<float>((whole - bias) / kPoints), static_cast<float>(bias / kPoints)};
 }
 
-// 2 times the integral of a function times the cosine, the function linear in t, the root of the
-// cosine, between nodes: the integral of 4 t^3 (a + b t).
+// Twice the integral over the cosine of a function times the cosine. The function is linear between
+// nodes in t, the root of the cosine, so this is the integral of 4 t^3 (a + b t).
 template <class Get>
 float mean_of(Get get) {
   double sum = 0;

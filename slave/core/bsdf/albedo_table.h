@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much light a single bounce on GGX microfacets keeps, by angle and roughness; what is missing
-// has met further facets, and the glossy BSDF puts it back (slave/core/bsdf/glossy-inl.h).
+// How much light a single bounce on GGX microfacets reflects, by angle and roughness. The rest
+// meets further facets, and the glossy BSDF puts it back (slave/core/bsdf/glossy-inl.h).
 //
-// Computed at the first use in double from a fixed point set, with square roots only: the same bits
-// on every machine. 32 x 32 nodes; linear in roughness and in the root of the cosine, so that nodes
-// are dense at grazing angles. bsdf_test.cpp holds it against finer integration.
+// The table is computed at the first use, summed in double over a fixed point set, with square
+// roots only, so its bits are the same on every machine. It has 32 x 32 nodes and is linear in
+// roughness and in the root of the cosine, so that nodes are dense at grazing angles. bsdf_test.cpp
+// holds it against finer integration.
 //
 // Threads. Filled once by whoever asks first (a static), then read by any thread.
 #pragma once
@@ -15,15 +16,16 @@
 
 namespace tessera::core {
 
-// The reflectance of Schlick's Fresnel term with f0 at normal incidence is f0 * scale + bias (Karis,
-// "Real shading in Unreal Engine 4", 2013).
+// The reflectance of Schlick's Fresnel term with f0 at normal incidence is f0 * scale + bias
+// (Karis, "Real shading in Unreal Engine 4", 2013).
 struct SpecularAlbedo {
   float scale = 0, bias = 0;
 };
 
 static_assert(sizeof(SpecularAlbedo) == 2 * sizeof(float));
 
-// One lookup, as the kernels do it (slave/core/bsdf/microfacet-inl.h); cosine and roughness in [0, 1].
+// One lookup, computed as the kernels do (slave/core/bsdf/microfacet-inl.h); cosine and roughness
+// in [0, 1].
 SpecularAlbedo albedo_at(const AlbedoView& table, float cosine, float roughness);
 
 class AlbedoTable {
@@ -32,7 +34,7 @@ class AlbedoTable {
 
   static const AlbedoTable& shared();
 
-  // For lookups (slave/core/bsdf/microfacet-inl.h).
+  // A view for lookups (slave/core/bsdf/microfacet-inl.h).
   AlbedoView view() const { return {&nodes_[0][0].scale, &means_[0].scale, kNodes}; }
 
  private:

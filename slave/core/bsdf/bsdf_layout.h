@@ -13,19 +13,19 @@ inline constexpr int kBsdfPoints = 64;
 
 // Shape of all: [kBsdfPoints].
 struct alignas(64) BsdfPoints {
-  // Told.
+  // Inputs.
   float normal[3][kBsdfPoints];  // shading normal, unit
-  float square[2][kBsdfPoints];  // of a sample, in [0, 1)
-  // Told of those that scatter in lobes; see Surface.
+  float square[2][kBsdfPoints];  // for sampling: random points in [0, 1)
+  // Inputs of BSDFs that scatter in lobes; see Surface.
   float to_viewer[3][kBsdfPoints];
   float albedo[3][kBsdfPoints], specular[3][kBsdfPoints];
   float roughness[kBsdfPoints], metalness[kBsdfPoints];
 
-  // Told, or made by sampling: to the light, unit.
+  // Direction to the light, unit: an input of evaluation, an output of sampling.
   float direction[3][kBsdfPoints];
-  // Made: of a direction told, the BSDF times pi; of one sampled, BSDF times cosine over pdf.
+  // Output: of evaluation, the BSDF times pi; of sampling, BSDF times cosine over pdf.
   float value[3][kBsdfPoints];
-  float pdf[kBsdfPoints];  // of the direction, by solid angle
+  float pdf[kBsdfPoints];  // output: of the direction, by solid angle
 
   int32_t count;
 };

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of BSDFs that scatter in lobes, a surface to a lane: what is called for the surfaces of a kind. A new
-// one is its text, included here, a row of bsdf_table(), and a row of common/scene/bsdf_kinds.inc.
+// The table of the BSDFs' kernels by kind; a kernel takes one surface per lane. To add a BSDF that
+// scatters in lobes, include its text here, and add a row to bsdf_table() and one to
+// common/scene/bsdf_kinds.inc.
 //
-// The text of a BSDF is a class, made of the points `at` and on:
+// The text of a BSDF is a class that is made of the points from `at` on:
 //   Lobes(const LobeTables&, const BsdfPoints&, const LobePoints*, size_t at)
 //   evaluate(to_light)   its value times pi, and the pdf with which sample() takes that direction
-//   sample(x, y)         a direction, BSDF times cosine over pdf, and the pdf, by a point of the square
-// See bsdf_layout.h for the points, and glossy-inl.h for the first of them.
+//   sample(x, y)         a direction, BSDF times cosine over pdf, and the pdf, from a point of the
+//                        unit square
+// See bsdf_layout.h for the points, and glossy-inl.h for the first such class.
 //
 // Threads. Pure functions.
 #include "common/scene/bsdf_kind_layout.h"
@@ -29,7 +31,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// To points.value and points.pdf.
+// Writes points.value and points.pdf.
 template <class Lobes>
 void evaluate_lobes(const LobeTables& tables, const LobePoints* lobes, BsdfPoints& p) {
   for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
@@ -40,7 +42,7 @@ void evaluate_lobes(const LobeTables& tables, const LobePoints* lobes, BsdfPoint
   }
 }
 
-// To points.direction, value and pdf.
+// Writes points.direction, value and pdf.
 template <class Lobes>
 void sample_lobes(const LobeTables& tables, const LobePoints* lobes, BsdfPoints& p) {
   for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
@@ -53,7 +55,7 @@ void sample_lobes(const LobeTables& tables, const LobePoints* lobes, BsdfPoints&
   }
 }
 
-// To points.direction and pdf: the value of diffuse surfaces is their albedo.
+// Writes points.direction and pdf; the value of diffuse surfaces is their albedo.
 inline void sample_diffuse(const LobeTables&, const LobePoints*, BsdfPoints& p) {
   for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
     const auto at = static_cast<size_t>(i);
@@ -70,7 +72,7 @@ struct BsdfRow {
   BsdfKernel kernel;
 };
 
-// By what stands for a kind of lobes.
+// The kernels of a BSDF whose class is Lobes.
 template <class Lobes>
 constexpr BsdfKernel kernel_of() {
   return {sample_lobes<Lobes>, evaluate_lobes<Lobes>};

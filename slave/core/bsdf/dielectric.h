@@ -18,7 +18,8 @@ struct Refraction {
   float ior = 1;          // as given
 };
 
-// `cosine`: of the viewer and the normal. `ior`: of the far side, relative to the viewer's, > 0.
+// cosine: of the angle between viewer and normal. ior: of the far side, relative to the viewer's;
+// positive.
 inline Refraction refraction(float cosine, float ior) {
   const float near = std::clamp(cosine, 0.0f, 1.0f);
   const float sine2 = (1 - near * near) / (ior * ior);
@@ -29,7 +30,8 @@ inline Refraction refraction(float cosine, float ior) {
   return {std::min(1.0f, (parallel * parallel + crossed * crossed) / 2), far, ior};
 }
 
-// Requires: r is of this viewer and normal, and no total reflection.
+// Returns: the direction of the refracted ray, unit. Requires: r was computed for this viewer and
+// normal, and is no total reflection.
 inline Vec3f refracted(Vec3f to_viewer, Vec3f normal, const Refraction& r) {
   const float cosine = dot(normal, to_viewer);
   return normalize(normal * (cosine / r.ior - r.cosine) - to_viewer * (1 / r.ior));

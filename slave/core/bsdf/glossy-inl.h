@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The glossy BSDF, a surface to a lane: a rough dielectric or metal, seen from one direction, glTF 2.0's
-// metallic-roughness (appendix B) with all energy kept. Three parts:
+// The glossy BSDF, one surface per lane, seen from one direction: a rough dielectric or metal after
+// glTF 2.0's metallic-roughness (appendix B), with all energy kept. It has three parts:
 //   - GGX facets that reflect once (Walter et al., "Microfacet models for refraction through rough
 //     surfaces", 2007) with height-correlated Smith shadowing (Heitz, "Understanding the
 //     masking-shadowing function", JCGT 3(2), 2014) and Schlick's Fresnel term;
-//   - light that they reflect more than once: what the first part misses of a white surface, spread
+//   - multiple scattering between the facets: what the first part misses of a white surface, spread
 //     so that the sum is reciprocal (Kulla and Conty, "Revisiting physically based shading at
 //     Imageworks", 2017), coloured by the Fresnel terms that it meets (Fdez-Aguera, "A
 //     multiple-scattering microfacet model for real-time image based lighting", JCGT 8(1), 2019);
-//   - a diffuse base of what both leave, in and out, in the same form.
-// Between dielectric and metal it is so much of the one and so much of the other. A white metal and a
-// white dielectric reflect everything, whatever angle and roughness, but for the table's error
+//   - a diffuse base, which gets what both leave on the way in and out, in the same form.
+// A metalness between 0 and 1 mixes dielectric and metal linearly. A white metal and a white
+// dielectric reflect everything, whatever angle and roughness, but for the table's error
 // (albedo_table.h; bsdf_test.cpp: below 1 %).
 //
 // Threads. Pure functions.
@@ -29,8 +29,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// Facets that look alike from all sides. What is asked of them is asked of others, too, that a surface of
-// more lobes may have (layered-inl.h).
+// Isotropic facets. StretchedFacets (layered-inl.h) has the same interface.
 class EvenFacets {
   using V = Floats;
   using V3 = Vec3<V>;
@@ -42,11 +41,13 @@ class EvenFacets {
   HWY_INLINE V distribution(V3 half) const { return ggx_distribution(half, alpha_); }
   HWY_INLINE V root(V3 w) const { return smith_root(w.z, alpha_); }
   HWY_INLINE V3 visible(V3 viewer, V x, V y) const { return visible_normal(viewer, alpha_, x, y); }
-  // Of facets that look alike from all sides and hide as much of this direction, or of all.
+  // Roughness of isotropic facets that shadow this direction as much as these facets do; without a
+  // direction, the mean over all.
   HWY_INLINE V roughness(V3) const { return roughness_; }
   HWY_INLINE V roughness() const { return roughness_; }
 
-  // Reflectance at grazing incidence, of all and of what is no metal, and products with it.
+  // Reflectance at grazing incidence of the whole surface and of its dielectric part, and products
+  // with each.
   HWY_INLINE V at_grazing() const { return set<V>(1); }
   HWY_INLINE V dielectric_at_grazing() const { return set<V>(1); }
   HWY_INLINE V times_at_grazing(V x) const { return x; }
@@ -72,7 +73,7 @@ class GlossyLobes {
     V pdf;
   };
 
-  // Surfaces `at` and on, in a frame about their normals.
+  // Takes the surfaces from `at` on, in a frame about their normals.
   HWY_INLINE GlossyLobes(const AlbedoView& view, const BsdfPoints& p, size_t at,
                          const Facets& facets_of, const Basis<V>& basis)
       : table_(view),
@@ -99,7 +100,7 @@ class GlossyLobes {
     facets_share_ = select(whole_ > 0, facets / whole_, set<V>(1));
   }
 
-  // About what part of an even light comes to the viewer.
+  // Returns: about the share of an even light from all sides that is reflected to the viewer.
   HWY_INLINE V whole() const { return whole_; }
   // The direction to the viewer in the frame.
   HWY_INLINE V3 viewer() const { return viewer_; }
@@ -117,7 +118,7 @@ class GlossyLobes {
             zero_unless(is_there, value.pdf)};
   }
 
-  // A direction to the light, in the frame of the shading normal.
+  // Samples a direction to the light, in the frame of the shading normal.
   HWY_INLINE V3 sample_local(V x, V y) const {
     constexpr float kBelowOne = 1 - kRoundoff;
     const auto is_facet = x < facets_share_;
@@ -157,22 +158,24 @@ class GlossyLobes {
  private:
   struct Reflecting {
     V3 f0;              // at normal incidence
-    V3 several_albedo;  // of light that stays among the facets for a while
+    V3 several_albedo;  // of multiply scattered light
   };
 
   static constexpr float kSmall = 16 * kRoundoff / (1 - 16 * kRoundoff);  // gamma(16)
 
   static HWY_INLINE V3 grey(V x) { return {x, x, x}; }
   static HWY_INLINE V mean(V3 c) { return (c.x + c.y + c.z) * (1 / 3.0f); }
-  // a / b by channel, 0 where b is none to speak of: the facets take all, and a is none either.
+  // a / b by channel; 0 where b is negligible: there the facets reflect all, and a is negligible,
+  // too.
   static HWY_INLINE V3 ratio(V3 a, V3 b) {
     return {zero_unless(b.x > kSmall, a.x / b.x), zero_unless(b.y > kSmall, a.y / b.y),
             zero_unless(b.z > kSmall, a.z / b.z)};
   }
   static HWY_INLINE V missing(AlbedoTerms<V> a) { return max(set<V>(0), 1 - (a.scale + a.bias)); }
 
-  // Of light that a first bounce keeps among the facets, what comes out in the end. The mean of
-  // Schlick's term over all directions is f0 + (1 - f0) / 21, and light meets it again and again.
+  // The share of light, kept among the facets by a first bounce, that comes out in the end. The
+  // mean of Schlick's term over all directions is f0 + (1 - f0) / 21; each further bounce
+  // multiplies by it.
   static HWY_INLINE V3 several_albedo(V3 f0, V at_grazing, AlbedoTerms<V> all) {
     const V lost = missing(all);
     const V3 fresnel = f0 + (grey(at_grazing) - f0) * set<V>(1 / 21.0f);
@@ -193,11 +196,11 @@ class GlossyLobes {
   Basis<V> basis_;
   V3 viewer_;  // local
   V3 f0_;
-  V3 several_;  // of light met more than once: times what a direction misses
+  V3 several_;  // multiple scattering: to be multiplied by what a direction misses
   Reflecting dielectric_;
-  V3 base_;  // of the diffuse part: times what the facets leave of a direction
+  V3 base_;  // diffuse base: to be multiplied by what the facets leave of a direction
   V whole_;
-  V facets_share_;  // of samples
+  V facets_share_;  // share of samples
 };
 
 // The glossy BSDF without optional lobes.

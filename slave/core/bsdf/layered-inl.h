@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The glossy BSDF with all its optional lobes, a surface to a lane (Khronos' extensions of glTF 2.0 of the
-// same names). From the outside inwards:
+// The glossy BSDF with all its optional lobes, one surface per lane (Khronos' extensions of glTF
+// 2.0 of the same names). Its layers, from the outside inwards:
 //   - varnish (clearcoat): GGX facets of a dielectric, ior 1.5, about a normal of its own;
-//   - sheen: fibres that stand up (Estevez and Kulla, "Production friendly microfacet sheen BRDF", 2017)
-//     with the shadowing of cloth (Neubelt and Pettineo, "Crafting a next-gen material pipeline for The
-//     Order: 1886", 2013);
-//   - the glossy surface (glossy-inl.h), whose facets may be longer along one direction (Heitz 2014,
-//     section 5.4), with its own reflectance at grazing incidence.
-// A layer leaves to what lies below 1 minus its albedo, seen from the viewer or from the light, whichever
-// is less: reciprocal, and a white surface below sends out no more than came in.
+//   - sheen: fibres that stand up (Estevez and Kulla, "Production friendly microfacet sheen BRDF",
+//     2017) with the shadowing of cloth (Neubelt and Pettineo, "Crafting a next-gen material
+//     pipeline for The Order: 1886", 2013);
+//   - the glossy surface (glossy-inl.h), whose facets may be longer along one direction (Heitz
+//     2014, section 5.4), with its own reflectance at grazing incidence.
+// A layer passes to what lies below it 1 minus its albedo, seen from the viewer or from the light,
+// whichever is less. That is reciprocal, and a white surface below sends out no more than came in.
 //
-// Of a flat direction facets that are stretched hide as much as even ones of the width along it do (Heitz
-// 2014), so that the table of even ones serves both: from there to the normal alpha squared changes with
-// the cosine's square to the product of both widths. Light that is met more than once takes the mean.
+// Stretched facets shadow a grazing direction as much as isotropic ones of the width along it do
+// (Heitz 2014), so that the table of isotropic facets serves both. From grazing directions to the
+// normal, alpha squared changes with the square of the cosine to the product of both widths.
+// Multiple scattering takes the mean over all directions.
 //
 // Threads. Pure functions.
 #include "slave/core/bsdf/lobes_layout.h"
@@ -75,7 +76,7 @@ class StretchedFacets {
 
  private:
   V along_, across_;  // widths alpha
-  V upright2_;        // the square of what serves for the direction of the normal
+  V upright2_;        // alpha squared that serves for the direction of the normal
   V mean_;            // roughness
   V at_grazing_, dielectric_;
 };
@@ -126,9 +127,10 @@ class LayeredLobes {
     const V fibres_to_light = fibres_albedo(light.z);
     const V sheen_to_light = largest(sheen_) * min(fibres_to_light, 1);
     const V below_sheen = 1 - max(sheen_to_viewer_, sheen_to_light);
-    // Of fibres that would send back more than comes, so much as that they do not.
+    // Fibres that would reflect more light than comes are dimmed until they do not.
     const V most = max(set<V>(1), max(fibres_to_viewer_, fibres_to_light));
-    // By the cosine to the surface's normal, which the value will be multiplied by.
+    // Turns the cosine to the coat's normal into that to the surface's normal, by which the value
+    // will be multiplied.
     const V3 of_coat = coat.times_pi * (coat_light.z / light.z);
     const V3 below = base.times_pi * below_sheen + sheen_ * (sheen_times_pi(light) / most);
     const V3 all = of_coat + below * below_coat;
@@ -158,7 +160,7 @@ class LayeredLobes {
   }
 
  private:
-  // About the shading normal; x along the tangent where the facets are stretched.
+  // A frame about the shading normal, with x along the tangent where the facets are stretched.
   static HWY_INLINE Basis<V> frame_of(const BsdfPoints& p, const LobePoints& q, size_t at) {
     const V3 normal = load3<V>(p.normal, at), tangent = load3<V>(q.tangent, at);
     const auto is_stretched = load<V>(q.stretch + at) > 0;
@@ -175,12 +177,12 @@ class LayeredLobes {
     return coat_basis_.tangent * v.x + coat_basis_.bitangent * v.y + coat_normal_ * v.z;
   }
 
-  // What the layers take of light from a direction.
+  // The share of light from a direction that the coat reflects.
   HWY_INLINE V coat_albedo(V cosine) const {
     const AlbedoTerms<V> a = facets_table_.at(max(cosine, 0), coat_roughness_);
     return coat_ * (kCoatF0 * a.scale + a.bias);
   }
-  // Of white ones; may be above 1.
+  // The albedo of white fibres; it may be above 1.
   HWY_INLINE V fibres_albedo(V cosine) const {
     return sheen_table_.at(max(cosine, 0), sheen_roughness_).scale;
   }
@@ -200,7 +202,7 @@ class LayeredLobes {
     return {{value, value, value}, zero_unless(is_above, pdf)};
   }
 
-  // For a white one.
+  // The value of white sheen, times pi.
   HWY_INLINE V sheen_times_pi(V3 light) const {
     const V v = base_.viewer_z();
     const V3 half = normalize(light + base_.viewer());
@@ -212,13 +214,13 @@ class LayeredLobes {
   Base base_;
   V3 coat_normal_;
   Basis<V> coat_basis_;
-  V3 coat_viewer_;  // in its frame
+  V3 coat_viewer_;  // in the coat's frame
   V3 sheen_;
   V coat_, coat_roughness_, coat_alpha_;
   V sheen_roughness_, sheen_power_;
-  V coat_to_viewer_, sheen_to_viewer_;  // what they take of its light
-  V fibres_to_viewer_;                  // likewise, white ones; may be above 1
-  V coat_share_, sheen_share_;          // of samples
+  V coat_to_viewer_, sheen_to_viewer_;  // albedos towards the viewer
+  V fibres_to_viewer_;                  // likewise, of white fibres; may be above 1
+  V coat_share_, sheen_share_;          // shares of samples
 };
 
 }  // namespace HWY_NAMESPACE

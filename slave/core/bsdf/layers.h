@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Varnish and sheen on top of a surface, for what is asked one surface at a time; the kernels have them
-// whole (slave/core/bsdf/layered-inl.h).
+// Varnish and sheen on top of a surface, for code that looks at one surface at a time; the kernels
+// have the whole lobes (slave/core/bsdf/layered-inl.h).
 // Threads. Pure functions.
 #pragma once
 
@@ -8,8 +8,8 @@
 
 namespace tessera::core {
 
-// The share of light from below that comes through them to the viewer. normal: of the surface, for sheen;
-// unit.
+// Returns: the share of light from below that the layers pass to the viewer. normal: the surface's,
+// unit, for sheen.
 float passed_by_layers(const SurfaceLobes& lobes, Vec3f normal, Vec3f to_viewer);
 
 }  // namespace tessera::core

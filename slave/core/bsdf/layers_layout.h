@@ -6,7 +6,8 @@
 namespace tessera::core {
 
 inline constexpr float kCoatF0 = 0.04f;  // varnish of ior 1.5 at normal incidence
-// Fibres that lie closer together are taken for these (slave/core/simd/power.h: exponents of at most 204).
+// Least roughness of sheen; smaller ones are raised to it. It bounds the exponent 1 / roughness^2
+// by 204, and with it the error of power() (slave/core/simd/power-inl.h).
 inline constexpr float kSheenRoughnessMin = 0.07f;
 
 }  // namespace tessera::core

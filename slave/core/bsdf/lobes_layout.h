@@ -17,14 +17,14 @@ struct alignas(64) LobePoints {
   float stretch[kBsdfPoints], tangent[3][kBsdfPoints];
 };
 
-// Albedos of sheen (slave/core/bsdf/sheen_table.h) stand where those of microfacets have the scale.
+// The tables of albedos. Those of sheen (slave/core/bsdf/sheen_table.h) are stored in the scale.
 struct LobeTables {
   AlbedoView facets, sheen;
 };
 
-// Directions to the light from surfaces of one slot, by how they scatter it: those to be sampled, and those
-// told. The lobes are null but in kLayeredSlot. Null, both: surfaces of this slot scatter into single
-// directions; evaluate alone: evenly.
+// The kernels of one slot: `sample` draws directions to the light, `evaluate` takes given ones.
+// `lobes` is null except in kLayeredSlot. Both kernels null: surfaces of this slot scatter into
+// single directions. `evaluate` alone null: they are diffuse.
 struct BsdfKernel {
   void (*sample)(const LobeTables& tables, const LobePoints* lobes, BsdfPoints& points);
   void (*evaluate)(const LobeTables& tables, const LobePoints* lobes, BsdfPoints& points);

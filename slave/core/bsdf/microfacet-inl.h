@@ -23,8 +23,8 @@ TESSERA_BEFORE_TEXT();
 namespace tessera::core {
 namespace TESSERA_TEXT {
 
-// Narrower lobes are taken for this: half vectors are off by some 2^-23, which shifts the
-// distribution by 2 * 2^-23 / alpha of itself, here 2.4e-4.
+// Least alpha; narrower lobes are widened to it. Half vectors are off by some 2^-23, which shifts
+// the distribution by 2 * 2^-23 / alpha of itself, here 2.4e-4.
 constexpr float kAlphaMin = 1e-3f;
 
 template <class T>
@@ -37,8 +37,8 @@ TESSERA_INLINE T smith_root(T z, T alpha) {
   return sqrt(z * z + alpha * alpha * (1 - z * z));
 }
 
-// What shadowing leaves of a reflection, over its pdf when the half vector is a visible normal:
-// G2 / G1.
+// The weight of a reflection whose half vector was drawn from the visible normals, that is what
+// shadowing leaves of it, over the pdf: G2 / G1.
 template <class T>
 TESSERA_INLINE T shadowing_weight(T z_viewer, T z_light, T alpha) {
   const T root_viewer = smith_root(z_viewer, alpha), root_light = smith_root(z_light, alpha);
@@ -52,9 +52,9 @@ TESSERA_INLINE T ggx_distribution(Vec3<T> half, T alpha) {
   return kInvPi / (alpha * alpha * norm * norm);
 }
 
-// A normal that the viewer sees, by the pdf of visible normals (Dupuy and Benyoub, "Sampling visible
-// GGX normals with spherical caps", 2023), of facets whose widths differ along x and y of the frame.
-// x, y: in the unit square.
+// Samples a normal that the viewer sees, by the pdf of visible normals (Dupuy and Benyoub,
+// "Sampling visible GGX normals with spherical caps", 2023), of facets whose widths differ along x
+// and y of the frame. x, y: in the unit square.
 template <class T>
 TESSERA_INLINE Vec3<T> visible_normal(Vec3<T> to_viewer, T alpha_x, T alpha_y, T x, T y) {
   const Vec3<T> v = normalize(Vec3<T>{to_viewer.x * alpha_x, to_viewer.y * alpha_y, to_viewer.z});
@@ -69,8 +69,8 @@ TESSERA_INLINE Vec3<T> visible_normal(Vec3<T> to_viewer, T alpha, T x, T y) {
   return visible_normal(to_viewer, alpha, alpha, x, y);
 }
 
-// (1 - x)^5, the rise of Fresnel's reflectance towards grazing angles (Schlick, "An inexpensive BRDF
-// model for physically-based rendering", 1994).
+// (1 - x)^5, the rise of Fresnel's reflectance towards grazing angles (Schlick, "An inexpensive
+// BRDF model for physically-based rendering", 1994).
 template <class T>
 TESSERA_INLINE T schlick_rise(T cosine) {
   const T x = min(max(1 - cosine, 0), 1);
@@ -101,14 +101,14 @@ class AlbedoLookup {
     return mixed(mixed_row(row), mixed_row(row + table_.node_count), r.weight);
   }
 
-  // Over all directions, cosine-weighted.
+  // The mean over all directions, cosine-weighted.
   TESSERA_INLINE AlbedoTerms<T> mean(T roughness) const {
     const Step r = step_of(roughness);
     return mixed(pair(table_.means, r.node), pair(table_.means, r.node + 1), r.weight);
   }
 
  private:
-  // The node below, and the weight of the next.
+  // The node below a place, and the weight of the next node.
   struct Step {
     I node;
     T weight;
@@ -118,7 +118,7 @@ class AlbedoLookup {
     const T inside = min(max(x, 0), 1);
     const T at = inside * static_cast<float>(table_.node_count - 1);
     const I below = min(convert<I>(at), table_.node_count - 2);
-    const I node = max(below, 0);  // whatever lanes hold that are none
+    const I node = max(below, 0);  // unused lanes may hold anything
     return {node, at - convert<T>(node)};
   }
 

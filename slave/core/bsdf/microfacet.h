@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// GGX microfacets of plain numbers: the text of microfacet-inl.h.
+// GGX microfacets for plain numbers, from the text of microfacet-inl.h.
 // Threads. Pure functions.
 #pragma once
 

@@ -14,7 +14,8 @@
 namespace tessera::core {
 namespace {
 
-// Of directions to the light: even in the cosine and in half a turn, for one half mirrors the other.
+// Numbers of directions to the light: spaced evenly in the cosine, and over half a turn, for the
+// other half mirrors it.
 constexpr int kCosines = 64, kTurns = 64;
 
 float integrate(float cosine, float roughness) {

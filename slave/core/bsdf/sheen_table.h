@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much light white fibres send back, by angle and roughness: what their layer takes from those below
-// (slave/core/bsdf/layered-inl.h). It is above 1 at grazing angles, where the model's fibres do not hide
-// each other well enough: they are dimmed by as much there. 32 x 32 nodes, linear in roughness and in the root of the cosine, as
-// those of microfacets are (albedo_table.h), and as exactly the same on every machine.
+// How much light white fibres reflect, by angle and roughness: the share that their layer takes
+// from the layers below (slave/core/bsdf/layered-inl.h). That albedo is above 1 at grazing angles,
+// where the model's fibres do not shadow each other well enough; fibres are dimmed by as much
+// there. The table has 32 x 32 nodes, is linear in roughness and in the root of the cosine, and has
+// the same bits on every machine, like that of microfacets (albedo_table.h).
 //
 // Threads. Filled once by whoever asks first (a static), then read by any thread.
 #pragma once
@@ -19,7 +20,7 @@ class SheenTable {
 
   static const SheenTable& shared();
 
-  // In the scale; the bias is 0, and there are no means.
+  // The albedos are in the scale; the bias is 0, and there are no means.
   AlbedoView view() const { return {&nodes_[0][0].scale, nullptr, kNodes}; }
 
  private:
@@ -28,8 +29,8 @@ class SheenTable {
   std::array<std::array<SpecularAlbedo, kNodes>, kNodes> nodes_;  // [roughness][root of cosine]
 };
 
-// Of fibres of this roughness, at least kSheenRoughnessMin: the BSDF times pi. Cosines of the half vector,
-// the viewer and the light, > 0.
+// The BSDF of white fibres, times pi. roughness: at least kSheenRoughnessMin. z_half, z_viewer,
+// z_light: cosines to the normal, >= 0; that of the light > 0.
 float sheen_times_pi(float roughness, float z_half, float z_viewer, float z_light);
 
 }  // namespace tessera::core

@@ -15,17 +15,17 @@ Vec3f reflected(Vec3f to_viewer, Vec3f normal) {
   return normalize(normal * (2 * dot(normal, to_viewer)) - to_viewer);
 }
 
-// About the shading normal; where that would lead into the surface, about the geometric one, so that
-// no light is lost.
+// Reflects about the shading normal, or, where that would lead into the surface, about the
+// geometric one, so that no light is lost.
 Vec3f mirror_direction(const Surface& s, Vec3f to_viewer) {
   const Vec3f d = reflected(to_viewer, s.shading_normal);
   return dot(d, s.normal) > 0 ? d : reflected(to_viewer, s.normal);
 }
 
-// What glass is where a ray meets it.
+// The properties of glass where a ray meets it.
 struct Glass {
-  Vec3f tint;  // of what passes
-  float ior;   // of the far side to the viewer's
+  Vec3f tint;  // of transmitted light
+  float ior;   // of the far side, relative to the viewer's
   float alpha = 0;
   bool is_thin = false;
 
@@ -66,8 +66,8 @@ class RoughGlass {
   }
 
   SpecularSample sample(Vec2f square) const {
-    // The smooth surface's reflectance serves as the chance; facets whose own is quite another are rare, and
-    // the bounds say how much they weigh then.
+    // The chance to reflect is the reflectance of the smooth surface. Facets whose own reflectance
+    // differs much from it are rare, and the bounds of the chance limit what they weigh.
     const float even = refraction(viewer_.z, glass_.ior).reflectance;
     const float reflecting = surface_.passes_only ? 0 : std::clamp(even, 0.1f, 0.9f);
     const bool reflects = square.x < reflecting;
@@ -94,11 +94,11 @@ class RoughGlass {
  private:
   static constexpr float kBelowOne = 1 - 0x1p-24f;
   Vec3f mirrored(Vec3f half) const { return normalize(half * (2 * dot(viewer_, half)) - viewer_); }
-  // What shadowing leaves, over the pdf of the half vector.
+  // What shadowing leaves of a reflection, over the pdf of the half vector.
   float lit(Vec3f light) const {
     return light.z > 0 ? whole_ * shadowing_weight(viewer_.z, light.z, glass_.alpha) : 0;
   }
-  // On the far side hiding from the viewer and from the light have nothing in common.
+  // What shadowing leaves on the far side, where it is independent of the masking from the viewer.
   float shadowed(float z) const { return 2 * z / (z + smith_root(z, glass_.alpha)); }
   Vec3f world(Vec3f v) const {
     return normalize(basis_.tangent * v.x + basis_.bitangent * v.y + surface_.shading_normal * v.z);
@@ -121,7 +121,7 @@ SpecularSample sample_glass(const Surface& s, Vec3f to_viewer, Vec2f square) {
   return sample_smooth(s, glass, to_viewer, square.x);
 }
 
-// The BSDFs of single directions.
+// The BSDFs that scatter into single directions.
 struct Row {
   BsdfKind kind;
   SpecularSample (*sample)(const Surface& s, Vec3f to_viewer, Vec2f square);
@@ -134,7 +134,7 @@ SpecularSample sample_specular(const Surface& s, Vec3f to_viewer, Vec2f square) 
   for (const Row& row : kRows) {
     if (row.kind == s.bsdf) return row.sample(s, to_viewer, square);
   }
-  return {s.normal, {}};  // none that scatters into single directions
+  return {s.normal, {}};  // not a BSDF that scatters into single directions
 }
 
 }  // namespace tessera::core

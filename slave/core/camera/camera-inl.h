@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Directions of camera rays: in double, rounded once. And those of a packet of pixels with the pixels' keys,
-// as pixel_key() and SequencePoint have them.
+// Directions of camera rays, computed in double and rounded once, and the kernel that makes those
+// of a packet of pixels. The pixels' keys and the points in them are those of pixel_key() and
+// SequencePoint.
 //
 // Threads. Works on the caller's memory.
 #include "slave/core/camera/camera_layout.h"
@@ -57,7 +58,7 @@ class CameraKernel {
   }
 
  private:
-  // Where in its pixel each sample lies.
+  // Finds where in its pixel each sample lies.
   HWY_INLINE void place(Uints key) {
     if (sample_.is_centre) {
       store(set<Floats>(0.5f), in_x_);

@@ -9,7 +9,7 @@
 
 namespace tessera::core {
 
-// Where the rays of a packet stand in it, pixels from its upper left one.
+// Where in a packet's rectangle of pixels its rays lie, in pixels from the upper left one.
 struct alignas(64) PacketShape {
   int32_t width_px, height_px;  // their product is kPacketRays
   alignas(64) int32_t column[kPacketRays];
@@ -26,7 +26,8 @@ struct PixelSample {
   uint32_t seed;     // frame_seed()
   uint32_t lens[2];  // of the sequence, not yet scrambled
   uint32_t lens_dimension, key_dimension;
-  bool is_centre;  // in the middle of the pixel instead
+  // Whether the sample is in the middle of the pixel instead.
+  bool is_centre;
 };
 
 // A packet's pixels; rays beyond right and bottom are left out.

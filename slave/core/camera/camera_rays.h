@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays of a pinhole camera. Computed in double from the camera's floats and rounded once, so that a
-// ray is off by no more than one rounding per component; no library sine or tangent, whose last
-// bits depend on the processor it runs on.
+// Rays of a pinhole camera. They are computed in double from the camera's floats and rounded once,
+// so that a ray is off by no more than one rounding per component. No library sine or tangent is
+// used: their last bits depend on the processor that they run on.
 #pragma once
 
 #define TESSERA_PLAIN_TEXT

@@ -10,8 +10,8 @@
 namespace tessera::core {
 namespace {
 
-// Where no point has a sheen, its albedo counts for nothing: any table serves, and that of sheens,
-// which takes longer to make than a small picture, is not made.
+// The table of sheens takes longer to make than a small picture, so it is made only where a point
+// has a sheen. Elsewhere a sheen's albedo counts for nothing, and any table serves.
 LobeTables lobe_tables(bool has_sheen) {
   const AlbedoView facets = AlbedoTable::shared().view();
   return {facets, has_sheen ? SheenTable::shared().view() : facets};

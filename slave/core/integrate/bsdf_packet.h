@@ -16,14 +16,14 @@
 namespace tessera::core {
 
 inline constexpr int kDiffuseSlot = static_cast<int>(BsdfKind::kDiffuse);
-static_assert(kBsdfSlots <= 32);  // bits of a number
+static_assert(kBsdfSlots <= 32);  // BsdfPackets::used_ has one bit for each
 
 // The slot of KernelTable::bsdfs that computes a surface's BSDF.
 inline int slot_of(const Surface& s) {
   return s.lobes == kNoLobes ? static_cast<int>(s.bsdf) : kLayeredSlot;
 }
 
-// Surfaces of one slot; of all the same is asked.
+// Surfaces of one slot. All of them are either sampled or evaluated.
 class BsdfPacket {
  public:
   static constexpr int kMax = kBsdfPoints;
@@ -31,9 +31,9 @@ class BsdfPacket {
   void clear() { points_.count = 0; }
   int count() const { return points_.count; }
 
-  // Return: the number of the surface, from 0. Require: count() < kMax.
+  // Returns: the number of the surface, from 0. Requires: count() < kMax.
   int add_diffuse(Vec3f shading_normal, Vec2f square);
-  // lobes: of surfaces in kLayeredSlot, else null.
+  // lobes: those of a surface in kLayeredSlot, else null.
   int add(const Surface& s, const SurfaceLobes* lobes, Vec2f square);    // to be sampled
   int add(const Surface& s, const SurfaceLobes* lobes, Vec3f to_light);  // to be evaluated
 
@@ -42,14 +42,14 @@ class BsdfPacket {
   void evaluate(const KernelTable& kernels, int slot);
   void sample_diffuse(const KernelTable& kernels);
 
-  // To the light, unit.
+  // Direction towards the light, unit.
   Vec3f direction(int i) const { return vector_at(points_.direction, i); }
-  // BSDF times cosine over pdf: of surfaces that were sampled and are not diffuse, whose weight is their
-  // albedo. Zero: nothing comes from there.
+  // BSDF times cosine over pdf, of a sampled surface. Zero: no light comes from that direction.
+  // Requires: the surface is not diffuse; the weight of a diffuse one is its albedo.
   Vec3f weight(int i) const { return vector_at(points_.value, i); }
-  // Of the BSDF, of surfaces that were evaluated: a diffuse surface's is its albedo.
+  // BSDF times pi, of an evaluated surface. For a diffuse surface that is its albedo.
   Vec3f times_pi(int i) const { return vector_at(points_.value, i); }
-  // With which the direction is sampled, by solid angle.
+  // Pdf with which the BSDF samples the direction, by solid angle.
   float pdf(int i) const { return points_.pdf[i]; }
 
  private:
@@ -58,12 +58,12 @@ class BsdfPacket {
   void put_lobes(const SurfaceLobes& lobes, int i);
 
   BsdfPoints points_{};
-  std::unique_ptr<LobePoints> lobes_;  // made where there are any
-  bool has_sheen_ = false;             // whether a layered point ever had one
+  std::unique_ptr<LobePoints> lobes_;  // allocated for the first layered surface
+  bool has_sheen_ = false;             // whether any layered surface so far had a sheen
 };
 
-// Surfaces of any kind but those that scatter into single directions, sorted into a packet for each slot. Packets are
-// made when they are first needed.
+// Surfaces of any kind except specular ones, sorted into a packet for each slot. Packets are made
+// when they are first needed.
 class BsdfPackets {
  public:
   struct Place {

@@ -16,8 +16,9 @@ namespace {
 
 constexpr int kShapes = 7;
 
-// 2^wide pixels in a row. Runs of 4, 8, 16 rays are 2x2, 4x2, 4x4 pixels as far as that goes: bits of
-// the ray's number are the column's and the row's in turns, and then those of the longer side.
+// A shape with 2^wide pixels in a row. Runs of 4, 8, 16 rays are 2x2, 4x2, 4x4 pixels as far as the
+// shape allows: the bits of a ray's number belong to column and row in turns, and then to the
+// longer side.
 constexpr PacketShape make_shape(int wide) {
   const int high = kShapes - 1 - wide;
   PacketShape shape{};
@@ -42,7 +43,7 @@ constexpr std::array<PacketShape, kShapes> kPacketShapes{
     make_shape(0), make_shape(1), make_shape(2), make_shape(3),
     make_shape(4), make_shape(5), make_shape(6)};
 
-// The squarest whose shorter side is no longer than it need be.
+// The squarest shape whose shorter side is no longer than the part needs.
 const PacketShape& shape_for(const TileRect& part) {
   const auto covering = [](int px) {
     int bits = 0;

@@ -10,7 +10,8 @@
 namespace tessera::core {
 namespace {
 
-// A reported t is off by 3 roundings (plane-inl.h): what lies beyond 1 for certain is not hit.
+// End of shadow rays whose light is at 1. A reported t is off by up to 3 roundings (plane-inl.h),
+// so that nothing that lies beyond 1 is hit.
 constexpr float kEnd = 1 - 4 * kUnitRoundoff;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -19,7 +20,8 @@ using Kind = DirectLight::Kind;
 bool picks_emitters(const LightSet& lights, Kind kind) {
   return kind == Kind::kPartOfPath || lights.is_shared_out();
 }
-// Glossy surfaces send out rays that find what light samples leave to them.
+// Whether glossy surfaces send out rays of their own, for the light that light samples leave to
+// them.
 bool samples_glossy(const PreparedScene::Impl& scene, Kind kind) {
   return kind == Kind::kWhole && scene.features.has_glossy &&
          (scene.lights.has_environment || !scene.lights.emitters.empty());
@@ -71,7 +73,7 @@ std::uint64_t DirectLight::add_point(const SurfaceBatch& batch, const Light& lig
   }
   FanPacket packet;
   for (int a = 0; a < 3; ++a) packet.origin[a] = light.position[a];
-  // What is closer to the light than it can be told from it is its housing.
+  // What is so close to the light that rounding hides the distance is the light's housing.
   packet.t_min = 4 * kUnitRoundoff;
   std::fill_n(packet.t_max, kPacketRays, kEnd);
   const int groups = memory_.groups.form(context_.kernels());
@@ -142,7 +144,7 @@ std::uint64_t DirectLight::add_emitters(const SurfaceBatch& batch, Vec3f* radian
   samples_.hold(batch);
   std::uint64_t count = 0;
   for (std::uint32_t round = 0; round < rounds; ++round) {
-    // Groups that look alike from the middle of the emitter, or of the first of many.
+    // Groups are formed as seen from the middle of the emitter, or of the first of many.
     const Emitter& e = lights.emitters[round];
     const Vec3f middle = e.a + (e.edge_b + e.edge_c) * (1 / 3.0f);
     memory_.groups.clear();

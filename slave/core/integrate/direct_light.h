@@ -2,9 +2,9 @@
 // Light that reaches a batch of surface points straight from the scene's lights.
 //
 // Shadow rays are traced in groups that look alike from the light, whatever pixels they belong to.
-// A glossy surface takes what a light sample finds by its MIS weight (balance heuristic); the rest
-// of that light comes with the next ray of the path, or with GlossyLight. As a part of paths, so do diffuse
-// surfaces: a lamp next to a corner would else have a variance without bound.
+// On a glossy surface a light sample counts with its MIS weight (balance heuristic); the rest of
+// that light comes with the next ray of the path, or with GlossyLight. Within longer paths the same
+// holds for diffuse surfaces; without it a lamp next to a corner would have unbounded variance.
 //
 // Sums run over lights, then emitters, then samples, in that order and per pixel alone: a pixel
 // does not depend on its neighbours.
@@ -27,19 +27,19 @@ class DirectLight {
   struct Memory {
     LightSamples::Memory samples;
     RayGroups groups;
-    int surface[kBatchMax];                         // of a ray of `groups`
+    int surface[kBatchMax];                         // by ray of `groups`
     std::unique_ptr<ScatteredRays::Memory> glossy;  // made where a scene has glossy surfaces
   };
 
-  // What a part of longer paths needs is one sample of one emitter, picked by power, and not an even
-  // sky, which their own rays meet.
+  // kPartOfPath takes one sample of one emitter, picked by power, and no sample of an even sky,
+  // which the paths' own rays meet.
   enum class Kind { kWhole, kPartOfPath };
 
   // Requires: context and memory outlive it.
   DirectLight(const RenderContext& context, Memory& memory, Kind kind);
 
   // Adds reflected direct light to radiance [pixel]. Requires: no surface is specular. Returns:
-  // rays traced towards lights. Stops at the next light or sample when it is over.
+  // rays traced towards lights. Stops at the next light or sample once the context is over.
   std::uint64_t add(const SurfaceBatch& batch, Vec3f* radiance);
 
  private:
@@ -51,7 +51,8 @@ class DirectLight {
     const LightSet& lights = context_.scene.lights;
     return lights.has_environment && (kind_ == Kind::kWhole || lights.sky_map != nullptr);
   }
-  // Asks for a ray of a surface that stands there, seen from the light.
+  // Asks for a shadow ray of a surface. `seen_from_light`: where the surface stands as seen from
+  // the light; rays are grouped by it.
   void ask(int surface, Vec3f seen_from_light) {
     memory_.surface[memory_.groups.count()] = surface;
     memory_.groups.add(seen_from_light);

@@ -2,7 +2,7 @@
 // What the tiles of one frame share beyond the scene: its VPLs, made by the first tile that needs
 // them.
 //
-// Threads. Any; the first call of vpls() works, others wait for it.
+// Threads. Any; the first call of vpls() makes the VPLs, others wait for it.
 #pragma once
 
 #include <mutex>
@@ -15,8 +15,8 @@ namespace tessera::core {
 
 class FrameLight {
  public:
-  // Requires: the same scene, tracer and settings at each call. Returns: rays traced by this call in
-  // ray_count.
+  // Requires: the same scene, tracer and settings at each call. Adds the rays that this call traced
+  // to ray_count.
   const VplSets& vpls(const RenderContext& context, std::uint64_t& ray_count) {
     std::call_once(once_, [&] {
       sets_.emplace(context.scene, context.tracer, context.settings);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of lamps and sky glossy surfaces see by rays of their own BSDF: the share that light samples
-// leave to them (direct_light.h), since a sharp highlight is seldom found from the lamp. Part of
-// direct light; of longer paths the next ray does the same.
+// Light of lamps and sky that glossy surfaces find with rays sampled from their BSDF: the share
+// that MIS leaves beside light samples (direct_light.h), since light samples seldom find a sharp
+// highlight. It is a part of direct light; in longer paths the next ray of the path does the same.
 //
 // Threads. One object per thread, over memory of its own.
 #pragma once
@@ -18,7 +18,8 @@ class GlossyLight {
   GlossyLight(const RenderContext& context, ScatteredRays::Memory& memory)
       : context_(context), rays_(context, memory) {}
 
-  // Adds to radiance [pixel]; surfaces that do not scatter in lobes are passed over. Returns: rays traced.
+  // Adds that light to radiance [pixel]; surfaces that do not scatter in lobes are passed over.
+  // Returns: rays traced.
   std::uint64_t add(const SurfaceBatch& batch, Vec3f* radiance);
 
  private:

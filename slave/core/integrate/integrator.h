@@ -22,7 +22,8 @@ class Integrator {
   Integrator& operator=(const Integrator&) = delete;
   virtual ~Integrator() = default;
 
-  // As TileRenderer::render(). Requires: the context's settings ask for this renderer.
+  // Renders a tile as TileRenderer::render() does. Requires: the context's settings ask for this
+  // renderer.
   virtual RayCounts render(const RenderContext& context, const TileRect& rect,
                            std::span<float> rgb) = 0;
 };

@@ -26,7 +26,7 @@ float cosine_at(const Surface& s, Vec3f to_light) {
 
 bool is_usable(Vec3f c) { return is_finite(c) && (c.x > 0 || c.y > 0 || c.z > 0); }
 
-// One packet of them all.
+// One packet size fits all of them.
 static_assert(kLitPoints == kSamplePoints && kLitPoints == kPacketRays &&
               kLitPoints == BsdfPacket::kMax && kBatchMax % kLitPoints == 0);
 
@@ -38,8 +38,8 @@ LightSamples::LightSamples(const RenderContext& context, Memory& memory, const O
       options_(options),
       sky_(context.scene.lights, context.kernels(), memory.sky) {}
 
-// What a surface sends to its pixel of what arrives, if nothing is in the way, times the MIS weight of light
-// samples (balance heuristic).
+// Sets what an unoccluded surface sends to its pixel of the light that arrives, times the MIS
+// weight of light samples (balance heuristic).
 inline void LightSamples::settle(const SurfaceBatch& batch, int surface, Vec3f times_pi,
                                  float pdf) {
   const Arriving& a = memory_.arriving[surface];
@@ -57,7 +57,8 @@ void LightSamples::respond_in(int slot, const SurfaceBatch& batch) {
   waiting.packet.clear();
 }
 
-// From `arriving` to `contribution`. Diffuse surfaces that stand alone send out no rays of their own.
+// Computes `contribution` from `arriving`. Diffuse surfaces that stand alone send out no rays of
+// their own, so that their MIS weight is 1.
 void LightSamples::respond(const SurfaceBatch& batch) {
   std::uint32_t used = 0;  // bits of slots
   for (int i = 0; i < batch.count; ++i) {
@@ -127,7 +128,7 @@ void LightSamples::of_emitter(const SurfaceBatch& batch, std::uint32_t emitter,
   respond(batch);
 }
 
-// Of the surfaces from `first` on.
+// Samples emitters for the packet of surfaces from `first` on.
 void LightSamples::sample_emitters(const SurfaceBatch& batch, int first, std::uint32_t round,
                                    std::uint32_t sample) {
   const LightSet& lights = context_.scene.lights;
@@ -171,7 +172,7 @@ void LightSamples::of_sky(const SurfaceBatch& batch, std::uint32_t sample) {
   }
 }
 
-// Points of the sequence for the surfaces from `first` on, a packet of them.
+// Draws points of the sequence for the packet of surfaces from `first` on.
 void LightSamples::draw(const SurfaceBatch& batch, int first, std::uint32_t dimension,
                         std::uint32_t sample) {
   SamplePoints& points = memory_.samples;
@@ -180,8 +181,9 @@ void LightSamples::draw(const SurfaceBatch& batch, int first, std::uint32_t dime
   context_.kernels().sample_points(dimension, sample, points);
 }
 
-// An even sky is for diffuse surfaces: directions of pdf cosine / pi leave the albedo as the
-// weight of what they meet. One that an interpolated normal has put below the surface sees nothing.
+// An even sky is sampled for diffuse surfaces alone: directions of pdf cosine / pi leave the albedo
+// as the weight of what they meet. A direction that an interpolated normal has put below the
+// surface sees nothing.
 void LightSamples::sample_even_sky(const SurfaceBatch& batch, std::uint32_t sample) {
   const float each = 1 / static_cast<float>(options_.samples);
   for (int first = 0; first < batch.count; first += BsdfPacket::kMax) {
@@ -204,7 +206,7 @@ void LightSamples::sample_even_sky(const SurfaceBatch& batch, std::uint32_t samp
   }
 }
 
-// A map is sampled for all.
+// An environment map is sampled for surfaces of all kinds.
 void LightSamples::sample_map(const SurfaceBatch& batch, std::uint32_t sample) {
   const float each = 1 / static_cast<float>(options_.samples);
   for (int first = 0; first < batch.count; first += kPacketRays) {

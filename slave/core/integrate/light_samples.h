@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples of lights for the surfaces of a batch, one for each: where they come from, and what the
-// surfaces send to their pixels of them, if nothing is in the way.
+// Samples of lights for the surfaces of a batch, one for each surface: where the light comes from,
+// and what an unoccluded surface sends to its pixel of it.
 //
 // Samples, lights and glossy BSDFs are computed a packet at a time by the kernels.
 //
@@ -22,8 +22,8 @@ class LightSamples {
   // A light sample.
   struct Arriving {
     Vec3f to_light, light;  // unit; radiance, or intensity
-    float strength;         // of which the surface gets so much, if nothing is in the way
-    float pdf;              // by solid angle; 0 where no ray of the BSDF's own can find it
+    float strength;         // factor of the light that an unoccluded surface gets
+    float pdf;              // by solid angle; 0 where no BSDF sample can find the light
   };
   // Surfaces of one slot that wait for their BSDFs.
   struct Waiting {
@@ -32,18 +32,18 @@ class LightSamples {
   };
 
  public:
-  // By surface of the batch.
+  // Arrays are indexed by surface of the batch, except the scratch memory of one packet.
   struct Memory {
     bool is_active[kBatchMax];
     Vec3f start[kBatchMax], direction[kBatchMax], contribution[kBatchMax];
     Arriving arriving[kBatchMax];
     LitSurfaces lit[kBatchMax / kLitPoints];
-    // Of a packet of surfaces.
+    // Scratch memory of one packet of surfaces.
     SkyPoints sky{};
     SamplePoints samples{};
     EmitterSamples emitters{};
-    const Emitter* emitter[kLitPoints];            // of them
-    BsdfPacket sky_directions;                     // of an even sky
+    const Emitter* emitter[kLitPoints];            // by sample
+    BsdfPacket sky_directions;                     // samples of an even sky
     std::unique_ptr<Waiting> waiting[kBsdfSlots];  // made where surfaces need them
 
     Waiting& waiting_in(int slot) {
@@ -55,25 +55,25 @@ class LightSamples {
   struct Options {
     int samples = 1;              // of each light, for each surface
     bool is_alone = true;         // diffuse surfaces send out no rays of their own that find lights
-    bool picks_emitters = false;  // one of all, by power
+    bool picks_emitters = false;  // samples one of all emitters, by power
   };
   // Requires: context and memory outlive it.
   LightSamples(const RenderContext& context, Memory& memory, const Options& options);
 
-  // Whether there is light to be had for a surface. Where there is: a ray that tells whether anything is
-  // in the way, world units, and what the surface's pixel gets if nothing is.
+  // Whether the light sample may add light to a surface. Where it does: the shadow ray, world
+  // units, and what the surface's pixel gets if that ray is not blocked.
   bool is_active(int surface) const { return memory_.is_active[surface]; }
   Vec3f start(int surface) const { return memory_.start[surface]; }
   Vec3f direction(int surface) const { return memory_.direction[surface]; }
   Vec3f contribution(int surface) const { return memory_.contribution[surface]; }
 
-  // Each: for all surfaces of the batch, which replace those before.
+  // Each of these samples a light for all surfaces of the batch, and replaces the samples before.
 
-  // Of a delta light. A directional one's ray has no end; of others `start` is the surface's
-  // point as it is, and the light is at 1.
+  // Samples a delta light. The ray to a directional one has no end; for others `start` is the
+  // surface's point as it is, and the light is at t = 1.
   void of_light(const SurfaceBatch& batch, const Light& light);
-  // Requires: hold(batch) was called. The ray ends just before the emitter at 1. `sample`: number of the
-  // pixels' sample.
+  // Samples an emitter. Requires: hold(batch) was called. The emitter is at t = 1, just behind the
+  // end of the shadow ray. `sample`: number of the pixels' sample.
   void of_emitter(const SurfaceBatch& batch, std::uint32_t emitter, std::uint32_t sample);
   void of_sky(const SurfaceBatch& batch, std::uint32_t sample);
 

@@ -36,7 +36,7 @@ void LitParts::add_background(int x, int y) {
   });
 }
 
-// In the dark there is nothing more to find than what surfaces give themselves.
+// In a scene without lights the surfaces' own emission is all there is, and the batch stays empty.
 void LitParts::add_surfaces(int x, int y) {
   const PreparedScene::Impl& scene = context_.scene;
   const CameraPacket& camera = parts_.camera();

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surfaces that camera rays of a part have met, gathered in a batch, and what reaches the pixels
-// without any light being looked for: the background, what surfaces give themselves, and all of that
-// behind mirrors and glass. What lights do to the batch is the renderer's: see Shade.
+// The surfaces that the camera rays of a part have met, gathered in a batch, and the light that
+// reaches the pixels without any light sample: the background, the surfaces' own emission, and both
+// of them behind mirrors and glass. How lights illuminate the batch is left to the renderer; see
+// Shade.
 //
 // Threads. One object per thread, over memory of its own.
 #pragma once
@@ -31,8 +32,8 @@ class LitParts {
   // Requires: both outlive it.
   LitParts(const RenderContext& context, Memory& memory);
 
-  // Shade: adds what lights do to a batch, add(SurfaceBatch&, Vec3f* radiance) -> RayCounts. Requires:
-  // of it, no surface is specular.
+  // Shade: has add(SurfaceBatch&, Vec3f* radiance) -> RayCounts, which adds what the surfaces of a
+  // batch reflect. None of these surfaces is specular.
   template <class Shade>
   RayCounts render(Shade& shade, const TileRect& rect, std::span<float> rgb) {
     Batches<Shade> batches{*this, shade};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What rays bring from the sky that have met nothing, and samples of it: a packet at a time.
+// Radiance of the sky along rays that have met nothing, and samples of the sky, a packet at a time.
 //
 // Threads. One object per thread, over memory of its own.
 #pragma once
@@ -17,16 +17,17 @@ class OpenSky {
   // Requires: all outlive it.
   OpenSky(const LightSet& lights, const KernelTable& kernels, SkyPoints& memory);
 
-  // An even sky has radiance alone: there is nothing to choose between directions.
+  // Whether the sky is an environment map. An even sky has a radiance alone, so that no direction
+  // is better to sample than another.
   bool has_map() const { return lights_.sky_map != nullptr; }
 
-  // Looks along direction [axis][ray] for each of `rays`.
+  // Looks up the sky along direction [axis][ray] for each of `rays`.
   void look(const float (&direction)[3][kPacketRays], std::uint64_t rays);
-  // Of the ray, as seen last.
+  // Radiance along a ray, found by the last look().
   Vec3f radiance(int ray) const {
     return has_map() ? lights_.environment * vector_at(memory_.radiance, ray) : lights_.environment;
   }
-  // The same of camera rays, which see the scene's background.
+  // look_out() and background() do the same for camera rays, which see the scene's background.
   void look_out(const float (&direction)[3][kPacketRays], std::uint64_t rays);
   Vec3f background(int ray) const {
     return lights_.background.kind == BackgroundKind::kSky ? radiance(ray)
@@ -34,9 +35,9 @@ class OpenSky {
   }
   float pdf(int ray) const { return memory_.pdf[ray]; }
 
-  // Samples the map by these points. Requires: has_map(), and there are some.
+  // Samples the map at these points. Requires: has_map(); points.count > 0.
   void sample(const SamplePoints& points);
-  // The sample of i, but for the factor of the environment.
+  // Sample of point i, without the factor LightSet::environment.
   SkyMap::Sample drawn(int i) const {
     return {vector_at(memory_.direction, i), vector_at(memory_.radiance, i), memory_.angle[i]};
   }

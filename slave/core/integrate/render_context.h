@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What all work on a tile shares: the scene and how rays are traced through it, what the frame asks
-// for, and whether it is still wanted. Given to a constructor, beside the memory that a thread keeps
-// from tile to tile; so nothing can be asked before it is known.
+// for, and whether it is still wanted. Constructors take it beside the memory that a thread keeps
+// from tile to tile, so that no object can be used before its context is known.
 //
 // Threads. Constant; any number of threads may share one.
 #pragma once
@@ -24,10 +24,11 @@ struct RenderContext {
   const FrameSettings& settings;
   const CameraRays& camera;
   FrameLight& frame_light;  // what the tiles of one frame share beyond the scene
-  const std::atomic<bool>* is_cancelled = nullptr;  // null: it cannot be
+  const std::atomic<bool>* is_cancelled = nullptr;  // null: cannot be cancelled
 
   const KernelTable& kernels() const { return tracer.kernels(); }
-  // Asked for every packet or so, that a cancelled tile is left within some ten thousand rays.
+  // Whether the tile is cancelled. Callers ask for every packet or so, so that a cancelled tile is
+  // left within some ten thousand rays.
   bool is_over() const {
     return is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed);
   }

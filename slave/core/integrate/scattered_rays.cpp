@@ -11,8 +11,9 @@
 namespace tessera::core {
 namespace {
 
-// How much a lobe widens what a pixel sees: a diffuse one by 0.2 for each unit of length, so that
-// textures are looked up in levels that are at hand, and narrower lobes by their alpha's share.
+// How much a lobe widens the cone of a pixel: a diffuse one by 0.2 for each unit of length, so that
+// textures are looked up in levels that are at hand, and narrower lobes by their alpha's share of
+// that.
 constexpr float kDiffuseSpread = 0.2f;
 
 }  // namespace
@@ -73,8 +74,8 @@ void ScatteredRays::scatter_some(const SurfaceBatch& batch, const Asked* asked, 
   }
 }
 
-// Below the surface, by an interpolated normal, there is nothing to see; and a direction along it, whose
-// cosine is nothing but rounding, would have no pdf to be weighed by.
+// Drops rays that an interpolated normal has put below the surface, where there is nothing to see,
+// and rays along the surface, whose cosine is nothing but rounding and which have no pdf for MIS.
 void ScatteredRays::push(const SurfaceBatch& batch, const Asked& asked, const Scattered& out) {
   if (is_black(out.weight)) return;
   const Surface& s = batch.surface[asked.surface];
@@ -126,7 +127,8 @@ void ScatteredRays::meet(std::uint64_t met, Surface* const* to, SurfaceBatch* ba
 Vec3f ScatteredRays::emission_met(int i, const Surface& s, bool is_picked) const {
   const int ray = memory_.number[i];
   const Emitter* emitter = context_.scene.lights.emitter_of(memory_.hits.primitive[i]);
-  // Light samples look at pictures of lamps as they are, not at their mip levels: so does this.
+  // Light samples look up emission textures without mip levels, and so does this: a surface that is
+  // no emitter because its texture is black there must not shine through a mip level.
   if (emitter == nullptr) {
     const bool is_left_out =
         s.material->emission_texture.is_set() && s.material->alpha.mode == AlphaMode::kOpaque;

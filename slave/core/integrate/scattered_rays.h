@@ -23,9 +23,9 @@ class ScatteredRays {
   };
   struct Memory {
     Vec3f start[kBatchMax], direction[kBatchMax];  // unit
-    Vec3f weight[kBatchMax];                       // of what the ray meets, in the pixel
-    // By solid angle, where light samples took their share of what is met; 0 where they took none
-    // (after mirror and glass).
+    Vec3f weight[kBatchMax];                       // throughput of what the ray meets, to the pixel
+    // Pdf of the direction by solid angle, for the MIS weight of what the ray meets; 0 after a
+    // mirror or glass, where light samples have no share.
     float pdf[kBatchMax];
     RayCone cone[kBatchMax];
     int origin[kBatchMax];  // the surface's index in its batch
@@ -37,8 +37,8 @@ class ScatteredRays {
     BsdfPackets bsdfs;
     RayPacket packet;
     PacketHits hits;
-    int number[kPacketRays];     // of the packet's rays
-    RayCone cones[kPacketRays];  // of them, where the scene needs cones
+    int number[kPacketRays];     // of the packet's rays, as in the arrays above
+    RayCone cones[kPacketRays];  // of the packet's rays, where the scene needs cones
     MetSurfaces::Memory met;
     SkyPoints sky{};
   };
@@ -46,16 +46,16 @@ class ScatteredRays {
   // Requires: both outlive it.
   ScatteredRays(const RenderContext& context, Memory& memory);
 
-  // Before the first ray of a batch.
+  // Must be called before the first ray of a batch.
   void clear();
   // Asks for a ray of surface i. Requires: at most kBatchMax in all.
   void ask(int i, std::uint32_t ray_key) { memory_.asked[asked_count_++] = {i, ray_key}; }
-  // Makes the rays that were asked for, in their order, but for those that nothing can come from: by the
-  // sample of that number in this dimension of their keys (shuffled_2d()).
+  // Makes the rays that were asked for, in their order, except those that cannot bring any light.
+  // Each ray is sampled by number `sample` of its key's sequence in this dimension (shuffled_2d()).
   void scatter(const SurfaceBatch& batch, std::uint32_t dimension, std::uint32_t sample);
 
   int count() const { return count_; }
-  // Of a ray, from 0:
+  // `ray`: number of the ray, from 0.
   Vec3f direction(int ray) const { return memory_.direction[ray]; }
   Vec3f weight(int ray) const { return memory_.weight[ray]; }
   float pdf(int ray) const { return memory_.pdf[ray]; }
@@ -63,34 +63,35 @@ class ScatteredRays {
   std::uint16_t pixel(int ray) const { return memory_.pixel[ray]; }
   std::uint32_t key(int ray) const { return memory_.key[ray]; }
 
-  // The n rays of these numbers, as one packet. Requires: n <= kPacketRays. Returns: bits of those, in
-  // the packet, that have met something.
+  // Traces the n rays of these numbers as one packet. Requires: n <= kPacketRays. Returns: bits of
+  // the packet's rays that have met something.
   std::uint64_t trace(const int* rays, int n);
 
-  // Of the packet that was traced last:
+  // The functions below are about the packet that was traced last.
 
-  // Makes *to[i] for each i of these bits, in the packet: what the ray has met.
-  // `batch`: see MetSurfaces.
+  // Makes *to[i], the surface that the packet's ray i has met, for each bit i of `met`. `batch`:
+  // see MetSurfaces.
   void meet(std::uint64_t met, Surface* const* to, SurfaceBatch* batch, bool is_seen = false);
-  // What the packet's ray `i` brings from the emitter `s` that it has met: its share of it, where light
-  // samples, as many and from the same surface, bring the rest (the balance heuristic). A lamp's
-  // picture is looked at as they do, without mip levels. `is_picked`: they pick one of all emitters.
+  // Light that the packet's ray `i` brings from the emitter `s` that it has met, times its MIS
+  // weight (balance heuristic) against as many light samples of the same surface. An emission
+  // texture is looked up without mip levels, as light samples do. `is_picked`: light samples pick
+  // one of all emitters.
   Vec3f emission_met(int i, const Surface& s, bool is_picked) const;
 
-  // Looks at the sky for those of the packet that have met nothing.
+  // Looks up the sky for the rays of the packet that have met nothing.
   void look_at_sky(std::uint64_t open) { sky_.look(memory_.packet.direction, open); }
-  // What the packet's ray `i` brings from there, after that look: with the same shares, or as a whole
-  // where its surface was specular.
+  // Light that the packet's ray `i` brings from the sky after look_at_sky(), times its MIS weight.
+  // The weight is 1 under an even sky, or where the ray's surface was specular.
   Vec3f sky_met(int i) const;
 
  private:
   struct Scattered {
     Vec3f direction, weight;
-    float pdf, widening;  // of the cone
+    float pdf, widening;  // widening: of the cone
     bool is_through = false;
   };
 
-  // By the samples in the memory.
+  // Scatters n rays by the samples in the memory.
   void scatter_some(const SurfaceBatch& batch, const Asked* asked, int n);
   void push(const SurfaceBatch& batch, const Asked& asked, const Scattered& out);
 

@@ -46,7 +46,7 @@ std::uint64_t SpecularChain::follow(SurfaceBatch& batch, Vec3f* radiance) {
   return traced;
 }
 
-// One ray of each surface that is specular. Returns: how many.
+// Makes one ray for each specular surface. Returns: the number of rays.
 int SpecularChain::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
   rays_.clear();
   for (int i = 0; i < batch.count; ++i) {

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Through mirrors and glass to the surfaces behind: of a batch, each surface that is specular is
-// replaced by the first one that is not, with the weight of what it sends; whatever emits on the
-// way, and the sky at its end, is added to the pixel. Independent of the renderer: direct light,
-// paths and gathering all ask for it where a scene has such surfaces, and then know of none.
+// Follows rays through mirrors and glass to the surfaces behind. Each specular surface of a batch
+// is replaced by the first one behind it that is not specular, with the throughput of the chain in
+// its weight; emission on the way, and the sky at its end, are added to the pixel. Chains do not
+// depend on the renderer: direct light, paths and gathering all follow them where a scene has
+// specular surfaces, and then see none.
 //
-// Rays are traced together that leave one surface (instance and material) in one way (reflected or
-// refracted), in the order of the batch; what is no narrow bundle is traced ray by ray, as any packet
-// (traverse/packet_call-inl.h). An answer does not depend on that.
+// Rays that leave one surface (instance and material) in one way (reflected or refracted) are
+// traced together, in the order of the batch; a group that is no narrow bundle is traced ray by
+// ray, as any packet is (traverse/packet_call-inl.h). The result does not depend on that.
 //
 // Depth. At most kSpecularDepthMax reflections and refractions in a row, counted apart from
-// `bounces`, which are those of surfaces that are not specular; what is deeper is black. Glass
-// reflects or refracts by chance, so a chain is one ray; its numbers depend on pixel, sample and
-// depth alone.
+// `bounces`, which are those of surfaces that are not specular; deeper chains are black. Glass
+// reflects or refracts by chance, so a chain is one ray; its random numbers depend on pixel, sample
+// and depth alone.
 //
 // Threads. One object per thread, over memory of its own.
 #pragma once
@@ -22,25 +23,26 @@
 
 namespace tessera::core {
 
-// 16: in and out of four glasses one behind another, each reflected once within. Of a white mirror
-// room what is cut is dim only where mirrors are: 0.9^16 = 0.19.
+// 16 is enough to go in and out of four glasses one behind another, reflected once within each. In
+// a room of mirrors whose reflectance is 0.9, the light that is cut off has a weight of 0.9^16 =
+// 0.19.
 inline constexpr int kSpecularDepthMax = 16;
 
 class SpecularChain {
  public:
   struct Memory {
     ScatteredRays::Memory rays;
-    int order[kBatchMax];            // of rays: those of one group are neighbours
-    std::uint64_t group[kBatchMax];  // by ray: what it is traced together with
-    bool is_gone[kBatchMax];         // by surface: nothing more comes from there
+    int order[kBatchMax];            // of rays; those of one group are neighbours
+    std::uint64_t group[kBatchMax];  // by ray; rays of one group are traced together
+    bool is_gone[kBatchMax];         // by surface: its chain has ended
   };
 
   // Requires: both outlive it. `is_seen`: chains begin at what the camera sees.
   SpecularChain(const RenderContext& context, Memory& memory, bool is_seen = true)
       : context_(context), memory_(memory), is_seen_(is_seen), rays_(context, memory.rays) {}
 
-  // Surfaces that are left keep their order, pixel and key. Requires: batch.key is set. Returns:
-  // rays traced.
+  // Replaces the specular surfaces of the batch. Surfaces that are left keep their order, pixel and
+  // key. Requires: batch.key is set. Returns: rays traced.
   std::uint64_t follow(SurfaceBatch& batch, Vec3f* radiance);
 
  private:

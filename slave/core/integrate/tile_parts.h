@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A tile in parts of up to 32 x 32 pixels, each of them sample by sample and packet by packet: what
-// renderers share that look at one camera ray after another.
+// Goes through a tile in parts of up to 32 x 32 pixels, each of them sample by sample and packet by
+// packet, for the renderers that look at one packet of camera rays after another.
 //
 // Threads. One object per thread.
 #pragma once
@@ -16,7 +16,8 @@
 
 namespace tessera::core {
 
-// Up to 4x4 packets are traced before they are shaded together, so that shadow rays find company.
+// Up to 4x4 packets are traced before they are shaded together, so that coherent shadow rays are
+// found among them.
 inline constexpr int kPartEdgePx = 32;
 static_assert(kPartEdgePx * kPartEdgePx == kBatchMax);
 
@@ -44,14 +45,14 @@ class TileParts {
   explicit TileParts(const RenderContext& context) : context_(context), camera_(context) {}
 
   const CameraPacket& camera() const { return camera_; }
-  // (x, y): of the packet in its part.
+  // Pixel of a ray in its part. (x, y): corner of the packet in the part.
   int pixel(int x, int y, int ray) const {
     return (y + camera_.row(ray)) * kPartEdgePx + x + camera_.column(ray);
   }
 
-  // For each part and sample: begin_sample(number), packet(x, y) for each packet, whose place in the part
-  // that is and whose hits stand in `hits`, end_sample(); then the part is written. Returns: camera rays
-  // traced. When it is over it returns early, and what is written is to be thrown away.
+  // For each part and sample, calls begin_sample(number), packet(x, y) for each packet at (x, y) of
+  // the part, with its hits in `hits`, and end_sample(); then writes the part. Returns: camera rays
+  // traced. Once the context is over it returns early, and what is written is to be thrown away.
   template <class Renderer>
   std::uint64_t render(Renderer& renderer, PacketHits& hits, PartPixels& pixels,
                        const TileRect& tile, std::span<float> rgb) {

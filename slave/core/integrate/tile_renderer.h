@@ -27,9 +27,8 @@ class TileRenderer {
 
   // Writes linear radiance, row by row from the tile's top left. Shape: rgb [3 *
   // rect.pixel_count()]. Requires: valid settings, rect inside the frame, isa in supported_isas().
-  // frame_light: what tiles of the same frame share; without it each makes its own.
-  // Returns: rays traced. When *is_cancelled turns true it returns early and rgb is to be thrown
-  // away.
+  // frame_light: what tiles of the same frame share; without it each tile makes its own. Returns:
+  // rays traced. When *is_cancelled turns true it returns early and rgb is to be thrown away.
   RayCounts render(const PreparedScene& scene, const FrameSettings& settings, Isa isa,
                    const TileRect& rect, std::span<float> rgb,
                    const std::atomic<bool>* is_cancelled = nullptr,

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Picks a constant of what Highway has compiled for one instruction set. Stands behind HWY_ONCE.
+// Picks a constant of what Highway has compiled for one instruction set. This file is included
+// behind HWY_ONCE.
 //
-// It is evaluated by the compiler: a function of the set, called to make a table, would be run on processors that
-// do not have the set.
+// The compiler evaluates the constant. A function of the set that is called to make a table would
+// be run on processors that do not have the set.
 //
 // Threads. A macro of pure expressions.
 #pragma once
@@ -36,8 +37,8 @@
 #define TESSERA_OF_SSE4(expression)
 #endif
 
-// Returns, from the function that it stands in, the expression in the namespace of `isa`. Requires: the set
-// is compiled in.
+// Returns, from the enclosing function, the value of `expression` in the namespace of `isa`.
+// Requires: the set is compiled in.
 #define TESSERA_RETURN_OF(isa, expression)          \
   switch (isa) {                                    \
     TESSERA_OF_AVX512(expression)                   \

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays through a kd-tree over triangles, compiled once per instruction set by Highway; see kernels.cpp.
+// Rays through a kd-tree over triangles, compiled once per instruction set by Highway; see
+// kernels.cpp.
 #include "slave/core/kernels/targets_layout.h"
 
 #undef HWY_TARGET_INCLUDE

@@ -25,13 +25,13 @@ struct KernelTable {
   Isa isa;
   int lane_count;  // rays per register: 1, 4, 8, 16
 
-  // Directions of one sample of each pixel, and rays.active; keys [kPacketRays]: pixel_key() of the
-  // pixels in the sample's key_dimension.
+  // Makes the directions of one sample of each pixel, and rays.active. keys [kPacketRays]: becomes
+  // pixel_key() of the pixels in the sample's key_dimension.
   void (*camera_rays)(const CameraView& camera, const PixelSample& sample,
                       const PacketPixels& pixels, FanPacket& rays, uint32_t* keys);
 
-  // Where the rays have met triangles. vertices [triangle][corner][axis], world units: of all that the
-  // hits may name. Requires: the hits are those of these rays.
+  // Finds where the rays have hit triangles. vertices [triangle][corner][axis], world units: those
+  // of all triangles that the hits may name. Requires: the hits are those of these rays.
   void (*fan_points)(const float* vertices, const FanPacket& rays, const PacketHits& hits,
                      PacketPoints& points);
   void (*packet_points)(const float* vertices, const RayPacket& rays, const PacketHits& hits,
@@ -39,8 +39,8 @@ struct KernelTable {
 
   void (*surface_detail)(const DetailGroup& group, DetailPoints& points);
 
-  // Of each of points.wanted: from direction to radiance and pdf; from square to direction, radiance
-  // and angle.
+  // For each of points.wanted, sky_light() turns a direction into radiance and pdf; sky_samples()
+  // turns a point of the square into direction, radiance and angle.
   void (*sky_light)(const SkyView& sky, SkyPoints& points);
   void (*sky_samples)(const SkyView& sky, SkyPoints& points);
 
@@ -50,23 +50,25 @@ struct KernelTable {
 
   NoiseKernel noise;  // see noise_layout.h and slave/core/surface/noise.h
 
-  // Tells rays apart by the face of a cube around their origin that they leave through, then halves
-  // the longer extent of a group on its face until at most kPacketRays are left. Order is kept
-  // within a group. Every ray is in one group, also those that are not valid.
+  // Groups rays by the face of a cube around their origin that they leave through; then halves the
+  // longer extent of a group on its face until at most kPacketRays are left. Order is kept within a
+  // group. Every ray is in one group, whether it is valid or not.
   void (*group_fans)(FanTargets& targets);
 
   // Finds the bounds that begin_gather() looks at. Requires: there are points.
   void (*bound_points)(GatherPoints& points);
-  // Finds rays.strength and the shadow rays, from the light to the points, that tell whether it is
-  // theirs. Surfaces' shares of strength are at most `clamp`. Of kFar, light.position is a place far
-  // back along the rays, from which they are to be grouped. Returns: whether there are any rays.
+  // Finds rays.strength and the shadow rays, from the light to the points, which tell whether a
+  // point gets its strength. Strengths of lights on surfaces are at most `clamp`. For kFar,
+  // light.position is a place far back along the rays, from which they are to be grouped. Returns:
+  // whether there are any rays.
   bool (*begin_gather)(const GatherPoints& points, const LightPoint& light, float clamp,
                        GatherRays& rays);
-  // Adds strength times light.rgb. The caller has set to 0 what is in shadow.
+  // Adds strength times light.rgb to the points' light. The caller has set the strength of points
+  // in shadow to 0.
   void (*end_gather)(const LightPoint& light, const GatherRays& rays, GatherPoints& points);
-  // Adds to planes.sum what pixels reflect: the mean of their neighbours' light times albedo. For
-  // width x height pixels from (x, y) on; sums of some behind them are lost. Requires: distance is set
-  // there and `radius` further on all sides.
+  // Adds to planes.sum what pixels reflect: the mean of their neighbours' light times albedo, for
+  // width x height pixels from (x, y) on. Sums of some pixels to the right of these are lost.
+  // Requires: distance is set there and `radius` further on all sides.
   void (*filter)(FilterPlanes& planes, int radius, int x, int y, int width, int height);
 
   ViewKernels<TriangleBvh<8>> bvh8;
@@ -76,7 +78,7 @@ struct KernelTable {
   ViewKernels<InstancedView<8>> instanced8;
   ViewKernels<InstancedView<16>> instanced16;
 
-  BsdfKernels bsdfs;  // by slot_of() a surface
+  BsdfKernels bsdfs;  // indexed by slot_of() a surface
 };
 
 // Requires: isa is in supported_isas().

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All kernels but the structures' and the BSDFs' (bvh_kernels.cpp and others), compiled once per instruction set by
-// Highway and reached through KernelTable.
+// All kernels but those of structures and BSDFs (bvh_kernels.cpp and others), compiled once per
+// instruction set by Highway and reached through KernelTable.
 // Nothing but hwy/, -inl.h, _layout.h and C headers may be included before the table. The project
 // is built with -ffp-contract=off and what is reported uses no fused multiply-add, so every set
 // computes the same bits.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The calls that a structure has, for the instruction set at hand.
+// The entry points of a structure, for the instruction set that is being compiled.
 //
 // Threads. Constants.
 #include "slave/core/kernels/view_tables_layout.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The structures' kernels and those of BSDFs, by instruction set. Each has a file of its own, since they take
-// most of the compiler's time.
+// The kernels of structures and those of BSDFs, by instruction set. Each group has a file of its
+// own, since they take most of the compiler's time.
 //
 // Threads. Pure functions.
 #pragma once

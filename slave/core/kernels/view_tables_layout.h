@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The structures that scenes have, by the width of their blocks and the kinds of primitives in their
-// leaves. Fixed-size types only and no functions.
+// The structures that scenes have, by the width of their blocks and the kinds of primitives in
+// their leaves. Fixed-size types only and no functions.
 #pragma once
 
 #include "slave/core/primitive/shapes_layout.h"
@@ -15,7 +15,7 @@ using TriangleKd = KdView<W, TrianglesOnly<W>>;
 template <int W>
 using InstancedView = BvhView<W, TrianglesAndInstances<W>>;
 
-// Blocks of 8 and of 16.
+// The kernels of a structure for blocks of 8 and of 16.
 template <template <int> class View>
 struct ViewTables {
   ViewKernels<View<8>> by8;

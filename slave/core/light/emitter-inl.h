@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples of the light that triangles shed, a surface to a lane.
+// Light samples of triangles that emit, one surface per lane.
 //
 // Threads. Works on the caller's memory.
 #include "slave/core/light/emitter_layout.h"
@@ -17,8 +17,8 @@ TESSERA_BEFORE_TEXT();
 namespace tessera::core {
 namespace TESSERA_TEXT {
 
-// Coordinates of a place, uniform on the triangle (Osada et al., "Shape distributions", 2002, section
-// 4.2); keeps strata. x, y: in the unit square. T: float, or Floats.
+// Coordinates of a point that is uniform on the triangle (Osada et al., "Shape distributions",
+// 2002, section 4.2); the mapping keeps strata. x, y: in the unit square. T: float, or Floats.
 template <class T>
 struct TrianglePlace {
   T u, v;
@@ -63,7 +63,7 @@ class EmitterKernel {
     const V3 to_light = away * (1 / distance);
     const V cosine_light = -dot(emitter_normal, to_light);  // one-sided
     const V cosine = dot(load3<V>(surfaces_.shading_normal, at), to_light);
-    // An interpolated normal may not let light through the surface.
+    // An interpolated normal must not let light through the surface.
     const auto is_lit = cosine_light > 0 && cosine > 0 && dot(normal, to_light) > 0;
     const V area = load<V>(e_.area + at), chance = load<V>(e_.chance + at);
     const V whole = cosine * cosine_light * area / distance2;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a scene has something that is asked for in hot code. A core may be built without the code of
-// all such features, to count what asking costs where a scene does not have them
-// (tests/bench/feature_cost/core_cost.sh): there the answer is a constant.
+// Whether a scene has a feature that hot code tests for. A core may be built without the code of
+// all such features, to measure what the tests cost where a scene does not have them
+// (tests/bench/feature_cost/core_cost.sh); in that build the answer is always no.
 // Threads. Plain values.
 #pragma once
 

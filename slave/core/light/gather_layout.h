@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points that gather the light of virtual point lights (VPLs), and what filters the result.
+// Points that gather the light of virtual point lights (VPLs), and the planes of the filter that
+// smooths the result.
 // Fixed-size types only and no functions.
 #pragma once
 
@@ -21,26 +22,27 @@ struct alignas(64) GatherPoints {
   alignas(64) float shading[3][kGatherRoom];  // unit
   alignas(64) float offset[kGatherRoom];      // see surface_offset.h
   uint32_t key[kGatherRoom];                  // pixel_key() of the caller's choice
-  // The triangle that it lies on, or kNoPrimitive where that is a sliver, whose normal says little.
+  // The triangle that the point lies on, or kNoPrimitive where that is a sliver, whose normal says
+  // little.
   alignas(64) uint32_t triangle[kGatherRoom];
   // Irradiance over pi: times the albedo it is the radiance that a diffuse surface reflects.
   alignas(64) float light[3][kGatherRoom];
-  // Of the points and their shading normals.
+  // Bounds of the points and of their shading normals; see bound_points().
   float lower[3], upper[3], normal_lower[3], normal_upper[3];
 };
 
 // Shadow rays of one VPL, one for each point that it may light.
 struct alignas(64) GatherRays {
   FanTargets targets;                       // seen from the VPL, to just above the points
-  alignas(64) int32_t point[kGatherRoom];   // of a ray
-  bool is_origin_excluded;                  // by any ray: the triangle of the VPL
-  uint32_t excluded[kGatherRoom];           // by a ray: the triangle of its point, or kNoPrimitive
-  alignas(64) float strength[kGatherRoom];  // of a point: of rgb / pi; 0 where it gets none
+  alignas(64) int32_t point[kGatherRoom];   // by ray: the point that it goes to
+  bool is_origin_excluded;                  // whether no ray can meet the VPL's own triangle
+  uint32_t excluded[kGatherRoom];           // by ray: the triangle of its point, or kNoPrimitive
+  alignas(64) float strength[kGatherRoom];  // by point: factor of the VPL's rgb; 0: gets none
 };
 
 // Pixels of a part of the picture with a border, for the discontinuity buffer. A pixel that shows
-// no surface to gather light has distance NaN, so that no comparison holds; its other values are not
-// looked at.
+// no surface to gather light has distance NaN, so that no comparison holds; its other values are
+// not looked at.
 inline constexpr int kFilterRadiusMax = 2;
 inline constexpr int kFilterEdgeMax = 64 + 2 * kFilterRadiusMax;
 inline constexpr int kFilterStride = 96;  // registers read beyond the border
@@ -52,9 +54,9 @@ struct alignas(64) FilterPlanes {
   float distance[kFilterPixels];
   int32_t material[kFilterPixels];
   float albedo[3][kFilterPixels];
-  float sum[3][kFilterPixels];  // of a pixel's samples
+  float sum[3][kFilterPixels];  // over a pixel's samples
 };
-// Where pixel (x, y) of the part stands.
+// Index of pixel (x, y) of the part.
 constexpr int filter_index(int x, int y) {
   return (y + kFilterRadiusMax) * kFilterStride + x + kFilterRadiusMax;
 }

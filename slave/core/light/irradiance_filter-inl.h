@@ -28,7 +28,7 @@ class DiscontinuityFilter {
  public:
   DiscontinuityFilter(FilterPlanes& planes, int radius) : planes_(planes), radius_(radius) {}
 
-  // The pixels of `width` x `height` from (x, y) on.
+  // Filters `width` x `height` pixels from (x, y) on.
   void run(int x, int y, int width, int height) {
     const int lanes = static_cast<int>(kLaneCount);
     for (int row = y; row < y + height; ++row) {
@@ -42,7 +42,7 @@ class DiscontinuityFilter {
             load_unaligned<V>(from[2] + at)};
   }
 
-  // Lanes from `at` on that may take what those from `from` on have.
+  // Returns: the lanes from `at` on that may take the light of those from `from` on.
   HWY_INLINE MaskOf<V> is_like(V3 point, V3 normal, V distance, int at, int from) const {
     const V3 chord = vectors(planes_.point, from) - point;
     const V rise = dot(normal, chord);

@@ -7,8 +7,8 @@
 
 namespace tessera::core {
 
-// What sheds light from one place. Shares of a surface (a VPL proper, or a point of an area light),
-// delta lights, and light from so far away that its rays are parallel.
+// Kinds of light that is shed from one place: shares of a surface (a VPL proper, or a point of an
+// area light), delta lights, and light from so far away that its rays are parallel.
 enum class LightPointKind : int32_t {
   kSurface = 0,
   kPoint = 1,
@@ -19,15 +19,16 @@ enum class LightPointKind : int32_t {
 
 struct LightPoint {
   float position[3];  // kFar: none, see begin_gather()
-  float normal
-      [3];  // unit; kSurface, kEmitter: the side that sheds; kSpot, kFar: the way light travels
-  // What it sheds. kSurface, kEmitter: radiance times area, W/sr along the normal; kPoint, kSpot: W/sr; kFar:
-  // irradiance of a surface that faces it.
+  // Unit. kSurface, kEmitter: the side that sheds; kSpot, kFar: the way light travels.
+  float normal[3];
+  // The light that is shed. kSurface, kEmitter: radiance times area, W/sr along the normal; kPoint,
+  // kSpot: W/sr; kFar: irradiance of a surface that faces it.
   float rgb[3];
   float cos_inner, cos_outer;  // kSpot, see Light
   float t_min;                 // of shadow rays that leave it
   LightPointKind kind;
-  uint32_t triangle = 0xffffffffu;  // kSurface, kEmitter: that it lies on, if no sliver
+  // kSurface, kEmitter: the triangle that the point lies on, unless it is a sliver.
+  uint32_t triangle = 0xffffffffu;
 };
 
 }  // namespace tessera::core

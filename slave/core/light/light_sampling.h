@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one light sheds where: shared by everything that samples lights.
+// The falloff of spots and points on emitters, for everything that samples lights.
 // Threads. Pure functions.
 #pragma once
 

@@ -10,7 +10,7 @@
 namespace tessera::core {
 namespace {
 
-// In texture coordinates.
+// A rectangle in texture coordinates.
 struct Box {
   float left, width, low, height;
 };
@@ -22,7 +22,8 @@ Box box_of(const EmitterTexture& at) {
           std::max({at.uv_a.y, at.uv_b.y, at.uv_c.y}) - low};
 }
 
-// Whether all that lookups in the box can find is black; false also where that would take long to see.
+// Whether all that lookups in the box can find is black. Returns false, too, where there are too
+// many texels to look at.
 bool is_dark(const Texture& texture, const Box& box) {
   constexpr float kTexelsMax = 65536;
   const float columns = box.width * static_cast<float>(texture.width_px) + 3;
@@ -39,8 +40,9 @@ bool is_dark(const Texture& texture, const Box& box) {
 }
 
 // About the mean of what a triangle shows of a map: over the texels of the box around it, and those
-// that bilinear lookups reach, in a level where they are few. Levels round to bytes: where they say
-// black and the base does not, it is half the least byte. Zero only where all is black.
+// that bilinear lookups reach, in a mip level where they are few. Levels are rounded to bytes;
+// where a level is black and the base is not, the mean is taken for half the least byte. It is zero
+// only where all is black.
 Vec3f mean_over(const MipMap& map, const EmitterTexture& at) {
   const auto [left, width, low, height] = box_of(at);
   static constexpr float kTexelsMax = 4;
@@ -52,7 +54,7 @@ Vec3f mean_over(const MipMap& map, const EmitterTexture& at) {
          !(width * static_cast<float>(texture().width_px) <= kTexelsMax &&
            height * static_cast<float>(texture().height_px) <= kTexelsMax))
     ++level;
-  // A box of more than the whole picture is the last level's one texel.
+  // A box of more than the whole picture gets the one texel of the last level.
   const auto count_of = [](float extent, int texels) {
     return static_cast<int>(std::min(extent * static_cast<float>(texels), kTexelsMax)) + 2;
   };
@@ -67,7 +69,7 @@ Vec3f mean_over(const MipMap& map, const EmitterTexture& at) {
     }
   }
   if (!is_black(sum)) return sum * (1 / static_cast<float>(columns * rows));
-  constexpr float kHalfByte = 1.5e-4f;  // of sRGB
+  constexpr float kHalfByte = 1.5e-4f;  // half the least byte of sRGB, linear
   return is_dark(*map.base, box_of(at)) ? Vec3f{} : Vec3f{kHalfByte, kHalfByte, kHalfByte};
 }
 
@@ -125,7 +127,7 @@ void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
     e.normal = normal * (1 / twice_area);
     e.area = twice_area / 2;
     const std::optional<float> opacity = even_opacity(material, mesh);
-    if (!opacity) {  // in parts: left to rays that meet it
+    if (!opacity) {  // its opacity varies: its light is left to rays that hit it
       set.has_partial_emission = true;
       continue;
     }
@@ -152,7 +154,8 @@ void share_out(LightSet& set) {
     set.cumulative.push_back(static_cast<float>(sum));
   }
   set.cumulative.back() = 1;
-  // The chance that pick() really gives, so that rounding of the sums does not bias the mean.
+  // A share is the chance that pick() really gives, so that rounding of the sums does not bias the
+  // mean.
   float below = 0;
   for (std::size_t i = 0; i < set.emitters.size(); ++i) {
     set.emitters[i].share = set.cumulative[i] - below;
@@ -168,7 +171,7 @@ void set_environment(const Scene& scene, const LightSet* other, LightSet& set) {
       other != nullptr && other->sky_map && other->sky_map->map() == scene.environment_map;
   set.sky_map = is_known ? other->sky_map : std::make_shared<const SkyMap>(scene.environment_map);
   if (set.sky_map->power() > 0) return;
-  set.sky_map = nullptr;  // a black one
+  set.sky_map = nullptr;  // the map is black
   set.environment = {};
   set.has_environment = false;
 }

@@ -12,8 +12,8 @@ namespace {
 
 constexpr float kPi = 3.14159274f;
 
-// A ray that leaves a delta light meets nothing nearer than it can be told from the light:
-// its housing.
+// Least t of rays that leave a delta light. What lies nearer cannot be told from the light itself,
+// and is taken for its housing.
 constexpr float kHousing = 4 * kUnitRoundoff;
 
 double luminance(Vec3f c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
@@ -89,7 +89,7 @@ LightSubpaths::Shares LightSubpaths::shares(bool has_each) const {
     sum += p;
     result.cumulative.push_back(static_cast<float>(sum / result.total));
   }
-  // Behind the last that has any power there is nothing to pick.
+  // Nothing is picked behind the last light that has any power.
   for (std::size_t i = power.size(); i-- > 0 && result.total > 0;) {
     result.cumulative[i] = 1;
     if (power[i] > 0) break;
@@ -97,14 +97,14 @@ LightSubpaths::Shares LightSubpaths::shares(bool has_each) const {
   return result;
 }
 
-// By area that faces it.
+// Power of the sky per unit of area that faces it.
 double LightSubpaths::sky_power() const {
   if (!lights_.has_environment) return 0;
   const double brightness = luminance(lights_.environment);
   return brightness * (lights_.sky_map ? lights_.sky_map->power() : 4 * kPi);
 }
 
-// Where light from the sky comes from, and what it brings to a surface that faces it.
+// Samples the way of light from the sky, and what it brings to a surface that faces it.
 LightSubpaths::FromSky LightSubpaths::from_sky(Vec2f x) const {
   if (!lights_.sky_map) return {in_cone({0, 0, 1}, 2, x), lights_.environment * (4 * kPi)};
   const SkyMap::Sample s = lights_.sky_map->sample(x);
@@ -121,8 +121,8 @@ LightSubpaths::Pick LightSubpaths::pick(const Shares& shares, Vec2f x) {
   return {source, chance, {rest, x.y}};
 }
 
-// Uniform on the disk that light from far away passes on its way to the scene, twice its radius
-// before the middle.
+// A point, uniform on the disk that light from far away passes on its way to the scene. The disk
+// lies twice its radius before the scene's middle.
 Vec3f LightSubpaths::on_disk(Vec3f direction, Vec2f square) const {
   const Vec2f disk = concentric_disk(square);
   const Basis basis = basis_about(direction);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where light begins: points that shed a share of a scene's light, and first rays of paths that
-// carry it into the scene, from lights of every kind, picked by power.
+// Where light subpaths begin: points that shed a share of a scene's light, and first rays of paths
+// that carry it into the scene. Lights of every kind are picked by power.
 //
 // Points of a run of indices are taken from a (0,2)-sequence, so that light is spread evenly over
 // position and direction (Keller, "Instant radiosity", 1997; Wald et al., "Interactive global
-// illumination", 2002). What a path carries is flux: over many paths its sum is the light's power.
+// illumination", 2002). A path carries flux; the mean over many paths is the power of all lights.
 //
 // Threads. Constant after construction.
 #pragma once
@@ -19,12 +19,12 @@
 
 namespace tessera::core {
 
-// Up to so many delta lights are VPLs of their own; of more, VPLs are picked by power.
+// Up to this many delta lights are VPLs of their own; of more, VPLs are picked by power.
 inline constexpr std::size_t kLightsEachMax = 8;
 
 struct LightRay {
   Vec3f origin, direction;  // direction: unit
-  Vec3f flux;               // as if it were the only path
+  Vec3f flux;               // as if this were the only path
 };
 
 class LightSubpaths {
@@ -32,18 +32,19 @@ class LightSubpaths {
   // bounds: of all geometry. Requires: lights outlives it.
   LightSubpaths(const LightSet& lights, const Bounds3f& bounds);
 
-  // Lights that every pixel gathers from by themselves.
+  // Lights that are VPLs of their own; every pixel gathers from each of them.
   const std::vector<LightPoint>& each() const { return each_; }
 
-  // Power of the lights that place() picks from, and of all; luminance. 0: there are none.
+  // Power of the lights that place() picks from, and of all lights; luminance. 0: there are none.
   double placed_power() const { return placed_.total; }
   double power() const { return all_.total; }
 
-  // One point of those lights that are not in each(), as if it were the only one.
+  // Picks one point of those lights that are not in each(), with light as if it were the only one.
   // Requires: placed_power() > 0; 0 <= x, y < 1.
   LightPoint place(Vec2f pick) const;
 
-  // A ray of any light. Requires: power() > 0. Returns: nothing where the light sheds none there.
+  // Picks a ray of any light. Requires: power() > 0. Returns: nothing where the light sheds none
+  // along that direction.
   std::optional<LightRay> ray(Vec2f pick, Vec2f direction) const;
 
  private:
@@ -55,12 +56,12 @@ class LightSubpaths {
   struct Pick {
     std::size_t source;
     float chance;
-    Vec2f rest;  // of the numbers, stretched to the square again
+    Vec2f rest;  // what is unused of the numbers, stretched to the square again
   };
   Shares shares(bool has_each) const;
   static Pick pick(const Shares& shares, Vec2f x);
   struct FromSky {
-    Vec3f way;  // of the light, unit
+    Vec3f way;  // the way light travels, unit
     Vec3f irradiance;
   };
   double sky_power() const;

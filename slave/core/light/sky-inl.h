@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light of an environment map (sky_map.h), a direction to a lane. What lies far apart in memory is fetched
-// for a whole register before any of it is used, so that the waits overlap.
+// Light of an environment map (sky_map.h), one direction per lane. Values that lie far apart in
+// memory are fetched for a whole register before any of them is used, so that the waits overlap.
 //
 // Threads. Works on the caller's memory.
 #include "slave/core/light/sky_layout.h"
@@ -18,14 +18,14 @@ TESSERA_BEFORE_TEXT();
 namespace tessera::core {
 namespace TESSERA_TEXT {
 
-// T: float, or Floats.
+// Lookups in the picture, and samples of it. T: float, or Floats.
 template <class T>
 class SkyPicture {
   using I = IntOf<T>;
   static constexpr size_t kLanes = kLanesOf<T>;
 
  public:
-  // In texels, from the upper left corner.
+  // A place in the picture, in texels from the upper left corner.
   struct Place {
     T x, y;
   };
@@ -40,7 +40,7 @@ class SkyPicture {
 
   explicit TESSERA_INLINE SkyPicture(const SkyView& sky) : sky_(sky) {}
 
-  // Bilinear; columns repeat. wanted: bits of lanes; the others may be anything.
+  // Bilinear lookup; columns wrap around. wanted: bits of lanes; the others may hold anything.
   TESSERA_INLINE Vec3<T> radiance_at(Place place, uint32_t wanted) const {
     const T x = place.x - 0.5f, y = place.y - 0.5f;
     const T left = floor(x), top = floor(y);
@@ -49,7 +49,7 @@ class SkyPicture {
     const auto column_of = [&](I c) {
       const I before = select(c < 0, c + width, c);
       const I wrapped = select(before > last_column, before - width, before);
-      return max(min(wrapped, last_column), 0);  // whatever the lanes are that are not wanted
+      return max(min(wrapped, last_column), 0);  // lanes that are not wanted may hold anything
     };
     const auto row_of = [&](I r) { return max(min(r, last_row), 0) * width; };
     const I c = convert<I>(left), r = convert<I>(top);
@@ -73,7 +73,8 @@ class SkyPicture {
                  y - top);
   }
 
-  // How much likelier than uniformly over the picture samples take the texel of a place.
+  // How much likelier a sample takes the texel of a place than one that is uniform over the
+  // picture.
   TESSERA_INLINE T chance_at(Place place, uint32_t wanted) const {
     const auto inside = [&](T x, int32_t count) { return max(min(convert<I>(x), count - 1), 0); };
     alignas(sizeof(T)) int32_t column[kLanes], row[kLanes];
@@ -106,7 +107,7 @@ class SkyPicture {
     for (; lanes != 0; lanes &= lanes - 1) function(static_cast<size_t>(__builtin_ctz(lanes)));
   }
 
-  // The four of each point.
+  // The four texels around each place.
   struct Texels {
     alignas(sizeof(T)) int32_t index[4][kLanes];
     alignas(sizeof(T)) float rgb[4][3][kLanes] = {};
@@ -152,11 +153,12 @@ class SkyPicture {
     return part < count ? part : count - 1;
   }
 
-  // sums [count + 1], from 0 to 1. 0 <= x < 1: the mean number of steps is 2 at most.
+  // Returns: the number of the part that holds x. sums [count + 1] are the borders of the parts,
+  // from 0 to 1. Requires: 0 <= x < 1. The mean number of steps is 2 at most.
   static TESSERA_INLINE size_t number_at(const double* sums, const uint16_t* guide, size_t count,
                                          float x) {
     size_t number = guide[part_of(count, x)];
-    // Where x times count has been rounded up to a whole number, it is one part too far.
+    // Where x times count has been rounded up to a whole number, the guide is one part too far.
     while (number > 0 && sums[number] > double{x}) --number;
     while (number + 1 < count && sums[number + 1] <= double{x}) ++number;
     return number;
@@ -181,7 +183,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// Of x in [0, 1].
+// The arc tangent of x in [0, 1].
 HWY_INLINE Floats arc_tangent(Floats x) {
   const Floats b = x * x;
   Floats sum = set<Floats>(0.0028662257f);
@@ -210,7 +212,7 @@ class SkyKernel {
  public:
   SkyKernel(const SkyView& sky, SkyPoints& points) : sky_(sky), p_(points) {}
 
-  // From directions to radiance and pdf.
+  // Turns directions into radiance and pdf.
   void look_up() {
     for_each_register([&](size_t at, uint32_t wanted) {
       const Picture picture(sky_);
@@ -223,7 +225,7 @@ class SkyKernel {
     });
   }
 
-  // From places in the square to samples: direction, radiance and angle.
+  // Turns points of the square into samples: direction, radiance and angle.
   void sample() {
     for_each_register([&](size_t at, uint32_t wanted) {
       const Picture::Sample sample =

@@ -9,7 +9,7 @@ namespace tessera::core {
 
 inline constexpr int kSkyPoints = 64;  // of a packet
 
-// See sky_map.h.
+// View of a SkyMap (sky_map.h).
 struct SkyView {
   const float* rgb;  // [height][width][3]
   int32_t width, height;
@@ -19,14 +19,15 @@ struct SkyView {
   const uint16_t* column_guide;  // [height][width]
 };
 
-// Shape of all: [kSkyPoints]. Told or made, as the kernels say.
+// Inputs and outputs of sky_light() and sky_samples(); kernel_table.h says which are which. Shape
+// of all: [kSkyPoints].
 struct alignas(64) SkyPoints {
   float direction[3][kSkyPoints];
   float square[2][kSkyPoints];  // in [0, 1)
   float radiance[3][kSkyPoints];
   float pdf[kSkyPoints];    // by solid angle, with which samples take that direction
   float angle[kSkyPoints];  // of a sample: 1 over its pdf; 0: take nothing
-  uint64_t wanted;          // bits: the others are left as they are, or made to be anything
+  uint64_t wanted;          // bits of points; the others may become anything
 };
 
 }  // namespace tessera::core

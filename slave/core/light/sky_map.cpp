@@ -17,12 +17,12 @@ constexpr double kEvenShare = 0.1;
 
 double luminance(Vec3f c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
-// The mean over a texel of a bilinear picture, along one axis.
+// Weights of neighbours along one axis in the mean of a bilinear picture over a texel.
 constexpr double kTent[3] = {0.125, 0.75, 0.125};
 
-// The last i < count whose sum is at most i-th of `count` equal parts of [0, 1]: where to begin to look
-// for what lies there (Chen and Asau, "On generating random variates from an empirical distribution",
-// AIIE Transactions 6(2), 1974).
+// guide[i] becomes the last number below `count` whose sum is at most i / count. There begins the
+// search for what lies in the i-th of `count` equal parts of [0, 1] (Chen and Asau, "On generating
+// random variates from an empirical distribution", AIIE Transactions 6(2), 1974).
 void set_guide(const double* sums, std::size_t count, std::uint16_t* guide) {
   std::size_t number = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -32,7 +32,7 @@ void set_guide(const double* sums, std::size_t count, std::uint16_t* guide) {
   }
 }
 
-// From sums to chances that end at 1.
+// Turns sums into cumulative chances that end at 1; sums that are all 0 become even chances.
 void normalise(const double* sums, std::size_t count, double* to) {
   for (std::size_t i = 0; i <= count; ++i)
     to[i] = sums[count] > 0 ? sums[i] / sums[count]

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light from an environment map: radiance by direction, and directions by how much light they bring.
+// Light from an environment map: radiance by direction, and directions sampled by how much light
+// they bring.
 //
 // Directions are drawn by texel, and uniformly within it (Pharr, Jakob and Humphreys, "Physically
 // Based Rendering", 2016, section 14.2.4): nine of ten in proportion to the mean of the bilinear
@@ -7,7 +8,7 @@
 // So no direction has a chance of zero, and where a sun does not shine the rest of the sky, however
 // dim beside it, still gets its samples.
 //
-// The same bits on every processor and C library: arithmetic and square roots only.
+// Samples have the same bits on every processor and C library: arithmetic and square roots only.
 //
 // Threads. Constant after construction.
 #pragma once
@@ -27,9 +28,9 @@ class SkyMap {
 
   const std::shared_ptr<const EnvironmentMap>& map() const { return map_; }
 
-  // At a place of the picture, in texels from the upper left corner.
+  // Radiance at a place of the picture, in texels from the upper left corner.
   Vec3f at(Vec2f place) const;
-  // Of all directions together, radiance times solid angle; luminance.
+  // Light of all directions together, radiance times solid angle; luminance.
   double power() const { return power_; }
 
   struct Sample {
@@ -40,8 +41,8 @@ class SkyMap {
   // Requires: power() > 0; 0 <= x, y < 1.
   Sample sample(Vec2f square) const;
   std::uint64_t memory_bytes() const;
-  // For packets (slave/core/light/sky-inl.h): samples as here, to the bit, and the radiance and pdf of
-  // directions. Requires: this outlives it.
+  // View for packets (slave/core/light/sky-inl.h), whose samples are those of sample(), to the bit,
+  // and which also find radiance and pdf of directions. Requires: this outlives the view.
   SkyView view() const;
 
  private:
@@ -52,7 +53,7 @@ class SkyMap {
   double power_ = 0;
   std::vector<double> rows_;     // [height + 1], cumulative from 0 to 1
   std::vector<double> columns_;  // [height][width + 1], likewise
-  // Where sums reach a part of their way, so that they need not be searched as a whole.
+  // Where the search for a part of the sums begins, so that they need not be searched as a whole.
   std::vector<std::uint16_t> row_guide_;     // [height]
   std::vector<std::uint16_t> column_guide_;  // [height][width]
 };

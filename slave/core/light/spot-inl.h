@@ -14,8 +14,9 @@ TESSERA_BEFORE_TEXT();
 namespace tessera::core {
 namespace TESSERA_TEXT {
 
-// 0 below the outer cone, 1 within the inner; between them the square of what is linear in the cosine
-// (KHR_lights_punctual, "Inner and outer cone angles"). Without a cone between them, 1 from both on.
+// The falloff is 0 outside of the outer cone, 1 within the inner one, and between them the square
+// of what is linear in the cosine (KHR_lights_punctual, "Inner and outer cone angles"). Where both
+// cones are the same, it is 1 within them.
 template <class T>
 TESSERA_INLINE T spot_falloff(float cos_inner, float cos_outer, T cosine) {
   if (!(cos_inner > cos_outer)) return zero_unless(cosine >= cos_inner, set<T>(1));

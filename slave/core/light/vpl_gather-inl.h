@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light of one VPL at many points: who may see it, and what those get who do (Benthin, thesis,
-// section 9.3; Keller, "Instant radiosity", 1997).
+// Light of one VPL at many points: which of them may see it, and what those get that do (Benthin,
+// thesis, section 9.3; Keller, "Instant radiosity", 1997).
 //
 // Threads. Works on the caller's memory.
 #include "slave/core/light/gather_layout.h"
@@ -22,12 +22,13 @@ namespace HWY_NAMESPACE {
 // gamma(2) of common/math/rounding.h: a shadow ray's direction is rounded twice per component.
 constexpr float kDirectionError = 2 * kRoundoff / (1 - 2 * kRoundoff);
 
-// A shadow ray runs from the VPL to just above the point, both at their offsets beyond the exact planes
-// of their triangles (surface_offset.h). It cannot meet either triangle where the other end is beyond
-// that plane, too. With w the normal as computed, off by e, the other end at d and the triangle's own
-// end at most `offset` off its plane, that is w.d > e |d| + offset, with the roundings of w.d, 4 u |d|.
-// Triangles whose edges from A make a sine of 2^-8 or more have e < 2^-14 (slivers have no number here):
-// 2^-12 |d| is enough. At the VPL the ray's own direction is asked, which begins at its offset already.
+// A shadow ray runs from the VPL to just above the point, both at their offsets beyond the exact
+// planes of their triangles (surface_offset.h). It cannot meet either triangle where the other end
+// is beyond that plane, too. With w the normal as computed, off by e, the other end at d and the
+// triangle's own end at most `offset` off its plane, that is w.d > e |d| + offset, with the
+// roundings of w.d, 4 u |d|. Triangles whose edges from A make a sine of 2^-8 or more have e <
+// 2^-14 (slivers have no number here): 2^-12 |d| is enough. At the VPL the test takes the ray's own
+// direction, since the ray begins at the VPL's offset already.
 constexpr float kApart = 0x1p-12f;
 
 HWY_INLINE bool is_surface(const LightPoint& light) {
@@ -40,8 +41,8 @@ HWY_INLINE float product_upper(float a_low, float a_high, float b_low, float b_h
 }
 
 // Whether none of the points can get light, for all lie behind the VPL or have turned away from it.
-// Sums of three products: a bound that is off by some roundings is off only where cosines are next
-// to zero, hence the slack of 16 roundings of the largest term.
+// The bounds are sums of three products. One that is off by some roundings is off only where
+// cosines are next to zero, hence the slack of 16 roundings of the largest term.
 HWY_INLINE bool turned_away(const GatherPoints& p, const LightPoint& light) {
   float behind = 0, away = 0, size = 0, size_behind = 0;
   for (int a = 0; a < 3; ++a) {
@@ -58,8 +59,8 @@ HWY_INLINE bool turned_away(const GatherPoints& p, const LightPoint& light) {
   return is_surface(light) && behind < -kSlack * size_behind;
 }
 
-// Of the cosine at the light, before the clamp: `cosine_light` is that of the angle between the
-// light's normal and the way to the point.
+// Factor of the strength by the cosine at the light, before the clamp. cosine_light: of the angle
+// between the light's normal and the way to the point.
 HWY_INLINE Floats at_light(const LightPoint& light, Floats cosine_light) {
   if (is_surface(light)) return max(cosine_light, 0);
   if (light.kind != LightPointKind::kSpot) return set<Floats>(1);
@@ -131,7 +132,7 @@ inline bool begin_gather(const GatherPoints& p, const LightPoint& light, float c
   return count > 0;
 }
 
-// Adds what the points get whose strength is left.
+// Adds the VPL's light to the points by their strengths, which the caller has set to 0 in shadow.
 inline void end_gather(const LightPoint& light, const GatherRays& rays, GatherPoints& p) {
   const int lanes = static_cast<int>(kLaneCount);
   for (int i = 0; i < p.count; i += lanes) {

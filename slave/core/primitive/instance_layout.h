@@ -12,12 +12,12 @@
 namespace tessera::core {
 
 // Corners are brought to world space by `to_world`, with the operations of Transform::point(), and
-// rays are tested against them there. Boxes are tested in object space, where a point x of the world
-// is to_object (x - T) with T the last column of to_world.
+// rays are tested against them there. Boxes are tested in object space, where a point x of the
+// world is to_object (x - T) with T the last column of to_world.
 struct alignas(64) InstanceBlock {
   float to_world[3][4];
   float to_object[3][3];
-  // By axis, object units: how far a corner of the world, taken back, may be from the mesh's own.
+  // How far a corner in world space, taken back, may be from the mesh's own; by axis, object units.
   float pad[3];
   float row_max[3];          // largest size of a number in each row of to_object
   uint32_t mesh;             // index into TrianglesAndInstances::meshes

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What traversals ask of leaves: which of the primitives in a run of blocks the rays hit. A traversal
-// takes the leaf test of its rays as a template argument and knows nothing else of primitives.
+// What traversals ask of leaves: which of the primitives in a run of blocks the rays hit. A
+// traversal takes the leaf test of its rays as a template argument and knows nothing else of
+// primitives.
 //
 // Threads. One traversal owns one.
 #include "slave/core/primitive/shapes_layout.h"
@@ -20,7 +21,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// Rays of a packet. Test: FanBlock or BundleBlock.
+// Leaf test of the rays of a packet. Test: FanBlock or BundleBlock.
 template <int W, bool kAny, template <int, bool> class Test>
 class PacketLeaf {
  public:
@@ -39,14 +40,14 @@ class PacketLeaf {
     for (; block != end; ++block) has_hit |= test_.test(*block);
     return has_hit;
   }
-  // After all tests.
+  // To be called after all tests.
   HWY_INLINE void finish() { test_.finish(); }
 
  private:
   Test<W, kAny> test_;
 };
 
-// One ray.
+// Leaf test of one ray.
 template <int W, bool kAny>
 class RayLeaf {
  public:
@@ -55,7 +56,8 @@ class RayLeaf {
   explicit RayLeaf(OneRay& ray) : test_(ray) {}
 
   HWY_INLINE void prepare() { test_.prepare(); }
-  // Returns: of any hits, the block where the hit is; else, or where there is none, kNoBlock.
+  // Returns: for any-hit, the block with the hit; kNoBlock where there is none, and for closest
+  // hits.
   HWY_INLINE uint32_t test(const TrianglesOnly<W>& shapes, uint32_t first, uint32_t count) {
     for (uint32_t i = 0; i < count; ++i) {
       test_.test(shapes.triangles[first + i]);
@@ -68,12 +70,12 @@ class RayLeaf {
   TriangleRay<W, kAny> test_;
 };
 
-// The leaf tests of a set of kinds, by the rays that are traced.
+// The leaf tests for a set of kinds of primitives, one for each kind of rays.
 template <class Shapes>
 struct LeafTests;
 template <int W>
 struct LeafTests<TrianglesOnly<W>> {
-  // Where a block begins, for prefetching: its first 4 cache lines are its own.
+  // Address of a block, for prefetching; the block fills the first 4 cache lines from there.
   static HWY_INLINE const char* address(const TrianglesOnly<W>& shapes, uint32_t block) {
     static_assert(sizeof(TriangleBlock<W>) > 4 * 64);
     return reinterpret_cast<const char*>(shapes.triangles + block);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The structure that the rays of a scene go through, whichever it is, with the blocks of primitives
-// that its leaves name.
+// The acceleration structure of a scene, whichever it is, with the blocks of primitives that its
+// leaves name.
 //
 // Threads. Built once, then never changed.
 #pragma once
@@ -59,7 +59,8 @@ struct InstancedBvh {
   std::vector<TriangleBlock<W>> triangles;
   std::vector<InstanceBlock> instances;
   std::vector<Bounds3f> boxes;  // of instances, world space
-  // By mesh of the scene; null, and empty, for those that have no instance here.
+  // By mesh of the scene. Meshes without an instance here are null in `meshes` and empty in
+  // `shapes`.
   std::vector<std::shared_ptr<const MeshIndex<W>>> meshes;
   std::vector<MeshShape<W>> shapes;
   std::vector<std::uint8_t> is_placed;  // by instance of the scene: 0 where it is flattened
@@ -76,7 +77,7 @@ struct PrimitiveIndex {
   std::uint64_t memory_bytes() const {
     return std::visit([](const auto& index) { return index.memory_bytes(); }, any);
   }
-  // Of all corners of triangles with an area; empty where there are none.
+  // Bounds of all corners of triangles with an area; empty where there are none.
   Bounds3f bounds() const {
     return std::visit(
         [](const auto& index) {
@@ -98,7 +99,7 @@ template <int W>
 Result<IndexedKd<W>> index_by_kd(std::span<const Bounds3f> boxes, std::span<const float> vertices,
                                  const BuildControl& control, const KdBuildConfig& config = {});
 
-// The one for a processor with registers of `lanes` floats. Shape and returns: as above.
+// Builds the index for a processor with registers of `lanes` floats. Shape and returns: as above.
 Result<PrimitiveIndex> build_primitive_index(std::span<const Bounds3f> boxes,
                                              std::span<const float> vertices, Structure structure,
                                              int lanes, const BuildControl& control);

@@ -22,17 +22,17 @@ namespace tessera::core {
 namespace HWY_NAMESPACE {
 
 struct BundleRays : PacketRays {
-  // A bundle that takes more steps than this is none: its rays are traced one by one from the
-  // start, and the steps are some per cent of what that takes.
+  // A bundle that takes more steps than this is given up, and its rays are traced one by one from
+  // the start; the steps are some per cent of what that takes.
   static constexpr int kStepsMax = 48;
   static constexpr int kKdStepsMax = 400;
   static constexpr int kRaysLeast = 12;    // fewer, or one lane, are faster alone
-  static constexpr float kWidest = 0.75f;  // of u_max - u_min, v_max - v_min, likewise
+  static constexpr float kWidest = 0.75f;  // limit of u_max - u_min, v_max - v_min, likewise
 
   // Returns: whether the rays form a narrow frustum: those that are valid go to one side of the
   // main axis and to about the same part of it.
   bool setup(const RayPacket& rays);
-  // What a test knows of one primitive and a row of rays.
+  // Result of the test of one primitive against a row of rays.
   struct RowTest {
     V t;
     M counts;       // t is the primitive's answer where the ray meets it
@@ -44,15 +44,15 @@ struct BundleRays : PacketRays {
   // Takes the hits that are sure. Returns: the bits of the rays that exact_hit() has to decide.
   template <bool kAny>
   HWY_INLINE uint32_t take(size_t row, const RowTest& test, uint32_t primitive, bool& has_hit);
-  // A hit of one ray, already decided. Returns: whether it is nearer than what the ray had.
+  // Takes a hit of one ray, already decided. Returns: whether it is nearer than what the ray had.
   template <bool kAny>
   bool take(size_t ray, float t, float t_min, uint32_t primitive);
 
-  HWY_INLINE V depths(size_t row) const;  // behind which no ray of the row looks
-  HWY_INLINE void set_depths();           // before anything is hit
-  HWY_INLINE void shorten(size_t row);    // after hits in a row
-  HWY_INLINE void shorten();              // after those
-  // No best hit of these rays is behind that t.
+  HWY_INLINE V depths(size_t row) const;  // z of best_t of the row's rays
+  HWY_INLINE void set_depths();           // to be called before anything is hit
+  HWY_INLINE void shorten(size_t row);    // to be called after hits in a row
+  HWY_INLINE void shorten();              // to be called after those
+  // Upper bounds of the best t of the rays from `at` on.
   HWY_INLINE V farthest(size_t at) const { return load<V>(best_t + at); }
 
   alignas(64) float start[kPacketRays];  // depth at which the ray begins
@@ -136,14 +136,14 @@ inline bool BundleRays::setup_row(const RayPacket& rays, size_t row, uint64_t va
   return true;
 }
 
-// Moved out by the roundings of u itself and of its product with z.
+// Slopes are moved out by the roundings of u itself and of its product with z.
 inline void BundleRays::set_slopes(size_t row, V u, RowPlanes& planes) {
   const float low = least_lane(u), high = greatest_lane(u);
   planes.slope[0][row] = low - abs_of(low) * (8 * kRoundoff);
   planes.slope[1][row] = high + abs_of(high) * (8 * kRoundoff);
 }
 
-// The middle ray's across the main axis; along it, no ray begins before it.
+// The origin is the middle ray's across the main axis; along the axis no ray begins before it.
 inline void BundleRays::set_origin(size_t middle) {
   const V s = set<V>(side);
   V least = set<V>(__builtin_inff());
@@ -163,8 +163,9 @@ inline void BundleRays::set_origin(size_t middle) {
   reach = greatest_lane(farthest) * (1 + 2 * kRoundoff);
 }
 
-// Of all rows and of the whole; moved out by the roundings of origins, products and sums: some 4 u
-// of the origins' distance and 2 u of what a slope of at most 2 makes of it.
+// Sets the offsets of all rows and of the whole bundle. They are moved out by the roundings of
+// origins, products and sums: some 4 u of the origins' distance and 2 u of what a slope of at most
+// 2 makes of it.
 inline void BundleRays::set_offsets(int axis, RowPlanes& planes, const float* slope,
                                     float* offset) {
   const float slack = 16 * kRoundoff * reach;

@@ -4,9 +4,10 @@
 // The main axis z is where the rays go; the origin is moved to 0 and every direction scaled to
 // z = 1, so a ray is (u, v, 1) and the packet lies in [u_min, u_max] x [v_min, v_max].
 //
-// What a ray has hit so far is known by its nearness 1/z, which is linear in u and v over a plane: an interval
-// that holds the nearness of t as it will be reported. Planar primitives compare intervals, and t itself is
-// computed once, for what is nearest in the end (`pending`), or where two intervals overlap.
+// The best hit of a ray is known by its nearness 1/z, which is linear in u and v over a plane. It
+// is kept as an interval that holds the nearness of t as it will be reported. Planar primitives
+// compare intervals, and t itself is computed once, for what is nearest in the end (`pending`), or
+// where two intervals overlap.
 //
 // Threads. One traversal owns one.
 #include "slave/core/ray/packet_layout.h"
@@ -25,7 +26,7 @@ namespace tessera::core {
 namespace HWY_NAMESPACE {
 
 struct FanRays : PacketRays {
-  // A fan that gets through setup() is traced as one.
+  // A fan that gets through setup() is traced as one, however many steps it takes.
   static constexpr int kStepsMax = 0x7fffffff, kKdStepsMax = 0x7fffffff;
 
   static constexpr int kRaysLeast = 4;  // fewer are faster alone
@@ -34,35 +35,36 @@ struct FanRays : PacketRays {
   // and not far from it.
   bool setup(const FanPacket& rays);
 
-  // A hit of one ray, already decided. Returns: whether it is nearer than what the ray had. Requires: the
-  // ray's best hit is not pending.
+  // Takes a hit of one ray, already decided. Returns: whether it is nearer than what the ray had.
+  // Requires: the ray's best hit is not pending.
   template <bool kAny>
   bool take(size_t ray, float t, float t_min, uint32_t primitive);
-  // The best hit of a ray, which was pending, is at t.
+  // Sets the t of a ray's best hit, which was pending or is new.
   HWY_INLINE void settle(size_t ray, float t);
-  // After hits: finds z_far and row_low.
+  // Finds z_far and row_low; must be called after hits.
   HWY_INLINE void shorten();
-  // No best hit of these rays is behind that t.
+  // Upper bounds of the best t of the rays from `at` on.
   HWY_INLINE V farthest(size_t at) const;
 
   float t_min = 0;
   int32_t excluded = -1;  // ExcludedPrimitives::at_origin
   float steepness = 0;    // largest sum of the sizes of u, v and 1 of a ray
   float widest[2];        // largest size of u, of v
-  float nearest_min;      // what is less near than this is not before t_min for certain
+  float nearest_min;      // a hit of less nearness is certainly not before t_min
   alignas(64) float ray_u[kPacketRays], ray_v[kPacketRays];
   alignas(64) float row_u[2][kRows], row_v[2][kRows];
-  // The nearness of the best hit, or of t_max: between these. Infinite for rays that look for nothing.
+  // Interval of the nearness of the best hit, or of t_max. Infinite for rays that look for nothing.
   alignas(64) float low[kPacketRays], high[kPacketRays];
-  alignas(64) float row_low[kRows];  // the least of each row, where there are more than 4
-  // Where t is not known yet: what was hit, a number that the test of the primitives knows. Else -1.
+  alignas(64) float row_low[kRows];  // least `low` of each row, where there are more than 4 rows
+  // Where t of the best hit is not known yet: a number by which the primitives' test knows what was
+  // hit. Else -1.
   alignas(64) int32_t pending[kPacketRays];
 
  private:
-  // A nearness computed of t is off by less: of t itself 4 roundings, of its product with z, of the quotient
-  // and of the bound one each.
+  // Relative error of a nearness computed from t is less than this: 4 roundings of t itself, and
+  // one each of its product with z, of the quotient and of the bound.
   static constexpr float kNearSlack = 8 * kRoundoff;
-  // Of hits at t = 0, beside which there may be others at 0.
+  // Greatest `low`, for hits at t = 0, beside which there may be others at 0.
   static constexpr float kNearMax = 0x1.fffffep127f;
 
   static uint64_t valid_rays(const FanPacket& rays);
@@ -139,7 +141,7 @@ HWY_INLINE void FanRays::bound() {
     v_low = min_of(v_low, row_v[0][r]);
     v_high = max_of(v_high, row_v[1][r]);
   }
-  // Each bound moved out by the roundings of u itself and of its product with z.
+  // Each bound is moved out by the roundings of u itself and of its product with z.
   const auto outward = [](float bound, float sign) {
     return bound + sign * abs_of(bound) * (8 * kRoundoff);
   };

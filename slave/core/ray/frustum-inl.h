@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What 64 rays go through: four planes and two depths, against boxes, W at once.
+// The frustum of 64 rays, four planes and two depths, and its test against W boxes at once.
 //
 // Everything is seen from one point, the origin, with z the main axis, positive where the rays go.
 // A plane is x <= slope z + offset (or >=) with z >= 0: for rays from one point the offsets are 0.
@@ -26,7 +26,7 @@ namespace HWY_NAMESPACE {
 struct Frustum {
   float origin[3];
   int kx = 0, ky = 1, kz = 2;  // z: the main axis
-  float side = 1;              // of it that the rays go to
+  float side = 1;              // direction along it in which the rays go: 1 or -1
   float slope_u[2], slope_v[2];
   float offset_u[2] = {0, 0}, offset_v[2] = {0, 0};
   float z_far = 0;  // depth behind which no ray looks any more

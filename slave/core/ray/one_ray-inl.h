@@ -39,9 +39,9 @@ struct OneRay {
   alignas(16) float origin[4], direction[4];
   alignas(16) float slope[4];    // the direction, scaled by a power of two where it is extreme
   alignas(16) float inverse[4];  // of the slope
-  alignas(16) float pad[4];      // of t, where the ray hardly moves along an axis
+  alignas(16) float pad[4];      // widening of t, where the ray hardly moves along an axis
   uint32_t down = 0;             // bits of the axes with a negative slope
-  float near_limit = 0, far_limit = 0;  // of t, scaled and moved out
+  float near_limit = 0, far_limit = 0;  // t_min and best_t, scaled and moved out
   int32_t best = -1;
   float reach = 0;             // largest distance, by axis, of a point of the scene from the origin
   float scale = 1;             // scaled t = t * scale
@@ -59,7 +59,7 @@ HWY_INLINE bool OneRay::setup(const SingleRay& ray, const SceneBox& scene) {
   const A d;
   auto far = hn::Zero(d), longest = far, reached = far;
   for (size_t a = 0; a < 4; a += kAxisStep) {
-    // The number behind each of the two arrays is one of the ray's, too.
+    // Loads of 4 read the number behind each of the two arrays; it is a member of the ray, too.
     const auto is_axis = hn::FirstN(d, 3 - a);
     const auto from = hn::IfThenElseZero(is_axis, hn::LoadU(d, ray.origin + a));
     const auto along = hn::IfThenElseZero(is_axis, hn::LoadU(d, ray.direction + a));
@@ -95,8 +95,8 @@ HWY_INLINE bool OneRay::setup(const SingleRay& ray, const SceneBox& scene) {
   return true;
 }
 
-// So that no product of a coordinate with an inverse overflows, which is at most 2^60 for
-// coordinates below 2^60 and at most 1 beyond.
+// Scales the slope so that no product of a coordinate with an inverse overflows: the inverse is at
+// most 2^60 for coordinates below 2^60 and at most 1 beyond.
 HWY_INLINE void OneRay::scale_slope(float largest) {
   const A d;
   for (size_t a = 0; a < 4; a += kAxisStep) hn::Store(hn::Load(d, direction + a), d, slope + a);

@@ -12,20 +12,22 @@ namespace tessera::core {
 inline constexpr int kPacketRays = 64;
 inline constexpr uint32_t kNoPrimitive = 0xffffffffu;
 
-// What a reported t may be off, with room for the roundings of a comparison: limits of t are moved
-// out by this share where boxes are compared with them.
+// Bound of the relative error of a reported t, with room for the roundings of a comparison: limits
+// of t are moved out by this share where boxes are compared with them.
 inline constexpr float kTimeSlack = 0x1p-20f;
 
-// What a caller's packets have been like lately: kept in the packet that it fills again and again,
-// so that packets that do not pay, for rays far apart in a scene of tiny primitives, are not tried
-// again and again. It changes nothing but time. Of one thread, as the packet is.
+// Whether a caller's packets have paid lately. It is kept in the packet that the caller fills again
+// and again, so that packets that do not pay, as for rays far apart in a scene of tiny primitives,
+// are not tried each time. It changes nothing but time. It belongs to one thread, as the packet
+// does.
 struct PacketHabit {
-  int alone = 0;  // so many packets are to be traced ray by ray
-  int wait = 1;   // so many after the next that does not pay
+  int alone = 0;  // number of packets still to be traced ray by ray
+  int wait = 1;   // number of them after the next that does not pay
 };
 
-// Where fans begin that leave one point through one window: at the subtrees that the window meets,
-// found once for all of them. Of a kd-tree it is one: the number of a node and its voxel.
+// Where traversal begins for the fans that leave one point through one window: at the subtrees that
+// the window meets, found once for all of them. In a kd-tree it is one subtree: the number of a
+// node and its voxel.
 inline constexpr int kEntryWidth = 16;
 struct alignas(64) FanEntry {
   BvhNode<kEntryWidth> top;  // the nearest child first; kBvhNoChild behind the last
@@ -41,9 +43,10 @@ struct FanWindow {
   float low[2], high[2];
 };
 
-// Planar primitives that a fan's rays are known not to meet in exact arithmetic, although they begin
-// or end next to them (a curved one may be met again): none meets `at_origin`, and ray i does not meet at_end[at[i]]. Each may be
-// kNoPrimitive, at_end null. Any-hit saves their tests; it changes nothing but time.
+// Planar primitives that a fan's rays are known not to meet in exact arithmetic, although they
+// begin or end next to them (a curved one may be met again). No ray meets `at_origin`, and ray i
+// does not meet at_end[at[i]]. Each may be kNoPrimitive; at_end may be null. Any-hit traversal
+// skips their tests, which changes nothing but time.
 struct ExcludedPrimitives {
   const uint32_t* at_end = nullptr;
   const int* at = nullptr;
@@ -59,15 +62,14 @@ struct alignas(64) FanPacket {
   float origin[3];
   float t_min;
   uint64_t active;  // bit i: ray i is to be traced; the arrays need not be set for the others
-  // Null: from the root. Requires: found for this structure and a window of this origin that all
-  // active rays pass. It changes nothing but time.
+  // Where traversal begins; null: at the root. Requires: it was found for this structure and a
+  // window of this origin that all active rays pass. It changes nothing but time.
   const FanEntry* entry = nullptr;
   ExcludedPrimitives excluded;
   mutable PacketHabit habit;
 };
 
-// Any 64 rays; those of a bundle are traced together where they have company. A hit needs
-// t_min <= t <= t_max.
+// Any 64 rays. Those that form a bundle are traced together. A hit needs t_min <= t <= t_max.
 struct alignas(64) RayPacket {
   float origin[3][kPacketRays];
   float direction[3][kPacketRays];

@@ -41,11 +41,11 @@ struct PacketRays : Frustum {
   static HWY_INLINE size_t middle_of(uint64_t valid) {
     return valid >> 27 & 1u ? 27 : static_cast<size_t>(__builtin_ctzll(valid));
   }
-  // Takes the main axis from a ray.
+  // Sets the main axis by the direction of a ray.
   template <class Packet>
   HWY_INLINE void aim(const Packet& rays, size_t ray);
-  // The row's directions, lengths and limits. Rays that are not valid go where the middle one goes, and hit
-  // nothing. Returns: what each moves along the main axis per t.
+  // Sets the row's directions, lengths and limits. Rays that are not valid go where the middle one
+  // goes, and hit nothing. Returns: what each ray moves along the main axis per t.
   template <class Packet>
   HWY_INLINE V begin_row(const Packet& rays, size_t row, uint64_t valid, size_t middle);
   // Whether all rays of a row are near the main axis. u, v: what they move across it per depth.
@@ -60,7 +60,8 @@ struct PacketRays : Frustum {
   uint64_t blocked() const;
 
   int count = 0;  // of valid rays
-  // In tests of a row; a primitive that is left of a block counts for two of them. See PacketTracer.
+  // Work left before tracing together does not pay (PacketTracer), in tests of a row; a primitive
+  // of a block that is tested by itself counts for two of them.
   int work_left = 0;
   alignas(64) float direction[3][kPacketRays];
   alignas(64) float length[kPacketRays];  // sum of |direction|

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every use of random numbers in a picture: the dimensions of the sample sequence. A point of the
-// sequence is shuffled_2d(hash_combine(key, dimension), index); two uses are independent where their
-// keys or their dimensions differ (core_dimensions_test draws every pair).
+// sequence is shuffled_2d(hash_combine(key, dimension), index); two uses are independent where
+// their keys or their dimensions differ (core_dimensions_test draws every pair).
 //
 // Threads. Constants.
 #pragma once
@@ -14,11 +14,11 @@
 namespace tessera::core {
 
 enum class Dimension : std::uint32_t {
-  // With the key of a pixel, which its seed and place make.
+  // Used with the key of a pixel, which its seed and place make.
   kLens = 0,
   kSurface = 1,  // gives the key of the first surface that is seen
 
-  // With the key of a surface.
+  // Used with the key of a surface.
   kEmitter = 0,               // + 2 for each emitter that is sampled by itself
   kBiasRay = 0x10000001,      // towards light that the bound of VPLs has cut
   kBiasPath = 0x10000003,     // gives the key of what that ray meets
@@ -28,7 +28,7 @@ enum class Dimension : std::uint32_t {
   kEnvironment = 0x80000001,
   kGlossy = 0x80000003,
 
-  // With the key of a frame, for light subpaths.
+  // Used with the key of a frame, for light subpaths.
   kVplPlace = 0,
   kVplPick,
   kVplFirst,
@@ -41,7 +41,7 @@ constexpr std::uint32_t dimension(Dimension d, std::uint32_t number = 0) {
   return static_cast<std::uint32_t>(d) + number;
 }
 
-// The dimensions of a use that has several. Requires: of one key, in rising order.
+// The dimensions of a use that has several. Requires: the ranges of one key are in rising order.
 struct DimensionRange {
   Dimension first;
   std::uint32_t count;

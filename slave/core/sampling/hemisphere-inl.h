@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Directions about a normal. The same bits on every processor and C library: arithmetic and square
-// roots only. T: float, or Floats.
+// Directions about a normal. Results are the same to the bit on every processor and C library,
+// since only arithmetic and square roots are used. T: float, or Floats.
 // Threads. Pure functions.
 #if defined(TESSERA_CORE_HEMISPHERE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_CORE_HEMISPHERE_INL_H_
@@ -28,7 +28,7 @@ TESSERA_INLINE SinCos<T> sin_cos_turn(T x) {
           1 + b * (-0.5f + b * (1 / 24.0f + b * (-1 / 720.0f + b * (1 / 40320.0f))))};
 }
 
-// The same for x in [0, 1].
+// sin and cos of 2 pi x, x in [0, 1].
 template <class T>
 TESSERA_INLINE SinCos<T> sin_cos_whole_turn(T x) {
   const auto quarter = convert<IntOf<T>>(4 * x + 0.5f);  // the nearest, 0 to 4
@@ -38,7 +38,7 @@ TESSERA_INLINE SinCos<T> sin_cos_whole_turn(T x) {
   return {select(has_bit(quarter, 2), -sin, sin), select(has_bit(quarter + 1, 2), -cos, cos)};
 }
 
-// The unit square onto the unit disk; neighbours stay neighbours (Shirley and Chiu, "A low
+// Maps the unit square onto the unit disk; neighbours stay neighbours (Shirley and Chiu, "A low
 // distortion map between disk and square", 1997).
 template <class T>
 struct DiskPoint {
@@ -68,7 +68,8 @@ TESSERA_INLINE Basis<T> basis_about(Vec3<T> n) {
   return {{1 + signed_x * n.x * a, sign * b, -signed_x}, {b, sign + n.y * n.y * a, -n.y}};
 }
 
-// Of pdf cosine / pi about `normal`. x, y: in the unit square, which is mapped onto the disk.
+// A direction of pdf cosine / pi about `normal`. x, y: in the unit square, which is mapped onto the
+// disk.
 template <class T>
 TESSERA_INLINE Vec3<T> cosine_direction(Vec3<T> normal, T x, T y) {
   const DiskPoint<T> disk = concentric_disk(x, y);

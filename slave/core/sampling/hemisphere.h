@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Directions about a normal, of plain numbers: the text of hemisphere-inl.h.
+// Directions about a normal, for plain numbers, by the text of hemisphere-inl.h.
 // Threads. Pure functions.
 #pragma once
 

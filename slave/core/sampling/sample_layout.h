@@ -11,8 +11,8 @@ inline constexpr int kSamplePoints = 64;
 
 // Shape of all: [kSamplePoints].
 struct alignas(64) SamplePoints {
-  uint32_t key[kSamplePoints];     // told
-  float square[2][kSamplePoints];  // made, in [0, 1)
+  uint32_t key[kSamplePoints];     // input
+  float square[2][kSamplePoints];  // output, in [0, 1)
   int32_t count;
 };
 

@@ -43,7 +43,7 @@ class SequencePoint {
       : x_(van_der_corput_bits(index)), y_(sobol2_bits(index)) {}
   std::uint32_t x_bits() const { return x_; }
   std::uint32_t y_bits() const { return y_; }
-  // In [0, 1)^2.
+  // The point scrambled by `key`, in [0, 1)^2.
   Vec2f scrambled(std::uint32_t key) const {
     const auto point = plain::scrambled_point(x_, y_, key);
     return {point.x, point.y};
@@ -58,7 +58,8 @@ inline Vec2f sample_2d(std::uint32_t key, std::uint32_t index) {
   return SequencePoint(index).scrambled(key);
 }
 
-// As sample_2d(), the points in another order: for each of several uses of one index.
+// As sample_2d(), but with the points in an order of the key, for each of several uses of one
+// index.
 inline Vec2f shuffled_2d(std::uint32_t key, std::uint32_t index) {
   const auto point = plain::shuffled_point(key, index);
   return {point.x, point.y};

@@ -33,13 +33,13 @@ TESSERA_INLINE constexpr U hash_combine(U h, U value) {
   return mix_bits(h ^ (value + 0x9e3779b9u + (shift_left<6>(h) + shift_right<2>(h))));
 }
 
-// 24 high bits to [0, 1): exact, never 1.
+// Maps the 24 high bits to [0, 1): exact, never 1.
 template <class U>
 TESSERA_INLINE constexpr FloatOf<U> unit_float(U bits) {
   return convert<FloatOf<U>>(bit_cast<IntOf<U>>(shift_right<8>(bits))) * (1.0f / 16777216.0f);
 }
 
-// Groups of kBits bits, those of `low` and those beside them, swapped.
+// Swaps groups of kBits bits: those of the mask `low` with those above them.
 template <int kBits, class U>
 TESSERA_INLINE constexpr U swapped_bits(U i, uint32_t low) {
   return shift_left<kBits>(i & low) | (shift_right<kBits>(i) & low);
@@ -54,8 +54,8 @@ TESSERA_INLINE constexpr U van_der_corput_bits(U i) {
   return swapped_bits<1>(i, 0x55555555u);
 }
 
-// Sobol's second dimension has Pascal's triangle modulo 2 as its matrix: bit j of the index goes with all
-// bits whose number holds that of j (Lucas), which five steps sum up.
+// Sobol's second dimension has Pascal's triangle modulo 2 as its matrix: bit j of the index goes
+// with all bits whose number holds that of j (Lucas), which five steps sum up.
 template <class U>
 TESSERA_INLINE constexpr U sobol2_bits(U i) {
   i = i ^ (shift_right<1>(i) & 0x55555555u);
@@ -66,10 +66,10 @@ TESSERA_INLINE constexpr U sobol2_bits(U i) {
   return van_der_corput_bits(i);
 }
 
-// Another order of the indices: aligned runs of 2^k stay together, and within them every order is as
-// likely. Uses of one index in several dimensions are to go through keys of their own, or else the
-// dimensions are not independent, however their points are scrambled. Burley, "Practical hash-based
-// Owen scrambling", JCGT 9(4), 2020, with the hash of Laine and Karras, 2011.
+// Puts the indices into another order: aligned runs of 2^k stay together, and within them every
+// order is as likely. Uses of one index in several dimensions need keys of their own; otherwise the
+// dimensions are not independent, however their points are scrambled. After Burley, "Practical
+// hash-based Owen scrambling", JCGT 9(4), 2020, with the hash of Laine and Karras, 2011.
 template <class U>
 TESSERA_INLINE constexpr U shuffled_index(uint32_t index, U key) {
   U x = van_der_corput_bits(set<U>(index)) + key;
@@ -108,7 +108,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// shuffled_2d() of hash_combine(key, dimension).
+// Makes p.square: shuffled_2d(hash_combine(key, dimension), index) of each key.
 inline void sample_points(uint32_t dimension, uint32_t index, SamplePoints& p) {
   for (int i = 0; i < p.count; i += static_cast<int>(kLaneCount)) {
     const Uints key = hash_combine(load<Uints>(p.key + i), set<Uints>(dimension));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What textures, vertices and constants of a material make of its optional lobes at a point.
+// Optional lobes of a material at a point, from its textures, vertices and constants.
 // Threads. Pure functions.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace tessera::core {
 
-// Of point i, which `group` made. Requires: has_lobes(*s.material).
+// Lobes at point i of `points`, which were made for `group`. Requires: has_lobes(*s.material).
 SurfaceLobes lobes_of(const Surface& s, const DetailGroup& group, const DetailPoints& points,
                       int i);
 

@@ -55,7 +55,7 @@ void MetSurfaces::gather_corners(const PacketHits& hits) {
   }
 }
 
-// To what is not seen they are black.
+// Unlit surfaces show their colour where they are seen, and are black elsewhere.
 void MetSurfaces::blacken(std::uint64_t rays, Surface* const* to, bool is_seen) {
   for_each_ray(rays, [&](int ray) {
     Surface& s = *to[ray];
@@ -69,7 +69,7 @@ void MetSurfaces::make_lit(const SurfaceDetail::Hits& hits, std::uint64_t rays,
   for_each_ray(rays, [&](int ray) {
     const std::uint32_t triangle = hits.triangle[ray];
     const Material& m = material(triangle);
-    Surface& s = *new (to[ray]) Surface;  // in its place: this is the path of every bounce
+    Surface& s = *new (to[ray]) Surface;  // constructed in place: every bounce comes here
     s.point = vector_at(at.point, ray);
     s.normal = s.shading_normal = vector_at(at.normal, ray);
     s.offset = at.offset[ray];

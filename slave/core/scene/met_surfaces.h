@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surfaces that the rays of a packet have met: where, by the kernels for all rays at once, then
-// materials, and what scenes of more than plain diffuse triangles add to that. Asked once a packet and
-// not once a ray what the scene needs, plain scenes pay nothing for the others.
+// The surfaces that the rays of a packet have met. The kernels find the points for all rays at
+// once; then materials are looked up, and what scenes of more than plain diffuse triangles add to
+// that. What the scene needs is asked once for a packet and not once for a ray, so that plain
+// scenes pay nothing for the others.
 //
 // Threads. One object per thread, over memory of its own.
 #pragma once
@@ -19,8 +20,8 @@ class MetSurfaces {
   struct Memory {
     PacketPoints points;
     SurfaceDetail::Memory detail;
-    // Of scenes whose triangles are not all stored: corners of those that were met, and the hits with
-    // the corners' places for numbers.
+    // Used where a scene's triangles are not all stored: corners of those that were met, and the
+    // hits with places in `corner` as primitives.
     float corner[kPacketRays][3][3];  // [triangle][corner][axis]
     PacketHits numbered;
   };
@@ -33,13 +34,13 @@ class MetSurfaces {
         instances_(scene.triangles),
         detail_(scene, kernels, memory.detail) {}
 
-  // Finds the points. Requires: hits are those of the rays, and both stand as they are until the last
-  // call for them.
+  // Finds the points. Requires: hits are those of the rays, and both stand as they are until the
+  // last call for them.
   void find(const FanPacket& rays, const PacketHits& hits);
   void find(const RayPacket& rays, const PacketHits& hits);
 
   const PacketPoints& points() const { return memory_.points; }
-  // Of a triangle that was hit.
+  // Material of a triangle that was hit.
   const Material& material(std::uint32_t triangle) {
     if (triangle != known_) {
       known_ = triangle;
@@ -52,18 +53,18 @@ class MetSurfaces {
     return (points().sliver >> ray & 1u) != 0 ? kNoPrimitive : triangle;
   }
 
-  // Makes *to[i] for each of `rays`, bits of points().met. cones [kPacketRays]: the
-  // rays' where they began; null: they have none, and textures and patterns are not filtered.
-  // batch: the one that the surfaces are of, which takes their optional lobes; null: lobes are not asked
-  // for. Weights are those of surfaces alone: see slave/core/bsdf/transmission.h.
+  // Makes *to[i] for each of `rays`, bits of points().met. cones [kPacketRays]: the rays' cones
+  // where they began; null: there are none, and textures and patterns are not filtered. batch: the
+  // batch that the surfaces belong to, which takes their optional lobes; null: lobes are not
+  // needed. Weights are those of surfaces alone: see slave/core/bsdf/transmission.h.
   template <class Packet>
   void make(const Packet& packet, const PacketHits& hits, std::uint64_t rays, const RayCone* cones,
             Surface* const* to, SurfaceBatch* batch = nullptr) {
     make_lit({points(), packet.direction, hits.primitive}, rays, cones, to, batch);
     if (scene_.features.has_unlit) blacken(rays, to, /*is_seen=*/false);
   }
-  // The same of what the camera sees, directly or in mirrors: surfaces that are not lit show their
-  // colour. To all others they are black.
+  // Does the same for what the camera sees, directly or in mirrors: unlit surfaces show their
+  // colour. In make() they are black.
   template <class Packet>
   void make_seen(const Packet& packet, const PacketHits& hits, std::uint64_t rays,
                  const RayCone* cones, Surface* const* to, SurfaceBatch* batch = nullptr) {

@@ -21,8 +21,8 @@
 namespace tessera::core {
 namespace {
 
-// Whether normals of vertices show anything: one is further than 1e-5 from that of its triangle, which
-// is more than rounding and less than can be seen.
+// Whether vertex normals make a difference: one is further than 1e-5 from that of its triangle,
+// which is more than rounding and less than can be seen.
 bool is_smooth(const Mesh& mesh) {
   if (mesh.normals.empty()) return false;
   for (const auto& t : mesh.triangles) {
@@ -80,8 +80,7 @@ std::vector<std::uint32_t> numbers_of(const TriangleStore& store) {
   return numbers;
 }
 
-// Triangles with their structure, in two levels where instances are worth it. Shape: boxes becomes
-// [stored triangle].
+// Builds the triangles with their structure, in two levels where instances are worth it.
 template <int W>
 Status build_index(const Scene& scene, const BuildOptions& options, Geometry& geometry) {
   const BuildControl control{options.threads, options.is_cancelled};
@@ -96,7 +95,7 @@ Status build_index(const Scene& scene, const BuildOptions& options, Geometry& ge
       place_instances<W>(scene, is_kd ? Instancing::kNever : options.instancing, known, control);
   if (!placed.is_ok()) return placed.status();
   const bool is_flat = placed->is_empty();
-  std::vector<Bounds3f> boxes;
+  std::vector<Bounds3f> boxes;  // by stored triangle
   TriangleStore& store = geometry.triangles;
   store = make_triangle_store({geometry.meshes, geometry.instances,
                                is_flat ? std::span<const std::uint8_t>{} : placed->is_placed},

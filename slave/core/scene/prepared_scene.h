@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One scene version made ready for tracing: triangles, in world space or as instances of meshes, the
-// spatial index, materials, textures, lights. Immutable; any number of threads read it without locks, and tiles of frame n
-// hold it alive while version n + 1 is built beside them.
+// One scene version made ready for tracing: triangles, in world space or as instances of meshes,
+// the spatial index, materials, textures, lights. It is immutable: any number of threads read it
+// without locks, and tiles of frame n hold it alive while version n + 1 is built beside them.
 #pragma once
 
 #include <atomic>
@@ -22,9 +22,10 @@ struct BuildOptions {
   int threads = 1;                                  // at least 1
   const std::atomic<bool>* is_cancelled = nullptr;  // may be null; polled
   Structure structure = Structure::kAuto;           // answers do not depend on it
-  Instancing instancing = Instancing::kAuto;        // nor on that; kd-trees have no instances
-  // May be null: another version. Where it has the same meshes, by pointer, in the same places, its
-  // geometry is shared and not built; else the structures of those of its meshes that are instanced.
+  Instancing instancing = Instancing::kAuto;        // likewise; kd-trees have no instances
+  // Another version of the scene; may be null. Where it has the same meshes, by pointer, in the
+  // same places, its geometry is shared and not built; otherwise the structures of those of its
+  // meshes that are instanced are shared.
   const PreparedScene* other = nullptr;
 };
 
@@ -41,7 +42,7 @@ class PreparedScene {
   std::uint64_t triangle_count() const;
   std::uint64_t degenerate_count() const;  // of instances that are not flattened: by their mesh
   std::uint64_t memory_bytes() const;
-  // Whether it shares the geometry of the other one instead of having built its own.
+  // Whether this scene shares the geometry of the other one instead of having built its own.
   bool has_geometry_of(const PreparedScene& other) const;
 
   struct Impl;  // slave/core/scene/prepared_scene_impl.h

@@ -35,13 +35,13 @@ struct SurfaceFeatures {
   bool needs_cones() const { return has_textures || has_programs; }
 };
 
-// What lights and materials do not change: shared with other versions of a scene.
+// The part of a scene that lights and materials do not change; it is shared by versions of a scene.
 struct Geometry {
   TriangleStore triangles;
-  std::vector<std::uint64_t> left_out;  // of the index, rising: flattened ones without area
+  std::vector<std::uint64_t> left_out;  // flattened triangles without area, rising
   PrimitiveIndex index;
   bool is_smooth = false;  // some mesh has normals that differ from those of its triangles
-  // What it was made of:
+  // What the geometry was made of:
   std::vector<std::shared_ptr<const Mesh>> meshes;
   std::vector<Instance> instances;
   Structure structure = Structure::kAuto;
@@ -57,14 +57,14 @@ struct PreparedScene::Impl {
         instances(geometry->instances) {}
 
   const std::shared_ptr<const Geometry> geometry;
-  const TriangleStore& triangles;  // of geometry, as the next
+  const TriangleStore& triangles;  // this and the next three belong to geometry
   const PrimitiveIndex& index;
   const std::vector<std::shared_ptr<const Mesh>>& meshes;
   const std::vector<Instance>& instances;
   LightSet lights;
   SurfaceFeatures features;
   std::vector<std::shared_ptr<const MipMap>> textures;
-  std::vector<TextureView> texture_views;  // of them
+  std::vector<TextureView> texture_views;  // of textures
   std::vector<TextureTable>
       texture_tables;  // by material; empty where features.has_textures is not
   std::vector<Material> materials;

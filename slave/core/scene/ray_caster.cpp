@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kRaysPerTask = 4096;
 
-// In double, since a product of edges may leave float32 in scenes of 1e-20 or 1e15.
+// Computed in double, since a product of edges may leave float32 in scenes of 1e-20 or 1e15.
 Vec3f normal_of(Vec3f a, Vec3f b, Vec3f c) {
   const double p[3] = {double{b.x} - a.x, double{b.y} - a.y, double{b.z} - a.z};
   const double q[3] = {double{c.x} - a.x, double{c.y} - a.y, double{c.z} - a.z};

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays that somebody brings, one answer each: for tools and for measuring. Renderers trace packets
-// of their own making.
+// Casts rays that a caller brings, with one answer for each: for tools and for measuring. Renderers
+// trace packets of their own making.
 //
-// Threads. cast_rays() may be called by any number of threads; it starts those that it is told to.
+// Threads. cast_rays() may be called by any number of threads; it starts CastOptions::threads of
+// them.
 #pragma once
 
 #include <span>

@@ -16,17 +16,17 @@ namespace tessera::core {
 
 inline constexpr int kBatchMax = RayGroups::kRaysMax;
 
-// Pixels without a surface are left out; a pixel is in it once.
+// Pixels without a surface are left out; a pixel is in the batch once.
 struct SurfaceBatch {
   int count = 0;
   Surface surface[kBatchMax];
   std::uint16_t pixel[kBatchMax];  // index of radiance
   std::uint32_t key[kBatchMax];    // pixel_key() of the pixel's first dimension
   std::uint32_t sample_index = 0;  // of the pixels' samples, counts from 0
-  // [kBatchMax], where the scene has any: a surface's are at Surface::lobes.
+  // Shape: [kBatchMax]; null in scenes without optional lobes. A surface's are at Surface::lobes.
   std::unique_ptr<SurfaceLobes[]> lobes;
 
-  // Before the first surface of a scene that has any.
+  // Must be called before the first surface of a scene that has optional lobes.
   void make_room_for_lobes(bool has_lobes) {
     if (has_lobes && lobes == nullptr) lobes = std::make_unique<SurfaceLobes[]>(kBatchMax);
   }

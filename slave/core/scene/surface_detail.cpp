@@ -34,7 +34,7 @@ void set_maps(const Transform& to_world, DetailGroup& group) {
 
 constexpr std::uint32_t kNormalUses = 1u << kNormalTexture | 1u << kClearcoatNormalTexture;
 
-// In [0, 1), of a ray where it meets a triangle.
+// Random number in [0, 1) of a ray where it meets a triangle.
 float chance_of(Vec3f direction, Vec3f point, std::uint32_t triangle) {
   std::uint32_t key = mix_bits(triangle);
   for (int a = 0; a < 3; ++a) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the surfaces that rays have met have beyond plain geometry and the constants of a material:
-// normals of vertices and of maps, textures, what scattering needs to know, programs. Scenes of plain
-// diffuse triangles never come here (met_surfaces.h).
+// normals of vertices and of maps, textures, what scattering needs to know, programs. Scenes of
+// plain diffuse triangles never come here (met_surfaces.h).
 //
-// Rays of a packet that have met one instance and one material are a group: what they have in common
-// is looked up once, their corners are put side by side, and registers do the rest
+// Rays of a packet that have met one instance and one material are a group: what they have in
+// common is looked up once, their corners are put side by side, and registers do the rest
 // (slave/core/surface/detail-inl.h), to the bit of plain arithmetic for each ray alone
 // (tests/support/plain_surface.h).
 //
@@ -24,8 +24,8 @@ namespace tessera::core {
 
 class SurfaceDetail {
  public:
-  // Points that are worked on at a time. What stands beyond their count is what stood there before, and
-  // no index that leads anywhere else.
+  // Points that are worked on together. Beyond their count stands what stood there before, so that
+  // no index there leads anywhere else.
   struct Memory {
     DetailPoints points{};
     Surface* surface[kDetailPoints];
@@ -44,9 +44,9 @@ class SurfaceDetail {
     const std::uint32_t (&triangle)[kPacketRays];
   };
 
-  // Adds to *to[i] for each of `rays`, bits of points.met. cones [kPacketRays]: the rays' where they
-  // began; null: they have none. batch: takes the optional lobes of its surfaces; null: they are not
-  // asked for. Requires: the surfaces are as plain geometry and material make them.
+  // Adds to *to[i] for each of `rays`, bits of points.met. cones [kPacketRays]: the rays' cones
+  // where they began; null: there are none. batch: takes the optional lobes of its surfaces; null:
+  // lobes are not needed. Requires: the surfaces are as plain geometry and material make them.
   void add(const Hits& hits, std::uint64_t rays, const RayCone* cones, Surface* const* to,
            SurfaceBatch* batch);
 
@@ -56,7 +56,7 @@ class SurfaceDetail {
   std::ptrdiff_t number_of(const Material& material) const;
   void add_group(const DetailGroup& group, const Hits& hits, std::uint64_t rays, Surface* const* to,
                  SurfaceBatch* batch);
-  // Of all points in the memory.
+  // These functions work on the points in the memory.
   void put_corners(const DetailGroup& group, std::uint32_t instance);
   void take(const DetailGroup& group, const Mesh& mesh);
   Vec3f color_at(const Mesh& mesh, int i) const;  // of vertices

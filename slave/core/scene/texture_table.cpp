@@ -8,7 +8,7 @@
 namespace tessera::core {
 namespace {
 
-// Of the textures that lie as this one does; a new one where there is none.
+// The place of the textures that lie as this one does; a new place where there is none.
 TexturePlace& place_of(const TextureRef& ref, TextureTable& table) {
   const auto set = static_cast<std::int32_t>(ref.uv_set);
   for (std::int32_t k = 0; k < table.place_count; ++k) {

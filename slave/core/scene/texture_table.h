@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The textures that surfaces of a material are made of, put together for the kernels once for a scene.
-// The opacity of a material is not among them: rays ask for it before there is a surface.
+// The textures that surfaces of a material are made of, put together for the kernels once for a
+// scene. The opacity of a material is not among them: rays ask for it before there is a surface.
 //
-// To add a lookup: a name in TextureUse (slave/core/surface/detail_layout.h), a line in textures_by_use(),
-// and what SurfaceDetail::take() is to do with the texel.
+// To add a lookup: a name in TextureUse (slave/core/surface/detail_layout.h), a line in
+// textures_by_use(), and what SurfaceDetail::take() is to do with the texel.
 //
 // Threads. Pure functions.
 #pragma once
@@ -35,7 +35,7 @@ inline std::array<const TextureRef*, kTextureUses> textures_by_use(const Materia
 
 bool has_texture(const Material& material);
 
-// views: of the scene's textures, by index; they are kept.
+// views: of the scene's textures, by index; the table keeps pointers to them.
 TextureTable make_texture_table(const Material& material, std::span<const TextureView> views);
 
 }  // namespace tessera::core

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which instruction sets the CPU at hand has, in Tessera's words; Highway knows how to ask it.
+// The instruction sets of this CPU, as Tessera names them; Highway finds them out.
 // Threads. Any; the answer never changes while a process lives.
 #pragma once
 

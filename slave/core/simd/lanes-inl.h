@@ -25,14 +25,14 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr float kRoundoff = 0x1p-24f;  // u of all error bounds
 constexpr float kInvPi = 0.318309886f;
 // Part of every absolute tolerance: some sixteen roundings of denormal numbers, 2^-150 each, with
-// room. It counts only where products of lengths come near the end of float32. No denormal number
-// itself, for some processors take a hundred cycles for each operation with one.
+// room. It counts only where products of lengths come near the end of float32. It is no denormal
+// number itself, since some processors take a hundred cycles for each operation with one.
 constexpr float kUnderflow = 0x1p-126f;
 
 // Bit i: lane i of the mask.
 template <class Tag>
 HWY_INLINE uint32_t bits_of(Tag d, hn::Mask<Tag> mask) {
-#if HWY_TARGET == HWY_AVX3  // they are a number already, and need not pass through memory
+#if HWY_TARGET == HWY_AVX3  // masks are numbers already, and need not pass through memory
   static_cast<void>(d);
   return mask.raw;
 #else
@@ -42,7 +42,7 @@ HWY_INLINE uint32_t bits_of(Tag d, hn::Mask<Tag> mask) {
 #endif
 }
 
-// The reverse; higher bits are ignored.
+// The mask whose lane i is set where bit i is; higher bits are ignored.
 template <class Tag>
 HWY_INLINE hn::Mask<Tag> mask_of(Tag d, uint32_t bits) {
 #if HWY_TARGET == HWY_AVX3
@@ -55,8 +55,8 @@ HWY_INLINE hn::Mask<Tag> mask_of(Tag d, uint32_t bits) {
 #endif
 }
 
-// The lanes of the mask, side by side, to `to` on; up to a whole register is written there. Highway's
-// packing is slow before AVX-512.
+// Stores the lanes of the mask side by side, from `to` on; up to a whole register is written there.
+// Highway's packing is slow before AVX-512.
 template <class Tag>
 HWY_INLINE void store_packed(Tag d, hn::Vec<Tag> v, hn::Mask<Tag> mask, hn::TFromD<Tag>* to) {
 #if HWY_TARGET == HWY_AVX3
@@ -106,9 +106,9 @@ HWY_INLINE double inverse_power(double value) {
   return result;
 }
 
-// Folds the lanes of each of kRows registers by `op` (least, greatest): to[r] becomes that of row(r).
-// Four registers are folded at once, lane by lane beside each other, which takes a third of the steps
-// of one after the other. Requires: kRows is a multiple of 4, or there is one lane.
+// Folds the lanes of each of kRows registers by `op` (least, greatest): to[r] becomes that of
+// row(r). Four registers are folded at once, lane by lane beside each other, which takes a third of
+// the steps of one after the other. Requires: kRows is a multiple of 4, or there is one lane.
 template <size_t kRows, class Tag, class Row, class Op>
 HWY_INLINE void fold_rows(Tag d, const Row& row, const Op& op, float* HWY_RESTRICT to) {
 #if HWY_TARGET == HWY_SCALAR
@@ -118,7 +118,7 @@ HWY_INLINE void fold_rows(Tag d, const Row& row, const Op& op, float* HWY_RESTRI
 #else
   using V = hn::Vec<Tag>;
   const hn::Repartition<uint64_t, Tag> pairs;
-  // Of each block of four lanes the folded ones of four registers, in their order.
+  // Each block of four lanes holds the folded values of four registers, in their order.
   const auto four = [&](size_t r) {
     const auto fold = [&](V a, V b) {
       return op(hn::InterleaveLower(d, a, b), hn::InterleaveUpper(d, a, b));

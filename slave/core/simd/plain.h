@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What simd/real-inl.h gives to a text that is compiled for plain numbers: the same names, one number
-// to a register. Each is what one lane does, to the bit.
+// What simd/real-inl.h gives to a text that is compiled for plain numbers: the same names, one
+// number to a register. Each function does what one lane does, to the bit.
 // Threads. Pure functions.
 #pragma once
 

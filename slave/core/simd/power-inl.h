@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Powers of two, logarithms and powers in float. The same bits on every processor and C library: arithmetic
-// alone, in one order. T: float, or Floats.
+// Powers of two, logarithms and powers in float. Results are the same to the bit on every processor
+// and C library, since they are arithmetic alone, in one order. T: float, or Floats.
 //
-// Error: log2() is off by at most 2^-22 where x is in [1/2, 2] and by roundings of the exponent beyond;
-// exp2() is off by 4 * 2^-24 of itself, so that power(x, y) is off by some y * 2^-22 of itself
-// (lobes_test.cpp).
+// Error: log2() is off by at most 2^-22 where x is in [1/2, 2] and by roundings of the exponent
+// beyond; exp2() is off by 4 * 2^-24 of itself, so that power(x, y) is off by some y * 2^-22 of
+// itself (lobes_test.cpp).
 //
 // Threads. Pure functions.
 #if defined(TESSERA_CORE_POWER_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -33,7 +33,7 @@ TESSERA_INLINE T log2_of(T x) {
   return convert<T>(exponent) + 2.88539008f * t * series;  // 2 / ln 2
 }
 
-// Bounded to [2^-126, 2^126].
+// 2 to the power of x, bounded to [2^-126, 2^126].
 template <class T>
 TESSERA_INLINE T exp2_of(T x) {
   using I = IntOf<T>;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Powers of plain numbers: the text of power-inl.h, with the bounds.
+// Powers of plain numbers, by the text of power-inl.h, and also for y = 0.
 // Threads. Pure functions.
 #pragma once
 

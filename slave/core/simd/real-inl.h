@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lane code that reads as arithmetic, and texts that stand once for plain numbers and for registers.
+// Lane code that reads as arithmetic, and texts that stand once for plain numbers and for
+// registers.
 //
-// Operators of registers are Highway's; here is what it lacks: a number beside a register, which stands
-// for all lanes (`1 - z * z`), `-v`, and `&&`, `||` and `!` of masks. The functions are those that
-// common/math/real.h and simd/plain.h have of plain numbers, by the same names.
+// Operators of registers are Highway's; here is what it lacks: a number beside a register, which
+// stands for all lanes (`1 - z * z`), `-v`, and `&&`, `||` and `!` of masks. The functions are
+// those that common/math/real.h and simd/plain.h have of plain numbers, by the same names.
 //
 // A text is an -inl.h file between TESSERA_BEFORE_TEXT() and TESSERA_AFTER_TEXT(), in namespace
 // TESSERA_TEXT of tessera::core. It names the number T alone: float, or Floats. Kernels compile it
@@ -45,16 +46,18 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// What the kernels work with: as many lanes as the set has, up to 16.
+// Registers that the kernels work with: as many lanes as the set has, up to 16.
 using Floats = hn::Vec<hn::CappedTag<float, 16> >;
 using Ints = hn::Vec<hn::CappedTag<int32_t, 16> >;
 using Uints = hn::Vec<hn::CappedTag<uint32_t, 16> >;
 template <size_t kMost>
 using FloatsOf = hn::Vec<hn::CappedTag<float, kMost> >;
-// As many as there are; so that it takes one or two registers for those of a register of floats.
+// A register of doubles has as many lanes as the set allows; one or two of them hold the lanes of a
+// register of floats.
 using Doubles = hn::Vec<hn::CappedTag<double, hn::MaxLanes(hn::CappedTag<float, 16>())> >;
 
-// Of a register V: its tag, a lane, its mask, registers of other numbers with as many lanes.
+// Types that belong to a register V: its tag, a lane, its mask, registers of other numbers with as
+// many lanes.
 template <class V>
 using TagOf = hn::DFromV<V>;
 template <class V>
@@ -80,7 +83,7 @@ concept RegisterMask = requires(M mask) {
   hn::ExclusiveNeither(mask, mask);
 };
 
-// All lanes alike.
+// A register all of whose lanes are a.
 template <Register V>
 HWY_INLINE V set(LaneOf<V> a) {
   return hn::Set(TagOf<V>(), a);
@@ -138,7 +141,8 @@ HWY_INLINE M and_not(M a, M b) {
   return hn::AndNot(a, b);
 }
 
-// Without lanes Highway takes the number where the other is NaN, and processors take the second.
+// On the scalar target Highway's Min and Max return the operand that is not NaN, but processors
+// return the second; min() and max() do as processors do.
 template <Register V>
 HWY_INLINE V min(V a, V b) {
 #if HWY_TARGET == HWY_SCALAR
@@ -167,7 +171,8 @@ template <Register V>
 HWY_INLINE V abs(V a) {
   return hn::Abs(a);
 }
-// For texts of plain numbers and registers alike, by the names that plain ones have in kernels.
+// abs() and max() by the names that plain numbers have in kernels, for texts of plain numbers and
+// registers alike.
 template <Register V>
 HWY_INLINE V abs_of(V a) {
   return abs(a);
@@ -228,7 +233,7 @@ template <Register V>
 HWY_INLINE MaskOf<V> mask_of(uint32_t bits) {
   return mask_of(TagOf<V>(), bits);
 }
-// The first so many lanes, or all.
+// The first `count` lanes, or all.
 template <Register V>
 HWY_INLINE MaskOf<V> first_lanes(size_t count) {
   return hn::FirstN(TagOf<V>(), count);
@@ -242,7 +247,7 @@ HWY_INLINE LaneOf<V> greatest_lane(V a) {
   return hn::GetLane(hn::MaxOfLanes(TagOf<V>(), a));
 }
 
-// Aligned, but for those that say so.
+// Addresses are aligned, except for functions whose names say otherwise.
 template <Register V>
 HWY_INLINE V load(const LaneOf<V>* from) {
   return hn::Load(TagOf<V>(), from);
@@ -259,13 +264,13 @@ template <Register V>
 HWY_INLINE void store_unaligned(V a, LaneOf<V>* to) {
   hn::StoreU(a, TagOf<V>(), to);
 }
-// Those lanes alone; the others stay as they are. A store of the whole register: what loads it next need not wait, as
-// it has to after a store by mask.
+// Stores the lanes of the mask; the others stay as they are. The whole register is stored, so that
+// what loads it next need not wait, as it has to after a store by mask.
 template <Register V, RegisterMask M>
 HWY_INLINE void store_where(M mask, V a, LaneOf<V>* to) {
   store(select(mask, a, load<V>(to)), to);
 }
-// The lanes of the mask, side by side; up to a whole register is written.
+// Stores the lanes of the mask side by side; up to a whole register is written.
 template <Register V, RegisterMask M>
 HWY_INLINE void store_packed(V a, M mask, LaneOf<V>* to) {
   store_packed(TagOf<V>(), a, mask_as<V>(mask), to);
@@ -296,7 +301,7 @@ HWY_INLINE V neg_mul_add(V a, V b, V c) {
   return hn::NegMulAdd(a, b, c);
 }
 
-// To numbers of the same size, to twice it, and to half.
+// Converts to numbers of the same size, of twice that and of half.
 template <Register To, Register From>
 HWY_INLINE To convert(From a) {
   if constexpr (sizeof(LaneOf<To>) > sizeof(LaneOf<From>)) return hn::PromoteTo(TagOf<To>(), a);
@@ -308,13 +313,13 @@ HWY_INLINE To bit_cast(From a) {
   return hn::BitCast(TagOf<To>(), a);
 }
 
-// As many lanes as a register of doubles has.
+// Loads as many numbers as a register of doubles has lanes.
 template <class Lane>
 HWY_INLINE Doubles in_double(const Lane* from) {
   return convert<Doubles>(load<hn::Vec<hn::Rebind<Lane, TagOf<Doubles> > > >(from));
 }
 
-// As of a plain number (lanes-inl.h).
+// As inverse_power() of a plain number (lanes-inl.h).
 template <Register V>
 HWY_INLINE V inverse_power(V value) {
   using VU = hn::Vec<hn::Rebind<uint64_t, TagOf<V> > >;

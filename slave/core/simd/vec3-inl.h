@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors whose components are registers: the text of common/math/vec3_text.h, so that every operation
-// has the roundings of Vec3f.
+// Vectors whose components are registers: the text of common/math/vec3_text.h, so that every
+// operation has the roundings of Vec3f.
 // Threads. Pure functions.
 #if defined(TESSERA_CORE_VEC3_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef TESSERA_CORE_VEC3_INL_H_
@@ -21,13 +21,13 @@ namespace HWY_NAMESPACE {
 #include "common/math/vec3_text.h"
 #undef TESSERA_VEC3_INLINE
 
-// Of lanes that the mask leaves out, zero.
+// Zero in the lanes that the mask leaves out.
 template <class M, class V>
 HWY_INLINE Vec3<V> zero_unless(M mask, Vec3<V> a) {
   return {zero_unless(mask, a.x), zero_unless(mask, a.y), zero_unless(mask, a.z)};
 }
 
-// Of arrays by axis, lanes `at` and on; aligned.
+// Loads and stores vectors in arrays by axis, lanes `at` and on; aligned.
 template <class V, size_t kCount>
 HWY_INLINE Vec3<V> load3(const LaneOf<V> (&from)[3][kCount], size_t at) {
   return {load<V>(from[0] + at), load<V>(from[1] + at), load<V>(from[2] + at)};

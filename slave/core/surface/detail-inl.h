@@ -32,13 +32,14 @@ class DetailKernel {
   }
 
  private:
-  // Of the texture on the surface.
+  // Texture coordinates.
   struct Uv {
     V x, y;
   };
   static HWY_INLINE Uv minus(Uv a, Uv b) { return {a.x - b.x, a.y - b.y}; }
 
-  // Everything is a mean there, and products with what patterns multiply it by stay finite.
+  // Greatest footprint: programs show nothing but means there, and its products with the factors of
+  // patterns stay finite.
   static constexpr float kFootprintMax = 1e12f;
 
   HWY_INLINE void detail(size_t at, size_t lanes) {
@@ -59,7 +60,7 @@ class DetailKernel {
       const V3 back = normalize(direction);
       const V3 to_viewer = -back;
       store3(to_viewer, p_.to_viewer, at);
-      // A normal that looks away from the viewer is none to reflect about.
+      // A normal that looks away from the viewer cannot serve for reflection.
       shading = select(dot(shading, to_viewer) > 0, shading, normal);
       if (group_.has_coat) {
         coat = select(dot(coat, to_viewer) > 0, coat, normal);
@@ -71,7 +72,8 @@ class DetailKernel {
 
   HWY_INLINE V weight_a(size_t at) const { return 1 - load<V>(p_.u + at) - load<V>(p_.v + at); }
 
-  // On the side of the geometric normal; that one where there is no telling.
+  // The interpolated normal, turned to the side of the geometric normal; the geometric normal where
+  // the side cannot be told.
   HWY_INLINE V3 interpolated(size_t at, V3 normal) const {
     const auto& corner = p_.corner_normal;
     V3 own = load3<V>(corner[0], at) * weight_a(at) + load3<V>(corner[1], at) * load<V>(p_.u + at) +
@@ -83,11 +85,11 @@ class DetailKernel {
     const V3 n = normalize(own);
     const V side = dot(n, normal);
     const V3 turned = negated_if(side < 0, n);
-    return select(abs(side) > 0, turned, normal);  // not so for NaN
+    return select(abs(side) > 0, turned, normal);  // false for NaN
   }
 
-  // How wide what the cone sees is on the surface, seen as it stands: the width over the cosine
-  // (Akenine-Moeller et al. 2021, section 3); infinite edge-on, 0 for a ray without a cone.
+  // Width of the footprint of the cone on the surface: its width over the cosine (Akenine-Moeller
+  // et al. 2021, section 3); infinite edge-on, 0 for a ray without a cone.
   HWY_INLINE V footprint_at(size_t at, V3 normal, V3 direction) const {
     const V width = load<V>(p_.cone_width + at);
     const V seen = width * length(direction) / abs(dot(normal, direction));
@@ -110,7 +112,7 @@ class DetailKernel {
     }
   }
 
-  // Coordinates of a picture.
+  // Texture coordinates of a corner, for pictures that lie at `place`.
   HWY_INLINE Uv corner_uv(const TexturePlace& place, size_t k, size_t at) const {
     const auto& uv = p_.corner_uv[place.uv_set][k];
     const Uv of_mesh{load<V>(uv[0] + at), load<V>(uv[1] + at)};
@@ -119,7 +121,8 @@ class DetailKernel {
     return {row(place.uv_map), row(place.uv_map + 3)};
   }
 
-  // All that lie alike. The picture's area over the triangle's gives texels per length.
+  // Looks up all textures that lie alike. The picture's area over the triangle's gives images per
+  // length.
   HWY_INLINE void look_up(const TexturePlace& place, uint32_t uses, const Textured& points,
                           V3& shading, V3& coat) {
     const size_t at = points.at;
@@ -156,7 +159,7 @@ class DetailKernel {
     }
   }
 
-  // Unit, perpendicular to each other and the outward normal.
+  // Unit vectors, perpendicular to each other and the outward normal.
   struct Tangents {
     V3 tangent, bitangent;
   };
@@ -165,8 +168,8 @@ class DetailKernel {
     return negated_if(mask_of<V>(static_cast<uint32_t>(~p_.front >> at)), shading);
   }
 
-  // The direction along which u rises and v does not. Of a triangle without area in the texture there
-  // is none, and it is not finite or zero.
+  // The tangent is the direction along which u rises and v does not. A triangle without area in the
+  // texture has none; the result is then not finite, or zero.
   HWY_INLINE Tangents tangents_of_triangle(const Textured& points, Uv uv_b, Uv uv_c,
                                            V3 outward) const {
     const auto is_mirrored = uv_b.x * uv_c.y < uv_c.x * uv_b.y;
@@ -177,9 +180,10 @@ class DetailKernel {
     return {tangent, negated_if(dot(across, along_v) < 0, across)};
   }
 
-  // As MikkTSpace means them (Mikkelsen, "Simulation of wrinkled surfaces revisited", 2008): interpolated,
-  // and the bitangent by the outward normal. In a mirrored instance both directions are mirrored, and
-  // the outward normal is the transformed triangle's: the product stays on its side.
+  // Tangents as MikkTSpace means them (Mikkelsen, "Simulation of wrinkled surfaces revisited",
+  // 2008): the tangent is interpolated, and the bitangent follows from it and the outward normal.
+  // In a mirrored instance both directions are mirrored, and the outward normal is the transformed
+  // triangle's: the product stays on its side.
   HWY_INLINE Tangents tangents_of_vertices(size_t at, V3 outward) const {
     const auto& corner = p_.corner_tangent;
     V3 own = load3<V>(corner[0], at) * weight_a(at) + load3<V>(corner[1], at) * load<V>(p_.u + at) +
@@ -212,19 +216,19 @@ class DetailKernel {
     V3 normal, shading;
   };
 
-  // glTF 2.0, section 3.9.3. What would turn the surface away from the side that is seen, or has no
-  // tangent, stays as it was.
+  // Normal mapping as in glTF 2.0, section 3.9.3. A normal stays as it was where it would turn the
+  // surface away from the side that is seen, or where there is no tangent.
   HWY_INLINE V3 mapped(size_t at, V3 texel, const Tangents& of, const Turned& from) const {
     const V3 outward = outward_of(at, from.shading);
     const V3 t{texel.x + texel.x - 1, texel.y + texel.y - 1, texel.z + texel.z - 1};
     const V3 turned = normalize(of.tangent * (t.x * from.scale) +
                                 of.bitangent * (t.y * from.scale) + outward * t.z);
     const V3 seen = outward_of(at, turned);
-    // Not so for NaN either.
+    // The comparison is false for NaN, too.
     return select(dot(seen, from.normal) > 0, seen, from.shading);
   }
 
-  // Where its program looks, in the object's space.
+  // Finds the place and the footprint that the program is told, in the object's space.
   HWY_INLINE void place(size_t at, V twice_area, V footprint) {
     const V3 a = load3<V>(p_.corner_of_mesh[0], at);
     const V3 b = load3<V>(p_.corner_of_mesh[1], at) - a, c = load3<V>(p_.corner_of_mesh[2], at) - a;
@@ -233,7 +237,7 @@ class DetailKernel {
     store3(across, p_.place_normal, at);
     const V shrunk = sqrt(length(across) / twice_area);
     const V own = footprint * shrunk;
-    // Bounded: edge-on it is infinite, and next to no size NaN.
+    // The footprint is bounded: edge-on it is infinite, and at next to no size NaN.
     const V kept = zero_unless(own > 0, min(own, kFootprintMax));
     store(kept, p_.footprint + at);
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surface detail: what hits have beyond the plain geometry of their triangles, as the kernels see it.
-// Fixed-size types only and no functions.
+// Surface detail: what hits have beyond the plain geometry of their triangles, as the kernels see
+// it. Fixed-size types only and no functions.
 #pragma once
 
 #include <stdint.h>
@@ -28,7 +28,7 @@ enum TextureUse : int32_t {
   kAnisotropyTexture,      // red, green: direction; blue: strength
   kTextureUses
 };
-// Bits: those whose alpha is looked at, too.
+// Bits of the uses whose alpha is looked up, too.
 inline constexpr uint32_t kUsesWithAlpha = 1u << kSpecularTexture | 1u << kSheenRoughnessTexture;
 
 // How textures lie on a mesh.
@@ -36,7 +36,7 @@ struct TexturePlace {
   int32_t uv_set;   // of the mesh
   bool is_moved;    // by uv_map
   float uv_map[6];  // rows of the affine map from coordinates of the mesh to those of the picture
-  uint32_t uses;    // bits: whose textures lie so
+  uint32_t uses;    // bits of the uses whose textures lie so
 };
 
 // The textures of a material: those that lie alike are looked up together.
@@ -54,12 +54,12 @@ struct DetailGroup {
   bool is_moved;                 // by normal_map; otherwise they are in world space already
   float normal_map[3][3];        // by rows
   bool is_diffuse;               // no direction to the viewer is asked for
-  bool has_program;              // a place and a footprint are
+  bool has_program;              // a place and a footprint are asked for
   uint32_t uses;                 // bits: of textures that the mesh has coordinates for
   const TextureTable* textures;  // not looked at without uses
   float normal_scale;
   bool has_coat;            // its normal is asked for
-  bool has_tangents;        // of vertices, that the texture coordinates' are replaced by
+  bool has_tangents;        // of vertices; they replace those of texture coordinates
   bool is_stretched;        // the directions of rising coordinates are asked for
   float tangent_map[3][3];  // by rows, of tangents of vertices
   float coat_normal_scale;
@@ -67,7 +67,7 @@ struct DetailGroup {
 
 // Shape of all: [kDetailPoints]. Corners are A, B, C of triangles.
 struct alignas(64) DetailPoints {
-  // Told; the arrays that the group has no use for are not looked at.
+  // Input; the arrays that the group has no use for are not looked at.
   float u[kDetailPoints], v[kDetailPoints];
   float direction[3][kDetailPoints];  // of the ray
   float normal[3][kDetailPoints];     // geometric, unit, turned to the viewer
@@ -79,14 +79,15 @@ struct alignas(64) DetailPoints {
   float corner_tangent[3][3][kDetailPoints];  // as the mesh has them: has_tangents
   float handedness[kDetailPoints];            // likewise: +1 or -1, of the triangle
 
-  // Made.
+  // Output.
   float shading_normal[3][kDetailPoints];
   float to_viewer[3][kDetailPoints];
   // What textures show; set where the group has the use.
   float texel[kTextureUses][3][kDetailPoints];
   float texel_alpha[kTextureUses][kDetailPoints];  // of kUsesWithAlpha
   float coat_normal[3][kDetailPoints];             // has_coat
-  // Unit, perpendicular to the shading normal; not finite where there is none: is_stretched.
+  // Tangents, unit, perpendicular to the shading normal; not finite where there are none. Set where
+  // is_stretched.
   float along_u[3][kDetailPoints], along_v[3][kDetailPoints];
   // For programs: see SurfacePlaces in slave/core/surface/programs.h.
   float place[3][kDetailPoints], place_normal[3][kDetailPoints], footprint[kDetailPoints];

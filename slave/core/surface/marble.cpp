@@ -27,7 +27,7 @@ void apply_marble(const SurfaceParameters& parameters, const Noise& noise,
     // A triangle wave, 1 in the middle of a vein and 0 between two, raised so that veins are thin.
     const float wave = std::fabs(2 * (at - std::floor(at)) - 1);
     const float sharp = wave * wave * wave;
-    // Veins closer than two footprints are their mean: the integral of x^3 over [0, 1].
+    // Veins closer than two footprints fade into their mean: the integral of x^3 over [0, 1].
     const float shown = std::clamp(2 - 2 * footprint[i], 0.0f, 1.0f);
     const float share = sharp * shown + 0.25f * (1 - shown);
     Vec3f& albedo = places.surface[i]->albedo;

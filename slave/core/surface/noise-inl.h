@@ -61,8 +61,8 @@ class NoiseLanes {
     pz = kept(pz);
     const V fx = floor(px), fy = floor(py), fz = floor(pz);
     const V x = px - fx, y = py - fy, z = pz - fz;
-    // One mix a corner: products with odd numbers keep neighbours apart (Teschner et al., "Optimized
-    // spatial hashing", 2003), the mix makes chance of it.
+    // There is one mix for each corner: products with odd numbers keep neighbours apart (Teschner
+    // et al., "Optimized spatial hashing", 2003), and the mix makes them random.
     const auto lattice = [&](V whole, uint32_t factor) {
       return bit_cast<VU>(convert<VI>(whole)) * factor;
     };

@@ -9,11 +9,11 @@ namespace {
 
 constexpr int kOctaves = 6;
 static_assert(kNoisePoints * kOctaves <= kNoiseMax);
-// Of |noise| over space, measured once; what a faded octave leaves.
+// Mean of |noise| over space, measured once; a faded octave leaves this.
 constexpr float kMeanSize = 0.21f;
 
-// How much of an octave there is to see. Its wave is one unit: gone where two of them are not as wide
-// as the footprint.
+// Share of an octave that can be seen. Its wave is one unit: it fades where two footprints are
+// wider than that, and is gone where one footprint is.
 float shown_of(float footprint) { return std::clamp(2 - 2 * footprint, 0.0f, 1.0f); }
 
 void append(const NoiseArgument& points, float scale, std::uint32_t seed, NoisePoints& to) {

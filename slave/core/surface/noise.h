@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gradient noise over space: smooth, in [-1, 1], 0 at the corners of the unit lattice, without a
 // preferred axis (Perlin, "Improving noise", 2002: quintic fade, gradients along the edges of a
-// cube). Gradients come from an integer hash instead of a table, so that it has no period. 0 beyond
-// 2^22 units from the origin, where floats have no fraction left to speak of, and for NaN.
+// cube). Gradients come from an integer hash instead of a table, so that the noise has no period.
+// It is 0 beyond 2^22 units from the origin, where floats have no fraction left to speak of, and
+// for NaN.
 //
-// Many points at a time, and all octaves of them, fill the registers of slave/core/surface/noise-inl.h.
-// The same bits on every processor and C library: arithmetic and floor only.
+// Many points at a time, and all octaves of them, fill the registers of
+// slave/core/surface/noise-inl.h. Results are the same to the bit on every processor and C library,
+// since only arithmetic and floor are used.
 //
 // Threads. Pure functions.
 #pragma once

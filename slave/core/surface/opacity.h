@@ -18,13 +18,13 @@ using MipMaps = std::span<const std::shared_ptr<const MipMap>>;
 // Whether a ray may go through some place of a triangle of this material on this mesh.
 bool may_be_passed(const Material& material, const Mesh& mesh, MipMaps textures);
 
-// The share of rays that stop, at (1 - u - v) A + u B + v C of a triangle of the mesh: in [0, 1], and
-// 0 or 1 of a mask. Textures are looked up in their base: what is smaller than a pixel is settled by
-// its samples.
+// Opacity, the share of rays that stop, at (1 - u - v) A + u B + v C of a triangle of the mesh: in
+// [0, 1], and 0 or 1 for a mask. Textures are looked up in their base: detail smaller than a pixel
+// is left to its samples.
 float opacity_at(const Material& material, const Mesh& mesh, std::size_t triangle, MipMaps textures,
                  float u, float v);
 
-// Where it is the same all over the mesh: that.
+// Returns: the opacity where it is the same all over the mesh, else nothing.
 std::optional<float> even_opacity(const Material& material, const Mesh& mesh);
 
 }  // namespace tessera::core

@@ -17,20 +17,21 @@ struct Surface {
   Vec3f normal;          // geometric, unit, turned to the viewer
   Vec3f shading_normal;  // unit, on the viewer's side of the surface
   Vec3f albedo;
-  // Of what the surface sends to the viewer, in the pixel: the path's weight up to here.
+  // Throughput of the path up to here: the weight in the pixel of what the surface sends to the
+  // viewer.
   Vec3f weight{1, 1, 1};
   float offset = 0;  // see surface_offset.h
   BsdfKind bsdf = BsdfKind::kDiffuse;
-  // All that light samples ask for ends here.
+  // Light samples need the members above, and none below.
 
   Vec3f emission;  // towards the viewer; zero from behind
   const Material* material = nullptr;
   std::uint32_t sound_triangle = 0xffffffffu;  // number in the scene; none for slivers
   bool is_front = true;            // the viewer is where the geometric normal of the mesh points
   bool passes_only = false;        // of glass: see slave/core/bsdf/transmission.h
-  std::uint16_t lobes = kNoLobes;  // of its batch (slave/core/scene/surface_batch.h)
+  std::uint16_t lobes = kNoLobes;  // index in its batch (slave/core/scene/surface_batch.h)
 
-  // The rest is left as it is here where the scene does not use it (SurfaceFeatures).
+  // The members below keep these values where the scene does not use them (SurfaceFeatures).
   Vec3f to_viewer;             // unit; set where the BSDF is not diffuse
   float roughness = 1;         // of a glossy one or glass, in [0, 1]
   float metalness = 0;         // of a glossy one, in [0, 1]
@@ -38,8 +39,8 @@ struct Surface {
   RayCone cone;                // at the hit
 };
 
-// Mirror, glass and their like scatter into single directions: no light sample can meet them, so paths go
-// through them (slave/core/integrate/specular_chain.h) and never rest there.
+// Mirror, glass and their like scatter into single directions: no light sample can meet them, so
+// paths go through them (slave/core/integrate/specular_chain.h) and never rest there.
 inline bool is_specular(const Surface& s) { return scattering_of(s.bsdf) == Scattering::kDelta; }
 
 }  // namespace tessera::core

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the rays of a packet have met surfaces, as the kernels tell.
+// Where the rays of a packet have met surfaces, as the kernels find them.
 // Fixed-size types only and no functions.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace tessera::core {
 
-// By ray; set for those that have met something.
+// Arrays by ray, set for the rays that have met something.
 struct alignas(64) PacketPoints {
   float point[3][kPacketRays];
   float normal[3][kPacketRays];  // geometric, unit, turned to the viewer

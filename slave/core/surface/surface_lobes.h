@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The optional lobes of a glossy surface, at a point: of materials that have any (common/scene/scene.h).
+// The optional lobes of a glossy surface, at a point: of materials that have any
+// (common/scene/scene.h).
 // Threads. Plain values.
 #pragma once
 
@@ -9,7 +10,7 @@ namespace tessera::core {
 
 // Unit vectors, in world space.
 struct SurfaceLobes {
-  Vec3f specular;          // where it is no metal, at normal incidence
+  Vec3f specular;          // reflectance where it is no metal, at normal incidence
   float specular_f90 = 1;  // likewise, at grazing incidence
   float coat = 0;          // share of the surface with varnish
   float coat_roughness = 0;
@@ -24,19 +25,19 @@ inline bool has_coat(const Material& m) { return m.clearcoat.weight > 0; }
 inline bool has_sheen(const Material& m) { return !is_black(m.sheen.color); }
 inline bool is_stretched(const Material& m) { return m.anisotropy.strength > 0; }
 
-// Whether the plain glossy BSDF (slave/core/bsdf/glossy-inl.h) does not have all that it asks for.
+// Whether the material asks for more than the plain glossy BSDF (slave/core/bsdf/glossy-inl.h) has.
 inline bool has_lobes(const Material& m) {
   return m.bsdf == BsdfKind::kGlossy &&
          (m.specular_f90 != 1 || m.specular_texture.is_set() || m.specular_color_texture.is_set() ||
           has_coat(m) || has_sheen(m) || is_stretched(m));
 }
 
-// Glossy surfaces; glass always does.
+// Whether a glossy surface passes light; glass, which always does, is not meant.
 inline bool passes_light(const Material& m) {
   return m.bsdf == BsdfKind::kGlossy && m.transmission.weight > 0;
 }
 
-// Glass, or a surface that passes light, with an inside that dims it.
+// Whether it is glass, or a surface that passes light, with an inside that dims light.
 inline bool absorbs(const Material& m) {
   return (m.bsdf == BsdfKind::kGlass || passes_light(m)) && !m.transmission.is_thin &&
          m.transmission.attenuation_distance > 0;

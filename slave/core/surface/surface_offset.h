@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where secondary rays start, of plain numbers: the text of surface_point-inl.h, with the bounds.
+// Where secondary rays start, for plain numbers, by the text of surface_point-inl.h, which derives
+// the bounds.
 // Threads. Pure functions.
 #pragma once
 

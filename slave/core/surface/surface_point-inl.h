@@ -36,9 +36,10 @@ constexpr float gamma_of(int n) {
   return nu / (1 - nu);
 }
 
-// Whether the edges from A make an angle whose sine is below 2^-8: |b x c| < 2^-8 |b| |c|. The normal
-// of any other triangle is good to 2^-14: a component of the product is off by 3 u |b| |c|, all of them
-// by sqrt(3) as much, that is 5.2 u 2^8 of its length. Also for what under- or overflows.
+// Whether the edges from A make an angle whose sine is below 2^-8: |b x c| < 2^-8 |b| |c|. The
+// normal of any other triangle is good to 2^-14: a component of the product is off by 3 u |b| |c|,
+// all of them by sqrt(3) as much, that is 5.2 u 2^8 of its length. It is also true where products
+// under- or overflow.
 constexpr float kSliverSine2 = 0x1p-16f;
 template <class T>
 TESSERA_INLINE auto is_sliver(Vec3<T> edge_b, Vec3<T> edge_c) {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texture lookups, a point to a lane: trilinear between mip levels (Williams, "Pyramidal parametrics",
-// 1983), bilinear within them, or nearest in the texture itself. Texels are fetched one by one, for
-// gathers are no faster; everything else is done in registers.
+// Texture lookups, a point to a lane: trilinear between mip levels (Williams, "Pyramidal
+// parametrics", 1983), bilinear within them, or nearest in the texture itself. Texels are fetched
+// one by one, for gathers are no faster; everything else is done in registers.
 //
-// The level is the exponent of the footprint's width plus its linear mantissa, off from the logarithm
-// by 0.09 at most, and needs no library logarithm, whose last bits depend on the processor.
+// The level is the exponent of the footprint's width plus its linear mantissa, off from the
+// logarithm by 0.09 at most, and needs no library logarithm, whose last bits depend on the
+// processor.
 //
 // Threads. Pure functions.
 #include <string.h>
@@ -31,13 +32,13 @@ class TextureLookup {
   using VU = Uints;
 
  public:
-  // u, v: any number; what is not finite is some texel. images: how many images the footprint is
-  // wide, in a square one; up to one texel it is the texture itself, infinity and NaN are the last
-  // level. lanes: how many are points.
+  // u, v: any number; one that is not finite gives some texel. images: how many images the
+  // footprint is wide, in a square one. Up to a width of one texel the texture itself is looked up;
+  // infinity and NaN give the last level. lanes: how many lanes are points.
   HWY_INLINE TextureLookup(V u, V v, V images, size_t lanes)
       : u_(u), v_(1 - v), images_(images), lanes_(lanes) {}
 
-  // Linear; of channels 0 red to 3 alpha the first kChannels.
+  // Linear values of the first kChannels channels, from 0 red to 3 alpha.
   template <size_t kChannels>
   struct Texel {
     V channel[kChannels];
@@ -80,13 +81,13 @@ class TextureLookup {
     return sum;
   }
 
-  // In [0, 1], 1 by rounding of tiny negatives; 0 for NaN, which is what is not finite.
+  // The coordinate wrapped to [0, 1]; 1 by rounding of tiny negatives, 0 where it is not finite.
   static HWY_INLINE V repeated(V c) {
     const V wrapped = c - floor(c);
     return zero_unless(wrapped >= 0, wrapped);
   }
 
-  // back: half a texel, or nothing where the nearest is asked for.
+  // back: half a texel, or 0 where the nearest texel is asked for.
   static HWY_INLINE Taps repeating_taps(V c, VI size, V back) {
     const V at = repeated(c) * convert<V>(size) - back;
     const V base = floor(at);
@@ -116,19 +117,19 @@ class TextureLookup {
     return clamped_taps(there, size, back);
   }
 
-  // is_nearest: lanes of which one texel is asked for.
+  // is_nearest: lanes that ask for one texel.
   static HWY_INLINE Taps taps_of(EdgeWrap wrap, V c, VI size, MaskOf<V> is_nearest) {
     Taps taps = wrapped_taps(wrap, c, size, zero_if(is_nearest, set<V>(0.5f)));
     taps.weight = zero_if(is_nearest, taps.weight);
     return taps;
   }
 
-  // Between the texels of a level.
+  // Interpolates between the texels of a level.
   template <size_t kChannels>
   HWY_INLINE Texel<kChannels> interpolated(const TextureView& texture, VI level) const {
     const auto side_of = [&](int32_t whole) { return max(set<VI>(whole) >> level, 1); };
     const VI width = side_of(texture.width), height = side_of(texture.height);
-    // No lane of most textures.
+    // Level that is not interpolated; no lane of most textures has it.
     const VI none = set<VI>(texture.is_nearest ? 0 : -1);
     const auto is_nearest = mask_as<V>(level == none);
     const Taps x = taps_of(texture.wrap_u, u_, width, is_nearest);
@@ -146,7 +147,7 @@ class TextureLookup {
                  y.weight);
   }
 
-  // The four of each point; `high`: the upper two of wide channels.
+  // The four texels of each point; `high`: the upper two channels, where they are wide.
   struct Texels {
     alignas(64) int32_t level[kLaneCount];
     alignas(64) int32_t index[4][kLaneCount];

@@ -14,7 +14,8 @@ static_assert(static_cast<int>(EdgeWrap::kClamp) == static_cast<int>(TextureWrap
 
 constexpr std::uint32_t kAlpha = 3;
 
-// sRGB to linear, IEC 61966-2-1. From double, so that the floats do not depend on the processor.
+// sRGB to linear, IEC 61966-2-1. Computed in double, so that the floats do not depend on the
+// processor.
 std::vector<float> make_srgb_table(std::size_t count) {
   std::vector<float> table(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -37,7 +38,7 @@ struct Encoding {
   static float decoded(Integer value, bool is_srgb) {
     return is_srgb ? srgb_table()[value] : static_cast<float>(value) * (1 / kHighest);
   }
-  // The integer that decodes nearest to it.
+  // Returns: the integer that decodes nearest to `linear`.
   static Integer encoded(float linear, bool is_srgb) {
     if (!is_srgb) return static_cast<Integer>(std::clamp(linear * kHighest + 0.5f, 0.0f, kHighest));
     const auto& table = srgb_table();
@@ -49,7 +50,7 @@ struct Encoding {
   }
 };
 
-// Calls with the texels of the array that is filled.
+// Calls `function` with the texels of the array that is filled.
 template <class Function>
 auto with_texels(const Texture& texture, const Function& function) {
   return texture.rgba16.empty() ? function(std::span<const std::uint8_t>(texture.rgba))
@@ -85,7 +86,8 @@ struct Taps {
   float weight;
 };
 
-// In [0, 1]; 0 for what is not finite: interpolation of huge numbers overflows.
+// The coordinate wrapped to [0, 1]; 0 where it is not finite, since interpolation of huge numbers
+// overflows.
 float repeated(float c) {
   const float wrapped = c - std::floor(c);  // 1 by rounding of tiny negatives
   return wrapped >= 0 ? wrapped : 0;
@@ -116,7 +118,7 @@ Taps taps_of(float c, int size, TextureWrap wrap, bool is_nearest) {
   return clamped_taps(twice <= 1 ? twice : 2 - twice, size, is_nearest);
 }
 
-// at(x, y): of texels.
+// at(x, y): value of a texel.
 template <class At>
 auto interpolated(const Texture& t, Vec2f uv, const At& at) {
   const Taps x = taps_of(uv.x, t.width_px, t.wrap_u, t.is_nearest);
@@ -152,7 +154,7 @@ Cover cover_of(int i, int from, int to) {
   return {2 * i, 3, {(n - k) / whole, n / whole, (k + 1) / whole}};
 }
 
-// at(x, y): of what is halved.
+// at(x, y): value of a texel that is halved.
 template <class Value, class At>
 Pixels<Value> halved(int width, int height, const At& at) {
   Pixels<Value> to{std::max(1, width / 2), std::max(1, height / 2), {}};
@@ -172,7 +174,7 @@ Pixels<Value> halved(int width, int height, const At& at) {
   return to;
 }
 
-// Halves down to 1 x 1. at(x, y): of the base; keep(pixels, level): of level 1 and on.
+// Halves down to 1 x 1. at(x, y): value of a texel of the base; keep(pixels, i): takes level i + 1.
 template <class Value, class At, class Keep>
 void halve_all(const Texture& base, const At& at, const Keep& keep) {
   if (base.width_px == 1 && base.height_px == 1) return;
@@ -188,7 +190,8 @@ void halve_all(const Texture& base, const At& at, const Keep& keep) {
 std::vector<std::uint8_t>& texels_of(Texture& t, std::uint8_t) { return t.rgba; }
 std::vector<std::uint16_t>& texels_of(Texture& t, std::uint16_t) { return t.rgba16; }
 
-// RGB first, alpha where there is any after that: at no time more floats than those of one of them.
+// Makes levels of RGB first, and of alpha, where there is any, after that, so that no more floats
+// are held at a time than those of one of them.
 template <class Integer>
 void add_levels(const Texture& base, std::span<const Integer> texels, MipMap& map) {
   using Encoded = Encoding<Integer>;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wood: year rings about the y axis, `frequency` of them a unit, out of round by `wobble` rings, with
-// grain along y. The material's albedo is the early, light part of a ring.
+// Wood: year rings about the y axis, `frequency` of them a unit, out of round by `wobble` rings,
+// with grain along y. The material's albedo is the early, light part of a ring.
 #include <algorithm>
 #include <cmath>
 
@@ -31,8 +31,8 @@ void apply_wood(const SurfaceParameters& parameters, const Noise& noise,
     const float footprint = places.footprint[i] * frequency;
     const float radius = std::sqrt(x[i] * x[i] + z[i] * z[i]) + wobble * 2 * out_of_round[i];
     const float ring = radius - std::floor(radius);
-    // A ring darkens slowly and ends at once; the end is as wide as the footprint, so that it has no
-    // steps.
+    // A ring darkens slowly and ends at once; the end is as wide as the footprint, so that it has
+    // no steps.
     const float end = std::max(0.1f, std::min(footprint, 0.5f));
     const float late = ring < 1 - end ? ring / (1 - end) : (1 - ring) / end;
     const float shown = std::clamp(2 - 2 * footprint, 0.0f, 1.0f);

@@ -9,7 +9,7 @@
 namespace tessera::core {
 namespace {
 
-// In [0, 1), of a ray at a triangle.
+// Random number in [0, 1) of a ray at a triangle.
 float chance_of(const SingleRay& ray, std::uint32_t triangle) {
   std::uint32_t key = mix_bits(triangle);
   for (const float x : ray.origin) key = hash_combine(key, std::bit_cast<std::uint32_t>(x));

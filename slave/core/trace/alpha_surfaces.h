@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The triangles of a scene that rays may go through, and which rays do.
 //
-// A ray goes through a mask where its opacity is below the cutoff, and through a blended surface with
-// the chance that is left to its opacity (stochastic transparency: Enderton, Sintorn, Shirley, Luebke
-// 2010): the mean over rays is that of light that is dimmed, and no order is asked for. The chance is
-// drawn from the ray's own bits and the triangle's number, so a ray's answer is the same on every
-// slave, in every packet and with every instruction set.
+// A ray goes through a mask where its opacity is below the cutoff, and through a blended surface
+// with the probability 1 - opacity (stochastic transparency: Enderton, Sintorn, Shirley, Luebke
+// 2010): the mean over rays is that of attenuated light, and surfaces need not be sorted. The
+// chance is drawn from the ray's own bits and the triangle's number, so a ray's answer is the same
+// on every slave, in every packet and with every instruction set.
 //
 // Threads. Constant after construction.
 #pragma once

@@ -14,8 +14,9 @@
 
 namespace tessera::core {
 
-// Rays between the given ones pass it, also where their directions are rounded: the window is
-// wider by 16 roundings of a direction. Returns: nothing where they are too far apart for a fan.
+// The window that rays between the given ones pass, also where their directions are rounded: it is
+// wider by 16 roundings of a direction. Returns: nothing where the rays are too far apart for a
+// fan.
 inline std::optional<FanWindow> fan_window(Vec3f origin, std::span<const Vec3f> outermost) {
   Vec3f sum{};
   for (const Vec3f d : outermost) sum = sum + d;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays taken together by where they go, seen from one point: shadow rays of a light, since
+// Rays grouped by where they go, seen from one point. Shadow rays of a light are grouped so, since
 // neighbours on the picture need not be neighbours there.
 //
 // Threads. One object per thread; scratch memory, reused.
@@ -15,10 +15,10 @@
 
 namespace tessera::core {
 
-// Of the first rays of a packet. Requires: 0 < count <= kPacketRays.
+// Bits of the first `count` rays of a packet. Requires: 0 < count <= kPacketRays.
 inline std::uint64_t bits_below(int count) { return ~std::uint64_t{0} >> (kPacketRays - count); }
 
-// Directions and active bits of a packet of group g. Requires: group_fans() was called.
+// Sets directions and active bits of a packet to group g. Requires: group_fans() was called.
 inline void fill_fan(const FanTargets& targets, int g, FanPacket& packet) {
   const int begin = targets.group[g], count = targets.group[g + 1] - begin;
   packet.active = bits_below(count);
@@ -51,7 +51,7 @@ class RayGroups {
     const int begin = targets_->group[g], end = targets_->group[g + 1];
     return {targets_->order + begin, static_cast<std::size_t>(end - begin)};
   }
-  // Directions and active bits of a packet of one group; origin and limits are the caller's.
+  // Sets directions and active bits of a packet to one group; origin and limits are the caller's.
   void fill(int g, FanPacket& packet) const { fill_fan(*targets_, g, packet); }
 
  private:

@@ -33,8 +33,8 @@ std::uint64_t bits_of_met(std::uint64_t active, const PacketHits& hits) {
 
 }  // namespace
 
-// A hit at exactly the same t behind the one that is passed is passed, too: two sheets that lie in one
-// place are one sheet.
+// A hit at exactly the same t behind the one that is passed is passed, too: two sheets that lie in
+// one place are one sheet.
 void SceneTracer::go_through(SingleRay ray, SingleHit& hit) const {
   while (hit.primitive != kNoPrimitive && alpha_->is_passed(hit.primitive, ray)) {
     ray.t_min = std::nextafter(hit.t, std::numeric_limits<float>::infinity());

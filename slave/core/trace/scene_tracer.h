@@ -62,10 +62,10 @@ class SceneTracer {
 
   const KernelTable& kernels() const { return *kernels_; }
 
-  // Of all triangles; empty where there are none.
+  // Bounds of all triangles; empty where there are none.
   const Bounds3f& bounds() const { return bounds_; }
 
-  // Where fans through a window begin.
+  // Finds where the traversal of fans through a window begins.
   void enter(const FanWindow& window, FanEntry& entry) const {
     std::visit([&](const auto& v) { table(v).enter_fans(v, window, entry); }, view_);
   }
@@ -98,13 +98,14 @@ class SceneTracer {
   }
 
  private:
-  // Of all triangles, there or not.
+  // Nearest hit of all triangles, whether the ray goes through them or not.
   SingleHit nearest(const SingleRay& ray) const {
     SingleHit hit;
     std::visit([&](const auto& v) { table(v).closest_ray(v, ray, hit); }, view_);
     return hit;
   }
-  // On from hits that are passed, to the first that is not. Requires: there is alpha; so for stopped().
+  // Replaces hits that are passed by the first behind them that is not. These functions and
+  // stopped() require: alpha_ is not null.
   void go_through(SingleRay ray, SingleHit& hit) const;
   void go_through(const FanPacket& rays, PacketHits& hits) const;
   void go_through(const RayPacket& rays, PacketHits& hits) const;

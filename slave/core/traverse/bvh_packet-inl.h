@@ -25,8 +25,8 @@ class PacketTracer {
   static constexpr int W = View::kWidth;
 
  public:
-  // Work per ray after which a packet does not pay: what one ray by itself takes, which is less where
-  // any hit will do.
+  // Work per ray after which a packet does not pay: what one ray by itself takes, which is less
+  // where any hit will do.
   static constexpr int kWorkMax = Leaf::kIsAny ? 24 : 32;
 
   explicit PacketTracer(const View& scene) : scene_(scene), leaf_(rays_) {}
@@ -54,7 +54,7 @@ class PacketTracer {
     return Together::kDone;
   }
 
-  // After a run that was kDone.
+  // Requires: run() returned kDone.
   void write_to(PacketHits& hits) {
     leaf_.finish();
     rays_.write_to(hits);

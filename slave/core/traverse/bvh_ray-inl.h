@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Traversal of a wide hierarchy by one ray: all children of a node at once, closest and any hit.
-// For rays that have no company: bounces, and packets that are none. Boxes: ray_slabs-inl.h.
+// For rays that are traced alone: bounces, and packets that are neither fan nor bundle. Boxes:
+// ray_slabs-inl.h.
 //
 // Threads. One traversal owns one.
 #include "slave/core/primitive/shapes_layout.h"
@@ -26,8 +27,8 @@ class BvhRayTracer {
  public:
   explicit BvhRayTracer(const View& scene) : scene_(scene), leaf_(ray_) {}
 
-  // Returns: whether there is a hit. blocker: of any hits, a block to look at first, or kNoBlock;
-  // becomes the one where the hit is.
+  // Returns: whether there is a hit. blocker: for any hit, a block to test first, or kNoBlock;
+  // becomes the block of the hit.
   bool run(const SingleRay& ray, uint32_t& blocker);
   bool run(const SingleRay& ray) {
     uint32_t none = kNoBlock;

@@ -27,7 +27,8 @@ HWY_INLINE Frustum frustum_of(const FanWindow& window) {
   Frustum f;
   f.set_axis(window.axis, window.side < 0);
   for (int a = 0; a < 3; ++a) f.origin[a] = window.origin[a];
-  // Moved out further than those of a fan (FanRays::bound()), which are a rounding from these.
+  // Slopes are moved out further than those of a fan (FanRays::bound()), which are a rounding from
+  // these.
   const auto outward = [](float slope, float sign) {
     return slope + sign * abs_of(slope) * (12 * kRoundoff);
   };
@@ -43,7 +44,7 @@ HWY_INLINE Frustum frustum_of(const FanWindow& window) {
 // fans of a window, so that none of them has to sort.
 class EntryList {
  public:
-  // Empty; works on `entry`.
+  // Makes an empty list in `entry`.
   EntryList(const FanWindow& window, FanEntry& entry) : entry_(entry) {
     entry.axis = window.axis;
     entry.side = window.side;
@@ -102,7 +103,7 @@ void find_entry(const BvhView<W, Shapes>& scene, const FanWindow& window, FanEnt
     for (; met != 0; met &= met - 1) list.insert(node, __builtin_ctz(met));
   };
   insert_met(scene.nodes[0], FrustumTests<W>::boxes(f, scene.nodes[0], z_near));
-  // Those before `at` are leaves, or there is no room for what is in them.
+  // Subtrees before `at` are leaves, or there is no room for what is in them.
   for (int at = 0; at < list.count();) {
     const uint32_t child = list.child(at);
     if ((child & kBvhLeaf) == 0) {

@@ -29,7 +29,7 @@ class FanGroups {
   void run();
 
  private:
-  // On a face of the cube.
+  // Where rays lie on a face of the cube.
   struct Extent {
     float low[2] = {2, 2}, high[2] = {-2, -2};
     float size() const { return high[0] - low[0] + (high[1] - low[1]); }
@@ -40,11 +40,11 @@ class FanGroups {
       }
     }
   };
-  // Where halving a group makes its runs of 64 rays smaller by less than this, they are neighbours
-  // already and are left as they are.
+  // A group is halved as long as that makes its runs of 64 rays smaller than this share of what
+  // they were; otherwise the rays are neighbours already.
   static constexpr float kGain = 0.85f;
 
-  // Which rays go to the front; of one ray, and of a register of them.
+  // Predicates: which rays go to the front; of one ray, and of a register of them.
   struct OnFace {
     const int* faces;
     int face;
@@ -94,7 +94,8 @@ inline void FanGroups::run() {
   put_in_order();
 }
 
-// Behind the last stand numbers of rays, too (project()).
+// `order` holds numbers of rays behind the last one, too (project()), for registers that are read
+// whole.
 inline void FanGroups::put_in_order() {
   for (int i = 0; i < targets_.count; i += kLanes) {
     const auto number = load<VI>(targets_.order + i);
@@ -103,7 +104,7 @@ inline void FanGroups::put_in_order() {
   }
 }
 
-// Where each ray meets its face of the cube. Returns: whether all leave through one.
+// Finds where each ray meets its face of the cube. Returns: whether all leave through one face.
 inline bool FanGroups::project() {
   auto first_face = set<VI>(0);
   bool is_one = true;
@@ -156,7 +157,7 @@ int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
     store_packed(v, goes_right, spare_[1] + right);
     store_packed(number, goes_right, spare_order_ + right);
     right += static_cast<int>(count_of<V>(goes_right));
-    // What stands behind the end is someone else's.
+    // What stands behind the end belongs to another group.
     const size_t count = count_of<V>(goes_left);
     const auto is_kept = first_lanes<V>(i + kLanes <= end ? kLaneCount : count);
     hn::BlendedStore(hn::Compress(u, goes_left), is_kept, TagOf<V>(), across[0] + left);
@@ -171,8 +172,8 @@ int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
   return left - begin;
 }
 #else
-// Without branches, for they cannot be predicted. Not in lanes: packing a register is slow before
-// AVX-512.
+// This version has no branches, since they cannot be predicted, and does not work in lanes, since
+// packing a register is slow before AVX-512.
 template <typename IsLeft>
 int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
   float* const across[2] = {targets_.across[0], targets_.across[1]};
@@ -219,7 +220,8 @@ inline void FanGroups::start(int begin, int end) {
   split(begin, end, all, sum);
 }
 
-// Of all; sum: of the sizes of the runs of 64 that would be packets.
+// Returns: the extent of all rays. sum: the sizes of the runs of 64 that would be packets are added
+// to it.
 inline FanGroups::Extent FanGroups::extent_of_runs(int begin, int end, float& sum) const {
   Extent all;
   for (int i = begin; i < end; i += kPacketRays) {
@@ -230,12 +232,13 @@ inline FanGroups::Extent FanGroups::extent_of_runs(int begin, int end, float& su
   return all;
 }
 
-// all, sum: see extent_of_runs(). Ends: a step halves an extent of floats on [-1, 1], or emits.
+// all, sum: see extent_of_runs(). The recursion ends, since a step halves an extent of floats on
+// [-1, 1], or emits.
 inline void FanGroups::split(int begin, int end, const Extent& all, float sum) {
   if (end - begin <= kPacketRays) return emit(begin, end);
   const int axis = all.high[0] - all.low[0] >= all.high[1] - all.low[1] ? 0 : 1;
   const int left = partition(begin, end, Below{axis, (all.low[axis] + all.high[axis]) / 2});
-  if (left == 0 || left == end - begin) return emit(begin, end);  // in one place, or no numbers
+  if (left == 0 || left == end - begin) return emit(begin, end);  // all in one place, or NaN
   const int border = begin + left;
   float left_sum = 0, right_sum = 0;
   const Extent left_all = extent_of_runs(begin, border, left_sum);

@@ -5,9 +5,9 @@
 // the order of the children is the order of depth; at another plane the frustum reaches the far
 // child no earlier than its outermost plane does and leaves the near one no later than its
 // innermost. Depths are moved out by the roundings of the quotient, so a box that touches a split
-// plane may stand on one side of it alone: whoever comes to the plane looks there. Children may be
-// visited in any order, since hits are not cut off at voxels; a primitive that stands in several
-// leaves gives the same answer again.
+// plane may stand on one side of it alone: what comes to the plane looks on both sides. Children
+// may be visited in any order, since hits are not cut off at voxels; a primitive that stands in
+// several leaves gives the same answer again.
 //
 // After Reshetov, Soupikov, Hurley, 2005 (frustum), and Hapala and Havran, "Review: kd-tree
 // traversal algorithms for ray tracing", 2011 (one ray).
@@ -36,7 +36,7 @@ struct KdEntry {
   float from, to;
 };
 
-// A step down pushes one at most.
+// The stack cannot overflow: a step down pushes one entry at most.
 struct KdStack {
   KdEntry entries[kKdDepthMax + 1];
   int size = 0;
@@ -56,14 +56,14 @@ HWY_INLINE void prefetch_kd(const View& scene, uint32_t node) {
 template <class View, class Rays, class Leaf>
 class KdPacketTracer {
  public:
-  // As in PacketTracer; one ray by itself takes three times as long here.
+  // Limit of work, as in PacketTracer; one ray by itself takes three times as long here.
   static constexpr int kWorkMax = 100;
 
   explicit KdPacketTracer(const View& scene) : scene_(scene), leaf_(rays_) {}
 
   template <class Packet>
   Together run(const Packet& packet);
-  // After a run that was kDone.
+  // Requires: run() returned kDone.
   void write_to(PacketHits& hits) {
     leaf_.finish();
     rays_.write_to(hits);
@@ -149,7 +149,7 @@ uint32_t KdPacketTracer<View, Rays, Leaf>::descend_across(int axis, float plane,
   const int k = axis == rays_.kx ? 0 : 1;
   const float* const slope = k == 0 ? rays_.slope_u : rays_.slope_v;
   const float* const offset = k == 0 ? rays_.offset_u : rays_.offset_v;
-  // The frustum begins below the plane, mostly, or above it.
+  // Whether the frustum begins mostly below the plane, or above it.
   const float middle =
       (offset[0] + offset[1]) + (slope[0] + slope[1]) * entry.from;  // twice the middle
   const bool is_below = middle < 2 * plane;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The children that a traversal has still to visit, the nearest on top.
-// Threads. One traversal owns one. Never overflows: a step down pushes at most W children for one
-// that it took, over at most kBvhDepthMax steps.
+// Threads. One traversal owns one. The stack cannot overflow: a step down pushes at most W - 1
+// children, over at most kBvhDepthMax steps.
 #include "slave/core/traverse/view_layout.h"
 
 #if defined(TESSERA_CORE_NODE_STACK_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -23,8 +23,8 @@ struct StackEntry {
   float distance;  // at which its box begins
 };
 
-// kLines: cache lines of a child that are fetched when it is pushed. Packets work long on each; single rays are
-// faster with few.
+// kLines: cache lines of a child that are fetched when it is pushed. Packets work long on each;
+// single rays are faster with few.
 template <class View, size_t kLines = 4>
 class NodeStack {
   using Node = BvhNode<View::kWidth>;
@@ -58,7 +58,8 @@ class NodeStack {
     return top.child[__builtin_ctz(nearest)];
   }
 
-  // The nearest of the children, which is not pushed as the others are; kBvhNoChild without any.
+  // Returns: the nearest of the children, which is not pushed as the others are; kBvhNoChild
+  // without any.
   uint32_t descend(const Node& node, uint32_t bits, const float* distances) {
     if (bits == 0) return kBvhNoChild;
     const int first = __builtin_ctz(bits);
@@ -79,7 +80,8 @@ class NodeStack {
     return nearest.child;
   }
 
-  // The same in any order: where one hit is as good as another, sorting costs more than it saves.
+  // Does what descend() does, in any order: where one hit is as good as another, sorting costs more
+  // than it saves.
   uint32_t descend_unsorted(const Node& node, uint32_t bits) {
     if (bits == 0) return kBvhNoChild;
     const int first = __builtin_ctz(bits);

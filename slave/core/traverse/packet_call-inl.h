@@ -20,7 +20,8 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// What goes through a structure.
+// The tracers of one ray, of a fan and of a bundle. `View` is the acceleration structure that is
+// traversed.
 template <class View>
 struct Tracers;
 template <int W, class Shapes>
@@ -76,7 +77,7 @@ HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {
           rays.t_max[i]};
 }
 
-// kNoFrustum: it has not been tried.
+// Returns: how it ended; kNoFrustum also where it was not tried.
 template <class Tracer, class Packet>
 HWY_INLINE Together run_together(Tracer& tracer, const Packet& rays) {
   PacketHabit& habit = rays.habit;
@@ -105,7 +106,8 @@ HWY_INLINE void closest(const View& scene, const Packet& rays, PacketHits& hits)
   }
 }
 
-// The rays of `bits` one by one. Neighbours are mostly blocked by the same primitives.
+// Traces the rays of `bits` one by one. The block that blocked one ray is tested first for the
+// next, since neighbours are mostly blocked by the same primitives.
 template <int W, class Shapes, class Packet>
 HWY_INLINE uint64_t occluded_alone(const BvhView<W, Shapes>& scene, const Packet& rays,
                                    uint64_t bits) {
@@ -134,7 +136,7 @@ HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
   Tracer tracer(scene);
   const Together how = run_together(tracer, rays);
   if (how == Together::kDone) return tracer.blocked();
-  // What was found blocked before it did not pay any more is.
+  // Rays that were found blocked before the packet was given up are blocked.
   uint64_t blocked = how == Together::kDoesNotPay ? tracer.blocked() : 0;
   return blocked | occluded_alone(scene, rays, rays.active & ~blocked);
 }

@@ -10,8 +10,8 @@
 //    2 u |o| |r|           product and sum of c, at most 1 u |c| each
 //    1 u |p - o| |r|       the fused operation
 // and what c was moved by; c is moved out by 8 u (|p| + |o|) |r| for the largest p of the scene,
-// twice that bound, and by what setup_axis() asks for where the ray hardly moves along the axis. So
-// t_in is never too large and t_out never too small.
+// twice that bound, and by OneRay::pad where the ray hardly moves along the axis. So t_in is never
+// too large and t_out never too small.
 //
 // Threads. One traversal owns one.
 #include <stddef.h>
@@ -33,8 +33,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// By axis: where a node has the planes through which a ray comes in and goes out, from its first
-// number on.
+// Offsets of the planes of a node through which a ray comes in and goes out, by axis, in floats.
 template <int W>
 struct SlabOrder {
   size_t in[3], out[3];
@@ -54,8 +53,8 @@ class RaySlabs {
   static constexpr size_t kStep = kLanesOf<V>;
 
  public:
-  // Requires: the ray is set up for that box. kPadded: boxes are larger than they say by `pad` on each
-  // axis; pad [4], the fourth is 0.
+  // Requires: the ray is set up for that box. kPadded: boxes are larger than they say by `pad` on
+  // each axis; pad [4], the fourth is 0.
   template <bool kPadded = false>
   HWY_INLINE void setup(const OneRay& ray, const SceneBox& box, const float* pad = nullptr);
   // Returns: the bits of the children that the ray meets within its limits, with the t at which it
@@ -67,7 +66,7 @@ class RaySlabs {
   alignas(16) float in_at_[4], out_at_[4];  // constants of t, by axis
 };
 
-// c, moved out.
+// Computes c, moved out.
 template <int W>
 template <bool kPadded>
 void RaySlabs<W>::setup(const OneRay& ray, const SceneBox& box, const float* pad) {

@@ -75,12 +75,12 @@ void BiasCompensation::follow(const GatherPoints& points, int first, int count) 
   arrive(points, first);
 }
 
-// Of the packet from that point on.
+// Handles the hits of the packet whose first ray is that of point number `first`.
 void BiasCompensation::arrive(const GatherPoints& points, int first) {
   Memory& s = memory_;
   const PacketPoints& at = met_.points();
   float geometry[kPacketRays];
-  std::uint64_t beyond = 0;  // what the bound has weakened
+  std::uint64_t beyond = 0;  // rays whose light the bound has weakened
   for (std::uint64_t left = at.met; left != 0; left &= left - 1) {
     const int i = std::countr_zero(left), p = first + i;
     const Vec3f shading{points.shading[0][p], points.shading[1][p], points.shading[2][p]};

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the bound of the VPLs' geometry term takes away, traced: a ray finds the surface nearby whose
-// VPLs the bound would have weakened, and paths find its light (Kollig and Keller, "Illumination in
-// the presence of weak singularities", 2004). VPLs within the bound and this together are unbiased.
+// Bias compensation: path-traces the light that the bound of the VPLs' geometry term takes away. A
+// ray finds the surface nearby whose VPLs the bound would have weakened, and paths find that
+// surface's light (Kollig and Keller, "Illumination in the presence of weak singularities", 2004).
+// VPLs within the bound and this together are unbiased.
 //
 // From a point x a ray of pdf cosine / pi meets y; of the light that y sends, the share
 // 1 - bound / G(x, y) is what VPLs at y have lost, where G > bound. G is at most 1 / distance^2, so
@@ -28,14 +29,14 @@ class BiasCompensation {
     RayPacket rays;
     PacketHits hits;
     MetSurfaces::Memory met;
-    SurfaceBatch arrived;  // of a packet
+    SurfaceBatch arrived;  // surfaces that one packet has met
   };
 
-  // Requires: context and memory outlive it; bounds.has_any(), and that of emitters is not below that
-  // of VPLs.
+  // Requires: context and memory outlive it; bounds.has_any(); bounds.emitter >= bounds.vpl.
   BiasCompensation(const RenderContext& context, Memory& memory, const GeometryBounds& bounds);
 
-  // Adds to points.light. sequence_index: of the pixels' samples. Requires: points.key is set.
+  // Adds the compensation to points.light. sequence_index: that of the pixels' samples. Requires:
+  // points.key is set.
   RayCounts add(GatherPoints& points, std::uint32_t sequence_index);
 
  private:

@@ -7,7 +7,8 @@
 namespace tessera::core {
 namespace {
 
-constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();  // a distance
+constexpr float kNowhere =
+    std::numeric_limits<float>::quiet_NaN();  // distance of pixels without surface
 
 }  // namespace
 
@@ -27,7 +28,8 @@ void GiBlock::cover(const TileRect& block, const TileRect& region, int interleav
 
 void GiBlock::clear() {
   for (const auto& batch : batches()) batch->points.count = 0;
-  // One more all round than the filter may read, and what its registers read behind the last.
+  // The whole plane is filled, border included, and what the filter's registers read behind the
+  // last pixel.
   std::fill(std::begin(planes_.distance), std::end(planes_.distance), kNowhere);
 }
 

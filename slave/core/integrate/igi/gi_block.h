@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A block of pixels with its border, one sample of each at a time: what they show, and the points that
-// gather light for them, in batches of those with the same place in the K x K pattern.
+// A block of pixels with its border, rendered one sample of each pixel at a time: what the pixels
+// show, and the points that gather light for them. A batch holds points with the same place in the
+// K x K pattern.
 //
 // Threads. One object per thread; scratch memory, about a megabyte.
 #pragma once
@@ -19,7 +20,7 @@ namespace tessera::core {
 inline constexpr int kGiBlockEdgePx = 64;
 static_assert(kFilterEdgeMax == kGiBlockEdgePx + 2 * kFilterRadiusMax);
 
-// What a pixel shows, to gather light there.
+// The surface that a pixel shows, as a point that gathers light.
 struct GiPoint {
   Vec3f point, normal, shading_normal;
   Vec3f albedo;        // times the path's weight
@@ -27,28 +28,28 @@ struct GiPoint {
   float distance = 0;  // from the eye
   std::int32_t material = 0;
   std::uint32_t key = 0;                  // pixel_key()
-  std::uint32_t triangle = kNoPrimitive;  // no sliver
+  std::uint32_t triangle = kNoPrimitive;  // kNoPrimitive for a sliver
 };
 
 class GiBlock {
  public:
   struct Batch {
     GatherPoints points;
-    std::uint16_t pixel[kGatherRoom];  // of a point
+    std::uint16_t pixel[kGatherRoom];  // by point
   };
 
-  // Where nothing is added there is no light. Requires: region is block with its border, at most
+  // Begins a block, with no light in any pixel. Requires: region is block with its border, at most
   // kFilterEdgeMax wide and high.
   void cover(const TileRect& block, const TileRect& region, int interleave);
-  // Before the next sample: forgets the points.
+  // Forgets the points. Must be called before the next sample.
   void clear();
 
-  // (x, y): of the picture, in the region; all that follow likewise.
+  // (x_px, y_px), here and below: a pixel of the picture, in the region.
   void add_light(int x_px, int y_px, Vec3f radiance) {
     const int at = index(x_px, y_px);
     for (int c = 0; c < 3; ++c) planes_.sum[c][at] += radiance[c];
   }
-  // Requires: clear() was called, and none was added for this pixel since.
+  // Requires: clear() was called, and no point was added for this pixel since.
   void add_point(int x_px, int y_px, const GiPoint& p) {
     const int at = index(x_px, y_px);
     int number = row_batch_[y_px - region_.y_px] + column_batch_[x_px - region_.x_px];
@@ -70,7 +71,7 @@ class GiBlock {
     planes_.material[at] = p.material;
   }
 
-  // All batches; those of set number s are s * batches_per_set() and the next.
+  // All batches. Those of set number s are the batches_per_set() from s * batches_per_set() on.
   std::span<const std::unique_ptr<Batch>> batches() const { return {batches_.data(), used_}; }
   int batches_per_set() const { return batches_per_set_; }
 
@@ -78,7 +79,8 @@ class GiBlock {
   // neighbours up to `radius` away that show the same surface.
   void add_reflected(const KernelTable& kernels, int radius);
 
-  // rgb: of the tile, which the block is a part of. Shape: [height][width][3].
+  // Writes the block's pixels. rgb: the tile that the block is a part of. Shape:
+  // [height][width][3].
   void write(const TileRect& tile, float scale, std::span<float> rgb) const;
 
  private:

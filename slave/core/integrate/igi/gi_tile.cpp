@@ -23,7 +23,7 @@ namespace {
 
 constexpr int kSquareEdgePx = 8;  // of a packet
 
-// Of the parts that `left_px` pixels are traced in: what is over at the end is a part of its own, whose
+// Edge of the next part of `left_px` pixels. What is over at the end is a part of its own, whose
 // packets are strips.
 int part_edge(int left_px) {
   if (left_px >= kPartEdgePx) return kPartEdgePx;
@@ -31,15 +31,15 @@ int part_edge(int left_px) {
   return whole > 0 ? whole : left_px;
 }
 
-// Within the picture.
+// The rectangle with `by` pixels more on each side, within the picture.
 TileRect grown(const TileRect& r, int by, int width_px, int height_px) {
   const int left = std::max(0, r.x_px - by), top = std::max(0, r.y_px - by);
   return {left, top, std::min(width_px, r.x_px + r.width_px + by) - left,
           std::min(height_px, r.y_px + r.height_px + by) - top};
 }
 
-// Points of an area light are spread over it so evenly that they need no bound but where it is
-// nearer than its own size; a ray that has to find a small lamp by chance is worse.
+// VPLs on an area light are spread over it so evenly that they need no bound except where the light
+// is nearer than its own size; rays that have to find a small lamp by chance are worse.
 GeometryBounds bounds_of(const FrameSettings& settings, const LightSet& lights,
                          const Bounds3f& scene) {
   if (settings.clamp == 0 || scene.is_empty()) return {};
@@ -62,13 +62,13 @@ struct GiTile::Memory {
   GatherRays gather;
   SpecularChain::Memory chain;
   PathTracer::Memory paths;
-  SurfaceBatch surfaces, glossy;  // of a part of the block, where the scene is rich
-  float distance[kBatchMax];      // likewise, by pixel of the part: from the eye
-  Vec3f radiance[kBatchMax];      // likewise: what VPLs have no part in
+  SurfaceBatch surfaces, glossy;                       // of a part, where the scene is rich
+  float distance[kBatchMax];                           // likewise, by pixel: from the eye
+  Vec3f radiance[kBatchMax];                           // likewise, by pixel: light without VPLs
   std::unique_ptr<BiasCompensation::Memory> residual;  // made where it is asked for
 };
 
-// On one tile.
+// The work on one tile.
 class GiTile::Work {
  public:
   Work(const RenderContext& context, Memory& memory)
@@ -110,7 +110,7 @@ class GiTile::Work {
 
   const RenderContext& context_;
   Memory& memory_;
-  RayCounts counts_;  // before the VPLs, whose rays it counts
+  RayCounts counts_;  // declared before the VPLs, whose rays it counts
   const VplSets& vpls_;
   const GeometryBounds bounds_;
   CameraPacket camera_;
@@ -147,7 +147,7 @@ void GiTile::Work::trace_camera(const TileRect& region, std::uint32_t sample) {
   }
 }
 
-// What a packet shows whose corner is (x_px, y_px).
+// Adds what the packet shows whose corner is (x_px, y_px).
 void GiTile::Work::add_hits(const TileRect& part, int x_px, int y_px) {
   met_.find(camera_.rays, memory_.hits);
   const PacketPoints& at = met_.points();
@@ -200,7 +200,8 @@ void GiTile::Work::keep_surfaces(const TileRect& part, int x_px, int y_px) {
   }
 }
 
-// Of a part of a rich scene: chains, then gathering points or paths_.
+// Shades a part of a rich scene: follows chains, then adds gathering points, or paths for glossy
+// surfaces.
 void GiTile::Work::shade_part(const TileRect& part) {
   std::fill(std::begin(memory_.radiance), std::end(memory_.radiance), Vec3f{});
   if (context_.scene.features.has_specular)
@@ -210,7 +211,7 @@ void GiTile::Work::shade_part(const TileRect& part) {
   for (int i = 0; i < memory_.surfaces.count; ++i) {
     const Surface& s = memory_.surfaces.surface[i];
     const int pixel = memory_.surfaces.pixel[i];
-    if (scattering_of(s.bsdf) == Scattering::kLobes) {  // has nothing to share with its neighbours
+    if (scattering_of(s.bsdf) == Scattering::kLobes) {  // shares nothing with its neighbours
       memory_.glossy.add(memory_.surfaces, i);
     } else {
       memory_.pixels.add_point(part.x_px + pixel % kPartEdgePx, part.y_px + pixel / kPartEdgePx,

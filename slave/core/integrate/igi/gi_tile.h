@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // A tile lit by VPLs: instant global illumination (Benthin, thesis, chapter 9), breadth first.
 //
-// Blocks of 64x64 pixels, one sample of all their pixels at a time: camera rays in packets, then for
-// each of the K^2 interleaved sets of VPLs the shadow rays of its pixels, VPL by VPL, then the
-// discontinuity buffer, which multiplies by the surfaces' own colours. Blocks have a border as wide
-// as the filter reaches, rendered here and not fetched, so that only pixels travel (section 9.5).
-// What a pixel gets depends on (settings, scene, isa, pixel, sample) alone: patterns stand still on
-// the picture, and the border's pixels are the neighbours' own, to the bit.
+// A tile is rendered in blocks of 64x64 pixels, one sample of all pixels of a block at a time.
+// Camera rays are traced in packets; then, for each of the K^2 interleaved sets of VPLs, the shadow
+// rays of its pixels, VPL by VPL. Last comes the discontinuity buffer, which multiplies by the
+// surfaces' albedo. Blocks have a border as wide as the filter reaches, rendered here and not
+// fetched, so that only pixels travel (section 9.5). What a pixel gets depends on (settings, scene,
+// isa, pixel, sample) alone: patterns stand still on the picture, and the border's pixels are the
+// neighbours' own, to the bit.
 //
-// Behind mirrors and glass it is the surface at the end of the chain that gathers. Glossy surfaces do
-// not: few VPLs would be as many highlights; they are path-traced (path_tracer.h).
+// Behind mirrors and glass it is the surface at the end of the chain that gathers. Glossy surfaces
+// do not gather, since each of a few VPLs would show as a highlight; they are path-traced
+// (path_tracer.h).
 //
 // With several samples per pixel each takes its share of the set (section 9.4): number i of a set
 // goes to sample i modulo their number.
@@ -24,8 +26,8 @@
 
 namespace tessera::core {
 
-// Passes behind these are not filtered: neighbours calm a picture of few passes, and the mean of many
-// is calm by itself and keeps the truth of each pixel.
+// Number of passes that are filtered. In a picture of few passes the filter removes noise; the mean
+// of many passes has little noise by itself, and without the filter each pixel keeps its own value.
 inline constexpr std::uint32_t kFilteredPasses = 16;
 
 class GiTile final : public Integrator {
@@ -40,7 +42,7 @@ class GiTile final : public Integrator {
   class Work;
   struct Memory;
   std::unique_ptr<Memory> memory_;
-  std::unique_ptr<Integrator> in_the_dark_;  // of scenes without any light
+  std::unique_ptr<Integrator> in_the_dark_;  // renders scenes without any light
 };
 
 }  // namespace tessera::core

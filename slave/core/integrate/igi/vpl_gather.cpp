@@ -13,10 +13,11 @@ namespace tessera::core {
 namespace {
 
 constexpr float kInvPi = 0.318309886f;
-// A reported t is off by 3 roundings (plane-inl.h): what lies beyond 1 for certain is not hit.
+// End of shadow rays to points at 1. A reported t is off by up to 3 roundings (plane-inl.h), so
+// that nothing that lies beyond 1 is hit.
 constexpr float kEnd = 1 - 4 * kUnitRoundoff;
 
-// A place from which parallel rays to the points stand side by side.
+// Moves a far light to a place from which parallel rays to the points stand side by side.
 void stand_back(const GatherPoints& points, LightPoint& light) {
   float extent = 0;
   for (int a = 0; a < 3; ++a) extent = std::max(extent, points.upper[a] - points.lower[a]);
@@ -82,7 +83,7 @@ void VplGather::trace_fans(const LightPoint& light) {
   }
 }
 
-// From the points to where the light comes from.
+// Traces shadow rays from the points towards the light.
 void VplGather::trace_parallel(const LightPoint& light, const GatherPoints& points) {
   const FanTargets& targets = rays_.targets;
   for (int a = 0; a < 3; ++a) std::fill_n(packet_.direction[a], kPacketRays, -light.normal[a]);

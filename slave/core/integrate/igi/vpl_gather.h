@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light of VPLs at a batch of points: shadow rays of one VPL after the other, all of them leaving
-// the VPL, in groups by where they go, seen from it (Benthin, thesis, section 9.3). A point sums
-// over VPLs in their order, whatever its neighbours do.
+// Light of VPLs at a batch of points. Shadow rays are traced for one VPL after the other; all of
+// them leave the VPL, and they are grouped by where they go, seen from it (Benthin, thesis, section
+// 9.3). A point sums over VPLs in their order, whatever its neighbours do.
 //
 // Threads. One object per thread, over memory of its own.
 #pragma once
@@ -15,7 +15,7 @@
 
 namespace tessera::core {
 
-// Of the geometry term of VPLs and of points of area lights, 1 / area.
+// Bounds of the geometry term of VPLs and of points on area lights; unit: 1 / area.
 struct GeometryBounds {
   float vpl = std::numeric_limits<float>::infinity();
   float emitter = std::numeric_limits<float>::infinity();
@@ -28,7 +28,8 @@ class VplGather {
   VplGather(const RenderContext& context, GatherRays& memory, const GeometryBounds& bounds);
 
   // Adds to points.light what every `stride`-th VPL from number `first` on sheds, times `weight`.
-  // Requires: KernelTable::bound_points(points) after they were last changed. Returns: shadow rays traced.
+  // Requires: KernelTable::bound_points(points) was called after they last changed. Returns: shadow
+  // rays traced.
   std::uint64_t add(std::span<const LightPoint> vpls, std::size_t first, std::size_t stride,
                     float weight, GatherPoints& points);
 

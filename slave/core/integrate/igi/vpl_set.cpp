@@ -20,14 +20,14 @@ constexpr int kPilotWalks = 128;
 
 double luminance(const float (&c)[3]) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
 
-// Of all choices in a frame that are not a pixel's.
+// Key of the random numbers of a frame that are not a pixel's.
 std::uint32_t frame_key(const FrameSettings& settings) {
   return hash_combine(mix_bits(settings.seed ^ 0x2545f491u), settings.pass);
 }
 
 }  // namespace
 
-// Some walks at once, a packet of them.
+// A packet of walks that take their steps together.
 class VplSets::Walks {
  public:
   Walks(const PreparedScene::Impl& scene, const SceneTracer& tracer, const LightSubpaths& light,
@@ -38,7 +38,7 @@ class VplSets::Walks {
     std::fill_n(rays_.t_max, kPacketRays, std::numeric_limits<float>::infinity());
   }
 
-  // Walks number first, first + 1... of the sequence.
+  // Starts the walks number first, first + 1... of the sequence.
   void start(std::uint32_t first, int count, Dimension pick, Dimension direction) {
     first_ = first;
     rays_.active = 0;
@@ -51,8 +51,8 @@ class VplSets::Walks {
     }
   }
 
-  // To the next surface. point [kPacketRays]: the VPLs there, as if there were one walk alone.
-  // Returns: bits of those that there are.
+  // Takes all walks to their next surface. point [kPacketRays]: the VPLs left there, each as if its
+  // walk were the only one. Returns: bits of the walks that left a VPL.
   std::uint64_t step(std::uint32_t depth, std::uint64_t& ray_count, LightPoint* point) {
     if (rays_.active == 0) return 0;
     tracer_.closest(rays_, hits_);
@@ -79,9 +79,9 @@ class VplSets::Walks {
     rays_.active |= std::uint64_t{1} << i;
   }
 
-  // A camera's ray weighs what it sees by the cosine to the shading normal; the pdf of walks
-  // that arrive is that of the geometric one. The quotient is what makes both agree (Veach, thesis,
-  // 1997, section 5.3). Returns: whether it leaves a VPL.
+  // A camera's ray weighs what it sees by the cosine to the shading normal; the pdf of walks that
+  // arrive is that of the geometric one. The quotient is what makes both agree (Veach, thesis,
+  // 1997, section 5.3). Returns: whether the walk leaves a VPL.
   bool arrive(int i, const Surface& s, std::uint32_t depth, LightPoint& point) {
     const Vec3f d{rays_.direction[0][i], rays_.direction[1][i], rays_.direction[2][i]};
     const Vec2f x = shuffled_2d(hash_combine(key_, dimension(Dimension::kVplBounce, depth)),
@@ -107,7 +107,7 @@ class VplSets::Walks {
     return is_finite(flux) && !is_black(flux);
   }
 
-  // Over mirrors and through glass light goes on, and leaves no VPL there.
+  // Sends light on over mirrors and through glass; no VPL is left there.
   void pass(int i, const Surface& s, Vec2f x) {
     const SpecularSample next = sample_specular(s, s.to_viewer, x);
     const float side = next.is_through ? -1.0f : 1.0f;
@@ -134,8 +134,9 @@ void scale(LightPoint& point, float by) {
   for (float& c : point.rgb) c *= by;
 }
 
-// How many VPLs light of each depth gets, of `budget`: by power, at least one each, no more than
-// the depth before, since walks of that depth have to pass it. power [depth]; 0 at depth 0: none.
+// Shares `budget` VPLs out to the depths: by power, at least one each, and no more than the depth
+// before, since walks of that depth have to pass it. Shape: power [depth]. power[0] == 0: no VPLs
+// of depth 0.
 std::vector<int> shared_out(const std::vector<double>& power, int budget) {
   double total = 0;
   for (const double p : power) total += p;
@@ -172,7 +173,7 @@ std::vector<double> VplSets::power_by_depth(Walks& walks, const LightSubpaths& l
   return power;
 }
 
-// Takes an aligned run of the sequence, so that all sets together are spread evenly, too.
+// A set takes an aligned run of the sequence, so that all sets together are spread evenly, too.
 void VplSets::make_set(Walks& walks, const LightSubpaths& light, std::uint32_t key,
                        const std::vector<int>& counts, std::size_t k) {
   const int walk_count = counts.size() > 1 ? counts[1] : 0;

@@ -4,15 +4,15 @@
 // Random walks from all lights leave a VPL on each surface that they meet (Keller, "Instant
 // radiosity", 1997; Benthin, thesis, chapter 9). For K x K interleaving there are K^2 sets, each an
 // unbiased estimate of all light by itself, so that a pixel may gather from any of them. A set
-// spends its VPLs on the light of 0, 1, 2... surfaces before the last by what each of these carries
-// in a few walks made beforehand, at least one each: of n walks, the first n_d leave a VPL on their
-// surface number d, with 1 / n_d of the light.
+// divides its VPLs among the light of 0, 1, 2... surfaces before the last by the power that each of
+// these carries in a few pilot walks, at least one VPL each. Of n walks, the first n_d leave a VPL
+// on their surface number d, with 1 / n_d of the light.
 //
-// A VPL sheds light as a diffuse surface of the same albedo would, also where the surface is glossy.
-// Mirrors and glass pass light on, and count as a surface; what they throw onto diffuse surfaces
-// (caustics) is carried where it goes on from there, and not where it is seen.
+// A VPL sheds light as a diffuse surface of the same albedo would, also where the surface is
+// glossy. Mirrors and glass pass light on, and count as a surface. The light that they throw onto
+// diffuse surfaces (caustics) is carried on from there by VPLs, but is not seen there itself.
 //
-// All follows from scene, settings and instruction set, so that every slave makes the same.
+// All VPLs follow from scene, settings and instruction set, so that every slave makes the same.
 //
 // Threads. Made by one, then read by any.
 #pragma once
@@ -34,12 +34,12 @@ class VplSets {
   VplSets(const PreparedScene::Impl& scene, const SceneTracer& tracer,
           const FrameSettings& settings);
 
-  // Of set k, 0 <= k < interleave^2; those of few surfaces first. To be split over the samples of a
-  // pixel as they stand: number i to sample i modulo their number.
+  // VPLs of set k, 0 <= k < interleave^2, those of few surfaces first. They are split over the
+  // samples of a pixel as they stand: VPL number i goes to sample i modulo the number of samples.
   std::span<const LightPoint> set(int k) const { return sets_[static_cast<std::size_t>(k)]; }
-  // Delta lights, where they are few: for all pixels and samples.
+  // Delta lights, where they are few, as VPLs that all pixels and samples gather from.
   std::span<const LightPoint> each() const { return each_; }
-  // Rays that it took to make them.
+  // Rays that were traced to make the VPLs.
   std::uint64_t ray_count() const { return ray_count_; }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light on all its ways, without bias (path_tracer.h).
+// Unbiased path tracing (path_tracer.h).
 //
 // Threads. One object per thread.
 #pragma once

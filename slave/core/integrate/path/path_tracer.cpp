@@ -12,8 +12,8 @@ namespace tessera::core {
 RayCounts PathTracer::add(SurfaceBatch& batch, Vec3f* radiance) {
   RayCounts counts;
   counts.shadow += direct_.add(batch, radiance);
-  // One ray more than bounces, where rays find light that samples of lights leave to them; of the
-  // surfaces that it meets nothing counts but their emission.
+  // Paths have one ray more than bounces where rays find the light that light samples leave to
+  // them; only the emission of the surfaces that it meets counts.
   const bool has_last = context_.scene.lights.has_environment ||
                         !context_.scene.lights.emitters.empty() ||
                         context_.scene.lights.has_partial_emission;
@@ -36,7 +36,7 @@ void PathTracer::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
   rays_.scatter(batch, dimension(Dimension::kScatter), batch.sample_index);
 }
 
-// What rays bring that have met nothing: bits, from ray `first` on.
+// Adds the sky's light along the rays that have met nothing. open: their bits, from ray `first` on.
 void PathTracer::add_sky(int first, std::uint64_t open, Vec3f* radiance) {
   rays_.look_at_sky(open);
   for_each_ray(open, [&](int i) {

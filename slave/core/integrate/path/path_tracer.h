@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light that reaches surfaces over others, without bias: the reference that faster renderers are
-// measured against. Paths begin at what the camera sees; at each surface one sample of one emitter,
-// one of the sky's picture and every delta light add what they shed, then the path goes on in a direction that the
-// BSDF chooses (Kajiya, "The rendering equation", 1986; light samples as in direct_light.h). No path
-// is ended by chance: `bounces` bounds them.
+// Unbiased path tracing: the reference that faster renderers are measured against. Paths begin at
+// the surfaces that the camera sees. At each surface one sample of one emitter, one of the
+// environment map and every delta light add what they shed; then the path goes on in a direction
+// that the BSDF chooses (Kajiya, "The rendering equation", 1986; light samples as in
+// direct_light.h). There is no Russian roulette: `bounces` bounds the paths.
 //
-// Who counts an emitter, or the map of a sky: both a light sample and the path's own ray, each by its
-// MIS weight (Veach and Guibas, "Optimally combining sampling techniques", 1995, the
-// balance heuristic); behind mirrors and glass the ray alone. Delta lights are not seen in
-// mirrors and shed nothing through glass: no path finds them there.
+// An emitter, or an environment map, is counted by both a light sample and the path's own ray, each
+// with its MIS weight (Veach and Guibas, "Optimally combining sampling techniques", 1995, the
+// balance heuristic); behind mirrors and glass it is counted by the ray alone. Delta lights are not
+// seen in mirrors and shed nothing through glass: no path finds them there.
 //
 // Bounces are those of diffuse and glossy surfaces. Mirrors and glass between them have a depth of
 // their own (specular_chain.h).
 //
-// A path's numbers depend on its pixel, sample and depth alone.
+// A path's random numbers depend on its pixel, sample and depth alone.
 //
 // Threads. One object per thread, over memory of its own.
 #pragma once
@@ -41,7 +41,7 @@ class PathTracer {
         rays_(context, memory.rays) {}
 
   // Adds what the surfaces reflect to radiance [pixel]. Changes the batch. Requires: no surface is
-  // specular. Returns: rays traced. Stops within a bounce when it is over.
+  // specular. Returns: rays traced. Stops within a bounce once the context is over.
   RayCounts add(SurfaceBatch& batch, Vec3f* radiance);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In a file of its own, so that a test's own definition is linked in its place.
+// This function has a file of its own, so that a test's own definition is linked in its place.
 #include "slave/core/integrate/planes/plane_values.h"
 
 namespace tessera::core {

@@ -35,7 +35,7 @@ struct PlaneTile::Memory {
   float nearest[kBatchMax];  // distance of the pixel's nearest hit so far, by pixel of the part
 };
 
-// On one tile.
+// The work on one tile.
 class PlaneTile::Work {
  public:
   // Shape: values [tile.pixel_count() * channel_count(settings.planes)].
@@ -111,7 +111,7 @@ void PlaneTile::Work::add(const CameraSample& sample, float distance, std::size_
   }
 }
 
-// The packet whose corner is (x_px, y_px) of the tile.
+// Adds the packet whose corner is (x_px, y_px) of the tile.
 void PlaneTile::Work::add_packet(int x_px, int y_px, bool is_first) {
   met_.find(camera_.rays, memory_.hits);
   met_.make_seen(camera_.rays, memory_.hits, met_.points().met, cones_, to_);
@@ -146,7 +146,7 @@ std::uint64_t PlaneTile::Work::render_part(const TileRect& part) {
   return rays;
 }
 
-// The mean of what has been summed up.
+// Renders all parts, then turns sums of samples into their means.
 std::uint64_t PlaneTile::Work::render() {
   std::uint64_t rays = 0;
   for (int y = 0; y < tile_.height_px; y += kPartEdgePx) {

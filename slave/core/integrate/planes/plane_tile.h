@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The planes of a tile besides its colour: the camera rays of its pixels once more, whatever the
-// renderer is, and what they meet first. They are the renderer's own rays, to the bit, so alpha is
-// the share of samples whose colour is not the background's. A renderer knows nothing of planes,
-// and a frame without any pays nothing. A pixel depends on what TileRenderer's does.
+// The planes of a tile besides its colour. The camera rays of its pixels are traced once more,
+// whatever the renderer is, and the planes hold what they meet first. These rays are the renderer's
+// own, to the bit, so alpha is the share of samples whose colour is not the background's. A
+// renderer knows nothing of planes, and a frame without any pays nothing. A pixel depends on the
+// same values as one of TileRenderer.
 //
 // Threads. One object per thread; memory, taken at the first tile.
 #pragma once

@@ -20,9 +20,9 @@ void albedo(const CameraSample& sample, float* to) {
   if (sample.surface == nullptr) return put({}, to);
   const Surface& s = *sample.surface;
   const Material& m = *s.material;
-  if (m.is_unlit) return put(s.emission, to);  // make_seen()
+  if (m.is_unlit) return put(s.emission, to);  // set by make_seen()
   if (scattering_of(m.bsdf) == Scattering::kDelta) return put(m.specular, to);
-  // A part of the rays that meet a rough surface which passes light see no base (transmission.h).
+  // Some rays that meet a rough surface with transmission see no base (transmission.h).
   put(passes_light(m) && is_black(s.albedo) ? m.albedo : s.albedo, to);
 }
 
@@ -39,14 +39,14 @@ void position(const CameraSample& sample, float* to) {
   put(sample.surface != nullptr ? sample.surface->point : Vec3f{}, to);
 }
 
-// Whole numbers up to 2^24 are floats.
+// A float holds whole numbers up to 2^24 exactly.
 static_assert(std::numeric_limits<float>::digits == 24);
 void object(const CameraSample& sample, float* to) { *to = static_cast<float>(sample.object); }
 void material(const CameraSample& sample, float* to) { *to = static_cast<float>(sample.material); }
 
 void samples(const CameraSample&, float* to) { *to = 1; }
 
-// By number of the plane.
+// Values of the planes, by number of the plane.
 constexpr std::array kValues{alpha, albedo, normal, depth, position, object, material, samples};
 static_assert(kValues.size() == kPlaneRows.size(), "a plane has a row and a value");
 

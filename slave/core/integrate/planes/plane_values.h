@@ -11,11 +11,11 @@
 
 namespace tessera::core {
 
-// A camera ray and what it has met, directly: what is seen in mirrors and through glass is not
-// asked for.
+// A camera ray and the first surface that it meets; what is seen in mirrors and through glass does
+// not count.
 struct CameraSample {
-  const Surface* surface = nullptr;  // null: nothing is met; the rest is then as it stands here
-  Vec3f eye, view;                   // of the camera; view: unit, the way it looks
+  const Surface* surface = nullptr;  // null: nothing is met; object and material are then 0
+  Vec3f eye, view;                   // of the camera; view: unit viewing direction
   std::uint32_t object = 0;          // number of the instance, from 1
   std::uint32_t material = 0;        // of the scene, from 1
 };
@@ -26,7 +26,8 @@ using PlaneValue = void (*)(const CameraSample& sample, float* to);
 // Requires: the plane's number is below plane_count().
 PlaneValue plane_value(Plane plane);
 
-// Of the planes of more_plane_rows(), in their order: as there (more_plane_values.cpp).
+// Values of the planes of more_plane_rows(), in their order; a test links its own in place of these
+// (more_plane_values.cpp).
 std::span<const PlaneValue> more_plane_values();
 
 }  // namespace tessera::core

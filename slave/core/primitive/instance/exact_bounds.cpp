@@ -12,7 +12,7 @@
 namespace tessera::core {
 namespace {
 
-// One of six: the largest coordinate along an axis, or the largest of its negative.
+// One of the six directions along the axes; of() is the coordinate along it.
 struct Direction {
   int axis;
   float sign;
@@ -34,7 +34,8 @@ Vec3f corner(const TriangleBlock<W>& block, int lane, int k, const Transform& to
   return to_world.is_identity() ? p : to_world.point(p);
 }
 
-// Goes down a mesh's hierarchy where something may lie further than the best so far.
+// Finds the corner of an instance that lies farthest along a direction. The search goes down the
+// mesh's hierarchy only where something may lie farther than the best so far.
 template <int W>
 class FarthestCorner {
  public:
@@ -82,7 +83,7 @@ class FarthestCorner {
   const Transform to_world_;
 };
 
-// Instances whose box reaches far come first, so that few others have to be looked at.
+// The instance whose box reaches farthest comes first, so that few others have to be looked at.
 template <int W>
 float farthest(const InstancedBvh<W>& index, const Direction& along, float best) {
   std::size_t first = 0;

@@ -32,8 +32,8 @@ HWY_INLINE MeshView<W> view_of(const MeshShape<W>& mesh) {
   return {mesh.nodes, {mesh.triangles}, mesh.box};
 }
 
-// A block in world space. Corners as Transform::point() has them, without fused operations; an
-// identity leaves them as they are, zeros with a sign, too.
+// Brings a block to world space. Corners are computed as by Transform::point(), without fused
+// operations; an identity leaves them as they are, zeros with a sign, too.
 template <int W>
 HWY_INLINE void place(const TriangleBlock<W>& block, const InstanceBlock& instance,
                       TriangleBlock<W>& placed) {
@@ -60,7 +60,7 @@ HWY_INLINE void place(const TriangleBlock<W>& block, const InstanceBlock& instan
   }
 }
 
-// Rays of a packet. Test: FanBlock or BundleBlock.
+// Leaf test of the rays of a packet. Test: FanBlock or BundleBlock.
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
 class InstancePacketLeaf {
  public:
@@ -85,7 +85,7 @@ class InstancePacketLeaf {
     }
     return has_hit;
   }
-  // After all tests.
+  // To be called after all tests.
   HWY_INLINE void finish() { test_.finish(); }
 
  private:
@@ -104,7 +104,7 @@ bool InstancePacketLeaf<W, kAny, Rays, Test>::test(const MeshShape<W>& mesh,
                                                    const InstanceBlock& instance) {
   rays_.work_left -= kEnterWork;
   if (!frustum_.enter(rays_, instance, mesh.box)) {
-    rays_.work_left = -1;  // each by itself
+    rays_.work_left = -1;  // the rays are traced one by one
     return false;
   }
   const MeshView<W> view = view_of(mesh);
@@ -137,7 +137,7 @@ bool InstancePacketLeaf<W, kAny, Rays, Test>::test(const MeshShape<W>& mesh,
   return has_hit;
 }
 
-// One ray.
+// Leaf test of one ray.
 template <int W, bool kAny>
 class InstanceRayLeaf {
  public:
@@ -146,7 +146,8 @@ class InstanceRayLeaf {
   explicit InstanceRayLeaf(OneRay& ray) : ray_(ray), test_(ray) {}
 
   HWY_INLINE void prepare() { test_.prepare(); }
-  // Returns: of any hits, the block where the hit is; else, or where there is none, kNoBlock.
+  // Returns: for any-hit, the block with the hit; kNoBlock where there is none, and for closest
+  // hits.
   HWY_INLINE uint32_t test(const TrianglesAndInstances<W>& shapes, uint32_t first, uint32_t count) {
     for (uint32_t i = first; i < first + count; ++i) {
       const uint32_t block = shapes.blocks[i];
@@ -165,7 +166,7 @@ class InstanceRayLeaf {
   HWY_NOINLINE void test(const MeshShape<W>& mesh, const InstanceBlock& instance);
   HWY_INLINE bool enter(const MeshShape<W>& mesh, const InstanceBlock& instance, OneRay& inner,
                         RaySlabs<W>& slabs) const;
-  // Returns: whether no more is to be looked for.
+  // Returns: whether the ray needs no further tests.
   HWY_INLINE bool test(const InstanceBlock& instance, const TriangleBlock<W>* blocks,
                        uint32_t count) {
     for (uint32_t i = 0; i < count; ++i) {
@@ -243,7 +244,8 @@ void InstanceRayLeaf<W, kAny>::test(const MeshShape<W>& mesh, const InstanceBloc
 
 template <int W>
 struct LeafTests<TrianglesAndInstances<W>> {
-  // For prefetching: nothing is known of a block before its number has been looked up.
+  // Address to prefetch for a block: that of its number, before which nothing is known of the
+  // block.
   static HWY_INLINE const char* address(const TrianglesAndInstances<W>& shapes, uint32_t block) {
     return reinterpret_cast<const char*>(shapes.blocks + block);
   }

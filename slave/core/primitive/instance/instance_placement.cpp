@@ -41,9 +41,9 @@ std::optional<Matrix> inverse_of(const Matrix& m) {
   return inverse;
 }
 
-// By axis, how far a corner in world space may be from M p + T: Transform::point() rounds each product
-// once and each of three sums, which is 4 u of the sizes added up, with some room; products may
-// underflow.
+// By axis, how far a corner in world space may be from M p + T: Transform::point() rounds each
+// product once and each of three sums, which is 4 u of the sizes added up, with some room; products
+// may underflow.
 std::array<double, 3> corner_errors(const Transform& t, const std::array<double, 3>& largest) {
   std::array<double, 3> errors{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -69,8 +69,9 @@ float rounded_up(double value) {
 
 }  // namespace
 
-// The pad. With A the inverse as stored, a corner w = M p + T + e comes back as A (w - T) = p + (A M - I)
-// p + A e. Products of A M are computed here in double, whose roundings are 2^-50 of their sizes.
+// The pad. With A the inverse as stored, a corner w = M p + T + e comes back as A (w - T) = p + (A
+// M - I) p + A e. Products of A M are computed here in double, whose roundings are 2^-50 of their
+// sizes.
 std::optional<InstanceBlock> place_instance(const Transform& to_world, const Bounds3f& bounds) {
   const Matrix m = linear_part(to_world);
   const std::optional<Matrix> inverse = inverse_of(m);
@@ -99,7 +100,7 @@ std::optional<InstanceBlock> place_instance(const Transform& to_world, const Bou
       pad += std::fabs(double{block.to_object[i][j]}) * errors[j];
     }
     block.pad[i] = rounded_up(pad * (1 + 0x1p-40));
-    // Far from the ends of float32, so that no kernel overflows.
+    // Values have to be far from the ends of float32, so that no kernel overflows.
     const bool is_sound = reach < 0x1p96 && block.pad[i] < 0x1p96f && block.row_max[i] > 0x1p-96f &&
                           block.row_max[i] < 0x1p96f;
     if (!is_sound) return std::nullopt;

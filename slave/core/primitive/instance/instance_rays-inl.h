@@ -2,19 +2,20 @@
 // Rays taken into the object space of an instance, where they are tested against boxes and nothing
 // else: what they hit is decided in world space.
 //
-// Padding. A point x of the world is y = A (x - T) in object space, with A = to_object exactly as it
-// is stored and T the last column of to_world, so whatever A is, rays and corners are taken there by
-// one map. Two things are off, both by axis and in object units:
-//   corners  A (w - T) of a corner w in world space, rounded there, differs from the corner p of the
-//            mesh, which its boxes hold, by at most InstanceBlock::pad (instance_placement.cpp).
+// Padding. A point x of the world is y = A (x - T) in object space, with A = to_object exactly as
+// it is stored and T the last column of to_world, so whatever A is, rays and corners are taken
+// there by one map. Two things are off, both by axis and in object units:
+//   corners  A (w - T) of a corner w in world space, rounded there, differs from the corner p of
+//            the mesh, which its boxes hold, by at most InstanceBlock::pad
+//            (instance_placement.cpp).
 //   rays     with u = 2^-24: the origin o' = A (o - T) takes one rounding for o - T and three for
-//            the row: 4 u L, L = |A| |o - T| by absolute values. The direction d' = A d takes three:
-//            3 u |A| |d|; at the parameter t where the ray is at the box, |t| <= R / |d'| by main
-//            axis, with R the largest distance of a point of the (padded) box, that moves the ray by
-//            q R, q = 3 u |A| |d| / |d'|.
-// So boxes grow by P = pad + 6 u L + q' R with q' = 4 u |A| |d| / |d'|, for q' <= 1/4: then R, which
-// knows nothing of the last term, still is large enough: (R + P) 3/4 q' <= q' R for P <= R / 3, and
-// where pad and 6 u L make P larger, they are part of R.
+//            the row: 4 u L, L = |A| |o - T| by absolute values. The direction d' = A d takes
+//            three: 3 u |A| |d|; at the parameter t where the ray is at the box, |t| <= R / |d'| by
+//            main axis, with R the largest distance of a point of the (padded) box, that moves the
+//            ray by q R, q = 3 u |A| |d| / |d'|.
+// So boxes grow by P = pad + 6 u L + q' R with q' = 4 u |A| |d| / |d'|, for q' <= 1/4: then R,
+// which knows nothing of the last term, still is large enough: (R + P) 3/4 q' <= q' R for P <= R /
+// 3, and where pad and 6 u L make P larger, they are part of R.
 //
 // Threads. One traversal owns one.
 #include "slave/core/primitive/instance_layout.h"
@@ -37,7 +38,7 @@ namespace HWY_NAMESPACE {
 constexpr float kPlacedOriginError = 6 * kRoundoff, kPlacedDirectionError = 4 * kRoundoff;
 constexpr float kPlacedDirectionErrorMax = 0.25f;  // q'
 
-// Origin and direction of one ray, with what they may be off.
+// Origin and direction of one ray in object space, with the sizes that bound their errors.
 struct ObjectRay {
   float origin[3], direction[3];
   float origin_size[3];     // L
@@ -65,10 +66,11 @@ class ObjectFrustum : public Frustum {
   static constexpr size_t kLanes = PacketRays::kLanes;
 
  public:
-  // Returns: whether the rays form a frustum there; else they have to be traced one by one.
+  // Returns: whether the rays form a frustum in object space; if not, they have to be traced one by
+  // one.
   template <class Rays>
   HWY_INLINE bool enter(const Rays& rays, const InstanceBlock& instance, const SceneBox& box);
-  // After hits: no ray looks further than its nearest.
+  // To be called after hits: ends the frustum where no ray looks any further.
   template <class Rays>
   HWY_INLINE void shorten(const Rays& rays);
 
@@ -92,12 +94,12 @@ class ObjectFrustum : public Frustum {
   float margin_ = 0;      // what z_far grows by
   alignas(64) float speed_[kPacketRays];    // d' along the main axis
   alignas(64) float start_[kPacketRays];    // depth at which a ray begins
-  alignas(64) float from_[2][kPacketRays];  // of a bundle: its place across the main axis
+  alignas(64) float from_[2][kPacketRays];  // of a bundle: places of its rays across the main axis
 };
 
 template <class Rays>
 bool ObjectFrustum::enter(const Rays& rays, const InstanceBlock& instance, const SceneBox& box) {
-  // Any will do, for those that are not valid go where the middle one goes.
+  // Any ray may choose the main axis, for those that are not valid go where the middle one goes.
   constexpr size_t kSome = 27;
   float size[3];
   for (size_t a = 0; a < 3; ++a) {
@@ -139,7 +141,8 @@ bool ObjectFrustum::set_slopes(const PacketRays& rays, const InstanceBlock& inst
     store(speed, speed_ + at);
   }
   if (!is_all<V>(is_near)) return false;
-  // Moved out by the roundings of the quotient (two) and of its product with a depth.
+  // The slopes are moved out by the roundings of the quotient (two) and of its product with a
+  // depth.
   const auto outward = [](float bound, float sign) {
     return bound + sign * abs_of(bound) * (8 * kRoundoff);
   };
@@ -197,7 +200,8 @@ void ObjectFrustum::set_origin(const BundleRays& rays, const InstanceBlock& inst
   for (int a = 0; a < 3; ++a) origin_size_[a] = greatest_lane(size[a]);
 }
 
-// Moved out by the roundings of origins, products and sums, as BundleRays::set_offsets() has them.
+// The offsets are moved out by the roundings of origins, products and sums, as in
+// BundleRays::set_offsets().
 void ObjectFrustum::set_offsets(const BundleRays&) {
   const float slack = 16 * kRoundoff * spread_;
   const auto set_across = [&](const float* from, const float* slope, float* offset) {
@@ -214,9 +218,9 @@ void ObjectFrustum::set_offsets(const BundleRays&) {
   set_across(from_[1], slope_v, offset_v);
 }
 
-// Makes room for P on all sides. The origin is moved back by 2 P along the main axis, which is at
-// least P and at most 3 P with the rounding of that place: P is more than 6 u of it. So a depth is
-// off by at most 4 P, P of the box's included.
+// Makes room for P on all sides of the frustum. The origin is moved back by 2 P along the main
+// axis, which is at least P and at most 3 P with the rounding of that place: P is more than 6 u of
+// it. So a depth is off by at most 4 P, P of the box's included.
 bool ObjectFrustum::grow(const InstanceBlock& instance, const SceneBox& box, float ratio) {
   float reach = 0, pad[3];
   for (int a = 0; a < 3; ++a) {
@@ -238,7 +242,7 @@ bool ObjectFrustum::grow(const InstanceBlock& instance, const SceneBox& box, flo
     offset[0] -= across + abs_of(slope[0]) * (4 * back);
     offset[1] += across + abs_of(slope[1]) * (4 * back);
   };
-  // What the sums above are rounded by is less than the room that pad has.
+  // The roundings of the sums above are less than the room that pad has.
   grow_by(slope_u, offset_u, pad[kx]);
   grow_by(slope_v, offset_v, pad[ky]);
   margin_ = 4 * back;

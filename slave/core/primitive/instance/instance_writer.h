@@ -15,12 +15,12 @@
 
 namespace tessera::core {
 
-// Primitives of the build: triangles first, then instances.
+// Primitives of the build are numbered triangles first, then instances.
 template <int W>
 class InstanceWriter final : public LeafWriter {
  public:
-  // Shape: vertices [triangle_count][3 corners][x, y, z]; instances [instance_count]: their numbers in
-  // the build, triangle_count and on. Both outlive it.
+  // Shape: vertices [triangle_count][3 corners][x, y, z]; instances [instance_count]: their numbers
+  // in the build, triangle_count and on. Both outlive it.
   InstanceWriter(std::span<const float> vertices, std::span<const std::uint32_t> instances)
       : triangles_(vertices), vertices_(vertices), instances_(instances) {}
 

@@ -19,7 +19,7 @@ bool is_lamp(const Mesh& mesh, const Scene& scene) {
   return false;
 }
 
-// By mesh, whether it gets a structure of its own.
+// Returns: for each mesh, whether it gets a structure of its own.
 std::vector<bool> shared_meshes(const Scene& scene, Instancing instancing) {
   std::vector<std::uint64_t> count(scene.meshes.size(), 0);
   for (const Instance& instance : scene.instances) ++count[instance.mesh];
@@ -34,14 +34,14 @@ std::vector<bool> shared_meshes(const Scene& scene, Instancing instancing) {
   return is_shared;
 }
 
-// Whether an instance of the other version stands at the same number, and what it is there.
+// Finds instances that stand in the other version of the scene at the same number.
 template <int W>
 class KnownPlaces {
  public:
   explicit KnownPlaces(const KnownInstances<W>& known) : known_(known) {}
 
-  // Requires: asked for each instance of the scene, in order. Returns: its number among the placed, or
-  // -1.
+  // Requires: is called for each instance of the scene, in order. Returns: the number among the
+  // other version's placed instances of one that is the same, or -1.
   std::int64_t next(const Mesh* mesh, const Instance& instance) {
     if (known_.index == nullptr || at_ >= known_.instances.size()) return -1;
     const Instance& other = known_.instances[at_];

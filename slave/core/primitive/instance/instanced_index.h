@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes with instances in two levels: each mesh that stands more than once gets one hierarchy, which
-// its instances share; a hierarchy over the instances, and over the triangles that are flattened,
-// stands above.
+// Scenes with instances in two levels: each mesh that stands more than once gets one hierarchy,
+// which its instances share; a hierarchy over the instances, and over the triangles that are
+// flattened, stands above.
 //
-// After Wald, Benthin, Slusallek, "Distributed interactive ray tracing of dynamic scenes", 2003, and
-// section 7 of Benthin's thesis, but for one thing: triangles are tested in world space.
+// After Wald, Benthin, Slusallek, "Distributed interactive ray tracing of dynamic scenes", 2003,
+// and section 7 of Benthin's thesis, but for one thing: triangles are tested in world space.
 //
 // Threads. Built by the calling thread and up to thread_count - 1 more.
 #pragma once
@@ -26,14 +26,15 @@ template <int W>
 struct Placement {
   std::vector<std::shared_ptr<const MeshIndex<W>>> meshes;  // [mesh_count], null: flattened
   std::vector<std::uint8_t> is_placed;                      // [instance_count]
-  std::vector<InstanceBlock> instances;                     // those, in order
-  std::vector<Bounds3f> boxes;                              // theirs, world space
-  std::uint64_t degenerate_count = 0;                       // of their triangles
+  std::vector<InstanceBlock> instances;                     // the placed ones, in order
+  std::vector<Bounds3f> boxes;                              // of the placed ones, world space
+  std::uint64_t degenerate_count = 0;                       // triangles of the placed ones
 
   bool is_empty() const { return instances.empty(); }
 };
 
-// What another version of the scene has; what is the same is taken from there and not built.
+// What another version of the scene has; instances and meshes that are the same are taken from
+// there and not built.
 template <int W>
 struct KnownInstances {
   std::span<const std::shared_ptr<const Mesh>> meshes;
@@ -47,8 +48,9 @@ template <int W>
 Result<Placement<W>> place_instances(const Scene& scene, Instancing instancing,
                                      const KnownInstances<W>& known, const BuildControl& control);
 
-// Shape: boxes [flattened triangle], vertices [flattened triangle][3][3], numbers [flattened triangle]:
-// over the flattened scene. Returns: as above.
+// Shape: boxes [flattened triangle], vertices [flattened triangle][3][3], numbers [flattened
+// triangle]: the triangles' numbers over the flattened scene. Returns: kCancelled;
+// kResourceExhausted.
 template <int W>
 Result<InstancedBvh<W>> index_instances(Placement<W> placement, std::span<const Bounds3f> boxes,
                                         std::span<const float> vertices,

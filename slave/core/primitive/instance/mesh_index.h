@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The structure of one mesh in its own coordinates, shared by its instances and by versions of a scene.
+// The structure of one mesh in its own coordinates, shared by its instances and by versions of a
+// scene.
 //
 // Threads. Built once, then never changed.
 #pragma once

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where in a triangle a ray meets it, for the hits that are kept in the end: kernels decide and
-// compare without it. T: double, or a register of doubles.
+// Barycentric coordinates of hits, for those that are kept in the end: kernels decide and compare
+// without them. T: double, or a register of doubles.
 //
-// P = (1 - u - v) A + u B + v C; u, v and 1 - u - v are in [0, 1] whatever the rounding. In
-// coordinates relative to A: the error is some 2^-50 s over the triangle's height as the ray sees it,
-// s the distance of the ray's origin from A. One object serves rays from one origin.
+// P = (1 - u - v) A + u B + v C; u, v and 1 - u - v are in [0, 1] whatever the rounding. The
+// computation is relative to A. Its error is some 2^-50 s over the triangle's height as the ray
+// sees it, with s the distance of the ray's origin from A. One object serves rays from one origin.
 //
 // After Moeller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
 //

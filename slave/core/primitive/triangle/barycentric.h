@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where in a triangle a ray meets it, of plain numbers: the text of barycentric-inl.h.
+// Barycentric coordinates of hits, for plain numbers: the text of barycentric-inl.h.
 // Threads. Pure function.
 #pragma once
 
@@ -26,7 +26,7 @@ class Barycentric {
   plain::Barycentric<double> of_origin_;
 };
 
-// Of one ray.
+// Returns: the barycentric coordinates of one ray's hit. Requires: the ray meets the triangle.
 inline Vec2f barycentric(Vec3f origin, Vec3f direction, Vec3f a, Vec3f b, Vec3f c) {
   return Barycentric(origin, a, b, c).of(direction);
 }

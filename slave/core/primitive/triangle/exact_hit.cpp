@@ -38,8 +38,8 @@ class Expansion {
     size_ = kept;
   }
 
-  // sign * a b c, exactly. The parts of a product of float differences keep clear of underflow: the
-  // smallest is 2^-149 cubed times 2^-106.
+  // Adds sign * a b c, exactly. The parts of a product of float differences keep clear of
+  // underflow: the smallest is 2^-149 cubed times 2^-106.
   void add_product(double a, double b, double c, double sign) {
     const Pair ab = two_product(a, b);
     for (const double part : {ab.low, ab.high}) {
@@ -49,7 +49,7 @@ class Expansion {
     }
   }
 
-  // To 2^-52, for the largest part dominates. Zero only where the sum is.
+  // Returns: the sum to 2^-52, for the largest part dominates. It is zero only where the sum is.
   double value() const {
     double sum = 0;
     for (int i = 0; i < size_; ++i) sum += parts_[i];
@@ -115,7 +115,7 @@ struct Line {
     for (int a = 0; a < 3; ++a) d.axis[a] = {double{direction[a]}, 0};
     for (int c = 0; c < 3; ++c) to[c] = difference(triangle + 3 * c, origin);
   }
-  // Each edge on the same side, or through it.
+  // Whether the line passes all edges on the same side, or through them.
   bool passes() const {
     bool is_left = false, is_right = false;
     for (int c = 0; c < 3; ++c) {

@@ -23,15 +23,16 @@ struct ExactHit {
   float t;  // where the line meets the plane, to 2 roundings; also behind the origin
 };
 
-// Whether a triangle has an area, by its edges in double, whose differences are nearly always exact. One
-// that has none, a sliver whose area is lost even there among them, is met by no ray.
+// Whether a triangle has an area, by its edges in double, where differences are nearly always
+// exact. No ray meets a triangle without area; among those are slivers whose area is lost even in
+// double.
 // Shape: triangle [9] (A, B, C).
 bool has_area(const float* triangle);
 
 // Shape: origin [3], direction [3], triangle [9] (A, B, C); finite, direction not zero.
 ExactHit exact_hit(const float* origin, const float* direction, const float* triangle);
 
-// Whether it is a hit; for those who know t.
+// Whether exact_hit() is a hit, for callers that know t.
 bool is_exact_hit(const float* origin, const float* direction, const float* triangle);
 
 // The side of the triangle's plane that the origin lies on: 1 behind, where A, B, C turn clockwise,

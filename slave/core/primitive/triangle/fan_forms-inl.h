@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The triangles of a block as a fan sees them: linear forms in u and v, whose signs and sizes tell which rays meet
-// them and how near.
+// The triangles of a block as a fan sees them: linear forms in u and v, whose signs and sizes tell
+// which rays meet them and how near.
 //
 // Tolerance. u = 2^-24; s the largest coordinate of a corner from the origin, D the largest
 // component of B - A, L the longest D, all computed; S = 1 + max|u| + max|v| bounds the sum of |d|.
@@ -10,29 +10,31 @@
 //    8 S u s D  the reciprocal of D and the products with it, 1 u each of 4 s D
 //   20 S u s D  u, v (2 u each), the tolerance added to the constant, two fused steps
 // whatever the ray. What E of T' has beyond that, over 2 |d| |B - A|, is the distance of the ray
-// from the edge of T'; where it is more than 2 u s on the inner side of all edges, moving the
-// corners by as much takes none of them across the ray, so the ray is in T, too; where it is as
+// from the edge of T'. Where it is more than 2 u s on the inner side of all edges, moving the
+// corners by as much takes none of them across the ray, so the ray is in T, too. Where it is as
 // much outside of one, the ray is further from T' than any point of T. That takes 2 |d| |B - A| 2 u
-// s, at most 7 S u s D. Together 49 S u s D; with the bound's own roundings 52 S u s D. An edge too short for its
-// reciprocal tells nothing: its E is 0.
+// s, at most 7 S u s D. Together this is 49 S u s D; with the bound's own roundings 52 S u s D. An
+// edge too short for its reciprocal tells nothing: its E is 0.
 //
-// Nearness. Of the plane through T, 1/z = N.(u, v, 1) / N.A, linear in u and v. N comes from the edges of T
-// itself; with s_k the sum of the sizes of the two products in its component k it is off by 4 u s_k. A - O
-// is off by 1 u of each component, so N.A by 8 u H with H = sum of s_k |A_k|: counted as 10, and where that is not
-// below a quarter of N.A, nothing is known of the nearness. For a ray N.(u, v, 1) is off by
-//    4 u G  N          2 u G  u, v          2 u G  reciprocal and product          2 u G  two fused steps
-// with G = s_x max|u| + s_y max|v| + s_z; N.A adds 4/3 10 u H / |N.A| of G, and t as it is reported, with its
-// 4 roundings, 5 u G. So the nearness of what would be reported is within
+// Nearness. On the plane through T, 1/z = N.(u, v, 1) / N.A, which is linear in u and v. N comes
+// from the edges of T itself; with s_k the sum of the sizes of the two products in its component k
+// it is off by 4 u s_k. A - O is off by 1 u of each component, so N.A is off by 8 u H with H = sum
+// of s_k |A_k|. That is counted as 10 u H, and where it is not below a quarter of N.A, nothing is
+// known of the nearness. For a ray N.(u, v, 1) is off by
+//    4 u G  N       2 u G  u, v       2 u G  reciprocal and product       2 u G  two fused steps
+// with G = s_x max|u| + s_y max|v| + s_z. N.A adds 4/3 10 u H / |N.A| of G, and t as it is
+// reported, with its 4 roundings, 5 u G. So the nearness of what would be reported is within
 //    u G / |N.A| (17 + 15 H / |N.A|)
-// of the computed one. Where that of two triangles overlaps, both t are computed.
+// of the computed one. Where these intervals of two triangles overlap, both t are computed.
 //
-// Orientation. Which side is the inner one is the side of the origin, the same for all rays: the
-// sign of V = A.(B x C) = N.A. d.N and d.N' of a ray differ by at most 8 S u s (L + u s) for the edges L of T, which are
-// at most 2 u s longer than those of T', and where the ray hits, |d.N| is at least |V| / s, V at least 3/4 of what was
-// computed. So where |V| is more than 17 S u s (L + 3 u s) s, T' is turned as T is, to the origin and to every ray
-// that hits. Else exact_side() says where the origin lies, and a ray with |d.N| not above
-// 17 S u s (L + 3 u s) may see T' turned the other way: it is outside only where E says so whichever way that
-// is, and else exact_hit() decides.
+// Orientation. Which side of an edge is the inner one follows from the side of the plane that the
+// origin lies on. That is the sign of V = A.(B x C) = N.A, the same for all rays. d.N and d.N' of a
+// ray differ by at most 8 S u s (L + u s) for the edges L of T, which are at most 2 u s longer than
+// those of T', and where the ray hits, |d.N| is at least |V| / s, V at least 3/4 of what was
+// computed. So where |V| is more than 17 S u s (L + 3 u s) s, T' is turned as T is, to the origin
+// and to every ray that hits. Otherwise exact_side() says where the origin lies, and a ray with
+// |d.N| not above 17 S u s (L + 3 u s) may see T' turned the other way. Such a ray is outside only
+// where E says so whichever way that is; otherwise exact_hit() decides.
 //
 // Threads. One traversal owns one.
 #include "slave/core/primitive/triangle/triangle_layout.h"
@@ -60,7 +62,7 @@ class FanForms {
   static constexpr size_t kRows = FanRays::kRows;
 
  public:
-  // With few wide rows all rays are tested; of many, those that the triangle may touch.
+  // With few wide rows all rays are tested; with many rows, those that the triangle may touch.
   static constexpr bool kCullsRows = kRows > 4;
 
   explicit FanForms(const FanRays& fan) : fan_(fan) {}
@@ -68,22 +70,27 @@ class FanForms {
   // Requires, before the first block: the rays are set up.
   HWY_INLINE void prepare() { tolerance_ = 52 * kRoundoff * fan_.steepness; }
 
-  // Bits of the triangles of a block: those that the frustum may meet; of those, whose orientation is not
-  // sure, and which may lie before t_min.
+  // Bits of triangles of a block: `met`, those that the frustum may meet; of those, `unsure`, whose
+  // orientation is not sure, and `close`, which may lie before t_min.
   struct Kept {
     uint32_t met = 0, unsure = 0, close = 0;
   };
-  // Of triangles from lane `first` on, of which some are kept.
+  // Makes the forms of the triangles from lane `first` on. keep: those that are not culled yet.
   HWY_INLINE Kept look_at(const TriangleBlock<W>& block, size_t first, const Corners<VB>& p,
                           MB keep);
-  // Turns the edge functions of a triangle round.
+  // Reverses the edge functions of a triangle.
   void turn(size_t lane);
-  // Rows that all three edges let through at their best corner and that look as far as the triangle.
+  // Returns: the rows that may meet a triangle: all three edges let the row's best corner through,
+  // and the row looks as far as the triangle.
   HWY_INLINE uint64_t rows_of(size_t lane) const;
 
-  // Of each triangle: its edge functions over the lengths of the edges, with the tolerance added; twice the
-  // tolerance; its nearness and what that may be off; the least |d.N| / |N.A| with which T' is turned as T is;
-  // N.A, by whose sign the edges were turned; the depth at which it begins.
+  // For each triangle:
+  //   edges     edge functions over the lengths of the edges, with the tolerance added
+  //   twice     twice the tolerance
+  //   nearness  the linear form of its nearness; doubt: how far that may be off
+  //   steep     the least |d.N| / |N.A| with which T' is turned as T is
+  //   sides     N.A, by whose sign the edges were turned
+  //   begins    the depth at which it begins
   alignas(64) float edges[3][3][W], twice[W];
   alignas(64) float nearness[3][W], doubt[W], steep[W];
   alignas(64) float sides[W], begins[W];
@@ -96,11 +103,11 @@ class FanForms {
   float tolerance_;  // 52 S u
 };
 
-// Returns: the triangles whose orientation is sure. is_close: those that may lie before t_min.
+// Returns: the triangles whose nearness is known. is_close: those that may lie before t_min.
 template <int W>
 typename FanForms<W>::MB FanForms<W>::set_nearness(const TriangleBlock<W>& block, size_t first,
                                                    const Corners<VB>& p, MB& is_close) {
-  constexpr float kTiny = 0x1p-122f;  // more than what products lose that are too small
+  constexpr float kTiny = 0x1p-122f;  // more than products lose by underflow
   const auto edge = [&](int corner, int axis) {
     return load<VB>(block.vertex[3 * corner + axis] + first) - load<VB>(block.vertex[axis] + first);
   };
@@ -128,7 +135,7 @@ typename FanForms<W>::MB FanForms<W>::set_nearness(const TriangleBlock<W>& block
   store(known, doubt + first);
   store(volume, sides + first);
   is_close = g * 1.0001f + slack >= fan_.nearest_min;
-  const VB thin = tolerance_ * p.size * (17.0f / 52) * 1.0001f;  // times L + 3 u s
+  const VB thin = tolerance_ * p.size * (17.0f / 52) * 1.0001f;  // to be multiplied by L + 3 u s
   store(thin, steep + first);
   return is_good;
 }
@@ -167,7 +174,7 @@ typename FanForms<W>::Kept FanForms<W>::look_at(const TriangleBlock<W>& block, s
     };
     const VB nx = turned(edge[c][0]), ny = turned(edge[c][1]);
     const VB nz = turned(edge[c][2]) + tolerance;
-    // The largest value at a corner of the packet.
+    // The largest value of the edge function at a corner of the packet.
     const VB across = max(nx * fan_.slope_u[0], nx * fan_.slope_u[1]);
     const VB up = max(ny * fan_.slope_v[0], ny * fan_.slope_v[1]);
     keep = keep && (is_unsure || across + up + nz >= 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles that rays of a fan have hit and whose t is not known yet (FanRays::pending): their corners, in the
-// order in which they were hit, and t of them.
+// Triangles that rays of a fan have hit and whose t is not known yet (FanRays::pending): their
+// corners, in the order in which they were hit. Finds t of them.
 //
 // Threads. One traversal owns one.
 #include "slave/core/primitive/triangle/exact_hit_abi.h"
@@ -69,7 +69,7 @@ void FanWinners<W>::settle_one(size_t ray) {
   fan_.settle(ray, t);
 }
 
-// t of rays whose planes are known.
+// Finds t of rays whose planes are known.
 template <int W>
 void FanWinners<W>::settle_row(size_t at, M rays, const RowPlanes& planes) {
   const V t = planes.distance / planes.speed;
@@ -139,7 +139,7 @@ void FanWinners<W>::settle_all() {
   }
 }
 
-// Triangles that no ray has as its best hit any more make room.
+// Drops triangles that no ray has as its best hit any more.
 template <int W>
 void FanWinners<W>::drop_unused() {
   int32_t moved[kMax];

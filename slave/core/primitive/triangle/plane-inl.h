@@ -4,8 +4,8 @@
 //
 // N = (B - A) x (C - A), scaled by a power of two to about 1, t = N.(A - O) / N.D. Numerator and
 // denominator are computed in double, rounded to float32, and divided there: differences of float32
-// are exact in double but for exponents 29 apart, and no product of three leaves its range. What
-// may cancel is N and the two products. With w = 2^-53 and c the largest sum of the sizes of the
+// are exact in double but for exponents 29 apart, and no product of three leaves its range. Values
+// may cancel in N and in the two products. With w = 2^-53 and c the largest sum of the sizes of the
 // two products in a component of N, and |.| the sum of components, N.D is off by less than 8 w c
 // |D| and N.(A - O) by less than 8 w c |A - O|. Both count where they are at least 2^-24 c |D| and
 // 2^-24 c |A - O|: t is then good to 2^-25 and the three roundings to float32. Where one of them is
@@ -28,7 +28,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// Below that a quotient of float32 is not trusted; its reciprocal above.
+// A magnitude below this one or above its reciprocal is not trusted in a quotient of float32.
 constexpr float kPlaneLeast = 0x1p-100f;
 
 struct Plane {
@@ -40,14 +40,14 @@ struct Plane {
                     // NaN: nowhere
 };
 
-// T: double, or Doubles, a triangle to a lane.
+// What a plane is made of. T: double, or Doubles, one triangle per lane.
 template <class T>
 struct PlaneTerms {
   T scale, least, normal[3];  // as of Plane
   T distance, reach;          // N.(A - O), and the sum of the sizes of A - O
 };
 
-// corner(k): number k of A, B, C.
+// corner(k): coordinate k of A, B, C, in [0, 9).
 template <class T, class Corner>
 HWY_INLINE PlaneTerms<T> plane_terms(const Corner& corner, const float* origin) {
   T a[3], b[3], c[3];
@@ -101,7 +101,8 @@ struct PlaneTable {
   alignas(64) double normal[3][kMost];
   alignas(64) float distance[kMost], steepness[kMost];
 
-  // From triangle `at` on, as many as a register of doubles has lanes. corners [9][kMost].
+  // Makes the planes of as many triangles from `at` on as a register of doubles has lanes. corners
+  // [9][kMost].
   HWY_INLINE void make(const float (*corners)[kMost], size_t at, const float* origin) {
     using VF = FloatOf<Doubles>;
     const auto plane =
@@ -117,7 +118,8 @@ struct PlaneTable {
   }
 };
 
-// N.D and t of one ray; FanBlock has the same in lanes. size: |D|. Returns: whether t counts.
+// Finds N.D and t of one ray; FanWinners has the same in lanes. size: |D|. Returns: whether t
+// counts.
 HWY_INLINE bool plane_t(const Plane& plane, const float* direction, float size, float& speed,
                         float& t) {
   const double dx = static_cast<double>(direction[0]), dy = static_cast<double>(direction[1]),
@@ -127,7 +129,7 @@ HWY_INLINE bool plane_t(const Plane& plane, const float* direction, float size, 
   return abs_of(speed) >= plane.steepness * size + kPlaneLeast;
 }
 
-// N.D of a row of rays, as plane_t() has it.
+// N.D of a row of rays, by the operations of plane_t().
 template <class Rays>
 HWY_INLINE typename Rays::V speed_of(const Rays& rays, const Plane& plane, size_t at) {
   const hn::CappedTag<double, Rays::kLanes> d;

@@ -55,7 +55,7 @@ class BundleBlock {
   HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, size_t ray);
 
   BundleRays& rays_;
-  // Corners of the block at hand, from the frustum's origin.
+  // Corners of the block that is being tested, from the frustum's origin.
   alignas(64) float x_[3][W], y_[3][W], z_[3][W], size_[W], z_low_[W];
 };
 
@@ -89,7 +89,8 @@ bool BundleBlock<W, kAny>::test(const TriangleBlock<W>& block) {
   return has_hit;
 }
 
-// Rows whose planes a corner is on the inner side of, each, and that look as far as the triangle.
+// Returns: the rows that may meet a triangle: it has a corner on the inner side of each of their
+// planes, and they look as far as the triangle.
 template <int W, bool kAny>
 uint64_t BundleBlock<W, kAny>::rows_of(size_t lane) const {
   using VR = FloatsOf<(kRows < kLanes ? kRows : kLanes)>;  // rows
@@ -160,7 +161,7 @@ bool BundleBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, 
   return has_hit;
 }
 
-// N.(A - O) of a row, as plane_of() has it; NaN where it does not count.
+// N.(A - O) of a row, by the operations of plane_of(); NaN where it does not count.
 template <int W, bool kAny>
 typename BundleBlock<W, kAny>::V BundleBlock<W, kAny>::distance_of(const TriangleBlock<W>& block,
                                                                    size_t lane, size_t at,
@@ -178,7 +179,7 @@ typename BundleBlock<W, kAny>::V BundleBlock<W, kAny>::distance_of(const Triangl
   return halves(D(), [&](size_t half) { return distance(at + half * kLanes / 2); });
 }
 
-// One ray that the filter leaves open.
+// Decides one ray that the filter leaves open.
 template <int W, bool kAny>
 bool BundleBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, size_t ray) {
   TESSERA_COUNT(exact, 1);

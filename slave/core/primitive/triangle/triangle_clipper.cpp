@@ -8,8 +8,9 @@
 namespace tessera::core {
 namespace {
 
-// What is left of a triangle. Each face that cuts it adds a corner; where roundings have bent a thin
-// one, half as many corners as there are, at most: 3, 4, 6, 9, 13, 19, 28 for six faces.
+// What is left of a triangle after cuts. Each face that cuts it adds a corner. Where roundings have
+// bent a thin polygon, a face may add half as many corners as there are, at most: 3, 4, 6, 9, 13,
+// 19, 28 for six faces.
 struct Polygon {
   double corner[28][3];
   int count = 0;

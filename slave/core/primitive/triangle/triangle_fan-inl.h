@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The triangles of a block against a fan: culled by the frustum before any ray sees them.
 //
-// Decisions. A ray meets a triangle A, B, C where it passes its three edges on one side. With E = d
-// . ((A + B) x (B - A)) = 2 d . (A x B) that is a sign. E is computed in float32, over the length D of its
-// edge, so that one tolerance serves for all three, and
-//     E < -tol for one edge    surely outside,
-//     E >  tol for all three   surely inside,
+// Decisions. A ray meets a triangle A, B, C where it passes its three edges on one side. The side
+// is the sign of E = d . ((A + B) x (B - A)) = 2 d . (A x B). E is computed in float32, over the
+// length D of its edge, so that one tolerance serves for all three, and
+//    E < -tol for one edge    surely outside,
+//    E >  tol for all three   surely inside,
 //     else                     exact_hit() decides, which is exact.
 // A triangle is therefore hit by the rays that hit it in exact arithmetic, whatever the rounding
 // here, and fused multiply-adds may be used for E. What is reported, t, is computed without them,
@@ -56,11 +56,11 @@ class FanBlock {
 
   // Returns: whether some ray has a new best hit.
   bool test(const TriangleBlock<W>& block);
-  // After all tests: finds t of what was hit.
+  // To be called after all tests: finds t of what was hit.
   void finish() { winners_.settle_all(); }
 
  private:
-  // What a row of rays meets of a triangle.
+  // What the test of a row of rays against a triangle finds.
   struct Met {
     V near;
     M is_possible, is_sure;
@@ -79,7 +79,7 @@ class FanBlock {
   HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, uint64_t rays);
 
   FanRays& fan_;
-  Forms forms_;  // of the block at hand
+  Forms forms_;  // of the block that is being tested
   FanWinners<W> winners_;
 };
 
@@ -111,7 +111,7 @@ bool FanBlock<W, kAny>::test(const TriangleBlock<W>& block) {
         has_hit |= test_close(block, lane);
       } else {
         const uint64_t rows = forms_.rows_of(lane);
-        // All rays at once cost no more than culling rows does.
+        // Where rows are not culled, `rows` is 0: all rays at once cost no more than culling does.
         fan_.work_left -= 2 + __builtin_popcountll(rows);
         if (Forms::kCullsRows && rows == 0) continue;
         has_hit |= test_rays<false>(block, lane, rows);
@@ -121,7 +121,7 @@ bool FanBlock<W, kAny>::test(const TriangleBlock<W>& block) {
   return has_hit;
 }
 
-// A triangle whose side of the origin is not known for sure.
+// Tests a triangle for which it is not sure on which side of its plane the origin lies.
 template <int W, bool kAny>
 bool FanBlock<W, kAny>::test_unsure(const TriangleBlock<W>& block, size_t lane) {
   float triangle[9];
@@ -132,14 +132,14 @@ bool FanBlock<W, kAny>::test_unsure(const TriangleBlock<W>& block, size_t lane) 
     return decide(block, lane, ~uint64_t{0});  // only rays that start in the triangle can touch it
   const bool is_behind = static_cast<float>(side) * fan_.side < 0;
   const bool is_right = is_behind == (__builtin_signbit(forms_.sides[lane]) != 0);
-  const uint64_t rows = forms_.rows_of(lane);  // as computed, and turned round
+  const uint64_t rows = forms_.rows_of(lane);  // with the orientation as computed
   forms_.turn(lane);
   const uint64_t other_rows = forms_.rows_of(lane);
   if (is_right) forms_.turn(lane);
   return test_rays<true>(block, lane, rows | other_rows);
 }
 
-// kCareful: its orientation is not sure, or it may lie before t_min.
+// kCareful: the triangle's orientation is not sure, or it may lie before t_min.
 template <int W, bool kAny>
 template <bool kCareful>
 typename FanBlock<W, kAny>::Met FanBlock<W, kAny>::test_row(size_t lane, size_t row) const {
@@ -157,7 +157,7 @@ typename FanBlock<W, kAny>::Met FanBlock<W, kAny>::test_row(size_t lane, size_t 
   const V near = value(forms_.nearness);
   Met met{near, is_inside, least > twice};
   if (kCareful) {
-    // Or inside of the triangle turned round, where the ray does not pass it steeply.
+    // A ray may also be inside of the reversed triangle, where it does not pass it steeply.
     const V most = max(max(e0, e1), e2);
     const M is_thick = abs(near) > set<V>(forms_.steep[lane]);
     met.is_possible = met.is_possible || and_not(is_thick, most <= twice);
@@ -216,7 +216,7 @@ bool FanBlock<W, kAny>::test_rays(const TriangleBlock<W>& block, size_t lane, ui
     for (size_t row = 0; row < 4; ++row) open |= take(block, lane, row, met[row], slot);
   }
   if (HWY_UNLIKELY(open != 0)) {
-    // A triangle that stands in several leaves is met again.
+    // Rays that have met this triangle before, in another leaf, need no decision.
     const auto number = static_cast<int32_t>(block.primitive[lane]);
     for (size_t at = 0; at < kPacketRays; at += kLanes)
       open &= ~(uint64_t{bits_of<VI>(load<VI>(fan_.best + at) == number)} << at);
@@ -225,7 +225,7 @@ bool FanBlock<W, kAny>::test_rays(const TriangleBlock<W>& block, size_t lane, ui
   return has_hit;
 }
 
-// Rays that the filter leaves open.
+// Decides rays that the filter leaves open.
 template <int W, bool kAny>
 bool FanBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, uint64_t rays) {
   float triangle[9];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The triangles of a block that a frustum may meet: those with a corner on the inner side of each of
-// its planes.
+// The triangles of a block that a frustum may meet: those with a corner on the inner side of each
+// of its planes.
 //
 // Threads. Pure functions.
 #include "slave/core/primitive/triangle/triangle_layout.h"

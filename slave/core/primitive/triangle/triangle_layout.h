@@ -7,8 +7,8 @@
 
 namespace tessera::core {
 
-// Corners A, B, C and the numbers of W triangles; NaN and kNoPrimitive where there are fewer. Kernels
-// load registers of W lanes whole, as aligned ones.
+// Corners A, B, C and the numbers of W triangles; NaN and kNoPrimitive where there are fewer.
+// Kernels load whole registers of W lanes with aligned loads.
 template <int W>
 struct alignas(W * sizeof(float)) TriangleBlock {
   float vertex[9][W];

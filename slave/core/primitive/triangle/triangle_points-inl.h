@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where rays meet their triangles: all of a packet at once, by barycentric-inl.h and
+// Points where rays meet their triangles, for a whole packet at once, by barycentric-inl.h and
 // surface_point-inl.h, whose bounds hold here.
 //
 // Threads. Works on the caller's memory.
@@ -48,7 +48,8 @@ class SurfaceKernel {
   using VD3 = Vec3<Doubles>;
   static constexpr size_t kHalf = kLanesOf<Doubles>;
 
-  // Rays that have met nothing take the triangle of one that has.
+  // Loads the triangles of a register of rays. Rays that have met nothing take that of one that
+  // has.
   HWY_INLINE void load_corners(size_t at, size_t some) {
     const uint32_t* const primitive = hits_.primitive + at;
     const auto first = set<VI>(static_cast<int32_t>(primitive[some]));
@@ -70,7 +71,7 @@ class SurfaceKernel {
     return {load<V>(corner_[3 * k]), load<V>(corner_[3 * k + 1]), load<V>(corner_[3 * k + 2])};
   }
 
-  // Lanes `at` and on.
+  // The vectors of lanes `at` and on, in double.
   template <size_t kCount>
   static HWY_INLINE VD3 in_double3(const float (&from)[3][kCount], size_t at) {
     return {in_double(from[0] + at), in_double(from[1] + at), in_double(from[2] + at)};
@@ -116,7 +117,7 @@ class SurfaceKernel {
   const float* vertices_;
   const Packet& rays_;
   const PacketHits& hits_;
-  alignas(64) float corner_[9][kLaneCount];  // of the register at hand: A, B, C
+  alignas(64) float corner_[9][kLaneCount];  // of the register that is being worked on: A, B, C
 };
 
 }  // namespace HWY_NAMESPACE

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// One ray and the triangles of a block, all at once.
+// The test of one ray against the triangles of a block, all at once.
 //
-// Triangles. As in triangle_fan-inl.h: the signs of three edge functions where they are sure,
-// exact_hit() where not. Here the triangle is sheared so that the ray is the z axis, after Woop,
-// Benthin, Wald, 2013. With s the largest coordinate of a corner from the origin and M the largest
-// across the ray, after the shear, an edge function is off by at most
+// Method. As in triangle_fan-inl.h, the signs of three edge functions decide where they are sure,
+// and exact_hit() where they are not. Here the triangle is sheared so that the ray is the z axis,
+// after Woop, Benthin, Wald, 2013. With s the largest coordinate of a corner from the origin and M
+// the largest across the ray, after the shear, an edge function is off by at most
 //    2 u M M    one product and the fused difference
-//   12 u s D    corners, off by 4 u s per axis (moved, shear of two roundings, fused): the ray's distance
-//               from an edge of extent D <= 2 M is known to 6 u s
+//   12 u s D    corners, off by 4 u s per axis (moved, shear of two roundings, fused): the ray's
+//               distance from an edge of extent D <= 2 M is known to 6 u s
 // whatever the ray, and a ray that is outside of one edge by more is outside the triangle,
-// whichever way the triangle is turned (see triangle_fan-inl.h). M <= 2 s. So 32 u s M is enough for
-// all three, with s bounded by the whole scene.
+// whichever way the triangle is turned (see triangle_fan-inl.h). M <= 2 s. So 32 u s M is enough
+// for all three, with s bounded by the whole scene.
 //
-// Where a line surely passes through, its t is that of the corners weighed by the edge functions.
-// Each weight is off by 2 tolerances of the sum of the three at most, all of them by 6, so t is
-// known to that part of what the corners' t differ by, and to the roundings. That rules triangles
-// out, and is all that any-hit needs, before plane-inl.h says what t is.
+// Where a line surely passes through a triangle, its t is the mean of the corners' t, weighted by
+// the edge functions. Each weight is off by at most 2 tolerances of the sum of the three, all of
+// them by 6, so t is known to that part of what the corners' t differ by, and to the roundings.
+// That rules triangles out, and is all that any-hit needs, before plane-inl.h says what t is.
 //
 // Threads. One traversal owns one.
 #include "slave/core/primitive/triangle/exact_hit_abi.h"
@@ -37,8 +37,8 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// Of an edge function, per largest coordinate of a corner from the origin and per largest across
-// the ray; see above.
+// Tolerance of an edge function, per largest coordinate of a corner from the origin and per largest
+// across the ray; see above.
 constexpr float kEdgeTolerance = 33 * kRoundoff;
 
 template <int W, bool kAny>
@@ -56,7 +56,7 @@ class TriangleRay {
   using M = MaskOf<V>;
   static constexpr size_t kStep = kLanesOf<V>;
 
-  // Of a block's triangles, by bits.
+  // What is known of a block's triangles, by bits.
   struct Candidates {
     uint32_t possible;  // the line may pass through within the limits of t
     uint32_t sure;      // it does pass through
@@ -77,7 +77,8 @@ typename TriangleRay<W, kAny>::Candidates TriangleRay<W, kAny>::candidates(
     const TriangleBlock<W>& block, size_t first) const {
   V x[3], y[3], t[3], size = set<V>(0);
   for (int c = 0; c < 3; ++c) {
-    // From the corner to the origin, which saves loading it; the edge functions are the same.
+    // Vectors go from the corner to the origin, which saves loading the corner; the edge functions
+    // are the same.
     const auto back = [&](int axis) {
       return ray_.origin[axis] - load<V>(block.vertex[3 * c + axis] + first);
     };
@@ -115,9 +116,9 @@ typename TriangleRay<W, kAny>::Candidates TriangleRay<W, kAny>::candidates(
   return found;
 }
 
-// Where between its corners the line meets a triangle, as far as is known; t [3]: of the corners.
-// Roundings are 10 u of the largest of these, which is no more than t itself and what they differ
-// by: the limits have been moved by 16 u of the one, the interval is by 16 u of the other.
+// Narrows the interval of t in which the line meets a triangle, as far as is known. t [3]: of the
+// corners. Roundings are 10 u of the largest of these, which is no more than t itself and what they
+// differ by: the limits have been moved by 16 u of the one, the interval is by 16 u of the other.
 template <int W, bool kAny>
 void TriangleRay<W, kAny>::narrow(const V* edge, const V* t, V tolerance, M is_sure, V& low,
                                   V& high) const {
@@ -147,7 +148,7 @@ void TriangleRay<W, kAny>::test(const TriangleBlock<W>& block) {
   }
 }
 
-// A triangle that candidates() leaves open.
+// Decides a triangle that candidates() leaves open.
 template <int W, bool kAny>
 bool TriangleRay<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane,
                                   float& exact_t) const {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// All triangles of a scene version in world space, in the numbering of the flattened scene. Those of
-// instances that are flattened stand there; corners of others are brought to world space when they are
-// asked for, by the same operations, and have the same bits.
+// All triangles of a scene version in world space, in the numbering of the flattened scene.
+// Triangles of flattened instances are stored; corners of others are brought to world space when
+// they are asked for, by the same operations, and have the same bits.
 //
 // Threads. Filled once by make_triangle_store(), then read by any thread.
 //
@@ -27,10 +27,10 @@ struct TriangleStore {
   std::vector<float> vertices;
   // [instance_count + 1] number of the first triangle of each
   std::vector<std::uint64_t> instance_first;
-  // Where some instances are not flattened, [instance_count]: where the triangles of each begin in
-  // `vertices`, or kNotStored. Else empty, and numbers are places in `vertices`.
+  // [instance_count] where the triangles of each instance begin in `vertices`, or kNotStored. Empty
+  // where all instances are flattened; then numbers are places in `vertices`.
   std::vector<std::uint64_t> stored_first;
-  // What those that are not stored are made of; the caller keeps it where it is.
+  // What triangles that are not stored are made of; the caller keeps it where it is.
   std::span<const std::shared_ptr<const Mesh>> meshes;
   std::span<const Instance> instances;
   std::uint64_t degenerate_count = 0;
@@ -43,7 +43,7 @@ struct TriangleStore {
     if (!is_flat()) return vertex_of(instance_of(triangle), triangle, corner);
     return stored_vertex(triangle, corner);
   }
-  // The same where the triangle's instance is known.
+  // vertex() where the triangle's instance is known.
   Vec3f vertex_of(std::uint32_t instance, std::uint64_t triangle, int corner) const;
   // The instance that a triangle belongs to. O(log instances).
   std::uint32_t instance_of(std::uint64_t triangle) const;
@@ -55,7 +55,8 @@ struct TriangleStore {
   }
 };
 
-// Remembers the instance that was asked for last: neighbours on the picture mostly share it.
+// Finds the instances of triangles. It remembers the one that was asked for last, which neighbours
+// on the picture mostly share.
 class InstanceFinder {
  public:
   // Requires: triangles outlives it.
@@ -65,7 +66,7 @@ class InstanceFinder {
     if (triangle - first_ >= count_) find(triangle);
     return instance_;
   }
-  // Of the instance that was asked for last.
+  // The first triangle of the instance that was asked for last.
   std::uint64_t first_triangle() const { return first_; }
 
  private:
@@ -85,8 +86,8 @@ struct TriangleSource {
 };
 
 // Shape: boxes becomes [flattened triangle]; a triangle without area, or one that a transform sends
-// beyond float32, gets an empty box: it keeps its number and stays out of the tree. Requires: meshes
-// and instances stay where they are, if any are placed.
+// beyond float32, gets an empty box: it keeps its number and stays out of the tree. Requires:
+// meshes and instances stay where they are, if any are placed.
 TriangleStore make_triangle_store(const TriangleSource& source, std::vector<Bounds3f>& boxes);
 TriangleStore make_triangle_store(const Scene& scene, std::vector<Bounds3f>& boxes);
 
