@@ -17,9 +17,9 @@ constexpr double kFlySizesPerSecond = 0.4;  // scene diagonals
 constexpr double kFlyFastFactor = 4;
 constexpr double kNearSizes = 1e-3, kFarSizes = 100;  // bounds of the distance, scene diagonals
 constexpr double kReachSizes = 1000;  // how far the target may leave the scene's centre
-// eye and target must differ after rounding to float, also in what of their distance is sideways of
-// up, which near the pole is sin(1 degree) = 2^-5.8 of it: 2^-24 of the coordinate per rounding, two
-// roundings, and four bits for the direction make 2^-13.2 of the coordinate.
+// Eye and target must differ after rounding to float, and so must their parts at right angles to
+// up, which near the pole are sin(1 degree) = 2^-5.8 of the distance apart. Two roundings of 2^-24
+// of the coordinate, and four bits for the direction, make a distance of 2^-13.2 of the coordinate.
 constexpr double kNearOfCoordinate = 1.0 / (1 << 13);
 
 int fly_slot(Key key) {
@@ -127,7 +127,7 @@ CameraControls::Vec3d CameraControls::offset_direction() const {
   return add(v, side_, level * std::sin(azimuth_));
 }
 
-// The offset turned by a quarter around up: forward x up.
+// The offset after a quarter turn around up, which is forward x up.
 CameraControls::Vec3d CameraControls::right() const {
   return add(add({}, front_, -std::sin(azimuth_)), side_, std::cos(azimuth_));
 }
@@ -140,7 +140,7 @@ void CameraControls::compose() {
   next.target = narrow(target_);
   next.eye = narrow(add(target_, offset_direction(), distance));
   if (next == camera_ || !is_finite(next.eye))
-    return;  // at the end of what a float holds: stand still
+    return;  // the camera stands still where a float's range ends
   camera_ = next;
   ++revision_;
 }
@@ -167,7 +167,7 @@ void CameraControls::zoom(double steps) {
   compose();
 }
 
-// Without knowledge of the scene: the sphere around its box fits into the narrower opening angle.
+// Without camera_of_all_, the sphere around the scene's box fits into the narrower opening angle.
 void CameraControls::fit() {
   if (camera_of_all_) {
     adopt(camera_of_all_(camera_, double(width_px_) / height_px_));

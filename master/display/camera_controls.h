@@ -24,8 +24,8 @@
 
 namespace tessera::master {
 
-// What shows all of the scene to a person who sees it with `seen`, in a picture of that width /
-// height.
+// The camera that shows all of the scene to a person who sees it with `seen`. aspect: the picture's
+// width / height.
 using CameraOfAll = std::function<Camera(const Camera& seen, double aspect)>;
 
 class CameraControls {
@@ -34,18 +34,18 @@ class CameraControls {
   // scene.
   CameraControls(const Camera& home, const Bounds3f& bounds);
 
-  // Framebuffer size, pixels, at least 1 each: scales drags.
+  // The framebuffer's size, by which drags are scaled. Pixels, at least 1 each.
   void set_viewport(int width_px, int height_px);
 
-  // Of the scene, for kF; without, the sphere around the bounds is shown. Its answer keeps home's up
-  // vector and opening angle.
+  // Sets the camera that key f shows; without it, that is the sphere around the bounds. Only its
+  // eye and target count: home's up vector and opening angle are kept.
   void set_camera_of_all(CameraOfAll camera_of_all) { camera_of_all_ = std::move(camera_of_all); }
 
   // Returns: what is left for the viewer to do.
   ViewerCommand handle(const InputEvent& event);
 
-  // Flies on while fly keys are down. seconds: since the last call; longer than kStepSecondsMax
-  // counts as that, so that a stall does not become a leap.
+  // Flies on while fly keys are down. seconds: since the last call; more than kStepSecondsMax
+  // counts as kStepSecondsMax, so that a stall does not become a leap.
   void advance(double seconds);
   bool is_flying() const;
   bool is_dragging() const { return drag_ != Drag::kNone; }
@@ -71,7 +71,7 @@ class CameraControls {
   void zoom(double steps);
   void fit();
   void move_target(Vec3d direction, double distance);
-  void compose();  // camera_ from the state
+  void compose();  // sets camera_ from the state
   ViewerCommand handle_key(const InputEvent& event);
 
   Camera home_;
@@ -82,7 +82,7 @@ class CameraControls {
   double scene_size_ = 1;  // diagonal of the scene's box
   Vec3d scene_centre_;
   bool has_bounds_ = false;
-  Vec3d up_, side_, front_;  // orthonormal; angles are taken in it
+  Vec3d up_, side_, front_;  // the orthonormal frame of the angles
   Vec3d target_;
   double distance_ = 1;  // eye to target, in [distance_min_, distance_max_]
   double azimuth_ = 0;   // radians, around up_, from front_ towards side_

@@ -15,7 +15,7 @@ namespace tessera::master {
 
 enum class ViewerCommand {
   kNone,
-  kFitScene,  // this and the next are the camera's own
+  kFitScene,  // CameraControls carries out this and the next
   kResetCamera,
   kSavePicture,
   kCopyCamera,
@@ -33,11 +33,11 @@ enum class ViewerCommand {
 struct KeyBinding {
   Key key = Key::kOther;  // kOther: the row only tells of the mouse, or of keys that are held down
   ViewerCommand command = ViewerCommand::kNone;
-  std::string_view label;    // as the help says it
-  std::string_view meaning;  // likewise
+  std::string_view label;    // the key's name in the help
+  std::string_view meaning;  // what the key does, in the help
 };
 
-// In the order of the help.
+// All bindings, in the order of the help.
 std::span<const KeyBinding> key_bindings();
 
 // What a key that goes down means. Ctrl + Q quits; with Ctrl, no other key means anything.

@@ -33,7 +33,7 @@ std::string size_text(int width_px, int height_px) {
   return std::to_string(width_px) + "x" + std::to_string(height_px);
 }
 
-// How much of what was asked for the picture has.
+// How the picture's size and samples compare with what was asked for.
 std::string quality(const ViewerFrame& frame) {
   const std::string size = size_text(frame.image->width_px, frame.image->height_px);
   if (!frame.is_full &&
@@ -84,7 +84,7 @@ void utilisation_bar(double share) {
   ImGui::PopStyleColor();
 }
 
-// Both ends: slaves are often told apart by a number at the end.
+// A long name keeps both ends: slaves are often told apart by a number at the end.
 std::string shortened(const std::string& name) {
   if (name.size() <= kNameShownMax) return name;
   const std::size_t kept = kNameShownMax / 2 - 1;
@@ -112,7 +112,7 @@ void draw_slave_row(const SlaveStatus& slave, bool tints_tiles) {
   ImGui::Text("%.2f ms", slave.rtt_seconds * 1e3);
 }
 
-// What the rows that are not shown come to.
+// Sums up the slaves whose rows are not shown.
 void draw_others(const std::vector<SlaveStatus>& slaves) {
   double busy = 0;
   for (std::size_t i = kSlaveRowsMax; i < slaves.size(); ++i) busy += slaves[i].utilisation;
@@ -197,7 +197,7 @@ void draw_notice(const std::string& line) {
 Overlay::Overlay(GLFWwindow* window) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;  // nothing is written into the folder of the moment
+  ImGui::GetIO().IniFilename = nullptr;  // no file is written into the current folder
   ImGui::StyleColorsDark();
   ImGui::GetStyle().WindowRounding = 4;
   is_ready_ =

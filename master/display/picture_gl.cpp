@@ -168,8 +168,8 @@ class GlPicture final : public PictureGl {
   PixelSize size_;        // of the picture; 0 before the first
   PixelSize toned_size_;  // of displayed_
   GLint toned_format_ = 0;
-  bool is_toned_ = false;  // displayed_ is of this picture and display
-  PixelSize stands_for_;   // whose place it fills
+  bool is_toned_ = false;  // displayed_ shows this picture by display_
+  PixelSize stands_for_;   // size of the picture whose place it fills
   PixelFormat format_ = PixelFormat::kFloat;
   int tile_px_ = 0;
   bool has_tint_ = false;
@@ -325,7 +325,7 @@ void GlPicture::draw(PixelSize window, bool tints_tiles) {
   if (size_.width_px == 0) return clear(window);
   const PixelRect r = letterbox(stands_for_, window);
   const bool is_magnified = r.width_px > size_.width_px || r.height_px > size_.height_px;
-  // What is interpolated is rounded to the display's 8 bits afterwards.
+  // A magnified picture is rounded to the display's 8 bits after it is interpolated.
   const GLint format = is_magnified ? GL_RGBA16 : GL_RGBA8;
   glDisable(GL_BLEND);
   glDisable(GL_SCISSOR_TEST);

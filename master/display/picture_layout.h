@@ -48,11 +48,11 @@ class ResizeDebounce {
   int side_max_px_;
   PixelSize settled_, wanted_;
   double changed_seconds_ = -kQuietSeconds;
-  double counts_at_seconds_ = 0;  // of wanted_
+  double counts_at_seconds_ = 0;  // when wanted_ counts
 };
 
-// sRGB-encoded, [0, 1]; neighbours in number are far apart in hue, the first 12 tell well from each
-// other.
+// The colour of a slave, sRGB-encoded, [0, 1]. Slaves with neighbouring numbers are far apart in
+// hue; the first 12 are easy to tell apart.
 std::array<float, 3> slave_colour(std::uint16_t ordinal);
 
 // How strongly a tint covers the picture.

@@ -27,7 +27,7 @@ namespace {
 
 constexpr double kIdleSeconds = 0.05;  // longest wait, so that should_stop is asked often
 constexpr int kSettleDraws = 3;        // the overlay's panels find their size in the draws before
-constexpr double kRateWindowSeconds = 1;  // frames per second are counted over
+constexpr double kRateWindowSeconds = 1;  // over which frames per second are counted
 constexpr double kNoticeSeconds = 6;
 constexpr std::size_t kUnansweredMax = 4096;  // changes of the view; the oldest is forgotten
 
@@ -197,7 +197,7 @@ void GlViewer::obey(ViewerCommand command) {
       notify("the camera is in the clipboard, and printed");
       break;
     case ViewerCommand::kNone:
-    case ViewerCommand::kFitScene:  // these two were the controls'
+    case ViewerCommand::kFitScene:  // CameraControls carried out these two
     case ViewerCommand::kResetCamera:
       break;
   }
@@ -250,8 +250,8 @@ void GlViewer::take_news(double now_seconds) {
   }
 }
 
-// For who measures: when a frame came to be seen, and how long the oldest change of the view that
-// it answers has waited for that.
+// Logs, for measurements, when a frame came to be seen and how long the oldest change of the view
+// that the frame answers has waited for that.
 void GlViewer::tell_shown() {
   const TimePoint now = Clock::now();
   const ViewerFrame& frame = state_.frame;
@@ -336,8 +336,8 @@ void GlViewer::run(const std::function<bool()>& should_stop) {
   double next_draw_seconds = last_seconds;
   rate_from_seconds_ = last_seconds;
   while (!is_quit_wanted_ && !window_->is_close_wanted() && !(should_stop && should_stop())) {
-    // Not every display's swap waits for the refresh (a virtual one does not): pace by the clock,
-    // and draw only what changed, so that an idle window leaves the processors to the rendering.
+    // Not every display's swap waits for the refresh (a virtual one does not), so the clock paces
+    // draws. Only changes are drawn, so that an idle window leaves the processors to rendering.
     const bool is_waiting_to_draw =
         draws_left_ > 0 || controls_.is_flying() || !exposure_.is_settled() || !newest_.is_empty();
     const double wait_seconds = is_waiting_to_draw

@@ -28,7 +28,7 @@ struct ViewerOptions {
   int width_px = 640, height_px = 480;
   Camera camera;
   Bounds3f bounds;  // of the scene: scales speeds of pan, zoom and fly
-  // What key f shows to a person who sees the scene with `seen`; none: all of the bounds.
+  // The camera of key f for a person who sees the scene with `seen`; none: it shows all bounds.
   std::function<Camera(const Camera& seen, double aspect)> camera_of_all;
   bool shows_overlay = true;
   bool tints_tiles = false;  // by the slave that drew them
@@ -39,16 +39,16 @@ struct ViewerOptions {
   std::string screenshot_path;
   int screenshot_after = 0;
   std::function<Status(const FrameImage&, const std::string& path)> save;
-  // The person wants the picture that is shown in a file. Empty: the key does nothing.
+  // Called when a person wants the picture that is shown in a file. Empty: the key does nothing.
   std::function<void(const ViewerFrame&, const DisplayTransform&)> on_save_picture;
-  // The person wants the camera as text. Returns: what goes into the clipboard.
+  // Called when a person wants the camera as text. Returns: the text for the clipboard.
   std::function<std::string(const Camera&, PixelSize)> on_copy_camera;
 };
 
 class Viewer {
  public:
-  // For before the scene is read, which may take minutes. Returns: kUnavailable, one line: no
-  // display.
+  // Whether there is a display; asked before the scene is read, which may take minutes.
+  // Returns: kUnavailable, one line: no display.
   static Status check_display();
   // Returns: kUnavailable, one line: no display, or OpenGL older than 3.3 (naming what is there);
   // kInvalidArgument for a screenshot_path without save.
@@ -57,8 +57,8 @@ class Viewer {
 
   virtual void publish(ViewerFrame frame) = 0;
   virtual void publish_status(ClusterStatus cluster) = 0;
-  // How linear pixels are shown from the next frame on; is_automatic: exposure adapts to what frames
-  // say of themselves.
+  // How linear pixels are shown from the next frame on; is_automatic: exposure adapts to what
+  // frames say of themselves.
   virtual void expose(const DisplayTransform& display, bool is_automatic) = 0;
   // Shows a line for a few seconds, also when the overlay is off; it replaces the line before.
   virtual void notify(std::string line) = 0;

@@ -20,15 +20,15 @@ struct ViewerFrame {
   std::shared_ptr<const FrameImage> image;
   FrameStats stats;
   double latency_seconds = 0;  // from submit to delivery
-  // Of the picture that it stands for, whose place it fills; sides of 0: the image's own.
+  // Size of the picture that the image stands for and whose place it fills; 0: the image's own.
   PixelSize stands_for;
-  // As good as was asked for, and the mean of so many pictures. Only such frames count for a
-  // screenshot.
+  // is_full: the frame is as good as was asked for; only such frames count for a screenshot.
+  // passes: the frame is the mean of so many pictures.
   bool is_full = true;
   int passes = 1;
-  std::optional<double> average_ev;  // mean stops of what it shows, to adapt to
+  std::optional<double> average_ev;  // mean stops of the image, for adaptation
   std::uint64_t revision = 0;        // of the view that it shows
-  FrameSettings settings;            // that it was rendered with
+  FrameSettings settings;            // with which it was rendered
 };
 
 }  // namespace tessera::master

@@ -34,7 +34,7 @@ class Window {
   bool is_close_wanted() const;
   double refresh_seconds() const;  // of the display; 1/60 when it does not say
   void swap();
-  void set_clipboard(const std::string& text);  // lives as long as the window, on most systems
+  void set_clipboard(const std::string& text);  // kept while the window lives, on most systems
 
   static double now_seconds();                    // monotonic
   GLFWwindow* handle() const { return handle_; }  // for the overlay's backend

@@ -20,7 +20,7 @@ void interleave(std::span<const std::byte> from, std::size_t bytes, std::size_t 
     std::memcpy(to.data() + i * pixel_bytes + before_bytes, from.data() + i * bytes, bytes);
 }
 
-// See the header, "Alpha". `rgb` is linear.
+// Divides linear `rgb` by alpha, as the header says under "Alpha".
 void unmultiply(std::span<const float> alpha, std::vector<float>& rgb) {
   for (std::size_t i = 0; i < alpha.size(); ++i) {
     const float share = alpha[i] > 0 ? 1 / alpha[i] : 0;

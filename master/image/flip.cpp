@@ -35,7 +35,7 @@ Colour rgb_of(const Colour& xyz) {
           0.0556434 * x - 0.2040259 * y + 1.0572252 * z};
 }
 
-// Luminance and two opponent colours, linear: what the eye's contrast sensitivity acts on.
+// Luminance and two opponent colours, linear, on which the eye's contrast sensitivity acts.
 Colour opponent_of(const Colour& xyz) {
   const double x = xyz[0] / kWhite[0], y = xyz[1] / kWhite[1], z = xyz[2] / kWhite[2];
   return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
@@ -72,7 +72,8 @@ double redistributed(double distance) {
   return kBecomes + (distance - border) / (kMost - border) * (1 - kBecomes);
 }
 
-// Rows, then columns; the border is repeated. kernel: odd.
+// Convolves rows with `across`, then columns with `down`; the border is repeated.
+// Requires: both kernels have odd sizes.
 Plane convolved(const Plane& from, Size size, const std::vector<double>& across,
                 const std::vector<double>& down) {
   const auto pass = [&](const Plane& in, const std::vector<double>& kernel, bool is_across) {
@@ -141,7 +142,7 @@ std::vector<double> detector(double sigma_px, int radius, bool is_point) {
 }
 
 struct Features {
-  Plane edges, points;  // how strong
+  Plane edges, points;  // strength at each pixel
 };
 
 Features features_of(const Plane& luminance, Size size) {

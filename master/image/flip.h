@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// FLIP: where a person who flips between two pictures sees a difference. After Andersson, Nilsson,
+// FLIP says where a person who flips between two pictures sees a difference: Andersson, Nilsson,
 // Akenine-Moeller, Oskarsson, Astroem, Fairchild, "FLIP: a difference evaluator for alternating
-// images", 2020; the one for displays: radiance above 1 is clamped.
+// images", 2020. This is the variant for displays: radiance above 1 is clamped.
 //
 // Threads. Pure function.
 #pragma once

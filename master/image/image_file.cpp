@@ -28,7 +28,7 @@ std::vector<float> linear_floats(const FrameImage& image) {
   return rgb;
 }
 
-// Portable float map, little-endian, rows from the bottom (the sign of the scale says so).
+// Portable float map: little-endian, as the sign of the scale says, and rows from the bottom.
 std::vector<std::byte> pfm_bytes(const FrameImage& image) {
   const std::vector<float> rgb = linear_floats(image);
   const std::string head =
@@ -119,7 +119,7 @@ Status store(const std::vector<std::byte>& bytes, const std::string& path) {
     return failed();
   if (const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
       directory >= 0) {
-    ::fsync(directory);  // the name; a file system that cannot is no failure
+    ::fsync(directory);  // a file system that cannot sync the name is no failure
     ::close(directory);
   }
   return Status::ok();

@@ -14,8 +14,8 @@
 
 namespace tessera::master {
 
-// OUT of the command line: suffix .exr .png .jpg .jpeg .hdr .pfm, and either no % at all or exactly one %0Nd
-// (N 1..9).
+// The OUT of a command line: a path that ends in .exr, .png, .jpg, .jpeg, .hdr or .pfm and holds
+// either no % at all or exactly one %0Nd (N 1..9).
 class OutputPattern {
  public:
   // Checks the pattern, the folder (exists, writable) and, for several frames, that there is a
@@ -30,15 +30,16 @@ class OutputPattern {
 
 struct WriteOptions {
   bool is_half_exr = false;  // EXR with half floats
-  // Of files that hold what a display shows: how linear pixels are shown there. display8 pixels are.
+  // How linear pixels are shown in PNG and JPEG files. display8 pixels are shown already.
   DisplayTransform display{};
-  // What the file says of itself, where its format can hold that: EXR, PNG, JPEG.
+  // Names and values that are stored in files whose format can hold them: EXR, PNG, JPEG.
   std::vector<std::pair<std::string, std::string>> attributes{};
 };
 
-// Writes to a temporary name beside `path`, syncs, renames. PNG and JPEG are sRGB-encoded, 8 bit,
-// exposed and through the tone curve; EXR, HDR, PFM are linear. Planes: file_channels.h. Returns: one line naming file and reason; then no file of that name was left or
-// changed.
+// Writes a file under a temporary name beside `path`, syncs and renames it. PNG and JPEG hold
+// pixels that are exposed, tone-mapped and sRGB-encoded, 8 bit; EXR, HDR and PFM are linear.
+// Planes: file_channels.h. Returns: one line naming file and reason; then no file of that name was
+// left or changed.
 Status write_image(const FrameImage& image, const std::string& path, const WriteOptions& options);
 
 }  // namespace tessera::master

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads a picture file for comparing, linear by its own encoding: integers are sRGB unless the file says
-// otherwise. Every format through the plug-in. Threads. One at a time.
+// Reads a picture file for comparing and makes it linear by its own encoding: integers are sRGB
+// unless the file says otherwise. The plug-in reads every format. Threads. One at a time.
 #pragma once
 
 #include <map>
@@ -13,9 +13,9 @@ namespace tessera::master {
 
 struct FloatImage {
   int width_px = 0, height_px = 0;
-  bool is_display = false;                        // holds what a display shows: it was not linear
+  bool is_display = false;                        // the file's numbers were not linear
   std::vector<float> rgb;                         // [3 * width * height], row 0 on top
-  std::map<std::string, std::string> attributes;  // that are text
+  std::map<std::string, std::string> attributes;  // those of the file that are text
 };
 
 // Returns: kDataLoss naming file and reason.

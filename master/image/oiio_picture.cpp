@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of tessera_image_oiio.so that the importer calls: pictures opened, judged by it, then decoded.
+// The part of tessera_image_oiio.so that the importer calls: a picture is opened, the importer
+// judges its shape, and then it is decoded.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
@@ -42,7 +43,7 @@ OIIO::TypeDesc type_of(PluginTexels type) {
 std::unique_ptr<PluginPicture> open_memory(const std::string& format, const void* bytes,
                                            std::size_t size, std::string& error) {
   auto picture = std::make_unique<PluginPicture>();
-  // That reader and no other: what is not its format is refused, not tried on the next one.
+  // Only the format's own reader is used: bytes of another format are refused.
   picture->input = OIIO::ImageInput::create(format);
   if (!picture->input) {
     error = OIIO::geterror();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Built as tessera_image_oiio.so; loaded when the first picture is written or read.
+// Built as tessera_image_oiio.so, which is loaded when the first picture is written or read.
 #include "master/image/oiio_plugin.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -44,7 +44,8 @@ OIIO::TypeDesc type_of(PluginPixels type) {
 constexpr const char* kJpegQuality = "jpeg:95";
 constexpr const char* kJpegText = "ImageDescription";
 
-// Returns: the one type of all channels, or that pixels are kept as the spec says.
+// Returns: the type of all channels where they agree, otherwise UNKNOWN, which means that each has
+// the type that the spec says.
 OIIO::TypeDesc describe_channels(const PluginPixelRows& rows, OIIO::ImageSpec& spec) {
   bool is_alike = true;
   spec.channelnames.clear();
@@ -73,7 +74,7 @@ int encode(const char* file_name, const PluginPixelRows& rows, const PluginAttri
   const OIIO::TypeDesc kept_as = describe_channels(rows, spec);
   const bool is_jpeg = output->format_name() == std::string("jpeg");
   spec.attribute("compression", is_jpeg ? kJpegQuality : "zip");
-  std::string description;  // all that JPEG has room for: a line each
+  std::string description;  // JPEG has room for one text: a line for each
   for (std::size_t i = 0; i < attribute_count; ++i) {
     if (!is_jpeg) spec.attribute(attributes[i].name, attributes[i].value);
     description += std::string(attributes[i].name) + "=" + attributes[i].value + "\n";
@@ -98,8 +99,8 @@ float linear_of_srgb(float value) {
   return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
 }
 
-// By what the file says of itself, else by its kind of numbers.
-// Returns: whether they were not linear.
+// Makes values linear by the encoding that the file states, or else by its kind of numbers.
+// Returns: whether the values were not linear.
 bool linearise(const OIIO::ImageSpec& spec, float* values, std::size_t count) {
   const std::string space = spec.get_string_attribute("oiio:ColorSpace");
   const float gamma = spec.get_float_attribute("oiio:Gamma", 0);
@@ -124,7 +125,7 @@ char* attributes_of(const OIIO::ImageSpec& spec) {
       text = p.get_string();
       std::replace(text.begin(), text.end(), '\n', '\0');
       while (!text.empty() && text.back() == '\0') text.pop_back();
-      if (text.find(std::string(2, '\0')) != text.npos) continue;  // an empty line would end all
+      if (text.find(std::string(2, '\0')) != text.npos) continue;  // an empty text ends the list
     }
     if (!text.empty()) all.append(text).push_back('\0');
   }

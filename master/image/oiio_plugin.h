@@ -17,9 +17,9 @@ struct PluginChannel {
   const char* name;
   PluginPixels type;
 };
-// Rows from the top; channels of a pixel side by side, packed, each in its own type. The first three are R,
-// G, B; a fourth that is named A is alpha: colour is then premultiplied where it is half or float, and not
-// where it is uint8.
+// Pixels in rows from the top; the channels of a pixel lie side by side, packed, each in its own
+// type. The first three are R, G, B; a fourth that is named A is alpha: colour is then
+// premultiplied where it is half or float, and not where it is uint8.
 struct PluginPixelRows {
   int width = 0, height = 0;
   const PluginChannel* channels = nullptr;
@@ -27,7 +27,7 @@ struct PluginPixelRows {
   const void* pixels = nullptr;
 };
 
-// What a picture file says about itself. Strings live as long as the call.
+// An attribute that a picture file has. Strings live as long as the call.
 struct PluginAttribute {
   const char* name;
   const char* value;
@@ -39,34 +39,35 @@ struct PluginBuffer {
 };
 
 extern "C" {
-// Encodes `rows` as a file of the type that `file_name` ends in (exr, png, jpg, hdr), with the attributes
-// that this type can hold. Requires: the type can hold the channels. Returns: 0, or 1 with a line in
-// `error`.
+// Encodes `rows` as a file of the type that `file_name` ends in (exr, png, jpg, hdr), with the
+// attributes that this type can hold. Requires: the type can hold the channels. Returns: 0, or 1
+// with a line in `error`.
 using EncodeImageFunction = int (*)(const char* file_name, const PluginPixelRows* rows,
                                     const PluginAttribute* attributes, std::size_t attribute_count,
                                     PluginBuffer* out, char* error, std::size_t error_bytes);
-// Decodes a file to float RGB, linear by the file's own encoding: what it says of itself, else sRGB for
-// integers and linear for floats; is_display: 0 where it was linear. Attributes that are text go to `attributes`, "name=value" each ended by
-// a 0, and a 0 behind the last; malloc, as the pixels. Returns: 0, or 1 with a line in `error`.
+// Decodes a file to float RGB and makes it linear by the encoding that the file states, else as
+// sRGB for integers and as linear for floats; is_display: 0 where the file was linear. Text
+// attributes go to `attributes`, "name=value" each ended by a 0, and a 0 behind the last; `rgb` and
+// `attributes` are from malloc. Returns: 0, or 1 with a line in `error`.
 using ReadImageFunction = int (*)(const char* path, int* width, int* height, float** rgb,
                                   int* is_display, char** attributes, char* error,
                                   std::size_t error_bytes);
 
-// A picture that a scene names, for the importer, which judges its shape before any pixel is decoded.
+// An opened picture that a scene names. The importer judges its shape before any pixel is decoded.
 struct PluginPicture;
 struct PluginShape {
   int width = 0, height = 0, depth = 0, channels = 0;
   bool is_uint8 = false;
 };
 enum class PluginTexels : std::uint32_t { kUint8 = 0, kUint16 = 1, kFloat = 2 };
-// Opens the file `path`; where `format` is not null, the `bytes` in memory instead, by that format's reader
-// alone (png, jpeg, webp), with colours as they are stored; they live until it is closed.
+// Opens the file `path`. Where `format` (png, jpeg, webp) is not null, opens `bytes` instead, by
+// that format's reader alone and with colours as they are stored; `bytes` outlive the picture.
 // Returns: null with a line in `error`.
 using OpenPictureFunction = PluginPicture* (*)(const char* path, const char* format,
                                                const void* bytes, std::size_t size,
                                                PluginShape* shape, char* error,
                                                std::size_t error_bytes);
-// The first `channels` of all pixels, interleaved, to `out`. Returns: 0, or 1 with a line in `error`.
+// Reads the first `channels` of all pixels, interleaved. Returns: 0, or 1 with a line in `error`.
 using ReadPictureFunction = int (*)(PluginPicture*, PluginTexels type, int channels, void* out,
                                     char* error, std::size_t error_bytes);
 using ClosePictureFunction = void (*)(PluginPicture*);

@@ -45,7 +45,7 @@ FrameImage PassMean::image() const {
   return image;
 }
 
-// Of the next picture; count_: of those before it.
+// Adds a plane of the next picture; count_ is the number of pictures before it.
 void PassMean::add_plane(const FrameImage& image, Plane plane) {
   const auto number = static_cast<std::size_t>(plane);
   if (plane_sums_.size() <= number) plane_sums_.resize(number + 1);

@@ -14,19 +14,19 @@ namespace tessera::master {
 class PassMean {
  public:
   void reset() { count_ = 0; }
-  // A picture of another size, format or set of planes starts anew. Linear radiance is averaged,
-  // whatever the format; planes as their rows say (PlaneMerge).
+  // Adds a picture; one of another size, format or set of planes starts a new mean. Linear radiance
+  // is averaged, whatever the format; planes are merged as their rows say (PlaneMerge).
   void add(const FrameImage& image);
   int count() const { return count_; }
 
   // Shape: [3 * width * height], linear. Valid until the next add().
   std::span<const float> mean() const { return mean_; }
-  // In the format of the pictures. Requires: count() > 0.
+  // The mean in the format of the pictures. Requires: count() > 0.
   FrameImage image() const;
 
  private:
   int count_ = 0;
-  // Of a plane. first: of the first picture, where that one decides; else sum.
+  // The values of a plane: `first`, of the first picture, where that one decides, otherwise `sum`.
   struct PlaneSum {
     std::vector<float> first;
     std::vector<double> sum;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds and loads tessera_image_oiio.so when first asked.
+// Finds and loads tessera_image_oiio.so when it is first asked for.
 // Threads. Any; the library is loaded once, under the lock of a static, and stays.
 #pragma once
 
@@ -16,8 +16,8 @@ struct ImagePlugin {
   ClosePictureFunction close_picture = nullptr;
 };
 
-// Looks beside the executable and in ../lib/tessera. Any thread. Returns: kNotFound saying where it
-// was looked for.
+// The plug-in, which is looked for beside the executable and in ../lib/tessera. Any thread.
+// Returns: kNotFound saying where the plug-in was looked for.
 Result<ImagePlugin> image_plugin();
 
 }  // namespace tessera::master

@@ -38,8 +38,8 @@ void limit(int resource, rlim_t value) {
   setrlimit(static_cast<__rlimit_resource>(resource), &both);
 }
 
-// Memory, time, output files, descriptors, no core, no new rights, no network where the kernel lets
-// us, death with the parent.
+// Limits this process: memory, time, output files, descriptors, no core, no new rights, no network
+// where the kernel allows that, and death with the parent.
 void limit_self(std::uint64_t memory_mb, std::uint64_t cpu_seconds) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   limit(RLIMIT_AS, memory_mb << 20);
@@ -49,7 +49,7 @@ void limit_self(std::uint64_t memory_mb, std::uint64_t cpu_seconds) {
   // One second of grace, so that the kernel's word is "CPU time limit" and not "killed".
   const rlimit cpu{cpu_seconds, cpu_seconds + 1};
   setrlimit(RLIMIT_CPU, &cpu);
-  // Nothing is written to files but what is said on stderr, should that be one.
+  // No file is written to but by messages on standard error, where that is a file.
   limit(RLIMIT_FSIZE, kErrorFileBytesMax);
   std::signal(SIGXFSZ, SIG_IGN);
   limit(RLIMIT_NOFILE, 256);

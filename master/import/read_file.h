@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads a scene file, or a sky, by the reader that its row of common/scene_io/file_formats.inc names.
-// Each reader is a file in master/import/formats.
+// Reads a scene file, or a sky, by the reader that its row of common/scene_io/file_formats.inc
+// names. Each reader is a file in master/import/formats.
 //
 // Threads. Functions of one thread. Errors: one line naming the file.
 #pragma once
@@ -16,7 +16,7 @@ namespace tessera::import {
   Result<ReadScene> reader(const std::string& path);
 #include "common/scene_io/file_formats.inc"
 
-// Of any format: what the suffix says and the content agrees with.
+// Reads a file of any format: the one that its suffix says and its content agrees with.
 Result<ReadScene> read_file(const std::string& path);
 
 }  // namespace tessera::import

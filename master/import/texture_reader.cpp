@@ -34,10 +34,10 @@ Result<std::string> format_of(std::span<const std::byte> bytes) {
   return Status::data_loss("is no PNG, JPEG or WebP picture");
 }
 
-// One opened picture of the plug-in; what it cannot do is said in one line.
+// One picture that the plug-in has opened. Its errors are one line.
 class OpenPicture {
  public:
-  // `format`: of the bytes in memory; empty: `path` is a file.
+  // `format`: the format of `bytes`; empty: the picture is the file `path`.
   static Result<OpenPicture> open(const std::string& path, const std::string& format,
                                   std::span<const std::byte> bytes) {
     const auto plugin = master::image_plugin();
@@ -78,7 +78,7 @@ class OpenPicture {
   master::PluginShape shape_;
 };
 
-// RGBA from what the picture has; grey is all three.
+// Makes RGBA of the picture's channels; grey becomes all three colours.
 template <typename Texel>
 Status read_texels(const OpenPicture& picture, std::vector<Texel>& rgba) {
   const auto channels = static_cast<std::size_t>(picture.shape().channels);
@@ -140,7 +140,8 @@ Result<std::shared_ptr<const EnvironmentMap>> read_environment_file(const std::s
   map->height_px = shape.height;
   if (const Status status = picture->read(3, map->rgb); !status.is_ok())
     return Status::data_loss(path + ": " + status.message());
-  // What filters overshoot, and suns that half-floats cannot hold; NaN stays, and is refused.
+  // Filters overshoot below zero, and half-floats hold bright suns as infinity. NaN stays, and is
+  // refused.
   for (float& x : map->rgb) x = x < 0 ? 0 : std::isinf(x) ? kHalfMax : x;
   return std::shared_ptr<const EnvironmentMap>(std::move(map));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures that a scene file names, decoded to RGBA by tessera_image's plug-in, in the limited process only: of 8
-// bits a channel where the file has so many or fewer, of 16 where it has more.
+// Decodes pictures that a scene file names to RGBA by tessera_image's plug-in, in the limited
+// process only. A texture has 8 bits a channel where the file has at most 8, otherwise 16.
 //
 // Only regular files below the scene's folder are read: no absolute names, no "..", no links out of
 // it, no devices. Threads. One.
@@ -16,16 +16,19 @@
 
 namespace tessera::import {
 
-// `folder`: the scene file's. Returns: why the picture is refused, to become a warning.
+// `folder`: the folder of the scene file. Returns: why the picture is refused, which becomes a
+// warning.
 Result<std::shared_ptr<const Texture>> read_texture_file(const std::string& folder,
                                                          const std::string& name);
-// The same of files beside a scene file of that path.
+// Loader for pictures that are named relative to the scene file at `path`.
 TextureLoader textures_beside(const std::string& path);
-// A PNG, JPEG or WebP picture, known by its first bytes; alpha does not touch its colours.
+// Decodes a PNG, JPEG or WebP picture, which is known by its first bytes. Colours are not
+// multiplied by alpha.
 Result<std::shared_ptr<const Texture>> read_picture(std::span<const std::byte> bytes);
 
-// A latitude-longitude picture of any format, .hdr and .exr first of all; what is below zero there
-// becomes zero. Not confined to a folder. Returns: why it cannot be read.
+// Reads a latitude-longitude picture of any format that the plug-in reads, usually .hdr or .exr;
+// negative values become zero. `path` is not confined to a folder. Returns: why the picture cannot
+// be read.
 Result<std::shared_ptr<const EnvironmentMap>> read_environment_file(const std::string& path);
 
 }  // namespace tessera::import

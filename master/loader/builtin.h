@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The built-in scenes, one function each; small code, no files.
-// Threads. Pure functions. The same bits on every call: whoever names a built-in scene means the
-// same picture.
+// Threads. Pure functions. A built-in scene has the same bits on every call: whoever names it means
+// the same picture.
 #pragma once
 
 #include "master/loader/load_scene.h"

@@ -269,7 +269,7 @@ LoadedScene make_room() {
   return loaded;
 }
 
-// Once round the table in 12 seconds, up and down on the way.
+// The lantern goes once round the table in 12 seconds, up and down on the way.
 LoadedScene make_evening() {
   LoadedScene loaded = make_room();
   loaded.is_animated = true;

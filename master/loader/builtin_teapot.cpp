@@ -21,7 +21,7 @@ std::array<float, 4> bernstein_slope(float t) {
   return {-3 * s * s, 3 * s * s - 6 * t * s, 6 * t * s - 3 * t * t, 3 * t * t};
 }
 
-// z-up numbers to the y-up world.
+// A control point, turned from z up to y up.
 Vec3f control_point(const std::uint16_t (&patch)[16], std::size_t i) {
   const float(&p)[3] = kTeapotPoints[patch[i]];
   return {p[0], p[2], -p[1]};

@@ -52,7 +52,7 @@ struct Pipe {
   }
 };
 
-// Spawned with an empty signal mask, whatever ours is.
+// Starts the importer with an empty signal mask, whatever the master's is.
 Result<pid_t> spawn(const std::string& program, const std::string& file, const Pipe& out,
                     const Pipe& err) {
   posix_spawn_file_actions_t actions;
@@ -81,7 +81,7 @@ Result<pid_t> spawn(const std::string& program, const std::string& file, const P
   return child;
 }
 
-// Reads what is there. Returns: false at the end.
+// Reads the bytes that are there. Returns: false at the end of the file.
 template <typename Container>
 bool read_some(int file, Container& into) {
   char buffer[65536];
@@ -93,7 +93,7 @@ bool read_some(int file, Container& into) {
   return true;
 }
 
-// Its own line; libraries that it uses may have printed others before it.
+// The importer's own line; libraries that it uses may have printed others before.
 std::string refusal_in(const std::string& errors) {
   constexpr std::string_view kPrefix = "tessera-import: ";
   std::size_t at = errors.starts_with(kPrefix) ? 0 : errors.find("\n" + std::string(kPrefix));

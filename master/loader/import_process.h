@@ -18,7 +18,8 @@ struct ImportLimits {
   std::uint64_t bytes_max = std::uint64_t{16} << 30;
 };
 
-// `progress` is called every now and then with the bytes received so far; false gives up.
+// `progress` is called every now and then with the bytes received so far; it returns false to give
+// up.
 // Returns: the importer's own refusal, kResourceExhausted for a limit, kInternal when it died,
 // kCancelled.
 Result<SceneStream> run_import(const std::string& path, const ImportLimits& limits,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// SCENE of the command line to scene values: `builtin:NAME`, or a file, which tessera-import reads
-// in a separate, limited process so that nothing in a file can crash, hang or exhaust the master.
+// Loads the SCENE of a command line: `builtin:NAME`, or a file, which tessera-import reads in a
+// separate, limited process so that nothing in a file can crash, hang or exhaust the master.
 //
 // Threads. Any; blocks until done.
 #pragma once
@@ -18,7 +18,7 @@ namespace tessera::master {
 struct LoadedScene {
   Scene scene;  // at time 0
   bool is_animated = false;
-  // Scene at a time in seconds; only where is_animated. Shares unchanged meshes with other times.
+  // The scene at a time in seconds; set only where is_animated. Scenes share unchanged meshes.
   std::function<Scene(double seconds)> at_time;
   // One line each: missing texture, degenerate triangles, unknown keyword, ...
   std::vector<std::string> warnings;
@@ -35,15 +35,15 @@ using LoadProgress = std::function<bool(const std::string& text, double fraction
 // and line), kResourceExhausted (limits), kDataLoss, kCancelled (progress said so).
 Result<LoadedScene> load_scene(const std::string& scene_argument, const LoadProgress& progress);
 
-// Whether this can name the picture of a sky. Returns: kInvalidArgument, about --environment.
+// Whether `path` can name the picture of a sky. Returns: kInvalidArgument, about --environment.
 Status check_sky_name(const std::string& path);
 
-// A latitude-longitude picture of what surrounds the scene; read as scenes are, in a process of its
-// own. Returns: as load_scene().
+// Loads a latitude-longitude picture of what surrounds the scene, in a process of its own as scenes
+// are. Returns: as load_scene().
 Result<std::shared_ptr<const EnvironmentMap>> load_sky(const std::string& path,
                                                        const LoadProgress& progress);
 
-// Built-in scenes; builtin.cpp.
+// The built-in scenes of builtin.cpp.
 std::vector<std::string> builtin_names();
 Result<LoadedScene> make_builtin(const std::string& name);
 

@@ -6,8 +6,8 @@
 namespace tessera::master {
 namespace {
 constexpr float kTau = 6.2831853f;
-// Of two normals of a quad's halves: rounding of corners and products is some 2^-20 for the flattest of
-// our boxes, and a twentieth of a degree is not seen.
+// A quad is bent where the normals of its halves differ by more than this. Rounding of corners and
+// products is some 2^-20 for the flattest of our boxes, and a twentieth of a degree is not seen.
 constexpr float kBent = 0x1p-10f;
 }  // namespace
 

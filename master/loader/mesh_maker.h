@@ -11,7 +11,7 @@
 
 namespace tessera::master {
 
-// Pseudo-random in [0, 1) from two integers; the same everywhere.
+// A pseudo-random number in [0, 1) from two integers, the same on every machine.
 inline float hash_unit(std::uint32_t a, std::uint32_t b) {
   std::uint32_t h = a * 0x9e3779b9u ^ (b + 0x7f4a7c15u) * 0x85ebca6bu;
   h = (h ^ h >> 15) * 0x2c1b3c6du;
@@ -22,7 +22,7 @@ inline float hash_unit(std::uint32_t a, std::uint32_t b) {
 
 class MeshMaker {
  public:
-  // Triangle and quad (a, b, c, d around it), normal along (b - a) x (c - a), flat.
+  // A flat triangle, and a quad with corners a, b, c, d around it; normal along (b - a) x (c - a).
   void triangle(Vec3f a, Vec3f b, Vec3f c, std::uint32_t material);
   void quad(Vec3f a, Vec3f b, Vec3f c, Vec3f d, std::uint32_t material);
   // Axis-parallel box, faces outwards; turned by `angle` around the vertical axis through its
@@ -39,7 +39,7 @@ class MeshMaker {
             float uv_scale = 1);
 
   std::size_t triangle_count() const { return mesh_.triangles.size(); }
-  // Requires: something was made.
+  // The mesh of all that was made. Requires: something was made.
   std::shared_ptr<const Mesh> finish() { return std::make_shared<const Mesh>(std::move(mesh_)); }
 
  private:

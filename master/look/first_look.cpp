@@ -24,7 +24,7 @@ bool has_light(const Scene& scene) {
          std::any_of(scene.materials.begin(), scene.materials.end(), shines);
 }
 
-// The same view with few pixels; other settings stay, since they decide how bright it is.
+// The view of `frame` with few pixels; other settings stay, since they decide how bright it is.
 FrameSettings pilot_settings(const FrameSettings& frame) {
   FrameSettings s = frame;
   const double aspect = static_cast<double>(frame.width_px) / frame.height_px;
@@ -32,7 +32,7 @@ FrameSettings pilot_settings(const FrameSettings& frame) {
   s.width_px = std::clamp(static_cast<int>(std::lround(width)), 1, frame.width_px);
   s.height_px = std::clamp(static_cast<int>(std::lround(width / aspect)), 1, frame.height_px);
   s.pixel_format = PixelFormat::kFloat;
-  s.tile_edge_px = 16;  // some for each of several slaves
+  s.tile_edge_px = 16;  // several tiles, for several slaves
   s.samples_per_pixel = 1;
   s.display = {};
   s.planes = {};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a scene is lit, backed and exposed where its file leaves that open: settled once, by small
-// pictures of the scene itself, before the first frame. The pictures are rendered by the session
-// like any other, so what they tell is the same bits on any cluster.
+// Settles how a scene is lit, backed and exposed where its file leaves that open: once, before the
+// first frame, by small pictures of the scene itself. The session renders them like any frame, so
+// they have the same bits on any cluster.
 //
 // Threads. The application's, which owns the session. Requires: none of its frames is in work.
 #pragma once
@@ -23,10 +23,10 @@ enum class LightChoice {
   kStudio  // a studio sky, and surfaces that shine; lamps and sky of the scene are off
 };
 
-// What is seen behind it.
+// What is seen behind the scene.
 enum class BackgroundChoice {
   kAuto,  // a soft gradient where a studio lights the scene, else the sky
-  kSky,   // the light from there
+  kSky,   // the radiance of the sky
   kColor  // one colour, shown as it is given
 };
 
@@ -40,12 +40,12 @@ struct LookOptions {
 
 Result<LightChoice> parse_light_choice(std::string_view text);
 
-// What was settled; applied to every version of the scene.
+// The settled look, which is applied to every version of the scene.
 struct Look {
   DisplayTransform display;
   bool has_studio = false;
   std::shared_ptr<const EnvironmentMap> studio_sky;  // null: the scene's own
-  bool has_lamps = true;                             // of the scene
+  bool has_lamps = true;                             // those of the scene stay on
   Background background;
   std::string words;          // one line for a person; empty: nothing was added
   bool is_committed = false;  // the session shows the scene with all this already
@@ -54,8 +54,9 @@ struct Look {
   TESSERA_API void apply(Scene& scene) const;
 };
 
-// Renders at most three small pictures where they are needed. settings: of the first frame;
-// should_stop: asked while waiting. Returns: the session's refusal, or kCancelled.
+// Renders small pictures where they are needed, two for each metering and four at most. settings:
+// those of the first frame; should_stop: asked while waiting. Returns: the session's refusal, or
+// kCancelled.
 TESSERA_API Result<Look> settle_look(Session& session, const Scene& scene,
                                      const FrameSettings& settings, const LookOptions& options,
                                      const std::function<bool()>& should_stop);
@@ -64,7 +65,7 @@ struct SettledExposure {
   float ev = 0;
   SceneCost scene_cost;  // of the pictures that settled it
 };
-// The automatic exposure of one view, for a look that stays. Requires: the scene is the session's.
+// The automatic exposure of one view, for a look that stays. Requires: the session has the scene.
 TESSERA_API Result<SettledExposure> settle_exposure(Session& session, const FrameSettings& settings,
                                                     const std::function<bool()>& should_stop);
 

@@ -12,14 +12,14 @@ namespace {
 
 constexpr double kStep = 1.0 / 64;  // of exposure: less than anybody sees, more than any rounding
 
-// Rec. 709.
+// The luminance of Rec. 709; 0 where it is negative or not finite.
 double luminance(std::span<const float> rgb, std::size_t pixel) {
   const double y =
       0.2126 * rgb[3 * pixel] + 0.7152 * rgb[3 * pixel + 1] + 0.0722 * rgb[3 * pixel + 2];
   return y > 0 && std::isfinite(y) ? y : 0;
 }
 
-// of: logarithms, in any order. Requires: there are some.
+// of: logarithms, in any order. Requires: `of` is not empty.
 double trimmed_mean(std::vector<double> of) {
   std::sort(of.begin(), of.end());
   const auto count = static_cast<double>(of.size());

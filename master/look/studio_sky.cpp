@@ -21,10 +21,10 @@ double smooth(double low, double high, double x) {
 struct SoftBox {
   double azimuth, elevation, half_width, half_height, fade, radiance;
 
-  // azimuth of a direction, counted from the viewer's, rising to the viewer's left.
+  // Radiance from a direction. Its azimuth counts from the viewer's and rises to the viewer's left.
   double at(double of_azimuth, double of_elevation) const {
     double aside = std::remainder(of_azimuth - azimuth, 360.0);
-    aside *= std::cos(radians(of_elevation));  // as wide everywhere
+    aside *= std::cos(radians(of_elevation));  // as wide at every elevation
     const double x = std::fabs(aside) - half_width;
     const double y = std::fabs(of_elevation - elevation) - half_height;
     const double out = std::max(x, y) > 0 ? std::hypot(std::max(x, 0.0), std::max(y, 0.0)) : 0;
@@ -38,7 +38,7 @@ constexpr SoftBox kBoxes[] = {
     {-55, 15, 14, 22, 14, 0.4},  // fill
 };
 
-// Without lamps: brightest above the horizon, darker overhead, a grey floor below.
+// The sky without lamps: brightest above the horizon, darker overhead, a grey floor below.
 double plain_sky(double elevation) {
   const double sky = 0.52 - 0.26 * smooth(0, 90, elevation);
   const double floor = 0.22 - 0.10 * smooth(0, 90, -elevation);
@@ -57,8 +57,8 @@ std::shared_ptr<const EnvironmentMap> make_studio_sky(Vec3f towards_viewer) {
   auto map = std::make_shared<EnvironmentMap>();
   map->width_px = kWidthPx;
   map->height_px = kHeightPx;
-  // The map's angle is 0 in the middle, at -z, and rises towards +x. Seen from the camera, which looks
-  // from its own angle inwards, rising angles go to the left.
+  // The map's angle is 0 in the middle, at -z, and rises towards +x. Seen from the camera, which
+  // looks from its own angle inwards, rising angles go to the left.
   const double viewer = std::atan2(double{towards_viewer.x}, -double{towards_viewer.z});
   for (int row = 0; row < kHeightPx; ++row) {
     const double elevation = 90 - 180.0 * (row + 0.5) / kHeightPx;

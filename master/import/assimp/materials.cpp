@@ -8,7 +8,8 @@
 namespace tessera::import {
 namespace {
 
-// What dielectrics reflect at normal incidence: neither format says it in a way that programs agree on.
+// Reflectance of dielectrics at normal incidence. Neither format says it in a way that programs
+// agree on.
 constexpr float kDielectric = 0.04f;
 
 class Maker {
@@ -31,7 +32,7 @@ class Maker {
   }
 
  private:
-  // Of Assimp's AI_MATKEY macros, which are three arguments.
+  // The value of a key. The arguments come from one of Assimp's AI_MATKEY macros, which are three.
   std::optional<float> number(const char* key, unsigned type, unsigned index) const {
     float value = 0;
     if (from_.Get(key, type, index, value) != aiReturn_SUCCESS || !std::isfinite(value))
@@ -49,7 +50,7 @@ class Maker {
     return {std::clamp(c.x, 0.0f, 1.0f), std::clamp(c.y, 0.0f, 1.0f), std::clamp(c.z, 0.0f, 1.0f)};
   }
 
-  // The first of these that the material has.
+  // The picture of the first of `types` that the material has.
   std::optional<PictureUse> picture(std::initializer_list<aiTextureType> types) {
     for (const aiTextureType type : types) {
       aiString file;
@@ -85,7 +86,7 @@ class Maker {
     if (mode == aiTextureMapMode_Mirror) return TextureWrap::kMirror;
     return mode == aiTextureMapMode_Wrap ? TextureWrap::kRepeat : TextureWrap::kClamp;
   }
-  // On the set of coordinates of the picture that was asked for last.
+  // `ref` with the set of coordinates of the picture that was found last.
   TextureRef placed(TextureRef ref) const {
     ref.uv_set = set_;
     return ref;
@@ -145,8 +146,8 @@ class Maker {
   void set_opacity() {
     float opacity = std::clamp(number(AI_MATKEY_OPACITY).value_or(1), 0.0f, 1.0f);
     const auto use = picture({aiTextureType_OPACITY});
-    // Programs write what lets light through and what stops it into the same key: nothing at all is what
-    // nobody means.
+    // Some programs write opacity into this key and others transparency. Nobody means a surface
+    // that cannot be seen at all.
     if (opacity == 0) {
       warnings_.add("opacity 0", "material '" + material_.name +
                                      "': its opacity is 0; it is drawn as if that were 1");

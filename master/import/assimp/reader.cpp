@@ -29,7 +29,7 @@ Transform transform_of(const aiMatrix4x4& m) {
   return t;
 }
 
-// Only the importer of that format stays: others would be tried on bytes that they are not meant for.
+// Keeps only the importer of the format: others would be tried on bytes of which they know nothing.
 bool keep_only(Assimp::Importer& importer, const char* suffix) {
   for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
     Assimp::BaseImporter* const one = importer.GetImporter(i);
@@ -68,8 +68,8 @@ class Reader {
  private:
   static constexpr std::uint32_t kNoMesh = 0xffffffffu;
 
-  // Held by the file; else beside it, as it is named or, where that is a path of another machine, by its
-  // last part.
+  // A picture that the file holds, else a file beside it. Where its name is a path of another
+  // machine, the last part of that path is looked for, also in the folder "textures".
   Result<std::shared_ptr<const Texture>> picture(const std::string& name, const TextureLoader& load,
                                                  const PictureDecoder& decode) const {
     if (const aiTexture* held = from_.GetEmbeddedTexture(name.c_str())) {
@@ -95,7 +95,8 @@ class Reader {
     if (result_.scene.materials.empty()) result_.scene.materials.emplace_back();
   }
 
-  // Meshes come with the first node that shows them. A list, not recursion: files nest as they like.
+  // Adds all nodes; a mesh is converted at the first node that shows it. A list of nodes that are
+  // left takes the place of recursion, since files nest nodes as deep as they like.
   void walk() {
     std::vector<std::pair<const aiNode*, Transform>> left{{from_.mRootNode, Transform{}}};
     while (!left.empty()) {
@@ -150,7 +151,7 @@ class Reader {
     result_.scene.meshes.push_back(std::move(mesh));
     return *meshes_[number];
   }
-  // What is no direction is none to shade by.
+  // A normal that is not finite becomes zero, which the renderer takes for the flat normal.
   static Vec3f normal(Vec3f n) { return is_finite(n) ? n : Vec3f{}; }
   static Vec2f uv(const aiVector3D& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) ? Vec2f{v.x, v.y} : Vec2f{};
@@ -222,8 +223,9 @@ class Reader {
            i.y >= 0 && i.z >= 0 && has_way;
   }
 
-  // The square of the distance at which a lamp's light is the colour that the file says. Light falls off
-  // with the square of the distance; where the file asks for another law, both agree in the middle.
+  // The square of the distance at which a lamp's light is the colour that the file says. Light
+  // falls off with the square of the distance; where the file asks for another law, both agree at
+  // the distance `middle`.
   float reach(const aiLight& from, const std::string& name, float middle) {
     if (from.mAttenuationQuadratic > 0) return 1 / from.mAttenuationQuadratic;
     const float divided = from.mAttenuationConstant + from.mAttenuationLinear * middle;
@@ -264,7 +266,8 @@ Result<ReadScene> read_by_assimp(const std::string& path, FileFormat format,
   Assimp::Importer importer;
   if (!keep_only(importer, format == FileFormat::kFbx ? "fbx" : "dae"))
     return Status::unimplemented(path + ": this build's Assimp does not read the format");
-  // Polygons are cut by ears; what a file says wrongly is found before it is believed.
+  // Polygons are triangulated by ear clipping, and errors of the file's structure are found before
+  // it is used.
   constexpr unsigned kSteps = aiProcess_Triangulate | aiProcess_ValidateDataStructure;
   const aiScene* const scene = importer.ReadFile(path, kSteps);
   if (scene == nullptr) {

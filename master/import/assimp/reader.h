@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// FBX and COLLADA through Assimp, which reads nothing else here. What becomes of what: README.md.
+// Reads FBX and COLLADA files through Assimp, which reads no other format here. README.md says what
+// becomes of each part of a file.
 // Threads. Any, one call at a time.
 #pragma once
 

@@ -6,7 +6,7 @@
 
 namespace tessera::import {
 
-// A scene of nothing but a sky.
+// Reads a picture as a scene that holds nothing but a sky.
 Result<ReadScene> read_sky_file(const std::string& path) {
   auto map = read_environment_file(path);
   if (!map.is_ok()) return map.status();

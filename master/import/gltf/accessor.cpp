@@ -9,7 +9,8 @@ namespace {
 
 constexpr std::uint64_t kCountMax = 0xfffffffeu;
 constexpr std::uint64_t kOffsetMax = std::uint64_t{1} << 40;
-// An accessor without bytes costs its file nothing, so it may not ask for much: these are 200 MB.
+// An accessor without bytes costs its file nothing, so it may not ask for much: so many positions
+// are 200 MB.
 constexpr std::uint64_t kZerosCountMax = std::uint64_t{1} << 24;
 
 struct Shape {
@@ -32,7 +33,7 @@ T load(const std::byte* from) {
   return value;
 }
 
-// glTF 2.0, section 3.11: normalised integers.
+// A component as a real number; integers are normalised as glTF 2.0, section 3.11, says.
 template <typename T>
 float real(const std::byte* from, bool is_normalized) {
   const float value = static_cast<float>(load<T>(from));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers of a glTF accessor, read element by element: all component types, normalised or not,
-// strided, sparse, and without bytes at all (zeros) (glTF 2.0, section 3.6.2).
+// Reads the numbers of a glTF accessor element by element (glTF 2.0, section 3.6.2): all component
+// types, normalised or not. An accessor may be strided or sparse; one without bytes holds zeros.
 //
 // Invariant. Every element below count() lies inside of the bytes: open() has checked it.
 // Threads. Plain value that points into the document.
@@ -23,14 +23,14 @@ enum class ComponentType : std::uint32_t {
   kUint32 = 5125,
   kFloat = 5126
 };
-// Returns: 0 for what is none of them.
+// The bytes of one component. Returns: 0 for a number that is none of these types.
 std::size_t bytes_of(ComponentType type);
 
 class GltfAccessor {
  public:
   // Returns: an error that names accessor and key. Requires: index < count("accessors").
   static Result<GltfAccessor> open(GltfDocument& document, std::size_t index);
-  // Of floats, one after the other; `values` outlives it.
+  // An accessor of packed floats. Requires: `values` outlives the accessor.
   static GltfAccessor of_floats(std::span<const float> values, std::size_t components);
 
   std::size_t count() const { return count_; }
@@ -54,7 +54,7 @@ class GltfAccessor {
   bool is_normalized_ = false;
   std::size_t components_ = 1, element_bytes_ = 4, stride_ = 4, count_ = 0;
   ByteSpan bytes_;  // empty: zeros
-  // Elements that are somewhere else: in rising order, and their numbers, tight.
+  // The elements that a sparse accessor replaces, in rising order, and their packed values.
   std::vector<std::uint32_t> replaced_;
   ByteSpan replacements_;
 };

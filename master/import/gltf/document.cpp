@@ -14,13 +14,13 @@ namespace {
 
 using nlohmann::json;
 
-// What a file or buffer may hold; the importer's memory is the tighter bound.
+// Most bytes of a file or buffer; the importer's limit on memory is the tighter bound.
 constexpr std::uint64_t kFileBytesMax = std::uint64_t{4} << 30;
 constexpr std::size_t kGlbHeaderBytes = 12, kChunkHeaderBytes = 8;
 constexpr std::uint32_t kChunkJson = 0x4e4f534a, kChunkBinary = 0x004e4942;
 
 std::uint32_t u32_at(std::string_view bytes, std::size_t offset) {
-  std::uint32_t value = 0;  // both are little-endian
+  std::uint32_t value = 0;  // file and machine are little-endian
   std::memcpy(&value, bytes.data() + offset, sizeof(value));
   return value;
 }
@@ -89,7 +89,8 @@ Status GltfDocument::parse() {
   return Status::ok();
 }
 
-// glTF 2.0, section 4: a header, the JSON chunk, and at most one with bytes; others are passed over.
+// Splits a binary file (glTF 2.0, section 4): a header, the JSON chunk, and at most one chunk with
+// bytes. Other chunks are passed over. Returns: the JSON.
 Result<std::string_view> GltfDocument::split_glb() {
   const std::string_view file = file_;
   if (file.size() < kGlbHeaderBytes + kChunkHeaderBytes)

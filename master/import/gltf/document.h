@@ -3,7 +3,7 @@
 // when it is first asked for (Khronos, "glTF 2.0 specification", 2021, sections 3 and 4).
 //
 // Bytes come from the binary chunk, from data URIs and from files below the scene's own folder.
-// Threads. One. What is handed out points into the document.
+// Threads. One. Objects and spans that are handed out point into the document.
 #pragma once
 
 #include <cstddef>
@@ -25,8 +25,8 @@ using ByteSpan = std::span<const std::byte>;
 class GltfDocument {
  public:
   // Requires: `warnings` outlives it.
-  // Returns: kInvalidArgument naming the place for what is neither JSON nor GLB or of another
-  // version, and what the file system says.
+  // Returns: kInvalidArgument naming the place for a file that is neither JSON nor GLB or is of
+  // another version, or the error of the file system.
   static Result<std::unique_ptr<GltfDocument>> open(const std::string& path,
                                                     WarningGroup& warnings);
   ~GltfDocument();
@@ -37,12 +37,13 @@ class GltfDocument {
   WarningGroup& warnings() { return warnings_; }
   const std::string& folder() const { return folder_; }
 
-  // Elements of an array of the top level ("materials"), and one of them by name: "material 3
-  // 'Leaf'". Requires of at(): index < count(array).
+  // The number of elements of a top-level array ("materials"), and one of its elements, which
+  // messages call "material 3 'Leaf'". Requires of at(): index < count(array).
   std::size_t count(std::string_view array) const;
   GltfObject at(std::string_view array, std::size_t index) const;
 
-  // Returns: an error that names buffer or view. Requires: the index is below the count.
+  // The bytes of a buffer or of a buffer view. Returns: an error that names it.
+  // Requires: the index is below the count.
   Result<ByteSpan> buffer(std::size_t index);
   Result<ByteSpan> view(std::size_t index);
 
@@ -58,15 +59,15 @@ class GltfDocument {
 
   const std::string path_, folder_;
   WarningGroup& warnings_;
-  std::string file_;  // all its bytes
+  std::string file_;  // all bytes of the file
   std::optional<ByteSpan> binary_chunk_;
   std::unique_ptr<Json> json_;
   GltfObject root_;
   std::vector<std::optional<ByteSpan>> buffers_, views_;
-  std::vector<std::unique_ptr<std::string>> owned_;  // what they point into
+  std::vector<std::unique_ptr<std::string>> owned_;  // bytes behind buffers_, views_
 };
 
-// "mesh" of "meshes".
+// The singular of an array's name: "mesh" of "meshes".
 std::string singular(std::string_view array);
 
 }  // namespace tessera::import

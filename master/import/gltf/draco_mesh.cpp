@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::uint64_t kAttributeIdMax = 0xffffffffu;
 
-// Of integers that the accessor calls normalised, what one unit is worth.
+// The worth of one unit of integers that the accessor calls normalised.
 float scale_of(draco::DataType type) {
   switch (type) {
     case draco::DT_INT8:
@@ -39,7 +39,7 @@ bool append(const draco::PointAttribute& attribute, draco::AttributeValueIndex i
   return true;
 }
 
-// Whole numbers are read as such: the library would scale those that it takes for normalised.
+// Integers are read as integers, since the library would scale those that it takes for normalised.
 bool read_attribute(const draco::Mesh& mesh, const draco::PointAttribute& attribute,
                     bool is_normalized, std::vector<float>& values) {
   const bool is_real =

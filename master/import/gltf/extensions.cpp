@@ -8,7 +8,7 @@ namespace {
 
 struct Extension {
   const char* name;
-  // What a file that uses it loses. Null: nothing, or what has it says so itself.
+  // What a file that uses the extension loses. Null: nothing, or each object that has it warns.
   const char* loss;
 };
 
@@ -34,7 +34,7 @@ constexpr Extension kExtensions[] = {
     {"EXT_texture_webp", nullptr},
     // Texts about the file, which no picture shows.
     {"KHR_xmp_json_ld", nullptr},
-    // Each material or texture that has one of these says so.
+    // Each material or texture that has one of these warns of it.
     {"KHR_materials_iridescence", nullptr},
     {"KHR_materials_dispersion", nullptr},
     {"KHR_materials_diffuse_transmission", nullptr},

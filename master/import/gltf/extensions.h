@@ -8,8 +8,8 @@
 
 namespace tessera::import {
 
-// One warning for each extension that the file uses and that is not read. Returns: an error for one
-// that the file requires and that is not known.
+// Adds one warning for each extension that the file uses and that is not read. Returns: an error
+// for an extension that the file requires and that is not known.
 Status check_extensions(GltfDocument& document);
 
 }  // namespace tessera::import

@@ -13,7 +13,7 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr std::size_t kNameBytesMax = 256;
 constexpr const char* kLightsExtension = "KHR_lights_punctual";
 
-// "lamp 2 'Key'", whose messages name it and not the node.
+// The lamp of a node as "light 2 'Key'": its messages name the lamp and not the node.
 GltfObject lamp_at(const GltfDocument& document, const GltfObject& node) {
   const GltfObject use = node.extension(kLightsExtension);
   use.check_keys({"light"}, {});
@@ -88,7 +88,7 @@ void add_camera(const GltfDocument& document, const GltfObject& node, const Tran
     return source.warn(
         "type", "is '" + printable(type) + "'; it must be perspective; the camera is left out");
   const GltfObject perspective = source.object("perspective");
-  // A pinhole sees all depths, and the picture's size says how wide it is.
+  // Only yfov is used: a pinhole camera sees all depths, and the picture's size decides the aspect.
   perspective.check_keys({"aspectRatio", "yfov", "zfar", "znear"}, {});
   if (!perspective.has("yfov"))
     return source.warn("perspective.yfov", "is missing; the camera is left out");
@@ -98,7 +98,7 @@ void add_camera(const GltfDocument& document, const GltfObject& node, const Tran
   if (named.name.empty()) named.name = "camera " + std::to_string(*index);
   named.name.resize(std::min(named.name.size(), kNameBytesMax));
   named.camera.eye = to_world.point({0, 0, 0});
-  // As far away as numbers there are large, so that the direction keeps its digits.
+  // The target is as far away as the eye's coordinates are large, to keep the direction's digits.
   const Vec3f eye = named.camera.eye;
   const float reach = 1 + std::fabs(eye.x) + std::fabs(eye.y) + std::fabs(eye.z);
   named.camera.target = eye + reach * normalize(to_world.direction({0, 0, -1}));

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lamps of a glTF file (KHR_lights_punctual) and its cameras, placed by their nodes.
 //
-// The extension's units are photometric, the scene's are watts. A lumen is 1/683 W, the definition at
-// 555 nm, as Blender's importer has it by default; no spectrum is known that would tell more:
+// The extension's units are photometric, the scene's are watts. A lumen is 1/683 W, the definition
+// at 555 nm, as Blender's importer has it by default; no spectrum is known that would tell more:
 //   point, spot   candela (lm/sr) / 683 = W/sr
 //   directional   lux (lm/m2) / 683     = W/m2 on a surface that faces it
-// `range` is a hint for renderers that leave light out, and none is left out here.
+// `range` is a hint for renderers that cut light off at a distance; no light is cut off here.
 //
 // Threads. One.
 #pragma once
@@ -18,7 +18,8 @@ namespace tessera::import {
 
 inline constexpr float kLumensPerWatt = 683;
 
-// Adds what `node` holds at `to_world`. A lamp or camera that cannot be is left out, with a warning.
+// Adds the lamp that `node` holds, if there is one, placed by `to_world`. A lamp or camera with
+// values that none can have is left out, with a warning.
 void add_light(const GltfDocument& document, const GltfObject& node, const Transform& to_world,
                Scene& scene);
 // All perspective cameras become Scene::cameras, the first of them Scene::camera. They are named

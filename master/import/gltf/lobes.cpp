@@ -29,7 +29,8 @@ void read_reflectance(const GltfObject& material, GltfTextures& textures, Materi
   const Vec3f color = vec(specular.reals<3>("specularColorFactor", {1, 1, 1}, kFromZero));
   surface.specular = weight * min(f0 * color, Vec3f{1, 1, 1});
   surface.specular_f90 = weight;
-  // The weight is alpha, which no encoding touches: one texture serves both where it is one picture.
+  // The weight is in alpha, which no encoding touches, so one texture serves weight and colour
+  // where both are one picture.
   surface.specular_texture = textures.read(specular.object("specularTexture"), Encoding::kColour);
   surface.specular_color_texture =
       textures.read(specular.object("specularColorTexture"), Encoding::kColour);
@@ -81,7 +82,7 @@ void read_transmission(const GltfObject& material, GltfTextures& textures,
   if (transmission.weight == 0) return;
   transmission.weight_texture =
       textures.read(source.object("transmissionTexture"), Encoding::kPlain);
-  // What is inside is as thick as the mesh is: thicknessTexture is for renderers that cannot tell.
+  // The solid is as thick as its mesh; thicknessTexture is for renderers that cannot measure that.
   if (!(thickness > 0)) return;
   transmission.is_thin = false;
   transmission.attenuation_distance = distance;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the material extensions of glTF 2.0 say, each as the part of a scene's material that it fills.
-// An extension that is not there leaves its part absent.
+// Reads the material extensions of glTF 2.0, each into the part of a scene's material that it
+// describes. An extension that a material lacks leaves its part absent.
 // Threads. One.
 #pragma once
 
@@ -24,7 +24,7 @@ void read_anisotropy(const GltfObject& material, GltfTextures& textures, Anisotr
 // Returns: the factor and texture of opacity in the alpha of its diffuse colour.
 float read_specular_glossiness(const GltfObject& extension, GltfTextures& textures,
                                Material& surface);
-// One warning for each extension that is known and not drawn.
+// Adds one warning for each extension that is known and not drawn.
 void name_what_is_not_drawn(const GltfObject& material);
 
 }  // namespace tessera::import

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kNameBytesMax = 256;
 
-// Whether smooth solid glass (its kind knows ior, one colour and absorption) draws the same.
+// Whether BsdfKind::kGlass, which knows ior, one colour and absorption, draws the same.
 bool is_smooth_glass(const Material& m) {
   const bool is_clear = m.transmission.weight == 1 && !m.transmission.is_thin &&
                         !m.transmission.weight_texture.is_set() && m.metalness == 0;
@@ -57,7 +57,7 @@ const GltfMaterial& GltfMaterials::read(std::optional<std::uint32_t> index) {
   if (is_smooth_glass(surface) && !has_own_specular(source)) {
     surface.bsdf = BsdfKind::kGlass;
     surface.specular = surface.albedo;
-    surface.transmission.weight = 0;  // the kind says it
+    surface.transmission.weight = 0;  // kGlass implies it
   }
   GltfMaterial& made = known_[index];
   made = place_coordinates(source, surface);
@@ -126,12 +126,12 @@ void GltfMaterials::read_emission(const GltfObject& source, Material& surface) {
   const GltfObject picture = source.object("emissiveTexture");
   if (emission == Vec3f{0, 0, 0}) return;
   surface.emission_texture = textures_.read(picture, Encoding::kColour);
-  // Most of such a picture is dark, as a rule: without it there is no lamp.
+  // Most of an emissive texture is dark, as a rule: where it cannot be read, nothing is emitted.
   if (!picture.is_there() || surface.emission_texture.is_set()) surface.emission = emission;
 }
 
-// The scene has two sets of texture coordinates, the file any number: those that the material uses
-// are put into the first free ones, in the order in which they are met.
+// A mesh of the scene has two sets of texture coordinates, a mesh of the file any number. Where the
+// material uses a set above 1, the first two sets that its textures use become those of the mesh.
 GltfMaterial GltfMaterials::place_coordinates(const GltfObject& source, Material& surface) {
   std::vector<std::uint32_t> used;
   for (const TextureRef* ref : textures_of(surface)) {
@@ -141,7 +141,7 @@ GltfMaterial GltfMaterials::place_coordinates(const GltfObject& source, Material
   GltfMaterial made;
   if (std::any_of(used.begin(), used.end(), [](std::uint32_t set) { return set > 1; })) {
     made.uv_sets[0] = used[0];
-    // A set that no file has, where one is enough.
+    // Where the material uses one set only, no texture refers to the second, whatever it is.
     made.uv_sets[1] = used.size() > 1 ? used[1] : 0;
   }
   for (TextureRef* ref : all_textures(surface)) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Materials of a glTF file as materials of the scene (glTF 2.0, section 3.9, and its extensions: see
-// lobes.h), each read when a surface first has it.
+// Materials of a glTF file as materials of the scene (glTF 2.0, section 3.9, and its extensions:
+// see lobes.h), each read when a surface first has it.
 //
 // Occlusion textures are passed over: light computes what they bake. Transparent and smooth solids
 // become BsdfKind::kGlass where that draws the same; all others are one glossy surface with lobes.
@@ -33,7 +33,8 @@ class GltfMaterials {
   GltfMaterials(GltfDocument& document, GltfTextures& textures, Scene& scene)
       : document_(document), textures_(textures), scene_(scene) {}
 
-  // Nothing: the format's default material. Requires: index < count("materials").
+  // The material `index`; none: the format's default material.
+  // Requires: index < count("materials").
   const GltfMaterial& read(std::optional<std::uint32_t> index);
 
  private:

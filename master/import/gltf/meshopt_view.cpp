@@ -6,8 +6,8 @@
 namespace tessera::import {
 namespace {
 
-// The densest that the codec packs is 16 equal bytes into two bits, 64 : 1, behind a head of at most
-// one vertex; a view that asks for more than twice that asks for memory, not for its bytes.
+// The codec packs 16 equal bytes into two bits at best, 64 : 1, behind a head of at most one
+// vertex. A view that asks for more than twice that ratio is after memory, not after its bytes.
 constexpr std::uint64_t kPackedRatioMax = 128, kPackedHeadBytes = 64 * 1024;
 
 Status filtered(const GltfObject& packed, const std::string& filter, std::string& bytes,

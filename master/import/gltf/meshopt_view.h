@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Buffer views packed by EXT_meshopt_compression, by the library of its author (Kapoulkine,
-// "meshoptimizer"), which is confined to the .cpp file.
+// Unpacks buffer views of EXT_meshopt_compression by the library of the extension's author
+// (Kapoulkine, "meshoptimizer"), which is confined to the .cpp file.
 // Threads. Pure function.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace tessera::import {
 
-// `packed`: the extension's object; `bytes`: the packed ones that it names.
+// `packed`: the extension's object; `bytes`: the packed bytes that it names.
 // Returns: count * byteStride bytes, or an error that names the view and the key.
 Result<std::string> unpack_meshopt_view(const GltfObject& packed, std::span<const std::byte> bytes);
 

@@ -12,10 +12,10 @@
 namespace tessera::import {
 namespace {
 
-// Rigs have some hundred joints in a row; what is deeper was not made by a person.
+// Rigs have some hundred joints in a row; a deeper chain was not made by a person.
 constexpr int kNodeDepthMax = 4096;
 
-// translation * rotation * scale; a rotation of no length is none.
+// translation * rotation * scale; a quaternion of length 0 counts as no rotation.
 Transform placed(std::array<float, 3> move, std::array<float, 4> turn, std::array<float, 3> scale) {
   double x = turn[0], y = turn[1], z = turn[2], w = turn[3];
   const double size = std::sqrt(x * x + y * y + z * z + w * w);
@@ -63,7 +63,7 @@ bool is_finite_transform(const Transform& t) {
   return true;
 }
 
-// Whether the matrix has no inverse, or none that its float32 elements could tell from rounding.
+// Whether the matrix has no inverse: its determinant is 0, or cannot be told from rounding.
 bool is_singular(const Transform& t) {
   double determinant = 0, size = 0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -74,7 +74,8 @@ bool is_singular(const Transform& t) {
     determinant += a - b;
     size += std::fabs(a) + std::fabs(b);
   }
-  // Roundings of six products of three and of their sum in double: 3 + 5, and as much again to spare.
+  // The six products of three and their sum in double have 3 + 5 roundings, and as many again are
+  // to spare.
   return !(std::fabs(determinant) > 16 * 0x1p-53 * size);
 }
 
@@ -160,7 +161,7 @@ Status GltfNodes::add_instances(const GltfObject& node, std::uint32_t mesh,
   return Status::ok();
 }
 
-// EXT_mesh_gpu_instancing; one place that changes nothing where it is not there.
+// The places of EXT_mesh_gpu_instancing; one identity transform for a node without the extension.
 Result<std::vector<Transform>> GltfNodes::instances_of(const GltfObject& node) {
   const GltfObject extension = node.extension("EXT_mesh_gpu_instancing");
   if (!extension.is_there()) return std::vector<Transform>(1);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nodes of one scene of a glTF file, root by root and each before its children: instances of
-// meshes in that order, lamps, cameras (glTF 2.0, section 3.5).
+// Walks the nodes of one scene of a glTF file, root by root and each node before its children, and
+// adds instances of meshes in that order, lamps and cameras (glTF 2.0, section 3.5).
 //
-// A node that is its own ancestor, or has two parents, is refused; so is a chain of nodes that no
-// real model has. Threads. One.
+// A node that is its own ancestor, or has two parents, is refused; so is a chain of nodes that is
+// longer than any real model has. Threads. One.
 #pragma once
 
 #include <map>

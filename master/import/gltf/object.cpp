@@ -146,7 +146,7 @@ double GltfObject::checked(const json& value, const std::string& key, double fal
   const bool is_low = !(number >= range.low) || (range.is_low_open && number == range.low);
   if (!is_low && number <= range.high) return number;
   const double used = !is_low ? range.high : range.is_low_open ? fallback : range.low;
-  // Of a number that no float can hold the nearest end says nothing.
+  // An unbounded range ends at the greatest float, which is no useful value.
   const double kept = std::fabs(used) >= std::numeric_limits<float>::max() ? fallback : used;
   warn(key, "is " + shown(number) + must + shown(kept) + " is used");
   return kept;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// One JSON object of a glTF file together with what messages call it: "material 3 'Leaf'".
+// One JSON object of a glTF file with the name that messages give it: "material 3 'Leaf'".
 //
-// What is asked for is checked here: a value of the wrong type or out of range becomes one warning
-// that names file, object and key, and the value that is used instead. Such repairs are for what
-// only looks matter of; what geometry hangs on is asked for by refused_index() and refuses the file.
+// Values are checked here when they are asked for: one of the wrong type or out of range becomes
+// one warning that names file, object and key, and the value that is used instead. Such repairs are
+// for values that only looks depend on. Geometry depends on those that the refused_...() functions
+// ask for, and a wrong one refuses the file.
 //
 // Threads. One. An object points into the document, which outlives it. An absent object answers
 // every question with its fallback, so that optional parts need no branches.
@@ -25,8 +26,8 @@
 
 namespace tessera::import {
 
-// What a number may be. Outside of it the nearest end is used, or the fallback where that end is
-// open.
+// The range that a number may have. For a number outside of it the nearest end is used, or the
+// fallback where that end is open or unbounded.
 struct GltfRange {
   double low = -std::numeric_limits<float>::max();
   double high = std::numeric_limits<float>::max();
@@ -42,18 +43,18 @@ std::string printable(const std::string& text);
 
 class GltfObject {
  public:
-  GltfObject() = default;  // one that is not there
-  // Requires: both outlive the object; json is null or any value (what is no object is absent, with
-  // a warning).
+  GltfObject() = default;  // an absent object
+  // json: null, or any value; one that is no JSON object makes an absent object, with a warning.
+  // Requires: json and warnings outlive the object.
   GltfObject(const nlohmann::json* json, std::string name, WarningGroup* warnings);
 
   bool is_there() const { return json_ != nullptr; }
   const std::string& name() const { return name_; }  // "material 3 'Leaf'"
   bool has(std::string_view key) const;
-  // The same object, called `what` with its own name behind it: "light 2 'Key'".
+  // This object, called `what` with its own name behind that: "light 2 'Key'".
   GltfObject named(std::string what) const;
 
-  // Parts. Their messages begin with this object's name.
+  // Parts of this object. Their messages begin with its name.
   GltfObject object(std::string_view key) const;
   GltfObject extension(std::string_view name) const;
   std::vector<GltfObject> objects(std::string_view key) const;  // elements of an array
@@ -73,17 +74,17 @@ class GltfObject {
   // Names of the members, in alphabetical order.
   std::vector<std::string> keys() const;
 
-  // An index below `count`. Returns: nothing when it is not there; when it is none, nothing too, and
-  // a warning that ends in `instead`.
+  // An index below `count`. Returns: nothing when the key is absent; nothing, with a warning that
+  // ends in `instead`, when its value is no such index.
   std::optional<std::uint32_t> index(std::string_view key, std::uint64_t count,
                                      std::string_view instead) const;
-  // The same, but a wrong one is an error.
+  // An index below `count`, and an array of such; a value that is none is an error.
   Result<std::optional<std::uint32_t>> refused_index(std::string_view key,
                                                      std::uint64_t count) const;
   Result<std::vector<std::uint32_t>> refused_indices(std::string_view key,
                                                      std::uint64_t count) const;
-  // A whole number from `low` to `high`; a wrong one is an error, and so is none where `fallback` is
-  // outside of them.
+  // A whole number from `low` to `high`. Any other value is an error, and so is an absent key where
+  // `fallback` is outside of that range.
   Result<std::uint64_t> refused_whole(std::string_view key, std::uint64_t fallback,
                                       std::uint64_t low, std::uint64_t high) const;
 
@@ -92,7 +93,7 @@ class GltfObject {
   void check_keys(std::initializer_list<std::string_view> known,
                   std::initializer_list<std::string_view> extensions) const;
 
-  // "key is 7; it must be ..." of this object, as a warning and as an error.
+  // A message about a key of this object, "key is 7; it must be ...", as a warning or as an error.
   void warn(std::string_view key, const std::string& text) const;
   Status refuse(std::string_view key, const std::string& text) const;
 

@@ -62,7 +62,7 @@ class PrimitiveReader {
     return Status::ok();
   }
 
-  // An attribute of `low` to `high` components; none when it is not there.
+  // An attribute of `low` to `high` components. Returns: nothing when it is absent.
   Result<std::optional<GltfAccessor>> find(const std::string& name, std::size_t low,
                                            std::size_t high) {
     std::optional<GltfAccessor> found;
@@ -116,7 +116,7 @@ class PrimitiveReader {
     return Status::ok();
   }
 
-  // The corners of triangle i as the specification orders them, so that all turn the same way.
+  // Forms triangles with the corners in the specification's order, so that all turn the same way.
   void form_triangles(std::uint64_t mode) {
     const std::size_t count = indices_.size();
     auto& triangles = mesh_->triangles;
@@ -135,12 +135,12 @@ class PrimitiveReader {
           mode == kModeStrip
               ? std::array{indices_[i], indices_[i + 1 + i % 2], indices_[i + 2 - i % 2]}
               : std::array{indices_[i + 1], indices_[i + 2], indices_[0]};
-      // Those that join strips have a vertex twice.
+      // Triangles that join strips have a vertex twice.
       if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
     }
   }
 
-  // Primitives often share the vertices of a whole model: only those that are used are kept, in
+  // Primitives often share the vertices of a whole model: only vertices that are used are kept, in
   // their order.
   void choose_vertices() {
     std::vector<std::uint32_t>().swap(indices_);
@@ -193,7 +193,7 @@ class PrimitiveReader {
     return Status::ok();
   }
 
-  // What is not finite becomes zero, which the renderer takes for the flat normal.
+  // A normal that is not finite becomes zero, which the renderer takes for the flat normal.
   Status read_normals() {
     const auto source = find("NORMAL", 3, 3);
     if (!source.is_ok()) return source.status();
@@ -220,7 +220,7 @@ class PrimitiveReader {
     uvs.resize(chosen_count_);
     for (std::size_t i = 0; i < chosen_count_; ++i) {
       const auto uv = (*source)->read(source_of(i));
-      uvs[i] = {uv[0], 1 - uv[1]};  // the file's v falls
+      uvs[i] = {uv[0], 1 - uv[1]};  // the file's v points down
       if (is_finite(uvs[i])) continue;
       uvs[i] = {};
       ++bad_count;
@@ -251,8 +251,8 @@ class PrimitiveReader {
     return Status::ok();
   }
 
-  // The specification asks for computed ones where normals are missing, too: then the renderer's
-  // own, of flat triangles, are these.
+  // The specification asks for computed tangents where normals are missing, too. There the
+  // renderer's own tangents, of flat triangles, are the same.
   Status read_tangents(const GltfMaterial& material) {
     if (!material.tangent_set || mesh_->normals.empty()) return Status::ok();
     const auto source = find("TANGENT", 4, 4);
@@ -278,7 +278,7 @@ class PrimitiveReader {
   }
 
   // Coordinates that no texture uses, and tangents without a normal map, have no effect. Joints and
-  // weights are said once for the file, as skins; names that begin with "_" are an application's own.
+  // weights are one warning for the file, as skins. Names that begin with "_" are an application's.
   void name_other_attributes() const {
     for (const std::string& name : attributes_.keys()) {
       const bool is_known =

@@ -2,8 +2,8 @@
 // One primitive of a glTF mesh as a mesh of the scene: triangles, strips and fans, with indices or
 // without, packed or not (glTF 2.0, section 3.7.2).
 //
-// Accessors that cannot be read, positions that are not finite and indices out of range are refused;
-// other values that cannot be are repaired, with a warning. Without normals the mesh is flat.
+// Accessors that cannot be read, positions that are not finite and indices out of range are
+// refused; other invalid values are repaired, with a warning. A mesh without normals is flat.
 // Threads. One.
 #pragma once
 
@@ -15,8 +15,8 @@
 
 namespace tessera::import {
 
-// Returns: null for what holds no triangles (points, lines), with a warning; an error that names
-// mesh and primitive for what cannot be trusted.
+// Returns: null, with a warning, for a primitive that holds no triangles (points, lines); an error
+// that names mesh and primitive for one that is refused.
 Result<std::shared_ptr<Mesh>> read_primitive(GltfDocument& document, const GltfObject& primitive,
                                              GltfMaterials& materials);
 

@@ -25,8 +25,8 @@ std::string name_of(const GltfObject& object, std::size_t index) {
   return name.empty() ? std::to_string(index) : name;
 }
 
-// The roots of the scene that is drawn: the default one, else the first, else every node that is
-// nobody's child.
+// The roots of the scene that is drawn: the default scene, else the first. Without scenes every
+// node that has no parent is a root.
 Result<std::vector<std::uint32_t>> roots_of(GltfDocument& document) {
   const std::size_t node_count = document.count("nodes");
   const std::size_t scene_count = document.count("scenes");
@@ -118,7 +118,7 @@ Result<ReadScene> read_gltf(const std::string& path, PictureDecoder decode) {
   auto result = read(path, std::move(decode), warnings);
   if (!result.is_ok()) {
     const std::string& text = result.status().message();
-    // What the file system says begins with the file's name already.
+    // An error of the file system begins with the file's name already.
     if (text.starts_with(path + ":")) return result;
     return Status(result.status().code(), path + ": " + text);
   }

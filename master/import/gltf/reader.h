@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF 2.0 files (.gltf, .glb) as scenes: the stages document -> textures -> materials -> primitives
-// -> nodes, each a file of this folder; README.md says what becomes of every key.
+// Reads glTF 2.0 files (.gltf, .glb) as scenes. The stages are document -> textures -> materials ->
+// primitives -> nodes, each a file of this folder; README.md says what becomes of every key.
 //
-// Only what the drawn scene uses is read. What the file has and the picture has not is one warning
-// for each kind. Threads. One.
+// Only parts of the file that the drawn scene uses are read. Each kind of content that the picture
+// does not show is one warning. Threads. One.
 #pragma once
 
 #include <string>

@@ -13,7 +13,7 @@ namespace {
 using Corner = std::size_t;  // 3 * triangle + 0..2
 constexpr std::uint32_t kNone = 0xffffffffu;
 
-// -0 is 0.
+// The bits of a number; -0 has those of 0.
 std::uint32_t bits(float x) {
   const float plain = x == 0 ? 0.0f : x;
   std::uint32_t value = 0;
@@ -54,9 +54,9 @@ class TangentMaker {
  private:
   struct Triangle {
     Vec3f along_u;               // unit, or zero
-    bool turns_left = false;     // its coordinates, counter-clockwise
-    bool fits_any = false;       // no area in the picture: may be of either kind
-    bool is_degenerate = false;  // no area in space, or corners that are one vertex
+    bool turns_left = false;     // its coordinates go counter-clockwise
+    bool fits_any = false;       // no area in the picture: it may turn either way
+    bool is_degenerate = false;  // two corners have the same position
   };
   struct Group {
     bool turns_left = false;
@@ -80,7 +80,7 @@ class TangentMaker {
     for (Corner c = 0; c < corner_count_; ++c) welded_[c] = welded[vertex_of(c)];
   }
 
-  // Chapter 4.1: the derivative of the position by u, up to its length.
+  // Chapter 4.1: the direction of the derivative of the position by u.
   void measure_triangles() {
     triangles_.resize(mesh_.triangles.size());
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
@@ -101,11 +101,12 @@ class TangentMaker {
     }
   }
 
-  // The triangle beyond each edge: one that has it the other way round, each used once.
+  // Finds the triangle beyond each edge: one that has the edge the other way round. Each edge of a
+  // triangle has one neighbour at most.
   void find_neighbours() {
     struct Edge {
       std::uint32_t low, high;
-      Corner corner;  // where it begins
+      Corner corner;  // where the edge begins
     };
     std::vector<Edge> edges;
     for (Corner c = 0; c < corner_count_; ++c) {
@@ -119,7 +120,7 @@ class TangentMaker {
     beyond_.assign(corner_count_, kNone);
     for (std::size_t i = 0; i < edges.size(); ++i) {
       if (beyond_[edges[i].corner] != kNone) continue;
-      // Of an edge that has thousands of triangles the search ends after some of them.
+      // Where thousands of triangles share an edge the search ends after some of them.
       constexpr std::size_t kSearchedMax = 64;
       for (std::size_t j = i + 1; j < std::min(edges.size(), i + kSearchedMax); ++j) {
         if (edges[j].low != edges[i].low || edges[j].high != edges[i].high) break;
@@ -163,7 +164,7 @@ class TangentMaker {
     }
   }
 
-  // Chapter 4.2: the mean, weighted by angles in the plane of the normal.
+  // Chapter 4.2: the mean of the triangles' tangents, weighted by angles in the normal's plane.
   void sum_groups() {
     for (Corner c = 0; c < corner_count_; ++c) {
       const Triangle& triangle = triangles_[c / 3];
@@ -194,7 +195,7 @@ class TangentMaker {
     return along == Vec3f{} ? Vec3f{1, 0, 0} : along;
   }
 
-  // A corner without a group takes what another one of its vertex has, if there is one.
+  // A corner without a group takes the tangent of another corner of its vertex, if there is one.
   void write() {
     mesh_.tangents.assign(mesh_.positions.size(), Vec4f{});
     std::vector<bool> has(mesh_.positions.size(), false);
@@ -217,7 +218,7 @@ class TangentMaker {
       }
     }
     for (std::size_t v = 0; v < has.size(); ++v) {
-      if (!has[v]) mesh_.tangents[v] = {1, 0, 0, 1};  // no triangle has it
+      if (!has[v]) mesh_.tangents[v] = {1, 0, 0, 1};  // no triangle uses it
     }
   }
 

@@ -11,9 +11,9 @@ namespace {
 constexpr std::uint64_t kPictureBytesMax = std::uint64_t{1} << 30;
 constexpr int kNearest = 9728, kLinear = 9729;
 
-// v of the file falls, v of the scene rises: both sides of the map of KHR_texture_transform,
-// translation * rotation * scale, are turned round. The rotation is counter-clockwise as the picture
-// is seen, so with falling v it maps u to (cos, -sin).
+// The file's v points down and the scene's v up, so v is flipped on both sides of the map of
+// KHR_texture_transform, translation * rotation * scale. The rotation is counter-clockwise as the
+// picture is seen; with v pointing down it maps u to (cos, -sin).
 std::array<float, 6> uv_map(std::array<float, 2> offset, double rotation,
                             std::array<float, 2> scale) {
   const double c = std::cos(rotation), s = std::sin(rotation);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Textures of a glTF file: pictures and samplers become textures of the scene, each decoded once and
-// kept once for every way in which it is used (colour or plain numbers, wrapping, filter).
+// Textures of a glTF file: pictures and samplers become textures of the scene, each decoded once
+// and kept once for every way in which it is used (colour or plain numbers, wrapping, filter).
 //
-// A picture that cannot be had becomes one warning, and its reference stays unset: the surface shows
-// the plain value. What samplers say of pictures made smaller is passed over: samples do that.
+// A picture that cannot be read becomes one warning, and its reference stays unset, so the surface
+// shows the plain value. A sampler's minification filter is passed over: the samples of a pixel do
+// its work.
 // Threads. One.
 #pragma once
 
@@ -19,7 +20,8 @@
 
 namespace tessera::import {
 
-// Decodes the bytes of a PNG, JPEG or WebP picture. Returns: a reason that follows its name.
+// Decodes the bytes of a PNG, JPEG or WebP picture. Returns: a reason, which a message puts
+// after the picture's name.
 using PictureDecoder = std::function<Result<std::shared_ptr<const Texture>>(ByteSpan bytes)>;
 
 enum class Encoding { kPlain, kColour };
@@ -30,8 +32,8 @@ class GltfTextures {
   GltfTextures(GltfDocument& document, PictureDecoder decode, Scene& scene)
       : document_(document), decode_(std::move(decode)), scene_(scene) {}
 
-  // What a textureInfo says (glTF 2.0, section 5.30, and KHR_texture_transform). `uv_set` of the
-  // answer is the number of the file's TEXCOORD. `known`: its keys besides index and texCoord.
+  // Reads a textureInfo (glTF 2.0, section 5.30, and KHR_texture_transform). `uv_set` of the answer
+  // is the number of the file's TEXCOORD. `known`: keys of `info` besides index and texCoord.
   TextureRef read(const GltfObject& info, Encoding encoding,
                   std::initializer_list<std::string_view> known = {});
 
@@ -54,7 +56,7 @@ class GltfTextures {
   GltfDocument& document_;
   const PictureDecoder decode_;
   Scene& scene_;
-  std::map<std::uint32_t, std::shared_ptr<const Texture>> images_;  // null: cannot be had
+  std::map<std::uint32_t, std::shared_ptr<const Texture>> images_;  // null: unreadable
   std::map<std::tuple<std::uint32_t, Encoding, TextureWrap, TextureWrap, bool>, std::uint32_t>
       textures_;
 };

@@ -11,15 +11,16 @@
 
 namespace tessera::import {
 
-// "%20" becomes a space. Returns: kInvalidArgument where digits are missing or a name would hold a
-// zero byte.
+// Decodes percent encoding: "%20" becomes a space. Returns: kInvalidArgument where a '%' is not
+// followed by two hexadecimal digits.
 Result<std::string> percent_decoded(std::string_view text);
 
-// RFC 4648, both alphabets, with or without padding; white space is passed over.
+// Decodes base64 (RFC 4648) of either alphabet, with or without padding; white space is skipped.
 Result<std::string> base64_decoded(std::string_view text);
 
-// The bytes that `uri` stands for; files are those that confined_path() allows below `folder`.
-// Returns: a reason that follows the name of what has the URI.
+// The bytes that `uri` stands for. Only files that confined_path() allows below `folder` are read,
+// and a name with a zero byte is refused. Returns: a reason, which a message puts after the name of
+// the object that has the URI.
 Result<std::string> read_uri(const std::string& folder, const std::string& uri,
                              std::uint64_t bytes_max);
 
