@@ -96,8 +96,8 @@ class Report {
       const double one = rate_of(**scene, rays, {options_.isa, method.bundle, 1, false}, hits);
       const double all =
           rate_of(**scene, rays, {options_.isa, method.bundle, available_cpu_count(), false}, hits);
-      // Answers that are the same to the bit have the same errors; looking at every triangle is
-      // slow.
+      // Answers that are the same to the bit have the same errors. They are not judged again, since
+      // looking at every triangle is slow.
       const bool is_same = std::equal(hits.begin(), hits.end(), first.begin(), first.end(),
                                       [](const core::CastHit& a, const core::CastHit& b) {
                                         return a.is_hit == b.is_hit && a.primitive == b.primitive &&

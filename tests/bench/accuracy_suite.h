@@ -2,7 +2,7 @@
 // The suite "accuracy": how wrong answers are on the classes of hard cases, beside how fast they
 // come.
 //
-// Threads. Those that are measured.
+// Threads. The caller's, and those whose work is measured.
 #pragma once
 
 #include <string>
@@ -13,8 +13,8 @@
 
 namespace tessera::bench {
 
-// Of the options, isa and is_quick. Appends JSON, one object a class, to `json`. Returns: kInternal
-// when an answer is missed, wrong, false, leaking or invalid.
+// Uses the options isa and is_quick. Appends JSON, one object a class, to `json`. Returns:
+// kInternal when an answer is missed, wrong, false, leaking or invalid.
 Status run_accuracy_suite(const CoreSuiteOptions& options, std::vector<std::string>& json);
 
 }  // namespace tessera::bench

@@ -95,7 +95,8 @@ std::vector<Row> rows_of(const Input& input, const CoreSuiteOptions& options) {
   return rows;
 }
 
-// Ratios of rates: CPU-seconds of the medium build of Embree with as many threads, over these.
+// Prints a table. Its ratios are of rates: CPU-seconds of Embree's medium build with as many
+// threads, over those of the row.
 std::string report(const std::vector<Row>& rows) {
   std::printf("  %-16s %8s %10s %10s %12s %12s %9s\n", "", "threads", "ms", "CPU-ms", "to embree",
               "to 1 thread", "MB");
@@ -117,7 +118,7 @@ std::string report(const std::vector<Row>& rows) {
   return list + "]";
 }
 
-// Every step-th triangle: a scene of the same extent with fewer of them.
+// Takes every step-th triangle, for a scene of the same extent with fewer of them.
 Input every(const Input& all, std::size_t step) {
   Input some;
   for (std::size_t t = 0; t < all.boxes.size(); t += step) {

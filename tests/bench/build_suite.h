@@ -2,7 +2,7 @@
 // The suite "build": how long each structure takes to build by number of threads, beside Embree
 // where it is there.
 //
-// Threads. Those that are measured.
+// Threads. The caller's, and those whose work is measured.
 #pragma once
 
 #include <string>
@@ -13,8 +13,8 @@
 
 namespace tessera::bench {
 
-// Of the options, scenes, isa (width of the structures), repeats, with_all_peers. Appends JSON, one
-// object a scene, to `json`.
+// Uses the options scenes, isa (width of the structures), repeats, with_all_peers and with_sizes.
+// Appends JSON, one object a scene, to `json`.
 Status run_build_suite(const CoreSuiteOptions& options, std::vector<std::string>& json);
 
 }  // namespace tessera::bench

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prints the table of common/wire/README.md: what each coding leaves of a frame's tiles and how
-// fast it is, one thread. Frames as files of `tessera-master render -o FRAME.pfm --pixels float`.
+// Prints the table of common/wire/README.md: how much each coding leaves of a frame's tiles and how
+// fast it is on one thread. The frames are files of `tessera-master render -o FRAME.pfm --pixels
+// float`.
 //
 // Usage: coding_table FRAME.pfm...
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is measured: something that takes blocks of rays and says where each hits.
+// A contender of the benchmark: a function that takes blocks of rays and says where each ray hits.
 //
 // Threads. Contenders trace on any number of threads; the rest is for one.
 #pragma once
@@ -21,7 +21,7 @@ struct BlockHits {
   std::uint32_t primitive[kBlockRays];  // any-hit: 0 for blocked, core::kNoPrimitive for not
 };
 
-// Any number of threads at a time.
+// May be called by any number of threads at a time.
 using Trace = std::function<void(const RayBlock& rays, BlockHits& hits)>;
 
 struct Contender {
@@ -47,10 +47,11 @@ class Entrants {
 };
 
 // The first contender of each kind is the one that the others' answers are compared with.
-// with_sizes: fans of fewer rays, too.
+// with_sizes: adds fans of fewer rays.
 std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
                                     const std::vector<Bounds3f>& boxes, Isa isa, bool with_sizes);
-// The same with one structure for each mesh of the scene, and a second level over its instances.
+// Our contenders with one structure for each mesh of the scene, and a second level over its
+// instances.
 std::unique_ptr<Entrants> make_ours_instanced(const Scene& scene, Isa isa);
 struct EmbreeMode {
   bool is_high = false;    // build quality "high" (spatial splits) and not "medium", its default
@@ -61,12 +62,13 @@ std::unique_ptr<Entrants> make_embree(const core::TriangleStore& triangles, Isa 
                                       const EmbreeMode& mode);
 std::unique_ptr<Entrants> make_embree_instanced(const Scene& scene, Isa isa);
 
-// Builds it once and throws it away. Requires: has_embree().
+// Builds Embree's scene once and throws it away. Requires: has_embree().
 Build build_embree(const core::TriangleStore& triangles, Isa isa, const EmbreeMode& mode,
                    int threads);
 bool has_embree();
 
-// Since some moment; of the calling thread, and of the process, so far.
+// Wall-clock seconds since some moment; CPU-seconds of the calling thread and of the process so
+// far.
 double wall_seconds();
 double thread_cpu_seconds();
 double process_cpu_seconds();

@@ -29,7 +29,7 @@ struct Row {
   std::uint64_t hits = 0, different = 0;                      // from the first row's primitives
   double sum_t = 0;
   core::KernelCounts counts{};  // of one run, where the build counts
-  CostFit costs{};              // likewise
+  CostFit costs{};              // of all runs, where the build counts
 };
 
 double median(std::vector<double> values) {
@@ -65,7 +65,7 @@ void time_all_threads(Row& row, const Workload& work, std::vector<BlockHits>& hi
   row.all_wall_seconds.push_back(wall_seconds() - start_wall);
 }
 
-// In a build that counts: adds the steps of the block to the row, and what they cost.
+// Traces a block. In a build that counts, adds the steps of the block and its cycles to the row.
 void trace_block(Row& row, const RayBlock& rays, BlockHits& hits) {
 #ifdef TESSERA_COUNTING
   core::kernel_counts = {};
@@ -141,7 +141,7 @@ std::string report(const Workload& work, const std::vector<Row>& rows) {
   return json.text();
 }
 
-// Steps per ray, of the rows that counted some.
+// Prints the steps per ray of the rows that counted some.
 void report_counts(const Workload& work, const std::vector<Row>& rows) {
   bool has_head = false;
   for (const Row& row : rows) {
@@ -174,7 +174,7 @@ std::string report_builds(const std::vector<Build>& builds) {
   return list + "]";
 }
 
-// What steps cost, likewise.
+// Prints what steps cost, for the rows that counted some.
 void report_costs(const std::vector<Row>& rows) {
   bool has_head = false;
   for (const Row& row : rows) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The suite "core": rays per CPU-second of every way to trace them, all on the same rays in the
-// same run, interleaved; what Embree makes of them, where it is there; and where the answers
+// The suite "core": rays per CPU-second of every way to trace them, and of Embree where the build
+// has it, all on the same rays in the same run, interleaved. It also counts where the answers
 // differ.
 //
 // Threads. One.

@@ -14,8 +14,8 @@ namespace {
 constexpr int kKinds = CostFit::kKinds;
 using Matrix = std::array<std::array<double, kKinds + 1>, kKinds>;
 
-// Gauss-Jordan on the rows and columns that are in use, pivots on the diagonal: the matrix is
-// symmetric and positive. Those not in use are 0.
+// Gauss-Jordan elimination on the rows and columns that are in use. Pivots are on the diagonal,
+// since the matrix is symmetric and positive. The costs of kinds that are not in use are 0.
 CostFit::Costs eliminate(Matrix m, const std::array<bool, kKinds>& is_used) {
   for (std::size_t i = 0; i < kKinds; ++i) {
     if (!is_used[i]) continue;

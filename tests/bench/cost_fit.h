@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step costs: cycles of blocks of rays, explained by the steps that were counted in them.
+// Estimates what each kind of traversal step costs, from the cycles of blocks of rays and the steps
+// that were counted in them.
 //
-// Least squares over the blocks, with no cost below zero; blocks that took more than four times
-// their due are left out once, for something else ran. Steps that always come together share their
-// cost in no certain way, so the figures are good to some 20 %.
+// The fit is by least squares over the blocks, with no cost below zero. Blocks that took more than
+// four times the fitted cycles are left out and the rest are fitted again, since something else ran
+// during them. Steps that always come together share their cost in no certain way, so the figures
+// are good to some 20 %.
 //
 // Threads. Plain values.
 #pragma once
@@ -24,9 +26,9 @@ class CostFit {
   using Costs = std::array<double, kKinds>;
 
   void add(const core::KernelCounts& counts, double cycles);
-  // Cycles of one of each; 0 for what never happened.
+  // Returns: cycles of one step of each kind; 0 for kinds that never happened.
   Costs fit() const;
-  // Share of all cycles that each takes, given its cost.
+  // Returns: the share of all cycles that each kind of step takes, given its cost.
   Costs shares(const Costs& costs) const;
   double cycles() const;
   bool is_empty() const { return blocks_.empty(); }

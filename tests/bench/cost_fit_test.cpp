@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Property: costs come out of blocks that were made from them, noise and interruptions aside.
+// Property: the fit finds the costs that blocks were made from, in spite of noise and
+// interruptions.
 #include "tests/bench/cost_fit.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree 3 (https://www.embree.org) beside us, held to the same instruction set.
+// Embree 3 (https://www.embree.org) as a contender, held to the same instruction set as ours.
 #include <embree3/rtcore.h>
 
 #include <algorithm>
@@ -53,7 +53,7 @@ void set_ray(RTCRay& ray, const RayBlock& rays, int i) {
   ray.flags = 0;
 }
 
-// Sets lanes from ray `first` on. Returns: how many there are.
+// Sets the lanes to the rays from `first` on. Returns: how many lanes are set.
 template <int N, typename Ray>
 int set_rays(Ray& ray, int* valid, const RayBlock& rays, int first) {
   const int count = std::min(N, rays.count - first);
@@ -82,7 +82,7 @@ class Embree final : public Entrants {
     for (int kind = 0; kind < kRayKinds; ++kind) enter(static_cast<RayKind>(kind), name, mode);
   }
 
-  // Each mesh in a scene of its own, and a scene of instances over them.
+  // Makes an Embree scene of each mesh, and one of instances over them.
   Embree(const Scene& scene, Isa isa) {
     open(isa, 1);
     build(scene);

@@ -71,7 +71,7 @@ class Peers {
   void run() {
     for (int i = 0; i < options_.connections; ++i) {
       options_.is_bare ? add_bare() : add_slave(i);
-      loop_.run_once(0);  // those that are there already keep their links alive
+      loop_.run_once(0);  // slaves that are connected keep their links alive
     }
     while (true) loop_.run_once(1000);
   }
@@ -107,7 +107,7 @@ class Peers {
     hear<wire::Joined>(scene);
     for (Link* link : {&tile, &scene}) {
       loop_.add(link->socket, [this, link] { answer_records(*link); });
-      answer_records(*link);  // what came with the last word
+      answer_records(*link);  // records that came with Joined
     }
   }
 
@@ -149,7 +149,8 @@ class Peers {
     return record;
   }
 
-  // The record at `used` of the input, which goes on behind it. None: not all of it is there.
+  // Takes the record at `used` of the input and moves `used` behind it. None: it has not arrived
+  // whole.
   static std::optional<net::ReceivedRecord> record_at(Link& link, std::size_t& used) {
     const std::span<const std::byte> rest = std::span(link.in).subspan(used);
     if (rest.size() < net::kRecordHeadBytes) return std::nullopt;

@@ -3,7 +3,7 @@
 // master's: slaves that answer each lease at once with ready-made pixels, and bare clients that
 // answer each request of 64 bytes with as many bytes as a tile has.
 //
-// Threads. Forked before the caller has any; the child has one.
+// Threads. The child is forked before the caller has any threads, and has one itself.
 #pragma once
 
 #include <sys/types.h>
@@ -23,7 +23,8 @@ struct ExchangePeers {
   std::string keys_folder;  // of the cluster; empty: plain TCP
 };
 
-// A child process; it connects when it is told the port, and ends with its parent or when ended.
+// A child process. It connects when it is told the port, and ends with its parent or in the
+// destructor.
 class ExchangeProcess {
  public:
   explicit ExchangeProcess(const ExchangePeers& peers);

@@ -80,7 +80,7 @@ void BenchSocket::flush() {
     const ssize_t put = ssl_ != nullptr
                             ? SSL_write(ssl_, out_.data() + sent_, static_cast<int>(rest))
                             : ::send(file_, out_.data() + sent_, rest, MSG_NOSIGNAL);
-    if (put <= 0) return;  // full, or gone: the next read tells
+    if (put <= 0) return;  // the socket is full or closed; the next read tells
     sent_ += static_cast<std::size_t>(put);
   }
   out_.clear();

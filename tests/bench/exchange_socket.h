@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The plainest sockets that do the exchange: epoll, one buffer each way, TLS by OpenSSL where asked
-// for. What the master's own net folder is measured against, so nothing of it is used.
+// for. The master's own connections (common/net) are measured against them, so they use none of
+// their code.
 //
 // Threads. One.
 #pragma once
@@ -25,11 +26,11 @@ class BenchSocket {
   BenchSocket& operator=(BenchSocket&&) = delete;
   ~BenchSocket();
 
-  // Client side, with this certificate, whoever the peer is. Blocks.
+  // Shakes hands as the client with this certificate and does not verify the peer. Blocks.
   void start_tls(const net::KeyPair& own, X509* ca);
 
-  // Appends what is there, at least a byte when it blocks (before BenchLoop::add). Returns: whether
-  // the link still stands.
+  // Appends the bytes that have arrived. Before BenchLoop::add() the socket blocks, and at least
+  // one byte is read. Returns: whether the link still stands.
   bool read_into(std::vector<std::byte>& in);
   void put(std::span<const std::byte> bytes) {
     out_.insert(out_.end(), bytes.begin(), bytes.end());
@@ -46,7 +47,7 @@ class BenchSocket {
   std::size_t sent_ = 0;
 };
 
-// Waits on many; edge by edge.
+// Waits for many sockets at once, edge-triggered (EPOLLET).
 class BenchLoop {
  public:
   BenchLoop();

@@ -119,7 +119,7 @@ void sleep_seconds(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
 }
 
-// The folder of a cluster; its master's credentials, or none.
+// The key folder of a cluster and its master's credentials; empty and null without TLS.
 struct Credentials {
   test::TempFolder folder;
   std::string cluster;
@@ -200,7 +200,8 @@ double resident_megabytes() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-// A bar that holds for a leak of a byte in each tile: minute 1 has the pools filled.
+// Prints the growth of the master's memory since minute 1, when the pools are filled, so that a
+// leak of one byte in each tile would show.
 void watch_memory(const ExchangeOptions& options, int connections, std::vector<std::string>& rows) {
   const Credentials keys(false);
   ExchangeProcess process(peers_of(options, connections, keys));

@@ -25,7 +25,7 @@ struct Row {
   ImageError error;
 };
 
-// A line of log y over log x.
+// Slope of the least-squares line of log y over log x.
 double slope(const std::vector<double>& x, const std::vector<double>& y) {
   double sx = 0, sy = 0, sxx = 0, sxy = 0;
   const auto n = static_cast<double>(x.size());
@@ -55,7 +55,8 @@ class ErrorTables {
     std::printf("  %-12s %-22s %10s %10s %10s %8s %9s\n", "error", "setting", "CPU-s", "RMSE",
                 "relMSE", "FLIP", "mean");
     add_vpls("vpls", [](FrameSettings&) {});
-    // Without what has an error of its own, the filter, or none that VPLs could take away, the bound.
+    // These have no filter, which has an error of its own, and a compensated clamp, since more VPLs
+    // do not take its bias away.
     add_vpls("vpls, raw", [](FrameSettings& s) {
       s.is_filtered = false;
       s.clamp = kClampAuto;
@@ -95,7 +96,7 @@ class ErrorTables {
     s.samples_per_pixel = 256;
     const int passes = options_.is_quick ? 2 : 16;
     std::vector<double> sum;
-    s.seed = 1000;  // its samples are no one else's
+    s.seed = 1000;  // the measured pictures share no samples with it
     for (int pass = 0; pass < passes; ++pass) {
       s.pass = static_cast<std::uint32_t>(pass);
       add_to(sum, render_fast(scene_, s, options_.isa));
@@ -142,7 +143,8 @@ class ErrorTables {
     return master::image_error(rgb, reference_, base_.width_px, base_.height_px);
   }
 
-  // The root of the mean square over `errors`, as of one picture; of all else the mean.
+  // Enters the row with the RMSE over all `errors`, as of one picture, and the means of the other
+  // measures.
   void enter(Row row, const std::vector<ImageError>& errors) {
     const auto n = static_cast<double>(errors.size());
     for (const ImageError& e : errors) {
@@ -163,7 +165,7 @@ class ErrorTables {
   void add_vpls(const std::string& series, const Change& change) {
     const int vpls_max = options_.is_quick ? 64 : 4096;
     for (int n = 8; n <= vpls_max; n *= 2) {
-      // As many VPLs together: few of them vary the most from seed to seed.
+      // All seeds together have as many VPLs: pictures of few VPLs vary the most from seed to seed.
       const int seeds = options_.is_quick ? 2 : std::clamp(2048 / n, 2, 8);
       add(
           series, std::to_string(n) + " VPLs",
@@ -192,7 +194,7 @@ class ErrorTables {
     enter({series, setting, median(times), {}}, errors);
   }
 
-  // Means of 1, 2, 4... pictures, of several seeds; of igi with the bound compensated, or path-traced.
+  // Adds means of 1, 2, 4... passes, of several seeds, by igi with bias compensation or by path.
   void add_passes(const std::string& series, bool is_igi, int passes) {
     FrameSettings s = base_;
     s.clamp = kClampAuto;
@@ -242,8 +244,8 @@ class ErrorTables {
     }
   }
 
-  // What path makes of the time that igi takes, and how long it takes to make as good a picture:
-  // along straight lines between its rows, in logarithms, and beyond them.
+  // Prints the error of path in the time that igi takes, and the time that path takes for igi's
+  // error, on straight lines between and beyond the rows of path, in logarithms.
   void print_equals() {
     std::vector<Row> path;
     for (const Row& row : rows_) {

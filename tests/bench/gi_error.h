@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Error against time, see gi_suite.h.
 //
-// Threads. One, but for the reference.
+// Threads. One; the reference is rendered on all.
 #pragma once
 
 #include <string>

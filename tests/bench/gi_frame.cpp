@@ -18,11 +18,12 @@
 namespace tessera::bench {
 namespace {
 
-// What the trampolines work on: the benchmark renders with one thread at a time.
+// State of the kernels below that keep time. One object is enough, since the benchmark renders with
+// one thread at a time.
 struct Watch {
   const core::KernelTable* real = nullptr;
   std::array<std::uint64_t, kGiParts> cycles{};
-  // Recording:
+  // Shadow rays that are recorded:
   Workload* rays = nullptr;
   int one_in = 1, seen = 0;
   const core::FanTargets* pending = nullptr;  // grouped, origin not known yet
@@ -71,7 +72,7 @@ void record(const float* origin) {
       block.origin[a][i] = origin[a] + targets.direction[a][i];
       block.direction[a][i] = -targets.direction[a][i];
     }
-    block.t_max[i] = 1 - 0x1p-20f;  // not the VPL's own surface
+    block.t_max[i] = 1 - 0x1p-20f;  // ends before the VPL's own surface
   }
 }
 
@@ -93,7 +94,7 @@ std::uint64_t occluded_fan(const View& view, const core::FanPacket& rays) {
 }
 template <class View>
 std::uint64_t occluded_packet(const View& view, const core::RayPacket& rays) {
-  watch.pending = nullptr;  // parallel rays leave no point
+  watch.pending = nullptr;  // parallel rays have no common origin
   const Timed timed(GiPart::kShadow);
   return kernels_of(*watch.real, view).occluded_packet(view, rays);
 }

@@ -16,7 +16,7 @@
 
 namespace tessera::bench {
 
-// Where time goes. Rest: surfaces of hits, packing rays, writing pixels.
+// The parts of a frame that are timed. kRest: surface interactions, packing rays, writing pixels.
 enum class GiPart { kCamera, kShadow, kGroup, kStrength, kAdd, kFilter, kWalks, kRest };
 inline constexpr int kGiParts = 8;
 const char* gi_part_name(GiPart part);
@@ -29,14 +29,15 @@ struct GiFrame {
   double seconds(GiPart part) const { return share[static_cast<std::size_t>(part)] * cpu_seconds; }
 };
 
-// Whole frames of the given renderer in tiles of settings.tile_edge_px.
+// Renders a whole frame with igi in tiles of settings.tile_edge_px.
 GiFrame render_gi(const core::PreparedScene& scene, const FrameSettings& settings, Isa isa);
 
-// Of every `one_in`-th VPL and batch of points, the shadow rays from the points to the VPL.
+// Returns: the shadow rays from the points to the VPL, for every `one_in`-th pair of a VPL and a
+// batch of points.
 Workload shadow_rays_of(const core::PreparedScene& scene, const FrameSettings& settings, Isa isa,
                         int one_in);
 
-// Any renderer, on all threads; no times.
+// Renders with any renderer on all threads, without taking times.
 std::vector<float> render_fast(const core::PreparedScene& scene, const FrameSettings& settings,
                                Isa isa);
 

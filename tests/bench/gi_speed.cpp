@@ -19,7 +19,7 @@ namespace {
 struct Resolution {
   int width_px, height_px;
 };
-// Those of the thesis's tables.
+// Resolutions of the thesis's tables 9.1 and 9.2.
 constexpr Resolution kSizes[] = {{640, 480}, {800, 600}, {1000, 1000}, {1600, 1200}};
 
 class SpeedTables {
@@ -68,7 +68,7 @@ class SpeedTables {
     return o.text();
   }
 
-  // Ratios of whole frames, and of camera rays where it says so.
+  // Prints ratios of times of whole frames, and of camera rays where the line says so.
   std::string costs() {
     const FrameSettings base = sized(kSizes[0]);
     FrameSettings s = base;
@@ -105,7 +105,7 @@ class SpeedTables {
     return o.text();
   }
 
-  // Some of the frame's shadow rays again, by themselves.
+  // Traces some of the frame's shadow rays again, outside the renderer, in the core and in Embree.
   std::string same_rays() {
     const FrameSettings s = sized(kSizes[0]);
     const GiFrame frame = measured(s);
@@ -168,7 +168,7 @@ class SpeedTables {
       FrameSettings s = sized(kSizes[i]);
       const GiFrame frame = measured(s);
       const double single = single_rate(s);
-      // The same frame with single rays: what is not shadow rays takes as long as it does.
+      // Time of the frame with single shadow rays, if all else takes as long as it does now.
       const double rays = 1e-6 * static_cast<double>(frame.rays.shadow);
       const double with_single = frame.cpu_seconds - frame.seconds(GiPart::kShadow) -
                                  frame.seconds(GiPart::kGroup) + rays / single;
@@ -188,7 +188,8 @@ class SpeedTables {
     return list + "]";
   }
 
-  // Of the core's any-hit rays one by one, on the structure that the frame has.
+  // Returns: millions of rays per second of the core's any-hit rays one by one, on the frame's
+  // structure.
   double single_rate(const FrameSettings& s) const {
     const Workload work = shadow_rays_of(scene_, s, options_.isa, options_.is_quick ? 40 : 64);
     const core::SceneTracer tracer(scene_.impl().index, core::kernels_for(options_.isa));

@@ -13,7 +13,7 @@
 namespace tessera::bench {
 namespace {
 
-// Not all that are built in: those that light gets about in.
+// Only those of the built-in scenes in which indirect light matters.
 constexpr const char* kScenes[] = {"cornell", "room"};
 
 }  // namespace

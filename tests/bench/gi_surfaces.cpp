@@ -18,7 +18,8 @@ struct Subject {
   std::vector<double> seconds;
 };
 
-// `scale`: by which usual lengths are to grow, so that patterns are as many as in a room of 4 units.
+// `scale`: factor on the default lengths of patterns, so that a scene has as many of them as a room
+// of 4 units.
 Subject make_subject(Scene scene, SurfaceKind kind, float scale) {
   const SurfaceProgramShape* shape = find_surface_program(kind);
   for (Material& material : scene.materials) {
@@ -47,7 +48,7 @@ std::string measure_surfaces(const Scene& scene, const FrameSettings& settings,
   for (const SurfaceKind kind :
        {SurfaceKind::kConstant, SurfaceKind::kMarble, SurfaceKind::kWood, SurfaceKind::kBrick})
     subjects.push_back(make_subject(scene, kind, scale));
-  // Ratios of one run: in turns.
+  // The subjects take turns, so that ratios are of one run.
   for (int repeat = 0; repeat < (options.is_quick ? 1 : options.repeats); ++repeat) {
     for (Subject& subject : subjects)
       subject.seconds.push_back(render_gi(*subject.scene, s, options.isa).cpu_seconds);

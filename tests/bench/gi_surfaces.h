@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the programs of surfaces cost in a frame lit by VPLs, see gi_suite.h.
+// Cost of surface programs in a frame lit by VPLs, see gi_suite.h.
 //
 // Threads. One.
 #pragma once
@@ -12,7 +12,8 @@
 
 namespace tessera::bench {
 
-// The scene with each program on all that it has, to the scene itself. Prints a table. Returns: JSON.
+// Compares the time of the scene with each program on all its materials to that of the scene
+// itself. Prints a table. Returns: JSON.
 std::string measure_surfaces(const Scene& scene, const FrameSettings& settings,
                              const CoreSuiteOptions& options);
 

@@ -22,7 +22,7 @@ double seconds_of(clockid_t clock) {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// One structure and the ways through it.
+// One acceleration structure and the ways to trace rays through it.
 template <class Index>
 class Structure {
   using View = decltype(core::view_of(std::declval<const Index&>()));
@@ -67,7 +67,8 @@ class Structure {
             rays.t_max[i]};
   }
 
-  // Finds where the fans of a block of 32x32 pixels begin. Returns: whether there is such a place.
+  // Finds the node where the fans of a block of 32x32 pixels begin. Returns: whether there is such
+  // a node.
   bool enter(const RayBlock& rays, core::FanEntry& entry) const {
     if (rays.count != kBlockRays) return false;
     constexpr int kCorners[] = {0, 0x155, 0x2aa, 0x3ff};  // of a Morton square
@@ -102,7 +103,7 @@ class Structure {
     }
   }
 
-  // The same segments, seen from the light.
+  // Traces the shadow segments as fans from the light.
   void trace_light_fans(const RayBlock& rays, BlockHits& hits) {
     const Vec3f light = {rays.origin[0][0] + rays.direction[0][0],
                          rays.origin[1][0] + rays.direction[1][0],

@@ -47,7 +47,7 @@ std::string utc_now() {
 
 std::string command_line(int argc, const char* const* argv) {
   std::string line = std::filesystem::path(argc > 0 ? argv[0] : "tessera-bench").filename();
-  // Where the figures are written to says nothing about them.
+  // --json is left out: where the figures are written to says nothing about them.
   for (int i = 1; i < argc; ++i) {
     if (std::string(argv[i]) == "--json")
       ++i;

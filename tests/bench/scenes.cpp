@@ -6,7 +6,7 @@
 namespace tessera::bench {
 namespace {
 
-// A linear congruential generator (D. Knuth, MMIX), its upper bits.
+// Upper bits of a linear congruential generator (D. Knuth, MMIX).
 class Random {
  public:
   float in(float low, float high) { return low + (high - low) * next(); }
@@ -61,7 +61,7 @@ void add_table(ShapeBuilder& b, Vec3f at, float yaw, float length, float width, 
   }
 }
 
-// Louvres: many thin boxes.
+// Adds a lamp with louvres, which are many thin boxes.
 void add_lamp(ShapeBuilder& b, Vec3f at, int detail) {
   b.set_frame(at);
   const int louvres = 3 * detail;

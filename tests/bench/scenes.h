@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The four scenes of the benchmark, generated: the same to the bit as those that the figures of
-// other ray tracers were taken on (checked by digest, scenes_test.cpp).
+// The four scenes of the benchmark. They are generated, and the same to the bit as those that the
+// figures of other ray tracers were taken on (checked by digest, scenes_test.cpp).
 //
 //   interior  287,284 triangles  a furnished hall with many thin parts (for the thesis' Conference)
 //   knot      686,188            smooth curved objects, mostly open space (Beetle)
@@ -25,13 +25,13 @@ struct BenchScene {
   Mesh mesh;
   Camera camera;
   Vec3f light;  // a point light, for shadow rays
-  // Of a scene with instances: those, and their meshes. `mesh` is empty then.
+  // Meshes and instances of a scene that has instances; `mesh` is empty then.
   std::vector<Mesh> meshes{};
   std::vector<Instance> instances{};
 };
 
-std::vector<std::string> scene_names();  // those without instances
-// Returns: kInvalidArgument naming those that exist.
+std::vector<std::string> scene_names();  // of the scenes without instances
+// Returns: the scene, or kInvalidArgument with the names that exist.
 Result<BenchScene> make_scene(const std::string& name);
 
 }  // namespace tessera::bench

@@ -24,14 +24,14 @@ class ShapeBuilder {
   // Shapes that follow are scaled, turned about z by `yaw` radians and moved to `origin`.
   void set_frame(Vec3f origin, float yaw = 0, float scale = 1);
 
-  // nu * nv cells of two triangles each; those without area are left out.
+  // Adds nu * nv cells of two triangles each, without those triangles that have no area.
   void add_surface(int nu, int nv, const Surface& surface);
   void add_quad(Vec3f corner, Vec3f a, Vec3f b);
   void add_box(Vec3f low, Vec3f high);
   // A round tube along a curve; its ends are open.
   void add_tube(const Curve& curve, float radius, int segments, int sides);
   void add_rod(Vec3f from, Vec3f to, float radius, int segments, int sides);
-  // Exponents below 1 make it boxy, above 1 pointed.
+  // Exponents below 1 make the shape boxy, above 1 pointed.
   void add_superellipsoid(Vec3f centre, Vec3f radii, float e1, float e2, int nu, int nv);
 
   Mesh take() { return std::move(mesh_); }

@@ -51,7 +51,7 @@ Answer test_projection(const Projection& p, Vec3f origin, Vec3f d) {
   return {t, lambda >= 0 && mue >= 0 && lambda + mue <= 1};
 }
 
-// The common-origin form (5.2): signs of three volumes.
+// The Pluecker test in its common-origin form (5.2): signs of three volumes.
 bool is_inside_pluecker(Vec3f a, Vec3f b, Vec3f c, Vec3f origin, Vec3f d) {
   const Vec3f pa = a - origin, pb = b - origin, pc = c - origin;
   const float ab = dot(cross(pb, pa), d), bc = dot(cross(pc, pb), d), ca = dot(cross(pa, pc), d);
@@ -83,7 +83,7 @@ bool ThesisBundle::has_one_side() {
   return is_one;
 }
 
-// In 2x2 pixels, so that four rays in a row are what a register held.
+// Adds rays by quads of 2x2 pixels, so that four consecutive rays are what a register held.
 bool ThesisBundle::begin(int x_px, int y_px, int edge_px) {
   direction_.clear();
   for (int quad = 0; quad < (edge_px * edge_px + 3) / 4; ++quad) {

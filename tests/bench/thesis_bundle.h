@@ -23,11 +23,13 @@ struct ThesisCounts {
   // hashed table of kMailboxSizes.
   std::uint64_t tests = 0, tests_once = 0;
   std::array<std::uint64_t, 4> tests_hashed{};
-  // Of `tests`: in leaves whose triangles' box no ray meets. Different edges in visited leaves.
+  // tests_outside_box: part of `tests`, in leaves whose triangles' box no ray meets. edges:
+  // different edges in visited leaves.
   std::uint64_t tests_outside_box = 0, edges = 0;
   // How a test of four rays ends, projection test (5.1).
   std::uint64_t exit_by_distance = 0, exit_inside = 0, full = 0, full_without_distance = 0;
-  // Is a ray inside of a triangle? Asked, and answered otherwise than exact arithmetic does.
+  // decisions: how often it was asked whether a ray passes inside a triangle. The errors: how often
+  // a test in float32 answered otherwise than exact arithmetic does.
   std::uint64_t decisions = 0, projection_errors = 0, pluecker_errors = 0;
 };
 
@@ -45,9 +47,10 @@ class ThesisBundle {
   // Requires: both outlive it.
   ThesisBundle(const core::TriangleStore& triangles, const core::CameraRays& camera);
 
-  // The edge_px x edge_px rays at a pixel. Returns: whether all go to the same side of each axis.
+  // Takes the edge_px x edge_px rays at a pixel. Returns: whether all go to the same side of each
+  // axis.
   bool begin(int x_px, int y_px, int edge_px);
-  // The four corner rays alone, of any tile.
+  // Takes the four corner rays alone, of a tile of any size. Returns: as begin().
   bool begin_corners(int x_px, int y_px, int edge_px);
 
   std::size_t size() const { return direction_.size(); }
@@ -57,12 +60,12 @@ class ThesisBundle {
     return double{direction_[ray][static_cast<std::size_t>(axis)]};
   }
   bool goes_down(int axis) const { return goes_down_[axis]; }
-  // Where a ray crosses a plane across an axis.
+  // Distance along a ray to a plane across an axis.
   double distance(std::size_t ray, int axis, double plane) const {
     return (plane - origin_[axis]) / direction(ray, axis);
   }
   Segment clip(std::size_t ray, const Voxel& voxel) const;
-  // t of the nearest hit so far; infinite without.
+  // t of each ray's nearest hit so far; infinite without one.
   const std::vector<double>& best() const { return best_; }
 
   // Tests the triangles of a leaf. with_details: edges are counted, and every decision is

@@ -18,7 +18,7 @@ namespace {
 constexpr int kEdgePx = 4;  // the thesis's bundle
 constexpr int kTilePx = 64, kSubtilePx = 16;
 
-// What the thesis has for a scene; 0: it has nothing.
+// The thesis's figures for a scene; 0: it has none.
 struct ThesisFigures {
   const char* scene;
   const char* name;
@@ -114,7 +114,7 @@ struct Table {
     return counts;
   }
 
-  // Bundles of more pixels than a subtile.
+  // Counts of bundles that have more pixels than a subtile.
   ThesisCounts trace_large(int edge_px) const {
     ThesisTracer tracer(tree, triangles, camera);
     ThesisCounts counts;
@@ -158,7 +158,7 @@ double per(std::uint64_t n, std::uint64_t of) {
 }
 double percent(std::uint64_t n, std::uint64_t of) { return 100 * per(n, of); }
 
-// A line of a table, ours and the thesis's figure where it has one; kept as JSON, too.
+// Prints lines of a table, our figure and the thesis's where it has one, and keeps them as JSON.
 class Lines {
  public:
   void add(const std::string& name, double here, double thesis) {

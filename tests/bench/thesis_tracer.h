@@ -12,7 +12,7 @@ namespace tessera::bench {
 
 enum class Way {
   kMasked,      // every ray has a segment of its own, and takes part where it is not empty (4.2)
-  kExtremal,    // the corner rays decide for all, by the voxel (4.3.2)
+  kExtremal,    // the corner rays decide for all rays, against the voxel (4.3.2)
   kOneSegment,  // extremal distances of the corner rays, one segment for all (figure 4.15)
 };
 
@@ -35,8 +35,9 @@ class ThesisTracer {
   // quarters. with_details: see ThesisBundle.
   void trace(Way way, int x_px, int y_px, int edge_px, const Subtree& from, bool with_details,
              ThesisCounts& counts);
-  // Where a tile's bundles may begin, searched from a subtree that holds all they meet (4.3.3).
-  // steps grows by those taken; the subtree itself where the rays go to different sides.
+  // Finds the subtree where a tile's bundles may begin, searched from a subtree that holds all they
+  // meet (4.3.3). Adds the steps taken to `steps`. Returns: `from` itself where the rays go to
+  // different sides.
   Subtree find_entry(int x_px, int y_px, int edge_px, const Subtree& from, std::uint64_t& steps);
   Subtree root() const;
 
@@ -46,7 +47,7 @@ class ThesisTracer {
     return (node.tag_and_index & 3u) == core::kKdLeafTag;
   }
   Subtree child(const Subtree& of, bool is_front) const;
-  // By the corner rays, against the voxel.
+  // Decides by the corner rays, against the voxel.
   Side side_of(const Subtree& at) const;
   bool reaches_leaf(const Subtree& at, std::uint64_t& steps) const;
   Subtree search(Subtree at, std::uint64_t& steps) const;

@@ -32,7 +32,7 @@ void push(Workload& work, Vec3f origin, Vec3f direction, float t_max) {
   ++work.ray_count;
 }
 
-// Distributed by the cosine to n, from two numbers in [0, 1).
+// A cosine-distributed direction about n, from two numbers in [0, 1).
 Vec3f cosine_direction(Vec3f n, Vec2f sample) {
   const float phi = 6.28318531f * sample.y, radius = std::sqrt(sample.x);
   const Vec3f other = std::fabs(n.x) > 0.5f ? Vec3f{0, 1, 0} : Vec3f{1, 0, 0};

@@ -41,12 +41,13 @@ Workload primary_rays(const Camera& camera, int size_px);
 struct SecondaryRays {
   Workload shadow, bounce;
 };
-// hits [block][ray]: what the primary rays have hit. Bounces are distributed by the cosine, by a
-// fixed sequence.
+// What a primary ray has hit.
 struct FirstHit {
   float t;
   std::uint32_t primitive;
 };
+// hits: one for each primary ray, in their order. The directions of bounces are cosine-distributed,
+// from a fixed sequence.
 SecondaryRays secondary_rays(const Workload& primary, const std::vector<FirstHit>& hits,
                              const core::TriangleStore& triangles, Vec3f light);
 

@@ -86,7 +86,7 @@ class Mutator {
       case 3:
         input.resize(below(input.size() + 1));
         break;
-      case 4: {  // a piece away
+      case 4: {  // removes a piece
         const std::size_t begin = below(input.size()), count = below(input.size() - begin + 1);
         input.erase(input.begin() + static_cast<std::ptrdiff_t>(begin),
                     input.begin() + static_cast<std::ptrdiff_t>(begin + count));
@@ -107,7 +107,7 @@ class Mutator {
     }
   }
 
-  // A number on the edge of its type over 1, 2, 4 or 8 bytes.
+  // Overwrites 1, 2, 4 or 8 bytes with a number on the edge of its type.
   void put_number(Input& input) {
     static constexpr std::uint64_t kNumbers[] = {0,          1,          0x7f,       0x80,
                                                  0xff,       0x7fff,     0xffff,     0x7fffffff,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Records over local pairs and plain TCP, and what a peer can do to a connection that is no
-// Tessera.
+// Records over local pairs and plain TCP, and what a peer that does not speak the protocol can do
+// to a connection.
 #include "common/net/connection.h"
 
 #include <arpa/inet.h>
@@ -93,7 +93,7 @@ class RawSocket {
 
 class ConnectionTest : public ::testing::Test {
  protected:
-  // What becomes of a plain connection whose client sends `bytes` and then leaves, or stays.
+  // Returns: how a plain connection ends whose client sends `bytes` and then leaves, or stays.
   Status end_after(std::span<const std::byte> bytes, bool leaves,
                    const RecordLimits& limits = test::open_limits(1000, 1000)) {
     Server server(io_);

@@ -52,7 +52,7 @@ class FakeMaster final : public MasterScript {
     is_away_ = is_away;
   }
 
-  // Returns: false when so many more pings do not come.
+  // Waits for so many more pings. Returns: false when they do not come.
   bool wait_for_pings(int count) {
     const TimePoint deadline = Clock::now() + test::kPatience;
     MutexLock lock(mutex_);

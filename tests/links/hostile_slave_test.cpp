@@ -39,7 +39,8 @@ void say(test::NetPeer& link, wire::Message message) {
   link.send(record.type, record.header, {record.payload.bytes.begin(), record.payload.bytes.end()});
 }
 
-// A slave by hand: handshake, scene acknowledged without being read, then what the test says.
+// A slave driven by hand: it acknowledges the scene without reading it, then says what the test
+// says.
 class HandSlave {
  public:
   HandSlave(net::IoThread& io, std::uint16_t port, const std::string& name)
@@ -71,7 +72,8 @@ class HandSlave {
     say(scene_, built);
   }
 
-  // The next message that is not a heartbeat. A default M, and a failed test, when it is none.
+  // Returns: the next message that is not a heartbeat. When that is no M, the test fails, with a
+  // default M.
   template <typename M>
   M hear(test::NetPeer& link) {
     while (auto record = link.next_record()) {
@@ -144,7 +146,7 @@ class HostileSlave : public ::testing::Test {
     });
   }
 
-  void TearDown() override { host_.reset(); }  // before the promise that its callback keeps
+  void TearDown() override { host_.reset(); }  // before the promise that its callback sets
 
   HandSlave slave(const std::string& name) { return {io_, host_->listen_port(), name}; }
 
@@ -304,7 +306,7 @@ TEST_F(HostileSlave, NanPixelsAreRenderedAgainByAnotherAndNoneIsLeft) {
   honest.hear_frame();
   sick.say_on_tile_link(sick.answer_to(lease, std::byte{0xff}));
   auto future = outcome_.get_future();
-  // The sick one holds what it was given besides; it leaves, and the honest one renders all.
+  // The sick slave holds other leases, too; it leaves, and the honest one renders all.
   sick.say_on_tile_link(wire::Goodbye{"unwell"});
   for (int i = 0; i < 6; ++i) {
     honest.say_on_tile_link(honest.answer_to(honest.hear_lease(), kHonest));

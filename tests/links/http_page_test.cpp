@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page over HTTP: what it answers, and that damage, haste and crowds leave it standing.
+// The page over HTTP gives right answers, and damage, haste and crowds leave it standing.
 #include "common/net/http_page.h"
 #include "common/net/connector.h"
 
@@ -109,7 +109,7 @@ TEST_F(HttpPageTest, ListensOnLoopbackAlone) {
   });
 }
 
-// Sanitizers and memory checkers look at what it touches then.
+// Sanitizers and memory checkers look at what the page touches when it goes.
 TEST_F(HttpPageTest, GoesWhileOthersAreAsking) {
   std::vector<std::unique_ptr<asio::ip::tcp::socket>> sockets;
   for (int i = 0; i < 3; ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A link that its owner has let go of, or destroyed, says nothing more: not what came with the message
-// at hand, not the link's end, and it holds nothing of the owner.
+// A link that its owner has let go of, or destroyed, says nothing more: neither what came with the
+// current message nor the link's end. It holds nothing of the owner.
 #include "master/cluster/peer_link.h"
 #include "common/net/local_pair.h"
 
@@ -22,7 +22,7 @@ constexpr std::array kWays = {Way::kDestroy, Way::kClose, Way::kRefuse, Way::kGo
 constexpr std::array<const char*, kWays.size()> kWayNames = {"Destroy", "Close", "Refuse",
                                                              "Goodbye", "IllegalMessage"};
 
-// The other end; what comes there is of no interest.
+// Starts the other end, which ignores what comes.
 void start_deaf(net::Connection& peer) {
   peer.start({[](const net::ReceivedRecord&) {}, [](const Status&) {}, nullptr},
              wire::session_limits());
@@ -48,7 +48,7 @@ class PeerLinkTest : public testing::TestWithParam<Way> {
     if (GetParam() != Way::kIllegalMessage) return wire::encode(wire::Goodbye{"enough"});
     return {wire::encode(wire::TileLease{}).type, "no header", {}};
   }
-  // All of them in one read, since our thread waits meanwhile.
+  // The link gets all of them in one read, since our thread waits meanwhile.
   void receive_at_once(int count, bool ends_then) {
     ours_.run_and_wait([&] {
       theirs_.run_and_wait([&] {
@@ -56,7 +56,7 @@ class PeerLinkTest : public testing::TestWithParam<Way> {
         if (ends_then) peer_.reset();
       });
     });
-    // What is ready now, what that posts, and the end of the link.
+    // Runs the tasks that are ready now, those that they post, and the end of the link.
     for (int i = 0; i < 4; ++i) ours_.run_and_wait([] {});
   }
   void let_go(Way way) {

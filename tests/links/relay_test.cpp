@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A slave feeds another over a real link: chunk by chunk while its own are still coming; who lies,
-// knocks without the token or asks for what nobody announced is found out.
+// A slave feeds another over a real link, chunk by chunk while its own are still coming. A slave
+// that lies, knocks without the token or asks for what nobody announced is found out.
 #include <gtest/gtest.h>
 
 #include <atomic>

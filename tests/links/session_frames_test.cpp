@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole frames through Session: the same bits whatever the number of slaves, threads, the tile
+// Whole frames through Session have the same bits, whatever the number of slaves, threads, the tile
 // size, the frames in flight and the way the session reaches its master.
 #include <gtest/gtest.h>
 
@@ -91,7 +91,7 @@ TEST(SessionFrames, BitsDoNotDependOnSlavesThreadsOrTiles) {
   EXPECT_EQ(digests.size(), 1u);
 }
 
-// Frames that differ in everything.
+// Settings of frames that differ in everything.
 FrameSettings settings_of(int i) {
   FrameSettings settings = small_settings(i == 3 ? kTileEdgeAuto : 16);
   settings.width_px += 40 * i;
@@ -210,7 +210,7 @@ TEST(SessionFrames, ClosingWithWorkQueuedIsOrderly) {
   for (int i = 0; i < 20; ++i) {
     for (const SessionOptions& options : {local(1, 1), served.client}) {
       auto session = Session::open(options);
-      if (!session.is_ok()) {  // the application before is still being seen off
+      if (!session.is_ok()) {  // the master still closes the previous application
         EXPECT_NE(session.status().message().find("busy"), std::string::npos);
         continue;
       }

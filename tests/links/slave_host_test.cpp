@@ -39,7 +39,7 @@ class SlaveHostTest : public testing::Test {
     host_->start([](const Status&) {});
   }
 
-  // A master that is late for 20 s (200 ms * 101) is still none that has died.
+  // A master that is late for 20 s (200 ms * 101) is not taken for dead.
   void join_with_scene() {
     master_.shake_hands(200, 100);
     master_.give_scene(1, one_triangle());

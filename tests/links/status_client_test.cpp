@@ -82,12 +82,13 @@ class BareClient {
     }
     return true;
   }
-  // Until a small write would not wait: what is done at once must not, for the master stands still.
+  // Waits until a small write would not block: in at_once() it must not, for the master stands
+  // still.
   void wait_for_room() const {
     pollfd room{socket_, POLLOUT, 0};
     ::poll(&room, 1, -1);
   }
-  // Whether an answer comes, after pings or none.
+  // Returns: whether an answer comes, with or without pings before it.
   bool hears_reply() const {
     net::RecordHead reply;
     reply.type = static_cast<std::uint16_t>(wire::RecordType::kStatusReply);
@@ -133,15 +134,16 @@ class StatusClientTest : public ::testing::Test {
     host_ = std::move(*host);
   }
 
-  // While the master's thread does something else, so that all that `what` does arrives at once.
-  // Returns: what `what` does.
+  // Calls `what` while the master's thread does something else, so that all that it sends arrives
+  // at once. Returns: what `what` returns.
   bool at_once(const std::function<bool()>& what) const {
     bool result = false;
     host_->io().run_and_wait([&] { result = what(); });
     return result;
   }
 
-  // Some try may come too late on a busy machine; a master that has gone answers none.
+  // Expects an answer. Some try may come too late on a busy machine; a master that has gone answers
+  // none.
   void expect_answers() const {
     SessionOptions options;
     options.connect = "127.0.0.1:" + std::to_string(host_->listen_port());
@@ -163,7 +165,7 @@ class StatusClientTest : public ::testing::Test {
     ADD_FAILURE() << "closed for its silence in each of " << kTries << " tries";
   }
 
-  // Each ends after kHandshakeMs at the latest.
+  // Each try ends after kHandshakeMs at the latest.
   static constexpr int kTries = 20;
 
   std::unique_ptr<MasterHost> host_;
@@ -199,7 +201,7 @@ TEST_F(StatusClientTest, SomethingElseTwiceInOneRead) {
 // The answers do not fit into the socket, so that a write is under way when the goodbye comes, and it
 // fails.
 TEST_F(StatusClientTest, GoodbyeWhileAnAnswerCannotBeSent) {
-  // So many that their answers are more than a socket's buffers take (4 MiB by default, and ours).
+  // The answers to so many are more than a socket's buffers take (4 MiB by default, and ours).
   constexpr std::size_t kRequests = 200'000;
   const std::string request = bytes_of(wire::StatusRequest{});
   std::string requests;
@@ -219,7 +221,7 @@ TEST_F(StatusClientTest, GoodbyeWhileAnAnswerCannotBeSent) {
   expect_answers();
 }
 
-// Who breaks the rules ends alone.
+// A client that breaks the rules ends alone.
 TEST_F(StatusClientTest, OthersStayWhenOneLeaves) {
   until_in_time([&] {
     const BareClient bystander(host_->listen_port());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A link so slow that a record of TLS takes longer than a silent peer lives: its bytes count as life.
+// On a link so slow that a record of TLS takes longer than a silent peer lives, its bytes count as
+// life.
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>

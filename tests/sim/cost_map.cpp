@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::size_t kNumbersMax = 1'000'000;
 
-// Numbers between commas; lines that begin with '#' are comments. Returns: what is no number.
+// Reads numbers between commas; lines that begin with '#' are comments. Returns: an error that
+// names what is no number.
 Status read_numbers(std::istream& in, std::vector<double>& numbers) {
   std::string line;
   while (std::getline(in, line)) {
@@ -79,7 +80,7 @@ const double* CostMap::row_of(FrameId frame, int row) const {
 
 double CostMap::tile_seconds(FrameId frame, const TileRect& rect, int width_px,
                              int height_px) const {
-  // Pixels of the recorded frame for each of this one's.
+  // Pixels of the recorded frame for each pixel of this one.
   const double across = static_cast<double>(width_px_) / width_px;
   const double down = static_cast<double>(height_px_) / height_px;
   const double left = rect.x_px * across, right = (rect.x_px + rect.width_px) * across;

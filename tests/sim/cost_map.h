@@ -23,8 +23,8 @@ class CostMap {
   static Result<CostMap> read(const std::string& path);
   static Result<CostMap> parse(const std::string& text, const std::string& path);
 
-  // Of one thread. Frames beyond those recorded go back and forth, as a camera does that keeps
-  // moving. Requires: `rect` lies in a frame of that size.
+  // Returns: seconds of one thread for the tile. Frames beyond those recorded go back and forth, as
+  // a camera does that keeps moving. Requires: `rect` lies in a frame of that size.
   double tile_seconds(FrameId frame, const TileRect& rect, int width_px, int height_px) const;
   double frame_seconds(FrameId frame) const;  // of the frame as it was recorded
   int frame_count() const { return frame_count_; }

@@ -15,7 +15,8 @@ Random* current_entropy = nullptr;
 
 }  // namespace
 
-// An hour after the epoch: code that subtracts from now() meets no negative times.
+// Time begins an hour after the epoch, so that code that subtracts from now() meets no negative
+// times.
 EventQueue::EventQueue(std::uint64_t seed)
     : start_(TimePoint{} + std::chrono::hours(1)), now_(start_), entropy_(seed ^ 0x656e74726f7079) {
   TESSERA_CHECK(current == nullptr);
@@ -26,7 +27,7 @@ EventQueue::EventQueue(std::uint64_t seed)
 }
 
 EventQueue::~EventQueue() {
-  // Destroying what is planned destroys objects that may still ask for the time.
+  // Planned events hold objects whose destructors may still ask for the time.
   heap_.clear();
   Clock::set_source(nullptr);
   set_entropy_source(nullptr);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Virtual time: what happens next in the simulated world. While one exists, Clock::now() and
+// The events of the simulated world and its virtual time. While a queue exists, Clock::now() and
 // entropy() of the whole process are its own.
 //
 // Threads. One thread, and one queue at a time.
@@ -36,7 +36,7 @@ class EventQueue {
   std::size_t size() const { return heap_.size(); }
   std::uint64_t event_count() const { return event_count_; }
 
-  // What happened goes into the hash of the run.
+  // Mixes what happened into the hash of the run.
   void fold(std::uint64_t value) { hash_ = mix(hash_ ^ value) + 0x9e3779b97f4a7c15u; }
   std::uint64_t hash() const { return hash_; }
 

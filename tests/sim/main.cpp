@@ -43,7 +43,7 @@ struct Options {
   bool is_single = false, has_trace = false, has_log = false;
 };
 
-// A check of the product that fails ends the process: say in which seed.
+// Says in which seed a check of the product failed, which ends the process.
 char last_words[256];
 
 void say_last_words(int signal) {
@@ -102,7 +102,7 @@ int wrong_usage(const std::string& text) {
   return 2;
 }
 
-// known: what stands in its place.
+// known: the words that may stand in its place.
 int unknown_word(const std::string& word, const std::vector<std::string>& known) {
   return wrong_usage("'" + word + "' is not known" + did_you_mean(word, known));
 }

@@ -56,7 +56,7 @@ std::unique_ptr<net::ConnectAttempt> Network::connect(
   return std::make_unique<Handle>(attempt);
 }
 
-// A round trip; the last try ends at the handshake's deadline.
+// A try takes a round trip; the last one ends at the handshake's deadline.
 void Network::try_connect(const std::shared_ptr<Attempt>& attempt, int tries_left) {
   const int from = attempt->from->node();
   const int to = attempt->to;

@@ -3,10 +3,11 @@
 // delay, jitter), and TCP-like connections over them: ordered and lossless while they live, held up
 // by cuts, refused by dead processes, reset on demand. Different connections overtake each other.
 //
-// The model: a record travels in segments; a connection has one segment on its machine's uplink at
-// a time, so connections share it in turns; then the link's delay, then the receiver's downlink. At
-// most `window` bytes are on their way and unread; a cut of either direction holds up both (no
-// acknowledgement comes back). What a cut swallowed is sent again some time after it has healed.
+// The model: a record travels in segments. A connection has one segment on its machine's uplink at
+// a time, so connections share it in turns. The segment then takes the link's delay and the
+// receiver's downlink. At most `window` bytes are on their way and unread; a cut of either
+// direction holds up both (no acknowledgement comes back). What a cut swallowed is sent again some
+// time after it has healed.
 //
 // Threads. The simulation's one.
 #pragma once
@@ -34,7 +35,7 @@ struct LinkModel {
 
 class Wire;  // one connection: both its ends
 
-// What the oracle and the trace see of the network. May be null.
+// Callbacks for what the oracle and the trace see of the network. Each may be null.
 struct NetworkEvents {
   std::function<void(const Process& from, int to_node, const net::Record&)> on_sent;
   std::function<void(const Process& from, int to_node, std::uint64_t queue_bytes)> on_queued;
@@ -52,9 +53,9 @@ class Network {
   int add_node(const LinkModel& link);
   LinkModel& link(int node) { return nodes_[static_cast<std::size_t>(node)].link; }
 
-  // `process` accepts connections to its machine until it ends; one for each machine.
+  // `process` accepts connections to its machine until it ends; one listener for each machine.
   void listen(Process& process, OnAccept on_accept);
-  // As net::connect(): calls back once, unless the attempt is destroyed before.
+  // Connects as net::connect() does: calls back once, unless the attempt is destroyed before.
   std::unique_ptr<net::ConnectAttempt> connect(
       Process& from, int to_node, std::function<void(Result<net::ConnectionPtr>)> on_connected);
 
@@ -64,17 +65,18 @@ class Network {
   void heal_all();
   bool is_cut(int from, int to) const { return cuts_.contains({from, to}); }
 
-  // One of the connections between two machines, as the `which`-th oldest: holds up one direction
-  // (as a middlebox may), or lets it go on; ends both ends abruptly.
+  // stall() holds up one direction of the `which`-th oldest connection between two machines, as a
+  // middlebox may, or lets it go on. reset() ends both ends of one abruptly.
   void stall(int from, int to, std::size_t which, bool is_stalled);
   void reset(int a, int b, std::size_t which);
 
-  // The system cleans up after a process: peers hear of it, unless the machine lost its power.
+  // The operating system cleans up after a process: its peers hear of it, unless the machine lost
+  // its power.
   void on_process_ended(const Process& process, bool is_power_lost);
 
   std::size_t open_ends(const Process& process) const;
-  // When something was last read from the quietest of its open connections to that machine; now
-  // when there is none. One that has not said anything yet does not count.
+  // When the process last read from the quietest of its open connections to that machine; now when
+  // there is none. A connection on which nothing has come yet does not count.
   TimePoint heard_from(const Process& process, int node) const;
   std::uint64_t bytes_between(int from, int to) const;
   void set_window(std::uint64_t bytes) { window_bytes_ = bytes; }

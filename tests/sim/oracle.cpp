@@ -13,19 +13,20 @@ constexpr double kHeartbeat = 1e-3 * kHeartbeatMs;
 constexpr double kDetection = kHeartbeat * (kHeartbeatsMissedMax + 1);  // T_det without RTT
 constexpr double kHandshake = 1e-3 * kHandshakeMs;
 constexpr double kReconnect = 1e-3 * kReconnectMaxMs;
-// A slave that handed tiles back gets none for so long (Scheduler); tiles are leased again after
-// at least this (A of the fault matrix).
+// kRest: how long a slave that handed tiles back gets none (Scheduler). kOverdue: tiles are leased
+// again after at least this (A of the fault matrix).
 constexpr double kRest = 5, kOverdue = 0.5;
-// Silence is looked at so often, and noticed at most so late after it is due.
+// Silence is looked for every kSilenceLook, and noticed at most kSilenceSlack after it is due.
 constexpr double kSilenceLook = 0.02, kSilenceSlack = 0.1;
 constexpr double kWindowBytes = 256 * 1024;  // what may be on its way when a slave dies
 
-// Of one connection: bulk data is queued while less than the low mark waits, in pieces of at most
-// half of it; small messages go beside it.
+// Bounds of the send queue of one connection. Bulk data is queued while less than the low mark
+// waits, in pieces of at most half of it; small messages go beside it.
 constexpr std::uint64_t kMasterQueueMax =
     net::kSendQueueLowBytes + net::kSendQueueLowBytes / 2 + 64 * 1024;
 constexpr std::uint64_t kSmallMessagesMax = 64 * 1024;
-// Planned events: in-flight records, timers, tiles in work, for each connection and thread.
+// Bound of planned events: records in flight, timers and tiles in work, for each connection and
+// thread.
 constexpr std::size_t kEventsPerSlaveMax = 4000;
 
 std::uint16_t type_of_lease() {
@@ -56,10 +57,12 @@ Oracle::Oracle(const StormPlan& plan, const World& world)
     build = std::max(build, slave.build_seconds);
     rtt = std::max(rtt, 2 * seconds(slave.link.delay + slave.link.jitter) + 0.3);
   }
-  // Alone with the frame, after one fault: found, its tiles rendered again, then the slowest's pace.
+  // After one fault the slowest slave may be alone with the frame: the fault is found, its tiles
+  // are rendered again, and the rest comes at that slave's pace.
   progress_bound_ = kDetection + rtt + kRest + 2 * kOverdue + 3 * (slowest_alone + slowest_send) +
                     2 * build + 2 * plan.script.pause_seconds;
-  // The longest pause, two tries of two handshakes, and what TCP holds up after a cut.
+  // Time to return: the longest pause, two tries of two handshakes, and what TCP holds up after a
+  // cut.
   return_bound_ = kReconnect + 2 * (2 * kHandshake) + kDetection + 2 * slowest_send + build + 3;
 }
 
@@ -147,8 +150,8 @@ void Oracle::check() {
   check_progress(status);
 }
 
-// Whoever holds a connection on which nothing comes gives it up after T_det; one that hung itself,
-// as long after that.
+// A process gives up a connection on which nothing comes after T_det; a process that hung, T_det
+// after it went on.
 void Oracle::check_silence() {
   const double now = world_.queue.now_seconds();
   if (now - silence_looked_ < kSilenceLook) return;
@@ -214,7 +217,7 @@ void Oracle::check_slaves(const ClusterStatus& status) {
              " s and is still taken for alive");
     }
   }
-  // Lost three times before it could bring a tile: held back as the fault matrix wants it (F05).
+  // A slave lost three times before it brings a tile is held back, as the fault matrix wants (F05).
   for (const QuarantinedSlave& held : status.quarantined)
     trouble_slave(by_name_.at(held.name), now + held.seconds + return_bound_);
   for (std::size_t i = 0; i < watches_.size(); ++i) {

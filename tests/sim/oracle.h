@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What must hold in every moment of a storm: the invariants of the fault matrix, as far as a
-// simulation can see them. It knows what has been done to whom, and for how long that excuses them.
+// simulation can see them. The oracle knows what has been done to whom, and for how long that
+// excuses them.
 //
 //   I1-I3  each picture is its own, in order, once: SimApp looks
 //   I4     send queues, tiles on a slave, connections and planned events stay within their bounds
@@ -37,10 +38,10 @@ class Oracle {
 
   Oracle(const StormPlan& plan, const World& world);
 
-  // A fault begins or ends.
+  // A fault of one slave, or of all, begins or ends. Until `until_seconds` it excuses them.
   void trouble_slave(std::size_t slave, double until_seconds);
   void trouble_all(double until_seconds);
-  // It stopped answering at this moment, and has not come back.
+  // is_gone: the slave stopped answering at this moment; false: it has come back.
   void set_gone(std::size_t slave, bool is_gone);
 
   void on_sent(const Process& from, const net::Record& record);
@@ -55,7 +56,7 @@ class Oracle {
 
   const std::string& violation() const { return violation_; }
   double bound_of_progress() const { return progress_bound_; }
-  // Everything healed is back in business after this long.
+  // Seconds after which everything that was healed works again.
   double bound_of_return() const { return return_bound_; }
 
  private:

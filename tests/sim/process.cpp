@@ -5,7 +5,7 @@
 
 namespace tessera::sim {
 
-// Outlives the process in events that are planned.
+// State of a process that planned events keep alive after the process has ended.
 struct Process::Life : std::enable_shared_from_this<Life> {
   explicit Life(EventQueue& q) : queue(q) {}
 

@@ -23,16 +23,18 @@ class Process final : public net::EventLoop {
   Process(EventQueue& queue, std::string name, int node);
   ~Process() override;  // ends
 
-  // The loop of the product's objects. A task posted runs after this one, at this moment.
+  // Event loop of the product's objects. A posted task runs after the current one, at the same
+  // moment.
   void post(std::function<void()> task) override;
   void run_and_wait(std::function<void()> task) override { task(); }
   bool is_current() const override { return true; }
   std::unique_ptr<net::TimerBackend> make_timer() override;
 
-  // Runs `task` at `time`, or when the process gets to it; it is busy for `cost` afterwards.
+  // Runs `task` at `time`, or when the process gets to it; the process is busy for `cost`
+  // afterwards.
   void run_at(TimePoint time, Duration cost, std::function<void()> task);
 
-  // The same, now. Not from within a task.
+  // Runs `task` now, or when the process gets to it. Requires: not called from within a task.
   void run_now(Duration cost, std::function<void()> task);
 
   void set_hung(bool is_hung);
@@ -46,7 +48,7 @@ class Process final : public net::EventLoop {
   std::uint64_t task_count() const;  // run so far
   double busy_seconds() const;       // of all costs so far
 
-  // Of each record that arrives: what its handling costs (a model of the machine's speed).
+  // What the handling of each record that arrives costs (a model of the machine's speed).
   Duration record_cost{};
 
   struct Life;

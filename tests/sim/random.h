@@ -21,7 +21,7 @@ class Random {
   std::uint64_t next() { return mix(state_ += 0x9e3779b97f4a7c15u); }
   double unit() { return static_cast<double>(next() >> 11) * 0x1p-53; }  // [0, 1)
   double between(double low, double high) { return low + (high - low) * unit(); }
-  // Both ends included.
+  // An integer in [low, high].
   int pick(int low, int high) {
     return low + static_cast<int>(next() % static_cast<std::uint64_t>(high - low + 1));
   }

@@ -15,7 +15,7 @@ namespace tessera::sim {
 namespace {
 
 constexpr int kWarmUpFrames = 4;
-constexpr double kBusyShare = 0.9;  // above it a resource is what holds the others up
+constexpr double kBusyShare = 0.9;  // a resource that is busier than this holds the others up
 
 class Cluster {
  public:
@@ -67,7 +67,8 @@ Cluster::~Cluster() {
   master_->kill(true);
 }
 
-// Dear regions drift over the picture as the camera moves; beside them each tile has its own share.
+// Expensive regions drift over the picture as the camera moves; each tile has a share of its own,
+// too.
 double Cluster::cost_of(const slave::FrameWork& work, TileIndex tile) const {
   const FrameId frame = work.begin.frame;
   if (case_.costs) {

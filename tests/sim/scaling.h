@@ -13,8 +13,9 @@
 
 namespace tessera::sim {
 
-// The master's CPU for one tile: `tessera-bench exchange`, line "plain, 64 connections", column "cpu
-// us" (with TLS 18 us); tessera-sim's --master-us and record_us.
+// The master's CPU-seconds for one tile, from `tessera-bench exchange`, line "plain, 64
+// connections", column "cpu us" (with TLS 18 us). tessera-sim's --master-us and record_us replace
+// it.
 inline constexpr double kMasterTileSeconds = 11e-6;
 
 struct ScalingCase {
@@ -22,8 +23,9 @@ struct ScalingCase {
   int threads = 1;  // of each slave
   int width_px = 640, height_px = 480;
   int tile_edge_px = 32;  // kTileEdgeAuto: as the master chooses
-  // What tiles cost: as recorded, times cost_scale; without a recording, a mean over the picture for
-  // tiles of tile_edge_px, and waves of this amplitude, since neighbouring tiles cost alike.
+  // Costs of tiles: the recorded ones times cost_scale. Without a recording, tiles of tile_edge_px
+  // cost tile_seconds on average, in waves of amplitude tile_spread over the picture, since
+  // neighbouring tiles cost alike.
   std::shared_ptr<const CostMap> costs;
   double cost_scale = 1;
   double tile_seconds = 0.01;
@@ -45,7 +47,8 @@ struct ScalingResult {
   double bytes_per_frame = 0;  // from the slaves
   int tile_edge_px = 0;        // of the last frame
   std::uint64_t events = 0;
-  // "slaves" when they are all at work; else what holds them up: "wire", "master CPU", "tail".
+  // Returns: "slaves" when they are all at work, else what holds them up: "wire", "master CPU" or
+  // "tail".
   std::string limit() const;
 };
 
@@ -56,7 +59,7 @@ struct SeriesOptions {
   double master_tile_seconds = kMasterTileSeconds;
 };
 
-// The series of the README as CSV on stdout. Returns: the program's exit code.
+// Prints the series of the README as CSV on stdout. Returns: the program's exit code.
 int print_thesis_series(const SeriesOptions& options);
 int print_large_series(const SeriesOptions& options);
 

@@ -72,7 +72,7 @@ ScalingCase thesis_case(const SeriesOptions& options, const Costs& costs) {
   return scaling;
 }
 
-// Of a picture, tiles as the master chooses.
+// A picture of 3840x2160 pixels, in tiles as large as the master chooses.
 ScalingCase large_case(const SeriesOptions& options, const Costs& costs, double gbit) {
   ScalingCase scaling;
   scaling.costs = costs;
@@ -116,7 +116,7 @@ int print_large_series(const SeriesOptions& options) {
       const std::string scene = std::string(kScenes[i]) + " 2160p " + link;
       ScalingCase large = large_case(options, scenes[i], gbit);
       print_series(scene, large, kLargeSlaves, 1);
-      if (gbit > 10) continue;  // the master's CPU ends it on any link
+      if (gbit > 10) continue;  // the master's CPU is the limit on any link
       large.tile_edge_px = 32;
       print_series(scene + " tiles of 32", large, kLargeSlaves, 1);
     }

@@ -44,7 +44,7 @@ class SimApp {
 
   bool is_running() const { return process_ != nullptr; }
   bool is_hung() const { return process_ && process_->is_hung(); }
-  // No more frames than the script has.
+  // From now on the application submits no more frames than the script has.
   void set_ending() { is_ending_ = true; }
   bool is_done() const { return is_ending_ && delivered_ >= script_.frames && frames_.empty(); }
   bool is_waiting() const { return client_ && !frames_.empty(); }

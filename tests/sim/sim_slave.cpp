@@ -6,7 +6,7 @@
 namespace tessera::sim {
 namespace {
 
-// As SlaveHost: tiles in work may take this long, then the wire.
+// Deadlines as in SlaveHost: first for tiles in work, then for their way to the wire.
 constexpr std::chrono::seconds kFinishTiles{2}, kFlush{2};
 constexpr std::chrono::milliseconds kLook{2}, kGoodbye{20};
 
@@ -51,7 +51,7 @@ void SimSlave::set_hung(bool is_hung) {
   if (process_) process_->set_hung(is_hung);
 }
 
-// The steps of SlaveHost::stop(), without waiting.
+// Takes the steps of SlaveHost::stop(), without waiting.
 void SimSlave::leave() {
   if (!process_ || is_leaving_) return;
   is_leaving_ = true;
@@ -70,7 +70,7 @@ void SimSlave::finish_leave(TimePoint deadline) {
                             [this, deadline] { finish_leave(deadline); });
   }
   slave_->say_goodbye();
-  // By way of the queue: ending the process destroys what is running.
+  // The process is ended by an event, since ending it destroys the task that is running.
   process_->run_at(queue_.now() + kGoodbye, Duration::zero(), [this, process = process_.get()] {
     queue_.after(Duration::zero(), [this, process] {
       if (process_.get() == process) kill(false);

@@ -75,7 +75,7 @@ wire::TileResult SimWorkshop::render(const Run& run) {
   return result;
 }
 
-// A cancelled frame's tiles end within the tile.
+// Tiles of a cancelled frame end early.
 void SimWorkshop::drop_cancelled() {
   for (auto run = running_.begin(); run != running_.end(); ++run) {
     if (!run->job.frame->is_cancelled) continue;
@@ -123,7 +123,7 @@ void SimWorkshop::build_next() {
                   });
 }
 
-// Another thread's build ends a little after it is told to.
+// A build, which is on another thread, ends a little after it is told to.
 void SimWorkshop::stop_build_if_due() {
   if (building_ == nullptr || !builds_.is_to_stop()) return;
   const std::uint64_t build = build_;

@@ -30,7 +30,7 @@ class SimWorkshop final : public slave::Workshop {
  public:
   SimWorkshop(Process& process, WorkModel model);
 
-  // Before anything is pushed.
+  // Must be called before anything is pushed.
   void set_node(slave::SlaveNode* node) { node_ = node; }
 
   bool try_push(slave::TileJob job) override;
@@ -72,7 +72,7 @@ class SimWorkshop final : public slave::Workshop {
   double busy_seconds_ = 0, starved_total_ = 0;
   slave::BuildOrder builds_;
   const slave::BuildTask* building_ = nullptr;
-  std::uint64_t build_ = 0;  // counts them: one that was stopped does not end again
+  std::uint64_t build_ = 0;  // number of the build, so that a stopped one does not end again
 };
 
 }  // namespace tessera::sim

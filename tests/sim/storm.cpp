@@ -92,7 +92,7 @@ Storm::Storm(const StormPlan& plan, bool has_trace)
   };
 }
 
-// Slaves and application end before what they stand on.
+// Slaves and application end before the master, the network and the queue that they use.
 Storm::~Storm() {
   app_->kill(true);
   for (const auto& slave : slaves_) slave->kill(true);
@@ -279,7 +279,7 @@ void Storm::end_slave_fault(const Fault& fault) {
   if (!slave.is_running()) slave.start();
 }
 
-// Whatever is still wrong ends; from now on nothing has an excuse for long.
+// Ends all faults that last; from now on nothing has an excuse for long.
 void Storm::calm() {
   is_calm_ = true;
   trace("CALM");
@@ -301,7 +301,7 @@ void Storm::calm() {
   }
 }
 
-// As a service manager: a slave that was refused for good is started again after a while.
+// Acts as a service manager: a slave that was refused for good is started again after a while.
 void Storm::supervise() {
   queue_.after(std::chrono::seconds(1), [this] { supervise(); });
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
@@ -309,7 +309,7 @@ void Storm::supervise() {
     const bool is_over = slave.is_running() && slave.has_given_up();
     if (is_over) {
       slave.kill(false);
-      oracle_->set_gone(i, false);  // what hung is not what is started now
+      oracle_->set_gone(i, false);  // the process that hung is not the one started now
     }
     if (is_over || (is_calm_ && !slave.is_running())) {
       oracle_->trouble_slave(i, queue_.now_seconds() + oracle_->bound_of_return());
@@ -318,7 +318,7 @@ void Storm::supervise() {
   }
 }
 
-// All frames are here, the storm is over, and then nothing happens for a while.
+// Whether all frames have come, the storm is over, and nothing happened for a while after it.
 bool Storm::is_finished() {
   if (!is_calm_ || (idle_since_ < 0 && !app_->is_done())) return false;
   const double now = queue_.now_seconds();
@@ -355,7 +355,7 @@ StormReport Storm::run() {
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     queue_.after(from_seconds(plan_.slaves[i].joins_at), [this, i] {
       if (slaves_[i]->is_running()) return;
-      oracle_->set_gone(i, false);  // it may have lost its power before it was meant to come
+      oracle_->set_gone(i, false);  // the slave may have lost its power before it joins
       slaves_[i]->start();
     });
     calm_at_ = std::max(calm_at_, plan_.slaves[i].joins_at + 0.001);

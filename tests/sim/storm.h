@@ -22,7 +22,7 @@ struct StormReport {
   int frames_failed = 0;
 };
 
-// `trace`: each event that is worth a line goes to stdout.
+// has_trace: prints each event that is worth a line.
 StormReport run_storm(const StormPlan& plan, bool has_trace = false);
 
 }  // namespace tessera::sim

@@ -40,15 +40,15 @@ Fault draw_fault(Random& random, int slave_count) {
   Fault fault;
   fault.at = random.between(0.1, 5);
   fault.kind = static_cast<FaultKind>(random.pick(0, static_cast<int>(FaultKind::kCount) - 1));
-  // Some shorter than it takes to be noticed, some longer.
+  // Some faults are shorter than it takes to notice them, some longer.
   fault.duration = random.chance(0.5) ? random.between(0.05, 1.2) : random.between(1.2, 5);
   fault.slave = random.pick(0, slave_count - 1);
   fault.variant = random.pick(0, 3);
   return fault;
 }
 
-// Tiles that take longer than it takes to lose a master and find it again, so that what was begun
-// for one session ends in the next; few of them, so that frames do not take minutes.
+// Makes tiles take longer than it takes to lose a master and find it again, so that what was begun
+// for one session ends in the next. There are few of them, so that frames do not take minutes.
 void draw_long_tiles(Random& random, StormPlan& plan) {
   plan.script.tile_edge_px = 32;
   for (SlavePlan& slave : plan.slaves) slave.tile_seconds = random.between(0.3, 2);
@@ -87,7 +87,7 @@ StormPlan draw_storm(std::uint64_t seed) {
   script.cancel = random.chance(0.2) ? 0.1 : 0;
   script.pause_seconds = random.chance(0.5) ? 0.3 : 0;
   script.has_heavy_scenes = random.chance(0.02);
-  if (random.chance(0.9)) {  // the others: a calm day
+  if (random.chance(0.9)) {  // the other plans have no faults
     for (int i = random.pick(1, 7); i > 0; --i) {
       plan.faults.push_back(draw_fault(random, slave_count));
     }

@@ -30,7 +30,7 @@ TEST_F(StormTest, OneSeedIsOneRun) {
   }
 }
 
-// README.md says what was wrong with them.
+// README.md says what was wrong with these seeds.
 TEST_F(StormTest, SeedsThatFailedOnceFailNoMore) {
   for (const std::uint64_t seed : {1272u, 1549u, 7616u, 11092u, 24159u, 67009u, 90503u}) {
     const StormReport report = run_storm(draw_storm(seed));
@@ -111,7 +111,7 @@ TEST_F(NetworkTest, ALinkHasItsRateAndItsDelay) {
   EXPECT_NEAR(read_at_ - begin, 0.5 + 0.01, 0.001);  // both machines have 5 ms
 }
 
-// Found by seed 24159: what came after the link was fast again overtook what waited there.
+// Seed 24159 found that data sent after the link was fast again overtook data that waited there.
 TEST_F(NetworkTest, ALinkThatBecomesFastReordersNothing) {
   open({0, 0, 5ms, 0ms});
   network_.link(server_->node()).down_bytes_per_s = 1e5;
@@ -154,7 +154,7 @@ TEST_F(NetworkTest, AProcessThatDiesIsHeardOfUnlessThePowerWentWithIt) {
   EXPECT_EQ(closed_, "the peer closed");
 }
 
-// Found by seed 1549: the network forgot the connection, and what was on its way met no process.
+// Seed 1549 found that the network forgot the connection, and data on its way met no process.
 TEST_F(NetworkTest, WhatArrivesAtAClosedEndMeetsNobody) {
   open({0, 0, 50ms, 0ms});
   const auto another = network_.connect(*client_, server_->node(), [](const auto&) {});

@@ -103,7 +103,7 @@ void Wire::pump(int side) {
   }
 }
 
-// One at a time on the uplink. Returns: whether another may follow at once.
+// Sends a segment, one at a time on the uplink. Returns: whether another may follow at once.
 bool Wire::send_segment(int side) {
   End& end = ends_[side];
   if (end.is_transmitting || end.state == State::kDead || end.is_fin_sent) return false;
@@ -174,7 +174,8 @@ void Wire::transmit(int side, Segment segment) {
   auto arrival = [self, side, segment = std::move(segment)]() mutable {
     self->arrive(1 - side, std::move(segment));
   };
-  // Through the downlink, also when it has become fast meanwhile: what waits there goes first.
+  // The segment goes through the downlink, even if that is fast by now: what waits there goes
+  // first.
   queue.at(end.last_arrival,
            [&queue, &network = network_, to, down, arrival = std::move(arrival)]() mutable {
              Network::Node& node = network.nodes_[static_cast<std::size_t>(to)];
@@ -184,7 +185,7 @@ void Wire::transmit(int side, Segment segment) {
            });
 }
 
-// At the machine of `side`. Its process reads when it gets to it.
+// A segment arrives at the machine of `side`, whose process reads it when it gets to it.
 void Wire::arrive(int side, Segment segment) {
   End& end = ends_[side];
   if (end.state == State::kDead) {  // the system answers for a process that is gone

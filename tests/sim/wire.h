@@ -19,7 +19,7 @@ class Wire : public std::enable_shared_from_this<Wire> {
  public:
   Wire(Network& network, Process& a, Process& b);
 
-  // The connection object of side 0 or 1; once each.
+  // Makes the connection object of side 0 or 1. Requires: called once for each side.
   net::ConnectionPtr make_end(int side);
 
   bool is_over() const;  // both ends closed
@@ -62,7 +62,7 @@ class Wire : public std::enable_shared_from_this<Wire> {
     net::PeerIdentity peer;
     std::uint64_t bytes_sent = 0, bytes_received = 0;
     TimePoint last_sent, last_received;
-    // Towards the other end.
+    // State of the direction towards the other end.
     std::deque<Outgoing> queue;
     std::uint64_t queue_bytes = 0, unread_bytes = 0;
     bool was_above_low = false, is_transmitting = false, is_stalled = false, is_fin_sent = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Another thread's state, as the kernel tells it: so that a test knows that it waits, or how much it
-// has computed, instead of pausing for a while.
+// The state of another thread, as the kernel tells it. With it a test knows that the thread waits,
+// or how much it has computed, instead of pausing for a while.
 //
 // Threads. Any.
 #pragma once
@@ -51,7 +51,7 @@ class WatchedThread {
   std::thread thread_;  // last: it uses the others
 };
 
-// What a thread has computed so far: its processor's seconds, which pass for it alone.
+// CPU-seconds that a thread has used so far, which pass for it alone.
 class ProcessorClock {
  public:
   explicit ProcessorClock(pthread_t thread) { pthread_getcpuclockid(thread, &clock_); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes of boxes: closed or open rooms, solids, walls with two sides. For tests of what shows a
-// scene. Threads. Plain values.
+// Scenes of boxes: closed or open rooms, solids, walls with two sides. For tests of cameras that
+// show a scene. Threads. Plain values.
 #pragma once
 
 #include <memory>
@@ -24,7 +24,7 @@ class BoxScene {
  public:
   BoxScene() { scene_.materials.resize(1); }
 
-  // Fronts look outward, or inward. `without`: sides that are left out.
+  // Adds a box whose fronts face outward, or inward. `without`: sides that are left out.
   BoxScene& box(Vec3f lower, Vec3f upper, bool is_inward, unsigned without = 0) {
     const auto corner = [&](unsigned i) {
       return Vec3f{i & 1 ? upper.x : lower.x, i & 2 ? upper.y : lower.y, i & 4 ? upper.z : lower.z};
@@ -47,7 +47,7 @@ class BoxScene {
     return *this;
   }
 
-  // Walls of a thickness around a room.
+  // Adds walls of a thickness around a room.
   BoxScene& house(Vec3f lower, Vec3f upper, float thickness, unsigned without = 0) {
     const Vec3f wall{thickness, thickness, thickness};
     return box(lower, upper, false, without).box(lower + wall, upper - wall, true, without);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// BSDFs of one surface at a time, as the renderer computes them: for tests of what they are.
+// BSDFs of one surface at a time, as the renderer computes them, for tests of their values.
 // Threads. One at a time.
 #pragma once
 
@@ -10,8 +10,8 @@
 namespace tessera::test {
 
 struct BsdfValue {
-  Vec3f times_pi;  // of the BSDF: a diffuse surface's is its albedo
-  float pdf = 0;   // with which samples take this direction, by solid angle
+  Vec3f times_pi;  // BSDF times pi: a diffuse surface's is its albedo
+  float pdf = 0;   // of sampling this direction, by solid angle
 };
 
 struct BsdfSample {
@@ -27,14 +27,14 @@ inline const core::KernelTable& widest_kernels() {
       core::kernels_for(widest_isa(core::cpu_isas() & core::compiled_isas()));
   return kTable;
 }
-// One is kept: clearing it takes longer than what is asked of it.
+// One packet is kept, since making one takes longer than what is asked of it.
 inline core::BsdfPacket& empty_packet() {
   static core::BsdfPacket packet;
   packet.clear();
   return packet;
 }
 
-// Requires: not of single directions, without optional lobes; to_light is above the shading normal.
+// Requires: no delta BSDF and no optional lobes; to_light is above the shading normal.
 inline BsdfValue evaluate(core::Surface s, Vec3f to_viewer, Vec3f to_light) {
   if (s.bsdf == BsdfKind::kDiffuse)
     return {s.albedo, 0.318309886f * dot(s.shading_normal, to_light)};

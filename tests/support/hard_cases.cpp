@@ -24,7 +24,7 @@ class Maker {
   std::size_t pick(std::size_t n) { return random_() % n; }
 
   Vec3f corner(const Mesh& mesh) { return mesh.positions[pick(mesh.positions.size())]; }
-  // On an edge, often exactly a corner or the middle.
+  // A point on an edge, often exactly a corner or the middle.
   Vec3f on_edge(const Mesh& mesh) {
     const auto& t = mesh.triangles[pick(mesh.triangles.size())];
     const std::size_t k = pick(3);
@@ -39,7 +39,7 @@ class Maker {
     return a + (mesh.positions[t[1]] - a) * u + (mesh.positions[t[2]] - a) * v;
   }
 
-  // Rays in runs of 64: from one point, or from points next to each other, or from anywhere.
+  // Rays in runs of 64 that start at one point, at points next to each other, or anywhere.
   std::vector<Ray> rays(const std::function<Vec3f()>& origin, float size,
                         const std::function<Vec3f()>& target) {
     std::vector<Ray> rays;
@@ -105,7 +105,7 @@ HardCase slivers(Maker& m, float share) {
   return outside(m, std::move(mesh), {});
 }
 
-// Rays are as long as directions make them: bounds that hold for one of length 1 have to be scaled.
+// Directions are very long or very short: bounds that hold for length 1 have to be scaled.
 HardCase long_and_short(Maker& m) {
   HardCase hard = slivers(m, 1e-7f);
   for (std::size_t i = 0; i < hard.rays.size(); ++i)
@@ -268,7 +268,7 @@ std::string text_of(const Ray& ray) {
   return out.str();
 }
 
-// u and v of the line's point, in long double.
+// u and v where the ray's line meets the triangle's plane, in long double.
 void reference_uv(const Ray& ray, const ReferenceTriangle& triangle, double& u, double& v) {
   using Real = long double;
   struct V {

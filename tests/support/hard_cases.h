@@ -28,9 +28,10 @@ HardCase make_hard_case(const std::string& name, std::size_t ray_count, std::uin
 // What is wrong with answers, and how far t and u, v are off.
 struct Verdicts {
   std::size_t rays = 0, missed = 0, wrong = 0, false_hits = 0, leaks = 0, invalid = 0;
-  // Of hits that are not at an edge: relative error of t; error of t over u s / (|D| cos); largest error of u, v.
+  // Errors of hits that are not at an edge: relative error of t; error of t over u s / (|D| cos);
+  // largest error of u, v.
   std::vector<double> t_relative, t_normed, uv;
-  std::string worst_ray;  // of t_normed, in hexadecimal
+  std::string worst_ray;  // that of the largest t_normed, in hexadecimal
   double worst = 0;
 
   std::size_t bad() const { return missed + wrong + false_hits + leaks + invalid; }

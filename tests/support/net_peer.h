@@ -70,7 +70,7 @@ class NetPeer {
     records_.pop_front();
     return record;
   }
-  // How the link ended; fails the test when it does not.
+  // Returns: how the link ended. The test fails when it does not end.
   Status wait_for_end() {
     const TimePoint deadline = Clock::now() + kPatience;
     MutexLock lock(mutex_);

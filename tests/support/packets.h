@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays in packets of 64 and alone, through everything that a renderer would use.
-// Fills packets in the given order, so that a test chooses a ray's companions.
+// Traces rays in packets of 64 and alone, through everything that a renderer would use. Packets are
+// filled in the given order, so that a test chooses a ray's companions.
 #pragma once
 
 #include <algorithm>
@@ -31,7 +31,7 @@ inline Hit make_hit(const core::TriangleStore& triangles, const Ray& ray, std::u
   return {primitive, t, uv.x, uv.y};
 }
 
-// Rays `first` and on; the packet's other rays are inactive.
+// A packet of rays from `first` on; the packet's other rays are inactive.
 inline core::RayPacket make_packet(const std::vector<Ray>& rays, std::size_t first) {
   core::RayPacket packet{};
   const std::size_t count = std::min<std::size_t>(core::kPacketRays, rays.size() - first);

@@ -20,13 +20,14 @@ constexpr float kInvPi = 0.318309886f;
 float mean(Vec3f c) { return (c.x + c.y + c.z) * (1 / 3.0f); }
 Vec3f grey(float x) { return {x, x, x}; }
 
-// a / b by channel, 0 where b is none to speak of: the facets take all, and a is none either.
+// a / b by channel; 0 where b is next to nothing, since the facets take all there and a is nothing,
+// too.
 Vec3f ratio(Vec3f a, Vec3f b) {
   const auto one = [](float x, float y) { return y > gamma(16) ? x / y : 0; };
   return {one(a.x, b.x), one(a.y, b.y), one(a.z, b.z)};
 }
 
-// Normals per solid angle, times what the surface's area has of theirs.
+// GGX: area of facets per area of the surface and solid angle of their normals.
 inline float ggx_distribution(Vec3f half, float alpha) {
   const float x = half.x / alpha, y = half.y / alpha;
   const float norm = x * x + y * y + half.z * half.z;
@@ -51,7 +52,7 @@ SpecularAlbedo mixed(SpecularAlbedo a, SpecularAlbedo b, float t) {
 // The i-th of the pairs of a table.
 SpecularAlbedo pair(const float* table, std::size_t i) { return {table[2 * i], table[2 * i + 1]}; }
 
-// Over all directions, cosine-weighted.
+// Mean of the albedo over all directions, cosine-weighted.
 SpecularAlbedo mean_albedo(float roughness) {
   const Step r = step_of(roughness);
   const float* const means = AlbedoTable::shared().view().means;
@@ -60,15 +61,16 @@ SpecularAlbedo mean_albedo(float roughness) {
 
 float missing(SpecularAlbedo a) { return std::max(0.0f, 1 - (a.scale + a.bias)); }
 
-// Of light that a first bounce keeps among the facets, what comes out in the end. The mean of
-// Schlick's term over all directions is f0 + (1 - f0) / 21, and light meets it again and again.
+// Albedo of multiple scattering: of light that stays between facets after the first bounce, what
+// comes out in the end. The mean of Schlick's term over all directions is f0 + (1 - f0) / 21, and
+// light meets it at every bounce.
 Vec3f several_albedo(Vec3f f0, SpecularAlbedo all) {
   const Vec3f fresnel = f0 + (grey(1) - f0) * (1 / 21.0f);
   return ratio(fresnel * fresnel * (1 - missing(all)), grey(1) - fresnel * missing(all));
 }
 
-// What facets leave for the base, once for the way in and once for the way out; not below 0 by
-// rounding.
+// Share of light that facets leave for the base, once for the way in and once for the way out. It
+// is not below 0 by rounding.
 Vec3f left_of(SpecularAlbedo a, const PlainGlossy::Facets& f) {
   return max(grey(1) - (f.f0 * a.scale + grey(a.bias) + f.several_albedo * missing(a)), Vec3f{});
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The glossy BSDF of one surface in plain arithmetic: what slave/core/bsdf/glossy-inl.h has to agree
-// with to the bit. What it is, and where it comes from, stands there.
+// The glossy BSDF of one surface in plain arithmetic. slave/core/bsdf/glossy-inl.h has to agree
+// with it to the bit, and says what it computes and where that comes from.
 #pragma once
 
 #include "slave/core/bsdf/albedo_table.h"
@@ -10,7 +10,7 @@
 
 namespace tessera::test {
 
-// Of cosine and roughness in [0, 1].
+// Requires: cosine and roughness in [0, 1].
 inline core::SpecularAlbedo plain_albedo(float cosine, float roughness) {
   return core::albedo_at(core::AlbedoTable::shared().view(), cosine, roughness);
 }
@@ -19,7 +19,7 @@ class PlainGlossy {
  public:
   struct Facets {
     Vec3f f0;              // reflected at normal incidence
-    Vec3f several_albedo;  // of light that stays among them for a while
+    Vec3f several_albedo;  // of multiple scattering between facets
   };
 
   // Requires: s.bsdf is glossy; to_viewer is above its shading normal.
@@ -29,7 +29,7 @@ class PlainGlossy {
   BsdfSample sample(Vec2f square) const;
 
  private:
-  // Unit, in the frame of the shading normal.
+  // A unit vector in the frame of the shading normal.
   Vec3f local(Vec3f world) const;
   BsdfValue evaluate_local(Vec3f light) const;
 
@@ -38,11 +38,11 @@ class PlainGlossy {
   Vec3f viewer_;  // local
   float roughness_, alpha_;
   Vec3f f0_;
-  Vec3f several_;  // of light met more than once: times what a direction misses
+  Vec3f several_;  // multiple scattering; times what a direction misses
   Vec3f several_albedo_;
   Facets dielectric_;
-  Vec3f base_;          // of the diffuse part: times what the facets leave of a direction
-  float facets_share_;  // of samples
+  Vec3f base_;          // diffuse part; times what the facets leave of a direction
+  float facets_share_;  // share of samples
 };
 
 }  // namespace tessera::test

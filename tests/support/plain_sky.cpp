@@ -10,7 +10,7 @@ namespace {
 constexpr float kPi = 3.14159274f;
 constexpr float kTwoPi2 = 19.7392088f;  // 2 pi^2: the picture's sides as angles, multiplied
 
-// Of x in [0, 1]; off by 2e-8 (Abramowitz and Stegun, 4.4.49) and roundings.
+// Arc tangent of x in [0, 1]; off by 2e-8 (Abramowitz and Stegun, 4.4.49) and roundings.
 float arc_tangent(float x) {
   const float b = x * x;
   float sum = 0.0028662257f;
@@ -29,7 +29,7 @@ float half_angle_of(float x, float y) {
   return x < 0 ? kPi - a : a;
 }
 
-// In texels, from the upper left corner.
+// Place of a direction in the picture, in texels from the upper left corner.
 Vec2f place_of(const core::SkyView& sky, Vec3f d) {
   const float turn = half_angle_of(-d.z, std::fabs(d.x)) / (2 * kPi);
   const float polar = half_angle_of(d.y, std::sqrt(d.x * d.x + d.z * d.z)) / kPi;

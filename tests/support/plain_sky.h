@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is seen of a sky along one direction, in plain arithmetic: what slave/core/light/sky-inl.h has to
-// agree with to the bit.
+// Radiance and pdf of an environment map along one direction, in plain arithmetic.
+// slave/core/light/sky-inl.h has to agree with them to the bit.
 // Threads. Pure functions.
 #pragma once
 
@@ -8,9 +8,9 @@
 
 namespace tessera::test {
 
-// `direction` need not be of unit length. Zero: some texel's.
+// `direction` need not be of unit length. A zero vector gets some texel's radiance.
 Vec3f plain_radiance(const core::SkyMap& sky, Vec3f direction);
-// By solid angle, with which samples take it. Requires: power() > 0, a unit vector.
+// Pdf, by solid angle, of sampling this direction. Requires: power() > 0, a unit vector.
 float plain_pdf(const core::SkyMap& sky, Vec3f direction);
 
 }  // namespace tessera::test

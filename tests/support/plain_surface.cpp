@@ -56,7 +56,8 @@ void interpolate_normal(const Triangle& t, Surface& s) {
   if (side < 0) s.shading_normal = -n;  // NaN or zero: stays flat
 }
 
-// The width over the cosine (Akenine-Moeller et al. 2021, section 3).
+// Width of the footprint: that of the cone over the cosine (Akenine-Moeller et al. 2021, section
+// 3).
 float footprint_of(const Surface& s, Vec3f direction) {
   if (!(s.cone.width > 0)) return 0;
   return s.cone.width * length(direction) / std::fabs(dot(s.normal, direction));
@@ -68,7 +69,7 @@ struct Uvs {
   Vec2f at, along_b, along_c;
 };
 
-// Of the picture.
+// Texture coordinates of the picture, and their differences along the edges.
 Uvs uvs_of(const Triangle& t, const TextureRef& ref) {
   const auto& of_mesh = ref.uv_set == 0 ? t.mesh->uvs : t.mesh->uvs1;
   const auto& m = ref.uv_map;
@@ -82,7 +83,7 @@ Uvs uvs_of(const Triangle& t, const TextureRef& ref) {
   return {{at.x, at.y}, {q.x - p.x, q.y - p.y}, {r.x - p.x, r.y - p.y}};
 }
 
-// glTF 2.0, section 3.9.3.
+// Normal mapping as in glTF 2.0, section 3.9.3.
 void turn_normal(const Triangle& t, const Uvs& uvs, Vec3f texel, float scale, Surface& s) {
   const Vec3f outward = s.is_front ? s.shading_normal : -s.shading_normal;
   const Vec2f b = uvs.along_b, c = uvs.along_c;

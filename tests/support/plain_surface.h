@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surface at a place of a triangle, one at a time and in plain arithmetic, each line of it as the
-// standard or the paper has it: what the kernels have to agree with to the bit
+// The surface at a place of a triangle, one at a time and in plain arithmetic, each line as the
+// standard or the paper has it. The kernels have to agree with it to the bit
 // (slave/core/primitive/triangle/triangle_points-inl.h, detail-inl.h, texture-inl.h).
 #pragma once
 
@@ -22,11 +22,11 @@ struct PlainPoint {
 PlainPoint plain_point(const core::TriangleStore& triangles, std::uint32_t triangle, float u,
                        float v, Vec3f direction);
 
-// Trilinear between levels (Williams, "Pyramidal parametrics", 1983). `texels`: how many of the base's
-// texels the footprint is wide.
+// Trilinear between levels (Williams, "Pyramidal parametrics", 1983). `texels`: width of the
+// footprint in texels of the base.
 Vec3f plain_mip_map_sample(const core::MipMap& map, Vec2f uv, float texels);
 
-// cone: at the surface.
+// cone: the ray cone at the surface.
 core::Surface plain_surface(const core::PreparedScene::Impl& scene, std::uint32_t triangle, float u,
                             float v, Vec3f direction, core::RayCone cone);
 

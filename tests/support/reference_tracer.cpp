@@ -49,7 +49,7 @@ ReferenceAnswer reference_hit(const Ray& ray, const ReferenceTriangle& triangle)
   const double cosine = std::fabs(slope) / (length(normal) * length(direction));
   answer.t = dot(normal, a) / slope;
   answer.t_error = kTolerance * s / (length(direction) * cosine);
-  // Seen edge-on within the tolerance nothing can be said.
+  // Nothing can be said of a triangle that is seen edge-on within the tolerance.
   if (!(slope != 0) || !(answer.t_error < s / length(direction))) {
     answer.verdict = Verdict::kEdge;
     answer.t_error = std::numeric_limits<double>::infinity();

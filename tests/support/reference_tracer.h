@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The answer of every triangle to a ray in double precision, without any spatial index: what the
-// kernels are measured against. Slow and simple.
+// The answer of every triangle to a ray in double precision, without any spatial index. The kernels
+// are measured against it. It is slow and simple.
 //
 // With u = 2^-24 and s the distance of the triangle's farthest vertex from the origin, a ray surely
 // hits (misses) when it passes inside (outside) by more than 16 u s, perpendicular to the ray;
@@ -33,8 +33,7 @@ struct ReferenceTriangle {
 
 ReferenceAnswer reference_hit(const Ray& ray, const ReferenceTriangle& triangle);
 
-// Says whether (is_hit, primitive, t) is a right answer for the ray; nullptr if so, else what is
-// wrong.
+// Returns: nullptr when (is_hit, primitive, t) is a right answer for the ray, else what is wrong.
 const char* judge(const Ray& ray, const std::vector<ReferenceTriangle>& triangles, bool is_hit,
                   std::uint32_t primitive, float t);
 

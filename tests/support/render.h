@@ -13,7 +13,7 @@
 
 namespace tessera::test {
 
-// With the widest instruction set here. Shape: [3 * width * height], row by row.
+// Renders one tile with the widest instruction set here. Shape: [3 * width * height], row by row.
 inline std::vector<float> render(const Scene& scene, const FrameSettings& settings) {
   const auto prepared = core::PreparedScene::build(scene, {});
   EXPECT_TRUE(prepared.is_ok());
@@ -24,7 +24,7 @@ inline std::vector<float> render(const Scene& scene, const FrameSettings& settin
   return rgb;
 }
 
-// The same picture in tiles of edge_px, backwards: order must not matter.
+// Renders a picture in tiles of edge_px, the last one first, since their order must not matter.
 inline std::vector<float> render_in_tiles(const core::PreparedScene& scene,
                                           const FrameSettings& settings, Isa isa, int edge_px,
                                           RayCounts* counts = nullptr) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A cluster in virtual time, as the scheduler sees it: slaves with threads, tile times and round
-// trips, an application that keeps the frames coming. For tests of what the scheduler is worth;
+// trips, and an application that keeps the frames coming. For tests of how good the scheduler is;
 // tests/sim drives the whole product.
 //
 // Threads. One.
@@ -23,7 +23,7 @@ struct WorldSlave {
   std::uint32_t threads = 1;
   double tile_seconds = 0.010;
   double round_trip_seconds = 0.0002;
-  double hangs_at = 1e9;  // from then on it says nothing, and nobody notices
+  double hangs_at = 1e9;  // from then on the slave says nothing, and nobody notices
 };
 
 struct WorldResult {

@@ -15,7 +15,7 @@
 
 namespace tessera::test {
 
-// Says at the first failure with which TESSERA_SEED it can be had again.
+// Prints at the first failure which TESSERA_SEED repeats it.
 class SeedTeller : public testing::EmptyTestEventListener {
  public:
   // Requires: `given`, the variable's value, lives as long as the process.
@@ -39,8 +39,8 @@ class SeedTeller : public testing::EmptyTestEventListener {
   bool is_told_ = false;
 };
 
-// usual: the test's own, another one for each stream of choices. Returns: that, or with
-// TESSERA_SEED=N one that N and it decide; N = 0 is the usual one.
+// usual: the test's own seed, another one for each stream of choices. Returns: `usual`, or with
+// TESSERA_SEED=N a seed of N and `usual`; N = 0 gives `usual`.
 inline std::uint32_t seed(std::uint32_t usual) {
   const char* const given = std::getenv("TESSERA_SEED");
   if (given == nullptr) return usual;
@@ -48,7 +48,7 @@ inline std::uint32_t seed(std::uint32_t usual) {
   return usual + 0x9E3779B9u * static_cast<std::uint32_t>(std::strtoul(given, nullptr, 10));
 }
 
-// TESSERA_SEED, else another one in every run.
+// Returns: TESSERA_SEED, else another seed in every run.
 inline unsigned seed() {
   const char* const given = std::getenv("TESSERA_SEED");
   return given != nullptr ? static_cast<unsigned>(std::strtoul(given, nullptr, 10))

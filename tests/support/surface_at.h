@@ -8,8 +8,8 @@
 
 namespace tessera::test {
 
-// direction: of a ray to that place, of any length; edge-on, u and v are far from exact. cone: at the
-// surface.
+// direction: of a ray to that place, of any length; where it is edge-on, u and v of the surface are
+// far from exact. cone: the ray cone at the surface.
 inline core::Surface surface_at(const core::PreparedScene::Impl& scene, std::uint32_t triangle,
                                 float u, float v, Vec3f direction, core::RayCone cone = {},
                                 Isa isa = widest_isa(core::cpu_isas() & core::compiled_isas())) {

@@ -20,7 +20,7 @@ class TaskLoop final : public net::EventLoop {
   void post(std::function<void()> task) override { tasks_.push_back(std::move(task)); }
   void run_and_wait(std::function<void()> task) override { task(); }
   bool is_current() const override { return true; }
-  // Time does not pass here; what needs it belongs into tests/sim.
+  // Time does not pass here; tests that need timers belong into tests/sim.
   std::unique_ptr<net::TimerBackend> make_timer() override {
     TESSERA_CHECK(false);
     return nullptr;
@@ -39,7 +39,7 @@ class TaskLoop final : public net::EventLoop {
   std::deque<std::function<void()>> tasks_;
 };
 
-// One task of each in turns, until none has any.
+// Runs one task of each loop in turns, until none has any.
 inline void run_until_idle(std::initializer_list<TaskLoop*> loops) {
   for (bool has_run = true; has_run;) {
     has_run = false;

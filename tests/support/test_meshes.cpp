@@ -23,7 +23,7 @@ Index midpoint(Mesh& mesh, std::map<std::pair<Index, Index>, Index>& known, Inde
   return m;
 }
 
-// Two triangles for each cell of a grid of rows * columns vertices that closes on itself.
+// Adds two triangles for each cell of a grid of rows * columns vertices that closes on itself.
 void close_grid(Mesh& mesh, Index rows, Index columns) {
   for (Index i = 0; i < rows; ++i) {
     for (Index j = 0; j < columns; ++j) {
@@ -183,7 +183,7 @@ Scene make_full_scene() {
   return scene;
 }
 
-// The same room with every kind of surface program and BSDF.
+// The room of make_full_scene() with every kind of surface program and BSDF.
 Scene make_scene_of_all_materials() {
   Scene scene = make_full_scene();
   scene.materials[0].surface = {SurfaceKind::kBrick,

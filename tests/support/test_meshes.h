@@ -31,7 +31,7 @@ void add_quad(Mesh& mesh, Vec3f a, Vec3f b, Vec3f c, std::uint32_t material);
 // A room with every feature: texture, smooth normals, all kinds of lights, an emitter, a sky,
 // instances.
 Scene make_full_scene();
-// The same room with every kind of surface program and BSDF.
+// The room of make_full_scene() with every kind of surface program and BSDF.
 Scene make_scene_of_all_materials();
 
 }  // namespace tessera::test

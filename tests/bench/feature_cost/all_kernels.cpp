@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernel of the table that slaves use, beside all the others.
+// Traces with a kernel of the table that slaves use, so that all other kernels are linked in, too.
 #include "slave/core/kernels/kernel_table.h"
 #include "tests/bench/feature_cost/kernels.h"
 

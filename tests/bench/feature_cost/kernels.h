@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the programs of this folder trace: one kernel, taken from the table that holds them all, or
-// compiled alone.
+// The kernel that the programs of this folder trace with. It is taken from the table that holds all
+// kernels, or compiled alone.
 #pragma once
 
 #include "slave/core/primitive/shapes_layout.h"
@@ -13,7 +13,8 @@ struct FeatureScene {
   KdView<8, TrianglesOnly<8>> kd;
 };
 
-// Closest hits, or the bits of the rays that are blocked: whichever the program has.
+// Traces closest hits into `hits`, or returns the bits of the rays that are blocked, whichever the
+// program was compiled for.
 uint64_t trace_once(const FeatureScene& scene, const FanPacket& rays, PacketHits& hits);
 
 }  // namespace tessera::core

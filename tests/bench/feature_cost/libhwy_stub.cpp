@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Takes the place of libhwy for programs that run under valgrind: the one function of it that the core
-// calls, for a processor with AVX2, which is what valgrind shows them.
+// Takes the place of libhwy in programs that run under valgrind. It has the one function that the
+// core calls, and answers for a processor with AVX2, which is what valgrind shows them.
 #include <cstdint>
 
 namespace hwy {

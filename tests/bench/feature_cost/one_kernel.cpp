@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One kernel and nothing else: no other structure, no other kind of answer, no bundles.
+// One kernel compiled alone, without other structures, other kinds of answers or bundles.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3 | HWY_AVX3_DL)
 #define HWY_BROKEN_EMU128 1
 #undef HWY_TARGET_INCLUDE
@@ -38,7 +38,7 @@ namespace tessera::core {
 
 namespace {
 
-// Called as the kernels of the table are.
+// The kernel is called through a pointer, as those of the table are.
 decltype(&N_AVX2::trace_one) volatile trace_one = N_AVX2::trace_one;
 
 }  // namespace

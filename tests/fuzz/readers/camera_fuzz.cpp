@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as a camera file and as camera text: refused, or a camera for every frame.
+// Any bytes as a camera file and as camera text are refused, or give a camera for every frame.
 #include <cmath>
 #include <cstdlib>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as a glTF file, through the real tessera-import: whatever happens there, here it is a
-// valid scene or one line.
+// Any bytes as a glTF file, through the real tessera-import: whatever happens in it, its caller
+// gets a valid scene or one line.
 #include <cstdlib>
 
 #include "common/scene/validate.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as a glTF file, through the reader alone (pictures are not decoded): a valid scene or one
-// line, never an index out of range.
+// Any bytes as a glTF file, through the reader alone (pictures are not decoded), give a valid scene
+// or one line, never an index out of range.
 #include <cstdlib>
 #include <new>
 
@@ -35,7 +35,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (!is_one_line(warning)) std::abort();
     }
     if (const auto status = tessera::validate_scene(read->scene); !status.is_ok()) {
-      // What has no limit in the format may be beyond ours: then it is the next border that says so.
+      // Numbers without a limit in the format may be beyond ours; the next check says so then.
       if (status.code() != tessera::StatusCode::kResourceExhausted &&
           status.message().find("too large") == std::string::npos)
         std::abort();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as the material file of a good OBJ file: a valid scene, perhaps with warnings.
+// Any bytes as the material file of a good OBJ file give a valid scene, perhaps with warnings.
 #include <cstdlib>
 
 #include "common/scene/validate.h"

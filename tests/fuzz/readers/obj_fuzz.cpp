@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as an OBJ file: refused with a line, or a valid scene.
+// Any bytes as an OBJ file are refused with a line, or give a valid scene.
 #include <cstdlib>
 
 #include "common/scene/validate.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as what an importer hands over, and as the blocks of a scene: refused, or a valid
-// scene.
+// Any bytes as the output of an importer, and as the blocks of a scene, are refused, or give a
+// valid scene.
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -26,8 +26,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::span bytes(reinterpret_cast<const std::byte*>(data), size);
   const auto stream = decode_scene_stream(bytes);
   if (stream.is_ok()) decode_blocks(stream->scene);
-  // Digests hide the decoder behind them from mutations: the same bytes once more as five blocks,
-  // four 16-bit lengths first.
+  // Digests hide the decoder behind them from mutations, so the same bytes are decoded once more as
+  // five blocks with right digests, after four 16-bit lengths.
   EncodedScene scene;
   for (std::size_t i = 0, begin = 8; size >= 8 && i < 5; ++i) {
     const std::size_t length = i < 4 ? data[2 * i] | std::size_t{data[2 * i + 1]} << 8 : size;

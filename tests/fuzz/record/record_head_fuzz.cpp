@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any 20 bytes as the head of a record, before and after the handshake: refused, or within the
-// limits of its type and the same bytes when encoded again.
+// Any 20 bytes as the head of a record, before and after the handshake, are refused, or are within
+// the limits of their type and the same bytes when encoded again.
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>

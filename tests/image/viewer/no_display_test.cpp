@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a person reads when no window can be opened. The one argument says what is missing:
+// Checks what a person reads when no window can be opened. The one argument says what is missing,
 // "display" or "opengl"; the calling script arranges it.
 #include <cstdio>
 #include <cstring>

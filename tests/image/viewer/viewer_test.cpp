@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The window on a virtual display: what is drawn is read back and compared with the frame that was
-// published. Run by run.sh under xvfb-run with software rendering; with a folder as argument, the
-// pictures are left there (PPM).
+// published. run.sh runs this under xvfb-run with software rendering; with a folder as argument,
+// the pictures are left there (PPM).
 #include "master/display/viewer.h"
 
 #include <gtest/gtest.h>
@@ -178,8 +178,8 @@ TEST(ViewerPicture, TintMixesEachTileWithItsSlavesColour) {
   }
 }
 
-// sRGB-encoded, [0, 255], of the picture `rgb` (linear), interpolated between the middles of its
-// pixels at (x, y), which are counted in pixels of it.
+// The sRGB-encoded value in [0, 255] of the picture `rgb` (linear), interpolated between the
+// middles of its pixels at (x, y), which are counted in its pixels.
 double between(const std::vector<float>& rgb, PixelSize size, double x, double y, int channel) {
   const auto pixel = [&](int column, int row) {
     column = std::clamp(column, 0, size.width_px - 1);
@@ -202,7 +202,8 @@ TEST(ViewerPicture, LetterboxedAndMagnifiedWithoutBlocks) {
     const FrameImage shot = shot_of(options(340, 240), viewer_frame(image));
     const PixelRect r = letterbox({100, 80}, {340, 240});
     ASSERT_EQ(r, (PixelRect{20, 0, 300, 240}));
-    // Half a step of the window's rounding; where the picture has 8 bits, half a step of its own.
+    // Tolerance: half a step of the window's rounding; where the picture has 8 bits, half a step of
+    // its own, too.
     const double near = format == PixelFormat::kDisplay8 ? 1.01 : 0.51;
     for (int y = 0; y < 240; ++y) {
       for (int x = 0; x < 340; ++x) {
@@ -230,7 +231,7 @@ TEST(ViewerPicture, LampsDoNotGrowWhenMagnified) {
   ViewerFrame frame = viewer_frame(std::make_shared<const FrameImage>(lamp));
   frame.stands_for = {320, 240};
   const FrameImage shot = shot_of(options(), frame);
-  // Between the middles of the two pixels in question, at 120 and 200, it rises evenly.
+  // Between the middles of the two pixels in question, at 120 and 200, the value rises evenly.
   for (int x = 120; x < 200; ++x)
     ASSERT_NEAR(at(shot, x, 120, 0), (x + 0.5 - 120) / 80 * 255, 0.51);
 }

@@ -5,7 +5,7 @@
 namespace tessera::core {
 namespace {
 
-// Cosine between the normal and the way to the camera; 0 where nothing is met.
+// Cosine between the normal and the way to the camera; 0 where nothing is hit.
 void facing(const CameraSample& sample, float* to) {
   if (sample.surface == nullptr) return;
   *to = dot(sample.surface->shading_normal, normalize(sample.eye - sample.surface->point));

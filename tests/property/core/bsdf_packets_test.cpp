@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the kernels make of the BSDFs of many surfaces is to the bit what plain arithmetic makes of each
-// alone, on every instruction set and whatever stands beside it.
+// Property: the kernels compute and sample the BSDFs of many surfaces to the bit as plain
+// arithmetic does for each alone, on every instruction set and whatever stands beside it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,13 +31,13 @@ class AnySurface {
       if (length(v) > 1e-3f) return normalize(v);
     }
   }
-  // Above the surface, grazing at times; rarely below.
+  // A direction above the surface, at times grazing, rarely below.
   Vec3f above(Vec3f normal) {
     const Vec3f v = cosine_direction(normal, {share(), share()});
     if (random_() % 8 == 0) return normalize(v - normal * (0.999f * dot(v, normal)));
     return random_() % 50 == 0 ? -v : normalize(v);
   }
-  // In [0, 1), its ends often.
+  // A number in [0, 1), often one of its ends.
   float share() {
     if (random_() % 16 == 0) return random_() % 2 == 0 ? 0 : 1 - 0x1p-24f;
     return std::uniform_real_distribution<float>(0, 1 - 0x1p-24f)(random_);

@@ -42,14 +42,15 @@ Mesh in_plane(Mesh mesh) {
   return mesh;
 }
 
-// All centroids fall together: there is nothing to sort by.
+// Triangles whose centroids fall together, so that there is nothing to sort by.
 Mesh stacked(std::uint32_t count) {
   Mesh mesh = test::make_random_triangles(1, 1, 7);
   mesh.triangles.resize(count, mesh.triangles[0]);
   return mesh;
 }
 
-// Each triangle a tenth of the one before, towards one point: splits take off one at a time.
+// Triangles that shrink towards one point, each a tenth of the one before, so that splits take off
+// one at a time.
 Mesh shrinking(std::uint32_t count) {
   Mesh mesh = test::make_random_triangles(count, 1, 8);
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {

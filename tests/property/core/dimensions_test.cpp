@@ -20,7 +20,7 @@ constexpr int kSide = 64, kCells = kSide * kSide;
 constexpr std::uint32_t kDraws = 1u << 14;  // 4 to a cell
 constexpr std::uint32_t kKeys = 16;         // as many pixels
 
-// What a use draws for each index; the kernels draw the same (core_surfaces_test).
+// The numbers that a use draws, one for each index; the kernels draw the same (core_surfaces_test).
 std::vector<Vec2f> draws(std::uint32_t key, std::uint32_t number) {
   std::vector<Vec2f> points(kDraws);
   for (std::uint32_t i = 0; i < kDraws; ++i) points[i] = shuffled_2d(hash_combine(key, number), i);
@@ -147,7 +147,7 @@ TEST(Dimensions, TheSameUseOfTwoSurfacesOfAPathIsIndependent) {
   }
 }
 
-// Or the tests above could not be red: without the shuffle two dimensions are one sequence.
+// Shows that the tests above can fail: without the shuffle two dimensions are one sequence.
 TEST(Dimensions, UsesOfOneOrderAreFoundOut) {
   Independence independence;
   for (std::uint32_t pixel = 0; pixel < kKeys; ++pixel) {

@@ -22,8 +22,8 @@ struct Tile {
   std::vector<Vec3f> corners;
 };
 
-// Towards corners of the mesh, so that the window ends exactly there; a third of them a line, a
-// third with an edge along an axis.
+// A tile whose corner rays go to corners of the mesh, so that the window ends exactly there. A
+// third of the tiles are a line, a third have an edge along an axis.
 Tile make_tile(const Mesh& mesh, std::mt19937& random) {
   std::uniform_real_distribution<float> unit(-1, 1);
   const auto vertex = [&] { return mesh.positions[random() % mesh.positions.size()]; };
@@ -115,7 +115,7 @@ TEST(FanEntry, FansHitWhatTheyWouldFromTheRoot) {
       expect_same(*kd16, tile, random, tally);
     }
   }
-  // Or nothing was tested.
+  // With fewer of them nothing would be tested.
   EXPECT_GT(tally.fans, 2000);
   EXPECT_GT(tally.hits, 64 * tally.fans / 10);
   EXPECT_GT(tally.deep, tally.fans / 10);

@@ -75,7 +75,7 @@ class Generator {
         break;
     }
     c.direction = target - c.origin;
-    // Off by one unit of the grid: the nearest that a ray can pass.
+    // The ray is moved by one unit of the grid, the nearest that it can pass.
     if (random_() % 4 == 0) c.direction.x += 1;
     if (c.direction.x == 0 && c.direction.y == 0 && c.direction.z == 0) c.direction.z = 1;
     return c;

@@ -33,7 +33,7 @@ class Hard {
   unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
   float power(float low, float high) { return std::pow(10.0f, low + (high - low) * share()); }
   Vec3f point(float size) { return {size * sign(), size * sign(), size * sign()}; }
-  // Up to 2^5 roundings away.
+  // A point up to 2^5 roundings away.
   Vec3f beside(Vec3f p) {
     const float largest = std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
     return p + point(largest * 0x1p-24f * static_cast<float>(1u << below(6)));
@@ -66,7 +66,7 @@ struct Fan {
   }
 };
 
-// How often fans, both calls, and single rays differ. hits: of single rays.
+// How often fans, closest and any hit, differ from single rays. hits: of single rays.
 struct Count {
   std::uint64_t rays = 0, hits = 0, different = 0;
 };
@@ -118,7 +118,7 @@ struct Sliver {
     switch (any.below(4)) {
       case 0:
         return middle + any.point(2 * size);
-      case 1:  // in the plane of float32
+      case 1:  // in the plane, as rounded
         return along + (c - a) * (any.sign() * any.power(0, 6));
       case 2:  // seen edge-on
         return any.beside(along + any.point(size));
@@ -199,8 +199,8 @@ TEST(FanTriangles, SliversAreHitWhereExactArithmeticSaysSo) {
   EXPECT_EQ(different, 0u);
 }
 
-// A million times the size of a hall, a sliver whose B and C are a few roundings apart, seen nearly edge-on: a fan of
-// long rays missed it once.
+// A sliver a million times the size of a hall, whose B and C are a few roundings apart, seen nearly
+// edge-on. A fan of long rays missed it once.
 TEST(FanTriangles, LongRaysHitTheSliverOfTheHall) {
   Mesh mesh;
   mesh.positions = {{0x1.37a3cap+22f, 0x1.621e24p+21f, 0x1.f16232p+19f},

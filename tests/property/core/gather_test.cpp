@@ -35,7 +35,7 @@ std::shared_ptr<const PreparedScene> make_scene() {
   return *PreparedScene::build(scene, {});
 }
 
-// Points that rays from around `centre` meet.
+// Finds points that rays from around `centre` hit.
 void find_points(const PreparedScene::Impl& scene, const SceneTracer& tracer, std::mt19937& random,
                  Vec3f centre, float size, GatherPoints& to) {
   std::uniform_real_distribution<float> unit(-1, 1);
@@ -79,7 +79,7 @@ struct Compared {
   std::int64_t rays = 0, known = 0, wrong = 0;
 };
 
-// The rays of a VPL with and without what is known of them, in fans and alone.
+// Compares a VPL's shadow rays with and without their excluded triangles, in fans and alone.
 void compare(const SceneTracer& tracer, const LightPoint& light, const GatherRays& rays,
              Compared& sum) {
   FanPacket fan;
@@ -142,8 +142,8 @@ TEST(Gather, WhatShadowRaysAreKnownNotToMeetChangesNoAnswer) {
   }
 }
 
-// The inner corner of a closed box, where points and VPLs are next to each other and to their planes,
-// the further from the origin the less they know where they are.
+// The inner corner of a closed box, where points and VPLs are next to each other and to each
+// other's planes. The further it is from the origin, the more their positions are rounded.
 TEST(Gather, NorDoesItInCornersFarFromTheOrigin) {
   for (const float at : {0.0f, 1e3f, 1e5f}) {
     Scene scene = test::make_scene(test::make_cube());
@@ -172,10 +172,10 @@ TEST(Gather, NorDoesItInCornersFarFromTheOrigin) {
   }
 }
 
-// What is excluded does not block, whatever else of its block the ray comes near.
+// An excluded triangle does not block, whatever else of its leaf block the ray comes near.
 TEST(Gather, ExcludedTrianglesDoNotBlock) {
   Mesh mesh;
-  for (const float z : {0.0f, 3.0f}) {  // the line goes through the other, too, behind its end
+  for (const float z : {0.0f, 3.0f}) {  // the ray ends before the second plane
     for (int i = 0; i < 4; ++i)
       test::add_quad(mesh, {static_cast<float>(i), 0, z}, {1, 0, 0}, {0, 1, 0}, 0);
   }
@@ -187,7 +187,7 @@ TEST(Gather, ExcludedTrianglesDoNotBlock) {
     std::uniform_real_distribution<float> unit(0, 1);
     for (int i = 0; i < 20000; ++i) {
       const float x = 4 * unit(random);
-      // Half of them next to the edge that the halves of a quad share.
+      // Half of the rays pass next to the edge that the halves of a quad share.
       const float along = x - std::floor(x);
       const float y = i % 2 == 0 ? unit(random) : along + 1e-7f * (unit(random) - 0.5f);
       SingleRay ray{{x, y, -1}, {0, 0, 2}, 0, 1};
@@ -202,7 +202,7 @@ TEST(Gather, ExcludedTrianglesDoNotBlock) {
   }
 }
 
-// Thin triangles, whose computed normals are off: a VPL that seems to be above them need not be.
+// The computed normals of thin triangles are off, so a VPL that seems to be above one need not be.
 TEST(Gather, NorDoesItForSlivers) {
   std::mt19937 random(test::seed(7));
   std::uniform_real_distribution<float> unit(-1, 1);
@@ -230,7 +230,7 @@ TEST(Gather, NorDoesItForSlivers) {
                   c = scene.triangles.vertex(t, 2) - a;
       const Vec3f n = normalize(cross(b, c)) * (number % 2 == 0 ? 1.0f : -1.0f);
       const SurfacePoint at = surface_point(a, b, c, n, 0.2f + 0.1f * unit(random), 0.5f);
-      // Low over the computed plane, along the long side.
+      // The VPL is low over the computed plane, along the long side.
       const float away = 0.3f + 0.2f * unit(random);
       const float rise = 0x1p-12f * (1.6f + 0.5f * unit(random)) * away + 2 * at.offset;
       const Vec3f along = normalize(b) * (number % 4 < 2 ? 1.0f : -1.0f);

@@ -26,7 +26,7 @@ struct Class {
   const char* name;
   float scale_low, scale_high;  // exponents of ten
   float shear;
-  float far;  // of the world's origin, in units of the scene
+  float far;  // from the world's origin, in units of the scene
   bool is_mirrored = false;
   bool is_uneven = false;  // axes are scaled apart by up to 1e4
 };
@@ -41,7 +41,7 @@ constexpr Class kClasses[] = {{"identity", 0, 0, 0, 0},
                               {"far", 0, 0, 0.3f, 1e5f},
                               {"mixed", -3, 3, 1, 10, true}};
 
-// A rotation, scaled and sheared, into a cell of a grid, so that instances stand apart but touch.
+// A rotation with scale and shear into a cell of a grid, so that instances stand apart but touch.
 Transform transform_of(const Class& c, int number, Random& random) {
   Transform t;
   if (std::string_view(c.name) == "identity" && number == 0) return t;
@@ -99,7 +99,8 @@ Vec3f any_corner(const TriangleStore& triangles, Random& random) {
   return triangles.vertex(random() % triangles.triangle_count(), static_cast<int>(random() % 3));
 }
 
-// At corners, edges, faces and past them; from outside, inside, near a surface and from one point.
+// Rays at corners, edges, faces and past them, which start outside, inside, near a surface or from
+// one point.
 std::vector<CastRay> rays_of(const TriangleStore& triangles, std::size_t count, Random& random) {
   const Vec3f center = any_corner(triangles, random);
   const float size = length(any_corner(triangles, random) - center) + 1e-3f * length(center);
@@ -182,7 +183,7 @@ TEST_P(Instances, GiveTheBitsOfTheFlattenedScene) {
 INSTANTIATE_TEST_SUITE_P(Transforms, Instances, testing::ValuesIn(kClasses),
                          [](const auto& info) { return std::string(info.param.name); });
 
-// Hard rays of each class, with their mesh turned out of its place and back by the instance.
+// Hard rays of each class, and their mesh in its place and sheared beside it.
 class HardInstances : public testing::TestWithParam<std::string> {};
 
 TEST_P(HardInstances, GiveTheBitsOfTheFlattenedScene) {

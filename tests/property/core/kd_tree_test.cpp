@@ -24,7 +24,8 @@ std::vector<Bounds3f> boxes_of(Mesh mesh) {
   return boxes;
 }
 
-// All vertices on a grid of step 1/4: many faces of boxes coincide, many boxes are flat.
+// Moves all vertices to a grid of step 1/4, so that many faces of boxes coincide and many boxes are
+// flat.
 Mesh on_coarse_grid(Mesh mesh) {
   for (Vec3f& p : mesh.positions) {
     p = {std::round(p.x * 4) / 4, std::round(p.y * 4) / 4, std::round(p.z * 4) / 4};
@@ -76,7 +77,8 @@ struct Cut {
   }
 };
 
-// The leaves whose voxels the point is in, faces included; each is to list the triangle.
+// Returns: how many leaves have the point in their voxels, faces included, when none of them lists
+// the triangle; else 0.
 std::size_t leaves_without(const KdTree& tree, Vec3f p, std::uint32_t triangle) {
   std::vector<std::uint32_t> open{0};
   std::size_t missing = 0;
@@ -96,7 +98,7 @@ std::size_t leaves_without(const KdTree& tree, Vec3f p, std::uint32_t triangle) 
     if (x <= node.split) open.push_back(index);
     if (x >= node.split) open.push_back(index + 1);
   }
-  // On a face between voxels one of them is enough.
+  // Where the point is on a face between voxels, one of them is enough.
   return is_listed ? 0 : missing;
 }
 
@@ -125,7 +127,8 @@ TEST(KdTree, AQualityTreeListsATriangleWhereverAPointOfItIs) {
         missing += leaves_without(cut.tree, a, t);
         if (a.x == b.x || a.y == b.y || a.z == b.z) continue;
         const Vec3f p = a + (b - a) * unit(random);
-        // Off the edge by roundings: looked for only where no split is as near as that.
+        // p is off the edge by roundings, so it is looked for only where no split is as near as
+        // that.
         const Vec3f near = p + (b - a) * 1e-5f, far = p - (b - a) * 1e-5f;
         std::size_t none = leaves_without(cut.tree, p, t);
         none = std::min(none, leaves_without(cut.tree, near, t));
@@ -137,8 +140,8 @@ TEST(KdTree, AQualityTreeListsATriangleWhereverAPointOfItIs) {
   EXPECT_GT(points, 400'000u);
 }
 
-// Planes at bin borders, above so many primitives, cost at most 2 % more than all faces of boxes
-// tried.
+// Trees with planes at bin borders, above so many primitives, cost at most 2 % more than trees for
+// which all faces of boxes are tried.
 TEST(KdTree, AQualityTreeIsAsGoodAsTheExactSweep) {
   const Mesh meshes[] = {test::make_icosphere(5), test::make_terrain(120, 3),
                          test::make_torus(200, 80), test::make_random_triangles(20'000, 0.1f, 5),
@@ -166,7 +169,7 @@ TEST(KdTree, AQualityTreeIsAsGoodAsTheExactSweep) {
 
 TEST(KdTree, KeepsItsMemoryBoundWhenTestsLookDear) {
   KdBuildConfig config;
-  config.cost_intersect = 20;  // splits as long as it is let
+  config.cost_intersect = 20;  // splits for as long as the bounds let it
   config.refs_per_primitive_max = 3;
   expect_sound(boxes_of(test::make_random_triangles(2000, 1.0f, 9)), "soup", config);
 }

@@ -35,11 +35,11 @@ struct Prepared {
     store = make_triangle_store(test::make_scene(mesh), boxes);
     bvh8 = std::move(*index_by_bvh<8>(boxes, store.vertices, {1, nullptr}));
     bvh16 = std::move(*index_by_bvh<16>(boxes, store.vertices, {1, nullptr}));
-    // A fine tree, for more planes to go wrong at than the coarse ones of every day have.
+    // A fine tree, which has more planes for rays to go wrong at than the default.
     KdBuildConfig fine;
     fine.cost_intersect = 4;
     kd8 = std::move(*index_by_kd<8>(boxes, store.vertices, {1, nullptr}, fine));
-    // And one whose triangles are cut, finer than that of every day, too.
+    // A tree whose triangles are clipped, finer than the default, too.
     const TriangleClipper clipper(store.vertices);
     KdBuildConfig cut = quality_build(clipper);
     cut.cost_intersect = 1;
@@ -76,7 +76,7 @@ std::string text_of(const FanPacket& fan, int i) {
   return out.str();
 }
 
-// A fan from `origin`: at random points, at corners, at edges, along axes, now and then invalid.
+// A fan from `origin` at random points, corners and edges, along axes, and now and then invalid.
 FanPacket make_fan(const Mesh& mesh, Vec3f origin, std::mt19937& random) {
   FanPacket fan{};
   if (random() % 4 == 0) fan.t_min = 0.4f;
@@ -84,7 +84,8 @@ FanPacket make_fan(const Mesh& mesh, Vec3f origin, std::mt19937& random) {
   const auto corner = [&] { return mesh.positions[random() % mesh.positions.size()]; };
   const bool is_wide = random() % 4 == 0;  // no frustum: traced one by one
   const Vec3f middle = corner();
-  // No wider than a ray: what the planes of a frustum and the depths between them are off shows.
+  // A fan no wider than a ray shows how far the planes of a frustum and the depths between them are
+  // off.
   const bool is_line = random() % 4 == 0;
   std::uniform_real_distribution<float> unit(-1, 1);
   for (int i = 0; i < kPacketRays; ++i) {
@@ -125,7 +126,8 @@ bool is_valid(const SingleRay& ray) {
          ray.t_min <= ray.t_max;
 }
 
-// What is wrong with an answer, or nullptr. t is off by 3 roundings (plane-inl.h), exact.t by 2.
+// Returns: what is wrong with an answer, or nullptr. t is off by 3 roundings (plane-inl.h), exact.t
+// by 2.
 const char* judge(const TriangleStore& store, const std::vector<Bounds3f>& boxes,
                   const SingleRay& ray, const SingleHit& hit) {
   const bool is_hit = hit.primitive != kNoPrimitive;
@@ -173,7 +175,8 @@ void expect_agreement(const Index& bvh, const FanPacket& fan, const PacketHits& 
   }
 }
 
-// The rays of a fan, moved apart: by much, or as little as the points of one surface are.
+// The rays of a fan with their origins moved apart, by much or as little as the points of one
+// surface are.
 RayPacket make_packet(const FanPacket& fan, float scale, std::mt19937& random) {
   RayPacket packet{};
   packet.active = fan.active;
@@ -254,8 +257,8 @@ TEST(Kernels, EveryPathGivesTheAnswerOfExactArithmetic) {
   });
 }
 
-// Where a ray may look exactly as far as what it hits, or one number less far, closest and any-hit
-// of all ways still agree.
+// Closest-hit and any-hit rays agree in all ways also where t_max is exactly the t of the hit, or
+// one float less.
 TEST(Kernels, LimitsCountToTheBit) {
   with_fans(77, 25, [](const Prepared& scene, const FanPacket& plain, float, std::mt19937& random) {
     FanPacket fan = plain;
@@ -321,7 +324,7 @@ TEST(Kernels, SingleRaysKeepToTheirRangeOnBothSidesOfTheOrigin) {
   }
 }
 
-// From inside a closed mesh nothing gets out, aimed at its edges and corners or not.
+// No ray gets out of a closed mesh, aimed at its edges and corners or not.
 TEST(Kernels, NoRayLeavesAClosedMesh) {
   const std::uint32_t seed = 99;
   std::size_t rays = 0, leaks = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points of the sample sequence and samples of emitters: what the kernels make of a packet is to the bit
-// what plain arithmetic makes of each alone, on every instruction set.
+// Property: the kernels compute the points of the sample sequence and samples of emitters of a
+// packet to the bit as plain arithmetic does for each alone, on every instruction set.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ namespace {
 bool same_bits(Vec3f a, Vec3f b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
 Vec3f at(const float (&v)[3][kLitPoints], int i) { return {v[0][i], v[1][i], v[2][i]}; }
 
-// Sobol's direction numbers one after the other, as his paper has them.
+// Sobol's second dimension from one direction number after the other, as his paper has it.
 std::uint32_t sobol2_by_directions(std::uint32_t i) {
   std::uint32_t sum = 0;
   for (std::uint32_t v = 1u << 31; i != 0; i >>= 1, v ^= v >> 1) {
@@ -105,7 +105,7 @@ struct Pair {
     e.chance[i] = emitter.share;
   }
 
-  // As the rendering equation has it, one after the other. Returns: whether there is light.
+  // Expects the rendering equation's strength in plain arithmetic. Returns: whether there is light.
   bool expect_plain(int i) const {
     const EmitterPoint on = point_on(LightSet{}, emitter, {e.square[0][i], e.square[1][i]});
     const Vec3f away = on.at.point - point;

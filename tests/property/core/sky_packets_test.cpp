@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the kernels see of the sky for whole packets is to the bit what SkyMap tells of each direction
-// and each sample alone, on every instruction set.
+// Property: the kernels look up and sample the environment map for whole packets to the bit as
+// SkyMap does for each direction and each sample alone, on every instruction set.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ namespace {
 bool same_bits(Vec3f a, Vec3f b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
 Vec3f at(const float (&v)[3][kSkyPoints], int i) { return {v[0][i], v[1][i], v[2][i]}; }
 
-// Light over 12 orders of magnitude, half of it black, with a sun.
+// An environment map over 12 orders of magnitude, half of it black, with a sun.
 std::shared_ptr<const EnvironmentMap> make_map(int width_px, int height_px) {
   std::mt19937 random(static_cast<unsigned>(width_px));
   std::uniform_real_distribution<float> exponent(-6, 6);
@@ -33,7 +33,7 @@ std::shared_ptr<const EnvironmentMap> make_map(int width_px, int height_px) {
   return map;
 }
 
-// Some along the axes, on the seam, and none.
+// A direction, at times along the axes or on the seam, or the zero vector.
 Vec3f any_direction(std::mt19937& random) {
   std::uniform_real_distribution<float> unit(-1, 1);
   const float odd[] = {0, -0.0f, 1, -1, 1e-30f, 1e-10f};
@@ -42,7 +42,7 @@ Vec3f any_direction(std::mt19937& random) {
   return random() % 2 == 0 ? normalize({x, y, z}) : Vec3f{x, y, z} * 7;
 }
 
-// Some at the ends, and where parts of the picture meet.
+// A number in [0, 1), at times one of its ends or where parts of the map meet.
 float any_share(std::mt19937& random) {
   const float below_one = 1 - std::numeric_limits<float>::epsilon() / 2;
   switch (random() % 4) {

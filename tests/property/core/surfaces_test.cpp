@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the kernels make of whole packets, camera rays and the points that rays have met, is to the bit
-// what plain arithmetic makes of each ray alone, on every instruction set.
+// Property: the kernels compute camera rays and surface interactions of whole packets to the bit as
+// plain arithmetic does for each ray alone, on every instruction set.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -23,7 +23,7 @@
 namespace tessera::core {
 namespace {
 
-// Of floats: 0 and -0 differ, NaN is NaN.
+// Compares floats by their bits: 0 and -0 differ, NaN is NaN.
 bool same_bits(Vec3f a, Vec3f b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
 Vec3f at(const float (&v)[3][kPacketRays], int i) { return {v[0][i], v[1][i], v[2][i]}; }
 
@@ -135,7 +135,7 @@ TEST(Surfaces, PointsOfPacketsAreThoseOfEachRayAlone) {
   }
 }
 
-// Number 0 repeats, 1 wraps in other ways, 2 is not interpolated, either with 8 bits; 3 has 16.
+// Texture 0 repeats, 1 wraps in other ways, 2 is not interpolated, all with 8 bits; 3 has 16.
 std::shared_ptr<const Texture> random_texture(int width, int height, bool is_srgb, int number) {
   std::mt19937 random(static_cast<unsigned>(width));
   Texture t;
@@ -155,8 +155,8 @@ std::shared_ptr<const Texture> random_texture(int width, int height, bool is_srg
   return std::make_shared<const Texture>(t);
 }
 
-// Plain, marble, wood, brick, glossy with all textures, diffuse with lamps of two kinds, mirror, and
-// glass with a map of normals, and two whose textures lie in ways of their own.
+// The materials: plain, marble, wood, brick, glossy with all textures, diffuse with lamps of two
+// kinds, mirror, glass with a normal map, and two whose textures have uv transforms of their own.
 constexpr std::uint32_t kRichMaterials = 10;
 std::vector<Material> rich_materials() {
   std::vector<Material> materials(kRichMaterials);
@@ -184,7 +184,7 @@ std::vector<Material> rich_materials() {
   materials[6].bsdf = BsdfKind::kMirror;
   materials[7].bsdf = BsdfKind::kGlass;
   materials[7].normal_texture = 5;
-  // Pictures that lie otherwise, some alike.
+  // Textures with uv transforms and uv sets of their own, some of them alike.
   materials[8].bsdf = BsdfKind::kGlossy;
   materials[8].albedo_texture = place(6, 0, {0.5f, 2, 0.1f, -1, 0.25f, 3});
   materials[8].roughness_metalness_texture = place(7, 0, {0.5f, 2, 0.1f, -1, 0.25f, 3});
@@ -213,7 +213,7 @@ Vec2f rich_uv(Vec3f p, std::uint32_t triangle) {
 }
 
 // A mesh with several materials and kinds of texture coordinates, triangle by triangle, and another
-// without any, as they are, turned, and turned inside out.
+// without any. Both are there as they are, turned, and turned inside out.
 std::shared_ptr<const PreparedScene> make_rich_scene() {
   const Mesh torus = test::make_torus(30, 13);
   Mesh mesh, plain = torus;
@@ -222,7 +222,7 @@ std::shared_ptr<const PreparedScene> make_rich_scene() {
     for (const std::uint32_t vertex : torus.triangles[i]) {
       const Vec3f p = torus.positions[vertex];
       mesh.positions.push_back(p);
-      // Some look behind the surface, some are none.
+      // Some normals point behind the surface, some are zero.
       mesh.normals.push_back(i % 11 == 0 ? Vec3f{} : normalize(p + Vec3f{0.1f, 0.2f, 0}));
       mesh.uvs.push_back(rich_uv(p, i));
       mesh.uvs1.push_back(rich_uv({p.z, p.x, p.y}, i / 5));
@@ -250,7 +250,7 @@ std::shared_ptr<const PreparedScene> make_rich_scene() {
   return *PreparedScene::build(scene, {});
 }
 
-// Mostly of the size of texels, some of no size, wider than everything, or no number.
+// A cone mostly of the size of texels, at times of no size, wider than everything, or NaN.
 RayCone random_cone(std::mt19937& random) {
   std::uniform_real_distribution<float> unit(0, 1);
   const float inf = std::numeric_limits<float>::infinity();
@@ -271,7 +271,7 @@ void expect_same(const Surface& a, const Surface& b) {
   EXPECT_EQ(a.is_front, b.is_front);
 }
 
-// Whatever other rays of the packet have met, and whether they are asked for.
+// A surface is the same whatever other rays of the packet have hit, and whether they are asked for.
 TEST(Surfaces, RichSurfacesOfPacketsAreThoseOfEachRayAlone) {
   const auto prepared = make_rich_scene();
   const PreparedScene::Impl& scene = prepared->impl();

@@ -26,8 +26,7 @@ std::vector<Case> closed_meshes() {
           {"torus", test::make_torus(90, 40), {1, 0, 0}, 0.2f}};
 }
 
-// A point on an edge, often exactly a vertex or the middle, else anywhere between, rounded to
-// float32.
+// A point on an edge, rounded to float32: often exactly a vertex or the middle, else anywhere.
 Vec3f point_on_edge(const Mesh& mesh, std::mt19937& random) {
   const auto& t = mesh.triangles[random() % mesh.triangles.size()];
   const std::size_t k = random() % 3;

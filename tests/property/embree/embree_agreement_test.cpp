@@ -89,7 +89,7 @@ void expect_agreement(const char* name, Mesh mesh, std::size_t count, std::uint3
   ASSERT_TRUE(scene.is_ok());
   const TriangleStore& store = (*scene)->impl().triangles;
   const EmbreeScene embree(store);
-  std::mt19937 random(test::seed(seed + 1000));  // not the stream that made the mesh: its corners
+  std::mt19937 random(test::seed(seed + 1000));  // not the stream of the corners
   std::uniform_real_distribution<float> unit(-1, 1);
   std::vector<test::Ray> rays;
   for (std::size_t i = 0; i < count; ++i) {

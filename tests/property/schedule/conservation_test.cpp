@@ -27,7 +27,7 @@ struct Lease {
   TileAssignment tile;
 };
 
-// A cluster as the scheduler sees it, and what it may never see.
+// A simulated cluster as the scheduler sees it, with checks of what must never happen.
 class Cluster {
  public:
   explicit Cluster(std::uint64_t seed)
@@ -204,7 +204,7 @@ class Cluster {
     const LedgerCounts counts = scheduler_.counts();
     ASSERT_EQ(counts.issued,
               counts.accepted + counts.rejected + counts.abandoned + counts.in_flight);
-    // Kept by another hand, from what was done and heard alone.
+    // A second account, kept only from what was done and heard, says the same.
     ASSERT_EQ(accounts_.total(), (TileAccounts{counts.issued, counts.accepted, counts.rejected,
                                                counts.abandoned, counts.in_flight}));
     for (const auto& [session, slave] : slaves_) {
@@ -213,7 +213,7 @@ class Cluster {
     }
   }
 
-  // Honest slaves and no more accidents: every frame comes out.
+  // Slaves are honest and there are no more accidents, so that every frame comes out.
   void finish() {
     if (!scheduler_.is_started()) perform(scheduler_.start(now_));
     for (int round = 0; round < 4000 && delivered_ < submitted_; ++round) {
@@ -234,7 +234,7 @@ class Cluster {
 
   struct Slave {
     std::uint32_t threads = 1;
-    bool is_liar = false;  // its pixels are its own
+    bool is_liar = false;  // its pixels are wrong, as no other slave has them
     SceneVersion built = 0;
     std::set<FrameId> begun;
     std::vector<Lease> leases;
@@ -248,7 +248,7 @@ class Cluster {
   TimePoint now_{};
   std::map<SessionId, Slave> slaves_;
   SessionId last_session_ = 0;
-  int liar_count_ = 0;  // ever
+  int liar_count_ = 0;  // in the whole run
   FrameId submitted_ = 0, delivered_ = 0;
   SceneVersion newest_version_ = 0;
   std::map<FrameId, SceneVersion> versions_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A kind of primitive that only tests build: balls, hit at their surface. It shows what a kind costs:
-// this folder, and no file of slave/core.
+// A kind of primitive that only tests build: balls, hit at their surface. It shows what a new kind
+// takes, which is this folder and no change to slave/core.
 // Fixed-size types only.
 #pragma once
 
@@ -22,8 +22,9 @@ struct SpheresOnly {
   const SphereBlock<W>* spheres;
 };
 
-// Where a ray meets a ball within [t_min, t_max], in double and without fused operations, so that it
-// depends on nothing but the two; not NaN. Returns: infinity where it does not.
+// Distance at which a ray meets a ball within [t_min, t_max]. It is computed in double and without
+// fused operations, so that it depends on nothing but the two. Returns: infinity where they do not
+// meet; never NaN.
 inline float sphere_t(const float* origin, const float* direction, const float* center,
                       float radius, float t_min, float t_max) {
   double a = 0, b = 0, c = -static_cast<double>(radius) * static_cast<double>(radius);

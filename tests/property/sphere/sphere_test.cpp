@@ -26,7 +26,7 @@ constexpr float kInf = Bounds3f::kInf;
 float unit(Random& random) { return std::uniform_real_distribution<float>(-1, 1)(random); }
 Vec3f point(Random& random) { return {unit(random), unit(random), unit(random)}; }
 
-// Moved out by the rounding of a sum.
+// Bounding boxes, moved out by the rounding of a sum.
 std::vector<Bounds3f> boxes_of(const std::vector<Ball>& balls) {
   std::vector<Bounds3f> boxes;
   for (const Ball& ball : balls) {
@@ -40,7 +40,7 @@ std::vector<Bounds3f> boxes_of(const std::vector<Ball>& balls) {
   return boxes;
 }
 
-// What a look at every ball finds.
+// The closest hit, found by a look at every ball.
 SingleHit reference(const std::vector<Ball>& balls, const SingleRay& ray) {
   SingleHit best{0, kNoPrimitive};
   float nearest = kInf;
@@ -63,7 +63,7 @@ std::vector<SingleRay> rays_of(Random& random, const std::vector<Ball>& balls, b
   std::vector<SingleRay> rays;
   for (int i = 0; i < kPacketRays; ++i) {
     const Vec3f from = is_fan ? eye : eye + point(random) * 0.02f;
-    // Some end at the rim of a ball, give or take a rounding.
+    // Some rays end at the rim of a ball, give or take a rounding.
     Vec3f to = aim.center + point(random) * (is_narrow ? 1.5f * aim.radius : 1.0f);
     if (i % 5 == 0) to = aim.center + normalize(point(random)) * aim.radius;
     const Vec3f d = to - from;

@@ -24,7 +24,7 @@ Scene random_scene(std::mt19937& random) {
   Scene scene;
   scene.materials.resize(1);
   const float size = std::pow(10.0f, exponent(random));
-  // Long, flat and far from the origin, up to a thousand times the size.
+  // Scenes are long, flat and far from the origin, up to a thousand times their size.
   const Vec3f shape{std::pow(10.0f, unit(random)), std::pow(10.0f, unit(random)),
                     std::pow(10.0f, unit(random))};
   const Vec3f away = std::pow(10.0f, 3 * unit(random)) * Vec3f{unit(random), unit(random), 0};
@@ -71,7 +71,7 @@ TEST(FramingProperty, VerticesTakeUpTheirShareOfThePicture) {
     framing.aspect = std::pow(4, unit(random));
     const Camera camera = framed_camera(SupportMap(scene), framing);
     ASSERT_TRUE(validate_camera(camera).is_ok());
-    // As a renderer projects, in doubles.
+    // Vertices are projected as by a renderer, in doubles.
     const Vec3d eye = widened(camera.eye), ahead = normalize(widened(camera.target) - eye);
     const Vec3d right = normalize(cross(ahead, widened(camera.up))), above = cross(right, ahead);
     const double tan_half = std::tan(camera.vfov_degrees * std::numbers::pi / 360);
@@ -98,7 +98,7 @@ TEST(FramingProperty, VerticesTakeUpTheirShareOfThePicture) {
     EXPECT_LE(std::max({across.high, -across.low, up.high, -up.low}), kFramedShare + bound);
     EXPECT_NEAR(across.high + across.low, 0, bound);
     EXPECT_NEAR(up.high + up.low, 0, bound);
-    EXPECT_LT(bound, 0.05);  // says something
+    EXPECT_LT(bound, 0.05);  // else the comparison says nothing
   }
 }
 
