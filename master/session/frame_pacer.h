@@ -42,7 +42,6 @@ class FramePacer {
   void frame_overdue(const FrameSettings& settings, double seconds_so_far);
 
  private:
-  static constexpr int kSizeClasses = 24;  // the last one is of 2^46 rays and more
   // Rays of a frame like `sized` that fit the budget; before anything is measured, a
   // sixteenth of the wanted pixels' worth.
   double budget_rays(const FrameSettings& sized, const FrameSettings& wanted) const;
