@@ -61,7 +61,7 @@ TEST_F(CgroupTest, Version1WithItsControllerMountedTwice) {
 }
 
 TEST_F(CgroupTest, Version1InAContainerThatSeesTheHostsPath) {
-  put("/proc/self/cgroup", "4:cpu,cpuacct:/docker/abc");  // not there: mounted as the root
+  put("/proc/self/cgroup", "4:cpu,cpuacct:/docker/abc");  // this folder is mounted as the root
   put("/sys/fs/cgroup/cpu/cpu.cfs_quota_us", "50000");
   put("/sys/fs/cgroup/cpu/cpu.cfs_period_us", "100000");
   EXPECT_DOUBLE_EQ(quota(), 0.5);
@@ -115,7 +115,7 @@ TEST_F(CgroupTest, MemoryTheLeastLimitAndTheLeastLeftOfAllGroupsAbove) {  // Mem
 
 TEST_F(CgroupTest, MemoryVersion1) {
   put("/proc/self/cgroup", "5:memory:/docker/abc\n4:cpu:/b\n0::/");
-  put("/sys/fs/cgroup/memory/docker/abc/memory.limit_in_bytes", "9223372036854771712");  // none
+  put("/sys/fs/cgroup/memory/docker/abc/memory.limit_in_bytes", "9223372036854771712");  // no limit
   put("/sys/fs/cgroup/memory/docker/abc/memory.usage_in_bytes", "500");
   EXPECT_FALSE(memory().has_value());
   put("/sys/fs/cgroup/memory/docker/memory.limit_in_bytes", "2000");

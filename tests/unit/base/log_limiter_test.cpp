@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The limiter of log lines: how many pass, that none is forgotten, that nothing grows.
+// The limiter of log lines passes some of them, counts the others, and keeps its memory bounded.
 #include "common/base/log_limiter.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// "Did you mean": near enough to be meant, and no accident.
+// "Did you mean" names words that are near enough to be meant and not near by accident.
 #include "common/base/near_word.h"
 #include "tests/support/seed.h"
 
@@ -82,8 +82,8 @@ TEST(NearWord, WhatMayBeAnythingIsNothing) {
   EXPECT_EQ(near_words("--size", {}), Words{});
 }
 
-// The rule promises it for words of any length, and this is where a rule of thumb fails: among few
-// words more errors are forgiven than among many.
+// near_words() promises this for words of any length. A fixed number of forgiven errors would break
+// the promise, since more errors may be forgiven among few words than among many.
 TEST(NearWord, OfWordsTypedAtRandomOneInTenIsNearAtMost) {
   constexpr unsigned kSeed = 3;
   SCOPED_TRACE("seed " + std::to_string(kSeed));
@@ -101,11 +101,11 @@ TEST(NearWord, OfWordsTypedAtRandomOneInTenIsNearAtMost) {
       int near = 0;
       for (int i = 0; i < kTries; ++i) {
         const std::string typed = letters(length);
-        // What only begins a word is no matter of errors.
+        // Letters that merely begin a word find it without any error to be forgiven.
         const Words found = near_words(typed, words);
         near += !found.empty() && !found[0].starts_with(typed) ? 1 : 0;
       }
-      // Three standard deviations of a share of one in ten.
+      // 20: three standard deviations of a share of one in ten.
       EXPECT_LE(near, kTries / 10 + 20) << length << " letters, " << known << " words";
     }
   }

@@ -52,7 +52,7 @@ TEST(ClockOffset, TheTruthIsWithinTheBoundForAnySharesOfTheWay) {
     for (int i = 0; i < 100; ++i) {
       now += std::chrono::milliseconds(pick(1, 400));
       const TimePoint sent = now;
-      now += nanoseconds(there_least + pick(0, 30'000'000));  // queues
+      now += nanoseconds(there_least + pick(0, 30'000'000));  // time in queues
       const std::uint64_t answered = theirs(now, offset, drift);
       now += nanoseconds(back_least + pick(0, 30'000'000));
       clock.add(sent, now, answered);
@@ -80,7 +80,7 @@ TEST(ClockOffset, OneGoodSampleAmongNoisyOnesIsTaken) {
   const auto estimate = clock.estimate(now);
   ASSERT_TRUE(estimate.has_value());
   EXPECT_EQ(estimate->offset_ns, 42'000'000);
-  EXPECT_LT(estimate->error_ns, 1'000'000);  // 50 us, and what may have drifted in 3 s
+  EXPECT_LT(estimate->error_ns, 1'000'000);  // 50 us and the drift of 3 s
 }
 
 TEST(ClockOffset, OldSamplesLoseAgainstNewOnes) {
@@ -98,8 +98,8 @@ TEST(ClockOffset, HoldsFewSamplesAndLeavesOutNonsense) {
   clock.add(kStart, kStart + 10us, theirs(kStart + 5us, 7));
   for (std::size_t i = 0; i < ClockOffset::kSamplesMax; ++i)
     clock.add(kStart, kStart + 1ms, theirs(kStart + 500us, 9));
-  EXPECT_EQ(clock.estimate(kStart + 1ms)->offset_ns, 9);  // the first one has left
-  clock.add(kStart, kStart + 1ns, ~std::uint64_t{0});     // wraps, does not overflow
+  EXPECT_EQ(clock.estimate(kStart + 1ms)->offset_ns, 9);  // the first sample was dropped
+  clock.add(kStart, kStart + 1ns, ~std::uint64_t{0});     // the difference wraps, without overflow
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A window at a time, and a rest as long as it took.
+// A gentle transfer sends one window at a time and then rests for as long as that took.
 #include "master/cluster/gentle_pace.h"
 
 #include <gtest/gtest.h>

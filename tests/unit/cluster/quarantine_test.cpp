@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who is held back, for how long, and who is not.
+// Which slaves are held back, for how long, and which are not.
 #include "master/cluster/quarantine.h"
 
 #include <gtest/gtest.h>

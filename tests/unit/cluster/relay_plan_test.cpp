@@ -29,7 +29,7 @@ struct Plan {
   std::vector<Feed> fail(SessionId child, SessionId feeder, wire::RelayFault fault) {
     return plan.failed(child, kVersion, feeder, fault, now);
   }
-  // Time goes by; each has so many bytes at its end.
+  // Lets `time` pass; at its end each slave reports its count of `bytes`.
   std::vector<Feed> pass(Duration time, const std::map<SessionId, std::uint64_t>& bytes) {
     now += time;
     for (const auto& [session, count] : bytes) plan.progress(session, kVersion, count, now);
@@ -64,7 +64,7 @@ TEST(RelayPlan, OneThatCameOverLoopbackFeedsOnlyItsLike) {
 TEST(RelayPlan, OneThatHadItAllFromTheBeginningIsBypassedWhenItIsSilent) {
   Plan p;
   p.plan.joined(1, true, false);
-  p.plan.complete(1, kVersion, kScene);  // it lacked nothing
+  p.plan.complete(1, kVersion, kScene);  // slave 1 lacked nothing
   ASSERT_EQ(p.join_and_want(2), 1u);
   const auto feeds = p.pass(RelayPlan::kWindow, {});
   ASSERT_EQ(feeds.size(), 1u);
@@ -123,7 +123,8 @@ TEST(RelayPlan, OneThatHoldsBackIsBypassedAndSlowLinksAboveItAreNot) {
   Plan p;
   for (SessionId s = 1; s <= 4; ++s) p.join_and_want(s);
   const std::uint64_t mib = 1 << 20;
-  // The master gives 10 MiB a second; 2 passes on a tenth of what it has; 4 has all that 3 has.
+  // The master sends 10 MiB a second. Slave 2 passes on a tenth of what it has, and slave 4 has all
+  // that slave 3 has.
   EXPECT_TRUE(p.pass(RelayPlan::kWindow, {{1, 20 * mib}, {2, 20 * mib}, {3, 2 * mib}, {4, 2 * mib}})
                   .empty())
       << "a window shows it, not its beginning";
@@ -185,7 +186,7 @@ TEST(RelayPlan, AUsualFeederThatIsGoneOrFailedIsReplaced) {
   p.plan.lost(2, p.now);
   EXPECT_EQ(p.plan.want(1, kVersion + 1, kScene, kScene, true, p.now), kFedByMaster);
   EXPECT_EQ(p.plan.want(3, kVersion + 1, kScene, kScene, true, p.now), 1u);
-  // One that never gets the version itself feeds nobody with it.
+  // A feeder that never gets the version itself cannot feed it to anybody and is bypassed.
   EXPECT_EQ(p.plan.want(3, kVersion + 2, kScene, kScene, true, p.now), 1u);
   p.now += RelayPlan::kWindow;
   bool is_bypassed = false;
@@ -194,8 +195,8 @@ TEST(RelayPlan, AUsualFeederThatIsGoneOrFailedIsReplaced) {
   EXPECT_TRUE(is_bypassed);
 }
 
-// Random lives: whatever happens, nobody waits for himself, and each child ends with a feeder that
-// is there.
+// Whatever happens in random histories of a plan, no slave waits for itself, and each child has a
+// feeder that is still there.
 TEST(RelayPlan, NoCircleWhateverHappens) {
   for (std::uint32_t seed = 1; seed <= 300; ++seed) {
     std::mt19937_64 random(test::seed(seed));

@@ -78,7 +78,7 @@ TEST(CameraChoice, WithoutAnyTheSceneIsShown) {
   EXPECT_GT(length(camera->eye), 3);
 }
 
-// --orbit looks round in a room, and goes round a thing.
+// --orbit turns the camera about its eye in a room, and moves it around a thing.
 TEST(CameraChoice, ARoomIsTurnedAboutTheEye) {
   const Scene room = test::BoxScene().box({0, 0, 0}, {6, 3, 4}, true).scene();
   auto choice = CameraChoice::read({});

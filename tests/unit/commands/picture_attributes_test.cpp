@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a file says of itself gives the picture again; a display's picture is compared as a display's.
+// The attributes of a picture's file suffice to render it again. A picture for a display is
+// compared with what the display would show.
 #include "master/commands/picture_attributes.h"
 
 #include <gtest/gtest.h>

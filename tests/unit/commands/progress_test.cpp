@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a person sees of long work: one row on a terminal, lines in a pipe, and a guess of the end
-// that is calm and comes true.
+// What a person sees of long work: one row on a terminal, lines in a pipe, and a guess of the time
+// that is left, which is steady and right.
 #include "master/commands/progress.h"
 
 #include <gtest/gtest.h>
@@ -47,8 +47,8 @@ TEST(TimeLeft, SteadyWorkCountsDownWithoutASecondThoughtAndIsRight) {
       }
       was_said = true;
       EXPECT_LE(left, before) << text;
-      // The end is right; what is said of it is rounded up, by a quarter at most where it is more
-      // than a few seconds.
+      // The guess is right and is rounded up, by at most a quarter where more than a few seconds
+      // are left.
       const double truth = whole_seconds - passed;
       EXPECT_GE(left, truth - 1e-6 * whole_seconds) << text;
       EXPECT_LE(left, std::max(1.25 * truth, truth + 5)) << text;
@@ -79,7 +79,7 @@ TEST(TimeLeft, WhatWasSlowBeforeTheFirstShareIsNotCounted) {
   time.begin(kStart);
   EXPECT_EQ(time.text(-1, kStart + 100s), "1 min 40 s spent") << "building";
   EXPECT_EQ(time.text(0.0, kStart + 120s), "2 min 0 s spent");
-  // Half of it in 10 s: the rest takes as long.
+  // Half of the work was done in 10 s, so that the rest takes as long.
   EXPECT_EQ(left_in(time.text(0.5, kStart + 130s)), 10);
   EXPECT_EQ(time.text(1, kStart + 140s), "2 min 20 s spent");
 }
@@ -102,7 +102,7 @@ class ProgressTest : public testing::Test {
     for (int c = std::fgetc(file_); c != EOF; c = std::fgetc(file_)) text += static_cast<char>(c);
     return text;
   }
-  // Frames of a second each.
+  // Renders frames that take a second each.
   void render(Progress& progress, int frames) {
     for (int i = 0; i < 10 * frames; ++i) {
       now_ += 100ms;
@@ -136,10 +136,10 @@ TEST_F(ProgressTest, OnATerminalOneRowIsDrawnOverAndTheTimeIsInItOnce) {
   EXPECT_NE(text.find("loaded a.obj: 12 triangles (0.0 s)\n"), std::string::npos);
   EXPECT_NE(text.find("\033[Kwrote a.png (20 s)\n"), std::string::npos);
   std::size_t rows = 0, guesses = 0;
-  std::set<std::size_t> bars;  // their lengths
+  std::set<std::size_t> bars;  // lengths of the bars
   for (std::size_t at = text.find('\r'); at != std::string::npos; at = text.find('\r', at + 1)) {
     const std::string row = text.substr(at + 1, text.find("\033[K", at) - at - 1);
-    if (row.empty()) continue;  // taken away
+    if (row.empty()) continue;  // the bar was removed
     ++rows;
     EXPECT_LT(row.size(), 80u) << row;
     EXPECT_LE(count(row, " left"), 1) << row;

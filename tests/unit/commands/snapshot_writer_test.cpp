@@ -28,7 +28,7 @@ std::shared_ptr<const FrameImage> picture() {
   return image;
 }
 
-// Saves so many pictures, one after the other. Returns: what was said.
+// Saves `count` pictures, one after the other. Returns: the lines that were reported.
 std::vector<std::string> saved(const std::string& stem, std::size_t count) {
   std::vector<std::string> lines;
   Mutex mutex;

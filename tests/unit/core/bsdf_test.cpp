@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every BSDF under a white sky: what goes in comes out. Sampling and evaluation are one function.
+// Every BSDF keeps the light of a white sky (white furnace), and its samples agree with its values.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -72,7 +72,7 @@ double furnace(Case c, std::uint32_t count = 16384) {
   return sum / count;
 }
 
-// The same, and the integral of the pdf, from evaluate() over an even grid.
+// The light of furnace(), and the integral of the pdf, from evaluate() over an even grid.
 struct Integral {
   double light = 0, pdf = 0;
 };
@@ -154,7 +154,7 @@ TEST(Bsdf, SamplesAgreeWithEvaluationAndTheirPdfIntegratesToOne) {
         const Case c = is_metal ? metal(roughness, cosine) : dielectric(0.04f, roughness, cosine);
         const Integral integral = integrate(c, 512);
         EXPECT_NEAR(integral.light, 1, 0.01) << roughness << " " << cosine << " " << is_metal;
-        // Some facets that the viewer sees reflect it into the surface: those samples are lost, and
+        // Some facets that the viewer sees reflect into the surface. Those samples are lost, and
         // the pdf above the surface lacks as much.
         int lost = 0;
         Case copy = c;
@@ -168,7 +168,7 @@ TEST(Bsdf, SamplesAgreeWithEvaluationAndTheirPdfIntegratesToOne) {
   }
 }
 
-// What sample() says of its direction is what evaluate() says.
+// sample() returns the pdf and the weight that evaluate() has for its direction.
 TEST(Bsdf, ASampleCarriesItsOwnPdfAndWeight) {
   for (const float roughness : {0.2f, 0.5f, 1.0f}) {
     Case c = dielectric(0.3f, roughness, 0.6f);
@@ -179,7 +179,7 @@ TEST(Bsdf, ASampleCarriesItsOwnPdfAndWeight) {
       if (!(s.pdf > 0)) continue;
       const float cosine = dot(s.direction, c.surface.shading_normal);
       const BsdfValue v = evaluate(c.at(), c.to_viewer, s.direction);
-      // Directions are turned there and back: some roundings of 2^-24, over alpha squared.
+      // Directions are turned there and back, with some roundings of 2^-24, over alpha squared.
       const float slack = 64 * 0x1p-24f / (roughness * roughness * roughness * roughness);
       if (cosine < 1e-3f) continue;
       EXPECT_NEAR(s.pdf, v.pdf, slack * v.pdf + 1e-6f);
@@ -202,7 +202,7 @@ TEST(Bsdf, LightGoesBothWaysAlike) {
   }
 }
 
-// Against a quarter of a million points, apart from the table's 1024.
+// The table is compared with a quarter of a million points that are not its own 1024.
 TEST(Bsdf, TheAlbedoTableIsTheIntegral) {
   double worst = 0;
   for (const float roughness : kRoughness) {
@@ -250,8 +250,8 @@ TEST(Bsdf, RefractionObeysSnellAndComesBackTheSameWay) {
   }
 }
 
-// From outside the sine is divided by the index, from inside multiplied, and what comes in at an
-// angle leaves at it.
+// Refraction divides the sine by the index from outside and multiplies it from inside, and mirrored
+// rays leave at the angle at which they came.
 TEST(Bsdf, GlassIsThinnerOutside) {
   for (const float cosine : {0.2f, 0.6f, 0.9f}) {
     Case glass{BsdfKind::kGlass, {}, {0.5f, 0.5f, 0.5f}, 1, 0, cosine};

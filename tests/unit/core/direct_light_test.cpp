@@ -42,7 +42,7 @@ Scene make_lit(Mesh mesh) {
   return scene;
 }
 
-// The floor seen straight from above through a camera at height 2: image point to floor point.
+// A camera at height 2 sees the floor straight from above; x_of() and z_of() are what a pixel sees.
 struct View {
   FrameSettings settings;
   View() {
@@ -90,8 +90,8 @@ TEST(DirectLight, SpotAndDirectionalAreTheClosedForm) {
 
 TEST(DirectLight, ShadowFallsWhereTheBlockerStands) {
   Mesh mesh = make_floor(3);
-  // Blocks the light from (0, 1, 0) half way up: the shadow is twice as large, [0.2, 0.6] x [-0.4,
-  // 0.4].
+  // This quad blocks the light from (0, 1, 0) half way up, so that its shadow is twice as large:
+  // [0.2, 0.6] x [-0.4, 0.4].
   add_quad(mesh, {0.1f, 0.5f, 0.2f}, {0.3f, 0.5f, 0.2f}, {0.3f, 0.5f, -0.2f}, {0.1f, 0.5f, -0.2f},
            0);
   Scene scene = make_lit(mesh);
@@ -115,7 +115,7 @@ double irradiance_under_square(double a, double h) {
 TEST(DirectLight, SquareLampAboveAPointIsTheClosedForm) {
   Mesh mesh = make_floor(3);
   add_quad(mesh, {-0.5f, 3, -0.5f}, {0.5f, 3, -0.5f}, {0.5f, 3, 0.5f}, {-0.5f, 3, 0.5f},
-           1);  // down
+           1);  // emits down
   Scene scene = make_lit(mesh);
   scene.materials.push_back(lamp_material({7, 7, 7}));
   View view;
@@ -140,7 +140,8 @@ TEST(DirectLight, EmissionIsOneSided) {
 
 TEST(DirectLight, ManyEmittersSharedOutByPowerHaveTheRightMean) {
   Mesh mesh = make_floor(3);
-  // The same lamp cut into 10 x 10 squares: 200 triangles, more than are sampled one by one.
+  // The square lamp above, cut into 10 x 10 squares. These are 200 triangles, more than are sampled
+  // one by one.
   for (int i = 0; i < 10; ++i) {
     for (int j = 0; j < 10; ++j) {
       const float x = -0.5f + 0.1f * static_cast<float>(i),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Instant global illumination: what its pixels are, whoever renders them.
+// Instant global illumination: its bits, its mean against other methods, its filter and its clamp.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,7 +34,7 @@ double mean_of(const std::vector<float>& rgb) {
   return sum / static_cast<double>(rgb.size());
 }
 
-// Over several seeds, as independent sets of VPLs.
+// Mean of pictures of several seeds, which have independent sets of VPLs.
 double mean_over_seeds(const Scene& scene, FrameSettings settings, std::uint32_t seeds) {
   double sum = 0;
   for (settings.seed = 0; settings.seed < seeds; ++settings.seed)
@@ -76,8 +76,8 @@ TEST(GlobalIllumination, BitsDoNotDependOnTilesOrInstructionSet) {
   }
 }
 
-// What igi cannot carry is what mirrors and glass throw onto diffuse surfaces; without these it is the
-// path tracer's picture, in the mean.
+// Instant global illumination cannot carry caustics of mirrors and glass. Without these, its mean
+// is that of the path tracer.
 TEST(GlobalIllumination, GlossySurfacesHaveTheMeanOfThePathTracer) {
   Scene scene = test::make_full_scene();
   scene.materials[1].bsdf = BsdfKind::kGlossy;
@@ -92,7 +92,7 @@ TEST(GlobalIllumination, GlossySurfacesHaveTheMeanOfThePathTracer) {
   EXPECT_NEAR(igi, path, 0.01 * path);
 }
 
-// Every kind of light and several surfaces.
+// The scene has every kind of light and light over several surfaces.
 TEST(GlobalIllumination, HasTheMeanOfThePathTracer) {
   const Scene scene = test::make_full_scene();
   FrameSettings settings = gi_settings(48, 36);
@@ -117,8 +117,8 @@ TEST(GlobalIllumination, SplittingTheSetOverSamplesKeepsTheMean) {
   EXPECT_NEAR(means[0], means[1], 0.01 * means[1]);
 }
 
-// Everything emits 1 and reflects a: after k surfaces 1 + a + ... + a^k is seen. Seen from its middle
-// a sphere has neither corners nor VPLs close by, but for those on the walls themselves.
+// Everything emits 1 and reflects a, so that 1 + a + ... + a^k is seen after k surfaces. A sphere
+// that is seen from its middle has no corners, and no VPLs are close by but for those on its walls.
 TEST(GlobalIllumination, FurnaceIsTheGeometricSeries) {
   Mesh mesh = test::make_icosphere(3);
   for (auto& t : mesh.triangles) std::swap(t[1], t[2]);  // emission goes inwards
@@ -137,7 +137,7 @@ TEST(GlobalIllumination, FurnaceIsTheGeometricSeries) {
   }
 }
 
-// A point under the middle of a square of side a at height h, radiance L: irradiance
+// The irradiance of a point under the middle of a square of side a, height h and radiance L is
 // 4 L (k / sqrt(1 + k^2)) atan(k / sqrt(1 + k^2)) with k = a / (2 h).
 TEST(GlobalIllumination, FloorUnderASquareLightHasTheClosedForm) {
   Mesh mesh;
@@ -175,8 +175,8 @@ TEST(GlobalIllumination, FilterKeepsTheMeanAndCalmsThePicture) {
   EXPECT_LT(roughness(filtered), 0.8 * roughness(raw));
 }
 
-// What the filter does to light that changes from pixel to pixel stays in the mean of passes while
-// they are filtered, and goes when they are not: a thin rod, lit from one side.
+// The filter's error, where light changes from pixel to pixel, stays in the mean of passes while
+// they are filtered and goes when they are not. The scene is a thin rod that is lit from one side.
 TEST(GlobalIllumination, PassesComeToTheTruthWhatTheFilterDoes) {
   Mesh mesh;
   constexpr int kAround = 64;
@@ -210,8 +210,8 @@ TEST(GlobalIllumination, PassesComeToTheTruthWhatTheFilterDoes) {
   EXPECT_EQ(off_by(kFilteredPasses), 0);
 }
 
-// Two walls of different material side by side in one plane, one of them black: nothing of the light
-// of one is seen on the other, and both keep their edge.
+// Two walls of different material stand side by side in one plane, and one of them is black.
+// Nothing of the light of one is seen on the other, and both keep their edge.
 TEST(GlobalIllumination, FilterStopsAtMaterialsAndCorners) {
   Mesh mesh;
   mesh.positions = {{-4, -4, 0}, {0, -4, 0}, {0, 4, 0}, {-4, 4, 0}, {4, -4, 0}, {4, 4, 0}};
@@ -244,7 +244,7 @@ TEST(GlobalIllumination, HundredsOfLightsCostNoMoreThanTheirVpls) {
   const VplSets vpls = vpls_of(scene, settings);
   EXPECT_TRUE(vpls.each().empty());
   for (int k = 0; k < 9; ++k) EXPECT_LE(vpls.set(k).size(), 32u);
-  // And they are all there, over the sets.
+  // The light of all 400 is there, over the sets.
   const double igi = mean_over_seeds(scene, settings, 16);
   settings.renderer = Renderer::kPath;
   settings.samples_per_pixel = 64;
@@ -262,7 +262,7 @@ TEST(GlobalIllumination, ClampingTakesLightAwayAndNeverAddsAny) {
   for (std::size_t i = 0; i < all.size(); ++i) EXPECT_LE(clamped[i], all[i] * (1 + 1e-5f));
 }
 
-// Bounded so hard that most of the light is traced: what the bound takes away comes back.
+// Under a low clamp, bias compensation brings back all the light that the clamp takes away.
 TEST(GlobalIllumination, CompensationBringsBackWhatClampingTakes) {
   const Scene scene = test::make_full_scene();
   FrameSettings settings = gi_settings(48, 36);

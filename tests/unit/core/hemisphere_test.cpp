@@ -33,7 +33,7 @@ TEST(Hemisphere, AWholeTurnIsMadeOfItsEighths) {
 }
 
 TEST(Hemisphere, TheDiskIsCoveredEvenly) {
-  // As many points in each of 8 rings of one area and each of 8 sectors.
+  // Each of the cells of 8 rings of equal area and 8 sectors gets as many points.
   int count[8][8] = {};
   constexpr int kPoints = 1 << 18;
   for (std::uint32_t i = 0; i < kPoints; ++i) {
@@ -74,7 +74,7 @@ TEST(Hemisphere, DirectionsAreOfUnitLengthAboveTheSurfaceAndCosineWeighted) {
       cosine += c / kCount;
       cosine2 += c * c / kCount;
     }
-    EXPECT_NEAR(cosine, 2 / 3.0, 2e-3);  // of pdf cosine / pi
+    EXPECT_NEAR(cosine, 2 / 3.0, 2e-3);  // the mean for the pdf cosine / pi
     EXPECT_NEAR(cosine2, 1 / 2.0, 2e-3);
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The classes of light that are hard for one method or the other, against closed forms: form factors,
-// a lamp that shares an edge with what it lights, light that comes only over other surfaces. Path
-// tracer and instant global illumination.
+// Path tracer and instant global illumination against closed forms, for classes of light that are
+// hard for one of them: form factors, a lamp that shares an edge with what it lights, light that
+// comes only over other surfaces.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,8 +23,8 @@ double mean_of(const Scene& scene, FrameSettings settings) {
   return sum;
 }
 
-// A camera between the squares that sees the unit square on the floor and nothing else, each of its
-// pixels as much of it.
+// Settings of a camera between the squares that sees the unit square on the floor and nothing else,
+// an equal part of it in each pixel.
 FrameSettings settings_of(Renderer renderer, int samples) {
   FrameSettings settings;
   settings.width_px = settings.height_px = 32;
@@ -54,7 +54,8 @@ Scene make_floor_and_lamp(Vec3f corner, Vec3f b, Vec3f c) {
   return scene;
 }
 
-// Puts a picture before the lamp. is_bright(x, y): of texels, row 0 on top; the others are black.
+// Puts a picture before the lamp. Texels for which is_bright(x, y) holds are white, the others
+// black; row 0 is on top.
 template <class IsBright>
 void cover_lamp(Scene& scene, int width_px, int height_px, IsBright is_bright) {
   auto picture = std::make_shared<Texture>();
@@ -68,7 +69,7 @@ void cover_lamp(Scene& scene, int width_px, int height_px, IsBright is_bright) {
   scene.materials[1].emission_texture = 0;
 }
 
-// The whole picture on the lamp of make_floor_and_lamp().
+// Maps the whole picture onto the lamp of make_floor_and_lamp().
 void show_whole_picture(Scene& scene) {
   auto mesh = std::make_shared<Mesh>(*scene.meshes[0]);
   mesh->uvs.assign(4, {0, 0});
@@ -76,13 +77,13 @@ void show_whole_picture(Scene& scene) {
   scene.meshes[0] = mesh;
 }
 
-// A lamp of which a picture covers one half is one of half its size. Light samples go where the
-// picture shines, in the mean of each triangle.
+// A lamp of which a picture covers one half lights as one of half its size does. Light samples are
+// shared out among triangles by the mean of the picture over each.
 TEST(LightClasses, AHalfCoveredLampIsOneOfHalfTheSize) {
   Scene covered = make_floor_and_lamp({0, 1, 0}, {1, 0, 0}, {0, 0, 1});
   show_whole_picture(covered);
   cover_lamp(covered, 512, 2,
-             [](int x, int) { return x < 128 || x >= 384; });  // a narrow blurred edge
+             [](int x, int) { return x < 128 || x >= 384; });  // the blurred edge is narrow
   Scene halves = make_floor_and_lamp({0, 1, 0}, {0.25f, 0, 0}, {0, 0, 1});
   auto two = std::make_shared<Mesh>(*halves.meshes[0]);
   test::add_quad(*two, {0.75f, 1, 0}, {0.25f, 0, 0}, {0, 0, 1}, 1);
@@ -104,7 +105,7 @@ TEST(LightClasses, AHalfCoveredLampIsOneOfHalfTheSize) {
   }
 }
 
-// Of many triangles, those that a picture leaves dark take no samples and shed nothing.
+// Triangles of a lamp that a picture leaves dark take no light samples and shed no light.
 TEST(LightClasses, DarkPartsOfAPictureAreNoEmitters) {
   Scene scene = make_floor_and_lamp({0, 1, 0}, {1, 0, 0}, {0, 0, 1});
   auto mesh = std::make_shared<Mesh>(*scene.meshes[0]);
@@ -119,8 +120,8 @@ TEST(LightClasses, DarkPartsOfAPictureAreNoEmitters) {
   EXPECT_EQ((*prepared)->impl().lights.emitters.size(), 2u);
 }
 
-// An atlas: cells of a lamp show the bright or the dark half of one picture, and nothing of the other
-// half may bleed into them, whichever way light is found.
+// An atlas: cells of a lamp show the bright or the dark half of one picture, and nothing of the
+// other half may bleed into them, whichever way light is found.
 TEST(LightClasses, ALampOfAnAtlasIsOneOfItsBrightCells) {
   Scene atlas = make_floor_and_lamp({0, 5, 0}, {0.01f, 0, 0}, {0, 0, 0.01f});
   Scene plain = atlas;
@@ -135,7 +136,7 @@ TEST(LightClasses, ALampOfAnAtlasIsOneOfItsBrightCells) {
     const Vec3f x{1.0f / kCells, 0, 0}, z{0, 0, 1.0f / kCells};
     test::add_quad(*with_uvs, at, x, z, 1);
     test::add_quad(*by_material, at, x, z, is_bright ? 1 : 0);
-    const float u = is_bright ? 0.55f : 0.05f;  // picture: left dark, right bright
+    const float u = is_bright ? 0.55f : 0.05f;  // the left half of the picture is dark
     with_uvs->uvs.insert(with_uvs->uvs.end(),
                          {{u, 0.1f}, {u + 0.4f, 0.1f}, {u + 0.4f, 0.9f}, {u, 0.9f}});
   }
@@ -163,8 +164,9 @@ TEST(LightClasses, ASmallSpotOfAPictureIsALamp) {
   EXPECT_EQ((*prepared)->impl().lights.emitters.size(), 2u);
 }
 
-// Howell, "A catalog of radiation heat transfer configuration factors", C-11 and C-14: between unit
-// squares that face each other at distance 1, and that stand on a common edge.
+// Form factors between unit squares that face each other at distance 1 and, in the test below, that
+// stand on a common edge: Howell, "A catalog of radiation heat transfer configuration factors",
+// C-11 and C-14.
 TEST(LightClasses, FacingSquaresHaveTheirFormFactor) {
   const double x = 1, u = std::sqrt(1 + x * x);
   const double factor = 2 / (3.14159265358979 * x * x) *
@@ -186,11 +188,11 @@ TEST(LightClasses, SquaresOnACommonEdgeHaveTheirFormFactor) {
         << renderer_name(renderer);
 }
 
-// Within a sphere every patch lights every point alike, by its share f of the whole: after k surfaces
-// of albedo a it is L f (a + ... + a^k), without the lamp itself.
+// Within a sphere every patch lights every point alike, by its share f of the whole. After k
+// surfaces of albedo a the radiance is L f (a + ... + a^k), without the lamp itself.
 TEST(LightClasses, ALampOnASphereIsAGeometricSeries) {
   Mesh mesh = test::make_icosphere(4);
-  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);  // inwards
+  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);  // the faces look inwards
   mesh.materials.assign(mesh.triangles.size(), 0);
   double lamp = 0, whole = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -221,8 +223,8 @@ TEST(LightClasses, ALampOnASphereIsAGeometricSeries) {
   }
 }
 
-// A lamp under the ceiling that shines up, in a room of which it lights nothing else: what the floor
-// shows has come over the ceiling.
+// A lamp under the ceiling shines up and lights nothing else of the room, so that all light on the
+// floor has come over the ceiling.
 TEST(LightClasses, ARoomThatIsLitByItsCeilingAlone) {
   Mesh mesh;
   mesh.materials.clear();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The optional lobes of glossy surfaces: what goes in comes out and no more, samples and values are of one
-// function, light may be sent either way, and every instruction set has the same bits.
+// The optional lobes of glossy surfaces keep the light and add none, their samples agree with their
+// values, light may be sent either way, and every instruction set has the same bits.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -68,7 +68,8 @@ Value evaluate(Layered c, Vec3f to_light, const KernelTable& kernels = test::wid
   return {packet.times_pi(0), packet.pdf(0)};
 }
 
-// Mean weight of samples under a white sky; and by values over an even grid, with the pdf's integral.
+// Mean weight of samples under a white sky. integrate() has the same by values over an even grid,
+// with the integral of the pdf.
 double furnace(Layered c, std::uint32_t count = 4096) {
   double sum = 0;
   for (std::uint32_t i = 0; i < count;) {
@@ -125,7 +126,8 @@ TEST(Lobes, WithoutAnyTheyAreThePlainGlossyBsdf) {
   }
 }
 
-// A white one sends everything back under one layer, but for what the lesser of two albedos keeps back.
+// A white surface under layers sends everything back, but for a loss: a layer passes 1 minus its
+// albedo, seen from the viewer or from the light, whichever is less.
 TEST(Lobes, LayersOnWhiteSurfacesKeepTheLightAndNeverAddAny) {
   double least = 1, most = 0;
   for (const float base : kRoughness) {
@@ -149,8 +151,9 @@ TEST(Lobes, LayersOnWhiteSurfacesKeepTheLightAndNeverAddAny) {
   std::printf("white surfaces under layers: %.3f to %.3f\n", least, most);
 }
 
-// What stretched facets lose is put back by the table of even ones, which is right where they are not very
-// narrow one way and wide the other: there half of it may be missing, as it is without putting any back.
+// The light that anisotropic facets lose to multiple scattering is put back by the table of
+// isotropic ones. That is right unless the facets are very narrow one way and wide the other; there
+// half of the light may be missing, as it would be if nothing was put back.
 TEST(Lobes, StretchedMetalKeepsMostOfTheLightAndAddsLittle) {
   double least = 1, most = 0;
   for (const float roughness : kRoughness) {
@@ -188,7 +191,7 @@ TEST(Lobes, SamplesAgreeWithValuesAndTheirPdfIntegratesToOne) {
                                with_coat(with_sheen(stretched, 0.4f), 0.5f, 0.6f)}) {
         const Integral by_values = integrate(c, 300);
         EXPECT_NEAR(by_values.light, furnace(c, 65536), 0.01 * by_values.light);
-        EXPECT_LT(by_values.pdf, 1.005);  // less: samples below the surface
+        EXPECT_LT(by_values.pdf, 1.005);  // less than 1: samples below the surface are lost
         EXPECT_GT(by_values.pdf, 0.8);
       }
       const Integral by_values = integrate(tilted, 300);
@@ -281,7 +284,8 @@ TEST(Power, IsWithinWhatItSays) {
   EXPECT_NEAR(0.5f, power(0.25f, 0.5f), 1e-7f);
 }
 
-// Light of a white sky through surfaces that pass it: parts by their chances and weights, then samples.
+// Light of a white sky that a transmissive surface sends to the viewer: a part is chosen by its
+// chance and carries its weight, then it is sampled.
 struct Part {
   Surface surface;
   SurfaceLobes lobes;
@@ -328,7 +332,7 @@ TEST(Transmission, WhitePassesAndReflectsTheLightAndAddsNone) {
             const double light = passing_furnace(c, share, is_thin, is_front, false);
             least = std::min(least, light);
             most = std::max(most, light);
-            // What meets facets more than once is not put back in a solid.
+            // A solid does not get back the light that meets facets more than once.
             const bool is_kept = is_thin || roughness <= 0.3f;
             EXPECT_GT(light, is_kept ? 0.9 : 0.4)
                 << roughness << " " << cosine << is_thin << is_front;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surfaces that are not simply there: masks, blended ones, colours of vertices, unlit ones, lamps with
-// two sides.
+// Surfaces with masks or blending, vertex colours, unlit surfaces, and lamps with two sides.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +26,7 @@ void add_square(Mesh& mesh, float y, float half, std::uint32_t material) {
   mesh.materials.insert(mesh.materials.end(), 2, material);
 }
 
-// A floor at 0 and a card above it, seen from straight above: [-1, 1]^2 of the floor.
+// A floor at height 0 with cards above it. The camera sees [-1, 1]^2 of it from straight above.
 struct Cards {
   Mesh mesh;
   Scene scene;
@@ -64,7 +63,7 @@ double mean(const std::vector<float>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-// Quarters: there, not there; crosswise.
+// A texture of four quarters, two opaque and two transparent, crosswise.
 std::shared_ptr<Texture> crosswise() {
   auto texture = std::make_shared<Texture>();
   texture->width_px = texture->height_px = 2;
@@ -96,7 +95,8 @@ TEST(OpenSurfaces, LightFallsThroughTheHolesOfAMask) {
   Cards cards;
   cards.card(1, 0.25f).alpha = {AlphaMode::kMask, 1, 0.5f, 0, 3};
   cards.scene.textures = {crosswise()};
-  // From the side that the camera looks from, but for the card: its shadow is as large as it is.
+  // The camera is below the card and sees the floor alone. In directional light the shadow is as
+  // large as the card.
   cards.settings.camera = {{0, 0.9f, 0}, {0, 0, 0}, {0, 0, -1}, 53.130102f};
   const std::vector<float> rgb = cards.picture();
   for (int y = 0; y < kSide; ++y) {
@@ -109,21 +109,21 @@ TEST(OpenSurfaces, LightFallsThroughTheHolesOfAMask) {
   }
 }
 
-// Two sheets of a quarter: 0.75^2 of the light goes through both, whoever asks. Standard deviation of the
-// mean of 16,384 samples: 0.004 of it.
+// Two sheets of opacity 1/4 let 0.75^2 of the light through in every renderer. The standard
+// deviation of the mean of 16,384 samples is 0.004 of it.
 TEST(OpenSurfaces, ABlendedSheetLetsThroughTheRestOfItsOpacity) {
   for (const Renderer renderer : {Renderer::kDirect, Renderer::kPath, Renderer::kIgi}) {
     Cards cards;
     cards.card(1, 8).alpha = {AlphaMode::kBlend, 0.25f, 0.5f, {}, 3};
     cards.card(1.5f, 8);
-    cards.scene.materials[1].albedo = {};  // what it stops is lost
+    cards.scene.materials[1].albedo = {};  // light that a sheet stops is lost
     cards.settings.camera.eye.y = 0.9f;
     cards.settings.renderer = renderer;
     cards.settings.bounces = 0;
     cards.settings.samples_per_pixel = 16;
     EXPECT_NEAR(1, mean(cards.picture()) / (0.5 / 3.14159265 * 0.5625), 0.02)
         << renderer_name(renderer);
-    cards.settings.camera.eye.y = 2;  // and what the camera sees is seen through both, too
+    cards.settings.camera.eye.y = 2;  // now the camera looks through both, too
     EXPECT_NEAR(1, mean(cards.picture()) / (0.5 / 3.14159265 * 0.5625 * 0.5625), 0.03)
         << renderer_name(renderer);
   }
@@ -185,7 +185,7 @@ TEST(OpenSurfaces, WhatIsNotLitShowsItsColorToTheCameraAlone) {
     const std::vector<float> rgb = cards.picture();
     EXPECT_FLOAT_EQ(0.9f, at(rgb, 16, 16)) << renderer_name(renderer);
     EXPECT_FLOAT_EQ(0.3f, at(rgb, 16, 16, 2)) << renderer_name(renderer);
-    // The floor beside it is as it would be without.
+    // The floor beside the card is as it would be without the card.
     EXPECT_NEAR(0.5 / 3.14159265, at(rgb, 2, 2), 1e-6) << renderer_name(renderer);
     EXPECT_FLOAT_EQ(at(rgb, 2, 2), at(rgb, 2, 2, 2)) << renderer_name(renderer);
     cards.scene.materials[0].bsdf = BsdfKind::kMirror;
@@ -214,7 +214,7 @@ TEST(OpenSurfaces, ALampOfTwoSidesLightsBoth) {
     const double both = mean(cards.picture());
     lamp.is_double_sided = false;
     for (auto& t : cards.mesh.triangles) {
-      if (t[0] >= 4) std::swap(t[1], t[2]);  // looks down
+      if (t[0] >= 4) std::swap(t[1], t[2]);  // turned to look down
     }
     EXPECT_NEAR(1, both / mean(cards.picture()), 0.01) << renderer_name(renderer);
   }

@@ -47,7 +47,7 @@ Scene make_inside(float albedo, float emission) {
   return scene;
 }
 
-// Everything emits 1 and reflects a: after k surfaces 1 + a + ... + a^k is seen, whatever the shape.
+// Everything emits 1 and reflects a, so that 1 + a + ... + a^k is seen after k surfaces.
 TEST(PathTracer, FurnaceIsTheGeometricSeries) {
   for (const float albedo : {0.3f, 0.8f}) {
     for (const int bounces : {0, 1, 4}) {
@@ -59,19 +59,19 @@ TEST(PathTracer, FurnaceIsTheGeometricSeries) {
   }
 }
 
-// With many bounces it comes to 1 / (1 - albedo).
+// With many bounces the series comes to 1 / (1 - albedo).
 TEST(PathTracer, FurnaceWithManyBouncesIsTheClosedForm) {
   const Picture picture = render(make_inside(0.6f, 1), path_settings(24, 64));
   EXPECT_NEAR(picture.mean, 1 / (1 - 0.6), 0.005 / (1 - 0.6));
 }
 
-// A convex body under an even sky reflects its albedo, in every sample: nothing of the sky is hidden.
+// A convex body under an even sky reflects its albedo in every sample: it hides no sky from itself.
 TEST(PathTracer, ConvexBodyUnderAnEvenSkyReflectsItsAlbedo) {
   Scene scene = test::make_scene(test::make_icosphere(3));
   scene.materials[0].albedo = {0.7f, 0.7f, 0.7f};
   scene.environment = {1, 1, 1};
   FrameSettings settings = path_settings(3, 1);
-  settings.camera = {{0, 0, 1.2f}, {0, 0, 0}, {0, 1, 0}, 30};  // nothing but the body
+  settings.camera = {{0, 0, 1.2f}, {0, 0, 0}, {0, 1, 0}, 30};  // sees nothing but the body
   for (const Renderer renderer : {Renderer::kPath, Renderer::kDirect}) {
     settings.renderer = renderer;
     const Picture picture = render(scene, settings);
@@ -80,10 +80,10 @@ TEST(PathTracer, ConvexBodyUnderAnEvenSkyReflectsItsAlbedo) {
   }
 }
 
-// In a closed sphere every point sees every other by the same form factor: light that one point lamp
-// brings in is even after one bounce. Radiance from a lamp of intensity I in the middle of a sphere of
-// radius 1: a / pi * I * (1 + a + ... ), since the mean irradiance of a sphere's inside is that of its
-// walls' radiance times pi.
+// In a closed sphere every point sees every other by the same form factor, so that the light of a
+// point lamp is even after one bounce. A lamp of intensity I in the middle of a sphere of radius 1
+// gives the radiance a / pi * I * (1 + a + ... ), since the mean irradiance of a sphere's inside is
+// the radiance of its walls times pi.
 TEST(PathTracer, SphereWithALampInItsMiddleIsTheClosedForm) {
   const float albedo = 0.5f;
   Scene scene = make_inside(albedo, 0);
@@ -92,14 +92,14 @@ TEST(PathTracer, SphereWithALampInItsMiddleIsTheClosedForm) {
     double series = 0;
     for (int k = 0; k <= bounces; ++k) series += std::pow(albedo, k);
     const Picture picture = render(scene, path_settings(bounces, 64));
-    // The sphere of 320 triangles lies within its corners: its walls are up to 3 % closer.
+    // The walls of the sphere of 320 triangles are up to 3 % closer than its corners.
     const double expected = albedo / 3.14159265 * 2 * series;
     EXPECT_GT(picture.mean, expected) << bounces;
     EXPECT_LT(picture.mean, 1.06 * expected) << bounces;
   }
 }
 
-// Zero bounces are what the direct renderer shows.
+// With zero bounces the path tracer shows what the direct renderer shows.
 TEST(PathTracer, WithoutBouncesItIsDirectLight) {
   Scene scene = make_inside(0.5f, 0);
   scene.lights.push_back({LightKind::kPoint, {0.2f, 0.1f, 0.3f}, {}, {2, 2, 2}, 1, 0});
@@ -109,8 +109,9 @@ TEST(PathTracer, WithoutBouncesItIsDirectLight) {
   EXPECT_EQ(path.mean, render(scene, settings).mean);
 }
 
-// Half shadow of a lamp of several triangles, one of which is picked for each sample: as bright, pixel
-// by pixel, as where each gets samples of its own. (Once the pick decided on the place, too.)
+// Half shadows of a lamp of several triangles, one of which the path tracer picks for each sample,
+// are as bright, pixel by pixel, as where each gets samples of its own. (The pick once decided on
+// the place in the triangle, too.)
 TEST(PathTracer, HalfShadowsAreThoseOfDirectLight) {
   Mesh mesh;
   mesh.positions = {{-4, 0, -4}, {4, 0, -4}, {4, 0, 4},  {-4, 0, 4}, {-1, 2, -1}, {1, 2, -1},
@@ -179,7 +180,7 @@ TEST(PathTracer, WhiteMetalAndPlasticUnderAnEvenSkyCannotBeSeen) {
 struct Lamp {
   static constexpr float kHeight = 1, kRadiance = 3;
   Scene scene;
-  // Many pixels of the one point: each has its own scrambling of one sequence.
+  // All pixels see the one point; each has its own scrambling of one sequence.
   FrameSettings settings = path_settings(0, 16);
   Vec3f point{-0.8f, 0, 0}, to_eye{1.5f, 0.9f, 0.4f};
 
@@ -200,7 +201,8 @@ struct Lamp {
     settings.camera = {point + to_eye, point, {0, 1, 0}, 0.01f};
   }
 
-  // What the point sends to the eye of the lamp, its middle moved to x, by its BSDF, in double over a grid.
+  // Light of the lamp, with its middle moved to x, that the point sends to the eye by its BSDF,
+  // summed in double over a grid.
   double expected(float x) const {
     Surface s;
     s.normal = s.shading_normal = {0, 1, 0};
@@ -224,7 +226,7 @@ struct Lamp {
   }
 };
 
-// Light samples and rays of the BSDF share a lamp: their sum is the integral.
+// Light samples and BSDF samples share a lamp by MIS weights, and their sum is the integral.
 TEST(PathTracer, AGlossyFloorUnderALampIsTheIntegral) {
   Lamp lamp(false);
   lamp.scene.materials[0].bsdf = BsdfKind::kGlossy;
@@ -252,7 +254,7 @@ TEST(PathTracer, AMirrorThrowsLightOntoADiffuseFloor) {
   EXPECT_NEAR(seen, direct + image, 0.03 * image);
 }
 
-// From the eye to z = 0 through the image point (x, y) in [-1, 1]^2, in double.
+// Distance from the eye to z = 0 through the image point (x, y) in [-1, 1]^2, in double.
 double distance_of_plane(const Camera& camera, double x, double y) {
   const Vec3f forward = normalize(camera.target - camera.eye);
   const Vec3f right = normalize(cross(forward, camera.up)), up = cross(right, forward);
@@ -263,7 +265,7 @@ double distance_of_plane(const Camera& camera, double x, double y) {
   return -camera.eye.z / dz * std::sqrt(dx * dx + dy * dy + dz * dz);
 }
 
-// A mirror shows what a camera behind it would see, turned about.
+// A mirror shows what a camera behind it would see, with left and right exchanged.
 TEST(PathTracer, AMirrorShowsWhatASecondCameraWouldSee) {
   Mesh mesh = test::make_torus(24, 12);
   test::place(mesh, 0.4f, {0.3f, 0.2f, 1.2f});
@@ -292,7 +294,7 @@ TEST(PathTracer, AMirrorShowsWhatASecondCameraWouldSee) {
   for (std::size_t y = 0; y < 64; ++y) {
     for (std::size_t x = 0; x < 64; ++x) {
       const std::size_t here = y * 64 + x, there = y * 64 + 63 - x;
-      // Where the mirror is the first: the plane z = 0 along this ray.
+      // Only pixels count that see the mirror first, which is the plane z = 0 along this ray.
       const double dx = (static_cast<double>(x) + 0.5) / 32 - 1;
       const double dy = 1 - (static_cast<double>(y) + 0.5) / 32;
       if (std::fabs(distance[3 * here] - distance_of_plane(settings.camera, dx, dy)) > 1e-4)
@@ -326,7 +328,7 @@ TEST(PathTracer, ALampInAMirrorIsAsBrightAsTheMirrorLeavesIt) {
   }
 }
 
-// Two mirrors that face each other end.
+// Paths between two mirrors that face each other end, without light.
 TEST(PathTracer, MirrorsThatFaceEachOtherAreLeftInTheEnd) {
   Mesh mesh;
   test::add_quad(mesh, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0}, 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Planes of a picture: what they hold where it is known, and the same bits whatever tiles and
-// instruction set.
+// Planes of a picture hold what is known of a square, and have the same bits whatever tiles and
+// instruction set are used.
 #include "slave/core/integrate/planes/plane_tile.h"
 
 #include <gtest/gtest.h>
@@ -142,13 +142,14 @@ TEST(PlaneTile, HoldsWhatIsKnownOfASquare) {
                   is_in ? square_scene().materials[2].albedo[static_cast<int>(c)] : 0);
         EXPECT_EQ(value(Plane::kNormal, c), is_in && c == 2 ? 1 : 0);
       }
-      // Along the view, not along the ray: the same all over. Two roundings of 4.
+      // Depth is along the view and not along the ray, so that it is the same all over. 1e-6: two
+      // roundings of 4.
       if (is_in) {
         EXPECT_NEAR(value(Plane::kDepth), 4, 1e-6f);
       } else {
         EXPECT_EQ(value(Plane::kDepth), kInfinity);
       }
-      // A pixel of 16 is a quarter of a unit wide there; positions have some roundings of 4 units.
+      // A pixel is a quarter of a unit wide there; positions have some roundings of 4 units.
       EXPECT_NEAR(value(Plane::kPosition, 0), is_in ? (static_cast<float>(x) + 0.5f - 8) / 4 : 0,
                   2e-6f);
       EXPECT_NEAR(value(Plane::kPosition, 1), is_in ? (8 - static_cast<float>(y) - 0.5f) / 4 : 0,
@@ -158,8 +159,8 @@ TEST(PlaneTile, HoldsWhatIsKnownOfASquare) {
   }
 }
 
-// Depth, position, object and material are of one hit, the nearest one; means count what is missed
-// as 0.
+// Depth, position, object and material are those of one hit, the nearest. Planes that hold means
+// count misses as 0.
 TEST(PlaneTile, SeveralSamplesAreMergedAsTheRowsSay) {
   Scene scene = square_scene();
   FrameSettings settings = square_settings();
@@ -181,8 +182,8 @@ TEST(PlaneTile, SeveralSamplesAreMergedAsTheRowsSay) {
   EXPECT_GT(partial, 8);
 }
 
-// Of two squares one behind the other; the border of the front one lies in column 11, of which it
-// covers a quarter.
+// Of two squares one behind the other, the front one is kept. Its border lies in column 11, of
+// which it covers a quarter.
 TEST(PlaneTile, TheNearestHitIsTheOneThatIsKept) {
   Scene scene = square_scene();
   scene.instances[0].object_to_world.m[0][3] = 1.07f;  // now seen beside the front one
@@ -202,7 +203,7 @@ TEST(PlaneTile, TheNearestHitIsTheOneThatIsKept) {
   }
 }
 
-// What a ray goes through by alpha is not met there; a mask that is cut out is not there at all.
+// A ray that passes a surface by its alpha misses it; every ray misses a mask that is cut out.
 TEST(PlaneTile, AlphaIsTheShareOfSamplesThatMeetSomething) {
   Scene scene = square_scene();
   scene.instances.resize(1);
@@ -223,11 +224,11 @@ TEST(PlaneTile, AlphaIsTheShareOfSamplesThatMeetSomething) {
   EXPECT_EQ(of(planes, Plane::kAlpha)[16 * 8 + 8], 0) << "below the cutoff";
 }
 
-// A normal is on the viewer's side, mirrors and glass have their specular colour, unlit surfaces
-// theirs.
+// A normal is on the viewer's side. The albedo of mirrors and glass is their specular colour, and
+// that of unlit surfaces is their colour.
 TEST(PlaneTile, NormalsLookAtTheViewerAndAlbedoIsWhatReflects) {
   FrameSettings settings = square_settings();
-  settings.camera.eye.z = -4;  // from behind
+  settings.camera.eye.z = -4;  // sees the square from behind
   Scene scene = square_scene();
   scene.instances.resize(1);
   const std::size_t middle = 16 * 8 + 8;
@@ -244,8 +245,8 @@ TEST(PlaneTile, NormalsLookAtTheViewerAndAlbedoIsWhatReflects) {
   EXPECT_EQ(of(planes_of(scene, settings), Plane::kAlbedo)[3 * middle], 0.5f);
 }
 
-// The rays are the renderer's: where no sample has met anything colour is the background's, to the
-// bit.
+// Planes are traced with the renderer's rays: colour is the background's, to the bit, exactly where
+// no sample has a hit.
 TEST(PlaneTile, AlphaFitsTheColourOfEachRenderer) {
   Scene scene = test::make_scene(test::make_icosphere(3));
   scene.environment = {1, 1, 1};

@@ -61,7 +61,7 @@ Vec3f programmed(SurfaceKind kind, Vec3f point, Vec3f normal, float footprint,
   return s.albedo;
 }
 
-// The bits of a pattern are the same on every machine: they are written down here.
+// The bits of patterns are the same on every machine; the hash of them is written down here.
 TEST(Programs, GiveTheSameBitsEverywhere) {
   for (const Isa isa : test::isas_here()) {
     std::uint64_t hash = 0xcbf29ce484222325u;
@@ -82,7 +82,7 @@ TEST(Programs, GiveTheSameBitsEverywhere) {
   }
 }
 
-// Places see their own pattern, whatever stands beside them.
+// The pattern of a place does not depend on the places that are evaluated beside it.
 TEST(Programs, DoNotDependOnCompany) {
   std::mt19937 random(test::seed(8));
   std::uniform_real_distribution<float> unit(-3, 3);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays that surfaces scatter: each has a pdf that its light can be weighed by.
+// Each ray that a surface scatters has a pdf by which its light can be weighed.
 #include "slave/core/integrate/scattered_rays.h"
 
 #include <gtest/gtest.h>
@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::uint32_t kDimension = 7, kSample = 3;
 
-// Keys whose sample stands on the edge of the square, where directions run along the surface: one of
-// 2^24.
+// Keys whose sample lies on the edge of the unit square, where directions run along the surface.
+// One key of 2^24 is such.
 std::vector<std::uint32_t> keys_on_the_edge(const KernelTable& kernels) {
   std::vector<std::uint32_t> keys;
   SamplePoints points{};

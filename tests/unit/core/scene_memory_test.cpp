@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a slave takes to prepare a scene stays below what the master reckons (scene_footprint.h):
-// the peak of a process of its own, for each structure.
+// What a slave takes to prepare a scene stays below what the master reckons (scene_footprint.h). It
+// is measured as the peak of a process of its own, for each structure.
 #include <gtest/gtest.h>
 #include <malloc.h>
 #include <sys/resource.h>
@@ -17,7 +17,7 @@
 namespace tessera::core {
 namespace {
 
-// Heights at random: what makes trees large.
+// A field of random heights, which make trees large.
 Scene rough_field(std::uint32_t side) {
   std::mt19937 random(test::seed(3));
   std::uniform_real_distribution<float> height(0, 5);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light from an environment map: what its samples come to, and what it does to surfaces.
+// Light from an environment map: its samples, their pdf, and the surfaces that it lights.
 #include "slave/core/light/sky_map.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ std::shared_ptr<const EnvironmentMap> make_map(int width_px, int height_px, Radi
   return map;
 }
 
-// Dark but for some texels, one of them a sun: beside the poles, at the seam, and in between.
+// A map that is dark but for a sun and some texels beside the poles, at the seam and in between.
 std::shared_ptr<const EnvironmentMap> sunny() {
   return make_map(32, 16, [](int x, int y) {
     if (x == 3 && y == 4) return 5000.0f;
@@ -82,17 +82,17 @@ TEST(SkyMap, SamplesAreOfThePdfThatItNames) {
     const SkyMap::Sample s = sky.sample(sample_2d(3, i));
     ASSERT_NEAR(length(s.direction), 1, 1e-6);
     covered += s.angle / kCount;
-    // At the edge of a texel a rounding decides which side it is on; then neither pdf is wrong.
+    // At the edge of a texel a rounding decides on which side a direction is; neither pdf is wrong.
     off += std::fabs(test::plain_pdf(sky, s.direction) * s.angle - 1) > 1e-3f ? 1 : 0;
-    // At the edge of a texel a rounding decides which side it is on.
+    // Radiance is bilinear between texels of 0 and 5000, and directions are rounded.
     const float slope = 1e-3f * (1 + 5000);
     ASSERT_NEAR(test::plain_radiance(sky, s.direction).x, s.radiance.x, slope);
   }
   EXPECT_LT(off, kCount / 1000);
-  EXPECT_NEAR(covered, 4 * kPi, 0.01 * 4 * kPi);  // each by its angle: the sphere
+  EXPECT_NEAR(covered, 4 * kPi, 0.01 * 4 * kPi);  // the sphere, each sample by its angle
 }
 
-// Against the midpoint rule, in double.
+// The integral of the samples is that of the midpoint rule, in double.
 TEST(SkyMap, SamplesSumToTheIntegral) {
   for (const auto& map :
        {sunny(), make_map(7, 3, [](int x, int y) { return 1.0f + static_cast<float>(x * y); }),
@@ -168,7 +168,7 @@ FrameSettings settings_of(Renderer renderer, int size_px, int samples) {
 
 constexpr Renderer kRenderers[] = {Renderer::kPath, Renderer::kDirect, Renderer::kIgi};
 
-// A floor under a sky that is brighter to one side, its irradiance by the midpoint rule.
+// A floor lies under a sky that is brighter to one side; the midpoint rule has its irradiance.
 TEST(SkyLight, AFloorHasTheIrradianceOfItsHemisphere) {
   Mesh mesh;
   mesh.materials.clear();
@@ -215,8 +215,8 @@ TEST(SkyLight, AnEvenMapIsTheEvenSky) {
   }
 }
 
-// Light samples and rays of the BSDF share a sun: their sum is the integral of BSDF times sky, here by
-// the midpoint rule.
+// Light samples and BSDF samples share a sun by MIS weights. Their sum is the integral of BSDF
+// times sky, here by the midpoint rule.
 TEST(SkyLight, GlossySurfacesCountASunOnce) {
   Mesh mesh;
   mesh.materials.clear();
@@ -259,14 +259,14 @@ TEST(SkyLight, GlossySurfacesCountASunOnce) {
   }
 }
 
-// What a sun does not reach, the rest of the sky still lights, however dim it is beside the sun.
+// The rest of the sky lights surfaces that a sun does not reach, however dim it is beside the sun.
 TEST(SkyLight, SurfacesTurnedFromTheSunKeepTheirLight) {
   Mesh mesh;
   mesh.materials.clear();
   test::add_quad(mesh, {-1, 0, 1}, {2, 0, 0}, {0, 0, -2}, 0);
   Scene scene = test::make_scene(std::move(mesh));
   scene.environment = {1, 1, 1};
-  const double expected = double{scene.materials[0].albedo.x};  // of an even sky
+  const double expected = double{scene.materials[0].albedo.x};  // under an even sky
   for (const float sun : {1e5f, 1e11f}) {
     scene.environment_map =
         make_map(64, 32, [&](int x, int y) { return x == 20 && y == 28 ? sun : 1.0f; });
@@ -279,7 +279,7 @@ TEST(SkyLight, SurfacesTurnedFromTheSunKeepTheirLight) {
   }
 }
 
-// Surfaces in each other's shadow, light over several of them, a sun.
+// The scene has surfaces in each other's shadow, light over several of them, and a sun.
 TEST(SkyLight, IgiHasTheMeanOfThePathTracer) {
   Scene scene = test::make_full_scene();
   scene.environment = {1, 1, 1};

@@ -43,7 +43,7 @@ TEST(Surface, NormalsTurnToTheViewerAndAgreeOnTheSide) {
   Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.normals = {
-      {0.6f, 0, -0.8f}, {0.6f, 0, -0.8f}, {0.6f, 0, -0.8f}};  // against the geometric one
+      {0.6f, 0, -0.8f}, {0.6f, 0, -0.8f}, {0.6f, 0, -0.8f}};  // against the geometric normal
   mesh.triangles = {{0, 1, 2}};
   mesh.materials = {0};
   Scene scene = test::make_scene(mesh);
@@ -96,7 +96,7 @@ TEST(Surface, MipLevelsHalveTheSidesAndKeepTheMeanOfLinearLight) {
         h = std::max(1, h / 2);
         EXPECT_EQ(level.width_px, w);
         EXPECT_EQ(level.height_px, h);
-        // Half a step of a byte; those of sRGB are up to 2.3 / 255 of linear light.
+        // Half a step of a byte; steps of sRGB are up to 2.3 / 255 of linear light.
         EXPECT_LT(length(mean_of(level) - mean), 2.3f / 255) << width << "x" << height;
       }
       EXPECT_TRUE(w == 1 && h == 1);
@@ -104,7 +104,7 @@ TEST(Surface, MipLevelsHalveTheSidesAndKeepTheMeanOfLinearLight) {
   }
 }
 
-// The reference; that the kernels agree with it is core_surfaces_test's to tell.
+// Tests the plain reference; core_surfaces_test shows that the kernels agree with it.
 TEST(Surface, FootprintsChooseBetweenLevelsAndNothingIsTooWide) {
   const MipMap map = make_mip_map(std::make_shared<const Texture>(random_texture(8, 8, false)));
   const Vec2f uv{0.3f, 0.6f};
@@ -121,7 +121,6 @@ TEST(Surface, FootprintsChooseBetweenLevelsAndNothingIsTooWide) {
     EXPECT_EQ(test::plain_mip_map_sample(map, uv, texels), sample_texture(map.levels[2], uv));
 }
 
-// A cone as wide as the whole image sees its mean; one that is a texel wide sees the texel.
 TEST(Surface, HugeAndWrongTextureCoordinatesAreSomeTexel) {
   const Texture texture = random_texture(1000, 3, false);
   const float huge = 3.4028234e38f, inf = std::numeric_limits<float>::infinity();
@@ -131,6 +130,7 @@ TEST(Surface, HugeAndWrongTextureCoordinatesAreSomeTexel) {
   }
 }
 
+// A cone as wide as the whole image sees its mean; one that is a texel wide sees the texel.
 TEST(Surface, TexturesAreLookedUpInTheLevelOfTheCone) {
   Mesh mesh;
   mesh.positions = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
@@ -152,11 +152,11 @@ TEST(Surface, TexturesAreLookedUpInTheLevelOfTheCone) {
   EXPECT_LT(length(albedo({0, 0, -1}, 4 / 64.0f) - sample_texture(*map.base, uv)), 1e-4f);
   EXPECT_LT(length(albedo({0, 0, -1}, 1) - sample_texture(map.levels[3], uv)), 1e-5f);
   EXPECT_LT(length(albedo({0, 0, -1}, 4) - sample_texture(map.levels[5], uv)), 1e-5f);
-  // Seen at 60 degrees it is twice as wide; the length of the direction does not count.
+  // At 60 degrees the footprint is twice as wide; the length of the direction does not count.
   EXPECT_LT(length(albedo({0, 1.7320508f, -1}, 0.5f) - albedo({0, 0, -5}, 1)), 1e-4f);
 }
 
-// Normals of vertices that are those of the triangles cost nothing.
+// Vertex normals that equal the normals of the triangles cost nothing.
 TEST(Surface, FlatNormalsAreNoFeature) {
   Mesh mesh = test::make_cube();
   Mesh flat;
@@ -199,7 +199,7 @@ Vec3f shading_normal(const Scene& scene, Vec3f direction) {
   return test::surface_at((*prepared)->impl(), 0, 0.3f, 0.4f, direction).shading_normal;
 }
 
-// 255 is 1, 128 is 1/255 and 0 is -1.
+// In a normal map 255 is 1, 128 is 1/255 and 0 is -1.
 TEST(Surface, NormalMapsTurnTheNormalAlongUAndV) {
   const float step = 2 / 255.0f;
   const Vec3f down{0, 0, -1}, up{0, 0, 1};
@@ -218,7 +218,8 @@ TEST(Surface, NormalMapsTurnTheNormalAlongUAndV) {
     scene.materials[0].normal_scale = 0;
     expect_near(shading_normal(scene, down), {0, 0, 1});
   }
-  // One that looks behind the surface, and texture coordinates without area: as it was.
+  // A normal that points behind the surface, and texture coordinates without area, leave the
+  // shading normal as it was.
   expect_near(shading_normal(make_normal_mapped(false, {255, 128, 0}), down), {0, 0, 1});
   Scene flat = make_normal_mapped(false, {228, 178, 255});
   auto mesh = std::make_shared<Mesh>(*flat.meshes[0]);
@@ -230,14 +231,14 @@ TEST(Surface, NormalMapsTurnTheNormalAlongUAndV) {
 TEST(Surface, NormalMapsTurnWithTheObject) {
   Scene scene = make_normal_mapped(false, {255, 128, 255});
   scene.instances[0].object_to_world.m = {
-      {{0, 0, 3, 1}, {2, 0, 0, 2}, {0, 5, 0, 3}}};  // x to y to z
+      {{0, 0, 3, 1}, {2, 0, 0, 2}, {0, 5, 0, 3}}};  // x to y, y to z, z to x
   const Vec3f n = shading_normal(scene, {-1, 0, 0});
   EXPECT_NEAR(n.x, std::sqrt(0.5f), 0.01f);
   EXPECT_NEAR(n.y, std::sqrt(0.5f), 0.01f);
   EXPECT_NEAR(n.z, 0, 0.01f);
 }
 
-// The bound of surface_offset.h against the exact plane, in double.
+// The offset of surface_offset.h puts a start beyond the exact plane, which is computed in double.
 TEST(Surface, OffsetPointLiesBeyondTheExactPlane) {
   std::mt19937 random(test::seed(7));
   std::uniform_real_distribution<float> unit(-1, 1);

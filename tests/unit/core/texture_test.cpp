@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Textures as files of glTF ask for them: what is seen beyond their edges, squares or smooth, 16 bits,
-// which coordinates of the mesh they follow and how they lie there.
+// Textures as glTF files ask for them: wrapping, nearest and bilinear texels, 16 bits, the set of
+// coordinates that they follow and how they are placed there.
 #include "slave/core/surface/texture.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace tessera::core {
 namespace {
 
-// One row of greys, linear.
+// A linear texture of one row of greys.
 Texture make_row(std::initializer_list<std::uint8_t> greys) {
   Texture t;
   t.width_px = static_cast<int>(greys.size());
@@ -105,7 +105,7 @@ TEST(Texture, SixteenBitsAre65536Levels) {
   }
 }
 
-// Of noise between 20000 and 20255: a mip map of bytes would know two values of it.
+// The texture is noise between 20000 and 20255, of which a mip map of bytes would know two values.
 TEST(Texture, LevelsKeepSixteenBitsAndAlpha) {
   Texture t;
   t.width_px = t.height_px = 64;
@@ -166,11 +166,11 @@ TEST(Texture, FollowsTheSetOfCoordinatesThatItNames) {
   EXPECT_NEAR(albedo_at(scene, 0.875f, 0), 255, 1e-2);
 }
 
-// The example of KHR_texture_transform: scaled, turned, moved.
+// A texture may be scaled, turned and moved, as by KHR_texture_transform.
 TEST(Texture, LiesAsItsMapSays) {
   Scene scene = make_two_sets(make_row({0, 80, 160, 240}));
   TextureRef& ref = scene.materials[0].albedo_texture;
-  ref.uv_map = {2, 0, 0, 0, 1, 0};  // twice in a row
+  ref.uv_map = {2, 0, 0, 0, 1, 0};  // the picture, twice in a row
   EXPECT_NEAR(albedo_at(scene, 0.4375f, 0), 240, 1e-2);
   EXPECT_NEAR(albedo_at(scene, 0.5625f, 0), 0, 1e-2);
   ref.uv_map = {0, 1, 0, -1, 0, 1};  // a quarter turn: u of the picture is v of the mesh
@@ -180,7 +180,7 @@ TEST(Texture, LiesAsItsMapSays) {
   EXPECT_NEAR(albedo_at(scene, 0.125f, 0), 80, 1e-2);
 }
 
-// What is twice as dense is looked up a level higher: its mean.
+// A picture that is 64 times as dense is looked up in a coarser level, here in its mean.
 TEST(Texture, AMapThatShrinksThePictureChoosesCoarserLevels) {
   Scene scene = make_two_sets(make_row({0, 255, 0, 255, 0, 255, 0, 255}));
   scene.materials[0].albedo_texture.uv_map = {64, 0, 0, 0, 64, 0};
@@ -192,7 +192,7 @@ TEST(Texture, AMapThatShrinksThePictureChoosesCoarserLevels) {
   }
 }
 
-// The emitter is a picture of which one half is bright, mapped so that the triangle shows the other.
+// One half of the picture is bright. A lamp that is mapped to the other half is no emitter.
 TEST(Texture, LampsShowTheirPictureAsItLies) {
   Scene scene =
       make_two_sets(make_row({0, 0, 0, 0, 0, 0, 0, 0, 255, 255, 255, 255, 255, 255, 255, 255}));

@@ -111,7 +111,7 @@ TEST(TileRenderer, PrimaryIsTheDistanceAlongTheNormalisedRay) {
       const double dx = (x + 0.5 - 20) / 15, dy = (15 - y - 0.5) / 15;
       const float got = image[3 * static_cast<std::size_t>(y * 40 + x)];
       const double secant = std::sqrt(1 + dx * dx + dy * dy);
-      // The farthest vertex is 94.1 away: the project's tolerance 16 u s / cos.
+      // The project's tolerance is 16 u s / cos, and the farthest vertex is s = 94.1 away.
       EXPECT_NEAR(4 * secant, got, 16 * 0x1p-24 * 94.1 * secant) << x << " " << y;
     }
   }
@@ -124,10 +124,10 @@ TEST(TileRenderer, ATileIsLeftInItsMiddleWhenItsFrameIsCancelled) {
   settings.camera = {{0, 2, 4}, {0, 0.5f, 0}, {0, 1, 0}, 50};
   settings.samples_per_pixel = kSamplesPerPixelMax;
   settings.light_samples = kLightSamplesMax;
-  // The whole tile takes many seconds of this thread's processor; it is cancelled after some of them,
-  // however much of it the machine gives to others. A tile that had not begun, or had ended, says that
-  // the share was wrong: another one is tried. A renderer that does not look within the tile never
-  // leaves it in its middle.
+  // The whole tile takes many seconds of this thread's processor time. It is cancelled after a
+  // share of them, so that other load of the machine does not matter. If the tile had not begun, or
+  // had ended, the share was wrong and another one is tried. A renderer that does not check for
+  // cancellation within the tile never leaves it in its middle.
   constexpr std::uint64_t kAll = 32u * 32u * kSamplesPerPixelMax;
   std::uint64_t primary = 0;
   const test::ProcessorClock work(pthread_self());
@@ -178,7 +178,8 @@ TEST(TileRenderer, WithoutLightAMeshIsDarkBeforeItsBackground) {
   settings.camera = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 40};
   const std::vector<float> image = test::render_in_tiles(**scene, settings, Isa::kScalar, 16);
   EXPECT_EQ(0.0f, image[3 * (16 * 33 + 16)]);
-  // The upper left pixel looks 0.97 * 20 degrees up, before the square root of what lies aside.
+  // The upper left pixel looks 32/33 of tan(20 degrees) up and as much aside; the square root
+  // normalises its direction.
   const float aside = std::tan(20 * 3.14159265f / 180) * 32 / 33;
   const float up = 0.5f + aside / std::sqrt(1 + 2 * aside * aside);
   EXPECT_NEAR(image[0], 2 * up, 1e-3f);

@@ -15,8 +15,8 @@ namespace {
 
 using Kind = InputEvent::Kind;
 
-// Eye and target are rounded to float once each: 2^-24 of a coordinate (here below 64) per
-// rounding, two roundings, three axes; on a distance of at least 0.01 x scene.
+// Eye and target are rounded to float once each. That is 2^-24 of a coordinate (here below 64) for
+// each of two roundings and three axes, on a distance of at least 0.01 x scene.
 constexpr double kRelative = 1e-4;
 
 Camera home_camera() { return {{3, 2, 5}, {0.5f, 0.25f, -1}, {0, 1, 0}, 40}; }
@@ -110,8 +110,8 @@ TEST(CameraControls, UpNeverFlipsHoweverFarOneDrags) {
     EXPECT_TRUE(validate_camera(c).is_ok()) << validate_camera(c).message();
     EXPECT_LT(std::abs(dot(direction(c), c.up)), std::cos(0.9 * 3.14159 / 180));
   }
-  // The side on which the scene lies did not change by running into a pole: the eye's level
-  // direction is home's, but for the few sideways pixels.
+  // Running into a pole did not change the side on which the scene lies: the eye's horizontal
+  // direction is still that of home, but for the few sideways pixels.
   Vec3f level = controls.camera().eye - controls.camera().target,
         home = home_camera().eye - home_camera().target;
   level.y = home.y = 0;

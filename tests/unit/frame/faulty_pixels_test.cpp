@@ -43,10 +43,10 @@ TEST(FaultyPixels, NanInfinityAndNegativeArePaintedAndNothingElse) {
   }
 }
 
-// How many pixels are faulty where one component among usual ones is unusual.
+// Counts faulty pixels where one component is `unusual` and the others are `usual`.
 template <typename Bits>
 std::uint64_t count(PixelFormat format, Bits usual, unsigned unusual, std::size_t place) {
-  std::vector<Bits> components(75, usual);  // odd: components that straddle words
+  std::vector<Bits> components(75, usual);  // an odd count, so that components straddle words
   components[place] = static_cast<Bits>(unusual);
   return count_faulty_pixels(std::as_bytes(std::span(components)), format);
 }

@@ -90,7 +90,7 @@ TEST(FrameImage, DigestCoversEveryByte) {
   EXPECT_NE(image.digest(), before);
 }
 
-// The errors that --help and common/wire/README.md state, measured over all magnitudes.
+// Half floats have the errors that --help and common/wire/README.md state, over all magnitudes.
 TEST(FrameImage, HalfHasTheStatedError) {
   std::mt19937 random(test::seed(5));
   double relative = 0, absolute_small = 0;
@@ -125,8 +125,9 @@ TEST(FrameImage, Display8IsHalfACodeOff) {
     encode_pixels(rgb, PixelFormat::kDisplay8, code);
     worst = std::max(worst, std::abs(static_cast<double>(code[0]) - exact));
   }
-  // Besides the rounding to a code: float pow, scale and sum, together below 8 roundings at 255,
-  // and the two decimals of the standard's seam, which differ by less than 1e-4 of a code there.
+  // Besides the rounding to a code, the error has that of float pow, scale and sum, together below
+  // 8 roundings at 255, and that of the standard's two pieces, which differ by less than 1e-4 of a
+  // code where they meet.
   EXPECT_LE(worst, 0.5 + 255 * 8 * 0x1p-24 + 1e-4);
   EXPECT_GE(worst, 0.49);
   const float outside[3] = {-1, 7, std::nanf("")};

@@ -80,7 +80,7 @@ TEST(PicturePlane, LieBehindTheColourOneBehindTheOther) {
   FrameImage image;
   image.width_px = 5;
   image.height_px = 3;
-  image.format = PixelFormat::kDisplay8;  // so that floats are not aligned
+  image.format = PixelFormat::kDisplay8;  // leaves the floats unaligned
   image.planes = {Plane::kNormal, Plane::kAlpha, Plane::kSamples};
   EXPECT_EQ(image.layout().pixel_bytes(), 3u + 4 * (1 + 3 + 1));
   image.bytes.resize(image.pixel_count() * image.layout().pixel_bytes());

@@ -50,8 +50,8 @@ TEST(ToneCurve, MoreLightIsNeverShownDarkerAndStaysInRange) {
   }
 }
 
-// Sobotka's sigmoid: 6.5 stops above middle grey is white, ten below is black, the middle is 0.5 of
-// the encoded range at slope 2, all before it is scaled to keep middle grey.
+// By Sobotka's sigmoid 6.5 stops above middle grey are white, ten below are black, and the middle
+// is 0.5 of the encoded range at slope 2. The curve is scaled afterwards to keep middle grey.
 TEST(ToneCurve, AgxSpansItsStops) {
   const float black = displayed(grey(0.18f * std::exp2(-11.0f)), {0, ToneCurve::kAgx}).y;
   const float white = displayed(grey(0.18f * std::exp2(7.0f)), {0, ToneCurve::kAgx}).y;
@@ -61,9 +61,9 @@ TEST(ToneCurve, AgxSpansItsStops) {
 
 TEST(ToneCurve, AcesIsHillsFit) {
   // The fit's own figures at 1: (1 + 0.0245786 - 0.000090537) / (0.983729 + 0.4329510 + 0.238081).
-  // Under no scale grey 1 is shown as 0.6191 of the rows' sums, 1 to three digits.
+  // Without a scale grey 1 is shown as 0.6191 of the rows' sums, which are 1 to three digits.
   double scale = 1;
-  for (int i = 0; i < 60; ++i) {  // where the fit reaches 0.18, by fixed point
+  for (int i = 0; i < 60; ++i) {  // fixed point: where the fit reaches 0.18
     const double x = 0.18 * scale;
     const double y =
         (x * (x + 0.0245786) - 0.000090537) / (x * (0.983729 * x + 0.432951) + 0.238081);
@@ -89,7 +89,7 @@ TEST(ToneCurve, ColoursOfTheDisplayAreFoundAgain) {
   std::mt19937 random(test::seed(seed));
   std::uniform_real_distribution<float> unit(0.02f, 0.98f);
   for (int i = 0; i < 2000; ++i) {
-    // Near grey: what every curve can show.
+    // Colours near grey, which every curve can show.
     const float middle = unit(random);
     const Vec3f light{middle, middle * (0.9f + 0.1f * unit(random)), middle * 0.95f};
     for (const ToneCurve tone : kCurves) {

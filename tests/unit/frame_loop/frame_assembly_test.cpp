@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames on their way out, in order, each when its digest is known.
+// Frames leave in order, each when its digest is known.
 #include <gtest/gtest.h>
 
 #include <optional>
@@ -60,7 +60,7 @@ TEST(FrameDigest, IsTheSameAtOnceAndBesideTheLoop) {
   }
 }
 
-// A third slave has outvoted the first, when the band was whole already.
+// A tile may be written again after its band was whole, when a third slave outvotes the first.
 TEST(FrameAssembly, UnderAuditTheDigestIsThatOfThePixelsWrittenLast) {
   test::TaskLoop loop, hasher;
   FrameSettings settings;

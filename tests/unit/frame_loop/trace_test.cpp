@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A trace's bounds, and what its file says of times: offsets between clocks removed, no span over
-// another one of its row.
+// A trace is bounded. The times in its file have the offsets between clocks removed, and no span
+// overlaps another one of its row.
 #include "master/frame_loop/trace.h"
 
 #include <gtest/gtest.h>
@@ -88,9 +88,9 @@ TEST(Trace, KeepsOnlyAnswersToLeasesItWasToldOf) {
   for (std::uint32_t i = 0; i < 3; ++i) recorder.leased(7, i, 0, 1, kStart);
   recorder.frame_ended(7, 0);
   recorder.answered(tile_at(7, 0, 0, kStart), std::nullopt);  // its frame is over
-  recorder.answered(tile_at(7, 1, 1, kStart), std::nullopt);  // another tile
+  recorder.answered(tile_at(7, 1, 1, kStart), std::nullopt);  // tile 1 was not leased
   recorder.answered(tile_at(7, 1, 0, kStart), std::nullopt);
-  recorder.answered(tile_at(7, 1, 0, kStart), std::nullopt);  // the second time
+  recorder.answered(tile_at(7, 1, 0, kStart), std::nullopt);  // a second answer
   recorder.slave_lost(7);
   recorder.answered(tile_at(7, 2, 0, kStart), std::nullopt);
   EXPECT_EQ(recorder.take().tiles.size(), 1u);
@@ -109,7 +109,7 @@ TEST(Trace, IsBounded) {
   }
   const Trace trace = recorder.take();
   EXPECT_EQ(trace.tiles.size(), TraceRecorder::kTilesMax);
-  EXPECT_EQ(trace.tiles.front().tile, 5u);  // the oldest left
+  EXPECT_EQ(trace.tiles.front().tile, 5u);  // the oldest were dropped
   EXPECT_EQ(trace.tiles_dropped, 5u);
   EXPECT_LE(trace.slaves.size(), TraceRecorder::kSlavesMax);
   EXPECT_TRUE(trace.slaves.contains(7));

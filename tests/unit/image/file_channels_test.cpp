@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a file gets of a picture with planes: names, kinds of numbers, alpha.
+// Channels that a file gets of a picture with planes: their names, kinds of numbers, alpha.
 #include "master/image/file_channels.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kPixels = 4;
 
-// Colour is premultiplied, as it is rendered.
+// A picture whose colour is premultiplied, as it is rendered.
 FrameImage picture(PlaneSet planes, PixelFormat format = PixelFormat::kFloat) {
   FrameImage image;
   image.width_px = 2;
@@ -114,7 +114,7 @@ TEST(FileChannels, WhatAFileCannotHoldIsRefused) {
   }
 }
 
-// The library puts R, G, B first again, whatever else is there.
+// The image library puts R, G, B first again when it reads, whatever else a file has.
 TEST(FileChannels, ColourIsReadBackToTheBit) {
   const test::TempFolder folder;
   for (const PlaneSet planes : {PlaneSet{Plane::kAlpha}, PlaneSet::all()}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Figures of how far pictures are apart.
+// Figures that say how far two pictures are apart.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,7 +34,7 @@ TEST(ImageError, OfASteadyDifferenceHasItsClosedForm) {
   EXPECT_NEAR(error.mean_off, 0.2, 1e-6);
 }
 
-// Black to white is most of lightness, and no more than the scale; each way round the same.
+// Black against white is most of the scale and no more than it, and the same either way round.
 TEST(Flip, BlackToWhiteIsNearTheEndOfTheScale) {
   const Pixels black(kFloats, 0.0f), white(kFloats, 1.0f);
   const std::vector<float> there = flip_map(white, black, kEdge, kEdge);
@@ -52,7 +52,7 @@ TEST(Flip, PureGreenToPureBlueIsTheScalesEnd) {
   for (const float x : flip_map(green, blue, kEdge, kEdge)) EXPECT_NEAR(x, 1, 1e-3f);
 }
 
-// Fine noise is seen less than the same difference over an area; an edge that moves is seen.
+// Fine noise is seen less than the same difference over an area.
 TEST(Flip, WeighsWhatAPersonSees) {
   const Pixels grey(kFloats, 0.5f);
   Pixels noise = grey, patch = grey;

@@ -72,7 +72,7 @@ TEST_F(ImageFile, HdrIsLinearWithinItsSharedExponent) {
   }
 }
 
-// Half a step of 255 is at most so much light: the curve is steepest at its end, 2.27.
+// Half a step of 255 is at most this much light, since the curve is steepest at its end, 2.27.
 TEST_F(ImageFile, PngIsSrgbEncodedAndReadAsLight) {
   const std::vector<float> expected = sample_pixels(), rgb = through("a.png");
   ASSERT_EQ(rgb.size(), expected.size());

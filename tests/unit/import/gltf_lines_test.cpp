@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is wrong in a glTF file is one line that names file, object and key: geometry that cannot be
-// trusted refuses the file, looks are repaired.
+// A fault of a glTF file is one line that names file, object and key. Geometry that cannot be
+// trusted refuses the file; looks are repaired.
 #include <gmock/gmock.h>
 
 #include "tests/unit/import/gltf_text.h"

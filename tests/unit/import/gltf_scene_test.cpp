@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a glTF file becomes what of a scene, where no picture shows it yet or rounding would hide it.
+// Parts of a glTF file become the right parts of a scene, where no test of a picture shows it or
+// rounding would hide it.
 #include <cmath>
 
 #include "tests/unit/import/gltf_text.h"
@@ -15,7 +16,7 @@ constexpr const char* kPicture =
 
 class GltfScenes : public GltfFiles {
  protected:
-  // The first material, of a file with this one and a picture.
+  // First material of the scene of a file with the material `json` and a picture.
   Material material(const std::string& json) {
     scene_ = scene(with(with(kGltfText, kMaterial, json), "\"cameras\":", kPicture));
     return scene_.materials.empty() ? Material() : scene_.materials[0];
@@ -105,7 +106,7 @@ TEST_F(GltfScenes, LobesAreFilled) {
   EXPECT_EQ(m.anisotropy.strength, 0.5f);
   EXPECT_EQ(m.anisotropy.rotation, 1);
   EXPECT_EQ(m.ior, 2);
-  // An index of 2 reflects 1/9; twice of that in red, half of all.
+  // An index of 2 reflects 1/9, of which the colour doubles red and the factor halves all.
   EXPECT_NEAR(m.specular.x, 1.0 / 9, 1e-6);
   EXPECT_NEAR(m.specular.y, 0.5 / 9, 1e-6);
   EXPECT_EQ(m.specular_f90, 0.5f);

@@ -10,7 +10,7 @@
 
 namespace tessera::import {
 
-// One triangle with a material, a lamp and a camera; "%" stands for nothing and is where tests add.
+// One triangle with a material, a lamp and a camera. Tests replace parts of it by with().
 inline const std::string kGltfText =
     R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1,2]}],
 "extensionsUsed":["KHR_lights_punctual"],
@@ -41,7 +41,7 @@ class GltfFiles : public ::testing::Test {
                        return std::shared_ptr<const Texture>(std::move(texture));
                      });
   }
-  // All lines, without the folder.
+  // Returns: all lines that the reader reports for `text`, without the path of the folder.
   std::string lines(const std::string& text) {
     const auto result = read(text);
     std::string all = result.is_ok() ? "" : result.status().message();

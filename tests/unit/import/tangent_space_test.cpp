@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tangents that files do not have, beside those computed from the definition, corner by corner and in
-// double precision, with no groups and no neighbours: on these meshes all triangles around a vertex
-// that turn the same way are joined.
+// Tangents that files do not have are those computed from the definition, corner by corner and in
+// double precision, with no groups and no neighbours. That suffices since on these meshes all
+// triangles around a vertex that turn the same way are joined.
 #include "master/import/gltf/tangent_space.h"
 #include "tests/support/seed.h"
 
@@ -29,7 +29,8 @@ double area_of(const Mesh& mesh, const std::array<std::uint32_t, 3>& t) {
          double{uv(1).y - uv(0).y} * double{uv(2).x - uv(0).x};
 }
 
-// The mean over every triangle with an equal vertex and coordinates that turn the same way.
+// Tangent of `vertex`: the mean, by angles, over every triangle with an equal vertex and
+// coordinates that turn the same way.
 Vector by_definition(const Mesh& mesh, std::uint32_t vertex, bool turns_left) {
   const Vector normal = unit(wide(mesh.normals[vertex]));
   const auto on_plane = [&](const Vector& v) { return unit(v - normal * dot(normal, v)); };

@@ -76,7 +76,7 @@ TEST(Builtin, WavesMoveAndShareWhatStands) {
   for (std::size_t i = 1; i < now.meshes.size(); ++i) EXPECT_EQ(now.meshes[i], later.meshes[i]);
 }
 
-// So that a slave has nothing to get but the light.
+// A slave has nothing to fetch from frame to frame but the light.
 TEST(Builtin, TheEveningMovesItsLightAlone) {
   const LoadedScene evening = make("evening");
   ASSERT_TRUE(evening.is_animated);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of every format through the real tessera-import: what they hold, and that suffix and content have
-// to agree.
+// The real tessera-import reads what files of every format hold. Suffix and content have to agree.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +12,7 @@
 namespace tessera::master {
 namespace {
 
-// The same red plate, [-1, 1]^2, moved by 1 along the file's third axis.
+// All files here hold the same red plate, [-1, 1]^2, moved by 1 along the file's third axis.
 const std::string kCollada = R"(<?xml version="1.0" encoding="utf-8"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
 <asset><unit name="meter" meter="1"/><up_axis>Z_UP</up_axis></asset>
@@ -113,7 +112,7 @@ const std::string kTextStl =
     "1\nendloop\n"
     "endfacet\nendsolid plate\n";
 
-// The same, binary; its header begins with the word of the other form, as many do.
+// The plate as a binary STL file, whose header begins with the word of the text form, as many do.
 std::string binary_stl() {
   std::string bytes = "solid of anything";
   bytes.resize(80);
@@ -185,7 +184,7 @@ TEST_F(Formats, StlOfBothForms) {
   }
 }
 
-// What is in a file decides who reads it; a name that says something else is told.
+// The content of a file decides what it is; a name that says something else is refused with a line.
 TEST_F(Formats, SuffixAndContentHaveToAgree) {
   const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   EXPECT_NE(refusal("a.gltf", obj).find("is an OBJ file by its content; rename it to"),

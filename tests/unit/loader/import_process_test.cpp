@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real tessera-import, and stand-ins that misbehave: whatever it does, the master gets one
-// line.
+// The real tessera-import, and stand-ins that misbehave: the master gets one line in every case.
 #include "master/loader/import_process.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +18,7 @@ class Import : public ::testing::Test {
  protected:
   void TearDown() override { unsetenv("TESSERA_IMPORT"); }
 
-  // A shell script in the place of tessera-import.
+  // Runs a shell script in the place of tessera-import.
   Result<SceneStream> run_instead(const std::string& script, double seconds_max = 60,
                                   std::uint64_t bytes_max = 1 << 30) {
     const std::string program = folder_.write("import.sh", "#!/bin/sh\n" + script);
@@ -32,7 +31,7 @@ class Import : public ::testing::Test {
   const test::TempFolder folder_;
 };
 
-// How a glTF file of one triangle ends: its accessor 0, corners (0,0,0), (1,0,0), (0,1,0).
+// End of a glTF file of one triangle: its accessor 0, corners (0,0,0), (1,0,0), (0,1,0).
 const std::string kTriangle =
     R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
 "bufferViews":[{"buffer":0,"byteLength":36}],
@@ -150,7 +149,7 @@ TEST_F(Import, GltfMirroredNodesKeepTheirOutside) {
     const auto at = [&](std::size_t k) {
       return instance.object_to_world.point(mesh.positions[mesh.triangles[0][k]]);
     };
-    // Before any node it looks along +z; mirrored in z, along -z.
+    // Without a node the triangle looks along +z; mirrored in z, along -z.
     const float expected = instance.object_to_world.m[2][2] < 0 ? -1.0f : 1.0f;
     EXPECT_EQ(cross(at(1) - at(0), at(2) - at(0)).z * expected > 0, true);
   }
@@ -218,7 +217,7 @@ TEST_F(Import, ItsRefusalIsHandedOn) {
   EXPECT_EQ(stream.status().message(), "scene.obj:3: bad");
 }
 
-// As libpng does of a damaged picture.
+// libpng, for one, prints such a line for a damaged picture.
 TEST_F(Import, WhatLibrariesPrintBeforeItIsNotTheReason) {
   const auto result =
       run_instead("echo 'libpng error: x' >&2; echo 'tessera-import: a.gltf: no' >&2; exit 1");

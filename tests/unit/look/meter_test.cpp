@@ -10,7 +10,7 @@
 namespace tessera::master {
 namespace {
 
-// One value for each pixel, grey.
+// A grey picture with one value for each pixel.
 std::vector<float> grey(const std::vector<float>& values) {
   std::vector<float> rgb;
   for (const float x : values) rgb.insert(rgb.end(), {x, x, x});
@@ -53,7 +53,7 @@ TEST(Meter, ALampThatLightsNothingElseLeavesASceneUnlit) {
 }
 
 TEST(Meter, WhatIsMoreThanSixStopsBelowTheMiddleIsNotSeen) {
-  const float dim = 0.18f / 1024;  // ten stops; the middle of all is one below 0.18
+  const float dim = 0.18f / 1024;  // ten stops; the metered middle is one below 0.18
   const Metering m = meter(grey(joined(of(40, dim), of(160, 0.18f))), grey(of(200, 1)));
   EXPECT_NEAR(m.seen_share, 0.8, 1e-9);
 }

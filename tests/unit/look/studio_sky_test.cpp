@@ -46,7 +46,7 @@ TEST(StudioSky, ShowsWhiteAsWhiteOnTheKeySideAndOverhead) {
   EXPECT_NEAR(white(*map, {-1, 1, 1}), 1, 0.1);  // the viewer's left, above
   EXPECT_NEAR(white(*map, {0, 1, 0}), 1, 0.1);
   EXPECT_LT(white(*map, {1, 0.2f, 1}), 0.8);  // the other side
-  EXPECT_GT(white(*map, {0, -1, 0}), 0.1);    // and nothing is black
+  EXPECT_GT(white(*map, {0, -1, 0}), 0.1);    // nothing is black
 }
 
 TEST(StudioSky, IsNeutralAndValid) {
@@ -65,7 +65,7 @@ TEST(StudioSky, IsNeutralAndValid) {
 TEST(StudioSky, KeyStandsToTheLeftOfEveryViewer) {
   for (const Vec3f viewer : {Vec3f{0, 0, 1}, Vec3f{1, 0, 0}, Vec3f{-0.6f, 0, -0.8f}}) {
     const auto map = make_studio_sky(viewer);
-    const Vec3f left = cross({0, 1, 0}, -viewer);  // of one who looks along -viewer
+    const Vec3f left = cross({0, 1, 0}, -viewer);  // left of one who looks along -viewer
     EXPECT_GT(white(*map, left + viewer + Vec3f{0, 0.4f, 0}),
               1.3 * white(*map, viewer - left + Vec3f{0, 0.4f, 0}));
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of metrics: its format to the letter, cumulative buckets, what must never happen.
+// The page of metrics: its format to the letter, cumulative buckets, and sums that lose nothing.
 #include "common/metrics/exposition.h"
 
 #include <gtest/gtest.h>

@@ -64,7 +64,7 @@ TEST(AcceptRate, TheTableIsBoundedAndWhatIsBeyondSharesOneBucket) {
   for (int i = 10; i < 1000; ++i) beyond += admitted(rate, std::to_string(i), kStart, 9);
   EXPECT_EQ(beyond, 4);
   EXPECT_EQ(rate.address_count(), 10u);
-  // Once their buckets are full again the table has room.
+  // Once the buckets of earlier addresses are full again, the table has room.
   EXPECT_EQ(admitted(rate, "later", kStart + 10s, 9), 4);
   EXPECT_EQ(rate.address_count(), 1u);
 }

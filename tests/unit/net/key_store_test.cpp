@@ -104,7 +104,7 @@ TEST_F(KeyStore, RevokingANameRevokesAllThatWasEverMadeForItAndNothingElse) {
   const std::string stolen = folder_ / "stolen";
   std::filesystem::copy(keys_ + "/a", stolen);
   ASSERT_TRUE(renew_key(keys_, "a", kNodeDays).is_ok());
-  for (int i = 0; i < 2; ++i) {  // again is no error
+  for (int i = 0; i < 2; ++i) {  // revoking again is no error
     const Status revoked = revoke_key(keys_, "a");
     ASSERT_TRUE(revoked.is_ok()) << revoked.message();
   }

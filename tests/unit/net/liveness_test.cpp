@@ -29,7 +29,7 @@ TEST(Liveness, OurOwnSleepIsNotTheirs) {
   EXPECT_EQ(liveness.look(t0 + 60s + 50ms, t0, t0), LivenessAction::kDead);
 }
 
-// Looking only when it is due finds a peer that falls silent no later than the bound of detection.
+// An owner that looks only when it is due finds a silent peer no later than the bound of detection.
 TEST(Liveness, WhoLooksWhenDueFindsDeathOnTime) {
   for (auto spoke_last = 0ms; spoke_last < 2000ms; spoke_last += 37ms) {
     Liveness liveness(250ms, 4);

@@ -59,7 +59,7 @@ TEST(Crc32c, AgreesWithTheVectorsOfRfc3720) {
   EXPECT_EQ(crc_of("123456789"), 0xe3069283u);
 }
 
-// Bit by bit, as the polynomial says.
+// CRC-32C bit by bit, as its polynomial says.
 std::uint32_t slow_crc32c(std::span<const std::byte> bytes) {
   std::uint32_t c = ~0u;
   for (const std::byte b : bytes) {

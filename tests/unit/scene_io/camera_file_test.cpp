@@ -75,7 +75,7 @@ TEST(CameraText, TenNumbersInFourGroups) {
   EXPECT_FALSE(parse_camera_text("").is_ok());
 }
 
-// What the window copies is what `render --camera` gets, to the last bit.
+// `render --camera` reads the text that the window copies as the same camera, to the last bit.
 TEST(CameraText, IsReadAsTheSameCamera) {
   const unsigned seed = test::seed();
   TESSERA_TRACE_SEED(seed);
@@ -83,7 +83,7 @@ TEST(CameraText, IsReadAsTheSameCamera) {
   const auto any = [&random] {  // any finite float, of any magnitude
     while (true) {
       const float value = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
-      // Of a length that validate_camera() can square.
+      // Only floats of a magnitude that validate_camera() can square.
       if (std::isfinite(value) && std::abs(value) < 1e15f && std::abs(value) > 1e-15f) return value;
     }
   };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the lines of an MTL file come to, and which of them are named.
+// The materials that lines of an MTL file give, and the lines that warnings name.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -38,7 +38,7 @@ class MtlLines : public ::testing::Test {
     EXPECT_TRUE(validate_scene(scene->scene).is_ok()) << lines;
     return std::move(*scene);
   }
-  // The last material of an MTL file with these lines, which nothing is to be said about.
+  // Last material of an MTL file with these lines, which must give no warning.
   Material material(const std::string& lines) {
     read_ = read_lines(lines);
     EXPECT_TRUE(read_.warnings.empty()) << read_.warnings[0];
@@ -216,7 +216,7 @@ TEST_F(MtlLines, HeightsBecomeNormalsAndNormalsAreKept) {
   const Material bumpy = material("map_Bump -bm 20 h.png\n");
   const Texture& normals = texture(bumpy.normal_texture);
   EXPECT_FALSE(normals.is_srgb);
-  // Slope: 0.2 a texel, of a height of 20 * 1 % of 5 texels.
+  // The slope is 0.2 a texel, of a height of 20 * 1 % of the 5 texels.
   const float slope = 0.2f * 20 * kBumpHeight * 5;
   const Vec3f expected = normalize(Vec3f{-slope, 0, 1});
   EXPECT_NEAR(2 * texel_at(normals, 2, 0, 0) - 1, expected.x, 2.0 / 255);

@@ -78,7 +78,7 @@ TEST_F(ObjReader, VertexColoursAreLinearised) {
   EXPECT_EQ(mesh.colors[mesh.triangles[0][0]], (Vec4f{1, 1, 1, 1})) << "has none of its own";
   EXPECT_NEAR(mesh.colors[mesh.triangles[0][1]].x, 0.21404, 1e-4);  // sRGB of IEC 61966-2-1
   EXPECT_EQ(mesh.colors[mesh.triangles[0][1]].z, 1);
-  // x y z w r g b: the weight is no colour, and what is above 1 is white.
+  // In x y z w r g b the weight is no colour, and components above 1 become 1.
   EXPECT_EQ(mesh.colors[mesh.triangles[0][2]].z, 1);
   EXPECT_NEAR(mesh.colors[mesh.triangles[0][2]].x, 0.05088, 1e-4);
   ASSERT_EQ(read.warnings.size(), 1u);
@@ -88,7 +88,7 @@ TEST_F(ObjReader, VertexColoursAreLinearised) {
 }
 
 TEST_F(ObjReader, SmoothingGroupsShareNormalsWithinThemselvesOnly) {
-  // A roof: its ridge is 1 2; the sides are one group, then two.
+  // A roof with the ridge 1 2, whose sides are first one smoothing group, then two.
   const std::string roof = "v 0 1 0\nv 0 1 2\nv 1 0 0\nv 1 0 2\nv -1 0 0\nv -1 0 2\n";
   const Mesh round = *good(roof + "s 1\nf 1 2 4 3\nf 2 1 5 6\n").scene.meshes.at(0);
   const Vec3f ridge = round.normals.at(round.triangles[0][0]);

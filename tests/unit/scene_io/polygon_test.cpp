@@ -11,7 +11,7 @@
 namespace tessera {
 namespace {
 
-// Seen along +z. Twice the signed area.
+// Twice the signed area, seen along +z.
 double area(const std::vector<Vec3f>& p, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   return (double{p[b].x} - double{p[a].x}) * (double{p[c].y} - double{p[a].y}) -
          (double{p[b].y} - double{p[a].y}) * (double{p[c].x} - double{p[a].x});
@@ -69,7 +69,7 @@ TEST(PolygonCutter, StarsOfRandomRadiusAreCoveredInEveryPlane) {
     expect_covered(star, cutter, 2);
     EXPECT_FALSE(cutter.is_guessed());
     const std::vector flat(cutter.cut(star).begin(), cutter.cut(star).end());
-    // In other planes, to the other side: the same triangles.
+    // In other planes, seen from either side, the star is cut into the same triangles.
     for (const auto& turn : {+[](Vec3f p) {
                                return Vec3f{0, p.x, p.y};
                              },

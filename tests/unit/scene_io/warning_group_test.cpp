@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a person reads of a file's faults: each kind once, with the number of those like it.
+// A file's faults are reported by kind, each kind once with the number of those like it.
 #include "common/scene_io/warning_group.h"
 
 #include <gmock/gmock.h>

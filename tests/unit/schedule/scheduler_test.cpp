@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 const TimePoint kStart{};
-constexpr double kTileSeconds = 0.010;  // that every tile takes
+constexpr double kTileSeconds = 0.010;  // every tile takes this long
 
 std::vector<Action> of(const Actions& actions, ActionKind kind, SessionId session = 0) {
   std::vector<Action> found;
@@ -279,7 +279,8 @@ TEST(Scheduler, ACancelledFrameEndsOnceAndItsLateResultsAreDropped) {
   answer(scheduler, of(actions, ActionKind::kLease)[0], kStart, ResultVerdict::kFrameEnded);
 }
 
-// One audited tile; every slave answers with its own pixels. Returns: what came of it.
+// Runs a frame of one audited tile, for which each slave answers with its pixels of `pixels_of`.
+// Returns: all actions.
 Actions audit(int slave_count, const std::vector<std::uint64_t>& pixels_of) {
   Scheduler scheduler = cluster_of(slave_count, {3, 2, false, 1.0});
   Actions all, next = scheduler.submit_frame(0, 1, tiles(1), kStart);
@@ -293,7 +294,7 @@ Actions audit(int slave_count, const std::vector<std::uint64_t>& pixels_of) {
           {0, 1, lease.tile.tile, lease.tile.attempt, kTileSeconds, kTileSeconds, 0, pixels},
           kStart, next);
     }
-    if (next.empty()) next = scheduler.tick(kStart + 10ms);  // the third one's lease
+    if (next.empty()) next = scheduler.tick(kStart + 10ms);  // the third slave's lease
     all.insert(all.end(), next.begin(), next.end());
   }
   return all;
@@ -360,7 +361,7 @@ TEST(Scheduler, ResultsThatNobodyAskedForAreViolations) {
   Action outside = lease;
   outside.tile.tile = 100;
   answer(scheduler, outside, kStart, ResultVerdict::kNotLeased);
-  answer(scheduler, lease, kStart);  // none of that has hurt it
+  answer(scheduler, lease, kStart);  // the lease has survived all that
 }
 
 }  // namespace

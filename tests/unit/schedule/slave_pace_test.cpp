@@ -53,7 +53,7 @@ TEST(SlavePace, StarvationDeepensTheQueueAndQuietGivesItBack) {
   EXPECT_EQ(pace.depth(), 3u);
 }
 
-// A link that is full: every tile under way makes the round trip longer.
+// On a full link every tile under way makes the round trip longer.
 TEST(SlavePace, AFullLinkDoesNotDrawEverMoreTiles) {
   SlavePace pace(1, SlavePace::kPrefetchAuto);
   constexpr double kTile = 0.010, kSend = 0.040, kEmptyLink = 0.041;

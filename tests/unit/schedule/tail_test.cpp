@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the scheduler is worth, in virtual time: nobody idle whatever the distance, slow slaves that
-// hold up nobody, tails that are short, and little work done twice.
+// The scheduler in virtual time: no thread is idle at any distance, slow slaves hold up nobody,
+// tails are short, and little work is done twice.
 #include <gtest/gtest.h>
 
 #include "tests/support/schedule_world.h"

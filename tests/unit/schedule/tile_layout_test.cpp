@@ -61,8 +61,8 @@ TEST(TileSize, DearPixelsAndManyThreadsMakeSmallTilesCheapOnesLarge) {
   EXPECT_LE(edge_at(1e-6, 320, 240, 8), edge_at(1e-6, 7680, 4320, 8));
 }
 
-// Found by tests/sim: tiles of 16 pixels for 700 slaves drowned the master at a third of the speed
-// of 500. One thread of it answers all tiles.
+// tests/sim found that tiles of 16 pixels for 700 slaves drowned the master, one thread of which
+// answers all tiles, at a third of the speed of 500 slaves.
 TEST(TileSize, ManySlavesDoNotDrownTheMasterAndAreNotLeftWithoutTiles) {
   constexpr double kMasterTileSeconds = 18e-6;
   for (const double pixel_seconds : {1.4e-6, 6.3e-6}) {
@@ -74,7 +74,7 @@ TEST(TileSize, ManySlavesDoNotDrownTheMasterAndAreNotLeftWithoutTiles) {
       EXPECT_GE(2 * tiles, threads) << "two frames in flight; " << threads << ", " << edge;
     }
   }
-  for (const std::uint32_t threads : {300u, 500u, 700u})  // 96: two thirds of the speed
+  for (const std::uint32_t threads : {300u, 500u, 700u})  // 96 has two thirds of the speed
     EXPECT_EQ(edge_at(1.4e-6, 3840, 2160, threads), 64) << threads;
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kRate = 1e8, kOverheadSeconds = 0.02;
 
-// A cluster on which each frame costs something by itself.
+// Seconds of a frame on a cluster where each frame has an overhead.
 double frame_seconds(double rays) { return kOverheadSeconds + rays / kRate; }
 
 double expected_seconds(const ClusterSpeed& speed, double rays) {
@@ -36,7 +36,7 @@ TEST(ClusterSpeed, FramesOfTwoSizesDoNotUnlearnEachOther) {
   }
 }
 
-// Knots are a factor of 4 apart: what lies between two that were learnt is close.
+// Knots are a factor of 4 apart; expectations between two that were learnt are close.
 TEST(ClusterSpeed, SizesBetweenThoseMeasuredAreExpectedToLieBetweenThem) {
   ClusterSpeed speed;
   for (int round = 0; round < 20; ++round) {

@@ -31,7 +31,7 @@ TEST(FramePacer, WithoutABudgetNothingIsEverReduced) {
 }
 
 // The size that a moving picture settles at is at most 5 % too large on each side and 20 % too
-// small; samples are halved, which the size makes up for only downwards.
+// small. Samples are halved, for which the size makes up by shrinking but not by growing.
 TEST(FramePacer, MovingFramesComeToTakeTheBudget) {
   for (const double rays_per_second : {2e6, 1e7, 1e8, 1e9}) {
     FramePacer pacer(kBudgetSeconds);

@@ -29,7 +29,7 @@ InteractiveOptions options() {
   return o;
 }
 
-// A world whose full frame takes so long.
+// A world whose full frame takes `full_seconds`.
 InteractiveWorld world(double full_seconds, const InteractiveOptions& o = options()) {
   InteractiveWorld w(o);
   w.rays_per_second = full_rays() / full_seconds;
@@ -42,7 +42,7 @@ std::vector<int> widths(const std::vector<InteractiveWorld::Shown>& shown, std::
   return result;
 }
 
-// A hand that moves every 10 ms.
+// Moves the camera every `interval` seconds, as a hand that drags does.
 void drag(InteractiveWorld& w, double drag_seconds, double interval = 0.010) {
   for (double t = 0; t < drag_seconds; t += interval) {
     w.move();
@@ -57,7 +57,7 @@ TEST(InteractiveLoopAtRest, SizesClimbThenPassesThenNothing) {
     wanted.samples_per_pixel = samples;
     w.want(wanted);
     w.run(60 * samples);
-    // Sixteen samples are worth a picture of all pixels with fewer of them before.
+    // With sixteen samples, a picture of all pixels with fewer samples comes before the full one.
     EXPECT_EQ(widths(w.shown), samples == 1
                                    ? (std::vector<int>{160, 320, 640, 640, 640, 640})
                                    : (std::vector<int>{160, 320, 640, 640, 640, 640, 640}));
@@ -84,7 +84,7 @@ TEST(InteractiveLoopAtRest, StepsThatFitTheBudgetArePassedOver) {
   EXPECT_EQ(widths(w.shown), (std::vector<int>(4, 648))) << "the four passes";
 }
 
-// 1/16 + 1/4 + 1 full frames, and what giving up and rounding sizes to pixels cost.
+// 1/16 + 1/4 + 1 is the cost in full frames, beside that of giving up and of rounding to pixels.
 TEST(InteractiveLoopAtRest, TheWayUpTakesAThirdMoreThanTheFullFrameAlone) {
   for (const double full_seconds : {0.2, 0.5, 2.0, 20.0}) {
     InteractiveWorld w = world(full_seconds);
@@ -121,12 +121,12 @@ TEST(InteractiveLoopMoving, FramesKeepTheBudgetAndFollowTheHand) {
     InteractiveWorld w = world(full_seconds);
     w.want(full());
     w.run(1);
-    drag(w, 1);  // finds its size
+    drag(w, 1);  // the loop finds its size
     w.shown.clear();
     const double from = w.now;
     drag(w, 4);
     ASSERT_FALSE(w.shown.empty());
-    // FramePacer's band of 1.05^2, and sides rounded to pixels.
+    // 1.12: FramePacer's band of 1.05^2, and sides rounded to pixels.
     for (const auto& shown : w.shown)
       EXPECT_LE(w.frame_seconds(shown.settings), kBudgetSeconds * 1.12) << full_seconds;
     const double frames = static_cast<double>(w.shown.size());
@@ -137,8 +137,8 @@ TEST(InteractiveLoopMoving, FramesKeepTheBudgetAndFollowTheHand) {
   }
 }
 
-// Shown is the first frame submitted after a movement: at most the frame in work, the one behind
-// it, which left a lead of 15 ms before, and its own.
+// A movement is seen in the first frame submitted after it. Until then at most these go by: the
+// lead of 15 ms that is left of the frame in work, the frame behind that one, and the frame itself.
 TEST(InteractiveLoopMoving, AMovementIsSeenWithinTwoFramesAndTheLead) {
   InteractiveWorld w = world(1);
   w.want(full());
@@ -178,7 +178,7 @@ TEST(InteractiveLoopMoving, AHandThatNeverRestsSeesFramesAllTheTime) {
     const double from = w.now;
     std::size_t before = w.shown.size();
     double last = std::max(from, w.scene_ready_at);
-    // As long as a moving frame and a resting one that is given up take, and as many pauses.
+    // The time of a moving frame and of a resting one that is given up, and as many pauses.
     const double longest = 2 * std::max(2 * kBudgetSeconds, full_seconds / 64 * 1.2) +
                            2 * InteractiveLoop::kRestSeconds;
     while (w.now < from + 5) {
@@ -259,7 +259,7 @@ TEST(InteractiveLoopStatus, IsAskedForWithoutFramesAndInTime) {
   w.want(full());
   w.run(10);
   EXPECT_TRUE(w.shown.empty());
-  // What a remote session answers was asked for one question before: a loss is seen after two.
+  // A remote session answers what it asked for one question before; a loss is seen after two.
   static_assert(2 * InteractiveLoop::kStatusSeconds <= 1.5);
   double last = 0;
   for (const double at : w.asked) {

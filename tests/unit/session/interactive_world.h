@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A person, an interactive loop and a cluster in virtual time. The cluster traces so many rays a
-// second, one frame after the other, in the order of submission; what is given up comes back as
-// such after a moment. Everything that happens is written down.
+// A person, an interactive loop and a cluster in virtual time. The cluster traces `rays_per_second`
+// rays a second, one frame after the other, in the order of submission. Frames that are given up
+// come back as such after a moment. Everything that happens is recorded.
 //
 // Threads. One.
 #pragma once
@@ -42,7 +42,7 @@ struct InteractiveWorld {
     loop.want(settings, time());
     settle();
   }
-  // Another camera than before.
+  // Asks for another camera than before.
   void move() {
     FrameSettings next = wanted;
     next.camera.eye.x += 0.01f;
@@ -55,7 +55,7 @@ struct InteractiveWorld {
     want(next);
   }
 
-  // Lives on for so long.
+  // Lets `run_seconds` pass.
   void run(double run_seconds) {
     const double end = now + run_seconds;
     while (true) {
@@ -74,7 +74,7 @@ struct InteractiveWorld {
 
   double rays_per_second = 1e7;
   std::size_t slave_count = 1;
-  double scene_ready_at = 0;  // no frame begins before
+  double scene_ready_at = 0;  // seconds; no frame begins earlier
 
   double now = 0;
   FrameSettings wanted;
@@ -87,7 +87,7 @@ struct InteractiveWorld {
 
  private:
   static constexpr double kNever = 1e300;
-  static constexpr double kGivenUpAfter = 0.002;  // over the network thread and back
+  static constexpr double kGivenUpAfter = 0.002;  // seconds, over the network thread and back
   struct InWork {
     FrameId id = 0;
     FrameSettings settings;

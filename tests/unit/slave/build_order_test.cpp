@@ -43,7 +43,8 @@ TEST(BuildOrderTest, OnlySoManyWait) {
   EXPECT_TRUE(order.try_push(task(99)));
 }
 
-// Late once, it leaves a scene for a newer one, and no second time before a build reached its end.
+// An order that is late leaves one scene for a newer one, and no second one before a build has
+// reached its end.
 TEST(BuildOrderTest, GivesWayOnce) {
   BuildOrder order;
   ASSERT_TRUE(order.try_push(task(1)));
@@ -63,7 +64,7 @@ TEST(BuildOrderTest, GivesWayOnce) {
   EXPECT_EQ(order.start_next().version, 2u) << "the oldest again";
 }
 
-// A build that has reached its end before it saw that it should give way is an answer.
+// A build that has reached its end before it saw that it should give way is answered.
 TEST(BuildOrderTest, WhoEndsAllTheSameIsAnswered) {
   BuildOrder order;
   ASSERT_TRUE(order.try_push(task(1)));
@@ -93,8 +94,8 @@ TEST(BuildOrderTest, ANewSessionBeginsInTime) {
 }
 
 // Every frame brings a scene, two of them are in flight, and others show one frame each `period`:
-// at k * period scene k is retired and scene k + 2 comes. Returns: how many scenes were ready before
-// they were retired, by a slave that begins when scene 1 has just been asked for.
+// at k * period scene k is retired and scene k + 2 comes. Returns: how many scenes were ready
+// before they were retired, by a slave that begins when scene 1 has just been asked for.
 int ready_in_time(double period, double build) {
   constexpr SceneVersion kFrames = 100;
   BuildOrder order;
@@ -125,7 +126,7 @@ int ready_in_time(double period, double build) {
     }
     order.retire(1, frame + 1);
     stop_if_due(now);
-    // It is on its way for a moment.
+    // The next scene is on its way for a moment.
     EXPECT_TRUE(order.try_push(task(frame + 2)));
     begin(now + 0.02 * period);
     stop_if_due(now + 0.02 * period);
@@ -136,7 +137,8 @@ int ready_in_time(double period, double build) {
 TEST(BuildOrderTest, ASlaveThatFellBehindCatchesUpIfItCan) {
   EXPECT_GE(ready_in_time(1.0, 0.5), 99);
   EXPECT_GE(ready_in_time(1.0, 0.95), 97);
-  // Slower than the others: some frames, where one after the other gave none at all.
+  // A slave that is slower than the others has some scenes ready, where building one after the
+  // other gave none at all.
   EXPECT_GE(ready_in_time(1.0, 1.02), 60);
   EXPECT_GE(ready_in_time(1.0, 1.3), 40);
   EXPECT_GE(ready_in_time(1.0, 1.7), 30);

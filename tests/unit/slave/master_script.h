@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The master's half of a conversation with one slave, as a test tells it: says only what the test
-// says (but for Pong), and hands out what came, message by message. Who carries it is the affair of
-// the two that implement it: FakeMaster (threads, real time) and VirtualMaster (tests/sim's time).
+// The master's half of a conversation with one slave. It sends only what the test tells it to (but
+// for Pong) and hands out what came, message by message. The transport is that of the two classes
+// that implement it: FakeMaster (threads, real time) and VirtualMaster (tests/sim's time).
 //
 // Threads. The test's.
 #pragma once
@@ -19,21 +19,21 @@ namespace tessera::slave {
 
 class MasterScript {
  public:
-  // What came: a message, or the end of a link.
+  // An arrival: a message, or the end of a link.
   struct Event {
-    std::size_t link = 0;  // in order of opening
+    std::size_t link = 0;  // numbered in order of opening
     std::optional<wire::Message> message;
     std::string closed;
   };
 
   virtual ~MasterScript() = default;
 
-  // Any message but heartbeats, or the end of a link; nothing when patience is at its end.
+  // Returns: the next message but heartbeats, or the end of a link; nothing when time is up.
   virtual std::optional<Event> next() = 0;
   virtual void send(std::size_t link, wire::Message message) = 0;
   virtual void close(std::size_t link) = 0;
 
-  // The next event must be an M; a default one otherwise.
+  // Returns: the next event, which must be an M; a default M when the test has failed.
   template <typename M>
   M expect(std::size_t* link = nullptr) {
     const std::optional<Event> event = next();
@@ -50,7 +50,7 @@ class MasterScript {
     return std::get<M>(*event->message);
   }
 
-  // Skips what comes before the end of a link.
+  // Skips events up to the end of `link`. Returns: whether that came.
   bool expect_closed(std::size_t link) {
     while (std::optional<Event> event = next()) {
       if (event->link == link && !event->message) return true;
@@ -58,7 +58,7 @@ class MasterScript {
     return false;
   }
 
-  // The slave breaks off, and says a reason that has `word` in it.
+  // Expects that the slave refuses the session for a reason with `word` in it and closes a link.
   void expect_breach(const std::string& word) {
     bool is_told = false;
     while (const auto event = next()) {
@@ -72,7 +72,7 @@ class MasterScript {
     EXPECT_TRUE(is_told);
   }
 
-  // Hello, Welcome, Join, Joined: tile and scene are the links from then on.
+  // Exchanges Hello, Welcome, Join and Joined; `tile` and `scene` are the links from then on.
   void shake_hands(std::uint32_t heartbeat_ms = 250, std::uint32_t missed_max = 4) {
     skip_to_hello();  // past what an earlier session left behind
     const wire::Welcome welcome{1, ++session_, 4711 + session_, heartbeat_ms, missed_max};
@@ -94,7 +94,7 @@ class MasterScript {
     send(scene, std::move(announce));
   }
 
-  // The whole scene pipeline. Returns: how many blocks the slave lacked.
+  // Runs the whole scene pipeline up to SceneBuilt. Returns: how many blocks the slave lacked.
   std::size_t give_scene(SceneVersion version, const EncodedScene& encoded) {
     announce(version, encoded);
     const wire::SceneNeed need = expect<wire::SceneNeed>();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The builder's queue under an animation that is faster than it.
+// The builder's queue under an animation that is faster than the builder.
 #include "slave/scene_builder.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace tessera::slave {
 namespace {
 
-// Takes much longer to decode than the queue takes to fill.
+// A scene that takes much longer to decode than the queue takes to fill.
 EncodedScene slow_scene() {
   constexpr std::uint32_t kTriangles = 200'000;
   auto mesh = std::make_shared<Mesh>();
@@ -36,7 +36,7 @@ TEST(SceneBuilderTest, RetiredScenesMakeRoomAtOnce) {
   }
 }
 
-// Other lights and materials do not make a slave build its tree again; another place of a mesh does.
+// A slave builds its tree again for another place of a mesh, not for other lights and materials.
 TEST(SceneBuilderTest, WhatDoesNotMoveIsNotBuiltAgain) {
   BoundedQueue<BuildOutcome> outcomes(4);
   SceneBuilder builder({1, nullptr, {}},
@@ -67,8 +67,8 @@ TEST(SceneBuilderTest, WhatDoesNotMoveIsNotBuiltAgain) {
   EXPECT_NE(first->impl().geometry, built(3)->impl().geometry);
 }
 
-// A light that moves from frame to frame: the version before is retired, and no frame holds it any
-// more, before the next one comes.
+// As when a light moves from frame to frame, each version is retired, and no frame holds it any
+// more, before the next one with the same meshes comes.
 TEST(SceneBuilderTest, ARetiredSceneStillServesTheNextUntilItIsForgotten) {
   BoundedQueue<BuildOutcome> outcomes(4);
   SceneBuilder builder({1, nullptr, {}},

@@ -43,12 +43,13 @@ class SlaveNodeTest : public testing::Test {
     process_->post([this] { node_->start([this](Status status) { fatal_ = std::move(status); }); });
   }
 
-  // Scenes of two triangles; those of different tags share one mesh.
+  // Gives a scene of two triangles; scenes of different tags share one mesh. Returns: how many
+  // blocks the slave lacked.
   std::size_t give_scene(SceneVersion version, int tag = 1) {
     return master_.give_scene(version, sim::scene_of_tag(tag, false));
   }
 
-  // How long the slave went without a word at most, from `began` to the last ping.
+  // Longest time without a ping of the slave, from `began` to the last one.
   static Duration longest_silence(const std::vector<TimePoint>& pings, TimePoint began) {
     Duration longest{};
     for (const TimePoint ping : pings) {
@@ -138,7 +139,7 @@ TEST_F(SlaveNodeTest, TilesOfARetiredSceneComeBackUnrendered) {
   master_.shake_hands();
   give_scene(1);
   master_.send(master_.scene, wire::SceneRetire{2});
-  give_scene(2);  // so the retirement has arrived
+  give_scene(2);  // once it is built, the retirement has arrived
   master_.begin(1, 1);
   master_.lease(1, 3, 2);
   const wire::TileReturned returned = master_.expect<wire::TileReturned>();
@@ -156,7 +157,7 @@ TEST_F(SlaveNodeTest, AnEndedFrameLosesItsTiles) {
   master_.begin(2, 1);
   master_.send(master_.tile, wire::FrameEnd{1});
   master_.lease(2, 0);
-  // The second tile of frame 1 was in work, and ten waited: nothing of them comes any more.
+  // The second tile of frame 1 was in work, and ten waited. None of them comes any more.
   const TimePoint began = queue_.now();
   EXPECT_EQ(master_.expect<wire::TileResult>().frame, 2u);
   EXPECT_EQ(queue_.now() - began, 50ms) << "and nothing of them was rendered";
@@ -198,7 +199,7 @@ TEST_F(SlaveNodeTest, KeepsTryingWhileTheMasterIsAway) {
   master_.set_away(true);
   start(1, 1ms);
   master_.run_for(10min);
-  // The longest pause is half as long again at most.
+  // The longest pause is kReconnectMaxMs and half of it at most.
   EXPECT_GE(master_.attempts(), 10min / (milliseconds(kReconnectMaxMs) * 3 / 2));
   master_.set_away(false);
   const TimePoint began = queue_.now();

@@ -95,7 +95,7 @@ TEST(TileQueue, ALateTileOfAnOlderFrameGoesAheadOfTheNextFrame) {
   for (const TileIndex tile : {0u, 2u, 1u, 3u}) EXPECT_EQ(queue.pop()->tile, tile);
 }
 
-// The clock of the process while it lives: only the test moves it on.
+// Clock of the process while a HandClock lives; only the test moves it on.
 class HandClock {
  public:
   HandClock() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scripted master in virtual time (tests/sim), for tests of SlaveNode: time passes only while
-// something is waited for, and to the nanosecond as often as it is run.
+// A scripted master in virtual time (tests/sim), for tests of SlaveNode. Time passes only while
+// something is waited for, and every run has the same times, to the nanosecond.
 //
 // Threads. The test's.
 #pragma once
@@ -31,7 +31,7 @@ class VirtualMaster final : public MasterScript {
 
   sim::Network& network() { return network_; }
 
-  // Links from that process, which is on another node.
+  // Returns: a factory of links from the process `slave`, which is on another node.
   LinkFactory factory(sim::Process& slave) {
     return [this, &slave](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
       ++attempts_;
@@ -42,13 +42,13 @@ class VirtualMaster final : public MasterScript {
   }
 
   void set_away(bool is_away) { is_away_ = is_away; }
-  // It reads and answers nothing meanwhile; its system acknowledges.
+  // A hung master reads and answers nothing, while its system still acknowledges.
   void set_hung(bool is_hung) { process_->set_hung(is_hung); }
   int attempts() const { return attempts_; }
-  // When each ping came over that link.
+  // Times at which the pings came over `link`.
   const std::vector<TimePoint>& pings(std::size_t link) { return pings_[link]; }
 
-  // Virtual time passes.
+  // Lets virtual time pass.
   void run_for(Duration time) {
     bool is_over = false;
     queue_.after(time, [&is_over] { is_over = true; });

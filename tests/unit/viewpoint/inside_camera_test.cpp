@@ -18,7 +18,7 @@ AxisRays rays_of(const Scene& scene) { return {scene, scene_bounds(scene)}; }
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What one sees in an empty room [0, length] x [0, height] x [0, width] with the eye at half height.
+// A place in an empty room [0, length] x [0, height] x [0, width] with the eye at half its height.
 EyePlace place_in_hall(double x, double z, double length, double width, double height) {
   EyePlace place;
   place.eye.from = {x, height / 2, z};
@@ -78,7 +78,7 @@ TEST(InsideCamera, OfTwoHallsTheHigherIsShown) {
   EXPECT_EQ(inside_camera(places, kInsideVfovDegrees, 1).eye.y, 4.5f);
 }
 
-// A table of half the eye's height before the one place.
+// A table of half the eye's height stands before one of the places.
 TEST(InsideCamera, ThingsBelowTheEyeHideARoomToo) {
   std::vector<EyePlace> places{place_in_hall(1, 2, 8, 4, 2), place_in_hall(7, 2, 8, 4, 2)};
   for (int i = 0; i < kSights; ++i) {

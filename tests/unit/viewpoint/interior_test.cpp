@@ -83,7 +83,7 @@ TEST(Interior, AFloorPlanWithoutCeilingIsNone) {
   EXPECT_FALSE(evidence(room(test::kTop)).is_interior());
 }
 
-// As in a courtyard.
+// A room stays one when its roof has a hole, as in a courtyard.
 TEST(Interior, ARoofWithAHoleKeepsARoomOne) {
   BoxScene scene = room(test::kTop);
   scene.box({0, 2.9f, 0}, {6, 3, 1.5f}, false).box({0, 2.9f, 2.5f}, {6, 3, 4}, false);
@@ -101,7 +101,7 @@ TEST(Interior, TheOpenSideIsTheFront) {
   EXPECT_TRUE(far.is_open(Axis::kBack));
 }
 
-// The rule alone, beside its limits.
+// The rule by itself, just beside its limits.
 TEST(Interior, SharesDecide) {
   InteriorEvidence e;
   e.room_volume = 0.51;

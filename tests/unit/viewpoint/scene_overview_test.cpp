@@ -59,7 +59,7 @@ TEST(SceneOverview, AllOfAClosedRoomIsSeenFromWithinWhereverOneStands) {
 TEST(SceneOverview, AnOpenSideIsLookedThroughByWhoStandsBeforeIt) {
   const Scene scene = BoxScene().house({0, 0, 0}, {8, 3, 5}, 0.2f, test::kRight).scene();
   const SceneOverview overview(scene);
-  EXPECT_TRUE(overview.is_inside());  // its front is a wall
+  EXPECT_TRUE(overview.is_inside());  // the front of the house is a wall
   const Camera before{{30, 1, 2}, {4, 1.5f, 2.5f}, {0, 1, 0}, 35};
   EXPECT_GT(overview.camera_of_all(before, 1).eye.x, 8);
   const Camera behind{{-30, 1, 2}, {4, 1.5f, 2.5f}, {0, 1, 0}, 35};
@@ -77,7 +77,7 @@ TEST(SceneOverview, AllOfAThingIsSeenFromTheSameDirection) {
   EXPECT_GT(camera.eye.x, 1);
 }
 
-// From nearer the front it would be a square.
+// Seen from nearer the front, the cube would look like a square.
 TEST(SceneOverview, OfACubeThreeSidesAreSeen) {
   const SceneOverview overview(BoxScene().box({-1, -1, -1}, {1, 1, 1}, false).scene());
   const Vec3f eye = overview.default_camera(4.0 / 3).eye;

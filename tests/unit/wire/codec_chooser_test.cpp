@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which coding pays: against the least time per byte, worked out by hand.
+// The coding that is chosen is the one of the least time per byte, worked out by hand.
 #include "common/wire/codec_chooser.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kMega = 1e6;
 
-// A link and two codecs that behave as told; feeds a chooser piece by piece.
+// A chooser that is fed piece by piece by a link and two codecs that behave as told.
 struct Bench {
   double lz4_rate = 500 * kMega, lz4_share = 0.6;
   double zstd_rate = 200 * kMega, zstd_share = 0.45;
@@ -24,7 +24,7 @@ struct Bench {
                      kPiece / (is_lz4 ? lz4_rate : zstd_rate));
     return coding;
   }
-  // What stands after a few pieces on this link.
+  // Returns: the coding that is chosen after 300 pieces on a link of this rate.
   ByteCoding settle(double link) {
     chooser.set_link(link);
     for (int i = 0; i < 300; ++i) send_one();
@@ -33,9 +33,9 @@ struct Bench {
 };
 
 TEST(CodecChooser, TakesWhatBringsAByteOverSoonest) {
-  // By hand: plain 1/r, lz4 1/500 + 0.6/r, zstd 1/200 + 0.45/r (microseconds, r in MB/s).
+  // Microseconds per byte, r in MB/s: plain 1/r, lz4 1/500 + 0.6/r, zstd 1/200 + 0.45/r.
   EXPECT_EQ(Bench().settle(10 * kMega), ByteCoding::kZstd);  // 0.1; 0.062; 0.05
-  EXPECT_EQ(Bench().settle(100 * kMega), ByteCoding::kLz4);  // 0.01; 0.008 less; 0.0095
+  EXPECT_EQ(Bench().settle(100 * kMega), ByteCoding::kLz4);  // 0.01; 0.008; 0.0095
   EXPECT_EQ(Bench().settle(1000 * kMega), ByteCoding::kNone);
 }
 

@@ -26,7 +26,7 @@ TEST(Codec, EveryMessageSurvivesTheWire) {
       kinds.insert(sent.index());
       SCOPED_TRACE(message_name(sent));
       net::Record record = encode(sent);
-      const bool is_first = std::holds_alternative<RelayJoin>(sent);  // and only that
+      const bool is_first = std::holds_alternative<RelayJoin>(sent);  // only RelayJoin is
       const net::RecordLimit limit =
           (is_first ? relay_join_limits() : session_limits()).at(record.type);
       EXPECT_LE(static_cast<std::int64_t>(record.header.size()), limit.header_bytes_max);

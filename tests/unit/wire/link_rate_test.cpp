@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rate of a link from its counters: links that are simulated in whole microseconds.
+// The rate of a link from its counters, on links that are simulated in whole microseconds.
 #include "common/wire/link_rate.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@ namespace {
 
 using std::chrono::microseconds;
 
-// A link of `rate` bytes per second that is looked at every `step`.
+// A link that carries `bytes_per_second` and whose counters are observed every `step`.
 struct Link {
   LinkRate rate;
   net::LinkCounters counters;
@@ -66,7 +66,7 @@ TEST(LinkRate, IdleTimeDoesNotCount) {
   link.counters.queue_bytes = 1;
   for (int i = 0; i < 50; ++i) {
     link.run(2e6, microseconds(5000), 1, true);
-    link.rate.observe(link.counters);  // a second later, perhaps: busy stood still
+    link.rate.observe(link.counters);  // a second later, perhaps; `busy` stood still
   }
   EXPECT_NEAR(link.rate.bytes_per_second().value_or(0), 2e6, 2e4);
 }

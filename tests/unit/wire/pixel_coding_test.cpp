@@ -114,7 +114,7 @@ TEST(PixelCoding, DamagedBytesAreRefusedOrFillTheTileAndNoMore) {
       std::vector<std::byte> bad = coded;
       bad[random() % bad.size()] ^= static_cast<std::byte>(1 + random() % 255);
       if (i % 3 == 0) bad.resize(random() % bad.size());
-      (void)restore_pixels(coding, PixelFormat::kFloat, bad, out);  // under sanitizers
+      (void)restore_pixels(coding, PixelFormat::kFloat, bad, out);  // sanitizers see stray accesses
     }
     EXPECT_FALSE(restore_pixels(coding, PixelFormat::kFloat, {}, out).is_ok());
   }

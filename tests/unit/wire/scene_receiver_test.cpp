@@ -19,7 +19,7 @@ Bytes bytes_of(const std::string& text) {
   return {begin, begin + text.size()};
 }
 
-// A block of so many chunks, the last of them short.
+// A block of `chunks` chunks, the last of them short.
 Bytes large(std::uint32_t chunks, std::uint32_t seed) {
   std::mt19937 random(seed);
   Bytes bytes(chunks * kSceneChunkBytes - 1000);
@@ -58,7 +58,7 @@ SceneChunkList list_of(SceneVersion version, std::uint32_t block, const Bytes& b
   return {version, block, chunk_digests(bytes)};
 }
 
-// Answers needs as a sender would. Returns: how many chunks went over.
+// Answers needs as a sender would. Returns: how many chunks were sent.
 std::size_t serve(SceneReceiver& receiver, Actions& actions, const std::vector<Bytes>& blocks,
                   std::size_t chunks_max = 1u << 30) {
   std::size_t sent = 0;
@@ -134,7 +134,7 @@ TEST(SceneReceiver, AnUpdateBringsOnlyTheChunksThatChanged) {
   ASSERT_TRUE(receiver.announce(announce_of(1, {block}), actions).is_ok());
   EXPECT_EQ(serve(receiver, actions, {block}), 40u);
   block[17 * kSceneChunkBytes + 5] ^= std::byte{1};
-  block.insert(block.end(), 3000, std::byte{7});  // and grows: the last chunk changes, one is new
+  block.insert(block.end(), 3000, std::byte{7});  // grows: the last chunk changes, one is new
   ASSERT_TRUE(receiver.announce(announce_of(2, {block}), actions).is_ok());
   EXPECT_EQ(serve(receiver, actions, {block}), 3u);
   ASSERT_EQ(actions.complete.size(), 2u);
@@ -152,7 +152,7 @@ TEST(SceneReceiver, ABrokenTransferGoesOnWhereItWas) {
   EXPECT_EQ(receiver.find(5, 1, 0, held), SceneReceiver::Holding::kNotYet)
       << "another session: what it will announce is not known";
   ASSERT_TRUE(receiver.announce(announce_of(1, blocks), actions).is_ok());
-  EXPECT_EQ(serve(receiver, actions, blocks), 10u);  // of 32
+  EXPECT_EQ(serve(receiver, actions, blocks), 10u);  // the rest of 32
   ASSERT_EQ(actions.complete.size(), 1u);
   EXPECT_EQ(*actions.complete[0].scene.blocks[1].bytes, blocks[1]);
 }

@@ -19,7 +19,7 @@ class Samples {
  public:
   explicit Samples(std::uint64_t seed) : random_(seed) {}
 
-  // One message of every type.
+  // At least one message of every type.
   std::vector<Message> all();
 
   std::uint64_t number(std::uint64_t least, std::uint64_t greatest) {
@@ -242,8 +242,7 @@ inline StatusReply Samples::status_reply() {
   return reply;
 }
 
-// ---- field by field
-// ---------------------------------------------------------------------------------
+// ---- field by field -----------------------------------------------------------------------------
 inline bool same_bytes(const net::SharedBytes& a, const net::SharedBytes& b) {
   return std::ranges::equal(a.bytes, b.bytes);
 }

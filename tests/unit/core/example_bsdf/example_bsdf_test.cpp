@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A new BSDF is a text and two rows: rough_diffuse-inl.h, kind.inc and row.inc. The tables are compiled once
-// more here, with those rows; all else is the library's.
+// A new BSDF takes one file and two rows: rough_diffuse-inl.h, kind.inc and row.inc. The tables are
+// compiled once more here, with those rows; all else is the library's.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,7 +31,7 @@ Surface rough_surface(const Material& material, float viewer_z) {
   return s;
 }
 
-// What a surface reflects of an even sky, by midpoints in the plane of the unit square.
+// Share of an even sky that a surface reflects, by the midpoint rule over the unit square.
 double albedo_by_quadrature(const Surface& s) {
   constexpr int kCells = 128;
   double sum = 0;
@@ -102,8 +102,8 @@ TEST(ExampleBsdf, IsReciprocal) {
   }
 }
 
-// All renderers light it: a ball under an even sky and a lamp is as bright by direct light, by paths and by
-// VPLs, and as bright as what the directions of its surface reflect.
+// All renderers light the BSDF: by direct light, by paths and by VPLs a ball under an even sky is
+// as bright as the albedo of its surface by quadrature.
 TEST(ExampleBsdf, IsLitByEveryRenderer) {
   Scene scene = test::make_scene(test::make_icosphere(3));
   scene.materials[0].bsdf = BsdfKind::kRoughDiffuse;
@@ -112,7 +112,7 @@ TEST(ExampleBsdf, IsLitByEveryRenderer) {
   scene.environment = {1, 1, 1};
   FrameSettings settings;
   settings.width_px = settings.height_px = 32;
-  settings.camera = {{0, 0, 1.2f}, {0, 0, 0}, {0, 1, 0}, 6};  // the middle of the ball alone
+  settings.camera = {{0, 0, 1.2f}, {0, 0, 0}, {0, 1, 0}, 6};  // sees the middle of the ball alone
   settings.samples_per_pixel = 64;
   settings.bounces = 2;
   const double expected = albedo_by_quadrature(rough_surface(scene.materials[0], 1));

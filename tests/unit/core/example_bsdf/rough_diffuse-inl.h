@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rough diffuse BSDF, a surface to a lane: facets that are Lambert each (Oren and Nayar, "Generalization
-// of Lambert's reflectance model", 1994) in the form of Fujii, "A tiny improvement of Oren-Nayar
-// reflectance model", whose terms are continuous and reciprocal.
+// A rough diffuse BSDF, one surface for each lane. Its facets are Lambertian (Oren and Nayar,
+// "Generalization of Lambert's reflectance model", 1994). Its form is that of Fujii, "A tiny
+// improvement of Oren-Nayar reflectance model", whose terms are continuous and reciprocal.
 //
 // Threads. Pure functions.
 #include "slave/core/bsdf/lobes_layout.h"

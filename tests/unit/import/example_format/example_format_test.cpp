@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A new file format is a row of the table and a file that reads it: row.inc and off.cpp. The registry and the
-// importer's choice of a reader are compiled once more here, with that row.
+// A new file format takes a row of the table and a file that reads it: row.inc and off.cpp. The
+// registry and the importer's choice of a reader are compiled once more here, with that row.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -56,7 +56,7 @@ TEST_F(ExampleFormat, IsRefusedWhereItIsCutShort) {
   EXPECT_THAT(cut.status().message(), HasSubstr("a.off: is cut short"));
 }
 
-// The formats before it are what they were.
+// The formats before the new one are read as they were.
 TEST_F(ExampleFormat, OthersAreReadAsEver) {
   const auto read = read_file(file("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
   ASSERT_TRUE(read.is_ok()) << read.status().message();
