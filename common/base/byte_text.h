@@ -8,7 +8,7 @@
 
 namespace tessera {
 
-// In MiB, rounded up: what is needed is never said to be less than it is.
+// `bytes` in MiB, rounded up so that no need is ever understated.
 inline std::string mib_text(std::uint64_t bytes) {
   constexpr std::uint64_t kMib = std::uint64_t{1} << 20;
   return std::to_string(bytes / kMib + (bytes % kMib != 0 ? 1 : 0)) + " MiB";

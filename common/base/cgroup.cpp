@@ -12,7 +12,7 @@ namespace tessera {
 namespace {
 
 constexpr int kGroupsDeepMax = 64;
-constexpr double kQuotaMax = 1e6;  // of a file that says infinity
+constexpr double kQuotaMax = 1e6;  // bounds the quota of a file that says infinity
 
 template <typename Number>
 std::optional<Number> number_of(std::string_view text) {
@@ -30,7 +30,7 @@ std::optional<Number> number_in(const std::string& path) {
   return number_of<Number>(word);
 }
 
-// v2: "max 100000" or "150000 100000".
+// cpu.max of v2 holds "max 100000" or "150000 100000".
 std::optional<double> quota_v2(const std::string& folder) {
   std::ifstream file(folder + "/cpu.max");
   std::string quota, period;
@@ -40,7 +40,7 @@ std::optional<double> quota_v2(const std::string& folder) {
   return std::min(*q / *p, kQuotaMax);
 }
 
-// v1: -1 where there is none.
+// The quota file of v1 holds -1 where there is no limit.
 std::optional<double> quota_v1(const std::string& folder) {
   const auto quota = number_in<double>(folder + "/cpu.cfs_quota_us");
   const auto period = number_in<double>(folder + "/cpu.cfs_period_us");
@@ -62,7 +62,7 @@ struct MemoryFiles {
   const char *limit, *usage, *files_key;
 };
 constexpr MemoryFiles kMemoryV2{"/memory.max", "/memory.current", "inactive_file"};
-// Both numbers with those of the groups below. No limit is a number near 2^63 here.
+// In v1 both numbers include those of the groups below, and "no limit" is a number near 2^63.
 constexpr MemoryFiles kMemoryV1{"/memory.limit_in_bytes", "/memory.usage_in_bytes",
                                 "total_inactive_file"};
 constexpr std::uint64_t kMemoryLimitMax = std::uint64_t{1} << 62;
@@ -75,9 +75,9 @@ std::optional<CgroupMemory> memory_of(const std::string& folder, const MemoryFil
   return CgroupMemory{*limit, *limit - std::min(*limit, kept)};
 }
 
-// The group's path as this process sees it, from /proc/self/cgroup: lines "id:controllers:path", with
-// no controllers for v2 (`controller` empty). Inside a container without a cgroup namespace the path
-// is the host's and leads nowhere; the mount point itself is the container's group then.
+// The group's path as this process sees it, from /proc/self/cgroup: lines "id:controllers:path",
+// with no controllers for v2 (`controller` empty). Inside a container without a cgroup namespace
+// the path is the host's and leads nowhere; the mount point itself is the container's group then.
 std::string own_group(const std::string& root, const std::string& controller) {
   std::ifstream file(root + "/proc/self/cgroup");
   for (std::string line; std::getline(file, line);) {
@@ -85,14 +85,14 @@ std::string own_group(const std::string& root, const std::string& controller) {
     const auto second = first == line.npos ? line.npos : line.find(':', first + 1);
     if (second == line.npos || second + 1 >= line.size() || line[second + 1] != '/') continue;
     const std::string path = line.substr(second + 1);
-    if (path.find("..") != path.npos) continue;  // of another namespace: not to be followed
+    if (path.find("..") != path.npos) continue;  // a path of another namespace is not followed
     const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
     if (controllers.find("," + controller + ",") != controllers.npos) return path;
   }
   return "/";
 }
 
-// visit(folder) for this process's group and all above it, up to the mount point.
+// Calls visit(folder) for this process's group and all above it, up to the mount point.
 template <typename Visit>
 void for_each_group(const std::string& root, const std::string& controller,
                     std::initializer_list<const char*> mounts, Visit visit) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks for what only a bug can break: prints both values and stops the process, in every build.
-// What the world can break (peers, files, flags) is a Status instead.
+// Checks of conditions that only a bug can break. A failed check prints both values and stops the
+// process, in every build. What the world can break (peers, files, flags) is a Status instead.
 #pragma once
 
 #include <sstream>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is wrong with a command line, in one line for the person who typed it: what CLI11 says, or,
-// where a word looks like an option and none is called so, that word and those that it may have been
-// meant to be (near_word.h). For the one file of each program that knows CLI11.
+// One line about a wrong command line, for the person who typed it. It is what CLI11 says; where a
+// word looks like an option but none has that name, it is that word and the options that may have
+// been meant (near_word.h). Each program includes this in its one file that knows CLI11.
 //
-// An unknown option comes first whatever else is wrong: it is the reason why the next word is taken
-// for a file, or why something that is needed is missing.
+// An unknown option is reported first, whatever else is wrong: it is the reason why the next word
+// is taken for a file, or why something that is needed is missing.
 //
 // Threads. Main thread, after app.parse() has thrown.
 #pragma once
@@ -18,8 +18,8 @@
 
 namespace tessera {
 
-// Names of the options, as they are typed, of `app` and of its commands that were given; those that
-// no help shows are for tests.
+// Names, as they are typed, of the options of `app` and of its commands that were given. Options
+// that no help shows are for tests and are left out.
 inline std::vector<std::string> option_names(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options()) {

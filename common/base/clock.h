@@ -44,7 +44,7 @@ inline Duration from_seconds(double s) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(s));
 }
 
-// Of this machine's own clock, as it travels in messages that ask for it.
+// Reading of this machine's own clock in the form in which messages carry it.
 inline std::uint64_t nanoseconds(TimePoint t) {
   return static_cast<std::uint64_t>(
       std::chrono::duration_cast<std::chrono::nanoseconds>(t.time_since_epoch()).count());

@@ -28,7 +28,7 @@ struct DigestHash {
 
 TESSERA_API Digest sha256(std::span<const std::byte> bytes);
 
-// The same digest for bytes that come in pieces. Used by one thread at a time.
+// SHA-256 of bytes that come in pieces. Used by one thread at a time.
 class Sha256 {
  public:
   Sha256();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random numbers that no peer can guess: session ids, tokens, seeds of back-off. From the system,
-// unless a simulation has put its own source in, so that one seed is one run (tests/sim/README.md).
+// Random numbers that no peer can guess: session ids, tokens, seeds of back-off. They come from the
+// system, unless a simulation has put its own source in, so that one seed is one run
+// (tests/sim/README.md).
 //
 // Threads. Any; a source is set while nothing else runs.
 #pragma once

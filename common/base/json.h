@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes JSON objects for logs, --stats lines and status output. Only writing; nothing here reads
-// JSON.
+// Writes JSON objects for logs, --stats lines and status output. Nothing here reads JSON.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +11,7 @@ namespace tessera {
 // Appends `text` in quotes, escaped (RFC 8259, section 7).
 void append_json_string(std::string& out, std::string_view text);
 
-// One object, member after member, in order. Plain value, one thread at a time.
+// One object, whose members stand in the order of the calls. Plain value, one thread at a time.
 class JsonObject {
  public:
   JsonObject& add(std::string_view key, std::string_view value);

@@ -4,9 +4,9 @@
 // One event of the world gives one line: a short event name ("slave-lost"), a sentence, and fields.
 // Never logged: keys, pixels, scene content. spdlog is confined to log.cpp.
 //
-// An event of level info and above is written kLogLinesMax times in kLogInterval; what is above is
-// summed up in one line of its own (log_limiter.h). Levels below are for who looks for something,
-// and are not limited.
+// An event of level info and above is written kLogLinesMax times in kLogInterval; further lines are
+// summed up in one line of their own (log_limiter.h). Levels below are for debugging and are not
+// limited.
 //
 // Threads. Any thread may log after init_log(); lines never interleave. Before init_log() lines of
 // level warn and above go out as text.
@@ -39,9 +39,9 @@ TESSERA_API void init_log(LogLevel level, LogFormat format);
 // Returns: kInvalidArgument naming the values that exist.
 Result<LogLevel> parse_log_level(std::string_view text);
 
-// Writes the sums of what was held back in intervals that are over. Costs one atomic read when
-// there is nothing; call now and then, for an event that has stopped would never be summed up
-// else. `is_last`: of the present interval, too.
+// Writes one line for each event of which lines were suppressed in intervals that are over. A call
+// costs one atomic read when there are none. Call it now and then: an event that has stopped would
+// never be summed up otherwise. `is_last`: sums up the present interval, too.
 void log_summaries(bool is_last = false);
 
 void log_event(LogLevel level, std::string_view event, std::string_view text,

@@ -15,7 +15,7 @@ bool LogLimiter::admit(std::string_view event, TimePoint now) {
     found = accounts_.try_emplace(std::string(has_room ? event : kOthers), Account{now}).first;
   }
   Account& account = found->second;
-  // Whoever has suppressed lines keeps its interval until they are summed up.
+  // An account with suppressed lines keeps its interval until they are summed up.
   if (now - account.begin >= interval_ && account.suppressed == 0) account = {now};
   if (account.lines < lines_max_) {
     ++account.lines;

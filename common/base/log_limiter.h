@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which lines of a log are written: of each event the first few in an interval; what is above is
-// counted, and summed up in one line later. So a fault that repeats costs a few lines, and no line
-// of another event is lost to it.
+// Decides which lines of a log are written: the first few of each event in an interval. Further
+// lines are counted, and summed up in one line later. So a fault that repeats costs a few lines,
+// and no line of another event is lost to it.
 //
 // Threads. Pure, one thread at a time (log.cpp has the lock).
 //
 // Invariants. (1) At most `lines_max` lines of one event begin in one interval. (2) Every line is
-// written or counted in a summary. (3) At most kEventsMax events are told apart; those beyond share
-// one account.
+// written or counted in a summary. (3) At most kEventsMax events are told apart; further events
+// share one account.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ class LogLimiter {
   struct Summary {
     std::string event;
     std::uint64_t suppressed = 0;
-    double seconds = 0;  // in which they came
+    double seconds = 0;  // in which the suppressed lines came
   };
 
   LogLimiter(int lines_max, Duration interval) : lines_max_(lines_max), interval_(interval) {}
@@ -35,8 +35,8 @@ class LogLimiter {
   // Whether this line may be written.
   bool admit(std::string_view event, TimePoint now);
 
-  // What was suppressed in intervals that are over: to be written, and forgotten here. `is_last`:
-  // of the present interval, too.
+  // Takes out what was suppressed in intervals that are over, for the caller to write. `is_last`:
+  // takes the present interval, too.
   std::vector<Summary> summaries(TimePoint now, bool is_last = false);
 
   bool has_suppressed() const { return suppressed_ > 0; }

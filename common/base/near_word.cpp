@@ -25,8 +25,8 @@ std::string plain(std::string_view word) {
   return result;
 }
 
-// Errors between two words, each letter in at most one of them ("optimal string alignment"). Three
-// rows of the table of all pairs of beginnings.
+// Number of errors between two words, where each letter takes part in at most one error ("optimal
+// string alignment"). Of the table of all pairs of prefixes three rows are kept.
 std::size_t errors_between(const std::string& a, const std::string& b) {
   std::vector<std::size_t> two_before, before(b.size() + 1), row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) before[j] = j;
@@ -48,9 +48,11 @@ double power_by_factorial(double base, int exponent) {
   return std::pow(base, exponent) / std::tgamma(exponent + 1.0);
 }
 
-// Bound of how many words of `letters` letters lie within `errors` of one of `m` letters: a letter
-// too many can stand in m + 1 places and be any of k, m can be missing, each be one of k - 1 others,
-// m - 1 pairs be swapped; e of a kind, in any order, are the e-th power / e!.
+// Upper bound of the number of words of `letters` letters that lie within `errors` errors of a word
+// of `m` letters. With k letters in the alphabet, an extra letter can stand in m + 1 places and be
+// any of k, m letters can be missing, each of m can be one of k - 1 others, and m - 1 pairs can be
+// swapped. For e errors of one kind, in any order, that number is raised to the power e and divided
+// by e!.
 double words_near(std::size_t m, std::size_t letters, std::size_t errors) {
   const auto n = static_cast<double>(m);
   const auto more = static_cast<int>(letters) - static_cast<int>(m);
@@ -68,7 +70,7 @@ double words_near(std::size_t m, std::size_t letters, std::size_t errors) {
   return sum;
 }
 
-// So many errors in a word of so many letters are no accident.
+// Greatest number of errors with which a word of `letters` letters is near by no accident.
 std::size_t errors_allowed(std::size_t letters, const std::vector<std::string>& words) {
   const double all = std::pow(kLetters, static_cast<double>(letters));
   for (std::size_t errors = letters / kLettersPerError + 1; errors > 0; --errors) {

@@ -9,7 +9,7 @@
 
 namespace tessera {
 
-// Lower case, with its dot; empty where there is none.
+// Returns: the suffix in lower case, with its dot; empty where there is none.
 inline std::string suffix_of(const std::string& path) {
   std::string suffix = std::filesystem::path(path).extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](char c) {

@@ -12,7 +12,8 @@
 namespace tessera {
 namespace {
 
-// A key pressed twice, or a terminal and a script that both send it, mean it once.
+// Signals within this time are one request: a key pressed twice, or a terminal and a script that
+// both send the signal.
 constexpr std::chrono::milliseconds kSameRequest{500};
 
 // One per process, never destroyed: the watching thread outlives main's locals.

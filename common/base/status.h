@@ -2,7 +2,7 @@
 // Outcome of an operation that the world can make fail: peers, files, flags, full disks.
 //
 // A Status is either ok or a code with one line for a person: what happened, to which file or peer,
-// and what to do. Result<T> is a value or a Status that is not ok. Both cannot be ignored.
+// and what to do. Result<T> is a value or a Status that is not ok. Neither can be ignored.
 // What only a bug can do is a check instead (check.h).
 //
 // Threads. Plain values; no shared state.

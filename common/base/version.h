@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What this build calls itself; for --version, logs and the handshake.
-// Peers compare protocol versions, not this: it tells a person which builds met.
+// Name of this build, for --version, logs and the handshake. Peers compare protocol versions and
+// not this name; it tells a person which builds met.
 #pragma once
 
 namespace tessera {

@@ -12,15 +12,15 @@ namespace {
 
 constexpr std::size_t kComponents = 3;
 
-// Exponent bits all ones (NaN, infinity), or a sign without being -0.
+// Whether the exponent bits are all ones (NaN, infinity), or the number is negative and not -0.
 template <typename Bits>
 bool is_faulty(Bits bits, Bits sign, Bits exponent) {
   return (bits & exponent) == exponent || ((bits & sign) != 0 && bits != sign);
 }
 
-// Whether a closer look is needed, a vector of components at a time: adding one to the lowest bit of
-// an exponent of ones, and of no other, carries into the sign's place. A tile has no such component
-// and no sign, as a rule.
+// Quick test, a vector of components at a time, of whether a component may be faulty: adding one to
+// the lowest bit of an exponent of ones, and of no other, carries into the sign's place. As a rule
+// a tile has no such component and no sign.
 template <typename Bits>
 bool may_be_faulty(std::span<const std::byte> bytes, Bits exponent) {
   constexpr std::size_t kLanes = 16 / sizeof(Bits);
@@ -37,7 +37,7 @@ bool may_be_faulty(std::span<const std::byte> bytes, Bits exponent) {
     found |= ((word & exponent) + lowest) | word;
     found_odd |= ((word_odd & exponent) + lowest) | word_odd;
   }
-  if (i < bytes.size()) return true;  // some left over: they are few
+  if (i < bytes.size()) return true;  // sizes that leave a remainder are rare
   const Vector any = found | found_odd;
   Bits sum = 0;
   for (std::size_t lane = 0; lane < kLanes; ++lane) sum = static_cast<Bits>(sum | any[lane]);

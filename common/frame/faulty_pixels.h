@@ -19,10 +19,10 @@ namespace tessera {
 // Linear red, green, blue of the error colour, which is magenta.
 inline constexpr float kErrorColour[3] = {1, 0, 1};
 
-// Pixels with at least one faulty component. Requires: whole pixels.
+// Number of pixels with at least one faulty component. Requires: whole pixels.
 std::uint64_t count_faulty_pixels(std::span<const std::byte> bytes, PixelFormat format);
 
-// Paints those pixels in the error colour. Returns: how many.
+// Paints the faulty pixels in the error colour. Returns: how many there are.
 std::uint64_t paint_faulty_pixels(std::span<std::byte> bytes, PixelFormat format);
 
 }  // namespace tessera

@@ -19,8 +19,8 @@
 
 namespace tessera {
 
-// Leaves new elements as they are: a frame's every pixel is written once, and zeroing gigabytes
-// first would hold up the thread that does it.
+// An allocator that leaves new elements uninitialised: every pixel of a frame is written once, and
+// zeroing gigabytes first would hold up the thread that does it.
 template <typename T>
 struct UninitializedAllocator : std::allocator<T> {
   template <typename U>
@@ -44,7 +44,7 @@ struct FrameImage {
   PixelFormat format = PixelFormat::kFloat;
   PlaneSet planes;
   PixelBytes bytes;  // [height * width * layout().pixel_bytes()]
-  // [tile_count] who drew each tile (slave ordinal), or empty
+  // [tile_count] ordinal of the slave that drew each tile, or empty
   std::vector<std::uint16_t> tile_slave;
   int tile_edge_px = 32;
 
@@ -52,7 +52,7 @@ struct FrameImage {
   std::size_t pixel_count() const {
     return static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
   }
-  // Without the planes.
+  // Pixels of the colour, without the planes.
   std::span<const std::byte> colour() const {
     return std::span<const std::byte>(bytes).first(pixel_count() * layout().colour_bytes());
   }
@@ -63,12 +63,13 @@ struct FrameImage {
 };
 
 // Converts float RGB to `format`, appending nothing: out has count * bytes_per_pixel(format) bytes.
-// Shapes: rgb [3 * count]. NaN stays NaN in float and half; in display8 it becomes 0. display:
-// what display8 shows; the others are linear.
+// Shapes: rgb [3 * count]. NaN stays NaN in float and half; in display8 it becomes 0. `display`
+// applies to display8 alone; the other formats are linear.
 TESSERA_API void encode_pixels(std::span<const float> rgb, PixelFormat format,
                                std::span<std::byte> out, const DisplayTransform& display = {});
 
-// The inverse, to linear floats. display8 is decoded through the sRGB curve: light of the display.
+// Inverse of encode_pixels(), to linear floats. display8 is decoded through the sRGB curve and
+// gives light of the display.
 TESSERA_API void decode_pixels(std::span<const std::byte> bytes, PixelFormat format,
                                std::span<float> rgb);
 

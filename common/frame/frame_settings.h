@@ -35,9 +35,10 @@ std::string_view pixel_format_name(PixelFormat format);
 Result<Renderer> parse_renderer(std::string_view text);
 Result<PixelFormat> parse_pixel_format(std::string_view text);
 
-// 8 over the square of the scene's diagonal: what a VPL may shed is bounded from a third of it on.
-// Of 256, 64, 16, 4, 1, compensated, 16 has the least error for its time on the Cornell box, and 1 on
-// a room under a sky, where 4 is as good (slave/core/README.md).
+// Automatic bound of a VPL's geometry term: 8 over the square of the scene's diagonal, so that VPLs
+// within about a third of the diagonal are clamped. Of the factors 256, 64, 16, 4 and 1, with bias
+// compensation, 16 has the least error for its time on the Cornell box, and 1 on a room under a
+// sky, where 4 is as good (slave/core/README.md).
 inline constexpr float kClampAuto = -1;
 
 struct FrameSettings {
@@ -46,23 +47,24 @@ struct FrameSettings {
   Camera camera;
   Renderer renderer = Renderer::kDirect;
   PixelFormat pixel_format = PixelFormat::kFloat;
-  // In [kTileEdgeMinPx, kTileEdgeMaxPx], or kTileEdgeAuto as long as no master has it in work.
+  // In [kTileEdgeMinPx, kTileEdgeMaxPx], or kTileEdgeAuto until a master takes up the frame.
   int tile_edge_px = 32;
   int samples_per_pixel = 1;  // in [1, kSamplesPerPixelMax]
   int light_samples = 4;      // per area light, in [1, kLightSamplesMax]
   // path, igi: surfaces after the first that light may meet, in [0, kBouncesMax]
   int bounces = 4;
-  int vpls = 64;            // igi: that a pixel gathers from, in [1, kVplsMax]
-  int interleave = 3;       // igi: sets of VPLs for so many pixels in a row: 1, 3, 5
+  int vpls = 64;            // igi: VPLs that a pixel gathers from, in [1, kVplsMax]
+  int interleave = 3;       // igi: edge of the interleaving pattern, pixels: 1, 3 or 5
   bool is_filtered = true;  // igi: pixels take the mean over the sets where they show one surface
   float clamp = 0;          // igi: bound of a VPL's geometry term, 1 / area; 0: none; or kClampAuto
-  bool is_compensated = false;  // igi: what the bound has taken away is traced
-  // Of a picture that is the mean of several: other random choices, in [0, kPassesMax).
+  bool is_compensated = false;  // igi: bias compensation traces what the bound cuts off
+  // Number of the pass of a picture that is the mean of several, in [0, kPassesMax). Each pass
+  // makes other random choices.
   std::uint32_t pass = 0;
   std::uint32_t seed = 0;
-  // Besides colour. What they are and how much of them: picture_plane.h, kFrameBytesMax.
+  // Planes besides colour. picture_plane.h says what they are, kFrameBytesMax how many fit.
   PlaneSet planes;
-  // How it is shown. Only display8 pixels are made by it; others are linear whatever it says.
+  // How the picture is shown. Only display8 pixels depend on this; the other formats stay linear.
   DisplayTransform display;
   bool operator==(const FrameSettings&) const = default;
 };
@@ -71,8 +73,8 @@ struct FrameSettings {
 // included.
 int tile_edge_max_px(const FrameSettings& settings);
 
-// Whether there are such planes, and room for them in a frame of this size and in its tiles.
-// Returns: as the next.
+// Checks that the planes exist and fit into a frame of this size and into its tiles. Returns: as
+// validate_frame_settings().
 Status validate_planes(const FrameSettings& settings);
 // Returns: kInvalidArgument naming the field and its range. Also checks the camera.
 Status validate_frame_settings(const FrameSettings& settings);

@@ -30,9 +30,10 @@ struct RayCounts {
 
 // What scenes cost between frames.
 struct SceneCost {
-  std::uint64_t built_primitives = 0;  // put into structures, by the slave that built most
-  double wait_seconds = 0;  // frames open and slaves there, but none in work for want of a scene
-  std::uint64_t bytes = 0;  // by the master, on the connections that carry scenes
+  std::uint64_t built_primitives = 0;  // put into structures by the slave that built most
+  // Time in which frames were open and slaves there, but none in work for want of a scene.
+  double wait_seconds = 0;
+  std::uint64_t bytes = 0;  // sent by the master on the connections that carry scenes
   SceneCost& operator+=(const SceneCost& o) {
     built_primitives += o.built_primitives;
     wait_seconds += o.wait_seconds;
@@ -55,7 +56,7 @@ struct FrameStats {
   std::uint32_t tiles_reissued = 0;
   std::uint32_t tiles_rejected = 0;
   std::uint32_t tiles_faulty = 0;      // results with NaN, infinite or negative pixels
-  std::uint64_t pixels_faulty = 0;     // of the frame, painted in the error colour
+  std::uint64_t pixels_faulty = 0;     // pixels of the frame painted in the error colour
   std::uint32_t tiles_duplicated = 0;  // leased a second time to end the frame sooner
   RayCounts rays;
   std::uint64_t bytes_to_slaves = 0;
@@ -64,7 +65,7 @@ struct FrameStats {
   SceneCost scene_cost;       // since the frame that was completed before
   double utilisation = 0;     // 1 - starved / available worker time
   double render_seconds = 0;  // on render threads, over all accepted tiles
-  // Tiles that a slave may hold, the ones in work included: least and most over the slaves, as the
+  // Tiles that a slave may hold, the ones in work included: least and most over the slaves when the
   // frame ended.
   std::uint32_t prefetch_min = 0, prefetch_max = 0;
   Digest digest;  // of the pixels in the frame's format, row by row from the top
@@ -78,16 +79,16 @@ struct TileAccounts {
 };
 
 enum class SlaveState : std::uint8_t {
-  kWaiting = 0,  // it has not built the newest scene
-  kReady = 1,    // it gets tiles when there are any
+  kWaiting = 0,  // the slave has not built the newest scene
+  kReady = 1,    // the slave gets tiles when there are any
 };
 TESSERA_API std::string_view slave_state_name(SlaveState state);
 
-// One slave as a person sees it.
+// State of one slave, for a person.
 struct SlaveStatus {
   std::string name;
   std::uint32_t threads = 0;
-  Isa isa = Isa::kScalar;  // widest it has
+  Isa isa = Isa::kScalar;  // widest that the slave has
   std::uint32_t tiles_in_flight = 0;
   std::uint64_t tiles_done = 0;
   double utilisation = 0;  // share of its threads' time spent rendering, last second
@@ -95,8 +96,8 @@ struct SlaveStatus {
   SceneVersion scene_version = 0;               // newest built
   std::uint16_t tile_port = 0, scene_port = 0;  // the slave's ports, for status
   SlaveState state = SlaveState::kReady;
-  std::uint16_t ordinal = 0;         // its number in FrameImage::tile_slave
-  std::uint32_t prefetch_depth = 0;  // tiles it may hold at present beyond those in work
+  std::uint16_t ordinal = 0;         // the slave's number in FrameImage::tile_slave
+  std::uint32_t prefetch_depth = 0;  // tiles that it may hold at present beyond those in work
   double tiles_per_second = 0;       // accepted ones, last second
   double tile_seconds = 0;           // render time of a tile, moving average
   TileAccounts tiles;                // of this session
@@ -104,8 +105,8 @@ struct SlaveStatus {
   std::uint64_t bytes_sent = 0, bytes_received = 0;  // by the master, this session
 };
 
-// What bounds on the cluster's answers to faults are computed from: what it is set to, and what it
-// has measured of the slaves that are connected.
+// Settings of the cluster, and measurements of the slaves that are connected, from which bounds on
+// the cluster's reaction to faults are computed.
 struct ClusterPace {
   std::uint32_t heartbeat_ms = 0;  // the longest in use
   std::uint32_t heartbeats_missed_max = 0;
@@ -113,15 +114,15 @@ struct ClusterPace {
   std::uint32_t reconnect_max_ms = 0;  // a slave's greatest pause, before its random factor
   double rtt_seconds_max = 0;
   double tile_seconds_median = 0;  // of the last tiles of all slaves
-  double tile_seconds_p95 = 0;     // of the slave where it is greatest
+  double tile_seconds_p95 = 0;     // of the slave whose 95th percentile is greatest
   bool operator==(const ClusterPace&) const = default;
 };
 
 // A slave that is not let in for a while.
 struct QuarantinedSlave {
   std::string name;         // of its certificate, else the one it gives
-  double seconds = 0;       // still
-  std::uint32_t times = 0;  // held back so far
+  double seconds = 0;       // until it is let in again
+  std::uint32_t times = 0;  // how often it has been held back so far
   std::string reason;
   bool operator==(const QuarantinedSlave&) const = default;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In a file of its own, so that a test's own definition is linked in its place.
+// This definition has a file of its own, so that a test can link another one in its place.
 #include "common/frame/picture_plane.h"
 
 namespace tessera {

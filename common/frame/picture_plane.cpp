@@ -22,7 +22,7 @@ std::vector<std::string> names() {
   return all;
 }
 
-// That brings the planes; empty where none is needed.
+// Option of the command line that adds the planes; empty where none is needed.
 std::string_view option_of(PlaneSet planes) {
   std::string_view option;
   planes.for_each([&](Plane plane) { option = plane_row(plane).option; });

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The planes of a picture besides its colour: alpha, and what the camera rays of a pixel have met.
-// One row a plane says what it is called, what its channels are called in a file, and how the
-// samples of a pixel make one value; everything between the render threads and the file loops over
-// a set of planes and knows none by name. A new plane is a row here and its value in
+// The row of a plane says what the plane and its channels are called, and how the samples of a
+// pixel make one value; everything between the render threads and the file loops over a set of
+// planes and knows none by name. A new plane is a row here and its value in
 // slave/core/integrate/planes/plane_values.cpp.
 //
 // Values are float32. A plane of a pixel holds:
@@ -12,11 +12,12 @@
 //   albedo    what the surface reflects, in [0, 1]; of mirrors and glass their specular colour; of
 //             unlit surfaces what they show; 0 where nothing is met
 //   normal    shading normal, unit, in world space, on the viewer's side; 0 where nothing is met
-//   depth     from the camera, along its view direction, in scene units; infinite where nothing is met
+//   depth     from the camera, along its view direction, in scene units; infinite where nothing is
+//             met
 //   position  in world space; 0 where nothing is met
 //   object    number of the instance in the scene, from 1; 0 where nothing is met
 //   material  number of the material in the scene, from 1; 0 where nothing is met
-//   samples   that were taken of the pixel
+//   samples   number of samples that were taken of the pixel
 // Depth, position, object and material of a pixel are of one and the same hit.
 //
 // Threads. Plain values and pure functions. Numbers of planes travel on the wire and never change.
@@ -58,7 +59,7 @@ struct PlaneRow {
   std::string_view name;
   std::array<std::string_view, 3> channels;  // in an EXR; those that it does not have are empty
   PlaneMerge merge = PlaneMerge::kMean;
-  std::string_view option = {};  // that brings it; empty: a person asks for it by name
+  std::string_view option = {};  // flag that adds the plane; empty: it is asked for by name
 
   constexpr std::size_t channel_count() const {
     return channels[1].empty() ? 1 : channels[2].empty() ? 2 : 3;
@@ -78,8 +79,8 @@ inline constexpr std::array<PlaneRow, 8> kPlaneRows{{
 
 inline constexpr std::size_t kPlanesMax = 32;  // bits of a set
 
-// Rows behind kPlaneRows: none. A test that has a plane of its own links its rows in place of these
-// (more_planes.cpp).
+// Rows of planes that are numbered after kPlaneRows. There are none; a test that has a plane of its
+// own links its rows in their place (more_planes.cpp).
 std::span<const PlaneRow> more_plane_rows();
 
 TESSERA_API std::size_t plane_count();
@@ -106,7 +107,7 @@ class PlaneSet {
   constexpr std::uint32_t bits() const { return bits_; }
   constexpr bool operator==(const PlaneSet&) const = default;
 
-  // By rising number.
+  // Calls function(plane) for each plane of the set, by rising number.
   template <class Function>
   void for_each(const Function& function) const {
     for (std::uint32_t left = bits_; left != 0; left &= left - 1)
@@ -123,10 +124,10 @@ class PlaneSet {
 // Floats of a pixel in all planes of the set.
 TESSERA_API std::size_t channel_count(PlaneSet planes);
 
-// "albedo,depth": names of planes that a person asks for, each at most once. Returns:
-// kInvalidArgument with the names that there are.
+// Parses names of planes that a person asks for, such as "albedo,depth", each at most once.
+// Returns: kInvalidArgument with the names that there are.
 TESSERA_API Result<PlaneSet> parse_planes(std::string_view text);
-// "albedo, normal, ...": all of those.
+// Names of all planes that a person can ask for: "albedo, normal, ...".
 std::string aov_names();
 
 }  // namespace tessera

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the pixels of a tile or a frame lie in memory and on the wire: all of the colour, row by row,
-// in its format; behind it the planes that were asked for, by rising number, each row by row,
-// float32, channels of a pixel side by side. So colour lies as it does without planes.
+// How the pixels of a tile or a frame lie in memory and on the wire: first all of the colour, row
+// by row, in its format; behind it the planes that were asked for, by rising number, each row by
+// row as float32 with the channels of a pixel side by side. So colour lies as it does without
+// planes.
 //
 // Threads. Plain values.
 #pragma once
@@ -24,12 +25,13 @@ class PixelLayout {
 
   PixelFormat format() const { return format_; }
   PlaneSet planes() const { return planes_; }
-  // Of one pixel: its colour, and all.
+  // Bytes of one pixel: those of its colour, and those of the colour and all planes.
   std::size_t colour_bytes() const { return static_cast<std::size_t>(bytes_per_pixel(format_)); }
   std::size_t pixel_bytes() const { return colour_bytes() + plane_bytes_; }
 
-  // Calls function(plane, before_bytes, bytes) for each plane: bytes of one pixel in it, and in the
-  // colour and the planes before it. Of n pixels the plane begins at n * before_bytes.
+  // Calls function(plane, before_bytes, bytes) for each plane. One pixel has `bytes` bytes in the
+  // plane, and `before_bytes` in the colour and the planes before it. The plane of n pixels begins
+  // at byte n * before_bytes.
   template <class Function>
   void for_each_plane(const Function& function) const {
     std::size_t before_bytes = colour_bytes();

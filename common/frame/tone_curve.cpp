@@ -50,7 +50,7 @@ constexpr Matrix kAgxIn{{{0.842479062253094, 0.0784335999999992, 0.0792237451477
                          {0.0423282422610123, 0.878468636469772, 0.0791661274605434},
                          {0.0423756549057051, 0.0784336, 0.879142973793104}}};
 
-// x >= 0.
+// Requires: x >= 0.
 double filmic(double x) {
   constexpr double a = 0.15, b = 0.50, c = 0.10, d = 0.20, e = 0.02, f = 0.30, white = 11.2;
   const auto curve = [&](double v) {
@@ -63,8 +63,8 @@ double aces(double x) {
   return (x * (x + 0.0245786) - 0.000090537) / (x * (0.983729 * x + 0.4329510) + 0.238081);
 }
 
-// 16.5 stops around middle grey become [0, 1]; a sigmoid of slope 2 through (20/33, 1/2) that ends in
-// (0, 0) and (1, 1) bends them; 2.2 is the gamma of the display that it is made for.
+// 16.5 stops around middle grey become [0, 1]; a sigmoid of slope 2 through (20/33, 1/2) that ends
+// in (0, 0) and (1, 1) bends them; 2.2 is the gamma of the display that the curve is made for.
 double agx(double x) {
   constexpr double low_ev = -12.473931188332413, stops = 16.5, pivot = 20.0 / 33, slope = 2;
   if (!(x > 0)) return 0;
@@ -78,11 +78,11 @@ double agx(double x) {
   return std::pow(std::max(0.5 + slope * off / bend, 0.0), 2.2);
 }
 
-// What all curves are: one matrix, one rising function of each component, another matrix.
+// Form of all curves: one matrix, one rising function of each component, another matrix.
 struct Curve {
   Matrix in, out, in_inverse, out_inverse;
   double (*of)(double);
-  double scale;  // of what goes in
+  double scale;  // of the input
 
   Color apply(const Color& c) const {
     Color bent = times(in, {c[0] * scale, c[1] * scale, c[2] * scale});
@@ -91,8 +91,8 @@ struct Curve {
   }
 };
 
-// Where a curve that rises reaches y, as far as float32 reaches: by halving the stops, 100 of which
-// leave less than double's rounding.
+// Returns: where the rising function `of` reaches y, from 2^-149 to 2^kExposureEvMax. It is found
+// by bisection over the stops; 100 halvings leave less than double's rounding.
 double solve(double (*of)(double), double y) {
   double low_ev = -149, high_ev = kExposureEvMax;
   for (int i = 0; i < 100; ++i) {
@@ -126,7 +126,7 @@ const Curve& curve_of(ToneCurve tone) {
 
 float unit(double x) { return x > 0 ? static_cast<float>(std::min(x, 1.0)) : 0.0f; }
 
-// Also for NaN and infinity: curves are given what they can work with.
+// Input that curves can work with; NaN becomes 0 and infinity 2^64.
 double bounded(float x, double gain) { return x > 0 ? std::min(x * gain, 0x1p64) : 0; }
 
 }  // namespace

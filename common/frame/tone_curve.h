@@ -3,9 +3,9 @@
 // pass through here; PNG, JPEG, display8 and the window do.
 //
 // Curves. filmic: Hable, "Uncharted 2: HDR lighting", 2010. aces: Hill's fit of the reference
-// rendering and output transforms, in Pettineo and Neubelt, "Baking Lab", 2016. agx: Sobotka, "AgX",
-// 2022, its sigmoid in closed form. Each is scaled so that middle grey, 0.18, stays 0.18: to change the
-// curve changes contrast and highlights, and not the brightness of the picture.
+// rendering and output transforms, in Pettineo and Neubelt, "Baking Lab", 2016. agx: Sobotka,
+// "AgX", 2022, its sigmoid in closed form. Each is scaled so that middle grey, 0.18, stays 0.18:
+// another curve changes contrast and highlights, and not the brightness of the picture.
 //
 // Threads. Pure functions.
 #pragma once
@@ -27,7 +27,7 @@ std::string_view tone_curve_name(ToneCurve curve);
 Result<ToneCurve> parse_tone_curve(std::string_view text);
 
 // Radiance is multiplied by 2^exposure_ev before the curve.
-inline constexpr float kExposureEvMax = 64;  // either way: 2^64 squared is a float still
+inline constexpr float kExposureEvMax = 64;  // either way: 2^64 and 2^-64 are floats with room
 struct DisplayTransform {
   float exposure_ev = 0;  // in [-kExposureEvMax, kExposureEvMax]
   ToneCurve tone = ToneCurve::kLinear;
@@ -38,13 +38,14 @@ struct DisplayTransform {
 // Returns: light of the display, linear, in [0, 1]; NaN and what is negative become 0.
 TESSERA_API Vec3f displayed(Vec3f radiance, const DisplayTransform& transform);
 
-// The radiance that is displayed as `light`, in [0, 1] by component; 1 itself is shown by what reaches
-// 0.999. Colours that the curve cannot show are taken to the nearest that it can.
+// Inverse of displayed(): the radiance that is displayed as `light`, in [0, 1] by component. No
+// radiance need reach 1, so that components above 0.999 are taken as 0.999. Colours that the curve
+// cannot show are taken to the nearest that it can.
 TESSERA_API Vec3f radiance_of(Vec3f light, const DisplayTransform& transform);
 
-// A curve for those who bend pictures elsewhere, such as a window's graphics processor: light is
-// out * of(in * radiance), `of` by component. Linear between its samples it is within 1e-4 of the
-// curve. Matrices by rows.
+// A curve as a table, for tone mapping elsewhere, such as on a window's graphics processor: light
+// is out * of(in * radiance), `of` by component. Linear interpolation between the samples is within
+// 1e-4 of the curve. Matrices are stored by rows.
 struct ToneTable {
   static constexpr int kSamples = 1024;
   static constexpr float kLowEv = -24, kHighEv = 24;  // of the first and the last sample

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Functions of real numbers by the names that texts call them by which are compiled for plain numbers
-// and for registers (common/math/vec3_text.h, slave/core/simd/real-inl.h). Each is what processors do
+// Functions of real numbers, under the names that code uses which is compiled for plain numbers and
+// for registers (common/math/vec3_text.h, slave/core/simd/real-inl.h). Each does what processors do
 // with one lane, to the bit: min and max give b where the comparison does not hold, hence for NaN.
 // Threads. Pure functions.
 #pragma once

@@ -31,7 +31,7 @@ struct Transform {
     const auto [c0, c1, c2] = cofactors();
     return {dot(c0, n), dot(c1, n), dot(c2, n)};
   }
-  // Rows of that matrix.
+  // Rows of the cofactor matrix of M.
   std::array<Vec3f, 3> cofactors() const {
     const Vec3f r0{m[0][0], m[0][1], m[0][2]}, r1{m[1][0], m[1][1], m[1][2]},
         r2{m[2][0], m[2][1], m[2][2]};

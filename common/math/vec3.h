@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Three floats: points, directions, RGB radiance. Plain values, memory layout x, y, z (12 bytes).
-// Two and four: texture coordinates; tangents and colours with alpha, which are only stored.
+// Vec3f has three floats for points, directions and RGB radiance, laid out as x, y, z (12 bytes).
+// Vec2f is for texture coordinates, Vec4f for tangents and colours with alpha, which are only
+// stored.
 // Threads. Plain values.
 #pragma once
 
@@ -29,7 +30,7 @@ static_assert(sizeof(Vec4f) == 16);
 using Vec3f = Vec3<float>;
 static_assert(sizeof(Vec3f) == 12);
 
-// Those of the text, for arguments in braces.
+// Functions of vec3_text.h, declared again so that they take arguments in braces.
 inline float dot(Vec3f a, Vec3f b);
 inline Vec3f cross(Vec3f a, Vec3f b);
 inline float length(Vec3f a);
@@ -49,7 +50,7 @@ inline bool is_finite(Vec2f a) { return std::isfinite(a.x) && std::isfinite(a.y)
 inline bool is_finite(const Vec4f& a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z) && std::isfinite(a.w);
 }
-// As a colour: no light. Also for NaN.
+// Whether a colour has no light; a NaN component counts as none.
 inline bool is_black(Vec3f c) { return !(c.x > 0 || c.y > 0 || c.z > 0); }
 inline bool is_finite(Vec3f a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);

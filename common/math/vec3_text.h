@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of vectors: of plain numbers (vec3.h) and of registers of them, once per instruction set
-// (slave/core/simd/vec3-inl.h). It is included in a namespace that has sqrt, abs, max and select of T,
-// with TESSERA_VEC3_INLINE, and includes nothing itself. Every operation is written in one order of
-// roundings, the same on every machine.
+// The source text of vectors, compiled for plain numbers (vec3.h) and, once per instruction set,
+// for registers of them (slave/core/simd/vec3-inl.h). It is included in a namespace that has sqrt,
+// abs, max and select of T, with TESSERA_VEC3_INLINE defined, and includes nothing itself. Every
+// operation is written in one order of roundings, the same on every machine.
 // Threads. Plain values.
 
 template <class T>
@@ -20,7 +20,7 @@ struct Vec3 {
   friend TESSERA_VEC3_INLINE Vec3 operator-(Vec3 a) { return {-a.x, -a.y, -a.z}; }
   friend TESSERA_VEC3_INLINE Vec3 operator*(Vec3 a, T s) { return {a.x * s, a.y * s, a.z * s}; }
   friend TESSERA_VEC3_INLINE Vec3 operator*(T s, Vec3 a) { return a * s; }
-  // By component.
+  // Product by component.
   friend TESSERA_VEC3_INLINE Vec3 operator*(Vec3 a, Vec3 b) {
     return {a.x * b.x, a.y * b.y, a.z * b.z};
   }
@@ -29,7 +29,7 @@ struct Vec3 {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
   }
   friend TESSERA_VEC3_INLINE Vec3 abs(Vec3 a) { return {abs(a.x), abs(a.y), abs(a.z)}; }
-  // Component.
+  // The largest component.
   friend TESSERA_VEC3_INLINE T largest(Vec3 a) { return max(a.x, max(a.y, a.z)); }
   friend TESSERA_VEC3_INLINE T length(Vec3 a) { return sqrt(dot(a, a)); }
   // a where the mask holds, else b.

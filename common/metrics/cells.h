@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cells of metrics: what a hot path touches. One relaxed atomic operation each, no lock, no memory.
+// Cells of metrics, which hot paths touch. An update is one relaxed atomic operation, in a
+// Histogram two, without a lock or an allocation.
 //
 // Threads. Any thread may touch and read any cell at any time. Readers see each cell whole, but not
 // two cells at one moment: a scrape is no transaction.
@@ -27,7 +28,7 @@ class Counter {
   std::atomic<std::uint64_t> value_{0};
 };
 
-// A sum of seconds and the like: a counter that is no whole number. Negative amounts and NaN are
+// A counter of a quantity that is no whole number, such as seconds. Negative amounts and NaN are
 // left out, so that it never falls.
 class Sum {
  public:
@@ -70,7 +71,7 @@ class Histogram {
   }
 
   std::span<const double> bounds() const { return bounds_; }
-  // Of bucket i alone, not of those below it. Requires: i <= bounds().size().
+  // Observations in bucket i alone, without those below it. Requires: i <= bounds().size().
   std::uint64_t count(std::size_t i) const { return counts_[i].load(std::memory_order_relaxed); }
   double sum() const { return sum_.load(std::memory_order_relaxed); }
 
@@ -80,7 +81,8 @@ class Histogram {
   std::atomic<double> sum_{0};
 };
 
-// From 1 ms to 30 s, about three to a decade: frames and tiles, thesis's and today's.
+// Bounds from 1 ms to 30 s, about three to a decade, for frames and tiles, the thesis's and
+// today's.
 inline constexpr std::array<double, 14> kSecondsBounds{
     0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0};
 

@@ -41,7 +41,7 @@ class Exposition {
   // Requires: a family of kind kHistogram.
   Exposition& histogram(const Histogram& histogram);
 
-  // A family of one sample.
+  // Writes a family of one sample.
   Exposition& counter(std::string_view name, std::string_view help, std::uint64_t value) {
     return family(name, Kind::kCounter, help).sample(value);
   }
@@ -59,8 +59,8 @@ class Exposition {
   std::set<std::string, std::less<>> names_;
 };
 
-// Memory, processor time, descriptors and threads of this process, under the names that Prometheus
-// client libraries use. Reads /proc/self; what is not there is left out.
+// Adds memory, processor time and open descriptors of this process, under the names that Prometheus
+// client libraries use. The values come from /proc/self; what is not there is left out.
 void add_process(Exposition& page);
 
 }  // namespace tessera::metrics

@@ -6,7 +6,8 @@
 namespace tessera::net {
 namespace {
 
-// A sweep looks at every bucket: a flood from many addresses must not make it do so each time.
+// Pause between sweeps. A sweep looks at every bucket, and a flood from many addresses must not
+// cause one each time.
 constexpr std::chrono::milliseconds kSweepPause{100};
 
 }  // namespace

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// How fast one address may open connections: a bucket of tokens for each. A connection takes one,
-// and one comes back every 1 / per_second; who has none left is turned away at once, before any
-// memory or handshake is spent on it.
+// Limits how fast one address may open connections, by a token bucket for each address. A
+// connection takes a token, and one comes back every 1 / per_second seconds. A connection from an
+// address without tokens is turned away at once, before any memory or handshake is spent on it.
 //
 // Threads. Pure: times go in. One owner thread.
 //
-// Invariants. (1) In any interval of s seconds an address is admitted at most burst + per_second * s
-// times. (2) At most addresses_max addresses are told apart; while so many have tokens missing, the
-// others share one bucket.
+// Invariants. (1) In any interval of s seconds an address is admitted at most burst + per_second *
+// s times. (2) At most addresses_max addresses are told apart; while so many have tokens missing,
+// the others share one bucket.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ struct AcceptLimits {
   // A handshake costs the master a millisecond of its network thread: at this rate, a tenth of one
   // core. A slave that is turned away comes again after its pause (kReconnectMaxMs at most).
   double per_second = 100;
-  // 64 bytes and a node of the table each: half a megabyte.
+  // Each address takes 64 bytes and a node of the table: half a megabyte in all.
   std::size_t addresses_max = 4096;
 };
 
@@ -49,7 +49,7 @@ class AcceptRate {
   const AcceptLimits limits_;
   std::unordered_map<std::string, Bucket> buckets_;  // of addresses with tokens missing, and some
   Bucket others_;                                    // since the epoch: full at first
-  TimePoint sweep_at_{};                             // no look for full buckets before
+  TimePoint sweep_at_{};                             // full buckets are not swept out before this
 };
 
 }  // namespace tessera::net

@@ -26,7 +26,7 @@ std::size_t write_some_now(int socket, const std::vector<asio::const_buffer>& bu
   return written > 0 ? static_cast<std::size_t>(written) : 0;
 }
 
-// What both kinds of plain socket and the one below TLS have in common.
+// Shuts down sending on either kind of plain socket or on the one below TLS.
 template <typename Socket>
 void shut_sending(Socket& socket) {
   asio::error_code ignored;

@@ -32,8 +32,8 @@ class ByteStream {
   virtual void shutdown_send() = 0;
   virtual void close() = 0;
   virtual bool needs_checksum() const = 0;  // TCP without TLS
-  // When bytes last came, also such as read_some() cannot give yet (a part of a TLS record). The
-  // epoch where every byte is given at once.
+  // Returns: when bytes last came, those included that read_some() cannot give yet (a part of a TLS
+  // record); the epoch for a stream that gives every byte at once.
   virtual TimePoint last_heard() const { return {}; }
   // What the kernel counts of a TCP link; bytes_moved and busy stay 0 elsewhere.
   virtual LinkCounters tcp_counters() const = 0;
@@ -46,7 +46,7 @@ std::unique_ptr<ByteStream> make_byte_stream(TcpSocket socket);
 std::unique_ptr<ByteStream> make_byte_stream(std::shared_ptr<TlsSocket> socket);
 std::unique_ptr<ByteStream> make_byte_stream(LocalSocket socket);
 
-// "10.0.0.5:41234", and the port alone. Empty and 0 when the socket is not connected.
+// Address ("10.0.0.5:41234") and port of the peer; empty and 0 when the socket is not connected.
 PeerIdentity address_of(const TcpSocket& socket);
 
 }  // namespace tessera::net

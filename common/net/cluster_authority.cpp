@@ -11,7 +11,7 @@ namespace tessera::net {
 namespace {
 
 constexpr long kSecondsPerDay = 86400;
-constexpr long kClockDifferenceSeconds = 60;  // of machines that agree a little
+constexpr long kClockDifferenceSeconds = 60;  // allowed between the clocks of machines
 
 void add_entry(X509_NAME* name, const char* field, const std::string& value) {
   X509_NAME_add_entry_by_txt(name, field, MBSTRING_UTF8,
@@ -67,7 +67,7 @@ void add_revoked(X509_CRL* list, const std::string& serial) {
   X509_REVOKED* const entry = X509_REVOKED_new();
   X509_REVOKED_set_serialNumber(entry, integer);
   X509_REVOKED_set_revocationDate(entry, now);
-  TESSERA_CHECK_EQ(X509_CRL_add0_revoked(list, entry), 1);  // owns it now
+  TESSERA_CHECK_EQ(X509_CRL_add0_revoked(list, entry), 1);  // the list owns the entry now
   ASN1_TIME_free(now);
   ASN1_INTEGER_free(integer);
   BN_free(number);

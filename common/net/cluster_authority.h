@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CA of a cluster: makes certificates of nodes and the list of those that count no more. Behind
-// key_store, for common/net alone.
+// The CA of a cluster, which makes the certificates of nodes and the list of revoked ones. It
+// stands behind key_store.h and is for common/net alone.
 //
 // Threads. Any; nothing is shared.
 #pragma once
@@ -20,7 +20,7 @@ struct NodeIdentity {
   std::string name;
 };
 
-// In days from now. days < 0: expired so many days ago.
+// Life of a certificate, in days from now. days < 0: it expired so many days ago.
 struct Validity {
   int days = 0;
   int starts_in_days = 0;
@@ -38,7 +38,8 @@ class ClusterAuthority {
   static Result<ClusterAuthority> open(const std::string& folder);
 
   KeyPair issue(const NodeIdentity& node, const Validity& validity) const;
-  // `old` (may be null) and these serial numbers, under the next number.
+  // Returns: a list of the entries of `old` (may be null) and these serial numbers, under the next
+  // number.
   RevocationList revoke(X509_CRL* old, const std::vector<std::string>& serials) const;
   X509* certificate() const { return ca_.certificate.get(); }
 

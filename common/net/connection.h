@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // A framed, ordered, bounded byte link to one peer: TLS over TCP, plain TCP on loopback, or a local
-// socket pair inside the process. Knows records, not messages.
+// socket pair inside the process. It knows records, not messages.
 //
 // Threads. Io thread only, unless a function says otherwise. Callbacks come on the io thread, never
 // from inside a call of ours, and never after close() or the destructor.
 //
 // Invariants. (1) Limits of type and length are checked on the record head before a byte is
 // allocated for it; the checksum (CRC-32C, links without TLS) before the record is handed on. (2)
-// The send queue is bounded by kSendQueueBytesMax; queue_bytes() tells, and a sender that would
-// pass it is closed with kResourceExhausted: callers of bulk data watch on_drained. (3) A started
-// record must be complete within its deadline (fault-matrix T_msg). (4) no_delay on both ends.
+// The send queue is bounded by kSendQueueBytesMax. queue_bytes() says how much it holds, and a
+// connection whose sender would pass the bound is closed with kResourceExhausted, so that senders
+// of bulk data watch on_drained. (3) A started record must be complete within its deadline
+// (fault-matrix T_msg). (4) no_delay on both ends.
 #pragma once
 
 #include <chrono>
@@ -27,7 +28,8 @@ namespace tessera::net {
 inline constexpr std::uint64_t kSendQueueBytesMax = std::uint64_t{64} << 20;
 inline constexpr std::uint64_t kSendQueueLowBytes = std::uint64_t{1} << 20;
 
-// Who the peer is, as proven by TLS; plain and local links have an empty role, and may take any.
+// Who the peer is, as proven by TLS. Peers of plain and local links have an empty role and may act
+// in any.
 struct PeerIdentity {
   bool is_authenticated = false;
   std::string role;     // "master", "slave", "app"
@@ -35,13 +37,13 @@ struct PeerIdentity {
   std::string serial;   // certificate's serial number, in hexadecimal digits
   std::string address;  // "10.0.0.5:41234", or "local"
   std::uint16_t port = 0;
-  double rtt_seconds = 0;  // of the TCP handshake; 0 where there was none
+  double rtt_seconds = 0;  // of the TCP handshake; 0 where it is not known
 };
 
 struct ConnectionCallbacks {
   std::function<void(ReceivedRecord)> on_record;
-  // Once, whatever ended the link (peer closed: kUnavailable; bad bytes: kDataLoss; ...). Not after
-  // our own close().
+  // Called once, whatever ended the link (peer closed: kUnavailable; bad bytes: kDataLoss; ...),
+  // but not after our own close().
   std::function<void(Status)> on_closed;
   // The send queue fell below kSendQueueLowBytes after having been above: time for more bulk data.
   std::function<void()> on_drained;
@@ -58,8 +60,8 @@ class Connection {
   virtual void send(Record record) = 0;  // queued; dropped after close
   virtual std::uint64_t queue_bytes() const = 0;
 
-  // Ends the link as if the peer had: on_closed(why) follows, from the loop's queue and so never from
-  // inside a call.
+  // Ends the link as if the peer had: on_closed(why) follows, from the loop's queue and so never
+  // from inside a call.
   virtual void end_soon(Status why) = 0;
 
   // Sends what is queued (for at most `grace`), then closes. No callback follows.
@@ -71,7 +73,7 @@ class Connection {
   virtual std::chrono::steady_clock::time_point last_received()
       const = 0;  // any byte counts as life
   virtual std::chrono::steady_clock::time_point last_sent() const = 0;
-  // A system call: a few times per second and per bulk record, no more.
+  // This is a system call: use it a few times per second and per bulk record, no more.
   virtual LinkCounters link_counters() const { return {bytes_sent(), {}, {}, {}, queue_bytes()}; }
 };
 

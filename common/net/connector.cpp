@@ -64,7 +64,8 @@ void Attempt::on_resolved(const asio::error_code& error,
                           const Tcp::resolver::results_type& results) {
   if (error)
     return fail("the name '" + endpoint_.host + "' does not resolve (" + error.message() + ")");
-  // Opened here to see why it cannot be (too many open files): the loop below would say "aborted".
+  // The socket is opened here to learn why it cannot be (too many open files); async_connect()
+  // would say "aborted".
   asio::error_code reason;
   if (!results.empty()) socket_.open(results.begin()->endpoint().protocol(), reason);
   if (reason) return fail("this process gets no socket: " + reason.message());
@@ -96,7 +97,7 @@ void Attempt::on_handshake(const asio::error_code& error) {
       return fail(
           "it closed the connection during the TLS handshake; is it a Tessera master with keys?");
     const auto failure = handshake_failure(stream_->ssl(), error);
-    // Without a subject it is not about trust: damaged bytes, a peer without TLS.
+    // A failure without a subject is not about trust: damaged bytes, a peer without TLS.
     if (failure.subject.empty()) return fail(failure.text());
     return finish(Status::permission_denied("no trust between us and " + endpoint_.text() + ": " +
                                             failure.text()));

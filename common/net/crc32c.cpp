@@ -25,9 +25,9 @@ std::uint32_t by_table(std::uint32_t c, const std::byte* p, std::size_t n) {
   return c;
 }
 
-// The register after kStreamBytes more bytes of zero: linear in the register before, so four tables of
-// a byte each give it. With it three streams of instructions, each of which waits for its own last
-// result, go side by side.
+// Shift gives the register after kStreamBytes more bytes of zero. That is linear in the register
+// before, so four tables of a byte each give it. With it three streams of instructions go side by
+// side, each of which waits only for its own last result.
 constexpr std::size_t kStreamBytes = 512;
 struct Shift {
   std::uint32_t table[4][256];

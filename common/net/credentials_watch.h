@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keeps the credentials in use those that lie in their folder: reads it again on SIGHUP, and when
-// its files have changed and then lain still for one look. One log line for each reload and for
-// each reason why one failed.
+// Keeps the credentials in use equal to those in their folder, which is read again on SIGHUP, and
+// when its files have changed and then stayed as they are for one look. Each reload gives one log
+// line, and so does each reason why one failed.
 //
 // Threads. The io thread of the credentials, construction and destruction included.
 #pragma once
@@ -16,7 +16,8 @@
 
 namespace tessera::net {
 
-// So that a revocation counts within two of them, without a signal: far below the 60 s promised.
+// Time between two looks at the folder. A revocation counts within two of them without a signal,
+// far below the 60 s promised.
 inline constexpr std::chrono::milliseconds kCredentialsLook{1000};
 
 class CredentialsWatch {
@@ -31,7 +32,7 @@ class CredentialsWatch {
   const std::shared_ptr<TlsContext> tls_;
   std::uint64_t hangups_;
   std::string read_stamp_, last_stamp_;  // of what was read last; of the last look
-  std::string last_failure_;             // said once
+  std::string last_failure_;             // logged once
   Timer timer_;
 };
 

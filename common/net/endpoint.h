@@ -17,11 +17,12 @@ struct Endpoint {
   std::uint16_t port = 0;
   std::string text() const;  // "host:port", IPv6 in brackets
 };
-// "host:port", "[::1]:7400", ":7400" (all interfaces). Returns: kInvalidArgument.
+// Parses "host:port", "[::1]:7400" or ":7400" (all interfaces). Returns: kInvalidArgument.
 Result<Endpoint> parse_endpoint(const std::string& text);
-// Several of them, with commas in between: a machine with more than one link listens on each.
+// Parses endpoints with commas in between: a machine with more than one link listens on each.
 Result<std::vector<Endpoint>> parse_endpoints(const std::string& text);
-// Resolves names such as "localhost"; false for what does not resolve.
+// Whether the endpoint is on loopback. Names such as "localhost" are resolved; one that does not
+// resolve is not.
 bool is_loopback(const Endpoint& endpoint);
 
 }  // namespace tessera::net

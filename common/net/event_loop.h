@@ -14,12 +14,12 @@
 
 namespace tessera::net {
 
-// What a Timer stands on. Loop's thread only. After cancel() the callback does not run; start()
-// again replaces it.
+// Implementation of a Timer for one kind of loop. Loop's thread only. After cancel() the callback
+// does not run; another start() replaces it.
 class TimerBackend {
  public:
   virtual ~TimerBackend() = default;  // cancels
-  // `interval` 0: once.
+  // `interval` 0: the timer fires once.
   virtual void start(std::chrono::milliseconds delay, std::chrono::milliseconds interval,
                      std::function<void()> callback) = 0;
   virtual void cancel() = 0;
@@ -29,8 +29,8 @@ class EventLoop {
  public:
   virtual ~EventLoop() = default;
 
-  // Runs `task` on the loop's thread, in order of posting. Any thread. Dropped when the loop has
-  // ended.
+  // Runs `task` on the loop's thread, in order of posting. Any thread. The task is dropped when the
+  // loop has ended.
   virtual void post(std::function<void()> task) = 0;
 
   // Runs `task` on the loop's thread and waits for it; directly when called on that thread.

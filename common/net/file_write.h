@@ -12,12 +12,12 @@
 
 namespace tessera::net {
 
-// A new file. Returns: kPermissionDenied (it exists, the folder cannot be written) or
+// Writes a new file. Returns: kPermissionDenied (it exists, the folder cannot be written) or
 // kResourceExhausted (disk full), naming it.
 Status write_new_file(const std::string& path, const std::string& text, mode_t mode);
 
-// Text on its way to replace a file: written under another name and synced, so that what is left to
-// do is one rename. What was not committed is removed.
+// A replacement of a file that is still to be committed: its text is written under another name and
+// synced, so that one rename is left to do. A replacement that was not committed is removed.
 class Replacement {
  public:
   static Result<Replacement> write(const std::string& path, const std::string& text, mode_t mode);
@@ -32,7 +32,7 @@ class Replacement {
 };
 Status replace_file(const std::string& path, const std::string& text, mode_t mode);
 
-// One more line at the end of a file, which is made when it is not there.
+// Appends a line to a file, which is made when it is not there.
 Status append_line(const std::string& path, const std::string& line, mode_t mode);
 
 }  // namespace tessera::net

@@ -59,7 +59,7 @@ class Server : public std::enable_shared_from_this<Server> {
 
   void begin(Tcp::socket socket);
   void answer(const ExchangePtr& exchange);
-  // By value: a reference into exchanges_ would not outlive what it erases.
+  // Takes its argument by value: a reference into exchanges_ would not outlive the erasure.
   void end(ExchangePtr exchange);
 
   IoThread& io_;
@@ -109,7 +109,7 @@ void Server::accept_next() {
       self->begin(std::move(socket));
       return self->accept_next();
     }
-    // Out of descriptors, or the peer left already: breathe, then go on.
+    // This process is out of descriptors, or the peer left already: pause, then go on.
     auto pause =
         std::make_shared<asio::steady_timer>(context_of(self->io_), std::chrono::milliseconds(100));
     pause->async_wait([self, pause](const asio::error_code&) {

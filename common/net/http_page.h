@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// One page of text at one path, over HTTP/1.0, for scrapers: what a browser or curl may read, too.
-// Everything else of HTTP is refused: other methods 405, other paths 404, and a request that is
-// too long or too slow is closed.
+// One page of text at one path, over HTTP/1.0, for scrapers; a browser or curl may read it, too.
+// Everything else of HTTP is refused: other methods get 405, other paths 404, and a connection
+// whose request is too long or too slow is closed.
 //
 // Threads. Io thread only; the page is written there, too, when somebody asks.
 //
 // Invariants. (1) Loopback only: nothing listens beyond it without keys, and this page has none.
-// (2) At most kConnectionsMax at once, each with kRequestBytesMax and kDeadline; what is above is
-// closed without an answer.
+// (2) At most kConnectionsMax connections are open at once, each with kRequestBytesMax and
+// kDeadline; further ones are closed without an answer.
 #pragma once
 
 #include <chrono>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The network thread: one Asio loop in one thread, in real time. Sockets need one; what stands over
-// them takes any EventLoop.
+// The network thread: one Asio loop in one thread, in real time. Sockets need an IoThread; the code
+// above them takes any EventLoop.
 //
 // Asio does not appear in any header outside common/net; inside, io_thread_asio.h gives the
 // context.

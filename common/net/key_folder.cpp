@@ -20,7 +20,7 @@ Status check_files(const std::string& folder, const std::string& role) {
     if (stat(path.c_str(), &info) != 0)
       return Status::not_found("keys folder " + folder + " has no " + name + mend);
   }
-  if ((info.st_mode & (S_IRWXG | S_IRWXO)) != 0) {  // node.key, the last one looked at
+  if ((info.st_mode & (S_IRWXG | S_IRWXO)) != 0) {  // of node.key, the last one looked at
     return Status::permission_denied(folder + "/node.key can be read by others; run 'chmod 600 " +
                                      folder + "/node.key'");
   }

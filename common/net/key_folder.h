@@ -15,7 +15,7 @@ namespace tessera::net {
 struct KeyFolder {
   Certificate ca, own;
   PrivateKey key;
-  RevocationList revoked;  // null: nobody is
+  RevocationList revoked;  // null: no certificate is revoked
   std::string name;        // common name of our own certificate
 };
 
@@ -24,11 +24,12 @@ struct KeyFolder {
 // renewal or in the middle of a copy: try again.
 Result<KeyFolder> read_key_folder(const std::string& folder, const std::string& role);
 
-// crl.pem, null where there is none. Returns: kPermissionDenied when it is not a list signed by
-// this CA.
+// Reads crl.pem. Returns: the list, null where there is none; kPermissionDenied when it is not a
+// list signed by this CA.
 Result<RevocationList> read_revocations(const std::string& folder, X509* ca);
 
-// Differs from an earlier one when any of the files was written, replaced, added or removed since.
+// Returns: a stamp of the folder, which differs from an earlier one when any of the files was
+// written, replaced, added or removed since.
 std::string stamp_of(const std::string& folder);
 
 }  // namespace tessera::net

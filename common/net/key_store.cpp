@@ -63,7 +63,8 @@ Status write_to_ledger(const std::string& folder, const NodeIdentity& node, X509
                      serial_text(certificate) + " " + node.role + " " + node.name, kPublic);
 }
 
-// Of all certificates ever made for this name. One made before there was a ledger is in its folder.
+// Serial numbers of all certificates ever made for this name. A certificate from before there was a
+// ledger is found in the node's folder.
 std::vector<std::string> serials_of(const std::string& folder, const std::string& name) {
   std::vector<std::string> serials;
   std::ifstream ledger(folder + "/issued.txt");
@@ -92,7 +93,7 @@ Result<RevocationList> read_list(const std::string& folder, const ClusterAuthori
                                    "node, whichever is the newest");
 }
 
-// The cluster's list into a node's folder, where there is one.
+// Copies the cluster's list, where there is one, into a node's folder.
 Status copy_list(const std::string& folder, const std::string& node, const RevocationList& list) {
   if (!list) return Status::ok();
   return replace_file(folder + "/" + node + "/crl.pem", pem_of(list.get()), kPublic);
@@ -162,8 +163,8 @@ Status renew_key(const std::string& folder, const std::string& name, int days) {
   const KeyPair pair = authority->issue(identity, {days, 0});
   TESSERA_RETURN_IF_ERROR(write_to_ledger(folder, identity, pair.certificate.get()));
   TESSERA_RETURN_IF_ERROR(copy_list(folder, name, *revoked));
-  // Two renames and nothing else between the old pair and the new one; who reads in between finds
-  // that they do not fit, and reads again.
+  // Nothing but two renames lies between the old pair and the new one. A reader in between finds
+  // that key and certificate do not fit, and reads again.
   auto key = Replacement::write(node + "/node.key", pem_of(pair.key.get()), kPrivate);
   if (!key.is_ok()) return key.status();
   auto certificate =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes, renews and revokes the credentials of a cluster: one CA, and a folder for each node. Behind
-// tessera-keys.
+// Makes, renews and revokes the credentials of a cluster: one CA, and a folder for each node. The
+// program tessera-keys calls these functions.
 //
 // Layout. DIR/ca.crt, DIR/ca.key (0600), DIR/issued.txt ("SERIAL ROLE NAME" of each certificate
 // ever made), DIR/crl.pem once something was revoked; DIR/NAME/{ca.crt, node.crt, node.key (0600),
@@ -33,21 +33,22 @@ Status init_key_store(const std::string& folder);
 Status add_key(const std::string& folder, const std::string& role, const std::string& name,
                int days, int starts_in_days = 0);
 
-// A new key and certificate in DIR/NAME, for the same name and role. The old certificate stays
-// valid until it expires or is revoked. Returns: kNotFound (no CA, no such node), kPermissionDenied.
+// Makes a new key and certificate in DIR/NAME, for the same name and role. The old certificate
+// stays valid until it expires or is revoked. Returns: kNotFound (no CA, no such node),
+// kPermissionDenied.
 Status renew_key(const std::string& folder, const std::string& name, int days);
 
-// Every certificate made for this name until now counts no more: crl.pem, in DIR and in the folder
-// of each node. Again is no error. Returns: kNotFound (no CA, nothing made for this name),
-// kPermissionDenied.
+// Revokes every certificate made for this name until now, in the crl.pem of DIR and of each node's
+// folder. To revoke a name again is no error. Returns: kNotFound (no CA, nothing made for this
+// name), kPermissionDenied.
 Status revoke_key(const std::string& folder, const std::string& name);
 
-// What a certificate of DIR says.
+// Contents of a certificate of DIR.
 struct KeyFacts {
   std::string role, name;  // empty for the CA
   std::string last_day;    // of its life, which ends with the CA's; UTC, "2027-11-22"
 };
-// Of DIR/NAME/node.crt, or of DIR/ca.crt without a name. Returns: kNotFound.
+// Reads DIR/NAME/node.crt, or DIR/ca.crt where `name` is empty. Returns: kNotFound.
 Result<KeyFacts> read_key_facts(const std::string& folder, const std::string& name = "");
 
 }  // namespace tessera::net

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Alone in its file: the kernel's tcp_info has more fields than the C library's of the same name.
+// This function has a file of its own, because the kernel's tcp_info has more fields than the C
+// library's of the same name.
 #include <linux/tcp.h>
 #include <netinet/in.h>
 #include <sys/socket.h>

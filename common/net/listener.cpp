@@ -34,7 +34,7 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
            std::function<void(ConnectionPtr)> on_accept)
       : io_(io), tls_(std::move(tls)), on_accept_(std::move(on_accept)), sweep_(io) {}
 
-  Status open(const Endpoint& endpoint);  // one of those to listen on
+  Status open(const Endpoint& endpoint);  // adds one to listen on
   void start();
   void close();
   std::uint16_t port(std::size_t endpoint) const { return ports_[endpoint]; }
@@ -55,7 +55,7 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
   IoThread& io_;
   const std::shared_ptr<TlsContext> tls_;
   std::function<void(ConnectionPtr)> on_accept_;
-  std::deque<Tcp::acceptor> acceptors_;  // addresses stay
+  std::deque<Tcp::acceptor> acceptors_;  // a deque, since handlers refer to its elements
   std::vector<std::uint16_t> ports_;
   std::list<Pending> pending_;
   std::vector<std::weak_ptr<Connection>> authenticated_;
@@ -64,7 +64,7 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
   bool is_closed_ = false;
 };
 
-// The log's own limit stands above these lines.
+// The log itself limits how many of these lines are written (log_limiter.h).
 void log_failure(const std::string& address, const std::string& reason,
                  const std::string& subject = "") {
   log_warn("handshake-failed", "a peer was not let in: " + reason,
@@ -76,7 +76,8 @@ void turn_away(Tcp::socket socket, const std::string& address) {
   log_warn("connection-refused", "too many connections from this address in a short time",
            {{"address", address}});
   asio::error_code ignored;
-  socket.set_option(asio::socket_base::linger(true, 0), ignored);  // a reset: nothing is kept of it
+  // A reset ends the connection, so that the kernel keeps nothing of it.
+  socket.set_option(asio::socket_base::linger(true, 0), ignored);
   socket.close(ignored);
 }
 
@@ -115,7 +116,7 @@ void Acceptor::accept_next(Tcp::acceptor& acceptor) {
   acceptor.async_accept(
       [self = shared_from_this(), &acceptor](const asio::error_code& error, Tcp::socket socket) {
         if (self->is_closed_) return;
-        if (error) {  // out of descriptors, or the peer left already: breathe, then go on
+        if (error) {  // out of descriptors, or the peer left already: pause, then go on
           log_failure("", "accept: " + error.message());
           auto pause = std::make_shared<asio::steady_timer>(context_of(self->io_),
                                                             std::chrono::milliseconds(100));
@@ -148,7 +149,7 @@ void Acceptor::on_socket(Tcp::socket socket) {
   hand_on(std::prev(pending_.end()), make_byte_stream(std::move(socket)), std::move(identity));
 }
 
-// Oldest first, so that a good peer still gets in while idle ones wait.
+// Drops the oldest first, so that a good peer still gets in while idle ones wait.
 void Acceptor::make_room(const std::string& address) {
   const auto of_address = [&](const Pending& p) { return p.address == address; };
   if (std::count_if(pending_.begin(), pending_.end(), of_address) >=
@@ -163,7 +164,8 @@ void Acceptor::crowd_out(std::list<Pending>::iterator pending) {
   drop(pending, "too many unauthenticated connections");
 }
 
-// Forgotten first, and ended from the queue: whoever hears of it may close us.
+// The peer is forgotten first, and ended from the loop's queue: whoever hears of its end may close
+// this acceptor.
 void Acceptor::drop(std::list<Pending>::iterator pending, const char* reason) {
   const Pending dropped = std::move(*pending);
   pending_.erase(pending);

@@ -8,7 +8,8 @@
 // Threads. Pure: times go in. One owner thread.
 //
 // Invariants. due() lies after the last look and not after the moment at which the peer would be
-// dead: who looks whenever it is due finds death on time, not a fraction of a heartbeat after it.
+// dead. A caller that looks whenever a look is due finds death on time, not a fraction of a
+// heartbeat after it.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +26,7 @@ class Liveness {
   Liveness(std::chrono::milliseconds heartbeat, int missed_max)
       : heartbeat_(heartbeat), silence_max_(heartbeat * (missed_max + 1)) {}
 
-  // Smoothed, of this connection; 0 until it is known.
+  // Smoothed round trip of this connection; 0 until it is known.
   void set_rtt(Duration rtt) { rtt_ = rtt; }
 
   LivenessAction look(TimePoint now, TimePoint last_sent, TimePoint last_received) {
@@ -39,7 +40,7 @@ class Liveness {
     return must_ping ? LivenessAction::kPing : LivenessAction::kNone;
   }
 
-  // Look again then, or before.
+  // When to look again at the latest.
   TimePoint due() const { return due_; }
   std::chrono::milliseconds heartbeat() const { return heartbeat_; }
   std::chrono::milliseconds silence_max() const { return silence_max_; }

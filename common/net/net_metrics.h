@@ -11,7 +11,7 @@ namespace tessera::net {
 struct NetMetrics {
   metrics::Counter handshakes_failed;  // wrong or no credentials, garbage, too slow
   metrics::Counter crowded_out;        // unauthenticated, and too many of them
-  metrics::Counter over_rate;          // of an address that opens connections too fast
+  metrics::Counter over_rate;          // from an address that opens connections too fast
 };
 
 inline NetMetrics& net_metrics() {

@@ -24,14 +24,14 @@ struct SharedBytes {
   }
 };
 
-// To be sent.
+// A record to be sent.
 struct Record {
   std::uint16_t type = 0;
   std::string header;
   SharedBytes payload;
 };
 
-// As received: the payload was read straight into its own buffer.
+// A record as it was received; its payload was read straight into its own buffer.
 struct ReceivedRecord {
   std::uint16_t type = 0;
   std::string header;

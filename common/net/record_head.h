@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fixed head of every record, and every reason for refusing one. Pure; checked before a byte is
-// allocated.
+// The fixed head of every record, and every reason for refusing one. The functions are pure; a head
+// is checked before a byte is allocated.
 //
 // Bytes, little-endian: "TSSR", u16 format version, u16 type, u32 header bytes, u32 payload bytes,
 // u32 checksum (CRC-32C of header and payload on TCP without TLS, else 0). proto/PROTOCOL.md has
@@ -37,7 +37,8 @@ enum class RecordRefusal {
 };
 
 const char* refusal_text(RecordRefusal refusal);
-// The same with the type and the lengths that the head names, where it can be trusted so far.
+// refusal_text() with the type and the lengths that the head names, where the head can be trusted
+// so far.
 std::string refusal_of(std::span<const std::byte, kRecordHeadBytes> head, RecordRefusal refusal);
 
 std::array<std::byte, kRecordHeadBytes> encode_head(const RecordHead& head);

@@ -15,7 +15,7 @@
 
 namespace tessera::net {
 
-// Parts of one write; below IOV_MAX with room, and 20 records.
+// Most parts of one write: well below IOV_MAX, and enough for 20 records.
 inline constexpr std::size_t kGatherBuffersMax = 60;
 
 class SendQueue {
@@ -24,10 +24,10 @@ class SendQueue {
   bool is_empty() const { return records_.empty(); }
   std::uint64_t bytes() const { return bytes_; }  // not yet written
 
-  // What waits, from the first byte not yet written on, at most kGatherBuffersMax parts. Valid until
-  // take(). Returns: its bytes.
+  // Gives what waits, from the first byte not yet written on, in at most kGatherBuffersMax parts,
+  // which are valid until take(). Returns: the number of their bytes.
   std::size_t gather(std::vector<asio::const_buffer>& parts) const;
-  // So many bytes were written. Requires: no more than gather() gave.
+  // Drops `bytes` bytes, which were written. Requires: no more than gather() gave.
   void take(std::size_t bytes);
 
  private:

@@ -14,12 +14,12 @@ namespace tessera::net {
 namespace {
 
 constexpr std::size_t kInputBufferBytes = 64 * 1024;
-// A record up to this size goes to its owner by way of the input buffer, so that one call reads many;
-// the payload of a longer one is read straight into its own.
+// A record up to this size goes to its owner by way of the input buffer, so that one call reads
+// many; the payload of a longer one is read straight into its own.
 constexpr std::size_t kBufferedRecordBytesMax = 32 * 1024;
 static_assert(kBufferedRecordBytesMax + kRecordHeadBytes <= kInputBufferBytes);
-// As long as no more than this waits it is written at once, without a round of the loop. More is left
-// to the loop, so that who sends bulk data gives way to the others.
+// As long as no more than this waits, it is written at once, without a round of the loop. More is
+// left to the loop, so that a sender of bulk data gives way to the others.
 constexpr std::uint64_t kWriteNowBytesMax = 64 * 1024;
 // A started record must be complete within the time after which a silent peer is dead, plus its
 // size over the slowest supported link.
@@ -97,8 +97,8 @@ class Core : public std::enable_shared_from_this<Core> {
 
   SendQueue queue_;
   std::vector<asio::const_buffer> parts_;  // of the write in progress, or the next
-  bool is_writing_ = false;                // in the loop's hands
-  bool is_corked_ = false;                 // records are being handed on: answers wait
+  bool is_writing_ = false;                // a write is in the loop's hands
+  bool is_corked_ = false;                 // records are being handed on; answers wait
   bool was_above_low_ = false;
   asio::steady_timer grace_;
 
@@ -214,7 +214,7 @@ bool Core::take_record() {
       end(Status::data_loss(refusal_of(head, refusal)));
       return false;
     }
-    has_deadline_ = false;  // the head's; the rest has its own
+    has_deadline_ = false;  // that was the head's; the rest has its own
     input_begin_ += kRecordHeadBytes;
     available -= kRecordHeadBytes;
     if (head_->header_bytes > kInputBufferBytes - kRecordHeadBytes) {
@@ -245,7 +245,7 @@ bool Core::take_record() {
   return true;
 }
 
-// Straight into the record's own buffer.
+// Reads straight into the record's own buffer.
 void Core::read_rest_of_payload(std::size_t have) {
   if (have == 0 || !has_deadline_) arm_deadline(head_->payload_bytes);
   stream_->read_some(
@@ -274,8 +274,8 @@ void Core::deliver() {
   callbacks_.on_record(std::move(record));
 }
 
-// Records come by the thousand and deadlines hardly ever pass: the timer stays where it is as long as
-// it is early enough, and looks again when it wakes.
+// Records come by the thousand and deadlines hardly ever pass. So the timer stays as it is set as
+// long as that is early enough, and is set again when it has fired.
 void Core::arm_deadline(std::uint64_t bytes) {
   if (has_deadline_) return;
   has_deadline_ = true;
@@ -289,7 +289,7 @@ void Core::set_deadline_timer() {
   is_deadline_timer_set_ = true;
   deadline_timer_.expires_at(deadline_);
   deadline_timer_.async_wait([self = shared_from_this()](const asio::error_code& error) {
-    if (error) return;  // set anew, or shut
+    if (error) return;  // the timer was set anew, or the connection shut
     self->is_deadline_timer_set_ = false;
     if (!self->has_deadline_ || !self->is_open()) return;
     if (std::chrono::steady_clock::now() < self->deadline_) return self->set_deadline_timer();
@@ -307,7 +307,7 @@ void Core::close(std::chrono::milliseconds grace) {
   flush();
   if (grace.count() == 0) return shut();
   state_ = State::kClosing;
-  io_.post([self = shared_from_this()] { self->callbacks_ = {}; });  // one of them may be running
+  io_.post([self = shared_from_this()] { self->callbacks_ = {}; });  // a callback may be running
   if (input_.empty()) {  // never started: read to see the peer's end
     input_.resize(kInputBufferBytes);
     read_more();

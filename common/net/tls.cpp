@@ -22,8 +22,8 @@ constexpr std::chrono::milliseconds kTryPause{50};
 
 bool is_halfway(const Status& status) { return status.code() == StatusCode::kUnavailable; }
 
-// Where a TLS session keeps the subject of the certificate that it refused: OpenSSL itself forgets
-// one that does not verify.
+// Index under which a TLS session keeps the subject of the certificate that it refused: OpenSSL
+// itself forgets a certificate that does not verify.
 int refused_subject_index() {
   static const int index = SSL_get_ex_new_index(
       0, nullptr, nullptr, nullptr, [](void*, void* subject, CRYPTO_EX_DATA*, int, long, void*) {

@@ -26,9 +26,10 @@ class TlsContext {
   static Result<std::shared_ptr<TlsContext>> load(const std::string& folder,
                                                   const std::string& role);
 
-  // Reads the folder again: connections from now on use what it holds, open ones whose peer is
-  // revoked end (on_closed, kPermissionDenied). Returns: whether anything is new; or what is wrong,
-  // and then certificate and key stay as they were, while a good crl.pem counts all the same.
+  // Reads the folder again. Connections from now on use what it holds; open ones whose peer is
+  // revoked end (on_closed, kPermissionDenied). Returns: whether anything is new, or what is wrong.
+  // In the second case certificate and key stay as they were, while a good crl.pem counts all the
+  // same.
   Result<bool> reload();
 
   const std::string& folder() const;

@@ -25,10 +25,10 @@ struct TlsContext::Impl {
   std::unique_ptr<TlsEnds> ends;
   std::vector<std::weak_ptr<Connection>> open;
 
-  // Takes over a fresh connection, to end it when its peer is revoked: at once, if that happened
+  // Watches a fresh connection, to end it when its peer is revoked: at once, if that happened
   // during the handshake.
   void watch(const ConnectionPtr& connection);
-  void end_if_revoked(const ConnectionPtr& connection) const;  // null: gone already
+  void end_if_revoked(const ConnectionPtr& connection) const;  // null: it is gone already
 };
 
 // Role, name and serial number out of the peer's certificate. Requires: the handshake is done.
@@ -36,7 +36,7 @@ PeerIdentity identity_of(SSL* ssl);
 
 // Why a handshake failed, for a person.
 struct HandshakeFailure {
-  std::string subject;  // of the peer's certificate, where it is what we refused; else empty
+  std::string subject;  // of the peer's certificate, where that is what we refused; else empty
   std::string reason;
   std::string text() const {
     return subject.empty() ? reason : "certificate of " + subject + " " + reason;

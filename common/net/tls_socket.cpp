@@ -16,9 +16,9 @@
 namespace tessera::net {
 namespace {
 
-// One TLS record carries as much. Parts are put together in it, so that small ones share a record.
+// Bytes that one TLS record carries. Parts are put together, so that small ones share a record.
 constexpr std::size_t kRecordBytes = 16 * 1024;
-// So much is taken from the socket in one call, for several records.
+// Bytes that are taken from the socket in one call, enough for several records.
 constexpr std::size_t kReadAheadBytes = 64 * 1024;
 
 int settle(BIO* bio, ssize_t result, int retry_flag) {
@@ -40,8 +40,9 @@ asio::error_code reason_of(int verdict) {
 
 }  // namespace
 
-// OpenSSL's own socket BIO writes without MSG_NOSIGNAL: a peer that left would end the process.
-// native_handle() is -1 once the socket is closed: its number may belong to another link by then.
+// OpenSSL's own socket BIO writes without MSG_NOSIGNAL, so that a peer that left would end the
+// process. native_handle() is asked for each time: it is -1 once the socket is closed, whose number
+// may belong to another link by then.
 BIO_METHOD* TlsSocket::bio_method() {
   static BIO_METHOD* const method = [] {
     BIO_METHOD* const made = BIO_meth_new(BIO_get_new_index() | BIO_TYPE_SOURCE_SINK, "tessera");
@@ -73,7 +74,7 @@ TlsSocket::TlsSocket(asio::ip::tcp::socket socket, SSL_CTX* context)
   BIO* const bio = BIO_new(bio_method());
   BIO_set_data(bio, this);
   BIO_set_init(bio, 1);
-  SSL_set_bio(ssl_.get(), bio, bio);  // owns it now
+  SSL_set_bio(ssl_.get(), bio, bio);  // the session owns the BIO now
   SSL_set_mode(ssl_.get(), SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER |
                                SSL_MODE_RELEASE_BUFFERS);
   SSL_set_read_ahead(ssl_.get(), 1);
@@ -139,7 +140,8 @@ void TlsSocket::read_some(std::span<std::byte> buffer, Handler handler) {
              [handler = std::move(handler), error, bytes] { handler(error, bytes); });
 }
 
-// From byte `skip` of the parts on, record by record, until all is written or the socket is full.
+// Writes from byte `skip` of the parts on, record by record, until all is written or the socket is
+// full.
 std::size_t TlsSocket::write_some(const std::vector<asio::const_buffer>& parts, std::size_t skip,
                                   asio::error_code& error) {
   static thread_local std::array<std::byte, kRecordBytes> record;

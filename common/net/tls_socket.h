@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// TLS over a TCP socket, straight: OpenSSL reads and writes the socket itself, many records a call,
-// and Asio only waits until it is ready. For common/net alone.
+// TLS over a TCP socket without a layer between: OpenSSL reads and writes the socket itself, many
+// records a call, and Asio only waits until it is ready. For common/net alone.
 //
 // Refused: asio::ssl::stream. It carries every record through a pair of buffers, one at a time and
 // with a round of the loop for each: five times the cost of the encryption.
 //
-// Threads. Io thread only. Whoever waits for an operation keeps the socket alive until it is called;
-// one read and one write may be under way at a time.
+// Threads. Io thread only. The caller of an operation keeps the socket alive until the handler is
+// called; one read and one write may be under way at a time.
 #pragma once
 
 #include <openssl/bio.h>
@@ -34,15 +34,15 @@ class TlsSocket {
   void handshake_as_server(std::function<void(const asio::error_code&)> handler);
   void handshake_as_client(std::function<void(const asio::error_code&)> handler);
 
-  // At least a byte, and all that is there as far as `buffer` takes it.
+  // Reads at least a byte, and all that is there as far as `buffer` takes it.
   void read_some(std::span<std::byte> buffer, Handler handler);
   void write_all(std::vector<asio::const_buffer> parts, Handler handler);
-  // As much as the socket takes. Returns: bytes written; 0 also for an error, which write_all()
-  // tells. What is written next must begin with the first byte that was not written.
+  // Writes as much as the socket takes. Returns: bytes written; 0 also for an error, which
+  // write_all() reports. The next write must begin with the first byte that was not written.
   std::size_t write_now(const std::vector<asio::const_buffer>& parts);
 
-  // When the socket last gave bytes, whole record or not: at 100 kbit/s one takes 1.3 s, longer than
-  // a silent peer lives. The epoch before the first.
+  // When the socket last gave bytes, be it a whole record or a part of one: at 100 kbit/s a record
+  // takes 1.3 s, longer than a silent peer lives. The epoch before the first bytes.
   TimePoint last_heard() const { return last_heard_; }
 
   asio::ip::tcp::socket& socket() { return socket_; }
@@ -58,8 +58,8 @@ class TlsSocket {
                          asio::error_code& error);
   void write_rest(const std::shared_ptr<std::vector<asio::const_buffer>>& parts,
                   std::size_t written, const Handler& handler);
-  // Whether the last call of OpenSSL is to be repeated when the socket is ready: then `again` is
-  // called. Else `error` says why not.
+  // Returns: whether the last call of OpenSSL is to be repeated when the socket is ready, which
+  // `again` is called for; if not, `error` says why.
   bool wait_for_socket(int result, std::function<void(const asio::error_code&)> again,
                        asio::error_code& error);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Certificates, keys and revocation lists of OpenSSL: owners, reading, and what is asked of them.
+// Certificates, keys and revocation lists of OpenSSL: owning pointers, reading, and their contents.
 // For common/net alone: no header outside this folder includes it, so that OpenSSL stays here.
 //
 // Threads. Any; nothing is shared.
@@ -28,7 +28,7 @@ using Certificate = std::unique_ptr<X509, OpenSslFree>;
 using RevocationList = std::unique_ptr<X509_CRL, OpenSslFree>;
 using Bio = std::unique_ptr<BIO, OpenSslFree>;
 
-// Null where the file is not there or is something else.
+// Returns: null where the file is not there or is something else.
 Certificate read_certificate(const std::string& path);
 PrivateKey read_private_key(const std::string& path);
 RevocationList read_revocation_list(const std::string& path);
@@ -42,15 +42,15 @@ std::string pem_of(X509_CRL* list);
 std::string entry_of(X509* certificate, int nid);
 // "slave 'a'", or "without a name".
 std::string subject_text(X509* certificate);
-// The day on which it ends, in UTC: "2027-11-22".
+// The last day of the certificate's life, in UTC: "2027-11-22".
 std::string last_day_text(X509* certificate);
-// In hexadecimal digits, as in a certificate's dump.
+// The serial number in hexadecimal digits, as in a certificate's dump.
 std::string serial_text(const ASN1_INTEGER* serial);
 std::string serial_text(X509* certificate);
 
-// Whether the certificate with this serial number is revoked. list may be null: nobody is.
+// Whether the certificate with this serial number is revoked. `list` null: none is.
 bool is_revoked(X509_CRL* list, const std::string& serial);
-// Rises with every list that a CA makes; 0 for none.
+// Number of the list, which rises with every list that a CA makes; 0 for null.
 std::int64_t number_of(X509_CRL* list);
 
 }  // namespace tessera::net

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bytes of one scene block: what writes them, and what reads them without trust.
+// Writer of the bytes of one scene block, and a reader that does not trust them.
 // Threads. One at a time.
 #pragma once
 
@@ -20,7 +20,7 @@ namespace tessera {
 static_assert(std::endian::native == std::endian::little,
               "arrays are copied as they lie in memory");
 
-// First eight bytes of a block: what it is, and the version of its layout.
+// The first eight bytes of a block are its kind and the version of its layout.
 enum class BlockKind : std::uint32_t {
   kRoot = 0x52535354,
   kMesh = 0x4d535354,
@@ -29,7 +29,7 @@ enum class BlockKind : std::uint32_t {
 };
 inline constexpr std::uint32_t kLayoutVersion = 6;
 
-// What follows a large array begins at a chunk, so that an array that grew or shrank leaves the
+// The bytes behind a large array begin at a chunk, so that an array that grew or shrank leaves the
 // chunks behind it as they were (README.md). An array is large when that costs 6 % at most.
 inline constexpr std::uint64_t kLargeArrayBytes = 16 * kSceneChunkBytes;
 constexpr std::uint64_t padding_behind(std::uint64_t array_bytes, std::uint64_t block_bytes) {
@@ -69,7 +69,7 @@ class BlockWriter {
   std::vector<std::byte> bytes_;
 };
 
-// Every read says whether the bytes were there; after the first that were not, all fail.
+// Every read says whether its bytes were there; after one that failed, all fail.
 class BlockReader {
  public:
   explicit BlockReader(std::span<const std::byte> bytes)
@@ -122,7 +122,7 @@ class BlockReader {
     rest_ = rest_.subspan(size);
     return true;
   }
-  // Zeros, so that equal content has equal bytes.
+  // Padding must be zeros, so that equal content has equal bytes.
   bool skip_padding(std::uint64_t array_bytes) {
     if (!take(padding_behind(array_bytes, block_bytes_ - rest_.size()))) return false;
     for (const std::byte b : taken_) is_good_ &= b == std::byte{0};

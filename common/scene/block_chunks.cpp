@@ -6,7 +6,7 @@
 namespace tessera {
 namespace {
 
-// "TSSL": no block's first word (scene_codec.cpp), so that no block can pass for a list.
+// "TSSL", which is no block's first word (block_bytes.h), so that no block can pass for a list.
 constexpr std::uint32_t kListTag = 0x4c535354;
 
 }  // namespace

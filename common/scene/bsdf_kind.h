@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What renderers, readers and the border have to know of a BSDF, whichever it is.
+// What renderers, readers and the border have to know of any BSDF.
 //
 // Threads. The table is constant.
 #pragma once
@@ -13,10 +13,10 @@
 
 namespace tessera {
 
-// Into which directions light is scattered, by which renderers decide how they look for it.
+// Directions into which light is scattered; renderers choose by them how they sample light.
 enum class Scattering : std::uint8_t {
-  kEven,   // all, evenly: light samples find it; VPLs are gathered
-  kLobes,  // all, some more than others: light samples and samples of the BSDF share the work (MIS)
+  kEven,   // all, evenly: by light samples; VPLs are gathered
+  kLobes,  // all, some more than others: by light samples and samples of the BSDF (MIS)
   kDelta   // single ones, which no light sample meets: rays go on through the surface
 };
 
@@ -25,7 +25,7 @@ struct BsdfTraits {
   Scattering scattering = Scattering::kEven;
 };
 
-// [BsdfKind]; those that do not exist have no name.
+// [BsdfKind]; kinds that do not exist have no name.
 extern const std::array<BsdfTraits, kBsdfKindsMax> kBsdfTraits;
 
 inline bool is_known(BsdfKind kind) {

@@ -15,7 +15,7 @@ void put_material(BlockWriter& out, const Material& material);
 // Returns: false for bytes that are missing or name a kind that does not exist.
 bool get_material(BlockReader& in, Material& material);
 
-// Of a material without name.
+// Bytes of a material without a name, the fewest that a material takes.
 std::uint64_t material_bytes_min();
 
 }  // namespace tessera

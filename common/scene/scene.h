@@ -45,8 +45,8 @@ struct Mesh {
 // What a texture shows beyond its edges.
 enum class TextureWrap : std::uint8_t { kRepeat = 0, kMirror = 1, kClamp = 2 };
 
-// Texels of 8 or 16 bits; colour textures are sRGB-encoded, alpha never is. Row 0 is at v = 1 (image
-// top). Exactly one of the two arrays is filled.
+// Texels of 8 or 16 bits; colour textures are sRGB-encoded, alpha never is. Row 0 is at v = 1
+// (image top). Exactly one of the two arrays is filled.
 struct Texture {
   int width_px = 0;
   int height_px = 0;
@@ -54,7 +54,7 @@ struct Texture {
   TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
   bool is_nearest = false;            // magnified without interpolation: texels stay squares
   std::vector<std::uint8_t> rgba;     // [4 * width_px * height_px]
-  std::vector<std::uint16_t> rgba16;  // the same with 16 bits
+  std::vector<std::uint16_t> rgba16;  // texels of 16 bits, likewise
   bool operator==(const Texture&) const = default;
 };
 
@@ -65,14 +65,15 @@ struct TextureRef {
   // Rows of the affine map from coordinates of the mesh to those of the picture.
   std::array<float, 6> uv_map{1, 0, 0, 0, 1, 0};
 
-  TextureRef(std::uint32_t texture = kNoTexture) : index(texture) {}  // as the mesh has it
+  // Refers to a texture that lies as the mesh's coordinates have it.
+  TextureRef(std::uint32_t texture = kNoTexture) : index(texture) {}
   bool is_set() const { return index != kNoTexture; }
   bool operator==(const TextureRef&) const = default;
 };
 
-// Light from far away, by direction: a latitude-longitude picture. Row 0 looks up, along +y; column 0
-// and the last meet at +z behind, the middle one is -z, and columns rise towards +x. Linear; between
-// texels it is bilinear.
+// Light from far away, by direction: a latitude-longitude picture. Row 0 looks up, along +y; column
+// 0 and the last meet at +z behind, the middle one is -z, and columns rise towards +x. Linear;
+// between texels it is bilinear.
 struct EnvironmentMap {
   int width_px = 0;
   int height_px = 0;
@@ -84,7 +85,7 @@ inline constexpr float kIorMin = 1, kIorMax = 4;  // glass; diamond has 2.4, ger
 
 // Whether rays pass a surface as if it were not there.
 enum class AlphaMode : std::uint8_t {
-  kOpaque = 0,  // they never do
+  kOpaque = 0,  // rays never pass
   kMask = 1,    // where opacity is below the cutoff
   kBlend = 2    // a share of 1 - opacity of them
 };
@@ -100,7 +101,7 @@ struct Alpha {
 };
 
 // The optional lobes of a glossy surface, after the extensions of glTF 2.0 with the same names.
-// Each is absent as it stands here.
+// With the values that stand here each is absent.
 
 // A layer of varnish, ior 1.5, over all else (KHR_materials_clearcoat).
 struct Clearcoat {
@@ -128,7 +129,8 @@ struct Transmission {
   float weight = 0;           // in [0, 1]
   TextureRef weight_texture;  // red
   bool is_thin = true;        // a sheet without inside: light goes on in its direction
-  // Not thin, and glass: the share of light left after attenuation_distance inside (Beer's law).
+  // For glass, and where is_thin is false: the share of light left after attenuation_distance
+  // inside (Beer's law).
   Vec3f attenuation_color{1, 1, 1};  // in [0, 1]
   float attenuation_distance = 0;    // world units; 0: nothing is absorbed
   bool operator==(const Transmission&) const = default;
@@ -150,7 +152,7 @@ struct Material {
   TextureRef albedo_texture;
   TextureRef emission_texture;  // multiplies emission
   BsdfKind bsdf = BsdfKind::kDiffuse;
-  // In [0, 1]. Mirror: what it reflects. Glossy: what reflects at normal incidence where it is no
+  // In [0, 1]. Mirror: its reflectance. Glossy: the reflectance at normal incidence where it is no
   // metal. Glass: what passes one interface.
   Vec3f specular{0.04f, 0.04f, 0.04f};
   float roughness = 1;  // glossy, in [0, 1]: its square is the width alpha of GGX, as in glTF
@@ -159,12 +161,12 @@ struct Material {
   float ior = 1.5f;  // glass, inside to outside, in [kIorMin, kIorMax]
   // Glossy: multiplies roughness by green and metalness by blue, as in glTF.
   TextureRef roughness_metalness_texture;
-  // Of the shading normal in the frame of the texture coordinates, as in glTF: x along rising u, y
-  // along rising v, each times normal_scale, z outward. Linear.
+  // The shading normal in the frame of the texture coordinates, as in glTF: x along rising u, y
+  // along rising v, each times normal_scale, z outward. The values are linear.
   TextureRef normal_texture;
   float normal_scale = 1;
-  // Glossy, where it is no metal (KHR_materials_specular): what reflects at grazing incidence, in
-  // [0, 1]; textures multiply both reflectances (alpha) and `specular` (RGB, sRGB).
+  // Glossy, where it is no metal (KHR_materials_specular): the reflectance at grazing incidence, in
+  // [0, 1]. Textures multiply both reflectances (alpha) and `specular` (RGB, sRGB).
   float specular_f90 = 1;
   TextureRef specular_texture, specular_color_texture;
   Clearcoat clearcoat;
@@ -178,7 +180,7 @@ struct Material {
   bool operator==(const Material&) const = default;
 };
 
-// Every reference that a material has, set or not.
+// All texture references of a material, set or not.
 std::array<const TextureRef*, 14> textures_of(const Material& material);
 
 enum class LightKind : std::uint8_t { kPoint = 0, kSpot = 1, kDirectional = 2 };
@@ -189,7 +191,8 @@ struct Light {
   Vec3f direction{0, -1, 0};  // spot, directional: the way light travels; need not be normalised
   Vec3f intensity{1, 1, 1};   // point, spot: W/sr; directional: irradiance on a facing surface
   float cos_inner = 1;        // spot: full intensity inside this cone
-  float cos_outer = 0;  // spot: none outside; in between the square of what is linear in the cosine
+  // Spot: no light outside this cone. In between, light is the square of a ramp in the cosine.
+  float cos_outer = 0;
   bool operator==(const Light&) const = default;
 };
 
@@ -199,8 +202,8 @@ struct Instance {
   bool operator==(const Instance&) const = default;
 };
 
-// What the camera sees where there is nothing: the light from there, or something that lights
-// nothing and that no surface reflects.
+// What camera rays see that miss everything: the environment, or a picture that lights nothing and
+// that no surface reflects.
 enum class BackgroundKind : std::uint8_t {
   kSky = 0,      // the environment
   kGradient = 1  // from `low` at 30 degrees below the horizon to `high` at 30 above it
@@ -224,8 +227,8 @@ struct TESSERA_API Scene {
   std::vector<Material> materials;  // never empty in a valid scene
   std::vector<Instance> instances;
   std::vector<Light> lights;
-  Vec3f environment{0, 0, 0};  // radiance from every direction in which there is nothing;
-  std::shared_ptr<const EnvironmentMap> environment_map;  // multiplied by this, where there is one
+  Vec3f environment{0, 0, 0};  // radiance from every direction in which there is nothing
+  std::shared_ptr<const EnvironmentMap> environment_map;  // or null; multiplies `environment`
   Background background;
   std::optional<Camera> camera;
   std::vector<NamedCamera> cameras;  // all of the file, `camera` too

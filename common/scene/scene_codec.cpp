@@ -154,7 +154,7 @@ struct BlockCounts {
   bool has_environment_map = false;
 };
 
-// Everything but what has blocks of its own.
+// Decodes everything but what has blocks of its own.
 bool decode_root(std::span<const std::byte> bytes, Scene& scene, BlockCounts& counts) {
   BlockReader in(bytes);
   if (!in.open(BlockKind::kRoot)) return false;

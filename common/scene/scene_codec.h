@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene as content-addressed blocks: what tessera-import hands over, what the master keeps and
-// broadcasts, what slaves cache. A block is one mesh, one texture, the environment map, or the root
-// (everything small, with meshes and textures by block index). Equal content has equal bytes, hence an equal digest,
-// so an update sends only blocks that the receiver lacks.
+// A scene as content-addressed blocks, which tessera-import hands over, the master keeps and
+// broadcasts, and slaves cache. A block is one mesh, one texture, the environment map, or the root
+// (everything small, with meshes and textures by block index). Equal content has equal bytes, hence
+// an equal digest, so an update sends only blocks that the receiver lacks.
 //
 // Bytes. Little-endian, arrays length-prefixed by uint64 counts; layout in common/scene/README.md.
 // Every count is checked against the bytes present before memory is taken.
@@ -27,7 +27,7 @@ using BlockBytes = std::shared_ptr<const std::vector<std::byte>>;
 struct SceneBlock {
   Digest digest;  // block_chunks.h
   BlockBytes bytes;
-  // The digests of its chunks; null for a block that is one chunk.
+  // The digests of the block's chunks; null for a block that is one chunk.
   std::shared_ptr<const ChunkDigests> chunks;
 };
 SceneBlock make_scene_block(std::vector<std::byte> bytes);
@@ -35,15 +35,15 @@ SceneBlock make_scene_block(std::vector<std::byte> bytes);
 // Block 0 is the root; the others are in the order in which the root refers to them.
 struct EncodedScene {
   std::vector<SceneBlock> blocks;
-  std::uint64_t index_bytes = 0;  // index_bytes_of() it (scene_footprint.h); 0: not reckoned
+  std::uint64_t index_bytes = 0;  // by index_bytes_of() (scene_footprint.h); 0: not estimated
   std::uint64_t total_bytes() const;
   Digest digest() const;  // SHA-256 over the block digests in order: the scene's identity
 };
 
-// Of the flattened scene, from the blocks' counts alone. Returns: 0 when they cannot be read.
+// Triangles of the flattened scene, from the blocks' counts alone; 0 when they cannot be read.
 std::uint64_t triangle_count_of(const EncodedScene& scene);
 
-// Of the blocks of textures and of the environment map.
+// Bytes of the blocks of textures and of the environment map.
 std::uint64_t texture_bytes_of(const EncodedScene& scene);
 
 // Encodes meshes and textures; a caller that encodes version after version keeps one SceneEncoder,
@@ -62,8 +62,8 @@ class SceneEncoder {
 // Used by one thread.
 class SceneDecoder {
  public:
-  // Returns: kDataLoss for malformed bytes, or validate_scene()'s refusal. Digests are the caller's
-  // to have checked.
+  // Returns: kDataLoss for malformed bytes, or validate_scene()'s refusal. Requires: the caller has
+  // checked the digests.
   Result<Scene> decode(const EncodedScene& encoded);
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene and its warnings as one stream of bytes: what tessera-import writes to its parent, and
-// what the parent reads.
+// A scene and its warnings as one stream of bytes, which tessera-import writes and its parent
+// reads.
 //
 // Bytes, little-endian: "TSIM" u32 version; u64 count of warnings, each u64 length + text; u64
 // count of blocks, each u64 length, 32 bytes digest, bytes. Every length is checked against what is

@@ -3,8 +3,8 @@
 // numbers. Names, ranges and defaults stand here once, for readers, validation and the core; what a
 // procedure computes is one file of slave/core/surface.
 //
-// To add one: a SurfaceKind at the end, its row in surface_program.cpp, its file and its line in
-// slave/core/surface/programs.cpp.
+// A new program is a SurfaceKind at the end, its row in surface_program.cpp, its file and its line
+// in slave/core/surface/programs.cpp.
 //
 // Threads. Plain values; the table is constant.
 #pragma once
@@ -20,7 +20,7 @@ namespace tessera {
 enum class SurfaceKind : std::uint8_t { kConstant = 0, kMarble = 1, kWood = 2, kBrick = 3 };
 
 inline constexpr std::size_t kSurfaceParametersMax = 8;
-// A colour takes three of them; those that a program does not have are 0.
+// Numbers of a program. A colour takes three of them; those that a program does not have are 0.
 using SurfaceParameters = std::array<float, kSurfaceParametersMax>;
 
 struct SurfaceProgram {
@@ -44,7 +44,7 @@ struct SurfaceProgramShape {
 
 // Lengths are object units: the pattern stays with the mesh, whatever its instance does.
 std::span<const SurfaceProgramShape> surface_programs();
-// Returns: null for one that does not exist.
+// Returns: null for a program that does not exist.
 const SurfaceProgramShape* find_surface_program(SurfaceKind kind);
 const SurfaceProgramShape* find_surface_program(std::string_view name);
 // Returns: the name of the first parameter that is out of its range or NaN, else null.

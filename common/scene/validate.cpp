@@ -14,7 +14,7 @@ std::string numbered(const char* what, std::size_t index) {
   return std::string(what) + " " + std::to_string(index);
 }
 
-// What vertices may have: all of them, or none.
+// Checks an array that either all vertices have or none.
 template <typename T>
 Status validate_array(const std::vector<T>& values, const std::string& name, const char* what,
                       std::size_t vertex_count) {
@@ -188,8 +188,8 @@ Status validate_camera(const Camera& camera) {
   if (!(length(camera.target - camera.eye) > 0) || !is_finite(view)) {
     return Status::invalid_argument("camera: eye and target are the same point");
   }
-  // sin of the angle between view and up; below a thousandth of a degree the picture's roll is
-  // rounding noise.
+  // This is the sine of the angle between view and up; below a thousandth of a degree the picture's
+  // roll is rounding noise.
   if (!(length(cross(view, normalize(camera.up))) > 1.7e-5f)) {
     return Status::invalid_argument("camera: up is zero or parallel to the view direction");
   }

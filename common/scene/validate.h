@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The border of scenes and cameras: what passes here is trusted behind it.
-// Called once where a scene enters: by the session for applications, by the decoder for peers, by
-// the import process for files. Threads. Pure functions.
+// The border of scenes and cameras: what passes here is trusted behind it. The functions are called
+// once where a scene enters: by the session for applications, by the decoder for peers, by the
+// import process for files.
+// Threads. Pure functions.
 #pragma once
 
 #include "common/base/api.h"

@@ -11,7 +11,7 @@ namespace {
 
 bool is_color(Vec3f c) { return is_share(c.x) && is_share(c.y) && is_share(c.z); }
 
-// One rule of a material: a field that is not so is named by `rule`.
+// One rule of a material; `rule` names the field and what it must be.
 struct Rule {
   bool is_kept;
   const char* rule;

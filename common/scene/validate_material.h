@@ -14,7 +14,8 @@ namespace tessera {
 inline bool is_share(float x) { return x >= 0 && x <= 1; }  // false for NaN
 inline bool is_radiance(Vec3f c) { return is_finite(c) && c.x >= 0 && c.y >= 0 && c.z >= 0; }
 
-// name: "material 3", "texture 0". Returns: kInvalidArgument naming the material and its field.
+// `name` is such as "material 3" or "texture 0". Returns: kInvalidArgument naming the material or
+// texture and its field.
 Status validate_texture(const Texture& texture, const std::string& name);
 Status validate_material(const Material& material, const std::string& name,
                          std::size_t texture_count);

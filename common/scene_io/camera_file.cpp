@@ -23,7 +23,7 @@ Vec3f catmull_rom(Vec3f a, Vec3f b, Vec3f c, Vec3f d, float t) {
           catmull_rom(a.z, b.z, c.z, d.z, t)};
 }
 
-// One file in work.
+// Reader of one file.
 struct CameraReader {
   std::string path;
   TextScanner scanner;
@@ -143,7 +143,7 @@ Result<Camera> parse_camera_text(const std::string& text) {
 
 std::string camera_text(const Camera& camera) {
   std::string text;
-  // The shortest digits that are read as the same number again.
+  // Appends the shortest digits that are read as the same number again.
   const auto add = [&text](float value, const char* behind) {
     char digits[32];
     const auto end = std::to_chars(digits, digits + sizeof(digits), value).ptr;

@@ -45,10 +45,10 @@ class CameraPath {
 // Returns: one line naming file and line.
 Result<CameraPath> read_camera_file(const std::string& path);
 
-// "ex,ey,ez lx,ly,lz ux,uy,uz fov".
+// Parses "ex,ey,ez lx,ly,lz ux,uy,uz fov".
 Result<Camera> parse_camera_text(const std::string& text);
 
-// The inverse: parse_camera_text() gives the same camera, to the bit.
+// Inverse of parse_camera_text(), which gives the same camera, to the bit.
 std::string camera_text(const Camera& camera);
 
 }  // namespace tessera

@@ -33,7 +33,8 @@ bool is_ply(std::string_view head, std::uint64_t) {
   return head.starts_with("ply\n") || head.starts_with("ply\r");
 }
 
-// Of 80 bytes of anything, a count and 50 bytes for each triangle; or text of facets.
+// A binary STL file has 80 bytes of anything, a count and 50 bytes for each triangle; a text one
+// has facets.
 bool is_stl(std::string_view head, std::uint64_t file_bytes) {
   if (head.size() >= 84) {
     std::uint32_t count = 0;
@@ -42,7 +43,8 @@ bool is_stl(std::string_view head, std::uint64_t file_bytes) {
   }
   const std::string_view text = text_of(head);
   if (!text.starts_with("solid") && !text.starts_with("SOLID")) return false;
-  // Binary ones that begin with this word, too: their reader says what is wrong with their size.
+  // Binary files that begin with this word count, too: the reader says what is wrong with their
+  // size.
   return !is_text(head) || text.find("facet") != text.npos || text.find("FACET") != text.npos ||
          text.find("endsolid") != text.npos;
 }
@@ -59,8 +61,8 @@ bool is_collada(std::string_view head, std::uint64_t) {
   return is_text(head) && text.starts_with('<') && text.find("<COLLADA") != text.npos;
 }
 
-// Text, one line of which at least begins with a word of the format; none but comments is enough,
-// too, where the beginning does not end them.
+// An OBJ file is text of which at least one line begins with a word of the format. A beginning of
+// nothing but comments is enough, too, where the file goes on behind it.
 bool is_obj(std::string_view head, std::uint64_t file_bytes) {
   static constexpr std::array<std::string_view, 19> kWords = {
       "v", "vt",     "vn",     "vp",     "f",      "fo",     "o",   "g",    "s",   "l",
@@ -85,7 +87,7 @@ constexpr FormatEntry kFormats[] = {
 #include "common/scene_io/file_formats.inc"
 };
 
-// What is often given by mistake: told by name.
+// Names a format that is often given by mistake; empty for others.
 std::string_view foreign_name(std::string_view head) {
   static constexpr std::pair<std::string_view, std::string_view> kForeign[] = {
       {"\x89PNG", "a PNG picture"},

@@ -8,7 +8,7 @@ namespace tessera {
 namespace {
 
 constexpr Vec3f kWhite{1, 1, 1};
-// A mirror's own colour: below it, what a surface scatters besides is left out.
+// Greatest Kd of a mirror, whose diffuse part is left out.
 constexpr float kMirrorDiffuseMax = 0.05f;
 
 class MaterialMaker {
@@ -47,7 +47,7 @@ class MaterialMaker {
     if (const PictureUse* map = picture("map_Ke")) {
       material_.emission_texture = pictures_.color(*map);
       if (!lines_.ke && material_.emission_texture.is_set()) material_.emission = kWhite;
-      // Most of such a picture is dark, as a rule: without it there is no lamp.
+      // Most of such a picture is dark, as a rule, so that without it there is no lamp.
       if (!material_.emission_texture.is_set()) material_.emission = {};
     }
   }
@@ -62,9 +62,9 @@ class MaterialMaker {
       alpha.texture = pictures_.opacity(*map, alpha.channel);
     is_refracting_ = is_illum(6, 7) || (lines_.illum < 0 && opacity() < 1 && lines_.ni &&
                                         *lines_.ni > 1 && !alpha.texture.is_set());
-    // Without bending: 4 and 9, unless a picture says where there is nothing at all.
+    // illum 4 and 9 do not bend light, unless a picture says where there is nothing at all.
     is_thin_ = is_illum(4, 9) && !alpha.texture.is_set();
-    // Of what is named and no glass, d is opacity.
+    // For a named BSDF other than glass, d is opacity.
     if (lines_.bsdf && *lines_.bsdf != BsdfKind::kGlass) is_refracting_ = is_thin_ = false;
     if (is_refracting_ || is_thin_) {
       if (alpha.texture.is_set()) alpha.mode = AlphaMode::kBlend;
@@ -118,7 +118,7 @@ class MaterialMaker {
     if (!(largest(body) > 0)) warn("Tf", "glass that lets nothing through, by 'Tf 0 0 0'");
   }
 
-  // What passes is tinted by the albedo there, here by Tf.
+  // A sheet of the scene tints what passes by its albedo, which takes the value of Tf.
   void make_sheet(bool is_thin) {
     material_.bsdf = BsdfKind::kGlossy;
     material_.ior = lines_.ni.value_or(1.5f);
@@ -184,7 +184,7 @@ class MaterialMaker {
       warn("norm and bump", "has 'norm' and 'bump'; 'norm' is drawn");
   }
 
-  // Lines that say something which the material that came out of them has no place for.
+  // Warns of lines for which the material that came out of them has no place.
   void name_what_is_not_drawn() {
     const bool is_glossy = material_.bsdf == BsdfKind::kGlossy;
     const auto has = [this](const char* key) { return picture(key) != nullptr; };

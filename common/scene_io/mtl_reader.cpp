@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kAnything = std::numeric_limits<float>::max();
 
-// Keys that take a picture, in all their spellings, and the one that stands for them.
+// Returns: the one spelling that stands for all spellings of a key that takes a picture.
 std::string picture_key(const std::string& key) {
   static const std::map<std::string, std::string, std::less<>> kKeys = {
       {"map_Kd", "map_Kd"}, {"map_Ks", "map_Ks"}, {"map_Ke", "map_Ke"}, {"map_ke", "map_Ke"},
@@ -91,7 +91,7 @@ void MtlReader::read_line(TextScanner& line) {
   warn_unknown(key);
 }
 
-// Returns: whether it was one of these lines.
+// Returns: whether the line was one of a colour.
 bool MtlReader::read_color_line(TextScanner& line, const std::string& key) {
   if (key == "Kd") {
     read_color(line, key, 1, lines_.kd);
@@ -140,7 +140,8 @@ bool MtlReader::read_picture_line(TextScanner& line, const std::string& key) {
   return true;
 }
 
-// Lines that have a meaning, but none for a path tracer, or none that is drawn: all in one warning.
+// Passes over a line whose meaning is none for a path tracer or is not drawn. All such lines give
+// one warning. Returns: whether the line was one of these.
 bool MtlReader::pass_over(TextScanner& line, const std::string& key) {
   static const std::map<std::string, const char*, std::less<>> kKeys = {
       {"Ka", "ambient light"},
@@ -165,7 +166,7 @@ bool MtlReader::pass_over(TextScanner& line, const std::string& key) {
   return true;
 }
 
-// One number stands for three. What is above `high` is taken for it.
+// One number stands for three. Numbers above `high` are taken for `high`.
 void MtlReader::read_color(TextScanner& line, const std::string& key, float high,
                            std::optional<Vec3f>& color) {
   std::string_view word = line.word();
@@ -237,7 +238,7 @@ void MtlReader::read_surface(TextScanner& line) {
     for (const SurfaceParameter& p : shape->parameters) {
       if (p.name == key) parameter = &p;
     }
-    // Without its name it cannot be told how many numbers follow.
+    // Behind an unknown name it cannot be told how many numbers follow.
     if (parameter == nullptr) {
       warn_unknown("# tessera surface " + name + " " + std::string(key));
       break;

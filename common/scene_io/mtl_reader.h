@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Wavefront MTL: the materials of an OBJ file.
 //
-// What of a material becomes what of a scene (Alias, "The .mtl file format", 1992, and the lines
-// that later programs added: Pr, Pm, Ps, Pc, Pcr, aniso, anisor, Ke, norm):
+// How lines of the file become materials of the scene (Alias, "The .mtl file format", 1992, and the
+// lines that later programs added: Pr, Pm, Ps, Pc, Pcr, aniso, anisor, Ke, norm):
 //   Kd, Ke, map_Kd, map_Ke
 //                       albedo, emission and what multiplies them
 //   d, Tr, map_d        opacity; Tr is 1 - d, and d counts where both are said
@@ -30,7 +30,8 @@
 //   # tessera surface NAME key value ...
 //                       a surface program (common/scene/surface_program.h) of the material it
 //                       stands in; a colour has three values
-// Options of pictures: mtl_texture.h. What is not understood or not drawn: one warning for each kind.
+// Options of pictures stand in mtl_texture.h. What is not understood or not drawn gives one warning
+// for each kind.
 //
 // Threads. One.
 #pragma once
@@ -50,13 +51,14 @@ namespace tessera {
 
 class MtlReader {
  public:
-  // Requires: both outlive it. Materials, textures and warnings are appended to `result`.
+  // Requires: both arguments outlive the reader. Materials, textures and warnings are appended to
+  // `result`.
   MtlReader(ReadScene& result, const TextureLoader& load_texture)
       : result_(result), pictures_(result.scene, load_texture) {}
 
-  // `text` of the file `path`, which stands in messages only.
+  // Reads `text`, the contents of the file `path`, which is named in messages only.
   void read(const std::string& path, std::string_view text);
-  // Returns: its index in the scene, of the last one of that name.
+  // Returns: the index in the scene of the last material of that name.
   std::optional<std::uint32_t> find(const std::string& name) const;
 
  private:
@@ -83,10 +85,10 @@ class MtlReader {
   ScenePictures pictures_;
   std::unordered_map<std::string, std::uint32_t> index_;
 
-  // Of the file in progress.
+  // State of the file in progress.
   std::optional<WarningGroup> warnings_;
   std::uint64_t line_number_ = 0;
-  Material* material_ = nullptr;  // the last of the scene's, or null before the first newmtl
+  Material* material_ = nullptr;  // the scene's last one, or null before the first newmtl
   MtlLines lines_;
   std::map<std::string, std::uint64_t> passed_over_;  // key -> how often
 };

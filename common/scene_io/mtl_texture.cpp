@@ -55,7 +55,7 @@ class OptionReader {
     return true;
   }
 
-  // After the last option.
+  // Must be called after the last option.
   void finish() {
     texture_.is_nearest = texture_.is_nearest || (is_u_off_ && is_v_off_);
     if (is_u_off_ != is_v_off_) texture_.not_drawn.push_back(is_u_off_ ? "-blendu" : "-blendv");
@@ -71,7 +71,7 @@ class OptionReader {
     drop_word();
     return word;
   }
-  // Nothing for what is no finite number, or a name.
+  // Returns: nothing for what is no finite number, or is the picture's name.
   std::optional<float> number() {
     const std::string_view word = first_word();
     const auto value = TextScanner::number_of<float>(word);
@@ -121,7 +121,8 @@ class OptionReader {
   bool is_u_off_ = false, is_v_off_ = false;
 };
 
-// Where options begin behind a name, as some programs write them; the end where none do.
+// Returns: where options begin behind a name, as some programs write them; the end of the text
+// where there are none.
 std::size_t trailing_options(std::string_view text) {
   for (std::size_t at = text.find(" -"); at != std::string_view::npos;
        at = text.find(" -", at + 1)) {
@@ -141,7 +142,7 @@ PictureUse parse_mtl_texture(const std::string& key, std::uint64_t line, std::st
   }
   front.finish();
   std::string_view name = front.rest();
-  // An option of another format: its name and what it takes are not told apart from the picture's.
+  // The text begins with an unknown option, whose arguments cannot be told from the picture's name.
   if (name.starts_with('-')) {
     const std::string_view option = name.substr(0, name.find_first_of(" \t"));
     texture.not_drawn.push_back(std::string(option));

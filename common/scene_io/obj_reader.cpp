@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint64_t kFileBytesMax = std::uint64_t{4} << 30;
 constexpr std::size_t kPolygonCornersMax = 65536;
 
-// Instead of the number of a normal: the smoothing group that the corner takes its normal from.
+// Marks a Corner::normal that is the smoothing group from which the corner takes its normal.
 constexpr std::uint32_t kGroupBit = 0x80000000u;
 
 struct Corner {
@@ -104,7 +104,8 @@ class ObjReader {
     return Status::ok();
   }
 
-  // "x y z r g b", and "x y z w r g b"; a fourth number alone is a weight, which polygons have not.
+  // Reads the colour of "x y z r g b" or "x y z w r g b". A fourth number alone is a weight, which
+  // polygons do not have.
   void read_color() {
     std::optional<float> numbers[4];
     std::size_t count = 0;
@@ -155,7 +156,7 @@ class ObjReader {
     return Status::ok();
   }
 
-  // "7", "-1": index from 0. `what` and the count are for the message.
+  // Reads an index such as "7" or "-1". Returns: the index from 0. `what` is for the message.
   Result<std::uint32_t> read_index(std::string_view text, std::size_t count, const char* what) {
     const auto number = TextScanner::number_of<std::int64_t>(text);
     if (!number) return wrong("'" + std::string(text) + "' is not an index");
@@ -251,7 +252,7 @@ class ObjReader {
     }
     smooth_normals(mesh_, shared, static_cast<std::uint32_t>(numbers.size()));
   }
-  // What has no material shows its colours as they are.
+  // A face without a material shows the colours of its vertices as they are.
   void color_vertices() {
     result_.scene.materials[0].albedo = {1, 1, 1};
     colors_.resize(positions_.size(), kWhite);
@@ -283,7 +284,7 @@ class ObjReader {
   std::vector<Vec2f> uvs_;
   std::vector<Vec4f> colors_;  // [positions_] up to the last one that has a colour
   std::vector<std::uint32_t> corners_;
-  std::vector<Vec3f> polygon_;  // where they are
+  std::vector<Vec3f> polygon_;  // positions of the corners
   PolygonCutter cutter_;
   std::unordered_map<Corner, std::uint32_t, CornerHash> vertices_;
   bool has_uvs_ = false, has_normals_ = false, has_groups_ = false;
@@ -291,7 +292,7 @@ class ObjReader {
   std::uint32_t group_ = 0;  // of smoothing; 0: none
 };
 
-// One name, which may hold spaces, or several.
+// `names` is one name, which may hold spaces, or several.
 void ObjReader::read_materials(const std::string& names) {
   const std::string folder = std::filesystem::path(path_).parent_path().string();
   auto whole = confined_path(folder, names);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The header of a PLY file: which elements it has, in which order, and what each consists of (G. Turk,
-// "The PLY polygon file format", 1994).
+// The header of a PLY file: which elements it has, in which order, and what each consists of (G.
+// Turk, "The PLY polygon file format", 1994).
 // Threads. Plain values.
 #pragma once
 
@@ -18,7 +18,7 @@ enum class Format { kAscii, kLittle, kBig };
 enum class Type { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64 };
 
 std::size_t size_of(Type type);
-// The largest number of a whole type, which colours are shares of; 1 for the others.
+// The largest number of an integer type, of which colours are shares; 1 for the other types.
 double largest_of(Type type);
 
 struct Property {
@@ -32,7 +32,7 @@ struct Element {
   std::uint64_t count = 0;
   std::vector<Property> properties;
 
-  // Fewest bytes that one of it takes: for checking counts against the bytes present.
+  // Fewest bytes that one such element takes, for checking counts against the bytes present.
   std::uint64_t bytes_min(Format format) const;
 };
 

@@ -134,7 +134,7 @@ class PlyReader {
     return property.name == "texcoord" ? &wedges_ : nullptr;
   }
 
-  // Where each property goes, and which go nowhere.
+  // Decides where the numbers of each property go, and which properties are left out.
   void prepare(const Element& element, bool is_vertex, bool is_face) {
     slots_.assign(element.properties.size(), nullptr);
     lists_.assign(element.properties.size(), nullptr);
@@ -266,8 +266,8 @@ class PlyReader {
     return Status::ok();
   }
 
-  // Corners with texture coordinates of their own are vertices of their own, the same where both
-  // agree.
+  // Makes corners with texture coordinates vertices of their own; corners of one vertex whose
+  // texture coordinates agree share one.
   void split_corners(std::uint64_t index) {
     if (wedges_.size() != 2 * corners_.size()) {
       return warnings_.add("texcoord", "face " + std::to_string(index) + " has " +
@@ -336,7 +336,7 @@ class PlyReader {
   bool has_normals_ = false, has_uvs_ = false, has_colors_ = false;
   std::map<std::string, std::set<std::string>> left_out_;  // by element
 
-  // Of the face in progress.
+  // State of the face in progress.
   std::vector<double> corners_, wedges_;
   std::vector<Vec3f> polygon_;
   PolygonCutter cutter_;

@@ -20,7 +20,7 @@ Vec3d cross_of(const Vec3d& a, const Vec3d& b) {
 }
 double dot_of(const Vec3d& a, const Vec3d& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-// Newell's: its length is twice the area. The sum over the fan is the same sum over the edges.
+// Newell's normal, whose length is twice the area. The sum over the fan equals that over the edges.
 Vec3d newell_normal(std::span<const Vec3f> corners) {
   Vec3d sum;
   Vec3d edge = between(corners[0], corners[1]);
@@ -33,8 +33,8 @@ Vec3d newell_normal(std::span<const Vec3f> corners) {
   return sum;
 }
 
-// A corner that stands into its polygon by no more than the rounding of coordinates: heights below
-// 4 * 2^-24 of the largest coordinate over an edge of length |edge|.
+// Tolerance for a corner that stands into its polygon by no more than the rounding of coordinates:
+// heights below 4 * 2^-24 of the largest coordinate over an edge of length |edge|.
 double slack(std::span<const Vec3f> corners, const Vec3d& edge, const Vec3d& normal) {
   double largest = 0;
   for (const Vec3f& c : corners)
@@ -90,7 +90,8 @@ void PolygonCutter::cut_off(std::uint32_t corner) {
   triangles_.push_back({before, corner, behind});
   next_[before] = behind;
   previous_[behind] = before;
-  // What was convex stays so; what stood inward may have straightened, and the corner is gone.
+  // Convex corners stay convex. Neighbours that stood inward may have straightened, and the corner
+  // itself is gone.
   std::erase_if(reflex_, [&](std::uint32_t p) {
     return p == corner ||
            ((p == before || p == behind) && twice_area(previous_[p], p, next_[p]) > 0);
@@ -116,7 +117,8 @@ std::span<const PolygonCutter::Triangle> PolygonCutter::cut(std::span<const Vec3
   reflex_.clear();
   next_.resize(count);
   previous_.resize(count);
-  // Along the axis nearest to the normal, so that the polygon goes round to the left.
+  // The projection is along the axis nearest to the normal, so that the polygon goes round to the
+  // left.
   for (std::uint32_t i = 0; i < count; ++i) {
     const Vec3f& c = corners[i];
     const Point p = x >= y && x >= z ? Point{c.y, c.z} : y >= z ? Point{c.z, c.x} : Point{c.x, c.y};
@@ -147,7 +149,7 @@ std::span<const PolygonCutter::Triangle> PolygonCutter::cut(std::span<const Vec3
       refused = 0;
     }
   }
-  // What is left over turns the other way where edges have crossed.
+  // The triangle that is left over turns the other way where edges have crossed.
   is_guessed_ = is_guessed_ || twice_area(previous_[at], at, next_[at]) < 0;
   triangles_.push_back({previous_[at], at, next_[at]});
   return triangles_;

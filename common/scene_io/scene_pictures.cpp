@@ -9,7 +9,7 @@
 namespace tessera {
 namespace {
 
-// What tells two pictures of one file apart.
+// Key that tells two pictures of one file apart.
 std::string variant_of(const PictureUse& source) {
   std::string text = source.name;
   if (source.base != 0 || source.gain != 1)
@@ -21,7 +21,7 @@ std::string variant_of(const PictureUse& source) {
   return text;
 }
 
-// [0, 3]: a channel, or luminance.
+// channel_of() gives a channel in [0, 3], or kLuminance.
 constexpr int kLuminance = 4;
 int channel_of(const PictureUse& source, const Texture& picture) {
   switch (source.channel) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pictures that a scene file names as textures of the scene: each file is decoded once, and kept once for
-// every way in which it is used (colour, plain numbers, one channel, heights).
+// The pictures that a scene file names as textures of the scene: each file is decoded once, and
+// kept once for every way in which it is used (colour, plain numbers, one channel, heights).
 //
 // A picture that cannot be had becomes one warning, and its reference stays unset. Threads. One.
 #pragma once
@@ -27,36 +27,36 @@ struct PictureUse {
   TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
   bool is_nearest = false;
   char channel = 0;  // of a picture of numbers: r g b m (alpha) l z (luminance); 0: by its content
-  std::vector<std::string> not_drawn;  // options of the file that are not, for a warning
+  std::vector<std::string> not_drawn;  // options of the file that are left out, for a warning
 };
 
 class ScenePictures {
  public:
-  // Requires: both outlive it.
+  // Requires: both arguments outlive this object.
   ScenePictures(Scene& scene, const TextureLoader& load) : scene_(scene), load_(load) {}
 
-  // Where warnings go from now on; outlives what follows.
+  // Sends warnings to `warnings` from now on. Requires: it outlives the calls that follow.
   void set_warnings(WarningGroup* warnings) { warnings_ = warnings; }
 
   TextureRef color(const PictureUse& source);   // by the picture's own encoding
   TextureRef normal(const PictureUse& source);  // a normal map
-  // Heights, or a normal map in their place, which is told by its content; `scale` is the material's
-  // normal_scale then.
+  // Heights, or a normal map in their place, which is recognised by its content; in that case
+  // `scale` is the material's normal_scale.
   TextureRef bump(const PictureUse& source, float& scale);
-  // The channel that the use names; where it names none, the alpha that the picture has, else its
-  // luminance.
+  // Opacity from the channel that the use names; where it names none, from the picture's alpha, or
+  // from its luminance where it has no alpha.
   TextureRef opacity(const PictureUse& source, std::uint32_t& channel);
-  // Roughness in green and metalness in blue, of two pictures or one; null: 1 there.
+  // Roughness in green and metalness in blue, from two pictures or one; null: 1 in that channel.
   TextureRef roughness_metalness(const PictureUse* roughness, const PictureUse* metalness);
   // The roughness that a material of the exponent `ns` times the picture has, in green.
   TextureRef roughness_of_exponents(const PictureUse& source, float ns);
-  // Whether the picture of a colour has an alpha channel that says something.
+  // Whether the picture of a colour has any alpha below 1.
   bool has_alpha(const PictureUse& source);
 
  private:
   using Maker = std::function<std::shared_ptr<const Texture>(const Texture& picture)>;
 
-  // Null where there is none. Base and gain, wrapping and filter are done.
+  // Returns: the picture with base and gain, wrapping and filter applied; null where there is none.
   std::shared_ptr<const Texture> picture(const PictureUse& source);
   std::shared_ptr<const Texture> load(const PictureUse& source);
   // The texture that `make` makes of the picture, once for each `use`.

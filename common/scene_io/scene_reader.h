@@ -2,8 +2,9 @@
 // What every scene reader returns and asks for.
 //
 // Readers keep the order of the file: triangle i of the flattened scene is the i-th of the file,
-// polygons cut into corners - 2 triangles (polygon.h). Degenerate triangles keep their number and are counted in one warning. A
-// non-finite coordinate or an index out of range refuses the file, naming element and line.
+// polygons cut into corners - 2 triangles (polygon.h). Degenerate triangles keep their number and
+// are counted in one warning. A non-finite coordinate or an index out of range refuses the file,
+// naming element and line.
 #pragma once
 
 #include <functional>

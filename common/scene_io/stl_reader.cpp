@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // STL, binary and text (3D Systems, "StereoLithography interface specification", 1988).
 //
-// A file is binary where its size is that of the triangles it announces, whatever its first word is:
-// many binary files begin with "solid" all the same.
+// A file is binary where its size is that of the triangles it announces, whatever its first word
+// is: many binary files begin with "solid" all the same.
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -31,7 +31,7 @@ Vec3f little_vector(const char* bytes) {
   return {little<float>(bytes), little<float>(bytes + 4), little<float>(bytes + 8)};
 }
 
-// Bits, with one zero.
+// Hash of the bits, where -0 counts as 0.
 struct PositionHash {
   std::size_t operator()(const Vec3f& p) const {
     std::uint64_t h = 0;
@@ -102,7 +102,7 @@ class StlReader {
     return Status::ok();
   }
 
-  // Whatever is written in capitals, too; several solids are one.
+  // Reads words in capitals, too; several solids become one mesh.
   Status read_text() {
     TextScanner scanner(bytes_);
     Vec3f normal, corners[3];
@@ -147,7 +147,7 @@ class StlReader {
     return text;
   }
 
-  // NaN for what is none.
+  // Reads three numbers, with NaN in place of what is none.
   static Vec3f numbers(TextScanner& scanner) {
     const auto x = scanner.number<float>(), y = scanner.number<float>(),
                z = scanner.number<float>();

@@ -54,7 +54,7 @@ bool has_alpha(const Texture& texture) {
 
 bool is_normal_map(const Texture& texture) {
   // Filters and compression shorten normals by a tenth or so; of random colours half are that far
-  // off. A texel of 64 tells enough.
+  // off. A sample of texels, some 256 in a row, is enough.
   std::size_t count = 0, directions = 0;
   double outward = 0;
   const int step = std::max(1, std::max(texture.width_px, texture.height_px) / 256);
@@ -115,7 +115,7 @@ std::shared_ptr<Texture> normals_of_heights(const Texture& heights, float bump) 
     return level[index(beyond_edge(x, width, heights.wrap_u),
                        beyond_edge(y, height, heights.wrap_v))];
   };
-  // Texels that the whole height is worth, over the two texels and the weights 1, 2, 1 of a slope.
+  // The whole height in texels, divided by the two texels and the weights 1, 2, 1 of a slope.
   const float scale = kBumpHeight * bump * static_cast<float>(std::max(width, height)) / 8;
   Vec3f normal;
   return make_texture(heights, width, height, [&](int x, int y, int channel) {

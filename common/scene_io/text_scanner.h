@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scans text in one memory buffer, line by line and word by word; no copies, no locale. Shared by
-// the readers. Threads. Plain values.
+// Scans text in one memory buffer, line by line and word by word, without copies or locale. All
+// readers share it.
+// Threads. Plain values.
 #pragma once
 
 #include <charconv>
@@ -31,7 +32,7 @@ class TextScanner {
     line_ = physical_line();
     return true;
   }
-  // The same, but a line that ends in a backslash goes on in the next one.
+  // Like next_line(), but a line that ends in a backslash goes on in the next one.
   bool next_logical_line() {
     if (!next_line()) return false;
     if (line_.empty() || line_.back() != '\\') return true;
@@ -96,7 +97,7 @@ class TextScanner {
     return line;
   }
 
-  // Too small for a float is zero; too large is refused as not finite by whoever asked.
+  // A number too small for a float is zero; one too large is infinite, which the caller refuses.
   template <typename T>
   static std::optional<T> out_of_range(std::string_view text) {
     if constexpr (std::is_floating_point_v<T>) {
@@ -111,7 +112,7 @@ class TextScanner {
   }
 
   std::string_view rest_, line_;
-  std::string joined_;  // a line that went on
+  std::string joined_;  // a line that went on over several
   std::uint64_t line_number_ = 0;
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Colours of vertices, as programs write them into OBJ and PLY files: shares of what a display shows.
+// Colours of vertices, as programs write them into OBJ and PLY files: shares of what a display
+// shows.
 // Threads. Pure functions.
 #pragma once
 

@@ -15,7 +15,7 @@
 
 namespace tessera {
 
-// Far more kinds than any format has keys: a bound for files made to be warned of.
+// A bound for files that are made to cause warnings; no format has nearly as many keys.
 inline constexpr std::size_t kWarningKindsMax = 1000;
 
 class WarningGroup {
@@ -23,10 +23,10 @@ class WarningGroup {
   // `file` opens every line.
   explicit WarningGroup(std::string file) : file_(std::move(file)) {}
 
-  // `kind` says which warnings are alike (a key of the format, as a rule) and is never shown; `text`
-  // names object and key, says what is wrong and what is done instead.
+  // `kind` says which warnings are alike (a key of the format, as a rule) and is never shown;
+  // `text` names object and key, says what is wrong and what is done instead.
   void add(std::string_view kind, std::string text);
-  // The same, for what needs no count.
+  // Like add(), for a warning that needs no count.
   void add_once(std::string_view kind, std::string text);
 
   // "FILE: TEXT" or "FILE: TEXT (and N more like it)".

@@ -21,7 +21,7 @@ std::size_t line_of(int b, int c) { return static_cast<std::size_t>(c * kSide + 
 std::size_t number(Axis axis) { return static_cast<std::size_t>(axis); }
 
 // The whole numbers in [low, high] that are places on the lattice, as [first, last]. Conversions to
-// int instead of ceil() and floor(): most triangles of a large scene end here.
+// int take the place of ceil() and floor(), because most triangles of a large scene end here.
 struct Places {
   int first, last;
   Places(double low, double high) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What rays along the three axes meet, from every point of a lattice in a scene's box: the walls of
-// rooms, seen from all over at once.
+// What rays along the three axes hit, from every point of a lattice in a scene's box. So the walls
+// of rooms are seen from all over at once.
 //
 // The rays of one axis are parallel, so that each triangle is drawn once onto the lattice of each
 // axis, as a rasteriser would, and no spatial index is needed: one pass over all triangles,
@@ -36,8 +36,8 @@ class AxisRays {
   // Requires: a valid scene, and its box.
   AxisRays(const Scene& scene, const Bounds3f& bounds);
 
-  // Whether there are rays at all: not where the scene has no volume, or more triangles cross its
-  // rays than kCrossingsMax times.
+  // Whether there are no rays: the scene has no volume, or its triangles cross the rays more than
+  // kCrossingsMax times.
   bool is_empty() const { return met_[0].empty(); }
 
   static int index(int x, int y, int z) { return (z * kSide + y) * kSide + x; }

@@ -21,7 +21,7 @@ double greatest_coordinate(Vec3d a) {
   return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)});
 }
 
-// What framing asks of the map, in the camera's axes.
+// Questions of framing to the map, in the camera's axes.
 struct Silhouette {
   const SupportMap& map;
   Vec3d ahead, right, above;

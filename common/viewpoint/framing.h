@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a camera stands that shows a whole scene: its distance and place from the projection of the
-// vertices themselves, not of a box.
+// Places a camera that shows a whole scene. Its distance and place follow from the projection of
+// the vertices themselves, not of a box.
 //
 // For a fixed direction and opening angle each vertex must lie inside four planes through the eye.
 // Each plane is a linear constraint on the eye with the same normal for all vertices, so that of
@@ -27,8 +27,8 @@ struct Framing {
   double aspect = 1;  // width / height
 };
 
-// The camera that looks along framing.view and in whose picture the vertices take up kFramedShare,
-// the others' middle in the middle of the picture. Its target is on the line of sight halfway
+// The camera that looks along framing.view and in whose picture the vertices take up kFramedShare
+// and lie in the middle, in both directions. Its target is on the line of sight halfway
 // between the nearest and the farthest vertex. Exact but for the rounding of eye and target to
 // float: with M their greatest coordinate and z the distance of the nearest vertex, a vertex is
 // off by at most 2^-21 M / z of the picture's height times 1 + 1 / tan(vfov / 2).

@@ -18,7 +18,7 @@ std::size_t at(int sight) {
   return static_cast<std::size_t>((sight % kSights + kSights) % kSights);
 }
 
-// Nearest thing at one of the two heights.
+// Distance of the nearest surface at either of the two heights.
 double clearance(const EyePlace& place) {
   const auto nearest = [](const Sights& sights) {
     return *std::min_element(sights.distance.begin(), sights.distance.end());
@@ -43,7 +43,7 @@ struct RoomAround {
   RoomAround(const AxisRays& rays, int index) {
     const Vec3d p = rays.point(index), low = widened(rays.bounds().lower),
                 high = widened(rays.bounds().upper);
-    // As far as the box reaches, where a ray leaves.
+    // A ray that leaves reaches as far as the box.
     const auto reach = [&](Axis axis, double to_side) {
       const AxisRays::Met met = rays.met(index, axis);
       return met.is_any() ? double{met.distance} : to_side;

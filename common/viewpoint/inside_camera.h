@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a camera stands inside a room, and which way it looks: a pure decision on how far one sees
-// from some places.
+// Decides where a camera stands inside a room, and which way it looks, from how far one sees from
+// some places.
 //
 // The rule. The eye is at half the height from floor to ceiling, or half the room's lesser width
 // where that is less (a hall is seen from below its middle): the floor and the ceiling then take
 // up equal parts of a level picture, and nothing depends on the file's unit of length. Of all
 // places and directions that one is taken from which the picture shows most of the room: the area
-// of the floor plan that lies within the picture's width, at eye height and at half of it (above and
-// below the backs of chairs), times the room's height there (the nave rather than the aisle). The area grows with the square of the free sight, so that
-// the camera stands at one end and looks along the longest. A sight that leaves the scene shows
-// nothing. Places nearer to a wall than a quarter of the eye's height do not count as long as there
-// are others (half the clearance of the freest place is enough).
+// of the floor plan that lies within the picture's width, at eye height and at half of it (above
+// and below the backs of chairs), times the room's height there (the nave rather than the aisle).
+// The area grows with the square of the free sight, so that the camera stands at one end and looks
+// along the longest. A sight that leaves the scene shows nothing. Places nearer to a wall than a
+// quarter of the eye's height do not count as long as there are others (half the clearance of the
+// freest place is enough).
 //
 // The target is half as far away as the nearest wall, floor or ceiling, so that turning about it is
 // looking around and never leaves the room.
@@ -30,7 +31,7 @@ namespace tessera {
 inline constexpr int kSights = 64;  // level directions, by equal angles
 inline constexpr double kInsideVfovDegrees = 60;
 
-// Direction i: 0 is -z, then towards +x.
+// Level direction i: 0 is -z, and rising i turn towards +x.
 Vec3d sight_direction(int i);
 
 // How far one sees from a point in level directions, world units; infinite where nothing is met.
@@ -44,8 +45,8 @@ struct EyePlace {
   double above_floor = 0, below_ceiling = 0;  // of the eye
 };
 
-// Places at eye height in rooms, all over the scene, kEyePlacesMax at most; sights not yet known.
-// Empty where there are no rooms.
+// Returns: places at eye height in rooms, all over the scene, kEyePlacesMax at most; empty where
+// there are no rooms. Their sights are not yet known.
 inline constexpr std::size_t kEyePlacesMax = 192;
 std::vector<EyePlace> eye_places(const AxisRays& rays);
 
@@ -53,8 +54,8 @@ std::vector<EyePlace> eye_places(const AxisRays& rays);
 // cut the level plane of an eye do so in a line, which covers a range of directions).
 void measure_sights(const Scene& scene, std::vector<EyePlace>& places);
 
-// The rule. Requires: places with sights, not empty. Vertical opening angle and width / height are
-// the picture's.
+// Applies the rule above. Requires: places with sights, not empty. The vertical opening angle and
+// width / height are the picture's.
 Camera inside_camera(std::span<const EyePlace> places, double vfov_degrees, double aspect);
 
 }  // namespace tessera

@@ -6,7 +6,7 @@
 namespace tessera {
 namespace {
 
-// Aside and down for one ahead.
+// How far the view goes aside and down for one unit ahead.
 constexpr double kAside = 0.55, kDown = 0.42;
 
 Vec3d along(Axis axis) {
@@ -52,7 +52,7 @@ Camera SceneOverview::camera_of_all(const Camera& seen, double aspect) const {
   return framed_camera(map_, framing);
 }
 
-// The side is the one of those that the eye is beyond from which it is farthest.
+// Of the sides that the eye is beyond, the one that counts is that from which it is farthest.
 bool SceneOverview::stands_before_open_side(Vec3f eye) const {
   Axis side = Axis::kAhead;
   double farthest = 0;

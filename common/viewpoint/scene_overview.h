@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The camera of a scene that brings none, and the one that shows all of it again: from outside the
-// whole object, of an interior the room from within.
+// The camera of a scene that brings none, and the one that shows all of a scene again. An object is
+// shown whole from outside, an interior from within.
 //
-// From outside (framing.h): from the front (interior.h; mostly +z), 29 degrees to the right and 20 above,
-// so that of a box three sides are seen; vfov 45 degrees. An interior that is open in front, as a Cornell box is, is looked into straight
-// from there; any other is shown from within (inside_camera.h), vfov 60 degrees. +y is up.
+// A view from outside (framing.h) is from the front (interior.h; mostly +z), 29 degrees to the
+// right and 20 above, so that three sides of a box are seen; vfov 45 degrees. An interior that is
+// open in front, as a Cornell box is, is looked into straight from there; any other is shown from
+// within (inside_camera.h), vfov 60 degrees. +y is up.
 //
 // Everything is computed here from the scene's values, in doubles, in a few passes over its
-// triangles: the answer depends on no cluster, no instruction set and no slave that may not be there
-// yet. Refused: small pictures of distances from the slaves, which do not tell a room's wall from
-// the inside of a bunny (fronts and backs look the same) and need a built scene first; the ray core
-// in the master, which would build a tree of every scene for some thousand rays.
+// triangles: the answer depends on no cluster, no instruction set and no slave that may not be
+// there yet. Refused: small pictures of distances from the slaves, which do not tell a room's wall
+// from the inside of a bunny (fronts and backs look the same) and need a built scene first; the ray
+// core in the master, which would build a tree of every scene for some thousand rays.
 //
 // Threads. Immutable after construction; shares the scene's meshes.
 #pragma once
@@ -32,12 +33,12 @@ class TESSERA_API SceneOverview {
   // Whether default_camera() stands inside.
   bool is_inside() const { return !places_.empty() && !evidence_.is_open(evidence_.view()); }
 
-  // aspect: width / height of the picture. A scene without triangles: Camera{}.
+  // `aspect` is width / height of the picture. Returns: Camera{} for a scene without triangles.
   Camera default_camera(double aspect) const;
 
-  // All of the scene, for a person who looks at it with `seen`: keeps its direction, up and opening
-  // angle. Of an interior the view from within, unless the eye stands outside before an open side.
-  // Requires: seen is valid.
+  // The camera that shows all of the scene to a person who looks at it with `seen`; it keeps the
+  // direction, up and opening angle of `seen`. An interior is shown from within, unless the eye
+  // stands outside before an open side. Requires: `seen` is valid.
   Camera camera_of_all(const Camera& seen, double aspect) const;
 
  private:

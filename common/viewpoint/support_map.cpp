@@ -30,7 +30,7 @@ struct Height {
     offset = column(3);
   }
   double of(Vec3f p) const { return normal.x * p.x + normal.y * p.y + normal.z * p.z + offset; }
-  // No point of the box is higher, but for a rounding.
+  // Upper bound: no point of the box is higher, but for a rounding.
   double bound(const Bounds3f& box) const {
     return std::max(normal.x * box.lower.x, normal.x * box.upper.x) +
            std::max(normal.y * box.lower.y, normal.y * box.upper.y) +

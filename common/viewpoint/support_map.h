@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The support mapping of a scene: which vertex of its triangles lies farthest along a direction.
 // (E. Gilbert, D. Johnson, S. Keerthi, "A Fast Procedure for Computing the Distance Between Complex
-// Objects", 1988, section 3.) All that a camera's framing asks of a scene's shape.
+// Objects", 1988, section 3.) A camera's framing asks nothing else of a scene's shape.
 //
 // Answers are exact: boxes of runs of triangles only tell where to look. Reading a mesh is one pass
 // over its triangles, however many instances show it; no instance is ever copied. Vertices that no
@@ -26,10 +26,11 @@ class SupportMap {
 
   bool is_empty() const { return instances_.empty(); }  // no triangle at all
 
-  // In the world, rounded in doubles only. Requires: !is_empty(), a finite direction.
+  // The farthest vertex in the world, rounded in doubles only. Requires: !is_empty(), a finite
+  // direction.
   Vec3d farthest(Vec3d direction) const;
 
-  // Of the world, of all these vertices; empty where there are none.
+  // World box of all these vertices; empty where there are none.
   Bounds3f bounds() const;
 
  private:

@@ -26,7 +26,7 @@ BlockAssembly::Put BlockAssembly::put(std::uint32_t index, std::span<const std::
   if (has(index)) return Put::kKnown;
   if (sha256(bytes) != chunks_[index]) return Put::kWrong;
   if (!bytes_) {
-    // Reserved, not filled: pages are touched as chunks come, and the place never moves.
+    // The memory is reserved and not filled: pages are touched as chunks come, and nothing moves.
     auto reserved = std::make_shared<std::vector<std::byte>>();
     reserved->reserve(static_cast<std::size_t>(size_bytes_));
     bytes_ = std::move(reserved);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One block of a scene on its way: takes chunks in any order, believes none before its digest has
-// been checked, and hands out the checked ones while others are still missing.
+// A block of a scene that is being received. It takes chunks in any order, believes none before its
+// digest has been checked, and hands out the checked ones while others are still missing.
 //
 // Threads. One owner. Pure.
 // Invariants. (1) Bytes are taken for the block as chunks come, up to its announced size and never
@@ -22,7 +22,7 @@ namespace tessera::wire {
 
 class BlockAssembly {
  public:
-  // A block of one chunk is its own list.
+  // A block of one chunk has its own digest as its list.
   BlockAssembly(const Digest& digest, std::uint64_t size_bytes);
 
   // Returns: false when the list does not have the block's digest.
@@ -31,7 +31,7 @@ class BlockAssembly {
   const ChunkDigests& list() const { return chunks_; }
 
   enum class Put { kStored, kKnown, kWrong };
-  // Requires: has_list(), index < count(), the chunk's very size. Throws: std::bad_alloc.
+  // Requires: has_list(), index < count(), as many bytes as the chunk has. Throws: std::bad_alloc.
   Put put(std::uint32_t index, std::span<const std::byte> bytes);
 
   std::uint32_t count() const { return chunk_count(size_bytes_); }

@@ -15,7 +15,7 @@ namespace tessera::wire {
 namespace {
 
 constexpr int kZstdLevel = 1;
-// A window of the largest piece; what a decoder takes for itself is bounded with it.
+// The window holds the largest piece; it also bounds the memory that a decoder takes for itself.
 constexpr int kZstdWindowLogMax = 20;
 
 struct FreeCoder {

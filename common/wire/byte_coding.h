@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lossless coding of bulk bytes (pixels, pieces of scenes): LZ4, Zstandard at its first level, or
-// none. Which one pays on a link is CodecChooser's to say.
+// none. CodecChooser decides which one pays on a link.
 //
 // Formats: LZ4 block format (Collet, lz4_Block_format.md), Zstandard frames (RFC 8878).
 //
@@ -18,7 +18,7 @@
 
 namespace tessera::wire {
 
-// The numbers travel.
+// The numbers travel on the wire.
 enum class ByteCoding : std::uint8_t { kNone = 0, kLz4 = 1, kZstd = 2 };
 inline constexpr int kByteCodingCount = 3;
 

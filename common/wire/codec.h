@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages to records and back: protobuf headers with raw payloads beside them.
+// Turns messages into records and back: protobuf headers with raw payloads beside them.
 // Threads. Pure functions, any thread. Invariant: what decode() hands out has passed every check
 // that a single message can be put to: counts against bytes, ranges, finite numbers.
 #pragma once
@@ -10,11 +10,12 @@
 
 namespace tessera::wire {
 
-// Limits of every record type, for net::Connection: unknown types have none and are refused before
+// Limits of every record type, for net::Connection. Types without limits are refused before
 // allocation. Before the handshake only Hello, Join and Refuse are allowed.
 const net::RecordLimits& pre_auth_limits();
 const net::RecordLimits& session_limits();
-// Between slaves: of a child that has not said its token, of one that has, and of a feeder.
+// Limits between slaves: a feeder's for a child that has not said its token, a feeder's for one
+// that has, and a child's for its feeder.
 const net::RecordLimits& relay_join_limits();
 const net::RecordLimits& relay_feeder_limits();
 const net::RecordLimits& relay_child_limits();

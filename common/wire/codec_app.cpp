@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a frame cost, and the question how the cluster is (codec_status.cpp: the answer).
+// Codec of what a frame cost, and of the request for the cluster's state, whose reply is in
+// codec_status.cpp.
 #include "common/wire/codec_internal.h"
 #include "proto/stats.pb.h"
 

@@ -38,7 +38,7 @@ ByteCoding CodecChooser::next(ByteCodingMask allowed) {
     const bool is_allowed = (allowed & coding_bit(codec)) != 0;
     if (is_allowed && seconds_per_byte(codec) < seconds_per_byte(best)) best = codec;
   }
-  // To leave a codec that only costs needs no gain.
+  // Leaving a codec that only costs time needs no gain.
   const double gain_min = best == ByteCoding::kNone ? 0 : kGainMin;
   if (seconds_per_byte(best) < (1 - gain_min) * seconds_per_byte(chosen_)) chosen_ = best;
   return chosen_;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which coding pays on a link: the one with which a byte is soonest at the other end, coding
-// counted. A link of r bytes a second takes 1 / r for a plain byte; a codec of c bytes a second
-// that leaves the share q of them takes 1 / c + q / r. Speed and share are measured on the very
-// pieces that are sent, for each codec alone.
+// Chooses the coding that pays on a link: the one with which a byte is soonest at the other end,
+// the time of coding counted. A link of r bytes a second takes 1 / r for a plain byte; a codec of c
+// bytes a second that leaves the share q of them takes 1 / c + q / r. Speed and share are measured
+// on the pieces that are sent, for each codec alone.
 //
 // Threads. One owner. Pure.
 // Invariants. (1) A link without a measured rate is never coded for. (2) A codec is taken up
@@ -26,13 +26,14 @@ class CodecChooser {
   static constexpr unsigned kTryEvery = 64;  // pieces between two trials of a codec not in use
   static constexpr double kNewestWeight = 0.125;
 
-  // Bytes per second; nothing: never seen with a queue.
+  // Sets the measured rate, bytes per second; nothing: the link was never seen with a queue.
   void set_link(std::optional<double> bytes_per_second);
 
   // The coding for the next piece, one of `allowed` or none.
   ByteCoding next(ByteCodingMask allowed);
 
-  // How it went. `coded_bytes` is `plain_bytes` for a piece that would not have shrunk.
+  // Takes the measurement of one piece. `coded_bytes` is `plain_bytes` for a piece that would not
+  // have shrunk.
   void measured(ByteCoding coding, std::size_t plain_bytes, std::size_t coded_bytes,
                 double seconds);
 
@@ -42,7 +43,7 @@ class CodecChooser {
  private:
   struct Measure {
     double seconds_per_byte = 0;
-    double share = 1;  // of the bytes that is left
+    double share = 1;  // of the bytes that coding leaves
     bool is_known = false;
     unsigned pieces_since = 0;
   };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Handshake, liveness, farewell.
+// Codec of the messages of handshake, liveness and farewell.
 #include "common/wire/codec_internal.h"
 #include "proto/envelope.pb.h"
 

@@ -47,7 +47,7 @@ class FieldCheck {
   Status status_;
 };
 
-// Cuts to kReasonBytesMax and replaces what FieldCheck::line would refuse.
+// Cuts a text to kReasonBytesMax and replaces what FieldCheck::line would refuse.
 std::string clean_line(std::string text);
 
 template <typename Header>
@@ -68,7 +68,7 @@ net::Record make_record(RecordType type, const Header& header, net::SharedBytes 
   return record;
 }
 
-// Little-endian, whatever the machine.
+// Appends a number in little-endian order, whatever the machine.
 template <typename T>
 void put_le(std::vector<std::byte>& out, T value) {
   static_assert(std::is_unsigned_v<T>);

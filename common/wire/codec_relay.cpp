@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slaves that feed slaves.
+// Codec of the messages with which slaves feed slaves.
 #include "common/wire/codec_internal.h"
 #include "proto/scene.pb.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene stream.
+// Codec of the messages of the scene stream.
 #include "common/wire/codec_internal.h"
 #include "proto/scene.pb.h"
 

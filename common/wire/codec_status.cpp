@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of the cluster: one packed entry for each slave, and its details where wanted.
+// Codec of the cluster's state: one packed entry for each slave, and its details where wanted.
 #include <bit>
 
 #include "common/wire/codec_internal.h"
@@ -9,8 +9,8 @@ namespace tessera::wire {
 
 namespace {
 
-// After the name: threads u32, isa u8, tiles_in_flight u32, tiles_done u64, utilisation f64,
-// rtt_seconds f64, scene_version u64, tile_port u16, scene_port u16.
+// Numbers of an entry, behind the name: threads u32, isa u8, tiles_in_flight u32, tiles_done u64,
+// utilisation f64, rtt_seconds f64, scene_version u64, tile_port u16, scene_port u16.
 constexpr std::size_t kStatusNumbersBytes = 4 + 1 + 4 + 8 + 8 + 8 + 8 + 2 + 2;
 static_assert(1 + kNameBytesMax + kStatusNumbersBytes <= kStatusEntryBytesMax);
 static_assert(kNameBytesMax <= 255, "the length of a name is one byte");
@@ -66,9 +66,10 @@ std::size_t get_slave(std::span<const std::byte> in, FieldCheck& check, SlaveSta
   return entry_bytes;
 }
 
-// Each after its entry, little-endian in this order: state u8, prefetch_depth u32, tiles_per_second
-// f64, tile_seconds f64, issued, accepted, rejected, abandoned, queue_bytes, bytes_sent,
-// bytes_received u64, ordinal u16. A later version puts more behind: what is not known is skipped.
+// Details of a slave, behind its entry, little-endian in this order: state u8, prefetch_depth u32,
+// tiles_per_second f64, tile_seconds f64, issued, accepted, rejected, abandoned, queue_bytes,
+// bytes_sent, bytes_received u64, ordinal u16. A later version puts more behind; bytes that this
+// one does not know are skipped.
 constexpr std::size_t kDetailBytes = 1 + 4 + 2 * 8 + 7 * 8 + 2;
 static_assert(1 + kNameBytesMax + kStatusNumbersBytes + kDetailBytes <= kStatusEntryBytesMax);
 
@@ -157,7 +158,7 @@ void put_pace(const ClusterPace& p, proto::ClusterPace& h) {
   h.set_tile_seconds_p95(p.tile_seconds_p95);
 }
 
-// An older master sends none: all zero then.
+// An older master sends no pace; all values are zero then.
 ClusterPace get_pace(const proto::ClusterPace& h, FieldCheck& check) {
   check.range("pace.heartbeat_ms", h.heartbeat_ms(), 0, kHeartbeatMsMax);
   check.range("pace.heartbeats_missed_max", h.heartbeats_missed_max(), 0, kHeartbeatsMissedLimit);
@@ -205,7 +206,7 @@ Result<Message> decode_status_reply(net::ReceivedRecord record) {
   if (!parse_header(record, h)) return bad_header("StatusReply");
   FieldCheck check("StatusReply");
   check.range("slave_count", h.slave_count(), 0, kConnectionsMax);
-  // Nothing, or at least what this version knows.
+  // The details are absent, or hold at least what this version knows.
   if (h.detail_bytes() != 0)
     check.range("detail_bytes", h.detail_bytes(), kDetailBytes, kStatusEntryBytesMax);
   if (!check.is_ok()) return check.status();

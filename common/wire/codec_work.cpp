@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames, tiles and pixels.
+// Codec of the messages of frames, tiles and pixels.
 #include "common/wire/codec_internal.h"
 #include "proto/work.pb.h"
 
@@ -38,7 +38,7 @@ void put_settings(const FrameSettings& s, proto::FrameSettings& h) {
   h.set_planes(s.planes.bits());
 }
 
-// The numbers are narrowed only after their range is known.
+// Numbers are narrowed only after their range is known.
 void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldCheck& check,
                   FrameSettings& s) {
   check.range("settings.width_px", h.width_px(), 1, kImageSideMaxPx);

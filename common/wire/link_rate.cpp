@@ -34,8 +34,9 @@ void LinkRate::observe(const net::LinkCounters& counters) {
     }
     return;
   }
-  // Without a queue the link shows only how fast it is at least. What was measured stands until
-  // that is clearly more: a coding that made the queue vanish must not be given up for it.
+  // Without a queue the link shows only how fast it is at least. The measured rate stands until
+  // that is clearly more: a coding that made the queue vanish must not be given up because it
+  // vanished.
   free_bytes_ += moved;
   free_seconds_ += busy;
   if (free_seconds_ < seconds_of(kBusyMin)) return;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// How fast a link carries bytes, from the counters of its connection: bytes moved over the time in
-// which there was something to move, while a queue stood somewhere on the way. A link that never
-// queues has no rate: it is faster than what it is given.
+// Measures how fast a link carries bytes, from the counters of its connection: bytes moved over the
+// time in which there was something to move, while a queue stood somewhere on the way. A link that
+// never queues has no rate: it is faster than what it is given.
 //
-// A queue stands when bytes wait in the connection; or when enough are on the way as we look, before
-// more are added, and the round trip has grown to twice its least and by at least kQueueingMin:
-// results that are leased a few at a time fit into the buffers between the machines and never wait
-// in ours. The round trip alone would not do: an acknowledgement may be put off by 40 ms on an idle
-// link, but never for more than the last two segments.
+// A queue stands when bytes wait in the connection; or when at least kOnTheWayMin bytes are on the
+// way before more are added, and the round trip has grown to twice its least and by at least
+// kQueueingMin. The second rule is for results that are leased a few at a time: they fit into the
+// buffers between the machines and never wait in ours. The round trip alone would not do: an
+// acknowledgement may be put off by 40 ms on an idle link, but never for more than the last two
+// segments.
 //
 // Threads. One owner. Pure: the counters come in, no clock is read.
 #pragma once
@@ -22,10 +23,11 @@ namespace tessera::wire {
 
 class LinkRate {
  public:
-  // Below it a standing queue is noise, and the bytes in it not worth coding.
+  // Below these a standing queue is noise, and the bytes in it are not worth coding.
   static constexpr std::chrono::microseconds kQueueingMin{2000};
   static constexpr std::uint64_t kOnTheWayMin = 4 * 1460;
-  // Busy time that makes a first judgement, and that the past is weighed with against the present.
+  // Busy time after which there is a first rate, and busy time with which the past counts at most
+  // beside the present.
   static constexpr std::chrono::microseconds kBusyMin{20'000}, kMemory{1'000'000};
 
   void observe(const net::LinkCounters& counters);
@@ -36,7 +38,7 @@ class LinkRate {
  private:
   std::optional<net::LinkCounters> last_;
   double bytes_ = 0, busy_seconds_ = 0;
-  // Time on the way without a queue since one was last seen: the link has become fast.
+  // Busy time and bytes without a queue since one was last seen; they show a link that became fast.
   double free_seconds_ = 0, free_bytes_ = 0;
 };
 

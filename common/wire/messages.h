@@ -29,9 +29,9 @@ inline constexpr std::uint16_t kProtocolVersionMax = 1;
 
 enum class Role : std::uint8_t { kSlave = 0, kApp = 1, kStatus = 2 };
 
-// ---- handshake, both directions named from the master's side
-// ------------------------------------- First record on a slave's tile connection, an application's
-// or a status client's connection.
+// ---- handshake, both directions named from the master's side ----
+
+// First record on a slave's tile connection, an application's or a status client's connection.
 struct Hello {
   Role role = Role::kSlave;
   std::uint16_t version_min = kProtocolVersionMin, version_max = kProtocolVersionMax;
@@ -43,11 +43,11 @@ struct Hello {
   std::uint16_t relay_port = 0;    // slave: where it listens for slaves that it feeds; 0: nowhere
   std::uint64_t relay_token = 0;   // slave: what those must say
 };
-// Answer: the session exists; the slave now opens its scene connection with Join.
+// Answer to Hello: the session exists. A slave now opens its scene connection with Join.
 struct Welcome {
   std::uint16_t version = 0;
   SessionId session = 0;
-  std::uint64_t token = 0;  // random; the scene connection proves with it that it belongs
+  std::uint64_t token = 0;  // random; it proves that the scene connection belongs to the session
   std::uint32_t heartbeat_ms = 0, heartbeats_missed_max = 0;
 };
 // First record on a slave's scene connection. Answered by Joined.
@@ -67,7 +67,7 @@ enum class RefuseCode : std::uint8_t {
   kFull = 6,
   kProtocol = 7,
 };
-// Last record before the sender closes: why. Any direction, any connection.
+// Last record before the sender closes, with the reason. Any direction, any connection.
 struct Refuse {
   RefuseCode code = RefuseCode::kProtocol;
   std::string reason;  // one line for a person
@@ -79,16 +79,16 @@ struct Ping {
 };
 struct Pong {
   std::uint64_t sent_ns = 0;
-  std::uint64_t answered_ns = 0;  // the answerer's own clock; 0: it does not say
+  std::uint64_t answered_ns = 0;  // of the answering peer's own clock; 0: not given
 };
 
-// ---- scene: sender -> holder (master -> slave on the scene connection; app -> master)
-// -------------
+// ---- scene: sender -> holder (master -> slave on the scene connection; app -> master) ----
 struct SceneAnnounce {
   SceneVersion version = 0;
   std::vector<Digest> digests;       // payload: 32 bytes each; block 0 is the root
   std::vector<std::uint64_t> sizes;  // payload: 8 bytes each
-  // What holders will take for the spatial index, as the sender reckons (scene_footprint.h).
+  // Memory that a holder will take for the spatial index, as the sender estimates it
+  // (scene_footprint.h).
   std::uint64_t index_bytes = 0;
 };
 struct SceneNeed {  // holder -> sender: indices of blocks it lacks, ascending (payload: u32 each)
@@ -119,41 +119,42 @@ struct SceneBuilt {  // slave -> master: frames of this version may be leased (m
   double build_seconds = 0;
   std::uint64_t triangle_count = 0;
   Digest scene{};  // EncodedScene::digest() of what was built (master -> app: zeros)
-  // Of its triangles; 0: the geometry is that of the version before.
+  // Triangles that were put into structures for it; 0: the geometry is that of the version before.
   std::uint64_t built_primitives = 0;
 };
 struct SceneFailed {
   SceneVersion version = 0;
   std::string reason;
-  // Not 0: the holder has no memory for it. It would take so many bytes, so many are free.
+  // Not 0: the holder lacks memory for the scene, which needs `needed_bytes`.
   std::uint64_t needed_bytes = 0, free_bytes = 0;
 };
 struct SceneRetire {  // older versions are not needed any more
   SceneVersion first_kept = 0;
-  bool keeps_newest = false;  // what was built last serves the next version
+  bool keeps_newest = false;  // the last built scene is kept until the next version is built
 };
 
 // ---- relay: slaves feed slaves
-// Master -> slave on the scene connection: ask this one for what `version` lacks here.
+// Master -> slave on the scene connection: the slave asks `feeder` for the chunks of `version` that
+// it lacks.
 struct RelayFrom {
   SceneVersion version = 0;
-  SessionId feeder = 0;     // 0: ask the master again; what follows is then empty
+  SessionId feeder = 0;     // 0: the slave asks the master again; the other fields are then empty
   std::string host;         // 1..kNameBytesMax printable bytes
   std::uint16_t port = 0;   // not 0
   std::uint64_t token = 0;  // the feeder's own
 };
 enum class RelayFault : std::uint8_t {
   kUnreachable = 0,
-  kGone = 1,     // closed, or has nothing of the version
-  kAltered = 2,  // sent what does not have its digest, or was not asked for
+  kGone = 1,     // it closed, or has nothing of the version
+  kAltered = 2,  // it sent bytes that do not have their digest, or were not asked for
 };
-struct RelayFailed {  // back: somebody else, please
+struct RelayFailed {  // slave -> master: it needs another feeder
   SceneVersion version = 0;
   SessionId feeder = 0;
   RelayFault fault = RelayFault::kGone;
   std::string reason;  // one line for a person
 };
-struct SceneProgress {  // slave -> master: so much of it is here, checked
+struct SceneProgress {  // slave -> master: how many bytes of the version are here and checked
   SceneVersion version = 0;
   std::uint64_t bytes = 0;
 };
@@ -163,14 +164,14 @@ struct RelayJoin {
   ByteCodingMask codings = kByteCodingsNone;  // that the sender decodes
 };
 
-// ---- tiles: master -> slave on the tile connection
-// ------------------------------------------------
+// ---- tiles: master -> slave on the tile connection ----
 struct FrameBegin {
   FrameId frame = 0;
   SceneVersion version = 0;
   Isa isa = Isa::kScalar;
   FrameSettings settings;
-  // How the master lets pixels travel besides plainly; a master that does not say wants them plain.
+  // Codings in which the master lets pixels travel besides plainly; a master that names none wants
+  // them plain.
   ByteCodingMask pixel_codings = kByteCodingsNone;
 };
 struct TileLease {
@@ -191,7 +192,7 @@ struct TileResult {
   double starved_seconds = 0;  // worker time lost on an empty queue since the last result
   double held_seconds = 0;     // from the lease's arrival to this result's departure
   RayCounts rays;
-  std::uint64_t began_ns = 0;             // the slave's own clock; 0: it does not say
+  std::uint64_t began_ns = 0;             // of the slave's own clock; 0: not given
   std::uint32_t worker = 0;               // which of its render threads, below Hello's threads
   std::vector<std::byte> pixels;          // payload, in the frame's format
   ByteCoding coding = ByteCoding::kNone;  // of the payload: pixel_coding.h
@@ -205,8 +206,7 @@ struct Goodbye {
   std::string reason;
 };  // orderly leave, either side; nothing follows
 
-// ---- application
-// ----------------------------------------------------------------------------------
+// ---- application ----
 struct FrameSubmit {
   FrameId frame = 0;
   SceneVersion version = 0;

@@ -12,7 +12,7 @@
 namespace tessera::wire {
 namespace {
 
-constexpr std::array<std::size_t, 3> kChannels = {1, 0, 2};  // green first: the others refer to it
+constexpr std::array<std::size_t, 3> kChannels = {1, 0, 2};  // green first, the others refer to it
 
 template <typename T>
 T load(const std::byte* from, std::size_t component) {
@@ -21,7 +21,7 @@ T load(const std::byte* from, std::size_t component) {
   return value;
 }
 
-// Differences of either sign to small unsigned numbers, and back.
+// fold() maps differences of either sign to small unsigned numbers, and unfold() maps them back.
 template <typename T>
 T fold(T difference) {
   const auto sign =
@@ -70,7 +70,8 @@ void join(const std::byte* planes, std::size_t count, std::byte* pixels) {
   }
 }
 
-// The same of a plane of the picture: `channels` floats a pixel, which do not refer to each other.
+// Like split(), for a plane of the picture: `channels` floats a pixel, which do not refer to each
+// other.
 void split_plane(const std::byte* pixels, std::size_t count, std::size_t channels,
                  std::byte* planes) {
   for (std::size_t c = 0; c < channels; ++c) {

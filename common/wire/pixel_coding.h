@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lossless coding of a tile's pixels: components are rearranged so that a byte codec finds what
-// repeats, then coded (byte_coding.h). The same bits come out; which arrangement, and what else was
-// measured, stands in README.md.
+// repeats, then coded (byte_coding.h). The same bits come out. README.md says which arrangements
+// were measured.
 //
 // Arrangement. Each component is taken as an unsigned integer of its size (the order of positive
-// floats is that of their bits). From red and blue the green of the same pixel is subtracted, from
-// each the one of the pixel before it; all modulo 2^bits, so that nothing is lost. The differences
-// are folded (0, -1, 1, -2 -> 0, 1, 2, 3), so that small ones of either sign have zero high bytes,
-// and written byte by byte: all lowest bytes of green, of red, of blue, then the next bytes. Planes
-// of the picture follow in the same way, without the green: lowest bytes of each channel, then the
-// next. After the reversible colour transforms of JPEG-LS and FLIF, and the byte shuffle of HDF5
-// and Blosc.
+// floats is that of their bits). From red and blue the green of the same pixel is subtracted, then
+// from each value that of the pixel before it; all modulo 2^bits, so that nothing is lost. The
+// differences are folded (0, -1, 1, -2 -> 0, 1, 2, 3), so that small ones of either sign have zero
+// high bytes, and written byte by byte: all lowest bytes of green, of red, of blue, then the next
+// bytes. Planes of the picture follow in the same way, without the green: lowest bytes of each
+// channel, then the next. The arrangement follows the reversible colour transforms of JPEG-LS and
+// FLIF, and the byte shuffle of HDF5 and Blosc.
 //
 // Threads. Any; each has its own scratch.
 #pragma once

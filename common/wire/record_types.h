@@ -49,12 +49,12 @@ enum class RecordType : std::uint16_t {
 };
 static_assert(static_cast<int>(RecordType::kStatusReply) < net::kRecordTypesMax);
 
-// Header of a message of plain numbers: at most 20 fields of at most 11 bytes each, with room for
-// fields of later versions.
+// Bytes of the header of a message of plain numbers: fewer than 40 fields of at most 11 bytes each,
+// with room for fields of later versions.
 inline constexpr std::size_t kSmallHeaderBytesMax = 1024;
-// A line for a person. Longer ones are cut by the sender.
+// Bytes of a line for a person; the sender cuts longer ones.
 inline constexpr std::size_t kReasonBytesMax = 1024;
-// Header of a message with such a line.
+// Bytes of the header of a message with such a line.
 inline constexpr std::size_t kTextHeaderBytesMax = 4096;
 static_assert(kReasonBytesMax + kSmallHeaderBytesMax <= kTextHeaderBytesMax);
 static_assert(kTextHeaderBytesMax <= kPreAuthRecordBytesMax);
@@ -70,12 +70,12 @@ inline constexpr std::size_t kAnnounceEntryBytes = 40;
 // StatusReply: one slave, its name length byte and the longest name included (codec_app.cpp).
 inline constexpr std::size_t kStatusEntryBytesMax = 1 + kNameBytesMax + 49 + 256;
 
-// StatusReply: why a slave is held back, cut to this; its length is one byte.
+// StatusReply: the reason why a slave is held back is cut to so many bytes; its length is one byte.
 inline constexpr std::size_t kQuarantineReasonBytesMax = 160;
 inline constexpr std::size_t kQuarantineEntryBytesMax =
     1 + kNameBytesMax + 1 + kQuarantineReasonBytesMax + 8 + 4;
 
-// What a master may ask for as heartbeat: from a tenth of a usual LAN's hiccup to a minute.
+// Longest heartbeat that a master may ask for, a minute, and most missed ones.
 inline constexpr std::uint32_t kHeartbeatMsMax = 60'000;
 inline constexpr std::uint32_t kHeartbeatsMissedLimit = 100;
 

@@ -58,7 +58,8 @@ SceneNeed SceneReceiver::begin_head() {
   return need;
 }
 
-// Others may have asked before the announcement was here.
+// Reports the kept chunks as arrived, since slaves may have asked for them before the announcement
+// was here.
 void SceneReceiver::tell_kept(Actions& actions) const {
   for (std::uint32_t block = 0; block < head_->blocks.size(); ++block) {
     if (!head_->blocks[block].bytes) continue;
@@ -68,7 +69,8 @@ void SceneReceiver::tell_kept(Actions& actions) const {
   }
 }
 
-// What lacks is held twice: as bytes, for deltas and relays, and decoded; then the index.
+// The estimate counts lacking blocks twice, as bytes, for deltas and relays, and decoded; and then
+// the index.
 bool SceneReceiver::refuse_head(const SceneNeed& need, Actions& actions) {
   const SceneAnnounce& a = head_->announce;
   std::uint64_t bytes = a.index_bytes;
@@ -220,7 +222,8 @@ void SceneReceiver::finish_head(Actions& actions) {
   actions.complete.push_back(std::move(complete));
 }
 
-// What has come of it may be part of the next version, or of the same one in the next session.
+// The chunks and blocks that have come are kept: they may be part of the next version, or of the
+// same one in the next session.
 void SceneReceiver::break_off_head() {
   std::vector<BlockAssembly> parts;
   for (auto& [block, assembly] : head_->assemblies) {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The receiving half of the scene pipeline, pure: announcements, lists and chunks go in; what is
-// lacking and scenes that are complete come out. Blocks and their chunks are named by their
-// digests, checked here, and kept (SceneShelf), so that an update brings only the chunks that
+// The receiving half of the scene pipeline, which is pure: announcements, lists and chunks go in;
+// requests for what is lacking and complete scenes come out. Blocks and their chunks are named by
+// their digests, checked here, and kept (SceneShelf), so that an update brings only the chunks that
 // changed, and a transfer that was broken off goes on where it was.
 //
 //   announce -> [refused: cannot hold it] -> need (blocks) -> lists -> chunk needs -> chunks
 //
-// A block of one chunk is sent when its block is asked for; of a larger one the list is, and then
-// the chunks that are asked for. Chunks may come from anybody: it is the list that is trusted, and
-// the announcement that vouches for it.
+// When a block is asked for, a block of one chunk is sent as it is; for a larger one the list is
+// sent, and then the chunks that are asked for. Chunks may come from anybody: it is the list that
+// is trusted, and the announcement that vouches for it.
 //
 // Announcements are served one after the other: the next one is answered when the one before it is
 // complete, failed or retired, so that no block is asked for twice.
@@ -47,47 +47,47 @@ class SceneReceiver {
     SceneVersion version = 0;
     std::uint32_t block = 0, chunk = 0;
   };
-  // To be done by the caller, in the order of the members.
+  // What the caller has to do, in the order of the members.
   struct Actions {
     std::vector<Complete> complete;
     std::vector<SceneFailed> failed;
     std::vector<SceneNeed> need;
     std::vector<SceneChunkNeed> chunk_need;
-    std::vector<Arrival> arrived;  // for those who are fed by us
+    std::vector<Arrival> arrived;  // for slaves that this one feeds
   };
   enum class Verdict {
     kStored,
-    kLate,         // of a version that is done, or a chunk that is here
-    kNotAskedFor,  // a breach, as are those below
+    kLate,         // the version is done, or the chunk is here
+    kNotAskedFor,  // a breach of the protocol, as are those below
     kMalformed,
     kWrongDigest,
   };
 
-  // How many bytes may be taken now, where so many are needed; nothing: no limit known. Asked once
-  // for each announcement.
+  // Returns: how many bytes may be taken now, where `needed_bytes` are needed; nothing: no limit is
+  // known. It is called once for each announcement.
   using Room = std::function<std::optional<std::uint64_t>(std::uint64_t needed_bytes)>;
   explicit SceneReceiver(Room room = nullptr) : room_(std::move(room)) {}
 
   // Returns: kDataLoss or kResourceExhausted when the sender broke the protocol.
   Status announce(SceneAnnounce announce, Actions& actions);
   Status list(const SceneChunkList& list, Actions& actions);
-  Status chunk(const SceneChunk& chunk, Actions& actions);  // from who announced
+  Status chunk(const SceneChunk& chunk, Actions& actions);  // from the peer that announced
   void retire(SceneVersion first_kept, Actions& actions);
 
-  // From somebody else: what does not fit changes nothing.
+  // Takes a chunk from another peer; a chunk that does not fit changes nothing.
   Verdict take(const SceneChunk& chunk, Actions& actions);
 
   // The connection is gone: forgets announcements, keeps blocks and chunks.
   void reset();
 
-  // The version being received, 0: none; what it still lacks of the blocks whose lists are here;
-  // what has come of it.
+  // The version that is being received, 0: none; the chunks that it still lacks in blocks whose
+  // lists are here; the bytes of it that have come.
   SceneVersion head_version() const { return head_ ? head_->announce.version : 0; }
   std::vector<SceneChunkNeed> lacking() const;
   std::uint64_t head_bytes() const;
 
-  // A checked chunk of a version that is complete and kept, or in work. One that is newer than what
-  // was announced here may be on its way.
+  // Finds a checked chunk of a version that is complete and kept, or in work. kNotYet is also the
+  // answer for a version that is newer than any announced here, which may be on its way.
   enum class Holding { kHere, kNotYet, kNever };
   Holding find(SceneVersion version, std::uint32_t block, std::uint32_t chunk,
                net::SharedBytes& bytes) const;
@@ -96,8 +96,8 @@ class SceneReceiver {
   // The announcement being served.
   struct Head {
     SceneAnnounce announce;
-    std::vector<SceneBlock> blocks;  // no bytes: lacking
-    // Where each missing block belongs; its first index is asked for.
+    std::vector<SceneBlock> blocks;  // those without bytes are lacking
+    // Indices at which each missing block belongs; the first one is asked for.
     std::unordered_map<Digest, std::vector<std::uint32_t>, DigestHash> lacking;
     std::map<std::uint32_t, BlockAssembly> assemblies;  // by first index
     std::uint64_t had_bytes = 0;                        // of blocks that were here or are whole

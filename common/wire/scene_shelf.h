@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a receiver of scenes has: the blocks of the newest complete scenes, and the half-sent blocks
-// of one that was broken off. A new scene takes whole blocks and single chunks from here before it
-// asks for any.
+// Store of what a receiver of scenes has: the blocks of the newest complete scenes, and the
+// half-sent blocks of a scene that was broken off. A new scene takes whole blocks and single chunks
+// from here before it asks for any.
 //
 // Threads. One owner. Pure.
-// Invariants. (1) At most kScenesKept scenes, and the parts of one. (2) Everything here has had its
-// digest checked.
+// Invariants. (1) There are at most kScenesKept scenes, and the parts of one. (2) Everything here
+// has had its digest checked.
 #pragma once
 
 #include <cstdint>
@@ -27,13 +27,13 @@ class SceneShelf {
   static constexpr std::size_t kScenesKept = 2;
 
   void keep(SceneVersion version, const EncodedScene& scene);
-  // Of a scene that was broken off; they replace those of the one before.
+  // Takes the blocks of a scene that was broken off; they replace those of the one before.
   void put_aside(std::vector<SceneBlock> whole, std::vector<BlockAssembly> parts);
   void drop_parts();
-  // Versions mean nothing to the next master; blocks do.
+  // Keeps the blocks but not the versions, which mean nothing to the next master.
   void forget_versions();
 
-  // Null when it is not here.
+  // Returns: null when the block or scene is not here.
   const SceneBlock* block(const Digest& digest) const;
   const EncodedScene* scene(SceneVersion version) const;
   // Takes out a half-sent block.
@@ -42,7 +42,7 @@ class SceneShelf {
 
  private:
   struct Kept {
-    SceneVersion version = 0;  // 0: of another session
+    SceneVersion version = 0;  // 0: the scene is of another session
     EncodedScene scene;
   };
 
@@ -52,7 +52,7 @@ class SceneShelf {
   std::unordered_map<Digest, SceneBlock, DigestHash> blocks_;  // of kept_ and whole_parts_
   std::vector<SceneBlock> whole_parts_;
   std::vector<BlockAssembly> parts_;
-  // Where chunks of large blocks lie; made when first asked for.
+  // Where chunks of large blocks lie; the index is made when it is first asked for.
   std::unordered_map<Digest, std::span<const std::byte>, DigestHash> chunks_;
   bool is_indexed_ = false;
 };
