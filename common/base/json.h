@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes JSON objects for logs, --stats lines and status output. Nothing here reads JSON.
+// Writes JSON objects for logs, --stats lines and status output. Nothing here reads JSON. A value
+// belongs to whoever makes it; there are no threads.
 #pragma once
 
 #include <cstdint>

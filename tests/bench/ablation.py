@@ -8,7 +8,6 @@ the network alone is measured: two slaves need 150 ms a tile, the others 190 and
 time) and frames per second; --json FILE has all figures.
 """
 import argparse
-import json
 import os
 import pathlib
 import statistics
@@ -16,9 +15,10 @@ import sys
 
 sys.dont_write_bytecode = True
 TESTS = pathlib.Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(TESTS / "faultlab"), str(TESTS / "cluster")]
+sys.path[:0] = [str(TESTS / folder) for folder in ("bench", "faultlab", "cluster")]
 import cluster_lib  # noqa: E402
 import faultlab  # noqa: E402
+import result_file  # noqa: E402
 
 TILE_MS = (150, 150, 190, 225)
 THREADS = 2
@@ -64,7 +64,7 @@ def main():
     parser.add_argument("--size", default="320x256", help="80 tiles of 32 x 32: ten for each thread")
     parser.add_argument("--round-trips", default="0,1,10,50", help="ms")
     parser.add_argument("--only", help="one technique")
-    parser.add_argument("--json", help="write all figures to this file")
+    parser.add_argument("--json", help="write a result for tables.py, and all figures")
     options = parser.parse_args()
     able = faultlab.probe()
     if not (able.get("root") and able.get("netns") and able.get("delay")):
@@ -86,7 +86,10 @@ def main():
             print(f"{100 * figures['utilisation']:9.1f} % {figures['frames_per_second']:5.2f}/s", end="", flush=True)
         print(flush=True)
     if options.json:
-        pathlib.Path(options.json).write_text(json.dumps(results, indent=1) + "\n")
+        rows = [[name] + [f"{100 * r['utilisation']:.1f} %, {r['frames_per_second']:.2f}" for r in results if r["technique"] == name]
+                for name in dict.fromkeys(r["technique"] for r in results)]
+        columns = ["utilisation, frames/s; round trip"] + [f"{rtt:g} ms" for rtt in round_trips]
+        result_file.write(options.json, cluster_lib.program("tessera-master"), {"techniques": (columns, rows)}, figures=results)
 
 
 if __name__ == "__main__":

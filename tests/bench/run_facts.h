@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a result needs to be read later: which program ran where, when and how.
+// What a result needs to be read later: which program ran where, when and how. Documents show it
+// below each table (tests/bench/tables.py).
 #pragma once
 
 #include <string>

@@ -17,7 +17,9 @@ import time
 import traceback
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "bench")]
+import result_file  # noqa: E402
 import stage  # noqa: E402
 from report import Report  # noqa: E402
 from rows import ROWS, SMALL  # noqa: E402
@@ -52,9 +54,8 @@ def run_rows(names, options, out, table):
             title = ROWS[name].__doc__.strip().splitlines()[0]
             print(f"{name} {outcome} [{time.monotonic() - began:.0f} s] {title} " +
                   " | first: ".join(r.text() for r in reversed(reports)), flush=True)
-            if table:
-                table.write(f"| {name} | {title} | {reports[-1].figures_text()} | {outcome} |\n")
-                table.flush()
+            if table is not None:
+                table.append([name, title, reports[-1].figures_text(), outcome])
             if out:
                 out.write("".join(r.json("FAILED" if not r.holds else "held") + "\n" for r in reports))
                 out.flush()
@@ -71,7 +72,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="of what is drawn by chance (default: 1)")
     parser.add_argument("--repeats", type=int, default=1, help="how often a row that does not hold is run again")
     parser.add_argument("--json", metavar="FILE", help="write one JSON object per run of a row")
-    parser.add_argument("--table", metavar="FILE", help="write the table of figures.md: row, what, figures and bounds, verdict")
+    parser.add_argument("--table", metavar="FILE", help="write the result that figures.md shows: row, what, figures and bounds, verdict")
     parser.add_argument("--logs", metavar="DIR", help="keep the logs of rows that do not hold, in DIR/ROW")
     options = parser.parse_args()
     if options.list:
@@ -89,10 +90,11 @@ def main():
         print("skipped: this machine's fault lab lacks " + ", ".join(missing))
         return 77
     out = open(options.json, "w", encoding="utf-8") if options.json else None
-    table = open(options.table, "w", encoding="utf-8") if options.table else None
-    if table:
-        table.write("| row | what | figures and their bounds | verdict |\n|---|---|---|---|\n")
+    table = [] if options.table else None
     failed = run_rows(names, options, out, table)
+    if table:
+        result_file.write(options.table, stage.cluster_lib.program("tessera-master"),
+                          {"figures": (["row", "what", "figures and their bounds", "verdict"], table)})
     print(f"{len(names) - len(failed)} of {len(names)} rows hold" + (f"; FAILED: {', '.join(failed)}" if failed else ""))
     return 1 if failed else 0
 

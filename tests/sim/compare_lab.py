@@ -18,9 +18,10 @@ import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent / folder) for folder in ("cluster", "faultlab", "faults")]
+sys.path[:0] = [str(HERE.parent / folder) for folder in ("bench", "cluster", "faultlab", "faults")]
 import cluster_lib  # noqa: E402
 import faultlab  # noqa: E402
+import result_file  # noqa: E402
 import watch  # noqa: E402
 
 TOLERANCE = 0.10
@@ -93,7 +94,7 @@ def main():
     print("predictions, frames/s:")
     for case, prediction in zip(CASES, predictions):
         print(f"  {case[0]}: {prediction:.3f}", flush=True)
-    report, worst = [], 0.0
+    report, rows, worst = [], [], 0.0
     print("| case | slaves x threads | tile ms | predicted | measured | difference | slowest run |")
     print("|---|---|---|---|---|---|---|")
     with faultlab.Lab(1 + max(case[1] for case in CASES)) as lab:
@@ -103,10 +104,12 @@ def main():
             difference = max(runs) / prediction - 1
             worst = max(worst, abs(difference))
             report.append({"case": name, "predicted": prediction, "measured": runs, "difference": difference})
-            print(f"| {name} | {slaves} x {threads} | {tile_ms} | {prediction:.3f} | {max(runs):.3f} | "
-                  f"{100 * difference:+.1f} % | {min(runs):.3f} |", flush=True)
+            rows.append([name, f"{slaves} x {threads}", f"{tile_ms}", f"{prediction:.3f}", f"{max(runs):.3f}",
+                         f"{100 * difference:+.1f} %", f"{min(runs):.3f}"])
+            print("| " + " | ".join(rows[-1]) + " |", flush=True)
     if arguments.json:
-        pathlib.Path(arguments.json).write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+        columns = ["case", "slaves x threads", "tile ms", "predicted", "measured", "difference", "slowest run"]
+        result_file.write(arguments.json, cluster_lib.program("tessera-master"), {"predictions": (columns, rows)}, figures=report)
     print(f"greatest difference {100 * worst:.1f} %, bound {100 * TOLERANCE:.0f} %")
     return 1 if worst > TOLERANCE else 0
 

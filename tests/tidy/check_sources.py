@@ -8,6 +8,7 @@ import pathlib
 import re
 import sys
 
+import figures
 import rules
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+(["<])([^">]+)[">]')
@@ -299,7 +300,7 @@ def read_tree(root):
             path = file.relative_to(root).as_posix()
             if file.is_file() and is_kept(path) and file.suffix in PATH_CHECKED:
                 files.append((path, file.read_text(encoding="utf-8", errors="replace")))
-    for name in ["CMakeLists.txt", "CMakePresets.json", "README.md"]:
+    for name in ["CMakeLists.txt", "CMakePresets.json", "README.md", "CONTRIBUTING.md", "CHANGELOG.md"]:
         if (root / name).is_file():
             files.append((name, (root / name).read_text(encoding="utf-8")))
     return files
@@ -341,6 +342,7 @@ def check_tree(root):
             check_licence(path, text, found)
         check_time_limits(path, text, found)
         check_readme(path, text, found)
+        figures.check_figures(path, text, found)
         if not path.startswith("tests/tidy/"):
             check_machine_paths(path, text, found)
     return found.lines, len(sources)

@@ -66,6 +66,19 @@ class Walls(unittest.TestCase):
         self.expect({"slave/README.md": "a\n" + "b" * 101}, "slave/README.md:2", "101 columns")
         self.assertEqual(self.findings({"slave/README.md": "|" + "b" * 101 + "|\n"}), [])
 
+    def test_a_speed_in_prose_is_red(self):
+        for words in ("5.2 Mrays/s", "12 % slower", "1.6 times\nas fast", "1.1 of Embree", "40 ns a call"):
+            self.expect({"slave/a.md": f"A title.\n\nIt reaches {words} here.\n"}, "slave/a.md:3", "is measured")
+        for words in ("a time limit of 500 ms", "an error of 0.04 %", "16 times the size", "3 rays"):
+            self.assertEqual(self.findings({"slave/a.md": f"It has {words}.\n"}), [])
+        marked = "<!-- results: a.json rays -->\n\nIt reaches 5.2 Mrays/s.\n\n<!-- end of results -->\n"
+        self.assertEqual(self.findings({"slave/a.md": marked}), [])
+
+    def test_a_measured_table_outside_of_marks_is_red(self):
+        table = "| | a | b |\n|---|---|---|\n| c | 1 | 2 |\n"
+        self.expect({"slave/core/decisions/a.md": table}, "slave/core/decisions/a.md:1", "a measured table")
+        self.assertEqual(self.findings({"slave/core/decisions/a.md": table.replace("1 | 2", "one | two")}), [])
+
     def test_including_tests_is_red(self):
         self.expect({"common/base/a.cpp": '#include "tests/support/x.h"\n'}, "common/base/a.cpp:1", "tests/")
 
