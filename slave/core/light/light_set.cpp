@@ -131,7 +131,8 @@ void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
       set.has_partial_emission = true;
       continue;
     }
-    e.emission = material.emission * *opacity;
+    e.opacity = *opacity;
+    e.emission = material.emission * e.opacity;
     if (is_black(e.emission)) continue;
     const TextureRef& ref = material.emission_texture;
     if (ref.is_set() && !uvs_of(mesh, ref).empty() &&

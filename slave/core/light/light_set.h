@@ -26,6 +26,7 @@ struct Emitter {
   Vec3f normal;             // unit, along (B - A) x (C - A): the side that emits
   Vec3f emission;           // radiance; where a texture varies it, about its mean
   float area = 0;           // greater than 0
+  float opacity = 1;        // chance that a ray meets the triangle; `emission` has it as a factor
   float share = 1;          // chance to be picked, by power
   std::uint32_t triangle = 0;
   std::int32_t texture = -1;  // index into LightSet::emitter_textures, or none

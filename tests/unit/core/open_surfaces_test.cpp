@@ -220,5 +220,36 @@ TEST(OpenSurfaces, ALampOfTwoSidesLightsBoth) {
   }
 }
 
+// What a lamp sheds is proportional to its opacity, whether it is found by light samples (direct, on
+// diffuse surfaces), by BSDF samples or by both. The lamp is near and large, so BSDF samples carry
+// most of the light on a glossy floor; the standard deviation of the mean is below 0.005 of it.
+TEST(OpenSurfaces, ABlendedLampShedsTheShareOfItsOpacity) {
+  for (const bool is_glossy : {false, true}) {
+    for (const Renderer renderer : {Renderer::kDirect, Renderer::kPath}) {
+      Cards cards;
+      cards.scene.lights.clear();
+      Material& lamp = cards.card(1, 1);
+      lamp.emission = {1, 1, 1};
+      lamp.albedo = {};
+      for (auto& t : cards.mesh.triangles) {
+        if (t[0] >= 4) std::swap(t[1], t[2]);  // turned to look down
+      }
+      if (is_glossy) {
+        cards.scene.materials[0].bsdf = BsdfKind::kGlossy;
+        cards.scene.materials[0].roughness = 0.3f;
+        cards.scene.materials[0].metalness = 1;
+      }
+      cards.settings.camera.eye.y = 0.9f;
+      cards.settings.renderer = renderer;
+      cards.settings.bounces = 0;
+      cards.settings.samples_per_pixel = 64;
+      const double opaque = mean(cards.picture());
+      lamp.alpha = {AlphaMode::kBlend, 0.25f, 0.5f, {}, 3};
+      EXPECT_NEAR(0.25, mean(cards.picture()) / opaque, 0.005)
+          << renderer_name(renderer) << (is_glossy ? ", glossy" : "");
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tessera::core
