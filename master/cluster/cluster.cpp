@@ -244,6 +244,7 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
                                  "' built another scene than the one it was sent: its digest is " +
                                  built->scene.hex() + "; look for broken memory there";
       log_error("scene-differs", reason, {{"version", std::to_string(built->version)}});
+      relay_.gave_up(session, built->version);  // what it has is fit for nobody
       sender.on_answered(built->version);
       return events_.scene_failed(session, built->version, reason);
     }
