@@ -15,10 +15,12 @@ void read_reflectance(const GltfObject& material, GltfTextures& textures, Materi
   refraction.check_keys({"ior"}, {});
   float f0 = 0.04f;
   // Zero is the extension's word for "reflects all that the specular colour says".
-  if (refraction.is_there() && refraction.number("ior", 1.5, {0, kIorMax}) == 0) {
+  const double ior = refraction.number("ior", 1.5, {0, kIorMax});
+  if (refraction.is_there() && ior == 0) {
     f0 = 1;
   } else if (refraction.is_there()) {
-    surface.ior = refraction.real("ior", 1.5f, {double{kIorMin}, double{kIorMax}});
+    surface.ior = ior >= kIorMin ? static_cast<float>(ior)
+                                 : refraction.real("ior", 1.5f, {double{kIorMin}, double{kIorMax}});
     const float root = (surface.ior - 1) / (surface.ior + 1);
     f0 = root * root;
   }
