@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -149,14 +150,17 @@ int read(const char* path, int* width, int* height, float** rgb, int* is_display
   if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, all.data())) {
     return fail(error, error_bytes, input->geterror());
   }
-  *rgb = static_cast<float*>(std::malloc(pixel_count * 3 * sizeof(float) + 1));
-  if (*rgb == nullptr) return fail(error, error_bytes, "out of memory");
+  // Owned here until nothing can throw any more.
+  std::unique_ptr<float, decltype(&std::free)> linear(
+      static_cast<float*>(std::malloc(pixel_count * 3 * sizeof(float) + 1)), &std::free);
+  if (linear == nullptr) return fail(error, error_bytes, "out of memory");
   for (std::size_t i = 0; i < pixel_count; ++i) {
     for (std::size_t c = 0; c < 3; ++c)
-      (*rgb)[3 * i + c] = all[i * channels + (channels >= 3 ? c : 0)];
+      linear.get()[3 * i + c] = all[i * channels + (channels >= 3 ? c : 0)];
   }
-  *is_display = linearise(spec, *rgb, 3 * pixel_count) ? 1 : 0;
+  *is_display = linearise(spec, linear.get(), 3 * pixel_count) ? 1 : 0;
   *attributes = attributes_of(spec);
+  *rgb = linear.release();
   return 0;
 }
 
