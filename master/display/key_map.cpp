@@ -20,7 +20,7 @@ constexpr auto kBindings = std::to_array<KeyBinding>({
     {Key::kLeftBracket, ViewerCommand::kDarker, "[", "a third of a stop darker"},
     {Key::kRightBracket, ViewerCommand::kBrighter, "]", "a third of a stop brighter"},
     {Key::kV, ViewerCommand::kNextCurve, "v", "next tone curve"},
-    {Key::kX, ViewerCommand::kResetExposure, "x", "exposure as it was at first"},
+    {Key::kX, ViewerCommand::kResetExposure, "x", "take back changes of exposure"},
     {Key::kT, ViewerCommand::kToggleTint, "t", "tint tiles by slave"},
     {Key::kL, ViewerCommand::kToggleSlaves, "l", "list of slaves on, off"},
     {Key::kO, ViewerCommand::kToggleOverlay, "o", "overlay on, off"},

@@ -100,8 +100,8 @@ PacketRays::V PacketRays::begin_row(const Packet& rays, size_t row, uint64_t val
 
 HWY_INLINE bool PacketRays::is_near(size_t row, V z, V u, V v) const {
   const V sum = load<V>(length + row * kLanes);
-  const auto is_steep = [&](V slope) { return abs(slope) <= kSteepest; };
-  const M is_close = z > 0 && is_steep(u) && is_steep(v);
+  const auto is_gentle = [&](V slope) { return abs(slope) <= kSteepest; };
+  const M is_close = z > 0 && is_gentle(u) && is_gentle(v);
   // Beyond these limits single rays take care of overflow (OneRay::setup()).
   return is_all<V>(is_close && sum > 0x1p-58f && sum < 0x1p60f);
 }
