@@ -52,6 +52,7 @@ template <int W, bool kAny>
 class RayLeaf {
  public:
   static constexpr bool kIsAny = kAny;
+  using Found = typename TriangleRay<W, kAny>::Candidates;
 
   explicit RayLeaf(OneRay& ray) : test_(ray) {}
 
@@ -64,6 +65,16 @@ class RayLeaf {
       if (kAny && test_.has_hit()) return first + i;
     }
     return kNoBlock;
+  }
+  // What test() does for one block, in two steps, between which other rays have theirs.
+  HWY_INLINE Found look(const TrianglesOnly<W>& shapes, uint32_t block) const {
+    return test_.look(shapes.triangles[block]);
+  }
+  static HWY_INLINE bool may_hit(const Found& found) {
+    return kAny ? (found.possible | found.certain) != 0 : found.possible != 0;
+  }
+  HWY_INLINE void settle(const TrianglesOnly<W>& shapes, uint32_t block, const Found& found) {
+    test_.settle(shapes.triangles[block], found);
   }
 
  private:

@@ -12,6 +12,7 @@
 #endif
 
 #include "slave/core/primitive/leaf-inl.h"
+#include "slave/core/traverse/bvh_flight-inl.h"
 #include "slave/core/traverse/bvh_packet-inl.h"
 #include "slave/core/traverse/bvh_ray-inl.h"
 #include "slave/core/traverse/kd-inl.h"
@@ -94,28 +95,70 @@ HWY_INLINE Together run_together(Tracer& tracer, const Packet& rays) {
   return how;
 }
 
+template <class View, bool kAny>
+constexpr bool kHasFlight = kFlies<View, typename Tracers<View>::Leaves::template Ray<kAny>>;
+
+// Traces the rays of `bits` in flight. sink(i, ray): takes ray i with its answer.
+template <bool kAny, class View, class Packet, class Sink>
+HWY_INLINE void fly(const View& scene, const Packet& rays, uint64_t bits, const Sink& sink) {
+  using Leaf = typename Tracers<View>::Leaves::template Ray<kAny>;
+  const auto next = [&](SingleRay& ray) {
+    if (bits == 0) return -1;
+    const int i = __builtin_ctzll(bits);
+    bits &= bits - 1;
+    ray = ray_of(rays, static_cast<size_t>(i));
+    return i;
+  };
+  BvhFlight<View, Leaf>(scene).run(next, sink);
+}
+
+// Traces the rays of a packet without company.
+template <class View, class Packet>
+HWY_INLINE void closest_alone(const View& scene, const Packet& rays, PacketHits& hits) {
+  for (size_t i = 0; i < kPacketRays; ++i) {
+    hits.t[i] = 0;
+    hits.primitive[i] = kNoPrimitive;
+  }
+  if constexpr (kHasFlight<View, false>) {
+    fly<false>(scene, rays, rays.active, [&](int i, const OneRay& ray) {
+      if (!ray.has_hit()) return;
+      hits.t[i] = ray.best_t;
+      hits.primitive[i] = static_cast<uint32_t>(ray.best);
+    });
+  } else {
+    for (uint64_t bits = rays.active; bits != 0; bits &= bits - 1) {
+      const auto i = static_cast<size_t>(__builtin_ctzll(bits));
+      SingleHit hit;
+      closest_ray(scene, ray_of(rays, i), hit);
+      hits.t[i] = hit.t;
+      hits.primitive[i] = hit.primitive;
+    }
+  }
+}
+
 template <class Tracer, class View, class Packet>
 HWY_INLINE void closest(const View& scene, const Packet& rays, PacketHits& hits) {
   Tracer tracer(scene);
   if (run_together(tracer, rays) == Together::kDone) return tracer.write_to(hits);
-  for (size_t i = 0; i < kPacketRays; ++i) {
-    SingleHit hit{0, kNoPrimitive};
-    if (rays.active >> i & 1u) closest_ray(scene, ray_of(rays, i), hit);
-    hits.t[i] = hit.t;
-    hits.primitive[i] = hit.primitive;
-  }
+  closest_alone(scene, rays, hits);
 }
 
-// Traces the rays of `bits` one by one. The block that blocked one ray is tested first for the
-// next, since neighbours are mostly blocked by the same primitives.
+// Traces the rays of `bits` without company. The block that blocked one ray is tested first for
+// those that begin after it, since neighbours are mostly blocked by the same primitives.
 template <int W, class Shapes, class Packet>
 HWY_INLINE uint64_t occluded_alone(const BvhView<W, Shapes>& scene, const Packet& rays,
                                    uint64_t bits) {
+  using View = BvhView<W, Shapes>;
   uint64_t blocked = 0;
+  if constexpr (kHasFlight<View, true>) {
+    fly<true>(scene, rays, bits,
+              [&](int i, const OneRay& ray) { blocked |= uint64_t{ray.has_hit()} << i; });
+    return blocked;
+  }
   uint32_t blocker = kNoBlock;
   for (; bits != 0; bits &= bits - 1) {
     const auto i = static_cast<size_t>(__builtin_ctzll(bits));
-    typename Tracers<BvhView<W, Shapes>>::template Ray<true> tracer(scene);
+    typename Tracers<View>::template Ray<true> tracer(scene);
     blocked |= uint64_t{tracer.run(ray_of(rays, i), blocker)} << i;
   }
   return blocked;

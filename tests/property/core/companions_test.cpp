@@ -114,6 +114,45 @@ TEST(Companions, OccludedIsTrueExactlyWhereClosestHits) {
   }
 }
 
+// Rays in flight remember few boxes; one that meets more is traced by itself. Here every ray passes
+// the boxes of all primitives, and half of the rays no primitive.
+TEST(Companions, RaysThatMeetMoreBoxesThanAFlightRemembersAreTracedAlone) {
+  std::mt19937 random(test::seed(7));
+  std::uniform_real_distribution<float> unit(0, 1);
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < 30000; ++i) {
+    const float z = unit(random), size = 1 + unit(random);
+    mesh.positions.insert(mesh.positions.end(),
+                          {{size, 0, z - 3}, {0, size, z + 3}, {size, size, z}});
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    mesh.materials.push_back(0);
+  }
+  const auto scene = PreparedScene::build(test::make_scene(mesh), {});
+  ASSERT_TRUE(scene.is_ok());
+  std::vector<test::Ray> rays;
+  for (int i = 0; i < 2 * kPacketRays; ++i) {
+    const float at = i % 2 == 0 ? 0.4f : 0.8f, side = i % 4 < 2 ? 1.0f : -1.0f;
+    rays.push_back({{at * unit(random), at * unit(random), -9 * side}, {0, 0, side}, 0, 99});
+  }
+  for (const Isa isa : test::isas_here()) {
+    const PreparedScene::Impl& view = (*scene)->impl();
+    const std::vector<test::Hit> together = test::trace_packets(kernels_for(isa), view, rays);
+    const SceneTracer tracer(view.index, kernels_for(isa));
+    std::uint64_t blocked = 0;
+    int misses = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const test::Hit alone = test::trace_single(kernels_for(isa), view, rays[i]);
+      ASSERT_TRUE(is_same(alone, together[i])) << isa_name(isa) << " ray " << i;
+      if (i % kPacketRays == 0) blocked = tracer.occluded(test::make_packet(rays, i));
+      ASSERT_EQ(alone.is_hit(), (blocked >> i % kPacketRays & 1u) != 0)
+          << isa_name(isa) << " " << i;
+      misses += alone.is_hit() ? 0 : 1;
+    }
+    EXPECT_GT(misses, kPacketRays / 2);
+    EXPECT_LT(misses, 2 * kPacketRays - 8);
+  }
+}
+
 TEST(Companions, InvalidRaysAreMisses) {
   const auto scene = PreparedScene::build(test::make_scene(test::make_cube()), {});
   ASSERT_TRUE(scene.is_ok());

@@ -44,18 +44,6 @@ constexpr float kEdgeTolerance = 33 * kRoundoff;
 template <int W, bool kAny>
 class TriangleRay {
  public:
-  explicit TriangleRay(OneRay& ray) : ray_(ray) {}
-
-  // Requires, before tests: the ray is set up.
-  HWY_INLINE void prepare() { tolerance_ = kEdgeTolerance * ray_.reach; }
-  HWY_INLINE void test(const TriangleBlock<W>& block);
-  bool has_hit() const { return ray_.has_hit(); }
-
- private:
-  using V = FloatsOf<W>;  // triangles
-  using M = MaskOf<V>;
-  static constexpr size_t kStep = kLanesOf<V>;
-
   // What is known of a block's triangles, by bits.
   struct Candidates {
     uint32_t possible;  // the line may pass through within the limits of t
@@ -63,7 +51,29 @@ class TriangleRay {
     uint32_t certain;   // it does so within the limits; for any-hit only
   };
 
+  explicit TriangleRay(OneRay& ray) : ray_(ray) {}
+
+  // Requires, before tests: the ray is set up.
+  HWY_INLINE void prepare() { tolerance_ = kEdgeTolerance * ray_.reach; }
+  HWY_INLINE void test(const TriangleBlock<W>& block);
+  // What test() does, in two steps. Requires: a register has room for a whole block.
+  HWY_INLINE Candidates look(const TriangleBlock<W>& block) const {
+    return candidates<false>(block, 0);
+  }
+  HWY_INLINE void settle(const TriangleBlock<W>& block, const Candidates& found) {
+    settle(block, 0, found);
+  }
+  bool has_hit() const { return ray_.has_hit(); }
+
+ private:
+  using V = FloatsOf<W>;  // triangles
+  using M = MaskOf<V>;
+  static constexpr size_t kStep = kLanesOf<V>;
+
+  // kIsAlone: a branch saves work where no triangle is possible.
+  template <bool kIsAlone>
   HWY_INLINE Candidates candidates(const TriangleBlock<W>& block, size_t first) const;
+  HWY_INLINE void settle(const TriangleBlock<W>& block, size_t first, const Candidates& found);
   HWY_INLINE void narrow(const V* edge, const V* t, V tolerance, M is_sure, V& low, V& high) const;
   HWY_INLINE void test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_sure);
   HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, float& exact_t) const;
@@ -73,6 +83,7 @@ class TriangleRay {
 };
 
 template <int W, bool kAny>
+template <bool kIsAlone>
 typename TriangleRay<W, kAny>::Candidates TriangleRay<W, kAny>::candidates(
     const TriangleBlock<W>& block, size_t first) const {
   V x[3], y[3], t[3], size = set<V>(0);
@@ -100,11 +111,11 @@ typename TriangleRay<W, kAny>::Candidates TriangleRay<W, kAny>::candidates(
     const auto is_met = is_other(ray_.excluded[0]) && is_other(ray_.excluded[1]);
     is_possible = is_possible && mask_as<V>(is_met);
   }
-  if (is_none<V>(is_possible)) return {0, 0, 0};
+  if (kIsAlone && is_none<V>(is_possible)) return {0, 0, 0};
 
   const M is_sure = is_possible && depth > tolerance;
   V low = min(min(t[0], t[1]), t[2]), high = max(max(t[0], t[1]), t[2]);
-  if (kAny) narrow(edge, t, tolerance, is_sure, low, high);
+  if (kAny || !kIsAlone) narrow(edge, t, tolerance, is_sure, low, high);
   const M is_near = low <= ray_.far_limit && high >= ray_.near_limit;
   Candidates found{bits_of<V>(is_possible && is_near), bits_of<V>(is_sure), 0};
   if (kAny) {
@@ -136,15 +147,22 @@ template <int W, bool kAny>
 void TriangleRay<W, kAny>::test(const TriangleBlock<W>& block) {
   TESSERA_COUNT(blocks, 1);
   for (size_t first = 0; first < W; first += kStep) {
-    const Candidates found = candidates(block, first);
-    if (kAny && found.certain != 0) {
-      const auto lane = first + static_cast<size_t>(__builtin_ctz(found.certain));
-      return ray_.template accept<kAny>(ray_.best_t, static_cast<int32_t>(block.primitive[lane]));
-    }
-    for (uint32_t bits = found.possible; bits != 0; bits &= bits - 1) {
-      const auto lane = static_cast<size_t>(__builtin_ctz(bits));
-      test_triangle(block, first + lane, found.sure >> lane & 1u);
-    }
+    const Candidates found = candidates<true>(block, first);
+    settle(block, first, found);
+    if (kAny && found.certain != 0) return;
+  }
+}
+
+template <int W, bool kAny>
+void TriangleRay<W, kAny>::settle(const TriangleBlock<W>& block, size_t first,
+                                  const Candidates& found) {
+  if (kAny && found.certain != 0) {
+    const auto lane = first + static_cast<size_t>(__builtin_ctz(found.certain));
+    return ray_.template accept<kAny>(ray_.best_t, static_cast<int32_t>(block.primitive[lane]));
+  }
+  for (uint32_t bits = found.possible; bits != 0; bits &= bits - 1) {
+    const auto lane = static_cast<size_t>(__builtin_ctz(bits));
+    test_triangle(block, first + lane, found.sure >> lane & 1u);
   }
 }
 

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: Apache-2.0
+// Traversal of a wide hierarchy by many rays that have nothing in common: 32 rays are in flight, and
+// each round takes every one of them a step further, first those that stand at a node, then those
+// that stand at a leaf, then those with primitives that need a closer look. A ray by itself waits
+// for each step's result, since the next step is a branch on it; here the steps of different rays
+// overlap, and hardly a branch depends on a ray.
+//
+// A ray's answer is that of bvh_ray-inl.h: both visit every box that the ray meets before its hit,
+// in another order. A ray that has too many boxes to come back to is traced by itself.
+//
+// Threads. One traversal owns one.
+#include "slave/core/traverse/view_layout.h"
+
+#if defined(TESSERA_CORE_BVH_FLIGHT_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_BVH_FLIGHT_INL_H_
+#undef TESSERA_CORE_BVH_FLIGHT_INL_H_
+#else
+#define TESSERA_CORE_BVH_FLIGHT_INL_H_
+#endif
+
+#include "slave/core/traverse/bvh_ray-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+template <class View, class Leaf>
+class BvhFlight;
+
+// Whether rays fly through a structure. That takes a leaf test in two steps, nodes as wide as a
+// register, and an instruction set that compresses and permutes registers of 16.
+template <class View, class Leaf>
+constexpr bool kFlies = false;
+
+#if HWY_TARGET == HWY_AVX3
+
+template <class Shapes, class Leaf>
+constexpr bool kFlies<BvhView<16, Shapes>, Leaf> = requires {
+  typename Leaf::Found;
+};
+
+// Boxes that a ray still has to visit, the nearest on top.
+class FlightStack {
+  using Keys = hn::Vec<hn::CappedTag<uint64_t, 8> >;
+
+ public:
+  // Entries. Rays of ordinary scenes have up to some 30 at a time; 64 keep a flight in the first
+  // cache.
+  static constexpr int kMost = 64;
+
+  // The root, and below it what ends a ray.
+  HWY_INLINE void begin() {
+    entries_[0] = {kBvhNoChild, -__builtin_inff()};
+    entries_[1] = {0, -__builtin_inff()};
+    size_ = 2;
+  }
+  // Leaves what ends a ray.
+  HWY_INLINE void end() { size_ = 1; }
+  HWY_INLINE StackEntry pop() { return entries_[--size_]; }
+  // Adds the entry or does not, without a branch.
+  HWY_INLINE void push_if(bool is_wanted, StackEntry entry) {
+    entries_[size_] = entry;
+    size_ += is_wanted;
+  }
+  // Whether the children of any node fit, and a leaf's next block; registers are stored whole.
+  HWY_INLINE bool has_room() const { return size_ + 16 + 1 <= kMost; }
+
+  // Adds the children `met` of a node, sorted by distance unless any order will do.
+  template <bool kAny>
+  HWY_INLINE void push(const BvhNode<16>& node, uint32_t met, const float* distance) {
+    const hn::CappedTag<float, 16> d;
+    const hn::CappedTag<uint32_t, 16> du;
+    const hn::CappedTag<uint64_t, 8> keys;
+    const hn::Rebind<uint32_t, decltype(keys)> halves;
+    const auto far = hn::BitCast(du, hn::Compress(hn::Load(d, distance), mask_of(d, met)));
+    const auto child = hn::Compress(hn::Load(du, node.child), mask_of(du, met));
+    const auto count = static_cast<size_t>(__builtin_popcount(met));
+    const auto join = [&](auto distances, auto children) {
+      return hn::Or(hn::ShiftLeft<32>(hn::PromoteTo(keys, distances)),
+                    hn::PromoteTo(keys, children));
+    };
+    Keys low = hn::IfThenElseZero(hn::FirstN(keys, count),
+                                  join(hn::LowerHalf(halves, far), hn::LowerHalf(halves, child)));
+    uint64_t* const to = reinterpret_cast<uint64_t*>(entries_ + size_);
+    if (HWY_UNLIKELY(count > 8)) {
+      // In two halves: the farther children of each are below.
+      const Keys high =
+          hn::IfThenElseZero(hn::FirstN(keys, count - 8),
+                             join(hn::UpperHalf(halves, far), hn::UpperHalf(halves, child)));
+      hn::StoreU(kAny ? high : sorted8(high), keys, to);
+      hn::StoreU(kAny ? low : sorted8(low), keys, to + (count - 8));
+    } else {
+      if (!kAny) low = count > 4 ? sorted8(low) : sorted4(low);
+      hn::StoreU(low, keys, to);
+    }
+    size_ += static_cast<int>(count);
+  }
+
+ private:
+  // Lanes change places with their partners so that the greater key comes first.
+  template <uint64_t... kPartner>
+  static HWY_INLINE Keys exchanged(Keys v) {
+    const hn::CappedTag<uint64_t, 8> keys;
+    alignas(64) static constexpr uint64_t partner[8] = {kPartner...};
+    const auto other = hn::TableLookupLanes(v, hn::IndicesFromVec(keys, hn::Load(keys, partner)));
+    const auto is_later = hn::Lt(hn::Load(keys, partner), hn::Iota(keys, 0));
+    return hn::IfThenElse(is_later, hn::Min(v, other), hn::Max(v, other));
+  }
+  // Batcher's odd-even merge sort of 4 and of 8 keys, the greatest first; zeros end up last.
+  static HWY_INLINE Keys sorted4(Keys v) {
+    v = exchanged<1, 0, 3, 2, 5, 4, 7, 6>(v);
+    v = exchanged<2, 3, 0, 1, 6, 7, 4, 5>(v);
+    return exchanged<0, 2, 1, 3, 4, 6, 5, 7>(v);
+  }
+  static HWY_INLINE Keys sorted8(Keys v) {
+    v = sorted4(v);
+    v = exchanged<4, 5, 6, 7, 0, 1, 2, 3>(v);
+    v = exchanged<0, 1, 4, 5, 2, 3, 6, 7>(v);
+    return exchanged<0, 2, 1, 4, 3, 6, 5, 7>(v);
+  }
+
+  alignas(64) StackEntry entries_[kMost];
+  int size_ = 0;
+};
+static_assert(sizeof(StackEntry) == 8 && offsetof(StackEntry, distance) == 4);
+
+template <class View, class Leaf>
+class BvhFlight {
+  static constexpr int W = View::kWidth;
+  static constexpr bool kAny = Leaf::kIsAny;
+  static constexpr int kSlots = 32;
+
+ public:
+  explicit BvhFlight(const View& scene) : scene_(scene) {}
+
+  // source(ray): fills in a ray and returns its number, or -1 when there are no more.
+  // sink(number, ray): takes the ray with its answer.
+  template <class Source, class Sink>
+  void run(const Source& source, const Sink& sink);
+
+ private:
+  struct Slot {
+    OneRay ray;
+    RaySlabs<W> slabs;
+    Leaf leaf{ray};
+    SingleRay given;
+    uint32_t child;
+    int number;
+    typename Leaf::Found found;
+    FlightStack stack;
+  };
+
+  // Numbers of slots.
+  struct SlotList {
+    uint8_t slot[kSlots + 1];
+    int count = 0;
+    // Adds the slot or does not, without a branch. Requires: there is room either way.
+    HWY_INLINE void add_if(bool is_wanted, uint8_t s) {
+      slot[count] = s;
+      count += is_wanted;
+    }
+  };
+  // Which rays do what in a round.
+  struct Round {
+    const SlotList& waiting;
+    SlotList at_node, at_leaf, ended, next;
+  };
+
+  HWY_INLINE void sort_out(Round& round);
+  template <class Source, class Sink>
+  HWY_INLINE void step_nodes(Round& round, const Source& source, const Sink& sink);
+  HWY_INLINE void test_leaves(Round& round);
+  template <class Source, class Sink>
+  HWY_INLINE bool fill(Slot& slot, const Source& source, const Sink& sink);
+  HWY_INLINE bool is_blocked_again(Slot& slot);
+  template <class Sink>
+  HWY_NOINLINE void trace_alone(Slot& slot, const Sink& sink);
+
+  const View& scene_;
+  uint32_t blocker_ = kNoBlock;  // for any hit
+  Slot slots_[kSlots];
+};
+
+// Returns: whether the block that blocked another ray last blocks this one, too.
+template <class View, class Leaf>
+bool BvhFlight<View, Leaf>::is_blocked_again(Slot& slot) {
+  if (blocker_ == kNoBlock) return false;
+  slot.found = slot.leaf.look(scene_.shapes, blocker_);
+  if (Leaf::may_hit(slot.found)) slot.leaf.settle(scene_.shapes, blocker_, slot.found);
+  return slot.ray.has_hit();
+}
+
+// Returns: whether the slot has a ray.
+template <class View, class Leaf>
+template <class Source, class Sink>
+bool BvhFlight<View, Leaf>::fill(Slot& slot, const Source& source, const Sink& sink) {
+  while ((slot.number = source(slot.given)) >= 0) {
+    if (scene_.nodes != nullptr && slot.ray.setup(slot.given, scene_.box)) {
+      slot.leaf.prepare();
+      slot.slabs.setup(slot.ray, scene_.box);
+      slot.stack.begin();
+      TESSERA_COUNT(singles, 1);
+      if (!kAny || !is_blocked_again(slot)) return true;
+    } else {
+      slot.ray.best = -1;
+    }
+    sink(slot.number, slot.ray);
+  }
+  return false;
+}
+
+template <class View, class Leaf>
+template <class Sink>
+void BvhFlight<View, Leaf>::trace_alone(Slot& slot, const Sink& sink) {
+  BvhRayTracer<View, Leaf> tracer(scene_);
+  tracer.run(slot.given);
+  sink(slot.number, tracer.ray());
+}
+
+// Takes the next box of each waiting ray from its stack. Boxes behind what the ray has hit are
+// passed over, one a round.
+template <class View, class Leaf>
+void BvhFlight<View, Leaf>::sort_out(Round& round) {
+  for (int i = 0; i < round.waiting.count; ++i) {
+    const uint8_t s = round.waiting.slot[i];
+    Slot& slot = slots_[s];
+    const StackEntry entry = slot.stack.pop();
+    slot.child = entry.child;
+    const bool is_end = entry.child == kBvhNoChild;
+    const bool is_leaf = (entry.child & kBvhLeaf) != 0;
+    const bool is_near = entry.distance <= slot.ray.far_limit;
+    round.at_node.add_if(is_near & !is_leaf, s);
+    round.at_leaf.add_if(is_near & is_leaf & !is_end, s);
+    round.next.add_if(!is_near & !is_end, s);
+    round.ended.add_if(is_end, s);
+  }
+}
+
+template <class View, class Leaf>
+template <class Source, class Sink>
+void BvhFlight<View, Leaf>::step_nodes(Round& round, const Source& source, const Sink& sink) {
+  for (int i = 0; i < round.at_node.count; ++i) {
+    const uint8_t s = round.at_node.slot[i];
+    Slot& slot = slots_[s];
+    alignas(64) float t_in[W];
+    const BvhNode<W>& node = scene_.nodes[slot.child];
+    const uint32_t met = slot.slabs.overlapping(slot.ray, node, t_in);
+    slot.stack.template push<kAny>(node, met, t_in);
+    bool goes_on = true;
+    if (HWY_UNLIKELY(!slot.stack.has_room())) {
+      trace_alone(slot, sink);
+      goes_on = fill(slot, source, sink);
+    }
+    round.next.add_if(goes_on, s);
+  }
+}
+
+// Tests a block for each ray that stands at a leaf, first all of them in lanes, then those that may
+// hit something, primitive by primitive. The leaf's other blocks come in the next rounds.
+template <class View, class Leaf>
+void BvhFlight<View, Leaf>::test_leaves(Round& round) {
+  SlotList close;
+  for (int i = 0; i < round.at_leaf.count; ++i) {
+    const uint8_t s = round.at_leaf.slot[i];
+    Slot& slot = slots_[s];
+    slot.found = slot.leaf.look(scene_.shapes, slot.child & kBvhBlockMask);
+    close.add_if(Leaf::may_hit(slot.found), s);
+    slot.stack.push_if(leaf_count(slot.child) > 1,
+                       {slot.child + 1 - (1u << kBvhCountShift), -__builtin_inff()});
+    round.next.add_if(true, s);
+  }
+  for (int i = 0; i < close.count; ++i) {
+    Slot& slot = slots_[close.slot[i]];
+    const uint32_t block = slot.child & kBvhBlockMask;
+    slot.leaf.settle(scene_.shapes, block, slot.found);
+    if (!kAny || !slot.ray.has_hit()) continue;
+    blocker_ = block;
+    slot.stack.end();
+  }
+}
+
+template <class View, class Leaf>
+template <class Source, class Sink>
+void BvhFlight<View, Leaf>::run(const Source& source, const Sink& sink) {
+  SlotList waiting;
+  for (uint8_t s = 0; s < kSlots && fill(slots_[s], source, sink); ++s) waiting.add_if(true, s);
+  while (waiting.count > 0) {
+    Round round{waiting, {}, {}, {}, {}};
+    sort_out(round);
+    step_nodes(round, source, sink);
+    test_leaves(round);
+    for (int i = 0; i < round.ended.count; ++i) {
+      const uint8_t s = round.ended.slot[i];
+      sink(slots_[s].number, slots_[s].ray);
+      round.next.add_if(fill(slots_[s], source, sink), s);
+    }
+    waiting = round.next;
+  }
+}
+
+#endif  // HWY_TARGET == HWY_AVX3
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
