@@ -70,9 +70,7 @@ class RayLeaf {
   HWY_INLINE Found look(const TrianglesOnly<W>& shapes, uint32_t block) const {
     return test_.look(shapes.triangles[block]);
   }
-  static HWY_INLINE bool may_hit(const Found& found) {
-    return kAny ? (found.possible | found.certain) != 0 : found.possible != 0;
-  }
+  static HWY_INLINE bool may_hit(const Found& found) { return found.possible != 0; }
   HWY_INLINE void settle(const TrianglesOnly<W>& shapes, uint32_t block, const Found& found) {
     test_.settle(shapes.triangles[block], found);
   }

@@ -5,6 +5,9 @@
 // for each step's result, since the next step is a branch on it; here the steps of different rays
 // overlap, and hardly a branch depends on a ray.
 //
+// For closest hits. Where any hit will do, rays are better one by one: what blocks one of them is
+// tested first for the next, and rays in flight begin before anything is known of each other.
+//
 // A ray's answer is that of bvh_ray-inl.h: both visit every box that the ray meets before its hit,
 // in another order. A ray that has too many boxes to come back to is traced by itself.
 //
@@ -35,7 +38,7 @@ constexpr bool kFlies = false;
 #if HWY_TARGET == HWY_AVX3
 
 template <class Shapes, class Leaf>
-constexpr bool kFlies<BvhView<16, Shapes>, Leaf> = requires {
+constexpr bool kFlies<BvhView<16, Shapes>, Leaf> = !Leaf::kIsAny && requires {
   typename Leaf::Found;
 };
 
@@ -54,8 +57,6 @@ class FlightStack {
     entries_[1] = {0, -__builtin_inff()};
     size_ = 2;
   }
-  // Leaves what ends a ray.
-  HWY_INLINE void end() { size_ = 1; }
   HWY_INLINE StackEntry pop() { return entries_[--size_]; }
   // Adds the entry or does not, without a branch.
   HWY_INLINE void push_if(bool is_wanted, StackEntry entry) {
@@ -65,8 +66,7 @@ class FlightStack {
   // Whether the children of any node fit, and a leaf's next block; registers are stored whole.
   HWY_INLINE bool has_room() const { return size_ + 16 + 1 <= kMost; }
 
-  // Adds the children `met` of a node, sorted by distance unless any order will do.
-  template <bool kAny>
+  // Adds the children `met` of a node, sorted by distance.
   HWY_INLINE void push(const BvhNode<16>& node, uint32_t met, const float* distance) {
     const hn::CappedTag<float, 16> d;
     const hn::CappedTag<uint32_t, 16> du;
@@ -79,19 +79,18 @@ class FlightStack {
       return hn::Or(hn::ShiftLeft<32>(hn::PromoteTo(keys, distances)),
                     hn::PromoteTo(keys, children));
     };
-    Keys low = hn::IfThenElseZero(hn::FirstN(keys, count),
-                                  join(hn::LowerHalf(halves, far), hn::LowerHalf(halves, child)));
+    const Keys low = hn::IfThenElseZero(
+        hn::FirstN(keys, count), join(hn::LowerHalf(halves, far), hn::LowerHalf(halves, child)));
     uint64_t* const to = reinterpret_cast<uint64_t*>(entries_ + size_);
     if (HWY_UNLIKELY(count > 8)) {
       // In two halves: the farther children of each are below.
       const Keys high =
           hn::IfThenElseZero(hn::FirstN(keys, count - 8),
                              join(hn::UpperHalf(halves, far), hn::UpperHalf(halves, child)));
-      hn::StoreU(kAny ? high : sorted8(high), keys, to);
-      hn::StoreU(kAny ? low : sorted8(low), keys, to + (count - 8));
+      hn::StoreU(sorted8(high), keys, to);
+      hn::StoreU(sorted8(low), keys, to + (count - 8));
     } else {
-      if (!kAny) low = count > 4 ? sorted8(low) : sorted4(low);
-      hn::StoreU(low, keys, to);
+      hn::StoreU(count > 4 ? sorted8(low) : sorted4(low), keys, to);
     }
     size_ += static_cast<int>(count);
   }
@@ -127,7 +126,6 @@ static_assert(sizeof(StackEntry) == 8 && offsetof(StackEntry, distance) == 4);
 template <class View, class Leaf>
 class BvhFlight {
   static constexpr int W = View::kWidth;
-  static constexpr bool kAny = Leaf::kIsAny;
   static constexpr int kSlots = 32;
 
  public:
@@ -172,23 +170,12 @@ class BvhFlight {
   HWY_INLINE void test_leaves(Round& round);
   template <class Source, class Sink>
   HWY_INLINE bool fill(Slot& slot, const Source& source, const Sink& sink);
-  HWY_INLINE bool is_blocked_again(Slot& slot);
   template <class Sink>
   HWY_NOINLINE void trace_alone(Slot& slot, const Sink& sink);
 
   const View& scene_;
-  uint32_t blocker_ = kNoBlock;  // for any hit
   Slot slots_[kSlots];
 };
-
-// Returns: whether the block that blocked another ray last blocks this one, too.
-template <class View, class Leaf>
-bool BvhFlight<View, Leaf>::is_blocked_again(Slot& slot) {
-  if (blocker_ == kNoBlock) return false;
-  slot.found = slot.leaf.look(scene_.shapes, blocker_);
-  if (Leaf::may_hit(slot.found)) slot.leaf.settle(scene_.shapes, blocker_, slot.found);
-  return slot.ray.has_hit();
-}
 
 // Returns: whether the slot has a ray.
 template <class View, class Leaf>
@@ -200,10 +187,9 @@ bool BvhFlight<View, Leaf>::fill(Slot& slot, const Source& source, const Sink& s
       slot.slabs.setup(slot.ray, scene_.box);
       slot.stack.begin();
       TESSERA_COUNT(singles, 1);
-      if (!kAny || !is_blocked_again(slot)) return true;
-    } else {
-      slot.ray.best = -1;
+      return true;
     }
+    slot.ray.best = -1;
     sink(slot.number, slot.ray);
   }
   return false;
@@ -245,7 +231,7 @@ void BvhFlight<View, Leaf>::step_nodes(Round& round, const Source& source, const
     alignas(64) float t_in[W];
     const BvhNode<W>& node = scene_.nodes[slot.child];
     const uint32_t met = slot.slabs.overlapping(slot.ray, node, t_in);
-    slot.stack.template push<kAny>(node, met, t_in);
+    slot.stack.push(node, met, t_in);
     bool goes_on = true;
     if (HWY_UNLIKELY(!slot.stack.has_room())) {
       trace_alone(slot, sink);
@@ -271,11 +257,7 @@ void BvhFlight<View, Leaf>::test_leaves(Round& round) {
   }
   for (int i = 0; i < close.count; ++i) {
     Slot& slot = slots_[close.slot[i]];
-    const uint32_t block = slot.child & kBvhBlockMask;
-    slot.leaf.settle(scene_.shapes, block, slot.found);
-    if (!kAny || !slot.ray.has_hit()) continue;
-    blocker_ = block;
-    slot.stack.end();
+    slot.leaf.settle(scene_.shapes, slot.child & kBvhBlockMask, slot.found);
   }
 }
 

@@ -95,23 +95,6 @@ HWY_INLINE Together run_together(Tracer& tracer, const Packet& rays) {
   return how;
 }
 
-template <class View, bool kAny>
-constexpr bool kHasFlight = kFlies<View, typename Tracers<View>::Leaves::template Ray<kAny>>;
-
-// Traces the rays of `bits` in flight. sink(i, ray): takes ray i with its answer.
-template <bool kAny, class View, class Packet, class Sink>
-HWY_INLINE void fly(const View& scene, const Packet& rays, uint64_t bits, const Sink& sink) {
-  using Leaf = typename Tracers<View>::Leaves::template Ray<kAny>;
-  const auto next = [&](SingleRay& ray) {
-    if (bits == 0) return -1;
-    const int i = __builtin_ctzll(bits);
-    bits &= bits - 1;
-    ray = ray_of(rays, static_cast<size_t>(i));
-    return i;
-  };
-  BvhFlight<View, Leaf>(scene).run(next, sink);
-}
-
 // Traces the rays of a packet without company.
 template <class View, class Packet>
 HWY_INLINE void closest_alone(const View& scene, const Packet& rays, PacketHits& hits) {
@@ -119,8 +102,17 @@ HWY_INLINE void closest_alone(const View& scene, const Packet& rays, PacketHits&
     hits.t[i] = 0;
     hits.primitive[i] = kNoPrimitive;
   }
-  if constexpr (kHasFlight<View, false>) {
-    fly<false>(scene, rays, rays.active, [&](int i, const OneRay& ray) {
+  using Leaf = typename Tracers<View>::Leaves::template Ray<false>;
+  if constexpr (kFlies<View, Leaf>) {
+    uint64_t bits = rays.active;
+    const auto next = [&](SingleRay& ray) {
+      if (bits == 0) return -1;
+      const int i = __builtin_ctzll(bits);
+      bits &= bits - 1;
+      ray = ray_of(rays, static_cast<size_t>(i));
+      return i;
+    };
+    BvhFlight<View, Leaf>(scene).run(next, [&](int i, const OneRay& ray) {
       if (!ray.has_hit()) return;
       hits.t[i] = ray.best_t;
       hits.primitive[i] = static_cast<uint32_t>(ray.best);
@@ -143,22 +135,16 @@ HWY_INLINE void closest(const View& scene, const Packet& rays, PacketHits& hits)
   closest_alone(scene, rays, hits);
 }
 
-// Traces the rays of `bits` without company. The block that blocked one ray is tested first for
-// those that begin after it, since neighbours are mostly blocked by the same primitives.
+// Traces the rays of `bits` one by one. The block that blocked one ray is tested first for the
+// next, since neighbours are mostly blocked by the same primitives.
 template <int W, class Shapes, class Packet>
 HWY_INLINE uint64_t occluded_alone(const BvhView<W, Shapes>& scene, const Packet& rays,
                                    uint64_t bits) {
-  using View = BvhView<W, Shapes>;
   uint64_t blocked = 0;
-  if constexpr (kHasFlight<View, true>) {
-    fly<true>(scene, rays, bits,
-              [&](int i, const OneRay& ray) { blocked |= uint64_t{ray.has_hit()} << i; });
-    return blocked;
-  }
   uint32_t blocker = kNoBlock;
   for (; bits != 0; bits &= bits - 1) {
     const auto i = static_cast<size_t>(__builtin_ctzll(bits));
-    typename Tracers<View>::template Ray<true> tracer(scene);
+    typename Tracers<BvhView<W, Shapes>>::template Ray<true> tracer(scene);
     blocked |= uint64_t{tracer.run(ray_of(rays, i), blocker)} << i;
   }
   return blocked;
