@@ -21,7 +21,9 @@
 #define TESSERA_CORE_BVH_FLIGHT_INL_H_
 #endif
 
-#include "slave/core/traverse/bvh_ray-inl.h"
+#include "slave/core/ray/one_ray-inl.h"
+#include "slave/core/traverse/node_stack-inl.h"
+#include "slave/core/traverse/ray_slabs-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
@@ -131,10 +133,10 @@ class BvhFlight {
  public:
   explicit BvhFlight(const View& scene) : scene_(scene) {}
 
-  // source(ray): fills in a ray and returns its number, or -1 when there are no more.
-  // sink(number, ray): takes the ray with its answer.
-  template <class Source, class Sink>
-  void run(const Source& source, const Sink& sink);
+  // rays.next(ray) fills in a ray and returns its number, or -1 when there are no more;
+  // rays.ended(number, hit) takes its answer; rays.alone(ray) answers a ray by itself.
+  template <class Rays>
+  void run(Rays& rays);
 
  private:
   struct Slot {
@@ -165,13 +167,11 @@ class BvhFlight {
   };
 
   HWY_INLINE void sort_out(Round& round);
-  template <class Source, class Sink>
-  HWY_INLINE void step_nodes(Round& round, const Source& source, const Sink& sink);
+  template <class Rays>
+  HWY_INLINE void step_nodes(Round& round, Rays& rays);
   HWY_INLINE void test_leaves(Round& round);
-  template <class Source, class Sink>
-  HWY_INLINE bool fill(Slot& slot, const Source& source, const Sink& sink);
-  template <class Sink>
-  HWY_NOINLINE void trace_alone(Slot& slot, const Sink& sink);
+  template <class Rays>
+  HWY_INLINE bool fill(Slot& slot, Rays& rays);
 
   const View& scene_;
   Slot slots_[kSlots];
@@ -179,9 +179,9 @@ class BvhFlight {
 
 // Returns: whether the slot has a ray.
 template <class View, class Leaf>
-template <class Source, class Sink>
-bool BvhFlight<View, Leaf>::fill(Slot& slot, const Source& source, const Sink& sink) {
-  while ((slot.number = source(slot.given)) >= 0) {
+template <class Rays>
+bool BvhFlight<View, Leaf>::fill(Slot& slot, Rays& rays) {
+  while ((slot.number = rays.next(slot.given)) >= 0) {
     if (scene_.nodes != nullptr && slot.ray.setup(slot.given, scene_.box)) {
       slot.leaf.prepare();
       slot.slabs.setup(slot.ray, scene_.box);
@@ -189,18 +189,9 @@ bool BvhFlight<View, Leaf>::fill(Slot& slot, const Source& source, const Sink& s
       TESSERA_COUNT(singles, 1);
       return true;
     }
-    slot.ray.best = -1;
-    sink(slot.number, slot.ray);
+    rays.ended(slot.number, SingleHit{0, kNoPrimitive});
   }
   return false;
-}
-
-template <class View, class Leaf>
-template <class Sink>
-void BvhFlight<View, Leaf>::trace_alone(Slot& slot, const Sink& sink) {
-  BvhRayTracer<View, Leaf> tracer(scene_);
-  tracer.run(slot.given);
-  sink(slot.number, tracer.ray());
 }
 
 // Takes the next box of each waiting ray from its stack. Boxes behind what the ray has hit are
@@ -223,8 +214,8 @@ void BvhFlight<View, Leaf>::sort_out(Round& round) {
 }
 
 template <class View, class Leaf>
-template <class Source, class Sink>
-void BvhFlight<View, Leaf>::step_nodes(Round& round, const Source& source, const Sink& sink) {
+template <class Rays>
+void BvhFlight<View, Leaf>::step_nodes(Round& round, Rays& rays) {
   for (int i = 0; i < round.at_node.count; ++i) {
     const uint8_t s = round.at_node.slot[i];
     Slot& slot = slots_[s];
@@ -234,8 +225,8 @@ void BvhFlight<View, Leaf>::step_nodes(Round& round, const Source& source, const
     slot.stack.push(node, met, t_in);
     bool goes_on = true;
     if (HWY_UNLIKELY(!slot.stack.has_room())) {
-      trace_alone(slot, sink);
-      goes_on = fill(slot, source, sink);
+      rays.ended(slot.number, rays.alone(slot.given));
+      goes_on = fill(slot, rays);
     }
     round.next.add_if(goes_on, s);
   }
@@ -262,19 +253,22 @@ void BvhFlight<View, Leaf>::test_leaves(Round& round) {
 }
 
 template <class View, class Leaf>
-template <class Source, class Sink>
-void BvhFlight<View, Leaf>::run(const Source& source, const Sink& sink) {
+template <class Rays>
+void BvhFlight<View, Leaf>::run(Rays& rays) {
   SlotList waiting;
-  for (uint8_t s = 0; s < kSlots && fill(slots_[s], source, sink); ++s) waiting.add_if(true, s);
+  for (uint8_t s = 0; s < kSlots && fill(slots_[s], rays); ++s) waiting.add_if(true, s);
   while (waiting.count > 0) {
     Round round{waiting, {}, {}, {}, {}};
     sort_out(round);
-    step_nodes(round, source, sink);
+    step_nodes(round, rays);
     test_leaves(round);
     for (int i = 0; i < round.ended.count; ++i) {
       const uint8_t s = round.ended.slot[i];
-      sink(slots_[s].number, slots_[s].ray);
-      round.next.add_if(fill(slots_[s], source, sink), s);
+      const OneRay& ray = slots_[s].ray;
+      const bool has_hit = ray.has_hit();  // -1 is kNoPrimitive
+      rays.ended(slots_[s].number,
+                 SingleHit{has_hit ? ray.best_t : 0, static_cast<uint32_t>(ray.best)});
+      round.next.add_if(fill(slots_[s], rays), s);
     }
     waiting = round.next;
   }

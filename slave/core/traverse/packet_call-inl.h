@@ -95,36 +95,46 @@ HWY_INLINE Together run_together(Tracer& tracer, const Packet& rays) {
   return how;
 }
 
+// The active rays of a packet, one after the other, for a flight.
+template <class View, class Packet>
+struct PacketInFlight {
+  const View& scene;
+  const Packet& packet;
+  PacketHits& hits;
+  uint64_t left = packet.active;
+
+  HWY_INLINE int next(SingleRay& ray) {
+    if (left == 0) return -1;
+    const int i = __builtin_ctzll(left);
+    left &= left - 1;
+    ray = ray_of(packet, static_cast<size_t>(i));
+    return i;
+  }
+  HWY_INLINE void ended(int i, const SingleHit& hit) {
+    hits.t[i] = hit.t;
+    hits.primitive[i] = hit.primitive;
+  }
+  HWY_INLINE SingleHit alone(const SingleRay& ray) const {
+    SingleHit hit;
+    closest_ray(scene, ray, hit);
+    return hit;
+  }
+};
+
 // Traces the rays of a packet without company.
 template <class View, class Packet>
-HWY_INLINE void closest_alone(const View& scene, const Packet& rays, PacketHits& hits) {
+HWY_INLINE void closest_alone(const View& scene, const Packet& packet, PacketHits& hits) {
   for (size_t i = 0; i < kPacketRays; ++i) {
     hits.t[i] = 0;
     hits.primitive[i] = kNoPrimitive;
   }
+  PacketInFlight<View, Packet> rays{scene, packet, hits};
   using Leaf = typename Tracers<View>::Leaves::template Ray<false>;
   if constexpr (kFlies<View, Leaf>) {
-    uint64_t bits = rays.active;
-    const auto next = [&](SingleRay& ray) {
-      if (bits == 0) return -1;
-      const int i = __builtin_ctzll(bits);
-      bits &= bits - 1;
-      ray = ray_of(rays, static_cast<size_t>(i));
-      return i;
-    };
-    BvhFlight<View, Leaf>(scene).run(next, [&](int i, const OneRay& ray) {
-      if (!ray.has_hit()) return;
-      hits.t[i] = ray.best_t;
-      hits.primitive[i] = static_cast<uint32_t>(ray.best);
-    });
+    BvhFlight<View, Leaf>(scene).run(rays);
   } else {
-    for (uint64_t bits = rays.active; bits != 0; bits &= bits - 1) {
-      const auto i = static_cast<size_t>(__builtin_ctzll(bits));
-      SingleHit hit;
-      closest_ray(scene, ray_of(rays, i), hit);
-      hits.t[i] = hit.t;
-      hits.primitive[i] = hit.primitive;
-    }
+    SingleRay ray;
+    for (int i = rays.next(ray); i >= 0; i = rays.next(ray)) rays.ended(i, rays.alone(ray));
   }
 }
 
