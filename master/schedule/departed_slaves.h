@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Slaves that are gone, for a while: a frame whose scene only one of them could hold is not given
-// up before it can have come back. Pure; owned by the scheduler.
+// up before it can have come back. Pure, as the scheduler that owns it: times are given, nothing
+// fails.
+//
+// Threads. The scheduler's.
 #pragma once
 
 #include <deque>
@@ -35,14 +38,16 @@ class DepartedSlaves {
     slaves_.push_back(std::move(slave));
   }
 
-  // A slave of this name is here (again).
+  // Forgets slaves of this name: one is here (again).
   void joined(const std::string& name) {
     std::erase_if(slaves_, [&](const Slave& slave) { return slave.name == name; });
   }
 
-  // Returns: who left last of those that had not refused the version; null when there is none.
-  const Slave* last_able(SceneVersion version) const {
+  // Returns: who left last of those that had not refused the version; null when there is none, or
+  // when it has been gone for so long that its leaving explains nothing.
+  const Slave* last_able(SceneVersion version, TimePoint now) const {
     for (auto slave = slaves_.rbegin(); slave != slaves_.rend(); ++slave) {
+      if (now - slave->left_at >= 2 * kReturn) break;
       if (!slave->refused.contains(version)) return &*slave;
     }
     return nullptr;

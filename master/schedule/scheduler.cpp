@@ -125,7 +125,7 @@ void Scheduler::fail_hopeless(TimePoint now, Actions& actions) {
     const bool is_refused = std::all_of(slaves_.begin(), slaves_.end(), [&](const auto& entry) {
       return entry.second.failed.contains(version);
     });
-    const DepartedSlaves::Slave* able = departed_.last_able(version);
+    const DepartedSlaves::Slave* able = departed_.last_able(version, now);
     if (!is_refused || (able != nullptr && able->may_return(now))) continue;
     std::string reason = "no slave can hold the scene: " + slaves_.begin()->second.failed[version];
     if (able != nullptr)

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traversal of a wide hierarchy by many rays that have nothing in common: 32 rays are in flight, and
-// each round takes every one of them a step further, first those that stand at a node, then those
-// that stand at a leaf, then those with primitives that need a closer look. A ray by itself waits
-// for each step's result, since the next step is a branch on it; here the steps of different rays
-// overlap, and hardly a branch depends on a ray.
+// Traversal of a wide hierarchy by many rays that have nothing in common: 32 rays are in flight,
+// and each round takes every one of them a step further, first those that stand at a node, then
+// those that stand at a leaf, then those with primitives that need a closer look. A ray by itself
+// waits for each step's result, since the next step is a branch on it; here the steps of different
+// rays overlap, and hardly a branch depends on a ray. Decision: ../decisions/flights.md.
 //
 // For closest hits. Where any hit will do, rays are better one by one: what blocks one of them is
 // tested first for the next, and rays in flight begin before anything is known of each other.
@@ -131,6 +131,7 @@ class BvhFlight {
   static constexpr int kSlots = 32;
 
  public:
+  // Requires: the scene outlives it. Some 30 KB, most of which are the rays' stacks.
   explicit BvhFlight(const View& scene) : scene_(scene) {}
 
   // rays.next(ray) fills in a ray and returns its number, or -1 when there are no more;

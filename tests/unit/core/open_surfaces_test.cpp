@@ -220,9 +220,10 @@ TEST(OpenSurfaces, ALampOfTwoSidesLightsBoth) {
   }
 }
 
-// What a lamp sheds is proportional to its opacity, whether it is found by light samples (direct, on
-// diffuse surfaces), by BSDF samples or by both. The lamp is near and large, so BSDF samples carry
-// most of the light on a glossy floor; the standard deviation of the mean is below 0.005 of it.
+// What a lamp sheds is proportional to its opacity, whether it is found by light samples (direct,
+// on diffuse surfaces), by BSDF samples or by both. The lamp is near and large, so BSDF samples
+// carry most of the light on a glossy floor; the standard deviation of the mean is below 0.005 of
+// it.
 TEST(OpenSurfaces, ABlendedLampShedsTheShareOfItsOpacity) {
   for (const bool is_glossy : {false, true}) {
     for (const Renderer renderer : {Renderer::kDirect, Renderer::kPath}) {

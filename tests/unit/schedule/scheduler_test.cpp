@@ -259,6 +259,17 @@ TEST(Scheduler, AFrameThatOnlyADepartedSlaveCouldHoldFailsAndNamesIt) {
   EXPECT_NE(failed[0].reason.find("'s2'"), std::string::npos) << failed[0].reason;
 }
 
+TEST(Scheduler, ASlaveThatLeftLongAgoIsNoReason) {
+  Scheduler scheduler = cluster_of(2);
+  scheduler.slave_lost(2, kStart);
+  const TimePoint later = kStart + 2 * DepartedSlaves::kReturn;
+  scheduler.submit_frame(0, 2, tiles(3), later);
+  const std::vector<Action> failed =
+      of(scheduler.scene_failed(1, 2, "no memory", later), ActionKind::kFrameFailed);
+  ASSERT_EQ(failed.size(), 1u);
+  EXPECT_EQ(failed[0].reason.find("'s2'"), std::string::npos) << failed[0].reason;
+}
+
 TEST(Scheduler, ASlaveThatHadRefusedTheSceneIsNotWaitedFor) {
   Scheduler scheduler = cluster_of(2);
   scheduler.submit_frame(0, 2, tiles(3), kStart);

@@ -70,7 +70,8 @@ class TriangleRay {
   using M = MaskOf<V>;
   static constexpr size_t kStep = kLanesOf<V>;
 
-  // kIsAlone: a branch saves work where no triangle is possible.
+  // kIsAlone: for a ray by itself, which gains by a branch where no triangle is possible, and does
+  // not gain by narrowing t for closest hits. Rays in flight have it the other way round.
   template <bool kIsAlone>
   HWY_INLINE Candidates candidates(const TriangleBlock<W>& block, size_t first) const;
   HWY_INLINE void settle(const TriangleBlock<W>& block, size_t first, const Candidates& found);
