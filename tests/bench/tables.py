@@ -11,7 +11,7 @@ In a document, between two marks:
     <!-- end of results -->
 
 FILE is what `tessera-bench --json` has written, or an object with "run" (commit, processor, compiler, date, command) and
-"tables", each of which has "columns" and "rows". VIEW is the name of one of these tables, or of a view below. Several files,
+"tables", each of which has "columns" and "rows". VIEW is the name of one of these tables, or of a view of views.py. Several files,
 separated by commas, are runs of one command: a cell then shows the range that they span.
 """
 import argparse
@@ -23,128 +23,11 @@ import sys
 import textwrap
 
 from result_file import RUN_KEYS
+from views import table_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "tests" / "bench" / "results"
 MARKS = re.compile(r"(<!-- results: (?P<files>\S+) (?P<view>[^>]+?) -->\n).*?(<!-- end of results -->)", re.S)
-KINDS = {"primary": "camera", "shadow": "shadow", "bounce": "bounce"}
-STRUCTURES = {"bvh": "hierarchy", "kd": "kd-tree", "kdq": "quality kd-tree"}
-
-
-def number(value):
-    """Three digits, as a person writes them."""
-    if value == 0 or not abs(value) < float("inf"):
-        return f"{value:g}"
-    if abs(value) >= 100:
-        return f"{value:,.0f}"
-    return f"{value:.3g}" if abs(value) < 0.01 else f"{value:.{1 if abs(value) >= 10 else 2}f}"
-
-
-def span(values):
-    low, high = number(min(values)), number(max(values))
-    return low if low == high else f"{low} to {high}"
-
-
-def structure_of(name):
-    """Of a contender's or a build's name: ("bvh", "16"), ("kd", "8"), ("kdq", "8") or (None, None)."""
-    match = re.match(r"(bvh|kd)(\d+)(q?)\b", name)
-    return (match[1] + match[3], match[2]) if match else (None, None)
-
-
-def best(rows, is_wanted):
-    rates = [row["mrays_per_cpu_second"] for row in rows if is_wanted(row["name"])]
-    return max(rates) if rates else None
-
-
-def rays_table(runs, peer):
-    """The best mode of each structure to the peer's best, rates in Mrays per CPU-second, and what answers differ."""
-    scenes = [scene["scene"] for scene in runs[0]["core"]]
-
-    def cells(kind, make):
-        out = []
-        for scene in scenes:
-            lists = [k["rows"] for run in runs for s in run["core"] if s["scene"] == scene for k in s["rays"] if k["kind"] == kind]
-            found = [value for value in map(make, lists) if value is not None]
-            out.append(span(found) if found else "-")
-        return out
-
-    rows = []
-    traced = {rays["kind"] for run in runs for scene in run["core"] for rays in scene["rays"]}
-    for kind, word in KINDS.items():
-        if kind not in traced:
-            continue
-        for key, structure in STRUCTURES.items():
-            def own(lists, key=key):
-                return best(lists, lambda name: structure_of(name)[0] == key)
-
-            def ratio(lists, own=own):
-                ours, theirs = own(lists), best(lists, lambda name: name.startswith(peer))
-                return ours / theirs if ours and theirs else None
-
-            ratios, rates = cells(kind, ratio), cells(kind, own)
-            if any(rate != "-" for rate in rates):
-                rows.append([f"{word} rays, {structure}"] +
-                            [f"{a} ({b})" if a != "-" else b for a, b in zip(ratios, rates)])
-        rows.append([f"{word} rays, peer's Mrays"] + cells(kind, lambda lists: best(lists, lambda n: n.startswith(peer))))
-        rows.append([f"{word} rays of a million that end elsewhere: ours / peer's"] + [
-            " / ".join(elsewhere(runs, scene, kind, name) for name in ("bvh", peer)) for scene in scenes])
-    return ["ratio (Mrays per CPU-second)"] + scenes, rows
-
-
-def elsewhere(runs, scene, kind, prefix):
-    """Greatest share, in millionths, of rays whose answer is not the first row's."""
-    shares = [1e6 * row["differ"] / max(1, k["rays"]) for run in runs for s in run["core"] if s["scene"] == scene
-              for k in s["rays"] if k["kind"] == kind for row in k["rows"] if row["name"].startswith(prefix)]
-    return number(max(shares)) if shares else "-"
-
-
-def modes_table(runs, kind):
-    """Every way of tracing rays of one kind, in Mrays per CPU-second."""
-    scenes, names, rates = [], [], {}
-    for run in runs:
-        for scene in run["core"]:
-            for rays in scene["rays"]:
-                if rays["kind"] != kind:
-                    continue
-                if scene["scene"] not in scenes:
-                    scenes.append(scene["scene"])
-                for row in rays["rows"]:
-                    if row["name"] not in names:
-                        names.append(row["name"])
-                    rates.setdefault((row["name"], scene["scene"]), []).append(row["mrays_per_cpu_second"])
-    rows = [[name] + [span(rates[name, scene]) if (name, scene) in rates else "-" for scene in scenes] for name in names]
-    return [f"{KINDS[kind]} rays, Mrays per CPU-second"] + scenes, rows
-
-
-def builds_table(runs, _):
-    """CPU time of Embree's build of the same quality to ours, and memory of ours to Embree's."""
-    scenes = [scene["scene"] for scene in runs[0]["core"]]
-    rows = {}
-    for run in runs:
-        for scene in run["core"]:
-            builds = {build["name"]: build for build in scene["builds"]}
-            for name, build in builds.items():
-                key, _width = structure_of(name)
-                peer = builds.get("embree high" if key == "kdq" else "embree medium")
-                if key is None or peer is None:
-                    continue
-                for what, value in (("time, peer's to ours", peer["cpu_seconds"] / build["cpu_seconds"]),
-                                    ("memory, ours to peer's", build["mb"] / peer["mb"])):
-                    rows.setdefault(f"{STRUCTURES[key]}, {what}", {}).setdefault(scene["scene"], []).append(value)
-    return ["build"] + scenes, [[name] + [span(found[s]) if s in found else "-" for s in scenes] for name, found in rows.items()]
-
-
-VIEWS = {"rays": lambda runs, rest: rays_table(runs, f"embree {rest or 'medium'}"), "modes": modes_table, "builds": builds_table}
-
-
-def table_of(runs, view):
-    name, _, rest = view.partition(" ")
-    if name in VIEWS and "core" in runs[0]:
-        return VIEWS[name](runs, rest)
-    made = runs[0].get("tables", {}).get(view)
-    if made is None:
-        raise SystemExit(f"tables.py: no table or view '{view}'; there are {sorted(runs[0].get('tables', {})) + sorted(VIEWS)}")
-    return made["columns"], made["rows"]
 
 
 def caption(runs):
