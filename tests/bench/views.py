@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Views of results: what stands in the columns and rows of a table. tables.py writes them, plots.py draws some.
 
-A view of `tessera-bench core --json` is computed from its rates; of any other result it is one of its "tables".
+A view of `tessera-bench core --json` is computed from its rates, one of `tessera-sim scaling` from its series; of any other
+result it is one of its "tables".
 """
 import re
+
+import scaling_series
 
 KINDS = {"primary": "camera", "shadow": "shadow", "bounce": "bounce"}
 STRUCTURES = {"bvh": "hierarchy", "kd": "kd-tree", "kdq": "quality kd-tree"}
@@ -119,6 +122,8 @@ def table_of(runs, view):
     name, _, rest = view.partition(" ")
     if name in VIEWS and "core" in runs[0]:
         return VIEWS[name](runs, rest)
+    if name == "speeds" and scaling_series.TABLE in runs[0].get("tables", {}):
+        return scaling_series.speeds_table(runs[0], rest.split())
     made = runs[0].get("tables", {}).get(view)
     if made is None:
         raise SystemExit(f"tables.py: no table or view '{view}'; there are {sorted(runs[0].get('tables', {})) + sorted(VIEWS)}")

@@ -3,7 +3,7 @@
 grows old. Limits, sizes and errors are no speed."""
 import re
 
-MARK_BEGIN, MARK_END = "<!-- results: ", "<!-- end of results -->"
+MARKS_BEGIN, MARKS_END = ("<!-- results: ", "<!-- plot: "), ("<!-- end of results -->", "<!-- end of plot -->")
 NUMBER = r"\d[\d.,]*"
 SPEED = re.compile(
     rf"""{NUMBER}\s*(?:M?rays/s|Mrays|million\s+rays\s+a\s+second|rays\s+a\s+second|frames/s|frames\s+a\s+second|tiles/s
@@ -23,12 +23,12 @@ def paragraphs(text):
     """(number of the first line, text) of each paragraph outside of marks and of code."""
     lines, first, is_marked, is_code = [], 0, False, False
     for number, line in enumerate(text.splitlines() + [""], 1):
-        if line.startswith(MARK_BEGIN):
+        if line.startswith(MARKS_BEGIN):
             is_marked = True
         if line.lstrip().startswith("```"):
             is_code = not is_code
         is_out = is_marked or is_code or (not lines and line.startswith("    ")) or not line.strip()
-        if line.startswith(MARK_END):
+        if line.startswith(MARKS_END):
             is_marked = False
         if not is_out:
             first = first if lines else number

@@ -73,6 +73,7 @@ class Walls(unittest.TestCase):
             self.assertEqual(self.findings({"slave/a.md": f"It has {words}.\n"}), [])
         marked = "<!-- results: a.json rays -->\n\nIt reaches 5.2 Mrays/s.\n\n<!-- end of results -->\n"
         self.assertEqual(self.findings({"slave/a.md": marked}), [])
+        self.assertEqual(self.findings({"slave/a.md": marked.replace("results", "plot")}), [])
 
     def test_a_measured_table_outside_of_marks_is_red(self):
         table = "| | a | b |\n|---|---|---|\n| c | 1 | 2 |\n"
