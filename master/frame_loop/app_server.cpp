@@ -6,6 +6,7 @@
 
 #include "common/base/log.h"
 #include "common/wire/codec.h"
+#include "common/wire/record_types.h"
 
 namespace tessera::master {
 namespace {
@@ -13,6 +14,13 @@ namespace {
 constexpr std::uint64_t kPieceBytes = 512 * 1024;  // of a frame on its way to the application
 static_assert(kPieceBytes <= kFrameChunkBytesMax && kPieceBytes < net::kSendQueueLowBytes);
 constexpr std::size_t kStatusClientsMax = 64;
+
+// Heartbeats that an application and its master may miss of each other: 15 s. A slave that was
+// given up too early joins again and has lost some tiles; an application has lost its pictures. So
+// both wait as long as a process may stand still on a machine that others keep busy. A process that
+// ends, or a machine that answers, closes the link at once.
+constexpr std::uint32_t kAppHeartbeatsMissedMax = 59;
+static_assert(kAppHeartbeatsMissedMax <= wire::kHeartbeatsMissedLimit);
 
 }  // namespace
 
@@ -27,8 +35,9 @@ void AppServer::on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hell
     return link->refuse(wire::RefuseCode::kFull, "too many status clients");
   }
   const SessionId session = ++next_session_;
-  link->send(wire::Welcome{version, session, session, kHeartbeatMs, kHeartbeatsMissedMax});
-  link->start_heartbeat();
+  const std::uint32_t missed_max = is_app ? kAppHeartbeatsMissedMax : kHeartbeatsMissedMax;
+  link->send(wire::Welcome{version, session, session, kHeartbeatMs, missed_max});
+  link->start_heartbeat(kHeartbeatMs, missed_max);
   if (is_app) {
     add_application(session, std::move(link), hello);
   } else {

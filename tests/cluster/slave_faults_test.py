@@ -3,6 +3,7 @@
 """Slaves that die, hang, leave or join while frames are rendered: every picture stays the same, to the bit."""
 import os
 import signal
+import time
 import unittest
 
 import cluster_lib
@@ -97,6 +98,26 @@ class SlaveFaults(unittest.TestCase):
         self.assertGreater(frames, 1)
         expected = self.cluster.render(scene, *FRAME, "--frames", f"0:{frames - 1}", "--local", "1", connect=False).digests
         self.assertEqual(run.digests, expected)
+
+    def test_a_master_that_stands_still_for_a_while_loses_no_picture(self):
+        expected = self.expected()
+        self.cluster.slaves(2, *SLOW)
+        render = self.cluster.start_endless(SCENE, *FRAME)
+        self.wait_until_it_holds_tiles("slave-2")
+        os.kill(self.cluster.processes["master"].pid, signal.SIGSTOP)
+        time.sleep(3)
+        os.kill(self.cluster.processes["master"].pid, signal.SIGCONT)
+        self.stop(render, expected)
+
+    def test_an_application_that_stands_still_for_a_while_loses_no_picture(self):
+        expected = self.expected()
+        self.cluster.slaves(2, *SLOW)
+        render = self.cluster.start_endless(SCENE, *FRAME)
+        self.wait_until_it_holds_tiles("slave-2")
+        os.kill(render.pid, signal.SIGSTOP)
+        time.sleep(10)
+        os.kill(render.pid, signal.SIGCONT)
+        self.stop(render, expected)
 
     def test_an_application_that_is_killed_frees_the_cluster_for_the_next(self):
         expected = self.expected()
