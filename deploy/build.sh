@@ -20,26 +20,26 @@ folder=build/$preset
 # One compiler cache serves every clone on this machine.
 export CCACHE_NOHASHDIR=1 CCACHE_BASEDIR=$PWD
 
-cached() {  # a variable of the CMake cache; empty when there is none
+cached() {  # prints a variable of the CMake cache, or nothing where it has none
   sed -n "s/^$1:[A-Z]*=//p" "$folder/CMakeCache.txt" 2>/dev/null || true
 }
 options=()
 is_current=no
 if [[ -f $folder/build.ninja ]]; then
   if [[ $(cached CMAKE_HOME_DIRECTORY) != "$PWD" ]]; then
-    options=(--fresh)  # the folder was moved or copied
+    options=(--fresh)  # a folder that was moved or copied holds another tree's paths
   elif [[ $with_tests == OFF || $(cached TESSERA_TESTS) == ON ]]; then
-    is_current=yes  # ninja itself configures anew when a CMakeLists.txt changed
+    is_current=yes  # ninja itself configures anew when a CMakeLists.txt has changed
   fi
 fi
 if [[ $is_current == no ]]; then
-  # clang-annotations says itself that it has no tests
+  # The preset clang-annotations turns the tests off itself.
   if [[ $preset != clang-annotations ]]; then options+=("-DTESSERA_TESTS=$with_tests"); fi
   cmake --preset "$preset" "${options[@]}"
 fi
 
 jobs=$(nproc)
-# A compiler process takes up to 1.5 GB here: fewer at a time where memory is short.
+# A compiler process takes up to 1.5 GB here, so fewer run at a time where memory is short.
 memory_gib=$(awk '/^MemAvailable/ {print int($2 / 1048576)}' /proc/meminfo 2>/dev/null || echo 8)
 memory_jobs=$((memory_gib * 2 / 3))
 if ((memory_jobs < 1)); then memory_jobs=1; fi

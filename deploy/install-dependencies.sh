@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs the Debian 12 packages that Tessera needs; asks dpkg first and touches nothing, network
-# included, when all of them are there.
+# Installs the Debian 12 packages that Tessera needs. It asks dpkg first, and touches nothing, the
+# network included, when all of them are there.
 set -euo pipefail
 
 usage() {
@@ -22,7 +22,7 @@ Needs root or sudo, only where something is missing. APT_OPTIONS is passed on to
 END
 }
 
-packages_of() {  # set
+packages_of() {  # prints the packages of a set
   case $1 in
     build)
       echo g++ cmake ninja-build pkg-config ccache mold libasio-dev libssl-dev openssl \

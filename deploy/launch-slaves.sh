@@ -38,8 +38,8 @@ fail() {
   return 1
 }
 
-# Values go through the remote shell: only these characters may occur in them.
-check_word() {  # what, value, regular expression
+# Values go through the remote shell, so they are checked to hold the characters of a pattern alone.
+check_word() {  # arguments: what it is, its value, regular expression
   [[ $2 =~ ^$3$ ]] || wrong_usage "$1 '$2' is not of the form $3"
 }
 
@@ -106,12 +106,12 @@ check_start() {
   fi
 }
 
-name_of() {  # user@host:port -> host-port
+name_of() {  # prints host-port for user@host:port
   local name=${1#*@}
   echo "${name/:/-}"
 }
 
-remote() {  # host, script, arguments (checked words); standard input goes to the script
+remote() {  # runs a script with arguments (checked words) on a host; standard input goes to the script
   local host=$1 script=$2 port=() words='' word
   shift 2
   for word in "$@"; do words+=" '$word'"; done
@@ -123,7 +123,8 @@ remote() {  # host, script, arguments (checked words); standard input goes to th
   ssh "${ssh_options[@]}" "${port[@]}" -- "$host" "sh -c '$script' sh$words"
 }
 
-# Scripts for the hosts: POSIX sh, no single quotes, expanded there and not here. $1 folder, $2 name.
+# These scripts run on the hosts: POSIX sh without single quotes, expanded there and not here. $1 is
+# the folder, $2 the slave's name.
 # shellcheck disable=SC2016
 readonly find_slave='
 pid=
@@ -176,7 +177,7 @@ echo "pid $pid still runs ten seconds after TERM"
 exit 1
 '
 
-ensure_keys() {  # name
+ensure_keys() {  # makes the key folder of the slave with this name where there is none
   [[ -f $keys/$1/node.key ]] && return 0
   local tool
   tool=$(dirname "$binary")/tessera-keys
@@ -185,7 +186,7 @@ ensure_keys() {  # name
   "$tool" add "$keys" slave "$1" >/dev/null || fail "tessera-keys add $keys slave $1 failed"
 }
 
-start_on() {  # host, name
+start_on() {  # copies the binary and the keys to a host and starts the slave with this name there
   local running
   running=$(remote "$1" "$list_slave" "$folder" "$2" </dev/null) || return 1
   if [[ $running == runs,* ]]; then

@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# One command from a bare Debian 12 to a picture that two slave daemons rendered for a master.
-# Ends exactly the processes that it started, also on Ctrl-C.
+# This one command leads from a bare Debian 12 to a picture that two slave daemons rendered for a
+# master. It ends exactly the processes that it started, also on Ctrl-C.
 set -euo pipefail
 
 usage() {
@@ -62,7 +62,7 @@ trap cleanup EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM HUP
 
-forget() {  # a process that has ended and was waited for: its number may be another's soon
+forget() {  # drops a process that was waited for, since its number may soon be another's
   local i
   for i in "${!pids[@]}"; do
     if [[ ${pids[i]} == "$1" ]]; then
@@ -74,7 +74,7 @@ forget() {  # a process that has ended and was waited for: its number may be ano
   done
 }
 
-start() {  # name, command...: in the background, output in the log of that name
+start() {  # runs a command in the background, with its output in the log of a name (the first argument)
   "${@:2}" >"$out/$1.log" 2>&1 9>&- &
   pids+=($!)
   names+=("$1")
@@ -92,7 +92,7 @@ attend() {
   return "$code"
 }
 
-give_up() {  # message, log
+give_up() {  # prints a message and the last lines of a log, and exits
   echo "quickstart.sh: $1" >&2
   if [[ -n ${2:-} && -s $2 ]]; then tail -n 5 "$2" | sed "s|^|  ${2##*/}: |" >&2; fi
   exit 1
@@ -117,7 +117,7 @@ status() {
     >"$out/status.json" 2>/dev/null
 }
 
-# A port that is free now may be taken a moment later: try again with another one.
+# A port that is free now may be taken a moment later, so the master tries several.
 start_master() {
   local i
   for _ in 1 2 3 4 5; do
@@ -157,7 +157,7 @@ done
 
 app=(--connect "127.0.0.1:$port" --keys "$keys/app")
 case $scene in
-  builtin:waves) path=() ;;  # it moves by itself
+  builtin:waves) path=() ;;  # the scene moves by itself
   builtin:evening | builtin:room)
     cat >"$out/room.camera" <<'END'
 up 0 1 0
@@ -173,7 +173,7 @@ END
     ;;
   *) path=(--orbit 55) ;;
 esac
-# A second of time for each frame, so that the lantern goes once round.
+# Each frame is a second of time, so that the lantern goes round once.
 light=(--renderer igi --fps 1)
 rm -f "$out"/frame-*.png "$out/frame.exr"
 attend "$bin/tessera-master" render "$scene" "${app[@]}" "${path[@]}" "${light[@]}" --frames 0:11 --size 640x480 --stats "$out/stats.jsonl" \

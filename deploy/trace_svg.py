@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws an interval of a trace (tessera-master --trace FILE.json) as an SVG picture.
 
-One row per render thread of each slave, the frames of the master above; a tile has its frame's
-colour, a gap is a thread that waits. For a closer look open the trace itself at ui.perfetto.dev.
+Each render thread of a slave has a row, below the frames of the master. A tile has its frame's
+colour; in a gap the thread waits. For a closer look open the trace itself at ui.perfetto.dev.
 """
 import argparse
 import json
@@ -16,7 +16,7 @@ MASTER_PROCESS = 1
 
 
 def read(path):
-    """Spans as (process, row, begin_us, end_us, frame), names of processes, what else the file says."""
+    """Returns spans as (process, row, begin_us, end_us, frame), the names of processes, and the file's other data."""
     with open(path, encoding="utf-8") as file:
         trace = json.load(file)
     spans, names = [], {}
@@ -36,7 +36,7 @@ def busy_share(spans, begin, end):
 
 
 def ticks(begin, end):
-    """Round times inside, about ten of them."""
+    """Yields round times in the interval, about ten of them."""
     step = 1.0
     while (end - begin) / step > 12:
         step *= 10 if (end - begin) / step > 120 else (2.5 if str(step)[0] == "2" else 2)

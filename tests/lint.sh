@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# What tools say of the sources, without running them. Exit code 0: nothing; 1: something; 77: a tool is missing.
+# Asks tools about the sources, which do not run. Exit code 0: they found nothing; 1: something; 77: a tool is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -44,7 +44,7 @@ if ! git ls-files >/dev/null 2>&1; then
   exit 77
 fi
 
-sources() {  # endings...: files of the tree that end so
+sources() {  # prints the files of the tree (with --since: the changed ones) that match these patterns
   if [[ -n $since ]]; then
     git diff --name-only --diff-filter=d "$since" -- "$@"
   else

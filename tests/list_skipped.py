@@ -18,7 +18,7 @@ SAID = re.compile(r"^skipped: (.*)$", re.MULTILINE | re.IGNORECASE)
 
 
 def read_labels(path):
-    """Test name -> set of its labels."""
+    """Returns the set of labels of each test, by its name."""
     labels = {}
     with open(path, encoding="utf-8") as file:
         for test in json.load(file)["tests"]:
@@ -28,7 +28,7 @@ def read_labels(path):
 
 
 def skips_of(case):
-    """(name, reason) pairs of one ctest test: itself, or single tests in a gtest binary."""
+    """Returns (name, reason) pairs of one ctest test: of itself, or of single tests in a gtest binary."""
     name = case.get("name", "?")
     output = case.findtext("system-out") or ""
     if case.find("skipped") is not None:

@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds, runs the tests, says what was skipped. Exit code 0: all passed.
+# Installs what is missing, builds, runs the tests, and says what was skipped. Exit code 0: all passed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -46,20 +46,20 @@ for label in ${require//,/ }; do
 done
 if [[ $is_install == yes ]]; then deploy/install-dependencies.sh --with "$sets"; fi
 
-# Tests wait a good part of their time, for windows, links and pauses; cluster tests start several
-# processes each.
+# More tests than processors run at a time, since tests wait a good part of their time, for windows,
+# links and pauses. Twelve are the most, since cluster tests start several processes each.
 jobs=$((6 * $(nproc)))
 if ((jobs > 12)); then jobs=12; fi
 began=$SECONDS
 failed=()
 summaries=()
 
-summary_line() {  # file with ctest's output
+summary_line() {  # its argument is the file with ctest's output
   grep -E '^[0-9]+% tests passed, [0-9]+ tests? failed out of [0-9]+' "$1" | tail -n 1 || true
 }
 
-# preset, label expression ("" for all), --require list, targets: builds and runs; the skips are
-# kept for the end.
+# Builds a preset and runs its tests; the skips are kept for the end. Arguments: preset, label
+# expression ("" for all), --require list, targets.
 run_preset() {
   local preset=$1 labels=$2 needed=$3 folder=build/$1 code=0
   echo "== $preset: building"
@@ -68,7 +68,7 @@ run_preset() {
     return 0
   fi
   local choice=() wrap=()
-  # Where addresses are spread too widely, the thread sanitizer cannot map its own.
+  # Where the system spreads addresses too widely, the thread sanitizer cannot map its own memory.
   if [[ $preset == tsan ]] && setarch -R true 2>/dev/null; then wrap=(setarch -R); fi
   if [[ -n $labels ]]; then choice=(-L "$labels"); fi
   echo "== $preset: testing"
@@ -122,7 +122,7 @@ for preset in "${summaries[@]}"; do
 done
 if [[ -n ${annotations:-} ]]; then echo "clang-annotations: $annotations"; fi
 if [[ -n ${lint:-} ]]; then echo "lint: $lint"; fi
-for ((i = ${#summaries[@]} - 1; i >= 0; --i)); do  # the release build's comes last
+for ((i = ${#summaries[@]} - 1; i >= 0; --i)); do  # the summary of the release build comes last
   echo "${summaries[i]}:"
   summary_line "build/${summaries[i]}/run.log"
 done

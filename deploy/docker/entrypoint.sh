@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# What a container of the compose file does: keys, master or slave. The volume /keys holds one folder
-# per node; /authority, which can make new nodes, is seen by the keys step alone.
+# Runs in each container of the compose file and does one of keys, master or slave. The volume /keys
+# holds one folder per node; the service `keys` alone sees /authority, which can make new nodes.
 set -euo pipefail
 port=7400
 
@@ -30,8 +30,8 @@ case ${1:-} in
     ;;
   slave)
     wait_for_keys
-    # One certificate, one slave: each takes the first folder that no other one holds, for as long
-    # as it lives (the lock passes on to the slave with the open file).
+    # A certificate is for one slave: each slave takes the first folder that no other one holds, for
+    # as long as it lives (the lock passes on to the slave with the open file).
     for folder in /keys/slave-*; do
       exec 9>"$folder/lock"
       if flock -n 9; then

@@ -1,7 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# Brings up compose.yaml, renders through it, compares with a picture rendered by one process here,
-# takes everything down. On a Docker engine where one runs, else on podman. Exit 77: neither is here.
+# Brings up compose.yaml, renders through it, compares the pictures with those of one process here,
+# and takes everything down. It uses a Docker engine where one runs, else podman. Exit 77: skipped,
+# with the reason.
 # Usage: run-compose.sh [--check | --compile]
 #   --check     only reads compose.yaml
 #   --compile   compiles inside the image, instead of taking the programs of build/release (or of the
@@ -68,7 +69,7 @@ END
   skip "podman does not serve here: $(tail -n 1 "$work/podman.log")"
 }
 
-# podman fetches nothing here: the base image is made from the distribution's own packages, once.
+# podman fetches no image: the base image is made from the distribution's own packages, once.
 make_base() {
   export TESSERA_BASE=localhost/debian:bookworm-slim
   if podman image exists "$TESSERA_BASE"; then return 0; fi
@@ -98,9 +99,9 @@ else
   rm -rf out/docker/programs
   DESTDIR=$PWD/out/docker/programs cmake --install "$build" --prefix /usr/local >/dev/null
 fi
-# A port that is free now; the pictures are rendered inside, so nobody waits for this one.
+# Any port that is likely to be free; the pictures are rendered inside, so nobody connects to it.
 TESSERA_PORT=$((20000 + RANDOM % 12000))
-# On a busy machine podman may take longer than a minute for a step; what hangs is ended by ctest.
+# On a busy machine podman may take longer than a minute for a step; ctest ends what hangs.
 export COMPOSE_HTTP_TIMEOUT=1800
 export TESSERA_PORT COMPOSE_PROJECT_NAME=tessera-test
 

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 
-# Not settings: what to do, where to put it, and where this file is.
+# These options are no settings: they say what to do, where to put it, and where the config file is.
 NOT_SETTINGS = {"help", "config", "output", "screenshot", "screenshot-after"}
 
 

@@ -25,7 +25,7 @@ printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >scene.obj
 bin/tessera-master render scene.obj -o out.png --size 32x32 --quiet
 [[ -s out.png ]] || fail "no picture"
 
-# An application of somebody else's: finds the package, links the library, renders.
+# An application outside this tree finds the package, links the library and renders.
 mkdir app
 cp "$source/app.cpp" "$source/app.cmake" app/
 mv app/app.cmake app/CMakeLists.txt
@@ -35,7 +35,7 @@ if ! { cmake -S app -B app/build -G Ninja -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_
 fi
 app/build/app || fail "the example application does not render"
 
-# Only where it runs the same systemd as the units are written for; paths of programs are not ours.
+# Units are checked where systemd is installed. Their paths of programs are replaced by those of this prefix.
 if command -v systemd-analyze >/dev/null; then
   for unit in lib/systemd/system/*.service; do
     sed -i "s|/usr/bin/|$prefix/bin/|" "$unit"

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""tessera-keys says what it made, until when it counts, and what to do next; and what it says can be done.
+"""tessera-keys says what it made, until when it is valid, and what to do next; and what it says can be done.
 
 Usage: keys_tool_test.py FOLDER_OF_PROGRAMS
 """
@@ -23,7 +23,7 @@ def days_from_now(days):
 
 class KeysTool(unittest.TestCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="tessera keys ")  # with a blank, as people have them
+        folder = tempfile.TemporaryDirectory(prefix="tessera keys ")  # the path has a blank, as people's paths do
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name, "cluster")
 
@@ -34,7 +34,7 @@ class KeysTool(unittest.TestCase):
         return run.stdout
 
     def expect_day(self, text, before, days):
-        """The day of a life that began between `before` and now."""
+        """Expects the day on which so many days end that began by now; `before` is that day if they began yesterday."""
         self.assertIn(re.search(r"good until (\d{4}-\d\d-\d\d)\b", text).group(1), (before, days_from_now(days)))
 
     def commands_in(self, text):

@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# The quick start on a built tree: pictures of a scene file, and nothing left running, however it ends.
+# The quick start on a built tree makes pictures of a scene file and leaves nothing running, however it ends.
 # Usage: quickstart_test.sh SOURCE_FOLDER. Exit 77: skipped, with the reason.
 set -euo pipefail
 cd "$1"
@@ -16,7 +16,7 @@ if ! deploy/install-dependencies.sh --with build --list >/dev/null; then
   exit 77
 fi
 
-# Processes that came from this tree's quick start: their keys lie in its folder.
+# Prints the processes of this tree's quick start, whose keys lie in its folder.
 left() { pgrep -f -- "--keys out/quickstart/keys" || true; }
 if [[ -n $(left) ]]; then
   echo "skipped: a quick start is running in this tree"
@@ -40,7 +40,7 @@ for presses in 1 2; do
   done
   sleep 0.5
   for ((i = 0; i < presses; ++i)); do
-    kill -INT -- "-$pid" 2>/dev/null || true  # as a terminal does: the whole group
+    kill -INT -- "-$pid" 2>/dev/null || true  # a terminal signals the whole group, too
     sleep 0.1
   done
   code=0

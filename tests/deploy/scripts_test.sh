@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# The shell scripts of the project: shellcheck, and --help of each that a person runs.
+# Runs shellcheck on all shell scripts, and --help and an unknown option of each that a person runs.
 # Usage: scripts_test.sh SOURCE_FOLDER. Exit 77: skipped, with the reason.
 set -euo pipefail
 cd "$1"
