@@ -16,9 +16,9 @@ import time
 import unittest
 
 SKIP = 77
-# So that nothing hangs for ever, and nothing is judged by it: sanitizer builds on a busy machine are slow.
+# Ends what would hang for ever. Nothing is judged by it, since sanitizer builds on a busy machine are slow.
 PATIENCE_S = 300
-LATE = ("no answer in time", "silent for too long")  # what an application says of a master that is there and slow
+LATE = ("no answer in time", "silent for too long")  # an application says so of a master that is there and slow
 
 
 def program(name):
@@ -34,8 +34,8 @@ def skip(reason):
 
 
 def is_quiet():
-    """Whether others have left the processors alone in the last minute, as far as the load tells: else the lab's rows print
-    their figures and judge nothing that rests on time."""
+    """Returns whether others have left the processors alone in the last minute, as far as the load tells. Otherwise the
+    tests in the lab print their figures and judge nothing that rests on time."""
     load = os.getloadavg()[0]
     quiet = load < os.cpu_count() + 1
     if not quiet:
@@ -44,13 +44,14 @@ def is_quiet():
 
 
 def part_of(items, part):
-    """part: "I/N", from 1: every N-th of them from the I-th."""
+    """Returns every N-th item from the I-th on, for the part "I/N", where I counts from 1."""
     number, count = map(int, part.split("/"))
     return items[number - 1::count]
 
 
 def main(verbosity=2):
-    """Runs the tests of the file that was started; with --part I/N as first words a part of them, so that parts run at once."""
+    """Runs the tests of the file that was started, or a part of them with the first words --part I/N, so that parts run
+    at once."""
     class Loader(unittest.TestLoader):
         part = "1/1"
 
@@ -72,8 +73,8 @@ def free_port():
 def wait_until(what, condition, seconds=PATIENCE_S, pause_max=0.25):
     """Polls until `condition` returns something true, and returns that.
 
-    To ask may cost as much as what is waited for (a status is a process with a handshake): between two questions twice the
-    time passes that one took, within [0.02, pause_max] seconds."""
+    A question may cost as much as what is waited for (a status is a process with a handshake). So between two questions
+    twice the time passes that one took, within [0.02, pause_max] seconds."""
     end = time.monotonic() + seconds
     while True:
         asked = time.monotonic()
@@ -87,7 +88,7 @@ def wait_until(what, condition, seconds=PATIENCE_S, pause_max=0.25):
 
 
 class Run:
-    """How one program ended."""
+    """How one program ended: exit code, output, and the lines of its statistics."""
 
     def __init__(self, code, stdout, stderr, stats):
         self.code, self.stdout, self.stderr, self.stats = code, stdout, stderr, stats
@@ -101,7 +102,7 @@ class Cluster:
     """One key folder, at most one serving master, slaves and applications.
 
     host is where the master listens; prefix(node) gives the words that go before a command so that
-    it runs on that node of a lab: 1 is the master's and the applications', slaves say which.
+    it runs on that node of a lab: node 1 is that of master and applications, slaves are given theirs.
     """
 
     def __init__(self, host="127.0.0.1", prefix=lambda node: []):
@@ -153,7 +154,7 @@ class Cluster:
         return f"{self.host}:{self.port}"
 
     def start(self, name, words, node=1):
-        """A daemon in the background; its output goes to NAME.log."""
+        """Starts a daemon in the background, whose output goes to NAME.log."""
         log = open(self.folder / f"{name}.log", "ab")
         process = subprocess.Popen([*self.prefix(node), *words], stdin=subprocess.DEVNULL, stdout=log, stderr=log)
         log.close()
@@ -161,7 +162,7 @@ class Cluster:
         return process
 
     def serve(self, *options):
-        # Between free_port() and listen() another process may take the port: then the next one.
+        # Between free_port() and listen() another process may take the port, so several are tried.
         for _ in range(5):
             self.port = free_port()
             process = self.start("master", [program("tessera-master"), "serve", "--listen", self.address,
@@ -183,7 +184,7 @@ class Cluster:
         wait_until(f"{count} slaves there", lambda: len((self.status() or {"slaves": []})["slaves"]) == count)
 
     def status(self):
-        """What the master says; None when there is none. On a machine without time for it, it is asked again."""
+        """Returns what the master says, None when there is none. One that has no time to answer is asked again."""
         def ask():
             run = subprocess.run([*self.prefix(1), program("tessera-master"), "status", "--json", "--connect", self.address, "--keys",
                                   str(self.keys / "app")], capture_output=True, text=True, timeout=PATIENCE_S)
@@ -201,13 +202,13 @@ class Cluster:
         assert process.wait(PATIENCE_S) in (0, -signal.SIGTERM), f"{name} ended with {process.returncode}"
 
     def wait_for_refusal(self, name):
-        """The daemon gives up by itself, since trying again would not help. Returns its last line."""
+        """Waits until the daemon gives up by itself, since trying again would not help. Returns its last line."""
         process = self.processes.pop(name)
         assert process.wait(PATIENCE_S) == 1, f"{name} ended with {process.returncode}"
         return (self.folder / f"{name}.log").read_text(errors="replace").strip().splitlines()[-1]
 
     def start_render(self, scene, *options, connect=True, output=None):
-        """An application in the background; finish() waits for it. Without --renderer: lights and shadows.
+        """Starts an application in the background; finish() waits for it. Without --renderer it is `direct`.
 
         Light and exposure are given, so that the frames counted here are those that were asked for: none
         comes before them to settle either."""
@@ -232,17 +233,17 @@ class Cluster:
         name, stats = process.tessera
         stdout, stderr = process.communicate(timeout=seconds)
         self.processes.pop(name, None)
-        # One that was stopped may have been writing its last line.
+        # An application that was stopped may have been writing its last line.
         text = stats.read_text() if stats.exists() else ""
         lines = [json.loads(line) for line in text[:text.rfind("\n") + 1].splitlines()]
         return Run(process.returncode, stdout, stderr, lines)
 
     def start_endless(self, scene, *options):
-        """Frames until stop_render(): what is to happen between them happens, however late this machine does it."""
+        """Renders frames until stop_render(), so that what is to happen between them does, however late."""
         return self.start_render(scene, *options, "--frames", "0:9999")
 
     def wait_for_frames(self, count, process):
-        """So many from now on."""
+        """Waits until so many frames are done from now on."""
         def done():
             assert process.poll() is None, f"it has ended: {process.communicate()[1]}"
             return (self.status() or {}).get("frames_done", 0)
@@ -250,13 +251,13 @@ class Cluster:
         wait_until(f"{count} frames more", lambda: done() >= first + count)
 
     def stop_render(self, process):
-        """Returns: a Run of the frames that it has drawn."""
+        """Stops an application. Returns: a Run of the frames that it has drawn."""
         assert process.poll() is None, f"it has ended: {process.communicate()[1]}"
         process.terminate()
         return self.finish(process)
 
     def render(self, scene, *options, connect=True):
-        """Renders, expects success. Returns a Run."""
+        """Renders and expects success. Returns: a Run."""
         run = self.finish(self.start_render(scene, *options, connect=connect))
         assert run.code == 0, f"render {scene} {' '.join(options)}: exit code {run.code}: {run.stderr}"
         return run

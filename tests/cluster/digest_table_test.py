@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The bits of a picture do not depend on slaves, threads, tiles, frames in flight or the kind of session.
 
---slaves N: with so many slaves, beside one process. --small: two slaves, one scene, few settings (for builds with sanitizers).
+--slaves N compares so many slaves with one process. --small has two slaves and few settings, for sanitizers.
 """
 import sys
 
@@ -11,11 +11,12 @@ import cluster_lib
 SIZE = ["--size", "150x110", "--aa", "2"]
 TILES = ["16", "32", "40", "auto"]
 FLIGHTS = ["1", "2"]
-# Scene and renderer, frames, tiles: every combination for one scene, the others for the ends of the range, each tile size with
-# one number of frames in flight, which changes from cluster to cluster: over all six every pair is there three times.
+# Scene and renderer, frames, tile sizes. One scene has every combination, the others have the ends of the range, and
+# each tile size with one number of frames in flight, which changes from cluster to cluster: over all six every pair is
+# there three times.
 EVERY = "builtin:cornell direct"
 GLOBAL = "builtin:cornell igi"  # its filter reaches over the borders of tiles
-# Each frame is another version of 131,000 triangles, which each slave builds anew. Of three, the last takes the first one's place.
+# Each frame is another version of 131,000 triangles, which each slave builds anew. The third replaces the first.
 MOVING = "builtin:waves direct"
 SCENES = [(EVERY, "0:1", TILES), (MOVING, "0:2", ["16", "auto"]), (GLOBAL, "0:1", ["7", "64"])]
 REFERENCE = [(scene, frames, ["auto"]) for scene, frames, _ in SCENES]
@@ -47,14 +48,14 @@ def count_of(frames):
 
 
 def flights_of(scene, place, turn):
-    """Frames in flight to render with, at the tile size of that place in its list."""
+    """Returns the numbers of frames in flight to render with, at the tile size of that place in its list."""
     return FLIGHTS if scene == EVERY else [FLIGHTS[(place + turn) % 2]]
 
 
 def through_daemons(table, slaves, threads, scenes, turn):
     with cluster_lib.Cluster() as cluster:
         cluster.serve()
-        # Tiles that take a moment, so that no slave is done with a frame before another has begun.
+        # Tiles take a moment, so that no slave is done with a frame before another has begun.
         cluster.slaves(slaves, "--test-tile-sleep-ms", "4", threads=threads)
         for scene, frames, tiles in scenes:
             for place, tile in enumerate(tiles):
@@ -71,7 +72,7 @@ def in_process(table, slaves, threads, scenes, turn):
         for scene, frames, tiles in scenes:
             for place, tile in enumerate(tiles):
                 if scene == MOVING and len(tiles) > 1 and place != turn % 2:
-                    continue  # it is built in the daemons of the same slaves, too
+                    continue  # the same number of daemons builds it, too
                 flight = FLIGHTS[place % 2]
                 run = cluster.render(*options_of(scene, frames, tile, flight), "--local", str(slaves), "--threads",
                                      str(threads), connect=False)
@@ -86,7 +87,7 @@ def main():
         through_daemons(table, 2, 2, SMALL, 0)
     else:
         slaves = int(sys.argv[sys.argv.index("--slaves") + 1])
-        in_process(table, 1, 1, REFERENCE, 0)  # what all numbers of slaves are compared with
+        in_process(table, 1, 1, REFERENCE, 0)  # all numbers of slaves are compared with it
         for threads in (1, 2):
             turn = slaves // 2 + threads
             in_process(table, slaves, threads, SCENES, turn)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The embedded default: one process renders, nothing listens, and Ctrl-C leaves whole pictures only."""
+"""By default one process renders with a slave inside, nothing listens, and Ctrl-C leaves whole pictures only."""
 import os
 import pathlib
 import signal
@@ -12,7 +12,7 @@ LONG = ["--size", "320x240", "--frames", "0:200"]
 
 
 def sockets_of(pid):
-    """Inodes of the sockets that a process holds."""
+    """Returns the inodes of the sockets that a process holds."""
     inodes = set()
     for link in pathlib.Path(f"/proc/{pid}/fd").iterdir():
         try:

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Credentials that change while a cluster works (F40, F41), and peers with wrong ones (F39, F40, F42)."""
+"""Credentials may change while a cluster works (F40, F41), and peers with wrong ones are refused (F39, F40, F42)."""
 import pathlib
 import shutil
 import signal
@@ -21,12 +21,12 @@ SLOW = ["--test-tile-sleep-ms", "20"]
 FRAME = ["--size", "256x192", "--tile", "16"]
 SCENE = "builtin:waves"
 FRAMES = ["--frames", "0:7"]
-RELOAD_S = 60  # promised bound of a revocation
+RELOAD_S = 60  # within this time a revocation holds, as promised
 TCPFAULT = pathlib.Path(__file__).parent.parent / "faultlab" / "tcpfault.py"
 
 
 def context_of(kind, folder):
-    """A TLS end with these credentials that believes anybody."""
+    """Returns the context of a TLS end that has these credentials and believes anybody."""
     context = ssl.SSLContext(kind)
     context.check_hostname = False
     context.verify_mode = ssl.CERT_NONE
@@ -71,13 +71,13 @@ class Keys(unittest.TestCase):
         return render
 
     def dial(self, folder):
-        """What becomes of a peer with these credentials: the master's certificate, and whether it is let in."""
+        """Connects with these credentials. Returns: the master's certificate, and whether it lets this peer in."""
         with socket.create_connection(("127.0.0.1", self.cluster.port), cluster_lib.PATIENCE_S) as link:
             with context_of(ssl.PROTOCOL_TLS_CLIENT, folder).wrap_socket(link) as tls:
                 certificate = ssl.DER_cert_to_PEM_cert(tls.getpeercert(True))
                 try:
                     tls.sendall(peer.record(peer.HELLO, peer.hello("dialler", role=2)))
-                    return certificate, len(tls.recv(1)) > 0  # it answers, or closes
+                    return certificate, len(tls.recv(1)) > 0  # the master answers, or closes the link
                 except TimeoutError:
                     raise
                 except OSError:
@@ -113,7 +113,7 @@ class Keys(unittest.TestCase):
         shutil.copytree(self.folder("slave-2"), stolen)
         render = self.start_render()
         begin = time.monotonic()
-        self.keys("revoke", "slave-2")  # no signal: the master looks by itself
+        self.keys("revoke", "slave-2")  # no signal is sent: the master looks by itself
         cluster_lib.wait_until("slave-2 is out", lambda: self.cluster.slave_status("slave-2") is None)
         seconds = time.monotonic() - begin
         print(f"a revoked slave was thrown out after {seconds:.1f} s (bound {RELOAD_S} s)")
@@ -141,7 +141,7 @@ class Keys(unittest.TestCase):
         cluster_lib.wait_until("a line", lambda: self.events("master", "credentials-kept"))
         self.assertTrue(self.dial(self.folder("app"))[1])
         path.write_text(good)
-        time.sleep(2.5)  # some looks at the folder
+        time.sleep(2.5)  # the master looks at the folder several times
         self.assertEqual(len(self.events("master", "credentials-kept")), 1, "said once")
         self.assertIsNotNone(self.cluster.slave_status("slave-1"))
 
@@ -200,7 +200,7 @@ class Keys(unittest.TestCase):
             with context.wrap_socket(link, server_side=True) as tls:
                 tls.recv(100)
         except OSError:
-            pass  # refused
+            pass  # the slave has refused this master
 
     def test_slaves_come_by_any_link_that_the_master_listens_on(self):
         second = f"127.0.0.2:{cluster_lib.free_port()}"
@@ -208,7 +208,7 @@ class Keys(unittest.TestCase):
         self.cluster.slave("slave-1", *SLOW)
         first, self.cluster.host, self.cluster.port = self.cluster.port, *second.split(":")
         self.cluster.slave("slave-2", *SLOW)
-        self.cluster.wait_for_slaves(2)  # asked by the second link
+        self.cluster.wait_for_slaves(2)  # the status is asked for over the second link
         self.cluster.host, self.cluster.port = "127.0.0.1", first
         render = self.cluster.start_endless(SCENE, *FRAME)
         for name in ("slave-1", "slave-2"):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Faults of the network, in network namespaces (tests/faultlab): silent cuts, hangs, resets, a full disk.
+"""Silent cuts, hangs, resets and a full disk, made in network namespaces (tests/faultlab), spoil no picture.
 
 Skipped (77) where this machine cannot make namespaces.
 """

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Pixels on a slow link: coded by themselves, the same picture, fewer bytes; plain on a fast one and with --pixel-coding off.
+"""Pixels on a slow link are coded: the same picture, fewer bytes. A fast one, or --pixel-coding off, has them plain.
 
 Prints a line for each case. A slave codes where that takes less time than it saves, so on a machine whose processors
 are busy with something else the bytes are printed and not judged; the pictures always are. Skipped (77) where this
@@ -50,7 +50,7 @@ class PixelsOnALink(unittest.TestCase):
     def test_a_fast_link_does_not(self):
         _, plain, _ = self.run_case(None, "off", "half")
         _, coded, _ = self.run_case(None, "auto", "half")
-        # Half of it would be coding; a few tiles are coded while the link is still being measured.
+        # Coded pixels are about half as many bytes; a few tiles are coded while the link is still being measured.
         if cluster_lib.is_quiet():
             self.assertGreater(coded, 0.8 * plain)
 

@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# deploy/launch-slaves.sh against two ssh servers on loopback, with a slave that only sleeps.
+# Runs deploy/launch-slaves.sh against two ssh servers on loopback, with a slave that only sleeps.
 # Usage: launch_slaves_test.sh [LAUNCH_SLAVES]. Exit 77: skipped, with the reason.
 set -euo pipefail
 launch=${1:-$(cd "$(dirname "$0")/../.." && pwd)/deploy/launch-slaves.sh}
@@ -28,7 +28,7 @@ fail() {
   echo "FAILED: $1"
   exit 1
 }
-expect() {  # what, text, pattern
+expect() {  # arguments: what is checked, a text, a pattern that it must hold
   grep -q -e "$3" <<<"$2" || fail "$1: '$3' is not in: $2"
   echo "ok: $1"
 }
@@ -39,7 +39,7 @@ cp "$work/user_key.pub" "$work/authorized"
 # A server run by root keeps its children apart in this folder; systems make it when they start their own server.
 if [[ $(id -u) == 0 ]]; then mkdir -p /run/sshd; fi
 
-start_server() {  # port; false when the port is taken
+start_server() {  # starts an ssh server on a port; false when the port is taken
   cat >"$work/sshd_$1.conf" <<END
 Port $1
 ListenAddress 127.0.0.1
@@ -127,7 +127,7 @@ if kill -0 "$pid" 2>/dev/null; then fail "the slave survived stop"; fi
 expect "by TERM" "$(cat "$work/remote/$name.log")" "ended by TERM"
 expect "the other runs on" "$("$launch" list "${options[@]}" "${hosts[1]}")" "runs, pid"
 expect "stop of what does not run" "$("$launch" stop "${options[@]}" "${hosts[0]}")" "does not run"
-echo $$ >"$work/remote/$name.pid"  # a number that another program got since
+echo $$ >"$work/remote/$name.pid"  # a process number that another program has got since
 expect "a foreign process is not taken for a slave" "$("$launch" stop "${options[@]}" "${hosts[0]}")" "does not run"
 rm "$work/remote/$name.pid"
 expect "stop ends the other" "$("$launch" stop "${options[@]}" "${hosts[1]}")" "stopped"
@@ -138,7 +138,7 @@ if answer=$("$launch" start --master 127.0.0.1:7400 --binary "$work/bin/broken-s
 fi
 expect "a slave that ends at once is reported" "$answer" "ended at once: cannot start: no such CPU"
 
-wrong() {  # pattern, arguments
+wrong() {  # arguments: a pattern of the message, and the words that must be refused with it
   local code=0 text
   text=$("$launch" "${@:2}" 2>&1) || code=$?
   [[ $code == 2 ]] || fail "$*: exit code $code, not 2"

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Slaves that lie: pixels that are not what they render, found by --audit; a scene that is not the one they were sent."""
+"""--audit finds slaves that send other pixels than they render; slaves that built another scene get no tiles."""
 import unittest
 
 import cluster_lib
@@ -13,11 +13,12 @@ SCENE = "builtin:cornell"
 
 class Liars(unittest.TestCase):
     def expected(self, cluster):
-        """The digest of each frame: one still picture."""
+        """Returns the digest of each frame, since all show one still picture."""
         return cluster.render(SCENE, *FRAME, "--local", "1", connect=False).digests[0]
 
     def outvoted(self, share):
-        """Frames until the liar is out, and three more: two may have been in flight. Returns: which of them are right."""
+        """Renders until the liar is out, and three frames more, since two may have been in flight. Returns: whether
+        each is right."""
         with cluster_lib.Cluster() as cluster:
             expected = self.expected(cluster)
             cluster.serve("--audit", share)
@@ -40,8 +41,8 @@ class Liars(unittest.TestCase):
         self.assertEqual(right, [True] * len(right))
 
     def test_a_sample_finds_the_liar_too_and_from_then_on_pictures_are_right(self):
-        # Of 48 tiles a frame the liar renders a third, lies in a third of those, and a fifth is compared: some frames at
-        # most. The pictures before may be wrong, the last cannot.
+        # Of 48 tiles a frame the liar renders a third, lies in a third of those, and a fifth is compared, so that it is
+        # found within some frames. The pictures before may be wrong, the last cannot.
         right = self.outvoted("20")
         print(f"frames right: {right}")
         self.assertTrue(right[-1])

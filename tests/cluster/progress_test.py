@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What `render` shows while it works: one row on a terminal, however narrow, with the time in it; plain lines in a pipe."""
+"""While it works, `render` shows one row with the time on a terminal, however narrow, and plain lines in a pipe."""
 import fcntl
 import os
 import pty
@@ -12,14 +12,14 @@ import unittest
 
 import cluster_lib
 
-# 48 tiles of 30 ms and more on one thread: a frame takes 1.5 s, and is known by then how fast it goes.
+# 48 tiles of 30 ms and more on one thread take 1.5 s a frame, which is enough to know how fast it goes.
 SLOW = ["--test-tile-sleep-ms", "30"]
 FRAME = ["--size", "128x96", "--tile", "16", "--renderer", "direct"]
 COLUMNS = 60
 
 
 def terminal(columns):
-    """Both ends of a terminal of that width."""
+    """Returns both ends of a terminal of that width."""
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 24, columns, 0, 0))
     return ours, theirs
@@ -30,7 +30,7 @@ def read_all(descriptor):
     while True:
         try:
             more = os.read(descriptor, 65536)
-        except OSError:  # who wrote has ended
+        except OSError:  # the writer has ended
             more = b""
         if not more:
             return data.decode()

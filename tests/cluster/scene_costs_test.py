@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What scenes cost is in `--stats`, and what has not changed costs nothing: nothing is built twice."""
+"""`--stats` says what scenes cost, and what has not changed costs nothing: nothing is built twice."""
 import json
 import subprocess
 import unittest
@@ -38,7 +38,7 @@ class SceneCosts(unittest.TestCase):
               f"{frames[-1]['completed_at']:.3f} s")
         # Each version is a new mesh; coded, it takes at least a sixteenth of its positions and normals.
         self.assertGreater(carried, 8 * 151808 // 2 * 24 // 16)
-        # Nothing is built without a frame waiting for it, when one is in flight.
+        # With one frame in flight, a frame waits for everything that is built.
         self.assertGreater(waited, 0)
         self.assertEqual(sum(f["built_primitives"] for f in frames), 8 * 151808)
         self.assertLessEqual(waited + worked, frames[-1]["completed_at"])

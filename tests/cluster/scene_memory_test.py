@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""F09, F10: a scene that does not fit is refused before it is sent; who can hold it goes on, and when nobody can, the frame says why."""
+"""F09, F10: a scene that does not fit is refused before it is sent. Slaves that can hold it go on; when none can, the
+frame says why."""
 import sys
 import unittest
 
@@ -9,8 +10,8 @@ import cluster_lib  # noqa: E402
 import scene_noise  # noqa: E402
 
 FRAME = ["--size", "64x48", "--frames", "0:1"]
-SIDE_PX = 3072  # 36 MiB of texels: 72 MiB as bytes and decoded, 48 with mip levels, while they are made
-SMALL_MIB, LARGE_MIB = 60, 1000  # --memory: the programs themselves take some 20 of it
+SIDE_PX = 3072  # 36 MiB of texels: 72 MiB as bytes and decoded, and 48 with mip levels, while these are made
+SMALL_MIB, LARGE_MIB = 60, 1000  # values of --memory, of which the programs themselves take some 20
 
 
 class SceneMemory(unittest.TestCase):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A scene of one textured square: as many bytes as wanted that no codec shrinks, and nothing to build."""
+"""Makes a scene of one textured square: as many bytes as wanted that no codec shrinks, and nothing to build."""
 import random
 import struct
 import zlib
@@ -16,7 +16,7 @@ def _png_of_noise(path, side):
 
 
 def write_scene(folder, side_px):
-    """4 side_px^2 bytes of texels. Returns: the file's path."""
+    """Writes the scene, with 4 side_px^2 bytes of texels. Returns: the file's path."""
     _png_of_noise(folder / "noise.png", side_px)
     (folder / "scene.mtl").write_text("newmtl paper\nKd 1 1 1\nmap_Kd noise.png\n")
     (folder / "scene.obj").write_text("mtllib scene.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"

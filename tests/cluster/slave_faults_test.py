@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Slaves that die, hang, leave or join while frames are rendered: every picture stays the same, to the bit."""
+"""Slaves die, hang, leave or join while frames are rendered, and every picture stays the same, to the bit."""
 import os
 import signal
 import time
@@ -8,7 +8,7 @@ import unittest
 
 import cluster_lib
 
-# Tiles that sleep, so that a frame is certainly under way when something is done to it.
+# Tiles sleep, so that a frame is certainly under way when something is done to it.
 SLOW = ["--test-tile-sleep-ms", "40"]
 FRAME = ["--size", "256x192", "--tile", "16"]
 SCENE = "builtin:cornell"
@@ -39,7 +39,7 @@ class SlaveFaults(unittest.TestCase):
         return run
 
     def stop(self, render, expected):
-        """After the frame in work and one more. Each is the same still picture."""
+        """Stops after the frame in work and one more. Each must be the same still picture."""
         self.cluster.wait_for_frames(2, render)
         run = self.cluster.stop_render(render)
         self.assertEqual(set(run.digests), set(expected))

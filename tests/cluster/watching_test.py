@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""A cluster seen from outside: metrics, status, a trace, a picture of it, and the dashboard that draws the metrics."""
+"""Metrics, status, a trace and its picture, and the dashboard that draws the metrics show a cluster as it is."""
 import json
 import os
 import pathlib
@@ -35,7 +35,7 @@ def samples_of(page):
 
 
 def thread_facts(task):
-    """Niceness of a thread, and on how many processors it may run."""
+    """Returns the niceness of a thread, and on how many processors it may run."""
     nice = int((task / "stat").read_text().rpartition(")")[2].split()[16])
     allowed = re.search(r"Cpus_allowed:\s+(\S+)", (task / "status").read_text()).group(1)
     return nice, int(allowed.replace(",", ""), 16).bit_count()
@@ -54,7 +54,7 @@ class Watching(unittest.TestCase):
             also = [["--metrics", f"127.0.0.1:{cls.slave_port}"], ["--nice", "5", "--cores", "1"], []][i]
             cls.cluster.slave(f"slave-{i + 1}", "--test-tile-sleep-ms", "5", *also, threads=THREADS)
         cluster_lib.wait_until("all there", lambda: len(cls.cluster.status()["slaves"]) == SLAVES)
-        # The answer to a ping: until then no clock is known, and tiles cannot be placed in a trace.
+        # Until a ping is answered, no clock is known, and tiles cannot be placed in a trace.
         cluster_lib.wait_until("round trips", lambda: all(s["rtt_seconds"] > 0 for s in cls.cluster.status()["slaves"]))
         cls.run_ = cls.cluster.render("builtin:cornell", "--size", "160x120", "--tile", "16", "--frames", f"0:{FRAMES - 1}")
         cls.modest = cls.cluster.processes["slave-2"].pid  # all its threads have run by now
@@ -69,7 +69,7 @@ class Watching(unittest.TestCase):
             scrape(cls.page_port, "/elsewhere")
         except urllib.error.HTTPError as error:
             cls.elsewhere = error.code
-        master.terminate()  # writes the trace
+        master.terminate()  # the master writes the trace as it ends
         assert master.wait(cluster_lib.PATIENCE_S) == 0
         cls.trace = json.loads(cls.trace_path.read_text())
 
@@ -115,7 +115,7 @@ class Watching(unittest.TestCase):
     def test_a_modest_slave_renders_below_others_and_on_its_cores(self):
         nices = [nice for nice, _ in self.modest_threads]
         self.assertEqual({cores for _, cores in self.modest_threads}, {1})
-        self.assertGreaterEqual(nices.count(5), THREADS, nices)  # they that render, and the main thread
+        self.assertGreaterEqual(nices.count(5), THREADS, nices)  # the render threads and the main thread
         self.assertGreaterEqual(nices.count(os.nice(0)), 1, "the net thread keeps its priority")
         self.assertEqual(nices.count(10), 1, "the builder is below them, as ever")
 

@@ -15,7 +15,7 @@ import cluster_lib
 
 QUAD = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
-# Command line (after 'render', with -o and a scene added where absent), exit code, words of the line.
+# Command line (after 'render'; scene, --size and -o are added where absent), exit code, words of the error line.
 USAGE = [
     ("--nonsense", 2, ["--nonsense"]),
     ("--siez 64x64", 2, ["'--siez'", "did you mean '--size'?"]),
@@ -260,7 +260,7 @@ class WrongInput(unittest.TestCase):
 
     def test_no_display(self):
         environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
-        # Before the scene is looked at: reading it may take minutes.
+        # The missing display is found before the scene is read, which may take minutes.
         for scene in ("builtin:cornell", "missing.obj", "malformed.gltf"):
             self.expect("tessera-master", ["view", "--quiet", scene], 1, ["no display"], env=environment)
 
