@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows E: the master dies and returns; the application dies, stands still, hurries; others ask how things are."""
+"""Rows E: the master dies and returns; the application dies, stands still, hurries; others ask for the status."""
 import os
 import signal
 import socket
@@ -49,7 +49,7 @@ def f44(stage, report):
 
 
 def f45(stage, report):
-    """The application is killed with two frames in flight."""
+    """An application killed with two frames in flight frees the cluster at once."""
     stage.cluster_of(2)
     stage.animate(MOVING, frames=12)
     stage.wait_for_frames(2)
@@ -58,7 +58,7 @@ def f45(stage, report):
     stage.now()
     stage.animation.kill()
     stage.animation.communicate()
-    gone = time.time()  # it has ended: its socket is closed by then
+    gone = time.time()  # the process has ended, so its socket is closed by then
     left = stage.first_event("application-left", gone - 1)
     cancelled = wait_until("tiles cancelled", lambda: all(
         s["tiles_in_flight"] == 0 for s in stage.status()["slaves"]) and time.time())
@@ -86,7 +86,7 @@ def allowed_silence(stage):
 
 
 def f46(stage, report):
-    """The application stops taking frames, goes on; stops for longer than the limit."""
+    """An application that stops for a moment goes on; one that stops for longer than the limit is treated as gone."""
     stage.cluster_of(2)
     silence = allowed_silence(stage)
     stage.animate(frames=12)
@@ -116,7 +116,7 @@ def f46(stage, report):
     stage.oracle(settled_slaves=2)
 
 
-DEPTH = 2  # frames of an application in the master (--frames-in-flight)
+DEPTH = 2  # the frames that an application may have in the master (--frames-in-flight)
 
 
 def too_many(stage, report):
@@ -153,7 +153,7 @@ def f47(stage, report):
 
 
 def f48(stage, report):
-    """Scene updates larger than a frame time allows: the rate falls, order and content stay right."""
+    """With scene updates larger than a frame time allows the rate falls; order and content stay right."""
     stage.cluster_of(2)
     stage.animate(MOVING, frames=6)
     stage.finish()
@@ -168,23 +168,23 @@ def f48(stage, report):
     stage.oracle(settled_slaves=2)
 
 
-ASKERS = 30  # programs at once: below what one address may have in its handshake beside them (64 in all, 16 an address)
+ASKERS = 30  # programs at once; an address may have 16 connections in their handshake (64 in all)
 RUDE_ASKERS = 24
 
 
 def leave_twice(asker):
-    """What it says last comes three times, in one write."""
+    """The asker says goodbye three times, in one write."""
     asker.send(peer.record(peer.STATUS_REQUEST) + 3 * peer.record(peer.GOODBYE, {1: "enough"}))
 
 
 def leave_by_reset(asker):
-    """It asks much, reads nothing, says goodbye and is gone with a reset."""
+    """The asker asks much, reads nothing, says goodbye and is gone with a reset."""
     asker.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     asker.send(200 * peer.record(peer.STATUS_REQUEST) + peer.record(peer.GOODBYE, {1: "enough"}))
 
 
 def break_rules_twice(asker):
-    """It cancels a frame, which is not for it to do, and again, and leaves."""
+    """The asker cancels a frame twice, which is not for it to do, and leaves."""
     asker.send(2 * peer.record(peer.CANCEL, {1: 1}) + peer.record(peer.GOODBYE, {1: "enough"}))
 
 
@@ -206,11 +206,11 @@ def f58(stage, report):
             asker.say(peer.HELLO, peer.hello("asks", role=2))
             asker.hear(peer.WELCOME)
             (leave_twice, leave_by_reset, break_rules_twice)[i % 3](asker)
-        except OSError:  # closed for its silence: this machine was busy
+        except OSError:  # it was closed for its silence, since this machine was busy
             came_late += 1
         asker.close()
     report.claim("most were rude in time", came_late < RUDE_ASKERS / 2, f"{came_late} came late")
-    # On a busy machine some come too late for their handshake, and say so.
+    # On a busy machine some programs come too late for their handshake, and say so.
     said = [program.communicate(timeout=60)[1].strip().splitlines() for program in programs]
     codes = [program.returncode for program in programs]
     report.claim("each gets its answer, or one line", all(

@@ -6,7 +6,7 @@ and from `--stats`, so that the bounds hold on slow machines, too.
 """
 import math
 
-# What the scheduler of a machine may add to a reaction that comes at once: the floor of every bound on time.
+# The floor of every bound on time: what a machine's scheduler may add to a reaction that comes at once.
 #
 # A thread that has something to do runs when those before it on its core have had their turn. Linux's scheduler serves
 # all of them within its latency: 6 ms * (1 + log2(cores)) for up to 8 cores, 24 ms, with eight ready threads a core and
@@ -19,11 +19,11 @@ SCHEDULING_S = HANDOVERS * SCHEDULER_TURN_S  # 192 ms
 
 
 class Bounds:
-    """What a status answer implies: the matrix's formulas. What the machine itself may add is allowance()."""
+    """The matrix's formulas for the figures of a status answer. What the machine itself may add is allowance()."""
 
     def __init__(self, status, build_seconds=0.0):
         self.heartbeat = status["heartbeat_ms"] / 1e3
-        # Else "at once" could not be told from what only a deadline brings about: they are some heartbeats, or more.
+        # Else "at once" could not be told from what only a deadline brings about, which takes some heartbeats or more.
         assert SCHEDULING_S < self.heartbeat, f"a floor of {SCHEDULING_S} s and heartbeats of {self.heartbeat} s"
         self.missed = status["heartbeats_missed_max"]
         self.rtt = status["rtt_seconds_max"]
@@ -60,12 +60,12 @@ class Bounds:
 
 
 def allowance(late, doubt):
-    """What a bound on time grants besides the matrix's formula: the scheduler's turns, how late this machine woke a
-    sleeping thread meanwhile (once: such a stall is rare), how long the fault took to be made, and a rounding of the
-    log's clock."""
+    """Returns what a bound on time grants besides the matrix's formula: the scheduler's turns, how late this machine
+    woke a sleeping thread meanwhile (once: such a stall is rare), how long the fault took to be made, and a rounding of
+    the log's clock."""
     return SCHEDULING_S + measured_allowance(late, doubt)
 
 
 def measured_allowance(late, doubt):
-    """The same where speed is what the row is about: without the floor."""
+    """Returns the allowance of a row about speed, which has no floor."""
     return late + doubt + 0.001

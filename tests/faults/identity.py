@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows D: peers without credentials, with wrong ones, in a role that is not theirs."""
+"""Rows D: peers without credentials, with wrong ones, or in a role that is not theirs are refused."""
 import json
 import shutil
 import subprocess
@@ -14,7 +14,7 @@ def first_bytes(stage, link_of, report, name, b):
     began = stage.now()
     try:
         link = link_of()
-    except (OSError, ValueError):  # refused within TLS
+    except (OSError, ValueError):  # TLS itself refuses the peer
         report.figure(f"closed ({name})", time.time() - began, b.handshake + stage.lateness)
         return
     try:
@@ -28,7 +28,7 @@ def first_bytes(stage, link_of, report, name, b):
 
 
 def f39(stage, report):
-    """A peer without credentials: plain bytes, TLS without a certificate."""
+    """A peer without credentials is closed: plain bytes, TLS without a certificate."""
     stage.cluster_of(1)
     b = stage.bounds()
     first_bytes(stage, lambda: peer.Link(stage, 5, tls=False, beats=False), report, "plain", b)
@@ -38,7 +38,7 @@ def f39(stage, report):
 
 
 def wrong_keys(stage):
-    """Credentials that must not work: name -> (folder, what the refusal speaks of)."""
+    """Makes credentials that must not work. Returns: name -> (folder, what the refusal speaks of)."""
     cluster = stage.cluster
     keys_tool = peer.stages.cluster_lib.program("tessera-keys")
 
@@ -64,7 +64,7 @@ def wrong_keys(stage):
 
 
 def good_handshake(stage, times=5):
-    """How long a peer with good credentials takes from connecting to Welcome, here and now: the slowest of some. Seconds."""
+    """Returns: seconds from connecting to Welcome of a peer with good credentials, the slowest of some now."""
     return max(one_handshake(stage) for _ in range(times))
 
 
@@ -79,7 +79,7 @@ def one_handshake(stage):
 
 
 def f40(stage, report):
-    """Certificates expired, not yet valid, of another cluster, self-signed, of the wrong role, revoked."""
+    """Certificates expired, not yet valid, foreign, self-signed, of the wrong role or revoked are refused."""
     stage.cluster_of(1)
     b = stage.bounds()
     made = wrong_keys(stage)
@@ -100,7 +100,8 @@ def f40(stage, report):
         except (OSError, ValueError):
             ended = time.time()
         report.figure(f"refused ({name})", ended - began, b.rtt + good + stage.lateness)
-        # Its own: that of the peer before may be of the same millisecond, to which the log rounds.
+        # The event is found by its number: that of the peer before may be of the same millisecond, to which the log
+        # rounds.
         event = stage.nth_event("handshake-failed", told)
         report.claim(f"the event says why ({name})", word in event["text"], event["text"])
     role(stage, report, "wrong role", stage.cluster.add_key("app", "an-app"), 0)
@@ -130,7 +131,7 @@ def revoked(stage, report):
 
 
 def role(stage, report, name, keys, claimed):
-    """A certificate of another role than the Hello claims."""
+    """A peer whose certificate has another role than its Hello claims is refused."""
     began = stage.now()
     link = peer.Link(stage, 5, keys)
     link.say(peer.HELLO, peer.hello("fake", role=claimed))
@@ -143,7 +144,7 @@ def role(stage, report, name, keys, claimed):
 
 
 def f43(stage, report):
-    """A slave that acts as an application, an application that acts as a slave."""
+    """A slave that acts as an application is refused, and an application that acts as a slave."""
     stage.cluster_of(1)
     role(stage, report, "slave as application", stage.cluster.add_key("slave", "climber"), 1)
     role(stage, report, "application as slave", stage.cluster.add_key("app", "impostor"), 0)
@@ -179,7 +180,7 @@ def f41(stage, report):
 
 
 def f42(stage, report):
-    """A recorded session is sent again; a scene connection joins a session that is not its own."""
+    """A recorded session sent again is refused, and a scene connection that joins a session not its own."""
     stage.cluster_of(1)
     b = stage.bounds()
     folder = stage.cluster.folder / "recorded"

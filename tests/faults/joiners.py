@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows A, second half: slaves that are slow, come late, lack memory, disk or descriptors; another build than the rest."""
+"""Rows A, second half: slaves that are slow, late, short of descriptors or of another build; a full disk."""
 import resource
 import time
 
@@ -10,7 +10,7 @@ from stage import FRAME, PATIENCE_S, SLEEP_MS, cluster_lib, time_of, wait_until
 
 
 def f04(stage, report):
-    """A slave ten times slower than the rest."""
+    """A slave ten times slower than the rest hardly slows their frames."""
     stage.cluster_of(3)
     without = steady_frame_time(stage, report, "without it")
     stage.slave("slow", node=5, sleep_ms=10 * SLEEP_MS)
@@ -24,7 +24,7 @@ def f04(stage, report):
 
 
 def f08(stage, report):
-    """A slave joins in mid-animation."""
+    """A slave that joins in mid-animation disturbs no frame."""
     stage.cluster_of(3)
     stage.animate(frames=24)
     stage.wait_for_frames(8)
@@ -44,7 +44,7 @@ def f08(stage, report):
 
 
 def f11(stage, report):
-    """The disk is full while a frame is written."""
+    """A disk that is full while a frame is written is one line, and no file is left."""
     folder = stage.cluster.folder / "full"
     folder.mkdir()
     run = stage.lab.exec(1, ["sh", "-c", f"{cluster_lib.program('tessera-master')} render --quiet --light scene --exposure 0 --renderer direct builtin:cornell --size "
@@ -55,7 +55,7 @@ def f11(stage, report):
 
 
 def f12(stage, report):
-    """A slave reaches its limit of descriptors, then it is lifted."""
+    """A slave at its limit of descriptors says so, and comes back when the limit is lifted."""
     stage.cluster_of(2)
     stage.animate(frames=16)
     stage.wait_for_frames(3)
@@ -77,7 +77,7 @@ def f12(stage, report):
 
 
 def f23(stage, report):
-    """A slave of another protocol version."""
+    """A slave of another protocol version is refused with both ranges; a wider range is negotiated down."""
     stage.cluster_of(1)
     b = stage.bounds()
     link = peer.Link(stage, 5, stage.cluster.add_key("slave", "future"))
@@ -97,7 +97,7 @@ def f23(stage, report):
 
 
 def f24(stage, report):
-    """Slaves of another instruction set: refused, or admitted and marked."""
+    """Slaves of another instruction set are refused, or admitted and their frames marked."""
     stage.serve("--isa", "avx2")
     stage.slave("slave-1")
     stage.cluster.wait_for_slaves(1)

@@ -7,7 +7,7 @@
     main.py F13 F17         these rows
     main.py --list          what there is
 
-A row that does not hold is run once more: a loaded machine shows itself by one that holds then, and both runs' figures
+A row that does not hold is run once more, since it holds then if only a loaded machine was to blame; both runs' figures
 are printed. Exit code: 0 all rows hold, 1 some do not, 77 this machine has no lab (skipped, not passed).
 """
 import argparse

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows C, second half: bytes that are corrupt, cut short, too long, endless, nonsense; peers that wait, many of them."""
+"""Rows C, second half: bytes that are corrupt, cut short, too long, endless or nonsense; peers that wait, or flood."""
 import json
 import random
 import subprocess
@@ -10,18 +10,20 @@ import watch
 from stage import PATIENCE_S, wait_until
 
 LINK_KIB = 64  # a connection's input buffer (kInputBufferBytes)
-SECOND_TRY_PORT = 7999  # of the relay, on its node's loopback
+SECOND_TRY_PORT = 7999  # port of the relay, on its node's loopback
 
 
 def through_relay(stage, report, faults, seed_note):
-    """A slave behind a relay that damages its first connections; then it comes back whole. faults: words for tcpfault."""
+    """A slave behind a relay that damages one of its first connections comes back whole. Returns: seconds it takes.
+
+    faults: words for tcpfault."""
     port = SECOND_TRY_PORT
     before = {pid: watch.descriptors(pid) for pid in [stage.pid("master")]}
     relay = subprocess.Popen([*stage.cluster.prefix(5), *peer.tcpfault(
         "proxy", "--listen", f"127.0.0.1:{port}", "--to", stage.cluster.address, *faults)],
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     relay.stdout.readline()
-    # Each another slave: one that is lost with tiles again and again is held back, as F05 wants.
+    # Each is another slave, since one that is lost with tiles again and again is held back, as F05 wants.
     name = f"relayed-{len(stage.cluster.processes)}-{seed_note.replace(' ', '-')}"
     keys = stage.cluster.add_key("slave", name)
     slave = stage.cluster.start(name, [
@@ -67,12 +69,12 @@ def damage_row(stage, report, kinds, count):
 
 
 def f30(stage, report):
-    """One bit flipped on the way, at many places."""
+    """One bit flipped on the way, at many places, spoils no picture."""
     damage_row(stage, report, ["--corrupt-at"], 5 if stage.is_small else 40)
 
 
 def f31(stage, report):
-    """Cut short by FIN or RST, at many places."""
+    """Connections cut short by FIN or RST, at many places, spoil no picture."""
     damage_row(stage, report, ["--truncate-at", "--reset-at"], 5 if stage.is_small else 40)
 
 
@@ -81,7 +83,7 @@ def master_kib(stage):
 
 
 def f32(stage, report):
-    """A length field that says 4 GiB, or one byte more than the type allows."""
+    """A length field that says 4 GiB, or a byte more than the type allows, closes the link and costs little memory."""
     stage.cluster_of(1)
     keys = stage.cluster.add_key("slave", "fake")
     limit = {"hello": 16 * 1024, "result": 768 * 1024 + 8 * 1024 * 1024}
@@ -110,7 +112,7 @@ def f32(stage, report):
 
 
 def f33(stage, report):
-    """A message that never ends: before and after the handshake."""
+    """A message that never ends is cut off, before and after the handshake."""
     stage.cluster_of(1)
     b = stage.bounds()
     keys = stage.cluster.add_key("slave", "fake")
@@ -142,7 +144,7 @@ def f33(stage, report):
 
 
 def f34(stage, report):
-    """Deep nesting and fields that grow in memory."""
+    """Deep nesting and fields that grow in memory cost the master little."""
     stage.cluster_of(1)
     keys = stage.cluster.add_key("slave", "fake")
 
@@ -169,14 +171,14 @@ def f34(stage, report):
 
 
 def clients(stage, node, *words, wait=PATIENCE_S):
-    """A client mode of tcpfault on that node. Returns: its report."""
+    """Runs a client mode of tcpfault on that node. Returns: its report."""
     run = subprocess.run([*stage.cluster.prefix(node), *peer.tcpfault(*words, "--to", stage.cluster.address)],
                          capture_output=True, text=True, timeout=wait)
     return json.loads(run.stdout)
 
 
 def f35(stage, report):
-    """Garbage, HTTP, a port scan."""
+    """Garbage, HTTP and a port scan are closed and disturb no slave."""
     stage.cluster_of(1)
     b = stage.bounds()
     slowest, most = 0.0, 0
@@ -191,12 +193,12 @@ def f35(stage, report):
     scan.connect((stage.cluster.host, stage.cluster.port))
     scan.close()
     report.figure("closed", slowest / 1e3, b.handshake + stage.lateness)
-    report.figure("answer", most, 7, "bytes")  # a TLS alert
+    report.figure("answer", most, 7, "bytes")  # as many as a TLS alert has
     report.claim("slaves unaffected", len(stage.status()["slaves"]) == 1 and not stage.events("slave-lost"))
 
 
 def f36(stage, report):
-    """Slowloris: one byte per second."""
+    """A peer that sends one byte per second (slowloris) is closed and delays nobody."""
     stage.cluster_of(2)
     stage.animate(frames=8)
     stage.wait_for_frames(2)
@@ -223,7 +225,7 @@ def f36(stage, report):
 
 
 def f37(stage, report):
-    """1,000 idle connections; a good slave still gets in."""
+    """A good slave gets in beside 1,000 idle connections."""
     stage.cluster_of(1)
     b = stage.bounds()
     keys = stage.cluster.add_key("slave", "good")
@@ -244,7 +246,7 @@ def f37(stage, report):
 
 
 def f38(stage, report):
-    """A flood of connections, as fast as one machine can."""
+    """A flood of connections, as fast as one machine can, hardly slows frames."""
     stage.cluster_of(2)
     stage.animate(frames=20)
     stage.wait_for_frames(5)
@@ -258,11 +260,11 @@ def f38(stage, report):
     during = stage.frames.usual(since=began, until=ended)
     report.figure("frame time", during, 1.1 * before + stage.measured_lateness)
     more = len(stage.log("master").read_text().splitlines()) - lines
-    # Two events, of each kLogLinesMax lines and a sum in each kLogInterval that begins meanwhile.
+    # Two kinds of events have kLogLinesMax lines each and a sum in each kLogInterval that begins meanwhile.
     report.figure("log lines", more, 2 * (20 + 1) * (2 + int((ended - began) / 10)), "")
     counted = {why: stage.metric(f'tessera_connections_refused_total{{reason="{why}"}}')
                for why in ("over_rate", "handshake", "crowded_out")}
-    # As many as the burst, and so many a second, get as far as a handshake (common/net/accept_rate.h).
+    # The burst, and so many connections a second, get as far as a handshake (common/net/accept_rate.h).
     report.figure("handshakes begun", counted["handshake"] + counted["crowded_out"], 1024 + 100 * (answer["seconds"] + 1), "")
     report.claim("others turned away, and counted", counted["over_rate"] > 0, counted)
     stage.finish()

@@ -10,7 +10,7 @@ from stage import MOVING, wait_until
 
 
 def returns_within(b):
-    """A slave whose link is whole again: its pause has grown meanwhile."""
+    """Returns: seconds until a slave whose link is whole again is back, since its pause has grown meanwhile."""
     return 1.5 * b.reconnect_max + b.handshake + b.scene
 
 
@@ -36,12 +36,12 @@ def cut_row(stage, report, port=None, scene=stages.STILL):
 
 
 def f13(stage, report):
-    """A link cut without FIN, later healed."""
+    """A slave whose link is cut without FIN is found by its silence, and is back when the link is healed."""
     cut_row(stage, report)
 
 
 def f14(stage, report):
-    """Both connections reset."""
+    """A slave whose connections are both reset is noticed at once and comes back."""
     stage.cluster_of(3)
     stage.animate(frames=12)
     stage.wait_for_frames(4)
@@ -59,17 +59,17 @@ def f14(stage, report):
 
 
 def f15(stage, report):
-    """The scene connection is silent, the tile connection alive, while scenes change."""
+    """A scene connection that is silent beside a live tile connection, while scenes change, is found by its silence."""
     cut_row(stage, report, "scene_port", MOVING)
 
 
 def f16(stage, report):
-    """The tile connection is silent, the scene connection alive."""
+    """A tile connection that is silent beside a live scene connection is found by its silence."""
     cut_row(stage, report, "tile_port", MOVING)
 
 
 def steady_frame_time(stage, report, what, frames=14, scene=stages.STILL, size=stages.FRAME):
-    """Median time of a frame once rates are learnt (after 3 frames)."""
+    """Returns the median time of a frame once rates are learnt (after 3 frames)."""
     stage.animate(scene, frames=frames, size=size)
     stage.wait_for_frames(frames)
     usual = stage.frames.usual(since=stage.frames.times[3])
@@ -95,7 +95,7 @@ def delayed(stage, report, **shape):
 
 
 def f17(stage, report):
-    """50 ms of delay each way on every link."""
+    """50 ms of delay each way on every link hardly lower the throughput."""
     delayed(stage, report, delay=50)
 
 
@@ -116,16 +116,16 @@ def far(stage, report):
 
 
 def f20(stage, report):
-    """Delay 20 +- 20 ms with reordering."""
+    """A delay of 20 +- 20 ms with reordering hardly lowers the throughput."""
     delayed(stage, report, delay=20, jitter=20, reorder=True)
 
 
-# Results larger than the slow link carries at the rate of the slave's thread.
+# Results of these tiles are more than the slow link carries at the rate of the slave's thread.
 LARGE = ["--size", "256x192", "--tile", "32"]
 
 
 def f18(stage, report):
-    """1 Mbit/s to one slave of four."""
+    """One slave of four behind 1 Mbit/s hardly slows frames and is not taken for dead."""
     stage.serve()
     stage.slaves(3)
     without = steady_frame_time(stage, report, "without it", size=LARGE)
@@ -141,7 +141,7 @@ def f18(stage, report):
 
 
 def f19(stage, report):
-    """1 % packet loss on all links, then 5 %."""
+    """1 % packet loss on all links loses no slave; frames stay right, also with 5 %."""
     stage.cluster_of(3)
     without = steady_frame_time(stage, report, "no loss")
     for loss in (1, 5):
@@ -159,7 +159,7 @@ def f19(stage, report):
 
 
 def f22(stage, report):
-    """A link that flaps every T_det / 2, then every 2 T_det."""
+    """With a link that flaps every T_det / 2, then every 2 T_det, frames go on and reconnects are spaced."""
     stage.cluster_of(3)
     scene, seconds = MOVING, 60
     stage.animate(scene, frames=240)
@@ -189,7 +189,7 @@ def f22(stage, report):
     report.picture([f["digest"] for f in stage.frames.lines] == stage.expected_digests[:count])
     report.note(f"{count} frames")
     wait_until("back", lambda: len(stage.status()["slaves"]) == 3)
-    # Each frame is another version, sent to three; who comes back gets the two in work anew, and no more.
+    # Each frame is another version, sent to three; a slave that comes back gets the two in work anew, and no more.
     version = max(line["bytes_to_slaves"] for line in stage.frames.lines[:3]) / 3 / 2**20
     sent = stage.metric("tessera_scene_bytes_sent_total") / 2**20
     report.figure("scenes sent", sent, version * (3 * (count + 3) + 2 * (len(lost) + 1)), "MiB")

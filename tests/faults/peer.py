@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A peer by hand: records of the protocol (proto/PROTOCOL.md) over TLS or plain TCP, right or wrong as a test wants them.
+"""A peer that a test plays by hand: records of the protocol (proto/PROTOCOL.md) over TLS or plain TCP, right or wrong.
 
 Headers are Protocol Buffers messages: here dictionaries from field number to value, written and read without a library.
 """
@@ -59,7 +59,7 @@ def header(fields):
 
 
 def fields_of(data):
-    """Field numbers to raw values: int for numbers (also fixed ones), bytes for the rest."""
+    """Returns raw values by field number: int for numbers (also fixed ones), bytes for the rest."""
     found, at = {}, 0
 
     def number():
@@ -90,14 +90,14 @@ def fields_of(data):
 
 
 def record(kind, fields=None, payload=b"", raw=None, header_bytes=None, payload_bytes=None):
-    """One record for a TLS connection (its checksum field is 0). raw, header_bytes, payload_bytes: lies on demand."""
+    """Returns a record for a TLS connection (checksum 0). raw, header_bytes and payload_bytes are lies on demand."""
     head = header(fields or {}) if raw is None else raw
     return HEAD.pack(b"TSSR", 1, kind, len(head) if header_bytes is None else header_bytes,
                      len(payload) if payload_bytes is None else payload_bytes, 0) + head + payload
 
 
 def socket_in(stage, node):
-    """A TCP socket that belongs to that node of the lab: made by a thread which has moved there."""
+    """Returns a TCP socket that belongs to that node of the lab, since a thread makes it which has moved there."""
     made = []
 
     def make():
@@ -126,7 +126,7 @@ class Link:
     """One connection. Pings are answered and sent in the background; other messages wait in `heard`."""
 
     def __init__(self, stage, node, keys=None, tls=True, beats=True, to=None):
-        """to: (host, port), of the master where it is not given."""
+        """to: (host, port); the master's where it is not given."""
         self.plain = socket_in(stage, node)
         self.plain.settimeout(5)
         self.plain.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -136,7 +136,7 @@ class Link:
 
     @classmethod
     def over(cls, connected, beats=True):
-        """Over a socket that stands already (a false master's)."""
+        """Makes a link over a socket that is connected already (a false relay's)."""
         link = cls.__new__(cls)
         link.plain = connected
         link._begin(connected, beats)
@@ -193,10 +193,10 @@ class Link:
         self.ended_at = time.time()
 
     def next(self, seconds):
-        """The next message, or None: none came in time, or the other side has closed."""
+        """Returns the next message; None when none came in time or the other side has closed."""
         end = time.monotonic() + seconds
         while True:
-            has_ended = self.ended_at is not None  # asked first: what came before stands in the queue then
+            has_ended = self.ended_at is not None  # asked first, so that what came before the end is in the queue
             try:
                 return self.heard.get(timeout=0.001 if has_ended else min(0.1, max(end - time.monotonic(), 0.001)))
             except queue.Empty:
@@ -204,7 +204,7 @@ class Link:
                     return None
 
     def hear(self, kind, seconds=stages.PATIENCE_S):
-        """The next message of that kind; others are passed over."""
+        """Returns the next message of that kind; others are passed over."""
         end = time.monotonic() + seconds
         while True:
             one = self.next(end - time.monotonic())
@@ -225,7 +225,7 @@ class Link:
         self.socket.close()
 
 
-# Of a frame of 64 x 48 pixels, seen from (0, 0, 3): field 3 of FrameSubmit.
+# Field 3 of FrameSubmit, for a frame of 64 x 48 pixels seen from (0, 0, 3).
 SETTINGS = {3: header({1: 64, 2: 48, 5: Fixed32(3), 10: Fixed32(1), 12: Fixed32(40), 15: 16, 16: 1, 17: 1})}
 
 
@@ -234,7 +234,7 @@ def hello(name, role=0, version=(1, 1), threads=1, isas=15):
 
 
 class HandSlave:
-    """A slave by hand, with keys of its own: both connections, scenes acknowledged unread, then what the test says."""
+    """A slave by hand, with keys and both connections, which acknowledges scenes unread; the test says the rest."""
 
     def __init__(self, stage, name, node=5, extra=None):
         """extra: further fields of its Hello."""
@@ -258,7 +258,7 @@ class HandSlave:
         return announce[1]
 
     def lease(self, seconds=stages.PATIENCE_S):
-        """The next lease, with its frame known."""
+        """Returns the next lease, whose frame is known by then."""
         end = time.monotonic() + seconds
         while True:
             one = self.tile.next(end - time.monotonic())
@@ -270,7 +270,7 @@ class HandSlave:
                 return fields
 
     def answer(self, lease, pixel=(0.5, 0.5, 0.5), tile_px=16, **other):
-        """The header and payload of a result for that lease. other: frame=, version=, tile=, attempt= instead."""
+        """Returns header and payload of a result for that lease. other: frame=, version=, tile=, attempt= instead."""
         fields = {1: other.get("frame", lease.get(1, 0)), 2: other.get("version", self.begin[2]),
                   3: other.get("tile", lease.get(2, 0)), 4: other.get("attempt", lease[3]), 5: 0.001, 6: 0.0}
         return fields, struct.pack("<3f", *pixel) * (tile_px * tile_px)
@@ -279,7 +279,7 @@ class HandSlave:
         self.tile.say(RESULT, *self.answer(lease, **how))
 
     def refusal(self, seconds=stages.PATIENCE_S):
-        """Why the master closes, in its own words."""
+        """Returns why the master closes, in its own words."""
         _, fields, _ = self.tile.hear(REFUSE, seconds)
         return fields.get(2, b"").decode()
 

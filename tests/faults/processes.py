@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows A: slaves and processes that die, hang, leave, crawl, come back."""
+"""Rows A, first half: slaves that die, hang, leave, crash and come back."""
 import signal
 import time
 
 from stage import MOVING, PATIENCE_S, TILES, time_of, wait_until
 
-# The most that one thread of a slave holds by default: its prefetch and the one in work. For bounds where nobody
+# The most tiles that one thread of a slave holds by default, its prefetch and the one in work, for bounds where nobody
 # could look at what it held as it was lost.
 PREFETCHED = 4
 
 
 def f01(stage, report):
-    """SIGKILL in the middle of a tile."""
+    """A slave killed in the middle of a tile is noticed at once, and costs no pixel."""
     stage.cluster_of(3)
     stage.animate(frames=10)
     stage.wait_for_frames(4)
@@ -30,7 +30,7 @@ def f01(stage, report):
 
 
 def silent_slave(stage, report, name, begin, end, after, must_end=True):
-    """A slave that falls silent by begin() and speaks again by end(): F02 and F13 to F16 alike.
+    """A slave that falls silent by begin() and speaks again by end(), as in F02, F13, F15 and F16.
 
     after(b): how long after end() the slave may take until it is in use again. must_end: it cannot come back before.
     """
@@ -50,7 +50,7 @@ def silent_slave(stage, report, name, begin, end, after, must_end=True):
 
 
 def f02(stage, report):
-    """SIGSTOP shorter than T_det (nothing is lost), then longer; SIGCONT."""
+    """A slave stopped for less than T_det loses nothing; stopped for longer, it is lost and comes back."""
     stage.cluster_of(3)
     stage.animate(frames=24)
     stage.wait_for_frames(4)
@@ -70,7 +70,7 @@ def f02(stage, report):
 
 
 def f03(stage, report):
-    """SIGTERM: it ends its tiles, hands back its queue, says goodbye."""
+    """A slave that gets SIGTERM ends its tiles, hands back its queue and says goodbye."""
     stage.cluster_of(3)
     stage.animate(frames=10)
     stage.wait_for_frames(3)
@@ -179,7 +179,7 @@ def f07(stage, report):
         began = stage.now()
         stage.slave("slave-2", node=3)
         joined = stage.first_event("slave-joined", began)
-        # Until it has brought more than it holds: else it is taken for one that crashes (F05).
+        # The slave must bring more tiles than it holds, or else it is taken for one that crashes (F05).
         stage.wait_in_use("slave-2", tiles=PREFETCHED)
         slowest = max(slowest, joined["at"] - began)
         kills += 1

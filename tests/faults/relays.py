@@ -17,7 +17,7 @@ CHUNK_BYTES = 64 * 1024
 
 
 class FakeRelay(peer.HandSlave):
-    """A slave by hand that says it has every scene, and offers it to others. answer(link, need) is what it does for them."""
+    """A slave by hand that says it has every scene, and offers it to others. answer(link, need, bits) serves them."""
 
     def __init__(self, stage, name, answer, node=5):
         self.answer, self.children, self.asked = answer, [], []
@@ -60,7 +60,7 @@ class FakeRelay(peer.HandSlave):
 
 
 def altered(link, need, bits):
-    """A chunk of the right size, and other bytes."""
+    """Answers with a chunk of the right size and other bytes."""
     index = next(i for i in range(need[3]) if bits[i // 8] >> i % 8 & 1)
     link.say(peer.CHUNK, {1: need[1], 2: need.get(2, 0), 3: index * CHUNK_BYTES}, b"\x55" * CHUNK_BYTES)
 
@@ -75,7 +75,7 @@ def dead(link, need, bits):
 
 
 def fed_by(stage, report, name, answer, event, bound, is_cut=False):
-    """One honest slave after the other joins, the first is fed by the fake. The frame waits for all three."""
+    """One honest slave after the other joins, and the fake feeds the first. The frame waits for all three."""
     stage.serve("--relay", "on", "--slaves", "3")
     fake = FakeRelay(stage, f"fake-{name}", answer)
     stage.clean.callback(fake.close)
@@ -97,7 +97,7 @@ def fed_by(stage, report, name, answer, event, bound, is_cut=False):
     stage.finish()
     sent = (stage.metric("tessera_scene_bytes_sent_total") - sent_before) / 2**20
     whole = int(stage.first_event("scene-received", began, log="slave-1")["bytes"]) / 2**20
-    # Once for who was fed by the fake, and once more at most for the other, which slave-1 may feed.
+    # The master sends the scene to slave-1, which the fake has failed, and to slave-2 unless slave-1 feeds it.
     report.figure(f"{name}: sent by the master", sent, 2 * whole, "MiB")
     report.figure(f"{name}: slaves sent to the fake", len(fake.children), 1, "")
     report.claim(f"{name}: one event", len(stage.events(event)) == 1, stage.events(event))
@@ -105,7 +105,7 @@ def fed_by(stage, report, name, answer, event, bound, is_cut=False):
 
 
 def f57_altered(stage, report):
-    """A relay alters a chunk: its digest refuses it, its sender is reported and feeds nobody else."""
+    """A chunk that a relay alters is refused by its digest; its sender is reported and feeds nobody else."""
     event = fed_by(stage, report, "altered", altered, "relay-failed", lambda b: 4 * b.rtt + 0.1)
     report.claim("names fault and feeder", event.get("fault") == "altered" and event.get("feeder") == "fake-altered", event)
     stage.oracle()
@@ -113,7 +113,7 @@ def f57_altered(stage, report):
 
 def f57_silent(stage, report):
     """A relay that takes what is asked for and says nothing is bypassed."""
-    # Judged over a window of T_hs, by a look each heartbeat; the first window begins when it is named.
+    # A feeder is judged over a window of T_hs, by a look each heartbeat; the first begins when it is named.
     fed_by(stage, report, "silent", silent, "relay-bypassed", lambda b: b.handshake + b.heartbeat + 0.1)
     stage.oracle()
 
@@ -133,7 +133,7 @@ def f57_unreachable(stage, report):
 
 
 def f57_guarded(stage, report):
-    """The door of a relay: who has no slave's certificate, a wrong token or asks for what was not announced is sent away."""
+    """A relay sends away who has no slave's certificate, a wrong token or asks for what was not announced."""
     stage.serve("--relay", "on", "--slaves", "3")
     stage.slave("slave-1", node=2)
     stage.cluster.wait_for_slaves(1)

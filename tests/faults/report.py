@@ -4,7 +4,7 @@ import json
 
 
 class Report:
-    """A row holds when every figure is within its bound and every claim is true. seed: what its chances are drawn from."""
+    """A row holds when every figure is within its bound and every claim is true. Its chances come from `seed`."""
 
     def __init__(self, row, seed):
         self.row, self.seed = row, seed

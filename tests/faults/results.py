@@ -7,7 +7,7 @@ from stage import wait_until
 
 
 def fake_in_frame(stage, report, frames=8):
-    """Two honest slaves, an animation, and a slave by hand that holds a lease. Returns: it, and the lease."""
+    """Starts two honest slaves, an animation, and a slave by hand that gets a lease. Returns: it, and the lease."""
     stage.cluster_of(2)
     fake = peer.HandSlave(stage, "fake")
     stage.clean.callback(fake.close)
@@ -43,7 +43,7 @@ def quarantined(stage, report, name, since):
 
 
 def f25(stage, report):
-    """A result with a wrong size."""
+    """A slave that sends a result of a wrong size is expelled and quarantined."""
     fake, lease = fake_in_frame(stage, report)
     fields, pixels = fake.answer(lease, pixel=(9, 9, 9))
     sent = time.time()
@@ -54,7 +54,7 @@ def f25(stage, report):
 
 
 def f26(stage, report):
-    """NaN pixels: the tile is rendered once more on another slave, counted, reported with tile and slave."""
+    """A tile with NaN pixels is rendered once more on another slave, counted, and reported with tile and slave."""
     fake, lease = fake_in_frame(stage, report)
     sent = time.time()
     fake.say_result(lease, pixel=(float("nan"), 0, 0))
@@ -69,7 +69,7 @@ def f26(stage, report):
 
 
 def f27(stage, report):
-    """A result for a tile never asked for."""
+    """A slave that sends a result for a tile never asked for is expelled and quarantined."""
     fake, lease = fake_in_frame(stage, report)
     sent = time.time()
     fake.say_result(lease, pixel=(9, 9, 9), tile=(lease.get(2, 0) + 7) % 48, attempt=9)
@@ -81,7 +81,7 @@ def f27(stage, report):
 
 
 def f28(stage, report):
-    """The same result again and again: dropped and counted, then a violation."""
+    """The same result sent again and again is dropped and counted, then a violation."""
     fake, lease = fake_in_frame(stage, report, frames=16)
     fake.say_result(lease, pixel=(0.5, 0.5, 0.5))
     fields, pixels = fake.answer(lease)
@@ -99,7 +99,7 @@ def f28(stage, report):
     fake.tile.wait_for_end()
     repeated = stage.verdicts("repeated")
     report.note(f"closed after {count} more")
-    # Some were on their way as the master closed.
+    # Some results were on their way as the master closed.
     report.claim("each counted by the master until it closed", 2 <= repeated <= count + 1, f"{repeated} of {count + 1}")
     report.claim("and who was expelled", stage.metric("tessera_expulsions_total") == 1)
     stage.animation.terminate()
@@ -110,7 +110,7 @@ def f28(stage, report):
 
 
 def f29(stage, report):
-    """A result of a frame that has ended is dropped and counted; one of a version never assigned is a violation."""
+    """A result of a frame that has ended is dropped and counted; one of a frame never begun is a violation."""
     fake, lease = fake_in_frame(stage, report, frames=12)
     wait_until("its frame is over without it", lambda: len(stage.frames.lines) > lease.get(1, 0) + 1)
     fake.say_result(lease, pixel=(9, 9, 9))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of rows: identifier -> what is done, and whether it is one of the small set."""
+"""The table of all rows by their identifiers, and which of them are the small set."""
 import application
 import identity
 import joiners

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows about scenes on their way: larger than a slave's memory, read at a trickle."""
+"""Rows about scenes that are larger than a slave's memory or read at a trickle."""
 import re
 import struct
 import subprocess
@@ -10,7 +10,7 @@ from stage import FRAME, MOVING, MOVING_VERSION_MIB, cluster_lib, wait_until
 
 
 def large_scene(path, side):
-    """A binary PLY of a wavy square of 2 side^2 triangles."""
+    """Writes a binary PLY of a wavy square of 2 side^2 triangles. Returns: its path."""
     with open(path, "wb") as out:
         out.write(f"ply\nformat binary_little_endian 1.0\nelement vertex {(side + 1) ** 2}\nproperty float x\n"
                   f"property float y\nproperty float z\nelement face {2 * side * side}\n"
@@ -25,12 +25,12 @@ def large_scene(path, side):
 
 
 SIDE = 700            # 980,000 triangles
-SMALL_MIB = 96        # of a slave that cannot hold them
+SMALL_MIB = 96        # memory of a slave that cannot hold them
 FILE_FRAME = [*FRAME, "--frames", "0:2", "--orbit", "10"]
 
 
 def f09(stage, report):
-    """One slave of two has too little memory for the scene."""
+    """When one slave of two has too little memory for the scene, the other renders the picture."""
     scene = str(large_scene(stage.cluster.folder / "large.ply", SIDE))
     expected = stage.cluster.render(scene, *FILE_FRAME, "--local", "1", connect=False).digests
     stage.serve()
@@ -50,7 +50,7 @@ def f09(stage, report):
 
 
 def f10(stage, report):
-    """No slave has memory enough: the frame fails, naming the need; a smaller scene can still be rendered."""
+    """When no slave has memory enough, the frame fails and names the need; a smaller scene can still be rendered."""
     scene = str(large_scene(stage.cluster.folder / "large.ply", SIDE))
     stage.serve()
     pids = [stage.slave(f"small-{i}", node=2 + i, sleep_ms=5, limits={"mem": SMALL_MIB}) for i in range(2)]
@@ -74,7 +74,7 @@ def f10(stage, report):
 
 
 def f21(stage, report):
-    """A slave reads its scene at a trickle."""
+    """A slave that reads its scene at a trickle stays, and hardly slows the others."""
     stage.cluster_of(2, options=["--log-level", "debug"])
     stage.animate(MOVING, frames=6)
     stage.finish()

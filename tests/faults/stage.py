@@ -21,7 +21,7 @@ import bounds  # noqa: E402
 import watch  # noqa: E402
 
 NODES = 5
-# Eight tiles and more for each thread, so that a lost slave's tiles can be shared out.
+# A frame has eight tiles and more for each thread, so that a lost slave's tiles can be shared out.
 FRAME = ["--size", "128x96", "--tile", "16"]
 TILES = 48
 SLEEP_MS = 40
@@ -46,7 +46,7 @@ def wait_until(what, condition, seconds=PATIENCE_S):
 
 
 def time_of(what, condition, seconds=PATIENCE_S):
-    """When `condition` was seen to hold: asked as often as the machine allows."""
+    """Returns when `condition` was seen to hold; it is asked as often as the machine allows."""
     cluster_lib.wait_until(what, condition, seconds, pause_max=0.02)
     return time.time()
 
@@ -71,9 +71,9 @@ class Lab:
 
 
 class Stage:
-    """Use as a context: everything that was started in it is ended."""
+    """A row's cluster. Used as a context, it ends everything that was started in it."""
 
-    known_digests = {}  # of fault-free runs, for all rows
+    known_digests = {}  # digests of fault-free runs, for all rows
 
     def __init__(self, lab, report, logs=None, is_small=True):
         self.lab, self.report, self.logs, self.doubt = lab.lab, report, logs, 0.0
@@ -81,13 +81,13 @@ class Stage:
         self.cluster = cluster_lib.Cluster(
             host=self.lab.addr(1), prefix=self.lab.enter)
         self.nodes = {}
-        self.is_small = is_small  # of rows that repeat a fault: some times, not all
+        self.is_small = is_small  # rows that repeat a fault do so a few times only
         self.sampler = watch.Sampler()
         self.frames = None
-        self.frames_asked = 0  # of all animations
+        self.frames_asked = 0  # frames of all animations
         self.has_moved = False  # whether it has shown MOVING
         self.bounds_before = None
-        self.clean = contextlib.ExitStack()  # what a row has started besides
+        self.clean = contextlib.ExitStack()  # ends what a row has started besides
 
     def __enter__(self):
         self.cluster.__enter__()
@@ -115,7 +115,7 @@ class Stage:
         return process
 
     def slave(self, name, node=None, sleep_ms=SLEEP_MS, threads=1, limits=None, options=()):
-        """limits: of faultlab's run(): cpu, mem, nofile; the process is then the lab's child."""
+        """limits: cpu, mem, nofile as for faultlab's run(); then it is the lab's child, and its pid is returned."""
         self.nodes[name] = node or 2 + len(self.nodes) % (NODES - 1)
         words = ["--test-tile-sleep-ms", str(sleep_ms), "--log-format", "json", *options]
         if not limits:
@@ -148,17 +148,17 @@ class Stage:
         return self.cluster.status()
 
     def metric(self, name):
-        """A value on the master's page of metrics, by name and labels as they stand there."""
+        """Returns a value on the master's page of metrics, by name and labels as they stand there."""
         page = subprocess.run([*self.cluster.prefix(1), sys.executable, "-c", READ_PAGE, f"http://{METRICS}/metrics"],
                               capture_output=True, text=True, timeout=PATIENCE_S, check=True).stdout
         return next(float(line.rsplit(" ", 1)[1]) for line in page.splitlines() if line.rsplit(" ", 1)[0] == name)
 
     def verdicts(self, verdict):
-        """How many results of tiles the master has judged so."""
+        """Returns how many results of tiles the master has judged so."""
         return self.metric(f'tessera_results_total{{verdict="{verdict}"}}')
 
     def bounds(self):
-        """As things stand now; the first ones are kept as those before the fault."""
+        """Returns the bounds as things stand now; the first ones are kept as those before the fault."""
         lines = self.frames.lines if self.frames else []
         now = bounds.Bounds(self.status(), max((line["build_seconds"] for line in lines), default=0.0))
         if self.bounds_before is None:
@@ -172,12 +172,12 @@ class Stage:
         return wait_until(f"event {name} in {log}'s log", lambda: self.events(name, since, log), seconds)[0]
 
     def nth_event(self, name, number, log="master", seconds=PATIENCE_S):
-        """Of all in the log, from 0."""
+        """Returns the event of this number, from 0, among all of that name in the log."""
         return wait_until(f"event {name} number {number} in {log}'s log", lambda: self.events(name, log=log)[number:], seconds)[0]
 
     # -- frames
     def expected(self, scene, frames, size=FRAME):
-        """The digests of a fault-free run, in one process."""
+        """Returns the digests of a fault-free run in one process."""
         key = (*scene, *size, frames)
         if key not in self.known_digests:
             self.known_digests[key] = self.cluster.render(
@@ -185,7 +185,7 @@ class Stage:
         return self.known_digests[key]
 
     def animate(self, scene=STILL, frames=12, size=FRAME, options=()):
-        """An application in the background, whose frames are timed as they come."""
+        """Starts an application in the background, whose frames are timed as they come."""
         self.expected_digests = self.expected(scene, frames, size)
         self.frames_asked += frames
         self.animate_again = lambda: self.animate(scene, frames, size, options)
@@ -202,8 +202,8 @@ class Stage:
         return wait_until(f"{name} with tiles", lambda: (self.cluster.slave_status(name) or {}).get("tiles_in_flight"))
 
     def wait_in_use(self, name, tiles=0, what="in use"):
-        """Until the slave has done more tiles than that. On a busy machine the others may have rendered all frames
-        before it comes: then the animation is shown again."""
+        """Waits until the slave has done more tiles than that. On a busy machine the others may have rendered all
+        frames before it comes; then the animation is shown again."""
         def is_in_use():
             if (self.cluster.slave_status(name) or {}).get("tiles_done", 0) > tiles:
                 return True
@@ -214,7 +214,7 @@ class Stage:
         wait_until(what, is_in_use)
 
     def finish(self, seconds=PATIENCE_S):
-        """Waits for the animation. I1, I2 and I3: every frame, in order, once, and the same to the bit."""
+        """Waits for the animation. Checks I1, I2 and I3: every frame, in order, once, and the same to the bit."""
         run = self.cluster.finish(self.animation, seconds)
         self.frames.stop()
         self.report.claim("the application ended well", run.code == 0, run.stderr.strip()[-200:])
@@ -229,7 +229,7 @@ class Stage:
 
     # -- the oracle that all rows share
     def oracle(self, settled_slaves=None):
-        """I4 (memory now, descriptors and threads back), I7. Call when the fault is over and frames are done."""
+        """Checks I4 (memory now, descriptors and threads back) and I7. Call it when fault and frames are over."""
         status = self.status()
         self.report.claim("leases add up (I7)", status["tiles_issued"] == status["tiles_accepted"] + status[
             "tiles_rejected"] + status["tiles_abandoned"] + status["tiles_in_flight"], status)
@@ -247,29 +247,29 @@ class Stage:
             self.report.figure("threads", watch.threads(pid), wanted["threads"], "")
 
     def quiet(self, names, seconds=1.0):
-        """I5: what waits uses less than 2 % of one core."""
+        """Checks I5: what waits uses less than 2 % of one core."""
         self.report.figure("waiting", 100 * watch.cpu_share([self.pid(n) for n in names], seconds), 2, "% CPU")
 
     @property
     def lateness(self):
-        """What the machine may add to a reaction since the fault, and the measuring be wrong by."""
+        """Returns what the machine may add to a reaction since the fault, and the measuring be wrong by."""
         return bounds.allowance(self.sampler.late, self.doubt)
 
     @property
     def measured_lateness(self):
-        """The same, without a floor: for rows about speed."""
+        """Returns lateness without a floor, for rows about speed."""
         return bounds.measured_allowance(self.sampler.late, self.doubt)
 
     def usual_mean(self, since, until):
-        """The mean time between frames that came within the interval. Seconds."""
+        """Returns the mean time between frames that came within the interval. Seconds."""
         times = [t for t in self.frames.times if since <= t <= until]
         return (times[-1] - times[0]) / max(len(times) - 1, 1)
 
     def usual_without(self, name, instant):
-        """The frame time before `instant`, as it is when this slave's threads are missing. Seconds.
+        """Returns the frame time before `instant`, as it is when this slave's threads are missing. Seconds.
 
-        The longest of them: it is held against the longest gap after the fault, and on a machine that does something
-        else the mean of a few frames says little of the next one."""
+        It is the longest of them, since it is held against the longest gap after the fault, and on a machine that does
+        something else the mean of a few frames says little of the next one."""
         times = [t for t in self.frames.times if t < instant]
         threads = self.bounds_before.threads
         rest = sum(n for other, n in threads.items() if other != name)
@@ -288,7 +288,7 @@ class Stage:
         self.sampler.mark()
         return time.time()
 
-    # Each returns a moment before the fault is made or ended: what it brings about cannot lie before that.
+    # Each of these returns a moment before the fault is made or ended; what follows from it cannot lie before that.
     def pause(self, name):
         before = self.now()
         os.kill(self.pid(name), signal.SIGSTOP)

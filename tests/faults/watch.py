@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is measured while a row runs: processes by /proc, the machine's own lateness, log events, frames as they come."""
+"""Measures while a row runs: processes by /proc, the machine's own lateness, log events, frames as they come."""
 import datetime
 import json
 import os
@@ -41,7 +41,7 @@ def cpu_seconds(pid):
 
 
 class Sampler:
-    """Greatest memory of some processes, and how late a sleeping thread woke, since start()."""
+    """The greatest memory of the processes that it follows, and how late a sleeping thread woke since mark()."""
 
     STEP = 0.01
 
@@ -57,7 +57,7 @@ class Sampler:
         self.pids[name] = pid
 
     def mark(self):
-        """From now on: lateness anew, and memory against the greatest of the time without a fault."""
+        """Measures lateness anew from now on, and memory against the greatest of the time without a fault."""
         self.late = 0.0
         for name, peak in self.peak.items():
             self.base[name]["mib"] = peak
@@ -79,7 +79,7 @@ class Sampler:
 
 
 def cpu_share(pids, seconds):
-    """The greatest share of one core that any of the processes uses in the next `seconds`."""
+    """Returns the greatest share of one core that any of the processes uses in the next `seconds`."""
     before = {pid: cpu_seconds(pid) for pid in pids}
     began = time.monotonic()
     time.sleep(seconds)
@@ -88,7 +88,7 @@ def cpu_share(pids, seconds):
 
 
 def events(log, since=0.0):
-    """Lines of a JSON log after `since` (seconds of the epoch), each with "at"."""
+    """Returns the lines of a JSON log after `since` (seconds of the epoch), each with its time as "at"."""
     found = []
     for line in pathlib.Path(log).read_text(errors="replace").splitlines():
         try:
@@ -102,7 +102,7 @@ def events(log, since=0.0):
 
 
 class Frames:
-    """When each line of a --stats file came, to some milliseconds."""
+    """Watches when each line of a --stats file comes, to some milliseconds."""
 
     def __init__(self, path):
         self.path, self.times, self.lines = pathlib.Path(path), [], []
@@ -135,12 +135,12 @@ class Frames:
         self.thread.join()
 
     def gap_after(self, instant):
-        """The longest time without a frame that touches what comes after `instant`."""
+        """Returns the longest time without a frame that touches what comes after `instant`."""
         gaps = [b - a for a, b in zip(self.times, self.times[1:]) if b > instant]
         return max(gaps, default=0.0)
 
     def usual(self, since=0.0, until=float("inf")):
-        """The median time between frames that came within the interval."""
+        """Returns the median time between frames that came within the interval."""
         times = [t for t in self.times if since <= t <= until]
         gaps = sorted(b - a for a, b in zip(times, times[1:]))
         return gaps[len(gaps) // 2] if gaps else 0.0
