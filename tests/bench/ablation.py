@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What each technique of Benthin's section 8.3 is worth: each one on and off, over links of several round trips.
+"""Measures what each technique of Benthin's section 8.3 is worth: each on and off, over links of several round trips.
 
-Four slaves of two threads in network namespaces (tests/faultlab), whose tiles take a stated time by sleeping, so that
-the network alone is measured: two slaves need 150 ms a tile, the others 190 and 225. Every frame has a scene of its own
-(builtin:waves), which travels over links of 50 Mbit/s. Prints a table of utilisation (time on render threads / thread
-time) and frames per second; --json FILE has all figures.
+Four slaves of two threads run in network namespaces (tests/faultlab). Their tiles take a stated time by sleeping, so
+that the network alone is measured: two slaves need 150 ms a tile, the others 190 and 225. Every frame has a scene of
+its own (builtin:waves), which travels over links of 50 Mbit/s. Prints a table of utilisation (time on render threads /
+thread time) and frames per second; --json FILE has all figures.
 """
 import argparse
 import os
@@ -34,7 +34,7 @@ WARM_UP = 4  # frames until paces are learnt
 
 
 def measure(cluster, options, frames, size):
-    """One run: the master and its application are one process, so that no frame waits for an application."""
+    """Measures one run. The master and its application are one process, so that no frame waits for an application."""
     port = cluster_lib.free_port()
     cluster.port = port
     for i, tile_ms in enumerate(TILE_MS):

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Two builds of tessera-bench in turns: what the new one gains for each kind of ray, and whether both find the same.
+"""Runs two builds of tessera-bench in turns: what the new one gains for each kind of ray, and whether answers differ.
 
     compare.py OLD NEW [--pairs N] [--json FILE] [-- ARGUMENTS OF tessera-bench core]
 
-OLD and NEW are programs (build the old commit in a clone). Each pair runs one after the other, in an order that changes, on
-one processor where the system lets it; of each row the median of the pairs' ratios counts, with their least and greatest.
+OLD and NEW are programs (build the old commit in a clone). Each pair runs one after the other, in an order that
+changes, on one processor where the system lets it. Of each row the median of the pairs' ratios counts; their least and
+greatest are printed, too.
 Exit code 1: a row has other hits or another sum of t, or only one of the builds has it.
 """
 import argparse
@@ -21,7 +22,7 @@ import result_file
 
 
 def run(program, arguments, path):
-    """(scene, kind, row) -> that row's figures."""
+    """Returns the figures of each row, by (scene, kind, row)."""
     pinned = ["taskset", "-c", str(max(os.sched_getaffinity(0)))]
     if subprocess.run([*pinned, "true"], capture_output=True, check=False).returncode != 0:
         pinned = []

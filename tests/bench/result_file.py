@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The head that every result has, and files of tables with it: what tests/bench/tables.py reads."""
+"""Makes the head that every result has, and writes files of tables with it, which tests/bench/tables.py reads."""
 import datetime
 import json
 import os
@@ -26,7 +26,7 @@ def processor():
 
 
 def run_facts(program):
-    """What a result needs to be read later. `program` is the one that was measured; its version names the commit."""
+    """Returns what a reader of a result needs. `program` is the one that was measured; its version names the commit."""
     return {
         "commit": first_line([program, "--version"]).split(" ")[-1],
         "processor": processor(),
@@ -37,7 +37,7 @@ def run_facts(program):
 
 
 def write(path, program, tables, **more):
-    """`tables` maps a name to (columns, rows). A row has a line of its own, so that versions can be compared."""
+    """Writes a result. `tables` maps a name to (columns, rows). A row is a line, so that versions can be compared."""
     result = {"run": run_facts(program), **more,
               "tables": {name: {"columns": columns, "rows": rows} for name, (columns, rows) in tables.items()}}
     text = json.dumps(result, ensure_ascii=False, indent=1)

@@ -13,7 +13,7 @@ STRUCTURES = {"bvh": "hierarchy", "kd": "kd-tree", "kdq": "quality kd-tree"}
 
 
 def number(value):
-    """Three digits, as a person writes them."""
+    """Formats a number with some three digits, as a person writes it."""
     if value == 0 or not abs(value) < float("inf"):
         return f"{value:g}"
     if abs(value) >= 100:
@@ -27,7 +27,7 @@ def span(values):
 
 
 def structure_of(name):
-    """Of a contender's or a build's name: ("bvh", "16"), ("kd", "8"), ("kdq", "8") or (None, None)."""
+    """Returns, for a contender's or a build's name, ("bvh", "16"), ("kd", "8"), ("kdq", "8") or (None, None)."""
     match = re.match(r"(bvh|kd)(\d+)(q?)\b", name)
     return (match[1] + match[3], match[2]) if match else (None, None)
 
@@ -38,7 +38,7 @@ def best(rows, is_wanted):
 
 
 def rays_table(runs, peer):
-    """The best mode of each structure to the peer's best, rates in Mrays per CPU-second, and what answers differ."""
+    """Compares the best mode of each structure with the peer's best, in Mrays per CPU-second, and their answers."""
     scenes = [scene["scene"] for scene in runs[0]["core"]]
 
     def cells(kind, make):
@@ -73,14 +73,14 @@ def rays_table(runs, peer):
 
 
 def elsewhere(runs, scene, kind, prefix):
-    """Greatest share, in millionths, of rays whose answer is not the first row's."""
+    """Returns the greatest share, in millionths, of rays whose answer is not the first row's."""
     shares = [1e6 * row["differ"] / max(1, k["rays"]) for run in runs for s in run["core"] if s["scene"] == scene
               for k in s["rays"] if k["kind"] == kind for row in k["rows"] if row["name"].startswith(prefix)]
     return number(max(shares)) if shares else "-"
 
 
 def modes_table(runs, kind):
-    """Every way of tracing rays of one kind, in Mrays per CPU-second."""
+    """Shows every way of tracing rays of one kind, in Mrays per CPU-second."""
     scenes, names, rates = [], [], {}
     for run in runs:
         for scene in run["core"]:
@@ -98,7 +98,7 @@ def modes_table(runs, kind):
 
 
 def builds_table(runs, _):
-    """CPU time of Embree's build of the same quality to ours, and memory of ours to Embree's."""
+    """Shows the CPU time of Embree's build of the same quality over ours, and memory of ours over Embree's."""
     scenes = [scene["scene"] for scene in runs[0]["core"]]
     rows = {}
     for run in runs:

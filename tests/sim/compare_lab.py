@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Does the simulation tell the truth? Predicts small clusters, then runs them in the lab.
+"""Checks whether the simulation is right: predicts small clusters, then runs them in the lab.
 
     tests/sim/compare_lab.py [--frames 16] [--repeat 3] [--json OUT.json]
 
@@ -25,15 +25,15 @@ import result_file  # noqa: E402
 import watch  # noqa: E402
 
 TOLERANCE = 0.10
-WARM_UP = 4  # frames
-# A tile takes this much more than it sleeps: waking up, rendering black pixels.
+WARM_UP = 4  # frames that are not measured
+# A tile takes this much more than it sleeps, for waking up and rendering its pixels.
 TILE_OVERHEAD_MS = 0.3
-# Of the bytes that a shaped link counts: TCP with timestamps over Ethernet, full packets.
+# Share of payload in the bytes that a shaped link counts: full packets of TCP with timestamps over Ethernet.
 WIRE_SHARE = 1448 / 1514
 SIZE = (320, 240)
 TILE = 32
-# name, slaves, threads, tile_ms, one-way delay_ms, Mbit/s of the master's link (0: the lab's own),
-# frames in flight
+# Each case: name, slaves, threads, tile_ms, one-way delay_ms, Mbit/s of the master's link (0: the lab's
+# own), frames in flight.
 CASES = [
     ("one slave", 1, 2, 60, 0, 0, 2),
     ("three slaves", 3, 2, 60, 0, 0, 2),
@@ -66,7 +66,7 @@ def measure(lab, case, frames):
     prefix = lambda node: ["ip", "netns", "exec", lab.node(node)["ns"]]  # noqa: E731
     with cluster_lib.Cluster(host=lab.addr(1), prefix=prefix) as cluster:
         cluster.port = cluster_lib.free_port()
-        # The simulation knows nothing of coded pixels: they are a matter of the picture.
+        # The simulation knows nothing of coded pixels, whose size depends on the picture.
         render = cluster.start_render(
             "builtin:cornell", "--renderer", "primary", "--orbit", "30", "--size", f"{SIZE[0]}x{SIZE[1]}",
             "--tile", str(TILE), "--pixels", "display8", "--pixel-coding", "off", "--frames",

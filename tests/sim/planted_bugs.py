@@ -46,7 +46,7 @@ def link_command(build):
 
 
 def build_mutant(build, patch_path, scratch):
-    """The program with the bug, or raises SystemExit with the reason."""
+    """Returns the program with the bug, or raises SystemExit with the reason."""
     with open(patch_path) as f:
         patch = f.read()
     objects = []
@@ -85,7 +85,7 @@ def note_of(patch_path):
 
 
 def hunt(program, seeds):
-    """(seed, invariant, what it said, seconds); seed is None when nothing was found."""
+    """Returns (seed, invariant, what it said, seconds); seed is None when nothing was found."""
     begin = time.monotonic()
     run = subprocess.run([program, "--seeds", str(seeds)], capture_output=True, text=True)
     taken = time.monotonic() - begin

@@ -22,7 +22,7 @@ import cluster_lib  # noqa: E402
 
 WIDTH, HEIGHT, EDGE, FRAMES = 640, 480, 32, 4
 COLUMNS, ROWS = -(-WIDTH // EDGE), -(-HEIGHT // EDGE)
-# Samples per pixel make one thread of today about as fast as a CPU of the thesis's cluster.
+# With these samples per pixel one thread of today is about as fast as a CPU of the thesis's cluster.
 SCENES = {"waves": 4, "cornell": 4, "teapot": 2, "room": 4}
 
 
@@ -33,7 +33,7 @@ def words(scene):
 
 
 def render(scene):
-    """Microseconds by (frame, tile)."""
+    """Returns the microseconds of each tile, by (frame, tile)."""
     with tempfile.TemporaryDirectory(prefix="tessera-costs-") as scratch:
         trace = pathlib.Path(scratch) / "trace.json"
         subprocess.run([cluster_lib.program("tessera-master"), *words(scene), "--trace", str(trace), "-o",

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the sources and checks the walls of the house (rules.py): prints file:line: what is wrong.
+"""Reads the sources and checks them against the rules of rules.py; prints file:line: what is wrong.
 
 Usage: check_sources.py ROOT        exit code 1 when anything is found
 """
@@ -27,7 +27,7 @@ class Findings:
 
 
 def folder_rule(path):
-    """The longest folder with a rule that holds `path`; None when none does."""
+    """Returns the longest folder with a rule that holds `path`; None when none does."""
     folder = path.rpartition("/")[0]
     while folder:
         if folder in rules.ARROWS:
@@ -112,7 +112,7 @@ def check_inl(path, text, found):
 
 
 def check_lanes(path, text, found):
-    """Code of several instruction sets stands in their namespaces, under their attributes, and is not mistaken for plain code."""
+    """Code of several instruction sets stands in their namespaces, under their attributes, apart from plain code."""
     lines = text.splitlines()
     if lies_in(path, rules.WITHOUT_HIGHWAYS_NAMES):
         for number, line in enumerate(lines, 1):
@@ -146,7 +146,7 @@ def check_lane_namespaces(path, lines, found):
 
 
 def blank_text(text):
-    """`text` with comments, strings and characters blanked out, line breaks kept."""
+    """Returns `text` with comments, strings and characters blanked out; line breaks stay."""
     token = re.compile(
         r'R"(?P<tag>[^()\\\s]{0,16})\(.*?\)(?P=tag)"|//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|(?<![0-9A-Fa-f])\'(?:\\.|[^\'\\\n])+\'',
         re.DOTALL)
@@ -168,7 +168,7 @@ def opens_function(head):
 
 
 def long_functions(text):
-    """(line, lines) of each function body, outermost only, that is longer than the limit."""
+    """Yields (line, lines) of each function, outermost only, that is longer than the limit."""
     clean = blank_text(text)
     stack, head_start, line = [], 0, 1
     for i, c in enumerate(clean):
@@ -307,7 +307,7 @@ def read_tree(root):
 
 
 def check_cmake(files, found):
-    """Every folder with something to compile lists it in a CMakeLists.txt of its own (where the tree is built by CMake)."""
+    """Every folder with something to compile lists it in its own CMakeLists.txt (where the tree is built by CMake)."""
     names = {path for path, _ in files}
     if "CMakeLists.txt" not in names:
         return
@@ -318,7 +318,7 @@ def check_cmake(files, found):
 
 
 def check_tree(root):
-    """All findings below `root`, as file:line: text."""
+    """Returns all findings below `root`, as file:line: text, and the number of sources."""
     found = Findings()
     files = read_tree(pathlib.Path(root))
     sources = [(path, text) for path, text in files if pathlib.PurePosixPath(path).suffix in SOURCES]

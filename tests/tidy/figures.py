@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measured speed stands in documents between the marks of tests/bench/tables.py, which writes it from results; in prose it
-grows old. Limits, sizes and errors are no speed."""
+"""Finds measured speed in the prose of documents, where it grows old. It stands between the marks of
+tests/bench/tables.py, which writes it from results. Limits, sizes and errors are no speed."""
 import re
 
 MARKS_BEGIN, MARKS_END = ("<!-- results: ", "<!-- plot: "), ("<!-- end of results -->", "<!-- end of plot -->")
@@ -20,7 +20,7 @@ NUMERIC_CELL = re.compile(r"^[-+*~]*\d")
 
 
 def paragraphs(text):
-    """(number of the first line, text) of each paragraph outside of marks and of code."""
+    """Yields (number of the first line, lines) of each paragraph outside of marks and of code."""
     lines, first, is_marked, is_code = [], 0, False, False
     for number, line in enumerate(text.splitlines() + [""], 1):
         if line.startswith(MARKS_BEGIN):

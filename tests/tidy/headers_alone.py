@@ -14,7 +14,7 @@ import sys
 
 
 def options_of(command):
-    """The compiler and its options, without what names the source and the object."""
+    """Returns the compiler and its options, without what names the source and the object."""
     words, kept, skip = shlex.split(command["command"]), [], False
     for word in words:
         if skip:
@@ -27,7 +27,7 @@ def options_of(command):
 
 
 def nearest(header, commands, root):
-    """The command of the source that shares most folders with the header."""
+    """Returns the command of the source that shares most folders with the header."""
     def shared(command):
         return len(pathlib.PurePath(os.path.commonpath([root / header, command["file"]])).parts)
     return max(commands, key=shared)
@@ -41,7 +41,7 @@ def main():
     tops = set(os.listdir(root)) - {"build"}
     commands = [c for c in json.loads(pathlib.Path(sys.argv[1]).read_text())
                 if c["file"].endswith(".cpp") and os.path.relpath(c["file"], root).split("/")[0] in tops]
-    # A text is included within a namespace that has what it calls.
+    # A _text.h is included within a namespace that has what it calls, so it cannot compile alone.
     headers = [line.strip() for line in sys.stdin if line.strip() and not line.strip().endswith("_text.h")]
 
     def compile_alone(header):

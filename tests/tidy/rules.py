@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The walls of the house as tables: who may include whom, where each library may be named, limits.
+"""The rules as tables: which folder may include which, where each library may be named, limits.
 
 tests/tidy/README.md says why; check_sources.py applies them.
 """
@@ -42,31 +42,31 @@ ARROWS = {
     _CORE + "accel": _VALUES,
     _CORE + "ray": _rooms("simd accel"),
     _TRIANGLE: _rooms("simd accel ray surface"),
-    # All kinds of primitives, for those who need not know which.
+    # This room joins all kinds of primitives, for those who need not know which.
     _CORE + "primitive": _rooms("accel ray primitive/triangle"),
     _CORE + "traverse": _rooms("simd accel ray primitive"),
     # What is in an instance is traversed as a scene is.
     _CORE + "primitive/instance": _rooms("simd accel ray primitive primitive/triangle traverse"),
     _CORE + "camera": _rooms("sampling ray"),
-    # What a surface is and, below, how it scatters light: neither knows of traversal.
+    # surface says what a surface is, bsdf how it scatters light: neither knows of traversal.
     _CORE + "surface": _rooms("simd sampling ray"),
     _CORE + "bsdf": _rooms("simd sampling surface"),
     # Lamps are triangles and may have pictures.
     _CORE + "light": _rooms("simd sampling ray primitive/triangle surface"),
-    # All that is compiled once per instruction set.
+    # This room has all that is compiled once per instruction set.
     _CORE + "kernels": _rooms(
         "sampling ray primitive primitive/triangle primitive/instance traverse camera surface bsdf light"),
     _CORE + "trace": _rooms("sampling accel ray primitive primitive/triangle surface kernels"),
     _CORE + "scene": _rooms("simd sampling accel ray primitive primitive/triangle primitive/instance surface bsdf light kernels trace"),
     _CORE + "integrate": _rooms("simd sampling ray camera surface bsdf light kernels trace scene"),
-    # Few headers of the core are its door: what renders, and what it renders.
+    # Two rooms of the core are its door: integrate, which renders, and scene, which is rendered.
     "slave": _COMMON + ["common/wire", "proto", _CORE + "integrate", _CORE + "scene"],
     "slave/tools": _VALUES + ["common/scene_io", _CORE + "integrate", _CORE + "scene"],
     "master/image": _COMMON,
     "master/schedule": _COMMON,
     "master/cluster": _COMMON + ["common/wire", "proto", "master/schedule"],
     "master/import": _VALUES + ["common/scene_io", "master/image"],
-    # common/scene_io: which files there are; none is read there.
+    # The loader asks common/scene_io which formats there are, and reads no file by it.
     "master/loader": _COMMON + _CLUSTER + ["common/scene_io"],
     "master/display": _COMMON + _CLUSTER,
     # An application's connection to a running master speaks the wire's language, too.
@@ -74,14 +74,14 @@ ARROWS = {
     # The in-process slave is the one place where the master knows slave/.
     "master/session": _COMMON + ["common/wire", "slave", _CORE + "integrate", _CORE + "scene"] + _FRAMES,
     "master/look": _COMMON + ["master/session"],
-    # common/scene_io: camera files, which are small text and no scene.
+    # The commands read camera files by common/scene_io, which are small text and no scene.
     "master/commands": _COMMON + ["common/scene_io", "common/viewpoint", "master/look", "master/session"] + _FRAMES,
     "master": ["master/commands"],
     "deploy/keys": _COMMON,
 }
 
-# Library -> (pattern of its includes, files or folders that may have them). Matched at the start
-# of the included name; a file that ends in "/" is a folder. tests/ are free, except for spdlog.
+# Library -> (pattern of its includes, files or folders that may have them). Patterns match
+# the start of the included name; a place that ends in "/" is a folder. tests/ are free, except for spdlog.
 CONFINED = {
     "spdlog": (["spdlog/"], ["common/base/log.cpp"]),
     "Asio": (["asio.hpp", "asio/"], ["common/net/"]),
@@ -101,7 +101,7 @@ CONFINED = {
     "TBB": (["tbb/", "oneapi/"], ["slave/core/accel/"]),
     "toml++": (["toml++/"], ["master/commands/", "slave/"]),
 }
-# These may be included by one file per folder at most (the second is slow to compile, too).
+# One file per folder at most may include these, since a second one is slow to compile, too.
 ONE_FILE_PER_FOLDER = {"GLFW": ["GLFW/"], "OpenGL": ["epoxy/"], "CLI11": ["CLI/"], "toml++": ["toml++/"]}
 
 # What files that are compiled once per instruction set may include.
@@ -117,7 +117,7 @@ LANE_NAMESPACES = {"HWY_NAMESPACE": ("HWY_BEFORE_NAMESPACE();", "HWY_AFTER_NAMES
 WITHOUT_HIGHWAYS_NAMES = [_CORE + room for room in ("sampling/", "camera/", "surface/", "bsdf/", "light/")]
 C_HEADERS = {"stddef.h", "stdint.h", "string.h", "math.h", "float.h", "limits.h", "stdbool.h"}
 
-# Folders that know nothing of what a word means.
+# Words, and the folders that know nothing of what they mean.
 STRANGERS = {"triangle": [_CORE + "accel/", _CORE + "ray/", _CORE + "traverse/"]}
 
 # Roots of paths that belong to one machine; a source that names one runs only there.

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Breaks each wall on purpose in a small tree and expects check_sources to say so, in that line."""
+"""Breaks each rule on purpose in a small tree and expects check_sources to say so, in that line."""
 import pathlib
 import sys
 import tempfile

@@ -8,12 +8,12 @@
 set -euo pipefail
 folder=$1
 command -v valgrind >/dev/null || { echo "skipped: valgrind is not installed"; exit 77; }
-"$folder/feature_one_any" 0 >/dev/null || exit  # 77 without AVX2
+"$folder/feature_one_any" 0 >/dev/null || exit  # it ends with 77 without AVX2
 # The installed libhwy reads a clock at start that valgrind does not know on every processor.
 export LD_LIBRARY_PATH=$folder/../libhwy_stub
 
-# Instructions of so many fans, within the call of the kernel: building the scene is left out, for
-# it varies by more than what is looked for.
+# Counts the instructions of PROGRAM for so many FANS within the call of the kernel. Building the scene
+# is left out, for it varies by more than what is looked for.
 instructions() { # PROGRAM FANS
   valgrind --tool=callgrind --toggle-collect='tessera::core::trace_once*' \
     --callgrind-out-file=/dev/null "$1" "$2" 2>&1 >/dev/null | sed -n 's/.*Collected *: *//p'
