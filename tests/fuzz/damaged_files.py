@@ -4,10 +4,12 @@
 
     damaged_files.py FILE... [--count N] [--seed S] [--seconds T] [--memory-mb M] [--show K]
 
-Each of N files is one of FILE with one to four faults: flipped bits, cut ends, numbers exchanged or replaced (in text, and in
-the text of binary glTF), pieces taken out or doubled. What FILE names beside it is copied once. Long: for people, not for CI.
-Exit code 1, and the damaged file kept, when the importer dies of a signal, takes longer than T seconds or more memory than its
-limit, or ends without a line. TESSERA_BIN: the folder of the programs.
+Each of N files is one of FILE with one to four faults: flipped bits, cut ends, numbers exchanged or replaced (in text,
+and in the text of binary glTF), pieces taken out or doubled. FILE's folder is copied once, for what FILE names beside
+it. A run takes long, and is for people, not for CI. TESSERA_BIN names the folder of the programs.
+
+Exit code 1, and the damaged file kept, when the importer dies of a signal, takes longer than T seconds or more memory
+than its limit, or ends without a line.
 """
 import argparse
 import concurrent.futures

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A chart of materials, generated: metals by roughness, skin tones, plastics and glass on a grey
+"""Generates a chart of materials: metals by roughness, skin tones, plastics and glass on a grey
 floor. What a light, a tone curve or a BSDF does wrong shows here first."""
 import math
 import pathlib
@@ -48,7 +48,7 @@ def rows_of_materials():
 
 
 def write(folder):
-    """Returns: the path of the OBJ file."""
+    """Writes the chart. Returns: the path of the OBJ file."""
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     lines, count, materials = ["mtllib chart.mtl"], 0, ["newmtl floor\nKd 0.45 0.45 0.45"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two generated glTF scenes: a chart of the optional lobes of surfaces, and a plant whose leaves are cut out
+"""Generates two glTF scenes: a chart of the optional lobes of surfaces, and a plant whose leaves are cut out
 of a picture by its alpha."""
 import base64
 import json
@@ -13,7 +13,7 @@ FLOAT, UINT = 5126, 5125
 
 
 def png(size, texel):
-    """RGBA; texel(x, y) gives four values from 0 to 255."""
+    """Returns a square RGBA PNG; texel(x, y) gives four values from 0 to 255."""
     rows = b"".join(b"\0" + b"".join(bytes(texel(x, y)) for x in range(size)) for y in range(size))
 
     def chunk(kind, data):
@@ -99,8 +99,8 @@ def sphere(around=64):
 
 
 def lobes(folder):
-    """Left to right, back to front: paint, the same under varnish, metal under varnish, velvet; gold, the same
-    brushed one way and the other, a coloured reflection; thin glass, thin and rough, solid and tinted, solid and rough."""
+    """Writes the chart. Left to right, back to front: paint, the same under varnish, metal under varnish, velvet; gold,
+    the same brushed one way and the other, a coloured reflection; glass: thin, thin and rough, tinted, tinted rough."""
     red, gold, glass = ((.6, .02, .02), .5, 0), ((.9, .6, .3), .3, 1), {"transmissionFactor": 1}
 
     def tint(color, ior):
@@ -135,7 +135,7 @@ def leaf(size=128):
 
 
 def plant(folder):
-    """Stems with leaves that are squares in the file: alphaMode MASK, seen from both sides."""
+    """Writes the plant. Its leaves are rectangles in the file, with alphaMode MASK, and seen from both sides."""
     rng = random.Random(5)
     file = Gltf()
     file.doc["images"] = [{"uri": data_uri(leaf(), "image/png")}]

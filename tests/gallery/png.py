@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pixels of 8-bit RGB or RGBA PNG files, with the standard library alone."""
+"""Reads the pixels of 8-bit RGB or RGBA PNG files with the standard library alone."""
 import pathlib
 import struct
 import zlib
@@ -58,7 +58,7 @@ _LINEAR = [x / 255 / 12.92 if x <= 10 else ((x / 255 + 0.055) / 1.055) ** 2.4 fo
 
 
 def mean_luminance(rows):
-    """Rec. 709, of the light that a display sheds, in [0, 1]."""
+    """Returns the mean luminance (Rec. 709) of the light that a display sheds, in [0, 1]."""
     total = count = 0
     for row in rows:
         total += (0.2126 * sum(_LINEAR[x] for x in row[0::3]) +

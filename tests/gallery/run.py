@@ -5,12 +5,13 @@
     run.py [--out FOLDER] [--bin FOLDER] [--size WxH] [--quick] [SCENES ...]
 
 SCENES are files, folders that are searched, and builtin:NAME. Without any: every built-in scene, the
-generated charts (metals, skins and glass; lobes of glTF; leaves cut out by alpha), and the folder `shared/scenes` beside the checkout, where
-it is there. Each is rendered with no option but its size. FOLDER/index.html shows pictures with
-their commands, times and messages, FOLDER/gallery.json has the same as data.
+generated charts (metals, skins and glass; lobes of glTF; leaves cut out by alpha), and the folder
+`shared/scenes` beside the checkout, where it is there. Each is rendered with no option but its size.
+FOLDER/index.html shows pictures with their commands, times and messages, FOLDER/gallery.json has the
+same as data.
 
 Asserted of each picture: its mean luminance lies in [0.05, 0.9], at least 3 % of its pixels show a
-surface, no pixel is NaN or infinite. Of each file that is not read: one line that says why.
+surface, no pixel is NaN or infinite. Of each file that is not read: the program says why.
 """
 import argparse
 import html
@@ -29,7 +30,7 @@ from png import mean_luminance, read_png  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SHARED = ROOT.parent / "shared" / "scenes"
-# What belongs to a scene file and is none.
+# Suffixes of files that belong to a scene file and are none themselves.
 PARTS = {".mtl", ".bin", ".jpg", ".jpeg", ".png", ".txt", ".md", ".hdr", ".exr", ".pfm", ".json",
          ".gz", ".tga", ".ktx2", ".webp", ".xml"}
 LUMINANCE = (0.05, 0.9)
@@ -80,7 +81,7 @@ def run(command):
 
 
 def surface_share(program, scene, size, folder):
-    """Of the pixels, from distances: every miss is 0."""
+    """Returns the share of the pixels that show a surface, from distances, where a miss is 0."""
     path = folder / "distance.pfm"
     code, _, _ = run([program, "render", scene, "-o", str(path), "--size", size, "--renderer",
                       "primary", "--quiet"])
@@ -121,7 +122,7 @@ def render(program, scene, number, size, folder, options):
             options)
         entry["faults"] = check(entry, folder, program, size)
         (folder / linear).unlink()
-    elif code not in (1, 2) or not words:  # failed or wrong usage, in words
+    elif code not in (1, 2) or not words:  # 1 is failure and 2 wrong usage, both told in words
         entry["faults"] = [f"ended with {code}"]
     return entry
 

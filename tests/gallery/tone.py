@@ -7,8 +7,8 @@
 Each is rendered once as it is (PFM) and once by each curve (PNG), at the exposure that it gets by itself and at three
 stops more, and printed as a Markdown table:
     clipped   per cent of pixels with a channel at 255, or at 0 where there is light
-    hue       mean turn of the hue in degrees (OKLab: Ottosson, "A perceptual color space for image processing", 2020), by
-              chroma, of pixels that are coloured (chroma above 0.03) before and after; light through exposure alone is before
+    hue       mean turn of the hue in degrees (OKLab: Ottosson, "A perceptual color space for image processing", 2020),
+              weighted by chroma, of pixels that are coloured (chroma above 0.03) before the curve and after it
     chroma    what is left of the mean chroma of these
 """
 import argparse
@@ -37,7 +37,7 @@ def oklab(r, g, b):
 
 
 def measure(linear, png):
-    """linear: rows of (r, g, b), exposed. Returns: shares and angles as the table has them."""
+    """Compares exposed light, rows of (r, g, b), with the PNG. Returns: shares and angles as the table has them."""
     clipped = count = 0
     turned = weights = before_sum = after_sum = 0.0
     width, height, rows = read_png(png)

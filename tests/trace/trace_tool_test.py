@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""tessera-trace as a person uses it, against rational arithmetic, which knows no rounding.
+"""Checks tessera-trace, used as a person does, against rational arithmetic, which knows no rounding.
 
 A ray hits a triangle if it meets the closed triangle at tmin <= t <= tmax. Rays are aimed at random
 points, corners and edges; scenes lie at every scale. Reported t may be off by 4 roundings of float32,
@@ -36,7 +36,7 @@ def dot(p, q):
 
 
 def exact_t(ray, triangle):
-    """t, u, v where the line of the ray meets the closed triangle, else None."""
+    """Returns t, u, v where the line of the ray meets the closed triangle, else None."""
     o, d = [Fraction(x) for x in ray[:3]], [Fraction(x) for x in ray[3:6]]
     a, b, c = ([Fraction(x) for x in p] for p in triangle)
     e1, e2 = sub(b, a), sub(c, a)

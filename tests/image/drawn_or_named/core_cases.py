@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every key of glTF 2.0 without extensions."""
+"""The cases of every key of glTF 2.0 without extensions."""
 import math
 import struct
 
@@ -17,7 +17,7 @@ def textured(f, picture=RED_BLUE, **more):
 
 
 def set_key(part, key, value):
-    """A change of one key of a part of the file ("pbr", "node", ...)."""
+    """Returns a change of one key in a part of the file ("pbr", "node", ...)."""
     return lambda f: getattr(f, part).__setitem__(key, value)
 
 
@@ -112,7 +112,7 @@ for mode, name in enumerate(["points", "lines", "line loops", "line strips"]):
 
 def strip(f):
     rows = []
-    for j in range(SIDE):  # joined by triangles without area
+    for j in range(SIDE):  # triangles without area join the rows
         row = [k for i in range(SIDE + 1) for k in ((j + 1) * (SIDE + 1) + i, j * (SIDE + 1) + i)]
         rows += ([row[0]] if rows else []) + row + [row[-1]]
     f.primitive.update(mode=5, indices=f.accessor(rows, USHORT, "SCALAR"))
@@ -244,7 +244,7 @@ def glowing(picture):
     return change
 
 
-# 400 of 65535 would be 2 of 255, a quarter brighter.
+# 400 of 65535, rounded to 8 bits, would be 2 of 255, a quarter brighter.
 drawn("image of 16 bits (all of them)", glowing(halves((400,) * 3, (400,) * 3, depth=16)), darker(.85),
       base=glowing(halves((2,) * 3, (2,) * 3)))
 

@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Drawn or named: for every key, extension and attribute of glTF 2.0 a small file is rendered by the product.
+"""Drawn or named: for every key of glTF 2.0, its extensions, OBJ, MTL and PLY the product renders a small file.
 
     drawn_or_named_test.py [--table FILE] [--keep FOLDER] [WORD ...]
 
 Each key is one of
-    drawn       the picture differs from that of the same file without the key, as the case says (or is that of an equal file
-                that says it by other keys)
+    drawn       the picture differs from that of the same file without the key, as the case says (or is that of an equal
+                file that says it by other keys)
     named       one line of the program says what is not drawn
     refused     the file is not drawn, and the line says why
-    no picture  the key says nothing of the picture, by the format's definition; the picture is the same, and no line is printed
+    no picture  the key says nothing of the picture, by the format's definition; the picture is the same, and no line is
+                printed
 Silence is red. --table writes the table that a person reads; WORDs choose cases whose key holds one of them.
 """
 import argparse
@@ -50,7 +51,7 @@ class Rendered:
                              capture_output=True, text=True, timeout=120)
         self.code = run.returncode
         lines = (run.stderr + run.stdout).splitlines()
-        # Of the file itself; a line names it where it is.
+        # Lines about the file itself count; they name it with its folder, which is taken away.
         self.lines = [line.replace(str(folder) + "/", "") for line in lines
                       if ("scene" + suffix + ": " in line or "scene.mtl: " in line) and not line.startswith("loaded ")]
         self.picture = Picture(folder / "picture.pfm") if run.returncode == 0 else None
@@ -62,7 +63,7 @@ class Runner:
         self.folder, self.bases, self.lock = folder, {}, threading.Lock()
 
     def base(self, case):
-        """Rendered once; who asks meanwhile waits for it."""
+        """Returns the file to compare with. It is rendered once; who asks meanwhile waits for it."""
         key = (case.base, case.suffix)
         with self.lock:
             is_mine = key not in self.bases
@@ -76,7 +77,7 @@ class Runner:
         return made.result()
 
     def judge(self, case, number):
-        """(what is wrong or None, the line of the table)."""
+        """Returns what is wrong, or None, and the line of the table."""
         made = Rendered(self.folder, f"case{number}", case.make, case.suffix)
         told = made.lines[0] if made.lines else ""
         if case.state in ["named", "refused"]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a case of the corpus expects, and how two pictures are compared."""
+"""Says what a case of the corpus expects, and how two pictures are compared."""
 import struct
 import sys
 
@@ -17,7 +17,7 @@ class Picture:
         self.rows = rows[::-1]
 
     def mean(self, left=0.0, top=0.0, right=1.0, bottom=1.0):
-        """Mean red, green and blue of a part, given by shares of the sides."""
+        """Returns mean red, green and blue of a part, which is given by shares of the sides."""
         sums, count = [0.0, 0.0, 0.0], 0
         for y in range(int(top * self.height), int(bottom * self.height)):
             for x in range(int(left * self.width), int(right * self.width)):
@@ -30,13 +30,13 @@ class Picture:
         return sum(self.mean(*part)) / 3
 
     def difference(self, other):
-        """Mean absolute difference, relative to the mean of the other."""
+        """Returns the mean absolute difference, relative to the mean of the other."""
         total = sum(abs(a - b) for mine, theirs in zip(self.rows, other.rows) for a, b in zip(mine, theirs))
         mean = sum(sum(row) for row in other.rows)
         return total / max(mean, 1e-9)
 
 
-# Checks: what is wrong with `a`, the picture with the key, beside `b`, the one without; None when nothing is.
+# A check says what is wrong with `a`, the picture with the key, beside `b`, the one without; None when nothing is.
 
 def same(tolerance=0.01):
     def check(a, b):
@@ -67,7 +67,7 @@ def darker(factor=0.97, part=(0, 0, 1, 1)):
 
 
 def colour(channel, factor=1.1, part=(0, 0, 1, 1)):
-    """The share of a channel rises."""
+    """The share of a channel rises at least by the factor."""
     def check(a, b):
         def share(p):
             m = p.mean(*part)
@@ -91,7 +91,7 @@ LEFT, RIGHT = (0.2, 0.3, 0.45, 0.7), (0.55, 0.3, 0.8, 0.7)
 
 
 class Case:
-    """One key. `make` changes a GltfFile; `base` makes the file to compare with (none: the plain dome)."""
+    """One key. `make` changes a file of the suffix's kind; `base` makes that to compare with (none: the plain dome)."""
 
     def __init__(self, key, state, make, check=None, base=None, says=None, why=None, suffix=".gltf"):
         self.key, self.state, self.make, self.check, self.base = key, state, make, check, base
@@ -129,7 +129,7 @@ def silent(key, make, why, base=None):
 
 
 class case_of:
-    """The same words for another format; keys begin with its name."""
+    """Adds cases of another format by the same words; their keys begin with its name."""
 
     def __init__(self, suffix):
         self.suffix, self.name = suffix, suffix[1:].upper() + ": "

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every ratified extension of glTF 2.0 (KHR and EXT), the archived one that files still have, and their keys."""
+"""The cases of the keys of every ratified extension of glTF 2.0 (KHR and EXT), and of the archived one still in use."""
 import math
 
 import core_cases
@@ -9,7 +9,7 @@ from gltf_file import BYTE, FLOAT, PACKED, SHORT, USHORT, data_uri, halves
 
 
 def extension(name, **keys):
-    """A change: the extension with these keys in the material."""
+    """Returns a change that puts the extension with these keys into the material."""
     return lambda f: f.use(name, keys) and None
 
 
@@ -71,7 +71,7 @@ THROUGH, VOLUME = "KHR_materials_transmission", "KHR_materials_volume"
 
 
 def backdrop(f):
-    """A lit red wall behind the dome, which turns on a light of its own."""
+    """Puts a red wall behind the dome that sheds light of its own, and makes the dome white and smooth."""
     f.doc["materials"].append({"emissiveFactor": [1, .1, .1]})
     f.doc["meshes"].append({"primitives": [{"attributes": {"POSITION": f.accessor(
         [(-9, -9, -2), (9, -9, -2), (0, 9, -2)], FLOAT, "VEC3")}, "material": 1}]})
@@ -81,7 +81,7 @@ def backdrop(f):
 
 
 def closed(f):
-    """A wall right below the dome makes it a body."""
+    """Puts a reversed copy right below the dome, which makes it a body, before the backdrop."""
     backdrop(f)
     edge = [(x, y, z - .02) for x, y, z in core_cases.POSITIONS]
     f.doc["meshes"].append({"primitives": [{"attributes": {"POSITION": f.accessor(edge, FLOAT, "VEC3")}, "material": 0,

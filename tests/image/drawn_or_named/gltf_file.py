@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes small glTF 2.0 files: one lit dome with coordinates, normals and a material, seen by a camera.
 
-Everything is made here, from Python's standard library, but what only its own encoder can write: packed/*.bin and *.webp
-(the dome by the encoders of Draco and meshoptimizer, the picture by oiiotool).
+Everything is made here, by Python's standard library, but what only its own encoder can write: packed/*.bin and
+*.webp (the dome by the encoders of Draco and meshoptimizer, the picture by oiiotool).
 """
 import base64
 import json
@@ -19,7 +19,7 @@ SIDE = 8
 
 
 def png(width, height, texel, depth=8, alpha=False):
-    """A PNG; texel(x, y) gives the values."""
+    """Returns a PNG; texel(x, y) gives the values."""
     rows = b""
     for y in range(height):
         rows += b"\0" + b"".join(struct.pack(">%d%s" % (4 if alpha else 3, "H" if depth == 16 else "B"), *texel(x, y))
@@ -32,7 +32,7 @@ def png(width, height, texel, depth=8, alpha=False):
 
 
 def halves(left, right, size=8, depth=8, alpha=False):
-    """A picture of two colours, side by side."""
+    """Returns a picture of two colours, side by side."""
     return png(size, size, lambda x, y: left if x < size // 2 else right, depth, alpha)
 
 
@@ -41,7 +41,7 @@ def data_uri(data, kind="application/octet-stream"):
 
 
 def dome(side=SIDE):
-    """Positions, normals, coordinates and triangles of a dome over a square, which bulges towards +z."""
+    """Returns positions, normals, coordinates and triangles of a dome over a square, which bulges towards +z."""
     positions, normals, uvs, triangles = [], [], [], []
     for j in range(side + 1):
         for i in range(side + 1):
@@ -58,7 +58,7 @@ def dome(side=SIDE):
 
 
 class GltfFile:
-    """`doc` is the JSON; what is added to `bytes` ends in buffer 0."""
+    """`doc` is the JSON; what is added to `bytes` ends up in buffer 0."""
 
     def __init__(self):
         self.bytes, self.files = b"", {}
@@ -77,7 +77,7 @@ class GltfFile:
             "TEXCOORD_0": self.accessor(uvs, FLOAT, "VEC2")},
             "indices": self.accessor([i for t in triangles for i in t], USHORT, "SCALAR"), "material": 0}]}]
 
-    # Parts that cases change.
+    # Cases change these parts.
     material = property(lambda self: self.doc["materials"][0])
     pbr = property(lambda self: self.material["pbrMetallicRoughness"])
     primitive = property(lambda self: self.doc["meshes"][0]["primitives"][0])
@@ -105,7 +105,7 @@ class GltfFile:
         return len(self.doc["accessors"]) - 1
 
     def texture(self, picture, sampler=None, **more):
-        """A textureInfo of a picture in a data URI."""
+        """Returns a textureInfo of a picture in a data URI."""
         self.doc["images"].append({"uri": data_uri(picture, "image/png")})
         entry = {"source": len(self.doc["images"]) - 1}
         if sampler is not None:
@@ -127,7 +127,7 @@ class GltfFile:
         return doc
 
     def write(self, path):
-        """As .gltf with its bytes in the text, or as .glb."""
+        """Writes the file as .gltf with its bytes in the text, or as .glb."""
         for name, data in self.files.items():
             path.parent.joinpath(name).write_bytes(data)
         doc = self.json()

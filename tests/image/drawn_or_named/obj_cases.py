@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every key of OBJ, MTL (with its PBR keys) and PLY."""
+"""The cases of every key of OBJ, MTL (with its PBR keys) and PLY."""
 from core_cases import BUMPS, GREY_WHITE, RED_BLUE
 from expectations import LEFT, RIGHT, both, brighter, case_of, colour, darker, differs, same
 from gltf_file import SIDE, halves
@@ -10,7 +10,7 @@ ply = case_of(".ply")
 
 
 def lines(*text):
-    """The dome's material."""
+    """Returns a change that gives the dome a material of these lines."""
     return lambda f: setattr(f, "material", list(text))
 
 
@@ -118,7 +118,7 @@ def coloured(f):
 
 
 def concave(f):
-    """An arrow of four corners, one of which looks in; its outline is that of its two triangles."""
+    """Adds an arrow of four corners, one of which looks in; its outline is that of its two triangles."""
     f.positions += [(-1, -1, 1), (0, -.2, 1), (1, -1, 1), (0, 1, 1)]
     f.normals += [(0, 0, 1)] * 4
     f.uvs += [(0, 0)] * 4

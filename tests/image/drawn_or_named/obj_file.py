@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes small OBJ files with MTL, and PLY files: the dome of gltf_file.py; of OBJ with a lamp that is a triangle."""
+"""Writes small OBJ files with MTL, and PLY files: the dome of gltf_file.py, in OBJ with a lamp that is a triangle."""
 from gltf_file import dome
 
 CAMERA = "0,0,4 0,0,0 0,1,0 34.4"
@@ -16,7 +16,7 @@ class ObjFile:
         self.more = []
 
     def map(self, key, picture, options=""):
-        """A line of the material that names a picture."""
+        """Adds a line to the material that names a picture."""
         name = f"{key}.png"
         self.files[name] = picture
         self.material.append(" ".join(word for word in (key, options, name) if word))
@@ -52,7 +52,7 @@ class PlyFile:
         self.tail = []
 
     def column(self, line, values):
-        """Another property of vertices."""
+        """Adds a property to the vertices."""
         self.columns.append(line)
         for row, value in zip(self.rows, values):
             row.append(value)

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes of every material, written as OBJ and MTL and rendered through the whole program.
+"""Writes scenes of every material as OBJ and MTL and renders them through the whole program.
 
-    materials_test.py [--gltf FOLDER]   as a test: small pictures; with those of FOLDER, if it is there
+    materials_test.py [--gltf FOLDER]   as a test: small pictures; with those of FOLDER's files that are there
     materials_test.py FOLDER       keeps scenes and larger PNGs there, to look at: spheres by roughness and metalness,
                                    mirror and glass in a box, marble, wood and brick
 
-Asserted: no warning, no error, the same digest with one thread and tiles of 16 pixels as with two and 64, and that igi shows
-what path shows, within a relative mean square error that is stated for each scene.
+Asserted: no warning, no error, the same digest with one thread and tiles of 16 pixels as with two and 64, and that igi
+shows what path shows, within a relative mean square error that is stated for each scene.
 """
 import json
 import math
@@ -106,27 +106,27 @@ SCENES = {"spheres": write_spheres, "box": write_box, "stone": write_stone}
 MASTER = pathlib.Path(os.environ["TESSERA_BIN"]) / "tessera-master"
 
 
-# relMSE of igi to path, 128x80 pixels, 16 samples, 4 passes: about twice what was measured. The box has caustics, which igi
-# leaves out.
+# Bounds of the relMSE of igi to path, with 128x80 pixels, 16 samples and 4 passes: about twice what was measured. The
+# box has caustics, which igi leaves out.
 AGREES = {"spheres": 0.03, "box": 0.03, "stone": 0.016}
 AGREES_GLTF = {"Fox.glb": 0.0003, "FlightHelmet/FlightHelmet.gltf": 0.0004}
 
 
 def render_file(folder, file, out, *options):
-    """The last line of the statistics."""
+    """Returns the last line of the statistics."""
     stats = folder / "stats.jsonl"
     stats.unlink(missing_ok=True)
     run = subprocess.run([MASTER, "render", file, "-o", out, "--stats", stats, "--environment", "constant:.15,.18,.25", "--bounces", "3",
                           *options], cwd=folder, capture_output=True, text=True, timeout=600)
     assert run.returncode == 0, f"{file}: {run.stderr}"
-    # A file that holds motion says so, and nothing else.
+    # Of a file that holds motion the program says so, and nothing else.
     warnings = [line for line in (run.stderr + run.stdout).splitlines() if "warning" in line and "the rest pose is shown" not in line]
     assert not warnings, warnings
     return json.loads(stats.read_text().splitlines()[-1])
 
 
 def render(folder, scene, camera, out, *options):
-    """The digest of the picture."""
+    """Returns the digest of the picture."""
     return render_file(folder, f"{scene}.obj", out, "--camera", camera, *options)["digest"]
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Channels of EXR files and pixels of PNG files, read without the library that wrote them.
+"""Reads channels of EXR files and pixels of PNG files without the library that wrote them.
 
 EXR: scan lines, without compression or ZIP (OpenEXR's "File Layout"). PNG: 8 bits, colour with or without alpha."""
 import array
@@ -9,7 +9,7 @@ import zlib
 HALF, FLOAT = 1, 2  # kinds of numbers in an EXR
 KINDS = {0: "I", HALF: "e", FLOAT: "f"}
 SIZES = {0: 4, 1: 2, 2: 4}
-LINES = {0: 1, 2: 1, 3: 16}  # of a block, by compression: none, ZIPS, ZIP
+LINES = {0: 1, 2: 1, 3: 16}  # lines of a block, by compression: none, ZIPS, ZIP
 
 
 class Exr:
@@ -63,7 +63,7 @@ class Exr:
 
     @staticmethod
     def restored(block):
-        """What ZIP arranges: differences of bytes, the even ones first."""
+        """Undoes what ZIP arranges: differences of bytes, the even ones first."""
         bytes_, value = bytearray(block), 0
         for i, difference in enumerate(bytes_):
             value = difference if i == 0 else (value + difference - 128) & 255
@@ -77,7 +77,7 @@ class Exr:
         return self.channels[name][1]
 
     def bits(self, name):
-        """As bytes, so that NaN and -0 count."""
+        """Returns a channel as bytes, so that NaN and -0 count."""
         kind, numbers = self.channels[name]
         return struct.pack(f"<{len(numbers)}{KINDS[kind]}", *numbers)
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Planes of a picture through the whole program: the bits, the names and the values of --aov, and what --background
-transparent leaves of the colour.
+"""Tests planes of a picture through the whole program: the bits, the names and the values of --aov, and what
+--background transparent leaves of the colour.
 
     planes_test.py [--part files|bits-direct|bits-igi] [--keep FOLDER]
 
@@ -48,7 +48,7 @@ CARD_CAMERA = "0,0,4 0,0,0 0,1,0 90"  # 8 units wide at z = 0, 16 behind
 
 
 def ball(around=32):
-    """A smooth sphere of radius 1 round the origin, and nothing else."""
+    """Returns an OBJ file of a smooth sphere of radius 1 round the origin, and nothing else."""
     lines = []
     for i in range(around // 2 + 1):
         for j in range(around):
@@ -59,7 +59,7 @@ def ball(around=32):
         for j in range(around):
             a, b = 1 + i * around + j, 1 + i * around + (j + 1) % around
             corners = [a, b, b + around, a + around]
-            if i in (0, around // 2 - 1):  # at a pole two of them are one point
+            if i in (0, around // 2 - 1):  # at a pole two corners are one point
                 corners.remove(b if i == 0 else b + around)
             lines.append("f " + " ".join(f"{k}//{k}" for k in corners))
     return "\n".join(lines) + "\n"
@@ -72,7 +72,7 @@ class Folder:
         self.ball = str(self.path / "ball.obj")
 
     def render(self, scene, name, *options):
-        """Returns the path and the digests."""
+        """Renders a picture. Returns its path and the digests."""
         self.runs += 1
         out, stats = self.path / name, self.path / f"stats-{self.runs}.jsonl"
         words = [cluster_lib.program("tessera-master"), "render", scene, "--quiet", "--stats", str(stats), "-o", str(out), *options]
@@ -105,8 +105,8 @@ def check_colour_stays(folder):
         assert black.bits(name) == clear.bits(name), "a transparent background adds nothing"
     for alpha, red, green, blue in zip(*(clear.values(name) for name in "ARGB")):
         assert 0 <= alpha <= 1 and (alpha > 0 or red == green == blue == 0)
-    # Of the ball, whose silhouette is a circle: the share of the picture that it covers. Its camera frames it, 0.8 of
-    # the height in diameter; a polygon of 32 corners covers 0.994 of its circle.
+    # The sum of alpha is the area of the ball's silhouette, a circle of 0.8 of the height in diameter, as its camera
+    # frames it; a polygon of 32 corners covers 0.994 of its circle.
     area = sum(clear.values("A")) / (math.pi * (0.4 * clear.height) ** 2)
     assert 0.9 < area < 1.1, area
     print("colour keeps its bits with planes, and with a transparent background those before black")
@@ -125,8 +125,8 @@ def check_values(folder):
     def near(found, *expected):
         assert all(f == e or abs(f - e) < 1e-5 for f, e in zip(found, expected)), f"{found} is not {expected}"
 
-    # In the middle of the near card, of what is seen of the far one beside it, and of nothing. A pixel is a tenth
-    # of a unit wide at z = 0 and a fifth at z = -4.
+    # Pixels in the middle of the near card, of what is seen of the far one beside it, and of nothing. A pixel is a
+    # tenth of a unit wide at z = 0 and a fifth at z = -4.
     near(at(40, 40, "Z", "P.X", "P.Y", "P.Z"), 4, 0.05, -0.05, 0)
     near(at(40, 40, "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"), 0, 0, 1, 0.75, 0.25, 0.125)
     near(at(58, 22, "Z", "P.X", "P.Y", "P.Z"), 8, 3.7, 3.5, -4)
@@ -168,7 +168,7 @@ def check_alpha_of_png(folder):
 
 
 def check_bits(folder, renderer):
-    """The digest, which covers the planes, on any cluster and instruction set, with any tiles and link."""
+    """The digest, which covers the planes, is the same on any cluster and instruction set and with any tiles."""
     options = [*SIZE, "--vpls", "8", "--aa", "2", *STEADY, *ALL]
     digests = {}
     for isa in ("scalar", "sse4", "avx2", "avx512"):

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Renderers path and igi against pictures of another renderer (Mitsuba, 4096 samples a pixel; scenes of the Ignis project).
+"""Compares path and igi with pictures of another renderer (Mitsuba, 4096 samples a pixel; scenes of the Ignis project).
 
     reference_test.py FOLDER [AA]     FOLDER: reference-gi of the scene collection; exit code 77 where it is absent
 
-The scene files (JSON) become OBJ and MTL for `tessera-master render`. Asserted: the mean of the picture within 1 %, and
-that of each of 8 x 8 parts within the noise that the samples leave. Printed: both, and the relative RMSE of the pixels.
+The scene files (JSON) become OBJ and MTL for `tessera-master render`. Asserted: the mean of the picture within 1 % (igi
+with 64 VPLs: 5 %), and that of each of 8 x 8 parts within the noise that the samples leave. Printed: both, and the
+relative RMSE of the pixels.
 """
 import array
 import json
@@ -17,14 +18,14 @@ import sys
 import tempfile
 
 MEAN_BOUND = 0.01
-PART_BOUND = 0.03  # of the mean radiance: 1,024 pixels of 64 samples are noisier than the whole
-# All pixels of igi gather from the same VPLs, so that the picture is off as a whole: with 64 of them, over 60 seeds, by a
-# standard deviation of 1.4 % on the Cornell box. (VPLs, bound of the mean, bound of a part.)
+PART_BOUND = 0.03  # share of the mean radiance: 1,024 pixels of 64 samples are noisier than the whole
+# All pixels of igi gather from the same VPLs, so that the picture is off as a whole: with 64 of them, over 60 seeds, by
+# a standard deviation of 1.4 % on the Cornell box. A row holds VPLs, bound of the mean, bound of a part.
 IGI = ((64, 0.05, 0.25), (1024, MEAN_BOUND, 0.10))
 
 
 def merged(path):
-    """A scene file with its externals."""
+    """Returns a scene file with its externals."""
     scene = json.loads(path.read_text())
     for external in scene.pop("externals", []):
         for key, value in merged(path.parent / external["filename"]).items():
@@ -39,7 +40,7 @@ def transformed(words, matrix):
 
 
 def write_obj(scene, folder, out):
-    """Each entity's mesh, moved to its place, with its material; numbers of vertices count on over files."""
+    """Writes each entity's mesh, moved to its place, with its material; numbers of vertices count on over files."""
     lines, materials = ["mtllib scene.mtl"], []
     bsdfs = {b["name"]: b["reflectance"] for b in scene["bsdfs"]}
     radiance = {l["entity"]: l["radiance"] for l in scene["lights"] if l["type"] == "area"}
@@ -79,7 +80,7 @@ def camera_of(scene):
 
 
 def read_pfm(path):
-    """Width, height, and rows from the top, three floats a pixel."""
+    """Returns width, height, and rows from the top, three floats a pixel."""
     with open(path, "rb") as file:
         assert file.readline().strip() == b"PF", path
         width, height = map(int, file.readline().split())
@@ -95,7 +96,7 @@ def mean_of(rows, x0, x1, y0, y1):
 
 
 def relative_rmse(image, reference):
-    """sqrt(mean((a - b)^2 / (b^2 + 0.01 mean^2)))"""
+    """Returns sqrt(mean((a - b)^2 / (b^2 + 0.01 mean^2)))."""
     mean = mean_of(reference, 0, len(reference[0]) // 3, 0, len(reference))
     total = sum((a - b) ** 2 / (b * b + 0.01 * mean * mean) for p, q in zip(image, reference) for a, b in zip(p, q))
     return math.sqrt(total / (3 * len(reference) * len(reference[0]) / 3))

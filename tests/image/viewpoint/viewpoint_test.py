@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Default cameras and cameras of files, through the whole program, by pictures of distances.
+"""Judges default cameras and cameras of files, through the whole program, by pictures of distances.
 
-Asserted: a thing takes up 80 % of the narrower side of a picture of any shape, in its middle; a closed room is seen from
-within, by every pixel; a box that is open in front is looked into; --camera N and NAME take the file's cameras, a file of
-that name wins, and an unknown name is answered in one line that lists them.
+Asserted: a thing takes up 80 % of the side that it fills most, in the middle of a picture of any shape; a closed room
+is seen from within, by every pixel; a box that is open in front is looked into; --camera N and NAME take the file's
+cameras, a file of that name wins, and an unknown name is answered in one line that lists them.
 """
 import json
 import os
@@ -15,7 +15,7 @@ import subprocess
 import tempfile
 
 MASTER = pathlib.Path(os.environ["TESSERA_BIN"]) / "tessera-master"
-SIDES = [(0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)]  # outward; last: +z
+SIDES = [(0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)]  # outward; the last at +z
 
 
 def box(path, lower, upper, inward, without=()):
@@ -40,7 +40,7 @@ def distances(scene, size, *options):
 
 
 def rows_of(out):
-    """Rows of the picture of distances, from the top; 0: nothing there."""
+    """Returns the rows of the picture of distances, from the top; 0 where nothing is."""
     head, width, height, scale, pixels = re.match(rb"(P[Ff])\s+(\d+)\s+(\d+)\s+(\S+)\n(.*)", out.read_bytes(), re.S).groups()
     width, height, bands = int(width), int(height), 3 if head == b"PF" else 1
     values = struct.unpack(f"{'<' if float(scale) < 0 else '>'}{width * height * bands}f", pixels)
@@ -48,7 +48,7 @@ def rows_of(out):
 
 
 def silhouette(rows):
-    """First and last row and column with anything in them."""
+    """Returns the first and last row and column with anything in them."""
     ys = [y for y, row in enumerate(rows) if any(row)]
     xs = [x for x in range(len(rows[0])) if any(row[x] for row in rows)]
     return ys[0], ys[-1], xs[0], xs[-1]
@@ -62,7 +62,7 @@ def check_framing(folder):
         for width, height in ((160, 120), (120, 160), (200, 60)):
             top, bottom, left, right = silhouette(distances(scene, f"{width}x{height}"))
             shares = (bottom - top + 1) / height, (right - left + 1) / width
-            pixel = 1 / min(width, height)  # a centre of a pixel is up to half of one from the silhouette's edge
+            pixel = 1 / min(width, height)  # a pixel's centre is up to half a pixel from the silhouette's edge
             assert abs(max(shares) - 0.8) <= pixel, (name, width, height, shares)
             assert abs(top + bottom + 1 - height) <= 2 and abs(left + right + 1 - width) <= 2, (name, top, bottom, left, right)
 
@@ -74,7 +74,7 @@ def check_rooms(folder):
         rows = distances(room, size)
         assert all(all(row) for row in rows), "a pixel of a closed room shows nothing"
         assert max(map(max, rows)) <= (6 * 6 + 2.7 * 2.7 + 4 * 4) ** 0.5, "the eye stands outside"
-    # Looked round in: never out of it, whichever way.
+    # A camera that looks round in the room never looks out of it.
     done = run(room, "-o", folder / "orbit%04d.pfm", "--size", "32x24", "--frames", "0:4", "--orbit", "360")
     assert done.returncode == 0, done.stderr
     for number in range(5):

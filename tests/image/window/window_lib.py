@@ -61,7 +61,7 @@ class Window:
     def __init__(self, screen, folder, scene, *options):
         self.screen, self.folder = screen, pathlib.Path(folder)
         self.stats_path = self.folder / "stats.jsonl"
-        self.lines, self.events = [], []  # (when it was read, text); dicts
+        self.lines, self.events = [], []  # lines are (when it was read, text), events dictionaries
         self.process = subprocess.Popen(
             [program("tessera-master"), "view", scene, "--log-level", "debug", "--log-format", "json", "--stats",
              str(self.stats_path), *options], cwd=self.folder, env=screen.environment, stdin=subprocess.DEVNULL,
@@ -96,7 +96,7 @@ class Window:
                 self.events.append({key: float(value) if re.fullmatch(r"[\d.]+", value) else value
                                     for key, value in event.items()})
 
-    # What was said.
+    # What the program has said:
     def line_time(self, words):
         return wait_until(f"a line with '{words}'", lambda: self.find_line(words))[0]
 
@@ -115,14 +115,14 @@ class Window:
         return [json.loads(line) for line in self.stats_path.read_text().splitlines() if line.endswith("}")]
 
     def wait_for_full(self, after=0, passes=1, width=None):
-        """The first frame shown that has everything, and so many passes."""
+        """Waits for a frame to be shown that has everything, and so many passes. Returns: the first such."""
         def there():
             return next((e for e in self.shown(after)
                          if e["passes"] >= passes and width in (None, e["width"])), None)
         return wait_until(f"a full frame of {passes} passes", lambda: there() or self.ended())
 
     def wait_at_rest(self):
-        """Everything of the newest view is shown."""
+        """Waits until everything of the newest view is shown."""
         def there():
             changes, shown = self.changes(), self.shown()
             return shown and shown[-1]["passes"] >= 1 and (not changes or shown[-1]["revision"] >= changes[-1]["revision"])
@@ -131,7 +131,7 @@ class Window:
     def ended(self):
         assert self.process.poll() is None, f"view ended: {self.lines[-3:]}"
 
-    # The hand.
+    # What the hand does:
     def hand(self, *words):
         subprocess.run(["xdotool", *map(str, words)], env=self.screen.environment, check=True,
                        stdout=subprocess.PIPE, timeout=PATIENCE_S)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""`tessera-master view` as a person meets it: first pixels, a drag, a resize, keys, a slave that dies.
+"""Tests `tessera-master view` as a person meets it: first pixels, a drag, a resize, keys, a slave that dies.
 
 Figures are printed. Verdicts are multiples of times that the same run has measured, with where they come from
 beside them; what holds in seconds is shown in virtual time (tests/unit/session/interactive_loop_test.cpp).
@@ -28,7 +28,7 @@ def percentile(values, share):
 
 
 def frame_seconds(window, width, count=3):
-    """Calibrates: how long a full frame of this width takes, from when the passes of a resting view are done."""
+    """Returns how long full frames of this width take, from when the passes of a resting view are done."""
     def deltas():
         ends = [(s["frame"], s["completed_at"]) for s in window.stats() if s["width"] == width]
         return [b - a for (m, a), (n, b) in zip(ends, ends[1:]) if n == m + 1]
@@ -63,7 +63,7 @@ class FirstPixels(OnScreen):
             print(f"first pixels {first['at'] - loaded:.3f} s after loading ({first['width']:.0f} wide), "
                   f"all of them {whole['at'] - loaded:.3f} s; a full frame takes {full_seconds:.3f} s")
             self.assertEqual([s["width"] for s in stats[:3]], [160, 320, 640])
-            # After the first come a frame of a quarter of the pixels and one of all: 1.25 full ones. Half of one is
+            # After the first frame come one of a quarter of the pixels and one of all: 1.25 full ones. Half of one is
             # asked for, since the machine may be busier while it is calibrated.
             self.assertGreaterEqual(stats[2]["completed_at"] - stats[0]["completed_at"], 0.5 * full_seconds)
 
@@ -86,7 +86,7 @@ class Drag(OnScreen):
             window.wait_at_rest()
             reactions, frames = [], []
             for at, following in zip(sent, sent[1:] + [end]):
-                # The change of the view that this movement made, at the latest.
+                # The last change of the view that this movement can have made.
                 own = [c for c in window.changes(at) if c["at"] < following] or window.changes(at)[:1]
                 if not own:
                     continue  # the mouse stood where it was
@@ -102,7 +102,7 @@ class Drag(OnScreen):
                   f"a full frame takes {full_seconds:.3f} s")
             self.assertGreaterEqual(len(reactions), 100)
             # A movement waits for the frame in work, then for the one that was submitted before it, then its own is
-            # shown: counted in frames, for what a frame takes is the machine's.
+            # shown. It is counted in frames, since how long a frame takes depends on the machine.
             self.assertLessEqual(percentile(frames, 0.95), 3)
 
 
@@ -121,9 +121,9 @@ class Resize(OnScreen):
                       f"{multiples[-1]:.2f} frames of {full_seconds:.3f} s")
                 late = [e for e in window.shown(asked) if e["revision"] >= whole["revision"] and e["width"] > width]
                 self.assertEqual(late, [])
-            # The way up is 1/16 + 1/4 + 1 = 1.31 frames; a frame in work ends its tiles, the display draws: twice that
-            # at most, in the best of three, since what else the machine does only adds. Frames of the old size that
-            # are not left behind add two more, each time.
+            # The way up is 1/16 + 1/4 + 1 = 1.31 frames. A frame in work ends its tiles, and the display draws, so
+            # twice that is allowed, in the best of three, since what else the machine does only adds. Frames of the old
+            # size that are not left behind would add two more, each time.
             self.assertLessEqual(min(multiples), 2 * 1.3125)
 
 
@@ -133,7 +133,7 @@ class Keys(OnScreen):
         with Window(self.screen, self.folder, SCENE, "--passes", "1", "--size", "320x240") as window:
             window.find().wait_for_full()
             window.mouse_to(250, 200)
-            window.hand("click", "--repeat", 4, 4)  # the wheel: nearer
+            window.hand("click", "--repeat", 4, 4)  # the wheel moves the camera nearer
             window.hand("mousedown", 1)
             for x in range(251, 261):
                 window.mouse_to(x, 203)

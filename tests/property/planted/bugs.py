@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bugs for the core: what a tired person might write.
+"""Bugs to plant in the core, such as people write by mistake.
 
 Each has a file under slave/core, the text that stands there once, what stands there instead, and a test that is
 tried first. An expression is replaced by an expression, a statement (it ends with a semicolon) by a statement.
@@ -10,8 +10,8 @@ import dataclasses
 @dataclasses.dataclass(frozen=True)
 class Bug:
     name: str
-    what: str   # was done
-    file: str   # under slave/core
+    what: str   # what was done
+    file: str   # path under slave/core
     right: str
     wrong: str
     first: str  # a pattern of tests' names; all others of the label follow

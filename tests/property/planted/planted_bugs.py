@@ -42,7 +42,7 @@ def fail(text):
 
 
 def places():
-    """Path under the root: its text, with every bug of it planted."""
+    """Returns, by path under the root, the texts with every bug planted."""
     texts = {}
     for number, bug in enumerate(BUGS, 1):
         path = f"slave/core/{bug.file}"
@@ -59,7 +59,7 @@ def places():
 
 
 def make_copy(folder):
-    """What git knows of, with the bugs. Files that are the same already are left alone, so that a second build is short."""
+    """Copies what git knows of, with the bugs. Files that are right already are left alone: a second build is short."""
     source = folder / "source"
     names = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True,
                            check=True).stdout.split("\n")
@@ -84,7 +84,7 @@ def make_copy(folder):
 def build(folder, jobs):
     source = make_copy(folder)
     binary = folder / "build"
-    # Both arms of a choice are compiled, and warnings about a constant in one of them are no news.
+    # Both arms of a choice are compiled, and a constant in one of them makes warnings that mean nothing.
     flags = f"-include {source / 'planted.h'} -Wno-error"
     subprocess.run(["cmake", "-S", source, "-B", binary, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DTESSERA_TESTS=ON",
                     f"-DCMAKE_CXX_FLAGS={flags}"], check=True, stdout=subprocess.DEVNULL)
@@ -96,8 +96,8 @@ def build(folder, jobs):
 
 
 def failing_test(binary, number, pattern, jobs):
-    """The first test of the label, of those that match, that fails; or None. trace_tool runs a program that is not
-    built here."""
+    """Returns the first test of the label, of those that match, that fails; or None. trace_tool is left out, since its
+    program is not built here."""
     run = subprocess.run(["ctest", "--test-dir", binary, "-L", "^property$", "-R", pattern, "-E", "trace_tool", "-j", str(jobs),
                           "--stop-on-failure", "--output-on-failure"],
                          env={**os.environ, "TESSERA_PLANTED": str(number)}, capture_output=True, text=True)
