@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-# Every third-party package, from Debian 12. design: which folder may use which is checked by
-# tests/tidy.
+# Finds every third-party package; Debian 12 has them all. tests/tidy checks which folder may use which.
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(OpenSSL 3 REQUIRED COMPONENTS SSL Crypto)
 
-# Asio: headers only, no CMake package.
+# Asio has headers only and no CMake package.
 find_path(ASIO_INCLUDE_DIR asio.hpp REQUIRED)
 add_library(dep_asio INTERFACE)
 target_include_directories(dep_asio SYSTEM INTERFACE ${ASIO_INCLUDE_DIR})
 target_compile_definitions(dep_asio INTERFACE
   ASIO_STANDALONE ASIO_NO_DEPRECATED
-  # asio 1.22 does not recognise coroutines under clang; say so by hand
+  # Asio 1.22 does not recognise that clang has coroutines.
   $<$<CXX_COMPILER_ID:Clang>:ASIO_HAS_CO_AWAIT=1;ASIO_HAS_STD_COROUTINE=1>)
 target_link_libraries(dep_asio INTERFACE Threads::Threads OpenSSL::SSL)
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# The install tree: what no folder's own list lays out. Programs install themselves (bin/).
+# Installs what no folder's own list does. The lists of the programs' folders install these (bin/).
 include(GNUInstallDirs)
 
-# Headers of the session library and those that they include, found by following them.
+# Installs a header of the session library and those that it includes, found by following the includes.
 function(tessera_install_headers header)
   set(queue ${header})
   set(found "")

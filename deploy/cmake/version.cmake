@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-# Run at each build (cmake -P): writes OUTPUT from INPUT with this tree's version, where that changed.
+# Each build runs this (cmake -P). It writes OUTPUT from INPUT with this tree's version, where that changed:
 #   at a tag v1.2.3            1.2.3
 #   four commits behind it     1.2.3+4.gabc1234
 #   no tag in reach            PROJECT_VERSION+gabc1234
 #   without git                PROJECT_VERSION
-# and ".changed" behind it where files differ from the commit.
+# Where files differ from the commit, ".changed" stands behind it, or "+changed" behind a tag's number.
 execute_process(
   COMMAND git -C ${SOURCE} describe --tags --match "v[0-9]*" --always --dirty=.changed
   OUTPUT_VARIABLE said ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE RESULT_VARIABLE failed)
