@@ -11,7 +11,7 @@ while (($# > 0)); do
   case $1 in
     --preset) preset=${2:?"build.sh: --preset needs a name"} && shift 2 ;;
     --tests) with_tests=ON && shift ;;
-    -h | --help) sed -n '2,3s/^# //p' "$0" && exit 0 ;;
+    -h | --help) sed -n '3,4s/^# //p' "$0" && exit 0 ;;
     -*) echo "build.sh: unknown option '$1'" >&2 && exit 2 ;;
     *) break ;;
   esac

@@ -1,11 +1,16 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# Runs shellcheck on all shell scripts, and --help and an unknown option of each that a person runs.
+# Runs shellcheck on all shell scripts, and --help, which says the usage, and an unknown option of each that a person
+# runs.
 # Usage: scripts_test.sh SOURCE_FOLDER. Exit 77: skipped, with the reason.
 set -euo pipefail
 cd "$1"
 for script in deploy/quickstart.sh deploy/install-dependencies.sh deploy/build.sh deploy/launch-slaves.sh tests/run.sh; do
-  "$script" --help >/dev/null || { echo "FAILED: $script --help" && exit 1; }
+  help=$("$script" --help) || { echo "FAILED: $script --help" && exit 1; }
+  if ! grep -q "^Usage: .*${script##*/}" <<<"$help"; then
+    echo "FAILED: $script --help does not say the usage: $help"
+    exit 1
+  fi
   code=0
   "$script" --no-such-option >/dev/null 2>&1 || code=$?
   if ((code != 2)); then
