@@ -65,6 +65,10 @@ def ball(around=32):
     return "\n".join(lines) + "\n"
 
 
+class NoSuchIsa(Exception):
+    """The program says that this processor lacks the instruction set asked for."""
+
+
 class Folder:
     def __init__(self, path):
         self.path, self.runs = pathlib.Path(path), 0
@@ -72,11 +76,13 @@ class Folder:
         self.ball = str(self.path / "ball.obj")
 
     def render(self, scene, name, *options):
-        """Renders a picture. Returns its path and the digests."""
+        """Renders a picture. Returns its path and the digests. Throws: NoSuchIsa where this processor lacks it."""
         self.runs += 1
         out, stats = self.path / name, self.path / f"stats-{self.runs}.jsonl"
         words = [cluster_lib.program("tessera-master"), "render", scene, "--quiet", "--stats", str(stats), "-o", str(out), *options]
         run = subprocess.run(words, capture_output=True, text=True, timeout=cluster_lib.PATIENCE_S)
+        if run.returncode == 1 and ": this CPU does not have it; " in run.stderr:
+            raise NoSuchIsa(run.stderr.strip())
         assert run.returncode == 0 and "warning" not in run.stderr, f"{' '.join(words)}: {run.stderr}"
         return out, [json.loads(line)["digest"] for line in stats.read_text().splitlines()]
 
@@ -174,8 +180,9 @@ def check_bits(folder, renderer):
     for isa in ("scalar", "sse4", "avx2", "avx512"):
         try:
             _, digests[isa] = folder.render("builtin:room", f"isa-{isa}.exr", *options, "--renderer", renderer, "--isa", isa)
-        except AssertionError as error:
-            assert isa != "scalar" and "isa" in str(error).lower(), error
+        except NoSuchIsa as lack:
+            assert isa != "scalar", lack
+            print(f"skipped: {lack}")
     for tile in ("7", "64"):
         _, digests[f"tiles of {tile}"] = folder.render("builtin:room", "tiles.exr", *options, "--renderer", renderer, "--tile", tile)
     for slaves in (1, 3):
