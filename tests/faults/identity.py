@@ -52,7 +52,7 @@ def wrong_keys(stage):
     other = cluster.folder / "other-keys"
     make("init", str(other))
     make("add", str(other), "slave", "stranger")
-    made["other cluster"] = (other / "stranger", "")
+    made["other cluster"] = (other / "stranger", "another cluster")
     self_made = cluster.folder / "self"
     self_made.mkdir()
     subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "30",
