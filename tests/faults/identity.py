@@ -2,6 +2,8 @@
 """Rows D: peers without credentials, with wrong ones, or in a role that is not theirs are refused."""
 import json
 import shutil
+import socket
+import ssl
 import subprocess
 import time
 
@@ -157,12 +159,44 @@ def f43(stage, report):
     report.event("slave-lost", len(stage.events("slave-lost")))
 
 
+def pem_of(certificate):
+    return ssl.DER_cert_to_PEM_cert(certificate).split()
+
+
+def shown_by_master(stage):
+    """Returns the certificate that the master shows to one that connects now, as the words of a PEM file."""
+    link = peer.Link(stage, 5, stage.cluster.add_key("app", "measure"))
+    certificate = link.socket.getpeercert(binary_form=True)
+    link.close()
+    return pem_of(certificate)
+
+
+def shown_by_slave(stage, name):
+    """Kills the master and takes its place. Returns the certificate that the slave shows when it comes back."""
+    stage.kill("master")
+    context = peer.tls_context(stage.cluster.keys / "master", server=True)
+    with peer.socket_in(stage, 1) as door:
+        door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        door.bind((stage.cluster.host, stage.cluster.port))
+        door.listen(8)
+        door.settimeout(PATIENCE_S)
+        while True:
+            plain, address = door.accept()
+            plain.settimeout(PATIENCE_S)
+            try:
+                with context.wrap_socket(plain, server_side=True) as link:
+                    if address[0] == stage.lab.addr(stage.nodes[name]):
+                        return pem_of(link.getpeercert(binary_form=True))
+            except OSError:  # it had gone meanwhile
+                plain.close()
+
+
 def f41(stage, report):
     """Keys and certificates of master and slave are renewed while frames are rendered."""
     stage.cluster_of(2)
     stage.animate(frames=16)
     stage.wait_for_frames(3)
-    stage.now()
+    began = stage.now()
     tool = peer.stages.cluster_lib.program("tessera-keys")
     for name in ("slave-1", "master"):
         run = subprocess.run([tool, "renew", str(stage.cluster.keys), name], capture_output=True, text=True)
@@ -170,13 +204,15 @@ def f41(stage, report):
             stage.finish()
             return
         stage.process(name).send_signal(1)
-    time.sleep(0.5)
+        stage.first_event("credentials-reloaded", began, log=name)
     report.claim("open sessions live on", not stage.events("slave-lost"), stage.events("slave-lost"))
     began = stage.reset("slave-1")
     stage.first_event("slave-joined", began)
-    report.claim("new connections use the new one", True)
+    renewed = {name: (stage.cluster.keys / name / "node.crt").read_text().split() for name in ("slave-1", "master")}
+    report.claim("new connections show the master's new certificate", shown_by_master(stage) == renewed["master"])
     stage.finish()
     stage.oracle(settled_slaves=2)
+    report.claim("the slave comes back with its new one", shown_by_slave(stage, "slave-1") == renewed["slave-1"])
 
 
 def f42(stage, report):
