@@ -88,13 +88,18 @@ class LabFaults(unittest.TestCase):
 
     def test_f11_a_full_disk_names_the_file_and_leaves_none(self):
         folder = self.cluster.folder / "full"
+        left = self.cluster.folder / "left"
         folder.mkdir()
-        run = self.lab.exec(1, [cluster_lib.program("tessera-master"), "render", "--quiet", SCENE, "--renderer", "direct", "--size", "400x400",
-                                "-o", str(folder / "big.pfm")], tmpfs=[f"{folder}:64k"], timeout=60)
+        # The folder is listed by the same shell, since no other process sees the disk that is mounted on it.
+        listed = 'folder=$1 left=$2; shift 2; "$@"; code=$?; ls -A "$folder" >"$left"; exit $code'
+        run = self.lab.exec(1, ["sh", "-c", listed, "sh", str(folder), str(left), cluster_lib.program("tessera-master"), "render", "--quiet",
+                                SCENE, "--renderer", "direct", "--size", "400x400", "-o", str(folder / "big.pfm")],
+                            tmpfs=[f"{folder}:64k"], timeout=60)
         self.assertEqual(run.returncode, 1, run.stdout)
         self.assertIn("big.pfm", run.stdout)
         self.assertIn("No space left", run.stdout)
         self.assertEqual(len(run.stdout.strip().splitlines()), 1, run.stdout)
+        self.assertEqual(left.read_text(), "", "no file is left")
 
 
 if __name__ == "__main__":
