@@ -276,16 +276,21 @@ class Stage:
         return max(b - a for a, b in zip(times[1:], times[2:])) * sum(threads.values()) / rest
 
     # -- faults
+    def _begin(self):
+        """Begins a fault: what made an earlier one late, or took long in making it, is no part of this one."""
+        self.sampler.mark()
+        self.doubt = 0.0
+
     def kill(self, name, how=signal.SIGKILL):
         """Returns: when the process had ended (its sockets are closed by then)."""
-        self.sampler.mark()
+        self._begin()
         process = self.process(name)
         process.send_signal(how)
         process.wait(PATIENCE_S)
         return time.time()
 
     def now(self):
-        self.sampler.mark()
+        self._begin()
         return time.time()
 
     # Each of these returns a moment before the fault is made or ended; what follows from it cannot lie before that.
