@@ -67,10 +67,10 @@ def damage(data, rng):
 
 
 class Trial:
-    def __init__(self, number, options, folder):
+    def __init__(self, number, options):
         rng = random.Random(f"{options.seed} {number}")
         source = options.files[number % len(options.files)]
-        self.path = folder / source.parent.name / f"{number}{source.suffix}"
+        self.path = options.copies[source.parent] / f"{number}{source.suffix}"
         self.path.write_bytes(damage(source.read_bytes(), rng))
         begin = time.monotonic()
         run = subprocess.Popen([options.program, "--memory-mb", str(options.memory_mb), self.path], stdout=subprocess.PIPE,
@@ -122,11 +122,13 @@ def main():
     options.program = pathlib.Path(os.environ["TESSERA_BIN"]) / "tessera-import"
     options.files = [file.resolve() for file in options.files]
     folder = pathlib.Path(tempfile.mkdtemp(prefix="damaged-"))
-    for parent in {file.parent for file in options.files}:
-        shutil.copytree(parent, folder / parent.name)
+    # Folders of one name lie apart; dict.fromkeys() keeps the order of the command line.
+    options.copies = {parent: folder / str(i) / parent.name for i, parent in enumerate(dict.fromkeys(f.parent for f in options.files))}
+    for parent, copy in options.copies.items():
+        shutil.copytree(parent, copy)
     print(f"seed {options.seed}, {options.count} files of {len(options.files)}")
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
-        trials = list(pool.map(lambda number: Trial(number, options, folder), range(options.count)))
+        trials = list(pool.map(lambda number: Trial(number, options), range(options.count)))
     wrong = [trial for trial in trials if trial.wrong]
     shown = {}
     for trial in trials:
