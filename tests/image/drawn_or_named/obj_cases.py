@@ -28,7 +28,7 @@ def then(*changes):
     return change
 
 
-def again(name, says=None):
+def again(name):
     return lambda f: f.more.append(name)
 
 
