@@ -7,7 +7,7 @@ import threading
 import time
 
 import peer
-from stage import FRAME, cluster_lib, wait_until
+from stage import wait_until
 
 import scene_noise
 
