@@ -133,7 +133,7 @@ def f57_unreachable(stage, report):
 
 
 def f57_guarded(stage, report):
-    """A relay sends away who has no slave's certificate, a wrong token or asks for what was not announced."""
+    """A relay sends away who has no slave's certificate, a wrong token or asks for what is not there."""
     stage.serve("--relay", "on", "--slaves", "3")
     stage.slave("slave-1", node=2)
     stage.cluster.wait_for_slaves(1)
@@ -150,12 +150,12 @@ def f57_guarded(stage, report):
     place = (named[3].decode(), named[4])
     report.claim("fed by slave-1", place[0] == stage.lab.addr(2), place)
 
-    def visit(keys, token, version):
+    def visit(keys, token, version, block):
         """Returns: whether it was closed, and whether anything but a refusal was said."""
         try:
             link = peer.Link(stage, 5, keys, beats=False, to=place)
             link.say(peer.RELAY_JOIN, {1: peer.Fixed64(token)})
-            link.say(peer.CHUNK_NEED, {1: version, 2: 0, 3: 1}, b"\1")
+            link.say(peer.CHUNK_NEED, {1: version, 2: block, 3: 1}, b"\1")
         except OSError:
             return True, False
         try:
@@ -167,17 +167,24 @@ def f57_guarded(stage, report):
         link.close()
         return is_closed, bool(told)
 
-    slave = str(stage.cluster.keys / "child")
-    for name, keys, token, version in (("no certificate", None, named[5], announce[1]),
-                                       ("an application's certificate", stage.cluster.add_key("app", "app"), named[5], announce[1]),
-                                       ("a wrong token", slave, named[5] ^ 1, announce[1]),
-                                       ("a version that was not announced", slave, named[5], announce[1] + 7)):
-        is_closed, has_told = visit(keys, token, version)
+    slave, version, token = str(stage.cluster.keys / "child"), announce[1], named[5]
+    for name, keys, its_token, block, event, word in (
+            ("no certificate", None, token, 0, "handshake-failed", "did not return a certificate"),
+            ("an application's certificate", stage.cluster.add_key("app", "app"), token, 0, "relay-refused", "another role"),
+            ("a wrong token", slave, token ^ 1, 0, "relay-refused", "a wrong token"),
+            ("a block that is not there", slave, token, count, "relay-refused", "is not here")):
+        number = len(stage.events(event, log="slave-1"))
+        is_closed, has_told = visit(keys, its_token, version, block)
         report.claim(f"{name}: closed, nothing told", is_closed and not has_told, (is_closed, has_told))
-    is_closed, has_told = visit(slave, named[5], announce[1])
+        text = stage.nth_event(event, number, log="slave-1")["text"] if is_closed else "nothing: the link stands"
+        report.claim(f"{name}: slave-1 says why", word in text, text)
+    # A child may ask before its feeder is told of a version (RelayPlan: a feeder is kept for the next one), and waits.
+    is_closed, has_told = visit(slave, token, version + 7, 0)
+    report.claim("of a version to come nothing is told", not has_told and not is_closed, (is_closed, has_told))
+    is_closed, has_told = visit(slave, token, version, 0)
     report.claim("its own child is fed", has_told and not is_closed, (is_closed, has_told))
     root = digests[:32 * count]
-    child.scene.say(peer.BUILT, {1: announce[1], 2: 0.001, 3: 4, 4: hashlib.sha256(root).digest()})
+    child.scene.say(peer.BUILT, {1: version, 2: 0.001, 3: 4, 4: hashlib.sha256(root).digest()})
     child.close()
     stage.slave("slave-2", node=3, sleep_ms=5)
     stage.slave("slave-3", node=4, sleep_ms=5)
