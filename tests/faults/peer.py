@@ -225,8 +225,9 @@ class Link:
         self.socket.close()
 
 
-# Field 3 of FrameSubmit, for a frame of 64 x 48 pixels seen from (0, 0, 3).
-SETTINGS = {3: header({1: 64, 2: 48, 5: Fixed32(3), 10: Fixed32(1), 12: Fixed32(40), 15: 16, 16: 1, 17: 1})}
+# Field 3 of FrameSubmit, for a frame of 64 x 48 pixels seen from (0, 0, 3). Numbers that may not be 0 are given: edge
+# of a tile (15), samples (16), light samples (17), VPLs (20), edge of the interleaving pattern (21).
+SETTINGS = {3: header({1: 64, 2: 48, 5: Fixed32(3), 10: Fixed32(1), 12: Fixed32(40), 15: 16, 16: 1, 17: 1, 20: 1, 21: 1})}
 
 
 def hello(name, role=0, version=(1, 1), threads=1, isas=15):
