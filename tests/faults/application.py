@@ -149,7 +149,7 @@ def f47(stage, report):
     report.claim("as many as there may be, most of the time", sorted(depths)[len(depths) // 2] == DEPTH, depths)
     spans = [line["seconds"] for line in run.stats]
     # A frame waits for those before it, and takes its own time: one tile after another on one thread.
-    report.figure("latency", max(spans), DEPTH * (TILES + 1) * 0.03 + stage.lateness)
+    report.figure("latency", max(spans), DEPTH * (TILES + 1) * stage.bounds().tile + stage.lateness)
     stage.frames.stop()
     too_many(stage, report)
     stage.oracle(settled_slaves=1)
