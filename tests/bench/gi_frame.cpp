@@ -87,10 +87,10 @@ void closest_fan(const View& view, const core::FanPacket& rays, core::PacketHits
   kernels_of(*watch.real, view).closest_fan(view, rays, hits);
 }
 template <class View>
-std::uint64_t occluded_fan(const View& view, const core::FanPacket& rays) {
-  if (watch.pending != nullptr) record(rays.origin);
+void occluded_fans(const View& view, const core::ShadowFans& fans, std::uint64_t* blocked) {
+  if (watch.pending != nullptr) record(fans.origin);
   const Timed timed(GiPart::kShadow);
-  return kernels_of(*watch.real, view).occluded_fan(view, rays);
+  kernels_of(*watch.real, view).occluded_fans(view, fans, blocked);
 }
 template <class View>
 std::uint64_t occluded_packet(const View& view, const core::RayPacket& rays) {
@@ -103,7 +103,7 @@ template <class View>
 void put_watch(core::ViewKernels<View>& kernels) {
   kernels.enter_fans = enter_fans<View>;
   kernels.closest_fan = closest_fan<View>;
-  kernels.occluded_fan = occluded_fan<View>;
+  kernels.occluded_fans = occluded_fans<View>;
   kernels.occluded_packet = occluded_packet<View>;
 }
 

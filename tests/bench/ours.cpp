@@ -2,6 +2,7 @@
 #include <time.h>
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "slave/core/kernels/kernel_table.h"
@@ -9,7 +10,6 @@
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "slave/core/trace/fan_window.h"
-#include "slave/core/trace/ray_groups.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/bench/contender.h"
 
@@ -108,23 +108,19 @@ class Structure {
     const Vec3f light = {rays.origin[0][0] + rays.direction[0][0],
                          rays.origin[1][0] + rays.direction[1][0],
                          rays.origin[2][0] + rays.direction[2][0]};
-    static thread_local core::RayGroups groups;
-    groups.clear();
-    for (int i = 0; i < rays.count; ++i)
-      groups.add({-rays.direction[0][i], -rays.direction[1][i], -rays.direction[2][i]});
-    core::FanPacket packet;
-    for (int a = 0; a < 3; ++a) packet.origin[a] = light[a];
-    packet.t_min = 1e-4f;
-    std::fill_n(packet.t_max, core::kPacketRays, 1.0f);
-    const int group_count = groups.form(table_);
-    for (int g = 0; g < group_count; ++g) {
-      groups.fill(g, packet);
-      std::uint64_t blocked = kernels_.occluded_fan(view_, packet);
-      for (const int ray : groups.group(g)) {
-        hits.t[ray] = 0;
-        hits.primitive[ray] = (blocked & 1u) != 0 ? 0 : core::kNoPrimitive;
-        blocked >>= 1;
-      }
+    static thread_local const auto targets = std::make_unique<core::FanTargets>();
+    targets->count = rays.count;
+    for (int a = 0; a < 3; ++a) {
+      for (int i = 0; i < rays.count; ++i) targets->direction[a][i] = -rays.direction[a][i];
+    }
+    table_.group_fans(*targets);
+    const core::ShadowFans fans{targets.get(), {light.x, light.y, light.z}, 1e-4f, 1};
+    std::uint64_t blocked[core::kFanTargetsMax];
+    kernels_.occluded_fans(view_, fans, blocked);
+    std::fill_n(hits.t, rays.count, 0.0f);
+    for (int g = 0; g < targets->group_count; ++g) {
+      for (int i = targets->group[g]; i < targets->group[g + 1]; ++i, blocked[g] >>= 1)
+        hits.primitive[targets->order[i]] = (blocked[g] & 1u) != 0 ? 0 : core::kNoPrimitive;
     }
   }
 

@@ -71,15 +71,12 @@ std::uint64_t DirectLight::add_point(const SurfaceBatch& batch, const Light& lig
     const float distance = length(samples_.direction(i));
     ask(i, s.point + s.normal * (s.offset + gamma(2) * distance) - light.position);
   }
-  FanPacket packet;
-  for (int a = 0; a < 3; ++a) packet.origin[a] = light.position[a];
   // What is so close to the light that rounding hides the distance is the light's housing.
-  packet.t_min = 4 * kUnitRoundoff;
-  std::fill_n(packet.t_max, kPacketRays, kEnd);
+  constexpr float kBegin = 4 * kUnitRoundoff;
   const int groups = memory_.groups.form(context_.kernels());
+  context_.tracer.occluded(memory_.groups.fans_from(light.position, kBegin, kEnd), memory_.blocked);
   for (int g = 0; g < groups; ++g) {
-    memory_.groups.fill(g, packet);
-    std::uint64_t blocked = context_.tracer.occluded(packet);
+    std::uint64_t blocked = memory_.blocked[g];
     for (const int ray : memory_.groups.group(g)) {
       if ((blocked & 1u) == 0) add_open(batch, memory_.surface[ray], radiance);
       blocked >>= 1;

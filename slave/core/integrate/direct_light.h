@@ -28,6 +28,7 @@ class DirectLight {
     LightSamples::Memory samples;
     RayGroups groups;
     int surface[kBatchMax];                         // by ray of `groups`
+    std::uint64_t blocked[RayGroups::kRaysMax];     // by group
     std::unique_ptr<ScatteredRays::Memory> glossy;  // made where a scene has glossy surfaces
   };
 

@@ -32,6 +32,8 @@ struct BundleRays : PacketRays {
   // Returns: whether the rays form a narrow frustum: those that are valid go to one side of the
   // main axis and to about the same part of it.
   bool setup(const RayPacket& rays);
+  void line_up() {}  // as FanRays::line_up(): they are in line
+  HWY_INLINE V length_at(size_t at) const { return load<V>(length + at); }
   // Result of the test of one primitive against a row of rays.
   struct RowTest {
     V t;
@@ -55,8 +57,10 @@ struct BundleRays : PacketRays {
   // Upper bounds of the best t of the rays from `at` on.
   HWY_INLINE V farthest(size_t at) const { return load<V>(best_t + at); }
 
-  alignas(64) float start[kPacketRays];  // depth at which the ray begins
-  alignas(64) float row_far[kRows];      // z_far of each row
+  alignas(64) float direction[3][kPacketRays];
+  alignas(64) float length[kPacketRays];  // sum of |direction|
+  alignas(64) float start[kPacketRays];   // depth at which the ray begins
+  alignas(64) float row_far[kRows];       // z_far of each row
   float reach = 0;  // largest distance, by axis, of a ray's origin from the frustum's
   alignas(64) float from[3][kPacketRays];                        // origins
   alignas(64) float shear_x[kPacketRays], shear_y[kPacketRays];  // dx / dz, dy / dz
@@ -117,15 +121,20 @@ inline bool BundleRays::setup(const RayPacket& rays) {
 inline bool BundleRays::setup_row(const RayPacket& rays, size_t row, uint64_t valid,
                                   size_t middle) {
   const size_t at = row * kLanes;
-  const V z = begin_row(rays, row, valid, middle);
-  const V u = load<V>(direction[kx] + at) / z, v = load<V>(direction[ky] + at) / z;
-  if (!is_near(row, z, u, v)) return false;
   const auto is_valid = mask_of<V>(static_cast<uint32_t>(valid >> at));
   const auto copy = [&](const float* values, float* to) {
     const V used = select(is_valid, load<V>(values + at), set<V>(values[middle]));
     store(used, to + at);
     return used;
   };
+  for (int a = 0; a < 3; ++a) copy(rays.direction[a], direction[a]);
+  const V sum = sizes(direction, at), z = load<V>(direction[kz] + at) * side;
+  const V t_max = load<V>(rays.t_max + at);
+  store(select(is_valid, t_max, set<V>(-__builtin_inff())), best_t + at);
+  store(sum, length + at);
+  store(set<VI>(-1), best + at);
+  const V u = load<V>(direction[kx] + at) / z, v = load<V>(direction[ky] + at) / z;
+  if (!is_all<V>(is_near(z, u, v, sum))) return false;
   for (int a = 0; a < 3; ++a) copy(rays.origin[a], from[a]);
   if (!is_all<V>(copy(rays.t_min, t_min) >= 0)) return false;
   const V s = set<V>(side);

@@ -25,6 +25,23 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
+// One of the fans of ShadowFans.
+struct ShadowFan {
+  HWY_INLINE ShadowFan(const ShadowFans& all, int g)
+      : fans(all),
+        first(static_cast<size_t>(all.targets->group[g])),
+        count(static_cast<size_t>(all.targets->group[g + 1]) - first),
+        face(all.targets->face[g]),
+        active(~uint64_t{0} >> (kPacketRays - count)),
+        habit(all.habit) {}
+
+  const ShadowFans& fans;
+  size_t first, count;  // of `order`
+  int face;
+  uint64_t active;
+  PacketHabit& habit;
+};
+
 struct FanRays : PacketRays {
   // A fan that gets through setup() is traced as one, however many steps it takes.
   static constexpr int kStepsMax = 0x7fffffff, kKdStepsMax = 0x7fffffff;
@@ -34,6 +51,12 @@ struct FanRays : PacketRays {
   // Returns: whether the rays form a frustum: those that are valid go to one side of the main axis
   // and not far from it.
   bool setup(const FanPacket& rays);
+  // As above. The fan may be asked for any hits alone.
+  bool setup(const ShadowFan& fan);
+  // Makes registers of directions loadable from `direction` and length_at(), and lets rays that are
+  // not valid go where one does that is. Fans of packets have the first from the start, for rays
+  // that are valid.
+  void line_up();
 
   // Takes a hit of one ray, already decided. Returns: whether it is nearer than what the ray had.
   // Requires: the ray's best hit is not pending.
@@ -45,9 +68,24 @@ struct FanRays : PacketRays {
   HWY_INLINE void shorten();
   // Upper bounds of the best t of the rays from `at` on.
   HWY_INLINE V farthest(size_t at) const;
+  HWY_INLINE void direction_of(size_t ray, float* to) const {
+    const size_t number = numbers == nullptr ? ray : static_cast<size_t>(numbers[ray]);
+    for (int a = 0; a < 3; ++a) to[a] = direction[a][number];
+  }
+  // The sums of the sizes of the components of directions; of a row, and of one.
+  HWY_INLINE V length_at(size_t at) const { return sizes(direction, at); }
+  static HWY_INLINE float length_of(const float* d) {
+    return abs_of(d[0]) + abs_of(d[1]) + abs_of(d[2]);
+  }
 
+  // Components of directions, by axis, in the caller's memory or `own`; by ray, or by its number
+  // where there are numbers.
+  const float* direction[3];
+  const int* numbers = nullptr;
+  uint64_t valid = 0;          // rays that may hit something
+  size_t filled_rows = kRows;  // rows with rays that are valid, from the first
   float t_min = 0;
-  int32_t excluded = -1;  // ExcludedPrimitives::at_origin
+  int32_t excluded = -1;  // ShadowFans::excluded_at_origin
   float steepness = 0;    // largest sum of the sizes of u, v and 1 of a ray
   float widest[2];        // largest size of u, of v
   float nearest_min;      // a hit of less nearness is certainly not before t_min
@@ -68,8 +106,13 @@ struct FanRays : PacketRays {
   static constexpr float kNearMax = 0x1.fffffep127f;
 
   static uint64_t valid_rays(const FanPacket& rays);
-  bool setup_row(const FanPacket& rays, size_t row, uint64_t valid, size_t middle);
+  bool setup_row(const FanPacket& rays, size_t row, size_t middle);
+  bool setup_row(const ShadowFan& fan, size_t row);
+  void limit_row(size_t row, M is_valid, V per_depth, V t_max);
   void bound();
+
+  V least_per_depth_;  // over valid rays, in each lane
+  alignas(64) float own_[3][kPacketRays];
 };
 
 HWY_INLINE uint64_t FanRays::valid_rays(const FanPacket& rays) {
@@ -85,10 +128,12 @@ HWY_INLINE uint64_t FanRays::valid_rays(const FanPacket& rays) {
 HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
   const float* const o = rays.origin;
   if (!(abs_of(o[0]) + abs_of(o[1]) + abs_of(o[2]) < __builtin_inff())) return false;
-  const uint64_t valid = valid_rays(rays);
+  valid = valid_rays(rays);
   if (__builtin_popcountll(valid) < kRaysLeast || !(rays.t_min >= 0)) return false;
   const size_t middle = middle_of(valid);
+  filled_rows = (64 - static_cast<size_t>(__builtin_clzll(valid)) + kLanes - 1) / kLanes;
   count = __builtin_popcountll(valid);
+  for (int a = 0; a < 3; ++a) direction[a] = rays.direction[a];
   if (rays.entry != nullptr) {
     set_axis(rays.entry->axis, rays.entry->side < 0);
   } else {
@@ -96,9 +141,9 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
   }
   for (int a = 0; a < 3; ++a) origin[a] = rays.origin[a];
   t_min = rays.t_min;
-  excluded = static_cast<int32_t>(rays.excluded.at_origin);
+  least_per_depth_ = set<V>(__builtin_inff());
   for (size_t r = 0; r < kRows; ++r) {
-    if (!setup_row(rays, r, valid, middle)) return false;
+    if (!setup_row(rays, r, middle)) return false;
   }
   bound();
   shorten();
@@ -106,23 +151,88 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
 }
 
 // Returns: whether the rays of the row are near the main axis.
-HWY_INLINE bool FanRays::setup_row(const FanPacket& rays, size_t row, uint64_t valid,
-                                   size_t middle) {
+HWY_INLINE bool FanRays::setup_row(const FanPacket& rays, size_t row, size_t middle) {
   const size_t at = row * kLanes;
-  const V z = begin_row(rays, row, valid, middle), per_depth = 1 / z;
-  const V u = load<V>(direction[kx] + at) * per_depth, v = load<V>(direction[ky] + at) * per_depth;
-  if (!is_near(row, z, u, v)) return false;
+  const M is_valid = mask_of<V>(static_cast<uint32_t>(valid >> at));
+  const auto along = [&](int axis) HWY_ATTR {
+    return select(is_valid, load<V>(direction[axis] + at), set<V>(direction[axis][middle]));
+  };
+  const V x = along(kx), y = along(ky), z = along(kz) * side, per_depth = 1 / z;
+  const V u = x * per_depth, v = y * per_depth;
+  if (!is_all<V>(is_near(z, u, v, abs(x) + abs(y) + abs(z)))) return false;
   store(u, ray_u + at);
   store(v, ray_v + at);
   store(set<VI>(-1), pending + at);
-  const V t_max = load<V>(best_t + at);
-  const V near = per_depth / t_max;
-  const M is_valid = t_max >= 0;
-  const V least = min(near * (1 - kNearSlack) - kUnderflow, kNearMax);
-  store(select(is_valid, least, set<V>(__builtin_inff())), low + at);
-  store(select(is_valid, near * (1 + kNearSlack) + kUnderflow, set<V>(__builtin_inff())),
-        high + at);
+  limit_row(row, is_valid, per_depth, load<V>(rays.t_max + at));
   return true;
+}
+
+HWY_INLINE void FanRays::limit_row(size_t row, M is_valid, V per_depth, V t_max) {
+  const size_t at = row * kLanes;
+  const V infinity = set<V>(__builtin_inff());
+  least_per_depth_ = min(least_per_depth_, select(is_valid, per_depth, infinity));
+  const V near = per_depth / t_max;
+  const V least = min(near * (1 - kNearSlack) - kUnderflow, kNearMax);
+  store(select(is_valid, least, infinity), low + at);
+  store(select(is_valid, near * (1 + kNearSlack) + kUnderflow, infinity), high + at);
+  store(select(is_valid, t_max, -infinity), best_t + at);
+  store(set<VI>(-1), best + at);
+}
+
+HWY_INLINE bool FanRays::setup(const ShadowFan& fan) {
+  const ShadowFans& all = fan.fans;
+  const FanTargets& targets = *all.targets;
+  if (!(abs_of(all.origin[0]) + abs_of(all.origin[1]) + abs_of(all.origin[2]) < __builtin_inff()))
+    return false;
+  if (fan.count < kRaysLeast || !(all.t_min >= 0 && all.t_max >= all.t_min)) return false;
+  set_axis(fan.face / 2, fan.face % 2 != 0);
+  count = static_cast<int>(fan.count);
+  valid = fan.active;
+  numbers = targets.order + fan.first;
+  for (int a = 0; a < 3; ++a) {
+    direction[a] = targets.direction[a];
+    origin[a] = all.origin[a];
+  }
+  t_min = all.t_min;
+  excluded = static_cast<int32_t>(all.excluded_at_origin);
+  filled_rows = (fan.count + kLanes - 1) / kLanes;
+  least_per_depth_ = set<V>(__builtin_inff());
+  for (size_t r = 0; r < kRows; ++r) {
+    if (!setup_row(fan, r)) return false;
+  }
+  bound();
+  shorten();
+  return true;
+}
+
+// Where a ray is no ray of a fan, all of them are traced alone.
+HWY_INLINE bool FanRays::setup_row(const ShadowFan& fan, size_t row) {
+  const size_t at = row * kLanes;
+  const auto& projected = fan.fans.targets->projected;
+  const float *const us = projected[0] + fan.first, *const vs = projected[1] + fan.first;
+  const M is_valid = first_lanes<V>(at >= fan.count ? 0 : min_of(fan.count - at, kLanes));
+  const V u = select(is_valid, load_unaligned<V>(us + at), set<V>(us[0]));
+  const V v = select(is_valid, load_unaligned<V>(vs + at), set<V>(vs[0]));
+  const V per_depth = load_unaligned<V>(projected[2] + fan.first + at);
+  // The sum of the sizes of a direction is at least its depth, and at most three times that.
+  const M is_within =
+      abs(u) <= 1 && abs(v) <= 1 && per_depth < 1 / kShortest && per_depth > 3 / kLongest;
+  if (!is_none<V>(and_not(is_within, is_valid))) return false;
+  store(u, ray_u + at);
+  store(v, ray_v + at);
+  limit_row(row, is_valid, per_depth, set<V>(fan.fans.t_max));
+  return true;
+}
+
+inline void FanRays::line_up() {
+  const auto middle = static_cast<size_t>(__builtin_ctzll(valid));
+  for (size_t ray = 0; ray < kPacketRays; ++ray) {
+    float d[3];
+    direction_of((valid >> ray & 1u) != 0 ? ray : middle, d);
+    for (int a = 0; a < 3; ++a) own_[a][ray] = d[a];
+  }
+  for (int a = 0; a < 3; ++a) direction[a] = own_[a];
+  numbers = nullptr;
 }
 
 HWY_INLINE void FanRays::bound() {
@@ -154,10 +264,7 @@ HWY_INLINE void FanRays::bound() {
   steepness = 1 + widest[0] + widest[1];
   nearest_min = __builtin_inff();
   if (!(t_min > 0)) return;
-  V deepest = set<V>(0);
-  for (size_t at = 0; at < kPacketRays; at += kLanes)
-    deepest = max(deepest, abs(load<V>(direction[kz] + at)));
-  nearest_min = 1 / (greatest_lane(deepest) * t_min) * (1 - kNearSlack) - kUnderflow;
+  nearest_min = least_lane(least_per_depth_) / t_min * (1 - kNearSlack) - kUnderflow;
 }
 
 template <bool kAny>

@@ -43,16 +43,6 @@ struct FanWindow {
   float low[2], high[2];
 };
 
-// Planar primitives that a fan's rays are known not to meet in exact arithmetic, although they
-// begin or end next to them (a curved one may be met again). No ray meets `at_origin`, and ray i
-// does not meet at_end[at[i]]. Each may be kNoPrimitive; at_end may be null. Any-hit traversal
-// skips their tests, which changes nothing but time.
-struct ExcludedPrimitives {
-  const uint32_t* at_end = nullptr;
-  const int* at = nullptr;
-  uint32_t at_origin = kNoPrimitive;
-};
-
 // Rays that leave one point: camera rays, and shadow rays of a point light seen from the light.
 // P(t) = origin + t * direction; a hit needs t_min <= t <= t_max, and t_min is not negative.
 // Neighbours in the array are to be neighbours in space: 8 rays in a row are culled together.
@@ -65,7 +55,6 @@ struct alignas(64) FanPacket {
   // Where traversal begins; null: at the root. Requires: it was found for this structure and a
   // window of this origin that all active rays pass. It changes nothing but time.
   const FanEntry* entry = nullptr;
-  ExcludedPrimitives excluded;
   mutable PacketHabit habit;
 };
 
@@ -79,19 +68,36 @@ struct alignas(64) RayPacket {
   mutable PacketHabit habit;
 };
 
-// Rays from one point that are still to be made into packets (see slave/core/trace/ray_groups.h).
+// Rays from one point that are still to be made into fans (see slave/core/trace/ray_groups.h).
 inline constexpr int kFanTargetsMax = 1024;
+inline constexpr int kFanTargetsRoom = kFanTargetsMax + kPacketRays;  // registers are loaded whole
 struct alignas(64) FanTargets {
-  float direction[3][kFanTargetsMax + 16];  // some room: registers are loaded whole
+  float direction[3][kFanTargetsRoom];
   int count;
 
-  // Made by group_fans(): packet g takes the rays order[group[g]] to order[group[g + 1] - 1], at
-  // most kPacketRays of them and at least one.
+  // Made by group_fans(): fan g takes the rays order[group[g]] to order[group[g + 1] - 1], at most
+  // kPacketRays of them and at least one. They leave a cube around their origin through the face
+  // 2 * axis + (1 where they go down the axis).
   int group_count;
   int group[kFanTargetsMax + 1];
-  alignas(64) int order[kFanTargetsMax + 16];
-  alignas(64) float sorted[3][kFanTargetsMax + 16];  // the directions in that order
-  alignas(64) float across[2][kFanTargetsMax + 16];  // of the rays in `order`, on the cube's face
+  int face[kFanTargetsMax];  // by group
+  alignas(64) int order[kFanTargetsRoom];
+  // Of the rays in `order`, where d is the direction and a the axis: the components of d along the
+  // axes (a + 1) % 3 and (a + 2) % 3, over |d[a]|; and 1 / |d[a]|.
+  alignas(64) float projected[3][kFanTargetsRoom];
+};
+
+// The fans of FanTargets, of which only is asked whether something blocks them. The excluded
+// primitives are planar ones that a ray is known not to meet in exact arithmetic, although it
+// begins or ends next to them (a curved one may be met again). Traversal skips their tests, which
+// changes nothing but time.
+struct ShadowFans {
+  const FanTargets* targets;  // grouped
+  float origin[3];
+  float t_min, t_max;                          // of all rays
+  uint32_t excluded_at_origin = kNoPrimitive;  // no ray meets it
+  const uint32_t* excluded_at_end = nullptr;   // by number of the ray, or null: it does not meet it
+  mutable PacketHabit habit = {};
 };
 
 // A hit needs t_min <= t <= t_max.
@@ -100,7 +106,7 @@ struct SingleRay {
   float direction[3];
   float t_min;
   float t_max;
-  uint32_t excluded[2] = {kNoPrimitive, kNoPrimitive};  // see ExcludedPrimitives
+  uint32_t excluded[2] = {kNoPrimitive, kNoPrimitive};  // see ShadowFans
 };
 
 struct SingleHit {

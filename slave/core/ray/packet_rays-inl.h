@@ -23,7 +23,10 @@ namespace HWY_NAMESPACE {
 enum class Together { kDone, kNoFrustum, kDoesNotPay };
 
 HWY_INLINE const FanEntry* entry_of(const FanPacket& rays) { return rays.entry; }
-HWY_INLINE const FanEntry* entry_of(const RayPacket&) { return nullptr; }
+template <class Packet>
+HWY_INLINE const FanEntry* entry_of(const Packet&) {
+  return nullptr;
+}
 
 struct PacketRays : Frustum {
   using V = Floats;
@@ -34,9 +37,14 @@ struct PacketRays : Frustum {
   static constexpr size_t kRows = kPacketRays / kLanes;  // a row: the rays of one register
 
   static constexpr float kSteepest = 2;  // |u|, |v| of a ray near the main axis
+  // Beyond these limits of the sum of |direction| single rays take care of overflow
+  // (OneRay::setup()).
+  static constexpr float kShortest = 0x1p-58f, kLongest = 0x1p60f;
 
-  // The sums of the sizes of three numbers of each ray of a row.
-  static HWY_INLINE V sizes(const float (*values)[kPacketRays], size_t at);
+  // The sums of the sizes of three numbers of each ray of a row. Values: arrays, or pointers to
+  // them.
+  template <class Values>
+  static HWY_INLINE V sizes(const Values& values, size_t at);
   // Returns: the number of a ray in the middle. Requires: valid != 0.
   static HWY_INLINE size_t middle_of(uint64_t valid) {
     return valid >> 27 & 1u ? 27 : static_cast<size_t>(__builtin_ctzll(valid));
@@ -44,12 +52,9 @@ struct PacketRays : Frustum {
   // Sets the main axis by the direction of a ray.
   template <class Packet>
   HWY_INLINE void aim(const Packet& rays, size_t ray);
-  // Sets the row's directions, lengths and limits. Rays that are not valid go where the middle one
-  // goes, and hit nothing. Returns: what each ray moves along the main axis per t.
-  template <class Packet>
-  HWY_INLINE V begin_row(const Packet& rays, size_t row, uint64_t valid, size_t middle);
-  // Whether all rays of a row are near the main axis. u, v: what they move across it per depth.
-  HWY_INLINE bool is_near(size_t row, V z, V u, V v) const;
+  // Whether rays are near the main axis, and neither short nor long. z: what they move along it per
+  // t; u, v: what they move across it per depth; sum: the sums of the sizes of their directions.
+  static HWY_INLINE M is_near(V z, V u, V v, V sum);
 
   // Whether a hit is nearer than what the ray has, or as near and of a lower number.
   HWY_INLINE bool is_better(size_t ray, float t, float t_min, int32_t primitive) const {
@@ -63,13 +68,12 @@ struct PacketRays : Frustum {
   // Work left before tracing together does not pay (PacketTracer), in tests of a row; a primitive
   // of a block that is tested by itself counts for two of them.
   int work_left = 0;
-  alignas(64) float direction[3][kPacketRays];
-  alignas(64) float length[kPacketRays];  // sum of |direction|
   alignas(64) float best_t[kPacketRays];  // t_max without a hit
   alignas(64) int32_t best[kPacketRays];  // -1 without a hit
 };
 
-HWY_INLINE PacketRays::V PacketRays::sizes(const float (*values)[kPacketRays], size_t at) {
+template <class Values>
+PacketRays::V PacketRays::sizes(const Values& values, size_t at) {
   const auto size = [&](int a) { return abs(load<V>(values[a] + at)); };
   return size(0) + size(1) + size(2);
 }
@@ -82,28 +86,10 @@ void PacketRays::aim(const Packet& rays, size_t ray) {
   set_axis(axis, rays.direction[axis][ray] < 0);
 }
 
-template <class Packet>
-PacketRays::V PacketRays::begin_row(const Packet& rays, size_t row, uint64_t valid, size_t middle) {
-  const size_t at = row * kLanes;
-  const auto is_valid = mask_of<V>(static_cast<uint32_t>(valid >> at));
-  for (int a = 0; a < 3; ++a) {
-    const V own = load<V>(rays.direction[a] + at);
-    store(select(is_valid, own, set<V>(rays.direction[a][middle])), direction[a] + at);
-  }
-  const V sum = sizes(direction, at);
-  const V t_max = load<V>(rays.t_max + at);
-  store(select(is_valid, t_max, set<V>(-__builtin_inff())), best_t + at);
-  store(sum, length + at);
-  store(set<VI>(-1), best + at);
-  return load<V>(direction[kz] + at) * side;
-}
-
-HWY_INLINE bool PacketRays::is_near(size_t row, V z, V u, V v) const {
-  const V sum = load<V>(length + row * kLanes);
+HWY_INLINE PacketRays::M PacketRays::is_near(V z, V u, V v, V sum) {
   const auto is_gentle = [&](V slope) { return abs(slope) <= kSteepest; };
   const M is_close = z > 0 && is_gentle(u) && is_gentle(v);
-  // Beyond these limits single rays take care of overflow (OneRay::setup()).
-  return is_all<V>(is_close && sum > 0x1p-58f && sum < 0x1p60f);
+  return is_close && sum > kShortest && sum < kLongest;
 }
 
 inline void PacketRays::write_to(PacketHits& hits) const {
@@ -116,7 +102,10 @@ inline void PacketRays::write_to(PacketHits& hits) const {
 
 inline uint64_t PacketRays::blocked() const {
   uint64_t bits = 0;
-  for (size_t i = 0; i < kPacketRays; ++i) bits |= uint64_t{best[i] != -1} << i;
+  for (size_t at = 0; at < kPacketRays; at += kLanes) {
+    const auto is_hit = load<VI>(best + at) != -1;
+    bits |= uint64_t{bits_of<VI>(is_hit)} << at;
+  }
   return bits;
 }
 

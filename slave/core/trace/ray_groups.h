@@ -5,7 +5,6 @@
 // Threads. One object per thread; scratch memory, reused.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -17,13 +16,6 @@ namespace tessera::core {
 
 // Bits of the first `count` rays of a packet. Requires: 0 < count <= kPacketRays.
 inline std::uint64_t bits_below(int count) { return ~std::uint64_t{0} >> (kPacketRays - count); }
-
-// Sets directions and active bits of a packet to group g. Requires: group_fans() was called.
-inline void fill_fan(const FanTargets& targets, int g, FanPacket& packet) {
-  const int begin = targets.group[g], count = targets.group[g + 1] - begin;
-  packet.active = bits_below(count);
-  for (int a = 0; a < 3; ++a) std::copy_n(targets.sorted[a] + begin, count, packet.direction[a]);
-}
 
 class RayGroups {
  public:
@@ -51,8 +43,10 @@ class RayGroups {
     const int begin = targets_->group[g], end = targets_->group[g + 1];
     return {targets_->order + begin, static_cast<std::size_t>(end - begin)};
   }
-  // Sets directions and active bits of a packet to one group; origin and limits are the caller's.
-  void fill(int g, FanPacket& packet) const { fill_fan(*targets_, g, packet); }
+  // The groups as fans, one each, from a point. Requires: it is where the directions begin.
+  ShadowFans fans_from(Vec3f origin, float t_min, float t_max) const {
+    return {targets_.get(), {origin.x, origin.y, origin.z}, t_min, t_max};
+  }
 
  private:
   std::unique_ptr<FanTargets> targets_;

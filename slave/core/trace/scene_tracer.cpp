@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/core/trace/scene_tracer.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "slave/core/trace/alpha_surfaces.h"
@@ -20,6 +21,16 @@ SingleRay ray_of(const RayPacket& rays, int i) {
           {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
           rays.t_min[i],
           rays.t_max[i]};
+}
+
+// The directions and active bits of one of the fans.
+void fill(const FanTargets& targets, int g, FanPacket& packet) {
+  const int begin = targets.group[g], count = targets.group[g + 1] - begin;
+  packet.active = ~std::uint64_t{0} >> (kPacketRays - count);
+  for (int i = 0; i < count; ++i) {
+    for (int a = 0; a < 3; ++a)
+      packet.direction[a][i] = targets.direction[a][targets.order[begin + i]];
+  }
 }
 
 std::uint64_t bits_of_met(std::uint64_t active, const PacketHits& hits) {
@@ -70,6 +81,16 @@ std::uint64_t SceneTracer::stopped(const RayPacket& rays) const {
   PacketHits hits;
   closest(rays, hits);
   return bits_of_met(rays.active, hits);
+}
+void SceneTracer::stopped(const ShadowFans& fans, std::uint64_t* blocked) const {
+  FanPacket packet;
+  std::copy_n(fans.origin, 3, packet.origin);
+  packet.t_min = fans.t_min;
+  std::fill_n(packet.t_max, kPacketRays, fans.t_max);
+  for (int g = 0; g < fans.targets->group_count; ++g) {
+    fill(*fans.targets, g, packet);
+    blocked[g] = stopped(packet);
+  }
 }
 
 }  // namespace tessera::core

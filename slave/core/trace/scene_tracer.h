@@ -88,6 +88,11 @@ class SceneTracer {
     if (alpha_ != nullptr) return stopped(rays);
     return std::visit([&](const auto& v) { return table(v).occluded_fan(v, rays); }, view_);
   }
+  // The same for each of many fans: blocked [fans.targets->group_count].
+  void occluded(const ShadowFans& fans, std::uint64_t* blocked) const {
+    if (alpha_ != nullptr) return stopped(fans, blocked);
+    std::visit([&](const auto& v) { table(v).occluded_fans(v, fans, blocked); }, view_);
+  }
   std::uint64_t occluded(const RayPacket& rays) const {
     if (alpha_ != nullptr) return stopped(rays);
     return std::visit([&](const auto& v) { return table(v).occluded_packet(v, rays); }, view_);
@@ -113,6 +118,7 @@ class SceneTracer {
   void go_through_all(const Packet& rays, PacketHits& hits) const;
   std::uint64_t stopped(const FanPacket& rays) const;
   std::uint64_t stopped(const RayPacket& rays) const;
+  void stopped(const ShadowFans& fans, std::uint64_t* blocked) const;
 
   template <class View>
   const ViewKernels<View>& table(const View& view) const {

@@ -65,21 +65,22 @@ class FanGroups {
   }
   bool project();
   void sort_by_face();
-  void put_in_order();
   Extent extent_of(int begin, int end) const;
   Extent extent_of_runs(int begin, int end, float& sum) const;
   void start(int begin, int end);
   void split(int begin, int end, const Extent& all, float sum);
   void emit(int begin, int end);
-  // Moves those of [begin, end) for which is_left(across 0, across 1, order) holds to the front.
+  // Moves those of [begin, end) for which is_left(u, v, number) holds to the front.
   // Returns: how many.
   template <typename IsLeft>
   HWY_INLINE int partition(int begin, int end, const IsLeft& is_left);
+  void put_right(int left, int count);
 
   FanTargets& targets_;
-  alignas(64) float spare_[2][kFanTargetsMax + 16];
-  alignas(64) int spare_order_[kFanTargetsMax + 16];
-  alignas(64) int face_[kFanTargetsMax + 16];
+  int face_of_group_ = 0;  // that rays go through which are being split
+  alignas(64) float spare_[3][kFanTargetsRoom];
+  alignas(64) int spare_order_[kFanTargetsRoom];
+  alignas(64) int face_[kFanTargetsRoom];
 };
 
 inline void FanGroups::run() {
@@ -91,20 +92,10 @@ inline void FanGroups::run() {
   } else {
     sort_by_face();
   }
-  put_in_order();
 }
 
-// `order` holds numbers of rays behind the last one, too (project()), for registers that are read
-// whole.
-inline void FanGroups::put_in_order() {
-  for (int i = 0; i < targets_.count; i += kLanes) {
-    const auto number = load<VI>(targets_.order + i);
-    for (int a = 0; a < 3; ++a)
-      store(gather(targets_.direction[a], number), targets_.sorted[a] + i);
-  }
-}
-
-// Finds where each ray meets its face of the cube. Returns: whether all leave through one face.
+// Finds where each ray meets its face of the cube. `order` holds numbers of rays behind the last
+// one, too, for registers that are read whole. Returns: whether all leave through one face.
 inline bool FanGroups::project() {
   auto first_face = set<VI>(0);
   bool is_one = true;
@@ -114,16 +105,20 @@ inline bool FanGroups::project() {
     const auto ax = abs(x), ay = abs(y), az = abs(z);
     const auto is_x = ax >= ay && ax >= az, is_y = ay >= az;
     const auto main = select(is_x, x, select(is_y, y, z));
-    const auto scale = 1 / main;
+    const auto scale = 1 / abs(main);
     const auto u = select(is_x, y, select(is_y, z, x));
     const auto v = select(is_x, z, select(is_y, x, y));
-    store(u * scale, targets_.across[0] + i);
-    store(v * scale, targets_.across[1] + i);
+    store(u * scale, targets_.projected[0] + i);
+    store(v * scale, targets_.projected[1] + i);
+    store(scale, targets_.projected[2] + i);
     const auto axis = select(is_x, set<VI>(0), select(is_y, set<VI>(2), set<VI>(4)));
     const auto face = axis + zero_unless(main < 0, set<VI>(1));
     store(face, face_ + i);
     store(counting_from<VI>(i), targets_.order + i);
-    if (i == 0) first_face = set<VI>(face_[0]);
+    if (i == 0) {
+      face_of_group_ = face_[0];
+      first_face = set<VI>(face_of_group_);
+    }
     const auto differs = face != first_face;
     is_one = is_one && is_none<V>(mask_as<V>(differs) && lanes_before(i, targets_.count));
   }
@@ -134,6 +129,7 @@ inline void FanGroups::sort_by_face() {
   int begin = 0;
   for (int face = 0; face < kFaces && begin < targets_.count; ++face) {
     const int count = partition(begin, targets_.count, OnFace{face_, face});
+    face_of_group_ = face;
     if (count > 0) start(begin, begin + count);
     begin += count;
   }
@@ -144,31 +140,30 @@ inline void FanGroups::sort_by_face() {
 // read, since left <= i.
 template <typename IsLeft>
 int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
-  float* const across[2] = {targets_.across[0], targets_.across[1]};
   int* const order = targets_.order;
   int left = begin, right = 0;
   for (int i = begin; i < end; i += kLanes) {
-    const auto u = load_unaligned<V>(across[0] + i), v = load_unaligned<V>(across[1] + i);
+    V values[3];
+    for (int k = 0; k < 3; ++k) values[k] = load_unaligned<V>(targets_.projected[k] + i);
     const auto number = load_unaligned<VI>(order + i);
     const auto is_here = lanes_before(i, end);
-    const auto goes_left = is_left(u, v, number) && is_here;
+    const auto goes_left = is_left(values[0], values[1], number) && is_here;
     const auto goes_right = and_not(goes_left, is_here);
-    store_packed(u, goes_right, spare_[0] + right);
-    store_packed(v, goes_right, spare_[1] + right);
+    for (int k = 0; k < 3; ++k) store_packed(values[k], goes_right, spare_[k] + right);
     store_packed(number, goes_right, spare_order_ + right);
     right += static_cast<int>(count_of<V>(goes_right));
     // What stands behind the end belongs to another group.
     const size_t count = count_of<V>(goes_left);
     const auto is_kept = first_lanes<V>(i + kLanes <= end ? kLaneCount : count);
-    hn::BlendedStore(hn::Compress(u, goes_left), is_kept, TagOf<V>(), across[0] + left);
-    hn::BlendedStore(hn::Compress(v, goes_left), is_kept, TagOf<V>(), across[1] + left);
+    for (int k = 0; k < 3; ++k) {
+      hn::BlendedStore(hn::Compress(values[k], goes_left), is_kept, TagOf<V>(),
+                       targets_.projected[k] + left);
+    }
     hn::BlendedStore(hn::Compress(number, mask_as<VI>(goes_left)), mask_as<VI>(is_kept),
                      TagOf<VI>(), order + left);
     left += static_cast<int>(count);
   }
-  __builtin_memcpy(across[0] + left, spare_[0], static_cast<size_t>(right) * sizeof(float));
-  __builtin_memcpy(across[1] + left, spare_[1], static_cast<size_t>(right) * sizeof(float));
-  __builtin_memcpy(order + left, spare_order_, static_cast<size_t>(right) * sizeof(int));
+  put_right(left, right);
   return left - begin;
 }
 #else
@@ -176,28 +171,38 @@ int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
 // packing a register is slow before AVX-512.
 template <typename IsLeft>
 int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
-  float* const across[2] = {targets_.across[0], targets_.across[1]};
+  float* const us = targets_.projected[0];
+  float* const vs = targets_.projected[1];
+  float* const per_depths = targets_.projected[2];
   int* const order = targets_.order;
   int left = begin, right = 0;
   for (int i = begin; i < end; ++i) {
-    const float u = across[0][i], v = across[1][i];
+    const float u = us[i], v = vs[i], per_depth = per_depths[i];
     const int number = order[i];
     const bool goes_left = is_left(u, v, number);
-    across[0][left] = u;  // has been read: left <= i
-    across[1][left] = v;
+    us[left] = u;  // has been read: left <= i
+    vs[left] = v;
+    per_depths[left] = per_depth;
     order[left] = number;
     left += goes_left ? 1 : 0;
     spare_[0][right] = u;
     spare_[1][right] = v;
+    spare_[2][right] = per_depth;
     spare_order_[right] = number;
     right += goes_left ? 0 : 1;
   }
-  __builtin_memcpy(across[0] + left, spare_[0], static_cast<size_t>(right) * sizeof(float));
-  __builtin_memcpy(across[1] + left, spare_[1], static_cast<size_t>(right) * sizeof(float));
-  __builtin_memcpy(order + left, spare_order_, static_cast<size_t>(right) * sizeof(int));
+  put_right(left, right);
   return left - begin;
 }
 #endif
+
+// Puts the rays in `spare_` behind those that went left.
+inline void FanGroups::put_right(int left, int count) {
+  const auto size = static_cast<size_t>(count);
+  for (int k = 0; k < 3; ++k)
+    __builtin_memcpy(targets_.projected[k] + left, spare_[k], size * sizeof(float));
+  __builtin_memcpy(targets_.order + left, spare_order_, size * sizeof(int));
+}
 
 inline FanGroups::Extent FanGroups::extent_of(int begin, int end) const {
   auto u_low = set<V>(2), u_high = set<V>(-2), v_low = u_low, v_high = u_high;
@@ -209,8 +214,9 @@ inline FanGroups::Extent FanGroups::extent_of(int begin, int end) const {
   };
   int i = begin;
   for (; i + kLanes <= end; i += kLanes)
-    grow(load_unaligned<V>(targets_.across[0] + i), load_unaligned<V>(targets_.across[1] + i));
-  for (; i < end; ++i) grow(set<V>(targets_.across[0][i]), set<V>(targets_.across[1][i]));
+    grow(load_unaligned<V>(targets_.projected[0] + i),
+         load_unaligned<V>(targets_.projected[1] + i));
+  for (; i < end; ++i) grow(set<V>(targets_.projected[0][i]), set<V>(targets_.projected[1][i]));
   return {{least_lane(u_low), least_lane(v_low)}, {greatest_lane(u_high), greatest_lane(v_high)}};
 }
 
@@ -254,6 +260,7 @@ inline void FanGroups::split(int begin, int end, const Extent& all, float sum) {
 inline void FanGroups::emit(int begin, int end) {
   for (; begin < end; begin += kPacketRays) {
     const int last = begin + kPacketRays < end ? begin + kPacketRays : end;
+    targets_.face[targets_.group_count] = face_of_group_;
     targets_.group[++targets_.group_count] = last;
   }
 }

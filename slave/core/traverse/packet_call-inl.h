@@ -61,14 +61,23 @@ bool occluded_ray(const View& scene, const SingleRay& ray) {
 }
 
 HWY_INLINE SingleRay ray_of(const FanPacket& rays, size_t i) {
-  const ExcludedPrimitives& excluded = rays.excluded;
-  const uint32_t at_end =
-      excluded.at_end == nullptr ? kNoPrimitive : excluded.at_end[excluded.at[i]];
   return {{rays.origin[0], rays.origin[1], rays.origin[2]},
           {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
           rays.t_min,
-          rays.t_max[i],
-          {at_end, excluded.at_origin}};
+          rays.t_max[i]};
+}
+
+HWY_INLINE SingleRay ray_of(const ShadowFan& fan, size_t i) {
+  const ShadowFans& all = fan.fans;
+  const auto number = static_cast<size_t>(all.targets->order[fan.first + i]);
+  const auto& direction = all.targets->direction;
+  const uint32_t at_end =
+      all.excluded_at_end == nullptr ? kNoPrimitive : all.excluded_at_end[number];
+  return {{all.origin[0], all.origin[1], all.origin[2]},
+          {direction[0][number], direction[1][number], direction[2][number]},
+          all.t_min,
+          all.t_max,
+          {at_end, all.excluded_at_origin}};
 }
 
 HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {
@@ -187,6 +196,11 @@ void closest_fan(const View& scene, const FanPacket& rays, PacketHits& hits) {
 template <class View>
 uint64_t occluded_fan(const View& scene, const FanPacket& rays) {
   return occluded<typename Tracers<View>::template Fan<true>>(scene, rays);
+}
+template <class View>
+void occluded_fans(const View& scene, const ShadowFans& fans, uint64_t* blocked) {
+  for (int g = 0; g < fans.targets->group_count; ++g)
+    blocked[g] = occluded<typename Tracers<View>::template Fan<true>>(scene, ShadowFan(fans, g));
 }
 template <class View>
 void closest_packet(const View& scene, const RayPacket& rays, PacketHits& hits) {

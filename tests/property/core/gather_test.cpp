@@ -82,28 +82,29 @@ struct Compared {
 // Compares a VPL's shadow rays with and without their excluded triangles, in fans and alone.
 void compare(const SceneTracer& tracer, const LightPoint& light, const GatherRays& rays,
              Compared& sum) {
-  FanPacket fan;
-  for (int a = 0; a < 3; ++a) fan.origin[a] = light.position[a];
-  fan.t_min = light.t_min;
-  std::fill_n(fan.t_max, kPacketRays, 1 - 4 * kUnitRoundoff);
+  ShadowFans fans{&rays.targets, {}, light.t_min, 1 - 4 * kUnitRoundoff};
+  std::copy_n(light.position, 3, fans.origin);
+  const int groups = rays.targets.group_count, count = rays.targets.count;
   const auto blocked = [&](int alone) {
-    fan.habit = {};
-    fan.habit.alone = alone;
-    return tracer.occluded(fan);
+    fans.habit = {};
+    fans.habit.alone = alone;
+    std::vector<std::uint64_t> bits(static_cast<std::size_t>(groups));
+    tracer.occluded(fans, bits.data());
+    return bits;
   };
-  for (int g = 0; g < rays.targets.group_count; ++g) {
-    fill_fan(rays.targets, g, fan);
-    const int* const order = rays.targets.order + rays.targets.group[g];
-    fan.excluded = {};
-    const std::uint64_t plain = blocked(1);
-    sum.wrong += std::popcount((plain ^ blocked(0)) & fan.active);
-    fan.excluded = {rays.excluded, order, rays.is_origin_excluded ? light.triangle : kNoPrimitive};
-    sum.wrong += std::popcount((plain ^ blocked(0)) & fan.active);
-    sum.wrong += std::popcount((plain ^ blocked(1)) & fan.active);
-    sum.rays += std::popcount(fan.active);
-    for (std::uint64_t left = fan.active; left != 0; left &= left - 1)
-      sum.known += rays.excluded[order[std::countr_zero(left)]] != kNoPrimitive;
-  }
+  const auto count_wrong = [&](const std::vector<std::uint64_t>& a,
+                               const std::vector<std::uint64_t>& b) {
+    for (std::size_t g = 0; g < a.size(); ++g) sum.wrong += std::popcount(a[g] ^ b[g]);
+  };
+  const auto plain = blocked(groups);
+  count_wrong(plain, blocked(0));
+  fans.excluded_at_origin = rays.is_origin_excluded ? light.triangle : kNoPrimitive;
+  fans.excluded_at_end = rays.excluded;
+  count_wrong(plain, blocked(0));
+  count_wrong(plain, blocked(groups));
+  sum.rays += count;
+  sum.known += std::count_if(rays.excluded, rays.excluded + count,
+                             [](std::uint32_t triangle) { return triangle != kNoPrimitive; });
 }
 
 // Every seventh of the points becomes a VPL for all of them.

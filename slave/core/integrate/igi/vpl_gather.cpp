@@ -31,7 +31,6 @@ void stand_back(const GatherPoints& points, LightPoint& light) {
 
 VplGather::VplGather(const RenderContext& context, GatherRays& memory, const GeometryBounds& bounds)
     : context_(context), rays_(memory), bounds_(bounds) {
-  std::fill_n(fan_.t_max, kPacketRays, kEnd);
   std::fill_n(packet_.t_min, kPacketRays, 0.0f);
   std::fill_n(packet_.t_max, kPacketRays, std::numeric_limits<float>::infinity());
 }
@@ -72,15 +71,14 @@ void VplGather::darken(std::uint64_t blocked, int group) {
 }
 
 void VplGather::trace_fans(const LightPoint& light) {
-  const FanTargets& targets = rays_.targets;
-  for (int a = 0; a < 3; ++a) fan_.origin[a] = light.position[a];
-  fan_.t_min = light.t_min;
-  for (int g = 0; g < targets.group_count; ++g) {
-    fill_fan(targets, g, fan_);
-    fan_.excluded = {rays_.excluded, targets.order + targets.group[g],
-                     rays_.is_origin_excluded ? light.triangle : kNoPrimitive};
-    darken(context_.tracer.occluded(fan_), g);
-  }
+  fans_.targets = &rays_.targets;
+  for (int a = 0; a < 3; ++a) fans_.origin[a] = light.position[a];
+  fans_.t_min = light.t_min;
+  fans_.t_max = kEnd;
+  fans_.excluded_at_origin = rays_.is_origin_excluded ? light.triangle : kNoPrimitive;
+  fans_.excluded_at_end = rays_.excluded;
+  context_.tracer.occluded(fans_, blocked_);
+  for (int g = 0; g < rays_.targets.group_count; ++g) darken(blocked_[g], g);
 }
 
 // Traces shadow rays from the points towards the light.

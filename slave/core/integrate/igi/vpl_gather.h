@@ -42,7 +42,8 @@ class VplGather {
   const RenderContext& context_;
   GatherRays& rays_;
   const GeometryBounds bounds_;
-  FanPacket fan_;
+  ShadowFans fans_;
+  std::uint64_t blocked_[kFanTargetsMax];  // by fan
   RayPacket packet_;
 };
 

@@ -69,7 +69,10 @@ class InstancePacketLeaf {
   explicit InstancePacketLeaf(Rays& rays) : rays_(rays), test_(rays) {}
 
   // Requires, before tests: the rays are set up.
-  HWY_INLINE void prepare() { test_.prepare(); }
+  HWY_INLINE void prepare() {
+    rays_.line_up();
+    test_.prepare();
+  }
 
   // Returns: whether some ray has a new best hit.
   HWY_INLINE bool test(const TrianglesAndInstances<W>& shapes, uint32_t first, uint32_t count) {

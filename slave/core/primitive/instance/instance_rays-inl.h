@@ -77,7 +77,8 @@ class ObjectFrustum : public Frustum {
  private:
   HWY_INLINE void set_origin(const FanRays& rays, const InstanceBlock& instance);
   HWY_INLINE void set_origin(const BundleRays& rays, const InstanceBlock& instance);
-  HWY_INLINE bool set_slopes(const PacketRays& rays, const InstanceBlock& instance, float& ratio);
+  template <class Rays>
+  HWY_INLINE bool set_slopes(const Rays& rays, const InstanceBlock& instance, float& ratio);
   HWY_INLINE void set_offsets(const FanRays&) {
     for (int k = 0; k < 2; ++k) offset_u[k] = offset_v[k] = 0;
   }
@@ -119,8 +120,8 @@ bool ObjectFrustum::enter(const Rays& rays, const InstanceBlock& instance, const
   return true;
 }
 
-bool ObjectFrustum::set_slopes(const PacketRays& rays, const InstanceBlock& instance,
-                               float& ratio) {
+template <class Rays>
+bool ObjectFrustum::set_slopes(const Rays& rays, const InstanceBlock& instance, float& ratio) {
   V low_u = set<V>(__builtin_inff()), low_v = low_u, high_u = -low_u, high_v = high_u;
   V longest = set<V>(0);
   auto is_near = longest == longest;
@@ -137,7 +138,7 @@ bool ObjectFrustum::set_slopes(const PacketRays& rays, const InstanceBlock& inst
     high_u = max(high_u, u);
     low_v = min(low_v, v);
     high_v = max(high_v, v);
-    longest = max(longest, load<V>(rays.length + at) * per_depth);
+    longest = max(longest, rays.length_at(at) * per_depth);
     store(speed, speed_ + at);
   }
   if (!is_all<V>(is_near)) return false;

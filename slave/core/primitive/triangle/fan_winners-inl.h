@@ -63,8 +63,9 @@ template <int W>
 void FanWinners<W>::settle_one(size_t ray) {
   float triangle[9], direction[3], speed = 0, t = 0;
   for (size_t k = 0; k < 9; ++k) triangle[k] = corners_[k][fan_.pending[ray]];
-  for (size_t k = 0; k < 3; ++k) direction[k] = fan_.direction[k][ray];
-  if (!plane_t(plane_of(triangle, fan_.origin), direction, fan_.length[ray], speed, t))
+  fan_.direction_of(ray, direction);
+  const float size = FanRays::length_of(direction);
+  if (!plane_t(plane_of(triangle, fan_.origin), direction, size, speed, t))
     t = exact_hit(fan_.origin, direction, triangle).t;
   fan_.settle(ray, t);
 }
@@ -73,7 +74,7 @@ void FanWinners<W>::settle_one(size_t ray) {
 template <int W>
 void FanWinners<W>::settle_row(size_t at, M rays, const RowPlanes& planes) {
   const V t = planes.distance / planes.speed;
-  const M counts = abs(planes.speed) >= planes.steepness * load<V>(fan_.length + at) + kPlaneLeast;
+  const M counts = abs(planes.speed) >= planes.steepness * fan_.length_at(at) + kPlaneLeast;
   store_where(rays && counts, t, fan_.best_t + at);
   for (uint32_t rest = bits_of<V>(and_not(counts, rays)); rest != 0; rest &= rest - 1)
     settle_one(at + static_cast<size_t>(__builtin_ctz(rest)));

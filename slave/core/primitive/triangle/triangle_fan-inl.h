@@ -71,6 +71,8 @@ class FanBlock {
   HWY_INLINE bool test_rays(const TriangleBlock<W>& block, size_t lane, uint64_t rows);
   template <bool kCareful>
   HWY_INLINE Met test_row(size_t lane, size_t row) const;
+  template <bool kCareful, size_t kFirst>
+  HWY_INLINE uint64_t test_rows_straight(const TriangleBlock<W>& block, size_t lane, bool& has_hit);
   HWY_INLINE uint64_t take(const TriangleBlock<W>& block, size_t lane, size_t row, const Met& met,
                            int32_t slot);
   HWY_NOINLINE bool test_close(const TriangleBlock<W>& block, size_t lane) {
@@ -188,13 +190,34 @@ uint64_t FanBlock<W, kAny>::take(const TriangleBlock<W>& block, size_t lane, siz
   return uint64_t{bits_of<V>(and_not(met.is_sure, met.is_possible))} << at;
 }
 
+// Tests the first rows, without a branch between them. Returns: the bits of the rays that are to be
+// decided.
+template <int W, bool kAny>
+template <bool kCareful, size_t kFirst>
+uint64_t FanBlock<W, kAny>::test_rows_straight(const TriangleBlock<W>& block, size_t lane,
+                                               bool& has_hit) {
+  Met met[kFirst];
+  for (size_t row = 0; row < kFirst; ++row) met[row] = test_row<kCareful>(lane, row);
+  M is_possible = met[0].is_possible, is_sure = met[0].is_sure;
+  for (size_t row = 1; row < kFirst; ++row) {
+    is_possible = is_possible || met[row].is_possible;
+    is_sure = is_sure || met[row].is_sure;
+  }
+  if (is_none<V>(is_possible)) return 0;
+  has_hit = !is_none<V>(is_sure);
+  const int32_t slot = !kAny && has_hit ? winners_.add(block, lane) : -1;
+  uint64_t open = 0;
+  for (size_t row = 0; row < kFirst; ++row) open |= take(block, lane, row, met[row], slot);
+  return open;
+}
+
 template <int W, bool kAny>
 template <bool kCareful>
 bool FanBlock<W, kAny>::test_rays(const TriangleBlock<W>& block, size_t lane, uint64_t rows) {
   uint64_t open = 0;
   bool has_hit = false;
-  int32_t slot = -1;
   if constexpr (Forms::kCullsRows) {
+    int32_t slot = -1;
     for (; rows != 0; rows &= rows - 1) {
       const auto row = static_cast<size_t>(__builtin_ctzll(rows));
       const Met met = test_row<kCareful>(lane, row);
@@ -205,15 +228,8 @@ bool FanBlock<W, kAny>::test_rays(const TriangleBlock<W>& block, size_t lane, ui
       open |= take(block, lane, row, met, slot);
     }
   } else {
-    const Met met[4] = {test_row<kCareful>(lane, 0), test_row<kCareful>(lane, 1),
-                        test_row<kCareful>(lane, 2), test_row<kCareful>(lane, 3)};
-    const M is_possible =
-        (met[0].is_possible || met[1].is_possible) || (met[2].is_possible || met[3].is_possible);
-    if (is_none<V>(is_possible)) return false;
-    const M is_sure = (met[0].is_sure || met[1].is_sure) || (met[2].is_sure || met[3].is_sure);
-    has_hit = !is_none<V>(is_sure);
-    if (!kAny && has_hit) slot = winners_.add(block, lane);
-    for (size_t row = 0; row < 4; ++row) open |= take(block, lane, row, met[row], slot);
+    open = fan_.filled_rows <= 2 ? test_rows_straight<kCareful, 2>(block, lane, has_hit)
+                                 : test_rows_straight<kCareful, kRows>(block, lane, has_hit);
   }
   if (HWY_UNLIKELY(open != 0)) {
     // Rays that have met this triangle before, in another leaf, need no decision.
@@ -232,14 +248,14 @@ bool FanBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, uint6
   for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
   const Plane plane = plane_of(triangle, fan_.origin);
   bool has_hit = false;
-  for (; rays != 0; rays &= rays - 1) {
+  for (rays &= fan_.valid; rays != 0; rays &= rays - 1) {
     TESSERA_COUNT(exact, 1);
     const auto ray = static_cast<size_t>(__builtin_ctzll(rays));
     float direction[3];
-    for (size_t k = 0; k < 3; ++k) direction[k] = fan_.direction[k][ray];
+    fan_.direction_of(ray, direction);
     if (!is_exact_hit(fan_.origin, direction, triangle)) continue;
     float speed = 0, t = 0;
-    if (!plane_t(plane, direction, fan_.length[ray], speed, t))
+    if (!plane_t(plane, direction, FanRays::length_of(direction), speed, t))
       t = exact_hit(fan_.origin, direction, triangle).t;
     if (!kAny) winners_.settle(ray);
     has_hit |= fan_.template take<kAny>(ray, t, fan_.t_min, block.primitive[lane]);
