@@ -62,9 +62,6 @@ class Expansion {
   int size_ = 0;
 };
 
-// Roundings of p.(q x r) in double from operands that are rounded themselves: each term has 3 of
-// operands, 2 of products, 1 of the difference, 2 of the sum; 16 leaves room for the bound's own.
-constexpr double kDoubleError = 16 * 0x1p-53;
 // An operand of a quotient is good enough at this relative error.
 constexpr double kGoodEnough = 0x1p-30;
 
@@ -103,7 +100,7 @@ double determinant(const Vector& p, const Vector& q, const Vector& r, double tol
     value += p.axis[i].high * (a - b);
     size += std::fabs(p.axis[i].high) * (std::fabs(a) + std::fabs(b));
   }
-  if (std::fabs(value) * tolerance > size * kDoubleError) return value;
+  if (std::fabs(value) * tolerance > size * kDeterminantError) return value;
   return determinant_exact(p, q, r);
 }
 

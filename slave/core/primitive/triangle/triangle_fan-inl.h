@@ -24,6 +24,7 @@
 #define TESSERA_CORE_TRIANGLE_FAN_INL_H_
 #endif
 
+#include "slave/core/primitive/triangle/edge_sides-inl.h"
 #include "slave/core/primitive/triangle/fan_forms-inl.h"
 #include "slave/core/primitive/triangle/fan_winners-inl.h"
 
@@ -241,24 +242,39 @@ bool FanBlock<W, kAny>::test_rays(const TriangleBlock<W>& block, size_t lane, ui
   return has_hit;
 }
 
-// Decides rays that the filter leaves open.
+// Decides rays that the filter leaves open: in double, and exactly where that cannot tell.
 template <int W, bool kAny>
 bool FanBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, uint64_t rays) {
+  constexpr size_t kTogether = EdgeSides::kRays;
   float triangle[9];
   for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
+  if (!has_area(triangle)) return false;
+  const EdgeSides sides(fan_.origin, triangle);
   const Plane plane = plane_of(triangle, fan_.origin);
   bool has_hit = false;
-  for (rays &= fan_.valid; rays != 0; rays &= rays - 1) {
-    TESSERA_COUNT(exact, 1);
-    const auto ray = static_cast<size_t>(__builtin_ctzll(rays));
-    float direction[3];
-    fan_.direction_of(ray, direction);
-    if (!is_exact_hit(fan_.origin, direction, triangle)) continue;
-    float speed = 0, t = 0;
-    if (!plane_t(plane, direction, FanRays::length_of(direction), speed, t))
-      t = exact_hit(fan_.origin, direction, triangle).t;
-    if (!kAny) winners_.settle(ray);
-    has_hit |= fan_.template take<kAny>(ray, t, fan_.t_min, block.primitive[lane]);
+  for (rays &= fan_.valid; rays != 0;) {
+    size_t number[kTogether];
+    alignas(64) float directions[3][kTogether] = {};
+    size_t count = 0;
+    for (; rays != 0 && count < kTogether; rays &= rays - 1, ++count) {
+      TESSERA_COUNT(exact, 1);
+      number[count] = static_cast<size_t>(__builtin_ctzll(rays));
+      float direction[3];
+      fan_.direction_of(number[count], direction);
+      for (size_t k = 0; k < 3; ++k) directions[k][count] = direction[k];
+    }
+    const EdgeSides::Found found = sides.of(directions);
+    for (size_t i = 0; i < count; ++i) {
+      const float direction[3] = {directions[0][i], directions[1][i], directions[2][i]};
+      const bool is_known = (found.known >> i & 1u) != 0;
+      if (is_known ? (found.met >> i & 1u) == 0 : !is_exact_hit(fan_.origin, direction, triangle))
+        continue;
+      float speed = 0, t = 0;
+      if (!plane_t(plane, direction, FanRays::length_of(direction), speed, t))
+        t = exact_hit(fan_.origin, direction, triangle).t;
+      if (!kAny) winners_.settle(number[i]);
+      has_hit |= fan_.template take<kAny>(number[i], t, fan_.t_min, block.primitive[lane]);
+    }
   }
   return has_hit;
 }
