@@ -16,7 +16,7 @@
 
 namespace tessera::bench {
 
-struct BlockHits {
+struct alignas(64) BlockHits {
   float t[kBlockRays];
   std::uint32_t primitive[kBlockRays];  // any-hit: 0 for blocked, core::kNoPrimitive for not
 };

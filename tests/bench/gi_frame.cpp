@@ -82,7 +82,7 @@ void enter_fans(const View& view, const core::FanWindow& window, core::FanEntry&
   kernels_of(*watch.real, view).enter_fans(view, window, entry);
 }
 template <class View>
-void closest_fan(const View& view, const core::FanPacket& rays, core::PacketHits& hits) {
+void closest_fan(const View& view, const core::Fan& rays, const core::HitArrays& hits) {
   const Timed timed(GiPart::kCamera);
   kernels_of(*watch.real, view).closest_fan(view, rays, hits);
 }

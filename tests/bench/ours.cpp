@@ -9,6 +9,7 @@
 #include "slave/core/primitive/instance/instanced_index.h"
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
+#include "slave/core/ray/fan_of.h"
 #include "slave/core/trace/fan_window.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/bench/contender.h"
@@ -84,23 +85,46 @@ class Structure {
 
   template <int kRays, bool kIsEntered = false>
   void trace_fans(const RayBlock& rays, BlockHits& hits) {
-    core::FanPacket packet;
-    core::PacketHits found;
     core::FanEntry entry;
-    if (kIsEntered && enter(rays, entry)) packet.entry = &entry;
+    core::PacketHabit habit;
+    const bool is_entered = kIsEntered && enter(rays, entry);
     for (int first = 0; first < rays.count; first += kRays) {
       const int count = std::min(kRays, rays.count - first);
-      packet.t_min = 0;
-      packet.active = ~std::uint64_t{0} >> (core::kPacketRays - count);
-      for (int a = 0; a < 3; ++a) {
-        packet.origin[a] = rays.origin[a][first];
-        std::copy_n(rays.direction[a] + first, count, packet.direction[a]);
+      if constexpr (kRays == core::kPacketRays) {
+        kernels_.closest_fan(view_,
+                             fan_at(rays, first, count, is_entered ? &entry : nullptr, habit),
+                             {hits.t + first, hits.primitive + first});
+      } else {
+        copy_small_fan(rays, first, count, hits);
       }
-      std::copy_n(rays.t_max + first, count, packet.t_max);
-      kernels_.closest_fan(view_, packet, found);
-      std::copy_n(found.t, count, hits.t + first);
-      std::copy_n(found.primitive, count, hits.primitive + first);
     }
+  }
+
+  static core::Fan fan_at(const RayBlock& rays, int first, int count, const core::FanEntry* entry,
+                          core::PacketHabit& habit) {
+    return {{rays.direction[0] + first, rays.direction[1] + first, rays.direction[2] + first},
+            rays.t_max + first,
+            {rays.origin[0][first], rays.origin[1][first], rays.origin[2][first]},
+            0,
+            ~std::uint64_t{0} >> (core::kPacketRays - count),
+            entry,
+            &habit};
+  }
+
+  // Arrays of fewer rays do not begin where kernels want them to.
+  void copy_small_fan(const RayBlock& rays, int first, int count, BlockHits& hits) {
+    core::FanPacket packet;
+    core::PacketHits found;
+    packet.t_min = 0;
+    packet.active = ~std::uint64_t{0} >> (core::kPacketRays - count);
+    for (int a = 0; a < 3; ++a) {
+      packet.origin[a] = rays.origin[a][first];
+      std::copy_n(rays.direction[a] + first, count, packet.direction[a]);
+    }
+    std::copy_n(rays.t_max + first, count, packet.t_max);
+    kernels_.closest_fan(view_, core::fan_of(packet), core::arrays_of(found));
+    std::copy_n(found.t, count, hits.t + first);
+    std::copy_n(found.primitive, count, hits.primitive + first);
   }
 
   // Traces the shadow segments as fans from the light.
@@ -141,7 +165,7 @@ class Structure {
     core::PacketHits found;
     for (int first = 0; first < rays.count; first += core::kPacketRays) {
       const int count = fill(rays, first, packet);
-      kernels_.closest_packet(view_, packet, found);
+      kernels_.closest_packet(view_, packet, core::arrays_of(found));
       std::copy_n(found.t, count, hits.t + first);
       std::copy_n(found.primitive, count, hits.primitive + first);
     }

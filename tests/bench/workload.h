@@ -23,10 +23,10 @@ inline constexpr int kBlockRays = 1024;
 
 // P(t) = origin + t * direction, 0 <= t <= t_max; a shadow ray ends at the light for t = 1.
 struct alignas(64) RayBlock {
-  int count = 0;
   float origin[3][kBlockRays];
   float direction[3][kBlockRays];
   float t_max[kBlockRays];
+  int count = 0;
 };
 
 struct Workload {

@@ -34,6 +34,9 @@ struct BundleRays : PacketRays {
   bool setup(const RayPacket& rays);
   void line_up() {}  // as FanRays::line_up(): they are in line
   HWY_INLINE V length_at(size_t at) const { return load<V>(length + at); }
+  HWY_INLINE void direction_of(size_t ray, float* to) const {
+    for (int a = 0; a < 3; ++a) to[a] = direction[a][ray];
+  }
   // Result of the test of one primitive against a row of rays.
   struct RowTest {
     V t;

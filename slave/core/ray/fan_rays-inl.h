@@ -32,14 +32,12 @@ struct ShadowFan {
         first(static_cast<size_t>(all.targets->group[g])),
         count(static_cast<size_t>(all.targets->group[g + 1]) - first),
         face(all.targets->face[g]),
-        active(~uint64_t{0} >> (kPacketRays - count)),
-        habit(all.habit) {}
+        active(~uint64_t{0} >> (kPacketRays - count)) {}
 
   const ShadowFans& fans;
   size_t first, count;  // of `order`
   int face;
   uint64_t active;
-  PacketHabit& habit;
 };
 
 struct FanRays : PacketRays {
@@ -50,7 +48,7 @@ struct FanRays : PacketRays {
 
   // Returns: whether the rays form a frustum: those that are valid go to one side of the main axis
   // and not far from it.
-  bool setup(const FanPacket& rays);
+  bool setup(const Fan& rays);
   // As above. The fan may be asked for any hits alone.
   bool setup(const ShadowFan& fan);
   // Makes registers of directions loadable from `direction` and length_at(), and lets rays that are
@@ -105,8 +103,8 @@ struct FanRays : PacketRays {
   // Greatest `low`, for hits at t = 0, beside which there may be others at 0.
   static constexpr float kNearMax = 0x1.fffffep127f;
 
-  static uint64_t valid_rays(const FanPacket& rays);
-  bool setup_row(const FanPacket& rays, size_t row, size_t middle);
+  static uint64_t valid_rays(const Fan& rays);
+  bool setup_row(const Fan& rays, size_t row, size_t middle);
   bool setup_row(const ShadowFan& fan, size_t row);
   void limit_row(size_t row, M is_valid, V per_depth, V t_max);
   void bound();
@@ -115,7 +113,7 @@ struct FanRays : PacketRays {
   alignas(64) float own_[3][kPacketRays];
 };
 
-HWY_INLINE uint64_t FanRays::valid_rays(const FanPacket& rays) {
+HWY_INLINE uint64_t FanRays::valid_rays(const Fan& rays) {
   uint64_t valid = 0;
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
     const V sum = sizes(rays.direction, at);
@@ -125,7 +123,7 @@ HWY_INLINE uint64_t FanRays::valid_rays(const FanPacket& rays) {
   return valid & rays.active;
 }
 
-HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
+HWY_INLINE bool FanRays::setup(const Fan& rays) {
   const float* const o = rays.origin;
   if (!(abs_of(o[0]) + abs_of(o[1]) + abs_of(o[2]) < __builtin_inff())) return false;
   valid = valid_rays(rays);
@@ -151,7 +149,7 @@ HWY_INLINE bool FanRays::setup(const FanPacket& rays) {
 }
 
 // Returns: whether the rays of the row are near the main axis.
-HWY_INLINE bool FanRays::setup_row(const FanPacket& rays, size_t row, size_t middle) {
+HWY_INLINE bool FanRays::setup_row(const Fan& rays, size_t row, size_t middle) {
   const size_t at = row * kLanes;
   const M is_valid = mask_of<V>(static_cast<uint32_t>(valid >> at));
   const auto along = [&](int axis) HWY_ATTR {

@@ -58,6 +58,18 @@ struct alignas(64) FanPacket {
   mutable PacketHabit habit;
 };
 
+// A FanPacket as kernels take it: its arrays stay where they are, with room for kPacketRays and at
+// multiples of 64 bytes. See fan_of() in slave/core/ray/fan_of.h.
+struct Fan {
+  const float* direction[3];
+  const float* t_max;
+  float origin[3];
+  float t_min;
+  uint64_t active;
+  const FanEntry* entry;
+  PacketHabit* habit;
+};
+
 // Any 64 rays. Those that form a bundle are traced together. A hit needs t_min <= t <= t_max.
 struct alignas(64) RayPacket {
   float origin[3][kPacketRays];
@@ -118,6 +130,12 @@ struct SingleHit {
 struct alignas(64) PacketHits {
   float t[kPacketRays];
   uint32_t primitive[kPacketRays];
+};
+
+// PacketHits as kernels write them: arrays with room for kPacketRays, at multiples of 64 bytes.
+struct HitArrays {
+  float* t;
+  uint32_t* primitive;
 };
 
 // A box that registers of 4 lanes can load; the fourth number is 0.

@@ -22,7 +22,7 @@ namespace HWY_NAMESPACE {
 // How tracing rays together ended.
 enum class Together { kDone, kNoFrustum, kDoesNotPay };
 
-HWY_INLINE const FanEntry* entry_of(const FanPacket& rays) { return rays.entry; }
+HWY_INLINE const FanEntry* entry_of(const Fan& rays) { return rays.entry; }
 template <class Packet>
 HWY_INLINE const FanEntry* entry_of(const Packet&) {
   return nullptr;
@@ -61,7 +61,7 @@ struct PacketRays : Frustum {
     const bool is_lower = best[ray] == -1 || primitive < best[ray];
     return t >= t_min && (t < best_t[ray] || (t == best_t[ray] && is_lower));
   }
-  void write_to(PacketHits& hits) const;
+  void write_to(const HitArrays& hits) const;
   uint64_t blocked() const;
 
   int count = 0;  // of valid rays
@@ -92,7 +92,7 @@ HWY_INLINE PacketRays::M PacketRays::is_near(V z, V u, V v, V sum) {
   return is_close && sum > kShortest && sum < kLongest;
 }
 
-inline void PacketRays::write_to(PacketHits& hits) const {
+inline void PacketRays::write_to(const HitArrays& hits) const {
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
     const auto primitive = load<VI>(best + at);
     store(zero_if(primitive == -1, load<V>(best_t + at)), hits.t + at);

@@ -11,6 +11,7 @@
 
 #include "slave/core/kernels/kernel_table.h"
 #include "slave/core/primitive/primitive_index.h"
+#include "slave/core/ray/fan_of.h"
 
 namespace tessera::core {
 
@@ -71,11 +72,14 @@ class SceneTracer {
   }
   // A ray's answer does not depend on its companions.
   void closest(const FanPacket& rays, PacketHits& hits) const {
-    std::visit([&](const auto& v) { table(v).closest_fan(v, rays, hits); }, view_);
+    const Fan fan = fan_of(rays);
+    const HitArrays found = arrays_of(hits);
+    std::visit([&](const auto& v) { table(v).closest_fan(v, fan, found); }, view_);
     if (alpha_ != nullptr) go_through(rays, hits);
   }
   void closest(const RayPacket& rays, PacketHits& hits) const {
-    std::visit([&](const auto& v) { table(v).closest_packet(v, rays, hits); }, view_);
+    const HitArrays found = arrays_of(hits);
+    std::visit([&](const auto& v) { table(v).closest_packet(v, rays, found); }, view_);
     if (alpha_ != nullptr) go_through(rays, hits);
   }
   SingleHit closest(const SingleRay& ray) const {
@@ -86,7 +90,8 @@ class SceneTracer {
   // Bits of the rays that something blocks.
   std::uint64_t occluded(const FanPacket& rays) const {
     if (alpha_ != nullptr) return stopped(rays);
-    return std::visit([&](const auto& v) { return table(v).occluded_fan(v, rays); }, view_);
+    const Fan fan = fan_of(rays);
+    return std::visit([&](const auto& v) { return table(v).occluded_fan(v, fan); }, view_);
   }
   // The same for each of many fans: blocked [fans.targets->group_count].
   void occluded(const ShadowFans& fans, std::uint64_t* blocked) const {

@@ -55,7 +55,7 @@ class PacketTracer {
   }
 
   // Requires: run() returned kDone.
-  void write_to(PacketHits& hits) {
+  void write_to(const HitArrays& hits) {
     leaf_.finish();
     rays_.write_to(hits);
   }

@@ -64,7 +64,7 @@ class KdPacketTracer {
   template <class Packet>
   Together run(const Packet& packet);
   // Requires: run() returned kDone.
-  void write_to(PacketHits& hits) {
+  void write_to(const HitArrays& hits) {
     leaf_.finish();
     rays_.write_to(hits);
   }

@@ -60,7 +60,7 @@ bool occluded_ray(const View& scene, const SingleRay& ray) {
   return typename Tracers<View>::template Ray<true>(scene).run(ray);
 }
 
-HWY_INLINE SingleRay ray_of(const FanPacket& rays, size_t i) {
+HWY_INLINE SingleRay ray_of(const Fan& rays, size_t i) {
   return {{rays.origin[0], rays.origin[1], rays.origin[2]},
           {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
           rays.t_min,
@@ -87,10 +87,14 @@ HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {
           rays.t_max[i]};
 }
 
+HWY_INLINE PacketHabit& habit_of(const Fan& rays) { return *rays.habit; }
+HWY_INLINE PacketHabit& habit_of(const ShadowFan& rays) { return rays.fans.habit; }
+HWY_INLINE PacketHabit& habit_of(const RayPacket& rays) { return rays.habit; }
+
 // Returns: how it ended; kNoFrustum also where it was not tried.
 template <class Tracer, class Packet>
 HWY_INLINE Together run_together(Tracer& tracer, const Packet& rays) {
-  PacketHabit& habit = rays.habit;
+  PacketHabit& habit = habit_of(rays);
   if (habit.alone > 0) {
     --habit.alone;
     return Together::kNoFrustum;
@@ -109,7 +113,7 @@ template <class View, class Packet>
 struct PacketInFlight {
   const View& scene;
   const Packet& packet;
-  PacketHits& hits;
+  const HitArrays& hits;
   uint64_t left = packet.active;
 
   HWY_INLINE int next(SingleRay& ray) {
@@ -132,7 +136,7 @@ struct PacketInFlight {
 
 // Traces the rays of a packet without company.
 template <class View, class Packet>
-HWY_INLINE void closest_alone(const View& scene, const Packet& packet, PacketHits& hits) {
+HWY_INLINE void closest_alone(const View& scene, const Packet& packet, const HitArrays& hits) {
   for (size_t i = 0; i < kPacketRays; ++i) {
     hits.t[i] = 0;
     hits.primitive[i] = kNoPrimitive;
@@ -148,7 +152,7 @@ HWY_INLINE void closest_alone(const View& scene, const Packet& packet, PacketHit
 }
 
 template <class Tracer, class View, class Packet>
-HWY_INLINE void closest(const View& scene, const Packet& rays, PacketHits& hits) {
+HWY_INLINE void closest(const View& scene, const Packet& rays, const HitArrays& hits) {
   Tracer tracer(scene);
   if (run_together(tracer, rays) == Together::kDone) return tracer.write_to(hits);
   closest_alone(scene, rays, hits);
@@ -190,11 +194,11 @@ HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
 }
 
 template <class View>
-void closest_fan(const View& scene, const FanPacket& rays, PacketHits& hits) {
+void closest_fan(const View& scene, const Fan& rays, const HitArrays& hits) {
   closest<typename Tracers<View>::template Fan<false>>(scene, rays, hits);
 }
 template <class View>
-uint64_t occluded_fan(const View& scene, const FanPacket& rays) {
+uint64_t occluded_fan(const View& scene, const Fan& rays) {
   return occluded<typename Tracers<View>::template Fan<true>>(scene, rays);
 }
 template <class View>
@@ -203,7 +207,7 @@ void occluded_fans(const View& scene, const ShadowFans& fans, uint64_t* blocked)
     blocked[g] = occluded<typename Tracers<View>::template Fan<true>>(scene, ShadowFan(fans, g));
 }
 template <class View>
-void closest_packet(const View& scene, const RayPacket& rays, PacketHits& hits) {
+void closest_packet(const View& scene, const RayPacket& rays, const HitArrays& hits) {
   closest<typename Tracers<View>::template Bundle<false>>(scene, rays, hits);
 }
 template <class View>

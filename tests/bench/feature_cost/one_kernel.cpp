@@ -13,15 +13,15 @@ namespace tessera::core {
 namespace HWY_NAMESPACE {
 
 #if defined(TESSERA_FEATURE_ANY)
-uint64_t trace_one(const BvhView<8, TrianglesOnly<8>>& scene, const FanPacket& rays) {
+uint64_t trace_one(const BvhView<8, TrianglesOnly<8>>& scene, const Fan& rays) {
   return occluded_fan(scene, rays);
 }
 #elif defined(TESSERA_FEATURE_KD)
-void trace_one(const KdView<8, TrianglesOnly<8>>& scene, const FanPacket& rays, PacketHits& hits) {
+void trace_one(const KdView<8, TrianglesOnly<8>>& scene, const Fan& rays, const HitArrays& hits) {
   closest_fan(scene, rays, hits);
 }
 #else
-void trace_one(const BvhView<8, TrianglesOnly<8>>& scene, const FanPacket& rays, PacketHits& hits) {
+void trace_one(const BvhView<8, TrianglesOnly<8>>& scene, const Fan& rays, const HitArrays& hits) {
   closest_fan(scene, rays, hits);
 }
 #endif
@@ -32,6 +32,7 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
+#include "slave/core/ray/fan_of.h"
 #include "tests/bench/feature_cost/kernels.h"
 
 namespace tessera::core {
@@ -46,11 +47,11 @@ decltype(&N_AVX2::trace_one) volatile trace_one = N_AVX2::trace_one;
 uint64_t trace_once(const FeatureScene& scene, const FanPacket& rays,
                     [[maybe_unused]] PacketHits& hits) {
 #if defined(TESSERA_FEATURE_ANY)
-  return trace_one(scene.bvh, rays);
+  return trace_one(scene.bvh, fan_of(rays));
 #elif defined(TESSERA_FEATURE_KD)
-  trace_one(scene.kd, rays, hits);
+  trace_one(scene.kd, fan_of(rays), arrays_of(hits));
 #else
-  trace_one(scene.bvh, rays, hits);
+  trace_one(scene.bvh, fan_of(rays), arrays_of(hits));
 #endif
   return 0;
 }

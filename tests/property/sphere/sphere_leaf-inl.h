@@ -50,10 +50,8 @@ class SpherePacketLeaf {
  private:
   bool test_ray(size_t ray, const float* center, float radius, uint32_t primitive) {
     float from[3], along[3];
-    for (int a = 0; a < 3; ++a) {
-      from[a] = origin(rays_, a, ray);
-      along[a] = rays_.direction[a][ray];
-    }
+    for (int a = 0; a < 3; ++a) from[a] = origin(rays_, a, ray);
+    rays_.direction_of(ray, along);
     const float t_min = near(rays_, ray);
     const float t = sphere_t(from, along, center, radius, t_min, rays_.best_t[ray]);
     return t < __builtin_inff() && rays_.template take<kAny>(ray, t, t_min, primitive);

@@ -12,6 +12,7 @@
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/kd_index.h"
 #include "slave/core/primitive/primitive_index.h"
+#include "slave/core/ray/fan_of.h"
 #include "tests/property/sphere/sphere_kernels.h"
 #include "tests/support/packets.h"
 #include "tests/support/seed.h"
@@ -108,11 +109,11 @@ int check(const ViewKernels<View>& kernels, const View& view, const std::vector<
     std::uint64_t blocked = 0;
     if (is_fan) {
       const auto packet = packet_of<FanPacket>(rays);
-      kernels.closest_fan(view, packet, hits);
-      blocked = kernels.occluded_fan(view, packet);
+      kernels.closest_fan(view, fan_of(packet), arrays_of(hits));
+      blocked = kernels.occluded_fan(view, fan_of(packet));
     } else {
       const auto packet = packet_of<RayPacket>(rays);
-      kernels.closest_packet(view, packet, hits);
+      kernels.closest_packet(view, packet, arrays_of(hits));
       blocked = kernels.occluded_packet(view, packet);
     }
     for (std::size_t i = 0; i < rays.size(); ++i) {
