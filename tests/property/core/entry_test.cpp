@@ -8,6 +8,7 @@
 
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
+#include "slave/core/ray/fan_of.h"
 #include "slave/core/trace/fan_window.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/support/packets.h"
@@ -77,11 +78,11 @@ void expect_same(const Index& index, const Tile& tile, std::mt19937& random, Tal
     for (int number = 0; number < 3; ++number) {
       FanPacket fan = make_fan(tile, random);
       PacketHits expected, hits;
-      kernels.closest_fan(view, fan, expected);
-      const std::uint64_t blocked = kernels.occluded_fan(view, fan);
+      kernels.closest_fan(view, fan_of(fan), arrays_of(expected));
+      const std::uint64_t blocked = kernels.occluded_fan(view, fan_of(fan));
       fan.entry = &entry;
-      kernels.closest_fan(view, fan, hits);
-      ASSERT_EQ(blocked, kernels.occluded_fan(view, fan)) << isa_name(isa);
+      kernels.closest_fan(view, fan_of(fan), arrays_of(hits));
+      ASSERT_EQ(blocked, kernels.occluded_fan(view, fan_of(fan))) << isa_name(isa);
       for (int i = 0; i < kPacketRays; ++i) {
         ASSERT_EQ(hits.primitive[i], expected.primitive[i]) << isa_name(isa) << " ray " << i;
         ASSERT_EQ(hits.t[i], expected.t[i]) << isa_name(isa) << " ray " << i;

@@ -15,6 +15,7 @@
 #include "slave/core/primitive/triangle/exact_hit_abi.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
+#include "slave/core/ray/fan_of.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/support/packets.h"
 #include "tests/support/seed.h"
@@ -155,8 +156,8 @@ void expect_agreement(const Index& bvh, const FanPacket& fan, const PacketHits& 
   for (const Isa isa : test::isas_here()) {
     const auto& kernels = kernels_of(kernels_for(isa), view_of(bvh));
     PacketHits hits;
-    kernels.closest_fan(view_of(bvh), fan, hits);
-    const std::uint64_t blocked = kernels.occluded_fan(view_of(bvh), fan);
+    kernels.closest_fan(view_of(bvh), fan_of(fan), arrays_of(hits));
+    const std::uint64_t blocked = kernels.occluded_fan(view_of(bvh), fan_of(fan));
     for (int i = 0; i < kPacketRays; ++i) {
       const auto same = [&](float t, std::uint32_t primitive) {
         return primitive == expected.primitive[i] &&
@@ -201,7 +202,7 @@ void expect_agreement(const Index& bvh, const RayPacket& packet, const SingleHit
   for (const Isa isa : test::isas_here()) {
     const auto& kernels = kernels_of(kernels_for(isa), view_of(bvh));
     PacketHits hits;
-    kernels.closest_packet(view_of(bvh), packet, hits);
+    kernels.closest_packet(view_of(bvh), packet, arrays_of(hits));
     const std::uint64_t blocked = kernels.occluded_packet(view_of(bvh), packet);
     for (int i = 0; i < kPacketRays; ++i) {
       EXPECT_EQ(hits.primitive[i], expected[i].primitive) << isa_name(isa) << " " << i;
@@ -246,7 +247,7 @@ void with_fans(std::uint32_t seed, int count, const Test& test_fan) {
 TEST(Kernels, EveryPathGivesTheAnswerOfExactArithmetic) {
   with_fans(4711, 40, [](const Prepared& scene, const FanPacket& fan, float, std::mt19937&) {
     PacketHits hits;
-    kernels_for(Isa::kScalar).bvh8.closest_fan(view_of(scene.bvh8), fan, hits);
+    kernels_for(Isa::kScalar).bvh8.closest_fan(view_of(scene.bvh8), fan_of(fan), arrays_of(hits));
     for (int i = 0; i < kPacketRays; ++i) {
       if ((fan.active >> i & 1u) == 0) continue;
       const char* const wrong =
@@ -343,9 +344,9 @@ TEST(Kernels, NoRayLeavesAClosedMesh) {
       for (float& t : fan.t_max) t = Bounds3f::kInf;
       PacketHits hits;
       if (packet % 2 == 0) {
-        table.bvh8.closest_fan(view_of(scene.bvh8), fan, hits);
+        table.bvh8.closest_fan(view_of(scene.bvh8), fan_of(fan), arrays_of(hits));
       } else {
-        table.kd8.closest_fan(view_of(scene.kd8), fan, hits);
+        table.kd8.closest_fan(view_of(scene.kd8), fan_of(fan), arrays_of(hits));
       }
       for (int i = 0; i < kPacketRays; ++i) {
         if ((fan.active >> i & 1u) == 0 || !is_valid(ray_of(fan, i))) continue;

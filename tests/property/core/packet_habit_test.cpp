@@ -6,6 +6,7 @@
 
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
+#include "slave/core/ray/fan_of.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/support/packets.h"
 #include "tests/support/seed.h"
@@ -50,12 +51,12 @@ TEST(PacketHabit, PacketsThatDoNotPayAnswerAsTheirRaysDo) {
       }
       const int before = fan.habit.alone;
       PacketHits hits;
-      kernels.closest_fan(view_of(bvh), fan, hits);
+      kernels.closest_fan(view_of(bvh), fan_of(fan), arrays_of(hits));
       given_up += before == 0 && fan.habit.alone > 0 ? 1 : 0;
       left_out += before > 0 ? 1 : 0;
       FanPacket shadows = fan;
       shadows.habit = any_habit;
-      const std::uint64_t blocked = kernels.occluded_fan(view_of(bvh), shadows);
+      const std::uint64_t blocked = kernels.occluded_fan(view_of(bvh), fan_of(shadows));
       any_habit = shadows.habit;
       for (int i = 0; i < kPacketRays; ++i) {
         SingleHit expected;
