@@ -69,7 +69,7 @@ BUGS = (
     Bug("sides_too_sure", "double's word is taken for an edge that it cannot tell", "primitive/triangle/edge_sides-inl.h",
         "abs(value) > size * kDeterminantError", "abs(value) > -size", "core_fan_triangles"),
     Bug("bad_ray_in_fan", "a shadow fan takes a ray in whose projection is no number", "ray/fan_rays-inl.h",
-        "if (!is_none<V>(and_not(is_within, is_valid))) return false;\n  store(u, ray_u", "store(u, ray_u", "core_shadow_fans"),
+        "if (!is_none<V>(and_not(is_within, is_valid))) return false;", ";", "core_shadow_fans"),
     Bug("thin_unseen", "slivers whose side is unsure are taken for sure", "primitive/triangle/fan_forms-inl.h",
         "is_good && abs(volume) * 0.75f > thin * p.size", "is_good", "core_fan_triangles"),
     Bug("excluded_met", "a shadow ray meets the triangle that it ends on", "primitive/triangle/triangle_ray-inl.h",
