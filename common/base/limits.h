@@ -83,6 +83,11 @@ inline constexpr std::size_t kNameBytesMax = 64;  // slave and cluster names
 // handshake deadline, reconnect pauses (first, greatest).
 inline constexpr int kHeartbeatMs = 250;
 inline constexpr int kHeartbeatsMissedMax = 4;
+// The same between an application and its master: 15 s. A slave that was given up too early joins
+// again and has lost some tiles; an application has lost its pictures. So both wait as long as a
+// process may stand still on a machine that others keep busy. A process that ends, or a machine
+// that answers, closes the link at once.
+inline constexpr int kAppHeartbeatsMissedMax = 59;
 inline constexpr int kHandshakeMs = 2000;
 inline constexpr int kReconnectFirstMs = 100;
 inline constexpr int kReconnectMaxMs = 5000;

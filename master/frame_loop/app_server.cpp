@@ -14,12 +14,6 @@ namespace {
 constexpr std::uint64_t kPieceBytes = 512 * 1024;  // of a frame on its way to the application
 static_assert(kPieceBytes <= kFrameChunkBytesMax && kPieceBytes < net::kSendQueueLowBytes);
 constexpr std::size_t kStatusClientsMax = 64;
-
-// Heartbeats that an application and its master may miss of each other: 15 s. A slave that was
-// given up too early joins again and has lost some tiles; an application has lost its pictures. So
-// both wait as long as a process may stand still on a machine that others keep busy. A process that
-// ends, or a machine that answers, closes the link at once.
-constexpr std::uint32_t kAppHeartbeatsMissedMax = 59;
 static_assert(kAppHeartbeatsMissedMax <= wire::kHeartbeatsMissedLimit);
 
 }  // namespace
