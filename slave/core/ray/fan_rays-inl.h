@@ -103,6 +103,12 @@ struct FanRays : PacketRays {
   // Greatest `low`, for hits at t = 0, beside which there may be others at 0.
   static constexpr float kNearMax = 0x1.fffffep127f;
 
+  // Returns: whether rays that begin there may be traced together.
+  bool set_start(const float* from, float least);
+  // Sets each row by set_row(), which says whether its rays are near the main axis, then what
+  // follows from all of them. Returns: whether all are.
+  template <class Row>
+  bool set_rows(const Row& set_row);
   static uint64_t valid_rays(const Fan& rays);
   bool setup_row(const Fan& rays, size_t row, size_t middle);
   bool setup_row(const ShadowFan& fan, size_t row);
@@ -124,10 +130,9 @@ HWY_INLINE uint64_t FanRays::valid_rays(const Fan& rays) {
 }
 
 HWY_INLINE bool FanRays::setup(const Fan& rays) {
-  const float* const o = rays.origin;
-  if (!(abs_of(o[0]) + abs_of(o[1]) + abs_of(o[2]) < __builtin_inff())) return false;
+  if (!set_start(rays.origin, rays.t_min)) return false;
   valid = valid_rays(rays);
-  if (__builtin_popcountll(valid) < kRaysLeast || !(rays.t_min >= 0)) return false;
+  if (__builtin_popcountll(valid) < kRaysLeast) return false;
   const size_t middle = middle_of(valid);
   filled_rows = (64 - static_cast<size_t>(__builtin_clzll(valid)) + kLanes - 1) / kLanes;
   count = __builtin_popcountll(valid);
@@ -137,11 +142,20 @@ HWY_INLINE bool FanRays::setup(const Fan& rays) {
   } else {
     aim(rays, middle);
   }
-  for (int a = 0; a < 3; ++a) origin[a] = rays.origin[a];
-  t_min = rays.t_min;
+  return set_rows([&](size_t row) HWY_ATTR { return setup_row(rays, row, middle); });
+}
+
+HWY_INLINE bool FanRays::set_start(const float* from, float least) {
+  for (int a = 0; a < 3; ++a) origin[a] = from[a];
+  t_min = least;
+  return length_of(origin) < __builtin_inff() && t_min >= 0;
+}
+
+template <class Row>
+bool FanRays::set_rows(const Row& set_row) {
   least_per_depth_ = set<V>(__builtin_inff());
-  for (size_t r = 0; r < kRows; ++r) {
-    if (!setup_row(rays, r, middle)) return false;
+  for (size_t row = 0; row < kRows; ++row) {
+    if (!set_row(row)) return false;
   }
   bound();
   shorten();
@@ -180,27 +194,16 @@ HWY_INLINE void FanRays::limit_row(size_t row, M is_valid, V per_depth, V t_max)
 HWY_INLINE bool FanRays::setup(const ShadowFan& fan) {
   const ShadowFans& all = fan.fans;
   const FanTargets& targets = *all.targets;
-  if (!(abs_of(all.origin[0]) + abs_of(all.origin[1]) + abs_of(all.origin[2]) < __builtin_inff()))
-    return false;
-  if (fan.count < kRaysLeast || !(all.t_min >= 0 && all.t_max >= all.t_min)) return false;
+  if (!set_start(all.origin, all.t_min)) return false;
+  if (fan.count < kRaysLeast || !(all.t_max >= all.t_min)) return false;
   set_axis(fan.face / 2, fan.face % 2 != 0);
   count = static_cast<int>(fan.count);
   valid = fan.active;
   numbers = targets.order + fan.first;
-  for (int a = 0; a < 3; ++a) {
-    direction[a] = targets.direction[a];
-    origin[a] = all.origin[a];
-  }
-  t_min = all.t_min;
+  for (int a = 0; a < 3; ++a) direction[a] = targets.direction[a];
   excluded = static_cast<int32_t>(all.excluded_at_origin);
   filled_rows = (fan.count + kLanes - 1) / kLanes;
-  least_per_depth_ = set<V>(__builtin_inff());
-  for (size_t r = 0; r < kRows; ++r) {
-    if (!setup_row(fan, r)) return false;
-  }
-  bound();
-  shorten();
-  return true;
+  return set_rows([&](size_t row) HWY_ATTR { return setup_row(fan, row); });
 }
 
 // Where a ray is no ray of a fan, all of them are traced alone.

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "slave/core/trace/alpha_surfaces.h"
+#include "slave/core/trace/ray_groups.h"
 
 namespace tessera::core {
 namespace {
@@ -26,7 +27,7 @@ SingleRay ray_of(const RayPacket& rays, int i) {
 // The directions and active bits of one of the fans.
 void fill(const FanTargets& targets, int g, FanPacket& packet) {
   const int begin = targets.group[g], count = targets.group[g + 1] - begin;
-  packet.active = ~std::uint64_t{0} >> (kPacketRays - count);
+  packet.active = bits_below(count);
   for (int i = 0; i < count; ++i) {
     for (int a = 0; a < 3; ++a)
       packet.direction[a][i] = targets.direction[a][targets.order[begin + i]];
