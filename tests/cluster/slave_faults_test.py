@@ -32,6 +32,19 @@ class SlaveFaults(unittest.TestCase):
         print(f"{name} holds {held} tiles")
         return held
 
+    def start_with_two(self):
+        """Starts to render without an end on two slaves, the second of which holds tiles when this returns."""
+        expected = self.expected()
+        self.cluster.slaves(2, *SLOW)
+        render = self.cluster.start_endless(SCENE, *FRAME)
+        self.wait_until_it_holds_tiles("slave-2")
+        return expected, render
+
+    def stand_still(self, pid, seconds):
+        os.kill(pid, signal.SIGSTOP)
+        time.sleep(seconds)
+        os.kill(pid, signal.SIGCONT)
+
     def finish(self, render, expected):
         run = self.cluster.finish(render)
         self.assertEqual(run.code, 0, run.stderr)
@@ -46,28 +59,19 @@ class SlaveFaults(unittest.TestCase):
         return run
 
     def test_a_slave_killed_in_mid_frame_costs_no_pixel(self):
-        expected = self.expected()
-        self.cluster.slaves(2, *SLOW)
-        render = self.cluster.start_endless(SCENE, *FRAME)
-        self.wait_until_it_holds_tiles("slave-2")
+        expected, render = self.start_with_two()
         self.cluster.processes["slave-2"].kill()
         run = self.stop(render, expected)
         self.assertGreater(sum(line["tiles_reissued"] for line in run.stats), 0)
         self.assertIsNone(self.cluster.slave_status("slave-2"))
 
     def test_a_slave_asked_to_end_in_mid_frame_costs_no_pixel(self):
-        expected = self.expected()
-        self.cluster.slaves(2, *SLOW)
-        render = self.cluster.start_endless(SCENE, *FRAME)
-        self.wait_until_it_holds_tiles("slave-2")
+        expected, render = self.start_with_two()
         self.cluster.end("slave-2")
         self.stop(render, expected)
 
     def test_a_slave_that_hangs_is_left_behind_and_comes_back(self):
-        expected = self.expected()
-        self.cluster.slaves(2, *SLOW)
-        render = self.cluster.start_endless(SCENE, *FRAME)
-        self.wait_until_it_holds_tiles("slave-2")
+        expected, render = self.start_with_two()
         os.kill(self.cluster.processes["slave-2"].pid, signal.SIGSTOP)
         self.stop(render, expected)
         os.kill(self.cluster.processes["slave-2"].pid, signal.SIGCONT)
@@ -100,23 +104,13 @@ class SlaveFaults(unittest.TestCase):
         self.assertEqual(run.digests, expected)
 
     def test_a_master_that_stands_still_for_a_while_loses_no_picture(self):
-        expected = self.expected()
-        self.cluster.slaves(2, *SLOW)
-        render = self.cluster.start_endless(SCENE, *FRAME)
-        self.wait_until_it_holds_tiles("slave-2")
-        os.kill(self.cluster.processes["master"].pid, signal.SIGSTOP)
-        time.sleep(3)
-        os.kill(self.cluster.processes["master"].pid, signal.SIGCONT)
+        expected, render = self.start_with_two()
+        self.stand_still(self.cluster.processes["master"].pid, 3)
         self.stop(render, expected)
 
     def test_an_application_that_stands_still_for_a_while_loses_no_picture(self):
-        expected = self.expected()
-        self.cluster.slaves(2, *SLOW)
-        render = self.cluster.start_endless(SCENE, *FRAME)
-        self.wait_until_it_holds_tiles("slave-2")
-        os.kill(render.pid, signal.SIGSTOP)
-        time.sleep(10)
-        os.kill(render.pid, signal.SIGCONT)
+        expected, render = self.start_with_two()
+        self.stand_still(render.pid, 10)
         self.stop(render, expected)
 
     def test_an_application_that_is_killed_frees_the_cluster_for_the_next(self):
