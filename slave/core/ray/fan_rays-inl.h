@@ -148,11 +148,11 @@ HWY_INLINE bool FanRays::setup(const Fan& rays) {
 HWY_INLINE bool FanRays::set_start(const float* from, float least) {
   for (int a = 0; a < 3; ++a) origin[a] = from[a];
   t_min = least;
-  return length_of(origin) < __builtin_inff() && t_min >= 0;
+  return length_of(from) < __builtin_inff() && least >= 0;
 }
 
 template <class Row>
-bool FanRays::set_rows(const Row& set_row) {
+HWY_INLINE bool FanRays::set_rows(const Row& set_row) {
   least_per_depth_ = set<V>(__builtin_inff());
   for (size_t row = 0; row < kRows; ++row) {
     if (!set_row(row)) return false;
@@ -269,7 +269,7 @@ HWY_INLINE void FanRays::bound() {
 }
 
 template <bool kAny>
-bool FanRays::take(size_t ray, float t, float least, uint32_t primitive) {
+HWY_INLINE bool FanRays::take(size_t ray, float t, float least, uint32_t primitive) {
   const auto number = static_cast<int32_t>(primitive);
   if (!is_better(ray, t, least, number)) return false;
   best[ray] = number;

@@ -92,7 +92,7 @@ HWY_INLINE PacketRays::M PacketRays::is_near(V z, V u, V v, V sum) {
   return is_close && sum > kShortest && sum < kLongest;
 }
 
-inline void PacketRays::write_to(const HitArrays& hits) const {
+HWY_INLINE void PacketRays::write_to(const HitArrays& hits) const {
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
     const auto primitive = load<VI>(best + at);
     store(zero_if(primitive == -1, load<V>(best_t + at)), hits.t + at);
@@ -100,7 +100,7 @@ inline void PacketRays::write_to(const HitArrays& hits) const {
   }
 }
 
-inline uint64_t PacketRays::blocked() const {
+HWY_INLINE uint64_t PacketRays::blocked() const {
   uint64_t bits = 0;
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
     const auto is_hit = load<VI>(best + at) != -1;

@@ -15,6 +15,6 @@ struct FeatureScene {
 
 // Traces closest hits into `hits`, or returns the bits of the rays that are blocked, whichever the
 // program was compiled for.
-uint64_t trace_once(const FeatureScene& scene, const FanPacket& rays, PacketHits& hits);
+uint64_t trace_once(const FeatureScene& scene, const Fan& rays, const HitArrays& hits);
 
 }  // namespace tessera::core

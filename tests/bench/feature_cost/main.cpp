@@ -6,6 +6,7 @@
 
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
+#include "slave/core/ray/fan_of.h"
 #include "slave/core/simd/isa_support.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/bench/feature_cost/kernels.h"
@@ -46,8 +47,10 @@ int run(int fan_count) {
   const FeatureScene scene{view_of(*bvh), view_of(*kd)};
   PacketHits hits{};
   std::uint64_t sum = 0;
-  for (int i = 0; i < fan_count; ++i)
-    sum += trace_once(scene, make_fan(i), hits) + hits.primitive[i % kPacketRays];
+  for (int i = 0; i < fan_count; ++i) {
+    const FanPacket fan = make_fan(i);
+    sum += trace_once(scene, fan_of(fan), arrays_of(hits)) + hits.primitive[i % kPacketRays];
+  }
   std::printf("%llu\n", static_cast<unsigned long long>(sum));
   return 0;
 }

@@ -32,7 +32,6 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
-#include "slave/core/ray/fan_of.h"
 #include "tests/bench/feature_cost/kernels.h"
 
 namespace tessera::core {
@@ -44,14 +43,14 @@ decltype(&N_AVX2::trace_one) volatile trace_one = N_AVX2::trace_one;
 
 }  // namespace
 
-uint64_t trace_once(const FeatureScene& scene, const FanPacket& rays,
-                    [[maybe_unused]] PacketHits& hits) {
+uint64_t trace_once(const FeatureScene& scene, const Fan& rays,
+                    [[maybe_unused]] const HitArrays& hits) {
 #if defined(TESSERA_FEATURE_ANY)
-  return trace_one(scene.bvh, fan_of(rays));
+  return trace_one(scene.bvh, rays);
 #elif defined(TESSERA_FEATURE_KD)
-  trace_one(scene.kd, fan_of(rays), arrays_of(hits));
+  trace_one(scene.kd, rays, hits);
 #else
-  trace_one(scene.bvh, fan_of(rays), arrays_of(hits));
+  trace_one(scene.bvh, rays, hits);
 #endif
   return 0;
 }

@@ -51,7 +51,7 @@ class FanWinners {
   };
   HWY_NOINLINE void settle_one(size_t ray);
   HWY_INLINE void settle_row(size_t at, M rays, const RowPlanes& planes);
-  void drop_unused();
+  HWY_NOINLINE void drop_unused();
 
   FanRays& fan_;
   int32_t count_ = 0;
