@@ -253,7 +253,7 @@ bool FanBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, uint6
   const Plane plane = plane_of(triangle, fan_.origin);
   bool has_hit = false;
   for (rays &= fan_.valid; rays != 0;) {
-    size_t number[kTogether];
+    size_t number[kTogether] = {};
     alignas(64) float directions[3][kTogether] = {};
     size_t count = 0;
     for (; rays != 0 && count < kTogether; rays &= rays - 1, ++count) {
