@@ -27,7 +27,7 @@ enum class BlockKind : std::uint32_t {
   kTexture = 0x54535354,
   kEnvironment = 0x45535354
 };
-inline constexpr std::uint32_t kLayoutVersion = 6;
+inline constexpr std::uint32_t kLayoutVersion = 7;
 
 // The bytes behind a large array begin at a chunk, so that an array that grew or shrank leaves the
 // chunks behind it as they were (README.md). An array is large when that costs 6 % at most.
@@ -35,6 +35,12 @@ inline constexpr std::uint64_t kLargeArrayBytes = 16 * kSceneChunkBytes;
 constexpr std::uint64_t padding_behind(std::uint64_t array_bytes, std::uint64_t block_bytes) {
   const std::uint64_t over = block_bytes % kSceneChunkBytes;
   return array_bytes < kLargeArrayBytes || over == 0 ? 0 : kSceneChunkBytes - over;
+}
+
+// A record lies in one chunk, so that one that changed changes no other chunk.
+constexpr std::uint64_t padding_before(std::uint64_t record_bytes, std::uint64_t block_bytes) {
+  const std::uint64_t over = block_bytes % kSceneChunkBytes;
+  return over + record_bytes <= kSceneChunkBytes ? 0 : kSceneChunkBytes - over;
 }
 
 class BlockWriter {
@@ -58,6 +64,10 @@ class BlockWriter {
   void put_text(const std::string& text) {
     put(std::uint64_t{text.size()});
     append(text.data(), text.size());
+  }
+  // Must be called before a record of this many bytes, at most a chunk, is put.
+  void begin_record(std::uint64_t record_bytes) {
+    bytes_.resize(bytes_.size() + padding_before(record_bytes, bytes_.size()));
   }
   std::vector<std::byte> finish() { return std::move(bytes_); }
 
@@ -108,6 +118,10 @@ class BlockReader {
     }
     return count;
   }
+  // To be called before the fields of a record are got, as by the writer.
+  bool begin_record(std::uint64_t record_bytes) {
+    return skip_zeros(padding_before(record_bytes, block_bytes_ - rest_.size()));
+  }
   bool skip_array(std::uint64_t bytes_each) {
     const std::uint64_t bytes = get_count(bytes_each) * bytes_each;
     return take(bytes) && skip_padding(bytes);
@@ -122,9 +136,12 @@ class BlockReader {
     rest_ = rest_.subspan(size);
     return true;
   }
-  // Padding must be zeros, so that equal content has equal bytes.
   bool skip_padding(std::uint64_t array_bytes) {
-    if (!take(padding_behind(array_bytes, block_bytes_ - rest_.size()))) return false;
+    return skip_zeros(padding_behind(array_bytes, block_bytes_ - rest_.size()));
+  }
+  // Padding must be zeros, so that equal content has equal bytes.
+  bool skip_zeros(std::uint64_t size) {
+    if (!take(size)) return false;
     for (const std::byte b : taken_) is_good_ &= b == std::byte{0};
     return is_good_;
   }

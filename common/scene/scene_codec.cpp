@@ -111,6 +111,8 @@ Camera get_camera(BlockReader& in) {
   return camera;
 }
 
+constexpr std::uint64_t kInstanceBytes = 4 + sizeof(Transform);
+
 SceneBlock encode_root(const Scene& scene) {
   BlockWriter out(BlockKind::kRoot);
   out.put(std::uint64_t{scene.meshes.size()});
@@ -119,6 +121,7 @@ SceneBlock encode_root(const Scene& scene) {
   for (const Material& m : scene.materials) put_material(out, m);
   out.put(std::uint64_t{scene.instances.size()});
   for (const Instance& instance : scene.instances) {
+    out.begin_record(kInstanceBytes);
     out.put(instance.mesh);
     out.put(instance.object_to_world);
   }
@@ -145,7 +148,6 @@ SceneBlock encode_root(const Scene& scene) {
 }
 
 constexpr std::uint64_t kCameraBytes = 3 * sizeof(Vec3f) + sizeof(float);
-constexpr std::uint64_t kInstanceBytes = 4 + sizeof(Transform);
 constexpr std::uint64_t kLightBytes = 4 + 3 * 12 + 2 * 4;
 
 // How many blocks follow the root, in this order.
@@ -166,6 +168,7 @@ bool decode_root(std::span<const std::byte> bytes, Scene& scene, BlockCounts& co
   }
   scene.instances.resize(in.get_count(kInstanceBytes));
   for (Instance& instance : scene.instances) {
+    if (!in.begin_record(kInstanceBytes)) return false;
     instance.mesh = in.get<std::uint32_t>();
     instance.object_to_world = in.get<Transform>();
   }

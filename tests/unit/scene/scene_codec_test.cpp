@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "common/scene/block_chunks.h"
 #include "common/scene/scene_footprint.h"
 #include "tests/support/small_scene.h"
 
@@ -77,6 +78,45 @@ TEST(SceneCodec, AVersionThatMovesOneMeshChangesThatBlockAndTheRootAlone) {
   EXPECT_NE(before.digest(), after.digest());
   SceneEncoder stranger;
   EXPECT_EQ(stranger.encode(scene).digest(), after.digest());
+}
+
+// Returns: how many bytes a peer that has one version lacks of the other: chunks, and lists of them.
+std::uint64_t bytes_to_send(const EncodedScene& before, const EncodedScene& after) {
+  std::uint64_t bytes = 0;
+  for (std::size_t b = 0; b < after.blocks.size(); ++b) {
+    const SceneBlock &now = after.blocks[b], &then = before.blocks[b];
+    if (now.digest == then.digest) continue;
+    if (!now.chunks || !then.chunks) {
+      bytes += now.bytes->size();
+      continue;
+    }
+    bytes += now.chunks->size() * sizeof(Digest);
+    for (std::uint32_t c = 0; c < now.chunks->size(); ++c) {
+      const bool is_known = c < then.chunks->size() && (*now.chunks)[c] == (*then.chunks)[c];
+      if (!is_known) bytes += chunk_bytes(now.bytes->size(), c);
+    }
+  }
+  return bytes;
+}
+
+TEST(SceneCodec, AMovedInstanceOfTenThousandTakesOneChunk) {
+  Scene scene = test::make_small_scene();
+  while (scene.instances.size() < 10'000) scene.instances.push_back(scene.instances[0]);
+  SceneEncoder encoder;
+  const EncodedScene before = encoder.encode(scene);
+  SceneDecoder decoder;
+  const auto decoded = decoder.decode(before);
+  ASSERT_TRUE(decoded.is_ok());
+  EXPECT_EQ(decoded->instances, scene.instances);
+  // An instance takes 52 bytes, so every 1,260th would lie in two chunks.
+  for (std::size_t i = 1; i < scene.instances.size(); i += i < 1500 ? 1 : 97) {
+    const Instance was = scene.instances[i];
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (float& value : scene.instances[i].object_to_world.m[a]) value += 1.5f;
+    }
+    EXPECT_LE(bytes_to_send(before, encoder.encode(scene)), 70u * 1024) << "instance " << i;
+    scene.instances[i] = was;
+  }
 }
 
 TEST(SceneCodec, UnchangedMeshesAreSharedBetweenDecodedVersions) {
