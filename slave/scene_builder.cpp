@@ -98,7 +98,7 @@ BuildOutcome SceneBuilder::build(const BuildTask& task) {
     if (!outcome.scene.is_ok()) return outcome;
     const core::PreparedScene& built = **outcome.scene;
     if (!before || !built.has_geometry_of(*before->prepared))
-      outcome.built_primitives = built.triangle_count();
+      outcome.built_primitives = built.built_primitives();
     auto now = std::make_shared<const Newest>(Newest{*std::move(scene), *outcome.scene});
     MutexLock lock(mutex_);
     newest_ = std::move(now);  // `before` ends outside of the lock

@@ -121,11 +121,13 @@ std::string report(const std::vector<Row>& rows) {
 // Takes every step-th triangle, for a scene of the same extent with fewer of them.
 Input every(const Input& all, std::size_t step) {
   Input some;
+  std::vector<float> vertices;
   for (std::size_t t = 0; t < all.boxes.size(); t += step) {
     const float* const corners = all.triangles.vertices.data() + 9 * t;
-    some.triangles.vertices.insert(some.triangles.vertices.end(), corners, corners + 9);
+    vertices.insert(vertices.end(), corners, corners + 9);
     some.boxes.push_back(all.boxes[t]);
   }
+  some.triangles.keep(std::move(vertices));
   some.triangles.instance_first = {0, some.boxes.size()};
   return some;
 }

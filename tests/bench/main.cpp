@@ -13,6 +13,7 @@
 #include "tests/bench/core_suite.h"
 #include "tests/bench/exchange_suite.h"
 #include "tests/bench/gi_suite.h"
+#include "tests/bench/move_suite.h"
 #include "tests/bench/run_facts.h"
 #include "tests/bench/scenes.h"
 #include "tests/bench/thesis_suite.h"
@@ -56,6 +57,7 @@ tessera::Status run(std::vector<std::string> suites,
     const auto run_suite = suite == "core"     ? tessera::bench::run_core_suite
                            : suite == "build"  ? tessera::bench::run_build_suite
                            : suite == "gi"     ? tessera::bench::run_gi_suite
+                           : suite == "moves"  ? tessera::bench::run_move_suite
                            : suite == "thesis" ? tessera::bench::run_thesis_suite
                                                : tessera::bench::run_accuracy_suite;
     tessera::bench::CoreSuiteOptions of_suite = options;
@@ -109,11 +111,12 @@ int main(int argc, char** argv) {
   app.add_option(
          "SUITE", suites,
          "core: rays per CPU-second; build: time to build; accuracy: errors on hard cases; "
+         "moves: time to prepare a scene in which one instance moved; "
          "thesis: its tables of steps and tests; exchange: the master's tiles per second, beside "
          "a bare epoll loop; gi: global illumination, its speed and its error, on scenes of its "
          "own; "
          "default: the first three")
-      ->check(CLI::IsMember({"core", "build", "accuracy", "thesis", "exchange", "gi"}));
+      ->check(CLI::IsMember({"core", "build", "accuracy", "moves", "thesis", "exchange", "gi"}));
   std::vector<std::string> scene_names = tessera::bench::scene_names();
   for (const std::string& name : tessera::bench::gi_scene_names()) scene_names.push_back(name);
   scene_names.push_back("crowd");

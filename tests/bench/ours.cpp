@@ -253,7 +253,7 @@ class Ours final : public Entrants {
     const core::BuildControl alone{1, nullptr};
     build<core::InstancedBvh<W>>("instanced" + std::to_string(W), table, [&] {
       auto placed = core::place_instances<W>(scene, core::Instancing::kAlways, {}, alone);
-      return core::index_instances<W>(std::move(*placed), {}, {}, {}, alone);
+      return core::index_instances<W>(std::move(*placed), {}, nullptr, alone);
     });
   }
 

@@ -115,11 +115,28 @@ def builds_table(runs, _):
     return ["build"] + scenes, [[name] + [span(found[s]) if s in found else "-" for s in scenes] for name, found in rows.items()]
 
 
+def moves_table(runs, _):
+    """Shows what a version costs in which one instance moved, in CPU-milliseconds, and rays in edited hierarchies to new ones."""
+    columns = ["instances", "triangles of each", "triangles that stand once", "first version, ms", "one moved, ms", "rays, edited to built"]
+    scenes = {}
+    for run in runs:
+        for row in run["moves"]:
+            scenes.setdefault((row["instances"], row["triangles"], row["ground_triangles"]), []).append(row)
+    rows = []
+    for sizes, found in scenes.items():
+        milliseconds = [[1e3 * row[key] for row in found] for key in ("first_cpu_seconds", "moved_cpu_seconds")]
+        rows.append([f"{size:,}" for size in sizes] + [span(values) for values in milliseconds] +
+                    [span([row["edited_to_built"] for row in found])])
+    return columns, rows
+
+
 VIEWS = {"rays": lambda runs, rest: rays_table(runs, f"embree {rest or 'medium'}"), "modes": modes_table, "builds": builds_table}
 
 
 def table_of(runs, view):
     name, _, rest = view.partition(" ")
+    if name == "moves" and "moves" in runs[0]:
+        return moves_table(runs, rest)
     if name in VIEWS and "core" in runs[0]:
         return VIEWS[name](runs, rest)
     if name == "speeds" and scaling_series.TABLE in runs[0].get("tables", {}):

@@ -52,6 +52,8 @@ using IndexedKd = Indexed<KdIndex, W>;
 template <int W>
 struct MeshIndex;
 template <int W>
+struct FlatPart;
+template <int W>
 struct InstancedBvh {
   Bvh<W> structure;
   Bounds3f bounds;                    // of all corners; the structure's box is wider
@@ -60,10 +62,16 @@ struct InstancedBvh {
   std::vector<InstanceBlock> instances;
   std::vector<Bounds3f> boxes;  // of instances, world space
   // By mesh of the scene. Meshes without an instance here are null in `meshes` and empty in
-  // `shapes`.
+  // `shapes`. Where what is flattened has a structure of its own, its shape comes last.
   std::vector<std::shared_ptr<const MeshIndex<W>>> meshes;
   std::vector<MeshShape<W>> shapes;
   std::vector<std::uint8_t> is_placed;  // by instance of the scene: 0 where it is flattened
+  // For versions of the scene that follow:
+  std::vector<bool> is_moving;  // by mesh of the scene
+  std::shared_ptr<const FlatPart<W>> flat;
+  std::int64_t farthest[6];  // who touches `bounds`: an instance, or -1, what is flattened
+  std::uint64_t moves = 0;   // of instances, since the structure was built as a whole
+  std::uint64_t built_primitives = 0;  // that this version put into structures
 
   std::uint64_t memory_bytes() const;
 };

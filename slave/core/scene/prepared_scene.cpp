@@ -68,53 +68,85 @@ bool is_any_smooth(const Scene& scene, const Geometry* other) {
   return false;
 }
 
-// Numbers, over the scene, of the triangles that are stored.
-std::vector<std::uint32_t> numbers_of(const TriangleStore& store) {
-  std::vector<std::uint32_t> numbers;
-  numbers.reserve(store.vertices.size() / 9);
-  for (std::size_t i = 0; i + 1 < store.instance_first.size(); ++i) {
-    if (store.stored_first[i] == TriangleStore::kNotStored) continue;
-    for (std::uint64_t n = store.instance_first[i]; n < store.instance_first[i + 1]; ++n)
-      numbers.push_back(static_cast<std::uint32_t>(n));
+template <int W>
+KnownInstances<W> known_of(const PreparedScene* scene) {
+  if (scene == nullptr) return {};
+  const Geometry& other = *scene->impl().geometry;
+  const auto* const index = std::get_if<InstancedBvh<W>>(&other.index.any);
+  return {
+      {other.meshes, other.instances, index == nullptr ? std::vector<bool>() : index->is_moving},
+      index};
+}
+
+void leave_out(const std::vector<Bounds3f>& boxes, std::span<const std::uint32_t> numbers,
+               Geometry& geometry) {
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    if (boxes[i].is_empty()) geometry.left_out.push_back(numbers.empty() ? i : numbers[i]);
   }
-  return numbers;
+}
+
+// Builds the triangles, all of them flattened, with their structure.
+Status build_flat_index(const BuildOptions& options, int lanes, Geometry& geometry) {
+  std::vector<Bounds3f> boxes;  // by triangle
+  TriangleStore& store = geometry.triangles;
+  store = make_triangle_store({geometry.meshes, geometry.instances, {}}, boxes);
+  leave_out(boxes, {}, geometry);
+  auto index = build_primitive_index(boxes, store.vertices, options.structure, lanes,
+                                     {options.threads, options.is_cancelled});
+  if (!index.is_ok()) return index.status();
+  geometry.index = std::move(*index);
+  geometry.built_primitives = store.triangle_count();
+  return Status::ok();
+}
+
+// Makes the triangles that are flattened beside instances, or takes those of the other version where
+// they are the same. In a version that follows another they get a structure of their own.
+template <int W>
+Status flatten(const Placement<W>& placement, const Scene& scene, const BuildOptions& options,
+               const KnownInstances<W>& known, std::vector<Bounds3f>& boxes,
+               Flattened<W>& flattened, Geometry& geometry) {
+  TriangleStore& store = geometry.triangles;
+  const TriangleSource source{geometry.meshes, geometry.instances, placement.is_placed};
+  flattened.part = flat_part_of<W>(scene, placement.is_placed);
+  if (known.index != nullptr && known.index->flat->made_of == flattened.part.made_of) {
+    const Geometry& other = *options.other->impl().geometry;
+    store = make_triangle_store(source, other.triangles);
+    geometry.left_out = other.left_out;
+    store.degenerate_count = other.left_out.size();
+    flattened.part.index = known.index->flat->index;
+    if (!flattened.part.index) boxes = boxes_of(store.vertices);
+  } else {
+    store = make_triangle_store(source, boxes);
+    leave_out(boxes, flattened.part.numbers(), geometry);
+  }
+  flattened.boxes = boxes;
+  flattened.vertices = store.vertices;
+  if (flattened.part.index || store.vertices.empty() || !keeps_most_of(scene, known.scene))
+    return Status::ok();
+  geometry.built_primitives += boxes.size();
+  return index_flat_part<W>(boxes, store.vertices, {options.threads, options.is_cancelled},
+                            flattened.part);
 }
 
 // Builds the triangles with their structure, in two levels where instances are worth it.
 template <int W>
 Status build_index(const Scene& scene, const BuildOptions& options, Geometry& geometry) {
   const BuildControl control{options.threads, options.is_cancelled};
-  KnownInstances<W> known;
-  if (options.other != nullptr) {
-    const Geometry& other = *options.other->impl().geometry;
-    known = {other.meshes, other.instances, std::get_if<InstancedBvh<W>>(&other.index.any)};
-  }
+  const KnownInstances<W> known = known_of<W>(options.other);
   const bool is_kd =
       options.structure == Structure::kKd || options.structure == Structure::kKdQuality;
   Result<Placement<W>> placed =
       place_instances<W>(scene, is_kd ? Instancing::kNever : options.instancing, known, control);
   if (!placed.is_ok()) return placed.status();
-  const bool is_flat = placed->is_empty();
-  std::vector<Bounds3f> boxes;  // by stored triangle
-  TriangleStore& store = geometry.triangles;
-  store = make_triangle_store({geometry.meshes, geometry.instances,
-                               is_flat ? std::span<const std::uint8_t>{} : placed->is_placed},
-                              boxes);
-  store.degenerate_count += placed->degenerate_count;
-  const std::vector<std::uint32_t> numbers =
-      is_flat ? std::vector<std::uint32_t>{} : numbers_of(store);
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    if (boxes[i].is_empty()) geometry.left_out.push_back(is_flat ? i : numbers[i]);
-  }
-  if (!is_flat) {
-    auto index = index_instances<W>(std::move(*placed), boxes, store.vertices, numbers, control);
-    if (!index.is_ok()) return index.status();
-    geometry.index.any = std::move(*index);
-    return Status::ok();
-  }
-  auto index = build_primitive_index(boxes, store.vertices, options.structure, W, control);
+  if (placed->is_empty()) return build_flat_index(options, W, geometry);
+  std::vector<Bounds3f> boxes;  // by flattened triangle
+  Flattened<W> flattened;
+  TESSERA_RETURN_IF_ERROR(flatten(*placed, scene, options, known, boxes, flattened, geometry));
+  geometry.triangles.degenerate_count += placed->degenerate_count;
+  auto index = index_instances<W>(std::move(*placed), std::move(flattened), known.index, control);
   if (!index.is_ok()) return index.status();
-  geometry.index = std::move(*index);
+  geometry.built_primitives += index->built_primitives;
+  geometry.index.any = std::move(*index);
   return Status::ok();
 }
 
@@ -202,9 +234,11 @@ bool PreparedScene::has_geometry_of(const PreparedScene& other) const {
   return impl_->geometry == other.impl_->geometry;
 }
 
+std::uint64_t PreparedScene::built_primitives() const { return impl_->geometry->built_primitives; }
+
 std::uint64_t PreparedScene::memory_bytes() const {
   std::uint64_t bytes = sizeof(Impl) + impl_->index.memory_bytes();
-  bytes += impl_->triangles.vertices.capacity() * sizeof(float);
+  bytes += impl_->triangles.vertices.size() * sizeof(float);
   bytes += (impl_->triangles.instance_first.capacity() + impl_->triangles.stored_first.capacity()) *
            sizeof(std::uint64_t);
   bytes += impl_->instances.capacity() * sizeof(Instance);

@@ -24,8 +24,8 @@ struct BuildOptions {
   Structure structure = Structure::kAuto;           // answers do not depend on it
   Instancing instancing = Instancing::kAuto;        // likewise; kd-trees have no instances
   // Another version of the scene; may be null. Where it has the same meshes, by pointer, in the
-  // same places, its geometry is shared and not built; otherwise the structures of those of its
-  // meshes that are instanced are shared.
+  // same places, its geometry is shared and not built. Otherwise what moved or changed is built
+  // beside what did not: meshes that move get a structure of their own, the others keep one.
   const PreparedScene* other = nullptr;
 };
 
@@ -44,6 +44,8 @@ class PreparedScene {
   std::uint64_t memory_bytes() const;
   // Whether this scene shares the geometry of the other one instead of having built its own.
   bool has_geometry_of(const PreparedScene& other) const;
+  // Triangles and instances that were put into structures when its geometry was built.
+  std::uint64_t built_primitives() const;
 
   struct Impl;  // slave/core/scene/prepared_scene_impl.h
   const Impl& impl() const { return *impl_; }

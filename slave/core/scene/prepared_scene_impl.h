@@ -40,6 +40,7 @@ struct Geometry {
   TriangleStore triangles;
   std::vector<std::uint64_t> left_out;  // flattened triangles without area, rising
   PrimitiveIndex index;
+  std::uint64_t built_primitives = 0;  // put into structures for it
   bool is_smooth = false;  // some mesh has normals that differ from those of its triangles
   // What the geometry was made of:
   std::vector<std::shared_ptr<const Mesh>> meshes;

@@ -3,13 +3,12 @@
 // transforms, for single rays, bundles and fans, closest and any hit, on every instruction set.
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
 #include <random>
 
 #include "slave/core/integrate/tile_renderer.h"
 #include "slave/core/scene/prepared_scene_impl.h"
-#include "slave/core/scene/ray_caster.h"
+#include "tests/support/flattened_twin.h"
 #include "tests/support/hard_cases.h"
 #include "tests/support/packets.h"
 #include "tests/support/seed.h"
@@ -95,73 +94,6 @@ std::shared_ptr<const PreparedScene> prepared(const Scene& scene, Instancing ins
   return *built;
 }
 
-Vec3f any_corner(const TriangleStore& triangles, Random& random) {
-  return triangles.vertex(random() % triangles.triangle_count(), static_cast<int>(random() % 3));
-}
-
-// Rays at corners, edges, faces and past them, which start outside, inside, near a surface or from
-// one point.
-std::vector<CastRay> rays_of(const TriangleStore& triangles, std::size_t count, Random& random) {
-  const Vec3f center = any_corner(triangles, random);
-  const float size = length(any_corner(triangles, random) - center) + 1e-3f * length(center);
-  std::vector<CastRay> rays;
-  Vec3f eye{};
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t kind = i / 64 % 4;
-    if (i % 64 == 0) eye = center + Vec3f{unit(random), unit(random), unit(random)} * (3 * size);
-    const Vec3f target = any_corner(triangles, random);
-    CastRay ray{eye, target - eye, 0, Bounds3f::kInf};
-    if (kind == 1) {  // a bundle: origins apart, one way
-      ray.origin = eye + Vec3f{unit(random), unit(random), unit(random)} * (0.05f * size);
-      ray.direction =
-          center - eye + Vec3f{unit(random), unit(random), unit(random)} * (0.2f * size);
-    } else if (kind == 2) {  // from a surface, anywhere
-      ray.origin = any_corner(triangles, random);
-      ray.direction = {unit(random), unit(random), unit(random)};
-      if (i % 3 == 0) ray.t_max = size;
-    } else if (kind == 3) {  // a narrow fan, at a face
-      const std::uint64_t number = (i / 64 * 7919) % triangles.triangle_count();
-      const Vec3f a = triangles.vertex(number, 0), b = triangles.vertex(number, 1);
-      const float share = static_cast<float>(i % 64) / 63;
-      ray.direction = a + (b - a) * share - eye;
-      if (i % 2 == 0) ray.direction = ray.direction * 1e-3f;
-    }
-    rays.push_back(ray);
-  }
-  return rays;
-}
-
-bool is_same(const CastHit& a, const CastHit& b) {
-  const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x); };
-  return a.is_hit == b.is_hit && a.primitive == b.primitive && bits(a.t) == bits(b.t) &&
-         bits(a.u) == bits(b.u) && bits(a.v) == bits(b.v);
-}
-
-// Returns: how many rays hit something.
-std::size_t compare(const PreparedScene& flat, const PreparedScene& instanced,
-                    const std::vector<CastRay>& rays) {
-  std::size_t hit_count = 0;
-  for (const Isa isa : test::isas_here()) {
-    for (const int bundle : {1, 64}) {
-      for (const bool is_any : {false, true}) {
-        const CastOptions options{isa, bundle, 1, is_any};
-        std::vector<CastHit> wanted(rays.size()), found(rays.size());
-        cast_rays(flat, rays, options, wanted);
-        cast_rays(instanced, rays, options, found);
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-          EXPECT_TRUE(is_same(wanted[i], found[i]))
-              << isa_name(isa) << (is_any ? ", any" : ", closest") << ", bundle " << bundle
-              << ", ray " << i << ": " << wanted[i].primitive << " at " << wanted[i].t << ", found "
-              << found[i].primitive << " at " << found[i].t;
-          if (testing::Test::HasFailure()) return 0;
-          hit_count += wanted[i].is_hit ? 1u : 0u;
-        }
-      }
-    }
-  }
-  return hit_count;
-}
-
 class Instances : public testing::TestWithParam<Class> {};
 
 TEST_P(Instances, GiveTheBitsOfTheFlattenedScene) {
@@ -176,8 +108,8 @@ TEST_P(Instances, GiveTheBitsOfTheFlattenedScene) {
   EXPECT_TRUE(flat->impl().triangles.is_flat());
   ASSERT_FALSE(instanced->impl().triangles.is_flat());
   EXPECT_EQ(flat->triangle_count(), instanced->triangle_count());
-  const std::vector<CastRay> rays = rays_of(flat->impl().triangles, 64 * 96, random);
-  EXPECT_GT(compare(*flat, *instanced, rays), rays.size());
+  const std::vector<CastRay> rays = test::rays_around(flat->impl().triangles, 64 * 96, random);
+  EXPECT_GT(test::compare_with_flattened(*flat, *instanced, rays), rays.size());
 }
 
 INSTANTIATE_TEST_SUITE_P(Transforms, Instances, testing::ValuesIn(kClasses),
@@ -200,7 +132,7 @@ TEST_P(HardInstances, GiveTheBitsOfTheFlattenedScene) {
   std::vector<CastRay> rays;
   for (const test::Ray& ray : hard.rays)
     rays.push_back({ray.origin, ray.direction, ray.t_min, ray.t_max});
-  compare(*flat, *instanced, rays);
+  test::compare_with_flattened(*flat, *instanced, rays);
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, HardInstances, testing::ValuesIn(test::hard_case_names()),
@@ -225,8 +157,8 @@ TEST(Instances, WithoutInverseAreFlattened) {
   EXPECT_EQ(stored[1], 0u);
   EXPECT_NE(stored[2], TriangleStore::kNotStored);
   Random random(3);
-  const std::vector<CastRay> rays = rays_of(instanced->impl().triangles, 64 * 16, random);
-  compare(*prepared(scene, Instancing::kNever), *instanced, rays);
+  const std::vector<CastRay> rays = test::rays_around(instanced->impl().triangles, 64 * 16, random);
+  test::compare_with_flattened(*prepared(scene, Instancing::kNever), *instanced, rays);
 }
 
 TEST(Instances, ShareTheirMeshAndTakeLittleMemory) {
@@ -268,8 +200,8 @@ TEST(Instances, ThatMoveBuildNoMeshAgain) {
   EXPECT_NE(mesh_of(*before), nullptr);
   EXPECT_EQ(mesh_of(*before), mesh_of(**after));
   Random random(4);
-  const std::vector<CastRay> rays = rays_of((*after)->impl().triangles, 64 * 32, random);
-  EXPECT_GT(compare(*prepared(scene, Instancing::kNever), **after, rays), 0u);
+  const std::vector<CastRay> rays = test::rays_around((*after)->impl().triangles, 64 * 32, random);
+  EXPECT_GT(test::compare_with_flattened(*prepared(scene, Instancing::kNever), **after, rays), 0u);
 }
 
 TEST(Instances, ArePicturedAsTheFlattenedScene) {

@@ -39,7 +39,7 @@ Vec3f corner(const TriangleBlock<W>& block, int lane, int k, const Transform& to
 template <int W>
 class FarthestCorner {
  public:
-  FarthestCorner(const MeshIndex<W>& mesh, const InstanceBlock& instance)
+  FarthestCorner(const MeshShape<W>& mesh, const InstanceBlock& instance)
       : mesh_(mesh), to_world_(transform_of(instance)) {}
 
   float find(const Direction& along, float best) const {
@@ -52,7 +52,7 @@ class FarthestCorner {
         best = find_in_leaf(child, along, best);
         continue;
       }
-      const BvhNode<W>& node = mesh_.bvh.structure.nodes[child];
+      const BvhNode<W>& node = mesh_.nodes[child];
       for (int i = 0; i < W; ++i) {
         if (node.child[i] == kBvhNoChild) continue;
         const Bounds3f box{{node.lower[0][i], node.lower[1][i], node.lower[2][i]},
@@ -68,7 +68,7 @@ class FarthestCorner {
     const std::uint32_t first = child & kBvhBlockMask;
     const std::uint32_t count = (child >> kBvhCountShift & (kBvhLeafBlocksMax - 1)) + 1;
     for (std::uint32_t b = first; b < first + count; ++b) {
-      const TriangleBlock<W>& block = mesh_.bvh.triangles[b];
+      const TriangleBlock<W>& block = mesh_.triangles[b];
       for (int lane = 0; lane < W && block.primitive[lane] != kNoPrimitive; ++lane) {
         const Vec3f p[3] = {corner(block, lane, 0, to_world_), corner(block, lane, 1, to_world_),
                             corner(block, lane, 2, to_world_)};
@@ -79,40 +79,74 @@ class FarthestCorner {
     return best;
   }
 
-  const MeshIndex<W>& mesh_;
+  const MeshShape<W>& mesh_;
   const Transform to_world_;
 };
 
-// The instance whose box reaches farthest comes first, so that few others have to be looked at.
+// Finds who lies farthest along a direction: an instance, or what is flattened.
 template <int W>
-float farthest(const InstancedBvh<W>& index, const Direction& along, float best) {
-  std::size_t first = 0;
-  for (std::size_t i = 1; i < index.boxes.size(); ++i) {
-    if (along.of(index.boxes[i]) > along.of(index.boxes[first])) first = i;
+class Farthest {
+ public:
+  // Begins with the best that is known, and who has it.
+  Farthest(const InstancedBvh<W>& index, const Direction& along, float best, std::int64_t who)
+      : index_(index), along_(along), best_(best), who_(who) {}
+
+  void look_at(std::size_t i) {
+    if (!(along_.of(index_.boxes[i]) > best_)) return;
+    const InstanceBlock& instance = index_.instances[i];
+    const float found =
+        FarthestCorner<W>(index_.shapes[instance.mesh], instance).find(along_, best_);
+    if (found > best_) who_ = static_cast<std::int64_t>(i);
+    best_ = found;
   }
-  const auto look_at = [&](std::size_t i) {
-    if (!(along.of(index.boxes[i]) > best)) return;
-    const InstanceBlock& instance = index.instances[i];
-    best = FarthestCorner<W>(*index.meshes[instance.mesh], instance).find(along, best);
-  };
-  look_at(first);
-  for (std::size_t i = 0; i < index.boxes.size(); ++i) look_at(i);
-  return best;
-}
+  // The instance whose box reaches farthest comes first, so that few others have to be looked at.
+  void look_at_all() {
+    std::size_t first = 0;
+    for (std::size_t i = 1; i < index_.boxes.size(); ++i) {
+      if (along_.of(index_.boxes[i]) > along_.of(index_.boxes[first])) first = i;
+    }
+    if (!index_.boxes.empty()) look_at(first);
+    for (std::size_t i = 0; i < index_.boxes.size(); ++i) look_at(i);
+  }
+  float best() const { return best_; }
+  std::int64_t who() const { return who_; }
+
+ private:
+  const InstancedBvh<W>& index_;
+  const Direction along_;
+  float best_;
+  std::int64_t who_;
+};
 
 }  // namespace
 
+// Where who lay farthest in the other version has not changed, only those that have can lie farther.
 template <int W>
-Bounds3f exact_bounds(const InstancedBvh<W>& index, const Bounds3f& flattened) {
-  float lower[3], upper[3];
-  for (int a = 0; a < 3; ++a) {
-    lower[a] = -farthest(index, {a, -1}, -flattened.lower[a]);
-    upper[a] = farthest(index, {a, 1}, flattened.upper[a]);
+void set_exact_bounds(const Bounds3f& flattened, const InstancedBvh<W>* known,
+                      std::span<const std::uint32_t> changed, InstancedBvh<W>& index) {
+  float limit[2][3];
+  for (int d = 0; d < 6; ++d) {
+    const Direction along{d / 2, d % 2 == 0 ? -1.0f : 1.0f};
+    const std::int64_t who = known != nullptr ? known->farthest[d] : -1;
+    const bool is_known =
+        known != nullptr && !std::binary_search(changed.begin(), changed.end(), who);
+    Farthest<W> farthest(index, along, along.of(is_known ? known->bounds : flattened),
+                         is_known ? who : -1);
+    if (is_known) {
+      for (const std::uint32_t i : changed) farthest.look_at(i);
+    } else {
+      farthest.look_at_all();
+    }
+    limit[d % 2][d / 2] = along.sign * farthest.best();
+    index.farthest[d] = farthest.who();
   }
-  return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
+  const auto &low = limit[0], &high = limit[1];
+  index.bounds = {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
 }
 
-template Bounds3f exact_bounds<8>(const InstancedBvh<8>&, const Bounds3f&);
-template Bounds3f exact_bounds<16>(const InstancedBvh<16>&, const Bounds3f&);
+template void set_exact_bounds<8>(const Bounds3f&, const InstancedBvh<8>*,
+                                  std::span<const std::uint32_t>, InstancedBvh<8>&);
+template void set_exact_bounds<16>(const Bounds3f&, const InstancedBvh<16>*,
+                                   std::span<const std::uint32_t>, InstancedBvh<16>&);
 
 }  // namespace tessera::core

@@ -6,16 +6,21 @@
 // Threads. Pure functions.
 #pragma once
 
+#include <cstdint>
+#include <span>
+
 #include "common/math/bounds3.h"
 #include "slave/core/primitive/instance/mesh_index.h"
 #include "slave/core/primitive/primitive_index.h"
 
 namespace tessera::core {
 
-// `flattened`: the box of the triangles that are flattened, or empty. Returns: the least box that
-// holds them and every corner, in world space as float32 arithmetic has it, of instances' triangles
-// that have an area there.
+// Sets `bounds` and `farthest` of the index: the least box that holds `flattened`, which may be empty,
+// and every corner, in world space as float32 arithmetic has it, of instances' triangles that have
+// an area there. `known`: another version with as many instances, of which `changed`, rising, are
+// others, and which has the same triangles flattened; or null.
 template <int W>
-Bounds3f exact_bounds(const InstancedBvh<W>& index, const Bounds3f& flattened);
+void set_exact_bounds(const Bounds3f& flattened, const InstancedBvh<W>* known,
+                      std::span<const std::uint32_t> changed, InstancedBvh<W>& index);
 
 }  // namespace tessera::core

@@ -1,38 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/core/primitive/instance/instanced_index.h"
 
+#include <algorithm>
+#include <cstring>
 #include <numeric>
 #include <unordered_map>
 #include <utility>
 
+#include "common/base/check.h"
 #include "slave/core/primitive/instance/exact_bounds.h"
 #include "slave/core/primitive/instance/instance_placement.h"
 #include "slave/core/primitive/instance/instance_writer.h"
+#include "slave/core/primitive/instance/top_edit.h"
 
 namespace tessera::core {
 namespace {
-
-bool is_lamp(const Mesh& mesh, const Scene& scene) {
-  for (const std::uint32_t material : mesh.materials) {
-    if (scene.materials[material].emission != Vec3f{}) return true;
-  }
-  return false;
-}
-
-// Returns: for each mesh, whether it gets a structure of its own.
-std::vector<bool> shared_meshes(const Scene& scene, Instancing instancing) {
-  std::vector<std::uint64_t> count(scene.meshes.size(), 0);
-  for (const Instance& instance : scene.instances) ++count[instance.mesh];
-  std::vector<bool> is_shared(scene.meshes.size(), false);
-  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
-    const std::uint64_t triangles = scene.meshes[m]->triangles.size();
-    if (count[m] == 0 || triangles == 0 || instancing == Instancing::kNever) continue;
-    const bool pays = (count[m] - 1) * triangles >= kSharedTrianglesMin;
-    if (!pays && instancing != Instancing::kAlways) continue;
-    is_shared[m] = !is_lamp(*scene.meshes[m], scene);
-  }
-  return is_shared;
-}
 
 // Finds instances that stand in the other version of the scene at the same number.
 template <int W>
@@ -43,12 +25,12 @@ class KnownPlaces {
   // Requires: is called for each instance of the scene, in order. Returns: the number among the
   // other version's placed instances of one that is the same, or -1.
   std::int64_t next(const Mesh* mesh, const Instance& instance) {
-    if (known_.index == nullptr || at_ >= known_.instances.size()) return -1;
-    const Instance& other = known_.instances[at_];
+    if (known_.index == nullptr || at_ >= known_.scene.instances.size()) return -1;
+    const Instance& other = known_.scene.instances[at_];
     const bool is_placed = known_.index->is_placed[at_++] != 0;
     if (!is_placed) return -1;
     const std::int64_t number = placed_++;
-    const bool is_same = known_.meshes[other.mesh].get() == mesh &&
+    const bool is_same = known_.scene.meshes[other.mesh].get() == mesh &&
                          other.object_to_world == instance.object_to_world;
     return is_same ? number : -1;
   }
@@ -60,13 +42,22 @@ class KnownPlaces {
 };
 
 template <int W>
+using MeshIndices = std::unordered_map<const Mesh*, std::shared_ptr<const MeshIndex<W>>>;
+
+template <int W>
+MeshIndices<W> indices_of(const KnownInstances<W>& known) {
+  MeshIndices<W> indices;
+  for (std::size_t m = 0; known.index != nullptr && m < known.scene.meshes.size(); ++m) {
+    if (known.index->meshes[m]) indices[known.scene.meshes[m].get()] = known.index->meshes[m];
+  }
+  return indices;
+}
+
+template <int W>
 Status index_meshes(const Scene& scene, const std::vector<bool>& is_shared,
                     const KnownInstances<W>& known, const BuildControl& control,
                     Placement<W>& placement) {
-  std::unordered_map<const Mesh*, std::shared_ptr<const MeshIndex<W>>> have;
-  for (std::size_t m = 0; known.index != nullptr && m < known.meshes.size(); ++m) {
-    if (known.index->meshes[m]) have[known.meshes[m].get()] = known.index->meshes[m];
-  }
+  MeshIndices<W> have = indices_of(known);
   placement.meshes.resize(scene.meshes.size());
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
     if (!is_shared[m]) continue;
@@ -75,10 +66,87 @@ Status index_meshes(const Scene& scene, const std::vector<bool>& is_shared,
       Result<std::shared_ptr<const MeshIndex<W>>> built = index_mesh<W>(*scene.meshes[m], control);
       if (!built.is_ok()) return built.status();
       index = std::move(*built);
+      placement.built_primitives += scene.meshes[m]->triangles.size();
     }
     placement.meshes[m] = index;
   }
   return Status::ok();
+}
+
+// Puts what is flattened behind the instances, as one of them.
+template <int W>
+void place_flat_part(const MeshIndex<W>& part, Placement<W>& placement) {
+  auto block = place_instance(Transform{}, part.bvh.structure.bounds);
+  TESSERA_CHECK(block.has_value());
+  block->mesh = static_cast<std::uint32_t>(placement.meshes.size());
+  block->first_primitive = 0;  // its triangles have their numbers over the scene
+  placement.instances.push_back(*block);
+  placement.boxes.push_back(placed_bounds(Transform{}, part.parts));
+}
+
+// Builds the hierarchy over flattened triangles, in front, and over instances.
+template <int W>
+Status build_top(const Flattened<W>& flattened, const BuildControl& control,
+                 InstancedBvh<W>& index) {
+  const bool is_apart = flattened.part.index != nullptr;
+  std::vector<Bounds3f> all;
+  if (!is_apart) all.assign(flattened.boxes.begin(), flattened.boxes.end());
+  const auto triangles = static_cast<std::uint32_t>(all.size());
+  all.insert(all.end(), index.boxes.begin(), index.boxes.end());
+  std::vector<std::uint32_t> items(index.instances.size());
+  std::iota(items.begin(), items.end(), triangles);
+  InstanceWriter<W> writer(is_apart ? std::span<const float>() : flattened.vertices, items);
+  const PrimitiveSet set{all, writer, triangles};
+  Result<Bvh<W>> bvh = build_bvh<W>(set, control);
+  if (!bvh.is_ok()) return bvh.status();
+  index.structure = std::move(*bvh);
+  index.blocks = writer.take_blocks();
+  index.triangles = writer.take_triangles();
+  index.built_primitives += all.size();
+  if (is_apart) return Status::ok();
+  const std::vector<std::uint32_t> numbers = flattened.part.numbers();
+  for (TriangleBlock<W>& block : index.triangles) {
+    for (std::uint32_t& primitive : block.primitive) {
+      if (primitive < numbers.size()) primitive = numbers[primitive];
+    }
+  }
+  return Status::ok();
+}
+
+// Instances whose place or mesh is another one than in the other version, which has as many.
+template <int W>
+std::vector<std::uint32_t> changed_instances(const InstancedBvh<W>& index,
+                                             const InstancedBvh<W>& known) {
+  std::vector<std::uint32_t> changed;
+  for (std::uint32_t i = 0; i < index.instances.size(); ++i) {
+    const InstanceBlock &now = index.instances[i], &then = known.instances[i];
+    const bool is_same = std::memcmp(now.to_world, then.to_world, sizeof now.to_world) == 0 &&
+                         index.shapes[now.mesh].nodes == known.shapes[then.mesh].nodes;
+    if (!is_same) changed.push_back(i);
+  }
+  return changed;
+}
+
+// Hierarchies that were edited so often become worse than those that were built as a whole; a
+// quarter of the instances is far from where that can be measured (decisions/instances.md).
+bool is_edited_too_often(std::uint64_t moves, std::size_t instance_count) {
+  return moves > std::max<std::uint64_t>(instance_count / 4, 1);
+}
+
+// Returns: false where the hierarchy has to be built as a whole.
+template <int W>
+bool edit_top(const InstancedBvh<W>& known, std::span<const std::uint32_t> changed,
+              InstancedBvh<W>& index) {
+  index.moves = known.moves + changed.size();
+  if (is_edited_too_often(index.moves, index.instances.size())) return false;
+  TopEdit<W> edit(known.structure, known.blocks, index.boxes);
+  for (const std::uint32_t instance : changed) {
+    if (!edit.move(instance)) return false;
+  }
+  index.structure = edit.take_top();
+  index.blocks = edit.take_blocks();
+  index.built_primitives += changed.size();
+  return true;
 }
 
 }  // namespace
@@ -89,9 +157,12 @@ std::uint64_t InstancedBvh<W>::memory_bytes() const {
                         triangles.capacity() * sizeof(TriangleBlock<W>) +
                         instances.capacity() * sizeof(InstanceBlock) +
                         boxes.capacity() * sizeof(Bounds3f) + is_placed.capacity();
-  for (const auto& mesh : meshes) {
+  const auto add = [&](const std::shared_ptr<const MeshIndex<W>>& mesh) {
     if (mesh) bytes += mesh->bvh.memory_bytes() + mesh->parts.capacity() * sizeof(Bounds3f);
-  }
+  };
+  for (const auto& mesh : meshes) add(mesh);
+  add(flat->index);
+  bytes += flat->made_of.capacity() * sizeof(FlatInstance);
   return bytes + meshes.capacity() * (sizeof(meshes[0]) + sizeof(shapes[0]));
 }
 template std::uint64_t InstancedBvh<8>::memory_bytes() const;
@@ -101,7 +172,8 @@ template <int W>
 Result<Placement<W>> place_instances(const Scene& scene, Instancing instancing,
                                      const KnownInstances<W>& known, const BuildControl& control) {
   Placement<W> placement;
-  const std::vector<bool> is_shared = shared_meshes(scene, instancing);
+  placement.is_moving = moving_meshes(scene, known.scene);
+  const std::vector<bool> is_shared = shared_meshes(scene, instancing, placement.is_moving);
   TESSERA_RETURN_IF_ERROR(index_meshes(scene, is_shared, known, control, placement));
   placement.is_placed.assign(scene.instances.size(), 0);
   KnownPlaces<W> places(known);
@@ -135,36 +207,35 @@ Result<Placement<W>> place_instances(const Scene& scene, Instancing instancing,
 }
 
 template <int W>
-Result<InstancedBvh<W>> index_instances(Placement<W> placement, std::span<const Bounds3f> boxes,
-                                        std::span<const float> vertices,
-                                        std::span<const std::uint32_t> numbers,
-                                        const BuildControl& control) {
-  std::vector<Bounds3f> all(boxes.begin(), boxes.end());
-  all.insert(all.end(), placement.boxes.begin(), placement.boxes.end());
-  std::vector<std::uint32_t> items(placement.instances.size());
-  std::iota(items.begin(), items.end(), static_cast<std::uint32_t>(boxes.size()));
-  InstanceWriter<W> writer(vertices, items);
-  const PrimitiveSet set{all, writer, static_cast<std::uint32_t>(boxes.size())};
-  Result<Bvh<W>> bvh = build_bvh<W>(set, control);
-  if (!bvh.is_ok()) return bvh.status();
+Result<InstancedBvh<W>> index_instances(Placement<W> placement, Flattened<W> flattened,
+                                        const InstancedBvh<W>* known, const BuildControl& control) {
+  const MeshIndex<W>* const apart = flattened.part.index.get();
+  if (apart != nullptr) place_flat_part(*apart, placement);
   InstancedBvh<W> index;
-  index.structure = std::move(*bvh);
-  index.blocks = writer.take_blocks();
-  index.triangles = writer.take_triangles();
-  for (TriangleBlock<W>& block : index.triangles) {
-    for (std::uint32_t& primitive : block.primitive) {
-      if (primitive < numbers.size()) primitive = numbers[primitive];
-    }
-  }
   index.instances = std::move(placement.instances);
   index.boxes = std::move(placement.boxes);
   index.is_placed = std::move(placement.is_placed);
   index.meshes = std::move(placement.meshes);
+  index.is_moving = std::move(placement.is_moving);
+  index.built_primitives = placement.built_primitives;
   for (const auto& mesh : index.meshes)
     index.shapes.push_back(mesh ? mesh->shape() : MeshShape<W>{});
-  Bounds3f flattened;
-  for (const Bounds3f& box : boxes) flattened.grow(box);
-  index.bounds = exact_bounds(index, flattened);
+  if (apart != nullptr) index.shapes.push_back(apart->shape());
+
+  const bool is_comparable = apart != nullptr && known != nullptr && known->triangles.empty() &&
+                             known->instances.size() == index.instances.size();
+  std::vector<std::uint32_t> changed;
+  if (is_comparable) changed = changed_instances(index, *known);
+  if (!is_comparable || !edit_top(*known, changed, index)) {
+    index.moves = 0;
+    TESSERA_RETURN_IF_ERROR(build_top(flattened, control, index));
+  }
+  Bounds3f of_flattened;
+  for (const Bounds3f& box : flattened.boxes) {
+    if (apart == nullptr) of_flattened.grow(box);
+  }
+  set_exact_bounds(of_flattened, is_comparable ? known : nullptr, changed, index);
+  index.flat = std::make_shared<const FlatPart<W>>(std::move(flattened.part));
   return index;
 }
 
@@ -172,13 +243,9 @@ template Result<Placement<8>> place_instances<8>(const Scene&, Instancing, const
                                                  const BuildControl&);
 template Result<Placement<16>> place_instances<16>(const Scene&, Instancing,
                                                    const KnownInstances<16>&, const BuildControl&);
-template Result<InstancedBvh<8>> index_instances<8>(Placement<8>, std::span<const Bounds3f>,
-                                                    std::span<const float>,
-                                                    std::span<const std::uint32_t>,
-                                                    const BuildControl&);
-template Result<InstancedBvh<16>> index_instances<16>(Placement<16>, std::span<const Bounds3f>,
-                                                      std::span<const float>,
-                                                      std::span<const std::uint32_t>,
-                                                      const BuildControl&);
+template Result<InstancedBvh<8>> index_instances<8>(Placement<8>, Flattened<8>,
+                                                    const InstancedBvh<8>*, const BuildControl&);
+template Result<InstancedBvh<16>> index_instances<16>(Placement<16>, Flattened<16>,
+                                                      const InstancedBvh<16>*, const BuildControl&);
 
 }  // namespace tessera::core

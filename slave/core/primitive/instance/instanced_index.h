@@ -15,7 +15,9 @@
 
 #include "common/base/status.h"
 #include "common/scene/scene.h"
+#include "slave/core/primitive/instance/flat_part.h"
 #include "slave/core/primitive/instance/mesh_index.h"
+#include "slave/core/primitive/instance/mesh_sharing.h"
 #include "slave/core/primitive/instancing.h"
 #include "slave/core/primitive/primitive_index.h"
 
@@ -25,10 +27,12 @@ namespace tessera::core {
 template <int W>
 struct Placement {
   std::vector<std::shared_ptr<const MeshIndex<W>>> meshes;  // [mesh_count], null: flattened
+  std::vector<bool> is_moving;                              // [mesh_count]
   std::vector<std::uint8_t> is_placed;                      // [instance_count]
   std::vector<InstanceBlock> instances;                     // the placed ones, in order
   std::vector<Bounds3f> boxes;                              // of the placed ones, world space
   std::uint64_t degenerate_count = 0;                       // triangles of the placed ones
+  std::uint64_t built_primitives = 0;                       // triangles of meshes built for it
 
   bool is_empty() const { return instances.empty(); }
 };
@@ -37,24 +41,28 @@ struct Placement {
 // there and not built.
 template <int W>
 struct KnownInstances {
-  std::span<const std::shared_ptr<const Mesh>> meshes;
-  std::span<const Instance> instances;
-  const InstancedBvh<W>* index = nullptr;  // null: nothing is known
+  KnownScene scene;
+  const InstancedBvh<W>* index = nullptr;  // null: all of it is flattened, or there is none
 };
 
-// Meshes with surfaces that shed light are flattened: each of their triangles is a lamp of its own.
 // Returns: kCancelled; kResourceExhausted.
 template <int W>
 Result<Placement<W>> place_instances(const Scene& scene, Instancing instancing,
                                      const KnownInstances<W>& known, const BuildControl& control);
 
-// Shape: boxes [flattened triangle], vertices [flattened triangle][3][3], numbers [flattened
-// triangle]: the triangles' numbers over the flattened scene. Returns: kCancelled;
-// kResourceExhausted.
+// What is flattened beside the instances. Shape: boxes [triangle], vertices [triangle][3][3]; unused
+// where the part has a structure of its own.
 template <int W>
-Result<InstancedBvh<W>> index_instances(Placement<W> placement, std::span<const Bounds3f> boxes,
-                                        std::span<const float> vertices,
-                                        std::span<const std::uint32_t> numbers,
-                                        const BuildControl& control);
+struct Flattened {
+  FlatPart<W> part;
+  std::span<const Bounds3f> boxes;
+  std::span<const float> vertices;
+};
+
+// The hierarchy over the instances of another version is taken where few of them have moved since
+// it was built; those are moved in it. Returns: kCancelled; kResourceExhausted.
+template <int W>
+Result<InstancedBvh<W>> index_instances(Placement<W> placement, Flattened<W> flattened,
+                                        const InstancedBvh<W>* known, const BuildControl& control);
 
 }  // namespace tessera::core

@@ -14,13 +14,28 @@ MeshShape<W> MeshIndex<W>::shape() const {
 }
 
 template <int W>
+MeshIndex<W> mesh_index_of(IndexedBvh<W> bvh) {
+  MeshIndex<W> index;
+  index.bvh = std::move(bvh);
+  index.bvh.triangles.shrink_to_fit();
+  if (index.bvh.structure.nodes.empty()) return index;
+  const BvhNode<W>& root = index.bvh.structure.nodes[0];
+  for (int i = 0; i < W; ++i) {
+    if (root.child[i] == kBvhNoChild) continue;
+    index.parts.push_back({{root.lower[0][i], root.lower[1][i], root.lower[2][i]},
+                           {root.upper[0][i], root.upper[1][i], root.upper[2][i]}});
+  }
+  return index;
+}
+
+template <int W>
 Result<std::shared_ptr<const MeshIndex<W>>> index_mesh(const Mesh& mesh,
                                                        const BuildControl& control) {
   std::vector<float> vertices;
   std::vector<Bounds3f> boxes;
   vertices.reserve(mesh.triangles.size() * 9);
   boxes.reserve(mesh.triangles.size());
-  auto index = std::make_shared<MeshIndex<W>>();
+  std::uint64_t degenerate_count = 0;
   for (const auto& triangle : mesh.triangles) {
     Vec3f p[3];
     Bounds3f box;
@@ -29,26 +44,20 @@ Result<std::shared_ptr<const MeshIndex<W>>> index_mesh(const Mesh& mesh,
       vertices.insert(vertices.end(), {p[k].x, p[k].y, p[k].z});
       box.grow(p[k]);
     }
-    if (is_degenerate(p[0], p[1], p[2])) ++index->degenerate_count;
+    if (is_degenerate(p[0], p[1], p[2])) ++degenerate_count;
     boxes.push_back(p[0] == p[1] || p[1] == p[2] || p[2] == p[0] ? Bounds3f{} : box);
   }
   Result<IndexedBvh<W>> bvh = index_by_bvh<W>(boxes, vertices, control);
   if (!bvh.is_ok()) return bvh.status();
-  index->bvh = std::move(*bvh);
-  index->bvh.triangles.shrink_to_fit();
-  if (!index->bvh.structure.nodes.empty()) {
-    const BvhNode<W>& root = index->bvh.structure.nodes[0];
-    for (int i = 0; i < W; ++i) {
-      if (root.child[i] == kBvhNoChild) continue;
-      index->parts.push_back({{root.lower[0][i], root.lower[1][i], root.lower[2][i]},
-                              {root.upper[0][i], root.upper[1][i], root.upper[2][i]}});
-    }
-  }
+  auto index = std::make_shared<MeshIndex<W>>(mesh_index_of<W>(std::move(*bvh)));
+  index->degenerate_count = degenerate_count;
   return std::shared_ptr<const MeshIndex<W>>(std::move(index));
 }
 
 template struct MeshIndex<8>;
 template struct MeshIndex<16>;
+template MeshIndex<8> mesh_index_of<8>(IndexedBvh<8>);
+template MeshIndex<16> mesh_index_of<16>(IndexedBvh<16>);
 template Result<std::shared_ptr<const MeshIndex<8>>> index_mesh<8>(const Mesh&,
                                                                    const BuildControl&);
 template Result<std::shared_ptr<const MeshIndex<16>>> index_mesh<16>(const Mesh&,

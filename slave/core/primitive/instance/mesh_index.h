@@ -25,6 +25,10 @@ struct MeshIndex {
   MeshShape<W> shape() const;
 };
 
+// The index of a hierarchy that has been built; degenerate_count is left to the caller.
+template <int W>
+MeshIndex<W> mesh_index_of(IndexedBvh<W> bvh);
+
 // Returns: kCancelled; kResourceExhausted when indices or memory run out.
 template <int W>
 Result<std::shared_ptr<const MeshIndex<W>>> index_mesh(const Mesh& mesh,

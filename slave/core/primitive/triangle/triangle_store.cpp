@@ -2,32 +2,40 @@
 #include "slave/core/primitive/triangle/triangle_store.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "slave/core/primitive/triangle/exact_hit_abi.h"
 
 namespace tessera::core {
 namespace {
 
-void append_mesh(const Mesh& mesh, const Transform& to_world, TriangleStore& store,
-                 std::vector<Bounds3f>& boxes) {
+void append_mesh(const Mesh& mesh, const Transform& to_world, std::vector<float>& vertices) {
   const bool is_identity = to_world.is_identity();  // keeps -0.0 and needs no arithmetic
   for (const auto& triangle : mesh.triangles) {
-    Vec3f p[3];
-    Bounds3f box;
-    bool is_finite_all = true;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3f local = mesh.positions[triangle[k]];
-      p[k] = is_identity ? local : to_world.point(local);
-      is_finite_all = is_finite_all && is_finite(p[k]);
-      box.grow(p[k]);
-      store.vertices.insert(store.vertices.end(), {p[k].x, p[k].y, p[k].z});
+    for (const std::uint32_t corner : triangle) {
+      const Vec3f local = mesh.positions[corner];
+      const Vec3f p = is_identity ? local : to_world.point(local);
+      vertices.insert(vertices.end(), {p.x, p.y, p.z});
     }
-    if (!is_finite_all || is_degenerate(p[0], p[1], p[2])) {
-      box = Bounds3f{};
-      ++store.degenerate_count;
-    }
-    boxes.push_back(box);
   }
+}
+
+// Returns: a store without corners.
+TriangleStore numbered_store(const TriangleSource& source) {
+  TriangleStore store;
+  store.meshes = source.meshes;
+  store.instances = source.instances;
+  std::uint64_t count = 0, stored = 0;
+  for (std::size_t i = 0; i < source.instances.size(); ++i) {
+    const std::uint64_t own = source.meshes[source.instances[i].mesh]->triangles.size();
+    store.instance_first.push_back(count);
+    if (!source.is_placed.empty())
+      store.stored_first.push_back(source.is_stored(i) ? stored : TriangleStore::kNotStored);
+    count += own;
+    if (source.is_stored(i)) stored += own;
+  }
+  store.instance_first.push_back(count);
+  return store;
 }
 
 }  // namespace
@@ -59,29 +67,47 @@ Vec3f TriangleStore::vertex_of(std::uint32_t instance, std::uint64_t triangle, i
   return placed.object_to_world.is_identity() ? at : placed.object_to_world.point(at);
 }
 
-TriangleStore make_triangle_store(const TriangleSource& source, std::vector<Bounds3f>& boxes) {
-  TriangleStore store;
-  store.meshes = source.meshes;
-  store.instances = source.instances;
-  const bool is_flat = source.is_placed.empty();
-  const auto is_stored = [&](std::size_t i) { return is_flat || source.is_placed[i] == 0; };
-  std::uint64_t count = 0, stored = 0;
-  for (std::size_t i = 0; i < source.instances.size(); ++i) {
-    const std::uint64_t own = source.meshes[source.instances[i].mesh]->triangles.size();
-    store.instance_first.push_back(count);
-    if (!is_flat) store.stored_first.push_back(is_stored(i) ? stored : TriangleStore::kNotStored);
-    count += own;
-    if (is_stored(i)) stored += own;
+std::vector<Bounds3f> boxes_of(std::span<const float> vertices) {
+  std::vector<Bounds3f> boxes;
+  boxes.reserve(vertices.size() / 9);
+  for (std::size_t at = 0; at < vertices.size(); at += 9) {
+    const float* const p = vertices.data() + at;
+    const Vec3f a{p[0], p[1], p[2]}, b{p[3], p[4], p[5]}, c{p[6], p[7], p[8]};
+    Bounds3f box;
+    if (is_finite(a) && is_finite(b) && is_finite(c) && !is_degenerate(a, b, c)) {
+      box.grow(a);
+      box.grow(b);
+      box.grow(c);
+    }
+    boxes.push_back(box);
   }
-  store.instance_first.push_back(count);
-  store.vertices.reserve(stored * 9);
-  boxes.clear();
-  boxes.reserve(stored);
+  return boxes;
+}
+
+TriangleStore make_triangle_store(const TriangleSource& source, std::vector<Bounds3f>& boxes) {
+  TriangleStore store = numbered_store(source);
+  std::vector<float> vertices;
+  std::uint64_t stored = 0;
+  for (std::size_t i = 0; i < source.instances.size(); ++i) {
+    if (source.is_stored(i)) stored += store.instance_first[i + 1] - store.instance_first[i];
+  }
+  vertices.reserve(stored * 9);
   for (std::size_t i = 0; i < source.instances.size(); ++i) {
     const Instance& instance = source.instances[i];
-    if (is_stored(i))
-      append_mesh(*source.meshes[instance.mesh], instance.object_to_world, store, boxes);
+    if (source.is_stored(i))
+      append_mesh(*source.meshes[instance.mesh], instance.object_to_world, vertices);
   }
+  boxes = boxes_of(vertices);
+  store.keep(std::move(vertices));
+  store.degenerate_count = static_cast<std::uint64_t>(std::count_if(
+      boxes.begin(), boxes.end(), [](const Bounds3f& box) { return box.is_empty(); }));
+  return store;
+}
+
+TriangleStore make_triangle_store(const TriangleSource& source, const TriangleStore& known) {
+  TriangleStore store = numbered_store(source);
+  store.kept = known.kept;
+  store.vertices = *store.kept;
   return store;
 }
 

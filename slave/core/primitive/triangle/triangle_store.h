@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/math/bounds3.h"
@@ -24,7 +25,8 @@ bool is_degenerate(Vec3f a, Vec3f b, Vec3f c);
 
 struct TriangleStore {
   // [flattened triangle][3 vertices][x, y, z], world units
-  std::vector<float> vertices;
+  std::span<const float> vertices;
+  std::shared_ptr<const std::vector<float>> kept;  // `vertices`; versions of a scene share them
   // [instance_count + 1] number of the first triangle of each
   std::vector<std::uint64_t> instance_first;
   // [instance_count] where the triangles of each instance begin in `vertices`, or kNotStored. Empty
@@ -37,6 +39,10 @@ struct TriangleStore {
 
   static constexpr std::uint64_t kNotStored = ~std::uint64_t{0};
 
+  void keep(std::vector<float> corners) {
+    kept = std::make_shared<const std::vector<float>>(std::move(corners));
+    vertices = *kept;
+  }
   bool is_flat() const { return stored_first.empty(); }
   std::uint64_t triangle_count() const { return instance_first.back(); }
   Vec3f vertex(std::uint64_t triangle, int corner) const {
@@ -83,12 +89,22 @@ struct TriangleSource {
   std::span<const Instance> instances;
   // [instance_count]: 1 where an instance is not flattened, or empty where all are.
   std::span<const std::uint8_t> is_placed;
+
+  bool is_stored(std::size_t instance) const {
+    return is_placed.empty() || is_placed[instance] == 0;
+  }
 };
 
-// Shape: boxes becomes [flattened triangle]; a triangle without area, or one that a transform sends
-// beyond float32, gets an empty box: it keeps its number and stays out of the tree. Requires:
-// meshes and instances stay where they are, if any are placed.
+// Shape: vertices [triangle][3][3]. Returns: a box for each; a triangle without area, or one that a
+// transform sends beyond float32, gets an empty box: it keeps its number and stays out of the tree.
+std::vector<Bounds3f> boxes_of(std::span<const float> vertices);
+
+// Shape: boxes becomes boxes_of() the flattened triangles. Requires: meshes and instances stay where
+// they are, if any are placed.
 TriangleStore make_triangle_store(const TriangleSource& source, std::vector<Bounds3f>& boxes);
+// Takes corners from the store of another version whose flattened instances are the same; the caller
+// counts those without area.
+TriangleStore make_triangle_store(const TriangleSource& source, const TriangleStore& known);
 TriangleStore make_triangle_store(const Scene& scene, std::vector<Bounds3f>& boxes);
 
 }  // namespace tessera::core

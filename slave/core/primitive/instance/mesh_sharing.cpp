@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "slave/core/primitive/instance/mesh_sharing.h"
+
+#include <algorithm>
+#include <unordered_set>
+
+namespace tessera::core {
+namespace {
+
+using MeshSet = std::unordered_set<const Mesh*>;
+
+MeshSet set_of(std::span<const std::shared_ptr<const Mesh>> meshes) {
+  MeshSet set;
+  for (const auto& mesh : meshes) set.insert(mesh.get());
+  return set;
+}
+
+bool is_lamp(const Mesh& mesh, const Scene& scene) {
+  return std::any_of(mesh.materials.begin(), mesh.materials.end(), [&](std::uint32_t material) {
+    return scene.materials[material].emission != Vec3f{};
+  });
+}
+
+}  // namespace
+
+bool keeps_most_of(const Scene& scene, const KnownScene& known) {
+  const MeshSet others = set_of(known.meshes);
+  std::uint64_t kept = 0, fresh = 0;
+  for (const auto& mesh : scene.meshes)
+    (others.contains(mesh.get()) ? kept : fresh) += mesh->triangles.size();
+  return kept > 0 && kept >= fresh;
+}
+
+std::vector<bool> moving_meshes(const Scene& scene, const KnownScene& known) {
+  std::vector<bool> is_moving(scene.meshes.size(), false);
+  if (!keeps_most_of(scene, known)) return is_moving;
+  MeshSet moved;
+  for (std::size_t m = 0; m < known.is_moving.size(); ++m) {
+    if (known.is_moving[m]) moved.insert(known.meshes[m].get());
+  }
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m)
+    is_moving[m] = moved.contains(scene.meshes[m].get());
+  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    const Instance* const other = i < known.instances.size() ? &known.instances[i] : nullptr;
+    const bool is_same = other != nullptr &&
+                         known.meshes[other->mesh] == scene.meshes[instance.mesh] &&
+                         other->object_to_world == instance.object_to_world;
+    if (!is_same) is_moving[instance.mesh] = true;
+  }
+  return is_moving;
+}
+
+std::vector<bool> shared_meshes(const Scene& scene, Instancing instancing,
+                                const std::vector<bool>& is_moving) {
+  std::vector<bool> is_shared(scene.meshes.size(), false);
+  if (instancing == Instancing::kNever) return is_shared;
+  std::vector<std::uint64_t> count(scene.meshes.size(), 0);
+  for (const Instance& instance : scene.instances) ++count[instance.mesh];
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    const std::uint64_t triangles = scene.meshes[m]->triangles.size();
+    if (count[m] == 0 || triangles == 0) continue;
+    const bool pays = (count[m] - 1) * triangles >= kSharedTrianglesMin || is_moving[m];
+    if (!pays && instancing != Instancing::kAlways) continue;
+    is_shared[m] = !is_lamp(*scene.meshes[m], scene);
+  }
+  return is_shared;
+}
+
+}  // namespace tessera::core
