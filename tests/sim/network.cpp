@@ -29,6 +29,13 @@ int Network::add_node(const LinkModel& link) {
   return static_cast<int>(nodes_.size()) - 1;
 }
 
+int Network::node_of(const std::string& host) const {
+  for (int node = 0; node < static_cast<int>(nodes_.size()); ++node) {
+    if (host_of(node) == host) return node;
+  }
+  return -1;
+}
+
 Duration Network::travel(int from, int to) {
   const LinkModel& a = nodes_[static_cast<std::size_t>(from)].link;
   const LinkModel& b = nodes_[static_cast<std::size_t>(to)].link;

@@ -51,6 +51,11 @@ class Network {
   NetworkEvents events;
 
   int add_node(const LinkModel& link);
+  // Address of a machine, and the machine that has an address (-1: none).
+  static std::string host_of(int node) {
+    return "10.0." + std::to_string(node / 256) + "." + std::to_string(node % 256);
+  }
+  int node_of(const std::string& host) const;
   LinkModel& link(int node) { return nodes_[static_cast<std::size_t>(node)].link; }
 
   // `process` accepts connections to its machine until it ends; one listener for each machine.

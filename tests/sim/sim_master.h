@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "master/frame_loop/frame_loop.h"
+#include "tests/sim/door.h"
 #include "tests/sim/network.h"
 
 namespace tessera::sim {
@@ -28,8 +29,6 @@ class SimMaster {
   master::FrameLoop& loop() { return *loop_; }
 
  private:
-  class Door;
-
   EventQueue& queue_;
   Network& network_;
   const int node_;
