@@ -72,7 +72,7 @@ void RelayFeeder::on_record(ChildNumber number, net::ReceivedRecord record,
 std::string RelayFeeder::on_need(Child& child, const wire::SceneChunkNeed& need) {
   // A child that asks for a version is done with those before.
   child.wanted.erase(child.wanted.begin(), child.wanted.lower_bound({need.version, 0}));
-  std::erase_if(child.ready, [&](const Place& p) { return p.version < need.version; });
+  child.ready.erase(child.ready.begin(), child.ready.lower_bound({need.version, 0, 0}));
   if (child.wanted.size() >= kNeedsMax) return "it asks for too much at once";
   std::vector<bool> later(need.chunks.size());
   bool is_any_later = false;
@@ -81,7 +81,7 @@ std::string RelayFeeder::on_need(Child& child, const wire::SceneChunkNeed& need)
     net::SharedBytes bytes;
     switch (receiver_.find(need.version, need.block, i, bytes)) {
       case wire::SceneReceiver::Holding::kHere:
-        child.ready.push_back({need.version, need.block, i});
+        child.ready.insert({need.version, need.block, i});
         break;
       case wire::SceneReceiver::Holding::kNotYet:
         later[i] = is_any_later = true;
@@ -101,15 +101,15 @@ void RelayFeeder::on_arrived(const wire::SceneReceiver::Arrival& arrival) {
     if (wanted == child.wanted.end() || arrival.chunk >= wanted->second.size()) continue;
     if (!wanted->second[arrival.chunk]) continue;
     wanted->second[arrival.chunk] = false;
-    child.ready.push_back({arrival.version, arrival.block, arrival.chunk});
+    child.ready.insert({arrival.version, arrival.block, arrival.chunk});
     pump(child);
   }
 }
 
 void RelayFeeder::pump(Child& child) {
   while (!child.ready.empty() && child.connection->queue_bytes() <= net::kSendQueueLowBytes) {
-    const Place place = child.ready.front();
-    child.ready.pop_front();
+    const Place place = *child.ready.begin();
+    child.ready.erase(child.ready.begin());
     net::SharedBytes bytes;
     // A chunk that was given up meanwhile is not sent: the master will see that the child gets no
     // further.

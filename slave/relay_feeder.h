@@ -8,15 +8,17 @@
 // Invariants. (1) A child that has not said the token is listened to for nothing else; the listener
 // ends it after kHandshakeMs. (2) Only chunks of versions that our master announced leave, and only
 // checked ones. (3) At most kChildrenMax children, the oldest goes; what is queued for each is
-// bounded by its connection's low mark and a chunk. (4) Callbacks of connections know their child
-// by number and look it up: who is gone is not found.
+// bounded by its connection's low mark and a chunk, and what waits behind that by the chunks that
+// are here, however often they are asked for. (4) Callbacks of connections know their child by
+// number and look it up: who is gone is not found.
 #pragma once
 
+#include <compare>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,13 +52,14 @@ class RelayFeeder {
   struct Place {
     SceneVersion version = 0;
     std::uint32_t block = 0, chunk = 0;
+    auto operator<=>(const Place&) const = default;
   };
   struct Child {
     net::ConnectionPtr connection;
     bool has_joined = false;
     wire::ByteCodingMask codings = wire::kByteCodingsNone;
     std::map<std::pair<SceneVersion, std::uint32_t>, std::vector<bool>> wanted;  // not yet here
-    std::deque<Place> ready;
+    std::set<Place> ready;
     wire::LinkRate rate;
     wire::CodecChooser chooser;
   };

@@ -346,5 +346,27 @@ TEST_F(RelayTest, WhatIsQueuedForAChildIsBounded) {
   EXPECT_TRUE(lower->complete_at);
 }
 
+// A child that asks for the same chunks again and again and does not read gets each at most once
+// more than what was queued when it stopped; its feeder remembers what, and not how often.
+TEST_F(RelayTest, WhatIsAskedForAgainWaitsOnce) {
+  constexpr std::uint32_t kMany = 40;
+  block_ = noise(kMany);
+  const auto upper = slave("upper", {0, 0, 5ms, 0ms});
+  give_all(*upper);
+  RelayStranger stranger(queue_, network_);
+  stranger.call(upper->node());
+  stranger.say(wire::RelayJoin{RelaySlave::kToken, wire::kByteCodingsNone});
+  for (int i = 0; i < 20; ++i) stranger.say(need_of(kVersion, kMany));
+  run_for(12ms);  // two delays to connect; what it says is on its way
+  stranger.process().set_hung(true);
+  run_for(10s);
+  const std::uint32_t queued = chunks_sent_["upper"];
+  EXPECT_LT(queued, kMany);
+  stranger.process().set_hung(false);
+  settle();
+  EXPECT_GE(stranger.heard.size(), kMany);
+  EXPECT_LE(stranger.heard.size(), queued + kMany);
+}
+
 }  // namespace
 }  // namespace tessera::slave
