@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/wire/codec.h"
+#include "tests/sim/faults.h"
 #include "tests/sim/oracle.h"
 
 namespace tessera::sim {
@@ -26,11 +27,6 @@ class Storm {
  private:
   void build_slaves();
   void plan_fault(const Fault& fault);
-  void begin(const Fault& fault);
-  void end(const Fault& fault);
-  void begin_slave_fault(const Fault& fault);
-  void end_slave_fault(const Fault& fault);
-  void begin_other_fault(const Fault& fault);
   void calm();  // everything heals
   void supervise();
   bool is_finished();
@@ -45,6 +41,7 @@ class Storm {
   std::vector<std::unique_ptr<SimSlave>> slaves_;
   std::unique_ptr<SimApp> app_;
   std::unique_ptr<Oracle> oracle_;
+  std::unique_ptr<Faults> faults_;
   double calm_at_ = 0;
   bool is_calm_ = false;
   double idle_since_ = -1;
@@ -83,6 +80,8 @@ Storm::Storm(const StormPlan& plan, bool has_trace)
                                   mix(plan.seed + 2), std::move(events));
   oracle_ =
       std::make_unique<Oracle>(plan_, Oracle::World{queue_, network_, *master_, *app_, slaves_});
+  faults_ =
+      std::make_unique<Faults>(plan_, Faults::World{network_, *master_, *app_, slaves_, *oracle_});
   network_.events.on_sent = [this](const Process& from, int to, const net::Record& record) {
     oracle_->on_sent(from, record);
     if (has_trace_) trace_record(from, to, record);
@@ -150,133 +149,15 @@ void Storm::trace_record(const Process& from, int to_node, const net::Record& re
 }
 
 void Storm::plan_fault(const Fault& fault) {
-  queue_.after(from_seconds(fault.at), [this, &fault] { begin(fault); });
-  queue_.after(from_seconds(fault.at + fault.duration), [this, &fault] { end(fault); });
+  queue_.after(from_seconds(fault.at), [this, &fault] {
+    trace(std::string("FAULT ") + fault_name(fault.kind) + " s" + std::to_string(fault.slave));
+    faults_->begin(fault);
+  });
+  queue_.after(from_seconds(fault.at + fault.duration), [this, &fault] {
+    trace(std::string("over: ") + fault_name(fault.kind) + " s" + std::to_string(fault.slave));
+    faults_->end(fault);
+  });
   calm_at_ = std::max(calm_at_, fault.at + fault.duration + 0.001);
-}
-
-void Storm::begin(const Fault& fault) {
-  trace(std::string("FAULT ") + fault_name(fault.kind) + " s" + std::to_string(fault.slave));
-  const double until = fault.at + fault.duration + oracle_->bound_of_return();
-  if (fault.kind >= FaultKind::kMasterCrash) {
-    if (fault.kind != FaultKind::kAppCancels) oracle_->trouble_all(until);
-    return begin_other_fault(fault);
-  }
-  oracle_->trouble_slave(static_cast<std::size_t>(fault.slave), until);
-  begin_slave_fault(fault);
-}
-
-void Storm::begin_slave_fault(const Fault& fault) {
-  const auto index = static_cast<std::size_t>(fault.slave);
-  SimSlave& slave = *slaves_[index];
-  const int node = slave.node(), master = master_->node();
-  switch (fault.kind) {
-    case FaultKind::kKill:
-    case FaultKind::kPowerLoss:
-      if (slave.is_running()) oracle_->set_gone(index, true);
-      slave.kill(fault.kind == FaultKind::kPowerLoss);
-      break;
-    case FaultKind::kHang:
-      slave.set_hung(true);
-      if (slave.is_running()) oracle_->set_gone(index, true);
-      break;
-    case FaultKind::kCutFrom:
-      network_.cut(node, master);
-      oracle_->set_gone(index, true);
-      break;
-    case FaultKind::kCutTo:
-      network_.cut(master, node);
-      break;
-    case FaultKind::kCutBoth:
-      network_.cut(node, master);
-      network_.cut(master, node);
-      oracle_->set_gone(index, true);
-      break;
-    case FaultKind::kStallOne:
-      if (fault.variant / 2 == 0) {
-        network_.stall(node, master, static_cast<std::size_t>(fault.variant % 2), true);
-      } else {
-        network_.stall(master, node, static_cast<std::size_t>(fault.variant % 2), true);
-      }
-      break;
-    case FaultKind::kReset:
-      network_.reset(node, master, static_cast<std::size_t>(fault.variant % 2));
-      break;
-    case FaultKind::kDelay:
-      network_.link(node).delay += std::chrono::milliseconds(50);
-      network_.link(node).jitter += std::chrono::milliseconds(20);
-      break;
-    case FaultKind::kSlowLink:
-      network_.link(node).up_bytes_per_s = network_.link(node).down_bytes_per_s = 125e3;
-      break;
-    case FaultKind::kLeave:
-      slave.leave();
-      break;
-    default:
-      break;
-  }
-}
-
-void Storm::begin_other_fault(const Fault& fault) {
-  switch (fault.kind) {
-    case FaultKind::kMasterCrash:
-      master_->kill(fault.variant == 0);
-      break;
-    case FaultKind::kMasterHang:
-      master_->set_hung(true);
-      break;
-    case FaultKind::kAppCrash:
-      app_->kill(fault.variant == 0);
-      break;
-    case FaultKind::kAppHang:
-      app_->set_hung(true);
-      break;
-    case FaultKind::kAppCancels:
-      app_->cancel();
-      break;
-    default:
-      break;
-  }
-}
-
-void Storm::end(const Fault& fault) {
-  trace(std::string("over: ") + fault_name(fault.kind) + " s" + std::to_string(fault.slave));
-  switch (fault.kind) {
-    case FaultKind::kMasterCrash:
-      if (!master_->is_running()) {
-        master_->start();
-        oracle_->on_master_started();
-      }
-      return;
-    case FaultKind::kMasterHang:
-      return master_->set_hung(false);
-    case FaultKind::kAppCrash:
-      return app_->start();
-    case FaultKind::kAppHang:
-      return app_->set_hung(false);
-    case FaultKind::kAppCancels:
-      return;
-    default:
-      return end_slave_fault(fault);
-  }
-}
-
-void Storm::end_slave_fault(const Fault& fault) {
-  const auto index = static_cast<std::size_t>(fault.slave);
-  SimSlave& slave = *slaves_[index];
-  const int node = slave.node(), master = master_->node();
-  oracle_->set_gone(index, false);
-  slave.set_hung(false);
-  network_.heal(node, master);
-  network_.heal(master, node);
-  if (fault.kind == FaultKind::kStallOne) {
-    for (const std::size_t which : {std::size_t{0}, std::size_t{1}}) {
-      network_.stall(node, master, which, false);
-      network_.stall(master, node, which, false);
-    }
-  }
-  network_.link(node) = plan_.slaves[index].link;
-  if (!slave.is_running()) slave.start();
 }
 
 // Ends all faults that last; from now on nothing has an excuse for long.

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/sim/faults.h"
+
+namespace tessera::sim {
+
+void Faults::begin(const Fault& fault) {
+  const double until = fault.at + fault.duration + world_.oracle.bound_of_return();
+  if (fault.kind >= FaultKind::kMasterCrash) {
+    if (fault.kind != FaultKind::kAppCancels) world_.oracle.trouble_all(until);
+    return begin_other_fault(fault);
+  }
+  world_.oracle.trouble_slave(static_cast<std::size_t>(fault.slave), until);
+  begin_slave_fault(fault);
+}
+
+void Faults::begin_slave_fault(const Fault& fault) {
+  const auto index = static_cast<std::size_t>(fault.slave);
+  SimSlave& slave = *world_.slaves[index];
+  const int node = slave.node(), master = world_.master.node();
+  switch (fault.kind) {
+    case FaultKind::kKill:
+    case FaultKind::kPowerLoss:
+      if (slave.is_running()) world_.oracle.set_gone(index, true);
+      slave.kill(fault.kind == FaultKind::kPowerLoss);
+      break;
+    case FaultKind::kHang:
+      slave.set_hung(true);
+      if (slave.is_running()) world_.oracle.set_gone(index, true);
+      break;
+    case FaultKind::kCutFrom:
+      world_.network.cut(node, master);
+      world_.oracle.set_gone(index, true);
+      break;
+    case FaultKind::kCutTo:
+      world_.network.cut(master, node);
+      break;
+    case FaultKind::kCutBoth:
+      world_.network.cut(node, master);
+      world_.network.cut(master, node);
+      world_.oracle.set_gone(index, true);
+      break;
+    case FaultKind::kStallOne:
+      if (fault.variant / 2 == 0) {
+        world_.network.stall(node, master, static_cast<std::size_t>(fault.variant % 2), true);
+      } else {
+        world_.network.stall(master, node, static_cast<std::size_t>(fault.variant % 2), true);
+      }
+      break;
+    case FaultKind::kReset:
+      world_.network.reset(node, master, static_cast<std::size_t>(fault.variant % 2));
+      break;
+    case FaultKind::kDelay:
+      world_.network.link(node).delay += std::chrono::milliseconds(50);
+      world_.network.link(node).jitter += std::chrono::milliseconds(20);
+      break;
+    case FaultKind::kSlowLink:
+      world_.network.link(node).up_bytes_per_s = world_.network.link(node).down_bytes_per_s = 125e3;
+      break;
+    case FaultKind::kLeave:
+      slave.leave();
+      break;
+    default:
+      break;
+  }
+}
+
+void Faults::begin_other_fault(const Fault& fault) {
+  switch (fault.kind) {
+    case FaultKind::kMasterCrash:
+      world_.master.kill(fault.variant == 0);
+      break;
+    case FaultKind::kMasterHang:
+      world_.master.set_hung(true);
+      break;
+    case FaultKind::kAppCrash:
+      world_.app.kill(fault.variant == 0);
+      break;
+    case FaultKind::kAppHang:
+      world_.app.set_hung(true);
+      break;
+    case FaultKind::kAppCancels:
+      world_.app.cancel();
+      break;
+    default:
+      break;
+  }
+}
+
+void Faults::end(const Fault& fault) {
+  switch (fault.kind) {
+    case FaultKind::kMasterCrash:
+      if (!world_.master.is_running()) {
+        world_.master.start();
+        world_.oracle.on_master_started();
+      }
+      return;
+    case FaultKind::kMasterHang:
+      return world_.master.set_hung(false);
+    case FaultKind::kAppCrash:
+      return world_.app.start();
+    case FaultKind::kAppHang:
+      return world_.app.set_hung(false);
+    case FaultKind::kAppCancels:
+      return;
+    default:
+      return end_slave_fault(fault);
+  }
+}
+
+void Faults::end_slave_fault(const Fault& fault) {
+  const auto index = static_cast<std::size_t>(fault.slave);
+  SimSlave& slave = *world_.slaves[index];
+  const int node = slave.node(), master = world_.master.node();
+  world_.oracle.set_gone(index, false);
+  slave.set_hung(false);
+  world_.network.heal(node, master);
+  world_.network.heal(master, node);
+  if (fault.kind == FaultKind::kStallOne) {
+    for (const std::size_t which : {std::size_t{0}, std::size_t{1}}) {
+      world_.network.stall(node, master, which, false);
+      world_.network.stall(master, node, which, false);
+    }
+  }
+  world_.network.link(node) = plan_.slaves[index].link;
+  if (!slave.is_running()) slave.start();
+}
+
+}  // namespace tessera::sim
