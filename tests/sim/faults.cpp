@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/sim/faults.h"
 
+#include <vector>
+
 namespace tessera::sim {
 
 void Faults::begin(const Fault& fault) {
   const double until = fault.at + fault.duration + world_.oracle.bound_of_return();
+  if (fault.kind >= FaultKind::kRelayCut) return begin_relay_fault(fault);
   if (fault.kind >= FaultKind::kMasterCrash) {
     if (fault.kind != FaultKind::kAppCancels) world_.oracle.trouble_all(until);
     return begin_other_fault(fault);
@@ -86,7 +89,66 @@ void Faults::begin_other_fault(const Fault& fault) {
   }
 }
 
+// What happens between slaves is no excuse for anybody: the master has all chunks, too.
+void Faults::begin_relay_fault(const Fault& fault) {
+  SimSlave& slave = *world_.slaves[static_cast<std::size_t>(fault.slave)];
+  const int node = slave.node(), other = peer_of(fault);
+  switch (fault.kind) {
+    case FaultKind::kRelayCut:
+      world_.network.cut(node, other);
+      world_.network.cut(other, node);
+      break;
+    case FaultKind::kRelayStall:
+      stall_all(other, node, true);
+      break;
+    case FaultKind::kRelayReset:
+      for (std::size_t i = world_.network.connections_between(node, other); i > 0; --i) {
+        world_.network.reset(node, other, i - 1);
+      }
+      break;
+    case FaultKind::kRelayAlters:
+      slave.set_altering(true);
+      world_.oracle.scenes().on_altering(static_cast<std::size_t>(fault.slave));
+      break;
+    default:
+      break;
+  }
+}
+
+void Faults::end_relay_fault(const Fault& fault) {
+  SimSlave& slave = *world_.slaves[static_cast<std::size_t>(fault.slave)];
+  const int node = slave.node(), other = peer_of(fault);
+  world_.network.heal(node, other);
+  world_.network.heal(other, node);
+  stall_all(other, node, false);
+  slave.set_altering(false);
+}
+
+// Machine of the other slave that a fault between two meets: one that the slave has a connection
+// with, where it has any when the fault begins.
+int Faults::peer_of(const Fault& fault) {
+  const auto [entry, is_new] = peers_.try_emplace(&fault, -1);
+  if (!is_new) return entry->second;
+  const int node = world_.slaves[static_cast<std::size_t>(fault.slave)]->node();
+  std::vector<int> linked, all;
+  for (const auto& other : world_.slaves) {
+    if (other->node() == node) continue;
+    all.push_back(other->node());
+    if (world_.network.connections_between(node, other->node()) > 0) linked.push_back(all.back());
+  }
+  const std::vector<int>& choice = linked.empty() ? all : linked;
+  entry->second = choice[static_cast<std::size_t>(fault.variant) % choice.size()];
+  return entry->second;
+}
+
+void Faults::stall_all(int from, int to, bool is_stalled) {
+  for (std::size_t i = 0; i < world_.network.connections_between(from, to); ++i) {
+    world_.network.stall(from, to, i, is_stalled);
+  }
+}
+
 void Faults::end(const Fault& fault) {
+  if (fault.kind >= FaultKind::kRelayCut) return end_relay_fault(fault);
   switch (fault.kind) {
     case FaultKind::kMasterCrash:
       if (!world_.master.is_running()) {

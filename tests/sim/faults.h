@@ -5,6 +5,7 @@
 // Threads. The simulation's one.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -32,9 +33,14 @@ class Faults {
   void begin_slave_fault(const Fault& fault);
   void end_slave_fault(const Fault& fault);
   void begin_other_fault(const Fault& fault);
+  void begin_relay_fault(const Fault& fault);
+  void end_relay_fault(const Fault& fault);
+  int peer_of(const Fault& fault);
+  void stall_all(int from, int to, bool is_stalled);
 
   const StormPlan& plan_;
   const World world_;
+  std::map<const Fault*, int> peers_;  // whom faults between two slaves have met
 };
 
 }  // namespace tessera::sim

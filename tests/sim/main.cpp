@@ -73,7 +73,7 @@ int run_single(const Options& options) {
 
 int run_many(const Options& options) {
   const auto begin = std::chrono::steady_clock::now();
-  std::uint64_t events = 0;
+  std::uint64_t events = 0, chunks_relayed = 0;
   double virtual_seconds = 0;
   int delivered = 0, failed = 0;
   for (std::uint64_t seed = options.first; seed < options.first + options.count; ++seed) {
@@ -83,6 +83,7 @@ int run_many(const Options& options) {
                   static_cast<unsigned long long>(seed), static_cast<unsigned long long>(seed));
     const StormReport report = run_storm(draw_storm(seed));
     events += report.events;
+    chunks_relayed += report.chunks_relayed;
     virtual_seconds += report.at_seconds;
     delivered += report.frames_delivered;
     failed += report.frames_failed;
@@ -90,9 +91,10 @@ int run_many(const Options& options) {
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
   std::printf(
-      "%llu seeds: no invariant broken; %d frames delivered, %d failed or cancelled; %.0f s of "
-      "virtual time, %llu events in %.1f s\n",
-      static_cast<unsigned long long>(options.count), delivered, failed, virtual_seconds,
+      "%llu seeds: no invariant broken; %d frames delivered, %d failed or cancelled; %llu chunks "
+      "from slave to slave; %.0f s of virtual time, %llu events in %.1f s\n",
+      static_cast<unsigned long long>(options.count), delivered, failed,
+      static_cast<unsigned long long>(chunks_relayed), virtual_seconds,
       static_cast<unsigned long long>(events), wall.count());
   return 0;
 }

@@ -51,10 +51,11 @@ class Network {
   NetworkEvents events;
 
   int add_node(const LinkModel& link);
-  // Address of a machine, and the machine that has an address (-1: none).
+  // Host of a machine, the address of its connections, and the machine that has a host (-1: none).
   static std::string host_of(int node) {
     return "10.0." + std::to_string(node / 256) + "." + std::to_string(node % 256);
   }
+  static std::string address_of(int node) { return host_of(node) + ":40000"; }
   int node_of(const std::string& host) const;
   LinkModel& link(int node) { return nodes_[static_cast<std::size_t>(node)].link; }
 
@@ -74,6 +75,7 @@ class Network {
   // middlebox may, or lets it go on. reset() ends both ends of one abruptly.
   void stall(int from, int to, std::size_t which, bool is_stalled);
   void reset(int a, int b, std::size_t which);
+  std::size_t connections_between(int a, int b) { return wires_between(a, b).size(); }
 
   // The operating system cleans up after a process: its peers hear of it, unless the machine lost
   // its power.

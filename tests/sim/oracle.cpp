@@ -5,6 +5,8 @@
 
 #include "common/base/limits.h"
 #include "common/wire/codec.h"
+#include "master/cluster/relay_plan.h"
+#include "slave/relay_feeder.h"
 
 namespace tessera::sim {
 namespace {
@@ -16,6 +18,9 @@ constexpr double kReconnect = 1e-3 * kReconnectMaxMs;
 // kRest: how long a slave that handed tiles back gets none (Scheduler). kOverdue: tiles are leased
 // again after at least this (A of the fault matrix).
 constexpr double kRest = 5, kOverdue = 0.5;
+// kSweep: how often the master looks at feeders.
+constexpr double kSweep = 0.5;
+constexpr auto kRelayWindow = master::RelayPlan::kWindow;
 // Silence is looked for every kSilenceLook, and noticed at most kSilenceSlack after it is due.
 constexpr double kSilenceLook = 0.02, kSilenceSlack = 0.1;
 constexpr double kWindowBytes = 256 * 1024;  // what may be on its way when a slave dies
@@ -24,10 +29,28 @@ constexpr double kWindowBytes = 256 * 1024;  // what may be on its way when a sl
 // waits, in pieces of at most half of it; small messages go beside it.
 constexpr std::uint64_t kMasterQueueMax =
     net::kSendQueueLowBytes + net::kSendQueueLowBytes / 2 + 64 * 1024;
+// A feeder queues a chunk while at most the low mark waits; a word of refusal may follow.
+constexpr std::uint64_t kRelayQueueMax =
+    net::kSendQueueLowBytes + kSceneChunkBytes + kRecordHeaderBytesMax;
+// Connections of a slave: two to the master, one to its feeder, and those of its children.
+constexpr std::size_t kSlaveEndsMax = 3 + slave::RelayFeeder::kChildrenMax;
 constexpr std::uint64_t kSmallMessagesMax = 64 * 1024;
 // Bound of planned events: records in flight, timers and tiles in work, for each connection and
 // thread.
 constexpr std::size_t kEventsPerSlaveMax = 4000;
+
+// Of all blocks together, a little rounded up.
+double bytes_of_scenes(SceneWeight weight) {
+  switch (weight) {
+    case SceneWeight::kLight:
+      return 4e3;
+    case SceneWeight::kHeavy:
+      return 3.5e6;
+    case SceneWeight::kChanging:
+      return 1.2e6;
+  }
+  return 0;
+}
 
 std::uint16_t type_of_lease() {
   static const std::uint16_t type = wire::encode(wire::TileLease{}).type;
@@ -42,10 +65,13 @@ std::uint16_t type_of_refusal() {
 }  // namespace
 
 Oracle::Oracle(const StormPlan& plan, const World& world)
-    : plan_(plan), world_(world), watches_(plan.slaves.size()) {
+    : plan_(plan),
+      world_(world),
+      watches_(plan.slaves.size()),
+      scenes_(plan.slaves.size(), [this](const std::string& what) { report(what); }) {
   double slowest_alone = 0, slowest_send = 0, build = 0, rtt = 0;
   const double frame_bytes = 3.0 * plan.script.width_px * plan.script.height_px;
-  const double scene_bytes = plan.script.has_heavy_scenes ? 3.5e6 : 4e3;
+  const double scene_bytes = bytes_of_scenes(plan.script.weight);
   for (std::size_t i = 0; i < plan.slaves.size(); ++i) {
     const SlavePlan& slave = plan.slaves[i];
     by_name_["s" + std::to_string(i)] = i;
@@ -61,6 +87,10 @@ Oracle::Oracle(const StormPlan& plan, const World& world)
   // are rendered again, and the rest comes at that slave's pace.
   progress_bound_ = kDetection + rtt + kRest + 2 * kOverdue + 3 * (slowest_alone + slowest_send) +
                     2 * build + 2 * plan.script.pause_seconds;
+  // A scene: a feeder is found out after two windows at most, a child is given a few, and then the
+  // master feeds it. What slow slaves above it hold up comes later.
+  scenes_.set_wait_max(master::RelayPlan::kFeedersMax * (2 * seconds(kRelayWindow) + kSweep) +
+                       2 * slowest_send + build + kRest);
   // Time to return: the longest pause, two tries of two handshakes, and what TCP holds up after a
   // cut.
   return_bound_ = kReconnect + 2 * (2 * kHandshake) + kDetection + 2 * slowest_send + build + 3;
@@ -82,9 +112,24 @@ void Oracle::set_gone(std::size_t slave, bool is_gone) {
   watches_[slave].gone_since = is_gone ? world_.queue.now_seconds() : -1;
 }
 
-void Oracle::on_sent(const Process& from, const net::Record& record) {
-  if (&from == world_.master.process() && record.type == type_of_lease()) ++leases_sent_;
+std::optional<std::size_t> Oracle::slave_at(int node) const {
+  for (std::size_t i = 0; i < world_.slaves.size(); ++i) {
+    if (world_.slaves[i]->node() == node) return i;
+  }
+  return std::nullopt;
+}
+
+void Oracle::on_sent(const Process& from, int to_node, const net::Record& record) {
+  const bool is_by_master = &from == world_.master.process();
+  if (is_by_master && record.type == type_of_lease()) ++leases_sent_;
+  const auto sender = slave_at(from.node()), receiver = slave_at(to_node);
+  if (sender && receiver) return scenes_.on_said_between(*sender, record);
   if (record.type == type_of_refusal()) check_refusal(from, record);
+  if (is_by_master && receiver) {
+    scenes_.on_said_to(*receiver, record, world_.queue.now_seconds());
+  } else if (sender) {
+    scenes_.on_said_by(*sender, record);
+  }
 }
 
 // Everybody here keeps the protocol, so nobody may be told that he broke it.
@@ -97,10 +142,11 @@ void Oracle::check_refusal(const Process& from, const net::Record& record) {
   report("I7: " + from.name() + " speaks of a breach of protocol: " + refuse->reason);
 }
 
-std::uint64_t Oracle::queue_bound(const Process& from) const {
+std::uint64_t Oracle::queue_bound(const Process& from, int to_node) const {
   if (&from == world_.master.process() || &from == world_.app.process()) return kMasterQueueMax;
   const auto slave = by_name_.find(from.name());
   if (slave == by_name_.end()) return kMasterQueueMax;
+  if (to_node != world_.master.node()) return kRelayQueueMax;
   const auto tile_bytes = 3 * static_cast<std::uint64_t>(plan_.script.tile_edge_px) *
                           static_cast<std::uint64_t>(plan_.script.tile_edge_px);
   const auto tiles = static_cast<std::uint64_t>(plan_.slaves[slave->second].threads) *
@@ -108,10 +154,11 @@ std::uint64_t Oracle::queue_bound(const Process& from) const {
   return kSmallMessagesMax + tiles * (tile_bytes + 256);
 }
 
-void Oracle::on_queued(const Process& from, std::uint64_t queue_bytes) {
-  if (queue_bytes <= queue_bound(from)) return;
+void Oracle::on_queued(const Process& from, int to_node, std::uint64_t queue_bytes) {
+  const std::uint64_t bound = queue_bound(from, to_node);
+  if (queue_bytes <= bound) return;
   report("I4: " + from.name() + " has " + std::to_string(queue_bytes) +
-         " bytes in one send queue, bound " + std::to_string(queue_bound(from)));
+         " bytes in one send queue, bound " + std::to_string(bound));
 }
 
 void Oracle::on_outcome() { last_progress_ = world_.queue.now_seconds(); }
@@ -226,6 +273,7 @@ void Oracle::check_slaves(const ClusterStatus& status) {
                                     : "I6: s" + std::to_string(i) + " is healthy and not admitted");
     }
     watches_[i].was_listed = is_listed[i];
+    scenes_.check(i, is_listed[i], !is_healthy(i), now);
   }
 }
 
@@ -260,6 +308,11 @@ void Oracle::check_idle() {
   for (std::size_t i = 0; i < watches_.size(); ++i) {
     running += world_.slaves[i]->is_running() ? 1u : 0u;
     const SimWorkshop* shop = world_.slaves[i]->workshop();
+    const Process* const process = world_.slaves[i]->process();
+    if (process != nullptr && world_.network.open_ends(*process) > kSlaveEndsMax) {
+      report("I4: s" + std::to_string(i) + " holds " +
+             std::to_string(world_.network.open_ends(*process)) + " connections");
+    }
     if (shop != nullptr && shop->queued_tiles() + shop->working() > 0) {
       report("I4: s" + std::to_string(i) + " still renders when nothing is asked for");
     }

@@ -16,9 +16,11 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tests/sim/scene_watch.h"
 #include "tests/sim/sim_app.h"
 #include "tests/sim/sim_master.h"
 #include "tests/sim/sim_slave.h"
@@ -44,11 +46,13 @@ class Oracle {
   // is_gone: the slave stopped answering at this moment; false: it has come back.
   void set_gone(std::size_t slave, bool is_gone);
 
-  void on_sent(const Process& from, const net::Record& record);
-  void on_queued(const Process& from, std::uint64_t queue_bytes);
+  void on_sent(const Process& from, int to_node, const net::Record& record);
+  void on_queued(const Process& from, int to_node, std::uint64_t queue_bytes);
   void on_outcome();
   void on_master_started() { leases_sent_ = 0; }
   void report(const std::string& violation);
+
+  SceneWatch& scenes() { return scenes_; }
 
   void check();  // after every event
   bool are_all_back() const;
@@ -73,7 +77,8 @@ class Oracle {
   void check_slaves(const ClusterStatus& status);
   void check_progress(const ClusterStatus& status);
   double detection_bound(std::size_t slave) const;
-  std::uint64_t queue_bound(const Process& from) const;
+  std::uint64_t queue_bound(const Process& from, int to_node) const;
+  std::optional<std::size_t> slave_at(int node) const;
   bool is_healthy(std::size_t slave) const;
 
   const StormPlan& plan_;
@@ -87,6 +92,7 @@ class Oracle {
   std::uint64_t master_tasks_seen_ = 0;
   const Process* master_seen_ = nullptr;
   std::string violation_;
+  SceneWatch scenes_;
 };
 
 }  // namespace tessera::sim

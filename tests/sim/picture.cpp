@@ -3,6 +3,7 @@
 
 #include <array>
 #include <map>
+#include <unordered_map>
 
 #include "common/base/check.h"
 #include "tests/sim/random.h"
@@ -11,6 +12,9 @@ namespace tessera::sim {
 namespace {
 
 constexpr int kHeavyTextureSide = 896;  // 896 * 896 * 4 bytes: 3 MiB
+constexpr int kChangingTextureSide = 544;
+constexpr std::size_t kChangingTextures = 8;   // different ones; the next tag has the first again
+constexpr std::size_t kChangingChunksOwn = 2;  // of each of them
 
 std::shared_ptr<const Mesh> triangle_at(float x) {
   auto mesh = std::make_shared<Mesh>();
@@ -20,7 +24,25 @@ std::shared_ptr<const Mesh> triangle_at(float x) {
   return mesh;
 }
 
-Scene make_scene(int tag, bool is_heavy) {
+// Noise, of which a stretch depends on the number. The stretches of two numbers do not overlap
+// wholly, so that each change brings two to four chunks.
+std::shared_ptr<const Texture> changing_texture(std::size_t number) {
+  static std::array<std::shared_ptr<const Texture>, kChangingTextures> made;
+  if (made[number]) return made[number];
+  auto texture = std::make_shared<Texture>();
+  texture->width_px = texture->height_px = kChangingTextureSide;
+  texture->rgba.resize(std::size_t{4} * kChangingTextureSide * kChangingTextureSide);
+  const std::size_t begin = number * kSceneChunkBytes;
+  const std::size_t end = begin + kChangingChunksOwn * kSceneChunkBytes;
+  for (std::size_t i = 0; i < texture->rgba.size(); ++i) {
+    const std::uint64_t own = i >= begin && i < end ? number + 1 : 0;
+    texture->rgba[i] = static_cast<std::uint8_t>(mix(i ^ own << 32));
+  }
+  made[number] = texture;
+  return texture;
+}
+
+Scene make_scene(int tag, SceneWeight weight) {
   static const std::shared_ptr<const Mesh> shared = triangle_at(-10);
   static const std::shared_ptr<const Texture> heavy = [] {
     auto texture = std::make_shared<Texture>();
@@ -32,10 +54,11 @@ Scene make_scene(int tag, bool is_heavy) {
   scene.meshes = {triangle_at(static_cast<float>(tag)), shared};
   scene.materials.emplace_back();
   scene.instances = {{0, {}}, {1, {}}};
-  if (is_heavy) {
-    scene.textures = {heavy};
-    scene.materials[0].albedo_texture = 0;
+  if (weight == SceneWeight::kHeavy) scene.textures = {heavy};
+  if (weight == SceneWeight::kChanging) {
+    scene.textures = {changing_texture(static_cast<std::size_t>(tag) % kChangingTextures)};
   }
+  if (!scene.textures.empty()) scene.materials[0].albedo_texture = 0;
   return scene;
 }
 
@@ -48,15 +71,28 @@ Prepared& prepared() {
   return all;
 }
 
+std::unordered_map<Digest, BlockBytes, DigestHash>& known_blocks() {
+  static std::unordered_map<Digest, BlockBytes, DigestHash> all;
+  return all;
+}
+
 }  // namespace
 
-EncodedScene scene_of_tag(int tag, bool is_heavy) {
+const EncodedScene& scene_of_tag(int tag, SceneWeight weight) {
   TESSERA_CHECK_LT(tag, kSceneTagsMax);
-  static std::map<std::pair<int, bool>, EncodedScene> made;
+  static std::map<std::pair<int, SceneWeight>, EncodedScene> made;
   static SceneEncoder encoder;
-  const auto [scene, is_new] = made.try_emplace({tag, is_heavy});
-  if (is_new) scene->second = encoder.encode(make_scene(tag, is_heavy));
+  const auto [scene, is_new] = made.try_emplace({tag, weight});
+  if (is_new) {
+    scene->second = encoder.encode(make_scene(tag, weight));
+    for (const SceneBlock& block : scene->second.blocks) known_blocks()[block.digest] = block.bytes;
+  }
   return scene->second;
+}
+
+const std::vector<std::byte>* bytes_of(const Digest& digest) {
+  const auto found = known_blocks().find(digest);
+  return found == known_blocks().end() ? nullptr : found->second.get();
 }
 
 Result<int> tag_of(const EncodedScene& encoded) {
@@ -70,7 +106,7 @@ std::shared_ptr<const core::PreparedScene> prepared_of_tag(int tag) {
   Prepared& all = prepared();
   auto& scene = all.scenes[static_cast<std::size_t>(tag)];
   if (!scene) {
-    auto built = core::PreparedScene::build(make_scene(tag, false), {1, nullptr, {}});
+    auto built = core::PreparedScene::build(make_scene(tag, SceneWeight::kLight), {1, nullptr, {}});
     TESSERA_CHECK(built.is_ok());
     scene = *built;
     all.tags[scene.get()] = tag;

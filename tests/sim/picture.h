@@ -18,9 +18,18 @@ namespace tessera::sim {
 
 inline constexpr int kSceneTagsMax = 64;
 
-// Blocks of the scene with this tag: a mesh that all share, one of its own, and with `is_heavy` a
-// texture of 3 MiB. Requires: 0 <= tag < kSceneTagsMax.
-EncodedScene scene_of_tag(int tag, bool is_heavy);
+enum class SceneWeight {
+  kLight,     // two meshes
+  kHeavy,     // and a texture of 3 MiB that all tags share
+  kChanging,  // and one of 1.13 MiB, of which a tag has two chunks of its own
+};
+
+// Blocks of the scene with this tag: a mesh that all share, one of its own, and what the weight
+// says. Requires: 0 <= tag < kSceneTagsMax.
+const EncodedScene& scene_of_tag(int tag, SceneWeight weight);
+
+// Bytes of the block with this digest in any scene of these; null where it is in none.
+const std::vector<std::byte>* bytes_of(const Digest& digest);
 
 // Decodes blocks that came over the network. Returns: the tag, or the decoder's refusal.
 Result<int> tag_of(const EncodedScene& scene);

@@ -122,7 +122,7 @@ ScalingResult Cluster::run() {
       }
       master_->process()->post([this] { submit(); });
     });
-    master_->loop().commit_scene(1, scene_of_tag(1, false));
+    master_->loop().commit_scene(1, scene_of_tag(1, SceneWeight::kLight));
     for (int i = 0; i < case_.frames_in_flight; ++i) submit();
   });
   while (finished_ < total) TESSERA_CHECK(queue_.step());

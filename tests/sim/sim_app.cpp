@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "tests/sim/picture.h"
-
 namespace tessera::sim {
 namespace {
 
@@ -93,7 +91,7 @@ void SimApp::submit_more() {
   while (static_cast<int>(frames_.size()) < wanted) {
     if (version_ == 0 || random_.chance(script_.scene_change)) {
       tag_ = (tag_ + 1) % kSceneTagsMax;
-      client_->commit_scene(++version_, scene_of_tag(tag_, script_.has_heavy_scenes));
+      client_->commit_scene(++version_, scene_of_tag(tag_, script_.weight));
     }
     Frame frame;
     frame.frame = next_frame_++;

@@ -13,6 +13,7 @@
 #include "common/net/connector.h"
 #include "master/session/app_client.h"
 #include "tests/sim/network.h"
+#include "tests/sim/picture.h"
 
 namespace tessera::sim {
 
@@ -24,7 +25,7 @@ struct AppScript {
   double scene_change = 0.3;  // probability before each frame
   double cancel = 0;          // probability after each frame: gives up what is in flight
   double pause_seconds = 0;   // between a frame and the next, at most
-  bool has_heavy_scenes = false;
+  SceneWeight weight = SceneWeight::kLight;
 };
 
 class SimApp {

@@ -3,12 +3,16 @@
 
 #include <utility>
 
+#include "tests/sim/door.h"
+#include "tests/sim/lying_connection.h"
+
 namespace tessera::sim {
 namespace {
 
 // Deadlines as in SlaveHost: first for tiles in work, then for their way to the wire.
 constexpr std::chrono::seconds kFinishTiles{2}, kFlush{2};
 constexpr std::chrono::milliseconds kLook{2}, kGoodbye{20};
+constexpr std::uint16_t kRelayPort = 7500;
 
 }  // namespace
 
@@ -30,12 +34,31 @@ void SimSlave::start() {
   options.name = name_;
   options.threads = model_.threads;
   options.isas = isa_bit(Isa::kScalar);
+  if (model_.is_relaying) options.relay = relay_access();
   const auto open_link = [this](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
     return network_.connect(*process_, master_node_, std::move(on_connected));
   };
   slave_ = std::make_unique<slave::SlaveNode>(*process_, options, open_link, *workshop_);
   workshop_->set_node(slave_.get());
   process_->post([this] { slave_->start([this](const Status&) { has_given_up_ = true; }); });
+}
+
+slave::RelayAccess SimSlave::relay_access() {
+  slave::RelayAccess access;
+  access.listen = [this](std::function<void(net::ConnectionPtr)> on_accept) {
+    auto door = std::make_unique<Door>(*process_, kRelayPort);
+    network_.listen(*process_, [this, door = door.get(), on_accept](net::ConnectionPtr connection) {
+      const auto link = std::make_shared<LyingConnection>(std::move(connection), is_altering_);
+      door->accept(link);
+      on_accept(link);
+    });
+    return Result<std::unique_ptr<net::Listener>>(std::move(door));
+  };
+  access.connect = [this](const net::Endpoint& feeder,
+                          std::function<void(Result<net::ConnectionPtr>)> on_connected) {
+    return network_.connect(*process_, network_.node_of(feeder.host), std::move(on_connected));
+  };
+  return access;
 }
 
 void SimSlave::kill(bool is_power_lost) {

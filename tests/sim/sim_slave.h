@@ -23,6 +23,8 @@ class SimSlave {
   void kill(bool is_power_lost);
   void leave();  // in order, as on SIGTERM
   void set_hung(bool is_hung);
+  // The chunks that it passes on from now on have a wrong bit.
+  void set_altering(bool is_altering) { is_altering_ = is_altering; }
 
   bool is_running() const { return process_ != nullptr; }
   bool is_hung() const { return process_ && process_->is_hung(); }
@@ -35,6 +37,7 @@ class SimSlave {
   WorkModel& model() { return model_; }
 
  private:
+  slave::RelayAccess relay_access();
   void finish_leave(TimePoint deadline);
 
   EventQueue& queue_;
@@ -42,7 +45,7 @@ class SimSlave {
   const std::string name_;
   const int node_, master_node_;
   WorkModel model_;
-  bool is_leaving_ = false, has_given_up_ = false;
+  bool is_leaving_ = false, has_given_up_ = false, is_altering_ = false;
   std::unique_ptr<Process> process_;
   std::unique_ptr<SimWorkshop> workshop_;
   std::unique_ptr<slave::SlaveNode> slave_;

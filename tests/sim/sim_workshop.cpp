@@ -102,6 +102,7 @@ void SimWorkshop::set_open_frames(std::size_t frames) {
 }
 
 bool SimWorkshop::try_push(slave::BuildTask task) {
+  if (model_.on_scene) model_.on_scene(task.version, task.scene);
   if (!builds_.try_push(std::move(task))) return false;
   if (building_ == nullptr) build_next();
   stop_build_if_due();

@@ -24,6 +24,9 @@ struct WorkModel {
   double build_seconds = 0.01;
   bool fails_builds = false;  // as a slave with too little memory
   bool has_pixels = true;     // false: black ones, where only time matters
+  bool is_relaying = false;   // feeds other slaves and is fed by them
+  // Sees each scene that is to be built; may be null.
+  std::function<void(SceneVersion, const EncodedScene&)> on_scene;
 };
 
 class SimWorkshop final : public slave::Workshop {

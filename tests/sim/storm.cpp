@@ -83,11 +83,11 @@ Storm::Storm(const StormPlan& plan, bool has_trace)
   faults_ =
       std::make_unique<Faults>(plan_, Faults::World{network_, *master_, *app_, slaves_, *oracle_});
   network_.events.on_sent = [this](const Process& from, int to, const net::Record& record) {
-    oracle_->on_sent(from, record);
+    oracle_->on_sent(from, to, record);
     if (has_trace_) trace_record(from, to, record);
   };
-  network_.events.on_queued = [this](const Process& from, int, std::uint64_t bytes) {
-    oracle_->on_queued(from, bytes);
+  network_.events.on_queued = [this](const Process& from, int to, std::uint64_t bytes) {
+    oracle_->on_queued(from, to, bytes);
   };
 }
 
@@ -105,6 +105,10 @@ void Storm::build_slaves() {
     model.threads = slave.threads;
     model.build_seconds = slave.build_seconds;
     model.fails_builds = slave.fails_builds;
+    model.is_relaying = plan_.is_relaying;
+    model.on_scene = [this, i](SceneVersion version, const EncodedScene& scene) {
+      oracle_->scenes().on_scene(i, version, scene);
+    };
     model.tile_seconds = [slave, seed = plan_.seed](const slave::FrameWork& work, TileIndex tile) {
       const double unit =
           static_cast<double>(mix(seed ^ work.begin.frame << 20 ^ tile) >> 11) * 0x1p-53;
@@ -153,6 +157,7 @@ void Storm::plan_fault(const Fault& fault) {
     trace(std::string("FAULT ") + fault_name(fault.kind) + " s" + std::to_string(fault.slave));
     faults_->begin(fault);
   });
+  if (fault.is_for_good) return;
   queue_.after(from_seconds(fault.at + fault.duration), [this, &fault] {
     trace(std::string("over: ") + fault_name(fault.kind) + " s" + std::to_string(fault.slave));
     faults_->end(fault);
@@ -160,7 +165,8 @@ void Storm::plan_fault(const Fault& fault) {
   calm_at_ = std::max(calm_at_, fault.at + fault.duration + 0.001);
 }
 
-// Ends all faults that last; from now on nothing has an excuse for long.
+// Ends all faults that last, but for those between slaves, which excuse nobody; from now on nothing
+// has an excuse for long.
 void Storm::calm() {
   is_calm_ = true;
   trace("CALM");
@@ -176,9 +182,13 @@ void Storm::calm() {
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     oracle_->set_gone(i, false);
     slaves_[i]->set_hung(false);
+    slaves_[i]->set_altering(false);
     network_.link(slaves_[i]->node()) = plan_.slaves[i].link;
     if (!slaves_[i]->is_running()) slaves_[i]->start();
     oracle_->trouble_slave(i, queue_.now_seconds() + oracle_->bound_of_return());
+  }
+  for (const Fault& fault : plan_.faults) {
+    if (fault.is_for_good) faults_->begin(fault);
   }
 }
 
@@ -206,6 +216,7 @@ bool Storm::is_finished() {
   if (idle_since_ < 0) {
     const bool is_time_up = now > calm_at_ + oracle_->bound_of_return() + 1;
     if (!oracle_->are_all_back() && !is_time_up) return false;
+    if (oracle_->scenes().is_any_awaited()) return false;  // it comes, or is missed in time
     idle_since_ = now;
     app_->kill(false);
     return false;
@@ -257,6 +268,7 @@ StormReport Storm::run() {
   report.at_seconds = queue_.now_seconds();
   report.hash = queue_.hash();
   report.events = queue_.event_count();
+  report.chunks_relayed = oracle_->scenes().chunks_relayed();
   report.frames_delivered = app_->delivered();
   report.frames_failed = frames_failed_;
   return report;

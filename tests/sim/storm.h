@@ -18,6 +18,7 @@ struct StormReport {
   double at_seconds = 0;  // virtual time of the violation or of the end
   std::uint64_t hash = 0;
   std::uint64_t events = 0;
+  std::uint64_t chunks_relayed = 0;  // of scenes, from slave to slave
   int frames_delivered = 0;
   int frames_failed = 0;
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "common/frame/tile_grid.h"
@@ -11,9 +12,17 @@ namespace tessera::sim {
 namespace {
 
 constexpr std::array<const char*, static_cast<std::size_t>(FaultKind::kCount)> kNames = {
-    "kill",        "power loss", "hang",     "cut from",   "cut to", "cut both",
-    "stall one",   "reset",      "delay",    "slow link",  "leave",  "master crash",
-    "master hang", "app crash",  "app hang", "app cancels"};
+    "kill",        "power loss",   "hang",        "cut from",    "cut to",
+    "cut both",    "stall one",    "reset",       "delay",       "slow link",
+    "leave",       "master crash", "master hang", "app crash",   "app hang",
+    "app cancels", "relay cut",    "relay stall", "relay reset", "relay alters"};
+
+// Share of the storms whose scenes change and pass from slave to slave.
+constexpr double kRelayShare = 0.03;
+// Bytes per second. Heartbeats wait behind the windows of whoever fed a slave, feeds it, and the
+// master: 0.4 s here, a third of what it takes to be called dead. Below, a queue that no machine
+// has would end sessions.
+constexpr double kRelayDownMin = 2e6;
 
 LinkModel draw_link(Random& random) {
   constexpr std::array<double, 5> kRates = {0, 100e6, 10e6, 2e6, 500e3};
@@ -39,7 +48,7 @@ SlavePlan draw_slave(Random& random) {
 Fault draw_fault(Random& random, int slave_count) {
   Fault fault;
   fault.at = random.between(0.1, 5);
-  fault.kind = static_cast<FaultKind>(random.pick(0, static_cast<int>(FaultKind::kCount) - 1));
+  fault.kind = static_cast<FaultKind>(random.pick(0, static_cast<int>(FaultKind::kRelayCut) - 1));
   // Some faults are shorter than it takes to notice them, some longer.
   fault.duration = random.chance(0.5) ? random.between(0.05, 1.2) : random.between(1.2, 5);
   fault.slave = random.pick(0, slave_count - 1);
@@ -52,6 +61,43 @@ Fault draw_fault(Random& random, int slave_count) {
 void draw_long_tiles(Random& random, StormPlan& plan) {
   plan.script.tile_edge_px = 32;
   for (SlavePlan& slave : plan.slaves) slave.tile_seconds = random.between(0.3, 2);
+}
+
+// Makes slaves feed each other in every storm of heavy scenes, and in some others, whose scenes
+// change. It draws from numbers of its own: seeds keep what else they were.
+void draw_relays(StormPlan& plan) {
+  Random random(mix(plan.seed ^ 0x72656c61797321u));
+  if (random.chance(kRelayShare)) {
+    plan.script.weight = SceneWeight::kChanging;
+    plan.script.scene_change = random.between(0.2, 0.7);
+    for (int more = random.pick(1, 4); more > 0; --more) plan.slaves.push_back(draw_slave(random));
+  }
+  plan.is_relaying = plan.script.weight != SceneWeight::kLight;
+  if (!plan.is_relaying || plan.slaves.size() < 2) return;
+  for (SlavePlan& slave : plan.slaves) {
+    double& rate = slave.link.down_bytes_per_s;
+    if (rate > 0) rate = std::max(rate, kRelayDownMin);
+  }
+  for (int count = random.pick(1, 5); count > 0; --count) {
+    Fault fault = draw_fault(random, static_cast<int>(plan.slaves.size()));
+    fault.kind = static_cast<FaultKind>(random.pick(static_cast<int>(FaultKind::kRelayCut),
+                                                    static_cast<int>(FaultKind::kCount) - 1));
+    if (random.chance(0.7)) fault.at = random.between(0, 1);  // the first scene is on its way
+    fault.is_for_good = random.chance(0.5);
+    plan.faults.push_back(fault);
+  }
+}
+
+const char* weight_text(SceneWeight weight) {
+  switch (weight) {
+    case SceneWeight::kLight:
+      return "";
+    case SceneWeight::kHeavy:
+      return ", heavy scenes";
+    case SceneWeight::kChanging:
+      return ", changing scenes";
+  }
+  return "";
 }
 
 }  // namespace
@@ -86,7 +132,7 @@ StormPlan draw_storm(std::uint64_t seed) {
   script.scene_change = random.chance(0.3) ? 1 : random.between(0, 0.5);
   script.cancel = random.chance(0.2) ? 0.1 : 0;
   script.pause_seconds = random.chance(0.5) ? 0.3 : 0;
-  script.has_heavy_scenes = random.chance(0.02);
+  if (random.chance(0.02)) script.weight = SceneWeight::kHeavy;
   if (random.chance(0.9)) {  // the other plans have no faults
     for (int i = random.pick(1, 7); i > 0; --i) {
       plan.faults.push_back(draw_fault(random, slave_count));
@@ -94,6 +140,7 @@ StormPlan draw_storm(std::uint64_t seed) {
   }
   plan.audit_share = random.chance(0.25) ? 0.1 : 0;
   if (random.chance(0.1)) draw_long_tiles(random, plan);
+  draw_relays(plan);
   std::stable_sort(plan.faults.begin(), plan.faults.end(),
                    [](const Fault& a, const Fault& b) { return a.at < b.at; });
   return plan;
@@ -105,7 +152,7 @@ std::string describe(const StormPlan& plan) {
                 "seed %llu: %zu slaves, %d frames of %dx%d (%d tiles), %d in flight%s\n",
                 static_cast<unsigned long long>(plan.seed), plan.slaves.size(), plan.script.frames,
                 plan.script.width_px, plan.script.height_px, plan.tile_count(),
-                plan.script.in_flight, plan.script.has_heavy_scenes ? ", heavy scenes" : "");
+                plan.script.in_flight, weight_text(plan.script.weight));
   std::string text = line;
   for (std::size_t i = 0; i < plan.slaves.size(); ++i) {
     const SlavePlan& s = plan.slaves[i];
@@ -118,7 +165,7 @@ std::string describe(const StormPlan& plan) {
   }
   for (const Fault& f : plan.faults) {
     std::snprintf(line, sizeof(line), "  %.3f s: %s s%d for %.3f s (%d)\n", f.at,
-                  fault_name(f.kind), f.slave, f.duration, f.variant);
+                  fault_name(f.kind), f.slave, f.is_for_good ? INFINITY : f.duration, f.variant);
     text += line;
   }
   return text;

@@ -39,6 +39,10 @@ enum class FaultKind {
   kAppCrash,
   kAppHang,
   kAppCancels,
+  kRelayCut,     // between two slaves, both directions
+  kRelayStall,   // what one slave sends to another on the connections that they have
+  kRelayReset,   // all connections between two slaves
+  kRelayAlters,  // a slave alters the chunks that it passes on
   kCount
 };
 const char* fault_name(FaultKind kind);
@@ -47,8 +51,9 @@ struct Fault {
   double at = 0;        // seconds
   double duration = 0;  // then it is over: restarted, resumed, healed
   FaultKind kind = FaultKind::kKill;
-  int slave = 0;    // whom it meets
-  int variant = 0;  // which connection, which direction
+  bool is_for_good = false;  // it is never over
+  int slave = 0;             // whom it meets
+  int variant = 0;           // which connection, which direction, which other slave
 };
 
 struct StormPlan {
@@ -56,6 +61,7 @@ struct StormPlan {
   LinkModel master_link;
   int frames_in_flight = 2;
   double audit_share = 0;
+  bool is_relaying = false;          // slaves feed slaves
   double master_record_seconds = 0;  // CPU of the master for each record
   std::vector<SlavePlan> slaves;
   AppScript script;

@@ -38,6 +38,14 @@ TEST_F(StormTest, SeedsThatFailedOnceFailNoMore) {
   }
 }
 
+TEST_F(StormTest, SlavesFeedEachOtherInSomeStorms) {
+  std::uint64_t chunks = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    chunks += run_storm(draw_storm(seed)).chunks_relayed;
+  }
+  EXPECT_GT(chunks, 300u);  // 18 of a scene for each of a dozen slaves, and what changes
+}
+
 TEST_F(StormTest, SeedsDiffer) {
   EXPECT_NE(run_storm(draw_storm(1)).hash, run_storm(draw_storm(2)).hash);
 }

@@ -54,7 +54,7 @@ Wire::Wire(Network& network, Process& a, Process& b) : network_(network) {
     ends_[i].process = processes[i];
     ends_[i].node = processes[i]->node();
     ends_[i].last_sent = ends_[i].last_received = now;
-    ends_[i].peer.address = processes[1 - i]->name();
+    ends_[i].peer.address = Network::address_of(processes[1 - i]->node());
   }
 }
 

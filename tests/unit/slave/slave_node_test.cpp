@@ -46,7 +46,7 @@ class SlaveNodeTest : public testing::Test {
   // Gives a scene of two triangles; scenes of different tags share one mesh. Returns: how many
   // blocks the slave lacked.
   std::size_t give_scene(SceneVersion version, int tag = 1) {
-    return master_.give_scene(version, sim::scene_of_tag(tag, false));
+    return master_.give_scene(version, sim::scene_of_tag(tag, sim::SceneWeight::kLight));
   }
 
   // Longest time without a ping of the slave, from `began` to the last one.
@@ -92,7 +92,7 @@ TEST_F(SlaveNodeTest, AsksOnlyForBlocksItLacks) {
 TEST_F(SlaveNodeTest, RefusesADamagedBlock) {
   start(1, 1ms);
   master_.shake_hands();
-  const EncodedScene encoded = sim::scene_of_tag(1, false);
+  const EncodedScene encoded = sim::scene_of_tag(1, sim::SceneWeight::kLight);
   master_.announce(1, encoded);
   const wire::SceneNeed need = master_.expect<wire::SceneNeed>();
   std::vector<std::byte> bytes = *encoded.blocks[need.blocks[0]].bytes;
