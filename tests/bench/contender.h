@@ -46,10 +46,15 @@ class Entrants {
   std::vector<Build> builds;
 };
 
+struct OursOptions {
+  bool with_kd = true;      // kd-trees, beside the hierarchy
+  bool with_sizes = false;  // fans of fewer rays, too
+};
+
 // The first contender of each kind is the one that the others' answers are compared with.
-// with_sizes: adds fans of fewer rays.
 std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
-                                    const std::vector<Bounds3f>& boxes, Isa isa, bool with_sizes);
+                                    const std::vector<Bounds3f>& boxes, Isa isa,
+                                    const OursOptions& options);
 // Our contenders with one structure for each mesh of the scene, and a second level over its
 // instances.
 std::unique_ptr<Entrants> make_ours_instanced(const Scene& scene, Isa isa);

@@ -203,8 +203,9 @@ using AllEntrants = std::vector<std::unique_ptr<Entrants>>;
 AllEntrants entrants_of(const Scene& scene, const core::TriangleStore& triangles,
                         const std::vector<Bounds3f>& boxes, const CoreSuiteOptions& options) {
   AllEntrants entrants;
-  entrants.push_back(make_ours(triangles, boxes, options.isa, options.with_sizes));
-  if (scene.instances.size() > 1) {
+  const bool is_instanced = scene.instances.size() > 1;
+  entrants.push_back(make_ours(triangles, boxes, options.isa, {!is_instanced, options.with_sizes}));
+  if (is_instanced) {
     entrants.push_back(make_ours_instanced(scene, options.isa));
     auto embree = make_embree_instanced(scene, options.isa);
     if (embree) entrants.push_back(std::move(embree));

@@ -117,7 +117,7 @@ class SpeedTables {
       for (int k = 0; k < 3; ++k) boxes[i].grow(triangles.vertex(i, k));
     }
     std::vector<std::unique_ptr<Entrants>> entrants;
-    entrants.push_back(make_ours(triangles, boxes, options_.isa, false));
+    entrants.push_back(make_ours(triangles, boxes, options_.isa, {}));
     if (auto embree = make_embree(triangles, options_.isa, {}))
       entrants.push_back(std::move(embree));
     std::printf("  %-44s %12s\n", "shadow rays of the frame", "Mrays/CPU-s");

@@ -211,8 +211,8 @@ class Structure {
 class Ours final : public Entrants {
  public:
   Ours(const core::TriangleStore& triangles, const std::vector<Bounds3f>& boxes, Isa isa,
-       bool with_sizes)
-      : with_sizes_(with_sizes) {
+       const OursOptions& options)
+      : options_(options) {
     const core::KernelTable& table = core::kernels_for(isa);
     if (table.lane_count >= 16) {
       build_all<16>(table, triangles, boxes);
@@ -221,7 +221,7 @@ class Ours final : public Entrants {
     }
   }
 
-  Ours(const Scene& scene, Isa isa) : with_sizes_(false) {
+  Ours(const Scene& scene, Isa isa) {
     const core::KernelTable& table = core::kernels_for(isa);
     if (table.lane_count >= 16) {
       build_instanced<16>(table, scene);
@@ -240,6 +240,7 @@ class Ours final : public Entrants {
     build<core::IndexedBvh<W>>("bvh" + width, table, [&] {
       return core::index_by_bvh<W>(boxes, triangles.vertices, alone);
     });
+    if (!options_.with_kd) return;
     build<core::IndexedKd<W>>("kd" + width, table, [&] {
       return core::index_by_kd<W>(boxes, triangles.vertices, alone);
     });
@@ -263,12 +264,13 @@ class Ours final : public Entrants {
     Index index = std::move(*build_index());
     const double seconds = process_cpu_seconds() - start, wall = wall_seconds() - start_wall;
     builds.push_back({name, seconds, wall, 1e-6 * static_cast<double>(index.memory_bytes())});
-    auto structure = std::make_shared<Structure<Index>>(std::move(index), table, name, with_sizes_);
+    auto structure =
+        std::make_shared<Structure<Index>>(std::move(index), table, name, options_.with_sizes);
     structure->enter(contenders);
     structures_.push_back(structure);
   }
 
-  bool with_sizes_;
+  const OursOptions options_;
   std::vector<std::shared_ptr<void>> structures_;
 };
 
@@ -279,8 +281,9 @@ double thread_cpu_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 double process_cpu_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
 
 std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
-                                    const std::vector<Bounds3f>& boxes, Isa isa, bool with_sizes) {
-  return std::make_unique<Ours>(triangles, boxes, isa, with_sizes);
+                                    const std::vector<Bounds3f>& boxes, Isa isa,
+                                    const OursOptions& options) {
+  return std::make_unique<Ours>(triangles, boxes, isa, options);
 }
 
 std::unique_ptr<Entrants> make_ours_instanced(const Scene& scene, Isa isa) {
