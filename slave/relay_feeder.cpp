@@ -14,6 +14,9 @@ namespace {
 constexpr std::chrono::milliseconds kFarewell{500};  // to send the last record
 // Most blocks not here yet that a child may wait for: those of the largest scene.
 constexpr std::size_t kNeedsMax = kSceneBlocksMax;
+// Nothing says how large a version is that is not announced yet. So many chunks are a scene of 1 TiB,
+// and a list of them takes 2 MiB.
+constexpr std::uint64_t kWantedChunksMax = std::uint64_t{1} << 24;
 
 }  // namespace
 
@@ -71,7 +74,9 @@ void RelayFeeder::on_record(ChildNumber number, net::ReceivedRecord record,
 
 std::string RelayFeeder::on_need(Child& child, const wire::SceneChunkNeed& need) {
   // A child that asks for a version is done with those before.
-  child.wanted.erase(child.wanted.begin(), child.wanted.lower_bound({need.version, 0}));
+  const auto newer = child.wanted.lower_bound({need.version, 0});
+  for (auto it = child.wanted.begin(); it != newer; it = child.wanted.erase(it))
+    child.wanted_size -= it->second.size();
   child.ready.erase(child.ready.begin(), child.ready.lower_bound({need.version, 0, 0}));
   if (child.wanted.size() >= kNeedsMax) return "it asks for too much at once";
   std::vector<bool> later(need.chunks.size());
@@ -90,7 +95,12 @@ std::string RelayFeeder::on_need(Child& child, const wire::SceneChunkNeed& need)
         return "scene version " + std::to_string(need.version) + " is not here";
     }
   }
-  if (is_any_later) child.wanted[{need.version, need.block}] = std::move(later);
+  if (is_any_later) {
+    std::vector<bool>& wanted = child.wanted[{need.version, need.block}];
+    child.wanted_size += later.size() - wanted.size();
+    wanted = std::move(later);
+  }
+  if (child.wanted_size > kWantedChunksMax) return "it asks for too much at once";
   pump(child);
   return {};
 }

@@ -59,6 +59,7 @@ class RelayFeeder {
     bool has_joined = false;
     wire::ByteCodingMask codings = wire::kByteCodingsNone;
     std::map<std::pair<SceneVersion, std::uint32_t>, std::vector<bool>> wanted;  // not yet here
+    std::uint64_t wanted_size = 0;  // chunks in `wanted`, asked for or not
     std::set<Place> ready;
     wire::LinkRate rate;
     wire::CodecChooser chooser;

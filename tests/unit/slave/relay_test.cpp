@@ -252,6 +252,27 @@ TEST_F(RelayTest, AChunkBeyondTheBlockIsRefused) {
   EXPECT_EQ(faults(*lower), kOnceGone);
 }
 
+// The lists of what it wants are bounded, too: 128 blocks of the largest size, 2 MiB.
+TEST_F(RelayTest, WhoAsksForMoreChunksThanAnySceneHasIsSentAway) {
+  const auto upper = slave("upper");
+  RelayStranger stranger(queue_, network_);
+  stranger.call(upper->node());
+  stranger.say(wire::RelayJoin{RelaySlave::kToken, wire::kByteCodingsNone});
+  for (std::uint32_t i = 0; i < 128; ++i)
+    stranger.say(need_of(kVersion + 1, kSceneBlockChunksMax, i));
+  for (std::uint32_t i = 0; i < 128; ++i)  // the same once more is nothing more
+    stranger.say(need_of(kVersion + 1, kSceneBlockChunksMax, i));
+  settle();
+  EXPECT_FALSE(stranger.closed_at);
+  stranger.say(need_of(kVersion + 1, 1, 128));
+  settle();
+  EXPECT_TRUE(stranger.closed_at);
+  ASSERT_EQ(stranger.heard.size(), 1u);
+  const auto* refuse = std::get_if<wire::Refuse>(&stranger.heard[0]);
+  ASSERT_NE(refuse, nullptr);
+  EXPECT_EQ(refuse->reason, "it asks for too much at once");
+}
+
 TEST_F(RelayTest, AnAlteredChunkEndsItWithThatReason) {
   const auto lower = slave("lower");
   RelayStranger liar(queue_, network_);
