@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Property: exact_hit() decides as integer arithmetic does, for rays and triangles on an integer
-// grid, most of them degenerate in some way: through vertices and edges, in the plane, flat.
+// grid, most of them degenerate in some way: through vertices and edges, in the plane, flat. So does
+// the oracle of the other tests, rational_hit(), and both agree on floats of all sizes.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
 #include "slave/core/primitive/triangle/exact_hit_abi.h"
+#include "tests/support/choices.h"
+#include "tests/support/rational_hit.h"
 #include "tests/support/seed.h"
 
 namespace tessera::core {
@@ -112,6 +115,8 @@ TEST(ExactHit, DecidesAsIntegersDo) {
     for (int k = 0; k < 3; ++k) put(c.corner[k], scale, triangle + 3 * k);
     const ExactHit answer = exact_hit(origin, direction, triangle);
     ASSERT_EQ(answer.is_hit, c.is_hit()) << "seed " << seed << ", case " << i;
+    const test::RationalHit rational = test::rational_hit(origin, direction, triangle);
+    ASSERT_EQ(rational.is_hit, c.is_hit()) << "seed " << seed << ", case " << i;
     if (!answer.is_hit) continue;
     ++hits;
     const double t = c.t() * (double{scale} / double{direction_scale});
@@ -121,6 +126,43 @@ TEST(ExactHit, DecidesAsIntegersDo) {
         << "seed " << seed << ", case " << i << ": t " << answer.t << ", not " << t;
   }
   EXPECT_GT(hits, 50'000u);  // the cases are not all misses
+}
+
+// A float of any size, of either sign, mostly with few bits, now and then zero.
+float any_float(test::Choices& any, int least, int most) {
+  if (any.one_in(8)) return 0;
+  const float share = any.one_in(2) ? std::round(8 * any.sign()) / 8 : any.sign();
+  const auto range = static_cast<unsigned>(most - least);
+  return std::ldexp(share, least + static_cast<int>(any.below(range)));
+}
+
+TEST(ExactHit, DecidesAsRationalArithmeticDoes) {
+  test::Choices any(20062);
+  std::size_t hits = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    // Numbers of one size, of sizes 2^40 apart, or of all sizes that float32 has.
+    const int widths[] = {1, 40, 250}, width = widths[any.below(3)];
+    const int least = -149 + static_cast<int>(any.below(static_cast<unsigned>(270 - width)));
+    float origin[3] = {}, direction[3] = {}, triangle[9] = {};
+    for (float& x : triangle) x = any_float(any, least, least + width);
+    if (any.one_in(3)) std::copy_n(triangle + 3, any.below(4), triangle + 6);
+    for (int a = 0; a < 3; ++a) {
+      const float one = any.share(), other = any.share() * (1 - one);
+      const float target = triangle[a] + one * (triangle[3 + a] - triangle[a]) +
+                           (i % 2 == 0 ? other * (triangle[6 + a] - triangle[a]) : 0);
+      origin[a] = any.one_in(4) ? triangle[a] : any_float(any, least, least + width);
+      direction[a] = any.one_in(8) ? any_float(any, least, least + width) : target - origin[a];
+    }
+    if (direction[0] == 0 && direction[1] == 0 && direction[2] == 0) continue;
+    const ExactHit answer = exact_hit(origin, direction, triangle);
+    const test::RationalHit rational = test::rational_hit(origin, direction, triangle);
+    ASSERT_EQ(answer.is_hit, rational.is_hit) << "case " << i;
+    if (!answer.is_hit) continue;
+    ++hits;
+    if (!std::isfinite(answer.t)) continue;  // beyond float32
+    ASSERT_TRUE(test::is_near({answer.t, false}, rational.t)) << "case " << i << ": " << answer.t;
+  }
+  EXPECT_GT(hits, 10'000u);
 }
 
 }  // namespace

@@ -9,11 +9,10 @@
 #include <bit>
 #include <cmath>
 #include <cstdlib>
-#include <random>
 
 #include "slave/core/primitive/triangle/exact_hit_abi.h"
+#include "tests/support/choices.h"
 #include "tests/support/packets.h"
-#include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
 namespace tessera::core {
@@ -24,24 +23,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // TESSERA_LONG=1 asks for the long form.
 int rounds(int few) { return std::getenv("TESSERA_LONG") == nullptr ? few : 20 * few; }
 
-class Hard {
- public:
-  explicit Hard(unsigned seed) : random_(test::seed(seed)) {}
-
-  float share() { return std::uniform_real_distribution<float>(0, 1)(random_); }
-  float sign() { return 2 * share() - 1; }
-  unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
-  float power(float low, float high) { return std::pow(10.0f, low + (high - low) * share()); }
-  Vec3f point(float size) { return {size * sign(), size * sign(), size * sign()}; }
-  // A point up to 2^5 roundings away.
-  Vec3f beside(Vec3f p) {
-    const float largest = std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
-    return p + point(largest * 0x1p-24f * static_cast<float>(1u << below(6)));
-  }
-
- private:
-  std::mt19937 random_;
-};
+using test::Choices;
 
 struct Fan {
   Vec3f origin;
@@ -98,13 +80,13 @@ struct Sliver {
   float size;
   Vec3f middle;
 
-  explicit Sliver(Hard& any) : size(any.power(-6, 6)) {
+  explicit Sliver(Choices& any) : size(any.power(-6, 6)) {
     if (any.below(2) == 0) middle = any.point(size * any.power(0, 4));
     a = middle + any.point(size);
     b = any.below(2) == 0 ? middle + any.point(size) : a + any.point(size * any.power(-3, 0));
     c = any.beside(b);
   }
-  Mesh mesh(Hard& any) const {
+  Mesh mesh(Choices& any) const {
     Mesh mesh;
     mesh.positions = {a, b, c};
     const unsigned first = any.below(3);
@@ -113,7 +95,7 @@ struct Sliver {
     mesh.materials = {0};
     return mesh;
   }
-  Vec3f any_origin(Hard& any) const {
+  Vec3f any_origin(Choices& any) const {
     const Vec3f along = a + (b - a) * (4 * any.share() - 2);
     switch (any.below(4)) {
       case 0:
@@ -126,7 +108,7 @@ struct Sliver {
         return any.beside(a);
     }
   }
-  Vec3f target(Hard& any) const {
+  Vec3f target(Choices& any) const {
     const float x = any.share();
     switch (any.below(4)) {
       case 0:
@@ -139,7 +121,7 @@ struct Sliver {
         return any.below(2) == 0 ? b : (a + b) * 0.5f;
     }
   }
-  Fan fan(Hard& any) const {
+  Fan fan(Choices& any) const {
     Fan fan;
     fan.origin = any_origin(any);
     fan.t_min = any.below(2) == 0 ? 0 : 1e-4f;
@@ -153,7 +135,7 @@ struct Sliver {
 
 TEST(FanTriangles, SliversAreHitByFansAsByTheirRaysAlone) {
   for (const Isa isa : test::isas_here()) {
-    Hard any(180);
+    Choices any(180);
     Count count;
     for (int round = 0; round < rounds(700); ++round) {
       const Sliver sliver(any);
@@ -168,7 +150,7 @@ TEST(FanTriangles, SliversAreHitByFansAsByTheirRaysAlone) {
 
 TEST(FanTriangles, SliversAreHitWhereExactArithmeticSaysSo) {
   const Isa isa = widest_isa(supported_isas());
-  Hard any(181);
+  Choices any(181);
   std::uint64_t different = 0;
   for (int round = 0; round < rounds(700); ++round) {
     const Sliver sliver(any);
@@ -212,7 +194,7 @@ TEST(FanTriangles, LongRaysHitTheSliverOfTheHall) {
   Fan fan;
   fan.origin = {0x1.73867ep+22f, 0x1.0dcba4p+23f, 0x1.9b40acp+20f};
   for (const float spread : {0.0f, 1e-7f, 1e-5f, 1e-3f, 0.1f}) {
-    Hard any(182);
+    Choices any(182);
     for (int i = 0; i < kPacketRays; ++i) {
       const Vec3f d{-0x1.bd902p+19f, -0x1.6a11c8p+22f, -0x1.449482p+19f};
       for (int a = 0; a < 3; ++a)
@@ -232,7 +214,7 @@ TEST(FanTriangles, LongRaysHitTheSliverOfTheHall) {
 }
 
 // Triangles of one plane, some of them twice and some a few roundings off.
-Mesh stack(Hard& any, float size, Vec3f middle) {
+Mesh stack(Choices& any, float size, Vec3f middle) {
   Mesh mesh;
   const Vec3f u = any.point(size), v = any.point(size);
   for (unsigned k = 0; k < 40; ++k) {
@@ -249,7 +231,7 @@ Mesh stack(Hard& any, float size, Vec3f middle) {
 
 TEST(FanTriangles, OfAStackTheNearestIsTheOneOfItsRayAlone) {
   for (const Isa isa : test::isas_here()) {
-    Hard any(183);
+    Choices any(183);
     Count count;
     for (int round = 0; round < rounds(150); ++round) {
       const float size = any.power(-5, 5);
