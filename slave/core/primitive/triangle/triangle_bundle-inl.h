@@ -35,6 +35,8 @@ class BundleBlock {
   static constexpr size_t kLanes = BundleRays::kLanes;
   static constexpr size_t kRows = BundleRays::kRows;
   static constexpr size_t kStep = kLanesOf<VB>;
+  // Up to so many open rays of a row are decided at once; see triangle_ray-inl.h.
+  static constexpr int kFew = static_cast<int>(kLanes / 4);
 
  public:
   static constexpr bool kIsAny = kAny;
@@ -52,6 +54,7 @@ class BundleBlock {
                            const Plane& plane);
   HWY_INLINE V distance_of(const TriangleBlock<W>& block, size_t lane, size_t at,
                            const Plane& plane) const;
+  HWY_NOINLINE uint32_t elsewhere(const TriangleBlock<W>& block, size_t lane, size_t at) const;
   HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, size_t ray);
 
   BundleRays& rays_;
@@ -156,6 +159,7 @@ bool BundleBlock<W, kAny>::test_row(const TriangleBlock<W>& block, size_t lane, 
   uint32_t open = rays_.template take<kAny>(
       row, {t, counts, is_possible, counts && is_inside, load<V>(rays_.t_min + at)},
       block.primitive[lane], has_hit);
+  if (HWY_UNLIKELY(__builtin_popcount(open) > kFew)) open &= ~elsewhere(block, lane, at);
   for (; open != 0; open &= open - 1)
     has_hit |= decide(block, lane, at + static_cast<size_t>(__builtin_ctz(open)));
   return has_hit;
@@ -179,6 +183,24 @@ typename BundleBlock<W, kAny>::V BundleBlock<W, kAny>::distance_of(const Triangl
   return halves(D(), [&](size_t half) { return distance(at + half * kLanes / 2); });
 }
 
+// Returns: bits of rays, from `at` on, that surely miss a triangle.
+template <int W, bool kAny>
+uint32_t BundleBlock<W, kAny>::elsewhere(const TriangleBlock<W>& block, size_t lane,
+                                         size_t at) const {
+  uint32_t found = 0;
+  for (size_t first = 0; first < kLanes; first += kLanesOf<Doubles>) {
+    const auto corner = [&](size_t k) HWY_ATTR {
+      return set<Doubles>(static_cast<double>(block.vertex[k][lane]));
+    };
+    const auto of = [&](const auto& v) {
+      return [&](size_t k) HWY_ATTR { return in_double(v[k] + at + first); };
+    };
+    const auto out = is_elsewhere(corner, of(rays_.from), of(rays_.direction));
+    found |= uint32_t{bits_of<Doubles>(out)} << first;
+  }
+  return found;
+}
+
 // Decides one ray that the filter leaves open.
 template <int W, bool kAny>
 bool BundleBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, size_t ray) {
@@ -189,10 +211,14 @@ bool BundleBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, si
     origin[k] = rays_.from[k][ray];
     direction[k] = rays_.direction[k][ray];
   }
-  const ExactHit exact = exact_hit(origin, direction, triangle);
-  if (!exact.is_hit) return false;
   float speed = 0, t = 0;
-  if (!plane_t(plane_of(block, lane, origin), direction, rays_.length[ray], speed, t)) t = exact.t;
+  if (plane_t(plane_of(block, lane, origin), direction, rays_.length[ray], speed, t)) {
+    if (!is_exact_hit(origin, direction, triangle)) return false;
+  } else {
+    const ExactHit exact = exact_hit(origin, direction, triangle);
+    if (!exact.is_hit) return false;
+    t = exact.t;
+  }
   return rays_.template take<kAny>(ray, t, rays_.t_min[ray], block.primitive[lane]);
 }
 

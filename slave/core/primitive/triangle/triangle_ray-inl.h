@@ -17,6 +17,9 @@
 // them by 6, so t is known to that part of what the corners' t differ by, and to the roundings.
 // That rules triangles out, and is all that any-hit needs, before plane-inl.h says what t is.
 //
+// Where many triangles of a block are open, elsewhere-inl.h rules most of them out before the rest
+// is decided.
+//
 // Threads. One traversal owns one.
 #include "slave/core/primitive/triangle/exact_hit_abi.h"
 #include "slave/core/primitive/triangle/triangle_layout.h"
@@ -29,6 +32,7 @@
 #define TESSERA_CORE_TRIANGLE_RAY_INL_H_
 #endif
 
+#include "slave/core/primitive/triangle/elsewhere-inl.h"
 #include "slave/core/primitive/triangle/plane-inl.h"
 #include "slave/core/ray/one_ray-inl.h"
 #include "slave/core/simd/real-inl.h"
@@ -69,6 +73,8 @@ class TriangleRay {
   using V = FloatsOf<W>;  // triangles
   using M = MaskOf<V>;
   static constexpr size_t kStep = kLanesOf<V>;
+  // Up to so many open triangles of a step are decided at once, which costs no more than elsewhere().
+  static constexpr int kFew = static_cast<int>(kStep / 4);
 
   // kIsAlone: for a ray by itself, which gains by a branch where no triangle is possible, and does
   // not gain by narrowing t for closest hits. Rays in flight have it the other way round.
@@ -77,7 +83,8 @@ class TriangleRay {
   HWY_INLINE void settle(const TriangleBlock<W>& block, size_t first, const Candidates& found);
   HWY_INLINE void narrow(const V* edge, const V* t, V tolerance, M is_sure, V& low, V& high) const;
   HWY_INLINE void test_triangle(const TriangleBlock<W>& block, size_t lane, bool is_sure);
-  HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, float& exact_t) const;
+  HWY_NOINLINE uint32_t elsewhere(const TriangleBlock<W>& block, size_t first) const;
+  HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, bool counts, float& t) const;
 
   OneRay& ray_;
   float tolerance_;  // of an edge function per size of its triangle across the ray
@@ -161,21 +168,41 @@ void TriangleRay<W, kAny>::settle(const TriangleBlock<W>& block, size_t first,
     const auto lane = first + static_cast<size_t>(__builtin_ctz(found.certain));
     return ray_.template accept<kAny>(ray_.best_t, static_cast<int32_t>(block.primitive[lane]));
   }
-  for (uint32_t bits = found.possible; bits != 0; bits &= bits - 1) {
+  uint32_t bits = found.possible;
+  const uint32_t open = bits & ~found.sure;
+  if (HWY_UNLIKELY(__builtin_popcount(open) > kFew)) bits &= ~(open & elsewhere(block, first));
+  for (; bits != 0; bits &= bits - 1) {
     const auto lane = static_cast<size_t>(__builtin_ctz(bits));
     test_triangle(block, first + lane, found.sure >> lane & 1u);
   }
 }
 
-// Decides a triangle that candidates() leaves open.
+// Returns: bits of triangles, from `first` on, that the ray surely misses.
 template <int W, bool kAny>
-bool TriangleRay<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane,
-                                  float& exact_t) const {
+uint32_t TriangleRay<W, kAny>::elsewhere(const TriangleBlock<W>& block, size_t first) const {
+  uint32_t found = 0;
+  for (size_t at = 0; at < kStep; at += kLanesOf<Doubles>) {
+    const auto corner = [&](size_t k) HWY_ATTR { return in_double(block.vertex[k] + first + at); };
+    const auto of = [](const float* v) {
+      return [v](size_t k) HWY_ATTR { return set<Doubles>(static_cast<double>(v[k])); };
+    };
+    const auto out = is_elsewhere(corner, of(ray_.origin), of(ray_.direction));
+    found |= uint32_t{bits_of<Doubles>(out)} << at;
+  }
+  return found;
+}
+
+// Decides a triangle that candidates() leaves open. counts: whether t is that of the plane; else it
+// is found.
+template <int W, bool kAny>
+bool TriangleRay<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, bool counts,
+                                  float& t) const {
   TESSERA_COUNT(exact, 1);
   float triangle[9];
   for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
+  if (counts) return is_exact_hit(ray_.origin, ray_.direction, triangle);
   const ExactHit exact = exact_hit(ray_.origin, ray_.direction, triangle);
-  exact_t = exact.t;
+  t = exact.t;
   return exact.is_hit;
 }
 
@@ -188,10 +215,8 @@ void TriangleRay<W, kAny>::test_triangle(const TriangleBlock<W>& block, size_t l
   const auto number = static_cast<int32_t>(block.primitive[lane]);
   if (counts && !ray_.is_nearer(t, number)) return;
   if (!counts || !is_sure) {
-    float exact_t = 0;
-    if (!decide(block, lane, exact_t)) return;
-    if (!counts) t = exact_t;
-    if (!ray_.is_nearer(t, number)) return;
+    if (!decide(block, lane, counts, t)) return;
+    if (!counts && !ray_.is_nearer(t, number)) return;
   }
   ray_.template accept<kAny>(t, number);
 }
