@@ -9,7 +9,7 @@ import re
 import scaling_series
 
 KINDS = {"primary": "camera", "shadow": "shadow", "bounce": "bounce"}
-STRUCTURES = {"bvh": "hierarchy", "kd": "kd-tree", "kdq": "quality kd-tree"}
+STRUCTURES = {"bvh": "hierarchy", "kd": "kd-tree", "kdq": "quality kd-tree", "instanced": "two levels"}
 
 
 def number(value):
@@ -28,7 +28,7 @@ def span(values):
 
 def structure_of(name):
     """Returns, for a contender's or a build's name, ("bvh", "16"), ("kd", "8"), ("kdq", "8") or (None, None)."""
-    match = re.match(r"(bvh|kd)(\d+)(q?)\b", name)
+    match = re.match(r"(bvh|kd|instanced)(\d+)(q?)\b", name)
     return (match[1] + match[3], match[2]) if match else (None, None)
 
 
