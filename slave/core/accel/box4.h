@@ -32,9 +32,10 @@ struct Box4 {
   Float4 lower = splat4(std::numeric_limits<float>::infinity());
   Float4 upper = splat4(-std::numeric_limits<float>::infinity());
 
+  // A lane that is NaN leaves the box as it is.
   void grow(Float4 low, Float4 high) {
-    lower.v = _mm_min_ps(lower.v, low.v);
-    upper.v = _mm_max_ps(upper.v, high.v);
+    lower.v = _mm_min_ps(low.v, lower.v);
+    upper.v = _mm_max_ps(high.v, upper.v);
   }
   void grow(const Box4& box) { grow(box.lower, box.upper); }
   // Returns: half the surface area; 0 for an empty box.

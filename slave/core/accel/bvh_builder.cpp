@@ -215,8 +215,7 @@ std::vector<PrimitiveRef> references(std::span<const Bounds3f> boxes, RefRange& 
     if (b.is_empty()) continue;
     refs.push_back({{b.lower.x, b.lower.y, b.lower.z},
                     static_cast<std::uint32_t>(p),
-                    {b.upper.x, b.upper.y, b.upper.z},
-                    0});
+                    {b.upper.x, b.upper.y, b.upper.z}});
     all.grow(refs.back());
   }
   all.end = static_cast<std::uint32_t>(refs.size());

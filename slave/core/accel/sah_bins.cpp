@@ -27,8 +27,7 @@ struct BinMap {
     scale = load4(lanes);
   }
 
-  __m128i bins_of(const PrimitiveRef& ref) const {
-    const Float4 centroid = load4(ref.lower) + load4(ref.upper);
+  __m128i bins_of(Float4 centroid) const {
     return _mm_cvttps_epi32(((centroid - origin) * scale).v);
   }
   bool splits(int axis) const { return scale[axis] > 0; }
@@ -39,45 +38,106 @@ float blocks_of(std::uint32_t count, std::uint32_t block_size) {
   return static_cast<float>(whole);
 }
 
+// From this many references on they go into two sets of bins in turns. Neighbours mostly share a
+// bin, and would wait for each other's stores.
+constexpr std::uint32_t kTwoSetsMin = 256;
+
+// The side of a cut that a reference is on, and the boxes of the doubled centroids on each side.
+// There is no branch, for sides are as good as random: a box takes what is on its side, and NaN for
+// what is not, which min and max drop where it is their first operand.
+class Sides {
+ public:
+  Sides(const RefRange& range, const SahCut& cut) : map_(range) {
+    alignas(16) int last[4];
+    std::fill_n(last, 4, std::numeric_limits<int>::max());
+    last[cut.axis] = cut.bin;
+    last_left_ = _mm_load_si128(reinterpret_cast<const __m128i*>(last));
+  }
+
+  // Returns: 1 for the right side, 0 for the left.
+  std::uint32_t side_of(const PrimitiveRef& ref) {
+    const Float4 centroid = load4(ref.lower) + load4(ref.upper);
+    const __m128i lanes = _mm_cmpgt_epi32(map_.bins_of(centroid), last_left_);
+    const __m128i is_right = _mm_set1_epi32(_mm_movemask_epi8(lanes) == 0 ? 0 : -1);
+    const __m128i is_left = _mm_xor_si128(is_right, _mm_set1_epi32(-1));
+    const Float4 at_left{_mm_or_ps(centroid.v, _mm_castsi128_ps(is_right))};
+    const Float4 at_right{_mm_or_ps(centroid.v, _mm_castsi128_ps(is_left))};
+    left.grow(at_left, at_left);
+    right.grow(at_right, at_right);
+    return static_cast<std::uint32_t>(_mm_cvtsi128_si32(is_right)) & 1u;
+  }
+
+  Box4 left, right;
+
+ private:
+  BinMap map_;
+  __m128i last_left_;  // of each axis: no bin is past the last one on the two that are not cut
+};
+
 }  // namespace
+
+void SahBins::fill(std::span<const PrimitiveRef> refs, const RefRange& range) {
+  const BinMap map(range);
+  const bool has_two = refs.size() >= kTwoSetsMin;
+  const int sets = has_two ? 2 : 1;
+  for (int set = 0; set < sets; ++set) {
+    for (auto& axis : bins_[set]) std::fill_n(axis, map.count, Bin{});
+  }
+  const auto put = [&map](const PrimitiveRef& ref, Bin(&bins)[3][kBinsMax]) {
+    const Float4 lower = load4(ref.lower), upper = load4(ref.upper);
+    const __m128i lanes = map.bins_of(lower + upper);
+    const auto xy = static_cast<std::uint64_t>(_mm_cvtsi128_si64(lanes));
+    const int z = _mm_cvtsi128_si32(_mm_unpackhi_epi32(lanes, lanes));
+    bins[0][static_cast<std::uint32_t>(xy)].add(lower, upper);
+    bins[1][xy >> 32].add(lower, upper);
+    bins[2][z].add(lower, upper);
+  };
+  std::size_t i = 0;
+  for (; has_two && i + 1 < refs.size(); i += 2) {
+    put(refs[i], bins_[0]);
+    put(refs[i + 1], bins_[1]);
+  }
+  for (; i < refs.size(); ++i) put(refs[i], bins_[0]);
+  if (!has_two) return;
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b < map.count; ++b) {
+      bins_[0][a][b].bounds.grow(bins_[1][a][b].bounds);
+      bins_[0][a][b].count += bins_[1][a][b].count;
+    }
+  }
+}
 
 SahCut SahBins::cut(std::span<const PrimitiveRef> refs, const RefRange& range,
                     std::uint32_t block_size) {
+  fill(refs.subspan(range.begin, range.size()), range);
   const BinMap map(range);
-  for (auto& axis : bins_) std::fill_n(axis, map.count, Bin{});
-  for (const PrimitiveRef& ref : refs.subspan(range.begin, range.size())) {
-    alignas(16) int bin[4];
-    _mm_store_si128(reinterpret_cast<__m128i*>(bin), map.bins_of(ref));
-    const Float4 lower = load4(ref.lower), upper = load4(ref.upper);
-    for (int a = 0; a < 3; ++a) {
-      Bin& b = bins_[a][bin[a]];
-      b.bounds.grow(lower, upper);
-      ++b.count;
-    }
-  }
   SahCut best;
   best.cost = std::numeric_limits<float>::infinity();
   for (int a = 0; a < 3; ++a) {
     if (!map.splits(a)) continue;
+    const Bin* const bins = bins_[0][a];
     float right_cost[kBinsMax];
     Box4 box;
     std::uint32_t count = 0;
     for (int b = map.count - 1; b > 0; --b) {
-      box.grow(bins_[a][b].bounds);
-      count += bins_[a][b].count;
+      box.grow(bins[b].bounds);
+      count += bins[b].count;
       right_cost[b] = count == 0 ? std::numeric_limits<float>::infinity()
                                  : box.half_area() * blocks_of(count, block_size);
     }
     box = {};
     count = 0;
     for (int b = 0; b + 1 < map.count; ++b) {
-      box.grow(bins_[a][b].bounds);
-      count += bins_[a][b].count;
+      box.grow(bins[b].bounds);
+      count += bins[b].count;
       if (count == 0) continue;
       const float cost = box.half_area() * blocks_of(count, block_size) + right_cost[b + 1];
-      if (cost < best.cost) best = {a, b, cost};
+      if (cost < best.cost) best = {a, b, cost, {}, {}};
     }
   }
+  if (best.axis < 0) return best;
+  const Bin* const bins = bins_[0][best.axis];
+  for (int b = 0; b < map.count; ++b) (b <= best.bin ? best.left : best.right).grow(bins[b].bounds);
   return best;
 }
 
@@ -94,18 +154,19 @@ std::pair<RefRange, RefRange> SahBins::split(std::span<PrimitiveRef> refs, const
     left.end = right.begin = middle;
     return {left, right};
   }
-  const BinMap map(range);
-  while (next < end) {
-    alignas(16) int bin[4];
-    _mm_store_si128(reinterpret_cast<__m128i*>(bin), map.bins_of(refs[next]));
-    if (bin[cut.axis] <= cut.bin) {
-      left.grow(refs[next++]);
-    } else {
-      std::swap(refs[next], refs[--end]);
-      right.grow(refs[end]);
-    }
+  Sides sides(range, cut);
+  // Every reference changes places with the first one on the right; one on the left stays there.
+  for (std::uint32_t i = next; i < end; ++i) {
+    const PrimitiveRef ref = refs[i];
+    refs[i] = refs[next];
+    refs[next] = ref;
+    next += 1 - sides.side_of(ref);
   }
-  left.end = right.begin = end;
+  left.end = right.begin = next;
+  left.bounds = cut.left;
+  right.bounds = cut.right;
+  left.centroids = sides.left;
+  right.centroids = sides.right;
   return {left, right};
 }
 
