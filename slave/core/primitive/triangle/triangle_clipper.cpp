@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace tessera::core {
 namespace {
@@ -40,6 +41,14 @@ void cut(const Polygon& polygon, int axis, double plane, double side, Polygon& k
   }
 }
 
+// Whether a cut would change the polygon. Most planes cut nothing off.
+bool is_beyond(const Polygon& polygon, int axis, double plane, double side) {
+  for (int i = 0; i < polygon.count; ++i) {
+    if (!(side * (polygon.corner[i][axis] - plane) >= 0)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 // A corner made by cut() is off by at most 4 roundings of double of the largest coordinate of the
@@ -58,20 +67,28 @@ Bounds3f TriangleClipper::clip(std::uint32_t triangle, const Bounds3f& voxel) co
     polygon.add(corner);
   }
   const double slack = largest * 0x1p-48;
+  Polygon* from = &polygon;
+  Polygon* to = &half;
+  const auto keep = [&](int axis, double plane, double side) {
+    if (!is_beyond(*from, axis, plane, side)) return;
+    cut(*from, axis, plane, side, *to);
+    std::swap(from, to);
+  };
   for (int a = 0; a < 3; ++a) {
-    cut(polygon, a, static_cast<double>(voxel.lower[a]) - slack, 1, half);
-    cut(half, a, static_cast<double>(voxel.upper[a]) + slack, -1, polygon);
+    keep(a, static_cast<double>(voxel.lower[a]) - slack, 1);
+    keep(a, static_cast<double>(voxel.upper[a]) + slack, -1);
   }
-  if (polygon.count == 0) return {};
+  const Polygon& left = *from;
+  if (left.count == 0) return {};
   Vec3f lower, upper;
   const auto set = [](Vec3f& to, int axis, float value) {
     (axis == 0 ? to.x : axis == 1 ? to.y : to.z) = value;
   };
   for (int a = 0; a < 3; ++a) {
-    double low = polygon.corner[0][a], high = low;
-    for (int i = 1; i < polygon.count; ++i) {
-      low = std::min(low, polygon.corner[i][a]);
-      high = std::max(high, polygon.corner[i][a]);
+    double low = left.corner[0][a], high = low;
+    for (int i = 1; i < left.count; ++i) {
+      low = std::min(low, left.corner[i][a]);
+      high = std::max(high, left.corner[i][a]);
     }
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     const auto outward = [](double value, float towards) {
