@@ -24,6 +24,7 @@ struct Method {
 };
 constexpr Method kMethods[] = {{"bvh, packets", core::Structure::kBvh, 64},
                                {"bvh, single", core::Structure::kBvh, 1},
+                               {"bvh-q, packets", core::Structure::kBvhQuality, 64},
                                {"kd, packets", core::Structure::kKd, 64},
                                {"kd, single", core::Structure::kKd, 1},
                                {"kd-q, packets", core::Structure::kKdQuality, 64}};

@@ -56,12 +56,20 @@ void add_ours(const Input& input, int threads, std::vector<Row>& rows) {
       return core::index_by_bvh<W>(input.boxes, input.triangles.vertices, {n, nullptr});
     });
   };
+  const auto spatial = [&input](int n) {
+    return timed([&] {
+      const core::TriangleClipper clipper(input.triangles.vertices);
+      return core::index_by_bvh<W>(input.boxes, input.triangles.vertices, {n, nullptr},
+                                   core::spatial_build(clipper));
+    });
+  };
   const auto kd = [&input](int n) {
     return timed([&] {
       return core::index_by_kd<W>(input.boxes, input.triangles.vertices, {n, nullptr});
     });
   };
   rows.push_back({"bvh" + width, threads, bvh, false});
+  rows.push_back({"bvh" + width + " quality", threads, spatial, false});
   const auto quality = [&input](int n) {
     return timed([&] {
       const core::TriangleClipper clipper(input.triangles.vertices);

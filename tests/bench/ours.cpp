@@ -241,6 +241,9 @@ class Ours final : public Entrants {
       return core::index_by_bvh<W>(boxes, triangles.vertices, alone);
     });
     if (!options_.with_kd) return;
+    build<core::IndexedBvh<W>>("bvh" + width + "q", table, [&] {
+      return core::index_by_bvh<W>(boxes, triangles.vertices, alone, core::spatial_build(clipper));
+    });
     build<core::IndexedKd<W>>("kd" + width, table, [&] {
       return core::index_by_kd<W>(boxes, triangles.vertices, alone);
     });

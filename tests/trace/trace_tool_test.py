@@ -149,8 +149,8 @@ class TraceTool(unittest.TestCase):
                 self.assertGreater(sum(h[0] for h in hits), len(rays) // 4)
                 for ray, hit in zip(rays, hits):
                     self.judge(ray, triangles, hit)
-                self.assertEqual(self.hits(scene, file, "--structure", "kd"), hits)
-                self.assertEqual(self.hits(scene, file, "--structure", "kd-quality"), hits)
+                for structure in ("kd", "kd-quality", "bvh-quality"):
+                    self.assertEqual(self.hits(scene, file, "--structure", structure), hits)
 
     def test_answers_do_not_depend_on_bundles_threads_or_instruction_sets(self):
         rng = random.Random(7)

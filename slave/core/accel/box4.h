@@ -38,6 +38,11 @@ struct Box4 {
     upper.v = _mm_max_ps(high.v, upper.v);
   }
   void grow(const Box4& box) { grow(box.lower, box.upper); }
+  // Leaves what is in `box`, too.
+  void shrink(const Box4& box) {
+    lower.v = _mm_max_ps(lower.v, box.lower.v);
+    upper.v = _mm_min_ps(upper.v, box.upper.v);
+  }
   // Returns: half the surface area; 0 for an empty box.
   float half_area() const {
     const Float4 extent{_mm_max_ps(_mm_sub_ps(upper.v, lower.v), _mm_setzero_ps())};

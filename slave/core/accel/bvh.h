@@ -7,7 +7,8 @@
 //   (1) Every node but the root has one parent, in front of it; none is deeper than kBvhDepthMax.
 //   (2) A child's box holds the boxes of all that lies below it.
 //   (3) Every primitive with a box that is not empty stands in exactly one block; primitives
-//       ascend by number within a leaf.
+//       ascend by number within a leaf. Where primitives were cut, one stands in a leaf for each of
+//       its parts, and (2) holds for the parts.
 #pragma once
 
 #include <cstdint>
@@ -26,9 +27,9 @@ struct Bvh {
   std::vector<BvhNode<W>> nodes;  // root first; empty without primitives
 
   std::uint64_t memory_bytes() const { return nodes.capacity() * sizeof(BvhNode<W>); }
-  // Walks the whole hierarchy. Requires: it was built from this set. Returns: kInternal naming what
-  // is broken.
-  Status validate(const PrimitiveSet& set) const;
+  // Walks the whole hierarchy. Requires: it was built from this set. `clipper`: the one that cut its
+  // primitives; null where they are whole. Returns: kInternal naming what is broken.
+  Status validate(const PrimitiveSet& set, const PrimitiveClipper* clipper = nullptr) const;
 };
 
 }  // namespace tessera::core

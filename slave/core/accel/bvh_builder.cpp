@@ -10,6 +10,7 @@
 
 #include "slave/core/accel/run_tasks.h"
 #include "slave/core/accel/sah_bins.h"
+#include "slave/core/accel/spatial_split.h"
 
 namespace tessera::core {
 namespace {
@@ -35,6 +36,10 @@ struct Child {
   RefRange range;
   SahCut cut;
   bool is_leaf = true;
+  SpatialCut in_space{};  // with an axis: takes the place of `cut`
+
+  bool is_cut() const { return cut.axis >= 0 || in_space.axis >= 0; }
+  float cost() const { return in_space.axis >= 0 ? in_space.cost : cut.cost; }
 };
 
 template <int W>
@@ -50,17 +55,18 @@ class Builder {
     std::vector<Task> spawned{};
   };
 
-  Builder(std::span<PrimitiveRef> refs, const PrimitiveSet& set, const BuildControl& control,
-          const BvhBuildConfig& config)
+  Builder(std::span<PrimitiveRef> refs, const RefRange& all, const PrimitiveSet& set,
+          const BuildControl& control, const BvhBuildConfig& config)
       : refs_(refs),
         leaves_(set.leaves),
         control_(control),
         config_(config),
         alone_from_(set.alone_from),
-        block_size_(set.alone_from < set.boxes.size() ? 1 : W) {
-    const auto share = static_cast<std::uint32_t>(refs.size() / kTaskShare);
-    task_refs_ = std::max(kTaskRefsMin, share);
-  }
+        block_size_(set.alone_from < set.boxes.size() ? 1 : W),
+        counted_by_(config.counts_primitives ? 1 : block_size_),
+        counted_blocks_(static_cast<float>(counted_by_) / static_cast<float>(block_size_)),
+        task_refs_(std::max(kTaskRefsMin, all.size() / kTaskShare)),
+        overlap_min_(config.overlap_min * all.bounds.half_area()) {}
 
   bool is_cancelled() const {
     return control_.is_cancelled != nullptr &&
@@ -71,13 +77,17 @@ class Builder {
     Child child{range, {}, true};
     const bool may_be_leaf = range.size() <= W * kBvhLeafBlocksMax && !has_to_split(range);
     if (range.size() <= W && may_be_leaf) return child;
-    if (depth < kHalvingDepth) child.cut = bins.cut(refs_, range, block_size_);
+    if (depth < kHalvingDepth) {
+      child.cut = bins.cut(refs_, range, counted_by_);
+      cut_in_space(child);
+    }
     const float area = range.bounds.half_area();
     const auto block_count = (range.size() + block_size_ - 1) / block_size_;
     const auto blocks = static_cast<float>(block_count);
     const float as_leaf = config_.cost_block * area * blocks;
-    const float as_node = config_.cost_node * area + config_.cost_block * child.cut.cost;
-    child.is_leaf = may_be_leaf && (child.cut.axis < 0 || as_leaf <= as_node);
+    const float as_node =
+        config_.cost_node * area + config_.cost_block * child.cost() * counted_blocks_;
+    child.is_leaf = may_be_leaf && (!child.is_cut() || as_leaf <= as_node);
     return child;
   }
 
@@ -107,8 +117,7 @@ class Builder {
         widest_area = area;
       }
       if (widest < 0) break;
-      const auto [left, right] =
-          SahBins::split(refs_, children[widest].range, children[widest].cut);
+      const auto [left, right] = halves_of(children[widest]);
       children[widest] = child_of(left, depth + 1, bins);
       children[count++] = child_of(right, depth + 1, bins);
     }
@@ -129,6 +138,24 @@ class Builder {
   }
 
  private:
+  // Cuts the child in space where that is cheaper.
+  void cut_in_space(Child& child) const {
+    if (config_.clipper == nullptr || child.range.room() == 0) return;
+    const SahCut& cut = child.cut;
+    Box4 shared = cut.left;
+    shared.shrink(cut.right);
+    if (cut.axis >= 0 && !(shared.half_area() > overlap_min_)) return;
+    SpatialSplitter splitter(*config_.clipper);
+    const SpatialCut in_space = splitter.cut(refs_, child.range, counted_by_);
+    const bool is_cheaper = cut.axis < 0 || config_.cut_weight * in_space.cost < cut.cost;
+    if (in_space.axis >= 0 && is_cheaper) child.in_space = in_space;
+  }
+
+  std::pair<RefRange, RefRange> halves_of(const Child& child) const {
+    if (child.in_space.axis < 0) return SahBins::split(refs_, child.range, child.cut);
+    return SpatialSplitter(*config_.clipper).split(refs_, child.range, child.in_space);
+  }
+
   // Whether a primitive of the range takes a leaf of its own and is not alone.
   bool has_to_split(const RefRange& range) const {
     if (block_size_ == W || range.size() == 1) return false;
@@ -162,7 +189,10 @@ class Builder {
   const BvhBuildConfig& config_;
   const std::uint32_t alone_from_;
   const std::uint32_t block_size_;  // 1 where some primitives take a leaf each
-  std::uint32_t task_refs_;
+  const std::uint32_t counted_by_;  // primitives in what splits count
+  const float counted_blocks_;      // blocks in what splits count
+  const std::uint32_t task_refs_;
+  const float overlap_min_;
 };
 
 // Appends a task's result and ties it to the slot that its parent kept for it. Returns: the number
@@ -207,9 +237,12 @@ std::vector<typename Builder<W>::Task> run_rounds(const Builder<W>& builder, con
   return done;
 }
 
-std::vector<PrimitiveRef> references(std::span<const Bounds3f> boxes, RefRange& all) {
+// Returns: a reference to each primitive with a box, with room for a share of `cuts_max` more.
+std::vector<PrimitiveRef> references(std::span<const Bounds3f> boxes, float cuts_max,
+                                     RefRange& all) {
+  const auto room = static_cast<std::size_t>(cuts_max * static_cast<float>(boxes.size()));
   std::vector<PrimitiveRef> refs;
-  refs.reserve(boxes.size());
+  refs.reserve(boxes.size() + room);
   for (std::size_t p = 0; p < boxes.size(); ++p) {
     const Bounds3f& b = boxes[p];
     if (b.is_empty()) continue;
@@ -219,6 +252,8 @@ std::vector<PrimitiveRef> references(std::span<const Bounds3f> boxes, RefRange& 
     all.grow(refs.back());
   }
   all.end = static_cast<std::uint32_t>(refs.size());
+  if (!refs.empty()) refs.resize(refs.size() + room);
+  all.limit = static_cast<std::uint32_t>(refs.size());
   return refs;
 }
 
@@ -226,11 +261,12 @@ template <int W>
 Result<Bvh<W>> build(const PrimitiveSet& set, const BuildControl& control,
                      const BvhBuildConfig& config) {
   RefRange all;
-  std::vector<PrimitiveRef> refs = references(set.boxes, all);
+  std::vector<PrimitiveRef> refs =
+      references(set.boxes, config.clipper != nullptr ? config.cuts_max : 0, all);
   Bvh<W> bvh;
   if (refs.empty()) return bvh;
   bvh.bounds = all.bounds.bounds();
-  const Builder<W> builder(refs, set, control, config);
+  const Builder<W> builder(refs, all, set, control, config);
   auto tasks = run_rounds(builder, all, control.thread_count);
   if (builder.is_cancelled())
     return Status::cancelled("the build of the spatial index was cancelled");
@@ -255,6 +291,13 @@ Result<Bvh<W>> build(const PrimitiveSet& set, const BuildControl& control,
 }
 
 }  // namespace
+
+BvhBuildConfig spatial_build(const PrimitiveClipper& clipper) {
+  BvhBuildConfig config;
+  config.clipper = &clipper;
+  config.counts_primitives = true;
+  return config;
+}
 
 template <int W>
 Result<Bvh<W>> build_bvh(const PrimitiveSet& set, const BuildControl& control,

@@ -23,18 +23,24 @@ struct alignas(32) PrimitiveRef {
   float one = 1;
 };
 
-// A run of references, the box of their boxes and the box of their doubled centroids.
+// A run of references, the box of their boxes and the box of their doubled centroids. There is room
+// behind it, up to `limit`, for the parts of references that splits of the run cut in two.
 struct RefRange {
-  std::uint32_t begin = 0, end = 0;
+  std::uint32_t begin = 0, end = 0, limit = 0;
   Box4 bounds, centroids;
 
   std::uint32_t size() const { return end - begin; }
+  std::uint32_t room() const { return limit - end; }
   void grow(const PrimitiveRef& ref) {
     const Float4 lower = load4(ref.lower), upper = load4(ref.upper);
     bounds.grow(lower, upper);
     centroids.grow(lower + upper, lower + upper);
   }
 };
+
+// Shares the room behind both ranges out by their sizes, and moves the right one behind the room of
+// the left. Requires: left.end == right.begin.
+void share_room(std::span<PrimitiveRef> refs, RefRange& left, RefRange& right, std::uint32_t limit);
 
 struct SahCut {
   int axis = -1;         // -1: all centroids coincide

@@ -6,7 +6,7 @@
 namespace tessera::core {
 
 const std::vector<std::string>& structure_names() {
-  static const std::vector<std::string> names{"auto", "bvh", "kd", "kd-quality"};
+  static const std::vector<std::string> names{"auto", "bvh", "kd", "kd-quality", "bvh-quality"};
   return names;
 }
 

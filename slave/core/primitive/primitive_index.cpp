@@ -12,15 +12,17 @@ namespace {
 template <int W>
 Result<PrimitiveIndex> build(std::span<const Bounds3f> boxes, std::span<const float> vertices,
                              Structure structure, const BuildControl& control) {
+  const TriangleClipper clipper(vertices);
   if (structure == Structure::kKd || structure == Structure::kKdQuality) {
-    const TriangleClipper clipper(vertices);
     const bool is_quality = structure == Structure::kKdQuality;
     Result<IndexedKd<W>> kd = index_by_kd<W>(boxes, vertices, control,
                                              is_quality ? quality_build(clipper) : KdBuildConfig{});
     if (!kd.is_ok()) return kd.status();
     return PrimitiveIndex{std::move(*kd)};
   }
-  Result<IndexedBvh<W>> bvh = index_by_bvh<W>(boxes, vertices, control);
+  const bool is_cut = structure == Structure::kBvhQuality;
+  Result<IndexedBvh<W>> bvh =
+      index_by_bvh<W>(boxes, vertices, control, is_cut ? spatial_build(clipper) : BvhBuildConfig{});
   if (!bvh.is_ok()) return bvh.status();
   return PrimitiveIndex{std::move(*bvh)};
 }

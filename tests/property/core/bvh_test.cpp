@@ -8,6 +8,7 @@
 
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/primitive/primitive_index.h"
+#include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/primitive/triangle/triangle_writer.h"
 #include "tests/support/test_meshes.h"
@@ -29,9 +30,9 @@ struct Triangles {
     store = make_triangle_store(test::make_scene(std::move(mesh)), boxes);
   }
   template <int W>
-  Result<Built<W>> build(int threads) const {
+  Result<Built<W>> build(const BvhBuildConfig& config) const {
     TriangleWriter<W> leaves(store.vertices);
-    auto bvh = build_bvh<W>({boxes, leaves}, {threads, nullptr});
+    auto bvh = build_bvh<W>({boxes, leaves}, {1, nullptr}, config);
     if (!bvh.is_ok()) return bvh.status();
     return Built<W>{std::move(*bvh), std::move(leaves)};
   }
@@ -59,12 +60,34 @@ Mesh shrinking(std::uint32_t count) {
   return mesh;
 }
 
+// Cuts wherever there is room for it.
+BvhBuildConfig many_cuts(const PrimitiveClipper& clipper) {
+  BvhBuildConfig config = spatial_build(clipper);
+  config.overlap_min = 0;
+  config.cut_weight = 0.5f;
+  return config;
+}
+
 template <int W>
 void expect_sound(const Triangles& triangles) {
-  auto built = triangles.build<W>(1);
+  auto built = triangles.build<W>({});
   ASSERT_TRUE(built.is_ok()) << built.status().message();
-  const Status status = built->bvh.validate({triangles.boxes, built->leaves});
+  Status status = built->bvh.validate({triangles.boxes, built->leaves});
   EXPECT_TRUE(status.is_ok()) << status.message();
+  const TriangleClipper clipper(triangles.store.vertices);
+  auto cut = triangles.build<W>(many_cuts(clipper));
+  ASSERT_TRUE(cut.is_ok()) << cut.status().message();
+  status = cut->bvh.validate({triangles.boxes, cut->leaves}, &clipper);
+  EXPECT_TRUE(status.is_ok()) << "cut: " << status.message();
+}
+
+// Leaves of the hierarchy list so many primitives.
+template <int W>
+std::size_t listed(Built<W>& built) {
+  std::size_t count = 0;
+  for (std::uint32_t b = 0; b < built.leaves.block_count(); ++b)
+    count += built.leaves.primitives_of(b).size();
+  return count;
 }
 
 TEST(Bvh, KeepsItsInvariantsForEveryKindOfMesh) {
@@ -87,6 +110,20 @@ TEST(Bvh, KeepsItsInvariantsForEveryKindOfMesh) {
   }
 }
 
+TEST(Bvh, CutsTrianglesWithinItsBudget) {
+  constexpr std::uint32_t kCount = 5000;
+  const Triangles triangles(test::make_random_triangles(kCount, 0.2f, 2));
+  const TriangleClipper clipper(triangles.store.vertices);
+  for (const float cuts_max : {0.5f, 0.2f}) {
+    BvhBuildConfig config = many_cuts(clipper);
+    config.cuts_max = cuts_max;
+    auto cut = triangles.build<8>(config);
+    ASSERT_TRUE(cut.is_ok()) << cut.status().message();
+    EXPECT_GT(listed(*cut), kCount + kCount / 20) << "hardly a triangle is cut";
+    EXPECT_LE(listed(*cut), static_cast<std::size_t>((1 + cuts_max) * kCount));
+  }
+}
+
 TEST(Bvh, LeavesDegenerateTrianglesOut) {
   Mesh mesh = test::make_random_triangles(500, 0.2f, 5);
   for (std::size_t i = 0; i < 500; i += 5) mesh.triangles[i][1] = mesh.triangles[i][0];
@@ -100,10 +137,10 @@ void expect_same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
 }
 
 template <int W>
-void expect_same_for_any_threads(const Triangles& triangles) {
+void expect_same_for_any_threads(const Triangles& triangles, const BvhBuildConfig& config) {
   const auto index = [&](int threads) {
     return std::move(
-        *index_by_bvh<W>(triangles.boxes, triangles.store.vertices, {threads, nullptr}));
+        *index_by_bvh<W>(triangles.boxes, triangles.store.vertices, {threads, nullptr}, config));
   };
   const IndexedBvh<W> one = index(1);
   for (const int threads : {2, 3, 7}) {
@@ -115,8 +152,11 @@ void expect_same_for_any_threads(const Triangles& triangles) {
 
 TEST(Bvh, DoesNotDependOnTheNumberOfThreads) {
   const Triangles triangles(test::make_random_triangles(60000, 0.05f, 4));
-  expect_same_for_any_threads<8>(triangles);
-  expect_same_for_any_threads<16>(triangles);
+  const TriangleClipper clipper(triangles.store.vertices);
+  for (const BvhBuildConfig& config : {BvhBuildConfig{}, many_cuts(clipper)}) {
+    expect_same_for_any_threads<8>(triangles, config);
+    expect_same_for_any_threads<16>(triangles, config);
+  }
 }
 
 TEST(Bvh, ACancelledBuildSaysSo) {

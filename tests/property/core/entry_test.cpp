@@ -7,6 +7,7 @@
 #include <random>
 
 #include "slave/core/primitive/primitive_index.h"
+#include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/ray/fan_of.h"
 #include "slave/core/trace/fan_window.h"
@@ -105,6 +106,8 @@ TEST(FanEntry, FansHitWhatTheyWouldFromTheRoot) {
     const BuildControl alone{1, nullptr};
     const auto bvh8 = index_by_bvh<8>(boxes, store.vertices, alone);
     const auto bvh16 = index_by_bvh<16>(boxes, store.vertices, alone);
+    const TriangleClipper clipper(store.vertices);
+    const auto cut8 = index_by_bvh<8>(boxes, store.vertices, alone, spatial_build(clipper));
     const auto kd8 = index_by_kd<8>(boxes, store.vertices, alone);
     const auto kd16 = index_by_kd<16>(boxes, store.vertices, alone);
     for (int number = 0; number < 150 && !testing::Test::HasFatalFailure(); ++number) {
@@ -112,6 +115,7 @@ TEST(FanEntry, FansHitWhatTheyWouldFromTheRoot) {
       const Tile tile = make_tile(mesh, random);
       expect_same(*bvh8, tile, random, tally);
       expect_same(*bvh16, tile, random, tally);
+      expect_same(*cut8, tile, random, tally);
       expect_same(*kd8, tile, random, tally);
       expect_same(*kd16, tile, random, tally);
     }

@@ -67,7 +67,8 @@ TEST_P(HardCases, AreAnsweredTheSameOnEveryWay) {
   ASSERT_TRUE(bvh.is_ok());
   const std::vector<CastHit> first = hits_of(**bvh, rays, {Isa::kScalar, 1, 2, false});
   std::size_t ways = 0;
-  for (const Structure structure : {Structure::kBvh, Structure::kKd, Structure::kKdQuality}) {
+  for (const Structure structure :
+       {Structure::kBvh, Structure::kBvhQuality, Structure::kKd, Structure::kKdQuality}) {
     const auto scene = PreparedScene::build(test::make_scene(hard.mesh), {1, nullptr, structure});
     ASSERT_TRUE(scene.is_ok());
     for (const Isa isa : test::isas_here()) {

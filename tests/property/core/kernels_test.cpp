@@ -28,7 +28,7 @@ struct Prepared {
   std::vector<Bounds3f> boxes;
   TriangleStore store;
   IndexedBvh<8> bvh8;
-  IndexedBvh<16> bvh16;
+  IndexedBvh<16> bvh16, cut_bvh16;
   IndexedKd<8> kd8;
   IndexedKd<16> kd16;
 
@@ -42,6 +42,11 @@ struct Prepared {
     kd8 = std::move(*index_by_kd<8>(boxes, store.vertices, {1, nullptr}, fine));
     // A tree whose triangles are clipped, finer than the default, too.
     const TriangleClipper clipper(store.vertices);
+    // And a hierarchy whose triangles are cut wherever there is room for it.
+    BvhBuildConfig spatial = spatial_build(clipper);
+    spatial.overlap_min = 0;
+    spatial.cut_weight = 0.5f;
+    cut_bvh16 = std::move(*index_by_bvh<16>(boxes, store.vertices, {1, nullptr}, spatial));
     KdBuildConfig cut = quality_build(clipper);
     cut.cost_intersect = 1;
     kd16 = std::move(*index_by_kd<16>(boxes, store.vertices, {1, nullptr}, cut));
@@ -51,6 +56,7 @@ struct Prepared {
   void for_all(const Test& test) const {
     test(bvh8);
     test(bvh16);
+    test(cut_bvh16);
     test(kd8);
     test(kd16);
   }

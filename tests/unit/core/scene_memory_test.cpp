@@ -80,7 +80,8 @@ TEST_P(SceneMemory, PreparingStaysBelowTheReckoning) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Structures, SceneMemory,
-                         testing::Values(Structure::kAuto, Structure::kBvh, Structure::kKd));
+                         testing::Values(Structure::kAuto, Structure::kBvh, Structure::kBvhQuality,
+                                         Structure::kKd));
 
 }  // namespace
 }  // namespace tessera::core
