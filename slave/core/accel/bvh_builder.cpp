@@ -2,12 +2,15 @@
 #include "slave/core/accel/bvh_builder.h"
 
 #include <algorithm>
+#include <deque>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "slave/core/accel/primitive_refs.h"
 #include "slave/core/accel/run_tasks.h"
 #include "slave/core/accel/sah_bins.h"
 #include "slave/core/accel/spatial_split.h"
@@ -15,8 +18,9 @@
 namespace tessera::core {
 namespace {
 
-// The top of the tree is built node by node in rounds, each node a task. A range of at most a
-// kTaskShare-th of all references, or of kTaskRefsMin, is built whole by one task; that makes
+// Ranges at the top of the tree are split first, each a task that makes tasks of its halves: whether
+// a range becomes a node or a part of its parent's, its halves are the same. Then the top is built
+// node by node in rounds, each node a task, from what is split. A range of at most a kTaskShare-th of all references, or of kTaskRefsMin, is built whole by one task; that makes
 // enough tasks to keep 16 threads busy. A range of fewer than kTaskRefsLeast references is built by
 // the task of its parent.
 constexpr std::uint32_t kTaskShare = 64;
@@ -31,15 +35,22 @@ struct Fragment {
   std::unique_ptr<LeafWriter> leaves;
 };
 
+struct Halves;
+
 // A range with the cut that would split it, or none where it is to be a leaf.
 struct Child {
   RefRange range;
   SahCut cut;
   bool is_leaf = true;
-  SpatialCut in_space{};  // with an axis: takes the place of `cut`
+  SpatialCut in_space{};           // with an axis: takes the place of `cut`
+  const Halves* halves = nullptr;  // of a range that is split already
 
   bool is_cut() const { return cut.axis >= 0 || in_space.axis >= 0; }
   float cost() const { return in_space.axis >= 0 ? in_space.cost : cut.cost; }
+};
+
+struct Halves {
+  Child left, right;
 };
 
 template <int W>
@@ -91,10 +102,45 @@ class Builder {
     return child;
   }
 
+  // Splits the large ranges below `root`. Returns: where their halves are kept.
+  std::deque<Halves> split_top(Child& root, int thread_count) const {
+    std::deque<Halves> all;
+    std::mutex mutex;  // of `all`
+    struct Item {
+      Child* child;
+      int depth;
+    };
+    const auto is_large = [this](const Item& item) {
+      return !item.child->is_leaf && item.child->range.size() > task_refs_ &&
+             item.depth < kHalvingDepth && !is_cancelled();
+    };
+    if (!is_large({&root, 0})) return all;
+    run_growing(Item{&root, 0}, thread_count, [&](const Item& item, const auto& put) {
+      SahBins bins;
+      const auto [left, right] = halves_of(*item.child);
+      std::unique_lock lock(mutex);
+      Halves& halves = all.emplace_back();
+      lock.unlock();
+      item.child->halves = &halves;
+      halves.left = child_of(left, item.depth, bins);
+      const Item below[] = {{&halves.left, item.depth + 1}, {&halves.right, item.depth + 1}};
+      if (is_large(below[0])) put(below[0]);
+      halves.right = child_of(right, item.depth, bins);
+      if (is_large(below[1])) put(below[1]);
+    });
+    return all;
+  }
+
   void run(Task& task) const {
     SahBins bins;
     task.result.leaves = leaves_.fresh();
     const bool is_whole = task.child.range.size() <= task_refs_;
+    if (is_whole) {
+      // A good guess saves most of the moves of a growing array.
+      const std::size_t blocks = task.child.range.size() / W * 5 / 4 + 1;
+      task.result.leaves->reserve(blocks);
+      task.result.nodes.reserve(blocks / (W / 2) + 1);
+    }
     build_node(task.child, task.depth, bins, task.result, is_whole ? nullptr : &task.spawned);
   }
 
@@ -117,6 +163,11 @@ class Builder {
         widest_area = area;
       }
       if (widest < 0) break;
+      if (const Halves* const halves = children[widest].halves) {
+        children[widest] = halves->left;
+        children[count++] = halves->right;
+        continue;
+      }
       const auto [left, right] = halves_of(children[widest]);
       children[widest] = child_of(left, depth + 1, bins);
       children[count++] = child_of(right, depth + 1, bins);
@@ -220,6 +271,7 @@ std::vector<typename Builder<W>::Task> run_rounds(const Builder<W>& builder, con
   std::vector<Task> done, round(1);
   SahBins bins;
   round[0].child = builder.child_of(all, 0, bins);
+  const std::deque<Halves> top = builder.split_top(round[0].child, thread_count);
   while (!round.empty()) {
     run_tasks(static_cast<int>(round.size()), thread_count,
               [&](int i) { builder.run(round[static_cast<std::size_t>(i)]); });
@@ -237,35 +289,16 @@ std::vector<typename Builder<W>::Task> run_rounds(const Builder<W>& builder, con
   return done;
 }
 
-// Returns: a reference to each primitive with a box, with room for a share of `cuts_max` more.
-std::vector<PrimitiveRef> references(std::span<const Bounds3f> boxes, float cuts_max,
-                                     RefRange& all) {
-  const auto room = static_cast<std::size_t>(cuts_max * static_cast<float>(boxes.size()));
-  std::vector<PrimitiveRef> refs;
-  refs.reserve(boxes.size() + room);
-  for (std::size_t p = 0; p < boxes.size(); ++p) {
-    const Bounds3f& b = boxes[p];
-    if (b.is_empty()) continue;
-    refs.push_back({{b.lower.x, b.lower.y, b.lower.z},
-                    static_cast<std::uint32_t>(p),
-                    {b.upper.x, b.upper.y, b.upper.z}});
-    all.grow(refs.back());
-  }
-  all.end = static_cast<std::uint32_t>(refs.size());
-  if (!refs.empty()) refs.resize(refs.size() + room);
-  all.limit = static_cast<std::uint32_t>(refs.size());
-  return refs;
-}
-
 template <int W>
 Result<Bvh<W>> build(const PrimitiveSet& set, const BuildControl& control,
                      const BvhBuildConfig& config) {
-  RefRange all;
-  std::vector<PrimitiveRef> refs =
-      references(set.boxes, config.clipper != nullptr ? config.cuts_max : 0, all);
+  const float cuts_max = config.clipper != nullptr ? config.cuts_max : 0;
+  const References references = refer_to(set.boxes, cuts_max, control.thread_count);
+  const RefRange& all = references.all;
   Bvh<W> bvh;
-  if (refs.empty()) return bvh;
+  if (all.size() == 0) return bvh;
   bvh.bounds = all.bounds.bounds();
+  const std::span<PrimitiveRef> refs(references.refs.get(), all.limit);
   const Builder<W> builder(refs, all, set, control, config);
   auto tasks = run_rounds(builder, all, control.thread_count);
   if (builder.is_cancelled())

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a fixed number of independent tasks on a few threads and waits for all of them.
+// Runs independent tasks on a few threads and waits for all of them: a fixed number, or tasks that
+// make further ones.
 //
 // Threads. The caller works along with up to thread_count - 1 threads of its own making, which are
 // joined before the call returns. Tasks are handed out in order, one by one; the outcome must not
@@ -7,7 +8,10 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
+#include <deque>
 #include <exception>
+#include <mutex>
 #include <system_error>
 #include <thread>
 #include <vector>
@@ -45,6 +49,47 @@ void run_tasks(int task_count, int thread_count, const Task& task) {
     work();
   }
   if (failure) std::rethrow_exception(failure);
+}
+
+// Calls work(item, put) for `first` and for each item that work puts in by put(item).
+// Throws: what the first failing call threw, after all threads have stopped; other items may be
+// left out.
+template <typename Item, typename Work>
+void run_growing(Item first, int thread_count, const Work& work) {
+  std::mutex mutex;
+  std::condition_variable has_changed;
+  std::deque<Item> waiting{first};  // guarded by mutex, as is `unfinished`
+  int unfinished = 1;               // items that wait or are worked on
+  const auto put = [&](Item item) {
+    {
+      const std::lock_guard lock(mutex);
+      waiting.push_back(item);
+      ++unfinished;
+    }
+    has_changed.notify_one();
+  };
+  run_tasks(thread_count, thread_count, [&](int) {
+    std::unique_lock lock(mutex);
+    while (unfinished > 0) {
+      if (waiting.empty()) {
+        has_changed.wait(lock);
+        continue;
+      }
+      const Item item = waiting.front();
+      waiting.pop_front();
+      lock.unlock();
+      std::exception_ptr failure;
+      try {
+        work(item, put);
+      } catch (...) {
+        failure = std::current_exception();
+      }
+      lock.lock();
+      unfinished = failure ? 0 : unfinished - 1;
+      if (unfinished <= 0) has_changed.notify_all();
+      if (failure) std::rethrow_exception(failure);
+    }
+  });
 }
 
 }  // namespace tessera::core

@@ -76,20 +76,6 @@ class Sides {
 
 }  // namespace
 
-void share_room(std::span<PrimitiveRef> refs, RefRange& left, RefRange& right,
-                std::uint32_t limit) {
-  const std::uint64_t room = limit - right.end, size = left.size(), all = right.end - left.begin;
-  const auto of_left = static_cast<std::uint32_t>(room * size / all);
-  left.limit = left.end + of_left;
-  // The first references of the right range move behind its last.
-  const std::uint32_t moved = std::min(of_left, right.size());
-  const auto first = refs.begin() + right.begin;
-  std::copy(first, first + moved, refs.begin() + std::max(right.end, left.limit));
-  right.begin += of_left;
-  right.end += of_left;
-  right.limit = limit;
-}
-
 void SahBins::fill(std::span<const PrimitiveRef> refs, const RefRange& range) {
   const BinMap map(range);
   const bool has_two = refs.size() >= kTwoSetsMin;

@@ -10,37 +10,9 @@
 #include <utility>
 
 #include "slave/core/accel/box4.h"
+#include "slave/core/accel/primitive_refs.h"
 
 namespace tessera::core {
-
-// The box and the number of a primitive, which the builder moves around.
-struct alignas(32) PrimitiveRef {
-  float lower[3];
-  std::uint32_t primitive;
-  float upper[3];
-  // The sum of both corners is taken on four lanes. A number read as a float is mostly denormal,
-  // and sums of denormals take a hundred times as long; with this the fourth lane's is not.
-  float one = 1;
-};
-
-// A run of references, the box of their boxes and the box of their doubled centroids. There is room
-// behind it, up to `limit`, for the parts of references that splits of the run cut in two.
-struct RefRange {
-  std::uint32_t begin = 0, end = 0, limit = 0;
-  Box4 bounds, centroids;
-
-  std::uint32_t size() const { return end - begin; }
-  std::uint32_t room() const { return limit - end; }
-  void grow(const PrimitiveRef& ref) {
-    const Float4 lower = load4(ref.lower), upper = load4(ref.upper);
-    bounds.grow(lower, upper);
-    centroids.grow(lower + upper, lower + upper);
-  }
-};
-
-// Shares the room behind both ranges out by their sizes, and moves the right one behind the room of
-// the left. Requires: left.end == right.begin.
-void share_room(std::span<PrimitiveRef> refs, RefRange& left, RefRange& right, std::uint32_t limit);
 
 struct SahCut {
   int axis = -1;         // -1: all centroids coincide

@@ -18,11 +18,6 @@ Bounds3f box_of(const PrimitiveRef& ref) {
   return {{ref.lower[0], ref.lower[1], ref.lower[2]}, {ref.upper[0], ref.upper[1], ref.upper[2]}};
 }
 
-PrimitiveRef ref_of(const Bounds3f& box, std::uint32_t primitive) {
-  return {
-      {box.lower.x, box.lower.y, box.lower.z}, primitive, {box.upper.x, box.upper.y, box.upper.z}};
-}
-
 // Slabs of equal width across a range.
 struct Slabs {
   float lower, width, scale;
