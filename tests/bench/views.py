@@ -9,7 +9,7 @@ import re
 import scaling_series
 
 KINDS = {"primary": "camera", "shadow": "shadow", "bounce": "bounce"}
-STRUCTURES = {"bvh": "hierarchy", "kd": "kd-tree", "kdq": "quality kd-tree", "instanced": "two levels"}
+STRUCTURES = {"bvh": "hierarchy", "bvhq": "quality hierarchy", "kd": "kd-tree", "kdq": "quality kd-tree", "instanced": "two levels"}
 
 
 def number(value):
@@ -106,7 +106,7 @@ def builds_table(runs, _):
             builds = {build["name"]: build for build in scene["builds"]}
             for name, build in builds.items():
                 key, _width = structure_of(name)
-                peer = builds.get("embree high" if key == "kdq" else "embree medium")
+                peer = builds.get("embree high" if key in ("kdq", "bvhq") else "embree medium")
                 if key is None or peer is None:
                     continue
                 for what, value in (("time, peer's to ours", peer["cpu_seconds"] / build["cpu_seconds"]),
