@@ -181,9 +181,9 @@ class Embree final : public Entrants {
     add("1", is_any ? &Embree::occluded1 : &Embree::intersect1);
     add("4", is_any ? &Embree::occluded<4> : &Embree::intersect<4>);
     add("8", is_any ? &Embree::occluded<8> : &Embree::intersect<8>);
-    // rtcOccluded16() of 3.13.5 does not return where rays meet instances.
-    if (!is_any || parts_.empty())
-      add("16", is_any ? &Embree::occluded<16> : &Embree::intersect<16>);
+    // rtcOccluded16() and rtcOccluded1M() of 3.13.5 do not return where rays meet instances.
+    if (is_any && !parts_.empty()) return;
+    add("16", is_any ? &Embree::occluded<16> : &Embree::intersect<16>);
     add("stream", is_any ? &Embree::occluded_stream : &Embree::intersect_stream);
   }
 
