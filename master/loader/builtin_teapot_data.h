@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The classic teapot of Martin Newell, 1975, as scaled by Jim Blinn, with the bottom: 290 control
-// points, z up, and 32 bicubic Bezier patches of 4 x 4 point indices each. Included by
+// points, z up, and 32 bicubic Bezier patches of 4 x 4 point indices each. Included by tests and
 // builtin_teapot.cpp alone.
 #pragma once
 

@@ -42,6 +42,8 @@ ARROWS = {
     _CORE + "accel": _VALUES,
     _CORE + "ray": _rooms("simd accel"),
     _TRIANGLE: _rooms("simd accel ray surface"),
+    # Patches stand on their own: no room knows them yet.
+    _CORE + "primitive/patch": _rooms("simd"),
     # This room joins all kinds of primitives, for those who need not know which.
     _CORE + "primitive": _rooms("accel ray primitive/triangle"),
     _CORE + "traverse": _rooms("simd accel ray primitive"),

@@ -75,6 +75,10 @@ constexpr T zero_if(bool mask, T a) {
 }
 
 template <Number T>
+constexpr bool is_none(bool mask) {
+  return !mask;
+}
+template <Number T>
 constexpr T set(T a) {
   return a;
 }

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Points and derivatives of a patch, for plain numbers: the text of bernstein-inl.h.
+// Derivatives are of the patch's own parameters. Nothing is fused, so the bits are the same
+// everywhere; errors are as bernstein-inl.h counts them.
+// Threads. Pure functions.
+#pragma once
+
+#define TESSERA_PLAIN_TEXT
+
+#include "slave/core/primitive/patch/bernstein-inl.h"
+
+namespace tessera::core {
+
+using PatchJet = plain::PatchJet<double>;
+
+struct PatchCurvature {
+  double duu[3], duv[3], dvv[3];
+};
+
+// Degrees that are frequent have their own code, with the same operations.
+PatchJet evaluate(const Patch& patch, double u, double v);
+
+// Second derivatives. They are for bounds and curvature, and no decision asks for them.
+PatchCurvature second_derivatives(const Patch& patch, double u, double v);
+
+}  // namespace tessera::core

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Splits patches into sub-patches, until the frame of each leaves open at most a given part of its
+// square for rays up to a given angle to its normal; with boxes for the builders of structures.
+//
+// A ray of slope (p, q) in the frame meets the sub-patch within reach_a + |p| reach_n of where it
+// passes the plane n = 0, by x, or not at all, and so by y. That radius is what is asked for: it
+// makes decisions short. It is no part of what makes them right, which each ray's own bounds do
+// (patch_decision-inl.h), so no setting loses a ray.
+//
+// Threads. Pure function.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/math/bounds3.h"
+#include "slave/core/primitive/patch/patch_layout.h"
+
+namespace tessera::core {
+
+struct PatchSplitting {
+  double radius = 0.5;  // of the half of the square
+  double slope = 3;     // tangent of the angle to the normal
+  // Halvings in each direction, at most kSubPatchLevelMax: a patch has up to 4^level_max parts.
+  int level_max = 5;
+  double smallest = 0x1p-5;  // no part is split whose box is smaller than this part of its patch's
+};
+
+struct SubPatches {
+  std::vector<SubPatch> parts;
+  std::vector<Bounds3f> boxes;  // as many; each holds its part of the surface
+};
+
+// Appends the parts of a patch. They tile it: ranges meet and do not overlap.
+// Requires: a patch that was checked (patch_input.h).
+void split_patch(const Patch& patch, std::uint32_t number, const PatchSplitting& splitting,
+                 SubPatches& to);
+
+}  // namespace tessera::core
