@@ -115,6 +115,23 @@ def builds_table(runs, _):
     return ["build"] + scenes, [[name] + [span(found[s]) if s in found else "-" for s in scenes] for name, found in rows.items()]
 
 
+def build_table(runs, _):
+    """Shows, of the suite "build", the CPU time of Embree's build of the same quality over ours, on one thread."""
+    scenes = [scene["scene"] for scene in runs[0]["build"]]
+    rows = {}
+    for run in runs:
+        for scene in run["build"]:
+            builds = {build["name"]: build for build in scene["builds"] if build["threads"] == 1}
+            for name, build in builds.items():
+                key = structure_of(name.replace(" quality", "q"))[0]
+                quality = "high" if key in ("kdq", "bvhq") else "medium"
+                if key is None or f"embree {quality}" not in builds:
+                    continue
+                ratio = builds[f"embree {quality}"]["cpu_seconds"] / build["cpu_seconds"]
+                rows.setdefault(f"{STRUCTURES[key]}, to {quality}", {}).setdefault(scene["scene"], []).append(ratio)
+    return ["CPU time, Embree's to ours"] + scenes, [[name] + [span(found[s]) if s in found else "-" for s in scenes] for name, found in rows.items()]
+
+
 def moves_table(runs, _):
     """Shows what a version costs in which one instance moved, in CPU-milliseconds, and rays in edited hierarchies to new ones."""
     columns = ["instances", "triangles of each", "triangles that stand once", "first version, ms", "one moved, ms", "rays, edited to built"]
@@ -135,8 +152,9 @@ VIEWS = {"rays": lambda runs, rest: rays_table(runs, f"embree {rest or 'medium'}
 
 def table_of(runs, view):
     name, _, rest = view.partition(" ")
-    if name == "moves" and "moves" in runs[0]:
-        return moves_table(runs, rest)
+    for suite, table in (("moves", moves_table), ("build", build_table)):
+        if name == suite and suite in runs[0]:
+            return table(runs, rest)
     if name in VIEWS and "core" in runs[0]:
         return VIEWS[name](runs, rest)
     if name == "speeds" and scaling_series.TABLE in runs[0].get("tables", {}):
