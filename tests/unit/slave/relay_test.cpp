@@ -252,6 +252,14 @@ TEST_F(RelayTest, AChunkBeyondTheBlockIsRefused) {
   EXPECT_EQ(faults(*lower), kOnceGone);
 }
 
+void expect_refused(const RelayStranger& stranger, const std::string& reason) {
+  EXPECT_TRUE(stranger.closed_at);
+  ASSERT_EQ(stranger.heard.size(), 1u);
+  const auto* refuse = std::get_if<wire::Refuse>(&stranger.heard[0]);
+  ASSERT_NE(refuse, nullptr);
+  EXPECT_EQ(refuse->reason, reason);
+}
+
 // The lists of what it wants are bounded, too: 128 blocks of the largest size, 2 MiB.
 TEST_F(RelayTest, WhoAsksForMoreChunksThanAnySceneHasIsSentAway) {
   const auto upper = slave("upper");
@@ -266,11 +274,7 @@ TEST_F(RelayTest, WhoAsksForMoreChunksThanAnySceneHasIsSentAway) {
   EXPECT_FALSE(stranger.closed_at);
   stranger.say(need_of(kVersion + 1, 1, 128));
   settle();
-  EXPECT_TRUE(stranger.closed_at);
-  ASSERT_EQ(stranger.heard.size(), 1u);
-  const auto* refuse = std::get_if<wire::Refuse>(&stranger.heard[0]);
-  ASSERT_NE(refuse, nullptr);
-  EXPECT_EQ(refuse->reason, "it asks for too much at once");
+  expect_refused(stranger, "it asks for too much at once");
 }
 
 TEST_F(RelayTest, AnAlteredChunkEndsItWithThatReason) {
@@ -324,11 +328,7 @@ TEST_F(RelayTest, WhoAsksForMoreBlocksThanASceneHasIsSentAway) {
   EXPECT_FALSE(stranger.closed_at);
   stranger.say(need_of(kVersion + 1, 1, kSceneBlocksMax - 1));
   settle();
-  EXPECT_TRUE(stranger.closed_at);
-  ASSERT_EQ(stranger.heard.size(), 1u);
-  const auto* refuse = std::get_if<wire::Refuse>(&stranger.heard[0]);
-  ASSERT_NE(refuse, nullptr);
-  EXPECT_EQ(refuse->reason, "it asks for too much at once");
+  expect_refused(stranger, "it asks for too much at once");
 }
 
 TEST_F(RelayTest, BeyondTheMostChildrenTheOldestGoes) {
