@@ -3,16 +3,13 @@
 
 #include <string>
 
+#include "slave/core/accel/bvh_children.h"
+
 namespace tessera::core {
 namespace {
 
 Status broken(std::size_t node, const char* what) {
   return Status::internal("hierarchy node " + std::to_string(node) + ": " + what);
-}
-
-Bounds3f box_of(const auto& node, int slot) {
-  return {{node.lower[0][slot], node.lower[1][slot], node.lower[2][slot]},
-          {node.upper[0][slot], node.upper[1][slot], node.upper[2][slot]}};
 }
 
 bool holds(const Bounds3f& outer, const Bounds3f& inner) {
@@ -57,7 +54,7 @@ class Validator {
  private:
   Status check_child(std::size_t n, int slot) {
     const std::uint32_t child = bvh_.nodes[n].child[slot];
-    const Bounds3f box = box_of(bvh_.nodes[n], slot);
+    const Bounds3f box = child_box(bvh_.nodes[n], slot);
     if (child == kBvhNoChild) {
       return box.is_empty() ? Status::ok() : broken(n, "has a box without a child");
     }
@@ -71,8 +68,7 @@ class Validator {
   }
 
   Status check_leaf(std::size_t n, std::uint32_t child, const Bounds3f& box) {
-    const std::uint32_t first = child & kBvhBlockMask;
-    const std::uint32_t count = (child >> kBvhCountShift & (kBvhLeafBlocksMax - 1)) + 1;
+    const std::uint32_t first = first_block_of(child), count = block_count_of(child);
     if (first + count > leaves_.block_count()) return broken(n, "a leaf is out of range");
     std::int64_t last = -1;
     for (std::uint32_t b = first; b < first + count; ++b) {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "slave/core/accel/bvh_children.h"
 #include "slave/core/accel/primitive_refs.h"
 #include "slave/core/accel/run_tasks.h"
 #include "slave/core/accel/sah_bins.h"
@@ -18,9 +19,10 @@
 namespace tessera::core {
 namespace {
 
-// Ranges at the top of the tree are split first, each a task that makes tasks of its halves: whether
-// a range becomes a node or a part of its parent's, its halves are the same. Then the top is built
-// node by node in rounds, each node a task, from what is split. A range of at most a kTaskShare-th of all references, or of kTaskRefsMin, is built whole by one task; that makes
+// Ranges at the top of the tree are split first, each a task that makes tasks of its halves:
+// whether a range becomes a node or a part of its parent's, its halves are the same. Then the top
+// is built node by node in rounds, each node a task, from what is split. A range of at most a
+// kTaskShare-th of all references, or of kTaskRefsMin, is built whole by one task; that makes
 // enough tasks to keep 16 threads busy. A range of fewer than kTaskRefsLeast references is built by
 // the task of its parent.
 constexpr std::uint32_t kTaskShare = 64;
@@ -231,7 +233,7 @@ class Builder {
     std::uint32_t primitives[W * kBvhLeafBlocksMax];
     std::transform(first, last, primitives, [](const PrimitiveRef& ref) { return ref.primitive; });
     const LeafRange leaf = out.leaves->append({primitives, range.size()});
-    return kBvhLeaf | (leaf.count - 1) << kBvhCountShift | leaf.first;
+    return bvh_leaf_of(leaf.first, leaf.count);
   }
 
   std::span<PrimitiveRef> refs_;

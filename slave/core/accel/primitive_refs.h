@@ -45,6 +45,11 @@ struct RefRange {
   }
 };
 
+// Blocks of so many primitives each that `count` of them take.
+inline float blocks_of(std::uint32_t count, std::uint32_t block_size) {
+  return static_cast<float>((count + block_size - 1) / block_size);
+}
+
 // Shares the room behind both ranges out by their sizes, and moves the right one behind the room of
 // the left. Requires: left.end == right.begin.
 void share_room(std::span<PrimitiveRef> refs, RefRange& left, RefRange& right, std::uint32_t limit);

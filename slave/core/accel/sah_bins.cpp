@@ -33,11 +33,6 @@ struct BinMap {
   bool splits(int axis) const { return scale[axis] > 0; }
 };
 
-float blocks_of(std::uint32_t count, std::uint32_t block_size) {
-  const std::uint32_t whole = (count + block_size - 1) / block_size;
-  return static_cast<float>(whole);
-}
-
 // From this many references on they go into two sets of bins in turns. Neighbours mostly share a
 // bin, and would wait for each other's stores.
 constexpr std::uint32_t kTwoSetsMin = 256;

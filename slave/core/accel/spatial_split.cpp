@@ -38,19 +38,14 @@ struct Slabs {
   }
 };
 
-float blocks_of(std::uint32_t count, std::uint32_t block_size) {
-  const std::uint32_t whole = (count + block_size - 1) / block_size;
-  return static_cast<float>(whole);
-}
-
 bool is_right_of(const PrimitiveRef& ref, const SpatialCut& cut) {
   return ref.lower[cut.axis] >= cut.plane && ref.upper[cut.axis] > cut.plane;
 }
 
 }  // namespace
 
-// Bins hold parts of boxes. Parts of primitives are found for the cut that is made, not for all that
-// are weighed: that takes seven times as long.
+// Bins hold parts of boxes. Parts of primitives are found for the cut that is made, not for all
+// that are weighed: that takes seven times as long.
 void SpatialSplitter::fill(std::span<const PrimitiveRef> refs, const RefRange& range, int axis) {
   const Slabs slabs(range, axis);
   std::fill_n(bins_, kBins, Bin{});

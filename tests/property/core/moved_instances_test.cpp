@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "slave/core/accel/bvh_children.h"
 #include "slave/core/primitive/instance/flat_part.h"
 #include "slave/core/scene/prepared_scene_impl.h"
 #include "tests/support/flattened_twin.h"
@@ -81,8 +82,7 @@ std::vector<int> listed(const InstancedBvh<W>& index) {
     const Open at = open.back();
     open.pop_back();
     if ((at.child & kBvhLeaf) != 0) {
-      const std::uint32_t first = at.child & kBvhBlockMask;
-      const std::uint32_t count = (at.child >> kBvhCountShift & (kBvhLeafBlocksMax - 1)) + 1;
+      const std::uint32_t first = first_block_of(at.child), count = block_count_of(at.child);
       for (std::uint32_t b = first; b < first + count; ++b) {
         const std::uint32_t instance = index.blocks[b] ^ kIsInstance;
         ++times[instance];
@@ -93,8 +93,7 @@ std::vector<int> listed(const InstancedBvh<W>& index) {
     const BvhNode<W>& node = index.structure.nodes[at.child];
     for (int i = 0; i < W; ++i) {
       if (node.child[i] == kBvhNoChild) continue;
-      const Bounds3f box{{node.lower[0][i], node.lower[1][i], node.lower[2][i]},
-                         {node.upper[0][i], node.upper[1][i], node.upper[2][i]}};
+      const Bounds3f box = child_box(node, i);
       EXPECT_TRUE(box.is_empty() || holds(at.box, box));
       open.push_back({node.child[i], box});
     }

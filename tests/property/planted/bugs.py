@@ -114,7 +114,7 @@ BUGS = (
     Bug("moved_unseen", "boxes above a moved instance do not grow", "primitive/instance/top_edit.cpp",
         "set_box(slot, united(box_at(slot), box));", "set_box(slot, box_at(slot));", "core_moved_instances"),
     Bug("left_behind", "a moved instance stays in its leaf, too", "primitive/instance/top_edit.cpp",
-        "count == 1 ? kBvhNoChild : leaf_with(first, count - 1)", "leaf", "core_moved_instances"),
+        "count == 1 ? kBvhNoChild : bvh_leaf_of(first, count - 1)", "leaf", "core_moved_instances"),
     Bug("farthest_kept", "who lay farthest is taken to lie there still", "primitive/instance/exact_bounds.cpp",
         "known != nullptr && !std::binary_search(changed.begin(), changed.end(), who)", "known != nullptr",
         "core_moved_instances"),

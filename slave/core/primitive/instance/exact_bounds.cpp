@@ -6,6 +6,7 @@
 #include <queue>
 #include <utility>
 
+#include "slave/core/accel/bvh_children.h"
 #include "slave/core/primitive/instance/instance_placement.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 
@@ -55,8 +56,7 @@ class FarthestCorner {
       const BvhNode<W>& node = mesh_.nodes[child];
       for (int i = 0; i < W; ++i) {
         if (node.child[i] == kBvhNoChild) continue;
-        const Bounds3f box{{node.lower[0][i], node.lower[1][i], node.lower[2][i]},
-                           {node.upper[0][i], node.upper[1][i], node.upper[2][i]}};
+        const Bounds3f box = child_box(node, i);
         open.push({along.of(placed_bounds(to_world_, {&box, 1})), node.child[i]});
       }
     }
@@ -65,8 +65,7 @@ class FarthestCorner {
 
  private:
   float find_in_leaf(std::uint32_t child, const Direction& along, float best) const {
-    const std::uint32_t first = child & kBvhBlockMask;
-    const std::uint32_t count = (child >> kBvhCountShift & (kBvhLeafBlocksMax - 1)) + 1;
+    const std::uint32_t first = first_block_of(child), count = block_count_of(child);
     for (std::uint32_t b = first; b < first + count; ++b) {
       const TriangleBlock<W>& block = mesh_.triangles[b];
       for (int lane = 0; lane < W && block.primitive[lane] != kNoPrimitive; ++lane) {
@@ -120,7 +119,8 @@ class Farthest {
 
 }  // namespace
 
-// Where who lay farthest in the other version has not changed, only those that have can lie farther.
+// Where who lay farthest in the other version has not changed, only those that have can lie
+// farther.
 template <int W>
 void set_exact_bounds(const Bounds3f& flattened, const InstancedBvh<W>* known,
                       std::span<const std::uint32_t> changed, InstancedBvh<W>& index) {

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "slave/core/accel/bvh_children.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 
 namespace tessera::core {
@@ -21,9 +22,7 @@ MeshIndex<W> mesh_index_of(IndexedBvh<W> bvh) {
   if (index.bvh.structure.nodes.empty()) return index;
   const BvhNode<W>& root = index.bvh.structure.nodes[0];
   for (int i = 0; i < W; ++i) {
-    if (root.child[i] == kBvhNoChild) continue;
-    index.parts.push_back({{root.lower[0][i], root.lower[1][i], root.lower[2][i]},
-                           {root.upper[0][i], root.upper[1][i], root.upper[2][i]}});
+    if (root.child[i] != kBvhNoChild) index.parts.push_back(child_box(root, i));
   }
   return index;
 }

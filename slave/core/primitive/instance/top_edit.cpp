@@ -5,17 +5,10 @@
 #include <limits>
 #include <utility>
 
+#include "slave/core/accel/bvh_children.h"
+
 namespace tessera::core {
 namespace {
-
-std::uint32_t first_block(std::uint32_t leaf) { return leaf & kBvhBlockMask; }
-std::uint32_t block_count(std::uint32_t leaf) {
-  return (leaf >> kBvhCountShift & (kBvhLeafBlocksMax - 1)) + 1;
-}
-std::uint32_t leaf_with(std::uint32_t first, std::uint32_t count) {
-  return kBvhLeaf | (count - 1) << kBvhCountShift | first;
-}
-bool is_leaf(std::uint32_t child) { return child != kBvhNoChild && (child & kBvhLeaf) != 0; }
 
 // In double, so that no box overflows it.
 double half_area(const Bounds3f& box) {
@@ -44,12 +37,12 @@ TopEdit<W>::TopEdit(const Bvh<W>& top, std::span<const std::uint32_t> blocks,
   for (Slot slot = 0; slot < nodes_.size() * W; ++slot) {
     const std::uint32_t child = child_at(slot);
     if (child == kBvhNoChild) continue;
-    if (!is_leaf(child)) {
+    if (!is_bvh_leaf(child)) {
       parent_[child] = slot;
       continue;
     }
-    for (std::uint32_t b = 0; b < block_count(child); ++b)
-      leaf_[blocks_[first_block(child) + b] ^ kIsInstance] = slot;
+    for (std::uint32_t b = 0; b < block_count_of(child); ++b)
+      leaf_[blocks_[first_block_of(child) + b] ^ kIsInstance] = slot;
   }
 }
 
@@ -67,10 +60,7 @@ Bvh<W> TopEdit<W>::take_top() {
 
 template <int W>
 Bounds3f TopEdit<W>::box_at(Slot slot) const {
-  const BvhNode<W>& node = nodes_[slot / W];
-  const std::uint32_t i = slot % W;
-  return {{node.lower[0][i], node.lower[1][i], node.lower[2][i]},
-          {node.upper[0][i], node.upper[1][i], node.upper[2][i]}};
+  return child_box(nodes_[slot / W], static_cast<int>(slot % W));
 }
 
 template <int W>
@@ -93,11 +83,12 @@ Bounds3f TopEdit<W>::box_of_node(std::uint32_t node) const {
 template <int W>
 void TopEdit<W>::take_out(std::uint32_t instance) {
   const Slot slot = leaf_[instance];
-  const std::uint32_t leaf = child_at(slot), first = first_block(leaf), count = block_count(leaf);
+  const std::uint32_t leaf = child_at(slot), first = first_block_of(leaf),
+                      count = block_count_of(leaf);
   const auto begin = blocks_.begin() + first, end = begin + count;
   std::move(std::find(begin, end, instance | kIsInstance) + 1, end,
             std::find(begin, end, instance | kIsInstance));
-  child_at(slot) = count == 1 ? kBvhNoChild : leaf_with(first, count - 1);
+  child_at(slot) = count == 1 ? kBvhNoChild : bvh_leaf_of(first, count - 1);
   Bounds3f box;
   for (std::uint32_t b = first; b < first + count - 1; ++b)
     box.grow(boxes_[blocks_[b] ^ kIsInstance]);
@@ -128,7 +119,7 @@ typename TopEdit<W>::Slot TopEdit<W>::best_slot(std::uint32_t node, const Bounds
 template <int W>
 std::uint32_t TopEdit<W>::leaf_of(std::uint32_t instance) {
   blocks_.push_back(instance | kIsInstance);
-  return leaf_with(static_cast<std::uint32_t>(blocks_.size() - 1), 1);
+  return bvh_leaf_of(static_cast<std::uint32_t>(blocks_.size() - 1), 1);
 }
 
 // A leaf of one instance takes an empty slot for nothing, since all boxes of a node are tested at
@@ -140,7 +131,7 @@ bool TopEdit<W>::put_in(std::uint32_t instance) {
   std::uint32_t node = 0;
   for (int depth = 0;; ++depth) {
     Slot slot = best_slot(node, box);
-    if (is_leaf(child_at(slot))) {
+    if (is_bvh_leaf(child_at(slot))) {
       const std::uint32_t* const children = nodes_[node].child;
       const auto* const free = std::find(children, children + W, kBvhNoChild);
       if (free == children + W) return put_beside(slot, instance, depth + 1);
@@ -160,7 +151,8 @@ bool TopEdit<W>::put_in(std::uint32_t instance) {
 // Makes a node of the leaf, in which each of its instances and the new one are leaves.
 template <int W>
 bool TopEdit<W>::put_beside(Slot slot, std::uint32_t instance, int depth) {
-  const std::uint32_t leaf = child_at(slot), first = first_block(leaf), count = block_count(leaf);
+  const std::uint32_t leaf = child_at(slot), first = first_block_of(leaf),
+                      count = block_count_of(leaf);
   if (depth > kBvhDepthMax || count + 1 > W) return false;
   const auto node = static_cast<std::uint32_t>(nodes_.size());
   nodes_.emplace_back();
@@ -172,7 +164,7 @@ bool TopEdit<W>::put_beside(Slot slot, std::uint32_t instance, int depth) {
   for (std::uint32_t i = 0; i < W; ++i) put(i, kBvhNoChild, {});
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t other = blocks_[first + i] ^ kIsInstance;
-    put(i, leaf_with(first + i, 1), boxes_[other]);
+    put(i, bvh_leaf_of(first + i, 1), boxes_[other]);
     leaf_[other] = node * W + i;
   }
   put(count, leaf_of(instance), boxes_[instance]);
