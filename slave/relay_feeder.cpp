@@ -14,8 +14,8 @@ namespace {
 constexpr std::chrono::milliseconds kFarewell{500};  // to send the last record
 // Most blocks not here yet that a child may wait for: those of the largest scene.
 constexpr std::size_t kNeedsMax = kSceneBlocksMax;
-// Nothing says how large a version is that is not announced yet. So many chunks are a scene of 1 TiB,
-// and a list of them takes 2 MiB.
+// Nothing says how large a version is that is not announced yet. So many chunks are a scene of 1
+// TiB, and a list of them takes 2 MiB.
 constexpr std::uint64_t kWantedChunksMax = std::uint64_t{1} << 24;
 
 }  // namespace

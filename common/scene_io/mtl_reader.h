@@ -16,17 +16,17 @@
 //   illum 3, 5 with Ks  mirror that reflects Ks, where Kd is below 0.05; else glossy above Kd
 //   Pr, Pm, map_Pr, map_Pm
 //                       glossy as in glTF: roughness, metalness, specular 0.04
-//   Ks with Ns          glossy, with Ks (times map_Ks) reflected at normal incidence; the exponent Ns
-//                       (times map_Ns) of Blinn's cosine lobe is the GGX of alpha = sqrt(2 / (Ns +
-//                       2)) (Walter et al., "Microfacet models for refraction", 2007, section 5), and
-//                       the roughness is the root of alpha. illum 0 and 1 say that there are no
+//   Ks with Ns          glossy, with Ks (times map_Ks) reflected at normal incidence; the exponent
+//                       Ns (times map_Ns) of Blinn's cosine lobe is the GGX of alpha = sqrt(2 / (Ns
+//                       + 2)) (Walter et al., "Microfacet models for refraction", 2007, section 5),
+//                       and the roughness is the root of alpha. illum 0 and 1 say that there are no
 //                       highlights
 //   Ps, Pc, Pcr, aniso, anisor
 //                       sheen, clearcoat and its roughness, anisotropy and its turns of a glossy
 //                       surface
 //   Kd xyz X Y Z        CIE XYZ (D65) instead of RGB, of each colour
-//   # tessera bsdf NAME a BSDF of common/scene/bsdf_kinds.inc, whatever else the material says; Ks, Ni,
-//                       Pm and Pr (or Ns) are what it may look at
+//   # tessera bsdf NAME a BSDF of common/scene/bsdf_kinds.inc, whatever else the material says; Ks,
+//                       Ni, Pm and Pr (or Ns) are what it may look at
 //   # tessera surface NAME key value ...
 //                       a surface program (common/scene/surface_program.h) of the material it
 //                       stands in; a colour has three values

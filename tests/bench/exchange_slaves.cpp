@@ -28,8 +28,8 @@
 namespace tessera::bench {
 namespace {
 
-// CRC-32C of a header that changes followed by a payload that does not, for the price of the header:
-// the checksum after n more bytes is linear in the one before them.
+// CRC-32C of a header that changes followed by a payload that does not, for the price of the
+// header: the checksum after n more bytes is linear in the one before them.
 class ChecksumBeforePayload {
  public:
   explicit ChecksumBeforePayload(std::span<const std::byte> payload)

@@ -154,8 +154,8 @@ class SpeedTables {
     return 1e-6 * static_cast<double>(work.ray_count) / median(times);
   }
 
-  // Tables 9.1 and 9.2; the thesis's figures are of its scenes Office, Conference and Power Plant on
-  // an Athlon MP 1800+, and its tiles have 40x40 pixels.
+  // Tables 9.1 and 9.2; the thesis's figures are of its scenes Office, Conference and Power Plant
+  // on an Athlon MP 1800+, and its tiles have 40x40 pixels.
   std::string resolutions() {
     constexpr const char* kNewToOld[] = {"2.7 3.2 2.5", "2.9 3.41 2.7", "4.2 7.2 4.0",
                                          "5.7 8.0 5.1"};

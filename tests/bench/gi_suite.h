@@ -4,9 +4,9 @@
 // Error: for settings of igi and of path, CPU-seconds of one core against RMSE, relMSE and FLIP to
 // a path-traced reference; the slopes of these series; the time in which path gets as good a
 // picture as igi, and the error that path has in as much time.
-// Speed: where a frame's time goes; shadow rays in the renderer beside the same rays in the core and
-// in Embree; what samples, interleaving and borders cost; tables 9.1 and 9.2 of the thesis; what
-// procedural surfaces cost (figure 9.3).
+// Speed: where a frame's time goes; shadow rays in the renderer beside the same rays in the core
+// and in Embree; what samples, interleaving and borders cost; tables 9.1 and 9.2 of the thesis;
+// what procedural surfaces cost (figure 9.3).
 //
 // Threads. One; the reference is rendered on all.
 #pragma once

@@ -124,7 +124,8 @@ class Mover {
 // where all stand now.
 Result<double> edited_to_built(const Scene& scene, const Prepared& edited, float size,
                                const CoreSuiteOptions& options) {
-  // The other version has all meshes in other places, so that the hierarchy over them is built anew.
+  // The other version has all meshes in other places, so that the hierarchy over them is built
+  // anew.
   Scene other = scene;
   for (Instance& instance : other.instances) instance.object_to_world.m[2][3] += 1;
   other.instances.pop_back();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Status clients leave as they like: twice, in mid-answer, with a reset. The master lives, and answers
-// whoever comes next.
+// Status clients leave as they like: twice, in mid-answer, with a reset. The master lives, and
+// answers whoever comes next.
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -49,8 +49,9 @@ wire::Hello hello() {
   return hello;
 }
 
-// A socket whose bytes and whose end are the test's to choose. It answers no pings, and says its Hello
-// when the scheduler lets it: on a busy machine the master may have closed it for its silence.
+// A socket whose bytes and whose end are the test's to choose. It answers no pings, and says its
+// Hello when the scheduler lets it: on a busy machine the master may have closed it for its
+// silence.
 class BareClient {
  public:
   // Reads at most `receive_buffer_bytes` ahead; 0: as the system likes.
@@ -198,8 +199,8 @@ TEST_F(StatusClientTest, SomethingElseTwiceInOneRead) {
   expect_answers();
 }
 
-// The answers do not fit into the socket, so that a write is under way when the goodbye comes, and it
-// fails.
+// The answers do not fit into the socket, so that a write is under way when the goodbye comes, and
+// it fails.
 TEST_F(StatusClientTest, GoodbyeWhileAnAnswerCannotBeSent) {
   // The answers to so many are more than a socket's buffers take (4 MiB by default, and ours).
   constexpr std::size_t kRequests = 200'000;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// tessera-sim: the cluster in virtual time. Exit code 0: every invariant held; 1: one was broken; 2:
-// wrong usage.
+// tessera-sim: the cluster in virtual time. Exit code 0: every invariant held; 1: one was broken;
+// 2: wrong usage.
 #include <signal.h>
 #include <unistd.h>
 

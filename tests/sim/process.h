@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One process of the simulated world: the event loop that its protocol objects live on. It runs one
-// task at a time, each of which may cost time; it may hang (as under SIGSTOP: tasks and timers wait)
-// and end.
+// task at a time, each of which may cost time; it may hang (as under SIGSTOP: tasks and timers
+// wait) and end.
 //
 // Threads. The simulation's one.
 // Invariants. (1) Nothing of a process runs after its end. (2) Tasks run in the order in which they

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What slaves have of scenes, by the words on the wire: what must hold however chunks come, from the
-// master or from slave to slave.
+// What slaves have of scenes, by the words on the wire: what must hold however chunks come, from
+// the master or from slave to slave.
 //
 //   I3  a scene that is built has the announced digests, and the bytes that they stand for
 //   I6  a slave that works gets each scene that was announced to it, within a bound

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The master of the simulated world: the product's FrameLoop (with its Cluster, Reception, PeerLinks,
-// SceneSenders, AppServer, Scheduler and ledgers) in a process that listens.
+// The master of the simulated world: the product's FrameLoop (with its Cluster, Reception,
+// PeerLinks, SceneSenders, AppServer, Scheduler and ledgers) in a process that listens.
 //
 // Threads. The simulation's one.
 #pragma once

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A slave of the simulated world: the product's SlaveNode (with its MasterLink, back-off, liveness and
-// scene receiver) in a process, over a workshop in virtual time.
+// A slave of the simulated world: the product's SlaveNode (with its MasterLink, back-off, liveness
+// and scene receiver) in a process, over a workshop in virtual time.
 //
 // Threads. The simulation's one.
 #pragma once

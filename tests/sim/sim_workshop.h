@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The workshop of a simulated slave: workers whose tiles take as long as a model says, and a
-// builder; both in virtual time, with the queues and answers of the product's own (render_service.h,
-// scene_builder.h).
+// builder; both in virtual time, with the queues and answers of the product's own
+// (render_service.h, scene_builder.h).
 //
 // Threads. The simulation's one.
 // Invariants. Those of slave/workshop.h.

@@ -126,7 +126,8 @@ HardCase mixed_scales(Maker& m) {
   return outside(m, std::move(mesh), {});
 }
 
-// Everything on a grid: rays in faces, edges and split planes, with zeros of both signs and denormals.
+// Everything on a grid: rays in faces, edges and split planes, with zeros of both signs and
+// denormals.
 HardCase axis_parallel(Maker& m) {
   Mesh mesh = make_random_triangles(300, 0.8f, 7);
   const auto on_grid = [](float x) { return std::round(x * 8) / 8; };

@@ -193,6 +193,9 @@ def check_lengths(path, text, found):
     count = text.count("\n")
     if count > rules.FILE_LINES_MAX:
         found.add(path, count, f"{count} lines, {rules.FILE_LINES_MAX} are the most: split by meaning")
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.lstrip().startswith("//") and len(line) > rules.COMMENT_COLUMNS_MAX:
+            found.add(path, number, f"a comment of {len(line)} columns, {rules.COMMENT_COLUMNS_MAX} are the most")
     for line, lines in long_functions(text):
         found.add(path, line, f"a function of {lines} lines, {rules.FUNCTION_LINES_MAX} are the most")
 

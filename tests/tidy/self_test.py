@@ -111,6 +111,11 @@ class Walls(unittest.TestCase):
         self.expect({"common/base/a.cpp": "int x();\n" * lines}, f"common/base/a.cpp:{lines}", "split by meaning")
         self.assertEqual(self.findings({"common/base/a.cpp": "int x();\n" * (lines - 1)}), [])
 
+    def test_a_wide_comment_is_red(self):
+        comment = "// " + "x" * (rules.COMMENT_COLUMNS_MAX - 3)
+        self.expect({"common/base/a.cpp": comment + "y\nint x();\n"}, "common/base/a.cpp:1", "comment of 101 columns")
+        self.assertEqual(self.findings({"common/base/a.cpp": comment + "\nint x();\n"}), [])
+
     def test_a_long_function_is_red(self):
         body = "  x();\n" * (rules.FUNCTION_LINES_MAX - 1)
         start = "namespace n {\nstruct S {\n  int a = 0;\n};\n"

@@ -27,8 +27,8 @@ struct Bvh {
   std::vector<BvhNode<W>> nodes;  // root first; empty without primitives
 
   std::uint64_t memory_bytes() const { return nodes.capacity() * sizeof(BvhNode<W>); }
-  // Walks the whole hierarchy. Requires: it was built from this set. `clipper`: the one that cut its
-  // primitives; null where they are whole. Returns: kInternal naming what is broken.
+  // Walks the whole hierarchy. Requires: it was built from this set. `clipper`: the one that cut
+  // its primitives; null where they are whole. Returns: kInternal naming what is broken.
   Status validate(const PrimitiveSet& set, const PrimitiveClipper* clipper = nullptr) const;
 };
 

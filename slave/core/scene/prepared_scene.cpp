@@ -99,8 +99,8 @@ Status build_flat_index(const BuildOptions& options, int lanes, Geometry& geomet
   return Status::ok();
 }
 
-// Makes the triangles that are flattened beside instances, or takes those of the other version where
-// they are the same. In a version that follows another they get a structure of their own.
+// Makes the triangles that are flattened beside instances, or takes those of the other version
+// where they are the same. In a version that follows another they get a structure of their own.
 template <int W>
 Status flatten(const Placement<W>& placement, const Scene& scene, const BuildOptions& options,
                const KnownInstances<W>& known, std::vector<Bounds3f>& boxes,

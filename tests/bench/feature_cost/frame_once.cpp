@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders a small frame of plain diffuse triangles with one thread, by the renderer that is named: for
-// core_cost.sh, which counts instructions.
+// Renders a small frame of plain diffuse triangles with one thread, by the renderer that is named:
+// for core_cost.sh, which counts instructions.
 #include <cstdio>
 
 #include "tests/support/render.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Property: any two uses of random numbers in a picture are independent: what one draws tells nothing
-// of what the other does.
+// Property: any two uses of random numbers in a picture are independent: what one draws tells
+// nothing of what the other does.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -40,9 +40,9 @@ double chi_square(const std::vector<Vec2f>& a, float Vec2f::*of_a, const std::ve
   return sum;
 }
 
-// Chi-square of two uses that are independent has a mean of at most kCells - 1: less where numbers are
-// stratified. How much it varies depends on how orders are shuffled, so the deviation is measured, too:
-// the mean is above that by six of its own deviations once in 10^9 times.
+// Chi-square of two uses that are independent has a mean of at most kCells - 1: less where numbers
+// are stratified. How much it varies depends on how orders are shuffled, so the deviation is
+// measured, too: the mean is above that by six of its own deviations once in 10^9 times.
 class Independence {
  public:
   void add(const std::vector<Vec2f>& a, const std::vector<Vec2f>& b) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Property: exact_hit() decides as integer arithmetic does, for rays and triangles on an integer
-// grid, most of them degenerate in some way: through vertices and edges, in the plane, flat. So does
-// the oracle of the other tests, rational_hit(), and both agree on floats of all sizes.
+// grid, most of them degenerate in some way: through vertices and edges, in the plane, flat. So
+// does the oracle of the other tests, rational_hit(), and both agree on floats of all sizes.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Property: a full fan of neighbours answers what its rays answer alone, to the bit, and hits a triangle exactly
-// when exact arithmetic says so, where a filter in float32 has least to go by:
-//   slivers  two corners a few roundings apart, at scales 1e-6 to 1e6, far from the world's origin, seen edge-on,
-//            with t_min 0 and above, by rays that start in the plane of the triangle or next to it
-//   stacks   triangles in one plane, or a few roundings from it: whose t is the least is decided by bits
+// Property: a full fan of neighbours answers what its rays answer alone, to the bit, and hits a
+// triangle exactly when exact arithmetic says so, where a filter in float32 has least to go by:
+//   slivers  two corners a few roundings apart, at scales 1e-6 to 1e6, far from the world's origin,
+//            seen edge-on, with t_min 0 and above, by rays that start in the plane of the triangle
+//            or next to it
+//   stacks   triangles in one plane, or a few roundings from it: whose t is the least is decided by
+//            bits
 #include <gtest/gtest.h>
 
 #include <bit>

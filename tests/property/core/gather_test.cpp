@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shadow rays of a VPL are told which triangles they cannot meet: the one that they leave and the one
-// that they end on. That may save tests and must change no answer, in fans and alone, on every
+// Shadow rays of a VPL are told which triangles they cannot meet: the one that they leave and the
+// one that they end on. That may save tests and must change no answer, in fans and alone, on every
 // instruction set.
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Property: a scene whose meshes are instanced gives the bits of the same scene flattened, whatever the
-// transforms, for single rays, bundles and fans, closest and any hit, on every instruction set.
+// Property: a scene whose meshes are instanced gives the bits of the same scene flattened, whatever
+// the transforms, for single rays, bundles and fans, closest and any hit, on every instruction set.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Property: of rays that leave one point in any directions, shadow fans block those that are blocked
-// alone: whatever their number, and with rays among them that are none.
+// Property: of rays that leave one point in any directions, shadow fans block those that are
+// blocked alone: whatever their number, and with rays among them that are none.
 #include <gtest/gtest.h>
 
 #include <algorithm>

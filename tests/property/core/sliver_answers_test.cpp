@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Property: whether a ray hits a triangle is what rational arithmetic says, and of several the
 // closest is the one of the least t as plane-inl.h defines it, the lowest number at one t: by fans,
-// bundles, rays by themselves and rays in flight, on every instruction set, at slivers whose corners
-// are a few roundings apart (tests/support/slivers.h).
+// bundles, rays by themselves and rays in flight, on every instruction set, at slivers whose
+// corners are a few roundings apart (tests/support/slivers.h).
 //
 // TESSERA_LONG=1 asks for 10^7 rays, each of which goes all ways.
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays through both structures over balls, compiled once per instruction set by Highway; see slave/core/kernels.
+// Rays through both structures over balls, compiled once per instruction set by Highway; see
+// slave/core/kernels.
 #include "slave/core/kernels/targets_layout.h"
 
 #undef HWY_TARGET_INCLUDE

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Property: a kind of primitive that slave/core knows nothing of is traced by its structures, builders
-// and packets: every ball is found by every ray that meets it, alone, in fans and in bundles, through
-// the hierarchy and the kd-tree, on every instruction set, with the same bits.
+// Property: a kind of primitive that slave/core knows nothing of is traced by its structures,
+// builders and packets: every ball is found by every ray that meets it, alone, in fans and in
+// bundles, through the hierarchy and the kd-tree, on every instruction set, with the same bits.
 #include <gtest/gtest.h>
 
 #include <bit>

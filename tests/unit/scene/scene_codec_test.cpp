@@ -80,7 +80,8 @@ TEST(SceneCodec, AVersionThatMovesOneMeshChangesThatBlockAndTheRootAlone) {
   EXPECT_EQ(stranger.encode(scene).digest(), after.digest());
 }
 
-// Returns: how many bytes a peer that has one version lacks of the other: chunks, and lists of them.
+// Returns: how many bytes a peer that has one version lacks of the other: chunks, and lists of
+// them.
 std::uint64_t bytes_to_send(const EncodedScene& before, const EncodedScene& after) {
   std::uint64_t bytes = 0;
   for (std::size_t b = 0; b < after.blocks.size(); ++b) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is flattened of a scene with instances. In a version of a scene that follows another it has a
-// structure of its own, in world space, and stands in the hierarchy over the instances as one more
-// of them, whose transform is the identity: so it is not built again while it stays as it is.
+// What is flattened of a scene with instances. In a version of a scene that follows another it has
+// a structure of its own, in world space, and stands in the hierarchy over the instances as one
+// more of them, whose transform is the identity: so it is not built again while it stays as it is.
 //
 // Threads. Built once, then never changed.
 #pragma once

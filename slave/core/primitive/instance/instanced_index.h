@@ -50,8 +50,8 @@ template <int W>
 Result<Placement<W>> place_instances(const Scene& scene, Instancing instancing,
                                      const KnownInstances<W>& known, const BuildControl& control);
 
-// What is flattened beside the instances. Shape: boxes [triangle], vertices [triangle][3][3]; unused
-// where the part has a structure of its own.
+// What is flattened beside the instances. Shape: boxes [triangle], vertices [triangle][3][3];
+// unused where the part has a structure of its own.
 template <int W>
 struct Flattened {
   FlatPart<W> part;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which meshes of a scene get a structure of their own: those of which many copies stand, for their
-// memory, and those that move, so that a version of the scene in which one stands elsewhere does not
-// build what all the others are.
+// memory, and those that move, so that a version of the scene in which one stands elsewhere does
+// not build what all the others are.
 //
 // Threads. Plain functions.
 #pragma once
@@ -23,8 +23,8 @@ struct KnownScene {
   std::vector<bool> is_moving;  // by mesh, as moving_meshes() found; may be empty
 };
 
-// Returns: whether half of the triangles are of meshes that the other version has, so that it pays to
-// keep what was built for it. Triangles of a mesh count once.
+// Returns: whether half of the triangles are of meshes that the other version has, so that it pays
+// to keep what was built for it. Triangles of a mesh count once.
 bool keeps_most_of(const Scene& scene, const KnownScene& known);
 
 // Returns: for each mesh, whether it moves: an instance of it is another one in the other version,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a ray meets the plane of a triangle where the triangle is not, in lanes of double: a cheap
-// way to rule out triangles whose edges the ray passes too closely for a filter in float32. A mesh
-// may be flatter than the tolerance of such a filter; a ray in it passes next to the edges of all
-// triangles above and below its way, but it meets most of their planes far away.
+// Whether a ray meets the plane of a triangle where the triangle is not, in lanes of double: a
+// cheap way to rule out triangles whose edges the ray passes too closely for a filter in float32. A
+// mesh may be flatter than the tolerance of such a filter; a ray in it passes next to the edges of
+// all triangles above and below its way, but it meets most of their planes far away.
 //
 // Bound. With w = 2^-53, P = N.(A - O), Q = N.D and t = P / Q: P and Q are off by less than
 // kDeterminantError of the sizes of their terms. Where that is p of P and q of Q, t is off by less

@@ -19,8 +19,8 @@
 namespace tessera::core {
 
 // Relative to the sizes of its terms, how far p.(q x r) is off at most in double from operands that
-// are rounded themselves: each term has 3 roundings of operands, 2 of products, 1 of the difference,
-// 2 of the sum; 16 leaves room for the bound's own.
+// are rounded themselves: each term has 3 roundings of operands, 2 of products, 1 of the
+// difference, 2 of the sum; 16 leaves room for the bound's own.
 inline constexpr double kDeterminantError = 16 * 0x1p-53;
 
 struct ExactHit {

@@ -73,7 +73,8 @@ class TriangleRay {
   using V = FloatsOf<W>;  // triangles
   using M = MaskOf<V>;
   static constexpr size_t kStep = kLanesOf<V>;
-  // Up to so many open triangles of a step are decided at once, which costs no more than elsewhere().
+  // Up to so many open triangles of a step are decided at once, which costs no more than
+  // elsewhere().
   static constexpr int kFew = static_cast<int>(kStep / 4);
 
   // kIsAlone: for a ray by itself, which gains by a branch where no triangle is possible, and does

@@ -99,11 +99,11 @@ struct TriangleSource {
 // transform sends beyond float32, gets an empty box: it keeps its number and stays out of the tree.
 std::vector<Bounds3f> boxes_of(std::span<const float> vertices);
 
-// Shape: boxes becomes boxes_of() the flattened triangles. Requires: meshes and instances stay where
-// they are, if any are placed.
+// Shape: boxes becomes boxes_of() the flattened triangles. Requires: meshes and instances stay
+// where they are, if any are placed.
 TriangleStore make_triangle_store(const TriangleSource& source, std::vector<Bounds3f>& boxes);
-// Takes corners from the store of another version whose flattened instances are the same; the caller
-// counts those without area.
+// Takes corners from the store of another version whose flattened instances are the same; the
+// caller counts those without area.
 TriangleStore make_triangle_store(const TriangleSource& source, const TriangleStore& known);
 TriangleStore make_triangle_store(const Scene& scene, std::vector<Bounds3f>& boxes);
 
