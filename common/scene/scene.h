@@ -5,8 +5,9 @@
 // so that a version that changes one mesh copies nothing else. validate_scene() (validate.h) is the
 // border; everything behind it trusts.
 //
-// Primitive numbering. Triangles are numbered over the flattened scene: instances in order, within
-// each the triangles of its mesh in order. Readers keep the order of the file.
+// Primitive numbering. Triangles and patches are numbered over the flattened scene: instances in
+// order, within each the triangles of its mesh, or the patches of its surface, in order. Readers
+// keep the order of the file.
 //
 // Units. Lengths in scene units; radiance, intensity and power linear RGB (Rec. 709 primaries).
 #pragma once
@@ -23,6 +24,7 @@
 #include "common/math/vec3.h"
 #include "common/scene/bsdf_kind.h"
 #include "common/scene/camera.h"
+#include "common/scene/patch_surface.h"
 #include "common/scene/surface_program.h"
 
 namespace tessera {
@@ -196,9 +198,12 @@ struct Light {
   bool operator==(const Light&) const = default;
 };
 
+enum class ObjectKind : std::uint32_t { kMesh = 0, kPatchSurface = 1 };
+
 struct Instance {
-  std::uint32_t mesh = 0;  // index into Scene::meshes
+  std::uint32_t mesh = 0;  // index into Scene::meshes, or into Scene::surfaces: see kind
   Transform object_to_world;
+  ObjectKind kind = ObjectKind::kMesh;
   bool operator==(const Instance&) const = default;
 };
 
@@ -223,6 +228,7 @@ struct NamedCamera {
 
 struct TESSERA_API Scene {
   std::vector<std::shared_ptr<const Mesh>> meshes;
+  std::vector<std::shared_ptr<const PatchSurface>> surfaces;
   std::vector<std::shared_ptr<const Texture>> textures;
   std::vector<Material> materials;  // never empty in a valid scene
   std::vector<Instance> instances;
