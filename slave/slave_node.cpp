@@ -322,7 +322,7 @@ void SlaveNode::Impl::on_built(BuildOutcome outcome) {
     return;
   }
   slave_metrics().build_seconds.observe(outcome.seconds);
-  const std::uint64_t triangle_count = (*outcome.scene)->triangle_count();
+  const std::uint64_t triangle_count = (*outcome.scene)->primitive_count();
   // An animation brings a scene with each frame: only what a person waits for is news.
   const bool is_news = built.empty() || outcome.seconds >= 1;
   log_event(is_news ? LogLevel::kInfo : LogLevel::kDebug, "scene-built", "a scene is ready",

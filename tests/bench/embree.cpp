@@ -147,7 +147,7 @@ class Embree final : public Entrants {
     if (mode.is_robust) rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
     RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     if (mode.is_high) rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
-    const auto count = static_cast<std::size_t>(triangles.triangle_count());
+    const auto count = static_cast<std::size_t>(triangles.primitive_count());
     // Vertices are not shared here: the hierarchy is what is measured, and it copies them.
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, 3 * count));

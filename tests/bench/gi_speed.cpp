@@ -112,7 +112,7 @@ class SpeedTables {
     const double inside = 1e-6 * static_cast<double>(frame.rays.shadow) / frame.cpu_seconds;
     const Workload work = shadow_rays_of(scene_, s, options_.isa, options_.is_quick ? 40 : 16);
     const core::TriangleStore& triangles = scene_.impl().triangles;
-    std::vector<Bounds3f> boxes(triangles.triangle_count());
+    std::vector<Bounds3f> boxes(triangles.primitive_count());
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       for (int k = 0; k < 3; ++k) boxes[i].grow(triangles.vertex(i, k));
     }

@@ -34,7 +34,7 @@ Status run_gi_suite(const CoreSuiteOptions& options, std::vector<std::string>& j
     auto scene = core::PreparedScene::build(loaded->scene, {});
     if (!scene.is_ok()) return scene.status();
     std::printf("\n%s, %llu triangles\n", name.c_str(),
-                static_cast<unsigned long long>((*scene)->triangle_count()));
+                static_cast<unsigned long long>((*scene)->primitive_count()));
     FrameSettings settings;
     settings.renderer = Renderer::kIgi;
     settings.tile_edge_px = 64;

@@ -61,7 +61,7 @@ bool is_inside_pluecker(Vec3f a, Vec3f b, Vec3f c, Vec3f origin, Vec3f d) {
 }  // namespace
 
 ThesisBundle::ThesisBundle(const core::TriangleStore& triangles, const core::CameraRays& camera)
-    : triangles_(triangles), camera_(camera), mailbox_(triangles.triangle_count()) {
+    : triangles_(triangles), camera_(camera), mailbox_(triangles.primitive_count()) {
   for (int a = 0; a < 3; ++a) origin_[a] = double{camera.origin()[a]};
   for (std::size_t i = 0; i < kMailboxSizes.size(); ++i) hashed_[i].resize(kMailboxSizes[i]);
 }

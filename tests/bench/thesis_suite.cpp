@@ -288,7 +288,7 @@ std::string run_tree(const char* name, const core::KdBuildConfig& config, const 
   std::printf("\n%s, %s tree: %zu nodes, %.2f references per triangle\n", scene.name.c_str(), name,
               tree->nodes().size(),
               static_cast<double>(tree->primitive_refs().size()) /
-                  static_cast<double>(triangles.triangle_count()));
+                  static_cast<double>(triangles.primitive_count()));
   const ThesisFigures none{scene.name.c_str(), "", 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {}, 0, 0, 0, 0};
   const ThesisFigures* thesis = &none;
   for (const ThesisFigures& figures : kThesis) {

@@ -65,7 +65,7 @@ Workload primary_rays(const Camera& camera, int size_px) {
 SecondaryRays secondary_rays(const Workload& primary, const std::vector<FirstHit>& hits,
                              const core::TriangleStore& triangles, Vec3f light) {
   Bounds3f box;
-  for (std::uint64_t t = 0; t < triangles.triangle_count(); ++t) box.grow(triangles.vertex(t, 0));
+  for (std::uint64_t t = 0; t < triangles.primitive_count(); ++t) box.grow(triangles.vertex(t, 0));
   const float offset = 2e-5f * length(box.upper - box.lower);
   SecondaryRays result;
   result.shadow.kind = RayKind::kShadow;

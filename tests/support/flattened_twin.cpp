@@ -26,7 +26,7 @@ bool is_same(const CastHit& a, const CastHit& b) {
 }
 
 Vec3f any_corner(const TriangleStore& triangles, Random& random) {
-  return triangles.vertex(random() % triangles.triangle_count(), static_cast<int>(random() % 3));
+  return triangles.vertex(random() % triangles.primitive_count(), static_cast<int>(random() % 3));
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ std::vector<CastRay> rays_around(const TriangleStore& triangles, std::size_t cou
       ray.direction = {unit(random), unit(random), unit(random)};
       if (i % 3 == 0) ray.t_max = size;
     } else if (kind == 3) {  // a narrow fan, at a face
-      const std::uint64_t number = (i / 64 * 7919) % triangles.triangle_count();
+      const std::uint64_t number = (i / 64 * 7919) % triangles.primitive_count();
       const Vec3f a = triangles.vertex(number, 0), b = triangles.vertex(number, 1);
       const float share = static_cast<float>(i % 64) / 63;
       ray.direction = a + (b - a) * share - eye;

@@ -42,13 +42,16 @@ ARROWS = {
     _CORE + "accel": _VALUES,
     _CORE + "ray": _rooms("simd accel"),
     _TRIANGLE: _rooms("simd accel ray surface"),
-    # Patches stand on their own: no room knows them yet.
+    # A ray and a sub-patch: no room of structures or packets is known there.
     _CORE + "primitive/patch": _rooms("simd"),
     # This room joins all kinds of primitives, for those who need not know which.
-    _CORE + "primitive": _rooms("accel ray primitive/triangle"),
+    _CORE + "primitive": _rooms("accel ray primitive/triangle primitive/patch"),
     _CORE + "traverse": _rooms("simd accel ray primitive"),
     # What is in an instance is traversed as a scene is.
     _CORE + "primitive/instance": _rooms("simd accel ray primitive primitive/triangle traverse"),
+    # Patches of a scene in leaves.
+    _CORE + "primitive/freeform": _rooms(
+        "simd accel ray primitive primitive/triangle primitive/patch surface"),
     _CORE + "camera": _rooms("sampling ray"),
     # surface says what a surface is, bsdf how it scatters light: neither knows of traversal.
     _CORE + "surface": _rooms("simd sampling ray"),
@@ -57,9 +60,10 @@ ARROWS = {
     _CORE + "light": _rooms("simd sampling ray primitive/triangle surface"),
     # This room has all that is compiled once per instruction set.
     _CORE + "kernels": _rooms(
-        "sampling ray primitive primitive/triangle primitive/instance traverse camera surface bsdf light"),
-    _CORE + "trace": _rooms("sampling accel ray primitive primitive/triangle surface kernels"),
-    _CORE + "scene": _rooms("simd sampling accel ray primitive primitive/triangle primitive/instance surface bsdf light kernels trace"),
+        "sampling ray primitive primitive/triangle primitive/instance primitive/freeform traverse camera "
+        "surface bsdf light"),
+    _CORE + "trace": _rooms("sampling accel ray primitive primitive/triangle primitive/freeform surface kernels"),
+    _CORE + "scene": _rooms("simd sampling accel ray primitive primitive/triangle primitive/instance primitive/patch primitive/freeform surface bsdf light kernels trace"),
     _CORE + "integrate": _rooms("simd sampling ray camera surface bsdf light kernels trace scene"),
     # Two rooms of the core are its door: integrate, which renders, and scene, which is rendered.
     "slave": _COMMON + ["common/wire", "proto", _CORE + "integrate", _CORE + "scene"],

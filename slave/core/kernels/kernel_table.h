@@ -77,6 +77,8 @@ struct KernelTable {
   ViewKernels<TriangleKd<16>> kd16;
   ViewKernels<InstancedView<8>> instanced8;
   ViewKernels<InstancedView<16>> instanced16;
+  ViewKernels<PatchedView<8>> patched8;
+  ViewKernels<PatchedView<16>> patched16;
 
   BsdfKernels bsdfs;  // indexed by slot_of() a surface
 };

@@ -81,8 +81,9 @@ KernelTable table_of(Isa isa, int lane_count, Entries... entries) {
   const auto bvh = bvh_kernels(isa);
   const auto kd = kd_kernels(isa);
   const auto instanced = instance_kernels(isa);
-  return {isa,    lane_count, entries...,    bvh.by8,        bvh.by16,
-          kd.by8, kd.by16,    instanced.by8, instanced.by16, bsdf_kernels(isa)};
+  const auto patched = patch_kernels(isa);
+  return {isa,     lane_count,    entries...,     bvh.by8,     bvh.by16,     kd.by8,
+          kd.by16, instanced.by8, instanced.by16, patched.by8, patched.by16, bsdf_kernels(isa)};
 }
 
 const auto& tables() {

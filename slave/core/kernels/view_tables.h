@@ -15,6 +15,7 @@ namespace tessera::core {
 ViewTables<TriangleBvh> bvh_kernels(Isa isa);
 ViewTables<TriangleKd> kd_kernels(Isa isa);
 ViewTables<InstancedView> instance_kernels(Isa isa);
+ViewTables<PatchedView> patch_kernels(Isa isa);
 BsdfKernels bsdf_kernels(Isa isa);
 
 }  // namespace tessera::core

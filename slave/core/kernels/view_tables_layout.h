@@ -14,6 +14,8 @@ template <int W>
 using TriangleKd = KdView<W, TrianglesOnly<W>>;
 template <int W>
 using InstancedView = BvhView<W, TrianglesAndInstances<W>>;
+template <int W>
+using PatchedView = BvhView<W, TrianglesAndPatches<W>>;
 
 // The kernels of a structure for blocks of 8 and of 16.
 template <template <int> class View>

@@ -143,6 +143,12 @@ void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
   }
 }
 
+bool emits(const PatchSurface& surface, const Scene& scene) {
+  return std::any_of(
+      surface.materials.begin(), surface.materials.end(),
+      [&](std::uint32_t material) { return !is_black(scene.materials[material].emission); });
+}
+
 // Rec. 709 luminance.
 double luminance(Vec3f c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
@@ -216,6 +222,11 @@ LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
   for (const Material& material : scene.materials) has_emission |= !is_black(material.emission);
   if (!has_emission) return set;
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    if (scene.instances[i].kind == ObjectKind::kPatchSurface) {
+      // The light of patches is left to rays that hit them.
+      set.has_partial_emission |= emits(*scene.surfaces[scene.instances[i].mesh], scene);
+      continue;
+    }
     add_emitters(*scene.meshes[scene.instances[i].mesh], scene, triangles.instance_first[i],
                  triangles, left_out, textures, set);
   }

@@ -76,10 +76,25 @@ struct InstancedBvh {
   std::uint64_t memory_bytes() const;
 };
 
+// A hierarchy over sub-patches and triangles.
+struct PatchStore;
+template <int W>
+struct PatchedBvh {
+  Bvh<W> structure;
+  std::vector<std::uint32_t> blocks;  // as TrianglesAndPatches has them
+  std::vector<TriangleBlock<W>> triangles;
+  std::shared_ptr<const PatchStore> patches;
+
+  std::uint64_t memory_bytes() const {  // but for the patches
+    return structure.memory_bytes() + blocks.capacity() * sizeof(std::uint32_t) +
+           triangles.capacity() * sizeof(TriangleBlock<W>);
+  }
+};
+
 // Answers do not depend on the structure, only time does.
 struct PrimitiveIndex {
   std::variant<IndexedBvh<8>, IndexedBvh<16>, IndexedKd<8>, IndexedKd<16>, InstancedBvh<8>,
-               InstancedBvh<16>>
+               InstancedBvh<16>, PatchedBvh<8>, PatchedBvh<16>>
       any;
 
   std::uint64_t memory_bytes() const {

@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "slave/core/primitive/instance_layout.h"
+#include "slave/core/primitive/patch/patch_layout.h"
 #include "slave/core/primitive/triangle/triangle_layout.h"
 
 namespace tessera::core {
@@ -18,15 +19,26 @@ struct TrianglesOnly {
   const TriangleBlock<W>* triangles;
 };
 
-// Scenes with instances: blocks[number of a block] is the number of a triangle block, or, with this
-// bit, of an instance.
-inline constexpr uint32_t kIsInstance = 0x80000000u;
+// Scenes with another kind of primitive: blocks[number of a block] is the number of a triangle
+// block, or, with this bit, of an item of the other kind.
+inline constexpr uint32_t kIsItem = 0x80000000u;
+
+// Scenes with instances.
 template <int W>
 struct TrianglesAndInstances {
   const uint32_t* blocks;
   const TriangleBlock<W>* triangles;  // world space
-  const InstanceBlock* instances;
+  const InstanceBlock* instances;     // the items
   const MeshShape<W>* meshes;
+};
+
+// Scenes with patches; all is in world space.
+template <int W>
+struct TrianglesAndPatches {
+  const uint32_t* blocks;
+  const TriangleBlock<W>* triangles;
+  const SubPatch* parts;  // the items
+  const Patch* patches;
 };
 
 }  // namespace tessera::core

@@ -3,11 +3,30 @@
 
 #include <new>
 
+#include "slave/core/primitive/freeform/patch_point.h"
 #include "slave/core/ray/ray_bits.h"
 #include "slave/core/simd/axis_arrays.h"
 
 namespace tessera::core {
 namespace {
+
+// Where a ray of a packet comes from.
+struct CastFrom {
+  float origin[3], direction[3], t_min;
+
+  CastFrom(const FanPacket& rays, int i) : t_min(rays.t_min) {
+    for (int a = 0; a < 3; ++a) {
+      origin[a] = rays.origin[a];
+      direction[a] = rays.direction[a][i];
+    }
+  }
+  CastFrom(const RayPacket& rays, int i) : t_min(rays.t_min[i]) {
+    for (int a = 0; a < 3; ++a) {
+      origin[a] = rays.origin[a][i];
+      direction[a] = rays.direction[a][i];
+    }
+  }
+};
 
 // A surface that scatters nothing and shows `seen`.
 void show_alone(Surface& s, Vec3f seen) {
@@ -22,16 +41,20 @@ void show_alone(Surface& s, Vec3f seen) {
 void MetSurfaces::find(const FanPacket& rays, const PacketHits& hits) {
   if (!scene_.triangles.is_flat()) gather_corners(hits);
   kernels_.fan_points(vertices(), rays, numbered(hits), memory_.points);
+  if (on_patches_ != 0) find_on_patches(rays, hits);
 }
 
 void MetSurfaces::find(const RayPacket& rays, const PacketHits& hits) {
   if (!scene_.triangles.is_flat()) gather_corners(hits);
   kernels_.packet_points(vertices(), rays, numbered(hits), memory_.points);
+  if (on_patches_ != 0) find_on_patches(rays, hits);
 }
 
 // Rays that meet one triangle after another share its corners.
 void MetSurfaces::gather_corners(const PacketHits& hits) {
   std::uint32_t count = 0, last = kNoPrimitive;
+  bool is_patch = false;  // whether `last` is one's
+  on_patches_ = 0;
   for (std::size_t i = 0; i < kPacketRays; ++i) {
     const std::uint32_t number = hits.primitive[i];
     memory_.numbered.t[i] = hits.t[i];
@@ -41,18 +64,43 @@ void MetSurfaces::gather_corners(const PacketHits& hits) {
     }
     if (number != last) {
       const std::uint32_t instance = instances_.of(number);
-      for (int k = 0; k < 3; ++k) {
+      last = number;
+      is_patch = scene_.is_patched(instance);
+      for (int k = 0; k < 3 && !is_patch; ++k) {
         const Vec3f p = scene_.triangles.vertex_of(instance, number, k);
         float* const to = memory_.corner[count][k];
         to[0] = p.x;
         to[1] = p.y;
         to[2] = p.z;
       }
-      last = number;
-      ++count;
+      if (!is_patch) ++count;
     }
-    memory_.numbered.primitive[i] = count - 1;
+    memory_.numbered.primitive[i] = is_patch ? kNoPrimitive : count - 1;
+    if (is_patch) on_patches_ |= std::uint64_t{1} << i;
   }
+}
+
+template <class Packet>
+void MetSurfaces::find_on_patches(const Packet& rays, const PacketHits& hits) {
+  PacketPoints& points = memory_.points;
+  for_each_ray(on_patches_, [&](int i) {
+    const std::uint32_t number = hits.primitive[i];
+    const SubPatch& part = scene_.part(instances_.of(number), number);
+    const CastFrom from(rays, i);
+    const PatchSurfacePoint at = patch_point(scene_.patches->patches[part.patch], part, from.origin,
+                                             from.direction, from.t_min);
+    const Vec3f direction{from.direction[0], from.direction[1], from.direction[2]};
+    const bool is_front = dot(at.normal, direction) < 0;
+    put_vector(at.point, points.point, i);
+    put_vector(is_front ? at.normal : -at.normal, points.normal, i);
+    points.offset[i] = at.offset;
+    points.u[i] = at.u;
+    points.v[i] = at.v;
+    points.distance[i] = hits.t[i] * length(direction);
+    points.met |= std::uint64_t{1} << i;
+    points.front |= std::uint64_t{is_front} << i;
+    points.sliver |= std::uint64_t{1} << i;
+  });
 }
 
 // Unlit surfaces show their colour where they are seen, and are black elsewhere.
@@ -84,6 +132,12 @@ void MetSurfaces::make_lit(const SurfaceDetail::Hits& hits, std::uint64_t rays,
 
 std::size_t MetSurfaces::material_number(std::uint32_t triangle) {
   const std::uint32_t instance = instances_.of(triangle);
+  if (scene_.is_patched(instance)) {
+    const auto& of = scene_.geometry->surfaces[scene_.instances[instance].mesh]->materials;
+    const std::uint64_t patch =
+        scene_.part(instance, triangle).patch - scene_.patches->first_patch[instance];
+    return of[of.size() == 1 ? 0 : patch];
+  }
   const auto& materials = scene_.meshes[scene_.instances[instance].mesh]->materials;
   return materials[materials.size() == 1 ? 0 : triangle - instances_.first_triangle()];
 }

@@ -21,7 +21,7 @@ class MetSurfaces {
     PacketPoints points;
     SurfaceDetail::Memory detail;
     // Used where a scene's triangles are not all stored: corners of those that were met, and the
-    // hits with places in `corner` as primitives.
+    // hits with places in `corner` as primitives. Hits of patches are left out of them.
     float corner[kPacketRays][3][3];  // [triangle][corner][axis]
     PacketHits numbered;
   };
@@ -48,7 +48,8 @@ class MetSurfaces {
     }
     return scene_.materials[material_];
   }
-  // The triangle that a ray has hit, or kNoPrimitive for a sliver.
+  // The triangle that a ray has hit, or kNoPrimitive for a sliver and for a patch: rays that leave
+  // these may meet them again.
   std::uint32_t sound_triangle(std::uint32_t triangle, int ray) const {
     return (points().sliver >> ray & 1u) != 0 ? kNoPrimitive : triangle;
   }
@@ -78,6 +79,8 @@ class MetSurfaces {
   static void blacken(std::uint64_t rays, Surface* const* to, bool is_seen);
   std::size_t material_number(std::uint32_t triangle);
   void gather_corners(const PacketHits& hits);
+  template <class Packet>
+  void find_on_patches(const Packet& rays, const PacketHits& hits);
   const float* vertices() const {
     return scene_.triangles.is_flat() ? scene_.triangles.vertices.data() : &memory_.corner[0][0][0];
   }
@@ -90,6 +93,7 @@ class MetSurfaces {
   Memory& memory_;
   std::uint32_t known_ = kNoPrimitive;  // whose material has number material_
   std::size_t material_ = 0;
+  std::uint64_t on_patches_ = 0;  // bits of the rays that have met patches
   InstanceFinder instances_;
   SurfaceDetail detail_;
 };

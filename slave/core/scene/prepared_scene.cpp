@@ -13,6 +13,7 @@
 #include "slave/core/bsdf/albedo_table.h"
 #include "slave/core/bsdf/sheen_table.h"
 #include "slave/core/kernels/kernel_table.h"
+#include "slave/core/primitive/freeform/patched_index.h"
 #include "slave/core/primitive/instance/instanced_index.h"
 #include "slave/core/scene/prepared_scene_impl.h"
 #include "slave/core/simd/isa_support.h"
@@ -56,8 +57,9 @@ SurfaceFeatures features_of(const Scene& scene, const Geometry& geometry) {
 }
 
 bool is_of(const Geometry& geometry, const Scene& scene, const BuildOptions& options) {
-  return geometry.meshes == scene.meshes && geometry.instances == scene.instances &&
-         geometry.structure == options.structure && geometry.instancing == options.instancing;
+  return geometry.meshes == scene.meshes && geometry.surfaces == scene.surfaces &&
+         geometry.instances == scene.instances && geometry.structure == options.structure &&
+         geometry.instancing == options.instancing;
 }
 
 bool is_any_smooth(const Scene& scene, const Geometry* other) {
@@ -70,7 +72,7 @@ bool is_any_smooth(const Scene& scene, const Geometry* other) {
 
 template <int W>
 KnownInstances<W> known_of(const PreparedScene* scene) {
-  if (scene == nullptr) return {};
+  if (scene == nullptr || scene->impl().patches != nullptr) return {};
   const Geometry& other = *scene->impl().geometry;
   const auto* const index = std::get_if<InstancedBvh<W>>(&other.index.any);
   return {
@@ -95,7 +97,7 @@ Status build_flat_index(const BuildOptions& options, int lanes, Geometry& geomet
                                      {options.threads, options.is_cancelled});
   if (!index.is_ok()) return index.status();
   geometry.index = std::move(*index);
-  geometry.built_primitives = store.triangle_count();
+  geometry.built_primitives = store.primitive_count();
   return Status::ok();
 }
 
@@ -150,6 +152,82 @@ Status build_index(const Scene& scene, const BuildOptions& options, Geometry& ge
   return Status::ok();
 }
 
+// The numbers of flattened triangles among the primitives of the scene.
+std::vector<std::uint32_t> numbers_of(const TriangleSource& source, const TriangleStore& store) {
+  std::vector<std::uint32_t> numbers;
+  for (std::size_t i = 0; i < source.instances.size(); ++i) {
+    if (!source.is_stored(i)) continue;
+    for (std::uint64_t n = store.instance_first[i]; n < store.instance_first[i + 1]; ++n)
+      numbers.push_back(static_cast<std::uint32_t>(n));
+  }
+  return numbers;
+}
+
+// Sub-patches get the numbers of their instances.
+std::shared_ptr<const PatchStore> numbered(PatchStore patches, const TriangleStore& triangles) {
+  for (std::size_t i = 0; i + 1 < patches.first_part.size(); ++i) {
+    auto number = static_cast<std::uint32_t>(triangles.instance_first[i]);
+    for (std::uint64_t p = patches.first_part[i]; p < patches.first_part[i + 1]; ++p)
+      patches.parts[p].primitive = number++;
+  }
+  return std::make_shared<const PatchStore>(std::move(patches));
+}
+
+std::vector<std::uint64_t> first_numbers(const TriangleSource& source, const PatchStore& patches) {
+  std::vector<std::uint64_t> first{0};
+  for (std::size_t i = 0; i < source.instances.size(); ++i) {
+    const std::uint64_t count = source.is_mesh(i)
+                                    ? source.primitive_count(i)
+                                    : patches.first_patch[i + 1] - patches.first_patch[i];
+    first.push_back(first.back() + count);
+  }
+  return first;
+}
+
+// Builds a scene with patches: all meshes are flattened beside them.
+template <int W>
+Status build_patched_index(const Scene& scene, const BuildOptions& options, Geometry& geometry) {
+  std::vector<Bounds3f> part_boxes, boxes;
+  PatchStore patches = make_patch_store(scene, part_boxes);
+  std::vector<std::uint64_t> part_counts;
+  for (std::size_t i = 0; i < scene.instances.size(); ++i)
+    part_counts.push_back(patches.part_count(i));
+  TriangleStore& store = geometry.triangles;
+  const TriangleSource source{geometry.meshes, geometry.instances, {}, part_counts};
+  store = make_triangle_store(source, boxes);
+  if (store.primitive_count() >= kNoPrimitive)
+    return Status::resource_exhausted("the scene's patches have more than 2^32 - 1 parts");
+  store.degenerate_count += patches.degenerate_count;
+  const std::vector<std::uint32_t> numbers = numbers_of(source, store);
+  leave_out(boxes, numbers, geometry);
+  geometry.first_number = first_numbers(source, patches);
+  geometry.patches = numbered(std::move(patches), store);
+  auto index = index_patches<W>({boxes, store.vertices, numbers, part_boxes}, geometry.patches,
+                                {options.threads, options.is_cancelled});
+  if (!index.is_ok()) return index.status();
+  geometry.index.any = std::move(*index);
+  geometry.built_primitives = store.primitive_count();
+  return Status::ok();
+}
+
+bool has_patches(const Scene& scene) {
+  return std::any_of(scene.instances.begin(), scene.instances.end(), [](const Instance& instance) {
+    return instance.kind == ObjectKind::kPatchSurface;
+  });
+}
+
+Status build_any_index(const Scene& scene, const BuildOptions& options, Geometry& geometry) {
+  const bool is_wide = kernels_for(widest_isa(cpu_isas() & compiled_isas())).lane_count >= 16;
+  if (!has_patches(scene)) {
+    return is_wide ? build_index<16>(scene, options, geometry)
+                   : build_index<8>(scene, options, geometry);
+  }
+  if (options.structure == Structure::kKd || options.structure == Structure::kKdQuality)
+    return Status::invalid_argument("patches are traced through a hierarchy: use --structure bvh");
+  return is_wide ? build_patched_index<16>(scene, options, geometry)
+                 : build_patched_index<8>(scene, options, geometry);
+}
+
 Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
                                                        const BuildOptions& options) {
   const Geometry* other = nullptr;
@@ -160,12 +238,11 @@ Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
   }
   auto geometry = std::make_shared<Geometry>();
   geometry->meshes = scene.meshes;
+  geometry->surfaces = scene.surfaces;
   geometry->instances = scene.instances;
   geometry->structure = options.structure;
   geometry->instancing = options.instancing;
-  const int lanes = kernels_for(widest_isa(cpu_isas() & compiled_isas())).lane_count;
-  TESSERA_RETURN_IF_ERROR(lanes >= 16 ? build_index<16>(scene, options, *geometry)
-                                      : build_index<8>(scene, options, *geometry));
+  TESSERA_RETURN_IF_ERROR(build_any_index(scene, options, *geometry));
   geometry->is_smooth = is_any_smooth(scene, other);
   return std::shared_ptr<const Geometry>(std::move(geometry));
 }
@@ -227,7 +304,10 @@ Result<std::shared_ptr<const PreparedScene>> PreparedScene::build(const Scene& s
 PreparedScene::PreparedScene(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 PreparedScene::~PreparedScene() = default;
 
-std::uint64_t PreparedScene::triangle_count() const { return impl_->triangles.triangle_count(); }
+std::uint64_t PreparedScene::primitive_count() const {
+  const std::vector<std::uint64_t>& first = impl_->geometry->first_number;
+  return first.empty() ? impl_->triangles.primitive_count() : first.back();
+}
 std::uint64_t PreparedScene::degenerate_count() const { return impl_->triangles.degenerate_count; }
 
 bool PreparedScene::has_geometry_of(const PreparedScene& other) const {
@@ -239,6 +319,7 @@ std::uint64_t PreparedScene::built_primitives() const { return impl_->geometry->
 std::uint64_t PreparedScene::memory_bytes() const {
   std::uint64_t bytes = sizeof(Impl) + impl_->index.memory_bytes();
   bytes += impl_->triangles.vertices.size() * sizeof(float);
+  if (impl_->patches != nullptr) bytes += impl_->patches->memory_bytes();
   bytes += (impl_->triangles.instance_first.capacity() + impl_->triangles.stored_first.capacity()) *
            sizeof(std::uint64_t);
   bytes += impl_->instances.capacity() * sizeof(Instance);
@@ -250,6 +331,9 @@ std::uint64_t PreparedScene::memory_bytes() const {
     bytes += (mesh->tangents.size() + mesh->colors.size()) * sizeof(Vec4f);
     bytes += mesh->triangles.size() * 3 * sizeof(std::uint32_t);
   }
+  for (const auto& surface : impl_->geometry->surfaces)
+    bytes +=
+        surface->numbers.size() * sizeof(float) + surface->trim_points.size() * sizeof(TrimPoint);
   if (impl_->alpha) bytes += impl_->alpha->memory_bytes();
   if (impl_->lights.sky_map) bytes += impl_->lights.sky_map->memory_bytes();
   bytes += impl_->texture_views.capacity() * sizeof(TextureView);

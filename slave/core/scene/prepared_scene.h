@@ -39,7 +39,7 @@ class PreparedScene {
 
   ~PreparedScene();
 
-  std::uint64_t triangle_count() const;
+  std::uint64_t primitive_count() const;   // triangles and patches, flattened over instances
   std::uint64_t degenerate_count() const;  // of instances that are not flattened: by their mesh
   std::uint64_t memory_bytes() const;
   // Whether this scene shares the geometry of the other one instead of having built its own.

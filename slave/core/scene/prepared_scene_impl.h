@@ -9,6 +9,7 @@
 
 #include "slave/core/light/feature.h"
 #include "slave/core/light/light_set.h"
+#include "slave/core/primitive/freeform/patch_store.h"
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/scene/prepared_scene.h"
@@ -38,12 +39,17 @@ struct SurfaceFeatures {
 // The part of a scene that lights and materials do not change; it is shared by versions of a scene.
 struct Geometry {
   TriangleStore triangles;
+  std::shared_ptr<const PatchStore> patches;  // null where the scene has none
+  // [instance_count + 1] number of the first primitive of each as users count them: triangles and
+  // patches. Empty where the scene has no patches; then it is that of `triangles`.
+  std::vector<std::uint64_t> first_number;
   std::vector<std::uint64_t> left_out;  // flattened triangles without area, rising
   PrimitiveIndex index;
   std::uint64_t built_primitives = 0;  // put into structures for it
   bool is_smooth = false;  // some mesh has normals that differ from those of its triangles
   // What the geometry was made of:
   std::vector<std::shared_ptr<const Mesh>> meshes;
+  std::vector<std::shared_ptr<const PatchSurface>> surfaces;
   std::vector<Instance> instances;
   Structure structure = Structure::kAuto;
   Instancing instancing = Instancing::kAuto;
@@ -53,12 +59,14 @@ struct PreparedScene::Impl {
   explicit Impl(std::shared_ptr<const Geometry> of)
       : geometry(std::move(of)),
         triangles(geometry->triangles),
+        patches(geometry->patches.get()),
         index(geometry->index),
         meshes(geometry->meshes),
         instances(geometry->instances) {}
 
   const std::shared_ptr<const Geometry> geometry;
-  const TriangleStore& triangles;  // this and the next three belong to geometry
+  const TriangleStore& triangles;  // this and the next four belong to geometry
+  const PatchStore* patches;       // null where the scene has none
   const PrimitiveIndex& index;
   const std::vector<std::shared_ptr<const Mesh>>& meshes;
   const std::vector<Instance>& instances;
@@ -71,6 +79,15 @@ struct PreparedScene::Impl {
   std::vector<Material> materials;
   std::unique_ptr<const AlphaSurfaces> alpha;  // null: rays go through nothing
 
+  // Whether what is placed is a surface of patches, and no mesh.
+  bool is_patched(std::uint32_t instance) const {
+    return patches != nullptr && instances[instance].kind == ObjectKind::kPatchSurface;
+  }
+  // The sub-patch that is the given primitive of an instance of patches.
+  const SubPatch& part(std::uint32_t instance, std::uint64_t primitive) const {
+    return patches
+        ->parts[patches->first_part[instance] + primitive - triangles.instance_first[instance]];
+  }
   // Whether any surface sends light of its own to the camera.
   bool has_glow() const {
     return !lights.emitters.empty() || lights.has_partial_emission || features.has_unlit;

@@ -6,6 +6,7 @@
 
 #include "common/base/check.h"
 #include "slave/core/accel/run_tasks.h"
+#include "slave/core/primitive/freeform/patch_point.h"
 #include "slave/core/primitive/triangle/barycentric.h"
 #include "slave/core/scene/prepared_scene_impl.h"
 #include "slave/core/trace/scene_tracer.h"
@@ -113,6 +114,31 @@ class Caster {
   CastHit hit_of(const CastRay& ray, std::uint32_t primitive, float t) const {
     CastHit hit;
     if (primitive == kNoPrimitive) return hit;
+    if (scene_.patches != nullptr) {
+      const std::uint32_t instance = scene_.triangles.instance_of(primitive);
+      if (scene_.is_patched(instance)) return hit_of_patch(ray, instance, primitive, t);
+      hit = hit_of_triangle(ray, primitive, t);
+      hit.primitive =
+          static_cast<std::uint32_t>(primitive - scene_.triangles.instance_first[instance] +
+                                     scene_.geometry->first_number[instance]);
+      return hit;
+    }
+    return hit_of_triangle(ray, primitive, t);
+  }
+
+  CastHit hit_of_patch(const CastRay& ray, std::uint32_t instance, std::uint32_t primitive,
+                       float t) const {
+    const SubPatch& part = scene_.part(instance, primitive);
+    const float origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
+    const float direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
+    const PatchSurfacePoint at =
+        patch_point(scene_.patches->patches[part.patch], part, origin, direction, ray.t_min);
+    const std::uint64_t number = part.patch - scene_.patches->first_patch[instance] +
+                                 scene_.geometry->first_number[instance];
+    return {true, static_cast<std::uint32_t>(number), t, at.u, at.v, at.normal};
+  }
+
+  CastHit hit_of_triangle(const CastRay& ray, std::uint32_t primitive, float t) const {
     const Vec3f a = scene_.triangles.vertex(primitive, 0),
                 b = scene_.triangles.vertex(primitive, 1),
                 c = scene_.triangles.vertex(primitive, 2);

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "slave/core/bsdf/transmission.h"
+#include "slave/core/primitive/freeform/patch_point.h"
 #include "slave/core/ray/ray_bits.h"
 #include "slave/core/sampling/sample_sequence.h"
 #include "slave/core/scene/lobe_detail.h"
@@ -30,6 +31,17 @@ void set_maps(const Transform& to_world, DetailGroup& group) {
     for (int column = 0; column < 3; ++column) group.normal_map[row][column] = rows[row][column];
     std::copy_n(to_world.m[row].begin(), 3, group.tangent_map[row]);
   }
+}
+
+// The point that a transform brings to `at`; where it has no inverse, `at` itself.
+Vec3f before(const Transform& to_world, Vec3f at) {
+  if (to_world.is_identity()) return at;
+  const std::array<Vec3f, 3> c = to_world.cofactors();
+  const auto& m = to_world.m;
+  const Vec3f from{at.x - m[0][3], at.y - m[1][3], at.z - m[2][3]};
+  const float volume = m[0][0] * c[0].x + m[0][1] * c[0].y + m[0][2] * c[0].z;
+  if (volume == 0) return at;
+  return (c[0] * from.x + c[1] * from.y + c[2] * from.z) * (1 / volume);
 }
 
 constexpr std::uint32_t kNormalUses = 1u << kNormalTexture | 1u << kClearcoatNormalTexture;
@@ -81,7 +93,7 @@ void SurfaceDetail::add(const Hits& hits, std::uint64_t rays, const RayCone* con
 }
 
 DetailGroup SurfaceDetail::group_of(std::uint32_t instance, const Material& material) const {
-  const Mesh& mesh = *scene_.meshes[scene_.instances[instance].mesh];
+  const Mesh& mesh = mesh_of(instance);
   DetailGroup group{};
   group.is_diffuse = scattering_of(material.bsdf) == Scattering::kEven;
   group.has_program = material.surface.kind != SurfaceKind::kConstant;
@@ -134,7 +146,7 @@ void SurfaceDetail::add_group(const DetailGroup& group, const Hits& hits, std::u
   const std::uint32_t instance = instances_.of(memory_.triangle[0]);
   put_corners(group, instance);
   kernels_.surface_detail(group, memory_.points);
-  take(group, *scene_.meshes[scene_.instances[instance].mesh]);
+  take(group, mesh_of(instance));
   if (group.has_program) run_program(*memory_.surface[0]->material);
   const Material& material = *memory_.surface[0]->material;
   if (scene_.features.has_lobes && has_lobes(material)) add_lobes(group, batch);
@@ -166,8 +178,35 @@ void SurfaceDetail::pass_light(const DetailGroup& group, const Hits& hits, Surfa
   }
 }
 
+// What a mesh of patches has: coordinates, and nothing else beyond its geometry.
+const Mesh& SurfaceDetail::mesh_of(std::uint32_t instance) const {
+  static const Mesh with_coordinates = [] {
+    Mesh mesh;
+    mesh.uvs.resize(1);
+    return mesh;
+  }();
+  return scene_.is_patched(instance) ? with_coordinates
+                                     : *scene_.meshes[scene_.instances[instance].mesh];
+}
+
+// Stands in for the corners of a triangle: the plane that touches the patch, with its coordinates.
+void SurfaceDetail::put_tangents(std::uint32_t instance) {
+  constexpr Vec2f kCoordinates[3] = {{0, 0}, {1, 0}, {0, 1}};
+  const Transform& to_world = scene_.instances[instance].object_to_world;
+  for (int i = 0; i < memory_.points.count; ++i) {
+    const Patch& patch = scene_.patches->patches[scene_.part(instance, memory_.triangle[i]).patch];
+    const TangentTriangle on = tangent_triangle(patch, memory_.points.u[i], memory_.points.v[i]);
+    for (int k = 0; k < 3; ++k) {
+      put_vector(on.corner[k], memory_.points.corner[k], i);
+      put_vector(before(to_world, on.corner[k]), memory_.points.corner_of_mesh[k], i);
+      put_uv(kCoordinates[k], memory_.points.corner_uv[0][k], i);
+    }
+  }
+}
+
 void SurfaceDetail::put_corners(const DetailGroup& group, std::uint32_t instance) {
-  const Mesh& mesh = *scene_.meshes[scene_.instances[instance].mesh];
+  if (scene_.is_patched(instance)) return put_tangents(instance);
+  const Mesh& mesh = mesh_of(instance);
   const auto is_used = [&](int set) {
     return group.uses != 0 && (group.uses & group.textures->uses_of_set[set]) != 0;
   };

@@ -51,6 +51,7 @@ class SurfaceDetail {
            SurfaceBatch* batch);
 
  private:
+  const Mesh& mesh_of(std::uint32_t instance) const;
   DetailGroup group_of(std::uint32_t instance, const Material& material) const;
   void put_textures(const Material& material, const Mesh& mesh, DetailGroup& group) const;
   std::ptrdiff_t number_of(const Material& material) const;
@@ -58,6 +59,7 @@ class SurfaceDetail {
                  SurfaceBatch* batch);
   // These functions work on the points in the memory.
   void put_corners(const DetailGroup& group, std::uint32_t instance);
+  void put_tangents(std::uint32_t instance);
   void take(const DetailGroup& group, const Mesh& mesh);
   Vec3f color_at(const Mesh& mesh, int i) const;  // of vertices
   void run_program(const Material& material);

@@ -30,7 +30,7 @@ std::unique_ptr<const AlphaSurfaces> AlphaSurfaces::make(const Parts& parts) {
     has_alpha |= material.alpha.mode != AlphaMode::kOpaque;
   if (!has_alpha) return nullptr;
   std::unique_ptr<AlphaSurfaces> made(new AlphaSurfaces(parts));
-  made->may_pass_.resize((parts.triangles.triangle_count() + 63) / 64);
+  made->may_pass_.resize((parts.triangles.primitive_count() + 63) / 64);
   bool is_any = false;
   for (std::uint32_t i = 0; i < parts.instances.size(); ++i) is_any |= made->mark(i);
   if (!is_any) return nullptr;
@@ -39,6 +39,7 @@ std::unique_ptr<const AlphaSurfaces> AlphaSurfaces::make(const Parts& parts) {
 
 // Returns: whether any triangle of the instance may be passed.
 bool AlphaSurfaces::mark(std::uint32_t instance) {
+  if (parts_.instances[instance].kind != ObjectKind::kMesh) return false;  // patches are opaque
   const Mesh& mesh = *parts_.meshes[parts_.instances[instance].mesh];
   const std::uint64_t first = parts_.triangles.instance_first[instance];
   // Neighbours mostly have one material.

@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "slave/core/kernels/kernel_table.h"
+#include "slave/core/primitive/freeform/patch_store.h"
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/ray/fan_of.h"
 
@@ -32,6 +33,14 @@ InstancedView<W> view_of(const InstancedBvh<W>& bvh) {
           scene_box(bvh.structure.bounds)};
 }
 
+template <int W>
+PatchedView<W> view_of(const PatchedBvh<W>& bvh) {
+  return {bvh.structure.nodes.data(),
+          {bvh.blocks.data(), bvh.triangles.data(), bvh.patches->parts.data(),
+           bvh.patches->patches.data()},
+          scene_box(bvh.structure.bounds)};
+}
+
 inline const auto& kernels_of(const KernelTable& table, const TriangleBvh<8>&) {
   return table.bvh8;
 }
@@ -48,6 +57,13 @@ inline const auto& kernels_of(const KernelTable& table, const InstancedView<8>&)
 }
 inline const auto& kernels_of(const KernelTable& table, const InstancedView<16>&) {
   return table.instanced16;
+}
+
+inline const auto& kernels_of(const KernelTable& table, const PatchedView<8>&) {
+  return table.patched8;
+}
+inline const auto& kernels_of(const KernelTable& table, const PatchedView<16>&) {
+  return table.patched16;
 }
 
 class AlphaSurfaces;
@@ -134,7 +150,7 @@ class SceneTracer {
   const AlphaSurfaces* alpha_;
   Bounds3f bounds_;
   std::variant<TriangleBvh<8>, TriangleBvh<16>, TriangleKd<8>, TriangleKd<16>, InstancedView<8>,
-               InstancedView<16>>
+               InstancedView<16>, PatchedView<8>, PatchedView<16>>
       view_;
 };
 

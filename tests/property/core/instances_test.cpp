@@ -107,7 +107,7 @@ TEST_P(Instances, GiveTheBitsOfTheFlattenedScene) {
   const auto instanced = prepared(scene, Instancing::kAlways);
   EXPECT_TRUE(flat->impl().triangles.is_flat());
   ASSERT_FALSE(instanced->impl().triangles.is_flat());
-  EXPECT_EQ(flat->triangle_count(), instanced->triangle_count());
+  EXPECT_EQ(flat->primitive_count(), instanced->primitive_count());
   const std::vector<CastRay> rays = test::rays_around(flat->impl().triangles, 64 * 96, random);
   EXPECT_GT(test::compare_with_flattened(*flat, *instanced, rays), rays.size());
 }

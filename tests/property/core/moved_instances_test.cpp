@@ -84,7 +84,7 @@ std::vector<int> listed(const InstancedBvh<W>& index) {
     if ((at.child & kBvhLeaf) != 0) {
       const std::uint32_t first = first_block_of(at.child), count = block_count_of(at.child);
       for (std::uint32_t b = first; b < first + count; ++b) {
-        const std::uint32_t instance = index.blocks[b] ^ kIsInstance;
+        const std::uint32_t instance = index.blocks[b] ^ kIsItem;
         ++times[instance];
         EXPECT_TRUE(holds(at.box, index.boxes[instance]));
       }

@@ -19,7 +19,7 @@ void expect_agreement(const char* name, const Mesh& mesh, float radius, Vec3f ce
   ASSERT_TRUE(scene.is_ok());
   const TriangleStore& store = (*scene)->impl().triangles;
   std::vector<test::ReferenceTriangle> triangles;
-  for (std::uint64_t i = 0; i < store.triangle_count(); ++i) {
+  for (std::uint64_t i = 0; i < store.primitive_count(); ++i) {
     triangles.push_back({store.vertex(i, 0), store.vertex(i, 1), store.vertex(i, 2)});
   }
   std::mt19937 random(test::seed(seed));

@@ -22,7 +22,7 @@ class EmbreeScene {
  public:
   explicit EmbreeScene(const TriangleStore& store) {
     RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    const auto count = static_cast<std::size_t>(store.triangle_count());
+    const auto count = static_cast<std::size_t>(store.primitive_count());
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 3 * count));
     auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(

@@ -79,10 +79,10 @@ class InstancePacketLeaf {
     bool has_hit = false;
     for (uint32_t i = first; i < first + count; ++i) {
       const uint32_t block = shapes.blocks[i];
-      if ((block & kIsInstance) == 0) {
+      if ((block & kIsItem) == 0) {
         has_hit |= test_.test(shapes.triangles[block]);
       } else {
-        const InstanceBlock& instance = shapes.instances[block ^ kIsInstance];
+        const InstanceBlock& instance = shapes.instances[block ^ kIsItem];
         has_hit |= test(shapes.meshes[instance.mesh], instance);
       }
     }
@@ -154,10 +154,10 @@ class InstanceRayLeaf {
   HWY_INLINE uint32_t test(const TrianglesAndInstances<W>& shapes, uint32_t first, uint32_t count) {
     for (uint32_t i = first; i < first + count; ++i) {
       const uint32_t block = shapes.blocks[i];
-      if ((block & kIsInstance) == 0) {
+      if ((block & kIsItem) == 0) {
         test_.test(shapes.triangles[block]);
       } else {
-        const InstanceBlock& instance = shapes.instances[block ^ kIsInstance];
+        const InstanceBlock& instance = shapes.instances[block ^ kIsItem];
         test(shapes.meshes[instance.mesh], instance);
       }
       if (kAny && test_.has_hit()) return i;

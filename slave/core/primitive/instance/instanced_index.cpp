@@ -10,8 +10,8 @@
 #include "common/base/check.h"
 #include "slave/core/primitive/instance/exact_bounds.h"
 #include "slave/core/primitive/instance/instance_placement.h"
-#include "slave/core/primitive/instance/instance_writer.h"
 #include "slave/core/primitive/instance/top_edit.h"
+#include "slave/core/primitive/mixed_writer.h"
 
 namespace tessera::core {
 namespace {
@@ -95,7 +95,7 @@ Status build_top(const Flattened<W>& flattened, const BuildControl& control,
   all.insert(all.end(), index.boxes.begin(), index.boxes.end());
   std::vector<std::uint32_t> items(index.instances.size());
   std::iota(items.begin(), items.end(), triangles);
-  InstanceWriter<W> writer(is_apart ? std::span<const float>() : flattened.vertices, items);
+  MixedWriter<W> writer(is_apart ? std::span<const float>() : flattened.vertices, items);
   const PrimitiveSet set{all, writer, triangles};
   Result<Bvh<W>> bvh = build_bvh<W>(set, control);
   if (!bvh.is_ok()) return bvh.status();

@@ -42,7 +42,7 @@ TopEdit<W>::TopEdit(const Bvh<W>& top, std::span<const std::uint32_t> blocks,
       continue;
     }
     for (std::uint32_t b = 0; b < block_count_of(child); ++b)
-      leaf_[blocks_[first_block_of(child) + b] ^ kIsInstance] = slot;
+      leaf_[blocks_[first_block_of(child) + b] ^ kIsItem] = slot;
   }
 }
 
@@ -86,12 +86,11 @@ void TopEdit<W>::take_out(std::uint32_t instance) {
   const std::uint32_t leaf = child_at(slot), first = first_block_of(leaf),
                       count = block_count_of(leaf);
   const auto begin = blocks_.begin() + first, end = begin + count;
-  std::move(std::find(begin, end, instance | kIsInstance) + 1, end,
-            std::find(begin, end, instance | kIsInstance));
+  std::move(std::find(begin, end, instance | kIsItem) + 1, end,
+            std::find(begin, end, instance | kIsItem));
   child_at(slot) = count == 1 ? kBvhNoChild : bvh_leaf_of(first, count - 1);
   Bounds3f box;
-  for (std::uint32_t b = first; b < first + count - 1; ++b)
-    box.grow(boxes_[blocks_[b] ^ kIsInstance]);
+  for (std::uint32_t b = first; b < first + count - 1; ++b) box.grow(boxes_[blocks_[b] ^ kIsItem]);
   set_box(slot, box);
   shrink_above(slot);
 }
@@ -118,7 +117,7 @@ typename TopEdit<W>::Slot TopEdit<W>::best_slot(std::uint32_t node, const Bounds
 
 template <int W>
 std::uint32_t TopEdit<W>::leaf_of(std::uint32_t instance) {
-  blocks_.push_back(instance | kIsInstance);
+  blocks_.push_back(instance | kIsItem);
   return bvh_leaf_of(static_cast<std::uint32_t>(blocks_.size() - 1), 1);
 }
 
@@ -163,7 +162,7 @@ bool TopEdit<W>::put_beside(Slot slot, std::uint32_t instance, int depth) {
   };
   for (std::uint32_t i = 0; i < W; ++i) put(i, kBvhNoChild, {});
   for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t other = blocks_[first + i] ^ kIsInstance;
+    const std::uint32_t other = blocks_[first + i] ^ kIsItem;
     put(i, bvh_leaf_of(first + i, 1), boxes_[other]);
     leaf_[other] = node * W + i;
   }

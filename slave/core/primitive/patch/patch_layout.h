@@ -47,6 +47,7 @@ struct SubPatch {
   float reach[3];      // of the rest, by row of the frame
   float second[3][3];  // of the derivatives xx, xy, yy, by row of the frame
   uint32_t patch;      // its number
+  uint32_t primitive;  // its own number among those that rays ask for
   uint16_t column, row;
   uint8_t level_u, level_v;
   bool has_frame;  // else only the complete solver decides

@@ -43,6 +43,7 @@ class BundleBlock {
   explicit BundleBlock(BundleRays& rays) : rays_(rays) {}
 
   void prepare() {}
+  void settle(size_t) {}
   void finish() {}
 
   // Returns: whether some ray has a new best hit.

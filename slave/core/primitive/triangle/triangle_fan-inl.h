@@ -57,6 +57,8 @@ class FanBlock {
 
   // Returns: whether some ray has a new best hit.
   bool test(const TriangleBlock<W>& block);
+  // Finds t of a ray's best hit where that was put off.
+  HWY_INLINE void settle(size_t ray) { winners_.settle(ray); }
   // To be called after all tests: finds t of what was hit.
   void finish() { winners_.settle_all(); }
 

@@ -27,9 +27,9 @@ TriangleStore numbered_store(const TriangleSource& source) {
   store.instances = source.instances;
   std::uint64_t count = 0, stored = 0;
   for (std::size_t i = 0; i < source.instances.size(); ++i) {
-    const std::uint64_t own = source.meshes[source.instances[i].mesh]->triangles.size();
+    const std::uint64_t own = source.primitive_count(i);
     store.instance_first.push_back(count);
-    if (!source.is_placed.empty())
+    if (!source.is_placed.empty() || !source.other_counts.empty())
       store.stored_first.push_back(source.is_stored(i) ? stored : TriangleStore::kNotStored);
     count += own;
     if (source.is_stored(i)) stored += own;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All triangles of a scene version in world space, in the numbering of the flattened scene.
+// All triangles of a scene version in world space, in the numbering of the flattened scene. Other
+// primitives that instances hold have numbers there, too, and no corners.
 // Triangles of flattened instances are stored; corners of others are brought to world space when
 // they are asked for, by the same operations, and have the same bits.
 //
@@ -27,7 +28,7 @@ struct TriangleStore {
   // [flattened triangle][3 vertices][x, y, z], world units
   std::span<const float> vertices;
   std::shared_ptr<const std::vector<float>> kept;  // `vertices`; versions of a scene share them
-  // [instance_count + 1] number of the first triangle of each
+  // [instance_count + 1] number of the first primitive of each
   std::vector<std::uint64_t> instance_first;
   // [instance_count] where the triangles of each instance begin in `vertices`, or kNotStored. Empty
   // where all instances are flattened; then numbers are places in `vertices`.
@@ -44,7 +45,8 @@ struct TriangleStore {
     vertices = *kept;
   }
   bool is_flat() const { return stored_first.empty(); }
-  std::uint64_t triangle_count() const { return instance_first.back(); }
+  // Of all primitives that rays ask for; in scenes of meshes alone, of triangles.
+  std::uint64_t primitive_count() const { return instance_first.back(); }
   Vec3f vertex(std::uint64_t triangle, int corner) const {
     if (!is_flat()) return vertex_of(instance_of(triangle), triangle, corner);
     return stored_vertex(triangle, corner);
@@ -89,9 +91,17 @@ struct TriangleSource {
   std::span<const Instance> instances;
   // [instance_count]: 1 where an instance is not flattened, or empty where all are.
   std::span<const std::uint8_t> is_placed;
+  // [instance_count]: primitives of instances that are no meshes, which are not flattened either.
+  // Empty where all are meshes.
+  std::span<const std::uint64_t> other_counts = {};
 
+  bool is_mesh(std::size_t instance) const { return instances[instance].kind == ObjectKind::kMesh; }
   bool is_stored(std::size_t instance) const {
-    return is_placed.empty() || is_placed[instance] == 0;
+    return is_mesh(instance) && (is_placed.empty() || is_placed[instance] == 0);
+  }
+  std::uint64_t primitive_count(std::size_t instance) const {
+    return is_mesh(instance) ? meshes[instances[instance].mesh]->triangles.size()
+                             : other_counts[instance];
   }
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "slave/core/primitive/instance/instance_writer.h"
+#include "slave/core/primitive/mixed_writer.h"
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@ namespace tessera::core {
 
 // Primitives ascend, so triangles come first.
 template <int W>
-LeafRange InstanceWriter<W>::append(std::span<const std::uint32_t> primitives) {
+LeafRange MixedWriter<W>::append(std::span<const std::uint32_t> primitives) {
   const std::uint32_t first = block_count();
   const auto triangle_count = static_cast<std::uint32_t>(vertices_.size() / 9);
   const auto end = std::lower_bound(primitives.begin(), primitives.end(), triangle_count);
@@ -19,37 +19,37 @@ LeafRange InstanceWriter<W>::append(std::span<const std::uint32_t> primitives) {
     for (std::uint32_t i = 0; i < range.count; ++i) blocks_.push_back(range.first + i);
   }
   for (const std::uint32_t primitive : primitives.subspan(triangles))
-    blocks_.push_back((primitive - triangle_count) | kIsInstance);
+    blocks_.push_back((primitive - triangle_count) | kIsItem);
   return {first, block_count() - first};
 }
 
 template <int W>
-std::unique_ptr<LeafWriter> InstanceWriter<W>::fresh() const {
-  return std::make_unique<InstanceWriter>(vertices_, instances_);
+std::unique_ptr<LeafWriter> MixedWriter<W>::fresh() const {
+  return std::make_unique<MixedWriter>(vertices_, items_);
 }
 
 template <int W>
-std::uint32_t InstanceWriter<W>::join(LeafWriter& part) {
-  auto& other = static_cast<InstanceWriter&>(part);
+std::uint32_t MixedWriter<W>::join(LeafWriter& part) {
+  auto& other = static_cast<MixedWriter&>(part);
   const std::uint32_t base = block_count(), triangle_base = triangles_.join(other.triangles_);
   for (const std::uint32_t block : other.blocks_)
-    blocks_.push_back((block & kIsInstance) != 0 ? block : block + triangle_base);
+    blocks_.push_back((block & kIsItem) != 0 ? block : block + triangle_base);
   return base;
 }
 
 template <int W>
-void InstanceWriter<W>::reserve(std::size_t block_count) {
+void MixedWriter<W>::reserve(std::size_t block_count) {
   blocks_.reserve(block_count);
 }
 
 template <int W>
-std::span<const std::uint32_t> InstanceWriter<W>::primitives_of(std::uint32_t block) const {
+std::span<const std::uint32_t> MixedWriter<W>::primitives_of(std::uint32_t block) const {
   const std::uint32_t at = blocks_[block];
-  if ((at & kIsInstance) == 0) return triangles_.primitives_of(at);
-  return instances_.subspan(at ^ kIsInstance, 1);
+  if ((at & kIsItem) == 0) return triangles_.primitives_of(at);
+  return items_.subspan(at ^ kIsItem, 1);
 }
 
-template class InstanceWriter<8>;
-template class InstanceWriter<16>;
+template class MixedWriter<8>;
+template class MixedWriter<16>;
 
 }  // namespace tessera::core

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Puts what the leaves of a scene with instances hold into blocks: triangles in world space side by
-// side, instances by number.
+// Puts what leaves of more than one kind of primitive hold into blocks: triangles in world space
+// side by side, items of the other kind (instances, sub-patches) by number.
 //
 // Threads. One owner.
 #pragma once
@@ -15,14 +15,14 @@
 
 namespace tessera::core {
 
-// Primitives of the build are numbered triangles first, then instances.
+// Primitives of the build are numbered triangles first, then items.
 template <int W>
-class InstanceWriter final : public LeafWriter {
+class MixedWriter final : public LeafWriter {
  public:
-  // Shape: vertices [triangle_count][3 corners][x, y, z]; instances [instance_count]: their numbers
-  // in the build, triangle_count and on. Both outlive it.
-  InstanceWriter(std::span<const float> vertices, std::span<const std::uint32_t> instances)
-      : triangles_(vertices), vertices_(vertices), instances_(instances) {}
+  // Shape: vertices [triangle_count][3 corners][x, y, z]; items [item_count]: their numbers in the
+  // build, triangle_count and on. Both outlive it.
+  MixedWriter(std::span<const float> vertices, std::span<const std::uint32_t> items)
+      : triangles_(vertices), vertices_(vertices), items_(items) {}
 
   LeafRange append(std::span<const std::uint32_t> primitives) override;
   std::unique_ptr<LeafWriter> fresh() const override;
@@ -37,8 +37,8 @@ class InstanceWriter final : public LeafWriter {
  private:
   TriangleWriter<W> triangles_;
   std::span<const float> vertices_;
-  std::span<const std::uint32_t> instances_;
-  std::vector<std::uint32_t> blocks_;  // as TrianglesAndInstances has them
+  std::span<const std::uint32_t> items_;
+  std::vector<std::uint32_t> blocks_;  // as shapes_layout.h has them
 };
 
 }  // namespace tessera::core

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// The answer of one sub-patch to one ray, as traversals ask for it.
+//
+// Declarations only: kernel files, which are compiled once per instruction set, may include this.
+// Threads. Each thread has memory of its own for the complete solver.
+#pragma once
+
+#include "slave/core/primitive/patch/patch_layout.h"
+
+namespace tessera::core {
+
+struct PatchAnswer {
+  bool is_hit;
+  float t;      // rounded to nearest
+  double u, v;  // the patch's own
+};
+
+// The nearest hit from t_min on, by patch_hit(); rays that end before it are the caller's to see.
+// Shape: origin [3], direction [3].
+PatchAnswer patch_answer(const Patch& patch, const SubPatch& part, const float* origin,
+                         const float* direction, float t_min);
+
+}  // namespace tessera::core
