@@ -22,7 +22,8 @@ std::array<const TextureRef*, 14> textures_of(const Material& m) {
 
 std::uint64_t Scene::triangle_count() const {
   std::uint64_t count = 0;
-  for (const Instance& instance : instances) count += meshes[instance.mesh]->triangles.size();
+  for (const Instance& instance : instances)
+    if (instance.kind == ObjectKind::kMesh) count += meshes[instance.mesh]->triangles.size();
   return count;
 }
 

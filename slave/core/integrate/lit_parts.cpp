@@ -55,7 +55,7 @@ void LitParts::add_surfaces(int x, int y) {
     Vec3f& sum = memory_.pixels.radiance[parts_.pixel(x, y, i)];
     sum = sum + to[i]->emission;
   });
-  if (!scene.lights.is_empty()) batch.count = count;
+  if (!scene.lights.is_empty() || scene.lights.has_partial_emission) batch.count = count;
 }
 
 }  // namespace tessera::core

@@ -130,8 +130,9 @@ Vec3f ScatteredRays::emission_met(int i, const Surface& s, bool is_picked) const
   // Light samples look up emission textures without mip levels, and so does this: a surface that is
   // no emitter because its texture is black there must not shine through a mip level.
   if (emitter == nullptr) {
-    const bool is_left_out =
-        s.material->emission_texture.is_set() && s.material->alpha.mode == AlphaMode::kOpaque;
+    const bool is_patch = (met_.on_patches() >> i & 1u) != 0;
+    const bool is_left_out = s.material->emission_texture.is_set() && !is_patch &&
+                             s.material->alpha.mode == AlphaMode::kOpaque;
     return is_left_out ? Vec3f{} : weight(ray) * s.emission;
   }
   const float chance = is_picked ? emitter->share : 1, t = memory_.hits.t[i];

@@ -46,7 +46,7 @@ struct LightSet {
   Vec3f environment;                      // radiance, or what multiplies the map's
   std::shared_ptr<const SkyMap> sky_map;  // null: the same light from everywhere
   Feature has_environment{};
-  // Whether surfaces emit that are opaque in parts only; they have no emitters.
+  // Whether surfaces emit that have no emitters: those that are opaque in parts only, and patches.
   bool has_partial_emission = false;
   Background background;
 

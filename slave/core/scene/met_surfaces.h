@@ -40,6 +40,8 @@ class MetSurfaces {
   void find(const RayPacket& rays, const PacketHits& hits);
 
   const PacketPoints& points() const { return memory_.points; }
+  // Bits of the rays that have met patches.
+  std::uint64_t on_patches() const { return on_patches_; }
   // Material of a triangle that was hit.
   const Material& material(std::uint32_t triangle) {
     if (triangle != known_) {

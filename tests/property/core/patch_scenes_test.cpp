@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+// Property: rays that are cast into scenes of patches and meshes find what brute force finds, with
+// the numbers that users count, whatever the bundle and the instruction set; and light that patches
+// scatter is that of closed forms.
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+
+#include "slave/core/scene/prepared_scene_impl.h"
+#include "slave/core/scene/ray_caster.h"
+#include "slave/core/simd/isa_support.h"
+#include "tests/support/packets.h"
+#include "tests/support/patch_rays.h"
+#include "tests/support/patch_scene_of.h"
+#include "tests/support/render.h"
+#include "tests/support/seed.h"
+#include "tests/support/test_meshes.h"
+
+namespace tessera::core {
+namespace {
+
+Transform turned_and_moved(float size, Vec3f to, bool is_mirrored) {
+  Transform t;
+  t.m[0] = {size * 0.8f, -size * 0.6f, 0, to.x};
+  t.m[1] = {size * 0.6f, size * 0.8f, 0, to.y};
+  t.m[2] = {0, 0, is_mirrored ? -size : size, to.z};
+  return t;
+}
+
+// Everything that the scene's rays may meet, one by one.
+class BruteForce {
+ public:
+  explicit BruteForce(const Scene& scene) {
+    Scene meshes;
+    meshes.materials = scene.materials;
+    meshes.meshes = scene.meshes;
+    std::uint32_t number = 0;
+    for (const Instance& instance : scene.instances) {
+      if (instance.kind == ObjectKind::kMesh) {
+        meshes.instances.push_back(instance);
+        const auto count =
+            static_cast<std::uint32_t>(scene.meshes[instance.mesh]->triangles.size());
+        for (std::uint32_t i = 0; i < count; ++i) triangle_numbers_.push_back(number++);
+        continue;
+      }
+      const PatchSurface& surface = *scene.surfaces[instance.mesh];
+      std::size_t at = 0;
+      std::vector<CheckedPatch> patches;
+      for (const PatchForm& form : surface.patches) {
+        std::vector<float> numbers(
+            surface.numbers.begin() + static_cast<std::ptrdiff_t>(at),
+            surface.numbers.begin() + static_cast<std::ptrdiff_t>(at + form.number_count()));
+        const std::size_t stride = form.is_rational != 0 ? 4 : 3;
+        for (std::size_t k = 0; k < numbers.size(); k += stride) {
+          const Vec3f p{numbers[k], numbers[k + 1], numbers[k + 2]};
+          const Vec3f q =
+              instance.object_to_world.is_identity() ? p : instance.object_to_world.point(p);
+          for (int a = 0; a < 3; ++a) numbers[k + static_cast<std::size_t>(a)] = q[a];
+        }
+        patches.push_back(
+            checked_patch({form.degree_u, form.degree_v, form.is_rational != 0, numbers}).value());
+        patch_numbers_.push_back(number++);
+        at += form.number_count();
+      }
+      for (CheckedPatch& patch : patches) patches_.push_back(std::move(patch));
+    }
+    for (const CheckedPatch& patch : patches_)
+      split_patch(patch.patch(), static_cast<std::uint32_t>(&patch - patches_.data()), {}, parts_);
+    meshes_ = PreparedScene::build(meshes, {}).value();
+  }
+
+  CastHit trace(const CastRay& ray) {
+    CastHit best;
+    CastOptions options;
+    options.bundle = 1;
+    cast_rays(*meshes_, {&ray, 1}, options, {&best, 1});
+    if (best.is_hit) best.primitive = triangle_numbers_[best.primitive];
+    const PatchRay as_patches_see{{ray.origin.x, ray.origin.y, ray.origin.z},
+                                  {ray.direction.x, ray.direction.y, ray.direction.z},
+                                  ray.t_min};
+    if (!(ray.t_min <= ray.t_max)) return {};
+    for (const SubPatch& part : parts_.parts) {
+      const PatchHit hit = patch_hit(patches_[part.patch].patch(), part, as_patches_see, *solver_);
+      const auto t = static_cast<float>(hit.t);
+      if (!hit.is_hit || t < ray.t_min || t > ray.t_max) continue;
+      const std::uint32_t number = patch_numbers_[part.patch];
+      if (best.is_hit && !(t < best.t || (t == best.t && number < best.primitive))) continue;
+      best = {true, number, t, static_cast<float>(hit.u), static_cast<float>(hit.v), {}};
+    }
+    return best;
+  }
+
+ private:
+  std::vector<std::uint32_t> triangle_numbers_, patch_numbers_;
+  std::vector<CheckedPatch> patches_;
+  SubPatches parts_;
+  std::shared_ptr<const PreparedScene> meshes_;
+  std::unique_ptr<CompleteSolver> solver_ = std::make_unique<CompleteSolver>();
+};
+
+std::vector<CastRay> rays_at(const std::string& shape, std::size_t count) {
+  constexpr test::PatchRays kKinds[] = {test::PatchRays::kCamera, test::PatchRays::kBorder,
+                                        test::PatchRays::kInside, test::PatchRays::kGrazing};
+  const test::PatchScene scene(test::patch_shape(shape));
+  test::PatchRayMaker maker(scene, shape == "torus", test::seed(41));
+  std::vector<CastRay> rays;
+  PatchRay ray{};
+  while (rays.size() < count) {
+    // Neighbours are alike for as long as a packet, from one point for as long as two.
+    const std::size_t in_packet = rays.size() % 256;
+    const PatchRay next = maker.next(kKinds[rays.size() / 256 % 4]);
+    if (in_packet >= 128 || in_packet % 64 == 0) {
+      ray = next;
+    } else {
+      for (int a = 0; a < 3; ++a)
+        ray.direction[a] = next.origin[a] + next.direction[a] - ray.origin[a];
+    }
+    rays.push_back({{ray.origin[0], ray.origin[1], ray.origin[2]},
+                    {ray.direction[0], ray.direction[1], ray.direction[2]},
+                    0,
+                    Bounds3f::kInf});
+    CastRay& last = rays.back();
+    if (maker.any().one_in(8)) last.t_max = 2 * maker.any().share();
+    if (maker.any().one_in(16)) last.t_min = 0.3f;
+    if (maker.any().one_in(128)) last.direction.x = NAN;
+    if (maker.any().one_in(64)) last.direction.y = 0;
+  }
+  return rays;
+}
+
+bool is_same(const CastHit& a, const CastHit& b) {
+  const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x); };
+  return a.is_hit == b.is_hit && a.primitive == b.primitive && bits(a.t) == bits(b.t) &&
+         bits(a.u) == bits(b.u) && bits(a.v) == bits(b.v);
+}
+
+void expect_as_brute_force(const Scene& scene, const std::string& shape, std::size_t count) {
+  const auto prepared = PreparedScene::build(scene, {});
+  ASSERT_TRUE(prepared.is_ok());
+  BruteForce brute_force(scene);
+  const std::vector<CastRay> rays = rays_at(shape, count);
+  std::vector<CastHit> wanted;
+  std::size_t hit_count = 0;
+  for (const CastRay& ray : rays) {
+    wanted.push_back(brute_force.trace(ray));
+    hit_count += wanted.back().is_hit;
+  }
+  EXPECT_GT(hit_count, count / 4);
+  for (const Isa isa : test::isas_here()) {
+    for (const int bundle : {1, 4, 16, 64}) {
+      SCOPED_TRACE(std::string(isa_name(isa)) + " bundle " + std::to_string(bundle));
+      CastOptions options;
+      options.isa = isa;
+      options.bundle = bundle;
+      std::vector<CastHit> hits(rays.size()), any(rays.size());
+      cast_rays(**prepared, rays, options, hits);
+      options.is_any = true;
+      cast_rays(**prepared, rays, options, any);
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        ASSERT_TRUE(is_same(hits[i], wanted[i]))
+            << "ray " << i << ": " << hits[i].is_hit << " " << hits[i].primitive << " at "
+            << hits[i].t << " for " << wanted[i].is_hit << " " << wanted[i].primitive << " at "
+            << wanted[i].t;
+        ASSERT_EQ(any[i].is_hit, wanted[i].is_hit) << "any hit of ray " << i;
+      }
+    }
+  }
+}
+
+std::size_t count_of(std::size_t usual) {
+  return std::getenv("TESSERA_LONG") != nullptr ? 10 * usual : usual;
+}
+
+TEST(PatchScenes, CastRaysFindWhatBruteForceFinds) {
+  for (const char* shape : {"teapot", "sphere", "torus", "cone", "degree15x9", "cusp", "fold"}) {
+    SCOPED_TRACE(shape);
+    expect_as_brute_force(test::patch_scene_of(shape), shape, count_of(1024));
+  }
+}
+
+// A mesh in front, a moved and a mirrored surface, a mesh behind.
+Scene mixed_scene() {
+  Scene scene = test::patch_scene_of("torus");
+  scene.surfaces.push_back(test::surface_of(test::patch_shape("sphere")));
+  scene.meshes = {std::make_shared<const Mesh>(test::make_icosphere(2)),
+                  std::make_shared<const Mesh>(test::make_random_triangles(200, 0.3f, 7))};
+  const auto surface = ObjectKind::kPatchSurface;
+  scene.instances = {{0, turned_and_moved(0.4f, {0.5f, 0, 0}, false)},
+                     {0, {}, surface},
+                     {1, turned_and_moved(0.3f, {-0.6f, 0.2f, 0.1f}, true), surface},
+                     {1, {}},
+                     {1, turned_and_moved(0.2f, {0.1f, 0.7f, 0}, false), surface}};
+  return scene;
+}
+
+TEST(PatchScenes, MeshesAndMovedSurfacesAreMetAndCountedInOrder) {
+  expect_as_brute_force(mixed_scene(), "torus", count_of(4096));
+}
+
+TEST(PatchScenes, TrianglesAndPatchesAreCountedAndKdTreesRefused) {
+  const Scene scene = mixed_scene();
+  EXPECT_EQ((*PreparedScene::build(scene, {}))->primitive_count(), 320u + 16 + 8 + 200 + 8);
+  BuildOptions options;
+  options.structure = Structure::kKd;
+  const auto refused = PreparedScene::build(scene, options);
+  ASSERT_FALSE(refused.is_ok());
+  EXPECT_NE(refused.status().message().find("--structure bvh"), std::string::npos);
+}
+
+FrameSettings settings_of(Renderer renderer, int bounces, int samples) {
+  FrameSettings settings;
+  settings.width_px = settings.height_px = 32;
+  settings.renderer = renderer;
+  settings.bounces = bounces;
+  settings.samples_per_pixel = samples;
+  settings.camera = {{0, 0.2f, 0.1f}, {0, -1, 0}, {0, 0, 1}, 60};
+  return settings;
+}
+
+double mean_of(const std::vector<float>& rgb) {
+  double sum = 0;
+  for (const float x : rgb) sum += double{x};
+  return sum / static_cast<double>(rgb.size());
+}
+
+// A convex body under an even sky reflects its albedo in every sample: it hides no sky from itself.
+TEST(PatchScenes, ConvexBodyUnderAnEvenSkyReflectsItsAlbedo) {
+  Scene scene = test::patch_scene_of("sphere");
+  scene.materials[0].albedo = {0.7f, 0.7f, 0.7f};
+  scene.environment = {1, 1, 1};
+  for (const Renderer renderer : {Renderer::kPath, Renderer::kDirect}) {
+    FrameSettings settings = settings_of(renderer, 3, 4);
+    settings.camera = {{0, 0, 1.8f}, {0, 0, 0}, {0, 1, 0}, 30};  // sees nothing but the body
+    for (const float x : test::render(scene, settings)) ASSERT_NEAR(x, 0.7f, 1e-6f);
+  }
+}
+
+// Everything emits 1 and reflects a: 1 + a + ... + a^k is seen after k surfaces.
+TEST(PatchScenes, FurnaceIsTheGeometricSeries) {
+  for (const char* shape : {"sphere", "torus", "cylinder", "cone"}) {
+    SCOPED_TRACE(shape);
+    Scene scene = test::patch_scene_of(shape);
+    scene.materials[0].albedo = {0.8f, 0.8f, 0.8f};
+    scene.materials[0].emission = {1, 1, 1};
+    scene.materials[0].is_double_sided = true;
+    FrameSettings settings = settings_of(Renderer::kPath, 4, 16);
+    if (shape == std::string("torus")) settings.camera = {{1, 0, 0}, {1, 1, 0}, {0, 0, 1}, 60};
+    double expected = 0;
+    for (int k = 0; k <= 5; ++k) expected += std::pow(0.8, k);
+    EXPECT_NEAR(mean_of(test::render(scene, settings)), expected, 0.005 * expected);
+  }
+}
+
+// A lamp of intensity I in the middle of a sphere gives the radiance a / pi I (1 + a + ...).
+TEST(PatchScenes, SphereWithALampInItsMiddleIsTheClosedForm) {
+  Scene scene = test::patch_scene_of("sphere");
+  scene.materials[0].albedo = {0.5f, 0.5f, 0.5f};
+  scene.lights.push_back({LightKind::kPoint, {0, 0, 0}, {}, {2, 2, 2}, 1, 0});
+  for (const int bounces : {0, 3}) {
+    double series = 0;
+    for (int k = 0; k <= bounces; ++k) series += std::pow(0.5, k);
+    const double expected = 0.5 / 3.14159265 * 2 * series;
+    const auto picture = test::render(scene, settings_of(Renderer::kPath, bounces, 16));
+    EXPECT_NEAR(mean_of(picture), expected, 2e-3 * expected) << bounces;
+  }
+}
+
+TEST(PatchScenes, PicturesAreTheSameOnEveryInstructionSetAndTile) {
+  Scene scene = test::patch_scene_of("teapot");
+  scene.environment = {1, 1, 1};
+  const auto prepared = PreparedScene::build(scene, {});
+  ASSERT_TRUE(prepared.is_ok());
+  for (const Renderer renderer : {Renderer::kDirect, Renderer::kPath, Renderer::kIgi}) {
+    FrameSettings settings = settings_of(renderer, 2, 1);
+    settings.camera = {{6, -6, 4}, {0, 0, 1.5f}, {0, 0, 1}, 45};
+    const auto wanted = test::render_in_tiles(**prepared, settings, Isa::kScalar, 32);
+    for (const Isa isa : test::isas_here()) {
+      for (const int edge : {8, 16}) {
+        EXPECT_TRUE(test::same_bits(wanted, test::render_in_tiles(**prepared, settings, isa, edge)))
+            << renderer_name(renderer) << " " << isa_name(isa) << " " << edge;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera::core

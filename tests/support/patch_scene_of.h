@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Patches as an application describes them.
+// Threads. Pure functions.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "common/scene/scene.h"
+#include "tests/support/patch_shapes.h"
+
+namespace tessera::test {
+
+inline std::shared_ptr<const PatchSurface> surface_of(
+    const std::vector<core::CheckedPatch>& patches) {
+  auto surface = std::make_shared<PatchSurface>();
+  surface->materials = {0};
+  for (const core::CheckedPatch& patch : patches) {
+    surface->patches.push_back({static_cast<std::uint8_t>(patch.degree_u),
+                                static_cast<std::uint8_t>(patch.degree_v),
+                                std::uint8_t{patch.is_rational}});
+    for (const core::PatchPoint& p : patch.points) {
+      // The product of point and weight is exact, so the quotient is the point.
+      for (int a = 0; a < 3; ++a) surface->numbers.push_back(static_cast<float>(p.x[a] / p.x[3]));
+      if (patch.is_rational) surface->numbers.push_back(static_cast<float>(p.x[3]));
+    }
+  }
+  return surface;
+}
+
+// A scene of one surface, by its name in patch_shapes.h, with one material.
+inline Scene patch_scene_of(const std::string& shape) {
+  Scene scene;
+  scene.materials.resize(1);
+  scene.surfaces = {surface_of(patch_shape(shape))};
+  scene.instances = {{0, {}, ObjectKind::kPatchSurface}};
+  return scene;
+}
+
+}  // namespace tessera::test
