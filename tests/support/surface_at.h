@@ -5,6 +5,7 @@
 
 #include "slave/core/scene/met_surfaces.h"
 #include "slave/core/simd/isa_support.h"
+#include "slave/core/trace/scene_tracer.h"
 
 namespace tessera::test {
 
@@ -34,6 +35,30 @@ inline core::Surface surface_at(const core::PreparedScene::Impl& scene, std::uin
   core::Surface* to[core::kPacketRays] = {};
   to[kRay] = &surface;
   met.make(rays, hits, met.points().met, scene.features.needs_cones() ? cones : nullptr, to);
+  return surface;
+}
+
+// The surface that a ray through `at` meets first, from one before it.
+inline core::Surface surface_towards(const core::PreparedScene::Impl& scene, Vec3f at,
+                                     Vec3f direction) {
+  const core::KernelTable& kernels =
+      core::kernels_for(widest_isa(core::cpu_isas() & core::compiled_isas()));
+  core::RayPacket rays{};
+  rays.active = 1;
+  rays.t_max[0] = 2;
+  for (int a = 0; a < 3; ++a) {
+    rays.origin[a][0] = at[a] - direction[a];
+    rays.direction[a][0] = direction[a];
+  }
+  core::PacketHits hits;
+  core::SceneTracer(scene.index, kernels).closest(rays, hits);
+  core::MetSurfaces::Memory memory;
+  core::MetSurfaces met(scene, kernels, memory);
+  met.find(rays, hits);
+  core::RayCone cones[core::kPacketRays];
+  core::Surface surface;
+  core::Surface* to[core::kPacketRays] = {&surface};
+  met.make(rays, hits, met.points().met, cones, to);
   return surface;
 }
 

@@ -56,13 +56,14 @@ ARROWS = {
     # surface says what a surface is, bsdf how it scatters light: neither knows of traversal.
     _CORE + "surface": _rooms("simd sampling ray"),
     _CORE + "bsdf": _rooms("simd sampling surface"),
-    # Lamps are triangles and may have pictures.
-    _CORE + "light": _rooms("simd sampling ray primitive/triangle surface"),
+    # Lamps are triangles or patches and may have pictures.
+    _CORE + "light": _rooms(
+        "simd sampling ray primitive/triangle primitive/patch primitive/freeform surface"),
     # This room has all that is compiled once per instruction set.
     _CORE + "kernels": _rooms(
         "sampling ray primitive primitive/triangle primitive/instance primitive/freeform traverse camera "
         "surface bsdf light"),
-    _CORE + "trace": _rooms("sampling accel ray primitive primitive/triangle primitive/freeform surface kernels"),
+    _CORE + "trace": _rooms("sampling accel ray primitive primitive/triangle primitive/patch primitive/freeform surface kernels"),
     _CORE + "scene": _rooms("simd sampling accel ray primitive primitive/triangle primitive/instance primitive/patch primitive/freeform surface bsdf light kernels trace"),
     _CORE + "integrate": _rooms("simd sampling ray camera surface bsdf light kernels trace scene"),
     # Two rooms of the core are its door: integrate, which renders, and scene, which is rendered.

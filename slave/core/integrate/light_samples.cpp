@@ -139,14 +139,35 @@ void LightSamples::sample_emitters(const SurfaceBatch& batch, int first, std::ui
   std::memcpy(e.square, memory_.samples.square, sizeof(e.square));
   for (int i = 0; i < n && options_.picks_emitters; ++i)
     put_emitter(lights.pick(e.square[0][i], e.square[0][i]), i);
+  if (lights.patches != nullptr) put_patch_points();
   context_.kernels().emitter_samples(memory_.lit[first / kLitPoints], e);
   for (int i = 0; i < n; ++i) {
     if (!(e.strength[i] > 0)) continue;
+    if (memory_.emitter[i]->is_patch()) {
+      e.u[i] = memory_.on_patch[0][i];
+      e.v[i] = memory_.on_patch[1][i];
+    }
     const int s = first + i;
     put(s, {vector_at(e.to_light, i), lights.emission_at(*memory_.emitter[i], e.u[i], e.v[i]),
             e.strength[i], e.pdf[i]});
     memory_.start[s] = vector_at(e.start, i);
     memory_.direction[s] = vector_at(e.direction, i);
+  }
+}
+
+// An emitter that is a patch is, for each sample, one that is all at the sample's point.
+void LightSamples::put_patch_points() {
+  EmitterSamples& e = memory_.emitters;
+  for (int i = 0; i < e.count; ++i) {
+    const Emitter& emitter = *memory_.emitter[i];
+    if (!emitter.is_patch()) continue;
+    const PatchEmitterPoint on =
+        sample_on_patch(*context_.scene.lights.patches, emitter, {e.square[0][i], e.square[1][i]});
+    put_vector(on.point, e.a, i);
+    put_vector(on.normal, e.emitter_normal, i);
+    e.area[i] = on.area;
+    memory_.on_patch[0][i] = on.u;
+    memory_.on_patch[1][i] = on.v;
   }
 }
 

@@ -43,6 +43,7 @@ class LightSamples {
     SamplePoints samples{};
     EmitterSamples emitters{};
     const Emitter* emitter[kLitPoints];            // by sample
+    float on_patch[2][kLitPoints];                 // u, v of samples of patches
     BsdfPacket sky_directions;                     // samples of an even sky
     std::unique_ptr<Waiting> waiting[kBsdfSlots];  // made where surfaces need them
 
@@ -89,6 +90,7 @@ class LightSamples {
   void draw(const SurfaceBatch& batch, int first, std::uint32_t dimension, std::uint32_t sample);
   void sample_emitters(const SurfaceBatch& batch, int first, std::uint32_t round,
                        std::uint32_t sample);
+  void put_patch_points();
   void put_emitter(const Emitter& emitter, int i);
   void sample_even_sky(const SurfaceBatch& batch, std::uint32_t sample);
   void sample_map(const SurfaceBatch& batch, std::uint32_t sample);

@@ -136,8 +136,9 @@ Vec3f ScatteredRays::emission_met(int i, const Surface& s, bool is_picked) const
     return is_left_out ? Vec3f{} : weight(ray) * s.emission;
   }
   const float chance = is_picked ? emitter->share : 1, t = memory_.hits.t[i];
-  const float light = chance / emitter->area * (t * t) / std::fabs(dot(s.normal, direction(ray)));
   const PacketPoints& at = met_.points();
+  const float area = context_.scene.lights.area_at(*emitter, at.u[i], at.v[i]);
+  const float light = chance / area * (t * t) / std::fabs(dot(s.normal, direction(ray)));
   // A ray meets a lamp with the chance of its opacity, so what it brings is not multiplied by that.
   return weight(ray) * context_.scene.lights.emission_at(*emitter, at.u[i], at.v[i]) *
          (pdf(ray) / (pdf(ray) + light) / emitter->opacity);

@@ -5,73 +5,12 @@
 #include <utility>
 
 #include "common/math/rounding.h"
+#include "slave/core/light/emitter_texture.h"
+#include "slave/core/light/patch_emitter.h"
 #include "slave/core/surface/opacity.h"
 
 namespace tessera::core {
 namespace {
-
-// A rectangle in texture coordinates.
-struct Box {
-  float left, width, low, height;
-};
-
-Box box_of(const EmitterTexture& at) {
-  const float left = std::min({at.uv_a.x, at.uv_b.x, at.uv_c.x});
-  const float low = std::min({at.uv_a.y, at.uv_b.y, at.uv_c.y});
-  return {left, std::max({at.uv_a.x, at.uv_b.x, at.uv_c.x}) - left, low,
-          std::max({at.uv_a.y, at.uv_b.y, at.uv_c.y}) - low};
-}
-
-// Whether all that lookups in the box can find is black. Returns false, too, where there are too
-// many texels to look at.
-bool is_dark(const Texture& texture, const Box& box) {
-  constexpr float kTexelsMax = 65536;
-  const float columns = box.width * static_cast<float>(texture.width_px) + 3;
-  const float rows = box.height * static_cast<float>(texture.height_px) + 3;
-  if (!(columns * rows <= kTexelsMax)) return false;
-  for (int y = 0; y < static_cast<int>(rows); ++y) {
-    for (int x = 0; x < static_cast<int>(columns); ++x) {
-      const Vec2f uv{box.left + (static_cast<float>(x) - 1) / static_cast<float>(texture.width_px),
-                     box.low + (static_cast<float>(y) - 1) / static_cast<float>(texture.height_px)};
-      if (!is_black(sample_texture(texture, uv))) return false;
-    }
-  }
-  return true;
-}
-
-// About the mean of what a triangle shows of a map: over the texels of the box around it, and those
-// that bilinear lookups reach, in a mip level where they are few. Levels are rounded to bytes;
-// where a level is black and the base is not, the mean is taken for half the least byte. It is zero
-// only where all is black.
-Vec3f mean_over(const MipMap& map, const EmitterTexture& at) {
-  const auto [left, width, low, height] = box_of(at);
-  static constexpr float kTexelsMax = 4;
-  std::size_t level = 0;
-  const auto texture = [&]() -> const Texture& {
-    return level == 0 ? *map.base : map.levels[level - 1];
-  };
-  while (level < map.levels.size() &&
-         !(width * static_cast<float>(texture().width_px) <= kTexelsMax &&
-           height * static_cast<float>(texture().height_px) <= kTexelsMax))
-    ++level;
-  // A box of more than the whole picture gets the one texel of the last level.
-  const auto count_of = [](float extent, int texels) {
-    return static_cast<int>(std::min(extent * static_cast<float>(texels), kTexelsMax)) + 2;
-  };
-  const int columns = count_of(width, texture().width_px);
-  const int rows = count_of(height, texture().height_px);
-  Vec3f sum;
-  for (int y = 0; y < rows; ++y) {
-    for (int x = 0; x < columns; ++x) {
-      const float u = left + width * static_cast<float>(x) / static_cast<float>(columns - 1);
-      const float v = low + height * static_cast<float>(y) / static_cast<float>(rows - 1);
-      sum = sum + sample_texture(texture(), {u, v});
-    }
-  }
-  if (!is_black(sum)) return sum * (1 / static_cast<float>(columns * rows));
-  constexpr float kHalfByte = 1.5e-4f;  // half the least byte of sRGB, linear
-  return is_dark(*map.base, box_of(at)) ? Vec3f{} : Vec3f{kHalfByte, kHalfByte, kHalfByte};
-}
 
 const std::vector<Vec2f>& uvs_of(const Mesh& mesh, const TextureRef& ref) {
   return ref.uv_set == 0 ? mesh.uvs : mesh.uvs1;
@@ -143,12 +82,6 @@ void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
   }
 }
 
-bool emits(const PatchSurface& surface, const Scene& scene) {
-  return std::any_of(
-      surface.materials.begin(), surface.materials.end(),
-      [&](std::uint32_t material) { return !is_black(scene.materials[material].emission); });
-}
-
 // Rec. 709 luminance.
 double luminance(Vec3f c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
@@ -202,6 +135,10 @@ Vec3f LightSet::emission_at(const Emitter& emitter, float u, float v) const {
                                                     t.uv_a.y * w + t.uv_b.y * u + t.uv_c.y * v});
 }
 
+float LightSet::area_at(const Emitter& emitter, float u, float v) const {
+  return emitter.is_patch() ? point_on_patch(*patches, emitter, u, v).area : emitter.area;
+}
+
 const Emitter* LightSet::emitter_of(std::uint32_t triangle) const {
   const auto it =
       std::lower_bound(emitters.begin(), emitters.end(), triangle,
@@ -210,10 +147,12 @@ const Emitter* LightSet::emitter_of(std::uint32_t triangle) const {
 }
 
 LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
+                        std::shared_ptr<const PatchStore> patches,
                         std::span<const std::uint64_t> left_out,
                         std::span<const std::shared_ptr<const MipMap>> textures,
                         const LightSet* other) {
   LightSet set;
+  set.patches = std::move(patches);
   set.lights = scene.lights;
   set_environment(scene, other, set);
   set.background = scene.background;
@@ -223,8 +162,7 @@ LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
   if (!has_emission) return set;
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     if (scene.instances[i].kind == ObjectKind::kPatchSurface) {
-      // The light of patches is left to rays that hit them.
-      set.has_partial_emission |= emits(*scene.surfaces[scene.instances[i].mesh], scene);
+      add_patch_emitters(scene, i, textures, set);
       continue;
     }
     add_emitters(*scene.meshes[scene.instances[i].mesh], scene, triangles.instance_first[i],

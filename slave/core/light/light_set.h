@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lights of one scene version: delta lights, triangles that emit, and the environment.
+// The lights of one scene version: delta lights, triangles and sub-patches that emit, and the
+// environment.
 //
 // Threads. Filled once, then read by any thread.
 #pragma once
@@ -12,6 +13,7 @@
 #include "common/scene/scene.h"
 #include "slave/core/light/feature.h"
 #include "slave/core/light/sky_map.h"
+#include "slave/core/primitive/freeform/patch_store.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/surface/texture.h"
 
@@ -21,6 +23,8 @@ namespace tessera::core {
 // are shared out by power, so that cost does not grow with the number of emitters.
 inline constexpr std::size_t kEmittersEachMax = 64;
 
+// A triangle; or a sub-patch, of which `a` and `normal` are the middle, edges are zero and the area
+// is about its own (patch_emitter.h).
 struct Emitter {
   Vec3f a, edge_b, edge_c;  // A, B - A, C - A, world units
   Vec3f normal;             // unit, along (B - A) x (C - A): the side that emits
@@ -28,8 +32,12 @@ struct Emitter {
   float area = 0;           // greater than 0
   float opacity = 1;        // chance that a ray meets the triangle; `emission` has it as a factor
   float share = 1;          // chance to be picked, by power
-  std::uint32_t triangle = 0;
-  std::int32_t texture = -1;  // index into LightSet::emitter_textures, or none
+  std::uint32_t triangle = 0;  // its number as a primitive
+  std::int64_t part = -1;      // its number in the patch store; of triangles -1
+  bool is_back = false;        // of a sub-patch: the side against its normal emits
+  std::int32_t texture = -1;   // index into LightSet::emitter_textures, or none
+
+  bool is_patch() const { return part >= 0; }
 };
 
 struct EmitterTexture {
@@ -46,9 +54,10 @@ struct LightSet {
   Vec3f environment;                      // radiance, or what multiplies the map's
   std::shared_ptr<const SkyMap> sky_map;  // null: the same light from everywhere
   Feature has_environment{};
-  // Whether surfaces emit that have no emitters: those that are opaque in parts only, and patches.
+  // Whether surfaces emit that are opaque in parts only; they have no emitters.
   bool has_partial_emission = false;
   Background background;
+  std::shared_ptr<const PatchStore> patches;  // of emitters; null where the scene has none
 
   bool is_empty() const { return lights.empty() && emitters.empty() && !has_environment; }
   // Whether camera rays that hit nothing see any light.
@@ -62,7 +71,9 @@ struct LightSet {
   const Emitter& pick(float x, float& rest) const;
   // Radiance at point A + u (B - A) + v (C - A) of an emitter.
   Vec3f emission_at(const Emitter& emitter, float u, float v) const;
-  // Returns: null where the triangle's light is left to rays that hit it.
+  // One over the pdf by area with which that point of an emitter is sampled.
+  float area_at(const Emitter& emitter, float u, float v) const;
+  // Returns: null where the light of a primitive is left to rays that hit it.
   const Emitter* emitter_of(std::uint32_t triangle) const;
 };
 
@@ -71,6 +82,7 @@ struct LightSet {
 // other: the light set of another version of the scene, whose sky map is shared if its picture is
 // the same; may be null.
 LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
+                        std::shared_ptr<const PatchStore> patches,
                         std::span<const std::uint64_t> left_out,
                         std::span<const std::shared_ptr<const MipMap>> textures,
                         const LightSet* other);

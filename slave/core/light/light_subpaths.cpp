@@ -137,10 +137,10 @@ LightPoint LightSubpaths::place(Vec2f x) const {
     const EmitterPoint on = point_on(lights_, e, {rest, p.rest.y});
     LightPoint point{};
     point.kind = LightPointKind::kEmitter;
-    put(point.position, on.at.point + e.normal * on.at.offset);
-    put(point.normal, e.normal);
-    if (!is_sliver(e.edge_b, e.edge_c)) point.triangle = e.triangle;
-    put(point.rgb, on.emission * (e.area / (e.share * p.chance)));
+    put(point.position, on.at.point + on.normal * on.at.offset);
+    put(point.normal, on.normal);
+    if (!e.is_patch() && !is_sliver(e.edge_b, e.edge_c)) point.triangle = e.triangle;
+    put(point.rgb, on.emission * (on.area / (e.share * p.chance)));
     return point;
   }
   if (p.source <= lights_.lights.size()) {
@@ -162,10 +162,10 @@ std::optional<LightRay> LightSubpaths::ray(Vec2f x, Vec2f direction) const {
     float rest = p.rest.x;
     const Emitter& e = lights_.pick(rest, rest);
     const EmitterPoint on = point_on(lights_, e, {rest, p.rest.y});
-    const Vec3f d = cosine_direction(e.normal, direction);
-    if (!(dot(d, e.normal) > 0)) return std::nullopt;
-    return LightRay{on.at.point + e.normal * on.at.offset, d,
-                    on.emission * (kPi * e.area / (e.share * p.chance))};
+    const Vec3f d = cosine_direction(on.normal, direction);
+    if (!(dot(d, on.normal) > 0)) return std::nullopt;
+    return LightRay{on.at.point + on.normal * on.at.offset, d,
+                    on.emission * (kPi * on.area / (e.share * p.chance))};
   }
   if (p.source > lights_.lights.size()) {
     const FromSky from = from_sky(p.rest);

@@ -12,15 +12,15 @@ namespace {
 
 // Where a ray of a packet comes from.
 struct CastFrom {
-  float origin[3], direction[3], t_min;
+  float origin[3], direction[3];
 
-  CastFrom(const FanPacket& rays, int i) : t_min(rays.t_min) {
+  CastFrom(const FanPacket& rays, int i) {
     for (int a = 0; a < 3; ++a) {
       origin[a] = rays.origin[a];
       direction[a] = rays.direction[a][i];
     }
   }
-  CastFrom(const RayPacket& rays, int i) : t_min(rays.t_min[i]) {
+  CastFrom(const RayPacket& rays, int i) {
     for (int a = 0; a < 3; ++a) {
       origin[a] = rays.origin[a][i];
       direction[a] = rays.direction[a][i];
@@ -88,7 +88,7 @@ void MetSurfaces::find_on_patches(const Packet& rays, const PacketHits& hits) {
     const SubPatch& part = scene_.part(instances_.of(number), number);
     const CastFrom from(rays, i);
     const PatchSurfacePoint at = patch_point(scene_.patches->patches[part.patch], part, from.origin,
-                                             from.direction, from.t_min);
+                                             from.direction, hits.t[i]);
     const Vec3f direction{from.direction[0], from.direction[1], from.direction[2]};
     const bool is_front = dot(at.normal, direction) < 0;
     put_vector(at.point, points.point, i);

@@ -275,16 +275,18 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
   const PreparedScene::Impl* other = options.other == nullptr ? nullptr : &options.other->impl();
   impl->textures = mip_maps_of(scene, other);
   for (const auto& map : impl->textures) impl->texture_views.push_back(view_of(*map));
-  impl->lights = make_light_set(scene, impl->triangles, impl->geometry->left_out, impl->textures,
-                                other == nullptr ? nullptr : &other->lights);
+  impl->lights =
+      make_light_set(scene, impl->triangles, impl->geometry->patches, impl->geometry->left_out,
+                     impl->textures, other == nullptr ? nullptr : &other->lights);
   impl->features = features_of(scene, *impl->geometry);
   if (impl->features.has_glossy) AlbedoTable::shared();  // made here, not in the first tile
   if (std::any_of(scene.materials.begin(), scene.materials.end(), has_sheen)) SheenTable::shared();
   impl->materials = scene.materials;
   for (std::size_t i = 0; i < scene.materials.size() && impl->features.has_textures; ++i)
     impl->texture_tables.push_back(make_texture_table(scene.materials[i], impl->texture_views));
-  impl->alpha = AlphaSurfaces::make(
-      {impl->triangles, impl->meshes, impl->instances, impl->materials, impl->textures});
+  impl->alpha =
+      AlphaSurfaces::make({impl->triangles, impl->meshes, impl->instances, impl->materials,
+                           impl->textures, impl->patches, impl->geometry->surfaces});
   return std::shared_ptr<const PreparedScene>(std::make_shared<PreparedScene>(std::move(impl)));
 }
 

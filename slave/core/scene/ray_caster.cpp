@@ -132,7 +132,7 @@ class Caster {
     const float origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
     const float direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
     const PatchSurfacePoint at =
-        patch_point(scene_.patches->patches[part.patch], part, origin, direction, ray.t_min);
+        patch_point(scene_.patches->patches[part.patch], part, origin, direction, t);
     const std::uint64_t number = part.patch - scene_.patches->first_patch[instance] +
                                  scene_.geometry->first_number[instance];
     return {true, static_cast<std::uint32_t>(number), t, at.u, at.v, at.normal};

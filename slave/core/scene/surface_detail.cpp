@@ -178,20 +178,13 @@ void SurfaceDetail::pass_light(const DetailGroup& group, const Hits& hits, Surfa
   }
 }
 
-// What a mesh of patches has: coordinates, and nothing else beyond its geometry.
 const Mesh& SurfaceDetail::mesh_of(std::uint32_t instance) const {
-  static const Mesh with_coordinates = [] {
-    Mesh mesh;
-    mesh.uvs.resize(1);
-    return mesh;
-  }();
-  return scene_.is_patched(instance) ? with_coordinates
+  return scene_.is_patched(instance) ? mesh_of_patches()
                                      : *scene_.meshes[scene_.instances[instance].mesh];
 }
 
 // Stands in for the corners of a triangle: the plane that touches the patch, with its coordinates.
 void SurfaceDetail::put_tangents(std::uint32_t instance) {
-  constexpr Vec2f kCoordinates[3] = {{0, 0}, {1, 0}, {0, 1}};
   const Transform& to_world = scene_.instances[instance].object_to_world;
   for (int i = 0; i < memory_.points.count; ++i) {
     const Patch& patch = scene_.patches->patches[scene_.part(instance, memory_.triangle[i]).patch];
@@ -199,7 +192,7 @@ void SurfaceDetail::put_tangents(std::uint32_t instance) {
     for (int k = 0; k < 3; ++k) {
       put_vector(on.corner[k], memory_.points.corner[k], i);
       put_vector(before(to_world, on.corner[k]), memory_.points.corner_of_mesh[k], i);
-      put_uv(kCoordinates[k], memory_.points.corner_uv[0][k], i);
+      put_uv(mesh_of_patches().uvs[static_cast<std::size_t>(k)], memory_.points.corner_uv[0][k], i);
     }
   }
 }

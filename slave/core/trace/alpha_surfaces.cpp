@@ -3,15 +3,16 @@
 
 #include <bit>
 
+#include "slave/core/primitive/freeform/patch_point.h"
 #include "slave/core/primitive/triangle/barycentric.h"
 #include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {
 namespace {
 
-// Random number in [0, 1) of a ray at a triangle.
-float chance_of(const SingleRay& ray, std::uint32_t triangle) {
-  std::uint32_t key = mix_bits(triangle);
+// Random number in [0, 1) of a ray at a primitive.
+float chance_of(const SingleRay& ray, std::uint32_t primitive) {
+  std::uint32_t key = mix_bits(primitive);
   for (const float x : ray.origin) key = hash_combine(key, std::bit_cast<std::uint32_t>(x));
   for (const float x : ray.direction) key = hash_combine(key, std::bit_cast<std::uint32_t>(x));
   return unit_float(key);
@@ -39,7 +40,7 @@ std::unique_ptr<const AlphaSurfaces> AlphaSurfaces::make(const Parts& parts) {
 
 // Returns: whether any triangle of the instance may be passed.
 bool AlphaSurfaces::mark(std::uint32_t instance) {
-  if (parts_.instances[instance].kind != ObjectKind::kMesh) return false;  // patches are opaque
+  if (parts_.instances[instance].kind == ObjectKind::kPatchSurface) return mark_patches(instance);
   const Mesh& mesh = *parts_.meshes[parts_.instances[instance].mesh];
   const std::uint64_t first = parts_.triangles.instance_first[instance];
   // Neighbours mostly have one material.
@@ -58,9 +59,46 @@ bool AlphaSurfaces::mark(std::uint32_t instance) {
   return is_any;
 }
 
-bool AlphaSurfaces::is_let_through(std::uint32_t triangle, const SingleRay& ray) const {
+const Material& AlphaSurfaces::material_of_patch(std::uint32_t instance,
+                                                 const SubPatch& part) const {
+  const auto& of = parts_.surfaces[parts_.instances[instance].mesh]->materials;
+  return parts_
+      .materials[of.size() == 1 ? of[0] : of[part.patch - parts_.patches->first_patch[instance]]];
+}
+
+bool AlphaSurfaces::mark_patches(std::uint32_t instance) {
+  const PatchStore& patches = *parts_.patches;
+  std::uint64_t number = parts_.triangles.instance_first[instance];
+  bool is_any = false;
+  for (std::uint64_t p = patches.first_part[instance]; p < patches.first_part[instance + 1]; ++p) {
+    const Material& material = material_of_patch(instance, patches.parts[p]);
+    if (may_be_passed(material, mesh_of_patches(), parts_.textures)) {
+      is_any = true;
+      may_pass_[number / 64] |= std::uint64_t{1} << (number % 64);
+    }
+    ++number;
+  }
+  return is_any;
+}
+
+float AlphaSurfaces::opacity_of_patch(std::uint32_t instance, const SingleHit& hit,
+                                      const SingleRay& ray) const {
+  const PatchStore& patches = *parts_.patches;
+  const SubPatch& part = patches.parts[patches.first_part[instance] + hit.primitive -
+                                       parts_.triangles.instance_first[instance]];
+  const PatchSurfacePoint at =
+      patch_point(patches.patches[part.patch], part, ray.origin, ray.direction, hit.t);
+  return opacity_at(material_of_patch(instance, part), mesh_of_patches(), 0, parts_.textures, at.u,
+                    at.v);
+}
+
+bool AlphaSurfaces::is_let_through(const SingleHit& hit, const SingleRay& ray) const {
   const TriangleStore& store = parts_.triangles;
-  const std::uint32_t instance = store.instance_of(triangle);
+  const std::uint32_t triangle = hit.primitive, instance = store.instance_of(triangle);
+  if (parts_.instances[instance].kind == ObjectKind::kPatchSurface) {
+    const float opacity = opacity_of_patch(instance, hit, ray);
+    return opacity < 1 && chance_of(ray, triangle) >= opacity;
+  }
   const Mesh& mesh = *parts_.meshes[parts_.instances[instance].mesh];
   const auto local = static_cast<std::size_t>(triangle - store.instance_first[instance]);
   const Vec3f origin{ray.origin[0], ray.origin[1], ray.origin[2]};

@@ -48,7 +48,7 @@ std::uint64_t bits_of_met(std::uint64_t active, const PacketHits& hits) {
 // A hit at exactly the same t behind the one that is passed is passed, too: two sheets that lie in
 // one place are one sheet.
 void SceneTracer::go_through(SingleRay ray, SingleHit& hit) const {
-  while (hit.primitive != kNoPrimitive && alpha_->is_passed(hit.primitive, ray)) {
+  while (hit.primitive != kNoPrimitive && alpha_->is_passed(hit, ray)) {
     ray.t_min = std::nextafter(hit.t, std::numeric_limits<float>::infinity());
     hit = nearest(ray);
   }

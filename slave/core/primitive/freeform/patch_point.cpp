@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/math/rounding.h"
 #include "common/math/vec3d.h"
@@ -36,8 +37,10 @@ Vec3d normal_at(const Patch& patch, double u, double v, const PatchJet& jet, Vec
 }  // namespace
 
 PatchSurfacePoint patch_point(const Patch& patch, const SubPatch& part, const float* origin,
-                              const float* direction, float t_min) {
-  const PatchAnswer answer = patch_answer(patch, part, origin, direction, t_min);
+                              const float* direction, float t) {
+  // The root itself may be below t, which is rounded.
+  const float before = std::nextafter(t, -std::numeric_limits<float>::infinity());
+  const PatchAnswer answer = patch_answer(patch, part, origin, direction, before);
   const PatchJet jet = evaluate(patch, answer.u, answer.v);
   const Vec3d d{direction[0], direction[1], direction[2]};
   const Vec3d normal = normal_at(patch, answer.u, answer.v, jet, (-1 / length(d)) * d);
@@ -54,6 +57,18 @@ PatchSurfacePoint patch_point(const Patch& patch, const SubPatch& part, const fl
   at.u = static_cast<float>(answer.u);
   at.v = static_cast<float>(answer.v);
   return at;
+}
+
+const Mesh& mesh_of_patches() {
+  static const Mesh mesh = [] {
+    Mesh one;
+    one.positions.resize(3);
+    one.uvs = {{0, 0}, {1, 0}, {0, 1}};
+    one.triangles = {{0, 1, 2}};
+    one.materials = {0};
+    return one;
+  }();
+  return mesh;
 }
 
 TangentTriangle tangent_triangle(const Patch& patch, float u, float v) {

@@ -15,7 +15,7 @@
 // Threads. Each thread has memory of its own for the complete solver.
 #pragma once
 
-#include "common/math/vec3.h"
+#include "common/scene/scene.h"
 #include "slave/core/primitive/patch/patch_layout.h"
 
 namespace tessera::core {
@@ -27,14 +27,18 @@ struct PatchSurfacePoint {
   float u = 0, v = 0;  // the patch's own
 };
 
-// Requires: the ray meets the sub-patch first of all, from t_min on. Shape: origin, direction [3].
+// Requires: the ray meets the sub-patch at t, as patch_answer() says. Shape: origin, direction [3].
 PatchSurfacePoint patch_point(const Patch& patch, const SubPatch& part, const float* origin,
-                              const float* direction, float t_min);
+                              const float* direction, float t);
 
 // The plane that touches the patch at (u, v), as the triangle on which (u, v) are the patch's.
 struct TangentTriangle {
   Vec3f corner[3];  // at (0, 0), (1, 0), (0, 1)
 };
 TangentTriangle tangent_triangle(const Patch& patch, float u, float v);
+
+// What stands for the mesh of patches where attributes of meshes are looked up: one triangle with
+// the coordinates of a TangentTriangle.
+const Mesh& mesh_of_patches();
 
 }  // namespace tessera::core
