@@ -3,7 +3,7 @@
 // Threads. Pure functions.
 #pragma once
 
-#include "slave/core/light/light_set.h"
+#include "slave/core/light/emitter.h"
 
 namespace tessera::core {
 

@@ -162,7 +162,8 @@ LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
   if (!has_emission) return set;
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     if (scene.instances[i].kind == ObjectKind::kPatchSurface) {
-      add_patch_emitters(scene, i, textures, set);
+      set.has_partial_emission |= !add_patch_emitters(scene, i, *set.patches, textures,
+                                                      {set.emitters, set.emitter_textures});
       continue;
     }
     add_emitters(*scene.meshes[scene.instances[i].mesh], scene, triangles.instance_first[i],

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/scene/scene.h"
+#include "slave/core/light/emitter.h"
 #include "slave/core/light/feature.h"
 #include "slave/core/light/sky_map.h"
 #include "slave/core/primitive/freeform/patch_store.h"
@@ -22,29 +23,6 @@ namespace tessera::core {
 // Up to this many emitting triangles each get all light samples of a pixel; above it the samples
 // are shared out by power, so that cost does not grow with the number of emitters.
 inline constexpr std::size_t kEmittersEachMax = 64;
-
-// A triangle; or a sub-patch, of which `a` and `normal` are the middle, edges are zero and the area
-// is about its own (patch_emitter.h).
-struct Emitter {
-  Vec3f a, edge_b, edge_c;  // A, B - A, C - A, world units
-  Vec3f normal;             // unit, along (B - A) x (C - A): the side that emits
-  Vec3f emission;           // radiance; where a texture varies it, about its mean
-  float area = 0;           // greater than 0
-  float opacity = 1;        // chance that a ray meets the triangle; `emission` has it as a factor
-  float share = 1;          // chance to be picked, by power
-  std::uint32_t triangle = 0;  // its number as a primitive
-  std::int64_t part = -1;      // its number in the patch store; of triangles -1
-  bool is_back = false;        // of a sub-patch: the side against its normal emits
-  std::int32_t texture = -1;   // index into LightSet::emitter_textures, or none
-
-  bool is_patch() const { return part >= 0; }
-};
-
-struct EmitterTexture {
-  Vec2f uv_a, uv_b, uv_c;
-  Vec3f emission;  // multiplied by the map's
-  std::shared_ptr<const MipMap> map;
-};
 
 struct LightSet {
   std::vector<Light> lights;      // direction normalised

@@ -45,7 +45,7 @@ float area_of(const PatchStore& patches, const Emitter& emitter) {
 
 // Returns: false when what the part shows of the texture is black.
 bool add_texture(const TextureRef& ref, std::shared_ptr<const MipMap> map,
-                 const SubPatchRange& range, Emitter& e, LightSet& set) {
+                 const SubPatchRange& range, Emitter& e, std::vector<EmitterTexture>& textures) {
   const auto low_u = static_cast<float>(range.middle_u - range.half_u);
   const auto low_v = static_cast<float>(range.middle_v - range.half_v);
   const auto wide_u = static_cast<float>(2 * range.half_u);
@@ -57,8 +57,8 @@ bool add_texture(const TextureRef& ref, std::shared_ptr<const MipMap> map,
                             e.emission, map};
   e.emission = e.emission * mean_over(*map, part);
   if (is_black(e.emission)) return false;
-  e.texture = static_cast<std::int32_t>(set.emitter_textures.size());
-  set.emitter_textures.push_back({uv(0, 0), uv(1, 0), uv(0, 1), part.emission, std::move(map)});
+  e.texture = static_cast<std::int32_t>(textures.size());
+  textures.push_back({uv(0, 0), uv(1, 0), uv(0, 1), part.emission, std::move(map)});
   return true;
 }
 
@@ -75,9 +75,9 @@ PatchEmitterPoint point_on_patch(const PatchStore& patches, const Emitter& emitt
   return point_at(patches, emitter, double{u}, double{v});
 }
 
-void add_patch_emitters(const Scene& scene, std::size_t instance,
-                        std::span<const std::shared_ptr<const MipMap>> textures, LightSet& set) {
-  const PatchStore& patches = *set.patches;
+bool add_patch_emitters(const Scene& scene, std::size_t instance, const PatchStore& patches,
+                        std::span<const std::shared_ptr<const MipMap>> maps, EmitterList to) {
+  bool is_whole = true;
   const std::vector<std::uint32_t>& materials =
       scene.surfaces[scene.instances[instance].mesh]->materials;
   for (std::uint64_t p = patches.first_part[instance]; p < patches.first_part[instance + 1]; ++p) {
@@ -87,7 +87,7 @@ void add_patch_emitters(const Scene& scene, std::size_t instance,
     if (is_black(material.emission)) continue;
     const std::optional<float> opacity = even_opacity(material, mesh_of_patches());
     if (!opacity) {  // its opacity varies: its light is left to rays that hit it
-      set.has_partial_emission = true;
+      is_whole = false;
       continue;
     }
     Emitter e;
@@ -103,14 +103,15 @@ void add_patch_emitters(const Scene& scene, std::size_t instance,
     if (!(e.area > 0)) continue;  // its light is left to rays that hit it
     const TextureRef& ref = material.emission_texture;
     if (ref.is_set() && ref.uv_set == 0 &&
-        !add_texture(ref, textures[ref.index], SubPatchRange(part), e, set))
+        !add_texture(ref, maps[ref.index], SubPatchRange(part), e, to.textures))
       continue;
-    set.emitters.push_back(e);
+    to.emitters.push_back(e);
     if (!material.is_double_sided) continue;
     e.is_back = true;
     e.normal = -e.normal;
-    set.emitters.push_back(e);
+    to.emitters.push_back(e);
   }
+  return is_whole;
 }
 
 }  // namespace tessera::core

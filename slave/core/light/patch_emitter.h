@@ -7,9 +7,11 @@
 
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "common/scene/scene.h"
-#include "slave/core/light/light_set.h"
+#include "slave/core/light/emitter.h"
+#include "slave/core/primitive/freeform/patch_store.h"
 
 namespace tessera::core {
 
@@ -27,9 +29,15 @@ PatchEmitterPoint sample_on_patch(const PatchStore& patches, const Emitter& emit
 PatchEmitterPoint point_on_patch(const PatchStore& patches, const Emitter& emitter, float u,
                                  float v);
 
-// Appends the emitters of an instance of patches, by rising number. textures: as make_light_set()
-// has them.
-void add_patch_emitters(const Scene& scene, std::size_t instance,
-                        std::span<const std::shared_ptr<const MipMap>> textures, LightSet& set);
+// Where emitters go, with what their texture numbers count.
+struct EmitterList {
+  std::vector<Emitter>& emitters;
+  std::vector<EmitterTexture>& textures;
+};
+
+// Appends the emitters of an instance of patches, by rising number. maps: of the scene's textures,
+// by index. Returns: whether all that emits has emitters; what is opaque in parts only has none.
+bool add_patch_emitters(const Scene& scene, std::size_t instance, const PatchStore& patches,
+                        std::span<const std::shared_ptr<const MipMap>> maps, EmitterList to);
 
 }  // namespace tessera::core

@@ -6,12 +6,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 
 #include "slave/core/primitive/patch/patch_evaluation.h"
+#include "slave/core/primitive/patch/placed_sub_patch.h"
 #include "slave/core/primitive/patch/sub_patch_range.h"
 #include "tests/support/choices.h"
 #include "tests/support/patch_reference.h"
 #include "tests/support/patch_shapes.h"
+#include "tests/support/seed.h"
 
 namespace tessera {
 namespace {
@@ -98,6 +101,96 @@ TEST(PatchPreparation, BoxesHoldTheirParts) {
       }
     }
   }
+}
+
+// Maps that turn, mirror, shear and scale.
+Transform any_map(test::Choices& any) {
+  Transform map;
+  const float size = std::ldexp(1.0f, static_cast<int>(any.below(41)) - 20);
+  for (auto& row : map.m) {
+    for (std::size_t k = 0; k < 3; ++k) row[k] = size * any.sign();
+    row[3] = any.one_in(3) ? 0 : 100 * size * any.sign();
+  }
+  if (any.one_in(4)) {  // lines that stay parallel to axes
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k) map.m[i][k] = i == k ? size : 0;
+  }
+  if (any.one_in(4)) {  // a sheet, by and by
+    for (std::size_t k = 0; k < 3; ++k)
+      map.m[2][k] = map.m[1][k] + std::ldexp(map.m[2][k], -static_cast<int>(any.below(16)));
+  }
+  return map;
+}
+
+std::vector<core::CheckedPatch> placed(const std::vector<core::CheckedPatch>& patches,
+                                       const Transform& map) {
+  std::vector<core::CheckedPatch> to;
+  for (const core::CheckedPatch& patch : patches) {
+    std::vector<float> numbers;
+    for (const core::PatchPoint& p : patch.points) {
+      const Vec3f at =
+          map.point({static_cast<float>(p.x[0] / p.x[3]), static_cast<float>(p.x[1] / p.x[3]),
+                     static_cast<float>(p.x[2] / p.x[3])});
+      numbers.insert(numbers.end(), {at.x, at.y, at.z});
+      if (patch.is_rational) numbers.push_back(static_cast<float>(p.x[3]));
+    }
+    to.push_back(
+        core::checked_patch({patch.degree_u, patch.degree_v, patch.is_rational, numbers}).value());
+  }
+  return to;
+}
+
+Bounds3f box_of(const core::CheckedPatch& patch) {
+  Bounds3f box;
+  for (const core::PatchPoint& p : patch.points)
+    box.grow(Vec3f{static_cast<float>(p.x[0] / p.x[3]), static_cast<float>(p.x[1] / p.x[3]),
+                   static_cast<float>(p.x[2] / p.x[3])});
+  return box;
+}
+
+// Parts that are brought to another place keep bounds and boxes that hold, and nearly all of them
+// their frames.
+TEST(PatchPreparation, BoundsHoldInOtherPlaces) {
+  test::Choices any(test::seed(20091));
+  std::size_t framed = 0, lost = 0;
+  double grown = 0;
+  for (const char* name : kShapes) {
+    SCOPED_TRACE(name);
+    const std::vector<core::CheckedPatch> patches = test::patch_shape(name);
+    const test::PatchScene scene(patches);
+    for (int round = 0; round < 12; ++round) {
+      const Transform map = any_map(any);
+      const std::vector<core::CheckedPatch> there = placed(patches, map);
+      core::PatchPlacement placement(map);
+      std::uint32_t known = 0xffffffffu;
+      for (std::size_t k = 0; k < scene.parts().parts.size(); k += 1 + any.below(16)) {
+        const SubPatch& part = scene.parts().parts[k];
+        if (part.patch != known) placement.take(scene.patch(part.patch), box_of(there[part.patch]));
+        known = part.patch;
+        Bounds3f box = scene.parts().boxes[k];
+        const SubPatch moved = placement.placed(part, box);
+        ++(moved.has_frame ? framed : lost);
+        if (part.has_frame == moved.has_frame && part.reach[2] > 0)
+          grown = std::max(grown, double{moved.reach[2]} - double{part.reach[2]});
+        const SubPatchRange range(moved);
+        for (int point = 0; point < 6; ++point) {
+          const double x = place(any), y = place(any);
+          const test::LongJet jet =
+              test::long_jet(there[part.patch].patch(),
+                             range.middle_u + Long(range.half_u) * std::clamp(x, -1., 1.),
+                             range.middle_v + Long(range.half_v) * std::clamp(y, -1., 1.));
+          for (int a = 0; a < 3; ++a) {
+            ASSERT_LE(box.lower[a], jet.point[a]);
+            ASSERT_GE(box.upper[a], jet.point[a]);
+          }
+          if (moved.has_frame) expect_within(there[part.patch].patch(), moved, x, y);
+          if (HasFatalFailure()) return;
+        }
+      }
+    }
+  }
+  EXPECT_LT(lost, framed / 10);
+  std::cout << framed << " parts with frames, " << lost << " without, grown by " << grown << "\n";
 }
 
 TEST(PatchPreparation, PartsTileTheirPatch) {

@@ -6,8 +6,8 @@
 // which kEvaluationError bounds. Adding the offset rounds once more. Twice the sum of both, along
 // the unit normal, leaves as much room again: for the surface's own bend within that distance,
 // which is of second order, and for roundings of the normal. So a ray that goes on on its side of
-// the surface does not meet the root that it starts on, and misses nothing that is farther away
-// than a few roundings of P.
+// the surface does not meet the root that it starts on, and misses nothing that is farther than
+// some roundings of P away.
 //
 // The normal is along dS/du x dS/dv. Where that vanishes, as on collapsed borders, it is the one of
 // a place that is nearer to the middle of the patch, by the least of 2^-20, 2^-19, ... that has one.
