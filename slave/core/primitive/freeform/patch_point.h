@@ -9,8 +9,8 @@
 // the surface does not meet the root that it starts on, and misses nothing that is farther than
 // some roundings of P away.
 //
-// The normal is along dS/du x dS/dv. Where that vanishes, as on collapsed borders, it is the one of
-// a place that is nearer to the middle of the patch, by the least of 2^-20, 2^-19, ... that has one.
+// The normal is along dS/du x dS/dv. Where that vanishes, as on collapsed borders, it is that of a
+// place nearer to the middle of the patch, by the least of 2^-20, 2^-19, ... at which there is one.
 //
 // Threads. Each thread has memory of its own for the complete solver.
 #pragma once

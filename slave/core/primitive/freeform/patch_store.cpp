@@ -1,61 +1,110 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/core/primitive/freeform/patch_store.h"
 
+#include <optional>
 #include <span>
+#include <utility>
 
 #include "slave/core/primitive/patch/patch_input.h"
 #include "slave/core/primitive/patch/patch_preparation.h"
+#include "slave/core/primitive/patch/placed_sub_patch.h"
 
 namespace tessera::core {
 namespace {
 
-// The patch's numbers with its points in world space.
-std::vector<float> placed(std::span<const float> numbers, std::size_t stride,
-                          const Transform& to_world) {
-  std::vector<float> to(numbers.begin(), numbers.end());
-  if (to_world.is_identity()) return to;
-  for (std::size_t at = 0; at < to.size(); at += stride) {
-    const Vec3f p = to_world.point({to[at], to[at + 1], to[at + 2]});
-    to[at] = p.x;
-    to[at + 1] = p.y;
-    to[at + 2] = p.z;
+// A surface in its own place, split once for all of its instances.
+struct SplitSurface {
+  std::vector<CheckedPatch> patches;  // without points where a patch has no extent
+  SubPatches parts;
+  std::vector<std::size_t> first_part;  // [patch_count + 1]
+
+  explicit SplitSurface(const PatchSurface& surface) {
+    std::size_t first = 0;
+    for (const PatchForm& form : surface.patches) {
+      const std::size_t count = form.number_count();
+      const auto numbers = std::span(surface.numbers).subspan(first, count);
+      first += count;
+      Result<CheckedPatch> checked =
+          checked_patch({form.degree_u, form.degree_v, form.is_rational != 0, numbers});
+      first_part.push_back(parts.parts.size());
+      CheckedPatch& patch = patches.emplace_back();
+      patch.degree_u = form.degree_u;
+      patch.degree_v = form.degree_v;
+      if (!checked.is_ok()) continue;
+      patch = std::move(*checked);
+      split_patch(patch.patch(), 0, PatchSplitting{}, parts);
+    }
+    first_part.push_back(parts.parts.size());
   }
-  return to;
+};
+
+// The patch with its points in world space; nothing where the transform leaves it no extent, or
+// sends it beyond float32. Shape: box holds its points.
+std::optional<CheckedPatch> placed(const CheckedPatch& patch, const Transform& to_world,
+                                   Bounds3f& box) {
+  std::vector<float> numbers;
+  numbers.reserve(4 * patch.points.size());
+  for (const PatchPoint& p : patch.points) {
+    // The product of point and weight is exact, so the quotient is the point.
+    const Vec3f at =
+        to_world.point({static_cast<float>(p.x[0] / p.x[3]), static_cast<float>(p.x[1] / p.x[3]),
+                        static_cast<float>(p.x[2] / p.x[3])});
+    numbers.insert(numbers.end(), {at.x, at.y, at.z});
+    if (patch.is_rational) numbers.push_back(static_cast<float>(p.x[3]));
+    box.grow(at);
+  }
+  Result<CheckedPatch> checked =
+      checked_patch({patch.degree_u, patch.degree_v, patch.is_rational, numbers});
+  if (!checked.is_ok()) return std::nullopt;
+  return std::move(*checked);
 }
 
 class Filler {
  public:
   Filler(PatchStore& store, std::vector<Bounds3f>& boxes) : store_(store), boxes_(boxes) {}
 
-  void add(const PatchSurface& surface, const Transform& to_world) {
-    std::size_t first = 0;
-    for (const PatchForm& form : surface.patches) {
-      const std::size_t count = form.number_count();
-      add(form, std::span(surface.numbers).subspan(first, count), to_world);
-      first += count;
+  void add(const SplitSurface& surface, const Transform& to_world) {
+    PatchPlacement placement(to_world);
+    for (std::size_t i = 0; i < surface.patches.size(); ++i) {
+      const CheckedPatch& patch = surface.patches[i];
+      if (patch.points.empty()) {
+        add_without_extent(patch);
+      } else if (to_world.is_identity()) {
+        add_parts(surface, i, nullptr);
+        add_patch(patch);
+      } else {
+        Bounds3f box;
+        const std::optional<CheckedPatch> there = placed(patch, to_world, box);
+        if (!there) {
+          add_without_extent(patch);
+          continue;
+        }
+        placement.take(patch.patch(), box);
+        add_parts(surface, i, &placement);
+        add_patch(*there);
+      }
     }
   }
 
  private:
-  // A patch that has no extent, or that a transform sends beyond float32, keeps its number and has
-  // no parts.
-  void add(const PatchForm& form, std::span<const float> numbers, const Transform& to_world) {
-    const bool is_rational = form.is_rational != 0;
-    const std::vector<float> world = placed(numbers, is_rational ? 4 : 3, to_world);
-    const Result<CheckedPatch> checked =
-        checked_patch({form.degree_u, form.degree_v, is_rational, world});
-    const auto number = static_cast<std::uint32_t>(store_.patches.size());
-    if (!checked.is_ok()) {
-      ++store_.degenerate_count;
-      store_.patches.push_back({nullptr, 0, form.degree_u, form.degree_v, is_rational});
-      return;
+  // It keeps its number and has no parts.
+  void add_without_extent(const CheckedPatch& patch) {
+    ++store_.degenerate_count;
+    store_.patches.push_back({nullptr, 0, static_cast<std::uint8_t>(patch.degree_u),
+                              static_cast<std::uint8_t>(patch.degree_v), patch.is_rational});
+  }
+  void add_patch(const CheckedPatch& patch) {
+    store_.patches.push_back(patch.patch());
+    store_.points.insert(store_.points.end(), patch.points.begin(), patch.points.end());
+  }
+  void add_parts(const SplitSurface& surface, std::size_t patch, const PatchPlacement* placement) {
+    for (std::size_t p = surface.first_part[patch]; p < surface.first_part[patch + 1]; ++p) {
+      Bounds3f box = surface.parts.boxes[p];
+      const SubPatch& part = surface.parts.parts[p];
+      store_.parts.push_back(placement == nullptr ? part : placement->placed(part, box));
+      store_.parts.back().patch = static_cast<std::uint32_t>(store_.patches.size());
+      boxes_.push_back(box);
     }
-    SubPatches parts;
-    split_patch(checked->patch(), number, PatchSplitting{}, parts);
-    store_.parts.insert(store_.parts.end(), parts.parts.begin(), parts.parts.end());
-    boxes_.insert(boxes_.end(), parts.boxes.begin(), parts.boxes.end());
-    store_.patches.push_back(checked->patch());
-    store_.points.insert(store_.points.end(), checked->points.begin(), checked->points.end());
   }
 
   PatchStore& store_;
@@ -74,11 +123,14 @@ PatchStore make_patch_store(const Scene& scene, std::vector<Bounds3f>& boxes) {
   PatchStore store;
   if (scene.surfaces.empty()) return store;
   Filler filler(store, boxes);
+  std::vector<std::optional<SplitSurface>> split(scene.surfaces.size());
   for (const Instance& instance : scene.instances) {
     store.first_patch.push_back(store.patches.size());
     store.first_part.push_back(store.parts.size());
-    if (instance.kind == ObjectKind::kPatchSurface)
-      filler.add(*scene.surfaces[instance.mesh], instance.object_to_world);
+    if (instance.kind != ObjectKind::kPatchSurface) continue;
+    std::optional<SplitSurface>& surface = split[instance.mesh];
+    if (!surface) surface.emplace(*scene.surfaces[instance.mesh]);
+    filler.add(*surface, instance.object_to_world);
   }
   store.first_patch.push_back(store.patches.size());
   store.first_part.push_back(store.parts.size());
