@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Leaves with sub-patches: each ray asks each of them, in world space.
+// Leaves with sub-patches, in world space. The rays of a packet that may meet one (patch_filter-inl.h)
+// are put side by side and decided a register at a time, by the operations of patch_hit(); what that
+// leaves undecided goes to the complete solver, ray by ray.
 //
 // Threads. One traversal owns one.
 #include "slave/core/primitive/patch/patch_answer_abi.h"
@@ -12,20 +14,13 @@
 #define TESSERA_CORE_PATCH_LEAF_INL_H_
 #endif
 
+#include "slave/core/primitive/freeform/patch_filter-inl.h"
 #include "slave/core/primitive/leaf-inl.h"
+#include "slave/core/primitive/patch/patch_decision-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
-
-HWY_INLINE void origin_of(const FanRays& rays, size_t, float* to) {
-  for (int a = 0; a < 3; ++a) to[a] = rays.origin[a];
-}
-HWY_INLINE void origin_of(const BundleRays& rays, size_t ray, float* to) {
-  for (int a = 0; a < 3; ++a) to[a] = rays.from[a][ray];
-}
-HWY_INLINE float least_t(const FanRays& rays, size_t) { return rays.t_min; }
-HWY_INLINE float least_t(const BundleRays& rays, size_t ray) { return rays.t_min[ray]; }
 
 // Leaf test of the rays of a packet. Test: FanBlock or BundleBlock.
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
@@ -59,7 +54,22 @@ class PatchPacketLeaf {
   HWY_INLINE void finish() { test_.finish(); }
 
  private:
+  // Rays that may meet a sub-patch, side by side; the last ones are repeated to fill a register.
+  struct Candidates {
+    int count = 0;
+    uint8_t ray[kPacketRays];
+    alignas(64) double origin[3][kPacketRays + 8], direction[3][kPacketRays + 8];
+  };
+
   HWY_NOINLINE bool test(const Patch& patch, const SubPatch& part);
+  HWY_INLINE void gather(uint64_t possible, Candidates& rays) const;
+  template <bool kRational, int kM, int kN>
+  HWY_NOINLINE bool decide(const Patch& patch, const SubPatch& part, const Candidates& rays);
+  HWY_NOINLINE bool ask(const Patch& patch, const SubPatch& part, size_t ray);
+  HWY_INLINE bool take(const SubPatch& part, size_t ray, float t) {
+    if (!kAny) test_.settle(ray);
+    return rays_.template take<kAny>(ray, t, least_t(rays_, ray), part.primitive);
+  }
 
   Rays& rays_;
   Test<W, kAny> test_;
@@ -67,19 +77,92 @@ class PatchPacketLeaf {
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
 bool PatchPacketLeaf<W, kAny, Rays, Test>::test(const Patch& patch, const SubPatch& part) {
+  uint64_t possible = 0;
+  if (part.has_frame) {
+    const PatchFilter<Rays> filter(rays_, part);
+    for (size_t at = 0; at < kPacketRays; at += kLaneCount)
+      possible |= uint64_t{filter.possible(at)} << at;
+    if (possible == 0) return false;
+    rays_.work_left -= 2 * __builtin_popcountll(possible);
+    Candidates rays;
+    gather(possible, rays);
+    if (patch.is_rational) {
+      if (patch.degree_u == 2 && patch.degree_v == 2) return decide<true, 2, 2>(patch, part, rays);
+      return decide<true, 0, 0>(patch, part, rays);
+    }
+    if (patch.degree_u == 3 && patch.degree_v == 3) return decide<false, 3, 3>(patch, part, rays);
+    if (patch.degree_u == 1 && patch.degree_v == 1) return decide<false, 1, 1>(patch, part, rays);
+    return decide<false, 0, 0>(patch, part, rays);
+  }
   bool has_hit = false;
   for (size_t ray = 0; ray < kPacketRays; ++ray) {
-    const float t_min = least_t(rays_, ray);
-    if (!(rays_.best_t[ray] >= t_min)) continue;
+    if (rays_.best_t[ray] >= least_t(rays_, ray)) has_hit |= ask(patch, part, ray);
+  }
+  return has_hit;
+}
+
+template <int W, bool kAny, class Rays, template <int, bool> class Test>
+void PatchPacketLeaf<W, kAny, Rays, Test>::gather(uint64_t possible, Candidates& rays) const {
+  for (; possible != 0; possible &= possible - 1) {
+    const auto ray = static_cast<size_t>(__builtin_ctzll(possible));
+    const int i = rays.count++;
+    rays.ray[i] = static_cast<uint8_t>(ray);
     float origin[3], direction[3];
     origin_of(rays_, ray, origin);
     rays_.direction_of(ray, direction);
-    const PatchAnswer answer = patch_answer(patch, part, origin, direction, t_min);
-    if (!answer.is_hit) continue;
-    if (!kAny) test_.settle(ray);
-    has_hit |= rays_.template take<kAny>(ray, answer.t, t_min, part.primitive);
+    for (int a = 0; a < 3; ++a) {
+      rays.origin[a][i] = static_cast<double>(origin[a]);
+      rays.direction[a][i] = static_cast<double>(direction[a]);
+    }
+  }
+  for (int a = 0; a < 3; ++a) {
+    for (int i = 0; i < 8; ++i) {
+      rays.origin[a][rays.count + i] = rays.origin[a][rays.count - 1];
+      rays.direction[a][rays.count + i] = rays.direction[a][rays.count - 1];
+    }
+  }
+}
+
+template <int W, bool kAny, class Rays, template <int, bool> class Test>
+template <bool kRational, int kM, int kN>
+bool PatchPacketLeaf<W, kAny, Rays, Test>::decide(const Patch& patch, const SubPatch& part,
+                                                  const Candidates& rays) {
+  PatchPoint local[kM != 0 ? (kM + 1) * (kN + 1) : kPatchPointsMax];
+  local_points(part, patch.points, (patch.degree_u + 1) * (patch.degree_v + 1), local);
+  constexpr int kWidth = static_cast<int>(kLanesOf<Doubles>);
+  bool has_hit = false;
+  for (int first = 0; first < rays.count; first += kWidth) {
+    Doubles origin[3] = {}, direction[3] = {};
+    for (int a = 0; a < 3; ++a) {
+      origin[a] = load<Doubles>(rays.origin[a] + first);
+      direction[a] = load<Doubles>(rays.direction[a] + first);
+    }
+    const PatchDecision<Doubles> answer = decided<Doubles, kRational, kM, kN>(
+        part, local, patch.degree_u, patch.degree_v, patch.extent, origin, direction);
+    alignas(64) double t[kWidth];
+    store(answer.t, t);
+    const int count = rays.count - first;
+    const uint32_t there = count < kWidth ? (1u << count) - 1 : ~0u;
+    for (uint32_t hits = bits_of<Doubles>(answer.is_hit) & there; hits != 0; hits &= hits - 1) {
+      const int i = __builtin_ctz(hits);
+      const auto ray = static_cast<size_t>(rays.ray[first + i]);
+      if (t[i] >= static_cast<double>(least_t(rays_, ray)))
+        has_hit |= take(part, ray, static_cast<float>(t[i]));
+    }
+    for (uint32_t open = bits_of<Doubles>(answer.is_undecided) & there; open != 0; open &= open - 1)
+      has_hit |= ask(patch, part, static_cast<size_t>(rays.ray[first + __builtin_ctz(open)]));
   }
   return has_hit;
+}
+
+template <int W, bool kAny, class Rays, template <int, bool> class Test>
+bool PatchPacketLeaf<W, kAny, Rays, Test>::ask(const Patch& patch, const SubPatch& part,
+                                               size_t ray) {
+  float origin[3], direction[3];
+  origin_of(rays_, ray, origin);
+  rays_.direction_of(ray, direction);
+  const PatchAnswer answer = patch_answer(patch, part, origin, direction, least_t(rays_, ray));
+  return answer.is_hit && take(part, ray, answer.t);
 }
 
 // Leaf test of one ray.

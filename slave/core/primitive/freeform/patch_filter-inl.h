@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which rays may meet a sub-patch: one test of its parallelepiped, in float32, a ray per lane.
+//
+// A ray passes the plane n = 0 of the frame at x = o_a - p o_n, p = d_a / d_n, after the time
+// t = -o_n / d_n; all that it meets of the sub-patch is within reach_a + |p| reach_n of x, by x, and
+// so by y, and within reach_n / |d_n| of t (patch_decision-inl.h). A ray that is farther away misses
+// by the decision as well, which asks for less room.
+//
+// Roundings, with u = 2^-24, N_r the sum of a row of the frame by size, S that of the direction, R
+// the farthest coordinate of the origin from the centre: o_r is off by 4 u N_r R at most (a
+// difference, a product, two sums; for a fan it is made in double and off by u), d_r by 3 u N_r S.
+// Where |d_n| > 2^6 u N_n S, p is off by 4 u (N_a + |p| N_n) S / |d_n| and 2 u |p|; times |o_n| =
+// |t| |d_n| that is 4 u (N_a + |p| N_n) |t| S and 2 u |p| N_n R. With the roundings of p o_n and of
+// the difference x is off by less than 8 u (N_a + |p| N_n) (R + |t| S); twice that is allowed. Of t,
+// o_n makes 4 u N_n R / |d_n| and d_n 4 u N_n |t| S / |d_n|, within the same room. Rays for which
+// any of this is not a number, or d_n is too small, stay.
+//
+// Threads. Pure functions.
+#include "slave/core/primitive/patch/patch_layout.h"
+#include "slave/core/ray/packet_layout.h"
+
+#if defined(TESSERA_CORE_PATCH_FILTER_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_PATCH_FILTER_INL_H_
+#undef TESSERA_CORE_PATCH_FILTER_INL_H_
+#else
+#define TESSERA_CORE_PATCH_FILTER_INL_H_
+#endif
+
+#include "slave/core/ray/bundle_rays-inl.h"
+#include "slave/core/ray/fan_rays-inl.h"
+#include "slave/core/simd/real-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+HWY_INLINE void origin_of(const FanRays& rays, size_t, float* to) {
+  for (int a = 0; a < 3; ++a) to[a] = rays.origin[a];
+}
+HWY_INLINE void origin_of(const BundleRays& rays, size_t ray, float* to) {
+  for (int a = 0; a < 3; ++a) to[a] = rays.from[a][ray];
+}
+HWY_INLINE float least_t(const FanRays& rays, size_t) { return rays.t_min; }
+HWY_INLINE float least_t(const BundleRays& rays, size_t ray) { return rays.t_min[ray]; }
+HWY_INLINE Floats least_ts(const FanRays& rays, size_t) { return set<Floats>(rays.t_min); }
+HWY_INLINE Floats least_ts(const BundleRays& rays, size_t at) {
+  return load<Floats>(rays.t_min + at);
+}
+
+// Rays: FanRays or BundleRays.
+template <class Rays>
+class PatchFilter {
+  using V = Floats;
+  using M = MaskOf<V>;
+  static constexpr float kRoom = 16 * kRoundoff;        // see above
+  static constexpr float kTooFlat = 64 * kRoundoff;     // |d_n| over N_n S
+  static constexpr float kLimitSlack = 32 * kRoundoff;  // of t_min and the best t
+
+ public:
+  HWY_INLINE PatchFilter(const Rays& rays, const SubPatch& part) : rays_(rays), part_(part) {
+    for (int r = 0; r < 3; ++r)
+      norm_[r] = abs_of(part.frame[r][0]) + abs_of(part.frame[r][1]) + abs_of(part.frame[r][2]);
+    set_origin(rays);
+  }
+
+  // Returns: the bits of the rays from `at` on that may meet it. Requires: it has a frame.
+  HWY_INLINE uint32_t possible(size_t at) const {
+    V o[3] = {}, d[3] = {}, reach = set<V>(reach_);
+    load_origin(rays_, at, o, reach);
+    const V x = load<V>(rays_.direction[0] + at), y = load<V>(rays_.direction[1] + at);
+    const V z = load<V>(rays_.direction[2] + at);
+    for (int r = 0; r < 3; ++r)
+      d[r] = mul_add(set<V>(part_.frame[r][2]), z,
+                     mul_add(set<V>(part_.frame[r][1]), y, x * part_.frame[r][0]));
+    const V length = abs(x) + abs(y) + abs(z);
+    const V inverse = 1 / d[2], t = -o[2] * inverse;
+    const V room = (reach + abs(t) * length) * kRoom;
+    const V away = part_.reach[2] + room * norm_[2];
+    const V after = away * abs(inverse);
+    const V best = rays_.farthest(at), least = least_ts(rays_, at);
+    M is_out = t - after > best + abs(best) * kLimitSlack;
+    is_out = is_out || t + after < least - abs(least) * kLimitSlack;
+    for (int c = 0; c < 2; ++c) {
+      const V slope = d[c] * inverse, at_plane = abs(o[c] - slope * o[2]);
+      const V allowed = abs(slope) * away + (room * norm_[c] + (kBorder + part_.reach[c]));
+      is_out = is_out || at_plane > allowed;
+    }
+    // Where d_n is too small the test says nothing; rays that look for nothing stay out.
+    const M is_flat = !(abs(d[2]) > length * (kTooFlat * norm_[2]));
+    const M is_over = best < least;
+    return bits_of<V>(and_not(is_over, is_flat || !is_out));
+  }
+
+ private:
+  static constexpr float kBorder = 1 + 0x1p-18f;  // of the square, for the overlap of neighbours
+
+  HWY_INLINE void set_origin(const FanRays& rays) {
+    double from[3];
+    double far = 0;
+    for (int k = 0; k < 3; ++k) {
+      from[k] = static_cast<double>(rays.origin[k]) - static_cast<double>(part_.centre[k]);
+      far = far < __builtin_fabs(from[k]) ? __builtin_fabs(from[k]) : far;
+    }
+    for (int r = 0; r < 3; ++r) {
+      double sum = 0;
+      for (int k = 0; k < 3; ++k) sum += static_cast<double>(part_.frame[r][k]) * from[k];
+      origin_[r] = static_cast<float>(sum);
+    }
+    reach_ = static_cast<float>(far) * (1 + kRoundoff);
+  }
+  HWY_INLINE void set_origin(const BundleRays&) {}
+  HWY_INLINE void load_origin(const FanRays&, size_t, V (&o)[3], V&) const {
+    for (int r = 0; r < 3; ++r) o[r] = set<V>(origin_[r]);
+  }
+  HWY_INLINE void load_origin(const BundleRays& rays, size_t at, V (&o)[3], V& reach) const {
+    V from[3] = {};
+    for (int k = 0; k < 3; ++k) from[k] = load<V>(rays.from[k] + at) - part_.centre[k];
+    reach = max(max(abs(from[0]), abs(from[1])), abs(from[2]));
+    for (int r = 0; r < 3; ++r)
+      o[r] =
+          from[0] * part_.frame[r][0] + from[1] * part_.frame[r][1] + from[2] * part_.frame[r][2];
+  }
+
+  const Rays& rays_;
+  const SubPatch& part_;
+  float norm_[3] = {}, origin_[3] = {}, reach_ = 0;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
