@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/isa.h"
+#include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "tests/bench/workload.h"
 
@@ -58,6 +59,8 @@ std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
 // Our contenders with one structure for each mesh of the scene, and a second level over its
 // instances.
 std::unique_ptr<Entrants> make_ours_instanced(const Scene& scene, Isa isa);
+// Our contenders over a scene of patches, which outlives them. Requires: it has patches.
+std::unique_ptr<Entrants> make_ours_patched(const core::PrimitiveIndex& index, Isa isa);
 struct EmbreeMode {
   bool is_high = false;    // build quality "high" (spatial splits) and not "medium", its default
   bool is_robust = false;  // its watertight tests

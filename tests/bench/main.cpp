@@ -14,6 +14,7 @@
 #include "tests/bench/exchange_suite.h"
 #include "tests/bench/gi_suite.h"
 #include "tests/bench/move_suite.h"
+#include "tests/bench/patch_suite.h"
 #include "tests/bench/run_facts.h"
 #include "tests/bench/scenes.h"
 #include "tests/bench/thesis_suite.h"
@@ -58,6 +59,7 @@ tessera::Status run(std::vector<std::string> suites,
                            : suite == "build"  ? tessera::bench::run_build_suite
                            : suite == "gi"     ? tessera::bench::run_gi_suite
                            : suite == "moves"  ? tessera::bench::run_move_suite
+                           : suite == "patch"  ? tessera::bench::run_patch_suite
                            : suite == "thesis" ? tessera::bench::run_thesis_suite
                                                : tessera::bench::run_accuracy_suite;
     tessera::bench::CoreSuiteOptions of_suite = options;
@@ -116,7 +118,8 @@ int main(int argc, char** argv) {
          "a bare epoll loop; gi: global illumination, its speed and its error, on scenes of its "
          "own; "
          "default: the first three")
-      ->check(CLI::IsMember({"core", "build", "accuracy", "moves", "thesis", "exchange", "gi"}));
+      ->check(CLI::IsMember(
+          {"core", "build", "accuracy", "moves", "patch", "thesis", "exchange", "gi"}));
   std::vector<std::string> scene_names = tessera::bench::scene_names();
   for (const std::string& name : tessera::bench::gi_scene_names()) scene_names.push_back(name);
   scene_names.push_back("crowd");

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <memory>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "slave/core/kernels/kernel_table.h"
 #include "slave/core/primitive/instance/instanced_index.h"
@@ -26,11 +28,12 @@ double seconds_of(clockid_t clock) {
 // One acceleration structure and the ways to trace rays through it.
 template <class Index>
 class Structure {
-  using View = decltype(core::view_of(std::declval<const Index&>()));
+  using View = decltype(core::view_of(std::declval<const std::remove_cvref_t<Index>&>()));
 
  public:
+  // Index: a structure of its own, or a reference to one that outlives it.
   Structure(Index index, const core::KernelTable& table, const std::string& name, bool with_sizes)
-      : index_(std::move(index)),
+      : index_(std::forward<Index>(index)),
         view_(core::view_of(index_)),
         table_(table),
         kernels_(core::kernels_of(table, view_)),
@@ -230,6 +233,21 @@ class Ours final : public Entrants {
     }
   }
 
+  Ours(const core::PrimitiveIndex& patched, Isa isa) {
+    const core::KernelTable& table = core::kernels_for(isa);
+    std::visit(
+        [&](const auto& index) {
+          using Index = std::remove_cvref_t<decltype(index)>;
+          if constexpr (requires { index.patches; }) {
+            auto structure =
+                std::make_shared<Structure<const Index&>>(index, table, "patches", false);
+            structure->enter(contenders);
+            structures_.push_back(structure);
+          }
+        },
+        patched.any);
+  }
+
  private:
   template <int W>
   void build_all(const core::KernelTable& table, const core::TriangleStore& triangles,
@@ -273,7 +291,7 @@ class Ours final : public Entrants {
     structures_.push_back(structure);
   }
 
-  const OursOptions options_;
+  const OursOptions options_{};
   std::vector<std::shared_ptr<void>> structures_;
 };
 
@@ -287,6 +305,10 @@ std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
                                     const std::vector<Bounds3f>& boxes, Isa isa,
                                     const OursOptions& options) {
   return std::make_unique<Ours>(triangles, boxes, isa, options);
+}
+
+std::unique_ptr<Entrants> make_ours_patched(const core::PrimitiveIndex& index, Isa isa) {
+  return std::make_unique<Ours>(index, isa);
 }
 
 std::unique_ptr<Entrants> make_ours_instanced(const Scene& scene, Isa isa) {

@@ -62,14 +62,26 @@ Workload primary_rays(const Camera& camera, int size_px) {
   return work;
 }
 
+SecondaryRays secondary_rays(const std::vector<SurfacePlace>& places, float offset, Vec3f light) {
+  SecondaryRays result;
+  result.shadow.kind = RayKind::kShadow;
+  result.bounce.kind = RayKind::kBounce;
+  for (const SurfacePlace& place : places) {
+    const Vec3f start = place.point + place.normal * offset;
+    push(result.shadow, start, light - start, 0.9999f);
+    const Vec2f sample = core::sample_2d(core::mix_bits(place.ray), 0);
+    push(result.bounce, start, cosine_direction(place.normal, sample),
+         std::numeric_limits<float>::infinity());
+  }
+  return result;
+}
+
 SecondaryRays secondary_rays(const Workload& primary, const std::vector<FirstHit>& hits,
                              const core::TriangleStore& triangles, Vec3f light) {
   Bounds3f box;
   for (std::uint64_t t = 0; t < triangles.primitive_count(); ++t) box.grow(triangles.vertex(t, 0));
   const float offset = 2e-5f * length(box.upper - box.lower);
-  SecondaryRays result;
-  result.shadow.kind = RayKind::kShadow;
-  result.bounce.kind = RayKind::kBounce;
+  std::vector<SurfacePlace> places;
   std::uint32_t number = 0;
   for (const RayBlock& block : primary.blocks) {
     for (int i = 0; i < block.count; ++i, ++number) {
@@ -81,14 +93,10 @@ SecondaryRays secondary_rays(const Workload& primary, const std::vector<FirstHit
       Vec3f n = normalize(
           cross(triangles.vertex(hit.primitive, 1) - a, triangles.vertex(hit.primitive, 2) - a));
       if (dot(n, d) > 0) n = -n;
-      const Vec3f start = o + d * hit.t + n * offset;
-      push(result.shadow, start, light - start, 0.9999f);
-      const Vec2f sample = core::sample_2d(core::mix_bits(number), 0);
-      push(result.bounce, start, cosine_direction(n, sample),
-           std::numeric_limits<float>::infinity());
+      places.push_back({o + d * hit.t, n, number});
     }
   }
-  return result;
+  return secondary_rays(places, offset, light);
 }
 
 }  // namespace tessera::bench
