@@ -57,6 +57,11 @@ static_assert(kTilePayloadBytesMax <= kFrameChunkBytesMax, "a tile fits into one
 // Counts and sizes of a scene. The spatial index can address 2^30 triangles; blocks are bounded so
 // that counts times sizes never overflow 64 bits.
 inline constexpr std::uint64_t kTrianglesMax = std::uint64_t{1} << 30;
+// Patches of the flattened scene, each of which a slave cuts into up to some hundred parts, and
+// the segments of the loops that trim them.
+inline constexpr std::uint64_t kPatchesMax = std::uint64_t{1} << 24;
+inline constexpr std::uint64_t kTrimSegmentsMax = std::uint64_t{1} << 26;
+static_assert(kPatchesMax < kTrianglesMax, "primitives of both kinds are counted together");
 inline constexpr std::uint64_t kSceneBlockBytesMax = std::uint64_t{8} << 30;
 inline constexpr std::uint32_t kSceneBlocksMax = 65536;
 inline constexpr std::uint32_t kSceneBlockChunksMax =

@@ -58,4 +58,43 @@ struct PatchSurface {
   bool operator==(const PatchSurface&) const = default;
 };
 
+// One patch of a surface after the other, with its places in the surface's arrays:
+//   for (PatchCursor at(surface); at.is_any(); at.advance()) ...
+// Requires: arrays that fit each other, as validate_scene() checks; the surface outlives it.
+class PatchCursor {
+ public:
+  explicit PatchCursor(const PatchSurface& surface) : surface_(&surface) {}
+  bool is_any() const { return patch_ < surface_->patches.size(); }
+  void advance();
+
+  std::size_t patch() const { return patch_; }
+  const PatchForm& form() const { return surface_->patches[patch_]; }
+  std::uint32_t material() const {
+    return surface_->materials[surface_->materials.size() == 1 ? 0 : patch_];
+  }
+  // Point (i, j) is number (degree_v + 1) i + j. Requires: point < form().point_count().
+  Vec3f point(std::size_t point) const {
+    const float* p = numbers(point);
+    return {p[0], p[1], p[2]};
+  }
+  float weight(std::size_t point) const { return form().is_rational != 0 ? numbers(point)[3] : 1; }
+
+  std::size_t first_number() const { return first_number_; }          // in numbers
+  std::size_t first_loop() const { return first_loop_; }              // in segment_counts
+  std::size_t first_segment() const { return first_segment_; }        // in degrees, trim_widths
+  std::size_t first_trim_point() const { return first_trim_point_; }  // in trim_points
+  std::size_t loop_count() const {
+    return surface_->loop_counts.empty() ? 0 : surface_->loop_counts[patch_];
+  }
+
+ private:
+  const float* numbers(std::size_t point) const {
+    return surface_->numbers.data() + first_number_ + point * (form().is_rational != 0 ? 4 : 3);
+  }
+
+  const PatchSurface* surface_;
+  std::size_t patch_ = 0, first_number_ = 0;
+  std::size_t first_loop_ = 0, first_segment_ = 0, first_trim_point_ = 0;
+};
+
 }  // namespace tessera

@@ -27,4 +27,12 @@ std::uint64_t Scene::triangle_count() const {
   return count;
 }
 
+std::uint64_t Scene::patch_count() const {
+  std::uint64_t count = 0;
+  for (const Instance& instance : instances)
+    if (instance.kind == ObjectKind::kPatchSurface)
+      count += surfaces[instance.mesh]->patches.size();
+  return count;
+}
+
 }  // namespace tessera

@@ -239,7 +239,9 @@ struct TESSERA_API Scene {
   std::optional<Camera> camera;
   std::vector<NamedCamera> cameras;  // all of the file, `camera` too
 
-  std::uint64_t triangle_count() const;  // flattened over instances
+  // Flattened over instances.
+  std::uint64_t triangle_count() const;
+  std::uint64_t patch_count() const;
 };
 
 }  // namespace tessera

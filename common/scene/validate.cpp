@@ -6,6 +6,7 @@
 
 #include "common/base/limits.h"
 #include "common/scene/validate_material.h"
+#include "common/scene/validate_surface.h"
 
 namespace tessera {
 namespace {
@@ -114,9 +115,9 @@ Status validate_cameras(const Scene& scene) {
 }
 
 Status validate_counts(const Scene& scene) {
-  if (scene.meshes.size() + scene.textures.size() + 2 > kSceneBlocksMax) {
+  if (scene.meshes.size() + scene.surfaces.size() + scene.textures.size() + 2 > kSceneBlocksMax) {
     return Status::resource_exhausted("more than " + std::to_string(kSceneBlocksMax) +
-                                      " meshes and textures");
+                                      " meshes, surfaces and textures");
   }
   if (scene.materials.empty()) return Status::invalid_argument("the scene has no material");
   if (scene.materials.size() > kMaterialsMax)
@@ -128,6 +129,44 @@ Status validate_counts(const Scene& scene) {
   return Status::ok();
 }
 
+Status validate_instance(const Scene& scene, const Instance& instance, const std::string& name) {
+  const bool is_mesh = instance.kind == ObjectKind::kMesh;
+  if (!is_mesh && instance.kind != ObjectKind::kPatchSurface)
+    return Status::invalid_argument(name + ": is of no kind that there is");
+  const std::size_t count = is_mesh ? scene.meshes.size() : scene.surfaces.size();
+  if (instance.mesh >= count) {
+    return Status::invalid_argument(name + (is_mesh ? ": mesh " : ": surface ") +
+                                    std::to_string(instance.mesh) + " of " + std::to_string(count));
+  }
+  for (const auto& row : instance.object_to_world.m) {
+    for (const float entry : row) {
+      if (!std::isfinite(entry)) return Status::invalid_argument(name + ": matrix is not finite");
+    }
+  }
+  return Status::ok();
+}
+
+// Checks the instances, and how much they make of meshes and surfaces.
+Status validate_instances(const Scene& scene) {
+  std::uint64_t triangle_count = 0, patch_count = 0, segment_count = 0;
+  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    TESSERA_RETURN_IF_ERROR(validate_instance(scene, instance, numbered("instance", i)));
+    if (instance.kind == ObjectKind::kMesh) {
+      triangle_count += scene.meshes[instance.mesh]->triangles.size();
+    } else {
+      patch_count += scene.surfaces[instance.mesh]->patches.size();
+      segment_count += scene.surfaces[instance.mesh]->degrees.size();
+    }
+    if (patch_count > kPatchesMax) return Status::resource_exhausted("more than 2^24 patches");
+    if (segment_count > kTrimSegmentsMax)
+      return Status::resource_exhausted("more than 2^26 segments of loops");
+    if (triangle_count + patch_count > kTrianglesMax)
+      return Status::resource_exhausted("more than 2^30 triangles and patches");
+  }
+  return Status::ok();
+}
+
 }  // namespace
 
 Status validate_scene(const Scene& scene) {
@@ -136,6 +175,11 @@ Status validate_scene(const Scene& scene) {
     if (!scene.meshes[i]) return Status::invalid_argument(numbered("mesh", i) + " is missing");
     TESSERA_RETURN_IF_ERROR(
         validate_mesh(*scene.meshes[i], numbered("mesh", i), scene.materials.size()));
+  }
+  for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
+    if (!scene.surfaces[i]) return Status::invalid_argument(numbered("surface", i) + " is missing");
+    TESSERA_RETURN_IF_ERROR(
+        validate_surface(*scene.surfaces[i], numbered("surface", i), scene.materials.size()));
   }
   for (std::size_t i = 0; i < scene.textures.size(); ++i) {
     if (!scene.textures[i]) return Status::invalid_argument(numbered("texture", i) + " is missing");
@@ -151,24 +195,7 @@ Status validate_scene(const Scene& scene) {
   TESSERA_RETURN_IF_ERROR(validate_environment(scene));
   if (!is_radiance(scene.background.low) || !is_radiance(scene.background.high))
     return Status::invalid_argument("the background must be finite and >= 0");
-  std::uint64_t triangle_count = 0;
-  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-    const Instance& instance = scene.instances[i];
-    if (instance.mesh >= scene.meshes.size()) {
-      return Status::invalid_argument(numbered("instance", i) + ": mesh " +
-                                      std::to_string(instance.mesh) + " of " +
-                                      std::to_string(scene.meshes.size()));
-    }
-    for (const auto& row : instance.object_to_world.m) {
-      for (const float entry : row) {
-        if (!std::isfinite(entry))
-          return Status::invalid_argument(numbered("instance", i) + ": matrix is not finite");
-      }
-    }
-    triangle_count += scene.meshes[instance.mesh]->triangles.size();
-    if (triangle_count > kTrianglesMax)
-      return Status::resource_exhausted("more than 2^30 triangles");
-  }
+  TESSERA_RETURN_IF_ERROR(validate_instances(scene));
   const Bounds3f bounds = scene_bounds(scene);
   if (!bounds.is_empty() &&
       !(is_finite(bounds.lower) && is_finite(bounds.upper) && is_finite(bounds.extent()))) {
@@ -199,10 +226,16 @@ Status validate_camera(const Camera& camera) {
 Bounds3f scene_bounds(const Scene& scene) {
   Bounds3f bounds;
   for (const Instance& instance : scene.instances) {
+    const auto grow = [&](Vec3f p) { bounds.grow(instance.object_to_world.point(p)); };
+    if (instance.kind == ObjectKind::kPatchSurface) {
+      for (PatchCursor patch(*scene.surfaces[instance.mesh]); patch.is_any(); patch.advance()) {
+        for (std::size_t i = 0; i < patch.form().point_count(); ++i) grow(patch.point(i));
+      }
+      continue;
+    }
     const Mesh& mesh = *scene.meshes[instance.mesh];
     for (const auto& triangle : mesh.triangles) {
-      for (const std::uint32_t vertex : triangle)
-        bounds.grow(instance.object_to_world.point(mesh.positions[vertex]));
+      for (const std::uint32_t vertex : triangle) grow(mesh.positions[vertex]);
     }
   }
   return bounds;

@@ -19,7 +19,8 @@ TESSERA_API Status validate_scene(const Scene& scene);
 // Returns: kInvalidArgument saying which rule of Camera is broken.
 TESSERA_API Status validate_camera(const Camera& camera);
 
-// Box of all flattened triangles; empty for a scene without any.
+// Box of all flattened triangles, and of the control points of all flattened patches, between which
+// the patches lie; empty for a scene without any.
 TESSERA_API Bounds3f scene_bounds(const Scene& scene);
 
 }  // namespace tessera
