@@ -44,13 +44,54 @@ std::shared_ptr<const Mesh> decode_mesh(std::span<const std::byte> bytes) {
   return is_good && in.is_finished() ? mesh : nullptr;
 }
 
-std::uint64_t mesh_triangle_count(std::span<const std::byte> bytes) {
+PrimitiveCounts mesh_counts(std::span<const std::byte> bytes) {
   BlockReader in(bytes);
   const bool is_good = in.open(BlockKind::kMesh) && in.skip_array(sizeof(Vec3f)) &&
                        in.skip_array(sizeof(Vec3f)) && in.skip_array(sizeof(Vec2f)) &&
                        in.skip_array(sizeof(Vec2f)) && in.skip_array(sizeof(Vec4f)) &&
                        in.skip_array(sizeof(Vec4f));
-  return is_good ? in.get_count(3 * sizeof(std::uint32_t)) : 0;
+  return {is_good ? in.get_count(3 * sizeof(std::uint32_t)) : 0, 0, 0, 0};
+}
+
+SceneBlock encode_surface(const PatchSurface& surface) {
+  BlockWriter out(BlockKind::kPatchSurface);
+  out.put_array(surface.patches);
+  out.put_array(surface.numbers);
+  out.put_array(surface.materials);
+  out.put_array(surface.loop_counts);
+  out.put_array(surface.segment_counts);
+  out.put_array(surface.degrees);
+  out.put_array(surface.trim_points);
+  out.put_array(surface.trim_widths);
+  return make_scene_block(out.finish());
+}
+
+std::shared_ptr<const PatchSurface> decode_surface(std::span<const std::byte> bytes) {
+  BlockReader in(bytes);
+  auto surface = std::make_shared<PatchSurface>();
+  const bool is_good = in.open(BlockKind::kPatchSurface) && in.get_array(surface->patches) &&
+                       in.get_array(surface->numbers) && in.get_array(surface->materials) &&
+                       in.get_array(surface->loop_counts) &&
+                       in.get_array(surface->segment_counts) && in.get_array(surface->degrees) &&
+                       in.get_array(surface->trim_points) && in.get_array(surface->trim_widths);
+  return is_good && in.is_finished() ? surface : nullptr;
+}
+
+PrimitiveCounts surface_counts(std::span<const std::byte> bytes) {
+  BlockReader in(bytes);
+  PrimitiveCounts counts;
+  const auto skip = [&](std::uint64_t bytes_each, std::uint64_t& count) {
+    BlockReader ahead = in;
+    count = ahead.get_count(bytes_each);
+    return in.skip_array(bytes_each);
+  };
+  std::uint64_t passed = 0;
+  const bool is_good =
+      in.open(BlockKind::kPatchSurface) && skip(sizeof(PatchForm), counts.patches) &&
+      skip(sizeof(float), counts.numbers) && skip(sizeof(std::uint32_t), passed) &&
+      skip(sizeof(std::uint32_t), passed) && skip(sizeof(std::uint32_t), passed) &&
+      skip(sizeof(std::uint8_t), passed) && skip(sizeof(TrimPoint), counts.trim_points);
+  return is_good ? counts : PrimitiveCounts{};
 }
 
 SceneBlock encode_texture(const Texture& texture) {
@@ -111,17 +152,19 @@ Camera get_camera(BlockReader& in) {
   return camera;
 }
 
-constexpr std::uint64_t kInstanceBytes = 4 + sizeof(Transform);
+constexpr std::uint64_t kInstanceBytes = 4 + 4 + sizeof(Transform);
 
 SceneBlock encode_root(const Scene& scene) {
   BlockWriter out(BlockKind::kRoot);
   out.put(std::uint64_t{scene.meshes.size()});
+  out.put(std::uint64_t{scene.surfaces.size()});
   out.put(std::uint64_t{scene.textures.size()});
   out.put(std::uint64_t{scene.materials.size()});
   for (const Material& m : scene.materials) put_material(out, m);
   out.put(std::uint64_t{scene.instances.size()});
   for (const Instance& instance : scene.instances) {
     out.begin_record(kInstanceBytes);
+    out.put(static_cast<std::uint32_t>(instance.kind));
     out.put(instance.mesh);
     out.put(instance.object_to_world);
   }
@@ -152,8 +195,17 @@ constexpr std::uint64_t kLightBytes = 4 + 3 * 12 + 2 * 4;
 
 // How many blocks follow the root, in this order.
 struct BlockCounts {
-  std::uint64_t meshes = 0, textures = 0;
+  std::uint64_t meshes = 0, surfaces = 0, textures = 0;
   bool has_environment_map = false;
+
+  // Whether these are all blocks but the root. Counts may be any numbers.
+  bool are(std::uint64_t blocks) const {
+    for (const std::uint64_t count : {meshes, surfaces, textures}) {
+      if (count > blocks) return false;
+      blocks -= count;
+    }
+    return blocks == (has_environment_map ? 1u : 0u);
+  }
 };
 
 // Decodes everything but what has blocks of its own.
@@ -161,6 +213,7 @@ bool decode_root(std::span<const std::byte> bytes, Scene& scene, BlockCounts& co
   BlockReader in(bytes);
   if (!in.open(BlockKind::kRoot)) return false;
   counts.meshes = in.get<std::uint64_t>();
+  counts.surfaces = in.get<std::uint64_t>();
   counts.textures = in.get<std::uint64_t>();
   scene.materials.resize(in.get_count(material_bytes_min()));
   for (Material& m : scene.materials) {
@@ -169,6 +222,7 @@ bool decode_root(std::span<const std::byte> bytes, Scene& scene, BlockCounts& co
   scene.instances.resize(in.get_count(kInstanceBytes));
   for (Instance& instance : scene.instances) {
     if (!in.begin_record(kInstanceBytes)) return false;
+    if (!get_enum(in, instance.kind, ObjectKind::kPatchSurface)) return false;
     instance.mesh = in.get<std::uint32_t>();
     instance.object_to_world = in.get<Transform>();
   }
@@ -233,20 +287,27 @@ std::uint64_t EncodedScene::total_bytes() const {
   return total;
 }
 
-std::uint64_t triangle_count_of(const EncodedScene& encoded) {
+PrimitiveCounts primitive_counts_of(const EncodedScene& encoded) {
   Scene root;
   BlockCounts counts;
   if (encoded.blocks.empty() || !decode_root(*encoded.blocks[0].bytes, root, counts) ||
-      counts.meshes >= encoded.blocks.size()) {
-    return 0;
+      !counts.are(encoded.blocks.size() - 1)) {
+    return {};
   }
-  std::vector<std::uint64_t> triangles;
-  for (std::uint64_t i = 1; i <= counts.meshes; ++i) {
-    triangles.push_back(mesh_triangle_count(*encoded.blocks[i].bytes));
+  std::vector<PrimitiveCounts> objects;  // meshes, then surfaces
+  for (std::uint64_t i = 1; i <= counts.meshes + counts.surfaces; ++i) {
+    const std::span<const std::byte> bytes = *encoded.blocks[i].bytes;
+    objects.push_back(i <= counts.meshes ? mesh_counts(bytes) : surface_counts(bytes));
   }
-  std::uint64_t total = 0;
+  PrimitiveCounts total;
   for (const Instance& instance : root.instances) {
-    if (instance.mesh < counts.meshes) total += triangles[instance.mesh];
+    const bool is_mesh = instance.kind == ObjectKind::kMesh;
+    if (instance.mesh >= (is_mesh ? counts.meshes : counts.surfaces)) continue;
+    const PrimitiveCounts& object = objects[instance.mesh + (is_mesh ? 0 : counts.meshes)];
+    total.triangles += object.triangles;
+    total.patches += object.patches;
+    total.numbers += object.numbers;
+    total.trim_points += object.trim_points;
   }
   return total;
 }
@@ -279,6 +340,7 @@ EncodedScene SceneEncoder::encode(const Scene& scene) {
     encoded.blocks.push_back(block);
   };
   for (const auto& mesh : scene.meshes) add(mesh, [&] { return encode_mesh(*mesh); });
+  for (const auto& surface : scene.surfaces) add(surface, [&] { return encode_surface(*surface); });
   for (const auto& texture : scene.textures) add(texture, [&] { return encode_texture(*texture); });
   if (const auto& map = scene.environment_map) add(map, [&] { return encode_environment(*map); });
   known_ = std::move(used);  // what this version does not use is forgotten
@@ -287,6 +349,7 @@ EncodedScene SceneEncoder::encode(const Scene& scene) {
 
 Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
   std::erase_if(meshes_, [](const auto& entry) { return entry.second.expired(); });
+  std::erase_if(surfaces_, [](const auto& entry) { return entry.second.expired(); });
   std::erase_if(textures_, [](const auto& entry) { return entry.second.expired(); });
   std::erase_if(environments_, [](const auto& entry) { return entry.second.expired(); });
   Scene scene;
@@ -295,23 +358,23 @@ Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
       !decode_root(*encoded.blocks[0].bytes, scene, counts)) {
     return malformed("root", 0);
   }
-  const std::uint64_t maps = counts.has_environment_map ? 1 : 0;
   const std::uint64_t others = encoded.blocks.size() - 1;
-  if (counts.meshes > others || counts.textures > others - counts.meshes ||
-      maps != others - counts.meshes - counts.textures) {
-    return malformed("root", 0);
-  }
+  if (!counts.are(others)) return malformed("root", 0);
+  const std::uint64_t last_surface = counts.meshes + counts.surfaces;
   for (std::size_t i = 1; i <= others; ++i) {
-    if (i > counts.meshes + counts.textures) {
-      scene.environment_map =
-          cached<EnvironmentMap>(environments_, encoded.blocks[i], &decode_environment);
-      if (!scene.environment_map) return malformed("environment", i);
-    } else if (i <= counts.meshes) {
-      scene.meshes.push_back(cached<Mesh>(meshes_, encoded.blocks[i], &decode_mesh));
+    const SceneBlock& block = encoded.blocks[i];
+    if (i <= counts.meshes) {
+      scene.meshes.push_back(cached<Mesh>(meshes_, block, &decode_mesh));
       if (!scene.meshes.back()) return malformed("mesh", i);
-    } else {
-      scene.textures.push_back(cached<Texture>(textures_, encoded.blocks[i], &decode_texture));
+    } else if (i <= last_surface) {
+      scene.surfaces.push_back(cached<PatchSurface>(surfaces_, block, &decode_surface));
+      if (!scene.surfaces.back()) return malformed("surface", i);
+    } else if (i <= last_surface + counts.textures) {
+      scene.textures.push_back(cached<Texture>(textures_, block, &decode_texture));
       if (!scene.textures.back()) return malformed("texture", i);
+    } else {
+      scene.environment_map = cached<EnvironmentMap>(environments_, block, &decode_environment);
+      if (!scene.environment_map) return malformed("environment", i);
     }
   }
   TESSERA_RETURN_IF_ERROR(validate_scene(scene));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A scene as content-addressed blocks, which tessera-import hands over, the master keeps and
-// broadcasts, and slaves cache. A block is one mesh, one texture, the environment map, or the root
-// (everything small, with meshes and textures by block index). Equal content has equal bytes, hence
-// an equal digest, so an update sends only blocks that the receiver lacks.
+// broadcasts, and slaves cache. A block is one mesh, one surface, one texture, the environment map,
+// or the root (everything small, with the others by block index). Equal content has equal bytes,
+// hence an equal digest, so an update sends only blocks that the receiver lacks.
 //
 // Bytes. Little-endian, arrays length-prefixed by uint64 counts; layout in common/scene/README.md.
 // Every count is checked against the bytes present before memory is taken.
@@ -40,14 +40,20 @@ struct EncodedScene {
   Digest digest() const;  // SHA-256 over the block digests in order: the scene's identity
 };
 
-// Triangles of the flattened scene, from the blocks' counts alone; 0 when they cannot be read.
-std::uint64_t triangle_count_of(const EncodedScene& scene);
+// What the flattened scene consists of, from the blocks' counts alone; zeros when they cannot be
+// read. An instance of a mesh or surface that is not there counts nothing.
+struct PrimitiveCounts {
+  std::uint64_t triangles = 0, patches = 0;
+  std::uint64_t numbers = 0;      // of control points: 3 or 4 each
+  std::uint64_t trim_points = 0;  // of the patches' loops
+};
+PrimitiveCounts primitive_counts_of(const EncodedScene& scene);
 
 // Bytes of the blocks of textures and of the environment map.
 std::uint64_t texture_bytes_of(const EncodedScene& scene);
 
-// Encodes meshes and textures; a caller that encodes version after version keeps one SceneEncoder,
-// which remembers the block of each mesh and texture by pointer and hashes only new ones.
+// Encodes meshes, surfaces and textures; a caller that encodes version after version keeps one
+// SceneEncoder, which remembers the block of each of them by pointer and hashes only new ones.
 // Used by one thread.
 class SceneEncoder {
  public:
@@ -58,7 +64,8 @@ class SceneEncoder {
   std::unordered_map<const void*, std::pair<std::shared_ptr<const void>, SceneBlock>> known_;
 };
 
-// Decodes block after block; the cache shares meshes and textures with earlier versions by digest.
+// Decodes block after block; the cache shares meshes, surfaces and textures with earlier versions by
+// digest.
 // Used by one thread.
 class SceneDecoder {
  public:
@@ -68,6 +75,7 @@ class SceneDecoder {
 
  private:
   std::unordered_map<Digest, std::weak_ptr<const Mesh>, DigestHash> meshes_;
+  std::unordered_map<Digest, std::weak_ptr<const PatchSurface>, DigestHash> surfaces_;
   std::unordered_map<Digest, std::weak_ptr<const Texture>, DigestHash> textures_;
   std::unordered_map<Digest, std::weak_ptr<const EnvironmentMap>, DigestHash> environments_;
 };

@@ -4,8 +4,11 @@
 namespace tessera {
 
 std::uint64_t index_bytes_of(const EncodedScene& scene) {
-  const std::uint64_t triangles = triangle_count_of(scene);
-  return triangles == 0 ? 0 : kIndexBytesPerTriangle * triangles + texture_bytes_of(scene) / 3 * 4;
+  const PrimitiveCounts counts = primitive_counts_of(scene);
+  if (counts.triangles == 0 && counts.patches == 0) return 0;
+  return kIndexBytesPerTriangle * counts.triangles + kIndexBytesPerPatch * counts.patches +
+         kIndexBytesPerPatchNumber * counts.numbers + kIndexBytesPerTrimPoint * counts.trim_points +
+         texture_bytes_of(scene) / 3 * 4;
 }
 
 }  // namespace tessera

@@ -117,9 +117,9 @@ struct SceneBuilt {  // slave -> master: frames of this version may be leased (m
                      // committed)
   SceneVersion version = 0;
   double build_seconds = 0;
-  std::uint64_t triangle_count = 0;
+  std::uint64_t triangle_count = 0;  // and patches
   Digest scene{};  // EncodedScene::digest() of what was built (master -> app: zeros)
-  // Triangles that were put into structures for it; 0: the geometry is that of the version before.
+  // Of these, those put into structures for it; 0: the geometry is that of the version before.
   std::uint64_t built_primitives = 0;
 };
 struct SceneFailed {

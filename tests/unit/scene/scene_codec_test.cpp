@@ -109,7 +109,7 @@ TEST(SceneCodec, AMovedInstanceOfTenThousandTakesOneChunk) {
   const auto decoded = decoder.decode(before);
   ASSERT_TRUE(decoded.is_ok());
   EXPECT_EQ(decoded->instances, scene.instances);
-  // An instance takes 52 bytes, so every 1,260th would lie in two chunks.
+  // An instance takes 56 bytes, so every 1,170th would lie in two chunks.
   for (std::size_t i = 1; i < scene.instances.size(); i += i < 1500 ? 1 : 97) {
     const Instance was = scene.instances[i];
     for (std::size_t a = 0; a < 3; ++a) {
