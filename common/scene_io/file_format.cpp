@@ -61,6 +61,20 @@ bool is_collada(std::string_view head, std::uint64_t) {
   return is_text(head) && text.starts_with('<') && text.find("<COLLADA") != text.npos;
 }
 
+// Files of patches begin with a line that is their number, and nothing else.
+bool is_bpt(std::string_view head, std::uint64_t) {
+  if (!is_text(head)) return false;
+  TextScanner scanner(head);
+  while (scanner.next_line()) {
+    TextScanner words(scanner.line().substr(0, scanner.line().find('#')));
+    if (!words.next_line()) continue;
+    const std::string_view word = words.word();
+    if (word.empty()) continue;
+    return TextScanner::number_of<std::int64_t>(word).has_value() && words.word().empty();
+  }
+  return false;
+}
+
 // An OBJ file is text of which at least one line begins with a word of the format. A beginning of
 // nothing but comments is enough, too, where the file goes on behind it.
 bool is_obj(std::string_view head, std::uint64_t file_bytes) {

@@ -37,6 +37,10 @@ Result<ReadScene> read_ply(const std::string& path, const TextureLoader& load_te
 // STL, binary and text; flat, in the colour of the default material.
 Result<ReadScene> read_stl(const std::string& path);
 
+// BPT: Bezier patches with weights and trimming loops, the format that bpt_reader.cpp describes.
+// Patch i of the scene is the i-th of the file; loops lie in [0, 1]^2.
+Result<ReadScene> read_bpt(const std::string& path);
+
 // How many triangles of the mesh have no area, by equal corners or a zero cross product.
 std::uint64_t count_degenerate(const Mesh& mesh);
 void warn_degenerate(std::uint64_t count, std::vector<std::string>& warnings);

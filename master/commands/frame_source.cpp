@@ -11,6 +11,22 @@
 #include "master/look/usual_samples.h"
 
 namespace tessera::master {
+namespace {
+
+std::string counted(std::uint64_t count, const char* one, const char* more) {
+  return std::to_string(count) + " " + (count == 1 ? one : more);
+}
+
+// What is told of a scene that was loaded.
+std::string contents_of(const Scene& scene) {
+  const std::uint64_t triangles = scene.triangle_count(), patches = scene.patch_count();
+  const std::string told = counted(patches, "patch", "patches");
+  if (patches > 0 && triangles == 0) return told;
+  return counted(triangles, "triangle", "triangles") + (patches > 0 ? ", " + told : "");
+}
+
+}  // namespace
+
 Camera turned(const Camera& camera, Vec3f centre, double degrees) {
   if (degrees == 0) return camera;
   const Vec3f axis = normalize(camera.up);
@@ -58,9 +74,7 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
   const Scene& scene = source.loaded_.scene;
   if (options.has_usual_samples)
     source.settings_.samples_per_pixel = usual_samples(scene, source.settings_.renderer);
-  const std::uint64_t count = scene.triangle_count();
-  progress.finish("loaded " + options.scene + ": " + std::to_string(count) +
-                  (count == 1 ? " triangle" : " triangles"));
+  progress.finish("loaded " + options.scene + ": " + contents_of(scene));
   TESSERA_RETURN_IF_ERROR(
       source.camera_.settle(scene, source.settings_.width_px, source.settings_.height_px));
   source.orbit_degrees_ = options.orbit_degrees;

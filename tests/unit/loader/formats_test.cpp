@@ -184,6 +184,23 @@ TEST_F(Formats, StlOfBothForms) {
   }
 }
 
+TEST_F(Formats, PatchesStayPatches) {
+  const std::string bytes =
+      "1\n1 1\n-1 -1 1\n-1 1 1\n1 -1 1\n1 1 1\ntrim 1 out\nloop 3 1\n0 0\n1 0\n0 1\n";
+  const auto loaded = load("plate.bpt", bytes);
+  ASSERT_TRUE(loaded.is_ok()) << loaded.status().message();
+  EXPECT_EQ(loaded->scene.patch_count(), 1u);
+  EXPECT_EQ(loaded->scene.triangle_count(), 0u);
+  EXPECT_EQ(loaded->scene.surfaces.at(0)->patches, (std::vector<PatchForm>{{1, 1, 0, 1}}));
+  EXPECT_EQ(loaded->scene.surfaces[0]->trim_points.size(), 3u);
+  EXPECT_EQ(scene_bounds(loaded->scene).extent(), (Vec3f{2, 2, 0}));
+  EXPECT_NE(refusal("a.bpt", "1\n0 3\n").find("a.bpt:2: patch 0: degrees must lie in 1 to 15"),
+            std::string::npos);
+  EXPECT_NE(refusal("a.stl", bytes).find("is a file of Bezier patches by its content; rename it"),
+            std::string::npos);
+  EXPECT_NE(refusal("a.bpt", "v 0 0 0\n").find("is an OBJ file by its content"), std::string::npos);
+}
+
 // The content of a file decides what it is; a name that says something else is refused with a line.
 TEST_F(Formats, SuffixAndContentHaveToAgree) {
   const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
@@ -206,7 +223,8 @@ TEST_F(Formats, RandomBytesReachNoReader) {
   std::string bytes(4096, '\0');
   std::uint32_t state = 1;
   for (char& c : bytes) c = static_cast<char>((state = state * 1664525u + 1013904223u) >> 24);
-  for (const char* name : {"a.obj", "a.ply", "a.stl", "a.gltf", "a.glb", "a.fbx", "a.dae"}) {
+  for (const char* name :
+       {"a.obj", "a.ply", "a.stl", "a.gltf", "a.glb", "a.fbx", "a.dae", "a.bpt"}) {
     EXPECT_NE(refusal(name, bytes).find("the file is damaged or something else"), std::string::npos)
         << name;
   }
@@ -215,7 +233,8 @@ TEST_F(Formats, RandomBytesReachNoReader) {
 TEST_F(Formats, CutFilesAreOneLine) {
   for (const auto& [name, bytes] : {std::pair<std::string, std::string>{"a.dae", kCollada},
                                     {"a.fbx", kFbx},
-                                    {"a.stl", binary_stl()}}) {
+                                    {"a.stl", binary_stl()},
+                                    {"a.bpt", "1\n1 1\n-1 -1 1\n-1 1 1\n1 -1 1\n1 1 1\n"}}) {
     for (const double share : {0.3, 0.6, 0.9}) {
       const std::string line = refusal(
           name,
