@@ -70,6 +70,7 @@ AxisRays::AxisRays(const Scene& scene, const Bounds3f& bounds) : bounds_(bounds)
   }
   std::uint64_t crossings = 0;
   for (const Instance& instance : scene.instances) {
+    if (instance.kind != ObjectKind::kMesh) continue;
     const Mesh& mesh = *scene.meshes[instance.mesh];
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       const Triangle triangle = on_lattice(mesh, t, instance.object_to_world);

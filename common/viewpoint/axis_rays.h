@@ -32,7 +32,8 @@ class AxisRays {
   static constexpr int kSide = 48;
   static constexpr int kPoints = kSide * kSide * kSide;
 
-  // Surfaces are met by their front or back (Material::is_double_sided: always the front).
+  // Triangles are met by their front or back (Material::is_double_sided: always the front).
+  // Freeform surfaces are not seen; meshes stand for them (patch_net.h).
   // Requires: a valid scene, and its box.
   AxisRays(const Scene& scene, const Bounds3f& bounds);
 

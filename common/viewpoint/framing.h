@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Places a camera that shows a whole scene. Its distance and place follow from the projection of
-// the vertices themselves, not of a box.
+// the vertices themselves, not of a box. Vertices are those of triangles, and the points of the
+// fine control nets between which freeform surfaces lie (patch_net.h).
 //
 // For a fixed direction and opening angle each vertex must lie inside four planes through the eye.
 // Each plane is a linear constraint on the eye with the same normal for all vertices, so that of

@@ -134,6 +134,7 @@ void measure_sights(const Scene& scene, std::vector<EyePlace>& places) {
   std::sort(by_height.begin(), by_height.end(),
             [](const Sights* a, const Sights* b) { return a->from.y < b->from.y; });
   for (const Instance& instance : scene.instances) {
+    if (instance.kind != ObjectKind::kMesh) continue;
     const Mesh& mesh = *scene.meshes[instance.mesh];
     for (const auto& corners : mesh.triangles) {
       std::array<Vec3d, 3> triangle;

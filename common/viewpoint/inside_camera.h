@@ -50,7 +50,8 @@ struct EyePlace {
 inline constexpr std::size_t kEyePlacesMax = 192;
 std::vector<EyePlace> eye_places(const AxisRays& rays);
 
-// Fills the sights: what each direction meets first, from one pass over all triangles (those that
+// Fills the sights: what each direction meets first, from one pass over all triangles, without
+// freeform surfaces (those that
 // cut the level plane of an eye do so in a line, which covers a range of directions).
 void measure_sights(const Scene& scene, std::vector<EyePlace>& places);
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "common/viewpoint/patch_net.h"
+
 namespace tessera {
 namespace {
 
@@ -18,11 +20,12 @@ Vec3d along(Axis axis) {
 }  // namespace
 
 SceneOverview::SceneOverview(const Scene& scene) : map_(scene), bounds_(map_.bounds()) {
-  const AxisRays rays(scene, bounds_);
+  const Scene meshes = with_meshes_for_surfaces(scene);
+  const AxisRays rays(meshes, bounds_);
   evidence_ = evidence_of(rays);
   if (!evidence_.is_interior()) return;
   places_ = eye_places(rays);
-  measure_sights(scene, places_);
+  measure_sights(meshes, places_);
 }
 
 Camera SceneOverview::default_camera(double aspect) const {

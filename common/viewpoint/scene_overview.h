@@ -8,10 +8,11 @@
 // within (inside_camera.h), vfov 60 degrees. +y is up.
 //
 // Everything is computed here from the scene's values, in doubles, in a few passes over its
-// triangles: the answer depends on no cluster, no instruction set and no slave that may not be
-// there yet. Refused: small pictures of distances from the slaves, which do not tell a room's wall
-// from the inside of a bunny (fronts and backs look the same) and need a built scene first; the ray
-// core in the master, which would build a tree of every scene for some thousand rays.
+// triangles and patches: the answer depends on no cluster, no instruction set and no slave that may
+// not be there yet. Refused: small pictures of distances from the slaves, which do not tell a
+// room's wall from the inside of a bunny (fronts and backs look the same) and need a built scene
+// first; the ray core in the master, which would build a tree of every scene for some thousand
+// rays.
 //
 // Threads. Immutable after construction; shares the scene's meshes.
 #pragma once
@@ -33,7 +34,7 @@ class TESSERA_API SceneOverview {
   // Whether default_camera() stands inside.
   bool is_inside() const { return !places_.empty() && !evidence_.is_open(evidence_.view()); }
 
-  // `aspect` is width / height of the picture. Returns: Camera{} for a scene without triangles.
+  // `aspect` is width / height of the picture. Returns: Camera{} for a scene of nothing.
   Camera default_camera(double aspect) const;
 
   // The camera that shows all of the scene to a person who looks at it with `seen`; it keeps the

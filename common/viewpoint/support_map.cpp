@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "common/viewpoint/patch_net.h"
+
 namespace tessera {
 namespace {
 
@@ -17,7 +19,7 @@ Vec3d to_world(const Transform& t, Vec3f p) {
 }
 
 // A plane's normal and offset in the space of an instance: normal . p + offset is the height of
-// point p of the mesh along the direction in the world.
+// point p of the shape along the direction in the world.
 struct Height {
   Vec3d normal;
   double offset = 0;
@@ -65,40 +67,44 @@ struct SupportMap::Best {
   Vec3d point;
 };
 
-SupportMap::SupportMap(const Scene& scene) {
-  shapes_.resize(scene.meshes.size());
-  for (std::size_t i = 0; i < shapes_.size(); ++i) {
-    const Mesh& mesh = *scene.meshes[i];
-    Shape& shape = shapes_[i];
-    shape.mesh = scene.meshes[i];
-    const std::size_t count = mesh.triangles.size();
-    shape.run_boxes.reserve((count + kRunTriangles - 1) / kRunTriangles);
-    for (std::size_t begin = 0; begin < count; begin += kRunTriangles) {
-      Bounds3f box;
-      for (std::size_t t = begin; t < std::min(begin + kRunTriangles, count); ++t) {
-        for (const std::uint32_t vertex : mesh.triangles[t]) box.grow(mesh.positions[vertex]);
-      }
-      shape.run_boxes.push_back(box);
-      shape.box.grow(box);
-    }
-  }
-  for (const Instance& instance : scene.instances) {
-    if (!shapes_[instance.mesh].run_boxes.empty()) instances_.push_back(instance);
+void SupportMap::Shape::make_boxes() {
+  const std::size_t count = point_count();
+  run_boxes.reserve((count + kRunPoints - 1) / kRunPoints);
+  for (std::size_t begin = 0; begin < count; begin += kRunPoints) {
+    Bounds3f run;
+    for (std::size_t i = begin; i < std::min(begin + kRunPoints, count); ++i) run.grow(point(i));
+    run_boxes.push_back(run);
+    box.grow(run);
   }
 }
 
-void SupportMap::search(const Instance& instance, Vec3d direction, Best& best) const {
-  const Shape& shape = shapes_[instance.mesh];
-  const Height height(instance.object_to_world, direction);
+SupportMap::SupportMap(const Scene& scene) {
+  const std::size_t mesh_count = scene.meshes.size();
+  shapes_.resize(mesh_count + scene.surfaces.size());
+  for (std::size_t i = 0; i < shapes_.size(); ++i) {
+    if (i < mesh_count) {
+      shapes_[i].mesh = scene.meshes[i];
+    } else {
+      shapes_[i].net = fine_net(*scene.surfaces[i - mesh_count]);
+    }
+    shapes_[i].make_boxes();
+  }
+  for (const Instance& instance : scene.instances) {
+    const std::size_t shape =
+        instance.mesh + (instance.kind == ObjectKind::kPatchSurface ? mesh_count : 0);
+    if (!shapes_[shape].run_boxes.empty()) instances_.push_back({shape, instance.object_to_world});
+  }
+}
+
+void SupportMap::search(const Placed& placed, Vec3d direction, Best& best) const {
+  const Shape& shape = shapes_[placed.shape];
+  const Height height(placed.object_to_world, direction);
   const auto visit = [&](std::size_t run) {
-    const std::size_t begin = run * kRunTriangles;
-    const std::size_t end = std::min(begin + kRunTriangles, shape.mesh->triangles.size());
-    for (std::size_t t = begin; t < end; ++t) {
-      for (const std::uint32_t vertex : shape.mesh->triangles[t]) {
-        const Vec3f p = shape.mesh->positions[vertex];
-        if (const double h = height.of(p); h > best.height)
-          best = {h, to_world(instance.object_to_world, p)};
-      }
+    const std::size_t end = std::min((run + 1) * kRunPoints, shape.point_count());
+    for (std::size_t i = run * kRunPoints; i < end; ++i) {
+      const Vec3f p = shape.point(i);
+      if (const double h = height.of(p); h > best.height)
+        best = {h, to_world(placed.object_to_world, p)};
     }
   };
   best_first(
@@ -109,8 +115,8 @@ void SupportMap::search(const Instance& instance, Vec3d direction, Best& best) c
 Vec3d SupportMap::farthest(Vec3d direction) const {
   Best best;
   const auto bound = [&](std::size_t i) {
-    const Instance& instance = instances_[i];
-    return Height(instance.object_to_world, direction).bound(shapes_[instance.mesh].box);
+    const Placed& placed = instances_[i];
+    return Height(placed.object_to_world, direction).bound(shapes_[placed.shape].box);
   };
   best_first(
       instances_.size(), bound, [&] { return best.height; },
