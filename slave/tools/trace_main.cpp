@@ -41,7 +41,9 @@ Result<ReadScene> read_scene(const std::string& path) {
     });
   }
   if (suffix == ".ply") return read_ply(path);
-  return Status::invalid_argument(path + ": is neither .obj nor .ply, which is what can be read");
+  if (suffix == ".bpt") return read_bpt(path);
+  return Status::invalid_argument(path +
+                                  ": is none of .obj, .ply, .bpt, which is what can be read");
 }
 
 // What the scene's file says of pictures and materials does not matter here.
@@ -96,7 +98,7 @@ Status trace(const Words& words, const core::CastOptions& options) {
 
 void describe(CLI::App& app, Words& words) {
   app.set_version_flag("--version", std::string("tessera-trace ") + kBuildId);
-  app.add_option("SCENE", words.scene, "triangles: .obj or .ply")->required();
+  app.add_option("SCENE", words.scene, "triangles: .obj or .ply; patches: .bpt")->required();
   app.add_option("RAYS", words.rays,
                  ".csv: lines ox,oy,oz,dx,dy,dz,tmin,tmax; any other name: 8 float32 a ray")
       ->required();
@@ -117,9 +119,9 @@ void describe(CLI::App& app, Words& words) {
       ->capture_default_str();
   app.add_option("--isa", words.isa, "auto, scalar, sse4, avx2, avx512")->capture_default_str();
   app.footer(
-      "Numbers of triangles count from 0 in the order of the file, polygons as fans. A ray "
-      "that is not finite, or has no direction, is a miss.\nExit code: 0 done, 1 failed, 2 "
-      "wrong usage.");
+      "Numbers of triangles and patches count from 0 in the order of the file, polygons as fans. A "
+      "ray that is not finite, or has no direction, is a miss.\n"
+      "Exit code: 0 done, 1 failed, 2 wrong usage.");
 }
 
 int run(int argc, char** argv) {

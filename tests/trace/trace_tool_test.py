@@ -182,6 +182,33 @@ class TraceTool(unittest.TestCase):
             self.assertEqual(lines[1:], ["0,1,0.5,1,0.25,0.25,0,0,1", "1,0,,,,,,,", "2,1,3,0,0.25,0.25,0,0,1",
                                          "3,0,,,,,,,", ""])
 
+    def test_patches_are_hit_where_their_surface_is(self):
+        # z = x^2 + y^2 over [0, 1]^2 and, beside it, with a weight at every point, over [2, 3] x [0, 1].
+        square = [0, 0, 1]
+        lines = ["2"]
+        for shift, weight in ((0, ""), (2, " 2")):
+            lines += ["2 2"] + [f"{shift + i / 2} {j / 2} {square[i] + square[j]}{weight}"
+                                for i in range(3) for j in range(3)]
+        scene = self.folder / "scene.bpt"
+        scene.write_text("# paraboloids\n" + "\n".join(lines) + "\n")
+        rng = random.Random(3)
+        places = [(rng.uniform(-0.5, 3.5), rng.uniform(-0.5, 1.5)) for _ in range(2000)]
+        rays = [(f32(x), f32(y), 4, 0, 0, -2, 0, float("inf")) for x, y in places]
+        hits = self.hits(scene, self.write_rays(rays))
+        self.assertGreater(sum(h[0] for h in hits), 400)
+        for (x, y, *_), (is_hit, t, patch, u, v, *normal) in zip(rays, hits):
+            inside = 0 <= y <= 1 and (0 <= x <= 1 or 2 <= x <= 3)
+            self.assertEqual(is_hit, inside, (x, y))
+            if not inside:
+                continue
+            exact_u = x - 2 * (x >= 2)
+            self.assertEqual(patch, int(x >= 2))
+            self.assertLess(max(abs(u - exact_u), abs(v - y)), 1e-6)
+            self.assertLess(abs(t - (4 - exact_u**2 - y**2) / 2), 1e-6)
+            size = max(map(abs, normal))
+            self.assertLess(max(abs(a / normal[2] - b) for a, b in zip(normal, (-2 * exact_u, -2 * y, 1))), 1e-5 * size)
+            self.assertGreater(normal[2], 0)
+
     def test_wrong_use_says_what_is_wrong(self):
         scene = self.write_scene([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])
         rays = self.write_rays([(0, 0, 1, 0, 0, -1, 0, 9)])
@@ -190,6 +217,8 @@ class TraceTool(unittest.TestCase):
         (self.folder / "short.csv").write_text("0,0,1,0,0,-1,0\n")
         (self.folder / "odd.f32").write_bytes(bytes(33))
         (self.folder / "nan.obj").write_text("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        (self.folder / "degree.bpt").write_text("1\n0 3\n")
+        (self.folder / "empty.bpt").write_text("")
         (self.folder / "index.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n")
         for arguments, code, words in [
                 ([scene, rays], 2, "HITS"), ([scene, rays, out, "--bundle", "5"], 2, "--bundle"),
@@ -200,6 +229,9 @@ class TraceTool(unittest.TestCase):
                 ([scene, self.folder / "odd.f32", out], 1, "whole number of rays"),
                 ([self.folder / "nan.obj", rays, out], 1, "vertex 1"),
                 ([self.folder / "index.obj", rays, out], 1, ":4: vertex 4"),
+                ([self.folder / "degree.bpt", rays, out], 1, "degree.bpt:2: patch 0: degrees must lie in 1 to 15"),
+                ([self.folder / "empty.bpt", rays, out], 1, "empty.bpt: no patches"),
+                ([rays, rays, out], 1, "none of .obj, .ply, .bpt"),
                 ([scene, rays, self.folder / "no" / "hits"], 1, "cannot be written")]:
             result = run(*arguments)
             self.assertEqual(result.returncode, code, result.stderr)
