@@ -8,11 +8,12 @@
 // takes with its builder's arrays; the sum is kIndexBytesPerTriangle. tests/unit/core measures that
 // a slave stays below it.
 //
-// Per patch, from slave/core/primitive/patch/patch_layout.h: a sub-patch takes up to 120 bytes and
-// in the index with its builder's arrays 70 more. The patches of the teapot are cut into 90 at most;
-// a flat one is one sub-patch, one of high degree with many waves some hundreds. So this is cautious
-// for most models and not a bound. Control points are held as four doubles, and copied once; a point
-// of a loop with what finds it takes 96 bytes.
+// Per patch: a sub-patch has 112 bytes (slave/core/primitive/patch/patch_layout.h), its array grows
+// by doubling, and with its box, the index and its builder's arrays it takes some 420 at the peak.
+// The teapot's patches are cut into 142 on the mean, a sphere's into 122, a flat one is one
+// sub-patch, one with a cusp 548. So this is cautious for most models and not a bound; the same
+// test measures it for the teapot. Control points are held as four doubles, and copied once; a
+// point of a loop with what finds it takes 96 bytes.
 //
 // Mip levels of textures take a third of their bytes, and while they are built the level in work
 // takes 15/16 of one texture in floats (slave/core/surface/texture.h): both are estimated as 4/3 of
@@ -30,7 +31,7 @@
 namespace tessera {
 
 inline constexpr std::uint64_t kIndexBytesPerTriangle = 320;
-inline constexpr std::uint64_t kIndexBytesPerPatch = 90 * (120 + 70);
+inline constexpr std::uint64_t kIndexBytesPerPatch = 160 * 450;
 inline constexpr std::uint64_t kIndexBytesPerPatchNumber = 2 * 4 * 8 / 3 + 1;  // three a point
 inline constexpr std::uint64_t kIndexBytesPerTrimPoint = 96;
 
