@@ -12,11 +12,9 @@ struct Builtin {
   const char* name;
   LoadedScene (*make)();
 };
-constexpr Builtin kBuiltins[] = {{"cornell", make_cornell},
-                                 {"evening", make_evening},
-                                 {"room", make_room},
-                                 {"teapot", make_teapot},
-                                 {"waves", make_waves}};
+constexpr Builtin kBuiltins[] = {
+    {"cornell", make_cornell}, {"evening", make_evening},         {"room", make_room},
+    {"teapot", make_teapot},   {"teapot-mesh", make_teapot_mesh}, {"waves", make_waves}};
 
 }  // namespace
 

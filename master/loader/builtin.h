@@ -12,7 +12,8 @@ LoadedScene make_cornell();
 LoadedScene make_room();
 // The room, its lamp almost out, and a lantern that moves: only the light differs between times.
 LoadedScene make_evening();
-LoadedScene make_teapot();
+LoadedScene make_teapot();       // 32 bicubic patches
+LoadedScene make_teapot_mesh();  // the same as triangles
 LoadedScene make_waves();
 
 // A quad in a horizontal plane that shines downwards.

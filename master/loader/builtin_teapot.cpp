@@ -82,9 +82,21 @@ std::shared_ptr<const Mesh> teapot_mesh() {
   return mesh;
 }
 
-}  // namespace
+std::shared_ptr<const PatchSurface> teapot_surface() {
+  auto surface = std::make_shared<PatchSurface>();
+  for (const auto& patch : kTeapotPatches) {
+    surface->patches.push_back({3, 3, 0, 0});
+    for (std::size_t i = 0; i < 16; ++i) {
+      const Vec3f p = control_point(patch, i);
+      surface->numbers.insert(surface->numbers.end(), {p.x, p.y, p.z});
+    }
+  }
+  surface->materials = {0};
+  return surface;
+}
 
-LoadedScene make_teapot() {
+// A table and a wall, lamps and a camera; mesh 0. The teapot's material is the first.
+LoadedScene make_stage() {
   LoadedScene loaded;
   Scene& scene = loaded.scene;
   scene.materials = {matte("porcelain", {0.75f, 0.72f, 0.66f}),
@@ -94,13 +106,29 @@ LoadedScene make_teapot() {
   surroundings.quad({-12, 0, 12}, {12, 0, 12}, {12, 0, -9}, {-12, 0, -9}, 1);
   surroundings.quad({-12, 0, -9}, {12, 0, -9}, {12, 12, -9}, {-12, 12, -9}, 3);
   add_ceiling_light(surroundings, {-3.5f, 9, 4}, 1.5f, 1.5f, 2);
-  scene.meshes = {teapot_mesh(), surroundings.finish()};
-  scene.instances = {{0, {}}, {1, {}}};
+  scene.meshes = {surroundings.finish()};
+  scene.instances = {{0, {}}};
   Light fill;
   fill.position = {7, 6, 8};
   fill.intensity = {25, 28, 34};
   scene.lights = {fill};
   scene.camera = Camera{{1.5f, 4.6f, 9.5f}, {0.1f, 1.4f, 0}, {0, 1, 0}, 34};
+  return loaded;
+}
+
+}  // namespace
+
+LoadedScene make_teapot() {
+  LoadedScene loaded = make_stage();
+  loaded.scene.surfaces = {teapot_surface()};
+  loaded.scene.instances.insert(loaded.scene.instances.begin(), {0, {}, ObjectKind::kPatchSurface});
+  return loaded;
+}
+
+LoadedScene make_teapot_mesh() {
+  LoadedScene loaded = make_stage();
+  loaded.scene.meshes.insert(loaded.scene.meshes.begin(), teapot_mesh());
+  loaded.scene.instances = {{0, {}}, {1, {}}};
   return loaded;
 }
 

@@ -24,10 +24,11 @@ WIDTH, HEIGHT, EDGE, FRAMES = 640, 480, 32, 4
 COLUMNS, ROWS = -(-WIDTH // EDGE), -(-HEIGHT // EDGE)
 # With these samples per pixel one thread of today is about as fast as a CPU of the thesis's cluster.
 SCENES = {"waves": 4, "cornell": 4, "teapot": 2, "room": 4}
+BUILTINS = {"teapot": "teapot-mesh"}  # where they have other names
 
 
 def words(scene):
-    return ["render", f"builtin:{scene}", "--renderer", "direct", "--aa", str(SCENES[scene]), "--size",
+    return ["render", f"builtin:{BUILTINS.get(scene, scene)}", "--renderer", "direct", "--aa", str(SCENES[scene]), "--size",
             f"{WIDTH}x{HEIGHT}", "--tile", str(EDGE), "--pixels", "display8", "--threads", "1", "--orbit", "12",
             "--frames", f"0:{FRAMES - 1}", "--quiet"]
 

@@ -95,8 +95,8 @@ def check_colour_stays(folder):
     planes = None
     for renderer in ("direct", "path", "igi"):
         options = [*SIZE, *STEADY, "--renderer", renderer, "--aa", "2"]
-        plain = folder.exr("builtin:teapot", f"plain-{renderer}.exr", *options)
-        rich = folder.exr("builtin:teapot", f"aov-{renderer}.exr", *options, "--aov", AOVS)
+        plain = folder.exr("builtin:teapot-mesh", f"plain-{renderer}.exr", *options)
+        rich = folder.exr("builtin:teapot-mesh", f"aov-{renderer}.exr", *options, "--aov", AOVS)
         assert sorted(plain.channels) == ["B", "G", "R"], plain.channels.keys()
         assert sorted(rich.channels) == sorted(["R", "G", "B", *CHANNELS]), rich.channels.keys()
         for name in "RGB":

@@ -41,10 +41,30 @@ TEST(Builtin, TheRoomIsLargeAndFullOfThinParts) {
   EXPECT_LT(scene.triangle_count(), 1'000'000u);
 }
 
+TEST(Builtin, TheTeapotIsItsPatches) {
+  const Scene patches = make("teapot").scene, triangles = make("teapot-mesh").scene;
+  EXPECT_EQ(patches.patch_count(), 32u);
+  EXPECT_EQ(patches.triangle_count(), 6u) << "table, wall and lamp";
+  EXPECT_EQ(triangles.patch_count(), 0u);
+  EXPECT_EQ(triangles.triangle_count(), 6u + 32 * 28 * 28 * 2);
+  EXPECT_EQ(patches.materials, triangles.materials);
+  EXPECT_EQ(patches.lights, triangles.lights);
+  // Corners of patches are points of the mesh, which lie on a grid of 2^-20.
+  const Mesh& mesh = *triangles.meshes[0];
+  constexpr std::size_t kStride = 29;
+  for (PatchCursor at(*patches.surfaces[0]); at.is_any(); at.advance()) {
+    const std::size_t first = at.patch() * kStride * kStride;
+    const std::pair<std::size_t, std::size_t> corners[] = {
+        {0, 0}, {3, kStride - 1}, {12, (kStride - 1) * kStride}, {15, kStride * kStride - 1}};
+    for (const auto& [point, vertex] : corners)
+      EXPECT_LT(length(at.point(point) - mesh.positions[first + vertex]), 1e-6f) << at.patch();
+  }
+}
+
 // Every edge of the teapot's inside joins two triangles, up to its open rims: the patches share
 // their border points.
 TEST(Builtin, TheTeapotHasNoCracksBetweenItsPatches) {
-  const Scene scene = make("teapot").scene;
+  const Scene scene = make("teapot-mesh").scene;
   std::map<std::pair<std::array<float, 3>, std::array<float, 3>>, int> uses;
   const auto key = [](Vec3f p) { return std::array<float, 3>{p.x, p.y, p.z}; };
   std::uint64_t edges = 0;

@@ -26,7 +26,7 @@ Scene builtin(const char* name) {
 TEST(SceneOverview, ClosedRoomsAreShownFromWithinAndThingsFromOutside) {
   for (const auto& [name, is_inside] :
        {std::pair("room", true), std::pair("evening", true), std::pair("cornell", false),
-        std::pair("teapot", false), std::pair("waves", false)}) {
+        std::pair("teapot", false), std::pair("teapot-mesh", false), std::pair("waves", false)}) {
     const Scene scene = builtin(name);
     const SceneOverview overview(scene);
     const Camera camera = overview.default_camera(4.0 / 3);
