@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cells over the pieces of a patch's trimming loops: what a point asks is the pieces of its cell.
+//
+// A cell [u, u + width) x [v, v + height) lists the pieces that pass through it. From a point of it
+// a path leads towards +u to the cell's right side and down that side to its lower end. A piece is
+// crossed by the first part where a ray crosses it before the side, and by the second where it
+// passes the side at v_edge below the point; together, whether the point is on the upper side of
+// the piece as far as the cell sees it:
+//   rises: v >= v_edge or a ray crosses it;  falls: v >= v_edge and no ray crosses it.
+// The count's parity and the cell's own (is_odd), which is that of the path's end, make the answer.
+// So loops elsewhere cost nothing, wherever they lie (grids of inclusion bits, as for polygons in
+// E. Haines, "Point in polygon strategies", Graphics Gems IV, 1994; cells over trimming curves: A.
+// Schollmeyer, B. Froehlich, "Direct trimming of NURBS surfaces on the GPU", SIGGRAPH 2009).
+//
+// is_odd is found at a point of the cell from which all listed pieces are further than what answers
+// may be off by, by the list of the cell that this one was cut from. So no rounding of where a
+// piece passes a border decides it. A cell in which no such point is found keeps that longer list.
+//
+// Grids have powers of two as sides, so borders and places of points are exact. A cell that lists
+// many pieces is a grid again.
+//
+// Threads. Built by one, then never changed.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "slave/core/primitive/patch/trim_piece.h"
+
+namespace tessera::core {
+
+// Grids one in the other at most, with that of the whole square.
+inline constexpr int kTrimGridsMax = 5;
+
+struct TrimListed {
+  std::uint32_t piece;
+  float v_edge;  // infinite, + or - as the piece rises or falls, where it does not pass the side
+};
+
+struct TrimCell {
+  std::uint32_t first = 0;  // of its list, or the number of its grid
+  std::uint32_t count : 30 = 0;
+  std::uint32_t is_grid : 1 = 0;
+  std::uint32_t is_odd : 1 = 0;
+};
+static_assert(sizeof(TrimCell) == 8);
+
+struct TrimGrid {
+  double u, v, per_u, per_v;  // origin, cells per unit
+  std::uint32_t first, columns,
+      rows;  // cell (column, row) is number first + row * columns + column
+};
+
+// Pieces and cells of all patches of a surface.
+struct TrimCells {
+  std::vector<TrimCoefficient> coefficients;
+  std::vector<TrimPiece> pieces;
+  std::vector<TrimListed> listed;
+  std::vector<TrimCell> cells;
+  std::vector<TrimGrid> grids;
+
+  // Whether a piece counts for a point of the cell that lists it.
+  bool counts(const TrimListed& of, double u, double v, std::uint64_t& points) const {
+    const TrimPiece& piece = pieces[of.piece];
+    const bool is_beyond = v >= double{of.v_edge};
+    if (piece.falls != 0) return is_beyond && !crosses(piece, coefficients.data(), u, v, points);
+    return is_beyond || crosses(piece, coefficients.data(), u, v, points);
+  }
+};
+
+struct TrimCellOptions {
+  int cells_per_piece = 4;     // of a list that is cut
+  int crowd = 6;               // a list of more is cut again
+  int entries_per_piece = 64;  // in the lists of all cells of a patch, at most
+};
+
+// Appends grids, cells and lists over the pieces [first, end). is_odd: parity that is added to
+// all. Returns: the cell that is the whole square.
+TrimCell build_cells(TrimCells& to, std::uint32_t first, std::uint32_t end, bool is_odd,
+                     const TrimCellOptions& options = {});
+
+}  // namespace tessera::core

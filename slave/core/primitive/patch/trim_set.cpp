@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "slave/core/primitive/patch/trim_set.h"
+
+#include <algorithm>
+
+#include "common/base/check.h"
+#include "slave/core/primitive/patch/trim_splitting.h"
+
+namespace tessera::core {
+namespace {
+
+// Reads the loops of a surface, patch after patch.
+class LoopReader {
+ public:
+  LoopReader(const PatchSurface& surface, TrimCells& to) : surface_(surface), to_(to) {}
+
+  void read_loop() {
+    TESSERA_CHECK(loop_ < surface_.segment_counts.size());
+    const std::uint32_t segments = surface_.segment_counts[loop_++];
+    TESSERA_CHECK(segments >= 1 && surface_.degrees.size() - segment_ >= segments);
+    const std::size_t begin = point_;
+    for (std::uint32_t i = 0; i < segments; ++i) {
+      const std::size_t degree = surface_.degrees[segment_++];
+      TESSERA_CHECK(degree >= 1 && degree <= static_cast<std::size_t>(kTrimDegreeMax));
+      TESSERA_CHECK(surface_.trim_points.size() - point_ >= degree);
+      const auto points = surface_.trim_points.begin() + static_cast<std::ptrdiff_t>(point_);
+      of_segment_.assign(points, points + static_cast<std::ptrdiff_t>(degree));
+      point_ += degree;
+      const std::size_t end = i + 1 == segments ? begin : point_;
+      TESSERA_CHECK_LT(end, surface_.trim_points.size());
+      of_segment_.push_back(surface_.trim_points[end]);
+      add_segment(i + 1 == segments);
+    }
+  }
+
+ private:
+  void add_segment(bool is_last) {
+    const auto first = static_cast<std::uint32_t>(to_.coefficients.size());
+    TESSERA_CHECK(first < kTrimCoefficientsMax - kTrimDegreeMax);
+    const int degree = static_cast<int>(of_segment_.size()) - 1;
+    for (int i = 0; i < degree + (is_last ? 1 : 0); ++i)
+      to_.coefficients.push_back(
+          coefficient_of(of_segment_[static_cast<std::size_t>(i)], degree, i));
+    split_segment(of_segment_, first, to_.pieces);
+  }
+
+  const PatchSurface& surface_;
+  TrimCells& to_;
+  std::size_t loop_ = 0, segment_ = 0, point_ = 0;
+  std::vector<TrimPoint> of_segment_;
+};
+
+// NaN becomes 0.
+double in_square(double x) { return x > 0 ? std::min(x, 1.0) : 0.0; }
+
+std::uint32_t cell_index(double x, double origin, double per_unit, std::uint32_t count) {
+  return std::min(static_cast<std::uint32_t>((x - origin) * per_unit), count - 1);
+}
+
+}  // namespace
+
+TrimSet::TrimSet(const PatchSurface& surface, const TrimCellOptions& options) {
+  if (surface.loop_counts.empty()) return;
+  TESSERA_CHECK_EQ(surface.loop_counts.size(), surface.patches.size());
+  LoopReader reader(surface, cells_);
+  for (std::size_t p = 0; p < surface.patches.size(); ++p) {
+    const auto first = static_cast<std::uint32_t>(cells_.pieces.size());
+    for (std::uint32_t i = 0; i < surface.loop_counts[p]; ++i) reader.read_loop();
+    const auto end = static_cast<std::uint32_t>(cells_.pieces.size());
+    // A patch without loops is whole, whatever it keeps. A set bit of a cell says: left out.
+    const bool is_whole = surface.loop_counts[p] == 0 || surface.patches[p].keeps_outside != 0;
+    whole_.push_back(build_cells(cells_, first, end, !is_whole, options));
+  }
+  cells_.cells.shrink_to_fit();
+  cells_.coefficients.shrink_to_fit();
+  cells_.pieces.shrink_to_fit();
+  cells_.listed.shrink_to_fit();
+  cells_.grids.shrink_to_fit();
+}
+
+bool TrimSet::is_kept(std::uint32_t patch, double u, double v, TrimSteps& steps) const {
+  if (patch >= whole_.size()) return true;
+  u = in_square(u);
+  v = in_square(v);
+  TrimCell cell = whole_[patch];
+  while (cell.is_grid != 0) {
+    ++steps.cells;
+    const TrimGrid& grid = cells_.grids[cell.first];
+    const std::uint32_t column = cell_index(u, grid.u, grid.per_u, grid.columns);
+    const std::uint32_t row = cell_index(v, grid.v, grid.per_v, grid.rows);
+    cell = cells_.cells[std::size_t{grid.first} + std::size_t{row} * grid.columns + column];
+  }
+  steps.pieces += cell.count;
+  bool is_left_out = cell.is_odd != 0;
+  const TrimListed* const list = cells_.listed.data() + cell.first;
+  for (std::uint32_t i = 0; i < cell.count; ++i)
+    is_left_out ^= cells_.counts(list[i], u, v, steps.points);
+  return !is_left_out;
+}
+
+std::uint64_t TrimSet::kept(std::uint32_t patch, std::span<const TrimPlace> places) const {
+  TESSERA_CHECK_LE(places.size(), 64u);
+  std::uint64_t bits = 0;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    bits |= std::uint64_t{is_kept(patch, places[i].u, places[i].v)} << i;
+  return bits;
+}
+
+std::size_t TrimSet::bytes() const {
+  return cells_.coefficients.size() * sizeof(TrimCoefficient) +
+         cells_.pieces.size() * sizeof(TrimPiece) + cells_.listed.size() * sizeof(TrimListed) +
+         cells_.cells.size() * sizeof(TrimCell) + cells_.grids.size() * sizeof(TrimGrid) +
+         whole_.size() * sizeof(TrimCell);
+}
+
+}  // namespace tessera::core

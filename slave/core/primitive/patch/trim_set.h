@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which points of the patches of a surface are kept by its trimming loops.
+//
+// What holds. is_kept() is right for every point further than 4 u (u = 2^-24) from all loops of its
+// patch, in the square's units (trim_piece.h); what is nearer gets one answer, the same on every
+// instruction set. What u and v are off by themselves comes on top and is the caller's. Points
+// beyond the square count as the nearest one in it, NaN as 0.
+//
+// Work. At most kTrimGridsMax cells one in the other, then the pieces of one list, each with at most
+// kTrimStepsMax points. With loops beside each other that is one cell and fewer than two pieces in
+// the mean, however many loops there are; with k loops one in the other, some k / 60 pieces. A list
+// has all pieces of a patch at most, and that only where they all pass one cell of 2^-17.
+//
+// Memory. A segment of degree 3 has 72 bytes of coefficients; 48 for a piece, of which it has 1 to
+// 2 in general; 4 to 8 cells of 8 bytes, and 8 bytes for each time that a piece passes a cell, at
+// most 64 times. slave/core/decisions/trims.md has measured ones.
+//
+// Threads. Prepared by one thread, then never changed: any number may ask.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/scene/patch_surface.h"
+#include "slave/core/primitive/patch/trim_cells.h"
+
+namespace tessera::core {
+
+class TrimSet {
+ public:
+  TrimSet() = default;  // of a surface without trims
+
+  // Requires: counts that add up, loops of at least one segment, degrees of 1 to kPatchDegreesMax,
+  // coordinates in [0, 1], weights > 0 and finite.
+  explicit TrimSet(const PatchSurface& surface, const TrimCellOptions& options = {});
+
+  bool is_trimmed(std::uint32_t patch) const {
+    return patch < whole_.size() &&
+           (whole_[patch].is_grid != 0 || whole_[patch].count != 0 || whole_[patch].is_odd != 0);
+  }
+
+  // patch: number of one of the surface's patches.
+  bool is_kept(std::uint32_t patch, double u, double v) const {
+    TrimSteps steps;
+    return is_kept(patch, u, v, steps);
+  }
+
+  // The same, and adds to what it took.
+  bool is_kept(std::uint32_t patch, double u, double v, TrimSteps& steps) const;
+
+  // Several points of one patch. Returns: bit i is set where places[i] is kept.
+  // Requires: at most 64 places.
+  std::uint64_t kept(std::uint32_t patch, std::span<const TrimPlace> places) const;
+
+  const TrimCells& cells() const { return cells_; }
+  std::size_t bytes() const;
+
+ private:
+  TrimCells cells_;
+  std::vector<TrimCell>
+      whole_;  // [patch_count]: the square of each; empty where nothing is trimmed
+};
+
+}  // namespace tessera::core
