@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+// Property: of every point further than 4 u (u = 2^-24) from all trimming loops of a patch, it is
+// answered rightly whether the loops keep it, for all classes of loops that are hard; and loops
+// elsewhere cost nothing. TESSERA_LONG=1 asks for ten times as many points.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <iostream>
+#include <limits>
+#include <optional>
+#include <ostream>
+#include <utility>
+#include <vector>
+
+#include "slave/core/primitive/patch/trim_set.h"
+#include "tests/support/choices.h"
+#include "tests/support/trim_reference.h"
+#include "tests/support/trim_shapes.h"
+
+namespace tessera {
+namespace {
+
+using core::TrimPlace;
+using core::TrimSet;
+using core::TrimSteps;
+using test::TrimAsk;
+using test::TrimClass;
+
+constexpr double kTolerance = 4 * 0x1p-24;
+
+int asks(int few) { return std::getenv("TESSERA_LONG") == nullptr ? few : 10 * few; }
+
+struct Class {
+  const char* name;
+  TrimClass kind;
+  int scenes;
+};
+void PrintTo(const Class& c, std::ostream* out) { *out << c.name; }
+
+struct Counts {
+  int far = 0, near = 0, wrong = 0, kept = 0;
+  TrimSteps steps;
+
+  void add(const Counts& other) {
+    far += other.far;
+    near += other.near;
+    wrong += other.wrong;
+    kept += other.kept;
+    steps.pieces += other.steps.pieces;
+    steps.points += other.steps.points;
+  }
+  double pieces() const { return static_cast<double>(steps.pieces) / (far + near); }
+  double points() const { return static_cast<double>(steps.points) / (far + near); }
+};
+
+// Asks one patch and the reference.
+class Judge {
+ public:
+  explicit Judge(const PatchSurface& surface) : set_(surface), reference_(surface, 0, kTolerance) {}
+
+  bool answer(const TrimAsk& at) const { return set_.is_kept(0, at.u, at.v); }
+
+  // Points too near to a loop are right in any case.
+  bool is_right(const TrimAsk& at) {
+    const std::optional<bool> right = reference_.is_kept(at.u, at.v);
+    const bool answer = set_.is_kept(0, at.u, at.v, counts_.steps);
+    if (!right.has_value()) {
+      ++counts_.near;
+      return true;
+    }
+    ++counts_.far;
+    counts_.kept += *right;
+    if (answer == *right) return true;
+    ++counts_.wrong;
+    return false;
+  }
+
+  // The v of an end of a piece: of a segment, or where u or v turns.
+  double level(test::Choices& choices) const {
+    const auto& pieces = set_.cells().pieces;
+    if (pieces.empty()) return 0.5;  // a loop that is one point
+    const unsigned chosen = choices.below(2 * static_cast<unsigned>(pieces.size()));
+    return pieces[chosen / 2].v[chosen % 2];
+  }
+
+  const Counts& counts() const { return counts_; }
+
+ private:
+  const TrimSet set_;
+  test::TrimReference reference_;
+  Counts counts_;
+};
+
+class Trims : public testing::TestWithParam<Class> {};
+
+TEST_P(Trims, EveryPointAwayFromTheLoopsIsRight) {
+  const Class& c = GetParam();
+  test::Choices choices(100 + static_cast<unsigned>(c.kind));
+  Counts all;
+  for (int scene = 0; scene < c.scenes; ++scene) {
+    test::TrimShapes shapes(c.kind, choices);
+    Judge judge(shapes.surface());
+    const int wanted = asks(100'000) / c.scenes;
+    for (int i = 0; i < 4 * wanted && judge.counts().far < wanted; ++i) {
+      TrimAsk at = shapes.ask();
+      if (i % 8 == 0) at.v = judge.level(choices);
+      if (judge.is_right(at) || all.wrong + judge.counts().wrong > 3) continue;
+      ADD_FAILURE() << "scene " << scene << ": (" << std::hexfloat << at.u << ", " << at.v
+                    << ") is " << (judge.answer(at) ? "left out" : "kept");
+    }
+    all.add(judge.counts());
+  }
+  EXPECT_EQ(all.wrong, 0) << "of " << all.far;
+  // What says nothing tests nothing.
+  EXPECT_GE(all.far, asks(100'000) * 9 / 10);
+  EXPECT_GT(all.kept, all.far / 100);
+  EXPECT_LT(all.kept, all.far - all.far / 100);
+  std::cout << c.name << ": " << all.far << " points, " << all.near << " too near; " << all.pieces()
+            << " pieces and " << all.points() << " points of them a query\n";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, Trims,
+    testing::Values(
+        Class{"smooth", TrimClass::kSmooth, 100}, Class{"level", TrimClass::kLevel, 100},
+        Class{"cusps", TrimClass::kCusps, 100}, Class{"touching", TrimClass::kTouching, 20},
+        Class{"tiny", TrimClass::kTiny, 50}, Class{"nested", TrimClass::kNested, 20},
+        Class{"border", TrimClass::kBorder, 100}, Class{"strips", TrimClass::kStrips, 100},
+        Class{"many", TrimClass::kMany, 20}, Class{"degrees", TrimClass::kDegrees, 100},
+        Class{"weights", TrimClass::kWeights, 100}, Class{"wild", TrimClass::kWildWeights, 100},
+        Class{"crossing", TrimClass::kCrossing, 100}),
+    [](const testing::TestParamInfo<Class>& of) { return of.param.name; });
+
+// Loops beside each other, with as much room for each; or one in the other; or tall and thin.
+enum class Layout { kBeside, kNested, kStrips };
+
+PatchSurface layout(Layout of, int loops) {
+  PatchSurface surface = test::plain_patch(true);
+  const int side = static_cast<int>(std::ceil(std::sqrt(loops)));
+  for (int i = 0; i < loops; ++i) {
+    const float cell = 1 / static_cast<float>(of == Layout::kBeside ? side : loops);
+    const auto at = [&](int place) { return (static_cast<float>(place) + 0.5f) * cell; };
+    if (of == Layout::kBeside) {
+      test::add_circle(surface, at(i % side), at(i / side), 0.3f * cell);
+    } else if (of == Layout::kNested) {
+      test::add_circle(surface, 0.5f, 0.5f, 0.5f * at(i));
+    } else {
+      test::add_rectangle(surface, at(i) - 0.3f * cell, 0.1f, at(i) + 0.3f * cell, 0.9f);
+    }
+  }
+  return surface;
+}
+
+// What a point costs in the mean: cells, pieces and points of pieces.
+double steps_of(const TrimSet& set) {
+  test::Choices choices(7);
+  TrimSteps steps;
+  constexpr int kAsks = 20'000;
+  for (int i = 0; i < kAsks; ++i)
+    (void)set.is_kept(0, double{choices.share()}, double{choices.share()}, steps);
+  return static_cast<double>(steps.cells + steps.pieces + steps.points) / kAsks;
+}
+
+TEST(TrimSteps, AThousandLoopsCostLittleMoreThanOne) {
+  for (const auto& [of, most] : {std::pair{Layout::kBeside, 2.0}, std::pair{Layout::kStrips, 2.0},
+                                 std::pair{Layout::kNested, 64.0}}) {
+    const double one = steps_of(TrimSet(layout(of, 1)));
+    const TrimSet many(layout(of, 1000));
+    EXPECT_LT(steps_of(many), most * one);
+    std::cout << "one loop " << one << ", 1,000 loops " << steps_of(many)
+              << " steps; bytes a segment " << static_cast<double>(many.bytes()) / 4000 << "\n";
+  }
+}
+
+TEST(TrimSet, PatchesHaveLoopsOfTheirOwn) {
+  PatchSurface surface = test::plain_patch(false);
+  test::add_rectangle(surface, 0.25f, 0.25f, 0.75f, 0.75f);
+  for (const bool keeps_outside : {false, true, true}) {
+    surface.patches.push_back(surface.patches[0]);
+    surface.patches.back().keeps_outside = keeps_outside ? 1 : 0;
+    surface.loop_counts.push_back(0);
+  }
+  test::add_circle(surface, 0.5f, 0.5f, 0.25f);
+  const TrimSet set(surface);
+  const bool kept[4][2] = {{true, false}, {true, true}, {true, true}, {false, true}};
+  for (std::uint32_t p = 0; p < 4; ++p) {
+    EXPECT_EQ(set.is_trimmed(p), p == 0 || p == 3);
+    EXPECT_EQ(set.is_kept(p, 0.5, 0.5), kept[p][0]) << p;
+    EXPECT_EQ(set.is_kept(p, 0.1, 0.9), kept[p][1]) << p;
+  }
+  EXPECT_FALSE(TrimSet(test::plain_patch(true)).is_trimmed(0));
+  EXPECT_FALSE(TrimSet().is_trimmed(0));
+  EXPECT_TRUE(TrimSet().is_kept(0, 0.5, 0.5));
+}
+
+TEST(TrimSet, SeveralPointsAreAnsweredAsEachAlone) {
+  const TrimSet set(layout(Layout::kNested, 40));
+  test::Choices choices(9);
+  std::vector<TrimPlace> places;
+  for (int i = 0; i < 64; ++i) places.push_back({double{choices.share()}, double{choices.share()}});
+  const std::uint64_t bits = set.kept(0, places);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    EXPECT_EQ((bits >> i & 1) != 0, set.is_kept(0, places[i].u, places[i].v));
+  EXPECT_NE(bits, 0u);
+  EXPECT_NE(~bits, 0u);
+}
+
+TEST(TrimSet, WhatIsNotInTheSquareCountsAsTheNearestPoint) {
+  PatchSurface surface = test::plain_patch(false);
+  test::add_rectangle(surface, 0.5f, 0, 1, 1);
+  const TrimSet set(surface);
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double low : {-kInf, -1.0, -0.0, nan}) EXPECT_FALSE(set.is_kept(0, low, 0.5));
+  EXPECT_EQ(set.is_kept(0, 0.75, nan), set.is_kept(0, 0.75, 0));
+  EXPECT_EQ(set.is_kept(0, 7, 0.5), set.is_kept(0, 1, 0.5));
+  EXPECT_EQ(set.is_kept(0, kInf, 0.5), set.is_kept(0, 1, 0.5));
+}
+
+}  // namespace
+}  // namespace tessera
