@@ -18,6 +18,7 @@
 #include "tests/bench/run_facts.h"
 #include "tests/bench/scenes.h"
 #include "tests/bench/thesis_suite.h"
+#include "tests/bench/trim_suite.h"
 
 namespace {
 
@@ -60,6 +61,7 @@ tessera::Status run(std::vector<std::string> suites,
                            : suite == "gi"     ? tessera::bench::run_gi_suite
                            : suite == "moves"  ? tessera::bench::run_move_suite
                            : suite == "patch"  ? tessera::bench::run_patch_suite
+                           : suite == "trims"  ? tessera::bench::run_trim_suite
                            : suite == "thesis" ? tessera::bench::run_thesis_suite
                                                : tessera::bench::run_accuracy_suite;
     tessera::bench::CoreSuiteOptions of_suite = options;
@@ -114,12 +116,13 @@ int main(int argc, char** argv) {
          "SUITE", suites,
          "core: rays per CPU-second; build: time to build; accuracy: errors on hard cases; "
          "moves: time to prepare a scene in which one instance moved; "
+         "trims: whether points of patches are kept, by the number of loops; "
          "thesis: its tables of steps and tests; exchange: the master's tiles per second, beside "
          "a bare epoll loop; gi: global illumination, its speed and its error, on scenes of its "
          "own; "
          "default: the first three")
       ->check(CLI::IsMember(
-          {"core", "build", "accuracy", "moves", "patch", "thesis", "exchange", "gi"}));
+          {"core", "build", "accuracy", "moves", "patch", "trims", "thesis", "exchange", "gi"}));
   std::vector<std::string> scene_names = tessera::bench::scene_names();
   for (const std::string& name : tessera::bench::gi_scene_names()) scene_names.push_back(name);
   scene_names.push_back("crowd");

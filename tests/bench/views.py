@@ -147,12 +147,31 @@ def moves_table(runs, _):
     return columns, rows
 
 
+def trims_table(runs, _):
+    """Shows what it costs to ask whether a point is kept: nanoseconds, and pieces and points of them that were looked at."""
+    ways = ("cells", "tree", "linear")
+    columns = ["loops"] + [f"{way}: ns; pieces, points" for way in ways] + ["cells, bytes a segment", "cells are prepared in ms"]
+    rows = {}
+    for run in runs:
+        for row in run["trims"]:
+            rows.setdefault((row["loops"], row["layout"]), []).append(row)
+    made = []
+    for (loops, layout), found in rows.items():
+        cells = [f"{loops:,} {layout}"]
+        for way in ways:
+            steps = [found[0][way][key] for key in ("pieces", "points")]
+            cells.append(f"{span([row[way]['ns'] for row in found])}; {steps[0]:.2f}, {steps[1]:.2f}")
+        cells.append(f"{found[0]['cells_bytes_a_segment']:.0f}")
+        made.append(cells + [span([1e3 * row["prepare_cpu_seconds"] for row in found])])
+    return columns, made
+
+
 VIEWS = {"rays": lambda runs, rest: rays_table(runs, f"embree {rest or 'medium'}"), "modes": modes_table, "builds": builds_table}
 
 
 def table_of(runs, view):
     name, _, rest = view.partition(" ")
-    for suite, table in (("moves", moves_table), ("build", build_table)):
+    for suite, table in (("moves", moves_table), ("trims", trims_table), ("build", build_table)):
         if name == suite and suite in runs[0]:
             return table(runs, rest)
     if name in VIEWS and "core" in runs[0]:
