@@ -6,6 +6,7 @@
 #include "common/math/vec3d.h"
 #include "slave/core/light/emitter_texture.h"
 #include "slave/core/primitive/freeform/patch_point.h"
+#include "slave/core/primitive/patch/patch_answer_abi.h"
 #include "slave/core/primitive/patch/patch_evaluation.h"
 #include "slave/core/primitive/patch/sub_patch_range.h"
 #include "slave/core/surface/opacity.h"
@@ -25,6 +26,7 @@ PatchEmitterPoint point_at(const PatchStore& patches, const Emitter& emitter, do
   on.u = static_cast<float>(u);
   on.v = static_cast<float>(v);
   if (!(size > 0)) return on;
+  if (part.is_trimmed && !is_kept(patches.patches[part.patch], u, v)) return on;
   on.normal = rounded((emitter.is_back ? -1 / size : 1 / size) * across);
   on.area = static_cast<float>(size * 4 * range.half_u * range.half_v);
   return on;

@@ -19,7 +19,7 @@ namespace tessera::core {
 struct PatchEmitterPoint {
   Vec3f point;
   Vec3f normal;    // unit, of the side that emits
-  float area = 0;  // one over the pdf by area; 0 where the surface is a line
+  float area = 0;  // one over the pdf by area; 0 where nothing is there
   float u = 0, v = 0;
 };
 

@@ -4,10 +4,12 @@
 // scatter is that of closed forms.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
 
+#include "slave/core/primitive/patch/patch_answer_abi.h"
 #include "slave/core/primitive/patch/patch_evaluation.h"
 #include "slave/core/scene/prepared_scene_impl.h"
 #include "slave/core/scene/ray_caster.h"
@@ -66,8 +68,10 @@ class BruteForce {
                                   ray.t_min};
     if (!(ray.t_min <= ray.t_max)) return {};
     for (const SubPatch& part : patches_.parts) {
-      const PatchHit hit = patch_hit(patches_.patches[part.patch], part, as_patches_see, *solver_);
-      const auto t = static_cast<float>(hit.t);
+      const PatchAnswer hit =
+          patch_answer(patches_.patches[part.patch], part, as_patches_see.origin,
+                       as_patches_see.direction, ray.t_min);
+      const float t = hit.t;
       if (!hit.is_hit || t < ray.t_min || t > ray.t_max) continue;
       const std::uint32_t number = patch_numbers_[part.patch];
       if (best.is_hit && !(t < best.t || (t == best.t && number < best.primitive))) continue;
@@ -80,7 +84,6 @@ class BruteForce {
   std::vector<std::uint32_t> triangle_numbers_, patch_numbers_;
   PatchStore patches_;
   std::shared_ptr<const PreparedScene> meshes_;
-  std::unique_ptr<CompleteSolver> solver_ = std::make_unique<CompleteSolver>();
 };
 
 std::vector<CastRay> rays_at(const std::string& shape, std::size_t count) {
@@ -119,7 +122,9 @@ bool is_same(const CastHit& a, const CastHit& b) {
          bits(a.u) == bits(b.u) && bits(a.v) == bits(b.v);
 }
 
-void expect_as_brute_force(const Scene& scene, const std::string& shape, std::size_t count) {
+// least_hits: one in so many rays has to hit.
+void expect_as_brute_force(const Scene& scene, const std::string& shape, std::size_t count,
+                           std::size_t least_hits = 4) {
   const auto prepared = PreparedScene::build(scene, {});
   ASSERT_TRUE(prepared.is_ok());
   BruteForce brute_force(scene);
@@ -130,7 +135,7 @@ void expect_as_brute_force(const Scene& scene, const std::string& shape, std::si
     wanted.push_back(brute_force.trace(ray));
     hit_count += wanted.back().is_hit;
   }
-  EXPECT_GT(hit_count, count / 4);
+  EXPECT_GT(hit_count, count / least_hits);
   for (const Isa isa : test::isas_here()) {
     for (const int bundle : {1, 4, 16, 64}) {
       SCOPED_TRACE(std::string(isa_name(isa)) + " bundle " + std::to_string(bundle));
@@ -180,6 +185,94 @@ Scene mixed_scene() {
 
 TEST(PatchScenes, MeshesAndMovedSurfacesAreMetAndCountedInOrder) {
   expect_as_brute_force(mixed_scene(), "torus", count_of(4096));
+}
+
+// A loop of four lines around (u, v).
+void cut_square(PatchSurface& surface, float u, float v, float half) {
+  const auto in = [](float x) { return std::clamp(x, 0.0f, 1.0f); };
+  surface.loop_counts.resize(surface.patches.size());
+  ++surface.loop_counts.back();
+  surface.segment_counts.push_back(4);
+  for (const auto& [x, y] : {std::pair{-half, -half}, {half, -half}, {half, half}, {-half, half}}) {
+    surface.degrees.push_back(1);
+    surface.trim_points.push_back({in(u + x), in(v + y), 1});
+  }
+}
+
+CastHit cast_one(const PreparedScene& scene, const CastRay& ray) {
+  CastHit hit;
+  CastOptions options;
+  options.bundle = 1;
+  cast_rays(scene, {&ray, 1}, options, {&hit, 1});
+  return hit;
+}
+
+TEST(PatchScenes, TrimmedPatchesAreMetWhereTheyAreKept) {
+  for (const bool keeps_outside : {false, true}) {
+    for (const char* shape : {"plane", "degree15x9", "fold"}) {
+      SCOPED_TRACE(std::string(shape) + (keeps_outside ? " out" : " in"));
+      Scene scene = test::patch_scene_of(shape);
+      auto surface = std::make_shared<PatchSurface>(*scene.surfaces[0]);
+      // A circle of two halves with weights, and a square in it.
+      surface->loop_counts = {1};
+      surface->segment_counts = {4};
+      surface->degrees = {2, 2, 2, 2};
+      const float w = std::sqrt(0.5f);
+      surface->trim_points = {{0.9f, 0.5f, 1}, {0.9f, 0.9f, w}, {0.5f, 0.9f, 1}, {0.1f, 0.9f, w},
+                              {0.1f, 0.5f, 1}, {0.1f, 0.1f, w}, {0.5f, 0.1f, 1}, {0.9f, 0.1f, w}};
+      cut_square(*surface, 0.5f, 0.5f, 0.125f);
+      surface->patches[0].keeps_outside = keeps_outside;
+      scene.surfaces = {surface};
+      const Transform to_world = turned_and_moved(1, {0, 0, 0}, false);
+      scene.instances[0].object_to_world = to_world;
+      expect_as_brute_force(scene, shape, count_of(2048), 16);
+      std::size_t hits = 0;
+      const auto prepared = PreparedScene::build(scene, {}).value();
+      for (const CastRay& ray : rays_at(shape, 512)) {
+        const CastHit hit = cast_one(*prepared, ray);
+        if (!hit.is_hit) continue;
+        ++hits;
+        const float radius = std::hypot(hit.u - 0.5f, hit.v - 0.5f);
+        const float across = std::max(std::fabs(hit.u - 0.5f), std::fabs(hit.v - 0.5f));
+        const bool is_enclosed = radius < 0.4f && across > 0.125f;
+        const bool is_near = std::fabs(radius - 0.4f) < 1e-6f || std::fabs(across - 0.125f) < 1e-6f;
+        EXPECT_TRUE(is_near || is_enclosed != keeps_outside) << hit.u << " " << hit.v;
+      }
+      EXPECT_GT(hits, 20u);
+    }
+  }
+}
+
+// What is behind a hole is seen through it, the same patch as well.
+TEST(PatchScenes, SheetsBehindAHoleAreMet) {
+  for (const char* shape : {"fold", "sheets"}) {
+    SCOPED_TRACE(shape);
+    const Scene whole = test::patch_scene_of(shape);
+    const auto prepared = PreparedScene::build(whole, {}).value();
+    std::size_t seen = 0;
+    for (CastRay ray : rays_at(shape, 512)) {
+      const CastHit first = cast_one(*prepared, ray);
+      if (!first.is_hit) continue;
+      CastRay behind = ray;
+      behind.t_min = first.t * 1.001f + 1e-4f;
+      const CastHit second = cast_one(*prepared, behind);
+      constexpr float kHalf = 0.01f;
+      if (!second.is_hit ||
+          std::max(std::fabs(second.u - first.u), std::fabs(second.v - first.v)) < 2 * kHalf)
+        continue;
+      Scene cut = whole;
+      auto surface = std::make_shared<PatchSurface>(*whole.surfaces[0]);
+      cut_square(*surface, first.u, first.v, kHalf);
+      surface->patches[0].keeps_outside = 1;
+      cut.surfaces = {surface};
+      const CastHit through = cast_one(*PreparedScene::build(cut, {}).value(), ray);
+      // Between both there may be a third root, next to the first one.
+      if (through.is_hit && through.t < second.t) continue;
+      ++seen;
+      EXPECT_TRUE(through.is_hit && through.t == second.t) << first.t << " " << second.t;
+    }
+    EXPECT_GT(seen, 10u);
+  }
 }
 
 // A surface that was split before it was placed is met where the placed one is that is split there.

@@ -8,6 +8,7 @@
 #include "slave/core/primitive/patch/patch_input.h"
 #include "slave/core/primitive/patch/patch_preparation.h"
 #include "slave/core/primitive/patch/placed_sub_patch.h"
+#include "slave/core/primitive/patch/sub_patch_range.h"
 
 namespace tessera::core {
 namespace {
@@ -16,9 +17,11 @@ namespace {
 struct SplitSurface {
   std::vector<CheckedPatch> patches;  // without points where a patch has no extent
   SubPatches parts;
-  std::vector<std::size_t> first_part;  // [patch_count + 1]
+  std::vector<std::size_t> first_part;   // [patch_count + 1]
+  std::shared_ptr<const TrimSet> trims;  // null where nothing is trimmed
 
   explicit SplitSurface(const PatchSurface& surface) {
+    if (!surface.loop_counts.empty()) trims = std::make_shared<const TrimSet>(surface);
     std::size_t first = 0;
     for (const PatchForm& form : surface.patches) {
       const std::size_t count = form.number_count();
@@ -33,8 +36,29 @@ struct SplitSurface {
       if (!checked.is_ok()) continue;
       patch = std::move(*checked);
       split_patch(patch.patch(), 0, PatchSplitting{}, parts);
+      if (trims) leave_out(static_cast<std::uint32_t>(patches.size() - 1));
     }
     first_part.push_back(parts.parts.size());
+  }
+
+ private:
+  // Drops the last patch's parts of which nothing is kept, and marks those of which some is.
+  void leave_out(std::uint32_t patch) {
+    if (!trims->is_trimmed(patch)) return;
+    std::size_t to = first_part.back();
+    for (std::size_t p = to; p < parts.parts.size(); ++p) {
+      SubPatch part = parts.parts[p];
+      const SubPatchRange range(part);
+      const Kept kept =
+          trims->kept_of(patch, {range.middle_u - range.half_u, range.middle_u + range.half_u,
+                                 range.middle_v - range.half_v, range.middle_v + range.half_v});
+      if (kept == Kept::kNone) continue;
+      part.is_trimmed = kept == Kept::kSome;
+      parts.boxes[to] = parts.boxes[p];
+      parts.parts[to++] = part;
+    }
+    parts.parts.resize(to);
+    parts.boxes.resize(to);
   }
 };
 
@@ -71,7 +95,7 @@ class Filler {
         add_without_extent(patch);
       } else if (to_world.is_identity()) {
         add_parts(surface, i, nullptr);
-        add_patch(patch);
+        add_patch(surface, i, patch);
       } else {
         Bounds3f box;
         const std::optional<CheckedPatch> there = placed(patch, to_world, box);
@@ -81,7 +105,7 @@ class Filler {
         }
         placement.take(patch.patch(), box);
         add_parts(surface, i, &placement);
-        add_patch(*there);
+        add_patch(surface, i, *there);
       }
     }
   }
@@ -93,8 +117,10 @@ class Filler {
     store_.patches.push_back({nullptr, 0, static_cast<std::uint8_t>(patch.degree_u),
                               static_cast<std::uint8_t>(patch.degree_v), patch.is_rational});
   }
-  void add_patch(const CheckedPatch& patch) {
+  void add_patch(const SplitSurface& surface, std::size_t number, const CheckedPatch& patch) {
     store_.patches.push_back(patch.patch());
+    store_.patches.back().trims = surface.trims.get();
+    store_.patches.back().trimmed_as = static_cast<std::uint32_t>(number);
     store_.points.insert(store_.points.end(), patch.points.begin(), patch.points.end());
   }
   void add_parts(const SplitSurface& surface, std::size_t patch, const PatchPlacement* placement) {
@@ -114,7 +140,9 @@ class Filler {
 }  // namespace
 
 std::uint64_t PatchStore::memory_bytes() const {
-  return points.capacity() * sizeof(PatchPoint) + patches.capacity() * sizeof(Patch) +
+  std::uint64_t of_trims = 0;
+  for (const auto& set : trims) of_trims += set ? set->bytes() : 0;
+  return of_trims + points.capacity() * sizeof(PatchPoint) + patches.capacity() * sizeof(Patch) +
          parts.capacity() * sizeof(SubPatch) +
          (first_patch.capacity() + first_part.capacity()) * sizeof(std::uint64_t);
 }
@@ -132,6 +160,8 @@ PatchStore make_patch_store(const Scene& scene, std::vector<Bounds3f>& boxes) {
     if (!surface) surface.emplace(*scene.surfaces[instance.mesh]);
     filler.add(*surface, instance.object_to_world);
   }
+  for (const std::optional<SplitSurface>& surface : split)
+    store.trims.push_back(surface ? surface->trims : nullptr);
   store.first_patch.push_back(store.patches.size());
   store.first_part.push_back(store.parts.size());
   const PatchPoint* points = store.points.data();  // they have their place now

@@ -11,15 +11,18 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "common/math/bounds3.h"
 #include "common/scene/scene.h"
 #include "slave/core/primitive/patch/patch_layout.h"
+#include "slave/core/primitive/patch/trim_set.h"
 
 namespace tessera::core {
 
 struct PatchStore {
+  std::vector<std::shared_ptr<const TrimSet>> trims;  // by surface; null where nothing is trimmed
   std::vector<PatchPoint> points;
   std::vector<Patch> patches;  // their points are in `points`
   std::vector<SubPatch> parts;

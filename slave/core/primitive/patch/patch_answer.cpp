@@ -1,21 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <limits>
 #include <memory>
 
 #include "slave/core/primitive/patch/patch_answer_abi.h"
 #include "slave/core/primitive/patch/patch_hit.h"
+#include "slave/core/primitive/patch/trim_set.h"
 
 namespace tessera::core {
+namespace {
+
+// Roots of one ray in one sub-patch that are looked at, where all before them are left out. A
+// patch of degrees m, n has 2 m n at most; sub-patches that the solver takes have some.
+constexpr int kRootsMax = 64;
+
+}  // namespace
 
 PatchAnswer patch_answer(const Patch& patch, const SubPatch& part, const float* origin,
                          const float* direction, float t_min) {
   thread_local const auto solver = std::make_unique<CompleteSolver>();
-  const PatchRay ray{{origin[0], origin[1], origin[2]},
-                     {direction[0], direction[1], direction[2]},
-                     t_min,
-                     std::numeric_limits<float>::infinity()};
-  const PatchHit hit = patch_hit(patch, part, ray, *solver);
-  return {hit.is_hit, static_cast<float>(hit.t), hit.u, hit.v};
+  PatchRay ray{{origin[0], origin[1], origin[2]},
+               {direction[0], direction[1], direction[2]},
+               t_min,
+               std::numeric_limits<float>::infinity()};
+  for (int root = 0; root < kRootsMax; ++root) {
+    PatchWay way = PatchWay::kDecision;
+    const PatchHit hit = patch_hit(patch, part, ray, *solver, &way);
+    if (!hit.is_hit) return {};
+    const auto t = static_cast<float>(hit.t);
+    if (!part.is_trimmed || is_kept(patch, hit.u, hit.v)) return {true, t, hit.u, hit.v};
+    if (way == PatchWay::kDecision) return {};  // there is one root at most
+    // The least number behind this root.
+    ray.t_min = double{t} > hit.t ? t : std::nextafter(t, ray.t_max);
+  }
+  return {};
+}
+
+bool is_kept(const Patch& patch, double u, double v) {
+  return patch.trims == nullptr || patch.trims->is_kept(patch.trimmed_as, u, v);
 }
 
 }  // namespace tessera::core

@@ -15,9 +15,13 @@ struct PatchAnswer {
   double u, v;  // the patch's own
 };
 
-// The nearest hit from t_min on, by patch_hit(); rays that end before it are the caller's to see.
+// The nearest hit from t_min on, by patch_hit(), that trims keep; rays that end before it are the
+// caller's to see.
 // Shape: origin [3], direction [3].
 PatchAnswer patch_answer(const Patch& patch, const SubPatch& part, const float* origin,
                          const float* direction, float t_min);
+
+// Whether the patch is there at (u, v). To be asked for hits of sub-patches that are trimmed.
+bool is_kept(const Patch& patch, double u, double v);
 
 }  // namespace tessera::core

@@ -27,6 +27,8 @@ inline constexpr int kSubPatchLevelMax = 15;
 // How far beyond its square, in units of half its width, the bounds of a sub-patch hold.
 inline constexpr double kSquareWiden = 0x1p-20;
 
+class TrimSet;
+
 // w x, w y, w z, w.
 struct PatchPoint {
   double x[4];
@@ -39,6 +41,9 @@ struct Patch {
   double extent;               // of the box of all P_ij: its longest side
   uint8_t degree_u, degree_v;  // 1 to kPatchDegreeMax
   bool is_rational;            // else all weights are 1
+  // What is kept of it, and its number there; null: all of it.
+  const TrimSet* trims = nullptr;
+  uint32_t trimmed_as = 0;
 };
 
 struct SubPatch {
@@ -50,7 +55,8 @@ struct SubPatch {
   uint32_t primitive;  // its own number among those that rays ask for
   uint16_t column, row;
   uint8_t level_u, level_v;
-  bool has_frame;  // else only the complete solver decides
+  bool has_frame;   // else only the complete solver decides
+  bool is_trimmed;  // some of it may be left out; else hits need not ask
 };
 
 }  // namespace tessera::core

@@ -98,6 +98,53 @@ bool TrimSet::is_kept(std::uint32_t patch, double u, double v, TrimSteps& steps)
   return !is_left_out;
 }
 
+Kept TrimSet::kept_of(std::uint32_t patch, const TrimArea& area) const {
+  if (patch >= whole_.size()) return Kept::kAll;
+  return kept_of(patch, whole_[patch],
+                 {in_square(area.u0), in_square(area.u1), in_square(area.v0), in_square(area.v1)});
+}
+
+// Recursion: kTrimGridsMax deep.
+Kept TrimSet::kept_of(std::uint32_t patch, const TrimCell& cell, const TrimArea& area) const {
+  constexpr double kBeyond = 0x1p-22;  // 4 u, within which answers are not sure
+  if (cell.is_grid == 0) {
+    for (std::uint32_t i = 0; i < cell.count; ++i) {
+      const TrimPiece& piece = cells_.pieces[cells_.listed[cell.first + i].piece];
+      const auto u = std::minmax(double{piece.u[0]}, double{piece.u[1]});
+      const auto v = std::minmax(double{piece.v[0]}, double{piece.v[1]});
+      // A piece turns back by less than the room that is left.
+      if (u.first <= area.u1 + 2 * kBeyond && u.second >= area.u0 - 2 * kBeyond &&
+          v.first <= area.v1 + 2 * kBeyond && v.second >= area.v0 - 2 * kBeyond)
+        return Kept::kSome;
+    }
+    const bool is_in = is_kept(patch, (area.u0 + area.u1) / 2, (area.v0 + area.v1) / 2);
+    return is_in ? Kept::kAll : Kept::kNone;
+  }
+  const TrimGrid& grid = cells_.grids[cell.first];
+  const auto column = [&](double u) { return cell_index(u, grid.u, grid.per_u, grid.columns); };
+  const auto row = [&](double v) { return cell_index(v, grid.v, grid.per_v, grid.rows); };
+  // The cells on both sides of a border that is within the room are looked at.
+  const std::uint32_t first_column = column(std::max(area.u0 - kBeyond, grid.u));
+  const std::uint32_t first_row = row(std::max(area.v0 - kBeyond, grid.v));
+  bool is_any = false, is_all = true;
+  for (std::uint32_t r = first_row; r <= row(area.v1 + kBeyond); ++r) {
+    for (std::uint32_t c = first_column; c <= column(area.u1 + kBeyond); ++c) {
+      const double u = grid.u + c / grid.per_u, v = grid.v + r / grid.per_v;
+      const TrimArea part{
+          std::clamp(area.u0, u, u + 1 / grid.per_u), std::clamp(area.u1, u, u + 1 / grid.per_u),
+          std::clamp(area.v0, v, v + 1 / grid.per_v), std::clamp(area.v1, v, v + 1 / grid.per_v)};
+      const TrimCell& next =
+          cells_.cells[std::size_t{grid.first} + std::size_t{r} * grid.columns + c];
+      const Kept kept = kept_of(patch, next, part);
+      if (kept == Kept::kSome) return kept;
+      is_any = is_any || kept == Kept::kAll;
+      is_all = is_all && kept == Kept::kAll;
+      if (is_any != is_all) return Kept::kSome;
+    }
+  }
+  return is_any ? Kept::kAll : Kept::kNone;
+}
+
 std::uint64_t TrimSet::kept(std::uint32_t patch, std::span<const TrimPlace> places) const {
   TESSERA_CHECK_LE(places.size(), 64u);
   std::uint64_t bits = 0;

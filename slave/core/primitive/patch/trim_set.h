@@ -28,6 +28,12 @@
 
 namespace tessera::core {
 
+// u0 <= u1, v0 <= v1.
+struct TrimArea {
+  double u0, u1, v0, v1;
+};
+enum class Kept { kNone, kSome, kAll };
+
 class TrimSet {
  public:
   TrimSet() = default;  // of a surface without trims
@@ -54,10 +60,16 @@ class TrimSet {
   // Requires: at most 64 places.
   std::uint64_t kept(std::uint32_t patch, std::span<const TrimPlace> places) const;
 
+  // What is kept of a rectangle of a patch's square, its border and 2^-22 beyond it included.
+  // Conservative: kSome where that is not sure.
+  Kept kept_of(std::uint32_t patch, const TrimArea& area) const;
+
   const TrimCells& cells() const { return cells_; }
   std::size_t bytes() const;
 
  private:
+  Kept kept_of(std::uint32_t patch, const TrimCell& cell, const TrimArea& area) const;
+
   TrimCells cells_;
   std::vector<TrimCell>
       whole_;  // [patch_count]: the square of each; empty where nothing is trimmed
