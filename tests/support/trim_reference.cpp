@@ -23,6 +23,8 @@ TrimReference::TrimReference(const PatchSurface& surface, std::size_t patch, dou
           made.points.push_back({Long{x.weight} * x.u, Long{x.weight} * x.v, x.weight});
         }
         point += surface.degrees[segment];
+        made.ends[0] = made.points.front().u / made.points.front().w;
+        made.ends[1] = made.points.back().u / made.points.back().w;
         bound(made.points.data(), surface.degrees[segment], made.low, made.high);
         if (p == patch) segments_.push_back(std::move(made));
       }
@@ -40,6 +42,10 @@ std::optional<bool> TrimReference::is_kept(double u, double v) {
     // What is left, right or below is not crossed by a ray towards +v.
     if (s.low[0] > u_ + tolerance_ || s.high[0] < u_ - tolerance_ || s.high[1] < v_ - tolerance_)
       continue;
+    if (s.low[1] > v_ + tolerance_) {
+      is_odd ^= (s.ends[0] <= u_) != (s.ends[1] <= u_);
+      continue;
+    }
     is_odd ^= crosses(s.points.data(), static_cast<int>(s.points.size()) - 1, 0);
     if (is_near_) return std::nullopt;
   }

@@ -34,7 +34,8 @@ class TrimReference {
   };
   struct Segment {
     std::vector<Point> points;
-    Long low[2], high[2];
+    Long low[2], high[2];  // of its control points
+    Long ends[2];          // their u
   };
 
   void bound(const Point* points, int degree, Long (&low)[2], Long (&high)[2]) const;

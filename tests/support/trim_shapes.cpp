@@ -101,6 +101,28 @@ void add_at_border(PatchSurface& surface, Choices& choices) {
   }
 }
 
+// Rings about nearly one place, or slanted strips, some of which cross the others.
+void add_crowd(PatchSurface& surface, Choices& choices) {
+  const bool are_rings = choices.one_in(2), falls = choices.one_in(2);
+  const float apart = choices.one_in(2) ? 0 : choices.power(-5, -2);
+  for (int i = 0; i < 200; ++i) {
+    const float at = (static_cast<float>(i) + 0.5f) / 200, off = apart * choices.sign();
+    if (are_rings) {
+      add_circle(surface, 0.5f + off, 0.5f, 0.45f * at + 0.01f);
+      continue;
+    }
+    const float a = 0.05f + 0.3f * at, b = falls ? 0.7f - a : a, to = falls ? -0.5f : 0.5f;
+    const float from = falls ? 0.3f : 0, width = 0.0005f;
+    add_loop(surface,
+             {{a, b + from},
+              {a + 0.3f + off, b + from + to * 0.4f},
+              {a + 0.5f, b + from + to},
+              {a + 0.5f, b + from + to + width},
+              {a, b + from + width}},
+             {2, 1, 1, 1});
+  }
+}
+
 }  // namespace
 
 PatchSurface plain_patch(bool keeps_outside) {
@@ -192,6 +214,9 @@ TrimShapes::TrimShapes(TrimClass kind, Choices& choices)
       case TrimClass::kCrossing:
         add_blob(s, choices, 0.5f, 0.5f, 0.5f, 2, 4, 0.5f);
         add_rectangle(s, grid(choices), grid(choices), grid(choices), grid(choices));
+        break;
+      case TrimClass::kCrowd:
+        if (i == 0) add_crowd(s, choices);
         break;
     }
   }

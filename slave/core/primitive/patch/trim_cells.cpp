@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "common/base/check.h"
+#include "slave/core/primitive/patch/trim_order.h"
 
 namespace tessera::core {
 namespace {
@@ -57,7 +57,8 @@ class CellBuilder {
     const bool is_cut = depth == 0 || list.size() > static_cast<std::size_t>(options_.crowd);
     std::optional<Shape> shape;
     if (is_cut && depth < kTrimGridsMax) shape = shape_for(area, list);
-    return shape ? grid_of(area, list, is_odd, depth, *shape) : leaf_of(list, is_odd);
+    if (shape) return grid_of(area, list, is_odd, depth, *shape);
+    return leaf_of(area, list, is_odd);
   }
 
  private:
@@ -79,10 +80,26 @@ class CellBuilder {
     return static_cast<float>(v_at(piece, to_.coefficients.data(), u));
   }
 
-  TrimCell leaf_of(const List& list, bool is_odd) {
+  TrimCell leaf_of(const Area& area, const List& list, bool is_odd) {
+    const auto crowd = static_cast<std::size_t>(options_.crowd);
+    if (list.size() > crowd) {
+      const TrimBox box{{area.u, area.u + area.width}, {area.v, area.v + area.height}};
+      if (const std::optional<std::uint32_t> order = add_order(to_, box, list, crowd)) {
+        TrimCell cell;
+        cell.first = *order;
+        cell.count = static_cast<std::uint32_t>(list.size()) & 0x1fffffffu;
+        cell.is_ordered = 1;
+        cell.is_odd = is_odd ? 1 : 0;
+        return cell;
+      }
+    }
+    return plain_leaf_of(list, is_odd);
+  }
+
+  TrimCell plain_leaf_of(const List& list, bool is_odd) {
     TrimCell cell;
     cell.first = static_cast<std::uint32_t>(to_.listed.size());
-    cell.count = static_cast<std::uint32_t>(list.size()) & 0x3fffffffu;
+    cell.count = static_cast<std::uint32_t>(list.size()) & 0x1fffffffu;
     cell.is_odd = is_odd ? 1 : 0;
     to_.listed.insert(to_.listed.end(), list.begin(), list.end());
     return cell;
@@ -157,7 +174,7 @@ class CellBuilder {
         if (parity.has_value()) {
           made = cell_of(part, lists[at], *parity != is_row_odd, depth + 1);
         } else {
-          made = leaf_of(of_row, is_row_odd);
+          made = plain_leaf_of(of_row, is_row_odd);
         }
         to_.cells[grid.first + at] = made;
       }

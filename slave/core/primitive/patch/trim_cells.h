@@ -40,9 +40,10 @@ struct TrimListed {
 };
 
 struct TrimCell {
-  std::uint32_t first = 0;  // of its list, or the number of its grid
-  std::uint32_t count : 30 = 0;
+  std::uint32_t first = 0;  // of its list, or the number of its grid or order
+  std::uint32_t count : 29 = 0;
   std::uint32_t is_grid : 1 = 0;
+  std::uint32_t is_ordered : 1 = 0;  // `first` is the number of its order
   std::uint32_t is_odd : 1 = 0;
 };
 static_assert(sizeof(TrimCell) == 8);
@@ -53,6 +54,22 @@ struct TrimGrid {
       rows;  // cell (column, row) is number first + row * columns + column
 };
 
+// The pieces of a crowded list that run through the cell, in the order in which a direction across
+// them meets them. x = n_u u + n_v v grows from what is below a piece, for which the piece does not
+// count, to what is above it, for which it does; between lie the values of the piece itself within
+// the cell, and what it and the answer may be off by. So only pieces whose range holds a point's x
+// are asked. `ordered` pieces come first, then those that end in the cell or run the other way.
+struct TrimOrder {
+  double n_u, n_v;
+  std::uint32_t first, ordered;  // of its list
+  std::uint32_t range;           // of the ordered pieces' ranges
+};
+
+struct TrimRange {
+  float low, high;    // low rises along the list
+  float high_so_far;  // the most of it and those before it
+};
+
 // Pieces and cells of all patches of a surface.
 struct TrimCells {
   std::vector<TrimCoefficient> coefficients;
@@ -60,6 +77,25 @@ struct TrimCells {
   std::vector<TrimListed> listed;
   std::vector<TrimCell> cells;
   std::vector<TrimGrid> grids;
+  std::vector<TrimOrder> orders;
+  std::vector<TrimRange> ranges;
+
+  // Parity of the pieces that count for a point of a cell, and of the cell's own.
+  bool is_odd(const TrimCell& cell, double u, double v, TrimSteps& steps) const {
+    bool is_odd = cell.is_odd != 0;
+    std::uint32_t from = cell.first, left = cell.count;
+    if (cell.is_ordered != 0) {
+      const TrimOrder& order = orders[cell.first];
+      is_odd ^= is_odd_in_order(order, u, v, steps);
+      from = order.first + order.ordered;
+      left -= order.ordered;
+    }
+    steps.pieces += left;
+    for (std::uint32_t i = 0; i < left; ++i) is_odd ^= counts(listed[from + i], u, v, steps.points);
+    return is_odd;
+  }
+
+  bool is_odd_in_order(const TrimOrder& order, double u, double v, TrimSteps& steps) const;
 
   // Whether a piece counts for a point of the cell that lists it.
   bool counts(const TrimListed& of, double u, double v, std::uint64_t& points) const {

@@ -7,14 +7,9 @@
 namespace tessera::core {
 namespace {
 
-struct End {
-  TrimParameter at;
-  double u, v;
-};
-
 // What is left of a piece between two of its points.
 struct Rest {
-  End low, high;
+  TrimEnd low, high;
 
   explicit Rest(const TrimPiece& piece)
       : low{decoded(piece.at[0]), piece.u[0], piece.v[0]},
@@ -36,7 +31,7 @@ struct Rest {
     return away * (std::fabs(high.u - low.u) + std::fabs(high.v - low.v));
   }
 
-  End halfway(const TrimPiece& piece, const TrimCoefficient* coefficients, int step) const {
+  TrimEnd halfway(const TrimPiece& piece, const TrimCoefficient* coefficients, int step) const {
     const TrimParameter at =
         step < kTrimEvenSteps ? middle(low.at, high.at) : geometric_middle(low.at, high.at);
     const TrimPlace place =
@@ -54,7 +49,7 @@ bool crosses_in_band(const TrimPiece& piece, const TrimCoefficient* coefficients
         rest.high.v - rest.low.v <= kTrimResolution)
       break;
     ++points;
-    const End half = rest.halfway(piece, coefficients, step);
+    const TrimEnd half = rest.halfway(piece, coefficients, step);
     (half.v <= v ? rest.low : rest.high) = half;
     if (u < rest.u_low()) return true;
     if (u >= rest.u_high()) return false;
@@ -87,14 +82,20 @@ bool crosses(const TrimPiece& piece, const TrimCoefficient* coefficients, double
   return crosses_in_band(piece, coefficients, u, v, points);
 }
 
-double v_at(const TrimPiece& piece, const TrimCoefficient* coefficients, double u) {
+TrimPassage passage(const TrimPiece& piece, const TrimCoefficient* coefficients, bool of_v,
+                    double line) {
   Rest rest(piece);
   for (int step = 0; step < kTrimStepsMax && rest.high.v - rest.low.v > 0x1p-27; ++step) {
-    const End half = rest.halfway(piece, coefficients, step);
-    const bool is_before = piece.falls != 0 ? half.u >= u : half.u < u;
+    const TrimEnd half = rest.halfway(piece, coefficients, step);
+    const bool is_before = of_v ? half.v < line : piece.falls != 0 ? half.u >= line : half.u < line;
     (is_before ? rest.low : rest.high) = half;
   }
-  const double v = 0.5 * (rest.low.v + rest.high.v);
+  return {rest.low, rest.high};
+}
+
+double v_at(const TrimPiece& piece, const TrimCoefficient* coefficients, double u) {
+  const TrimPassage at = passage(piece, coefficients, false, u);
+  const double v = 0.5 * (at.low.v + at.high.v);
   return std::clamp(v, double{piece.v[0]}, double{piece.v[1]});
 }
 

@@ -58,6 +58,7 @@ inline constexpr std::uint32_t kTrimCoefficientsMax = 1u << 27;
 
 // What an answer cost.
 struct TrimSteps {
+  // Grids and places of an order; pieces; points of pieces.
   std::uint64_t cells = 0, pieces = 0, points = 0;
 };
 
@@ -72,6 +73,20 @@ bool crosses(const TrimPiece& piece, const TrimCoefficient* coefficients, double
 // Where the piece passes a line u = const: v, off by 2^-26 at most, between its ends.
 // Requires: u between the piece's ends, or at one of them.
 double v_at(const TrimPiece& piece, const TrimCoefficient* coefficients, double u);
+
+// A point of a piece.
+struct TrimEnd {
+  TrimParameter at;
+  double u, v;
+};
+
+// Two points of a piece as near to each other as v_at() needs, between which it passes the line
+// v = const (or u = const), from low to high v. Requires: that it does.
+struct TrimPassage {
+  TrimEnd low, high;
+};
+TrimPassage passage(const TrimPiece& piece, const TrimCoefficient* coefficients, bool of_v,
+                    double line);
 
 // Whether the piece may come nearer than `margin` in u and in v. Requires: margin >= 2^-21, twice
 // what an answer may be off by, so that an answer that is sure is right.

@@ -76,6 +76,8 @@ TrimSet::TrimSet(const PatchSurface& surface, const TrimCellOptions& options) {
   cells_.pieces.shrink_to_fit();
   cells_.listed.shrink_to_fit();
   cells_.grids.shrink_to_fit();
+  cells_.orders.shrink_to_fit();
+  cells_.ranges.shrink_to_fit();
 }
 
 bool TrimSet::is_kept(std::uint32_t patch, double u, double v, TrimSteps& steps) const {
@@ -90,12 +92,7 @@ bool TrimSet::is_kept(std::uint32_t patch, double u, double v, TrimSteps& steps)
     const std::uint32_t row = cell_index(v, grid.v, grid.per_v, grid.rows);
     cell = cells_.cells[std::size_t{grid.first} + std::size_t{row} * grid.columns + column];
   }
-  steps.pieces += cell.count;
-  bool is_left_out = cell.is_odd != 0;
-  const TrimListed* const list = cells_.listed.data() + cell.first;
-  for (std::uint32_t i = 0; i < cell.count; ++i)
-    is_left_out ^= cells_.counts(list[i], u, v, steps.points);
-  return !is_left_out;
+  return !cells_.is_odd(cell, u, v, steps);
 }
 
 Kept TrimSet::kept_of(std::uint32_t patch, const TrimArea& area) const {
@@ -157,6 +154,7 @@ std::size_t TrimSet::bytes() const {
   return cells_.coefficients.size() * sizeof(TrimCoefficient) +
          cells_.pieces.size() * sizeof(TrimPiece) + cells_.listed.size() * sizeof(TrimListed) +
          cells_.cells.size() * sizeof(TrimCell) + cells_.grids.size() * sizeof(TrimGrid) +
+         cells_.orders.size() * sizeof(TrimOrder) + cells_.ranges.size() * sizeof(TrimRange) +
          whole_.size() * sizeof(TrimCell);
 }
 

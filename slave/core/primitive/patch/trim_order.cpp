@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "slave/core/primitive/patch/trim_order.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace tessera::core {
+namespace {
+
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+// Ends of pieces are this far from the cell, and ranges this much wider than the piece: more than
+// what an answer may be off by, 4 u, times sqrt(2), as |n| is at most that.
+constexpr double kRoom = 0x1p-21;
+
+// What a cell sees of a piece, or some more.
+struct Stretch {
+  TrimListed of;
+  TrimEnd low, high;
+};
+
+std::optional<Stretch> stretch_of(const TrimCells& cells, const TrimBox& cell,
+                                  const TrimListed& of) {
+  const TrimPiece& piece = cells.pieces[of.piece];
+  for (int e = 0; e < 2; ++e) {
+    const double u = piece.u[e], v = piece.v[e];
+    if (u >= cell.u[0] - kRoom && u <= cell.u[1] + kRoom && v >= cell.v[0] - kRoom &&
+        v <= cell.v[1] + kRoom)
+      return std::nullopt;
+  }
+  const bool falls = piece.falls != 0;
+  const auto* const coefficients = cells.coefficients.data();
+  Stretch seen{of,
+               {decoded(piece.at[0]), piece.u[0], piece.v[0]},
+               {decoded(piece.at[1]), piece.u[1], piece.v[1]}};
+  const auto enter = [&](bool of_v, double line) {
+    const TrimEnd at = passage(piece, coefficients, of_v, line).low;
+    if (at.v > seen.low.v) seen.low = at;
+  };
+  const auto leave = [&](bool of_v, double line) {
+    const TrimEnd at = passage(piece, coefficients, of_v, line).high;
+    if (at.v < seen.high.v) seen.high = at;
+  };
+  // Sides that the piece does not reach, it does not pass.
+  const double first = cell.u[falls ? 1 : 0], last = cell.u[falls ? 0 : 1];
+  const double u0 = piece.u[0], u1 = piece.u[1];
+  if (std::min(u0, u1) >= cell.u[1] || std::max(u0, u1) <= cell.u[0]) return std::nullopt;
+  if (piece.v[0] >= cell.v[1] || piece.v[1] <= cell.v[0]) return std::nullopt;
+  if (falls ? u0 > first : u0 < first) enter(false, first);
+  if (double{piece.v[0]} < cell.v[0]) enter(true, cell.v[0]);
+  if (falls ? u1 < last : u1 > last) leave(false, last);
+  if (double{piece.v[1]} > cell.v[1]) leave(true, cell.v[1]);
+  if (!(seen.low.v <= seen.high.v)) return std::nullopt;
+  return seen;
+}
+
+// Of the corners of its ends' box, or of its chord and what it is away from that.
+TrimRange range_of(const Stretch& seen, const TrimPiece& piece, const TrimOrder& order) {
+  const auto x = [&](double u, double v) { return order.n_u * u + order.n_v * v; };
+  const double u_low = std::min(seen.low.u, seen.high.u);
+  const double u_high = std::max(seen.low.u, seen.high.u);
+  const bool is_left = order.n_u < 0;
+  double low = x(is_left ? u_high : u_low, seen.low.v);
+  double high = x(is_left ? u_low : u_high, seen.high.v);
+  const double sums =
+      std::fabs(seen.low.at.s + seen.low.at.t - 1) + std::fabs(seen.high.at.s + seen.high.at.t - 1);
+  if (sums < 0x1p-48) {
+    const double a = x(seen.low.u, seen.low.v), b = x(seen.high.u, seen.high.v);
+    const double length = std::max(std::fabs(seen.high.at.s - seen.low.at.s),
+                                   std::fabs(seen.high.at.t - seen.low.at.t));
+    const double away =
+        double{piece.bend} * (length * length) * (std::fabs(order.n_u) + std::fabs(order.n_v));
+    low = std::max(low, std::min(a, b) - away);
+    high = std::min(high, std::max(a, b) + away);
+  }
+  return {std::nextafter(static_cast<float>(low - kRoom), -kInf),
+          std::nextafter(static_cast<float>(high + kRoom), kInf), 0};
+}
+
+}  // namespace
+
+bool TrimCells::is_odd_in_order(const TrimOrder& order, double u, double v,
+                                TrimSteps& steps) const {
+  const double x = order.n_u * u + order.n_v * v;
+  const TrimRange* const of = ranges.data() + order.range;
+  const auto* const end = std::upper_bound(
+      of, of + order.ordered, x, [](double at, const TrimRange& r) { return at < double{r.low}; });
+  auto i = static_cast<std::uint32_t>(end - of);
+  steps.cells += static_cast<std::uint64_t>(std::bit_width(order.ordered));
+  bool is_odd = false;
+  for (; i > 0 && double{of[i - 1].high_so_far} >= x; --i) {
+    ++steps.pieces;
+    is_odd ^= double{of[i - 1].high} < x || counts(listed[order.first + i - 1], u, v, steps.points);
+  }
+  // The point is above all that are left.
+  return is_odd != (i % 2 != 0);
+}
+
+std::optional<std::uint32_t> add_order(TrimCells& to, const TrimBox& cell,
+                                       const std::vector<TrimListed>& list, std::size_t few) {
+  std::vector<Stretch> rising, falling;
+  std::vector<TrimListed> others;
+  for (const TrimListed& of : list) {
+    const std::optional<Stretch> seen = stretch_of(to, cell, of);
+    if (!seen.has_value()) {
+      others.push_back(of);
+    } else {
+      (to.pieces[of.piece].falls != 0 ? falling : rising).push_back(*seen);
+    }
+  }
+  const bool are_rising = rising.size() >= falling.size();
+  const std::vector<Stretch>& chosen = are_rising ? rising : falling;
+  if (chosen.size() <= few) return std::nullopt;
+  for (const Stretch& seen : are_rising ? falling : rising) others.push_back(seen.of);
+
+  TrimOrder order{};
+  double du = 0, dv = 0;
+  for (const Stretch& seen : chosen) {
+    du += std::fabs(seen.high.u - seen.low.u);
+    dv += std::max(0.0, seen.high.v - seen.low.v);
+  }
+  const double most = std::max(du, dv);
+  if (!(most > 0)) return std::nullopt;
+  order.n_u = (are_rising ? -dv : dv) / most;
+  order.n_v = du / most;
+  order.first = static_cast<std::uint32_t>(to.listed.size());
+  order.ordered = static_cast<std::uint32_t>(chosen.size());
+  order.range = static_cast<std::uint32_t>(to.ranges.size());
+  std::vector<std::pair<TrimRange, TrimListed>> sorted;
+  for (const Stretch& seen : chosen)
+    sorted.emplace_back(range_of(seen, to.pieces[seen.of.piece], order), seen.of);
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.first.low < b.first.low; });
+  float high = -kInf;
+  for (auto& [range, of] : sorted) {
+    range.high_so_far = high = std::max(high, range.high);
+    to.ranges.push_back(range);
+    to.listed.push_back(of);
+  }
+  to.listed.insert(to.listed.end(), others.begin(), others.end());
+  to.orders.push_back(order);
+  return static_cast<std::uint32_t>(to.orders.size() - 1);
+}
+
+}  // namespace tessera::core

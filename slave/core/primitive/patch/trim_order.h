@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Puts the pieces of a crowded cell in order (TrimOrder): those that begin and end outside it and
+// rise, or those that fall, whichever are more.
+//
+// Why that is right. Such a piece cuts the cell in two. n = (-, +) for those that rise, (+, +) for
+// those that fall: a point with a greater x than all of the piece in the cell is not below it, or
+// there would be a point of the piece to its upper left (upper right) with a greater x; and so for
+// a smaller one. It holds for each piece alone, so pieces may cross and touch.
+//
+// Threads. Pure function, but for what it appends.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "slave/core/primitive/patch/trim_cells.h"
+
+namespace tessera::core {
+
+struct TrimBox {
+  double u[2], v[2];
+};
+
+// Appends order, ranges and list of a cell. Returns: its number, or nothing, and nothing is
+// appended, where no more than `few` pieces have an order.
+std::optional<std::uint32_t> add_order(TrimCells& to, const TrimBox& cell,
+                                       const std::vector<TrimListed>& list, std::size_t few);
+
+}  // namespace tessera::core
