@@ -105,8 +105,8 @@ void add_at_border(PatchSurface& surface, Choices& choices) {
 void add_crowd(PatchSurface& surface, Choices& choices) {
   const bool are_rings = choices.one_in(2), falls = choices.one_in(2);
   const float apart = choices.one_in(2) ? 0 : choices.power(-5, -2);
-  for (int i = 0; i < 200; ++i) {
-    const float at = (static_cast<float>(i) + 0.5f) / 200, off = apart * choices.sign();
+  for (int i = 0; i < 60; ++i) {
+    const float at = (static_cast<float>(i) + 0.5f) / 60, off = apart * choices.sign();
     if (are_rings) {
       add_circle(surface, 0.5f + off, 0.5f, 0.45f * at + 0.01f);
       continue;

@@ -29,7 +29,7 @@ enum class TrimClass {
   kWeights,      // weights from 1e-12 to 1e12
   kWildWeights,  // weights from 1e-37 to 1e37
   kCrossing,     // loops that cross each other
-  kCrowd,        // hundreds of rings and slanted strips through the same places, in order or not
+  kCrowd,        // dozens of rings and slanted strips through the same places, in order or not
 };
 
 // Makes the loops of one patch.
