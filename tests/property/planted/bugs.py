@@ -145,6 +145,18 @@ BUGS = (
         "to.r <= kContraction", "to.r <= 64 * kContraction", "core_patch_answers"),
     Bug("patch_first_root", "of two roots the one that was found first", "primitive/patch/complete_solver.cpp",
         "best_.is_hit && !(t < best_.t)", "best_.is_hit", "core_patch_answers"),
+    # Trims of patches.
+    Bug("trim_half_open", "both ends of a piece of a trimming loop count", "primitive/patch/trim_piece.cpp",
+        "piece.v[0] <= v && v < piece.v[1]", "piece.v[0] <= v && v <= piece.v[1]", "core_trims"),
+    Bug("trim_piece_lost", "pieces along u or v are dropped", "primitive/patch/trim_splitting.cpp",
+        "piece.u[0] != piece.u[1] || piece.v[0] != piece.v[1]", "piece.u[0] != piece.u[1] && piece.v[0] != piece.v[1]",
+        "core_trims"),
+    Bug("trim_unsplit", "segments are not cut where u turns back", "primitive/patch/trim_splitting.cpp",
+        "Trend::is_one(u_) && Trend::is_one(v_)", "Trend::is_one(v_)", "core_trims"),
+    Bug("trim_band_inward", "the band of a piece has half its width on one side", "primitive/patch/trim_splitting.cpp",
+        "high = std::max(high, side);", "high = std::max(high, 0.5 * side);", "core_trims"),
+    Bug("trim_keeps_ignored", "what loops enclose is always kept", "primitive/patch/trim_set.cpp",
+        "surface.patches[p].keeps_outside != 0", "false", "core_trims"),
     # Surfaces, light and chance.
     Bug("coordinates_equal", "u of a hit is its v", "primitive/triangle/barycentric-inl.h",
         "dot(from_, p)", "dot(direction, across_)", "core_light_classes"),
