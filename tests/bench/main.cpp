@@ -111,7 +111,6 @@ int main(int argc, char** argv) {
   tessera::bench::ExchangeOptions exchange;
   std::vector<std::string> suites;
   std::string isa = "auto", json_path;
-  bool is_quick = false;
   app.add_option(
          "SUITE", suites,
          "core: rays per CPU-second; build: time to build; accuracy: errors on hard cases; "
@@ -140,7 +139,7 @@ int main(int argc, char** argv) {
   app.add_flag("--sizes", options.with_sizes,
                "core: fans of 8, 16 and 32 rays, too; build: a part of the triangles, too");
   app.add_flag(
-      "--quick", is_quick,
+      "--quick", options.is_quick,
       "interior and knot, 512x512, 3 repeats; 4,000 rays a class; gi: a fifth of the size");
   app.add_option("--isa", isa, "auto, scalar, sse4, avx2, avx512")->capture_default_str();
   app.add_option("--repeats", options.repeats, "timed runs of each, interleaved; the median counts")
@@ -165,8 +164,7 @@ int main(int argc, char** argv) {
     }
     options.isa = *named;
   }
-  options.is_quick = is_quick;
-  if (is_quick) {
+  if (options.is_quick) {
     options.size_px = 512;
     options.repeats = std::min(options.repeats, 3);
   }

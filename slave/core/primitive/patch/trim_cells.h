@@ -106,15 +106,4 @@ struct TrimCells {
   }
 };
 
-struct TrimCellOptions {
-  int cells_per_piece = 4;     // of a list that is cut
-  int crowd = 6;               // a list of more is cut again
-  int entries_per_piece = 64;  // in the lists of all cells of a patch, at most
-};
-
-// Appends grids, cells and lists over the pieces [first, end). is_odd: parity that is added to
-// all. Returns: the cell that is the whole square.
-TrimCell build_cells(TrimCells& to, std::uint32_t first, std::uint32_t end, bool is_odd,
-                     const TrimCellOptions& options = {});
-
 }  // namespace tessera::core

@@ -8,9 +8,9 @@
 //
 // Work. At most kTrimGridsMax cells one in the other, then the pieces of one list, each with at
 // most kTrimStepsMax points. With loops beside each other that is one cell and fewer than two
-// pieces in the mean, however many loops there are; with loops one in the other, the logarithm of how many
-// pass a cell, and some two pieces (trim_order.h). All pieces of a list that has no order are
-// asked: those of a patch at most, and that only where they all pass one cell of 2^-17.
+// pieces in the mean, however many loops there are; with loops one in the other, the logarithm of
+// how many pass a cell, and some two pieces (trim_order.h). All pieces of a list that has no order
+// are asked: those of a patch at most, and that only where they all pass one cell of 2^-17.
 //
 // Memory. A segment of degree 3 has 72 bytes of coefficients; 48 for a piece, of which it has 1 to
 // 2 in general; 4 to 8 cells of 8 bytes, and 8 bytes for each time that a piece passes a cell, at
@@ -26,7 +26,7 @@
 #include <vector>
 
 #include "common/scene/patch_surface.h"
-#include "slave/core/primitive/patch/trim_cells.h"
+#include "slave/core/primitive/patch/trim_grid.h"
 
 namespace tessera::core {
 
