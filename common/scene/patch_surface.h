@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/base/api.h"
 #include "common/math/vec3.h"
 
 namespace tessera {
@@ -61,7 +62,7 @@ struct PatchSurface {
 // One patch of a surface after the other, with its places in the surface's arrays:
 //   for (PatchCursor at(surface); at.is_any(); at.advance()) ...
 // Requires: arrays that fit each other, as validate_scene() checks; the surface outlives it.
-class PatchCursor {
+class TESSERA_API PatchCursor {
  public:
   explicit PatchCursor(const PatchSurface& surface) : surface_(&surface) {}
   bool is_any() const { return patch_ < surface_->patches.size(); }

@@ -64,9 +64,8 @@ class SceneEncoder {
   std::unordered_map<const void*, std::pair<std::shared_ptr<const void>, SceneBlock>> known_;
 };
 
-// Decodes block after block; the cache shares meshes, surfaces and textures with earlier versions by
-// digest.
-// Used by one thread.
+// Decodes block after block; the cache shares meshes, surfaces and textures with earlier versions
+// by digest. Used by one thread.
 class SceneDecoder {
  public:
   // Returns: kDataLoss for malformed bytes, or validate_scene()'s refusal. Requires: the caller has
