@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "common/base/isa.h"
-#include "slave/core/primitive/primitive_index.h"
+#include "slave/core/primitive/freeform/patch_store.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "tests/bench/workload.h"
 
@@ -59,8 +59,9 @@ std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
 // Our contenders with one structure for each mesh of the scene, and a second level over its
 // instances.
 std::unique_ptr<Entrants> make_ours_instanced(const Scene& scene, Isa isa);
-// Our contenders over a scene of patches, which outlives them. Requires: it has patches.
-std::unique_ptr<Entrants> make_ours_patched(const core::PrimitiveIndex& index, Isa isa);
+// Our contenders over patches. Requires: sub-patches have their numbers, and boxes are theirs.
+std::unique_ptr<Entrants> make_ours_patched(std::shared_ptr<const core::PatchStore> patches,
+                                            const std::vector<Bounds3f>& boxes, Isa isa);
 struct EmbreeMode {
   bool is_high = false;    // build quality "high" (spatial splits) and not "medium", its default
   bool is_robust = false;  // its watertight tests

@@ -36,6 +36,7 @@ void add_list(tessera::JsonObject& all, const std::string& suite,
 
 std::vector<std::string> usual_scenes(const std::string& suite, bool is_quick) {
   if (suite == "gi") return tessera::bench::gi_scene_names();
+  if (suite == "patch") return {"teapot", "teapots"};
   if (is_quick) return {"interior", "knot"};
   return tessera::bench::scene_names();
 }
@@ -67,7 +68,8 @@ tessera::Status run(std::vector<std::string> suites,
     tessera::bench::CoreSuiteOptions of_suite = options;
     if (of_suite.scenes.empty()) of_suite.scenes = usual_scenes(suite, options.is_quick);
     for (const std::string& name : of_suite.scenes) {
-      auto known = suite == "gi" ? tessera::bench::gi_scene_names() : tessera::bench::scene_names();
+      auto known = suite == "gi" || suite == "patch" ? usual_scenes(suite, options.is_quick)
+                                                     : tessera::bench::scene_names();
       if (suite == "core") known.push_back("crowd");
       if (std::find(known.begin(), known.end(), name) == known.end())
         return tessera::Status::invalid_argument("--scene " + name + " is none of " + suite);
@@ -111,10 +113,12 @@ int main(int argc, char** argv) {
   tessera::bench::ExchangeOptions exchange;
   std::vector<std::string> suites;
   std::string isa = "auto", json_path;
+  bool is_quick = false;
   app.add_option(
          "SUITE", suites,
          "core: rays per CPU-second; build: time to build; accuracy: errors on hard cases; "
          "moves: time to prepare a scene in which one instance moved; "
+         "patch: rays through patches, beside triangles of them; "
          "trims: whether points of patches are kept, by the number of loops; "
          "thesis: its tables of steps and tests; exchange: the master's tiles per second, beside "
          "a bare epoll loop; gi: global illumination, its speed and its error, on scenes of its "
@@ -124,11 +128,11 @@ int main(int argc, char** argv) {
           {"core", "build", "accuracy", "moves", "patch", "trims", "thesis", "exchange", "gi"}));
   std::vector<std::string> scene_names = tessera::bench::scene_names();
   for (const std::string& name : tessera::bench::gi_scene_names()) scene_names.push_back(name);
-  scene_names.push_back("crowd");
+  for (const char* const name : {"crowd", "teapot", "teapots"}) scene_names.push_back(name);
   app.add_option(
          "--scene", options.scenes,
-         "interior, knot, building, field; core: crowd, too; gi: cornell, room (default: all "
-         "but crowd)")
+         "interior, knot, building, field; core: crowd, too; gi: cornell, room; patch: teapot, "
+         "teapots (default: all but crowd)")
       ->check(CLI::IsMember(scene_names));
   app.add_option("--rays", options.kinds, "primary, shadow, bounce (default: all)")
       ->check(CLI::IsMember({"primary", "shadow", "bounce"}));
@@ -139,7 +143,7 @@ int main(int argc, char** argv) {
   app.add_flag("--sizes", options.with_sizes,
                "core: fans of 8, 16 and 32 rays, too; build: a part of the triangles, too");
   app.add_flag(
-      "--quick", options.is_quick,
+      "--quick", is_quick,
       "interior and knot, 512x512, 3 repeats; 4,000 rays a class; gi: a fifth of the size");
   app.add_option("--isa", isa, "auto, scalar, sse4, avx2, avx512")->capture_default_str();
   app.add_option("--repeats", options.repeats, "timed runs of each, interleaved; the median counts")
@@ -164,7 +168,8 @@ int main(int argc, char** argv) {
     }
     options.isa = *named;
   }
-  if (options.is_quick) {
+  options.is_quick = is_quick;
+  if (is_quick) {
     options.size_px = 512;
     options.repeats = std::min(options.repeats, 3);
   }

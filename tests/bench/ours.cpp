@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <memory>
-#include <type_traits>
 #include <utility>
-#include <variant>
 
 #include "slave/core/kernels/kernel_table.h"
+#include "slave/core/primitive/freeform/patched_index.h"
 #include "slave/core/primitive/instance/instanced_index.h"
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
@@ -28,12 +27,11 @@ double seconds_of(clockid_t clock) {
 // One acceleration structure and the ways to trace rays through it.
 template <class Index>
 class Structure {
-  using View = decltype(core::view_of(std::declval<const std::remove_cvref_t<Index>&>()));
+  using View = decltype(core::view_of(std::declval<const Index&>()));
 
  public:
-  // Index: a structure of its own, or a reference to one that outlives it.
   Structure(Index index, const core::KernelTable& table, const std::string& name, bool with_sizes)
-      : index_(std::forward<Index>(index)),
+      : index_(std::move(index)),
         view_(core::view_of(index_)),
         table_(table),
         kernels_(core::kernels_of(table, view_)),
@@ -224,6 +222,16 @@ class Ours final : public Entrants {
     }
   }
 
+  Ours(std::shared_ptr<const core::PatchStore> patches, const std::vector<Bounds3f>& boxes,
+       Isa isa) {
+    const core::KernelTable& table = core::kernels_for(isa);
+    if (table.lane_count >= 16) {
+      build_patched<16>(table, std::move(patches), boxes);
+    } else {
+      build_patched<8>(table, std::move(patches), boxes);
+    }
+  }
+
   Ours(const Scene& scene, Isa isa) {
     const core::KernelTable& table = core::kernels_for(isa);
     if (table.lane_count >= 16) {
@@ -231,21 +239,6 @@ class Ours final : public Entrants {
     } else {
       build_instanced<8>(table, scene);
     }
-  }
-
-  Ours(const core::PrimitiveIndex& patched, Isa isa) {
-    const core::KernelTable& table = core::kernels_for(isa);
-    std::visit(
-        [&](const auto& index) {
-          using Index = std::remove_cvref_t<decltype(index)>;
-          if constexpr (requires { index.patches; }) {
-            auto structure =
-                std::make_shared<Structure<const Index&>>(index, table, "patches", false);
-            structure->enter(contenders);
-            structures_.push_back(structure);
-          }
-        },
-        patched.any);
   }
 
  private:
@@ -279,6 +272,17 @@ class Ours final : public Entrants {
     });
   }
 
+  template <int W>
+  void build_patched(const core::KernelTable& table,
+                     std::shared_ptr<const core::PatchStore> patches,
+                     const std::vector<Bounds3f>& boxes) {
+    const double store = 1e-6 * static_cast<double>(patches->memory_bytes());
+    build<core::PatchedBvh<W>>("patches", table, [&] {
+      return core::index_patches<W>({{}, {}, {}, boxes}, patches, {1, nullptr});
+    });
+    builds.back().megabytes += store;
+  }
+
   template <class Index, class Build>
   void build(const std::string& name, const core::KernelTable& table, const Build& build_index) {
     const double start = process_cpu_seconds(), start_wall = wall_seconds();
@@ -291,7 +295,7 @@ class Ours final : public Entrants {
     structures_.push_back(structure);
   }
 
-  const OursOptions options_{};
+  const OursOptions options_;
   std::vector<std::shared_ptr<void>> structures_;
 };
 
@@ -307,8 +311,9 @@ std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
   return std::make_unique<Ours>(triangles, boxes, isa, options);
 }
 
-std::unique_ptr<Entrants> make_ours_patched(const core::PrimitiveIndex& index, Isa isa) {
-  return std::make_unique<Ours>(index, isa);
+std::unique_ptr<Entrants> make_ours_patched(std::shared_ptr<const core::PatchStore> patches,
+                                            const std::vector<Bounds3f>& boxes, Isa isa) {
+  return std::make_unique<Ours>(std::move(patches), boxes, isa);
 }
 
 std::unique_ptr<Entrants> make_ours_instanced(const Scene& scene, Isa isa) {

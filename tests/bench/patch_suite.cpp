@@ -4,261 +4,329 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
+#include <utility>
 
 #include "common/base/json.h"
-#include "slave/core/primitive/patch/patch_evaluation.h"
-#include "slave/core/scene/prepared_scene_impl.h"
-#include "slave/core/scene/ray_caster.h"
+#include "slave/core/primitive/freeform/patch_point.h"
+#include "slave/core/primitive/patch/patch_answer_abi.h"
+#include "slave/core/ray/packet_layout.h"
 #include "tests/bench/contender.h"
-#include "tests/support/patch_scene_of.h"
+#include "tests/bench/patch_scene.h"
+
+namespace {
+
+thread_local std::uint64_t answer_count = 0;
+
+}  // namespace
+
+// What the kernels ask out of line is counted on its way (CMakeLists.txt).
+extern "C" {
+tessera::core::PatchAnswer
+__real__ZN7tessera4core12patch_answerERKNS0_5PatchERKNS0_8SubPatchEPKfS8_f(
+    const tessera::core::Patch& patch, const tessera::core::SubPatch& part, const float* origin,
+    const float* direction, float t_min);
+tessera::core::PatchAnswer
+__wrap__ZN7tessera4core12patch_answerERKNS0_5PatchERKNS0_8SubPatchEPKfS8_f(
+    const tessera::core::Patch& patch, const tessera::core::SubPatch& part, const float* origin,
+    const float* direction, float t_min) {
+  ++answer_count;
+  return __real__ZN7tessera4core12patch_answerERKNS0_5PatchERKNS0_8SubPatchEPKfS8_f(
+      patch, part, origin, direction, t_min);
+}
+}
 
 namespace tessera::bench {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-// Teapots in a cube of side^3, all of them turned alike, as a surface of patches in world space.
-Scene teapots(int side) {
-  Scene scene = test::patch_scene_of("teapot");
-  scene.instances.clear();
-  for (int i = 0; i < side * side * side; ++i) {
-    Transform t;
-    const int at[3] = {i % side, i / side % side, i / side / side};
-    constexpr float kApart[3] = {7, 5, 4};
-    for (std::size_t a = 0; a < 3; ++a) t.m[a][3] = kApart[a] * static_cast<float>(at[a]);
-    scene.instances.push_back({0, t, ObjectKind::kPatchSurface});
-  }
-  return scene;
-}
-
-// All patches of the store as triangles, cells x cells squares of two each.
-Scene tessellated(const core::PatchStore& patches, int cells) {
-  Mesh mesh;
-  mesh.materials = {0};
-  const auto corners = static_cast<std::uint32_t>(cells + 1);
-  for (const core::Patch& patch : patches.patches) {
-    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-    for (std::uint32_t i = 0; i < corners; ++i) {
-      for (std::uint32_t j = 0; j < corners; ++j) {
-        const core::PatchJet jet =
-            core::evaluate(patch, static_cast<double>(i) / cells, static_cast<double>(j) / cells);
-        mesh.positions.push_back({static_cast<float>(jet.point[0]),
-                                  static_cast<float>(jet.point[1]),
-                                  static_cast<float>(jet.point[2])});
-      }
-    }
-    for (std::uint32_t i = 0; i + 1 < corners; ++i) {
-      for (std::uint32_t j = 0; j + 1 < corners; ++j) {
-        const std::uint32_t a = first + i * corners + j, b = a + corners;
-        mesh.triangles.push_back({a, b, b + 1});
-        mesh.triangles.push_back({a, b + 1, a + 1});
-      }
-    }
-  }
-  Scene scene;
-  scene.materials.resize(1);
-  scene.meshes = {std::make_shared<const Mesh>(std::move(mesh))};
-  scene.instances = {{0, {}}};
-  return scene;
-}
-
-// What camera rays hit of the true surface.
-std::vector<core::CastHit> true_hits(const core::PreparedScene& scene, const Workload& work,
-                                     Isa isa) {
-  std::vector<core::CastRay> rays;
-  for (const RayBlock& block : work.blocks) {
-    for (int i = 0; i < block.count; ++i) {
-      rays.push_back({{block.origin[0][i], block.origin[1][i], block.origin[2][i]},
-                      {block.direction[0][i], block.direction[1][i], block.direction[2][i]},
-                      0,
-                      kInfinity});
-    }
-  }
-  std::vector<core::CastHit> hits(rays.size());
-  core::CastOptions options;
-  options.isa = isa;
-  core::cast_rays(scene, rays, options, hits);
-  return hits;
-}
-
-struct Row {
-  const Contender* contender = nullptr;
-  std::vector<double> cpu_seconds{};
-  double error = 0;         // p99.9 of camera rays, over the diagonal
-  std::uint64_t lost = 0;   // camera rays that miss, or are on another sheet
-  std::uint64_t extra = 0;  // that hit where nothing is
+struct Case {
+  std::string name;
+  int side;
+  std::vector<int> cells;
+  std::size_t judged;  // rays that are traced by brute force
 };
 
-void compare(Row& row, const Workload& work, const std::vector<core::CastHit>& wanted,
-             const std::vector<BlockHits>& hits, double diagonal) {
-  std::vector<double> errors;
-  std::size_t number = 0;
-  for (std::size_t b = 0; b < work.blocks.size(); ++b) {
-    for (int i = 0; i < work.blocks[b].count; ++i, ++number) {
-      const bool is_hit = hits[b].primitive[i] != core::kNoPrimitive;
-      if (!wanted[number].is_hit) {
-        row.extra += is_hit;
-        continue;
-      }
-      const double off = std::fabs(double{hits[b].t[i]} - double{wanted[number].t}) / diagonal;
-      if (!is_hit || off > 0.01) {
-        ++row.lost;
-      } else {
-        errors.push_back(off);
-      }
-    }
-  }
-  if (errors.empty()) return;
-  const auto at = errors.begin() + static_cast<std::ptrdiff_t>(0.999 * double(errors.size() - 1));
-  std::nth_element(errors.begin(), at, errors.end());
-  row.error = *at;
+// The surface as one entrant has it.
+struct Row {
+  std::string name;
+  int cells = 0;  // 0: patches
+  std::unique_ptr<Entrants> entrants{};
+  double build_cpu_seconds = 0, megabytes = 0;
+  SecondaryRays secondary{};
+  double off = 0;  // 99.9th percentile of the hits' distance from the surface, of the diagonal
+  std::uint64_t missed = 0, invented = 0, wrong = 0;  // of the judged camera rays
+};
+
+// One way of a row to trace rays of one kind.
+struct Way {
+  const Contender* contender;
+  const Workload* work;
+  double cpu_seconds = INFINITY;
+  double asked = 0;  // answers out of line, of a ray
+};
+
+Vec3f at(const float (&values)[3][kBlockRays], int i) {
+  return {values[0][i], values[1][i], values[2][i]};
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0 : values[values.size() / 2];
-}
-
-class PatchScene {
+class Judge {
  public:
-  PatchScene(std::string name, Scene scene, Camera camera, Vec3f light, std::vector<int> cells,
-             const CoreSuiteOptions& options)
-      : name_(std::move(name)), options_(options), camera_(camera), light_(light) {
-    const double start = process_cpu_seconds();
-    prepared_ = core::PreparedScene::build(scene, {}).value();
-    builds_.push_back({"patches", process_cpu_seconds() - start, 0,
-                       1e-6 * static_cast<double>(prepared_->memory_bytes())});
-    const core::PreparedScene::Impl& impl = prepared_->impl();
-    const Bounds3f box = impl.index.bounds();
-    diagonal_ = double{length(box.upper - box.lower)};
-    entrants_.push_back(make_ours_patched(impl.index, options.isa));
-    for (const int side : cells) {
-      const Scene triangles = tessellated(*impl.patches, side);
-      std::vector<Bounds3f> boxes;
-      const core::TriangleStore store = core::make_triangle_store(triangles, boxes);
-      auto embree = make_embree(store, options.isa, {});
-      if (!embree) continue;
-      for (Contender& contender : embree->contenders)
-        contender.name = std::to_string(side) + " x " + std::to_string(side) + " " + contender.name;
-      builds_.push_back(embree->builds[0]);
-      builds_.back().name = std::to_string(side) + " x " + std::to_string(side) + " embree";
-      entrants_.push_back(std::move(embree));
+  Judge(const core::PatchStore& patches, const std::vector<Bounds3f>& boxes,
+        const Workload& primary, std::size_t judged)
+      : patches_(patches), truth_(patches, boxes), primary_(primary) {
+    stride_ = std::max<std::size_t>(1, primary.ray_count / judged);
+    for (std::size_t n = 0; n < primary.ray_count; n += stride_) {
+      const RayBlock& rays = primary.blocks[n / kBlockRays];
+      const int i = static_cast<int>(n % kBlockRays);
+      wanted_.push_back(truth_.trace(at(rays.origin, i), at(rays.direction, i)));
     }
   }
 
-  std::string run() {
-    const core::PatchStore& patches = *prepared_->impl().patches;
-    std::printf("\n%s, %zu patches, %zu sub-patches\n", name_.c_str(), patches.patches.size(),
-                patches.parts.size());
-    const Workload primary = primary_rays(camera_, options_.size_px);
-    const std::vector<core::CastHit> hits = true_hits(*prepared_, primary, options_.isa);
-    const SecondaryRays secondary = secondary_of(primary, hits);
-    std::string list = "[" + measure(primary, &hits) + ",";
-    list += measure(secondary.shadow, nullptr) + ",";
-    list += measure(secondary.bounce, nullptr) + "]";
-    std::string builds = "[";
-    for (const Build& build : builds_) {
-      std::printf("  build %-22s %10.1f ms %14.1f MB\n", build.name.c_str(),
-                  1e3 * build.cpu_seconds, build.megabytes);
-      JsonObject json;
-      json.add("name", build.name).add("cpu_seconds", build.cpu_seconds).add("mb", build.megabytes);
-      builds += (builds.size() > 1 ? "," : "") + json.text();
+  std::size_t judged() const { return wanted_.size(); }
+
+  // Sets the errors of the row's camera rays.
+  void judge(Row& row, const std::vector<BlockHits>& hits) const {
+    for (std::size_t w = 0; w < wanted_.size(); ++w) {
+      const BlockHits& block = hits[w * stride_ / kBlockRays];
+      const std::size_t i = w * stride_ % kBlockRays;
+      const PatchTruth::Hit& wanted = wanted_[w];
+      const bool is_hit = block.primitive[i] != core::kNoPrimitive;
+      row.missed += wanted.is_hit && !is_hit;
+      row.invented += !wanted.is_hit && is_hit;
+      if (!wanted.is_hit || !is_hit) continue;
+      const bool is_apart =
+          std::fabs(double{block.t[i]} - double{wanted.t}) > 1e-2 * truth_.diagonal();
+      row.wrong += row.cells == 0 ? block.t[i] != wanted.t || block.primitive[i] != wanted.primitive
+                                  : is_apart;
     }
-    JsonObject json;
-    json.add("scene", name_).add("patches", std::uint64_t{patches.patches.size()});
-    json.add("sub_patches", std::uint64_t{patches.parts.size()});
-    json.add_raw("rays", list).add_raw("builds", builds + "]");
-    return json.text();
+    std::vector<double> off;
+    for (std::size_t n = 0; n < primary_.ray_count; n += 7) {
+      const BlockHits& block = hits[n / kBlockRays];
+      const int i = static_cast<int>(n % kBlockRays);
+      if (block.primitive[i] != core::kNoPrimitive) off.push_back(distance(row, block, n));
+    }
+    if (off.empty()) return;
+    const auto rank = static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(off.size() - 1));
+    std::nth_element(off.begin(), off.begin() + rank, off.end());
+    row.off = off[static_cast<std::size_t>(rank)] / truth_.diagonal();
   }
 
  private:
-  SecondaryRays secondary_of(const Workload& primary,
-                             const std::vector<core::CastHit>& hits) const {
-    std::vector<SurfacePlace> places;
-    std::size_t number = 0;
-    for (const RayBlock& block : primary.blocks) {
-      for (int i = 0; i < block.count; ++i, ++number) {
-        const core::CastHit& hit = hits[number];
-        if (!hit.is_hit) continue;
-        const Vec3f d{block.direction[0][i], block.direction[1][i], block.direction[2][i]};
-        const Vec3f o{block.origin[0][i], block.origin[1][i], block.origin[2][i]};
-        places.push_back({o + d * hit.t, dot(hit.normal, d) > 0 ? -hit.normal : hit.normal,
-                          static_cast<std::uint32_t>(number)});
-      }
+  double distance(const Row& row, const BlockHits& hits, std::size_t n) const {
+    const RayBlock& rays = primary_.blocks[n / kBlockRays];
+    const int i = static_cast<int>(n % kBlockRays);
+    const Vec3f o = at(rays.origin, i), d = at(rays.direction, i);
+    double point[3];
+    for (int a = 0; a < 3; ++a) point[a] = double{o[a]} + double{hits.t[i]} * double{d[a]};
+    if (row.cells == 0) {
+      const core::SubPatch& part = patches_.parts[hits.primitive[i]];
+      const auto met =
+          patch_point(patches_.patches[part.patch], part, &o.x, &d.x, hits.t[i]);
+      return truth_.distance(part.patch, double{met.u}, double{met.v}, point);
     }
-    return secondary_rays(places, 2e-5f * static_cast<float>(diagonal_), light_);
+    const auto cells = static_cast<std::uint32_t>(row.cells);
+    const std::uint32_t square = hits.primitive[i] / 2;
+    const std::uint32_t patch = square / (cells * cells), cell = square % (cells * cells);
+    return truth_.distance(patch, (cell / cells + 0.5) / cells, (cell % cells + 0.5) / cells,
+                           point);
   }
 
-  std::string measure(const Workload& work, const std::vector<core::CastHit>* wanted) const {
-    std::vector<Row> rows;
-    for (const auto& entrant : entrants_) {
-      for (const Contender& contender : entrant->contenders)
-        if (contender.kind == work.kind) rows.push_back({&contender});
-    }
-    std::vector<BlockHits> hits(work.blocks.size());
-    for (int repeat = -1; repeat < options_.repeats; ++repeat) {
-      for (Row& row : rows) {
-        const double start = thread_cpu_seconds();
-        for (std::size_t b = 0; b < work.blocks.size(); ++b)
-          row.contender->trace(work.blocks[b], hits[b]);
-        if (repeat >= 0) row.cpu_seconds.push_back(thread_cpu_seconds() - start);
-        if (repeat < 0 && wanted != nullptr) compare(row, work, *wanted, hits, diagonal_);
-      }
-    }
-    return report(work, rows);
-  }
-
-  static std::string report(const Workload& work, const std::vector<Row>& rows) {
-    const auto rate = [&](const Row& row) {
-      return 1e-6 * static_cast<double>(work.ray_count) / median(row.cpu_seconds);
-    };
-    double best = 0;  // of ours
-    for (const Row& row : rows)
-      if (row.contender->is_ours) best = std::max(best, rate(row));
-    std::printf("  %-32s %12s %12s %12s %8s %8s\n", ray_kind_name(work.kind), "Mrays/CPU-s",
-                "ours to it", "error p99.9", "lost", "extra");
-    std::string list = "[";
-    for (const Row& row : rows) {
-      std::printf("  %-32s %12.2f %12.2f %12.2g %8llu %8llu\n", row.contender->name.c_str(),
-                  rate(row), best / rate(row), row.error, static_cast<unsigned long long>(row.lost),
-                  static_cast<unsigned long long>(row.extra));
-      JsonObject json;
-      json.add("name", row.contender->name).add("mrays_per_cpu_second", rate(row));
-      json.add("ours_to_it", best / rate(row)).add("error", row.error);
-      json.add("lost", row.lost).add("extra", row.extra);
-      list += (list.size() > 1 ? "," : "") + json.text();
-    }
-    JsonObject json;
-    json.add("kind", std::string(ray_kind_name(work.kind))).add("rays", work.ray_count);
-    json.add_raw("rows", list + "]");
-    return json.text();
-  }
-
-  std::string name_;
-  const CoreSuiteOptions& options_;
-  Camera camera_;
-  Vec3f light_;
-  double diagonal_ = 0;
-  std::shared_ptr<const core::PreparedScene> prepared_;
-  std::vector<std::unique_ptr<Entrants>> entrants_;
-  std::vector<Build> builds_;
+  const core::PatchStore& patches_;
+  const PatchTruth truth_;
+  const Workload& primary_;
+  std::size_t stride_ = 1;
+  std::vector<PatchTruth::Hit> wanted_;
 };
+
+// What the row's first way to trace camera rays hits.
+std::vector<BlockHits> first_hits(const Row& row, const Workload& primary) {
+  std::vector<BlockHits> hits(primary.blocks.size());
+  for (const Contender& contender : row.entrants->contenders) {
+    if (contender.kind != RayKind::kPrimary) continue;
+    for (std::size_t b = 0; b < hits.size(); ++b) contender.trace(primary.blocks[b], hits[b]);
+    break;
+  }
+  return hits;
+}
+
+std::vector<RayStart> starts_on_patches(const core::PatchStore& patches, const Workload& primary,
+                                        const std::vector<BlockHits>& hits) {
+  std::vector<RayStart> starts;
+  for (std::size_t b = 0; b < hits.size(); ++b) {
+    for (int i = 0; i < primary.blocks[b].count; ++i) {
+      RayStart& start = starts.emplace_back();
+      if (hits[b].primitive[i] == core::kNoPrimitive) continue;
+      const Vec3f o = at(primary.blocks[b].origin, i), d = at(primary.blocks[b].direction, i);
+      const core::SubPatch& part = patches.parts[hits[b].primitive[i]];
+      const auto met =
+          patch_point(patches.patches[part.patch], part, &o.x, &d.x, hits[b].t[i]);
+      const Vec3f normal = dot(met.normal, d) > 0 ? -met.normal : met.normal;
+      start = {true, met.point + normal * met.offset, normal};
+    }
+  }
+  return starts;
+}
+
+std::vector<FirstHit> listed(const Workload& primary, const std::vector<BlockHits>& hits) {
+  std::vector<FirstHit> list;
+  for (std::size_t b = 0; b < hits.size(); ++b)
+    for (int i = 0; i < primary.blocks[b].count; ++i)
+      list.push_back({hits[b].t[i], hits[b].primitive[i]});
+  return list;
+}
+
+Row patches_row(const Scene& scene, Isa isa, std::shared_ptr<core::PatchStore>& store,
+                std::vector<Bounds3f>& boxes) {
+  const double start = process_cpu_seconds();
+  store = std::make_shared<core::PatchStore>(core::make_patch_store(scene, boxes));
+  const double seconds = process_cpu_seconds() - start;
+  for (std::size_t p = 0; p < store->parts.size(); ++p)
+    store->parts[p].primitive = static_cast<std::uint32_t>(p);
+  Row row{"patches"};
+  row.entrants = make_ours_patched(store, boxes, isa);
+  row.build_cpu_seconds = seconds + row.entrants->builds[0].cpu_seconds;
+  row.megabytes = row.entrants->builds[0].megabytes;
+  return row;
+}
+
+// Traces rays of one kind in all ways of all rows, in turns.
+std::vector<std::vector<Way>> measured(const std::vector<Row>& rows, RayKind kind,
+                                       const Workload& primary, int repeats) {
+  std::vector<std::vector<Way>> ways(rows.size());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const SecondaryRays& secondary = rows[r].secondary;
+    const Workload* const work = kind == RayKind::kPrimary  ? &primary
+                                 : kind == RayKind::kShadow ? &secondary.shadow
+                                                            : &secondary.bounce;
+    for (const Contender& contender : rows[r].entrants->contenders)
+      if (contender.kind == kind) ways[r].push_back({&contender, work});
+  }
+  BlockHits hits;
+  for (int repeat = -1; repeat < repeats; ++repeat) {
+    for (auto& of_row : ways) {
+      for (Way& way : of_row) {
+        answer_count = 0;
+        const double start = thread_cpu_seconds();
+        for (const RayBlock& block : way.work->blocks) way.contender->trace(block, hits);
+        const double seconds = thread_cpu_seconds() - start;
+        if (repeat >= 0) way.cpu_seconds = std::min(way.cpu_seconds, seconds);
+        way.asked = static_cast<double>(answer_count) / static_cast<double>(way.work->ray_count);
+      }
+    }
+  }
+  return ways;
+}
+
+std::string report(RayKind kind, const std::vector<Row>& rows,
+                   const std::vector<std::vector<Way>>& ways) {
+  std::string list;
+  double ours = 0;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const auto rate = [](const Way& way) {
+      return 1e-6 * static_cast<double>(way.work->ray_count) / way.cpu_seconds;
+    };
+    const auto best =
+        std::max_element(ways[r].begin(), ways[r].end(),
+                         [&](const Way& a, const Way& b) { return rate(a) < rate(b); });
+    if (rows[r].cells == 0) ours = rate(*best);
+    const double to_these = rows[r].cells == 0 ? std::nan("") : ours / rate(*best);
+    std::printf("  %-8s %-12s %8.2f Mrays/CPU-s  patches to these %5.2f  asked %.4f  %s\n",
+                ray_kind_name(kind), rows[r].name.c_str(), rate(*best), to_these, best->asked,
+                best->contender->name.c_str());
+    JsonObject json;
+    json.add("name", rows[r].name).add("way", best->contender->name);
+    json.add("mrays_per_cpu_second", rate(*best)).add("patches_to_these", to_these);
+    if (rows[r].cells == 0) json.add("complete_solver_per_ray", best->asked);
+    std::string all;
+    for (const Way& way : ways[r]) {
+      JsonObject one;
+      one.add("name", way.contender->name).add("mrays_per_cpu_second", rate(way));
+      all += (all.empty() ? "" : ",") + one.text();
+    }
+    json.add_raw("ways", "[" + all + "]");
+    list += (list.empty() ? "" : ",") + json.text();
+  }
+  JsonObject json;
+  json.add("kind", std::string(ray_kind_name(kind))).add_raw("rows", "[" + list + "]");
+  return json.text();
+}
+
+std::string report_surfaces(const std::vector<Row>& rows, std::size_t judged) {
+  std::string list;
+  std::printf("  %-12s %10s %9s %14s %8s %8s %8s, of %zu rays\n", "", "build s", "MB",
+              "off, p99.9", "missed", "invented", "wrong", judged);
+  for (const Row& row : rows) {
+    std::printf("  %-12s %10.3f %9.2f %14.3g %8llu %8llu %8llu\n", row.name.c_str(),
+                row.build_cpu_seconds, row.megabytes, row.off,
+                static_cast<unsigned long long>(row.missed),
+                static_cast<unsigned long long>(row.invented),
+                static_cast<unsigned long long>(row.wrong));
+    JsonObject json;
+    json.add("name", row.name).add("build_cpu_seconds", row.build_cpu_seconds);
+    json.add("mb", row.megabytes).add("off_p999_of_diagonal", row.off);
+    json.add("missed", row.missed).add("invented", row.invented).add("wrong", row.wrong);
+    list += (list.empty() ? "" : ",") + json.text();
+  }
+  return "[" + list + "]";
+}
+
+std::string run_case(const Case& which, const CoreSuiteOptions& options) {
+  std::fprintf(stderr, "making %s\n", which.name.c_str());
+  const Workload primary = primary_rays(camera_of_field(which.side), options.size_px);
+  const Vec3f light = light_of_field(which.side);
+  std::shared_ptr<core::PatchStore> store;
+  std::vector<Bounds3f> boxes;
+  std::vector<Row> rows;
+  rows.push_back(patches_row(teapot_field(which.side), options.isa, store, boxes));
+  const Judge judge(*store, boxes, primary, which.judged);
+  auto hits = first_hits(rows[0], primary);
+  judge.judge(rows[0], hits);
+  rows[0].secondary = secondary_rays(starts_on_patches(*store, primary, hits), light);
+  for (const int cells : which.cells) {
+    if (!has_embree()) break;
+    std::vector<Bounds3f> triangle_boxes;
+    const core::TriangleStore triangles = tessellated(*store, cells, triangle_boxes);
+    const std::string side = std::to_string(cells);
+    Row& row = rows.emplace_back();
+    row.name = side + " x " + side;
+    row.cells = cells;
+    row.entrants = make_embree(triangles, options.isa, {});
+    row.build_cpu_seconds = row.entrants->builds[0].cpu_seconds;
+    row.megabytes = row.entrants->builds[0].megabytes + mesh_megabytes(*store, cells);
+    hits = first_hits(row, primary);
+    judge.judge(row, hits);
+    row.secondary = secondary_rays(primary, listed(primary, hits), triangles, light);
+  }
+  std::printf("\n%s, %zu patches, %zu sub-patches\n", which.name.c_str(), store->patches.size(),
+              store->parts.size());
+  JsonObject json;
+  json.add("scene", which.name).add("patches", std::uint64_t{store->patches.size()});
+  json.add("sub_patches", std::uint64_t{store->parts.size()});
+  json.add("judged", std::uint64_t{judge.judged()});
+  std::string kinds;
+  for (const RayKind kind : {RayKind::kPrimary, RayKind::kShadow, RayKind::kBounce}) {
+    const auto& wanted = options.kinds;
+    if (!wanted.empty() &&
+        std::find(wanted.begin(), wanted.end(), ray_kind_name(kind)) == wanted.end())
+      continue;
+    const auto ways = measured(rows, kind, primary, options.repeats);
+    kinds += (kinds.empty() ? "" : ",") + report(kind, rows, ways);
+  }
+  json.add_raw("rays", "[" + kinds + "]");
+  json.add_raw("surfaces", report_surfaces(rows, judge.judged()));
+  return json.text();
+}
 
 }  // namespace
 
 Status run_patch_suite(const CoreSuiteOptions& options, std::vector<std::string>& json) {
-  const Camera camera{{6.5f, -7, 6}, {0.3f, 0, 1.5f}, {0, 0, 1}, 35};
-  json.push_back(
-      PatchScene("teapot", teapots(1), camera, {8, -3, 9}, {16, 64, 160}, options).run());
-  const int side = options.is_quick ? 8 : 16;
-  const float wide = 7 * static_cast<float>(side);
-  const Camera above{{1.2f * wide, -0.9f * wide, 0.9f * wide},
-                     {0.45f * wide, 0.35f * wide, 0.25f * wide},
-                     {0, 0, 1},
-                     40};
-  json.push_back(
-      PatchScene("teapots", teapots(side), above, {wide, -wide, 2 * wide}, {4, 8}, options).run());
+  std::vector<Case> cases = {{"teapot", 1, {16, 64, 160}, 8192},
+                             {"teapots", 64, {4, 8}, 1024}};
+  if (options.is_quick) cases = {{"teapot", 1, {16, 64}, 1024}, {"teapots", 8, {4, 8}, 256}};
+  for (const Case& which : cases) {
+    const auto& wanted = options.scenes;
+    if (wanted.empty() || std::find(wanted.begin(), wanted.end(), which.name) != wanted.end())
+      json.push_back(run_case(which, options));
+  }
   return Status::ok();
 }
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The suite "patch": rays per CPU-second of freeform patches that are hit where they are, beside
-// Embree's triangles at N x N cells a patch, on the same rays in the same run, interleaved; with
-// the error of each, the rays that it loses, memory, and what building it took.
+// The suite "patch": rays per CPU-second through patches as they are, beside Embree's triangles of
+// the same patches at several finenesses, in the same run, interleaved; each with its error.
+//
+// Rows. Camera rays are the same for all. Secondary rays start where the row's own camera rays have
+// hit, or triangles would answer for starts that lie behind them. Of the ways to trace rays (fans,
+// packets, single rays), each row has the fastest.
 //
 // Threads. One.
 #pragma once
@@ -9,13 +12,11 @@
 #include <string>
 #include <vector>
 
-#include "common/base/status.h"
 #include "tests/bench/core_suite.h"
 
 namespace tessera::bench {
 
-// Appends one JSON object for each scene: "teapot" (32 patches) and "teapots" (4,096 of them, in a
-// cube; quick: 512).
+// Appends JSON, one object a scene, to `json`.
 Status run_patch_suite(const CoreSuiteOptions& options, std::vector<std::string>& json);
 
 }  // namespace tessera::bench

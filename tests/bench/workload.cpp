@@ -62,30 +62,17 @@ Workload primary_rays(const Camera& camera, int size_px) {
   return work;
 }
 
-SecondaryRays secondary_rays(const std::vector<SurfacePlace>& places, float offset, Vec3f light) {
-  SecondaryRays result;
-  result.shadow.kind = RayKind::kShadow;
-  result.bounce.kind = RayKind::kBounce;
-  for (const SurfacePlace& place : places) {
-    const Vec3f start = place.point + place.normal * offset;
-    push(result.shadow, start, light - start, 0.9999f);
-    const Vec2f sample = core::sample_2d(core::mix_bits(place.ray), 0);
-    push(result.bounce, start, cosine_direction(place.normal, sample),
-         std::numeric_limits<float>::infinity());
-  }
-  return result;
-}
-
 SecondaryRays secondary_rays(const Workload& primary, const std::vector<FirstHit>& hits,
                              const core::TriangleStore& triangles, Vec3f light) {
   Bounds3f box;
   for (std::uint64_t t = 0; t < triangles.primitive_count(); ++t) box.grow(triangles.vertex(t, 0));
   const float offset = 2e-5f * length(box.upper - box.lower);
-  std::vector<SurfacePlace> places;
-  std::uint32_t number = 0;
+  std::vector<RayStart> starts;
+  starts.reserve(hits.size());
   for (const RayBlock& block : primary.blocks) {
-    for (int i = 0; i < block.count; ++i, ++number) {
-      const FirstHit& hit = hits[number];
+    for (int i = 0; i < block.count; ++i) {
+      const FirstHit& hit = hits[starts.size()];
+      RayStart& start = starts.emplace_back();
       if (hit.primitive == core::kNoPrimitive) continue;
       const Vec3f d{block.direction[0][i], block.direction[1][i], block.direction[2][i]};
       const Vec3f o{block.origin[0][i], block.origin[1][i], block.origin[2][i]};
@@ -93,10 +80,25 @@ SecondaryRays secondary_rays(const Workload& primary, const std::vector<FirstHit
       Vec3f n = normalize(
           cross(triangles.vertex(hit.primitive, 1) - a, triangles.vertex(hit.primitive, 2) - a));
       if (dot(n, d) > 0) n = -n;
-      places.push_back({o + d * hit.t, n, number});
+      start = {true, o + d * hit.t + n * offset, n};
     }
   }
-  return secondary_rays(places, offset, light);
+  return secondary_rays(starts, light);
+}
+
+SecondaryRays secondary_rays(const std::vector<RayStart>& starts, Vec3f light) {
+  SecondaryRays result;
+  result.shadow.kind = RayKind::kShadow;
+  result.bounce.kind = RayKind::kBounce;
+  for (std::size_t number = 0; number < starts.size(); ++number) {
+    const RayStart& start = starts[number];
+    if (!start.is_hit) continue;
+    push(result.shadow, start.point, light - start.point, 0.9999f);
+    const Vec2f sample = core::sample_2d(core::mix_bits(static_cast<std::uint32_t>(number)), 0);
+    push(result.bounce, start.point, cosine_direction(start.normal, sample),
+         std::numeric_limits<float>::infinity());
+  }
+  return result;
 }
 
 }  // namespace tessera::bench

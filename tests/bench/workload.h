@@ -41,21 +41,22 @@ Workload primary_rays(const Camera& camera, int size_px);
 struct SecondaryRays {
   Workload shadow, bounce;
 };
-// Where a camera ray has hit, with the normal that faces it, and the ray's number.
-struct SurfacePlace {
-  Vec3f point, normal;
-  std::uint32_t ray;
-};
-// offset: how far along the normal rays start. The directions of bounces are cosine-distributed,
-// from a fixed sequence.
-SecondaryRays secondary_rays(const std::vector<SurfacePlace>& places, float offset, Vec3f light);
 // What a primary ray has hit.
 struct FirstHit {
   float t;
   std::uint32_t primitive;
 };
-// hits: one for each primary ray, in their order.
+// hits: one for each primary ray, in their order. The directions of bounces are cosine-distributed,
+// from a fixed sequence.
 SecondaryRays secondary_rays(const Workload& primary, const std::vector<FirstHit>& hits,
                              const core::TriangleStore& triangles, Vec3f light);
+
+// Where secondary rays start; the normal is on the side that the primary ray has come from.
+struct RayStart {
+  bool is_hit = false;
+  Vec3f point, normal;
+};
+// The same for starts that the caller has found, one for each primary ray.
+SecondaryRays secondary_rays(const std::vector<RayStart>& starts, Vec3f light);
 
 }  // namespace tessera::bench
