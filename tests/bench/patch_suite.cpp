@@ -22,15 +22,15 @@ thread_local std::uint64_t answer_count = 0;
 // What the kernels ask out of line is counted on its way (CMakeLists.txt).
 extern "C" {
 tessera::core::PatchAnswer
-__real__ZN7tessera4core12patch_answerERKNS0_5PatchERKNS0_8SubPatchEPKfS8_f(
+__real__ZN7tessera4core13solved_answerERKNS0_5PatchERKNS0_8SubPatchEPKfS8_f(
     const tessera::core::Patch& patch, const tessera::core::SubPatch& part, const float* origin,
     const float* direction, float t_min);
 tessera::core::PatchAnswer
-__wrap__ZN7tessera4core12patch_answerERKNS0_5PatchERKNS0_8SubPatchEPKfS8_f(
+__wrap__ZN7tessera4core13solved_answerERKNS0_5PatchERKNS0_8SubPatchEPKfS8_f(
     const tessera::core::Patch& patch, const tessera::core::SubPatch& part, const float* origin,
     const float* direction, float t_min) {
   ++answer_count;
-  return __real__ZN7tessera4core12patch_answerERKNS0_5PatchERKNS0_8SubPatchEPKfS8_f(
+  return __real__ZN7tessera4core13solved_answerERKNS0_5PatchERKNS0_8SubPatchEPKfS8_f(
       patch, part, origin, direction, t_min);
 }
 }

@@ -28,6 +28,7 @@
 
 #include "slave/core/ray/bundle_rays-inl.h"
 #include "slave/core/ray/fan_rays-inl.h"
+#include "slave/core/ray/one_ray-inl.h"
 #include "slave/core/simd/real-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -47,14 +48,18 @@ HWY_INLINE Floats least_ts(const BundleRays& rays, size_t at) {
   return load<Floats>(rays.t_min + at);
 }
 
-// Rays: FanRays or BundleRays.
-template <class Rays>
-class PatchFilter {
-  using V = Floats;
-  using M = MaskOf<V>;
+struct PatchFilterRoom {
   static constexpr float kRoom = 16 * kRoundoff;        // see above
   static constexpr float kTooFlat = 64 * kRoundoff;     // |d_n| over N_n S
   static constexpr float kLimitSlack = 32 * kRoundoff;  // of t_min and the best t
+  static constexpr float kBorder = 1 + 0x1p-18f;  // of the square, for the overlap of neighbours
+};
+
+// Rays: FanRays or BundleRays.
+template <class Rays>
+class PatchFilter : PatchFilterRoom {
+  using V = Floats;
+  using M = MaskOf<V>;
 
  public:
   HWY_INLINE PatchFilter(const Rays& rays, const SubPatch& part) : rays_(rays), part_(part) {
@@ -92,8 +97,6 @@ class PatchFilter {
   }
 
  private:
-  static constexpr float kBorder = 1 + 0x1p-18f;  // of the square, for the overlap of neighbours
-
   HWY_INLINE void set_origin(const FanRays& rays) {
     double from[3];
     double far = 0;
@@ -124,6 +127,35 @@ class PatchFilter {
   const Rays& rays_;
   const SubPatch& part_;
   float norm_[3] = {}, origin_[3] = {}, reach_ = 0;
+};
+
+// The same test of one ray, without a branch. Its roundings are those of a bundle's.
+class PatchRayFilter : PatchFilterRoom {
+ public:
+  // Returns: whether the ray may meet the sub-patch. Requires: it has a frame.
+  static HWY_INLINE bool is_possible(const OneRay& ray, const SubPatch& part) {
+    float from[3], o[3], d[3], norm[3];
+    for (int k = 0; k < 3; ++k) from[k] = ray.origin[k] - part.centre[k];
+    for (int r = 0; r < 3; ++r) {
+      const float* const row = part.frame[r];
+      o[r] = from[0] * row[0] + from[1] * row[1] + from[2] * row[2];
+      d[r] = row[0] * ray.direction[0] + row[1] * ray.direction[1] + row[2] * ray.direction[2];
+      norm[r] = abs_of(row[0]) + abs_of(row[1]) + abs_of(row[2]);
+    }
+    const float reach = max_of(max_of(abs_of(from[0]), abs_of(from[1])), abs_of(from[2]));
+    const float inverse = 1 / d[2], t = -o[2] * inverse;
+    const float room = (reach + abs_of(t) * ray.size) * kRoom;
+    const float away = part.reach[2] + room * norm[2];
+    const float after = away * abs_of(inverse);
+    bool is_out = t - after > ray.best_t + abs_of(ray.best_t) * kLimitSlack;
+    is_out |= t + after < ray.t_min - abs_of(ray.t_min) * kLimitSlack;
+    for (int c = 0; c < 2; ++c) {
+      const float slope = d[c] * inverse, at_plane = abs_of(o[c] - slope * o[2]);
+      is_out |= at_plane > abs_of(slope) * away + (room * norm[c] + (kBorder + part.reach[c]));
+    }
+    const bool is_flat = !(abs_of(d[2]) > ray.size * (kTooFlat * norm[2]));
+    return is_flat | !is_out;
+  }
 };
 
 }  // namespace HWY_NAMESPACE

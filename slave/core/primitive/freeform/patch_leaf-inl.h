@@ -166,7 +166,7 @@ bool PatchPacketLeaf<W, kAny, Rays, Test>::ask(const Patch& patch, const SubPatc
   float origin[3], direction[3];
   origin_of(rays_, ray, origin);
   rays_.direction_of(ray, direction);
-  const PatchAnswer answer = patch_answer(patch, part, origin, direction, least_t(rays_, ray));
+  const PatchAnswer answer = solved_answer(patch, part, origin, direction, least_t(rays_, ray));
   return answer.is_hit && take(part, ray, answer.t);
 }
 
@@ -175,6 +175,10 @@ template <int W, bool kAny>
 class PatchRayLeaf {
  public:
   static constexpr bool kIsAny = kAny;
+  struct Found {
+    typename TriangleRay<W, kAny>::Candidates triangles;
+    bool is_part;  // one that the ray may meet
+  };
 
   explicit PatchRayLeaf(OneRay& ray) : ray_(ray), test_(ray) {}
 
@@ -188,15 +192,33 @@ class PatchRayLeaf {
         test_.test(shapes.triangles[block]);
       } else {
         const SubPatch& part = shapes.parts[block ^ kIsItem];
-        test(shapes.patches[part.patch], part);
+        if (may_meet(part)) ask(shapes.patches[part.patch], part);
       }
       if (kAny && test_.has_hit()) return i;
     }
     return kNoBlock;
   }
+  // What test() does for one block, in two steps, between which other rays have theirs.
+  HWY_INLINE Found look(const TrianglesAndPatches<W>& shapes, uint32_t block) const {
+    const uint32_t item = shapes.blocks[block];
+    if ((item & kIsItem) == 0) return {test_.look(shapes.triangles[item]), false};
+    return {{0, 0, 0}, may_meet(shapes.parts[item ^ kIsItem])};
+  }
+  static HWY_INLINE bool may_hit(const Found& found) {
+    return found.is_part || found.triangles.possible != 0;
+  }
+  HWY_INLINE void settle(const TrianglesAndPatches<W>& shapes, uint32_t block, const Found& found) {
+    const uint32_t item = shapes.blocks[block];
+    if (!found.is_part) return test_.settle(shapes.triangles[item], found.triangles);
+    const SubPatch& part = shapes.parts[item ^ kIsItem];
+    ask(shapes.patches[part.patch], part);
+  }
 
  private:
-  HWY_NOINLINE void test(const Patch& patch, const SubPatch& part) {
+  HWY_INLINE bool may_meet(const SubPatch& part) const {
+    return !part.has_frame || PatchRayFilter::is_possible(ray_, part);
+  }
+  HWY_NOINLINE void ask(const Patch& patch, const SubPatch& part) {
     const PatchAnswer answer = patch_answer(patch, part, ray_.origin, ray_.direction, ray_.t_min);
     const auto number = static_cast<int32_t>(part.primitive);
     if (answer.is_hit && ray_.is_nearer(answer.t, number))

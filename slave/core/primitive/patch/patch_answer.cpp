@@ -14,26 +14,46 @@ namespace {
 // patch of degrees m, n has 2 m n at most; sub-patches that the solver takes have some.
 constexpr int kRootsMax = 64;
 
-}  // namespace
-
-PatchAnswer patch_answer(const Patch& patch, const SubPatch& part, const float* origin,
-                         const float* direction, float t_min) {
+CompleteSolver& solver_of_thread() {
   thread_local const auto solver = std::make_unique<CompleteSolver>();
-  PatchRay ray{{origin[0], origin[1], origin[2]},
-               {direction[0], direction[1], direction[2]},
-               t_min,
-               std::numeric_limits<float>::infinity()};
+  return *solver;
+}
+
+PatchRay ray_of(const float* origin, const float* direction, float t_min) {
+  return {{origin[0], origin[1], origin[2]},
+          {direction[0], direction[1], direction[2]},
+          t_min,
+          std::numeric_limits<float>::infinity()};
+}
+
+// The first hit that trims keep. find: the first hit of a ray, which may have others behind it.
+template <class Find>
+PatchAnswer first_kept(const Patch& patch, const SubPatch& part, PatchRay ray, const Find& find) {
   for (int root = 0; root < kRootsMax; ++root) {
-    PatchWay way = PatchWay::kDecision;
-    const PatchHit hit = patch_hit(patch, part, ray, *solver, &way);
+    const PatchHit hit = find(ray);
     if (!hit.is_hit) return {};
     const auto t = static_cast<float>(hit.t);
     if (!part.is_trimmed || is_kept(patch, hit.u, hit.v)) return {true, t, hit.u, hit.v};
-    if (way == PatchWay::kDecision) return {};  // there is one root at most
     // The least number behind this root.
     ray.t_min = double{t} > hit.t ? t : std::nextafter(t, ray.t_max);
   }
   return {};
+}
+
+}  // namespace
+
+PatchAnswer patch_answer(const Patch& patch, const SubPatch& part, const float* origin,
+                         const float* direction, float t_min) {
+  return first_kept(patch, part, ray_of(origin, direction, t_min), [&](const PatchRay& ray) {
+    return patch_hit(patch, part, ray, solver_of_thread());
+  });
+}
+
+PatchAnswer solved_answer(const Patch& patch, const SubPatch& part, const float* origin,
+                          const float* direction, float t_min) {
+  return first_kept(patch, part, ray_of(origin, direction, t_min), [&](const PatchRay& ray) {
+    return solver_of_thread().solve(patch, part, ray);
+  });
 }
 
 bool is_kept(const Patch& patch, double u, double v) {

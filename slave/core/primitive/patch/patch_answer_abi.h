@@ -21,6 +21,11 @@ struct PatchAnswer {
 PatchAnswer patch_answer(const Patch& patch, const SubPatch& part, const float* origin,
                          const float* direction, float t_min);
 
+// The same where it is known that the decision leaves the ray undecided, or has no frame: only the
+// complete solver is asked. Requires: finite numbers, and a direction that is not zero.
+PatchAnswer solved_answer(const Patch& patch, const SubPatch& part, const float* origin,
+                          const float* direction, float t_min);
+
 // Whether the patch is there at (u, v). To be asked for hits of sub-patches that are trimmed.
 bool is_kept(const Patch& patch, double u, double v);
 
