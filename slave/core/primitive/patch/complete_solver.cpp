@@ -5,9 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/isa.h"
 #include "common/math/vec3d.h"
+#include "slave/core/kernels/kernel_table.h"
+#include "slave/core/kernels/solver_kernels.h"
 #include "slave/core/primitive/patch/patch_decision.h"
 #include "slave/core/primitive/patch/sub_patch_range.h"
+#include "slave/core/simd/isa_support.h"
 
 namespace tessera::core {
 namespace {
@@ -72,6 +76,16 @@ struct CompleteSolver::Narrowed {
 };
 
 PatchHit CompleteSolver::solve(const Patch& patch, const SubPatch& part, const PatchRay& ray) {
+  if (std::max(patch.degree_u, patch.degree_v) <= kCubicMax) {
+    static const CubicSolverCall solve_cubic =
+        cubic_solver(widest_isa(cpu_isas() & compiled_isas()));
+    const float t_range[2] = {ray.t_min, ray.t_max};
+    SolvedPatch solved;
+    solve_cubic(patch, part, ray.origin, ray.direction, t_range, solved);
+    box_count_ = solved.box_count;
+    is_exhausted_ = solved.is_exhausted;
+    return {solved.is_hit, solved.t, solved.u, solved.v};
+  }
   set_up(patch, part, ray);
   while (depth_ > 0 && !is_exhausted_) {
     if (++box_count_ > kBoxesMax) {

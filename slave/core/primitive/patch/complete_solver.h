@@ -34,6 +34,7 @@
 // Threads. An object is one thread's; it is memory to work in (400 KB), and remembers nothing.
 #pragma once
 
+#include "slave/core/primitive/patch/cubic_solver_layout.h"
 #include "slave/core/primitive/patch/patch_layout.h"
 #include "slave/core/primitive/patch/patch_ray.h"
 
@@ -41,7 +42,7 @@ namespace tessera::core {
 
 class CompleteSolver {
  public:
-  static constexpr int kBoxesMax = 1024;
+  static constexpr int kBoxesMax = kSolverBoxesMax;
 
   // Returns: the nearest root within t_min and t_max. Requires: a ray of finite numbers whose
   // direction is not zero.

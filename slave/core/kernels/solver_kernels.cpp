@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// The complete solver of patches of degrees up to 3, compiled once per instruction set by Highway;
+// see kernels.cpp.
+#include "slave/core/kernels/targets_layout.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "slave/core/kernels/solver_kernels.cpp"
+#include "hwy/foreach_target.h"
+#include "hwy/highway.h"
+#include "slave/core/primitive/patch/cubic_solver-inl.h"
+
+#if HWY_ONCE
+
+#include "slave/core/kernels/by_isa.h"
+#include "slave/core/kernels/solver_kernels.h"
+
+namespace tessera::core {
+
+CubicSolverCall cubic_solver(Isa isa) { TESSERA_RETURN_OF(isa, solve_cubic) }
+
+}  // namespace tessera::core
+
+#endif  // HWY_ONCE
