@@ -85,6 +85,13 @@ tessera::Status run(std::vector<std::string> suites,
   return tessera::Status::ok();
 }
 
+std::vector<std::string> all_scene_names() {
+  std::vector<std::string> names = tessera::bench::scene_names();
+  for (const std::string& name : tessera::bench::gi_scene_names()) names.push_back(name);
+  for (const char* const name : {"crowd", "teapot", "teapots"}) names.push_back(name);
+  return names;
+}
+
 void add_exchange_options(CLI::App& app, tessera::bench::ExchangeOptions& exchange) {
   app.add_option("--connections", exchange.connections, "exchange: slaves (default: 8 64 500)")
       ->check(CLI::Range(1, 2000));
@@ -126,9 +133,7 @@ int main(int argc, char** argv) {
          "default: the first three")
       ->check(CLI::IsMember(
           {"core", "build", "accuracy", "moves", "patch", "trims", "thesis", "exchange", "gi"}));
-  std::vector<std::string> scene_names = tessera::bench::scene_names();
-  for (const std::string& name : tessera::bench::gi_scene_names()) scene_names.push_back(name);
-  for (const char* const name : {"crowd", "teapot", "teapots"}) scene_names.push_back(name);
+  const std::vector<std::string> scene_names = all_scene_names();
   app.add_option(
          "--scene", options.scenes,
          "interior, knot, building, field; core: crowd, too; gi: cornell, room; patch: teapot, "

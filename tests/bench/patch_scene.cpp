@@ -56,8 +56,8 @@ core::TriangleStore tessellated(const core::PatchStore& patches, int cells,
   for (const core::Patch& patch : patches.patches) {
     for (std::size_t i = 0; i <= count; ++i)
       for (std::size_t j = 0; j <= count; ++j) {
-        const auto jet = core::evaluate(patch, static_cast<double>(i) / cells,
-                                        static_cast<double>(j) / cells);
+        const auto jet =
+            core::evaluate(patch, static_cast<double>(i) / cells, static_cast<double>(j) / cells);
         grid[(count + 1) * i + j] = {static_cast<float>(jet.point[0]),
                                      static_cast<float>(jet.point[1]),
                                      static_cast<float>(jet.point[2])};

@@ -119,8 +119,7 @@ class Judge {
     for (int a = 0; a < 3; ++a) point[a] = double{o[a]} + double{hits.t[i]} * double{d[a]};
     if (row.cells == 0) {
       const core::SubPatch& part = patches_.parts[hits.primitive[i]];
-      const auto met =
-          patch_point(patches_.patches[part.patch], part, &o.x, &d.x, hits.t[i]);
+      const auto met = patch_point(patches_.patches[part.patch], part, &o.x, &d.x, hits.t[i]);
       return truth_.distance(part.patch, double{met.u}, double{met.v}, point);
     }
     const auto cells = static_cast<std::uint32_t>(row.cells);
@@ -157,8 +156,7 @@ std::vector<RayStart> starts_on_patches(const core::PatchStore& patches, const W
       if (hits[b].primitive[i] == core::kNoPrimitive) continue;
       const Vec3f o = at(primary.blocks[b].origin, i), d = at(primary.blocks[b].direction, i);
       const core::SubPatch& part = patches.parts[hits[b].primitive[i]];
-      const auto met =
-          patch_point(patches.patches[part.patch], part, &o.x, &d.x, hits[b].t[i]);
+      const auto met = patch_point(patches.patches[part.patch], part, &o.x, &d.x, hits[b].t[i]);
       const Vec3f normal = dot(met.normal, d) > 0 ? -met.normal : met.normal;
       start = {true, met.point + normal * met.offset, normal};
     }
@@ -252,14 +250,13 @@ std::string report(RayKind kind, const std::vector<Row>& rows,
 
 std::string report_surfaces(const std::vector<Row>& rows, std::size_t judged) {
   std::string list;
-  std::printf("  %-12s %10s %9s %14s %8s %8s %8s, of %zu rays\n", "", "build s", "MB",
-              "off, p99.9", "missed", "invented", "wrong", judged);
+  std::printf("  %-12s %10s %9s %14s %8s %8s %8s, of %zu rays\n", "", "build s", "MB", "off, p99.9",
+              "missed", "invented", "wrong", judged);
   for (const Row& row : rows) {
-    std::printf("  %-12s %10.3f %9.2f %14.3g %8llu %8llu %8llu\n", row.name.c_str(),
-                row.build_cpu_seconds, row.megabytes, row.off,
-                static_cast<unsigned long long>(row.missed),
-                static_cast<unsigned long long>(row.invented),
-                static_cast<unsigned long long>(row.wrong));
+    std::printf(
+        "  %-12s %10.3f %9.2f %14.3g %8llu %8llu %8llu\n", row.name.c_str(), row.build_cpu_seconds,
+        row.megabytes, row.off, static_cast<unsigned long long>(row.missed),
+        static_cast<unsigned long long>(row.invented), static_cast<unsigned long long>(row.wrong));
     JsonObject json;
     json.add("name", row.name).add("build_cpu_seconds", row.build_cpu_seconds);
     json.add("mb", row.megabytes).add("off_p999_of_diagonal", row.off);
@@ -319,8 +316,7 @@ std::string run_case(const Case& which, const CoreSuiteOptions& options) {
 }  // namespace
 
 Status run_patch_suite(const CoreSuiteOptions& options, std::vector<std::string>& json) {
-  std::vector<Case> cases = {{"teapot", 1, {16, 64, 160}, 8192},
-                             {"teapots", 64, {4, 8}, 1024}};
+  std::vector<Case> cases = {{"teapot", 1, {16, 64, 160}, 8192}, {"teapots", 64, {4, 8}, 1024}};
   if (options.is_quick) cases = {{"teapot", 1, {16, 64}, 1024}, {"teapots", 8, {4, 8}, 256}};
   for (const Case& which : cases) {
     const auto& wanted = options.scenes;

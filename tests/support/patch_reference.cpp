@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "slave/core/primitive/patch/patch_evaluation.h"
+
 namespace tessera::test {
 namespace {
 
@@ -43,8 +45,10 @@ LongJet long_jet(const core::Patch& patch, long double u, long double v) {
   Long rows[core::kPatchDegreeMax + 1][4] = {}, slopes[core::kPatchDegreeMax + 1][4] = {};
   for (int i = 0; i <= patch.degree_u; ++i) {
     Long row[core::kPatchDegreeMax + 1][4] = {};
-    for (int j = 0; j <= patch.degree_v; ++j)
-      for (int a = 0; a < 4; ++a) row[j][a] = patch.points[(patch.degree_v + 1) * i + j].x[a];
+    for (int j = 0; j <= patch.degree_v; ++j) {
+      const core::PatchPoint p = core::plain::point_of(patch, (patch.degree_v + 1) * i + j);
+      std::copy_n(p.x, 4, row[j]);
+    }
     const Curve curve(row, patch.degree_v, v);
     std::copy_n(curve.value, 4, rows[i]);
     std::copy_n(curve.slope, 4, slopes[i]);
@@ -81,10 +85,11 @@ void PatchReference::solve(const core::Patch& patch, const core::PatchRay& ray,
   Long high_w = 0;
   far_ = 0;
   for (int k = 0; k < (m_ + 1) * (n_ + 1); ++k) {
-    const Long w = patch.points[k].x[3];
+    const core::PatchPoint p = core::plain::point_of(patch, k);
+    const Long w = p.x[3];
     Long x[3] = {};
     for (int a = 0; a < 3; ++a) {
-      x[a] = patch.points[k].x[a] - o_[a] * w;
+      x[a] = p.x[a] - o_[a] * w;
       far_ = std::max(far_, std::fabs(x[a]) / w);
     }
     net.f[0][k] = dot(n1_, x);

@@ -19,11 +19,7 @@ inline std::shared_ptr<const PatchSurface> surface_of(
     surface->patches.push_back({static_cast<std::uint8_t>(patch.degree_u),
                                 static_cast<std::uint8_t>(patch.degree_v),
                                 std::uint8_t{patch.is_rational}});
-    for (const core::PatchPoint& p : patch.points) {
-      // The product of point and weight is exact, so the quotient is the point.
-      for (int a = 0; a < 3; ++a) surface->numbers.push_back(static_cast<float>(p.x[a] / p.x[3]));
-      if (patch.is_rational) surface->numbers.push_back(static_cast<float>(p.x[3]));
-    }
+    surface->numbers.insert(surface->numbers.end(), patch.numbers.begin(), patch.numbers.end());
   }
   return surface;
 }

@@ -147,11 +147,9 @@ std::vector<CheckedPatch> moved(const std::vector<CheckedPatch>& patches, float 
                                 float shift) {
   std::vector<CheckedPatch> result;
   for (const CheckedPatch& patch : patches) {
-    std::vector<float> numbers;
-    for (const core::PatchPoint& p : patch.points) {
-      for (int a = 0; a < 3; ++a)
-        numbers.push_back(scale * static_cast<float>(p.x[a] / p.x[3]) + shift);
-      if (patch.is_rational) numbers.push_back(static_cast<float>(p.x[3]));
+    std::vector<float> numbers = patch.numbers;
+    for (std::size_t k = 0; k < numbers.size(); ++k) {
+      if (!patch.is_rational || k % 4 != 3) numbers[k] = scale * numbers[k] + shift;
     }
     result.push_back(made(patch.degree_u, patch.degree_v, patch.is_rational, numbers));
   }

@@ -61,8 +61,8 @@ ARROWS = {
         "simd sampling ray primitive/triangle primitive/patch primitive/freeform surface"),
     # This room has all that is compiled once per instruction set.
     _CORE + "kernels": _rooms(
-        "sampling ray primitive primitive/triangle primitive/instance primitive/freeform traverse camera "
-        "surface bsdf light"),
+        "simd sampling ray primitive primitive/triangle primitive/instance primitive/patch "
+        "primitive/freeform traverse camera surface bsdf light"),
     _CORE + "trace": _rooms("sampling accel ray primitive primitive/triangle primitive/patch primitive/freeform surface kernels"),
     _CORE + "scene": _rooms("simd sampling accel ray primitive primitive/triangle primitive/instance primitive/patch primitive/freeform surface bsdf light kernels trace"),
     _CORE + "integrate": _rooms("simd sampling ray camera surface bsdf light kernels trace scene"),

@@ -12,11 +12,17 @@
 #if HWY_ONCE
 
 #include "slave/core/kernels/by_isa.h"
-#include "slave/core/kernels/solver_kernels.h"
+#include "slave/core/kernels/kernel_table.h"
+#include "slave/core/primitive/patch/cubic_solver_abi.h"
+#include "slave/core/simd/isa_support.h"
 
 namespace tessera::core {
 
-CubicSolverCall cubic_solver(Isa isa) { TESSERA_RETURN_OF(isa, solve_cubic) }
+CubicSolverCall cubic_solver(Isa isa){TESSERA_RETURN_OF(isa, solve_cubic)}
+
+CubicSolverCall widest_cubic_solver() {
+  return cubic_solver(widest_isa(cpu_isas() & compiled_isas()));
+}
 
 }  // namespace tessera::core
 

@@ -126,13 +126,10 @@ std::vector<core::CheckedPatch> placed(const std::vector<core::CheckedPatch>& pa
                                        const Transform& map) {
   std::vector<core::CheckedPatch> to;
   for (const core::CheckedPatch& patch : patches) {
-    std::vector<float> numbers;
-    for (const core::PatchPoint& p : patch.points) {
-      const Vec3f at =
-          map.point({static_cast<float>(p.x[0] / p.x[3]), static_cast<float>(p.x[1] / p.x[3]),
-                     static_cast<float>(p.x[2] / p.x[3])});
-      numbers.insert(numbers.end(), {at.x, at.y, at.z});
-      if (patch.is_rational) numbers.push_back(static_cast<float>(p.x[3]));
+    std::vector<float> numbers = patch.numbers;
+    for (std::size_t k = 0; k < numbers.size(); k += patch.is_rational ? 4 : 3) {
+      const Vec3f at = map.point({numbers[k], numbers[k + 1], numbers[k + 2]});
+      for (int a = 0; a < 3; ++a) numbers[k + static_cast<std::size_t>(a)] = at[a];
     }
     to.push_back(
         core::checked_patch({patch.degree_u, patch.degree_v, patch.is_rational, numbers}).value());
@@ -142,9 +139,8 @@ std::vector<core::CheckedPatch> placed(const std::vector<core::CheckedPatch>& pa
 
 Bounds3f box_of(const core::CheckedPatch& patch) {
   Bounds3f box;
-  for (const core::PatchPoint& p : patch.points)
-    box.grow(Vec3f{static_cast<float>(p.x[0] / p.x[3]), static_cast<float>(p.x[1] / p.x[3]),
-                   static_cast<float>(p.x[2] / p.x[3])});
+  for (std::size_t k = 0; k < patch.numbers.size(); k += patch.is_rational ? 4 : 3)
+    box.grow(Vec3f{patch.numbers[k], patch.numbers[k + 1], patch.numbers[k + 2]});
   return box;
 }
 

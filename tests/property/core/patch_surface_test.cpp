@@ -96,7 +96,7 @@ TEST(PatchSurface, PartsOfNetsArePartsOfIt) {
     const auto fill = [&](std::size_t component) {
       for (int i = 0; i <= m; ++i)
         for (int j = 0; j <= n; ++j)
-          net.c[i][j] = owner.points[static_cast<std::size_t>((n + 1) * i + j)].x[component];
+          net.c[i][j] = core::plain::point_of(owner.patch(), (n + 1) * i + j).x[component];
     };
     const bool is_high_u = any.one_in(2), is_high_v = any.one_in(2);
     double corner[4] = {};

@@ -39,7 +39,7 @@ HWY_INLINE void decide_rows(const Patch& patch, const SubPatch& part, const Patc
 inline void decide_patch_lanes(const Patch& patch, const SubPatch& part, const PatchLaneRays& rays,
                                PatchLaneAnswers& answers) {
   PatchPoint local[kPatchPointsMax];
-  local_points(part, patch.points, (patch.degree_u + 1) * (patch.degree_v + 1), local);
+  local_points(part, patch, local);
   const bool is_bicubic = patch.degree_u == 3 && patch.degree_v == 3;
   if (patch.is_rational) {
     decide_rows<true, 0, 0>(patch, part, local, rays, answers);

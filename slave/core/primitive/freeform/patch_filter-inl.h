@@ -2,16 +2,16 @@
 // Which rays may meet a sub-patch: one test of its parallelepiped, in float32, a ray per lane.
 //
 // A ray passes the plane n = 0 of the frame at x = o_a - p o_n, p = d_a / d_n, after the time
-// t = -o_n / d_n; all that it meets of the sub-patch is within reach_a + |p| reach_n of x, by x, and
-// so by y, and within reach_n / |d_n| of t (patch_decision-inl.h). A ray that is farther away misses
+// t = -o_n / d_n; all it meets of the sub-patch is within reach_a + |p| reach_n of x, by x, and
+// so by y, and within reach_n / |d_n| of t (patch_decision-inl.h). A ray farther away misses
 // by the decision as well, which asks for less room.
 //
 // Roundings, with u = 2^-24, N_r the sum of a row of the frame by size, S that of the direction, R
 // the farthest coordinate of the origin from the centre: o_r is off by 4 u N_r R at most (a
 // difference, a product, two sums; for a fan it is made in double and off by u), d_r by 3 u N_r S.
 // Where |d_n| > 2^6 u N_n S, p is off by 4 u (N_a + |p| N_n) S / |d_n| and 2 u |p|; times |o_n| =
-// |t| |d_n| that is 4 u (N_a + |p| N_n) |t| S and 2 u |p| N_n R. With the roundings of p o_n and of
-// the difference x is off by less than 8 u (N_a + |p| N_n) (R + |t| S); twice that is allowed. Of t,
+// |t| |d_n| that is 4 u (N_a + |p| N_n) |t| S and 2 u |p| N_n R. With roundings of p o_n and of the
+// difference x is off by less than 8 u (N_a + |p| N_n) (R + |t| S); twice that is allowed. Of t,
 // o_n makes 4 u N_n R / |d_n| and d_n 4 u N_n |t| S / |d_n|, within the same room. Rays for which
 // any of this is not a number, or d_n is too small, stay.
 //
@@ -52,7 +52,7 @@ struct PatchFilterRoom {
   static constexpr float kRoom = 16 * kRoundoff;        // see above
   static constexpr float kTooFlat = 64 * kRoundoff;     // |d_n| over N_n S
   static constexpr float kLimitSlack = 32 * kRoundoff;  // of t_min and the best t
-  static constexpr float kBorder = 1 + 0x1p-18f;  // of the square, for the overlap of neighbours
+  static constexpr float kBorder = 1 + 0x1p-18f;        // of the square, where neighbours overlap
 };
 
 // Rays: FanRays or BundleRays.

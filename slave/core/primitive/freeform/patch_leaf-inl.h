@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Leaves with sub-patches, in world space. The rays of a packet that may meet one (patch_filter-inl.h)
-// are put side by side and decided a register at a time, by the operations of patch_hit(); what that
-// leaves undecided goes to the complete solver, ray by ray.
+// Leaves with sub-patches, in world space. Rays of a packet that may meet one (patch_filter-inl.h)
+// are put side by side and decided a register at a time, by the operations of patch_hit(); what
+// that leaves undecided goes to the complete solver, ray by ray.
 //
 // Threads. One traversal owns one.
 #include "slave/core/primitive/patch/patch_answer_abi.h"
@@ -128,7 +128,7 @@ template <bool kRational, int kM, int kN>
 bool PatchPacketLeaf<W, kAny, Rays, Test>::decide(const Patch& patch, const SubPatch& part,
                                                   const Candidates& rays) {
   PatchPoint local[kM != 0 ? (kM + 1) * (kN + 1) : kPatchPointsMax];
-  local_points(part, patch.points, (patch.degree_u + 1) * (patch.degree_v + 1), local);
+  local_points(part, patch, local);
   constexpr int kWidth = static_cast<int>(kLanesOf<Doubles>);
   bool has_hit = false;
   for (int first = 0; first < rays.count; first += kWidth) {

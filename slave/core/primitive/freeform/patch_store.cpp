@@ -15,12 +15,12 @@ namespace {
 
 // A surface in its own place, split once for all of its instances.
 struct SplitSurface {
-  std::vector<CheckedPatch> patches;  // without points where a patch has no extent
+  std::vector<CheckedPatch> patches;  // without numbers where a patch has no extent
   SubPatches parts;
   std::vector<std::size_t> first_part;   // [patch_count + 1]
   std::shared_ptr<const TrimSet> trims;  // null where nothing is trimmed
 
-  explicit SplitSurface(const PatchSurface& surface) {
+  SplitSurface(const PatchSurface& surface, const PatchSplitting& splitting) {
     if (!surface.loop_counts.empty()) trims = std::make_shared<const TrimSet>(surface);
     std::size_t first = 0;
     for (const PatchForm& form : surface.patches) {
@@ -35,7 +35,7 @@ struct SplitSurface {
       patch.degree_v = form.degree_v;
       if (!checked.is_ok()) continue;
       patch = std::move(*checked);
-      split_patch(patch.patch(), 0, PatchSplitting{}, parts);
+      split_patch(patch.patch(), 0, splitting, parts);
       if (trims) leave_out(static_cast<std::uint32_t>(patches.size() - 1));
     }
     first_part.push_back(parts.parts.size());
@@ -66,15 +66,11 @@ struct SplitSurface {
 // sends it beyond float32. Shape: box holds its points.
 std::optional<CheckedPatch> placed(const CheckedPatch& patch, const Transform& to_world,
                                    Bounds3f& box) {
-  std::vector<float> numbers;
-  numbers.reserve(4 * patch.points.size());
-  for (const PatchPoint& p : patch.points) {
-    // The product of point and weight is exact, so the quotient is the point.
-    const Vec3f at =
-        to_world.point({static_cast<float>(p.x[0] / p.x[3]), static_cast<float>(p.x[1] / p.x[3]),
-                        static_cast<float>(p.x[2] / p.x[3])});
-    numbers.insert(numbers.end(), {at.x, at.y, at.z});
-    if (patch.is_rational) numbers.push_back(static_cast<float>(p.x[3]));
+  std::vector<float> numbers = patch.numbers;
+  const std::size_t width = patch.is_rational ? 4 : 3;
+  for (std::size_t k = 0; k < numbers.size(); k += width) {
+    const Vec3f at = to_world.point({numbers[k], numbers[k + 1], numbers[k + 2]});
+    for (int a = 0; a < 3; ++a) numbers[k + static_cast<std::size_t>(a)] = at[a];
     box.grow(at);
   }
   Result<CheckedPatch> checked =
@@ -91,7 +87,7 @@ class Filler {
     PatchPlacement placement(to_world);
     for (std::size_t i = 0; i < surface.patches.size(); ++i) {
       const CheckedPatch& patch = surface.patches[i];
-      if (patch.points.empty()) {
+      if (patch.numbers.empty()) {
         add_without_extent(patch);
       } else if (to_world.is_identity()) {
         add_parts(surface, i, nullptr);
@@ -121,7 +117,7 @@ class Filler {
     store_.patches.push_back(patch.patch());
     store_.patches.back().trims = surface.trims.get();
     store_.patches.back().trimmed_as = static_cast<std::uint32_t>(number);
-    store_.points.insert(store_.points.end(), patch.points.begin(), patch.points.end());
+    store_.numbers.insert(store_.numbers.end(), patch.numbers.begin(), patch.numbers.end());
   }
   void add_parts(const SplitSurface& surface, std::size_t patch, const PatchPlacement* placement) {
     for (std::size_t p = surface.first_part[patch]; p < surface.first_part[patch + 1]; ++p) {
@@ -137,12 +133,30 @@ class Filler {
   std::vector<Bounds3f>& boxes_;
 };
 
+std::uint64_t patch_count(const Scene& scene) {
+  std::uint64_t count = 0;
+  for (const Instance& instance : scene.instances) {
+    if (instance.kind == ObjectKind::kPatchSurface)
+      count += scene.surfaces[instance.mesh]->patches.size();
+  }
+  return count;
+}
+
 }  // namespace
+
+PatchSplitting splitting_for(std::uint64_t patch_count) {
+  // Some 300, 140, 30, 12 and 3 parts a patch.
+  if (patch_count <= 1024) return {0.35, 4};
+  if (patch_count <= 4096) return {0.5, 3};
+  if (patch_count <= 16384) return {0.7, 1};
+  if (patch_count <= 65536) return {1, 1};
+  return {2, 1};
+}
 
 std::uint64_t PatchStore::memory_bytes() const {
   std::uint64_t of_trims = 0;
   for (const auto& set : trims) of_trims += set ? set->bytes() : 0;
-  return of_trims + points.capacity() * sizeof(PatchPoint) + patches.capacity() * sizeof(Patch) +
+  return of_trims + numbers.capacity() * sizeof(float) + patches.capacity() * sizeof(Patch) +
          parts.capacity() * sizeof(SubPatch) +
          (first_patch.capacity() + first_part.capacity()) * sizeof(std::uint64_t);
 }
@@ -151,24 +165,28 @@ PatchStore make_patch_store(const Scene& scene, std::vector<Bounds3f>& boxes) {
   PatchStore store;
   if (scene.surfaces.empty()) return store;
   Filler filler(store, boxes);
+  const PatchSplitting splitting = splitting_for(patch_count(scene));
   std::vector<std::optional<SplitSurface>> split(scene.surfaces.size());
   for (const Instance& instance : scene.instances) {
     store.first_patch.push_back(store.patches.size());
     store.first_part.push_back(store.parts.size());
     if (instance.kind != ObjectKind::kPatchSurface) continue;
     std::optional<SplitSurface>& surface = split[instance.mesh];
-    if (!surface) surface.emplace(*scene.surfaces[instance.mesh]);
+    if (!surface) surface.emplace(*scene.surfaces[instance.mesh], splitting);
     filler.add(*surface, instance.object_to_world);
   }
   for (const std::optional<SplitSurface>& surface : split)
     store.trims.push_back(surface ? surface->trims : nullptr);
   store.first_patch.push_back(store.patches.size());
   store.first_part.push_back(store.parts.size());
-  const PatchPoint* points = store.points.data();  // they have their place now
+  store.numbers.shrink_to_fit();
+  store.patches.shrink_to_fit();
+  store.parts.shrink_to_fit();
+  const float* numbers = store.numbers.data();  // they have their place now
   for (Patch& patch : store.patches) {
-    if (patch.points == nullptr) continue;
-    patch.points = points;
-    points += (patch.degree_u + 1) * (patch.degree_v + 1);
+    if (patch.numbers == nullptr) continue;
+    patch.numbers = numbers;
+    numbers += (patch.is_rational ? 4 : 3) * (patch.degree_u + 1) * (patch.degree_v + 1);
   }
   return store;
 }

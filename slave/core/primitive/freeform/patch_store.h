@@ -17,14 +17,15 @@
 #include "common/math/bounds3.h"
 #include "common/scene/scene.h"
 #include "slave/core/primitive/patch/patch_layout.h"
+#include "slave/core/primitive/patch/patch_preparation.h"
 #include "slave/core/primitive/patch/trim_set.h"
 
 namespace tessera::core {
 
 struct PatchStore {
   std::vector<std::shared_ptr<const TrimSet>> trims;  // by surface; null where nothing is trimmed
-  std::vector<PatchPoint> points;
-  std::vector<Patch> patches;  // their points are in `points`
+  std::vector<float> numbers;
+  std::vector<Patch> patches;  // their control points are in `numbers`
   std::vector<SubPatch> parts;
   // [instance_count + 1]: the first patch and the first sub-patch of each instance; instances of
   // meshes have none. Empty where the scene has no surfaces.
@@ -37,6 +38,10 @@ struct PatchStore {
   }
   std::uint64_t memory_bytes() const;
 };
+
+// How patches of a scene with so many are split: small scenes for speed, large ones for memory. No
+// answer depends on it but for roundings at silhouettes.
+PatchSplitting splitting_for(std::uint64_t patch_count);
 
 // Shape: boxes becomes those of the sub-patches, in world space. Sub-patches have no numbers as
 // primitives yet. Requires: validate_scene(scene) is ok.

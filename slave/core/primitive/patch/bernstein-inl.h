@@ -27,6 +27,14 @@ namespace TESSERA_TEXT {
 // What stands for an error of evaluation, of the largest coordinate: the 125 roundings above.
 inline constexpr double kEvaluationError = 0x1p-46;
 
+// A control point; its products are exact.
+TESSERA_INLINE PatchPoint point_of(const Patch& patch, int number) {
+  const float* const p = patch.numbers + (patch.is_rational ? 4 : 3) * number;
+  const double w = patch.is_rational ? static_cast<double>(p[3]) : 1;
+  return {{w * static_cast<double>(p[0]), w * static_cast<double>(p[1]),
+           w * static_cast<double>(p[2]), w}};
+}
+
 // A point and its first derivatives.
 template <class T>
 struct PatchJet {

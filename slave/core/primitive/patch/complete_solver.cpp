@@ -5,13 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "common/base/isa.h"
 #include "common/math/vec3d.h"
-#include "slave/core/kernels/kernel_table.h"
-#include "slave/core/kernels/solver_kernels.h"
+#include "slave/core/primitive/patch/cubic_solver_abi.h"
 #include "slave/core/primitive/patch/patch_decision.h"
 #include "slave/core/primitive/patch/sub_patch_range.h"
-#include "slave/core/simd/isa_support.h"
 
 namespace tessera::core {
 namespace {
@@ -77,8 +74,7 @@ struct CompleteSolver::Narrowed {
 
 PatchHit CompleteSolver::solve(const Patch& patch, const SubPatch& part, const PatchRay& ray) {
   if (std::max(patch.degree_u, patch.degree_v) <= kCubicMax) {
-    static const CubicSolverCall solve_cubic =
-        cubic_solver(widest_isa(cpu_isas() & compiled_isas()));
+    static const CubicSolverCall solve_cubic = widest_cubic_solver();
     const float t_range[2] = {ray.t_min, ray.t_max};
     SolvedPatch solved;
     solve_cubic(patch, part, ray.origin, ray.direction, t_range, solved);
@@ -116,9 +112,10 @@ void CompleteSolver::set_up(const Patch& patch, const SubPatch& part, const Patc
   double far = 0, low_w = std::numeric_limits<double>::infinity(), high_w = 0;
   for (int k = 0; k < (patch.degree_u + 1) * (patch.degree_v + 1); ++k) {
     PatchPoint& p = points_[k];
-    const double w = patch.points[k].x[3];
+    const PatchPoint from = plain::point_of(patch, k);
+    const double w = from.x[3];
     for (int a = 0; a < 3; ++a) {
-      p.x[a] = patch.points[k].x[a] - double{ray.origin[a]} * w;
+      p.x[a] = from.x[a] - double{ray.origin[a]} * w;
       far = std::max(far, std::fabs(p.x[a]) / w);
     }
     p.x[3] = w;
@@ -129,7 +126,6 @@ void CompleteSolver::set_up(const Patch& patch, const SubPatch& part, const Patc
     high_w = std::max(high_w, w);
   }
   shifted_ = patch;
-  shifted_.points = points_;
   noise_ = plain::kEvaluationError * far;
   noise_f_ = kNoiseShare * far * high_w;
   flat_ = kFlat * patch.extent * low_w + 2 * noise_f_;
@@ -264,8 +260,8 @@ void CompleteSolver::accept_flat(const Box& box) {
     if (box.low[k] > 1 + plain::kPatchOverlap || box.high[k] < -1 - plain::kPatchOverlap) return;
   const double x = 0.5 * (box.low[0] + box.high[0]), y = 0.5 * (box.low[1] + box.high[1]);
   const SubPatchRange range(part_);
-  const PatchJet jet =
-      evaluate(shifted_, range.middle_u + range.half_u * x, range.middle_v + range.half_v * y);
+  const PatchJet jet = evaluate(shifted_, points_, range.middle_u + range.half_u * x,
+                                range.middle_v + range.half_v * y);
   const Vec3d d = vector(direction_);
   report(dot(vector(jet.point), d) / dot(d, d), x, y);
 }
@@ -286,7 +282,7 @@ void CompleteSolver::newton(const Box& box, const Narrowed& to) {
   const double size = std::max(until[0] - from[0], until[1] - from[1]);
   double last = std::numeric_limits<double>::infinity();
   for (int step = 0;; ++step) {
-    const PatchJet jet = evaluate(shifted_, range.middle_u + range.half_u * at[0],
+    const PatchJet jet = evaluate(shifted_, points_, range.middle_u + range.half_u * at[0],
                                   range.middle_v + range.half_v * at[1]);
     const Vec3d s = vector(jet.point), du = range.half_u * vector(jet.du),
                 dv = range.half_v * vector(jet.dv);

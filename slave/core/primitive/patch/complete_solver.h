@@ -73,8 +73,8 @@ class CompleteSolver {
   void newton(const Box& box, const Narrowed& to);
   void report(double t, double x, double y);
 
-  Patch shifted_{};                     // less the ray's origin
-  PatchPoint points_[kPatchPointsMax];  // its points
+  Patch shifted_{};                     // its degrees
+  PatchPoint points_[kPatchPointsMax];  // of the patch, less the ray's origin
   SubPatch part_{};
   PatchRay ray_{};
   double direction_[3] = {};

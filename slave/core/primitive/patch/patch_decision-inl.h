@@ -78,14 +78,15 @@ struct PatchDecision {
 };
 
 // Control points in the frame, frame (w P - centre w), w: the first part of the decision, once for
-// all rays that ask for the sub-patch. Shape: local [count].
-TESSERA_INLINE void local_points(const SubPatch& part, const PatchPoint* points, int count,
-                                 PatchPoint* local) {
+// all rays that ask for the sub-patch. Shape: local [(degree_u + 1) (degree_v + 1)].
+TESSERA_INLINE void local_points(const SubPatch& part, const Patch& patch, PatchPoint* local) {
+  const int count = (patch.degree_u + 1) * (patch.degree_v + 1);
   for (int k = 0; k < count; ++k) {
-    const double w = points[k].x[3];
-    const double x = points[k].x[0] - static_cast<double>(part.centre[0]) * w;
-    const double y = points[k].x[1] - static_cast<double>(part.centre[1]) * w;
-    const double z = points[k].x[2] - static_cast<double>(part.centre[2]) * w;
+    const PatchPoint p = point_of(patch, k);
+    const double w = p.x[3];
+    const double x = p.x[0] - static_cast<double>(part.centre[0]) * w;
+    const double y = p.x[1] - static_cast<double>(part.centre[1]) * w;
+    const double z = p.x[2] - static_cast<double>(part.centre[2]) * w;
     for (int r = 0; r < 3; ++r)
       local[k].x[r] = static_cast<double>(part.frame[r][0]) * x +
                       static_cast<double>(part.frame[r][1]) * y +

@@ -6,7 +6,7 @@ namespace tessera::core {
 PatchDecision decide(const Patch& patch, const SubPatch& part, const PatchRay& ray) {
   const int m = patch.degree_u, n = patch.degree_v;
   PatchPoint local[kPatchPointsMax];
-  plain::local_points(part, patch.points, (m + 1) * (n + 1), local);
+  plain::local_points(part, patch, local);
   double origin[3] = {}, direction[3] = {};
   for (int k = 0; k < 3; ++k) {
     origin[k] = double{ray.origin[k]};

@@ -23,30 +23,43 @@ struct Basis {
 
 }  // namespace
 
+void take_points(const Patch& patch, PatchPoint* points) {
+  const int count = (patch.degree_u + 1) * (patch.degree_v + 1);
+  for (int k = 0; k < count; ++k) points[k] = plain::point_of(patch, k);
+}
+
 PatchJet evaluate(const Patch& patch, double u, double v) {
+  PatchPoint points[kPatchPointsMax];
+  take_points(patch, points);
+  return evaluate(patch, points, u, v);
+}
+
+PatchJet evaluate(const Patch& patch, const PatchPoint* points, double u, double v) {
   const int m = patch.degree_u, n = patch.degree_v;
   if (!patch.is_rational)
-    return m == 3 && n == 3 ? plain::evaluated<double, false, 3, 3>(patch.points, 3, 3, u, v)
-                            : plain::evaluated<double, false, 0, 0>(patch.points, m, n, u, v);
-  return m == 2 && n == 2 ? plain::evaluated<double, true, 2, 2>(patch.points, 2, 2, u, v)
-                          : plain::evaluated<double, true, 0, 0>(patch.points, m, n, u, v);
+    return m == 3 && n == 3 ? plain::evaluated<double, false, 3, 3>(points, 3, 3, u, v)
+                            : plain::evaluated<double, false, 0, 0>(points, m, n, u, v);
+  return m == 2 && n == 2 ? plain::evaluated<double, true, 2, 2>(points, 2, 2, u, v)
+                          : plain::evaluated<double, true, 0, 0>(points, m, n, u, v);
 }
 
 PatchCurvature second_derivatives(const Patch& patch, double u, double v) {
   const int m = patch.degree_u, n = patch.degree_v;
   const Basis by_u(m, u), by_v(n, v);
   double uu[4] = {}, uv[4] = {}, vv[4] = {};
+  PatchPoint points[kPatchPointsMax];
+  take_points(patch, points);
   for (int i = 0; i <= m; ++i)
     for (int j = 0; j <= n; ++j)
       for (int a = 0; a < 4; ++a) {
-        const double x = patch.points[(n + 1) * i + j].x[a];
+        const double x = points[(n + 1) * i + j].x[a];
         uu[a] += by_u.bend[i] * by_v.value[j] * x;
         uv[a] += by_u.slope[i] * by_v.slope[j] * x;
         vv[a] += by_u.value[i] * by_v.bend[j] * x;
       }
   // With X = w S: X_uv = w_uv S + w_u S_v + w_v S_u + w S_uv. Without weights w is 1.
-  const auto sums = plain::net_sums<double, 4, 0, 0>(patch.points, m, n, u, v);
-  const PatchJet jet = evaluate(patch, u, v);
+  const auto sums = plain::net_sums<double, 4, 0, 0>(points, m, n, u, v);
+  const PatchJet jet = evaluate(patch, points, u, v);
   const double w = sums.of[0][3], wu = sums.of[1][3], wv = sums.of[2][3];
   PatchCurvature out{};
   for (int a = 0; a < 3; ++a) {

@@ -19,6 +19,10 @@ struct PatchCurvature {
 
 // Degrees that are frequent have their own code, with the same operations.
 PatchJet evaluate(const Patch& patch, double u, double v);
+// The same of points that are not the patch's own, of its degrees.
+PatchJet evaluate(const Patch& patch, const PatchPoint* points, double u, double v);
+// Shape: points [kPatchPointsMax], of which the first become those of the patch.
+void take_points(const Patch& patch, PatchPoint* points);
 
 // Second derivatives. They are for bounds and curvature, and no decision asks for them.
 PatchCurvature second_derivatives(const Patch& patch, double u, double v);

@@ -25,17 +25,19 @@ Result<CheckedPatch> checked_patch(const PatchInput& input) {
   if (input.numbers.size() != count * width)
     return wrong(std::to_string(input.numbers.size()) + " numbers, its degrees ask for " +
                  std::to_string(count * width));
-  CheckedPatch result{{}, 0, input.degree_u, input.degree_v, input.is_rational};
-  result.points.reserve(count);
+  CheckedPatch result{{input.numbers.begin(), input.numbers.end()},
+                      0,
+                      input.degree_u,
+                      input.degree_v,
+                      input.is_rational};
   Bounds3f box;
   for (std::size_t k = 0; k < count; ++k) {
     const float* p = input.numbers.data() + k * width;
     for (std::size_t a = 0; a < width; ++a)
       if (!std::isfinite(p[a]))
         return wrong("a number of point " + std::to_string(k) + " is not finite");
-    const double w = input.is_rational ? p[3] : 1;
-    if (!(w > 0)) return wrong("the weight of point " + std::to_string(k) + " is not above 0");
-    result.points.push_back({{w * p[0], w * p[1], w * p[2], w}});
+    if (input.is_rational && !(p[3] > 0))
+      return wrong("the weight of point " + std::to_string(k) + " is not above 0");
     box.grow(Vec3f{p[0], p[1], p[2]});
   }
   for (int a = 0; a < 3; ++a)

@@ -19,15 +19,15 @@ struct PatchInput {
   std::span<const float> numbers;
 };
 
-// Owns the points that its patch names.
+// Owns the numbers that its patch names.
 struct CheckedPatch {
-  std::vector<PatchPoint> points;
+  std::vector<float> numbers;
   double extent = 0;
   int degree_u = 0, degree_v = 0;
   bool is_rational = false;
 
   Patch patch() const {
-    return {points.data(), extent, static_cast<uint8_t>(degree_u), static_cast<uint8_t>(degree_v),
+    return {numbers.data(), extent, static_cast<uint8_t>(degree_u), static_cast<uint8_t>(degree_v),
             is_rational};
   }
 };

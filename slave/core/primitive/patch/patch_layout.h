@@ -29,15 +29,15 @@ inline constexpr double kSquareWiden = 0x1p-20;
 
 class TrimSet;
 
-// w x, w y, w z, w.
+// w x, w y, w z, w of a control point: what patches are computed with.
 struct PatchPoint {
   double x[4];
 };
 
-// The points are owned elsewhere. Control point (i, j), of B_i(u) B_j(v), is
-// points[(degree_v + 1) i + j].
+// The numbers are owned elsewhere: x, y, z of each control point, and w where it is rational.
+// Control point (i, j), of B_i(u) B_j(v), is number (degree_v + 1) i + j.
 struct Patch {
-  const PatchPoint* points;
+  const float* numbers;
   double extent;               // of the box of all P_ij: its longest side
   uint8_t degree_u, degree_v;  // 1 to kPatchDegreeMax
   bool is_rational;            // else all weights are 1

@@ -55,13 +55,14 @@ class Splitter {
 
   void run() {
     const int m = patch_.degree_u, n = patch_.degree_v;
+    take_points(patch_, points_);
     PartNets nets;
     for (PatchNet* net : {&nets.x[0], &nets.x[1], &nets.x[2], &nets.w}) *net = net_of(m, n);
-    const PatchJet jet = evaluate(patch_, 0.5, 0.5);
+    const PatchJet jet = evaluate(patch_, points_, 0.5, 0.5);
     for (int a = 0; a < 3; ++a) middle_[a] = static_cast<float>(jet.point[a]);
     for (int i = 0; i <= m; ++i)
       for (int j = 0; j <= n; ++j) {
-        const PatchPoint& p = patch_.points[(n + 1) * i + j];
+        const PatchPoint& p = points_[(n + 1) * i + j];
         nets.w.c[i][j] = p.x[3];
         for (int a = 0; a < 3; ++a) nets.x[a].c[i][j] = p.x[a] - middle_[a] * p.x[3];
       }
@@ -110,7 +111,7 @@ class Splitter {
   // Fills in the frame and the bounds.
   Verdict fill(SubPatch& part, const PartNets& nets) {
     const SubPatchRange range(part);
-    const PatchJet jet = evaluate(patch_, range.middle_u, range.middle_v);
+    const PatchJet jet = evaluate(patch_, points_, range.middle_u, range.middle_v);
     const Vec3d a = range.half_u * Vec3d{jet.du[0], jet.du[1], jet.du[2]};
     const Vec3d b = range.half_v * Vec3d{jet.dv[0], jet.dv[1], jet.dv[2]};
     const Vec3d from_middle{jet.point[0] - middle_[0], jet.point[1] - middle_[1],
@@ -219,6 +220,7 @@ class Splitter {
   }
 
   const Patch patch_;
+  PatchPoint points_[kPatchPointsMax];
   const std::uint32_t number_;
   const PatchSplitting splitting_;
   SubPatches& to_;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "common/math/rounding.h"
+#include "slave/core/primitive/patch/patch_evaluation.h"
 #include "slave/core/primitive/patch/sub_patch_bounds.h"
 #include "slave/core/primitive/patch/sub_patch_range.h"
 
@@ -61,11 +62,11 @@ void PatchPlacement::take(const Patch& patch, const Bounds3f& placed_box) {
   double largest[3] = {}, least_weight = HUGE_VAL, most_weight = 0;
   const int count = (patch.degree_u + 1) * (patch.degree_v + 1);
   for (int k = 0; k < count; ++k) {
-    const double w = patch.points[k].x[3];
+    const PatchPoint p = plain::point_of(patch, k);
+    const double w = p.x[3];
     least_weight = std::min(least_weight, w);
     most_weight = std::max(most_weight, w);
-    for (int a = 0; a < 3; ++a)
-      largest[a] = std::max(largest[a], std::fabs(patch.points[k].x[a] / w));
+    for (int a = 0; a < 3; ++a) largest[a] = std::max(largest[a], std::fabs(p.x[a] / w));
   }
   ratio_ = most_weight / least_weight;
   degree_ = std::max(patch.degree_u, patch.degree_v);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Four doubles as one number, in one register where the set has such ones: a row of a net of four by
-// four, or x, y, z, w of a point. Lanes do what plain doubles do, so the bits are the same on all
-// sets.
+// Four doubles as one number, in one register where the set has such ones: a row of a net of four
+// by four, or x, y, z, w of a point. Lanes do what plain doubles do, so the bits are the same on
+// all sets.
 //
 // Threads. Pure functions.
 #if defined(TESSERA_CORE_QUAD_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -28,6 +28,17 @@ struct Quad {
   static HWY_INLINE Quad loaded(const double* from) {
     Quad q;
     for (size_t k = 0; k < kParts; ++k) q.part[k] = hn::LoadU(Tag(), from + k * kLanes);
+    return q;
+  }
+  // Three numbers of float32, and `last`. Four are read.
+  static HWY_INLINE Quad of_three(const float* from, double last) {
+    const Tag d;
+    Quad q;
+    for (size_t k = 0; k < kParts; ++k) {
+      const V v = hn::PromoteTo(d, hn::LoadU(hn::Rebind<float, Tag>(), from + k * kLanes));
+      const size_t first = k * kLanes, count = first >= 3 ? 0 : 3 - first;
+      q.part[k] = hn::IfThenElse(hn::FirstN(d, count), v, hn::Set(d, last));
+    }
     return q;
   }
   static HWY_INLINE Quad all(double a) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The complete solver of patches of degrees up to 3, by instruction set. Its bits are the same on
-// all of them.
+// The complete solver of degrees up to 3, as it is compiled for each instruction set
+// (slave/core/kernels/solver_kernels.cpp). Its bits are the same on all of them.
 //
 // Threads. Pure functions.
 #pragma once
@@ -12,5 +12,8 @@ namespace tessera::core {
 
 // Requires: the set is compiled in.
 CubicSolverCall cubic_solver(Isa isa);
+
+// That of the widest set that is compiled in and that this processor has.
+CubicSolverCall widest_cubic_solver();
 
 }  // namespace tessera::core
