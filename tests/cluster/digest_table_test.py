@@ -4,7 +4,9 @@
 
 --slaves N compares so many slaves with one process. --small has two slaves and few settings, for sanitizers.
 """
+import pathlib
 import sys
+import tempfile
 
 import cluster_lib
 
@@ -18,9 +20,29 @@ EVERY = "builtin:cornell direct"
 GLOBAL = "builtin:cornell igi"  # its filter reaches over the borders of tiles
 # Each frame is another version of 131,000 triangles, which each slave builds anew. The third replaces the first.
 MOVING = "builtin:waves direct"
-SCENES = [(EVERY, "0:1", TILES), (MOVING, "0:2", ["16", "auto"]), (GLOBAL, "0:1", ["7", "64"])]
+PATCHES = "builtin:teapot direct"
+# A wave with a round hole in it, above a dome of another degree, which has weights.
+TRIMMED_FILE = """2
+3 3
+""" + "".join(f"{i} {j} {(i * j) % 2}\n" for i in range(4) for j in range(4)) + """trim 1 out
+loop 4 2
+0.8 0.5 1
+0.8 0.8 0.70710678
+0.5 0.8 1
+0.2 0.8 0.70710678
+0.2 0.5 1
+0.2 0.2 0.70710678
+0.5 0.2 1
+0.8 0.2 0.70710678
+2 2
+""" + "".join(f"{1.5 * i} {1.5 * j} {-2 if i == j == 1 else -1} {2 if i == 1 else 1}\n" for i in range(3) for j in range(3))
+FOLDER = tempfile.TemporaryDirectory()
+pathlib.Path(FOLDER.name, "trimmed.bpt").write_text(TRIMMED_FILE)
+TRIMMED = f"{FOLDER.name}/trimmed.bpt path"
+SCENES = [(EVERY, "0:1", TILES), (MOVING, "0:2", ["16", "auto"]), (GLOBAL, "0:1", ["7", "64"]),
+          (PATCHES, "0:0", ["16"]), (TRIMMED, "0:0", ["32"])]
 REFERENCE = [(scene, frames, ["auto"]) for scene, frames, _ in SCENES]
-SMALL = [(EVERY, "0:1", ["32"]), (MOVING, "0:1", ["32"]), (GLOBAL, "0:1", ["16"])]
+SMALL = [(EVERY, "0:1", ["32"]), (MOVING, "0:1", ["32"]), (GLOBAL, "0:1", ["16"]), (TRIMMED, "0:0", ["32"])]
 
 
 class Table:
@@ -34,7 +56,7 @@ class Table:
         is_same = run.digests == expected
         self.wrong += not is_same
         short = " ".join(digest[:8] for digest in run.digests)
-        print(f"{scene:22} {how:58} {short}{'' if is_same else '   DIFFERS'}", flush=True)
+        print(f"{scene.rpartition('/')[2]:22} {how:58} {short}{'' if is_same else '   DIFFERS'}", flush=True)
 
 
 def options_of(name, frames, tile, flight):
