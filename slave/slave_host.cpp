@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/base/check.h"
+#include "common/base/entropy.h"
 #include "slave/render_service.h"
 
 namespace tessera::slave {
@@ -47,11 +48,18 @@ class ThreadWorkshop final : public Workshop {
   SceneBuilder builder_;
 };
 
+SlaveOptions with_instance(SlaveOptions options) {
+  while (options.instance == 0) options.instance = entropy();
+  return options;
+}
+
 }  // namespace
 
 struct SlaveHost::Impl {
   Impl(net::IoThread& io_thread, SlaveOptions slave_options, LinkFactory factory)
-      : io(io_thread), options(std::move(slave_options)), open_link(std::move(factory)) {}
+      : io(io_thread),
+        options(with_instance(std::move(slave_options))),
+        open_link(std::move(factory)) {}
 
   net::IoThread& io;
   const SlaveOptions options;

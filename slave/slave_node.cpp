@@ -120,6 +120,7 @@ void SlaveNode::Impl::start() {
   wire::Hello hello;
   hello.role = wire::Role::kSlave;
   hello.name = options.name;
+  hello.instance = options.instance;
   hello.threads = static_cast<std::uint32_t>(options.threads);
   hello.isas = options.isas;
   hello.build_id = kBuildId;

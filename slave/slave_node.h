@@ -28,6 +28,7 @@ struct SlaveOptions {
   std::string name;                                    // 1..kNameBytesMax printable bytes
   int threads = 1;                                     // render threads, 1..kWorkersMax
   IsaMask isas = 0;                                    // subset of core::supported_isas()
+  std::uint64_t instance = 0;                          // random number of the process; 0: none
   core::Structure structure = core::Structure::kAuto;  // what rays go through
   // Tells limit and free bytes of memory; null: unknown, every scene is taken.
   std::function<std::optional<MemoryRoom>()> memory = {};

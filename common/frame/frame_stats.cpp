@@ -9,6 +9,8 @@ std::string_view slave_state_name(SlaveState state) {
       return "waiting";
     case SlaveState::kReady:
       return "ready";
+    case SlaveState::kStalled:
+      return "stalled";
   }
   return "unknown";
 }

@@ -81,6 +81,7 @@ struct TileAccounts {
 enum class SlaveState : std::uint8_t {
   kWaiting = 0,  // the slave has not built the newest scene
   kReady = 1,    // the slave gets tiles when there are any
+  kStalled = 2,  // the slave holds tiles and returns none: it gets one at a time
 };
 TESSERA_API std::string_view slave_state_name(SlaveState state);
 

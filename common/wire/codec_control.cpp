@@ -17,6 +17,7 @@ net::Record encode_one(Hello m) {
   h.set_memory_bytes(m.memory_bytes);
   h.set_relay_port(m.relay_port);
   h.set_relay_token(m.relay_token);
+  h.set_instance(m.instance);
   return make_record(RecordType::kHello, h);
 }
 
@@ -46,6 +47,7 @@ Result<Message> decode_hello(net::ReceivedRecord record) {
   m.memory_bytes = h.memory_bytes();
   m.relay_port = static_cast<std::uint16_t>(h.relay_port());
   m.relay_token = h.relay_token();
+  m.instance = h.instance();
   return Message(std::move(m));
 }
 

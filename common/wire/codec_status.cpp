@@ -68,13 +68,15 @@ std::size_t get_slave(std::span<const std::byte> in, FieldCheck& check, SlaveSta
 
 // Details of a slave, behind its entry, little-endian in this order: state u8, prefetch_depth u32,
 // tiles_per_second f64, tile_seconds f64, issued, accepted, rejected, abandoned, queue_bytes,
-// bytes_sent, bytes_received u64, ordinal u16. A later version puts more behind; bytes that this
-// one does not know are skipped.
-constexpr std::size_t kDetailBytes = 1 + 4 + 2 * 8 + 7 * 8 + 2;
+// bytes_sent, bytes_received u64, ordinal u16, is_stalled u8. The first version had no is_stalled.
+// A later one puts more behind; bytes that this one does not know are skipped.
+constexpr std::size_t kDetailBytesMin = 1 + 4 + 2 * 8 + 7 * 8 + 2;
+constexpr std::size_t kDetailBytes = kDetailBytesMin + 1;
 static_assert(1 + kNameBytesMax + kStatusNumbersBytes + kDetailBytes <= kStatusEntryBytesMax);
 
 void put_details(std::vector<std::byte>& out, const SlaveStatus& s) {
-  put_le(out, static_cast<std::uint8_t>(s.state));
+  const bool is_stalled = s.state == SlaveState::kStalled;
+  put_le(out, static_cast<std::uint8_t>(is_stalled ? SlaveState::kReady : s.state));
   put_le(out, s.prefetch_depth);
   put_le(out, std::bit_cast<std::uint64_t>(s.tiles_per_second));
   put_le(out, std::bit_cast<std::uint64_t>(s.tile_seconds));
@@ -86,9 +88,10 @@ void put_details(std::vector<std::byte>& out, const SlaveStatus& s) {
   put_le(out, s.bytes_sent);
   put_le(out, s.bytes_received);
   put_le(out, s.ordinal);
+  put_le(out, static_cast<std::uint8_t>(is_stalled));
 }
 
-// Requires: at least kDetailBytes bytes.
+// Requires: at least kDetailBytesMin bytes.
 void get_details(std::span<const std::byte> in, FieldCheck& check, SlaveStatus& s) {
   std::size_t at = 0;
   const auto take = [&in, &at]<typename T>(T& value) {
@@ -110,13 +113,17 @@ void get_details(std::span<const std::byte> in, FieldCheck& check, SlaveStatus& 
   take(s.bytes_sent);
   take(s.bytes_received);
   take(s.ordinal);
+  std::uint8_t is_stalled = 0;
+  if (in.size() >= kDetailBytes) take(is_stalled);
   s.tiles.in_flight = s.tiles_in_flight;
   s.tiles_per_second = std::bit_cast<double>(tiles_per_second);
   s.tile_seconds = std::bit_cast<double>(tile_seconds);
   check.range("slaves.state", state, 0, static_cast<std::uint64_t>(SlaveState::kReady));
   check.not_negative("slaves.tiles_per_second", s.tiles_per_second);
   check.not_negative("slaves.tile_seconds", s.tile_seconds);
-  if (check.is_ok()) s.state = static_cast<SlaveState>(state);
+  check.range("slaves.is_stalled", is_stalled, 0, 1);
+  if (!check.is_ok()) return;
+  s.state = is_stalled != 0 ? SlaveState::kStalled : static_cast<SlaveState>(state);
 }
 
 void put_quarantined(std::vector<std::byte>& out, const QuarantinedSlave& q) {
@@ -208,7 +215,7 @@ Result<Message> decode_status_reply(net::ReceivedRecord record) {
   check.range("slave_count", h.slave_count(), 0, kConnectionsMax);
   // The details are absent, or hold at least what this version knows.
   if (h.detail_bytes() != 0)
-    check.range("detail_bytes", h.detail_bytes(), kDetailBytes, kStatusEntryBytesMax);
+    check.range("detail_bytes", h.detail_bytes(), kDetailBytesMin, kStatusEntryBytesMax);
   if (!check.is_ok()) return check.status();
   // Each entry has at least its byte of length and its numbers.
   check.range("slave_count", h.slave_count(), 0,

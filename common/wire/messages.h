@@ -42,6 +42,7 @@ struct Hello {
   std::uint64_t memory_bytes = 0;  // slave: how much it may take in all; 0: unknown
   std::uint16_t relay_port = 0;    // slave: where it listens for slaves that it feeds; 0: nowhere
   std::uint64_t relay_token = 0;   // slave: what those must say
+  std::uint64_t instance = 0;      // slave: random number of its process; 0: it does not say
 };
 // Answer to Hello: the session exists. A slave now opens its scene connection with Join.
 struct Welcome {

@@ -100,7 +100,7 @@ void draw_slave_row(const SlaveStatus& slave, bool tints_tiles) {
   if (slave.state == SlaveState::kReady) {
     utilisation_bar(slave.utilisation);
   } else {
-    text("scene");
+    text(slave.state == SlaveState::kStalled ? "stalled" : "scene");
   }
   ImGui::TableNextColumn();
   ImGui::Text("%u %s", slave.threads, std::string(isa_name(slave.isa)).c_str());

@@ -287,7 +287,7 @@ std::vector<Damage> app_damages() {
       damage<S>("StatusReply.pace.tile_seconds_p95",
                 [](S& m) { m.status.pace.tile_seconds_p95 = kInf; }),
       damage<S>("StatusReply.slaves.state",
-                one([](SlaveStatus& s) { s.state = static_cast<SlaveState>(2); })),
+                one([](SlaveStatus& s) { s.state = static_cast<SlaveState>(3); })),
       damage<S>("StatusReply.slaves.tiles_per_second",
                 one([](SlaveStatus& s) { s.tiles_per_second = kNan; })),
       damage<S>("StatusReply.slaves.tile_seconds",

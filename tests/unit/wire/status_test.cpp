@@ -10,7 +10,7 @@
 namespace tessera::wire {
 namespace {
 
-constexpr std::size_t kDetailBytes = 79;  // as PROTOCOL.md says
+constexpr std::size_t kDetailBytes = 80, kFirstDetailBytes = 79;  // as PROTOCOL.md says
 
 net::ReceivedRecord carry(net::Record record) {
   return {record.type, std::move(record.header),
@@ -32,6 +32,24 @@ TEST(StatusReply, ShortEntriesHoldWhatOlderClientsKnow) {
   EXPECT_EQ(reply.status.slaves[0].name, slave.name);
   EXPECT_EQ(reply.status.slaves[0].scene_port, slave.scene_port);
   EXPECT_EQ(reply.status.slaves[0].tiles, TileAccounts());
+}
+
+TEST(StatusReply, DetailsOfTheFirstVersionSayNothingOfStalls) {
+  StatusReply sent;
+  sent.status.slaves = {Samples(3).slave_status()};
+  sent.status.slaves[0].state = SlaveState::kStalled;
+  net::ReceivedRecord record = carry(encode(sent));
+  const Result<Message> whole = decode(net::ReceivedRecord(record));
+  ASSERT_TRUE(whole.is_ok());
+  EXPECT_EQ(std::get<StatusReply>(*whole).status.slaves[0].state, SlaveState::kStalled);
+  proto::StatusReply header;
+  ASSERT_TRUE(header.ParseFromString(record.header));
+  header.set_detail_bytes(kFirstDetailBytes);
+  header.SerializeToString(&record.header);
+  record.payload.pop_back();
+  const Result<Message> received = decode(std::move(record));
+  ASSERT_TRUE(received.is_ok()) << received.status().message();
+  EXPECT_EQ(std::get<StatusReply>(*received).status.slaves[0].state, SlaveState::kReady);
 }
 
 TEST(StatusReply, DetailsOfALaterVersionAreSkipped) {
@@ -60,7 +78,7 @@ TEST(StatusReply, DetailsTooShortToBeOursAreRefused) {
   net::ReceivedRecord record = carry(encode(sent));
   proto::StatusReply header;
   ASSERT_TRUE(header.ParseFromString(record.header));
-  for (const std::size_t bytes : {std::size_t{1}, kDetailBytes - 1, std::size_t{0xffffffff}}) {
+  for (const std::size_t bytes : {std::size_t{1}, kFirstDetailBytes - 1, std::size_t{0xffffffff}}) {
     header.set_detail_bytes(static_cast<std::uint32_t>(bytes));
     header.SerializeToString(&record.header);
     const Result<Message> received = decode(record);

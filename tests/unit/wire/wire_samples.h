@@ -118,7 +118,7 @@ class Samples {
     s.scene_version = any();
     s.tile_port = static_cast<std::uint16_t>(number(0, 0xffff));
     s.scene_port = static_cast<std::uint16_t>(number(0, 0xffff));
-    s.state = static_cast<SlaveState>(number(0, 1));
+    s.state = static_cast<SlaveState>(number(0, 2));
     s.ordinal = static_cast<std::uint16_t>(number(0, 0xffff));
     s.prefetch_depth = small(0, 0xffffffffu);
     s.tiles_per_second = real(0, 1e6);
@@ -248,7 +248,7 @@ inline bool same_bytes(const net::SharedBytes& a, const net::SharedBytes& b) {
 }
 inline auto fields(const Hello& m) {
   return std::tie(m.role, m.version_min, m.version_max, m.name, m.threads, m.isas, m.build_id,
-                  m.memory_bytes, m.relay_port, m.relay_token);
+                  m.memory_bytes, m.relay_port, m.relay_token, m.instance);
 }
 inline auto fields(const Welcome& m) {
   return std::tie(m.version, m.session, m.token, m.heartbeat_ms, m.heartbeats_missed_max);
