@@ -109,6 +109,7 @@ PeerLink::Callbacks Cluster::callbacks_of(SessionId session, bool is_tile_link) 
 }
 
 void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::uint16_t version) {
+  welcome_back(hello, link->connection().peer());
   if (const auto refusal = refusal_of(hello, link->connection().peer())) {
     log_warn("slave-refused", refusal->second,
              {{"slave", hello.name}, {"peer", link->peer_text()}});
@@ -167,7 +168,11 @@ void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
     slave.sender->need(version);
     offer(join.session, version, scene);
   }
-  events_.slave_joined(join.session, slave.hello.threads);
+  const net::PeerIdentity& peer = slave.tile_link->connection().peer();
+  events_.slave_joined(
+      join.session,
+      {slave.hello.name, peer.is_authenticated ? peer.name : "", slave.hello.instance},
+      slave.hello.threads);
 }
 
 std::size_t Cluster::slave_count() const {
@@ -266,67 +271,6 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
     expel(session,
           std::string(wire::message_name(message)) + " does not belong on a scene connection");
   }
-}
-
-void Cluster::expel(SessionId session, const std::string& reason) {
-  const auto slave = slaves_.find(session);
-  if (slave == slaves_.end()) return;
-  master_metrics().expulsions.add();
-  SlaveEntry& liar = *slave->second;
-  const std::string& key = key_of(liar.hello, liar.tile_link->connection().peer());
-  quarantine_.count_violation(key, reason, Clock::now());
-  liar.tile_link->refuse(wire::RefuseCode::kProtocol, reason);
-  log_warn("slave-lost", "slave '" + liar.hello.name + "' was expelled",
-           {{"reason", "expelled: " + reason},
-            {"peer", liar.tile_link->connection().peer().address},
-            {"held_back_s",
-             std::to_string(std::llround(quarantine_.find(key, Clock::now())->seconds))}});
-  remove(session);
-}
-
-void Cluster::lose(SessionId session, const std::string& reason) {
-  const auto slave = slaves_.find(session);
-  if (slave == slaves_.end()) return;
-  const SlaveEntry& gone = *slave->second;
-  const net::PeerIdentity& peer = gone.tile_link->connection().peer();
-  const TimePoint now = Clock::now();
-  const std::uint32_t held = events_.tiles_held ? events_.tiles_held(session) : 0;
-  log_warn("slave-lost", "slave '" + gone.hello.name + "' is gone",
-           {{"reason", reason}, {"peer", peer.address}, {"tiles_held", std::to_string(held)}});
-  const std::string& key = key_of(gone.hello, peer);
-  if (quarantine_.count_loss(key, gone.tiles_done, held, now)) {
-    const QuarantinedSlave why = *quarantine_.find(key, now);
-    log_warn("slave-quarantined", "slave '" + gone.hello.name + "' is held back: " + why.reason,
-             {{"held_back_s", std::to_string(std::llround(why.seconds))}});
-  }
-  remove(session);
-}
-
-void Cluster::leave(SessionId session, const std::string& reason) {
-  const auto slave = slaves_.find(session);
-  if (slave == slaves_.end()) return;
-  log_info("slave-left", "slave '" + slave->second->hello.name + "' said goodbye",
-           {{"reason", reason}});
-  remove(session);
-}
-
-void Cluster::remove(SessionId session) {
-  const auto found = slaves_.find(session);
-  const std::shared_ptr<SlaveEntry> slave = std::move(found->second);
-  slaves_.erase(found);
-  std::erase_if(open_frames_, [&](const auto& open) { return open.first == session; });
-  for (PeerLink* link : {slave->tile_link.get(), slave->scene_link.get()}) {
-    if (link == nullptr) continue;
-    gone_bytes_sent_ += link->connection().bytes_sent();
-    gone_bytes_received_ += link->connection().bytes_received();
-    link->close();
-  }
-  if (slave->scene_link) gone_scene_bytes_sent_ += slave->scene_link->connection().bytes_sent();
-  io_.post([slave] {});  // one of its callbacks may be running
-  apply(relay_.lost(session, Clock::now()));
-  if (!slave->is_joined()) return;
-  master_metrics().slaves_lost.add();
-  events_.slave_lost(session);
 }
 
 // Loses slaves that said Hello but never opened a scene connection; ends utilisation windows.

@@ -29,12 +29,13 @@
 #include "master/cluster/relay_plan.h"
 #include "master/cluster/scene_sender.h"
 #include "master/cluster/slave_entry.h"
+#include "master/schedule/slave_identity.h"
 
 namespace tessera::master {
 
 struct ClusterEvents {
-  std::function<void(SessionId, std::uint32_t threads)> slave_joined;
-  std::function<void(SessionId)> slave_lost;
+  std::function<void(SessionId, const SlaveIdentity&, std::uint32_t threads)> slave_joined;
+  std::function<void(SessionId, SlaveEnd)> slave_lost;
   std::function<void(SessionId, double seconds)> round_trip;  // by heartbeats, now and then
   std::function<std::uint32_t(SessionId)> tiles_held;  // asked before slave_lost; may be null
   std::function<void(SessionId, const wire::SceneBuilt&)> scene_built;
@@ -66,6 +67,9 @@ class Cluster {
   // Ends the session of a slave that broke the protocol or sent wrong pixels, and holds the slave
   // back. slave_lost is called before this returns.
   void expel(SessionId session, const std::string& reason);
+
+  // Counts wrong pixels of the slave, `reason`, against it; with too many it is expelled.
+  void suspect(SessionId session, const std::string& reason);
 
   void commit_scene(SceneVersion version, SharedScene scene);
   void need_scene(SceneVersion version);
@@ -124,7 +128,8 @@ class Cluster {
   void pump_gently();
   void lose(SessionId session, const std::string& reason);
   void leave(SessionId session, const std::string& reason);  // in order, as announced
-  void remove(SessionId session);
+  void remove(SessionId session, SlaveEnd how);
+  void welcome_back(const wire::Hello& hello, const net::PeerIdentity& peer);
   void sweep();
   static const std::string& key_of(const wire::Hello& hello, const net::PeerIdentity& peer);
 

@@ -2,6 +2,7 @@
 #include "master/cluster/quarantine.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace tessera::master {
 
@@ -26,23 +27,47 @@ void Quarantine::hold(Record& record, const std::string& reason, TimePoint now) 
   record.until = now + std::min<Duration>(length, kLongest);
   ++record.times;
   record.reason = reason;
+  record.held_for.clear();
   record.losses.clear();
+  record.wrong.clear();
 }
 
-bool Quarantine::count_loss(const std::string& name, std::uint64_t tiles_brought,
-                            std::uint32_t tiles_held, TimePoint now) {
+bool Quarantine::count_loss(const std::string& name, std::uint64_t instance,
+                            std::uint64_t tiles_brought, std::uint32_t tiles_held, TimePoint now) {
   if (tiles_brought >= tiles_held) return false;
   Record& record = record_of(name, now);
   record.last_offence = now;
-  record.losses.push_back(now);
-  while (now - record.losses.front() > kWindow) record.losses.pop_front();
+  record.losses.push_back({now, instance});
+  while (now - record.losses.front().at > kWindow) record.losses.pop_front();
   if (record.losses.size() < kLossesMax) return false;
+  std::deque<Loss> losses = std::move(record.losses);
   hold(record,
        "lost " + std::to_string(kLossesMax) +
            " times within a minute, each time with more "
            "tiles than it had brought",
        now);
+  record.held_for = std::move(losses);
   return true;
+}
+
+void Quarantine::forget_losses(const std::string& name, std::uint64_t instance, TimePoint now) {
+  const auto found = records_.find(name);
+  if (found == records_.end() || instance == 0) return;
+  Record& record = found->second;
+  const auto is_of_link = [&](const Loss& loss) { return loss.instance == instance; };
+  std::erase_if(record.losses, is_of_link);
+  if (std::erase_if(record.held_for, is_of_link) == 0 || record.until <= now) return;
+  record.until = now;
+  --record.times;
+  record.losses = std::exchange(record.held_for, {});
+}
+
+bool Quarantine::count_wrong(const std::string& name, TimePoint now) {
+  Record& record = record_of(name, now);
+  record.last_offence = now;
+  record.wrong.push_back(now);
+  while (now - record.wrong.front() > kWindow) record.wrong.pop_front();
+  return record.wrong.size() >= kWrongMax;
 }
 
 void Quarantine::count_violation(const std::string& name, const std::string& reason,

@@ -3,8 +3,10 @@
 // held back at once; slaves that are lost again and again are when they cost more than they bring.
 //
 // A loss counts when the session had brought fewer tiles than it took with it: a slave that crashes
-// on its first tiles is held back, one that is restarted by hand or sits behind an unsteady link
-// and works in between is not (its reconnects are spaced by its own back-off).
+// on its first tiles is held back, one that is restarted by hand and works in between is not (its
+// reconnects are spaced by its own back-off). The loss of a process that comes back is one of its
+// link, and is forgotten. Wrong pixels of which nobody can say whether the scene is to blame count
+// when another slave renders the tile without them.
 //
 // Threads. Pure: times go in. One owner thread.
 //
@@ -29,17 +31,24 @@ namespace tessera::master {
 
 class Quarantine {
  public:
-  // So many losses within the window hold a slave back.
+  // So many losses, or results with wrong pixels, within the window hold a slave back.
   static constexpr std::size_t kLossesMax = kTileAttemptsMax;
+  static constexpr std::size_t kWrongMax = 3;
   static constexpr std::chrono::minutes kWindow{1};
   static constexpr std::chrono::seconds kFirst{30};
   static constexpr std::chrono::minutes kLongest{16};
   static constexpr std::chrono::hours kForgiven{1};
   static constexpr std::size_t kNamesMax = kConnectionsMax;
 
-  // A session of `name` ended without a goodbye. Returns: whether it is held back now.
-  bool count_loss(const std::string& name, std::uint64_t tiles_brought, std::uint32_t tiles_held,
-                  TimePoint now);
+  // A session of `name` ended without a goodbye. `instance`: of its process, 0 where that is not
+  // known. Returns: whether it is held back now.
+  bool count_loss(const std::string& name, std::uint64_t instance, std::uint64_t tiles_brought,
+                  std::uint32_t tiles_held, TimePoint now);
+  // That process of `name` is here again: what it was lost for was its link.
+  void forget_losses(const std::string& name, std::uint64_t instance, TimePoint now);
+  // A result of `name` was refused, and another slave's for the same tile had no such pixels.
+  // Returns: whether that was one too many.
+  bool count_wrong(const std::string& name, TimePoint now);
   // `name` broke the protocol or sent wrong results, and is held back at once.
   void count_violation(const std::string& name, const std::string& reason, TimePoint now);
 
@@ -48,9 +57,15 @@ class Quarantine {
   std::vector<QuarantinedSlave> entries(TimePoint now) const;  // those held back now, by name
 
  private:
+  struct Loss {
+    TimePoint at;
+    std::uint64_t instance = 0;
+  };
   struct Record {
-    std::deque<TimePoint> losses;  // within the window
-    std::uint32_t times = 0;       // held back so far
+    std::deque<Loss> losses;      // within the window
+    std::deque<TimePoint> wrong;  // likewise
+    std::deque<Loss> held_for;    // losses that it is held back for; empty: for something else
+    std::uint32_t times = 0;      // held back so far
     TimePoint until{};
     TimePoint last_offence{};
     std::string reason;

@@ -13,16 +13,17 @@
 namespace tessera::master {
 ClusterEvents FrameLoop::Impl::cluster_events() {
   ClusterEvents events;
-  events.slave_joined = [this](SessionId session, std::uint32_t threads) {
+  events.slave_joined = [this](SessionId session, const SlaveIdentity& slave,
+                               std::uint32_t threads) {
     observer.slave_joined(session, threads);
-    scheduler.slave_joined(session, cluster.name_of(session), threads);
+    scheduler.slave_joined(session, slave, threads, Clock::now());
     start_when_ready();
     look_at_waiting();
   };
   events.tiles_held = [this](SessionId session) { return scheduler.tiles_in_flight(session); };
-  events.slave_lost = [this](SessionId session) {
+  events.slave_lost = [this](SessionId session, SlaveEnd how) {
     observer.slave_lost(session);
-    perform(scheduler.slave_lost(session, Clock::now()));
+    perform(scheduler.slave_lost(session, Clock::now(), how));
     look_at_waiting();
   };
   events.round_trip = [this](SessionId session, double seconds_taken) {
@@ -94,6 +95,13 @@ void FrameLoop::Impl::perform(const Actions& actions) {
         break;
       case ActionKind::kExpel:
         cluster.expel(action.session, action.reason);
+        break;
+      case ActionKind::kSuspect:
+        cluster.suspect(action.session, action.reason);
+        break;
+      case ActionKind::kStalled:
+        log_warn("slave-stalled",
+                 "slave '" + cluster.name_of(action.session) + "' has stalled: " + action.reason);
         break;
       case ActionKind::kFrameComplete:
         complete(action.frame);

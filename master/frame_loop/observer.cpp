@@ -98,6 +98,7 @@ ClusterStatus Observer::counts(const Scheduler& scheduler) const {
   ClusterStatus status;
   status.slaves = cluster_.status([&](SessionId session, SlaveStatus& slave) {
     slave.tiles_in_flight = scheduler.tiles_in_flight(session);
+    if (scheduler.is_stalled(session)) slave.state = SlaveState::kStalled;
     slave.tiles = accounts_.of(session);
     const SlavePace* pace = scheduler.pace(session);
     if (pace == nullptr) return;

@@ -52,30 +52,48 @@ FrameLedger::FrameLedger(SceneVersion version, std::vector<TileIndex> order)
   TESSERA_CHECK_GE(order.size(), 1u);
 }
 
-bool FrameLedger::has_seen(TileIndex index, SessionId session) const {
+template <typename Predicate>
+bool FrameLedger::is_any_of_seen(TileIndex index, const Predicate& is_it) const {
   for (const Lease& lease : tiles_[index].out()) {
-    if (lease.session == session) return true;
+    if (is_it(lease.session)) return true;
   }
   const auto refused = refused_.find(index);
-  if (refused != refused_.end() && refused->second == session) return true;
+  if (refused != refused_.end() && is_it(refused->second)) return true;
   const auto audit = audits_.find(index);
   if (audit == audits_.end()) return false;
   for (int i = 0; i < audit->second.vote_count; ++i) {
-    if (audit->second.votes[static_cast<std::size_t>(i)].session == session) return true;
+    if (is_it(audit->second.votes[static_cast<std::size_t>(i)].session)) return true;
   }
   return false;
 }
 
-std::optional<TileIndex> FrameLedger::next_for(SessionId session) const {
-  if (!pending_.empty()) {
-    // Only an audited or refused tile can be pending and known to the session.
-    const bool is_any_known = !audits_.empty() || !refused_.empty();
-    for (const TileIndex index : pending_) {
-      if (!is_any_known || !has_seen(index, session)) return index;
-    }
+bool FrameLedger::has_seen(TileIndex index, SessionId session) const {
+  return is_any_of_seen(index, [session](SessionId seen) { return seen == session; });
+}
+
+std::vector<SessionId> FrameLedger::seen_by(TileIndex index) const {
+  std::vector<SessionId> sessions;
+  is_any_of_seen(index, [&sessions](SessionId seen) {
+    sessions.push_back(seen);
+    return false;
+  });
+  return sessions;
+}
+
+std::optional<TileIndex> FrameLedger::next_for(SessionId session,
+                                               const LostTileFilter& may_have) const {
+  const bool is_any_lost = may_have && !losses_.is_empty();
+  const auto is_barred = [&](TileIndex index) {
+    return is_any_lost && losses_.of(index) != TileLosses::Case::kNone && !may_have(index);
+  };
+  // Only an audited, refused or lost tile can be pending and not fit for the session.
+  const bool is_any_known = is_any_lost || !audits_.empty() || !refused_.empty();
+  for (const TileIndex index : pending_) {
+    if (!is_any_known || (!has_seen(index, session) && !is_barred(index))) return index;
   }
   for (const auto& [index, audit] : audits_) {
-    if (audit.wants_lease && !tiles_[index].is_pending && !has_seen(index, session)) return index;
+    const bool is_wanted = audit.wants_lease && !tiles_[index].is_pending;
+    if (is_wanted && !has_seen(index, session) && !is_barred(index)) return index;
   }
   return std::nullopt;
 }
@@ -93,8 +111,9 @@ TileAssignment FrameLedger::lease(TileIndex index, SessionId session, TimePoint 
 }
 
 std::optional<TileAssignment> FrameLedger::lease_next(SessionId session, TimePoint now,
-                                                      TimePoint due, bool is_audited) {
-  const auto index = next_for(session);
+                                                      TimePoint due, bool is_audited,
+                                                      const LostTileFilter& may_have) {
+  const auto index = next_for(session, may_have);
   if (!index) return std::nullopt;
   if (tiles_[*index].is_pending) {
     if (is_audited && tiles_[*index].attempts == 0) audits_.emplace(*index, Audit{});
@@ -166,11 +185,12 @@ void FrameLedger::finish(TileIndex index) {
     std::erase(pending_, index);
   }
   audits_.erase(index);
+  losses_.done(index);
 }
 
 LedgerAnswer FrameLedger::accept(SessionId session, SceneVersion version, TileIndex index,
                                  Attempt attempt, std::uint64_t pixels, bool is_suspect) {
-  if (version != version_) return {ResultVerdict::kWrongVersion, {}, 0, 0};
+  if (version != version_) return {ResultVerdict::kWrongVersion, {}, 0, 0, 0};
   if (index >= tiles_.size()) return {};
   LedgerAnswer answer;
   if (const Answer& last = tiles_[index].answer;
@@ -194,6 +214,8 @@ LedgerAnswer FrameLedger::accept(SessionId session, SceneVersion version, TileIn
     make_pending(index);
   } else {
     answer.verdict = ResultVerdict::kAccepted;
+    if (const auto refused = refused_.find(index); refused != refused_.end())
+      answer.refused_of = refused->second;
     finish(index);
   }
   answer.leased_at = leased_at;
@@ -249,7 +271,8 @@ bool FrameLedger::hand_back(SessionId session, TileIndex index, Attempt attempt)
   return false;
 }
 
-int FrameLedger::lose_session(SessionId session, std::size_t suspect_count) {
+std::optional<TileIndex> FrameLedger::lose_session(SessionId session, const SlaveIdentity& slave,
+                                                   bool is_suspect, TimePoint now) {
   struct Lost {
     TileIndex tile;
     TimePoint since;
@@ -263,14 +286,14 @@ int FrameLedger::lose_session(SessionId session, std::size_t suspect_count) {
   }
   std::stable_sort(lost.begin(), lost.end(),
                    [](const Lost& a, const Lost& b) { return a.since < b.since; });
-  int losses_max = 0;
-  for (std::size_t i = 0; i < lost.size() && i < suspect_count; ++i) {
-    Tile& tile = tiles_[lost[i].tile];
-    if (!tile.is_done) losses_max = std::max<int>(losses_max, ++tile.losses);
-  }
-  for (auto entry = lost.rbegin(); entry != lost.rend(); ++entry)
+  std::optional<TileIndex> most;
+  for (auto entry = lost.rbegin(); entry != lost.rend(); ++entry) {
+    const Tile& tile = tiles_[entry->tile];
+    if (!tile.is_done && is_suspect) losses_.lost(entry->tile, slave, now);
+    if (!tile.is_done && (!most || tile.attempts > tiles_[*most].attempts)) most = entry->tile;
     hand_back(session, entry->tile, entry->attempt);
-  return losses_max;
+  }
+  return most;
 }
 
 std::optional<FrameLedger::Dispute> FrameLedger::waive_audits(const std::vector<SessionId>& able) {

@@ -16,6 +16,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -23,6 +24,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/ids.h"
+#include "master/schedule/tile_losses.h"
 
 namespace tessera::master {
 
@@ -61,6 +63,7 @@ struct LedgerAnswer {
   TimePoint leased_at;       // if it answered a lease
   SessionId outvoted = 0;    // audit: this slave's pixels were wrong
   SessionId first_vote = 0;  // kDisputed, kUndecided: whose pixels it differs from
+  SessionId refused_of = 0;  // kAccepted: whose pixels of this tile were refused as faulty
 };
 
 // A lease that is out.
@@ -91,13 +94,17 @@ class FrameLedger {
   Attempt attempts(TileIndex tile) const { return tiles_[tile].attempts; }
   TileIndex tile_count() const { return static_cast<TileIndex>(tiles_.size()); }
 
-  // The tile that `lease_next` would lease to a session, if there is one: pending ones first, then
-  // audited ones, none of which this session has seen.
-  std::optional<TileIndex> next_for(SessionId session) const;
+  // Whether a session may have a tile that slaves were lost with; empty: it may have all of them.
+  using LostTileFilter = std::function<bool(TileIndex)>;
+
+  // The tile that a session would get next, if there is one: pending ones first, then audited ones,
+  // none of which this session has seen.
+  std::optional<TileIndex> next_for(SessionId session, const LostTileFilter& may_have = {}) const;
   // Leases the tile of next_for(). `due`: when the answer is expected. With `is_audited`, a tile
   // leased for the first time must be rendered by a second slave, too.
   std::optional<TileAssignment> lease_next(SessionId session, TimePoint now, TimePoint due,
-                                           bool is_audited = false);
+                                           bool is_audited = false,
+                                           const LostTileFilter& may_have = {});
   // Leases this tile, for schedules that do not follow the order. Requires: the tile is pending.
   TileAssignment lease_pending(TileIndex tile, SessionId session, TimePoint now, TimePoint due);
   const std::deque<TileIndex>& pending() const { return pending_; }
@@ -120,9 +127,16 @@ class FrameLedger {
   // The slave gives the tile back unrendered. Returns: false when it held no such lease.
   bool hand_back(SessionId session, TileIndex tile, Attempt attempt);
 
-  // The slave is gone. `suspect_count` of its oldest leases may have been in rendering; each counts
-  // as one loss of its tile. Returns: the greatest number of losses of one tile so far.
-  int lose_session(SessionId session, std::size_t suspect_count);
+  // The slave is gone. `is_suspect`: its tiles may be why, and count as lost with it.
+  // Returns: the tile of those that it held and that are not done with the most attempts, if any.
+  std::optional<TileIndex> lose_session(SessionId session, const SlaveIdentity& slave,
+                                        bool is_suspect, TimePoint now);
+  // Sessions that have the tile, or whose results for it were refused or are votes: they get it no
+  // more. At most one of a refusal, two of leases and kVotesMax.
+  std::vector<SessionId> seen_by(TileIndex tile) const;
+  // What is known of tiles that slaves were lost with.
+  TileLosses& losses() { return losses_; }
+  const TileLosses& losses() const { return losses_; }
 
   struct Dispute {
     TileIndex tile = 0;
@@ -147,7 +161,6 @@ class FrameLedger {
   };
   struct Tile {
     Attempt attempts = 0;
-    std::uint16_t losses = 0;
     std::uint8_t lease_count = 0;
     bool is_done = false;
     bool is_pending = true;
@@ -171,6 +184,9 @@ class FrameLedger {
   void make_pending(TileIndex index);
   void finish(TileIndex index);
   bool has_seen(TileIndex tile, SessionId session) const;
+  // Calls `is_it` for each session of seen_by() until it returns true. Returns: whether it did.
+  template <typename Predicate>
+  bool is_any_of_seen(TileIndex tile, const Predicate& is_it) const;
   LedgerAnswer vote(TileIndex tile, Audit& audit, SessionId session, std::uint64_t pixels);
 
   const SceneVersion version_;
@@ -178,6 +194,7 @@ class FrameLedger {
   std::deque<TileIndex> pending_;
   std::map<TileIndex, SessionId> refused_;  // once, with faulty pixels of that slave
   std::map<TileIndex, Audit> audits_;       // audited tiles begun and not done
+  TileLosses losses_;
   LedgerCounts counts_;
   std::size_t done_count_ = 0;
   std::uint32_t duplicated_count_ = 0;

@@ -42,42 +42,48 @@ Actions Scheduler::start(TimePoint now) {
   return actions;
 }
 
-void Scheduler::slave_joined(SessionId session, std::string name, std::uint32_t threads) {
-  departed_.joined(name);
+void Scheduler::slave_joined(SessionId session, SlaveIdentity slave, std::uint32_t threads,
+                             TimePoint now) {
+  departed_.joined(slave.name);
+  const SlaveHistory::Past past = history_.joined(slave, now);
+  for (Frame& frame : frames_) frame.ledger.losses().joined(session, slave);
   SlavePace pace(std::max(threads, 1u), options_.prefetch_per_thread);
   count_pace(pace, 1);
-  const bool is_new =
-      slaves_
-          .try_emplace(session,
-                       Slave{std::move(name), std::move(pace), 0, {}, {}, {}, {}, {}, true})
-          .second;
+  Slave joined{std::move(slave), std::move(pace)};
+  joined.was_lost = past.was_lost;
+  joined.debt_tiles = past.debt_tiles;
+  const bool is_new = slaves_.try_emplace(session, std::move(joined)).second;
   TESSERA_CHECK(is_new);
 }
 
 void Scheduler::round_trip_measured(SessionId session, double seconds) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return;
-  count_pace(slave->second.pace, -1);
+  if (!slave->second.is_stalled) count_pace(slave->second.pace, -1);
   slave->second.pace.round_trip_measured(seconds);
-  count_pace(slave->second.pace, 1);
+  if (!slave->second.is_stalled) count_pace(slave->second.pace, 1);
 }
 
-Actions Scheduler::slave_lost(SessionId session, TimePoint now) {
+Actions Scheduler::slave_lost(SessionId session, TimePoint now, SlaveEnd how) {
   Actions actions;
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return actions;
-  const std::uint32_t threads = slave->second.pace.threads();
-  count_pace(slave->second.pace, -1);
+  const SlaveIdentity gone = slave->second.is;
+  if (!slave->second.is_stalled) count_pace(slave->second.pace, -1);
+  if (how != SlaveEnd::kLeft && slave->second.in_flight > 0)
+    history_.lost(gone, slave->second.in_flight, now);
   std::set<SceneVersion> refused;
   for (const auto& [version, reason] : slave->second.failed) refused.insert(version);
-  departed_.left({slave->second.name, std::move(refused), now});
+  departed_.left({gone.name, std::move(refused), now});
   slaves_.erase(slave);
   for (Frame& frame : frames_) {
     if (frame.state != FrameState::kOpen || frame.held.erase(session) == 0) continue;
-    if (frame.ledger.lose_session(session, threads) >= kTileAttemptsMax) {
+    const auto tile = frame.ledger.lose_session(session, gone, how == SlaveEnd::kLost, now);
+    if (tile && frame.ledger.attempts(*tile) >= kTileLeasesMax + 2 * slaves_.size()) {
       end_frame(frame, FrameState::kFailed,
-                "a tile was lost with " + std::to_string(kTileAttemptsMax) +
-                    " slaves, one after the other",
+                "tile " + std::to_string(*tile) + " was leased " +
+                    std::to_string(frame.ledger.attempts(*tile)) + " times, at last to slave '" +
+                    gone.name + "', and never came back",
                 actions);
     }
   }
@@ -85,6 +91,7 @@ Actions Scheduler::slave_lost(SessionId session, TimePoint now) {
     if (able_count(frame) < 2) frame.ledger.forget_refusals();
     if (options_.audit_share > 0) waive_audits(frame, actions);
   }
+  fail_lost_tiles(now, actions);
   fail_hopeless(now, actions);
   deliver(actions);
   fill_all(now, actions);
@@ -138,7 +145,7 @@ Actions Scheduler::submit_frame(FrameId frame, SceneVersion version, std::vector
                                 TimePoint now) {
   TESSERA_CHECK_GE(frame, next_frame_);
   next_frame_ = frame + 1;
-  frames_.push_back({frame, FrameState::kOpen, "", FrameLedger(version, std::move(order)), {}});
+  frames_.push_back({frame, FrameState::kOpen, "", FrameLedger(version, std::move(order)), {}, {}});
   Actions actions;
   fail_hopeless(now, actions);
   deliver(actions);
@@ -169,7 +176,7 @@ Actions Scheduler::fail_frame(FrameId id, std::string reason, TimePoint now) {
 Actions Scheduler::refuse_frame(FrameId frame, std::string reason) {
   TESSERA_CHECK_GE(frame, next_frame_);
   next_frame_ = frame + 1;
-  frames_.push_back({frame, FrameState::kFailed, std::move(reason), FrameLedger(0, {0}), {}});
+  frames_.push_back({frame, FrameState::kFailed, std::move(reason), FrameLedger(0, {0}), {}, {}});
   Actions actions;
   deliver(actions);
   return actions;
@@ -182,7 +189,8 @@ void Scheduler::retire_scenes(SceneVersion first_kept) {
   }
 }
 
-// Adds a slave's pace to the cluster's, or takes it out before it changes.
+// Adds a slave's pace to the cluster's, or takes it out before it changes. That of a stalled one is
+// out.
 void Scheduler::count_pace(const SlavePace& pace, int sign) {
   rate_total_ = std::max(rate_total_ + sign * pace.tiles_per_second(), 0.0);
   round_trip_total_ = std::max(round_trip_total_ + sign * pace.round_trip_seconds(), 0.0);
@@ -200,7 +208,7 @@ ResultVerdict Scheduler::result(SessionId session, const TileReport& report, Tim
   if (slave == slaves_.end()) return ResultVerdict::kNotLeased;
   Frame* frame = find(report.frame);
   if (frame == nullptr || frame->state != FrameState::kOpen) {
-    slave->second.last_heard = now;
+    heard(slave->second, now);
     return slave->second.begun.contains(report.frame) ? ResultVerdict::kFrameEnded
                                                       : ResultVerdict::kUnknownFrame;
   }
@@ -210,6 +218,15 @@ ResultVerdict Scheduler::result(SessionId session, const TileReport& report, Tim
   if (!answers_lease(answer.verdict)) return answer.verdict;
   release(*frame, session);
   learn(slave->second, report, answer.leased_at, now);
+  if (answer.refused_of != 0 && answer.refused_of != session && !report.is_faulty) {
+    actions.push_back(
+        {ActionKind::kSuspect,
+         answer.refused_of,
+         frame->id,
+         {report.tile, 0},
+         false,
+         "NaN, infinite or negative pixels that slave " + name_of(session) + " rendered without"});
+  }
   settle_audit(*frame, session, report.tile, answer, actions);
   if (frame->state == FrameState::kOpen && frame->ledger.is_complete())
     end_frame(*frame, FrameState::kComplete, "", actions);
@@ -223,13 +240,15 @@ ResultVerdict Scheduler::result(SessionId session, const TileReport& report, Tim
 }
 
 void Scheduler::learn(Slave& slave, const TileReport& report, TimePoint leased_at, TimePoint now) {
+  heard(slave, now);
   count_pace(slave.pace, -1);
   if (report.starved_seconds > 0 && !slave.was_dry) slave.pace.starved();
   slave.was_dry = false;
-  slave.last_heard = now;
+  if (slave.brought < std::numeric_limits<std::uint32_t>::max()) ++slave.brought;
   slave.pace.tile_done(now, seconds(now - leased_at), report.held_seconds, report.render_seconds);
   count_pace(slave.pace, 1);
   tile_seconds_ += kTileWeight * (slave.pace.tile_seconds() - tile_seconds_);
+  has_measured_ = true;
   budget_.tile_done();
 }
 
@@ -276,7 +295,7 @@ void Scheduler::waive_audits(Frame& frame, Actions& actions) {
 
 std::string Scheduler::name_of(SessionId session) const {
   const auto slave = slaves_.find(session);
-  return slave == slaves_.end() ? std::string("(gone)") : "'" + slave->second.name + "'";
+  return slave == slaves_.end() ? std::string("(gone)") : "'" + slave->second.is.name + "'";
 }
 
 Actions Scheduler::tile_returned(SessionId session, FrameId id, TileIndex tile, Attempt attempt,
@@ -290,6 +309,7 @@ Actions Scheduler::tile_returned(SessionId session, FrameId id, TileIndex tile, 
   release(*frame, session);
   if (const auto slave = slaves_.find(session); slave != slaves_.end()) {
     slave->second.rests_until = now + kRest;
+    heard(slave->second, now);
   }
   if (frame->ledger.attempts(tile) >= kTileLeasesMax + 2 * slaves_.size()) {
     end_frame(*frame, FrameState::kFailed,
@@ -309,8 +329,11 @@ void Scheduler::end_frame(Frame& frame, FrameState state, std::string reason, Ac
   frame.reason = std::move(reason);
   frame.ledger.abandon_all();
   for (const auto& [session, count] : frame.held) {
-    if (const auto slave = slaves_.find(session); slave != slaves_.end())
-      slave->second.in_flight -= count;
+    const auto slave = slaves_.find(session);
+    if (slave == slaves_.end()) continue;
+    slave->second.in_flight -= count;
+    // Tiles of a cancelled frame are dropped, so nothing is owed for the time that they were held.
+    if (state == FrameState::kCancelled && !slave->second.is_stalled) slave->second.silence = {};
   }
   frame.held.clear();
   for (auto& [session, slave] : slaves_) {
@@ -334,6 +357,11 @@ void Scheduler::deliver(Actions& actions) {
 std::uint32_t Scheduler::tiles_in_flight(SessionId session) const {
   const auto slave = slaves_.find(session);
   return slave == slaves_.end() ? 0 : slave->second.in_flight;
+}
+
+bool Scheduler::is_stalled(SessionId session) const {
+  const auto slave = slaves_.find(session);
+  return slave != slaves_.end() && slave->second.is_stalled;
 }
 
 const SlavePace* Scheduler::pace(SessionId session) const {

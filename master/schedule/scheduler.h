@@ -7,15 +7,20 @@
 // slave has built. Beyond it: the depth of the queues follows each slave's measured pace
 // (slave_pace.h); the last tiles of a frame go to whoever will have them back first, and are leased
 // twice where that shortens the frame; slaves come and go at any moment; a share of the tiles is
-// rendered twice and compared.
+// rendered twice and compared. Tiles that a slave was lost with go to slaves that have earned it, so
+// that no slave, however bad, fails a frame while a good one is there (scheduler_losses.cpp).
 //
 // Invariants. (1) At most frames_in_flight frames are leased at once, the oldest first. (2)
 // kFrameComplete and kFrameFailed come in the order of submission, once each. (3) A slave holds at
-// most SlavePace::depth() tiles, and those it was lent when its depth was greater. (4) Every loop
-// is bounded by slaves times tiles.
+// most SlavePace::depth() tiles, one late tile more for each thread, and those it was lent when its
+// depth was greater; one that was lost before, at most one more than it has brought since; one that
+// has stalled gets a tile only when it holds none. (4) Every loop is bounded by slaves times tiles.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <deque>
+#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -26,6 +31,8 @@
 #include "master/schedule/departed_slaves.h"
 #include "master/schedule/duplication_budget.h"
 #include "master/schedule/frame_ledger.h"
+#include "master/schedule/slave_history.h"
+#include "master/schedule/slave_identity.h"
 #include "master/schedule/slave_pace.h"
 
 namespace tessera::master {
@@ -41,18 +48,20 @@ enum class ActionKind {
   kBeginFrame,
   kLease,
   kEndFrame,
-  kExpel,  // an audit has found that this slave's pixels are wrong
+  kExpel,    // an audit has found that this slave's pixels are wrong
+  kSuspect,  // its pixels were refused, and another slave had no cause for that
+  kStalled,  // it holds tiles and returns none, though its link may live: once for each stall
   kFrameComplete,
   kFrameFailed
 };
 
 struct Action {
   ActionKind kind = ActionKind::kLease;
-  SessionId session = 0;  // all but the last two
+  SessionId session = 0;  // all but the last two; kStalled has no frame
   FrameId frame = 0;
-  TileAssignment tile;        // kLease; kExpel: the tile that was wrong
+  TileAssignment tile;        // kLease; kExpel, kSuspect: the tile that was wrong
   bool is_cancelled = false;  // kFrameFailed: on request
-  std::string reason;         // kFrameFailed, kExpel
+  std::string reason;         // kFrameFailed, kExpel, kSuspect, kStalled
 };
 using Actions = std::vector<Action>;
 
@@ -77,9 +86,9 @@ class Scheduler {
   Actions start(TimePoint now);
   bool is_started() const { return is_started_; }
 
-  // Requires: session unknown so far; threads >= 1. `name` appears in reasons of failure.
-  void slave_joined(SessionId session, std::string name, std::uint32_t threads);
-  Actions slave_lost(SessionId session, TimePoint now);
+  // Requires: session unknown so far; threads >= 1.
+  void slave_joined(SessionId session, SlaveIdentity slave, std::uint32_t threads, TimePoint now);
+  Actions slave_lost(SessionId session, TimePoint now, SlaveEnd how = SlaveEnd::kLost);
   Actions scene_built(SessionId session, SceneVersion version, TimePoint now);
   Actions scene_failed(SessionId session, SceneVersion version, const std::string& reason,
                        TimePoint now);
@@ -108,6 +117,7 @@ class Scheduler {
 
   bool has_open_frames() const { return !frames_.empty(); }
   std::uint32_t tiles_in_flight(SessionId session) const;
+  bool is_stalled(SessionId session) const;
   // Null when there is no such slave.
   const SlavePace* pace(SessionId session) const;
   // Null when the frame is not known (any more).
@@ -119,16 +129,26 @@ class Scheduler {
 
  private:
   struct Slave {
-    std::string name;
+    SlaveIdentity is;
     SlavePace pace;
+    std::uint32_t debt_tiles = 0;  // SlaveHistory::Past
+    bool was_lost = false;         // within living memory
+    std::uint32_t brought = 0;     // results of this session that answered a lease
     std::uint32_t in_flight = 0;
-    std::set<SceneVersion> built;
-    std::map<SceneVersion, std::string> failed;
-    std::set<FrameId> begun;
+    std::set<SceneVersion> built{};
+    std::map<SceneVersion, std::string> failed{};
+    std::set<FrameId> begun{};
     TimePoint rests_until{};  // after a tile was handed back: the slave leaves or cannot render it
     TimePoint last_heard{};   // the last result, or the first lease after the slave had none
     bool was_dry = true;      // since the last result there was a moment without a tile for it
+    Duration silence{};       // time with tiles and without a result, since the last one
+    TimePoint watched{};      // when silence was brought up to date
+    bool is_stalled = false;  // silent for so long that it gets one tile at a time
+    TimePoint probe_at{};     // when a stalled slave may have a tile again
   };
+  // Whom tiles that slaves were lost with go to, the best first.
+  enum class Trust { kEarned, kNew, kDoubtful };
+  static constexpr std::size_t kTrusts = 3;
   enum class FrameState { kOpen, kComplete, kFailed, kCancelled };
   struct Frame {
     FrameId id = 0;
@@ -136,6 +156,8 @@ class Scheduler {
     std::string reason;
     FrameLedger ledger;
     std::map<SessionId, std::uint32_t> held;  // leases outstanding, by slave
+    // Slaves that have its scene, by trust; counted only while some of its tiles are lost ones.
+    std::array<std::uint32_t, kTrusts> able{};
   };
   using SlaveEntry = std::pair<const SessionId, Slave>;
 
@@ -153,25 +175,39 @@ class Scheduler {
   void waive_audits(Frame& frame, Actions& actions);
   std::string name_of(SessionId session) const;
 
+  // scheduler_losses.cpp
+  static Trust trust_in(const Slave& slave);
+  void count_able(Frame& frame);
+  bool may_have_lost_tile(const Frame& frame, const SlaveEntry& entry, TileIndex tile) const;
+  FrameLedger::LostTileFilter lost_tiles_for(const Frame& frame, const SlaveEntry& entry) const;
+  void fail_lost_tiles(TimePoint now, Actions& actions);
+  bool is_anybody_left(const Frame& frame, TileIndex tile) const;
+  void heard(Slave& slave, TimePoint now);
+  void watch_for_stalls(TimePoint now, Actions& actions);
+  static std::uint32_t allowance(const Slave& slave);
+
   // scheduler_leasing.cpp
   bool can_take(const Slave& slave, const Frame& frame, TimePoint now) const;
-  bool has_room(const Slave& slave) const { return slave.in_flight < slave.pace.depth(); }
+  bool has_room(const Slave& slave, TimePoint now) const;
+  bool has_late_room(const Slave& slave, TimePoint now) const;
   std::size_t able_count(const Frame& frame) const;
   std::vector<SessionId> auditors(const Frame& frame) const;
-  bool is_in_time(std::size_t frame, const Slave& slave, TimePoint now) const;
+  std::uint32_t tiles_ahead(std::size_t frame, const SlaveEntry& entry) const;
+  bool is_in_time(std::size_t frame, const SlaveEntry& entry, TimePoint now) const;
   void fill(SlaveEntry& entry, TimePoint now, Actions& actions);
   void fill_all(TimePoint now, Actions& actions);
   bool lease_one(SlaveEntry& entry, TimePoint now, Actions& actions);
-  void spread(Frame& frame, TimePoint now, Actions& actions);
+  void spread(std::size_t frame, TimePoint now, Actions& actions);
   bool lease_static(Frame& frame, SlaveEntry& entry, TimePoint now, Actions& actions);
   bool is_audited(FrameId frame, TileIndex tile) const;
   double back_seconds(const Slave& slave, std::uint32_t ahead, TimePoint now) const;
   Duration silence_allowed(const Slave& slave) const;
+  bool is_silent(const Slave& slave, TimePoint now) const;
   TimePoint due_at(const Slave& slave, TimePoint now) const;
   void lease_next(SlaveEntry& entry, Frame& frame, TimePoint now, Actions& actions);
   void issue(SlaveEntry& entry, Frame& frame, TileAssignment tile, TimePoint now, Actions& actions);
   void duplicate_late_tiles(Frame& frame, TimePoint now, Actions& actions);
-  SlaveEntry* fastest_for(const Frame& frame, SessionId except, TimePoint now,
+  SlaveEntry* fastest_for(const Frame& frame, const TileLeaseView& lease, TimePoint now,
                           double& best_seconds);
 
   // Time of a tile until one is measured; any value but 0 makes slaves with few tiles look better.
@@ -181,12 +217,14 @@ class Scheduler {
   bool is_started_ = false;
   std::map<SessionId, Slave> slaves_;
   DepartedSlaves departed_;
+  SlaveHistory history_;
   std::deque<Frame> frames_;  // in order of submission; ended ones leave from the front
   FrameId next_frame_ = 0;    // above every frame ever submitted
   LedgerCounts ended_counts_;
   double rate_total_ = 0;                    // tiles per second, over all slaves
   double round_trip_total_ = 0;              // likewise, seconds
   double tile_seconds_ = kTileSecondsGuess;  // of all slaves, recent mean
+  bool has_measured_ = false;                // a tile was rendered
   DuplicationBudget budget_;
 };
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scheduler's choice of the next tile for a slave, and of the next slave for a tile.
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "common/base/check.h"
+#include "common/base/limits.h"
 #include "master/schedule/scheduler.h"
 
 namespace tessera::master {
@@ -15,9 +17,13 @@ constexpr double kDuplicateGain = 0.67;
 constexpr Duration kDuplicateGainMin = std::chrono::milliseconds(5);
 // A slave twice as slow per thread as the cluster is a straggler.
 constexpr double kStraggler = 2;
-// A slave from which nothing came for so many of its longest tile times, with a late tile, is
-// treated as lost: its tiles are leased again whatever that costs.
-constexpr double kSilentTiles = 4;
+// A slave from which nothing came for so many of its longest tile times (A of the fault matrix) is
+// treated as lost: its tiles are leased again whatever that costs. Of a slave whose pace is not
+// known, the cluster's mean says less.
+constexpr double kSilentTiles = 2, kSilentTilesUnknown = 4;
+// A stalled slave that holds nothing is given a tile again after half of the time that it has been
+// silent with tiles, and after this at least: one tile of one frame in a while finds out.
+constexpr std::chrono::seconds kProbePause{1};
 
 // 64 bits in which every bit of the input matters (Steele, Lea, Flood 2014: SplitMix64).
 std::uint64_t mix(std::uint64_t x) {
@@ -54,13 +60,24 @@ std::vector<SessionId> Scheduler::auditors(const Frame& frame) const {
 
 // Whether the slave would have a tile back before the cluster is done with the frame and with those
 // before it; if not, the tile is for others. Constant time: the mean of all slaves stands for them.
-bool Scheduler::is_in_time(std::size_t frame, const Slave& slave, TimePoint now) const {
+bool Scheduler::is_in_time(std::size_t frame, const SlaveEntry& entry, TimePoint now) const {
   if (rate_total_ <= 0) return true;  // nothing is known
   std::size_t left = 0;
   for (std::size_t i = 0; i <= frame; ++i) left += frames_[i].ledger.tiles_left();
   const double done = static_cast<double>(left) / rate_total_ + tile_seconds_ +
                       round_trip_total_ / static_cast<double>(slaves_.size());
-  return back_seconds(slave, slave.in_flight, now) <= done;
+  return back_seconds(entry.second, tiles_ahead(frame, entry), now) <= done;
+}
+
+// Tiles that the slave renders before one of that frame that it got now: older frames' go first, and
+// those in work are not interrupted.
+std::uint32_t Scheduler::tiles_ahead(std::size_t frame, const SlaveEntry& entry) const {
+  std::uint32_t ahead = 0;
+  for (std::size_t i = 0; i <= frame; ++i) {
+    const auto held = frames_[i].held.find(entry.first);
+    if (held != frames_[i].held.end()) ahead += held->second;
+  }
+  return std::max(ahead, std::min(entry.second.in_flight, entry.second.pace.threads()));
 }
 
 // Whether a tile is audited depends on its name alone, so that a frame can be rendered again.
@@ -71,18 +88,37 @@ bool Scheduler::is_audited(FrameId frame, TileIndex tile) const {
 
 // How long nothing may come from a slave that holds tiles before something is wrong with it.
 Duration Scheduler::silence_allowed(const Slave& slave) const {
-  return from_seconds(
-      std::max(kSilentTiles * std::max(slave.pace.tile_seconds_high(), tile_seconds_),
-               2 * slave.pace.round_trip_seconds()));
+  const double tiles = slave.pace.is_known() ? kSilentTiles : kSilentTilesUnknown;
+  return from_seconds(std::max(tiles * std::max(slave.pace.tile_seconds_high(), tile_seconds_),
+                               2 * slave.pace.round_trip_seconds()));
+}
+
+// Whether the slave holds tiles and has said nothing for longer than it should. Nobody is silent
+// before the cluster knows what a tile takes.
+bool Scheduler::is_silent(const Slave& slave, TimePoint now) const {
+  return has_measured_ && slave.in_flight > 0 && now - slave.last_heard > silence_allowed(slave);
+}
+
+bool Scheduler::has_room(const Slave& slave, TimePoint now) const {
+  if (slave.is_stalled) return slave.in_flight == 0 && now >= slave.probe_at;
+  return slave.in_flight < std::min(slave.pace.depth(), allowance(slave));
+}
+
+// Room for a late tile of the oldest frame. It goes ahead of what the slave has of the next frame,
+// so a full queue is no reason to let it wait for that frame's end.
+bool Scheduler::has_late_room(const Slave& slave, TimePoint now) const {
+  const std::uint32_t threads = slave.pace.threads();
+  const std::uint32_t most =
+      std::min(slave.pace.depth() + threads, threads * std::uint32_t{kTilesPerWorkerMax});
+  return !slave.is_stalled && !is_silent(slave, now) &&
+         slave.in_flight < std::min(most, allowance(slave));
 }
 
 // When a tile leased now would be back, with `ahead` tiles before it. A slave that has fallen
 // silent is expected to stay so for as long again.
 double Scheduler::back_seconds(const Slave& slave, std::uint32_t ahead, TimePoint now) const {
   const double usual = slave.pace.completion_seconds(ahead, tile_seconds_);
-  if (slave.in_flight == 0) return usual;
-  const Duration silence = now - slave.last_heard;
-  return silence > silence_allowed(slave) ? usual + seconds(silence) : usual;
+  return is_silent(slave, now) ? usual + seconds(now - slave.last_heard) : usual;
 }
 
 TimePoint Scheduler::due_at(const Slave& slave, TimePoint now) const {
@@ -95,24 +131,26 @@ void Scheduler::issue(SlaveEntry& entry, Frame& frame, TileAssignment tile, Time
   const bool is_newest = !slave.begun.empty() && *slave.begun.rbegin() == frame.id;
   if (!is_newest && slave.begun.insert(frame.id).second)
     actions.push_back({ActionKind::kBeginFrame, entry.first, frame.id, {}, false, ""});
-  if (slave.in_flight++ == 0) slave.last_heard = now;
+  if (slave.in_flight++ == 0) slave.last_heard = slave.watched = now;
+  if (slave.is_stalled) slave.probe_at = now + std::max<Duration>(slave.silence / 2, kProbePause);
   ++frame.held[entry.first];
   actions.push_back({ActionKind::kLease, entry.first, frame.id, tile, false, ""});
 }
 
 // Requires: there is a tile of the frame for the slave.
 void Scheduler::lease_next(SlaveEntry& entry, Frame& frame, TimePoint now, Actions& actions) {
-  const TileIndex next = *frame.ledger.next_for(entry.first);
+  const FrameLedger::LostTileFilter may_have = lost_tiles_for(frame, entry);
+  const TileIndex next = *frame.ledger.next_for(entry.first, may_have);
   const bool is_for_audit =
       options_.audit_share > 0 && is_audited(frame.id, next) && auditors(frame).size() >= 2;
   const auto tile =
-      frame.ledger.lease_next(entry.first, now, due_at(entry.second, now), is_for_audit);
+      frame.ledger.lease_next(entry.first, now, due_at(entry.second, now), is_for_audit, may_have);
   issue(entry, frame, *tile, now, actions);
 }
 
 bool Scheduler::lease_one(SlaveEntry& entry, TimePoint now, Actions& actions) {
   Slave& slave = entry.second;
-  if (!is_started_ || !has_room(slave) || now < slave.rests_until) return false;
+  if (!is_started_ || !has_room(slave, now) || now < slave.rests_until) return false;
   for (std::size_t i = 0; i < active_count(); ++i) {
     Frame& frame = frames_[i];
     if (!can_take(slave, frame, now)) continue;
@@ -120,7 +158,8 @@ bool Scheduler::lease_one(SlaveEntry& entry, TimePoint now, Actions& actions) {
       if (lease_static(frame, entry, now, actions)) return true;
       continue;
     }
-    if (!frame.ledger.next_for(entry.first) || !is_in_time(i, slave, now)) continue;
+    const auto next = frame.ledger.next_for(entry.first, lost_tiles_for(frame, entry));
+    if (!next || !is_in_time(i, entry, now)) continue;
     lease_next(entry, frame, now, actions);
     return true;
   }
@@ -129,8 +168,9 @@ bool Scheduler::lease_one(SlaveEntry& entry, TimePoint now, Actions& actions) {
 }
 
 // Each tile goes to the slave that will have it back first (list scheduling; Graham 1969). When
-// that one has no room, the tile waits for it.
-void Scheduler::spread(Frame& frame, TimePoint now, Actions& actions) {
+// that one has no room, the tile waits for it, unless it is one that may have a few tiles only.
+void Scheduler::spread(std::size_t index, TimePoint now, Actions& actions) {
+  Frame& frame = frames_[index];
   if (frame.state != FrameState::kOpen || !frame.ledger.may_lease()) return;
   using Place = std::pair<double, SlaveEntry*>;
   const auto is_later = [](const Place& a, const Place& b) {
@@ -139,19 +179,25 @@ void Scheduler::spread(Frame& frame, TimePoint now, Actions& actions) {
   std::vector<Place> heap;
   for (SlaveEntry& entry : slaves_) {
     if (can_take(entry.second, frame, now))
-      heap.emplace_back(back_seconds(entry.second, entry.second.in_flight, now), &entry);
+      heap.emplace_back(back_seconds(entry.second, tiles_ahead(index, entry), now), &entry);
   }
   std::make_heap(heap.begin(), heap.end(), is_later);
   while (!heap.empty()) {
     std::pop_heap(heap.begin(), heap.end(), is_later);
     auto& [back, entry] = heap.back();
-    if (!frame.ledger.next_for(entry->first)) {
+    const Slave& slave = entry->second;
+    const bool is_limited = slave.is_stalled || slave.in_flight >= allowance(slave);
+    if (is_limited || !frame.ledger.next_for(entry->first, lost_tiles_for(frame, *entry))) {
       heap.pop_back();
       continue;
     }
-    if (!has_room(entry->second)) return;
+    // Tiles of the next frame are no reason to let one of the oldest frame wait.
+    const bool may_overtake =
+        index == 0 && has_late_room(slave, now) &&
+        tiles_ahead(index, *entry) < std::min(slave.pace.depth(), slave.in_flight);
+    if (!has_room(slave, now) && !may_overtake) return;
     lease_next(*entry, frame, now, actions);
-    back = back_seconds(entry->second, entry->second.in_flight, now);
+    back = back_seconds(slave, tiles_ahead(index, *entry), now);
     std::push_heap(heap.begin(), heap.end(), is_later);
   }
 }
@@ -175,6 +221,7 @@ bool Scheduler::lease_static(Frame& frame, SlaveEntry& entry, TimePoint now, Act
 }
 
 void Scheduler::fill(SlaveEntry& entry, TimePoint now, Actions& actions) {
+  for (std::size_t i = 0; i < active_count(); ++i) count_able(frames_[i]);
   while (lease_one(entry, now, actions)) {
   }
 }
@@ -182,8 +229,9 @@ void Scheduler::fill(SlaveEntry& entry, TimePoint now, Actions& actions) {
 // Tiles are leased in rounds, one for each slave, so that the first slave does not take all.
 void Scheduler::fill_all(TimePoint now, Actions& actions) {
   if (!is_started_) return;
+  for (std::size_t i = 0; i < active_count(); ++i) count_able(frames_[i]);
   if (!options_.is_static) {
-    for (std::size_t i = 0; i < active_count(); ++i) spread(frames_[i], now, actions);
+    for (std::size_t i = 0; i < active_count(); ++i) spread(i, now, actions);
   }
   for (bool has_leased = true; has_leased;) {
     has_leased = false;
@@ -193,12 +241,15 @@ void Scheduler::fill_all(TimePoint now, Actions& actions) {
 
 // The slave that would have a tile back first if the tile went ahead of its queue, as tiles of the
 // oldest frame do.
-Scheduler::SlaveEntry* Scheduler::fastest_for(const Frame& frame, SessionId except, TimePoint now,
-                                              double& best_seconds) {
+Scheduler::SlaveEntry* Scheduler::fastest_for(const Frame& frame, const TileLeaseView& lease,
+                                              TimePoint now, double& best_seconds) {
   SlaveEntry* best = nullptr;
   for (SlaveEntry& entry : slaves_) {
     const Slave& slave = entry.second;
-    if (entry.first == except || !can_take(slave, frame, now) || !has_room(slave)) continue;
+    if (entry.first == lease.session || !can_take(slave, frame, now) ||
+        !has_late_room(slave, now) || !may_have_lost_tile(frame, entry, lease.tile)) {
+      continue;
+    }
     const double back = back_seconds(slave, std::min(slave.in_flight, slave.pace.threads()), now);
     if (best == nullptr || back < best_seconds) {
       best = &entry;
@@ -211,27 +262,38 @@ Scheduler::SlaveEntry* Scheduler::fastest_for(const Frame& frame, SessionId exce
 // A frame is done when its latest tile is. While nothing of it waits, tiles that will come late are
 // leased a second time, the latest first, to whoever is back sooner.
 void Scheduler::duplicate_late_tiles(Frame& frame, TimePoint now, Actions& actions) {
-  std::vector<TileLeaseView> out = frame.ledger.single_leases();
-  const auto left = [&](const TileLeaseView& lease) {
-    // The later a tile is, the less is known of it: it may take as long again.
-    return lease.due > now ? lease.due - now : (now - lease.due) + from_seconds(tile_seconds_);
+  struct Late {
+    TileLeaseView lease;
+    Slave* owner = nullptr;
+    bool is_silent = false;
+    Duration left{};
   };
-  std::sort(out.begin(), out.end(), [&](const auto& a, const auto& b) {
-    return std::pair(left(b), a.tile) < std::pair(left(a), b.tile);
-  });
-  for (const TileLeaseView& lease : out) {
+  std::vector<Late> out;
+  for (const TileLeaseView& lease : frame.ledger.single_leases()) {
     const auto owner = slaves_.find(lease.session);
+    if (owner == slaves_.end()) continue;
+    Late late{lease, &owner->second, is_silent(owner->second, now), lease.due - now};
+    // The later a tile is, the less is known of it: it may take as long again.
+    if (lease.due <= now) late.left = (now - lease.due) + from_seconds(tile_seconds_);
+    out.push_back(late);
+  }
+  std::sort(out.begin(), out.end(), [](const Late& a, const Late& b) {
+    return std::tuple(b.is_silent, b.left, a.lease.tile) <
+           std::tuple(a.is_silent, a.left, b.lease.tile);
+  });
+  count_able(frame);
+  for (const Late& late : out) {
     double best_seconds = 0;
-    SlaveEntry* best = fastest_for(frame, lease.session, now, best_seconds);
-    if (owner == slaves_.end() || best == nullptr) return;
+    SlaveEntry* best = fastest_for(frame, late.lease, now, best_seconds);
+    if (best == nullptr && frame.ledger.losses().is_empty()) return;
+    if (best == nullptr) continue;
     const Duration again = from_seconds(best_seconds);
-    if (again + kDuplicateGainMin > left(lease) * kDuplicateGain) return;
-    const SlavePace& pace = owner->second.pace;
-    const bool is_silent =
-        now > lease.due && now - owner->second.last_heard > silence_allowed(owner->second);
+    if (!late.is_silent && again + kDuplicateGainMin > late.left * kDuplicateGain) return;
+    const SlavePace& pace = late.owner->pace;
     const bool is_straggler = pace.is_known() && pace.tile_seconds() > kStraggler * tile_seconds_;
-    if (!is_silent && !budget_.take(is_straggler)) return;
-    if (const auto tile = frame.ledger.lease_again(lease.tile, best->first, now, now + again))
+    const bool is_free = late.is_silent && (pace.is_known() || late.owner->is_stalled);
+    if (!is_free && !budget_.take(is_straggler)) return;
+    if (const auto tile = frame.ledger.lease_again(late.lease.tile, best->first, now, now + again))
       issue(*best, frame, *tile, now, actions);
   }
 }
@@ -239,6 +301,8 @@ void Scheduler::duplicate_late_tiles(Frame& frame, TimePoint now, Actions& actio
 Actions Scheduler::tick(TimePoint now) {
   Actions actions;
   if (!is_started_) return actions;
+  watch_for_stalls(now, actions);
+  fail_lost_tiles(now, actions);
   fail_hopeless(now, actions);  // whoever could hold their scene has not come back
   deliver(actions);
   fill_all(now, actions);  // what was handed back while nobody else was there

@@ -5,6 +5,7 @@
 
 #include "tests/sim/door.h"
 #include "tests/sim/lying_connection.h"
+#include "tests/sim/random.h"
 
 namespace tessera::sim {
 namespace {
@@ -34,6 +35,7 @@ void SimSlave::start() {
   options.name = name_;
   options.threads = model_.threads;
   options.isas = isa_bit(Isa::kScalar);
+  options.instance = mix(mix(static_cast<std::uint64_t>(node_)) + ++starts_) | 1;
   if (model_.is_relaying) options.relay = relay_access();
   const auto open_link = [this](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
     return network_.connect(*process_, master_node_, std::move(on_connected));

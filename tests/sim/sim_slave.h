@@ -45,6 +45,7 @@ class SimSlave {
   const std::string name_;
   const int node_, master_node_;
   WorkModel model_;
+  std::uint64_t starts_ = 0;
   bool is_leaving_ = false, has_given_up_ = false, is_altering_ = false;
   std::unique_ptr<Process> process_;
   std::unique_ptr<SimWorkshop> workshop_;

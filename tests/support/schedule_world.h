@@ -45,7 +45,8 @@ class ScheduleWorld {
     frames_ = frames;
     tiles_ = tiles_per_frame;
     for (std::size_t i = 0; i < slaves_.size(); ++i) {
-      scheduler_.slave_joined(i + 1, "s" + std::to_string(i + 1), slaves_[i].is.threads);
+      scheduler_.slave_joined(i + 1, {"s" + std::to_string(i + 1), "", 0}, slaves_[i].is.threads,
+                              now());
       scheduler_.round_trip_measured(i + 1, slaves_[i].is.round_trip_seconds);
     }
     perform(scheduler_.start(now()));

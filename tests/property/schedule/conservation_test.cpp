@@ -73,7 +73,7 @@ class Cluster {
     slaves_[session].threads = threads;
     slaves_[session].is_liar = options_.audit_share > 0 && pick(0, 7) == 0;
     liar_count_ += slaves_[session].is_liar;
-    scheduler_.slave_joined(session, std::to_string(session), threads);
+    scheduler_.slave_joined(session, {std::to_string(session), "", 0}, threads, now_);
   }
 
   SessionId any_slave() {
@@ -172,6 +172,11 @@ class Cluster {
         case ActionKind::kEndFrame:
           slaves_.at(action.session).begun.erase(action.frame);
           accounts_.frame_ended(action.session, action.frame);
+          break;
+        case ActionKind::kSuspect:
+          break;
+        case ActionKind::kStalled:
+          EXPECT_GT(scheduler_.tiles_in_flight(action.session), 0u);
           break;
         case ActionKind::kExpel:
           EXPECT_TRUE(!slaves_.contains(action.session) || slaves_[action.session].is_liar ||

@@ -55,7 +55,8 @@ TEST(FrameLedger, TilesOfALostSlaveComeFirstWithANewAttempt) {
   FrameLedger ledger(kVersion, tiles(4));
   const TileAssignment first = *ledger.lease_next(1, kStart, kDue);
   const TileAssignment second = *ledger.lease_next(1, kStart, kDue);
-  EXPECT_EQ(ledger.lose_session(1, 1), 1) << "one of its tiles may have been in rendering";
+  EXPECT_EQ(ledger.lose_session(1, {"a", "", 5}, true, kStart), second.tile);
+  EXPECT_EQ(ledger.losses().tiles().size(), 2u) << "either may have been in rendering";
   EXPECT_EQ(ledger.accept(1, kVersion, first.tile, first.attempt).verdict,
             ResultVerdict::kNotLeased);
   const TileAssignment again = *ledger.lease_next(2, kStart, kDue),
@@ -153,25 +154,39 @@ TEST_F(AuditedTile, ADisputeThatNobodyIsLeftToDecideIsNamed) {
 
 TEST_F(AuditedTile, IsTakenAsItIsWhenTheAuditorsAreGone) {
   answer(1, first_, 66);
-  ledger_.lose_session(2, 1);
+  ledger_.lose_session(2, {"b", "", 0}, true, kStart);
   EXPECT_FALSE(ledger_.waive_audits({1}).has_value());
   EXPECT_TRUE(ledger_.is_complete());
 }
 
 TEST_F(AuditedTile, IsPendingAgainWhenBothAreLost) {
-  ledger_.lose_session(1, 1);
+  ledger_.lose_session(1, {"a", "", 0}, true, kStart);
   EXPECT_EQ(ledger_.lease_next(3, kStart, kDue)->tile, 0u) << "in the place of the first one";
-  ledger_.lose_session(3, 1);
-  ledger_.lose_session(2, 1);
+  ledger_.lose_session(3, {"c", "", 0}, true, kStart);
+  ledger_.lose_session(2, {"b", "", 0}, true, kStart);
   EXPECT_EQ(ledger_.pending_count(), 1u);
 }
 
-TEST(FrameLedger, LossesOfOneTileAreCounted) {
+TEST(FrameLedger, OnlyTilesThatAreNotDoneAreLost) {
+  FrameLedger ledger(kVersion, tiles(3));
+  ASSERT_TRUE(ledger.lease_next(1, kStart, kDue).has_value());
+  ASSERT_TRUE(ledger.lease_next(1, kStart, kDue).has_value());
+  const TileAssignment twice = *ledger.lease_again(0, 2, kStart, kDue);
+  ledger.accept(2, kVersion, 0, twice.attempt);
+  EXPECT_EQ(ledger.lose_session(1, {"a", "", 0}, true, kStart), 1u);
+  EXPECT_EQ(ledger.losses().tiles(), std::vector<TileIndex>{1});
+  const auto is_refused = [](TileIndex) { return false; };
+  EXPECT_EQ(ledger.next_for(2, is_refused), 2u) << "the tile that was lost is barred";
+  EXPECT_EQ(ledger.next_for(2), 1u);
+}
+
+TEST(FrameLedger, ATileThatIsDoneIsNoCaseAnyMore) {
   FrameLedger ledger(kVersion, tiles(1));
-  for (int loss = 1; loss <= 3; ++loss) {
-    ASSERT_TRUE(ledger.lease_next(static_cast<SessionId>(loss), kStart, kDue).has_value());
-    EXPECT_EQ(ledger.lose_session(static_cast<SessionId>(loss), 1), loss);
-  }
+  ASSERT_TRUE(ledger.lease_next(1, kStart, kDue).has_value());
+  ledger.lose_session(1, {"a", "", 0}, true, kStart);
+  const TileAssignment lease = *ledger.lease_next(2, kStart, kDue);
+  ledger.accept(2, kVersion, 0, lease.attempt);
+  EXPECT_TRUE(ledger.losses().is_empty());
 }
 
 TEST(FrameLedger, WhatIsHandedBackIsPendingAgainAndNoLoss) {
@@ -181,7 +196,9 @@ TEST(FrameLedger, WhatIsHandedBackIsPendingAgainAndNoLoss) {
   EXPECT_TRUE(ledger.hand_back(1, lease.tile, lease.attempt));
   EXPECT_FALSE(ledger.hand_back(1, lease.tile, lease.attempt)) << "once";
   ASSERT_TRUE(ledger.lease_next(2, kStart, kDue).has_value());
-  EXPECT_EQ(ledger.lose_session(2, 1), 1);
+  EXPECT_TRUE(ledger.losses().is_empty());
+  EXPECT_EQ(ledger.lose_session(2, {"b", "", 0}, false, kStart), 0u);
+  EXPECT_TRUE(ledger.losses().is_empty()) << "a slave that was expelled makes no tile suspect";
 }
 
 }  // namespace

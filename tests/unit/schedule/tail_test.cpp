@@ -82,6 +82,18 @@ TEST(Tail, TilesOfASlaveThatHangsAreDoneByOthersLongBeforeItsDeathIsNoticed) {
   EXPECT_LE(r.worst_frame, 2 * usual + 0.2);
 }
 
+// A of the fault matrix is two tile times here. A copy waits for the tile in work before it.
+TEST(Tail, ASlaveThatHangsCostsTheFrameInWorkTwoTilesAndNoOtherFrameMore) {
+  constexpr double kTile = 0.040, kLook = 0.010;
+  for (int step = 0; step < 40; ++step) {
+    std::vector<WorldSlave> with = slaves(3, {1, kTile, 0.0002});
+    with[2].hangs_at = 4.0 + 0.021 * step;
+    const WorldResult r = ScheduleWorld({}, with).run(kFrames, 48);
+    const double without = 48 * kTile / 2;
+    EXPECT_LE(r.worst_frame, without + 2 * kTile + kTile + 2 * kLook) << with[2].hangs_at;
+  }
+}
+
 TEST(Tail, AStaticScheduleWaitsForTheSlowest) {
   std::vector<WorldSlave> with = slaves(4);
   with.push_back({1, 0.030, 0.0002});

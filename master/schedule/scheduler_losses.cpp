@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the scheduler does about slaves that die with tiles, or hold them and return none.
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "common/base/limits.h"
+#include "master/schedule/scheduler.h"
+
+namespace tessera::master {
+namespace {
+
+// A slave has stalled when it was silent for so many times the silence after which its tiles are
+// leased again, and for this at least: what a busy machine may do to a healthy slave is shorter.
+constexpr int kStallSilences = 2;
+constexpr std::chrono::milliseconds kStallMin{500};
+
+}  // namespace
+
+// A slave that was lost before starts with one tile and earns one more with each that it brings.
+std::uint32_t Scheduler::allowance(const Slave& slave) {
+  constexpr auto kMost = std::numeric_limits<std::uint32_t>::max();
+  return slave.was_lost && slave.brought < kMost ? slave.brought + 1 : kMost;
+}
+
+Scheduler::Trust Scheduler::trust_in(const Slave& slave) {
+  if (slave.is_stalled || slave.brought < slave.debt_tiles) return Trust::kDoubtful;
+  return slave.brought > 0 ? Trust::kEarned : Trust::kNew;
+}
+
+void Scheduler::count_able(Frame& frame) {
+  if (frame.ledger.losses().is_empty()) return;
+  frame.able = {};
+  for (const auto& [session, slave] : slaves_) {
+    if (slave.built.contains(frame.ledger.version()))
+      ++frame.able[static_cast<std::size_t>(trust_in(slave))];
+  }
+}
+
+// Whether the slave may have a tile that slaves were lost with. Those that were not lost with it
+// come first, and of them those that are trusted most.
+bool Scheduler::may_have_lost_tile(const Frame& frame, const SlaveEntry& entry,
+                                   TileIndex tile) const {
+  const TileLosses& losses = frame.ledger.losses();
+  const TileLosses::Case what = losses.of(tile);
+  if (what == TileLosses::Case::kNone) return true;
+  if (what != TileLosses::Case::kOpen && what != TileLosses::Case::kOthers) return false;
+  auto others = frame.able;
+  const std::vector<SessionId> lost = losses.sessions(tile);
+  std::set<SessionId> not_others(lost.begin(), lost.end());
+  for (const SessionId session : frame.ledger.seen_by(tile)) not_others.insert(session);
+  for (const SessionId session : not_others) {
+    const auto slave = slaves_.find(session);
+    if (slave == slaves_.end() || !slave->second.built.contains(frame.ledger.version())) continue;
+    std::uint32_t& count = others[static_cast<std::size_t>(trust_in(slave->second))];
+    if (count > 0) --count;
+  }
+  const auto best = static_cast<std::size_t>(
+      std::find_if(others.begin(), others.end(), [](std::uint32_t count) { return count > 0; }) -
+      others.begin());
+  if (std::find(lost.begin(), lost.end(), entry.first) != lost.end())
+    return what == TileLosses::Case::kOpen && best == kTrusts;
+  return static_cast<std::size_t>(trust_in(entry.second)) <= best;
+}
+
+FrameLedger::LostTileFilter Scheduler::lost_tiles_for(const Frame& frame,
+                                                      const SlaveEntry& entry) const {
+  if (frame.ledger.losses().is_empty()) return {};
+  return [this, &frame, &entry](TileIndex tile) { return may_have_lost_tile(frame, entry, tile); };
+}
+
+// Whether a slave is there that was not lost with the tile and holds the scene, or may yet.
+bool Scheduler::is_anybody_left(const Frame& frame, TileIndex tile) const {
+  const std::vector<SessionId> lost = frame.ledger.losses().sessions(tile);
+  return std::any_of(slaves_.begin(), slaves_.end(), [&](const auto& entry) {
+    return !entry.second.failed.contains(frame.ledger.version()) &&
+           std::find(lost.begin(), lost.end(), entry.first) == lost.end();
+  });
+}
+
+// Fails the frames of tiles that have ended as many slaves as may be, or that nobody is left for.
+void Scheduler::fail_lost_tiles(TimePoint now, Actions& actions) {
+  for (Frame& frame : frames_) {
+    if (frame.state != FrameState::kOpen || frame.ledger.losses().is_empty()) continue;
+    TileLosses& losses = frame.ledger.losses();
+    losses.settle(now);
+    for (const TileIndex tile : losses.tiles()) {
+      const TileLosses::Case what = losses.of(tile);
+      const bool is_alone = what == TileLosses::Case::kOthers && losses.is_certain(tile) &&
+                            !is_anybody_left(frame, tile);
+      if (what != TileLosses::Case::kHopeless && !is_alone) continue;
+      end_frame(frame, FrameState::kFailed,
+                "tile " + std::to_string(tile) + " was in work on " + losses.names(tile) +
+                    " as each of them ended, one after the other" +
+                    (is_alone ? ", and no other slave is there" : ""),
+                actions);
+      break;
+    }
+  }
+}
+
+void Scheduler::heard(Slave& slave, TimePoint now) {
+  slave.last_heard = slave.watched = now;
+  slave.silence = {};
+  if (std::exchange(slave.is_stalled, false)) count_pace(slave.pace, 1);
+}
+
+// Finds slaves that hold tiles and return none, whatever their links say.
+void Scheduler::watch_for_stalls(TimePoint now, Actions& actions) {
+  for (auto& [session, slave] : slaves_) {
+    const TimePoint since = std::exchange(slave.watched, now);
+    if (slave.in_flight == 0) continue;
+    slave.silence += std::max(now - since, Duration::zero());
+    const Duration allowed = std::max<Duration>(kStallSilences * silence_allowed(slave), kStallMin);
+    if (slave.is_stalled || !has_measured_ || slave.silence <= allowed) continue;
+    slave.is_stalled = true;
+    count_pace(slave.pace, -1);
+    slave.probe_at = now + slave.silence / 2;
+    actions.push_back(
+        {ActionKind::kStalled,
+         session,
+         0,
+         {},
+         false,
+         "it holds " + std::to_string(slave.in_flight) + " tiles and has returned none for " +
+             std::to_string(static_cast<int>(seconds(slave.silence) * 1000)) + " ms"});
+  }
+}
+
+}  // namespace tessera::master
