@@ -38,6 +38,7 @@ net::Record encode_one(FrameDone m) {
   h.set_scene_bytes(s.scene_cost.bytes);
   h.set_digest(s.digest.bytes.data(), s.digest.bytes.size());
   h.set_error(clean_line(std::move(m.error)));
+  h.set_is_final(m.is_final);
   h.set_tile_slave_count(static_cast<std::uint32_t>(m.tile_slave.size()));
   std::vector<std::byte> payload;
   payload.reserve(m.tile_slave.size() * sizeof(std::uint16_t));
@@ -91,6 +92,7 @@ Result<Message> decode_frame_done(net::ReceivedRecord record) {
   s.scene_cost = {h.built_primitives(), h.scene_wait_seconds(), h.scene_bytes()};
   std::memcpy(s.digest.bytes.data(), h.digest().data(), sizeof(Digest));
   m.error = std::move(*h.mutable_error());
+  m.is_final = h.is_final();
   m.tile_slave.resize(h.tile_slave_count());
   for (std::size_t i = 0; i < m.tile_slave.size(); ++i) {
     m.tile_slave[i] = get_le<std::uint16_t>(record.payload, i * 2);

@@ -224,6 +224,7 @@ struct FrameChunk {  // master -> app, in order
 struct FrameDone {  // after the last chunk, or alone when the frame failed
   FrameStats stats;
   std::string error;                      // empty: delivered
+  bool is_final = false;                  // with an error: trying again does not help
   std::vector<std::uint16_t> tile_slave;  // payload: u16 each
 };
 struct StatusRequest {

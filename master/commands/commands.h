@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The commands of tessera-master. Each returns the process's exit code after printing at most one
-// line of failure.
+// line of failure; render, where frames failed and the others are there, one for each of these.
+// Exit codes: 0 done, 1 failed, 2 wrong words, 3 some frames failed.
 //
 // Threads. Main thread; each call lives until the command is done.
 #pragma once
+
+#include <string>
 
 #include "common/base/signal_watch.h"
 #include "master/commands/options.h"
@@ -19,5 +22,7 @@ int run_status(const MasterOptions& options);
 // before work began, 2 for kInvalidArgument.
 int report_failure(const Status& status);
 int report_usage(const Status& status);
+// Prints the frames that failed while others did not have to. Returns: 3.
+int report_failed_frames(const std::string& lines);
 
 }  // namespace tessera::master

@@ -13,6 +13,11 @@ int report_failure(const Status& status) {
   return 1;
 }
 
+int report_failed_frames(const std::string& lines) {
+  std::fprintf(stderr, "tessera-master: %s\n", lines.c_str());
+  return 3;
+}
+
 int report_usage(const Status& status) {
   report_failure(status);
   return status.code() == StatusCode::kInvalidArgument ? 2 : 1;

@@ -8,6 +8,7 @@
 #include "common/base/limits.h"
 #include "common/frame/tile_grid.h"
 #include "master/commands/commands.h"
+#include "master/commands/failed_pictures.h"
 #include "master/commands/frame_source.h"
 #include "master/commands/picture_writer.h"
 
@@ -78,7 +79,7 @@ class RenderProgress {
 // cost, which is charged to this frame. Returns: how many were taken (0 or 1).
 Result<int> take_frame(Session& session, const MasterOptions& options, PictureWriter& writer,
                        Progress& progress, const FrameSettings& settings, SceneCost& owed,
-                       long done, long total) {
+                       FailedPictures& failed, long done, long total) {
   auto result = session.next_frame(kPoll);
   if (!result.is_ok()) {
     if (result.status().code() == StatusCode::kDeadlineExceeded) return 0;
@@ -87,9 +88,15 @@ Result<int> take_frame(Session& session, const MasterOptions& options, PictureWr
   const int passes = std::max(1, options.passes);
   const long number = options.frame_first + done / passes;
   if (!result->status.is_ok()) {
-    return Status::unavailable("frame " + std::to_string(number) +
-                               " failed: " + result->status.message());
+    const std::string line =
+        "frame " + std::to_string(number) + " failed: " + result->status.message();
+    if (result->status.code() == StatusCode::kCancelled) return Status::cancelled(line);
+    if (total > 1 && !options.is_quiet && !failed.contains(number))
+      progress.say("tessera-master: warning: " + line);
+    failed.add(number, std::move(result->status), settings);
+    return 1;
   }
+  if (failed.contains(number)) return 1;  // another of its passes
   result->stats.scene_cost += std::exchange(owed, {});
   const double mrays = static_cast<double>(result->stats.rays.primary + result->stats.rays.shadow +
                                            result->stats.rays.secondary) /
@@ -104,8 +111,38 @@ Result<int> take_frame(Session& session, const MasterOptions& options, PictureWr
   return 1;
 }
 
+// Renders one picture anew that had failed. Returns: why the session does not go on; whether the
+// picture fails again stands in `failed`.
+Status try_again(Session& session, const FrameSource& source, const MasterOptions& options,
+                 PictureWriter& writer, Progress& progress, const SignalWatch& signals, long number,
+                 FrameSettings settings, FailedPictures& failed) {
+  if (source.is_animated()) {
+    auto version = session.commit_scene(source.scene_at(static_cast<double>(number) / options.fps));
+    if (!version.is_ok()) return version.status();
+  }
+  failed.mended(number);
+  SceneCost owed;
+  const long passes = std::max(1, options.passes);
+  for (long pass = 0; pass < passes && !failed.contains(number); ++pass) {
+    settings.pass = static_cast<std::uint32_t>(pass);
+    auto frame = session.submit(settings);
+    if (!frame.is_ok()) return frame.status();
+    for (bool is_taken = false; !is_taken;) {
+      if (signals.is_signalled())
+        return Status::cancelled("interrupted; finished pictures are kept");
+      const long done = (number - options.frame_first) * passes + pass;
+      auto taken = take_frame(session, options, writer, progress, settings, owed, failed, done,
+                              (options.frame_last - options.frame_first + 1) * passes);
+      if (!taken.is_ok()) return taken.status();
+      is_taken = *taken > 0;
+    }
+  }
+  return Status::ok();
+}
+
 Status render_frames(Session& session, const FrameSource& source, const MasterOptions& options,
-                     PictureWriter& writer, Progress& progress, const SignalWatch& signals) {
+                     PictureWriter& writer, Progress& progress, const SignalWatch& signals,
+                     FailedPictures& failed) {
   const int passes = std::max(1, options.passes);
   DisplayTransform display = source.settings_at(0).display;
   const long total = (options.frame_last - options.frame_first + 1) * passes;
@@ -144,9 +181,16 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
     const auto frame = options.frame_first + done / passes;  // whole ones
     FrameSettings settings = source.settings_at(static_cast<double>(frame));
     settings.display = display;
-    auto taken = take_frame(session, options, writer, progress, settings, owed, done, total);
+    auto taken =
+        take_frame(session, options, writer, progress, settings, owed, failed, done, total);
     if (!taken.is_ok()) return taken.status();
     done += *taken;
+  }
+  const std::map<long, FailedPictures::Picture> first = failed.pictures();
+  for (const auto& [number, picture] : first) {
+    if (!FailedPictures::is_worth_a_try(picture)) continue;
+    TESSERA_RETURN_IF_ERROR(try_again(session, source, options, writer, progress, signals, number,
+                                      picture.settings, failed));
   }
   return Status::ok();
 }
@@ -190,16 +234,21 @@ int run_render(const MasterOptions& options, const SignalWatch& signals) {
   Status status = wait_for_slaves(**session, options, [&] { return signals.is_signalled(); });
   if (status.is_ok())
     status = source->settle(**session, options, progress, [&] { return signals.is_signalled(); });
+  FailedPictures failed;
   if (status.is_ok()) {
     PictureWriter writer(
         *pattern, *stats, progress,
         {std::max(1, options.passes), options.frame.pixel_format == PixelFormat::kHalf,
          options.is_quiet, std::move(*reference), options.scene});
-    status = render_frames(**session, *source, options, writer, progress, signals);
+    status = render_frames(**session, *source, options, writer, progress, signals, failed);
     const Status written = writer.finish();
     if (status.is_ok()) status = written;
   }
   if (!status.is_ok()) return fail(status);
+  if (!failed.is_empty()) {
+    progress.clear();
+    return report_failed_frames(failed.text(options.frame_last - options.frame_first + 1));
+  }
   const std::string first = pattern->path(options.frame_first);
   progress.finish(options.frame_last > options.frame_first
                       ? "wrote " + first + " to " + pattern->path(options.frame_last)

@@ -224,6 +224,7 @@ void AppServer::pump() {
     wire::FrameDone done;
     done.stats = delivery.outcome.stats;
     done.error = delivery.outcome.status.message();
+    done.is_final = delivery.outcome.status.code() == StatusCode::kResourceExhausted;
     if (image) done.tile_slave = image->tile_slave;
     link.send(std::move(done));
     deliveries.pop_front();

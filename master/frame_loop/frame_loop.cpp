@@ -157,6 +157,7 @@ void FrameLoop::Impl::fail(const Action& action) {
   outcome.frame = action.frame;
   outcome.stats = found->second.assembly.stats();
   outcome.status = action.is_cancelled ? Status::cancelled("the frame was cancelled")
+                   : action.is_final   ? Status::resource_exhausted(action.reason)
                                        : Status::unavailable(action.reason);
   if (!action.is_cancelled)
     log_warn("frame-failed", action.reason, {{"frame", std::to_string(action.frame)}});

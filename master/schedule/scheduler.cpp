@@ -137,6 +137,7 @@ void Scheduler::fail_hopeless(TimePoint now, Actions& actions) {
     std::string reason = "no slave can hold the scene: " + slaves_.begin()->second.failed[version];
     if (able != nullptr)
       reason += "; slave '" + able->name + "', which had not refused it, is gone";
+    frame.is_final = true;
     end_frame(frame, FrameState::kFailed, std::move(reason), actions);
   }
 }
@@ -348,7 +349,13 @@ void Scheduler::deliver(Actions& actions) {
     Frame& frame = frames_.front();
     const ActionKind kind = frame.state == FrameState::kComplete ? ActionKind::kFrameComplete
                                                                  : ActionKind::kFrameFailed;
-    actions.push_back({kind, 0, frame.id, {}, frame.state == FrameState::kCancelled, frame.reason});
+    actions.push_back({kind,
+                       0,
+                       frame.id,
+                       {},
+                       frame.state == FrameState::kCancelled,
+                       std::move(frame.reason),
+                       frame.is_final});
     ended_counts_ += frame.ledger.counts();
     frames_.pop_front();
   }

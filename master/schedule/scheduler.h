@@ -62,6 +62,7 @@ struct Action {
   TileAssignment tile;        // kLease; kExpel, kSuspect: the tile that was wrong
   bool is_cancelled = false;  // kFrameFailed: on request
   std::string reason;         // kFrameFailed, kExpel, kSuspect, kStalled
+  bool is_final = false;      // kFrameFailed: trying again would do harm, or nothing
 };
 using Actions = std::vector<Action>;
 
@@ -158,6 +159,7 @@ class Scheduler {
     std::map<SessionId, std::uint32_t> held;  // leases outstanding, by slave
     // Slaves that have its scene, by trust; counted only while some of its tiles are lost ones.
     std::array<std::uint32_t, kTrusts> able{};
+    bool is_final = false;  // its failure
   };
   using SlaveEntry = std::pair<const SessionId, Slave>;
 

@@ -89,6 +89,7 @@ void Scheduler::fail_lost_tiles(TimePoint now, Actions& actions) {
       const bool is_alone = what == TileLosses::Case::kOthers && losses.is_certain(tile) &&
                             !is_anybody_left(frame, tile);
       if (what != TileLosses::Case::kHopeless && !is_alone) continue;
+      frame.is_final = true;
       end_frame(frame, FrameState::kFailed,
                 "tile " + std::to_string(tile) + " was in work on " + losses.names(tile) +
                     " as each of them ended, one after the other" +

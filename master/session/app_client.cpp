@@ -117,8 +117,9 @@ void AppClient::on_frame_done(wire::FrameDone done) {
   result.frame = done.stats.frame;
   result.stats = done.stats;
   if (!done.error.empty()) {
-    result.status =
-        frame.is_cancelled ? Status::cancelled(done.error) : Status::unavailable(done.error);
+    result.status = frame.is_cancelled ? Status::cancelled(done.error)
+                    : done.is_final    ? Status::resource_exhausted(done.error)
+                                       : Status::unavailable(done.error);
   } else if (!frame.image || frame.received_bytes != frame.image->bytes.size() ||
              frame.hash.finish() != done.stats.digest) {
     return end(Status::data_loss("a frame arrived incomplete or damaged"));

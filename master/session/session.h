@@ -52,7 +52,9 @@ struct SessionOptions {
 
 struct FrameResult {
   FrameId frame = 0;
-  Status status;  // ok: image holds every pixel
+  // ok: image holds every pixel. kCancelled: on request. kUnavailable: trying again may help.
+  // kResourceExhausted: it does not, as when a tile has ended as many slaves as it may.
+  Status status;
   std::shared_ptr<const FrameImage> image;
   FrameStats stats;
 };

@@ -64,7 +64,7 @@ def f10(stage, report):
         render.communicate()
         report.claim("the frame fails", False, f"slaves alive: {[stage.lab.alive(p) for p in pids]}")
         return
-    report.claim("the frame fails in one line", run.code == 1 and len(run.stderr.strip().splitlines()) == 1, run.stderr)
+    report.claim("the frame fails in one line", run.code == 3 and len(run.stderr.strip().splitlines()) == 1, run.stderr)
     report.claim("it names the need", re.search(r"needs about \d+ MiB", run.stderr), run.stderr)
     report.claim("and the largest slave", re.search(rf"'small-\d', may take {SMALL_MIB} MiB", run.stderr), run.stderr)
     report.claim("slaves live", all(stage.lab.alive(p) for p in pids) and not stage.events("slave-lost", began))

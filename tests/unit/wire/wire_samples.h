@@ -303,7 +303,7 @@ inline auto fields(const FrameStats& s) {
                   s.prefetch_min, s.prefetch_max, s.completed_at_seconds, s.digest, s.scene_cost);
 }
 inline auto fields(const FrameDone& m) {
-  return std::tuple_cat(fields(m.stats), std::tie(m.error, m.tile_slave));
+  return std::tuple_cat(fields(m.stats), std::tie(m.error, m.is_final, m.tile_slave));
 }
 inline auto fields(const SlaveStatus& s) {
   return std::tie(s.name, s.threads, s.isa, s.tiles_in_flight, s.tiles_done, s.utilisation,

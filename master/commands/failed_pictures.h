@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures of a sequence that failed, so that the others go on: each is tried once more when these
+// are done, unless that is known to be in vain, and what is left is told at the end.
+//
+// Threads. One owner.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+
+#include "common/base/status.h"
+#include "common/frame/frame_settings.h"
+
+namespace tessera::master {
+
+class FailedPictures {
+ public:
+  struct Picture {
+    Status why;
+    FrameSettings settings;  // of its first pass
+  };
+
+  // One of the picture's passes failed. Only the first failure is kept.
+  void add(long number, Status why, const FrameSettings& settings) {
+    pictures_.try_emplace(number, Picture{std::move(why), settings});
+  }
+  void mended(long number) { pictures_.erase(number); }
+  bool contains(long number) const { return pictures_.contains(number); }
+  const std::map<long, Picture>& pictures() const { return pictures_; }
+  bool is_empty() const { return pictures_.empty(); }
+
+  // Whether trying the picture again may help.
+  static bool is_worth_a_try(const Picture& picture) {
+    return picture.why.code() == StatusCode::kUnavailable;
+  }
+
+  // Lines for a person: how many of `total` are missing, and of each which one and why.
+  std::string text(long total) const {
+    std::string lines = std::to_string(pictures_.size()) + " of " + std::to_string(total) +
+                        (total == 1 ? " frame" : " frames") + " failed";
+    std::size_t left = pictures_.size();
+    for (const auto& [number, picture] : pictures_) {
+      if (pictures_.size() - left == kLinesMax) {
+        lines += "\n  and " + std::to_string(left) + " more";
+        break;
+      }
+      lines += (pictures_.size() == 1 ? ": frame " : "\n  frame ") + std::to_string(number) + ": " +
+               picture.why.message();
+      --left;
+    }
+    return lines;
+  }
+
+ private:
+  static constexpr std::size_t kLinesMax = 100;
+  std::map<long, Picture> pictures_;
+};
+
+}  // namespace tessera::master
