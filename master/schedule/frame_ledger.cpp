@@ -103,7 +103,7 @@ TileAssignment FrameLedger::lease(TileIndex index, SessionId session, TimePoint 
   Tile& tile = tiles_[index];
   tile.is_pending = false;
   ++tile.attempts;
-  TESSERA_CHECK_LT(int{tile.lease_count}, kLeasesPerTileMax);
+  TESSERA_CHECK_LT(int{tile.lease_count}, kLeasesKeptMax);
   tile.leases[tile.lease_count++] = {session, tile.attempts, now, due};
   ++counts_.issued;
   ++counts_.in_flight;
@@ -299,7 +299,11 @@ std::optional<TileIndex> FrameLedger::lose_session(SessionId session, const Slav
 std::optional<FrameLedger::Dispute> FrameLedger::waive_audits(const std::vector<SessionId>& able) {
   std::vector<TileIndex> done;
   for (const auto& [index, audit] : audits_) {
-    const bool is_stuck = audit.vote_count > 0 && tiles_[index].lease_count == 0 &&
+    const auto is_out = [&](const Lease& lease) {
+      return std::find(able.begin(), able.end(), lease.session) != able.end();
+    };
+    const std::span<const Lease> out = tiles_[index].out();
+    const bool is_stuck = audit.vote_count > 0 && std::none_of(out.begin(), out.end(), is_out) &&
                           std::all_of(able.begin(), able.end(),
                                       [&, tile = index](SessionId s) { return has_seen(tile, s); });
     if (!is_stuck) continue;
@@ -309,6 +313,16 @@ std::optional<FrameLedger::Dispute> FrameLedger::waive_audits(const std::vector<
   }
   for (const TileIndex index : done) finish(index);
   return std::nullopt;
+}
+
+void FrameLedger::audit_without(const std::set<SessionId>& stalled) {
+  for (auto& [index, audit] : audits_) {
+    const std::span<const Lease> out = tiles_[index].out();
+    const bool is_waiting =
+        !out.empty() && std::all_of(out.begin(), out.end(),
+                                    [&](const Lease& l) { return stalled.contains(l.session); });
+    if (is_waiting && tiles_[index].lease_count < kLeasesKeptMax) audit.wants_lease = true;
+  }
 }
 
 std::uint64_t FrameLedger::abandon_all() {

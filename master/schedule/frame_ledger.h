@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Who owes which tile of one frame. Pure: no clock, no thread, no IO.
 //
-// A tile is pending, leased (at most kLeasesPerTileMax times at once) or done. Every lease ends
+// A tile is pending, leased (at most kLeasesPerTileMax times at once; where audits wait for slaves
+// that have stalled, kLeasesKeptMax times) or done. Every lease ends
 // once: accepted (its pixels are the tile's), rejected (valid, but not needed: the tile was done,
 // or it only confirms), or abandoned (slave lost, tile handed back, frame ended). So issued ==
 // accepted + rejected + abandoned + in_flight at every moment.
@@ -19,6 +20,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -77,6 +79,7 @@ struct TileLeaseView {
 class FrameLedger {
  public:
   static constexpr int kLeasesPerTileMax = 2;
+  static constexpr int kLeasesKeptMax = 4;
   static constexpr int kVotesMax = 2;  // kept of one tile
 
   // `order`: every tile once, in the order in which they are to be leased. Requires: not empty.
@@ -132,7 +135,7 @@ class FrameLedger {
   std::optional<TileIndex> lose_session(SessionId session, const SlaveIdentity& slave,
                                         bool is_suspect, TimePoint now);
   // Sessions that have the tile, or whose results for it were refused or are votes: they get it no
-  // more. At most one of a refusal, two of leases and kVotesMax.
+  // more. At most one of a refusal, kLeasesKeptMax of leases and kVotesMax.
   std::vector<SessionId> seen_by(TileIndex tile) const;
   // What is known of tiles that slaves were lost with.
   TileLosses& losses() { return losses_; }
@@ -142,8 +145,10 @@ class FrameLedger {
     TileIndex tile = 0;
     SessionId first = 0, second = 0;
   };
-  // Ends audits that no slave is left for, that is, of tiles that all of `able` have seen: tiles
-  // with one result are done. Returns: the first one with two results that differ, if there is any.
+  // Audits that wait for nobody but these slaves, which have stalled, want another one.
+  void audit_without(const std::set<SessionId>& stalled);
+  // Ends audits that no slave is left for, that is, of tiles that all of `able` have seen and none
+  // of them holds: tiles with one result are done. Returns: the first one with two results that differ, if there is any.
   std::optional<Dispute> waive_audits(const std::vector<SessionId>& able);
 
   // Abandons every outstanding lease. Returns: how many there were.
@@ -165,7 +170,7 @@ class FrameLedger {
     bool is_done = false;
     bool is_pending = true;
     Answer answer;  // the one that was accepted last
-    std::array<Lease, kLeasesPerTileMax> leases;
+    std::array<Lease, kLeasesKeptMax> leases;
 
     std::span<const Lease> out() const { return std::span(leases).first(lease_count); }
   };

@@ -186,6 +186,7 @@ class Scheduler {
   bool is_anybody_left(const Frame& frame, TileIndex tile) const;
   void heard(Slave& slave, TimePoint now);
   void watch_for_stalls(TimePoint now, Actions& actions);
+  void audit_without(const std::set<SessionId>& stalled, Actions& actions);
   static std::uint32_t allowance(const Slave& slave);
 
   // scheduler_leasing.cpp

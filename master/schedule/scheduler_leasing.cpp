@@ -48,12 +48,13 @@ std::size_t Scheduler::able_count(const Frame& frame) const {
       }));
 }
 
-// Slaves that hold the frame's scene or may yet hold it. Slaves that are still building it count:
+// Slaves that hold the frame's scene or may yet hold it, and have not stalled. Slaves that are still building it count:
 // otherwise the one that is done first would never be audited.
 std::vector<SessionId> Scheduler::auditors(const Frame& frame) const {
   std::vector<SessionId> sessions;
   for (const auto& [session, slave] : slaves_) {
-    if (!slave.failed.contains(frame.ledger.version())) sessions.push_back(session);
+    if (!slave.failed.contains(frame.ledger.version()) && !slave.is_stalled)
+      sessions.push_back(session);
   }
   return sessions;
 }
@@ -141,8 +142,8 @@ void Scheduler::issue(SlaveEntry& entry, Frame& frame, TileAssignment tile, Time
 void Scheduler::lease_next(SlaveEntry& entry, Frame& frame, TimePoint now, Actions& actions) {
   const FrameLedger::LostTileFilter may_have = lost_tiles_for(frame, entry);
   const TileIndex next = *frame.ledger.next_for(entry.first, may_have);
-  const bool is_for_audit =
-      options_.audit_share > 0 && is_audited(frame.id, next) && auditors(frame).size() >= 2;
+  const bool is_for_audit = options_.audit_share > 0 && !entry.second.is_stalled &&
+                            is_audited(frame.id, next) && auditors(frame).size() >= 2;
   const auto tile =
       frame.ledger.lease_next(entry.first, now, due_at(entry.second, now), is_for_audit, may_have);
   issue(entry, frame, *tile, now, actions);

@@ -108,13 +108,16 @@ void Scheduler::heard(Slave& slave, TimePoint now) {
 
 // Finds slaves that hold tiles and return none, whatever their links say.
 void Scheduler::watch_for_stalls(TimePoint now, Actions& actions) {
+  std::set<SessionId> stalled;
   for (auto& [session, slave] : slaves_) {
     const TimePoint since = std::exchange(slave.watched, now);
     if (slave.in_flight == 0) continue;
+    if (slave.is_stalled) stalled.insert(session);
     slave.silence += std::max(now - since, Duration::zero());
     const Duration allowed = std::max<Duration>(kStallSilences * silence_allowed(slave), kStallMin);
     if (slave.is_stalled || !has_measured_ || slave.silence <= allowed) continue;
     slave.is_stalled = true;
+    stalled.insert(session);
     count_pace(slave.pace, -1);
     slave.probe_at = now + slave.silence / 2;
     actions.push_back(
@@ -125,6 +128,16 @@ void Scheduler::watch_for_stalls(TimePoint now, Actions& actions) {
          false,
          "it holds " + std::to_string(slave.in_flight) + " tiles and has returned none for " +
              std::to_string(static_cast<int>(seconds(slave.silence) * 1000)) + " ms"});
+  }
+  if (!stalled.empty() && options_.audit_share > 0) audit_without(stalled, actions);
+}
+
+// Audits go on without slaves that have stalled.
+void Scheduler::audit_without(const std::set<SessionId>& stalled, Actions& actions) {
+  for (Frame& frame : frames_) {
+    if (frame.state != FrameState::kOpen) continue;
+    frame.ledger.audit_without(stalled);
+    waive_audits(frame, actions);
   }
 }
 

@@ -74,7 +74,7 @@ class BadSlaves : public ::testing::Test {
     }
   }
 
-  Scheduler scheduler_{{3, 2, false, 0}};
+  Scheduler scheduler_{{3, 2, false, 0}}, scheduler_audits_{{3, 2, false, 1.0}};
   TimePoint now_{};
   SessionId last_session_ = 0;
   std::map<SessionId, std::vector<Action>> out_;
@@ -240,6 +240,34 @@ TEST_F(BadSlaves, FaultyPixelsThatAnotherSlaveHasTooAreTheScenes) {
   answer(one, true);
   while (holds(two, tile)) answer(two, out_[two].front().tile.tile == tile);
   EXPECT_TRUE(suspects_.empty());
+}
+
+// Two slaves hoard, and each tile is audited: the two good ones confirm each other.
+TEST_F(BadSlaves, AuditsGoOnWithoutSlavesThatReturnNothing) {
+  scheduler_audits_.start(now_);
+  for (SessionId slave = 1; slave <= 4; ++slave) {
+    scheduler_audits_.slave_joined(slave, {"s" + std::to_string(slave), "", slave}, 1, now_);
+    scheduler_audits_.scene_built(slave, 1, now_);
+  }
+  std::vector<TileIndex> order(12);
+  std::iota(order.begin(), order.end(), TileIndex{0});
+  Actions next = scheduler_audits_.submit_frame(0, 1, order, now_);
+  for (int step = 0; step < 1000 && complete_ == 0; ++step) {
+    perform(next);
+    next = scheduler_audits_.tick(now_ += 10ms);
+    for (const SessionId good : {SessionId{1}, SessionId{2}}) {
+      std::vector<Action>& leases = out_[good];
+      if (leases.empty()) continue;
+      const Action lease = leases.front();
+      leases.erase(leases.begin());
+      scheduler_audits_.result(
+          good,
+          {0, 1, lease.tile.tile, lease.tile.attempt, kTileSeconds, kTileSeconds, 0, 5, false},
+          now_, next);
+    }
+  }
+  EXPECT_EQ(complete_, 1);
+  EXPECT_TRUE(failed_.empty()) << failed_[0];
 }
 
 TEST_F(BadSlaves, ASlaveThatReturnsNothingStallsOnceAndHoldsOneTileAtMost) {
