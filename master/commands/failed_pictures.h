@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "common/base/status.h"
 #include "common/frame/frame_settings.h"
@@ -35,20 +36,29 @@ class FailedPictures {
     return picture.why.code() == StatusCode::kUnavailable;
   }
 
-  // Lines for a person: how many of `total` are missing, and of each which one and why.
+  // Lines for a person: how many of `total` are missing, and which ones and why, those that follow
+  // one another with one reason together.
   std::string text(long total) const {
+    std::vector<std::string> groups;
+    for (auto picture = pictures_.begin(); picture != pictures_.end();) {
+      const long first = picture->first;
+      const std::string& why = picture->second.why.message();
+      long last = first;
+      while (++picture != pictures_.end() && picture->first == last + 1 &&
+             picture->second.why.message() == why) {
+        ++last;
+      }
+      groups.push_back((first == last
+                            ? "frame " + std::to_string(first)
+                            : "frames " + std::to_string(first) + " to " + std::to_string(last)) +
+                       ": " + why);
+    }
     std::string lines = std::to_string(pictures_.size()) + " of " + std::to_string(total) +
                         (total == 1 ? " frame" : " frames") + " failed";
-    std::size_t left = pictures_.size();
-    for (const auto& [number, picture] : pictures_) {
-      if (pictures_.size() - left == kLinesMax) {
-        lines += "\n  and " + std::to_string(left) + " more";
-        break;
-      }
-      lines += (pictures_.size() == 1 ? ": frame " : "\n  frame ") + std::to_string(number) + ": " +
-               picture.why.message();
-      --left;
-    }
+    if (groups.size() == 1) return lines + "; " + groups[0];
+    for (std::size_t i = 0; i < groups.size() && i < kLinesMax; ++i) lines += "\n  " + groups[i];
+    if (groups.size() > kLinesMax)
+      lines += "\n  and " + std::to_string(groups.size() - kLinesMax) + " more lines like these";
     return lines;
   }
 
