@@ -85,6 +85,12 @@ std::optional<wire::TileResult> RenderService::render(const TileJob& job, Worker
   wire::TileResult result;
   const int ordinal = ++tiles_begun_;
   if (ordinal == hooks_.tile_aborted_at) std::abort();
+  const bool is_poison = begin.frame == static_cast<FrameId>(hooks_.frame_aborted_in) &&
+                         job.tile == static_cast<TileIndex>(hooks_.tile_aborted_in);
+  if (is_poison && hooks_.tile_aborted_in >= 0) std::abort();
+  const bool is_frozen = hooks_.tile_frozen_at > 0 && ordinal >= hooks_.tile_frozen_at;
+  while (is_frozen && !job.frame->is_cancelled)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
   if (hooks_.tile_sleep_ms > 0) {
     const TimePoint until = began + std::chrono::milliseconds(hooks_.tile_sleep_ms);
     while (Clock::now() < until && !job.frame->is_cancelled) {

@@ -29,6 +29,11 @@ def f01(stage, report):
     stage.oracle(settled_slaves=2)
 
 
+def hang_gap(stage, b, name, began):
+    """Returns the longest gap that a slave may cause which returns nothing, however long it takes to find out why."""
+    return stage.usual_without(name, began) + b.reissue + b.tile + stage.lateness
+
+
 def silent_slave(stage, report, name, begin, end, after, must_end=True):
     """A slave that falls silent by begin() and speaks again by end(), as in F02, F13, F15 and F16.
 
@@ -40,8 +45,7 @@ def silent_slave(stage, report, name, begin, end, after, must_end=True):
     lost = stage.first_event("slave-lost", began)
     report.figure("detection", lost["at"] - began, b.detection + stage.lateness)
     stage.wait_for_frames(len(stage.frames.lines) + 2)
-    report.figure("gap", stage.frames.gap_after(began), b.detection + stage.usual_without(name, began) + b.redo(
-        report.values["tiles_lost"], [name]) + b.reissue + stage.lateness)
+    report.figure("gap", stage.frames.gap_after(began), hang_gap(stage, b, name, began))
     ended = end() if must_end else lost["at"]
     joined = stage.first_event("slave-joined", ended)
     report.figure("back", joined["at"] - ended, after(b) + stage.lateness)
@@ -137,6 +141,106 @@ def f05(stage, report):
     stage.oracle(settled_slaves=2)
 
 
+def keep_alive(stage, names, options, until, deaths):
+    """Starts each of these slaves again as soon as it has died, until the condition holds; counts the deaths."""
+    deadline = time.monotonic() + PATIENCE_S
+    while not until() and time.monotonic() < deadline:
+        for node, name in names.items():
+            process = stage.cluster.processes.get(name)
+            if process is not None and process.poll() is None:
+                continue
+            if process is not None:
+                deaths[name] = deaths.get(name, 0) + 1
+                stage.cluster.processes.pop(name)
+            stage.slave(name, node=node, sleep_ms=5, **options)
+        time.sleep(0.02)
+    assert until(), "it does not come to an end"
+
+
+def put_away(stage, names):
+    for name in names:
+        process = stage.cluster.processes.pop(name, None)
+        if process is not None:
+            process.kill()
+            process.wait()
+
+
+def f05large(stage, report):
+    """A slave of 64 threads that dies with its first tile, restarted at once, fails no frame beside two healthy ones."""
+    runs = 1 if stage.is_small else 20
+    stage.cluster_of(2, sleep_ms=5)
+    losses = []
+    for run in range(runs):
+        name = f"large-{run + 1}"
+        deaths = {}
+        stage.animate(frames=12)
+        keep_alive(stage, {5: name}, {"threads": 64, "options": ["--test-abort-at-tile", "1"]},
+                   lambda: stage.animation.poll() is not None, deaths)
+        put_away(stage, [name])
+        stage.finish()
+        losses.append(deaths.get(name, 0))
+    report.values["deaths"] = losses
+    report.claim("it died in every run", all(count > 0 for count in losses), losses)
+    report.claim("no frame failed", not stage.events("frame-failed"), stage.events("frame-failed")[:1])
+    stage.oracle(settled_slaves=2)
+
+
+POISON_FRAME, POISON_TILE = 3, 21
+
+
+def f05poison(stage, report):
+    """A tile that ends every slave fails its frame after three deaths, each of another slave; the others come."""
+    runs = 1 if stage.is_small else 20
+    most = 0
+    for run in range(runs):
+        stage.serve()
+        names = {node: f"slave-{run + 1}-{node}" for node in range(2, 6)}
+        options = {"options": ["--test-abort-in-frame", str(POISON_FRAME), "--test-abort-in-tile", str(POISON_TILE)]}
+        for node, name in names.items():
+            stage.slave(name, node=node, sleep_ms=5, **options)
+        stage.cluster.wait_for_slaves(len(names))
+        deaths = {}
+        stage.animate(frames=8)
+        keep_alive(stage, names, options, lambda: stage.animation.poll() is not None, deaths)
+        done = stage.cluster.finish(stage.animation)
+        stage.frames.stop()
+        most = max(most, sum(deaths.values()))
+        report.claim("each death another slave's", all(count == 1 for count in deaths.values()), deaths)
+        report.claim("exit code 3", done.code == 3, (done.code, done.stderr[-300:]))
+        report.claim("it names tile and slaves", f"tile {POISON_TILE}" in done.stderr and all(
+            f"'{name}'" in done.stderr for name in deaths), done.stderr[-300:])
+        others = [d for i, d in enumerate(stage.expected_digests) if i != POISON_FRAME]
+        report.picture(done.digests == others)
+        put_away(stage, list(names.values()))
+        stage.process("master").terminate()
+        stage.cluster.processes.pop("master").wait()
+    report.figure("deaths", most, 3, "")
+
+
+def f02frozen(stage, report):
+    """A slave whose render threads stand still while its links live costs A, is said to have stalled, holds one tile."""
+    stage.cluster_of(2)
+    stage.slave("slave-3", options=["--test-freeze-at-tile", "64"])
+    stage.cluster.wait_for_slaves(3)
+    stage.animate(frames=24)
+    stalled = stage.first_event("slave-stalled", time.time() - PATIENCE_S)
+    b = stage.bounds()
+    began = stalled["at"] - 2 * b.tile - b.reissue - 0.5
+    held = []
+
+    def is_over():
+        one = stage.cluster.slave_status("slave-3") or {}
+        held.append((one.get("state"), one.get("tiles_in_flight", 0)))
+        return stage.animation.poll() is not None
+    wait_until("the animation's end", is_over)
+    stage.finish()
+    report.figure("gap", stage.frames.gap_after(began), hang_gap(stage, b, "slave-3", began))
+    report.claim("status says stalled", any(state == "stalled" for state, _ in held), held[-5:])
+    report.figure("tiles outstanding at last", held[-2][1] if len(held) > 1 else held[-1][1], 1, "")
+    report.event("slave-stalled", len(stage.events("slave-stalled")))
+    report.claim("the slave is not lost", not stage.events("slave-lost"))
+
+
 def f06(stage, report):
     """All slaves lost: the frame in work is kept, and a new slave ends it."""
     stage.cluster_of(2)
@@ -193,4 +297,5 @@ def f07(stage, report):
     stage.oracle(settled_slaves=2)
 
 
-ROWS = {"F01": f01, "F02": f02, "F03": f03, "F05": f05, "F06": f06, "F07": f07}
+ROWS = {"F01": f01, "F02": f02, "F02frozen": f02frozen, "F03": f03, "F05": f05,
+        "F05large": f05large, "F05poison": f05poison, "F06": f06, "F07": f07}
