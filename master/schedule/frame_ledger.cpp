@@ -80,6 +80,12 @@ std::vector<SessionId> FrameLedger::seen_by(TileIndex index) const {
   return sessions;
 }
 
+std::vector<SessionId> FrameLedger::holders(TileIndex index) const {
+  std::vector<SessionId> sessions;
+  for (const Lease& lease : tiles_[index].out()) sessions.push_back(lease.session);
+  return sessions;
+}
+
 std::optional<TileIndex> FrameLedger::next_for(SessionId session,
                                                const LostTileFilter& may_have) const {
   const bool is_any_lost = may_have && !losses_.is_empty();
@@ -131,10 +137,19 @@ TileAssignment FrameLedger::lease_pending(TileIndex index, SessionId session, Ti
   return lease(index, session, now, due);
 }
 
+std::size_t FrameLedger::live_count(const Tile& tile, const std::set<SessionId>& stalled) const {
+  const std::span<const Lease> out = tile.out();
+  return static_cast<std::size_t>(std::count_if(out.begin(), out.end(), [&](const Lease& lease) {
+    return !stalled.contains(lease.session);
+  }));
+}
+
 std::optional<TileAssignment> FrameLedger::lease_again(TileIndex index, SessionId session,
-                                                       TimePoint now, TimePoint due) {
+                                                       TimePoint now, TimePoint due,
+                                                       const std::set<SessionId>& stalled) {
   const Tile& tile = tiles_[index];
-  if (tile.lease_count == 0 || tile.lease_count >= kLeasesPerTileMax || tile.is_done ||
+  if (tile.lease_count == 0 || tile.lease_count >= kLeasesKeptMax ||
+      live_count(tile, stalled) >= std::size_t{kLeasesPerTileMax} || tile.is_done ||
       audits_.contains(index) || has_seen(index, session)) {
     return std::nullopt;
   }
@@ -142,12 +157,17 @@ std::optional<TileAssignment> FrameLedger::lease_again(TileIndex index, SessionI
   return lease(index, session, now, due);
 }
 
-std::vector<TileLeaseView> FrameLedger::single_leases() const {
+std::vector<TileLeaseView> FrameLedger::single_leases(const std::set<SessionId>& stalled) const {
   std::vector<TileLeaseView> views;
   for (TileIndex index = 0; index < tile_count(); ++index) {
     const Tile& tile = tiles_[index];
-    if (tile.lease_count != 1 || tile.is_done || audits_.contains(index)) continue;
-    const Lease& lease = tile.leases[0];
+    const std::span<const Lease> out = tile.out();
+    if (out.empty() || tile.is_done || live_count(tile, stalled) > 1 || audits_.contains(index))
+      continue;
+    const auto live = std::find_if(out.begin(), out.end(), [&](const Lease& lease) {
+      return !stalled.contains(lease.session);
+    });
+    const Lease& lease = live == out.end() ? out.back() : *live;
     views.push_back({index, lease.session, lease.since, lease.due});
   }
   return views;

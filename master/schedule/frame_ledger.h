@@ -114,10 +114,12 @@ class FrameLedger {
 
   // Leases once more a tile that is out. Returns: nothing when the tile is not out, out often
   // enough, done or audited, or when `session` has it or sent faulty pixels for it.
+  // Slaves that have `stalled` do not count among those that it is out with.
   std::optional<TileAssignment> lease_again(TileIndex tile, SessionId session, TimePoint now,
-                                            TimePoint due);
-  // Leases of tiles that are out once only and neither done nor audited, in the order of tiles.
-  std::vector<TileLeaseView> single_leases() const;
+                                            TimePoint due, const std::set<SessionId>& stalled = {});
+  // Leases of tiles that are out once only and neither done nor audited, in the order of tiles; of
+  // a tile that is out with slaves that have stalled, the lease of another, or else the last one.
+  std::vector<TileLeaseView> single_leases(const std::set<SessionId>& stalled = {}) const;
 
   // `pixels`: a digest of the result's pixels; matters for audited tiles only. `is_suspect`: the
   // pixels are faulty, and another slave could render the tile: the first such result of a tile is
@@ -137,6 +139,7 @@ class FrameLedger {
   // Sessions that have the tile, or whose results for it were refused or are votes: they get it no
   // more. At most one of a refusal, kLeasesKeptMax of leases and kVotesMax.
   std::vector<SessionId> seen_by(TileIndex tile) const;
+  std::vector<SessionId> holders(TileIndex tile) const;  // that have it now
   // What is known of tiles that slaves were lost with.
   TileLosses& losses() { return losses_; }
   const TileLosses& losses() const { return losses_; }
@@ -189,6 +192,7 @@ class FrameLedger {
   void make_pending(TileIndex index);
   void finish(TileIndex index);
   bool has_seen(TileIndex tile, SessionId session) const;
+  std::size_t live_count(const Tile& tile, const std::set<SessionId>& stalled) const;
   // Calls `is_it` for each session of seen_by() until it returns true. Returns: whether it did.
   template <typename Predicate>
   bool is_any_of_seen(TileIndex tile, const Predicate& is_it) const;

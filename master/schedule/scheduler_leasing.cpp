@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scheduler's choice of the next tile for a slave, and of the next slave for a tile.
 #include <algorithm>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -270,7 +271,11 @@ void Scheduler::duplicate_late_tiles(Frame& frame, TimePoint now, Actions& actio
     Duration left{};
   };
   std::vector<Late> out;
-  for (const TileLeaseView& lease : frame.ledger.single_leases()) {
+  std::set<SessionId> stalled;
+  for (const auto& [session, slave] : slaves_) {
+    if (slave.is_stalled) stalled.insert(session);
+  }
+  for (const TileLeaseView& lease : frame.ledger.single_leases(stalled)) {
     const auto owner = slaves_.find(lease.session);
     if (owner == slaves_.end()) continue;
     Late late{lease, &owner->second, is_silent(owner->second, now), lease.due - now};
@@ -294,7 +299,8 @@ void Scheduler::duplicate_late_tiles(Frame& frame, TimePoint now, Actions& actio
     const bool is_straggler = pace.is_known() && pace.tile_seconds() > kStraggler * tile_seconds_;
     const bool is_free = late.is_silent && (pace.is_known() || late.owner->is_stalled);
     if (!is_free && !budget_.take(is_straggler)) return;
-    if (const auto tile = frame.ledger.lease_again(late.lease.tile, best->first, now, now + again))
+    if (const auto tile =
+            frame.ledger.lease_again(late.lease.tile, best->first, now, now + again, stalled))
       issue(*best, frame, *tile, now, actions);
   }
 }

@@ -45,6 +45,16 @@ bool Scheduler::may_have_lost_tile(const Frame& frame, const SlaveEntry& entry,
   const TileLosses::Case what = losses.of(tile);
   if (what == TileLosses::Case::kNone) return true;
   if (what != TileLosses::Case::kOpen && what != TileLosses::Case::kOthers) return false;
+  // Whoever holds it may be lost with it, too. A slave that has stalled does not end, it waits.
+  const std::vector<SessionId> holders = frame.ledger.holders(tile);
+  const auto at_risk = std::count_if(holders.begin(), holders.end(), [&](SessionId session) {
+    const auto slave = slaves_.find(session);
+    return slave != slaves_.end() && !slave->second.is_stalled;
+  });
+  if (losses.slave_count(tile) + static_cast<std::size_t>(at_risk) >=
+      std::size_t{kTileAttemptsMax}) {
+    return false;
+  }
   auto others = frame.able;
   const std::vector<SessionId> lost = losses.sessions(tile);
   std::set<SessionId> not_others(lost.begin(), lost.end());

@@ -52,6 +52,11 @@ bool TileLosses::is_certain(TileIndex tile) const {
                                               [](const Loss& loss) { return loss.is_certain; });
 }
 
+std::size_t TileLosses::slave_count(TileIndex tile) const {
+  const auto found = tiles_.find(tile);
+  return found == tiles_.end() ? 0 : found->second.size();
+}
+
 TileLosses::Case TileLosses::of(TileIndex tile) const {
   const auto found = tiles_.find(tile);
   if (found == tiles_.end()) return Case::kNone;

@@ -44,6 +44,7 @@ class TileLosses {
 
   bool is_empty() const { return tiles_.empty(); }
   Case of(TileIndex tile) const;
+  std::size_t slave_count(TileIndex tile) const;  // that were lost with it
   // Whether every loss of the tile is certain.
   bool is_certain(TileIndex tile) const;
   // Sessions of slaves that were lost with the tile and are here again, or were.

@@ -84,6 +84,19 @@ TEST(FrameLedger, ATileIsLeasedASecondTimeAndTheFirstResultWins) {
   EXPECT_EQ(ledger.duplicated_count(), 1u);
 }
 
+TEST(FrameLedger, ATileThatIsOutWithStalledSlavesAloneIsLeasedOnceMore) {
+  FrameLedger ledger(kVersion, tiles(1));
+  ASSERT_TRUE(ledger.lease_next(1, kStart, kDue).has_value());
+  ASSERT_TRUE(ledger.lease_again(0, 2, kStart, kDue).has_value());
+  EXPECT_TRUE(ledger.single_leases().empty());
+  const std::set<SessionId> stalled{1, 2};
+  ASSERT_EQ(ledger.single_leases(stalled).size(), 1u);
+  ASSERT_TRUE(ledger.lease_again(0, 3, kStart, kDue, stalled).has_value());
+  EXPECT_EQ(ledger.single_leases(stalled)[0].session, 3u);
+  ASSERT_TRUE(ledger.lease_again(0, 4, kStart, kDue, stalled).has_value());
+  EXPECT_FALSE(ledger.lease_again(0, 5, kStart, kDue, {1, 2, 3, 4}).has_value()) << "at the bound";
+}
+
 TEST(FrameLedger, ASuspectTileGoesToAnotherSlaveOnceAndIsThenTakenAsItIs) {
   FrameLedger ledger(kVersion, tiles(1));
   const TileAssignment first = *ledger.lease_next(1, kStart, kDue);
