@@ -22,6 +22,8 @@ constexpr double kStraggler = 2;
 // treated as lost: its tiles are leased again whatever that costs. Of a slave whose pace is not
 // known, the cluster's mean says less.
 constexpr double kSilentTiles = 2, kSilentTilesUnknown = 4;
+// While nobody has returned a tile, this much: who is first and returns none must not hold up all.
+constexpr std::chrono::seconds kSilenceUnmeasured{3};
 // A stalled slave that holds nothing is given a tile again after half of the time that it has been
 // silent with tiles, and after this at least: one tile of one frame in a while finds out.
 constexpr std::chrono::seconds kProbePause{1};
@@ -90,15 +92,15 @@ bool Scheduler::is_audited(FrameId frame, TileIndex tile) const {
 
 // How long nothing may come from a slave that holds tiles before something is wrong with it.
 Duration Scheduler::silence_allowed(const Slave& slave) const {
+  if (!has_measured_) return kSilenceUnmeasured;
   const double tiles = slave.pace.is_known() ? kSilentTiles : kSilentTilesUnknown;
   return from_seconds(std::max(tiles * std::max(slave.pace.tile_seconds_high(), tile_seconds_),
                                2 * slave.pace.round_trip_seconds()));
 }
 
-// Whether the slave holds tiles and has said nothing for longer than it should. Nobody is silent
-// before the cluster knows what a tile takes.
+// Whether the slave holds tiles and has said nothing for longer than it should.
 bool Scheduler::is_silent(const Slave& slave, TimePoint now) const {
-  return has_measured_ && slave.in_flight > 0 && now - slave.last_heard > silence_allowed(slave);
+  return slave.in_flight > 0 && now - slave.last_heard > silence_allowed(slave);
 }
 
 bool Scheduler::has_room(const Slave& slave, TimePoint now) const {

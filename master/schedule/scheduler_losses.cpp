@@ -125,7 +125,7 @@ void Scheduler::watch_for_stalls(TimePoint now, Actions& actions) {
     if (slave.is_stalled) stalled.insert(session);
     slave.silence += std::max(now - since, Duration::zero());
     const Duration allowed = std::max<Duration>(kStallSilences * silence_allowed(slave), kStallMin);
-    if (slave.is_stalled || !has_measured_ || slave.silence <= allowed) continue;
+    if (slave.is_stalled || slave.silence <= allowed) continue;
     slave.is_stalled = true;
     stalled.insert(session);
     count_pace(slave.pace, -1);

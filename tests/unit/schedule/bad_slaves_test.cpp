@@ -116,7 +116,7 @@ TEST_F(BadSlaves, ThreeOfThemThatComeTogetherWithTheGoodOnesFailNoFrameEither) {
       lose(session);
       session = join(name, ++life, 4);
     }
-    tick(DepartedSlaves::kReturn);
+    tick(200ms);
   }
   for (auto& [name, session] : bad) lose(session);
   while (answer(good)) tick(10ms);
@@ -240,6 +240,18 @@ TEST_F(BadSlaves, FaultyPixelsThatAnotherSlaveHasTooAreTheScenes) {
   answer(one, true);
   while (holds(two, tile)) answer(two, out_[two].front().tile.tile == tile);
   EXPECT_TRUE(suspects_.empty());
+}
+
+TEST_F(BadSlaves, WhoIsThereFirstAndReturnsNothingHoldsUpNobodyForLong) {
+  const SessionId hoarder = join("hoarder", 1, 4);
+  submit(0, 6);
+  ASSERT_EQ(out_[hoarder].size(), 6u);
+  const SessionId good = join("good", 2);
+  for (int step = 0; step < 800 && complete_ == 0; ++step) {
+    tick(10ms);
+    answer(good);
+  }
+  EXPECT_EQ(complete_, 1);
 }
 
 // Two slaves hoard, and each tile is audited: the two good ones confirm each other.
