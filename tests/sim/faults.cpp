@@ -4,11 +4,18 @@
 #include <vector>
 
 namespace tessera::sim {
+namespace {
+
+bool is_between_slaves(const Fault& fault) {
+  return fault.kind >= FaultKind::kRelayCut && fault.kind <= FaultKind::kRelayAlters;
+}
+
+}  // namespace
 
 void Faults::begin(const Fault& fault) {
   const double until = fault.at + fault.duration + world_.oracle.bound_of_return();
-  if (fault.kind >= FaultKind::kRelayCut) return begin_relay_fault(fault);
-  if (fault.kind >= FaultKind::kMasterCrash) {
+  if (is_between_slaves(fault)) return begin_relay_fault(fault);
+  if (fault.kind >= FaultKind::kMasterCrash && fault.kind != FaultKind::kFreeze) {
     if (fault.kind != FaultKind::kAppCancels) world_.oracle.trouble_all(until);
     return begin_other_fault(fault);
   }
@@ -61,6 +68,9 @@ void Faults::begin_slave_fault(const Fault& fault) {
       break;
     case FaultKind::kLeave:
       slave.leave();
+      break;
+    case FaultKind::kFreeze:
+      slave.set_frozen(true);
       break;
     default:
       break;
@@ -148,7 +158,7 @@ void Faults::stall_all(int from, int to, bool is_stalled) {
 }
 
 void Faults::end(const Fault& fault) {
-  if (fault.kind >= FaultKind::kRelayCut) return end_relay_fault(fault);
+  if (is_between_slaves(fault)) return end_relay_fault(fault);
   switch (fault.kind) {
     case FaultKind::kMasterCrash:
       if (!world_.master.is_running()) {
@@ -175,6 +185,7 @@ void Faults::end_slave_fault(const Fault& fault) {
   const int node = slave.node(), master = world_.master.node();
   world_.oracle.set_gone(index, false);
   slave.set_hung(false);
+  slave.set_frozen(false);
   world_.network.heal(node, master);
   world_.network.heal(master, node);
   if (fault.kind == FaultKind::kStallOne) {

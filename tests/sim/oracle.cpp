@@ -2,9 +2,11 @@
 #include "tests/sim/oracle.h"
 
 #include <algorithm>
+#include <set>
 
 #include "common/base/limits.h"
 #include "common/wire/codec.h"
+#include "common/wire/record_types.h"
 #include "master/cluster/relay_plan.h"
 #include "slave/relay_feeder.h"
 
@@ -23,6 +25,8 @@ constexpr double kSweep = 0.5;
 constexpr auto kRelayWindow = master::RelayPlan::kWindow;
 // Silence is looked for every kSilenceLook, and noticed at most kSilenceSlack after it is due.
 constexpr double kSilenceLook = 0.02, kSilenceSlack = 0.1;
+// A slave that is there for so long has built the scenes that are needed.
+constexpr double kSettled = 2;
 constexpr double kWindowBytes = 256 * 1024;  // what may be on its way when a slave dies
 
 // Bounds of the send queue of one connection. Bulk data is queued while less than the low mark
@@ -102,6 +106,7 @@ void Oracle::report(const std::string& violation) {
 
 void Oracle::trouble_slave(std::size_t slave, double until_seconds) {
   watches_[slave].troubled_until = std::max(watches_[slave].troubled_until, until_seconds);
+  watches_[slave].has_had_fault = true;
 }
 
 void Oracle::trouble_all(double until_seconds) {
@@ -110,6 +115,11 @@ void Oracle::trouble_all(double until_seconds) {
 
 void Oracle::set_gone(std::size_t slave, bool is_gone) {
   watches_[slave].gone_since = is_gone ? world_.queue.now_seconds() : -1;
+}
+
+void Oracle::take_name(std::size_t slave, double until_seconds) {
+  watches_[slave].name_taken_until = until_seconds + detection_bound(slave);
+  trouble_slave(slave, until_seconds + return_bound_);
 }
 
 std::optional<std::size_t> Oracle::slave_at(int node) const {
@@ -123,8 +133,11 @@ void Oracle::on_sent(const Process& from, int to_node, const net::Record& record
   const bool is_by_master = &from == world_.master.process();
   if (is_by_master && record.type == type_of_lease()) ++leases_sent_;
   const auto sender = slave_at(from.node()), receiver = slave_at(to_node);
+  if (sender && record.type == static_cast<std::uint16_t>(wire::RecordType::kTileResult))
+    watches_[*sender].last_result = world_.queue.now_seconds();
   if (sender && receiver) return scenes_.on_said_between(*sender, record);
-  if (record.type == type_of_refusal()) check_refusal(from, record);
+  const bool is_to_bad = is_by_master && !receiver && to_node != world_.app.node();
+  if (record.type == type_of_refusal() && !is_to_bad) check_refusal(from, record);
   if (is_by_master && receiver) {
     scenes_.on_said_to(*receiver, record, world_.queue.now_seconds());
   } else if (sender) {
@@ -161,7 +174,35 @@ void Oracle::on_queued(const Process& from, int to_node, std::uint64_t queue_byt
          " bytes in one send queue, bound " + std::to_string(bound));
 }
 
-void Oracle::on_outcome() { last_progress_ = world_.queue.now_seconds(); }
+void Oracle::on_outcome(FrameId frame, const Status& status) {
+  const double now = world_.queue.now_seconds();
+  last_progress_ = now;
+  if (status.is_ok() || status.code() == StatusCode::kCancelled) return;
+  if (have_faults_ended_enough(status.message())) return;
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    const Watch& watch = watches_[i];
+    if (!is_healthy(i) || !watch.was_listed || now - watch.listed_since < kSettled) continue;
+    return report("I6: frame " + std::to_string(frame) + " failed while s" + std::to_string(i) +
+                  " was there and healthy: " + status.message());
+  }
+}
+
+// Whether a failure names as many different slaves as a tile may end, and faults of the plan have
+// ended one of them at least: slaves that end by themselves alone are no excuse.
+bool Oracle::have_faults_ended_enough(const std::string& reason) const {
+  std::set<std::string> names;
+  bool has_fault = false;
+  for (std::size_t at = reason.find('\''); at != std::string::npos;) {
+    const std::size_t end = reason.find('\'', at + 1);
+    if (end == std::string::npos) break;
+    const std::string name = reason.substr(at + 1, end - at - 1);
+    const auto known = by_name_.find(name);
+    if (known != by_name_.end()) has_fault = has_fault || watches_[known->second].has_had_fault;
+    names.insert(name);
+    at = reason.find('\'', end + 1);
+  }
+  return has_fault && names.size() >= std::size_t{kTileAttemptsMax};
+}
 
 bool Oracle::is_healthy(std::size_t slave) const {
   const double now = world_.queue.now_seconds();
@@ -252,29 +293,61 @@ void Oracle::check_slaves(const ClusterStatus& status) {
   const double now = world_.queue.now_seconds();
   std::vector<bool> is_listed(watches_.size(), false);
   for (const SlaveStatus& slave : status.slaves) {
-    const std::size_t i = by_name_.at(slave.name);
+    const auto known = by_name_.find(slave.name);
+    if (known == by_name_.end()) {
+      check_bad_slave(slave);
+      continue;
+    }
+    const std::size_t i = known->second;
+    if (is_listed[i]) report("I7: two slaves are called " + slave.name);
     is_listed[i] = true;
+    check_stall(i, slave);
     const auto tiles_max = static_cast<std::uint32_t>(kTilesPerWorkerMax * plan_.slaves[i].threads);
     if (slave.tiles_in_flight > tiles_max) {
       report("I4: " + slave.name + " holds " + std::to_string(slave.tiles_in_flight) + " tiles");
     }
     const double gone_since = watches_[i].gone_since;
-    if (gone_since >= 0 && now > all_troubled_until_ && now - gone_since > detection_bound(i)) {
+    if (gone_since >= 0 && now > all_troubled_until_ && now > watches_[i].name_taken_until &&
+        now - gone_since > detection_bound(i)) {
       report("I6: " + slave.name + " has been gone for " + std::to_string(now - gone_since) +
              " s and is still taken for alive");
     }
   }
   // A slave lost three times before it brings a tile is held back, as the fault matrix wants (F05).
-  for (const QuarantinedSlave& held : status.quarantined)
-    trouble_slave(by_name_.at(held.name), now + held.seconds + return_bound_);
+  for (const QuarantinedSlave& held : status.quarantined) {
+    if (const auto known = by_name_.find(held.name); known != by_name_.end())
+      trouble_slave(known->second, now + held.seconds + return_bound_);
+  }
   for (std::size_t i = 0; i < watches_.size(); ++i) {
     if (is_healthy(i) && !is_listed[i]) {
       report(watches_[i].was_listed ? "I6: s" + std::to_string(i) + " is healthy and was given up"
                                     : "I6: s" + std::to_string(i) + " is healthy and not admitted");
     }
+    if (is_listed[i] && !watches_[i].was_listed) watches_[i].listed_since = now;
     watches_[i].was_listed = is_listed[i];
     scenes_.check(i, is_listed[i], !is_healthy(i), now);
   }
+}
+
+void Oracle::check_bad_slave(const SlaveStatus& slave) {
+  for (std::size_t i = 0; i < plan_.bad_slaves.size(); ++i) {
+    const bool is_liar = plan_.bad_slaves[i].vice == Vice::kLies;
+    if (is_liar && slave.name == name_of_bad_slave(i) && slave.tiles_done > 0)
+      report("I7: lies of " + slave.name + " count as tiles");
+  }
+}
+
+void Oracle::check_stall(std::size_t index, const SlaveStatus& slave) {
+  Watch& watch = watches_[index];
+  const double now = world_.queue.now_seconds();
+  if (slave.state != SlaveState::kStalled) {
+    watch.stalled_since = -1;
+    return;
+  }
+  if (watch.stalled_since < 0) watch.stalled_since = now;
+  const bool has_returned = watch.last_result > watch.stalled_since;
+  if (has_returned && is_healthy(index) && now - watch.last_result > detection_bound(index))
+    report("I7: " + slave.name + " has returned a tile and is still said to have stalled");
 }
 
 void Oracle::check_progress(const ClusterStatus& status) {

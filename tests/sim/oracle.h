@@ -6,10 +6,11 @@
 //   I1-I3  each picture is its own, in order, once: SimApp looks
 //   I4     send queues, tiles on a slave, connections and planned events stay within their bounds
 //   I5     a process that waits does next to nothing (after the last frame)
-//   I6     frames come on while one healthy slave is there; the dead are found in time, by master
+//   I6     frames come on, and none fails, while one healthy slave is there; the dead are found in time, by master
 //          and slave alike, the healthy are never taken for dead and come back in time
 //   I7     every lease has one end, and the master's account is that of the wire; nobody is accused
-//          of a breach of protocol
+//          of a breach of protocol, no lie counts as a tile, no two slaves have one name; who has
+//          stalled and returns a tile has stalled no more
 //
 // Threads. One.
 #pragma once
@@ -45,10 +46,12 @@ class Oracle {
   void trouble_all(double until_seconds);
   // is_gone: the slave stopped answering at this moment; false: it has come back.
   void set_gone(std::size_t slave, bool is_gone);
+  // Until then another slave may stand in the master's list under this one's name.
+  void take_name(std::size_t slave, double until_seconds);
 
   void on_sent(const Process& from, int to_node, const net::Record& record);
   void on_queued(const Process& from, int to_node, std::uint64_t queue_bytes);
-  void on_outcome();
+  void on_outcome(FrameId frame, const Status& status);
   void on_master_started() { leases_sent_ = 0; }
   void report(const std::string& violation);
 
@@ -67,7 +70,11 @@ class Oracle {
   struct Watch {
     double troubled_until = 0;  // whatever happens to it until then has an excuse
     double gone_since = -1;     // < 0: it is there
+    double name_taken_until = 0;
+    double stalled_since = -1, last_result = -1;  // < 0: it has not stalled; it has sent none
+    bool has_had_fault = false;
     bool was_listed = false;
+    double listed_since = 0;
     double hung_at = 0;  // last seen hanging then
   };
 
@@ -75,11 +82,14 @@ class Oracle {
   void check_silence();
   void check_accounts(const ClusterStatus& status);
   void check_slaves(const ClusterStatus& status);
+  void check_bad_slave(const SlaveStatus& slave);
+  void check_stall(std::size_t index, const SlaveStatus& slave);
   void check_progress(const ClusterStatus& status);
   double detection_bound(std::size_t slave) const;
   std::uint64_t queue_bound(const Process& from, int to_node) const;
   std::optional<std::size_t> slave_at(int node) const;
   bool is_healthy(std::size_t slave) const;
+  bool have_faults_ended_enough(const std::string& reason) const;
 
   const StormPlan& plan_;
   World world_;

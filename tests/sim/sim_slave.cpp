@@ -76,6 +76,10 @@ void SimSlave::set_hung(bool is_hung) {
   if (process_) process_->set_hung(is_hung);
 }
 
+void SimSlave::set_frozen(bool is_frozen) {
+  if (workshop_) workshop_->set_frozen(is_frozen);
+}
+
 // Takes the steps of SlaveHost::stop(), without waiting.
 void SimSlave::leave() {
   if (!process_ || is_leaving_) return;

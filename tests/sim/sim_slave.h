@@ -23,6 +23,7 @@ class SimSlave {
   void kill(bool is_power_lost);
   void leave();  // in order, as on SIGTERM
   void set_hung(bool is_hung);
+  void set_frozen(bool is_frozen);  // its render threads, until it is started anew
   // The chunks that it passes on from now on have a wrong bit.
   void set_altering(bool is_altering) { is_altering_ = is_altering; }
 

@@ -8,9 +8,15 @@
 #include "tests/sim/picture.h"
 
 namespace tessera::sim {
+namespace {
+
+constexpr std::chrono::milliseconds kThaw{
+    10};  // frozen threads look so often whether they may go on
+
+}  // namespace
 
 SimWorkshop::SimWorkshop(Process& process, WorkModel model)
-    : process_(process), model_(std::move(model)) {
+    : process_(process), model_(std::move(model)), is_frozen_(model_.is_frozen_for_good) {
   account_waiting();
 }
 
@@ -33,6 +39,7 @@ void SimWorkshop::start_work() {
     account_waiting();
     const RunIterator run = std::prev(running_.end());
     const std::uint64_t id = run_ids_[&*run] = ++next_run_;
+    if (model_.on_begin) model_.on_begin();
     const bool is_dropped = run->job.frame->is_cancelled;
     const double cost = is_dropped ? 0 : model_.tile_seconds(*run->job.frame, run->job.tile);
     process_.run_at(process_.queue().now() + from_seconds(cost), Duration::zero(),
@@ -44,6 +51,14 @@ void SimWorkshop::start_work() {
 }
 
 void SimWorkshop::finish(RunIterator run) {
+  if (is_frozen_) {
+    const std::uint64_t id = run_ids_[&*run];
+    process_.run_at(process_.queue().now() + kThaw, Duration::zero(), [this, run, id, at = &*run] {
+      const auto found = run_ids_.find(at);
+      if (found != run_ids_.end() && found->second == id) finish(run);
+    });
+    return;
+  }
   const Run done = std::move(*run);
   run_ids_.erase(&*run);
   running_.erase(run);
@@ -72,6 +87,7 @@ wire::TileResult SimWorkshop::render(const Run& run) {
   if (model_.has_pixels) {
     draw(tag_of(*run.job.frame->scene), begin.settings, rect, result.pixels);
   }
+  if (model_.alter) model_.alter(result);
   return result;
 }
 

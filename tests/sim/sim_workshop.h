@@ -22,9 +22,12 @@ struct WorkModel {
   // Seconds that a tile takes here.
   std::function<double(const slave::FrameWork&, TileIndex)> tile_seconds;
   double build_seconds = 0.01;
-  bool fails_builds = false;  // as a slave with too little memory
-  bool has_pixels = true;     // false: black ones, where only time matters
-  bool is_relaying = false;   // feeds other slaves and is fed by them
+  bool fails_builds = false;                          // as a slave with too little memory
+  bool has_pixels = true;                             // false: black ones, where only time matters
+  bool is_relaying = false;                           // feeds other slaves and is fed by them
+  bool is_frozen_for_good = false;                    // no tile is ever finished
+  std::function<void()> on_begin = {};                // a tile is begun; may be null
+  std::function<void(wire::TileResult&)> alter = {};  // what is said of a tile; may be null
   // Sees each scene that is to be built; may be null.
   std::function<void(SceneVersion, const EncodedScene&)> on_scene;
 };
@@ -40,6 +43,8 @@ class SimWorkshop final : public slave::Workshop {
   void remove_frame(const slave::FrameWork* frame) override;
   std::deque<slave::TileJob> remove_all() override;
   void set_open_frames(std::size_t frames) override;
+  // The render threads stand still; the network thread does not know.
+  void set_frozen(bool is_frozen) { is_frozen_ = is_frozen; }
   bool try_push(slave::BuildTask task) override;
   void retire(std::uint64_t generation, SceneVersion first_kept) override;
 
@@ -73,6 +78,7 @@ class SimWorkshop final : public slave::Workshop {
   std::uint64_t next_run_ = 0;
   slave::StarvationClock starvation_;
   double busy_seconds_ = 0, starved_total_ = 0;
+  bool is_frozen_ = false;
   slave::BuildOrder builds_;
   const slave::BuildTask* building_ = nullptr;
   std::uint64_t build_ = 0;  // number of the build, so that a stopped one does not end again

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/wire/codec.h"
+#include "tests/sim/bad_slaves.h"
 #include "tests/sim/faults.h"
 #include "tests/sim/oracle.h"
 
@@ -16,7 +17,7 @@ namespace {
 constexpr double kIdleSeconds = 3;           // watched after the last frame
 constexpr double kIdleTasksPerSecond = 400;  // of one process: timers and heartbeats
 constexpr double kEndSeconds = 400;
-constexpr std::uint64_t kEventsMax = 3'000'000;
+constexpr std::uint64_t kEventsMax = 8'000'000;
 
 class Storm {
  public:
@@ -39,6 +40,7 @@ class Storm {
   Network network_;
   std::unique_ptr<SimMaster> master_;
   std::vector<std::unique_ptr<SimSlave>> slaves_;
+  std::unique_ptr<BadSlaves> bad_slaves_;
   std::unique_ptr<SimApp> app_;
   std::unique_ptr<Oracle> oracle_;
   std::unique_ptr<Faults> faults_;
@@ -64,7 +66,7 @@ Storm::Storm(const StormPlan& plan, bool has_trace)
   const int app_node = network_.add_node(near);
   SimApp::Events events;
   events.on_outcome = [this](FrameId frame, const Status& status) {
-    oracle_->on_outcome();
+    oracle_->on_outcome(frame, status);
     frames_failed_ += status.is_ok() ? 0 : 1;
     if (has_trace_) {
       trace("frame " + std::to_string(frame) +
@@ -75,6 +77,7 @@ Storm::Storm(const StormPlan& plan, bool has_trace)
       oracle_->report("I2: a frame failed on a calm day: " + status.message());
     }
   };
+  bad_slaves_ = std::make_unique<BadSlaves>(queue_, network_, master_node, plan_);
   events.on_violation = [this](const std::string& what) { oracle_->report(what); };
   app_ = std::make_unique<SimApp>(queue_, network_, app_node, master_node, plan.script,
                                   mix(plan.seed + 2), std::move(events));
@@ -94,6 +97,7 @@ Storm::Storm(const StormPlan& plan, bool has_trace)
 // Slaves and application end before the master, the network and the queue that they use.
 Storm::~Storm() {
   app_->kill(true);
+  bad_slaves_->end();
   for (const auto& slave : slaves_) slave->kill(true);
   master_->kill(true);
 }
@@ -171,6 +175,7 @@ void Storm::calm() {
   is_calm_ = true;
   trace("CALM");
   app_->set_ending();
+  bad_slaves_->end();
   network_.heal_all();
   if (!master_->is_running()) {
     master_->start();
@@ -182,6 +187,7 @@ void Storm::calm() {
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     oracle_->set_gone(i, false);
     slaves_[i]->set_hung(false);
+    slaves_[i]->set_frozen(false);
     slaves_[i]->set_altering(false);
     network_.link(slaves_[i]->node()) = plan_.slaves[i].link;
     if (!slaves_[i]->is_running()) slaves_[i]->start();
@@ -253,6 +259,13 @@ StormReport Storm::run() {
     calm_at_ = std::max(calm_at_, plan_.slaves[i].joins_at + 0.001);
   }
   for (const Fault& fault : plan_.faults) plan_fault(fault);
+  for (const BadSlavePlan& bad : plan_.bad_slaves) {
+    // A slave that is waited for must stay until that is noticed, in some storms.
+    const bool is_long = bad.vice == Vice::kHoards && bad.variant == 0;
+    const double longer = is_long ? oracle_->bound_of_progress() : 0;
+    calm_at_ = std::max(calm_at_, kBadSlavesUntil + longer);
+  }
+  bad_slaves_->start(*oracle_, calm_at_);
   queue_.after(from_seconds(calm_at_), [this] { calm(); });
   supervise();
   while (oracle_->violation().empty() && !is_finished()) {

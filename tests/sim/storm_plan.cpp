@@ -12,13 +12,15 @@ namespace tessera::sim {
 namespace {
 
 constexpr std::array<const char*, static_cast<std::size_t>(FaultKind::kCount)> kNames = {
-    "kill",        "power loss",   "hang",        "cut from",    "cut to",
-    "cut both",    "stall one",    "reset",       "delay",       "slow link",
-    "leave",       "master crash", "master hang", "app crash",   "app hang",
-    "app cancels", "relay cut",    "relay stall", "relay reset", "relay alters"};
+    "kill",        "power loss",   "hang",     "cut from",    "cut to",    "cut both",
+    "stall one",   "reset",        "delay",    "slow link",   "leave",     "master crash",
+    "master hang", "app crash",    "app hang", "app cancels", "relay cut", "relay stall",
+    "relay reset", "relay alters", "freeze"};
 
 // Share of the storms whose scenes change and pass from slave to slave.
 constexpr double kRelayShare = 0.03;
+// Share of the storms with slaves that do what no slave should, and of those with frozen threads.
+constexpr double kBadShare = 0.15, kFreezeShare = 0.1;
 // Bytes per second. Heartbeats wait behind the windows of whoever fed a slave, feeds it, and the
 // master: 0.4 s here, a third of what it takes to be called dead. Below, a queue that no machine
 // has would end sessions.
@@ -81,9 +83,37 @@ void draw_relays(StormPlan& plan) {
   for (int count = random.pick(1, 5); count > 0; --count) {
     Fault fault = draw_fault(random, static_cast<int>(plan.slaves.size()));
     fault.kind = static_cast<FaultKind>(random.pick(static_cast<int>(FaultKind::kRelayCut),
-                                                    static_cast<int>(FaultKind::kCount) - 1));
+                                                    static_cast<int>(FaultKind::kRelayAlters)));
     if (random.chance(0.7)) fault.at = random.between(0, 1);  // the first scene is on its way
     fault.is_for_good = random.chance(0.5);
+    plan.faults.push_back(fault);
+  }
+}
+
+// Adds slaves that die, hoard, lie and take names, and lets others freeze. It draws from numbers of
+// its own: seeds keep what else they were.
+void draw_bad_slaves(StormPlan& plan) {
+  constexpr std::array<int, 4> kThreads = {1, 4, 16, 64};
+  Random random(mix(plan.seed ^ 0x766963657321u));
+  const int slave_count = static_cast<int>(plan.slaves.size());
+  if (random.chance(kBadShare)) {
+    for (int count = random.pick(1, 3); count > 0; --count) {
+      BadSlavePlan bad;
+      bad.slave = draw_slave(random);
+      bad.vice = static_cast<Vice>(random.pick(0, static_cast<int>(Vice::kCount) - 1));
+      bad.variant = random.pick(0, 3);
+      bad.victim = random.pick(0, slave_count - 1);
+      bad.slave.threads = bad.vice == Vice::kTakesName
+                              ? plan.slaves[static_cast<std::size_t>(bad.victim)].threads
+                              : kThreads[static_cast<std::size_t>(random.pick(0, 3))];
+      bad.slave.joins_at = random.chance(0.5) ? 0 : random.between(0, 3);
+      plan.bad_slaves.push_back(bad);
+    }
+  }
+  if (!random.chance(kFreezeShare)) return;
+  for (int count = random.pick(1, 2); count > 0; --count) {
+    Fault fault = draw_fault(random, slave_count);
+    fault.kind = FaultKind::kFreeze;
     plan.faults.push_back(fault);
   }
 }
@@ -141,6 +171,7 @@ StormPlan draw_storm(std::uint64_t seed) {
   plan.audit_share = random.chance(0.25) ? 0.1 : 0;
   if (random.chance(0.1)) draw_long_tiles(random, plan);
   draw_relays(plan);
+  draw_bad_slaves(plan);
   std::stable_sort(plan.faults.begin(), plan.faults.end(),
                    [](const Fault& a, const Fault& b) { return a.at < b.at; });
   return plan;
@@ -161,6 +192,14 @@ std::string describe(const StormPlan& plan) {
                   i, s.threads, 1e3 * s.tile_seconds, 1e-3 * s.link.up_bytes_per_s,
                   1e-3 * s.link.down_bytes_per_s, 1e3 * seconds(s.link.delay),
                   s.joins_at > 0 ? ", joins late" : "", s.fails_builds ? ", fails builds" : "");
+    text += line;
+  }
+  constexpr std::array<const char*, 4> kVices = {"dies", "hoards", "lies", "takes the name of"};
+  for (std::size_t i = 0; i < plan.bad_slaves.size(); ++i) {
+    const BadSlavePlan& bad = plan.bad_slaves[i];
+    std::snprintf(line, sizeof(line), "  bad%zu: %d threads, from %.3f s, %s (%d) s%d\n", i,
+                  bad.slave.threads, bad.slave.joins_at, kVices[static_cast<std::size_t>(bad.vice)],
+                  bad.variant, bad.victim);
     text += line;
   }
   for (const Fault& f : plan.faults) {

@@ -22,6 +22,24 @@ struct SlavePlan {
   double joins_at = 0;  // seconds
 };
 
+// What a slave does all the while it is there.
+enum class Vice {
+  kDies,       // with the first tile that it begins; it is started again at once
+  kHoards,     // takes tiles and returns none
+  kLies,       // its results answer no lease
+  kTakesName,  // says that it is another slave
+  kCount
+};
+// The bad slaves of a storm stay for so long at least, in seconds.
+constexpr double kBadSlavesUntil = 6;
+
+struct BadSlavePlan {
+  SlavePlan slave;
+  Vice vice = Vice::kDies;
+  int variant = 0;  // which lie
+  int victim = 0;   // whose name is taken
+};
+
 enum class FaultKind {
   kKill,       // the process dies; the system tells its peers
   kPowerLoss,  // the machine goes dark
@@ -43,6 +61,7 @@ enum class FaultKind {
   kRelayStall,   // what one slave sends to another on the connections that they have
   kRelayReset,   // all connections between two slaves
   kRelayAlters,  // a slave alters the chunks that it passes on
+  kFreeze,       // its render threads stand still
   kCount
 };
 const char* fault_name(FaultKind kind);
@@ -64,11 +83,15 @@ struct StormPlan {
   bool is_relaying = false;          // slaves feed slaves
   double master_record_seconds = 0;  // CPU of the master for each record
   std::vector<SlavePlan> slaves;
+  std::vector<BadSlavePlan> bad_slaves;  // beside them
   AppScript script;
   std::vector<Fault> faults;
 
   int tile_count() const;
 };
+
+// The name that a bad slave has, unless it takes another's.
+inline std::string name_of_bad_slave(std::size_t index) { return "bad" + std::to_string(index); }
 
 StormPlan draw_storm(std::uint64_t seed);
 std::string describe(const StormPlan& plan);

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/sim/bad_slaves.h"
+
+#include <utility>
+
+namespace tessera::sim {
+namespace {
+
+// As a service manager that starts a service again at once.
+constexpr std::chrono::milliseconds kRestart{100};
+constexpr std::chrono::seconds kLook{1};
+
+// Each of these answers no lease of the slave's.
+void lie(wire::TileResult& result, int variant) {
+  switch (variant % 4) {
+    case 0:
+      result.pixels.pop_back();
+      break;
+    case 1:
+      result.tile += 1000;
+      break;
+    case 2:
+      ++result.version;
+      break;
+    default:
+      result.attempt += 100;
+      break;
+  }
+}
+
+}  // namespace
+
+BadSlaves::BadSlaves(EventQueue& queue, Network& network, int master_node, const StormPlan& plan)
+    : queue_(queue), plan_(plan) {
+  for (std::size_t i = 0; i < plan.bad_slaves.size(); ++i) {
+    const BadSlavePlan& bad = plan.bad_slaves[i];
+    const bool is_taker = bad.vice == Vice::kTakesName;
+    const std::string name = is_taker ? "s" + std::to_string(bad.victim) : name_of_bad_slave(i);
+    const int node = network.add_node(bad.slave.link);
+    all_.push_back(
+        {bad, std::make_unique<SimSlave>(queue, network, name, node, master_node, model_of(i))});
+  }
+}
+
+BadSlaves::~BadSlaves() { end(); }
+
+WorkModel BadSlaves::model_of(std::size_t index) {
+  const BadSlavePlan& bad = plan_.bad_slaves[index];
+  WorkModel model;
+  model.threads = bad.slave.threads;
+  model.build_seconds = bad.slave.build_seconds;
+  model.tile_seconds = [seconds = bad.slave.tile_seconds](const slave::FrameWork&, TileIndex) {
+    return seconds;
+  };
+  if (bad.vice == Vice::kDies) model.on_begin = [this, index] { die(index); };
+  if (bad.vice == Vice::kLies)
+    model.alter = [variant = bad.variant](wire::TileResult& result) { lie(result, variant); };
+  model.is_frozen_for_good = bad.vice == Vice::kHoards;
+  return model;
+}
+
+void BadSlaves::start(Oracle& oracle, double until_seconds) {
+  for (std::size_t i = 0; i < all_.size(); ++i) {
+    const BadSlavePlan& bad = all_[i].plan;
+    if (bad.vice == Vice::kTakesName)
+      oracle.take_name(static_cast<std::size_t>(bad.victim), until_seconds);
+    queue_.after(from_seconds(bad.slave.joins_at), [this, i] { begin_life(i); });
+  }
+  if (!all_.empty()) look_after();
+}
+
+void BadSlaves::begin_life(std::size_t index) {
+  if (is_over_) return;
+  all_[index].is_dying = false;
+  all_[index].slave->start();
+}
+
+// The process ends by an event, since the task that begins the tile is its own.
+void BadSlaves::die(std::size_t index) {
+  if (std::exchange(all_[index].is_dying, true)) return;
+  queue_.after(Duration::zero(), [this, index] { all_[index].slave->kill(false); });
+  queue_.after(kRestart, [this, index] { begin_life(index); });
+}
+
+// Those that the master refused for good are started again.
+void BadSlaves::look_after() {
+  if (is_over_) return;
+  for (One& one : all_) {
+    if (!one.slave->is_running() || !one.slave->has_given_up()) continue;
+    one.slave->kill(false);
+    one.slave->start();
+  }
+  queue_.after(kLook, [this] { look_after(); });
+}
+
+void BadSlaves::end() {
+  is_over_ = true;
+  for (One& one : all_) one.slave->kill(false);
+}
+
+}  // namespace tessera::sim

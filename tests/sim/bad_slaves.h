@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Slaves of a storm that do what no slave should, beside those of the plan: they die with their
+// first tiles and are started again at once, hold tiles and return none, lie about them, and take
+// others' names. They are the product's own, over a workshop that does it. What they do is no excuse
+// for anybody, but for whose name is taken.
+//
+// Threads. The simulation's one.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "tests/sim/oracle.h"
+
+namespace tessera::sim {
+
+class BadSlaves {
+ public:
+  // `plan` outlives them. `network` gets a machine for each.
+  BadSlaves(EventQueue& queue, Network& network, int master_node, const StormPlan& plan);
+  ~BadSlaves();
+
+  // Starts each at its time. `until_seconds`: when end() will be called.
+  void start(Oracle& oracle, double until_seconds);
+  // Ends all of them for good.
+  void end();
+
+ private:
+  struct One {
+    const BadSlavePlan& plan;
+    std::unique_ptr<SimSlave> slave;
+    bool is_dying = false;
+  };
+
+  WorkModel model_of(std::size_t index);
+  void begin_life(std::size_t index);
+  void die(std::size_t index);
+  void look_after();
+
+  EventQueue& queue_;
+  const StormPlan& plan_;
+  std::vector<One> all_;
+  bool is_over_ = false;
+};
+
+}  // namespace tessera::sim
