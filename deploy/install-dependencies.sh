@@ -10,6 +10,7 @@ Usage: deploy/install-dependencies.sh [--with SET[,SET...]] [--list]
 
   build    compiler, CMake and libraries (default)
   test     what the tests need besides: test libraries, python3, a virtual screen and a hand on it, image tools
+  cad      Open CASCADE, for STEP and IGES files (90 MB); without it they are not read
   lab      network and ssh tests: iproute2, openssh
   compose  the container test: podman, docker-compose, debootstrap
   embree   the reference that comparisons of rays need
@@ -34,6 +35,10 @@ packages_of() {  # prints the packages of a set
     test)
       echo libgtest-dev libgmock-dev python3 xvfb xauth xdotool imagemagick procps
       ;;
+    cad)
+      echo libocct-data-exchange-dev libocct-modeling-algorithms-dev libocct-modeling-data-dev \
+        libocct-foundation-dev libocct-ocaf-dev
+      ;;
     lab) echo python3 iproute2 openssh-server openssh-client procps ;;
     compose) echo podman runc iptables netavark aardvark-dns docker-compose debootstrap python3 ;;
     embree) echo libembree-dev ;;
@@ -44,7 +49,7 @@ packages_of() {  # prints the packages of a set
         libdraco7 libmeshoptimizer2d libtomlplusplus3 liblz4-1 libzstd1
       ;;
     *)
-      echo "install-dependencies.sh: no set '$1' (build, test, lab, compose, embree, lint, runtime, all)" >&2
+      echo "install-dependencies.sh: no set '$1' (build, test, cad, lab, compose, embree, lint, runtime, all)" >&2
       return 2
       ;;
   esac
@@ -76,7 +81,7 @@ if ((${#sets[@]} == 0)); then sets=(build); fi
 wanted=()
 for set_name in "${sets[@]}"; do
   if [[ $set_name == all ]]; then
-    members=(build test lab compose embree lint runtime)
+    members=(build test cad lab compose embree lint runtime)
   else
     members=("$set_name")
   fi

@@ -42,3 +42,17 @@ if(TESSERA_TESTS)
   find_package(GTest REQUIRED CONFIG)
   include(GoogleTest)
 endif()
+
+# Open CASCADE reads CAD files (master/import/cad); without it the plug-in is left out. Its CMake package is not used: it
+# asks for X and GL, which the libraries named here do without.
+find_path(OCCT_INCLUDE_DIR Standard_Version.hxx PATH_SUFFIXES opencascade)
+find_library(OCCT_STEP_LIBRARY TKSTEP)
+find_library(OCCT_IGES_LIBRARY TKIGES)
+if(OCCT_INCLUDE_DIR AND OCCT_STEP_LIBRARY AND OCCT_IGES_LIBRARY)
+  add_library(dep_occt INTERFACE)
+  target_include_directories(dep_occt SYSTEM INTERFACE ${OCCT_INCLUDE_DIR})
+  target_link_libraries(dep_occt INTERFACE TKSTEP TKSTEPBase TKSTEPAttr TKSTEP209 TKIGES TKXSBase TKShHealing TKTopAlgo
+    TKGeomAlgo TKBRep TKGeomBase TKG3d TKG2d TKMath TKernel)
+else()
+  message(STATUS "no Open CASCADE (libocct-data-exchange-dev): CAD files are not read")
+endif()

@@ -97,6 +97,8 @@ CONFINED = {
     "compression": (["zstd.h", "lz4", "blosc"], ["common/wire/"]),
     "OpenImageIO": (["OpenImageIO/"], ["master/image/"]),
     "Assimp": (["assimp/"], ["master/import/assimp/"]),
+    "Open CASCADE": (["BRep", "Geom", "IGES", "Interface_", "Message", "Quantity_", "STEP", "Shape", "Standard_", "Step",
+                      "TCol", "Top", "Transfer", "XSControl_", "gp_", "Bnd_", "IFSelect_"], ["master/import/cad/"]),
     "nlohmann JSON": (["nlohmann/json.hpp"], ["master/import/gltf/document.cpp", "master/import/gltf/object.cpp"]),
     "nlohmann JSON, names only": (["nlohmann/json_fwd.hpp"], ["master/import/gltf/object.h"]),
     "Draco": (["draco/"], ["master/import/gltf/draco_mesh.cpp"]),

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// The loops of a face, shared out among the patches of its grid: each patch gets closed loops in
+// its own square.
+//
+// Threads. Functions of one thread.
+#pragma once
+
+#include <vector>
+
+#include "master/import/cad/curve2.h"
+#include "master/import/cad/face_surface.h"
+
+namespace tessera::import::cad {
+
+// A part of an edge that lies on the border of a patch, where it trims nothing.
+struct BorderCurve {
+  std::size_t cell = 0;
+  Curve2 curve;  // in the square of the patch
+};
+
+struct CellTrims {
+  bool is_kept = false;        // some of the patch lies in the face
+  bool keeps_outside = false;  // the loops are holes of a patch that is whole otherwise
+  std::vector<std::vector<Curve2>> loops;
+};
+
+struct FaceTrims {
+  std::vector<CellTrims> cells;  // cell (i, j) is number v.cell_count() i + j
+  std::vector<BorderCurve> borders;
+  int open_count = 0;  // ends of curves that met nothing, so that a line had to close them
+};
+
+FaceTrims share_out(std::vector<std::vector<Curve2>> loops, const Axis& u, const Axis& v);
+
+}  // namespace tessera::import::cad
