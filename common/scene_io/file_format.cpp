@@ -56,6 +56,12 @@ bool is_fbx(std::string_view head, std::uint64_t) {
                            (text.starts_with(';') && text.find("FBXHeaderExtension") != text.npos));
 }
 
+// The first line is one of the start section: an S and its number in the columns 73 to 80.
+bool is_iges(std::string_view head, std::uint64_t) {
+  return head.size() >= 80 && head[72] == 'S' && head.substr(0, 80).find('\n') == head.npos &&
+         (head.substr(73, 7) == "      1" || head.substr(73, 7) == "0000001");
+}
+
 bool is_collada(std::string_view head, std::uint64_t) {
   const std::string_view text = text_of(head);
   return is_text(head) && text.starts_with('<') && text.find("<COLLADA") != text.npos;
@@ -109,7 +115,6 @@ std::string_view foreign_name(std::string_view head) {
       {"BLENDER", "a Blender file; export it as .glb"},
       {"PK\x03\x04", "a ZIP archive; unpack it"},
       {"\x1f\x8b", "packed by gzip; unpack it"},
-      {"ISO-10303-21", "a STEP file, which is not read"},
       {"#usda", "a USD file, which is not read; export it as .glb"},
       {"PXR-USDC", "a USD file, which is not read; export it as .glb"},
       {"MM\x00", "a 3DS file, which is not read; export it as .glb"},

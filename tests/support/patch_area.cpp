@@ -37,7 +37,10 @@ void bernstein(int n, double t, double* b, double* d) {
   }
 }
 
-double stretch(const PatchCursor& patch, double u, double v) {
+enum class Measure { kArea, kVolume };
+
+// |dS/du x dS/dv|, or S . (dS/du x dS/dv) / 3.
+double stretch(Measure measure, const PatchCursor& patch, double u, double v) {
   const int n = patch.form().degree_u, m = patch.form().degree_v;
   double bu[16], du[16], bv[16], dv[16];
   bernstein(n, u, bu, du);
@@ -61,24 +64,26 @@ double stretch(const PatchCursor& patch, double u, double v) {
               (d.z - d.w * s.z / s.w) / s.w, 0};
   };
   const D3 a = slope(su), b = slope(sv);
-  return std::hypot(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+  const D3 normal{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x, 0};
+  if (measure == Measure::kArea) return std::hypot(normal.x, normal.y, normal.z);
+  return (s.x * normal.x + s.y * normal.y + s.z * normal.z) / s.w / 3;
 }
 
 // Integral of stretch() along u.
-double strip(const PatchCursor& patch, double to, double v) {
+double strip(Measure measure, const PatchCursor& patch, double to, double v) {
   double sum = 0;
   for (int part = 0; part < kParts; ++part) {
     for (std::size_t k = 0; k < kNodes.size(); ++k)
-      sum += kShares[k] / kParts * stretch(patch, to * (part + kNodes[k]) / kParts, v);
+      sum += kShares[k] / kParts * stretch(measure, patch, to * (part + kNodes[k]) / kParts, v);
   }
   return to * sum;
 }
 
-double whole(const PatchCursor& patch) {
+double whole(Measure measure, const PatchCursor& patch) {
   double sum = 0;
   for (int part = 0; part < kParts; ++part) {
     for (std::size_t k = 0; k < kNodes.size(); ++k)
-      sum += kShares[k] / kParts * strip(patch, 1, (part + kNodes[k]) / kParts);
+      sum += kShares[k] / kParts * strip(measure, patch, 1, (part + kNodes[k]) / kParts);
   }
   return sum;
 }
@@ -134,23 +139,25 @@ bool encloses(const Loop& loop, D2 p) {
   return is_odd;
 }
 
-double enclosed(const PatchCursor& patch, const Loop& loop) {
-  double sum = 0;
+double enclosed(Measure measure, const PatchCursor& patch, const Loop& loop) {
+  double sum = 0, square = 0;  // `square`: the loop's own area, which says which way it goes round
   for (const Segment& s : loop) {
     for (int part = 0; part < kParts; ++part) {
       for (std::size_t k = 0; k < kNodes.size(); ++k) {
         D2 at, slope;
         place(s, (part + kNodes[k]) / kParts, at, slope);
-        if (slope.v != 0) sum += kShares[k] / kParts * slope.v * strip(patch, at.u, at.v);
+        if (slope.v == 0) continue;
+        sum += kShares[k] / kParts * slope.v * strip(measure, patch, at.u, at.v);
+        square += kShares[k] / kParts * slope.v * at.u;
       }
     }
   }
-  return std::fabs(sum);
+  return square < 0 ? -sum : sum;
 }
 
-double area(const PatchSurface& surface, const PatchCursor& patch) {
+double measured(Measure measure, const PatchSurface& surface, const PatchCursor& patch) {
   const std::vector<Loop> loops = loops_of(surface, patch);
-  if (loops.empty()) return whole(patch);
+  if (loops.empty()) return whole(measure, patch);
   double sum = 0;
   for (std::size_t i = 0; i < loops.size(); ++i) {
     D2 p, slope;
@@ -158,9 +165,9 @@ double area(const PatchSurface& surface, const PatchCursor& patch) {
     int depth = 0;
     for (std::size_t j = 0; j < loops.size(); ++j)
       if (j != i && encloses(loops[j], p)) ++depth;
-    sum += (depth % 2 == 0 ? 1 : -1) * enclosed(patch, loops[i]);
+    sum += (depth % 2 == 0 ? 1 : -1) * enclosed(measure, patch, loops[i]);
   }
-  return patch.form().keeps_outside != 0 ? whole(patch) - sum : sum;
+  return patch.form().keeps_outside != 0 ? whole(measure, patch) - sum : sum;
 }
 
 }  // namespace
@@ -168,8 +175,15 @@ double area(const PatchSurface& surface, const PatchCursor& patch) {
 std::vector<double> patch_areas(const PatchSurface& surface) {
   std::vector<double> areas;
   for (PatchCursor patch(surface); patch.is_any(); patch.advance())
-    areas.push_back(area(surface, patch));
+    areas.push_back(measured(Measure::kArea, surface, patch));
   return areas;
+}
+
+double surface_volume(const PatchSurface& surface) {
+  double sum = 0;
+  for (PatchCursor patch(surface); patch.is_any(); patch.advance())
+    sum += measured(Measure::kVolume, surface, patch);
+  return sum;
 }
 
 }  // namespace tessera::test

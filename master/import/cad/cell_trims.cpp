@@ -200,8 +200,8 @@ class Cell {
     bool is_end;
   };
 
-  // Whether most of some places lie within the loops where they lie in the face. Most: a place may be
-  // where curves that nearly touch are told apart by rounding.
+  // Whether most of some places lie within the loops where they lie in the face. Most: a place may
+  // be where curves that nearly touch are told apart by rounding.
   template <class IsInside>
   static bool agrees(const std::vector<Chain>& loops, const IsInside& is_inside) {
     std::vector<Curve2> all;

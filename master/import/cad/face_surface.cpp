@@ -28,8 +28,6 @@
 namespace tessera::import::cad {
 namespace {
 
-constexpr double kRelative = 1e-9;  // of an interval: parameters nearer than this are the same
-
 bool is_any_weight(const std::vector<Control3>& points) {
   return std::ranges::any_of(points, [](const Control3& p) { return p.weight != 1; });
 }
@@ -232,15 +230,6 @@ Result<FaceSurface> of_kind(const Handle(Geom_Surface) & s, const std::array<dou
 }
 
 }  // namespace
-
-double Axis::local(std::size_t cell, double parameter) const {
-  const double a = borders[cell], b = borders[cell + 1];
-  const double near = kRelative * (b - a);
-  if (std::fabs(parameter - a) <= near) return 0;
-  if (std::fabs(parameter - b) <= near) return 1;
-  if (!is_angle) return (parameter - a) / (b - a);
-  return (1 + std::tan((parameter - (a + b) / 2) / 2) / std::tan((b - a) / 4)) / 2;
-}
 
 Result<FaceSurface> face_surface(const TopoDS_Face& face, const std::array<double, 4>& bounds) {
   Handle(Geom_Surface) surface = BRep_Tool::Surface(face);

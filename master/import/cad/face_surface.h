@@ -13,26 +13,11 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "master/import/cad/axis.h"
 
 class TopoDS_Face;
 
 namespace tessera::import::cad {
-
-// One direction of the grid: cell i lies between borders[i] and borders[i + 1].
-struct Axis {
-  std::vector<double> borders;  // parameters of the face, rising; at least 2
-  bool is_angle = false;
-
-  std::size_t cell_count() const { return borders.size() - 1; }
-  double width() const { return borders.back() - borders.front(); }
-  // The place of a parameter in cell `cell`; 0 and 1 at its borders, exactly.
-  double local(std::size_t cell, double parameter) const;
-};
-
-// A control point of a patch and its weight, > 0.
-struct Control3 {
-  double x = 0, y = 0, z = 0, weight = 1;
-};
 
 struct BezierPatch {
   int degree_u = 1, degree_v = 1;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/base/status.h"
-#include "master/import/cad/face_surface.h"
+#include "master/import/cad/axis.h"
 
 namespace tessera::import::cad {
 

@@ -215,7 +215,7 @@ TEST_F(Formats, SuffixAndContentHaveToAgree) {
       refusal("a.glb", "<html><body>404</body>").find("is a web page: the download has failed"),
       std::string::npos);
   EXPECT_NE(
-      refusal("a.step", obj).find("unknown suffix '.step'; known are .obj, .ply, .stl, .gltf"),
+      refusal("a.blend", obj).find("unknown suffix '.blend'; known are .obj, .ply, .stl, .gltf"),
       std::string::npos);
 }
 

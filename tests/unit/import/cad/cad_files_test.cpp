@@ -54,6 +54,14 @@ TEST_P(CadFiles, KeepTheirFacesAndAreas) {
   for (std::size_t i = 0; i < reports.size(); ++i) {
     EXPECT_TRUE(reports[i].lost.empty()) << reports[i].lost[0];
     const std::vector<double> areas = test::patch_areas(*read->scene.surfaces[i]);
+    if (document->parts[i].shape.ShapeType() == TopAbs_SOLID) {
+      GProp_GProps properties;
+      BRepGProp::VolumeProperties(document->parts[i].shape, properties, 1e-6);
+      // Positive: normals point out.
+      EXPECT_NEAR(test::surface_volume(*read->scene.surfaces[i]), properties.Mass(),
+                  1e-4 * std::fabs(properties.Mass()))
+          << "part " << i;
+    }
     std::size_t face_number = 0;
     for (TopExp_Explorer face(document->parts[i].shape, TopAbs_FACE); face.More(); face.Next()) {
       const PartFace& ours = reports[i].faces.at(face_number++);

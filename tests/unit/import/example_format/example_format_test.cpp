@@ -40,7 +40,8 @@ TEST_F(ExampleFormat, IsReadByItsReader) {
 }
 
 TEST_F(ExampleFormat, IsTold) {
-  EXPECT_EQ(suffix_list(false), ".obj, .ply, .stl, .gltf, .glb, .fbx, .dae, .bpt, .off");
+  EXPECT_EQ(suffix_list(false),
+            ".obj, .ply, .stl, .gltf, .glb, .fbx, .dae, .bpt, .step, .stp, .iges, .igs, .off");
   EXPECT_EQ(suffix_list(true), ".hdr, .exr");
 }
 
