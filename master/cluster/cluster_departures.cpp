@@ -26,8 +26,8 @@ void Cluster::expel(SessionId session, const std::string& reason) {
   remove(session, SlaveEnd::kExpelled);
 }
 
-// The process may be one that lost its link: then its losses are none of its own, and a session that
-// still stands for it is over.
+// The process may be one that lost its link: then its losses are none of its own, and a session
+// that still stands for it is over.
 void Cluster::welcome_back(const wire::Hello& hello, const net::PeerIdentity& peer) {
   if (hello.instance == 0) return;
   const auto old = std::find_if(slaves_.begin(), slaves_.end(), [&](const auto& entry) {

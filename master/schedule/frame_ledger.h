@@ -151,7 +151,8 @@ class FrameLedger {
   // Audits that wait for nobody but these slaves, which have stalled, want another one.
   void audit_without(const std::set<SessionId>& stalled);
   // Ends audits that no slave is left for, that is, of tiles that all of `able` have seen and none
-  // of them holds: tiles with one result are done. Returns: the first one with two results that differ, if there is any.
+  // of them holds: tiles with one result are done. Returns: the first one with two results that
+  // differ, if there is any.
   std::optional<Dispute> waive_audits(const std::vector<SessionId>& able);
 
   // Abandons every outstanding lease. Returns: how many there were.

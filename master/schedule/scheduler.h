@@ -7,8 +7,8 @@
 // slave has built. Beyond it: the depth of the queues follows each slave's measured pace
 // (slave_pace.h); the last tiles of a frame go to whoever will have them back first, and are leased
 // twice where that shortens the frame; slaves come and go at any moment; a share of the tiles is
-// rendered twice and compared. Tiles that a slave was lost with go to slaves that have earned it, so
-// that no slave, however bad, fails a frame while a good one is there (scheduler_losses.cpp).
+// rendered twice and compared. Tiles that a slave was lost with go to slaves that have earned it,
+// so that no slave, however bad, fails a frame while a good one is there (scheduler_losses.cpp).
 //
 // Invariants. (1) At most frames_in_flight frames are leased at once, the oldest first. (2)
 // kFrameComplete and kFrameFailed come in the order of submission, once each. (3) A slave holds at

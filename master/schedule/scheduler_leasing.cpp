@@ -51,8 +51,8 @@ std::size_t Scheduler::able_count(const Frame& frame) const {
       }));
 }
 
-// Slaves that hold the frame's scene or may yet hold it, and have not stalled. Slaves that are still building it count:
-// otherwise the one that is done first would never be audited.
+// Slaves that hold the frame's scene or may yet hold it, and have not stalled. Slaves that are
+// still building it count: otherwise the one that is done first would never be audited.
 std::vector<SessionId> Scheduler::auditors(const Frame& frame) const {
   std::vector<SessionId> sessions;
   for (const auto& [session, slave] : slaves_) {
@@ -73,8 +73,8 @@ bool Scheduler::is_in_time(std::size_t frame, const SlaveEntry& entry, TimePoint
   return back_seconds(entry.second, tiles_ahead(frame, entry), now) <= done;
 }
 
-// Tiles that the slave renders before one of that frame that it got now: older frames' go first, and
-// those in work are not interrupted.
+// Tiles that the slave renders before one of that frame that it got now: older frames' go first,
+// and those in work are not interrupted.
 std::uint32_t Scheduler::tiles_ahead(std::size_t frame, const SlaveEntry& entry) const {
   std::uint32_t ahead = 0;
   for (std::size_t i = 0; i <= frame; ++i) {

@@ -10,8 +10,9 @@
 namespace tessera::master {
 namespace {
 
-// A slave has stalled when it was silent for so many times the silence after which its tiles are
-// leased again, and for this at least: what a busy machine may do to a healthy slave is shorter.
+// A slave has stalled when it was silent, while another one works, for so many times the silence
+// after which its tiles are leased again, and for this at least: what a busy machine may do to a
+// healthy slave is shorter.
 constexpr int kStallSilences = 2;
 constexpr std::chrono::milliseconds kStallMin{500};
 
@@ -119,6 +120,8 @@ void Scheduler::heard(Slave& slave, TimePoint now) {
 // Finds slaves that hold tiles and return none, whatever their links say.
 void Scheduler::watch_for_stalls(TimePoint now, Actions& actions) {
   std::set<SessionId> stalled;
+  auto working = std::count_if(slaves_.begin(), slaves_.end(),
+                               [](const auto& entry) { return !entry.second.is_stalled; });
   for (auto& [session, slave] : slaves_) {
     const TimePoint since = std::exchange(slave.watched, now);
     if (slave.in_flight == 0) continue;
@@ -126,6 +129,8 @@ void Scheduler::watch_for_stalls(TimePoint now, Actions& actions) {
     slave.silence += std::max(now - since, Duration::zero());
     const Duration allowed = std::max<Duration>(kStallSilences * silence_allowed(slave), kStallMin);
     if (slave.is_stalled || slave.silence <= allowed) continue;
+    if (working < 2) continue;  // nobody else could take its tiles
+    --working;
     slave.is_stalled = true;
     stalled.insert(session);
     count_pace(slave.pace, -1);

@@ -22,7 +22,7 @@ class SceneMemory(unittest.TestCase):
             cluster.slaves(2, "--memory", str(SMALL_MIB))
             for _ in range(2):
                 run = cluster.finish(cluster.start_render(scene, *FRAME))
-                self.assertEqual(run.code, 1)
+                self.assertEqual(run.code, 3)
                 print(run.stderr.strip())
                 self.assertRegex(run.stderr, r"needs about 12\d MiB")
                 self.assertRegex(run.stderr, rf"largest slave, 'slave-\d', may take {SMALL_MIB} MiB")

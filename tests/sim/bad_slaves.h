@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Slaves of a storm that do what no slave should, beside those of the plan: they die with their
 // first tiles and are started again at once, hold tiles and return none, lie about them, and take
-// others' names. They are the product's own, over a workshop that does it. What they do is no excuse
-// for anybody, but for whose name is taken.
+// others' names. They are the product's own, over a workshop that does it. What they do is no
+// excuse for anybody, but for whose name is taken.
 //
 // Threads. The simulation's one.
 #pragma once

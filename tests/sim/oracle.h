@@ -6,8 +6,9 @@
 //   I1-I3  each picture is its own, in order, once: SimApp looks
 //   I4     send queues, tiles on a slave, connections and planned events stay within their bounds
 //   I5     a process that waits does next to nothing (after the last frame)
-//   I6     frames come on, and none fails, while one healthy slave is there; the dead are found in time, by master
-//          and slave alike, the healthy are never taken for dead and come back in time
+//   I6     frames come on, and none fails, while one healthy slave is there; the dead are found in
+//          time, by master and slave alike, the healthy are never taken for dead and come back in
+//          time
 //   I7     every lease has one end, and the master's account is that of the wire; nobody is accused
 //          of a breach of protocol, no lie counts as a tile, no two slaves have one name; who has
 //          stalled and returns a tile has stalled no more

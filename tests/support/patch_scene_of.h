@@ -33,4 +33,13 @@ inline Scene patch_scene_of(const std::string& shape) {
   return scene;
 }
 
+// Turned about z, and mirrored along it or not.
+inline Transform turned_and_moved(float size, Vec3f to, bool is_mirrored) {
+  Transform t;
+  t.m[0] = {size * 0.8f, -size * 0.6f, 0, to.x};
+  t.m[1] = {size * 0.6f, size * 0.8f, 0, to.y};
+  t.m[2] = {0, 0, is_mirrored ? -size : size, to.z};
+  return t;
+}
+
 }  // namespace tessera::test

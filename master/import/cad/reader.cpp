@@ -32,6 +32,20 @@ std::string kind_of(const std::string& message) {
   return kind;
 }
 
+// The map of a file to the scene: +z, which is up in CAD files, becomes +y, and +y becomes -z.
+Transform upright(const gp_Trsf& to_file) {
+  Transform to_scene;
+  for (std::size_t column = 0; column < 4; ++column) {
+    const auto value = [&](int row) {
+      return static_cast<float>(to_file.Value(row, static_cast<int>(column) + 1));
+    };
+    to_scene.m[0][column] = value(1);
+    to_scene.m[1][column] = value(3);
+    to_scene.m[2][column] = 0 - value(2);
+  }
+  return to_scene;
+}
+
 class SceneWriter {
  public:
   SceneWriter(const std::string& path, const Document& document, std::vector<PartReport>* reports)
@@ -43,17 +57,8 @@ class SceneWriter {
     for (const Part& part : document_.parts) surfaces.push_back(add_part(part));
     for (const Placement& placement : document_.placements) {
       if (surfaces[placement.part] == kNoSurface) continue;
-      Instance instance;
-      instance.mesh = surfaces[placement.part];
-      instance.kind = ObjectKind::kPatchSurface;
-      for (int row = 0; row < 3; ++row) {
-        for (int column = 0; column < 4; ++column) {
-          instance.object_to_world
-              .m[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] =
-              static_cast<float>(placement.part_to_file.Value(row + 1, column + 1));
-        }
-      }
-      read_.scene.instances.push_back(instance);
+      read_.scene.instances.push_back(
+          {surfaces[placement.part], upright(placement.part_to_file), ObjectKind::kPatchSurface});
     }
     return face_count_;
   }

@@ -48,6 +48,10 @@ TEST_P(CadFiles, KeepTheirFacesAndAreas) {
   ASSERT_TRUE(document.is_ok());
   EXPECT_EQ(document->parts.size(), GetParam().parts);
   EXPECT_EQ(read->scene.instances.size(), GetParam().instances);
+  if (GetParam().instances == 1) {  // what is up in the file is up in the scene
+    const Vec3f up = read->scene.instances[0].object_to_world.direction({0, 0, 1});
+    EXPECT_EQ(up.y, 1);
+  }
   ASSERT_EQ(document->parts.size(), reports.size());
   std::size_t faces = 0;
   double whole_ours = 0, whole_theirs = 0, worst = 0;
