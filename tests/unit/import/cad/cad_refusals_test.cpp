@@ -51,7 +51,7 @@ std::string iges_lines(int count) {
     std::snprintf(line, sizeof line, "%8d%8d%8d%8d%8d", 110, 0, 0, 1, 0);
     text += card(line, 'D', 2 * i + 2);
     std::snprintf(line, sizeof line, "110,%d.,0.,0.,%d.,1.,0.;", i, i);
-    char place[96];
+    char place[128];
     std::snprintf(place, sizeof place, "%-64s%8d", line, 2 * i + 1);
     places += card(place, 'P', i + 1);
   }
