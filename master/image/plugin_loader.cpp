@@ -1,46 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/image/plugin_loader.h"
 
-#include <dlfcn.h>
+#include <iterator>
 
-#include <filesystem>
-#include <string>
+#include "common/base/plugin_library.h"
 
 namespace tessera::master {
 namespace {
 
-constexpr const char* kFileName = "tessera_image_oiio.so";
-
 Result<ImagePlugin> load() {
-  std::error_code error;
-  const std::filesystem::path bin =
-      std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  std::string reason;
-  for (const auto& folder : {bin, bin / "../lib/tessera"}) {
-    const std::filesystem::path path = folder / kFileName;
-    if (!std::filesystem::exists(path, error)) continue;
-    void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr) {
-      const char* text = dlerror();
-      reason = text != nullptr ? text : "unknown";
-      continue;
-    }
-    ImagePlugin plugin;
-    plugin.encode = reinterpret_cast<EncodeImageFunction>(dlsym(library, kEncodeImageName));
-    plugin.read = reinterpret_cast<ReadImageFunction>(dlsym(library, kReadImageName));
-    plugin.open_picture = reinterpret_cast<OpenPictureFunction>(dlsym(library, kOpenPictureName));
-    plugin.read_picture = reinterpret_cast<ReadPictureFunction>(dlsym(library, kReadPictureName));
-    plugin.close_picture =
-        reinterpret_cast<ClosePictureFunction>(dlsym(library, kClosePictureName));
-    if (plugin.encode != nullptr && plugin.read != nullptr && plugin.open_picture != nullptr &&
-        plugin.read_picture != nullptr && plugin.close_picture != nullptr) {
-      return plugin;
-    }
-    reason = path.string() + " is of another build";
-  }
-  return Status::not_found(std::string("cannot load ") + kFileName + " from " + bin.string() +
-                           " or ../lib/tessera" + (reason.empty() ? "" : ": " + reason) +
-                           "; install tessera completely");
+  constexpr const char* kNames[] = {kEncodeImageName, kReadImageName, kOpenPictureName,
+                                    kReadPictureName, kClosePictureName};
+  void* functions[std::size(kNames)] = {};
+  const Status status = load_plugin("tessera_image_oiio.so", kNames, functions);
+  if (!status.is_ok())
+    return Status::not_found("cannot load tessera_image_oiio.so: " + status.message() +
+                             "; install tessera completely");
+  ImagePlugin plugin;
+  plugin.encode = reinterpret_cast<EncodeImageFunction>(functions[0]);
+  plugin.read = reinterpret_cast<ReadImageFunction>(functions[1]);
+  plugin.open_picture = reinterpret_cast<OpenPictureFunction>(functions[2]);
+  plugin.read_picture = reinterpret_cast<ReadPictureFunction>(functions[3]);
+  plugin.close_picture = reinterpret_cast<ClosePictureFunction>(functions[4]);
+  return plugin;
 }
 
 }  // namespace

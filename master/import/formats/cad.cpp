@@ -1,38 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 // STEP and IGES files, by tessera_import_cad.so, which is loaded for them alone.
-#include <dlfcn.h>
-
-#include <filesystem>
 #include <new>
+#include <string>
 
+#include "common/base/plugin_library.h"
 #include "master/import/cad/plugin.h"
 #include "master/import/read_file.h"
 
 namespace tessera::import {
 namespace {
 
-constexpr const char* kFileName = "tessera_import_cad.so";
-
 Result<cad::ReadCadFunction> load() {
-  std::error_code error;
-  const std::filesystem::path bin =
-      std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  std::string reason = "it is built where Open CASCADE is (libocct-data-exchange-dev)";
-  for (const auto& folder : {bin, bin / "../lib/tessera"}) {
-    const std::filesystem::path path = folder / kFileName;
-    if (!std::filesystem::exists(path, error)) continue;
-    void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr) {
-      const char* text = dlerror();
-      reason = std::string(text != nullptr ? text : "unknown") +
-               "; install Open CASCADE (libocct-data-exchange-7.6)";
-      continue;
-    }
-    const auto read = reinterpret_cast<cad::ReadCadFunction>(dlsym(library, cad::kReadCadName));
-    if (read != nullptr) return read;
-    reason = "it is of another build";
-  }
-  return Status::not_found(std::string("CAD files need ") + kFileName + ": " + reason);
+  constexpr const char* kNames[] = {cad::kReadCadName};
+  void* functions[] = {nullptr};
+  const Status status = load_plugin("tessera_import_cad.so", kNames, functions);
+  if (status.is_ok()) return reinterpret_cast<cad::ReadCadFunction>(functions[0]);
+  const std::string hint =
+      status.code() == StatusCode::kNotFound
+          ? "it is built where Open CASCADE is (libocct-data-exchange-dev)"
+          : status.message() + "; install Open CASCADE (libocct-data-exchange-7.6)";
+  return Status::not_found("CAD files need tessera_import_cad.so: " + hint);
 }
 
 Result<ReadScene> read_cad_file(const std::string& path) {
