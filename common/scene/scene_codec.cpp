@@ -2,6 +2,7 @@
 #include "common/scene/scene_codec.h"
 
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "common/base/limits.h"
@@ -21,27 +22,35 @@ bool get_enum(BlockReader& in, Enum& value, Enum last) {
   return in.is_good();
 }
 
-SceneBlock encode_mesh(const Mesh& mesh) {
-  BlockWriter out(BlockKind::kMesh);
-  out.put_array(mesh.positions);
-  out.put_array(mesh.normals);
-  out.put_array(mesh.uvs);
-  out.put_array(mesh.uvs1);
-  out.put_array(mesh.tangents);
-  out.put_array(mesh.colors);
-  out.put_array(mesh.triangles);
-  out.put_array(mesh.materials);
+// Calls f with the arrays of an object that is nothing but arrays, in the order of its block.
+// Object: a Mesh or a PatchSurface, constant or not. Returns: what f returns.
+template <class Object, class F>
+auto with_arrays(Object& object, const F& f) {
+  if constexpr (std::is_same_v<std::remove_const_t<Object>, Mesh>) {
+    return f(object.positions, object.normals, object.uvs, object.uvs1, object.tangents,
+             object.colors, object.triangles, object.materials);
+  } else {
+    return f(object.patches, object.numbers, object.materials, object.loop_counts,
+             object.segment_counts, object.degrees, object.trim_points, object.trim_widths);
+  }
+}
+
+template <class Object>
+SceneBlock encode_arrays(BlockKind kind, const Object& object) {
+  BlockWriter out(kind);
+  with_arrays(object, [&](const auto&... arrays) { (out.put_array(arrays), ...); });
   return make_scene_block(out.finish());
 }
 
-std::shared_ptr<const Mesh> decode_mesh(std::span<const std::byte> bytes) {
+// Returns: null for malformed bytes.
+template <class Object, BlockKind kKind>
+std::shared_ptr<const Object> decode_arrays(std::span<const std::byte> bytes) {
   BlockReader in(bytes);
-  auto mesh = std::make_shared<Mesh>();
-  const bool is_good =
-      in.open(BlockKind::kMesh) && in.get_array(mesh->positions) && in.get_array(mesh->normals) &&
-      in.get_array(mesh->uvs) && in.get_array(mesh->uvs1) && in.get_array(mesh->tangents) &&
-      in.get_array(mesh->colors) && in.get_array(mesh->triangles) && in.get_array(mesh->materials);
-  return is_good && in.is_finished() ? mesh : nullptr;
+  auto object = std::make_shared<Object>();
+  const bool is_good = in.open(kKind) && with_arrays(*object, [&](auto&... arrays) {
+                         return (in.get_array(arrays) && ...);
+                       });
+  return is_good && in.is_finished() ? object : nullptr;
 }
 
 PrimitiveCounts mesh_counts(std::span<const std::byte> bytes) {
@@ -51,30 +60,6 @@ PrimitiveCounts mesh_counts(std::span<const std::byte> bytes) {
                        in.skip_array(sizeof(Vec2f)) && in.skip_array(sizeof(Vec4f)) &&
                        in.skip_array(sizeof(Vec4f));
   return {is_good ? in.get_count(3 * sizeof(std::uint32_t)) : 0, 0, 0, 0};
-}
-
-SceneBlock encode_surface(const PatchSurface& surface) {
-  BlockWriter out(BlockKind::kPatchSurface);
-  out.put_array(surface.patches);
-  out.put_array(surface.numbers);
-  out.put_array(surface.materials);
-  out.put_array(surface.loop_counts);
-  out.put_array(surface.segment_counts);
-  out.put_array(surface.degrees);
-  out.put_array(surface.trim_points);
-  out.put_array(surface.trim_widths);
-  return make_scene_block(out.finish());
-}
-
-std::shared_ptr<const PatchSurface> decode_surface(std::span<const std::byte> bytes) {
-  BlockReader in(bytes);
-  auto surface = std::make_shared<PatchSurface>();
-  const bool is_good = in.open(BlockKind::kPatchSurface) && in.get_array(surface->patches) &&
-                       in.get_array(surface->numbers) && in.get_array(surface->materials) &&
-                       in.get_array(surface->loop_counts) &&
-                       in.get_array(surface->segment_counts) && in.get_array(surface->degrees) &&
-                       in.get_array(surface->trim_points) && in.get_array(surface->trim_widths);
-  return is_good && in.is_finished() ? surface : nullptr;
 }
 
 PrimitiveCounts surface_counts(std::span<const std::byte> bytes) {
@@ -339,8 +324,10 @@ EncodedScene SceneEncoder::encode(const Scene& scene) {
     used[object.get()] = {object, block};
     encoded.blocks.push_back(block);
   };
-  for (const auto& mesh : scene.meshes) add(mesh, [&] { return encode_mesh(*mesh); });
-  for (const auto& surface : scene.surfaces) add(surface, [&] { return encode_surface(*surface); });
+  for (const auto& mesh : scene.meshes)
+    add(mesh, [&] { return encode_arrays(BlockKind::kMesh, *mesh); });
+  for (const auto& surface : scene.surfaces)
+    add(surface, [&] { return encode_arrays(BlockKind::kPatchSurface, *surface); });
   for (const auto& texture : scene.textures) add(texture, [&] { return encode_texture(*texture); });
   if (const auto& map = scene.environment_map) add(map, [&] { return encode_environment(*map); });
   known_ = std::move(used);  // what this version does not use is forgotten
@@ -364,10 +351,11 @@ Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
   for (std::size_t i = 1; i <= others; ++i) {
     const SceneBlock& block = encoded.blocks[i];
     if (i <= counts.meshes) {
-      scene.meshes.push_back(cached<Mesh>(meshes_, block, &decode_mesh));
+      scene.meshes.push_back(cached<Mesh>(meshes_, block, &decode_arrays<Mesh, BlockKind::kMesh>));
       if (!scene.meshes.back()) return malformed("mesh", i);
     } else if (i <= last_surface) {
-      scene.surfaces.push_back(cached<PatchSurface>(surfaces_, block, &decode_surface));
+      scene.surfaces.push_back(cached<PatchSurface>(
+          surfaces_, block, &decode_arrays<PatchSurface, BlockKind::kPatchSurface>));
       if (!scene.surfaces.back()) return malformed("surface", i);
     } else if (i <= last_surface + counts.textures) {
       scene.textures.push_back(cached<Texture>(textures_, block, &decode_texture));
