@@ -15,43 +15,23 @@
 #endif
 
 #include "slave/core/primitive/freeform/patch_filter-inl.h"
-#include "slave/core/primitive/leaf-inl.h"
+#include "slave/core/primitive/mixed_leaf-inl.h"
 #include "slave/core/primitive/patch/patch_decision-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// Leaf test of the rays of a packet. Test: FanBlock or BundleBlock.
+// What tests a sub-patch against the rays of a packet, in MixedPacketLeaf.
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
-class PatchPacketLeaf {
+class PatchPacketTest {
  public:
-  static constexpr bool kIsAny = kAny;
+  HWY_INLINE PatchPacketTest(Rays& rays, Test<W, kAny>& test) : rays_(rays), test_(test) {}
 
-  explicit PatchPacketLeaf(Rays& rays) : rays_(rays), test_(rays) {}
-
-  // Requires, before tests: the rays are set up.
-  HWY_INLINE void prepare() {
-    rays_.line_up();
-    test_.prepare();
+  HWY_INLINE bool test(const TrianglesAndPatches<W>& shapes, uint32_t number) {
+    const SubPatch& part = shapes.parts[number];
+    return test(shapes.patches[part.patch], part);
   }
-
-  // Returns: whether some ray has a new best hit.
-  HWY_INLINE bool test(const TrianglesAndPatches<W>& shapes, uint32_t first, uint32_t count) {
-    bool has_hit = false;
-    for (uint32_t i = first; i < first + count; ++i) {
-      const uint32_t block = shapes.blocks[i];
-      if ((block & kIsItem) == 0) {
-        has_hit |= test_.test(shapes.triangles[block]);
-      } else {
-        const SubPatch& part = shapes.parts[block ^ kIsItem];
-        has_hit |= test(shapes.patches[part.patch], part);
-      }
-    }
-    return has_hit;
-  }
-  // To be called after all tests.
-  HWY_INLINE void finish() { test_.finish(); }
 
  private:
   // Rays that may meet a sub-patch, side by side; the last ones are repeated to fill a register.
@@ -72,11 +52,11 @@ class PatchPacketLeaf {
   }
 
   Rays& rays_;
-  Test<W, kAny> test_;
+  Test<W, kAny>& test_;
 };
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
-bool PatchPacketLeaf<W, kAny, Rays, Test>::test(const Patch& patch, const SubPatch& part) {
+bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch& patch, const SubPatch& part) {
   uint64_t possible = 0;
   if (part.has_frame) {
     const PatchFilter<Rays> filter(rays_, part);
@@ -102,7 +82,7 @@ bool PatchPacketLeaf<W, kAny, Rays, Test>::test(const Patch& patch, const SubPat
 }
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
-void PatchPacketLeaf<W, kAny, Rays, Test>::gather(uint64_t possible, Candidates& rays) const {
+void PatchPacketTest<W, kAny, Rays, Test>::gather(uint64_t possible, Candidates& rays) const {
   for (; possible != 0; possible &= possible - 1) {
     const auto ray = static_cast<size_t>(__builtin_ctzll(possible));
     const int i = rays.count++;
@@ -125,7 +105,7 @@ void PatchPacketLeaf<W, kAny, Rays, Test>::gather(uint64_t possible, Candidates&
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
 template <bool kRational, int kM, int kN>
-bool PatchPacketLeaf<W, kAny, Rays, Test>::decide(const Patch& patch, const SubPatch& part,
+bool PatchPacketTest<W, kAny, Rays, Test>::decide(const Patch& patch, const SubPatch& part,
                                                   const Candidates& rays) {
   PatchPoint local[kM != 0 ? (kM + 1) * (kN + 1) : kPatchPointsMax];
   local_points(part, patch, local);
@@ -161,7 +141,7 @@ bool PatchPacketLeaf<W, kAny, Rays, Test>::decide(const Patch& patch, const SubP
 }
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
-bool PatchPacketLeaf<W, kAny, Rays, Test>::ask(const Patch& patch, const SubPatch& part,
+bool PatchPacketTest<W, kAny, Rays, Test>::ask(const Patch& patch, const SubPatch& part,
                                                size_t ray) {
   float origin[3], direction[3];
   origin_of(rays_, ray, origin);
@@ -170,78 +150,75 @@ bool PatchPacketLeaf<W, kAny, Rays, Test>::ask(const Patch& patch, const SubPatc
   return answer.is_hit && take(part, ray, answer.t);
 }
 
-// Leaf test of one ray.
+// What tests a sub-patch against one ray, in MixedRayLeaf.
 template <int W, bool kAny>
-class PatchRayLeaf {
+class PatchRayTest {
  public:
-  static constexpr bool kIsAny = kAny;
-  struct Found {
-    typename TriangleRay<W, kAny>::Candidates triangles;
-    bool is_part;  // one that the ray may meet
-  };
+  HWY_INLINE PatchRayTest(OneRay& ray, TriangleRay<W, kAny>&) : ray_(ray) {}
 
-  explicit PatchRayLeaf(OneRay& ray) : ray_(ray), test_(ray) {}
-
-  HWY_INLINE void prepare() { test_.prepare(); }
-  // Returns: for any-hit, the block with the hit; kNoBlock where there is none, and for closest
-  // hits.
-  HWY_INLINE uint32_t test(const TrianglesAndPatches<W>& shapes, uint32_t first, uint32_t count) {
-    for (uint32_t i = first; i < first + count; ++i) {
-      const uint32_t block = shapes.blocks[i];
-      if ((block & kIsItem) == 0) {
-        test_.test(shapes.triangles[block]);
-      } else {
-        const SubPatch& part = shapes.parts[block ^ kIsItem];
-        if (may_meet(part)) ask(shapes.patches[part.patch], part);
-      }
-      if (kAny && test_.has_hit()) return i;
-    }
-    return kNoBlock;
+  HWY_INLINE void test(const TrianglesAndPatches<W>& shapes, uint32_t number) {
+    if (may_meet(shapes.parts[number])) ask(shapes, number);
   }
-  // What test() does for one block, in two steps, between which other rays have theirs.
-  HWY_INLINE Found look(const TrianglesAndPatches<W>& shapes, uint32_t block) const {
-    const uint32_t item = shapes.blocks[block];
-    if ((item & kIsItem) == 0) return {test_.look(shapes.triangles[item]), false};
-    return {{0, 0, 0}, may_meet(shapes.parts[item ^ kIsItem])};
-  }
-  static HWY_INLINE bool may_hit(const Found& found) {
-    return found.is_part || found.triangles.possible != 0;
-  }
-  HWY_INLINE void settle(const TrianglesAndPatches<W>& shapes, uint32_t block, const Found& found) {
-    const uint32_t item = shapes.blocks[block];
-    if (!found.is_part) return test_.settle(shapes.triangles[item], found.triangles);
-    const SubPatch& part = shapes.parts[item ^ kIsItem];
-    ask(shapes.patches[part.patch], part);
-  }
-
- private:
   HWY_INLINE bool may_meet(const SubPatch& part) const {
     return !part.has_frame || PatchRayFilter::is_possible(ray_, part);
   }
-  HWY_NOINLINE void ask(const Patch& patch, const SubPatch& part) {
-    const PatchAnswer answer = patch_answer(patch, part, ray_.origin, ray_.direction, ray_.t_min);
+  HWY_NOINLINE void ask(const TrianglesAndPatches<W>& shapes, uint32_t item) {
+    const SubPatch& part = shapes.parts[item];
+    const PatchAnswer answer =
+        patch_answer(shapes.patches[part.patch], part, ray_.origin, ray_.direction, ray_.t_min);
     const auto number = static_cast<int32_t>(part.primitive);
     if (answer.is_hit && ray_.is_nearer(answer.t, number))
       ray_.template accept<kAny>(answer.t, number);
   }
 
+ private:
   OneRay& ray_;
-  TriangleRay<W, kAny> test_;
+};
+
+// Leaf test of one ray, which may be in flight.
+template <int W, bool kAny>
+class PatchRayLeaf : public MixedRayLeaf<TrianglesAndPatches<W>, W, kAny, PatchRayTest<W, kAny>> {
+  using Shapes = TrianglesAndPatches<W>;
+  using Base = MixedRayLeaf<Shapes, W, kAny, PatchRayTest<W, kAny>>;
+
+ public:
+  struct Found {
+    typename TriangleRay<W, kAny>::Candidates triangles;
+    bool is_part;  // one that the ray may meet
+  };
+
+  using Base::Base;
+
+  // What test() does for one block, in two steps, between which other rays have theirs.
+  HWY_INLINE Found look(const Shapes& shapes, uint32_t block) const {
+    const uint32_t item = shapes.blocks[block];
+    if ((item & kIsItem) == 0) return {this->test_.look(shapes.triangles[item]), false};
+    return {{0, 0, 0}, this->item_.may_meet(shapes.parts[item ^ kIsItem])};
+  }
+  static HWY_INLINE bool may_hit(const Found& found) {
+    return found.is_part || found.triangles.possible != 0;
+  }
+  HWY_INLINE void settle(const Shapes& shapes, uint32_t block, const Found& found) {
+    const uint32_t item = shapes.blocks[block];
+    if (!found.is_part) return this->test_.settle(shapes.triangles[item], found.triangles);
+    this->item_.ask(shapes, item ^ kIsItem);
+  }
 };
 
 template <int W>
 struct LeafTests<TrianglesAndPatches<W>> {
-  // Address to prefetch for a block: that of its number, before which nothing is known of the
-  // block.
-  static HWY_INLINE const char* address(const TrianglesAndPatches<W>& shapes, uint32_t block) {
-    return reinterpret_cast<const char*>(shapes.blocks + block);
+  using Shapes = TrianglesAndPatches<W>;
+  static HWY_INLINE const char* address(const Shapes& shapes, uint32_t block) {
+    return address_of_number(shapes, block);
   }
   template <bool kAny>
   using Ray = PatchRayLeaf<W, kAny>;
   template <bool kAny>
-  using Fan = PatchPacketLeaf<W, kAny, FanRays, FanBlock>;
+  using Fan = MixedPacketLeaf<Shapes, W, kAny, FanRays, FanBlock,
+                              PatchPacketTest<W, kAny, FanRays, FanBlock>>;
   template <bool kAny>
-  using Bundle = PatchPacketLeaf<W, kAny, BundleRays, BundleBlock>;
+  using Bundle = MixedPacketLeaf<Shapes, W, kAny, BundleRays, BundleBlock,
+                                 PatchPacketTest<W, kAny, BundleRays, BundleBlock>>;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -15,7 +15,7 @@
 #endif
 
 #include "slave/core/primitive/instance/instance_rays-inl.h"
-#include "slave/core/primitive/leaf-inl.h"
+#include "slave/core/primitive/mixed_leaf-inl.h"
 #include "slave/core/simd/real-inl.h"
 #include "slave/core/traverse/node_stack-inl.h"
 #include "slave/core/traverse/ray_slabs-inl.h"
@@ -60,36 +60,16 @@ HWY_INLINE void place(const TriangleBlock<W>& block, const InstanceBlock& instan
   }
 }
 
-// Leaf test of the rays of a packet. Test: FanBlock or BundleBlock.
+// What tests an instance against the rays of a packet, in MixedPacketLeaf.
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
-class InstancePacketLeaf {
+class InstancePacketTest {
  public:
-  static constexpr bool kIsAny = kAny;
+  HWY_INLINE InstancePacketTest(Rays& rays, Test<W, kAny>& test) : rays_(rays), test_(test) {}
 
-  explicit InstancePacketLeaf(Rays& rays) : rays_(rays), test_(rays) {}
-
-  // Requires, before tests: the rays are set up.
-  HWY_INLINE void prepare() {
-    rays_.line_up();
-    test_.prepare();
+  HWY_INLINE bool test(const TrianglesAndInstances<W>& shapes, uint32_t number) {
+    const InstanceBlock& instance = shapes.instances[number];
+    return test(shapes.meshes[instance.mesh], instance);
   }
-
-  // Returns: whether some ray has a new best hit.
-  HWY_INLINE bool test(const TrianglesAndInstances<W>& shapes, uint32_t first, uint32_t count) {
-    bool has_hit = false;
-    for (uint32_t i = first; i < first + count; ++i) {
-      const uint32_t block = shapes.blocks[i];
-      if ((block & kIsItem) == 0) {
-        has_hit |= test_.test(shapes.triangles[block]);
-      } else {
-        const InstanceBlock& instance = shapes.instances[block ^ kIsItem];
-        has_hit |= test(shapes.meshes[instance.mesh], instance);
-      }
-    }
-    return has_hit;
-  }
-  // To be called after all tests.
-  HWY_INLINE void finish() { test_.finish(); }
 
  private:
   // What an instance costs before its first node, in tests of a row; see PacketTracer.
@@ -98,12 +78,12 @@ class InstancePacketLeaf {
   HWY_NOINLINE bool test(const MeshShape<W>& mesh, const InstanceBlock& instance);
 
   Rays& rays_;
-  Test<W, kAny> test_;
+  Test<W, kAny>& test_;
   ObjectFrustum frustum_;
 };
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
-bool InstancePacketLeaf<W, kAny, Rays, Test>::test(const MeshShape<W>& mesh,
+bool InstancePacketTest<W, kAny, Rays, Test>::test(const MeshShape<W>& mesh,
                                                    const InstanceBlock& instance) {
   rays_.work_left -= kEnterWork;
   if (!frustum_.enter(rays_, instance, mesh.box)) {
@@ -140,29 +120,15 @@ bool InstancePacketLeaf<W, kAny, Rays, Test>::test(const MeshShape<W>& mesh,
   return has_hit;
 }
 
-// Leaf test of one ray.
+// What tests an instance against one ray, in MixedRayLeaf.
 template <int W, bool kAny>
-class InstanceRayLeaf {
+class InstanceRayTest {
  public:
-  static constexpr bool kIsAny = kAny;
+  HWY_INLINE InstanceRayTest(OneRay& ray, TriangleRay<W, kAny>& test) : ray_(ray), test_(test) {}
 
-  explicit InstanceRayLeaf(OneRay& ray) : ray_(ray), test_(ray) {}
-
-  HWY_INLINE void prepare() { test_.prepare(); }
-  // Returns: for any-hit, the block with the hit; kNoBlock where there is none, and for closest
-  // hits.
-  HWY_INLINE uint32_t test(const TrianglesAndInstances<W>& shapes, uint32_t first, uint32_t count) {
-    for (uint32_t i = first; i < first + count; ++i) {
-      const uint32_t block = shapes.blocks[i];
-      if ((block & kIsItem) == 0) {
-        test_.test(shapes.triangles[block]);
-      } else {
-        const InstanceBlock& instance = shapes.instances[block ^ kIsItem];
-        test(shapes.meshes[instance.mesh], instance);
-      }
-      if (kAny && test_.has_hit()) return i;
-    }
-    return kNoBlock;
+  HWY_INLINE void test(const TrianglesAndInstances<W>& shapes, uint32_t number) {
+    const InstanceBlock& instance = shapes.instances[number];
+    test(shapes.meshes[instance.mesh], instance);
   }
 
  private:
@@ -182,13 +148,13 @@ class InstanceRayLeaf {
   }
 
   OneRay& ray_;
-  TriangleRay<W, kAny> test_;
+  TriangleRay<W, kAny>& test_;
 };
 
 // Takes the ray into object space. Its direction is the scaled one, so that no transform makes it
 // vanish or overflow. Returns: false where that cannot be done with the precision that boxes need.
 template <int W, bool kAny>
-bool InstanceRayLeaf<W, kAny>::enter(const MeshShape<W>& mesh, const InstanceBlock& instance,
+bool InstanceRayTest<W, kAny>::enter(const MeshShape<W>& mesh, const InstanceBlock& instance,
                                      OneRay& inner, RaySlabs<W>& slabs) const {
   const ObjectRay ray(instance, ray_.origin, ray_.slope);
   SingleRay single;
@@ -218,7 +184,7 @@ bool InstanceRayLeaf<W, kAny>::enter(const MeshShape<W>& mesh, const InstanceBlo
 }
 
 template <int W, bool kAny>
-void InstanceRayLeaf<W, kAny>::test(const MeshShape<W>& mesh, const InstanceBlock& instance) {
+void InstanceRayTest<W, kAny>::test(const MeshShape<W>& mesh, const InstanceBlock& instance) {
   if (ray_.best_t < ray_.t_min) return;
   OneRay inner;
   RaySlabs<W> slabs;
@@ -247,17 +213,18 @@ void InstanceRayLeaf<W, kAny>::test(const MeshShape<W>& mesh, const InstanceBloc
 
 template <int W>
 struct LeafTests<TrianglesAndInstances<W>> {
-  // Address to prefetch for a block: that of its number, before which nothing is known of the
-  // block.
-  static HWY_INLINE const char* address(const TrianglesAndInstances<W>& shapes, uint32_t block) {
-    return reinterpret_cast<const char*>(shapes.blocks + block);
+  using Shapes = TrianglesAndInstances<W>;
+  static HWY_INLINE const char* address(const Shapes& shapes, uint32_t block) {
+    return address_of_number(shapes, block);
   }
   template <bool kAny>
-  using Ray = InstanceRayLeaf<W, kAny>;
+  using Ray = MixedRayLeaf<Shapes, W, kAny, InstanceRayTest<W, kAny>>;
   template <bool kAny>
-  using Fan = InstancePacketLeaf<W, kAny, FanRays, FanBlock>;
+  using Fan = MixedPacketLeaf<Shapes, W, kAny, FanRays, FanBlock,
+                              InstancePacketTest<W, kAny, FanRays, FanBlock>>;
   template <bool kAny>
-  using Bundle = InstancePacketLeaf<W, kAny, BundleRays, BundleBlock>;
+  using Bundle = MixedPacketLeaf<Shapes, W, kAny, BundleRays, BundleBlock,
+                                 InstancePacketTest<W, kAny, BundleRays, BundleBlock>>;
 };
 
 }  // namespace HWY_NAMESPACE
