@@ -10,6 +10,7 @@
 #include <Geom2d_TrimmedCurve.hxx>
 #include <GeomAdaptor_Surface.hxx>
 #include <ShapeFix_Edge.hxx>
+#include <Standard_Failure.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Edge.hxx>
@@ -73,22 +74,13 @@ double extent_of(const Handle(Geom2d_Curve) & curve, double from, double to) {
   return std::hypot(box.high[0] - box.low[0], box.high[1] - box.low[1]);
 }
 
-// The curve of an edge in parameters as Bezier curves, in the curve's own direction.
-Strand strand_of(Handle(Geom2d_Curve) curve, double from, double to, int edge) {
-  while (const auto trimmed = Handle(Geom2d_TrimmedCurve)::DownCast(curve))
-    curve = trimmed->BasisCurve();
+// The curve as Open CASCADE converts it; nothing where its degree is too high, or where Open
+// CASCADE gives up, as it does on weights that its own cuts make too small.
+Strand converted(const Handle(Geom2d_TrimmedCurve) & part, int edge) {
   Strand strand;
-  const auto end = [&](double t) {
-    const gp_Pnt2d p = curve->Value(t);
-    return Control2{p.X(), p.Y(), 1};
-  };
-  if (curve->IsKind(STANDARD_TYPE(Geom2d_Line))) {
-    strand.push_back({{end(from), end(to)}, edge});
-    return strand;
-  }
-  const Handle(Geom2d_TrimmedCurve) part = new Geom2d_TrimmedCurve(curve, from, to);
-  const Handle(Geom2d_BSplineCurve) spline = Geom2dConvert::CurveToBSplineCurve(part);
-  if (spline->Degree() <= kPatchDegreesMax) {
+  try {
+    const Handle(Geom2d_BSplineCurve) spline = Geom2dConvert::CurveToBSplineCurve(part);
+    if (spline->Degree() > kPatchDegreesMax) return {};
     Geom2dConvert_BSplineCurveToBezierCurve bezier(spline);
     for (int i = 1; i <= bezier.NbArcs(); ++i) {
       const Handle(Geom2d_BezierCurve) arc = bezier.Arc(i);
@@ -98,7 +90,23 @@ Strand strand_of(Handle(Geom2d_Curve) curve, double from, double to, int edge) {
         c.points.push_back({arc->Pole(k).X(), arc->Pole(k).Y(), arc->Weight(k)});
       strand.push_back(std::move(c));
     }
+  } catch (const Standard_Failure&) {
+    return {};
   }
+  return strand;
+}
+
+// The curve of an edge in parameters as Bezier curves, in the curve's own direction.
+Strand strand_of(Handle(Geom2d_Curve) curve, double from, double to, int edge) {
+  while (const auto trimmed = Handle(Geom2d_TrimmedCurve)::DownCast(curve))
+    curve = trimmed->BasisCurve();
+  const auto end = [&](double t) {
+    const gp_Pnt2d p = curve->Value(t);
+    return Control2{p.X(), p.Y(), 1};
+  };
+  if (curve->IsKind(STANDARD_TYPE(Geom2d_Line))) return {{{end(from), end(to)}, edge}};
+  const Handle(Geom2d_TrimmedCurve) part = new Geom2d_TrimmedCurve(curve, from, to);
+  Strand strand = converted(part, edge);
   // Open CASCADE 7.6 makes other curves of some that lie across the seam of a period.
   const double size = extent_of(part, from, to);
   const auto is_at = [&](Point2 p, double t) {
