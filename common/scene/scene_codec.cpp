@@ -253,6 +253,21 @@ Status malformed(const char* what, std::size_t index) {
 
 }  // namespace
 
+BlockBytes block_bytes_of(std::vector<std::byte> bytes) {
+  auto held = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
+  const std::span<const std::byte> span = *held;
+  return shared_block_bytes(std::move(held), span);
+}
+
+BlockBytes shared_block_bytes(std::shared_ptr<const void> owner, std::span<const std::byte> bytes) {
+  struct Held {
+    std::shared_ptr<const void> owner;
+    std::span<const std::byte> bytes;
+  };
+  auto held = std::make_shared<const Held>(Held{std::move(owner), bytes});
+  return {held, &held->bytes};
+}
+
 SceneBlock make_scene_block(std::vector<std::byte> bytes) {
   SceneBlock block;
   if (is_one_chunk(bytes.size())) {
@@ -262,7 +277,7 @@ SceneBlock make_scene_block(std::vector<std::byte> bytes) {
     block.digest = block_digest(bytes.size(), *chunks);
     block.chunks = std::move(chunks);
   }
-  block.bytes = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
+  block.bytes = block_bytes_of(std::move(bytes));
   return block;
 }
 

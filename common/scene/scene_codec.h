@@ -22,7 +22,11 @@
 
 namespace tessera {
 
-using BlockBytes = std::shared_ptr<const std::vector<std::byte>>;
+// The bytes of a block, which live as long as somebody holds them.
+using BlockBytes = std::shared_ptr<const std::span<const std::byte>>;
+BlockBytes block_bytes_of(std::vector<std::byte> bytes);
+// Bytes that `owner` keeps where they are.
+BlockBytes shared_block_bytes(std::shared_ptr<const void> owner, std::span<const std::byte> bytes);
 
 struct SceneBlock {
   Digest digest;  // block_chunks.h

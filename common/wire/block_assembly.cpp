@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/wire/block_assembly.h"
 
-#include <algorithm>
-#include <cstring>
 #include <utility>
 
 #include "common/base/check.h"
@@ -10,7 +8,7 @@
 namespace tessera::wire {
 
 BlockAssembly::BlockAssembly(const Digest& digest, std::uint64_t size_bytes)
-    : digest_(digest), size_bytes_(size_bytes) {
+    : digest_(digest), size_bytes_(size_bytes), store_(size_bytes) {
   if (is_one_chunk(size_bytes)) chunks_ = {digest};
 }
 
@@ -25,16 +23,8 @@ BlockAssembly::Put BlockAssembly::put(std::uint32_t index, std::span<const std::
   TESSERA_CHECK_EQ(bytes.size(), chunk_bytes(size_bytes_, index));
   if (has(index)) return Put::kKnown;
   if (sha256(bytes) != chunks_[index]) return Put::kWrong;
-  if (!bytes_) {
-    // The memory is reserved and not filled: pages are touched as chunks come, and nothing moves.
-    auto reserved = std::make_shared<std::vector<std::byte>>();
-    reserved->reserve(static_cast<std::size_t>(size_bytes_));
-    bytes_ = std::move(reserved);
-    have_.resize(count());
-  }
-  const std::size_t begin = std::size_t{index} * kSceneChunkBytes;
-  bytes_->resize(std::max(bytes_->size(), begin + bytes.size()));
-  std::memcpy(bytes_->data() + begin, bytes.data(), bytes.size());
+  store_.put(index, bytes);
+  if (have_.empty()) have_.resize(count());
   have_[index] = true;
   ++have_count_;
   have_bytes_ += bytes.size();
@@ -49,8 +39,7 @@ std::vector<bool> BlockAssembly::lacking() const {
 
 net::SharedBytes BlockAssembly::chunk(std::uint32_t index) const {
   TESSERA_CHECK(has(index));
-  return {bytes_, std::span<const std::byte>(*bytes_).subspan(std::size_t{index} * kSceneChunkBytes,
-                                                              chunk_bytes(size_bytes_, index))};
+  return store_.chunk(index);
 }
 
 SceneBlock BlockAssembly::finish() {
@@ -60,7 +49,7 @@ SceneBlock BlockAssembly::finish() {
   if (!is_one_chunk(size_bytes_)) {
     block.chunks = std::make_shared<const ChunkDigests>(std::move(chunks_));
   }
-  block.bytes = std::move(bytes_);
+  block.bytes = store_.finish();
   return block;
 }
 

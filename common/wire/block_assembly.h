@@ -3,7 +3,7 @@
 // digest has been checked, and hands out the checked ones while others are still missing.
 //
 // Threads. One owner. Pure.
-// Invariants. (1) Bytes are taken for the block as chunks come, up to its announced size and never
+// Invariants. (1) Memory is taken as chunks come (ChunkStore), up to the announced size and never
 // beyond. (2) A chunk that chunk() has handed out keeps its place and its bytes.
 #pragma once
 
@@ -17,6 +17,7 @@
 #include "common/net/record.h"
 #include "common/scene/block_chunks.h"
 #include "common/scene/scene_codec.h"
+#include "common/wire/chunk_store.h"
 
 namespace tessera::wire {
 
@@ -45,14 +46,14 @@ class BlockAssembly {
 
   // Requires: has(index).
   net::SharedBytes chunk(std::uint32_t index) const;
-  // Requires: is_whole().
+  // Requires: is_whole(). Throws: std::bad_alloc.
   SceneBlock finish();
 
  private:
   Digest digest_;
   std::uint64_t size_bytes_;
   ChunkDigests chunks_;
-  std::shared_ptr<std::vector<std::byte>> bytes_;
+  ChunkStore store_;
   std::vector<bool> have_;
   std::uint32_t have_count_ = 0;
   std::uint64_t have_bytes_ = 0;

@@ -90,7 +90,7 @@ const EncodedScene& scene_of_tag(int tag, SceneWeight weight) {
   return scene->second;
 }
 
-const std::vector<std::byte>* bytes_of(const Digest& digest) {
+const std::span<const std::byte>* bytes_of(const Digest& digest) {
   const auto found = known_blocks().find(digest);
   return found == known_blocks().end() ? nullptr : found->second.get();
 }

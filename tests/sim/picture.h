@@ -29,7 +29,7 @@ enum class SceneWeight {
 const EncodedScene& scene_of_tag(int tag, SceneWeight weight);
 
 // Bytes of the block with this digest in any scene of these; null where it is in none.
-const std::vector<std::byte>* bytes_of(const Digest& digest);
+const std::span<const std::byte>* bytes_of(const Digest& digest);
 
 // Decodes blocks that came over the network. Returns: the tag, or the decoder's refusal.
 Result<int> tag_of(const EncodedScene& scene);

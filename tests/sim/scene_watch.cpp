@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "common/wire/codec.h"
@@ -23,7 +24,7 @@ std::optional<M> as(wire::RecordType type, const net::Record& record) {
 }
 
 // As operator==, which compares std::byte one by one.
-bool has_same_bytes(const std::vector<std::byte>& a, const std::vector<std::byte>& b) {
+bool has_same_bytes(std::span<const std::byte> a, std::span<const std::byte> b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size()) == 0;
 }
 
@@ -78,7 +79,7 @@ void SceneWatch::on_scene(std::size_t slave, SceneVersion version, const Encoded
   const std::vector<Digest>& digests = announced->second;
   bool is_right = scene.blocks.size() == digests.size();
   for (std::size_t i = 0; is_right && i < digests.size(); ++i) {
-    const std::vector<std::byte>* const bytes = bytes_of(digests[i]);
+    const std::span<const std::byte>* const bytes = bytes_of(digests[i]);
     is_right = scene.blocks[i].digest == digests[i] && bytes != nullptr &&
                has_same_bytes(*scene.blocks[i].bytes, *bytes);
   }

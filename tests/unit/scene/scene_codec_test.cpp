@@ -36,7 +36,7 @@ void expect_equal(const Scene& a, const Scene& b) {
 SceneBlock block_of(std::vector<std::byte> bytes) {
   SceneBlock block;
   block.digest = sha256(bytes);
-  block.bytes = std::make_shared<const std::vector<std::byte>>(std::move(bytes));
+  block.bytes = block_bytes_of(std::move(bytes));
   return block;
 }
 
@@ -134,7 +134,7 @@ TEST(SceneCodec, TruncatedBlocksAreRefusedAtEveryLength) {
   SceneEncoder encoder;
   const EncodedScene whole = encoder.encode(test::make_small_scene());
   for (std::size_t b = 0; b < whole.blocks.size(); ++b) {
-    const std::vector<std::byte>& bytes = *whole.blocks[b].bytes;
+    const std::span<const std::byte> bytes = *whole.blocks[b].bytes;
     for (std::size_t length = 0; length < bytes.size(); ++length) {
       EncodedScene cut = whole;
       cut.blocks[b] =
@@ -149,8 +149,9 @@ TEST(SceneCodec, AnyFlippedByteIsRefusedOrGivesAValidScene) {
   SceneEncoder encoder;
   const EncodedScene whole = encoder.encode(test::make_small_scene());
   for (std::size_t b = 0; b < whole.blocks.size(); ++b) {
-    for (std::size_t i = 0; i < whole.blocks[b].bytes->size(); ++i) {
-      std::vector<std::byte> bytes = *whole.blocks[b].bytes;
+    const std::span<const std::byte> sound = *whole.blocks[b].bytes;
+    for (std::size_t i = 0; i < sound.size(); ++i) {
+      std::vector<std::byte> bytes(sound.begin(), sound.end());
       bytes[i] ^= std::byte{0xff};
       EncodedScene damaged = whole;
       damaged.blocks[b] = block_of(std::move(bytes));

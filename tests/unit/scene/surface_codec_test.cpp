@@ -145,7 +145,8 @@ TEST(SurfaceCodec, DamagedBlocksAreRefusedOrGiveAValidScene) {
     return decoder.decode(damaged);
   };
   for (const std::size_t b : {std::size_t{0}, std::size_t{3}, std::size_t{4}}) {
-    const std::vector<std::byte>& bytes = *whole.blocks[b].bytes;
+    const std::span<const std::byte> sound = *whole.blocks[b].bytes;
+    const std::vector<std::byte> bytes(sound.begin(), sound.end());
     for (std::size_t i = 0; i < bytes.size(); ++i) {
       EXPECT_FALSE(
           decoded_with(b, {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(i)}).is_ok())

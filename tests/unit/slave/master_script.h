@@ -100,8 +100,8 @@ class MasterScript {
     const wire::SceneNeed need = expect<wire::SceneNeed>();
     EXPECT_EQ(need.version, version);
     for (const std::uint32_t block : need.blocks) {
-      send(scene, wire::SceneChunk{version, block, 0,
-                                   net::SharedBytes::of(*encoded.blocks.at(block).bytes)});
+      const BlockBytes& bytes = encoded.blocks.at(block).bytes;
+      send(scene, wire::SceneChunk{version, block, 0, {bytes, *bytes}});
     }
     built = expect<wire::SceneBuilt>();
     EXPECT_EQ(built.version, version);

@@ -95,7 +95,8 @@ TEST_F(SlaveNodeTest, RefusesADamagedBlock) {
   const EncodedScene encoded = sim::scene_of_tag(1, sim::SceneWeight::kLight);
   master_.announce(1, encoded);
   const wire::SceneNeed need = master_.expect<wire::SceneNeed>();
-  std::vector<std::byte> bytes = *encoded.blocks[need.blocks[0]].bytes;
+  const std::span<const std::byte> sound = *encoded.blocks[need.blocks[0]].bytes;
+  std::vector<std::byte> bytes(sound.begin(), sound.end());
   bytes[0] ^= std::byte{1};
   master_.send(master_.scene, wire::SceneChunk{1, need.blocks[0], 0, net::SharedBytes::of(bytes)});
   EXPECT_EQ(master_.expect<wire::SceneFailed>().version, 1u);
