@@ -85,7 +85,8 @@ Status PictureWriter::process(const Job& job) {
   }
   if (job.pass + 1 == options_.passes) {
     const std::string path = pattern_.path(job.number);
-    const FrameImage picture = options_.passes == 1 ? image : mean_.image();
+    const FrameImage mean = options_.passes == 1 ? FrameImage{} : mean_.image();
+    const FrameImage& picture = options_.passes == 1 ? image : mean;
     warn_when_black(picture, path, progress_);
     TESSERA_RETURN_IF_ERROR(write_image(
         picture, path,

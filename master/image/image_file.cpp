@@ -4,11 +4,11 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <memory>
+#include <span>
 #include <vector>
 
 #include "common/base/path_suffix.h"
@@ -18,54 +18,9 @@
 namespace tessera::master {
 namespace {
 
-struct FreeMalloc {
-  void operator()(unsigned char* p) const { std::free(p); }
-};
-
-std::vector<float> linear_floats(const FrameImage& image) {
-  std::vector<float> rgb(3 * image.pixel_count());
-  decode_pixels(image.colour(), image.format, rgb);
-  return rgb;
-}
-
-// Portable float map: little-endian, as the sign of the scale says, and rows from the bottom.
-std::vector<std::byte> pfm_bytes(const FrameImage& image) {
-  const std::vector<float> rgb = linear_floats(image);
-  const std::string head =
-      "PF\n" + std::to_string(image.width_px) + " " + std::to_string(image.height_px) + "\n-1.0\n";
-  const std::size_t row_floats = 3 * static_cast<std::size_t>(image.width_px);
-  std::vector<std::byte> bytes(head.size() + rgb.size() * sizeof(float));
-  std::memcpy(bytes.data(), head.data(), head.size());
-  for (std::size_t row = 0; row < static_cast<std::size_t>(image.height_px); ++row) {
-    const std::size_t from_bottom = static_cast<std::size_t>(image.height_px) - 1 - row;
-    std::memcpy(bytes.data() + head.size() + row * row_floats * sizeof(float),
-                rgb.data() + from_bottom * row_floats, row_floats * sizeof(float));
-  }
-  return bytes;
-}
-
-Status encode_by_plugin(const FrameImage& image, const std::string& path, const std::string& suffix,
-                        const WriteOptions& options, std::vector<std::byte>& out) {
-  auto plugin = image_plugin();
-  if (!plugin.is_ok()) return plugin.status();
-  const auto file = file_channels(image, suffix, options.is_half_exr, options.display);
-  if (!file.is_ok()) return Status(file.status().code(), path + ": " + file.status().message());
-  const PluginPixelRows rows{image.width_px, image.height_px, file->channels.data(),
-                             file->channels.size(), file->pixels.data()};
-  std::vector<PluginAttribute> attributes;
-  for (const auto& [name, value] : options.attributes)
-    attributes.push_back({name.c_str(), value.c_str()});
-  PluginBuffer buffer;
-  char error[512] = {};
-  if (plugin->encode(path.c_str(), &rows, attributes.data(), attributes.size(), &buffer, error,
-                     sizeof(error)) != 0) {
-    return Status::internal("cannot encode " + path + ": " + error);
-  }
-  const std::unique_ptr<unsigned char, FreeMalloc> owner(buffer.data);
-  out.resize(buffer.size);
-  std::memcpy(out.data(), buffer.data, buffer.size);
-  return Status::ok();
-}
+// Rows that are decoded, arranged and handed on at a time: the chunks of an EXR have 16 rows, and
+// OpenEXR packs several at once. They take 100 MB of the widest picture with all planes.
+constexpr int kBandRows = 64;
 
 // A file that is removed unless it was renamed in the end.
 class TemporaryFile {
@@ -78,7 +33,8 @@ class TemporaryFile {
     if (!is_renamed_) ::unlink(path_.c_str());
   }
   bool is_open() const { return file_ >= 0; }
-  bool write_all(const std::vector<std::byte>& bytes) {
+  int descriptor() const { return file_; }
+  bool write_all(std::span<const std::byte> bytes) {
     for (std::size_t done = 0; done < bytes.size();) {
       const ssize_t written = ::write(file_, bytes.data() + done, bytes.size() - done);
       if (written < 0 && errno == EINTR) continue;
@@ -105,37 +61,83 @@ class TemporaryFile {
   bool is_renamed_ = false;
 };
 
-Status store(const std::vector<std::byte>& bytes, const std::string& path) {
-  const std::filesystem::path target(path);
-  const std::filesystem::path folder = target.parent_path().empty() ? "." : target.parent_path();
-  const std::string temporary =
-      (folder / ("." + target.filename().string() + ".part-" + std::to_string(::getpid())))
-          .string();
-  const auto failed = [&] {
-    return Status::resource_exhausted("cannot write " + path + ": " + std::strerror(errno));
-  };
-  TemporaryFile file(temporary);
-  if (!file.is_open() || !file.write_all(bytes) || !file.sync_and_close() || !file.rename_to(path))
-    return failed();
-  if (const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-      directory >= 0) {
-    ::fsync(directory);  // a file system that cannot sync the name is no failure
-    ::close(directory);
+// Writes a portable float map: little-endian, as the sign of the scale says, and rows from the
+// bottom. Returns: false with errno.
+bool write_pfm(const FrameImage& image, TemporaryFile& file) {
+  const std::string head =
+      "PF\n" + std::to_string(image.width_px) + " " + std::to_string(image.height_px) + "\n-1.0\n";
+  if (!file.write_all(std::as_bytes(std::span(head)))) return false;
+  const std::size_t row_bytes =
+      static_cast<std::size_t>(image.width_px) * image.layout().colour_bytes();
+  std::vector<float> row(3 * static_cast<std::size_t>(image.width_px));
+  for (int y = image.height_px; y-- > 0;) {
+    decode_pixels(image.colour().subspan(static_cast<std::size_t>(y) * row_bytes, row_bytes),
+                  image.format, row);
+    if (!file.write_all(std::as_bytes(std::span(row)))) return false;
   }
-  return Status::ok();
+  return true;
+}
+
+// Returns: one line with file and reason.
+Status write_by_plugin(const FrameImage& image, const std::string& path, FileChannels& channels,
+                       const ImagePlugin& plugin, const WriteOptions& options,
+                       const TemporaryFile& file) {
+  const PluginRows rows{image.width_px, image.height_px, channels.channels().data(),
+                        channels.channels().size()};
+  std::vector<PluginAttribute> attributes;
+  for (const auto& [name, value] : options.attributes)
+    attributes.push_back({name.c_str(), value.c_str()});
+  char error[512] = {}, end_error[512] = {};
+  const auto failed = [&path](const char* why) {
+    return Status::resource_exhausted("cannot write " + path + ": " + why);
+  };
+  PluginFile* const begun =
+      plugin.begin_image(path.c_str(), file.descriptor(), &rows, attributes.data(),
+                         attributes.size(), error, sizeof(error));
+  if (begun == nullptr) return failed(error);
+  bool is_good = true;
+  for (int row = 0; is_good && row < image.height_px; row += kBandRows) {
+    const int count = std::min(kBandRows, image.height_px - row);
+    is_good = plugin.write_rows(begun, row, count, channels.rows(row, count).data(), error,
+                                sizeof(error)) == 0;
+  }
+  const bool is_ended = plugin.end_image(begun, end_error, sizeof(end_error)) == 0;
+  if (!is_good) return failed(error);
+  return is_ended ? Status::ok() : failed(end_error);
 }
 
 }  // namespace
 
 Status write_image(const FrameImage& image, const std::string& path, const WriteOptions& options) {
   const std::string suffix = suffix_of(path);
-  std::vector<std::byte> bytes;
-  if (suffix == ".pfm" && image.planes.is_empty()) {
-    bytes = pfm_bytes(image);
+  const auto failed = [&] {
+    return Status::resource_exhausted("cannot write " + path + ": " + std::strerror(errno));
+  };
+  const bool is_pfm = suffix == ".pfm" && image.planes.is_empty();
+  auto plugin = is_pfm ? Result<ImagePlugin>(ImagePlugin{}) : image_plugin();
+  if (!plugin.is_ok()) return plugin.status();
+  auto channels = file_channels(image, suffix, options.is_half_exr, options.display);
+  if (!channels.is_ok())
+    return Status(channels.status().code(), path + ": " + channels.status().message());
+
+  const std::filesystem::path target(path);
+  const std::filesystem::path folder = target.parent_path().empty() ? "." : target.parent_path();
+  TemporaryFile file(
+      (folder / ("." + target.filename().string() + ".part-" + std::to_string(::getpid())))
+          .string());
+  if (!file.is_open()) return failed();
+  if (is_pfm) {
+    if (!write_pfm(image, file)) return failed();
   } else {
-    TESSERA_RETURN_IF_ERROR(encode_by_plugin(image, path, suffix, options, bytes));
+    TESSERA_RETURN_IF_ERROR(write_by_plugin(image, path, *channels, *plugin, options, file));
   }
-  return store(bytes, path);
+  if (!file.sync_and_close() || !file.rename_to(path)) return failed();
+  if (const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+      directory >= 0) {
+    ::fsync(directory);  // a file system that cannot sync the name is no failure
+    ::close(directory);
+  }
+  return Status::ok();
 }
 
 }  // namespace tessera::master

@@ -17,14 +17,13 @@ struct PluginChannel {
   const char* name;
   PluginPixels type;
 };
-// Pixels in rows from the top; the channels of a pixel lie side by side, packed, each in its own
+// Rows of pixels from the top; the channels of a pixel lie side by side, packed, each in its own
 // type. The first three are R, G, B; a fourth that is named A is alpha: colour is then
 // premultiplied where it is half or float, and not where it is uint8.
-struct PluginPixelRows {
-  int width = 0, height = 0;
+struct PluginRows {
+  int width = 0, height = 0;  // of the picture
   const PluginChannel* channels = nullptr;
   std::size_t channel_count = 0;
-  const void* pixels = nullptr;
 };
 
 // An attribute that a picture file has. Strings live as long as the call.
@@ -33,18 +32,25 @@ struct PluginAttribute {
   const char* value;
 };
 
-struct PluginBuffer {
-  unsigned char* data = nullptr;  // malloc; freed by the caller
-  std::size_t size = 0;
-};
+// A picture that is being written to a file.
+struct PluginFile;
 
 extern "C" {
-// Encodes `rows` as a file of the type that `file_name` ends in (exr, png, jpg, hdr), with the
-// attributes that this type can hold. Requires: the type can hold the channels. Returns: 0, or 1
-// with a line in `error`.
-using EncodeImageFunction = int (*)(const char* file_name, const PluginPixelRows* rows,
-                                    const PluginAttribute* attributes, std::size_t attribute_count,
-                                    PluginBuffer* out, char* error, std::size_t error_bytes);
+// Begins a file of the type that `file_name` ends in (exr, png, jpg, hdr), with the attributes that
+// this type can hold, and writes it to `descriptor`, which stays the caller's and is empty. All
+// rows follow, in order, then the end. Requires: the type can hold the channels. Returns: null with
+// a line in `error`.
+using BeginImageFunction = PluginFile* (*)(const char* file_name, int descriptor,
+                                           const PluginRows* rows,
+                                           const PluginAttribute* attributes,
+                                           std::size_t attribute_count, char* error,
+                                           std::size_t error_bytes);
+// Returns, as the end does: 0, or 1 with a line in `error`: why the system did not take the bytes,
+// where that is the reason.
+using WriteRowsFunction = int (*)(PluginFile*, int first_row, int row_count, const void* pixels,
+                                  char* error, std::size_t error_bytes);
+// Completes the file where all rows were written; in any case PluginFile is gone afterwards.
+using EndImageFunction = int (*)(PluginFile*, char* error, std::size_t error_bytes);
 // Decodes a file to float RGB and makes it linear by the encoding that the file states, else as
 // sRGB for integers and as linear for floats; is_display: 0 where the file was linear. Text
 // attributes go to `attributes`, "name=value" each ended by a 0, and a 0 behind the last; `rgb` and
@@ -72,7 +78,9 @@ using ReadPictureFunction = int (*)(PluginPicture*, PluginTexels type, int chann
                                     char* error, std::size_t error_bytes);
 using ClosePictureFunction = void (*)(PluginPicture*);
 }
-inline constexpr const char* kEncodeImageName = "tessera_encode_image";
+inline constexpr const char* kBeginImageName = "tessera_begin_image";
+inline constexpr const char* kWriteRowsName = "tessera_write_rows";
+inline constexpr const char* kEndImageName = "tessera_end_image";
 inline constexpr const char* kReadImageName = "tessera_read_image";
 inline constexpr const char* kOpenPictureName = "tessera_open_picture";
 inline constexpr const char* kReadPictureName = "tessera_read_picture";

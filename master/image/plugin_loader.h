@@ -9,7 +9,9 @@
 namespace tessera::master {
 
 struct ImagePlugin {
-  EncodeImageFunction encode = nullptr;
+  BeginImageFunction begin_image = nullptr;
+  WriteRowsFunction write_rows = nullptr;
+  EndImageFunction end_image = nullptr;
   ReadImageFunction read = nullptr;
   OpenPictureFunction open_picture = nullptr;
   ReadPictureFunction read_picture = nullptr;

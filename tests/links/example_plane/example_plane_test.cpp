@@ -62,12 +62,12 @@ TEST(ExamplePlane, IsCodedAveragedAndWrittenLikeAnyOther) {
   mean.add(*image);
   mean.add(*image);
   EXPECT_EQ(mean.image().plane_values(facing), image->plane_values(facing));
-  const auto file = master::file_channels(*image, ".exr", false, {});
+  auto file = master::file_channels(*image, ".exr", false, {});
   ASSERT_TRUE(file.is_ok());
-  ASSERT_EQ(file->channels.size(), 4u);
-  EXPECT_STREQ(file->channels[3].name, "facing");
+  ASSERT_EQ(file->channels().size(), 4u);
+  EXPECT_STREQ(file->channels()[3].name, "facing");
   float middle = 0;
-  std::memcpy(&middle, file->pixels.data() + (65 * 32 + 32) * 16 + 12, sizeof(middle));
+  std::memcpy(&middle, file->rows(32, 1).data() + 32 * 16 + 12, sizeof(middle));
   EXPECT_EQ(middle, image->plane_values(facing)[65 * 32 + 32]);
   EXPECT_FALSE(master::file_channels(*image, ".png", false, {}).is_ok());
 }

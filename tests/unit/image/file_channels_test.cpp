@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "master/image/image_file.h"
@@ -36,20 +37,37 @@ FrameImage picture(PlaneSet planes, PixelFormat format = PixelFormat::kFloat) {
   return image;
 }
 
-std::vector<std::string> names(const FileChannels& file) {
+// All rows of a picture as its file holds them, put together of bands of `band_rows` rows.
+struct Packed {
+  std::vector<PluginChannel> channels;
+  std::vector<std::byte> pixels;
+};
+Result<Packed> packed(const FrameImage& image, const std::string& suffix, bool is_half_exr = false,
+                      int band_rows = 1) {
+  auto file = file_channels(image, suffix, is_half_exr, {});
+  if (!file.is_ok()) return file.status();
+  Packed all{file->channels(), {}};
+  for (int row = 0; row < image.height_px; row += band_rows) {
+    const auto rows = file->rows(row, std::min(band_rows, image.height_px - row));
+    all.pixels.insert(all.pixels.end(), rows.begin(), rows.end());
+  }
+  return all;
+}
+
+std::vector<std::string> names(const Packed& file) {
   std::vector<std::string> all;
   for (const PluginChannel& channel : file.channels) all.emplace_back(channel.name);
   return all;
 }
 
-float float_at(const FileChannels& file, std::size_t byte) {
+float float_at(const Packed& file, std::size_t byte) {
   float value = 0;
   std::memcpy(&value, file.pixels.data() + byte, sizeof(value));
   return value;
 }
 
 TEST(FileChannels, WithoutPlanesAFileHasColourAlone) {
-  const auto file = file_channels(picture({}), ".exr", false, {});
+  const auto file = packed(picture({}), ".exr");
   ASSERT_TRUE(file.is_ok());
   EXPECT_EQ(names(*file), (std::vector<std::string>{"R", "G", "B"}));
   const FrameImage image = picture({});
@@ -59,7 +77,7 @@ TEST(FileChannels, WithoutPlanesAFileHasColourAlone) {
 
 TEST(FileChannels, AnExrHasAllUnderTheirUsualNames) {
   const FrameImage image = picture(PlaneSet::all());
-  const auto file = file_channels(image, ".exr", false, {});
+  const auto file = packed(image, ".exr");
   ASSERT_TRUE(file.is_ok());
   EXPECT_EQ(names(*file), (std::vector<std::string>{
                               "R", "G", "B", "A", "albedo.R", "albedo.G", "albedo.B", "N.X", "N.Y",
@@ -75,7 +93,7 @@ TEST(FileChannels, AnExrHasAllUnderTheirUsualNames) {
 
 TEST(FileChannels, ColourMayBeHalfAndPlanesStayFloat) {
   const FrameImage image = picture({Plane::kDepth}, PixelFormat::kHalf);
-  const auto file = file_channels(image, ".exr", true, {});
+  const auto file = packed(image, ".exr", true);
   ASSERT_TRUE(file.is_ok());
   EXPECT_EQ(file->channels[0].type, PluginPixels::kHalf);
   EXPECT_EQ(file->channels[3].type, PluginPixels::kFloat);
@@ -88,7 +106,7 @@ TEST(FileChannels, ColourMayBeHalfAndPlanesStayFloat) {
 
 // Colour that covers a pixel in part has the code of the same light that covers it whole.
 TEST(FileChannels, APngHasAlphaThatIsNotMultipliedIn) {
-  const auto file = file_channels(picture({Plane::kAlpha}), ".png", false, {});
+  const auto file = packed(picture({Plane::kAlpha}), ".png");
   ASSERT_TRUE(file.is_ok());
   ASSERT_EQ(file->pixels.size(), kPixels * 4);
   const auto code = [&](std::size_t pixel, std::size_t c) {
@@ -100,6 +118,15 @@ TEST(FileChannels, APngHasAlphaThatIsNotMultipliedIn) {
     for (std::size_t c = 0; c < 3; ++c) EXPECT_EQ(code(pixel, c), pixel == 2 ? 0 : code(0, c));
   }
   EXPECT_EQ(code(0, 0), 231) << "sRGB of 0.8";
+}
+
+TEST(FileChannels, BandsOfAnyHeightAreTheSamePixels) {
+  for (const char* suffix : {".exr", ".png"}) {
+    const FrameImage image = picture({Plane::kAlpha});
+    const auto by_rows = packed(image, suffix, false, 1), whole = packed(image, suffix, false, 2);
+    ASSERT_TRUE(by_rows.is_ok() && whole.is_ok());
+    EXPECT_EQ(by_rows->pixels, whole->pixels) << suffix;
+  }
 }
 
 TEST(FileChannels, WhatAFileCannotHoldIsRefused) {
