@@ -13,11 +13,11 @@
 #include <string>
 
 #include "common/base/isa.h"
+#include "common/base/memory_room.h"
 #include "common/base/status.h"
 #include "common/net/event_loop.h"
 #include "slave/core/scene/prepared_scene.h"
 #include "slave/link_factory.h"
-#include "slave/memory_room.h"
 #include "slave/relay_access.h"
 #include "slave/test_hooks.h"
 #include "slave/workshop.h"

@@ -69,18 +69,20 @@ void SceneReceiver::tell_kept(Actions& actions) const {
   }
 }
 
-// The estimate counts lacking blocks twice, as bytes, for deltas and relays, and decoded; and then
-// the index.
+// For a slave the estimate counts lacking blocks twice, as bytes, for deltas and relays, and decoded;
+// and then the index.
 bool SceneReceiver::refuse_head(const SceneNeed& need, Actions& actions) {
   const SceneAnnounce& a = head_->announce;
-  std::uint64_t bytes = a.index_bytes;
-  for (const std::uint32_t block : need.blocks) bytes += 2 * a.sizes[block];
+  const bool is_built = use_ == Use::kBuilt;
+  std::uint64_t bytes = is_built ? a.index_bytes : 0;
+  for (const std::uint32_t block : need.blocks) bytes += (is_built ? 2 : 1) * a.sizes[block];
   const std::optional<std::uint64_t> room = room_ ? room_(bytes) : std::nullopt;
   if (!room || bytes <= *room) return false;
-  actions.failed.push_back(
-      {a.version,
-       "the scene needs " + mib_text(bytes) + " of memory here, " + mib_text(*room) + " are free",
-       bytes, *room});
+  actions.failed.push_back({a.version,
+                            "the scene needs " + mib_text(bytes) + " of memory " +
+                                (is_built ? "here, " : "in the master, ") + mib_text(*room) +
+                                " are free",
+                            bytes, *room});
   head_.reset();
   return true;
 }

@@ -66,7 +66,10 @@ class SceneReceiver {
   // Returns: how many bytes may be taken now, where `needed_bytes` are needed; nothing: no limit is
   // known. It is called once for each announcement.
   using Room = std::function<std::optional<std::uint64_t>(std::uint64_t needed_bytes)>;
-  explicit SceneReceiver(Room room = nullptr) : room_(std::move(room)) {}
+  // A slave builds what it receives; a master keeps the blocks as they are.
+  enum class Use { kBuilt, kKept };
+  explicit SceneReceiver(Room room = nullptr, Use use = Use::kBuilt)
+      : room_(std::move(room)), use_(use) {}
 
   // Returns: kDataLoss or kResourceExhausted when the sender broke the protocol.
   Status announce(SceneAnnounce announce, Actions& actions);
@@ -115,6 +118,7 @@ class SceneReceiver {
   bool is_past(SceneVersion version) const;
 
   Room room_;
+  Use use_;
   std::deque<SceneAnnounce> waiting_;
   std::unique_ptr<Head> head_;
   SceneVersion newest_announced_ = 0;

@@ -24,8 +24,9 @@ struct MasterMetrics {
   metrics::Counter slaves_joined, slaves_lost;
   metrics::Counter reconnects;  // joined under a name that was here before
   metrics::Counter scene_bytes_sent;
-  metrics::Histogram frame_seconds{metrics::kSecondsBounds};  // first lease to last result
-  metrics::Histogram tile_seconds{metrics::kSecondsBounds};   // rendering alone
+  metrics::Histogram frame_seconds{metrics::kSecondsBounds};     // first lease to last result
+  metrics::Histogram loop_gap_seconds{metrics::kSecondsBounds};  // as LoopGap says
+  metrics::Histogram tile_seconds{metrics::kSecondsBounds};      // rendering alone
 };
 
 MasterMetrics& master_metrics();

@@ -114,6 +114,12 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->check(number_in(0, 100))
       ->capture_default_str()
       ->type_name("P");
+  app.add_option(
+         "--memory", o.session.memory_mib,
+         "most memory to take, in MiB (default: what the machine and its container allow);\n"
+         "what does not fit is refused")
+      ->check(whole_in(std::uint64_t{0}, std::uint64_t{1} << 24))
+      ->type_name("MIB");
   app.add_option("--frames-in-flight", o.session.frames_in_flight, "1 or 2")
       ->check(whole_in(1, kFramesInFlightMax))
       ->capture_default_str()

@@ -54,7 +54,8 @@ void AppServer::add_application(SessionId session, std::unique_ptr<PeerLink> lin
     if (is_application(session)) pump();
   };
   link->set_callbacks(std::move(callbacks));
-  application_ = std::make_shared<Application>();
+  application_ = std::make_shared<Application>(wire::SceneReceiver(
+      [this](std::uint64_t) { return frames_.free_bytes(); }, wire::SceneReceiver::Use::kKept));
   application_->session = session;
   const net::PeerIdentity& peer = link->connection().peer();
   application_->name = peer.is_authenticated ? peer.name : hello.name;

@@ -15,6 +15,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "common/net/event_loop.h"
 #include "common/wire/scene_receiver.h"
@@ -50,6 +51,8 @@ class AppServer {
     SceneVersion version = 0;
   };
   struct Application {
+    explicit Application(wire::SceneReceiver scenes) : receiver(std::move(scenes)) {}
+
     SessionId session = 0;
     std::string name;
     std::unique_ptr<PeerLink> link;

@@ -6,9 +6,24 @@
 #include <limits>
 #include <new>
 #include <string>
+#include <string_view>
 #include <utility>
 
+#include "common/base/byte_text.h"
+#include "master/schedule/frame_ledger.h"
+
 namespace tessera::master {
+namespace {
+
+constexpr std::string_view kSmallerFrame =
+    "render a smaller one, with fewer planes, or with --pixels half";
+
+}  // namespace
+
+std::string FrameAssembly::refusal(std::uint64_t needed_bytes, std::uint64_t free_bytes) {
+  return "the frame needs " + mib_text(needed_bytes) + " of memory in the master, " +
+         mib_text(free_bytes) + " are free; " + std::string(kSmallerFrame);
+}
 
 FrameAssembly::FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings,
                              FrameDigest digest, bool is_audited)
@@ -29,6 +44,11 @@ FrameAssembly::FrameAssembly(FrameId frame, SceneVersion version, const FrameSet
   image_->tile_edge_px = settings.tile_edge_px;
 }
 
+std::uint64_t FrameAssembly::needed_bytes() const {
+  constexpr std::size_t kTileBytes = FrameLedger::bytes_per_tile() + sizeof(image_->tile_slave[0]);
+  return pixel_count() * layout_.pixel_bytes() + std::uint64_t{grid_.tile_count()} * kTileBytes;
+}
+
 Status FrameAssembly::allocate() {
   const std::size_t bytes = image_->pixel_count() * layout_.pixel_bytes();
   try {
@@ -37,9 +57,8 @@ Status FrameAssembly::allocate() {
     band_missing_.assign(static_cast<std::size_t>(grid_.rows()), grid_.columns());
   } catch (const std::bad_alloc&) {
     return Status::resource_exhausted("the master has no memory for a frame of " +
-                                      std::to_string(bytes >> 20) +
-                                      " MiB; render a smaller one, with fewer planes, or with "
-                                      "--pixels half");
+                                      std::to_string(bytes >> 20) + " MiB; " +
+                                      std::string(kSmallerFrame));
   }
   return Status::ok();
 }
@@ -62,6 +81,7 @@ void FrameAssembly::write_tile(TileIndex tile, std::span<const std::byte> pixels
     write_rows(rect, pixels, before_bytes, bytes);
   });
   image_->tile_slave[tile] = slave_ordinal;
+  written_bytes_ += pixels.size();
   if (is_audited_) return;
   --band_missing_[static_cast<std::size_t>(rect.y_px / settings_.tile_edge_px)];
   hash_whole_bands();

@@ -11,8 +11,10 @@
 // under audit.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <span>
+#include <string>
 
 #include "common/base/clock.h"
 #include "common/frame/frame_image.h"
@@ -27,6 +29,15 @@ class FrameAssembly {
  public:
   FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings,
                 FrameDigest digest, bool is_audited);
+
+  // Memory that the frame takes in all: pixels, and what is kept for each tile.
+  std::uint64_t needed_bytes() const;
+  // Bytes of pixels: what allocate() took, 0 before it, and how many of them were written.
+  std::uint64_t image_bytes() const { return image_->bytes.size(); }
+  std::uint64_t written_bytes() const { return std::min(written_bytes_, image_bytes()); }
+
+  // One line for a frame that does not fit into the master's memory.
+  static std::string refusal(std::uint64_t needed_bytes, std::uint64_t free_bytes);
 
   // Takes memory for the pixels. Call before the first tile. Returns: kResourceExhausted.
   Status allocate();
@@ -66,6 +77,7 @@ class FrameAssembly {
   std::shared_ptr<FrameImage> image_;
   std::vector<int> band_missing_;  // [rows of tiles] tiles not yet written
   std::size_t hashed_bands_ = 0;
+  std::uint64_t written_bytes_ = 0;  // also those that were written again
   FrameDigest digest_;
   const bool is_audited_;
 };

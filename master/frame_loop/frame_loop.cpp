@@ -138,6 +138,7 @@ void FrameLoop::Impl::complete(FrameId id) {
   outcome.frame = id;
   FrameDigest digest = work.assembly.take_digest();
   outcome.image = work.assembly.finish();
+  finished.push_back(outcome.image);
   outcome.stats = stats;
   observer.frame_over(id, stats.scene_version, FrameEndKind::kDone, work.begin(), Clock::now());
   frames.erase(found);
@@ -171,12 +172,18 @@ void FrameLoop::Impl::fail(const Action& action) {
   outcomes.add(std::move(outcome));
 }
 
+SceneVersion FrameLoop::Impl::oldest_version_needed(SceneVersion newest) const {
+  SceneVersion oldest = scheduler.oldest_version_needed(newest);
+  if (admission.is_empty()) return oldest;
+  for (const auto& [id, work] : frames) oldest = std::min(oldest, work.assembly.version());
+  return oldest;
+}
+
 // Scenes go out at once, or with a synchronous transfer when no frame of an older one is open.
 void FrameLoop::Impl::release_scenes() {
   while (!held_scenes.empty()) {
     const auto next = held_scenes.begin();
-    if (options.is_scene_transfer_sync &&
-        scheduler.oldest_version_needed(next->first) < next->first) {
+    if (options.is_scene_transfer_sync && oldest_version_needed(next->first) < next->first) {
       return;
     }
     cluster.commit_scene(next->first, std::move(next->second));
@@ -186,7 +193,7 @@ void FrameLoop::Impl::release_scenes() {
 }
 
 void FrameLoop::Impl::retire() {
-  const SceneVersion first_kept = scheduler.oldest_version_needed(newest_version);
+  const SceneVersion first_kept = oldest_version_needed(newest_version);
   cluster.retire_scenes(first_kept, /*keeps_newest=*/true);
   scheduler.retire_scenes(first_kept);
   scene_costs.retire(first_kept);
@@ -199,10 +206,54 @@ void FrameLoop::Impl::look_at_waiting() {
   scene_costs.look(!frames.empty() && cluster.slave_count() > 0 && !is_any_in_work, Clock::now());
 }
 
+FrameHoldings FrameLoop::Impl::holdings() {
+  FrameHoldings sum;
+  for (const auto& [id, work] : frames) {
+    sum.written += work.assembly.written_bytes();
+    sum.promised += work.assembly.image_bytes() - work.assembly.written_bytes();
+  }
+  std::erase_if(finished, [](const auto& image) { return image.expired(); });
+  for (const auto& image : finished) {
+    if (const auto held = image.lock()) sum.written += held->bytes.size();
+  }
+  return sum;
+}
+
+void FrameLoop::Impl::admit() {
+  using Verdict = FrameAdmission::Verdict;
+  while (const auto decision = admission.next(holdings(), Clock::now())) {
+    const FrameId id = decision->frame;
+    FrameAssembly& assembly = frames.at(id).assembly;
+    Status status;
+    if (decision->verdict == Verdict::kRefused) {
+      status = Status::resource_exhausted(
+          FrameAssembly::refusal(decision->needed_bytes, decision->free_bytes));
+    } else if (decision->verdict == Verdict::kCancelled) {
+      status = Status::cancelled("cancelled");
+    } else {
+      status = assembly.allocate();
+    }
+    if (!status.is_ok()) {
+      perform(
+          scheduler.refuse_frame(id, status.message(), status.code() == StatusCode::kCancelled));
+      continue;
+    }
+    const TileGrid& grid = assembly.grid();
+    perform(scheduler.submit_frame(id, assembly.version(), tile_order(grid.columns(), grid.rows()),
+                                   Clock::now()));
+    start_when_ready();
+    look_at_waiting();
+  }
+}
+
 FrameLoop::FrameLoop(net::EventLoop& io, const FrameLoopOptions& options)
     : impl_(std::make_unique<Impl>(*this, io, options)) {}
 
 FrameLoop::~FrameLoop() { shutdown(); }
+
+std::optional<std::uint64_t> FrameLoop::free_bytes() const {
+  return impl_->admission.free_bytes(impl_->holdings());
+}
 
 void FrameLoop::accept(net::ConnectionPtr connection, net::Listener* listener) {
   if (!impl_->is_over) impl_->reception.receive(std::move(connection), listener);
@@ -230,18 +281,14 @@ void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings&
       frame, frame, version, settings, FrameDigest(impl_->io, impl_->options.hasher),
       impl_->options.audit_share > 0);
   if (!is_new) return;
-  if (const Status status = work->second.assembly.allocate(); !status.is_ok()) {
-    return impl_->perform(impl_->scheduler.refuse_frame(frame, status.message()));
-  }
+  // Now, and not when there is memory: scenes that nobody needs are replaced by newer ones.
   impl_->cluster.need_scene(version);
-  const TileGrid& grid = work->second.assembly.grid();
-  impl_->perform(impl_->scheduler.submit_frame(
-      frame, version, tile_order(grid.columns(), grid.rows()), Clock::now()));
-  impl_->start_when_ready();
-  impl_->look_at_waiting();
+  impl_->admission.add(frame, work->second.assembly.needed_bytes(), Clock::now());
+  impl_->admit();
 }
 
 void FrameLoop::cancel(FrameId frame) {
+  if (impl_->admission.cancel(frame)) return impl_->admit();
   impl_->perform(impl_->scheduler.cancel_frame(frame, Clock::now()));
 }
 

@@ -22,6 +22,7 @@
 #include "common/net/event_loop.h"
 #include "common/net/listener.h"
 #include "common/scene/scene_codec.h"
+#include "master/frame_loop/frame_admission.h"
 #include "master/frame_loop/frame_orders.h"
 
 namespace tessera::master {
@@ -41,6 +42,7 @@ struct FrameLoopOptions {
   bool is_pixel_coding = true;          // slaves may code pixels where their link is slow
   bool is_faulty_frame_failed = false;  // else NaN, infinite, negative pixels get the error colour
   bool serves_applications = false;     // accept role app (serve); else such peers are refused
+  FrameAdmission::Room memory = {};     // what this process may take; null: no limit is known
   net::EventLoop* hasher = nullptr;     // computes frames' digests; null: the loop itself, at once
 };
 
@@ -60,6 +62,7 @@ class FrameLoop final : public FrameOrders {
   void cancel_all() override;
   void free_scenes() override;
   ClusterStatus status() const override;
+  std::optional<std::uint64_t> free_bytes() const override;
 
   ClusterStatus counts() const;  // without pace, for callers that look after every event
   Observer& observer();          // accounts, metrics, traces

@@ -7,15 +7,20 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <set>
+#include <vector>
 
 #include "common/base/clock.h"
 #include "common/net/event_loop.h"
 #include "master/cluster/cluster.h"
+#include "master/cluster/master_metrics.h"
 #include "master/cluster/reception.h"
 #include "master/frame_loop/app_server.h"
+#include "master/frame_loop/frame_admission.h"
 #include "master/frame_loop/frame_loop.h"
 #include "master/frame_loop/frame_work.h"
+#include "master/frame_loop/loop_gap.h"
 #include "master/frame_loop/observer.h"
 #include "master/frame_loop/outcome_line.h"
 #include "master/frame_loop/scene_costs.h"
@@ -37,6 +42,9 @@ struct FrameLoop::Impl {
   Reception reception;
   net::Timer tick;
   std::map<FrameId, FrameWork> frames;
+  FrameAdmission admission;
+  std::vector<std::weak_ptr<const FrameImage>> finished;  // those that somebody may still hold
+  LoopGap loop_gap{kTick};
   Actions spare_actions;  // empty; its memory serves the next result
   TileSize tile_size;
   SceneCosts scene_costs;
@@ -55,8 +63,11 @@ struct FrameLoop::Impl {
         observer(cluster),
         apps(io_thread, loop),
         reception(io_thread, reception_callbacks()),
-        tick(io_thread) {
+        tick(io_thread),
+        admission(o.memory) {
     tick.start_repeating(kTick, [this] {
+      master_metrics().loop_gap_seconds.observe(seconds(loop_gap.tick(Clock::now())));
+      if (!admission.is_empty()) admit();
       if (scheduler.has_open_frames()) perform(scheduler.tick(Clock::now()));
       observer.tick(Clock::now());
     });
@@ -66,6 +77,9 @@ struct FrameLoop::Impl {
   Reception::Callbacks reception_callbacks();
   void start_when_ready();
   void perform(const Actions& actions);
+  FrameHoldings holdings();
+  // Lets frames go on that memory is there for, and refuses those that it never is for.
+  void admit();
   void begin_frame(const Action& action);
   bool is_forgiven(SessionId session, ResultVerdict verdict);
   void on_result(SessionId session, wire::TileResult result);
@@ -74,6 +88,8 @@ struct FrameLoop::Impl {
   void complete(FrameId frame);
   void fail(const Action& action);
   void retire();
+  // The frames that wait for memory count, which the scheduler does not know yet.
+  SceneVersion oldest_version_needed(SceneVersion newest) const;
   void release_scenes();
   // Notes whether frames wait for a scene now; called whenever that may have changed.
   void look_at_waiting();

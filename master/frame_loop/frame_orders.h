@@ -5,8 +5,10 @@
 // Threads. Net thread only; callbacks run there too.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "common/base/ids.h"
 #include "common/base/status.h"
@@ -37,6 +39,8 @@ class FrameOrders {
   virtual void cancel_all() = 0;
   virtual void free_scenes() = 0;
   virtual ClusterStatus status() const = 0;
+  // Memory that scenes may take now; nothing where no limit is known.
+  virtual std::optional<std::uint64_t> free_bytes() const = 0;
 };
 
 }  // namespace tessera::master

@@ -77,6 +77,9 @@ void add_cluster(Exposition& page, const ClusterStatus& status, const MasterMetr
                cells.expulsions.value());
   page.gauge("tessera_quarantined_slaves", "Slaves that are held back for what they did.",
              static_cast<double>(status.quarantined.size()));
+  page.family("tessera_net_loop_gap_seconds", Kind::kHistogram,
+              "How late a task of the network thread came that is due every 10 ms.")
+      .histogram(cells.loop_gap_seconds);
   page.counter("tessera_scene_bytes_sent_total", "Bytes of scene blocks sent to slaves.",
                cells.scene_bytes_sent.value());
 }

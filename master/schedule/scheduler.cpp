@@ -174,10 +174,12 @@ Actions Scheduler::fail_frame(FrameId id, std::string reason, TimePoint now) {
   return actions;
 }
 
-Actions Scheduler::refuse_frame(FrameId frame, std::string reason) {
+Actions Scheduler::refuse_frame(FrameId frame, std::string reason, bool is_cancelled) {
   TESSERA_CHECK_GE(frame, next_frame_);
   next_frame_ = frame + 1;
-  frames_.push_back({frame, FrameState::kFailed, std::move(reason), FrameLedger(0, {0}), {}, {}});
+  const FrameState state = is_cancelled ? FrameState::kCancelled : FrameState::kFailed;
+  frames_.push_back(
+      {frame, state, std::move(reason), FrameLedger(0, {0}), {}, {}, /*is_final=*/!is_cancelled});
   Actions actions;
   deliver(actions);
   return actions;

@@ -101,8 +101,9 @@ class Scheduler {
                        TimePoint now);
   Actions cancel_frame(FrameId frame, TimePoint now);
   Actions fail_frame(FrameId frame, std::string reason, TimePoint now);
-  // Takes a frame that cannot be begun; it fails in its turn. Requires: as submit_frame().
-  Actions refuse_frame(FrameId frame, std::string reason);
+  // Takes a frame that cannot be begun, or was cancelled before it could be; it fails in its turn,
+  // and is not worth another try. Requires: as submit_frame().
+  Actions refuse_frame(FrameId frame, std::string reason, bool is_cancelled = false);
   // No frame needs older versions any more, and none will.
   void retire_scenes(SceneVersion first_kept);
 

@@ -10,6 +10,7 @@
 #include "common/base/cpu_count.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
+#include "common/base/memory_room.h"
 #include "common/metrics/exposition.h"
 #include "common/net/connector.h"
 #include "common/net/local_pair.h"
@@ -68,6 +69,10 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
   loop_options.is_relaying = options.is_relaying;
   loop_options.is_pixel_coding = options.is_pixel_coding;
   loop_options.serves_applications = serves_applications;
+  loop_options.memory = [cap_bytes = options.memory_mib << 20]() -> std::optional<std::uint64_t> {
+    const std::optional<MemoryRoom> room = memory_room(cap_bytes);
+    return room ? std::optional(room->free_bytes) : std::nullopt;
+  };
   loop_options.hasher = &host->hasher_;
   host->io_.run_and_wait(
       [&] { host->frame_loop_ = std::make_unique<FrameLoop>(host->io_, loop_options); });

@@ -44,6 +44,8 @@ struct SessionOptions {
   bool is_static = false;               // --schedule static: fixed tiles for each slave
   bool is_scene_transfer_sync = false;  // --scene-transfer sync: only while no frame is in work
   double audit_percent = 0;             // tiles rendered by two slaves and compared
+  // Most memory that frames and scenes may take the process to; 0: what the machine allows.
+  std::uint64_t memory_mib = 0;
   // The rest is of a master inside this process.
   std::string metrics;       // HOST:PORT of a page of metrics, loopback; empty: none
   std::string trace_path;    // a trace is written there; empty: none

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "slave/memory_room.h"
+#include "common/base/memory_room.h"
 
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
 
-namespace tessera::slave {
+namespace tessera {
 namespace {
 
 constexpr std::uint64_t kKib = 1024;
@@ -56,4 +56,4 @@ std::optional<MemoryRoom> memory_room(std::uint64_t cap_bytes) {
                      cap_bytes);
 }
 
-}  // namespace tessera::slave
+}  // namespace tessera

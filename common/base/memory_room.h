@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much memory a slave may take: what the machine has, what its container or unit allows
+// How much memory a process may take: what the machine has, what its container or unit allows
 // (control groups, both versions), and what the person said with --memory.
 //
 // Threads. Any. The texts of the kernel's files are read afresh with each call.
@@ -11,7 +11,7 @@
 
 #include "common/base/cgroup.h"
 
-namespace tessera::slave {
+namespace tessera {
 
 // limit_bytes: in all; free_bytes: what can be had now, without what others use.
 struct MemoryRoom {
@@ -32,4 +32,4 @@ std::optional<MemoryRoom> memory_room(const MemoryTexts& texts,
 // The room of this process. `cap_bytes` 0: no cap.
 std::optional<MemoryRoom> memory_room(std::uint64_t cap_bytes);
 
-}  // namespace tessera::slave
+}  // namespace tessera

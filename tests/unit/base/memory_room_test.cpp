@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the kernel's files say about memory, as texts.
-#include "slave/memory_room.h"
+#include "common/base/memory_room.h"
 
 #include <gtest/gtest.h>
 
-namespace tessera::slave {
+namespace tessera {
 namespace {
 
 constexpr std::uint64_t kMib = std::uint64_t{1} << 20;
@@ -42,4 +42,4 @@ TEST(MemoryRoom, OfAPerson) {
 }
 
 }  // namespace
-}  // namespace tessera::slave
+}  // namespace tessera
