@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/net/http_page.h"
 
-#include <set>
+#include <algorithm>
+#include <list>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -19,7 +21,47 @@ struct Answer {
   std::string body;
 };
 
-// `head`: the request up to its empty line. Its first line alone matters.
+bool is_alike(std::string_view a, std::string_view b) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [&](char x, char y) { return lower(x) == lower(y); });
+}
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t");
+  if (begin == text.npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+// Whether this machine calls itself so: localhost or a loopback address, with or without a port.
+bool is_loopback_name(std::string_view host) {
+  if (host.starts_with('[')) {
+    const std::size_t end = host.find(']');
+    return end != host.npos && host.substr(1, end - 1) == "::1" &&
+           (end + 1 == host.size() || host[end + 1] == ':');
+  }
+  host = host.substr(0, host.find(':'));
+  if (is_alike(host, "localhost")) return true;
+  asio::error_code error;
+  const auto address = asio::ip::make_address_v4(std::string(host), error);
+  return !error && address.is_loopback();
+}
+
+// A page of the web that a browser here shows may ask for this one under a name of its own, which
+// leads to this address; what such a browser sends as Host is that name. Programs of HTTP/1.0 may
+// send none.
+bool is_host_ours(std::string_view head) {
+  for (std::size_t end = head.find('\n'); end != head.npos; end = head.find('\n')) {
+    head.remove_prefix(end + 1);
+    const std::string_view line = head.substr(0, head.find('\n'));
+    const std::size_t colon = line.find(':');
+    if (colon == line.npos || !is_alike(trimmed(line.substr(0, colon)), "host")) continue;
+    if (!is_loopback_name(trimmed(line.substr(colon + 1)))) return false;
+  }
+  return true;
+}
+
+// `head`: the request up to its empty line. Its first line and its Host matter.
 Answer answer_to(std::string_view head, const HttpPage::Content& content) {
   const std::string_view line = head.substr(0, head.find_first_of("\r\n"));
   const std::size_t method_end = line.find(' ');
@@ -30,6 +72,8 @@ Answer answer_to(std::string_view head, const HttpPage::Content& content) {
   const std::string_view method = line.substr(0, method_end);
   std::string_view path = line.substr(method_end + 1, target_end - method_end - 1);
   path = path.substr(0, path.find('?'));
+  if (!is_host_ours(head))
+    return {"403 Forbidden", "text/plain", "this page is asked for by the name localhost\n"};
   if (method != "GET" && method != "HEAD")
     return {"405 Method Not Allowed", "text/plain", "GET is all there is\n"};
   if (path != content.path)
@@ -54,10 +98,12 @@ class Server : public std::enable_shared_from_this<Server> {
     Tcp::socket socket;
     asio::steady_timer deadline;
     std::string request, answer;
+    bool is_answered = false;
   };
   using ExchangePtr = std::shared_ptr<Exchange>;
 
   void begin(Tcp::socket socket);
+  bool make_room();
   void answer(const ExchangePtr& exchange);
   // Takes its argument by value: a reference into exchanges_ would not outlive the erasure.
   void end(ExchangePtr exchange);
@@ -66,7 +112,7 @@ class Server : public std::enable_shared_from_this<Server> {
   const HttpPage::Content content_;
   Tcp::acceptor acceptor_;
   std::uint16_t port_ = 0;
-  std::set<ExchangePtr> exchanges_;
+  std::list<ExchangePtr> exchanges_;  // the oldest first
   bool is_closed_ = false;
 };
 
@@ -119,9 +165,9 @@ void Server::accept_next() {
 }
 
 void Server::begin(Tcp::socket socket) {
-  if (exchanges_.size() >= HttpPage::kConnectionsMax) return;  // closed with the socket
+  if (!make_room()) return;  // closed with the socket
   auto exchange = std::make_shared<Exchange>(std::move(socket));
-  exchanges_.insert(exchange);
+  exchanges_.push_back(exchange);
   exchange->deadline.expires_after(HttpPage::kDeadline);
   exchange->deadline.async_wait(
       [self = shared_from_this(), exchange](const asio::error_code& error) {
@@ -136,7 +182,19 @@ void Server::begin(Tcp::socket socket) {
       });
 }
 
+// Where all places are taken, the one that has said nothing whole for the longest goes first: who
+// connects and is silent keeps nobody out. Returns: false when all are being answered.
+bool Server::make_room() {
+  if (exchanges_.size() < HttpPage::kConnectionsMax) return true;
+  const auto idle = std::find_if(exchanges_.begin(), exchanges_.end(),
+                                 [](const ExchangePtr& e) { return !e->is_answered; });
+  if (idle == exchanges_.end()) return false;
+  end(*idle);
+  return true;
+}
+
 void Server::answer(const ExchangePtr& exchange) {
+  exchange->is_answered = true;
   const Answer answer = answer_to(exchange->request, content_);
   exchange->answer = std::string("HTTP/1.0 ") + answer.status + "\r\nContent-Type: " + answer.type +
                      "\r\nContent-Length: " + std::to_string(answer.body.size()) +
@@ -149,7 +207,7 @@ void Server::answer(const ExchangePtr& exchange) {
 }
 
 void Server::end(ExchangePtr exchange) {
-  if (exchanges_.erase(exchange) == 0) return;
+  if (exchanges_.remove(exchange) == 0) return;
   asio::error_code ignored;
   exchange->deadline.cancel();
   exchange->socket.shutdown(Tcp::socket::shutdown_both, ignored);

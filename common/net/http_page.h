@@ -7,7 +7,8 @@
 //
 // Invariants. (1) Loopback only: nothing listens beyond it without keys, and this page has none.
 // (2) At most kConnectionsMax connections are open at once, each with kRequestBytesMax and
-// kDeadline; further ones are closed without an answer.
+// kDeadline. For a further one the oldest that has not asked yet is closed. (3) Who asks for a host
+// that is not loopback gets 403: a page of the web that leads a browser here by a name of its own.
 #pragma once
 
 #include <chrono>

@@ -55,7 +55,7 @@ class HttpPageTest : public ::testing::Test {
 };
 
 TEST_F(HttpPageTest, GivesTheNewestPage) {
-  EXPECT_EQ(ask("GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n"),
+  EXPECT_EQ(ask("GET /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n"),
             "HTTP/1.0 200 OK\r\nContent-Type: text/plain; version=0.0.4\r\nContent-Length: 7\r\n"
             "Connection: close\r\n\r\npage 1\n");
   EXPECT_TRUE(ask("GET /metrics?x=1 HTTP/1.0\r\n\r\n").ends_with("page 2\n"));
@@ -84,14 +84,33 @@ TEST_F(HttpPageTest, ClosesOnAnEndlessRequest) {
   EXPECT_TRUE(ask("GET /metrics HTTP/1.0\r\n\r\n").ends_with("page 1\n"));
 }
 
-TEST_F(HttpPageTest, KeepsFewAtOnceAndServesAgainWhenTheyAreGone) {
+TEST_F(HttpPageTest, IdleOnesKeepNobodyOutAndTheOldestGoesFirst) {
   std::vector<std::unique_ptr<asio::ip::tcp::socket>> idle;
   for (std::size_t i = 0; i < HttpPage::kConnectionsMax; ++i) idle.push_back(connect());
-  EXPECT_EQ(ask("GET /metrics HTTP/1.0\r\n\r\n"), "");
-  idle.clear();
-  std::string answer;
-  for (int i = 0; i < 1000 && answer.empty(); ++i) answer = ask("GET /metrics HTTP/1.0\r\n\r\n");
-  EXPECT_TRUE(answer.ends_with("page 1\n"));
+  asio::write(*idle[1], asio::buffer(std::string("GET /metr")));
+  EXPECT_TRUE(ask("GET /metrics HTTP/1.0\r\n\r\n").ends_with("page 1\n"));
+  EXPECT_EQ(rest_of(*idle[0]), "") << "closed";
+  asio::write(*idle[1], asio::buffer(std::string("ics HTTP/1.0\r\n\r\n")));
+  EXPECT_TRUE(rest_of(*idle[1]).ends_with("page 2\n"));
+  for (int i = 0; i < 100; ++i) idle.push_back(connect());
+  EXPECT_TRUE(ask("GET /metrics HTTP/1.0\r\n\r\n").ends_with("page 3\n"));
+}
+
+TEST_F(HttpPageTest, AnswersOnlyForThisMachinesNames) {
+  const auto asked_for = [this](const std::string& host) {
+    return ask("GET /metrics HTTP/1.1\r\nAccept: */*\r\n" + host + "\r\n\r\n");
+  };
+  for (const char* host :
+       {"Host: localhost", "host:LocalHost:7401", "HOST:  127.0.0.1:7401 ", "Host: 127.9.9.9",
+        "Host: [::1]", "Host: [::1]:80", "X-Host: evil.example"})
+    EXPECT_TRUE(asked_for(host).starts_with("HTTP/1.0 200")) << host;
+  const int written = written_;
+  for (const char* host :
+       {"Host: evil.example", "Host: evil.example:7401", "Host: localhost.evil.example",
+        "Host:", "Host: 10.0.0.1", "Host: 127.0.0.1.evil.example", "Host: [::2]", "Host: [::1",
+        "Host: [::1]x", "Host: localhost\r\nHost: evil.example", "Host : evil.example"})
+    EXPECT_TRUE(asked_for(host).starts_with("HTTP/1.0 403")) << host;
+  EXPECT_EQ(written_, written);
 }
 
 TEST_F(HttpPageTest, ListensOnLoopbackAlone) {
