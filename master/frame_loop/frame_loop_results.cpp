@@ -7,6 +7,7 @@
 #include "common/frame/faulty_pixels.h"
 #include "common/wire/pixel_coding.h"
 #include "master/frame_loop/frame_loop_impl.h"
+#include "master/frame_loop/possible_figures.h"
 
 namespace tessera::master {
 namespace {
@@ -35,6 +36,10 @@ void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
       return cluster.expel(session, "a tile result of the wrong size");
     }
   }
+  const TimePoint now = Clock::now();
+  cut_to_possible(
+      seconds(observer.since_lease(session, result.frame, {result.tile, result.attempt}, now)),
+      seconds(now - started), cluster.threads_of(session), result);
   Actions actions = std::exchange(spare_actions, {});
   actions.clear();
   TileReport report{
@@ -45,8 +50,8 @@ void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
       count_faulty_pixels(found->second.assembly.colour_of(result.tile, result.pixels),
                           found->second.assembly.layout().format()) > 0;
   if (options.audit_share > 0) report.pixels = short_digest(result.pixels);
-  const ResultVerdict verdict = scheduler.result(session, report, Clock::now(), actions);
-  observer.answered(session, result, verdict, actions, Clock::now());
+  const ResultVerdict verdict = scheduler.result(session, report, now, actions);
+  observer.answered(session, result, verdict, actions, now);
   if (!is_forgiven(session, verdict))
     return cluster.expel(session, std::string("a tile result ") + verdict_text(verdict));
   cluster.add_busy_time(session, result.seconds);

@@ -19,7 +19,7 @@ void Observer::slave_lost(SessionId session) {
 }
 
 void Observer::leased(SessionId session, FrameId frame, const TileAssignment& tile, TimePoint now) {
-  accounts_.leased(session, frame, tile);
+  accounts_.leased(session, frame, tile, now);
   // An earlier action of the same list may have expelled the slave.
   if (cluster_.threads_of(session) == 0) return accounts_.slave_lost(session);
   if (tile.attempt > 1) ++tiles_reissued_;

@@ -27,6 +27,12 @@ class Observer {
   void slave_joined(SessionId session, std::uint32_t threads);
   void slave_lost(SessionId session);
   void leased(SessionId session, FrameId frame, const TileAssignment& tile, TimePoint now);
+  // How long ago the lease was given, zero for one that is not outstanding.
+  Duration since_lease(SessionId session, FrameId frame, const TileAssignment& tile,
+                       TimePoint now) const {
+    const auto since = accounts_.leased_at(session, frame, tile);
+    return since ? now - *since : Duration::zero();
+  }
   void handed_back(SessionId session, const wire::TileReturned& tile);
   void frame_ended(SessionId session, FrameId frame);  // FrameEnd was sent to that slave
   // `actions`: what the scheduler made of the result.

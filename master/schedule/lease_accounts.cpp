@@ -18,13 +18,30 @@ std::uint64_t key_of(const TileAssignment& tile) {
   return std::uint64_t{tile.tile} << 32 | tile.attempt;
 }
 
+template <typename Leases>
+auto find(Leases& leases, const TileAssignment& tile) {
+  return std::find_if(leases.begin(), leases.end(),
+                      [key = key_of(tile)](const auto& lease) { return lease.key == key; });
+}
+
 }  // namespace
 
-void LeaseAccounts::leased(SessionId session, FrameId frame, const TileAssignment& tile) {
+void LeaseAccounts::leased(SessionId session, FrameId frame, const TileAssignment& tile,
+                           TimePoint now) {
   Account& account = accounts_[session];
   ++account.counts.issued;
   ++account.counts.in_flight;
-  account.outstanding[frame].push_back(key_of(tile));
+  account.outstanding[frame].push_back({key_of(tile), now});
+}
+
+std::optional<TimePoint> LeaseAccounts::leased_at(SessionId session, FrameId frame,
+                                                  const TileAssignment& tile) const {
+  const auto account = accounts_.find(session);
+  if (account == accounts_.end()) return std::nullopt;
+  const auto held = account->second.outstanding.find(frame);
+  if (held == account->second.outstanding.end()) return std::nullopt;
+  const auto lease = find(held->second, tile);
+  return lease == held->second.end() ? std::nullopt : std::optional(lease->since);
 }
 
 // Returns: the account whose lease it was, null when no such lease is outstanding.
@@ -34,8 +51,8 @@ LeaseAccounts::Account* LeaseAccounts::end_lease(SessionId session, FrameId fram
   if (found == accounts_.end()) return nullptr;
   const auto held = found->second.outstanding.find(frame);
   if (held == found->second.outstanding.end()) return nullptr;
-  std::vector<std::uint64_t>& leases = held->second;
-  const auto lease = std::find(leases.begin(), leases.end(), key_of(tile));
+  std::vector<Lease>& leases = held->second;
+  const auto lease = find(leases, tile);
   if (lease == leases.end()) return nullptr;
   *lease = leases.back();
   leases.pop_back();

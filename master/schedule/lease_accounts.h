@@ -9,8 +9,10 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <vector>
 
+#include "common/base/clock.h"
 #include "common/base/ids.h"
 #include "common/frame/frame_stats.h"
 #include "master/schedule/frame_ledger.h"
@@ -19,7 +21,7 @@ namespace tessera::master {
 
 class LeaseAccounts {
  public:
-  void leased(SessionId session, FrameId frame, const TileAssignment& tile);
+  void leased(SessionId session, FrameId frame, const TileAssignment& tile, TimePoint now = {});
   // A result came, or a tile came back unrendered. Ignored when no such lease is outstanding.
   void answered(SessionId session, FrameId frame, const TileAssignment& tile, bool is_accepted);
   void handed_back(SessionId session, FrameId frame, const TileAssignment& tile);
@@ -29,16 +31,24 @@ class LeaseAccounts {
   void frame_ended(SessionId session, FrameId frame);
   void slave_lost(SessionId session);
 
+  // Returns: nothing when no such lease is outstanding.
+  std::optional<TimePoint> leased_at(SessionId session, FrameId frame,
+                                     const TileAssignment& tile) const;
+
   // Zero for a session that is gone or never leased.
   TileAccounts of(SessionId session) const;
   TileAccounts total() const;
 
  private:
+  struct Lease {
+    std::uint64_t key = 0;  // tile and attempt
+    TimePoint since;
+  };
   struct Account {
     TileAccounts counts;  // in_flight: the sum over `outstanding`
     // Leases by frame, in no strict order: a slave holds some tens, and those near the front, the
     // oldest, tend to be answered first.
-    std::map<FrameId, std::vector<std::uint64_t>> outstanding;
+    std::map<FrameId, std::vector<Lease>> outstanding;
   };
 
   Account* end_lease(SessionId session, FrameId frame, const TileAssignment& tile);
