@@ -16,6 +16,7 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
   events.slave_joined = [this](SessionId session, const SlaveIdentity& slave,
                                std::uint32_t threads) {
     observer.slave_joined(session, threads);
+    authors.slave_joined(session, slave.id());
     scheduler.slave_joined(session, slave, threads, Clock::now());
     start_when_ready();
     look_at_waiting();
@@ -94,7 +95,7 @@ void FrameLoop::Impl::perform(const Actions& actions) {
         cluster.send(action.session, wire::FrameEnd{action.frame});
         break;
       case ActionKind::kExpel:
-        cluster.expel(action.session, action.reason);
+        cluster.expel(action.session, conviction(action));
         break;
       case ActionKind::kSuspect:
         cluster.suspect(action.session, action.reason);
@@ -125,12 +126,22 @@ void FrameLoop::Impl::begin_frame(const Action& action) {
                                                 work.assembly.settings(), codings});
 }
 
+std::string FrameLoop::Impl::conviction(const Action& action) {
+  for (const auto& [id, work] : frames) {  // those in work keep its tiles, too
+    if (work.slaves().contains(action.session)) authors.add(action.session, id);
+  }
+  const std::string frames_text = authors.frames_of(action.session);
+  if (frames_text.empty()) return action.reason;
+  return action.reason + "; frames with tiles of it: " + frames_text;
+}
+
 void FrameLoop::Impl::complete(FrameId id) {
   const auto found = frames.find(id);
   if (found == frames.end()) return;
   FrameWork& work = found->second;
   FrameStats& stats = work.assembly.stats();
   work.settle(cluster, scheduler);
+  for (const SessionId session : work.slaves()) authors.add(session, id);
   stats.completed_at_seconds = seconds(Clock::now() - started);
   scene_costs.charge(stats, cluster.scene_bytes_sent());
   tile_size.measured(work.assembly.pixel_count(), stats.render_seconds);

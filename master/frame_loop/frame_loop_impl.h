@@ -18,6 +18,7 @@
 #include "master/cluster/reception.h"
 #include "master/frame_loop/app_server.h"
 #include "master/frame_loop/frame_admission.h"
+#include "master/frame_loop/frame_authors.h"
 #include "master/frame_loop/frame_loop.h"
 #include "master/frame_loop/frame_work.h"
 #include "master/frame_loop/loop_gap.h"
@@ -48,6 +49,7 @@ struct FrameLoop::Impl {
   Actions spare_actions;  // empty; its memory serves the next result
   TileSize tile_size;
   SceneCosts scene_costs;
+  FrameAuthors authors;
   OutcomeLine outcomes;
   std::map<SceneVersion, SharedScene> held_scenes;  // committed, not yet sent to slaves
   SceneVersion newest_version = 0;
@@ -80,6 +82,8 @@ struct FrameLoop::Impl {
   FrameHoldings holdings();
   // Lets frames go on that memory is there for, and refuses those that it never is for.
   void admit();
+  // What is said of a slave whose pixels were found wrong: which frames hold tiles of it.
+  std::string conviction(const Action& action);
   void begin_frame(const Action& action);
   bool is_forgiven(SessionId session, ResultVerdict verdict);
   void on_result(SessionId session, wire::TileResult result);

@@ -27,6 +27,8 @@ class FrameWork {
   void add(SessionId session, const wire::TileResult& result, std::uint16_t slave_ordinal);
   // Completes the account once the last result has come.
   void settle(const Cluster& cluster, const Scheduler& scheduler);
+  // Those whose tiles were taken.
+  const std::set<SessionId>& slaves() const { return slaves_; }
   // When the frame's first tile was leased; nothing before that.
   std::optional<TimePoint> begin() const {
     return has_begun_ ? std::optional(begin_) : std::nullopt;

@@ -33,6 +33,7 @@ class Liars(unittest.TestCase):
             self.assertEqual({s["name"] for s in status["slaves"]}, {"honest-1", "honest-2"})
             self.assertEqual([q["name"] for q in status["quarantined"]], ["liar"])
             self.assertIn("audit", status["quarantined"][0]["reason"])
+            self.assertRegex(status["quarantined"][0]["reason"], r"; frames with tiles of it: [0-9]+")
             print(f"--audit {share}: {status['quarantined'][0]['reason']}")
             return [digest == expected for digest in run.digests]
 
