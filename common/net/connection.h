@@ -38,6 +38,8 @@ struct PeerIdentity {
   std::string address;  // "10.0.0.5:41234", or "local"
   std::uint16_t port = 0;
   double rtt_seconds = 0;  // of the TCP handshake; 0 where it is not known
+  // The connection has one of the last descriptors (common/base/descriptors.h).
+  bool is_in_reserve = false;
 };
 
 struct ConnectionCallbacks {

@@ -2,11 +2,14 @@
 #include "common/net/listener.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <deque>
 #include <list>
+#include <optional>
 #include <utility>
 
 #include "common/base/clock.h"
+#include "common/base/descriptors.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/net/accept_rate.h"
@@ -18,6 +21,7 @@ namespace {
 
 using Tcp = asio::ip::tcp;
 constexpr std::chrono::milliseconds kSweep{250};
+constexpr std::chrono::minutes kTellOutPause{1};
 
 // A peer that has not proven itself: in its TLS handshake, or handed on and not yet marked.
 struct Pending {
@@ -51,6 +55,8 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
                PeerIdentity identity);
   void sweep();
   std::size_t open_count();
+  PeerIdentity identity_at_door(Tcp::socket& socket);
+  void tell_out_of_descriptors();
 
   IoThread& io_;
   const std::shared_ptr<TlsContext> tls_;
@@ -61,6 +67,7 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
   std::vector<std::weak_ptr<Connection>> authenticated_;
   AcceptRate rate_;
   Timer sweep_;
+  std::optional<TimePoint> told_out_;  // when it was last said that there are no descriptors
   bool is_closed_ = false;
 };
 
@@ -117,7 +124,11 @@ void Acceptor::accept_next(Tcp::acceptor& acceptor) {
       [self = shared_from_this(), &acceptor](const asio::error_code& error, Tcp::socket socket) {
         if (self->is_closed_) return;
         if (error) {  // out of descriptors, or the peer left already: pause, then go on
-          log_failure("", "accept: " + error.message());
+          if (error == asio::error::no_descriptors || error.value() == ENFILE) {
+            self->tell_out_of_descriptors();
+          } else {
+            log_failure("", "accept: " + error.message());
+          }
           auto pause = std::make_shared<asio::steady_timer>(context_of(self->io_),
                                                             std::chrono::milliseconds(100));
           pause->async_wait([self, pause, &acceptor](const asio::error_code&) {
@@ -144,9 +155,27 @@ void Acceptor::on_socket(Tcp::socket socket) {
   socket.set_option(Tcp::no_delay(true), error);
   make_room(address);
   if (tls_) return handshake(std::move(socket), address);
-  PeerIdentity identity = address_of(socket);
+  PeerIdentity identity = identity_at_door(socket);
   pending_.push_back({address, std::chrono::steady_clock::now(), nullptr, {}});
   hand_on(std::prev(pending_.end()), make_byte_stream(std::move(socket)), std::move(identity));
+}
+
+PeerIdentity Acceptor::identity_at_door(Tcp::socket& socket) {
+  PeerIdentity identity = address_of(socket);
+  identity.is_in_reserve = is_in_reserve(socket.native_handle(), descriptor_limit());
+  if (identity.is_in_reserve) tell_out_of_descriptors();
+  return identity;
+}
+
+// One line a minute: peers come again and again.
+void Acceptor::tell_out_of_descriptors() {
+  const TimePoint now = Clock::now();
+  if (told_out_ && now - *told_out_ < kTellOutPause) return;
+  told_out_ = now;
+  log_warn("out-of-descriptors",
+           "no files or connections are left but those kept for status and for slaves that are "
+           "here; raise the limit (ulimit -n, LimitNOFILE=)",
+           {{"limit", std::to_string(descriptor_limit())}});
 }
 
 // Drops the oldest first, so that a good peer still gets in while idle ones wait.
@@ -179,7 +208,7 @@ void Acceptor::drop(std::list<Pending>::iterator pending, const char* reason) {
 }
 
 void Acceptor::handshake(Tcp::socket socket, const std::string& address) {
-  PeerIdentity identity = address_of(socket);
+  PeerIdentity identity = identity_at_door(socket);
   auto stream =
       std::make_shared<TlsSocket>(std::move(socket), tls_->impl().ends->server.native_handle());
   pending_.push_back({address, std::chrono::steady_clock::now(), stream, {}});
@@ -200,6 +229,7 @@ void Acceptor::handshake(Tcp::socket socket, const std::string& address) {
     proven.address = identity.address;
     proven.port = identity.port;
     proven.rtt_seconds = identity.rtt_seconds;
+    proven.is_in_reserve = identity.is_in_reserve;
     pending->handshaking.reset();
     self->hand_on(pending, make_byte_stream(stream), std::move(proven));
   });

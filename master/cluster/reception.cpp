@@ -81,6 +81,11 @@ void Reception::on_first_message(GuestNumber number, wire::Message message) {
                        "a certificate of role '" + peer.role + "' (" + peer.name +
                            ") may not do this; make the right one with 'tessera-keys add'");
     }
+    // A slave that is let in needs a second descriptor; who asks for the status one for a moment.
+    if (peer.is_in_reserve && hello->role != wire::Role::kStatus) {
+      return turn_away(number, wire::RefuseCode::kFull,
+                       "the master has no connections left: raise its limit of open files");
+    }
     return callbacks_.on_hello(let_in(number), std::move(*hello), version);
   }
   if (auto* join = std::get_if<wire::Join>(&message)) {

@@ -8,6 +8,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/cpu_count.h"
+#include "common/base/descriptors.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/base/memory_room.h"
@@ -56,6 +57,7 @@ MasterHost::MasterHost() = default;
 Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& options,
                                                       bool serves_applications) {
   std::unique_ptr<MasterHost> host(new MasterHost);
+  if (!options.listen.empty()) raise_descriptor_limit();
   FrameLoopOptions loop_options;
   loop_options.prefetch_per_thread = options.prefetch_per_thread;
   loop_options.frames_in_flight = options.frames_in_flight;

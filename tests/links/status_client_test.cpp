@@ -2,19 +2,24 @@
 // Status clients leave as they like: twice, in mid-answer, with a reset. The master lives, and
 // answers whoever comes next.
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
+#include "common/base/descriptors.h"
 #include "common/base/limits.h"
 #include "common/net/crc32c.h"
 #include "common/net/record_head.h"
@@ -41,10 +46,12 @@ std::string bytes_of(wire::Message message) {
   return bytes;
 }
 
-wire::Hello hello() {
+wire::Hello hello(wire::Role role = wire::Role::kStatus) {
   wire::Hello hello;
-  hello.role = wire::Role::kStatus;
+  hello.role = role;
   hello.name = "asks";
+  hello.threads = 1;  // of a slave, as are the instruction sets
+  hello.isas = isa_bit(Isa::kScalar);
   hello.build_id = "by hand";
   return hello;
 }
@@ -55,7 +62,8 @@ wire::Hello hello() {
 class BareClient {
  public:
   // Reads at most `receive_buffer_bytes` ahead; 0: as the system likes.
-  explicit BareClient(std::uint16_t port, int receive_buffer_bytes = 0)
+  explicit BareClient(std::uint16_t port, int receive_buffer_bytes = 0,
+                      wire::Role role = wire::Role::kStatus)
       : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     if (receive_buffer_bytes > 0) {
       ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_buffer_bytes,
@@ -66,7 +74,7 @@ class BareClient {
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     EXPECT_EQ(::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
-    is_welcome_ = write(bytes_of(hello())) && read_some() > 0;
+    is_welcome_ = write(bytes_of(hello(role))) && reads_welcome();
   }
   ~BareClient() { ::close(socket_); }
   BareClient(const BareClient&) = delete;
@@ -103,6 +111,15 @@ class BareClient {
       heard.append(buffer, static_cast<std::size_t>(count));
     }
     return true;
+  }
+  // Returns: whether the first record that comes is a welcome.
+  bool reads_welcome() const {
+    net::RecordHead welcome;
+    welcome.type = static_cast<std::uint16_t>(wire::RecordType::kWelcome);
+    const auto head = net::encode_head(welcome);
+    char buffer[4096];
+    const ssize_t count = ::recv(socket_, buffer, sizeof(buffer), 0);
+    return count >= 8 && std::memcmp(buffer, head.data(), 8) == 0;
   }
   ssize_t read_some() const {
     char buffer[4096];
@@ -251,6 +268,35 @@ TEST_F(StatusClientTest, ComesAndGoesManyTimes) {
     at_once([&] { return client.write(bytes_of(wire::StatusRequest{}) + goodbye + goodbye); });
   }
   expect_answers();
+}
+
+// Descriptors are taken until the reserve is reached, by way of a lower limit.
+TEST_F(StatusClientTest, IsAnsweredFromTheReserveWhenOthersAreTurnedAway) {
+  const int before = descriptor_limit();
+  EXPECT_EQ(before, raise_descriptor_limit()) << "a master that listens has raised it";
+  const auto limit_to = [](int limit) {
+    rlimit limits{};
+    ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &limits), 0);
+    limits.rlim_cur = static_cast<rlim_t>(limit);
+    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &limits), 0);
+  };
+  until_in_time([&] {
+    const BareClient slave(host_->listen_port(), 0, wire::Role::kSlave);
+    return slave.is_welcome();
+  });
+  constexpr int kLow = 400;  // of which 100 are the reserve
+  std::vector<int> taken;
+  while (taken.empty() || taken.back() < kLow - descriptor_reserve(kLow))
+    taken.push_back(::open("/dev/null", O_RDONLY | O_CLOEXEC));
+  limit_to(kLow);
+  EXPECT_FALSE(BareClient(host_->listen_port(), 0, wire::Role::kSlave).is_welcome());
+  expect_answers();
+  for (const int descriptor : taken) ::close(descriptor);
+  until_in_time([&] {
+    const BareClient slave(host_->listen_port(), 0, wire::Role::kSlave);
+    return slave.is_welcome();
+  });
+  limit_to(before);
 }
 
 }  // namespace
