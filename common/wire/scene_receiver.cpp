@@ -92,7 +92,7 @@ bool SceneReceiver::is_past(SceneVersion version) const {
   return version < (head_ ? head_->announce.version : newest_announced_ + 1);
 }
 
-Status SceneReceiver::list(const SceneChunkList& list, Actions& actions) {
+Status SceneReceiver::list(SceneChunkList list, Actions& actions) {
   if (is_past(list.version)) return Status::ok();
   const std::string place = "SceneChunkList of block " + std::to_string(list.block);
   if (!head_ || list.version != head_->announce.version) {
@@ -104,7 +104,7 @@ Status SceneReceiver::list(const SceneChunkList& list, Actions& actions) {
   }
   if (std::optional<BlockAssembly> part = shelf_.take_part(found->second.digest())) {
     found->second = std::move(*part);
-  } else if (!found->second.set_list(list.chunks)) {
+  } else if (!found->second.set_list(std::move(list.chunks))) {
     fail_head("the list of block " + std::to_string(list.block) + " does not have its digest",
               actions);
     return Status::ok();

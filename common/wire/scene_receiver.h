@@ -73,7 +73,7 @@ class SceneReceiver {
 
   // Returns: kDataLoss or kResourceExhausted when the sender broke the protocol.
   Status announce(SceneAnnounce announce, Actions& actions);
-  Status list(const SceneChunkList& list, Actions& actions);
+  Status list(SceneChunkList list, Actions& actions);
   Status chunk(const SceneChunk& chunk, Actions& actions);  // from the peer that announced
   void retire(SceneVersion first_kept, Actions& actions);
 

@@ -93,7 +93,7 @@ void AppServer::on_message(wire::Message message) {
     const Status status = application_->receiver.chunk(*chunk, actions);
     on_scene(status, std::move(actions));
   } else if (auto* list = std::get_if<wire::SceneChunkList>(&message)) {
-    const Status status = application_->receiver.list(*list, actions);
+    const Status status = application_->receiver.list(std::move(*list), actions);
     on_scene(status, std::move(actions));
   } else if (auto* retire = std::get_if<wire::SceneRetire>(&message)) {
     application_->receiver.retire(retire->first_kept, actions);
