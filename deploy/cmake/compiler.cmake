@@ -11,6 +11,7 @@ set(CMAKE_CXX_VISIBILITY_PRESET hidden)
 set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
 
 add_library(tessera_warnings INTERFACE)
+target_link_libraries(tessera_warnings INTERFACE tessera_hardening)
 target_compile_options(tessera_warnings INTERFACE -Wall -Wextra -Wconversion -Werror)
 if(TESSERA_LOCK_ANNOTATIONS)
   target_compile_options(tessera_warnings INTERFACE -Wthread-safety)
