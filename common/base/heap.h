@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How this process's heap treats large blocks.
+// How this process's heap treats large blocks, which is the C library's affair otherwise.
+// Threads. Before others are started.
 #pragma once
 
 #if __has_include(<malloc.h>)

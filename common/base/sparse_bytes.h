@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Memory that is there once it is written: an address range whose pages the system gives one by one
-// (mmap, anonymous), so that a range of gigabytes costs what was written into it. No huge pages: one
-// of those would be 2 MiB for a single byte.
+// (mmap, anonymous), so that a range of gigabytes costs what was written into it. No huge pages:
+// one of those would be 2 MiB for a single byte.
 //
 // Threads. None of its own: who writes sees to it that nobody reads there.
 // Invariant. Bytes that were never written are zero.

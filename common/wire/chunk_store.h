@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The checked chunks of one block, in whatever order they come. Memory grows with what has come, and
-// not with what was announced: 64 KiB for the last chunk of 8 GiB that is the first to come.
+// The checked chunks of one block, in whatever order they come. Memory grows with what has come,
+// and not with what was announced: 64 KiB for the last chunk of 8 GiB that is the first to come.
 //
-// A large block lies at its place from the start, in pages that the system gives as they are written
-// (SparseBytes): nothing is zeroed, moved or copied once more. Chunks of a block below 1 MiB, and
-// the last one of any, which may be a few bytes long, are kept one by one until all are here.
+// A large block lies at its place from the start, in pages that the system gives as they are
+// written (SparseBytes): nothing is zeroed, moved or copied once more. Chunks of a block below 1
+// MiB, and the last one of any, which may be a few bytes long, are kept one by one until all are
+// here.
 //
 // Threads. One owner. Pure but for memory.
-// Invariants. (1) No more than the chunks' bytes is written, and a book-keeping of 200 bytes for each
-// loose chunk. (2) A chunk that chunk() has handed out keeps its place and its bytes.
+// Invariants. (1) No more than the chunks' bytes is written, and a book-keeping of 200 bytes for
+// each loose chunk. (2) A chunk that chunk() has handed out keeps its place and its bytes.
 #pragma once
 
 #include <cstddef>

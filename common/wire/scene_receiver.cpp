@@ -69,8 +69,8 @@ void SceneReceiver::tell_kept(Actions& actions) const {
   }
 }
 
-// For a slave the estimate counts lacking blocks twice, as bytes, for deltas and relays, and decoded;
-// and then the index.
+// For a slave the estimate counts lacking blocks twice, as bytes, for deltas and relays, and
+// decoded; and then the index.
 bool SceneReceiver::refuse_head(const SceneNeed& need, Actions& actions) {
   const SceneAnnounce& a = head_->announce;
   const bool is_built = use_ == Use::kBuilt;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who rendered tiles of which frames, remembered after the frames are gone: when an audit convicts a
-// slave of wrong pixels, somebody has to know which pictures to render again.
+// Who rendered tiles of which frames, remembered after the frames are gone: when an audit convicts
+// a slave of wrong pixels, somebody has to know which pictures to render again.
 //
 // Threads. One owner. Pure.
 // Invariants. (1) Of at most kSessionsMax sessions, the newest, at most kRangesMax ranges of frames

@@ -7,7 +7,8 @@
 // exposed and bent by the tone curve; so what covers a pixel whole has the same code as in a
 // picture without alpha. Where alpha is 0 colour is black.
 //
-// Pixels are made for some rows at a time, so that a picture of gigabytes is written with megabytes.
+// Pixels are made for some rows at a time, so that a picture of gigabytes is written with
+// megabytes.
 //
 // Threads. One at a time.
 #pragma once

@@ -36,10 +36,10 @@ struct WriteOptions {
   std::vector<std::pair<std::string, std::string>> attributes{};
 };
 
-// Writes a file, some rows at a time, under a temporary name beside `path`, syncs and renames it. PNG and JPEG hold
-// pixels that are exposed, tone-mapped and sRGB-encoded, 8 bit; EXR, HDR and PFM are linear.
-// Planes: file_channels.h. Returns: one line naming file and reason; then no file of that name was
-// left or changed.
+// Writes a file, some rows at a time, under a temporary name beside `path`, syncs and renames it.
+// PNG and JPEG hold pixels that are exposed, tone-mapped and sRGB-encoded, 8 bit; EXR, HDR and PFM
+// are linear. Planes: file_channels.h. Returns: one line naming file and reason; then no file of
+// that name was left or changed.
 Status write_image(const FrameImage& image, const std::string& path, const WriteOptions& options);
 
 }  // namespace tessera::master

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A master whose memory is limited refuses what does not fit, says what is needed and what is there,
-// and goes on.
+// A master whose memory is limited refuses what does not fit, says what is needed and what is
+// there, and goes on.
 #include <gtest/gtest.h>
 
 #include <unistd.h>
@@ -102,8 +102,8 @@ TEST(MemoryRoom, AFrameThatDoesNotFitFailsAloneAndTheNextOneComes) {
   ASSERT_NE(next.image, nullptr);
 }
 
-// Two frames of 130 MiB do not fit at once into what is left: the second one waits for the first, and
-// its scene for it, though newer ones have come.
+// Two frames of 130 MiB do not fit at once into what is left: the second one waits for the first,
+// and its scene for it, though newer ones have come.
 TEST(MemoryRoom, FramesThatFitOneAfterTheOtherAllCome) {
   forget_peak();
   const SessionOptions options = local_slave(200);

@@ -30,7 +30,8 @@ std::span<const std::byte> chunk_of(const Bytes& block, std::uint32_t index) {
                                   chunk_bytes(block.size(), index));
 }
 
-// Bytes of pages that take memory in the range of a block, which begins where chunk 0 has its place.
+// Bytes of pages that take memory in the range of a block, which begins where chunk 0 has its
+// place.
 std::uint64_t resident_bytes(const std::byte* begin, std::uint64_t size) {
   constexpr std::uint64_t kPageBytes = 4096;
   std::vector<unsigned char> pages((size + kPageBytes - 1) / kPageBytes);
