@@ -13,7 +13,6 @@
 #include "common/base/cpu_count.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
-#include "common/base/mutex.h"
 #include "common/base/signal_watch.h"
 #include "common/metrics/exposition.h"
 #include "common/net/connector.h"
@@ -28,23 +27,6 @@
 
 namespace tessera::slave {
 namespace {
-
-// Why the node gave up, from the io thread to main.
-class Fatal {
- public:
-  void set(Status status) TESSERA_EXCLUDES(mutex_) {
-    MutexLock lock(mutex_);
-    status_ = std::move(status);
-  }
-  Status get() const TESSERA_EXCLUDES(mutex_) {
-    MutexLock lock(mutex_);
-    return status_;
-  }
-
- private:
-  mutable Mutex mutex_;
-  Status status_ TESSERA_GUARDED_BY(mutex_);
-};
 
 int fail(const Status& status) {
   std::fprintf(stderr, "tessera-slave: %s\n", status.message().c_str());
@@ -103,7 +85,6 @@ int run(SlaveCommand command) {
             {"name", command.options.name},
             {"threads", std::to_string(command.options.threads)}});
 
-  Fatal fatal;
   net::IoThread io("net");
   std::unique_ptr<net::HttpPage> page;  // io thread
   if (command.metrics) {
@@ -125,10 +106,9 @@ int run(SlaveCommand command) {
         return net::connect(io, command.master, tls, "master",
                             std::chrono::milliseconds(kHandshakeMs), std::move(on_connected));
       });
-  node.start([&fatal](Status status) { fatal.set(std::move(status)); });
-  // A signal wakes at once; that the node gave up is seen this much later.
-  constexpr std::chrono::milliseconds kLook{100};
-  while (!signals.wait(kLook) && fatal.get().is_ok()) log_summaries();
+  node.start();
+  constexpr std::chrono::seconds kSummaries{1};  // a signal wakes at once
+  while (!signals.wait(kSummaries)) log_summaries();
   node.stop();
   io.run_and_wait([&] {
     watch.reset();
@@ -136,7 +116,6 @@ int run(SlaveCommand command) {
   });
   io.stop();
   log_summaries(/*is_last=*/true);
-  if (const Status status = fatal.get(); !status.is_ok()) return fail(status);
   log_info("slave-stopped", "stopped on request");
   return 0;
 }

@@ -69,7 +69,7 @@ void MasterLink::open(State next) {
 void MasterLink::on_opened(Result<net::ConnectionPtr> link) {
   attempt_.reset();
   if (!link.is_ok()) {
-    if (link.status().code() == StatusCode::kPermissionDenied) return end_with(link.status());
+    if (link.status().code() == StatusCode::kPermissionDenied) return lose_refused(link.status());
     return lose(link.status());
   }
   handshake_deadline_ = Clock::now() + milliseconds(kHandshakeMs);
@@ -99,7 +99,7 @@ void MasterLink::watch(const net::ConnectionPtr& link, bool is_scene) {
     if (!is_current()) return;
     // The answer to our certificate is a refusal, at first or because it was revoked meanwhile.
     const bool is_answer = state_ == State::kHello;
-    if (is_answer && status.code() == StatusCode::kPermissionDenied) return end_with(status);
+    if (is_answer && status.code() == StatusCode::kPermissionDenied) return lose_refused(status);
     const std::string text = status.is_ok() ? "the master closed the connection" : status.message();
     const bool may_want_keys = is_answer && !was_welcomed_ && !tile_->peer().is_authenticated;
     lose(Status::unavailable(may_want_keys ? text + "; if it uses keys, give --keys DIR" : text));
@@ -159,6 +159,7 @@ void MasterLink::on_joined() {
   state_ = State::kReady;
   was_welcomed_ = true;
   was_wait_logged_ = false;
+  refusal_told_.clear();
   backoff_.session_began(Clock::now());
   log_info("master-joined", "joined the master",
            {{"address", tile_->peer().address}, {"session", std::to_string(welcome_.session)}});
@@ -177,12 +178,12 @@ void MasterLink::on_refused(const wire::Refuse& refuse) {
       // After a break, our own last session may still be closing there; at first the name is used
       // twice.
       if (was_welcomed_) return lose(why);
-      return end_with(Status::invalid_argument(
+      return lose_refused(Status::unavailable(
           "the master refuses the name '" + hello_.name +
           "', which another slave uses (choose one with --name): " + refuse.reason));
     case wire::RefuseCode::kRole:
     case wire::RefuseCode::kIsa:
-      return end_with(Status::permission_denied(why.message()));
+      return lose_refused(why);
     case wire::RefuseCode::kProtocol:
       log_error("protocol-refused", why.message());
       return lose(why);
@@ -261,16 +262,16 @@ void MasterLink::log_waiting(const Status& why, milliseconds pause) {
   if (was_wait_logged_ && now - wait_logged_ < kWaitLogPause) return;
   was_wait_logged_ = true;
   wait_logged_ = now;
-  log_info("master-not-there", why.message() + "; will try again",
-           {{"pause_ms", std::to_string(pause.count())}});
+  const bool is_refused = !refusal_told_.empty() && refusal_told_ == why.message();
+  log_event(is_refused ? LogLevel::kWarn : LogLevel::kInfo,
+            is_refused ? "master-refuses" : "master-not-there", why.message() + "; will try again",
+            {{"pause_ms", std::to_string(pause.count())}});
 }
 
-void MasterLink::end_with(const Status& why) {
-  const bool was_ready = state_ == State::kReady;
-  state_ = State::kEnded;
-  close_links(kLastWordGrace);
-  if (was_ready) events_.on_lost();
-  events_.on_fatal(why);
+// Says the reason at once where it is another than before, and now and then while it stays.
+void MasterLink::lose_refused(const Status& why) {
+  if (std::exchange(refusal_told_, why.message()) != why.message()) was_wait_logged_ = false;
+  lose(why);
 }
 
 void MasterLink::close_links(milliseconds grace) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The two connections of a slave to its master as one thing that is either there or not: it
 // connects, shakes hands, keeps both alive, and starts over with growing pauses when either is
-// lost.
+// lost, or refused for whatever reason: a clock that is set right, a new certificate, a name that
+// is given up or another build mends it while the slave stands by.
 //
 //   idle -> tile link -> Hello/Welcome -> scene link -> Join/Joined -> ready -> (lost) -> idle
 //
@@ -13,6 +14,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "common/net/connection.h"
 #include "common/net/connector.h"
@@ -32,8 +34,7 @@ struct MasterLinkEvents {
   // ends.
   std::function<Status(wire::Message)> on_tile_message;
   std::function<Status(wire::Message)> on_scene_message;
-  std::function<void()> on_drained;      // the tile connection takes bulk data again
-  std::function<void(Status)> on_fatal;  // trying again cannot help; nothing more is tried
+  std::function<void()> on_drained;  // the tile connection takes bulk data again
 };
 
 class MasterLink {
@@ -70,7 +71,7 @@ class MasterLink {
   bool keep_alive(net::Connection& link, net::Liveness& liveness, const char* which);
   void lose(const Status& why);  // closes both and waits for the next attempt
   void lose_for(const Status& why, std::chrono::milliseconds pause);
-  void end_with(const Status& why);
+  void lose_refused(const Status& why);  // one end does not trust or take the other
   void close_links(std::chrono::milliseconds grace);
   void log_waiting(const Status& why, std::chrono::milliseconds pause);
 
@@ -91,6 +92,7 @@ class MasterLink {
   bool was_welcomed_ = false;  // in any session
   bool was_wait_logged_ = false;
   TimePoint wait_logged_{};
+  std::string refusal_told_;  // logged last
   net::Timer tick_, retry_;
   std::shared_ptr<int> alive_ = std::make_shared<int>(0);
 };

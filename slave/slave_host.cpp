@@ -74,7 +74,7 @@ SlaveHost::SlaveHost(net::IoThread& io, const SlaveOptions& options, LinkFactory
 
 SlaveHost::~SlaveHost() { stop(); }
 
-void SlaveHost::start(std::function<void(Status)> on_fatal) {
+void SlaveHost::start() {
   TESSERA_CHECK(!impl_->is_started);
   Impl& self = *impl_;
   self.is_started = true;
@@ -94,9 +94,9 @@ void SlaveHost::start(std::function<void(Status)> on_fatal) {
           if (impl && impl->node) impl->node->on_built(std::move(outcome));
         });
       });
-  io.run_and_wait([&self, &on_fatal] {
+  io.run_and_wait([&self] {
     self.node = std::make_unique<SlaveNode>(self.io, self.options, self.open_link, *self.workshop);
-    self.node->start(std::move(on_fatal));
+    self.node->start();
   });
 }
 

@@ -6,7 +6,6 @@
 // Everything with the connections happens on the IoThread given; rendering on own threads.
 #pragma once
 
-#include <functional>
 #include <memory>
 
 #include "slave/slave_node.h"
@@ -18,8 +17,8 @@ class SlaveHost {
   SlaveHost(net::IoThread& io, const SlaveOptions& options, LinkFactory open_link);
   ~SlaveHost();  // stop(), if not done
 
-  // Connects, renders, reconnects, until stop(). `on_fatal` as in SlaveNode, on the io thread.
-  void start(std::function<void(Status)> on_fatal);
+  // Connects, renders, reconnects, until stop().
+  void start();
 
   // Orderly leave: finishes tiles being rendered, hands back the queue, says goodbye, joins the
   // threads.

@@ -63,7 +63,6 @@ struct SlaveNode::Impl {
   const SlaveOptions options;
   const LinkFactory open_link;
   Workshop& workshop;
-  std::function<void(Status)> on_fatal;
 
   std::unique_ptr<MasterLink> link;
   std::unique_ptr<net::Timer> flush_timer;
@@ -87,9 +86,8 @@ SlaveNode::SlaveNode(net::EventLoop& loop, const SlaveOptions& options, LinkFact
 
 SlaveNode::~SlaveNode() = default;
 
-void SlaveNode::start(std::function<void(Status)> on_fatal) {
+void SlaveNode::start() {
   TESSERA_CHECK(impl_->link == nullptr);
-  impl_->on_fatal = std::move(on_fatal);
   impl_->start();
 }
 
@@ -134,9 +132,6 @@ void SlaveNode::Impl::start() {
   events.on_tile_message = [this](wire::Message m) { return on_tile_message(std::move(m)); };
   events.on_scene_message = [this](wire::Message m) { return on_scene_message(std::move(m)); };
   events.on_drained = [this] { flush_results(); };
-  events.on_fatal = [this](Status status) {
-    if (on_fatal && !is_leaving) std::exchange(on_fatal, {})(std::move(status));
-  };
   flush_timer = std::make_unique<net::Timer>(loop);
   link = std::make_unique<MasterLink>(loop, std::move(hello), open_link, std::move(events));
   link->start();

@@ -44,9 +44,8 @@ class SlaveNode {
   ~SlaveNode();  // closes without a word
 
   // Connects, reconnects with growing pauses (kReconnectFirstMs * 2^k * random 0.5..1.5, at most
-  // kReconnectMaxMs). `on_fatal`: the master refused for a reason that trying again cannot mend
-  // (role, name, certificate); called once.
-  void start(std::function<void(Status)> on_fatal);
+  // kReconnectMaxMs), also where it is refused, until it leaves.
+  void start();
 
   // Called by the workshop, for each tile and scene that it took. No result: the tile was given up.
   void on_tile_done(const TileJob& job, std::optional<wire::TileResult> result);

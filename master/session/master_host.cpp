@@ -206,8 +206,7 @@ Status MasterHost::start_local_slaves(const SessionOptions& options) {
     slave_options.isas = supported;
     slaves_.push_back(
         std::make_unique<slave::SlaveHost>(*slave_io_, slave_options, local_link_factory()));
-    slaves_.back()->start(
-        [](const Status& status) { log_error("local-slave-ended", status.message()); });
+    slaves_.back()->start();
   }
   return Status::ok();
 }

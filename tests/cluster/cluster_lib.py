@@ -202,10 +202,15 @@ class Cluster:
         assert process.wait(PATIENCE_S) in (0, -signal.SIGTERM), f"{name} ended with {process.returncode}"
 
     def wait_for_refusal(self, name):
-        """Waits until the daemon gives up by itself, since trying again would not help. Returns its last line."""
-        process = self.processes.pop(name)
-        assert process.wait(PATIENCE_S) == 1, f"{name} ended with {process.returncode}"
-        return (self.folder / f"{name}.log").read_text(errors="replace").strip().splitlines()[-1]
+        """Waits until the slave says that it is refused, looks that it lives on, and ends it. Returns that line."""
+        log = self.folder / f"{name}.log"
+
+        def told():
+            return [line for line in log.read_text(errors="replace").splitlines() if "master-refuses" in line]
+        line = wait_until(f"{name} is refused", told)[0]
+        assert self.processes[name].poll() is None, f"{name} ended with {self.processes[name].returncode}"
+        self.end(name)
+        return line
 
     def start_render(self, scene, *options, connect=True, output=None):
         """Starts an application in the background; finish() waits for it. Without --renderer it is `direct`.

@@ -297,10 +297,11 @@ class WrongPeers(unittest.TestCase):
 
     def test_keys_of_the_wrong_role_are_refused(self):
         self.cluster.serve()
-        slave = [cluster_lib.program("tessera-slave"), "--master", self.cluster.address, "--name", "wrong",
-                 "--keys", str(self.cluster.keys / "app")]
-        self.cluster.start("wrong-role", slave)
-        self.assertIn("role", self.cluster.wait_for_refusal("wrong-role"))
+        slave = self.cluster.start("wrong-role", [cluster_lib.program("tessera-slave"), "--master", self.cluster.address,
+                                                  "--name", "wrong", "--keys", str(self.cluster.keys / "app")])
+        self.assertEqual(slave.wait(cluster_lib.PATIENCE_S), 1)
+        self.assertIn("role", self.log("wrong-role"))
+        del self.cluster.processes["wrong-role"]
         self.assertEqual(self.cluster.status()["slaves"], [])
 
     def test_keys_of_another_cluster_are_refused(self):

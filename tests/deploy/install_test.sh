@@ -35,6 +35,11 @@ if ! { cmake -S app -B app/build -G Ninja -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_
 fi
 app/build/app || fail "the example application does not render"
 
+# A daemon that a limit on starts has ended does not come back when what was wrong is mended.
+for unit in lib/systemd/system/*.service; do
+  grep -qx 'StartLimitIntervalSec=0' "$unit" || fail "$unit has a limit on starts"
+done
+
 # Units are checked where systemd is installed. Their paths of programs are replaced by those of this prefix.
 if command -v systemd-analyze >/dev/null; then
   for unit in lib/systemd/system/*.service; do

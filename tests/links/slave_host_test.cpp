@@ -36,7 +36,7 @@ class SlaveHostTest : public testing::Test {
     options.isas = isa_bit(Isa::kScalar);
     options.hooks.tile_sleep_ms = tile_sleep_ms;
     host_ = std::make_unique<SlaveHost>(master_.slave_io(), options, master_.factory());
-    host_->start([](const Status&) {});
+    host_->start();
   }
 
   // A master that is late for 20 s (200 ms * 101) is not taken for dead.

@@ -8,7 +8,6 @@ namespace {
 
 // As a service manager that starts a service again at once.
 constexpr std::chrono::milliseconds kRestart{100};
-constexpr std::chrono::seconds kLook{1};
 
 // Each of these answers no lease of the slave's.
 void lie(wire::TileResult& result, int variant) {
@@ -66,7 +65,6 @@ void BadSlaves::start(Oracle& oracle, double until_seconds) {
       oracle.take_name(static_cast<std::size_t>(bad.victim), until_seconds);
     queue_.after(from_seconds(bad.slave.joins_at), [this, i] { begin_life(i); });
   }
-  if (!all_.empty()) look_after();
 }
 
 void BadSlaves::begin_life(std::size_t index) {
@@ -80,17 +78,6 @@ void BadSlaves::die(std::size_t index) {
   if (std::exchange(all_[index].is_dying, true)) return;
   queue_.after(Duration::zero(), [this, index] { all_[index].slave->kill(false); });
   queue_.after(kRestart, [this, index] { begin_life(index); });
-}
-
-// Those that the master refused for good are started again.
-void BadSlaves::look_after() {
-  if (is_over_) return;
-  for (One& one : all_) {
-    if (!one.slave->is_running() || !one.slave->has_given_up()) continue;
-    one.slave->kill(false);
-    one.slave->start();
-  }
-  queue_.after(kLook, [this] { look_after(); });
 }
 
 void BadSlaves::end() {

@@ -35,7 +35,6 @@ class BadSlaves {
   WorkModel model_of(std::size_t index);
   void begin_life(std::size_t index);
   void die(std::size_t index);
-  void look_after();
 
   EventQueue& queue_;
   const StormPlan& plan_;

@@ -28,7 +28,7 @@ SimSlave::SimSlave(EventQueue& queue, Network& network, std::string name, int no
 
 void SimSlave::start() {
   if (process_) return;
-  is_leaving_ = has_given_up_ = false;
+  is_leaving_ = false;
   process_ = std::make_unique<Process>(queue_, name_, node_);
   workshop_ = std::make_unique<SimWorkshop>(*process_, model_);
   slave::SlaveOptions options;
@@ -42,7 +42,7 @@ void SimSlave::start() {
   };
   slave_ = std::make_unique<slave::SlaveNode>(*process_, options, open_link, *workshop_);
   workshop_->set_node(slave_.get());
-  process_->post([this] { slave_->start([this](const Status&) { has_given_up_ = true; }); });
+  process_->post([this] { slave_->start(); });
 }
 
 slave::RelayAccess SimSlave::relay_access() {

@@ -30,7 +30,6 @@ class SimSlave {
   bool is_running() const { return process_ != nullptr; }
   bool is_hung() const { return process_ && process_->is_hung(); }
   bool is_leaving() const { return is_leaving_; }
-  bool has_given_up() const { return has_given_up_; }  // refused for good
   const std::string& name() const { return name_; }
   int node() const { return node_; }
   Process* process() const { return process_.get(); }
@@ -47,7 +46,7 @@ class SimSlave {
   const int node_, master_node_;
   WorkModel model_;
   std::uint64_t starts_ = 0;
-  bool is_leaving_ = false, has_given_up_ = false, is_altering_ = false;
+  bool is_leaving_ = false, is_altering_ = false;
   std::unique_ptr<Process> process_;
   std::unique_ptr<SimWorkshop> workshop_;
   std::unique_ptr<slave::SlaveNode> slave_;

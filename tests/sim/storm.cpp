@@ -198,20 +198,14 @@ void Storm::calm() {
   }
 }
 
-// Acts as a service manager: a slave that was refused for good is started again after a while.
+// Acts as a service manager: when the storm is over, a slave that is not there is started.
 void Storm::supervise() {
   queue_.after(std::chrono::seconds(1), [this] { supervise(); });
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     SimSlave& slave = *slaves_[i];
-    const bool is_over = slave.is_running() && slave.has_given_up();
-    if (is_over) {
-      slave.kill(false);
-      oracle_->set_gone(i, false);  // the process that hung is not the one started now
-    }
-    if (is_over || (is_calm_ && !slave.is_running())) {
-      oracle_->trouble_slave(i, queue_.now_seconds() + oracle_->bound_of_return());
-      slave.start();
-    }
+    if (!is_calm_ || slave.is_running()) continue;
+    oracle_->trouble_slave(i, queue_.now_seconds() + oracle_->bound_of_return());
+    slave.start();
   }
 }
 

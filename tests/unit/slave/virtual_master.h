@@ -35,13 +35,16 @@ class VirtualMaster final : public MasterScript {
   LinkFactory factory(sim::Process& slave) {
     return [this, &slave](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
       ++attempts_;
-      if (!is_away_) return network_.connect(slave, node_, std::move(on_connected));
-      on_connected(Status::unavailable("nobody is there"));
+      const Status refusal = is_away_ ? Status::unavailable("nobody is there") : refusal_;
+      if (refusal.is_ok()) return network_.connect(slave, node_, std::move(on_connected));
+      on_connected(refusal);
       return std::unique_ptr<net::ConnectAttempt>();
     };
   }
 
   void set_away(bool is_away) { is_away_ = is_away; }
+  // Links fail with this status, unless it is ok: no trust between us, say.
+  void set_refused(Status refusal) { refusal_ = std::move(refusal); }
   // A hung master reads and answers nothing, while its system still acknowledges.
   void set_hung(bool is_hung) { process_->set_hung(is_hung); }
   int attempts() const { return attempts_; }
@@ -101,6 +104,7 @@ class VirtualMaster final : public MasterScript {
   std::map<std::size_t, std::vector<TimePoint>> pings_;
   int attempts_ = 0;
   bool is_away_ = false;
+  Status refusal_;
 };
 
 }  // namespace tessera::slave
