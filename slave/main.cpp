@@ -21,6 +21,7 @@
 #include "common/net/http_page.h"
 #include "common/net/listener.h"
 #include "common/net/tls.h"
+#include "common/wire/codec.h"
 #include "slave/slave_cli.h"
 #include "slave/slave_host.h"
 #include "slave/slave_metrics.h"
@@ -78,6 +79,9 @@ int run(SlaveCommand command) {
         net::TlsContext::load(command.keys_folder, "slave");
     if (!loaded.is_ok()) return fail(loaded.status());
     tls = std::move(*loaded);
+    tls->set_refusal([](const std::string& reason) {
+      return wire::encode(wire::Refuse{wire::RefuseCode::kRole, reason});
+    });
     if (!command.is_name_given) command.options.name = tls->name();
   }
   log_info("slave-started", "looking for the master",

@@ -11,7 +11,9 @@ namespace tessera::net {
 namespace {
 
 constexpr long kSecondsPerDay = 86400;
-constexpr long kClockDifferenceSeconds = 60;  // allowed between the clocks of machines
+// A certificate holds from so long before it is made: the clocks of machines differ, by hours where
+// one was set to another time zone.
+constexpr long kClockDifferenceSeconds = kSecondsPerDay;
 
 void add_entry(X509_NAME* name, const char* field, const std::string& value) {
   X509_NAME_add_entry_by_txt(name, field, MBSTRING_UTF8,

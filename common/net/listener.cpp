@@ -22,6 +22,7 @@ namespace {
 using Tcp = asio::ip::tcp;
 constexpr std::chrono::milliseconds kSweep{250};
 constexpr std::chrono::minutes kTellOutPause{1};
+constexpr std::chrono::milliseconds kFarewell{500};  // to say why a peer is refused
 
 // A peer that has not proven itself: in its TLS handshake, or handed on and not yet marked.
 struct Pending {
@@ -51,6 +52,8 @@ class Acceptor : public std::enable_shared_from_this<Acceptor> {
   void crowd_out(std::list<Pending>::iterator pending);
   void drop(std::list<Pending>::iterator pending, const char* reason);
   void handshake(Tcp::socket socket, const std::string& address);
+  void refuse(std::list<Pending>::iterator pending, PeerIdentity identity,
+              const HandshakeFailure& refusal);
   void hand_on(std::list<Pending>::iterator pending, std::unique_ptr<ByteStream> stream,
                PeerIdentity identity);
   void sweep();
@@ -225,6 +228,8 @@ void Acceptor::handshake(Tcp::socket socket, const std::string& address) {
       self->pending_.erase(pending);
       return;
     }
+    if (const auto refusal = refusal_of(stream->ssl()))
+      return self->refuse(pending, std::move(identity), *refusal);
     PeerIdentity proven = identity_of(stream->ssl());
     proven.address = identity.address;
     proven.port = identity.port;
@@ -233,6 +238,23 @@ void Acceptor::handshake(Tcp::socket socket, const std::string& address) {
     pending->handshaking.reset();
     self->hand_on(pending, make_byte_stream(stream), std::move(proven));
   });
+}
+
+// Says why, over the encrypted link, and closes. The peer takes a place among those that have not
+// proven themselves until that is done.
+void Acceptor::refuse(std::list<Pending>::iterator pending, PeerIdentity identity,
+                      const HandshakeFailure& refusal) {
+  net_metrics().handshakes_failed.add();
+  log_failure(identity.address, refusal.text(), refusal.subject);
+  const std::shared_ptr<TlsSocket> stream = std::move(pending->handshaking);
+  const ConnectionPtr connection =
+      make_connection(io_, make_byte_stream(stream), std::move(identity));
+  pending->connection = connection;
+  const auto& record_of = tls_->impl().refusal;
+  if (record_of) connection->send(record_of("the " + refusal.text()));
+  connection->close(kFarewell);
+  auto farewell = std::make_shared<asio::steady_timer>(context_of(io_), kFarewell);
+  farewell->async_wait([farewell, connection](const asio::error_code&) {});
 }
 
 void Acceptor::hand_on(std::list<Pending>::iterator pending, std::unique_ptr<ByteStream> stream,

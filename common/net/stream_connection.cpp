@@ -336,8 +336,8 @@ void Core::end(Status status) {
 }
 
 Status Core::status_of(const asio::error_code& error) const {
-  if (is_certificate_alert(error))
-    return Status::permission_denied("the peer refused our certificate: " + error.message());
+  if (const std::string alert = certificate_alert_text(error); !alert.empty())
+    return Status::permission_denied("the peer refused our certificate, which " + alert);
   if (error.category() == asio::error::get_ssl_category())
     return Status::data_loss("the encrypted link broke: " + error.message());
   if (error == asio::error::eof || error == asio::ssl::error::stream_truncated ||

@@ -22,34 +22,23 @@ constexpr std::chrono::milliseconds kTryPause{50};
 
 bool is_halfway(const Status& status) { return status.code() == StatusCode::kUnavailable; }
 
-// Index under which a TLS session keeps the subject of the certificate that it refused: OpenSSL
-// itself forgets a certificate that does not verify.
-int refused_subject_index() {
-  static const int index = SSL_get_ex_new_index(
-      0, nullptr, nullptr, nullptr, [](void*, void* subject, CRYPTO_EX_DATA*, int, long, void*) {
-        delete static_cast<std::string*>(subject);
-      });
-  return index;
-}
-
-int keep_refused_subject(int is_good, X509_STORE_CTX* store) {
-  if (is_good == 1) return 1;
-  auto* const ssl =
-      static_cast<SSL*>(X509_STORE_CTX_get_ex_data(store, SSL_get_ex_data_X509_STORE_CTX_idx()));
-  X509* const certificate = X509_STORE_CTX_get0_cert(store);  // the peer's, not an issuer's
-  if (ssl != nullptr && certificate != nullptr &&
-      SSL_get_ex_data(ssl, refused_subject_index()) == nullptr) {
-    SSL_set_ex_data(ssl, refused_subject_index(), new std::string(subject_text(certificate)));
-  }
-  return 0;
+// The clock that certificates are judged by, which is the first suspect when they are refused.
+std::string clock_text() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[sizeof("2027-11-22 10:00 UTC")] = {};
+  std::strftime(text, sizeof(text), "%Y-%m-%d %H:%M UTC", &utc);
+  return text;
 }
 
 std::string reason_of(long verdict) {
   switch (verdict) {
     case X509_V_ERR_CERT_HAS_EXPIRED:
-      return "has expired";
+      return "has expired by the clock of the one that refuses it (" + clock_text() + ")";
     case X509_V_ERR_CERT_NOT_YET_VALID:
-      return "is not valid yet; do the clocks of both machines agree?";
+      return "is not valid yet by the clock of the one that refuses it (" + clock_text() +
+             "); do the clocks of both machines agree?";
     case X509_V_ERR_CERT_REVOKED:
       return "has been revoked";
     case X509_V_ERR_DEPTH_ZERO_SELF_SIGNED_CERT:
@@ -65,7 +54,41 @@ std::string reason_of(long verdict) {
   }
 }
 
-void configure(asio::ssl::context& context, const KeyFolder& keys) {
+// Index under which a TLS session keeps why it refuses the peer's certificate: OpenSSL itself
+// forgets a certificate that does not verify.
+int refusal_index() {
+  static const int index = SSL_get_ex_new_index(
+      0, nullptr, nullptr, nullptr, [](void*, void* refusal, CRYPTO_EX_DATA*, int, long, void*) {
+        delete static_cast<HandshakeFailure*>(refusal);
+      });
+  return index;
+}
+
+// Keeps the first thing that is wrong. Returns: whether that is kept.
+bool keep_refusal(X509_STORE_CTX* store) {
+  auto* const ssl =
+      static_cast<SSL*>(X509_STORE_CTX_get_ex_data(store, SSL_get_ex_data_X509_STORE_CTX_idx()));
+  X509* const certificate = X509_STORE_CTX_get0_cert(store);  // the peer's, not an issuer's
+  if (ssl == nullptr || certificate == nullptr) return false;
+  if (SSL_get_ex_data(ssl, refusal_index()) != nullptr) return true;
+  auto refusal = std::make_unique<HandshakeFailure>(
+      HandshakeFailure{subject_text(certificate), reason_of(X509_STORE_CTX_get_error(store))});
+  if (SSL_set_ex_data(ssl, refusal_index(), refusal.get()) != 1) return false;
+  (void)refusal.release();  // the session's now
+  return true;
+}
+
+int judge_as_client(int is_good, X509_STORE_CTX* store) {
+  if (is_good != 1) (void)keep_refusal(store);
+  return is_good;
+}
+
+// Lets the handshake end, for the last word of refusal_of(), if that will know of the refusal.
+int judge_as_server(int is_good, X509_STORE_CTX* store) {
+  return is_good == 1 || keep_refusal(store) ? 1 : 0;
+}
+
+void configure(asio::ssl::context& context, const KeyFolder& keys, SSL_verify_cb judge) {
   SSL_CTX* const native = context.native_handle();
   SSL_CTX_set_min_proto_version(native, TLS1_3_VERSION);
   SSL_CTX_set_num_tickets(native, 0);
@@ -78,14 +101,13 @@ void configure(asio::ssl::context& context, const KeyFolder& keys) {
   }
   TESSERA_CHECK_EQ(SSL_CTX_use_certificate(native, keys.own.get()), 1);
   TESSERA_CHECK_EQ(SSL_CTX_use_PrivateKey(native, keys.key.get()), 1);
-  SSL_CTX_set_verify(native, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT,
-                     &keep_refused_subject);
+  SSL_CTX_set_verify(native, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, judge);
 }
 
 std::unique_ptr<TlsEnds> make_ends(const KeyFolder& keys) {
   auto ends = std::make_unique<TlsEnds>();
-  configure(ends->server, keys);
-  configure(ends->client, keys);
+  configure(ends->server, keys, &judge_as_server);
+  configure(ends->client, keys, &judge_as_client);
   return ends;
 }
 
@@ -162,6 +184,9 @@ void TlsContext::Impl::end_if_revoked(const ConnectionPtr& connection) const {
 
 TlsContext::TlsContext(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 TlsContext::~TlsContext() = default;
+void TlsContext::set_refusal(std::function<Record(const std::string& reason)> refusal) {
+  impl_->refusal = std::move(refusal);
+}
 const std::string& TlsContext::folder() const { return impl_->folder; }
 const std::string& TlsContext::name() const { return impl_->keys.name; }
 
@@ -185,25 +210,39 @@ PeerIdentity identity_of(SSL* ssl) {
 }
 
 HandshakeFailure handshake_failure(SSL* ssl, const asio::error_code& error) {
-  const long verdict = SSL_get_verify_result(ssl);
-  const auto* const subject =
-      static_cast<const std::string*>(SSL_get_ex_data(ssl, refused_subject_index()));
-  if (is_certificate_alert(error)) return {"", "it refused our certificate: " + error.message()};
-  if (verdict == X509_V_OK || subject == nullptr) return {"", error.message()};
-  return {*subject, reason_of(verdict)};
+  const std::string alert = certificate_alert_text(error);
+  if (!alert.empty()) return {"", "it refused our certificate, which " + alert};
+  return refusal_of(ssl).value_or(HandshakeFailure{"", error.message()});
 }
 
-bool is_certificate_alert(const asio::error_code& error) {
-  if (error.category() != asio::error::get_ssl_category()) return false;
-  const int reason = ERR_GET_REASON(static_cast<unsigned long>(error.value()));
-  for (const int alert :
-       {SSL_R_SSLV3_ALERT_BAD_CERTIFICATE, SSL_R_SSLV3_ALERT_UNSUPPORTED_CERTIFICATE,
-        SSL_R_SSLV3_ALERT_CERTIFICATE_REVOKED, SSL_R_SSLV3_ALERT_CERTIFICATE_EXPIRED,
-        SSL_R_SSLV3_ALERT_CERTIFICATE_UNKNOWN, SSL_R_TLSV1_ALERT_UNKNOWN_CA,
-        SSL_R_TLSV13_ALERT_CERTIFICATE_REQUIRED}) {
-    if (reason == alert) return true;
+std::optional<HandshakeFailure> refusal_of(SSL* ssl) {
+  const auto* const kept =
+      static_cast<const HandshakeFailure*>(SSL_get_ex_data(ssl, refusal_index()));
+  if (kept != nullptr) return *kept;
+  const long verdict = SSL_get_verify_result(ssl);  // by OpenSSL itself, should it not have asked
+  if (verdict != X509_V_OK) return HandshakeFailure{"a peer", reason_of(verdict)};
+  return std::nullopt;
+}
+
+std::string certificate_alert_text(const asio::error_code& error) {
+  if (error.category() != asio::error::get_ssl_category()) return {};
+  switch (ERR_GET_REASON(static_cast<unsigned long>(error.value()))) {
+    case SSL_R_SSLV3_ALERT_BAD_CERTIFICATE:
+      return "is not valid yet by its clock, or damaged; do the clocks of both machines agree?";
+    case SSL_R_SSLV3_ALERT_CERTIFICATE_EXPIRED:
+      return "has expired by its clock";
+    case SSL_R_SSLV3_ALERT_CERTIFICATE_REVOKED:
+      return "has been revoked";
+    case SSL_R_TLSV1_ALERT_UNKNOWN_CA:
+      return "is of another cluster: not signed by the CA there";
+    case SSL_R_TLSV13_ALERT_CERTIFICATE_REQUIRED:
+      return "it did not get";
+    case SSL_R_SSLV3_ALERT_UNSUPPORTED_CERTIFICATE:
+    case SSL_R_SSLV3_ALERT_CERTIFICATE_UNKNOWN:
+      return "it cannot make use of (" + error.message() + ")";
+    default:
+      return {};
   }
-  return false;
 }
 
 }  // namespace tessera::net

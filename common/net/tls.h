@@ -11,10 +11,12 @@
 // it ends as soon as the list is read. (3) A list older than the one in use is never taken.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
 #include "common/base/status.h"
+#include "common/net/record.h"
 
 namespace tessera::net {
 
@@ -31,6 +33,11 @@ class TlsContext {
   // In the second case certificate and key stay as they were, while a good crl.pem counts all the
   // same.
   Result<bool> reload();
+
+  // What listeners say, over the encrypted link, to a peer whose certificate they refuse: a record
+  // that holds the reason; then they close, and nothing is ever read from that peer. Without it
+  // they close in silence. Call before any listener uses the context.
+  void set_refusal(std::function<Record(const std::string& reason)> refusal);
 
   const std::string& folder() const;
   const std::string& name() const;       // common name of our own certificate

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <asio/ssl.hpp>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +26,7 @@ struct TlsContext::Impl {
   KeyFolder keys;
   std::unique_ptr<TlsEnds> ends;
   std::vector<std::weak_ptr<Connection>> open;
+  std::function<Record(const std::string& reason)> refusal;  // null: refused in silence
 
   // Watches a fresh connection, to end it when its peer is revoked: at once, if that happened
   // during the handshake.
@@ -44,7 +47,13 @@ struct HandshakeFailure {
 };
 HandshakeFailure handshake_failure(SSL* ssl, const asio::error_code& error);
 
-// Whether the peer ended the link over our certificate, and not over damaged bytes.
-bool is_certificate_alert(const asio::error_code& error);
+// Why the peer's certificate is refused; nothing where it is good. A server's handshake is
+// completed with a bad one, too, so that the peer can be told in words: TLS itself has 8 bits, the
+// same for a wrong clock as for damage. So every server must ask this after its handshake, and hand
+// on no link that it has an answer for.
+std::optional<HandshakeFailure> refusal_of(SSL* ssl);
+
+// What the peer's alert over our certificate means, in words; empty for an error that is none.
+std::string certificate_alert_text(const asio::error_code& error);
 
 }  // namespace tessera::net

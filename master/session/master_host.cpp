@@ -15,6 +15,7 @@
 #include "common/metrics/exposition.h"
 #include "common/net/connector.h"
 #include "common/net/local_pair.h"
+#include "common/wire/codec.h"
 #include "master/frame_loop/metrics_page.h"
 #include "master/frame_loop/observer.h"
 #include "slave/core/integrate/tile_renderer.h"
@@ -152,6 +153,11 @@ Status MasterHost::listen_at(const SessionOptions& options) {
     TESSERA_RETURN_IF_ERROR(check_credentials(options, endpoint, "master"));
   auto tls = load_credentials(options, endpoints->front(), "master");
   if (!tls.is_ok()) return tls.status();
+  if (*tls) {
+    (*tls)->set_refusal([](const std::string& reason) {
+      return wire::encode(wire::Refuse{wire::RefuseCode::kRole, reason});
+    });
+  }
   Status status;
   io_.run_and_wait([&] {
     auto listener =

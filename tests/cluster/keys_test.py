@@ -77,7 +77,8 @@ class Keys(unittest.TestCase):
                 certificate = ssl.DER_cert_to_PEM_cert(tls.getpeercert(True))
                 try:
                     tls.sendall(peer.record(peer.HELLO, peer.hello("dialler", role=2)))
-                    return certificate, len(tls.recv(1)) > 0  # the master answers, or closes the link
+                    self.told = tls.recv(4096)  # the master answers, or says why not, or closes the link
+                    return certificate, int.from_bytes(self.told[6:8], "little") == peer.WELCOME
                 except TimeoutError:
                     raise
                 except OSError:
@@ -164,6 +165,8 @@ class Keys(unittest.TestCase):
             self.assertEqual(len(events), 1, events)
             for word in words:
                 self.assertIn(word, events[0])
+                if folder:
+                    self.assertIn(word.encode(), self.told, "the refused side hears the reason")
         self.assertNotIn("PRIVATE", self.log("master"))
         self.assertIsNotNone(self.cluster.slave_status("slave-1"), "it was not disturbed")
 

@@ -96,11 +96,14 @@ def f40(stage, report):
             link.plain.connect((stage.cluster.host, stage.cluster.port))
             link._begin(peer.tls_context(folder, ca=ca).wrap_socket(link.plain), beats=False)
             link.say(peer.HELLO, peer.hello("fake"))
+            _, refuse, _ = link.hear(peer.REFUSE)
+            report.claim(f"it is told why ({name})", word in refuse.get(2, b"").decode(), refuse)
             ended = link.wait_for_end()
-            report.claim(f"nothing answered ({name})", link.heard.empty())
+            report.claim(f"nothing else answered ({name})", link.heard.empty())
             link.close()
-        except (OSError, ValueError):
+        except (OSError, ValueError) as error:
             ended = time.time()
+            report.claim(f"it is told why ({name})", False, repr(error))
         report.figure(f"refused ({name})", ended - began, b.rtt + good + stage.lateness)
         # The event is found by its number: that of the peer before may be of the same millisecond, to which the log
         # rounds.

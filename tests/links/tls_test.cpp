@@ -153,6 +153,33 @@ TEST_F(Tls, WhoIsRefusedIsNamedWithTheReason) {
       << dialled.status().message();
 }
 
+// TLS 1.3 lets the calling end finish its handshake before it hears of the verdict.
+TEST_F(Tls, WhoIsRefusedIsToldTheReasonAndNobodyIsHandedOn) {
+  ASSERT_TRUE(revoke_key(folder_ / "one", "app").is_ok());
+  const auto master = context("one", "master");
+  master->set_refusal([](const std::string& reason) { return Record{5, reason, {}}; });
+  serve(master);
+  auto accepted = accepted_.get_future();
+  auto dialled = dial(unaware("one", "app"));
+  ASSERT_TRUE(dialled.is_ok()) << dialled.status().message();
+  test::NetPeer peer(io_);
+  peer.adopt(std::move(*dialled));
+  peer.send(1, "hello", {});
+  const auto told = peer.next_record();
+  ASSERT_TRUE(told.has_value());
+  EXPECT_EQ(told->header, "the certificate of app 'app' has been revoked");
+  EXPECT_FALSE(peer.wait_for_end().is_ok());
+  EXPECT_EQ(accepted.wait_for(std::chrono::seconds(0)), std::future_status::timeout);
+}
+
+TEST_F(Tls, WithoutAWordToSayARefusedPeerIsClosed) {
+  ASSERT_TRUE(revoke_key(folder_ / "one", "slave").is_ok());
+  serve(context("one", "master"));
+  auto accepted = accepted_.get_future();
+  EXPECT_TRUE(is_refused(dial(unaware("one", "slave"))));
+  EXPECT_EQ(accepted.wait_for(std::chrono::seconds(0)), std::future_status::timeout);
+}
+
 TEST_F(Tls, ARevokedPeerIsThrownOutOfAnOpenSessionAndOthersStay) {
   const std::string keys = folder_ / "one";
   ASSERT_TRUE(add_key(keys, "slave", "other", kNodeDays).is_ok());
