@@ -31,17 +31,23 @@ void PixelCoder::code(const wire::FrameBegin& begin, wire::TileResult& result) {
 }
 
 void PixelCoder::observe(const net::LinkCounters& counters) {
-  MutexLock lock(mutex_);
-  link_.observe(counters);
-  const std::optional<double> rate = link_.bytes_per_second();
-  chooser_.set_link(rate);
-  const wire::ByteCoding before = std::exchange(told_, chooser_.chosen());
-  if (told_ == before) return;
-  // That pixels are coded is news; which of two close codecs is ahead is not.
-  const bool is_news = told_ == wire::ByteCoding::kNone || before == wire::ByteCoding::kNone;
+  std::optional<double> rate;
+  wire::ByteCoding now = wire::ByteCoding::kNone;
+  {
+    MutexLock lock(mutex_);
+    link_.observe(counters);
+    rate = link_.bytes_per_second();
+    chooser_.set_link(rate);
+    now = chooser_.chosen();
+  }
+  const wire::ByteCoding before = std::exchange(told_, now);
+  if (now == before) return;
+  // That pixels are coded is news; which of two close codecs is ahead is not. The log is written
+  // without the mutex, since a terminal that stands still must not hold up the render threads.
+  const bool is_news = now == wire::ByteCoding::kNone || before == wire::ByteCoding::kNone;
   log_event(is_news ? LogLevel::kInfo : LogLevel::kDebug, "pixel-coding",
             "the link to the master decides how pixels travel",
-            {{"coding", wire::coding_name(told_)},
+            {{"coding", wire::coding_name(now)},
              {"link_mbit_per_s", rate ? std::to_string(8e-6 * *rate) : "no queue seen"}});
 }
 

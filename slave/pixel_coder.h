@@ -29,7 +29,8 @@ class PixelCoder {
   Mutex mutex_;
   wire::LinkRate link_ TESSERA_GUARDED_BY(mutex_);
   wire::CodecChooser chooser_ TESSERA_GUARDED_BY(mutex_);
-  wire::ByteCoding told_ TESSERA_GUARDED_BY(mutex_) = wire::ByteCoding::kNone;  // logged last
+
+  wire::ByteCoding told_ = wire::ByteCoding::kNone;  // logged last; network thread
 };
 
 }  // namespace tessera::slave

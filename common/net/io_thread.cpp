@@ -15,35 +15,36 @@ namespace tessera::net {
 IoThread::IoThread(std::string thread_name) : impl_(std::make_unique<Impl>()) {
   impl_->thread = std::thread([this, name = thread_name.substr(0, 15)] {
     pthread_setname_np(pthread_self(), name.c_str());
+    impl_->id = std::this_thread::get_id();
     impl_->context.run();
+    impl_->id = std::thread::id();
   });
 }
 
 IoThread::~IoThread() { stop(); }
 
-void IoThread::post(std::function<void()> task) {
-  if (impl_->is_stopped) return;
-  asio::post(impl_->context, std::move(task));
-}
+void IoThread::post(std::function<void()> task) { (void)impl_->post(std::move(task)); }
 
 void IoThread::run_and_wait(std::function<void()> task) {
   if (is_current()) return task();
-  if (impl_->is_stopped) return;
   std::promise<void> done;
-  asio::post(impl_->context, [&] {
+  const bool is_posted = impl_->post([&] {
     task();
     done.set_value();
   });
-  done.get_future().wait();
+  if (is_posted) done.get_future().wait();
 }
 
-bool IoThread::is_current() const { return std::this_thread::get_id() == impl_->thread.get_id(); }
+bool IoThread::is_current() const { return impl_->id == std::this_thread::get_id(); }
 
 void IoThread::stop() {
   if (!impl_->thread.joinable()) return;
   TESSERA_CHECK(!is_current());
-  impl_->is_stopped = true;
-  asio::post(impl_->context, [this] { impl_->context.stop(); });
+  {
+    MutexLock lock(impl_->gate);
+    impl_->is_stopped = true;
+    asio::post(impl_->context, [this] { impl_->context.stop(); });
+  }
   impl_->thread.join();
 }
 

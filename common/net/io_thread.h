@@ -27,8 +27,8 @@ class IoThread final : public EventLoop {
   bool is_current() const override;
   std::unique_ptr<TimerBackend> make_timer() override;
 
-  // Ends the loop after the tasks posted so far, and joins; later tasks are dropped. Safe to call
-  // twice. Any other thread.
+  // Ends the loop after the tasks posted so far, and joins; later tasks are dropped, so that who
+  // waits for one in run_and_wait() at the same time goes on. Safe to call twice, by one thread.
   void stop();
 
   struct Impl;

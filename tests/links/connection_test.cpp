@@ -9,8 +9,10 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstring>
 #include <future>
+#include <thread>
 
 #include "common/base/limits.h"
 #include "common/net/connector.h"
@@ -28,6 +30,25 @@ std::vector<std::byte> bytes_of(std::size_t count, unsigned seed) {
   std::vector<std::byte> bytes(count);
   for (std::size_t i = 0; i < count; ++i) bytes[i] = static_cast<std::byte>(i * 31 + seed);
   return bytes;
+}
+
+// Who waits for a task while another thread ends the loop goes on, and every task that was waited
+// for ran or was dropped.
+TEST(IoThread, WaitingWhileTheLoopEndsHangsNobody) {
+  for (int round = 0; round < 200; ++round) {
+    IoThread io("test-net");
+    std::atomic<bool> is_over{false};
+    std::atomic<int> ran{0};
+    std::thread asker([&] {
+      while (!is_over) io.run_and_wait([&] { ++ran; });
+      io.run_and_wait([&] { ++ran; });
+    });
+    while (ran == 0) std::this_thread::yield();
+    io.stop();
+    is_over = true;
+    asker.join();
+    EXPECT_FALSE(io.is_current());
+  }
 }
 
 // A plain listener that hands its connections to the test, one after the other.
