@@ -27,15 +27,15 @@ std::uint64_t now_ns() { return nanoseconds(Clock::now()); }
 
 }  // namespace
 
-MasterLink::MasterLink(net::EventLoop& io, wire::Hello hello, LinkFactory open_link,
+MasterLink::MasterLink(net::EventLoop& io, wire::Hello hello, net::LinkFactory open_link,
                        MasterLinkEvents events)
     : io_(io),
       hello_(std::move(hello)),
       open_link_(std::move(open_link)),
       events_(std::move(events)),
       backoff_(entropy()),
-      tile_liveness_(default_heartbeat(), kHeartbeatsMissedMax),
-      scene_liveness_(default_heartbeat(), kHeartbeatsMissedMax),
+      tile_liveness_(net::Pulse()),
+      scene_liveness_(net::Pulse()),
       tick_(io),
       retry_(io) {}
 
@@ -83,6 +83,7 @@ void MasterLink::on_opened(Result<net::ConnectionPtr> link) {
     state_ = State::kJoin;
     scene_ = std::move(*link);
     watch(scene_, true);
+    scene_->set_record_grace(scene_liveness_.silence_max());
     scene_->send(wire::encode(wire::Join{welcome_.version, welcome_.session, welcome_.token}));
   }
 }
@@ -148,10 +149,10 @@ void MasterLink::on_welcome(const wire::Welcome& welcome) {
                                        " was not offered"));
   }
   welcome_ = welcome;
-  const milliseconds heartbeat(welcome.heartbeat_ms);
-  const int missed_max = static_cast<int>(welcome.heartbeats_missed_max);
-  tile_liveness_ = net::Liveness(heartbeat, missed_max);
-  scene_liveness_ = net::Liveness(heartbeat, missed_max);
+  const net::Pulse pulse{welcome.heartbeat_ms, welcome.heartbeats_missed_max};
+  tile_liveness_ = net::Liveness(pulse);
+  scene_liveness_ = net::Liveness(pulse);
+  tile_->set_record_grace(pulse.silence_max());
   open(State::kSceneLink);
 }
 

@@ -16,14 +16,14 @@
 #include <memory>
 #include <string>
 
+#include "common/net/backoff.h"
 #include "common/net/connection.h"
 #include "common/net/connector.h"
 #include "common/net/event_loop.h"
 #include "common/net/link_counters.h"
+#include "common/net/link_factory.h"
 #include "common/net/liveness.h"
 #include "common/wire/messages.h"
-#include "slave/backoff.h"
-#include "slave/link_factory.h"
 
 namespace tessera::slave {
 
@@ -39,7 +39,8 @@ struct MasterLinkEvents {
 
 class MasterLink {
  public:
-  MasterLink(net::EventLoop& io, wire::Hello hello, LinkFactory open_link, MasterLinkEvents events);
+  MasterLink(net::EventLoop& io, wire::Hello hello, net::LinkFactory open_link,
+             MasterLinkEvents events);
   ~MasterLink();
 
   void start();
@@ -77,12 +78,12 @@ class MasterLink {
 
   net::EventLoop& io_;
   const wire::Hello hello_;
-  const LinkFactory open_link_;
+  const net::LinkFactory open_link_;
   const MasterLinkEvents events_;
 
   State state_ = State::kIdle;
   std::uint64_t generation_ = 0;  // of the attempt; what comes from an older one is ignored
-  Backoff backoff_;
+  net::Backoff backoff_;
   std::unique_ptr<net::ConnectAttempt> attempt_;
   net::ConnectionPtr tile_, scene_;
   net::ConnectionPtr parting_tile_, parting_scene_;  // closing; kept until the next attempt

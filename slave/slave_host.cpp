@@ -56,20 +56,20 @@ SlaveOptions with_instance(SlaveOptions options) {
 }  // namespace
 
 struct SlaveHost::Impl {
-  Impl(net::IoThread& io_thread, SlaveOptions slave_options, LinkFactory factory)
+  Impl(net::IoThread& io_thread, SlaveOptions slave_options, net::LinkFactory factory)
       : io(io_thread),
         options(with_instance(std::move(slave_options))),
         open_link(std::move(factory)) {}
 
   net::IoThread& io;
   const SlaveOptions options;
-  const LinkFactory open_link;
+  const net::LinkFactory open_link;
   std::unique_ptr<ThreadWorkshop> workshop;
   std::unique_ptr<SlaveNode> node;  // io thread
   bool is_started = false;          // owner's thread
 };
 
-SlaveHost::SlaveHost(net::IoThread& io, const SlaveOptions& options, LinkFactory open_link)
+SlaveHost::SlaveHost(net::IoThread& io, const SlaveOptions& options, net::LinkFactory open_link)
     : impl_(std::make_shared<Impl>(io, options, std::move(open_link))) {}
 
 SlaveHost::~SlaveHost() { stop(); }

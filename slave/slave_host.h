@@ -14,7 +14,7 @@ namespace tessera::slave {
 
 class SlaveHost {
  public:
-  SlaveHost(net::IoThread& io, const SlaveOptions& options, LinkFactory open_link);
+  SlaveHost(net::IoThread& io, const SlaveOptions& options, net::LinkFactory open_link);
   ~SlaveHost();  // stop(), if not done
 
   // Connects, renders, reconnects, until stop().

@@ -33,7 +33,8 @@ constexpr milliseconds kFarewell{500};  // to send the last record
 }  // namespace
 
 struct SlaveNode::Impl {
-  Impl(net::EventLoop& event_loop, SlaveOptions slave_options, LinkFactory factory, Workshop& shop)
+  Impl(net::EventLoop& event_loop, SlaveOptions slave_options, net::LinkFactory factory,
+       Workshop& shop)
       : loop(event_loop),
         options(std::move(slave_options)),
         open_link(std::move(factory)),
@@ -61,7 +62,7 @@ struct SlaveNode::Impl {
 
   net::EventLoop& loop;
   const SlaveOptions options;
-  const LinkFactory open_link;
+  const net::LinkFactory open_link;
   Workshop& workshop;
 
   std::unique_ptr<MasterLink> link;
@@ -80,7 +81,7 @@ struct SlaveNode::Impl {
   std::deque<WaitingResult> results;  // waiting for the wire
 };
 
-SlaveNode::SlaveNode(net::EventLoop& loop, const SlaveOptions& options, LinkFactory open_link,
+SlaveNode::SlaveNode(net::EventLoop& loop, const SlaveOptions& options, net::LinkFactory open_link,
                      Workshop& workshop)
     : impl_(std::make_unique<Impl>(loop, options, std::move(open_link), workshop)) {}
 

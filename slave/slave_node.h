@@ -16,8 +16,8 @@
 #include "common/base/memory_room.h"
 #include "common/base/status.h"
 #include "common/net/event_loop.h"
+#include "common/net/link_factory.h"
 #include "slave/core/scene/prepared_scene.h"
-#include "slave/link_factory.h"
 #include "slave/relay_access.h"
 #include "slave/test_hooks.h"
 #include "slave/workshop.h"
@@ -39,7 +39,7 @@ struct SlaveOptions {
 class SlaveNode {
  public:
   // `loop` and `workshop` outlive the node.
-  SlaveNode(net::EventLoop& loop, const SlaveOptions& options, LinkFactory open_link,
+  SlaveNode(net::EventLoop& loop, const SlaveOptions& options, net::LinkFactory open_link,
             Workshop& workshop);
   ~SlaveNode();  // closes without a word
 

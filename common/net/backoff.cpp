@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "slave/backoff.h"
+#include "common/net/backoff.h"
 
 #include <algorithm>
 
 #include "common/base/limits.h"
 
-namespace tessera::slave {
+namespace tessera::net {
 
 namespace {
 
@@ -35,4 +35,4 @@ void Backoff::session_ended(TimePoint now) {
   in_session_ = false;
 }
 
-}  // namespace tessera::slave
+}  // namespace tessera::net

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long a slave waits before it tries the master again: pauses double from kReconnectFirstMs,
-// each drawn from [0.5, 1.5) of its nominal length so that a room of slaves does not knock all at
-// once, and never pass kReconnectMaxMs. Growth starts anew only after a session that lasted a
-// minute, so that a flapping link is not hammered (fault-matrix F22).
+// How long a slave or an application waits before it tries the master again: pauses double from
+// kReconnectFirstMs, each drawn from [0.5, 1.5) of its nominal length so that a room of slaves does
+// not knock all at once, and never pass kReconnectMaxMs. Growth starts anew only after a session
+// that lasted a minute, so that a flapping link is not hammered (fault-matrix F22).
 //
 // Threads. Pure: random numbers from a seed and times go in. One owner thread.
 #pragma once
@@ -13,7 +13,7 @@
 
 #include "common/base/clock.h"
 
-namespace tessera::slave {
+namespace tessera::net {
 
 class Backoff {
  public:
@@ -33,4 +33,4 @@ class Backoff {
   TimePoint began_{};
 };
 
-}  // namespace tessera::slave
+}  // namespace tessera::net

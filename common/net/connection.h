@@ -59,6 +59,10 @@ class Connection {
   virtual void start(ConnectionCallbacks callbacks, const RecordLimits& limits) = 0;
   virtual void set_limits(const RecordLimits& limits) = 0;  // from the next record on
 
+  // A started record may take so long beside its bytes; as long as a silent peer lives, which the
+  // handshake decides. From the next record on. Links whose records come whole have no such time.
+  virtual void set_record_grace(std::chrono::milliseconds /*grace*/) {}
+
   virtual void send(Record record) = 0;  // queued; dropped after close
   virtual std::uint64_t queue_bytes() const = 0;
 

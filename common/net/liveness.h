@@ -14,15 +14,46 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 
 #include "common/base/clock.h"
+#include "common/base/limits.h"
 
 namespace tessera::net {
+
+// How often both ends of a link that say nothing else show that they live, and how many times that
+// may be missed. The master decides, and tells every peer in Welcome.
+struct Pulse {
+  // What a person may ask for; the wire allows a shorter heartbeat (tests).
+  static constexpr std::uint32_t kHeartbeatMsLeast = 20, kHeartbeatMsMost = 60'000;
+  static constexpr std::uint32_t kMissedMost = 100;
+
+  std::uint32_t heartbeat_ms = kHeartbeatMs;
+  std::uint32_t missed_max = kHeartbeatsMissedMax;
+
+  std::chrono::milliseconds silence_max() const {
+    return std::chrono::milliseconds(std::uint64_t{heartbeat_ms} * (missed_max + 1));
+  }
+};
+
+// The pulse between an application and a master whose slaves have `slaves`: never a shorter silence
+// than kAppHeartbeatsMissedMax usual heartbeats, nor one that is shorter than theirs.
+inline Pulse application_pulse(const Pulse& slaves) {
+  constexpr std::uint32_t kSilenceMs = kHeartbeatMs * (kAppHeartbeatsMissedMax + 1);
+  Pulse pulse;
+  pulse.heartbeat_ms = std::max<std::uint32_t>(slaves.heartbeat_ms, kHeartbeatMs);
+  const std::uint32_t beats = (kSilenceMs + pulse.heartbeat_ms - 1) / pulse.heartbeat_ms;
+  pulse.missed_max = std::max({slaves.missed_max, beats - 1, 1u});
+  return pulse;
+}
 
 enum class LivenessAction { kNone, kPing, kDead };
 
 class Liveness {
  public:
+  explicit Liveness(const Pulse& pulse)
+      : Liveness(std::chrono::milliseconds(pulse.heartbeat_ms),
+                 static_cast<int>(pulse.missed_max)) {}
   Liveness(std::chrono::milliseconds heartbeat, int missed_max)
       : heartbeat_(heartbeat), silence_max_(heartbeat * (missed_max + 1)) {}
 

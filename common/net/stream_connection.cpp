@@ -21,8 +21,8 @@ static_assert(kBufferedRecordBytesMax + kRecordHeadBytes <= kInputBufferBytes);
 // As long as no more than this waits, it is written at once, without a round of the loop. More is
 // left to the loop, so that a sender of bulk data gives way to the others.
 constexpr std::uint64_t kWriteNowBytesMax = 64 * 1024;
-// A started record must be complete within the time after which a silent peer is dead, plus its
-// size over the slowest supported link.
+// A started record must be complete within the time after which a silent peer is dead (this one, as
+// long as nothing else was said), plus its size over the slowest supported link.
 constexpr std::chrono::milliseconds kRecordGrace{kHeartbeatMs * (kHeartbeatsMissedMax + 1)};
 constexpr std::uint64_t kSlowestBytesPerSecond = 8 * 1024;  // below 100 kbit/s
 
@@ -47,6 +47,7 @@ class Core : public std::enable_shared_from_this<Core> {
     read_more();
   }
   void set_limits(const RecordLimits& limits) { limits_ = limits; }
+  void set_record_grace(std::chrono::milliseconds grace) { record_grace_ = grace; }
   void send(Record record);
   void close(std::chrono::milliseconds grace);
   void end(Status status);
@@ -84,6 +85,7 @@ class Core : public std::enable_shared_from_this<Core> {
   const PeerIdentity peer_;
   ConnectionCallbacks callbacks_;
   RecordLimits limits_{};
+  std::chrono::milliseconds record_grace_ = kRecordGrace;
   State state_ = State::kOpen;
 
   std::vector<std::byte> input_;
@@ -279,7 +281,7 @@ void Core::deliver() {
 void Core::arm_deadline(std::uint64_t bytes) {
   if (has_deadline_) return;
   has_deadline_ = true;
-  deadline_ = std::chrono::steady_clock::now() + kRecordGrace +
+  deadline_ = std::chrono::steady_clock::now() + record_grace_ +
               std::chrono::milliseconds(1000 * bytes / kSlowestBytesPerSecond);
   if (is_deadline_timer_set_ && deadline_timer_.expiry() <= deadline_) return;
   set_deadline_timer();
@@ -356,6 +358,9 @@ class CoreConnection final : public Connection {
     core_->start(std::move(callbacks), limits);
   }
   void set_limits(const RecordLimits& limits) override { core_->set_limits(limits); }
+  void set_record_grace(std::chrono::milliseconds grace) override {
+    core_->set_record_grace(grace);
+  }
   void send(Record record) override { core_->send(std::move(record)); }
   std::uint64_t queue_bytes() const override { return core_->queue_bytes(); }
   void close(std::chrono::milliseconds grace) override { core_->close(grace); }

@@ -18,30 +18,32 @@ namespace {
 
 constexpr std::chrono::milliseconds kSweep{500};
 
-// Heartbeat interval of a slave: longer than usual when its connecting had a long round trip.
-std::uint32_t heartbeat_of(const PeerLink& link, const std::string& name) {
+// Pulse of a slave: slower than usual when its connecting had a long round trip.
+net::Pulse pulse_of(const net::Pulse& slaves, const PeerLink& link, const std::string& name) {
   const Duration rtt = from_seconds(link.connection().peer().rtt_seconds);
-  const std::chrono::milliseconds usual(kHeartbeatMs);
-  const auto heartbeat = std::min(net::heartbeat_for(usual, kHeartbeatsMissedMax, rtt),
-                                  std::chrono::milliseconds(wire::kHeartbeatMsMax));
+  const std::chrono::milliseconds usual(slaves.heartbeat_ms);
+  const auto heartbeat =
+      std::min(net::heartbeat_for(usual, static_cast<int>(slaves.missed_max), rtt),
+               std::chrono::milliseconds(wire::kHeartbeatMsMax));
   if (heartbeat > usual) {
     log_warn("heartbeat-raised",
              "slave '" + name + "' is far away: its silence is noticed later than usual",
              {{"rtt_ms", std::to_string(std::llround(1e3 * seconds(rtt)))},
               {"heartbeat_ms", std::to_string(heartbeat.count())}});
   }
-  return static_cast<std::uint32_t>(heartbeat.count());
+  return {static_cast<std::uint32_t>(heartbeat.count()), slaves.missed_max};
 }
 
 }  // namespace
 
 Cluster::Cluster(net::EventLoop& io, std::optional<Isa> isa, bool is_isa_mixed,
-                 ClusterEvents events, bool is_relaying)
+                 ClusterEvents events, bool is_relaying, const net::Pulse& pulse)
     : io_(io),
       wanted_isa_(isa),
       is_isa_mixed_(is_isa_mixed),
       events_(std::move(events)),
       is_relaying_(is_relaying),
+      pulse_(pulse),
       sweep_(io),
       gentle_pump_(io),
       not_offered_timer_(io) {
@@ -120,10 +122,10 @@ void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::u
   slave->hello = std::move(hello);
   slave->token = entropy();
   link->set_callbacks(callbacks_of(session, true));
-  slave->heartbeat_ms = heartbeat_of(*link, slave->hello.name);
-  link->send(
-      wire::Welcome{version, session, slave->token, slave->heartbeat_ms, kHeartbeatsMissedMax});
-  link->start_heartbeat(slave->heartbeat_ms);
+  const net::Pulse pulse = pulse_of(pulse_, *link, slave->hello.name);
+  slave->pulse = pulse;
+  link->send(wire::Welcome{version, session, slave->token, pulse.heartbeat_ms, pulse.missed_max});
+  link->start_heartbeat(pulse);
   link->ping();
   slave->tile_link = std::move(link);
   slaves_[session] = std::move(slave);
@@ -148,7 +150,7 @@ void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
   }
   link->set_callbacks(callbacks_of(join.session, false));
   link->send(wire::Joined{});
-  link->start_heartbeat(slave.heartbeat_ms);
+  link->start_heartbeat(slave.pulse);
   link->ping();
   slave.scene_link = std::move(link);
   slave.sender = std::make_unique<SceneSender>(

@@ -47,7 +47,7 @@ struct ClusterEvents {
 class Cluster {
  public:
   Cluster(net::EventLoop& io, std::optional<Isa> isa, bool is_isa_mixed, ClusterEvents events,
-          bool is_relaying = true);
+          bool is_relaying = true, const net::Pulse& pulse = {});
   ~Cluster();
 
   // Called by the reception.
@@ -138,6 +138,7 @@ class Cluster {
   const bool is_isa_mixed_;
   const ClusterEvents events_;
   const bool is_relaying_;
+  const net::Pulse pulse_;  // of slaves that are near
   RelayPlan relay_;
   std::optional<Isa> bound_isa_;
   SlaveMap slaves_;

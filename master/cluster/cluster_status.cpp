@@ -14,8 +14,8 @@ std::vector<QuarantinedSlave> Cluster::quarantined() const {
 
 ClusterPace Cluster::pace() const {
   ClusterPace pace;
-  pace.heartbeat_ms = kHeartbeatMs;
-  pace.heartbeats_missed_max = kHeartbeatsMissedMax;
+  pace.heartbeat_ms = pulse_.heartbeat_ms;
+  pace.heartbeats_missed_max = pulse_.missed_max;
   pace.handshake_ms = kHandshakeMs;
   pace.reconnect_max_ms = kReconnectMaxMs;
   std::vector<double> all;
@@ -23,7 +23,7 @@ ClusterPace Cluster::pace() const {
     const std::vector<double>& times = slave->tile_times.seconds();
     all.insert(all.end(), times.begin(), times.end());
     pace.tile_seconds_p95 = std::max(pace.tile_seconds_p95, quantile(times, 0.95));
-    pace.heartbeat_ms = std::max(pace.heartbeat_ms, slave->heartbeat_ms);
+    pace.heartbeat_ms = std::max(pace.heartbeat_ms, slave->pulse.heartbeat_ms);
     pace.rtt_seconds_max = std::max(pace.rtt_seconds_max, slave->tile_link->rtt_seconds());
   }
   pace.tile_seconds_median = quantile(std::move(all), 0.5);

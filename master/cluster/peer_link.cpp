@@ -43,9 +43,9 @@ void PeerLink::set_callbacks(Callbacks callbacks) {
   if (!is_over_) callbacks_ = std::move(callbacks);
 }
 
-void PeerLink::start_heartbeat(std::uint32_t heartbeat_ms, std::uint32_t missed_max) {
-  liveness_ = net::Liveness(std::chrono::milliseconds(std::max(heartbeat_ms, 2u)),
-                            static_cast<int>(missed_max));
+void PeerLink::start_heartbeat(const net::Pulse& pulse) {
+  liveness_ = net::Liveness({std::max(pulse.heartbeat_ms, 2u), pulse.missed_max});
+  connection_->set_record_grace(liveness_.silence_max());
   beat();
 }
 

@@ -47,8 +47,7 @@ class PeerLink {
   // Called by whoever takes the link over after the handshake. Does nothing once the link is over.
   void set_callbacks(Callbacks callbacks);
   void set_limits(const net::RecordLimits& limits) { connection_->set_limits(limits); }
-  void start_heartbeat(std::uint32_t heartbeat_ms = kHeartbeatMs,
-                       std::uint32_t missed_max = kHeartbeatsMissedMax);
+  void start_heartbeat(const net::Pulse& pulse = {});
 
   // Asks for the round trip and the peer's clock; heartbeats do so, too.
   void ping();
@@ -78,7 +77,7 @@ class PeerLink {
   net::ConnectionPtr connection_;
   Callbacks callbacks_;
   net::Timer heartbeat_;
-  net::Liveness liveness_{std::chrono::milliseconds(kHeartbeatMs), kHeartbeatsMissedMax};
+  net::Liveness liveness_{net::Pulse()};
   double rtt_seconds_ = 0;
   ClockOffset clock_;
   std::deque<TimePoint> pings_;  // ours without an answer, oldest first, at most kPingsMax

@@ -11,7 +11,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/ids.h"
-#include "common/base/limits.h"
+#include "common/net/liveness.h"
 #include "common/wire/messages.h"
 #include "master/cluster/peer_link.h"
 #include "master/cluster/scene_sender.h"
@@ -23,7 +23,7 @@ struct SlaveEntry {
   wire::Hello hello;
   std::uint64_t token = 0;
   std::uint16_t ordinal = 0;
-  std::uint32_t heartbeat_ms = kHeartbeatMs;  // of both connections
+  net::Pulse pulse;  // of both connections
   TimePoint since = Clock::now();
   std::unique_ptr<PeerLink> tile_link;
   std::unique_ptr<PeerLink> scene_link;  // null until joined

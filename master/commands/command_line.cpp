@@ -120,6 +120,10 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
          "what does not fit is refused")
       ->check(whole_in(std::uint64_t{0}, std::uint64_t{1} << 24))
       ->type_name("MIB");
+  add_text(app, "--heartbeat", t.heartbeat, "MS",
+           "an idle peer shows so often that it lives, 20 to 60000 milliseconds");
+  add_text(app, "--heartbeats-missed", t.heartbeats_missed, "N",
+           "so many may be missed, 1 to 100; after one more the peer is taken for lost");
   app.add_option("--frames-in-flight", o.session.frames_in_flight, "1 or 2")
       ->check(whole_in(1, kFramesInFlightMax))
       ->capture_default_str()

@@ -10,6 +10,7 @@
 #include "master/commands/commands.h"
 #include "master/commands/failed_pictures.h"
 #include "master/commands/frame_source.h"
+#include "master/commands/master_news.h"
 #include "master/commands/picture_writer.h"
 
 namespace tessera::master {
@@ -21,14 +22,22 @@ constexpr std::chrono::seconds kAlonePause{2};
 // How far a sequence has come, also within its first frame, from what the slaves have done.
 class RenderProgress {
  public:
-  RenderProgress(Session& session, Progress& progress, const FrameSettings& settings, long frames)
-      : session_(session), progress_(progress), tiles_total_(static_cast<double>(frames)) {
+  RenderProgress(Session& session, Progress& progress, MasterNews& news,
+                 const FrameSettings& settings, long frames)
+      : session_(session),
+        progress_(progress),
+        news_(news),
+        tiles_total_(static_cast<double>(frames)) {
     const int edge =
         settings.tile_edge_px == kTileEdgeAuto ? kTileEdgeAutoPx : settings.tile_edge_px;
     tiles_total_ *= TileGrid(settings.width_px, settings.height_px, edge).tile_count();
   }
 
   void update(long frames_done) {
+    if (news_.look()) {
+      alone_since_ = Clock::now();
+      return;
+    }
     const ClusterStatus status = session_.status();
     if (status.slaves.empty()) return say_when_alone();
     alone_since_ = Clock::now();
@@ -68,6 +77,7 @@ class RenderProgress {
 
   Session& session_;
   Progress& progress_;
+  MasterNews& news_;
   double tiles_total_;
   std::map<std::string, double> tiles_done_;  // by slave, those that left too
   double tiles_before_ = 0;                   // done before this work
@@ -114,8 +124,9 @@ Result<int> take_frame(Session& session, const MasterOptions& options, PictureWr
 // Renders one picture anew that had failed. Returns: why the session does not go on; whether the
 // picture fails again stands in `failed`.
 Status try_again(Session& session, const FrameSource& source, const MasterOptions& options,
-                 PictureWriter& writer, Progress& progress, const SignalWatch& signals, long number,
-                 FrameSettings settings, FailedPictures& failed) {
+                 PictureWriter& writer, Progress& progress, MasterNews& news,
+                 const SignalWatch& signals, long number, FrameSettings settings,
+                 FailedPictures& failed) {
   if (source.is_animated()) {
     auto version = session.commit_scene(source.scene_at(static_cast<double>(number) / options.fps));
     if (!version.is_ok()) return version.status();
@@ -130,6 +141,7 @@ Status try_again(Session& session, const FrameSource& source, const MasterOption
     for (bool is_taken = false; !is_taken;) {
       if (signals.is_signalled())
         return Status::cancelled("interrupted; finished pictures are kept");
+      news.look();
       const long done = (number - options.frame_first) * passes + pass;
       auto taken = take_frame(session, options, writer, progress, settings, owed, failed, done,
                               (options.frame_last - options.frame_first + 1) * passes);
@@ -141,14 +153,14 @@ Status try_again(Session& session, const FrameSource& source, const MasterOption
 }
 
 Status render_frames(Session& session, const FrameSource& source, const MasterOptions& options,
-                     PictureWriter& writer, Progress& progress, const SignalWatch& signals,
-                     FailedPictures& failed) {
+                     PictureWriter& writer, Progress& progress, MasterNews& news,
+                     const SignalWatch& signals, FailedPictures& failed) {
   const int passes = std::max(1, options.passes);
   DisplayTransform display = source.settings_at(0).display;
   const long total = (options.frame_last - options.frame_first + 1) * passes;
   long submitted = 0, done = 0;
   SceneCost owed = source.scene_cost();
-  RenderProgress work(session, progress, source.settings_at(0), total);
+  RenderProgress work(session, progress, news, source.settings_at(0), total);
   while (done < total) {
     if (signals.is_signalled()) return Status::cancelled("interrupted; finished pictures are kept");
     const bool is_metered_next =
@@ -165,7 +177,10 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
       }
       FrameSettings settings = source.settings_at(static_cast<double>(number));
       if (is_metered_next) {
-        auto exposure = settle_exposure(session, settings, [&] { return signals.is_signalled(); });
+        auto exposure = settle_exposure(session, settings, [&] {
+          news.look();
+          return signals.is_signalled();
+        });
         if (!exposure.is_ok()) return exposure.status();
         display.exposure_ev = exposure->ev;
         owed += exposure->scene_cost;
@@ -189,8 +204,8 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
   const std::map<long, FailedPictures::Picture> first = failed.pictures();
   for (const auto& [number, picture] : first) {
     if (!FailedPictures::is_worth_a_try(picture)) continue;
-    TESSERA_RETURN_IF_ERROR(try_again(session, source, options, writer, progress, signals, number,
-                                      picture.settings, failed));
+    TESSERA_RETURN_IF_ERROR(try_again(session, source, options, writer, progress, news, signals,
+                                      number, picture.settings, failed));
   }
   return Status::ok();
 }
@@ -231,16 +246,20 @@ int run_render(const MasterOptions& options, const SignalWatch& signals) {
   if (!source.is_ok()) return fail(source.status());
   auto reference = read_reference(options, source->settings_at(0));
   if (!reference.is_ok()) return fail(reference.status());
-  Status status = wait_for_slaves(**session, options, [&] { return signals.is_signalled(); });
-  if (status.is_ok())
-    status = source->settle(**session, options, progress, [&] { return signals.is_signalled(); });
+  MasterNews news(**session, progress, options.is_quiet);
+  const auto should_stop = [&] {
+    news.look();
+    return signals.is_signalled();
+  };
+  Status status = wait_for_slaves(**session, options, should_stop);
+  if (status.is_ok()) status = source->settle(**session, options, progress, should_stop);
   FailedPictures failed;
   if (status.is_ok()) {
     PictureWriter writer(
         *pattern, *stats, progress,
         {std::max(1, options.passes), options.frame.pixel_format == PixelFormat::kHalf,
          options.is_quiet, std::move(*reference), options.scene});
-    status = render_frames(**session, *source, options, writer, progress, signals, failed);
+    status = render_frames(**session, *source, options, writer, progress, news, signals, failed);
     const Status written = writer.finish();
     if (status.is_ok()) status = written;
   }

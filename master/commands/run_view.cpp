@@ -101,8 +101,10 @@ class Pump {
     for (ask_status(); is_alone_ && !is_stopping_; ask_status())
       viewer_.wait_for_view(view_.revision, InteractiveLoop::kStatusSeconds);
     if (is_stopping_) return Status::ok();
-    const Status status =
-        source_.settle(session_, options_, progress_, [this] { return is_stopping_.load(); });
+    const Status status = source_.settle(session_, options_, progress_, [this] {
+      if (!session_.interruption().empty() != is_away_) ask_status();
+      return is_stopping_.load();
+    });
     owed_ = source_.scene_cost();
     viewer_.expose(source_.settings_at(0).display, !options_.look.exposure_ev);
     return status;
@@ -156,8 +158,14 @@ class Pump {
     ClusterStatus cluster = session_.status();
     const std::size_t count = cluster.slaves.size();
     loop_.status_came(count, Clock::now());
-    if (const bool is_alone = count == 0; std::exchange(is_alone_, is_alone) != is_alone) {
-      const std::string line = is_alone ? "no slave: waiting" : "slaves are there: going on";
+    const bool is_away = !session_.interruption().empty();
+    const bool is_alone = count == 0;
+    const bool is_news = std::exchange(is_alone_, is_alone) != is_alone || is_away != is_away_;
+    is_away_ = is_away;
+    if (is_news) {
+      const std::string line = is_away    ? "the master is away: waiting for it"
+                               : is_alone ? "no slave: waiting"
+                                          : "slaves are there: going on";
       if (!options_.is_quiet) std::fprintf(stderr, "%s\n", line.c_str());
       viewer_.notify(line);
     }
@@ -215,7 +223,7 @@ class Pump {
   PassMean mean_;                   // of the full frames of one view
   bool has_scene_ = false;
   SceneCost owed_;  // of pictures that nobody sees; charged to the next frame
-  bool is_alone_ = false;
+  bool is_alone_ = false, is_away_ = false;
   Status failure_;
   std::atomic<bool> is_stopping_{false};
   std::atomic<bool> has_ended_{false};

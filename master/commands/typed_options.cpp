@@ -12,6 +12,7 @@
 #include "common/base/path_suffix.h"
 #include "common/frame/frame_image.h"
 #include "common/net/endpoint.h"
+#include "common/net/liveness.h"
 #include "common/scene/validate.h"
 #include "common/scene_io/camera_file.h"
 #include "master/image/file_channels.h"
@@ -241,6 +242,13 @@ Status check_cluster(MasterOptions& o, const TypedOptions& t) {
     if (!prefetch.is_ok()) return prefetch.status();
     o.session.prefetch_per_thread = *prefetch;
   }
+  auto heartbeat = parse_int("--heartbeat", t.heartbeat, net::Pulse::kHeartbeatMsLeast,
+                             net::Pulse::kHeartbeatMsMost);
+  if (!heartbeat.is_ok()) return heartbeat.status();
+  o.session.heartbeat_ms = static_cast<std::uint32_t>(*heartbeat);
+  auto missed = parse_int("--heartbeats-missed", t.heartbeats_missed, 1, net::Pulse::kMissedMost);
+  if (!missed.is_ok()) return missed.status();
+  o.session.heartbeats_missed_max = static_cast<std::uint32_t>(*missed);
   if (t.faulty_pixels != "colour" && t.faulty_pixels != "fail") {
     return Status::invalid_argument("--faulty-pixels " + t.faulty_pixels + ": give colour or fail");
   }

@@ -16,9 +16,9 @@ struct TypedOptions {
   std::string size, frames,
       renderer = "igi", pixels, isa = "auto", isa_policy = "same", pixel_coding = "auto",
       relay = "on", tile = "auto", samples = "auto", clamp = "auto", prefetch = "auto",
-      schedule = "dynamic", faulty_pixels = "colour", scene_transfer = "async", log_level = "info",
-      log_format = "text", environment, config, light = "auto", background = "auto",
-      exposure = "auto", tone = "agx", aov;
+      heartbeat = "250", heartbeats_missed = "4", schedule = "dynamic", faulty_pixels = "colour",
+      scene_transfer = "async", log_level = "info", log_format = "text", environment, config,
+      light = "auto", background = "auto", exposure = "auto", tone = "agx", aov;
   int local = kLocalAuto;
   std::uint32_t threads = 0;
 

@@ -15,12 +15,16 @@ constexpr std::uint64_t kPieceBytes = 512 * 1024;  // of a frame on its way to t
 static_assert(kPieceBytes <= kFrameChunkBytesMax && kPieceBytes < net::kSendQueueLowBytes);
 constexpr std::size_t kStatusClientsMax = 64;
 static_assert(kAppHeartbeatsMissedMax <= wire::kHeartbeatsMissedLimit);
+static_assert(net::Pulse::kMissedMost <= wire::kHeartbeatsMissedLimit);
+static_assert(net::Pulse::kHeartbeatMsMost <= wire::kHeartbeatMsMax);
 
 }  // namespace
 
 void AppServer::on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hello,
                          std::uint16_t version) {
   const bool is_app = hello.role == wire::Role::kApp;
+  if (is_app && is_same_process(hello, link->connection().peer()))
+    drop_application("its process is here with a new link");
   if (is_app && application_) {
     return link->refuse(wire::RefuseCode::kBusy, "busy: application '" + application_->name +
                                                      "' is connected; try again when it has ended");
@@ -29,14 +33,22 @@ void AppServer::on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hell
     return link->refuse(wire::RefuseCode::kFull, "too many status clients");
   }
   const SessionId session = ++next_session_;
-  const std::uint32_t missed_max = is_app ? kAppHeartbeatsMissedMax : kHeartbeatsMissedMax;
-  link->send(wire::Welcome{version, session, session, kHeartbeatMs, missed_max});
-  link->start_heartbeat(kHeartbeatMs, missed_max);
+  const net::Pulse pulse = is_app ? net::application_pulse(pulse_) : pulse_;
+  link->send(wire::Welcome{version, session, session, pulse.heartbeat_ms, pulse.missed_max});
+  link->start_heartbeat(pulse);
   if (is_app) {
     add_application(session, std::move(link), hello);
   } else {
     add_status_client(session, std::move(link));
   }
+}
+
+// Whether the peer is the application itself, whose old link only seems to stand.
+bool AppServer::is_same_process(const wire::Hello& hello, const net::PeerIdentity& peer) const {
+  if (!application_ || hello.instance == 0 || hello.instance != application_->instance)
+    return false;
+  const net::PeerIdentity& known = application_->link->connection().peer();
+  return peer.is_authenticated == known.is_authenticated && peer.name == known.name;
 }
 
 void AppServer::add_application(SessionId session, std::unique_ptr<PeerLink> link,
@@ -57,6 +69,7 @@ void AppServer::add_application(SessionId session, std::unique_ptr<PeerLink> lin
   application_ = std::make_shared<Application>(wire::SceneReceiver(
       [this](std::uint64_t) { return frames_.free_bytes(); }, wire::SceneReceiver::Use::kKept));
   application_->session = session;
+  application_->instance = hello.instance;
   const net::PeerIdentity& peer = link->connection().peer();
   application_->name = peer.is_authenticated ? peer.name : hello.name;
   application_->link = std::move(link);

@@ -28,7 +28,9 @@ class AppServer {
  public:
   static constexpr std::size_t kOutstandingMax = 4;  // submitted, not yet sent back
 
-  AppServer(net::EventLoop& io, FrameOrders& frames) : io_(io), frames_(frames) {}
+  // `pulse`: of status clients; applications have a longer one (application_pulse()).
+  AppServer(net::EventLoop& io, FrameOrders& frames, const net::Pulse& pulse)
+      : io_(io), frames_(frames), pulse_(pulse) {}
 
   void on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hello, std::uint16_t version);
   bool has_application() const { return application_ != nullptr; }
@@ -54,6 +56,7 @@ class AppServer {
     explicit Application(wire::SceneReceiver scenes) : receiver(std::move(scenes)) {}
 
     SessionId session = 0;
+    std::uint64_t instance = 0;  // of its process; 0: it did not say
     std::string name;
     std::unique_ptr<PeerLink> link;
     wire::SceneReceiver receiver;
@@ -74,6 +77,7 @@ class AppServer {
   void pump();
   void violation(const std::string& reason);
   void drop_application(const std::string& reason);
+  bool is_same_process(const wire::Hello& hello, const net::PeerIdentity& peer) const;
   void add_application(SessionId session, std::unique_ptr<PeerLink> link, const wire::Hello& hello);
   void add_status_client(SessionId session, std::unique_ptr<PeerLink> link);
   void on_status_message(SessionId session, const wire::Message& message);
@@ -86,6 +90,7 @@ class AppServer {
 
   net::EventLoop& io_;
   FrameOrders& frames_;
+  const net::Pulse pulse_;
   std::shared_ptr<Application> application_;
   std::map<SessionId, std::unique_ptr<PeerLink>> status_clients_;
   SessionId next_session_ = 0;  // of applications and status clients

@@ -21,6 +21,7 @@
 #include "common/net/connection.h"
 #include "common/net/event_loop.h"
 #include "common/net/listener.h"
+#include "common/net/liveness.h"
 #include "common/scene/scene_codec.h"
 #include "master/frame_loop/frame_admission.h"
 #include "master/frame_loop/frame_orders.h"
@@ -41,6 +42,7 @@ struct FrameLoopOptions {
   bool is_relaying = true;              // slaves feed slaves
   bool is_pixel_coding = true;          // slaves may code pixels where their link is slow
   bool is_faulty_frame_failed = false;  // else NaN, infinite, negative pixels get the error colour
+  net::Pulse pulse;                     // of links; that of a far slave is slower
   bool serves_applications = false;     // accept role app (serve); else such peers are refused
   FrameAdmission::Room memory = {};     // what this process may take; null: no limit is known
   net::EventLoop* hasher = nullptr;     // computes frames' digests; null: the loop itself, at once

@@ -61,9 +61,9 @@ struct FrameLoop::Impl {
       : io(io_thread),
         options(o),
         scheduler({o.prefetch_per_thread, o.frames_in_flight, o.is_static, o.audit_share}),
-        cluster(io_thread, o.isa, o.is_isa_mixed, cluster_events(), o.is_relaying),
+        cluster(io_thread, o.isa, o.is_isa_mixed, cluster_events(), o.is_relaying, o.pulse),
         observer(cluster),
-        apps(io_thread, loop),
+        apps(io_thread, loop, o.pulse),
         reception(io_thread, reception_callbacks()),
         tick(io_thread),
         admission(o.memory) {

@@ -9,16 +9,17 @@
 
 namespace tessera::master {
 
-AppClient::AppClient(net::EventLoop& io, net::ConnectionPtr connection, wire::Role role,
-                     std::string name, Callbacks callbacks)
+AppClient::AppClient(net::EventLoop& io, net::ConnectionPtr connection, const AppIdentity& identity,
+                     Callbacks callbacks)
     : callbacks_(std::move(callbacks)),
       link_(io, std::move(connection), wire::session_limits(),
             {[this](wire::Message message) { on_message(std::move(message)); },
              [this](const Status& status) { on_lost(status); }, [this] { scenes_.pump(); }}),
       scenes_(link_) {
   wire::Hello hello;
-  hello.role = role;
-  hello.name = std::move(name);
+  hello.role = identity.role;
+  hello.name = identity.name;
+  hello.instance = identity.instance;
   hello.build_id = kBuildId;
   link_.send(std::move(hello));
   link_.start_heartbeat();
@@ -26,9 +27,8 @@ AppClient::AppClient(net::EventLoop& io, net::ConnectionPtr connection, wire::Ro
 
 AppClient::~AppClient() { link_.say_goodbye("the application ends"); }
 
-void AppClient::commit_scene(SceneVersion version, EncodedScene scene) {
-  if (has_ended_) return;
-  scenes_.commit(version, std::make_shared<const EncodedScene>(std::move(scene)));
+void AppClient::commit_scene(SceneVersion version, SharedScene scene) {
+  if (!has_ended_) scenes_.commit(version, std::move(scene));
 }
 
 void AppClient::submit(FrameId frame, SceneVersion version, const FrameSettings& settings) {
@@ -68,12 +68,14 @@ void AppClient::on_message(wire::Message message) {
 void AppClient::on_answer(wire::Message message) {
   if (const auto* welcome = std::get_if<wire::Welcome>(&message)) {
     is_welcomed_ = true;
-    link_.start_heartbeat(welcome->heartbeat_ms, welcome->heartbeats_missed_max);
+    link_.start_heartbeat({welcome->heartbeat_ms, welcome->heartbeats_missed_max});
     if (const auto on_welcome = callbacks_.on_welcome) on_welcome();
   } else if (auto* status = std::get_if<wire::StatusReply>(&message)) {
     if (const auto on_status = callbacks_.on_status) on_status(std::move(status->status));
   } else if (const auto* refuse = std::get_if<wire::Refuse>(&message)) {
-    end(Status::unavailable("the master refused: " + refuse->reason));
+    const std::string why = "the master refused: " + refuse->reason;
+    end(refuse->code == wire::RefuseCode::kProtocol ? Status::data_loss(why)
+                                                    : Status::unavailable(why));
   } else if (const auto* failed = std::get_if<wire::SceneFailed>(&message)) {
     end(Status::invalid_argument("the master cannot hold the scene: " + failed->reason));
   } else if (const auto* goodbye = std::get_if<wire::Goodbye>(&message)) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// An application's end of the protocol: handshake, scene upload, frames submitted and received.
-// This is the state behind RemoteSession, on its own net thread; below it are the same link and
-// scene sender that a master uses towards its slaves.
+// An application's end of one link: handshake, scene upload, frames submitted and received. Above
+// it is LastingClient, which goes from link to link; below it are the same link and scene sender
+// that a master uses towards its slaves.
 //
 // Threads. Io thread only; callbacks run there, and may destroy the client. Never waits.
 //
@@ -23,20 +23,29 @@
 
 namespace tessera::master {
 
+// What an application says of itself in each Hello.
+struct AppIdentity {
+  wire::Role role = wire::Role::kApp;
+  std::string name;
+  std::uint64_t instance = 0;  // random number of the process; 0: it does not say
+};
+
 class AppClient {
  public:
   struct Callbacks {
     std::function<void()> on_welcome;
     std::function<void(FrameResult)> on_frame;
     std::function<void(ClusterStatus)> on_status;
-    std::function<void(Status)> on_ended;  // refused, closed, silent, protocol error
+    // Refused, closed, silent: kUnavailable and others. kDataLoss: one end did not keep to the
+    // protocol. kInvalidArgument: the master cannot hold the scene.
+    std::function<void(Status)> on_ended;
   };
 
-  AppClient(net::EventLoop& io, net::ConnectionPtr connection, wire::Role role, std::string name,
+  AppClient(net::EventLoop& io, net::ConnectionPtr connection, const AppIdentity& identity,
             Callbacks callbacks);
   ~AppClient();  // says goodbye
 
-  void commit_scene(SceneVersion version, EncodedScene scene);
+  void commit_scene(SceneVersion version, SharedScene scene);
   void submit(FrameId frame, SceneVersion version, const FrameSettings& settings);
   void cancel_all();
   void request_status();

@@ -67,6 +67,7 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
   loop_options.is_scene_transfer_sync = options.is_scene_transfer_sync;
   loop_options.audit_share = options.audit_percent / 100;
   loop_options.slaves_min = options.slaves_min;
+  loop_options.pulse = {options.heartbeat_ms, options.heartbeats_missed_max};
   loop_options.isa = options.isa;
   loop_options.is_isa_mixed = options.is_isa_mixed;
   loop_options.is_relaying = options.is_relaying;
@@ -181,7 +182,7 @@ Status MasterHost::listen_at(const SessionOptions& options) {
   return status;
 }
 
-slave::LinkFactory MasterHost::local_link_factory() {
+net::LinkFactory MasterHost::local_link_factory() {
   return [this](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
     auto [ours, theirs] = net::make_local_pair(io_, *slave_io_);
     io_.post([this, ours = ours] { frame_loop_->accept(ours, nullptr); });

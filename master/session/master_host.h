@@ -42,7 +42,7 @@ class MasterHost {
   Status start_trace(const SessionOptions& options);
   Status start_local_slaves(const SessionOptions& options);
   void wait_for_local_slaves();
-  slave::LinkFactory local_link_factory();
+  net::LinkFactory local_link_factory();
 
   net::IoThread io_{"master-net"};
   net::IoThread hasher_{"master-hash"};                 // its tasks post to io_, which outlives it

@@ -4,12 +4,13 @@
 #include <future>
 #include <utility>
 
+#include "common/base/entropy.h"
 #include "common/base/limits.h"
 #include "common/net/connector.h"
 #include "common/net/credentials_watch.h"
 #include "common/net/endpoint.h"
 #include "common/scene/validate.h"
-#include "master/session/app_client.h"
+#include "master/session/lasting_client.h"
 #include "master/session/master_host.h"
 #include "master/session/outcome_queue.h"
 
@@ -17,25 +18,25 @@ namespace tessera::master {
 namespace {
 
 constexpr std::chrono::milliseconds kStatusDeadline{5000};
+// Longer than the client itself waits for its first Welcome.
+constexpr std::chrono::milliseconds kArrival{2 * kHandshakeMs + 500};
 
 // The net thread and the client on it; destroyed in order, on the right threads.
 struct Link {
   net::IoThread io{"app-net"};
   std::unique_ptr<net::CredentialsWatch> credentials;  // io thread; null without keys
-  std::unique_ptr<net::ConnectAttempt> attempt;        // io thread
-  std::unique_ptr<AppClient> client;                   // io thread
+  std::unique_ptr<LastingClient> client;               // io thread
 
   ~Link() {
     io.run_and_wait([this] {  // after every task posted so far
       credentials.reset();
-      attempt.reset();
       client.reset();
     });
     io.stop();
   }
 
-  // Connects and shakes hands; blocks for at most twice kHandshakeMs.
-  Status open(const SessionOptions& options, wire::Role role, AppClient::Callbacks callbacks) {
+  // Connects and shakes hands; blocks for at most twice kHandshakeMs, and a little.
+  Status open(const SessionOptions& options, wire::Role role, LastingClient::Callbacks callbacks) {
     auto endpoint = net::parse_endpoint(options.connect);
     if (!endpoint.is_ok())
       return Status::invalid_argument("--connect " + endpoint.status().message());
@@ -48,24 +49,24 @@ struct Link {
       welcome->set_value(std::move(status));
       return true;
     };
-    callbacks.on_welcome = [answer] { answer(Status::ok()); };
+    callbacks.on_welcome = [answer, forward = callbacks.on_welcome] {
+      if (!answer(Status::ok()) && forward) forward();
+    };
     callbacks.on_ended = [answer, forward = callbacks.on_ended](Status reason) {
       if (!answer(reason) && forward) forward(std::move(reason));
     };
-    io.post([this, endpoint = *endpoint, tls = *tls, role, name = options.name, callbacks, answer] {
+    const AppIdentity identity{role, options.name, entropy()};
+    io.post([this, endpoint = *endpoint, tls = *tls, identity, callbacks] {
       if (tls) credentials = std::make_unique<net::CredentialsWatch>(io, tls);
-      attempt = net::connect(
-          io, endpoint, tls, "master", std::chrono::milliseconds(kHandshakeMs),
-          [this, role, name, callbacks, answer](Result<net::ConnectionPtr> connection) {
-            if (!connection.is_ok()) {
-              answer(connection.status());
-              return;
-            }
-            client = std::make_unique<AppClient>(io, *connection, role, name, callbacks);
-          });
+      const auto open_link = [this, endpoint, tls](auto on_connected) {
+        return net::connect(io, endpoint, tls, "master", std::chrono::milliseconds(kHandshakeMs),
+                            std::move(on_connected));
+      };
+      client = std::make_unique<LastingClient>(io, identity, open_link, callbacks);
+      client->start();
     });
     auto future = welcome->get_future();
-    if (future.wait_for(std::chrono::milliseconds(2 * kHandshakeMs)) != std::future_status::ready) {
+    if (future.wait_for(kArrival) != std::future_status::ready) {
       return Status::deadline_exceeded(endpoint->text() + " does not answer as a Tessera master");
     }
     return future.get();
@@ -84,11 +85,20 @@ class RemoteSession final : public Session {
   }
 
   Status open(const SessionOptions& options) {
-    AppClient::Callbacks callbacks;
+    LastingClient::Callbacks callbacks;
     callbacks.on_frame = [this](FrameResult result) { outcomes_.push(std::move(result)); };
     callbacks.on_status = [this](ClusterStatus status) {
       MutexLock lock(status_mutex_);
       status_ = std::move(status);
+    };
+    callbacks.on_away = [this, master = options.connect](const Status& why) {
+      MutexLock lock(status_mutex_);
+      status_.slaves.clear();
+      interruption_ = "the master at " + master + " is away and looked for: " + why.message();
+    };
+    callbacks.on_welcome = [this] {
+      MutexLock lock(status_mutex_);
+      interruption_.clear();
     };
     callbacks.on_ended = [this, master = options.connect](const Status& reason) {
       outcomes_.end(Status::unavailable("lost the master at " + master + ": " + reason.message()));
@@ -134,6 +144,11 @@ class RemoteSession final : public Session {
     return status_;
   }
 
+  std::string interruption() override {
+    MutexLock lock(status_mutex_);
+    return interruption_;
+  }
+
   std::uint16_t listen_port() const override { return 0; }
 
  private:
@@ -143,6 +158,7 @@ class RemoteSession final : public Session {
 
   Mutex status_mutex_;
   ClusterStatus status_ TESSERA_GUARDED_BY(status_mutex_);
+  std::string interruption_ TESSERA_GUARDED_BY(status_mutex_);
 
   std::unique_ptr<Link> link_;
 };
@@ -162,8 +178,9 @@ Result<ClusterStatus> fetch_status(const SessionOptions& options) {
   auto answer = [reply, is_answered](Result<ClusterStatus> result) {
     if (!std::exchange(*is_answered, true)) reply->set_value(std::move(result));
   };
-  AppClient::Callbacks callbacks;
+  LastingClient::Callbacks callbacks;
   callbacks.on_frame = [](FrameResult) {};
+  callbacks.on_away = [answer](const Status& why) { answer(why); };  // it is asked once
   callbacks.on_status = [answer](ClusterStatus status) { answer(std::move(status)); };
   callbacks.on_ended = [answer](Status reason) { answer(std::move(reason)); };
   TESSERA_RETURN_IF_ERROR(link.open(options, wire::Role::kStatus, std::move(callbacks)));

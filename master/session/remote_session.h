@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The session whose master is a running `tessera-master serve` (role app): scene blocks go up,
-// finished frames come down. fetch_status() is the short exchange behind `tessera-master status`.
+// finished frames come down. Once it was there the master may go and come again (lasting_client.h).
+// fetch_status() is the short exchange behind `tessera-master status`.
 // Threads and promises: session.h.
 #pragma once
 

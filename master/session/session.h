@@ -41,9 +41,13 @@ struct SessionOptions {
   int frames_in_flight = 2;      // 1 or 2
   // --faulty-pixels fail: NaN, infinite or negative pixels fail their frame; else they are painted.
   bool is_faulty_frame_failed = false;
-  bool is_static = false;               // --schedule static: fixed tiles for each slave
-  bool is_scene_transfer_sync = false;  // --scene-transfer sync: only while no frame is in work
-  double audit_percent = 0;             // tiles rendered by two slaves and compared
+  // A link that is silent for so many heartbeats, and one, is dead; told to every peer. Those of an
+  // application are given 15 s at least.
+  std::uint32_t heartbeat_ms = 250;         // 20 to 60,000
+  std::uint32_t heartbeats_missed_max = 4;  // 1 to 100
+  bool is_static = false;                   // --schedule static: fixed tiles for each slave
+  bool is_scene_transfer_sync = false;      // --scene-transfer sync: only while no frame is in work
+  double audit_percent = 0;                 // tiles rendered by two slaves and compared
   // Most memory that frames and scenes may take the process to; 0: what the machine allows.
   std::uint64_t memory_mib = 0;
   // The rest is of a master inside this process.
@@ -72,7 +76,8 @@ class TESSERA_API Session {
   virtual Result<SceneVersion> commit_scene(const Scene& scene) = 0;
 
   // Blocks while frames_in_flight frames are unfinished, or two finished ones are undelivered.
-  // Returns: the frame's number, kClosed, or kUnavailable when a remote master is gone.
+  // Returns: the frame's number, kClosed, or kUnavailable when a remote master is of no more use
+  // (it cannot hold the scene, or talks nonsense). One that is away is waited for.
   virtual Result<FrameId> submit(const FrameSettings& settings) = 0;
 
   // Waits for the next frame in order. Returns: kDeadlineExceeded after `timeout`, kClosed /
@@ -83,6 +88,10 @@ class TESSERA_API Session {
   virtual void cancel_frames() = 0;
 
   virtual ClusterStatus status() = 0;
+
+  // Why no frame can come now, for a person: a remote master was there, is away, and is looked for.
+  // The frames that it had are given to it again. Empty: nothing of the kind. Any thread.
+  virtual std::string interruption() { return {}; }
   virtual std::uint16_t listen_port() const = 0;  // 0 when nothing listens
 };
 

@@ -31,7 +31,7 @@ class FakeMaster final : public MasterScript {
 
   net::IoThread& slave_io() { return slave_io_; }
 
-  LinkFactory factory() {
+  net::LinkFactory factory() {
     return [this](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
       {
         MutexLock lock(mutex_);

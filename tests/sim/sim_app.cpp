@@ -7,7 +7,8 @@
 namespace tessera::sim {
 namespace {
 
-constexpr std::chrono::milliseconds kReconnect{300};
+// A person starts the application again when it did not find a master.
+constexpr std::chrono::milliseconds kStartAgain{300};
 
 }  // namespace
 
@@ -24,14 +25,13 @@ SimApp::SimApp(EventQueue& queue, Network& network, int node, int master_node, A
 void SimApp::start() {
   if (process_) return;
   process_ = std::make_unique<Process>(queue_, "app", node_);
-  process_->post([this] { connect(); });
+  process_->post([this] { begin(); });
 }
 
 void SimApp::kill(bool is_power_lost) {
   if (!process_) return;
   network_.on_process_ended(*process_, is_power_lost);
   process_->end();
-  attempt_.reset();
   client_.reset();
   frames_.clear();
   is_welcomed_ = false;
@@ -51,37 +51,37 @@ void SimApp::cancel() {
   });
 }
 
-void SimApp::connect() {
-  attempt_ = network_.connect(*process_, master_node_, [this](Result<net::ConnectionPtr> link) {
-    on_connected(std::move(link));
-  });
-}
-
-void SimApp::on_connected(Result<net::ConnectionPtr> connection) {
-  if (!connection.is_ok()) {
-    return process_->run_at(queue_.now() + kReconnect, Duration::zero(), [this] { connect(); });
-  }
-  master::AppClient::Callbacks callbacks;
+void SimApp::begin() {
+  master::LastingClient::Callbacks callbacks;
   callbacks.on_welcome = [this] {
-    is_welcomed_ = true;
+    if (std::exchange(is_welcomed_, true)) return;
     version_ = 0;
     submit_more();
   };
   callbacks.on_frame = [this](const FrameResult& result) { on_frame(result); };
+  callbacks.on_away = [this](const Status& why) { look_at_loss(why); };
   callbacks.on_ended = [this](const Status& status) { on_ended(status); };
-  client_ = std::make_unique<master::AppClient>(*process_, *connection, wire::Role::kApp, "app",
-                                                std::move(callbacks));
+  client_ = std::make_unique<master::LastingClient>(
+      *process_, master::AppIdentity{wire::Role::kApp, "app", mix(++starts_)},
+      [this](auto on_connected) {
+        return network_.connect(*process_, master_node_, std::move(on_connected));
+      },
+      std::move(callbacks));
+  client_->start();
 }
 
-// Frames not delivered are lost with the connection; the picture starts over.
+void SimApp::look_at_loss(const Status& why) {
+  if (why.code() != StatusCode::kDataLoss) return;
+  violation("I2: the application was sent nonsense: " + why.message());
+}
+
 void SimApp::on_ended(const Status& status) {
-  if (status.code() == StatusCode::kDataLoss) {
-    violation("I2: the application was sent nonsense: " + status.message());
-  }
+  look_at_loss(status);
+  if (is_welcomed_) violation("I2: the application gave up: " + status.message());
   is_welcomed_ = false;
   frames_.clear();
   client_.reset();
-  process_->run_at(queue_.now() + kReconnect, Duration::zero(), [this] { connect(); });
+  process_->run_at(queue_.now() + kStartAgain, Duration::zero(), [this] { begin(); });
 }
 
 void SimApp::submit_more() {

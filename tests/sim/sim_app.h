@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An application of the simulated world: the product's AppClient in a process, driven by a script.
-// It looks at every picture and at the order in which frames come (I1, I2, I3 of the fault matrix).
+// An application of the simulated world: the product's LastingClient in a process, driven by a
+// script. Each frame must come, however often the master goes and comes again. It looks at every picture and at the order in which frames come (I1, I2, I3 of the fault matrix).
 //
 // Threads. The simulation's one.
 #pragma once
@@ -10,8 +10,7 @@
 #include <memory>
 #include <string>
 
-#include "common/net/connector.h"
-#include "master/session/app_client.h"
+#include "master/session/lasting_client.h"
 #include "tests/sim/network.h"
 #include "tests/sim/picture.h"
 
@@ -61,8 +60,8 @@ class SimApp {
     bool is_cancelled = false;
   };
 
-  void connect();
-  void on_connected(Result<net::ConnectionPtr> connection);
+  void begin();
+  void look_at_loss(const Status& why);
   void on_ended(const Status& status);
   void submit_more();
   void on_frame(const FrameResult& result);
@@ -76,11 +75,11 @@ class SimApp {
   Random random_;
   const Events events_;
   std::unique_ptr<Process> process_;
-  std::unique_ptr<net::ConnectAttempt> attempt_;
-  std::unique_ptr<master::AppClient> client_;
-  bool is_welcomed_ = false;
+  std::unique_ptr<master::LastingClient> client_;
+  bool is_welcomed_ = false;  // ever, by client_
   SceneVersion version_ = 0;
   int tag_ = 0;
+  std::uint64_t starts_ = 0;  // of clients
   FrameId next_frame_ = 0;
   std::uint32_t next_seed_ = 0;
   std::deque<Frame> frames_;  // submitted, no outcome yet

@@ -69,5 +69,19 @@ TEST(Liveness, AnIdleLinkIsLookedAtOncePerHeartbeat) {
   EXPECT_EQ(looks, 40);
 }
 
+TEST(Pulse, ApplicationsAreGivenFifteenSecondsAndNeverLessThanSlaves) {
+  EXPECT_EQ(application_pulse({}).missed_max, std::uint32_t{kAppHeartbeatsMissedMax});
+  for (const std::uint32_t heartbeat_ms : {20u, 250u, 333u, 1000u, 14'999u, 60'000u}) {
+    for (const std::uint32_t missed_max : {1u, 4u, 100u}) {
+      const Pulse slaves{heartbeat_ms, missed_max};
+      const Pulse application = application_pulse(slaves);
+      EXPECT_GE(application.silence_max(), 15s);
+      EXPECT_GE(application.silence_max(), slaves.silence_max());
+      EXPECT_GE(application.heartbeat_ms, heartbeat_ms);
+      EXPECT_LE(application.missed_max, Pulse::kMissedMost);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tessera::net

@@ -32,7 +32,7 @@ class VirtualMaster final : public MasterScript {
   sim::Network& network() { return network_; }
 
   // Returns: a factory of links from the process `slave`, which is on another node.
-  LinkFactory factory(sim::Process& slave) {
+  net::LinkFactory factory(sim::Process& slave) {
     return [this, &slave](std::function<void(Result<net::ConnectionPtr>)> on_connected) {
       ++attempts_;
       const Status refusal = is_away_ ? Status::unavailable("nobody is there") : refusal_;
