@@ -15,7 +15,7 @@ bool is_between_slaves(const Fault& fault) {
 void Faults::begin(const Fault& fault) {
   const double until = fault.at + fault.duration + world_.oracle.bound_of_return();
   if (is_between_slaves(fault)) return begin_relay_fault(fault);
-  if (fault.kind >= FaultKind::kMasterCrash && fault.kind != FaultKind::kFreeze) {
+  if (fault.kind >= FaultKind::kMasterCrash && fault.kind != FaultKind::kFreeze) {  // of no slave
     if (fault.kind != FaultKind::kAppCancels) world_.oracle.trouble_all(until);
     return begin_other_fault(fault);
   }
@@ -89,7 +89,12 @@ void Faults::begin_other_fault(const Fault& fault) {
       world_.app.kill(fault.variant == 0);
       break;
     case FaultKind::kAppHang:
+    case FaultKind::kAppPause:
       world_.app.set_hung(true);
+      break;
+    case FaultKind::kWrongClock:
+      world_.network.set_refusing(world_.master.node(), true);
+      if (fault.variant > 0) world_.network.reset_all(world_.master.node());
       break;
     case FaultKind::kAppCancels:
       world_.app.cancel();
@@ -171,7 +176,10 @@ void Faults::end(const Fault& fault) {
     case FaultKind::kAppCrash:
       return world_.app.start();
     case FaultKind::kAppHang:
+    case FaultKind::kAppPause:
       return world_.app.set_hung(false);
+    case FaultKind::kWrongClock:
+      return world_.network.set_refusing(world_.master.node(), false);
     case FaultKind::kAppCancels:
       return;
     default:

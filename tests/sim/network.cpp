@@ -89,6 +89,12 @@ void Network::try_connect(const std::shared_ptr<Attempt>& attempt, int tries_lef
         std::exchange(attempt->on_connected, {})(Status::unavailable("connection refused"));
       });
     }
+    if (node.is_refusing) {
+      return answer(back, [attempt] {
+        std::exchange(attempt->on_connected,
+                      {})(Status::permission_denied("the certificate is not valid yet"));
+      });
+    }
     const auto wire = std::make_shared<Wire>(*this, *attempt->from, *node.listener);
     std::erase_if(wires_, [](const auto& old) { return old->is_over(); });
     wires_.push_back(wire);
@@ -128,6 +134,12 @@ void Network::stall(int from, int to, std::size_t which, bool is_stalled) {
 void Network::reset(int a, int b, std::size_t which) {
   const auto wires = wires_between(a, b);
   if (which < wires.size()) wires[which]->reset();
+}
+
+void Network::reset_all(int node) {
+  for (const auto& wire : std::vector(wires_)) {
+    if (wire->node(0) == node || wire->node(1) == node) wire->reset();
+  }
 }
 
 void Network::on_process_ended(const Process& process, bool is_power_lost) {

@@ -75,6 +75,12 @@ class Network {
   // middlebox may, or lets it go on. reset() ends both ends of one abruptly.
   void stall(int from, int to, std::size_t which, bool is_stalled);
   void reset(int a, int b, std::size_t which);
+  // While it is refusing, the machine trusts no certificate: new connections to it fail, and those
+  // that stand live on.
+  void set_refusing(int node, bool is_refusing) {
+    nodes_[static_cast<std::size_t>(node)].is_refusing = is_refusing;
+  }
+  void reset_all(int node);  // all connections of a machine
   std::size_t connections_between(int a, int b) { return wires_between(a, b).size(); }
 
   // The operating system cleans up after a process: its peers hear of it, unless the machine lost
@@ -94,6 +100,7 @@ class Network {
     LinkModel link;
     TimePoint up_free{}, down_free{};
     Process* listener = nullptr;
+    bool is_refusing = false;
     OnAccept on_accept;
   };
   struct Attempt;

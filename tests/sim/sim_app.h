@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // An application of the simulated world: the product's LastingClient in a process, driven by a
-// script. Each frame must come, however often the master goes and comes again. It looks at every picture and at the order in which frames come (I1, I2, I3 of the fault matrix).
+// script. Each frame must come, however often the master goes and comes again. It looks at every
+// picture and at the order in which frames come (I1, I2, I3 of the fault matrix).
 //
 // Threads. The simulation's one.
 #pragma once

@@ -10,6 +10,7 @@
 #include "tests/sim/bad_slaves.h"
 #include "tests/sim/faults.h"
 #include "tests/sim/oracle.h"
+#include "tests/sim/watchers.h"
 
 namespace tessera::sim {
 namespace {
@@ -17,6 +18,7 @@ namespace {
 constexpr double kIdleSeconds = 3;           // watched after the last frame
 constexpr double kIdleTasksPerSecond = 400;  // of one process: timers and heartbeats
 constexpr double kEndSeconds = 400;
+constexpr double kWatchedSeconds = 6;  // status clients come and go for so long at least
 constexpr std::uint64_t kEventsMax = 8'000'000;
 
 class Storm {
@@ -41,6 +43,7 @@ class Storm {
   std::unique_ptr<SimMaster> master_;
   std::vector<std::unique_ptr<SimSlave>> slaves_;
   std::unique_ptr<BadSlaves> bad_slaves_;
+  std::unique_ptr<Watchers> watchers_;
   std::unique_ptr<SimApp> app_;
   std::unique_ptr<Oracle> oracle_;
   std::unique_ptr<Faults> faults_;
@@ -78,6 +81,8 @@ Storm::Storm(const StormPlan& plan, bool has_trace)
     }
   };
   bad_slaves_ = std::make_unique<BadSlaves>(queue_, network_, master_node, plan_);
+  watchers_ =
+      std::make_unique<Watchers>(queue_, network_, master_node, plan.watchers, mix(plan.seed + 3));
   events.on_violation = [this](const std::string& what) { oracle_->report(what); };
   app_ = std::make_unique<SimApp>(queue_, network_, app_node, master_node, plan.script,
                                   mix(plan.seed + 2), std::move(events));
@@ -97,6 +102,7 @@ Storm::Storm(const StormPlan& plan, bool has_trace)
 // Slaves and application end before the master, the network and the queue that they use.
 Storm::~Storm() {
   app_->kill(true);
+  watchers_->end();
   bad_slaves_->end();
   for (const auto& slave : slaves_) slave->kill(true);
   master_->kill(true);
@@ -175,8 +181,10 @@ void Storm::calm() {
   is_calm_ = true;
   trace("CALM");
   app_->set_ending();
+  watchers_->end();
   bad_slaves_->end();
   network_.heal_all();
+  network_.set_refusing(master_->node(), false);
   if (!master_->is_running()) {
     master_->start();
     oracle_->on_master_started();
@@ -259,7 +267,9 @@ StormReport Storm::run() {
     const double longer = is_long ? oracle_->bound_of_progress() : 0;
     calm_at_ = std::max(calm_at_, kBadSlavesUntil + longer);
   }
+  if (plan_.watchers > 0) calm_at_ = std::max(calm_at_, kWatchedSeconds);
   bad_slaves_->start(*oracle_, calm_at_);
+  watchers_->start();
   queue_.after(from_seconds(calm_at_), [this] { calm(); });
   supervise();
   while (oracle_->violation().empty() && !is_finished()) {
@@ -278,6 +288,7 @@ StormReport Storm::run() {
   report.chunks_relayed = oracle_->scenes().chunks_relayed();
   report.frames_delivered = app_->delivered();
   report.frames_failed = frames_failed_;
+  report.status_answers = watchers_->answers();
   return report;
 }
 

@@ -19,6 +19,7 @@ struct StormReport {
   std::uint64_t hash = 0;
   std::uint64_t events = 0;
   std::uint64_t chunks_relayed = 0;  // of scenes, from slave to slave
+  std::uint64_t status_answers = 0;
   int frames_delivered = 0;
   int frames_failed = 0;
 };

@@ -12,15 +12,18 @@ namespace tessera::sim {
 namespace {
 
 constexpr std::array<const char*, static_cast<std::size_t>(FaultKind::kCount)> kNames = {
-    "kill",        "power loss",   "hang",     "cut from",    "cut to",    "cut both",
-    "stall one",   "reset",        "delay",    "slow link",   "leave",     "master crash",
-    "master hang", "app crash",    "app hang", "app cancels", "relay cut", "relay stall",
-    "relay reset", "relay alters", "freeze"};
+    "kill",        "power loss",   "hang",     "cut from",    "cut to",     "cut both",
+    "stall one",   "reset",        "delay",    "slow link",   "leave",      "master crash",
+    "master hang", "app crash",    "app hang", "app cancels", "relay cut",  "relay stall",
+    "relay reset", "relay alters", "freeze",   "app pause",   "wrong clock"};
 
 // Share of the storms whose scenes change and pass from slave to slave.
 constexpr double kRelayShare = 0.03;
 // Share of the storms with slaves that do what no slave should, and of those with frozen threads.
 constexpr double kBadShare = 0.15, kFreezeShare = 0.1;
+// Share of the storms with status clients, with an application that stands still for long, and with
+// a master whose clock is wrong for a while.
+constexpr double kWatcherShare = 0.15, kAppPauseShare = 0.04, kWrongClockShare = 0.06;
 // Bytes per second. Heartbeats wait behind the windows of whoever fed a slave, feeds it, and the
 // master: 0.4 s here, a third of what it takes to be called dead. Below, a queue that no machine
 // has would end sessions.
@@ -118,6 +121,23 @@ void draw_bad_slaves(StormPlan& plan) {
   }
 }
 
+// Adds status clients, pauses of the application and a clock that jumps, by numbers of its own: seeds
+// keep what else they were.
+void draw_others(StormPlan& plan) {
+  Random random(mix(plan.seed ^ 0x6f7468657273u));
+  if (random.chance(kWatcherShare)) plan.watchers = random.pick(1, 6);
+  const auto add = [&](FaultKind kind, double duration) {
+    Fault fault;
+    fault.at = random.between(0.1, 4);
+    fault.kind = kind;
+    fault.duration = duration;
+    fault.variant = random.pick(0, 3);
+    plan.faults.push_back(fault);
+  };
+  if (random.chance(kAppPauseShare)) add(FaultKind::kAppPause, random.between(5, 25));
+  if (random.chance(kWrongClockShare)) add(FaultKind::kWrongClock, random.between(0.5, 40));
+}
+
 const char* weight_text(SceneWeight weight) {
   switch (weight) {
     case SceneWeight::kLight:
@@ -172,6 +192,7 @@ StormPlan draw_storm(std::uint64_t seed) {
   if (random.chance(0.1)) draw_long_tiles(random, plan);
   draw_relays(plan);
   draw_bad_slaves(plan);
+  draw_others(plan);
   std::stable_sort(plan.faults.begin(), plan.faults.end(),
                    [](const Fault& a, const Fault& b) { return a.at < b.at; });
   return plan;
@@ -202,6 +223,7 @@ std::string describe(const StormPlan& plan) {
                   bad.variant, bad.victim);
     text += line;
   }
+  if (plan.watchers > 0) text += "  " + std::to_string(plan.watchers) + " status clients\n";
   for (const Fault& f : plan.faults) {
     std::snprintf(line, sizeof(line), "  %.3f s: %s s%d for %.3f s (%d)\n", f.at,
                   fault_name(f.kind), f.slave, f.is_for_good ? INFINITY : f.duration, f.variant);

@@ -62,6 +62,8 @@ enum class FaultKind {
   kRelayReset,   // all connections between two slaves
   kRelayAlters,  // a slave alters the chunks that it passes on
   kFreeze,       // its render threads stand still
+  kAppPause,  // as under SIGSTOP, for longer than the master waits for an application in some storms
+  kWrongClock,  // the master's: it refuses everybody's certificate; its links are reset
   kCount
 };
 const char* fault_name(FaultKind kind);
@@ -84,6 +86,7 @@ struct StormPlan {
   double master_record_seconds = 0;  // CPU of the master for each record
   std::vector<SlavePlan> slaves;
   std::vector<BadSlavePlan> bad_slaves;  // beside them
+  int watchers = 0;                      // status clients that come and go
   AppScript script;
   std::vector<Fault> faults;
 

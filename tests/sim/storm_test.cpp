@@ -46,6 +46,14 @@ TEST_F(StormTest, SlavesFeedEachOtherInSomeStorms) {
   EXPECT_GT(chunks, 300u);  // 18 of a scene for each of a dozen slaves, and what changes
 }
 
+TEST_F(StormTest, StatusClientsComeAndGoInSomeStorms) {
+  std::uint64_t answers = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    answers += run_storm(draw_storm(seed)).status_answers;
+  }
+  EXPECT_GT(answers, 100u);
+}
+
 TEST_F(StormTest, SeedsDiffer) {
   EXPECT_NE(run_storm(draw_storm(1)).hash, run_storm(draw_storm(2)).hash);
 }
