@@ -225,9 +225,11 @@ TEST_F(LinkStorm, StatusClients) {
   start(0);
   const std::string request = bytes_of(wire::StatusRequest{true});
   const std::string goodbye = bytes_of(wire::Goodbye{"that is all"});
+  std::atomic<int> welcome{0};
   storm([&](std::mt19937& random, std::uint32_t number) {
     Visit visit(port(), random, 700);
     if (!visit.say(bytes_of(hello(wire::Role::kStatus, number))) || !visit.hear()) return;
+    ++welcome;
     for (std::uint32_t i = random() % 8; i > 0; --i) {
       if (!visit.say(request)) return;
       if (random() % 2 == 0) (void)visit.hear();
@@ -235,6 +237,7 @@ TEST_F(LinkStorm, StatusClients) {
     (void)visit.say(random() % 4 == 0 ? bytes_of(wire::FrameCancel{1}) + goodbye
                                       : goodbye + goodbye);
   });
+  EXPECT_GE(welcome, kPeers * visits() / 4) << "most are let in";
   expect_alive();
 }
 
@@ -309,7 +312,8 @@ TEST_F(LinkStorm, ManyStatusClientsAtOnceBesideAnApplication) {
   });
   const std::size_t open_before = descriptors();
   std::atomic<int> answers{0};
-  for (int round = std::max(2, visits() / 50); round > 0; --round) {
+  const int rounds = std::max(2, visits() / 50);
+  for (int round = 0; round < rounds; ++round) {
     std::vector<std::thread> clients;
     for (int i = 0; i < 100; ++i) {
       clients.emplace_back([&] { answers += fetch_status(client_options()).is_ok() ? 1 : 0; });
@@ -318,7 +322,8 @@ TEST_F(LinkStorm, ManyStatusClientsAtOnceBesideAnApplication) {
   }
   is_over = true;
   application.join();
-  EXPECT_GT(answers, 0);
+  // One address gets 1,024 connections at once and a hundred a second: the others are turned away.
+  EXPECT_GE(answers, std::min(100 * rounds, 1000) / 4);
   EXPECT_EQ((*session)->interruption(), "");
   const TimePoint deadline = Clock::now() + test::kPatience;
   while (descriptors() > open_before && Clock::now() < deadline)

@@ -195,6 +195,42 @@ class LostSlave(OnScreen):
                 worker.wait()
 
 
+class LostMaster(OnScreen):
+    def test_it_says_that_it_waits_and_goes_on(self):
+        with socket.socket() as one:
+            one.bind(("127.0.0.1", 0))
+            address = f"127.0.0.1:{one.getsockname()[1]}"
+        started = []
+
+        def start(*words):
+            started.append(subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                                            stderr=subprocess.DEVNULL))
+            return started[-1]
+
+        def serve():
+            master = start(program("tessera-master"), "serve", "--listen", address, "--plain")
+            wait_until("a master", lambda: subprocess.run([program("tessera-master"), "status", "--connect", address, "--plain"],
+                                                          capture_output=True).returncode == 0)
+            return master
+        try:
+            master = serve()
+            start(program("tessera-slave"), "--master", address, "--plain", "--threads", "1")
+            with Window(self.screen, self.folder, SCENE, "--connect", address, "--plain", "--passes", "4096", "--size",
+                        "320x240") as window:
+                window.find().wait_for_full()
+                master.kill()
+                master.wait()
+                said = wait_until("said", lambda: window.find_line("the master is away"))[0]
+                frames = len(window.stats())
+                serve()
+                wait_until("going on", lambda: window.find_line("slaves are there", after=said))
+                wait_until("more frames", lambda: len(window.stats()) > frames + 2)
+        finally:
+            for process in started:
+                process.kill()
+                process.wait()
+
+
 if __name__ == "__main__":
     if window_lib.missing_tool():
         print(f"skipped: {window_lib.missing_tool()} is not installed (deploy/install-dependencies.sh --with test)")
