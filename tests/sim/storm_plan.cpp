@@ -121,8 +121,8 @@ void draw_bad_slaves(StormPlan& plan) {
   }
 }
 
-// Adds status clients, pauses of the application and a clock that jumps, by numbers of its own: seeds
-// keep what else they were.
+// Adds status clients, pauses of the application and a clock that jumps, by numbers of its own:
+// seeds keep what else they were.
 void draw_others(StormPlan& plan) {
   Random random(mix(plan.seed ^ 0x6f7468657273u));
   if (random.chance(kWatcherShare)) plan.watchers = random.pick(1, 6);
