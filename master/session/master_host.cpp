@@ -23,6 +23,20 @@
 namespace tessera::master {
 namespace {
 const std::string kLocalName = "local-";
+
+// Embedding programs give numbers that no command line has looked at.
+Status check_pulse(const SessionOptions& options) {
+  const auto is_in = [](std::uint32_t value, std::uint32_t least, std::uint32_t most) {
+    return value >= least && value <= most;
+  };
+  using net::Pulse;
+  if (is_in(options.heartbeat_ms, Pulse::kHeartbeatMsLeast, Pulse::kHeartbeatMsMost) &&
+      is_in(options.heartbeats_missed_max, 1, Pulse::kMissedMost))
+    return Status::ok();
+  return Status::invalid_argument("heartbeat of " + std::to_string(options.heartbeat_ms) + " ms, " +
+                                  std::to_string(options.heartbeats_missed_max) +
+                                  " missed: give 20 to 60000 ms and 1 to 100");
+}
 }  // namespace
 
 Status check_credentials(const SessionOptions& options, const net::Endpoint& endpoint,
@@ -57,6 +71,7 @@ MasterHost::MasterHost() = default;
 
 Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& options,
                                                       bool serves_applications) {
+  TESSERA_RETURN_IF_ERROR(check_pulse(options));
   std::unique_ptr<MasterHost> host(new MasterHost);
   if (!options.listen.empty()) raise_descriptor_limit();
   FrameLoopOptions loop_options;

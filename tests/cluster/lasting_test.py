@@ -90,6 +90,14 @@ class Lasting(unittest.TestCase):
         self.assertEqual(render.wait(cluster_lib.PATIENCE_S), 1)
         self.assertIn("interrupted", log.read_text(errors="replace"))
 
+    def test_a_slower_pulse_forgives_a_pause_of_a_slave(self):
+        self.cluster.end("master")
+        self.cluster.serve("--heartbeat", "1000", "--heartbeats-missed", "20")
+        self.cluster.slaves(2)
+        self.stand_still(self.cluster.processes["slave-1"].pid, 4)
+        self.cluster.render(SCENE, *FRAME)
+        self.assertNotIn("slave-lost", (self.cluster.folder / "master.log").read_text(errors="replace"))
+
     def test_status_tells_the_pulse_that_was_asked_for(self):
         pace = self.cluster.status()
         self.assertEqual((pace["heartbeat_ms"], pace["heartbeats_missed_max"]), (200, 5))

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "common/base/limits.h"
 #include "master/commands/options.h"
 
 namespace tessera::master {
@@ -38,6 +39,8 @@ TEST(CommandLine, WrongUsageIsExitCodeTwo) {
       {"render", "a.obj", "-o", "x.png", "--trace-seconds", "2"},
       {"render", "a.obj", "-o", "x.png", "--connect", "127.0.0.1:7400", "--plain", "--trace", "t"},
       {"serve", "--log-level", "loud"},
+      {"serve", "--plain", "--heartbeat", "19"},
+      {"serve", "--plain", "--heartbeats-missed", "101"},
       {"status"},
   };
   for (const auto& words : wrong) {
@@ -56,6 +59,8 @@ TEST(CommandLine, DefaultsAreThoseOfTheContract) {
   EXPECT_EQ(parsed.options.frame.pixel_format, PixelFormat::kFloat);
   EXPECT_EQ(parsed.options.session.frames_in_flight, 2);
   EXPECT_EQ(parsed.options.session.prefetch_per_thread, -1);
+  EXPECT_EQ(parsed.options.session.heartbeat_ms, std::uint32_t{kHeartbeatMs});
+  EXPECT_EQ(parsed.options.session.heartbeats_missed_max, std::uint32_t{kHeartbeatsMissedMax});
   EXPECT_EQ(parse({"serve", "--plain"}).options.session.listen, "127.0.0.1:7400");
   EXPECT_EQ(
       parse({"serve", "--plain", "--listen", "127.0.0.1:1", "--listen", "127.0.0.2:2,[::1]:3"})
