@@ -39,14 +39,18 @@ TEST(IoThread, WaitingWhileTheLoopEndsHangsNobody) {
     IoThread io("test-net");
     std::atomic<bool> is_over{false};
     std::atomic<int> ran{0};
-    std::thread asker([&] {
-      while (!is_over) io.run_and_wait([&] { ++ran; });
-      io.run_and_wait([&] { ++ran; });
-    });
+    std::vector<std::thread> askers(
+        8);  // the more there are, the likelier is one between two steps
+    for (std::thread& asker : askers) {
+      asker = std::thread([&] {
+        while (!is_over) io.run_and_wait([&] { ++ran; });
+        io.run_and_wait([&] { ++ran; });
+      });
+    }
     while (ran == 0) std::this_thread::yield();
     io.stop();
     is_over = true;
-    asker.join();
+    for (std::thread& asker : askers) asker.join();
     EXPECT_FALSE(io.is_current());
   }
 }
