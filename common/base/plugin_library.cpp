@@ -26,17 +26,23 @@ Status load_from(const std::string& path, std::span<const char* const> names,
 
 }  // namespace
 
+std::vector<std::string> plugin_places(const std::string& file_name) {
+  std::error_code error;
+  const std::filesystem::path bin =
+      std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  return {(bin / file_name).string(), (bin / "../lib/tessera" / file_name).string()};
+}
+
 Status load_plugin(const std::string& file_name, std::span<const char* const> names,
                    std::span<void*> functions) {
   TESSERA_CHECK_EQ(names.size(), functions.size());
   std::error_code error;
-  const std::filesystem::path bin =
-      std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  Status status = Status::not_found(bin.string() + " and ../lib/tessera have no " + file_name);
-  for (const auto& folder : {bin, bin / "../lib/tessera"}) {
-    const std::filesystem::path path = folder / file_name;
+  const std::vector<std::string> places = plugin_places(file_name);
+  Status status = Status::not_found(std::filesystem::path(places[0]).parent_path().string() +
+                                    " and ../lib/tessera have no " + file_name);
+  for (const std::string& path : places) {
     if (!std::filesystem::exists(path, error)) continue;
-    status = load_from(path.string(), names, functions);
+    status = load_from(path, names, functions);
     if (status.is_ok()) break;
   }
   return status;

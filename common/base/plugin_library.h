@@ -5,10 +5,14 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include "common/base/status.h"
 
 namespace tessera {
+
+// The two paths where a plug-in is looked for, the first one first.
+std::vector<std::string> plugin_places(const std::string& file_name);
 
 // A loaded library: its functions, as many and in the order as they were asked for.
 // Looks beside the executable and in ../lib/tessera. Shape: names and functions [count].

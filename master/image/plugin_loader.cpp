@@ -13,7 +13,7 @@ Result<ImagePlugin> load() {
                                     kReadImageName,   kOpenPictureName, kReadPictureName,
                                     kClosePictureName};
   void* functions[std::size(kNames)] = {};
-  const Status status = load_plugin("tessera_image_oiio.so", kNames, functions);
+  const Status status = load_plugin(kImagePluginFile, kNames, functions);
   if (!status.is_ok())
     return Status::not_found("cannot load tessera_image_oiio.so: " + status.message() +
                              "; install tessera completely");

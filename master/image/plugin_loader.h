@@ -8,6 +8,8 @@
 
 namespace tessera::master {
 
+inline constexpr const char* kImagePluginFile = "tessera_image_oiio.so";
+
 struct ImagePlugin {
   BeginImageFunction begin_image = nullptr;
   WriteRowsFunction write_rows = nullptr;

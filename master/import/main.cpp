@@ -2,28 +2,26 @@
 // tessera-import: reads one scene file and writes it as validated blocks to standard output. The
 // master runs it with the file that a user names; whatever the file does to it, it does to this
 // process only.
-#include <sched.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <csignal>
 #include <cstdio>
 
 #include "common/base/cli_usage.h"
+#include "common/base/free_memory.h"
 #include "common/base/version.h"
 #include "common/scene/scene_stream.h"
 #include "common/scene/validate.h"
 #include "master/import/read_file.h"
+#include "master/import/reader_needs.h"
+#include "master/import/sandbox/sandbox.h"
 
 namespace {
 
 using tessera::Status;
 
-constexpr rlim_t kErrorFileBytesMax = 1 << 20;
 constexpr std::size_t kWarningsMax = 50;  // a person reads no more
 
 int report(const std::string& text, int exit_code) {
@@ -33,33 +31,33 @@ int report(const std::string& text, int exit_code) {
   return exit_code;
 }
 
-void limit(int resource, rlim_t value) {
-  const rlimit both{value, value};
-  setrlimit(static_cast<__rlimit_resource>(resource), &both);
+// What a reader may take: half of what is free, since the parent takes the scene then. A floor
+// keeps libraries loadable where next to nothing is free.
+std::uint64_t usual_memory_mb() {
+  constexpr std::uint64_t kLeast = 512, kUnknown = 4096;
+  const auto free_bytes = tessera::free_memory_bytes();
+  return free_bytes ? std::max(kLeast, *free_bytes >> 21) : kUnknown;
 }
 
-// Limits this process: memory, time, output files, descriptors, no core, no new rights, no network
-// where the kernel allows that, and death with the parent.
-void limit_self(std::uint64_t memory_mb, std::uint64_t cpu_seconds) {
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-  limit(RLIMIT_AS, memory_mb << 20);
-#else
-  (void)memory_mb;  // sanitizers reserve terabytes of address space
-#endif
-  // One second of grace, so that the kernel's word is "CPU time limit" and not "killed".
-  const rlimit cpu{cpu_seconds, cpu_seconds + 1};
-  setrlimit(RLIMIT_CPU, &cpu);
-  // No file is written to but by messages on standard error, where that is a file.
-  limit(RLIMIT_FSIZE, kErrorFileBytesMax);
-  std::signal(SIGXFSZ, SIG_IGN);
-  limit(RLIMIT_NOFILE, 256);
-  limit(RLIMIT_CORE, 0);
-  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-  prctl(PR_SET_PDEATHSIG, SIGKILL, 0, 0, 0);
-  if (unshare(CLONE_NEWNET) != 0) errno = 0;  // needs rights; the readers open no sockets anyway
+// Shuts this process in with what the reader of `path` needs. Returns: a warning, or nothing.
+std::string shut_in(const std::string& path, std::uint64_t memory_mb, std::uint64_t cpu_seconds) {
+  tessera::import::SandboxOptions options;
+  options.memory_bytes = memory_mb << 20;
+  options.cpu_seconds = cpu_seconds;
+  // A file of an unknown suffix is refused by its name, unread.
+  if (const auto* const named = tessera::format_of_suffix(path)) {
+    auto needs = tessera::import::needs_of_reader(named->format, path);
+    options.readable = std::move(needs.files);
+    options.load = std::move(needs.load);
+    options.readable_for_load = std::move(needs.files_for_load);
+  }
+  const std::string missing = tessera::import::enter_sandbox(options);
+  if (missing.empty()) return {};
+  return path + ": was read without all of the sandbox (" + missing +
+         "): a file that was made to do harm could do some";
 }
 
-int import_file(const std::string& path) {
+int import_file(const std::string& path, const std::string& warning) {
   auto read = tessera::import::read_file(path);
   if (!read.is_ok()) return report(read.status().message(), 1);
   if (const Status status = tessera::validate_scene(read->scene); !status.is_ok()) {
@@ -70,6 +68,7 @@ int import_file(const std::string& path) {
     warnings.resize(kWarningsMax);
     warnings.push_back(path + ": and " + std::to_string(more) + " more warnings");
   }
+  if (!warning.empty()) read->warnings.insert(read->warnings.begin(), warning);
   tessera::SceneEncoder encoder;
   const std::vector<std::byte> bytes =
       tessera::encode_scene_stream({encoder.encode(read->scene), std::move(read->warnings)});
@@ -90,11 +89,10 @@ int main(int argc, char** argv) {
                "tessera-import");
   app.set_version_flag("--version", std::string("tessera-import ") + tessera::kBuildId);
   std::string path;
-  std::uint64_t memory_mb = 8192, cpu_seconds = 300;
+  std::uint64_t memory_mb = 0, cpu_seconds = 60;
   app.add_option("FILE", path)->required();
-  app.add_option("--memory-mb", memory_mb, "most memory")
-      ->check(CLI::Range(64, 1 << 20))
-      ->capture_default_str();
+  app.add_option("--memory-mb", memory_mb, "most memory (default: half of what is free)")
+      ->check(CLI::Range(64, 1 << 20));
   app.add_option("--cpu-seconds", cpu_seconds, "most processor time")
       ->check(CLI::Range(1, 86400))
       ->capture_default_str();
@@ -110,9 +108,9 @@ int main(int argc, char** argv) {
     return report("standard output must be a pipe: tessera-master runs this program and reads it",
                   2);
   }
-  limit_self(memory_mb, cpu_seconds);
+  if (memory_mb == 0) memory_mb = usual_memory_mb();
   try {
-    return import_file(path);
+    return import_file(path, shut_in(path, memory_mb, cpu_seconds));
   } catch (const std::bad_alloc&) {
     return report(
         path + ": needs more memory than the limit of " + std::to_string(memory_mb) + " MiB", 1);

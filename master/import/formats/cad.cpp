@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // STEP and IGES files, by tessera_import_cad.so, which is loaded for them alone.
+#include "master/import/formats/cad.h"
+
 #include <new>
 #include <string>
 
 #include "common/base/plugin_library.h"
-#include "master/import/cad/plugin.h"
 #include "master/import/read_file.h"
 
 namespace tessera::import {
@@ -13,7 +14,7 @@ namespace {
 Result<cad::ReadCadFunction> load() {
   constexpr const char* kNames[] = {cad::kReadCadName};
   void* functions[] = {nullptr};
-  const Status status = load_plugin("tessera_import_cad.so", kNames, functions);
+  const Status status = load_plugin(kCadPluginFile, kNames, functions);
   if (status.is_ok()) return reinterpret_cast<cad::ReadCadFunction>(functions[0]);
   const std::string hint =
       status.code() == StatusCode::kNotFound
@@ -23,7 +24,7 @@ Result<cad::ReadCadFunction> load() {
 }
 
 Result<ReadScene> read_cad_file(const std::string& path) {
-  const auto read = load();
+  const auto read = cad_plugin();
   if (!read.is_ok()) return Status::not_found(path + ": " + read.status().message());
   ReadScene scene;
   std::string error;
@@ -39,6 +40,11 @@ Result<ReadScene> read_cad_file(const std::string& path) {
 }
 
 }  // namespace
+
+Result<cad::ReadCadFunction> cad_plugin() {
+  static const Result<cad::ReadCadFunction> plugin = load();
+  return plugin;
+}
 
 Result<ReadScene> read_step_file(const std::string& path) { return read_cad_file(path); }
 Result<ReadScene> read_iges_file(const std::string& path) { return read_cad_file(path); }
