@@ -11,6 +11,7 @@ namespace {
 constexpr double kSnap = 1e-8;          // of the extent: what lies nearer to a border lies on it
 constexpr double kFitTolerance = 1e-8;  // of a patch's square: less than a float's last bit at 1
 constexpr int kInsideDepthMax = 10;     // of halvings until control points lie in the square
+constexpr int kOverrunSteps = 16;       // of a piece beyond the grid, where it is looked at
 constexpr int kProbes = 13;             // places of a patch where it is asked what is inside
 
 double Control2::*member(bool is_v) { return is_v ? &Control2::v : &Control2::u; }
@@ -63,6 +64,37 @@ bool is_on_border(const Curve2& curve, const Axis& axis, bool is_v) {
   const double x = curve.points.front().*member(is_v);
   if (!std::ranges::binary_search(axis.borders, x)) return false;
   return std::ranges::all_of(curve.points, [&](const Control2& p) { return p.*member(is_v) == x; });
+}
+
+double clamped(double x, const Axis& axis) {
+  return std::clamp(x, axis.borders.front(), axis.borders.back());
+}
+
+// The place of a piece that is farthest beyond the end of the grid; none where the piece, which is
+// split at the borders, lies within.
+std::optional<Point2> farthest_beyond(const Curve2& piece, const Axis& u, const Axis& v) {
+  const auto excess = [&](Point2 p) {
+    return std::max(std::fabs(p.u - clamped(p.u, u)) / u.width(),
+                    std::fabs(p.v - clamped(p.v, v)) / v.width());
+  };
+  if (!(excess(piece.at(0.5)) > 0)) return std::nullopt;
+  Point2 worst = piece.at(0.5);
+  for (int i = 1; i < kOverrunSteps; ++i) {
+    const Point2 p = piece.at(static_cast<double>(i) / kOverrunSteps);
+    if (excess(p) > excess(worst)) worst = p;
+  }
+  return worst;
+}
+
+// What is left of a piece beyond the grid: a line along the grid's end.
+Curve2 along_end(const Curve2& piece, const Axis& u, const Axis& v) {
+  const Point2 middle = piece.at(0.5);
+  const Point2 end{clamped(middle.u, u), clamped(middle.v, v)};
+  const auto place = [&](Point2 p) {
+    return Control2{end.u != middle.u ? end.u : clamped(p.u, u),
+                    end.v != middle.v ? end.v : clamped(p.v, v), 1};
+  };
+  return {{place(piece.first()), place(piece.last())}, piece.edge};
 }
 
 using CellPlace = std::pair<std::size_t, std::size_t>;
@@ -303,10 +335,17 @@ FaceTrims share_out(std::vector<std::vector<Curve2>> loops, const Axis& u, const
     all.insert(all.end(), loop.begin(), loop.end());
     const std::vector<Curve2> pieces = split_at_borders(split_at_borders(loop, u, false), v, true);
     std::size_t last_cell = cells.size();
-    for (const Curve2& piece : pieces) {
+    for (const Curve2& given : pieces) {
+      const auto beyond = farthest_beyond(given, u, v);
+      const Curve2 piece = beyond ? along_end(given, u, v) : given;
       const Point2 middle = piece.at(0.5);
       const std::size_t i = cell_of(u, middle.u), j = cell_of(v, middle.v);
       const std::size_t cell = v.cell_count() * i + j;
+      if (beyond) {
+        const auto place = [&](Point2 p) { return Point2{u.local(i, p.u), v.local(j, p.v)}; };
+        const Point2 border{clamped(beyond->u, u), clamped(beyond->v, v)};
+        made.overruns.push_back({piece.edge, cell, place(*beyond), place(border)});
+      }
       if (piece.degree() == 1 && piece.first() == piece.last()) continue;
       if (is_on_border(piece, u, false) || is_on_border(piece, v, true)) {
         last_cell = cells.size();

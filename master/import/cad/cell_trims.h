@@ -24,9 +24,18 @@ struct CellTrims {
   std::vector<std::vector<Curve2>> loops;
 };
 
+// Where a curve of the face is farthest beyond the end of the grid. There is no surface, so the
+// face ends at the border instead.
+struct Overrun {
+  int edge = -1;
+  std::size_t cell = 0;
+  Point2 place, border;  // in the square of the patch, which the first one is outside of
+};
+
 struct FaceTrims {
   std::vector<CellTrims> cells;  // cell (i, j) is number v.cell_count() i + j
   std::vector<BorderCurve> borders;
+  std::vector<Overrun> overruns;
   int open_count = 0;  // ends of curves that met nothing, so that a line had to close them
 };
 

@@ -154,6 +154,19 @@ Curve2 reversed(Curve2 curve) {
   return curve;
 }
 
+Curve2 with_end_weights_1(Curve2 curve) {
+  // t -> c t / (1 - t + c t) multiplies weight i by c^i; a common factor changes nothing.
+  const double first = curve.points.front().weight, last = curve.points.back().weight;
+  if (first == 1 && last == 1) return curve;
+  const double n = static_cast<double>(curve.degree());
+  for (std::size_t i = 0; i < curve.points.size(); ++i) {
+    double& weight = curve.points[i].weight;
+    weight = weight / first * std::pow(first / last, static_cast<double>(i) / n);
+  }
+  curve.points.front().weight = curve.points.back().weight = 1;
+  return curve;
+}
+
 std::vector<double> crossings(const Curve2& curve, bool is_v, double value) {
   const std::vector<double> form = offsets_of(curve, is_v, value);
   if (std::ranges::all_of(form, [](double x) { return x == 0; })) return {};

@@ -35,6 +35,9 @@ struct Curve2 {
 // The parts of a curve before and behind `t`; both have the same place there, to the bit.
 std::pair<Curve2, Curve2> split(const Curve2& curve, double t);
 Curve2 reversed(Curve2 curve);
+// The same curve, whose parameter runs otherwise, with weight 1 at both ends: curves of a loop
+// share the points where they meet, weights included.
+Curve2 with_end_weights_1(Curve2 curve);
 
 // The parameters in (0, 1) where u (is_v: v) passes `value`, or touches it, in rising order.
 std::vector<double> crossings(const Curve2& curve, bool is_v, double value);

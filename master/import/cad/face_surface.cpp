@@ -229,7 +229,30 @@ Result<FaceSurface> of_kind(const Handle(Geom_Surface) & s, const std::array<dou
   return kind = "approximated", approximated(s, b);
 }
 
+// De Casteljau's steps over `count` homogeneous points, each `stride` behind the last one. The
+// first one becomes the place at `t`.
+void fold(Control3* points, std::size_t count, std::size_t stride, double t) {
+  for (std::size_t left = count - 1; left > 0; --left) {
+    for (std::size_t i = 0; i < left; ++i) {
+      Control3& a = points[i * stride];
+      const Control3& b = points[(i + 1) * stride];
+      a = {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z),
+           a.weight + t * (b.weight - a.weight)};
+    }
+  }
+}
+
 }  // namespace
+
+Control3 BezierPatch::at(double u, double v) const {
+  std::vector<Control3> p = points;
+  for (Control3& c : p) c = {c.x * c.weight, c.y * c.weight, c.z * c.weight, c.weight};
+  const auto rows = static_cast<std::size_t>(degree_u) + 1;
+  const auto columns = static_cast<std::size_t>(degree_v) + 1;
+  for (std::size_t j = 0; j < columns; ++j) fold(p.data() + j, rows, columns, u);
+  fold(p.data(), columns, 1, v);
+  return {p[0].x / p[0].weight, p[0].y / p[0].weight, p[0].z / p[0].weight, 1};
+}
 
 Result<FaceSurface> face_surface(const TopoDS_Face& face, const std::array<double, 4>& bounds) {
   Handle(Geom_Surface) surface = BRep_Tool::Surface(face);

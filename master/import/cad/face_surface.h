@@ -23,6 +23,9 @@ struct BezierPatch {
   int degree_u = 1, degree_v = 1;
   bool is_rational = false;
   std::vector<Control3> points;  // point (i, j) is number (degree_v + 1) i + j
+
+  // The place at (u, v), which may be outside of the square; of weight 1.
+  Control3 at(double u, double v) const;
 };
 
 struct FaceSurface {

@@ -9,7 +9,9 @@
 #include <TopoDS.hxx>
 #include <TopoDS_Face.hxx>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <set>
 
 #include "master/import/cad/cell_trims.h"
 #include "master/import/cad/edge_gaps.h"
@@ -26,8 +28,8 @@ std::string number_text(double value) {
 }
 
 struct Inexact {
-  int face_count = 0, edge_count = 0, open_count = 0;
-  double face_error = 0, edge_error = 0;
+  int face_count = 0, edge_count = 0, open_count = 0, overrun_count = 0;
+  double face_error = 0, edge_error = 0, overrun_error = 0;
 };
 
 class PartWriter {
@@ -73,6 +75,10 @@ class PartWriter {
     if (inexact_.edge_count > 0)
       warn(inexact_.edge_count, "edges had no curve on their surface: projected, off by ",
            inexact_.edge_error);
+    if (inexact_.overrun_count > 0)
+      warn(inexact_.overrun_count,
+           "edges run beyond the end of their surface, whose border they follow instead, by ",
+           inexact_.overrun_error);
     if (inexact_.open_count > 0)
       warn(inexact_.open_count, "loops did not close and were closed by a line", 0);
     return {std::move(surface_), std::move(report_)};
@@ -98,6 +104,7 @@ class PartWriter {
     inexact_.edge_count += loops->projected_count;
     inexact_.edge_error = std::max(inexact_.edge_error, loops->projected_error);
     inexact_.open_count += trims.open_count;
+    add_overruns(*surface, trims);
     const bool is_reversed = face.Orientation() == TopAbs_REVERSED;
     const std::uint32_t material = material_(face);
     std::vector<std::size_t> numbers(trims.cells.size(), kNoSegment);
@@ -114,6 +121,21 @@ class PartWriter {
                        is_reversed ? mirrored(border.curve) : border.curve});
     }
     return Status::ok();
+  }
+
+  void add_overruns(const FaceSurface& surface, const FaceTrims& trims) {
+    std::set<int> edges;
+    for (const Overrun& overrun : trims.overruns) {
+      const BezierPatch& patch = surface.patches[overrun.cell];
+      const Control3 a = patch.at(overrun.place.u, overrun.place.v);
+      const Control3 b = patch.at(overrun.border.u, overrun.border.v);
+      const double error = std::hypot(a.x - b.x, a.y - b.y, a.z - b.z);
+      // What single precision would not tell is no error of this.
+      if (error <= 0x1p-24 * std::hypot(b.x, b.y, b.z)) continue;
+      inexact_.overrun_error = std::max(inexact_.overrun_error, error);
+      edges.insert(overrun.edge);
+    }
+    inexact_.overrun_count += static_cast<int>(edges.size());
   }
 
   int face_number() const { return static_cast<int>(report_.faces.size()); }
@@ -176,7 +198,7 @@ class PartWriter {
   void add_loop(const std::vector<Curve2>& loop, std::size_t patch, bool is_reversed) {
     surface_.segment_counts.push_back(static_cast<std::uint32_t>(loop.size()));
     for (const Curve2& given : loop) {
-      const Curve2 curve = is_reversed ? mirrored(given) : given;
+      const Curve2 curve = with_end_weights_1(is_reversed ? mirrored(given) : given);
       if (curve.edge >= 0)
         uses_.push_back({curve.edge, face_number(), patch, surface_.degrees.size(), curve});
       surface_.degrees.push_back(static_cast<std::uint8_t>(curve.degree()));
