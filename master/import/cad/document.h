@@ -35,6 +35,7 @@ struct Document {
   std::map<const TopoDS_TShape*, Quantity_Color> colors;  // of solids, shells and faces
   std::string unit;                                       // its name, as "MM"
   double sewing_tolerance = 0;  // loose faces were sewn within this; 0: none was loose
+  std::size_t sewn_faces = 0, sewn_edges = 0;
   std::vector<std::string> warnings;
 
   std::optional<Quantity_Color> color_of(const TopoDS_Shape& shape) const;

@@ -25,9 +25,10 @@
 namespace tessera::import::cad {
 namespace {
 
-// Faces that meet within this share of a part's size are sewn, or within the file's own resolution
-// where that is more.
-constexpr double kSewingShare = 1e-5;
+// Loose faces that meet within the file's own resolution are sewn, but at least within the first
+// share of the part's diagonal, and at most within the second one: faces of one solid are known to
+// be apart by 7.5e-5, and files claim resolutions that are larger than their smallest parts.
+constexpr double kSewingShareMin = 1e-5, kSewingShareMax = 1e-4;
 
 constexpr const char* kUnitNames[] = {"MM", "INCH", "MM",  "MM", "FT", "MI",
                                       "M",  "KM",   "MIL", "UM", "CM", "UIN"};
@@ -76,7 +77,10 @@ void sew(Part& part, double resolution, Document& document) {
   Bnd_Box box;
   BRepBndLib::Add(part.shape, box);
   if (box.IsVoid()) return;
-  const double tolerance = std::max(resolution, kSewingShare * std::sqrt(box.SquareExtent()));
+  const double diagonal = std::sqrt(box.SquareExtent());
+  // In this order a resolution that is no number is none.
+  const double tolerance =
+      std::max(kSewingShareMin * diagonal, std::min(resolution, kSewingShareMax * diagonal));
   BRepBuilderAPI_Sewing sewing(tolerance);
   sewing.Add(part.shape);
   sewing.Perform();
@@ -89,6 +93,8 @@ void sew(Part& part, double resolution, Document& document) {
   }
   part.shape = sewn;
   document.sewing_tolerance = std::max(document.sewing_tolerance, tolerance);
+  document.sewn_faces += static_cast<std::size_t>(face_count(sewn));
+  document.sewn_edges += static_cast<std::size_t>(sewing.NbContigousEdges());
 }
 
 }  // namespace
@@ -101,6 +107,7 @@ Result<Document> read_iges(const std::string& path) {
   if (reader.ReadFile(path.c_str()) != IFSelect_RetDone || reader.IGESModel().IsNull())
     return Status::invalid_argument(path + ": is damaged: not readable as IGES");
   if (reader.IGESModel()->NbEntities() == 0) return no_surfaces(path, {});
+  if (const std::string damage = first_damage(reader.IGESModel()); !damage.empty())
   TESSERA_RETURN_IF_ERROR(check_circles(path, reader.IGESModel()));
   Document document;
   const IGESData_GlobalSection& section = reader.IGESModel()->GlobalSection();

@@ -63,6 +63,9 @@ class SceneWriter {
     return face_count_;
   }
 
+  // Why the first face that was left out was.
+  const std::string& first_lost() const { return first_lost_; }
+
   ReadScene finish(const std::vector<std::string>& messages) {
     char text[256];
     std::snprintf(text, sizeof text,
@@ -71,8 +74,9 @@ class SceneWriter {
                   face_count_, patch_count_, document_.unit.c_str(), gap_, shared_, open_);
     warnings_.add_once("sum", text);
     if (document_.sewing_tolerance > 0) {
-      std::snprintf(text, sizeof text, "faces that meet within %.3g were sewn",
-                    document_.sewing_tolerance);
+      std::snprintf(text, sizeof text,
+                    "%zu loose faces were sewn at %zu edges, where they meet within %.3g",
+                    document_.sewn_faces, document_.sewn_edges, document_.sewing_tolerance);
       warnings_.add_once("sewn", text);
     }
     for (const std::string& message : messages) warnings_.add(kind_of(message), message);
@@ -93,7 +97,10 @@ class SceneWriter {
       return material(part.name, own ? own : whole);
     });
     const std::string name = part.name.empty() ? "" : "part '" + part.name + "', ";
-    for (const std::string& line : made.report.lost) warnings_.add_once(name + line, name + line);
+    for (const std::string& line : made.report.lost) {
+      warnings_.add_once(name + line, name + line);
+      if (first_lost_.empty()) first_lost_ = name + line;
+    }
     for (const std::string& line : made.report.warnings) warnings_.add(kind_of(line), name + line);
     gap_ = std::max(gap_, made.report.gap_max);
     shared_ += made.report.shared_edges;
@@ -127,6 +134,7 @@ class SceneWriter {
   const Document& document_;
   std::vector<PartReport>* reports_;
   WarningGroup warnings_;
+  std::string first_lost_;
   ReadScene read_;
   double gap_ = 0;
   std::size_t shared_ = 0, open_ = 0, face_count_ = 0, patch_count_ = 0;
@@ -138,7 +146,7 @@ Result<ReadScene> read_quietly(const std::string& path, std::vector<PartReport>*
   if (!document.is_ok()) return document.status();
   SceneWriter writer(path, *document, reports);
   if (writer.add_parts() == 0)
-    return Status::invalid_argument(path + ": none of its faces has an extent");
+    return Status::invalid_argument(path + ": no face is left: " + writer.first_lost());
   return writer.finish(messages.take());
 }
 

@@ -99,6 +99,7 @@ TEST_P(CadFiles, KeepTheirFacesAndAreas) {
 INSTANTIATE_TEST_SUITE_P(All, CadFiles,
                          testing::Values(CadFile{"linkrods.step", 37, 1, 1, 3360},
                                          CadFile{"as1-oc-214.stp", 53, 5, 18, 270},
+                                         // 42 solids, one of two lumps, which are two parts.
                                          CadFile{"car-wheel-assembly.step", 322, 43, 43, 1380},
                                          CadFile{"Bottom.step", 323, 1, 1, 1450},
                                          CadFile{"Bottom_nurbs.step", 323, 1, 1, 1780},

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <regex>
 #include <string>
 
 #include "master/import/cad/reader.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/written_cad.h"
 
 namespace tessera::import::cad {
 namespace {
@@ -67,6 +69,26 @@ TEST(CadRefusals, NameWhatIsWrong) {
   EXPECT_EQ(refusal("a.step", head + "#1=CARTESIAN_POINT('',(0.,0.,0.));\n" + end), "no surfaces");
   EXPECT_EQ(refusal("a.igs", iges_lines(12).substr(0, 600)), "is cut off: its end is missing");
   EXPECT_EQ(refusal("x.igs", iges_lines(12)), "no surfaces, only 12 curves");
+}
+
+TEST(CadRefusals, SolidsWithoutExtent) {
+  const std::string text = test::step_text(test::tray());
+  ASSERT_FALSE(text.empty());
+  const std::regex point("CARTESIAN_POINT\\('',\\([^(),]*,[^(),]*,[^(),]*\\)\\)");
+  const std::string said =
+      refusal("a.step", std::regex_replace(text, point, "CARTESIAN_POINT('',(7.,7.,7.))"));
+  EXPECT_TRUE(said.starts_with("no face is left: face 1 (")) << said;
+}
+
+TEST(CadRefusals, FilesCutAnywhere) {
+  const std::string step = test::step_text(test::tray());
+  const std::string iges = iges_lines(12);
+  for (std::size_t i = 1; i < 20; ++i) {
+    EXPECT_EQ(refusal("a.step", step.substr(0, step.size() * i / 20)),
+              "is cut off: its end is missing");
+    EXPECT_EQ(refusal("a.igs", iges.substr(0, iges.size() * i / 20)),
+              "is cut off: its end is missing");
+  }
 }
 
 TEST(CadRefusals, FindCircles) {
