@@ -14,6 +14,7 @@
 #include "common/base/version.h"
 #include "common/scene/scene_stream.h"
 #include "common/scene/validate.h"
+#include "master/import/crash_line.h"
 #include "master/import/read_file.h"
 #include "master/import/reader_needs.h"
 #include "master/import/sandbox/sandbox.h"
@@ -108,6 +109,7 @@ int main(int argc, char** argv) {
     return report("standard output must be a pipe: tessera-master runs this program and reads it",
                   2);
   }
+  const tessera::import::CrashLine crash_line(path, "the library that reads it");
   if (memory_mb == 0) memory_mb = usual_memory_mb();
   try {
     return import_file(path, shut_in(path, memory_mb, cpu_seconds));

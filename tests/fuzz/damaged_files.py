@@ -5,7 +5,7 @@
     damaged_files.py FILE... [--count N] [--seed S] [--seconds T] [--memory-mb M] [--show K]
 
 Each of N files is one of FILE with one to four faults: flipped bits, cut ends, numbers exchanged or replaced (in text,
-and in the text of binary glTF), pieces taken out or doubled. FILE's folder is copied once, for what FILE names beside
+and in the text of binary glTF), pieces taken out or doubled, lines exchanged, references (#12) bent. FILE's folder is copied once, for what FILE names beside
 it. A run takes long, and is for people, not for CI. TESSERA_BIN names the folder of the programs.
 
 Exit code 1, and the damaged file kept, when the importer dies of a signal, takes longer than T seconds or more memory
@@ -23,8 +23,9 @@ import sys
 import tempfile
 import time
 
+REFERENCE = re.compile(rb"#\d+")
 NUMBER = re.compile(rb"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
-STRANGE = [b"-1", b"0", b"1e39", b"4294967295", b"4294967296", b"18446744073709551616", b"1e999", b"nan", b"null", b"\"x\"", b"[]",
+STRANGE = [b"-1", b"0", b"1e39", b"4294967295", b"4294967296", b"18446744073709551616", b"1e999", b"1e300", b"nan", b"null", b"\"x\"", b"[]",
            b"{}", b"2147483647", b"0.5", b"-0", b"65536", b"1e-39", b"true"]
 
 
@@ -44,9 +45,25 @@ def exchange_number(data, rng):
     return data[:at.start()] + new + data[at.end():]
 
 
+def exchange_lines(data, rng):
+    lines = data.split(b"\n")
+    i, j = rng.randrange(len(lines)), rng.randrange(len(lines))
+    lines[i], lines[j] = lines[j], lines[i]
+    return b"\n".join(lines)
+
+
+def bend_reference(data, rng):
+    """Lets a reference name what another one does, so that types differ and circles come about."""
+    found = list(REFERENCE.finditer(data))
+    if not found:
+        return exchange_number(data, rng)
+    at = rng.choice(found)
+    return data[:at.start()] + rng.choice(found).group() + data[at.end():]
+
+
 def damage(data, rng):
     for _ in range(rng.randint(1, 4)):
-        kind, at = rng.randrange(8), rng.randrange(max(len(data), 1))
+        kind, at = rng.randrange(10), rng.randrange(max(len(data), 1))
         if not data:
             return b"x"
         if kind == 0:
@@ -61,6 +78,10 @@ def damage(data, rng):
             data = data[:at] + data[at:at + rng.randrange(1, 64)] + data[at:]
         elif kind == 5:
             data = data[:at] + rng.choice([b"\xff\xff\xff\xff", b"\0\0\0\0", b"\xff\xff\xff\x7f", b"\0\0\xc0\x7f"]) + data[at + 4:]
+        elif kind == 6:
+            data = exchange_lines(data, rng)
+        elif kind == 7:
+            data = bend_reference(data, rng)
         else:
             data = exchange_number(data, rng)
     return data
@@ -73,7 +94,8 @@ class Trial:
         self.path = options.copies[source.parent] / f"{number}{source.suffix}"
         self.path.write_bytes(damage(source.read_bytes(), rng))
         begin = time.monotonic()
-        run = subprocess.Popen([options.program, "--memory-mb", str(options.memory_mb), self.path], stdout=subprocess.PIPE,
+        run = subprocess.Popen([options.program, "--memory-mb", str(options.memory_mb), "--cpu-seconds",
+                                str(options.cpu_seconds), self.path], stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE)
         with concurrent.futures.ThreadPoolExecutor(2) as readers:
             out = readers.submit(lambda: sum(len(part) for part in iter(lambda: run.stdout.read(1 << 20), b"")))
@@ -116,6 +138,7 @@ def main():
     parser.add_argument("--count", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--seconds", type=float, default=20)
+    parser.add_argument("--cpu-seconds", type=int, default=300, help="the importer's own limit")
     parser.add_argument("--memory-mb", type=int, default=1024)
     parser.add_argument("--show", type=int, default=10, help="so many lines of refusals")
     options = parser.parse_args()

@@ -21,6 +21,7 @@
 
 #include "master/import/cad/document.h"
 #include "master/import/cad/shape_tree.h"
+#include "master/import/crash_line.h"
 
 namespace tessera::import::cad {
 namespace {
@@ -108,6 +109,7 @@ Result<Document> read_iges(const std::string& path) {
     return Status::invalid_argument(path + ": is damaged: not readable as IGES");
   if (reader.IGESModel()->NbEntities() == 0) return no_surfaces(path, {});
   if (const std::string damage = first_damage(reader.IGESModel()); !damage.empty())
+    CrashLine::note(damage);
   TESSERA_RETURN_IF_ERROR(check_circles(path, reader.IGESModel()));
   Document document;
   const IGESData_GlobalSection& section = reader.IGESModel()->GlobalSection();

@@ -6,11 +6,13 @@
 
 #include "common/base/api.h"
 #include "master/import/cad/reader.h"
+#include "master/import/crash_line.h"
 
 namespace tessera::import::cad {
 
 extern "C" TESSERA_API PluginAnswer tessera_read_cad_1(const std::string& path, ReadScene& scene,
                                                        std::string& error) {
+  const CrashLine crash_line(path, "Open CASCADE");
   try {
     auto read = read_cad(path);
     if (!read.is_ok()) {

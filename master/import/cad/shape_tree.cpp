@@ -2,6 +2,7 @@
 #include "master/import/cad/shape_tree.h"
 
 #include <BRep_Builder.hxx>
+#include <Interface_Check.hxx>
 #include <Interface_EntityIterator.hxx>
 #include <Interface_Graph.hxx>
 #include <TopExp.hxx>
@@ -103,6 +104,16 @@ Status check_circles(const std::string& path, const Handle(Interface_InterfaceMo
 void add_parts(const TopoDS_Shape& shape, Document& document) {
   std::map<const void*, std::size_t> known;
   walk(shape, TopLoc_Location(), known, document);
+}
+
+std::string first_damage(const Handle(Interface_InterfaceModel) & model) {
+  for (int i = 1; i <= model->NbEntities(); ++i) {
+    const Handle(Interface_Check) check = model->Check(i, true);
+    if (check.IsNull() || !check->HasFailed()) continue;
+    return std::string("entity ") + model->StringLabel(model->Value(i))->ToCString() +
+           " is damaged: " + check->CFail(1);
+  }
+  return {};
 }
 
 Status no_surfaces(const std::string& path, const TopoDS_Shape& shape) {

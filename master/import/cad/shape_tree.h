@@ -19,6 +19,10 @@ Status check_end(const std::string& path, std::initializer_list<const char*> end
 // Whether entities of a file refer to each other in a circle, or deeper than 10,000 of them.
 Status check_circles(const std::string& path, const Handle(Interface_InterfaceModel) & model);
 
+// What is wrong with the first entity that could not be read whole; nothing where all could. Such
+// files open as a rule; where Open CASCADE crashes on one, this is why.
+std::string first_damage(const Handle(Interface_InterfaceModel) & model);
+
 // Adds the parts of a tree of shapes, and where they stand.
 void add_parts(const TopoDS_Shape& shape, Document& document);
 

@@ -27,6 +27,7 @@
 
 #include "master/import/cad/document.h"
 #include "master/import/cad/shape_tree.h"
+#include "master/import/crash_line.h"
 
 namespace tessera::import::cad {
 namespace {
@@ -162,6 +163,8 @@ Result<Document> read_step(const std::string& path) {
   if (reader.ReadFile(path.c_str()) != IFSelect_RetDone || reader.Model().IsNull())
     return Status::invalid_argument(path + ": is damaged: not readable as STEP");
   if (reader.Model()->NbEntities() == 0) return no_surfaces(path, {});
+  if (const std::string damage = first_damage(reader.Model()); !damage.empty())
+    CrashLine::note(damage);
   TESSERA_RETURN_IF_ERROR(check_circles(path, reader.Model()));
   TESSERA_RETURN_IF_ERROR(check_assemblies(path, reader.Model()));
   Document document;
