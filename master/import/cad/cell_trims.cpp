@@ -2,6 +2,7 @@
 #include "master/import/cad/cell_trims.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -272,7 +273,9 @@ class Cell {
       events.push_back({*way_around(last), last, i, true});
     }
     std::ranges::stable_sort(events, {}, &Event::way);
-    const std::size_t count = events.size();  // even
+    const std::size_t count = events.size();                        // even
+    std::vector<std::array<std::size_t, 2>> of_chain(open.size());  // its first event and its end
+    for (std::size_t i = 0; i < count; ++i) of_chain[events[i].chain][events[i].is_end ? 1 : 0] = i;
     std::vector<bool> is_used(open.size(), false);
     for (std::size_t start = 0; start < count; ++start) {
       if (is_used[events[start].chain]) continue;
@@ -287,8 +290,7 @@ class Cell {
         } else {
           loop.insert(loop.end(), chain.begin(), chain.end());
         }
-        std::size_t other = 0;
-        while (events[other].chain != event.chain || events[other].is_end == event.is_end) ++other;
+        const std::size_t other = of_chain[event.chain][event.is_end ? 0 : 1];
         const bool goes_up = is_even_inside == (other % 2 == 0);
         at = (goes_up ? other + 1 : other + count - 1) % count;
         add_border(events[other].way, events[at].way, events[at].place, goes_up, loop);
@@ -325,8 +327,9 @@ double parameter(const Axis& axis, std::size_t cell, double local) {
 
 }  // namespace
 
-FaceTrims share_out(std::vector<std::vector<Curve2>> loops, const Axis& u, const Axis& v) {
+Result<FaceTrims> share_out(std::vector<std::vector<Curve2>> loops, const Axis& u, const Axis& v) {
   FaceTrims made;
+  std::size_t piece_count = 0;
   std::vector<Cell> cells(u.cell_count() * v.cell_count());
   std::vector<Curve2> all;
   for (auto& loop : loops) {
@@ -335,6 +338,9 @@ FaceTrims share_out(std::vector<std::vector<Curve2>> loops, const Axis& u, const
     all.insert(all.end(), loop.begin(), loop.end());
     const std::vector<Curve2> pieces = split_at_borders(split_at_borders(loop, u, false), v, true);
     std::size_t last_cell = cells.size();
+    piece_count += pieces.size();
+    if (piece_count > kFacePiecesMax)
+      return Status::invalid_argument("its loops cross the borders of patches too often");
     for (const Curve2& given : pieces) {
       const auto beyond = farthest_beyond(given, u, v);
       const Curve2 piece = beyond ? along_end(given, u, v) : given;

@@ -7,6 +7,7 @@
 
 #include <vector>
 
+#include "common/base/status.h"
 #include "master/import/cad/curve2.h"
 #include "master/import/cad/face_surface.h"
 
@@ -39,6 +40,10 @@ struct FaceTrims {
   int open_count = 0;  // ends of curves that met nothing, so that a line had to close them
 };
 
-FaceTrims share_out(std::vector<std::vector<Curve2>> loops, const Axis& u, const Axis& v);
+// Pieces of curves between borders of patches: some hundred times what real faces have.
+inline constexpr std::size_t kFacePiecesMax = 100'000;
+
+// Returns: an error where the loops have more pieces than that.
+Result<FaceTrims> share_out(std::vector<std::vector<Curve2>> loops, const Axis& u, const Axis& v);
 
 }  // namespace tessera::import::cad

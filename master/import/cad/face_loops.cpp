@@ -31,8 +31,9 @@ constexpr int kBoundDepthMax = 20;  // of halvings until a curve's hull is its e
 // tolerances of 1e-5 of a part there. What is farther apart is joined by a line.
 constexpr double kJoin = 1e-4;
 
-constexpr double kSameEnd = 1e-6;   // of a curve's extent: ends that conversion has kept
-constexpr double kFitShare = 1e-9;  // of a curve's extent: below single precision's rounding
+constexpr double kRounding = 1e-10;  // of coordinates: an extent below this is what roundings leave
+constexpr double kSameEnd = 1e-6;    // of a curve's extent: ends that conversion has kept
+constexpr double kFitShare = 1e-9;   // of a curve's extent: below single precision's rounding
 
 using Strand = std::vector<Curve2>;  // the curves of one edge, one behind the other
 
@@ -262,7 +263,11 @@ Result<FaceLoops> face_loops(const TopoDS_Face& given, const TopTools_IndexedMap
     return made;
   }
   const double width = box.high[0] - box.low[0], height = box.high[1] - box.low[1];
-  if (!(width > 0 && height > 0)) return Status::invalid_argument("a face without extent");
+  const auto is_extent = [](double low, double high) {
+    return high - low > kRounding * std::max(std::fabs(low), std::fabs(high));
+  };
+  if (!is_extent(box.low[0], box.high[0]) || !is_extent(box.low[1], box.high[1]))
+    return Status::invalid_argument("a face without extent");
   for (auto& wire : wires) {
     order(wire, width, height);
     made.loops.push_back(closed(wire, width, height));

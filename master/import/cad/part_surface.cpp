@@ -96,7 +96,9 @@ class PartWriter {
     const auto surface = face_surface(face, loops->bounds);
     if (!surface.is_ok()) return surface.status();
     kind = surface->kind;
-    const FaceTrims trims = share_out(loops->loops, surface->u, surface->v);
+    const auto shared = share_out(loops->loops, surface->u, surface->v);
+    if (!shared.is_ok()) return shared.status();
+    const FaceTrims& trims = *shared;
     if (surface->approximation > 0) {
       ++inexact_.face_count;
       inexact_.face_error = std::max(inexact_.face_error, surface->approximation);

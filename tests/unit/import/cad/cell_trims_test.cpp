@@ -26,7 +26,7 @@ FaceTrims waving(double height, int waves) {
   loop.push_back(line({0, 1}, {0, 0}, 1));
   loop.push_back(line({0, 0}, {3, 0}, 2));
   loop.push_back(line({3, 0}, {3, 1}, 3));
-  return share_out({loop}, {{0, 1, 2, 3}, false}, {{0, 1}, false});
+  return *share_out({loop}, {{0, 1, 2, 3}, false}, {{0, 1}, false});
 }
 
 std::size_t segment_count(const FaceTrims& trims) {
@@ -62,6 +62,23 @@ TEST(CellTrims, WhatLiesWithinARoundingOfTheEndLiesOnIt) {
   const FaceTrims trims = waving(1e-9, 9);
   EXPECT_EQ(segment_count(trims), 0u);
   EXPECT_TRUE(trims.overruns.empty());
+}
+
+TEST(CellTrims, LoopsThatCrossBordersWithoutEndAreRefused) {
+  // A grid of 300 x 300, crossed by 600 lines from side to side: 180,000 pieces.
+  Axis axis;
+  for (int i = 0; i <= 300; ++i) axis.borders.push_back(i);
+  std::vector<Curve2> loop;
+  for (int i = 0; i < 600; ++i) {
+    const double v = (i + 0.5) / 2.1, next = (i + 1.5) / 2.1;
+    const double from = i % 2 == 0 ? 0.5 : 299.5, to = 300 - from;
+    loop.push_back(line({from, v}, {to, v}, 0));
+    loop.push_back(line({to, v}, {to, next}, 0));
+  }
+  loop.push_back(line(loop.back().last(), loop.front().first(), 0));
+  const auto trims = share_out({loop}, axis, axis);
+  ASSERT_FALSE(trims.is_ok());
+  EXPECT_EQ(trims.status().message(), "its loops cross the borders of patches too often");
 }
 
 TEST(CellTrims, EndWeightsOf1LeaveTheCurve) {
