@@ -4,6 +4,7 @@
 // elsewhere cost nothing. TESSERA_LONG=1 asks for ten times as many points.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
@@ -135,6 +136,35 @@ INSTANTIATE_TEST_SUITE_P(
         Class{"weights", TrimClass::kWeights, 100}, Class{"wild", TrimClass::kWildWeights, 100},
         Class{"crossing", TrimClass::kCrossing, 100}, Class{"crowd", TrimClass::kCrowd, 20}),
     [](const testing::TestParamInfo<Class>& of) { return of.param.name; });
+
+// What is said of a rectangle holds for all of its points.
+TEST_P(Trims, EveryPointOfAnAreaIsWhatTheAreaIs) {
+  const Class& c = GetParam();
+  test::Choices choices(300 + static_cast<unsigned>(c.kind));
+  int decided = 0, wrong = 0;
+  for (int scene = 0; scene < c.scenes; ++scene) {
+    test::TrimShapes shapes(c.kind, choices);
+    core::TrimCellOptions options;
+    if (c.kind == TrimClass::kCrowd) options = {1, 2, 64};
+    const TrimSet set(shapes.surface(), options);
+    for (int i = 0; i < asks(10'000) / c.scenes; ++i) {
+      const TrimAsk corner = shapes.ask();
+      const double width = double{choices.power(-4, -1)}, height = double{choices.power(-4, -1)};
+      const core::TrimArea area{corner.u, std::min(1.0, corner.u + width), corner.v,
+                                std::min(1.0, corner.v + height)};
+      const core::Kept kept = set.kept_of(0, area);
+      if (kept == core::Kept::kSome) continue;
+      ++decided;
+      for (int k = 0; k < 8; ++k) {
+        const double u = area.u0 + double{choices.share()} * (area.u1 - area.u0);
+        const double v = area.v0 + double{choices.share()} * (area.v1 - area.v0);
+        wrong += set.is_kept(0, u, v) != (kept == core::Kept::kAll);
+      }
+    }
+  }
+  EXPECT_EQ(wrong, 0) << "in " << decided << " areas";
+  EXPECT_GT(decided, asks(10'000) / 50);
+}
 
 // Loops beside each other, with as much room for each; or one in the other; or tall and thin.
 enum class Layout { kBeside, kNested, kStrips };

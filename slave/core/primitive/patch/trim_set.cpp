@@ -105,13 +105,14 @@ Kept TrimSet::kept_of(std::uint32_t patch, const TrimArea& area) const {
 Kept TrimSet::kept_of(std::uint32_t patch, const TrimCell& cell, const TrimArea& area) const {
   constexpr double kBeyond = 0x1p-22;  // 4 u, within which answers are not sure
   if (cell.is_grid == 0) {
+    const std::uint32_t first = cell.is_ordered != 0 ? cells_.orders[cell.first].first : cell.first;
     for (std::uint32_t i = 0; i < cell.count; ++i) {
-      const TrimPiece& piece = cells_.pieces[cells_.listed[cell.first + i].piece];
-      const auto u = std::minmax(double{piece.u[0]}, double{piece.u[1]});
-      const auto v = std::minmax(double{piece.v[0]}, double{piece.v[1]});
+      const TrimPiece& piece = cells_.pieces[cells_.listed[first + i].piece];
+      const auto [u_low, u_high] = std::minmax({double{piece.u[0]}, double{piece.u[1]}});
+      const auto [v_low, v_high] = std::minmax({double{piece.v[0]}, double{piece.v[1]}});
       // A piece turns back by less than the room that is left.
-      if (u.first <= area.u1 + 2 * kBeyond && u.second >= area.u0 - 2 * kBeyond &&
-          v.first <= area.v1 + 2 * kBeyond && v.second >= area.v0 - 2 * kBeyond)
+      if (u_low <= area.u1 + 2 * kBeyond && u_high >= area.u0 - 2 * kBeyond &&
+          v_low <= area.v1 + 2 * kBeyond && v_high >= area.v0 - 2 * kBeyond)
         return Kept::kSome;
     }
     const bool is_in = is_kept(patch, (area.u0 + area.u1) / 2, (area.v0 + area.v1) / 2);
