@@ -6,9 +6,9 @@
 // 1 to 15. Point (i, j) is number (degree_v + 1) i + j of its patch. Its geometric normal is along
 // dS/du x dS/dv, its texture coordinates are u and v.
 //
-// A loop is closed: each segment is a rational Bezier curve in (u, v) that ends where the next one
-// begins, the last one where the first one begins. What an odd number of a patch's loops enclose is
-// kept, or left out where keeps_outside says so. A patch without loops is whole.
+// A loop is closed: each segment is a rational Bezier curve in (u, v) to where the next one begins,
+// the last one to the first. What an odd number of a patch's loops enclose is kept, or left out
+// where keeps_outside says so. A patch without loops is whole; a loop there and back trims nothing.
 //
 // Units. Lengths in scene units. Threads. Plain values.
 #pragma once
@@ -52,8 +52,8 @@ struct PatchSurface {
   std::vector<std::uint8_t> degrees;          // [segment_count] 1 to kPatchDegreesMax
   // Of each segment all points but the last, which is the first one of the segment that follows.
   std::vector<TrimPoint> trim_points;
-  // [segment_count] or empty: how far the surface goes on beyond a segment, so that solids whose
-  // faces do not quite meet stay closed; in scene units, >= 0.
+  // [segment_count] or empty: how far from a segment rays still meet the surface, so that solids
+  // whose faces do not quite meet stay closed; 0: not at all, as at open edges. In scene units.
   std::vector<float> trim_widths;
 
   bool operator==(const PatchSurface&) const = default;

@@ -6,6 +6,7 @@
 #include "common/math/vec3d.h"
 #include "slave/core/light/emitter_texture.h"
 #include "slave/core/primitive/freeform/patch_point.h"
+#include "slave/core/primitive/patch/fat_border.h"
 #include "slave/core/primitive/patch/patch_answer_abi.h"
 #include "slave/core/primitive/patch/patch_evaluation.h"
 #include "slave/core/primitive/patch/sub_patch_range.h"
@@ -84,6 +85,7 @@ bool add_patch_emitters(const Scene& scene, std::size_t instance, const PatchSto
       scene.surfaces[scene.instances[instance].mesh]->materials;
   for (std::uint64_t p = patches.first_part[instance]; p < patches.first_part[instance + 1]; ++p) {
     const SubPatch& part = patches.parts[p];
+    if (is_fat_border(part)) continue;  // it has no area
     const std::uint64_t local = part.patch - patches.first_patch[instance];
     const Material& material = scene.materials[materials[materials.size() == 1 ? 0 : local]];
     if (is_black(material.emission)) continue;

@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "slave/core/primitive/patch/fat_border.h"
 #include "slave/core/primitive/patch/patch_input.h"
 #include "slave/core/primitive/patch/patch_preparation.h"
 #include "slave/core/primitive/patch/placed_sub_patch.h"
@@ -85,12 +86,14 @@ class Filler {
 
   void add(const SplitSurface& surface, const Transform& to_world) {
     PatchPlacement placement(to_world);
+    const FatPlacement borders(to_world);
     for (std::size_t i = 0; i < surface.patches.size(); ++i) {
       const CheckedPatch& patch = surface.patches[i];
       if (patch.numbers.empty()) {
         add_without_extent(patch);
       } else if (to_world.is_identity()) {
         add_parts(surface, i, nullptr);
+        add_borders(surface, i, patch, borders);
         add_patch(surface, i, patch);
       } else {
         Bounds3f box;
@@ -101,6 +104,7 @@ class Filler {
         }
         placement.take(patch.patch(), box);
         add_parts(surface, i, &placement);
+        add_borders(surface, i, *there, borders);
         add_patch(surface, i, *there);
       }
     }
@@ -124,6 +128,20 @@ class Filler {
       Bounds3f box = surface.parts.boxes[p];
       const SubPatch& part = surface.parts.parts[p];
       store_.parts.push_back(placement == nullptr ? part : placement->placed(part, box));
+      store_.parts.back().patch = static_cast<std::uint32_t>(store_.patches.size());
+      boxes_.push_back(box);
+    }
+  }
+
+  void add_borders(const SplitSurface& surface, std::size_t number, const CheckedPatch& checked,
+                   const FatPlacement& placement) {
+    if (!surface.trims) return;
+    Patch patch = checked.patch();
+    patch.trims = surface.trims.get();
+    const auto [first, end] = surface.trims->borders().of_patch(static_cast<std::uint32_t>(number));
+    for (std::uint32_t span = first; span < end; ++span) {
+      Bounds3f box;
+      store_.parts.push_back(placement.placed(patch, span, box));
       store_.parts.back().patch = static_cast<std::uint32_t>(store_.patches.size());
       boxes_.push_back(box);
     }

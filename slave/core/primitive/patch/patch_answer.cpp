@@ -3,6 +3,7 @@
 #include <limits>
 #include <memory>
 
+#include "slave/core/primitive/patch/fat_border.h"
 #include "slave/core/primitive/patch/patch_answer_abi.h"
 #include "slave/core/primitive/patch/patch_hit.h"
 #include "slave/core/primitive/patch/trim_set.h"
@@ -44,6 +45,7 @@ PatchAnswer first_kept(const Patch& patch, const SubPatch& part, PatchRay ray, c
 
 PatchAnswer patch_answer(const Patch& patch, const SubPatch& part, const float* origin,
                          const float* direction, float t_min) {
+  if (is_fat_border(part)) return fat_border_answer(patch, part, origin, direction, t_min);
   return first_kept(patch, part, ray_of(origin, direction, t_min), [&](const PatchRay& ray) {
     return patch_hit(patch, part, ray, solver_of_thread());
   });
@@ -51,6 +53,7 @@ PatchAnswer patch_answer(const Patch& patch, const SubPatch& part, const float* 
 
 PatchAnswer solved_answer(const Patch& patch, const SubPatch& part, const float* origin,
                           const float* direction, float t_min) {
+  if (is_fat_border(part)) return fat_border_answer(patch, part, origin, direction, t_min);
   return first_kept(patch, part, ray_of(origin, direction, t_min), [&](const PatchRay& ray) {
     return solver_of_thread().solve(patch, part, ray);
   });

@@ -14,13 +14,14 @@ class LoopReader {
  public:
   LoopReader(const PatchSurface& surface, TrimCells& to) : surface_(surface), to_(to) {}
 
-  void read_loop() {
+  void read_loop(std::size_t patch) {
     TESSERA_CHECK(loop_ < surface_.segment_counts.size());
     const std::uint32_t segments = surface_.segment_counts[loop_++];
     TESSERA_CHECK(segments >= 1 && surface_.degrees.size() - segment_ >= segments);
     const std::size_t begin = point_;
+    const std::size_t first_piece = to_.pieces.size();
     for (std::uint32_t i = 0; i < segments; ++i) {
-      const std::size_t degree = surface_.degrees[segment_++];
+      const std::size_t degree = surface_.degrees[segment_];
       TESSERA_CHECK(degree >= 1 && degree <= static_cast<std::size_t>(kTrimDegreeMax));
       TESSERA_CHECK(surface_.trim_points.size() - point_ >= degree);
       const auto points = surface_.trim_points.begin() + static_cast<std::ptrdiff_t>(point_);
@@ -29,12 +30,24 @@ class LoopReader {
       const std::size_t end = i + 1 == segments ? begin : point_;
       TESSERA_CHECK_LT(end, surface_.trim_points.size());
       of_segment_.push_back(surface_.trim_points[end]);
-      add_segment(i + 1 == segments);
+      if (segments == 2 && i == 1) is_retraced_ = is_reverse_of_before();
+      add_segment(patch, i + 1 == segments);
+      before_.swap(of_segment_);
+      ++segment_;
     }
+    // A segment and back again: it encloses nothing, and only widens the patch.
+    if (is_retraced_) to_.pieces.resize(first_piece);
+    is_retraced_ = false;
   }
 
+  const std::vector<FatSegment>& widened() const { return widened_; }
+
  private:
-  void add_segment(bool is_last) {
+  bool is_reverse_of_before() const {
+    return std::equal(of_segment_.begin(), of_segment_.end(), before_.rbegin(), before_.rend());
+  }
+
+  void add_segment(std::size_t patch, bool is_last) {
     const auto first = static_cast<std::uint32_t>(to_.coefficients.size());
     TESSERA_CHECK(first < kTrimCoefficientsMax - kTrimDegreeMax);
     const int degree = static_cast<int>(of_segment_.size()) - 1;
@@ -42,12 +55,17 @@ class LoopReader {
       to_.coefficients.push_back(
           coefficient_of(of_segment_[static_cast<std::size_t>(i)], degree, i));
     split_segment(of_segment_, first, to_.pieces);
+    if (surface_.trim_widths.empty() || !(surface_.trim_widths[segment_] > 0)) return;
+    widened_.push_back({static_cast<std::uint32_t>(patch), first,
+                        static_cast<std::uint32_t>(degree), surface_.trim_widths[segment_]});
   }
 
   const PatchSurface& surface_;
   TrimCells& to_;
   std::size_t loop_ = 0, segment_ = 0, point_ = 0;
-  std::vector<TrimPoint> of_segment_;
+  std::vector<TrimPoint> of_segment_, before_;
+  bool is_retraced_ = false;
+  std::vector<FatSegment> widened_;
 };
 
 // NaN becomes 0.
@@ -65,12 +83,13 @@ TrimSet::TrimSet(const PatchSurface& surface, const TrimCellOptions& options) {
   LoopReader reader(surface, cells_);
   for (std::size_t p = 0; p < surface.patches.size(); ++p) {
     const auto first = static_cast<std::uint32_t>(cells_.pieces.size());
-    for (std::uint32_t i = 0; i < surface.loop_counts[p]; ++i) reader.read_loop();
+    for (std::uint32_t i = 0; i < surface.loop_counts[p]; ++i) reader.read_loop(p);
     const auto end = static_cast<std::uint32_t>(cells_.pieces.size());
     // A patch without loops is whole, whatever it keeps. A set bit of a cell says: left out.
     const bool is_whole = surface.loop_counts[p] == 0 || surface.patches[p].keeps_outside != 0;
     whole_.push_back(build_cells(cells_, first, end, !is_whole, options));
   }
+  borders_ = FatBorders(surface, reader.widened(), cells_.coefficients);
   cells_.cells.shrink_to_fit();
   cells_.coefficients.shrink_to_fit();
   cells_.pieces.shrink_to_fit();
@@ -156,7 +175,7 @@ std::size_t TrimSet::bytes() const {
          cells_.pieces.size() * sizeof(TrimPiece) + cells_.listed.size() * sizeof(TrimListed) +
          cells_.cells.size() * sizeof(TrimCell) + cells_.grids.size() * sizeof(TrimGrid) +
          cells_.orders.size() * sizeof(TrimOrder) + cells_.ranges.size() * sizeof(TrimRange) +
-         whole_.size() * sizeof(TrimCell);
+         whole_.size() * sizeof(TrimCell) + borders_.bytes();
 }
 
 }  // namespace tessera::core

@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "common/scene/patch_surface.h"
+#include "slave/core/primitive/patch/fat_border_spans.h"
 #include "slave/core/primitive/patch/trim_grid.h"
 
 namespace tessera::core {
@@ -67,12 +68,16 @@ class TrimSet {
   Kept kept_of(std::uint32_t patch, const TrimArea& area) const;
 
   const TrimCells& cells() const { return cells_; }
+  // Where the surface is met beside its widened segments (fat_border.h); answers above do not know
+  // of them.
+  const FatBorders& borders() const { return borders_; }
   std::size_t bytes() const;
 
  private:
   Kept kept_of(std::uint32_t patch, const TrimCell& cell, const TrimArea& area) const;
 
   TrimCells cells_;
+  FatBorders borders_;
   std::vector<TrimCell>
       whole_;  // [patch_count]: the square of each; empty where nothing is trimmed
 };

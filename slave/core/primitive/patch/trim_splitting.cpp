@@ -5,38 +5,17 @@
 #include <cmath>
 #include <limits>
 
+#include "slave/core/primitive/patch/trim_part.h"
+
 namespace tessera::core {
 namespace {
-
-// A part of a segment: w u, w v, w of its control points.
-struct Part {
-  TrimParameter from{1, 0}, to{0, 1};
-  int depth = 0;
-  TrimCoefficient net[kTrimDegreeMax + 1];
-};
-
-// De Casteljau's scheme at the middle. `part` becomes its second half. Returns: the first half.
-Part first_half(Part& part, int degree) {
-  Part half;
-  half.from = part.from;
-  half.to = middle(part.from, part.to);
-  half.depth = ++part.depth;
-  for (int k = 0; k <= degree; ++k) {
-    half.net[k] = part.net[0];
-    for (int i = 0; i < degree - k; ++i) {
-      TrimCoefficient &a = part.net[i], &b = part.net[i + 1];
-      a = {0.5 * (a.u + b.u), 0.5 * (a.v + b.v), 0.5 * (a.w + b.w)};
-    }
-  }
-  part.from = half.to;
-  return half;
-}
 
 // Bound of |u''| and |v''| over a part, by its own parameter, in which it has length 1. With A =
 // w (C - middle): w C' = A' - w' (C - middle), w C'' = A'' - 2 w' C' - w'' (C - middle), and ranges
 // of the derivatives' control points. Roundings are 2^-46 of what is bounded, for which a factor is
 // left.
-double bend_of(const Part& part, int degree, std::span<const double> u, std::span<const double> v) {
+double bend_of(const TrimPart& part, int degree, std::span<const double> u,
+               std::span<const double> v) {
   const auto [u_least, u_most] = std::minmax_element(u.begin(), u.end());
   const auto [v_least, v_most] = std::minmax_element(v.begin(), v.end());
   const double middle_u = 0.5 * (*u_least + *u_most), middle_v = 0.5 * (*v_least + *v_most);
@@ -103,17 +82,17 @@ class Splitter {
       : degree_(degree), first_(first), to_(to) {}
 
   void run(std::span<const TrimPoint> points) {
-    Part whole;
+    TrimPart whole;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double w = points[i].weight;
       whole.net[i] = {w * double{points[i].u}, w * double{points[i].v}, w};
     }
-    std::vector<Part> parts{whole};
+    std::vector<TrimPart> parts{whole};
     while (!parts.empty()) {
-      Part& part = parts.back();
+      TrimPart& part = parts.back();
       project(part);
       if (part.depth < kTrimDepthMax && !(Trend::is_one(u_) && Trend::is_one(v_))) {
-        const Part half = first_half(part, degree_);
+        const TrimPart half = first_half(part, degree_);
         parts.push_back(half);
         continue;
       }
@@ -125,7 +104,7 @@ class Splitter {
 
  private:
   // The control points of a part, as u_ and v_.
-  void project(const Part& part) {
+  void project(const TrimPart& part) {
     u_.clear();
     v_.clear();
     for (int i = 0; i <= degree_; ++i) {
@@ -135,7 +114,7 @@ class Splitter {
   }
 
   // Joins a part to the piece at hand if both go the same way, else begins another piece.
-  void add(const Part& part) {
+  void add(const TrimPart& part) {
     Trend u = trend_u_, v = trend_v_;
     if (!(u.takes(u_) && v.takes(v_)) && !hull_.empty()) {
       close();

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fat borders: a ray that passes one of a surface's widened segments no further away than its width
+// meets the surface there, so that solids whose faces do not quite meet stay closed.
+//
+// Why it closes. Between two faces, at an edge that both have, lies what lines from one border to
+// the other cover. A point of it is nearer to one of the borders than half of their distance,
+// whatever the angle of the faces is, and whether they overlap, gape or lie one above the other; so
+// it is in the reach of both where the width is that distance. Surfaces that are only continued
+// within themselves leave a slit where faces are tangent, and cannot be continued beyond the patch.
+// (A. Balazs, M. Guthe, R. Klein, "Fat borders: gap filling for efficient view-dependent LOD NURBS
+// rendering", Computers & Graphics 28, 2004, with triangles across the view; here it is the ray
+// that asks, so no direction is preferred and nothing is tessellated.)
+//
+// The answer. Of the ball of the span's width about the point of the span that is nearest to the
+// ray, t is where the ray leaves it, so what the ray meets within comes first and pictures change
+// where rays would have passed. A ray that begins in the ball does not meet it: rays that leave a
+// surface beside its border go on. u, v are the point's. The nearest point is found within 1/32 of
+// the width: what a ray passes nearer than 31/32 of the width is met, what it passes further away
+// than the width never is.
+//
+// A sub-patch stands for each span, without a frame, so that kernels leave it to patch_answer().
+// What it has instead: level_u is kFatBorderLevel, column and row the number of the span (16 bits
+// each), frame[0] and frame[1] the ends of its chord, reach[0] how far it is away from that, both
+// roundings included, reach[1] its width.
+//
+// Work. At most kFatEvaluationsMax points of the surface a ray, none for most. Threads. Pure
+// functions. The same bits on every instruction set: plain double.
+#pragma once
+
+#include <cstdint>
+
+#include "common/math/bounds3.h"
+#include "common/math/transform.h"
+#include "slave/core/primitive/patch/fat_border_spans.h"
+#include "slave/core/primitive/patch/patch_answer_abi.h"
+#include "slave/core/primitive/patch/patch_layout.h"
+
+namespace tessera::core {
+
+inline constexpr std::uint8_t kFatBorderLevel = 255;
+inline constexpr int kFatEvaluationsMax = 64;
+
+inline bool is_fat_border(const SubPatch& part) { return part.level_u == kFatBorderLevel; }
+
+// What a map does to widths: its largest stretch, and the roundings of points that it moves.
+class FatPlacement {
+ public:
+  FatPlacement() = default;  // where a surface stands in its own place
+  explicit FatPlacement(const Transform& to_world);
+
+  // Span number `span` of a patch in the world, which has trims. Shape: box becomes that of all
+  // where the surface may be met.
+  SubPatch placed(const Patch& patch, std::uint32_t span, Bounds3f& box) const;
+
+ private:
+  double stretch_ = 1;
+  double rounding_ = 0;  // of the coordinates, what the ends of neighbours may differ by
+};
+
+// Requires: is_fat_border(part). Rays with NaN, infinities or a zero direction miss.
+PatchAnswer fat_border_answer(const Patch& patch, const SubPatch& part, const float* origin,
+                              const float* direction, float t_min);
+
+}  // namespace tessera::core
