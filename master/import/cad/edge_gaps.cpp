@@ -11,7 +11,8 @@ namespace {
 
 constexpr int kSteps = 16;           // of a segment, where it is looked at
 constexpr double kSamePlace = 1.01;  // distances within this factor are the same
-constexpr int kRefines = 30;         // golden sections: to a share of 1e-6 of a step
+constexpr double kRounding = 0x1p-24;
+constexpr int kRefines = 30;  // golden sections: to a share of 1e-6 of a step
 
 struct Place3 {
   double x, y, z;
@@ -69,6 +70,13 @@ class Side {
     double worst = 0;
     for (const Place3& p : places_) worst = std::max(worst, other.nearest(p));
     return worst;
+  }
+
+  double largest() const {
+    double most = 0;
+    for (const Place3& p : places_)
+      most = std::max({most, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
+    return most;
   }
 
  private:
@@ -138,6 +146,7 @@ EdgeGaps measure_gaps(const PatchSurface& surface, std::vector<EdgeUse>& uses,
         for (const Side& b : sides)
           if (&a != &b) width = std::max(width, a.farthest_from(b));
       gaps.largest = std::max(gaps.largest, width);
+      for (const Side& side : sides) width = std::max(width, kRounding * side.largest());
     }
     begin = end;
   }

@@ -16,19 +16,19 @@
 
 namespace tessera::import::cad {
 
-inline constexpr std::size_t kNoSegment = static_cast<std::size_t>(-1);
-
 // A curve on a patch that belongs to an edge.
 struct EdgeUse {
   int edge = 0;
   int face = 0;
-  std::size_t patch = 0;             // of the surface
-  std::size_t segment = kNoSegment;  // of the surface; none where the patch's border is the edge
-  Curve2 curve;                      // in the patch's square
+  std::size_t patch = 0;    // of the surface
+  std::size_t segment = 0;  // of the surface
+  Curve2 curve;             // in the patch's square
 };
 
 struct EdgeGaps {
-  std::vector<double> widths;  // [edge_count] 0 for edges of one face
+  // [edge_count] 0 for edges of one face; of others the gap, and no less than what rounding to
+  // single precision moves their points by.
+  std::vector<double> widths;
   std::size_t shared = 0, open = 0;
   double largest = 0;
 };

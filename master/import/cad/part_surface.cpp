@@ -5,6 +5,7 @@
 #include <Standard_Failure.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
+#include <TopTools_IndexedDataMapOfShapeListOfShape.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Face.hxx>
@@ -36,6 +37,10 @@ class PartWriter {
  public:
   PartWriter(const TopoDS_Shape& part, const FaceMaterial& material) : material_(material) {
     TopExp::MapShapes(part, TopAbs_EDGE, edges_);
+    TopTools_IndexedDataMapOfShapeListOfShape faces;
+    TopExp::MapShapesAndAncestors(part, TopAbs_EDGE, TopAbs_FACE, faces);
+    for (int i = 1; i <= edges_.Extent(); ++i)
+      is_shared_.push_back(is_of_several(faces.FindFromKey(edges_(i))));
   }
 
   void add(const TopoDS_Face& face) {
@@ -60,9 +65,8 @@ class PartWriter {
     const EdgeGaps gaps = measure_gaps(surface_, uses_, static_cast<std::size_t>(edges_.Extent()));
     surface_.trim_widths.assign(surface_.degrees.size(), 0);
     for (const EdgeUse& use : uses_) {
-      if (use.segment != kNoSegment)
-        surface_.trim_widths[use.segment] =
-            static_cast<float>(gaps.widths[static_cast<std::size_t>(use.edge)]);
+      surface_.trim_widths[use.segment] =
+          static_cast<float>(gaps.widths[static_cast<std::size_t>(use.edge)]);
     }
     if (surface_.degrees.empty()) surface_.loop_counts.clear();
     report_.shared_edges = gaps.shared;
@@ -109,18 +113,15 @@ class PartWriter {
     add_overruns(*surface, trims);
     const bool is_reversed = face.Orientation() == TopAbs_REVERSED;
     const std::uint32_t material = material_(face);
-    std::vector<std::size_t> numbers(trims.cells.size(), kNoSegment);
+    std::vector<std::vector<Curve2>> shared(trims.cells.size());
+    for (const BorderCurve& border : trims.borders) {
+      if (is_shared_[static_cast<std::size_t>(border.curve.edge)])
+        shared[border.cell].push_back(border.curve);
+    }
     for (std::size_t cell = 0; cell < trims.cells.size(); ++cell) {
       if (!trims.cells[cell].is_kept) continue;
-      const std::size_t patch = surface_.patches.size();
-      if (!add_patch(surface->patches[cell], trims.cells[cell], is_reversed)) continue;
-      numbers[cell] = patch;
-      surface_.materials.push_back(material);
-    }
-    for (const BorderCurve& border : trims.borders) {
-      if (numbers[border.cell] == kNoSegment) continue;
-      uses_.push_back({border.curve.edge, face_number(), numbers[border.cell], kNoSegment,
-                       is_reversed ? mirrored(border.curve) : border.curve});
+      if (add_patch(surface->patches[cell], trims.cells[cell], shared[cell], is_reversed))
+        surface_.materials.push_back(material);
     }
     return Status::ok();
   }
@@ -140,6 +141,12 @@ class PartWriter {
     inexact_.overrun_count += static_cast<int>(edges.size());
   }
 
+  static bool is_of_several(const TopTools_ListOfShape& faces) {
+    for (const TopoDS_Shape& face : faces)
+      if (!face.IsSame(faces.First())) return true;
+    return false;
+  }
+
   int face_number() const { return static_cast<int>(report_.faces.size()); }
 
   static Curve2 mirrored(Curve2 curve) {
@@ -151,39 +158,67 @@ class PartWriter {
     return {static_cast<float>(p.u), static_cast<float>(p.v), static_cast<float>(p.weight)};
   }
 
-  // Adds a patch with its loops. Returns: whether anything of it is left in single precision.
-  bool add_patch(const BezierPatch& patch, const CellTrims& trims, bool is_reversed) {
+  // Adds a patch with its loops. An edge along the patch's border trims nothing, but has a width:
+  // it becomes a loop of its own, along the border and back.
+  // Returns: whether anything of the patch is left in single precision.
+  bool add_patch(const BezierPatch& patch, const CellTrims& trims,
+                 const std::vector<Curve2>& along_border, bool is_reversed) {
     PatchForm form;
     form.degree_u = static_cast<std::uint8_t>(patch.degree_u);
     form.degree_v = static_cast<std::uint8_t>(patch.degree_v);
     form.is_rational = patch.is_rational ? 1 : 0;
     form.keeps_outside = trims.keeps_outside && !trims.loops.empty() ? 1 : 0;
-    std::vector<float> numbers;
-    const int rows = patch.degree_u + 1, columns = patch.degree_v + 1;
-    bool is_one_place = true;
-    for (int i = 0; i < rows; ++i) {
-      for (int j = 0; j < columns; ++j) {
-        const int row = is_reversed ? rows - 1 - i : i;
-        const Control3& p = patch.points[static_cast<std::size_t>(columns * row + j)];
-        for (const double x : {p.x, p.y, p.z}) numbers.push_back(static_cast<float>(x));
-        if (patch.is_rational) numbers.push_back(static_cast<float>(p.weight));
-        const std::size_t last = numbers.size() - (patch.is_rational ? 4 : 3);
-        is_one_place = is_one_place && std::equal(numbers.begin(), numbers.begin() + 3,
-                                                  numbers.begin() + static_cast<long>(last));
-      }
-    }
-    if (is_one_place) return false;
+    const std::vector<float> numbers = rounded_numbers(patch, is_reversed);
+    if (is_line(form, numbers)) return false;
     std::vector<const std::vector<Curve2>*> kept;
     for (const auto& loop : trims.loops)
       if (has_extent(loop)) kept.push_back(&loop);
     if (kept.empty() && !trims.loops.empty() && !trims.keeps_outside) return false;
-    if (kept.empty()) form.keeps_outside = 0;
+    std::vector<std::vector<Curve2>> retraced;
+    for (const Curve2& curve : along_border) {
+      Curve2 back = reversed(curve);
+      back.edge = -1;
+      retraced.push_back({curve, std::move(back)});
+      if (!has_extent(retraced.back())) retraced.pop_back();
+    }
+    if (kept.empty()) form.keeps_outside = retraced.empty() ? 0 : 1;
+    for (const auto& loop : retraced) kept.push_back(&loop);
     const std::size_t number = surface_.patches.size();
     surface_.patches.push_back(form);
     surface_.numbers.insert(surface_.numbers.end(), numbers.begin(), numbers.end());
     surface_.loop_counts.push_back(static_cast<std::uint32_t>(kept.size()));
     for (const auto* loop : kept) add_loop(*loop, number, is_reversed);
     return true;
+  }
+
+  static std::vector<float> rounded_numbers(const BezierPatch& patch, bool is_reversed) {
+    std::vector<float> numbers;
+    const int rows = patch.degree_u + 1, columns = patch.degree_v + 1;
+    for (int i = 0; i < rows; ++i) {
+      for (int j = 0; j < columns; ++j) {
+        const int row = is_reversed ? rows - 1 - i : i;
+        const Control3& p = patch.points[static_cast<std::size_t>(columns * row + j)];
+        for (const double x : {p.x, p.y, p.z}) numbers.push_back(static_cast<float>(x));
+        if (patch.is_rational) numbers.push_back(static_cast<float>(p.weight));
+      }
+    }
+    return numbers;
+  }
+
+  // Whether the patch has no area, since all of its rows are one, or all of its columns.
+  static bool is_line(const PatchForm& form, const std::vector<float>& numbers) {
+    const std::size_t columns = form.degree_v + std::size_t{1};
+    const std::size_t width = form.is_rational != 0 ? 4 : 3;
+    bool are_rows_one = true, are_columns_one = true;
+    for (std::size_t i = 0; i < form.point_count(); ++i) {
+      const auto is_at = [&](std::size_t other) {
+        const auto p = numbers.begin() + static_cast<std::ptrdiff_t>(width * i);
+        return std::equal(p, p + 3, numbers.begin() + static_cast<std::ptrdiff_t>(width * other));
+      };
+      are_rows_one = are_rows_one && is_at(i % columns);
+      are_columns_one = are_columns_one && is_at(i - i % columns);
+    }
+    return are_rows_one || are_columns_one;
   }
 
   static bool has_extent(const std::vector<Curve2>& loop) {
@@ -211,6 +246,7 @@ class PartWriter {
 
   const FaceMaterial& material_;
   TopTools_IndexedMapOfShape edges_;
+  std::vector<bool> is_shared_;  // [edge_count] by two faces or more
   PatchSurface surface_;
   PartReport report_;
   std::vector<EdgeUse> uses_;
