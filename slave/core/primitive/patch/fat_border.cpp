@@ -45,6 +45,34 @@ double stretch_of(const Transform& map) {
   return std::exp((log + std::log(a[0][0] + a[1][1] + a[2][2])) / (2 * power));
 }
 
+// The frame has x along the chord, which is 2 long there, y and n across it. With its numbers as
+// they are stored, all points within `reach` of the chord have |row (P - centre)| of no more than at
+// the chord's ends, and `reach` times the row's length.
+void frame_about(const Vec3d (&ends)[2], double reach, SubPatch& part) {
+  const Vec3d chord = ends[1] - ends[0];
+  const double half = 0.5 * length(chord);
+  Vec3d along = half > reach ? (0.5 / half) * chord : Vec3d{1, 0, 0};
+  const Vec3d other = std::fabs(along.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  const Vec3d up = cross(along, other);
+  const Vec3d n = (1 / length(up)) * up, b = cross(n, along);
+  const Vec3d rows[3] = {(1 / std::max(half, reach)) * along, (1 / reach) * b, n};
+  const Vec3d middle = 0.5 * (ends[0] + ends[1]);
+  for (int k = 0; k < 3; ++k) part.centre[k] = static_cast<float>(middle[k]);
+  const Vec3d centre{part.centre[0], part.centre[1], part.centre[2]};
+  part.has_frame = true;
+  for (int r = 0; r < 3; ++r) {
+    for (int k = 0; k < 3; ++k) part.frame[r][k] = static_cast<float>(rows[r][k]);
+    const Vec3d row{part.frame[r][0], part.frame[r][1], part.frame[r][2]};
+    double most = reach * length(row);
+    for (const Vec3d& end : ends)
+      most = std::max(most, reach * length(row) + std::fabs(dot(row, end - centre)));
+    // The square holds 1 of it. 2^-40 is for the roundings of these lines.
+    part.reach[r] = rounded_up(std::max(0.0, most * (1 + 0x1p-40) - (r < 2 ? 1 : 0)));
+    part.has_frame = part.has_frame && std::isfinite(part.reach[r]) && std::isfinite(row.x) &&
+                     std::isfinite(row.y) && std::isfinite(row.z);
+  }
+}
+
 // A span as one ray sees it.
 class Passage {
  public:
@@ -58,16 +86,11 @@ class Passage {
         direction_{direction[0], direction[1], direction[2]},
         square_(dot(direction_, direction_)),
         t_min_(t_min),
-        width_(part.reach[1]),
-        ends_{across(end_of(part, 0)), across(end_of(part, 1))} {}
-
-  // Whether the chord is near enough for the span to be met.
-  bool may_meet(const SubPatch& part) const {
-    return nearest(ends_[0], ends_[1]).distance <= width_ + double{part.reach[0]};
+        width_(part.second[1][2]) {
+    take_points(patch, points_);
   }
 
   PatchAnswer search(double away) {
-    take_points(patch_, points_);
     Piece stack[kStackMax];
     int count = 0;
     stack[count++] = {span_.from, span_.to, across(point_at_parameter(span_.from)),
@@ -102,10 +125,6 @@ class Passage {
   struct Nearest {
     double distance, share;
   };
-
-  static Vec3d end_of(const SubPatch& part, int end) {
-    return {part.frame[end][0], part.frame[end][1], part.frame[end][2]};
-  }
 
   // Of a point, what is across the ray, which is the origin there.
   Vec3d across(Vec3d p) const {
@@ -148,7 +167,6 @@ class Passage {
   const double square_;
   const float t_min_;
   const double width_;
-  const Vec3d ends_[2];
   PatchPoint points_[kPatchPointsMax];
   TrimPlace place_;
   int evaluations_ = 0;
@@ -167,43 +185,44 @@ FatPlacement::FatPlacement(const Transform& to_world)
 SubPatch FatPlacement::placed(const Patch& patch, std::uint32_t span, Bounds3f& box) const {
   const TrimSet& trims = *patch.trims;
   const FatSpan& of = trims.borders()[span];
-  SubPatch part{};
-  part.level_u = kFatBorderLevel;
-  part.column = static_cast<std::uint16_t>(span & 0xffffu);
-  part.row = static_cast<std::uint16_t>(span >> 16);
-  box = {};
+  Vec3d ends[2];
   double most = 0;
   for (int end = 0; end < 2; ++end) {
     const double t = end == 0 ? of.from : of.to;
     const TrimPlace at = point_at(trims.cells().coefficients.data() + of.first,
                                   static_cast<int>(of.degree), {1 - t, t});
-    const Vec3f p = rounded(point_of(evaluate(patch, at.u, at.v)));
-    box.grow(p);
-    for (int a = 0; a < 3; ++a) {
-      part.frame[end][a] = p[a];
-      most = std::max(most, std::fabs(double{p[a]}));
-    }
+    ends[end] = point_of(evaluate(patch, at.u, at.v));
+    for (int a = 0; a < 3; ++a) most = std::max(most, std::fabs(ends[end][a]));
   }
-  // Ends are rounded by u / 2 by component, points of the patch in the world by 4 u.
+  SubPatch part{};
+  for (float& second : part.second[0]) second = std::numeric_limits<float>::infinity();
+  part.second[1][0] = static_cast<float>(span & 0xffffu);
+  part.second[1][1] = static_cast<float>(span >> 16);
+  part.second[1][2] = rounded_up(double{of.width} * stretch_ + rounding_ * most);
+  // Points of the patch in the world are rounded by 4 u of the coordinates.
   constexpr double kOff = 8 * 0x1p-24;
-  part.reach[1] = rounded_up(double{of.width} * stretch_ + rounding_ * most);
-  part.reach[0] = rounded_up(double{of.away} * stretch_ + kOff * most);
-  // Twice: what is added is rounded as well.
-  const float wide = rounded_up(double{part.reach[0]} + double{part.reach[1]} + kOff * most);
-  box.lower = box.lower - Vec3f{wide, wide, wide};
-  box.upper = box.upper + Vec3f{wide, wide, wide};
+  part.second[2][0] = rounded_up(double{of.away} * stretch_ + rounding_ * most);
+  const double reach = double{part.second[1][2]} + double{part.second[2][0]} + kOff * most;
+  frame_about(ends, reach, part);
+  for (const Vec3d& end : ends) {
+    const Vec3f wide{rounded_up(reach), rounded_up(reach), rounded_up(reach)};
+    // The end itself is rounded to float32, and so is the sum.
+    const Vec3f off = wide + Vec3f{1, 1, 1} * rounded_up(2 * 0x1p-24 * (most + reach));
+    box.grow(rounded(end) - off);
+    box.grow(rounded(end) + off);
+  }
   return part;
 }
 
 PatchAnswer fat_border_answer(const Patch& patch, const SubPatch& part, const float* origin,
                               const float* direction, float t_min) {
-  const std::uint32_t number = part.column | std::uint32_t{part.row} << 16;
+  const std::uint32_t number = static_cast<std::uint32_t>(part.second[1][0]) |
+                               static_cast<std::uint32_t>(part.second[1][1]) << 16;
   const TrimSet& trims = *patch.trims;
   const FatSpan& span = trims.borders()[number];
   Passage passage(patch, part, span, trims.cells().coefficients.data() + span.first, origin,
                   direction, t_min);
-  if (!passage.may_meet(part)) return {};
-  return passage.search(double{part.reach[0]});
+  return passage.search(double{part.second[2][0]});
 }
 
 }  // namespace tessera::core

@@ -18,16 +18,18 @@
 // the width: what a ray passes nearer than 31/32 of the width is met, what it passes further away
 // than the width never is.
 //
-// A sub-patch stands for each span, without a frame, so that kernels leave it to patch_answer().
-// What it has instead: level_u is kFatBorderLevel, column and row the number of the span (16 bits
-// each), frame[0] and frame[1] the ends of its chord, reach[0] how far it is away from that, both
-// roundings included, reach[1] its width.
+// A sub-patch stands for each span. Its frame is that of a parallelepiped about all where the surface
+// is met, so kernels look for rays there as for those of others; its second derivatives by x are
+// infinite, so none is decided without patch_answer(). The others hold what that needs: the number
+// of the span, 16 bits in second[1][0] and [1][1] each, its width in second[1][2], and in
+// second[2][0] how far it is away from its chord.
 //
 // Work. At most kFatEvaluationsMax points of the surface a ray, none for most. Threads. Pure
 // functions. The same bits on every instruction set: plain double.
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "common/math/bounds3.h"
 #include "common/math/transform.h"
@@ -37,10 +39,11 @@
 
 namespace tessera::core {
 
-inline constexpr std::uint8_t kFatBorderLevel = 255;
 inline constexpr int kFatEvaluationsMax = 64;
 
-inline bool is_fat_border(const SubPatch& part) { return part.level_u == kFatBorderLevel; }
+inline bool is_fat_border(const SubPatch& part) {
+  return part.second[0][0] > std::numeric_limits<float>::max();
+}
 
 // What a map does to widths: its largest stretch, and the roundings of points that it moves.
 class FatPlacement {

@@ -20,8 +20,8 @@ constexpr int kTileBits = 3;  // 8 x 8 tiles
 constexpr int kTiles = 1 << kTileBits;
 constexpr double kUncertain = 5 * 0x1p-24;  // of the square: 4.5 u, and room for roundings
 constexpr int kSpanDepthMax = 8;            // halvings of a segment
-constexpr double kStraight = 1.0 / 32;      // of its chord: a span that is so near to it is short
-constexpr double kShare = 1.0 / 16;         // of the patch: spans are no longer, for their boxes
+constexpr double kStraight = 1.0 / 16;      // of its chord: a span that is so near to it is short
+constexpr double kShare = 1.0 / 4;          // of the patch: spans are no longer, for their boxes
 
 // Bounds of the sizes of derivatives, by component.
 struct Derivatives {
@@ -184,7 +184,6 @@ class SegmentSplitter {
     const int degree = static_cast<int>(segment.degree);
     const Course u(part, degree, &TrimCoefficient::u), v(part, degree, &TrimCoefficient::v);
     const bool is_last = part.depth >= kSpanDepthMax;
-    if (!is_last && std::max(u.high - u.low, v.high - v.low) > 1.0 / kTiles) return false;
     double size_u = 0, size_v = 0;
     Vec3d ends[3];
     const TrimParameter at[3] = {part.from, middle(part.from, part.to), part.to};

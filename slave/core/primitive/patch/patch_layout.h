@@ -55,7 +55,7 @@ struct SubPatch {
   uint32_t primitive;  // its own number among those that rays ask for
   uint16_t column, row;
   uint8_t level_u, level_v;
-  bool has_frame;   // else only patch_answer() decides, and may read it otherwise (fat_border.h)
+  bool has_frame;   // else only the complete solver decides
   bool is_trimmed;  // some of it may be left out; else hits need not ask
 };
 
