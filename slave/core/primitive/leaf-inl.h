@@ -71,9 +71,19 @@ class RayLeaf {
     return test_.look(shapes.triangles[block]);
   }
   static HWY_INLINE bool may_hit(const Found& found) { return found.possible != 0; }
-  HWY_INLINE void settle(const TrianglesOnly<W>& shapes, uint32_t block, const Found& found) {
-    test_.settle(shapes.triangles[block], found);
-  }
+  // The second steps of rays in flight, each at once.
+  class Settling {
+   public:
+    explicit Settling(const TrianglesOnly<W>& shapes) : shapes_(shapes) {}
+    HWY_INLINE void settle(RayLeaf& leaf, uint32_t block, const Found& found) const {
+      leaf.test_.settle(shapes_.triangles[block], found);
+    }
+    HWY_INLINE bool is_settled(const RayLeaf&) const { return true; }
+    HWY_INLINE void finish() const {}
+
+   private:
+    const TrianglesOnly<W>& shapes_;
+  };
 
  private:
   TriangleRay<W, kAny> test_;

@@ -169,8 +169,9 @@ class BvhFlight {
 
   HWY_INLINE void sort_out(Round& round);
   template <class Rays>
-  HWY_INLINE void step_nodes(Round& round, Rays& rays);
-  HWY_INLINE void test_leaves(Round& round);
+  HWY_INLINE void step_nodes(Round& round, Rays& rays, typename Leaf::Settling& settling);
+  template <class Settling>
+  HWY_INLINE void test_leaves(Round& round, Settling& settling);
   template <class Rays>
   HWY_INLINE bool fill(Slot& slot, Rays& rays);
 
@@ -216,7 +217,8 @@ void BvhFlight<View, Leaf>::sort_out(Round& round) {
 
 template <class View, class Leaf>
 template <class Rays>
-void BvhFlight<View, Leaf>::step_nodes(Round& round, Rays& rays) {
+void BvhFlight<View, Leaf>::step_nodes(Round& round, Rays& rays,
+                                       typename Leaf::Settling& settling) {
   for (int i = 0; i < round.at_node.count; ++i) {
     const uint8_t s = round.at_node.slot[i];
     Slot& slot = slots_[s];
@@ -226,6 +228,7 @@ void BvhFlight<View, Leaf>::step_nodes(Round& round, Rays& rays) {
     slot.stack.push(node, met, t_in);
     bool goes_on = true;
     if (HWY_UNLIKELY(!slot.stack.has_room())) {
+      if (!settling.is_settled(slot.leaf)) settling.finish();
       rays.ended(slot.number, rays.alone(slot.given));
       goes_on = fill(slot, rays);
     }
@@ -236,7 +239,8 @@ void BvhFlight<View, Leaf>::step_nodes(Round& round, Rays& rays) {
 // Tests a block for each ray that stands at a leaf, first all of them in lanes, then those that may
 // hit something, primitive by primitive. The leaf's other blocks come in the next rounds.
 template <class View, class Leaf>
-void BvhFlight<View, Leaf>::test_leaves(Round& round) {
+template <class Settling>
+void BvhFlight<View, Leaf>::test_leaves(Round& round, Settling& settling) {
   SlotList close;
   for (int i = 0; i < round.at_leaf.count; ++i) {
     const uint8_t s = round.at_leaf.slot[i];
@@ -249,7 +253,7 @@ void BvhFlight<View, Leaf>::test_leaves(Round& round) {
   }
   for (int i = 0; i < close.count; ++i) {
     Slot& slot = slots_[close.slot[i]];
-    slot.leaf.settle(scene_.shapes, slot.child & kBvhBlockMask, slot.found);
+    settling.settle(slot.leaf, slot.child & kBvhBlockMask, slot.found);
   }
 }
 
@@ -257,14 +261,16 @@ template <class View, class Leaf>
 template <class Rays>
 void BvhFlight<View, Leaf>::run(Rays& rays) {
   SlotList waiting;
+  typename Leaf::Settling settling(scene_.shapes);
   for (uint8_t s = 0; s < kSlots && fill(slots_[s], rays); ++s) waiting.add_if(true, s);
   while (waiting.count > 0) {
     Round round{waiting, {}, {}, {}, {}};
     sort_out(round);
-    step_nodes(round, rays);
-    test_leaves(round);
+    step_nodes(round, rays, settling);
+    test_leaves(round, settling);
     for (int i = 0; i < round.ended.count; ++i) {
       const uint8_t s = round.ended.slot[i];
+      if (!settling.is_settled(slots_[s].leaf)) settling.finish();
       const OneRay& ray = slots_[s].ray;
       const bool has_hit = ray.has_hit();  // -1 is kNoPrimitive
       rays.ended(slots_[s].number,

@@ -15,6 +15,7 @@
 #endif
 
 #include "slave/core/primitive/freeform/patch_filter-inl.h"
+#include "slave/core/primitive/freeform/patch_pairs-inl.h"
 #include "slave/core/primitive/mixed_leaf-inl.h"
 #include "slave/core/primitive/patch/patch_decision-inl.h"
 
@@ -162,14 +163,21 @@ class PatchRayTest {
   HWY_INLINE bool may_meet(const SubPatch& part) const {
     return !part.has_frame || PatchRayFilter::is_possible(ray_, part);
   }
-  HWY_NOINLINE void ask(const TrianglesAndPatches<W>& shapes, uint32_t item) {
-    const SubPatch& part = shapes.parts[item];
-    const PatchAnswer answer =
-        patch_answer(shapes.patches[part.patch], part, ray_.origin, ray_.direction, ray_.t_min);
+  HWY_NOINLINE void ask(const TrianglesAndPatches<W>& shapes, uint32_t number) {
+    const SubPatch& part = shapes.parts[number];
+    take(part,
+         patch_answer(shapes.patches[part.patch], part, ray_.origin, ray_.direction, ray_.t_min));
+  }
+  // The same where the decision leaves it undecided.
+  HWY_NOINLINE void solve(const Patch& patch, const SubPatch& part) {
+    take(part, solved_answer(patch, part, ray_.origin, ray_.direction, ray_.t_min));
+  }
+  HWY_INLINE void take(const SubPatch& part, const PatchAnswer& answer) {
     const auto number = static_cast<int32_t>(part.primitive);
     if (answer.is_hit && ray_.is_nearer(answer.t, number))
       ray_.template accept<kAny>(answer.t, number);
   }
+  HWY_INLINE const OneRay& ray() const { return ray_; }
 
  private:
   OneRay& ray_;
@@ -179,7 +187,8 @@ class PatchRayTest {
 template <int W, bool kAny>
 class PatchRayLeaf : public MixedRayLeaf<TrianglesAndPatches<W>, W, kAny, PatchRayTest<W, kAny>> {
   using Shapes = TrianglesAndPatches<W>;
-  using Base = MixedRayLeaf<Shapes, W, kAny, PatchRayTest<W, kAny>>;
+  using Test = PatchRayTest<W, kAny>;
+  using Base = MixedRayLeaf<Shapes, W, kAny, Test>;
 
  public:
   struct Found {
@@ -198,12 +207,66 @@ class PatchRayLeaf : public MixedRayLeaf<TrianglesAndPatches<W>, W, kAny, PatchR
   static HWY_INLINE bool may_hit(const Found& found) {
     return found.is_part || found.triangles.possible != 0;
   }
-  HWY_INLINE void settle(const Shapes& shapes, uint32_t block, const Found& found) {
-    const uint32_t item = shapes.blocks[block];
-    if (!found.is_part) return this->test_.settle(shapes.triangles[item], found.triangles);
-    this->item_.ask(shapes, item ^ kIsItem);
-  }
+
+  // The second steps of rays in flight. Answers of sub-patches wait until a register is full.
+  class Settling {
+   public:
+    explicit Settling(const Shapes& shapes) : shapes_(shapes) {}
+
+    HWY_INLINE void settle(PatchRayLeaf& leaf, uint32_t block, const Found& found) {
+      const uint32_t item = shapes_.blocks[block];
+      if (!found.is_part) return leaf.test_.settle(shapes_.triangles[item], found.triangles);
+      const SubPatch& part = shapes_.parts[item ^ kIsItem];
+      const Patch& patch = shapes_.patches[part.patch];
+      if (!PatchPairs::takes(patch, part)) return leaf.item_.ask(shapes_, item ^ kIsItem);
+      pairs_.put(count_, leaf.item_.ray(), patch, part);
+      test_[count_] = &leaf.item_;
+      part_[count_++] = &part;
+      if (count_ == PatchPairs::kWidth) finish();
+    }
+    // Whether no answer of the leaf's ray waits.
+    HWY_INLINE bool is_settled(const PatchRayLeaf& leaf) const {
+      bool waits = false;
+      for (int i = 0; i < count_; ++i) waits |= test_[i] == &leaf.item_;
+      return !waits;
+    }
+    // Settles all that wait.
+    HWY_INLINE void finish() {
+      if (count_ > 0) decide();
+    }
+
+   private:
+    HWY_NOINLINE void decide();
+
+    const Shapes& shapes_;
+    int count_ = 0;
+    Test* test_[PatchPairs::kWidth];
+    const SubPatch* part_[PatchPairs::kWidth];
+    PatchPairs pairs_;
+  };
 };
+
+template <int W, bool kAny>
+void PatchRayLeaf<W, kAny>::Settling::decide() {
+  pairs_.fill(count_);
+  const PatchDecision<Doubles> answer = pairs_.decide();
+  alignas(64) double t[PatchPairs::kWidth], u[PatchPairs::kWidth], v[PatchPairs::kWidth];
+  store(answer.t, t);
+  store(answer.u, u);
+  store(answer.v, v);
+  const uint32_t there = (1u << count_) - 1;
+  count_ = 0;
+  for (uint32_t hits = bits_of<Doubles>(answer.is_hit) & there; hits != 0; hits &= hits - 1) {
+    const int i = __builtin_ctz(hits);
+    if (!(t[i] >= static_cast<double>(test_[i]->ray().t_min))) continue;
+    if (part_[i]->is_trimmed && !is_kept(shapes_.patches[part_[i]->patch], u[i], v[i])) continue;
+    test_[i]->take(*part_[i], {true, static_cast<float>(t[i]), u[i], v[i]});
+  }
+  for (uint32_t open = bits_of<Doubles>(answer.is_undecided) & there; open != 0; open &= open - 1) {
+    const int i = __builtin_ctz(open);
+    test_[i]->solve(shapes_.patches[part_[i]->patch], *part_[i]);
+  }
+}
 
 template <int W>
 struct LeafTests<TrianglesAndPatches<W>> {

@@ -71,11 +71,17 @@ struct NetSums {
   T of[3][kComponents];
 };
 
+// A number of a control point as a T: here of one net for all lanes.
+template <class T>
+TESSERA_INLINE T component_of(const PatchPoint* points, int number, int a) {
+  return set<T>(static_cast<LaneOf<T>>(points[number].x[a]));
+}
+
 // kM, kN: the degrees where they are known when this is compiled, else 0. The operations are the
-// same for the same degrees, either way.
-template <class T, int kComponents, int kM, int kN>
-TESSERA_INLINE NetSums<T, kComponents> net_sums(const PatchPoint* points, int degree_u,
-                                                int degree_v, T u, T v) {
+// same for the same degrees, either way. Points: what component_of() takes.
+template <class T, int kComponents, int kM, int kN, class Points>
+TESSERA_INLINE NetSums<T, kComponents> net_sums(Points points, int degree_u, int degree_v, T u,
+                                                T v) {
   const int m = kM != 0 ? kM : degree_u, n = kN != 0 ? kN : degree_v;
   T bu[(kM != 0 ? kM : kPatchDegreeMax) + 1] = {}, su[(kM != 0 ? kM : kPatchDegreeMax) + 1] = {};
   T bv[(kN != 0 ? kN : kPatchDegreeMax) + 1] = {}, sv[(kN != 0 ? kN : kPatchDegreeMax) + 1] = {};
@@ -83,9 +89,8 @@ TESSERA_INLINE NetSums<T, kComponents> net_sums(const PatchPoint* points, int de
   bernstein(n, v, bv, sv);
   NetSums<T, kComponents> sums = {};
   for (int i = 0; i <= m; ++i) {
-    const PatchPoint* row = points + (n + 1) * i;
     for (int a = 0; a < kComponents; ++a) {
-      const auto of_point = [&](int j) { return set<T>(static_cast<LaneOf<T>>(row[j].x[a])); };
+      const auto of_point = [&](int j) { return component_of<T>(points, (n + 1) * i + j, a); };
       T value = bv[0] * of_point(0), slope = sv[0] * of_point(0);
       for (int j = 1; j <= n; ++j) {
         value = value + bv[j] * of_point(j);
@@ -105,9 +110,8 @@ TESSERA_INLINE NetSums<T, kComponents> net_sums(const PatchPoint* points, int de
   return sums;
 }
 
-template <class T, bool kRational, int kM, int kN>
-TESSERA_INLINE PatchJet<T> evaluated(const PatchPoint* points, int degree_u, int degree_v, T u,
-                                     T v) {
+template <class T, bool kRational, int kM, int kN, class Points>
+TESSERA_INLINE PatchJet<T> evaluated(Points points, int degree_u, int degree_v, T u, T v) {
   const auto sums = net_sums < T, kRational ? 4 : 3, kM, kN > (points, degree_u, degree_v, u, v);
   PatchJet<T> jet = {};
   if constexpr (kRational) {

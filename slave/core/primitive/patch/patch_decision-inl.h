@@ -95,8 +95,33 @@ TESSERA_INLINE void local_points(const SubPatch& part, const Patch& patch, Patch
   }
 }
 
+// What is known of a sub-patch. N: double where it is one for all lanes, or T.
+template <class N>
+struct PartNumbers {
+  N frame[3][3], centre[3], reach[3], second[3][3];
+  N extent;  // of the patch's control points, the largest axis of their box
+  N half_u, half_v, middle_u, middle_v;
+};
+TESSERA_INLINE PartNumbers<double> numbers_of(const SubPatch& part, double extent) {
+  PartNumbers<double> to;
+  for (int r = 0; r < 3; ++r) {
+    to.centre[r] = static_cast<double>(part.centre[r]);
+    to.reach[r] = static_cast<double>(part.reach[r]);
+    for (int k = 0; k < 3; ++k) {
+      to.frame[r][k] = static_cast<double>(part.frame[r][k]);
+      to.second[r][k] = static_cast<double>(part.second[r][k]);
+    }
+  }
+  to.extent = extent;
+  to.half_u = 1.0 / (2u << part.level_u);
+  to.half_v = 1.0 / (2u << part.level_v);
+  to.middle_u = (2 * part.column + 1) * to.half_u;
+  to.middle_v = (2 * part.row + 1) * to.half_v;
+  return to;
+}
+
 // A ray in the frame of a sub-patch, and F with its derivatives and bounds.
-template <class T>
+template <class T, class N>
 class RayInFrame {
  public:
   // F and F' at (x, y), t and the next point by the linear step. y..: |inverse of F'|.
@@ -104,22 +129,18 @@ class RayInFrame {
     T dx, dy, t, y11, y12, y21, y22;
   };
 
-  TESSERA_INLINE RayInFrame(const SubPatch& part, double extent, const T (&origin)[3],
+  TESSERA_INLINE RayInFrame(const PartNumbers<N>& part, const T (&origin)[3],
                             const T (&direction)[3])
       : part_(part) {
     T d[3] = {}, far = set<T>(0);
-    for (int k = 0; k < 3; ++k)
-      far = max(far, abs(origin[k] - static_cast<double>(part.centre[k])));
-    noise_ = (far + 2 * extent) * kEvaluationError;
+    for (int k = 0; k < 3; ++k) far = max(far, abs(origin[k] - part.centre[k]));
+    noise_ = (far + 2 * part.extent) * kEvaluationError;
     for (int r = 0; r < 3; ++r) {
-      const double f0 = static_cast<double>(part.frame[r][0]),
-                   f1 = static_cast<double>(part.frame[r][1]),
-                   f2 = static_cast<double>(part.frame[r][2]);
-      o_[r] = f0 * (origin[0] - static_cast<double>(part.centre[0])) +
-              f1 * (origin[1] - static_cast<double>(part.centre[1])) +
-              f2 * (origin[2] - static_cast<double>(part.centre[2]));
+      const N f0 = part.frame[r][0], f1 = part.frame[r][1], f2 = part.frame[r][2];
+      o_[r] = f0 * (origin[0] - part.centre[0]) + f1 * (origin[1] - part.centre[1]) +
+              f2 * (origin[2] - part.centre[2]);
       d[r] = f0 * direction[0] + f1 * direction[1] + f2 * direction[2];
-      norm_[r] = __builtin_fabs(f0) + __builtin_fabs(f1) + __builtin_fabs(f2);
+      norm_[r] = size_of_number(f0) + size_of_number(f1) + size_of_number(f2);
     }
     inverse_ = 1 / d[2];
     for (int c = 0; c < 2; ++c) {
@@ -132,17 +153,16 @@ class RayInFrame {
   // Where the ray passes n = 0, by x or y, and how far from it all roots are.
   TESSERA_INLINE T at(int c) const { return o_[c] - o_[2] * slope_[c]; }
   TESSERA_INLINE T reach(int c) const {
-    return static_cast<double>(part_.reach[c]) + size_[c] * static_cast<double>(part_.reach[2]) +
-           8 * off_[c];
+    return part_.reach[c] + size_[c] * part_.reach[2] + 8 * off_[c];
   }
 
-  // Requires: `jet` of local points; derivatives by u and v times the half widths.
-  TESSERA_INLINE Step step(const PatchJet<T>& jet, double half_u, double half_v) const {
+  // Requires: `jet` of local points.
+  TESSERA_INLINE Step step(const PatchJet<T>& jet) const {
     T w[3] = {}, lx[3] = {}, ly[3] = {};
     for (int k = 0; k < 3; ++k) {
       w[k] = jet.point[k] - o_[k];
-      lx[k] = jet.du[k] * half_u;
-      ly[k] = jet.dv[k] * half_v;
+      lx[k] = jet.du[k] * part_.half_u;
+      ly[k] = jet.dv[k] * part_.half_v;
     }
     const T f = w[0] - slope_[0] * w[2], g = w[1] - slope_[1] * w[2];
     const T fx = lx[0] - slope_[0] * lx[2], fy = ly[0] - slope_[0] * ly[2];
@@ -162,13 +182,18 @@ class RayInFrame {
 
  private:
   TESSERA_INLINE T weighted(int c, T rx, T ry) const {
-    return rx * (rx * static_cast<double>(part_.second[0][c]) +
-                 ry * (2 * static_cast<double>(part_.second[1][c]))) +
-           ry * ry * static_cast<double>(part_.second[2][c]);
+    return rx * (rx * part_.second[0][c] + ry * (2 * part_.second[1][c])) +
+           ry * ry * part_.second[2][c];
   }
 
-  const SubPatch& part_;
-  double norm_[3] = {};
+  static TESSERA_INLINE double size_of_number(double x) { return __builtin_fabs(x); }
+  template <class V>
+  static TESSERA_INLINE V size_of_number(V x) {
+    return abs(x);
+  }
+
+  const PartNumbers<N>& part_;
+  N norm_[3] = {};
   T noise_{}, inverse_{}, o_[3] = {}, slope_[2] = {}, size_[2] = {}, off_[2] = {};
 };
 
@@ -190,12 +215,13 @@ struct PatchSide {
 };
 
 // The state of a decision: a box, a point in it, what is known.
-template <class T>
+template <class T, class N>
 class PatchDecider {
  public:
   using Mask = MaskOf<T>;
+  using Ray = RayInFrame<T, N>;
 
-  TESSERA_INLINE explicit PatchDecider(const RayInFrame<T>& ray)
+  TESSERA_INLINE explicit PatchDecider(const Ray& ray)
       : ray_(ray),
         box_{whole(0), whole(1)},
         at_{box_[0].middle(), box_[1].middle()},
@@ -208,18 +234,18 @@ class PatchDecider {
   TESSERA_INLINE T at(int c) const { return at_[c]; }
 
   // Looks at the step from the present point, proves or narrows the box, and moves on.
-  TESSERA_INLINE void take(const typename RayInFrame<T>::Step& step, bool may_narrow) {
+  TESSERA_INLINE void take(const typename Ray::Step& step, bool may_narrow) {
     near_ = growth_ * near_ * near_;
     const Mask is_open = is_active_ && !is_proved_;
     if (!is_none<T>(is_open)) look(step, is_open, may_narrow);
     move(step);
   }
 
-  TESSERA_INLINE PatchDecision<T> answer(double middle_u, double half_u, double middle_v,
-                                         double half_v) const {
+  TESSERA_INLINE PatchDecision<T> answer(const PartNumbers<N>& part) const {
     const Mask is_hit = is_done_ && is_inside(0) && is_inside(1);
     const T x = min(max(at_[0], -1), 1), y = min(max(at_[1], -1), 1);
-    return {is_undecided_, is_hit, t_, middle_u + half_u * x, middle_v + half_v * y};
+    return {is_undecided_, is_hit, t_, part.middle_u + part.half_u * x,
+            part.middle_v + part.half_v * y};
   }
 
  private:
@@ -229,8 +255,7 @@ class PatchDecider {
   }
   TESSERA_INLINE Mask is_inside(int c) const { return abs(at_[c]) <= 1 + tolerance_[c]; }
 
-  TESSERA_INLINE void look(const typename RayInFrame<T>::Step& step, Mask is_open,
-                           bool may_narrow) {
+  TESSERA_INLINE void look(const typename Ray::Step& step, Mask is_open, bool may_narrow) {
     const T bend_f = ray_.bend(0, box_[0].half, box_[1].half);
     const T bend_g = ray_.bend(1, box_[0].half, box_[1].half);
     const T change[2] = {step.y11 * bend_f + step.y12 * bend_g,
@@ -249,7 +274,7 @@ class PatchDecider {
     if (!is_none<T>(is_bad)) narrow(step, change, slack, r, is_bad && is_sharp, is_bad, may_narrow);
   }
 
-  TESSERA_INLINE void narrow(const typename RayInFrame<T>::Step& step, const T (&change)[2],
+  TESSERA_INLINE void narrow(const typename Ray::Step& step, const T (&change)[2],
                              const T (&slack)[2], T r, Mask is_sharp, Mask is_bad,
                              bool may_narrow) {
     const PatchSide<T> smaller[2] = {narrowed(0, at_[0] + step.dx, 0.5 * change[0] + slack[0]),
@@ -271,7 +296,7 @@ class PatchDecider {
     return {max(next - away, box_[c].low), min(next + away, box_[c].high)};
   }
 
-  TESSERA_INLINE void move(const typename RayInFrame<T>::Step& step) {
+  TESSERA_INLINE void move(const typename Ray::Step& step) {
     const Mask moves = is_active_ && is_proved_;
     const T next[2] = {at_[0] + step.dx, at_[1] + step.dy};
     const T s = max(abs(step.dx) / box_[0].half, abs(step.dy) / box_[1].half);
@@ -288,29 +313,36 @@ class PatchDecider {
     is_active_ = is_active_ && !is_last && !is_out;
   }
 
-  const RayInFrame<T>& ray_;
+  const Ray& ray_;
   PatchSide<T> box_[2];
   T at_[2];
   Mask is_active_, is_proved_, is_undecided_, is_done_;
   T left_{}, near_{}, growth_{}, t_{}, tolerance_[2] = {};
 };
 
-// extent: of the patch's control points, the largest axis of their box. half_.., middle_..: of the
-// sub-patch's range. Requires: the sub-patch has a frame; local: its local_points().
+// Requires: sub-patches with frames; local: their local_points().
+template <class T, bool kRational, int kM, int kN, class N, class Points>
+TESSERA_INLINE PatchDecision<T> decided_of(const PartNumbers<N>& part, Points local, int degree_u,
+                                           int degree_v, const T (&origin)[3],
+                                           const T (&direction)[3]) {
+  const RayInFrame<T, N> ray(part, origin, direction);
+  PatchDecider<T, N> decider(ray);
+  for (int step = 0; step < kPatchStepsMax && !is_none<T>(decider.is_active()); ++step) {
+    const T u = part.middle_u + part.half_u * decider.at(0);
+    const T v = part.middle_v + part.half_v * decider.at(1);
+    const PatchJet<T> jet = evaluated<T, kRational, kM, kN>(local, degree_u, degree_v, u, v);
+    decider.take(ray.step(jet), step < kPatchNarrowingsMax);
+  }
+  return decider.answer(part);
+}
+
+// One sub-patch for all lanes. extent: of the patch.
 template <class T, bool kRational, int kM, int kN>
 TESSERA_INLINE PatchDecision<T> decided(const SubPatch& part, const PatchPoint* local, int degree_u,
                                         int degree_v, double extent, const T (&origin)[3],
                                         const T (&direction)[3]) {
-  const double half_u = 1.0 / (2u << part.level_u), half_v = 1.0 / (2u << part.level_v);
-  const double middle_u = (2 * part.column + 1) * half_u, middle_v = (2 * part.row + 1) * half_v;
-  const RayInFrame<T> ray(part, extent, origin, direction);
-  PatchDecider<T> decider(ray);
-  for (int step = 0; step < kPatchStepsMax && !is_none<T>(decider.is_active()); ++step) {
-    const T u = middle_u + half_u * decider.at(0), v = middle_v + half_v * decider.at(1);
-    const PatchJet<T> jet = evaluated<T, kRational, kM, kN>(local, degree_u, degree_v, u, v);
-    decider.take(ray.step(jet, half_u, half_v), step < kPatchNarrowingsMax);
-  }
-  return decider.answer(middle_u, half_u, middle_v, half_v);
+  return decided_of<T, kRational, kM, kN>(numbers_of(part, extent), local, degree_u, degree_v,
+                                          origin, direction);
 }
 
 }  // namespace TESSERA_TEXT

@@ -58,7 +58,8 @@ PatchCurvature second_derivatives(const Patch& patch, double u, double v) {
         vv[a] += by_u.value[i] * by_v.bend[j] * x;
       }
   // With X = w S: X_uv = w_uv S + w_u S_v + w_v S_u + w S_uv. Without weights w is 1.
-  const auto sums = plain::net_sums<double, 4, 0, 0>(points, m, n, u, v);
+  const auto sums =
+      plain::net_sums<double, 4, 0, 0>(static_cast<const PatchPoint*>(points), m, n, u, v);
   const PatchJet jet = evaluate(patch, points, u, v);
   const double w = sums.of[0][3], wu = sums.of[1][3], wv = sums.of[2][3];
   PatchCurvature out{};

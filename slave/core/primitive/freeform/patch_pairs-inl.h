@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// A register of rays, each with a sub-patch of its own, decided at once: for rays that have nothing
+// in common. The operations are those of patch_hit(). Only for polynomial bicubic patches.
+//
+// Threads. One traversal owns one.
+#include "slave/core/primitive/patch/patch_layout.h"
+#include "slave/core/ray/packet_layout.h"
+
+#if defined(TESSERA_CORE_PATCH_PAIRS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_PATCH_PAIRS_INL_H_
+#undef TESSERA_CORE_PATCH_PAIRS_INL_H_
+#else
+#define TESSERA_CORE_PATCH_PAIRS_INL_H_
+#endif
+
+#include "slave/core/primitive/patch/patch_decision-inl.h"
+#include "slave/core/ray/one_ray-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+// Control points of a register of nets, one a lane.
+struct PointsInLanes {
+  const double (*x)[kLanesOf<Doubles>];  // [point and axis]
+};
+template <class T>
+HWY_INLINE T component_of(PointsInLanes points, int number, int a) {
+  return load<T>(points.x[3 * number + a]);
+}
+
+class PatchPairs {
+ public:
+  static constexpr int kWidth = static_cast<int>(kLanesOf<Doubles>);
+
+  static HWY_INLINE bool takes(const Patch& patch, const SubPatch& part) {
+    return !patch.is_rational && patch.degree_u == 3 && patch.degree_v == 3 && part.has_frame;
+  }
+
+  // Requires: takes().
+  HWY_INLINE void put(int lane, const OneRay& ray, const Patch& patch, const SubPatch& part) {
+    const PartNumbers<double> numbers = numbers_of(part, patch.extent);
+    double from[kNumbers];
+    __builtin_memcpy(from, &numbers, sizeof(from));
+    for (int k = 0; k < kNumbers; ++k) part_[k][lane] = from[k];
+    for (int k = 0; k < 48; ++k) point_[k][lane] = static_cast<double>(patch.numbers[k]);
+    for (int a = 0; a < 3; ++a) {
+      ray_[a][lane] = static_cast<double>(ray.origin[a]);
+      ray_[3 + a][lane] = static_cast<double>(ray.direction[a]);
+    }
+  }
+  // Fills the lanes from `count` on with what the lane before has.
+  HWY_INLINE void fill(int count) {
+    for (int lane = count; lane < kWidth; ++lane) {
+      for (auto& row : part_) row[lane] = row[count - 1];
+      for (auto& row : point_) row[lane] = row[count - 1];
+      for (auto& row : ray_) row[lane] = row[count - 1];
+    }
+  }
+  // Requires: all lanes are there. They have to be put anew after it.
+  HWY_NOINLINE PatchDecision<Doubles> decide() {
+    const auto at = [&](int k) HWY_ATTR { return load<Doubles>(part_[k]); };
+    PartNumbers<Doubles> part = {};
+    for (int r = 0; r < 3; ++r) {
+      part.centre[r] = at(9 + r);
+      part.reach[r] = at(12 + r);
+      for (int k = 0; k < 3; ++k) {
+        part.frame[r][k] = at(3 * r + k);
+        part.second[r][k] = at(15 + 3 * r + k);
+      }
+    }
+    part.extent = at(24);
+    part.half_u = at(25);
+    part.half_v = at(26);
+    part.middle_u = at(27);
+    part.middle_v = at(28);
+    // As local_points(), with weights of 1.
+    for (int p = 0; p < 16; ++p) {
+      Doubles d[3] = {};
+      for (int a = 0; a < 3; ++a) d[a] = load<Doubles>(point_[3 * p + a]) - part.centre[a];
+      for (int r = 0; r < 3; ++r)
+        store(part.frame[r][0] * d[0] + part.frame[r][1] * d[1] + part.frame[r][2] * d[2],
+              point_[3 * p + r]);
+    }
+    Doubles origin[3] = {}, direction[3] = {};
+    for (int a = 0; a < 3; ++a) {
+      origin[a] = load<Doubles>(ray_[a]);
+      direction[a] = load<Doubles>(ray_[3 + a]);
+    }
+    return decided_of<Doubles, false, 3, 3>(part, PointsInLanes{point_}, 3, 3, origin, direction);
+  }
+
+ private:
+  static constexpr int kNumbers = sizeof(PartNumbers<double>) / sizeof(double);
+
+  alignas(64) double part_[kNumbers][kWidth];  // as PartNumbers has them
+  alignas(64) double point_[48][kWidth];       // control points, then those in the frame
+  alignas(64) double ray_[6][kWidth];          // origin, direction
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
