@@ -102,6 +102,8 @@ Status validate_frame_settings(const FrameSettings& s) {
   if (!(std::fabs(s.display.exposure_ev) <= kExposureEvMax))
     return Status::invalid_argument("exposure must be -64 to 64 stops");
   if (s.display.tone > ToneCurve::kAgx) return Status::invalid_argument("unknown tone curve");
+  if (s.patch_method > PatchMethod::kClip)
+    return Status::invalid_argument("unknown method for patches");
   TESSERA_RETURN_IF_ERROR(validate_planes(s));
   return validate_camera(s.camera);
 }

@@ -9,6 +9,7 @@
 
 #include "common/base/isa.h"
 #include "common/base/status.h"
+#include "common/frame/patch_method.h"
 #include "common/frame/picture_plane.h"
 #include "common/frame/tone_curve.h"
 #include "common/scene/camera.h"
@@ -62,6 +63,7 @@ struct FrameSettings {
   // makes other random choices.
   std::uint32_t pass = 0;
   std::uint32_t seed = 0;
+  PatchMethod patch_method = PatchMethod::kAuto;  // scenes without patches: of no effect
   // Planes besides colour. picture_plane.h says what they are, kFrameBytesMax how many fit.
   PlaneSet planes;
   // How the picture is shown. Only display8 pixels depend on this; the other formats stay linear.

@@ -36,6 +36,7 @@ void put_settings(const FrameSettings& s, proto::FrameSettings& h) {
   h.set_exposure_ev(s.display.exposure_ev);
   h.set_tone(static_cast<std::uint32_t>(s.display.tone));
   h.set_planes(s.planes.bits());
+  h.set_patch_method(static_cast<std::uint32_t>(s.patch_method));
 }
 
 // Numbers are narrowed only after their range is known.
@@ -56,6 +57,8 @@ void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldChe
   check.range("settings.tone", h.tone(), 0, static_cast<std::uint64_t>(ToneCurve::kAgx));
   check.range("settings.pass", h.pass(), 0, kPassesMax - 1);
   check.range("settings.planes", h.planes(), 0, PlaneSet::all().bits());
+  check.range("settings.patch_method", h.patch_method(), 0,
+              static_cast<std::uint64_t>(PatchMethod::kClip));
   if (!check.is_ok()) return;
   s.width_px = static_cast<int>(h.width_px());
   s.height_px = static_cast<int>(h.height_px());
@@ -77,6 +80,7 @@ void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldChe
   s.pass = h.pass();
   s.display = {h.exposure_ev(), static_cast<ToneCurve>(h.tone())};
   s.planes = PlaneSet::of_bits(h.planes());
+  s.patch_method = static_cast<PatchMethod>(h.patch_method());
   s.seed = h.seed();
   const Status status = validate_frame_settings(s);
   if (!status.is_ok()) check.fail("settings", ": " + status.message());

@@ -28,6 +28,7 @@ TEST(FrameSettings, WhatIsOutOfRangeIsNamed) {
       {"exposure", [](FrameSettings& s) { s.display.exposure_ev = 65; }},
       {"exposure", [](FrameSettings& s) { s.display.exposure_ev = std::nanf(""); }},
       {"tone", [](FrameSettings& s) { s.display.tone = static_cast<ToneCurve>(4); }},
+      {"method", [](FrameSettings& s) { s.patch_method = static_cast<PatchMethod>(5); }},
       {"tile", [](FrameSettings& s) { s.tile_edge_px = kTileEdgeMaxPx + 1; }},
       {"samples", [](FrameSettings& s) { s.samples_per_pixel = 0; }},
       {"light", [](FrameSettings& s) { s.light_samples = kLightSamplesMax + 1; }},
@@ -66,6 +67,19 @@ TEST(FrameSettings, NamesParseBack) {
     ASSERT_TRUE(parsed.is_ok());
     EXPECT_EQ(*parsed, f);
   }
+  for (const PatchMethod m : kPatchMethods) {
+    auto parsed = parse_patch_method(patch_method_name(m));
+    ASSERT_TRUE(parsed.is_ok());
+    EXPECT_EQ(*parsed, m);
+    EXPECT_EQ(patch_method_error(m) == "none", m == PatchMethod::kAuto);
+    const bool is_told = patch_method_help().find(patch_method_error(m)) != std::string::npos;
+    EXPECT_TRUE(is_told || m == PatchMethod::kAuto) << patch_method_name(m);
+  }
+  const Status unknown = parse_patch_method("newtn").status();
+  EXPECT_EQ(unknown.message(),
+            "--patch-method newtn: give auto, refine, newton, krawczyk or clip; did you mean "
+            "'newton'?");
+  EXPECT_FALSE(parse_patch_method("").is_ok());
   EXPECT_FALSE(parse_renderer("radiosity").is_ok());
   EXPECT_FALSE(parse_pixel_format("").is_ok());
 }

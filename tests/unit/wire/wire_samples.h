@@ -73,6 +73,7 @@ class Samples {
     s.pass = small(0, kPassesMax - 1);
     s.seed = small(0, 0xffffffffu);
     s.display = {static_cast<float>(real(-64, 64)), static_cast<ToneCurve>(number(0, 3))};
+    s.patch_method = static_cast<PatchMethod>(number(0, 4));
     if (number(0, 1) == 1) {
       s.planes = PlaneSet::of_bits(small(1, PlaneSet::all().bits()));
       s.width_px = static_cast<int>(number(1, 4000));
