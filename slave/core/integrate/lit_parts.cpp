@@ -9,7 +9,7 @@ LitParts::LitParts(const RenderContext& context, Memory& memory)
     : context_(context),
       memory_(memory),
       parts_(context),
-      met_(context.scene, context.kernels(), memory.met),
+      met_(context.scene, context.tracer, memory.met),
       sky_(context.scene.lights, context.kernels(), memory.sky) {
   memory.batch.make_room_for_lobes(context.scene.features.has_lobes);
   std::fill_n(cones_, kPacketRays, parts_.camera().cone());

@@ -21,7 +21,7 @@ constexpr float kDiffuseSpread = 0.2f;
 ScatteredRays::ScatteredRays(const RenderContext& context, Memory& memory)
     : context_(context),
       memory_(memory),
-      met_(context.scene, context.kernels(), memory.met),
+      met_(context.scene, context.tracer, memory.met),
       sky_(context.scene.lights, context.kernels(), memory.sky) {}
 
 void ScatteredRays::clear() {

@@ -35,7 +35,7 @@ RayCounts TileRenderer::render(const PreparedScene& scene, const FrameSettings& 
                                const std::atomic<bool>* is_cancelled, FrameLight* frame_light) {
   TESSERA_CHECK_EQ(rgb.size(), 3 * static_cast<std::size_t>(rect.pixel_count()));
   const PreparedScene::Impl& impl = scene.impl();
-  const SceneTracer tracer(impl.index, kernels_for(isa), impl.alpha.get());
+  const SceneTracer tracer(impl.index, kernels_for(isa), impl.alpha.get(), settings.patch_method);
   const CameraRays camera(settings.camera, settings.width_px, settings.height_px);
   FrameLight own;
   const RenderContext context{

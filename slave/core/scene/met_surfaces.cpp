@@ -88,7 +88,7 @@ void MetSurfaces::find_on_patches(const Packet& rays, const PacketHits& hits) {
     const SubPatch& part = scene_.part(instances_.of(number), number);
     const CastFrom from(rays, i);
     const PatchSurfacePoint at = patch_point(scene_.patches->patches[part.patch], part, from.origin,
-                                             from.direction, hits.t[i]);
+                                             from.direction, hits.t[i], patch_method_);
     const Vec3f direction{from.direction[0], from.direction[1], from.direction[2]};
     const bool is_front = dot(at.normal, direction) < 0;
     put_vector(at.point, points.point, i);

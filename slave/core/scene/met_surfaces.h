@@ -12,6 +12,7 @@
 
 #include "slave/core/kernels/kernel_table.h"
 #include "slave/core/scene/surface_detail.h"
+#include "slave/core/trace/scene_tracer.h"
 
 namespace tessera::core {
 
@@ -33,6 +34,11 @@ class MetSurfaces {
         memory_(memory),
         instances_(scene.triangles),
         detail_(scene, kernels, memory.detail) {}
+  // The same for hits that the tracer has found, by its method for patches.
+  MetSurfaces(const PreparedScene::Impl& scene, const SceneTracer& tracer, Memory& memory)
+      : MetSurfaces(scene, tracer.kernels(), memory) {
+    patch_method_ = tracer.patch_method();
+  }
 
   // Finds the points. Requires: hits are those of the rays, and both stand as they are until the
   // last call for them.
@@ -95,6 +101,7 @@ class MetSurfaces {
   Memory& memory_;
   std::uint32_t known_ = kNoPrimitive;  // whose material has number material_
   std::size_t material_ = 0;
+  PatchMethod patch_method_ = PatchMethod::kAuto;
   std::uint64_t on_patches_ = 0;  // bits of the rays that have met patches
   InstanceFinder instances_;
   SurfaceDetail detail_;

@@ -33,7 +33,9 @@ bool is_same(Vec3f p, Vec3f q) { return p.x == q.x && p.y == q.y && p.z == q.z; 
 class Caster {
  public:
   Caster(const PreparedScene::Impl& scene, const CastOptions& options)
-      : scene_(scene), tracer_(scene.index, kernels_for(options.isa)), options_(options) {}
+      : scene_(scene),
+        tracer_(scene.index, kernels_for(options.isa), nullptr, options.patch_method),
+        options_(options) {}
 
   void cast(std::span<const CastRay> rays, std::span<CastHit> hits) const {
     const auto bundle = static_cast<std::size_t>(options_.bundle);
@@ -131,8 +133,8 @@ class Caster {
     const SubPatch& part = scene_.part(instance, primitive);
     const float origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
     const float direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
-    const PatchSurfacePoint at =
-        patch_point(scene_.patches->patches[part.patch], part, origin, direction, t);
+    const PatchSurfacePoint at = patch_point(scene_.patches->patches[part.patch], part, origin,
+                                             direction, t, options_.patch_method);
     const std::uint64_t number = part.patch - scene_.patches->first_patch[instance] +
                                  scene_.geometry->first_number[instance];
     return {true, static_cast<std::uint32_t>(number), t, at.u, at.v, at.normal};

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "common/base/isa.h"
+#include "common/frame/patch_method.h"
 #include "slave/core/scene/prepared_scene.h"
 
 namespace tessera::core {
@@ -32,6 +33,7 @@ struct CastOptions {
   int bundle = 64;         // rays traced together: 1, 4, 16 or 64; answers do not depend on it
   int threads = 1;         // at least 1; answers do not depend on it
   bool is_any = false;     // only whether something is hit: the rest of CastHit stays 0
+  PatchMethod patch_method = PatchMethod::kAuto;  // how rays meet patches
 };
 
 // Shape: hits [rays.size()]. Neighbours in `rays` should be neighbours in space.

@@ -82,21 +82,22 @@ bool AlphaSurfaces::mark_patches(std::uint32_t instance) {
 }
 
 float AlphaSurfaces::opacity_of_patch(std::uint32_t instance, const SingleHit& hit,
-                                      const SingleRay& ray) const {
+                                      const SingleRay& ray, PatchMethod method) const {
   const PatchStore& patches = *parts_.patches;
   const SubPatch& part = patches.parts[patches.first_part[instance] + hit.primitive -
                                        parts_.triangles.instance_first[instance]];
   const PatchSurfacePoint at =
-      patch_point(patches.patches[part.patch], part, ray.origin, ray.direction, hit.t);
+      patch_point(patches.patches[part.patch], part, ray.origin, ray.direction, hit.t, method);
   return opacity_at(material_of_patch(instance, part), mesh_of_patches(), 0, parts_.textures, at.u,
                     at.v);
 }
 
-bool AlphaSurfaces::is_let_through(const SingleHit& hit, const SingleRay& ray) const {
+bool AlphaSurfaces::is_let_through(const SingleHit& hit, const SingleRay& ray,
+                                   PatchMethod method) const {
   const TriangleStore& store = parts_.triangles;
   const std::uint32_t triangle = hit.primitive, instance = store.instance_of(triangle);
   if (parts_.instances[instance].kind == ObjectKind::kPatchSurface) {
-    const float opacity = opacity_of_patch(instance, hit, ray);
+    const float opacity = opacity_of_patch(instance, hit, ray, method);
     return opacity < 1 && chance_of(ray, triangle) >= opacity;
   }
   const Mesh& mesh = *parts_.meshes[parts_.instances[instance].mesh];

@@ -14,6 +14,7 @@
 #include <memory>
 #include <vector>
 
+#include "common/frame/patch_method.h"
 #include "slave/core/primitive/freeform/patch_store.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "slave/core/ray/packet_layout.h"
@@ -37,10 +38,11 @@ class AlphaSurfaces {
   // they are.
   static std::unique_ptr<const AlphaSurfaces> make(const Parts& parts);
 
-  // Whether the ray goes through what it meets. Requires: it meets that.
-  bool is_passed(const SingleHit& hit, const SingleRay& ray) const {
+  // Whether the ray goes through what it meets. Requires: it meets that, patches by the method.
+  bool is_passed(const SingleHit& hit, const SingleRay& ray,
+                 PatchMethod method = PatchMethod::kAuto) const {
     return (may_pass_[hit.primitive / 64] >> (hit.primitive % 64) & 1u) != 0 &&
-           is_let_through(hit, ray);
+           is_let_through(hit, ray, method);
   }
 
   std::uint64_t memory_bytes() const { return may_pass_.size() * sizeof(std::uint64_t); }
@@ -51,8 +53,9 @@ class AlphaSurfaces {
   bool mark(std::uint32_t instance);
   bool mark_patches(std::uint32_t instance);
   const Material& material_of_patch(std::uint32_t instance, const SubPatch& part) const;
-  bool is_let_through(const SingleHit& hit, const SingleRay& ray) const;
-  float opacity_of_patch(std::uint32_t instance, const SingleHit& hit, const SingleRay& ray) const;
+  bool is_let_through(const SingleHit& hit, const SingleRay& ray, PatchMethod method) const;
+  float opacity_of_patch(std::uint32_t instance, const SingleHit& hit, const SingleRay& ray,
+                         PatchMethod method) const;
 
   const Parts parts_;
   std::vector<std::uint64_t> may_pass_;  // a bit for each primitive

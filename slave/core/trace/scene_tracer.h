@@ -7,12 +7,15 @@
 
 #include <bit>
 #include <cstdint>
+#include <optional>
 #include <variant>
 
 #include "slave/core/kernels/kernel_table.h"
 #include "slave/core/primitive/freeform/patch_store.h"
+#include "slave/core/primitive/patch/methods/patch_methods.h"
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/ray/fan_of.h"
+#include "slave/core/trace/method_tracer.h"
 
 namespace tessera::core {
 
@@ -72,10 +75,15 @@ class SceneTracer {
  public:
   // `alpha`: what rays go through; null: they go through nothing. Requires: all outlive it.
   SceneTracer(const PrimitiveIndex& index, const KernelTable& kernels,
-              const AlphaSurfaces* alpha = nullptr)
-      : kernels_(&kernels), alpha_(alpha), bounds_(index.bounds()) {
+              const AlphaSurfaces* alpha = nullptr, PatchMethod method = PatchMethod::kAuto)
+      : kernels_(&kernels), alpha_(alpha), bounds_(index.bounds()), patch_method_(method) {
     std::visit([this](const auto& any) { view_ = view_of(any); }, index.any);
+    if (const PatchMethodCall* const call = patch_method_call(method))
+      by_method_ = MethodTracer::make(index, *call, kernels.isa);
   }
+
+  // How rays meet patches.
+  PatchMethod patch_method() const { return patch_method_; }
 
   const KernelTable& kernels() const { return *kernels_; }
 
@@ -88,12 +96,14 @@ class SceneTracer {
   }
   // A ray's answer does not depend on its companions.
   void closest(const FanPacket& rays, PacketHits& hits) const {
+    if (by_method_) return by_method(rays, hits);
     const Fan fan = fan_of(rays);
     const HitArrays found = arrays_of(hits);
     std::visit([&](const auto& v) { table(v).closest_fan(v, fan, found); }, view_);
     if (alpha_ != nullptr) go_through(rays, hits);
   }
   void closest(const RayPacket& rays, PacketHits& hits) const {
+    if (by_method_) return by_method(rays, hits);
     const HitArrays found = arrays_of(hits);
     std::visit([&](const auto& v) { table(v).closest_packet(v, rays, found); }, view_);
     if (alpha_ != nullptr) go_through(rays, hits);
@@ -105,38 +115,45 @@ class SceneTracer {
   }
   // Bits of the rays that something blocks.
   std::uint64_t occluded(const FanPacket& rays) const {
-    if (alpha_ != nullptr) return stopped(rays);
+    if (alpha_ != nullptr || by_method_) return stopped(rays);
     const Fan fan = fan_of(rays);
     return std::visit([&](const auto& v) { return table(v).occluded_fan(v, fan); }, view_);
   }
   // The same for each of many fans: blocked [fans.targets->group_count].
   void occluded(const ShadowFans& fans, std::uint64_t* blocked) const {
-    if (alpha_ != nullptr) return stopped(fans, blocked);
+    if (alpha_ != nullptr || by_method_) return stopped(fans, blocked);
     std::visit([&](const auto& v) { table(v).occluded_fans(v, fans, blocked); }, view_);
   }
   std::uint64_t occluded(const RayPacket& rays) const {
-    if (alpha_ != nullptr) return stopped(rays);
+    if (alpha_ != nullptr || by_method_) return stopped(rays);
     return std::visit([&](const auto& v) { return table(v).occluded_packet(v, rays); }, view_);
   }
   bool occluded(const SingleRay& ray) const {
     if (alpha_ != nullptr) return closest(ray).primitive != kNoPrimitive;
+    if (by_method_) return by_method_->occluded(ray);
     return std::visit([&](const auto& v) { return table(v).occluded_ray(v, ray); }, view_);
   }
 
  private:
   // Nearest hit of all triangles, whether the ray goes through them or not.
   SingleHit nearest(const SingleRay& ray) const {
+    if (by_method_) return by_method_->closest(ray);
     SingleHit hit;
     std::visit([&](const auto& v) { table(v).closest_ray(v, ray, hit); }, view_);
     return hit;
   }
-  // Replaces hits that are passed by the first behind them that is not. These functions and
-  // stopped() require: alpha_ is not null.
+  // The same for packets where a method answers for patches: ray by ray.
+  void by_method(const FanPacket& rays, PacketHits& hits) const;
+  void by_method(const RayPacket& rays, PacketHits& hits) const;
+  // Replaces hits that are passed by the first behind them that is not. Requires: alpha_ is not
+  // null.
   void go_through(SingleRay ray, SingleHit& hit) const;
   void go_through(const FanPacket& rays, PacketHits& hits) const;
   void go_through(const RayPacket& rays, PacketHits& hits) const;
   template <class Packet>
   void go_through_all(const Packet& rays, PacketHits& hits) const;
+  // What is blocked, where the kernels for any hit do not do: rays go through something, or a
+  // method answers for patches.
   std::uint64_t stopped(const FanPacket& rays) const;
   std::uint64_t stopped(const RayPacket& rays) const;
   void stopped(const ShadowFans& fans, std::uint64_t* blocked) const;
@@ -149,6 +166,8 @@ class SceneTracer {
   const KernelTable* kernels_;
   const AlphaSurfaces* alpha_;
   Bounds3f bounds_;
+  PatchMethod patch_method_;
+  std::optional<MethodTracer> by_method_;  // where the scene has patches and the frame a method
   std::variant<TriangleBvh<8>, TriangleBvh<16>, TriangleKd<8>, TriangleKd<16>, InstancedView<8>,
                InstancedView<16>, PatchedView<8>, PatchedView<16>>
       view_;

@@ -21,7 +21,7 @@ BiasCompensation::BiasCompensation(const RenderContext& context, Memory& memory,
     : context_(context),
       memory_(memory),
       bounds_(bounds),
-      met_(context.scene, context.kernels(), memory.met),
+      met_(context.scene, context.tracer, memory.met),
       paths_(context, memory.paths, std::max(0, context.settings.bounces - 1)) {
   memory.batch.make_room_for_lobes(context.scene.features.has_lobes);
   memory.arrived.make_room_for_lobes(context.scene.features.has_lobes);

@@ -77,7 +77,7 @@ class GiTile::Work {
         vpls_(context.frame_light.vpls(context, counts_.secondary)),
         bounds_(bounds_of(context.settings, context.scene.lights, context.tracer.bounds())),
         camera_(context),
-        met_(context.scene, context.kernels(), memory.met),
+        met_(context.scene, context.tracer, memory.met),
         sky_(context.scene.lights, context.kernels(), memory.sky),
         gather_(context, memory.gather, bounds_),
         chain_(context, memory.chain),

@@ -32,7 +32,7 @@ class VplSets::Walks {
  public:
   Walks(const PreparedScene::Impl& scene, const SceneTracer& tracer, const LightSubpaths& light,
         std::uint32_t key)
-      : tracer_(tracer), light_(light), key_(key), met_(scene, tracer.kernels(), memory_) {
+      : tracer_(tracer), light_(light), key_(key), met_(scene, tracer, memory_) {
     for (int i = 0; i < kPacketRays; ++i) surface_at_[i] = &surface_[i];
     std::fill_n(rays_.t_min, kPacketRays, 0.0f);
     std::fill_n(rays_.t_max, kPacketRays, std::numeric_limits<float>::infinity());

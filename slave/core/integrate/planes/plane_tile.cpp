@@ -73,7 +73,7 @@ PlaneTile::Work::Work(const RenderContext& context, Memory& memory, const TileRe
       miss_{nullptr, context.settings.camera.eye,
             normalize(context.settings.camera.target - context.settings.camera.eye), 0, 0},
       camera_(context),
-      met_(context.scene, context.kernels(), memory.met),
+      met_(context.scene, context.tracer, memory.met),
       instances_(context.scene.triangles) {
   std::fill_n(cones_, kPacketRays, camera_.cone());
   for (int ray = 0; ray < kPacketRays; ++ray) to_[ray] = &memory.surface[ray];
@@ -174,7 +174,7 @@ RayCounts PlaneTile::render(const PreparedScene& prepared, const FrameSettings& 
                    static_cast<std::size_t>(rect.pixel_count()) * channel_count(settings.planes));
   if (memory_ == nullptr) memory_ = std::make_unique<Memory>();
   const PreparedScene::Impl& scene = prepared.impl();
-  const SceneTracer tracer(scene.index, kernels_for(isa), scene.alpha.get());
+  const SceneTracer tracer(scene.index, kernels_for(isa), scene.alpha.get(), settings.patch_method);
   const CameraRays camera(settings.camera, settings.width_px, settings.height_px);
   FrameLight none;
   const RenderContext context{scene, tracer, settings, camera, none, is_cancelled};

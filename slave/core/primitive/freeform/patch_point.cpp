@@ -7,7 +7,7 @@
 
 #include "common/math/rounding.h"
 #include "common/math/vec3d.h"
-#include "slave/core/primitive/patch/patch_answer_abi.h"
+#include "slave/core/primitive/patch/methods/patch_methods.h"
 #include "slave/core/primitive/patch/patch_evaluation.h"
 
 namespace tessera::core {
@@ -37,10 +37,10 @@ Vec3d normal_at(const Patch& patch, double u, double v, const PatchJet& jet, Vec
 }  // namespace
 
 PatchSurfacePoint patch_point(const Patch& patch, const SubPatch& part, const float* origin,
-                              const float* direction, float t) {
+                              const float* direction, float t, PatchMethod method) {
   // The root itself may be below t, which is rounded.
   const float before = std::nextafter(t, -std::numeric_limits<float>::infinity());
-  const PatchAnswer answer = patch_answer(patch, part, origin, direction, before);
+  const PatchAnswer answer = answer_by(method, patch, part, origin, direction, before);
   const PatchJet jet = evaluate(patch, answer.u, answer.v);
   const Vec3d d{direction[0], direction[1], direction[2]};
   const Vec3d normal = normal_at(patch, answer.u, answer.v, jet, (-1 / length(d)) * d);
@@ -53,7 +53,8 @@ PatchSurfacePoint patch_point(const Patch& patch, const SubPatch& part, const fl
   at.point = rounded(in_double3(jet.point));
   at.normal = rounded(normal);
   at.offset = static_cast<float>(4 * double{kUnitRoundoff} * off +
-                                 8 * plain::kEvaluationError * (most + patch.extent));
+                                 8 * plain::kEvaluationError * (most + patch.extent) +
+                                 2 * method_error(method, patch));
   at.u = static_cast<float>(answer.u);
   at.v = static_cast<float>(answer.v);
   return at;

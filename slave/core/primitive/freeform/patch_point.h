@@ -15,6 +15,7 @@
 // Threads. Each thread has memory of its own for the complete solver.
 #pragma once
 
+#include "common/frame/patch_method.h"
 #include "common/scene/scene.h"
 #include "slave/core/primitive/patch/patch_layout.h"
 
@@ -27,9 +28,13 @@ struct PatchSurfacePoint {
   float u = 0, v = 0;  // the patch's own
 };
 
-// Requires: the ray meets the sub-patch at t, as patch_answer() says. Shape: origin, direction [3].
+// Hits of a method of the frame's may be off the surface (method_error()): rays then start farther
+// away by twice that, so that they do not meet what stands for the surface there.
+//
+// Requires: the ray meets the sub-patch at t, as answer_by() says. Shape: origin, direction [3].
 PatchSurfacePoint patch_point(const Patch& patch, const SubPatch& part, const float* origin,
-                              const float* direction, float t);
+                              const float* direction, float t,
+                              PatchMethod method = PatchMethod::kAuto);
 
 // The plane that touches the patch at (u, v), as the triangle on which (u, v) are the patch's.
 struct TangentTriangle {

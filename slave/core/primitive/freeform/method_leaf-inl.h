@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Leaves with sub-patches that a method other than the usual one answers for, asked by single rays.
+// Nothing is culled here but by the method itself, which is what is measured.
+//
+// Threads. One traversal owns one.
+#include "slave/core/primitive/freeform/method_shapes_layout.h"
+
+#if defined(TESSERA_CORE_METHOD_LEAF_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_METHOD_LEAF_INL_H_
+#undef TESSERA_CORE_METHOD_LEAF_INL_H_
+#else
+#define TESSERA_CORE_METHOD_LEAF_INL_H_
+#endif
+
+#include "slave/core/primitive/mixed_leaf-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+// What tests a sub-patch against one ray, in MixedRayLeaf.
+template <int W, bool kAny>
+class MethodRayTest {
+ public:
+  HWY_INLINE MethodRayTest(OneRay& ray, TriangleRay<W, kAny>&) : ray_(ray) {}
+
+  HWY_NOINLINE void test(const PatchesByMethod<W>& shapes, uint32_t item) {
+    const SubPatch& part = shapes.parts[item];
+    const PatchAnswer answer = shapes.method.answer(shapes.method.how, shapes.patches[part.patch],
+                                                    part, ray_.origin, ray_.direction, ray_.t_min);
+    const auto number = static_cast<int32_t>(part.primitive);
+    if (answer.is_hit && ray_.is_nearer(answer.t, number))
+      ray_.template accept<kAny>(answer.t, number);
+  }
+
+ private:
+  OneRay& ray_;
+};
+
+template <int W>
+struct LeafTests<PatchesByMethod<W>> {
+  static HWY_INLINE const char* address(const PatchesByMethod<W>& shapes, uint32_t block) {
+    return address_of_number(shapes, block);
+  }
+  template <bool kAny>
+  using Ray = MixedRayLeaf<PatchesByMethod<W>, W, kAny, MethodRayTest<W, kAny>>;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
