@@ -214,6 +214,7 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->capture_default_str()
       ->type_name("N");
   add_gi_options(app, o, t);
+  add_text(app, "--patch-method", t.patch_method, "NAME", patch_method_help().c_str());
   app.add_option("--environment", t.environment,
                  "radiance from where there is nothing: constant:R,G,B, or a latitude-longitude "
                  "picture, FILE.hdr or FILE.exr (default: the scene's)")

@@ -72,6 +72,8 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
     progress.say("tessera-master: warning: " + warning);
   }
   const Scene& scene = source.loaded_.scene;
+  if (options.frame.patch_method != PatchMethod::kAuto && scene.surfaces.empty())
+    progress.say("tessera-master: " + no_patches_line(options.frame.patch_method));
   if (options.has_usual_samples)
     source.settings_.samples_per_pixel = usual_samples(scene, source.settings_.renderer);
   progress.finish("loaded " + options.scene + ": " + contents_of(scene));

@@ -35,6 +35,8 @@ std::string option_texts(const FrameSettings& s) {
                      std::to_string(s.width_px) + "x" + std::to_string(s.height_px) + " --aa " +
                      std::to_string(s.samples_per_pixel) + " --light-samples " +
                      std::to_string(s.light_samples) + " --bounces " + std::to_string(s.bounces);
+  if (s.patch_method != PatchMethod::kAuto)
+    text += " --patch-method " + std::string(patch_method_name(s.patch_method));
   if (s.renderer != Renderer::kIgi) return text;
   return text + " --vpls " + std::to_string(s.vpls) + " --interleave " +
          std::to_string(s.interleave) + " --filter " + (s.is_filtered ? "on" : "off") +
@@ -54,16 +56,20 @@ std::vector<std::pair<std::string, std::string>> picture_attributes(const std::s
                                                                     double render_seconds) {
   const std::string exposure = text_of(settings.display.exposure_ev);
   const std::string tone(tone_curve_name(settings.display.tone));
-  return {{"Software", std::string("Tessera ") + kBuildId},
-          {"tessera:scene", scene},
-          {"tessera:camera", camera_text(settings.camera)},
-          {"tessera:settings", option_texts(settings)},
-          {"tessera:seed", std::to_string(settings.seed)},
-          {"tessera:samples", std::to_string(settings.samples_per_pixel * passes)},
-          {"tessera:passes", std::to_string(passes)},
-          {"tessera:render_seconds", text_of(render_seconds)},
-          {kExposure, exposure},
-          {kTone, tone}};
+  std::vector<std::pair<std::string, std::string>> all{
+      {"Software", std::string("Tessera ") + kBuildId},
+      {"tessera:scene", scene},
+      {"tessera:camera", camera_text(settings.camera)},
+      {"tessera:settings", option_texts(settings)},
+      {"tessera:seed", std::to_string(settings.seed)},
+      {"tessera:samples", std::to_string(settings.samples_per_pixel * passes)},
+      {"tessera:passes", std::to_string(passes)},
+      {"tessera:render_seconds", text_of(render_seconds)},
+      {kExposure, exposure},
+      {kTone, tone}};
+  if (settings.patch_method != PatchMethod::kAuto)
+    all.emplace_back("tessera:patch_error", patch_method_error(settings.patch_method));
+  return all;
 }
 
 std::vector<float> seen_like(const FloatImage& reference, std::span<const float> rgb) {

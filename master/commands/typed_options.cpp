@@ -188,6 +188,9 @@ Status check_frame(MasterOptions& o, const TypedOptions& t) {
   auto renderer = parse_renderer(t.renderer);
   if (!renderer.is_ok()) return renderer.status();
   o.frame.renderer = *renderer;
+  auto patch_method = parse_patch_method(t.patch_method);
+  if (!patch_method.is_ok()) return patch_method.status();
+  o.frame.patch_method = *patch_method;
   auto pixels = parse_pixel_format(
       t.pixels.empty() ? (o.command == Command::kView ? "half" : "float") : t.pixels);
   if (!pixels.is_ok()) return pixels.status();

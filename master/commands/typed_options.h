@@ -18,7 +18,8 @@ struct TypedOptions {
       relay = "on", tile = "auto", samples = "auto", clamp = "auto", prefetch = "auto",
       heartbeat = "250", heartbeats_missed = "4", schedule = "dynamic", faulty_pixels = "colour",
       scene_transfer = "async", log_level = "info", log_format = "text", environment, config,
-      light = "auto", background = "auto", exposure = "auto", tone = "agx", aov;
+      light = "auto", background = "auto", exposure = "auto", tone = "agx", aov,
+      patch_method = "auto";
   int local = kLocalAuto;
   std::uint32_t threads = 0;
 

@@ -23,7 +23,8 @@ namespace {
 constexpr std::size_t kRaysAtOnce = std::size_t{1} << 18;
 
 struct Words {
-  std::string scene, rays, hits, isa = "auto", bundle = "auto", structure = "auto";
+  std::string scene, rays, hits, isa = "auto", bundle = "auto", structure = "auto",
+                                 patch_method = "auto";
   int threads = 0;
   bool is_any = false;
 };
@@ -70,6 +71,8 @@ Status trace(const Words& words, const core::CastOptions& options) {
   auto scene = read_scene(words.scene);
   if (!scene.is_ok()) return scene.status();
   print_warnings(*scene);
+  if (options.patch_method != PatchMethod::kAuto && scene->scene.surfaces.empty())
+    std::fprintf(stderr, "tessera-trace: %s\n", no_patches_line(options.patch_method).c_str());
   auto rays = RayFile::open(words.rays);
   if (!rays.is_ok()) return rays.status();
   auto prepared = core::PreparedScene::build(
@@ -111,6 +114,7 @@ void describe(CLI::App& app, Words& words) {
                  "what rays go through; answers do not depend on it")
       ->check(CLI::IsMember(core::structure_names()))
       ->capture_default_str();
+  app.add_option("--patch-method", words.patch_method, patch_method_help())->capture_default_str();
   app.add_option("--bundle", words.bundle, "rays traced together; answers do not depend on it")
       ->check(CLI::IsMember({"1", "4", "16", "64", "auto"}))
       ->capture_default_str();
@@ -145,6 +149,9 @@ int run(int argc, char** argv) {
       return fail(1, "--isa " + words.isa + ": this CPU does not have it; use --isa auto");
     options.isa = *named;
   }
+  const auto method = parse_patch_method(words.patch_method);
+  if (!method.is_ok()) return fail(2, method.status().message());
+  options.patch_method = *method;
   options.bundle = words.bundle == "auto" ? 64 : std::stoi(words.bundle);
   options.threads = words.threads == 0 ? available_cpu_count() : words.threads;
   options.is_any = words.is_any;

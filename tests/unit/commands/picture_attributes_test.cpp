@@ -29,6 +29,11 @@ TEST(PictureAttributes, HoldCameraSettingsSeedSamplesVersionAndTime) {
   EXPECT_EQ(of.at("tessera:tone"), "aces");
   EXPECT_EQ(of.at("tessera:settings"),
             "--renderer path --size 640x480 --aa 4 --light-samples 4 --bounces 4");
+  EXPECT_EQ(of.count("tessera:patch_error"), 0u);
+  settings.patch_method = PatchMethod::kClip;
+  for (const auto& [name, value] : picture_attributes("a.glb", settings, 3, 0.25)) of[name] = value;
+  EXPECT_TRUE(of.at("tessera:settings").ends_with(" --patch-method clip"));
+  EXPECT_EQ(of.at("tessera:patch_error"), patch_method_error(PatchMethod::kClip));
   const auto camera = parse_camera_text(of.at("tessera:camera"));
   ASSERT_TRUE(camera.is_ok());
   EXPECT_EQ(*camera, settings.camera);
