@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Property: each method for patches meets what the usual one meets, but for what its weakness loses,
-// which is counted; where both meet a surface the method is off it by no more than it states; its
-// bits are the same on every instruction set and in every bundle; and light that leaves what it has
-// met does not meet it again.
+// Property: each method for patches meets what the usual one meets, but for what its weakness
+// loses, which is counted; where both meet a surface the method is off it by no more than it
+// states; its bits are the same on every instruction set and in every bundle; and light that leaves
+// what it has met does not meet it again.
 #include "slave/core/primitive/patch/methods/patch_methods.h"
 
 #include <gtest/gtest.h>
@@ -112,8 +112,8 @@ struct Losses {
 };
 constexpr Losses kLosses[] = {{PatchMethod::kRefine, 1e-2, 1.2e-1, 8e-1},
                               {PatchMethod::kNewton, 1.5e-2, 5e-2, 5e-1},
-                              {PatchMethod::kKrawczyk, 2e-4, 1.5e-3, 3e-3},
-                              {PatchMethod::kClip, 5e-4, 5e-3, 1e-1}};
+                              {PatchMethod::kKrawczyk, 2e-4, 1e-3, 2e-3},
+                              {PatchMethod::kClip, 2e-4, 1e-3, 2e-3}};
 
 Scene trimmed(const std::string& shape, bool keeps_outside) {
   Scene scene = test::patch_scene_of(shape);

@@ -28,18 +28,22 @@ class Clipping {
   Clipping(const ClipHow& how, const Shape& shape, NearestRoot& to)
       : how_(how), shape_(shape), to_(to) {}
 
-  void run(const Patch& patch, const RaySight& sight) {
+  int run(const Patch& patch, const RaySight& sight) {
     NetBox<Shape>& first = stack_[0];
-    flat_ = first.look_at_part(shape_, patch, sight, to_.range()) * kMethodAccuracy * patch.extent;
+    const NetScale scale = first.look_at_part(shape_, patch, sight, to_.range());
+    flat_ = scale.flat;
+    widening_ = scale.noise * how_.widening;
     depth_ = 1;
-    for (int boxes = 0; depth_ > 0 && boxes < kMethodBoxesMax; ++boxes) step();
+    int boxes = 0;
+    for (; depth_ > 0 && boxes < kMethodBoxesMax; ++boxes) step();
+    return boxes;
   }
 
  private:
   // Looks at the last box once.
   void step() {
     NetBox<Shape>& box = stack_[depth_ - 1];
-    if (box.is_elsewhere(shape_, flat_ * how_.widening)) return drop();
+    if (box.is_elsewhere(shape_, widening_)) return drop();
     if (box.is_within(shape_, flat_)) return accept(box);
     const bool is_short[2] = {box.width(0) < kMethodLeastWidth, box.width(1) < kMethodLeastWidth};
     if (is_short[0] && is_short[1]) return accept(box);
@@ -103,8 +107,8 @@ class Clipping {
         least = j == 0 ? d : std::min(least, d);
         most = j == 0 ? d : std::max(most, d);
       }
-      low[i] = least - flat_ * how_.widening;
-      high[i] = most + flat_ * how_.widening;
+      low[i] = least - widening_;
+      high[i] = most + widening_;
     }
     Kept kept;
     const double unit = 1.0 / degree;
@@ -140,19 +144,20 @@ class Clipping {
   const ClipHow& how_;
   const Shape shape_;
   NearestRoot& to_;
-  double flat_ = 0;
+  double flat_ = 0, widening_ = 0;
   int depth_ = 0;
   NetBox<Shape> stack_[kMethodStackMax];
 };
 
 }  // namespace
 
-void clip_roots(const ClipHow& how, const Patch& patch, const SubPatch& part, const RaySight& sight,
-                NearestRoot& to) {
-  (void)part;
+int clip_roots(const ClipHow& how, const Patch& patch, const SubPatch&, const RaySight& sight,
+               NearestRoot& to) {
+  int boxes = 0;
   by_degrees(patch, [&]<class Shape>(const Shape& shape) {
-    Clipping<Shape>(how, shape, to).run(patch, sight);
+    boxes = Clipping<Shape>(how, shape, to).run(patch, sight);
   });
+  return boxes;
 }
 
 }  // namespace tessera::core

@@ -6,8 +6,9 @@
 //
 // Repairs. Where a line cannot be had or is nearly along the other one, the distance along both is
 // taken, too (A. Efremov, V. Havran, H.-P. Seidel, "Robust and numerically stable
-// Bezier clipping method for ray tracing NURBS surfaces", SCCG 2005). Hulls are widened by a part
-// of the accuracy, so that no rounding clips a root away; a side that is as short as can be is left
+// Bezier clipping method for ray tracing NURBS surfaces", SCCG 2005). Hulls are widened by what
+// roundings may have moved them by, so that none clips a root away (by more, boxes cluster in
+// tangents); a side that is as short as can be is left
 // alone, and only a net that is near to the ray is a root (S. Campagna, P. Slusallek, H.-P. Seidel,
 // "Ray tracing of spline surfaces: Bezier clipping, Chebyshev boxing, and bounding volume hierarchy
 // - a critical comparison with new results", The Visual Computer 13, 1997). Roots that are found
@@ -27,12 +28,13 @@ class NearestRoot;
 struct RaySight;
 
 struct ClipHow {
-  double halves_above = 0.8;   // of a side that is left: both halves are looked at
-  double widening = 1.0 / 16;  // of hulls, of the accuracy; 0: as published first
-  double line_sine = 0.25;     // of two lines, below which both distances are looked at; 0: never
+  double halves_above = 0.8;  // of a side that is left: both halves are looked at
+  double widening = 1;        // of hulls, by so many times the noise; 0: as published first
+  double line_sine = 0.25;    // of two lines, below which both distances are looked at; 0: never
 };
 
-void clip_roots(const ClipHow& how, const Patch& patch, const SubPatch& part, const RaySight& sight,
-                NearestRoot& to);
+// Returns: how many boxes were looked at.
+int clip_roots(const ClipHow& how, const Patch& patch, const SubPatch& part, const RaySight& sight,
+               NearestRoot& to);
 
 }  // namespace tessera::core

@@ -54,7 +54,32 @@ struct ClippedBounds {
   }
 };
 
-template <class Shape, class Bounds>
+// What is done in a box in which Newton is safe: Newton, from the place (u, v) of the box's own
+// [0, 1]^2.
+struct NewtonInBox {
+  static constexpr double kRounding = 0x1p-20;  // of a box
+
+  template <class Shape>
+  static void run(const Shape& shape, const NetBox<Shape>& box, double u, double v, double flat,
+                  NearestRoot& to) {
+    double at[2] = {u, v};
+    for (int step = 0; step < kMethodNewtonStepsMax; ++step) {
+      const NetJet jet = jet_of(shape, box, at[0], at[1]);
+      double by[2] = {};
+      if (newton_step(jet, by))
+        for (int a = 0; a < 2; ++a) at[a] = std::clamp(at[a] + by[a], -0.5, 1.5);
+      if (!(jet.size() <= flat)) continue;
+      // A root beside the box is another one's, but for roundings.
+      const bool is_inside = at[0] >= -kRounding && at[0] <= 1 + kRounding && at[1] >= -kRounding &&
+                             at[1] <= 1 + kRounding;
+      if (is_inside) to.add(box.low[0] + at[0] * box.width(0), box.low[1] + at[1] * box.width(1));
+      return;
+    }
+  }
+};
+
+// Safe: what is done in a box in which Newton is safe, as NewtonInBox.
+template <class Shape, class Bounds, class Safe>
 class KrawczykBoxes {
  public:
   KrawczykBoxes(const Shape& shape, NearestRoot& to) : shape_(shape), to_(to) {}
@@ -62,7 +87,7 @@ class KrawczykBoxes {
   // Returns: how many boxes were looked at.
   int run(const Patch& patch, const RaySight& sight) {
     NetBox<Shape>& first = stack_[0];
-    flat_ = first.look_at_part(shape_, patch, sight, to_.range()) * kMethodAccuracy * patch.extent;
+    scale_ = first.look_at_part(shape_, patch, sight, to_.range());
     depth_ = 1;
     bounds_.begin(shape_, first);
     int boxes = 0;
@@ -87,8 +112,8 @@ class KrawczykBoxes {
 
   void step() {
     NetBox<Shape>& box = stack_[depth_ - 1];
-    if (box.is_elsewhere(shape_, flat_ * 0x1p-6)) return drop();
-    if (box.is_within(shape_, flat_)) return accept(box.middle(0), box.middle(1));
+    if (box.is_elsewhere(shape_, scale_.noise)) return drop();
+    if (box.is_within(shape_, scale_.flat)) return accept(box.middle(0), box.middle(1));
     const bool is_short[2] = {box.width(0) < kMethodLeastWidth, box.width(1) < kMethodLeastWidth};
     if (is_short[0] && is_short[1]) return accept(box.middle(0), box.middle(1));
     RangeOfSlopes slopes;
@@ -96,7 +121,10 @@ class KrawczykBoxes {
     Operator k;
     if (!find(box, slopes, k)) return halve(slopes, is_short);
     if (k.is_beside()) return drop();
-    if (k.is_safe()) return iterate(box, k);
+    if (k.is_safe()) {
+      Safe::run(shape_, box, 0.5 + 0.5 * k.middle[0], 0.5 + 0.5 * k.middle[1], scale_.flat, to_);
+      return drop();
+    }
     if (!shrink(box, k)) halve(slopes, is_short);
   }
 
@@ -145,25 +173,6 @@ class KrawczykBoxes {
     stack_[depth_++].keep(shape_, axis, 0, 0.5);
   }
 
-  // Newton in the box's own square, from where the operator's middle is.
-  void iterate(const NetBox<Shape>& box, const Operator& k) {
-    double at[2] = {0.5 + 0.5 * k.middle[0], 0.5 + 0.5 * k.middle[1]};
-    for (int step = 0; step < kMethodNewtonStepsMax; ++step) {
-      const NetJet jet = jet_of(shape_, box, at[0], at[1]);
-      const bool is_there = jet.size() <= flat_;
-      double by[2] = {};
-      if (newton_step(jet, by))
-        for (int a = 0; a < 2; ++a) at[a] = std::clamp(at[a] + by[a], -0.5, 1.5);
-      if (!is_there) continue;
-      // A root beside the box is another one's, but for roundings.
-      const bool is_inside = at[0] >= -kRounding && at[0] <= 1 + kRounding && at[1] >= -kRounding &&
-                             at[1] <= 1 + kRounding;
-      if (is_inside) to_.add(box.low[0] + at[0] * box.width(0), box.low[1] + at[1] * box.width(1));
-      break;
-    }
-    drop();
-  }
-
   void accept(double u, double v) {
     to_.add(u, v);
     drop();
@@ -171,21 +180,22 @@ class KrawczykBoxes {
   void drop() { --depth_; }
 
   static constexpr double kRounding = 0x1p-20;  // of a box
-  static constexpr double kShorter = 0.8;
+  static constexpr double kShorter = 0.8;       // a side that is left, for the box to be cut to it
 
   const Shape shape_;
   NearestRoot& to_;
   Bounds bounds_;
-  double flat_ = 0;
+  NetScale scale_{};
   int depth_ = 0;
   NetBox<Shape> stack_[kMethodStackMax];
 };
 
-template <class Bounds>
+// Returns: how many boxes were looked at.
+template <class Bounds, class Safe = NewtonInBox>
 int krawczyk_roots(const Patch& patch, const RaySight& sight, NearestRoot& to) {
   int boxes = 0;
   by_degrees(patch, [&]<class Shape>(const Shape& shape) {
-    boxes = KrawczykBoxes<Shape, Bounds>(shape, to).run(patch, sight);
+    boxes = KrawczykBoxes<Shape, Bounds, Safe>(shape, to).run(patch, sight);
   });
   return boxes;
 }

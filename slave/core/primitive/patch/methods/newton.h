@@ -22,7 +22,8 @@ struct NewtonHow {
   int steps_max = 12;  // of the thesis's "predefined threshold"
 };
 
-void newton_roots(const NewtonHow& how, const Patch& patch, const SubPatch& part,
-                  const RaySight& sight, NearestRoot& to);
+// Returns: how many steps were taken.
+int newton_roots(const NewtonHow& how, const Patch& patch, const SubPatch& part,
+                 const RaySight& sight, NearestRoot& to);
 
 }  // namespace tessera::core

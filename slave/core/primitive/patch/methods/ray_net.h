@@ -34,13 +34,19 @@ void by_degrees(const Patch& patch, const Solve& solve) {
   solve(NetShape<0, 0>{m, n});
 }
 
+// What is told apart in a net: flat is what |f| is at most within kMethodAccuracy of the ray, noise
+// what roundings have made of it, however it is cut (complete_solver.h counts them: below 2^-42 of
+// the farthest control point, times its weight).
+struct NetScale {
+  double flat, noise;
+};
+
 template <class Shape>
 struct RayNet {
   double f[2][Shape::kPoints];
 
-  // Returns: a bound of what |f| at a point is, at least, for a distance of 1 from the ray.
-  double look(const Shape& shape, const Patch& patch, const RaySight& sight) {
-    double low_w = std::numeric_limits<double>::infinity();
+  NetScale look(const Shape& shape, const Patch& patch, const RaySight& sight) {
+    double low_w = std::numeric_limits<double>::infinity(), high_w = 0, far = 0;
     for (int k = 0; k < shape.count(); ++k) {
       const float* const p = patch.numbers + (patch.is_rational ? 4 : 3) * k;
       const Vec3d from{p[0] - sight.origin.x, p[1] - sight.origin.y, p[2] - sight.origin.z};
@@ -48,8 +54,11 @@ struct RayNet {
       f[0][k] = w * dot(sight.normal[0], from);
       f[1][k] = w * dot(sight.normal[1], from);
       low_w = std::min(low_w, w);
+      high_w = std::max(high_w, w);
+      far = std::max(far, dot(from, from));
     }
-    return low_w;
+    const double noise = 0x1p-42 * std::sqrt(far) * high_w;
+    return {kMethodAccuracy * patch.extent * low_w + 2 * noise, noise};
   }
 
   // Whether a component is farther from 0 than `slack` everywhere.
@@ -123,17 +132,17 @@ template <class Shape>
 struct NetBox : RayNet<Shape> {
   double low[2], high[2];  // of u and v
 
-  // Takes the part of a patch. Returns: as look().
-  double look_at_part(const Shape& shape, const Patch& patch, const RaySight& sight,
-                      const SubPatchRange& range) {
-    const double low_w = this->look(shape, patch, sight);
+  // Takes the part of a patch.
+  NetScale look_at_part(const Shape& shape, const Patch& patch, const RaySight& sight,
+                        const SubPatchRange& range) {
+    const NetScale scale = this->look(shape, patch, sight);
     const PartSides sides(range);
     for (int a = 0; a < 2; ++a) {
       low[a] = sides.low[a];
       high[a] = sides.high[a];
       this->restrict_to(shape, a, low[a], high[a]);
     }
-    return low_w;
+    return scale;
   }
   double middle(int axis) const { return 0.5 * (low[axis] + high[axis]); }
   double width(int axis) const { return high[axis] - low[axis]; }

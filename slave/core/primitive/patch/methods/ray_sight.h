@@ -3,8 +3,9 @@
 // be, and the nearest root so far.
 //
 // A root is a point of the surface within kMethodAccuracy of the patch's size from the ray: the
-// accuracy threshold of the thesis (6.4.1), where it was 1e-3. At 2^-28 it is below what t is rounded
-// by to float32, and roots of neighbours at a border are nearer to each other than ranges overlap.
+// accuracy threshold of the thesis (6.4.1), where it was 1e-3. At 2^-28 it is below what t is
+// rounded by to float32, and roots of neighbours at a border are nearer to each other than ranges
+// overlap.
 //
 // Threads. Plain values.
 #pragma once

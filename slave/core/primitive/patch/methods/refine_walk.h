@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Uniform refinement (C. Benthin, I. Wald, P. Slusallek, "Interactive ray tracing of free-form
-// surfaces", AFRIGRAPH 2004; thesis, 6.3): the net is halved, by u and by v in turns, down to a level
-// that is the same for all, so that neighbours fit; halves whose signs show that they are beside the
-// ray are dropped; what is left at the end is a facet.
+// surfaces", AFRIGRAPH 2004; thesis, 6.3): the net is halved, by u and by v in turns, down to a
+// level that is the same for all, so that neighbours fit; halves whose signs show that they are
+// beside the ray are dropped; what is left at the end is a facet.
 //
 // A facet's test is a type, with
 //   static void test(const FacetCorners&, Found&&): calls found(s, t) for each hit of the facet at
@@ -40,8 +40,8 @@ inline double facet_error(const RefineHow& how, const Patch& patch) {
   return polynomial * patch.extent * (high / low) * (high / low);
 }
 
-// Where the corners of a facet are, seen along the ray: [corner][plane]; corner 2 i + j is at u = i,
-// v = j.
+// Where the corners of a facet are, seen along the ray: [corner][plane]; corner 2 i + j is at u =
+// i, v = j.
 struct FacetCorners {
   double at[4][2];
 };
@@ -49,8 +49,8 @@ struct FacetCorners {
 // How far beyond [0, 1] a facet is hit, for roundings.
 inline constexpr double kFacetEdge = 0x1p-30;
 
-// Bilinear facets: S00 + s A + t B + s t C = 0 (S. Ramsey, K. Potter, C. Hansen, "Ray bilinear patch
-// intersections", Journal of Graphics Tools 9, 2004).
+// Bilinear facets: S00 + s A + t B + s t C = 0 (S. Ramsey, K. Potter, C. Hansen, "Ray bilinear
+// patch intersections", Journal of Graphics Tools 9, 2004).
 struct BilinearFacet {
   template <class Found>
   static void test(const FacetCorners& corners, const Found& found) {
@@ -114,8 +114,7 @@ class Refinement {
   };
 
   void look(const RaySight& sight, Node& node) {
-    const double low_w = node.pairs[0].look(shape_, patch_, sight);
-    noise_ = 0x1p-40 * patch_.extent * low_w;
+    noise_ = node.pairs[0].look(shape_, patch_, sight).noise;
     for (int k = 0; k < shape_.count(); ++k) {
       const float* const p = patch_.numbers + (patch_.is_rational ? 4 : 3) * k;
       const double w = patch_.is_rational ? double{p[3]} : 1;
