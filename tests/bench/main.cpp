@@ -13,6 +13,7 @@
 #include "tests/bench/core_suite.h"
 #include "tests/bench/exchange_suite.h"
 #include "tests/bench/gi_suite.h"
+#include "tests/bench/method_suite.h"
 #include "tests/bench/move_suite.h"
 #include "tests/bench/patch_suite.h"
 #include "tests/bench/run_facts.h"
@@ -57,10 +58,12 @@ tessera::Status run(std::vector<std::string> suites,
       add_list(all, suite, scenes);
       continue;
     }
+    const bool is_methods = suite == "patch" && options.with_methods;
     const auto run_suite = suite == "core"     ? tessera::bench::run_core_suite
                            : suite == "build"  ? tessera::bench::run_build_suite
                            : suite == "gi"     ? tessera::bench::run_gi_suite
                            : suite == "moves"  ? tessera::bench::run_move_suite
+                           : is_methods        ? tessera::bench::run_method_suite
                            : suite == "patch"  ? tessera::bench::run_patch_suite
                            : suite == "trims"  ? tessera::bench::run_trim_suite
                            : suite == "thesis" ? tessera::bench::run_thesis_suite
@@ -76,7 +79,7 @@ tessera::Status run(std::vector<std::string> suites,
     }
     const tessera::Status status = run_suite(of_suite, scenes);
     if (!status.is_ok()) return status;
-    add_list(all, suite, scenes);
+    add_list(all, is_methods ? "methods" : suite, scenes);
   }
   if (json_path.empty()) return tessera::Status::ok();
   std::ofstream file(json_path);
@@ -110,6 +113,18 @@ void add_exchange_options(CLI::App& app, tessera::bench::ExchangeOptions& exchan
       ->capture_default_str();
 }
 
+void add_flags(CLI::App& app, tessera::bench::CoreSuiteOptions& options) {
+  app.add_flag("--all-peers", options.with_all_peers,
+               "beside Embree's build of high quality and its robust flag, too");
+  app.add_flag("--methods", options.with_methods,
+               "patch: the methods that frames may ask for and their variants, beside each other");
+  app.add_flag("--sizes", options.with_sizes,
+               "core: fans of 8, 16 and 32 rays, too; build: a part of the triangles, too");
+  app.add_flag(
+      "--quick", options.is_quick,
+      "interior and knot, 512x512, 3 repeats; 4,000 rays a class; gi: a fifth of the size");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -120,7 +135,6 @@ int main(int argc, char** argv) {
   tessera::bench::ExchangeOptions exchange;
   std::vector<std::string> suites;
   std::string isa = "auto", json_path;
-  bool is_quick = false;
   app.add_option(
          "SUITE", suites,
          "core: rays per CPU-second; build: time to build; accuracy: errors on hard cases; "
@@ -143,13 +157,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"primary", "shadow", "bounce"}));
   app.add_option("--only", options.only,
                  "only what has this in its name, beside the first; gi: error or speed");
-  app.add_flag("--all-peers", options.with_all_peers,
-               "beside Embree's build of high quality and its robust flag, too");
-  app.add_flag("--sizes", options.with_sizes,
-               "core: fans of 8, 16 and 32 rays, too; build: a part of the triangles, too");
-  app.add_flag(
-      "--quick", is_quick,
-      "interior and knot, 512x512, 3 repeats; 4,000 rays a class; gi: a fifth of the size");
+  add_flags(app, options);
   app.add_option("--isa", isa, "auto, scalar, sse4, avx2, avx512")->capture_default_str();
   app.add_option("--repeats", options.repeats, "timed runs of each, interleaved; the median counts")
       ->check(CLI::Range(1, 1000))
@@ -173,8 +181,7 @@ int main(int argc, char** argv) {
     }
     options.isa = *named;
   }
-  options.is_quick = is_quick;
-  if (is_quick) {
+  if (options.is_quick) {
     options.size_px = 512;
     options.repeats = std::min(options.repeats, 3);
   }

@@ -166,12 +166,31 @@ def trims_table(runs, _):
     return columns, made
 
 
+def methods_table(runs, rest):
+    """Shows what `tessera-bench patch --methods` has measured of the groups whose names begin with the words of `rest`."""
+    found = [suite for run in runs for suite in run["methods"]]
+    grazing = found[0]["grazing_rays"]
+    columns = ["", "parts", "Mrays/CPU-s", "off by, p99.9, of the diagonal", f"of {found[0]['rays']:,} rays missed, wrong, false",
+               f"lost of {grazing:,} that graze", "boxes or steps a ray"]
+    made = []
+    for number_of_row, row in enumerate(found[0]["rows"]):
+        if not row["group"].startswith(rest):
+            continue
+        same = [suite["rows"][number_of_row] for suite in found]
+        lost = ", ".join(f"{row[key]:,}" for key in ("missed", "wrong", "false"))
+        made.append([row["name"], f"{row['parts']:,}", span([r["mrays_per_cpu_second"] for r in same]),
+                     number(row["off_p999_of_diagonal"]), lost,
+                     f"{row['lost_of_grazing']:,}" if "lost_of_grazing" in row else "",
+                     f"{row['work_per_ray']:.1f}" if row.get("work_per_ray") else ""])
+    return columns, made
+
+
 VIEWS = {"rays": lambda runs, rest: rays_table(runs, f"embree {rest or 'medium'}"), "modes": modes_table, "builds": builds_table}
 
 
 def table_of(runs, view):
     name, _, rest = view.partition(" ")
-    for suite, table in (("moves", moves_table), ("trims", trims_table), ("build", build_table)):
+    for suite, table in (("moves", moves_table), ("trims", trims_table), ("methods", methods_table), ("build", build_table)):
         if name == suite and suite in runs[0]:
             return table(runs, rest)
     if name in VIEWS and "core" in runs[0]:
