@@ -1,43 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/image/image_read.h"
 
-#include <cstdlib>
-#include <cstring>
-#include <memory>
-
-#include "master/image/plugin_loader.h"
+#include "common/base/limits.h"
+#include "master/image/open_picture.h"
+#include "master/image/picture_budget.h"
 
 namespace tessera::master {
 namespace {
-struct FreeMalloc {
-  void operator()(void* p) const { std::free(p); }
-};
+
+Result<FloatImage> read(const std::string& path) {
+  const auto picture = OpenPicture::open_file(path);
+  if (!picture.is_ok()) return picture.status();
+  const PluginShape& shape = picture->shape();
+  if (shape.width < 1 || shape.height < 1 || shape.width > kImageSideMaxPx ||
+      shape.height > kImageSideMaxPx || shape.depth > 1)
+    return Status::resource_exhausted("its sides must be 1 to " + std::to_string(kImageSideMaxPx) +
+                                      " pixels");
+  if (shape.channels < 1) return Status::data_loss("has no channels");
+  FloatImage image;
+  image.width_px = shape.width;
+  image.height_px = shape.height;
+  const auto count = static_cast<std::size_t>(shape.width) * static_cast<std::size_t>(shape.height);
+  PictureBudget budget;
+  TESSERA_RETURN_IF_ERROR(budget.book(picture->file_bytes(), count, 3 * sizeof(float) * count));
+  image.rgb.resize(3 * count);
+  const bool is_grey = shape.channels < 3;
+  TESSERA_RETURN_IF_ERROR(picture->read(is_grey ? 1 : 3, 3, std::span(image.rgb)));
+  if (is_grey) {
+    for (std::size_t i = 0; i < image.rgb.size(); i += 3)
+      image.rgb[i + 1] = image.rgb[i + 2] = image.rgb[i];
+  }
+  image.is_display = picture->make_linear(image.rgb);
+  for (const std::string& text : picture->attributes()) {
+    if (const auto equals = text.find('='); equals != std::string::npos)
+      image.attributes.emplace(text.substr(0, equals), text.substr(equals + 1));
+  }
+  return image;
+}
+
 }  // namespace
 
 Result<FloatImage> read_image(const std::string& path) {
-  auto plugin = image_plugin();
-  if (!plugin.is_ok()) return plugin.status();
-  FloatImage image;
-  float* rgb = nullptr;
-  char* attributes = nullptr;
-  int is_display = 0;
-  char error[512] = {};
-  if (plugin->read(path.c_str(), &image.width_px, &image.height_px, &rgb, &is_display, &attributes,
-                   error, sizeof(error)) != 0) {
-    return Status::data_loss("cannot read " + path + ": " + error);
-  }
-  const std::unique_ptr<float, FreeMalloc> owner(rgb);
-  const std::unique_ptr<char, FreeMalloc> texts(attributes);
-  for (const char* text = attributes; text != nullptr && *text != '\0';
-       text += std::strlen(text) + 1) {
-    const char* const equals = std::strchr(text, '=');
-    if (equals != nullptr) image.attributes.emplace(std::string(text, equals), equals + 1);
-  }
-  image.is_display = is_display != 0;
-  image.rgb.resize(3 * static_cast<std::size_t>(image.width_px) *
-                   static_cast<std::size_t>(image.height_px));
-  std::memcpy(image.rgb.data(), rgb, image.rgb.size() * sizeof(float));
-  return image;
+  auto image = read(path);
+  if (image.is_ok()) return image;
+  return Status(image.status().code(), path + ": " + image.status().message());
 }
 
 }  // namespace tessera::master

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads a picture file for comparing and makes it linear by its own encoding: integers are sRGB
-// unless the file says otherwise. The plug-in reads every format. Threads. One at a time.
+// unless the file says otherwise. picture_format.h has the formats. Grey becomes all three colours.
+//
+// A stranger's file is read in the importer's process: master/loader/load_picture.h.
+// Threads. One at a time.
 #pragma once
 
 #include <map>

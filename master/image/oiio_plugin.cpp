@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Built as tessera_image_oiio.so, which is loaded when the first picture is written or read.
+// Built as tessera_image_oiio.so, which is loaded when the first picture is written or read. This part writes.
 #include "master/image/oiio_plugin.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
-#include <OpenImageIO/strutil.h>
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -167,74 +165,6 @@ int end(PluginFile& file, char* error, std::size_t error_bytes) {
   return 0;
 }
 
-float linear_of_srgb(float value) {
-  return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
-}
-
-// Makes values linear by the encoding that the file states, or else by its kind of numbers.
-// Returns: whether the values were not linear.
-bool linearise(const OIIO::ImageSpec& spec, float* values, std::size_t count) {
-  const std::string space = spec.get_string_attribute("oiio:ColorSpace");
-  const float gamma = spec.get_float_attribute("oiio:Gamma", 0);
-  const bool is_integer = !spec.format.is_floating_point();
-  if (OIIO::Strutil::iequals(space, "linear")) return false;
-  if (OIIO::Strutil::istarts_with(space, "gamma") && gamma > 0) {
-    for (std::size_t i = 0; i < count; ++i) values[i] = std::pow(std::max(values[i], 0.0f), gamma);
-  } else if (OIIO::Strutil::iequals(space, "sRGB") || is_integer) {
-    for (std::size_t i = 0; i < count; ++i) values[i] = linear_of_srgb(values[i]);
-  } else {
-    return false;
-  }
-  return true;
-}
-
-char* attributes_of(const OIIO::ImageSpec& spec) {
-  std::string all;
-  for (const OIIO::ParamValue& p : spec.extra_attribs) {
-    if (p.type() != OIIO::TypeDesc::STRING) continue;
-    std::string text = p.name().string() + "=" + p.get_string();
-    if (p.name() == kJpegText) {
-      text = p.get_string();
-      std::replace(text.begin(), text.end(), '\n', '\0');
-      while (!text.empty() && text.back() == '\0') text.pop_back();
-      if (text.find(std::string(2, '\0')) != text.npos) continue;  // an empty text ends the list
-    }
-    if (!text.empty()) all.append(text).push_back('\0');
-  }
-  all.push_back('\0');
-  auto* const copy = static_cast<char*>(std::malloc(all.size()));
-  if (copy != nullptr) std::memcpy(copy, all.data(), all.size());
-  return copy;
-}
-
-int read(const char* path, int* width, int* height, float** rgb, int* is_display, char** attributes,
-         char* error, std::size_t error_bytes) {
-  auto input = OIIO::ImageInput::open(path);
-  if (!input) return fail(error, error_bytes, OIIO::geterror());
-  const OIIO::ImageSpec& spec = input->spec();
-  *width = spec.width;
-  *height = spec.height;
-  const std::size_t pixel_count =
-      static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
-  const std::size_t channels = static_cast<std::size_t>(spec.nchannels);
-  std::vector<float> all(pixel_count * channels);
-  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, all.data())) {
-    return fail(error, error_bytes, input->geterror());
-  }
-  // Owned here until nothing can throw any more.
-  std::unique_ptr<float, decltype(&std::free)> linear(
-      static_cast<float*>(std::malloc(pixel_count * 3 * sizeof(float) + 1)), &std::free);
-  if (linear == nullptr) return fail(error, error_bytes, "out of memory");
-  for (std::size_t i = 0; i < pixel_count; ++i) {
-    for (std::size_t c = 0; c < 3; ++c)
-      linear.get()[3 * i + c] = all[i * channels + (channels >= 3 ? c : 0)];
-  }
-  *is_display = linearise(spec, linear.get(), 3 * pixel_count) ? 1 : 0;
-  *attributes = attributes_of(spec);
-  *rgb = linear.release();
-  return 0;
-}
-
 }  // namespace
 
 extern "C" __attribute__((visibility("default"))) PluginFile* tessera_begin_image(
@@ -266,16 +196,6 @@ extern "C" __attribute__((visibility("default"))) int tessera_end_image(PluginFi
   const std::unique_ptr<PluginFile> owner(file);
   try {
     return end(*file, error, error_bytes);
-  } catch (const std::exception& e) {
-    return fail(error, error_bytes, e.what());
-  }
-}
-
-extern "C" __attribute__((visibility("default"))) int tessera_read_image(
-    const char* path, int* width, int* height, float** rgb, int* is_display, char** attributes,
-    char* error, std::size_t error_bytes) {
-  try {
-    return read(path, width, height, rgb, is_display, attributes, error, error_bytes);
   } catch (const std::exception& e) {
     return fail(error, error_bytes, e.what());
   }

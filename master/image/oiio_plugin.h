@@ -51,14 +51,6 @@ using WriteRowsFunction = int (*)(PluginFile*, int first_row, int row_count, con
                                   char* error, std::size_t error_bytes);
 // Completes the file where all rows were written; in any case PluginFile is gone afterwards.
 using EndImageFunction = int (*)(PluginFile*, char* error, std::size_t error_bytes);
-// Decodes a file to float RGB and makes it linear by the encoding that the file states, else as
-// sRGB for integers and as linear for floats; is_display: 0 where the file was linear. Text
-// attributes go to `attributes`, "name=value" each ended by a 0, and a 0 behind the last; `rgb` and
-// `attributes` are from malloc. Returns: 0, or 1 with a line in `error`.
-using ReadImageFunction = int (*)(const char* path, int* width, int* height, float** rgb,
-                                  int* is_display, char** attributes, char* error,
-                                  std::size_t error_bytes);
-
 // An opened picture that a scene names. The importer judges its shape before any pixel is decoded.
 struct PluginPicture;
 struct PluginShape {
@@ -66,24 +58,31 @@ struct PluginShape {
   bool is_uint8 = false;
 };
 enum class PluginTexels : std::uint32_t { kUint8 = 0, kUint16 = 1, kFloat = 2 };
-// Opens the file `path`. Where `format` (png, jpeg, webp) is not null, opens `bytes` instead, by
-// that format's reader alone and with colours as they are stored; `bytes` outlive the picture.
+// Opens the file `path` by the reader of OpenImageIO that is named, and no other; where `bytes` is
+// not null, opens those instead, with colours as they are stored; they outlive the picture.
 // Returns: null with a line in `error`.
-using OpenPictureFunction = PluginPicture* (*)(const char* path, const char* format,
+using OpenPictureFunction = PluginPicture* (*)(const char* path, const char* reader,
                                                const void* bytes, std::size_t size,
                                                PluginShape* shape, char* error,
                                                std::size_t error_bytes);
-// Reads the first `channels` of all pixels, interleaved. Returns: 0, or 1 with a line in `error`.
-using ReadPictureFunction = int (*)(PluginPicture*, PluginTexels type, int channels, void* out,
-                                    char* error, std::size_t error_bytes);
+// Reads the first `channels` of all pixels, each pixel to a place of `stride` texels. Returns: 0, or
+// 1 with a line in `error`.
+using ReadPictureFunction = int (*)(PluginPicture*, PluginTexels type, int channels, int stride,
+                                    void* out, char* error, std::size_t error_bytes);
+// Makes values linear by the encoding that the file states, else as sRGB for integers and as linear
+// for floats. Returns: 0 where they were linear.
+using MakeLinearFunction = int (*)(const PluginPicture*, float* values, std::size_t count);
+// Text attributes, "name=value" each ended by a 0, and a 0 behind the last; from malloc, or null.
+using AttributesFunction = char* (*)(const PluginPicture*);
 using ClosePictureFunction = void (*)(PluginPicture*);
 }
 inline constexpr const char* kBeginImageName = "tessera_begin_image";
 inline constexpr const char* kWriteRowsName = "tessera_write_rows";
 inline constexpr const char* kEndImageName = "tessera_end_image";
-inline constexpr const char* kReadImageName = "tessera_read_image";
 inline constexpr const char* kOpenPictureName = "tessera_open_picture";
 inline constexpr const char* kReadPictureName = "tessera_read_picture";
+inline constexpr const char* kMakeLinearName = "tessera_make_linear";
+inline constexpr const char* kAttributesName = "tessera_picture_attributes";
 inline constexpr const char* kClosePictureName = "tessera_close_picture";
 
 }  // namespace tessera::master

@@ -10,8 +10,8 @@ namespace {
 
 Result<ImagePlugin> load() {
   constexpr const char* kNames[] = {kBeginImageName,  kWriteRowsName,   kEndImageName,
-                                    kReadImageName,   kOpenPictureName, kReadPictureName,
-                                    kClosePictureName};
+                                    kOpenPictureName, kReadPictureName, kMakeLinearName,
+                                    kAttributesName,  kClosePictureName};
   void* functions[std::size(kNames)] = {};
   const Status status = load_plugin(kImagePluginFile, kNames, functions);
   if (!status.is_ok())
@@ -21,10 +21,11 @@ Result<ImagePlugin> load() {
   plugin.begin_image = reinterpret_cast<BeginImageFunction>(functions[0]);
   plugin.write_rows = reinterpret_cast<WriteRowsFunction>(functions[1]);
   plugin.end_image = reinterpret_cast<EndImageFunction>(functions[2]);
-  plugin.read = reinterpret_cast<ReadImageFunction>(functions[3]);
-  plugin.open_picture = reinterpret_cast<OpenPictureFunction>(functions[4]);
-  plugin.read_picture = reinterpret_cast<ReadPictureFunction>(functions[5]);
-  plugin.close_picture = reinterpret_cast<ClosePictureFunction>(functions[6]);
+  plugin.open_picture = reinterpret_cast<OpenPictureFunction>(functions[3]);
+  plugin.read_picture = reinterpret_cast<ReadPictureFunction>(functions[4]);
+  plugin.make_linear = reinterpret_cast<MakeLinearFunction>(functions[5]);
+  plugin.attributes = reinterpret_cast<AttributesFunction>(functions[6]);
+  plugin.close_picture = reinterpret_cast<ClosePictureFunction>(functions[7]);
   return plugin;
 }
 

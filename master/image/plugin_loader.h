@@ -14,9 +14,10 @@ struct ImagePlugin {
   BeginImageFunction begin_image = nullptr;
   WriteRowsFunction write_rows = nullptr;
   EndImageFunction end_image = nullptr;
-  ReadImageFunction read = nullptr;
   OpenPictureFunction open_picture = nullptr;
   ReadPictureFunction read_picture = nullptr;
+  MakeLinearFunction make_linear = nullptr;
+  AttributesFunction attributes = nullptr;
   ClosePictureFunction close_picture = nullptr;
 };
 

@@ -9,89 +9,51 @@
 
 #include "common/base/limits.h"
 #include "common/scene_io/confined_path.h"
-#include "master/image/plugin_loader.h"
+#include "master/image/open_picture.h"
+#include "master/image/picture_budget.h"
 
 namespace tessera::import {
 namespace {
 
+using master::OpenPicture;
+
 constexpr float kHalfMax = 65504;
 
-// Messages of libraries end in line breaks, or have them inside.
-std::string one_line(std::string text) {
-  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
-}
-
-// The format that a picture's first bytes say it has, as OpenImageIO calls it.
-Result<std::string> format_of(std::span<const std::byte> bytes) {
+// The reader of OpenImageIO for bytes that a scene holds: one of three formats, which their first
+// bytes tell.
+Result<const char*> reader_of(std::span<const std::byte> bytes) {
   const std::string_view head(reinterpret_cast<const char*>(bytes.data()),
-                              std::min<std::size_t>(bytes.size(), 16));
-  if (head.starts_with("\x89PNG")) return std::string("png");
-  if (head.starts_with("\xff\xd8\xff")) return std::string("jpeg");
-  if (head.starts_with("RIFF") && head.substr(8).starts_with("WEBP")) return std::string("webp");
+                              std::min(bytes.size(), master::kPictureHeadBytes));
   if (head.starts_with("\xabKTX 20")) return Status::unimplemented("is of KTX2, which is not read");
+  const master::PictureFormat* const format = master::picture_format_of_head(head);
+  for (const std::string_view known : {"png", "jpeg", "webp"}) {
+    if (format != nullptr && format->reader == known) return format->reader;
+  }
   return Status::data_loss("is no PNG, JPEG or WebP picture");
 }
 
-// One picture that the plug-in has opened. Its errors are one line.
-class OpenPicture {
- public:
-  // `format`: the format of `bytes`; empty: the picture is the file `path`.
-  static Result<OpenPicture> open(const std::string& path, const std::string& format,
-                                  std::span<const std::byte> bytes) {
-    const auto plugin = master::image_plugin();
-    if (!plugin.is_ok()) return plugin.status();
-    OpenPicture opened(*plugin);
-    char error[kErrorBytes] = {};
-    opened.picture_.reset(
-        plugin->open_picture(path.c_str(), format.empty() ? nullptr : format.c_str(), bytes.data(),
-                             bytes.size(), &opened.shape_, error, sizeof(error)));
-    if (opened.picture_ == nullptr) return Status::data_loss("cannot be read: " + one_line(error));
-    return opened;
-  }
+// What the pictures of this process, which reads one scene, have been decoded to.
+master::PictureBudget& budget() {
+  static master::PictureBudget of_the_scene;
+  return of_the_scene;
+}
 
-  const master::PluginShape& shape() const { return shape_; }
-  // The first `channels` of each pixel, interleaved.
-  template <typename Texel>
-  Status read(int channels, std::vector<Texel>& texels) const {
-    static_assert(sizeof(Texel) == 1 || sizeof(Texel) == 2 || sizeof(Texel) == 4);
-    const auto type = sizeof(Texel) == 1   ? master::PluginTexels::kUint8
-                      : sizeof(Texel) == 2 ? master::PluginTexels::kUint16
-                                           : master::PluginTexels::kFloat;
-    texels.resize(static_cast<std::size_t>(shape_.width) * static_cast<std::size_t>(shape_.height) *
-                  static_cast<std::size_t>(channels));
-    char error[kErrorBytes] = {};
-    if (plugin_.read_picture(picture_.get(), type, channels, texels.data(), error, sizeof(error)) !=
-        0)
-      return Status::data_loss("is damaged: " + one_line(error));
-    return {};
-  }
-
- private:
-  static constexpr std::size_t kErrorBytes = 512;
-  explicit OpenPicture(const master::ImagePlugin& plugin)
-      : plugin_(plugin), picture_(nullptr, plugin.close_picture) {}
-
-  master::ImagePlugin plugin_;
-  std::unique_ptr<master::PluginPicture, master::ClosePictureFunction> picture_;
-  master::PluginShape shape_;
-};
+std::size_t texel_count(const master::PluginShape& shape) {
+  return static_cast<std::size_t>(shape.width) * static_cast<std::size_t>(shape.height);
+}
 
 // Makes RGBA of the picture's channels; grey becomes all three colours.
 template <typename Texel>
 Status read_texels(const OpenPicture& picture, std::vector<Texel>& rgba) {
-  const auto channels = static_cast<std::size_t>(picture.shape().channels);
-  std::vector<Texel> texels;
-  if (Status status = picture.read(picture.shape().channels, texels); !status.is_ok())
-    return status;
-  const std::size_t count = texels.size() / channels;
-  rgba.resize(4 * count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Texel* from = texels.data() + i * channels;
-    Texel* to = rgba.data() + 4 * i;
-    for (std::size_t c = 0; c < 3; ++c) to[c] = from[channels >= 3 ? c : 0];
-    to[3] = channels == 4 ? from[3] : channels == 2 ? from[1] : std::numeric_limits<Texel>::max();
+  const int channels = picture.shape().channels, read = channels > 4 ? 3 : channels;
+  const std::size_t count = texel_count(picture.shape());
+  TESSERA_RETURN_IF_ERROR(budget().book(picture.file_bytes(), count, 4 * sizeof(Texel) * count));
+  rgba.assign(4 * count, std::numeric_limits<Texel>::max());
+  TESSERA_RETURN_IF_ERROR(picture.read(read, 4, std::span(rgba)));
+  if (read >= 3) return {};
+  for (std::size_t i = 0; i < rgba.size(); i += 4) {
+    if (read == 2) rgba[i + 3] = rgba[i + 1];
+    rgba[i + 1] = rgba[i + 2] = rgba[i];
   }
   return {};
 }
@@ -119,13 +81,13 @@ Result<std::shared_ptr<const Texture>> read_texture_file(const std::string& fold
                                                          const std::string& name) {
   const auto file = confined_path(folder, name);
   if (!file.is_ok()) return file.status();
-  const auto picture = OpenPicture::open(*file, "", {});
+  const auto picture = OpenPicture::open_file(*file);
   if (!picture.is_ok()) return picture.status();
   return decode(*picture);
 }
 
 Result<std::shared_ptr<const EnvironmentMap>> read_environment_file(const std::string& path) {
-  const auto picture = OpenPicture::open(path, "", {});
+  const auto picture = OpenPicture::open_file(path);
   if (!picture.is_ok()) return Status::data_loss(path + ": " + picture.status().message());
   const master::PluginShape& shape = picture->shape();
   if (shape.width < 1 || shape.height < 1 || shape.width > kEnvironmentSideMaxPx ||
@@ -138,8 +100,13 @@ Result<std::shared_ptr<const EnvironmentMap>> read_environment_file(const std::s
   auto map = std::make_shared<EnvironmentMap>();
   map->width_px = shape.width;
   map->height_px = shape.height;
-  if (const Status status = picture->read(3, map->rgb); !status.is_ok())
-    return Status::data_loss(path + ": " + status.message());
+  const std::size_t count = texel_count(shape);
+  Status status = budget().book(picture->file_bytes(), count, 3 * sizeof(float) * count);
+  if (status.is_ok()) {
+    map->rgb.resize(3 * count);
+    status = picture->read(3, 3, std::span(map->rgb));
+  }
+  if (!status.is_ok()) return Status::data_loss(path + ": " + status.message());
   // Filters overshoot below zero, and half-floats hold bright suns as infinity. NaN stays, and is
   // refused.
   for (float& x : map->rgb) x = x < 0 ? 0 : std::isinf(x) ? kHalfMax : x;
@@ -153,9 +120,9 @@ TextureLoader textures_beside(const std::string& path) {
 }
 
 Result<std::shared_ptr<const Texture>> read_picture(std::span<const std::byte> bytes) {
-  const auto format = format_of(bytes);
-  if (!format.is_ok()) return format.status();
-  const auto picture = OpenPicture::open("", *format, bytes);
+  const auto reader = reader_of(bytes);
+  if (!reader.is_ok()) return reader.status();
+  const auto picture = OpenPicture::open_bytes(*reader, bytes);
   if (!picture.is_ok()) return picture.status();
   return decode(*picture);
 }
