@@ -15,6 +15,7 @@
 #include "common/scene/scene_stream.h"
 #include "common/scene/validate.h"
 #include "master/import/crash_line.h"
+#include "master/import/equal_triangles.h"
 #include "master/import/read_file.h"
 #include "master/import/reader_needs.h"
 #include "master/import/sandbox/sandbox.h"
@@ -63,6 +64,11 @@ int import_file(const std::string& path, const std::string& warning) {
   if (!read.is_ok()) return report(read.status().message(), 1);
   if (const Status status = tessera::validate_scene(read->scene); !status.is_ok()) {
     return report(path + ": " + status.message(), 1);
+  }
+  if (const auto count = tessera::import::leave_out_equal(read->scene); count > 0) {
+    read->warnings.push_back(path + ": " + std::to_string(count) + " triangles lie where " +
+                             std::to_string(tessera::import::kEqualTrianglesMax) +
+                             " others do that are equal, and are left out");
   }
   if (auto& warnings = read->warnings; warnings.size() > kWarningsMax) {
     const std::size_t more = warnings.size() - kWarningsMax;
