@@ -10,7 +10,7 @@
 #include <cstdio>
 
 #include "common/base/cli_usage.h"
-#include "common/base/free_memory.h"
+#include "common/base/memory_room.h"
 #include "common/base/version.h"
 #include "common/scene/scene_stream.h"
 #include "common/scene/validate.h"
@@ -37,8 +37,8 @@ int report(const std::string& text, int exit_code) {
 // keeps libraries loadable where next to nothing is free.
 std::uint64_t usual_memory_mb() {
   constexpr std::uint64_t kLeast = 512, kUnknown = 4096;
-  const auto free_bytes = tessera::free_memory_bytes();
-  return free_bytes ? std::max(kLeast, *free_bytes >> 21) : kUnknown;
+  const auto room = tessera::memory_room(/*cap_bytes=*/0);
+  return room ? std::max(kLeast, room->free_bytes >> 21) : kUnknown;
 }
 
 // Shuts this process in with what the reader of `path` needs. Returns: a warning, or nothing.
