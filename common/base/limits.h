@@ -43,6 +43,9 @@ inline constexpr int kVplsMax = 4096;
 // Pictures of a camera at rest that are averaged; each takes up to 256 samples of the sequence.
 inline constexpr std::uint32_t kPassesMax = 1u << 16;
 
+// Time of a frame in its scene's animation: a year, at which a double tells half a nanosecond.
+inline constexpr double kFrameTimeMaxSeconds = 366.0 * 24 * 3600;
+
 // Bytes of one record's header. The protobuf header is small; bulk data is the payload.
 inline constexpr std::size_t kRecordHeaderBytesMax = 64 * 1024;
 inline constexpr std::size_t kPreAuthRecordBytesMax = 16 * 1024;  // before the peer is known
@@ -70,6 +73,10 @@ static_assert(kSceneBlockChunksMax * std::size_t{32} <= kSceneChunkListBytesMax)
 inline constexpr std::uint32_t kInstancesMax = 1u << 20;
 inline constexpr std::uint32_t kMaterialsMax = 65536;
 inline constexpr std::uint32_t kLightsMax = 65536;
+// Nodes of a scene's animation, as many as instances; joints that pull at one vertex: files have 4 or
+// 8.
+inline constexpr std::uint32_t kAnimationNodesMax = kInstancesMax;
+inline constexpr std::uint32_t kInfluencesMax = 64;
 inline constexpr std::uint32_t kCamerasMax = 1024;  // cameras that a person can choose from
 inline constexpr int kTextureSideMaxPx = 16384;
 // Environment maps: a latitude-longitude picture of 8192 x 4096 texels is 400 MB of floats.

@@ -94,6 +94,8 @@ Status validate_frame_settings(const FrameSettings& s) {
   TESSERA_RETURN_IF_ERROR(check_range("vpls", s.vpls, 1, kVplsMax));
   TESSERA_RETURN_IF_ERROR(
       check_range("pass", static_cast<int>(s.pass), 0, static_cast<int>(kPassesMax) - 1));
+  if (!(s.time_seconds >= 0 && s.time_seconds <= kFrameTimeMaxSeconds))
+    return Status::invalid_argument("the frame's time must be from 0 to a year");
   if (s.interleave != 1 && s.interleave != 3 && s.interleave != 5)
     return Status::invalid_argument("interleave is " + std::to_string(s.interleave) +
                                     "; it must be 1, 3 or 5");

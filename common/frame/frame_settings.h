@@ -64,6 +64,7 @@ struct FrameSettings {
   std::uint32_t pass = 0;
   std::uint32_t seed = 0;
   PatchMethod patch_method = PatchMethod::kAuto;  // scenes without patches: of no effect
+  double time_seconds = 0;  // of the scene's animation, in [0, kFrameTimeMaxSeconds]
   // Planes besides colour. picture_plane.h says what they are, kFrameBytesMax how many fit.
   PlaneSet planes;
   // How the picture is shown. Only display8 pixels depend on this; the other formats stay linear.

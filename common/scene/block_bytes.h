@@ -26,9 +26,10 @@ enum class BlockKind : std::uint32_t {
   kMesh = 0x4d535354,
   kPatchSurface = 0x50535354,
   kTexture = 0x54535354,
-  kEnvironment = 0x45535354
+  kEnvironment = 0x45535354,
+  kAnimation = 0x41535354
 };
-inline constexpr std::uint32_t kLayoutVersion = 8;
+inline constexpr std::uint32_t kLayoutVersion = 9;
 
 // The bytes behind a large array begin at a chunk, so that an array that grew or shrank leaves the
 // chunks behind it as they were (README.md). An array is large when that costs 6 % at most.

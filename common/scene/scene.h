@@ -29,6 +29,8 @@
 
 namespace tessera {
 
+struct SceneAnimation;  // animation.h
+
 inline constexpr std::uint32_t kNoTexture = 0xffffffffu;
 
 // Geometric normal of triangle (A, B, C) is along (B - A) x (C - A).
@@ -238,6 +240,8 @@ struct TESSERA_API Scene {
   Background background;
   std::optional<Camera> camera;
   std::vector<NamedCamera> cameras;  // all of the file, `camera` too
+  // What of the above moves with a frame's time, or null; pose.h makes the scene of a time.
+  std::shared_ptr<const SceneAnimation> animation;
 
   // Flattened over instances.
   std::uint64_t triangle_count() const;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/base/limits.h"
+#include "common/scene/animation.h"
 #include "common/scene/block_bytes.h"
 #include "common/scene/material_bytes.h"
 #include "common/scene/validate.h"
@@ -23,12 +24,16 @@ bool get_enum(BlockReader& in, Enum& value, Enum last) {
 }
 
 // Calls f with the arrays of an object that is nothing but arrays, in the order of its block.
-// Object: a Mesh or a PatchSurface, constant or not. Returns: what f returns.
+// Object: a Mesh, a PatchSurface or a SceneAnimation, constant or not. Returns: what f returns.
 template <class Object, class F>
 auto with_arrays(Object& object, const F& f) {
   if constexpr (std::is_same_v<std::remove_const_t<Object>, Mesh>) {
     return f(object.positions, object.normals, object.uvs, object.uvs1, object.tangents,
              object.colors, object.triangles, object.materials);
+  } else if constexpr (std::is_same_v<std::remove_const_t<Object>, SceneAnimation>) {
+    return f(object.nodes, object.weights, object.clips, object.names, object.channels,
+             object.key_seconds, object.key_values, object.instances, object.lights, object.cameras,
+             object.joints, object.meshes, object.influences, object.deltas);
   } else {
     return f(object.patches, object.numbers, object.materials, object.loop_counts,
              object.segment_counts, object.degrees, object.trim_points, object.trim_widths);
@@ -162,6 +167,7 @@ SceneBlock encode_root(const Scene& scene) {
   }
   out.put(scene.environment);
   out.put(std::uint32_t{scene.environment_map ? 1u : 0u});
+  out.put(std::uint32_t{scene.animation ? 1u : 0u});
   out.put(static_cast<std::uint32_t>(scene.background.kind));
   out.put(scene.background.low);
   out.put(scene.background.high);
@@ -181,7 +187,7 @@ constexpr std::uint64_t kLightBytes = 4 + 3 * 12 + 2 * 4;
 // How many blocks follow the root, in this order.
 struct BlockCounts {
   std::uint64_t meshes = 0, surfaces = 0, textures = 0;
-  bool has_environment_map = false;
+  bool has_environment_map = false, has_animation = false;
 
   // Whether these are all blocks but the root. Counts may be any numbers.
   bool are(std::uint64_t blocks) const {
@@ -189,7 +195,7 @@ struct BlockCounts {
       if (count > blocks) return false;
       blocks -= count;
     }
-    return blocks == (has_environment_map ? 1u : 0u);
+    return blocks == (has_environment_map ? 1u : 0u) + (has_animation ? 1u : 0u);
   }
 };
 
@@ -224,6 +230,7 @@ bool decode_root(std::span<const std::byte> bytes, Scene& scene, BlockCounts& co
   }
   scene.environment = in.get<Vec3f>();
   counts.has_environment_map = in.get<std::uint32_t>() != 0;
+  counts.has_animation = in.get<std::uint32_t>() != 0;
   if (!get_enum(in, scene.background.kind, BackgroundKind::kGradient)) return false;
   scene.background.low = in.get<Vec3f>();
   scene.background.high = in.get<Vec3f>();
@@ -323,6 +330,10 @@ std::uint64_t texture_bytes_of(const EncodedScene& encoded) {
   return total;
 }
 
+bool EncodedScene::is_animated() const {
+  return !blocks.empty() && BlockReader(*blocks.back().bytes).open(BlockKind::kAnimation);
+}
+
 Digest EncodedScene::digest() const {
   Sha256 hash;
   for (const SceneBlock& block : blocks) hash.update(std::as_bytes(std::span(block.digest.bytes)));
@@ -345,6 +356,8 @@ EncodedScene SceneEncoder::encode(const Scene& scene) {
     add(surface, [&] { return encode_arrays(BlockKind::kPatchSurface, *surface); });
   for (const auto& texture : scene.textures) add(texture, [&] { return encode_texture(*texture); });
   if (const auto& map = scene.environment_map) add(map, [&] { return encode_environment(*map); });
+  if (const auto& motion = scene.animation)
+    add(motion, [&] { return encode_arrays(BlockKind::kAnimation, *motion); });
   known_ = std::move(used);  // what this version does not use is forgotten
   return encoded;
 }
@@ -354,6 +367,7 @@ Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
   std::erase_if(surfaces_, [](const auto& entry) { return entry.second.expired(); });
   std::erase_if(textures_, [](const auto& entry) { return entry.second.expired(); });
   std::erase_if(environments_, [](const auto& entry) { return entry.second.expired(); });
+  std::erase_if(animations_, [](const auto& entry) { return entry.second.expired(); });
   Scene scene;
   BlockCounts counts;
   if (encoded.blocks.empty() || encoded.blocks.size() > kSceneBlocksMax ||
@@ -363,6 +377,7 @@ Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
   const std::uint64_t others = encoded.blocks.size() - 1;
   if (!counts.are(others)) return malformed("root", 0);
   const std::uint64_t last_surface = counts.meshes + counts.surfaces;
+  const std::uint64_t last_texture = last_surface + counts.textures;
   for (std::size_t i = 1; i <= others; ++i) {
     const SceneBlock& block = encoded.blocks[i];
     if (i <= counts.meshes) {
@@ -372,9 +387,13 @@ Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
       scene.surfaces.push_back(cached<PatchSurface>(
           surfaces_, block, &decode_arrays<PatchSurface, BlockKind::kPatchSurface>));
       if (!scene.surfaces.back()) return malformed("surface", i);
-    } else if (i <= last_surface + counts.textures) {
+    } else if (i <= last_texture) {
       scene.textures.push_back(cached<Texture>(textures_, block, &decode_texture));
       if (!scene.textures.back()) return malformed("texture", i);
+    } else if (counts.has_animation && i == others) {
+      scene.animation = cached<SceneAnimation>(
+          animations_, block, &decode_arrays<SceneAnimation, BlockKind::kAnimation>);
+      if (!scene.animation) return malformed("animation", i);
     } else {
       scene.environment_map = cached<EnvironmentMap>(environments_, block, &decode_environment);
       if (!scene.environment_map) return malformed("environment", i);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A scene as content-addressed blocks, which tessera-import hands over, the master keeps and
 // broadcasts, and slaves cache. A block is one mesh, one surface, one texture, the environment map,
-// or the root (everything small, with the others by block index). Equal content has equal bytes,
+// the animation, or the root (everything small, with the others by block index). Equal content has equal bytes,
 // hence an equal digest, so an update sends only blocks that the receiver lacks.
 //
 // Bytes. Little-endian, arrays length-prefixed by uint64 counts; layout in common/scene/README.md.
@@ -40,8 +40,10 @@ SceneBlock make_scene_block(std::vector<std::byte> bytes);
 struct EncodedScene {
   std::vector<SceneBlock> blocks;
   std::uint64_t index_bytes = 0;  // by index_bytes_of() (scene_footprint.h); 0: not estimated
+  double time_seconds = 0;        // at which it is shown; of animated scenes alone
   std::uint64_t total_bytes() const;
   Digest digest() const;  // SHA-256 over the block digests in order: the scene's identity
+  bool is_animated() const;  // whether a SceneAnimation is one of the blocks
 };
 
 // What the flattened scene consists of, from the blocks' counts alone; zeros when they cannot be
@@ -81,6 +83,7 @@ class SceneDecoder {
   std::unordered_map<Digest, std::weak_ptr<const PatchSurface>, DigestHash> surfaces_;
   std::unordered_map<Digest, std::weak_ptr<const Texture>, DigestHash> textures_;
   std::unordered_map<Digest, std::weak_ptr<const EnvironmentMap>, DigestHash> environments_;
+  std::unordered_map<Digest, std::weak_ptr<const SceneAnimation>, DigestHash> animations_;
 };
 
 }  // namespace tessera

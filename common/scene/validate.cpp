@@ -5,6 +5,8 @@
 #include <string>
 
 #include "common/base/limits.h"
+#include "common/scene/animation.h"
+#include "common/scene/validate_animation.h"
 #include "common/scene/validate_material.h"
 #include "common/scene/validate_surface.h"
 
@@ -115,7 +117,7 @@ Status validate_cameras(const Scene& scene) {
 }
 
 Status validate_counts(const Scene& scene) {
-  if (scene.meshes.size() + scene.surfaces.size() + scene.textures.size() + 2 > kSceneBlocksMax) {
+  if (scene.meshes.size() + scene.surfaces.size() + scene.textures.size() + 3 > kSceneBlocksMax) {
     return Status::resource_exhausted("more than " + std::to_string(kSceneBlocksMax) +
                                       " meshes, surfaces and textures");
   }
@@ -201,7 +203,8 @@ Status validate_scene(const Scene& scene) {
       !(is_finite(bounds.lower) && is_finite(bounds.upper) && is_finite(bounds.extent()))) {
     return Status::invalid_argument("the scene is too large: its box overflows");
   }
-  return validate_cameras(scene);
+  TESSERA_RETURN_IF_ERROR(validate_cameras(scene));
+  return scene.animation ? validate_animation(*scene.animation, scene) : Status::ok();
 }
 
 Status validate_camera(const Camera& camera) {

@@ -16,6 +16,8 @@ net::Record encode_one(SceneAnnounce m) {
   }
   for (const std::uint64_t size : m.sizes) put_le(payload, size);
   h.set_index_bytes(m.index_bytes);
+  h.set_is_again(m.is_again);
+  h.set_time_seconds(m.time_seconds);
   return make_record(RecordType::kSceneAnnounce, h, net::SharedBytes::of(std::move(payload)));
 }
 
@@ -24,13 +26,17 @@ Result<Message> decode_scene_announce(net::ReceivedRecord record) {
   if (!parse_header(record, h)) return bad_header("SceneAnnounce");
   FieldCheck check("SceneAnnounce");
   check.at_least("version", h.version(), 1);
-  check.range("block_count", h.block_count(), 1, kSceneBlocksMax);
+  check.range("block_count", h.block_count(), h.is_again() ? 0 : 1,
+              h.is_again() ? 0 : kSceneBlocksMax);
+  check.not_negative("time_seconds", h.time_seconds());
   check.payload_bytes(record.payload.size(), std::uint64_t{h.block_count()} * kAnnounceEntryBytes);
   if (!check.is_ok()) return check.status();
   const std::size_t count = h.block_count();
   SceneAnnounce m;
   m.version = h.version();
   m.index_bytes = h.index_bytes();
+  m.is_again = h.is_again();
+  m.time_seconds = h.time_seconds();
   m.digests.resize(count);
   m.sizes.resize(count);
   for (std::size_t i = 0; i < count; ++i) {

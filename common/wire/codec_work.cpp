@@ -37,6 +37,7 @@ void put_settings(const FrameSettings& s, proto::FrameSettings& h) {
   h.set_tone(static_cast<std::uint32_t>(s.display.tone));
   h.set_planes(s.planes.bits());
   h.set_patch_method(static_cast<std::uint32_t>(s.patch_method));
+  h.set_time_seconds(s.time_seconds);
 }
 
 // Numbers are narrowed only after their range is known.
@@ -82,6 +83,7 @@ void get_settings(const proto::FrameSettings& h, int tile_edge_also_px, FieldChe
   s.planes = PlaneSet::of_bits(h.planes());
   s.patch_method = static_cast<PatchMethod>(h.patch_method());
   s.seed = h.seed();
+  s.time_seconds = h.time_seconds();
   const Status status = validate_frame_settings(s);
   if (!status.is_ok()) check.fail("settings", ": " + status.message());
 }

@@ -91,6 +91,10 @@ struct SceneAnnounce {
   // Memory that a holder will take for the spatial index, as the sender estimates it
   // (scene_footprint.h).
   std::uint64_t index_bytes = 0;
+  // The blocks are those of the announcement before this one on the connection, and no digests or
+  // sizes are sent: the same scene, at another time.
+  bool is_again = false;
+  double time_seconds = 0;  // at which the scene is shown
 };
 struct SceneNeed {  // holder -> sender: indices of blocks it lacks, ascending (payload: u32 each)
   SceneVersion version = 0;

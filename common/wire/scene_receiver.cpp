@@ -17,7 +17,16 @@ Status SceneReceiver::announce(SceneAnnounce announce, Actions& actions) {
     return Status::resource_exhausted("more than " + std::to_string(kAnnouncedMax) +
                                       " scenes announced and not complete");
   }
+  if (announce.is_again && last_digests_.empty())
+    return Status::data_loss("SceneAnnounce.is_again, but no scene was announced before");
   newest_announced_ = announce.version;
+  if (announce.is_again) {
+    announce.digests = last_digests_;
+    announce.sizes = last_sizes_;
+  } else {
+    last_digests_ = announce.digests;
+    last_sizes_ = announce.sizes;
+  }
   waiting_.push_back(std::move(announce));
   if (!head_) serve_next(actions);
   return Status::ok();
@@ -211,6 +220,7 @@ void SceneReceiver::finish_head(Actions& actions) {
   const std::unique_ptr<Head> head = std::move(head_);
   Complete complete;
   complete.version = head->announce.version;
+  complete.scene.time_seconds = head->announce.time_seconds;
   for (std::size_t i = 0; i < head->blocks.size(); ++i) {
     if (head->blocks[i].bytes->size() != head->announce.sizes[i]) {
       actions.failed.push_back(
@@ -257,6 +267,8 @@ void SceneReceiver::reset() {
   waiting_.clear();
   if (head_) break_off_head();
   newest_announced_ = 0;
+  last_digests_.clear();
+  last_sizes_.clear();
   shelf_.forget_versions();
 }
 

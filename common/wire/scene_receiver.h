@@ -122,6 +122,8 @@ class SceneReceiver {
   std::deque<SceneAnnounce> waiting_;
   std::unique_ptr<Head> head_;
   SceneVersion newest_announced_ = 0;
+  std::vector<Digest> last_digests_;  // of the newest announcement
+  std::vector<std::uint64_t> last_sizes_;
   SceneShelf shelf_;
 };
 

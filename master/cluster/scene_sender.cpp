@@ -40,17 +40,25 @@ void SceneSender::announce_next() {
       return entry.first > last && (is_newest || needed_.contains(entry.first));
     });
     if (next == scenes_.end()) return;
-    wire::SceneAnnounce announce;
-    announce.version = next->first;
-    for (const SceneBlock& block : next->second->blocks) {
-      announce.digests.push_back(block.digest);
-      announce.sizes.push_back(block.bytes->size());
-    }
-    announce.index_bytes = next->second->index_bytes;
-    announced_.insert(next->first);
-    live_.insert(next->first);
-    link_.send(std::move(announce));
+    announce(next->first, next->second);
   }
+}
+
+void SceneSender::announce(SceneVersion version, const SharedScene& scene) {
+  wire::SceneAnnounce announce;
+  announce.version = version;
+  announce.index_bytes = scene->index_bytes;
+  announce.time_seconds = scene->time_seconds;
+  std::vector<Digest> digests;
+  for (const SceneBlock& block : scene->blocks) digests.push_back(block.digest);
+  announce.is_again = digests == last_digests_;
+  if (!announce.is_again) {
+    announce.digests = last_digests_ = std::move(digests);
+    for (const SceneBlock& block : scene->blocks) announce.sizes.push_back(block.bytes->size());
+  }
+  announced_.insert(version);
+  live_.insert(version);
+  link_.send(std::move(announce));
 }
 
 Status SceneSender::on_need(const wire::SceneNeed& need) {

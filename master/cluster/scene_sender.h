@@ -82,6 +82,7 @@ class SceneSender {
   };
 
   void announce_next();
+  void announce(SceneVersion version, const SharedScene& scene);
   // Sends one record of the upload. Returns: whether that was its last.
   bool send_some(Upload& upload, const SceneBlock& block);
   void send_chunk(const Upload& upload, const SceneBlock& block, std::uint32_t index);
@@ -90,6 +91,7 @@ class SceneSender {
   const FeedBy feed_by_;
   std::map<SceneVersion, SharedScene> scenes_;  // not yet answered
   std::set<SceneVersion> announced_;            // subset of scenes_
+  std::vector<Digest> last_digests_;            // of the newest announcement
   std::set<SceneVersion> live_;                 // ever announced, not retired
   std::set<SceneVersion> needed_;
   std::set<SceneVersion> asked_;  // blocks were asked for: once for each version

@@ -131,6 +131,10 @@ std::vector<Damage> scene_damages() {
       damage<SceneAnnounce>("SceneAnnounce.sizes", [](SceneAnnounce& m) { m.sizes[0] = 0; }),
       damage<SceneAnnounce>("SceneAnnounce.sizes",
                             [](SceneAnnounce& m) { m.sizes[0] = kSceneBlockBytesMax + 1; }),
+      damage<SceneAnnounce>("SceneAnnounce.block_count",
+                            [](SceneAnnounce& m) { m.is_again = true; }),
+      damage<SceneAnnounce>("SceneAnnounce.time_seconds",
+                            [](SceneAnnounce& m) { m.time_seconds = -1; }),
       damage<SceneNeed>("SceneNeed.version", [](SceneNeed& m) { m.version = 0; }),
       damage<SceneNeed>("SceneNeed.blocks",
                         [](SceneNeed& m) {

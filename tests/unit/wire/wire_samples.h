@@ -72,6 +72,7 @@ class Samples {
     s.is_compensated = number(0, 1) == 1;
     s.pass = small(0, kPassesMax - 1);
     s.seed = small(0, 0xffffffffu);
+    s.time_seconds = 1e-3 * small(0, 1u << 30);
     s.display = {static_cast<float>(real(-64, 64)), static_cast<ToneCurve>(number(0, 3))};
     s.patch_method = static_cast<PatchMethod>(number(0, 4));
     if (number(0, 1) == 1) {
@@ -146,7 +147,13 @@ inline void Samples::add_scene_messages(std::vector<Message>& m) {
     announce.sizes.push_back(number(1, kSceneBlockBytesMax));
   }
   announce.index_bytes = any();
+  announce.time_seconds = 1e-3 * small(0, 1u << 30);
   m.push_back(announce);
+  SceneAnnounce again;
+  again.version = number(1, ~0ull);
+  again.is_again = true;
+  again.time_seconds = 1e-3 * small(0, 1u << 30);
+  m.push_back(again);
   SceneNeed need;
   need.version = number(1, ~0ull);
   for (std::uint32_t i = small(0, 5); i < 40; i += small(1, 9)) need.blocks.push_back(i);
@@ -260,7 +267,7 @@ inline auto fields(const Refuse& m) { return std::tie(m.code, m.reason); }
 inline auto fields(const Ping& m) { return std::tie(m.sent_ns); }
 inline auto fields(const Pong& m) { return std::tie(m.sent_ns, m.answered_ns); }
 inline auto fields(const SceneAnnounce& m) {
-  return std::tie(m.version, m.digests, m.sizes, m.index_bytes);
+  return std::tie(m.version, m.digests, m.sizes, m.index_bytes, m.is_again, m.time_seconds);
 }
 inline auto fields(const SceneChunkList& m) { return std::tie(m.version, m.block, m.chunks); }
 inline auto fields(const SceneChunkNeed& m) { return std::tie(m.version, m.block, m.chunks); }
