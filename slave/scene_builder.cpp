@@ -91,15 +91,21 @@ BuildOutcome SceneBuilder::build(const BuildTask& task) {
       outcome.scene = scene.status();
       return outcome;
     }
+    Result<Scene> posed = poser_.at(*scene, task.scene.time_seconds);
+    if (!posed.is_ok()) {
+      outcome.scene = posed.status();
+      return outcome;
+    }
     const std::shared_ptr<const Newest> before = newest();
     core::BuildOptions options = build_options_;
     options.other = before ? before->prepared.get() : nullptr;
-    outcome.scene = core::PreparedScene::build(*scene, options);
+    outcome.scene = core::PreparedScene::build(*posed, options);
     if (!outcome.scene.is_ok()) return outcome;
     const core::PreparedScene& built = **outcome.scene;
     if (!before || !built.has_geometry_of(*before->prepared))
       outcome.built_primitives = built.built_primitives();
-    auto now = std::make_shared<const Newest>(Newest{*std::move(scene), *outcome.scene});
+    auto now = std::make_shared<const Newest>(
+        Newest{*std::move(scene), *std::move(posed), *outcome.scene});
     MutexLock lock(mutex_);
     newest_ = std::move(now);  // `before` ends outside of the lock
   } catch (const std::exception& e) {

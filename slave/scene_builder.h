@@ -19,6 +19,7 @@
 #include "common/base/ids.h"
 #include "common/base/mutex.h"
 #include "common/base/status.h"
+#include "common/scene/pose.h"
 #include "common/scene/scene_codec.h"
 #include "slave/build_order.h"
 #include "slave/core/scene/prepared_scene.h"
@@ -53,9 +54,10 @@ class SceneBuilder {
   void stop();
 
  private:
-  // What the next scene may share: a decoded scene's meshes and pictures live as long as it does.
+  // What the next scene may share: a decoded scene's meshes and pictures live as long as it does,
+  // and those that were posed as long as `posed`.
   struct Newest {
-    Scene scene;
+    Scene scene, posed;
     std::shared_ptr<const core::PreparedScene> prepared;
   };
 
@@ -67,6 +69,7 @@ class SceneBuilder {
   core::BuildOptions build_options_;
   const OnBuilt on_built_;
   SceneDecoder decoder_;  // builder thread
+  ScenePoser poser_;      // builder thread
 
   mutable Mutex mutex_;
   std::shared_ptr<const Newest> newest_ TESSERA_GUARDED_BY(mutex_);  // null: nothing, or forgotten

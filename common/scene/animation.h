@@ -22,10 +22,10 @@ inline constexpr std::uint32_t kNoIndex = 0xffffffffu;  // no parent, no skin, n
 
 // A node's place below its parent at rest.
 struct MotionNode {
-  std::uint32_t parent = kNoIndex;    // an earlier node
-  std::uint32_t has_matrix = 0;    // 1: `matrix` is the place; 0: translation * rotation * scale
+  std::uint32_t parent = kNoIndex;  // an earlier node
+  std::uint32_t has_matrix = 0;     // 1: `matrix` is the place; 0: translation * rotation * scale
   Vec3f translation{0, 0, 0};
-  Vec4f rotation{0, 0, 0, 1};      // quaternion x, y, z, w of any length but 0
+  Vec4f rotation{0, 0, 0, 1};  // quaternion x, y, z, w of any length but 0
   Vec3f scale{1, 1, 1};
   Transform matrix;
   std::uint32_t first_weight = 0;  // in SceneAnimation::weights: those of its morph targets at rest
@@ -91,8 +91,8 @@ struct Influence {
 // A mesh whose vertices move: first by morph targets, then by its skin, which brings them to world
 // space (its instances stand at the identity).
 struct DeformedMesh {
-  std::uint32_t mesh = 0;  // into Scene::meshes
-  std::uint32_t node = 0;  // whose weights the morph targets have
+  std::uint32_t mesh = 0;                // into Scene::meshes
+  std::uint32_t node = 0;                // whose weights the morph targets have
   std::uint32_t first_joint = kNoIndex;  // into SceneAnimation::joints; kNoIndex: no skin
   std::uint32_t joint_count = 0;
   std::uint32_t influence_count = 0;  // for each vertex

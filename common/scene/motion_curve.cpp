@@ -96,7 +96,7 @@ void sample_channel(const SceneAnimation& animation, const MotionChannel& channe
       const Quaternion turned = slerp(rotation_at(here), rotation_at(there), s);
       std::copy(turned.begin(), turned.end(), value.begin());
     } else if (is_cubic) {
-      const float* const out = here + width;    // tangents, a second
+      const float* const out = here + width;  // tangents, a second
       const float* const in = there - width;
       for (std::size_t i = 0; i < width; ++i) {
         const double p0 = static_cast<double>(here[i]), p1 = static_cast<double>(there[i]);

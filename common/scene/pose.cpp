@@ -137,8 +137,8 @@ class PosedNodes {
       moves[i] = widened(node.translation);
       scales[i] = widened(node.scale);
       const Vec4f& q = node.rotation;
-      turns[i] = unit({static_cast<double>(q.x), static_cast<double>(q.y),
-                       static_cast<double>(q.z), static_cast<double>(q.w)});
+      turns[i] = unit({static_cast<double>(q.x), static_cast<double>(q.y), static_cast<double>(q.z),
+                       static_cast<double>(q.w)});
     }
     const std::size_t played = animation.clips.empty() ? 0 : animation.clips[0].channel_count;
     for (std::size_t i = 0; i < played; ++i) {
@@ -211,8 +211,7 @@ class Deformation {
     auto mesh = std::make_shared<Mesh>(rest_);
     for (std::size_t vertex = 0; vertex < rest_.positions.size(); ++vertex) {
       const Place place = skinned(vertex);
-      mesh->positions[vertex] =
-          narrowed(point(place, morphed(rest_.positions[vertex], vertex, 0)));
+      mesh->positions[vertex] = narrowed(point(place, morphed(rest_.positions[vertex], vertex, 0)));
       if (!rest_.normals.empty()) {
         const Triple n = morphed(rest_.normals[vertex], vertex, how_.has_normals != 0 ? 1 : 3);
         mesh->normals[vertex] = narrowed(unit_or_zero(normal(place, n)));

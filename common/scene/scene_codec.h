@@ -42,7 +42,7 @@ struct EncodedScene {
   std::uint64_t index_bytes = 0;  // by index_bytes_of() (scene_footprint.h); 0: not estimated
   double time_seconds = 0;        // at which it is shown; of animated scenes alone
   std::uint64_t total_bytes() const;
-  Digest digest() const;  // SHA-256 over the block digests in order: the scene's identity
+  Digest digest() const;     // SHA-256 over the block digests in order: the scene's identity
   bool is_animated() const;  // whether a SceneAnimation is one of the blocks
 };
 

@@ -35,8 +35,8 @@ bool is_finite_map(const Transform& t) {
 
 Status validate_nodes(const SceneAnimation& a) {
   if (a.nodes.size() > kAnimationNodesMax)
-    return Status::resource_exhausted("animation: more than " +
-                                      std::to_string(kAnimationNodesMax) + " nodes");
+    return Status::resource_exhausted("animation: more than " + std::to_string(kAnimationNodesMax) +
+                                      " nodes");
   for (std::size_t i = 0; i < a.nodes.size(); ++i) {
     const MotionNode& node = a.nodes[i];
     const std::string name = numbered("node", i);

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/commands/frame_source.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <thread>
 #include <utility>
 
 #include "common/base/clock.h"
+#include "common/scene/animation.h"
+#include "common/scene/pose.h"
 #include "common/scene/validate.h"
+#include "master/commands/animation_choice.h"
 #include "master/look/usual_samples.h"
 
 namespace tessera::master {
@@ -68,6 +72,8 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
     source.environment_map_ = std::move(*sky);
   }
   source.loaded_ = std::move(*loaded);
+  const auto played = choose_animation(source.loaded_.scene, options.animation);
+  if (!played.is_ok()) return played.status();
   for (const std::string& warning : source.loaded_.warnings) {
     progress.say("tessera-master: warning: " + warning);
   }
@@ -76,13 +82,27 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
     progress.say("tessera-master: " + no_patches_line(options.frame.patch_method));
   if (options.has_usual_samples)
     source.settings_.samples_per_pixel = usual_samples(scene, source.settings_.renderer);
-  progress.finish("loaded " + options.scene + ": " + contents_of(scene));
+  progress.finish("loaded " + options.scene + ": " + contents_of(scene) +
+                  (played->empty() ? "" : "; " + *played));
+  source.fps_ = options.fps;
+  if (options.command != Command::kView && source.is_timed() &&
+      static_cast<double>(options.frame_last) / options.fps > scene.animation->duration_seconds())
+    progress.say("tessera-master: the animation ends at " +
+                 std::to_string(scene.animation->duration_seconds()) +
+                 " s; later frames show its end");
+  const double first_seconds = static_cast<double>(options.frame_first) / options.fps;
+  const auto first_pose = ScenePoser().at(scene, first_seconds);
+  if (!first_pose.is_ok()) return first_pose.status();
+  if (source.is_timed() && !scene.animation->cameras.empty())
+    progress.say(
+        "tessera-master: warning: a camera of the scene moves; it stands where it is at "
+        "the first frame");
   TESSERA_RETURN_IF_ERROR(
-      source.camera_.settle(scene, source.settings_.width_px, source.settings_.height_px));
+      source.camera_.settle(*first_pose, source.settings_.width_px, source.settings_.height_px));
   source.orbit_degrees_ = options.orbit_degrees;
   source.frame_first_ = options.frame_first;
   source.frame_last_ = options.frame_last;
-  source.orbit_centre_ = source.camera_.orbit_centre(scene);
+  source.orbit_centre_ = source.camera_.orbit_centre(*first_pose);
   TESSERA_RETURN_IF_ERROR(validate_planes(source.settings_));
   const Status status = validate_frame_settings(source.settings_at(0));
   if (!status.is_ok()) {
@@ -112,6 +132,7 @@ Status FrameSource::settle(Session& session, const MasterOptions& options, Progr
 
 FrameSettings FrameSource::settings_at(double frame) const {
   FrameSettings settings = settings_;
+  if (is_timed()) settings.time_seconds = std::max(0.0, frame / fps_);
   settings.camera = camera_.at(frame);
   if (frame_last_ > frame_first_) {
     const double share = (frame - static_cast<double>(frame_first_)) /

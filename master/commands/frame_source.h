@@ -27,6 +27,8 @@ class FrameSource {
 
   const LoadedScene& loaded() const { return loaded_; }
   bool is_animated() const { return loaded_.is_animated; }
+  // Whether the scene is one for all frames, and moves with their time.
+  bool is_timed() const { return loaded_.scene.animation != nullptr; }
   Scene scene_at(double seconds) const {
     Scene scene = loaded_.is_animated ? loaded_.at_time(seconds) : loaded_.scene;
     if (environment_) scene.environment = *environment_;
@@ -53,6 +55,7 @@ class FrameSource {
   CameraChoice camera_;
   std::optional<Vec3f> environment_;
   std::shared_ptr<const EnvironmentMap> environment_map_;
+  double fps_ = 24;
   double orbit_degrees_ = 0;  // from frame_first_ to frame_last_
   long frame_first_ = 0, frame_last_ = 0;
   Vec3f orbit_centre_;

@@ -2,7 +2,8 @@
 // Everything a person can say on tessera-master's command line or in its config file, checked.
 //
 // parse_command_line() is the border: what it returns is in range and consistent, as far as can be
-// told without opening the scene. CLI11 is confined to command_line.cpp, toml++ to config_file.cpp.
+// told without opening the scene. CLI11 is confined to command_line.cpp and
+// cluster_options.cpp, toml++ to config_file.cpp.
 #pragma once
 
 #include <optional>
@@ -39,6 +40,7 @@ struct MasterOptions {
   bool has_size = false;                // --size was given; else a camera file's size wins
   long frame_first = 0, frame_last = 0;
   double fps = 24;
+  std::string animation;           // --animation as given; empty: the first one
   bool has_usual_samples = false;  // render: frame.samples_per_pixel is for the scene to say
   int passes = 0;          // pictures of one view that are averaged; 0: 1, view: kViewPasses
   std::string reference;   // render: a picture that the others are compared with; empty: none

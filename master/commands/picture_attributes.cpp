@@ -67,6 +67,8 @@ std::vector<std::pair<std::string, std::string>> picture_attributes(const std::s
       {"tessera:render_seconds", text_of(render_seconds)},
       {kExposure, exposure},
       {kTone, tone}};
+  if (settings.time_seconds > 0)
+    all.emplace_back("tessera:time_seconds", text_of(settings.time_seconds));
   if (settings.patch_method != PatchMethod::kAuto)
     all.emplace_back("tessera:patch_error", patch_method_error(settings.patch_method));
   return all;

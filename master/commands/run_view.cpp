@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -8,6 +9,7 @@
 #include <utility>
 
 #include "common/base/clock.h"
+#include "common/scene/animation.h"
 #include "common/scene/validate.h"
 #include "common/scene_io/camera_file.h"
 #include "master/commands/commands.h"
@@ -36,7 +38,7 @@ InteractiveOptions interactive_options(const MasterOptions& options, const Frame
   // Slaves of this process are a few context switches away, and no network.
   if (options.session.connect.empty() && options.session.listen.empty()) o.lead_seconds_max = 0.003;
   o.passes = static_cast<std::uint32_t>(options.passes > 0 ? options.passes : kViewPasses);
-  o.is_animated = source.is_animated();
+  o.is_animated = source.is_animated() || source.is_timed();
   o.never_rests = !options.screenshot_path.empty();  // a screenshot waits for several frames
   return o;
 }
@@ -140,18 +142,25 @@ class Pump {
     return status;
   }
 
-  Status submit(const FrameSettings& settings) {
+  Status submit(FrameSettings settings) {
     has_scene_ = has_scene_ || source_.is_committed();
     if (!has_scene_ || source_.is_animated()) {
       auto version = session_.commit_scene(source_.scene_at(seconds(Clock::now() - start_)));
       if (!version.is_ok()) return version.status();
       has_scene_ = true;
     }
+    if (source_.is_timed()) settings.time_seconds = played_seconds();
     auto frame = session_.submit(settings);
     if (!frame.is_ok()) return frame.status();
     loop_.submitted(*frame, Clock::now());
     asked_[*frame] = {view_.revision, settings};
     return Status::ok();
+  }
+
+  // The clock decides which moment a frame shows, over and over.
+  double played_seconds() const {
+    const double duration = source_.loaded().scene.animation->duration_seconds();
+    return duration > 0 ? std::fmod(seconds(Clock::now() - start_), duration) : 0;
   }
 
   void ask_status() {

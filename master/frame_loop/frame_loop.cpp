@@ -151,6 +151,7 @@ void FrameLoop::Impl::complete(FrameId id) {
   outcome.image = work.assembly.finish();
   finished.push_back(outcome.image);
   outcome.stats = stats;
+  outcome.stats.scene_version = moments.committed_as(stats.scene_version);
   observer.frame_over(id, stats.scene_version, FrameEndKind::kDone, work.begin(), Clock::now());
   frames.erase(found);
   look_at_waiting();
@@ -176,6 +177,7 @@ void FrameLoop::Impl::fail(const Action& action) {
   observer.frame_over(action.frame, outcome.stats.scene_version,
                       action.is_cancelled ? FrameEndKind::kCancelled : FrameEndKind::kFailed,
                       found->second.begin(), Clock::now());
+  outcome.stats.scene_version = moments.committed_as(outcome.stats.scene_version);
   frames.erase(found);
   look_at_waiting();
   retire();
@@ -203,8 +205,14 @@ void FrameLoop::Impl::release_scenes() {
   }
 }
 
+void FrameLoop::Impl::send(const SceneMoments::Moment& moment) {
+  held_scenes.emplace(moment.number, moment.scene);
+  release_scenes();
+}
+
 void FrameLoop::Impl::retire() {
-  const SceneVersion first_kept = oldest_version_needed(newest_version);
+  const SceneVersion first_kept = oldest_version_needed(moments.newest_number());
+  moments.retire(first_kept);
   cluster.retire_scenes(first_kept, /*keeps_newest=*/true);
   scheduler.retire_scenes(first_kept);
   scene_costs.retire(first_kept);
@@ -275,10 +283,9 @@ void FrameLoop::set_outcome_callback(std::function<void(FrameOutcome)> on_outcom
 }
 
 void FrameLoop::commit_scene(SceneVersion version, EncodedScene scene) {
-  impl_->newest_version = std::max(impl_->newest_version, version);
   scene.index_bytes = index_bytes_of(scene);
-  impl_->held_scenes.emplace(version, std::make_shared<const EncodedScene>(std::move(scene)));
-  impl_->release_scenes();
+  impl_->send(
+      impl_->moments.commit(version, std::make_shared<const EncodedScene>(std::move(scene))));
 }
 
 void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings& asked) {
@@ -288,12 +295,16 @@ void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings&
                                                      impl_->cluster.thread_count());
     settings.tile_edge_px = std::min(settings.tile_edge_px, tile_edge_max_px(settings));
   }
+  const auto moment = impl_->moments.at(version, settings.time_seconds);
+  const SceneVersion number = moment ? moment->number : 0;
   const auto [work, is_new] = impl_->frames.try_emplace(
-      frame, frame, version, settings, FrameDigest(impl_->io, impl_->options.hasher),
+      frame, frame, number, settings, FrameDigest(impl_->io, impl_->options.hasher),
       impl_->options.audit_share > 0);
   if (!is_new) return;
+  if (!moment) return impl_->perform(impl_->scheduler.refuse_frame(frame, "its scene is not here"));
+  if (moment->scene) impl_->send(*moment);
   // Now, and not when there is memory: scenes that nobody needs are replaced by newer ones.
-  impl_->cluster.need_scene(version);
+  impl_->cluster.need_scene(number);
   impl_->admission.add(frame, work->second.assembly.needed_bytes(), Clock::now());
   impl_->admit();
 }
@@ -311,9 +322,10 @@ void FrameLoop::cancel_all() {
 
 void FrameLoop::free_scenes() {
   impl_->held_scenes.clear();
-  impl_->cluster.retire_scenes(impl_->newest_version + 1, /*keeps_newest=*/false);
-  impl_->scheduler.retire_scenes(impl_->newest_version + 1);
-  impl_->scene_costs.retire(impl_->newest_version + 1);
+  impl_->moments.clear();
+  impl_->cluster.retire_scenes(impl_->moments.newest_number() + 1, /*keeps_newest=*/false);
+  impl_->scheduler.retire_scenes(impl_->moments.newest_number() + 1);
+  impl_->scene_costs.retire(impl_->moments.newest_number() + 1);
 }
 
 ClusterStatus FrameLoop::status() const {

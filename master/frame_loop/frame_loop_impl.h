@@ -25,6 +25,7 @@
 #include "master/frame_loop/observer.h"
 #include "master/frame_loop/outcome_line.h"
 #include "master/frame_loop/scene_costs.h"
+#include "master/frame_loop/scene_moments.h"
 #include "master/schedule/scheduler.h"
 #include "master/schedule/tile_size.h"
 
@@ -52,7 +53,7 @@ struct FrameLoop::Impl {
   FrameAuthors authors;
   OutcomeLine outcomes;
   std::map<SceneVersion, SharedScene> held_scenes;  // committed, not yet sent to slaves
-  SceneVersion newest_version = 0;
+  SceneMoments moments;
   const TimePoint started = Clock::now();
   bool is_over = false;
   std::shared_ptr<int> alive = std::make_shared<int>(0);  // looked at by the hasher's tasks
@@ -95,6 +96,7 @@ struct FrameLoop::Impl {
   // The frames that wait for memory count, which the scheduler does not know yet.
   SceneVersion oldest_version_needed(SceneVersion newest) const;
   void release_scenes();
+  void send(const SceneMoments::Moment& moment);
   // Notes whether frames wait for a scene now; called whenever that may have changed.
   void look_at_waiting();
 };

@@ -223,13 +223,23 @@ const std::byte* GltfAccessor::at(std::size_t element) const {
   return bytes_.empty() ? nullptr : bytes_.data() + element * stride_;
 }
 
+void GltfAccessor::read_to(std::size_t element, std::span<float> values) const {
+  const std::byte* from = at(element);
+  if (from == nullptr) return;
+  const std::size_t size = bytes_of(type_);
+  for (std::size_t i = 0; i < std::min(components_, values.size()); ++i)
+    values[i] = real(from + i * size, type_, is_normalized_);
+}
+
 std::array<float, 4> GltfAccessor::read(std::size_t element) const {
   std::array<float, 4> values{};
-  const std::byte* from = at(element);
-  if (from == nullptr) return values;
-  const std::size_t size = bytes_of(type_);
-  for (std::size_t i = 0; i < std::min<std::size_t>(components_, 4); ++i)
-    values[i] = real(from + i * size, type_, is_normalized_);
+  read_to(element, values);
+  return values;
+}
+
+std::array<float, 16> GltfAccessor::read_matrix(std::size_t element) const {
+  std::array<float, 16> values{};
+  read_to(element, values);
   return values;
 }
 

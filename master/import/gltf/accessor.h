@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/base/status.h"
@@ -41,11 +42,14 @@ class GltfAccessor {
 
   // The first four components, zero where there are fewer. Requires: element < count().
   std::array<float, 4> read(std::size_t element) const;
+  // A matrix by columns; zeros where the accessor has fewer than 16 components.
+  std::array<float, 16> read_matrix(std::size_t element) const;
   // The first component of an unsigned type. Requires: element < count().
   std::uint32_t read_index(std::size_t element) const;
 
  private:
   const std::byte* at(std::size_t element) const;
+  void read_to(std::size_t element, std::span<float> values) const;
   Status open_bytes(GltfDocument& document, const GltfObject& source);
   Status open_sparse(GltfDocument& document, const GltfObject& sparse);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/limits.h"
+#include "common/scene/pose.h"
 #include "common/scene/validate.h"
 
 namespace tessera::import {
@@ -97,14 +98,8 @@ void add_camera(const GltfDocument& document, const GltfObject& node, const Tran
   if (named.name.empty()) named.name = source.text("name");
   if (named.name.empty()) named.name = "camera " + std::to_string(*index);
   named.name.resize(std::min(named.name.size(), kNameBytesMax));
-  named.camera.eye = to_world.point({0, 0, 0});
-  // The target is as far away as the eye's coordinates are large, to keep the direction's digits.
-  const Vec3f eye = named.camera.eye;
-  const float reach = 1 + std::fabs(eye.x) + std::fabs(eye.y) + std::fabs(eye.z);
-  named.camera.target = eye + reach * normalize(to_world.direction({0, 0, -1}));
-  named.camera.up = normalize(to_world.direction({0, 1, 0}));
   const double yfov = perspective.number("yfov", 0.8, {0, kPi, true});
-  named.camera.vfov_degrees = static_cast<float>(yfov * 180 / kPi);
+  named.camera = camera_of(to_world, static_cast<float>(yfov * 180 / kPi));
   if (!validate_camera(named.camera).is_ok())
     return node.warn("camera", "stands where no camera can be; it is left out");
   if (scene.cameras.size() >= kCamerasMax)

@@ -91,7 +91,7 @@ Status GltfNodes::walk(const std::vector<std::uint32_t>& roots) {
   is_seen_.assign(document_.count("nodes"), false);
   std::vector<Place> open;
   for (auto root = roots.rbegin(); root != roots.rend(); ++root)
-    open.push_back({*root, 0, Transform{}});
+    open.push_back({*root, 0, Transform{}, kNoIndex});
   while (!open.empty()) {
     const Place place = open.back();
     open.pop_back();
@@ -122,16 +122,20 @@ Status GltfNodes::visit(const Place& place, std::vector<Place>& open) {
   if (!shown.flag("visible", true)) return Status::ok();
   const auto mesh = node.refused_index("mesh", document_.count("meshes"));
   if (!mesh.is_ok()) return mesh.status();
-  if (*mesh) TESSERA_RETURN_IF_ERROR(add_instances(node, **mesh, here));
+  const std::uint32_t number = motion_.enter(place.node, node, place.parent_number);
+  if (*mesh) TESSERA_RETURN_IF_ERROR(add_instances(node, **mesh, here, number));
+  const std::size_t lights = scene_.lights.size(), cameras = scene_.cameras.size();
   add_light(document_, node, here, scene_);
+  if (scene_.lights.size() > lights) motion_.carry_light(number);
   add_camera(document_, node, here, scene_);
+  if (scene_.cameras.size() > cameras) motion_.carry_camera(number);
   for (auto child = children->rbegin(); child != children->rend(); ++child)
-    open.push_back({*child, place.depth + 1, here});
+    open.push_back({*child, place.depth + 1, here, number});
   return Status::ok();
 }
 
 Status GltfNodes::add_instances(const GltfObject& node, std::uint32_t mesh,
-                                const Transform& to_world) {
+                                const Transform& to_world, std::uint32_t number) {
   const auto meshes = meshes_of(mesh);
   if (!meshes.is_ok()) return meshes.status();
   const auto places = instances_of(node);
@@ -145,12 +149,8 @@ Status GltfNodes::add_instances(const GltfObject& node, std::uint32_t mesh,
       ++left_out;
       continue;
     }
-    for (const std::uint32_t m : **meshes) {
-      if (scene_.instances.size() >= kInstancesMax)
-        return Status::resource_exhausted("more than " + std::to_string(kInstancesMax) +
-                                          " instances");
-      scene_.instances.push_back({is_mirrored(here) ? reversed(m) : m, here});
-    }
+    for (const std::uint32_t m : **meshes)
+      TESSERA_RETURN_IF_ERROR(add_instance(node, m, here, place, number));
   }
   if (left_out > 0) {
     const std::string which =
@@ -159,6 +159,32 @@ Status GltfNodes::add_instances(const GltfObject& node, std::uint32_t mesh,
                           "the node, with those above it, is singular (it has no inverse)");
   }
   return Status::ok();
+}
+
+// A mesh that a skin or morph targets deform is one of its own for each node. Skins place it in the
+// world, and their node's own place is of no effect.
+Status GltfNodes::add_instance(const GltfObject& node, std::uint32_t mesh,
+                               const Transform& to_world, const Transform& in_node,
+                               std::uint32_t number) {
+  if (scene_.instances.size() >= kInstancesMax)
+    return Status::resource_exhausted("more than " + std::to_string(kInstancesMax) + " instances");
+  const auto how = deformations_.find(mesh);
+  const bool has_skin = node.has("skin");
+  const bool is_skinned = how != deformations_.end() && how->second.influence_count > 0 && has_skin;
+  if (has_skin && !is_skinned)
+    node.warn("skin", "moves nothing: the mesh has no JOINTS_0 and WEIGHTS_0");
+  const bool is_reversed = !is_skinned && is_mirrored(to_world);
+  const std::uint32_t shown = is_reversed ? reversed(mesh) : mesh;
+  if (how == deformations_.end() || (!is_skinned && how->second.target_count == 0)) {
+    scene_.instances.push_back({shown, to_world});
+    motion_.carry_instance(number, in_node);
+    return Status::ok();
+  }
+  const auto own = static_cast<std::uint32_t>(scene_.meshes.size());
+  scene_.meshes.push_back(scene_.meshes[shown]);
+  scene_.instances.push_back({own, is_skinned ? Transform{} : to_world});
+  if (!is_skinned) motion_.carry_instance(number, in_node);
+  return motion_.deform(number, node, own, how->second);
 }
 
 // The places of EXT_mesh_gpu_instancing; one identity transform for a node without the extension.
@@ -213,11 +239,11 @@ Result<const std::vector<std::uint32_t>*> GltfNodes::meshes_of(std::uint32_t mes
   for (const GltfObject& primitive : source.objects("primitives")) {
     auto read = read_primitive(document_, primitive, materials_);
     if (!read.is_ok()) return read.status();
-    has_morph_targets_ = has_morph_targets_ || primitive.has("targets");
-    if (*read == nullptr || (*read)->triangles.empty()) continue;
-    degenerate_count_ += count_degenerate(**read);
+    if (read->mesh == nullptr || read->mesh->triangles.empty()) continue;
+    degenerate_count_ += count_degenerate(*read->mesh);
     made.push_back(static_cast<std::uint32_t>(scene_.meshes.size()));
-    scene_.meshes.push_back(std::move(*read));
+    if (read->deformation.is_any()) deformations_[made.back()] = std::move(read->deformation);
+    scene_.meshes.push_back(std::move(read->mesh));
   }
   return &made;
 }

@@ -71,6 +71,9 @@ class GltfObject {
     read_reals(key, values.data(), N, range);
     return values;
   }
+  // Sets `count` numbers; they stay as they are where the key is absent or of another length.
+  void read_reals(std::string_view key, float* values, std::size_t count,
+                  const GltfRange& range) const;
   // Names of the members, in alphabetical order.
   std::vector<std::string> keys() const;
 
@@ -99,8 +102,6 @@ class GltfObject {
 
  private:
   const nlohmann::json* find(std::string_view key) const;
-  void read_reals(std::string_view key, float* values, std::size_t count,
-                  const GltfRange& range) const;
   double checked(const nlohmann::json& value, const std::string& key, double fallback,
                  const GltfRange& range) const;
   std::string why_no_index(const nlohmann::json& value, std::uint64_t count) const;

@@ -26,7 +26,7 @@ class PrimitiveReader {
         attributes_(primitive.object("attributes")),
         materials_(materials) {}
 
-  Result<std::shared_ptr<Mesh>> read() {
+  Result<GltfPrimitive> read() {
     primitive_.check_keys({"attributes", "indices", "material", "mode", "targets"},
                           {"KHR_draco_mesh_compression", "KHR_materials_variants"});
     const auto mode = primitive_.refused_whole("mode", kModeTriangles, 0, kModeFan);
@@ -34,14 +34,14 @@ class PrimitiveReader {
     if (*mode < kModeTriangles) {
       primitive_.warn("mode", std::string("is ") + kModeNames[*mode] +
                                   ", which have no surface and are left out");
-      return std::shared_ptr<Mesh>();
+      return GltfPrimitive();
     }
     TESSERA_RETURN_IF_ERROR(unpack());
     const auto positions = find("POSITION", 3, 3);
     if (!positions.is_ok()) return positions.status();
     if (!*positions) {
       primitive_.warn("attributes.POSITION", "is missing, and the primitive is left out");
-      return std::shared_ptr<Mesh>();
+      return GltfPrimitive();
     }
     vertex_count_ = (*positions)->count();
     TESSERA_RETURN_IF_ERROR(read_indices());
@@ -49,7 +49,12 @@ class PrimitiveReader {
     choose_vertices();
     TESSERA_RETURN_IF_ERROR(read_positions(**positions));
     TESSERA_RETURN_IF_ERROR(read_looks());
-    return mesh_;
+    auto deformation = read_deformation(
+        document_, primitive_,
+        {[this](const auto& name, auto low, auto high) { return find(name, low, high); },
+         [this](std::size_t vertex) { return source_of(vertex); }, chosen_count_, vertex_count_});
+    if (!deformation.is_ok()) return deformation.status();
+    return GltfPrimitive{mesh_, *std::move(deformation)};
   }
 
  private:
@@ -277,8 +282,7 @@ class PrimitiveReader {
     return Status::ok();
   }
 
-  // Coordinates that no texture uses, and tangents without a normal map, have no effect. Joints and
-  // weights are one warning for the file, as skins. Names that begin with "_" are an application's.
+  // Coordinates that no texture uses, and tangents without a normal map, have no effect. Names that begin with "_" are an application's.
   void name_other_attributes() const {
     for (const std::string& name : attributes_.keys()) {
       const bool is_known =
@@ -307,8 +311,8 @@ class PrimitiveReader {
 
 }  // namespace
 
-Result<std::shared_ptr<Mesh>> read_primitive(GltfDocument& document, const GltfObject& primitive,
-                                             GltfMaterials& materials) {
+Result<GltfPrimitive> read_primitive(GltfDocument& document, const GltfObject& primitive,
+                                     GltfMaterials& materials) {
   return PrimitiveReader(document, primitive, materials).read();
 }
 

@@ -10,14 +10,20 @@
 #include <memory>
 
 #include "common/scene/scene.h"
+#include "master/import/gltf/deformation.h"
 #include "master/import/gltf/document.h"
 #include "master/import/gltf/materials.h"
 
 namespace tessera::import {
 
-// Returns: null, with a warning, for a primitive that holds no triangles (points, lines); an error
+struct GltfPrimitive {
+  std::shared_ptr<Mesh> mesh;
+  GltfDeformation deformation;
+};
+
+// Returns: no mesh, with a warning, for a primitive that holds no triangles (points, lines); an error
 // that names mesh and primitive for one that is refused.
-Result<std::shared_ptr<Mesh>> read_primitive(GltfDocument& document, const GltfObject& primitive,
-                                             GltfMaterials& materials);
+Result<GltfPrimitive> read_primitive(GltfDocument& document, const GltfObject& primitive,
+                                     GltfMaterials& materials);
 
 }  // namespace tessera::import

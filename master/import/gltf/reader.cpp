@@ -4,6 +4,7 @@
 #include "master/import/gltf/document.h"
 #include "master/import/gltf/extensions.h"
 #include "master/import/gltf/materials.h"
+#include "master/import/gltf/motion.h"
 #include "master/import/gltf/nodes.h"
 
 namespace tessera::import {
@@ -69,19 +70,6 @@ void name_variants(GltfDocument& document) {
                                             " (KHR_materials_variants); its default is drawn");
 }
 
-void name_motion(GltfDocument& document, bool has_morph_targets) {
-  std::vector<std::string> kinds;
-  if (document.count("animations") > 0) kinds.push_back("animations");
-  if (document.count("skins") > 0) kinds.push_back("skins");
-  if (has_morph_targets) kinds.push_back("morph targets");
-  if (kinds.empty()) return;
-  std::string text = kinds[0];
-  for (std::size_t i = 1; i < kinds.size(); ++i)
-    text += (i + 1 == kinds.size() ? " and " : ", ") + kinds[i];
-  document.warnings().add("motion",
-                          "holds " + text + ", which are not played: the rest pose is shown");
-}
-
 Result<ReadScene> read(const std::string& path, PictureDecoder decode, WarningGroup& warnings) {
   auto opened = GltfDocument::open(path, warnings);
   if (!opened.is_ok()) return opened.status();
@@ -96,12 +84,13 @@ Result<ReadScene> read(const std::string& path, PictureDecoder decode, WarningGr
   ReadScene result;
   GltfTextures textures(document, std::move(decode), result.scene);
   GltfMaterials materials(document, textures, result.scene);
-  GltfNodes nodes(document, materials, result.scene);
+  GltfMotion motion(document, result.scene);
+  GltfNodes nodes(document, materials, motion, result.scene);
   const auto roots = roots_of(document);
   if (!roots.is_ok()) return roots.status();
   TESSERA_RETURN_IF_ERROR(nodes.walk(*roots));
+  TESSERA_RETURN_IF_ERROR(motion.finish());
   name_variants(document);
-  name_motion(document, nodes.has_morph_targets());
   if (result.scene.triangle_count() == 0)
     return Status::invalid_argument(document.count("meshes") == 0 ? "holds no meshes"
                                                                   : "holds no triangles");
