@@ -32,6 +32,7 @@ struct EdgePlace {
 struct LeakCounts {
   std::size_t rays = 0, leaks = 0;
   std::size_t passed = 0;   // what is passed, of all rays
+  std::size_t doubted = 0;  // hits that were asked for another face at their place
   std::size_t outside = 0;  // places that were not inside
 };
 

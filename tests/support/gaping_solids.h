@@ -51,7 +51,8 @@ class SolidWriter {
     for (const double width : widths) surface_.trim_widths.push_back(f(width));
   }
   void add_circle(double u, double v, double radius, double width) {
-    test::add_circle(surface_, static_cast<float>(u), static_cast<float>(v), static_cast<float>(radius));
+    test::add_circle(surface_, static_cast<float>(u), static_cast<float>(v),
+                     static_cast<float>(radius));
     surface_.trim_widths.resize(surface_.degrees.size(), static_cast<float>(width));
   }
   // Along a side of the square and back: it trims nothing.

@@ -175,7 +175,12 @@ class PartWriter {
       if (has_extent(loop)) kept.push_back(&loop);
     if (kept.empty() && !trims.loops.empty() && !trims.keeps_outside) return false;
     std::vector<std::vector<Curve2>> retraced;
-    for (const Curve2& curve : along_border) {
+    for (const Curve2& given : along_border) {
+      // A line, whatever its degree, as it lies on the border.
+      Curve2 curve{{given.points.front(), given.points.back()}, given.edge};
+      if (!std::ranges::all_of(given.points,
+                               [&](const Control2& p) { return is_between(curve, p); }))
+        curve = given;
       Curve2 back = reversed(curve);
       back.edge = -1;
       retraced.push_back({curve, std::move(back)});
@@ -203,6 +208,14 @@ class PartWriter {
       }
     }
     return numbers;
+  }
+
+  static bool is_between(const Curve2& line, const Control2& p) {
+    const auto is_in = [](double x, double a, double b) {
+      return x >= std::min(a, b) && x <= std::max(a, b);
+    };
+    const Point2 a = line.first(), b = line.last();
+    return is_in(p.u, a.u, b.u) && is_in(p.v, a.v, b.v);
   }
 
   // Whether the patch has no area, since all of its rows are one, or all of its columns.

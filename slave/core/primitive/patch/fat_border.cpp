@@ -46,8 +46,8 @@ double stretch_of(const Transform& map) {
 }
 
 // The frame has x along the chord, which is 2 long there, y and n across it. With its numbers as
-// they are stored, all points within `reach` of the chord have |row (P - centre)| of no more than at
-// the chord's ends, and `reach` times the row's length.
+// they are stored, all points within `reach` of the chord have |row (P - centre)| of no more than
+// that at the chord's ends and `reach` times the row's length.
 void frame_about(const Vec3d (&ends)[2], double reach, SubPatch& part) {
   const Vec3d chord = ends[1] - ends[0];
   const double half = 0.5 * length(chord);
@@ -90,7 +90,7 @@ class Passage {
     take_points(patch, points_);
   }
 
-  PatchAnswer search(double away) {
+  FatHit search(double away) {
     Piece stack[kStackMax];
     int count = 0;
     stack[count++] = {span_.from, span_.to, across(point_at_parameter(span_.from)),
@@ -171,7 +171,7 @@ class Passage {
   TrimPlace place_;
   int evaluations_ = 0;
   double best_ = kInf;
-  PatchAnswer answer_{};
+  FatHit answer_{};
 };
 
 }  // namespace
@@ -214,8 +214,8 @@ SubPatch FatPlacement::placed(const Patch& patch, std::uint32_t span, Bounds3f& 
   return part;
 }
 
-PatchAnswer fat_border_answer(const Patch& patch, const SubPatch& part, const float* origin,
-                              const float* direction, float t_min) {
+FatHit fat_border_hit(const Patch& patch, const SubPatch& part, const float* origin,
+                      const float* direction, float t_min) {
   const std::uint32_t number = static_cast<std::uint32_t>(part.second[1][0]) |
                                static_cast<std::uint32_t>(part.second[1][1]) << 16;
   const TrimSet& trims = *patch.trims;

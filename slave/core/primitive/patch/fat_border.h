@@ -18,14 +18,16 @@
 // the width: what a ray passes nearer than 31/32 of the width is met, what it passes further away
 // than the width never is.
 //
-// A sub-patch stands for each span. Its frame is that of a parallelepiped about all where the surface
-// is met, so kernels look for rays there as for those of others; its second derivatives by x are
+// A sub-patch stands for each span. Its frame is that of a parallelepiped about all where it is
+// met, so kernels look for rays there as for those of others; its second derivatives by x are
 // infinite, so none is decided without patch_answer(). The others hold what that needs: the number
 // of the span, 16 bits in second[1][0] and [1][1] each, its width in second[1][2], and in
 // second[2][0] how far it is away from its chord.
 //
-// Work. At most kFatEvaluationsMax points of the surface a ray, none for most. Threads. Pure
-// functions. The same bits on every instruction set: plain double.
+// Work. At most kFatEvaluationsMax points of the surface a ray, none for most; at the bound the
+// nearest point until then counts. The same bits on every instruction set: plain double.
+//
+// Threads. Pure functions.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +36,6 @@
 #include "common/math/bounds3.h"
 #include "common/math/transform.h"
 #include "slave/core/primitive/patch/fat_border_spans.h"
-#include "slave/core/primitive/patch/patch_answer_abi.h"
 #include "slave/core/primitive/patch/patch_layout.h"
 
 namespace tessera::core {
@@ -60,8 +61,14 @@ class FatPlacement {
   double rounding_ = 0;  // of the coordinates, what the ends of neighbours may differ by
 };
 
+struct FatHit {
+  bool is_hit;
+  float t;      // rounded to nearest
+  double u, v;  // the patch's own
+};
+
 // Requires: is_fat_border(part). Rays with NaN, infinities or a zero direction miss.
-PatchAnswer fat_border_answer(const Patch& patch, const SubPatch& part, const float* origin,
-                              const float* direction, float t_min);
+FatHit fat_border_hit(const Patch& patch, const SubPatch& part, const float* origin,
+                      const float* direction, float t_min);
 
 }  // namespace tessera::core

@@ -27,6 +27,12 @@ PatchRay ray_of(const float* origin, const float* direction, float t_min) {
           std::numeric_limits<float>::infinity()};
 }
 
+PatchAnswer beside_border(const Patch& patch, const SubPatch& part, const float* origin,
+                          const float* direction, float t_min) {
+  const FatHit hit = fat_border_hit(patch, part, origin, direction, t_min);
+  return {hit.is_hit, hit.t, hit.u, hit.v};
+}
+
 // The first hit that trims keep. find: the first hit of a ray, which may have others behind it.
 template <class Find>
 PatchAnswer first_kept(const Patch& patch, const SubPatch& part, PatchRay ray, const Find& find) {
@@ -45,7 +51,7 @@ PatchAnswer first_kept(const Patch& patch, const SubPatch& part, PatchRay ray, c
 
 PatchAnswer patch_answer(const Patch& patch, const SubPatch& part, const float* origin,
                          const float* direction, float t_min) {
-  if (is_fat_border(part)) return fat_border_answer(patch, part, origin, direction, t_min);
+  if (is_fat_border(part)) return beside_border(patch, part, origin, direction, t_min);
   return first_kept(patch, part, ray_of(origin, direction, t_min), [&](const PatchRay& ray) {
     return patch_hit(patch, part, ray, solver_of_thread());
   });
@@ -53,7 +59,7 @@ PatchAnswer patch_answer(const Patch& patch, const SubPatch& part, const float* 
 
 PatchAnswer solved_answer(const Patch& patch, const SubPatch& part, const float* origin,
                           const float* direction, float t_min) {
-  if (is_fat_border(part)) return fat_border_answer(patch, part, origin, direction, t_min);
+  if (is_fat_border(part)) return beside_border(patch, part, origin, direction, t_min);
   return first_kept(patch, part, ray_of(origin, direction, t_min), [&](const PatchRay& ray) {
     return solver_of_thread().solve(patch, part, ray);
   });
