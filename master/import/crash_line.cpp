@@ -11,6 +11,11 @@
 namespace tessera::import {
 namespace {
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kIsOn = false;
+#else
+constexpr bool kIsOn = true;
+#endif
 constexpr std::size_t kStackBytes = 64 * 1024;  // the handler's own: the stack may be what ran out
 constexpr std::size_t kPathBytesMax = 2000;
 constexpr const char* kCrashes[] = {"segmentation fault", "bus error", "arithmetic exception",
@@ -67,7 +72,7 @@ CrashLine::CrashLine(const std::string& path, const std::string& reader)
   g_file.set("tessera-import: " + path.substr(0, kPathBytesMax) + ": ");
   g_reader.set(reader + " crashed (");
   g_end.set(kUsualEnd);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  if constexpr (!kIsOn) return;
   stack_t stack{};
   stack.ss_sp = g_stack;
   stack.ss_size = kStackBytes;
@@ -76,14 +81,12 @@ CrashLine::CrashLine(const std::string& path, const std::string& reader)
   action.sa_handler = tell;
   action.sa_flags = SA_ONSTACK;
   for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &action, &before_[i]);
-#endif
 }
 
 CrashLine::~CrashLine() {
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  if constexpr (!kIsOn) return;
   for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &before_[i], nullptr);
   ::sigaltstack(&stack_before_, nullptr);
-#endif
 }
 
 void CrashLine::note(const std::string& text) { g_end.set("; " + text + "\n"); }
