@@ -116,6 +116,10 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
                  "travels (default: float for files, half for view)")
       ->type_name("FORMAT");
   add_text(app, "--tile", t.tile, "N|auto", "edge of a tile in pixels, 4 to 256, or auto");
+  app.add_option("--import-seconds", o.import_limits.seconds_max, "most seconds to read a file")
+      ->check(number_in(1, 86400))
+      ->capture_default_str()
+      ->type_name("SECONDS");
   app.add_option("--stats", o.stats_path, "write one JSON object per frame to this file")
       ->type_name("FILE");
   add_cluster_options(app, o, t);

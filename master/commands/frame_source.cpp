@@ -63,10 +63,10 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
     progress.update(text, fraction);
     return !signals.is_signalled();
   };
-  auto loaded = load_scene(options.scene, report);
+  auto loaded = load_scene(options.scene, report, options.import_limits);
   if (!loaded.is_ok()) return loaded.status();
   if (!options.environment_file.empty()) {
-    auto sky = load_sky(options.environment_file, report);
+    auto sky = load_sky(options.environment_file, report, options.import_limits);
     if (!sky.is_ok()) return sky.status();
     source.environment_ = Vec3f{1, 1, 1};
     source.environment_map_ = std::move(*sky);

@@ -13,6 +13,7 @@
 #include "common/base/log.h"
 #include "common/base/status.h"
 #include "common/frame/frame_settings.h"
+#include "master/loader/import_process.h"
 #include "master/look/first_look.h"
 #include "master/session/session.h"
 
@@ -27,6 +28,7 @@ struct MasterOptions {
   Command command = Command::kRender;
   std::string scene;   // view, render
   std::string output;  // render: -o
+  ImportLimits import_limits;
   SessionOptions session;
   double wait_seconds = 0;           // for --slaves; 0: for ever
   FrameSettings frame;               // camera not yet resolved

@@ -8,7 +8,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -63,8 +65,8 @@ std::vector<char*> environment_of_child() {
 }
 
 // Starts the importer with an empty signal mask, whatever the master's is.
-Result<pid_t> spawn(const std::string& program, const std::string& file, const Pipe& out,
-                    const Pipe& err) {
+Result<pid_t> spawn(const std::string& program, const std::string& file, double seconds_max,
+                    const Pipe& out, const Pipe& err) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
@@ -79,8 +81,10 @@ Result<pid_t> spawn(const std::string& program, const std::string& file, const P
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setsigdefault(&attributes, &defaults);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  std::string words[] = {program, "--", file};
-  char* const argv[] = {words[0].data(), words[1].data(), words[2].data(), nullptr};
+  const auto seconds = static_cast<long>(std::ceil(std::max(seconds_max, 1.0)));
+  std::string words[] = {program, "--cpu-seconds=" + std::to_string(seconds), "--", file};
+  char* const argv[] = {words[0].data(), words[1].data(), words[2].data(), words[3].data(),
+                        nullptr};
   pid_t child = 0;
   const int error = posix_spawn(&child, program.c_str(), &actions, &attributes, argv,
                                 environment_of_child().data());
@@ -117,10 +121,11 @@ Status verdict(int wait_status, const std::string& path, const std::string& erro
   if (WIFSIGNALED(wait_status)) {
     const int signal = WTERMSIG(wait_status);
     const bool is_limit = signal == SIGXCPU || signal == SIGKILL;
-    return Status(is_limit ? StatusCode::kResourceExhausted : StatusCode::kInternal,
-                  path + ": the importer was ended by " + strsignal(signal) +
-                      (is_limit ? " (a limit on time or memory); try a smaller file"
-                                : "; the file is probably damaged"));
+    return Status(
+        is_limit ? StatusCode::kResourceExhausted : StatusCode::kInternal,
+        path + ": the importer was ended by " + strsignal(signal) +
+            (is_limit ? " (a limit on time or memory); give --import-seconds, or a smaller file"
+                      : "; the file is probably damaged"));
   }
   if (WEXITSTATUS(wait_status) == 0) return Status::ok();
   const std::string line = refusal_in(errors);
@@ -134,7 +139,7 @@ Result<SceneStream> run_import(const std::string& path, const ImportLimits& limi
   Pipe out, err;
   if (!out.open() || !err.open())
     return Status::resource_exhausted(std::string("cannot make a pipe: ") + std::strerror(errno));
-  auto child = spawn(importer_path(), path, out, err);
+  auto child = spawn(importer_path(), path, limits.seconds_max, out, err);
   if (!child.is_ok()) return child.status();
   out.close_write();
   err.close_write();
@@ -153,9 +158,9 @@ Result<SceneStream> run_import(const std::string& path, const ImportLimits& limi
     if (bytes.size() > limits.bytes_max)
       limit = Status::resource_exhausted(path + ": the scene is larger than the limit");
     if (seconds(Clock::now() - start) > limits.seconds_max) {
-      limit =
-          Status::resource_exhausted(path + ": reading took longer than " +
-                                     std::to_string(static_cast<int>(limits.seconds_max)) + " s");
+      limit = Status::resource_exhausted(path + ": reading took longer than " +
+                                         std::to_string(static_cast<int>(limits.seconds_max)) +
+                                         " s; give --import-seconds");
     }
     if (!limit.is_ok()) {
       ::kill(*child, SIGKILL);

@@ -14,7 +14,7 @@
 namespace tessera::master {
 
 struct ImportLimits {
-  double seconds_max = 300;
+  double seconds_max = 60;  // by the clock, and of processor time
   std::uint64_t bytes_max = std::uint64_t{16} << 30;
 };
 

@@ -11,7 +11,6 @@
 #include "common/base/near_word.h"
 #include "common/base/path_suffix.h"
 #include "common/scene_io/file_format.h"
-#include "master/loader/import_process.h"
 
 namespace tessera::master {
 namespace {
@@ -31,9 +30,10 @@ Status check_file(const std::string& what, const std::string& path, const std::s
   return Status::ok();
 }
 
-Result<LoadedScene> import_file(const std::string& path, const LoadProgress& progress) {
+Result<LoadedScene> import_file(const std::string& path, const LoadProgress& progress,
+                                const ImportLimits& limits) {
   progress("reading " + path, -1);
-  auto stream = run_import(path, ImportLimits{}, [&](std::uint64_t bytes) {
+  auto stream = run_import(path, limits, [&](std::uint64_t bytes) {
     const std::string size = bytes >> 20 > 0 ? ", " + std::to_string(bytes >> 20) + " MiB" : "";
     return progress("reading " + path + size, -1);
   });
@@ -66,11 +66,12 @@ Status check_scene_name(const std::string& scene_argument) {
                                   ", and builtin:NAME");
 }
 
-Result<LoadedScene> load_scene(const std::string& scene_argument, const LoadProgress& progress) {
+Result<LoadedScene> load_scene(const std::string& scene_argument, const LoadProgress& progress,
+                               const ImportLimits& limits) {
   TESSERA_RETURN_IF_ERROR(check_scene_name(scene_argument));
   if (scene_argument.starts_with("builtin:")) return make_builtin(scene_argument.substr(8));
   TESSERA_RETURN_IF_ERROR(check_file("scene", scene_argument, "builtin:NAME"));
-  return import_file(scene_argument, progress);
+  return import_file(scene_argument, progress, limits);
 }
 
 Status check_sky_name(const std::string& path) {
@@ -83,10 +84,11 @@ Status check_sky_name(const std::string& path) {
 }
 
 Result<std::shared_ptr<const EnvironmentMap>> load_sky(const std::string& path,
-                                                       const LoadProgress& progress) {
+                                                       const LoadProgress& progress,
+                                                       const ImportLimits& limits) {
   TESSERA_RETURN_IF_ERROR(check_sky_name(path));
   TESSERA_RETURN_IF_ERROR(check_file("environment", path, "constant:R,G,B"));
-  auto loaded = import_file(path, progress);
+  auto loaded = import_file(path, progress, limits);
   if (!loaded.is_ok()) return loaded.status();
   return loaded->scene.environment_map;
 }

@@ -12,6 +12,7 @@
 
 #include "common/base/status.h"
 #include "common/scene/scene.h"
+#include "master/loader/import_process.h"
 
 namespace tessera::master {
 
@@ -33,7 +34,8 @@ using LoadProgress = std::function<bool(const std::string& text, double fraction
 
 // Returns: one line naming the file and what to do: kNotFound, kInvalidArgument (malformed: element
 // and line), kResourceExhausted (limits), kDataLoss, kCancelled (progress said so).
-Result<LoadedScene> load_scene(const std::string& scene_argument, const LoadProgress& progress);
+Result<LoadedScene> load_scene(const std::string& scene_argument, const LoadProgress& progress,
+                               const ImportLimits& limits = {});
 
 // Whether `path` can name the picture of a sky. Returns: kInvalidArgument, about --environment.
 Status check_sky_name(const std::string& path);
@@ -41,7 +43,8 @@ Status check_sky_name(const std::string& path);
 // Loads a latitude-longitude picture of what surrounds the scene, in a process of its own as scenes
 // are. Returns: as load_scene().
 Result<std::shared_ptr<const EnvironmentMap>> load_sky(const std::string& path,
-                                                       const LoadProgress& progress);
+                                                       const LoadProgress& progress,
+                                                       const ImportLimits& limits = {});
 
 // The built-in scenes of builtin.cpp.
 std::vector<std::string> builtin_names();

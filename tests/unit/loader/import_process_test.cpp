@@ -236,6 +236,16 @@ TEST_F(Import, ItIsStoppedWhenItHangs) {
   auto stream = run_instead("exec sleep 100", 0.3);
   ASSERT_FALSE(stream.is_ok());
   EXPECT_EQ(stream.status().code(), StatusCode::kResourceExhausted);
+  EXPECT_NE(stream.status().message().find("--import-seconds"), std::string::npos);
+}
+
+TEST_F(Import, ItIsToldItsSecondsAndHasNoEnvironment) {
+  EXPECT_EQ(run_instead("echo tessera-import: $1 >&2; exit 1", 41.5).status().message(),
+            "--cpu-seconds=42");
+  setenv("TESSERA_SECRET", "seen", 1);
+  EXPECT_EQ(run_instead("echo tessera-import: [$TESSERA_SECRET] >&2; exit 1").status().message(),
+            "[]");
+  unsetenv("TESSERA_SECRET");
 }
 
 TEST_F(Import, ItIsStoppedOnRequest) {
