@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "common/base/clean_text.h"
 #include "common/base/cpu_count.h"
 #include "common/base/limits.h"
 #include "common/base/log.h"
@@ -30,7 +31,7 @@ namespace tessera::slave {
 namespace {
 
 int fail(const Status& status) {
-  std::fprintf(stderr, "tessera-slave: %s\n", status.message().c_str());
+  std::fprintf(stderr, "tessera-slave: %s\n", clean_text(status.message()).c_str());
   return 1;
 }
 

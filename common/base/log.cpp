@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "common/base/clean_text.h"
 #include "common/base/json.h"
 #include "common/base/log_limiter.h"
 #include "common/base/mutex.h"
@@ -30,28 +31,28 @@ std::shared_ptr<spdlog::logger>& logger() {
 std::string json_body(std::string_view event, std::string_view text,
                       std::initializer_list<LogField> fields) {
   std::string out = "\"event\":";
-  append_json_string(out, event);
+  append_json_string(out, clean_text(event));
   out += ",\"text\":";
-  append_json_string(out, text);
+  append_json_string(out, clean_text(text));
   for (const LogField& field : fields) {
     out.push_back(',');
     append_json_string(out, field.key);
     out.push_back(':');
-    append_json_string(out, field.value);
+    append_json_string(out, clean_text(field.value));
   }
   return out;
 }
 
 std::string text_body(std::string_view event, std::string_view text,
                       std::initializer_list<LogField> fields) {
-  std::string out(event);
+  std::string out = clean_text(event);
   out += ": ";
-  out += text;
+  out += clean_text(text);
   for (const LogField& field : fields) {
     out += ' ';
     out += field.key;
     out += '=';
-    for (const char c : field.value) out.push_back(static_cast<unsigned char>(c) < 0x20 ? '?' : c);
+    out += clean_text(field.value);
   }
   return out;
 }

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "common/base/clean_text.h"
+
 namespace tessera::master {
 namespace {
 
@@ -122,7 +124,7 @@ void Progress::clear() {
 void Progress::say(const std::string& line) {
   MutexLock lock(mutex_);
   clear_line();
-  std::fprintf(out_, "%s\n", line.c_str());
+  std::fprintf(out_, "%s\n", clean_text(line).c_str());
 }
 
 void Progress::clear_line() {
@@ -132,7 +134,7 @@ void Progress::clear_line() {
 
 void Progress::update(const std::string& text, double share) {
   MutexLock lock(mutex_);
-  text_ = text;
+  text_ = clean_text(text);
   share_ = share;
   if (is_quiet_) return;
   const TimePoint now = Clock::now();
@@ -182,7 +184,7 @@ void Progress::finish(const std::string& text) {
   const TimePoint now = Clock::now();
   if (!is_quiet_) {
     clear_line();
-    std::fprintf(out_, "%s (%s)\n", text.c_str(), time_.spent_text(now).c_str());
+    std::fprintf(out_, "%s (%s)\n", clean_text(text).c_str(), time_.spent_text(now).c_str());
   }
   time_.begin(now);
   last_shown_.reset();

@@ -4,17 +4,22 @@
 #include <cstdio>
 #include <exception>
 
+#include "common/base/clean_text.h"
 #include "master/commands/commands.h"
 
 namespace tessera::master {
+namespace {
+constexpr std::size_t kListBytesMax = std::size_t{1} << 20;  // a line for each frame that failed
+}  // namespace
 
 int report_failure(const Status& status) {
-  std::fprintf(stderr, "tessera-master: %s\n", status.message().c_str());
+  std::fprintf(stderr, "tessera-master: %s\n", clean_text(status.message()).c_str());
   return 1;
 }
 
 int report_failed_frames(const std::string& lines) {
-  std::fprintf(stderr, "tessera-master: %s\n", lines.c_str());
+  std::fprintf(stderr, "tessera-master: %s\n",
+               clean_text(lines, kListBytesMax, /*is_block=*/true).c_str());
   return 3;
 }
 

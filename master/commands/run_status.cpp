@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <string>
 
+#include "common/base/clean_text.h"
 #include "common/base/json.h"
 #include "master/commands/commands.h"
 #include "master/session/remote_session.h"
@@ -114,8 +115,8 @@ void print_totals(const ClusterStatus& status) {
 void print_table(const ClusterStatus& status) {
   print_totals(status);
   for (const QuarantinedSlave& slave : status.quarantined) {
-    std::printf("held back for %.0f s more: %s (%s)\n", slave.seconds, slave.name.c_str(),
-                slave.reason.c_str());
+    std::printf("held back for %.0f s more: %s (%s)\n", slave.seconds,
+                clean_text(slave.name).c_str(), clean_text(slave.reason).c_str());
   }
   if (status.slaves.empty()) return;
   std::size_t name_width = 5;
@@ -127,8 +128,8 @@ void print_table(const ClusterStatus& status) {
   for (const SlaveStatus& s : status.slaves) {
     const auto count = [](std::uint64_t n) { return short_count(static_cast<double>(n)); };
     std::printf("%-*s %-11s %7u %-6s %4.0f%% %8s %8.2f %8.2f %5u %5u %5s %8s %8s %8s\n", width,
-                s.name.c_str(), std::string(slave_state_name(s.state)).c_str(), s.threads,
-                std::string(isa_name(s.isa)).c_str(), 100 * s.utilisation,
+                clean_text(s.name).c_str(), std::string(slave_state_name(s.state)).c_str(),
+                s.threads, std::string(isa_name(s.isa)).c_str(), 100 * s.utilisation,
                 short_count(s.tiles_per_second).c_str(), 1e3 * s.tile_seconds, 1e3 * s.rtt_seconds,
                 s.tiles_in_flight, s.prefetch_depth, count(s.scene_version).c_str(),
                 count(s.tiles.accepted).c_str(), count(s.tiles.rejected).c_str(),

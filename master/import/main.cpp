@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "common/base/clean_text.h"
 #include "common/base/cli_usage.h"
 #include "common/base/memory_room.h"
 #include "common/base/version.h"
@@ -27,9 +28,7 @@ using tessera::Status;
 constexpr std::size_t kWarningsMax = 50;  // a person reads no more
 
 int report(const std::string& text, int exit_code) {
-  std::string line = text;
-  std::replace(line.begin(), line.end(), '\n', ' ');
-  std::fprintf(stderr, "tessera-import: %s\n", line.c_str());
+  std::fprintf(stderr, "tessera-import: %s\n", tessera::clean_text(text).c_str());
   return exit_code;
 }
 

@@ -215,6 +215,22 @@ class WrongInput(unittest.TestCase):
                 self.assertIn(word, run.stderr)
                 (self.folder / "warned.png").unlink()
 
+    def test_no_name_of_a_file_moves_the_cursor(self):
+        for number, name in enumerate(("\x1b[2Jgone", "\x1b]0;title\x07", "a\u009b31mb", "a\x9b31mb", "\u202egnp")):
+            with self.subTest(repr(name)):
+                path = self.folder / f"escape{number}.obj"
+                path.write_bytes(f"mtllib {name}.mtl\n".encode("latin-1" if "\x9b" in name and number == 3 else "utf-8") +
+                                 (QUAD + f"usemtl {name}\nf 1 2 3 4\n").encode())
+                run = subprocess.run([cluster_lib.program("tessera-master"), "render", path.name, "--size", "16x16", "-o",
+                                      "escape.png"], cwd=self.folder, stdin=subprocess.DEVNULL, capture_output=True,
+                                     timeout=cluster_lib.PATIENCE_S)
+                self.assertEqual(run.returncode, 0, run.stderr)
+                self.assertIn(b".mtl", run.stderr)
+                told = run.stderr.decode()  # strictly: what is no UTF-8 raises
+                self.assertFalse([c for c in told if c != "\n" and (not c.isprintable() or 0x80 <= ord(c) < 0xa0)], told)
+                (self.folder / "escape.png").unlink()
+                path.unlink()
+
     def test_a_scene_that_may_not_be_read(self):
         path = self.folder / "secret.obj"
         path.write_text(QUAD)
