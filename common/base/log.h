@@ -2,7 +2,7 @@
 // Log lines for operators, as text or as one JSON object per line, on stderr.
 //
 // One event of the world gives one line: a short event name ("slave-lost"), a sentence, and fields.
-// Texts are cleaned (clean_text.h). Never logged: keys, pixels, scene content. spdlog is confined to log.cpp.
+// Never logged: keys, pixels, scene content. spdlog is confined to log.cpp.
 //
 // An event of level info and above is written kLogLinesMax times in kLogInterval; further lines are
 // summed up in one line of their own (log_limiter.h). Levels below are for debugging and are not

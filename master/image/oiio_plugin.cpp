@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Built as tessera_image_oiio.so, which is loaded when the first picture is written or read. This part writes.
+// Built as tessera_image_oiio.so, which is loaded when the first picture is written or read. This
+// part writes.
 #include "master/image/oiio_plugin.h"
 
 #include <OpenImageIO/filesystem.h>

@@ -65,8 +65,8 @@ using OpenPictureFunction = PluginPicture* (*)(const char* path, const char* rea
                                                const void* bytes, std::size_t size,
                                                PluginShape* shape, char* error,
                                                std::size_t error_bytes);
-// Reads the first `channels` of all pixels, each pixel to a place of `stride` texels. Returns: 0, or
-// 1 with a line in `error`.
+// Reads the first `channels` of all pixels, each pixel to a place of `stride` texels.
+// Returns: 0, or 1 with a line in `error`.
 using ReadPictureFunction = int (*)(PluginPicture*, PluginTexels type, int channels, int stride,
                                     void* out, char* error, std::size_t error_bytes);
 // Makes values linear by the encoding that the file states, else as sRGB for integers and as linear

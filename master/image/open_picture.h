@@ -24,9 +24,10 @@ class OpenPicture {
   const PluginShape& shape() const { return shape_; }
   std::uint64_t file_bytes() const { return file_bytes_; }
 
-  // Reads the first `channels` of each pixel to a place of `stride` texels, of which the others stay
-  // as they are. Texel: uint8, uint16 or float.
-  // Requires: channels <= stride, channels <= shape().channels; `texels` has width * height * stride.
+  // Reads the first `channels` of each pixel to a place of `stride` texels, of which the others
+  // stay as they are. Texel: uint8, uint16 or float.
+  // Requires: channels <= stride, channels <= shape().channels; `texels` has
+  // width * height * stride elements.
   template <typename Texel>
   Status read(int channels, int stride, std::span<Texel> texels) const {
     static_assert(sizeof(Texel) == 1 || sizeof(Texel) == 2 || sizeof(Texel) == 4);

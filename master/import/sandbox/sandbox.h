@@ -3,8 +3,8 @@
 // on memory and time, no files but those that are named and those for reading alone, and no system
 // calls but those that reading and computing need. README.md has the table.
 //
-// Threads. Call once, from the only thread. In builds with sanitizers, whose own threads and calls it would stop, only the
-// limits on time hold.
+// Threads. Call once, from the only thread. In builds with sanitizers, whose own threads and calls
+// it would stop, only the limits on time hold.
 #pragma once
 
 #include <cstdint>
