@@ -7,7 +7,7 @@
 
 #include "common/scene/animation.h"
 
-namespace tessera::testing {
+namespace tessera::test {
 namespace {
 
 using Numbers = std::vector<double>;
@@ -52,9 +52,9 @@ Numbers turned(const Numbers& a, Numbers b, double t) {
   const double angle = std::acos(std::min(d, 1.0));
   Numbers r(4);
   for (std::size_t i = 0; i < 4; ++i) {
-    r[i] = angle < 1e-7 ? (1 - t) * a[i] + t * b[i]
-                        : (std::sin((1 - t) * angle) * a[i] + std::sin(t * angle) * b[i]) /
-                              std::sin(angle);
+    r[i] = angle < 1e-7
+               ? (1 - t) * a[i] + t * b[i]
+               : (std::sin((1 - t) * angle) * a[i] + std::sin(t * angle) * b[i]) / std::sin(angle);
   }
   return r;
 }
@@ -121,10 +121,10 @@ Matrix4 reference_place(const SceneAnimation& a, std::uint32_t number, double se
     const Numbers move =
         property(a, number, MotionPath::kTranslation, seconds, numbers_of(node.translation));
     const Numbers scale = property(a, number, MotionPath::kScale, seconds, numbers_of(node.scale));
-    const Numbers q = normalised(
-        property(a, number, MotionPath::kRotation, seconds,
-                 {static_cast<double>(rest.x), static_cast<double>(rest.y),
-                  static_cast<double>(rest.z), static_cast<double>(rest.w)}));
+    const Numbers q =
+        normalised(property(a, number, MotionPath::kRotation, seconds,
+                            {static_cast<double>(rest.x), static_cast<double>(rest.y),
+                             static_cast<double>(rest.z), static_cast<double>(rest.w)}));
     // The rotation as the product of two 4x4 matrices of the quaternion.
     const Matrix4 left{{{q[3], -q[2], q[1], q[0]},
                         {q[2], q[3], -q[0], q[1]},
@@ -141,8 +141,7 @@ Matrix4 reference_place(const SceneAnimation& a, std::uint32_t number, double se
     }
     local = product(moved, product(product(left, right), scaled));
   }
-  return node.parent == kNoIndex ? local
-                                 : product(reference_place(a, node.parent, seconds), local);
+  return node.parent == kNoIndex ? local : product(reference_place(a, node.parent, seconds), local);
 }
 
 std::vector<std::array<double, 3>> reference_vertices(const Scene& scene, std::size_t deformed,
@@ -164,8 +163,8 @@ std::vector<std::array<double, 3>> reference_vertices(const Scene& scene, std::s
   std::vector<Matrix4> joints;
   for (std::size_t i = 0; i < how.joint_count; ++i) {
     const Joint& joint = a.joints[how.first_joint + i];
-    joints.push_back(product(reference_place(a, joint.node, seconds),
-                             matrix_of(joint.inverse_bind)));
+    joints.push_back(
+        product(reference_place(a, joint.node, seconds), matrix_of(joint.inverse_bind)));
   }
   const std::vector<Vec3f>& rest = scene.meshes[how.mesh]->positions;
   std::vector<std::array<double, 3>> all;
@@ -196,4 +195,4 @@ std::vector<std::array<double, 3>> reference_vertices(const Scene& scene, std::s
   return all;
 }
 
-}  // namespace tessera::testing
+}  // namespace tessera::test

@@ -10,7 +10,7 @@
 
 #include "common/scene/scene.h"
 
-namespace tessera::testing {
+namespace tessera::test {
 
 using Matrix4 = std::array<std::array<double, 4>, 4>;
 
@@ -21,4 +21,4 @@ Matrix4 reference_place(const SceneAnimation& animation, std::uint32_t node, dou
 std::vector<std::array<double, 3>> reference_vertices(const Scene& scene, std::size_t deformed,
                                                       double seconds);
 
-}  // namespace tessera::testing
+}  // namespace tessera::test

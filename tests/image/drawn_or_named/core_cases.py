@@ -64,20 +64,44 @@ named("node.scale (singular)", lambda f: f.doc["nodes"].append({"mesh": 0, "name
       f.doc["scenes"][0]["nodes"].append(3), "node 3 'flat': mesh is not drawn: the matrix of the node")
 drawn("node.scale (mirrored)", set_key("node", "scale", [-1, 1, 1]), same(.02))
 refused("node.children (circle)", lambda f: f.node.update(children=[0]), "node 0: is its own ancestor")
-named("node.skin", lambda f: f.node.update(skin=0) or f.doc.update(skins=[{"joints": [1]}]), "holds skins, which are not played")
-named("skins", lambda f: f.doc.update(skins=[{"joints": [0], "skeleton": 0, "inverseBindMatrices": 0}]), "the rest pose is shown")
+named("node.skin", lambda f: f.node.update(skin=0) or f.doc.update(skins=[{"joints": [1]}]), "skin moves nothing")
+
+
+def skinned(f):
+    """The mesh hangs on node 3, which is half as large, from where it stood."""
+    count = len(POSITIONS)
+    f.primitive["attributes"].update(JOINTS_0=f.accessor([(0, 0, 0, 0)] * count, UBYTE, "VEC4"),
+                                     WEIGHTS_0=f.accessor([(1, 0, 0, 0)] * count, FLOAT, "VEC4"))
+    f.doc["nodes"].append({"scale": [.5, .5, .5]})
+    f.doc["scenes"][0]["nodes"].append(3)
+    f.node.update(skin=0)
+    f.doc.update(skins=[{"joints": [3], "skeleton": 3}])
+
+
+drawn("skins", skinned, darker())
+refused("skins (joint out of range)", lambda f: skinned(f) or f.doc["skins"][0].update(joints=[9]), "skin 0: joints holds")
 
 
 def morphed(f):
     f.primitive["targets"] = [{"POSITION": f.accessor([(0, 0, 1)] * len(POSITIONS), FLOAT, "VEC3")}]
 
 
-named("primitive.targets", morphed, "holds morph targets, which are not played")
-named("mesh.weights", lambda f: morphed(f) or f.doc["meshes"][0].update(weights=[1]), "holds morph targets, which are not played")
-named("node.weights", lambda f: morphed(f) or f.node.update(weights=[1]), "holds morph targets, which are not played")
-named("animations", lambda f: f.doc.update(animations=[{
-    "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
-    "samplers": [{"input": 0, "output": 0, "interpolation": "LINEAR"}]}]), "holds animations, which are not played")
+drawn("primitive.targets", morphed, same(0))
+drawn("mesh.weights", lambda f: morphed(f) or f.doc["meshes"][0].update(weights=[1]), brighter())
+drawn("node.weights", lambda f: morphed(f) or f.node.update(weights=[1]), brighter())
+
+
+def animated(f, times=(0, 1), values=((-9, 0, 0), (0, 0, 0)), **sampler):
+    """The mesh comes into the picture from the left; at 0 s it is not there."""
+    f.doc.update(animations=[{
+        "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+        "samplers": [{"input": f.accessor(times, FLOAT, "SCALAR"), "output": f.accessor(values, FLOAT, "VEC3"), **sampler}]}])
+
+
+drawn("animations", animated, darker())
+drawn("sampler.interpolation", lambda f: animated(f, interpolation="STEP"), darker())
+refused("sampler.input (falls)", lambda f: animated(f, times=(1, 0)), "input does not rise at key 1")
+refused("sampler.interpolation (unknown)", lambda f: animated(f, interpolation="ROUND"), "'ROUND'; it must be LINEAR")
 
 # cameras
 drawn("camera.perspective.yfov", lambda f: f.camera["perspective"].update(yfov=1.2), darker())
@@ -134,10 +158,12 @@ named("primitive.attributes.COLOR_1", lambda f: f.attributes.update(
     COLOR_1=f.accessor([(1, 0, 0)] * len(POSITIONS), FLOAT, "VEC3")), "attributes.COLOR_1 is not read")
 silent("primitive.attributes._CUSTOM", lambda f: f.attributes.update(_CUSTOM=0), "an application's own")
 silent("primitive.attributes.TEXCOORD_1 (unused)", lambda f: f.attributes.update(TEXCOORD_1=2), "no texture uses it")
-named("primitive.attributes.JOINTS_0", lambda f: f.attributes.update(JOINTS_0=f.accessor(
-    [(0, 0, 0, 0)] * len(POSITIONS), UBYTE, "VEC4")) or f.doc.update(skins=[{"joints": [0]}]), "holds skins")
-named("primitive.attributes.WEIGHTS_0", lambda f: f.attributes.update(WEIGHTS_0=f.accessor(
-    [(1, 0, 0, 0)] * len(POSITIONS), FLOAT, "VEC4")) or f.doc.update(skins=[{"joints": [0]}]), "holds skins")
+refused("primitive.attributes.JOINTS_0 (alone)", lambda f: f.attributes.update(JOINTS_0=f.accessor(
+    [(0, 0, 0, 0)] * len(POSITIONS), UBYTE, "VEC4")), "JOINTS_0 and WEIGHTS_0 come together")
+refused("primitive.attributes.WEIGHTS_0 (zero)", lambda f: skinned(f) or f.attributes.update(
+    WEIGHTS_0=f.accessor([(0, 0, 0, 0)] * len(POSITIONS), FLOAT, "VEC4")), "of vertex 0 sum to 0")
+refused("primitive.attributes.WEIGHTS_0 (alone)", lambda f: f.attributes.update(WEIGHTS_0=f.accessor(
+    [(1, 0, 0, 0)] * len(POSITIONS), FLOAT, "VEC4")), "JOINTS_0 and WEIGHTS_0 come together")
 drawn("textureInfo.texCoord", lambda f: textured(f, texCoord=1) or f.attributes.update(
     TEXCOORD_1=f.accessor([(.1, .1)] * len(UVS), FLOAT, "VEC2")), colour(0), base=textured)
 drawn("textureInfo.texCoord 3", lambda f: textured(f, texCoord=3) or f.attributes.update(
