@@ -271,7 +271,7 @@ TEST_F(LinkStorm, Applications) {
   }
   std::string words = bytes_of(announce);
   for (std::uint32_t i = 0; i < scene.blocks.size(); ++i)
-    words += bytes_of(wire::SceneChunk{1, i, 0, net::SharedBytes::of(*scene.blocks[i].bytes)});
+    words += bytes_of(wire::SceneChunk{1, i, 0, {scene.blocks[i].bytes, *scene.blocks[i].bytes}});
   FrameSettings settings;
   settings.width_px = settings.height_px = 64;
   for (FrameId frame = 0; frame < 3; ++frame)

@@ -100,9 +100,9 @@ class PartWriter {
     const auto surface = face_surface(face, loops->bounds);
     if (!surface.is_ok()) return surface.status();
     kind = surface->kind;
-    const auto shared = share_out(loops->loops, surface->u, surface->v);
-    if (!shared.is_ok()) return shared.status();
-    const FaceTrims& trims = *shared;
+    const auto shared_out = share_out(loops->loops, surface->u, surface->v);
+    if (!shared_out.is_ok()) return shared_out.status();
+    const FaceTrims& trims = *shared_out;
     if (surface->approximation > 0) {
       ++inexact_.face_count;
       inexact_.face_error = std::max(inexact_.face_error, surface->approximation);
