@@ -135,7 +135,7 @@ Status validate_moved(const SceneAnimation& a, const Scene& scene) {
 // influences: those of the mesh.
 Status validate_influences(const DeformedMesh& how, std::size_t vertices,
                            const Influence* influences, const std::string& name) {
-  for (std::size_t vertex = 0; vertex < vertices; ++vertex) {
+  for (std::size_t vertex = 0; how.influence_count > 0 && vertex < vertices; ++vertex) {
     float sum = 0;
     for (std::size_t i = 0; i < how.influence_count; ++i) {
       const Influence& influence = influences[vertex * how.influence_count + i];

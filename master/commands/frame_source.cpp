@@ -29,6 +29,33 @@ std::string contents_of(const Scene& scene) {
   return counted(triangles, "triangle", "triangles") + (patches > 0 ? ", " + told : "");
 }
 
+// The scene at a time, with what stands elsewhere on its way to another, so that a camera that sees
+// all of it sees the motion.
+Result<Scene> whole_motion(const Scene& scene, double first_seconds, double last_seconds) {
+  constexpr int kSteps = 8;
+  ScenePoser poser;
+  const Result<Scene> first = poser.at(scene, first_seconds);
+  Result<Scene> all = first;
+  for (int step = 1; first.is_ok() && scene.animation && step <= kSteps; ++step) {
+    const double share = static_cast<double>(step) / kSteps;
+    Result<Scene> later = poser.at(scene, first_seconds + share * (last_seconds - first_seconds));
+    if (!later.is_ok()) return later;
+    // Where an object is hidden for a while, numbers do not agree, and the step is left out.
+    if (later->instances.size() != first->instances.size()) continue;
+    for (std::size_t i = 0; i < later->instances.size(); ++i) {
+      Instance instance = later->instances[i];
+      if (instance.kind != ObjectKind::kMesh) continue;
+      const auto& mesh = later->meshes[instance.mesh];
+      const bool is_still = instance == first->instances[i] && mesh == first->meshes[instance.mesh];
+      if (is_still) continue;
+      instance.mesh = static_cast<std::uint32_t>(all->meshes.size());
+      all->meshes.push_back(mesh);
+      all->instances.push_back(instance);
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 Camera turned(const Camera& camera, Vec3f centre, double degrees) {
@@ -90,19 +117,23 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
     progress.say("tessera-master: the animation ends at " +
                  std::to_string(scene.animation->duration_seconds()) +
                  " s; later frames show its end");
-  const double first_seconds = static_cast<double>(options.frame_first) / options.fps;
-  const auto first_pose = ScenePoser().at(scene, first_seconds);
-  if (!first_pose.is_ok()) return first_pose.status();
+  const bool is_shown_whole = options.command == Command::kView || !source.is_timed();
+  const double fps = options.fps;
+  const auto motion = whole_motion(
+      scene, is_shown_whole ? 0 : static_cast<double>(options.frame_first) / fps,
+      is_shown_whole && source.is_timed() ? scene.animation->duration_seconds()
+                                          : static_cast<double>(options.frame_last) / fps);
+  if (!motion.is_ok()) return motion.status();
   if (source.is_timed() && !scene.animation->cameras.empty())
     progress.say(
         "tessera-master: warning: a camera of the scene moves; it stands where it is at "
         "the first frame");
   TESSERA_RETURN_IF_ERROR(
-      source.camera_.settle(*first_pose, source.settings_.width_px, source.settings_.height_px));
+      source.camera_.settle(*motion, source.settings_.width_px, source.settings_.height_px));
   source.orbit_degrees_ = options.orbit_degrees;
   source.frame_first_ = options.frame_first;
   source.frame_last_ = options.frame_last;
-  source.orbit_centre_ = source.camera_.orbit_centre(*first_pose);
+  source.orbit_centre_ = source.camera_.orbit_centre(*motion);
   TESSERA_RETURN_IF_ERROR(validate_planes(source.settings_));
   const Status status = validate_frame_settings(source.settings_at(0));
   if (!status.is_ok()) {
