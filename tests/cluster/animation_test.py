@@ -12,7 +12,8 @@ import unittest
 import cluster_lib
 
 SHARED = pathlib.Path(__file__).parents[3] / "shared/scenes/gltf"  # files of others, where they are
-SIZE = ["--size", "120x90", "--renderer", "direct"]
+SIZE = ["--size", "120x90", "--renderer", "direct", "--aa", "1", "--light", "studio", "--exposure", "0"]
+CAMERA = ["--camera", "1,1,6 0,-0.7,0 0,1,0 40"]  # the usual one sees what moves
 SIDE = 60  # the sheet has 2 * SIDE^2 triangles, so that its vertices are far more than a frame's bytes
 
 
@@ -80,15 +81,15 @@ class Animation(unittest.TestCase):
         return run.stderr, [json.loads(line) for line in path.read_text().splitlines()] if code == 0 else []
 
     def test_frames_follow_their_times(self):
-        told, frames = self.alone(self.file, "--frames", "0:24", "--fps", "24")
+        told, frames = self.alone(self.file, "--frames", "0:24", "--fps", "24", *CAMERA)
         digests = [f["digest"] for f in frames]
         self.assertIn("animation 'swing', 1 s; others: 'bend'", told)
         self.assertGreater(len(set(digests)), 10)
         self.assertEqual(digests[0], digests[24])  # it swings back
-        _, bent = self.alone(self.file, "--frames", "0:12", "--animation", "bend")
-        _, both = self.alone(self.file, "--frames", "0:12", "--animation", "all")
+        _, bent = self.alone(self.file, "--frames", "0:12", "--animation", "bend", *CAMERA)
+        _, both = self.alone(self.file, "--frames", "0:12", "--animation", "all", *CAMERA)
         self.assertEqual(len({frames[6]["digest"], bent[6]["digest"], both[6]["digest"]}), 3)
-        _, rest = self.alone(self.file, "--frames", "0:2", "--animation", "none")
+        _, rest = self.alone(self.file, "--frames", "0:2", "--animation", "none", *CAMERA)
         self.assertEqual(len({f["digest"] for f in rest} | {digests[0]}), 1)
         told, _ = self.alone(self.file, "--animation", "swim", code=1)
         self.assertIn("--animation swim: the scene has 'swing', 'bend'; or say all, or none", told)
