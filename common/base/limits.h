@@ -73,8 +73,8 @@ static_assert(kSceneBlockChunksMax * std::size_t{32} <= kSceneChunkListBytesMax)
 inline constexpr std::uint32_t kInstancesMax = 1u << 20;
 inline constexpr std::uint32_t kMaterialsMax = 65536;
 inline constexpr std::uint32_t kLightsMax = 65536;
-// Nodes of a scene's animation, as many as instances; joints that pull at one vertex: files have 4 or
-// 8.
+// Nodes of a scene's animation, as many as instances; joints that pull at one vertex: files have 4
+// or 8.
 inline constexpr std::uint32_t kAnimationNodesMax = kInstancesMax;
 inline constexpr std::uint32_t kInfluencesMax = 64;
 inline constexpr std::uint32_t kCamerasMax = 1024;  // cameras that a person can choose from

@@ -153,4 +153,13 @@ class BlockReader {
   bool is_good_ = true;
 };
 
+// Returns: false for a value above `last`.
+template <typename Enum>
+bool get_enum(BlockReader& in, Enum& value, Enum last) {
+  const auto number = in.get<std::uint32_t>();
+  if (number > static_cast<std::uint32_t>(last)) return false;
+  value = static_cast<Enum>(number);
+  return in.is_good();
+}
+
 }  // namespace tessera

@@ -9,19 +9,11 @@
 #include "common/scene/animation.h"
 #include "common/scene/block_bytes.h"
 #include "common/scene/material_bytes.h"
+#include "common/scene/picture_blocks.h"
 #include "common/scene/validate.h"
 
 namespace tessera {
 namespace {
-
-// Returns: false for a value above `last`.
-template <typename Enum>
-bool get_enum(BlockReader& in, Enum& value, Enum last) {
-  const auto number = in.get<std::uint32_t>();
-  if (number > static_cast<std::uint32_t>(last)) return false;
-  value = static_cast<Enum>(number);
-  return in.is_good();
-}
 
 // Calls f with the arrays of an object that is nothing but arrays, in the order of its block.
 // Object: a Mesh, a PatchSurface or a SceneAnimation, constant or not. Returns: what f returns.
@@ -82,50 +74,6 @@ PrimitiveCounts surface_counts(std::span<const std::byte> bytes) {
       skip(sizeof(std::uint32_t), passed) && skip(sizeof(std::uint32_t), passed) &&
       skip(sizeof(std::uint8_t), passed) && skip(sizeof(TrimPoint), counts.trim_points);
   return is_good ? counts : PrimitiveCounts{};
-}
-
-SceneBlock encode_texture(const Texture& texture) {
-  BlockWriter out(BlockKind::kTexture);
-  out.put(std::int32_t{texture.width_px});
-  out.put(std::int32_t{texture.height_px});
-  out.put(std::uint32_t{texture.is_srgb ? 1u : 0u});
-  out.put(static_cast<std::uint32_t>(texture.wrap_u));
-  out.put(static_cast<std::uint32_t>(texture.wrap_v));
-  out.put(std::uint32_t{texture.is_nearest ? 1u : 0u});
-  out.put_array(texture.rgba);
-  out.put_array(texture.rgba16);
-  return make_scene_block(out.finish());
-}
-
-std::shared_ptr<const Texture> decode_texture(std::span<const std::byte> bytes) {
-  BlockReader in(bytes);
-  auto texture = std::make_shared<Texture>();
-  if (!in.open(BlockKind::kTexture)) return nullptr;
-  texture->width_px = in.get<std::int32_t>();
-  texture->height_px = in.get<std::int32_t>();
-  texture->is_srgb = in.get<std::uint32_t>() != 0;
-  const bool is_wrapped = get_enum(in, texture->wrap_u, TextureWrap::kClamp) &&
-                          get_enum(in, texture->wrap_v, TextureWrap::kClamp);
-  texture->is_nearest = in.get<std::uint32_t>() != 0;
-  const bool is_good = is_wrapped && in.get_array(texture->rgba) && in.get_array(texture->rgba16);
-  return is_good && in.is_finished() ? texture : nullptr;
-}
-
-SceneBlock encode_environment(const EnvironmentMap& map) {
-  BlockWriter out(BlockKind::kEnvironment);
-  out.put(std::int32_t{map.width_px});
-  out.put(std::int32_t{map.height_px});
-  out.put_array(map.rgb);
-  return make_scene_block(out.finish());
-}
-
-std::shared_ptr<const EnvironmentMap> decode_environment(std::span<const std::byte> bytes) {
-  BlockReader in(bytes);
-  auto map = std::make_shared<EnvironmentMap>();
-  if (!in.open(BlockKind::kEnvironment)) return nullptr;
-  map->width_px = in.get<std::int32_t>();
-  map->height_px = in.get<std::int32_t>();
-  return in.get_array(map->rgb) && in.is_finished() ? map : nullptr;
 }
 
 void put_camera(BlockWriter& out, const Camera& camera) {
@@ -354,8 +302,10 @@ EncodedScene SceneEncoder::encode(const Scene& scene) {
     add(mesh, [&] { return encode_arrays(BlockKind::kMesh, *mesh); });
   for (const auto& surface : scene.surfaces)
     add(surface, [&] { return encode_arrays(BlockKind::kPatchSurface, *surface); });
-  for (const auto& texture : scene.textures) add(texture, [&] { return encode_texture(*texture); });
-  if (const auto& map = scene.environment_map) add(map, [&] { return encode_environment(*map); });
+  for (const auto& texture : scene.textures)
+    add(texture, [&] { return make_scene_block(encode_texture(*texture)); });
+  if (const auto& map = scene.environment_map)
+    add(map, [&] { return make_scene_block(encode_environment(*map)); });
   if (const auto& motion = scene.animation)
     add(motion, [&] { return encode_arrays(BlockKind::kAnimation, *motion); });
   known_ = std::move(used);  // what this version does not use is forgotten

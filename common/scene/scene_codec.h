@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A scene as content-addressed blocks, which tessera-import hands over, the master keeps and
 // broadcasts, and slaves cache. A block is one mesh, one surface, one texture, the environment map,
-// the animation, or the root (everything small, with the others by block index). Equal content has equal bytes,
-// hence an equal digest, so an update sends only blocks that the receiver lacks.
+// the animation, or the root (everything small, with the others by block index). Equal content has
+// equal bytes, hence an equal digest, so an update sends only blocks that the receiver lacks.
 //
 // Bytes. Little-endian, arrays length-prefixed by uint64 counts; layout in common/scene/README.md.
 // Every count is checked against the bytes present before memory is taken.

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <set>
@@ -52,6 +51,31 @@ void add_gi_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
       ->type_name("on|off");
 }
 
+// How much work a pixel is.
+void add_sample_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
+  add_text(
+      app, "--aa", t.samples, "N|auto",
+      "samples per pixel, 1 to 256, or auto (render without --passes: 4, igi 16 where surfaces "
+      "shine or pass light, path 64; otherwise 1)");
+  app.add_option("--passes", o.passes,
+                 "pictures with other random choices that are averaged, 1 to 65536; view: while "
+                 "nothing moves (default: 1; view: 64)")
+      ->check(whole_in(1, static_cast<int>(kPassesMax)))
+      ->type_name("N");
+  app.add_option("--light-samples", o.frame.light_samples,
+                 "direct: samples per area light and of the sky, 1 to 256")
+      ->check(whole_in(1, kLightSamplesMax))
+      ->capture_default_str()
+      ->type_name("N");
+  app.add_option(
+         "--bounces", o.frame.bounces,
+         "igi, path: surfaces that light may meet after the one that is seen, 0 (direct light "
+         "only) to 64")
+      ->check(whole_in(0, kBouncesMax))
+      ->capture_default_str()
+      ->type_name("N");
+}
+
 void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
   app.add_option(
          "SCENE", o.scene,
@@ -79,27 +103,7 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
            "igi (light over all surfaces, from --vpls points that shed it), direct (lights and "
            "shadows), path (as igi, without noise in common or bias), or "
            "primary (distance to the first surface; PNG shows 1 and more as white)");
-  add_text(
-      app, "--aa", t.samples, "N|auto",
-      "samples per pixel, 1 to 256, or auto (render without --passes: 4, igi 16 where surfaces "
-      "shine or pass light, path 64; otherwise 1)");
-  app.add_option("--passes", o.passes,
-                 "pictures with other random choices that are averaged, 1 to 65536; view: while "
-                 "nothing moves (default: 1; view: 64)")
-      ->check(whole_in(1, static_cast<int>(kPassesMax)))
-      ->type_name("N");
-  app.add_option("--light-samples", o.frame.light_samples,
-                 "direct: samples per area light and of the sky, 1 to 256")
-      ->check(whole_in(1, kLightSamplesMax))
-      ->capture_default_str()
-      ->type_name("N");
-  app.add_option(
-         "--bounces", o.frame.bounces,
-         "igi, path: surfaces that light may meet after the one that is seen, 0 (direct light "
-         "only) to 64")
-      ->check(whole_in(0, kBouncesMax))
-      ->capture_default_str()
-      ->type_name("N");
+  add_sample_options(app, o, t);
   add_gi_options(app, o, t);
   add_text(app, "--patch-method", t.patch_method, "NAME", patch_method_help().c_str());
   app.add_option("--environment", t.environment,

@@ -56,6 +56,29 @@ Result<Scene> whole_motion(const Scene& scene, double first_seconds, double last
   return all;
 }
 
+// The part of the motion that the command shows.
+Result<Scene> shown_motion(const Scene& scene, const MasterOptions& options) {
+  if (!scene.animation) return scene;
+  if (options.command == Command::kView)
+    return whole_motion(scene, 0, scene.animation->duration_seconds());
+  return whole_motion(scene, static_cast<double>(options.frame_first) / options.fps,
+                      static_cast<double>(options.frame_last) / options.fps);
+}
+
+// Tells what of an animation is not shown as a person may think.
+void tell_of_motion(const Scene& scene, const MasterOptions& options, Progress& progress) {
+  if (!scene.animation) return;
+  const double end_seconds = scene.animation->duration_seconds();
+  const bool is_longer = static_cast<double>(options.frame_last) / options.fps > end_seconds;
+  if (options.command == Command::kRender && is_longer)
+    progress.say("tessera-master: the animation ends at " + std::to_string(end_seconds) +
+                 " s; later frames show its end");
+  if (!scene.animation->cameras.empty())
+    progress.say(
+        "tessera-master: warning: a camera of the scene moves; it stands where it is at "
+        "the first frame");
+}
+
 }  // namespace
 
 Camera turned(const Camera& camera, Vec3f centre, double degrees) {
@@ -112,22 +135,9 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
   progress.finish("loaded " + options.scene + ": " + contents_of(scene) +
                   (played->empty() ? "" : "; " + *played));
   source.fps_ = options.fps;
-  if (options.command != Command::kView && source.is_timed() &&
-      static_cast<double>(options.frame_last) / options.fps > scene.animation->duration_seconds())
-    progress.say("tessera-master: the animation ends at " +
-                 std::to_string(scene.animation->duration_seconds()) +
-                 " s; later frames show its end");
-  const bool is_shown_whole = options.command == Command::kView || !source.is_timed();
-  const double fps = options.fps;
-  const auto motion = whole_motion(
-      scene, is_shown_whole ? 0 : static_cast<double>(options.frame_first) / fps,
-      is_shown_whole && source.is_timed() ? scene.animation->duration_seconds()
-                                          : static_cast<double>(options.frame_last) / fps);
+  tell_of_motion(scene, options, progress);
+  const auto motion = shown_motion(scene, options);
   if (!motion.is_ok()) return motion.status();
-  if (source.is_timed() && !scene.animation->cameras.empty())
-    progress.say(
-        "tessera-master: warning: a camera of the scene moves; it stands where it is at "
-        "the first frame");
   TESSERA_RETURN_IF_ERROR(
       source.camera_.settle(*motion, source.settings_.width_px, source.settings_.height_px));
   source.orbit_degrees_ = options.orbit_degrees;

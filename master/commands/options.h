@@ -2,8 +2,8 @@
 // Everything a person can say on tessera-master's command line or in its config file, checked.
 //
 // parse_command_line() is the border: what it returns is in range and consistent, as far as can be
-// told without opening the scene. CLI11 is confined to command_line.cpp and
-// cluster_options.cpp, toml++ to config_file.cpp.
+// told without opening the scene. CLI11 is confined to cluster_options.h and
+// what includes it, toml++ to config_file.cpp.
 #pragma once
 
 #include <optional>

@@ -38,7 +38,8 @@ void SceneWatch::on_said_to(std::size_t slave, const net::Record& record, double
     it.announced.clear();
     it.lacking.clear();
   } else if (const auto announce = as<wire::SceneAnnounce>(Type::kSceneAnnounce, record)) {
-    it.announced[announce->version] = announce->digests;
+    if (!announce->is_again) it.last_digests = announce->digests;
+    it.announced[announce->version] = it.last_digests;
     it.lacking[announce->version] = now;
   } else if (const auto retire = as<wire::SceneRetire>(Type::kSceneRetire, record)) {
     it.announced.erase(it.announced.begin(), it.announced.lower_bound(retire->first_kept));

@@ -42,6 +42,7 @@ class SceneWatch {
  private:
   struct Slave {
     std::map<SceneVersion, std::vector<Digest>> announced;  // of this session, not retired
+    std::vector<Digest> last_digests;                       // of the newest announcement
     std::map<SceneVersion, double> lacking;                 // since when; neither built nor failed
     bool has_altered = false, is_listed = false;
   };

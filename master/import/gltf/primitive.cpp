@@ -282,7 +282,8 @@ class PrimitiveReader {
     return Status::ok();
   }
 
-  // Coordinates that no texture uses, and tangents without a normal map, have no effect. Names that begin with "_" are an application's.
+  // Coordinates that no texture uses, and tangents without a normal map, have no effect. Names that
+  // begin with "_" are an application's.
   void name_other_attributes() const {
     for (const std::string& name : attributes_.keys()) {
       const bool is_known =

@@ -21,8 +21,8 @@ struct GltfPrimitive {
   GltfDeformation deformation;
 };
 
-// Returns: no mesh, with a warning, for a primitive that holds no triangles (points, lines); an error
-// that names mesh and primitive for one that is refused.
+// Returns: no mesh, with a warning, for a primitive that holds no triangles (points, lines); an
+// error that names mesh and primitive for one that is refused.
 Result<GltfPrimitive> read_primitive(GltfDocument& document, const GltfObject& primitive,
                                      GltfMaterials& materials);
 

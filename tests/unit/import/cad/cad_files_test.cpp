@@ -97,14 +97,14 @@ TEST_P(CadFiles, KeepTheirFacesAndAreas) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, CadFiles,
-                         testing::Values(CadFile{"linkrods.step", 37, 1, 1, 3360},
-                                         CadFile{"as1-oc-214.stp", 53, 5, 18, 270},
+                         testing::Values(CadFile{"linkrods.step", 37, 1, 1, 6280},
+                                         CadFile{"as1-oc-214.stp", 53, 5, 18, 3340},
                                          // 42 solids, one of two lumps, which are two parts.
-                                         CadFile{"car-wheel-assembly.step", 322, 43, 43, 1380},
-                                         CadFile{"Bottom.step", 323, 1, 1, 1450},
-                                         CadFile{"Bottom_nurbs.step", 323, 1, 1, 1780},
-                                         CadFile{"Bottom_nurbs.iges", 323, 1, 1, 1850},
-                                         CadFile{"bearing.iges", 213, 1, 1, 370}),
+                                         CadFile{"car-wheel-assembly.step", 322, 43, 43, 5940},
+                                         CadFile{"Bottom.step", 323, 1, 1, 4180},
+                                         CadFile{"Bottom_nurbs.step", 323, 1, 1, 4450},
+                                         CadFile{"Bottom_nurbs.iges", 323, 1, 1, 4620},
+                                         CadFile{"bearing.iges", 213, 1, 1, 2120}),
                          [](const auto& info) {
                            std::string name = info.param.name;
                            for (char& c : name)
