@@ -6,7 +6,7 @@
 #pragma once
 
 #include <algorithm>
-#include <optional>
+#include <utility>
 
 #include "common/base/clock.h"
 
@@ -18,14 +18,15 @@ class LoopGap {
 
   // To be called by the task. Returns: how late it is; zero for the first call.
   Duration tick(TimePoint now) {
-    const Duration late = last_ ? std::max(now - *last_ - interval_, Duration::zero()) : Duration{};
-    last_ = now;
-    return late;
+    const bool is_first = !std::exchange(has_ticked_, true);
+    const Duration since = now - std::exchange(last_, now);
+    return is_first ? Duration::zero() : std::max(since - interval_, Duration::zero());
   }
 
  private:
   const Duration interval_;
-  std::optional<TimePoint> last_;
+  TimePoint last_{};
+  bool has_ticked_ = false;
 };
 
 }  // namespace tessera::master
