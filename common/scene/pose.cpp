@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "common/math/transform_checks.h"
 #include "common/scene/motion_curve.h"
 #include "common/scene/validate.h"
 
@@ -100,28 +101,9 @@ Triple unit_or_zero(const Triple& v) {
   return {v[0] / size, v[1] / size, v[2] / size};
 }
 
-bool is_finite_place(const Transform& t) {
-  for (const auto& row : t.m) {
-    for (const float x : row) {
-      if (!std::isfinite(x)) return false;
-    }
-  }
-  return true;
-}
-
-// Whether the matrix flattens space: its determinant is 0 or cannot be told from the roundings of
-// its three products of three factors in double, of which there are at most 8.
-bool is_flat(const Transform& t) {
-  double determinant = 0, size = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto at = [&](std::size_t row, std::size_t column) {
-      return static_cast<double>(t.m[row][(i + column) % 3]);
-    };
-    const double a = at(0, 0) * (at(1, 1) * at(2, 2)), b = at(0, 0) * (at(1, 2) * at(2, 1));
-    determinant += a - b;
-    size += std::fabs(a) + std::fabs(b);
-  }
-  return !(std::fabs(determinant) > 16 * 0x1p-53 * size);
+Quaternion widened(const Vec4f& q) {
+  return {static_cast<double>(q.x), static_cast<double>(q.y), static_cast<double>(q.z),
+          static_cast<double>(q.w)};
 }
 
 // The nodes of an animation at one time.
@@ -136,9 +118,7 @@ class PosedNodes {
       const MotionNode& node = animation.nodes[i];
       moves[i] = widened(node.translation);
       scales[i] = widened(node.scale);
-      const Vec4f& q = node.rotation;
-      turns[i] = unit({static_cast<double>(q.x), static_cast<double>(q.y), static_cast<double>(q.z),
-                       static_cast<double>(q.w)});
+      turns[i] = unit(widened(node.rotation));
     }
     const std::size_t played = animation.clips.empty() ? 0 : animation.clips[0].channel_count;
     for (std::size_t i = 0; i < played; ++i) {
@@ -281,9 +261,9 @@ Status move_instances(const PosedNodes& nodes, double seconds, Scene& scene) {
   bool is_any_hidden = false;
   for (const MovedInstance& moved : scene.animation->instances) {
     const Transform place = rounded(nodes.place(moved.node) * exact(moved.in_node));
-    if (!is_finite_place(place)) return not_finite("instance", moved.instance, seconds);
+    if (!is_finite(place)) return not_finite("instance", moved.instance, seconds);
     scene.instances[moved.instance].object_to_world = place;
-    if (is_flat(place)) is_hidden[moved.instance] = is_any_hidden = true;
+    if (is_singular(place)) is_hidden[moved.instance] = is_any_hidden = true;
   }
   if (!is_any_hidden) return Status::ok();
   std::vector<Instance> shown;
@@ -315,6 +295,12 @@ void move_lights_and_cameras(const PosedNodes& nodes, Scene& scene) {
 }
 
 }  // namespace
+
+Transform rest_place(const MotionNode& node) {
+  if (node.has_matrix != 0) return node.matrix;
+  return rounded(
+      placed(widened(node.translation), unit(widened(node.rotation)), widened(node.scale)));
+}
 
 Camera camera_of(const Transform& to_world, float vfov_degrees) {
   Camera camera;

@@ -20,6 +20,9 @@
 
 namespace tessera {
 
+// The place of a node below its parent at rest, rounded to float once. Pure.
+TESSERA_API Transform rest_place(const MotionNode& node);
+
 // The camera of a node: at its place, along its -z axis, with +y up. Pure.
 TESSERA_API Camera camera_of(const Transform& to_world, float vfov_degrees);
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/base/limits.h"
+#include "common/math/transform_checks.h"
 #include "common/scene/animation.h"
 #include "common/scene/validate_animation.h"
 #include "common/scene/validate_material.h"
@@ -140,11 +141,8 @@ Status validate_instance(const Scene& scene, const Instance& instance, const std
     return Status::invalid_argument(name + (is_mesh ? ": mesh " : ": surface ") +
                                     std::to_string(instance.mesh) + " of " + std::to_string(count));
   }
-  for (const auto& row : instance.object_to_world.m) {
-    for (const float entry : row) {
-      if (!std::isfinite(entry)) return Status::invalid_argument(name + ": matrix is not finite");
-    }
-  }
+  if (!is_finite(instance.object_to_world))
+    return Status::invalid_argument(name + ": matrix is not finite");
   return Status::ok();
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/base/limits.h"
+#include "common/math/transform_checks.h"
 
 namespace tessera {
 namespace {
@@ -24,15 +25,6 @@ bool fits(std::uint64_t first, std::uint64_t count, std::size_t size) {
   return first <= size && count <= size - first;
 }
 
-bool is_finite_map(const Transform& t) {
-  for (const auto& row : t.m) {
-    for (const float x : row) {
-      if (!std::isfinite(x)) return false;
-    }
-  }
-  return true;
-}
-
 Status validate_nodes(const SceneAnimation& a) {
   if (a.nodes.size() > kAnimationNodesMax)
     return Status::resource_exhausted("animation: more than " + std::to_string(kAnimationNodesMax) +
@@ -45,7 +37,7 @@ Status validate_nodes(const SceneAnimation& a) {
     if (node.has_matrix > 1) return refused(name, "has a place of no kind that there is");
     const Vec4f& q = node.rotation;
     if (!is_finite(node.translation) || !is_finite(q) || !is_finite(node.scale) ||
-        !is_finite_map(node.matrix))
+        !is_finite(node.matrix))
       return refused(name, "has a place that is not finite");
     if (q.x == 0 && q.y == 0 && q.z == 0 && q.w == 0)
       return refused(name, "has a rotation of length 0");
@@ -110,7 +102,7 @@ Status validate_moved(const SceneAnimation& a, const Scene& scene) {
     const MovedInstance& moved = a.instances[i];
     if (moved.instance >= scene.instances.size() || moved.node >= a.nodes.size())
       return refused(numbered("moved instance", i), "names what is not there");
-    if (!is_finite_map(moved.in_node))
+    if (!is_finite(moved.in_node))
       return refused(numbered("moved instance", i), "has a place that is not finite");
   }
   const auto are_there = [&](const std::vector<MovedObject>& objects, std::size_t count) {
@@ -126,7 +118,7 @@ Status validate_moved(const SceneAnimation& a, const Scene& scene) {
   for (std::size_t i = 0; i < a.joints.size(); ++i) {
     if (a.joints[i].node >= a.nodes.size())
       return refused(numbered("joint", i), "names a node that is not there");
-    if (!is_finite_map(a.joints[i].inverse_bind))
+    if (!is_finite(a.joints[i].inverse_bind))
       return refused(numbered("joint", i), "has a matrix that is not finite");
   }
   return Status::ok();

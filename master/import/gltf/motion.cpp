@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "common/base/limits.h"
+#include "common/math/transform_checks.h"
 #include "common/scene/pose.h"
 #include "master/import/gltf/accessor.h"
 
@@ -31,26 +31,32 @@ std::optional<MotionPath> path_named(const std::string& name) {
 
 }  // namespace
 
-std::uint32_t GltfMotion::enter(std::uint32_t node, const GltfObject& source,
-                                std::uint32_t parent) {
-  MotionNode entered;
-  entered.parent = parent;
-  if (source.has("matrix")) {
-    entered.has_matrix = 1;
-    entered.matrix = matrix_of(
-        source.reals<16>("matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, kAnyNumber));
-  } else {
-    const auto move = source.reals<3>("translation", {0, 0, 0}, kAnyNumber);
-    const auto turn = source.reals<4>("rotation", {0, 0, 0, 1}, kAnyNumber);
-    const auto scale = source.reals<3>("scale", {1, 1, 1}, kAnyNumber);
-    const bool is_turned = turn[0] != 0 || turn[1] != 0 || turn[2] != 0 || turn[3] != 0;
-    entered.translation = {move[0], move[1], move[2]};
-    if (is_turned) entered.rotation = {turn[0], turn[1], turn[2], turn[3]};
-    entered.scale = {scale[0], scale[1], scale[2]};
+MotionNode read_place(const GltfObject& node) {
+  MotionNode place;
+  if (node.has("matrix")) {
+    const auto m =
+        node.reals<16>("matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, kAnyNumber);
+    if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
+      node.warn("matrix", "has a last row that is not 0, 0, 0, 1; it is passed over");
+    place.has_matrix = 1;
+    place.matrix = matrix_of(m);
+    return place;
   }
+  const auto move = node.reals<3>("translation", {0, 0, 0}, kAnyNumber);
+  const auto turn = node.reals<4>("rotation", {0, 0, 0, 1}, kAnyNumber);
+  const auto scale = node.reals<3>("scale", {1, 1, 1}, kAnyNumber);
+  const bool is_turned = turn[0] != 0 || turn[1] != 0 || turn[2] != 0 || turn[3] != 0;
+  place.translation = {move[0], move[1], move[2]};
+  if (is_turned) place.rotation = {turn[0], turn[1], turn[2], turn[3]};
+  place.scale = {scale[0], scale[1], scale[2]};
+  return place;
+}
+
+std::uint32_t GltfMotion::enter(std::uint32_t node, MotionNode rest, std::uint32_t parent) {
+  rest.parent = parent;
   const auto number = static_cast<std::uint32_t>(motion_.nodes.size());
   numbers_[node] = number;
-  motion_.nodes.push_back(entered);
+  motion_.nodes.push_back(rest);
   return number;
 }
 
@@ -120,51 +126,53 @@ Status GltfMotion::finish() {
 
 // Skins come after the walk, when all nodes have numbers.
 Status GltfMotion::read_joints() {
-  std::map<std::uint32_t, std::pair<std::uint32_t, std::uint32_t>> known;  // skin -> first, count
   for (std::size_t i = 0; i < motion_.meshes.size(); ++i) {
     if (skins_[i] == kNoIndex) continue;
-    const GltfObject skin = document_.at("skins", skins_[i]);
-    if (!known.contains(skins_[i])) {
-      skin.check_keys({"inverseBindMatrices", "joints", "skeleton"}, {});
-      const auto joints = skin.refused_indices("joints", document_.count("nodes"));
-      if (!joints.is_ok()) return joints.status();
-      const auto index = skin.refused_index("inverseBindMatrices", document_.count("accessors"));
-      if (!index.is_ok()) return index.status();
-      std::optional<GltfAccessor> binds;
-      if (*index) {
-        auto accessor = GltfAccessor::open(document_, **index);
-        if (!accessor.is_ok()) return accessor.status();
-        if (accessor->components() != 16 || accessor->count() < joints->size())
-          return skin.refuse("inverseBindMatrices",
-                             "is " + accessor->name() + ", which has no matrix for each joint");
-        binds = std::move(*accessor);
-      }
-      known[skins_[i]] = {static_cast<std::uint32_t>(motion_.joints.size()),
-                          static_cast<std::uint32_t>(joints->size())};
-      for (std::size_t k = 0; k < joints->size(); ++k) {
-        const auto number = numbers_.find((*joints)[k]);
-        if (number == numbers_.end())
-          return skin.refuse("joints", "hold node " + std::to_string((*joints)[k]) +
-                                           ", which is not in the scene that is drawn");
-        const Transform bind = binds ? matrix_of(binds->read_matrix(k)) : Transform{};
-        for (const auto& row : bind.m) {
-          for (const float x : row) {
-            if (!std::isfinite(x))
-              return skin.refuse("inverseBindMatrices",
-                                 "of joint " + std::to_string(k) + " is not finite");
-          }
-        }
-        motion_.joints.push_back({number->second, bind});
-      }
-    }
+    const auto joints = joints_of(skins_[i]);
+    if (!joints.is_ok()) return joints.status();
     DeformedMesh& mesh = motion_.meshes[i];
-    std::tie(mesh.first_joint, mesh.joint_count) = known[skins_[i]];
+    mesh.first_joint = joints->first;
+    mesh.joint_count = joints->count;
     if (joint_counts_[i] > mesh.joint_count)
-      return skin.refuse("joints", "are " + std::to_string(mesh.joint_count) +
-                                       ", but a mesh asks for joint " +
-                                       std::to_string(joint_counts_[i] - 1));
+      return document_.at("skins", skins_[i])
+          .refuse("joints", "are " + std::to_string(mesh.joint_count) +
+                                ", but a mesh asks for joint " +
+                                std::to_string(joint_counts_[i] - 1));
   }
   return Status::ok();
+}
+
+Result<GltfMotion::Joints> GltfMotion::joints_of(std::uint32_t skin_index) {
+  if (const auto known = joints_.find(skin_index); known != joints_.end()) return known->second;
+  const GltfObject skin = document_.at("skins", skin_index);
+  skin.check_keys({"inverseBindMatrices", "joints", "skeleton"}, {});
+  const auto nodes = skin.refused_indices("joints", document_.count("nodes"));
+  if (!nodes.is_ok()) return nodes.status();
+  const auto index = skin.refused_index("inverseBindMatrices", document_.count("accessors"));
+  if (!index.is_ok()) return index.status();
+  std::optional<GltfAccessor> binds;
+  if (*index) {
+    auto accessor = GltfAccessor::open(document_, **index);
+    if (!accessor.is_ok()) return accessor.status();
+    if (accessor->components() != 16 || accessor->count() < nodes->size())
+      return skin.refuse("inverseBindMatrices",
+                         "is " + accessor->name() + ", which has no matrix for each joint");
+    binds = std::move(*accessor);
+  }
+  const Joints made{static_cast<std::uint32_t>(motion_.joints.size()),
+                    static_cast<std::uint32_t>(nodes->size())};
+  for (std::size_t k = 0; k < nodes->size(); ++k) {
+    const auto number = numbers_.find((*nodes)[k]);
+    if (number == numbers_.end())
+      return skin.refuse("joints", "hold node " + std::to_string((*nodes)[k]) +
+                                       ", which is not in the scene that is drawn");
+    const Transform bind = binds ? matrix_of(binds->read_matrix(k)) : Transform{};
+    if (!is_finite(bind))
+      return skin.refuse("inverseBindMatrices", "of joint " + std::to_string(k) + " is not finite");
+    motion_.joints.push_back({number->second, bind});
+  }
+  joints_[skin_index] = made;
+  return made;
 }
 
 Status GltfMotion::read_animation(const GltfObject& source) {

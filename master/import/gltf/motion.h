@@ -19,13 +19,16 @@
 
 namespace tessera::import {
 
+// A node's place at rest, without its parent; a rotation of length 0 counts as none.
+MotionNode read_place(const GltfObject& node);
+
 class GltfMotion {
  public:
   // Requires: both outlive it.
   GltfMotion(GltfDocument& document, Scene& scene) : document_(document), scene_(scene) {}
 
   // A node, after its parent's number (kNoIndex: a root). Returns: its number.
-  std::uint32_t enter(std::uint32_t node, const GltfObject& source, std::uint32_t parent);
+  std::uint32_t enter(std::uint32_t node, MotionNode rest, std::uint32_t parent);
 
   // What the node carries: the last instance, light, camera of the scene.
   void carry_instance(std::uint32_t number, const Transform& in_node);
@@ -40,7 +43,13 @@ class GltfMotion {
   Status finish();
 
  private:
+  // Where the joints of a skin lie in the motion.
+  struct Joints {
+    std::uint32_t first = 0, count = 0;
+  };
+
   Status read_joints();
+  Result<Joints> joints_of(std::uint32_t skin_index);
   Status read_animation(const GltfObject& source);
   Status read_channel(const GltfObject& animation, const GltfObject& channel,
                       const std::vector<GltfObject>& samplers);
@@ -50,6 +59,7 @@ class GltfMotion {
   GltfDocument& document_;
   Scene& scene_;
   SceneAnimation motion_;
+  std::map<std::uint32_t, Joints> joints_;          // by skin, of those that were read
   std::map<std::uint32_t, std::uint32_t> numbers_;  // node of the file -> number
   std::vector<std::uint32_t> skins_;                // [deformed mesh], kNoIndex: none
   std::vector<std::uint32_t> joint_counts_;         // [deformed mesh], that it asks for

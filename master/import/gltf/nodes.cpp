@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "master/import/gltf/nodes.h"
 
-#include <cmath>
-
 #include "common/base/limits.h"
+#include "common/math/transform_checks.h"
+#include "common/scene/pose.h"
 #include "common/scene_io/scene_reader.h"
 #include "master/import/gltf/accessor.h"
 #include "master/import/gltf/lights.h"
@@ -14,70 +14,6 @@ namespace {
 
 // Rigs have some hundred joints in a row; a deeper chain was not made by a person.
 constexpr int kNodeDepthMax = 4096;
-
-// translation * rotation * scale; a quaternion of length 0 counts as no rotation.
-Transform placed(std::array<float, 3> move, std::array<float, 4> turn, std::array<float, 3> scale) {
-  double x = turn[0], y = turn[1], z = turn[2], w = turn[3];
-  const double size = std::sqrt(x * x + y * y + z * z + w * w);
-  if (size > 0) {
-    x /= size, y /= size, z /= size, w /= size;
-  } else {
-    w = 1;
-  }
-  const std::array<std::array<double, 3>, 3> rows{
-      {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
-       {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
-       {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}}};
-  Transform t;
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j)
-      t.m[i][j] = static_cast<float>(rows[i][j] * static_cast<double>(scale[j]));
-    t.m[i][3] = move[i];
-  }
-  return t;
-}
-
-Transform local_transform(const GltfObject& node) {
-  if (!node.has("matrix")) {
-    return placed(node.reals<3>("translation", {0, 0, 0}, kAnyNumber),
-                  node.reals<4>("rotation", {0, 0, 0, 1}, kAnyNumber),
-                  node.reals<3>("scale", {1, 1, 1}, kAnyNumber));
-  }
-  const auto m =
-      node.reals<16>("matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, kAnyNumber);
-  if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
-    node.warn("matrix", "has a last row that is not 0, 0, 0, 1; it is passed over");
-  Transform t;
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 4; ++j) t.m[i][j] = m[4 * j + i];
-  }
-  return t;
-}
-
-bool is_finite_transform(const Transform& t) {
-  for (const auto& row : t.m) {
-    for (const float x : row) {
-      if (!std::isfinite(x)) return false;
-    }
-  }
-  return true;
-}
-
-// Whether the matrix has no inverse: its determinant is 0, or cannot be told from rounding.
-bool is_singular(const Transform& t) {
-  double determinant = 0, size = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto at = [&](std::size_t row, std::size_t column) {
-      return static_cast<double>(t.m[row][(i + column) % 3]);
-    };
-    const double a = at(0, 0) * (at(1, 1) * at(2, 2)), b = at(0, 0) * (at(1, 2) * at(2, 1));
-    determinant += a - b;
-    size += std::fabs(a) + std::fabs(b);
-  }
-  // The six products of three and their sum in double have 3 + 5 roundings, and as many again are
-  // to spare.
-  return !(std::fabs(determinant) > 16 * 0x1p-53 * size);
-}
 
 // glTF 2.0, section 3.7.4: a node that mirrors turns the order of a triangle's corners round.
 bool is_mirrored(const Transform& t) {
@@ -114,15 +50,15 @@ Status GltfNodes::visit(const Place& place, std::vector<Place>& open) {
       {"KHR_lights_punctual", "EXT_mesh_gpu_instancing", "KHR_node_visibility", "KHR_xmp_json_ld"});
   const GltfObject shown = node.extension("KHR_node_visibility");
   shown.check_keys({"visible"}, {});
-  const Transform here = place.parent * local_transform(node);
-  if (!is_finite_transform(here))
-    return Status::invalid_argument(node.name() + ": its place is not finite");
+  const MotionNode rest = read_place(node);
+  const Transform here = place.parent * rest_place(rest);
+  if (!is_finite(here)) return Status::invalid_argument(node.name() + ": its place is not finite");
   const auto children = node.refused_indices("children", document_.count("nodes"));
   if (!children.is_ok()) return children.status();
   if (!shown.flag("visible", true)) return Status::ok();
   const auto mesh = node.refused_index("mesh", document_.count("meshes"));
   if (!mesh.is_ok()) return mesh.status();
-  const std::uint32_t number = motion_.enter(place.node, node, place.parent_number);
+  const std::uint32_t number = motion_.enter(place.node, rest, place.parent_number);
   if (*mesh) TESSERA_RETURN_IF_ERROR(add_instances(node, **mesh, here, number));
   const std::size_t lights = scene_.lights.size(), cameras = scene_.cameras.size();
   add_light(document_, node, here, scene_);
@@ -143,7 +79,7 @@ Status GltfNodes::add_instances(const GltfObject& node, std::uint32_t mesh,
   std::size_t left_out = 0;
   for (const Transform& place : *places) {
     const Transform here = to_world * place;
-    if (!is_finite_transform(here))
+    if (!is_finite(here))
       return Status::invalid_argument(node.name() + ": the place of an instance is not finite");
     if (is_singular(here)) {
       ++left_out;
@@ -220,8 +156,12 @@ Result<std::vector<Transform>> GltfNodes::instances_of(const GltfObject& node) {
       return parts[k] ? parts[k]->read(i) : fallback;
     };
     const auto move = part(0, {0, 0, 0, 0}), scale = part(2, {1, 1, 1, 0});
-    places.push_back(
-        placed({move[0], move[1], move[2]}, part(1, {0, 0, 0, 1}), {scale[0], scale[1], scale[2]}));
+    const auto turn = part(1, {0, 0, 0, 1});
+    MotionNode rest;
+    rest.translation = {move[0], move[1], move[2]};
+    rest.rotation = {turn[0], turn[1], turn[2], turn[3]};
+    rest.scale = {scale[0], scale[1], scale[2]};
+    places.push_back(rest_place(rest));
   }
   for (const std::string& name : attributes.keys()) {
     if (name != "TRANSLATION" && name != "ROTATION" && name != "SCALE" && !name.starts_with("_"))
