@@ -26,7 +26,6 @@
 
 #include "common/base/clock.h"
 #include "common/base/log.h"
-#include "common/net/crc32c.h"
 #include "common/net/http_page.h"
 #include "common/net/listener.h"
 #include "common/net/record_head.h"
@@ -36,6 +35,7 @@
 #include "master/session/master_host.h"
 #include "master/session/remote_session.h"
 #include "slave/relay_feeder.h"
+#include "tests/links/bare_client.h"
 #include "tests/support/patience.h"
 #include "tests/support/seed.h"
 #include "tests/support/small_scene.h"
@@ -50,20 +50,7 @@ int visits() {
   return asked != nullptr ? std::atoi(asked) : 40;
 }
 
-std::string bytes_of(wire::Message message) {
-  const net::Record record = wire::encode(std::move(message));
-  const std::span payload = record.payload.bytes;
-  net::RecordHead head;
-  head.type = record.type;
-  head.header_bytes = static_cast<std::uint32_t>(record.header.size());
-  head.payload_bytes = static_cast<std::uint32_t>(payload.size());
-  head.checksum = net::crc32c(net::crc32c(0, std::as_bytes(std::span(record.header))), payload);
-  const auto head_bytes = net::encode_head(head);
-  std::string bytes(reinterpret_cast<const char*>(head_bytes.data()), head_bytes.size());
-  bytes += record.header;
-  bytes.append(reinterpret_cast<const char*>(payload.data()), payload.size());
-  return bytes;
-}
+using test::bytes_of;
 
 // One visit: a socket that says so many bytes and no more, and then ends.
 class Visit {
