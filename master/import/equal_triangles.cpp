@@ -39,7 +39,7 @@ struct HashOfPlace {
 // one has passed the bound, there may be that many equal ones; in most meshes none has.
 class Sketch {
  public:
-  explicit Sketch(const Mesh& mesh) : mesh_(mesh) {
+  explicit Sketch(const Mesh& mesh) {
     hashes_.reserve(mesh.positions.size());
     for (const Vec3f& v : mesh.positions) hashes_.push_back(hash_of(corner_of(v)));
     const auto bits = std::bit_width(std::max<std::size_t>(mesh.triangles.size(), kLeast));
@@ -64,7 +64,6 @@ class Sketch {
     return (hashes_[t[0]] + hashes_[t[1]] + hashes_[t[2]]) * 0x9e3779b1u >> shift_;
   }
 
-  const Mesh& mesh_;
   std::vector<std::uint32_t> hashes_;  // [vertex]
   std::vector<std::uint8_t> counts_;
   int shift_ = 0;
