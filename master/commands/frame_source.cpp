@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <thread>
 #include <utility>
 
@@ -157,6 +158,16 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
                   status.message());
   }
   return source;
+}
+
+void FrameSource::replace(LoadedScene loaded) {
+  loaded_ = std::move(loaded);
+  look_.is_committed = false;
+}
+
+double FrameSource::duration_seconds() const {
+  if (is_animated()) return std::numeric_limits<double>::infinity();
+  return is_timed() ? loaded_.scene.animation->duration_seconds() : 0;
 }
 
 Status FrameSource::settle(Session& session, const MasterOptions& options, Progress& progress,

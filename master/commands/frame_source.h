@@ -26,9 +26,13 @@ class FrameSource {
                                   const SignalWatch& signals);
 
   const LoadedScene& loaded() const { return loaded_; }
+  // Shows another scene with the camera, light and exposure that were settled for the first one.
+  void replace(LoadedScene loaded);
   bool is_animated() const { return loaded_.is_animated; }
   // Whether the scene is one for all frames, and moves with their time.
   bool is_timed() const { return loaded_.scene.animation != nullptr; }
+  // After which the scene begins again: 0 where nothing moves, infinity where it never ends.
+  double duration_seconds() const;
   Scene scene_at(double seconds) const {
     Scene scene = loaded_.is_animated ? loaded_.at_time(seconds) : loaded_.scene;
     if (environment_) scene.environment = *environment_;

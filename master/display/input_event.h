@@ -29,6 +29,9 @@ enum class Key {
   kLeftBracket,
   kRightBracket,
   kF12,
+  kSpace,
+  kPeriod,
+  kComma,
   kEscape,  // commands: key_map.h
 };
 

@@ -51,6 +51,7 @@ class GlViewer final : public Viewer {
  private:
   void handle(const std::vector<InputEvent>& events);
   void obey(ViewerCommand command);
+  void change_play(ViewerCommand command);
   void change_exposure(ViewerCommand command);
   void take_newest_frame();
   void take_news(double now_seconds);
@@ -66,6 +67,7 @@ class GlViewer final : public Viewer {
   Overlay overlay_;
   OverlayState state_;
   CameraControls controls_;
+  PlayWish play_;
   ExposureControl exposure_{{}, false};
   ResizeDebounce resize_;
   PixelSize framebuffer_;
@@ -111,7 +113,7 @@ GlViewer::GlViewer(const ViewerOptions& options, std::unique_ptr<Window> window,
     screenshot_status_ = Status::cancelled("the window was closed before " +
                                            options_.screenshot_path + " was taken");
   }
-  view_ = {controls_.camera(), resize_.size().width_px, resize_.size().height_px, 1};
+  view_ = {controls_.camera(), resize_.size().width_px, resize_.size().height_px, play_, 1};
 }
 
 GlViewer::~GlViewer() = default;
@@ -191,6 +193,11 @@ void GlViewer::obey(ViewerCommand command) {
     case ViewerCommand::kResetExposure:
       change_exposure(command);
       break;
+    case ViewerCommand::kTogglePause:
+    case ViewerCommand::kStepOn:
+    case ViewerCommand::kStepBack:
+      change_play(command);
+      break;
     case ViewerCommand::kCopyCamera:
       if (!options_.on_copy_camera) break;
       window_->set_clipboard(options_.on_copy_camera(controls_.camera(), resize_.size()));
@@ -201,6 +208,12 @@ void GlViewer::obey(ViewerCommand command) {
     case ViewerCommand::kResetCamera:
       break;
   }
+}
+
+void GlViewer::change_play(ViewerCommand command) {
+  play_.is_paused = command != ViewerCommand::kTogglePause || !play_.is_paused;
+  if (command == ViewerCommand::kStepOn) ++play_.steps;
+  if (command == ViewerCommand::kStepBack) --play_.steps;
 }
 
 void GlViewer::change_exposure(ViewerCommand command) {
@@ -289,9 +302,12 @@ void GlViewer::update_view(double now_seconds) {
   }
   const std::optional<PixelSize> settled = resize_.poll(now_seconds);
   View view;
+  bool is_play = false;
   {
     MutexLock lock(mutex_);
-    if (!settled && controls_.camera() == view_.camera) return;
+    is_play = play_ != view_.play;
+    if (!settled && !is_play && controls_.camera() == view_.camera) return;
+    view_.play = play_;
     view_.camera = controls_.camera();
     view_.width_px = resize_.size().width_px;
     view_.height_px = resize_.size().height_px;
@@ -302,7 +318,10 @@ void GlViewer::update_view(double now_seconds) {
   const TimePoint now = Clock::now();
   unanswered_.push_back({view.revision, now});
   if (unanswered_.size() > kUnansweredMax) unanswered_.pop_front();
-  log_debug("view-changed", settled ? "size" : "camera",
+  log_debug("view-changed",
+            settled   ? "size"
+            : is_play ? "play"
+                      : "camera",
             {{"at", at_seconds(now)},
              {"revision", std::to_string(view.revision)},
              {"width", std::to_string(view.width_px)},

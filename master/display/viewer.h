@@ -19,6 +19,7 @@
 #include "common/frame/frame_stats.h"
 #include "common/math/bounds3.h"
 #include "common/scene/camera.h"
+#include "master/display/play_wish.h"
 #include "master/display/viewer_frame.h"
 
 namespace tessera::master {
@@ -67,6 +68,7 @@ class Viewer {
   struct View {
     Camera camera;
     int width_px = 0, height_px = 0;
+    PlayWish play;
     std::uint64_t revision = 0;  // counts up when anything changed
   };
   virtual View view() const = 0;

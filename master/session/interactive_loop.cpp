@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "common/base/check.h"
 
@@ -29,12 +30,24 @@ bool is_of_size(const FrameSettings& a, const FrameSettings& b) {
 }  // namespace
 
 InteractiveLoop::InteractiveLoop(const InteractiveOptions& options)
-    : options_(options), pacer_(options.budget_seconds) {}
+    : options_(options), is_animated_(options.is_animated), pacer_(options.budget_seconds) {}
 
 void InteractiveLoop::want(const FrameSettings& settings, TimePoint now) {
   if (wish_ > 0 && settings == wanted_) return;
   if (wish_ > 0 && is_of_size(settings, wanted_)) moved_ = now;
   wanted_ = settings;
+  begin_wish();
+}
+
+void InteractiveLoop::set_animated(bool is_animated) {
+  if (std::exchange(is_animated_, is_animated) != is_animated) scene_changed();
+}
+
+void InteractiveLoop::scene_changed() {
+  if (wish_ > 0) begin_wish();
+}
+
+void InteractiveLoop::begin_wish() {
   ++wish_;
   best_.reset();
   pass_ = 0;
@@ -42,7 +55,7 @@ void InteractiveLoop::want(const FrameSettings& settings, TimePoint now) {
 
 bool InteractiveLoop::is_moving(TimePoint now) const {
   if (options_.never_rests) return false;
-  return options_.is_animated || (moved_ && seconds(now - *moved_) < kRestSeconds);
+  return is_animated_ || (moved_ && seconds(now - *moved_) < kRestSeconds);
 }
 
 TimePoint InteractiveLoop::begun(const InFlight& frame) const {
@@ -107,7 +120,7 @@ InteractiveLoop::Step InteractiveLoop::next(TimePoint now) {
 }
 
 std::optional<FrameSettings> InteractiveLoop::moving_frame(TimePoint now) {
-  if (best_ && !options_.is_animated) return std::nullopt;  // it is on its way
+  if (best_ && !is_animated_) return std::nullopt;  // it is on its way
   if (now < moving_due()) return std::nullopt;
   return pacer_.moving(wanted_);
 }
@@ -127,9 +140,9 @@ std::optional<FrameSettings> InteractiveLoop::resting_frame() {
   }
   if (!best_ || FramePacer::is_better(wanted_, *best_)) return step_up();
   FrameSettings further = wanted_;
-  if (pass_ + 1 < options_.passes && !options_.is_animated) {
+  if (pass_ + 1 < options_.passes && !is_animated_) {
     further.pass = pass_ + 1;
-  } else if (!options_.never_rests && !options_.is_animated) {
+  } else if (!options_.never_rests && !is_animated_) {
     return std::nullopt;
   }
   return further;
@@ -195,7 +208,7 @@ InteractiveLoop::Arrival InteractiveLoop::arrived(FrameId frame, bool is_finishe
 double InteractiveLoop::wait_seconds(TimePoint now) const {
   TimePoint until = status_due_;
   if (moved_ && is_moving(now)) until = std::min(until, *moved_ + from_seconds(kRestSeconds));
-  if (!best_ || options_.is_animated) {
+  if (!best_ || is_animated_) {
     if (is_moving(now)) until = std::min(until, std::max(now, moving_due()));
   }
   // Looking after an overdue frame is as urgent as the budget.

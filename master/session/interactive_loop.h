@@ -16,8 +16,8 @@
 // taken far longer than they were to take. A moving frame that is in time is shown although the
 // view has gone on, or a hand that never rests would never see anything.
 //
-// A new size is no motion: its frames climb at once. An animated scene never rests. Without a
-// budget nothing is reduced, and there is no climbing.
+// A new size or another scene is no motion: its frames climb at once. An animated scene never
+// rests, until it is paused. Without a budget nothing is reduced, and there is no climbing.
 //
 // Threads. One owner. Invariants. (1) At most frames_in_flight frames are in flight, those left
 // behind included, until their outcome came. (2) Frames in flight that are not left behind are
@@ -41,7 +41,7 @@ struct InteractiveOptions {
   double budget_seconds = 0.1;  // that a frame may take while something moves; 0: any time
   int frames_in_flight = 2;     // as the session's
   std::uint32_t passes = 64;    // of a view at rest, at least 1
-  bool is_animated = false;     // the scene moves by itself
+  bool is_animated = false;     // the scene moves by itself, at first
   bool never_rests = false;     // full frames go on for ever (for who counts them)
   // Longest time by which the next frame is submitted before a moving frame ends: the way to the
   // slaves and back. 15 ms are that of a busy wireless network.
@@ -60,6 +60,11 @@ class TESSERA_API InteractiveLoop {
 
   // Says what the person wants to see, unreduced, as pass 0. Saying the same again is no event.
   void want(const FrameSettings& settings, TimePoint now);
+
+  // Says whether the scene moves by itself from now on.
+  void set_animated(bool is_animated);
+  // Says that the view's scene is another one: what was shown of it is shown anew.
+  void scene_changed();
 
   struct Step {
     enum class Kind {
@@ -104,6 +109,7 @@ class TESSERA_API InteractiveLoop {
     bool is_left_behind = false;
   };
 
+  void begin_wish();
   bool is_moving(TimePoint now) const;
   bool must_give_up(TimePoint now);
   bool is_overdue(const InFlight& frame, TimePoint now) const;
@@ -116,6 +122,7 @@ class TESSERA_API InteractiveLoop {
   double wait_seconds(TimePoint now) const;
 
   const InteractiveOptions options_;
+  bool is_animated_;
   FramePacer pacer_;
   FrameSettings wanted_;
   std::uint64_t wish_ = 0;             // counts what was wanted; 0: nothing yet

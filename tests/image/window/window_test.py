@@ -162,6 +162,53 @@ class Keys(OnScreen):
         self.assertEqual(compared.returncode, 0, "the file holds what was seen: " + compared.stdout)
 
 
+class Playing(OnScreen):
+    def test_space_pauses_and_keys_step(self):
+        with Window(self.screen, self.folder, "builtin:evening", "--passes", "2", "--size", "160x120", "--fps", "8") as window:
+            window.find()
+            wait_until("it plays", lambda: len(window.shown()) > 2)
+
+            def press(key):
+                """Presses a key that changes the view. Returns: the digest of its second and last pass."""
+                before = len(window.changes())
+                window.press(key)
+                wait_until("a change", lambda: len(window.changes()) > before)
+                revision = window.changes()[-1]["revision"]
+                wait_until("two passes", lambda: window.shown()[-1]["revision"] >= revision and window.shown()[-1]["passes"] == 2)
+                return window.stats()[-1]["digest"]
+            paused, stepped, back = press("space"), press("period"), press("comma")
+            self.assertNotEqual(stepped, paused, "a step moves the lantern")
+            self.assertEqual(back, paused, "a step back shows the same bits")
+            at_rest = len(window.stats())
+            window.press("space")
+            wait_until("it plays again", lambda: len(window.stats()) > at_rest + 3)
+
+    def test_a_file_that_changes_is_read_again_and_a_broken_one_costs_a_line(self):
+        scene = self.folder / "scene.obj"
+        scene.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        with Window(self.screen, self.folder, str(scene), "--passes", "1", "--size", "160x120", "--camera",
+                    "0,0,4 0,0,0 0,1,0 40") as window:
+            window.find().wait_for_full()
+            window.wait_at_rest()
+            first = window.stats()[-1]["digest"]
+
+            def save(text, words):
+                said = time.monotonic()
+                scene.with_suffix(".new").write_text(text)
+                scene.with_suffix(".new").replace(scene)
+                return wait_until(words, lambda: window.find_line(words, after=said))[1].strip()
+            print(save("v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n", "was read again"))
+            wait_until("another picture", lambda: window.stats()[-1]["digest"] != first)
+            window.wait_at_rest()
+            frames = len(window.stats())
+            line = save("v 0 0 0\nf 1 2 9\n", "cannot be read")
+            print(line)
+            self.assertIn("scene.obj", line)
+            self.assertEqual(len(window.stats()), frames, "the old scene stays, and needs no frame")
+            print(save("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "was read again"))
+            wait_until("the first picture", lambda: window.stats()[-1]["digest"] == first)
+
+
 class LostSlave(OnScreen):
     def test_it_is_said_without_any_frame(self):
         with socket.socket() as one:

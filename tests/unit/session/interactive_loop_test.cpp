@@ -315,6 +315,51 @@ TEST(InteractiveLoopAnimated, GoesOnWithinTheBudget) {
     EXPECT_LE(w.frame_seconds(shown.settings), kBudgetSeconds * 1.12);
 }
 
+TEST(InteractiveLoopAnimated, APauseRestsAndASteppedViewClimbsAgain) {
+  InteractiveOptions o = options();
+  o.is_animated = true;
+  InteractiveWorld w = world(1, o);
+  w.want(full());
+  w.run(4);
+  w.loop.set_animated(false);
+  w.want(full());
+  w.shown.clear();
+  w.run(30);
+  EXPECT_TRUE(w.shown.back().arrival.is_full);
+  EXPECT_EQ(w.shown.back().arrival.pass, 3u) << "it climbs and gets its passes";
+  EXPECT_FALSE(w.loop.has_frames_in_flight()) << "and then it rests";
+  FrameSettings next = full();
+  next.time_seconds = 0.5;  // a step
+  w.shown.clear();
+  w.want(next);
+  w.run(30);
+  ASSERT_FALSE(w.shown.empty());
+  for (const auto& shown : w.shown) EXPECT_EQ(shown.settings.time_seconds, 0.5);
+  EXPECT_LE(w.shown.front().arrival.latency_seconds, kBudgetSeconds * 1.12) << "small at first";
+  EXPECT_TRUE(w.shown.back().arrival.is_full);
+  w.loop.set_animated(true);
+  w.want(full());
+  w.shown.clear();
+  w.run(4);
+  EXPECT_GE(w.shown.size(), 30u) << "it plays again";
+}
+
+TEST(InteractiveLoopScene, AnotherSceneIsShownAnewAndNoPassOfTheOldOneCounts) {
+  InteractiveWorld w = world(1);
+  w.loop.scene_changed();  // before anything is wanted it means nothing
+  w.want(full());
+  w.run(2.5);  // in the midst of the passes
+  ASSERT_TRUE(w.shown.back().arrival.is_full);
+  w.loop.scene_changed();
+  const std::size_t before = w.shown.size();
+  w.run(30);
+  EXPECT_EQ(w.given_up.size(), 1u) << "the pass in work is of the old scene";
+  ASSERT_GT(w.shown.size(), before);
+  EXPECT_LE(w.frame_seconds(w.shown[before].settings), kBudgetSeconds * 1.12) << "it climbs";
+  EXPECT_EQ(w.shown[before].arrival.pass, 0u);
+  EXPECT_EQ(w.shown.back().arrival.pass, 3u);
+}
+
 TEST(InteractiveLoopForScreenshots, FullFramesGoOnForEver) {
   InteractiveOptions o = options();
   o.never_rests = true;
