@@ -3,6 +3,9 @@
 
 #include <charconv>
 #include <cmath>
+#include <limits>
+
+#include "common/base/clean_text.h"
 
 namespace tessera {
 
@@ -27,7 +30,8 @@ void append_json_string(std::string& out, std::string_view text) {
 
 JsonObject& JsonObject::add(std::string_view key, std::string_view value) {
   std::string quoted;
-  append_json_string(quoted, value);
+  append_json_string(quoted, clean_text(value, std::numeric_limits<std::size_t>::max(),
+                                        /*is_block=*/true));
   return add_raw(key, quoted);
 }
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes JSON objects for logs, --stats lines and status output. Nothing here reads JSON. A value
+// Writes JSON objects for --stats lines, traces and status output. Nothing here reads JSON. A value
 // belongs to whoever makes it; there are no threads.
+//
+// Texts of files and peers may be added as they are: clean_text() makes each fit for a terminal,
+// which is where `status --json` often goes, and for readers that refuse what is not UTF-8.
 #pragma once
 
 #include <cstdint>

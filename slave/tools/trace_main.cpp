@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "common/base/clean_text.h"
 #include "common/base/cli_usage.h"
 #include "common/base/cpu_count.h"
 #include "common/base/limits.h"
@@ -29,8 +30,12 @@ struct Words {
   bool is_any = false;
 };
 
+void say(const std::string& text) {
+  std::fprintf(stderr, "tessera-trace: %s\n", clean_text(text).c_str());
+}
+
 int fail(int code, const std::string& text) {
-  std::fprintf(stderr, "tessera-trace: %s\n", text.c_str());
+  say(text);
   return code;
 }
 
@@ -50,8 +55,7 @@ Result<ReadScene> read_scene(const std::string& path) {
 // What the scene's file says of pictures and materials does not matter here.
 void print_warnings(const ReadScene& scene) {
   for (const std::string& warning : scene.warnings) {
-    if (warning.find("degenerate") != std::string::npos)
-      std::fprintf(stderr, "tessera-trace: %s\n", warning.c_str());
+    if (warning.find("degenerate") != std::string::npos) say(warning);
   }
 }
 
@@ -72,7 +76,7 @@ Status trace(const Words& words, const core::CastOptions& options) {
   if (!scene.is_ok()) return scene.status();
   print_warnings(*scene);
   if (options.patch_method != PatchMethod::kAuto && scene->scene.surfaces.empty())
-    std::fprintf(stderr, "tessera-trace: %s\n", no_patches_line(options.patch_method).c_str());
+    say(no_patches_line(options.patch_method));
   auto rays = RayFile::open(words.rays);
   if (!rays.is_ok()) return rays.status();
   auto prepared = core::PreparedScene::build(

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string>
 
 namespace tessera {
 namespace {
@@ -16,6 +17,17 @@ TEST(Json, EscapesWhatWouldBreakALine) {
   EXPECT_EQ(
       json.text(),
       "{\"a\\\"b\":\"line\\u000aquote\\\" back\\\\ \",\"n\":18446744073709551615,\"t\":true}");
+}
+
+TEST(Json, TextsAreFitForATerminal) {
+  JsonObject json;
+  json.add("name",
+           "a\x1b]0;b\xc2\x9b"
+           "c\xff\xe2\x80\xae"
+           "d\xc3\xa4\ne");
+  EXPECT_EQ(json.text(), "{\"name\":\"a?]0;b?c??d\xc3\xa4\\u000ae\"}");
+  const std::string is_long(10000, 'x');
+  EXPECT_EQ(JsonObject().add("n", is_long).text().size(), is_long.size() + 8) << "nothing is cut";
 }
 
 TEST(Json, NumbersThatJsonLacksBecomeNull) {
