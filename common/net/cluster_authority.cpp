@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/base/check.h"
+#include "common/net/key_folder.h"
 
 namespace tessera::net {
 namespace {
@@ -94,6 +95,7 @@ KeyPair ClusterAuthority::make() {
 }
 
 Result<ClusterAuthority> ClusterAuthority::open(const std::string& folder) {
+  TESSERA_RETURN_IF_ERROR(check_not_open_to_others(folder));
   KeyPair ca{read_private_key(folder + "/ca.key"), read_certificate(folder + "/ca.crt")};
   if (!ca.certificate || !ca.key) {
     return Status::not_found(folder + " has no CA; make one with 'tessera-keys init " + folder +

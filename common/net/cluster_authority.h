@@ -34,7 +34,8 @@ struct KeyPair {
 class ClusterAuthority {
  public:
   static KeyPair make();
-  // Reads ca.crt and ca.key. Returns: kNotFound with the command that makes them.
+  // Reads ca.crt and ca.key. Returns: kNotFound with the command that makes them;
+  // kPermissionDenied where others may write the folder.
   static Result<ClusterAuthority> open(const std::string& folder);
 
   KeyPair issue(const NodeIdentity& node, const Validity& validity) const;

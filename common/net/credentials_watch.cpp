@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/net/credentials_watch.h"
 
+#include <ctime>
 #include <utility>
 
+#include "common/base/clock.h"
 #include "common/base/log.h"
 #include "common/base/signal_watch.h"
 #include "common/net/key_folder.h"
@@ -14,9 +16,22 @@ CredentialsWatch::CredentialsWatch(IoThread& io, std::shared_ptr<TlsContext> tls
     : tls_(std::move(tls)), hangups_(hangup_count()), timer_(io) {
   // read_stamp_ stays empty, so that what changed since the folder was first read is read too.
   timer_.start_repeating(look_interval, [this] { look(); });
+  tell_of_expiry();
+}
+
+void CredentialsWatch::tell_of_expiry() {
+  const auto when = expiry_.look(tls_->life(), std::time(nullptr), Clock::now());
+  if (!when) return;
+  log_warn("certificate-expires",
+           "the certificate of " + tls_->subject() + " " + *when +
+               " and is refused then: run 'tessera-keys renew DIR " + tls_->name() +
+               "' where the cluster's folder is, and copy node.key and node.crt to " +
+               tls_->folder(),
+           {{"certificate", tls_->certificate_text()}});
 }
 
 void CredentialsWatch::look() {
+  tell_of_expiry();
   const std::uint64_t hangups = hangup_count();
   const bool is_asked_for = std::exchange(hangups_, hangups) != hangups;
   const std::string stamp = stamp_of(tls_->folder());

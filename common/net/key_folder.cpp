@@ -1,12 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/net/key_folder.h"
 
+#include <grp.h>
+#include <pwd.h>
 #include <sys/stat.h>
 
+#include <filesystem>
 #include <utility>
 
 namespace tessera::net {
 namespace {
+
+// Whether the group is the user's own and nobody else's, which is how Debian makes users: there
+// folders may be writable by the group, as umask 002 leaves them.
+bool is_private_group(uid_t user, gid_t group) {
+  char user_text[4096], group_text[4096];
+  passwd person{};
+  passwd* found_person = nullptr;
+  ::group members{};
+  ::group* found_group = nullptr;
+  if (getpwuid_r(user, &person, user_text, sizeof(user_text), &found_person) != 0 ||
+      getgrgid_r(group, &members, group_text, sizeof(group_text), &found_group) != 0 ||
+      found_person == nullptr || found_group == nullptr)
+    return false;
+  return person.pw_gid == group && members.gr_mem[0] == nullptr;
+}
+
+bool is_open_to_others(const std::string& folder, bool is_innermost) {
+  struct stat info {};
+  if (stat(folder.c_str(), &info) != 0) return false;
+  const bool is_open =
+      (info.st_mode & S_IWOTH) != 0 ||
+      ((info.st_mode & S_IWGRP) != 0 && !is_private_group(info.st_uid, info.st_gid));
+  return is_open && (is_innermost || (info.st_mode & S_ISVTX) == 0);
+}
 
 Status check_files(const std::string& folder, const std::string& role) {
   const std::string mend =
@@ -15,6 +42,7 @@ Status check_files(const std::string& folder, const std::string& role) {
   if (stat(folder.c_str(), &info) != 0 || !S_ISDIR(info.st_mode)) {
     return Status::not_found("keys folder " + folder + " does not exist" + mend);
   }
+  TESSERA_RETURN_IF_ERROR(check_not_open_to_others(folder));
   for (const char* name : {"ca.crt", "node.crt", "node.key"}) {
     const std::string path = folder + "/" + name;
     if (stat(path.c_str(), &info) != 0)
@@ -71,6 +99,21 @@ Result<KeyFolder> read_key_folder(const std::string& folder, const std::string& 
                                ": node.key does not belong to node.crt; copy both again");
   }
   return found;
+}
+
+Status check_not_open_to_others(const std::string& folder) {
+  std::error_code error;
+  const std::filesystem::path whole = std::filesystem::canonical(folder, error);
+  if (error) return Status::ok();
+  for (std::filesystem::path at = whole; !at.empty(); at = at.parent_path()) {
+    if (is_open_to_others(at, at == whole)) {
+      return Status::permission_denied("others may write the folder " + at.string() +
+                                       ", and so change the keys in " + folder +
+                                       "; run 'chmod go-w " + at.string() + "'");
+    }
+    if (at == at.root_path()) break;
+  }
+  return Status::ok();
 }
 
 Result<RevocationList> read_revocations(const std::string& folder, X509* ca) {

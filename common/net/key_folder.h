@@ -24,6 +24,13 @@ struct KeyFolder {
 // renewal or in the middle of a copy: try again.
 Result<KeyFolder> read_key_folder(const std::string& folder, const std::string& role);
 
+// Whether nobody but its owner and root can change what `folder` holds, or put another one in its
+// place: neither it nor a folder around it may be written by others or by a group that is not the
+// owner's alone, except those with the sticky bit, such as /tmp, where nobody renames what is
+// another's. Returns: kPermissionDenied with
+// the command that mends it; ok where there is no such folder.
+Status check_not_open_to_others(const std::string& folder);
+
 // Reads crl.pem. Returns: the list, null where there is none; kPermissionDenied when it is not a
 // list signed by this CA.
 Result<RevocationList> read_revocations(const std::string& folder, X509* ca);

@@ -9,13 +9,17 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <vector>
 
 #include "common/base/limits.h"
+#include "common/base/local_name.h"
 #include "common/net/cluster_authority.h"
 #include "common/net/file_write.h"
+#include "common/net/key_folder.h"
 
 namespace tessera::net {
 namespace {
@@ -99,6 +103,24 @@ Status copy_list(const std::string& folder, const std::string& node, const Revoc
   return replace_file(folder + "/" + node + "/crl.pem", pem_of(list.get()), kPublic);
 }
 
+KeyState state_of(X509* certificate, X509* ca, X509_CRL* revoked) {
+  const CertificateLife life = life_of(certificate, ca);
+  const std::int64_t now_s = std::time(nullptr);
+  if (is_revoked(revoked, serial_text(certificate))) return KeyState::kRevoked;
+  if (now_s >= life.end_s) return KeyState::kEnded;
+  if (now_s < life.begin_s) return KeyState::kNotYet;
+  if (life.end_s - now_s <= ExpiryNotice::kAheadSeconds) return KeyState::kEndsInADay;
+  return is_renewal_due(life, now_s) ? KeyState::kRenewalDue : KeyState::kGood;
+}
+
+// `node` null: of the CA.
+KeyFacts facts_of(X509* node, const std::string& name, X509* ca, X509_CRL* revoked) {
+  const std::string last = last_day_text(ca);
+  if (node == nullptr) return {"", "", last, state_of(ca, ca, revoked)};
+  return {entry_of(node, NID_organizationalUnitName), name, std::min(last, last_day_text(node)),
+          state_of(node, ca, revoked)};
+}
+
 }  // namespace
 
 Status init_key_store(const std::string& folder) {
@@ -122,6 +144,10 @@ Status add_key(const std::string& folder, const std::string& role, const std::st
     return Status::invalid_argument("role '" + role + "': give master, slave or app");
   }
   TESSERA_RETURN_IF_ERROR(check_name(name));
+  if (name.starts_with(kLocalNamePrefix)) {
+    return Status::invalid_argument("name '" + name +
+                                    "': a master calls the slaves inside its process so");
+  }
   const FolderLock lock(folder);
   const auto authority = ClusterAuthority::open(folder);
   if (!authority.is_ok()) return authority.status();
@@ -203,10 +229,27 @@ Result<KeyFacts> read_key_facts(const std::string& folder, const std::string& na
       name.empty() ? nullptr : read_certificate(folder + "/" + name + "/node.crt");
   if (!ca || (!name.empty() && !node))
     return Status::not_found(folder + " has no certificate" + (name.empty() ? "" : " of " + name));
-  const std::string last = last_day_text(ca.get());
-  if (!node) return KeyFacts{"", "", last};
-  return KeyFacts{entry_of(node.get(), NID_organizationalUnitName), name,
-                  std::min(last, last_day_text(node.get()))};
+  return facts_of(node.get(), name, ca.get(), nullptr);
+}
+
+Result<std::vector<KeyFacts>> list_key_facts(const std::string& folder) {
+  const Certificate ca = read_certificate(folder + "/ca.crt");
+  if (!ca) {
+    return Status::not_found(folder + " has no CA; make one with 'tessera-keys init " + folder +
+                             "'");
+  }
+  const auto revoked = read_revocations(folder, ca.get());
+  if (!revoked.is_ok()) return revoked.status();
+  std::set<std::string> names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+    names.insert(entry.path().filename().string());
+  std::vector<KeyFacts> all{facts_of(nullptr, "", ca.get(), nullptr)};
+  for (const std::string& name : names) {
+    if (const Certificate node = read_certificate(folder + "/" + name + "/node.crt"))
+      all.push_back(facts_of(node.get(), name, ca.get(), revoked->get()));
+  }
+  return all;
 }
 
 }  // namespace tessera::net

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "common/base/status.h"
 
@@ -43,12 +44,18 @@ Status renew_key(const std::string& folder, const std::string& name, int days);
 // name), kPermissionDenied.
 Status revoke_key(const std::string& folder, const std::string& name);
 
+enum class KeyState { kGood, kRenewalDue, kEndsInADay, kEnded, kNotYet, kRevoked };
+
 // Contents of a certificate of DIR.
 struct KeyFacts {
   std::string role, name;  // empty for the CA
   std::string last_day;    // of its life, which ends with the CA's; UTC, "2027-11-22"
+  KeyState state = KeyState::kGood;
 };
 // Reads DIR/NAME/node.crt, or DIR/ca.crt where `name` is empty. Returns: kNotFound.
 Result<KeyFacts> read_key_facts(const std::string& folder, const std::string& name = "");
+// Facts of the CA and then of every node that has a folder in DIR, by name. The CA's key is not
+// needed. Returns: kNotFound where there is no CA; kPermissionDenied for a damaged crl.pem.
+Result<std::vector<KeyFacts>> list_key_facts(const std::string& folder);
 
 }  // namespace tessera::net

@@ -190,6 +190,11 @@ void TlsContext::set_refusal(std::function<Record(const std::string& reason)> re
 const std::string& TlsContext::folder() const { return impl_->folder; }
 const std::string& TlsContext::name() const { return impl_->keys.name; }
 
+std::string TlsContext::subject() const { return subject_text(impl_->keys.own.get()); }
+CertificateLife TlsContext::life() const {
+  return life_of(impl_->keys.own.get(), impl_->keys.ca.get());
+}
+
 std::string TlsContext::certificate_text() const {
   std::tm last_day{};
   ASN1_TIME_to_tm(X509_get0_notAfter(impl_->keys.own.get()), &last_day);

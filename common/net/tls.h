@@ -16,6 +16,7 @@
 #include <string>
 
 #include "common/base/status.h"
+#include "common/net/certificate_life.h"
 #include "common/net/record.h"
 
 namespace tessera::net {
@@ -42,6 +43,8 @@ class TlsContext {
   const std::string& folder() const;
   const std::string& name() const;       // common name of our own certificate
   std::string certificate_text() const;  // its serial number and last day, for logs
+  std::string subject() const;           // "slave 'a'"
+  CertificateLife life() const;          // of our own certificate, which ends with the CA's
 
   ~TlsContext();
   struct Impl;

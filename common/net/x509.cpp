@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/net/x509.h"
 
+#include <algorithm>
 #include <ctime>
 
 #include "common/base/check.h"
@@ -14,6 +15,12 @@ std::string text_of(BIO* bio) {
   char* data = nullptr;
   const long size = BIO_get_mem_data(bio, &data);
   return std::string(data, static_cast<std::size_t>(size));
+}
+
+std::int64_t unix_time(const ASN1_TIME* time) {
+  std::tm utc{};
+  TESSERA_CHECK_EQ(ASN1_TIME_to_tm(time, &utc), 1);
+  return timegm(&utc);
 }
 
 }  // namespace
@@ -70,6 +77,12 @@ std::string subject_text(X509* certificate) {
   const std::string name = entry_of(certificate, NID_commonName);
   if (name.empty()) return "without a name";
   return (role.empty() ? "" : role + " ") + "'" + name + "'";
+}
+
+CertificateLife life_of(X509* certificate, X509* issuer) {
+  return {
+      unix_time(X509_get0_notBefore(certificate)),
+      std::min(unix_time(X509_get0_notAfter(certificate)), unix_time(X509_get0_notAfter(issuer)))};
 }
 
 std::string last_day_text(X509* certificate) {

@@ -14,6 +14,7 @@
 #include <string>
 
 #include "common/base/status.h"
+#include "common/net/certificate_life.h"
 
 namespace tessera::net {
 
@@ -44,6 +45,8 @@ std::string entry_of(X509* certificate, int nid);
 std::string subject_text(X509* certificate);
 // The last day of the certificate's life, in UTC: "2027-11-22".
 std::string last_day_text(X509* certificate);
+// The life of a certificate, which ends with its issuer's at the latest.
+CertificateLife life_of(X509* certificate, X509* issuer);
 // The serial number in hexadecimal digits, as in a certificate's dump.
 std::string serial_text(const ASN1_INTEGER* serial);
 std::string serial_text(X509* certificate);

@@ -7,6 +7,7 @@
 #include <set>
 #include <string_view>
 
+#include "common/base/clean_text.h"
 #include "common/base/cli_usage.h"
 #include "common/base/version.h"
 #include "common/net/key_store.h"
@@ -22,7 +23,7 @@ struct Words {
 int report(const std::string& text, int exit_code) {
   std::string line = text;
   std::replace(line.begin(), line.end(), '\n', ' ');
-  std::fprintf(stderr, "tessera-keys: %s\n", line.c_str());
+  std::fprintf(stderr, "tessera-keys: %s\n", tessera::clean_text(line).c_str());
   return exit_code;
 }
 
@@ -57,7 +58,7 @@ std::string quoted(const std::string& path) {
   return text + "'";
 }
 
-void say(const std::string& line) { std::puts(line.c_str()); }
+void say(const std::string& line) { std::puts(tessera::clean_text(line).c_str()); }
 
 // Says what was made, until when it counts, and what to do next.
 void say_init(const std::string& folder, const tessera::net::KeyFacts& ca) {
@@ -95,6 +96,44 @@ void say_revoke(const Words& words) {
   say("for a new one of that name: tessera-keys renew " + quoted(words.folder) + " " + words.name);
 }
 
+const char* state_text(tessera::net::KeyState state) {
+  switch (state) {
+    case tessera::net::KeyState::kGood:
+      return "";
+    case tessera::net::KeyState::kRenewalDue:
+      return "renew it";
+    case tessera::net::KeyState::kEndsInADay:
+      return "renew it now: it ends within a day";
+    case tessera::net::KeyState::kEnded:
+      return "has ended: renew it";
+    case tessera::net::KeyState::kNotYet:
+      return "does not count yet: look at the clock";
+    case tessera::net::KeyState::kRevoked:
+      return "revoked";
+  }
+  return "";
+}
+
+int say_list(const std::string& folder) {
+  const auto all = tessera::net::list_key_facts(folder);
+  if (!all.is_ok()) return report(all.status().message(), 1);
+  std::size_t name_width = std::string_view("the authority").size();
+  for (const tessera::net::KeyFacts& key : *all) name_width = std::max(name_width, key.name.size());
+  const auto row = [name_width](const std::string& name, const std::string& role,
+                                const std::string& day, const std::string& state) {
+    std::string line = name + std::string(name_width + 2 - std::min(name.size(), name_width), ' ') +
+                       role + std::string(role.size() < 8 ? 8 - role.size() : 1, ' ') + day;
+    if (!state.empty()) line += "  " + state;
+    say(line);
+  };
+  row("name", "role", "good until", "");
+  for (const tessera::net::KeyFacts& key : *all) {
+    row(key.name.empty() ? "the authority" : key.name, key.role, key.last_day,
+        state_text(key.state));
+  }
+  return 0;
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Makes the keys and certificates of a Tessera cluster.", "tessera-keys");
   app.set_version_flag("--version", std::string("tessera-keys ") + tessera::kBuildId);
@@ -113,6 +152,8 @@ int run(int argc, char** argv) {
       app, words, "revoke",
       "all certificates made for NAME count no more: writes crl.pem into DIR and every folder in "
       "it; copy it to the running nodes, which close NAME's connections within seconds");
+  CLI::App* const list = add_command(
+      app, words, "list", "names, roles and last days of what was made, and what needs a renewal");
   for (CLI::App* command : {add, renew, revoke})
     command->add_option("NAME", words.name, "unique in the cluster")->required();
   add_days(add, words);
@@ -121,9 +162,9 @@ int run(int argc, char** argv) {
       ->check(CLI::Range(0, 3650))
       ->group("");  // for tests: not shown
   const std::string first = argc > 1 ? argv[1] : "";
-  const std::set<std::string> commands{"init", "add", "renew", "revoke"};
+  const std::set<std::string> commands{"init", "add", "renew", "revoke", "list"};
   if (!first.empty() && first[0] != '-' && !commands.contains(first))
-    return report("unknown command '" + first + "': give init, add, renew or revoke" +
+    return report("unknown command '" + first + "': give init, add, list, renew or revoke" +
                       tessera::did_you_mean(first, {commands.begin(), commands.end()}),
                   2);
   try {
@@ -133,6 +174,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::Error& error) {
     return report(tessera::usage_text(app, error) + " (see 'tessera-keys --help')", 2);
   }
+  if (*list) return say_list(words.folder);
   using namespace tessera::net;
   const tessera::Status status =
       *init     ? init_key_store(words.folder)

@@ -90,6 +90,30 @@ class KeysTool(unittest.TestCase):
         self.expect_day(self.say("add", "slave", "s1", "--days", "3650"), before, 3650)
         self.assertIn("expired since " + days_from_now(-1), self.say("add", "slave", "old", "--days", "-1"))
 
+    def test_list_shows_names_roles_and_last_days(self):
+        self.say("init")
+        self.say("add", "slave", "s1", "--days", "90")
+        self.say("add", "app", "old", "--days", "-1")
+        self.say("add", "master", "short", "--days", "1")
+        self.say("add", "slave", "lost")
+        self.say("revoke", "lost")
+        rows = [re.split(r"\s{2,}", line) for line in self.say("list").splitlines()]
+        ca, *nodes = rows[1:]
+        self.assertEqual(ca[0], "the authority")
+        self.assertEqual([row[:2] for row in nodes], [["lost", "slave"], ["old", "app"], ["s1", "slave"], ["short", "master"]])
+        good = subprocess.run(["openssl", "x509", "-enddate", "-noout", "-dateopt", "iso_8601", "-in", self.folder / "s1" / "node.crt"],
+                              capture_output=True, text=True, check=True).stdout
+        self.assertEqual(nodes[2][2:], [re.search(r"\d{4}-\d\d-\d\d", good).group()])
+        self.assertEqual([row[3:] for row in nodes],
+                         [["revoked"], ["has ended: renew it"], [], ["renew it now: it ends within a day"]])
+
+    def test_what_is_written_in_a_terminal_is_clean(self):
+        self.say("init")
+        run = subprocess.run([BIN / "tessera-keys", "add", self.folder, "slave", "a\x1b[2J\x9b"], capture_output=True)
+        self.assertEqual(run.returncode, 2)
+        self.assertNotIn(b"\x1b", run.stderr)
+        self.assertIn(b"a?[2J", run.stderr)
+
     def test_what_failed_says_nothing_of_the_kind(self):
         run = subprocess.run([BIN / "tessera-keys", "add", self.folder, "slave", "x"], capture_output=True, text=True)
         self.assertEqual((run.returncode, run.stdout), (1, ""))

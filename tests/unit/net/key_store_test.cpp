@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 
@@ -73,6 +74,40 @@ TEST_F(KeyStore, LoadRefusesWhatIsNotFitToUse) {
   std::filesystem::copy_file(keys_ + "/old/node.key", other + "/x/node.key",
                              std::filesystem::copy_options::overwrite_existing);
   EXPECT_FALSE(TlsContext::load(other + "/x", "slave").is_ok()) << "the key of another certificate";
+}
+
+TEST_F(KeyStore, AFolderThatOthersMayWriteIsRefused) {
+  namespace fs = std::filesystem;
+  using fs::perms;
+  ASSERT_TRUE(add_key(keys_, "slave", "a", kNodeDays).is_ok());
+  const std::string outer = folder_ / "outer", node = outer + "/inner/a";
+  fs::create_directories(outer + "/inner");
+  fs::copy(keys_ + "/a", node);
+  fs::permissions(node, perms::owner_all);
+  const auto status_of = [&] { return TlsContext::load(node, "slave").status(); };
+  ASSERT_TRUE(status_of().is_ok()) << status_of().message();
+  for (const perms open : {perms::group_write, perms::others_write}) {
+    constexpr gid_t kForeignGroup =
+        1;  // only root can give a folder to a group that is not its own
+    if (open == perms::group_write && geteuid() != 0) continue;
+    for (const std::string& folder : {node, outer + "/inner", outer}) {
+      if (open == perms::group_write) {
+        ASSERT_EQ(chown(folder.c_str(), geteuid(), kForeignGroup), 0);
+      }
+      fs::permissions(folder, open, fs::perm_options::add);
+      EXPECT_NE(status_of().message().find("chmod go-w " + folder), std::string::npos)
+          << folder << ": " << status_of().message();
+      fs::permissions(folder, open, fs::perm_options::remove);
+    }
+  }
+  fs::permissions(outer, perms::all | perms::sticky_bit);
+  EXPECT_TRUE(status_of().is_ok()) << "as /tmp is";
+  fs::permissions(keys_, perms::all);
+  EXPECT_EQ(add_key(keys_, "slave", "b", kNodeDays).code(), StatusCode::kPermissionDenied);
+}
+
+TEST_F(KeyStore, NamesOfSlavesInsideAMasterAreNoCertificates) {
+  EXPECT_EQ(add_key(keys_, "slave", "local-1", kNodeDays).code(), StatusCode::kInvalidArgument);
 }
 
 TEST_F(KeyStore, OneThatIsNotValidYetIsRefused) {
