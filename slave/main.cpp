@@ -53,12 +53,29 @@ Status serve_metrics(net::IoThread& io, const SlaveCommand& command,
   return status;
 }
 
-// How other slaves are reached: with our keys, or on loopback without.
-RelayAccess relay_access(net::IoThread& io, const std::shared_ptr<net::TlsContext>& tls) {
+// How other slaves are reached: with our keys, or on loopback without. Empty with --relay-listen
+// off.
+RelayAccess relay_access(net::IoThread& io, const std::shared_ptr<net::TlsContext>& tls,
+                         const std::optional<std::string>& wanted) {
   RelayAccess access;
-  const net::Endpoint place{tls ? "" : "127.0.0.1", 0};
-  access.listen = [&io, tls, place](std::function<void(net::ConnectionPtr)> on_accept) {
-    return net::listen(io, place, tls, std::move(on_accept));
+  if (wanted == kRelayOff) {
+    log_info("relay-off", "this slave feeds no others and is fed by none: --relay-listen off");
+    return access;
+  }
+  access.listen = [&io, tls, wanted](const std::string& local_host,
+                                     std::function<void(net::ConnectionPtr)> on_accept) {
+    net::Endpoint place{wanted.value_or(local_host), 0};
+    if (place.host.empty()) {
+      return Result<std::unique_ptr<net::Listener>>(Status::unavailable(
+          "the address by which the master is reached is not known; give --relay-listen"));
+    }
+    auto listener = net::listen(io, place, tls, std::move(on_accept));
+    if (listener.is_ok()) {
+      place.port = (*listener)->port();
+      log_info("relay-listening", "other slaves may fetch scenes at " + place.text(),
+               {{"link", tls ? "tls" : "plain"}, {"address", place.text()}});
+    }
+    return listener;
   };
   access.connect = [&io, tls](const net::Endpoint& feeder,
                               std::function<void(Result<net::ConnectionPtr>)> on_connected) {
@@ -83,7 +100,13 @@ int run(SlaveCommand command) {
     tls->set_refusal([](const std::string& reason) {
       return wire::encode(wire::Refuse{wire::RefuseCode::kRole, reason});
     });
-    if (!command.is_name_given) command.options.name = tls->name();
+    if (command.is_name_given && command.options.name != tls->name()) {
+      log_warn("name-unused",
+               "--name " + command.options.name +
+                   " is not used: with keys a slave is called as its certificate, '" + tls->name() +
+                   "'; 'tessera-keys add DIR slave NAME' makes others");
+    }
+    command.options.name = tls->name();
   }
   log_info("slave-started", "looking for the master",
            {{"master", command.master.text()},
@@ -96,7 +119,7 @@ int run(SlaveCommand command) {
     const Status status = serve_metrics(io, command, page);
     if (!status.is_ok()) return fail(status);
   }
-  command.options.relay = relay_access(io, tls);
+  command.options.relay = relay_access(io, tls, command.relay_listen);
   std::unique_ptr<net::CredentialsWatch> watch;  // io thread
   if (tls) io.run_and_wait([&] { watch = std::make_unique<net::CredentialsWatch>(io, tls); });
   // The priority is lowered after the net thread has started and before those that render and
@@ -133,7 +156,7 @@ int main(int argc, char** argv) {
     const tessera::slave::ParsedCommand parsed = tessera::slave::parse_command_line(argc, argv);
     return parsed.exit_code ? *parsed.exit_code : tessera::slave::run(parsed.command);
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "tessera-slave: %s\n", e.what());
+    std::fprintf(stderr, "tessera-slave: %s\n", tessera::clean_text(e.what()).c_str());
     return 1;
   }
 }

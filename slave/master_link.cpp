@@ -77,6 +77,7 @@ void MasterLink::on_opened(Result<net::ConnectionPtr> link) {
     state_ = State::kHello;
     tile_ = std::move(*link);
     watch(tile_, false);
+    if (events_.on_reached) events_.on_reached(tile_->peer().local_host, hello_);
     tile_->send(wire::encode(hello_));
     look_again();
   } else {
@@ -179,9 +180,8 @@ void MasterLink::on_refused(const wire::Refuse& refuse) {
       // After a break, our own last session may still be closing there; at first the name is used
       // twice.
       if (was_welcomed_) return lose(why);
-      return lose_refused(Status::unavailable(
-          "the master refuses the name '" + hello_.name +
-          "', which another slave uses (choose one with --name): " + refuse.reason));
+      return lose_refused(Status::unavailable("the master refuses the name '" + hello_.name +
+                                              "', which another slave uses: " + refuse.reason));
     case wire::RefuseCode::kRole:
     case wire::RefuseCode::kIsa:
       return lose_refused(why);

@@ -30,6 +30,9 @@ namespace tessera::slave {
 struct MasterLinkEvents {
   std::function<void()> on_ready;
   std::function<void()> on_lost;
+  // Called before each Hello, which it may complete: only now is it known by which address of ours
+  // the master is reached (empty: not known). May be null.
+  std::function<void(const std::string& local_host, wire::Hello&)> on_reached = {};
   // A status that is not ok is a breach of protocol: it is told to the master, and the session
   // ends.
   std::function<Status(wire::Message)> on_tile_message;
@@ -77,7 +80,7 @@ class MasterLink {
   void log_waiting(const Status& why, std::chrono::milliseconds pause);
 
   net::EventLoop& io_;
-  const wire::Hello hello_;
+  wire::Hello hello_;
   const net::LinkFactory open_link_;
   const MasterLinkEvents events_;
 

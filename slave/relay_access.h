@@ -9,6 +9,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "common/net/connection.h"
 #include "common/net/connector.h"
@@ -18,8 +19,9 @@
 namespace tessera::slave {
 
 struct RelayAccess {
+  // `local_host`: our own address on the link to the master.
   std::function<Result<std::unique_ptr<net::Listener>>(
-      std::function<void(net::ConnectionPtr)> on_accept)>
+      const std::string& local_host, std::function<void(net::ConnectionPtr)> on_accept)>
       listen;
   std::function<std::unique_ptr<net::ConnectAttempt>(
       const net::Endpoint& feeder, std::function<void(Result<net::ConnectionPtr>)> on_connected)>

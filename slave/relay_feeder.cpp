@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/relay_feeder.h"
 
+#include <algorithm>
 #include <string>
 #include <variant>
 
@@ -28,7 +29,6 @@ void RelayFeeder::accept(net::ConnectionPtr connection, net::Listener* listener)
              {{"peer", peer.address}, {"role", peer.role}});
     return;  // closes
   }
-  if (children_.size() >= kChildrenMax) children_.erase(children_.begin());
   const ChildNumber number = next_child_++;
   net::ConnectionCallbacks callbacks;
   callbacks.on_record = [this, number, listener](net::ReceivedRecord record) {
@@ -41,6 +41,16 @@ void RelayFeeder::accept(net::ConnectionPtr connection, net::Listener* listener)
   Child& child = children_[number];
   child.connection = std::move(connection);
   child.connection->start(std::move(callbacks), wire::relay_join_limits());
+}
+
+// Ends the oldest of the children where there is no room for one more. Who has not said the token
+// is no child: strangers who knock push out none of those who are fed.
+void RelayFeeder::make_room() {
+  const auto has_joined = [](const auto& entry) { return entry.second.has_joined; };
+  if (std::count_if(children_.begin(), children_.end(), has_joined) <
+      static_cast<std::ptrdiff_t>(kChildrenMax))
+    return;
+  children_.erase(std::find_if(children_.begin(), children_.end(), has_joined));
 }
 
 void RelayFeeder::refuse(ChildNumber number, const std::string& reason) {
@@ -61,6 +71,7 @@ void RelayFeeder::on_record(ChildNumber number, net::ReceivedRecord record,
   if (!message.is_ok()) return refuse(number, message.status().message());
   if (const auto* join = std::get_if<wire::RelayJoin>(&*message)) {
     if (child.has_joined || join->token != token_) return refuse(number, "a wrong token");
+    make_room();
     child.has_joined = true;
     child.codings = join->codings;
     if (listener != nullptr) listener->mark_authenticated(*child.connection);

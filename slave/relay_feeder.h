@@ -6,11 +6,12 @@
 //
 // Threads. The event loop's thread only.
 // Invariants. (1) A child that has not said the token is listened to for nothing else; the listener
-// ends it after kHandshakeMs. (2) Only chunks of versions that our master announced leave, and only
-// checked ones. (3) At most kChildrenMax children, the oldest goes; what is queued for each is
-// bounded by its connection's low mark and a chunk, and what waits behind that by the chunks that
-// are here, however often they are asked for. (4) Callbacks of connections know their child by
-// number and look it up: who is gone is not found.
+// ends it after kHandshakeMs, and bounds how many of them there are. (2) Only chunks of versions
+// that our master announced leave, and only checked ones. (3) At most kChildrenMax children have
+// said the token, the oldest goes; what is queued for each is bounded by its connection's low mark
+// and a chunk, and what waits behind that by the chunks that are here, however often they are asked
+// for. (4) Callbacks of connections know their child by number and look it up: who is gone is not
+// found.
 #pragma once
 
 #include <compare>
@@ -46,7 +47,7 @@ class RelayFeeder {
   void accept(net::ConnectionPtr connection, net::Listener* listener);
   void on_arrived(const wire::SceneReceiver::Arrival& arrival);
   void drop_all();
-  std::size_t child_count() const { return children_.size(); }
+  std::size_t child_count() const { return children_.size(); }  // who has no token yet included
 
  private:
   struct Place {
@@ -69,6 +70,7 @@ class RelayFeeder {
   void on_record(ChildNumber number, net::ReceivedRecord record, net::Listener* listener);
   // Returns: why the child is refused, empty when it is not.
   std::string on_need(Child& child, const wire::SceneChunkNeed& need);
+  void make_room();
   void pump(Child& child);
   void send(Child& child, const Place& place, net::SharedBytes bytes);
   void refuse(ChildNumber number, const std::string& reason);

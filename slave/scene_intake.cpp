@@ -34,20 +34,29 @@ SceneIntake::SceneIntake(net::EventLoop& loop, wire::SceneReceiver::Room room,
               }}),
       progress_(loop) {}
 
-void SceneIntake::open_relay(wire::Hello& hello) {
+void SceneIntake::open_relay(const std::string& local_host, wire::Hello& hello) {
   if (!access_.listen || !access_.connect) return;
-  const std::uint64_t token = entropy();
-  feeder_ = std::make_unique<RelayFeeder>(loop_, receiver_, token);
-  auto listener = access_.listen([this](net::ConnectionPtr connection) {
-    feeder_->accept(std::move(connection), listener_.get());
-  });
-  if (!listener.is_ok()) {
-    feeder_.reset();
-    return log_warn("relay-off", "this slave feeds no others: " + listener.status().message());
+  hello.relay_port = 0;
+  if (!listener_ || relay_host_ != local_host) {
+    feeder_.reset();  // before the door that its connections came through
+    listener_.reset();
+    auto listener = access_.listen(local_host, [this](net::ConnectionPtr connection) {
+      if (feeder_) feeder_->accept(std::move(connection), listener_.get());
+    });
+    if (!listener.is_ok()) {
+      const std::string reason = listener.status().message();
+      if (std::exchange(relay_failure_, reason) != reason)
+        log_warn("relay-off", "this slave feeds no others: " + reason);
+      return;
+    }
+    relay_failure_.clear();
+    listener_ = std::move(*listener);
+    relay_host_ = local_host;
+    relay_token_ = entropy();
+    feeder_ = std::make_unique<RelayFeeder>(loop_, receiver_, relay_token_);
   }
-  listener_ = std::move(*listener);
   hello.relay_port = listener_->port();
-  hello.relay_token = token;
+  hello.relay_token = relay_token_;
 }
 
 Status SceneIntake::on_message(wire::Message message) {

@@ -16,6 +16,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "common/base/clock.h"
 #include "common/net/event_loop.h"
@@ -38,8 +39,10 @@ class SceneIntake {
   SceneIntake(net::EventLoop& loop, wire::SceneReceiver::Room room, const RelayAccess& access,
               Events events);
 
-  // Listens for slaves to feed, where the access allows. Fills in the fields of the Hello.
-  void open_relay(wire::Hello& hello);
+  // Listens for slaves to feed, where the access allows, at the address by which the master is
+  // reached: a door that was opened before stays open while that is the same. Fills in the fields
+  // of the Hello.
+  void open_relay(const std::string& local_host, wire::Hello& hello);
 
   // Returns: a status that is not ok for a breach of protocol.
   Status on_message(wire::Message message);
@@ -61,6 +64,9 @@ class SceneIntake {
   wire::SceneReceiver receiver_;
   std::unique_ptr<RelayFeeder> feeder_;  // null: does not relay
   std::unique_ptr<net::Listener> listener_;
+  std::string relay_host_;         // where listener_ is; meaningless without, as is the token
+  std::uint64_t relay_token_ = 0;  // what those who fetch scenes must say
+  std::string relay_failure_;      // logged last
   RelayChild child_;
   // Version whose feeder failed after the master had named it; the master's next word is awaited.
   // 0: none.

@@ -37,6 +37,7 @@ struct Words {
   int nice = 0;
   std::string cores;
   std::string metrics;
+  std::string relay_listen;
   std::uint64_t memory_mib = 0;
 };
 
@@ -100,6 +101,10 @@ void declare(CLI::App& app, Words& words) {
   app.add_option("--metrics", words.metrics,
                  "serve metrics for Prometheus at http://HOST:PORT/metrics (loopback)")
       ->type_name("HOST:PORT");
+  app.add_option("--relay-listen", words.relay_listen,
+                 "address at which other slaves fetch scenes (default: that by which the master\n"
+                 "is reached), or off: this slave feeds no others and is fed by none")
+      ->type_name("ADDRESS");
   app.add_option("--isa", words.isa,
                  "instruction set to offer: auto (all this CPU has), scalar, sse4, avx2, avx512")
       ->type_name("NAME")
@@ -118,7 +123,8 @@ void declare(CLI::App& app, Words& words) {
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 30))
       ->type_name("MIB");
   app.add_option("--name", words.name,
-                 "name shown by the master (default: the certificate's, else the host's)")
+                 "name shown by the master (default: the host's); with --keys it is the\n"
+                 "certificate's")
       ->type_name("NAME");
   auto* keys = app.add_option("--keys", words.keys_folder,
                               "credentials folder of this slave, made by tessera-keys")
@@ -134,6 +140,18 @@ void declare(CLI::App& app, Words& words) {
       ->capture_default_str();
   app.add_flag("--quiet", words.is_quiet, "errors only");
   declare_hooks(app, words.hooks);
+}
+
+// Without keys nobody beyond this machine may knock.
+Status check_relay(const Words& words, SlaveCommand& command) {
+  if (words.relay_listen.empty()) return Status::ok();
+  command.relay_listen = words.relay_listen;
+  if (words.relay_listen == kRelayOff || !words.is_plain ||
+      net::is_loopback({words.relay_listen, 0}))
+    return Status::ok();
+  return Status::invalid_argument("--relay-listen " + words.relay_listen +
+                                  " is not loopback, and --plain has no keys: give 127.0.0.1, off, "
+                                  "or --keys DIR");
 }
 
 // Checks processors, priority and the page of metrics. Returns: kInvalidArgument, one line.
@@ -187,6 +205,9 @@ ParsedCommand check_words(const Words& words) {
                                   " printable ASCII characters are allowed");
   }
   if (const Status status = check_machine(words, command); !status.is_ok()) {
+    return failed(kExitUsage, status.message());
+  }
+  if (const Status status = check_relay(words, command); !status.is_ok()) {
     return failed(kExitUsage, status.message());
   }
   options.hooks = words.hooks;

@@ -15,14 +15,19 @@
 
 namespace tessera::slave {
 
+inline constexpr const char* kRelayOff = "off";
+
 struct SlaveCommand {
   SlaveOptions options;
   net::Endpoint master;
-  bool is_name_given = false;            // else the certificate's name, where there is one
+  bool is_name_given = false;            // without keys it counts
   int nice = 0;                          // 0..19, for the threads that render and build
   std::vector<int> cpus;                 // run on these alone; empty: on all that are allowed
   std::optional<net::Endpoint> metrics;  // a page of metrics there
-  std::string keys_folder;               // empty: plain TCP, master on loopback
+  // Where other slaves fetch scenes: an address of this machine, or kRelayOff; nothing: where the
+  // master is reached.
+  std::optional<std::string> relay_listen;
+  std::string keys_folder;  // empty: plain TCP, master on loopback
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;
 };

@@ -126,10 +126,12 @@ void SlaveNode::Impl::start() {
   if (options.memory) {
     if (const auto room = options.memory()) hello.memory_bytes = room->limit_bytes;
   }
-  intake.open_relay(hello);
   MasterLinkEvents events;
   events.on_ready = [this] { workshop.set_open_frames(0); };
   events.on_lost = [this] { on_lost(); };
+  events.on_reached = [this](const std::string& local_host, wire::Hello& h) {
+    intake.open_relay(local_host, h);
+  };
   events.on_tile_message = [this](wire::Message m) { return on_tile_message(std::move(m)); };
   events.on_scene_message = [this](wire::Message m) { return on_scene_message(std::move(m)); };
   events.on_drained = [this] { flush_results(); };

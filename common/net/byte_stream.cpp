@@ -114,6 +114,8 @@ PeerIdentity address_of(const TcpSocket& socket) {
   if (error) return identity;
   identity.port = endpoint.port();
   identity.address = Endpoint{endpoint.address().to_string(), endpoint.port()}.text();
+  const auto local = socket.local_endpoint(error);
+  if (!error) identity.local_host = local.address().to_string();
   tcp_info info{};
   socklen_t bytes = sizeof(info);
   const int handle = const_cast<TcpSocket&>(socket).native_handle();

@@ -37,6 +37,7 @@ struct PeerIdentity {
   std::string serial;   // certificate's serial number, in hexadecimal digits
   std::string address;  // "10.0.0.5:41234", or "local"
   std::uint16_t port = 0;
+  std::string local_host;  // our own address on this link, without a port; empty: not known
   double rtt_seconds = 0;  // of the TCP handshake; 0 where it is not known
   // The connection has one of the last descriptors (common/base/descriptors.h).
   bool is_in_reserve = false;

@@ -110,6 +110,7 @@ void Attempt::on_handshake(const asio::error_code& error) {
   }
   proven.address = peer_.address;
   proven.port = peer_.port;
+  proven.local_host = peer_.local_host;
   const ConnectionPtr connection =
       make_connection(io_, make_byte_stream(std::move(stream_)), std::move(proven));
   tls_->impl().watch(connection);

@@ -12,6 +12,7 @@
 #include "common/wire/codec.h"
 #include "common/wire/record_types.h"
 #include "master/cluster/master_metrics.h"
+#include "master/cluster/reception.h"
 
 namespace tessera::master {
 namespace {
@@ -88,6 +89,27 @@ std::optional<std::pair<wire::RefuseCode, std::string>> Cluster::refusal_of(
   return std::nullopt;
 }
 
+// Calls the slave by its name in force. A slave inside this process, which has no certificate,
+// makes way for who has that name in one: its owner could never mend the conflict.
+void Cluster::take_name(const PeerLink& link, wire::Hello& hello) {
+  const net::PeerIdentity& peer = link.connection().peer();
+  std::string name = name_in_force(peer, hello);
+  if (name != hello.name) {
+    log_info("slave-renamed",
+             "a slave that calls itself '" + hello.name + "' is called as its certificate, '" +
+                 name + "'",
+             {{"peer", link.peer_text()}});
+    hello.name = std::move(name);
+  }
+  if (!peer.is_authenticated) return;
+  const auto other = std::find_if(slaves_.begin(), slaves_.end(), [&](const auto& entry) {
+    return entry.second->hello.name == hello.name &&
+           !entry.second->tile_link->connection().peer().is_authenticated;
+  });
+  if (other != slaves_.end())
+    lose(other->first, "its name is that of a certificate, whose owner is here");
+}
+
 const std::string& Cluster::key_of(const wire::Hello& hello, const net::PeerIdentity& peer) {
   return peer.is_authenticated ? peer.name : hello.name;
 }
@@ -111,6 +133,7 @@ PeerLink::Callbacks Cluster::callbacks_of(SessionId session, bool is_tile_link) 
 }
 
 void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::uint16_t version) {
+  take_name(*link, hello);
   welcome_back(hello, link->connection().peer());
   if (const auto refusal = refusal_of(hello, link->connection().peer())) {
     log_warn("slave-refused", refusal->second,

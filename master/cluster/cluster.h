@@ -129,6 +129,7 @@ class Cluster {
   void lose(SessionId session, const std::string& reason);
   void leave(SessionId session, const std::string& reason);  // in order, as announced
   void remove(SessionId session, SlaveEnd how);
+  void take_name(const PeerLink& link, wire::Hello& hello);
   void welcome_back(const wire::Hello& hello, const net::PeerIdentity& peer);
   void sweep();
   static const std::string& key_of(const wire::Hello& hello, const net::PeerIdentity& peer);

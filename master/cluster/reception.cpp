@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/base/limits.h"
 #include "common/base/log.h"
 #include "common/wire/codec.h"
 
@@ -12,6 +13,10 @@ namespace tessera::master {
 std::uint16_t common_version(std::uint16_t version_min, std::uint16_t version_max) {
   const std::uint16_t version = std::min(version_max, wire::kProtocolVersionMax);
   return version >= std::max(version_min, wire::kProtocolVersionMin) ? version : std::uint16_t{0};
+}
+
+std::string name_in_force(const net::PeerIdentity& peer, const wire::Hello& hello) {
+  return peer.is_authenticated ? peer.name.substr(0, kNameBytesMax) : hello.name;
 }
 
 bool may_act_as(const net::PeerIdentity& peer, wire::Role role) {
@@ -80,6 +85,10 @@ void Reception::on_first_message(GuestNumber number, wire::Message message) {
       return turn_away(number, wire::RefuseCode::kRole,
                        "a certificate of role '" + peer.role + "' (" + peer.name +
                            ") may not do this; make the right one with 'tessera-keys add'");
+    }
+    if (hello->role == wire::Role::kSlave && name_in_force(peer, *hello).empty()) {
+      return turn_away(number, wire::RefuseCode::kRole,
+                       "the certificate has no name; make one with 'tessera-keys add'");
     }
     // A slave that is let in needs a second descriptor; who asks for the status one for a moment.
     if (peer.is_in_reserve && hello->role != wire::Role::kStatus) {

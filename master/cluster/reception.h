@@ -12,6 +12,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <string>
 
 #include "common/net/event_loop.h"
 #include "common/net/listener.h"
@@ -53,6 +54,11 @@ class Reception {
 
 // The highest version that both speak; 0 when there is none.
 std::uint16_t common_version(std::uint16_t version_min, std::uint16_t version_max);
+
+// With keys a slave's name is that of its certificate, whatever it calls itself: so nobody stands
+// in a log, or is held back, in the place of another. Returns: the name in force; empty for a
+// certificate without one.
+std::string name_in_force(const net::PeerIdentity& peer, const wire::Hello& hello);
 
 // May a peer with this identity act as `role`? Peers that TLS has not identified (loopback, local)
 // may be anything.

@@ -10,6 +10,7 @@
 #include "common/base/cpu_count.h"
 #include "common/base/descriptors.h"
 #include "common/base/limits.h"
+#include "common/base/local_name.h"
 #include "common/base/log.h"
 #include "common/base/memory_room.h"
 #include "common/metrics/exposition.h"
@@ -22,7 +23,7 @@
 
 namespace tessera::master {
 namespace {
-const std::string kLocalName = "local-";
+const std::string kLocalName(kLocalNamePrefix);
 
 // Embedding programs give numbers that no command line has looked at.
 Status check_pulse(const SessionOptions& options) {

@@ -343,14 +343,6 @@ class WrongPeers(unittest.TestCase):
         self.cluster.wait_for_slaves(1)
         self.assertIsNotNone(self.cluster.slave_status("bert"))
 
-    def test_a_name_is_used_once(self):
-        self.cluster.serve()
-        self.cluster.slaves(1)
-        self.cluster.start("twin", [cluster_lib.program("tessera-slave"), "--master", self.cluster.address, "--keys",
-                                    self.cluster.add_key("slave", "twin"), "--name", "slave-1"])
-        self.assertIn("slave-1", self.cluster.wait_for_refusal("twin"))
-        self.assertEqual(len(self.cluster.status()["slaves"]), 1)
-
 
 if __name__ == "__main__":
     sys.exit(unittest.main(verbosity=1))

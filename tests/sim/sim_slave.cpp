@@ -47,7 +47,8 @@ void SimSlave::start() {
 
 slave::RelayAccess SimSlave::relay_access() {
   slave::RelayAccess access;
-  access.listen = [this](std::function<void(net::ConnectionPtr)> on_accept) {
+  access.listen = [this](const std::string& /*local_host*/,
+                         std::function<void(net::ConnectionPtr)> on_accept) {
     auto door = std::make_unique<Door>(*process_, kRelayPort);
     network_.listen(*process_, [this, door = door.get(), on_accept](net::ConnectionPtr connection) {
       const auto link = std::make_shared<LyingConnection>(std::move(connection), is_altering_);

@@ -5,9 +5,8 @@
 
 #include <algorithm>
 
-#include "common/base/log.h"
 #include "common/wire/record_types.h"
-#include "tests/unit/slave/relay_slave.h"
+#include "tests/unit/slave/relay_fixture.h"
 #include "tests/unit/slave/relay_stranger.h"
 
 namespace tessera::slave {
@@ -15,61 +14,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using wire::RelayFault;
-constexpr SceneVersion kVersion = 3;
-constexpr std::uint32_t kChunks = 6;
-
-class RelayTest : public testing::Test {
- protected:
-  static void SetUpTestSuite() { init_log(LogLevel::kOff, LogFormat::kText); }
-  RelayTest() {
-    network_.events.on_queued = [this](const sim::Process&, int, std::uint64_t bytes) {
-      queued_max_ = std::max(queued_max_, bytes);
-    };
-    network_.events.on_sent = [this](const sim::Process& from, int, const net::Record& record) {
-      const bool is_chunk = record.type == wire::encode(wire::SceneChunk{}).type;
-      if (is_chunk) ++chunks_sent_[from.name()];
-    };
-  }
-
-  std::unique_ptr<RelaySlave> slave(const std::string& name, const sim::LinkModel& link = {}) {
-    auto made = std::make_unique<RelaySlave>(queue_, network_, name, link);
-    made->announce(kVersion, block_);
-    return made;
-  }
-  void give(RelaySlave& to, const std::vector<std::uint32_t>& chunks) {
-    for (const std::uint32_t i : chunks) to.give(kVersion, block_, i);
-  }
-  void give_all(RelaySlave& to) {
-    for (std::uint32_t i = 0; i < chunk_count(block_.size()); ++i) to.give(kVersion, block_, i);
-  }
-  void run_for(Duration time) {
-    bool is_over = false;
-    queue_.after(time, [&is_over] { is_over = true; });
-    while (!is_over) queue_.step();
-  }
-  // Until nothing is on its way and no deadline runs.
-  void settle() {
-    while (queue_.step()) {
-    }
-  }
-  static std::vector<RelayFault> faults(const RelaySlave& slave) {
-    std::vector<RelayFault> all;
-    for (const wire::RelayFailed& failed : slave.failures) all.push_back(failed.fault);
-    return all;
-  }
-  static wire::SceneChunkNeed need_of(SceneVersion version, std::uint32_t chunks,
-                                      std::uint32_t block = 0) {
-    return {version, block, std::vector<bool>(chunks, true)};
-  }
-
-  Bytes block_ = noise(kChunks);
-  sim::EventQueue queue_{1};
-  sim::Network network_{queue_, 1};
-  std::uint64_t queued_max_ = 0;  // bytes in one send queue
-  std::map<std::string, std::uint32_t> chunks_sent_;
-};
-
-const std::vector<RelayFault> kNone, kOnceGone{RelayFault::kGone};
 
 TEST_F(RelayTest, ChunksArePassedOnWhileOthersAreStillComing) {
   const auto upper = slave("upper"), lower = slave("lower");
@@ -329,25 +273,6 @@ TEST_F(RelayTest, WhoAsksForMoreBlocksThanASceneHasIsSentAway) {
   stranger.say(need_of(kVersion + 1, 1, kSceneBlocksMax - 1));
   settle();
   expect_refused(stranger, "it asks for too much at once");
-}
-
-TEST_F(RelayTest, BeyondTheMostChildrenTheOldestGoes) {
-  const auto upper = slave("upper");
-  std::vector<std::unique_ptr<RelaySlave>> children;
-  for (std::size_t i = 0; i <= RelayFeeder::kChildrenMax; ++i) {
-    children.push_back(slave("child " + std::to_string(i)));
-    children.back()->follow(kVersion, *upper);
-    settle();
-    EXPECT_LE(upper->feeder().child_count(), RelayFeeder::kChildrenMax);
-  }
-  give_all(*upper);
-  settle();
-  EXPECT_EQ(faults(*children[0]), kOnceGone);
-  EXPECT_FALSE(children[0]->complete_at);
-  for (std::size_t i = 1; i < children.size(); ++i) {
-    EXPECT_TRUE(children[i]->complete_at) << i;
-    EXPECT_EQ(faults(*children[i]), kNone) << i;
-  }
 }
 
 // A child that does not read costs its feeder the low mark, a chunk and its head, whatever it has
