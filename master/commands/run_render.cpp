@@ -12,6 +12,7 @@
 #include "master/commands/frame_source.h"
 #include "master/commands/master_news.h"
 #include "master/commands/picture_writer.h"
+#include "master/loader/load_picture.h"
 
 namespace tessera::master {
 namespace {
@@ -211,9 +212,11 @@ Status render_frames(Session& session, const FrameSource& source, const MasterOp
 }
 
 // Returns: an empty image without --reference.
-Result<FloatImage> read_reference(const MasterOptions& options, const FrameSettings& settings) {
+Result<FloatImage> read_reference(const MasterOptions& options, const FrameSettings& settings,
+                                  const SignalWatch& signals) {
   if (options.reference.empty()) return FloatImage{};
-  Result<FloatImage> image = read_image(options.reference);
+  Result<FloatImage> image = load_picture(options.reference, options.import_limits,
+                                          [&signals] { return !signals.is_signalled(); });
   if (!image.is_ok()) return image.status();
   if (image->width_px != settings.width_px || image->height_px != settings.height_px) {
     const auto size = [](int width, int height) {
@@ -244,7 +247,7 @@ int run_render(const MasterOptions& options, const SignalWatch& signals) {
   if (!session.is_ok()) return report_failure(session.status());
   auto source = FrameSource::open(options, progress, signals);
   if (!source.is_ok()) return fail(source.status());
-  auto reference = read_reference(options, source->settings_at(0));
+  auto reference = read_reference(options, source->settings_at(0), signals);
   if (!reference.is_ok()) return fail(reference.status());
   MasterNews news(**session, progress, options.is_quiet);
   const auto should_stop = [&] {

@@ -2,7 +2,7 @@
 // Reads a picture file for comparing and makes it linear by its own encoding: integers are sRGB
 // unless the file says otherwise. picture_format.h has the formats. Grey becomes all three colours.
 //
-// A stranger's file is read in the importer's process: master/loader/load_picture.h.
+// What a person names is read in the importer's process: master/loader/load_picture.h.
 // Threads. One at a time.
 #pragma once
 

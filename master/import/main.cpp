@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// tessera-import: reads one scene file and writes it as validated blocks to standard output. The
-// master runs it with the file that a user names; whatever the file does to it, it does to this
-// process only.
+// tessera-import: reads one scene file and writes it as validated blocks to standard output; with
+// --picture one picture, as pixels. The master runs it with the file that a user names; whatever
+// the file does to it, it does to this process only.
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -15,6 +15,8 @@
 #include "common/base/version.h"
 #include "common/scene/scene_stream.h"
 #include "common/scene/validate.h"
+#include "master/image/image_read.h"
+#include "master/image/picture_stream.h"
 #include "master/import/crash_line.h"
 #include "master/import/equal_triangles.h"
 #include "master/import/read_file.h"
@@ -40,22 +42,36 @@ std::uint64_t usual_memory_mb() {
   return room ? std::max(kLeast, room->free_bytes >> 21) : kUnknown;
 }
 
-// Shuts this process in with what the reader of `path` needs. Returns: a warning, or nothing.
-std::string shut_in(const std::string& path, std::uint64_t memory_mb, std::uint64_t cpu_seconds) {
+// Nothing for a scene of an unknown suffix, which is refused by its name, unread.
+tessera::import::ReaderNeeds needs_of(const std::string& path, bool is_picture) {
+  if (is_picture) return tessera::import::needs_of_picture(path);
+  const auto* const named = tessera::format_of_suffix(path);
+  return named == nullptr ? tessera::import::ReaderNeeds{}
+                          : tessera::import::needs_of_reader(named->format, path);
+}
+
+// Shuts this process in with what the reader of a file needs. Returns: a warning, or nothing.
+std::string shut_in(const std::string& path, tessera::import::ReaderNeeds needs,
+                    std::uint64_t memory_mb, std::uint64_t cpu_seconds) {
   tessera::import::SandboxOptions options;
   options.memory_bytes = memory_mb << 20;
   options.cpu_seconds = cpu_seconds;
-  // A file of an unknown suffix is refused by its name, unread.
-  if (const auto* const named = tessera::format_of_suffix(path)) {
-    auto needs = tessera::import::needs_of_reader(named->format, path);
-    options.readable = std::move(needs.files);
-    options.load = std::move(needs.load);
-    options.readable_for_load = std::move(needs.files_for_load);
-  }
+  options.readable = std::move(needs.files);
+  options.load = std::move(needs.load);
+  options.readable_for_load = std::move(needs.files_for_load);
   const std::string missing = tessera::import::enter_sandbox(options);
   if (missing.empty()) return {};
   return path + ": was read without all of the sandbox (" + missing +
          "): a file that was made to do harm could do some";
+}
+
+int hand_over(const std::vector<std::byte>& bytes) {
+  for (std::size_t done = 0; done < bytes.size();) {
+    const ssize_t written = ::write(STDOUT_FILENO, bytes.data() + done, bytes.size() - done);
+    if (written <= 0 && errno != EINTR) return report("cannot hand over what was read", 1);
+    if (written > 0) done += static_cast<std::size_t>(written);
+  }
+  return 0;
 }
 
 int import_file(const std::string& path, const std::string& warning) {
@@ -76,14 +92,14 @@ int import_file(const std::string& path, const std::string& warning) {
   }
   if (!warning.empty()) read->warnings.insert(read->warnings.begin(), warning);
   tessera::SceneEncoder encoder;
-  const std::vector<std::byte> bytes =
-      tessera::encode_scene_stream({encoder.encode(read->scene), std::move(read->warnings)});
-  for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t written = ::write(STDOUT_FILENO, bytes.data() + done, bytes.size() - done);
-    if (written <= 0 && errno != EINTR) return report("cannot hand over the scene", 1);
-    if (written > 0) done += static_cast<std::size_t>(written);
-  }
-  return 0;
+  return hand_over(
+      tessera::encode_scene_stream({encoder.encode(read->scene), std::move(read->warnings)}));
+}
+
+int import_picture(const std::string& path, const std::string& warning) {
+  auto image = tessera::master::read_image(path);
+  if (!image.is_ok()) return report(image.status().message(), 1);
+  return hand_over(tessera::master::encode_picture_stream({std::move(*image), warning}));
 }
 
 }  // namespace
@@ -91,12 +107,14 @@ int import_file(const std::string& path, const std::string& warning) {
 int main(int argc, char** argv) {
   CLI::App app("Reads one scene file (" + tessera::suffix_list(false) + "), or a sky (" +
                    tessera::suffix_list(true) +
-                   "), and writes it as scene blocks to standard output.",
+                   "), and writes it as scene blocks to standard output; or a picture.",
                "tessera-import");
   app.set_version_flag("--version", std::string("tessera-import ") + tessera::kBuildId);
   std::string path;
   std::uint64_t memory_mb = 0, cpu_seconds = 60;
+  bool is_picture = false;
   app.add_option("FILE", path)->required();
+  app.add_flag("--picture", is_picture, "FILE is a picture, whose pixels are written");
   app.add_option("--memory-mb", memory_mb, "most memory (default: half of what is free)")
       ->check(CLI::Range(64, 1 << 20));
   app.add_option("--cpu-seconds", cpu_seconds, "most processor time")
@@ -117,7 +135,8 @@ int main(int argc, char** argv) {
   const tessera::import::CrashLine crash_line(path, "the library that reads it");
   if (memory_mb == 0) memory_mb = usual_memory_mb();
   try {
-    return import_file(path, shut_in(path, memory_mb, cpu_seconds));
+    const std::string warning = shut_in(path, needs_of(path, is_picture), memory_mb, cpu_seconds);
+    return is_picture ? import_picture(path, warning) : import_file(path, warning);
   } catch (const std::bad_alloc&) {
     return report(
         path + ": needs more memory than the limit of " + std::to_string(memory_mb) + " MiB", 1);

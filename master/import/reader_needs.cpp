@@ -21,6 +21,14 @@ void add_library_files(std::vector<std::string>& files, const char* plugin) {
 
 }  // namespace
 
+ReaderNeeds needs_of_picture(const std::string& path) {
+  ReaderNeeds needs;
+  needs.files.push_back(path);
+  needs.load = [] { (void)master::image_plugin(); };
+  add_library_files(needs.files_for_load, master::kImagePluginFile);
+  return needs;
+}
+
 ReaderNeeds needs_of_reader(FileFormat format, const std::string& path) {
   ReaderNeeds needs;
   needs.files.push_back(path);
@@ -37,9 +45,7 @@ ReaderNeeds needs_of_reader(FileFormat format, const std::string& path) {
       break;
     case FileFormat::kExr:
     case FileFormat::kHdr:
-      needs.load = [] { (void)master::image_plugin(); };
-      add_library_files(needs.files_for_load, master::kImagePluginFile);
-      break;
+      return needs_of_picture(path);
     default: {
       const std::string folder = std::filesystem::path(path).parent_path().string();
       needs.files.push_back(folder.empty() ? "." : folder);

@@ -25,5 +25,7 @@ struct ReaderNeeds {
 };
 
 ReaderNeeds needs_of_reader(FileFormat format, const std::string& path);
+// The same for a picture of any format: the file alone, and the plug-in.
+ReaderNeeds needs_of_picture(const std::string& path);
 
 }  // namespace tessera::import

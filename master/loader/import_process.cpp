@@ -65,8 +65,8 @@ std::vector<char*> environment_of_child() {
 }
 
 // Starts the importer with an empty signal mask, whatever the master's is.
-Result<pid_t> spawn(const std::string& program, const std::string& file, double seconds_max,
-                    const Pipe& out, const Pipe& err) {
+Result<pid_t> spawn(const std::string& program, const std::string& file, ImportKind kind,
+                    double seconds_max, const Pipe& out, const Pipe& err) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
@@ -82,11 +82,14 @@ Result<pid_t> spawn(const std::string& program, const std::string& file, double 
   posix_spawnattr_setsigdefault(&attributes, &defaults);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
   const auto seconds = static_cast<long>(std::ceil(std::max(seconds_max, 1.0)));
-  std::string words[] = {program, "--cpu-seconds=" + std::to_string(seconds), "--", file};
-  char* const argv[] = {words[0].data(), words[1].data(), words[2].data(), words[3].data(),
-                        nullptr};
+  std::vector<std::string> words{program, "--cpu-seconds=" + std::to_string(seconds)};
+  if (kind == ImportKind::kPicture) words.push_back("--picture");
+  words.insert(words.end(), {"--", file});
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
   pid_t child = 0;
-  const int error = posix_spawn(&child, program.c_str(), &actions, &attributes, argv,
+  const int error = posix_spawn(&child, program.c_str(), &actions, &attributes, argv.data(),
                                 environment_of_child().data());
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
@@ -136,10 +139,18 @@ Status verdict(int wait_status, const std::string& path, const std::string& erro
 
 Result<SceneStream> run_import(const std::string& path, const ImportLimits& limits,
                                const std::function<bool(std::uint64_t bytes)>& progress) {
+  const auto bytes = run_importer(path, ImportKind::kScene, limits, progress);
+  if (!bytes.is_ok()) return bytes.status();
+  return decode_scene_stream(*bytes);
+}
+
+Result<std::vector<std::byte>> run_importer(
+    const std::string& path, ImportKind kind, const ImportLimits& limits,
+    const std::function<bool(std::uint64_t bytes)>& progress) {
   Pipe out, err;
   if (!out.open() || !err.open())
     return Status::resource_exhausted(std::string("cannot make a pipe: ") + std::strerror(errno));
-  auto child = spawn(importer_path(), path, limits.seconds_max, out, err);
+  auto child = spawn(importer_path(), path, kind, limits.seconds_max, out, err);
   if (!child.is_ok()) return child.status();
   out.close_write();
   err.close_write();
@@ -156,7 +167,7 @@ Result<SceneStream> run_import(const std::string& path, const ImportLimits& limi
     errors.resize(std::min(errors.size(), kErrorBytesMax));
     if (!progress(bytes.size())) limit = Status::cancelled("interrupted while reading " + path);
     if (bytes.size() > limits.bytes_max)
-      limit = Status::resource_exhausted(path + ": the scene is larger than the limit");
+      limit = Status::resource_exhausted(path + ": what it holds is larger than the limit");
     if (seconds(Clock::now() - start) > limits.seconds_max) {
       limit = Status::resource_exhausted(path + ": reading took longer than " +
                                          std::to_string(static_cast<int>(limits.seconds_max)) +
@@ -172,7 +183,7 @@ Result<SceneStream> run_import(const std::string& path, const ImportLimits& limi
   }
   TESSERA_RETURN_IF_ERROR(limit);
   TESSERA_RETURN_IF_ERROR(verdict(wait_status, path, errors));
-  return decode_scene_stream(bytes);
+  return bytes;
 }
 
 }  // namespace tessera::master
