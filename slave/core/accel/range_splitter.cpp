@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "slave/core/accel/range_splitter.h"
+
+#include <algorithm>
+#include <bit>
+#include <mutex>
+
+#include "slave/core/accel/bvh_layout.h"
+#include "slave/core/accel/run_tasks.h"
+
+namespace tessera::core {
+namespace {
+
+// A range of at most a kTaskShare-th of all references, or of kTaskRefsMin, is split by one task;
+// that makes enough tasks to keep 16 threads busy.
+constexpr std::uint32_t kTaskShare = 64;
+constexpr std::uint32_t kTaskRefsMin = 4096;
+
+}  // namespace
+
+RangeSplitter::RangeSplitter(std::span<PrimitiveRef> refs, const RefRange& all,
+                             const PrimitiveSet& set, int width, const BuildControl& control,
+                             const BvhBuildConfig& config)
+    : refs_(refs),
+      control_(control),
+      config_(config),
+      width_(static_cast<std::uint32_t>(width)),
+      alone_from_(set.alone_from),
+      block_size_(set.alone_from < set.boxes.size() ? 1 : width_),
+      counted_by_(config.counts_primitives ? 1 : block_size_),
+      task_refs_(std::max(kTaskRefsMin, all.size() / kTaskShare)),
+      overlap_min_(config.overlap_min * all.bounds.half_area()) {}
+
+bool RangeSplitter::may_be_leaf(const RefRange& range) const {
+  if (range.size() > width_ * kBvhLeafBlocksMax) return false;
+  if (block_size_ == width_ || range.size() == 1) return true;
+  const auto refs = refs_of(range.begin, range.end);
+  return std::none_of(refs.begin(), refs.end(), [this](const PrimitiveRef& ref) {
+    return ref.primitive >= alone_from_;  // such a one takes a leaf of its own
+  });
+}
+
+// Cuts take off as little as one reference, halving takes the fewest steps to leaves of one: ranges
+// are halved, whatever their boxes, from where one more cut could lead too deep.
+Branch RangeSplitter::branch_of(const RefRange& range, int depth, SahBins& bins) const {
+  Branch branch{range};
+  branch.is_split = range.size() > width_ || !may_be_leaf(range);
+  const int halvings = std::bit_width(range.size() - 1);
+  if (!branch.is_split || depth + halvings > kBvhDepthMax) return branch;
+  branch.cut = bins.cut(refs_, range, counted_by_);
+  cut_in_space(branch);
+  return branch;
+}
+
+void RangeSplitter::cut_in_space(Branch& branch) const {
+  if (config_.clipper == nullptr || branch.range.room() == 0) return;
+  const SahCut& cut = branch.cut;
+  Box4 shared = cut.left;
+  shared.shrink(cut.right);
+  if (cut.axis >= 0 && !(shared.half_area() > overlap_min_)) return;
+  SpatialSplitter splitter(*config_.clipper);
+  const SpatialCut in_space = splitter.cut(refs_, branch.range, counted_by_);
+  const bool is_cheaper = cut.axis < 0 || config_.cut_weight * in_space.cost < cut.cost;
+  if (in_space.axis >= 0 && is_cheaper) branch.in_space = in_space;
+}
+
+std::pair<RefRange, RefRange> RangeSplitter::halves_of(const Branch& branch) const {
+  if (branch.in_space.axis < 0) return SahBins::split(refs_, branch.range, branch.cut);
+  return SpatialSplitter(*config_.clipper).split(refs_, branch.range, branch.in_space);
+}
+
+std::deque<Halves> RangeSplitter::split_top(Branch& root, int thread_count) const {
+  std::deque<Halves> all;
+  std::mutex mutex;  // of `all`
+  struct Item {
+    Branch* branch;
+    int depth;
+  };
+  const auto is_large = [this](const Item& item) {
+    return item.branch->is_split && item.branch->range.size() > task_refs_ && !is_cancelled();
+  };
+  if (!is_large({&root, 0})) return all;
+  run_growing(Item{&root, 0}, thread_count, [&](const Item& item, const auto& put) {
+    SahBins bins;
+    const auto [left, right] = halves_of(*item.branch);
+    std::unique_lock lock(mutex);
+    Halves& halves = all.emplace_back();
+    lock.unlock();
+    item.branch->halves = &halves;
+    const Item below[] = {{&halves.left, item.depth + 1}, {&halves.right, item.depth + 1}};
+    halves.left = branch_of(left, item.depth + 1, bins);
+    if (is_large(below[0])) put(below[0]);
+    halves.right = branch_of(right, item.depth + 1, bins);
+    if (is_large(below[1])) put(below[1]);
+  });
+  return all;
+}
+
+}  // namespace tessera::core

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the builder of the hierarchy splits a range of references: by centroids, in space where that
+// is cheaper, or in the middle where nothing tells its references apart.
+//
+// Threads. Calls for ranges that do not overlap may be made by different threads.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <utility>
+
+#include "slave/core/accel/build_control.h"
+#include "slave/core/accel/bvh_build_config.h"
+#include "slave/core/accel/primitive_refs.h"
+#include "slave/core/accel/primitive_set.h"
+#include "slave/core/accel/sah_bins.h"
+#include "slave/core/accel/spatial_split.h"
+
+namespace tessera::core {
+
+struct Halves;
+
+// A range with the cut that splits it.
+struct Branch {
+  RefRange range;
+  SahCut cut{};
+  SpatialCut in_space{};           // with an axis: takes the place of `cut`
+  bool is_split = false;           // false: a leaf of the binary hierarchy
+  const Halves* halves = nullptr;  // of a range that is split already
+};
+
+struct Halves {
+  Branch left, right;
+};
+
+class RangeSplitter {
+ public:
+  // `width`: primitives of a full block. `all`: the range of all references. Requires: everything
+  // that is given outlives the splitter.
+  RangeSplitter(std::span<PrimitiveRef> refs, const RefRange& all, const PrimitiveSet& set,
+                int width, const BuildControl& control, const BvhBuildConfig& config);
+
+  // Chooses the cut of a range that lies `depth` halvings below the root. Requires: no range below
+  // the same root that was split lies so deep that kBvhDepthMax is passed.
+  Branch branch_of(const RefRange& range, int depth, SahBins& bins) const;
+  // Orders the references by the cut. Requires: branch.is_split.
+  std::pair<RefRange, RefRange> halves_of(const Branch& branch) const;
+  // Splits all ranges below `root` that are too large to be one task's, on up to thread_count
+  // threads. Returns: where their halves are kept.
+  std::deque<Halves> split_top(Branch& root, int thread_count) const;
+
+  // Whether one leaf may hold the range.
+  bool may_be_leaf(const RefRange& range) const;
+  // Blocks that the range takes as a leaf.
+  float blocks_of_leaf(const RefRange& range) const { return blocks_of(range.size(), block_size_); }
+  std::span<const PrimitiveRef> refs_of(std::uint32_t begin, std::uint32_t end) const {
+    return refs_.subspan(begin, end - begin);
+  }
+  bool is_cancelled() const {
+    return control_.is_cancelled != nullptr &&
+           control_.is_cancelled->load(std::memory_order_relaxed);
+  }
+
+ private:
+  void cut_in_space(Branch& branch) const;
+
+  const std::span<PrimitiveRef> refs_;
+  const BuildControl& control_;
+  const BvhBuildConfig& config_;
+  const std::uint32_t width_;
+  const std::uint32_t alone_from_;
+  const std::uint32_t block_size_;  // 1 where some primitives take a leaf each
+  const std::uint32_t counted_by_;  // primitives in what splits count
+  const std::uint32_t task_refs_;
+  const float overlap_min_;
+};
+
+}  // namespace tessera::core
