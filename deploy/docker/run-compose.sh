@@ -106,10 +106,10 @@ export COMPOSE_HTTP_TIMEOUT=1800
 export TESSERA_PORT COMPOSE_PROJECT_NAME=tessera-test
 
 docker-compose -f "$file" build
-docker-compose -f "$file" up -d --scale slave=3
-container=$(docker-compose -f "$file" ps -q master)
-inside() { "$engine" exec "$container" "$@"; }
-app=(--connect master:7400 --keys /keys/app)
+docker-compose -f "$file" up -d
+app_container=$(docker-compose -f "$file" run -d app sleep infinity)
+inside() { "$engine" exec "$app_container" "$@"; }
+app=(--connect master:7400 --keys /keys)
 slaves() { inside tessera-master status --json "${app[@]}" 2>/dev/null | grep -o '"tile_port"' | wc -l || true; }
 for ((i = 0; ; ++i)); do
   count=$(slaves)
@@ -121,6 +121,34 @@ for ((i = 0; ; ++i)); do
   sleep 0.5
 done
 say "three slaves are there"
+
+# Says what a container may do that it must not, or nothing. $1: its service, $2: its number.
+# shellcheck disable=SC2016  # expanded in the container
+faults_of() {
+  "$engine" exec "$2" bash -c '
+    [[ $(grep CapBnd /proc/self/status) == *0000000000000000 ]] || echo "$1 may have capabilities"
+    [[ $(grep NoNewPrivs /proc/self/status) == *1 ]] || echo "$1 may gain privileges"
+    ! touch /usr/local/bin/x 2>/dev/null || echo "$1 writes to its root"
+    [[ $(cd / && echo nodes/*/* authority/*) == "nodes/*/* authority/*" ]] || echo "$1 sees keys of others"
+    [[ $(echo /keys/*) == "/keys/ca.crt /keys/node.crt /keys/node.key /keys/ready" ]] || echo "$1 has other keys: $(echo /keys/*)"
+    ' bash "$1"
+}
+keys=()
+for service in master slave-1 slave-2 slave-3 app; do
+  container=$app_container
+  if [[ $service != app ]]; then container=$(docker-compose -f "$file" ps -q "$service"); fi
+  faults=$(faults_of "$service" "$container")
+  if [[ -n $faults ]]; then
+    say "$faults" >&2
+    exit 1
+  fi
+  keys+=("$("$engine" exec "$container" sha256sum /keys/node.key)")
+done
+if (($(printf '%s\n' "${keys[@]}" | sort -u | wc -l) != 5)); then
+  say "containers share a key" >&2
+  exit 1
+fi
+say "each container has its own keys, a root that it cannot write, and no capabilities"
 
 picture=(builtin:cornell --size 320x240 --frames 0:1 --quiet)
 digests() { grep -o '"digest": *"[0-9a-f]*"' | tr -d ' '; }

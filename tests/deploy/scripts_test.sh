@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
 # Runs shellcheck on all shell scripts, and --help, which says the usage, and an unknown option of each that a person
-# runs.
+# runs. Looks that keys in ./cluster stay there.
 # Usage: scripts_test.sh SOURCE_FOLDER. Exit 77: skipped, with the reason.
 set -euo pipefail
 cd "$1"
@@ -18,6 +18,11 @@ for script in deploy/quickstart.sh deploy/install-dependencies.sh deploy/build.s
     exit 1
   fi
 done
+# The README makes keys in ./cluster: they must neither be committed nor go into an image.
+if ! grep -qx /cluster/ .gitignore || ! grep -qx cluster .dockerignore; then
+  echo "FAILED: .gitignore and .dockerignore do not both name cluster"
+  exit 1
+fi
 if ! command -v shellcheck >/dev/null; then
   echo "skipped: shellcheck is not installed (deploy/install-dependencies.sh --with lint)"
   exit 77
