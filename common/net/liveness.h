@@ -84,6 +84,34 @@ class Liveness {
   TimePoint due_{};
 };
 
+// Bounds the Pings of a peer, each of which costs an answer. An honest peer sends one a heartbeat;
+// after a stall of the network or of our own, all of the longest silence may come at once.
+class PingAllowance {
+ public:
+  static constexpr double kPerHeartbeat = 4;
+  static constexpr double kAtOnce = 64;  // beyond those of the longest silence
+
+  explicit PingAllowance(const Pulse& pulse)
+      : heartbeat_(std::chrono::milliseconds(std::max(pulse.heartbeat_ms, 1u))),
+        most_(kAtOnce + kPerHeartbeat * (pulse.missed_max + 1)),
+        left_(most_) {}
+
+  // Counts a Ping. Returns: false for one too many.
+  bool admit(TimePoint now) {
+    if (last_ != TimePoint{})
+      left_ = std::min(most_, left_ + kPerHeartbeat * seconds(now - last_) / seconds(heartbeat_));
+    last_ = now;
+    left_ -= 1;
+    return left_ >= 0;
+  }
+
+ private:
+  Duration heartbeat_;
+  double most_;
+  double left_;
+  TimePoint last_{};
+};
+
 // The heartbeat of a new connection: `usual`, or longer where missed_max of them would not be more
 // than two round trips, so that a far peer is not taken for a dead one.
 inline std::chrono::milliseconds heartbeat_for(std::chrono::milliseconds usual, int missed_max,

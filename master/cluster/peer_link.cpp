@@ -45,6 +45,7 @@ void PeerLink::set_callbacks(Callbacks callbacks) {
 
 void PeerLink::start_heartbeat(const net::Pulse& pulse) {
   liveness_ = net::Liveness({std::max(pulse.heartbeat_ms, 2u), pulse.missed_max});
+  pings_heard_ = net::PingAllowance(pulse);
   connection_->set_record_grace(liveness_.silence_max());
   beat();
 }
@@ -87,16 +88,21 @@ std::string PeerLink::peer_text() const {
 void PeerLink::on_record(net::ReceivedRecord record) {
   if (is_over_) return;
   auto message = wire::decode(std::move(record));
-  if (!message.is_ok()) {
-    master_metrics().refusals[static_cast<std::size_t>(wire::RefuseCode::kProtocol)].add();
-    send(wire::Refuse{wire::RefuseCode::kProtocol, message.status().message()});
-    return end(message.status());
-  }
-  if (const auto* ping = std::get_if<wire::Ping>(&*message))
+  if (!message.is_ok()) return break_off(message.status());
+  if (const auto* ping = std::get_if<wire::Ping>(&*message)) {
+    if (!pings_heard_.admit(Clock::now()))
+      return break_off(Status::data_loss("Ping far more often than once a heartbeat"));
     return send(wire::Pong{ping->sent_ns, now_ns()});
+  }
   if (const auto* pong = std::get_if<wire::Pong>(&*message)) return on_pong(*pong);
   const auto on_message = callbacks_.on_message;  // a copy: the call may destroy us
   on_message(std::move(*message));
+}
+
+void PeerLink::break_off(const Status& breach) {
+  master_metrics().refusals[static_cast<std::size_t>(wire::RefuseCode::kProtocol)].add();
+  send(wire::Refuse{wire::RefuseCode::kProtocol, breach.message()});
+  end(breach);
 }
 
 void PeerLink::ping() {

@@ -69,6 +69,7 @@ class PeerLink {
   void on_record(net::ReceivedRecord record);
   void beat();
   void on_pong(const wire::Pong& pong);
+  void break_off(const Status& breach);  // tells the peer what it broke
   void end(Status status);
   // Ends the link. Returns: its callbacks, for a last call; what they hold may be our owner, so no
   // member may be touched once they are destroyed.
@@ -78,6 +79,7 @@ class PeerLink {
   Callbacks callbacks_;
   net::Timer heartbeat_;
   net::Liveness liveness_{net::Pulse()};
+  net::PingAllowance pings_heard_{net::Pulse()};
   double rtt_seconds_ = 0;
   ClockOffset clock_;
   std::deque<TimePoint> pings_;  // ours without an answer, oldest first, at most kPingsMax

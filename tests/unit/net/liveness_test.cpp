@@ -69,6 +69,27 @@ TEST(Liveness, AnIdleLinkIsLookedAtOncePerHeartbeat) {
   EXPECT_EQ(looks, 40);
 }
 
+TEST(PingAllowance, WhoPingsOnceAHeartbeatIsNeverOverIt) {
+  for (const std::uint32_t heartbeat_ms : {1u, 20u, 250u, 60'000u}) {
+    PingAllowance allowance({heartbeat_ms, 4});
+    TimePoint now{};
+    for (int i = 0; i < 10'000; ++i, now += std::chrono::milliseconds(heartbeat_ms))
+      ASSERT_TRUE(allowance.admit(now)) << heartbeat_ms << " ms, number " << i;
+  }
+}
+
+TEST(PingAllowance, ThoseOfTheLongestSilenceMayComeAtOnceAndAFloodMayNot) {
+  const Pulse pulse{250, 59};
+  PingAllowance allowance(pulse);
+  TimePoint now = TimePoint{} + 1s;
+  for (std::uint32_t i = 0; i <= pulse.missed_max; ++i) ASSERT_TRUE(allowance.admit(now)) << i;
+  int more = 0;
+  while (more < 10'000 && allowance.admit(now)) ++more;
+  EXPECT_LT(more, 1'000);
+  EXPECT_FALSE(allowance.admit(now + 1ms));
+  EXPECT_TRUE(allowance.admit(now + pulse.silence_max()));
+}
+
 TEST(Pulse, ApplicationsAreGivenFifteenSecondsAndNeverLessThanSlaves) {
   EXPECT_EQ(application_pulse({}).missed_max, std::uint32_t{kAppHeartbeatsMissedMax});
   for (const std::uint32_t heartbeat_ms : {20u, 250u, 333u, 1000u, 14'999u, 60'000u}) {
