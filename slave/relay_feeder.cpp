@@ -34,7 +34,7 @@ void RelayFeeder::accept(net::ConnectionPtr connection, net::Listener* listener)
   callbacks.on_record = [this, number, listener](net::ReceivedRecord record) {
     on_record(number, std::move(record), listener);
   };
-  callbacks.on_closed = [this, number](const Status&) { children_.erase(number); };
+  callbacks.on_closed = [this, number](const Status& status) { on_closed(number, status); };
   callbacks.on_drained = [this, number] {
     if (const auto child = children_.find(number); child != children_.end()) pump(child->second);
   };
@@ -50,7 +50,21 @@ void RelayFeeder::make_room() {
   if (std::count_if(children_.begin(), children_.end(), has_joined) <
       static_cast<std::ptrdiff_t>(kChildrenMax))
     return;
-  children_.erase(std::find_if(children_.begin(), children_.end(), has_joined));
+  const auto oldest = std::find_if(children_.begin(), children_.end(), has_joined);
+  log_warn("relay-refused", "another child has come, and this is the oldest of as many as may be",
+           {{"peer", oldest->second.connection->peer().address}});
+  children_.erase(oldest);
+}
+
+// A child that was let in and goes has what it wanted, or another feeder.
+void RelayFeeder::on_closed(ChildNumber number, const Status& status) {
+  const auto child = children_.find(number);
+  if (child == children_.end()) return;
+  if (!child->second.has_joined || status.code() != StatusCode::kUnavailable) {
+    log_warn("relay-refused", "a child has gone: " + status.message(),
+             {{"peer", child->second.connection->peer().address}});
+  }
+  children_.erase(child);
 }
 
 void RelayFeeder::refuse(ChildNumber number, const std::string& reason) {

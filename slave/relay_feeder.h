@@ -73,6 +73,7 @@ class RelayFeeder {
   void make_room();
   void pump(Child& child);
   void send(Child& child, const Place& place, net::SharedBytes bytes);
+  void on_closed(ChildNumber number, const Status& status);
   void refuse(ChildNumber number, const std::string& reason);
 
   net::EventLoop& loop_;

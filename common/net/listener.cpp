@@ -197,12 +197,12 @@ void Acceptor::crowd_out(std::list<Pending>::iterator pending) {
 }
 
 // The peer is forgotten first, and ended from the loop's queue: whoever hears of its end may close
-// this acceptor.
+// this acceptor. Of a peer that was handed on, its owner tells, who knows its name.
 void Acceptor::drop(std::list<Pending>::iterator pending, const char* reason) {
   const Pending dropped = std::move(*pending);
   pending_.erase(pending);
-  log_failure(dropped.address, reason);
   if (dropped.handshaking) {
+    log_failure(dropped.address, reason);
     asio::error_code ignored;
     dropped.handshaking->socket().close(ignored);
   } else if (const ConnectionPtr connection = dropped.connection.lock()) {

@@ -26,12 +26,12 @@ void AppServer::on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hell
   if (is_app && is_same_process(hello, link->connection().peer()))
     drop_application("its process is here with a new link");
   if (is_app && application_) {
-    return link->refuse(wire::RefuseCode::kBusy, "busy: application '" + application_->name +
-                                                     "' is connected; try again when it has ended");
+    return turn_away(
+        *link, hello, wire::RefuseCode::kBusy,
+        "busy: application '" + application_->name + "' is connected; try again when it has ended");
   }
-  if (!is_app && status_clients_.size() >= kStatusClientsMax) {
-    return link->refuse(wire::RefuseCode::kFull, "too many status clients");
-  }
+  if (!is_app && status_clients_.size() >= kStatusClientsMax)
+    return turn_away(*link, hello, wire::RefuseCode::kFull, "too many status clients");
   const SessionId session = ++next_session_;
   const net::Pulse pulse = is_app ? net::application_pulse(pulse_) : pulse_;
   link->send(wire::Welcome{version, session, session, pulse.heartbeat_ms, pulse.missed_max});
@@ -41,6 +41,14 @@ void AppServer::on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hell
   } else {
     add_status_client(session, std::move(link));
   }
+}
+
+void AppServer::turn_away(PeerLink& link, const wire::Hello& hello, wire::RefuseCode code,
+                          const std::string& reason) {
+  const bool is_app = hello.role == wire::Role::kApp;
+  log_warn(is_app ? "application-refused" : "watcher-refused", reason,
+           {{"name", hello.name}, {"peer", link.peer_text()}});
+  link.refuse(code, reason);
 }
 
 // Whether the peer is the application itself, whose old link only seems to stand.
@@ -81,7 +89,9 @@ void AppServer::add_status_client(SessionId session, std::unique_ptr<PeerLink> l
   callbacks.on_message = [this, session](const wire::Message& message) {
     on_status_message(session, message);
   };
-  callbacks.on_ended = [this, session](const Status&) { status_clients_.erase(session); };
+  callbacks.on_ended = [this, session](const Status& status) {
+    on_status_client_ended(session, status);
+  };
   link->set_callbacks(std::move(callbacks));
   status_clients_.emplace(session, std::move(link));
 }
@@ -92,8 +102,23 @@ void AppServer::on_status_message(SessionId session, const wire::Message& messag
   PeerLink& link = *client->second;
   if (const auto* request = std::get_if<wire::StatusRequest>(&message))
     return link.send(status_reply(*request));
-  if (!std::holds_alternative<wire::Goodbye>(message))
+  if (!std::holds_alternative<wire::Goodbye>(message)) {
+    const std::string what = wire::message_name(message);
+    log_warn("watcher-refused", "a status client may only ask for the status, and sent " + what,
+             {{"peer", link.peer_text()}});
     link.refuse(wire::RefuseCode::kRole, "a status client may only ask for the status");
+  }
+  status_clients_.erase(client);
+}
+
+// One that closes its connection has its answer, or no time left to wait for it.
+void AppServer::on_status_client_ended(SessionId session, const Status& status) {
+  const auto client = status_clients_.find(session);
+  if (client == status_clients_.end()) return;
+  if (status.code() != StatusCode::kUnavailable) {
+    log_warn("watcher-refused", "a status client was closed: " + status.message(),
+             {{"peer", client->second->peer_text()}});
+  }
   status_clients_.erase(client);
 }
 
@@ -140,6 +165,8 @@ void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions acti
     if (!application_) return;
   }
   for (wire::SceneFailed& failed : actions.failed) {
+    log_warn("scene-refused", "application '" + application_->name + "': " + failed.reason,
+             {{"version", std::to_string(failed.version)}});
     fail_waiting(failed.version, Status::unavailable("its scene failed: " + failed.reason));
     application_->link->send(std::move(failed));
   }

@@ -79,7 +79,10 @@ class AppServer {
   void drop_application(const std::string& reason);
   bool is_same_process(const wire::Hello& hello, const net::PeerIdentity& peer) const;
   void add_application(SessionId session, std::unique_ptr<PeerLink> link, const wire::Hello& hello);
+  void turn_away(PeerLink& link, const wire::Hello& hello, wire::RefuseCode code,
+                 const std::string& reason);
   void add_status_client(SessionId session, std::unique_ptr<PeerLink> link);
+  void on_status_client_ended(SessionId session, const Status& status);
   void on_status_message(SessionId session, const wire::Message& message);
   bool is_application(SessionId session) const {
     return application_ != nullptr && application_->session == session;
