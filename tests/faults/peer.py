@@ -97,7 +97,10 @@ def record(kind, fields=None, payload=b"", raw=None, header_bytes=None, payload_
 
 
 def socket_in(stage, node):
-    """Returns a TCP socket that belongs to that node of the lab, since a thread makes it which has moved there."""
+    """Returns a TCP socket that belongs to that node of the lab, since a thread makes it which has moved there. Where
+    there is no lab, all are of this machine."""
+    if stage.lab is None:
+        return socket.socket()
     made = []
 
     def make():
@@ -132,6 +135,7 @@ class Link:
         self.plain.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         host, port = to or stage.cluster.address.rsplit(":", 1)
         self.plain.connect((host, int(port)))
+        self.address = "{}:{}".format(*self.plain.getsockname()[:2])  # as the other end knows it
         self._begin(tls_context(keys).wrap_socket(self.plain) if tls else self.plain, beats)
 
     @classmethod
