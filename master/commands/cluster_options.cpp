@@ -94,10 +94,12 @@ void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
            "NaN, infinite or negative pixels, after a second slave's try: colour or fail");
   add_text(app, "--scene-transfer", t.scene_transfer, "KIND",
            "async, or sync (a new scene travels only while no frame is in work)");
-  app.add_option("--audit", o.session.audit_percent,
-                 "per cent of the tiles rendered by two slaves and compared; a third one decides")
+  app.add_option(
+         "--audit", o.session.audit_percent,
+         "per cent of the tiles that two slaves render, and that are compared; a third one\n"
+         "decides (default: with serve 1 while slaves with more than two certificates are\n"
+         "here and all have one instruction set, else 0)")
       ->check(number_in(0, 100))
-      ->capture_default_str()
       ->type_name("P");
   app.add_option(
          "--memory", o.session.memory_mib,

@@ -232,6 +232,11 @@ Status check_cluster(MasterOptions& o, const TypedOptions& t) {
     return Status::invalid_argument("--isa-policy " + t.isa_policy + ": give same or mixed");
   }
   o.session.is_isa_mixed = t.isa_policy == "mixed";
+  if (o.session.is_isa_mixed && o.session.audit_percent.value_or(0) > 0) {
+    return Status::invalid_argument(
+        "--audit compares pixels to the bit, and slaves of several instruction sets do not render "
+        "the same bits; leave out --isa-policy mixed");
+  }
   if (t.relay != "on" && t.relay != "off") {
     return Status::invalid_argument("--relay " + t.relay + ": give on or off");
   }

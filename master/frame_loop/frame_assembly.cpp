@@ -26,13 +26,12 @@ std::string FrameAssembly::refusal(std::uint64_t needed_bytes, std::uint64_t fre
 }
 
 FrameAssembly::FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings,
-                             FrameDigest digest, bool is_audited)
+                             FrameDigest digest)
     : settings_(settings),
       layout_(settings),
       grid_(settings.width_px, settings.height_px, settings.tile_edge_px),
       image_(std::make_shared<FrameImage>()),
-      digest_(std::move(digest)),
-      is_audited_(is_audited) {
+      digest_(std::move(digest)) {
   stats_.frame = frame;
   stats_.scene_version = version;
   stats_.tile_count = grid_.tile_count();
@@ -82,7 +81,10 @@ void FrameAssembly::write_tile(TileIndex tile, std::span<const std::byte> pixels
   });
   image_->tile_slave[tile] = slave_ordinal;
   written_bytes_ += pixels.size();
-  if (is_audited_) return;
+}
+
+void FrameAssembly::settle_tile(TileIndex tile) {
+  const TileRect rect = grid_.rect(tile);
   --band_missing_[static_cast<std::size_t>(rect.y_px / settings_.tile_edge_px)];
   hash_whole_bands();
 }
@@ -105,26 +107,22 @@ void FrameAssembly::write_rows(const TileRect& rect, std::span<const std::byte> 
   }
 }
 
+std::size_t FrameAssembly::band_bytes() const {
+  return static_cast<std::size_t>(settings_.tile_edge_px) *
+         static_cast<std::size_t>(settings_.width_px) * layout_.colour_bytes();
+}
+
 void FrameAssembly::hash_whole_bands() {
-  const std::size_t band_bytes = static_cast<std::size_t>(settings_.tile_edge_px) *
-                                 static_cast<std::size_t>(settings_.width_px) *
-                                 layout_.colour_bytes();
   const std::size_t colour_bytes = image_->colour().size();
   while (hashed_bands_ < band_missing_.size() && band_missing_[hashed_bands_] == 0) {
-    const std::size_t begin = hashed_bands_++ * band_bytes;
-    digest_.update(image_, begin, std::min(band_bytes, colour_bytes - begin));
+    const std::size_t begin = hashed_bands_++ * band_bytes();
+    digest_.update(image_, begin, std::min(band_bytes(), colour_bytes - begin));
   }
 }
 
 FrameDigest FrameAssembly::take_digest() {
-  if (is_audited_) {
-    digest_.update(image_, 0, image_->bytes.size());
-  } else {
-    TESSERA_CHECK_EQ(hashed_bands_, band_missing_.size());
-    const std::size_t colour_bytes = image_->colour().size();
-    if (image_->bytes.size() > colour_bytes)
-      digest_.update(image_, colour_bytes, image_->bytes.size() - colour_bytes);
-  }
+  const std::size_t begin = std::min(hashed_bands_ * band_bytes(), image_->colour().size());
+  if (image_->bytes.size() > begin) digest_.update(image_, begin, image_->bytes.size() - begin);
   return std::move(digest_);
 }
 

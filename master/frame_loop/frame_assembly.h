@@ -3,9 +3,9 @@
 // from a result's payload into the image; there is no second copy.
 //
 // The digest follows the colour, band of tiles by band, so that no single moment hashes a whole
-// frame; planes, which lie behind the whole colour, are hashed at the end. Where an audit may put a
-// second slave's pixels in place of the first one's, the digest waits for the last tile: the
-// hasher's thread must not read what is still written.
+// frame; planes, which lie behind the whole colour, are hashed at the end. A tile settles when no
+// audit can put another slave's pixels in place of the first one's any more; the digest waits for
+// that, since the hasher's thread must not read what is still written.
 //
 // Threads. Io thread only. Invariant. Each tile is written once (the ledger sees to it), except
 // under audit.
@@ -28,7 +28,7 @@ namespace tessera::master {
 class FrameAssembly {
  public:
   FrameAssembly(FrameId frame, SceneVersion version, const FrameSettings& settings,
-                FrameDigest digest, bool is_audited);
+                FrameDigest digest);
 
   // Memory that the frame takes in all: pixels, and what is kept for each tile.
   std::uint64_t needed_bytes() const;
@@ -59,6 +59,9 @@ class FrameAssembly {
   // tile_bytes(tile).
   std::span<std::byte> colour_of(TileIndex tile, std::span<std::byte> pixels) const;
   void write_tile(TileIndex tile, std::span<const std::byte> pixels, std::uint16_t slave_ordinal);
+  // The tile is not written any more. Call at most once for each; tiles that were never settled
+  // are with the last one.
+  void settle_tile(TileIndex tile);
 
   // Takes the finished image. Call once.
   std::shared_ptr<const FrameImage> finish() { return std::move(image_); }
@@ -68,6 +71,7 @@ class FrameAssembly {
  private:
   void write_rows(const TileRect& rect, std::span<const std::byte> pixels, std::size_t before_bytes,
                   std::size_t bytes);
+  std::size_t band_bytes() const;  // of colour, in a row of tiles
   void hash_whole_bands();
 
   const FrameSettings settings_;
@@ -75,11 +79,10 @@ class FrameAssembly {
   const TileGrid grid_;
   FrameStats stats_;
   std::shared_ptr<FrameImage> image_;
-  std::vector<int> band_missing_;  // [rows of tiles] tiles not yet written
+  std::vector<int> band_missing_;  // [rows of tiles] tiles not yet settled
   std::size_t hashed_bands_ = 0;
   std::uint64_t written_bytes_ = 0;  // also those that were written again
   FrameDigest digest_;
-  const bool is_audited_;
 };
 
 }  // namespace tessera::master

@@ -82,7 +82,7 @@ void FrameLoop::Impl::perform(const Actions& actions) {
         begin_frame(action);
         break;
       case ActionKind::kLease:
-        if (action.tile.attempt > 1) {
+        if (action.tile.attempt > 1 && !action.tile.is_comparison) {
           if (const auto frame = frames.find(action.frame); frame != frames.end())
             ++frame->second.assembly.stats().tiles_reissued;
         }
@@ -298,8 +298,7 @@ void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings&
   const auto moment = impl_->moments.at(version, settings.time_seconds);
   const SceneVersion number = moment ? moment->number : 0;
   const auto [work, is_new] = impl_->frames.try_emplace(
-      frame, frame, number, settings, FrameDigest(impl_->io, impl_->options.hasher),
-      impl_->options.audit_share > 0);
+      frame, frame, number, settings, FrameDigest(impl_->io, impl_->options.hasher));
   if (!is_new) return;
   if (!moment) return impl_->perform(impl_->scheduler.refuse_frame(frame, "its scene is not here"));
   if (moment->scene) impl_->send(*moment);

@@ -25,6 +25,7 @@
 #include "common/scene/scene_codec.h"
 #include "master/frame_loop/frame_admission.h"
 #include "master/frame_loop/frame_orders.h"
+#include "master/schedule/audit_choice.h"
 
 namespace tessera::master {
 
@@ -38,7 +39,7 @@ struct FrameLoopOptions {
   bool is_isa_mixed = false;
   bool is_static = false;               // fixed tiles for each slave
   bool is_scene_transfer_sync = false;  // a scene is sent when no frame is in work
-  double audit_share = 0;               // of the tiles that two slaves render for comparison
+  AuditOptions audit;                   // tiles that two slaves render, and that are compared
   bool is_relaying = true;              // slaves feed slaves
   bool is_pixel_coding = true;          // slaves may code pixels where their link is slow
   bool is_faulty_frame_failed = false;  // else NaN, infinite, negative pixels get the error colour

@@ -61,7 +61,7 @@ struct FrameLoop::Impl {
   Impl(FrameLoop& loop, net::EventLoop& io_thread, const FrameLoopOptions& o)
       : io(io_thread),
         options(o),
-        scheduler({o.prefetch_per_thread, o.frames_in_flight, o.is_static, o.audit_share}),
+        scheduler({o.prefetch_per_thread, o.frames_in_flight, o.is_static, o.audit}),
         cluster(io_thread, o.isa, o.is_isa_mixed, cluster_events(), o.is_relaying, o.pulse),
         observer(cluster),
         apps(io_thread, loop, o.pulse),

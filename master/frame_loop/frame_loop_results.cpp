@@ -49,7 +49,8 @@ void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
       found != frames.end() &&
       count_faulty_pixels(found->second.assembly.colour_of(result.tile, result.pixels),
                           found->second.assembly.layout().format()) > 0;
-  if (options.audit_share > 0) report.pixels = short_digest(result.pixels);
+  if (scheduler.is_under_audit(result.frame, result.tile))
+    report.pixels = short_digest(result.pixels);
   const ResultVerdict verdict = scheduler.result(session, report, now, actions);
   observer.answered(session, result, verdict, actions, now);
   if (!is_forgiven(session, verdict))
@@ -57,8 +58,11 @@ void FrameLoop::Impl::on_result(SessionId session, wire::TileResult result) {
   cluster.add_busy_time(session, result.seconds);
   if (report.is_faulty) on_faulty_tile(session, verdict, found->second, result);
   if (verdict == ResultVerdict::kAccepted) {
-    found->second.add(session, result, cluster.ordinal_of(session));
+    const bool is_settled = !scheduler.is_under_audit(result.frame, result.tile);
+    found->second.add(session, result, cluster.ordinal_of(session), is_settled);
     cluster.count_tile(session);
+  } else if (verdict == ResultVerdict::kConfirmed) {
+    found->second.assembly.settle_tile(result.tile);
   } else if (found != frames.end()) {
     ++found->second.assembly.stats().tiles_rejected;
   }

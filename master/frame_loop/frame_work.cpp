@@ -18,9 +18,10 @@ void FrameWork::slave_begins(Isa isa, Cluster& cluster) {
   if (isa != stats.isa) stats.is_mixed = true;
 }
 
-void FrameWork::add(SessionId session, const wire::TileResult& result,
-                    std::uint16_t slave_ordinal) {
+void FrameWork::add(SessionId session, const wire::TileResult& result, std::uint16_t slave_ordinal,
+                    bool is_settled) {
   assembly.write_tile(result.tile, result.pixels, slave_ordinal);
+  if (is_settled) assembly.settle_tile(result.tile);
   assembly.stats().rays += result.rays;
   assembly.stats().render_seconds += result.seconds;
   starved_seconds_ += result.starved_seconds;

@@ -17,14 +17,14 @@ namespace tessera::master {
 
 class FrameWork {
  public:
-  FrameWork(FrameId frame, SceneVersion version, const FrameSettings& settings, FrameDigest digest,
-            bool is_audited)
-      : assembly(frame, version, settings, std::move(digest), is_audited) {}
+  FrameWork(FrameId frame, SceneVersion version, const FrameSettings& settings, FrameDigest digest)
+      : assembly(frame, version, settings, std::move(digest)) {}
 
   // A slave is about to get its first tile of this frame, with this instruction set.
   void slave_begins(Isa isa, Cluster& cluster);
-  // Adds an accepted result.
-  void add(SessionId session, const wire::TileResult& result, std::uint16_t slave_ordinal);
+  // Adds an accepted result. `is_settled`: no other one of the tile will be.
+  void add(SessionId session, const wire::TileResult& result, std::uint16_t slave_ordinal,
+           bool is_settled);
   // Completes the account once the last result has come.
   void settle(const Cluster& cluster, const Scheduler& scheduler);
   // Those whose tiles were taken.

@@ -22,7 +22,7 @@ void Observer::leased(SessionId session, FrameId frame, const TileAssignment& ti
   accounts_.leased(session, frame, tile, now);
   // An earlier action of the same list may have expelled the slave.
   if (cluster_.threads_of(session) == 0) return accounts_.slave_lost(session);
-  if (tile.attempt > 1) ++tiles_reissued_;
+  if (tile.attempt > 1 && !tile.is_comparison) ++tiles_reissued_;
   if (on_trace_ && !trace_) {
     trace_.emplace(now);
     trace_end_ = now + trace_interval_;

@@ -126,7 +126,9 @@ std::optional<TileAssignment> FrameLedger::lease_next(SessionId session, TimePoi
     return lease_pending(*index, session, now, due);
   }
   audits_[*index].wants_lease = false;
-  return lease(*index, session, now, due);
+  TileAssignment again = lease(*index, session, now, due);
+  again.is_comparison = true;
+  return again;
 }
 
 TileAssignment FrameLedger::lease_pending(TileIndex index, SessionId session, TimePoint now,
@@ -335,12 +337,12 @@ std::optional<FrameLedger::Dispute> FrameLedger::waive_audits(const std::vector<
   return std::nullopt;
 }
 
-void FrameLedger::audit_without(const std::set<SessionId>& stalled) {
+void FrameLedger::audit_without(const std::set<SessionId>& silent) {
   for (auto& [index, audit] : audits_) {
     const std::span<const Lease> out = tiles_[index].out();
     const bool is_waiting =
         !out.empty() && std::all_of(out.begin(), out.end(),
-                                    [&](const Lease& l) { return stalled.contains(l.session); });
+                                    [&](const Lease& l) { return silent.contains(l.session); });
     if (is_waiting && tiles_[index].lease_count < kLeasesKeptMax) audit.wants_lease = true;
   }
 }

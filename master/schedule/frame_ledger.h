@@ -33,6 +33,7 @@ namespace tessera::master {
 struct TileAssignment {
   TileIndex tile = 0;
   Attempt attempt = 0;
+  bool is_comparison = false;  // audit: another slave has the tile, or has answered
 };
 
 enum class ResultVerdict {
@@ -91,6 +92,9 @@ class FrameLedger {
   bool may_lease() const { return !pending_.empty() || !audits_.empty(); }
   bool is_complete() const { return done_count_ == tiles_.size(); }
   const LedgerCounts& counts() const { return counts_; }
+  bool has_audits() const { return !audits_.empty(); }
+  // Whether a tile is begun and another slave's pixels of it may yet take the place of the first.
+  bool is_audited(TileIndex tile) const { return audits_.contains(tile); }
   std::size_t tiles_left() const { return tiles_.size() - done_count_; }
   std::uint32_t duplicated_count() const { return duplicated_count_; }
   // How often the tile was leased so far. Requires: tile < tile_count().
@@ -148,8 +152,8 @@ class FrameLedger {
     TileIndex tile = 0;
     SessionId first = 0, second = 0;
   };
-  // Audits that wait for nobody but these slaves, which have stalled, want another one.
-  void audit_without(const std::set<SessionId>& stalled);
+  // Audits that wait for nobody but these slaves, which return nothing, want another one.
+  void audit_without(const std::set<SessionId>& silent);
   // Ends audits that no slave is left for, that is, of tiles that all of `able` have seen and none
   // of them holds: tiles with one result are done. Returns: the first one with two results that
   // differ, if there is any.

@@ -45,6 +45,7 @@ Actions Scheduler::start(TimePoint now) {
 void Scheduler::slave_joined(SessionId session, SlaveIdentity slave, std::uint32_t threads,
                              TimePoint now) {
   departed_.joined(slave.name);
+  audits_.joined(slave);
   const SlaveHistory::Past past = history_.joined(slave, now);
   for (Frame& frame : frames_) frame.ledger.losses().joined(session, slave);
   SlavePace pace(std::max(threads, 1u), options_.prefetch_per_thread);
@@ -69,6 +70,7 @@ Actions Scheduler::slave_lost(SessionId session, TimePoint now, SlaveEnd how) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return actions;
   const SlaveIdentity gone = slave->second.is;
+  audits_.left(gone);
   if (!slave->second.is_stalled) count_pace(slave->second.pace, -1);
   if (how != SlaveEnd::kLeft && slave->second.in_flight > 0)
     history_.lost(gone, slave->second.in_flight, now);
@@ -89,7 +91,7 @@ Actions Scheduler::slave_lost(SessionId session, TimePoint now, SlaveEnd how) {
   }
   for (Frame& frame : frames_) {
     if (able_count(frame) < 2) frame.ledger.forget_refusals();
-    if (options_.audit_share > 0) waive_audits(frame, actions);
+    waive_audits(frame, actions);
   }
   fail_lost_tiles(now, actions);
   fail_hopeless(now, actions);
@@ -114,9 +116,7 @@ Actions Scheduler::scene_failed(SessionId session, SceneVersion version, const s
   if (slave == slaves_.end()) return actions;
   slave->second.failed[version] = reason;
   fail_hopeless(now, actions);
-  if (options_.audit_share > 0) {
-    for (Frame& frame : frames_) waive_audits(frame, actions);
-  }
+  for (Frame& frame : frames_) waive_audits(frame, actions);
   deliver(actions);
   fill_all(now, actions);
   return actions;
@@ -253,47 +253,6 @@ void Scheduler::learn(Slave& slave, const TileReport& report, TimePoint leased_a
   tile_seconds_ += kTileWeight * (slave.pace.tile_seconds() - tile_seconds_);
   has_measured_ = true;
   budget_.tile_done();
-}
-
-// Expels the slave that was outvoted; a dispute that nobody is left to decide fails the frame.
-void Scheduler::settle_audit(Frame& frame, SessionId session, TileIndex tile,
-                             const LedgerAnswer& answer, Actions& actions) {
-  const auto where = [&] {
-    return "tile " + std::to_string(tile) + " of frame " + std::to_string(frame.id);
-  };
-  if (answer.outvoted != 0) {
-    actions.push_back({ActionKind::kExpel,
-                       answer.outvoted,
-                       frame.id,
-                       {tile, 0},
-                       false,
-                       "audit: two others agree on another picture of " + where()});
-  }
-  if (answer.verdict == ResultVerdict::kUndecided) {
-    end_frame(frame, FrameState::kFailed,
-              "audit: " + where() + ": slaves " + name_of(answer.first_vote) + ", " +
-                  name_of(session) + " and another one render it differently",
-              actions);
-  }
-  if (options_.audit_share > 0 && auditors(frame).size() <= FrameLedger::kVotesMax)
-    waive_audits(frame, actions);
-}
-
-// Ends audits that no slave is left for: one result is taken as it is, two that differ fail the
-// frame.
-void Scheduler::waive_audits(Frame& frame, Actions& actions) {
-  if (frame.state != FrameState::kOpen) return;
-  const std::vector<SessionId> able = auditors(frame);
-  if (able.empty()) return;
-  if (const auto dispute = frame.ledger.waive_audits(able)) {
-    end_frame(frame, FrameState::kFailed,
-              "audit: tile " + std::to_string(dispute->tile) + ": slaves " +
-                  name_of(dispute->first) + " and " + name_of(dispute->second) +
-                  " render it differently, and there is no third one to decide",
-              actions);
-  } else if (frame.ledger.is_complete()) {
-    end_frame(frame, FrameState::kComplete, "", actions);
-  }
 }
 
 std::string Scheduler::name_of(SessionId session) const {

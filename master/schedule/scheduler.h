@@ -28,6 +28,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/ids.h"
+#include "master/schedule/audit_choice.h"
 #include "master/schedule/departed_slaves.h"
 #include "master/schedule/duplication_budget.h"
 #include "master/schedule/frame_ledger.h"
@@ -41,7 +42,7 @@ struct SchedulerOptions {
   int prefetch_per_thread = SlavePace::kPrefetchAuto;
   int frames_in_flight = 2;
   bool is_static = false;  // each slave has its fixed tiles: for measuring what balancing is worth
-  double audit_share = 0;  // of the tiles, 0 to 1: rendered by two slaves and compared
+  AuditOptions audit{};    // tiles that two slaves render, and whose pixels are compared
 };
 
 enum class ActionKind {
@@ -75,13 +76,13 @@ struct TileReport {
   double render_seconds = 0;   // on a render thread
   double held_seconds = 0;     // from the lease's arrival to the result's departure
   double starved_seconds = 0;  // of its render threads, since its last result
-  std::uint64_t pixels = 0;    // digest; with audits only
+  std::uint64_t pixels = 0;    // digest; of audited tiles only
   bool is_faulty = false;      // some of its pixels cannot be light (NaN, infinite, negative)
 };
 
 class Scheduler {
  public:
-  explicit Scheduler(const SchedulerOptions& options) : options_(options) {}
+  explicit Scheduler(const SchedulerOptions& options) : options_(options), audits_(options.audit) {}
 
   // Nothing is leased before this call (the session's instruction set must be known first).
   Actions start(TimePoint now);
@@ -124,6 +125,8 @@ class Scheduler {
   const SlavePace* pace(SessionId session) const;
   // Null when the frame is not known (any more).
   const FrameLedger* ledger(FrameId frame) const;
+  // Whether another slave's pixels of the tile may take the place of those that were accepted.
+  bool is_under_audit(FrameId frame, TileIndex tile) const;
   // Sums over all frames, the ended ones too.
   LedgerCounts counts() const;
   // Smallest scene version that an unfinished frame needs; `none` when there is none.
@@ -173,10 +176,16 @@ class Scheduler {
   void deliver(Actions& actions);
   void fail_hopeless(TimePoint now, Actions& actions);
   void learn(Slave& slave, const TileReport& report, TimePoint leased_at, TimePoint now);
+  std::string name_of(SessionId session) const;
+
+  // scheduler_audits.cpp
   void settle_audit(Frame& frame, SessionId session, TileIndex tile, const LedgerAnswer& answer,
                     Actions& actions);
   void waive_audits(Frame& frame, Actions& actions);
-  std::string name_of(SessionId session) const;
+  void audit_without(const std::set<SessionId>& silent, Actions& actions);
+  std::vector<SessionId> auditors(const Frame& frame) const;
+  bool has_auditors(const Frame& frame, std::size_t least) const;
+  bool may_audit(const Slave& slave, const Frame& frame) const;
 
   // scheduler_losses.cpp
   static Trust trust_in(const Slave& slave);
@@ -187,7 +196,6 @@ class Scheduler {
   bool is_anybody_left(const Frame& frame, TileIndex tile) const;
   void heard(Slave& slave, TimePoint now);
   void watch_for_stalls(TimePoint now, Actions& actions);
-  void audit_without(const std::set<SessionId>& stalled, Actions& actions);
   static std::uint32_t allowance(const Slave& slave);
 
   // scheduler_leasing.cpp
@@ -195,7 +203,6 @@ class Scheduler {
   bool has_room(const Slave& slave, TimePoint now) const;
   bool has_late_room(const Slave& slave, TimePoint now) const;
   std::size_t able_count(const Frame& frame) const;
-  std::vector<SessionId> auditors(const Frame& frame) const;
   std::uint32_t tiles_ahead(std::size_t frame, const SlaveEntry& entry) const;
   bool is_in_time(std::size_t frame, const SlaveEntry& entry, TimePoint now) const;
   void fill(SlaveEntry& entry, TimePoint now, Actions& actions);
@@ -203,7 +210,6 @@ class Scheduler {
   bool lease_one(SlaveEntry& entry, TimePoint now, Actions& actions);
   void spread(std::size_t frame, TimePoint now, Actions& actions);
   bool lease_static(Frame& frame, SlaveEntry& entry, TimePoint now, Actions& actions);
-  bool is_audited(FrameId frame, TileIndex tile) const;
   double back_seconds(const Slave& slave, std::uint32_t ahead, TimePoint now) const;
   Duration silence_allowed(const Slave& slave) const;
   bool is_silent(const Slave& slave, TimePoint now) const;
@@ -222,6 +228,7 @@ class Scheduler {
   std::map<SessionId, Slave> slaves_;
   DepartedSlaves departed_;
   SlaveHistory history_;
+  AuditChoice audits_;
   std::deque<Frame> frames_;  // in order of submission; ended ones leave from the front
   FrameId next_frame_ = 0;    // above every frame ever submitted
   LedgerCounts ended_counts_;

@@ -28,14 +28,6 @@ constexpr std::chrono::seconds kSilenceUnmeasured{3};
 // silent with tiles, and after this at least: one tile of one frame in a while finds out.
 constexpr std::chrono::seconds kProbePause{1};
 
-// 64 bits in which every bit of the input matters (Steele, Lea, Flood 2014: SplitMix64).
-std::uint64_t mix(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-
 }  // namespace
 
 bool Scheduler::can_take(const Slave& slave, const Frame& frame, TimePoint now) const {
@@ -49,17 +41,6 @@ std::size_t Scheduler::able_count(const Frame& frame) const {
       std::count_if(slaves_.begin(), slaves_.end(), [&](const SlaveEntry& entry) {
         return entry.second.built.contains(frame.ledger.version());
       }));
-}
-
-// Slaves that hold the frame's scene or may yet hold it, and have not stalled. Slaves that are
-// still building it count: otherwise the one that is done first would never be audited.
-std::vector<SessionId> Scheduler::auditors(const Frame& frame) const {
-  std::vector<SessionId> sessions;
-  for (const auto& [session, slave] : slaves_) {
-    if (!slave.failed.contains(frame.ledger.version()) && !slave.is_stalled)
-      sessions.push_back(session);
-  }
-  return sessions;
 }
 
 // Whether the slave would have a tile back before the cluster is done with the frame and with those
@@ -82,12 +63,6 @@ std::uint32_t Scheduler::tiles_ahead(std::size_t frame, const SlaveEntry& entry)
     if (held != frames_[i].held.end()) ahead += held->second;
   }
   return std::max(ahead, std::min(entry.second.in_flight, entry.second.pace.threads()));
-}
-
-// Whether a tile is audited depends on its name alone, so that a frame can be rendered again.
-bool Scheduler::is_audited(FrameId frame, TileIndex tile) const {
-  const double draw = static_cast<double>(mix(mix(frame) ^ tile) >> 11) * 0x1p-53;
-  return draw < options_.audit_share;
 }
 
 // How long nothing may come from a slave that holds tiles before something is wrong with it.
@@ -145,8 +120,8 @@ void Scheduler::issue(SlaveEntry& entry, Frame& frame, TileAssignment tile, Time
 void Scheduler::lease_next(SlaveEntry& entry, Frame& frame, TimePoint now, Actions& actions) {
   const FrameLedger::LostTileFilter may_have = lost_tiles_for(frame, entry);
   const TileIndex next = *frame.ledger.next_for(entry.first, may_have);
-  const bool is_for_audit = options_.audit_share > 0 && !entry.second.is_stalled &&
-                            is_audited(frame.id, next) && auditors(frame).size() >= 2;
+  const bool is_for_audit = !entry.second.is_stalled && audits_.has_chosen(frame.id, next) &&
+                            has_auditors(frame, FrameLedger::kVotesMax);
   const auto tile =
       frame.ledger.lease_next(entry.first, now, due_at(entry.second, now), is_for_audit, may_have);
   issue(entry, frame, *tile, now, actions);

@@ -117,22 +117,22 @@ void Scheduler::heard(Slave& slave, TimePoint now) {
   if (std::exchange(slave.is_stalled, false)) count_pace(slave.pace, 1);
 }
 
-// Finds slaves that hold tiles and return none, whatever their links say.
+// Finds slaves that hold tiles and return none, whatever their links say. Audits go on without them
+// as soon as they are silent.
 void Scheduler::watch_for_stalls(TimePoint now, Actions& actions) {
-  std::set<SessionId> stalled;
+  std::set<SessionId> silent;
   auto working = std::count_if(slaves_.begin(), slaves_.end(),
                                [](const auto& entry) { return !entry.second.is_stalled; });
   for (auto& [session, slave] : slaves_) {
     const TimePoint since = std::exchange(slave.watched, now);
     if (slave.in_flight == 0) continue;
-    if (slave.is_stalled) stalled.insert(session);
+    if (slave.is_stalled || is_silent(slave, now)) silent.insert(session);
     slave.silence += std::max(now - since, Duration::zero());
     const Duration allowed = std::max<Duration>(kStallSilences * silence_allowed(slave), kStallMin);
     if (slave.is_stalled || slave.silence <= allowed) continue;
     if (working < 2) continue;  // nobody else could take its tiles
     --working;
     slave.is_stalled = true;
-    stalled.insert(session);
     count_pace(slave.pace, -1);
     slave.probe_at = now + slave.silence / 2;
     actions.push_back(
@@ -144,16 +144,7 @@ void Scheduler::watch_for_stalls(TimePoint now, Actions& actions) {
          "it holds " + std::to_string(slave.in_flight) + " tiles and has returned none for " +
              std::to_string(static_cast<int>(seconds(slave.silence) * 1000)) + " ms"});
   }
-  if (!stalled.empty() && options_.audit_share > 0) audit_without(stalled, actions);
-}
-
-// Audits go on without slaves that have stalled.
-void Scheduler::audit_without(const std::set<SessionId>& stalled, Actions& actions) {
-  for (Frame& frame : frames_) {
-    if (frame.state != FrameState::kOpen) continue;
-    frame.ledger.audit_without(stalled);
-    waive_audits(frame, actions);
-  }
+  if (!silent.empty() && audits_.is_possible()) audit_without(silent, actions);
 }
 
 }  // namespace tessera::master

@@ -47,7 +47,9 @@ struct SessionOptions {
   std::uint32_t heartbeats_missed_max = 4;  // 1 to 100
   bool is_static = false;                   // --schedule static: fixed tiles for each slave
   bool is_scene_transfer_sync = false;      // --scene-transfer sync: only while no frame is in work
-  double audit_percent = 0;                 // tiles rendered by two slaves and compared
+  // Tiles that two slaves render, and that are compared. Nothing: 1 where applications are served
+  // and more than two certificates of slaves are here, else 0.
+  std::optional<double> audit_percent;
   // Most memory that frames and scenes may take the process to; 0: what the machine allows.
   std::uint64_t memory_mib = 0;
   // The rest is of a master inside this process.

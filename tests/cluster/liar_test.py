@@ -16,13 +16,13 @@ class Liars(unittest.TestCase):
         """Returns the digest of each frame, since all show one still picture."""
         return cluster.render(SCENE, *FRAME, "--local", "1", connect=False).digests[0]
 
-    def outvoted(self, share):
+    def outvoted(self, share=None, lying=LYING):
         """Renders until the liar is out, and three frames more, since two may have been in flight. Returns: whether
         each is right."""
         with cluster_lib.Cluster() as cluster:
             expected = self.expected(cluster)
-            cluster.serve("--audit", share)
-            for name, options in (("honest-1", SLOW), ("honest-2", SLOW), ("liar", LYING)):
+            cluster.serve(*([] if share is None else ["--audit", share]))
+            for name, options in (("honest-1", SLOW), ("honest-2", SLOW), ("liar", lying)):
                 cluster.slave(name, *options)
             cluster.wait_for_slaves(3)
             render = cluster.start_endless(SCENE, *FRAME)
@@ -47,6 +47,10 @@ class Liars(unittest.TestCase):
         right = self.outvoted("20")
         print(f"frames right: {right}")
         self.assertTrue(right[-1])
+
+    def test_nobody_has_to_ask_for_audits_of_three_certificates(self):
+        # One tile in a hundred is compared, and the liar lies in each of its own.
+        self.assertTrue(self.outvoted(lying=[*SLOW, "--test-wrong-tile-every", "1"])[-1])
 
     def test_of_two_nobody_decides_and_the_frame_fails_with_both_names(self):
         with cluster_lib.Cluster() as cluster:

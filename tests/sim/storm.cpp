@@ -60,7 +60,7 @@ Storm::Storm(const StormPlan& plan, bool has_trace)
   master::FrameLoopOptions options;
   options.frames_in_flight = plan.frames_in_flight;
   options.serves_applications = true;
-  options.audit_share = plan.audit_share;
+  options.audit.share = plan.audit_share;
   master_ = std::make_unique<SimMaster>(queue_, network_, master_node, options,
                                         from_seconds(plan.master_record_seconds));
   build_slaves();

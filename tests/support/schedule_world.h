@@ -27,10 +27,11 @@ struct WorldSlave {
 };
 
 struct WorldResult {
-  double seconds = 0;      // until the last frame
-  double utilisation = 0;  // rendering time / thread time
-  double worst_frame = 0;  // between two completions
-  double duplicated_share = 0;
+  double seconds = 0;           // until the last frame
+  double utilisation = 0;       // rendering time / thread time
+  double worst_frame = 0;       // between two completions
+  double duplicated_share = 0;  // of the tiles, leased again
+  double compared_share = 0;    // of the tiles, rendered by another slave for an audit
   std::vector<std::uint64_t> tiles_by_slave;
 };
 
@@ -106,7 +107,7 @@ class ScheduleWorld {
   void perform(const Actions& actions) {
     for (const Action& action : actions) {
       if (action.kind == ActionKind::kLease) {
-        leases_ += 1;
+        (action.tile.is_comparison ? comparisons_ : leases_) += 1;
         Slave& slave = slaves_[action.session - 1];
         at(slave.is.round_trip_seconds / 2, [this, action] { arrive(action); });
       } else if (action.kind == ActionKind::kFrameComplete) {
@@ -170,6 +171,7 @@ class ScheduleWorld {
     r.utilisation = rendered / (threads * last_done_);
     r.worst_frame = worst_;
     r.duplicated_share = leases_ / (static_cast<double>(frames_) * tiles_) - 1;
+    r.compared_share = comparisons_ / (static_cast<double>(frames_) * tiles_);
     return r;
   }
 
@@ -180,7 +182,7 @@ class ScheduleWorld {
   std::deque<Slave> slaves_;
   std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
   std::uint64_t order_ = 0;
-  double time_ = 0, last_done_ = 0, worst_ = 0, leases_ = 0;
+  double time_ = 0, last_done_ = 0, worst_ = 0, leases_ = 0, comparisons_ = 0;
   int frames_ = 0, submitted_ = 0, done_ = 0;
   TileIndex tiles_ = 0;
 };

@@ -32,7 +32,7 @@ class Cluster {
  public:
   explicit Cluster(std::uint64_t seed)
       : random_(seed),
-        options_{pick(-1, 4), pick(1, 2), pick(0, 9) == 0, pick(0, 3) == 0 ? 0.3 : 0},
+        options_{pick(-1, 4), pick(1, 2), pick(0, 9) == 0, {pick(0, 3) == 0 ? 0.3 : 0}},
         scheduler_(options_),
         kill_share_(pick(0, 3)) {}
 
@@ -71,7 +71,7 @@ class Cluster {
     const SessionId session = ++last_session_;
     const auto threads = static_cast<std::uint32_t>(pick(1, 3));
     slaves_[session].threads = threads;
-    slaves_[session].is_liar = options_.audit_share > 0 && pick(0, 7) == 0;
+    slaves_[session].is_liar = options_.audit.share > 0 && pick(0, 7) == 0;
     liar_count_ += slaves_[session].is_liar;
     scheduler_.slave_joined(session, {std::to_string(session), "", 0}, threads, now_);
   }
@@ -121,7 +121,7 @@ class Cluster {
                           now_, actions);
     if (verdict == ResultVerdict::kAccepted) {
       const bool is_first = accepted_[lease.frame].insert(lease.tile.tile).second;
-      EXPECT_TRUE(is_first || options_.audit_share > 0) << "a tile accepted twice";
+      EXPECT_TRUE(is_first || options_.audit.share > 0) << "a tile accepted twice";
     } else {
       EXPECT_TRUE(answers_lease(verdict) || verdict == ResultVerdict::kFrameEnded)
           << verdict_text(verdict) << ": an honest slave is no violator";

@@ -74,7 +74,7 @@ class BadSlaves : public ::testing::Test {
     }
   }
 
-  Scheduler scheduler_{{3, 2, false, 0}}, scheduler_audits_{{3, 2, false, 1.0}};
+  Scheduler scheduler_{{3, 2, false, {}}}, scheduler_audits_{{3, 2, false, {1.0}}};
   TimePoint now_{};
   SessionId last_session_ = 0;
   std::map<SessionId, std::vector<Action>> out_;

@@ -23,7 +23,7 @@ std::vector<Action> of(const Actions& actions, ActionKind kind, SessionId sessio
   return found;
 }
 
-const SchedulerOptions kFixedPrefetch{3, 2, false, 0};
+const SchedulerOptions kFixedPrefetch{3, 2, false, {}};
 
 std::vector<TileIndex> tiles(TileIndex count) {
   std::vector<TileIndex> order(count);
@@ -278,7 +278,7 @@ TEST(Scheduler, ACancelledFrameEndsOnceAndItsLateResultsAreDropped) {
 // Runs a frame of one audited tile, for which each slave answers with its pixels of `pixels_of`.
 // Returns: all actions.
 Actions audit(int slave_count, const std::vector<std::uint64_t>& pixels_of) {
-  Scheduler scheduler = cluster_of(slave_count, {3, 2, false, 1.0});
+  Scheduler scheduler = cluster_of(slave_count, {3, 2, false, {1.0}});
   Actions all, next = scheduler.submit_frame(0, 1, tiles(1), kStart);
   while (!of(next, ActionKind::kLease).empty()) {
     const std::vector<Action> leases = of(next, ActionKind::kLease);
@@ -319,7 +319,7 @@ TEST(Scheduler, AnAuditOfTwoThatDifferFailsTheFrameNamingBoth) {
 
 TEST(Scheduler, WhoHasTheSceneFirstIsAuditedByThoseWhoHaveItLater) {
   for (const bool can_hold : {true, false}) {
-    Scheduler scheduler = cluster_of(1, {3, 2, false, 1.0});
+    Scheduler scheduler = cluster_of(1, {3, 2, false, {1.0}});
     scheduler.slave_joined(2, {"s2", "", 0}, 1, kStart);
     const Actions actions = scheduler.submit_frame(0, 1, tiles(1), kStart);
     const Action lease = of(actions, ActionKind::kLease, 1)[0];

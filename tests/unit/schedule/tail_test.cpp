@@ -3,6 +3,8 @@
 // tails are short, and little work is done twice.
 #include <gtest/gtest.h>
 
+#include <cstdio>
+
 #include "tests/support/schedule_world.h"
 
 namespace tessera::master {
@@ -90,6 +92,41 @@ TEST(Tail, ASlaveThatHangsCostsTheFrameInWorkTwoTilesAndNoOtherFrameMore) {
     with[2].hangs_at = 4.0 + 0.021 * step;
     const WorldResult r = ScheduleWorld({}, with).run(kFrames, 48);
     const double without = 48 * kTile / 2;
+    EXPECT_LE(r.worst_frame, without + 2 * kTile + kTile + 2 * kLook) << with[2].hangs_at;
+  }
+}
+
+// What an audit costs: as many tiles more as are compared, and of time hardly more than that.
+TEST(Tail, AuditsCostTheTilesThatAreComparedAndNoDuplicates) {
+  SchedulerOptions audits;
+  audits.audit.share = 0.01;
+  for (const double spread : {0.0, 0.8}) {
+    const auto cluster = slaves(8, {2, 0.010, 0.001});
+    const WorldResult without = ScheduleWorld({}, cluster, spread).run(200, kTiles);
+    const WorldResult r = ScheduleWorld(audits, cluster, spread).run(200, kTiles);
+    std::printf("spread %.1f: %.2f %% compared, %.2f %% leased again, %.2f %% more time\n", spread,
+                100 * r.compared_share, 100 * r.duplicated_share,
+                100 * (r.seconds / without.seconds - 1));
+    EXPECT_NEAR(r.compared_share, 0.01, 0.002) << spread;
+    EXPECT_LE(r.duplicated_share, 0.01) << spread;
+    EXPECT_LE(r.seconds, 1.02 * without.seconds) << spread;
+    EXPECT_EQ(without.compared_share, 0);
+  }
+}
+
+// As the one above, in frames shorter than a slave must be silent to have stalled. The bound is a
+// frame of the other two slaves, which audits make longer.
+TEST(Tail, AnAuditedTileOfASlaveThatHangsWaitsNoLongerThanAnother) {
+  constexpr TileIndex kFew = 12;
+  constexpr double kTile = 0.040, kLook = 0.010;
+  SchedulerOptions audits;
+  audits.audit.share = 0.3;
+  const double without =
+      ScheduleWorld(audits, slaves(2, {1, kTile, 0.0002})).run(kFrames, kFew).worst_frame;
+  for (int step = 0; step < 40; ++step) {
+    std::vector<WorldSlave> with = slaves(3, {1, kTile, 0.0002});
+    with[2].hangs_at = 4.0 + 0.021 * step;
+    const WorldResult r = ScheduleWorld(audits, with).run(kFrames, kFew);
     EXPECT_LE(r.worst_frame, without + 2 * kTile + kTile + 2 * kLook) << with[2].hangs_at;
   }
 }
