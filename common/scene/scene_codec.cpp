@@ -349,7 +349,7 @@ Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
       if (!scene.environment_map) return malformed("environment", i);
     }
   }
-  TESSERA_RETURN_IF_ERROR(validate_scene(scene));
+  TESSERA_RETURN_IF_ERROR(validator_.validate(scene));
   return scene;
 }
 

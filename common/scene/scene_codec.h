@@ -19,6 +19,7 @@
 #include "common/base/status.h"
 #include "common/scene/block_chunks.h"
 #include "common/scene/scene.h"
+#include "common/scene/validate.h"
 
 namespace tessera {
 
@@ -84,6 +85,7 @@ class SceneDecoder {
   std::unordered_map<Digest, std::weak_ptr<const Texture>, DigestHash> textures_;
   std::unordered_map<Digest, std::weak_ptr<const EnvironmentMap>, DigestHash> environments_;
   std::unordered_map<Digest, std::weak_ptr<const SceneAnimation>, DigestHash> animations_;
+  SceneValidator validator_;
 };
 
 }  // namespace tessera

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/scene/validate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "common/base/limits.h"
 #include "common/math/transform_checks.h"
 #include "common/scene/animation.h"
+#include "common/scene/flattened_counts.h"
 #include "common/scene/validate_animation.h"
 #include "common/scene/validate_material.h"
+#include "common/scene/validate_mesh.h"
 #include "common/scene/validate_surface.h"
 
 namespace tessera {
@@ -18,67 +21,7 @@ std::string numbered(const char* what, std::size_t index) {
   return std::string(what) + " " + std::to_string(index);
 }
 
-// Checks an array that either all vertices have or none.
-template <typename T>
-Status validate_array(const std::vector<T>& values, const std::string& name, const char* what,
-                      std::size_t vertex_count) {
-  if (values.empty()) return Status::ok();
-  if (values.size() != vertex_count) {
-    return Status::invalid_argument(name + ": " + what + "s and vertices differ in number");
-  }
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!is_finite(values[i]))
-      return Status::invalid_argument(name + ", " + numbered(what, i) + " is not finite");
-  }
-  return Status::ok();
-}
-
-Status validate_mesh(const Mesh& mesh, const std::string& name, std::size_t material_count) {
-  const std::size_t vertex_count = mesh.positions.size();
-  if (vertex_count > 0xffffffffu)
-    return Status::resource_exhausted(name + ": more than 2^32 - 1 vertices");
-  for (std::size_t i = 0; i < vertex_count; ++i) {
-    if (!is_finite(mesh.positions[i]))
-      return Status::invalid_argument(name + ", " + numbered("vertex", i) + " is not finite");
-  }
-  TESSERA_RETURN_IF_ERROR(validate_array(mesh.normals, name, "normal", vertex_count));
-  TESSERA_RETURN_IF_ERROR(validate_array(mesh.uvs, name, "texture coordinate", vertex_count));
-  TESSERA_RETURN_IF_ERROR(
-      validate_array(mesh.uvs1, name, "second texture coordinate", vertex_count));
-  TESSERA_RETURN_IF_ERROR(validate_array(mesh.tangents, name, "tangent", vertex_count));
-  TESSERA_RETURN_IF_ERROR(validate_array(mesh.colors, name, "colour", vertex_count));
-  for (std::size_t i = 0; i < mesh.colors.size(); ++i) {
-    const Vec4f& c = mesh.colors[i];
-    if (!is_share(c.x) || !is_share(c.y) || !is_share(c.z) || !is_share(c.w)) {
-      return Status::invalid_argument(name + ", " + numbered("colour", i) + " must lie in [0, 1]");
-    }
-  }
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    for (const std::uint32_t vertex : mesh.triangles[i]) {
-      if (vertex >= vertex_count) {
-        return Status::invalid_argument(name + ", " + numbered("triangle", i) + ": vertex " +
-                                        std::to_string(vertex) + " of " +
-                                        std::to_string(vertex_count));
-      }
-    }
-  }
-  if (mesh.materials.size() != 1 && mesh.materials.size() != mesh.triangles.size()) {
-    return Status::invalid_argument(name + ": needs one material, or one for each triangle");
-  }
-  for (const std::uint32_t material : mesh.materials) {
-    if (material >= material_count) {
-      return Status::invalid_argument(name + ": material " + std::to_string(material) + " of " +
-                                      std::to_string(material_count));
-    }
-  }
-  return Status::ok();
-}
-
-Status validate_environment(const Scene& scene) {
-  if (!is_radiance(scene.environment))
-    return Status::invalid_argument("the environment must be finite and >= 0");
-  if (!scene.environment_map) return Status::ok();
-  const EnvironmentMap& map = *scene.environment_map;
+Status validate_environment_map(const EnvironmentMap& map) {
   if (map.width_px < 1 || map.height_px < 1 || map.width_px > kEnvironmentSideMaxPx ||
       map.height_px > kEnvironmentSideMaxPx) {
     return Status::invalid_argument("the environment's sides must be 1 to " +
@@ -95,6 +38,8 @@ Status validate_environment(const Scene& scene) {
   return Status::ok();
 }
 
+}  // namespace
+
 Status validate_light(const Light& l, const std::string& name) {
   if (!is_finite(l.position) || !is_finite(l.direction) || !is_radiance(l.intensity)) {
     return Status::invalid_argument(
@@ -108,6 +53,8 @@ Status validate_light(const Light& l, const std::string& name) {
   return Status::ok();
 }
 
+namespace {
+
 Status validate_cameras(const Scene& scene) {
   for (const NamedCamera& named : scene.cameras) {
     const Status status = validate_camera(named.camera);
@@ -118,7 +65,7 @@ Status validate_cameras(const Scene& scene) {
 }
 
 Status validate_counts(const Scene& scene) {
-  if (scene.meshes.size() + scene.surfaces.size() + scene.textures.size() + 3 > kSceneBlocksMax) {
+  if (block_count_max(scene) > kSceneBlocksMax) {
     return Status::resource_exhausted("more than " + std::to_string(kSceneBlocksMax) +
                                       " meshes, surfaces and textures");
   }
@@ -148,43 +95,114 @@ Status validate_instance(const Scene& scene, const Instance& instance, const std
 
 // Checks the instances, and how much they make of meshes and surfaces.
 Status validate_instances(const Scene& scene) {
-  std::uint64_t triangle_count = 0, patch_count = 0, segment_count = 0;
+  FlattenedCounts counts;
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
     TESSERA_RETURN_IF_ERROR(validate_instance(scene, instance, numbered("instance", i)));
-    if (instance.kind == ObjectKind::kMesh) {
-      triangle_count += scene.meshes[instance.mesh]->triangles.size();
-    } else {
-      patch_count += scene.surfaces[instance.mesh]->patches.size();
-      segment_count += scene.surfaces[instance.mesh]->degrees.size();
-    }
-    if (patch_count > kPatchesMax) return Status::resource_exhausted("more than 2^24 patches");
-    if (segment_count > kTrimSegmentsMax)
-      return Status::resource_exhausted("more than 2^26 segments of loops");
-    if (triangle_count + patch_count > kTrianglesMax)
-      return Status::resource_exhausted("more than 2^30 triangles and patches");
+    counts += flattened_counts(scene, instance);
+    TESSERA_RETURN_IF_ERROR(validate_flattened(counts));
   }
   return Status::ok();
 }
 
+// Whether all of a box lies where differences of its points are finite, too. Each coordinate of a
+// mapped point is a sum of products, each monotone however it is rounded: so no point of
+// the box lies outside of its mapped corners.
+bool maps_within_range(const Bounds3f& box, const Transform& map, Bounds3f& all) {
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3f p =
+        map.point({corner & 1 ? box.upper.x : box.lower.x, corner & 2 ? box.upper.y : box.lower.y,
+                   corner & 4 ? box.upper.z : box.lower.z});
+    if (!is_finite(p)) return false;
+    all.grow(p);
+  }
+  return is_finite(all.extent());
+}
+
+Bounds3f box_of(const Mesh& mesh) {
+  Bounds3f box;
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t vertex : triangle) box.grow(mesh.positions[vertex]);
+  }
+  return box;
+}
+
+Bounds3f box_of(const PatchSurface& surface) {
+  Bounds3f box;
+  for (PatchCursor patch(surface); patch.is_any(); patch.advance()) {
+    for (std::size_t i = 0; i < patch.form().point_count(); ++i) box.grow(patch.point(i));
+  }
+  return box;
+}
+
+std::size_t materials_of(const std::vector<std::uint32_t>& materials) {
+  return materials.empty() ? 0
+                           : std::size_t{*std::max_element(materials.begin(), materials.end())} + 1;
+}
+
 }  // namespace
 
-Status validate_scene(const Scene& scene) {
-  TESSERA_RETURN_IF_ERROR(validate_counts(scene));
-  for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
-    if (!scene.meshes[i]) return Status::invalid_argument(numbered("mesh", i) + " is missing");
-    TESSERA_RETURN_IF_ERROR(
-        validate_mesh(*scene.meshes[i], numbered("mesh", i), scene.materials.size()));
+template <class Object, class Check>
+Status SceneValidator::look_at(const std::shared_ptr<const Object>& object, const std::string& name,
+                               std::size_t material_count, Check check) {
+  if (!object) return Status::invalid_argument(name + " is missing");
+  Good& good = good_[object.get()];
+  // Another object may have come to lie where one that is gone was.
+  const bool is_known = good.object.lock() == object;
+  if (is_known && good.materials_needed <= material_count) return Status::ok();
+  good = {};
+  TESSERA_RETURN_IF_ERROR(check(*object, name));
+  if constexpr (requires { object->materials; }) {
+    good.materials_needed = materials_of(object->materials);
+    good.box = box_of(*object);
   }
+  good.object = object;
+  return Status::ok();
+}
+
+Status SceneValidator::validate_objects(const Scene& scene) {
+  const std::size_t count = scene.materials.size();
+  const auto is_mesh_good = [&](const Mesh& m, const std::string& name) {
+    return validate_mesh(m, name, count);
+  };
+  const auto is_surface_good = [&](const PatchSurface& s, const std::string& name) {
+    return validate_surface(s, name, count);
+  };
+  for (std::size_t i = 0; i < scene.meshes.size(); ++i)
+    TESSERA_RETURN_IF_ERROR(look_at(scene.meshes[i], numbered("mesh", i), count, is_mesh_good));
   for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
-    if (!scene.surfaces[i]) return Status::invalid_argument(numbered("surface", i) + " is missing");
     TESSERA_RETURN_IF_ERROR(
-        validate_surface(*scene.surfaces[i], numbered("surface", i), scene.materials.size()));
+        look_at(scene.surfaces[i], numbered("surface", i), count, is_surface_good));
   }
-  for (std::size_t i = 0; i < scene.textures.size(); ++i) {
-    if (!scene.textures[i]) return Status::invalid_argument(numbered("texture", i) + " is missing");
-    TESSERA_RETURN_IF_ERROR(validate_texture(*scene.textures[i], numbered("texture", i)));
+  for (std::size_t i = 0; i < scene.textures.size(); ++i)
+    TESSERA_RETURN_IF_ERROR(
+        look_at(scene.textures[i], numbered("texture", i), count, validate_texture));
+  if (!scene.environment_map) return Status::ok();
+  return look_at(
+      scene.environment_map, "", count,
+      [](const EnvironmentMap& map, const std::string&) { return validate_environment_map(map); });
+}
+
+Status SceneValidator::validate_size(const Scene& scene) const {
+  Bounds3f all;
+  for (const Instance& instance : scene.instances) {
+    const void* const object = instance.kind == ObjectKind::kMesh
+                                   ? static_cast<const void*>(scene.meshes[instance.mesh].get())
+                                   : scene.surfaces[instance.mesh].get();
+    const Bounds3f& box = good_.at(object).box;
+    if (box.is_empty() || maps_within_range(box, instance.object_to_world, all)) continue;
+    // The corners of the box are further out than what is in it, so all of it is looked at.
+    const Bounds3f bounds = scene_bounds(scene);
+    if (is_finite(bounds.lower) && is_finite(bounds.upper) && is_finite(bounds.extent())) break;
+    return Status::invalid_argument("the scene is too large: its box overflows");
   }
+  return Status::ok();
+}
+
+Status SceneValidator::validate(const Scene& scene) {
+  std::erase_if(good_, [](const auto& entry) { return entry.second.object.expired(); });
+  TESSERA_RETURN_IF_ERROR(validate_counts(scene));
+  TESSERA_RETURN_IF_ERROR(validate_objects(scene));
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     TESSERA_RETURN_IF_ERROR(
         validate_material(scene.materials[i], numbered("material", i), scene.textures.size()));
@@ -192,18 +210,17 @@ Status validate_scene(const Scene& scene) {
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     TESSERA_RETURN_IF_ERROR(validate_light(scene.lights[i], numbered("light", i)));
   }
-  TESSERA_RETURN_IF_ERROR(validate_environment(scene));
+  if (!is_radiance(scene.environment))
+    return Status::invalid_argument("the environment must be finite and >= 0");
   if (!is_radiance(scene.background.low) || !is_radiance(scene.background.high))
     return Status::invalid_argument("the background must be finite and >= 0");
   TESSERA_RETURN_IF_ERROR(validate_instances(scene));
-  const Bounds3f bounds = scene_bounds(scene);
-  if (!bounds.is_empty() &&
-      !(is_finite(bounds.lower) && is_finite(bounds.upper) && is_finite(bounds.extent()))) {
-    return Status::invalid_argument("the scene is too large: its box overflows");
-  }
+  TESSERA_RETURN_IF_ERROR(validate_size(scene));
   TESSERA_RETURN_IF_ERROR(validate_cameras(scene));
   return scene.animation ? validate_animation(*scene.animation, scene) : Status::ok();
 }
+
+Status validate_scene(const Scene& scene) { return SceneValidator().validate(scene); }
 
 Status validate_camera(const Camera& camera) {
   if (!is_finite(camera.eye) || !is_finite(camera.target) || !is_finite(camera.up)) {

@@ -2,8 +2,13 @@
 // The border of scenes and cameras: what passes here is trusted behind it. The functions are called
 // once where a scene enters: by the session for applications, by the decoder for peers, by the
 // import process for files.
-// Threads. Pure functions.
+// Threads. Pure functions; SceneValidator: one at a time.
 #pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <unordered_map>
 
 #include "common/base/api.h"
 #include "common/base/status.h"
@@ -15,6 +20,32 @@ namespace tessera {
 // Checks counts against limits.h, indices, array lengths, and that every number is finite.
 // Returns: kInvalidArgument or kResourceExhausted naming the element.
 TESSERA_API Status validate_scene(const Scene& scene);
+
+// validate_scene() for version after version: what is shared with a scene before, and was found
+// good there, is not looked at again, so that a change costs what it changes, and a look at each
+// instance. Its verdict is that of validate_scene().
+class TESSERA_API SceneValidator {
+ public:
+  Status validate(const Scene& scene);
+
+ private:
+  // A mesh, surface, texture or environment map that is good.
+  struct Good {
+    std::weak_ptr<const void> object;
+    std::size_t materials_needed = 0;
+    Bounds3f box;  // of what is flattened, in the object's own space
+  };
+  template <class Object, class Check>
+  Status look_at(const std::shared_ptr<const Object>& object, const std::string& name,
+                 std::size_t material_count, Check check);
+  Status validate_objects(const Scene& scene);
+  Status validate_size(const Scene& scene) const;
+
+  std::unordered_map<const void*, Good> good_;
+};
+
+// `name` opens the line. Returns: kInvalidArgument naming the light's field.
+Status validate_light(const Light& light, const std::string& name);
 
 // Returns: kInvalidArgument saying which rule of Camera is broken.
 TESSERA_API Status validate_camera(const Camera& camera);

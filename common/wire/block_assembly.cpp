@@ -23,12 +23,18 @@ BlockAssembly::Put BlockAssembly::put(std::uint32_t index, std::span<const std::
   TESSERA_CHECK_EQ(bytes.size(), chunk_bytes(size_bytes_, index));
   if (has(index)) return Put::kKnown;
   if (sha256(bytes) != chunks_[index]) return Put::kWrong;
+  put_checked(index, bytes);
+  return Put::kStored;
+}
+
+void BlockAssembly::put_checked(std::uint32_t index, std::span<const std::byte> bytes) {
+  TESSERA_CHECK(has_list() && index < count());
+  TESSERA_CHECK_EQ(bytes.size(), chunk_bytes(size_bytes_, index));
   store_.put(index, bytes);
   if (have_.empty()) have_.resize(count());
   have_[index] = true;
   ++have_count_;
   have_bytes_ += bytes.size();
-  return Put::kStored;
 }
 
 std::vector<bool> BlockAssembly::lacking() const {

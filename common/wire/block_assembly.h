@@ -34,6 +34,8 @@ class BlockAssembly {
   enum class Put { kStored, kKnown, kWrong };
   // Requires: has_list(), index < count(), as many bytes as the chunk has. Throws: std::bad_alloc.
   Put put(std::uint32_t index, std::span<const std::byte> bytes);
+  // The same for bytes whose digest was checked before, and is the one that the list names.
+  void put_checked(std::uint32_t index, std::span<const std::byte> bytes);
 
   std::uint32_t count() const { return chunk_count(size_bytes_); }
   std::uint64_t size_bytes() const { return size_bytes_; }

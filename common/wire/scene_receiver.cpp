@@ -141,7 +141,8 @@ void SceneReceiver::fill_from_shelf(BlockAssembly& assembly) {
   for (std::uint32_t i = 0; i < assembly.count(); ++i) {
     if (assembly.has(i)) continue;
     const auto known = shelf_.chunk(assembly.list()[i]);
-    if (known && known->size() == chunk_bytes(assembly.size_bytes(), i)) assembly.put(i, *known);
+    if (known && known->size() == chunk_bytes(assembly.size_bytes(), i))
+      assembly.put_checked(i, *known);
   }
 }
 

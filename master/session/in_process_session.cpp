@@ -31,7 +31,7 @@ class InProcessSession final : public Session {
   }
 
   Result<SceneVersion> commit_scene(const Scene& scene) override {
-    TESSERA_RETURN_IF_ERROR(validate_scene(scene));
+    TESSERA_RETURN_IF_ERROR(validator_.validate(scene));
     const SceneVersion version = ++version_;
     host_->io().post([host = host_.get(), version, encoded = encoder_.encode(scene)]() mutable {
       host->frame_loop().commit_scene(version, std::move(encoded));
@@ -63,6 +63,7 @@ class InProcessSession final : public Session {
 
  private:
   OutcomeQueue outcomes_;
+  SceneValidator validator_;  // application thread
   SceneEncoder encoder_;      // application thread
   SceneVersion version_ = 0;  // application thread
   std::unique_ptr<MasterHost> host_;

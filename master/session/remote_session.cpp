@@ -110,7 +110,7 @@ class RemoteSession final : public Session {
   }
 
   Result<SceneVersion> commit_scene(const Scene& scene) override {
-    TESSERA_RETURN_IF_ERROR(validate_scene(scene));
+    TESSERA_RETURN_IF_ERROR(validator_.validate(scene));
     const SceneVersion version = ++version_;
     link_->io.post([link = link_.get(), version, encoded = encoder_.encode(scene)]() mutable {
       link->client->commit_scene(version, std::move(encoded));
@@ -153,6 +153,7 @@ class RemoteSession final : public Session {
 
  private:
   OutcomeQueue outcomes_;
+  SceneValidator validator_;  // application thread
   SceneEncoder encoder_;      // application thread
   SceneVersion version_ = 0;  // application thread
 

@@ -20,7 +20,7 @@
 #include "common/frame/frame_image.h"
 #include "common/frame/frame_settings.h"
 #include "common/frame/frame_stats.h"
-#include "common/scene/scene.h"
+#include "common/scene/scene_edits.h"
 
 namespace tessera {
 
@@ -73,9 +73,14 @@ class TESSERA_API Session {
   static Result<std::unique_ptr<Session>> open(const SessionOptions& options);
   virtual ~Session() = default;  // cancels what is in flight; orderly goodbye to slaves
 
-  // Frames submitted from now on show this scene. Returns at once; data travels beside the frames
+  // Frames submitted from now on show this scene. What it shares by pointer with the scene before
+  // is neither looked at nor sent again. Returns at once; data travels beside the frames
   // in work. Returns: validate_scene()'s refusal.
   virtual Result<SceneVersion> commit_scene(const Scene& scene) = 0;
+
+  // The same of a scene that is changed piece by piece. The session looks at what has changed, and
+  // sends that. A refused commit leaves the scene before.
+  Result<SceneVersion> commit(SceneEdits& edits) { return commit_scene(edits.scene()); }
 
   // Blocks while frames_in_flight frames are unfinished, or two finished ones are undelivered.
   // Returns: the frame's number, kClosed, or kUnavailable when a remote master is of no more use

@@ -52,8 +52,11 @@ struct Spoiled {
 void expect_refused(std::span<const Spoiled> cases) {
   for (const auto& c : cases) {
     Scene scene = test::make_small_scene();
+    SceneValidator warm;  // which knows the scene as it was
+    EXPECT_TRUE(warm.validate(scene).is_ok());
     c.spoil(scene);
     const Status status = validate_scene(scene);
+    EXPECT_EQ(warm.validate(scene).message(), status.message());
     EXPECT_FALSE(status.is_ok()) << c.word;
     EXPECT_NE(status.message().find(c.word), std::string::npos) << status.message();
   }
