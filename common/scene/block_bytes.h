@@ -29,7 +29,7 @@ enum class BlockKind : std::uint32_t {
   kEnvironment = 0x45535354,
   kAnimation = 0x41535354
 };
-inline constexpr std::uint32_t kLayoutVersion = 9;
+inline constexpr std::uint32_t kLayoutVersion = 10;
 
 // The bytes behind a large array begin at a chunk, so that an array that grew or shrank leaves the
 // chunks behind it as they were (README.md). An array is large when that costs 6 % at most.

@@ -9,6 +9,7 @@
 #include "common/scene/animation.h"
 #include "common/scene/block_bytes.h"
 #include "common/scene/material_bytes.h"
+#include "common/scene/mesh_block.h"
 #include "common/scene/picture_blocks.h"
 #include "common/scene/validate.h"
 
@@ -16,13 +17,10 @@ namespace tessera {
 namespace {
 
 // Calls f with the arrays of an object that is nothing but arrays, in the order of its block.
-// Object: a Mesh, a PatchSurface or a SceneAnimation, constant or not. Returns: what f returns.
+// Object: a PatchSurface or a SceneAnimation, constant or not. Returns: what f returns.
 template <class Object, class F>
 auto with_arrays(Object& object, const F& f) {
-  if constexpr (std::is_same_v<std::remove_const_t<Object>, Mesh>) {
-    return f(object.positions, object.normals, object.uvs, object.uvs1, object.tangents,
-             object.colors, object.triangles, object.materials);
-  } else if constexpr (std::is_same_v<std::remove_const_t<Object>, SceneAnimation>) {
+  if constexpr (std::is_same_v<std::remove_const_t<Object>, SceneAnimation>) {
     return f(object.nodes, object.weights, object.clips, object.names, object.channels,
              object.key_seconds, object.key_values, object.instances, object.lights, object.cameras,
              object.joints, object.meshes, object.influences, object.deltas);
@@ -48,15 +46,6 @@ std::shared_ptr<const Object> decode_arrays(std::span<const std::byte> bytes) {
                          return (in.get_array(arrays) && ...);
                        });
   return is_good && in.is_finished() ? object : nullptr;
-}
-
-PrimitiveCounts mesh_counts(std::span<const std::byte> bytes) {
-  BlockReader in(bytes);
-  const bool is_good = in.open(BlockKind::kMesh) && in.skip_array(sizeof(Vec3f)) &&
-                       in.skip_array(sizeof(Vec3f)) && in.skip_array(sizeof(Vec2f)) &&
-                       in.skip_array(sizeof(Vec2f)) && in.skip_array(sizeof(Vec4f)) &&
-                       in.skip_array(sizeof(Vec4f));
-  return {is_good ? in.get_count(3 * sizeof(std::uint32_t)) : 0, 0, 0, 0};
 }
 
 PrimitiveCounts surface_counts(std::span<const std::byte> bytes) {
@@ -252,7 +241,8 @@ PrimitiveCounts primitive_counts_of(const EncodedScene& encoded) {
   std::vector<PrimitiveCounts> objects;  // meshes, then surfaces
   for (std::uint64_t i = 1; i <= counts.meshes + counts.surfaces; ++i) {
     const std::span<const std::byte> bytes = *encoded.blocks[i].bytes;
-    objects.push_back(i <= counts.meshes ? mesh_counts(bytes) : surface_counts(bytes));
+    objects.push_back(i <= counts.meshes ? PrimitiveCounts{mesh_triangles(bytes), 0, 0, 0}
+                                         : surface_counts(bytes));
   }
   PrimitiveCounts total;
   for (const Instance& instance : root.instances) {
@@ -299,7 +289,7 @@ EncodedScene SceneEncoder::encode(const Scene& scene) {
     encoded.blocks.push_back(block);
   };
   for (const auto& mesh : scene.meshes)
-    add(mesh, [&] { return encode_arrays(BlockKind::kMesh, *mesh); });
+    add(mesh, [&] { return make_scene_block(encode_mesh(*mesh)); });
   for (const auto& surface : scene.surfaces)
     add(surface, [&] { return encode_arrays(BlockKind::kPatchSurface, *surface); });
   for (const auto& texture : scene.textures)
@@ -331,7 +321,7 @@ Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
   for (std::size_t i = 1; i <= others; ++i) {
     const SceneBlock& block = encoded.blocks[i];
     if (i <= counts.meshes) {
-      scene.meshes.push_back(cached<Mesh>(meshes_, block, &decode_arrays<Mesh, BlockKind::kMesh>));
+      scene.meshes.push_back(cached<Mesh>(meshes_, block, &decode_mesh));
       if (!scene.meshes.back()) return malformed("mesh", i);
     } else if (i <= last_surface) {
       scene.surfaces.push_back(cached<PatchSurface>(

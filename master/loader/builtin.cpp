@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "common/scene/vertex_normals.h"
 #include "master/loader/mesh_maker.h"
 
 namespace tessera::master {
@@ -101,7 +102,9 @@ LoadedScene make_waves() {
     }
     MeshMaker maker;
     maker.grid(kCells, kCells, points, 0);
-    return maker.finish();
+    auto sea = std::make_shared<Mesh>(*maker.finish());
+    sea->normals = vertex_normals(*sea);  // which travel with the positions
+    return std::shared_ptr<const Mesh>(std::move(sea));
   };
   LoadedScene loaded;
   Scene& scene = loaded.scene;

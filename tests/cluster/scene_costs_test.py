@@ -36,8 +36,10 @@ class SceneCosts(unittest.TestCase):
         worked = sum(f["seconds"] for f in frames)
         print(f"{carried} bytes of scenes, waited {waited:.3f} s for them, worked {worked:.3f} s, ended after "
               f"{frames[-1]['completed_at']:.3f} s")
-        # Each version is a new mesh; coded, it takes at least a sixteenth of its positions and normals.
-        self.assertGreater(carried, 8 * 151808 // 2 * 24 // 16)
+        # Each version is a new mesh of 66,049 vertices, whose positions travel, and whose normals do not.
+        positions = 8 * 257 * 257 * 12
+        self.assertGreater(carried, positions // 16)
+        self.assertLess(carried - frames[0]["scene_bytes"], positions)
         # With one frame in flight, a frame waits for everything that is built.
         self.assertGreater(waited, 0)
         self.assertEqual(sum(f["built_primitives"] for f in frames), 8 * 151808)

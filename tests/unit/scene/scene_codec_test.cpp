@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
 
 #include "common/scene/block_chunks.h"
 #include "common/scene/scene_footprint.h"
+#include "common/scene/vertex_normals.h"
 #include "tests/support/small_scene.h"
 
 namespace tessera {
@@ -118,6 +120,47 @@ TEST(SceneCodec, AMovedInstanceOfTenThousandTakesOneChunk) {
     EXPECT_LE(bytes_to_send(before, encoder.encode(scene)), 70u * 1024) << "instance " << i;
     scene.instances[i] = was;
   }
+}
+
+// A sheet whose normals follow from its positions.
+Mesh make_sheet(std::uint32_t side, float phase) {
+  Mesh sheet;
+  for (std::uint32_t i = 0; i < (side + 1) * (side + 1); ++i) {
+    const auto x = static_cast<float>(i % (side + 1)), y = static_cast<float>(i / (side + 1));
+    sheet.positions.push_back({x, std::sin(0.3f * x + 0.2f * y + phase), y});
+  }
+  for (std::uint32_t i = 0; i < side * side; ++i) {
+    const std::uint32_t at = i / side * (side + 1) + i % side;
+    sheet.triangles.push_back({at, at + side + 1, at + 1});
+    sheet.triangles.push_back({at + 1, at + side + 1, at + side + 2});
+  }
+  sheet.materials = {0};
+  sheet.normals = vertex_normals(sheet);
+  return sheet;
+}
+
+TEST(SceneCodec, NormalsThatFollowFromPositionsDoNotTravelAndAreTheSameBits) {
+  Scene scene = test::make_small_scene();
+  const auto show = [&](const Mesh& mesh) {
+    scene.meshes[0] = std::make_shared<const Mesh>(mesh);
+    return SceneEncoder().encode(scene);
+  };
+  const Mesh sheet = make_sheet(256, 0);
+  const EncodedScene before = show(sheet), after = show(make_sheet(256, 1));
+  const auto decoded = SceneDecoder().decode(before);
+  ASSERT_TRUE(decoded.is_ok());
+  EXPECT_EQ(*decoded->meshes[0], sheet);
+  const std::uint64_t positions = sheet.positions.size() * sizeof(Vec3f);
+  EXPECT_LE(bytes_to_send(before, after), positions + 2048) << "the positions and lists of digests";
+  Mesh other = sheet;
+  other.normals[7] = {0, 0, 1};
+  const auto differs = SceneDecoder().decode(show(other));
+  ASSERT_TRUE(differs.is_ok());
+  EXPECT_EQ(*differs->meshes[0], other) << "normals of their own travel";
+  other.normals.clear();
+  const auto flat = SceneDecoder().decode(show(other));
+  ASSERT_TRUE(flat.is_ok());
+  EXPECT_TRUE(flat->meshes[0]->normals.empty());
 }
 
 TEST(SceneCodec, UnchangedMeshesAreSharedBetweenDecodedVersions) {
