@@ -103,7 +103,7 @@ BuildOutcome SceneBuilder::build(const BuildTask& task) {
     if (!outcome.scene.is_ok()) return outcome;
     const core::PreparedScene& built = **outcome.scene;
     if (!before || !built.has_geometry_of(*before->prepared))
-      outcome.built_primitives = built.built_primitives();
+      outcome.built_primitives = built.built_primitives() + built.fitted_primitives();
     auto now = std::make_shared<const Newest>(
         Newest{*std::move(scene), *std::move(posed), *outcome.scene});
     MutexLock lock(mutex_);

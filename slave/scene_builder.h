@@ -31,7 +31,8 @@ struct BuildOutcome {
   SceneVersion version = 0;
   double seconds = 0;
   Result<std::shared_ptr<const core::PreparedScene>> scene;
-  std::uint64_t built_primitives = 0;  // 0: the geometry is that of the scene before
+  // Built or fitted; 0: the geometry is that of the scene before.
+  std::uint64_t built_primitives = 0;
 };
 
 class SceneBuilder {

@@ -62,6 +62,11 @@ std::unique_ptr<Entrants> make_ours_instanced(const Scene& scene, Isa isa);
 // Our contenders over patches. Requires: sub-patches have their numbers, and boxes are theirs.
 std::unique_ptr<Entrants> make_ours_patched(std::shared_ptr<const core::PatchStore> patches,
                                             const std::vector<Bounds3f>& boxes, Isa isa);
+// Our contenders over triangles that have moved: "built" and "fast" are built where they are in the
+// last frame, "fitted" in the first one and fitted to each that follows; what is timed is the last
+// fit. Shape: boxes [triangle], of the last frame. Requires: all frames have the same triangles.
+std::unique_ptr<Entrants> make_ours_deformed(const std::vector<core::TriangleStore>& frames,
+                                             const std::vector<Bounds3f>& boxes, Isa isa);
 struct EmbreeMode {
   bool is_high = false;    // build quality "high" (spatial splits) and not "medium", its default
   bool is_robust = false;  // its watertight tests
@@ -74,6 +79,10 @@ std::unique_ptr<Entrants> make_embree_instanced(const Scene& scene, Isa isa);
 // Builds Embree's scene once and throws it away. Requires: has_embree().
 Build build_embree(const core::TriangleStore& triangles, Isa isa, const EmbreeMode& mode,
                    int threads);
+// The same with its build quality "low"; and what it takes to fit (its quality "refit") a scene of
+// the first triangles to the second. Requires: has_embree().
+Build build_embree_low(const core::TriangleStore& triangles, Isa isa);
+Build refit_embree(const core::TriangleStore& before, const core::TriangleStore& after, Isa isa);
 bool has_embree();
 
 // Wall-clock seconds since some moment; CPU-seconds of the calling thread and of the process so

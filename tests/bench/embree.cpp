@@ -72,6 +72,30 @@ int set_rays(Ray& ray, int* valid, const RayBlock& rays, int first) {
   return count;
 }
 
+std::string config_of(Isa isa, int threads) {
+  static constexpr const char* kConfigs[] = {"sse2", "sse4.2", "avx2", "avx512"};
+  return "threads=" + std::to_string(threads) +
+         ",set_affinity=0,isa=" + kConfigs[static_cast<int>(isa)];
+}
+
+bool count_bytes(void* sum, ssize_t bytes, bool) {
+  *static_cast<std::int64_t*>(sum) += bytes;
+  return true;
+}
+
+// Vertices are not shared here: the hierarchy is what is measured, and it copies them. Returns: the
+// geometry's vertices.
+float* set_triangles(RTCGeometry geometry, const core::TriangleStore& triangles) {
+  const auto count = static_cast<std::size_t>(triangles.primitive_count());
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                               RTC_FORMAT_FLOAT3, 12, 3 * count));
+  auto* indices = static_cast<unsigned*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, count));
+  std::copy(triangles.vertices.begin(), triangles.vertices.end(), vertices);
+  for (std::size_t i = 0; i < 3 * count; ++i) indices[i] = static_cast<unsigned>(i);
+  return vertices;
+}
+
 class Embree final : public Entrants {
  public:
   Embree(const core::TriangleStore& triangles, Isa isa, const EmbreeMode& mode, int threads) {
@@ -92,10 +116,7 @@ class Embree final : public Entrants {
 
  private:
   void open(Isa isa, int threads) {
-    static constexpr const char* kConfigs[] = {"sse2", "sse4.2", "avx2", "avx512"};
-    const std::string config = "threads=" + std::to_string(threads) +
-                               ",set_affinity=0,isa=" + kConfigs[static_cast<int>(isa)];
-    device_.reset(rtcNewDevice(config.c_str()));
+    device_.reset(rtcNewDevice(config_of(isa, threads).c_str()));
     rtcSetDeviceMemoryMonitorFunction(device_.get(), count_bytes, &bytes_);
   }
 
@@ -147,14 +168,7 @@ class Embree final : public Entrants {
     if (mode.is_robust) rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
     RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     if (mode.is_high) rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
-    const auto count = static_cast<std::size_t>(triangles.primitive_count());
-    // Vertices are not shared here: the hierarchy is what is measured, and it copies them.
-    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, 3 * count));
-    auto* indices = static_cast<unsigned*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, count));
-    std::copy(triangles.vertices.begin(), triangles.vertices.end(), vertices);
-    for (std::size_t i = 0; i < 3 * count; ++i) indices[i] = static_cast<unsigned>(i);
+    set_triangles(geometry, triangles);
     const std::int64_t before = bytes_;
     const double start = process_cpu_seconds(), start_wall = wall_seconds();
     rtcCommitGeometry(geometry);
@@ -185,11 +199,6 @@ class Embree final : public Entrants {
     if (is_any && !parts_.empty()) return;
     add("16", is_any ? &Embree::occluded<16> : &Embree::intersect<16>);
     add("stream", is_any ? &Embree::occluded_stream : &Embree::intersect_stream);
-  }
-
-  static bool count_bytes(void* sum, ssize_t bytes, bool) {
-    *static_cast<std::int64_t*>(sum) += bytes;
-    return true;
   }
 
   void store(const RTCRayHit& q, BlockHits& hits, int i) const {
@@ -281,6 +290,42 @@ class Embree final : public Entrants {
   std::vector<std::uint32_t> first_;  // by instance: the number of its first triangle
 };
 
+// A scene of triangles that change from frame to frame.
+class EmbreeChanging {
+ public:
+  EmbreeChanging(const core::TriangleStore& triangles, Isa isa, RTCBuildQuality quality) {
+    device_.reset(rtcNewDevice(config_of(isa, 1).c_str()));
+    rtcSetDeviceMemoryMonitorFunction(device_.get(), count_bytes, &bytes_);
+    scene_.reset(rtcNewScene(device_.get()));
+    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_DYNAMIC);
+    rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_LOW);
+    RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetGeometryBuildQuality(geometry, quality);
+    vertices_ = set_triangles(geometry, triangles);
+    rtcAttachGeometryByID(scene_.get(), geometry, 0);
+    rtcReleaseGeometry(geometry);
+  }
+
+  void move(const core::TriangleStore& triangles) {
+    std::copy(triangles.vertices.begin(), triangles.vertices.end(), vertices_);
+    rtcUpdateGeometryBuffer(rtcGetGeometry(scene_.get(), 0), RTC_BUFFER_TYPE_VERTEX, 0);
+  }
+
+  Build commit(const std::string& name) {
+    const double start = process_cpu_seconds(), start_wall = wall_seconds();
+    rtcCommitGeometry(rtcGetGeometry(scene_.get(), 0));
+    rtcCommitScene(scene_.get());
+    return {name, process_cpu_seconds() - start, wall_seconds() - start_wall,
+            1e-6 * static_cast<double>(bytes_)};
+  }
+
+ private:
+  std::int64_t bytes_ = 0;
+  std::unique_ptr<RTCDeviceTy, Release> device_;
+  std::unique_ptr<RTCSceneTy, Release> scene_;
+  float* vertices_ = nullptr;  // the scene's own
+};
+
 }  // namespace
 
 std::unique_ptr<Entrants> make_embree(const core::TriangleStore& triangles, Isa isa,
@@ -295,6 +340,17 @@ std::unique_ptr<Entrants> make_embree_instanced(const Scene& scene, Isa isa) {
 Build build_embree(const core::TriangleStore& triangles, Isa isa, const EmbreeMode& mode,
                    int threads) {
   return Embree(triangles, isa, mode, threads).builds[0];
+}
+
+Build build_embree_low(const core::TriangleStore& triangles, Isa isa) {
+  return EmbreeChanging(triangles, isa, RTC_BUILD_QUALITY_LOW).commit("embree low");
+}
+
+Build refit_embree(const core::TriangleStore& before, const core::TriangleStore& after, Isa isa) {
+  EmbreeChanging scene(before, isa, RTC_BUILD_QUALITY_REFIT);
+  scene.commit("");
+  scene.move(after);
+  return scene.commit("embree refit");
 }
 
 bool has_embree() { return true; }

@@ -11,6 +11,7 @@
 #include "tests/bench/accuracy_suite.h"
 #include "tests/bench/build_suite.h"
 #include "tests/bench/core_suite.h"
+#include "tests/bench/deform_suite.h"
 #include "tests/bench/exchange_suite.h"
 #include "tests/bench/gi_suite.h"
 #include "tests/bench/method_suite.h"
@@ -59,15 +60,16 @@ tessera::Status run(std::vector<std::string> suites,
       continue;
     }
     const bool is_methods = suite == "patch" && options.with_methods;
-    const auto run_suite = suite == "core"     ? tessera::bench::run_core_suite
-                           : suite == "build"  ? tessera::bench::run_build_suite
-                           : suite == "gi"     ? tessera::bench::run_gi_suite
-                           : suite == "moves"  ? tessera::bench::run_move_suite
-                           : is_methods        ? tessera::bench::run_method_suite
-                           : suite == "patch"  ? tessera::bench::run_patch_suite
-                           : suite == "trims"  ? tessera::bench::run_trim_suite
-                           : suite == "thesis" ? tessera::bench::run_thesis_suite
-                                               : tessera::bench::run_accuracy_suite;
+    const auto run_suite = suite == "core"        ? tessera::bench::run_core_suite
+                           : suite == "build"     ? tessera::bench::run_build_suite
+                           : suite == "gi"        ? tessera::bench::run_gi_suite
+                           : suite == "moves"     ? tessera::bench::run_move_suite
+                           : suite == "deforming" ? tessera::bench::run_deform_suite
+                           : is_methods           ? tessera::bench::run_method_suite
+                           : suite == "patch"     ? tessera::bench::run_patch_suite
+                           : suite == "trims"     ? tessera::bench::run_trim_suite
+                           : suite == "thesis"    ? tessera::bench::run_thesis_suite
+                                                  : tessera::bench::run_accuracy_suite;
     tessera::bench::CoreSuiteOptions of_suite = options;
     if (of_suite.scenes.empty()) of_suite.scenes = usual_scenes(suite, options.is_quick);
     for (const std::string& name : of_suite.scenes) {
@@ -139,14 +141,15 @@ int main(int argc, char** argv) {
          "SUITE", suites,
          "core: rays per CPU-second; build: time to build; accuracy: errors on hard cases; "
          "moves: time to prepare a scene in which one instance moved; "
+         "deforming: structures that are fitted or built fast, beside Embree's; "
          "patch: rays through patches, beside triangles of them; "
          "trims: whether points of patches are kept, by the number of loops; "
          "thesis: its tables of steps and tests; exchange: the master's tiles per second, beside "
          "a bare epoll loop; gi: global illumination, its speed and its error, on scenes of its "
          "own; "
          "default: the first three")
-      ->check(CLI::IsMember(
-          {"core", "build", "accuracy", "moves", "patch", "trims", "thesis", "exchange", "gi"}));
+      ->check(CLI::IsMember({"core", "build", "accuracy", "moves", "deforming", "patch", "trims",
+                             "thesis", "exchange", "gi"}));
   const std::vector<std::string> scene_names = all_scene_names();
   app.add_option(
          "--scene", options.scenes,

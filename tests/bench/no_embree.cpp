@@ -12,4 +12,11 @@ tessera::bench::Build tessera::bench::build_embree(const core::TriangleStore&, I
                                                    const EmbreeMode&, int) {
   return {};
 }
+tessera::bench::Build tessera::bench::build_embree_low(const core::TriangleStore&, Isa) {
+  return {};
+}
+tessera::bench::Build tessera::bench::refit_embree(const core::TriangleStore&,
+                                                   const core::TriangleStore&, Isa) {
+  return {};
+}
 bool tessera::bench::has_embree() { return false; }

@@ -232,6 +232,16 @@ class Ours final : public Entrants {
     }
   }
 
+  Ours(const std::vector<core::TriangleStore>& frames, const std::vector<Bounds3f>& boxes,
+       Isa isa) {
+    const core::KernelTable& table = core::kernels_for(isa);
+    if (table.lane_count >= 16) {
+      build_deformed<16>(table, frames, boxes);
+    } else {
+      build_deformed<8>(table, frames, boxes);
+    }
+  }
+
   Ours(const Scene& scene, Isa isa) {
     const core::KernelTable& table = core::kernels_for(isa);
     if (table.lane_count >= 16) {
@@ -261,6 +271,24 @@ class Ours final : public Entrants {
     build<core::IndexedKd<W>>("kd" + width + "q", table, [&] {
       return core::index_by_kd<W>(boxes, triangles.vertices, alone, core::quality_build(clipper));
     });
+  }
+
+  template <int W>
+  void build_deformed(const core::KernelTable& table,
+                      const std::vector<core::TriangleStore>& frames,
+                      const std::vector<Bounds3f>& boxes) {
+    const core::BuildControl alone{1, nullptr};
+    const std::span<const float> now = frames.back().vertices;
+    build<core::IndexedBvh<W>>("built", table,
+                               [&] { return core::index_by_bvh<W>(boxes, now, alone); });
+    build<core::IndexedBvh<W>>("fast", table,
+                               [&] { return core::index_fast<W>(boxes, now, alone); });
+    const std::vector<Bounds3f> first_boxes = core::boxes_of(frames[0].vertices);
+    auto fitted = core::index_by_bvh<W>(first_boxes, frames[0].vertices, alone);
+    for (std::size_t frame = 1; frame + 1 < frames.size(); ++frame)
+      fitted = core::fit_index<W>(*fitted, frames[frame].vertices, alone);
+    build<core::IndexedBvh<W>>("fitted", table,
+                               [&] { return core::fit_index<W>(*fitted, now, alone); });
   }
 
   template <int W>
@@ -309,6 +337,11 @@ std::unique_ptr<Entrants> make_ours(const core::TriangleStore& triangles,
                                     const std::vector<Bounds3f>& boxes, Isa isa,
                                     const OursOptions& options) {
   return std::make_unique<Ours>(triangles, boxes, isa, options);
+}
+
+std::unique_ptr<Entrants> make_ours_deformed(const std::vector<core::TriangleStore>& frames,
+                                             const std::vector<Bounds3f>& boxes, Isa isa) {
+  return std::make_unique<Ours>(frames, boxes, isa);
 }
 
 std::unique_ptr<Entrants> make_ours_patched(std::shared_ptr<const core::PatchStore> patches,

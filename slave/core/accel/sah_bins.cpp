@@ -109,31 +109,63 @@ SahCut SahBins::cut(std::span<const PrimitiveRef> refs, const RefRange& range,
   SahCut best;
   best.cost = std::numeric_limits<float>::infinity();
   for (int a = 0; a < 3; ++a) {
-    if (!map.splits(a)) continue;
-    const Bin* const bins = bins_[0][a];
-    float right_cost[kBinsMax];
-    Box4 box;
-    std::uint32_t count = 0;
-    for (int b = map.count - 1; b > 0; --b) {
-      box.grow(bins[b].bounds);
-      count += bins[b].count;
-      right_cost[b] = count == 0 ? std::numeric_limits<float>::infinity()
-                                 : box.half_area() * blocks_of(count, block_size);
-    }
-    box = {};
-    count = 0;
-    for (int b = 0; b + 1 < map.count; ++b) {
-      box.grow(bins[b].bounds);
-      count += bins[b].count;
-      if (count == 0) continue;
-      const float cost = box.half_area() * blocks_of(count, block_size) + right_cost[b + 1];
-      if (cost < best.cost) best = {a, b, cost, {}, {}};
-    }
+    if (map.splits(a)) weigh(a, map.count, block_size, best);
   }
-  if (best.axis < 0) return best;
-  const Bin* const bins = bins_[0][best.axis];
-  for (int b = 0; b < map.count; ++b) (b <= best.bin ? best.left : best.right).grow(bins[b].bounds);
+  set_boxes(map.count, best);
   return best;
+}
+
+SahCut SahBins::cut_longest(std::span<const PrimitiveRef> refs, const RefRange& range,
+                            std::uint32_t block_size) {
+  const BinMap map(range);
+  int axis = 0;
+  for (int a = 1; a < 3; ++a) {
+    if (range.centroids.upper[a] - range.centroids.lower[a] >
+        range.centroids.upper[axis] - range.centroids.lower[axis])
+      axis = a;
+  }
+  SahCut best;
+  best.cost = std::numeric_limits<float>::infinity();
+  if (!map.splits(axis)) return best;
+  Bin* const bins = bins_[0][axis];
+  std::fill_n(bins, map.count, Bin{});
+  for (const PrimitiveRef& ref : refs.subspan(range.begin, range.size())) {
+    const Float4 lower = load4(ref.lower), upper = load4(ref.upper);
+    alignas(16) int lanes[4];
+    _mm_store_si128(reinterpret_cast<__m128i*>(lanes), map.bins_of(lower + upper));
+    bins[lanes[axis]].add(lower, upper);
+  }
+  weigh(axis, map.count, block_size, best);
+  set_boxes(map.count, best);
+  return best;
+}
+
+void SahBins::weigh(int axis, int bin_count, std::uint32_t block_size, SahCut& best) const {
+  const Bin* const bins = bins_[0][axis];
+  float right_cost[kBinsMax];
+  Box4 box;
+  std::uint32_t count = 0;
+  for (int b = bin_count - 1; b > 0; --b) {
+    box.grow(bins[b].bounds);
+    count += bins[b].count;
+    right_cost[b] = count == 0 ? std::numeric_limits<float>::infinity()
+                               : box.half_area() * blocks_of(count, block_size);
+  }
+  box = {};
+  count = 0;
+  for (int b = 0; b + 1 < bin_count; ++b) {
+    box.grow(bins[b].bounds);
+    count += bins[b].count;
+    if (count == 0) continue;
+    const float cost = box.half_area() * blocks_of(count, block_size) + right_cost[b + 1];
+    if (cost < best.cost) best = {axis, b, cost, {}, {}};
+  }
+}
+
+void SahBins::set_boxes(int bin_count, SahCut& cut) const {
+  if (cut.axis < 0) return;
+  const Bin* const bins = bins_[0][cut.axis];
+  for (int b = 0; b < bin_count; ++b) (b <= cut.bin ? cut.left : cut.right).grow(bins[b].bounds);
 }
 
 std::pair<RefRange, RefRange> SahBins::split(std::span<PrimitiveRef> refs, const RefRange& range,

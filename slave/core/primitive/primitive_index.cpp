@@ -3,7 +3,9 @@
 
 #include <utility>
 
+#include "slave/core/accel/bvh_fast_builder.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
+#include "slave/core/primitive/triangle/triangle_fitter.h"
 #include "slave/core/primitive/triangle/triangle_writer.h"
 
 namespace tessera::core {
@@ -39,6 +41,25 @@ Result<IndexedBvh<W>> index_by_bvh(std::span<const Bounds3f> boxes, std::span<co
 }
 
 template <int W>
+Result<IndexedBvh<W>> index_fast(std::span<const Bounds3f> boxes, std::span<const float> vertices,
+                                 const BuildControl& control) {
+  TriangleWriter<W> writer(vertices);
+  Result<Bvh<W>> bvh = build_bvh_fast<W>({boxes, writer}, control);
+  if (!bvh.is_ok()) return bvh.status();
+  return IndexedBvh<W>{std::move(*bvh), writer.take()};
+}
+
+template <int W>
+Result<IndexedBvh<W>> fit_index(const IndexedBvh<W>& built, std::span<const float> vertices,
+                                const BuildControl& control) {
+  std::vector<TriangleBlock<W>> triangles = built.triangles;
+  const TriangleFitter<W> fitter(vertices, triangles);
+  Result<Bvh<W>> bvh = fit_bvh<W>(built.structure, fitter, control);
+  if (!bvh.is_ok()) return bvh.status();
+  return IndexedBvh<W>{std::move(*bvh), std::move(triangles)};
+}
+
+template <int W>
 Result<IndexedKd<W>> index_by_kd(std::span<const Bounds3f> boxes, std::span<const float> vertices,
                                  const BuildControl& control, const KdBuildConfig& config) {
   TriangleWriter<W> writer(vertices);
@@ -53,6 +74,14 @@ template Result<IndexedBvh<8>> index_by_bvh<8>(std::span<const Bounds3f>, std::s
                                                const BuildControl&, const BvhBuildConfig&);
 template Result<IndexedBvh<16>> index_by_bvh<16>(std::span<const Bounds3f>, std::span<const float>,
                                                  const BuildControl&, const BvhBuildConfig&);
+template Result<IndexedBvh<8>> index_fast<8>(std::span<const Bounds3f>, std::span<const float>,
+                                             const BuildControl&);
+template Result<IndexedBvh<16>> index_fast<16>(std::span<const Bounds3f>, std::span<const float>,
+                                               const BuildControl&);
+template Result<IndexedBvh<8>> fit_index<8>(const IndexedBvh<8>&, std::span<const float>,
+                                            const BuildControl&);
+template Result<IndexedBvh<16>> fit_index<16>(const IndexedBvh<16>&, std::span<const float>,
+                                              const BuildControl&);
 template Result<IndexedKd<8>> index_by_kd<8>(std::span<const Bounds3f>, std::span<const float>,
                                              const BuildControl&, const KdBuildConfig&);
 template Result<IndexedKd<16>> index_by_kd<16>(std::span<const Bounds3f>, std::span<const float>,

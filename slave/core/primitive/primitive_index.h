@@ -122,6 +122,16 @@ template <int W>
 Result<IndexedKd<W>> index_by_kd(std::span<const Bounds3f> boxes, std::span<const float> vertices,
                                  const BuildControl& control, const KdBuildConfig& config = {});
 
+// The same by the fast build. Shape and returns: as above.
+template <int W>
+Result<IndexedBvh<W>> index_fast(std::span<const Bounds3f> boxes, std::span<const float> vertices,
+                                 const BuildControl& control);
+
+// Fits the index of triangles to where they are now. Returns: as above.
+template <int W>
+Result<IndexedBvh<W>> fit_index(const IndexedBvh<W>& built, std::span<const float> vertices,
+                                const BuildControl& control);
+
 // Builds the index for a processor with registers of `lanes` floats. Shape and returns: as above.
 Result<PrimitiveIndex> build_primitive_index(std::span<const Bounds3f> boxes,
                                              std::span<const float> vertices, Structure structure,

@@ -15,6 +15,7 @@
 #include "slave/core/kernels/kernel_table.h"
 #include "slave/core/primitive/freeform/patched_index.h"
 #include "slave/core/primitive/instance/instanced_index.h"
+#include "slave/core/scene/flat_geometry.h"
 #include "slave/core/scene/prepared_scene_impl.h"
 #include "slave/core/simd/isa_support.h"
 #include "slave/core/surface/surface_lobes.h"
@@ -80,27 +81,6 @@ KnownInstances<W> known_of(const PreparedScene* scene) {
       index};
 }
 
-void leave_out(const std::vector<Bounds3f>& boxes, std::span<const std::uint32_t> numbers,
-               Geometry& geometry) {
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    if (boxes[i].is_empty()) geometry.left_out.push_back(numbers.empty() ? i : numbers[i]);
-  }
-}
-
-// Builds the triangles, all of them flattened, with their structure.
-Status build_flat_index(const BuildOptions& options, int lanes, Geometry& geometry) {
-  std::vector<Bounds3f> boxes;  // by triangle
-  TriangleStore& store = geometry.triangles;
-  store = make_triangle_store({geometry.meshes, geometry.instances, {}}, boxes);
-  leave_out(boxes, {}, geometry);
-  auto index = build_primitive_index(boxes, store.vertices, options.structure, lanes,
-                                     {options.threads, options.is_cancelled});
-  if (!index.is_ok()) return index.status();
-  geometry.index = std::move(*index);
-  geometry.built_primitives = store.primitive_count();
-  return Status::ok();
-}
-
 // Makes the triangles that are flattened beside instances, or takes those of the other version
 // where they are the same. In a version that follows another they get a structure of their own.
 template <int W>
@@ -140,7 +120,11 @@ Status build_index(const Scene& scene, const BuildOptions& options, Geometry& ge
   Result<Placement<W>> placed =
       place_instances<W>(scene, is_kd ? Instancing::kNever : options.instancing, known, control);
   if (!placed.is_ok()) return placed.status();
-  if (placed->is_empty()) return build_flat_index(options, W, geometry);
+  if (placed->is_empty()) {
+    const Geometry* const other =
+        options.other == nullptr ? nullptr : options.other->impl().geometry.get();
+    return build_flat_geometry<W>(other, control, geometry);
+  }
   std::vector<Bounds3f> boxes;  // by flattened triangle
   Flattened<W> flattened;
   TESSERA_RETURN_IF_ERROR(flatten(*placed, scene, options, known, boxes, flattened, geometry));
@@ -317,6 +301,10 @@ bool PreparedScene::has_geometry_of(const PreparedScene& other) const {
 }
 
 std::uint64_t PreparedScene::built_primitives() const { return impl_->geometry->built_primitives; }
+
+std::uint64_t PreparedScene::fitted_primitives() const {
+  return impl_->geometry->fitted_primitives;
+}
 
 std::uint64_t PreparedScene::memory_bytes() const {
   std::uint64_t bytes = sizeof(Impl) + impl_->index.memory_bytes();

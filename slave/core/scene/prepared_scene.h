@@ -25,7 +25,8 @@ struct BuildOptions {
   Instancing instancing = Instancing::kAuto;        // likewise; kd-trees have no instances
   // Another version of the scene; may be null. Where it has the same meshes, by pointer, in the
   // same places, its geometry is shared and not built. Otherwise what moved or changed is built
-  // beside what did not: meshes that move get a structure of their own, the others keep one.
+  // beside what did not: meshes that move get a structure of their own, the others keep one. Where
+  // corners moved and all triangles are the same, its structure is fitted (flat_geometry.h).
   const PreparedScene* other = nullptr;
 };
 
@@ -46,6 +47,8 @@ class PreparedScene {
   bool has_geometry_of(const PreparedScene& other) const;
   // Triangles and instances that were put into structures when its geometry was built.
   std::uint64_t built_primitives() const;
+  // Triangles in structures of the other version, which were fitted to where they are now.
+  std::uint64_t fitted_primitives() const;
 
   struct Impl;  // slave/core/scene/prepared_scene_impl.h
   const Impl& impl() const { return *impl_; }

@@ -9,9 +9,7 @@
 
 #include "slave/core/light/feature.h"
 #include "slave/core/light/light_set.h"
-#include "slave/core/primitive/freeform/patch_store.h"
-#include "slave/core/primitive/primitive_index.h"
-#include "slave/core/primitive/triangle/triangle_store.h"
+#include "slave/core/scene/geometry.h"
 #include "slave/core/scene/prepared_scene.h"
 #include "slave/core/scene/texture_table.h"
 #include "slave/core/surface/texture.h"
@@ -34,25 +32,6 @@ struct SurfaceFeatures {
 
   bool is_diffuse() const { return !has_glossy && !has_specular; }
   bool needs_cones() const { return has_textures || has_programs; }
-};
-
-// The part of a scene that lights and materials do not change; it is shared by versions of a scene.
-struct Geometry {
-  TriangleStore triangles;
-  std::shared_ptr<const PatchStore> patches;  // null where the scene has none
-  // [instance_count + 1] number of the first primitive of each as users count them: triangles and
-  // patches. Empty where the scene has no patches; then it is that of `triangles`.
-  std::vector<std::uint64_t> first_number;
-  std::vector<std::uint64_t> left_out;  // flattened triangles without area, rising
-  PrimitiveIndex index;
-  std::uint64_t built_primitives = 0;  // put into structures for it
-  bool is_smooth = false;  // some mesh has normals that differ from those of its triangles
-  // What the geometry was made of:
-  std::vector<std::shared_ptr<const Mesh>> meshes;
-  std::vector<std::shared_ptr<const PatchSurface>> surfaces;
-  std::vector<Instance> instances;
-  Structure structure = Structure::kAuto;
-  Instancing instancing = Instancing::kAuto;
 };
 
 struct PreparedScene::Impl {

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "slave/core/accel/bvh_builder.h"
+#include "slave/core/accel/bvh_fast_builder.h"
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
@@ -69,7 +70,17 @@ BvhBuildConfig many_cuts(const PrimitiveClipper& clipper) {
 }
 
 template <int W>
+void expect_sound_when_fast(const Triangles& triangles) {
+  TriangleWriter<W> leaves(triangles.store.vertices);
+  auto fast = build_bvh_fast<W>({triangles.boxes, leaves}, {1, nullptr});
+  ASSERT_TRUE(fast.is_ok()) << fast.status().message();
+  const Status status = fast->validate({triangles.boxes, leaves});
+  EXPECT_TRUE(status.is_ok()) << "fast: " << status.message();
+}
+
+template <int W>
 void expect_sound(const Triangles& triangles) {
+  expect_sound_when_fast<W>(triangles);
   auto built = triangles.build<W>({});
   ASSERT_TRUE(built.is_ok()) << built.status().message();
   Status status = built->bvh.validate({triangles.boxes, built->leaves});
@@ -142,11 +153,17 @@ void expect_same_for_any_threads(const Triangles& triangles, const BvhBuildConfi
     return std::move(
         *index_by_bvh<W>(triangles.boxes, triangles.store.vertices, {threads, nullptr}, config));
   };
-  const IndexedBvh<W> one = index(1);
+  const auto fast = [&](int threads) {
+    return std::move(*index_fast<W>(triangles.boxes, triangles.store.vertices, {threads, nullptr}));
+  };
+  const IndexedBvh<W> one = index(1), one_fast = fast(1);
   for (const int threads : {2, 3, 7}) {
     const IndexedBvh<W> many = index(threads);
     expect_same_bytes(one.structure.nodes, many.structure.nodes);
     expect_same_bytes(one.triangles, many.triangles);
+    const IndexedBvh<W> many_fast = fast(threads);
+    expect_same_bytes(one_fast.structure.nodes, many_fast.structure.nodes);
+    expect_same_bytes(one_fast.triangles, many_fast.triangles);
   }
 }
 

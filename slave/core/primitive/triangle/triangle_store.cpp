@@ -2,6 +2,7 @@
 #include "slave/core/primitive/triangle/triangle_store.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "slave/core/primitive/triangle/exact_hit_abi.h"
@@ -18,6 +19,12 @@ void append_mesh(const Mesh& mesh, const Transform& to_world, std::vector<float>
       vertices.insert(vertices.end(), {p.x, p.y, p.z});
     }
   }
+}
+
+// Shape: triangle [3 corners][x, y, z]. Whether it is in the tree.
+bool has_box(const float* triangle) {
+  return std::all_of(triangle, triangle + 9, [](float x) { return std::isfinite(x); }) &&
+         has_area(triangle);
 }
 
 // Returns: a store without corners.
@@ -72,19 +79,26 @@ std::vector<Bounds3f> boxes_of(std::span<const float> vertices) {
   boxes.reserve(vertices.size() / 9);
   for (std::size_t at = 0; at < vertices.size(); at += 9) {
     const float* const p = vertices.data() + at;
-    const Vec3f a{p[0], p[1], p[2]}, b{p[3], p[4], p[5]}, c{p[6], p[7], p[8]};
     Bounds3f box;
-    if (is_finite(a) && is_finite(b) && is_finite(c) && !is_degenerate(a, b, c)) {
-      box.grow(a);
-      box.grow(b);
-      box.grow(c);
+    if (has_box(p)) {
+      box.grow(Vec3f{p[0], p[1], p[2]});
+      box.grow(Vec3f{p[3], p[4], p[5]});
+      box.grow(Vec3f{p[6], p[7], p[8]});
     }
     boxes.push_back(box);
   }
   return boxes;
 }
 
-TriangleStore make_triangle_store(const TriangleSource& source, std::vector<Bounds3f>& boxes) {
+std::vector<std::uint64_t> without_box(std::span<const float> vertices) {
+  std::vector<std::uint64_t> numbers;
+  for (std::size_t at = 0; at < vertices.size(); at += 9) {
+    if (!has_box(vertices.data() + at)) numbers.push_back(at / 9);
+  }
+  return numbers;
+}
+
+TriangleStore make_triangle_store(const TriangleSource& source) {
   TriangleStore store = numbered_store(source);
   std::vector<float> vertices;
   std::uint64_t stored = 0;
@@ -97,8 +111,13 @@ TriangleStore make_triangle_store(const TriangleSource& source, std::vector<Boun
     if (source.is_stored(i))
       append_mesh(*source.meshes[instance.mesh], instance.object_to_world, vertices);
   }
-  boxes = boxes_of(vertices);
   store.keep(std::move(vertices));
+  return store;
+}
+
+TriangleStore make_triangle_store(const TriangleSource& source, std::vector<Bounds3f>& boxes) {
+  TriangleStore store = make_triangle_store(source);
+  boxes = boxes_of(store.vertices);
   store.degenerate_count = static_cast<std::uint64_t>(std::count_if(
       boxes.begin(), boxes.end(), [](const Bounds3f& box) { return box.is_empty(); }));
   return store;

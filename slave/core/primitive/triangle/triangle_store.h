@@ -109,6 +109,12 @@ struct TriangleSource {
 // transform sends beyond float32, gets an empty box: it keeps its number and stays out of the tree.
 std::vector<Bounds3f> boxes_of(std::span<const float> vertices);
 
+// Returns: the numbers of triangles that get an empty box from boxes_of(), rising.
+std::vector<std::uint64_t> without_box(std::span<const float> vertices);
+
+// Returns: a store of flattened triangles whose boxes the caller makes, as it counts those without
+// area.
+TriangleStore make_triangle_store(const TriangleSource& source);
 // Shape: boxes becomes boxes_of() the flattened triangles. Requires: meshes and instances stay
 // where they are, if any are placed.
 TriangleStore make_triangle_store(const TriangleSource& source, std::vector<Bounds3f>& boxes);
