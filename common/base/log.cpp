@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstdio>
+#include <iterator>
 #include <memory>
 
 #include "common/base/clean_text.h"
@@ -15,6 +16,8 @@
 
 namespace tessera {
 namespace {
+
+constexpr std::string_view kLevels[] = {"trace", "debug", "info", "warn", "error", "off"};
 
 LogFormat g_format = LogFormat::kText;  // written once by init_log, before other threads start
 
@@ -66,6 +69,14 @@ class Gate {
     if (!is_admitted) has_suppressed_.store(true, std::memory_order_relaxed);
     return is_admitted;
   }
+  void remember(LogLevel level, std::string_view line) TESSERA_EXCLUDES(mutex_) {
+    MutexLock lock(mutex_);
+    memory_.add(static_cast<std::uint8_t>(level), line, Clock::now());
+  }
+  LogMemory memory() TESSERA_EXCLUDES(mutex_) {
+    MutexLock lock(mutex_);
+    return {memory_.events(Clock::now()), limiter_.ever_suppressed()};
+  }
   std::vector<LogLimiter::Summary> summaries(bool is_last) TESSERA_EXCLUDES(mutex_) {
     if (!has_suppressed_.load(std::memory_order_relaxed)) return {};
     MutexLock lock(mutex_);
@@ -78,6 +89,7 @@ class Gate {
   std::atomic<bool> has_suppressed_{false};
   Mutex mutex_;
   LogLimiter limiter_ TESSERA_GUARDED_BY(mutex_){kLogLinesMax, kLogInterval};
+  EventMemory memory_ TESSERA_GUARDED_BY(mutex_);
 };
 
 Gate& gate() {
@@ -87,8 +99,9 @@ Gate& gate() {
 
 void write_line(LogLevel level, std::string_view event, std::string_view text,
                 std::initializer_list<LogField> fields) {
-  const std::string body = g_format == LogFormat::kJson ? json_body(event, text, fields)
-                                                        : text_body(event, text, fields);
+  const std::string line = text_body(event, text, fields);
+  if (level >= LogLevel::kInfo) gate().remember(level, line);
+  const std::string body = g_format == LogFormat::kJson ? json_body(event, text, fields) : line;
   logger()->log(static_cast<spdlog::level::level_enum>(level), "{}", body);
 }
 
@@ -102,10 +115,13 @@ void init_log(LogLevel level, LogFormat format) {
   }
 }
 
+LogMemory log_memory() { return gate().memory(); }
+
+std::string_view log_level_name(LogLevel level) { return kLevels[static_cast<std::size_t>(level)]; }
+
 Result<LogLevel> parse_log_level(std::string_view text) {
-  static constexpr std::string_view kNames[] = {"trace", "debug", "info", "warn", "error", "off"};
-  for (int i = 0; i < 6; ++i) {
-    if (text == kNames[i]) return static_cast<LogLevel>(i);
+  for (std::size_t i = 0; i < std::size(kLevels); ++i) {
+    if (text == kLevels[i]) return static_cast<LogLevel>(i);
   }
   return Status::invalid_argument("--log-level " + std::string(text) +
                                   ": give one of trace, debug, info, warn, error, off");

@@ -16,8 +16,10 @@
 #include <initializer_list>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/base/api.h"
+#include "common/base/event_memory.h"
 #include "common/base/status.h"
 
 namespace tessera {
@@ -43,6 +45,14 @@ Result<LogLevel> parse_log_level(std::string_view text);
 // costs one atomic read when there are none. Call it now and then: an event that has stopped would
 // never be summed up otherwise. `is_last`: sums up the present interval, too.
 void log_summaries(bool is_last = false);
+
+// What this process has logged: its last lines of level info and above, and how many it kept back.
+struct LogMemory {
+  std::vector<PastEvent> events;  // oldest first
+  std::vector<SuppressedLines> suppressed;
+};
+LogMemory log_memory();
+std::string_view log_level_name(LogLevel level);
 
 void log_event(LogLevel level, std::string_view event, std::string_view text,
                std::initializer_list<LogField> fields = {});

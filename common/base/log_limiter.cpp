@@ -16,7 +16,7 @@ bool LogLimiter::admit(std::string_view event, TimePoint now) {
   }
   Account& account = found->second;
   // An account with suppressed lines keeps its interval until they are summed up.
-  if (now - account.begin >= interval_ && account.suppressed == 0) account = {now};
+  if (now - account.begin >= interval_ && account.suppressed == 0) begin_interval(account, now);
   if (account.lines < lines_max_) {
     ++account.lines;
     return true;
@@ -33,7 +33,20 @@ std::vector<LogLimiter::Summary> LogLimiter::summaries(TimePoint now, bool is_la
     if (account.suppressed == 0 || (now - account.begin < interval_ && !is_last)) continue;
     result.push_back({event, account.suppressed, seconds(now - account.begin)});
     suppressed_ -= account.suppressed;
-    account = {now};
+    begin_interval(account, now);
+  }
+  return result;
+}
+
+void LogLimiter::begin_interval(Account& account, TimePoint now) {
+  account = {now, 0, 0, account.suppressed_before + account.suppressed};
+}
+
+std::vector<SuppressedLines> LogLimiter::ever_suppressed() const {
+  std::vector<SuppressedLines> result;
+  for (const auto& [event, account] : accounts_) {
+    const std::uint64_t lines = account.suppressed_before + account.suppressed;
+    if (lines > 0) result.push_back({event, lines});
   }
   return result;
 }

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "common/base/clock.h"
+#include "common/base/event_memory.h"
 
 namespace tessera {
 
@@ -41,12 +42,18 @@ class LogLimiter {
 
   bool has_suppressed() const { return suppressed_ > 0; }
 
+  // Lines of each event that were ever suppressed, of those that had any, by name.
+  std::vector<SuppressedLines> ever_suppressed() const;
+
  private:
   struct Account {
     TimePoint begin;
     int lines = 0;
     std::uint64_t suppressed = 0;
+    std::uint64_t suppressed_before = 0;  // in intervals that are over
   };
+
+  void begin_interval(Account& account, TimePoint now);
 
   const int lines_max_;
   const Duration interval_;

@@ -11,6 +11,7 @@
 
 #include "common/base/api.h"
 #include "common/base/digest.h"
+#include "common/base/event_memory.h"
 #include "common/base/ids.h"
 #include "common/base/isa.h"
 
@@ -139,6 +140,10 @@ struct ClusterStatus {
   std::uint64_t tiles_reissued = 0;
   std::uint64_t slaves_lost = 0;
   std::vector<QuarantinedSlave> quarantined;
+  std::string alone_reason;  // why no slave is here, where it is the master's own link; else empty
+  // Of the master's log, where they were asked for.
+  std::vector<PastEvent> events;  // oldest first
+  std::vector<SuppressedLines> suppressed;
 };
 
 }  // namespace tessera

@@ -50,7 +50,8 @@ net::RecordLimits make_session_limits() {
   set_limit(limits, RecordType::kFrameDone, kTextHeaderBytesMax,
             std::size_t{kTilesPerFrameMax} * sizeof(std::uint16_t));
   set_limit(limits, RecordType::kStatusReply, kSmallHeaderBytesMax,
-            std::size_t{kConnectionsMax} * (kStatusEntryBytesMax + kQuarantineEntryBytesMax));
+            std::size_t{kConnectionsMax} * (kStatusEntryBytesMax + kQuarantineEntryBytesMax) +
+                kLogBytesMax);
   return limits;
 }
 

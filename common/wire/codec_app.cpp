@@ -103,6 +103,7 @@ Result<Message> decode_frame_done(net::ReceivedRecord record) {
 net::Record encode_one(StatusRequest m) {
   proto::StatusRequest h;
   h.set_wants_details(m.wants_details);
+  h.set_wants_events(m.wants_events);
   return make_record(RecordType::kStatusRequest, h);
 }
 
@@ -112,7 +113,7 @@ Result<Message> decode_status_request(net::ReceivedRecord record) {
   FieldCheck check("StatusRequest");
   check.no_payload(record);
   if (!check.is_ok()) return check.status();
-  return Message(StatusRequest{h.wants_details()});
+  return Message(StatusRequest{h.wants_details(), h.wants_events()});
 }
 
 }  // namespace tessera::wire

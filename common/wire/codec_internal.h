@@ -68,6 +68,14 @@ net::Record make_record(RecordType type, const Header& header, net::SharedBytes 
   return record;
 }
 
+// Entries of StatusReply that are of a log; the readers return the bytes used, 0 when they do not
+// hold an entry or a field is out of range.
+void put_event(std::vector<std::byte>& out, const PastEvent& event);
+std::size_t get_event(std::span<const std::byte> in, FieldCheck& check, PastEvent& event);
+void put_suppressed(std::vector<std::byte>& out, const SuppressedLines& lines);
+std::size_t get_suppressed(std::span<const std::byte> in, FieldCheck& check,
+                           SuppressedLines& lines);
+
 // Appends a number in little-endian order, whatever the machine.
 template <typename T>
 void put_le(std::vector<std::byte>& out, T value) {

@@ -176,6 +176,41 @@ ClusterPace get_pace(const proto::ClusterPace& h, FieldCheck& check) {
           h.rtt_seconds_max(), h.tile_seconds_median(),   h.tile_seconds_p95()};
 }
 
+// Of too many the last events are kept.
+void put_log(std::vector<std::byte>& out, ClusterStatus& s, proto::StatusReply& h) {
+  if (s.events.size() > kEventsMax)
+    s.events.erase(s.events.begin(), s.events.end() - std::ptrdiff_t{kEventsMax});
+  if (s.suppressed.size() > kSuppressedMax) s.suppressed.resize(kSuppressedMax);
+  h.set_event_count(static_cast<std::uint32_t>(s.events.size()));
+  h.set_suppressed_count(static_cast<std::uint32_t>(s.suppressed.size()));
+  h.set_alone_reason(clean_line(s.alone_reason).substr(0, kAloneReasonBytesMax));
+  for (const PastEvent& event : s.events) put_event(out, event);
+  for (const SuppressedLines& lines : s.suppressed) put_suppressed(out, lines);
+}
+
+// Takes its entries off the front of the payload. An older master sends none.
+void take_log(const proto::StatusReply& h, std::span<const std::byte>& rest, FieldCheck& check,
+              ClusterStatus& s) {
+  check.range("event_count", h.event_count(), 0, kEventsMax);
+  check.range("suppressed_count", h.suppressed_count(), 0, kSuppressedMax);
+  check.name("alone_reason", h.alone_reason(), 0, kAloneReasonBytesMax);
+  if (!check.is_ok()) return;
+  s.alone_reason = h.alone_reason();
+  s.events.resize(h.event_count());
+  s.suppressed.resize(h.suppressed_count());
+  const auto take = [&](const char* field, std::size_t used) {
+    if (used == 0) check.fail(field, ": payload ends within an entry");
+    rest = rest.subspan(used);
+    return check.is_ok();
+  };
+  for (PastEvent& event : s.events) {
+    if (!take("events", get_event(rest, check, event))) return;
+  }
+  for (SuppressedLines& lines : s.suppressed) {
+    if (!take("suppressed", get_suppressed(rest, check, lines))) return;
+  }
+}
+
 }  // namespace
 
 net::Record encode_one(StatusReply m) {
@@ -199,6 +234,7 @@ net::Record encode_one(StatusReply m) {
     if (m.has_details) put_details(payload, slave);
   }
   for (const QuarantinedSlave& slave : m.status.quarantined) put_quarantined(payload, slave);
+  put_log(payload, m.status, h);
   h.set_detail_bytes(m.has_details ? kDetailBytes : 0);
   h.set_frames_failed(m.status.frames_failed);
   h.set_frames_cancelled(m.status.frames_cancelled);
@@ -258,6 +294,7 @@ Result<Message> decode_status_reply(net::ReceivedRecord record) {
     if (!check.is_ok()) return check.status();
     rest = rest.subspan(used);
   }
+  take_log(h, rest, check, m.status);
   check.payload_bytes(record.payload.size(), record.payload.size() - rest.size());
   if (!check.is_ok()) return check.status();
   return Message(std::move(m));

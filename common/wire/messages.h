@@ -233,6 +233,7 @@ struct FrameDone {  // after the last chunk, or alone when the frame failed
 };
 struct StatusRequest {
   bool wants_details = true;  // false from older clients, which know the short entries only
+  bool wants_events = false;  // of the master's log
 };
 struct StatusReply {
   ClusterStatus status;

@@ -9,7 +9,9 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "common/base/event_memory.h"
 #include "common/base/limits.h"
+#include "common/base/log_limiter.h"
 #include "common/net/record.h"
 
 namespace tessera::wire {
@@ -74,6 +76,17 @@ inline constexpr std::size_t kStatusEntryBytesMax = 1 + kNameBytesMax + 49 + 256
 inline constexpr std::size_t kQuarantineReasonBytesMax = 160;
 inline constexpr std::size_t kQuarantineEntryBytesMax =
     1 + kNameBytesMax + 1 + kQuarantineReasonBytesMax + 8 + 4;
+
+// StatusReply: the last lines of the master's log, and the events of which some were suppressed. A
+// line has 2 bytes of length, 8 of time, 1 of level; an event 2 of length and 8 of a count.
+inline constexpr std::size_t kEventsMax = EventMemory::kEventsKept;
+inline constexpr std::size_t kEventLineBytesMax = 512;
+inline constexpr std::size_t kSuppressedMax = LogLimiter::kEventsMax + 1;  // and all others
+inline constexpr std::size_t kLogBytesMax =
+    kEventsMax * (2 + kEventLineBytesMax + 8 + 1) + kSuppressedMax * (2 + kNameBytesMax + 8);
+// StatusReply: why no slave is here is cut to so many bytes of its header.
+inline constexpr std::size_t kAloneReasonBytesMax = 400;
+static_assert(kAloneReasonBytesMax + 400 <= kSmallHeaderBytesMax, "beside all its numbers");
 
 // Longest heartbeat that a master may ask for, a minute, and most missed ones.
 inline constexpr std::uint32_t kHeartbeatMsMax = 60'000;

@@ -196,6 +196,7 @@ struct Grammar {
         ->required()
         ->type_name("HOST:PORT");
     status->add_flag("--json", o.is_json, "machine-readable");
+    status->add_flag("--events", o.has_events, "the last 100 lines of the master's log, too");
     add_key_options(*status, o);
     add_log_options(*status, o, t);
   }

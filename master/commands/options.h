@@ -51,6 +51,7 @@ struct MasterOptions {
   LogFormat log_format = LogFormat::kText;
   bool is_quiet = false;
   bool is_json = false;         // status
+  bool has_events = false;      // status: the last lines of the master's log, too
   std::string screenshot_path;  // view, tests: save the window and end
   int screenshot_after = 0;
   double frame_time_ms = 100;  // view: of frames while something moves; 0: no limit

@@ -5,6 +5,7 @@
 
 #include "common/base/clean_text.h"
 #include "common/base/json.h"
+#include "common/base/log.h"
 #include "master/commands/commands.h"
 #include "master/session/remote_session.h"
 
@@ -35,6 +36,25 @@ std::string slave_json(const SlaveStatus& slave) {
       .add("queue_bytes", slave.queue_bytes)
       .add("bytes_sent", slave.bytes_sent)
       .add("bytes_received", slave.bytes_received);
+  return json.text();
+}
+
+std::string events_json(const std::vector<PastEvent>& events) {
+  std::string all = "[";
+  for (const PastEvent& event : events) {
+    if (all.size() > 1) all += ',';
+    JsonObject json;
+    json.add("seconds_ago", event.seconds_ago)
+        .add("level", log_level_name(static_cast<LogLevel>(event.level)))
+        .add("line", event.line);
+    all += json.text();
+  }
+  return all + "]";
+}
+
+std::string suppressed_json(const std::vector<SuppressedLines>& suppressed) {
+  JsonObject json;
+  for (const SuppressedLines& lines : suppressed) json.add(lines.event, lines.lines);
   return json.text();
 }
 
@@ -76,6 +96,9 @@ void print_json(const ClusterStatus& status) {
       .add("frames_cancelled", status.frames_cancelled)
       .add("frames_open", std::uint64_t{status.frames_open})
       .add("slaves_lost", status.slaves_lost)
+      .add("alone_reason", status.alone_reason)
+      .add_raw("events", events_json(status.events))
+      .add_raw("lines_suppressed", suppressed_json(status.suppressed))
       .add_raw("slaves", slaves + "]")
       .add_raw("quarantined", quarantined + "]");
   std::printf("%s\n", json.text().c_str());
@@ -112,8 +135,28 @@ void print_totals(const ClusterStatus& status) {
       ull{status.tiles_reissued}, share_of(status.tiles_reissued, t.issued));
 }
 
+void print_suppressed(const ClusterStatus& status) {
+  if (status.suppressed.empty()) return;
+  std::string text;
+  for (const SuppressedLines& lines : status.suppressed)
+    text +=
+        (text.empty() ? "" : ", ") + clean_text(lines.event) + " " + std::to_string(lines.lines);
+  std::printf("lines of the log that were only counted: %s\n", text.c_str());
+}
+
+void print_events(const ClusterStatus& status) {
+  for (const PastEvent& event : status.events) {
+    std::printf("%8.1f s ago %-5s %s\n", event.seconds_ago,
+                std::string(log_level_name(static_cast<LogLevel>(event.level))).c_str(),
+                clean_text(event.line).c_str());
+  }
+}
+
 void print_table(const ClusterStatus& status) {
   print_totals(status);
+  print_suppressed(status);
+  if (!status.alone_reason.empty())
+    std::printf("no slave is heard: %s\n", clean_text(status.alone_reason).c_str());
   for (const QuarantinedSlave& slave : status.quarantined) {
     std::printf("held back for %.0f s more: %s (%s)\n", slave.seconds,
                 clean_text(slave.name).c_str(), clean_text(slave.reason).c_str());
@@ -146,6 +189,7 @@ int run_status(const MasterOptions& options) {
     print_json(*status);
   } else {
     print_table(*status);
+    if (options.has_events) print_events(*status);
   }
   return 0;
 }

@@ -122,6 +122,16 @@ void AppServer::on_status_client_ended(SessionId session, const Status& status) 
   status_clients_.erase(client);
 }
 
+wire::StatusReply AppServer::status_reply(const wire::StatusRequest& request) const {
+  wire::StatusReply reply{frames_.status(), request.wants_details};
+  if (request.wants_events) {
+    LogMemory log = log_memory();
+    reply.status.events = std::move(log.events);
+    reply.status.suppressed = std::move(log.suppressed);
+  }
+  return reply;
+}
+
 void AppServer::on_message(wire::Message message) {
   wire::SceneReceiver::Actions actions;
   if (auto* announce = std::get_if<wire::SceneAnnounce>(&message)) {

@@ -87,9 +87,7 @@ class AppServer {
   bool is_application(SessionId session) const {
     return application_ != nullptr && application_->session == session;
   }
-  wire::StatusReply status_reply(const wire::StatusRequest& request) const {
-    return {frames_.status(), request.wants_details};
-  }
+  wire::StatusReply status_reply(const wire::StatusRequest& request) const;
 
   net::EventLoop& io_;
   FrameOrders& frames_;

@@ -45,7 +45,9 @@ void AppClient::cancel_all() {
   }
 }
 
-void AppClient::request_status() { link_.send(wire::StatusRequest{}); }
+void AppClient::request_status(bool wants_events) {
+  link_.send(wire::StatusRequest{true, wants_events});
+}
 
 void AppClient::on_message(wire::Message message) {
   if (const auto* chunk = std::get_if<wire::FrameChunk>(&message)) return on_frame_chunk(*chunk);

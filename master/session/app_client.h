@@ -48,7 +48,7 @@ class AppClient {
   void commit_scene(SceneVersion version, SharedScene scene);
   void submit(FrameId frame, SceneVersion version, const FrameSettings& settings);
   void cancel_all();
-  void request_status();
+  void request_status(bool wants_events);
 
  private:
   struct IncomingFrame {

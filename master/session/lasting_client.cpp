@@ -125,8 +125,8 @@ void LastingClient::cancel_all() {
   give_up_cancelled();
 }
 
-void LastingClient::request_status() {
-  if (is_there_) client_->request_status();
+void LastingClient::request_status(bool wants_events) {
+  if (is_there_) client_->request_status(wants_events);
 }
 
 // All frames before one that was given up were, too.

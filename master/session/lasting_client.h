@@ -50,7 +50,8 @@ class LastingClient {
   // Requires: `version` is the newest that was committed.
   void submit(FrameId frame, SceneVersion version, const FrameSettings& settings);
   void cancel_all();
-  void request_status();  // nothing while the master is away
+  // Nothing comes while the master is away.
+  void request_status(bool wants_events = false);
 
  private:
   struct Frame {

@@ -185,7 +185,7 @@ Result<ClusterStatus> fetch_status(const SessionOptions& options) {
   callbacks.on_status = [answer](ClusterStatus status) { answer(std::move(status)); };
   callbacks.on_ended = [answer](Status reason) { answer(std::move(reason)); };
   TESSERA_RETURN_IF_ERROR(link.open(options, wire::Role::kStatus, std::move(callbacks)));
-  link.io.post([&link] { link.client->request_status(); });
+  link.io.post([&link] { link.client->request_status(/*wants_events=*/true); });
   auto future = reply->get_future();
   if (future.wait_for(kStatusDeadline) != std::future_status::ready) {
     return Status::deadline_exceeded(options.connect + " did not answer in time");

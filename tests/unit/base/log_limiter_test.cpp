@@ -28,6 +28,31 @@ TEST(LogLimiter, PassesTheFirstLinesOfEachEventAndSumsUpTheRest) {
   EXPECT_TRUE(limiter.admit("slave-lost", kStart + 10s)) << "a new interval";
 }
 
+TEST(LogLimiter, WhatWasEverSuppressedIsKnownByName) {
+  LogLimiter limiter(3, 10s);
+  for (int i = 0; i < 60; ++i) (void)limiter.admit("slave-lost", kStart + 1ms * i);
+  (void)limiter.admit("slave-joined", kStart);
+  for (const auto later : {11s, 22s}) {
+    EXPECT_EQ(limiter.summaries(kStart + later).size(), 1u);
+    for (int i = 0; i < 5; ++i) (void)limiter.admit("slave-lost", kStart + later);
+  }
+  const auto ever = limiter.ever_suppressed();
+  ASSERT_EQ(ever.size(), 1u) << "an event of which all lines were written has nothing to say";
+  EXPECT_EQ(ever[0], (SuppressedLines{"slave-lost", 57 + 2 + 2}));
+}
+
+TEST(EventMemory, KeepsTheLastHundredLinesAndTheirAge) {
+  EventMemory memory;
+  for (int i = 0; i < 250; ++i)
+    memory.add(3, "event " + std::to_string(i) + std::string(1000, '.'), kStart + 1s * i);
+  const auto events = memory.events(kStart + 250s);
+  ASSERT_EQ(events.size(), EventMemory::kEventsKept);
+  EXPECT_TRUE(events.front().line.starts_with("event 150."));
+  EXPECT_TRUE(events.back().line.starts_with("event 249."));
+  EXPECT_DOUBLE_EQ(events.back().seconds_ago, 1);
+  EXPECT_EQ(events.back().line.size(), EventMemory::kLineBytesMax);
+}
+
 TEST(LogLimiter, SlowEventsAllPass) {
   LogLimiter limiter(2, 10s);
   for (int i = 0; i < 100; ++i) EXPECT_TRUE(limiter.admit("tick", kStart + 6s * i));

@@ -220,7 +220,7 @@ inline std::vector<Message> Samples::all() {
     done.tile_slave.push_back(static_cast<std::uint16_t>(number(0, 0xffff)));
   }
   m.push_back(done);
-  m.push_back(StatusRequest{number(0, 1) == 1});
+  m.push_back(StatusRequest{number(0, 1) == 1, number(0, 1) == 1});
   m.push_back(status_reply());
   return m;
 }
@@ -247,6 +247,12 @@ inline StatusReply Samples::status_reply() {
     reply.status.quarantined.push_back(
         {text(kNameBytesMax, 1), 12.5, small(0, 9999), text(kQuarantineReasonBytesMax, 0)});
   }
+  reply.status.alone_reason = text(kAloneReasonBytesMax, 0);
+  for (std::uint64_t i = number(0, 3); i > 0; --i)
+    reply.status.events.push_back(
+        {0.5, static_cast<std::uint8_t>(number(0, 5)), text(kEventLineBytesMax, 0)});
+  for (std::uint64_t i = number(0, 3); i > 0; --i)
+    reply.status.suppressed.push_back({text(kNameBytesMax, 1), any()});
   return reply;
 }
 
@@ -302,7 +308,7 @@ inline auto fields(const Goodbye& m) { return std::tie(m.reason); }
 inline auto fields(const FrameSubmit& m) { return std::tie(m.frame, m.version, m.settings); }
 inline auto fields(const FrameCancel& m) { return std::tie(m.frame); }
 inline auto fields(const FrameChunk& m) { return std::tie(m.frame, m.offset); }
-inline auto fields(const StatusRequest& m) { return std::tie(m.wants_details); }
+inline auto fields(const StatusRequest& m) { return std::tie(m.wants_details, m.wants_events); }
 inline auto fields(const FrameStats& s) {
   return std::tie(s.frame, s.seconds, s.scene_version, s.isa, s.is_mixed, s.slave_count,
                   s.tile_count, s.tile_edge_px, s.tiles_reissued, s.tiles_rejected, s.rays,
@@ -321,7 +327,8 @@ inline auto fields(const SlaveStatus& s) {
 }
 inline auto fields(const ClusterStatus& s) {
   return std::tie(s.frames_done, s.has_application, s.frames_failed, s.frames_cancelled,
-                  s.frames_open, s.tiles, s.pace, s.tiles_reissued, s.slaves_lost);
+                  s.frames_open, s.tiles, s.pace, s.tiles_reissued, s.slaves_lost, s.alone_reason,
+                  s.events, s.suppressed);
 }
 
 template <typename M>
