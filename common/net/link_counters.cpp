@@ -21,6 +21,7 @@ LinkCounters tcp_counters_of(int socket) {
   counters.bytes_moved = info.tcpi_bytes_acked;
   counters.on_the_way_bytes =
       std::uint64_t{info.tcpi_unacked} * info.tcpi_snd_mss + info.tcpi_notsent_bytes;
+  counters.segments_heard = info.tcpi_segs_in;
   counters.busy = std::chrono::microseconds(info.tcpi_busy_time);
   counters.rtt = std::chrono::microseconds(info.tcpi_rtt);
   counters.rtt_min = std::chrono::microseconds(info.tcpi_min_rtt);

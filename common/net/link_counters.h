@@ -17,6 +17,7 @@ struct LinkCounters {
   std::chrono::microseconds rtt{0}, rtt_min{0};  // TCP's own: smoothed, and the least ever
   std::uint64_t queue_bytes = 0;                 // waiting in this process
   std::uint64_t on_the_way_bytes = 0;            // with the kernel, not acknowledged
+  std::uint64_t segments_heard = 0;              // of TCP, those that brought nothing new, too
 };
 
 // Counters of a connected TCP socket; all zero for other sockets. This is a system call.

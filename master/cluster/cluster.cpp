@@ -45,6 +45,7 @@ Cluster::Cluster(net::EventLoop& io, std::optional<Isa> isa, bool is_isa_mixed,
       events_(std::move(events)),
       is_relaying_(is_relaying),
       pulse_(pulse),
+      cause_(2 * pulse.silence_max()),
       sweep_(io),
       gentle_pump_(io),
       not_offered_timer_(io) {
@@ -120,7 +121,9 @@ PeerLink::Callbacks Cluster::callbacks_of(SessionId session, bool is_tile_link) 
     is_tile_link ? on_tile_message(session, std::move(message))
                  : on_scene_message(session, std::move(message));
   };
-  callbacks.on_ended = [this, session](const Status& status) { lose(session, status.message()); };
+  callbacks.on_ended = [this, session, is_tile_link](const Status& status) {
+    lose(session, status.message(), kind_of(session, status, is_tile_link));
+  };
   if (!is_tile_link) {
     callbacks.on_drained = [this, session] {
       const auto slave = slaves_.find(session);
@@ -182,6 +185,7 @@ void Cluster::on_join(std::unique_ptr<PeerLink> link, const wire::Join& join) {
       });
   join_relay(join.session);
   slave.ordinal = next_ordinal_++;
+  cause_.joined();
   master_metrics().slaves_joined.add();
   if (names_seen_.contains(slave.hello.name)) master_metrics().reconnects.add();
   if (names_seen_.size() < kConnectionsMax) names_seen_.insert(slave.hello.name);

@@ -24,6 +24,7 @@
 #include "common/base/ids.h"
 #include "common/frame/frame_stats.h"
 #include "common/net/event_loop.h"
+#include "master/cluster/common_cause.h"
 #include "master/cluster/peer_link.h"
 #include "master/cluster/quarantine.h"
 #include "master/cluster/relay_plan.h"
@@ -79,6 +80,8 @@ class Cluster {
   // How the links are set and what was measured on them.
   ClusterPace pace() const;
   std::vector<QuarantinedSlave> quarantined() const;
+  // Why no slave is here, where it is the master's own link; else empty.
+  const std::string& alone_reason() const { return cause_.text(); }
 
   void add_busy_time(SessionId session, double render_seconds);
   // Counts a result that the slave sent once more. Returns: false when it has done so more often
@@ -126,7 +129,8 @@ class Cluster {
   void watch_frames(SessionId session, const wire::Message& message);
   void set_pace(SessionId session);
   void pump_gently();
-  void lose(SessionId session, const std::string& reason);
+  void lose(SessionId session, const std::string& reason, LossKind kind = LossKind::kOther);
+  LossKind kind_of(SessionId session, const Status& end, bool is_tile_link) const;
   void leave(SessionId session, const std::string& reason);  // in order, as announced
   void remove(SessionId session, SlaveEnd how);
   void take_name(const PeerLink& link, wire::Hello& hello);
@@ -144,6 +148,7 @@ class Cluster {
   std::optional<Isa> bound_isa_;
   SlaveMap slaves_;
   Quarantine quarantine_;
+  CommonCause cause_;
   std::uint16_t next_ordinal_ = 0;
   std::map<SceneVersion, SharedScene> scenes_;  // kept for whoever joins
   std::set<SceneVersion> needed_;               // by a frame, not retired

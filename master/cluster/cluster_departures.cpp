@@ -24,6 +24,7 @@ void Cluster::expel(SessionId session, const std::string& reason) {
             {"held_back_s",
              std::to_string(std::llround(quarantine_.find(key, Clock::now())->seconds))}});
   remove(session, SlaveEnd::kExpelled);
+  cause_.lost(LossKind::kOther, slave_count(), Clock::now());
 }
 
 // The process may be one that lost its link: then its losses are none of its own, and a session
@@ -48,7 +49,23 @@ void Cluster::suspect(SessionId session, const std::string& reason) {
     expel(session, std::to_string(Quarantine::kWrongMax) + " tiles within a minute with " + reason);
 }
 
-void Cluster::lose(SessionId session, const std::string& reason) {
+LossKind Cluster::kind_of(SessionId session, const Status& end, bool is_tile_link) const {
+  const auto slave = slaves_.find(session);
+  if (slave == slaves_.end()) return LossKind::kOther;
+  if (end.code() != StatusCode::kDeadlineExceeded) return LossKind::kOther;
+  const auto& link = is_tile_link ? slave->second->tile_link : slave->second->scene_link;
+  switch (link->silence()) {
+    case Silence::kWhole:
+      return LossKind::kSilent;
+    case Silence::kOneWay:
+      return LossKind::kUnheard;
+    case Silence::kOfProcess:
+      break;
+  }
+  return LossKind::kOther;
+}
+
+void Cluster::lose(SessionId session, const std::string& reason, LossKind kind) {
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return;
   const SlaveEntry& gone = *slave->second;
@@ -63,7 +80,9 @@ void Cluster::lose(SessionId session, const std::string& reason) {
     log_warn("slave-quarantined", "slave '" + gone.hello.name + "' is held back: " + why.reason,
              {{"held_back_s", std::to_string(std::llround(why.seconds))}});
   }
+  const bool has_joined = gone.is_joined();
   remove(session, SlaveEnd::kLost);
+  if (has_joined && cause_.lost(kind, slave_count(), now)) log_error("nobody-heard", cause_.text());
 }
 
 void Cluster::leave(SessionId session, const std::string& reason) {
@@ -72,6 +91,7 @@ void Cluster::leave(SessionId session, const std::string& reason) {
   log_info("slave-left", "slave '" + slave->second->hello.name + "' said goodbye",
            {{"reason", reason}});
   remove(session, SlaveEnd::kLeft);
+  cause_.lost(LossKind::kOther, slave_count(), Clock::now());
 }
 
 void Cluster::remove(SessionId session, SlaveEnd how) {

@@ -99,6 +99,14 @@ void PeerLink::on_record(net::ReceivedRecord record) {
   on_message(std::move(*message));
 }
 
+// A peer that hears no acknowledgement sends the same packets again, of which nothing is new to us.
+void PeerLink::watch_silence() {
+  const net::LinkCounters counters = connection_->link_counters();
+  silence_ = counters.segments_heard == segments_heard_ ? Silence::kWhole
+             : counters.on_the_way_bytes > 0            ? Silence::kOneWay
+                                                        : Silence::kOfProcess;
+}
+
 void PeerLink::break_off(const Status& breach) {
   master_metrics().refusals[static_cast<std::size_t>(wire::RefuseCode::kProtocol)].add();
   send(wire::Refuse{wire::RefuseCode::kProtocol, breach.message()});
@@ -131,6 +139,10 @@ void PeerLink::beat() {
   const TimePoint now = Clock::now();
   if (has_slept(liveness_, now)) pings_.clear();
   liveness_.set_rtt(from_seconds(rtt_seconds_));
+  if (connection_->last_received() != heard_at_) {
+    heard_at_ = connection_->last_received();
+    segments_heard_ = connection_->link_counters().segments_heard;
+  }
   switch (liveness_.look(now, connection_->last_sent(), connection_->last_received())) {
     case net::LivenessAction::kNone:
       break;
@@ -138,6 +150,7 @@ void PeerLink::beat() {
       ping();
       break;
     case net::LivenessAction::kDead:
+      watch_silence();
       return end(Status::deadline_exceeded("silent for too long"));
   }
   // Pings go out also while other records do: the round trip is wanted most when the link is busy.

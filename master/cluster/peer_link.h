@@ -28,6 +28,13 @@
 
 namespace tessera::master {
 
+// How a peer was silent that was given up for its silence, by what its machine's kernel did.
+enum class Silence {
+  kWhole,      // nothing came of the machine
+  kOneWay,     // its packets came, and what was sent to it was not acknowledged
+  kOfProcess,  // the machine acknowledged all; the process was silent
+};
+
 class PeerLink {
  public:
   struct Callbacks {
@@ -62,6 +69,8 @@ class PeerLink {
   const net::Connection& connection() const { return *connection_; }
   std::string peer_text() const;  // "slave 'a' at 10.0.0.5:4000", for logs
   double rtt_seconds() const { return rtt_seconds_; }
+  // Requires: the link ended with kDeadlineExceeded, for its peer's silence.
+  Silence silence() const { return silence_; }
   // How far the peer's clock is from ours; nothing before the first Pong that tells.
   std::optional<ClockEstimate> clock(TimePoint now) const { return clock_.estimate(now); }
 
@@ -69,6 +78,7 @@ class PeerLink {
   void on_record(net::ReceivedRecord record);
   void beat();
   void on_pong(const wire::Pong& pong);
+  void watch_silence();
   void break_off(const Status& breach);  // tells the peer what it broke
   void end(Status status);
   // Ends the link. Returns: its callbacks, for a last call; what they hold may be our owner, so no
@@ -82,8 +92,11 @@ class PeerLink {
   net::PingAllowance pings_heard_{net::Pulse()};
   double rtt_seconds_ = 0;
   ClockOffset clock_;
-  std::deque<TimePoint> pings_;  // ours without an answer, oldest first, at most kPingsMax
-  TimePoint pinged_{};           // the last of all
+  std::deque<TimePoint> pings_;       // ours without an answer, oldest first, at most kPingsMax
+  TimePoint pinged_{};                // the last of all
+  TimePoint heard_at_{};              // when something last came, as of the last beat
+  std::uint64_t segments_heard_ = 0;  // of TCP, as of the first beat after that
+  Silence silence_ = Silence::kWhole;
   bool is_over_ = false;
 };
 

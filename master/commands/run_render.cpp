@@ -40,7 +40,7 @@ class RenderProgress {
       return;
     }
     const ClusterStatus status = session_.status();
-    if (status.slaves.empty()) return say_when_alone();
+    if (status.slaves.empty()) return say_when_alone(status.alone_reason);
     alone_since_ = Clock::now();
     if (frames_done > 0) return progress_.tick();  // finished frames tell the share
     const bool is_first = tiles_done_.empty();
@@ -64,8 +64,9 @@ class RenderProgress {
 
  private:
   // A moment without slaves is usual: a connected master's first answer is on its way.
-  void say_when_alone() {
+  void say_when_alone(const std::string& reason) {
     if (Clock::now() - alone_since_ < kAlonePause) return;
+    if (!reason.empty()) return progress_.update("waiting: " + reason, -1);
     progress_.update(
         "no slave is there; waiting: start one with 'tessera-slave --master HOST:PORT'", -1);
   }

@@ -193,7 +193,9 @@ void ViewPump::ask_status() {
   const bool is_news = std::exchange(is_alone_, is_alone) != is_alone || is_away != is_away_;
   is_away_ = is_away;
   if (is_news) {
-    const std::string line = is_away    ? "the master is away: waiting for it"
+    const std::string line = is_away ? "the master is away: waiting for it"
+                             : is_alone && !cluster.alone_reason.empty()
+                                 ? "waiting: " + cluster.alone_reason
                              : is_alone ? "no slave: waiting"
                                         : "slaves are there: going on";
     if (!options_.is_quiet) std::fprintf(stderr, "%s\n", line.c_str());

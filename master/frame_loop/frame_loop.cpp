@@ -338,6 +338,7 @@ ClusterStatus FrameLoop::status() const {
 ClusterStatus FrameLoop::counts() const {
   ClusterStatus status = impl_->observer.counts(impl_->scheduler);
   status.quarantined = impl_->cluster.quarantined();
+  status.alone_reason = impl_->cluster.alone_reason();
   status.has_application = impl_->apps.has_application();
   return status;
 }
