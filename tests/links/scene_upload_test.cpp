@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // An application announces a scene of gigabytes and sends some of its chunks, the last first: the
-// master's memory grows by what it was sent. How long its network thread was away from its loop is
-// printed, and not judged.
+// master's memory grows by what it was sent, and shrinks when the application is killed. How long
+// its network thread was away from its loop is printed, and not judged.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -10,10 +10,13 @@
 #include <fstream>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <random>
+#include <thread>
 #include <utility>
 #include <vector>
 
+#include "common/base/clock.h"
 #include "common/base/heap.h"
 #include "common/base/limits.h"
 #include "common/base/memory_room.h"
@@ -21,6 +24,7 @@
 #include "master/cluster/master_metrics.h"
 #include "master/session/master_host.h"
 #include "tests/links/bare_client.h"
+#include "tests/support/patience.h"
 
 namespace tessera {
 namespace {
@@ -87,10 +91,11 @@ TEST(SceneUpload, ChunksInAnyOrderTakeTheMemoryOfWhatWasSent) {
                                                 net::SharedBytes::of(chunk)}));
   }
 
-  const test::BareClient application((*host)->listen_port(), 0, wire::Role::kApp);
-  ASSERT_TRUE(application.is_welcome());
+  std::optional<test::BareClient> application(std::in_place, (*host)->listen_port(), 0,
+                                              wire::Role::kApp);
+  ASSERT_TRUE(application->is_welcome());
   const auto is_answered = [&] {
-    return application.write(bytes_of(wire::StatusRequest{})) && application.hears_reply();
+    return application->write(bytes_of(wire::StatusRequest{})) && application->hears_reply();
   };
   ASSERT_TRUE(is_answered());
   const std::uint64_t before = resident_bytes();
@@ -98,7 +103,7 @@ TEST(SceneUpload, ChunksInAnyOrderTakeTheMemoryOfWhatWasSent) {
   std::size_t next = 0;
   for (const std::size_t until : {std::size_t{3}, records.size()}) {  // one chunk, then all others
     for (; next < until; ++next) {
-      ASSERT_TRUE(application.write(records[next]));
+      ASSERT_TRUE(application->write(records[next]));
       sent += records[next].size();
     }
     ASSERT_TRUE(is_answered());
@@ -109,6 +114,17 @@ TEST(SceneUpload, ChunksInAnyOrderTakeTheMemoryOfWhatWasSent) {
                 static_cast<unsigned long long>(grown / 1024), longest_gap());
     EXPECT_TRUE(kIsFreedKept || grown <= sent + sent / 10 + kMib);
   }
+
+  // The application is killed, and what it had sent is freed as soon as its connection ends.
+  application.reset();
+  const TimePoint killed = Clock::now();
+  while ((*host)->status().has_application && Clock::now() - killed < test::kPatience)
+    std::this_thread::yield();
+  EXPECT_FALSE((*host)->status().has_application);  // by now what was posted with its end is done
+  const std::uint64_t left = resident_bytes() - std::min(resident_bytes(), before);
+  std::printf("%llu KiB kept of an upload that was killed\n",
+              static_cast<unsigned long long>(left / 1024));
+  EXPECT_TRUE(kIsFreedKept || left <= sent / 10 + kMib);
 }
 
 }  // namespace
