@@ -87,7 +87,10 @@ std::optional<wire::TileResult> RenderService::render(const TileJob& job, Worker
   if (ordinal == hooks_.tile_aborted_at) std::abort();
   const bool is_poison = begin.frame == static_cast<FrameId>(hooks_.frame_aborted_in) &&
                          job.tile == static_cast<TileIndex>(hooks_.tile_aborted_in);
-  if (is_poison && hooks_.tile_aborted_in >= 0) std::abort();
+  if (is_poison && hooks_.tile_aborted_in >= 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(hooks_.abort_after_ms));
+    std::abort();
+  }
   const bool is_frozen = hooks_.tile_frozen_at > 0 && ordinal >= hooks_.tile_frozen_at;
   while (is_frozen && !job.frame->is_cancelled)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -77,6 +77,7 @@ void declare_hooks(CLI::App& app, TestHooks& hooks) {
   app.add_option("--test-freeze-at-tile", hooks.tile_frozen_at)->check(CLI::Range(0, kTilesMax));
   app.add_option("--test-abort-in-frame", hooks.frame_aborted_in)->check(CLI::Range(0, kTilesMax));
   app.add_option("--test-abort-in-tile", hooks.tile_aborted_in)->check(CLI::Range(0, kTilesMax));
+  app.add_option("--test-abort-after-ms", hooks.abort_after_ms)->check(CLI::Range(0, 60'000));
   app.add_option("--test-wrong-tile-every", hooks.tile_wrong_every)
       ->check(CLI::Range(0, kTilesMax));
   app.add_flag("--test-wrong-scene", hooks.is_scene_wrong);

@@ -11,6 +11,7 @@ struct TestHooks {
   int tile_frozen_at = 0;       // from its n-th tile on, render threads stand still; 0: never
   int frame_aborted_in = -1;    // the process aborts in the tile of that number
   int tile_aborted_in = -1;     // of that frame; -1: in none
+  int abort_after_ms = 0;       // of work in that tile
   int tile_wrong_every = 0;     // one of this many tiles has a wrong pixel; 0: none
   bool is_scene_wrong = false;  // it says that it built another scene than the one it was sent
 };

@@ -64,7 +64,7 @@ def run_rows(names, options, out, table):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("rows", nargs="*", metavar="ROW", help="F01 to F58")
+    parser.add_argument("rows", nargs="*", metavar="ROW", help="F01 to F68")
     parser.add_argument("--all", action="store_true", help="every row")
     parser.add_argument("--small", action="store_true", help="the small set (the default)")
     parser.add_argument("--part", metavar="I/N", default="1/1", help="every N-th of them, from the I-th")

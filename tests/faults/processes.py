@@ -190,12 +190,21 @@ POISON_FRAME, POISON_TILE = 3, 21
 
 def f05poison(stage, report):
     """A tile that ends every slave fails its frame after three deaths, each of another slave; the others come."""
-    runs = 1 if stage.is_small else 20
+    poison(stage, report, 1 if stage.is_small else 20)
+
+
+def f05late(stage, report):
+    """The same of a tile that ends them only after it was given to others for its age: at most all that hold it die."""
+    poison(stage, report, 1 if stage.is_small else 3, after_ms=1500, deaths_max=4)
+
+
+def poison(stage, report, runs, after_ms=0, deaths_max=3):
     most = 0
     for run in range(runs):
         stage.serve()
         names = {node: f"slave-{run + 1}-{node}" for node in range(2, 6)}
-        options = {"options": ["--test-abort-in-frame", str(POISON_FRAME), "--test-abort-in-tile", str(POISON_TILE)]}
+        options = {"options": ["--test-abort-in-frame", str(POISON_FRAME), "--test-abort-in-tile", str(POISON_TILE),
+                               "--test-abort-after-ms", str(after_ms)]}
         for node, name in names.items():
             stage.slave(name, node=node, sleep_ms=5, **options)
         stage.cluster.wait_for_slaves(len(names))
@@ -214,7 +223,7 @@ def f05poison(stage, report):
         put_away(stage, list(names.values()))
         stage.process("master").terminate()
         stage.cluster.processes.pop("master").wait()
-    report.figure("deaths", most, 3, "")
+    report.figure("deaths", most, deaths_max, "")
 
 
 def f02frozen(stage, report):
@@ -298,4 +307,4 @@ def f07(stage, report):
 
 
 ROWS = {"F01": f01, "F02": f02, "F02frozen": f02frozen, "F03": f03, "F05": f05,
-        "F05large": f05large, "F05poison": f05poison, "F06": f06, "F07": f07}
+        "F05large": f05large, "F05poison": f05poison, "F05late": f05late, "F06": f06, "F07": f07}

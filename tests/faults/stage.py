@@ -304,9 +304,13 @@ class Stage:
         os.kill(self.pid(name), signal.SIGCONT)
         return before
 
-    def cut(self, name, port=()):
+    def node_of(self, name):
+        return 1 if name == "master" else self.nodes[name]
+
+    def cut(self, name, port=(), **what):
+        """what: direction ("in": what it should get is lost, "out": what it sends), longer (IP packets of more bytes)."""
         before = self.now()
-        self.lab.cut(self.nodes[name], port=list(port))
+        self.lab.cut(self.node_of(name), port=list(port), **what)
         self.doubt = time.time() - before
         return before
 
@@ -318,6 +322,6 @@ class Stage:
 
     def heal(self, name):
         before = time.time()
-        self.lab.heal(self.nodes[name])
+        self.lab.heal(self.node_of(name))
         self.doubt = max(self.doubt, time.time() - before)
         return before
