@@ -133,10 +133,14 @@ std::string RelayFeeder::on_need(Child& child, const wire::SceneChunkNeed& need)
 void RelayFeeder::on_arrived(const wire::SceneReceiver::Arrival& arrival) {
   for (auto& [number, child] : children_) {
     const auto wanted = child.wanted.find({arrival.version, arrival.block});
-    if (wanted == child.wanted.end() || arrival.chunk >= wanted->second.size()) continue;
-    if (!wanted->second[arrival.chunk]) continue;
-    wanted->second[arrival.chunk] = false;
-    child.ready.insert({arrival.version, arrival.block, arrival.chunk});
+    if (wanted == child.wanted.end()) continue;
+    const std::size_t end =
+        std::min(wanted->second.size(), std::size_t{arrival.chunk} + arrival.chunk_count);
+    for (std::uint32_t chunk = arrival.chunk; chunk < end; ++chunk) {
+      if (!wanted->second[chunk]) continue;
+      wanted->second[chunk] = false;
+      child.ready.insert({arrival.version, arrival.block, chunk});
+    }
     pump(child);
   }
 }

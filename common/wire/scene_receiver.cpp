@@ -1,12 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/wire/scene_receiver.h"
 
+#include <algorithm>
+#include <limits>
 #include <new>
+#include <string>
 #include <utility>
 
 #include "common/base/byte_text.h"
 
 namespace tessera::wire {
+namespace {
+
+std::string wrong_size_text(std::size_t block) {
+  return "block " + std::to_string(block) + " does not have its announced size";
+}
+
+}  // namespace
 
 Status SceneReceiver::announce(SceneAnnounce announce, Actions& actions) {
   if (announce.version <= newest_announced_) {
@@ -72,25 +82,38 @@ SceneNeed SceneReceiver::begin_head() {
 void SceneReceiver::tell_kept(Actions& actions) const {
   for (std::uint32_t block = 0; block < head_->blocks.size(); ++block) {
     if (!head_->blocks[block].bytes) continue;
-    const std::uint32_t count = chunk_count(head_->announce.sizes[block]);
-    for (std::uint32_t i = 0; i < count; ++i)
-      actions.arrived.push_back({head_->announce.version, block, i});
+    actions.arrived.push_back(
+        {head_->announce.version, block, 0, chunk_count(head_->blocks[block].bytes->size())});
   }
 }
 
 // For a slave the estimate counts lacking blocks twice, as bytes, for deltas and relays, and
-// decoded; and then the index.
-bool SceneReceiver::refuse_head(const SceneNeed& need, Actions& actions) {
+// decoded; and then the index, of which a peer may say any number.
+std::uint64_t SceneReceiver::bytes_to_take(const SceneNeed& need) const {
   const SceneAnnounce& a = head_->announce;
   const bool is_built = use_ == Use::kBuilt;
-  std::uint64_t bytes = is_built ? a.index_bytes : 0;
+  std::uint64_t bytes = 0;
   for (const std::uint32_t block : need.blocks) bytes += (is_built ? 2 : 1) * a.sizes[block];
+  const std::uint64_t index_bytes = is_built ? a.index_bytes : 0;
+  return bytes + std::min(index_bytes, std::numeric_limits<std::uint64_t>::max() - bytes);
+}
+
+bool SceneReceiver::refuse_head(const SceneNeed& need, Actions& actions) {
+  const SceneAnnounce& a = head_->announce;
+  for (std::size_t i = 0; i < head_->blocks.size(); ++i) {
+    const BlockBytes& kept = head_->blocks[i].bytes;
+    if (!kept || kept->size() == a.sizes[i]) continue;
+    actions.failed.push_back({a.version, wrong_size_text(i)});
+    head_.reset();
+    return true;
+  }
+  const std::uint64_t bytes = bytes_to_take(need);
   const std::optional<std::uint64_t> room = room_ ? room_(bytes) : std::nullopt;
   if (!room || bytes <= *room) return false;
   actions.failed.push_back({a.version,
                             "the scene needs " + mib_text(bytes) + " of memory " +
-                                (is_built ? "here, " : "in the master, ") + mib_text(*room) +
-                                " are free",
+                                (use_ == Use::kBuilt ? "here, " : "in the master, ") +
+                                mib_text(*room) + " are free",
                             bytes, *room});
   head_.reset();
   return true;
@@ -224,8 +247,7 @@ void SceneReceiver::finish_head(Actions& actions) {
   complete.scene.time_seconds = head->announce.time_seconds;
   for (std::size_t i = 0; i < head->blocks.size(); ++i) {
     if (head->blocks[i].bytes->size() != head->announce.sizes[i]) {
-      actions.failed.push_back(
-          {complete.version, "block " + std::to_string(i) + " does not have its announced size"});
+      actions.failed.push_back({complete.version, wrong_size_text(i)});
       return;
     }
     complete.scene.blocks.push_back(std::move(head->blocks[i]));

@@ -43,9 +43,10 @@ class SceneReceiver {
     SceneVersion version = 0;
     EncodedScene scene;
   };
+  // Chunks of a block that are here and checked: `chunk_count` of them from `chunk` on.
   struct Arrival {
     SceneVersion version = 0;
-    std::uint32_t block = 0, chunk = 0;
+    std::uint32_t block = 0, chunk = 0, chunk_count = 1;
   };
   // What the caller has to do, in the order of the members.
   struct Actions {
@@ -109,6 +110,7 @@ class SceneReceiver {
   void serve_next(Actions& actions);
   SceneNeed begin_head();
   void tell_kept(Actions& actions) const;
+  std::uint64_t bytes_to_take(const SceneNeed& need) const;
   bool refuse_head(const SceneNeed& need, Actions& actions);
   void fill_from_shelf(BlockAssembly& assembly);
   void finish_block(std::uint32_t block, Actions& actions);

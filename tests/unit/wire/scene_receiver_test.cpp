@@ -309,6 +309,48 @@ TEST(SceneReceiver, AnAnnouncedSizeThatDoesNotFitTheKnownBlockFails) {
   EXPECT_EQ(actions.failed.size(), 1u);
 }
 
+// A block that is here may be said to have any size: nothing is told of chunks that it has not, and
+// nothing is asked for.
+TEST(SceneReceiver, AKeptBlockIsNoLargerThanItIs) {
+  SceneReceiver receiver;
+  Actions actions;
+  ASSERT_TRUE(receiver.announce(announce_texts(1, {"same"}), actions).is_ok());
+  ASSERT_TRUE(receiver.chunk(whole(1, 0, "same"), actions).is_ok());
+  ASSERT_EQ(actions.complete.size(), 1u);
+  SceneAnnounce lying = announce_texts(2, {"same", "same", "other"});
+  lying.sizes[0] = lying.sizes[1] = kSceneBlockBytesMax;
+  actions = {};
+  ASSERT_TRUE(receiver.announce(lying, actions).is_ok());
+  ASSERT_EQ(actions.failed.size(), 1u);
+  EXPECT_NE(actions.failed[0].reason.find("announced size"), std::string::npos);
+  EXPECT_TRUE(actions.arrived.empty());
+  EXPECT_TRUE(actions.need.empty());
+}
+
+TEST(SceneReceiver, AKeptBlockIsReportedAtOnceHoweverManyChunksItHas) {
+  const Bytes block = large(5, 1);
+  SceneReceiver receiver;
+  Actions actions;
+  ASSERT_TRUE(receiver.announce(announce_of(1, {block}), actions).is_ok());
+  ASSERT_EQ(serve(receiver, actions, {block}), 5u);
+  actions = {};
+  ASSERT_TRUE(receiver.announce(announce_of(2, {block, block}), actions).is_ok());
+  ASSERT_EQ(actions.arrived.size(), 2u);
+  EXPECT_EQ(actions.arrived[1].block, 1u);
+  EXPECT_EQ(actions.arrived[1].chunk_count, 5u);
+}
+
+// A number near the largest one must not wrap around to a small sum.
+TEST(SceneReceiver, AnIndexOfAnySizeIsCounted) {
+  SceneReceiver receiver([](std::uint64_t) { return std::optional<std::uint64_t>(1u << 20); });
+  Actions actions;
+  SceneAnnounce announce = announce_texts(1, {"one"});
+  announce.index_bytes = ~std::uint64_t{0};
+  ASSERT_TRUE(receiver.announce(announce, actions).is_ok());
+  ASSERT_EQ(actions.failed.size(), 1u);
+  EXPECT_EQ(actions.failed[0].needed_bytes, ~std::uint64_t{0});
+}
+
 TEST(SceneReceiver, BreachesAreFound) {
   const auto breach = [](const SceneChunk& chunk) {
     SceneReceiver receiver;
