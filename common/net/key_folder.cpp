@@ -67,8 +67,9 @@ Status check_own(const std::string& folder, const std::string& role, const KeyFo
   }
   if (X509_verify(found.own.get(), X509_get0_pubkey(found.ca.get())) != 1)
     return denied("is not signed by the ca.crt beside it");
-  if (X509_cmp_current_time(X509_get0_notAfter(found.own.get())) < 0)
-    return denied("has expired" + renew);
+  const int end = X509_cmp_current_time(X509_get0_notAfter(found.own.get()));
+  if (end == 0) return denied("does not say when it ends" + renew);
+  if (end < 0) return denied("has expired" + renew);
   if (X509_cmp_current_time(X509_get0_notBefore(found.own.get())) > 0)
     return denied("is not valid yet; is this machine's clock right?");
   if (is_revoked(found.revoked.get(), serial_text(found.own.get())))

@@ -25,6 +25,7 @@ namespace tessera::net {
 namespace {
 
 constexpr mode_t kPrivate = 0600, kPublic = 0644;
+constexpr std::size_t kSerialDigitsMax = 40;  // 20 bytes: RFC 5280, section 4.1.2.2
 
 // Holds DIR for one change at a time.
 class FolderLock {
@@ -67,15 +68,26 @@ Status write_to_ledger(const std::string& folder, const NodeIdentity& node, X509
                      serial_text(certificate) + " " + node.role + " " + node.name, kPublic);
 }
 
+bool is_serial(const std::string& text) {
+  return !text.empty() && text.size() <= kSerialDigitsMax &&
+         text.find_first_not_of("0123456789abcdefABCDEF") == text.npos;
+}
+
 // Serial numbers of all certificates ever made for this name. A certificate from before there was a
-// ledger is found in the node's folder.
-std::vector<std::string> serials_of(const std::string& folder, const std::string& name) {
+// ledger is found in the node's folder. A line that is damaged must not be taken for none: a
+// certificate would stay good.
+Result<std::vector<std::string>> serials_of(const std::string& folder, const std::string& name) {
   std::vector<std::string> serials;
   std::ifstream ledger(folder + "/issued.txt");
   for (NodeIdentity node; true;) {
     std::string serial;
     if (!(ledger >> serial >> node.role >> node.name)) break;
-    if (node.name == name) serials.push_back(serial);
+    if (node.name != name) continue;
+    if (!is_serial(serial)) {
+      return Status::permission_denied(folder + "/issued.txt is damaged: a line of '" + name +
+                                       "' begins with no serial number; take it from a backup");
+    }
+    serials.push_back(serial);
   }
   if (const Certificate last = read_certificate(folder + "/" + name + "/node.crt")) {
     const std::string serial = serial_text(last.get());
@@ -207,7 +219,9 @@ Status revoke_key(const std::string& folder, const std::string& name) {
   if (!authority.is_ok()) return authority.status();
   auto list = read_list(folder, *authority);
   if (!list.is_ok()) return list.status();
-  std::vector<std::string> serials = serials_of(folder, name);
+  auto found = serials_of(folder, name);
+  if (!found.is_ok()) return found.status();
+  std::vector<std::string> serials = std::move(*found);
   if (serials.empty()) {
     return Status::not_found("no certificate was ever made for '" + name + "' in " + folder +
                              "; its names are in " + folder + "/issued.txt");

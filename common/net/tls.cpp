@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/net/tls.h"
 
+#include <openssl/err.h>
 #include <openssl/x509_vfy.h>
 
 #include <chrono>
@@ -9,7 +10,6 @@
 #include <thread>
 #include <utility>
 
-#include "common/base/check.h"
 #include "common/net/io_thread_asio.h"
 #include "common/net/tls_impl.h"
 
@@ -88,27 +88,47 @@ int judge_as_server(int is_good, X509_STORE_CTX* store) {
   return is_good == 1 || keep_refusal(store) ? 1 : 0;
 }
 
-void configure(asio::ssl::context& context, const KeyFolder& keys, SSL_verify_cb judge) {
+// OpenSSL has a last word on keys and certificates that were read whole: a key that is too short,
+// say.
+Status not_taken(const KeyFolder& keys, const char* file) {
+  const unsigned long code = ERR_peek_last_error();
+  const char* const reason = code == 0 ? nullptr : ERR_reason_error_string(code);
+  ERR_clear_error();
+  return Status::permission_denied(std::string("OpenSSL does not take ") + file + " of '" +
+                                   keys.name + "': " + (reason == nullptr ? "unknown" : reason) +
+                                   "; make a new one with 'tessera-keys renew cluster " +
+                                   keys.name + "'");
+}
+
+Status configure(asio::ssl::context& context, const KeyFolder& keys, SSL_verify_cb judge) {
   SSL_CTX* const native = context.native_handle();
   SSL_CTX_set_min_proto_version(native, TLS1_3_VERSION);
   SSL_CTX_set_num_tickets(native, 0);
   SSL_CTX_set_session_cache_mode(native, SSL_SESS_CACHE_OFF);
   X509_STORE* const store = SSL_CTX_get_cert_store(native);
-  TESSERA_CHECK_EQ(X509_STORE_add_cert(store, keys.ca.get()), 1);
+  ERR_clear_error();
+  if (X509_STORE_add_cert(store, keys.ca.get()) != 1) return not_taken(keys, "ca.crt");
   if (keys.revoked) {
-    TESSERA_CHECK_EQ(X509_STORE_add_crl(store, keys.revoked.get()), 1);
+    if (X509_STORE_add_crl(store, keys.revoked.get()) != 1) return not_taken(keys, "crl.pem");
     X509_STORE_set_flags(store, X509_V_FLAG_CRL_CHECK);
   }
-  TESSERA_CHECK_EQ(SSL_CTX_use_certificate(native, keys.own.get()), 1);
-  TESSERA_CHECK_EQ(SSL_CTX_use_PrivateKey(native, keys.key.get()), 1);
+  if (SSL_CTX_use_certificate(native, keys.own.get()) != 1) return not_taken(keys, "node.crt");
+  if (SSL_CTX_use_PrivateKey(native, keys.key.get()) != 1) return not_taken(keys, "node.key");
   SSL_CTX_set_verify(native, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, judge);
+  return Status::ok();
 }
 
-std::unique_ptr<TlsEnds> make_ends(const KeyFolder& keys) {
+Result<std::unique_ptr<TlsEnds>> make_ends(const KeyFolder& keys) {
   auto ends = std::make_unique<TlsEnds>();
-  configure(ends->server, keys, &judge_as_server);
-  configure(ends->client, keys, &judge_as_client);
+  TESSERA_RETURN_IF_ERROR(configure(ends->server, keys, &judge_as_server));
+  TESSERA_RETURN_IF_ERROR(configure(ends->client, keys, &judge_as_client));
   return ends;
+}
+
+Status take_ends(Result<std::unique_ptr<TlsEnds>> made, std::unique_ptr<TlsEnds>& ends) {
+  if (!made.is_ok()) return made.status();
+  ends = std::move(*made);
+  return Status::ok();
 }
 
 bool is_same(X509* a, X509* b) { return X509_cmp(a, b) == 0; }
@@ -134,7 +154,9 @@ Result<std::shared_ptr<TlsContext>> TlsContext::load(const std::string& folder,
   impl->folder = folder;
   impl->role = role;
   impl->keys = std::move(*keys);
-  impl->ends = make_ends(impl->keys);
+  auto ends = make_ends(impl->keys);
+  if (!ends.is_ok()) return ends.status();
+  impl->ends = std::move(*ends);
   return std::make_shared<TlsContext>(std::move(impl));
 }
 
@@ -152,17 +174,22 @@ Result<bool> TlsContext::reload() {
     status = check_not_older(used.revoked.get(), read->revoked.get(), impl_->folder);
   const std::int64_t list_before = number_of(used.revoked.get());
   bool is_new = false;
+  std::unique_ptr<TlsEnds> fresh;
   if (status.is_ok()) {
     is_new = !is_same_ca || !is_same(read->own.get(), used.own.get()) ||
              number_of(read->revoked.get()) != list_before;
+    if (is_new) status = take_ends(make_ends(*read), fresh);
+  }
+  if (status.is_ok()) {
     used = std::move(*read);
   } else if (auto list = read_revocations(impl_->folder, used.ca.get());
              list.is_ok() && number_of(list->get()) > list_before) {
     used.revoked = std::move(*list);  // revoking must not wait for a renewal
     is_new = true;
+    if (const Status taken = take_ends(make_ends(used), fresh); !taken.is_ok()) status = taken;
   }
+  if (fresh) impl_->ends = std::move(fresh);
   if (is_new) {
-    impl_->ends = make_ends(used);
     for (const auto& connection : impl_->open) impl_->end_if_revoked(connection.lock());
   }
   if (!status.is_ok()) return status;
@@ -196,11 +223,8 @@ CertificateLife TlsContext::life() const {
 }
 
 std::string TlsContext::certificate_text() const {
-  std::tm last_day{};
-  ASN1_TIME_to_tm(X509_get0_notAfter(impl_->keys.own.get()), &last_day);
-  char day[16];
-  std::strftime(day, sizeof(day), "%Y-%m-%d", &last_day);
-  return serial_text(impl_->keys.own.get()) + ", valid until " + day;
+  X509* const own = impl_->keys.own.get();
+  return serial_text(own) + ", valid until " + last_day_text(own);
 }
 
 PeerIdentity identity_of(SSL* ssl) {

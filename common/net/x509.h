@@ -43,7 +43,8 @@ std::string pem_of(X509_CRL* list);
 std::string entry_of(X509* certificate, int nid);
 // "slave 'a'", or "without a name".
 std::string subject_text(X509* certificate);
-// The last day of the certificate's life, in UTC: "2027-11-22".
+// The last day of the certificate's life, in UTC: "2027-11-22"; "unknown" where what it says is no
+// time.
 std::string last_day_text(X509* certificate);
 // The life of a certificate, which ends with its issuer's at the latest.
 CertificateLife life_of(X509* certificate, X509* issuer);

@@ -6,8 +6,10 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "common/net/tls.h"
+#include "common/net/x509.h"
 #include "tests/support/temp_folder.h"
 
 namespace tessera::net {
@@ -110,6 +112,41 @@ TEST_F(KeyStore, NamesOfSlavesInsideAMasterAreNoCertificates) {
   EXPECT_EQ(add_key(keys_, "slave", "local-1", kNodeDays).code(), StatusCode::kInvalidArgument);
 }
 
+// Puts a certificate with this key, signed by the CA, in the place of a node's own.
+void replace_key(const std::string& keys, const std::string& node, EVP_PKEY* key) {
+  const Certificate certificate = read_certificate(node + "/node.crt");
+  const PrivateKey authority = read_private_key(keys + "/ca.key");
+  ASSERT_EQ(X509_set_pubkey(certificate.get(), key), 1);
+  ASSERT_GT(X509_sign(certificate.get(), authority.get(), EVP_sha256()), 0);
+  std::ofstream(node + "/node.crt") << pem_of(certificate.get());
+  std::ofstream(node + "/node.key") << pem_of(key);
+}
+
+TEST_F(KeyStore, AKeyThatOpenSslFindsTooShortIsRefusedWithALine) {
+  ASSERT_TRUE(add_key(keys_, "slave", "a", kNodeDays).is_ok());
+  const std::string node = keys_ + "/a";
+  const auto running = TlsContext::load(node, "slave");
+  ASSERT_TRUE(running.is_ok()) << running.status().message();
+  const std::string before = (*running)->certificate_text();
+  const PrivateKey shorter(EVP_RSA_gen(512));
+  ASSERT_TRUE(shorter);
+  replace_key(keys_, node, shorter.get());
+  const auto context = TlsContext::load(node, "slave");
+  ASSERT_FALSE(context.is_ok());
+  EXPECT_NE(context.status().message().find("node.crt"), std::string::npos)
+      << context.status().message();
+  EXPECT_EQ((*running)->reload().status().message(), context.status().message());
+  EXPECT_EQ((*running)->certificate_text(), before) << "what is in use stays in use";
+}
+
+TEST_F(KeyStore, ALifeThatIsNoTimeHasNoLastDay) {
+  const Certificate certificate = read_certificate(keys_ + "/ca.crt");
+  ASN1_TIME* const end = X509_getm_notAfter(certificate.get());
+  ASSERT_EQ(ASN1_STRING_set(end, "no time", 7), 1);
+  EXPECT_EQ(last_day_text(certificate.get()), "unknown");
+  EXPECT_EQ(life_of(certificate.get(), certificate.get()).end_s, 0);
+}
+
 TEST_F(KeyStore, OneThatIsNotValidYetIsRefused) {
   ASSERT_TRUE(add_key(keys_, "slave", "early", kNodeDays, 2).is_ok());
   auto context = TlsContext::load(keys_ + "/early", "slave");
@@ -166,6 +203,19 @@ TEST_F(KeyStore, ADamagedListIsNeverTakenForAnEmptyOne) {
   EXPECT_FALSE(add_key(keys_, "slave", "c", kNodeDays).is_ok());
   folder_.write("keys/a/crl.pem", "nothing");
   EXPECT_FALSE(TlsContext::load(keys_ + "/a", "slave").is_ok());
+}
+
+TEST_F(KeyStore, ADamagedLedgerIsNeverTakenForAShorterOne) {
+  ASSERT_TRUE(add_key(keys_, "slave", "a", kNodeDays).is_ok());
+  ASSERT_TRUE(add_key(keys_, "slave", "b", kNodeDays).is_ok());
+  for (const std::string& serial :
+       {std::string("no-number"), std::string("12xy"), std::string(41, 'A')}) {
+    folder_.write("keys/issued.txt", serial + " slave a\n");
+    const Status status = revoke_key(keys_, "a");
+    EXPECT_EQ(status.code(), StatusCode::kPermissionDenied) << serial;
+    EXPECT_NE(status.message().find("issued.txt"), std::string::npos) << status.message();
+    EXPECT_TRUE(revoke_key(keys_, "b").is_ok()) << "the lines of others do not matter";
+  }
 }
 
 }  // namespace
