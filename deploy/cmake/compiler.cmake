@@ -28,6 +28,11 @@ if(TESSERA_SANITIZE)
   endif()
 endif()
 
+# libFuzzer sees by this which inputs lead to new places; without it, it has nothing to go by and ends.
+if(TESSERA_LIBFUZZER)
+  add_compile_options(-fsanitize=fuzzer-no-link)
+endif()
+
 find_program(TESSERA_CCACHE ccache)
 if(TESSERA_CCACHE)
   set(CMAKE_C_COMPILER_LAUNCHER ${TESSERA_CCACHE})
