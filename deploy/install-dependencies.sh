@@ -33,7 +33,7 @@ packages_of() {  # prints the packages of a set
         nlohmann-json3-dev libdraco-dev libmeshoptimizer-dev liblz4-dev libzstd-dev
       ;;
     test)
-      echo libgtest-dev libgmock-dev python3 faketime xvfb xauth xdotool imagemagick procps
+      echo libgtest-dev libgmock-dev python3 faketime xvfb xauth xdotool imagemagick procps devscripts
       ;;
     cad)
       echo libocct-data-exchange-dev libocct-modeling-algorithms-dev libocct-modeling-data-dev \

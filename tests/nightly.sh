@@ -87,13 +87,7 @@ run_part() {
     planted) both tests/sim/planted_bugs.py tests/property/planted/planted_bugs.py ;;
     property) TESSERA_LONG=1 ctest --test-dir build/release -L property --output-on-failure --timeout 14400 ;;
     run) tests/run.sh --no-install ;;
-    fuzz)
-      if [[ ! -x tests/fuzz.sh ]]; then
-        echo "skipped: there is no tests/fuzz.sh; the short runs are ctest -L fuzz"
-        return 77
-      fi
-      tests/fuzz.sh "$fuzz_seconds"
-      ;;
+    fuzz) tests/fuzz.sh --seconds "$fuzz_seconds" ;;
     gallery) python3 tests/gallery/run.py --bin "$bin" --out "$logs/gallery" ;;
     cad)
       TESSERA_LONG=1 ctest --test-dir build/release -R cad_damaged_files --no-tests=error --output-on-failure \

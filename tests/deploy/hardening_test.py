@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Programs, plug-ins and the session library have what makes memory errors end them, and units let a daemon do little.
 
-Usage: hardening_test.py FOLDER_OF_PROGRAMS FOLDER_OF_UNITS
+Usage: hardening_test.py BUILD_FOLDER FOLDER_OF_UNITS
 
-Programs are read with readelf, as hardening-check of Debian's devscripts does; where that is installed, it is asked,
-too. Units are judged by systemd-analyze. What is not installed is skipped, saying so, with exit code 77. So is a build
-with sanitizers, which take the place of stack protector and fortified functions.
+The commands that compile the product's sources are read: all of them have the flags, but those of the ray core
+(deploy/cmake/hardening.cmake says why). Programs are read with readelf, and hardening-check of Debian's devscripts is
+asked about them. Units are judged by systemd-analyze. What is not installed is skipped, saying so, with exit code 77.
+So is a build with sanitizers, which take the place of stack protector and fortified functions.
 """
+import json
 import pathlib
 import re
 import shutil
@@ -15,7 +17,10 @@ import subprocess
 import sys
 
 EXPOSURE_MAX = 1.1
-BIN, UNITS = (pathlib.Path(word) for word in sys.argv[1:3])
+BUILD, UNITS = (pathlib.Path(word) for word in sys.argv[1:3])
+BIN = BUILD / "bin"
+FLAGS = ["-fstack-protector-strong", "-fstack-clash-protection", "-fcf-protection=full", "-D_FORTIFY_SOURCE=3"]
+KERNELS = "slave/core/"  # objects without the flags
 # A function of ours in each, which may be called through a pointer.
 PROGRAMS = {"tessera-master": "main", "tessera-slave": "main", "tessera-import": "main", "tessera-keys": "main"}
 LIBRARIES = {"tessera_image_oiio.so": "tessera_begin_image", "tessera_import_cad.so": "tessera_read_cad_1",
@@ -55,6 +60,26 @@ def look_at_file(path, is_program):
         claim("endbr64" in code, f"{name}: no control flow protection in {function}")
 
 
+def look_at_commands():
+    """Each object of the product is compiled with all flags; tests and the ray core have none."""
+    objects = 0
+    for entry in json.loads((BUILD / "compile_commands.json").read_text()):
+        words = entry["command"].split()
+        made = pathlib.Path(entry["directory"], words[words.index("-o") + 1]).relative_to(BUILD).as_posix()
+        if made.startswith(("tests/", KERNELS)):
+            continue
+        if any(word.startswith("-fsanitize=") for word in words):
+            return skipped.append("commands: this build has a sanitizer")
+        objects += 1
+        missing = [flag for flag in FLAGS if flag not in words]
+        # The last word counts.
+        weakened = [word for word in words if word.startswith(("-fno-stack", "-fcf-protection=none", "-D_FORTIFY_SOURCE=0"))]
+        claim(not missing, f"{made} is compiled without {' '.join(missing)}")
+        claim(not weakened, f"{made} is compiled with {' '.join(weakened)}")
+    claim(objects > 200, f"{objects} objects of the product in compile_commands.json")
+    return print(f"{objects} objects of the product have the flags")
+
+
 def look_at_files():
     if not shutil.which("readelf") or not shutil.which("objdump"):
         return skipped.append("programs: binutils is not installed")
@@ -73,7 +98,7 @@ def look_at_files():
 
 def ask_hardening_check():
     if not shutil.which("hardening-check"):
-        return print("not asked: hardening-check, which is not installed (package devscripts)")
+        return skipped.append("hardening-check is not installed (package devscripts)")
     for name in PROGRAMS:
         # Control flow is looked at above: a note of it in the file wants one in each file of the C library, too, which
         # Debian 12 does not have.
@@ -101,6 +126,7 @@ def look_at_units():
     return None
 
 
+look_at_commands()
 look_at_files()
 ask_hardening_check()
 look_at_units()
