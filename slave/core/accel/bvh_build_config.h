@@ -15,21 +15,19 @@ struct BvhBuildConfig {
   // share of all primitives, which bounds memory; a range hands its share down to its halves by
   // their sizes, so that the hierarchy does not depend on the order of building.
   const PrimitiveClipper* clipper = nullptr;
-  float cuts_max = 0.5f;
-  // A split in space is tried where the halves by centroids share a box of more than this part of
-  // the whole scene's area. It is taken where its cost, times cut_weight, is below theirs.
-  float overlap_min = 1e-5f;
-  float cut_weight = 1.0f;
-  // Splits are chosen by numbers of primitives, and not of blocks: for cuts, which would seldom pay
-  // where a part more is a block more.
-  bool counts_primitives = false;
+  float cuts_max = 0.1f;
+  // A split in space is tried where the halves by centroids share a box of more than these parts of
+  // the area of the whole scene, and of the range. It is taken where its cost, times cut_weight, is
+  // below theirs: splits below may still part what overlaps here, and parts are more than wholes.
+  float overlap_min = 1e-3f;
+  float overlap_share = 0.2f;
+  float cut_weight = 1.2f;
 };
 
 // The hierarchy of quality. Requires: the clipper outlives the build.
 inline BvhBuildConfig spatial_build(const PrimitiveClipper& clipper) {
   BvhBuildConfig config;
   config.clipper = &clipper;
-  config.counts_primitives = true;
   return config;
 }
 

@@ -27,7 +27,6 @@ RangeSplitter::RangeSplitter(std::span<PrimitiveRef> refs, const RefRange& all,
       width_(static_cast<std::uint32_t>(width)),
       alone_from_(set.alone_from),
       block_size_(set.alone_from < set.boxes.size() ? 1 : width_),
-      counted_by_(config.counts_primitives ? 1 : block_size_),
       task_refs_(std::max(kTaskRefsMin, all.size() / kTaskShare)),
       overlap_min_(config.overlap_min * all.bounds.half_area()) {}
 
@@ -47,7 +46,7 @@ Branch RangeSplitter::branch_of(const RefRange& range, int depth, SahBins& bins)
   branch.is_split = range.size() > width_ || !may_be_leaf(range);
   const int halvings = std::bit_width(range.size() - 1);
   if (!branch.is_split || depth + halvings > kBvhDepthMax) return branch;
-  branch.cut = bins.cut(refs_, range, counted_by_);
+  branch.cut = bins.cut(refs_, range, block_size_);
   cut_in_space(branch);
   return branch;
 }
@@ -57,9 +56,11 @@ void RangeSplitter::cut_in_space(Branch& branch) const {
   const SahCut& cut = branch.cut;
   Box4 shared = cut.left;
   shared.shrink(cut.right);
-  if (cut.axis >= 0 && !(shared.half_area() > overlap_min_)) return;
+  const float overlap_min =
+      std::max(overlap_min_, config_.overlap_share * branch.range.bounds.half_area());
+  if (cut.axis >= 0 && !(shared.half_area() > overlap_min)) return;
   SpatialSplitter splitter(*config_.clipper);
-  const SpatialCut in_space = splitter.cut(refs_, branch.range, counted_by_);
+  const SpatialCut in_space = splitter.cut(refs_, branch.range, block_size_);
   const bool is_cheaper = cut.axis < 0 || config_.cut_weight * in_space.cost < cut.cost;
   if (in_space.axis >= 0 && is_cheaper) branch.in_space = in_space;
 }

@@ -71,7 +71,6 @@ class RangeSplitter {
   const std::uint32_t width_;
   const std::uint32_t alone_from_;
   const std::uint32_t block_size_;  // 1 where some primitives take a leaf each
-  const std::uint32_t counted_by_;  // primitives in what splits count
   const std::uint32_t task_refs_;
   const float overlap_min_;
 };

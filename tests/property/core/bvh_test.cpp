@@ -64,7 +64,9 @@ Mesh shrinking(std::uint32_t count) {
 // Cuts wherever there is room for it.
 BvhBuildConfig many_cuts(const PrimitiveClipper& clipper) {
   BvhBuildConfig config = spatial_build(clipper);
+  config.cuts_max = 0.5f;
   config.overlap_min = 0;
+  config.overlap_share = 0;
   config.cut_weight = 0.5f;
   return config;
 }

@@ -44,7 +44,9 @@ struct Prepared {
     const TriangleClipper clipper(store.vertices);
     // And a hierarchy whose triangles are cut wherever there is room for it.
     BvhBuildConfig spatial = spatial_build(clipper);
+    spatial.cuts_max = 0.5f;
     spatial.overlap_min = 0;
+    spatial.overlap_share = 0;
     spatial.cut_weight = 0.5f;
     cut_bvh16 = std::move(*index_by_bvh<16>(boxes, store.vertices, {1, nullptr}, spatial));
     KdBuildConfig cut = quality_build(clipper);
