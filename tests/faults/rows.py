@@ -14,7 +14,8 @@ import results
 import scenes
 
 # The rows that run on every change (fault-matrix, "How often").
-SMALL = ["F01", "F02", "F05large", "F05poison", "F07", "F13", "F15", "F25", "F30", "F31", "F32", "F33", "F36", "F39", "F40"]
+SMALL = ["F01", "F02", "F05large", "F05poison", "F07", "F13", "F13deaf", "F15", "F25", "F30", "F31", "F32", "F33", "F36", "F39", "F40",
+         "F59", "F62"]
 
 ROWS = {}
 for group in (processes, crowds, joiners, network, cuts, results, messages, identity, application, masters, scenes, relays):
