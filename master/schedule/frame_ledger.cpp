@@ -318,6 +318,13 @@ std::optional<TileIndex> FrameLedger::lose_session(SessionId session, const Slav
   return most;
 }
 
+bool FrameLedger::waive_audit(TileIndex tile) {
+  const auto audit = audits_.find(tile);
+  if (audit == audits_.end() || audit->second.vote_count != 1) return false;
+  finish(tile);
+  return true;
+}
+
 std::optional<FrameLedger::Dispute> FrameLedger::waive_audits(const std::vector<SessionId>& able) {
   std::vector<TileIndex> done;
   for (const auto& [index, audit] : audits_) {
@@ -325,9 +332,12 @@ std::optional<FrameLedger::Dispute> FrameLedger::waive_audits(const std::vector<
       return std::find(able.begin(), able.end(), lease.session) != able.end();
     };
     const std::span<const Lease> out = tiles_[index].out();
-    const bool is_stuck = audit.vote_count > 0 && std::none_of(out.begin(), out.end(), is_out) &&
-                          std::all_of(able.begin(), able.end(),
-                                      [&, tile = index](SessionId s) { return has_seen(tile, s); });
+    const std::vector<SessionId> lost = losses_.sessions(index);
+    const bool is_stuck =
+        audit.vote_count > 0 && std::none_of(out.begin(), out.end(), is_out) &&
+        std::all_of(able.begin(), able.end(), [&, tile = index](SessionId s) {
+          return has_seen(tile, s) || std::find(lost.begin(), lost.end(), s) != lost.end();
+        });
     if (!is_stuck) continue;
     if (audit.vote_count == 2)
       return Dispute{index, audit.votes[0].session, audit.votes[1].session};

@@ -154,9 +154,11 @@ class FrameLedger {
   };
   // Audits that wait for nobody but these slaves, which return nothing, want another one.
   void audit_without(const std::set<SessionId>& silent);
-  // Ends audits that no slave is left for, that is, of tiles that all of `able` have seen and none
-  // of them holds: tiles with one result are done. Returns: the first one with two results that
-  // differ, if there is any.
+  // Takes the tile's one result for good. Returns: false when it has none, or two that differ.
+  bool waive_audit(TileIndex tile);
+  // Ends audits that no slave is left for, that is, of tiles that all of `able` have seen or were
+  // lost with, and none of them holds: tiles with one result are done. Returns: the first one with
+  // two results that differ, if there is any.
   std::optional<Dispute> waive_audits(const std::vector<SessionId>& able);
 
   // Abandons every outstanding lease. Returns: how many there were.

@@ -53,6 +53,7 @@ void Scheduler::slave_joined(SessionId session, SlaveIdentity slave, std::uint32
   Slave joined{std::move(slave), std::move(pace)};
   joined.was_lost = past.was_lost;
   joined.debt_tiles = past.debt_tiles;
+  joined.has_brought = past.has_brought;
   const bool is_new = slaves_.try_emplace(session, std::move(joined)).second;
   TESSERA_CHECK(is_new);
 }
@@ -72,15 +73,20 @@ Actions Scheduler::slave_lost(SessionId session, TimePoint now, SlaveEnd how) {
   const SlaveIdentity gone = slave->second.is;
   audits_.left(gone);
   if (!slave->second.is_stalled) count_pace(slave->second.pace, -1);
+  const bool is_lost = how == SlaveEnd::kLost;
+  const bool ends_with_anything =
+      is_lost && slave->second.in_flight > 0 && slave->second.brought < slave->second.debt_tiles;
   if (how != SlaveEnd::kLeft && slave->second.in_flight > 0)
-    history_.lost(gone, slave->second.in_flight, now);
+    history_.lost(gone, slave->second.in_flight, slave->second.has_brought, now);
   std::set<SceneVersion> refused;
   for (const auto& [version, reason] : slave->second.failed) refused.insert(version);
   departed_.left({gone.name, std::move(refused), now});
   slaves_.erase(slave);
   for (Frame& frame : frames_) {
-    if (frame.state != FrameState::kOpen || frame.held.erase(session) == 0) continue;
-    const auto tile = frame.ledger.lose_session(session, gone, how == SlaveEnd::kLost, now);
+    if (frame.state != FrameState::kOpen) continue;
+    frame.held.erase(session);
+    const auto tile = frame.ledger.lose_session(session, gone, is_lost, now);
+    if (ends_with_anything) frame.ledger.losses().discredit(gone, now);
     if (tile && frame.ledger.attempts(*tile) >= kTileLeasesMax + 2 * slaves_.size()) {
       end_frame(frame, FrameState::kFailed,
                 "tile " + std::to_string(*tile) + " was leased " +
@@ -248,6 +254,7 @@ void Scheduler::learn(Slave& slave, const TileReport& report, TimePoint leased_a
   if (report.starved_seconds > 0 && !slave.was_dry) slave.pace.starved();
   slave.was_dry = false;
   if (slave.brought < std::numeric_limits<std::uint32_t>::max()) ++slave.brought;
+  slave.has_brought = true;
   slave.pace.tile_done(now, seconds(now - leased_at), report.held_seconds, report.render_seconds);
   count_pace(slave.pace, 1);
   tile_seconds_ += kTileWeight * (slave.pace.tile_seconds() - tile_seconds_);

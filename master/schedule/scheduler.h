@@ -138,6 +138,7 @@ class Scheduler {
     SlavePace pace;
     std::uint32_t debt_tiles = 0;  // SlaveHistory::Past
     bool was_lost = false;         // within living memory
+    bool has_brought = false;      // a tile, in this session or in one before it
     std::uint32_t brought = 0;     // results of this session that answered a lease
     std::uint32_t in_flight = 0;
     std::set<SceneVersion> built{};
@@ -152,8 +153,8 @@ class Scheduler {
     TimePoint probe_at{};     // when a stalled slave may have a tile again
   };
   // Whom tiles that slaves were lost with go to, the best first.
-  enum class Trust { kEarned, kNew, kDoubtful };
-  static constexpr std::size_t kTrusts = 3;
+  enum class Trust { kProven, kEarned, kNew, kDoubtful };
+  static constexpr std::size_t kTrusts = 4;
   enum class FrameState { kOpen, kComplete, kFailed, kCancelled };
   struct Frame {
     FrameId id = 0;
@@ -190,10 +191,13 @@ class Scheduler {
   // scheduler_losses.cpp
   static Trust trust_in(const Slave& slave);
   void count_able(Frame& frame);
-  bool may_have_lost_tile(const Frame& frame, const SlaveEntry& entry, TileIndex tile) const;
-  FrameLedger::LostTileFilter lost_tiles_for(const Frame& frame, const SlaveEntry& entry) const;
+  bool may_have_lost_tile(const Frame& frame, const SlaveEntry& entry, TileIndex tile,
+                          TimePoint now) const;
+  FrameLedger::LostTileFilter lost_tiles_for(const Frame& frame, const SlaveEntry& entry,
+                                             TimePoint now) const;
   void fail_lost_tiles(TimePoint now, Actions& actions);
-  bool is_anybody_left(const Frame& frame, TileIndex tile) const;
+  bool is_anybody_left(const Frame& frame, TileIndex tile, Trust least) const;
+  bool is_given_up(const Frame& frame, TileIndex tile, TimePoint now) const;
   void heard(Slave& slave, TimePoint now);
   void watch_for_stalls(TimePoint now, Actions& actions);
   static std::uint32_t allowance(const Slave& slave);

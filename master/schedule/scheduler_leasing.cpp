@@ -118,7 +118,7 @@ void Scheduler::issue(SlaveEntry& entry, Frame& frame, TileAssignment tile, Time
 
 // Requires: there is a tile of the frame for the slave.
 void Scheduler::lease_next(SlaveEntry& entry, Frame& frame, TimePoint now, Actions& actions) {
-  const FrameLedger::LostTileFilter may_have = lost_tiles_for(frame, entry);
+  const FrameLedger::LostTileFilter may_have = lost_tiles_for(frame, entry, now);
   const TileIndex next = *frame.ledger.next_for(entry.first, may_have);
   const bool is_for_audit = !entry.second.is_stalled && audits_.has_chosen(frame.id, next) &&
                             has_auditors(frame, FrameLedger::kVotesMax);
@@ -137,7 +137,7 @@ bool Scheduler::lease_one(SlaveEntry& entry, TimePoint now, Actions& actions) {
       if (lease_static(frame, entry, now, actions)) return true;
       continue;
     }
-    const auto next = frame.ledger.next_for(entry.first, lost_tiles_for(frame, entry));
+    const auto next = frame.ledger.next_for(entry.first, lost_tiles_for(frame, entry, now));
     if (!next || !is_in_time(i, entry, now)) continue;
     lease_next(entry, frame, now, actions);
     return true;
@@ -166,7 +166,7 @@ void Scheduler::spread(std::size_t index, TimePoint now, Actions& actions) {
     auto& [back, entry] = heap.back();
     const Slave& slave = entry->second;
     const bool is_limited = slave.is_stalled || slave.in_flight >= allowance(slave);
-    if (is_limited || !frame.ledger.next_for(entry->first, lost_tiles_for(frame, *entry))) {
+    if (is_limited || !frame.ledger.next_for(entry->first, lost_tiles_for(frame, *entry, now))) {
       heap.pop_back();
       continue;
     }
@@ -226,7 +226,7 @@ Scheduler::SlaveEntry* Scheduler::fastest_for(const Frame& frame, const TileLeas
   for (SlaveEntry& entry : slaves_) {
     const Slave& slave = entry.second;
     if (entry.first == lease.session || !can_take(slave, frame, now) ||
-        !has_late_room(slave, now) || !may_have_lost_tile(frame, entry, lease.tile)) {
+        !has_late_room(slave, now) || !may_have_lost_tile(frame, entry, lease.tile, now)) {
       continue;
     }
     const double back = back_seconds(slave, std::min(slave.in_flight, slave.pace.threads()), now);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/base/limits.h"
+#include "master/schedule/departed_slaves.h"
 #include "master/schedule/scheduler.h"
 
 namespace tessera::master {
@@ -24,9 +25,11 @@ std::uint32_t Scheduler::allowance(const Slave& slave) {
   return slave.was_lost && slave.brought < kMost ? slave.brought + 1 : kMost;
 }
 
+// A slave is proven when it has brought tiles and no process of its ended with any.
 Scheduler::Trust Scheduler::trust_in(const Slave& slave) {
   if (slave.is_stalled || slave.brought < slave.debt_tiles) return Trust::kDoubtful;
-  return slave.brought > 0 ? Trust::kEarned : Trust::kNew;
+  if (!slave.has_brought) return Trust::kNew;
+  return slave.debt_tiles == 0 ? Trust::kProven : Trust::kEarned;
 }
 
 void Scheduler::count_able(Frame& frame) {
@@ -39,23 +42,24 @@ void Scheduler::count_able(Frame& frame) {
 }
 
 // Whether the slave may have a tile that slaves were lost with. Those that were not lost with it
-// come first, and of them those that are trusted most.
-bool Scheduler::may_have_lost_tile(const Frame& frame, const SlaveEntry& entry,
-                                   TileIndex tile) const {
+// come first, and of them those that are trusted most. The last try that a tile may have waits for
+// a proven slave: with a bad one it would be wasted, and a good one may be busy or just back.
+bool Scheduler::may_have_lost_tile(const Frame& frame, const SlaveEntry& entry, TileIndex tile,
+                                   TimePoint now) const {
   const TileLosses& losses = frame.ledger.losses();
   const TileLosses::Case what = losses.of(tile);
   if (what == TileLosses::Case::kNone) return true;
   if (what != TileLosses::Case::kOpen && what != TileLosses::Case::kOthers) return false;
   // Whoever holds it may be lost with it, too. A slave that has stalled does not end, it waits.
   const std::vector<SessionId> holders = frame.ledger.holders(tile);
-  const auto at_risk = std::count_if(holders.begin(), holders.end(), [&](SessionId session) {
-    const auto slave = slaves_.find(session);
-    return slave != slaves_.end() && !slave->second.is_stalled;
-  });
-  if (losses.slave_count(tile) + static_cast<std::size_t>(at_risk) >=
-      std::size_t{kTileAttemptsMax}) {
-    return false;
-  }
+  const auto at_risk = static_cast<std::size_t>(
+      std::count_if(holders.begin(), holders.end(), [&](SessionId session) {
+        const auto slave = slaves_.find(session);
+        return slave != slaves_.end() && !slave->second.is_stalled;
+      }));
+  constexpr std::size_t kMost{kTileAttemptsMax};
+  if (losses.witness_count(tile) + at_risk >= kMost) return false;
+  const std::size_t tries = losses.slave_count(tile) + at_risk;
   auto others = frame.able;
   const std::vector<SessionId> lost = losses.sessions(tile);
   std::set<SessionId> not_others(lost.begin(), lost.end());
@@ -71,43 +75,62 @@ bool Scheduler::may_have_lost_tile(const Frame& frame, const SlaveEntry& entry,
       others.begin());
   if (std::find(lost.begin(), lost.end(), entry.first) != lost.end())
     return what == TileLosses::Case::kOpen && best == kTrusts;
-  return static_cast<std::size_t>(trust_in(entry.second)) <= best;
+  const Trust trust = trust_in(entry.second);
+  const bool has_waited = tries < kMost && now - losses.last_at(tile) >= DepartedSlaves::kReturn;
+  if (tries + 1 >= kMost && trust != Trust::kProven && !has_waited) return false;
+  return static_cast<std::size_t>(trust) <= best;
 }
 
-FrameLedger::LostTileFilter Scheduler::lost_tiles_for(const Frame& frame,
-                                                      const SlaveEntry& entry) const {
+FrameLedger::LostTileFilter Scheduler::lost_tiles_for(const Frame& frame, const SlaveEntry& entry,
+                                                      TimePoint now) const {
   if (frame.ledger.losses().is_empty()) return {};
-  return [this, &frame, &entry](TileIndex tile) { return may_have_lost_tile(frame, entry, tile); };
+  return [this, &frame, &entry, now](TileIndex tile) {
+    return may_have_lost_tile(frame, entry, tile, now);
+  };
 }
 
-// Whether a slave is there that was not lost with the tile and holds the scene, or may yet.
-bool Scheduler::is_anybody_left(const Frame& frame, TileIndex tile) const {
+// Whether a slave of that trust is there that was not lost with the tile and holds the scene, or
+// may yet.
+bool Scheduler::is_anybody_left(const Frame& frame, TileIndex tile, Trust least) const {
   const std::vector<SessionId> lost = frame.ledger.losses().sessions(tile);
   return std::any_of(slaves_.begin(), slaves_.end(), [&](const auto& entry) {
     return !entry.second.failed.contains(frame.ledger.version()) &&
+           trust_in(entry.second) <= least &&
            std::find(lost.begin(), lost.end(), entry.first) == lost.end();
   });
 }
 
-// Fails the frames of tiles that have ended as many slaves as may be, or that nobody is left for.
+// Whether nobody is left who may try a tile that slaves were lost with, for certain.
+bool Scheduler::is_given_up(const Frame& frame, TileIndex tile, TimePoint now) const {
+  const TileLosses& losses = frame.ledger.losses();
+  if (losses.of(tile) != TileLosses::Case::kOthers || !losses.is_certain(tile)) return false;
+  if (losses.slave_count(tile) < std::size_t{kTileAttemptsMax})
+    return !is_anybody_left(frame, tile, Trust::kDoubtful);
+  return now - losses.last_at(tile) >= DepartedSlaves::kReturn &&
+         !is_anybody_left(frame, tile, Trust::kProven);
+}
+
+// Fails the frames of tiles that have ended as many slaves as may be, or that nobody is left for. A
+// tile that was only being compared is taken as it is.
 void Scheduler::fail_lost_tiles(TimePoint now, Actions& actions) {
   for (Frame& frame : frames_) {
     if (frame.state != FrameState::kOpen || frame.ledger.losses().is_empty()) continue;
     TileLosses& losses = frame.ledger.losses();
     losses.settle(now);
     for (const TileIndex tile : losses.tiles()) {
-      const TileLosses::Case what = losses.of(tile);
-      const bool is_alone = what == TileLosses::Case::kOthers && losses.is_certain(tile) &&
-                            !is_anybody_left(frame, tile);
-      if (what != TileLosses::Case::kHopeless && !is_alone) continue;
+      const bool is_hopeless = losses.of(tile) == TileLosses::Case::kHopeless;
+      if (!is_hopeless && !is_given_up(frame, tile, now)) continue;
+      if (frame.ledger.waive_audit(tile)) continue;
       frame.is_final = true;
       end_frame(frame, FrameState::kFailed,
                 "tile " + std::to_string(tile) + " was in work on " + losses.names(tile) +
                     " as each of them ended, one after the other" +
-                    (is_alone ? ", and no other slave is there" : ""),
+                    (is_hopeless ? "" : ", and no other slave is there"),
                 actions);
       break;
     }
+    if (frame.state == FrameState::kOpen && frame.ledger.is_complete())
+      end_frame(frame, FrameState::kComplete, "", actions);
   }
 }
 

@@ -30,16 +30,17 @@ class SlaveHistory {
     // The most tiles that a process of this slave took with it when it ended: so many must it bring
     // before it is trusted with tiles that slaves were lost with.
     std::uint32_t debt_tiles = 0;
+    bool has_brought = false;  // it goes on as it was, and brought tiles before
   };
 
-  void lost(const SlaveIdentity& slave, std::uint32_t tiles_held, TimePoint now) {
+  void lost(const SlaveIdentity& slave, std::uint32_t tiles_held, bool has_brought, TimePoint now) {
     if (records_.size() >= kMax && !records_.contains(slave.id())) {
       records_.erase(
           std::min_element(records_.begin(), records_.end(),
                            [](const auto& a, const auto& b) { return a.second.at < b.second.at; }));
     }
     Record& record = records_[slave.id()];
-    record = {slave, now, std::max(record.debt_tiles, record.held_tiles), tiles_held};
+    record = {slave, now, std::max(record.debt_tiles, record.held_tiles), tiles_held, has_brought};
   }
 
   // A slave is here, perhaps again. The loss of a process that goes on is no debt.
@@ -51,10 +52,10 @@ class SlaveHistory {
       records_.erase(found);
       return {};
     }
-    if (!slave.is_same_process(record.slave))
-      record.debt_tiles = std::max(record.debt_tiles, std::max(record.held_tiles, 1u));
+    const bool goes_on = slave.is_same_process(record.slave);
+    if (!goes_on) record.debt_tiles = std::max(record.debt_tiles, std::max(record.held_tiles, 1u));
     record.held_tiles = 0;
-    return {true, record.debt_tiles};
+    return {true, record.debt_tiles, goes_on && record.has_brought};
   }
 
  private:
@@ -63,6 +64,7 @@ class SlaveHistory {
     TimePoint at{};
     std::uint32_t debt_tiles = 0;
     std::uint32_t held_tiles = 0;  // at its last loss, until that is known to be a crash or none
+    bool has_brought = false;
   };
   std::map<std::string, Record> records_;
 };

@@ -21,6 +21,15 @@ void TileLosses::lost(TileIndex tile, const SlaveIdentity& slave, TimePoint now)
   loss->session = 0;
 }
 
+void TileLosses::discredit(const SlaveIdentity& slave, TimePoint now) {
+  for (auto& [tile, losses] : tiles_) {
+    for (Loss& loss : losses) {
+      const bool is_with_it_again = loss.at == now && loss.times > 1;
+      if (loss.slave.id() == slave.id() && !is_with_it_again) loss.is_witness = false;
+    }
+  }
+}
+
 void TileLosses::joined(SessionId session, const SlaveIdentity& slave) {
   for (auto tile = tiles_.begin(); tile != tiles_.end();) {
     std::vector<Loss>& losses = tile->second;
@@ -57,11 +66,25 @@ std::size_t TileLosses::slave_count(TileIndex tile) const {
   return found == tiles_.end() ? 0 : found->second.size();
 }
 
+std::size_t TileLosses::witness_count(TileIndex tile) const {
+  const auto found = tiles_.find(tile);
+  if (found == tiles_.end()) return 0;
+  return static_cast<std::size_t>(std::count_if(found->second.begin(), found->second.end(),
+                                                [](const Loss& loss) { return loss.is_witness; }));
+}
+
+TimePoint TileLosses::last_at(TileIndex tile) const {
+  const std::vector<Loss>& losses = tiles_.at(tile);
+  return std::max_element(losses.begin(), losses.end(),
+                          [](const Loss& a, const Loss& b) { return a.at < b.at; })
+      ->at;
+}
+
 TileLosses::Case TileLosses::of(TileIndex tile) const {
   const auto found = tiles_.find(tile);
   if (found == tiles_.end()) return Case::kNone;
   const std::vector<Loss>& losses = found->second;
-  if (losses.size() >= std::size_t{kTileAttemptsMax})
+  if (witness_count(tile) >= std::size_t{kTileAttemptsMax})
     return is_certain(tile) ? Case::kHopeless : Case::kAwaited;
   const int times = std::accumulate(losses.begin(), losses.end(), 0,
                                     [](int sum, const Loss& loss) { return sum + loss.times; });

@@ -10,8 +10,11 @@
 //
 // Threads. The owner's.
 //
+// A slave that ends again before it has brought what its last end cost, and not with the same tile,
+// ends with anything: it is no witness against a tile, and only witnesses fail one.
+//
 // Invariants. (1) Attempts count different slaves: a slave that was lost twice with a tile is one.
-// (2) At most kTileAttemptsMax slaves are known of one tile.
+// (2) Of one tile at most kTileAttemptsMax witnesses are known, and fewer that are none.
 #pragma once
 
 #include <map>
@@ -36,6 +39,8 @@ class TileLosses {
 
   // A slave that held the tile is gone.
   void lost(TileIndex tile, const SlaveIdentity& slave, TimePoint now);
+  // The slave, whose losses of this moment are told, ends with anything.
+  void discredit(const SlaveIdentity& slave, TimePoint now);
   // A slave is here, perhaps again.
   void joined(SessionId session, const SlaveIdentity& slave);
   // Call now and then: losses from which nobody came back become certain.
@@ -45,6 +50,9 @@ class TileLosses {
   bool is_empty() const { return tiles_.empty(); }
   Case of(TileIndex tile) const;
   std::size_t slave_count(TileIndex tile) const;  // that were lost with it
+  std::size_t witness_count(TileIndex tile) const;
+  // When a slave was lost with it last. Requires: one was.
+  TimePoint last_at(TileIndex tile) const;
   // Whether every loss of the tile is certain.
   bool is_certain(TileIndex tile) const;
   // Sessions of slaves that were lost with the tile and are here again, or were.
@@ -58,6 +66,7 @@ class TileLosses {
     SlaveIdentity slave;  // as it was when it was lost
     int times = 0;
     bool is_certain = false;  // the last time; earlier ones are
+    bool is_witness = true;
     TimePoint at{};
     SessionId session = 0;  // that it has since; 0: it has not come back
   };
