@@ -8,6 +8,8 @@ namespace {
 
 // As a service manager that starts a service again at once.
 constexpr std::chrono::milliseconds kRestart{100};
+// How long a process of a liar lives: whoever is held back for lies comes as another one.
+constexpr std::chrono::milliseconds kLiarLife{1500};
 
 // Each of these answers no lease of the slave's.
 void lie(wire::TileResult& result, int variant) {
@@ -51,7 +53,7 @@ WorkModel BadSlaves::model_of(std::size_t index) {
   model.tile_seconds = [seconds = bad.slave.tile_seconds](const slave::FrameWork&, TileIndex) {
     return seconds;
   };
-  if (bad.vice == Vice::kDies) model.on_begin = [this, index] { die(index); };
+  if (bad.vice == Vice::kDies) model.on_begin = [this, index] { on_begin(index); };
   if (bad.vice == Vice::kLies)
     model.alter = [variant = bad.variant](wire::TileResult& result) { lie(result, variant); };
   model.is_frozen_for_good = bad.vice == Vice::kHoards;
@@ -59,6 +61,7 @@ WorkModel BadSlaves::model_of(std::size_t index) {
 }
 
 void BadSlaves::start(Oracle& oracle, double until_seconds) {
+  oracle_ = &oracle;
   for (std::size_t i = 0; i < all_.size(); ++i) {
     const BadSlavePlan& bad = all_[i].plan;
     if (bad.vice == Vice::kTakesName)
@@ -70,12 +73,29 @@ void BadSlaves::start(Oracle& oracle, double until_seconds) {
 void BadSlaves::begin_life(std::size_t index) {
   if (is_over_) return;
   all_[index].is_dying = false;
+  all_[index].begun = 0;
   all_[index].slave->start();
+  if (all_[index].plan.vice == Vice::kLies)
+    queue_.after(kLiarLife, [this, index] { start_anew(index); });
+}
+
+void BadSlaves::start_anew(std::size_t index) {
+  if (is_over_) return;
+  all_[index].slave->kill(false);
+  begin_life(index);
+}
+
+// Some bring a few tiles first: whoever brings as many as it takes with it is not held back.
+void BadSlaves::on_begin(std::size_t index) {
+  constexpr int kLastTile[] = {1, 1, 4, 12};
+  One& one = all_[index];
+  if (++one.begun >= kLastTile[one.plan.variant]) die(index);
 }
 
 // The process ends by an event, since the task that begins the tile is its own.
 void BadSlaves::die(std::size_t index) {
   if (std::exchange(all_[index].is_dying, true)) return;
+  oracle_->on_bad_end(all_[index].slave->name());
   queue_.after(Duration::zero(), [this, index] { all_[index].slave->kill(false); });
   queue_.after(kRestart, [this, index] { begin_life(index); });
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slaves of a storm that do what no slave should, beside those of the plan: they die with their
-// first tiles and are started again at once, hold tiles and return none, lie about them, and take
-// others' names. They are the product's own, over a workshop that does it. What they do is no
-// excuse for anybody, but for whose name is taken.
+// Slaves of a storm that do what no slave should, beside those of the plan: they die with a tile
+// and are started again at once, hold tiles and return none, lie about them and come back as new
+// processes, and take others' names. They are the product's own, over a workshop that does it.
+// What they do is no excuse for anybody, but for whose name is taken.
 //
 // Threads. The simulation's one.
 #pragma once
@@ -30,14 +30,18 @@ class BadSlaves {
     const BadSlavePlan& plan;
     std::unique_ptr<SimSlave> slave;
     bool is_dying = false;
+    int begun = 0;  // tiles, in this life
   };
 
   WorkModel model_of(std::size_t index);
   void begin_life(std::size_t index);
+  void on_begin(std::size_t index);
   void die(std::size_t index);
+  void start_anew(std::size_t index);
 
   EventQueue& queue_;
   const StormPlan& plan_;
+  Oracle* oracle_ = nullptr;  // from start() on
   std::vector<One> all_;
   bool is_over_ = false;
 };

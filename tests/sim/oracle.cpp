@@ -2,7 +2,6 @@
 #include "tests/sim/oracle.h"
 
 #include <algorithm>
-#include <set>
 
 #include "common/base/limits.h"
 #include "common/wire/codec.h"
@@ -26,7 +25,7 @@ constexpr auto kRelayWindow = master::RelayPlan::kWindow;
 // Silence is looked for every kSilenceLook, and noticed at most kSilenceSlack after it is due.
 constexpr double kSilenceLook = 0.02, kSilenceSlack = 0.1;
 // A slave that is there for so long has built the scenes that are needed.
-constexpr double kSettled = 2;
+constexpr double kSettled = 1;
 constexpr double kWindowBytes = 256 * 1024;  // what may be on its way when a slave dies
 
 // Bounds of the send queue of one connection. Bulk data is queued while less than the low mark
@@ -106,7 +105,7 @@ void Oracle::report(const std::string& violation) {
 
 void Oracle::trouble_slave(std::size_t slave, double until_seconds) {
   watches_[slave].troubled_until = std::max(watches_[slave].troubled_until, until_seconds);
-  watches_[slave].has_had_fault = true;
+  endings_.on_fault("s" + std::to_string(slave));
 }
 
 void Oracle::trouble_all(double until_seconds) {
@@ -178,30 +177,13 @@ void Oracle::on_outcome(FrameId frame, const Status& status) {
   const double now = world_.queue.now_seconds();
   last_progress_ = now;
   if (status.is_ok() || status.code() == StatusCode::kCancelled) return;
-  if (have_faults_ended_enough(status.message())) return;
+  if (endings_.do_excuse(status.message())) return;
   for (std::size_t i = 0; i < watches_.size(); ++i) {
     const Watch& watch = watches_[i];
     if (!is_healthy(i) || !watch.was_listed || now - watch.listed_since < kSettled) continue;
     return report("I6: frame " + std::to_string(frame) + " failed while s" + std::to_string(i) +
                   " was there and healthy: " + status.message());
   }
-}
-
-// Whether a failure names as many different slaves as a tile may end, and faults of the plan have
-// ended one of them at least: slaves that end by themselves alone are no excuse.
-bool Oracle::have_faults_ended_enough(const std::string& reason) const {
-  std::set<std::string> names;
-  bool has_fault = false;
-  for (std::size_t at = reason.find('\''); at != std::string::npos;) {
-    const std::size_t end = reason.find('\'', at + 1);
-    if (end == std::string::npos) break;
-    const std::string name = reason.substr(at + 1, end - at - 1);
-    const auto known = by_name_.find(name);
-    if (known != by_name_.end()) has_fault = has_fault || watches_[known->second].has_had_fault;
-    names.insert(name);
-    at = reason.find('\'', end + 1);
-  }
-  return has_fault && names.size() >= std::size_t{kTileAttemptsMax};
 }
 
 bool Oracle::is_healthy(std::size_t slave) const {
@@ -234,6 +216,7 @@ void Oracle::check() {
   master_tasks_seen_ = master->task_count();
   const ClusterStatus status = world_.master.loop().counts();
   check_accounts(status);
+  endings_.on_counts(status, world_.queue.now_seconds());
   check_slaves(status);
   check_progress(status);
 }
@@ -330,6 +313,8 @@ void Oracle::check_slaves(const ClusterStatus& status) {
 }
 
 void Oracle::check_bad_slave(const SlaveStatus& slave) {
+  if (endings_.is_back_too_soon(slave.name, world_.queue.now_seconds()))
+    report("I7: " + slave.name + " was found to lie, is held back, and is here");
   for (std::size_t i = 0; i < plan_.bad_slaves.size(); ++i) {
     const bool is_liar = plan_.bad_slaves[i].vice == Vice::kLies;
     if (is_liar && slave.name == name_of_bad_slave(i) && slave.tiles_done > 0)

@@ -22,6 +22,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/sim/endings.h"
 #include "tests/sim/scene_watch.h"
 #include "tests/sim/sim_app.h"
 #include "tests/sim/sim_master.h"
@@ -53,7 +54,11 @@ class Oracle {
   void on_sent(const Process& from, int to_node, const net::Record& record);
   void on_queued(const Process& from, int to_node, std::uint64_t queue_bytes);
   void on_outcome(FrameId frame, const Status& status);
-  void on_master_started() { leases_sent_ = 0; }
+  void on_master_started() {
+    leases_sent_ = 0;
+    endings_.on_master_started();
+  }
+  void on_bad_end(const std::string& slave) { endings_.on_bad_end(slave); }
   void report(const std::string& violation);
 
   SceneWatch& scenes() { return scenes_; }
@@ -73,7 +78,6 @@ class Oracle {
     double gone_since = -1;     // < 0: it is there
     double name_taken_until = 0;
     double stalled_since = -1, last_result = -1;  // < 0: it has not stalled; it has sent none
-    bool has_had_fault = false;
     bool was_listed = false;
     double listed_since = 0;
     double hung_at = 0;  // last seen hanging then
@@ -90,7 +94,6 @@ class Oracle {
   std::uint64_t queue_bound(const Process& from, int to_node) const;
   std::optional<std::size_t> slave_at(int node) const;
   bool is_healthy(std::size_t slave) const;
-  bool have_faults_ended_enough(const std::string& reason) const;
 
   const StormPlan& plan_;
   World world_;
@@ -103,6 +106,7 @@ class Oracle {
   std::uint64_t master_tasks_seen_ = 0;
   const Process* master_seen_ = nullptr;
   std::string violation_;
+  Endings endings_;
   SceneWatch scenes_;
 };
 

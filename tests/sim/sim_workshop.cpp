@@ -51,6 +51,7 @@ void SimWorkshop::start_work() {
 }
 
 void SimWorkshop::finish(RunIterator run) {
+  if (model_.is_frozen_for_good) return;  // nobody needs to look
   if (is_frozen_) {
     const std::uint64_t id = run_ids_[&*run];
     process_.run_at(process_.queue().now() + kThaw, Duration::zero(), [this, run, id, at = &*run] {

@@ -21,6 +21,8 @@ constexpr std::array<const char*, static_cast<std::size_t>(FaultKind::kCount)> k
 constexpr double kRelayShare = 0.03;
 // Share of the storms with slaves that do what no slave should, and of those with frozen threads.
 constexpr double kBadShare = 0.15, kFreezeShare = 0.1;
+// Of those with bad slaves: with as many that die as a tile may end, and good ones beside them.
+constexpr double kMortalShare = 0.3;
 // Share of the storms with status clients, with an application that stands still for long, and with
 // a master whose clock is wrong for a while.
 constexpr double kWatcherShare = 0.15, kAppPauseShare = 0.04, kWrongClockShare = 0.06;
@@ -93,6 +95,17 @@ void draw_relays(StormPlan& plan) {
   }
 }
 
+// Gives slaves that die every chance: each frame has a scene of its own, which they are the first
+// to have built. Faults meet the first good slave alone, so that the others have no excuse.
+void let_the_bad_be_first(Random& random, StormPlan& plan) {
+  plan.script.scene_change = 1;
+  for (SlavePlan& slave : plan.slaves) slave.build_seconds = random.between(0.3, 0.8);
+  std::erase_if(plan.faults, [](const Fault& fault) {
+    return fault.kind >= FaultKind::kMasterCrash && fault.kind != FaultKind::kAppCancels;
+  });
+  for (Fault& fault : plan.faults) fault.slave = 0;
+}
+
 // Adds slaves that die, hoard, lie and take names, and lets others freeze. It draws from numbers of
 // its own: seeds keep what else they were.
 void draw_bad_slaves(StormPlan& plan) {
@@ -100,10 +113,13 @@ void draw_bad_slaves(StormPlan& plan) {
   Random random(mix(plan.seed ^ 0x766963657321u));
   const int slave_count = static_cast<int>(plan.slaves.size());
   if (random.chance(kBadShare)) {
-    for (int count = random.pick(1, 3); count > 0; --count) {
+    const bool are_mortal = random.chance(kMortalShare);
+    if (are_mortal) let_the_bad_be_first(random, plan);
+    for (int count = are_mortal ? 3 : random.pick(1, 3); count > 0; --count) {
       BadSlavePlan bad;
       bad.slave = draw_slave(random);
       bad.vice = static_cast<Vice>(random.pick(0, static_cast<int>(Vice::kCount) - 1));
+      if (are_mortal) bad.vice = Vice::kDies;
       bad.variant = random.pick(0, 3);
       bad.victim = random.pick(0, slave_count - 1);
       bad.slave.threads = bad.vice == Vice::kTakesName

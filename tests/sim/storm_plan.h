@@ -24,7 +24,7 @@ struct SlavePlan {
 
 // What a slave does all the while it is there.
 enum class Vice {
-  kDies,       // with the first tile that it begins; it is started again at once
+  kDies,       // with the first tile that it begins, or a later one; it is started again at once
   kHoards,     // takes tiles and returns none
   kLies,       // its results answer no lease
   kTakesName,  // says that it is another slave
@@ -36,7 +36,7 @@ constexpr double kBadSlavesUntil = 6;
 struct BadSlavePlan {
   SlavePlan slave;
   Vice vice = Vice::kDies;
-  int variant = 0;  // which lie
+  int variant = 0;  // which lie, which tile
   int victim = 0;   // whose name is taken
 };
 
