@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdio>
 
+#include "common/base/clean_text.h"
 #include "common/base/cli_usage.h"
 #include "common/base/cpu_count.h"
 #include "common/base/limits.h"
@@ -42,7 +43,7 @@ struct Words {
 };
 
 ParsedCommand failed(int exit_code, const std::string& what) {
-  std::fprintf(stderr, "tessera-slave: %s\n", what.c_str());
+  std::fprintf(stderr, "tessera-slave: %s\n", clean_text(what).c_str());
   return {{}, exit_code};
 }
 

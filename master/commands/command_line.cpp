@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <set>
 
+#include "common/base/clean_text.h"
 #include "common/base/cli_usage.h"
 #include "common/base/limits.h"
 #include "common/base/version.h"
@@ -139,8 +140,8 @@ bool is_about(const std::string& message, const std::vector<std::string>& words)
 
 // `command`: the word that the person gave, if it is one.
 int usage_error(const std::string& text, const std::string& command) {
-  std::fprintf(stderr, "tessera-master: %s (see 'tessera-master %s--help')\n", text.c_str(),
-               command.empty() ? "" : (command + " ").c_str());
+  std::fprintf(stderr, "tessera-master: %s (see 'tessera-master %s--help')\n",
+               clean_text(text).c_str(), command.empty() ? "" : (command + " ").c_str());
   return 2;
 }
 

@@ -3,6 +3,7 @@
 #include <memory>
 #include <utility>
 
+#include "common/base/clean_text.h"
 #include "common/scene/validate.h"
 #include "common/scene_io/camera_file.h"
 #include "master/commands/commands.h"
@@ -82,7 +83,7 @@ int run_view(const MasterOptions& options, const SignalWatch& signals) {
   std::unique_ptr<Viewer> viewer;
   // Declared after the viewer that it tells, so that it ends first.
   SnapshotWriter snapshots(snapshot_stem(options.scene), [&](const std::string& line) {
-    if (!options.is_quiet) std::fprintf(stderr, "%s\n", line.c_str());
+    if (!options.is_quiet) std::fprintf(stderr, "%s\n", clean_text(line).c_str());
     viewer->notify(line);
   });
   auto opened = Viewer::open(viewer_options(options, *source, snapshots, viewer));

@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "common/base/clean_text.h"
 #include "common/base/clock.h"
 #include "master/look/meter.h"
 
@@ -141,7 +142,7 @@ void ViewPump::follow_file() {
     line = options_.scene + " has changed and cannot be read; what was read before is shown: " +
            read->status().message();
   }
-  if (!options_.is_quiet || !read->is_ok()) std::fprintf(stderr, "%s\n", line.c_str());
+  if (!options_.is_quiet || !read->is_ok()) std::fprintf(stderr, "%s\n", clean_text(line).c_str());
   viewer_.notify(line);
 }
 
