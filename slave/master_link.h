@@ -47,6 +47,9 @@ class MasterLink {
   ~MasterLink();
 
   void start();
+  bool can_get_certificates() const {
+    return state_ == State::kReady && welcome_.issues_certificates;
+  }
   void send_tile(wire::Message message);
   void send_scene(wire::Message message);
   std::uint64_t tile_queue_bytes() const;  // 0 when not ready

@@ -29,6 +29,8 @@ constexpr std::size_t kSceneVersionsHeldMax = 32;
 // than we render. Two of the largest tiles keep the wire busy.
 constexpr std::uint64_t kSendQueueBytesMax = 4 * kTilePayloadBytesMax;
 constexpr milliseconds kFarewell{500};  // to send the last record
+// The slave looks so often whether its certificate is due for renewal.
+constexpr std::chrono::minutes kRenewalLook{1};
 
 }  // namespace
 
@@ -52,6 +54,7 @@ struct SlaveNode::Impl {
   Status on_frame_end(const wire::FrameEnd& end);
   Status on_scene_message(wire::Message message);
   SceneIntake::Events intake_events();
+  void renew_when_due();
   Status on_complete(wire::SceneReceiver::Complete complete);
   void on_built(BuildOutcome outcome);
   void on_tile_done(const TileJob& job, std::optional<wire::TileResult> result);
@@ -66,7 +69,7 @@ struct SlaveNode::Impl {
   Workshop& workshop;
 
   std::unique_ptr<MasterLink> link;
-  std::unique_ptr<net::Timer> flush_timer;
+  std::unique_ptr<net::Timer> flush_timer, renewal_timer;
   bool is_leaving = false;
   std::uint64_t generation = 1;  // counts sessions; what an older one left behind is dropped
   SceneIntake intake;
@@ -113,6 +116,7 @@ bool SlaveNode::flush() {
 void SlaveNode::say_goodbye() {
   impl_->link->leave("the slave was stopped", kFarewell);
   impl_->flush_timer->cancel();
+  impl_->renewal_timer.reset();
 }
 
 void SlaveNode::Impl::start() {
@@ -127,7 +131,10 @@ void SlaveNode::Impl::start() {
     if (const auto room = options.memory()) hello.memory_bytes = room->limit_bytes;
   }
   MasterLinkEvents events;
-  events.on_ready = [this] { workshop.set_open_frames(0); };
+  events.on_ready = [this] {
+    workshop.set_open_frames(0);
+    renew_when_due();
+  };
   events.on_lost = [this] { on_lost(); };
   events.on_reached = [this](const std::string& local_host, wire::Hello& h) {
     intake.open_relay(local_host, h);
@@ -137,7 +144,17 @@ void SlaveNode::Impl::start() {
   events.on_drained = [this] { flush_results(); };
   flush_timer = std::make_unique<net::Timer>(loop);
   link = std::make_unique<MasterLink>(loop, std::move(hello), open_link, std::move(events));
+  if (options.renewal.request) {
+    renewal_timer = std::make_unique<net::Timer>(loop);
+    renewal_timer->start_repeating(kRenewalLook, [this] { renew_when_due(); });
+  }
   link->start();
+}
+
+void SlaveNode::Impl::renew_when_due() {
+  if (!options.renewal.request || !link->can_get_certificates()) return;
+  if (auto request = options.renewal.request())
+    link->send_scene(wire::CertificateRequest{std::move(*request)});
 }
 
 // ---- tiles
@@ -290,6 +307,11 @@ Status SlaveNode::Impl::on_scene_message(wire::Message message) {
     workshop.retire(generation, first_kept);
     if (!retire->keeps_newest) workshop.forget_newest();
     return intake.retire(first_kept);
+  }
+  if (const auto* grant = std::get_if<wire::CertificateGrant>(&message);
+      grant != nullptr && options.renewal.granted) {
+    options.renewal.granted(*grant);
+    return Status::ok();
   }
   if (std::holds_alternative<wire::SceneAnnounce>(message) &&
       built.size() >= kSceneVersionsHeldMax) {

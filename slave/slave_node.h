@@ -18,6 +18,7 @@
 #include "common/net/event_loop.h"
 #include "common/net/link_factory.h"
 #include "slave/core/scene/prepared_scene.h"
+#include "slave/key_renewal.h"
 #include "slave/relay_access.h"
 #include "slave/test_hooks.h"
 #include "slave/workshop.h"
@@ -32,6 +33,7 @@ struct SlaveOptions {
   core::Structure structure = core::Structure::kAuto;  // what rays go through
   // Tells limit and free bytes of memory; null: unknown, every scene is taken.
   std::function<std::optional<MemoryRoom>()> memory = {};
+  RenewalAccess renewal = {};
   RelayAccess relay = {};  // empty: neither feeds other slaves nor is fed by them
   TestHooks hooks = {};
 };

@@ -107,8 +107,14 @@ Result<ClusterAuthority> ClusterAuthority::open(const std::string& folder) {
 KeyPair ClusterAuthority::issue(const NodeIdentity& node, const Validity& validity) const {
   KeyPair pair;
   pair.key.reset(EVP_EC_gen("P-256"));
-  pair.certificate = new_certificate(pair.key.get(), validity);
-  X509* const certificate = pair.certificate.get();
+  pair.certificate = certify(pair.key.get(), node, validity);
+  return pair;
+}
+
+Certificate ClusterAuthority::certify(EVP_PKEY* key, const NodeIdentity& node,
+                                      const Validity& validity) const {
+  Certificate made = new_certificate(key, validity);
+  X509* const certificate = made.get();
   X509_NAME* const subject = X509_get_subject_name(certificate);
   add_entry(subject, "OU", node.role);
   add_entry(subject, "CN", node.name);
@@ -119,7 +125,7 @@ KeyPair ClusterAuthority::issue(const NodeIdentity& node, const Validity& validi
   add_extension(certificate, ca, NID_ext_key_usage, "serverAuth,clientAuth");
   add_extension(certificate, ca, NID_authority_key_identifier, "keyid");
   X509_sign(certificate, ca_.key.get(), EVP_sha256());
-  return pair;
+  return made;
 }
 
 // The list holds from the CA's first day to its last: its number says which is the newest, and a

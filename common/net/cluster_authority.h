@@ -39,6 +39,8 @@ class ClusterAuthority {
   static Result<ClusterAuthority> open(const std::string& folder);
 
   KeyPair issue(const NodeIdentity& node, const Validity& validity) const;
+  // A certificate for a key whose private half is elsewhere.
+  Certificate certify(EVP_PKEY* key, const NodeIdentity& node, const Validity& validity) const;
   // Returns: a list of the entries of `old` (may be null) and these serial numbers, under the next
   // number.
   RevocationList revoke(X509_CRL* old, const std::vector<std::string>& serials) const;

@@ -20,6 +20,7 @@
 #include <string>
 
 #include "common/base/status.h"
+#include "common/net/certificate_life.h"
 #include "common/net/link_counters.h"
 #include "common/net/record.h"
 
@@ -32,9 +33,10 @@ inline constexpr std::uint64_t kSendQueueLowBytes = std::uint64_t{1} << 20;
 // in any.
 struct PeerIdentity {
   bool is_authenticated = false;
-  std::string role;     // "master", "slave", "app"
-  std::string name;     // certificate's common name
-  std::string serial;   // certificate's serial number, in hexadecimal digits
+  std::string role;    // "master", "slave", "app"
+  std::string name;    // certificate's common name
+  std::string serial;  // certificate's serial number, in hexadecimal digits
+  CertificateLife life;
   std::string address;  // "10.0.0.5:41234", or "local"
   std::uint16_t port = 0;
   std::string local_host;  // our own address on this link, without a port; empty: not known

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "common/base/limits.h"
@@ -95,6 +96,23 @@ Result<std::vector<std::string>> serials_of(const std::string& folder, const std
       serials.push_back(serial);
   }
   return serials;
+}
+
+bool is_p256(const EVP_PKEY* key) {
+  char group[32] = {};
+  return EVP_PKEY_is_a(key, "EC") == 1 &&
+         EVP_PKEY_get_group_name(key, group, sizeof(group), nullptr) == 1 &&
+         std::string(group) == "prime256v1";
+}
+
+// The newest certificate of a node that is known in DIR.
+Certificate newest_certificate(const std::string& node) {
+  Certificate made = read_certificate(node + "/node.crt");
+  Certificate renewed = read_certificate(node + "/renewed.crt");
+  if (!made || !renewed) return made;
+  return ASN1_TIME_compare(X509_get0_notBefore(renewed.get()), X509_get0_notBefore(made.get())) > 0
+             ? std::move(renewed)
+             : std::move(made);
 }
 
 // A crl.pem that is damaged must not be taken for "nobody is revoked".
@@ -212,6 +230,37 @@ Status renew_key(const std::string& folder, const std::string& name, int days) {
   return certificate->commit();
 }
 
+Status check_issuing_folder(const std::string& folder, const std::string& node_folder) {
+  const auto authority = ClusterAuthority::open(folder);
+  if (!authority.is_ok()) return authority.status();
+  const Certificate ca = read_certificate(node_folder + "/ca.crt");
+  if (ca && X509_cmp(ca.get(), authority->certificate()) == 0) return Status::ok();
+  return Status::permission_denied(folder + " is the authority of another cluster than that of " +
+                                   node_folder);
+}
+
+Result<std::vector<std::byte>> certify_key(const std::string& folder, const std::string& role,
+                                           const std::string& name,
+                                           std::span<const std::byte> request, int days) {
+  TESSERA_RETURN_IF_ERROR(check_name(name));
+  const CertificateRequest asked = request_of(request);
+  EVP_PKEY* const key = asked ? X509_REQ_get0_pubkey(asked.get()) : nullptr;
+  if (key == nullptr || !is_p256(key) || X509_REQ_verify(asked.get(), key) != 1) {
+    return Status::invalid_argument(
+        "'" + name + "' asked for a certificate without showing a P-256 key of its own");
+  }
+  const FolderLock lock(folder);
+  const auto authority = ClusterAuthority::open(folder);
+  if (!authority.is_ok()) return authority.status();
+  const Certificate made = authority->certify(key, {role, name}, {days, 0});
+  TESSERA_RETURN_IF_ERROR(write_to_ledger(folder, {role, name}, made.get()));
+  if (exists(folder + "/" + name)) {
+    TESSERA_RETURN_IF_ERROR(
+        replace_file(folder + "/" + name + "/renewed.crt", pem_of(made.get()), kPublic));
+  }
+  return der_of(made.get());
+}
+
 Status revoke_key(const std::string& folder, const std::string& name) {
   TESSERA_RETURN_IF_ERROR(check_name(name));
   const FolderLock lock(folder);
@@ -260,7 +309,7 @@ Result<std::vector<KeyFacts>> list_key_facts(const std::string& folder) {
     names.insert(entry.path().filename().string());
   std::vector<KeyFacts> all{facts_of(nullptr, "", ca.get(), nullptr)};
   for (const std::string& name : names) {
-    if (const Certificate node = read_certificate(folder + "/" + name + "/node.crt"))
+    if (const Certificate node = newest_certificate(folder + "/" + name))
       all.push_back(facts_of(node.get(), name, ca.get(), revoked->get()));
   }
   return all;

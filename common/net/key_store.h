@@ -4,8 +4,8 @@
 //
 // Layout. DIR/ca.crt, DIR/ca.key (0600), DIR/issued.txt ("SERIAL ROLE NAME" of each certificate
 // ever made), DIR/crl.pem once something was revoked; DIR/NAME/{ca.crt, node.crt, node.key (0600),
-// crl.pem}. EC P-256, X.509 v3; the role is the organizational unit, the node's name the common
-// name.
+// crl.pem}, and renewed.crt where the node got a newer certificate for a key of its own. EC P-256,
+// X.509 v3; the role is the organizational unit, the node's name the common name.
 //
 // Threads. Any; processes that change the same DIR wait for each other.
 //
@@ -14,6 +14,8 @@
 // revoking a name revokes all that was ever made for it.
 #pragma once
 
+#include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,9 +30,9 @@ inline constexpr int kNodeDays = 365;
 Status init_key_store(const std::string& folder);
 
 // role: master, slave or app. name: 1..kNameBytesMax of [A-Za-z0-9._-]. days: life of the
-// certificate; negative makes one that expired so many days ago, and starts_in_days > 0 one that is
-// not valid yet, for tests. Returns: kInvalidArgument (role, name, name used twice), kNotFound (no
-// CA), kPermissionDenied.
+// certificate; negative makes one that expired so many days ago; starts_in_days > 0 one that is
+// not valid yet, and < 0 one that has been for so long, for tests. Returns: kInvalidArgument (role,
+// name, name used twice), kNotFound (no CA), kPermissionDenied.
 Status add_key(const std::string& folder, const std::string& role, const std::string& name,
                int days, int starts_in_days = 0);
 
@@ -38,6 +40,19 @@ Status add_key(const std::string& folder, const std::string& role, const std::st
 // stays valid until it expires or is revoked. Returns: kNotFound (no CA, no such node),
 // kPermissionDenied.
 Status renew_key(const std::string& folder, const std::string& name, int days);
+
+// Whether certificates that are made in DIR are of the cluster to which the node folder belongs.
+// Returns: what is wrong with DIR otherwise.
+Status check_issuing_folder(const std::string& folder, const std::string& node_folder);
+
+// Makes a certificate for the key of a request (KeyRequest::der()), for a node that has proved to
+// be `name` of `role`, and whose private key is elsewhere. It stands in issued.txt, and as
+// DIR/NAME/renewed.crt where that folder is. Returns: the certificate, DER; kInvalidArgument for
+// what is no request, is not signed by its own key, or holds a key other than P-256; kNotFound (no
+// CA); kPermissionDenied.
+Result<std::vector<std::byte>> certify_key(const std::string& folder, const std::string& role,
+                                           const std::string& name,
+                                           std::span<const std::byte> request, int days);
 
 // Revokes every certificate made for this name until now, in the crl.pem of DIR and of each node's
 // folder. To revoke a name again is no error. Returns: kNotFound (no CA, nothing made for this

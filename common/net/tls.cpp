@@ -235,6 +235,7 @@ PeerIdentity identity_of(SSL* ssl) {
   identity.role = entry_of(certificate.get(), NID_organizationalUnitName);
   identity.name = entry_of(certificate.get(), NID_commonName);
   identity.serial = serial_text(certificate.get());
+  identity.life = life_of(certificate.get(), certificate.get());
   return identity;
 }
 

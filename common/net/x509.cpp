@@ -23,7 +23,36 @@ std::int64_t unix_time(const ASN1_TIME* time) {
   return ASN1_TIME_to_tm(time, &utc) == 1 ? timegm(&utc) : 0;
 }
 
+// `decode` is d2i_X509 or its like, which moves the pointer behind what it took.
+template <typename Object, typename Decode>
+std::unique_ptr<Object, OpenSslFree> object_of(std::span<const std::byte> der, Decode decode) {
+  const auto* at = reinterpret_cast<const unsigned char*>(der.data());
+  const unsigned char* const end = at + der.size();
+  std::unique_ptr<Object, OpenSslFree> object(decode(nullptr, &at, static_cast<long>(der.size())));
+  if (at != end) object.reset();
+  return object;
+}
+
+template <typename Object, typename Encode>
+std::vector<std::byte> encoded(Object* object, Encode encode) {
+  const int size = encode(object, nullptr);
+  TESSERA_CHECK(size > 0);
+  std::vector<std::byte> der(static_cast<std::size_t>(size));
+  auto* at = reinterpret_cast<unsigned char*>(der.data());
+  TESSERA_CHECK_EQ(encode(object, &at), size);
+  return der;
+}
+
 }  // namespace
+
+Certificate certificate_of(std::span<const std::byte> der) {
+  return object_of<X509>(der, &d2i_X509);
+}
+CertificateRequest request_of(std::span<const std::byte> der) {
+  return object_of<X509_REQ>(der, &d2i_X509_REQ);
+}
+std::vector<std::byte> der_of(X509* certificate) { return encoded(certificate, &i2d_X509); }
+std::vector<std::byte> der_of(X509_REQ* request) { return encoded(request, &i2d_X509_REQ); }
 
 Certificate read_certificate(const std::string& path) {
   const Bio bio = open_for_reading(path);

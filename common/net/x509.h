@@ -9,9 +9,12 @@
 #include <openssl/x509.h>
 #include <openssl/x509v3.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "common/base/status.h"
 #include "common/net/certificate_life.h"
@@ -21,11 +24,13 @@ namespace tessera::net {
 struct OpenSslFree {
   void operator()(EVP_PKEY* p) const { EVP_PKEY_free(p); }
   void operator()(X509* p) const { X509_free(p); }
+  void operator()(X509_REQ* p) const { X509_REQ_free(p); }
   void operator()(X509_CRL* p) const { X509_CRL_free(p); }
   void operator()(BIO* p) const { BIO_free(p); }
 };
 using PrivateKey = std::unique_ptr<EVP_PKEY, OpenSslFree>;
 using Certificate = std::unique_ptr<X509, OpenSslFree>;
+using CertificateRequest = std::unique_ptr<X509_REQ, OpenSslFree>;
 using RevocationList = std::unique_ptr<X509_CRL, OpenSslFree>;
 using Bio = std::unique_ptr<BIO, OpenSslFree>;
 
@@ -33,6 +38,12 @@ using Bio = std::unique_ptr<BIO, OpenSslFree>;
 Certificate read_certificate(const std::string& path);
 PrivateKey read_private_key(const std::string& path);
 RevocationList read_revocation_list(const std::string& path);
+
+// From bytes that a peer sent. Returns: null for what is none, or is followed by more.
+Certificate certificate_of(std::span<const std::byte> der);
+CertificateRequest request_of(std::span<const std::byte> der);
+std::vector<std::byte> der_of(X509* certificate);
+std::vector<std::byte> der_of(X509_REQ* request);
 
 std::string pem_of(EVP_PKEY* key);
 std::string pem_of(X509* certificate);

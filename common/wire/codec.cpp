@@ -38,6 +38,8 @@ net::RecordLimits make_session_limits() {
                                 RecordType::kSceneFailed, RecordType::kRelayFailed}) {
     set_limit(limits, type, kTextHeaderBytesMax, 0);
   }
+  set_limit(limits, RecordType::kCertificateRequest, kSmallHeaderBytesMax, kCertificateBytesMax);
+  set_limit(limits, RecordType::kCertificateGrant, kTextHeaderBytesMax, kCertificateBytesMax);
   set_limit(limits, RecordType::kSceneAnnounce, kSmallHeaderBytesMax,
             kSceneBlocksMax * kAnnounceEntryBytes);
   set_limit(limits, RecordType::kSceneNeed, kSmallHeaderBytesMax,
@@ -79,6 +81,8 @@ std::array<Decoder, net::kRecordTypesMax> make_decoders() {
   set(RecordType::kRelayFailed, decode_relay_failed);
   set(RecordType::kSceneProgress, decode_scene_progress);
   set(RecordType::kRelayJoin, decode_relay_join);
+  set(RecordType::kCertificateRequest, decode_certificate_request);
+  set(RecordType::kCertificateGrant, decode_certificate_grant);
   set(RecordType::kSceneBuilt, decode_scene_built);
   set(RecordType::kSceneFailed, decode_scene_failed);
   set(RecordType::kSceneRetire, decode_scene_retire);
@@ -114,6 +118,8 @@ struct NameOf {
   const char* operator()(const RelayFailed&) const { return "RelayFailed"; }
   const char* operator()(const SceneProgress&) const { return "SceneProgress"; }
   const char* operator()(const RelayJoin&) const { return "RelayJoin"; }
+  const char* operator()(const CertificateRequest&) const { return "CertificateRequest"; }
+  const char* operator()(const CertificateGrant&) const { return "CertificateGrant"; }
   const char* operator()(const SceneBuilt&) const { return "SceneBuilt"; }
   const char* operator()(const SceneFailed&) const { return "SceneFailed"; }
   const char* operator()(const SceneRetire&) const { return "SceneRetire"; }

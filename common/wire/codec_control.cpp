@@ -58,6 +58,7 @@ net::Record encode_one(Welcome m) {
   h.set_token(m.token);
   h.set_heartbeat_ms(m.heartbeat_ms);
   h.set_heartbeats_missed_max(m.heartbeats_missed_max);
+  h.set_issues_certificates(m.issues_certificates);
   return make_record(RecordType::kWelcome, h);
 }
 
@@ -72,7 +73,7 @@ Result<Message> decode_welcome(net::ReceivedRecord record) {
   check.range("heartbeats_missed_max", h.heartbeats_missed_max(), 1, kHeartbeatsMissedLimit);
   if (!check.is_ok()) return check.status();
   return Message(Welcome{static_cast<std::uint16_t>(h.version()), h.session(), h.token(),
-                         h.heartbeat_ms(), h.heartbeats_missed_max()});
+                         h.heartbeat_ms(), h.heartbeats_missed_max(), h.issues_certificates()});
 }
 
 net::Record encode_one(Join m) {

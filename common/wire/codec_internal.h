@@ -134,10 +134,14 @@ Result<Message> decode_scene_retire(net::ReceivedRecord record);
 net::Record encode_one(RelayFrom m);
 net::Record encode_one(RelayFailed m);
 net::Record encode_one(SceneProgress m);
+net::Record encode_one(CertificateRequest m);
+net::Record encode_one(CertificateGrant m);
 net::Record encode_one(RelayJoin m);
 Result<Message> decode_relay_from(net::ReceivedRecord record);
 Result<Message> decode_relay_failed(net::ReceivedRecord record);
 Result<Message> decode_scene_progress(net::ReceivedRecord record);
+Result<Message> decode_certificate_request(net::ReceivedRecord record);
+Result<Message> decode_certificate_grant(net::ReceivedRecord record);
 Result<Message> decode_relay_join(net::ReceivedRecord record);
 // codec_work.cpp
 net::Record encode_one(FrameBegin m);

@@ -50,6 +50,7 @@ struct Welcome {
   SessionId session = 0;
   std::uint64_t token = 0;  // random; it proves that the scene connection belongs to the session
   std::uint32_t heartbeat_ms = 0, heartbeats_missed_max = 0;
+  bool issues_certificates = false;  // CertificateRequest is answered
 };
 // First record on a slave's scene connection. Answered by Joined.
 struct Join {
@@ -163,6 +164,14 @@ struct SceneProgress {  // slave -> master: how many bytes of the version are he
   SceneVersion version = 0;
   std::uint64_t bytes = 0;
 };
+// A slave asks for a new certificate; only of a master whose Welcome says that it issues some.
+struct CertificateRequest {
+  std::vector<std::byte> der;  // PKCS#10, signed by the new key
+};
+struct CertificateGrant {
+  std::vector<std::byte> der;  // X.509; empty where it is refused
+  std::string reason;          // one line for a person; empty where it is granted
+};
 // First record of one slave to another; SceneChunkNeed follows, SceneChunk comes back.
 struct RelayJoin {
   std::uint64_t token = 0;
@@ -240,11 +249,11 @@ struct StatusReply {
   bool has_details = true;  // of each slave; false: the short entries of older peers
 };
 
-using Message =
-    std::variant<Hello, Welcome, Join, Joined, Refuse, Ping, Pong, SceneAnnounce, SceneNeed,
-                 SceneChunkList, SceneChunkNeed, SceneChunk, SceneBuilt, SceneFailed, SceneRetire,
-                 RelayFrom, RelayFailed, SceneProgress, RelayJoin, FrameBegin, TileLease, FrameEnd,
-                 TileResult, TileReturned, Goodbye, FrameSubmit, FrameCancel, FrameChunk, FrameDone,
-                 StatusRequest, StatusReply>;
+using Message = std::variant<Hello, Welcome, Join, Joined, Refuse, Ping, Pong, SceneAnnounce,
+                             SceneNeed, SceneChunkList, SceneChunkNeed, SceneChunk, SceneBuilt,
+                             SceneFailed, SceneRetire, RelayFrom, RelayFailed, SceneProgress,
+                             RelayJoin, CertificateRequest, CertificateGrant, FrameBegin, TileLease,
+                             FrameEnd, TileResult, TileReturned, Goodbye, FrameSubmit, FrameCancel,
+                             FrameChunk, FrameDone, StatusRequest, StatusReply>;
 
 }  // namespace tessera::wire

@@ -25,6 +25,8 @@ enum class RecordType : std::uint16_t {
   kPing = 6,
   kPong = 7,
   kGoodbye = 8,
+  kCertificateRequest = 9,
+  kCertificateGrant = 10,
   kSceneAnnounce = 16,
   kSceneNeed = 17,
   kSceneChunk = 18,
@@ -62,6 +64,8 @@ static_assert(kReasonBytesMax + kSmallHeaderBytesMax <= kTextHeaderBytesMax);
 static_assert(kTextHeaderBytesMax <= kPreAuthRecordBytesMax);
 static_assert(kPreAuthRecordBytesMax <= kRecordHeaderBytesMax);
 inline constexpr std::size_t kBuildIdBytesMax = 64;
+// Bytes of a certificate and of the request for one; both have some hundreds.
+inline constexpr std::size_t kCertificateBytesMax = 4096;
 
 // Tiles of the largest frame at the smallest tile: 4096 x 4096.
 inline constexpr std::uint32_t kTilesPerFrameMax =

@@ -159,7 +159,7 @@ int run(int argc, char** argv) {
   add_days(add, words);
   add_days(renew, words);
   add->add_option("--test-starts-in-days", words.starts_in_days)
-      ->check(CLI::Range(0, 3650))
+      ->check(CLI::Range(-3650, 3650))
       ->group("");  // for tests: not shown
   const std::string first = argc > 1 ? argv[1] : "";
   const std::set<std::string> commands{"init", "add", "renew", "revoke", "list"};

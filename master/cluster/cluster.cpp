@@ -150,7 +150,8 @@ void Cluster::on_hello(std::unique_ptr<PeerLink> link, wire::Hello hello, std::u
   link->set_callbacks(callbacks_of(session, true));
   const net::Pulse pulse = pulse_of(pulse_, *link, slave->hello.name);
   slave->pulse = pulse;
-  link->send(wire::Welcome{version, session, slave->token, pulse.heartbeat_ms, pulse.missed_max});
+  link->send(wire::Welcome{version, session, slave->token, pulse.heartbeat_ms, pulse.missed_max,
+                           events_.certificate_wanted != nullptr});
   link->start_heartbeat(pulse);
   link->ping();
   slave->tile_link = std::move(link);
@@ -292,6 +293,8 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
     on_relay_failed(session, *relay_failed);
   } else if (auto* failed = std::get_if<wire::SceneFailed>(&message)) {
     on_scene_failed(session, std::move(*failed));
+  } else if (auto* request = std::get_if<wire::CertificateRequest>(&message)) {
+    on_certificate_request(session, std::move(*request));
   } else if (auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
     leave(session, goodbye->reason);
   } else if (auto* refuse = std::get_if<wire::Refuse>(&message)) {
@@ -300,6 +303,17 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
     expel(session,
           std::string(wire::message_name(message)) + " does not belong on a scene connection");
   }
+}
+
+void Cluster::on_certificate_request(SessionId session, wire::CertificateRequest request) {
+  if (!events_.certificate_wanted)
+    return expel(session, "CertificateRequest, though Welcome did not offer certificates");
+  events_.certificate_wanted(slaves_.at(session)->scene_link->connection().peer(),
+                             std::move(request.der), [this, session](wire::CertificateGrant grant) {
+                               const auto slave = slaves_.find(session);
+                               if (slave == slaves_.end()) return;
+                               slave->second->scene_link->send(std::move(grant));
+                             });
 }
 
 // Loses slaves that said Hello but never opened a scene connection; ends utilisation windows.

@@ -24,6 +24,7 @@
 #include "common/base/ids.h"
 #include "common/frame/frame_stats.h"
 #include "common/net/event_loop.h"
+#include "master/cluster/certificate_wish.h"
 #include "master/cluster/common_cause.h"
 #include "master/cluster/peer_link.h"
 #include "master/cluster/quarantine.h"
@@ -43,6 +44,7 @@ struct ClusterEvents {
   std::function<void(SessionId, SceneVersion, const std::string& reason)> scene_failed;
   std::function<void(SessionId, wire::TileResult)> tile_result;
   std::function<void(SessionId, wire::TileReturned)> tile_returned;
+  CertificateWish certificate_wanted;  // null: this master makes none
 };
 
 class Cluster {
@@ -116,6 +118,7 @@ class Cluster {
   void on_tile_message(SessionId session, wire::Message message);
   void on_scene_message(SessionId session, wire::Message message);
   void on_scene_failed(SessionId session, wire::SceneFailed failed);
+  void on_certificate_request(SessionId session, wire::CertificateRequest request);
   void join_relay(SessionId session);
   bool feed_by_slave(SessionId session, SceneVersion version, std::uint64_t bytes);
   void tell_feed(const Feed& feed);

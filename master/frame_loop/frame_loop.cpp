@@ -44,6 +44,7 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
     observer.handed_back(session, r);
     perform(scheduler.tile_returned(session, r.frame, r.tile, r.attempt, Clock::now()));
   };
+  events.certificate_wanted = options.certificate_wanted;
   return events;
 }
 

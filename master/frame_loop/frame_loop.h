@@ -23,6 +23,7 @@
 #include "common/net/listener.h"
 #include "common/net/liveness.h"
 #include "common/scene/scene_codec.h"
+#include "master/cluster/certificate_wish.h"
 #include "master/frame_loop/frame_admission.h"
 #include "master/frame_loop/frame_orders.h"
 #include "master/schedule/audit_choice.h"
@@ -46,7 +47,8 @@ struct FrameLoopOptions {
   net::Pulse pulse;                     // of links; that of a far slave is slower
   bool serves_applications = false;     // accept role app (serve); else such peers are refused
   FrameAdmission::Room memory = {};     // what this process may take; null: no limit is known
-  net::EventLoop* hasher = nullptr;     // computes frames' digests; null: the loop itself, at once
+  CertificateWish certificate_wanted = {};  // by slaves; null: none are made
+  net::EventLoop* hasher = nullptr;  // computes frames' digests; null: the loop itself, at once
 };
 
 class FrameLoop final : public FrameOrders {

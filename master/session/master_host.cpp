@@ -16,6 +16,7 @@
 #include "common/base/memory_room.h"
 #include "common/metrics/exposition.h"
 #include "common/net/connector.h"
+#include "common/net/key_store.h"
 #include "common/net/local_pair.h"
 #include "common/wire/codec.h"
 #include "master/frame_loop/metrics_page.h"
@@ -84,6 +85,10 @@ MasterHost::MasterHost() = default;
 Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& options,
                                                       bool serves_applications) {
   TESSERA_RETURN_IF_ERROR(check_pulse(options));
+  if (!options.issue_from.empty() && options.listen.empty()) {
+    return Status::invalid_argument(
+        "--issue-from needs --listen: certificates are made for slaves");
+  }
   std::unique_ptr<MasterHost> host(new MasterHost);
   if (!options.listen.empty()) raise_descriptor_limit();
   FrameLoopOptions loop_options;
@@ -104,6 +109,13 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
     const std::optional<MemoryRoom> room = memory_room(cap_bytes);
     return room ? std::optional(room->free_bytes) : std::nullopt;
   };
+  if (!options.issue_from.empty()) {
+    loop_options.certificate_wanted = [h = host.get()](const net::PeerIdentity& peer,
+                                                       std::vector<std::byte> request,
+                                                       auto answer) {
+      h->desk_->ask(peer, std::move(request), std::move(answer));
+    };
+  }
   loop_options.hasher = &host->hasher_;
   host->io_.run_and_wait(
       [&] { host->frame_loop_ = std::make_unique<FrameLoop>(host->io_, loop_options); });
@@ -118,6 +130,7 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
 MasterHost::~MasterHost() {
   for (auto& slave : slaves_) slave->stop();
   io_.run_and_wait([this] {
+    if (desk_) desk_->close();
     credentials_.reset();
     listener_.reset();
     metrics_.reset();
@@ -125,6 +138,7 @@ MasterHost::~MasterHost() {
     frame_loop_->observer().finish_trace();
     frame_loop_->shutdown();
   });
+  desk_.reset();  // its last answers come before the frame loop goes
   slaves_.clear();
   if (slave_io_) slave_io_->stop();
   io_.run_and_wait([this] { frame_loop_.reset(); });
@@ -186,8 +200,15 @@ Status MasterHost::listen_at(const SessionOptions& options) {
       return wire::encode(wire::Refuse{wire::RefuseCode::kRole, reason});
     });
   }
+  if (!options.issue_from.empty()) {
+    if (!*tls)
+      return Status::invalid_argument("--issue-from needs --keys: without, nobody has any");
+    TESSERA_RETURN_IF_ERROR(net::check_issuing_folder(options.issue_from, options.keys_folder));
+    desk_ = std::make_unique<CertificateDesk>(io_, options.issue_from, *tls);
+  }
   Status status;
   io_.run_and_wait([&] {
+    if (desk_) desk_->start();
     auto listener =
         net::listen_on_all(io_, *endpoints, *tls, [this](net::ConnectionPtr connection) {
           frame_loop_->accept(std::move(connection), listener_.get());

@@ -18,6 +18,7 @@
 #include "common/net/io_thread.h"
 #include "common/net/listener.h"
 #include "master/frame_loop/frame_loop.h"
+#include "master/session/certificate_desk.h"
 #include "master/session/session.h"
 #include "slave/slave_host.h"
 
@@ -49,7 +50,8 @@ class MasterHost {
   std::unique_ptr<FrameLoop> frame_loop_;               // io_ thread
   std::unique_ptr<net::Listener> listener_;             // io_ thread; null when nothing listens
   std::unique_ptr<net::CredentialsWatch> credentials_;  // io_ thread; null without keys
-  std::unique_ptr<net::HttpPage> metrics_;              // io_ thread; null when not wanted
+  std::unique_ptr<CertificateDesk> desk_;    // io_ thread; null: certificates are not made
+  std::unique_ptr<net::HttpPage> metrics_;   // io_ thread; null when not wanted
   std::thread trace_writer_;                 // started on the io_ thread, joined when that is over
   std::unique_ptr<net::IoThread> slave_io_;  // of the local slaves; null without
   std::vector<std::unique_ptr<slave::SlaveHost>> slaves_;

@@ -54,6 +54,7 @@ struct SessionOptions {
   std::uint64_t memory_mib = 0;
   // The rest is of a master inside this process.
   std::string metrics;       // HOST:PORT of a page of metrics, loopback; empty: none
+  std::string issue_from;    // the authority's folder, to renew certificates with; empty: not
   std::string trace_path;    // a trace is written there; empty: none
   double trace_seconds = 0;  // from the first lease on; 0: the newest part of the whole run
 };

@@ -161,12 +161,12 @@ class Cluster:
         self.processes[name] = process
         return process
 
-    def serve(self, *options):
+    def serve(self, *options, keys=None):
         # Between free_port() and listen() another process may take the port, so several are tried.
         for _ in range(5):
             self.port = free_port()
             process = self.start("master", [program("tessera-master"), "serve", "--listen", self.address,
-                                            "--keys", str(self.keys / "master"), *options])
+                                            "--keys", str(keys or self.keys / "master"), *options])
             if wait_until("listening", lambda: self.status() is not None or process.poll() is not None) and process.poll() is None:
                 return process
         raise AssertionError("the master does not start: " + (self.folder / "master.log").read_text())

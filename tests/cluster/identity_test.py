@@ -4,6 +4,7 @@
 than it must be; and whose certificate ends soon hears of it."""
 import os
 import re
+import shutil
 import socket
 import subprocess
 import unittest
@@ -114,6 +115,50 @@ class Identity(unittest.TestCase):
         self.assertEqual(self.events("s2", "certificate-expires"), [])
         run = self.cluster.render("builtin:cornell", "--size", "64x64")
         self.assertIn("certificate of app 'app' ends in", run.stderr)
+
+    def test_certificates_renew_themselves_where_the_owner_lays_the_authority_s_key(self):
+        folder = self.cluster.folder
+        keys = folder / "aged"
+        self.cluster.make_keys("init", str(keys))
+        for role, name in (("master", "master"), ("slave", "s1"), ("slave", "young")):
+            age = "0" if name == "young" else "-300"
+            self.cluster.make_keys("add", str(keys), role, name, "--test-starts-in-days", age)
+            shutil.copytree(keys / name, folder / f"at-{name}")  # as on their machines
+        self.cluster.make_keys("add", str(keys), "app", "app")
+        self.cluster.keys = keys
+        old = {name: (folder / f"at-{name}" / "node.key").read_text() for name in ("master", "s1", "young")}
+        self.cluster.serve("--issue-from", str(keys), keys=folder / "at-master")
+        for name in ("s1", "young"):
+            self.start_slave_at(name, folder / f"at-{name}")
+        self.cluster.wait_for_slaves(2)
+        for name in ("master", "s1"):
+            self.wait_for_event(name, "certificate-renewed")
+            self.wait_for_event(name, "credentials-reloaded")
+            self.assertNotEqual((folder / f"at-{name}" / "node.key").read_text(), old[name])
+        self.assertEqual((folder / "at-young" / "node.key").read_text(), old["young"])
+        self.assertEqual((keys / "s1" / "node.key").read_text(), old["s1"], "no private key travels")
+        self.assertEqual(self.events("s1", "master-lost"), [], "open connections live on")
+        listed = subprocess.run([cluster_lib.program("tessera-keys"), "list", str(keys)], capture_output=True, text=True).stdout
+        self.assertNotIn("renew it", listed)
+        self.cluster.processes.pop("s1").kill()
+        self.start_slave_at("again", folder / "at-s1")
+        self.wait_for_event("again", "master-joined")
+        self.cluster.make_keys("revoke", str(keys), "s1")
+        shutil.copy(keys / "crl.pem", folder / "at-master")
+        self.wait_for_event("again", "master-refuses")
+
+    def start_slave_at(self, log, folder):
+        return self.cluster.start(log, [cluster_lib.program("tessera-slave"), "--master", self.cluster.address, "--keys",
+                                        str(folder), "--threads", "1"])
+
+    def test_a_master_without_the_authority_s_key_makes_no_certificates(self):
+        self.cluster.serve()
+        self.cluster.make_keys("add", str(self.cluster.keys), "slave", "aged", "--test-starts-in-days", "-300")
+        self.start_slave("aged", "aged")
+        self.cluster.wait_for_slaves(1)
+        self.cluster.render("builtin:cornell", "--size", "64x64")
+        for log, event in (("aged", "certificate-renewed"), ("master", "certificate-issued"), ("master", "slave-lost")):
+            self.assertEqual(self.events(log, event), [])
 
 
 if __name__ == "__main__":

@@ -5,9 +5,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 
+#include "common/net/key_request.h"
 #include "common/net/tls.h"
 #include "common/net/x509.h"
 #include "tests/support/temp_folder.h"
@@ -193,6 +195,54 @@ TEST_F(KeyStore, RevokingANameRevokesAllThatWasEverMadeForItAndNothingElse) {
   ASSERT_TRUE(add_key(keys_, "slave", "c", kNodeDays).is_ok());
   EXPECT_TRUE(std::filesystem::exists(keys_ + "/c/crl.pem")) << "and who comes later, too";
   EXPECT_EQ(revoke_key(keys_, "nobody").code(), StatusCode::kNotFound);
+}
+
+TEST_F(KeyStore, ANodeRenewsItsCertificateWithoutSendingItsKey) {
+  ASSERT_TRUE(add_key(keys_, "slave", "a", kNodeDays, -300).is_ok());
+  const std::string node = folder_ / "node";  // the node's own copy
+  std::filesystem::copy(keys_ + "/a", node);
+  const auto context = TlsContext::load(node, "slave");
+  ASSERT_TRUE(context.is_ok()) << context.status().message();
+  EXPECT_TRUE(is_renewal_due((*context)->life(), std::time(nullptr)));
+  const KeyRequest request;
+  const auto made = certify_key(keys_, "slave", "a", request.der(), kNodeDays);
+  ASSERT_TRUE(made.is_ok()) << made.status().message();
+  const Status taken = request.take_over(node, *made);
+  ASSERT_TRUE(taken.is_ok()) << taken.message();
+  ASSERT_TRUE((*context)->reload().is_ok());
+  EXPECT_FALSE(is_renewal_due((*context)->life(), std::time(nullptr)));
+  struct stat info {};
+  ASSERT_EQ(stat((node + "/node.key").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777, 0600u);
+  const auto listed = list_key_facts(keys_);
+  ASSERT_TRUE(listed.is_ok());
+  EXPECT_EQ(listed->back().state, KeyState::kGood) << "the owner sees that it was renewed";
+  ASSERT_TRUE(revoke_key(keys_, "a").is_ok());
+  std::filesystem::copy(keys_ + "/crl.pem", node + "/crl.pem");
+  EXPECT_FALSE(TlsContext::load(node, "slave").is_ok()) << "revoked with all that was ever made";
+}
+
+TEST_F(KeyStore, WhatDoesNotFitIsNeitherCertifiedNorTakenOver) {
+  for (const char* name : {"a", "b"}) ASSERT_TRUE(add_key(keys_, "slave", name, kNodeDays).is_ok());
+  const KeyRequest request, other;
+  std::vector<std::byte> altered = request.der();
+  altered.back() ^= std::byte{1};  // of the signature
+  std::vector<std::byte> longer = request.der();
+  longer.push_back(std::byte{0});
+  for (const auto& bad : {altered, longer, std::vector<std::byte>(100)})
+    EXPECT_FALSE(certify_key(keys_, "slave", "a", bad, kNodeDays).is_ok());
+  const auto before = TlsContext::load(keys_ + "/a", "slave");
+  const auto take = [&](const std::string& role, const std::string& name, const KeyRequest& of) {
+    const auto made = certify_key(keys_, role, name, of.der(), kNodeDays);
+    return made.is_ok() ? request.take_over(keys_ + "/a", *made) : made.status();
+  };
+  EXPECT_FALSE(take("slave", "a", other).is_ok()) << "of another key";
+  EXPECT_FALSE(take("slave", "b", request).is_ok()) << "of another name";
+  EXPECT_FALSE(take("master", "a", request).is_ok()) << "of another role";
+  EXPECT_FALSE(request.take_over(keys_ + "/a", std::vector<std::byte>(100)).is_ok());
+  EXPECT_FALSE(*(*before)->reload()) << "the folder is as it was";
+  EXPECT_TRUE(take("slave", "a", request).is_ok());
+  EXPECT_TRUE(*(*before)->reload());
 }
 
 TEST_F(KeyStore, ADamagedListIsNeverTakenForAnEmptyOne) {

@@ -72,10 +72,13 @@ class MasterScript {
     EXPECT_TRUE(is_told);
   }
 
+  bool issues_certificates = false;  // as the next Welcome says
+
   // Exchanges Hello, Welcome, Join and Joined; `tile` and `scene` are the links from then on.
   void shake_hands(std::uint32_t heartbeat_ms = 250, std::uint32_t missed_max = 4) {
     skip_to_hello();  // past what an earlier session left behind
-    const wire::Welcome welcome{1, ++session_, 4711 + session_, heartbeat_ms, missed_max};
+    const wire::Welcome welcome{1,          ++session_,         4711 + session_, heartbeat_ms,
+                                missed_max, issues_certificates};
     send(tile, welcome);
     const wire::Join join = expect<wire::Join>(&scene);
     EXPECT_EQ(join.session, welcome.session);

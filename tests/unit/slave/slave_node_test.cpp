@@ -7,6 +7,9 @@
 
 #include <array>
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "common/base/limits.h"
 #include "common/base/log.h"
@@ -39,6 +42,7 @@ class SlaveNodeTest : public testing::Test {
     options.name = "sara";
     options.threads = threads;
     options.isas = isa_bit(Isa::kScalar);
+    options.renewal = renewal_;
     node_ = std::make_unique<SlaveNode>(*process_, options, master_.factory(*process_), *workshop_);
     workshop_->set_node(node_.get());
     process_->post([this] { node_->start(); });
@@ -61,6 +65,7 @@ class SlaveNodeTest : public testing::Test {
     return longest;
   }
 
+  RenewalAccess renewal_;  // of the slave that is started next
   sim::EventQueue queue_{1};
   VirtualMaster master_{queue_};
   std::unique_ptr<sim::Process> process_ =
@@ -76,6 +81,31 @@ TEST_F(SlaveNodeTest, SaysWhoItIs) {
   EXPECT_EQ(master_.hello.name, "sara");
   EXPECT_EQ(master_.hello.threads, 3u);
   EXPECT_EQ(master_.hello.isas, isa_bit(Isa::kScalar));
+}
+
+TEST_F(SlaveNodeTest, AsksForACertificateWhenItIsDueAndTheMasterMakesSome) {
+  bool is_due = true;
+  std::vector<std::string> answers;
+  renewal_.request = [&]() -> std::optional<std::vector<std::byte>> {
+    if (!std::exchange(is_due, false)) return std::nullopt;
+    return std::vector<std::byte>(100);
+  };
+  renewal_.granted = [&](const wire::CertificateGrant& grant) { answers.push_back(grant.reason); };
+  start(1, 1ms);
+  master_.shake_hands();
+  master_.run_for(2min);
+  EXPECT_TRUE(is_due) << "this master makes none";
+  master_.issues_certificates = true;
+  master_.close(master_.tile);
+  master_.shake_hands();
+  std::size_t link = 0;
+  EXPECT_EQ(master_.expect<wire::CertificateRequest>(&link).der.size(), 100u);
+  EXPECT_EQ(link, master_.scene);
+  master_.send(link, wire::CertificateGrant{{}, "not now"});
+  master_.run_for(2min);
+  EXPECT_EQ(answers, std::vector<std::string>{"not now"});
+  is_due = true;
+  EXPECT_EQ(master_.expect<wire::CertificateRequest>().der.size(), 100u) << "and looks again";
 }
 
 TEST_F(SlaveNodeTest, AsksOnlyForBlocksItLacks) {

@@ -192,7 +192,10 @@ inline std::vector<Message> Samples::all() {
                     text(kBuildIdBytesMax, 0), any(), u16(), any()});
   m.push_back(Hello{static_cast<Role>(number(1, 2)), 1, 1, text(kNameBytesMax), 0, 0, ""});
   m.push_back(Welcome{u16(), number(1, ~0ull), any(), small(1, kHeartbeatMsMax),
-                      small(1, kHeartbeatsMissedLimit)});
+                      small(1, kHeartbeatsMissedLimit), number(0, 1) == 1});
+  m.push_back(CertificateRequest{bytes(number(1, kCertificateBytesMax))});
+  m.push_back(CertificateGrant{bytes(number(1, kCertificateBytesMax)), ""});
+  m.push_back(CertificateGrant{{}, text(kReasonBytesMax, 1)});
   m.push_back(Join{u16(), number(1, ~0ull), any()});
   m.push_back(Joined{});
   m.push_back(Refuse{static_cast<RefuseCode>(number(0, 7)), text(kReasonBytesMax, 0)});
@@ -265,8 +268,11 @@ inline auto fields(const Hello& m) {
                   m.memory_bytes, m.relay_port, m.relay_token, m.instance);
 }
 inline auto fields(const Welcome& m) {
-  return std::tie(m.version, m.session, m.token, m.heartbeat_ms, m.heartbeats_missed_max);
+  return std::tie(m.version, m.session, m.token, m.heartbeat_ms, m.heartbeats_missed_max,
+                  m.issues_certificates);
 }
+inline auto fields(const CertificateRequest& m) { return std::tie(m.der); }
+inline auto fields(const CertificateGrant& m) { return std::tie(m.der, m.reason); }
 inline auto fields(const Join& m) { return std::tie(m.version, m.session, m.token); }
 inline auto fields(const Joined&) { return std::tuple<>(); }
 inline auto fields(const Refuse& m) { return std::tie(m.code, m.reason); }
