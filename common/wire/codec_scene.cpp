@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Codec of the messages of the scene stream.
+#include <span>
+
 #include "common/wire/codec_internal.h"
 #include "proto/scene.pb.h"
 
@@ -113,8 +115,8 @@ net::Record encode_one(SceneChunkList m) {
   h.set_version(m.version);
   h.set_block(m.block);
   h.set_chunk_count(static_cast<std::uint32_t>(m.chunks.size()));
-  std::vector<std::byte> payload(m.chunks.size() * sizeof(Digest));
-  std::memcpy(payload.data(), m.chunks.data(), payload.size());
+  const auto digests = std::as_bytes(std::span(m.chunks));
+  std::vector<std::byte> payload(digests.begin(), digests.end());
   return make_record(RecordType::kSceneChunkList, h, net::SharedBytes::of(std::move(payload)));
 }
 
