@@ -61,17 +61,28 @@ void RenderService::work(std::uint32_t index) {
     worker.index = index;
     while (std::optional<TileJob> job = queue_.pop()) {
       std::optional<wire::TileResult> result;
+      // A tile is left once at most, so that no thread runs in circles.
+      core::MetBuilds met(job->has_come_back ? core::MetBuilds::WhenBusy::kWait
+                                             : core::MetBuilds::WhenBusy::kLeaveTile);
       try {
         if (!job->frame->is_cancelled) result = render(*job, worker);
       } catch (const std::exception& e) {
         log_error("tile-failed", std::string("a tile could not be rendered: ") + e.what(), {});
       }
+      if (met.has_left() && met.failure().is_ok() && put_back(*job)) continue;
+      if (met.has_left() || !met.failure().is_ok()) result.reset();
+      job->frame->failure.add(met.failure());
       on_done_(*job, std::move(result));
     }
   }
   MutexLock lock(mutex_);
   --workers_running_;
   worker_ended_.notify_all();
+}
+
+bool RenderService::put_back(TileJob job) {
+  job.has_come_back = true;
+  return queue_.try_push(std::move(job));
 }
 
 std::optional<wire::TileResult> RenderService::render(const TileJob& job, Worker& worker) {

@@ -38,6 +38,8 @@ class RenderService {
  private:
   class Worker;
   void work(std::uint32_t index);
+  // Puts a tile behind the others of its frame that wait. Returns: false when the queue is closed.
+  bool put_back(TileJob job);
   std::optional<wire::TileResult> render(const TileJob& job, Worker& worker);
 
   const TestHooks hooks_;

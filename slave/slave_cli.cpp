@@ -28,6 +28,7 @@ struct Words {
   int threads = 0;
   std::string isa = "auto";
   std::string structure = "auto";
+  std::string build = "auto";
   std::string name;
   std::string keys_folder;
   bool is_plain = false;
@@ -117,6 +118,13 @@ void declare(CLI::App& app, Words& words) {
                  "pictures do not depend on it")
       ->check(CLI::IsMember(core::structure_names()).description(""))
       ->type_name("NAME")
+      ->capture_default_str();
+  app.add_option("--build", words.build,
+                 "when meshes are built: auto (with their scene) or on-demand (when the first ray\n"
+                 "reaches them: less memory and a sooner first frame where much is hidden;\n"
+                 "not for patches); pictures do not depend on it")
+      ->check(CLI::IsMember({"auto", "on-demand"}).description(""))
+      ->type_name("WHEN")
       ->capture_default_str();
   app.add_option(
          "--memory", words.memory_mib,
@@ -221,6 +229,11 @@ ParsedCommand check_words(const Words& words) {
   const IsaMask supported = core::supported_isas();
   options.isas = supported;
   options.structure = *core::parse_structure(words.structure);
+  options.is_on_demand = words.build == "on-demand";
+  if (options.is_on_demand && words.structure != "auto" && words.structure != "bvh") {
+    return failed(kExitUsage, "--build on-demand goes with --structure auto or bvh: " +
+                                  words.structure + " is built with its scene");
+  }
   if (words.isa != "auto") {
     const Result<Isa> isa = parse_isa(words.isa);
     if (!isa.is_ok()) return failed(kExitUsage, isa.status().message());

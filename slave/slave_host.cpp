@@ -25,7 +25,9 @@ class ThreadWorkshop final : public Workshop {
   ThreadWorkshop(const SlaveOptions& options, RenderService::OnDone on_done,
                  SceneBuilder::OnBuilt on_built)
       : render_(options.threads, options.hooks, coder_, std::move(on_done)),
-        builder_({options.threads, nullptr, options.structure}, std::move(on_built)) {}
+        builder_({options.threads, nullptr, options.structure, core::Instancing::kAuto,
+                  options.is_on_demand},
+                 std::move(on_built)) {}
 
   bool try_push(TileJob job) override { return render_.queue().try_push(std::move(job)); }
   void remove_frame(const FrameWork* frame) override { render_.queue().remove_frame(frame); }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <deque>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "common/base/check.h"
@@ -59,6 +60,7 @@ struct SlaveNode::Impl {
   void on_built(BuildOutcome outcome);
   void on_tile_done(const TileJob& job, std::optional<wire::TileResult> result);
   void give_back(const TileJob& job);
+  void on_build_failed(SceneVersion version, const Status& failure);
   void flush_results();
   void on_lost();
   void cancel_all_frames();
@@ -75,6 +77,7 @@ struct SlaveNode::Impl {
   SceneIntake intake;
   SceneVersion first_kept = 0;
   std::map<SceneVersion, std::shared_ptr<const core::PreparedScene>> built;
+  std::set<SceneVersion> failed_late;      // of those that were built, until they are retired
   std::map<SceneVersion, Digest> digests;  // of what is built, or being built
   std::map<FrameId, std::shared_ptr<FrameWork>> frames;
   struct WaitingResult {
@@ -182,7 +185,8 @@ Status SlaveNode::Impl::on_frame_begin(const wire::FrameBegin& begin) {
   // A retired version is no error: SceneRetire travels on the other connection and may overtake the
   // frame. Its tiles are handed back.
   const auto scene = built.find(begin.version);
-  if (scene == built.end() && begin.version >= first_kept) {
+  const bool was_built = scene != built.end() || failed_late.contains(begin.version);
+  if (!was_built && begin.version >= first_kept) {
     return Status::data_loss(frame + ": scene version " + std::to_string(begin.version) +
                              " is not built here");
   }
@@ -230,9 +234,21 @@ Status SlaveNode::Impl::on_frame_end(const wire::FrameEnd& end) {
 void SlaveNode::Impl::on_tile_done(const TileJob& job, std::optional<wire::TileResult> result) {
   if (job.frame->generation != generation) return;       // of a session that is gone
   if (!frames.contains(job.frame->begin.frame)) return;  // ended meanwhile: nobody waits for it
-  if (!result) return give_back(job);
+  if (!result) {
+    if (const Status failure = job.frame->failure.get(); !failure.is_ok())
+      on_build_failed(job.frame->begin.version, failure);
+    return give_back(job);
+  }
   results.push_back({job.arrived, std::move(*result)});
   flush_results();
+}
+
+// A scene that is built as rays meet it may fail after it was told to be ready.
+void SlaveNode::Impl::on_build_failed(SceneVersion version, const Status& failure) {
+  if (built.erase(version) == 0) return;  // told before
+  log_error("scene-failed", failure.message(), {{"version", std::to_string(version)}});
+  link->send_scene(wire::SceneFailed{version, failure.message()});
+  failed_late.insert(version);
 }
 
 void SlaveNode::Impl::give_back(const TileJob& job) {
@@ -267,6 +283,7 @@ void SlaveNode::Impl::on_lost() {
   built.clear();
   intake.lost();
   digests.clear();
+  failed_late.clear();
   first_kept = 0;
   ++generation;
   workshop.retire(generation, 0);
@@ -304,6 +321,7 @@ Status SlaveNode::Impl::on_scene_message(wire::Message message) {
     first_kept = std::max(first_kept, retire->first_kept);
     built.erase(built.begin(), built.lower_bound(first_kept));
     digests.erase(digests.begin(), digests.lower_bound(first_kept));
+    failed_late.erase(failed_late.begin(), failed_late.lower_bound(first_kept));
     workshop.retire(generation, first_kept);
     if (!retire->keeps_newest) workshop.forget_newest();
     return intake.retire(first_kept);

@@ -31,6 +31,7 @@ struct SlaveOptions {
   IsaMask isas = 0;                                    // subset of core::supported_isas()
   std::uint64_t instance = 0;                          // random number of the process; 0: none
   core::Structure structure = core::Structure::kAuto;  // what rays go through
+  bool is_on_demand = false;  // meshes are built when the first ray reaches them
   // Tells limit and free bytes of memory; null: unknown, every scene is taken.
   std::function<std::optional<MemoryRoom>()> memory = {};
   RenewalAccess renewal = {};

@@ -121,6 +121,7 @@ Actions Scheduler::scene_failed(SessionId session, SceneVersion version, const s
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return actions;
   slave->second.failed[version] = reason;
+  slave->second.built.erase(version);  // one that is built as rays meet it may fail late
   fail_hopeless(now, actions);
   for (Frame& frame : frames_) waive_audits(frame, actions);
   deliver(actions);

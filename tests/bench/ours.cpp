@@ -295,7 +295,7 @@ class Ours final : public Entrants {
   void build_instanced(const core::KernelTable& table, const Scene& scene) {
     const core::BuildControl alone{1, nullptr};
     build<core::InstancedBvh<W>>("instanced" + std::to_string(W), table, [&] {
-      auto placed = core::place_instances<W>(scene, core::Instancing::kAlways, {}, alone);
+      auto placed = core::place_instances<W>(scene, {core::Instancing::kAlways}, {}, alone);
       return core::index_instances<W>(std::move(*placed), {}, nullptr, alone);
     });
   }

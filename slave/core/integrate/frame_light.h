@@ -19,6 +19,8 @@ class FrameLight {
   // to ray_count.
   const VplSets& vpls(const RenderContext& context, std::uint64_t& ray_count) {
     std::call_once(once_, [&] {
+      // All tiles take what is made here, so this one may not be left.
+      const MetBuilds met(MetBuilds::WhenBusy::kWait);
       sets_.emplace(context.scene, context.tracer, context.settings);
       ray_count += sets_->ray_count();
     });

@@ -10,6 +10,7 @@
 
 #include "common/frame/frame_settings.h"
 #include "slave/core/camera/camera_rays.h"
+#include "slave/core/ray/met_builds.h"
 #include "slave/core/scene/prepared_scene_impl.h"
 #include "slave/core/trace/scene_tracer.h"
 
@@ -27,10 +28,11 @@ struct RenderContext {
   const std::atomic<bool>* is_cancelled = nullptr;  // null: cannot be cancelled
 
   const KernelTable& kernels() const { return tracer.kernels(); }
-  // Whether the tile is cancelled. Callers ask for every packet or so, so that a cancelled tile is
-  // left within some ten thousand rays.
+  // Whether the tile is cancelled, or its answers are worth nothing (MetBuilds). Callers ask for
+  // every packet or so, so that such a tile is left within some ten thousand rays.
   bool is_over() const {
-    return is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed);
+    return (is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed)) ||
+           MetBuilds::is_to_leave();
   }
 };
 

@@ -12,6 +12,7 @@
 #include "common/frame/frame_stats.h"
 #include "common/frame/tile_grid.h"
 #include "slave/core/integrate/frame_light.h"
+#include "slave/core/ray/met_builds.h"
 #include "slave/core/scene/prepared_scene.h"
 
 namespace tessera::core {
@@ -28,7 +29,8 @@ class TileRenderer {
   // Writes linear radiance, row by row from the tile's top left. Shape: rgb [3 *
   // rect.pixel_count()]. Requires: valid settings, rect inside the frame, isa in supported_isas().
   // frame_light: what tiles of the same frame share; without it each tile makes its own. Returns:
-  // rays traced. When *is_cancelled turns true it returns early and rgb is to be thrown away.
+  // rays traced. When *is_cancelled turns true, or rays met what cannot be had (MetBuilds), it
+  // returns early and rgb is to be thrown away.
   RayCounts render(const PreparedScene& scene, const FrameSettings& settings, Isa isa,
                    const TileRect& rect, std::span<float> rgb,
                    const std::atomic<bool>* is_cancelled = nullptr,

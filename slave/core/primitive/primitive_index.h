@@ -52,6 +52,8 @@ using IndexedKd = Indexed<KdIndex, W>;
 template <int W>
 struct MeshIndex;
 template <int W>
+class MeshSlot;
+template <int W>
 struct FlatPart;
 template <int W>
 struct InstancedBvh {
@@ -61,9 +63,10 @@ struct InstancedBvh {
   std::vector<TriangleBlock<W>> triangles;
   std::vector<InstanceBlock> instances;
   std::vector<Bounds3f> boxes;  // of instances, world space
-  // By mesh of the scene. Meshes without an instance here are null in `meshes` and empty in
-  // `shapes`. Where what is flattened has a structure of its own, its shape comes last.
+  // By mesh of the scene. Meshes without an instance here are null in `meshes` and `slots`, and
+  // empty in `shapes`. Where what is flattened has a structure of its own, its shape comes last.
   std::vector<std::shared_ptr<const MeshIndex<W>>> meshes;
+  std::vector<std::shared_ptr<MeshSlot<W>>> slots;  // of those that are built when a ray meets them
   std::vector<MeshShape<W>> shapes;
   std::vector<std::uint8_t> is_placed;  // by instance of the scene: 0 where it is flattened
   // For versions of the scene that follow:
@@ -74,6 +77,8 @@ struct InstancedBvh {
   std::uint64_t built_primitives = 0;  // that this version put into structures
 
   std::uint64_t memory_bytes() const;
+  // Triangles of the slots' meshes that are built by now.
+  std::uint64_t met_primitives() const;
 };
 
 // A hierarchy over sub-patches and triangles.

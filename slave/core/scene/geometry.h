@@ -36,6 +36,7 @@ struct Geometry {
   std::vector<Instance> instances;
   Structure structure = Structure::kAuto;
   Instancing instancing = Instancing::kAuto;
+  bool is_on_demand = false;
 };
 
 }  // namespace tessera::core

@@ -60,7 +60,7 @@ SurfaceFeatures features_of(const Scene& scene, const Geometry& geometry) {
 bool is_of(const Geometry& geometry, const Scene& scene, const BuildOptions& options) {
   return geometry.meshes == scene.meshes && geometry.surfaces == scene.surfaces &&
          geometry.instances == scene.instances && geometry.structure == options.structure &&
-         geometry.instancing == options.instancing;
+         geometry.instancing == options.instancing && geometry.is_on_demand == options.is_on_demand;
 }
 
 bool is_any_smooth(const Scene& scene, const Geometry* other) {
@@ -117,8 +117,10 @@ Status build_index(const Scene& scene, const BuildOptions& options, Geometry& ge
   const KnownInstances<W> known = known_of<W>(options.other);
   const bool is_kd =
       options.structure == Structure::kKd || options.structure == Structure::kKdQuality;
-  Result<Placement<W>> placed =
-      place_instances<W>(scene, is_kd ? Instancing::kNever : options.instancing, known, control);
+  const bool is_on_demand = options.is_on_demand && (options.structure == Structure::kAuto ||
+                                                     options.structure == Structure::kBvh);
+  Result<Placement<W>> placed = place_instances<W>(
+      scene, {is_kd ? Instancing::kNever : options.instancing, is_on_demand}, known, control);
   if (!placed.is_ok()) return placed.status();
   if (placed->is_empty()) {
     const Geometry* const other =
@@ -226,6 +228,7 @@ Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
   geometry->instances = scene.instances;
   geometry->structure = options.structure;
   geometry->instancing = options.instancing;
+  geometry->is_on_demand = options.is_on_demand;
   TESSERA_RETURN_IF_ERROR(build_any_index(scene, options, *geometry));
   geometry->is_smooth = is_any_smooth(scene, other);
   return std::shared_ptr<const Geometry>(std::move(geometry));
@@ -300,7 +303,13 @@ bool PreparedScene::has_geometry_of(const PreparedScene& other) const {
   return impl_->geometry == other.impl_->geometry;
 }
 
-std::uint64_t PreparedScene::built_primitives() const { return impl_->geometry->built_primitives; }
+std::uint64_t PreparedScene::built_primitives() const {
+  const auto met = [](const auto& index) -> std::uint64_t {
+    if constexpr (requires { index.met_primitives(); }) return index.met_primitives();
+    return 0;
+  };
+  return impl_->geometry->built_primitives + std::visit(met, impl_->index.any);
+}
 
 std::uint64_t PreparedScene::fitted_primitives() const {
   return impl_->geometry->fitted_primitives;

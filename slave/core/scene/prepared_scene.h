@@ -23,6 +23,9 @@ struct BuildOptions {
   const std::atomic<bool>* is_cancelled = nullptr;  // may be null; polled
   Structure structure = Structure::kAuto;           // answers do not depend on it
   Instancing instancing = Instancing::kAuto;        // likewise; kd-trees have no instances
+  // Every mesh that can be is built when the first ray reaches its box (mesh_slot.h), but for those
+  // of scenes with patches, kd-trees and hierarchies of quality. Answers do not depend on it.
+  bool is_on_demand = false;
   // Another version of the scene; may be null. Where it has the same meshes, by pointer, in the
   // same places, its geometry is shared and not built. Otherwise what moved or changed is built
   // beside what did not: meshes that move get a structure of their own, the others keep one. Where
@@ -45,7 +48,8 @@ class PreparedScene {
   std::uint64_t memory_bytes() const;
   // Whether this scene shares the geometry of the other one instead of having built its own.
   bool has_geometry_of(const PreparedScene& other) const;
-  // Triangles and instances that were put into structures when its geometry was built.
+  // Triangles and instances that were put into structures when its geometry was built, and since
+  // then, where rays have met what is built on demand.
   std::uint64_t built_primitives() const;
   // Triangles in structures of the other version, which were fitted to where they are now.
   std::uint64_t fitted_primitives() const;

@@ -8,6 +8,8 @@
 
 #include "slave/core/accel/bvh_children.h"
 #include "slave/core/primitive/instance/instance_placement.h"
+#include "slave/core/primitive/instance/mesh_slot.h"
+#include "slave/core/primitive/instance/mesh_slot_abi.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 
 namespace tessera::core {
@@ -44,6 +46,7 @@ class FarthestCorner {
       : mesh_(mesh), to_world_(transform_of(instance)) {}
 
   float find(const Direction& along, float best) const {
+    if (is_slot(mesh_)) return find_in_all(MeshSlot<W>::of(mesh_).mesh(), along, best);
     std::priority_queue<std::pair<float, std::uint32_t>> open;  // the farthest first
     open.push({std::numeric_limits<float>::infinity(), 0});
     while (!open.empty() && open.top().first > best) {
@@ -64,6 +67,20 @@ class FarthestCorner {
   }
 
  private:
+  // For meshes that may have no hierarchy yet.
+  float find_in_all(const Mesh& mesh, const Direction& along, float best) const {
+    const auto placed = [&](std::uint32_t vertex) {
+      const Vec3f p = mesh.positions[vertex];
+      return to_world_.is_identity() ? p : to_world_.point(p);
+    };
+    for (const auto& triangle : mesh.triangles) {
+      const Vec3f p[3] = {placed(triangle[0]), placed(triangle[1]), placed(triangle[2])};
+      const float far = std::max({along.of(p[0]), along.of(p[1]), along.of(p[2])});
+      if (far > best && !is_degenerate(p[0], p[1], p[2])) best = far;
+    }
+    return best;
+  }
+
   float find_in_leaf(std::uint32_t child, const Direction& along, float best) const {
     const std::uint32_t first = first_block_of(child), count = block_count_of(child);
     for (std::uint32_t b = first; b < first + count; ++b) {

@@ -4,6 +4,7 @@
 // operations that flatten a scene, so an instance gives the bits of the same triangles flattened.
 //
 // Threads. One traversal owns one.
+#include "slave/core/primitive/instance/mesh_slot_abi.h"
 #include "slave/core/primitive/shapes_layout.h"
 #include "slave/core/traverse/view_layout.h"
 
@@ -26,6 +27,14 @@ namespace HWY_NAMESPACE {
 
 template <int W>
 using MeshView = BvhView<W, TrianglesOnly<W>>;
+
+// The mesh of an instance that rays have reached; without nodes where it cannot be had.
+template <int W>
+HWY_INLINE const MeshShape<W>& mesh_of(const TrianglesAndInstances<W>& shapes,
+                                       const InstanceBlock& instance) {
+  const MeshShape<W>& mesh = shapes.meshes[instance.mesh];
+  return HWY_UNLIKELY(mesh.nodes == nullptr) && is_slot(mesh) ? met_mesh(mesh) : mesh;
+}
 
 template <int W>
 HWY_INLINE MeshView<W> view_of(const MeshShape<W>& mesh) {
@@ -68,7 +77,7 @@ class InstancePacketTest {
 
   HWY_INLINE bool test(const TrianglesAndInstances<W>& shapes, uint32_t number) {
     const InstanceBlock& instance = shapes.instances[number];
-    return test(shapes.meshes[instance.mesh], instance);
+    return test(mesh_of(shapes, instance), instance);
   }
 
  private:
@@ -85,6 +94,7 @@ class InstancePacketTest {
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
 bool InstancePacketTest<W, kAny, Rays, Test>::test(const MeshShape<W>& mesh,
                                                    const InstanceBlock& instance) {
+  if (HWY_UNLIKELY(mesh.nodes == nullptr)) return false;
   rays_.work_left -= kEnterWork;
   if (!frustum_.enter(rays_, instance, mesh.box)) {
     rays_.work_left = -1;  // the rays are traced one by one
@@ -128,7 +138,7 @@ class InstanceRayTest {
 
   HWY_INLINE void test(const TrianglesAndInstances<W>& shapes, uint32_t number) {
     const InstanceBlock& instance = shapes.instances[number];
-    test(shapes.meshes[instance.mesh], instance);
+    test(mesh_of(shapes, instance), instance);
   }
 
  private:
@@ -185,7 +195,7 @@ bool InstanceRayTest<W, kAny>::enter(const MeshShape<W>& mesh, const InstanceBlo
 
 template <int W, bool kAny>
 void InstanceRayTest<W, kAny>::test(const MeshShape<W>& mesh, const InstanceBlock& instance) {
-  if (ray_.best_t < ray_.t_min) return;
+  if (ray_.best_t < ray_.t_min || HWY_UNLIKELY(mesh.nodes == nullptr)) return;
   OneRay inner;
   RaySlabs<W> slabs;
   if (!enter(mesh, instance, inner, slabs)) {

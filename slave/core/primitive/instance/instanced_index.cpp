@@ -54,11 +54,44 @@ MeshIndices<W> indices_of(const KnownInstances<W>& known) {
 }
 
 template <int W>
+std::unordered_map<const Mesh*, std::shared_ptr<MeshSlot<W>>> slots_of(
+    const KnownInstances<W>& known) {
+  std::unordered_map<const Mesh*, std::shared_ptr<MeshSlot<W>>> slots;
+  if (known.index == nullptr) return slots;
+  for (const auto& slot : known.index->slots) {
+    if (slot && !slot->has_failed()) slots[&slot->mesh()] = slot;
+  }
+  return slots;
+}
+
+// Makes slots for the meshes that no other version has built.
+template <int W>
+void make_slots(const Scene& scene, const std::vector<bool>& is_shared,
+                const KnownInstances<W>& known, Placement<W>& placement) {
+  const MeshIndices<W> have = indices_of(known);
+  auto slots = slots_of(known);
+  placement.meshes.resize(scene.meshes.size());
+  placement.slots.resize(scene.meshes.size());
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    if (!is_shared[m]) continue;
+    const auto built = have.find(scene.meshes[m].get());
+    if (built != have.end()) {
+      placement.meshes[m] = built->second;
+      continue;
+    }
+    std::shared_ptr<MeshSlot<W>>& slot = slots[scene.meshes[m].get()];
+    if (!slot) slot = std::make_shared<MeshSlot<W>>(scene.meshes[m]);
+    placement.slots[m] = slot;
+  }
+}
+
+template <int W>
 Status index_meshes(const Scene& scene, const std::vector<bool>& is_shared,
                     const KnownInstances<W>& known, const BuildControl& control,
                     Placement<W>& placement) {
   MeshIndices<W> have = indices_of(known);
   placement.meshes.resize(scene.meshes.size());
+  placement.slots.resize(scene.meshes.size());
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
     if (!is_shared[m]) continue;
     std::shared_ptr<const MeshIndex<W>>& index = have[scene.meshes[m].get()];
@@ -121,7 +154,8 @@ std::vector<std::uint32_t> changed_instances(const InstancedBvh<W>& index,
   for (std::uint32_t i = 0; i < index.instances.size(); ++i) {
     const InstanceBlock &now = index.instances[i], &then = known.instances[i];
     const bool is_same = std::memcmp(now.to_world, then.to_world, sizeof now.to_world) == 0 &&
-                         index.shapes[now.mesh].nodes == known.shapes[then.mesh].nodes;
+                         index.shapes[now.mesh].nodes == known.shapes[then.mesh].nodes &&
+                         index.shapes[now.mesh].triangles == known.shapes[then.mesh].triangles;
     if (!is_same) changed.push_back(i);
   }
   return changed;
@@ -157,24 +191,41 @@ std::uint64_t InstancedBvh<W>::memory_bytes() const {
                         triangles.capacity() * sizeof(TriangleBlock<W>) +
                         instances.capacity() * sizeof(InstanceBlock) +
                         boxes.capacity() * sizeof(Bounds3f) + is_placed.capacity();
-  const auto add = [&](const std::shared_ptr<const MeshIndex<W>>& mesh) {
-    if (mesh) bytes += mesh->bvh.memory_bytes() + mesh->parts.capacity() * sizeof(Bounds3f);
+  const auto add = [&](const MeshIndex<W>* mesh) {
+    if (mesh != nullptr)
+      bytes += mesh->bvh.memory_bytes() + mesh->parts.capacity() * sizeof(Bounds3f);
   };
-  for (const auto& mesh : meshes) add(mesh);
-  add(flat->index);
+  for (const auto& mesh : meshes) add(mesh.get());
+  for (const auto& slot : slots) add(slot ? slot->built() : nullptr);
+  add(flat->index.get());
   bytes += flat->made_of.capacity() * sizeof(FlatInstance);
   return bytes + meshes.capacity() * (sizeof(meshes[0]) + sizeof(shapes[0]));
 }
+template <int W>
+std::uint64_t InstancedBvh<W>::met_primitives() const {
+  std::uint64_t count = 0;
+  for (const auto& slot : slots) {
+    if (slot && slot->built() != nullptr) count += slot->mesh().triangles.size();
+  }
+  return count;
+}
 template std::uint64_t InstancedBvh<8>::memory_bytes() const;
 template std::uint64_t InstancedBvh<16>::memory_bytes() const;
+template std::uint64_t InstancedBvh<8>::met_primitives() const;
+template std::uint64_t InstancedBvh<16>::met_primitives() const;
 
 template <int W>
-Result<Placement<W>> place_instances(const Scene& scene, Instancing instancing,
+Result<Placement<W>> place_instances(const Scene& scene, const PlacementOptions& options,
                                      const KnownInstances<W>& known, const BuildControl& control) {
   Placement<W> placement;
   placement.is_moving = moving_meshes(scene, known.scene);
-  const std::vector<bool> is_shared = shared_meshes(scene, instancing, placement.is_moving);
-  TESSERA_RETURN_IF_ERROR(index_meshes(scene, is_shared, known, control, placement));
+  const std::vector<bool> is_shared = shared_meshes(
+      scene, options.is_on_demand ? Instancing::kAlways : options.instancing, placement.is_moving);
+  if (options.is_on_demand) {
+    make_slots(scene, is_shared, known, placement);
+  } else {
+    TESSERA_RETURN_IF_ERROR(index_meshes(scene, is_shared, known, control, placement));
+  }
   placement.is_placed.assign(scene.instances.size(), 0);
   KnownPlaces<W> places(known);
   std::uint64_t first = 0;
@@ -184,24 +235,28 @@ Result<Placement<W>> place_instances(const Scene& scene, Instancing instancing,
     const std::uint64_t number = std::exchange(first, first + mesh->triangles.size());
     const std::int64_t same = places.next(mesh, instance);
     const MeshIndex<W>* const index = placement.meshes[instance.mesh].get();
-    if (index == nullptr) continue;
+    const MeshSlot<W>* const slot = placement.slots[instance.mesh].get();
+    if (index == nullptr && slot == nullptr) continue;
     InstanceBlock block;
     Bounds3f box;
     if (same >= 0) {
       block = known.index->instances[static_cast<std::size_t>(same)];
       box = known.index->boxes[static_cast<std::size_t>(same)];
     } else {
-      const auto placed = place_instance(instance.object_to_world, index->bvh.structure.bounds);
+      const Bounds3f& bounds = slot != nullptr ? slot->bounds() : index->bvh.structure.bounds;
+      const auto placed = place_instance(instance.object_to_world, bounds);
       if (!placed) continue;
       block = *placed;
-      box = placed_bounds(instance.object_to_world, index->parts);
+      box = placed_bounds(instance.object_to_world,
+                          slot != nullptr ? std::span(&bounds, 1) : std::span(index->parts));
     }
     block.mesh = instance.mesh;
     block.first_primitive = static_cast<std::uint32_t>(number);
     placement.is_placed[i] = 1;
     placement.instances.push_back(block);
     placement.boxes.push_back(box);
-    placement.degenerate_count += index->degenerate_count;
+    placement.degenerate_count +=
+        slot != nullptr ? slot->degenerate_count() : index->degenerate_count;
   }
   return placement;
 }
@@ -216,10 +271,13 @@ Result<InstancedBvh<W>> index_instances(Placement<W> placement, Flattened<W> fla
   index.boxes = std::move(placement.boxes);
   index.is_placed = std::move(placement.is_placed);
   index.meshes = std::move(placement.meshes);
+  index.slots = std::move(placement.slots);
   index.is_moving = std::move(placement.is_moving);
   index.built_primitives = placement.built_primitives;
-  for (const auto& mesh : index.meshes)
-    index.shapes.push_back(mesh ? mesh->shape() : MeshShape<W>{});
+  for (std::size_t m = 0; m < index.meshes.size(); ++m) {
+    index.shapes.push_back(index.meshes[m] ? index.meshes[m]->shape() : MeshShape<W>{});
+    if (index.slots[m]) index.shapes.back() = index.slots[m]->shape();
+  }
   if (apart != nullptr) index.shapes.push_back(apart->shape());
 
   const bool is_comparable = apart != nullptr && known != nullptr && known->triangles.empty() &&
@@ -239,9 +297,9 @@ Result<InstancedBvh<W>> index_instances(Placement<W> placement, Flattened<W> fla
   return index;
 }
 
-template Result<Placement<8>> place_instances<8>(const Scene&, Instancing, const KnownInstances<8>&,
-                                                 const BuildControl&);
-template Result<Placement<16>> place_instances<16>(const Scene&, Instancing,
+template Result<Placement<8>> place_instances<8>(const Scene&, const PlacementOptions&,
+                                                 const KnownInstances<8>&, const BuildControl&);
+template Result<Placement<16>> place_instances<16>(const Scene&, const PlacementOptions&,
                                                    const KnownInstances<16>&, const BuildControl&);
 template Result<InstancedBvh<8>> index_instances<8>(Placement<8>, Flattened<8>,
                                                     const InstancedBvh<8>*, const BuildControl&);

@@ -18,6 +18,7 @@
 #include "slave/core/primitive/instance/flat_part.h"
 #include "slave/core/primitive/instance/mesh_index.h"
 #include "slave/core/primitive/instance/mesh_sharing.h"
+#include "slave/core/primitive/instance/mesh_slot.h"
 #include "slave/core/primitive/instancing.h"
 #include "slave/core/primitive/primitive_index.h"
 
@@ -27,12 +28,14 @@ namespace tessera::core {
 template <int W>
 struct Placement {
   std::vector<std::shared_ptr<const MeshIndex<W>>> meshes;  // [mesh_count], null: flattened
-  std::vector<bool> is_moving;                              // [mesh_count]
-  std::vector<std::uint8_t> is_placed;                      // [instance_count]
-  std::vector<InstanceBlock> instances;                     // the placed ones, in order
-  std::vector<Bounds3f> boxes;                              // of the placed ones, world space
-  std::uint64_t degenerate_count = 0;                       // triangles of the placed ones
-  std::uint64_t built_primitives = 0;                       // triangles of meshes built for it
+  // [mesh_count], not null: takes the place of the mesh above, and is built when a ray meets it
+  std::vector<std::shared_ptr<MeshSlot<W>>> slots;
+  std::vector<bool> is_moving;           // [mesh_count]
+  std::vector<std::uint8_t> is_placed;   // [instance_count]
+  std::vector<InstanceBlock> instances;  // the placed ones, in order
+  std::vector<Bounds3f> boxes;           // of the placed ones, world space
+  std::uint64_t degenerate_count = 0;    // triangles of the placed ones
+  std::uint64_t built_primitives = 0;    // triangles of meshes built for it
 
   bool is_empty() const { return instances.empty(); }
 };
@@ -45,9 +48,15 @@ struct KnownInstances {
   const InstancedBvh<W>* index = nullptr;  // null: all of it is flattened, or there is none
 };
 
+// Which meshes get a structure of their own, and when.
+struct PlacementOptions {
+  Instancing instancing = Instancing::kAuto;
+  bool is_on_demand = false;  // every mesh that can get one gets it when the first ray meets it
+};
+
 // Returns: kCancelled; kResourceExhausted.
 template <int W>
-Result<Placement<W>> place_instances(const Scene& scene, Instancing instancing,
+Result<Placement<W>> place_instances(const Scene& scene, const PlacementOptions& options,
                                      const KnownInstances<W>& known, const BuildControl& control);
 
 // What is flattened beside the instances. Shape: boxes [triangle], vertices [triangle][3][3];

@@ -44,7 +44,7 @@ Result<std::shared_ptr<const MeshIndex<W>>> index_mesh(const Mesh& mesh,
       box.grow(p[k]);
     }
     if (is_degenerate(p[0], p[1], p[2])) ++degenerate_count;
-    boxes.push_back(p[0] == p[1] || p[1] == p[2] || p[2] == p[0] ? Bounds3f{} : box);
+    boxes.push_back(is_in_mesh_index(p[0], p[1], p[2]) ? box : Bounds3f{});
   }
   Result<IndexedBvh<W>> bvh = index_by_bvh<W>(boxes, vertices, control);
   if (!bvh.is_ok()) return bvh.status();

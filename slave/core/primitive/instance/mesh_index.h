@@ -25,6 +25,9 @@ struct MeshIndex {
   MeshShape<W> shape() const;
 };
 
+// Whether a triangle of these corners is in the hierarchy of its mesh.
+inline bool is_in_mesh_index(Vec3f a, Vec3f b, Vec3f c) { return !(a == b || b == c || c == a); }
+
 // The index of a hierarchy that has been built; degenerate_count is left to the caller.
 template <int W>
 MeshIndex<W> mesh_index_of(IndexedBvh<W> bvh);
