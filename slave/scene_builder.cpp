@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <system_error>
 #include <utility>
 
 #include "common/base/clock.h"
@@ -14,11 +15,13 @@ namespace tessera::slave {
 
 namespace {
 
-// Threads that a build starts inherit the priority. It does no harm if this fails.
-void lower_thread_priority() {
+// Threads that a build starts inherit the priority. The scheduler gives a thread of this one a
+// tenth of the time of a render thread that it shares a processor with. It does no harm if this
+// fails.
+void lower_priority(int thread) {
   constexpr int kNice = 10;
-  const auto self = static_cast<id_t>(gettid());
-  (void)setpriority(PRIO_PROCESS, self, std::max(kNice, getpriority(PRIO_PROCESS, self)));
+  const auto who = static_cast<id_t>(thread);
+  (void)setpriority(PRIO_PROCESS, who, std::max(kNice, getpriority(PRIO_PROCESS, who)));
 }
 
 }  // namespace
@@ -66,21 +69,40 @@ const BuildTask* SceneBuilder::begin_next() {
   return &order_.start_next();
 }
 
+void SceneBuilder::set_rendering(bool is_rendering) {
+  MutexLock lock(mutex_);
+  is_rendering_ = is_rendering;
+  if (is_rendering_ && build_thread_ != 0) lower_priority(build_thread_);
+}
+
+// A thread whose priority was lowered cannot get it back, so each build has its own.
 void SceneBuilder::work() {
-  lower_thread_priority();
   while (const BuildTask* task = begin_next()) {
-    const TimePoint began = Clock::now();
-    BuildOutcome outcome = build(*task);
-    outcome.seconds = seconds(Clock::now() - began);
-    const bool was_stopped =
-        !outcome.scene.is_ok() && outcome.scene.status().code() == StatusCode::kCancelled;
-    {
-      MutexLock lock(mutex_);
-      if (is_stopped_) return;
-      if (!order_.finish(was_stopped)) continue;
+    try {
+      std::jthread([this, task] { run(*task); });
+    } catch (const std::system_error&) {
+      run(*task);  // the system has no more threads
     }
-    on_built_(std::move(outcome));
   }
+}
+
+void SceneBuilder::run(const BuildTask& task) {
+  {
+    MutexLock lock(mutex_);
+    build_thread_ = gettid();
+    if (is_rendering_) lower_priority(build_thread_);
+  }
+  const TimePoint began = Clock::now();
+  BuildOutcome outcome = build(task);
+  outcome.seconds = seconds(Clock::now() - began);
+  const bool was_stopped =
+      !outcome.scene.is_ok() && outcome.scene.status().code() == StatusCode::kCancelled;
+  {
+    MutexLock lock(mutex_);
+    build_thread_ = 0;
+    if (is_stopped_ || !order_.finish(was_stopped)) return;
+  }
+  on_built_(std::move(outcome));
 }
 
 BuildOutcome SceneBuilder::build(const BuildTask& task) {

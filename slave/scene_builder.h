@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The building half of the scene pipeline: one thread that decodes complete scenes and prepares
-// them for tracing, beside the render threads and at lower priority, in the order that
-// build_order.h decides. It keeps the scene that it built last until the next one is built, whether
-// or not a frame still needs it: what both have in common is not built again.
+// them for tracing, in the order that build_order.h decides. Beside render threads a build has a
+// lower priority, of which they lose at most a tenth; a build that frames wait for has theirs. The
+// scene that was built last is kept until the next one is built, whether or not a frame still needs
+// it: what both have in common is not built again.
 //
-// Threads. push(), retire(), forget_newest(): network thread. on_built runs on the builder thread
-// and must not block. stop(): the owner's thread. Invariants. (1) Each pushed scene gets one
-// on_built, kCancelled included, unless it was retired while it waited or stop() came first. (2)
-// One scene at most is kept alive here.
+// Threads. push(), retire(), forget_newest(), set_rendering(): network thread. on_built runs on a
+// thread that the builder makes for each build, and must not block. stop(): the owner's thread.
+// Invariants. (1) Each pushed scene gets one on_built, kCancelled included, unless it was retired
+// while it waited or stop() came first. (2) One scene at most is kept alive here.
 #pragma once
 
 #include <atomic>
@@ -52,6 +53,10 @@ class SceneBuilder {
   // Lets go of the scene that was built last.
   void forget_newest();
 
+  // Whether frames are rendered beside the builds from now on. A build that has begun gives way
+  // until its end, since a priority may be lowered and not raised.
+  void set_rendering(bool is_rendering);
+
   void stop();
 
  private:
@@ -63,6 +68,7 @@ class SceneBuilder {
   };
 
   void work();
+  void run(const BuildTask& task);
   BuildOutcome build(const BuildTask& task);
   std::shared_ptr<const Newest> newest() const;
   const BuildTask* begin_next();  // null: stop() was called
@@ -76,6 +82,8 @@ class SceneBuilder {
   std::shared_ptr<const Newest> newest_ TESSERA_GUARDED_BY(mutex_);  // null: nothing, or forgotten
   BuildOrder order_ TESSERA_GUARDED_BY(mutex_);
   CondVar has_next_;
+  bool is_rendering_ TESSERA_GUARDED_BY(mutex_) = false;
+  int build_thread_ TESSERA_GUARDED_BY(mutex_) = 0;  // its system number; 0: nothing is built
   bool is_stopped_ TESSERA_GUARDED_BY(mutex_) = false;
   std::atomic<bool> is_cancelled_{false};  // of the current build
 

@@ -32,7 +32,10 @@ class ThreadWorkshop final : public Workshop {
   bool try_push(TileJob job) override { return render_.queue().try_push(std::move(job)); }
   void remove_frame(const FrameWork* frame) override { render_.queue().remove_frame(frame); }
   std::deque<TileJob> remove_all() override { return render_.queue().remove_all(); }
-  void set_open_frames(std::size_t frames) override { render_.queue().set_open_frames(frames); }
+  void set_open_frames(std::size_t frames) override {
+    render_.queue().set_open_frames(frames);
+    builder_.set_rendering(frames > 0);
+  }
   bool try_push(BuildTask task) override { return builder_.try_push(std::move(task)); }
   void retire(std::uint64_t generation, SceneVersion first_kept) override {
     builder_.retire(generation, first_kept);

@@ -3,6 +3,9 @@
 #include "slave/scene_builder.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <algorithm>
 
 #include "common/base/bounded_queue.h"
 #include "common/scene/scene.h"
@@ -86,6 +89,22 @@ TEST(SceneBuilderTest, ARetiredSceneStillServesTheNextUntilItIsForgotten) {
   EXPECT_EQ(built_primitives(3), 0u);
   builder.forget_newest();
   EXPECT_EQ(built_primitives(4), 200'000u);
+}
+
+// A build that frames wait for is as urgent as rendering; one beside it gives way.
+TEST(SceneBuilderTest, GivesWayOnlyWhileFramesAreRendered) {
+  const auto priority = [] { return getpriority(PRIO_PROCESS, 0); };  // of the calling thread
+  BoundedQueue<int> priorities(4);
+  SceneBuilder builder({1, nullptr, {}},
+                       [&](const BuildOutcome&) { ASSERT_TRUE(priorities.try_push(priority())); });
+  const EncodedScene scene = slow_scene();
+  const int usual = priority();
+  SceneVersion version = 0;
+  for (const bool is_rendering : {false, true, false}) {
+    builder.set_rendering(is_rendering);
+    EXPECT_TRUE(builder.try_push({1, ++version, scene}));
+    EXPECT_EQ(*priorities.pop(), is_rendering ? std::max(usual, 10) : usual);
+  }
 }
 
 }  // namespace
