@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/base/json.h"
+#include "common/scene/scene_codec.h"
 #include "slave/core/scene/prepared_scene.h"
 #include "slave/core/scene/ray_caster.h"
 #include "tests/bench/contender.h"
@@ -95,29 +96,39 @@ double median(std::vector<double> values) {
 // Moves instances to places anywhere on the field, one a version.
 class Mover {
  public:
-  Mover(Scene& scene, Prepared newest, float size)
-      : scene_(scene), newest_(std::move(newest)), size_(size) {}
+  Mover(Scene& scene, SceneDecoder& decoder, Prepared newest, float size)
+      : scene_(scene), decoder_(decoder), newest_(std::move(newest)), size_(size) {}
 
   Status move() {
     auto& m = scene_.instances[1 + random_() % (scene_.instances.size() - 1)].object_to_world.m;
     for (std::size_t axis = 0; axis < 2; ++axis)
       m[axis][3] = std::uniform_real_distribution<float>(0, size_)(random_);
+    const EncodedScene encoded = encoder_.encode(scene_);
+    const double begun = process_cpu_seconds();
+    Result<Scene> decoded = decoder_.decode(encoded);
+    if (!decoded.is_ok()) return decoded.status();
     const double start = process_cpu_seconds();
-    Result<Prepared> next = prepare(scene_, newest_);
+    Result<Prepared> next = prepare(*decoded, newest_);
     if (!next.is_ok()) return next.status();
-    seconds_.push_back(process_cpu_seconds() - start);
+    const double end = process_cpu_seconds();
+    seconds_.push_back(end - start);
+    with_decoding_.push_back(end - begun);
     newest_ = std::move(*next);
     return Status::ok();
   }
   const Prepared& newest() const { return newest_; }
   const std::vector<double>& seconds() const { return seconds_; }
+  // As a slave does it that has the blocks.
+  const std::vector<double>& with_decoding() const { return with_decoding_; }
 
  private:
   Scene& scene_;
+  SceneDecoder& decoder_;  // of the scene's meshes
   Prepared newest_;
   const float size_;
   std::mt19937 random_{7};
-  std::vector<double> seconds_;  // of each version
+  SceneEncoder encoder_;
+  std::vector<double> seconds_, with_decoding_;  // of each version
 };
 
 // Rays in the hierarchy that was edited for each move to rays in one that is built for the places
@@ -141,29 +152,36 @@ Result<double> edited_to_built(const Scene& scene, const Prepared& edited, float
 }
 
 Result<std::string> run_crowd(const Crowd& crowd, const CoreSuiteOptions& options) {
-  Scene scene = scene_of(crowd);
+  // The scene is one that was decoded, so that versions of it share its meshes.
+  SceneDecoder decoder;
+  Result<Scene> made = decoder.decode(SceneEncoder().encode(scene_of(crowd)));
+  if (!made.is_ok()) return made.status();
+  Scene& scene = *made;
   const float size = std::sqrt(static_cast<float>(crowd.instances));
   const double begun = process_cpu_seconds();
   Result<Prepared> first = prepare(scene, nullptr);
   if (!first.is_ok()) return first.status();
   const double whole = process_cpu_seconds() - begun;
   // The first move builds what then stays as it is, and is not counted.
-  Mover mover(scene, std::move(*first), size);
+  Mover mover(scene, decoder, std::move(*first), size);
   const int moves = options.is_quick ? 10 : std::min(crowd.instances / 4, 2500);
   for (int k = 0; k <= moves; ++k) TESSERA_RETURN_IF_ERROR(mover.move());
   const double moved = median({mover.seconds().begin() + 1, mover.seconds().end()});
+  const double decoded = median({mover.with_decoding().begin() + 1, mover.with_decoding().end()});
   const Result<double> ratio = edited_to_built(scene, mover.newest(), size, options);
   if (!ratio.is_ok()) return ratio.status();
   const auto of_mesh = [&](std::size_t m) {
     return static_cast<std::uint64_t>(scene.meshes[m]->triangles.size());
   };
-  std::printf("  %10d %12llu %12llu %12.1f %12.2f %12.2f\n", crowd.instances,
+  std::printf("  %10d %12llu %12llu %12.1f %12.2f %12.2f %12.2f\n", crowd.instances,
               static_cast<unsigned long long>(of_mesh(1)),
-              static_cast<unsigned long long>(of_mesh(0)), 1e3 * whole, 1e3 * moved, *ratio);
+              static_cast<unsigned long long>(of_mesh(0)), 1e3 * whole, 1e3 * moved, 1e3 * decoded,
+              *ratio);
   JsonObject json;
   json.add("instances", static_cast<std::uint64_t>(crowd.instances));
   json.add("triangles", of_mesh(1)).add("ground_triangles", of_mesh(0));
   json.add("first_cpu_seconds", whole).add("moved_cpu_seconds", moved);
+  json.add("decoded_and_moved_cpu_seconds", decoded);
   return json.add("edited_to_built", *ratio).text();
 }
 
@@ -171,8 +189,8 @@ Result<std::string> run_crowd(const Crowd& crowd, const CoreSuiteOptions& option
 
 Status run_move_suite(const CoreSuiteOptions& options, std::vector<std::string>& json) {
   std::printf("\none instance moves, CPU-ms to prepare the scene\n");
-  std::printf("  %10s %12s %12s %12s %12s %12s\n", "instances", "triangles", "ground", "first",
-              "moved", "rays to new");
+  std::printf("  %10s %12s %12s %12s %12s %12s %12s\n", "instances", "triangles", "ground", "first",
+              "moved", "and decoded", "rays to new");
   for (const Crowd& crowd : kCrowds) {
     if (options.is_quick && crowd.instances * crowd.segments > 1'000'000) continue;
     Result<std::string> row = run_crowd(crowd, options);

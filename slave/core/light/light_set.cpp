@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "common/math/rounding.h"
 #include "slave/core/light/emitter_texture.h"
@@ -30,6 +31,18 @@ bool add_texture(const Mesh& mesh, std::size_t triangle, const TextureRef& ref,
   e.texture = static_cast<std::int32_t>(set.emitter_textures.size());
   set.emitter_textures.push_back(std::move(at));
   return true;
+}
+
+// By mesh, whether any of its triangles may shed light. Most meshes are left at this, however often
+// they stand.
+std::vector<bool> lamps_of(const Scene& scene) {
+  std::vector<bool> is_lamp;
+  for (const auto& mesh : scene.meshes) {
+    is_lamp.push_back(std::any_of(
+        mesh->materials.begin(), mesh->materials.end(),
+        [&](std::uint32_t material) { return !is_black(scene.materials[material].emission); }));
+  }
+  return is_lamp;
 }
 
 // The same triangle seen from behind, with B and C exchanged.
@@ -160,12 +173,14 @@ LightSet make_light_set(const Scene& scene, const TriangleStore& triangles,
   bool has_emission = false;
   for (const Material& material : scene.materials) has_emission |= !is_black(material.emission);
   if (!has_emission) return set;
+  const std::vector<bool> is_lamp = lamps_of(scene);
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     if (scene.instances[i].kind == ObjectKind::kPatchSurface) {
       set.has_partial_emission |= !add_patch_emitters(scene, i, *set.patches, textures,
                                                       {set.emitters, set.emitter_textures});
       continue;
     }
+    if (!is_lamp[scene.instances[i].mesh]) continue;
     add_emitters(*scene.meshes[scene.instances[i].mesh], scene, triangles.instance_first[i],
                  triangles, left_out, textures, set);
   }
