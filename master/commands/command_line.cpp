@@ -81,7 +81,7 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
   app.add_option(
          "SCENE", o.scene,
          "scene file (.obj .ply .stl .gltf .glb .fbx .dae .bpt .step .iges) or builtin:NAME "
-         "(cornell, evening, room, teapot, teapot-mesh, waves)")
+         "(cones, cones-mesh, cornell, evening, room, teapot, teapot-mesh, teapots, waves)")
       ->required()
       ->type_name(" ");
   app.add_option("--connect", o.session.connect, "a running 'tessera-master serve'")

@@ -13,9 +13,15 @@ struct Builtin {
   const char* name;
   LoadedScene (*make)();
 };
-constexpr Builtin kBuiltins[] = {
-    {"cornell", make_cornell}, {"evening", make_evening},         {"room", make_room},
-    {"teapot", make_teapot},   {"teapot-mesh", make_teapot_mesh}, {"waves", make_waves}};
+constexpr Builtin kBuiltins[] = {{"cones", make_cones},
+                                 {"cones-mesh", make_cones_mesh},
+                                 {"cornell", make_cornell},
+                                 {"evening", make_evening},
+                                 {"room", make_room},
+                                 {"teapot", make_teapot},
+                                 {"teapot-mesh", make_teapot_mesh},
+                                 {"teapots", make_teapots},
+                                 {"waves", make_waves}};
 
 }  // namespace
 

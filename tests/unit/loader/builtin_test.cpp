@@ -96,6 +96,22 @@ TEST(Builtin, WavesMoveAndShareWhatStands) {
   for (std::size_t i = 1; i < now.meshes.size(); ++i) EXPECT_EQ(now.meshes[i], later.meshes[i]);
 }
 
+TEST(Builtin, ConesMoveTheirCornersAlone) {
+  const LoadedScene patches = make("cones"), triangles = make("cones-mesh");
+  EXPECT_EQ(patches.scene.patch_count(), 4u * 144);
+  const Scene now = triangles.at_time(0), later = triangles.at_time(0.5);
+  EXPECT_NE(now.meshes[0]->positions, later.meshes[0]->positions);
+  EXPECT_EQ(now.meshes[0]->triangles, later.meshes[0]->triangles);
+  EXPECT_NE(*patches.at_time(0).surfaces[0], *patches.at_time(0.5).surfaces[0]);
+  EXPECT_TRUE(validate_scene(later).is_ok());
+}
+
+TEST(Builtin, TheTeapotsAreAsManyAsInTheThesis) {
+  const Scene scene = make("teapots").scene;
+  EXPECT_EQ(scene.surfaces.size(), 1u);
+  EXPECT_EQ(scene.instances.size(), 32768u + 1);
+}
+
 // A slave has nothing to fetch from frame to frame but the light.
 TEST(Builtin, TheEveningMovesItsLightAlone) {
   const LoadedScene evening = make("evening");
