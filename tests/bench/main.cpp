@@ -12,6 +12,7 @@
 #include "tests/bench/build_suite.h"
 #include "tests/bench/core_suite.h"
 #include "tests/bench/deform_suite.h"
+#include "tests/bench/demand_suite.h"
 #include "tests/bench/exchange_suite.h"
 #include "tests/bench/gi_suite.h"
 #include "tests/bench/method_suite.h"
@@ -65,6 +66,7 @@ tessera::Status run(std::vector<std::string> suites,
                            : suite == "gi"        ? tessera::bench::run_gi_suite
                            : suite == "moves"     ? tessera::bench::run_move_suite
                            : suite == "deforming" ? tessera::bench::run_deform_suite
+                           : suite == "demand"    ? tessera::bench::run_demand_suite
                            : is_methods           ? tessera::bench::run_method_suite
                            : suite == "patch"     ? tessera::bench::run_patch_suite
                            : suite == "trims"     ? tessera::bench::run_trim_suite
@@ -142,14 +144,15 @@ int main(int argc, char** argv) {
          "core: rays per CPU-second; build: time to build; accuracy: errors on hard cases; "
          "moves: time to prepare a scene in which one instance moved; "
          "deforming: structures that are fitted or built fast, beside Embree's; "
+         "demand: the first frame of a scene whose meshes are built when rays meet them; "
          "patch: rays through patches, beside triangles of them; "
          "trims: whether points of patches are kept, by the number of loops; "
          "thesis: its tables of steps and tests; exchange: the master's tiles per second, beside "
          "a bare epoll loop; gi: global illumination, its speed and its error, on scenes of its "
          "own; "
          "default: the first three")
-      ->check(CLI::IsMember({"core", "build", "accuracy", "moves", "deforming", "patch", "trims",
-                             "thesis", "exchange", "gi"}));
+      ->check(CLI::IsMember({"core", "build", "accuracy", "moves", "deforming", "demand", "patch",
+                             "trims", "thesis", "exchange", "gi"}));
   const std::vector<std::string> scene_names = all_scene_names();
   app.add_option(
          "--scene", options.scenes,

@@ -147,6 +147,31 @@ def moves_table(runs, _):
     return columns, rows
 
 
+def deforming_table(runs, _):
+    """Shows rates of builds and fits to Embree's, and of rays in what they made to those in what is built as usual."""
+    columns = ["scene", "triangles", "usual build, to medium", "fast build, to low", "fit, to refit",
+               "rays built fast: camera, shadow, bounces", "rays fitted over 24 frames"]
+    made = []
+    for place, scene in enumerate(runs[0]["deforming"]):
+        same = [run["deforming"][place] for run in runs]
+        pairs = (("built", "embree medium"), ("fast", "embree low"), ("fitted", "embree refit"))
+        ratios = [span([row["cpu_seconds"][theirs] / row["cpu_seconds"][ours] for row in same if theirs in row["cpu_seconds"]] or [0])
+                  for ours, theirs in pairs]
+        rays = [", ".join(span([row[f"{way}_to_built"][kind] for row in same]) for kind in KINDS) for way in ("fast", "fitted")]
+        made.append([scene["scene"], f"{scene['triangles']:,}"] + ratios + rays)
+    return columns, made
+
+
+def demand_table(runs, _):
+    """Shows what the first frame costs by when its objects are built."""
+    made = []
+    for place, row in enumerate(runs[0]["demand"]):
+        same = [run["demand"][place] for run in runs]
+        made.append([row["name"]] + [span([scale * r[key] for r in same]) for scale, key in
+                                     ((1e3, "cpu_seconds"), (1e3, "wall_seconds"), (1, "mb"))] + [f"{row['built']:,}"])
+    return [f"{runs[0]['demand'][0]['objects']} objects", "CPU-ms", "ms", "MB", "primitives built"], made
+
+
 def trims_table(runs, _):
     """Shows what it costs to ask whether a point is kept: nanoseconds, and pieces and points of them that were looked at."""
     ways = ("cells", "tree", "linear")
@@ -190,7 +215,7 @@ VIEWS = {"rays": lambda runs, rest: rays_table(runs, f"embree {rest or 'medium'}
 
 def table_of(runs, view):
     name, _, rest = view.partition(" ")
-    for suite, table in (("moves", moves_table), ("trims", trims_table), ("methods", methods_table), ("build", build_table)):
+    for suite, table in (("moves", moves_table), ("deforming", deforming_table), ("demand", demand_table), ("trims", trims_table), ("methods", methods_table), ("build", build_table)):
         if name == suite and suite in runs[0]:
             return table(runs, rest)
     if name in VIEWS and "core" in runs[0]:
