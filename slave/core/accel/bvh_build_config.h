@@ -9,8 +9,8 @@
 namespace tessera::core {
 
 struct BvhBuildConfig {
-  float cost_node = 1.0f;   // testing the boxes of a wide node, the unit
-  float cost_block = 1.0f;  // testing a block of primitives
+  float cost_node = 1.5f;   // testing the boxes of a wide node
+  float cost_block = 1.0f;  // testing a block of primitives, the unit
   // Not null: primitives are cut where that is cheaper. References that cuts add are at most this
   // share of all primitives, which bounds memory; a range hands its share down to its halves by
   // their sizes, so that the hierarchy does not depend on the order of building.
