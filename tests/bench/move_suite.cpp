@@ -31,10 +31,15 @@ struct Crowd {
 constexpr Crowd kCrowds[] = {{100, 64, 64},    {10'000, 16, 64},  {10'000, 64, 64},
                              {2'000, 256, 64}, {10'000, 64, 512}, {100'000, 16, 64}};
 
+std::shared_ptr<const Mesh> with_material(Mesh mesh) {
+  mesh.materials = {0};
+  return std::make_shared<const Mesh>(std::move(mesh));
+}
+
 std::shared_ptr<const Mesh> ball(int segments) {
   ShapeBuilder b;
   b.add_superellipsoid({0, 0, 0.5f}, {0.4f, 0.4f, 0.5f}, 1, 1, 2 * segments, segments / 2);
-  return std::make_shared<const Mesh>(b.take());
+  return with_material(b.take());
 }
 
 std::shared_ptr<const Mesh> ground(int cells, float size) {
@@ -42,7 +47,7 @@ std::shared_ptr<const Mesh> ground(int cells, float size) {
   b.add_surface(cells, cells, [size](float u, float v) {
     return Vec3f{size * u, size * v, 0.2f * std::sin(40 * u) * std::cos(30 * v)};
   });
-  return std::make_shared<const Mesh>(b.take());
+  return with_material(b.take());
 }
 
 Scene scene_of(const Crowd& crowd) {
