@@ -2,8 +2,9 @@
 # What makes a memory error in a program end it, instead of being of use to who caused it. Each target of ours gets it
 # by way of tessera_warnings; tests/deploy/hardening_test.py looks at what was built.
 #
-# The ray kernels (TESSERA_KERNELS) and tests (TESSERA_IS_TEST) have the linker's part alone: kernels read no byte from
-# a peer or a file, and are the one place where a check for each function would be felt.
+# The ray core (TESSERA_KERNELS) and tests (TESSERA_IS_TEST) have the linker's part alone: the core reads no byte from a
+# peer or a file, and its kernels feel the flags. With all of them, and without the stack protector, too, the kernel of
+# nearest hits takes more instructions than a feature may cost (bench_feature_cost): decisions/hardened-kernels.md.
 # All code is position independent already (CMAKE_POSITION_INDEPENDENT_CODE).
 add_link_options(LINKER:-z,relro,-z,now,-z,noexecstack $<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-pie>)
 
