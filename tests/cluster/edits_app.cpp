@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // An application whose scene never stands still, for tests. It prints a frame's digest a line.
 //   edits_app edit SEED FRAMES MASTER:PORT KEYS_FOLDER   changes drawn from the seed, committed
+//   edits_app steady SEED FRAMES MASTER:PORT KEYS_FOLDER   likewise, and it stays as large as it is
 //   edits_app whole SEED FRAMES     the same scenes, each made, sent and built in one go
 #include <chrono>
 #include <cmath>
@@ -71,6 +72,14 @@ class Scenery {
     for (int i = 0; i < 12; ++i) add();
   }
 
+  // One object moves, another one waves, and a third one goes as a new one comes.
+  void change_steadily() {
+    check(edits_.set_transform(names_[any()], place(random_)));
+    deform(names_[any()]);
+    remove(any());
+    add();
+  }
+
   void change() {
     for (int i = 1 + below(random_, 3); i > 0; --i) change_once();
   }
@@ -90,6 +99,15 @@ class Scenery {
     std::exit(1);
   }
 
+  std::size_t any() {
+    return static_cast<std::size_t>(below(random_, static_cast<int>(names_.size())));
+  }
+
+  void remove(std::size_t at) {
+    check(edits_.remove_object(names_[at]));
+    names_.erase(names_.begin() + static_cast<std::ptrdiff_t>(at));
+  }
+
   void add() {
     auto name = edits_.add_object(make_sheet(), place(random_));
     check(name.status());
@@ -97,7 +115,7 @@ class Scenery {
   }
 
   void change_once() {
-    const auto at = static_cast<std::size_t>(below(random_, static_cast<int>(names_.size())));
+    const std::size_t at = any();
     tessera::Material material;
     material.albedo = {0.5f + 0.4f * unit(random_), 0.5f, 0.5f};
     switch (below(random_, 8)) {
@@ -106,9 +124,7 @@ class Scenery {
       case 1:
         return add();
       case 2:
-        if (names_.size() < 6) return;
-        check(edits_.remove_object(names_[at]));
-        names_.erase(names_.begin() + static_cast<std::ptrdiff_t>(at));
+        if (names_.size() >= 6) remove(at);
         return;
       case 3:
       case 4:
@@ -154,14 +170,15 @@ Status print_next(tessera::Session& session) {
 }
 
 // Two frames are in work, of two versions.
-Status edit(Scenery& scenery, int frames, const std::string& connect, const std::string& keys) {
+Status edit(Scenery& scenery, bool is_steady, int frames, const std::string& connect,
+            const std::string& keys) {
   tessera::SessionOptions options;
   options.connect = connect;
   options.keys_folder = keys;
   auto session = tessera::Session::open(options);
   if (!session.is_ok()) return session.status();
   for (int i = 0; i < frames; ++i) {
-    scenery.change();
+    is_steady ? scenery.change_steadily() : scenery.change();
     if (auto version = (*session)->commit(scenery.edits()); !version.is_ok())
       return version.status();
     if (auto frame = (*session)->submit(settings()); !frame.is_ok()) return frame.status();
@@ -190,15 +207,16 @@ Status show_whole(Scenery& scenery, int frames) {
 
 int main(int argc, char** argv) {
   const std::string how = argc > 1 ? argv[1] : "";
-  const bool is_edit = how == "edit" && argc == 6;
+  const bool is_steady = how == "steady";
+  const bool is_edit = (how == "edit" || is_steady) && argc == 6;
   if (!is_edit && !(how == "whole" && argc == 4)) {
-    std::puts("usage: edits_app edit SEED FRAMES MASTER:PORT KEYS | whole SEED FRAMES");
+    std::puts("usage: edits_app edit|steady SEED FRAMES MASTER:PORT KEYS | whole SEED FRAMES");
     return 2;
   }
   Scenery scenery(static_cast<std::uint32_t>(std::strtoul(argv[2], nullptr, 10)));
   const int frames = std::atoi(argv[3]);
   const Status status =
-      is_edit ? edit(scenery, frames, argv[4], argv[5]) : show_whole(scenery, frames);
+      is_edit ? edit(scenery, is_steady, frames, argv[4], argv[5]) : show_whole(scenery, frames);
   if (status.is_ok()) return 0;
   std::fprintf(stderr, "%s\n", status.message().c_str());
   return 1;
