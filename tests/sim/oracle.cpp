@@ -44,15 +44,8 @@ constexpr std::size_t kEventsPerSlaveMax = 4000;
 
 // Of all blocks together, a little rounded up.
 double bytes_of_scenes(SceneWeight weight) {
-  switch (weight) {
-    case SceneWeight::kLight:
-      return 4e3;
-    case SceneWeight::kHeavy:
-      return 3.5e6;
-    case SceneWeight::kChanging:
-      return 1.2e6;
-  }
-  return 0;
+  if (weight == SceneWeight::kHeavy) return 3.5e6;
+  return weight == SceneWeight::kChanging ? 1.2e6 : 4e3;
 }
 
 std::uint16_t type_of_lease() {

@@ -4,8 +4,10 @@
 #include <array>
 #include <map>
 #include <unordered_map>
+#include <utility>
 
 #include "common/base/check.h"
+#include "common/scene/animation.h"
 #include "tests/sim/random.h"
 
 namespace tessera::sim {
@@ -42,6 +44,23 @@ std::shared_ptr<const Texture> changing_texture(std::size_t number) {
   return texture;
 }
 
+// Moves the first instance along x.
+std::shared_ptr<const SceneAnimation> motion() {
+  static const std::shared_ptr<const SceneAnimation> made = [] {
+    SceneAnimation a;
+    a.nodes.resize(1);
+    MotionChannel channel;
+    channel.key_count = 2;
+    a.channels = {channel};
+    a.clips = {{1, 0}};
+    a.key_seconds = {0, 1};
+    a.key_values = {0, 0, 0, 1, 0, 0};
+    a.instances = {{0, 0, {}}};
+    return std::make_shared<const SceneAnimation>(std::move(a));
+  }();
+  return made;
+}
+
 Scene make_scene(int tag, SceneWeight weight) {
   static const std::shared_ptr<const Mesh> shared = triangle_at(-10);
   static const std::shared_ptr<const Texture> heavy = [] {
@@ -59,12 +78,13 @@ Scene make_scene(int tag, SceneWeight weight) {
     scene.textures = {changing_texture(static_cast<std::size_t>(tag) % kChangingTextures)};
   }
   if (!scene.textures.empty()) scene.materials[0].albedo_texture = 0;
+  if (weight == SceneWeight::kMoving) scene.animation = motion();
   return scene;
 }
 
 struct Prepared {
-  std::array<std::shared_ptr<const core::PreparedScene>, kSceneTagsMax> scenes;
-  std::map<const core::PreparedScene*, int> tags;
+  std::map<Shown, std::shared_ptr<const core::PreparedScene>> scenes;
+  std::map<const core::PreparedScene*, Shown> shown;
 };
 Prepared& prepared() {
   static Prepared all;
@@ -95,31 +115,35 @@ const std::span<const std::byte>* bytes_of(const Digest& digest) {
   return found == known_blocks().end() ? nullptr : found->second.get();
 }
 
-Result<int> tag_of(const EncodedScene& encoded) {
+Result<Shown> shown_by(const EncodedScene& encoded) {
   static SceneDecoder decoder;
-  const Result<Scene> scene = decoder.decode(encoded);
+  static Scene newest;  // is kept, as by a slave, so that the next one may share what it has
+  Result<Scene> scene = decoder.decode(encoded);
   if (!scene.is_ok()) return scene.status();
-  return static_cast<int>(scene->meshes[0]->positions[0].x);
+  newest = *std::move(scene);
+  return Shown{static_cast<int>(newest.meshes[0]->positions[0].x), encoded.time_seconds};
 }
 
-std::shared_ptr<const core::PreparedScene> prepared_of_tag(int tag) {
+std::shared_ptr<const core::PreparedScene> prepared_for(const Shown& shown) {
   Prepared& all = prepared();
-  auto& scene = all.scenes[static_cast<std::size_t>(tag)];
+  auto& scene = all.scenes[shown];
   if (!scene) {
-    auto built = core::PreparedScene::build(make_scene(tag, SceneWeight::kLight), {1, nullptr, {}});
+    auto built =
+        core::PreparedScene::build(make_scene(shown.tag, SceneWeight::kLight), {1, nullptr, {}});
     TESSERA_CHECK(built.is_ok());
     scene = *built;
-    all.tags[scene.get()] = tag;
+    all.shown[scene.get()] = shown;
   }
   return scene;
 }
 
-int tag_of(const core::PreparedScene& scene) { return prepared().tags.at(&scene); }
+Shown shown_by(const core::PreparedScene& scene) { return prepared().shown.at(&scene); }
 
-void draw(int tag, const FrameSettings& settings, const TileRect& rect,
+void draw(const Shown& shown, const FrameSettings& settings, const TileRect& rect,
           std::span<std::byte> bytes) {
-  const std::uint64_t picture =
-      mix(static_cast<std::uint64_t>(tag) << 32 ^ settings.seed ^ 0x7069637475726500u);
+  const auto time = static_cast<std::uint64_t>(shown.seconds * 1024);
+  const std::uint64_t picture = mix((time << 8 | static_cast<std::uint64_t>(shown.tag)) << 32 ^
+                                    settings.seed ^ 0x7069637475726500u);
   std::size_t at = 0;
   for (int y = rect.y_px; y < rect.y_px + rect.height_px; ++y) {
     std::uint64_t value = mix(picture + static_cast<std::uint64_t>(y) * 0x10001) +

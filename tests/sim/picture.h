@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scenes and pictures of the simulated world. A scene carries a tag (in the position of a
-// vertex); a pixel is a function of (tag, frame settings, position). So a picture shows which scene
-// it was rendered from, and any mix-up of versions, frames or tiles shows as a wrong byte.
+// vertex); a pixel is a function of (tag, time, frame settings, position). So a picture shows which
+// scene it was rendered from, and of which time one that moves, and any mix-up of versions, times,
+// frames or tiles shows as a wrong byte.
 //
 // Threads. The simulation's one (scenes are made once for each process and tag).
 #pragma once
 
+#include <compare>
 #include <memory>
 #include <span>
 
@@ -22,7 +24,12 @@ enum class SceneWeight {
   kLight,     // two meshes
   kHeavy,     // and a texture of 3 MiB that all tags share
   kChanging,  // and one of 1.13 MiB, of which a tag has two chunks of its own
+  kMoving,    // two meshes, of which one moves with the frame's time
 };
+
+// Frames show scenes that move at one of these times.
+inline constexpr int kTimes = 4;
+constexpr double time_of(int index) { return 0.25 * index; }
 
 // Blocks of the scene with this tag: a mesh that all share, one of its own, and what the weight
 // says. Requires: 0 <= tag < kSceneTagsMax.
@@ -31,14 +38,22 @@ const EncodedScene& scene_of_tag(int tag, SceneWeight weight);
 // Bytes of the block with this digest in any scene of these; null where it is in none.
 const std::span<const std::byte>* bytes_of(const Digest& digest);
 
-// Decodes blocks that came over the network. Returns: the tag, or the decoder's refusal.
-Result<int> tag_of(const EncodedScene& scene);
+// What of a scene a picture shows: its tag, and its time where it moves.
+struct Shown {
+  int tag = 0;
+  double seconds = 0;
+  auto operator<=>(const Shown&) const = default;
+};
 
-// A prepared scene that stands for the tag, and back.
-std::shared_ptr<const core::PreparedScene> prepared_of_tag(int tag);
-int tag_of(const core::PreparedScene& scene);
+// Decodes blocks that came over the network. Returns: what they show, or the decoder's refusal.
+Result<Shown> shown_by(const EncodedScene& scene);
+
+// A prepared scene that stands for what is shown, and back.
+std::shared_ptr<const core::PreparedScene> prepared_for(const Shown& shown);
+Shown shown_by(const core::PreparedScene& scene);
 
 // Writes the pixels of `rect`. Requires: kDisplay8, bytes.size() == 3 * rect.pixel_count().
-void draw(int tag, const FrameSettings& settings, const TileRect& rect, std::span<std::byte> bytes);
+void draw(const Shown& shown, const FrameSettings& settings, const TileRect& rect,
+          std::span<std::byte> bytes);
 
 }  // namespace tessera::sim

@@ -20,6 +20,7 @@ SimApp::SimApp(EventQueue& queue, Network& network, int node, int master_node, A
       master_node_(master_node),
       script_(script),
       random_(seed),
+      times_(mix(seed ^ 0x74696d6573u)),
       events_(std::move(events)) {}
 
 void SimApp::start() {
@@ -95,7 +96,9 @@ void SimApp::submit_more() {
     }
     Frame frame;
     frame.frame = next_frame_++;
-    frame.tag = tag_;
+    frame.shown.tag = tag_;
+    if (script_.weight == SceneWeight::kMoving)
+      frame.shown.seconds = frame.settings.time_seconds = time_of(times_.pick(0, kTimes - 1));
     frame.settings.width_px = script_.width_px;
     frame.settings.height_px = script_.height_px;
     frame.settings.tile_edge_px = script_.tile_edge_px;
@@ -127,7 +130,7 @@ void SimApp::on_frame(const FrameResult& result) {
 
 void SimApp::check_picture(const Frame& frame, const FrameImage& image) {
   std::vector<std::byte> expected(image.bytes.size());
-  draw(frame.tag, frame.settings, {0, 0, frame.settings.width_px, frame.settings.height_px},
+  draw(frame.shown, frame.settings, {0, 0, frame.settings.width_px, frame.settings.height_px},
        expected);
   if (std::equal(expected.begin(), expected.end(), image.bytes.begin(), image.bytes.end())) return;
   std::size_t at = 0;

@@ -56,7 +56,7 @@ class SimApp {
  private:
   struct Frame {
     FrameId frame = 0;
-    int tag = 0;
+    Shown shown;
     FrameSettings settings;
     bool is_cancelled = false;
   };
@@ -73,7 +73,7 @@ class SimApp {
   Network& network_;
   const int node_, master_node_;
   const AppScript script_;
-  Random random_;
+  Random random_, times_;
   const Events events_;
   std::unique_ptr<Process> process_;
   std::unique_ptr<master::LastingClient> client_;

@@ -86,7 +86,7 @@ wire::TileResult SimWorkshop::render(const Run& run) {
   result.pixels.resize(static_cast<std::size_t>(rect.pixel_count()) *
                        static_cast<std::size_t>(bytes_per_pixel(begin.settings.pixel_format)));
   if (model_.has_pixels) {
-    draw(tag_of(*run.job.frame->scene), begin.settings, rect, result.pixels);
+    draw(shown_by(*run.job.frame->scene), begin.settings, rect, result.pixels);
   }
   if (model_.alter) model_.alter(result);
   return result;
@@ -158,8 +158,8 @@ void SimWorkshop::end_build(bool was_stopped) {
   if (model_.fails_builds) {
     outcome.scene = Built(Status::resource_exhausted("no memory for it"));
   } else if (!was_stopped) {
-    const Result<int> tag = tag_of(task.scene);
-    outcome.scene = tag.is_ok() ? Built(prepared_of_tag(*tag)) : Built(tag.status());
+    const Result<Shown> shown = shown_by(task.scene);
+    outcome.scene = shown.is_ok() ? Built(prepared_for(*shown)) : Built(shown.status());
   }
   const bool is_answered = builds_.finish(was_stopped);
   build_next();

@@ -23,6 +23,8 @@ constexpr double kRelayShare = 0.03;
 constexpr double kBadShare = 0.15, kFreezeShare = 0.1;
 // Of those with bad slaves: with as many that die as a tile may end, and good ones beside them.
 constexpr double kMortalShare = 0.3;
+// Share of the storms whose scenes move with time.
+constexpr double kMotionShare = 0.15;
 // Share of the storms with status clients, with an application that stands still for long, and with
 // a master whose clock is wrong for a while.
 constexpr double kWatcherShare = 0.15, kAppPauseShare = 0.04, kWrongClockShare = 0.06;
@@ -137,6 +139,18 @@ void draw_bad_slaves(StormPlan& plan) {
   }
 }
 
+// Lets scenes move with the frames' times, and slaves build ten times as long as the others. It
+// draws from numbers of its own: seeds keep what else they were.
+void draw_motion(StormPlan& plan) {
+  Random random(mix(plan.seed ^ 0x6d6f74696f6eu));
+  if (plan.script.weight != SceneWeight::kLight || !random.chance(kMotionShare)) return;
+  plan.script.weight = SceneWeight::kMoving;
+  for (SlavePlan& slave : plan.slaves) {
+    if (random.chance(0.2)) slave.build_seconds *= 10;
+    if (random.chance(0.03)) slave.fails_builds = &slave != &plan.slaves.front();
+  }
+}
+
 // Adds status clients, pauses of the application and a clock that jumps, by numbers of its own:
 // seeds keep what else they were.
 void draw_others(StormPlan& plan) {
@@ -162,6 +176,8 @@ const char* weight_text(SceneWeight weight) {
       return ", heavy scenes";
     case SceneWeight::kChanging:
       return ", changing scenes";
+    case SceneWeight::kMoving:
+      return ", moving scenes";
   }
   return "";
 }
@@ -209,6 +225,7 @@ StormPlan draw_storm(std::uint64_t seed) {
   draw_relays(plan);
   draw_bad_slaves(plan);
   draw_others(plan);
+  draw_motion(plan);
   std::stable_sort(plan.faults.begin(), plan.faults.end(),
                    [](const Fault& a, const Fault& b) { return a.at < b.at; });
   return plan;
