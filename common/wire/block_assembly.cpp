@@ -23,7 +23,8 @@ BlockAssembly::Put BlockAssembly::put(std::uint32_t index, std::span<const std::
   TESSERA_CHECK_EQ(bytes.size(), chunk_bytes(size_bytes_, index));
   if (has(index)) return Put::kKnown;
   if (sha256(bytes) != chunks_[index]) return Put::kWrong;
-  put_checked(index, bytes);
+  store_.put(index, bytes);
+  count_in(index);
   return Put::kStored;
 }
 
@@ -31,10 +32,14 @@ void BlockAssembly::put_checked(std::uint32_t index, std::span<const std::byte> 
   TESSERA_CHECK(has_list() && index < count());
   TESSERA_CHECK_EQ(bytes.size(), chunk_bytes(size_bytes_, index));
   store_.put(index, bytes);
+  count_in(index);
+}
+
+void BlockAssembly::count_in(std::uint32_t index) {
   if (have_.empty()) have_.resize(count());
   have_[index] = true;
   ++have_count_;
-  have_bytes_ += bytes.size();
+  have_bytes_ += chunk_bytes(size_bytes_, index);
 }
 
 std::vector<bool> BlockAssembly::lacking() const {

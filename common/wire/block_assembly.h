@@ -52,6 +52,8 @@ class BlockAssembly {
   SceneBlock finish();
 
  private:
+  void count_in(std::uint32_t index);
+
   Digest digest_;
   std::uint64_t size_bytes_;
   ChunkDigests chunks_;
