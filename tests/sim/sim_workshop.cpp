@@ -66,7 +66,8 @@ void SimWorkshop::finish(RunIterator run) {
   busy_seconds_ += seconds(process_.queue().now() - done.began);
   account_waiting();
   std::optional<wire::TileResult> result;
-  if (!done.job.frame->is_cancelled) result = render(done);
+  const bool is_failed = !done.job.frame->failure.get().is_ok();
+  if (!done.job.frame->is_cancelled && !is_failed) result = render(done);
   start_work();  // a render thread takes the next tile before the network thread sees this one
   node_->on_tile_done(done.job, std::move(result));
 }

@@ -31,11 +31,16 @@ class SlaveNodeTest : public testing::Test {
     process_->end();
   }
 
-  // `tile_time`: what a tile takes in the workshop.
-  void start(int threads, Duration tile_time) {
+  // `tile_time`: what a tile takes in the workshop. build_failure: what its rays meet, if it is not
+  // ok.
+  void start(int threads, Duration tile_time, const Status& build_failure = {}) {
     sim::WorkModel model;
     model.threads = threads;
-    model.tile_seconds = [tile_time](const FrameWork&, TileIndex) { return seconds(tile_time); };
+    model.tile_seconds = [tile_time, build_failure](const FrameWork& frame, TileIndex) {
+      // What the rays of a tile meet is told to its frame.
+      const_cast<FrameWork&>(frame).failure.add(build_failure);
+      return seconds(tile_time);
+    };
     model.has_pixels = false;
     workshop_ = std::make_unique<sim::SimWorkshop>(*process_, model);
     SlaveOptions options;
@@ -176,6 +181,25 @@ TEST_F(SlaveNodeTest, TilesOfARetiredSceneComeBackUnrendered) {
   const wire::TileReturned returned = master_.expect<wire::TileReturned>();
   EXPECT_EQ(returned.tile, 3u);
   EXPECT_EQ(returned.attempt, 2u);
+}
+
+// A scene that is built as rays meet it may turn out not to fit after it was told to be ready.
+TEST_F(SlaveNodeTest, WhatFailsWhenRaysMeetItIsToldOnceAndItsTilesComeBack) {
+  start(1, 1ms, Status::resource_exhausted("no room for a mesh"));
+  master_.shake_hands();
+  give_scene(1);
+  master_.begin(1, 1);
+  for (TileIndex tile = 0; tile < 3; ++tile) master_.lease(1, tile);
+  const wire::SceneFailed failed = master_.expect<wire::SceneFailed>();
+  EXPECT_EQ(failed.version, 1u);
+  EXPECT_EQ(failed.reason, "no room for a mesh");
+  for (TileIndex tile = 0; tile < 3; ++tile)
+    EXPECT_EQ(master_.expect<wire::TileReturned>().tile, tile);
+  // A frame that was on its way is no breach; its tiles come back, too.
+  master_.begin(2, 1);
+  master_.lease(2, 5);
+  EXPECT_EQ(master_.expect<wire::TileReturned>().tile, 5u);
+  give_scene(2);  // the session goes on
 }
 
 TEST_F(SlaveNodeTest, AnEndedFrameLosesItsTiles) {
