@@ -72,6 +72,11 @@ void Network::try_connect(const std::shared_ptr<Attempt>& attempt, int tries_lef
       if (attempt->on_connected) what();
     });
   };
+  if (to < 0) {
+    return answer(queue_.now(), [attempt] {
+      std::exchange(attempt->on_connected, {})(Status::unavailable("no machine has this name"));
+    });
+  }
   if (!passes(from, to) || !passes(to, from)) {
     const auto next = queue_.now() + std::chrono::milliseconds(kHandshakeMs / kSynTries);
     return answer(next, [this, attempt, tries_left] {
