@@ -15,9 +15,8 @@ namespace tessera::slave {
 
 namespace {
 
-// Threads that a build starts inherit the priority. The scheduler gives a thread of this one a
-// tenth of the time of a render thread that it shares a processor with. It does no harm if this
-// fails.
+// Threads that a build starts inherit the priority. At nice 10 a thread gets about a tenth of the
+// time of a render thread with which it shares a processor. It does no harm if this fails.
 void lower_priority(int thread) {
   constexpr int kNice = 10;
   const auto who = static_cast<id_t>(thread);

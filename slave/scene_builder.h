@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The building half of the scene pipeline: one thread that decodes complete scenes and prepares
 // them for tracing, in the order that build_order.h decides. Beside render threads a build has a
-// lower priority, of which they lose at most a tenth; a build that frames wait for has theirs. The
-// scene that was built last is kept until the next one is built, whether or not a frame still needs
-// it: what both have in common is not built again.
+// lower priority than they have; a build that frames wait for has theirs. The scene that was built
+// last is kept until the next one is built, whether or not a frame still needs it: what both have
+// in common is not built again.
 //
 // Threads. push(), retire(), forget_newest(), set_rendering(): network thread. on_built runs on a
 // thread that the builder makes for each build, and must not block. stop(): the owner's thread.
