@@ -44,7 +44,7 @@ bool RangeSplitter::may_be_leaf(const RefRange& range) const {
 Branch RangeSplitter::branch_of(const RefRange& range, int depth, SahBins& bins) const {
   Branch branch{range};
   branch.is_split = range.size() > width_ || !may_be_leaf(range);
-  const int halvings = std::bit_width(range.size() - 1);
+  const auto halvings = static_cast<int>(std::bit_width(range.size() - 1));
   if (!branch.is_split || depth + halvings > kBvhDepthMax) return branch;
   branch.cut = bins.cut(refs_, range, block_size_);
   cut_in_space(branch);
