@@ -5,7 +5,7 @@
 # Usage: scripts_test.sh SOURCE_FOLDER. Exit 77: skipped, with the reason.
 set -euo pipefail
 cd "$1"
-for script in deploy/quickstart.sh deploy/install-dependencies.sh deploy/build.sh deploy/launch-slaves.sh tests/run.sh tests/fuzz.sh; do
+for script in deploy/quickstart.sh deploy/install-dependencies.sh deploy/build.sh deploy/launch-slaves.sh tests/run.sh tests/fuzz.sh tests/nightly.sh; do
   help=$("$script" --help) || { echo "FAILED: $script --help" && exit 1; }
   if ! grep -q "^Usage: .*${script##*/}" <<<"$help"; then
     echo "FAILED: $script --help does not say the usage: $help"
