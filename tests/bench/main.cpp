@@ -22,6 +22,7 @@
 #include "tests/bench/scenes.h"
 #include "tests/bench/thesis_suite.h"
 #include "tests/bench/trim_suite.h"
+#include "tests/bench/update_suite.h"
 
 namespace {
 
@@ -44,18 +45,25 @@ std::vector<std::string> usual_scenes(const std::string& suite, bool is_quick) {
   return tessera::bench::scene_names();
 }
 
+// Of the suites that measure masters and not the core.
+struct MasterSuites {
+  tessera::bench::ExchangeOptions exchange;
+  tessera::bench::UpdateOptions update;
+};
+
 tessera::Status run(std::vector<std::string> suites,
-                    const tessera::bench::CoreSuiteOptions& options,
-                    const tessera::bench::ExchangeOptions& exchange, const std::string& facts,
-                    const std::string& json_path) {
+                    const tessera::bench::CoreSuiteOptions& options, const MasterSuites& masters,
+                    const std::string& facts, const std::string& json_path) {
   if (suites.empty()) suites = {"core", "build", "accuracy"};
   tessera::JsonObject all;
   all.add_raw("run", facts);
   all.add("isa", std::string(tessera::isa_name(options.isa)));
   for (const std::string& suite : suites) {
     std::vector<std::string> scenes;
-    if (suite == "exchange") {
-      const tessera::Status status = tessera::bench::run_exchange_suite(exchange, scenes);
+    if (suite == "exchange" || suite == "update") {
+      const tessera::Status status =
+          suite == "update" ? tessera::bench::run_update_suite(masters.update, scenes)
+                            : tessera::bench::run_exchange_suite(masters.exchange, scenes);
       if (!status.is_ok()) return status;
       add_list(all, suite, scenes);
       continue;
@@ -117,6 +125,18 @@ void add_exchange_options(CLI::App& app, tessera::bench::ExchangeOptions& exchan
       ->capture_default_str();
 }
 
+void add_update_options(CLI::App& app, tessera::bench::UpdateOptions& update) {
+  app.add_option("--triangles", update.triangles, "update: of the scenes (default: 10^4 to 10^7)")
+      ->check(CLI::Range(128, 100'000'000));
+  app.add_option("--listen", update.listen,
+                 "update: HOST:PORT for slaves (default: one is started on this machine)");
+  app.add_option("--keys", update.keys_folder, "update: credentials of the master, with --listen");
+  app.add_option("--slaves", update.slaves, "update: waited for, with --listen")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--link-name", update.link, "update: what slaves are reached by, for the reader");
+}
+
 void add_flags(CLI::App& app, tessera::bench::CoreSuiteOptions& options) {
   app.add_flag("--all-peers", options.with_all_peers,
                "beside Embree's build of high quality and its robust flag, too");
@@ -136,7 +156,7 @@ int main(int argc, char** argv) {
                "tessera-bench");
   app.set_version_flag("--version", std::string("tessera-bench ") + tessera::kBuildId);
   tessera::bench::CoreSuiteOptions options;
-  tessera::bench::ExchangeOptions exchange;
+  MasterSuites masters;
   std::vector<std::string> suites;
   std::string isa = "auto", json_path;
   app.add_option(
@@ -148,11 +168,12 @@ int main(int argc, char** argv) {
          "patch: rays through patches, beside triangles of them; "
          "trims: whether points of patches are kept, by the number of loops; "
          "thesis: its tables of steps and tests; exchange: the master's tiles per second, beside "
-         "a bare epoll loop; gi: global illumination, its speed and its error, on scenes of its "
+         "a bare epoll loop; update: from an edit to its pixels; gi: global illumination, its "
+         "speed and its error, on scenes of its "
          "own; "
          "default: the first three")
       ->check(CLI::IsMember({"core", "build", "accuracy", "moves", "deforming", "demand", "patch",
-                             "trims", "thesis", "exchange", "gi"}));
+                             "trims", "thesis", "exchange", "update", "gi"}));
   const std::vector<std::string> scene_names = all_scene_names();
   app.add_option(
          "--scene", options.scenes,
@@ -168,7 +189,8 @@ int main(int argc, char** argv) {
   app.add_option("--repeats", options.repeats, "timed runs of each, interleaved; the median counts")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  add_exchange_options(app, exchange);
+  add_exchange_options(app, masters.exchange);
+  add_update_options(app, masters.update);
   app.add_option("--json", json_path, "write the figures to this file");
   try {
     app.parse(argc, argv);
@@ -191,7 +213,9 @@ int main(int argc, char** argv) {
     options.size_px = 512;
     options.repeats = std::min(options.repeats, 3);
   }
+  masters.update.is_quick = options.is_quick;
+  masters.update.repeats = options.repeats;
   const tessera::Status status =
-      run(suites, options, exchange, tessera::bench::run_facts(argc, argv), json_path);
+      run(suites, options, masters, tessera::bench::run_facts(argc, argv), json_path);
   return status.is_ok() ? 0 : fail(1, status.message());
 }

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene of the suite "update": 64 sheets in a square, each a mesh of its own, and what an
+// application changes of it, one change after another.
+//
+// Threads. One at a time.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/frame/frame_settings.h"
+#include "common/scene/scene_edits.h"
+
+namespace tessera::bench {
+
+enum class EditKind {
+  kCamera,
+  kLight,
+  kMaterial,
+  kOneRigid,
+  kAllRigid,
+  kSomeVertices,
+  kAllVertices
+};
+inline constexpr EditKind kEditKinds[] = {
+    EditKind::kCamera,   EditKind::kLight,        EditKind::kMaterial,   EditKind::kOneRigid,
+    EditKind::kAllRigid, EditKind::kSomeVertices, EditKind::kAllVertices};
+std::string_view edit_name(EditKind kind);
+
+class EditedScene {
+ public:
+  // Of about so many triangles.
+  explicit EditedScene(std::uint64_t triangles);
+
+  // Makes the next change of this kind. No two changes of one kind are alike.
+  Status change(EditKind kind);
+  SceneEdits& edits() { return edits_; }
+  // The scene as it stands, of which nothing is shared with anything.
+  Scene apart();
+
+  const Camera& camera() const { return camera_; }
+  std::uint64_t triangles() const;
+  static std::size_t object_count();
+
+ private:
+  Status move(std::size_t object);
+  Status deform(std::size_t vertices);
+
+  int segments_;  // quads along a side of a sheet
+  SceneEdits edits_;
+  std::vector<ObjectName> names_;
+  Camera camera_;
+  int step_ = 0;
+};
+
+}  // namespace tessera::bench
