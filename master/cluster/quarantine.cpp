@@ -38,9 +38,9 @@ bool Quarantine::count_loss(const std::string& name, std::uint64_t instance,
   Record& record = record_of(name, now);
   record.last_offence = now;
   record.losses.push_back({now, instance});
-  while (now - record.losses.front().at > kWindow) record.losses.pop_front();
+  std::erase_if(record.losses, [now](const Loss& loss) { return now - loss.at > kWindow; });
   if (record.losses.size() < kLossesMax) return false;
-  std::deque<Loss> losses = std::move(record.losses);
+  std::vector<Loss> losses = std::move(record.losses);
   hold(record,
        "lost " + std::to_string(kLossesMax) +
            " times within a minute, each time with more "
@@ -66,7 +66,7 @@ bool Quarantine::count_wrong(const std::string& name, TimePoint now) {
   Record& record = record_of(name, now);
   record.last_offence = now;
   record.wrong.push_back(now);
-  while (now - record.wrong.front() > kWindow) record.wrong.pop_front();
+  std::erase_if(record.wrong, [now](TimePoint at) { return now - at > kWindow; });
   return record.wrong.size() >= kWrongMax;
 }
 

@@ -17,7 +17,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -62,10 +61,10 @@ class Quarantine {
     std::uint64_t instance = 0;
   };
   struct Record {
-    std::deque<Loss> losses;      // within the window
-    std::deque<TimePoint> wrong;  // likewise
-    std::deque<Loss> held_for;    // losses that it is held back for; empty: for something else
-    std::uint32_t times = 0;      // held back so far
+    std::vector<Loss> losses;      // within the window, oldest first
+    std::vector<TimePoint> wrong;  // likewise
+    std::vector<Loss> held_for;    // losses that it is held back for; empty: for something else
+    std::uint32_t times = 0;       // held back so far
     TimePoint until{};
     TimePoint last_offence{};
     std::string reason;
