@@ -4,6 +4,7 @@
     frames      frames per second over slaves, and how busy they are (a result with a table "series")
     speed-up    the same, as speed-up over slaves, both logarithmic
     error       RMSE over CPU-seconds, a panel for each scene (`tessera-bench gi --json`)
+    update      time from an edit to the first right pixel over triangles (`tessera-bench update --json`)
     embree VIEW rates to Embree's of a table, bars grouped by scene; of several files the last is the newest
 """
 import re
@@ -11,6 +12,7 @@ import re
 import chart
 import scaling_series
 from chart import Groups, Linear, Logarithmic, Panel, Style
+from update_views import update_plot
 from views import table_of
 
 # A series that differs from another in the link or the tiles alone has its colour, and a line of its own.
@@ -119,7 +121,7 @@ def embree_plot(runs, view):
                                 panel.parts + panel.labels + chart.legend(72, 390, entries, 2, 390))
 
 
-PLOTS = {"frames": frames_plot, "speed-up": speed_up_plot, "error": error_plot, "embree": embree_plot}
+PLOTS = {"frames": frames_plot, "speed-up": speed_up_plot, "error": error_plot, "embree": embree_plot, "update": update_plot}
 
 
 def plot_of(runs, view):

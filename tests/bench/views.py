@@ -7,6 +7,7 @@ result it is one of its "tables".
 import re
 
 import scaling_series
+from update_views import update_table
 
 KINDS = {"primary": "camera", "shadow": "shadow", "bounce": "bounce"}
 STRUCTURES = {"bvh": "hierarchy", "bvhq": "quality hierarchy", "kd": "kd-tree", "kdq": "quality kd-tree", "instanced": "two levels"}
@@ -215,7 +216,8 @@ VIEWS = {"rays": lambda runs, rest: rays_table(runs, f"embree {rest or 'medium'}
 
 def table_of(runs, view):
     name, _, rest = view.partition(" ")
-    for suite, table in (("moves", moves_table), ("deforming", deforming_table), ("demand", demand_table), ("trims", trims_table), ("methods", methods_table), ("build", build_table)):
+    for suite, table in (("moves", moves_table), ("deforming", deforming_table), ("demand", demand_table), ("trims", trims_table), ("methods", methods_table), ("build", build_table),
+                        ("update", update_table)):
         if name == suite and suite in runs[0]:
             return table(runs, rest)
     if name in VIEWS and "core" in runs[0]:
