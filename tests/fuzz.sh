@@ -25,6 +25,7 @@ END
 seconds=60
 only=
 jobs=$(nproc)
+slow_seconds=10  # of processor time for one input: a finding
 build=yes
 task=run
 json=
@@ -87,13 +88,27 @@ if [[ $task == merge ]]; then
   exit 0
 fi
 
+# Prints the inputs of a target that take too long, and forgets the others that libFuzzer took for slow: it looks at the
+# clock, and a busy machine makes everything slow.
+slow_inputs() {
+  local name=$1 input took TIMEFORMAT=%U
+  for input in "$folder/findings/$name"-slow-unit-*; do
+    if [[ ! -f $input ]]; then continue; fi
+    took=$({ time "$folder/bin/$name" "$input" >/dev/null 2>&1; } 2>&1)
+    if ((${took%.*} >= slow_seconds)); then echo "$input: $took s of processor time"; else rm "$input"; fi
+  done
+}
+
 run_target() {  # runs one target; its line of the log of runs says which program it was
-  local name=$1 log=$folder/logs/$1.log program=$folder/bin/$1 began=$SECONDS digest
+  local name=$1 log=$folder/logs/$1.log program=$folder/bin/$1 began=$SECONDS digest slow
   digest=$(sha256sum "$program" | cut -c 1-16)
   mkdir -p "$folder/corpus/$name"
-  "$program" -max_total_time="$seconds" -timeout=120 -rss_limit_mb=4096 -max_len="${bytes_of[$name]}" -print_final_stats=1 \
-    -artifact_prefix="$folder/findings/$name-" "$folder/corpus/$name" "${corpus_of[$name]}" >"$log" 2>&1
+  "$program" -max_total_time="$seconds" -timeout=120 -rss_limit_mb=4096 -report_slow_units="$slow_seconds" \
+    -max_len="${bytes_of[$name]}" -print_final_stats=1 -print_funcs=0 -artifact_prefix="$folder/findings/$name-" \
+    "$folder/corpus/$name" "${corpus_of[$name]}" >"$log" 2>&1
   local code=$? executions
+  slow=$(slow_inputs "$name")
+  if [[ -n $slow && $code == 0 ]]; then code=70; fi
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -n 1)
   printf '%s %s %s %s %s\n' "$name" "$digest" "${executions:-0}" \
     "$((SECONDS - began))" "$((code == 0 ? 0 : 1))" >>"$folder/runs.txt"
@@ -101,6 +116,7 @@ run_target() {  # runs one target; its line of the log of runs says which progra
     echo "$name: ${executions:-0} executions"
   else
     echo "$name: FOUND (exit code $code): $log"
+    if [[ -n $slow ]]; then echo "  slow: $slow"; fi
     grep -E -m 3 'ERROR|runtime error|Test unit written|what\(\)' "$log" | sed 's/^/  /'
   fi
   return "$code"
