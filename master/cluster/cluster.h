@@ -71,8 +71,10 @@ class Cluster {
   // back. slave_lost is called before this returns.
   void expel(SessionId session, const std::string& reason);
 
-  // Counts wrong pixels of the slave, `reason`, against it; with too many it is expelled.
-  void suspect(SessionId session, const std::string& reason);
+  // Likewise, of the slave with this SlaveIdentity::id(), whether it has a session now or not.
+  void convict(const std::string& slave, const std::string& reason);
+  // Counts wrong pixels of the slave, `reason`, against it; with too many it is convicted.
+  void suspect(const std::string& slave, const std::string& reason);
 
   void commit_scene(SceneVersion version, SharedScene scene);
   void need_scene(SceneVersion version);

@@ -40,13 +40,20 @@ void Cluster::welcome_back(const wire::Hello& hello, const net::PeerIdentity& pe
   quarantine_.forget_losses(key_of(hello, peer), hello.instance, Clock::now());
 }
 
-void Cluster::suspect(SessionId session, const std::string& reason) {
-  const auto slave = slaves_.find(session);
-  if (slave == slaves_.end()) return;
-  const SlaveEntry& entry = *slave->second;
-  const std::string& key = key_of(entry.hello, entry.tile_link->connection().peer());
-  if (quarantine_.count_wrong(key, Clock::now()))
-    expel(session, std::to_string(Quarantine::kWrongMax) + " tiles within a minute with " + reason);
+void Cluster::convict(const std::string& slave, const std::string& reason) {
+  const auto here = std::find_if(slaves_.begin(), slaves_.end(), [&](const auto& entry) {
+    return key_of(entry.second->hello, entry.second->tile_link->connection().peer()) == slave;
+  });
+  if (here != slaves_.end()) return expel(here->first, reason);
+  const TimePoint now = Clock::now();
+  quarantine_.count_violation(slave, reason, now);
+  log_warn("slave-quarantined", "slave '" + slave + "', which is gone, is held back: " + reason,
+           {{"held_back_s", std::to_string(std::llround(quarantine_.find(slave, now)->seconds))}});
+}
+
+void Cluster::suspect(const std::string& slave, const std::string& reason) {
+  if (quarantine_.count_wrong(slave, Clock::now()))
+    convict(slave, std::to_string(Quarantine::kWrongMax) + " tiles within a minute with " + reason);
 }
 
 LossKind Cluster::kind_of(SessionId session, const Status& end, bool is_tile_link) const {

@@ -26,13 +26,16 @@ void FrameAuthors::add(SessionId session, FrameId frame) {
   author->second.is_cut = true;
 }
 
-std::string FrameAuthors::frames_of(SessionId session) const {
-  const auto convicted = authors_.find(session);
-  if (convicted == authors_.end()) return "";
+bool FrameAuthors::is_of(SessionId session, const std::string& name) const {
+  const auto author = authors_.find(session);
+  return author != authors_.end() && author->second.name == name;
+}
+
+std::string FrameAuthors::frames_of(const std::string& name) const {
   std::vector<Range> ranges;
   bool is_cut = false;
   for (const auto& [other, author] : authors_) {
-    if (author.name != convicted->second.name) continue;
+    if (author.name != name) continue;
     ranges.insert(ranges.end(), author.frames.begin(), author.frames.end());
     is_cut = is_cut || author.is_cut;
   }

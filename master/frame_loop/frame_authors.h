@@ -27,9 +27,11 @@ class FrameAuthors {
   // A frame that holds tiles of the slave is given away, or may be.
   void add(SessionId session, FrameId frame);
 
-  // The frames of all sessions of the slave that has this one, for a person: "3-17, 20"; empty when
-  // there are none. Where there are many, the newest are named.
-  std::string frames_of(SessionId session) const;
+  // Whether the session is, or was, one of the slave of this name.
+  bool is_of(SessionId session, const std::string& name) const;
+  // The frames of all sessions of the slave, for a person: "3-17, 20"; empty when there are none.
+  // Where there are many, the newest are named.
+  std::string frames_of(const std::string& name) const;
 
  private:
   struct Range {

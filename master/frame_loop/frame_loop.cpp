@@ -96,10 +96,10 @@ void FrameLoop::Impl::perform(const Actions& actions) {
         cluster.send(action.session, wire::FrameEnd{action.frame});
         break;
       case ActionKind::kExpel:
-        cluster.expel(action.session, conviction(action));
+        cluster.convict(action.slave, conviction(action));
         break;
       case ActionKind::kSuspect:
-        cluster.suspect(action.session, action.reason);
+        cluster.suspect(action.slave, action.reason);
         break;
       case ActionKind::kStalled:
         log_warn("slave-stalled",
@@ -129,9 +129,11 @@ void FrameLoop::Impl::begin_frame(const Action& action) {
 
 std::string FrameLoop::Impl::conviction(const Action& action) {
   for (const auto& [id, work] : frames) {  // those in work keep its tiles, too
-    if (work.slaves().contains(action.session)) authors.add(action.session, id);
+    for (const SessionId session : work.slaves()) {
+      if (authors.is_of(session, action.slave)) authors.add(session, id);
+    }
   }
-  const std::string frames_text = authors.frames_of(action.session);
+  const std::string frames_text = authors.frames_of(action.slave);
   if (frames_text.empty()) return action.reason;
   return action.reason + "; frames with tiles of it: " + frames_text;
 }

@@ -8,36 +8,6 @@
 
 namespace tessera::master {
 
-const char* verdict_text(ResultVerdict verdict) {
-  switch (verdict) {
-    case ResultVerdict::kAccepted:
-      return "accepted";
-    case ResultVerdict::kDuplicate:
-      return "a duplicate";
-    case ResultVerdict::kConfirmed:
-      return "that confirms another one";
-    case ResultVerdict::kFaulty:
-      return "with faulty pixels";
-    case ResultVerdict::kDisputed:
-      return "that differs from another slave's";
-    case ResultVerdict::kUndecided:
-      return "that differs from two others";
-    case ResultVerdict::kRepeated:
-      return "that it sends again and again";
-    case ResultVerdict::kFrameEnded:
-      return "for a frame that is over";
-    case ResultVerdict::kUnknownFrame:
-      return "for a frame never begun";
-    case ResultVerdict::kWrongVersion:
-      return "of another scene version than the frame's";
-    case ResultVerdict::kNotLeased:
-      return "for a tile that was not leased to it";
-  }
-  return "unknown";
-}
-
-bool answers_lease(ResultVerdict verdict) { return verdict <= ResultVerdict::kUndecided; }
-
 LedgerCounts& LedgerCounts::operator+=(const LedgerCounts& other) {
   issued += other.issued;
   accepted += other.accepted;
@@ -58,11 +28,14 @@ bool FrameLedger::is_any_of_seen(TileIndex index, const Predicate& is_it) const 
     if (is_it(lease.session)) return true;
   }
   const auto refused = refused_.find(index);
-  if (refused != refused_.end() && is_it(refused->second)) return true;
+  if (refused != refused_.end() && !refused->second.is_waived &&
+      is_it(refused->second.author.newest)) {
+    return true;
+  }
   const auto audit = audits_.find(index);
   if (audit == audits_.end()) return false;
   for (int i = 0; i < audit->second.vote_count; ++i) {
-    if (is_it(audit->second.votes[static_cast<std::size_t>(i)].session)) return true;
+    if (is_it(audit->second.votes[static_cast<std::size_t>(i)].author.newest)) return true;
   }
   return false;
 }
@@ -212,7 +185,7 @@ void FrameLedger::finish(TileIndex index) {
 
 LedgerAnswer FrameLedger::accept(SessionId session, SceneVersion version, TileIndex index,
                                  Attempt attempt, std::uint64_t pixels, bool is_suspect) {
-  if (version != version_) return {ResultVerdict::kWrongVersion, {}, 0, 0, 0};
+  if (version != version_) return {ResultVerdict::kWrongVersion};
   if (index >= tiles_.size()) return {};
   LedgerAnswer answer;
   if (const Answer& last = tiles_[index].answer;
@@ -227,23 +200,42 @@ LedgerAnswer FrameLedger::accept(SessionId session, SceneVersion version, TileIn
   if (found == leases.end()) return answer;
   const TimePoint leased_at = found->since;
   end_lease(index, static_cast<std::size_t>(found - leases.begin()));
+  const auto audit = audits_.find(index);
+  const bool is_first = audit == audits_.end() || audit->second.vote_count == 0;
   if (tiles_[index].is_done) {
     answer.verdict = ResultVerdict::kDuplicate;
-  } else if (const auto audit = audits_.find(index); audit != audits_.end()) {
-    answer = vote(index, audit->second, session, pixels);
-  } else if (is_suspect && refused_.try_emplace(index, session).second) {
+  } else if (is_suspect && is_first && refuse(index, session)) {
     answer.verdict = ResultVerdict::kFaulty;
     make_pending(index);
   } else {
-    answer.verdict = ResultVerdict::kAccepted;
-    if (const auto refused = refused_.find(index); refused != refused_.end())
-      answer.refused_of = refused->second;
-    finish(index);
+    if (audit != audits_.end()) {
+      answer = vote(index, audit->second, session, pixels);
+    } else {
+      answer.verdict = ResultVerdict::kAccepted;
+      finish(index);
+    }
+    if (const auto refused = refused_.find(index); is_first && refused != refused_.end())
+      answer.refused_of = refused->second.author;
   }
   answer.leased_at = leased_at;
   if (answer.verdict == ResultVerdict::kAccepted) tiles_[index].answer = {session, attempt};
   ++(answer.verdict == ResultVerdict::kAccepted ? counts_.accepted : counts_.rejected);
   return answer;
+}
+
+// Returns: whether the tile goes to another slave, since no other one's pixels were refused yet.
+bool FrameLedger::refuse(TileIndex index, SessionId session) {
+  const auto [refused, is_new] =
+      refused_.try_emplace(index, Refusal{ResultAuthor::of(session), false});
+  if (!is_new && refused->second.author.newest != session) return false;
+  refused->second.is_waived = false;
+  return true;
+}
+
+void FrameLedger::waive_refusals(SessionId only) {
+  for (auto& [index, refusal] : refused_) {
+    if (refusal.author.newest == only) refusal.is_waived = true;
+  }
 }
 
 // Votes on an audited tile: the first result is written, the second confirms it or calls for a
@@ -252,24 +244,24 @@ LedgerAnswer FrameLedger::vote(TileIndex index, Audit& audit, SessionId session,
                                std::uint64_t pixels) {
   LedgerAnswer answer;
   if (audit.vote_count == 0) {
-    audit.votes[0] = {session, pixels};
+    audit.votes[0] = {ResultAuthor::of(session), pixels};
     audit.vote_count = 1;
     if (tiles_[index].lease_count == 0) audit.wants_lease = true;
     answer.verdict = ResultVerdict::kAccepted;
     return answer;
   }
-  answer.first_vote = audit.votes[0].session;
+  answer.first_vote = audit.votes[0].author;
   if (audit.votes[0].pixels == pixels) {
-    if (audit.vote_count == 2) answer.outvoted = audit.votes[1].session;
+    if (audit.vote_count == 2) answer.outvoted = audit.votes[1].author;
     answer.verdict = ResultVerdict::kConfirmed;
     finish(index);
   } else if (audit.vote_count == 1) {
-    audit.votes[1] = {session, pixels};
+    audit.votes[1] = {ResultAuthor::of(session), pixels};
     audit.vote_count = 2;
     audit.wants_lease = true;
     answer.verdict = ResultVerdict::kDisputed;
   } else if (audit.votes[1].pixels == pixels) {
-    answer.outvoted = audit.votes[0].session;
+    answer.outvoted = audit.votes[0].author;
     answer.verdict = ResultVerdict::kAccepted;
     --counts_.accepted;  // the first one's pixels are overwritten
     ++counts_.rejected;
@@ -291,6 +283,19 @@ bool FrameLedger::hand_back(SessionId session, TileIndex index, Attempt attempt)
     return true;
   }
   return false;
+}
+
+template <typename Do>
+void FrameLedger::for_each_author(const Do& act) {
+  for (auto& [index, refusal] : refused_) act(refusal.author);
+  for (auto& [index, audit] : audits_) {
+    for (Vote& vote : audit.votes) act(vote.author);
+  }
+}
+
+void FrameLedger::slave_joined(SessionId session, const SlaveIdentity& slave) {
+  losses_.joined(session, slave);
+  for_each_author([&](ResultAuthor& author) { author.joined(session, slave); });
 }
 
 std::optional<TileIndex> FrameLedger::lose_session(SessionId session, const SlaveIdentity& slave,
@@ -315,6 +320,7 @@ std::optional<TileIndex> FrameLedger::lose_session(SessionId session, const Slav
     if (!tile.is_done && (!most || tile.attempts > tiles_[*most].attempts)) most = entry->tile;
     hand_back(session, entry->tile, entry->attempt);
   }
+  for_each_author([&](ResultAuthor& author) { author.left(session, slave); });
   return most;
 }
 
@@ -339,8 +345,7 @@ std::optional<FrameLedger::Dispute> FrameLedger::waive_audits(const std::vector<
           return has_seen(tile, s) || std::find(lost.begin(), lost.end(), s) != lost.end();
         });
     if (!is_stuck) continue;
-    if (audit.vote_count == 2)
-      return Dispute{index, audit.votes[0].session, audit.votes[1].session};
+    if (audit.vote_count == 2) return Dispute{index, audit.votes[0].author, audit.votes[1].author};
     done.push_back(index);
   }
   for (const TileIndex index : done) finish(index);

@@ -11,7 +11,7 @@
 //
 // Invariants. (1) A tile is done once. (2) Only a result that answers an outstanding lease
 // (session, version, tile, attempt) counts. (3) A lost tile without another lease is pending again,
-// at the head. (4) No two leases or votes of one tile are of the same session.
+// at the head. (4) No two leases of one tile are of the same session, no two votes of one slave.
 #pragma once
 
 #include <array>
@@ -26,6 +26,8 @@
 
 #include "common/base/clock.h"
 #include "common/base/ids.h"
+#include "master/schedule/result_author.h"
+#include "master/schedule/result_verdict.h"
 #include "master/schedule/tile_losses.h"
 
 namespace tessera::master {
@@ -36,25 +38,6 @@ struct TileAssignment {
   bool is_comparison = false;  // audit: another slave has the tile, or has answered
 };
 
-enum class ResultVerdict {
-  kAccepted,      // these are the tile's pixels; with an audit, perhaps not for good
-  kDuplicate,     // answers a lease, but the tile was done already: dropped and counted
-  kConfirmed,     // audit: the tile's pixels are right; these are not needed
-  kFaulty,        // pixels that cannot be light: rendered once more, by another slave
-  kDisputed,      // audit: they differ from the first ones, and a third slave must decide
-  kUndecided,     // audit: three slaves, three pictures
-  kRepeated,      // the same result once more: dropped and counted
-  kFrameEnded,    // answers a frame that is over: dropped
-  kUnknownFrame,  // never begun on that slave: a violation
-  kWrongVersion,  // violation
-  kNotLeased,     // no such lease of that session: violation
-};
-inline constexpr std::size_t kResultVerdicts = 11;
-static_assert(static_cast<std::size_t>(ResultVerdict::kNotLeased) + 1 == kResultVerdicts);
-const char* verdict_text(ResultVerdict verdict);
-// Whether a result with this verdict answered an outstanding lease.
-bool answers_lease(ResultVerdict verdict);
-
 struct LedgerCounts {
   std::uint64_t issued = 0, accepted = 0, rejected = 0, abandoned = 0, in_flight = 0;
   LedgerCounts& operator+=(const LedgerCounts& other);
@@ -63,10 +46,10 @@ struct LedgerCounts {
 // What became of one result.
 struct LedgerAnswer {
   ResultVerdict verdict = ResultVerdict::kNotLeased;
-  TimePoint leased_at;       // if it answered a lease
-  SessionId outvoted = 0;    // audit: this slave's pixels were wrong
-  SessionId first_vote = 0;  // kDisputed, kUndecided: whose pixels it differs from
-  SessionId refused_of = 0;  // kAccepted: whose pixels of this tile were refused as faulty
+  TimePoint leased_at{};      // if it answered a lease
+  ResultAuthor outvoted{};    // audit: this slave's pixels were wrong
+  ResultAuthor first_vote{};  // kDisputed, kUndecided: whose pixels it differs from
+  ResultAuthor refused_of{};  // kAccepted: whose pixels of this tile were refused as faulty
 };
 
 // A lease that is out.
@@ -126,16 +109,18 @@ class FrameLedger {
   std::vector<TileLeaseView> single_leases(const std::set<SessionId>& stalled = {}) const;
 
   // `pixels`: a digest of the result's pixels; matters for audited tiles only. `is_suspect`: the
-  // pixels are faulty, and another slave could render the tile: the first such result of a tile is
-  // refused, and the tile goes to somebody else.
+  // pixels are faulty, and another slave could render the tile: such results of the first slave
+  // that sends one are refused, unless another one is there, and the tile goes to somebody else.
   LedgerAnswer accept(SessionId session, SceneVersion version, TileIndex tile, Attempt attempt,
                       std::uint64_t pixels = 0, bool is_suspect = false);
-  // Call when no other slave is left: tiles refused of a slave may then be leased to it again.
-  void forget_refusals() { refused_.clear(); }
+  // Call when no slave but this one is left: tiles refused of it may then be leased to it again.
+  void waive_refusals(SessionId only);
 
   // The slave gives the tile back unrendered. Returns: false when it held no such lease.
   bool hand_back(SessionId session, TileIndex tile, Attempt attempt);
 
+  // A slave is here, perhaps again.
+  void slave_joined(SessionId session, const SlaveIdentity& slave);
   // The slave is gone. `is_suspect`: its tiles may be why, and count as lost with it.
   // Returns: the tile of those that it held and that are not done with the most attempts, if any.
   std::optional<TileIndex> lose_session(SessionId session, const SlaveIdentity& slave,
@@ -150,7 +135,7 @@ class FrameLedger {
 
   struct Dispute {
     TileIndex tile = 0;
-    SessionId first = 0, second = 0;
+    ResultAuthor first, second;
   };
   // Audits that wait for nobody but these slaves, which return nothing, want another one.
   void audit_without(const std::set<SessionId>& silent);
@@ -188,13 +173,18 @@ class FrameLedger {
     std::span<const Lease> out() const { return std::span(leases).first(lease_count); }
   };
   struct Vote {
-    SessionId session = 0;
+    ResultAuthor author;
     std::uint64_t pixels = 0;
   };
   struct Audit {
     std::array<Vote, kVotesMax> votes;
     int vote_count = 0;
     bool wants_lease = true;  // nobody renders it for comparison yet
+  };
+
+  struct Refusal {
+    ResultAuthor author;
+    bool is_waived = false;  // the slave may have the tile again, since nobody else could
   };
 
   TileAssignment lease(TileIndex tile, SessionId session, TimePoint now, TimePoint due);
@@ -206,13 +196,16 @@ class FrameLedger {
   // Calls `is_it` for each session of seen_by() until it returns true. Returns: whether it did.
   template <typename Predicate>
   bool is_any_of_seen(TileIndex tile, const Predicate& is_it) const;
+  template <typename Do>
+  void for_each_author(const Do& act);
+  bool refuse(TileIndex tile, SessionId session);
   LedgerAnswer vote(TileIndex tile, Audit& audit, SessionId session, std::uint64_t pixels);
 
   const SceneVersion version_;
   std::vector<Tile> tiles_;
   std::deque<TileIndex> pending_;
-  std::map<TileIndex, SessionId> refused_;  // once, with faulty pixels of that slave
-  std::map<TileIndex, Audit> audits_;       // audited tiles begun and not done
+  std::map<TileIndex, Refusal> refused_;  // with faulty pixels of one slave
+  std::map<TileIndex, Audit> audits_;     // audited tiles begun and not done
   TileLosses losses_;
   LedgerCounts counts_;
   std::size_t done_count_ = 0;

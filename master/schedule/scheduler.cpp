@@ -47,7 +47,7 @@ void Scheduler::slave_joined(SessionId session, SlaveIdentity slave, std::uint32
   departed_.joined(slave.name);
   audits_.joined(slave);
   const SlaveHistory::Past past = history_.joined(slave, now);
-  for (Frame& frame : frames_) frame.ledger.losses().joined(session, slave);
+  for (Frame& frame : frames_) frame.ledger.slave_joined(session, slave);
   SlavePace pace(std::max(threads, 1u), options_.prefetch_per_thread);
   count_pace(pace, 1);
   Slave joined{std::move(slave), std::move(pace)};
@@ -96,7 +96,7 @@ Actions Scheduler::slave_lost(SessionId session, TimePoint now, SlaveEnd how) {
     }
   }
   for (Frame& frame : frames_) {
-    if (able_count(frame) < 2) frame.ledger.forget_refusals();
+    waive_refusals(frame);
     waive_audits(frame, actions);
   }
   fail_lost_tiles(now, actions);
@@ -111,6 +111,7 @@ Actions Scheduler::scene_built(SessionId session, SceneVersion version, TimePoin
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return actions;
   slave->second.built.insert(version);
+  for (Frame& frame : frames_) waive_refusals(frame);
   fill_all(now, actions);
   return actions;
 }
@@ -123,7 +124,10 @@ Actions Scheduler::scene_failed(SessionId session, SceneVersion version, const s
   slave->second.failed[version] = reason;
   slave->second.built.erase(version);  // one that is built as rays meet it may fail late
   fail_hopeless(now, actions);
-  for (Frame& frame : frames_) waive_audits(frame, actions);
+  for (Frame& frame : frames_) {
+    waive_refusals(frame);
+    waive_audits(frame, actions);
+  }
   deliver(actions);
   fill_all(now, actions);
   return actions;
@@ -228,14 +232,17 @@ ResultVerdict Scheduler::result(SessionId session, const TileReport& report, Tim
   if (!answers_lease(answer.verdict)) return answer.verdict;
   release(*frame, session);
   learn(slave->second, report, answer.leased_at, now);
-  if (answer.refused_of != 0 && answer.refused_of != session && !report.is_faulty) {
+  const ResultAuthor& refused_of = answer.refused_of;
+  if (refused_of.session != 0 && refused_of.newest != session && !report.is_faulty) {
     actions.push_back(
         {ActionKind::kSuspect,
-         answer.refused_of,
+         refused_of.session,
          frame->id,
          {report.tile, 0},
          false,
-         "NaN, infinite or negative pixels that slave " + name_of(session) + " rendered without"});
+         "NaN, infinite or negative pixels that slave " + name_of(session) + " rendered without",
+         false,
+         id_of(refused_of)});
   }
   settle_audit(*frame, session, report.tile, answer, actions);
   if (frame->state == FrameState::kOpen && frame->ledger.is_complete())
@@ -266,6 +273,11 @@ void Scheduler::learn(Slave& slave, const TileReport& report, TimePoint leased_a
 std::string Scheduler::name_of(SessionId session) const {
   const auto slave = slaves_.find(session);
   return slave == slaves_.end() ? std::string("(gone)") : "'" + slave->second.is.name + "'";
+}
+
+// Requires: the result is one of a frame that is open.
+std::string Scheduler::id_of(const ResultAuthor& author) const {
+  return author.id.empty() ? slaves_.at(author.newest).is.id() : author.id;
 }
 
 Actions Scheduler::tile_returned(SessionId session, FrameId id, TileIndex tile, Attempt attempt,

@@ -49,8 +49,8 @@ enum class ActionKind {
   kBeginFrame,
   kLease,
   kEndFrame,
-  kExpel,    // an audit has found that this slave's pixels are wrong
-  kSuspect,  // its pixels were refused, and another slave had no cause for that
+  kExpel,    // an audit has found that this slave's pixels are wrong; it may be gone since
+  kSuspect,  // its pixels were refused, and another slave had no cause for that; likewise
   kStalled,  // it holds tiles and returns none, though its link may live: once for each stall
   kFrameComplete,
   kFrameFailed
@@ -58,12 +58,13 @@ enum class ActionKind {
 
 struct Action {
   ActionKind kind = ActionKind::kLease;
-  SessionId session = 0;  // all but the last two; kStalled has no frame
+  SessionId session = 0;  // all but the last two; kStalled has no frame; kExpel, kSuspect: its then
   FrameId frame = 0;
   TileAssignment tile;        // kLease; kExpel, kSuspect: the tile that was wrong
   bool is_cancelled = false;  // kFrameFailed: on request
   std::string reason;         // kFrameFailed, kExpel, kSuspect, kStalled
   bool is_final = false;      // kFrameFailed: trying again would do harm, or nothing
+  std::string slave{};        // kExpel, kSuspect: SlaveIdentity::id()
 };
 using Actions = std::vector<Action>;
 
@@ -178,11 +179,13 @@ class Scheduler {
   void fail_hopeless(TimePoint now, Actions& actions);
   void learn(Slave& slave, const TileReport& report, TimePoint leased_at, TimePoint now);
   std::string name_of(SessionId session) const;
+  std::string id_of(const ResultAuthor& author) const;
 
   // scheduler_audits.cpp
   void settle_audit(Frame& frame, SessionId session, TileIndex tile, const LedgerAnswer& answer,
                     Actions& actions);
   void waive_audits(Frame& frame, Actions& actions);
+  void waive_refusals(Frame& frame);
   void audit_without(const std::set<SessionId>& silent, Actions& actions);
   std::vector<SessionId> auditors(const Frame& frame) const;
   bool has_auditors(const Frame& frame, std::size_t least) const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the scheduler makes of tiles that two slaves render: who may compare, who was wrong, and
-// when nobody is waited for any more.
+// when nobody is waited for any more; and of tiles whose pixels were refused.
 #include <utility>
 
 #include "master/schedule/scheduler.h"
@@ -39,17 +39,19 @@ void Scheduler::settle_audit(Frame& frame, SessionId session, TileIndex tile,
   const auto where = [&] {
     return "tile " + std::to_string(tile) + " of frame " + std::to_string(frame.id);
   };
-  if (answer.outvoted != 0) {
+  if (answer.outvoted.session != 0) {
     actions.push_back({ActionKind::kExpel,
-                       answer.outvoted,
+                       answer.outvoted.session,
                        frame.id,
                        {tile, 0},
                        false,
-                       "audit: two others agree on another picture of " + where()});
+                       "audit: two others agree on another picture of " + where(),
+                       false,
+                       id_of(answer.outvoted)});
   }
   if (answer.verdict == ResultVerdict::kUndecided) {
     end_frame(frame, FrameState::kFailed,
-              "audit: " + where() + ": slaves " + name_of(answer.first_vote) + ", " +
+              "audit: " + where() + ": slaves " + "'" + id_of(answer.first_vote) + "'" + ", " +
                   name_of(session) + " and another one render it differently",
               actions);
   }
@@ -65,13 +67,23 @@ void Scheduler::waive_audits(Frame& frame, Actions& actions) {
   if (able.empty()) return;
   if (const auto dispute = frame.ledger.waive_audits(able)) {
     end_frame(frame, FrameState::kFailed,
-              "audit: tile " + std::to_string(dispute->tile) + ": slaves " +
-                  name_of(dispute->first) + " and " + name_of(dispute->second) +
+              "audit: tile " + std::to_string(dispute->tile) + ": slaves " + "'" +
+                  id_of(dispute->first) + "'" + " and " + "'" + id_of(dispute->second) + "'" +
                   " render it differently, and there is no third one to decide",
               actions);
   } else if (frame.ledger.is_complete()) {
     end_frame(frame, FrameState::kComplete, "", actions);
   }
+}
+
+// Tiles refused of the only slave that holds the frame's scene are for it again.
+void Scheduler::waive_refusals(Frame& frame) {
+  SessionId only = 0;
+  for (const auto& [session, slave] : slaves_) {
+    if (!slave.built.contains(frame.ledger.version())) continue;
+    if (std::exchange(only, session) != 0) return;
+  }
+  frame.ledger.waive_refusals(only);
 }
 
 void Scheduler::audit_without(const std::set<SessionId>& silent, Actions& actions) {

@@ -10,6 +10,7 @@
 #include "common/frame/faulty_pixels.h"
 #include "common/net/connector.h"
 #include "common/wire/codec.h"
+#include "master/cluster/quarantine.h"
 #include "master/session/master_host.h"
 #include "tests/support/net_peer.h"
 #include "tests/support/small_scene.h"
@@ -300,11 +301,11 @@ TEST_F(HostileSlave, NanPixelsAreRenderedAgainByAnotherAndNoneIsLeft) {
   HandSlave sick = slave("sick");
   sick.build_scene();
   sick.hear_frame();
-  const wire::TileLease lease = sick.hear_lease();
   HandSlave honest = slave("honest");
   honest.build_scene();
   honest.hear_frame();
-  sick.say_on_tile_link(sick.answer_to(lease, std::byte{0xff}));
+  for (std::size_t i = 0; i < Quarantine::kWrongMax; ++i)
+    sick.say_on_tile_link(sick.answer_to(sick.hear_lease(), std::byte{0xff}));
   auto future = outcome_.get_future();
   // The sick slave holds other leases, too; it leaves, and the honest one renders all.
   sick.say_on_tile_link(wire::Goodbye{"unwell"});
@@ -316,8 +317,13 @@ TEST_F(HostileSlave, NanPixelsAreRenderedAgainByAnotherAndNoneIsLeft) {
   ASSERT_TRUE(outcome.status.is_ok()) << outcome.status.message();
   EXPECT_TRUE(std::all_of(outcome.image->bytes.begin(), outcome.image->bytes.end(),
                           [](std::byte b) { return b == kHonest; }));
-  EXPECT_EQ(outcome.stats.tiles_faulty, 1u);
+  EXPECT_EQ(outcome.stats.tiles_faulty, Quarantine::kWrongMax);
   EXPECT_EQ(outcome.stats.pixels_faulty, 0u);
+  host_->io().run_and_wait([this] {
+    const auto held = host_->frame_loop().status().quarantined;
+    ASSERT_EQ(held.size(), 1u) << "it was gone before anybody knew that its pixels were wrong";
+    EXPECT_EQ(held[0].name, "sick");
+  });
 }
 
 TEST_F(HostileSlave, NanPixelsOfTheOnlySlaveAreReplacedAndCounted) {

@@ -10,10 +10,10 @@ namespace {
 TEST(FrameAuthors, FramesInARowAreOneRange) {
   FrameAuthors authors;
   authors.slave_joined(1, "liar");
-  EXPECT_EQ(authors.frames_of(1), "");
+  EXPECT_EQ(authors.frames_of("liar"), "");
   for (const FrameId frame : {3, 4, 4, 5, 9}) authors.add(1, frame);
-  EXPECT_EQ(authors.frames_of(1), "3-5, 9");
-  EXPECT_EQ(authors.frames_of(2), "");
+  EXPECT_EQ(authors.frames_of("liar"), "3-5, 9");
+  EXPECT_EQ(authors.frames_of("nobody"), "");
 }
 
 TEST(FrameAuthors, EarlierSessionsOfTheSlaveCountAndThoseOfOthersDoNot) {
@@ -26,15 +26,18 @@ TEST(FrameAuthors, EarlierSessionsOfTheSlaveCountAndThoseOfOthersDoNot) {
   authors.slave_joined(3, "liar");
   authors.add(3, 2);
   authors.add(3, 7);
-  EXPECT_EQ(authors.frames_of(3), "1-2, 7");
-  EXPECT_EQ(authors.frames_of(2), "1-2");
+  EXPECT_EQ(authors.frames_of("liar"), "1-2, 7");
+  EXPECT_EQ(authors.frames_of("honest"), "1-2");
+  EXPECT_TRUE(authors.is_of(1, "liar") && authors.is_of(3, "liar"));
+  EXPECT_FALSE(authors.is_of(2, "liar") || authors.is_of(4, "liar"));
 }
 
 TEST(FrameAuthors, ManyFramesAreToldByTheNewest) {
   FrameAuthors authors;
   authors.slave_joined(1, "liar");
   for (FrameId frame = 0; frame < 2000; frame += 2) authors.add(1, frame);
-  EXPECT_EQ(authors.frames_of(1), "earlier ones, 1984, 1986, 1988, 1990, 1992, 1994, 1996, 1998");
+  EXPECT_EQ(authors.frames_of("liar"),
+            "earlier ones, 1984, 1986, 1988, 1990, 1992, 1994, 1996, 1998");
 }
 
 TEST(FrameAuthors, RememberSoManySessionsAndNoMore) {
@@ -43,8 +46,8 @@ TEST(FrameAuthors, RememberSoManySessionsAndNoMore) {
     authors.slave_joined(session, "slave " + std::to_string(session));
     authors.add(session, 5);
   }
-  EXPECT_EQ(authors.frames_of(1), "") << "the oldest is forgotten";
-  EXPECT_EQ(authors.frames_of(2), "5");
+  EXPECT_EQ(authors.frames_of("slave 1"), "") << "the oldest is forgotten";
+  EXPECT_EQ(authors.frames_of("slave 2"), "5");
 }
 
 }  // namespace

@@ -22,12 +22,15 @@ inline constexpr double kTileSeconds = 0.010;
 // A scheduler, its slaves, and what is out.
 class BadSlaves : public ::testing::Test {
  protected:
-  BadSlaves() { EXPECT_TRUE(scheduler_.start(now_).empty()); }
+  explicit BadSlaves(const AuditOptions& audit = {}) : scheduler_({3, 2, false, audit}) {
+    EXPECT_TRUE(scheduler_.start(now_).empty());
+  }
 
   // A slave joins and builds the scene. Returns: its session.
-  SessionId join(const std::string& name, std::uint64_t instance, std::uint32_t threads = 1) {
+  SessionId join(const std::string& name, std::uint64_t instance, std::uint32_t threads = 1,
+                 const std::string& key = "") {
     const SessionId session = ++last_session_;
-    scheduler_.slave_joined(session, {name, "", instance}, threads, now_);
+    scheduler_.slave_joined(session, {name, key, instance}, threads, now_);
     perform(scheduler_.scene_built(session, 1, now_));
     return session;
   }
@@ -42,7 +45,7 @@ class BadSlaves : public ::testing::Test {
     perform(scheduler_.submit_frame(frame, 1, order, now_));
   }
   // The slave answers its oldest lease. Returns: false when it has none.
-  bool answer(SessionId session, bool is_faulty = false) {
+  bool answer(SessionId session, bool is_faulty = false, std::uint64_t pixels = 0) {
     std::vector<Action>& leases = out_[session];
     if (leases.empty()) return false;
     const Action lease = leases.front();
@@ -50,7 +53,7 @@ class BadSlaves : public ::testing::Test {
     Actions actions;
     scheduler_.result(session,
                       {lease.frame, 1, lease.tile.tile, lease.tile.attempt, kTileSeconds,
-                       kTileSeconds, 0, 0, is_faulty},
+                       kTileSeconds, 0, pixels, is_faulty},
                       now_, actions);
     perform(actions);
     return true;
@@ -72,18 +75,20 @@ class BadSlaves : public ::testing::Test {
       }
       if (action.kind == ActionKind::kFrameComplete) ++complete_;
       if (action.kind == ActionKind::kFrameFailed) failed_.push_back(action.reason);
-      if (action.kind == ActionKind::kSuspect) suspects_.push_back(action.session);
+      if (action.kind == ActionKind::kSuspect) suspects_.push_back(action.slave);
+      if (action.kind == ActionKind::kExpel) expelled_.push_back(action.slave);
       if (action.kind == ActionKind::kStalled) stalled_.push_back(action.session);
     }
   }
 
-  Scheduler scheduler_{{3, 2, false, {}}}, scheduler_audits_{{3, 2, false, {1.0}}};
+  Scheduler scheduler_, scheduler_audits_{{3, 2, false, {1.0}}};
   TimePoint now_{};
   SessionId last_session_ = 0;
   std::map<SessionId, std::vector<Action>> out_;
   int complete_ = 0;
   std::vector<std::string> failed_;
-  std::vector<SessionId> suspects_, stalled_;
+  std::vector<std::string> suspects_, expelled_;  // SlaveIdentity::id()
+  std::vector<SessionId> stalled_;
 };
 
 }  // namespace tessera::master

@@ -168,7 +168,7 @@ TEST_F(BadSlaves, FaultyPixelsThatAnotherSlaveDoesNotHaveAreToldOf) {
   const TileIndex tile = out_[bad].front().tile.tile;
   answer(bad, true);
   while (holds(good, tile)) answer(good);
-  EXPECT_EQ(suspects_, std::vector<SessionId>{bad});
+  EXPECT_EQ(suspects_, std::vector<std::string>{"bad"});
 }
 
 TEST_F(BadSlaves, FaultyPixelsThatAnotherSlaveHasTooAreTheScenes) {

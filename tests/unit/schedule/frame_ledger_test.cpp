@@ -114,7 +114,7 @@ TEST(FrameLedger, ASuspectTileComesBackToItsSlaveWhenNobodyElseIsLeft) {
   FrameLedger ledger(kVersion, tiles(1));
   const TileAssignment first = *ledger.lease_next(1, kStart, kDue);
   EXPECT_EQ(ledger.accept(1, kVersion, 0, first.attempt, 0, true).verdict, ResultVerdict::kFaulty);
-  ledger.forget_refusals();
+  ledger.waive_refusals(1);
   const TileAssignment again = *ledger.lease_next(1, kStart, kDue);
   EXPECT_EQ(ledger.accept(1, kVersion, 0, again.attempt, 0, false).verdict,
             ResultVerdict::kAccepted);
@@ -149,7 +149,7 @@ TEST_F(AuditedTile, TheThirdSlaveOutvotesTheOneThatWasWrong) {
   const TileAssignment third = *ledger_.lease_next(3, kStart, kDue);
   const LedgerAnswer decided = answer(3, third, 77);
   EXPECT_EQ(decided.verdict, ResultVerdict::kAccepted) << "the first one's pixels are replaced";
-  EXPECT_EQ(decided.outvoted, 1u);
+  EXPECT_EQ(decided.outvoted.session, 1u);
   EXPECT_TRUE(ledger_.is_complete());
   EXPECT_EQ(ledger_.counts().accepted, 1u);
   EXPECT_EQ(ledger_.counts().rejected, 2u);
@@ -162,7 +162,8 @@ TEST_F(AuditedTile, ADisputeThatNobodyIsLeftToDecideIsNamed) {
   EXPECT_FALSE(ledger_.waive_audits({1, 2, 3}).has_value()) << "the third may decide";
   const auto dispute = ledger_.waive_audits({1, 2});
   ASSERT_TRUE(dispute.has_value());
-  EXPECT_EQ(std::pair(dispute->first, dispute->second), (std::pair<SessionId, SessionId>{1, 2}));
+  EXPECT_EQ(std::pair(dispute->first.session, dispute->second.session),
+            (std::pair<SessionId, SessionId>{1, 2}));
 }
 
 TEST_F(AuditedTile, IsTakenAsItIsWhenTheAuditorsAreGone) {

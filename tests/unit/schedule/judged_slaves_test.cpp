@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is held against a slave is held against it in whichever session it has, or has had; and
+// audits of tiles that end slaves come to an end.
+#include "tests/unit/schedule/bad_slaves.h"
+
+#include <string>
+#include <vector>
+
+namespace tessera::master {
+namespace {
+
+using Names = std::vector<std::string>;
+
+class JudgedSlaves : public BadSlaves {};
+
+TEST_F(JudgedSlaves, FaultyPixelsOfASlaveThatIsGoneAreToldOf) {
+  for (const bool is_third_there : {false, true}) {
+    suspects_.clear();
+    const FrameId frame = is_third_there ? 1 : 0;
+    const SessionId bad = join("bad", 1), good = join("good", 2);
+    if (is_third_there) join("third", 3);
+    submit(frame, 1);
+    const SessionId first = holds(bad, 0) ? bad : good;
+    const std::string name = first == bad ? "bad" : "good";
+    ASSERT_TRUE(answer(first, true));
+    lose(first, SlaveEnd::kLeft);
+    for (auto& [session, leases] : out_) answer(session);
+    EXPECT_EQ(complete_, static_cast<int>(frame) + 1);
+    EXPECT_EQ(suspects_, Names{name});
+    for (SessionId session = 1; session <= last_session_; ++session) lose(session);
+  }
+}
+
+TEST_F(JudgedSlaves, ASlaveThatComesBackIsNotTheOtherOneThatRendersWhatWasRefusedOfIt) {
+  SessionId bad = join("bad", 1);
+  submit(0, 1);
+  const SessionId good = join("good", 2);
+  ASSERT_TRUE(answer(bad, true)) << "refused, since another slave is here";
+  ASSERT_TRUE(holds(good, 0));
+  lose(bad, SlaveEnd::kLeft);
+  bad = join("bad", 3);
+  const SessionId other = join("other", 4);
+  lose(good, SlaveEnd::kLeft);
+  EXPECT_FALSE(holds(bad, 0)) << "it has rendered the tile, in another session";
+  ASSERT_TRUE(answer(other));
+  EXPECT_EQ(complete_, 1);
+  EXPECT_EQ(suspects_, Names{"bad"});
+}
+
+TEST_F(JudgedSlaves, ASlaveAloneThatComesBackDoesNotAcquitItselfNorAccuse) {
+  SessionId bad = join("bad", 1);
+  submit(0, 1);
+  const SessionId good = join("good", 2);
+  ASSERT_TRUE(answer(bad, true));
+  lose(good, SlaveEnd::kLeft);
+  ASSERT_TRUE(holds(bad, 0)) << "nobody else is there";
+  lose(bad, SlaveEnd::kLeft);
+  bad = join("bad", 3);
+  ASSERT_TRUE(holds(bad, 0));
+  join("late", 4);
+  ASSERT_TRUE(answer(bad, true));
+  EXPECT_EQ(complete_, 0) << "twice the same slave's is not every slave's";
+  tick(10ms);
+  ASSERT_TRUE(answer(last_session_));
+  EXPECT_EQ(complete_, 1);
+  EXPECT_EQ(suspects_, Names{"bad"});
+}
+
+TEST_F(JudgedSlaves, WhatWasRefusedOfASlaveWhoseRivalCannotHoldTheSceneComesBackToIt) {
+  const SessionId bad = join("bad", 1);
+  submit(0, 1);
+  const SessionId good = join("good", 2);
+  ASSERT_TRUE(answer(bad, true));
+  ASSERT_TRUE(holds(good, 0));
+  perform(scheduler_.tile_returned(good, 0, 0, out_[good].front().tile.attempt, now_));
+  out_[good].clear();
+  EXPECT_FALSE(holds(bad, 0));
+  perform(scheduler_.scene_failed(good, 1, "a mesh cannot be built", now_));
+  ASSERT_TRUE(answer(bad, true));
+  EXPECT_EQ(complete_, 1);
+}
+
+// Every tile is rendered by two slaves.
+class JudgedVotes : public BadSlaves {
+ protected:
+  JudgedVotes() : BadSlaves({1.0}) {}
+  // The one of the slaves that holds tile 0.
+  SessionId holder() {
+    for (auto& [session, leases] : out_) {
+      if (!leases.empty()) return session;
+    }
+    return 0;
+  }
+};
+
+TEST_F(JudgedVotes, ASlaveThatComesBackDoesNotConfirmItself) {
+  SessionId liar = join("liar", 1);
+  const SessionId honest = join("honest", 2);
+  submit(0, 1);
+  while (const SessionId one = holder()) {
+    if (one != liar) break;
+    ASSERT_TRUE(answer(liar, false, 66));
+    lose(liar, SlaveEnd::kLeft);
+    liar = join("a new name", 1, 1, "liar");
+    lose(liar);
+    liar = join("liar", 3);
+  }
+  ASSERT_FALSE(holds(liar, 0));
+  const SessionId third = join("third", 4);
+  for (const SessionId one : {honest, third}) answer(one, false, 77);
+  tick(10ms);
+  for (const SessionId one : {honest, third}) answer(one, false, 77);
+  EXPECT_EQ(complete_, 1);
+  EXPECT_EQ(expelled_, Names{"liar"});
+}
+
+TEST_F(JudgedVotes, ALiarThatIsGoneWhenItIsOutvotedIsNamed) {
+  const SessionId liar = join("liar", 1, 1, "certificate of a liar");
+  join("honest", 2);
+  join("third", 3);
+  submit(0, 1);
+  ASSERT_TRUE(answer(liar, false, 66));
+  lose(liar);
+  for (int round = 0; round < 4; ++round) {
+    for (SessionId session = liar + 1; session <= last_session_; ++session)
+      answer(session, false, 77);
+    tick(10ms);
+  }
+  join("fourth", 4);
+  tick(10ms);
+  answer(last_session_, false, 77);
+  EXPECT_EQ(complete_, 1) << failed_.size();
+  EXPECT_EQ(expelled_, Names{"certificate of a liar"});
+}
+
+TEST_F(JudgedVotes, FaultyPixelsAreRefusedBeforeTheyAreComparedWithAnyOthers) {
+  const SessionId bad = join("bad", 1), good = join("good", 2);
+  submit(0, 1);
+  ASSERT_TRUE(holds(bad, 0));
+  ASSERT_TRUE(answer(bad, true, 66));
+  for (int round = 0; round < 3; ++round) {
+    answer(good, false, 77);
+    tick(10ms);
+  }
+  EXPECT_EQ(complete_, 1) << "nobody is left to compare it";
+  EXPECT_TRUE(failed_.empty()) << failed_[0];
+  EXPECT_EQ(suspects_, Names{"bad"});
+}
+
+}  // namespace
+}  // namespace tessera::master
