@@ -147,5 +147,53 @@ TEST_F(JudgedVotes, FaultyPixelsAreRefusedBeforeTheyAreComparedWithAnyOthers) {
   EXPECT_EQ(suspects_, Names{"bad"});
 }
 
+// A tile ends whoever is given it for comparison.
+TEST_F(JudgedVotes, AuditsDoNotWaitForSlavesThatWereLostWithTheTile) {
+  const SessionId first = join("first", 1);
+  SessionId second = join("second", 2);
+  const SessionId third = join("third", 3);
+  submit(0, 1);
+  ASSERT_TRUE(answer(first, false, 77));
+  ASSERT_TRUE(holds(second, 0));
+  lose(second);
+  second = join("second", 22);
+  EXPECT_FALSE(holds(second, 0));
+  ASSERT_TRUE(holds(third, 0)) << "it was not lost with it";
+  EXPECT_EQ(complete_, 0);
+  lose(third);
+  EXPECT_EQ(complete_, 1) << "who is left has rendered the tile or was lost with it";
+  EXPECT_TRUE(failed_.empty()) << failed_[0];
+  EXPECT_FALSE(holds(second, 0));
+}
+
+TEST_F(JudgedVotes, ATileThatOnlyWaitsForComparisonIsTakenAsItIsWhenItEndsThoseThatCompareIt) {
+  std::vector<SessionId> slaves;
+  for (const char* name : {"a", "b", "c", "d", "e"})
+    slaves.push_back(join(name, slaves.size() + 1));
+  submit(0, 20);  // so that all are trusted
+  for (int step = 0; step < 100 && complete_ == 0; ++step) {
+    for (const SessionId slave : slaves) answer(slave, false, 77);
+    tick(10ms);
+  }
+  ASSERT_EQ(complete_, 1);
+  submit(1, 1);
+  const SessionId first = holder();
+  ASSERT_TRUE(answer(first, false, 77));
+  std::size_t lost = 0;
+  for (int step = 0; step < 100; ++step) {
+    tick(10ms);
+    const SessionId next = holder();
+    if (next == 0) continue;
+    ASSERT_NE(next, first);
+    lose(next);
+    ++lost;
+  }
+  EXPECT_EQ(lost, 3u);
+  EXPECT_EQ(complete_, 1) << "one of those slaves may only have lost its link";
+  tick(DepartedSlaves::kReturn);
+  EXPECT_EQ(complete_, 2);
+  EXPECT_TRUE(failed_.empty()) << failed_[0];
+}
+
 }  // namespace
 }  // namespace tessera::master
