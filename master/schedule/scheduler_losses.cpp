@@ -89,14 +89,20 @@ FrameLedger::LostTileFilter Scheduler::lost_tiles_for(const Frame& frame, const 
   };
 }
 
-// Whether a slave of that trust is there that was not lost with the tile and holds the scene, or
-// may yet.
+// Whether a slave of that trust is there that holds the tile, or may get it: it was not lost with
+// it, has not answered it, and has the scene or may yet have it.
 bool Scheduler::is_anybody_left(const Frame& frame, TileIndex tile, Trust least) const {
   const std::vector<SessionId> lost = frame.ledger.losses().sessions(tile);
+  const std::vector<SessionId> seen = frame.ledger.seen_by(tile);
+  const std::vector<SessionId> holders = frame.ledger.holders(tile);
+  const auto is_in = [](const std::vector<SessionId>& sessions, SessionId session) {
+    return std::find(sessions.begin(), sessions.end(), session) != sessions.end();
+  };
   return std::any_of(slaves_.begin(), slaves_.end(), [&](const auto& entry) {
+    const SessionId session = entry.first;
     return !entry.second.failed.contains(frame.ledger.version()) &&
-           trust_in(entry.second) <= least &&
-           std::find(lost.begin(), lost.end(), entry.first) == lost.end();
+           trust_in(entry.second) <= least && !is_in(lost, session) &&
+           (!is_in(seen, session) || is_in(holders, session));
   });
 }
 

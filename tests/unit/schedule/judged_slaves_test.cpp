@@ -195,5 +195,36 @@ TEST_F(JudgedVotes, ATileThatOnlyWaitsForComparisonIsTakenAsItIsWhenItEndsThoseT
   EXPECT_TRUE(failed_.empty()) << failed_[0];
 }
 
+// Three slaves end with the comparison of a tile, one of which ends with anything. Who answered the
+// tile is no proven slave that the last try could wait for.
+TEST_F(JudgedVotes, ATileIsTakenAsItIsWhenNobodyMayHaveItsLastTry) {
+  const SessionId good = join("good", 1);
+  SessionId bad = join("a", 2);
+  submit(0, 1);
+  ASSERT_TRUE(holds(bad, 0));
+  answer(good, false, 77);
+  const SessionId other = join("b", 3);
+  lose(bad);
+  ASSERT_TRUE(holds(other, 0));
+  bad = join("a", 4);
+  const SessionId victim = join("c", 5);
+  lose(other);
+  submit(1, 1);
+  ASSERT_TRUE(holds(bad, 0)) << "of the next frame";
+  lose(bad);
+  answer(good, false, 77);
+  tick(10ms);
+  ASSERT_TRUE(holds(victim, 0)) << "of the next frame";
+  answer(victim, false, 77);
+  ASSERT_EQ(out_[victim].size(), 1u) << "of the first frame, since it has brought a tile";
+  join("new", 6);
+  lose(victim);
+  EXPECT_EQ(complete_, 0);
+  tick(DepartedSlaves::kReturn);
+  tick(10ms);
+  EXPECT_EQ(complete_, 2);
+  EXPECT_TRUE(failed_.empty()) << failed_[0];
+}
+
 }  // namespace
 }  // namespace tessera::master
