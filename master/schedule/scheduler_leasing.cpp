@@ -230,7 +230,12 @@ Scheduler::SlaveEntry* Scheduler::fastest_for(const Frame& frame, const TileLeas
       continue;
     }
     const double back = back_seconds(slave, std::min(slave.in_flight, slave.pace.threads()), now);
-    if (best == nullptr || back < best_seconds) {
+    // While nobody has returned a tile, nothing says who is fast, or returns any: many are tried.
+    const bool is_better =
+        best == nullptr || (has_measured_ ? back < best_seconds
+                                          : std::pair(slave.in_flight, back) <
+                                                std::pair(best->second.in_flight, best_seconds));
+    if (is_better) {
       best = &entry;
       best_seconds = back;
     }

@@ -220,6 +220,23 @@ TEST_F(BadSlaves, AuditsGoOnWithoutSlavesThatReturnNothing) {
   EXPECT_TRUE(failed_.empty()) << failed_[0];
 }
 
+// The hoarder that joins second has the shortest way to the master and the most threads.
+TEST_F(BadSlaves, WhileNobodyHasReturnedATileManyAreTriedAndNotTheNearest) {
+  const SessionId first = join("first", 1, 16);
+  submit(0, 16);
+  ASSERT_EQ(out_[first].size(), 16u);
+  const SessionId second = join("second", 2, 64), good = join("good", 3, 2);
+  scheduler_.round_trip_measured(second, 1e-4);
+  scheduler_.round_trip_measured(good, 0.02);
+  Duration waited{};
+  for (; waited < 20s && complete_ == 0; waited += 10ms) {
+    tick(10ms);
+    answer(good);
+  }
+  EXPECT_EQ(complete_, 1);
+  EXPECT_LT(waited, 8s) << "only the first one is waited for";
+}
+
 TEST_F(BadSlaves, ASlaveThatReturnsNothingStallsOnceAndHoldsOneTileAtMost) {
   const SessionId hoarder = join("hoarder", 1), good = join("good", 2);
   FrameId frame = 0;
