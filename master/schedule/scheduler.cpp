@@ -111,7 +111,11 @@ Actions Scheduler::scene_built(SessionId session, SceneVersion version, TimePoin
   const auto slave = slaves_.find(session);
   if (slave == slaves_.end()) return actions;
   slave->second.built.insert(version);
-  for (Frame& frame : frames_) waive_refusals(frame);
+  for (Frame& frame : frames_) {
+    waive_refusals(frame);
+    waive_audits(frame, actions);  // the slave may be all that is here again
+  }
+  deliver(actions);
   fill_all(now, actions);
   return actions;
 }

@@ -226,5 +226,18 @@ TEST_F(JudgedVotes, ATileIsTakenAsItIsWhenNobodyMayHaveItsLastTry) {
   EXPECT_TRUE(failed_.empty()) << failed_[0];
 }
 
+TEST_F(JudgedVotes, NobodyIsWaitedForWhenWhoAnsweredIsTheOnlyOneThatCameBack) {
+  const SessionId slave = join("slave", 1), other = join("other", 2);
+  submit(0, 1);
+  ASSERT_TRUE(holds(slave, 0) && holds(other, 0));
+  answer(slave, false, 77);
+  lose(slave);
+  lose(other, SlaveEnd::kLeft);
+  EXPECT_EQ(complete_, 0);
+  const SessionId again = join("slave", 1);
+  EXPECT_FALSE(holds(again, 0));
+  EXPECT_EQ(complete_, 1);
+}
+
 }  // namespace
 }  // namespace tessera::master
