@@ -53,7 +53,10 @@ WorkModel BadSlaves::model_of(std::size_t index) {
   model.tile_seconds = [seconds = bad.slave.tile_seconds](const slave::FrameWork&, TileIndex) {
     return seconds;
   };
-  if (bad.vice == Vice::kDies) model.on_begin = [this, index] { on_begin(index); };
+  if (bad.vice == Vice::kDies) {
+    model.on_begin = [this, index] { on_begin(index); };
+    model.alter = [this, index](wire::TileResult&) { ++all_[index].brought; };
+  }
   if (bad.vice == Vice::kLies)
     model.alter = [variant = bad.variant](wire::TileResult& result) { lie(result, variant); };
   model.is_frozen_for_good = bad.vice == Vice::kHoards;
@@ -73,7 +76,7 @@ void BadSlaves::start(Oracle& oracle, double until_seconds) {
 void BadSlaves::begin_life(std::size_t index) {
   if (is_over_) return;
   all_[index].is_dying = false;
-  all_[index].begun = 0;
+  all_[index].begun = all_[index].brought = 0;
   all_[index].slave->start();
   if (all_[index].plan.vice == Vice::kLies)
     queue_.after(kLiarLife, [this, index] { start_anew(index); });
@@ -95,7 +98,7 @@ void BadSlaves::on_begin(std::size_t index) {
 // The process ends by an event, since the task that begins the tile is its own.
 void BadSlaves::die(std::size_t index) {
   if (std::exchange(all_[index].is_dying, true)) return;
-  oracle_->on_bad_end(all_[index].slave->name());
+  oracle_->on_bad_end(all_[index].slave->name(), all_[index].brought > 0);
   queue_.after(Duration::zero(), [this, index] { all_[index].slave->kill(false); });
   queue_.after(kRestart, [this, index] { begin_life(index); });
 }

@@ -30,7 +30,7 @@ class BadSlaves {
     const BadSlavePlan& plan;
     std::unique_ptr<SimSlave> slave;
     bool is_dying = false;
-    int begun = 0;  // tiles, in this life
+    int begun = 0, brought = 0;  // tiles, in this life
   };
 
   WorkModel model_of(std::size_t index);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/base/limits.h"
+#include "tests/sim/storm_plan.h"
 
 namespace tessera::sim {
 namespace {
@@ -31,7 +32,8 @@ void Endings::on_master_started() {
 }
 
 void Endings::on_counts(const ClusterStatus& status, double now) {
-  has_rendered_ = status.tiles.accepted > 0;
+  for (const SlaveStatus& slave : status.slaves)
+    has_rendered_ = has_rendered_ || (slave.tiles_done > 0 && !is_name_of_bad_slave(slave.name));
   for (const QuarantinedSlave& held : status.quarantined) {
     if (held.reason.starts_with("lost ")) continue;
     double& until = held_until_[held.name];
@@ -39,19 +41,26 @@ void Endings::on_counts(const ClusterStatus& status, double now) {
   }
 }
 
-void Endings::on_bad_end(const std::string& slave) {
-  BadEnds& ends = bad_[slave];
+void Endings::on_bad_end(const std::string& slave, bool has_brought) {
+  const auto [entry, is_first] = bad_.try_emplace(slave);
+  BadEnds& ends = entry->second;
+  if (is_first) ends.was_proven = has_brought;
   ++(has_rendered_ ? ends.after : ends.before_any);
 }
 
 bool Endings::do_excuse(const std::string& reason) const {
   const std::set<std::string> names = names_in(reason);
-  return names.size() >= std::size_t{kTileAttemptsMax} &&
-         std::all_of(names.begin(), names.end(), [&](const std::string& name) {
-           if (met_.contains(name)) return true;
-           const auto ends = bad_.find(name);
-           return ends != bad_.end() && ends->second.before_any > 0 && ends->second.after == 0;
-         });
+  if (names.size() < std::size_t{kTileAttemptsMax}) return false;
+  const auto was_as_good_as_any = [&](const std::string& name) {
+    const auto ends = bad_.find(name);
+    return met_.contains(name) || (ends != bad_.end() && ends->second.was_proven);
+  };
+  const auto ended_before_any = [&](const std::string& name) {
+    const auto ends = bad_.find(name);
+    return ends != bad_.end() && ends->second.before_any > 0 && ends->second.after == 0;
+  };
+  return std::any_of(names.begin(), names.end(), was_as_good_as_any) ||
+         std::all_of(names.begin(), names.end(), ended_before_any);
 }
 
 bool Endings::is_back_too_soon(const std::string& slave, double now) const {

@@ -58,7 +58,9 @@ class Oracle {
     leases_sent_ = 0;
     endings_.on_master_started();
   }
-  void on_bad_end(const std::string& slave) { endings_.on_bad_end(slave); }
+  void on_bad_end(const std::string& slave, bool has_brought) {
+    endings_.on_bad_end(slave, has_brought);
+  }
   void report(const std::string& violation);
 
   SceneWatch& scenes() { return scenes_; }

@@ -95,6 +95,7 @@ struct StormPlan {
 
 // The name that a bad slave has, unless it takes another's.
 inline std::string name_of_bad_slave(std::size_t index) { return "bad" + std::to_string(index); }
+inline bool is_name_of_bad_slave(const std::string& name) { return name.starts_with("bad"); }
 
 StormPlan draw_storm(std::uint64_t seed);
 std::string describe(const StormPlan& plan);
