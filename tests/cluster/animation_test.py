@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """An animated glTF file: frames follow their times, travel as their times alone, and are the same bits on any cluster."""
 import base64
+import functools
 import json
 import os
 import pathlib
@@ -14,6 +15,7 @@ import cluster_lib
 SHARED = pathlib.Path(__file__).parents[3] / "shared/scenes/gltf"  # files of others, where they are
 SIZE = ["--size", "120x90", "--renderer", "direct", "--aa", "1", "--light", "studio", "--exposure", "0"]
 CAMERA = ["--camera", "1,1,6 0,-0.7,0 0,1,0 40"]  # the usual one sees what moves
+NO_ISA = "this CPU does not have"  # what a master says of an instruction set
 SIDE = 60  # the sheet has 2 * SIDE^2 triangles, so that its vertices are far more than a frame's bytes
 
 
@@ -104,14 +106,37 @@ class Animation(unittest.TestCase):
         # The last frames may still be sent beside those before; each has its share by then.
         self.assertLessEqual(sum(carried[1:]), 1024 * len(carried[1:]))
 
+    @functools.cached_property
+    def scenes(self):
+        """The file made here, and those of others that are here."""
+        others = [str(SHARED / name) for name in ("Fox.glb", "AnimatedMorphCube/AnimatedMorphCube.gltf")]
+        there = [scene for scene in others if os.path.exists(scene)]
+        print(f"{len(there)} of {len(others)} files of others are here")
+        return [self.file] + there
+
+    def test_every_instruction_set_makes_the_same_bits(self):
+        for scene in self.scenes:
+            found = {}
+            for isa in ("scalar", "sse4", "avx2", "avx512"):
+                path = self.cluster.folder / f"{isa}.jsonl"
+                run = subprocess.run([cluster_lib.program("tessera-master"), "render", scene, "--frames", "0:5", "--fps", "7", "--isa", isa,
+                                      *SIZE, "--stats", path, "-o", str(self.cluster.folder / "p-%04d.exr")],
+                                     capture_output=True, text=True, timeout=cluster_lib.PATIENCE_S)
+                if run.returncode != 0 and NO_ISA in run.stderr:
+                    continue
+                self.assertEqual(run.returncode, 0, run.stderr)
+                frames = [json.loads(line) for line in path.read_text().splitlines()]
+                self.assertEqual({frame["isa"] for frame in frames}, {isa})
+                found[isa] = [frame["digest"] for frame in frames]
+            print(f"{pathlib.Path(scene).name}: {', '.join(found)}")
+            self.assertEqual(len(set(map(tuple, found.values()))), 1, found)
+            self.assertGreater(len(set(found["scalar"])), 3, scene)
+
     def test_any_cluster_makes_the_same_bits(self):
-        scenes = [self.file] + [str(SHARED / name) for name in ("Fox.glb", "AnimatedMorphCube/AnimatedMorphCube.gltf")]
-        there = [scene for scene in scenes if os.path.exists(scene)]
-        print(f"{len(there)} of {len(scenes)} files are here")
-        expected = [[f["digest"] for f in self.alone(scene, "--frames", "0:5", "--fps", "7")[1]] for scene in there]
+        expected = [[f["digest"] for f in self.alone(scene, "--frames", "0:5", "--fps", "7")[1]] for scene in self.scenes]
         self.cluster.serve()
         self.cluster.slaves(3)
-        for scene, digests in zip(there, expected):
+        for scene, digests in zip(self.scenes, expected):
             run = self.cluster.render(scene, "--frames", "0:5", "--fps", "7", *SIZE)
             self.assertEqual(run.digests, digests, scene)
             self.assertGreater(len(set(digests)), 3, scene)
