@@ -20,7 +20,7 @@ parts=(
   "links|links that end at any byte: session_link_storm_test, 1,000 visits for each of its peers"
   "sim|the cluster in virtual time: tessera-sim --seeds 100000"
   "planted|bugs planted on purpose: tests/sim/planted_bugs.py, tests/property/planted/planted_bugs.py"
-  "property|what holds for all inputs: TESSERA_LONG=1 ctest -L property"
+  "property|what holds for all inputs, at length: tests/long_tests.py -L property"
   "run|every test, sanitizers, lock annotations, lint: tests/run.sh --no-install"
   "fuzz|ten minutes for each fuzz target: tests/fuzz.sh"
   "gallery|every scene that is at hand: tests/gallery/run.py"
@@ -83,13 +83,13 @@ both() {
 
 # Prints the line of a part's log that says what it came to.
 summary_of() {
-  local verdict=$1 log=$2 pattern='% tests passed,' line
+  local verdict=$1 log=$2 pattern='[^[:space:]]' line
   case $verdict in
     skipped) pattern='^skipped: ' ;;
     FAILED) pattern='FAILED|failed' ;;
   esac
   line=$(grep -E "$pattern" "$log" | tail -n 1)
-  if [[ -z $line ]]; then line=$(grep -v '^[[:space:]]*$' "$log" | tail -n 1); fi
+  if [[ -z $line ]]; then line=$(grep '[^[:space:]]' "$log" | tail -n 1); fi
   cut -c 1-100 <<<"${line:-it said nothing}"
 }
 
@@ -99,11 +99,11 @@ run_part() {
     links) TESSERA_LINK_STORM=1000 "$bin/session_link_storm_test" ;;
     sim) "$bin/tessera-sim" --seeds 100000 ;;
     planted) both tests/sim/planted_bugs.py tests/property/planted/planted_bugs.py ;;
-    property) TESSERA_LONG=1 ctest --test-dir build/release -L property --no-tests=error --output-on-failure ;;
+    property) python3 tests/long_tests.py build/release -L property ;;
     run) tests/run.sh --no-install ;;
     fuzz) tests/fuzz.sh --seconds "$fuzz_seconds" ;;
     gallery) python3 tests/gallery/run.py --bin "$bin" --out "$logs/gallery" ;;
-    cad) TESSERA_LONG=1 ctest --test-dir build/release -R cad_damaged_files --no-tests=error --output-on-failure ;;
+    cad) python3 tests/long_tests.py build/release -R cad_damaged_files ;;
     clock) python3 tests/cluster/clock_test.py --whole ;;
     peers) both "python3 tests/cluster/bad_peers_test.py" "python3 tests/sandbox/bad_files_test.py" ;;
     versions) both "tests/faults.sh F23 F24" "$bin/wire_codec_test" ;;

@@ -24,6 +24,15 @@ PROGRAMS = {
 }
 
 
+# As CMake writes it: a limit for the usual form, in seconds.
+LONG_TESTS = """
+add_test(good "/bin/sh" "-c" "sleep 2; test $TESSERA_LONG = 1 && test $WORD = given")
+set_tests_properties(good PROPERTIES TIMEOUT 1 LABELS property ENVIRONMENT "WORD=given")
+add_test(cad_damaged_files "/bin/sh" "-c" "exit 77")
+set_tests_properties(cad_damaged_files PROPERTIES SKIP_RETURN_CODE 77)
+"""
+
+
 class Nightly(unittest.TestCase):
     def setUp(self):
         scratch = tempfile.TemporaryDirectory()
@@ -31,7 +40,9 @@ class Nightly(unittest.TestCase):
         self.root = pathlib.Path(scratch.name)
         for name, body in PROGRAMS.items():
             self.write(name, f"#!/bin/bash\n{body}\n")
-        shutil.copy(SOURCE / "tests" / "nightly.sh", self.root / "tests" / "nightly.sh")
+        for name in ("nightly.sh", "long_tests.py"):
+            shutil.copy(SOURCE / "tests" / name, self.root / "tests" / name)
+        self.write("build/release/CTestTestfile.cmake", LONG_TESTS)
 
     def write(self, name, text):
         path = self.root / name
@@ -76,6 +87,17 @@ class Nightly(unittest.TestCase):
         self.write("build/release/bin/wire_codec_test", "#!/bin/bash\nexit 1\n")
         code, table = self.night("versions")
         self.assertEqual((code, table["versions"]), (1, ("FAILED", "FAILED: build/release/bin/wire_codec_test: exit code 1")))
+
+    def test_long_tests_have_their_own_limit(self):
+        code, table = self.night("property,cad")
+        self.assertEqual((code, table), (0, {"property": ("held", "1 of 1 held, 0 skipped"),
+                                             "cad": ("skipped", "skipped: every test was")}))
+
+    def test_long_tests_that_fail_or_are_not_there(self):
+        self.write("build/release/CTestTestfile.cmake", LONG_TESTS.replace("= given", "= other").replace("cad_", "no_"))
+        code, table = self.night("property,cad")
+        self.assertEqual((code, table), (1, {"property": ("FAILED", "0 of 1 held, 0 skipped; FAILED: good"),
+                                             "cad": ("FAILED", "FAILED: there is no such test")}))
 
     def test_wrong_usage(self):
         for options in (["--only", "nothing"], ["--no-such-option"], ["--only"]):
