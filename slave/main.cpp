@@ -120,7 +120,7 @@ int run(SlaveCommand command) {
     if (!status.is_ok()) return fail(status);
   }
   command.options.relay = relay_access(io, tls, command.relay_listen);
-  command.options.renewal = renewal_access(tls);
+  command.options.renewal = net::renewal_access(tls);
   std::unique_ptr<net::CredentialsWatch> watch;  // io thread
   if (tls) io.run_and_wait([&] { watch = std::make_unique<net::CredentialsWatch>(io, tls); });
   // The priority is lowered after the net thread has started and before those that render and

@@ -30,8 +30,6 @@ constexpr std::size_t kSceneVersionsHeldMax = 32;
 // than we render. Two of the largest tiles keep the wire busy.
 constexpr std::uint64_t kSendQueueBytesMax = 4 * kTilePayloadBytesMax;
 constexpr milliseconds kFarewell{500};  // to send the last record
-// The slave looks so often whether its certificate is due for renewal.
-constexpr std::chrono::minutes kRenewalLook{1};
 
 }  // namespace
 
@@ -149,7 +147,7 @@ void SlaveNode::Impl::start() {
   link = std::make_unique<MasterLink>(loop, std::move(hello), open_link, std::move(events));
   if (options.renewal.request) {
     renewal_timer = std::make_unique<net::Timer>(loop);
-    renewal_timer->start_repeating(kRenewalLook, [this] { renew_when_due(); });
+    renewal_timer->start_repeating(net::kRenewalLook, [this] { renew_when_due(); });
   }
   link->start();
 }
@@ -328,7 +326,7 @@ Status SlaveNode::Impl::on_scene_message(wire::Message message) {
   }
   if (const auto* grant = std::get_if<wire::CertificateGrant>(&message);
       grant != nullptr && options.renewal.granted) {
-    options.renewal.granted(*grant);
+    options.renewal.granted(grant->der, grant->reason);
     return Status::ok();
   }
   if (std::holds_alternative<wire::SceneAnnounce>(message) &&

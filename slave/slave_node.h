@@ -16,9 +16,9 @@
 #include "common/base/memory_room.h"
 #include "common/base/status.h"
 #include "common/net/event_loop.h"
+#include "common/net/key_renewal.h"
 #include "common/net/link_factory.h"
 #include "slave/core/scene/prepared_scene.h"
-#include "slave/key_renewal.h"
 #include "slave/relay_access.h"
 #include "slave/test_hooks.h"
 #include "slave/workshop.h"
@@ -34,7 +34,7 @@ struct SlaveOptions {
   bool is_on_demand = false;  // meshes are built when the first ray reaches them
   // Tells limit and free bytes of memory; null: unknown, every scene is taken.
   std::function<std::optional<MemoryRoom>()> memory = {};
-  RenewalAccess renewal = {};
+  net::RenewalAccess renewal = {};
   RelayAccess relay = {};  // empty: neither feeds other slaves nor is fed by them
   TestHooks hooks = {};
 };

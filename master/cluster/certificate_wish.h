@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A slave's wish for a new certificate, on its way from the cluster to whoever makes some.
+// A peer's wish for a new certificate, on its way from its link to whoever makes some.
 // Threads. The io thread.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace tessera::master {
 
-// `answer` may be called later, and does nothing where the slave is gone.
+// `answer` may be called later, and does nothing where the peer is gone.
 using CertificateWish = std::function<void(const net::PeerIdentity&, std::vector<std::byte> request,
                                            std::function<void(wire::CertificateGrant)> answer)>;
 

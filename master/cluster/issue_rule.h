@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who may be given a new certificate over the wire: a slave that has proved who it is, whose
-// certificate is in its last third, and only once an hour, so that a slave that is broken or bad
-// cannot fill the authority's ledger.
+// Who may be given a new certificate over the wire: a slave or an application that has proved who
+// it is, whose certificate is in its last third and has not ended, and only once an hour, so that a
+// peer that is broken or bad cannot fill the authority's ledger.
 //
 // Threads. One owner. Pure: Unix time and steady time come in. Invariant. At most kNamesMax names
 // are remembered.

@@ -58,8 +58,8 @@ void add_key_options(CLI::App& app, MasterOptions& o) {
 
 void add_cluster_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
   app.add_option("--issue-from", o.session.issue_from,
-                 "the cluster's folder with the authority's key: certificates of slaves, and this\n"
-                 "master's, are renewed with it at two thirds of their life")
+                 "the cluster's folder with the authority's key: certificates of slaves, of\n"
+                 "applications and this master's are renewed with it at two thirds of their life")
       ->type_name("DIR");
   app.add_option("--listen", o.session.listen,
                  "where slaves (and, with serve, applications) connect; again, or after a comma,\n"

@@ -34,7 +34,8 @@ void AppServer::on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hell
     return turn_away(*link, hello, wire::RefuseCode::kFull, "too many status clients");
   const SessionId session = ++next_session_;
   const net::Pulse pulse = is_app ? net::application_pulse(pulse_) : pulse_;
-  link->send(wire::Welcome{version, session, session, pulse.heartbeat_ms, pulse.missed_max});
+  link->send(wire::Welcome{version, session, session, pulse.heartbeat_ms, pulse.missed_max,
+                           is_app && certificate_wanted_ != nullptr});
   link->start_heartbeat(pulse);
   if (is_app) {
     add_application(session, std::move(link), hello);
@@ -156,11 +157,22 @@ void AppServer::on_message(wire::Message message) {
     on_cancel(cancel->frame);
   } else if (auto* request = std::get_if<wire::StatusRequest>(&message)) {
     application_->link->send(status_reply(*request));
+  } else if (auto* wish = std::get_if<wire::CertificateRequest>(&message)) {
+    on_certificate_request(std::move(*wish));
   } else if (auto* goodbye = std::get_if<wire::Goodbye>(&message)) {
     drop_application("said goodbye: " + goodbye->reason);
   } else {
     violation(std::string(wire::message_name(message)) + " is not for an application to send");
   }
+}
+
+void AppServer::on_certificate_request(wire::CertificateRequest request) {
+  if (!certificate_wanted_)
+    return violation("CertificateRequest, though Welcome did not offer certificates");
+  certificate_wanted_(application_->link->connection().peer(), std::move(request.der),
+                      [this, session = application_->session](wire::CertificateGrant grant) {
+                        if (is_application(session)) application_->link->send(std::move(grant));
+                      });
 }
 
 void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions actions) {

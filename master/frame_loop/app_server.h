@@ -19,6 +19,7 @@
 
 #include "common/net/event_loop.h"
 #include "common/wire/scene_receiver.h"
+#include "master/cluster/certificate_wish.h"
 #include "master/cluster/peer_link.h"
 #include "master/frame_loop/frame_orders.h"
 
@@ -29,8 +30,13 @@ class AppServer {
   static constexpr std::size_t kOutstandingMax = 4;  // submitted, not yet sent back
 
   // `pulse`: of status clients; applications have a longer one (application_pulse()).
-  AppServer(net::EventLoop& io, FrameOrders& frames, const net::Pulse& pulse)
-      : io_(io), frames_(frames), pulse_(pulse) {}
+  // `certificate_wanted`: by the application; null: this master makes none.
+  AppServer(net::EventLoop& io, FrameOrders& frames, const net::Pulse& pulse,
+            CertificateWish certificate_wanted)
+      : io_(io),
+        frames_(frames),
+        pulse_(pulse),
+        certificate_wanted_(std::move(certificate_wanted)) {}
 
   void on_hello(std::unique_ptr<PeerLink> link, const wire::Hello& hello, std::uint16_t version);
   bool has_application() const { return application_ != nullptr; }
@@ -67,6 +73,7 @@ class AppServer {
   };
 
   void on_message(wire::Message message);
+  void on_certificate_request(wire::CertificateRequest request);
   void on_submit(wire::FrameSubmit submit);
   void submit_waiting();
   void on_cancel(FrameId theirs);
@@ -92,6 +99,7 @@ class AppServer {
   net::EventLoop& io_;
   FrameOrders& frames_;
   const net::Pulse pulse_;
+  const CertificateWish certificate_wanted_;
   std::shared_ptr<Application> application_;
   std::map<SessionId, std::unique_ptr<PeerLink>> status_clients_;
   SessionId next_session_ = 0;  // of applications and status clients

@@ -47,7 +47,7 @@ struct FrameLoopOptions {
   net::Pulse pulse;                     // of links; that of a far slave is slower
   bool serves_applications = false;     // accept role app (serve); else such peers are refused
   FrameAdmission::Room memory = {};     // what this process may take; null: no limit is known
-  CertificateWish certificate_wanted = {};  // by slaves; null: none are made
+  CertificateWish certificate_wanted = {};  // by peers; null: none are made
   net::EventLoop* hasher = nullptr;  // computes frames' digests; null: the loop itself, at once
 };
 

@@ -64,7 +64,7 @@ struct FrameLoop::Impl {
         scheduler({o.prefetch_per_thread, o.frames_in_flight, o.is_static, o.audit}),
         cluster(io_thread, o.isa, o.is_isa_mixed, cluster_events(), o.is_relaying, o.pulse),
         observer(cluster),
-        apps(io_thread, loop, o.pulse),
+        apps(io_thread, loop, o.pulse, o.certificate_wanted),
         reception(io_thread, reception_callbacks()),
         tick(io_thread),
         admission(o.memory) {

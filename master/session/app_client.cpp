@@ -10,12 +10,14 @@
 namespace tessera::master {
 
 AppClient::AppClient(net::EventLoop& io, net::ConnectionPtr connection, const AppIdentity& identity,
-                     Callbacks callbacks)
+                     Callbacks callbacks, const net::RenewalAccess& renewal)
     : callbacks_(std::move(callbacks)),
+      renewal_(renewal),
       link_(io, std::move(connection), wire::session_limits(),
             {[this](wire::Message message) { on_message(std::move(message)); },
              [this](const Status& status) { on_lost(status); }, [this] { scenes_.pump(); }}),
-      scenes_(link_) {
+      scenes_(link_),
+      renewal_timer_(io) {
   wire::Hello hello;
   hello.role = identity.role;
   hello.name = identity.name;
@@ -69,11 +71,12 @@ void AppClient::on_message(wire::Message message) {
 
 void AppClient::on_answer(wire::Message message) {
   if (const auto* welcome = std::get_if<wire::Welcome>(&message)) {
-    is_welcomed_ = true;
-    link_.start_heartbeat({welcome->heartbeat_ms, welcome->heartbeats_missed_max});
-    if (const auto on_welcome = callbacks_.on_welcome) on_welcome();
+    on_welcome(*welcome);
   } else if (auto* status = std::get_if<wire::StatusReply>(&message)) {
     if (const auto on_status = callbacks_.on_status) on_status(std::move(status->status));
+  } else if (const auto* grant = std::get_if<wire::CertificateGrant>(&message);
+             grant != nullptr && renewal_.granted) {
+    renewal_.granted(grant->der, grant->reason);
   } else if (const auto* refuse = std::get_if<wire::Refuse>(&message)) {
     const std::string why = "the master refused: " + refuse->reason;
     end(refuse->code == wire::RefuseCode::kProtocol ? Status::data_loss(why)
@@ -86,6 +89,20 @@ void AppClient::on_answer(wire::Message message) {
     end(Status::data_loss(std::string("the master sent ") + wire::message_name(message) +
                           ", which an application never gets"));
   }
+}
+
+void AppClient::on_welcome(const wire::Welcome& welcome) {
+  is_welcomed_ = true;
+  link_.start_heartbeat({welcome.heartbeat_ms, welcome.heartbeats_missed_max});
+  if (welcome.issues_certificates && renewal_.request) {
+    renewal_timer_.start_repeating(net::kRenewalLook, [this] { renew_when_due(); });
+    renew_when_due();
+  }
+  if (const auto on_welcome = callbacks_.on_welcome) on_welcome();
+}
+
+void AppClient::renew_when_due() {
+  if (auto request = renewal_.request()) link_.send(wire::CertificateRequest{std::move(*request)});
 }
 
 void AppClient::on_frame_chunk(const wire::FrameChunk& chunk) {
@@ -145,6 +162,7 @@ void AppClient::on_lost(const Status& reason) {
 void AppClient::end(Status reason) {
   if (has_ended_) return;
   has_ended_ = true;
+  renewal_timer_.cancel();
   link_.close();
   const Callbacks last = std::exchange(callbacks_, {});
   last.on_ended(std::move(reason));

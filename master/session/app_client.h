@@ -15,6 +15,7 @@
 #include <string>
 
 #include "common/net/event_loop.h"
+#include "common/net/key_renewal.h"
 #include "common/scene/scene_codec.h"
 #include "common/wire/messages.h"
 #include "master/cluster/peer_link.h"
@@ -42,7 +43,7 @@ class AppClient {
   };
 
   AppClient(net::EventLoop& io, net::ConnectionPtr connection, const AppIdentity& identity,
-            Callbacks callbacks);
+            Callbacks callbacks, const net::RenewalAccess& renewal = {});
   ~AppClient();  // says goodbye
 
   void commit_scene(SceneVersion version, SharedScene scene);
@@ -61,15 +62,19 @@ class AppClient {
 
   void on_message(wire::Message message);
   void on_answer(wire::Message message);
+  void on_welcome(const wire::Welcome& welcome);
+  void renew_when_due();
   void on_frame_chunk(const wire::FrameChunk& chunk);
   void on_frame_done(wire::FrameDone done);
   void on_lost(const Status& reason);
   void end(Status reason);
 
   Callbacks callbacks_;
+  const net::RenewalAccess renewal_;
   PeerLink link_;
   SceneSender scenes_;
   std::map<FrameId, IncomingFrame> frames_;  // submitted, not done
+  net::Timer renewal_timer_;
   bool is_welcomed_ = false, has_ended_ = false;
 };
 

@@ -29,14 +29,14 @@ void CertificateDesk::ask(const net::PeerIdentity& peer, std::vector<std::byte> 
   files_.post([this, role = peer.role, name = peer.name, request = std::move(request),
                answer = std::move(answer)] {
     auto made = net::certify_key(folder_, role, name, request, net::kNodeDays);
-    io_.post([name, answer, made = std::move(made)]() mutable {
+    io_.post([role, name, answer, made = std::move(made)]() mutable {
       if (!made.is_ok()) {
         log_warn("certificate-refused",
                  "'" + name + "' gets no certificate: " + made.status().message());
-        // What the authority's folder is called is nothing that a slave must know.
+        // What the authority's folder is called is nothing that a peer must know.
         return answer({{}, "the master could not make it; its log says why"});
       }
-      log_info("certificate-issued", "slave '" + name + "' got a new certificate");
+      log_info("certificate-issued", role + " '" + name + "' got a new certificate");
       answer({std::move(*made), ""});
     });
   });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Makes new certificates with the cluster's authority, where its owner has laid it beside the
-// master: for slaves that ask over the wire, and for the master itself at two thirds of the life of
-// its own.
+// master: for slaves and applications that ask over the wire, and for the master itself at two
+// thirds of the life of its own.
 //
 // Threads. The io thread of the master; folders are locked and written on a thread of the desk's
 // own, since another process may hold the lock. The destructor, on neither of the two, waits for

@@ -17,11 +17,12 @@ constexpr std::chrono::milliseconds kArrival{2 * kHandshakeMs};
 }  // namespace
 
 LastingClient::LastingClient(net::EventLoop& loop, AppIdentity identity, net::LinkFactory open_link,
-                             Callbacks callbacks)
+                             Callbacks callbacks, net::RenewalAccess renewal)
     : loop_(loop),
       identity_(std::move(identity)),
       open_link_(std::move(open_link)),
       callbacks_(std::move(callbacks)),
+      renewal_(std::move(renewal)),
       backoff_(entropy()),
       timer_(loop) {}
 
@@ -50,7 +51,8 @@ void LastingClient::on_connected(Result<net::ConnectionPtr> link) {
   callbacks.on_frame = [this](FrameResult result) { on_frame(std::move(result)); };
   callbacks.on_status = callbacks_.on_status;
   callbacks.on_ended = [this](const Status& why) { lose(why); };
-  client_ = std::make_unique<AppClient>(loop_, std::move(*link), identity_, std::move(callbacks));
+  client_ = std::make_unique<AppClient>(loop_, std::move(*link), identity_, std::move(callbacks),
+                                        renewal_);
 }
 
 // Says again what has no answer yet: each scene, and the frames that show it before the next one

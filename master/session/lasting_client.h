@@ -42,7 +42,7 @@ class LastingClient {
   };
 
   LastingClient(net::EventLoop& loop, AppIdentity identity, net::LinkFactory open_link,
-                Callbacks callbacks);
+                Callbacks callbacks, net::RenewalAccess renewal = {});
   ~LastingClient();  // says goodbye
 
   void start() { connect(); }
@@ -74,6 +74,7 @@ class LastingClient {
   const AppIdentity identity_;
   const net::LinkFactory open_link_;
   Callbacks callbacks_;
+  const net::RenewalAccess renewal_;  // of the certificate that it shows
   net::Backoff backoff_;
   net::Timer timer_;              // to the next attempt, or of the handshake
   std::uint64_t generation_ = 0;  // of the attempt; what comes from an older one is ignored

@@ -87,7 +87,7 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
   TESSERA_RETURN_IF_ERROR(check_pulse(options));
   if (!options.issue_from.empty() && options.listen.empty()) {
     return Status::invalid_argument(
-        "--issue-from needs --listen: certificates are made for slaves");
+        "--issue-from needs --listen: certificates are made for who connects");
   }
   std::unique_ptr<MasterHost> host(new MasterHost);
   if (!options.listen.empty()) raise_descriptor_limit();

@@ -9,6 +9,7 @@
 #include "common/net/connector.h"
 #include "common/net/credentials_watch.h"
 #include "common/net/endpoint.h"
+#include "common/net/key_renewal.h"
 #include "common/scene/validate.h"
 #include "master/session/lasting_client.h"
 #include "master/session/master_host.h"
@@ -62,7 +63,10 @@ struct Link {
         return net::connect(io, endpoint, tls, "master", std::chrono::milliseconds(kHandshakeMs),
                             std::move(on_connected));
       };
-      client = std::make_unique<LastingClient>(io, identity, open_link, callbacks);
+      auto renewal =
+          identity.role == wire::Role::kApp ? net::renewal_access(tls) : net::RenewalAccess{};
+      client =
+          std::make_unique<LastingClient>(io, identity, open_link, callbacks, std::move(renewal));
       client->start();
     });
     auto future = welcome->get_future();

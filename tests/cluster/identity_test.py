@@ -124,9 +124,11 @@ class Identity(unittest.TestCase):
             age = "0" if name == "young" else "-300"
             self.cluster.make_keys("add", str(keys), role, name, "--test-starts-in-days", age)
             shutil.copytree(keys / name, folder / f"at-{name}")  # as on their machines
-        self.cluster.make_keys("add", str(keys), "app", "app")
+        for name, age in (("app", "-300"), ("new-app", "0")):
+            self.cluster.make_keys("add", str(keys), "app", name, "--test-starts-in-days", age)
+            shutil.copytree(keys / name, folder / f"at-{name}")
         self.cluster.keys = keys
-        old = {name: (folder / f"at-{name}" / "node.key").read_text() for name in ("master", "s1", "young")}
+        old = {name: (folder / f"at-{name}" / "node.key").read_text() for name in ("master", "s1", "young", "app", "new-app")}
         self.cluster.serve("--issue-from", str(keys), keys=folder / "at-master")
         for name in ("s1", "young"):
             self.start_slave_at(name, folder / f"at-{name}")
@@ -138,6 +140,14 @@ class Identity(unittest.TestCase):
         self.assertEqual((folder / "at-young" / "node.key").read_text(), old["young"])
         self.assertEqual((keys / "s1" / "node.key").read_text(), old["s1"], "no private key travels")
         self.assertEqual(self.events("s1", "master-lost"), [], "open connections live on")
+        for name in ("app", "new-app"):
+            self.run_at(name, "render", "builtin:cornell", "--size", "320x240", "--aa", "8", "--output", str(folder / f"{name}.png"))
+        self.run_at("app", "status")
+        cluster_lib.wait_until("the application has its own", lambda: "app 'app'" in self.log("master"))
+        self.assertNotEqual((folder / "at-app" / "node.key").read_text(), old["app"])
+        self.assertEqual((folder / "at-new-app" / "node.key").read_text(), old["new-app"])
+        self.assertEqual((keys / "app" / "node.key").read_text(), old["app"], "no private key travels")
+        self.assertEqual(len(self.events("master", "certificate-issued")), 2, "one for s1, one for app")
         listed = subprocess.run([cluster_lib.program("tessera-keys"), "list", str(keys)], capture_output=True, text=True).stdout
         self.assertNotIn("renew it", listed)
         self.cluster.processes.pop("s1").kill()
@@ -146,6 +156,13 @@ class Identity(unittest.TestCase):
         self.cluster.make_keys("revoke", str(keys), "s1")
         shutil.copy(keys / "crl.pem", folder / "at-master")
         self.wait_for_event("again", "master-refuses")
+
+    def run_at(self, name, *arguments):
+        run = subprocess.run([cluster_lib.program("tessera-master"), *arguments, "--connect", self.cluster.address, "--keys",
+                              str(self.cluster.folder / f"at-{name}")], capture_output=True, text=True,
+                             timeout=cluster_lib.PATIENCE_S)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return run
 
     def start_slave_at(self, log, folder):
         return self.cluster.start(log, [cluster_lib.program("tessera-slave"), "--master", self.cluster.address, "--keys",

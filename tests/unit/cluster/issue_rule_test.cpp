@@ -23,6 +23,21 @@ TEST(IssueRule, ASlaveGetsACertificateInTheLastThirdOfItsOld) {
   EXPECT_EQ(rule.refusal_of(slave("a"), 2000, {}), "");
 }
 
+TEST(IssueRule, AnApplicationGetsOneLikeASlave) {
+  IssueRule rule;
+  net::PeerIdentity app = slave("a");
+  app.role = "app";
+  EXPECT_NE(rule.refusal_of(app, 1999, {}), "");
+  EXPECT_EQ(rule.refusal_of(app, 2000, {}), "");
+  EXPECT_NE(rule.refusal_of(app, 2001, {}), "") << "once an hour";
+}
+
+TEST(IssueRule, ACertificateThatHasEndedGetsNoOther) {
+  IssueRule rule;
+  EXPECT_NE(rule.refusal_of(slave("a"), 3000, {}), "");
+  EXPECT_EQ(rule.refusal_of(slave("a"), 2999, {}), "");
+}
+
 TEST(IssueRule, OneNameGetsOneAnHour) {
   IssueRule rule;
   TimePoint now{};
@@ -35,7 +50,7 @@ TEST(IssueRule, OneNameGetsOneAnHour) {
 TEST(IssueRule, NobodyElseGetsAny) {
   IssueRule rule;
   EXPECT_NE(rule.refusal_of({}, 2500, {}), "") << "without keys";
-  for (const char* role : {"app", "master", ""}) {
+  for (const char* role : {"master", ""}) {
     net::PeerIdentity peer = slave("a");
     peer.role = role;
     EXPECT_NE(rule.refusal_of(peer, 2500, {}), "") << role;

@@ -34,8 +34,9 @@ class LastingClientTest : public testing::Test {
     };
     callbacks.on_away = [this](const Status&) { said_.push_back("away"); };
     callbacks.on_ended = [this](const Status& why) { said_.push_back("ended: " + why.message()); };
-    client_ = std::make_unique<LastingClient>(*process_, AppIdentity{wire::Role::kApp, "anna", 42},
-                                              master_.factory(*process_), std::move(callbacks));
+    client_ =
+        std::make_unique<LastingClient>(*process_, AppIdentity{wire::Role::kApp, "anna", 42},
+                                        master_.factory(*process_), std::move(callbacks), renewal_);
     process_->post([this] { client_->start(); });
   }
 
@@ -44,7 +45,7 @@ class LastingClientTest : public testing::Test {
     const wire::Hello hello = master_.expect<wire::Hello>(&link_);
     EXPECT_EQ(hello.name, "anna");
     EXPECT_EQ(hello.instance, 42u) << "each link is that of the same process";
-    master_.send(link_, wire::Welcome{1, 7, 7, 250, 59});
+    master_.send(link_, wire::Welcome{1, 7, 7, 250, 59, issues_certificates_});
   }
   void commit(SceneVersion version) {
     client_->commit_scene(version,
@@ -85,6 +86,8 @@ class LastingClientTest : public testing::Test {
   slave::VirtualMaster master_{queue_};
   std::unique_ptr<sim::Process> process_ =
       std::make_unique<sim::Process>(queue_, "anna", master_.network().add_node({}));
+  net::RenewalAccess renewal_;  // of the client that is started next
+  bool issues_certificates_ = false;
   std::unique_ptr<LastingClient> client_;
   std::vector<std::string> said_;
   std::size_t link_ = 0;
@@ -170,6 +173,34 @@ TEST_F(LastingClientTest, WhatIsGivenUpWhileTheMasterIsAwayIsOverAtOnce) {
   master_.send(link_, wire::Welcome{1, 7, 7, 250, 59});
   expect_scene(1);
   expect_submit(3, 1);
+}
+
+TEST_F(LastingClientTest, ACertificateIsAskedForWhenItIsDueAndTheMasterMakesSome) {
+  bool is_due = true;
+  std::vector<std::string> answers;
+  renewal_.request = [&]() -> std::optional<std::vector<std::byte>> {
+    if (!std::exchange(is_due, false)) return std::nullopt;
+    return std::vector<std::byte>(100);
+  };
+  renewal_.granted = [&](std::span<const std::byte> certificate, const std::string& reason) {
+    answers.push_back(std::to_string(certificate.size()) + reason);
+  };
+  start();
+  welcome();
+  master_.run_for(2min);
+  EXPECT_TRUE(is_due) << "this master makes none";
+  issues_certificates_ = true;
+  lose_link();
+  welcome();
+  EXPECT_EQ(master_.expect<wire::CertificateRequest>().der.size(), 100u);
+  master_.send(link_, wire::CertificateGrant{{}, " not now"});
+  master_.run_for(2s);
+  is_due = true;
+  EXPECT_EQ(master_.expect<wire::CertificateRequest>().der.size(), 100u) << "and looks again";
+  master_.send(link_, wire::CertificateGrant{std::vector<std::byte>(7), ""});
+  master_.run_for(10ms);
+  EXPECT_EQ(answers, (std::vector<std::string>{"0 not now", "7"}));
+  expect_said({"welcome", "away", "welcome"});
 }
 
 TEST_F(LastingClientTest, AtFirstAPersonWaitsForTheWord) {

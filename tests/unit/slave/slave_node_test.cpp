@@ -70,7 +70,7 @@ class SlaveNodeTest : public testing::Test {
     return longest;
   }
 
-  RenewalAccess renewal_;  // of the slave that is started next
+  net::RenewalAccess renewal_;  // of the slave that is started next
   sim::EventQueue queue_{1};
   VirtualMaster master_{queue_};
   std::unique_ptr<sim::Process> process_ =
@@ -95,7 +95,9 @@ TEST_F(SlaveNodeTest, AsksForACertificateWhenItIsDueAndTheMasterMakesSome) {
     if (!std::exchange(is_due, false)) return std::nullopt;
     return std::vector<std::byte>(100);
   };
-  renewal_.granted = [&](const wire::CertificateGrant& grant) { answers.push_back(grant.reason); };
+  renewal_.granted = [&](std::span<const std::byte>, const std::string& reason) {
+    answers.push_back(reason);
+  };
   start(1, 1ms);
   master_.shake_hands();
   master_.run_for(2min);
