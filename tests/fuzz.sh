@@ -15,7 +15,7 @@ Usage: tests/fuzz.sh [--seconds N] [--only TARGET,...] [--jobs N] [--no-build] [
   --no-build      run what is built
   --table         run nothing; print what all runs of the targets as they are built now came to
   --json FILE     the same as a result for tests/bench/tables.py
-  --merge         run nothing; copy new inputs that reach new places into the corpora of this tree
+  --merge         run nothing; copy new inputs, of 1 KiB at most, that reach new places into the corpora of this tree
 
 New inputs are kept in build/fuzz/corpus, what broke a target in build/fuzz/findings. To see a finding again:
 build/fuzz/bin/TARGET build/fuzz/findings/FILE. Whoever mends it adds the file to the target's corpus.
@@ -25,7 +25,9 @@ END
 seconds=60
 only=
 jobs=$(nproc)
-slow_seconds=10  # of processor time for one input: a finding
+slow_seconds=10        # of processor time for one input: a finding
+merged_bytes_max=1024  # of an input that --merge takes into the tree
+failed=0
 build=yes
 task=run
 json=
@@ -77,15 +79,24 @@ export LSAN_OPTIONS=suppressions=$PWD/tests/leaks_elsewhere.txt:print_suppressio
 # Readers are given files. Where memory can hold them, no disk is worn.
 if [[ -z ${TMPDIR:-} && -w /dev/shm ]]; then export TMPDIR=/dev/shm; fi
 
+# The tree keeps what reaches a place of the program that nothing else there does, where a small input shows it.
+merge_target() {
+  local name=$1 corpus=${corpus_of[$1]} small=$folder/small/$1
+  rm -rf "$small" && mkdir -p "$small"
+  find "$folder/corpus/$name" -type f -size "-$((merged_bytes_max + 1))c" -exec cp -t "$small" {} +
+  echo "$name: $("$folder/bin/$name" -set_cover_merge=1 -use_counters=0 -max_len="${bytes_of[$name]}" "$corpus" "$small" 2>&1 |
+    sed -n 's/^MERGE-OUTER: \([0-9]* new files\).*/\1/p' | tail -n 1)"
+  rm -r "$small"
+}
+
 if [[ $task == merge ]]; then
   for name in "${names[@]}"; do
     if [[ ${corpus_of[$name]} != "$PWD"/tests/* ]]; then continue; fi  # a corpus that the build writes
     mkdir -p "$folder/corpus/$name"
-    "$folder/bin/$name" -merge=1 "${corpus_of[$name]}" "$folder/corpus/$name" 2>&1 | grep '^MERGE-OUTER' | tail -n 1 ||
-      echo "fuzz.sh: $name: no merge" >&2
+    merge_target "$name" || { echo "fuzz.sh: $name: no merge" >&2 && failed=1; }
   done
-  git status --short tests/fuzz
-  exit 0
+  git status --short tests/fuzz | wc -l | sed 's/$/ new or changed in tests\/fuzz/'
+  exit $failed
 fi
 
 # Prints the inputs of a target that take too long, and forgets the others that libFuzzer took for slow: it looks at the
@@ -123,7 +134,6 @@ run_target() {  # runs one target; its line of the log of runs says which progra
   return "$code"
 }
 
-failed=0
 running=0
 for name in "${names[@]}"; do
   if ((running >= jobs)); then
