@@ -8,7 +8,10 @@ namespace tessera::master {
 
 void FrameAuthors::slave_joined(SessionId session, const std::string& name) {
   authors_[session].name = name;
-  if (authors_.size() > kSessionsMax) authors_.erase(authors_.begin());
+  sessions_.push_back(session);
+  if (sessions_.size() <= kSessionsMax) return;
+  authors_.erase(sessions_.front());  // numbers of sessions are random
+  sessions_.pop_front();
 }
 
 void FrameAuthors::add(SessionId session, FrameId frame) {

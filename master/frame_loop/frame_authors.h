@@ -44,6 +44,7 @@ class FrameAuthors {
   };
 
   std::map<SessionId, Author> authors_;
+  std::deque<SessionId> sessions_;  // of authors_, in the order in which they joined
 };
 
 }  // namespace tessera::master

@@ -42,8 +42,9 @@ TEST(FrameAuthors, ManyFramesAreToldByTheNewest) {
 
 TEST(FrameAuthors, RememberSoManySessionsAndNoMore) {
   FrameAuthors authors;
-  for (SessionId session = 1; session <= FrameAuthors::kSessionsMax + 1; ++session) {
-    authors.slave_joined(session, "slave " + std::to_string(session));
+  for (std::size_t slave = 1; slave <= FrameAuthors::kSessionsMax + 1; ++slave) {
+    const SessionId session = 1'000'000 - slave;  // in no order that tells their age
+    authors.slave_joined(session, "slave " + std::to_string(slave));
     authors.add(session, 5);
   }
   EXPECT_EQ(authors.frames_of("slave 1"), "") << "the oldest is forgotten";
