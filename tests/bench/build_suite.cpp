@@ -53,7 +53,9 @@ void add_ours(const Input& input, int threads, std::vector<Row>& rows) {
   const std::string width = std::to_string(W);
   const auto bvh = [&input](int n) {
     return timed([&] {
-      return core::index_by_bvh<W>(input.boxes, input.triangles.vertices, {n, nullptr});
+      const core::TriangleClipper clipper(input.triangles.vertices);
+      return core::index_by_bvh<W>(input.boxes, input.triangles.vertices, {n, nullptr},
+                                   core::usual_build(clipper));
     });
   };
   const auto spatial = [&input](int n) {

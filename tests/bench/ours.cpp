@@ -259,7 +259,7 @@ class Ours final : public Entrants {
     const core::BuildControl alone{1, nullptr};
     const core::TriangleClipper clipper(triangles.vertices);
     build<core::IndexedBvh<W>>("bvh" + width, table, [&] {
-      return core::index_by_bvh<W>(boxes, triangles.vertices, alone);
+      return core::index_by_bvh<W>(boxes, triangles.vertices, alone, core::usual_build(clipper));
     });
     if (!options_.with_kd) return;
     build<core::IndexedBvh<W>>("bvh" + width + "q", table, [&] {

@@ -22,7 +22,19 @@ struct BvhBuildConfig {
   float overlap_min = 1e-3f;
   float overlap_share = 0.2f;
   float cut_weight = 1.2f;
+  // Cuts are made near the root alone, in ranges that are too large to be one task's, and only if
+  // what lies below is then cheaper than where none is made.
+  bool cuts_have_to_pay = false;
 };
+
+// The usual hierarchy. Requires: the clipper outlives the build.
+inline BvhBuildConfig usual_build(const PrimitiveClipper& clipper) {
+  BvhBuildConfig config;
+  config.clipper = &clipper;
+  config.cuts_max = 0.03f;
+  config.cuts_have_to_pay = true;
+  return config;
+}
 
 // The hierarchy of quality. Requires: the clipper outlives the build.
 inline BvhBuildConfig spatial_build(const PrimitiveClipper& clipper) {

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/core/accel/bvh_builder.h"
 
-#include <deque>
 #include <new>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "slave/core/accel/bvh_fragment.h"
-#include "slave/core/accel/primitive_refs.h"
 #include "slave/core/accel/range_splitter.h"
 #include "slave/core/accel/run_tasks.h"
-#include "slave/core/accel/sah_bins.h"
+#include "slave/core/accel/tree_top.h"
 
 namespace tessera::core {
 namespace {
@@ -29,13 +27,10 @@ class Builder {
           int thread_count)
       : splitter_(splitter), leaves_(leaves), config_(config), thread_count_(thread_count) {}
 
-  // Builds all fragments. The result does not depend on the number of threads, for the top is cut
-  // into fragments by counts alone. Returns: them; what they hold is of no use after a
-  // cancellation.
-  std::vector<BvhFragment<W>> run(const RefRange& all) {
-    SahBins bins;
-    Branch root = splitter_.branch_of(all, 0, bins);
-    const std::deque<Halves> halves = splitter_.split_top(root, thread_count_);
+  // Builds all fragments below the top's root. The result does not depend on the number of threads,
+  // for the top is cut into fragments by counts alone. Returns: them; what they hold is of no use
+  // after a cancellation.
+  std::vector<BvhFragment<W>> run(const Branch& root) {
     fragments_.emplace_back();
     lay_out(root, 0);
     const auto count = static_cast<int>(starts_.size());
@@ -125,15 +120,14 @@ void append(const BvhFragment<W>& fragment, Bvh<W>& bvh, LeafWriter& leaves) {
 template <int W>
 Result<Bvh<W>> build(const PrimitiveSet& set, const BuildControl& control,
                      const BvhBuildConfig& config) {
-  const float cuts_max = config.clipper != nullptr ? config.cuts_max : 0;
-  const References references = refer_to(set.boxes, cuts_max, control.thread_count);
-  const RefRange& all = references.all;
+  BvhBuildConfig chosen = config;
+  if (config.cuts_have_to_pay && !do_cuts_pay(set, W, control, config)) chosen.clipper = nullptr;
+  const TreeTop top(set, W, control, chosen);
   Bvh<W> bvh;
-  if (all.size() == 0) return bvh;
-  bvh.bounds = all.bounds.bounds();
-  const std::span<PrimitiveRef> refs(references.refs.get(), all.limit);
-  const RangeSplitter splitter(refs, all, set, W, control, config);
-  auto fragments = Builder<W>(splitter, set.leaves, config, control.thread_count).run(all);
+  if (top.all().size() == 0) return bvh;
+  bvh.bounds = top.all().bounds.bounds();
+  const RangeSplitter& splitter = top.splitter();
+  auto fragments = Builder<W>(splitter, set.leaves, config, control.thread_count).run(top.root());
   if (splitter.is_cancelled())
     return Status::cancelled("the build of the spatial index was cancelled");
   const std::span<BvhFragment<W>> below = std::span(fragments).subspan(1);

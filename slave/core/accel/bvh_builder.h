@@ -5,7 +5,8 @@
 // are sorted into bins on all axes at once, which makes a binary hierarchy; wide nodes are cut out
 // of it so that they cost least (wide_nodes.h). The cost of a leaf is counted by the block, since W
 // primitives are tested in the time of one. With a clipper, nodes whose children would overlap are
-// split in space (spatial_split.h).
+// split in space (spatial_split.h), all of them or, where that pays (tree_top.h), those near the
+// root.
 //
 // Threads. The calling thread and up to thread_count - 1 more; the result does not depend on their
 // number, for the top is cut into tasks by counts alone.

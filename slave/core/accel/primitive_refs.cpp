@@ -9,7 +9,7 @@
 namespace tessera::core {
 namespace {
 
-// References are made in parts of this many primitives.
+// References are made in parts of this many steps.
 constexpr std::size_t kReferPart = 65536;
 
 // A run of primitives that one task refers to.
@@ -35,14 +35,17 @@ void share_room(std::span<PrimitiveRef> refs, RefRange& left, RefRange& right,
   right.limit = limit;
 }
 
-References refer_to(std::span<const Bounds3f> boxes, float cuts_max, int thread_count) {
-  const auto part_count = static_cast<int>(boxes.size() / kReferPart) + 1;
+References refer_to(std::span<const Bounds3f> boxes, float cuts_max, int thread_count,
+                    std::uint32_t step) {
+  const std::size_t part_size = kReferPart * step;
+  const auto part_count = static_cast<int>(boxes.size() / part_size) + 1;
   std::vector<Part> parts(static_cast<std::size_t>(part_count));
   run_tasks(part_count, thread_count, [&](int i) {
     Part& part = parts[static_cast<std::size_t>(i)];
-    part.begin = static_cast<std::size_t>(i) * kReferPart;
-    part.end = std::min(part.begin + kReferPart, boxes.size());
-    for (std::size_t p = part.begin; p < part.end; ++p) part.count += boxes[p].is_empty() ? 0u : 1u;
+    part.begin = static_cast<std::size_t>(i) * part_size;
+    part.end = std::min(part.begin + part_size, boxes.size());
+    for (std::size_t p = part.begin; p < part.end; p += step)
+      part.count += boxes[p].is_empty() ? 0u : 1u;
   });
   References result;
   std::uint32_t count = 0;
@@ -55,7 +58,7 @@ References refer_to(std::span<const Bounds3f> boxes, float cuts_max, int thread_
   result.refs = std::make_unique_for_overwrite<PrimitiveRef[]>(std::size_t{count} + room);
   run_tasks(part_count, thread_count, [&](int i) {
     Part& part = parts[static_cast<std::size_t>(i)];
-    for (std::size_t p = part.begin; p < part.end; ++p) {
+    for (std::size_t p = part.begin; p < part.end; p += step) {
       if (boxes[p].is_empty()) continue;
       PrimitiveRef& ref = result.refs[part.range.end++];
       ref = ref_of(boxes[p], static_cast<std::uint32_t>(p));

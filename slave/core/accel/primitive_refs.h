@@ -61,8 +61,10 @@ struct References {
   RefRange all;
 };
 
-// Refers to each primitive whose box is not empty, with room for a share of `cuts_max` more. Up to
-// thread_count threads work; the order is that of the primitives. Throws: std::bad_alloc.
-References refer_to(std::span<const Bounds3f> boxes, float cuts_max, int thread_count);
+// Refers to every step-th primitive, if its box is not empty, with room for a share of `cuts_max`
+// more. Up to thread_count threads work; the order is that of the primitives. Throws:
+// std::bad_alloc.
+References refer_to(std::span<const Bounds3f> boxes, float cuts_max, int thread_count,
+                    std::uint32_t step = 1);
 
 }  // namespace tessera::core

@@ -9,25 +9,17 @@
 #include "slave/core/accel/run_tasks.h"
 
 namespace tessera::core {
-namespace {
-
-// A range of at most a kTaskShare-th of all references, or of kTaskRefsMin, is split by one task;
-// that makes enough tasks to keep 16 threads busy.
-constexpr std::uint32_t kTaskShare = 64;
-constexpr std::uint32_t kTaskRefsMin = 4096;
-
-}  // namespace
 
 RangeSplitter::RangeSplitter(std::span<PrimitiveRef> refs, const RefRange& all,
-                             const PrimitiveSet& set, int width, const BuildControl& control,
-                             const BvhBuildConfig& config)
+                             const PrimitiveSet& set, int width, std::uint32_t task_refs,
+                             const BuildControl& control, const BvhBuildConfig& config)
     : refs_(refs),
       control_(control),
       config_(config),
       width_(static_cast<std::uint32_t>(width)),
       alone_from_(set.alone_from),
       block_size_(set.alone_from < set.boxes.size() ? 1 : width_),
-      task_refs_(std::max(kTaskRefsMin, all.size() / kTaskShare)),
+      task_refs_(task_refs),
       overlap_min_(config.overlap_min * all.bounds.half_area()) {}
 
 bool RangeSplitter::may_be_leaf(const RefRange& range) const {
@@ -43,6 +35,8 @@ bool RangeSplitter::may_be_leaf(const RefRange& range) const {
 // are halved, whatever their boxes, from where one more cut could lead too deep.
 Branch RangeSplitter::branch_of(const RefRange& range, int depth, SahBins& bins) const {
   Branch branch{range};
+  // Where no cut follows, nothing has to move to make room for parts.
+  if (config_.cuts_have_to_pay && !is_of_top(range)) branch.range.limit = range.end;
   branch.is_split = range.size() > width_ || !may_be_leaf(range);
   const auto halvings = static_cast<int>(std::bit_width(range.size() - 1));
   if (!branch.is_split || depth + halvings > kBvhDepthMax) return branch;
@@ -78,7 +72,7 @@ std::deque<Halves> RangeSplitter::split_top(Branch& root, int thread_count) cons
     int depth;
   };
   const auto is_large = [this](const Item& item) {
-    return item.branch->is_split && item.branch->range.size() > task_refs_ && !is_cancelled();
+    return item.branch->is_split && is_of_top(item.branch->range) && !is_cancelled();
   };
   if (!is_large({&root, 0})) return all;
   run_growing(Item{&root, 0}, thread_count, [&](const Item& item, const auto& put) {

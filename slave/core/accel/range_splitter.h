@@ -36,10 +36,12 @@ struct Halves {
 
 class RangeSplitter {
  public:
-  // `width`: primitives of a full block. `all`: the range of all references. Requires: everything
-  // that is given outlives the splitter.
+  // `width`: primitives of a full block. `all`: the range of all references. `task_refs`: most
+  // references of a range that one task splits. Requires: everything
+  // that is given but the configuration outlives the splitter.
   RangeSplitter(std::span<PrimitiveRef> refs, const RefRange& all, const PrimitiveSet& set,
-                int width, const BuildControl& control, const BvhBuildConfig& config);
+                int width, std::uint32_t task_refs, const BuildControl& control,
+                const BvhBuildConfig& config);
 
   // Chooses the cut of a range that lies `depth` halvings below the root. Requires: no range below
   // the same root that was split lies so deep that kBvhDepthMax is passed.
@@ -63,11 +65,13 @@ class RangeSplitter {
   }
 
  private:
+  // Whether the range is too large to be one task's.
+  bool is_of_top(const RefRange& range) const { return range.size() > task_refs_; }
   void cut_in_space(Branch& branch) const;
 
   const std::span<PrimitiveRef> refs_;
   const BuildControl& control_;
-  const BvhBuildConfig& config_;
+  const BvhBuildConfig config_;
   const std::uint32_t width_;
   const std::uint32_t alone_from_;
   const std::uint32_t block_size_;  // 1 where some primitives take a leaf each

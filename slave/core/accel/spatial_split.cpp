@@ -28,14 +28,36 @@ struct Slabs {
         scale(static_cast<float>(SpatialSplitter::kBins) / width) {}
 
   bool are_thick() const { return width > 0 && std::isfinite(width) && std::isfinite(scale); }
-  int of(float x) const {
-    constexpr auto kLast = static_cast<float>(SpatialSplitter::kBins - 1);
-    return static_cast<int>(std::clamp((x - lower) * scale, 0.0f, kLast));
-  }
   // The plane in front of a slab.
   float plane(int slab) const {
     return lower + width * (static_cast<float>(slab) / SpatialSplitter::kBins);
   }
+};
+
+// The slabs of all axes. One that is not thick has a single slab.
+class SlabMap {
+ public:
+  explicit SlabMap(const RefRange& range) : origin_(range.bounds.lower) {
+    alignas(16) float scale[4] = {};
+    for (int a = 0; a < 3; ++a) {
+      const Slabs slabs(range, a);
+      scale[a] = slabs.are_thick() ? slabs.scale : 0;
+    }
+    scale_ = load4(scale);
+  }
+
+  // Writes the number of the slab on each axis.
+  void find(Float4 point, int (&slab)[4]) const {
+    constexpr auto kLast = static_cast<float>(SpatialSplitter::kBins - 1);
+    // The fourth lane, a number or its like, may be denormal, and products of denormals are slow.
+    const __m128 axes = _mm_and_ps(point.v, _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0)));
+    const __m128 at = _mm_mul_ps(_mm_sub_ps(axes, origin_.v), scale_.v);
+    const __m128 clamped = _mm_min_ps(_mm_max_ps(at, _mm_setzero_ps()), _mm_set1_ps(kLast));
+    _mm_store_si128(reinterpret_cast<__m128i*>(slab), _mm_cvttps_epi32(clamped));
+  }
+
+ private:
+  Float4 origin_, scale_;
 };
 
 bool is_right_of(const PrimitiveRef& ref, const SpatialCut& cut) {
@@ -46,24 +68,35 @@ bool is_right_of(const PrimitiveRef& ref, const SpatialCut& cut) {
 
 // Bins hold parts of boxes. Parts of primitives are found for the cut that is made, not for all
 // that are weighed: that takes seven times as long.
-void SpatialSplitter::fill(std::span<const PrimitiveRef> refs, const RefRange& range, int axis) {
-  const Slabs slabs(range, axis);
-  std::fill_n(bins_, kBins, Bin{});
+void SpatialSplitter::fill(std::span<const PrimitiveRef> refs, const RefRange& range) {
+  const SlabMap map(range);
+  for (auto& axis : bins_) std::fill_n(axis, kBins, Bin{});
   for (const PrimitiveRef& ref : refs) {
-    const int first = slabs.of(ref.lower[axis]), last = slabs.of(ref.upper[axis]);
-    ++bins_[first].begins;
-    ++bins_[last].ends;
-    if (first == last) {
-      bins_[first].bounds.grow(load4(ref.lower), load4(ref.upper));
-      continue;
+    const Float4 lower = load4(ref.lower), upper = load4(ref.upper);
+    alignas(16) int first[4], last[4];
+    map.find(lower, first);
+    map.find(upper, last);
+    for (int a = 0; a < 3; ++a) {
+      Bin* const bins = bins_[a];
+      ++bins[first[a]].begins;
+      ++bins[last[a]].ends;
+      if (first[a] == last[a]) {
+        bins[first[a]].bounds.grow(lower, upper);
+      } else {
+        fill_slabs(ref, range, a, first[a], last[a]);
+      }
     }
-    for (int b = first; b <= last; ++b) {
-      Bounds3f slab = box_of(ref);
-      if (b > first) set_axis(slab.lower, axis, std::max(slabs.plane(b), slab.lower[axis]));
-      if (b < last) set_axis(slab.upper, axis, std::min(slabs.plane(b + 1), slab.upper[axis]));
-      const PrimitiveRef of_part = ref_of(slab, ref.primitive);
-      bins_[b].bounds.grow(load4(of_part.lower), load4(of_part.upper));
-    }
+  }
+}
+
+void SpatialSplitter::fill_slabs(const PrimitiveRef& ref, const RefRange& range, int axis,
+                                 int first, int last) {
+  const Slabs slabs(range, axis);
+  PrimitiveRef part = ref;
+  for (int b = first; b <= last; ++b) {
+    part.lower[axis] = b > first ? std::max(slabs.plane(b), ref.lower[axis]) : ref.lower[axis];
+    part.upper[axis] = b < last ? std::min(slabs.plane(b + 1), ref.upper[axis]) : ref.upper[axis];
+    bins_[axis][b].bounds.grow(load4(part.lower), load4(part.upper));
   }
 }
 
@@ -71,24 +104,25 @@ SpatialCut SpatialSplitter::cut(std::span<const PrimitiveRef> refs, const RefRan
                                 std::uint32_t block_size) {
   SpatialCut best{-1, 0, kInfinity};
   const std::uint32_t count = range.size();
+  fill(refs.subspan(range.begin, count), range);
   for (int axis = 0; axis < 3; ++axis) {
     const Slabs slabs(range, axis);
     if (!slabs.are_thick()) continue;
-    fill(refs.subspan(range.begin, count), range, axis);
+    const Bin* const bins = bins_[axis];
     float area_right[kBins];
     std::uint32_t count_right[kBins];
     Box4 box;
     std::uint32_t in_box = 0;
     for (int b = kBins - 1; b > 0; --b) {
-      box.grow(bins_[b].bounds);
-      count_right[b] = in_box += bins_[b].ends;
+      box.grow(bins[b].bounds);
+      count_right[b] = in_box += bins[b].ends;
       area_right[b] = box.half_area();
     }
     box = {};
     in_box = 0;
     for (int b = 1; b < kBins; ++b) {
-      box.grow(bins_[b - 1].bounds);
-      in_box += bins_[b - 1].begins;
+      box.grow(bins[b - 1].bounds);
+      in_box += bins[b - 1].begins;
       const bool is_cut = in_box > 0 && in_box < count && count_right[b] > 0 &&
                           count_right[b] < count && in_box + count_right[b] <= count + range.room();
       const float cost = box.half_area() * blocks_of(in_box, block_size) +

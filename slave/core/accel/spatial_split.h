@@ -47,12 +47,14 @@ class SpatialSplitter {
     Box4 bounds;
     std::uint32_t begins = 0, ends = 0;  // references whose box begins here; that ends here
   };
-  void fill(std::span<const PrimitiveRef> refs, const RefRange& range, int axis);
+  void fill(std::span<const PrimitiveRef> refs, const RefRange& range);
+  // Shares the box of a reference out to the slabs that it reaches across.
+  void fill_slabs(const PrimitiveRef& ref, const RefRange& range, int axis, int first, int last);
   void cut_in_two(PrimitiveRef& ref, const SpatialCut& cut, std::span<PrimitiveRef> refs,
                   std::uint32_t& end, std::uint32_t limit) const;
 
   const PrimitiveClipper& clipper_;
-  Bin bins_[kBins];
+  Bin bins_[3][kBins];
 };
 
 }  // namespace tessera::core

@@ -23,8 +23,8 @@ Result<PrimitiveIndex> build(std::span<const Bounds3f> boxes, std::span<const fl
     return PrimitiveIndex{std::move(*kd)};
   }
   const bool is_cut = structure == Structure::kBvhQuality;
-  Result<IndexedBvh<W>> bvh =
-      index_by_bvh<W>(boxes, vertices, control, is_cut ? spatial_build(clipper) : BvhBuildConfig{});
+  Result<IndexedBvh<W>> bvh = index_by_bvh<W>(
+      boxes, vertices, control, is_cut ? spatial_build(clipper) : usual_build(clipper));
   if (!bvh.is_ok()) return bvh.status();
   return PrimitiveIndex{std::move(*bvh)};
 }

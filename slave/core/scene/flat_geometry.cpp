@@ -21,8 +21,9 @@ bool has_same_triangles(const Geometry& a, const Geometry& b) {
 }
 
 // Returns: the structure of the other version if it holds the same triangles, wherever they are;
-// null if there is none. Cut triangles stand in several leaves, whose boxes hold parts of them, so
-// such a structure is not fitted.
+// null if there is none. Triangles that were cut stand in several leaves, whose boxes hold parts of
+// them and, fitted, the whole. Whether the few cuts of the usual hierarchy make that too dear is
+// found as for all that moves; one with cuts everywhere is not fitted.
 template <int W>
 const IndexedBvh<W>* structure_to_fit(const Geometry* other, const Geometry& geometry) {
   if (other == nullptr || geometry.structure == Structure::kBvhQuality) return nullptr;

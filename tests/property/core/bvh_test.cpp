@@ -8,6 +8,7 @@
 
 #include "slave/core/accel/bvh_builder.h"
 #include "slave/core/accel/bvh_fast_builder.h"
+#include "slave/core/accel/tree_top.h"
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
@@ -137,6 +138,64 @@ TEST(Bvh, CutsTrianglesWithinItsBudget) {
   }
 }
 
+void add(const Mesh& part, Vec3f at, Mesh& mesh) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const Vec3f& p : part.positions) mesh.positions.push_back(p + at);
+  for (const auto& t : part.triangles)
+    mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+}
+
+// Small triangles among some that are as large as all of them. Whatever is parted by centroids has
+// halves as wide as the scene.
+Mesh small_and_large() {
+  Mesh mesh = test::make_random_triangles(30000, 0.02f, 9);
+  add(test::make_random_triangles(300, 2.0f, 10), {0, 0, 0}, mesh);
+  return mesh;
+}
+
+// Rings over one floor, which a cut in space parts with what stands on it, while splits by
+// centroids soon have it to themselves.
+Mesh rings_on_a_floor() {
+  Mesh mesh;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const Vec3f at{2 * static_cast<float>(i) + 1, 0, 2 * static_cast<float>(j) + 1};
+      add(test::make_torus(180, 30 * (1 + (i + j) % 3)), at, mesh);
+    }
+  }
+  Mesh floor;
+  floor.positions = {{0, -1.5f, 0}, {6, -1.5f, 0}, {6, -1.5f, 6}, {0, -1.5f, 6}};
+  floor.triangles = {{0, 1, 2}, {0, 2, 3}};
+  add(floor, {0, 0, 0}, mesh);
+  return mesh;
+}
+
+void expect_cuts_where_they_pay(const Triangles& triangles, bool do_pay) {
+  const TriangleClipper clipper(triangles.store.vertices);
+  const BvhBuildConfig usual = usual_build(clipper);
+  TriangleWriter<8> leaves(triangles.store.vertices);
+  const PrimitiveSet set{triangles.boxes, leaves};
+  const BuildControl alone{1, nullptr};
+  const TreeTop cut(set, 8, alone, usual), uncut(set, 8, alone, {});
+  EXPECT_TRUE(cut.has_cuts_in_space());
+  EXPECT_EQ(cut.cost() < uncut.cost(), do_pay) << cut.cost() << ", uncut " << uncut.cost();
+  EXPECT_EQ(do_cuts_pay(set, 8, alone, usual), do_pay);
+  auto built = triangles.build<8>(usual);
+  ASSERT_TRUE(built.is_ok()) << built.status().message();
+  const Status status =
+      built->bvh.validate({triangles.boxes, built->leaves}, do_pay ? &clipper : nullptr);
+  EXPECT_TRUE(status.is_ok()) << status.message();
+  const std::size_t count = triangles.boxes.size();
+  EXPECT_EQ(listed(*built) > count, do_pay);
+  EXPECT_LE(static_cast<double>(listed(*built)),
+            (1 + double{usual.cuts_max}) * static_cast<double>(count));
+}
+
+TEST(Bvh, CutsNearTheRootHaveToPay) {
+  expect_cuts_where_they_pay(Triangles(small_and_large()), true);
+  expect_cuts_where_they_pay(Triangles(rings_on_a_floor()), false);
+}
+
 TEST(Bvh, LeavesDegenerateTrianglesOut) {
   Mesh mesh = test::make_random_triangles(500, 0.2f, 5);
   for (std::size_t i = 0; i < 500; i += 5) mesh.triangles[i][1] = mesh.triangles[i][0];
@@ -176,6 +235,9 @@ TEST(Bvh, DoesNotDependOnTheNumberOfThreads) {
     expect_same_for_any_threads<8>(triangles, config);
     expect_same_for_any_threads<16>(triangles, config);
   }
+  const Triangles with_large(small_and_large());
+  const TriangleClipper large_clipper(with_large.store.vertices);
+  expect_same_for_any_threads<16>(with_large, usual_build(large_clipper));
 }
 
 TEST(Bvh, ACancelledBuildSaysSo) {
