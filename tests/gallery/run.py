@@ -81,15 +81,16 @@ def run(command):
 
 
 def surface_share(program, scene, size, folder):
-    """Returns the share of the pixels that show a surface, from distances, where a miss is 0."""
+    """Returns the share of the pixels that show a surface, from distances, where a miss is 0, and why there is none."""
     path = folder / "distance.pfm"
-    code, _, _ = run([program, "render", scene, "-o", str(path), "--size", size, "--renderer",
+    code, words, _ = run([program, "render", scene, "-o", str(path), "--size", size, "--renderer",
                       "primary", "--quiet"])
     if code != 0:
-        return 0.0
+        return 0.0, f"distances: ended with {code}: {(words.splitlines() or ['without a word'])[-1]}"
     _, _, values = read_pfm(path)
     path.unlink()
-    return sum(1 for x in values[::3] if x > 0) / (len(values) // 3)
+    share = sum(1 for x in values[::3] if x > 0) / (len(values) // 3)
+    return share, None if share >= SURFACE_SHARE_MIN else f"{100 * share:.1f} % of the pixels show a surface"
 
 
 def check(entry, folder, program, size):
@@ -101,9 +102,9 @@ def check(entry, folder, program, size):
     entry["luminance"] = mean_luminance(rows)
     if not LUMINANCE[0] <= entry["luminance"] <= LUMINANCE[1]:
         faults.append(f"mean luminance {entry['luminance']:.3f}")
-    entry["surface_share"] = surface_share(program, entry["scene"], size, folder)
-    if entry["surface_share"] < SURFACE_SHARE_MIN:
-        faults.append(f"{100 * entry['surface_share']:.1f} % of the pixels show a surface")
+    entry["surface_share"], fault = surface_share(program, entry["scene"], size, folder)
+    if fault:
+        faults.append(fault)
     return faults
 
 
