@@ -17,6 +17,7 @@ net::Record encode_one(SceneAnnounce m) {
     for (const std::uint8_t byte : digest.bytes) payload.push_back(std::byte{byte});
   }
   for (const std::uint64_t size : m.sizes) put_le(payload, size);
+  for (const std::uint32_t place : m.places) put_le(payload, place);
   h.set_index_bytes(m.index_bytes);
   h.set_is_again(m.is_again);
   h.set_time_seconds(m.time_seconds);
@@ -28,10 +29,11 @@ Result<Message> decode_scene_announce(net::ReceivedRecord record) {
   if (!parse_header(record, h)) return bad_header("SceneAnnounce");
   FieldCheck check("SceneAnnounce");
   check.at_least("version", h.version(), 1);
-  check.range("block_count", h.block_count(), h.is_again() ? 0 : 1,
-              h.is_again() ? 0 : kSceneBlocksMax);
+  check.range("block_count", h.block_count(), h.is_again() ? 0 : 1, kSceneBlocksMax);
   check.not_negative("time_seconds", h.time_seconds());
-  check.payload_bytes(record.payload.size(), std::uint64_t{h.block_count()} * kAnnounceEntryBytes);
+  const std::uint64_t entry_bytes =
+      h.is_again() ? kAnnounceEntryBytes + kAnnouncePlaceBytes : kAnnounceEntryBytes;
+  check.payload_bytes(record.payload.size(), h.block_count() * entry_bytes);
   if (!check.is_ok()) return check.status();
   const std::size_t count = h.block_count();
   SceneAnnounce m;
@@ -46,6 +48,12 @@ Result<Message> decode_scene_announce(net::ReceivedRecord record) {
                 sizeof(Digest));
     m.sizes[i] = get_le<std::uint64_t>(record.payload, count * sizeof(Digest) + i * 8);
     check.range("sizes", m.sizes[i], 1, kSceneBlockBytesMax);
+  }
+  for (std::size_t i = 0; h.is_again() && i < count; ++i) {
+    const auto place = get_le<std::uint32_t>(record.payload, count * kAnnounceEntryBytes + i * 4);
+    check.range("places", place, m.places.empty() ? 0 : std::uint64_t{m.places.back()} + 1,
+                kSceneBlocksMax - 1);
+    m.places.push_back(place);
   }
   if (!check.is_ok()) return check.status();
   return Message(std::move(m));

@@ -92,10 +92,11 @@ struct SceneAnnounce {
   // Memory that a holder will take for the spatial index, as the sender estimates it
   // (scene_footprint.h).
   std::uint64_t index_bytes = 0;
-  // The blocks are those of the announcement before this one on the connection, and no digests or
-  // sizes are sent: the same scene, at another time.
+  // The blocks are those of the announcement before this one on the connection, but for those at
+  // `places`, whose digests and sizes follow: none where the same scene is shown at another time.
   bool is_again = false;
-  double time_seconds = 0;  // at which the scene is shown
+  std::vector<std::uint32_t> places;  // payload: 4 bytes each, ascending; of is_again alone
+  double time_seconds = 0;            // at which the scene is shown
 };
 struct SceneNeed {  // holder -> sender: indices of blocks it lacks, ascending (payload: u32 each)
   SceneVersion version = 0;

@@ -73,6 +73,8 @@ inline constexpr std::uint32_t kTilesPerFrameMax =
 
 // SceneAnnounce: 32 bytes of digest and 8 of size for each block.
 inline constexpr std::size_t kAnnounceEntryBytes = 40;
+// The place of a block that is not what it was in the announcement before.
+inline constexpr std::size_t kAnnouncePlaceBytes = 4;
 // StatusReply: one slave, its name length byte and the longest name included (codec_app.cpp).
 inline constexpr std::size_t kStatusEntryBytesMax = 1 + kNameBytesMax + 49 + 256;
 

@@ -27,16 +27,8 @@ Status SceneReceiver::announce(SceneAnnounce announce, Actions& actions) {
     return Status::resource_exhausted("more than " + std::to_string(kAnnouncedMax) +
                                       " scenes announced and not complete");
   }
-  if (announce.is_again && last_digests_.empty())
-    return Status::data_loss("SceneAnnounce.is_again, but no scene was announced before");
+  TESSERA_RETURN_IF_ERROR(newest_blocks_.complete(announce));
   newest_announced_ = announce.version;
-  if (announce.is_again) {
-    announce.digests = last_digests_;
-    announce.sizes = last_sizes_;
-  } else {
-    last_digests_ = announce.digests;
-    last_sizes_ = announce.sizes;
-  }
   waiting_.push_back(std::move(announce));
   if (!head_) serve_next(actions);
   return Status::ok();
@@ -290,8 +282,7 @@ void SceneReceiver::reset() {
   waiting_.clear();
   if (head_) break_off_head();
   newest_announced_ = 0;
-  last_digests_.clear();
-  last_sizes_.clear();
+  newest_blocks_.forget();
   shelf_.forget_versions();
 }
 

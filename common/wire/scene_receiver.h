@@ -30,6 +30,7 @@
 
 #include "common/base/digest.h"
 #include "common/base/status.h"
+#include "common/wire/announced_blocks.h"
 #include "common/wire/messages.h"
 #include "common/wire/scene_shelf.h"
 
@@ -124,8 +125,7 @@ class SceneReceiver {
   std::deque<SceneAnnounce> waiting_;
   std::unique_ptr<Head> head_;
   SceneVersion newest_announced_ = 0;
-  std::vector<Digest> last_digests_;  // of the newest announcement
-  std::vector<std::uint64_t> last_sizes_;
+  AnnouncedBlocks newest_blocks_;
   SceneShelf shelf_;
 };
 

@@ -50,12 +50,12 @@ void SceneSender::announce(SceneVersion version, const SharedScene& scene) {
   announce.index_bytes = scene->index_bytes;
   announce.time_seconds = scene->time_seconds;
   std::vector<Digest> digests;
-  for (const SceneBlock& block : scene->blocks) digests.push_back(block.digest);
-  announce.is_again = digests == last_digests_;
-  if (!announce.is_again) {
-    announce.digests = last_digests_ = std::move(digests);
-    for (const SceneBlock& block : scene->blocks) announce.sizes.push_back(block.bytes->size());
+  std::vector<std::uint64_t> sizes;
+  for (const SceneBlock& block : scene->blocks) {
+    digests.push_back(block.digest);
+    sizes.push_back(block.bytes->size());
   }
+  newest_blocks_.describe(std::move(digests), std::move(sizes), announce);
   announced_.insert(version);
   live_.insert(version);
   link_.send(std::move(announce));

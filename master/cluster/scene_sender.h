@@ -23,6 +23,7 @@
 
 #include "common/base/status.h"
 #include "common/scene/scene_codec.h"
+#include "common/wire/announced_blocks.h"
 #include "common/wire/codec_chooser.h"
 #include "common/wire/link_rate.h"
 #include "common/wire/messages.h"
@@ -91,7 +92,7 @@ class SceneSender {
   const FeedBy feed_by_;
   std::map<SceneVersion, SharedScene> scenes_;  // not yet answered
   std::set<SceneVersion> announced_;            // subset of scenes_
-  std::vector<Digest> last_digests_;            // of the newest announcement
+  wire::AnnouncedBlocks newest_blocks_;         // as the link's other end knows them
   std::set<SceneVersion> live_;                 // ever announced, not retired
   std::set<SceneVersion> needed_;
   std::set<SceneVersion> asked_;  // blocks were asked for: once for each version

@@ -38,8 +38,9 @@ void SceneWatch::on_said_to(std::size_t slave, const net::Record& record, double
     it.announced.clear();
     it.lacking.clear();
   } else if (const auto announce = as<wire::SceneAnnounce>(Type::kSceneAnnounce, record)) {
-    if (!announce->is_again) it.last_digests = announce->digests;
-    it.announced[announce->version] = it.last_digests;
+    wire::SceneAnnounce whole = *announce;
+    if (!it.newest_blocks.complete(whole).is_ok()) return;
+    it.announced[announce->version] = std::move(whole.digests);
     it.lacking[announce->version] = now;
   } else if (const auto retire = as<wire::SceneRetire>(Type::kSceneRetire, record)) {
     it.announced.erase(it.announced.begin(), it.announced.lower_bound(retire->first_kept));

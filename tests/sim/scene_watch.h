@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "common/scene/scene_codec.h"
+#include "common/wire/announced_blocks.h"
 #include "common/wire/messages.h"
 
 namespace tessera::sim {
@@ -42,8 +43,8 @@ class SceneWatch {
  private:
   struct Slave {
     std::map<SceneVersion, std::vector<Digest>> announced;  // of this session, not retired
-    std::vector<Digest> last_digests;                       // of the newest announcement
-    std::map<SceneVersion, double> lacking;                 // since when; neither built nor failed
+    wire::AnnouncedBlocks newest_blocks;
+    std::map<SceneVersion, double> lacking;  // since when; neither built nor failed
     bool has_altered = false, is_listed = false;
   };
   static std::string name_of(std::size_t slave) { return "s" + std::to_string(slave); }

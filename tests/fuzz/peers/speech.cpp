@@ -94,8 +94,17 @@ wire::SceneAnnounce Speech::announce() {
   a.version = number();
   a.is_again = input_.below(8) == 0;
   a.index_bytes = number();
-  if (a.is_again) return a;
   const auto& blocks = spoken_blocks();
+  if (a.is_again) {
+    for (std::uint32_t place = input_.below(4); a.places.size() < input_.below(3);
+         place += 1 + input_.below(3)) {
+      const SceneBlock& block = blocks[input_.byte() % blocks.size()];
+      a.places.push_back(place);
+      a.digests.push_back(block.digest);
+      a.sizes.push_back(block.bytes->size());
+    }
+    return a;
+  }
   const std::uint8_t kind = input_.byte();
   if (kind < 128) {  // a whole scene of tests/sim
     for (const SceneBlock& block : sim::scene_of_tag(kind & 1, sim::SceneWeight::kLight).blocks) {

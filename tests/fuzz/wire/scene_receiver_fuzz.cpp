@@ -27,7 +27,7 @@ class Owner {
     if (kind == 0) {
       receiver_.reset();
       announced_.clear();
-      last_ = {};
+      last_.forget();
     } else {
       // Only what a peer could have sent.
       auto message = as_received(test::Speech(input).scene_message());
@@ -65,11 +65,7 @@ class Owner {
   }
 
   void remember(wire::SceneAnnounce announce) {
-    if (announce.is_again) {
-      announce.digests = last_.digests;
-      announce.sizes = last_.sizes;
-    }
-    last_ = announce;
+    if (!last_.complete(announce).is_ok()) std::abort();
     announced_[announce.version] = std::move(announce);
   }
 
@@ -106,7 +102,7 @@ class Owner {
 
   SceneReceiver receiver_;
   std::map<SceneVersion, wire::SceneAnnounce> announced_;  // neither complete nor failed
-  wire::SceneAnnounce last_;
+  wire::AnnouncedBlocks last_;
 };
 
 }  // namespace

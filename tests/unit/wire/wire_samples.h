@@ -153,6 +153,11 @@ inline void Samples::add_scene_messages(std::vector<Message>& m) {
   again.version = number(1, ~0ull);
   again.is_again = true;
   again.time_seconds = 1e-3 * small(0, 1u << 30);
+  for (std::uint32_t i = small(0, 60); i < 40; i += small(1, 9)) {
+    again.places.push_back(i);
+    again.digests.push_back(digest());
+    again.sizes.push_back(number(1, kSceneBlockBytesMax));
+  }
   m.push_back(again);
   SceneNeed need;
   need.version = number(1, ~0ull);
@@ -279,7 +284,8 @@ inline auto fields(const Refuse& m) { return std::tie(m.code, m.reason); }
 inline auto fields(const Ping& m) { return std::tie(m.sent_ns); }
 inline auto fields(const Pong& m) { return std::tie(m.sent_ns, m.answered_ns); }
 inline auto fields(const SceneAnnounce& m) {
-  return std::tie(m.version, m.digests, m.sizes, m.index_bytes, m.is_again, m.time_seconds);
+  return std::tie(m.version, m.digests, m.sizes, m.index_bytes, m.is_again, m.places,
+                  m.time_seconds);
 }
 inline auto fields(const SceneChunkList& m) { return std::tie(m.version, m.block, m.chunks); }
 inline auto fields(const SceneChunkNeed& m) { return std::tie(m.version, m.block, m.chunks); }
