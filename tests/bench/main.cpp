@@ -128,6 +128,9 @@ void add_exchange_options(CLI::App& app, tessera::bench::ExchangeOptions& exchan
 void add_update_options(CLI::App& app, tessera::bench::UpdateOptions& update) {
   app.add_option("--triangles", update.triangles, "update: of the scenes (default: 10^4 to 10^7)")
       ->check(CLI::Range(128, 100'000'000));
+  app.add_option("--objects", update.objects, "update: that the scenes consist of")
+      ->check(CLI::Range(1, 60'000))
+      ->capture_default_str();
   app.add_option("--listen", update.listen,
                  "update: HOST:PORT for slaves (default: one is started on this machine)");
   app.add_option("--keys", update.keys_folder, "update: credentials of the master, with --listen");

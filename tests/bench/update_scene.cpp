@@ -11,7 +11,6 @@
 namespace tessera::bench {
 namespace {
 
-constexpr int kSide = 8;  // sheets along a side of the square
 constexpr std::size_t kMaterials = 4;
 
 std::vector<Vec3f> positions_of(int segments, float phase) {
@@ -44,14 +43,6 @@ std::shared_ptr<const Mesh> make_sheet(int segments, std::size_t object) {
   }
   sheet->materials = {static_cast<std::uint32_t>(object % kMaterials)};
   return sheet;
-}
-
-Transform place_of(std::size_t object, float height) {
-  Transform place;
-  place.m[0][3] = static_cast<float>(object % kSide);
-  place.m[1][3] = static_cast<float>(object / kSide);
-  place.m[2][3] = height;
-  return place;
 }
 
 Material material_of(std::size_t index, float shade) {
@@ -95,49 +86,58 @@ std::string_view edit_name(EditKind kind) {
   return "";
 }
 
-EditedScene::EditedScene(std::uint64_t triangles)
-    : segments_(std::max(1, static_cast<int>(std::lround(
-                                std::sqrt(static_cast<double>(triangles) / (2 * kSide * kSide)))))),
-      camera_{{4, -4, 6}, {4, 4, 0}, {0, 0, 1}, 55} {
+EditedScene::EditedScene(std::uint64_t triangles, std::size_t objects)
+    : side_(static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(objects))))),
+      segments_(std::max(
+          1, static_cast<int>(std::lround(std::sqrt(static_cast<double>(triangles) /
+                                                    (2 * static_cast<double>(objects))))))) {
+  const float half = 0.5f * static_cast<float>(side_);
+  camera_ = {{half, -half, 1.5f * half}, {half, half, 0}, {0, 0, 1}, 55};
   const auto check = [](const Status& status) { TESSERA_CHECK(status.is_ok()); };
   check(edits_.set_material(0, material_of(0, 0.5f)));
   for (std::size_t i = 1; i < kMaterials; ++i)
     check(edits_.add_material(material_of(i, 0.5f)).status());
   check(edits_.set_environment({0.3f, 0.3f, 0.4f}));
   check(edits_.add_light(light_at(4)).status());
-  for (std::size_t i = 0; i < object_count(); ++i) {
+  for (std::size_t i = 0; i < objects; ++i) {
     auto name = edits_.add_object(make_sheet(segments_, i), place_of(i, 0));
     check(name.status());
     names_.push_back(*name);
   }
 }
 
-std::size_t EditedScene::object_count() { return std::size_t{kSide} * kSide; }
+Transform EditedScene::place_of(std::size_t object, float height) const {
+  Transform place;
+  place.m[0][3] = static_cast<float>(object % side_);
+  place.m[1][3] = static_cast<float>(object / side_);
+  place.m[2][3] = height;
+  return place;
+}
 
 std::uint64_t EditedScene::triangles() const {
   const auto segments = static_cast<std::uint64_t>(segments_);
-  return object_count() * 2 * segments * segments;
+  return names_.size() * 2 * segments * segments;
 }
 
 Status EditedScene::change(EditKind kind) {
   const float share = share_of(++step_);
   switch (kind) {
     case EditKind::kCamera:
-      camera_.eye.x = 3 + 2 * share;
+      camera_.eye.x = (0.4f + 0.2f * share) * static_cast<float>(side_);
       return Status::ok();
     case EditKind::kLight:
       return edits_.set_light(0, light_at(8 * share));
     case EditKind::kMaterial:
       return edits_.set_material(1, material_of(1, share));
     case EditKind::kOneRigid:
-      return move(object_count() / 2);
+      return move(names_.size() / 2);
     case EditKind::kAllRigid:
-      for (std::size_t i = 0; i < object_count(); ++i) TESSERA_RETURN_IF_ERROR(move(i));
+      for (std::size_t i = 0; i < names_.size(); ++i) TESSERA_RETURN_IF_ERROR(move(i));
       return Status::ok();
     case EditKind::kSomeVertices:
     case EditKind::kAllVertices: {
       const auto row = static_cast<std::size_t>(segments_) + 1;
-      const std::size_t all = object_count() * row * row;
+      const std::size_t all = names_.size() * row * row;
       return deform(kind == EditKind::kAllVertices ? all : std::max<std::size_t>(1, all / 100));
     }
   }

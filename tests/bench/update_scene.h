@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene of the suite "update": 64 sheets in a square, each a mesh of its own, and what an
+// The scene of the suite "update": sheets in a square, each a mesh of its own, and what an
 // application changes of it, one change after another.
 //
 // Threads. One at a time.
@@ -31,8 +31,8 @@ std::string_view edit_name(EditKind kind);
 
 class EditedScene {
  public:
-  // Of about so many triangles.
-  explicit EditedScene(std::uint64_t triangles);
+  // Of about so many triangles, in so many objects.
+  EditedScene(std::uint64_t triangles, std::size_t objects);
 
   // Makes the next change of this kind. No two changes of one kind are alike.
   Status change(EditKind kind);
@@ -42,15 +42,16 @@ class EditedScene {
 
   const Camera& camera() const { return camera_; }
   std::uint64_t triangles() const;
-  static std::size_t object_count();
 
  private:
+  Transform place_of(std::size_t object, float height) const;
   Status move(std::size_t object);
   Status deform(std::size_t vertices);
 
-  int segments_;  // quads along a side of a sheet
-  SceneEdits edits_;
+  std::size_t side_;  // sheets along a side of the square
+  int segments_;      // quads along a side of a sheet
   std::vector<ObjectName> names_;
+  SceneEdits edits_;
   Camera camera_;
   int step_ = 0;
 };

@@ -213,7 +213,7 @@ Result<std::unique_ptr<Session>> open_master(const UpdateOptions& options) {
 
 Status run_scene(const UpdateOptions& options, std::uint64_t triangles,
                  std::vector<std::string>& rows) {
-  EditedScene scene(triangles);
+  EditedScene scene(triangles, options.objects);
   auto session = open_master(options);
   if (!session.is_ok()) return session.status();
   std::unique_ptr<SlaveProcess> slave;
@@ -233,8 +233,8 @@ Status run_scene(const UpdateOptions& options, std::uint64_t triangles,
   const FrameStats& stats = first->stats;
   std::printf(
       "\n%llu triangles in %zu objects, %d slaves%s%s: first pixel after %.1f ms, build %.1f\n",
-      static_cast<unsigned long long>(scene.triangles()), EditedScene::object_count(),
-      options.slaves, options.link.empty() ? "" : ", ", options.link.c_str(), 1e3 * (first_pixel),
+      static_cast<unsigned long long>(scene.triangles()), options.objects, options.slaves,
+      options.link.empty() ? "" : ", ", options.link.c_str(), 1e3 * (first_pixel),
       1e3 * stats.build_seconds);
   std::printf("  %-20s %9s %9s %9s %9s %9s %9s %10s %10s %8s %s\n", "", "first ms", "pixel ms",
               "beyond ms", "frame ms", "own CPU", "slave CPU", "kB", "built", "frames/s", "wrong");
@@ -250,7 +250,7 @@ Status run_scene(const UpdateOptions& options, std::uint64_t triangles,
   }
   JsonObject row;
   row.add("triangles", scene.triangles())
-      .add("objects", std::uint64_t{EditedScene::object_count()})
+      .add("objects", static_cast<std::uint64_t>(options.objects))
       .add("slaves", options.slaves)
       .add("link", options.link.empty() ? "loopback" : options.link)
       .add("first_frame_seconds", first_pixel)

@@ -17,6 +17,7 @@ namespace tessera::bench {
 
 struct UpdateOptions {
   std::vector<std::uint64_t> triangles;  // empty: 10^4 to 10^7
+  std::size_t objects = 64;              // that they consist of
   std::string listen;       // HOST:PORT for slaves; empty: one is started on this machine
   std::string keys_folder;  // of a master; with `listen`
   int slaves = 1;           // waited for before the first frame; with `listen`
