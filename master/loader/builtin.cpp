@@ -21,6 +21,7 @@ constexpr Builtin kBuiltins[] = {{"cones", make_cones},
                                  {"teapot", make_teapot},
                                  {"teapot-mesh", make_teapot_mesh},
                                  {"teapots", make_teapots},
+                                 {"teapots-apart", make_teapots_apart},
                                  {"waves", make_waves}};
 
 }  // namespace

@@ -15,9 +15,10 @@ LoadedScene make_evening();
 LoadedScene make_teapot();       // 32 bicubic patches
 LoadedScene make_teapot_mesh();  // the same as triangles
 LoadedScene make_waves();
-LoadedScene make_cones();       // 144 waving cones of 4 bicubic patches each
-LoadedScene make_cones_mesh();  // the same as triangles
-LoadedScene make_teapots();     // a cube of 32,768 teapots, each an instance of 32 patches
+LoadedScene make_cones();          // 144 waving cones of 4 bicubic patches each
+LoadedScene make_cones_mesh();     // the same as triangles
+LoadedScene make_teapots();        // a cube of 32,768 teapots, each an instance of 32 patches
+LoadedScene make_teapots_apart();  // the same as one surface of 1,048,576 patches
 
 // A quad in a horizontal plane that shines downwards.
 class MeshMaker;

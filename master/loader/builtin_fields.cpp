@@ -167,4 +167,22 @@ LoadedScene make_teapots() {
   return loaded;
 }
 
+LoadedScene make_teapots_apart() {
+  LoadedScene loaded = make_teapots();
+  Scene& scene = loaded.scene;
+  const PatchSurface teapot = *scene.surfaces[0];
+  auto all = std::make_shared<PatchSurface>();
+  all->materials = {0};
+  for (const Instance& instance : scene.instances) {
+    if (instance.kind != ObjectKind::kPatchSurface) continue;
+    all->patches.insert(all->patches.end(), teapot.patches.begin(), teapot.patches.end());
+    // Points without weights: three numbers each.
+    for (std::size_t i = 0; i < teapot.numbers.size(); ++i)
+      all->numbers.push_back(teapot.numbers[i] + instance.object_to_world.m[i % 3][3]);
+  }
+  scene.surfaces = {all};
+  scene.instances = {{0, {}, ObjectKind::kPatchSurface}, {0, {}}};
+  return loaded;
+}
+
 }  // namespace tessera::master

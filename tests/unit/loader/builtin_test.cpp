@@ -112,6 +112,14 @@ TEST(Builtin, TheTeapotsAreAsManyAsInTheThesis) {
   EXPECT_EQ(scene.instances.size(), 32768u + 1);
 }
 
+TEST(Builtin, TheTeapotsApartStandWhereTheInstancesDo) {
+  const Scene apart = make("teapots-apart").scene, scene = make("teapots").scene;
+  EXPECT_EQ(apart.patch_count(), scene.patch_count());
+  EXPECT_TRUE(validate_scene(apart).is_ok());
+  const Bounds3f one = scene_bounds(apart), other = scene_bounds(scene);
+  EXPECT_LT(length(one.upper - other.upper) + length(one.lower - other.lower), 1e-2f);
+}
+
 // A slave has nothing to fetch from frame to frame but the light.
 TEST(Builtin, TheEveningMovesItsLightAlone) {
   const LoadedScene evening = make("evening");
