@@ -2,6 +2,7 @@
 #include "master/frame_loop/frame_loop.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "common/base/limits.h"
@@ -24,7 +25,12 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
   events.tiles_held = [this](SessionId session) { return scheduler.tiles_in_flight(session); };
   events.slave_lost = [this](SessionId session, SlaveEnd how) {
     observer.slave_lost(session);
-    perform(scheduler.slave_lost(session, Clock::now(), how));
+    Actions actions = scheduler.slave_lost(session, Clock::now(), how);
+    if (convictions > 0) {
+      std::move(actions.begin(), actions.end(), std::back_inserter(after_conviction));
+    } else {
+      perform(actions);
+    }
     look_at_waiting();
   };
   events.round_trip = [this](SessionId session, double seconds_taken) {
@@ -77,6 +83,7 @@ void FrameLoop::Impl::start_when_ready() {
 }
 
 void FrameLoop::Impl::perform(const Actions& actions) {
+  ++performing;
   for (const Action& action : actions) {
     switch (action.kind) {
       case ActionKind::kBeginFrame:
@@ -96,10 +103,14 @@ void FrameLoop::Impl::perform(const Actions& actions) {
         cluster.send(action.session, wire::FrameEnd{action.frame});
         break;
       case ActionKind::kExpel:
+        ++convictions;
         cluster.convict(action.slave, conviction(action));
+        --convictions;
         break;
       case ActionKind::kSuspect:
+        ++convictions;
         cluster.suspect(action.slave, action.reason);
+        --convictions;
         break;
       case ActionKind::kStalled:
         log_warn("slave-stalled",
@@ -113,6 +124,8 @@ void FrameLoop::Impl::perform(const Actions& actions) {
         break;
     }
   }
+  if (--performing > 0 || after_conviction.empty()) return;
+  perform(std::exchange(after_conviction, {}));
 }
 
 void FrameLoop::Impl::begin_frame(const Action& action) {

@@ -47,7 +47,10 @@ struct FrameLoop::Impl {
   FrameAdmission admission;
   std::vector<std::weak_ptr<const FrameImage>> finished;  // those that somebody may still hold
   LoopGap loop_gap{kTick};
-  Actions spare_actions;  // empty; its memory serves the next result
+  int performing = 0;        // lists of actions, each within the one before
+  int convictions = 0;       // that are being carried out
+  Actions after_conviction;  // follow from one, and from what was decided with it
+  Actions spare_actions;     // empty; its memory serves the next result
   TileSize tile_size;
   SceneCosts scene_costs;
   FrameAuthors authors;
@@ -79,6 +82,7 @@ struct FrameLoop::Impl {
   ClusterEvents cluster_events();
   Reception::Callbacks reception_callbacks();
   void start_when_ready();
+  // In the order in which the scheduler has decided them.
   void perform(const Actions& actions);
   FrameHoldings holdings();
   // Lets frames go on that memory is there for, and refuses those that it never is for.

@@ -40,6 +40,9 @@ void Scheduler::settle_audit(Frame& frame, SessionId session, TileIndex tile,
     return "tile " + std::to_string(tile) + " of frame " + std::to_string(frame.id);
   };
   if (answer.outvoted.session != 0) {
+    // What is leased before the slave is expelled is for others.
+    if (const auto liar = slaves_.find(answer.outvoted.newest); liar != slaves_.end())
+      liar->second.rests_until = TimePoint::max();
     actions.push_back({ActionKind::kExpel,
                        answer.outvoted.session,
                        frame.id,

@@ -239,5 +239,23 @@ TEST_F(JudgedVotes, NobodyIsWaitedForWhenWhoAnsweredIsTheOnlyOneThatCameBack) {
   EXPECT_EQ(complete_, 1);
 }
 
+TEST_F(JudgedVotes, ASlaveThatIsOutvotedIsGivenNothingBeforeItIsExpelled) {
+  const SessionId liar = join("liar", 1), one = join("one", 2), two = join("two", 3);
+  submit(0, 1);
+  submit(1, 1);
+  submit(2, 12);
+  ASSERT_TRUE(answer(liar, false, 66));
+  ASSERT_TRUE(answer(one, false, 77));
+  tick(10ms);
+  while (expelled_.empty()) {
+    const std::size_t held = out_[liar].size();
+    ASSERT_TRUE(answer(two, false, 77));
+    if (!expelled_.empty()) {
+      EXPECT_LE(out_[liar].size(), held) << "others may have the next frame";
+    }
+  }
+  EXPECT_EQ(complete_, 1);
+}
+
 }  // namespace
 }  // namespace tessera::master
