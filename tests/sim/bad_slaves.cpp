@@ -10,6 +10,11 @@ namespace {
 constexpr std::chrono::milliseconds kRestart{100};
 // How long a process of a liar lives: whoever is held back for lies comes as another one.
 constexpr std::chrono::milliseconds kLiarLife{1500};
+// How long one of a forger lives: whoever leaves in order is held back for nothing.
+constexpr std::chrono::milliseconds kForgerLives[] = {
+    std::chrono::milliseconds(100), std::chrono::milliseconds(200), std::chrono::milliseconds(400),
+    std::chrono::milliseconds(800)};
+constexpr std::chrono::milliseconds kForgerLook{20};
 
 // Each of these answers no lease of the slave's.
 void lie(wire::TileResult& result, int variant) {
@@ -54,11 +59,16 @@ WorkModel BadSlaves::model_of(std::size_t index) {
     return seconds;
   };
   if (bad.vice == Vice::kDies) {
-    model.on_begin = [this, index] { on_begin(index); };
+    model.on_begin = [this, index](TileIndex tile) { on_begin(index, tile); };
     model.alter = [this, index](wire::TileResult&) { ++all_[index].brought; };
   }
   if (bad.vice == Vice::kLies)
     model.alter = [variant = bad.variant](wire::TileResult& result) { lie(result, variant); };
+  if (bad.vice == Vice::kForges) {
+    model.alter = [](wire::TileResult& result) {
+      for (std::byte& byte : result.pixels) byte ^= std::byte{1};
+    };
+  }
   model.is_frozen_for_good = bad.vice == Vice::kHoards;
   return model;
 }
@@ -80,6 +90,17 @@ void BadSlaves::begin_life(std::size_t index) {
   all_[index].slave->start();
   if (all_[index].plan.vice == Vice::kLies)
     queue_.after(kLiarLife, [this, index] { start_anew(index); });
+  if (all_[index].plan.vice == Vice::kForges)
+    queue_.after(kForgerLives[all_[index].plan.variant], [this, index] { go_and_return(index); });
+}
+
+// The slave leaves in order, which takes a while, and is there again.
+void BadSlaves::go_and_return(std::size_t index) {
+  if (is_over_) return;
+  SimSlave& slave = *all_[index].slave;
+  if (!slave.is_running()) return begin_life(index);
+  slave.leave();
+  queue_.after(kForgerLook, [this, index] { go_and_return(index); });
 }
 
 void BadSlaves::start_anew(std::size_t index) {
@@ -89,10 +110,13 @@ void BadSlaves::start_anew(std::size_t index) {
 }
 
 // Some bring a few tiles first: whoever brings as many as it takes with it is not held back.
-void BadSlaves::on_begin(std::size_t index) {
+void BadSlaves::on_begin(std::size_t index, TileIndex tile) {
   constexpr int kLastTile[] = {1, 1, 4, 12};
   One& one = all_[index];
-  if (++one.begun >= kLastTile[one.plan.variant]) die(index);
+  ++one.begun;
+  const bool is_last = one.plan.is_one_tile_fatal ? tile == one.plan.fatal_tile
+                                                  : one.begun >= kLastTile[one.plan.variant];
+  if (is_last) die(index);
 }
 
 // The process ends by an event, since the task that begins the tile is its own.

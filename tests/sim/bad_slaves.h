@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Slaves of a storm that do what no slave should, beside those of the plan: they die with a tile
 // and are started again at once, hold tiles and return none, lie about them and come back as new
-// processes, and take others' names. They are the product's own, over a workshop that does it.
-// What they do is no excuse for anybody, but for whose name is taken.
+// processes, take others' names, and forge pixels. They are the product's own, over a workshop that
+// does it. What they do is no excuse for anybody, but for whose name is taken.
 //
 // Threads. The simulation's one.
 #pragma once
@@ -35,9 +35,10 @@ class BadSlaves {
 
   WorkModel model_of(std::size_t index);
   void begin_life(std::size_t index);
-  void on_begin(std::size_t index);
+  void on_begin(std::size_t index, TileIndex tile);
   void die(std::size_t index);
   void start_anew(std::size_t index);
+  void go_and_return(std::size_t index);
 
   EventQueue& queue_;
   const StormPlan& plan_;

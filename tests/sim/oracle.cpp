@@ -291,8 +291,11 @@ void Oracle::check_slaves(const ClusterStatus& status) {
   }
   // A slave lost three times before it brings a tile is held back, as the fault matrix wants (F05).
   for (const QuarantinedSlave& held : status.quarantined) {
-    if (const auto known = by_name_.find(held.name); known != by_name_.end())
-      trouble_slave(known->second, now + held.seconds + return_bound_);
+    const auto known = by_name_.find(held.name);
+    if (known == by_name_.end()) continue;
+    if (!held.reason.starts_with("lost "))
+      report("I7: " + held.name + ", which is honest, is held back: " + held.reason);
+    trouble_slave(known->second, now + held.seconds + return_bound_);
   }
   for (std::size_t i = 0; i < watches_.size(); ++i) {
     if (is_healthy(i) && !is_listed[i]) {

@@ -10,8 +10,8 @@
 //          time, by master and slave alike, the healthy are never taken for dead and come back in
 //          time
 //   I7     every lease has one end, and the master's account is that of the wire; nobody is accused
-//          of a breach of protocol, no lie counts as a tile, no two slaves have one name; who has
-//          stalled and returns a tile has stalled no more
+//          of a breach of protocol, no lie counts as a tile, no two slaves have one name, no honest
+//          slave is held back; who has stalled and returns a tile has stalled no more
 //
 // Threads. One.
 #pragma once

@@ -39,7 +39,7 @@ void SimWorkshop::start_work() {
     account_waiting();
     const RunIterator run = std::prev(running_.end());
     const std::uint64_t id = run_ids_[&*run] = ++next_run_;
-    if (model_.on_begin) model_.on_begin();
+    if (model_.on_begin) model_.on_begin(run->job.tile);
     const bool is_dropped = run->job.frame->is_cancelled;
     const double cost = is_dropped ? 0 : model_.tile_seconds(*run->job.frame, run->job.tile);
     process_.run_at(process_.queue().now() + from_seconds(cost), Duration::zero(),

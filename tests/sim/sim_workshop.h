@@ -26,7 +26,7 @@ struct WorkModel {
   bool has_pixels = true;                             // false: black ones, where only time matters
   bool is_relaying = false;                           // feeds other slaves and is fed by them
   bool is_frozen_for_good = false;                    // no tile is ever finished
-  std::function<void()> on_begin = {};                // a tile is begun; may be null
+  std::function<void(TileIndex)> on_begin = {};       // a tile is begun; may be null
   std::function<void(wire::TileResult&)> alter = {};  // what is said of a tile; may be null
   // Sees each scene that is to be built; may be null.
   std::function<void(SceneVersion, const EncodedScene&)> on_scene;

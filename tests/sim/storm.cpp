@@ -59,6 +59,7 @@ Storm::Storm(const StormPlan& plan, bool has_trace)
   const int master_node = network_.add_node(plan.master_link);
   master::FrameLoopOptions options;
   options.frames_in_flight = plan.frames_in_flight;
+  options.slaves_min = plan.slaves_min;
   options.serves_applications = true;
   options.audit.share = plan.audit_share;
   master_ = std::make_unique<SimMaster>(queue_, network_, master_node, options,
@@ -265,7 +266,9 @@ StormReport Storm::run() {
     // A slave that is waited for must stay until that is noticed, in some storms.
     const bool is_long = bad.vice == Vice::kHoards && bad.variant == 0;
     const double longer = is_long ? oracle_->bound_of_progress() : 0;
-    calm_at_ = std::max(calm_at_, kBadSlavesUntil + longer);
+    const double stay = bad.is_one_tile_fatal ? kFatalTilesStay : kBadSlavesStay;
+    const double until = std::max(kBadSlavesUntil, bad.slave.joins_at + stay);
+    calm_at_ = std::max(calm_at_, until + longer);
   }
   if (plan_.watchers > 0) calm_at_ = std::max(calm_at_, kWatchedSeconds);
   bad_slaves_->start(*oracle_, calm_at_);

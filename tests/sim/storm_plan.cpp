@@ -23,6 +23,8 @@ constexpr double kRelayShare = 0.03;
 constexpr double kBadShare = 0.15, kFreezeShare = 0.1;
 // Of those with bad slaves: with as many that die as a tile may end, and good ones beside them.
 constexpr double kMortalShare = 0.3;
+// Shares of the storms where slaves that die come late, and where one forges pixels.
+constexpr double kLateShare = 0.02, kForgerShare = 0.02;
 // Share of the storms whose scenes move with time.
 constexpr double kMotionShare = 0.15;
 // Share of the storms with status clients, with an application that stands still for long, and with
@@ -120,7 +122,7 @@ void draw_bad_slaves(StormPlan& plan) {
     for (int count = are_mortal ? 3 : random.pick(1, 3); count > 0; --count) {
       BadSlavePlan bad;
       bad.slave = draw_slave(random);
-      bad.vice = static_cast<Vice>(random.pick(0, static_cast<int>(Vice::kCount) - 1));
+      bad.vice = static_cast<Vice>(random.pick(0, static_cast<int>(kVicesDrawn) - 1));
       if (are_mortal) bad.vice = Vice::kDies;
       bad.variant = random.pick(0, 3);
       bad.victim = random.pick(0, slave_count - 1);
@@ -137,6 +139,67 @@ void draw_bad_slaves(StormPlan& plan) {
     fault.kind = FaultKind::kFreeze;
     plan.faults.push_back(fault);
   }
+}
+
+// Slaves that die come when the good ones have proven themselves, and before any of those has built
+// the next scene. One alone ends with the same tile in each of its lives, having brought others,
+// and is no proof against that tile; of three that are new the last one must not get its last try.
+void draw_late_deaths(Random& random, StormPlan& plan) {
+  let_the_bad_be_first(random, plan);
+  for (SlavePlan& slave : plan.slaves) {
+    slave.joins_at = 0;
+    slave.build_seconds = random.between(3, 5);
+  }
+  plan.script.tile_edge_px = 8;
+  const bool is_alone = random.chance(0.5);
+  const double joins_at = random.between(6, 8);
+  for (int count = is_alone ? 1 : 3; count > 0; --count) {
+    BadSlavePlan bad;
+    bad.slave.link.delay = from_seconds(random.between(20e-6, 5e-3));
+    bad.slave.build_seconds = random.between(1e-3, 30e-3);
+    bad.slave.tile_seconds = random.between(1e-3, 10e-3);
+    bad.slave.threads = is_alone ? random.pick(1, 3) : 64;
+    bad.slave.joins_at = joins_at + random.between(0, 0.1);
+    bad.variant = random.pick(0, 1);
+    bad.is_one_tile_fatal = is_alone;
+    bad.fatal_tile = static_cast<TileIndex>(random.pick(0, plan.tile_count() - 1));
+    plan.bad_slaves.push_back(bad);
+  }
+}
+
+// Each tile is compared, and one slave of several has wrong pixels. It is the fastest, so that it
+// is back before anybody has compared what it sent. No fault meets the others: tiles that a stalled
+// slave is tried with are not compared.
+void draw_forger(Random& random, StormPlan& plan) {
+  plan.audit_share = 1;
+  plan.slaves_min = 3;  // a tile that is leased while nobody could compare it is not compared later
+  plan.faults.clear();
+  while (plan.slaves.size() < 3) plan.slaves.push_back(draw_slave(random));
+  for (SlavePlan& slave : plan.slaves) {
+    slave.joins_at = 0;
+    slave.fails_builds = false;
+    slave.link.up_bytes_per_s = slave.link.down_bytes_per_s = 100e6;
+    slave.tile_seconds = random.between(0.05, 0.2);
+  }
+  BadSlavePlan bad;
+  bad.slave.link.delay = from_seconds(random.between(20e-6, 5e-3));
+  bad.slave.threads = random.pick(1, 4);
+  bad.slave.tile_seconds = random.between(1e-3, 10e-3);
+  bad.slave.build_seconds = random.between(1e-3, 10e-3);
+  bad.vice = Vice::kForges;
+  bad.variant = random.pick(0, 3);
+  bad.slave.joins_at = random.between(2, 3);
+  plan.bad_slaves.push_back(bad);
+}
+
+// Storms of scenes that are light, and of no bad slaves so far. It draws from numbers of its own:
+// seeds keep what else they were.
+void draw_special_slaves(StormPlan& plan) {
+  Random random(mix(plan.seed ^ 0x7370656369616cu));
+  const double which = random.unit();
+  if (plan.script.weight != SceneWeight::kLight || !plan.bad_slaves.empty()) return;
+  if (which < kForgerShare) return draw_forger(random, plan);
+  if (which < kForgerShare + kLateShare && plan.slaves.size() > 1) draw_late_deaths(random, plan);
 }
 
 // Lets scenes move with the frames' times, and slaves build ten times as long as the others. It
@@ -226,6 +289,7 @@ StormPlan draw_storm(std::uint64_t seed) {
   draw_bad_slaves(plan);
   draw_others(plan);
   draw_motion(plan);
+  draw_special_slaves(plan);
   std::stable_sort(plan.faults.begin(), plan.faults.end(),
                    [](const Fault& a, const Fault& b) { return a.at < b.at; });
   return plan;
@@ -248,7 +312,8 @@ std::string describe(const StormPlan& plan) {
                   s.joins_at > 0 ? ", joins late" : "", s.fails_builds ? ", fails builds" : "");
     text += line;
   }
-  constexpr std::array<const char*, 4> kVices = {"dies", "hoards", "lies", "takes the name of"};
+  constexpr std::array<const char*, 5> kVices = {"dies", "hoards", "lies", "takes the name of",
+                                                 "forges beside"};
   for (std::size_t i = 0; i < plan.bad_slaves.size(); ++i) {
     const BadSlavePlan& bad = plan.bad_slaves[i];
     std::snprintf(line, sizeof(line), "  bad%zu: %d threads, from %.3f s, %s (%d) s%d\n", i,

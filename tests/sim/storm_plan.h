@@ -28,16 +28,22 @@ enum class Vice {
   kHoards,     // takes tiles and returns none
   kLies,       // its results answer no lease
   kTakesName,  // says that it is another slave
+  kForges,     // its pixels are wrong; it leaves in order, again and again, and comes back
   kCount
 };
-// The bad slaves of a storm stay for so long at least, in seconds.
-constexpr double kBadSlavesUntil = 6;
+// Those before it are drawn by chance; kForges has storms of its own.
+constexpr Vice kVicesDrawn = Vice::kForges;
+// The bad slaves of a storm stay until then at least, and for so long, in seconds; those that one
+// tile ends until the master is certain that they do not come back from it.
+constexpr double kBadSlavesUntil = 6, kBadSlavesStay = 3, kFatalTilesStay = 14;
 
 struct BadSlavePlan {
   SlavePlan slave;
   Vice vice = Vice::kDies;
-  int variant = 0;  // which lie, which tile
-  int victim = 0;   // whose name is taken
+  int variant = 0;                 // which lie, which tile
+  int victim = 0;                  // whose name is taken
+  bool is_one_tile_fatal = false;  // kDies: with that tile of each frame, and with no other
+  TileIndex fatal_tile = 0;
 };
 
 enum class FaultKind {
@@ -81,6 +87,7 @@ struct StormPlan {
   std::uint64_t seed = 0;
   LinkModel master_link;
   int frames_in_flight = 2;
+  int slaves_min = 1;  // that must be there before the first frame begins
   double audit_share = 0;
   bool is_relaying = false;          // slaves feed slaves
   double master_record_seconds = 0;  // CPU of the master for each record
