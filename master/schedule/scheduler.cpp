@@ -87,7 +87,7 @@ Actions Scheduler::slave_lost(SessionId session, TimePoint now, SlaveEnd how) {
     frame.held.erase(session);
     const auto tile = frame.ledger.lose_session(session, gone, is_lost, now);
     if (ends_with_anything) frame.ledger.losses().discredit(gone, now);
-    if (tile && frame.ledger.attempts(*tile) >= kTileLeasesMax + 2 * slaves_.size()) {
+    if (tile && is_useless_to_all(frame, *tile, gone)) {
       end_frame(frame, FrameState::kFailed,
                 "tile " + std::to_string(*tile) + " was leased " +
                     std::to_string(frame.ledger.attempts(*tile)) + " times, at last to slave '" +
@@ -293,11 +293,11 @@ Actions Scheduler::tile_returned(SessionId session, FrameId id, TileIndex tile, 
     return actions;
   }
   release(*frame, session);
-  if (const auto slave = slaves_.find(session); slave != slaves_.end()) {
-    slave->second.rests_until = now + kRest;
-    heard(slave->second, now);
-  }
-  if (frame->ledger.attempts(tile) >= kTileLeasesMax + 2 * slaves_.size()) {
+  const auto slave = slaves_.find(session);
+  if (slave == slaves_.end()) return actions;
+  slave->second.rests_until = now + kRest;
+  heard(slave->second, now);
+  if (is_useless_to_all(*frame, tile, slave->second.is)) {
     end_frame(*frame, FrameState::kFailed,
               "tile " + std::to_string(tile) + " came back unrendered " +
                   std::to_string(frame->ledger.attempts(tile)) + " times",

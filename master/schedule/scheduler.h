@@ -166,6 +166,9 @@ class Scheduler {
     // Slaves that have its scene, by trust; counted only while some of its tiles are lost ones.
     std::array<std::uint32_t, kTrusts> able{};
     bool is_final = false;  // its failure
+    // Of tiles with more leases than they may need: who has held one since then without
+    // rendering it, by SlaveIdentity::id().
+    std::map<TileIndex, std::set<std::string>> useless_to{};
   };
   using SlaveEntry = std::pair<const SessionId, Slave>;
 
@@ -201,6 +204,7 @@ class Scheduler {
   void fail_lost_tiles(TimePoint now, Actions& actions);
   bool is_anybody_left(const Frame& frame, TileIndex tile, Trust least) const;
   bool is_given_up(const Frame& frame, TileIndex tile, TimePoint now) const;
+  bool is_useless_to_all(Frame& frame, TileIndex tile, const SlaveIdentity& slave) const;
   void heard(Slave& slave, TimePoint now);
   void watch_for_stalls(TimePoint now, Actions& actions);
   static std::uint32_t allowance(const Slave& slave);

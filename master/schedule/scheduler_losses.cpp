@@ -116,6 +116,21 @@ bool Scheduler::is_given_up(const Frame& frame, TileIndex tile, TimePoint now) c
          !is_anybody_left(frame, tile, Trust::kProven);
 }
 
+// The slave has given the tile back unrendered, or left with it. Returns: whether every slave that
+// is here and may hold the scene has done so since the tile had more leases than it may need. One
+// that comes again and again is no reason to fail a frame that another one can render. Where names
+// cost nothing, kTileLeasesMax of them stand for everybody.
+bool Scheduler::is_useless_to_all(Frame& frame, TileIndex tile, const SlaveIdentity& slave) const {
+  if (frame.ledger.attempts(tile) < kTileLeasesMax + 2 * slaves_.size()) return false;
+  std::set<std::string>& slaves = frame.useless_to[tile];
+  slaves.insert(slave.id());
+  return slaves.size() >= std::size_t{kTileLeasesMax} ||
+         std::none_of(slaves_.begin(), slaves_.end(), [&](const auto& entry) {
+           return !entry.second.failed.contains(frame.ledger.version()) &&
+                  !slaves.contains(entry.second.is.id());
+         });
+}
+
 // Fails the frames of tiles that have ended as many slaves as may be, or that nobody is left for. A
 // tile that was only being compared is taken as it is.
 void Scheduler::fail_lost_tiles(TimePoint now, Actions& actions) {

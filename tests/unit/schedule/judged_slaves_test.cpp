@@ -4,6 +4,7 @@
 #include "tests/unit/schedule/bad_slaves.h"
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace tessera::master {
@@ -78,6 +79,38 @@ TEST_F(JudgedSlaves, WhatWasRefusedOfASlaveWhoseRivalCannotHoldTheSceneComesBack
   perform(scheduler_.scene_failed(good, 1, "a mesh cannot be built", now_));
   ASSERT_TRUE(answer(bad, true));
   EXPECT_EQ(complete_, 1);
+}
+
+TEST_F(JudgedSlaves, OneThatGivesItsTilesBackOrLeavesWithThemFailsNoFrameOfAnother) {
+  SessionId bad = join("bad", 1);
+  const SessionId good = join("good", 2);
+  submit(0, 400);  // so that the good one has its hands full
+  for (std::uint64_t life = 3; life < 400; ++life) {
+    if (life < 200) {
+      for (const Action& lease : std::exchange(out_[bad], {}))
+        perform(scheduler_.tile_returned(bad, 0, lease.tile.tile, lease.tile.attempt, now_));
+    }
+    lose(bad, SlaveEnd::kLeft);
+    bad = join("bad", life);
+    tick(1ms);
+  }
+  EXPECT_TRUE(failed_.empty()) << failed_[0];
+  while (answer(good)) tick(10ms);
+  EXPECT_EQ(complete_, 1);
+}
+
+TEST_F(JudgedSlaves, ATileThatEverybodyGivesBackFailsItsFrame) {
+  std::vector<SessionId> slaves{join("a", 1), join("b", 2)};
+  submit(0, 1);
+  for (int turn = 0; turn < 400 && failed_.empty(); ++turn) {
+    for (const SessionId slave : slaves) {
+      for (const Action& lease : std::exchange(out_[slave], {}))
+        perform(scheduler_.tile_returned(slave, 0, lease.tile.tile, lease.tile.attempt, now_));
+    }
+    tick(1s);
+  }
+  ASSERT_EQ(failed_.size(), 1u);
+  EXPECT_NE(failed_[0].find("came back unrendered"), std::string::npos) << failed_[0];
 }
 
 // Every tile is rendered by two slaves.
