@@ -150,7 +150,8 @@ void draw_late_deaths(Random& random, StormPlan& plan) {
     slave.joins_at = 0;
     slave.build_seconds = random.between(3, 5);
   }
-  plan.script.tile_edge_px = 8;
+  // Many tiles, but where they take long.
+  if (plan.script.tile_edge_px < 32) plan.script.tile_edge_px = 8;
   const bool is_alone = random.chance(0.5);
   const double joins_at = random.between(6, 8);
   for (int count = is_alone ? 1 : 3; count > 0; --count) {
