@@ -106,8 +106,8 @@ inline constexpr int kReconnectMaxMs = 5000;
 
 // Attempts of one tile before its frame fails.
 inline constexpr int kTileAttemptsMax = 3;
-// Leases of one tile, those handed back unrendered included, before its frame fails. A slave that
-// leaves hands a tile back once, so only tiles that nobody can render reach this number.
+// Leases of one tile, those handed back unrendered included, before its frame fails; while a slave
+// is there that has not had the tile since, it does not.
 inline constexpr int kTileLeasesMax = 64;
 
 }  // namespace tessera

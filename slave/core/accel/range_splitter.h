@@ -37,8 +37,8 @@ struct Halves {
 class RangeSplitter {
  public:
   // `width`: primitives of a full block. `all`: the range of all references. `task_refs`: most
-  // references of a range that one task splits. Requires: everything
-  // that is given but the configuration outlives the splitter.
+  // references of a range that one task splits. Requires: everything that is given but the
+  // configuration outlives the splitter.
   RangeSplitter(std::span<PrimitiveRef> refs, const RefRange& all, const PrimitiveSet& set,
                 int width, std::uint32_t task_refs, const BuildControl& control,
                 const BvhBuildConfig& config);
