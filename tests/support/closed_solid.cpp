@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t kDoubtsMax = 100;  // each of them builds a scene
 constexpr int kPassesMax = 64;           // of one ray, which may run along an edge
+constexpr std::size_t kLeakedMax = 4;    // that are kept
 
 std::shared_ptr<const core::PreparedScene> prepared(PatchSurface surface) {
   Scene scene;
@@ -75,7 +76,7 @@ LeakCounts ClosedSolid::cast(const std::function<EdgePlace()>& place, std::size_
     rays = inside(rays, choices);
     counts.outside += kBatch - rays.size();
     counts.rays += rays.size();
-    cast_all(std::move(rays), counts);
+    cast_all(rays, counts);
   }
   return counts;
 }
@@ -114,32 +115,52 @@ bool ClosedSolid::is_on_another(const core::CastRay& ray, const core::CastHit& h
   return leaves(ray, other) && std::fabs(other.t - hit.t) <= 0x1p-20f * hit.t;
 }
 
-void ClosedSolid::cast_all(std::vector<core::CastRay> rays, LeakCounts& counts) const {
-  for (int pass = 0; pass < kPassesMax && !rays.empty(); ++pass) {
-    const std::vector<core::CastHit> hits = test::cast(*solid_, rays);
-    const std::vector<core::CastHit> plain = test::cast(*without_widths_, rays);
-    std::vector<core::CastRay> further;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      if (leaves(rays[i], hits[i])) continue;
+bool ClosedSolid::leaves_where_it_passed(const Walk& walk, LeakCounts& counts) const {
+  for (const core::CastHit& hit : walk.passed) {
+    if (counts.doubted >= kDoubtsMax) return false;
+    ++counts.doubted;
+    core::CastRay ray = walk.ray;
+    ray.t_min = hit.t;
+    if (is_on_another(ray, hit)) return true;
+  }
+  return false;
+}
+
+void ClosedSolid::cast_all(const std::vector<core::CastRay>& rays, LeakCounts& counts) const {
+  std::vector<Walk> walks;
+  for (const core::CastRay& ray : rays) walks.push_back({ray, {}});
+  const auto leak = [&](const Walk& walk) {
+    if (leaves_where_it_passed(walk, counts)) return;
+    ++counts.leaks;
+    if (counts.leaked.size() < kLeakedMax) counts.leaked.push_back(walk.ray);
+  };
+  for (int pass = 0; pass < kPassesMax && !walks.empty(); ++pass) {
+    std::vector<core::CastRay> at;
+    for (const Walk& walk : walks) at.push_back(walk.ray);
+    const std::vector<core::CastHit> hits = test::cast(*solid_, at);
+    const std::vector<core::CastHit> plain = test::cast(*without_widths_, at);
+    std::vector<Walk> further;
+    for (std::size_t i = 0; i < walks.size(); ++i) {
+      if (leaves(at[i], hits[i])) continue;
       const bool is_beyond_loop = hits[i].is_hit && !(plain[i].is_hit && plain[i].t <= hits[i].t);
-      const double from_edge =
-          std::fabs(double{hits[i].t} - 1) * length(widened(rays[i].direction));
+      const double from_edge = std::fabs(double{hits[i].t} - 1) * length(widened(at[i].direction));
       bool is_passed = is_beyond_loop || (hits[i].is_hit && from_edge <= reach_);
       if (!is_passed && hits[i].is_hit && counts.doubted < kDoubtsMax) {
         ++counts.doubted;
-        is_passed = is_on_another(rays[i], hits[i]);
+        is_passed = is_on_another(at[i], hits[i]);
       }
-      if (is_passed) {
-        ++counts.passed;
-        further.push_back(rays[i]);
-        further.back().t_min = std::nextafter(hits[i].t, Bounds3f::kInf);
-      } else {
-        ++counts.leaks;
+      if (!is_passed) {
+        leak(walks[i]);
+        continue;
       }
+      ++counts.passed;
+      walks[i].passed.push_back(hits[i]);
+      walks[i].ray.t_min = std::nextafter(hits[i].t, Bounds3f::kInf);
+      further.push_back(std::move(walks[i]));
     }
-    rays = std::move(further);
+    walks = std::move(further);
   }
-  counts.leaks += rays.size();
+  for (const Walk& walk : walks) leak(walk);
 }
 
 }  // namespace tessera::test

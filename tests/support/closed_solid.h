@@ -5,8 +5,9 @@
 // it has met the inside of one. Two things are passed: what a surface has beyond its loops, as
 // widths give it, may stick into the solid; and where a solid is hollow at an edge, a ray at the
 // edge leaves by one face and enters by the other, in either order within their gap; so it is where
-// two faces of a file lie one on the other. Then it has to leave behind that. Whether a place is
-// inside is asked by three lines through it, which all have to leave both ways.
+// two faces of a file lie one on the other. Then it has to leave behind that, or by another face at
+// the place that was passed: two faces that are met at one t answer as the first of them. Whether a
+// place is inside is asked by three lines through it, which all have to leave both ways.
 //
 // Threads. An object is one thread's.
 #pragma once
@@ -31,9 +32,10 @@ struct EdgePlace {
 
 struct LeakCounts {
   std::size_t rays = 0, leaks = 0;
-  std::size_t passed = 0;   // what is passed, of all rays
-  std::size_t doubted = 0;  // hits that were asked for another face at their place
-  std::size_t outside = 0;  // places that were not inside
+  std::size_t passed = 0;             // what is passed, of all rays
+  std::size_t doubted = 0;            // hits that were asked for another face at their place
+  std::size_t outside = 0;            // places that were not inside
+  std::vector<core::CastRay> leaked;  // the first of those that leak
 };
 
 class ClosedSolid {
@@ -49,7 +51,14 @@ class ClosedSolid {
  private:
   core::CastRay ray_at(const EdgePlace& place, Choices& choices) const;
   std::vector<core::CastRay> inside(const std::vector<core::CastRay>& rays, Choices& choices) const;
-  void cast_all(std::vector<core::CastRay> rays, LeakCounts& counts) const;
+  // A ray from inside, and what it has passed.
+  struct Walk {
+    core::CastRay ray;
+    std::vector<core::CastHit> passed;
+  };
+
+  void cast_all(const std::vector<core::CastRay>& rays, LeakCounts& counts) const;
+  bool leaves_where_it_passed(const Walk& walk, LeakCounts& counts) const;
   bool is_on_another(const core::CastRay& ray, const core::CastHit& hit) const;
 
   const PatchSurface surface_;

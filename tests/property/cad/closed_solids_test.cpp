@@ -17,6 +17,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <iomanip>
 #include <iostream>
 #include <optional>
 
@@ -141,6 +142,10 @@ TEST_P(ClosedSolids, HaveNoLeaksWhereFacesMeet) {
     };
     const test::LeakCounts counts = solid.cast(place, count / document->parts.size(), choices);
     rays += counts.rays, leaks += counts.leaks, passed += counts.passed, outside += counts.outside;
+    for (const core::CastRay& ray : counts.leaked)
+      ADD_FAILURE() << std::setprecision(9) << "part " << i << ", a ray from " << ray.origin.x
+                    << " " << ray.origin.y << " " << ray.origin.z << " along " << ray.direction.x
+                    << " " << ray.direction.y << " " << ray.direction.z << ", past t " << ray.t_min;
   }
   std::cout << GetParam().name << ": " << closed << " closed parts, " << rays << " rays, " << leaks
             << " leaks; " << passed << " hits passed, " << outside
