@@ -4,6 +4,7 @@
 // Threads. Contenders trace on any number of threads; the rest is for one.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -21,6 +22,17 @@ struct alignas(64) BlockHits {
   float t[kBlockRays];
   std::uint32_t primitive[kBlockRays];  // any-hit: 0 for blocked, core::kNoPrimitive for not
 };
+
+// Copies a number of each of up to N rays. How much a whole packet takes is known to the compiler,
+// which spares a call.
+template <int N, typename From, typename To>
+void copy_rays(const From* from, int count, To* to) {
+  if (count == N) {
+    std::copy_n(from, N, to);
+  } else {
+    std::copy_n(from, count, to);
+  }
+}
 
 // May be called by any number of threads at a time.
 using Trace = std::function<void(const RayBlock& rays, BlockHits& hits)>;

@@ -59,10 +59,10 @@ int set_rays(Ray& ray, int* valid, const RayBlock& rays, int first) {
   const int count = std::min(N, rays.count - first);
   float* const to[] = {ray.org_x, ray.org_y, ray.org_z, ray.dir_x, ray.dir_y, ray.dir_z};
   for (int a = 0; a < 3; ++a) {
-    std::copy_n(rays.origin[a] + first, count, to[a]);
-    std::copy_n(rays.direction[a] + first, count, to[3 + a]);
+    copy_rays<N>(rays.origin[a] + first, count, to[a]);
+    copy_rays<N>(rays.direction[a] + first, count, to[3 + a]);
   }
-  std::copy_n(rays.t_max + first, count, ray.tfar);
+  copy_rays<N>(rays.t_max + first, count, ray.tfar);
   for (int i = 0; i < N; ++i) {
     valid[i] = i < count ? -1 : 0;
     ray.tnear[i] = ray.time[i] = 0;

@@ -153,11 +153,11 @@ class Structure {
     const int count = std::min(core::kPacketRays, rays.count - first);
     packet.active = ~std::uint64_t{0} >> (core::kPacketRays - count);
     for (int a = 0; a < 3; ++a) {
-      std::copy_n(rays.origin[a] + first, count, packet.origin[a]);
-      std::copy_n(rays.direction[a] + first, count, packet.direction[a]);
+      copy_rays<core::kPacketRays>(rays.origin[a] + first, count, packet.origin[a]);
+      copy_rays<core::kPacketRays>(rays.direction[a] + first, count, packet.direction[a]);
     }
     std::fill_n(packet.t_min, count, 0.0f);
-    std::copy_n(rays.t_max + first, count, packet.t_max);
+    copy_rays<core::kPacketRays>(rays.t_max + first, count, packet.t_max);
     return count;
   }
 
@@ -167,8 +167,8 @@ class Structure {
     for (int first = 0; first < rays.count; first += core::kPacketRays) {
       const int count = fill(rays, first, packet);
       kernels_.closest_packet(view_, packet, core::arrays_of(found));
-      std::copy_n(found.t, count, hits.t + first);
-      std::copy_n(found.primitive, count, hits.primitive + first);
+      copy_rays<core::kPacketRays>(found.t, count, hits.t + first);
+      copy_rays<core::kPacketRays>(found.primitive, count, hits.primitive + first);
     }
   }
 
