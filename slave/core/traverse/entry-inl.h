@@ -7,6 +7,8 @@
 // one step over all of them, and what lies far behind, and is hidden mostly, stays closed.
 //
 // Threads. Pure functions.
+#include <stddef.h>
+
 #include "slave/core/traverse/view_layout.h"
 
 #if defined(TESSERA_CORE_ENTRY_INL_H_) == defined(HWY_TARGET_TOGGLE)
@@ -41,62 +43,65 @@ HWY_INLINE Frustum frustum_of(const FanWindow& window) {
 }
 
 // Subtrees in the order of where their boxes begin along the main axis, which is the same for all
-// fans of a window, so that none of them has to sort.
+// fans of a window, so that none of them has to sort. They stay where they are in the structure
+// until the list is written.
 class EntryList {
  public:
-  // Makes an empty list in `entry`.
-  EntryList(const FanWindow& window, FanEntry& entry) : entry_(entry) {
-    entry.axis = window.axis;
-    entry.side = window.side;
-    for (int i = 0; i < kEntryWidth; ++i) clear(i);
-  }
+  explicit EntryList(const FanWindow& window) : axis_(window.axis), side_(window.side) {}
 
   int count() const { return count_; }
-  uint32_t child(int at) const { return entry_.top.child[at]; }
+  uint32_t child(int at) const { return subtrees_[at].child; }
 
-  // Requires: count() < kEntryWidth.
+  // Requires: count() < kEntryWidth; the node outlives the list.
   template <int W>
-  void insert(const BvhNode<W>& node, int child) {
+  HWY_INLINE void insert(const BvhNode<W>& node, int child) {
+    static_assert(offsetof(BvhNode<W>, upper) == 3 * W * sizeof(float));
+    const float* const corner = node.lower[0] + child;
+    const float begin = (side_ > 0 ? node.lower : node.upper)[axis_][child] * side_;
     int at = count_++;
-    for (; at > 0 && near_face(node, child) < near_face(entry_.top, at - 1); --at)
-      copy(entry_.top, at - 1, at);
-    copy(node, child, at);
+    for (; at > 0 && begin < subtrees_[at - 1].begin; --at) subtrees_[at] = subtrees_[at - 1];
+    subtrees_[at] = {begin, node.child[child], corner, W};
   }
 
-  void erase(int at) {
-    for (; at + 1 < count_; ++at) copy(entry_.top, at + 1, at);
-    clear(--count_);
+  HWY_INLINE void erase(int at) {
+    --count_;
+    for (; at < count_; ++at) subtrees_[at] = subtrees_[at + 1];
+  }
+
+  void write_to(FanEntry& entry) const {
+    entry.axis = axis_;
+    entry.side = side_;
+    BvhNode<kEntryWidth>& top = entry.top;
+    for (int at = 0; at < kEntryWidth; ++at) {
+      const bool is_used = at < count_;
+      const Subtree& from = subtrees_[is_used ? at : 0];
+      for (size_t a = 0; a < 3; ++a) {
+        const float infinity = __builtin_inff();
+        top.lower[a][at] = is_used ? from.corner[a * from.width] : infinity;
+        top.upper[a][at] = is_used ? from.corner[(a + 3) * from.width] : -infinity;
+      }
+      top.child[at] = is_used ? from.child : kBvhNoChild;
+    }
   }
 
  private:
-  template <int W>
-  float near_face(const BvhNode<W>& node, int child) const {
-    return (entry_.side > 0 ? node.lower : node.upper)[entry_.axis][child] * entry_.side;
-  }
-  template <int W>
-  void copy(const BvhNode<W>& from, int child, int at) {
-    for (int a = 0; a < 3; ++a) {
-      entry_.top.lower[a][at] = from.lower[a][child];
-      entry_.top.upper[a][at] = from.upper[a][child];
-    }
-    entry_.top.child[at] = from.child[child];
-  }
-  void clear(int at) {
-    for (int a = 0; a < 3; ++a) {
-      entry_.top.lower[a][at] = __builtin_inff();
-      entry_.top.upper[a][at] = -__builtin_inff();
-    }
-    entry_.top.child[at] = kBvhNoChild;
-  }
+  struct Subtree {
+    float begin;  // near face
+    uint32_t child;
+    const float* corner;  // its place in node.lower[0]; the others follow, `width` numbers apart
+    size_t width;
+  };
 
-  FanEntry& entry_;
+  const int axis_;
+  const float side_;
+  Subtree subtrees_[kEntryWidth];
   int count_ = 0;
 };
 
 template <int W, class Shapes>
 void find_entry(const BvhView<W, Shapes>& scene, const FanWindow& window, FanEntry& entry) {
-  EntryList list(window, entry);
-  if (scene.nodes == nullptr) return;
+  EntryList list(window);
+  if (scene.nodes == nullptr) return list.write_to(entry);
   const Frustum f = frustum_of(window);
   alignas(64) float z_near[W];
   const auto insert_met = [&](const BvhNode<W>& node, uint32_t met) {
@@ -117,11 +122,13 @@ void find_entry(const BvhView<W, Shapes>& scene, const FanWindow& window, FanEnt
     }
     ++at;
   }
+  list.write_to(entry);
 }
 
 template <int W, class Shapes>
 void find_entry(const KdView<W, Shapes>& scene, const FanWindow& window, FanEntry& entry) {
-  EntryList list(window, entry);
+  EntryList list(window);
+  list.write_to(entry);
   if (scene.nodes == nullptr) return;
   const Frustum f = frustum_of(window);
   constexpr int kLanes = 4;  // two of them used
@@ -135,7 +142,10 @@ void find_entry(const KdView<W, Shapes>& scene, const FanWindow& window, FanEntr
   voxels.child[0] = 0;
   for (int only = 0;;) {  // the voxel that everything met is in
     const KdNode& node = scene.nodes[voxels.child[only]];
-    if (is_kd_leaf(node)) return list.insert(voxels, only);
+    if (is_kd_leaf(node)) {
+      list.insert(voxels, only);
+      return list.write_to(entry);
+    }
     const BvhNode<kLanes> whole = voxels;
     const uint32_t axis = node.tag_and_index & 3u, lower = node.tag_and_index >> 2;
     for (int a = 0; a < 3; ++a) {
@@ -152,7 +162,10 @@ void find_entry(const KdView<W, Shapes>& scene, const FanWindow& window, FanEntr
       if (is_kd_leaf(child) && child.count == 0) met &= ~(1u << i);
     }
     if (met == 0) return;
-    if (met == 3u) return list.insert(whole, only);
+    if (met == 3u) {
+      list.insert(whole, only);
+      return list.write_to(entry);
+    }
     only = __builtin_ctz(met);
   }
 }
