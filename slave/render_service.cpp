@@ -25,8 +25,12 @@ class RenderService::Worker {
   std::vector<float> rgb, plane_values;
 };
 
-RenderService::RenderService(int threads, TestHooks hooks, PixelCoder& coder, OnDone on_done)
-    : hooks_(hooks), coder_(coder), on_done_(std::move(on_done)), queue_(kTilesLeasedMax) {
+RenderService::RenderService(int threads, TestHooks hooks, PixelCoder& coder, OnDone on_done,
+                             TileQueue::OnWaiting on_idle)
+    : hooks_(hooks),
+      coder_(coder),
+      on_done_(std::move(on_done)),
+      queue_(kTilesLeasedMax, std::move(on_idle)) {
   {
     MutexLock lock(mutex_);
     workers_running_ = threads;

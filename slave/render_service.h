@@ -25,8 +25,10 @@ class RenderService {
  public:
   using OnDone = std::function<void(const TileJob&, std::optional<wire::TileResult>)>;
 
-  // `coder` outlives the service.
-  RenderService(int threads, TestHooks hooks, PixelCoder& coder, OnDone on_done);
+  // `coder` outlives the service. `on_idle` is told how many render threads have no tile, under a
+  // lock; may be null.
+  RenderService(int threads, TestHooks hooks, PixelCoder& coder, OnDone on_done,
+                TileQueue::OnWaiting on_idle = nullptr);
   ~RenderService();  // stop()
 
   TileQueue& queue() { return queue_; }

@@ -1,32 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/scene_builder.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
-#include <algorithm>
 #include <exception>
-#include <system_error>
 #include <utility>
 
 #include "common/base/clock.h"
 
 namespace tessera::slave {
 
-namespace {
-
-// Threads that a build starts inherit the priority. At nice 10 a thread gets about a tenth of the
-// time of a render thread with which it shares a processor. It does no harm if this fails.
-void lower_priority(int thread) {
-  constexpr int kNice = 10;
-  const auto who = static_cast<id_t>(thread);
-  (void)setpriority(PRIO_PROCESS, who, std::max(kNice, getpriority(PRIO_PROCESS, who)));
-}
-
-}  // namespace
-
 SceneBuilder::SceneBuilder(const core::BuildOptions& options, OnBuilt on_built)
-    : build_options_(options), on_built_(std::move(on_built)) {
+    : SceneBuilder(options, std::move(on_built), BuildPace(options.threads)) {}
+
+SceneBuilder::SceneBuilder(const core::BuildOptions& options, OnBuilt on_built,
+                           const BuildPace& pace)
+    : build_options_(options), on_built_(std::move(on_built)), gate_(pace, is_cancelled_) {
   build_options_.is_cancelled = &is_cancelled_;
   thread_ = std::thread([this] { work(); });
 }
@@ -37,7 +24,7 @@ bool SceneBuilder::try_push(BuildTask task) {
   {
     MutexLock lock(mutex_);
     if (!order_.try_push(std::move(task))) return false;
-    if (order_.is_to_stop()) is_cancelled_ = true;
+    if (order_.is_to_stop()) cancel();
   }
   has_next_.notify_one();
   return true;
@@ -46,7 +33,12 @@ bool SceneBuilder::try_push(BuildTask task) {
 void SceneBuilder::retire(std::uint64_t generation, SceneVersion first_kept) {
   MutexLock lock(mutex_);
   order_.retire(generation, first_kept);
-  if (order_.is_to_stop()) is_cancelled_ = true;
+  if (order_.is_to_stop()) cancel();
+}
+
+void SceneBuilder::cancel() {
+  is_cancelled_ = true;
+  gate_.wake();
 }
 
 void SceneBuilder::stop() {
@@ -54,7 +46,7 @@ void SceneBuilder::stop() {
   {
     MutexLock lock(mutex_);
     is_stopped_ = true;
-    is_cancelled_ = true;
+    cancel();
   }
   has_next_.notify_one();
   thread_.join();
@@ -68,37 +60,21 @@ const BuildTask* SceneBuilder::begin_next() {
   return &order_.start_next();
 }
 
-void SceneBuilder::set_rendering(bool is_rendering) {
-  MutexLock lock(mutex_);
-  is_rendering_ = is_rendering;
-  if (is_rendering_ && build_thread_ != 0) lower_priority(build_thread_);
-}
-
-// A thread whose priority was lowered cannot get it back, so each build has its own.
 void SceneBuilder::work() {
-  while (const BuildTask* task = begin_next()) {
-    try {
-      std::jthread([this, task] { run(*task); });
-    } catch (const std::system_error&) {
-      run(*task);  // the system has no more threads
-    }
-  }
+  while (const BuildTask* task = begin_next()) run(*task);
 }
 
 void SceneBuilder::run(const BuildTask& task) {
-  {
-    MutexLock lock(mutex_);
-    build_thread_ = gettid();
-    if (is_rendering_) lower_priority(build_thread_);
-  }
   const TimePoint began = Clock::now();
-  BuildOutcome outcome = build(task);
+  BuildOutcome outcome = [this, &task] {
+    const WorkGate::Visit visit(&gate_);
+    return build(task);
+  }();
   outcome.seconds = seconds(Clock::now() - began);
   const bool was_stopped =
       !outcome.scene.is_ok() && outcome.scene.status().code() == StatusCode::kCancelled;
   {
     MutexLock lock(mutex_);
-    build_thread_ = 0;
     if (is_stopped_ || !order_.finish(was_stopped)) return;
   }
   on_built_(std::move(outcome));
@@ -107,16 +83,19 @@ void SceneBuilder::run(const BuildTask& task) {
 BuildOutcome SceneBuilder::build(const BuildTask& task) {
   BuildOutcome outcome{task.generation, task.version, 0, Status::cancelled("not built yet")};
   try {
+    give_way();
     Result<Scene> scene = decoder_.decode(task.scene);
     if (!scene.is_ok()) {
       outcome.scene = scene.status();
       return outcome;
     }
+    give_way();
     Result<Scene> posed = poser_.at(*scene, task.scene.time_seconds);
     if (!posed.is_ok()) {
       outcome.scene = posed.status();
       return outcome;
     }
+    give_way();
     const std::shared_ptr<const Newest> before = newest();
     core::BuildOptions options = build_options_;
     options.other = before ? before->prepared.get() : nullptr;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The building half of the scene pipeline: one thread that decodes complete scenes and prepares
-// them for tracing, in the order that build_order.h decides. Beside render threads a build has a
-// lower priority than they have; a build that frames wait for has theirs. The scene that was built
+// them for tracing, in the order that build_order.h decides. Beside render threads a build gives
+// way to them (paced_gate.h); one that frames wait for has all threads. The scene that was built
 // last is kept until the next one is built, whether or not a frame still needs it: what both have
 // in common is not built again.
 //
-// Threads. push(), retire(), forget_newest(), set_rendering(): network thread. on_built runs on a
-// thread that the builder makes for each build, and must not block. stop(): the owner's thread.
+// Threads. push(), retire(), forget_newest(): network thread. set_rendering(): any. on_built runs
+// on the builder's thread, and must not block. stop(): the owner's thread.
 // Invariants. (1) Each pushed scene gets one on_built, kCancelled included, unless it was retired
 // while it waited or stop() came first. (2) One scene at most is kept alive here.
 #pragma once
@@ -24,6 +24,7 @@
 #include "common/scene/scene_codec.h"
 #include "slave/build_order.h"
 #include "slave/core/scene/prepared_scene.h"
+#include "slave/paced_gate.h"
 
 namespace tessera::slave {
 
@@ -41,7 +42,9 @@ class SceneBuilder {
   using OnBuilt = std::function<void(BuildOutcome)>;
 
   // options.threads: how many a build may use. options.is_cancelled is the builder's own.
+  // `pace`: how a build runs beside rendering.
   SceneBuilder(const core::BuildOptions& options, OnBuilt on_built);
+  SceneBuilder(const core::BuildOptions& options, OnBuilt on_built, const BuildPace& pace);
   ~SceneBuilder();  // stop()
 
   // Returns: false when BuildOrder::kWaitingMax scenes wait.
@@ -53,9 +56,10 @@ class SceneBuilder {
   // Lets go of the scene that was built last.
   void forget_newest();
 
-  // Whether frames are rendered beside the builds from now on. A build that has begun gives way
-  // until its end, since a priority may be lowered and not raised.
-  void set_rendering(bool is_rendering);
+  // How many render threads have a tile from now on. Takes a lock under which nothing is called.
+  void set_rendering(int threads) { gate_.set_rendering(threads); }
+  // Threads of a build that wait for render threads.
+  int waiting_threads() const { return gate_.waiting(); }
 
   void stop();
 
@@ -67,6 +71,7 @@ class SceneBuilder {
     std::shared_ptr<const core::PreparedScene> prepared;
   };
 
+  void cancel() TESSERA_REQUIRES(mutex_);
   void work();
   void run(const BuildTask& task);
   BuildOutcome build(const BuildTask& task);
@@ -82,10 +87,9 @@ class SceneBuilder {
   std::shared_ptr<const Newest> newest_ TESSERA_GUARDED_BY(mutex_);  // null: nothing, or forgotten
   BuildOrder order_ TESSERA_GUARDED_BY(mutex_);
   CondVar has_next_;
-  bool is_rendering_ TESSERA_GUARDED_BY(mutex_) = false;
-  int build_thread_ TESSERA_GUARDED_BY(mutex_) = 0;  // its system number; 0: nothing is built
   bool is_stopped_ TESSERA_GUARDED_BY(mutex_) = false;
   std::atomic<bool> is_cancelled_{false};  // of the current build
+  PacedGate gate_;
 
   std::thread thread_;
 };

@@ -24,18 +24,18 @@ class ThreadWorkshop final : public Workshop {
  public:
   ThreadWorkshop(const SlaveOptions& options, RenderService::OnDone on_done,
                  SceneBuilder::OnBuilt on_built)
-      : render_(options.threads, options.hooks, coder_, std::move(on_done)),
-        builder_({options.threads, nullptr, options.structure, core::Instancing::kAuto,
+      : builder_({options.threads, nullptr, options.structure, core::Instancing::kAuto,
                   options.is_on_demand},
-                 std::move(on_built)) {}
+                 std::move(on_built)),
+        render_(options.threads, options.hooks, coder_, std::move(on_done),
+                [this, threads = options.threads](int idle) {
+                  builder_.set_rendering(threads - idle);
+                }) {}
 
   bool try_push(TileJob job) override { return render_.queue().try_push(std::move(job)); }
   void remove_frame(const FrameWork* frame) override { render_.queue().remove_frame(frame); }
   std::deque<TileJob> remove_all() override { return render_.queue().remove_all(); }
-  void set_open_frames(std::size_t frames) override {
-    render_.queue().set_open_frames(frames);
-    builder_.set_rendering(frames > 0);
-  }
+  void set_open_frames(std::size_t frames) override { render_.queue().set_open_frames(frames); }
   bool try_push(BuildTask task) override { return builder_.try_push(std::move(task)); }
   void retire(std::uint64_t generation, SceneVersion first_kept) override {
     builder_.retire(generation, first_kept);
@@ -49,8 +49,8 @@ class ThreadWorkshop final : public Workshop {
 
  private:
   PixelCoder coder_;
-  RenderService render_;
   SceneBuilder builder_;
+  RenderService render_;  // tells the builder
 };
 
 SlaveOptions with_instance(SlaveOptions options) {

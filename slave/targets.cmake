@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # The slave node is a library, since a master's process may hold some; the daemon holds one.
 add_library(tessera_slave STATIC
-  build_order.cpp master_link.cpp pixel_coder.cpp relay_child.cpp relay_feeder.cpp
+  build_order.cpp build_pace.cpp master_link.cpp paced_gate.cpp pixel_coder.cpp
+  relay_child.cpp relay_feeder.cpp
   render_service.cpp scene_builder.cpp scene_intake.cpp slave_host.cpp slave_metrics.cpp slave_node.cpp
   tile_queue.cpp)
 target_link_libraries(tessera_slave

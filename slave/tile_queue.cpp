@@ -24,14 +24,19 @@ bool TileQueue::try_push(TileJob job) {
 std::optional<TileJob> TileQueue::pop() {
   MutexLock lock(mutex_);
   if (jobs_.empty() && !is_closed_) {
-    starvation_.set_waiting(starvation_.waiting() + 1, Clock::now());
+    set_waiting(starvation_.waiting() + 1);
     while (jobs_.empty() && !is_closed_) not_empty_.wait(mutex_);
-    starvation_.set_waiting(starvation_.waiting() - 1, Clock::now());
+    set_waiting(starvation_.waiting() - 1);
   }
   if (jobs_.empty()) return std::nullopt;
   TileJob job = std::move(jobs_.front());
   jobs_.pop_front();
   return job;
+}
+
+void TileQueue::set_waiting(int workers) {
+  starvation_.set_waiting(workers, Clock::now());
+  if (on_waiting_) on_waiting_(workers);
 }
 
 std::deque<TileJob> TileQueue::remove_frame(const FrameWork* frame) {

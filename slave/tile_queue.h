@@ -9,7 +9,9 @@
 
 #include <cstddef>
 #include <deque>
+#include <functional>
 #include <optional>
+#include <utility>
 
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
@@ -52,7 +54,11 @@ class StarvationClock {
 
 class TileQueue {
  public:
-  explicit TileQueue(std::size_t capacity) : capacity_(capacity) {}
+  using OnWaiting = std::function<void(int workers)>;
+
+  // `on_waiting` is told, under the queue's lock, how many workers wait for a job.
+  explicit TileQueue(std::size_t capacity, OnWaiting on_waiting = nullptr)
+      : capacity_(capacity), on_waiting_(std::move(on_waiting)) {}
 
   // Returns: false when full or closed.
   [[nodiscard]] bool try_push(TileJob job) TESSERA_EXCLUDES(mutex_);
@@ -67,7 +73,10 @@ class TileQueue {
   void close() TESSERA_EXCLUDES(mutex_);
 
  private:
+  void set_waiting(int workers) TESSERA_REQUIRES(mutex_);
+
   const std::size_t capacity_;
+  const OnWaiting on_waiting_;  // may be null
 
   mutable Mutex mutex_;
   CondVar not_empty_;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/base/limits.h"
+#include "common/base/work_gate.h"
 #include "common/math/transform_checks.h"
 #include "common/scene/animation.h"
 #include "common/scene/flattened_counts.h"
@@ -121,7 +122,9 @@ bool maps_within_range(const Bounds3f& box, const Transform& map, Bounds3f& all)
 
 Bounds3f box_of(const Mesh& mesh) {
   Bounds3f box;
+  SmallSteps steps;
   for (const auto& triangle : mesh.triangles) {
+    steps.next();
     for (const std::uint32_t vertex : triangle) box.grow(mesh.positions[vertex]);
   }
   return box;

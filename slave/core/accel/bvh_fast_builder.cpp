@@ -56,10 +56,7 @@ class Builder {
         control_(control),
         task_refs_(std::max(kTaskRefsMin, sorted.references.all.size() / kTaskShare)) {}
 
-  bool is_cancelled() const {
-    return control_.is_cancelled != nullptr &&
-           control_.is_cancelled->load(std::memory_order_relaxed);
-  }
+  bool is_cancelled() const { return control_.is_to_stop(); }
 
   // Returns: the parts, that with the root first.
   std::vector<Part<W>> run() {

@@ -50,18 +50,16 @@ template <int W>
 Result<Bvh<W>> fit(const Bvh<W>& built, const LeafFitter& leaves, const BuildControl& control) {
   Bvh<W> fitted = built;
   const std::size_t count = fitted.nodes.size();
-  const auto is_cancelled = [&control] {
-    return control.is_cancelled != nullptr && control.is_cancelled->load(std::memory_order_relaxed);
-  };
   run_tasks(static_cast<int>(count / kFitPart) + 1, control.thread_count, [&](int i) {
-    if (is_cancelled()) return;
+    if (control.is_to_stop()) return;
     const std::size_t begin = static_cast<std::size_t>(i) * kFitPart;
     const std::size_t end = std::min(begin + kFitPart, count);
     for (std::size_t n = begin; n < end; ++n) fit_leaves(leaves, fitted.nodes[n]);
   });
-  if (is_cancelled()) return Status::cancelled("the fit of the spatial index was cancelled");
+  if (control.is_to_stop()) return Status::cancelled("the fit of the spatial index was cancelled");
   // Parents stand in front of their children, so the last node is done first.
   for (std::size_t n = count; n-- > 0;) {
+    if (n % kFitPart == 0) give_way();
     BvhNode<W>& node = fitted.nodes[n];
     for (int slot = 0; slot < W; ++slot) {
       const std::uint32_t child = node.child[slot];

@@ -41,12 +41,10 @@ struct Fragment {
 struct Shared {
   std::span<const Bounds3f> boxes;
   const KdBuildConfig& config;
-  const std::atomic<bool>* is_cancelled;
+  const BuildControl& control;
   int depth_max;
 
-  bool cancelled() const {
-    return is_cancelled != nullptr && is_cancelled->load(std::memory_order_relaxed);
-  }
+  bool cancelled() const { return control.is_to_stop(); }
 };
 
 KdNode inner_node(int axis, float split, std::size_t child) {
@@ -231,7 +229,7 @@ Result<KdTree> build(std::span<const Bounds3f> boxes, const BuildControl& contro
   const Bounds3f bounds = root.bounds;
   root.budget = std::uint64_t{config.refs_per_primitive_max} * root.refs.size() + 64;
   const double log2_count = std::log2(static_cast<double>(root.refs.size()));
-  Shared shared{boxes, config, control.is_cancelled,
+  Shared shared{boxes, config, control,
                 std::min(kKdDepthMax, static_cast<int>(8 + 1.3 * log2_count))};
   std::vector<Task> tasks = run_rounds(shared, std::move(root), control.thread_count);
   if (shared.cancelled()) return Status::cancelled("the build of the spatial index was cancelled");

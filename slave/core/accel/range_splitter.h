@@ -59,10 +59,7 @@ class RangeSplitter {
   std::span<const PrimitiveRef> refs_of(std::uint32_t begin, std::uint32_t end) const {
     return refs_.subspan(begin, end - begin);
   }
-  bool is_cancelled() const {
-    return control_.is_cancelled != nullptr &&
-           control_.is_cancelled->load(std::memory_order_relaxed);
-  }
+  bool is_cancelled() const { return control_.is_to_stop(); }
 
  private:
   // Whether the range is too large to be one task's.

@@ -3,8 +3,8 @@
 // make further ones.
 //
 // Threads. The caller works along with up to thread_count - 1 threads of its own making, which are
-// joined before the call returns. Tasks are handed out in order, one by one; the outcome must not
-// depend on which thread runs a task.
+// joined before the call returns and work behind the caller's gate (work_gate.h). Tasks are handed
+// out in order, one by one; the outcome must not depend on which thread runs a task.
 #pragma once
 
 #include <atomic>
@@ -16,6 +16,8 @@
 #include <thread>
 #include <vector>
 
+#include "common/base/work_gate.h"
+
 namespace tessera::core {
 
 // Calls task(i) once for each i in [0, task_count).
@@ -26,6 +28,7 @@ void run_tasks(int task_count, int thread_count, const Task& task) {
   std::atomic<int> next{0};
   std::atomic<bool> has_failed{false};
   std::exception_ptr failure;
+  WorkGate* const gate = WorkGate::visited();
   const auto work = [&] {
     while (!has_failed.load()) {
       const int i = next.fetch_add(1);
@@ -41,12 +44,17 @@ void run_tasks(int task_count, int thread_count, const Task& task) {
     std::vector<std::jthread> threads;
     for (int t = 1; t < thread_count && t < task_count; ++t) {
       try {
-        threads.emplace_back(work);
+        threads.emplace_back([&] {
+          const WorkGate::Visit visit(gate);
+          work();
+        });
       } catch (const std::system_error&) {
         break;  // the system has no more threads: those that run do the work
       }
     }
     work();
+    const WorkGate::Absence absence;
+    threads.clear();
   }
   if (failure) std::rethrow_exception(failure);
 }
@@ -72,6 +80,7 @@ void run_growing(Item first, int thread_count, const Work& work) {
     std::unique_lock lock(mutex);
     while (unfinished > 0) {
       if (waiting.empty()) {
+        const WorkGate::Absence absence;
         has_changed.wait(lock);
         continue;
       }

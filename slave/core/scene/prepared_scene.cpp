@@ -10,6 +10,7 @@
 
 #include "common/base/check.h"
 #include "common/base/limits.h"
+#include "common/base/work_gate.h"
 #include "slave/core/bsdf/albedo_table.h"
 #include "slave/core/bsdf/sheen_table.h"
 #include "slave/core/kernels/kernel_table.h"
@@ -27,7 +28,9 @@ namespace {
 // which is more than rounding and less than can be seen.
 bool is_smooth(const Mesh& mesh) {
   if (mesh.normals.empty()) return false;
+  SmallSteps steps;
   for (const auto& t : mesh.triangles) {
+    steps.next();
     const Vec3f a = mesh.positions[t[0]];
     const Vec3f flat = normalize(cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
     for (const std::uint32_t vertex : t) {

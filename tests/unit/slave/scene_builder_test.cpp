@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include <algorithm>
+#include <thread>
 
 #include "common/base/bounded_queue.h"
 #include "common/scene/scene.h"
@@ -91,20 +91,42 @@ TEST(SceneBuilderTest, ARetiredSceneStillServesTheNextUntilItIsForgotten) {
   EXPECT_EQ(built_primitives(4), 200'000u);
 }
 
-// A build that frames wait for is as urgent as rendering; one beside it gives way.
-TEST(SceneBuilderTest, GivesWayOnlyWhileFramesAreRendered) {
+// The thread that waits is in the middle of its build; a frame that waits for the scene has no tile
+// before it is built, so all render threads are without one.
+TEST(SceneBuilderTest, ABuildStandsWhileAllThreadsRenderAndGoesOnWhenOneIsFree) {
+  BoundedQueue<BuildOutcome> outcomes(4);
+  constexpr int kThreads = 2;
+  SceneBuilder builder(
+      {kThreads, nullptr, {}},
+      [&](BuildOutcome outcome) { ASSERT_TRUE(outcomes.try_push(outcome)); },
+      BuildPace(kThreads, 0));
+  const EncodedScene scene = slow_scene();
+  SceneVersion version = 0;
+  for (const int rendering : {0, kThreads - 1}) {
+    builder.set_rendering(kThreads);
+    EXPECT_TRUE(builder.try_push({1, ++version, scene}));
+    while (builder.waiting_threads() == 0) std::this_thread::yield();
+    builder.set_rendering(rendering);
+    const auto outcome = outcomes.pop();
+    EXPECT_TRUE(outcome && outcome->scene.is_ok()) << rendering;
+    builder.forget_newest();
+  }
+  builder.set_rendering(kThreads);
+  EXPECT_TRUE(builder.try_push({1, ++version, scene}));
+  while (builder.waiting_threads() == 0) std::this_thread::yield();
+  builder.retire(1, version + 1);  // what nobody needs any more ends, and so does its thread
+  EXPECT_FALSE(outcomes.pop()->scene.is_ok());
+}
+
+// A thread cannot take back a lower priority, and others on the machine would go first for good.
+TEST(SceneBuilderTest, ABuildBesideRenderingKeepsItsPriority) {
   const auto priority = [] { return getpriority(PRIO_PROCESS, 0); };  // of the calling thread
   BoundedQueue<int> priorities(4);
   SceneBuilder builder({1, nullptr, {}},
                        [&](const BuildOutcome&) { ASSERT_TRUE(priorities.try_push(priority())); });
-  const EncodedScene scene = slow_scene();
-  const int usual = priority();
-  SceneVersion version = 0;
-  for (const bool is_rendering : {false, true, false}) {
-    builder.set_rendering(is_rendering);
-    EXPECT_TRUE(builder.try_push({1, ++version, scene}));
-    EXPECT_EQ(*priorities.pop(), is_rendering ? std::max(usual, 10) : usual);
-  }
+  builder.set_rendering(1);
+  EXPECT_TRUE(builder.try_push({1, 1, slow_scene()}));
+  EXPECT_EQ(*priorities.pop(), priority());
 }
 
 }  // namespace

@@ -91,6 +91,19 @@ TEST(TileQueue, WaitingForTilesOfAnOpenFrameIsStarved) {
   EXPECT_EQ(queue.take_starved_seconds(), 0) << "nobody waits any more";
 }
 
+TEST(TileQueue, TellsHowManyWaitForATile) {
+  std::atomic<int> waiting = -1;
+  TileQueue queue(2, [&waiting](int workers) { waiting = workers; });
+  EXPECT_TRUE(queue.try_push({frame(1), 0, 1, {}}));
+  EXPECT_TRUE(queue.pop().has_value());
+  EXPECT_EQ(waiting, -1) << "nobody had to wait";
+  std::thread worker([&queue] { EXPECT_TRUE(queue.pop().has_value()); });
+  while (waiting != 1) std::this_thread::yield();
+  EXPECT_TRUE(queue.try_push({frame(1), 1, 1, {}}));
+  worker.join();
+  EXPECT_EQ(waiting, 0);
+}
+
 TEST(TileQueue, CloseWakesSleepers) {
   TileQueue queue(1);
   test::WatchedThread sleeper([&queue] { EXPECT_FALSE(queue.pop().has_value()); });

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/base/work_gate.h"
 #include "slave/core/primitive/triangle/exact_hit_abi.h"
 
 namespace tessera::core {
@@ -12,7 +13,9 @@ namespace {
 
 void append_mesh(const Mesh& mesh, const Transform& to_world, std::vector<float>& vertices) {
   const bool is_identity = to_world.is_identity();  // keeps -0.0 and needs no arithmetic
+  SmallSteps steps;
   for (const auto& triangle : mesh.triangles) {
+    steps.next();
     for (const std::uint32_t corner : triangle) {
       const Vec3f local = mesh.positions[corner];
       const Vec3f p = is_identity ? local : to_world.point(local);
@@ -77,7 +80,9 @@ Vec3f TriangleStore::vertex_of(std::uint32_t instance, std::uint64_t triangle, i
 std::vector<Bounds3f> boxes_of(std::span<const float> vertices) {
   std::vector<Bounds3f> boxes;
   boxes.reserve(vertices.size() / 9);
+  SmallSteps steps;
   for (std::size_t at = 0; at < vertices.size(); at += 9) {
+    steps.next();
     const float* const p = vertices.data() + at;
     Bounds3f box;
     if (has_box(p)) {
@@ -92,7 +97,9 @@ std::vector<Bounds3f> boxes_of(std::span<const float> vertices) {
 
 std::vector<std::uint64_t> without_box(std::span<const float> vertices) {
   std::vector<std::uint64_t> numbers;
+  SmallSteps steps;
   for (std::size_t at = 0; at < vertices.size(); at += 9) {
+    steps.next();
     if (!has_box(vertices.data() + at)) numbers.push_back(at / 9);
   }
   return numbers;
