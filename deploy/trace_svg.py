@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws an interval of a trace (tessera-master --trace FILE.json) as an SVG picture.
 
-Each render thread of a slave has a row, below the frames of the master. A tile has its frame's
-colour; in a gap the thread waits. For a closer look open the trace itself at ui.perfetto.dev.
+Each render thread of a slave has a row, below the frames of the master, and its builder one below
+them. A tile has its frame's colour, builds are grey; in a gap the thread waits. For a closer look open the trace itself at ui.perfetto.dev.
 """
 import argparse
 import json
@@ -13,6 +13,8 @@ from xml.sax.saxutils import escape
 COLOURS = ["#4c78a8", "#f58518", "#54a24b", "#b279a2", "#e45756", "#72b7b2", "#9d755d", "#eeca3b"]
 WIDTH_PX, NAME_PX, ROW_PX, HEAD_PX = 1000, 150, 14, 26
 MASTER_PROCESS = 1
+BUILD = None  # in the place of a frame
+BUILD_COLOUR = "#888"
 
 
 def read(path):
@@ -23,15 +25,16 @@ def read(path):
     for event in trace["traceEvents"]:
         if event["ph"] == "X":
             begin = event["ts"]
-            spans.append((event["pid"], event["tid"], begin, begin + event["dur"], event["args"]["frame"]))
+            spans.append((event["pid"], event["tid"], begin, begin + event["dur"], event["args"].get("frame", BUILD)))
         elif event["ph"] == "M" and event["name"] == "process_name":
             names[event["pid"]] = event["args"]["name"]
     return spans, names, trace["otherData"]
 
 
 def busy_share(spans, begin, end):
-    rows = {(s[0], s[1]) for s in spans if s[0] != MASTER_PROCESS}
-    used = sum(min(s[3], end) - max(s[2], begin) for s in spans if s[0] != MASTER_PROCESS)
+    tiles = [s for s in spans if s[0] != MASTER_PROCESS and s[4] is not BUILD]
+    rows = {(s[0], s[1]) for s in tiles}
+    used = sum(min(s[3], end) - max(s[2], begin) for s in tiles)
     return used / (len(rows) * (end - begin)) if rows else 0.0
 
 
@@ -49,6 +52,7 @@ def ticks(begin, end):
 def draw(spans, names, other, begin, end):
     spans = [s for s in spans if s[3] > begin and s[2] < end]
     rows = sorted({(s[0], s[1]) for s in spans})
+    builders = {(s[0], s[1]) for s in spans if s[4] is BUILD}
     scale = (WIDTH_PX - NAME_PX - 30) / (end - begin)
     x = lambda t: NAME_PX + (min(max(t, begin), end) - begin) * scale  # noqa: E731
     tops, y, last = {}, HEAD_PX + 4, None
@@ -65,12 +69,12 @@ def draw(spans, names, other, begin, end):
     for process, row in rows:
         top = tops[process, row]
         name = names.get(process, "?")
-        label = ("frames" if row == 0 else "") if process == MASTER_PROCESS else f"{name[:18]} : {row}"
+        label = ("frames" if row == 0 else "") if process == MASTER_PROCESS else f"{name[:18]} : {'builds' if (process, row) in builders else row}"
         out.append(f'<text x="{NAME_PX - 6}" y="{top + 10}" text-anchor="end">{escape(label)}</text>')
-    for process, row, span_begin, span_end, frame in sorted(spans):
+    for process, row, span_begin, span_end, frame in sorted(spans, key=lambda s: s[:4]):
         left, right = x(span_begin), x(span_end)
         top = tops[process, row]
-        colour = COLOURS[frame % len(COLOURS)]
+        colour = BUILD_COLOUR if frame is BUILD else COLOURS[frame % len(COLOURS)]
         out.append(f'<rect x="{left:.2f}" y="{top + 1}" width="{max(right - left - 0.4, 0.3):.2f}" height="{ROW_PX - 2}" '
                    f'fill="{colour}"/>')
         if process == MASTER_PROCESS and right - left > 40:

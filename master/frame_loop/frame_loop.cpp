@@ -38,6 +38,7 @@ ClusterEvents FrameLoop::Impl::cluster_events() {
   };
   events.scene_built = [this](SessionId session, const wire::SceneBuilt& built) {
     scene_costs.built(built.version, built.build_seconds, built.built_primitives);
+    observer.scene_built(session, built, Clock::now());
     perform(scheduler.scene_built(session, built.version, Clock::now()));
   };
   events.scene_failed = [this](SessionId session, SceneVersion version, const std::string& reason) {

@@ -32,6 +32,11 @@ void Observer::leased(SessionId session, FrameId frame, const TileAssignment& ti
   if (trace_) trace_->leased(session, frame, tile.tile, tile.attempt, now);
 }
 
+void Observer::scene_built(SessionId session, const wire::SceneBuilt& built, TimePoint now) {
+  if (trace_)
+    trace_->built({session, built.version, now, built.build_seconds, built.built_primitives});
+}
+
 void Observer::handed_back(SessionId session, const wire::TileReturned& tile) {
   accounts_.handed_back(session, tile.frame, {tile.tile, tile.attempt});
 }

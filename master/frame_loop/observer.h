@@ -33,6 +33,7 @@ class Observer {
     const auto since = accounts_.leased_at(session, frame, tile);
     return since ? now - *since : Duration::zero();
   }
+  void scene_built(SessionId session, const wire::SceneBuilt& built, TimePoint now);
   void handed_back(SessionId session, const wire::TileReturned& tile);
   void frame_ended(SessionId session, FrameId frame);  // FrameEnd was sent to that slave
   // `actions`: what the scheduler made of the result.

@@ -12,10 +12,11 @@ void TraceRecorder::slave_joined(SessionId session, const std::string& name,
   present_.insert(session);
 }
 
-// Forgets slaves that are gone and have no tile here.
+// Forgets slaves that are gone and have neither tile nor build here.
 void TraceRecorder::forget_slaves() {
   std::set<SessionId> kept = present_;
   for (const TracedTile& tile : trace_.tiles) kept.insert(tile.session);
+  for (const TracedBuild& build : trace_.builds) kept.insert(build.session);
   std::erase_if(trace_.slaves, [&](const auto& entry) { return !kept.contains(entry.first); });
 }
 
@@ -55,6 +56,15 @@ void TraceRecorder::frame_over(const TracedFrame& frame) {
   if (trace_.frames.size() > kFramesMax) {
     trace_.frames.pop_front();
     ++trace_.frames_dropped;
+  }
+}
+
+void TraceRecorder::built(const TracedBuild& build) {
+  if (!trace_.slaves.contains(build.session)) return;
+  trace_.builds.push_back(build);
+  if (trace_.builds.size() > kFramesMax) {
+    trace_.builds.pop_front();
+    ++trace_.builds_dropped;
   }
 }
 

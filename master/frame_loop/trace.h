@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a trace of the cluster holds: spans of frames by the master's clock, spans of tiles by their
-// slaves' clocks, and how far those are apart. write_trace() makes a file of it in the "Trace Event
-// Format" (JSON object form), which Perfetto (ui.perfetto.dev) and chrome://tracing open.
+// What a trace of the cluster holds: spans of frames and of builds by the master's clock, spans of
+// tiles by their slaves' clocks, and how far those are apart. write_trace() makes a file of it in
+// the "Trace Event Format" (JSON object form), which Perfetto (ui.perfetto.dev) and
+// chrome://tracing open.
 //
 // Threads. TraceRecorder: io thread. Trace: a plain value, handed over whole.
 //
-// Invariants. (1) At most kTilesMax tiles and kFramesMax frames are kept; the oldest leaves, and is
-// counted. (2) In the file, spans of one row do not overlap, and times of all rows are the
-// master's, each within its slave's stated error.
+// Invariants. (1) At most kTilesMax tiles and kFramesMax frames and builds are kept; the oldest
+// leaves, and is counted. (2) In the file, spans of one row do not overlap, and times of all rows
+// are the master's, each within its slave's stated error.
 #pragma once
 
 #include <cstdint>
@@ -50,12 +51,22 @@ struct TracedFrame {
   const char* outcome = "";  // "done", "failed", "cancelled"
 };
 
+// A scene that a slave has built.
+struct TracedBuild {
+  SessionId session = 0;
+  SceneVersion version = 0;
+  TimePoint told;  // by the master's clock: later than its end by the message's way
+  double seconds = 0;
+  std::uint64_t built_primitives = 0;
+};
+
 struct Trace {
   TimePoint start;                          // time 0 of the file
   std::map<SessionId, TracedSlave> slaves;  // also those that are gone, while their tiles are kept
   std::deque<TracedTile> tiles;
   std::deque<TracedFrame> frames;
-  std::uint64_t tiles_dropped = 0, frames_dropped = 0;
+  std::deque<TracedBuild> builds;
+  std::uint64_t tiles_dropped = 0, frames_dropped = 0, builds_dropped = 0;
 };
 
 class TraceRecorder {
@@ -77,6 +88,7 @@ class TraceRecorder {
   // estimate with the smallest error wins.
   void answered(TracedTile tile, const std::optional<ClockEstimate>& clock);
   void frame_over(const TracedFrame& frame);
+  void built(const TracedBuild& build);
 
   // Hands over what is there; nothing should follow.
   Trace take() { return std::move(trace_); }

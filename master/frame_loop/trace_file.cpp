@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 #include "common/base/json.h"
@@ -165,6 +166,31 @@ void write_tiles(const Trace& trace, SessionId session, int process, const Clock
   for (const Span& span : spans) out.span(span);
 }
 
+// Builds of one slave do not overlap, though messages may come closer to each other than they were
+// sent.
+void write_builds(const Trace& trace, SessionId session, int process, std::uint32_t row,
+                  Writer& out) {
+  std::int64_t last_end_ns = std::numeric_limits<std::int64_t>::min();
+  for (const TracedBuild& build : trace.builds) {
+    if (build.session != session) continue;
+    if (last_end_ns == std::numeric_limits<std::int64_t>::min())
+      out.name_row(process, row, "builder");
+    Span span;
+    span.process = process;
+    span.row = row;
+    span.end_ns = ns_between(trace.start, build.told);
+    span.begin_ns =
+        std::max(last_end_ns, span.end_ns - static_cast<std::int64_t>(build.seconds / kNs));
+    last_end_ns = span.end_ns;
+    span.name = "scene " + std::to_string(build.version);
+    span.args = JsonObject()
+                    .add("scene_version", build.version)
+                    .add("built_primitives", build.built_primitives)
+                    .text();
+    out.span(span);
+  }
+}
+
 }  // namespace
 
 std::string trace_json(const Trace& trace) {
@@ -189,6 +215,7 @@ std::string trace_json(const Trace& trace) {
     for (std::uint32_t row = 0; row < slave.threads; ++row)
       out.name_row(process, row, "render thread " + std::to_string(row));
     write_tiles(trace, session, process, *slave.clock, out);
+    write_builds(trace, session, process, slave.threads, out);
     if (errors.size() > 1) errors += ',';
     append_json_string(errors, std::to_string(process));
     errors += ":" + error;
@@ -198,6 +225,7 @@ std::string trace_json(const Trace& trace) {
                         .add("product", "Tessera")
                         .add("tiles_dropped", trace.tiles_dropped)
                         .add("frames_dropped", trace.frames_dropped)
+                        .add("builds_dropped", trace.builds_dropped)
                         .add("tiles_without_clock", unplaced)
                         .add_raw("clock_error_us", errors + "}")  // by process
                         .text());

@@ -61,6 +61,23 @@ TEST(Trace, FramesThatOverlapGetRowsOfTheirOwn) {
   EXPECT_TRUE(has(text, R"("pid":1,"tid":0,"ts":10000.000)")) << text;
 }
 
+// What a slave built ends when the master hears of it; two messages may come at once.
+TEST(Trace, BuildsHaveARowBelowTheRenderThreads) {
+  TraceRecorder recorder(kStart);
+  recorder.slave_joined(7, "a", 2);
+  recorder.leased(7, 3, 5, 1, kStart);
+  recorder.answered(tile_at(7, 3, 5, kStart), ClockEstimate{kOffset, 0});
+  recorder.built({7, 4, kStart + 10ms, 0.006, 12});
+  recorder.built({7, 5, kStart + 12ms, 0.004, 0});
+  recorder.built({8, 5, kStart + 12ms, 0.004, 0});  // of no slave that is known
+  const std::string text = trace_json(recorder.take());
+  EXPECT_TRUE(has(text, R"("pid":2,"tid":2,"name":"thread_name","args":{"name":"builder"})"));
+  EXPECT_TRUE(has(text, R"("pid":2,"tid":2,"ts":4000.000,"dur":6000.000,"name":"scene 4")"));
+  EXPECT_TRUE(has(text, R"("pid":2,"tid":2,"ts":10000.000,"dur":2000.000,"name":"scene 5")"));
+  EXPECT_TRUE(has(text, R"({"scene_version":4,"built_primitives":12})")) << text;
+  EXPECT_FALSE(has(text, R"("pid":3)"));
+}
+
 TEST(Trace, WithoutAClockTilesAreLeftOutAndCounted) {
   TraceRecorder recorder(kStart);
   recorder.slave_joined(7, "old", 1);
@@ -107,7 +124,11 @@ TEST(Trace, IsBounded) {
     recorder.slave_joined(s, "come and gone", 1);
     recorder.slave_lost(s);
   }
+  for (SceneVersion v = 0; v < TraceRecorder::kFramesMax + 3; ++v)
+    recorder.built({7, v, kStart, 0.001, 0});
   const Trace trace = recorder.take();
+  EXPECT_EQ(trace.builds.size(), TraceRecorder::kFramesMax);
+  EXPECT_EQ(trace.builds_dropped, 3u);
   EXPECT_EQ(trace.tiles.size(), TraceRecorder::kTilesMax);
   EXPECT_EQ(trace.tiles.front().tile, 5u);  // the oldest were dropped
   EXPECT_EQ(trace.tiles_dropped, 5u);
