@@ -115,22 +115,14 @@ bool ClosedSolid::is_on_another(const core::CastRay& ray, const core::CastHit& h
   return leaves(ray, other) && std::fabs(other.t - hit.t) <= 0x1p-20f * hit.t;
 }
 
-bool ClosedSolid::leaves_where_it_passed(const Walk& walk, LeakCounts& counts) const {
-  for (const core::CastHit& hit : walk.passed) {
-    if (counts.doubted >= kDoubtsMax) return false;
-    ++counts.doubted;
-    core::CastRay ray = walk.ray;
-    ray.t_min = hit.t;
-    if (is_on_another(ray, hit)) return true;
-  }
-  return false;
-}
-
 void ClosedSolid::cast_all(const std::vector<core::CastRay>& rays, LeakCounts& counts) const {
   std::vector<Walk> walks;
-  for (const core::CastRay& ray : rays) walks.push_back({ray, {}});
+  for (const core::CastRay& ray : rays) walks.push_back({ray});
   const auto leak = [&](const Walk& walk) {
-    if (leaves_where_it_passed(walk, counts)) return;
+    if (walk.has_met_border) {
+      ++counts.held;
+      return;
+    }
     ++counts.leaks;
     if (counts.leaked.size() < kLeakedMax) counts.leaked.push_back(walk.ray);
   };
@@ -154,9 +146,9 @@ void ClosedSolid::cast_all(const std::vector<core::CastRay>& rays, LeakCounts& c
         continue;
       }
       ++counts.passed;
-      walks[i].passed.push_back(hits[i]);
+      walks[i].has_met_border = walks[i].has_met_border || is_beyond_loop;
       walks[i].ray.t_min = std::nextafter(hits[i].t, Bounds3f::kInf);
-      further.push_back(std::move(walks[i]));
+      further.push_back(walks[i]);
     }
     walks = std::move(further);
   }

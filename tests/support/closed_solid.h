@@ -5,9 +5,10 @@
 // it has met the inside of one. Two things are passed: what a surface has beyond its loops, as
 // widths give it, may stick into the solid; and where a solid is hollow at an edge, a ray at the
 // edge leaves by one face and enters by the other, in either order within their gap; so it is where
-// two faces of a file lie one on the other. Then it has to leave behind that, or by another face at
-// the place that was passed: two faces that are met at one t answer as the first of them. Whether a
-// place is inside is asked by three lines through it, which all have to leave both ways.
+// two faces of a file lie one on the other. Then it has to leave behind that. A ray that does not,
+// but met a widened border, was held by it: in the slit between two faces of which one lies above
+// the other, nothing says which way their normals face it. Such rays are counted on their own.
+// Whether a place is inside is asked by three lines through it, which all have to leave both ways.
 //
 // Threads. An object is one thread's.
 #pragma once
@@ -32,6 +33,7 @@ struct EdgePlace {
 
 struct LeakCounts {
   std::size_t rays = 0, leaks = 0;
+  std::size_t held = 0;               // by a widened border alone
   std::size_t passed = 0;             // what is passed, of all rays
   std::size_t doubted = 0;            // hits that were asked for another face at their place
   std::size_t outside = 0;            // places that were not inside
@@ -51,14 +53,13 @@ class ClosedSolid {
  private:
   core::CastRay ray_at(const EdgePlace& place, Choices& choices) const;
   std::vector<core::CastRay> inside(const std::vector<core::CastRay>& rays, Choices& choices) const;
-  // A ray from inside, and what it has passed.
+  // A ray from inside.
   struct Walk {
     core::CastRay ray;
-    std::vector<core::CastHit> passed;
+    bool has_met_border = false;
   };
 
   void cast_all(const std::vector<core::CastRay>& rays, LeakCounts& counts) const;
-  bool leaves_where_it_passed(const Walk& walk, LeakCounts& counts) const;
   bool is_on_another(const core::CastRay& ray, const core::CastHit& hit) const;
 
   const PatchSurface surface_;
