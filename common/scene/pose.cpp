@@ -274,6 +274,13 @@ Status move_instances(const PosedNodes& nodes, double seconds, Scene& scene) {
   return Status::ok();
 }
 
+// Returns: nothing where no camera can stand.
+std::optional<Camera> camera_at(const PosedNodes& nodes, const MovedObject& moved,
+                                const Camera& rest) {
+  const Camera now = camera_of(rounded(nodes.place(moved.node)), rest.vfov_degrees);
+  return validate_camera(now).is_ok() ? std::optional(now) : std::nullopt;
+}
+
 // What a lamp or camera of a flattened node would see cannot be said: it stays where it is.
 void move_lights_and_cameras(const PosedNodes& nodes, Scene& scene) {
   for (const MovedObject& moved : scene.animation->lights) {
@@ -287,9 +294,9 @@ void move_lights_and_cameras(const PosedNodes& nodes, Scene& scene) {
   }
   for (const MovedObject& moved : scene.animation->cameras) {
     const Camera before = scene.cameras[moved.object].camera;
-    const Camera now = camera_of(rounded(nodes.place(moved.node)), before.vfov_degrees);
-    if (!validate_camera(now).is_ok()) continue;
-    scene.cameras[moved.object].camera = now;
+    const std::optional<Camera> now = camera_at(nodes, moved, before);
+    if (!now) continue;
+    scene.cameras[moved.object].camera = *now;
     if (scene.camera && *scene.camera == before) scene.camera = now;
   }
 }
@@ -312,6 +319,15 @@ Camera camera_of(const Transform& to_world, float vfov_degrees) {
   camera.up = normalize(to_world.direction({0, 1, 0}));
   camera.vfov_degrees = vfov_degrees;
   return camera;
+}
+
+std::optional<Camera> moved_camera(const Scene& scene, std::size_t camera, double seconds) {
+  if (!scene.animation) return std::nullopt;
+  for (const MovedObject& moved : scene.animation->cameras) {
+    if (moved.object != camera) continue;
+    return camera_at(PosedNodes(*scene.animation, seconds), moved, scene.cameras[camera].camera);
+  }
+  return std::nullopt;
 }
 
 Result<Scene> ScenePoser::at(const Scene& scene, double seconds) {

@@ -10,7 +10,9 @@
 // the largest place on the way for each node above it, and by one rounding to float.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "common/base/api.h"
@@ -25,6 +27,11 @@ TESSERA_API Transform rest_place(const MotionNode& node);
 
 // The camera of a node: at its place, along its -z axis, with +y up. Pure.
 TESSERA_API Camera camera_of(const Transform& to_world, float vfov_degrees);
+
+// Where a camera of the scene is at a time. Returns: nothing where no node carries it, or none can
+// stand there. Requires: as ScenePoser::at(). Pure.
+TESSERA_API std::optional<Camera> moved_camera(const Scene& scene, std::size_t camera,
+                                               double seconds);
 
 // Threads. One at a time.
 class TESSERA_API ScenePoser {

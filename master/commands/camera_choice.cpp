@@ -91,6 +91,14 @@ Status CameraChoice::settle(const Scene& scene, int width_px, int height_px) {
   return Status::ok();
 }
 
+std::optional<std::size_t> CameraChoice::number_in(const Scene& scene) const {
+  if (path_ || inline_camera_) return std::nullopt;
+  for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
+    if (scene.cameras[i].camera == camera_) return i;
+  }
+  return std::nullopt;
+}
+
 Vec3f CameraChoice::orbit_centre(const Scene& scene) const {
   if (is_inside_) return camera_.eye;
   const Bounds3f bounds = scene_bounds(scene);

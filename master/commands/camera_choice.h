@@ -34,6 +34,8 @@ class CameraChoice {
   // The camera of one frame. Requires: settle() was called.
   Camera at(double frame) const { return path_ ? path_->at(frame) : camera_; }
   bool is_from_viewpoint() const { return is_from_viewpoint_; }  // nobody gave one
+  // Which of the cameras of the scene that settle() was given it is, if it is one of them.
+  std::optional<std::size_t> number_in(const Scene& scene) const;
 
   // The point that --orbit turns the camera about: the eye itself within a room, else the point on
   // the line of sight that is next to the middle of the scene, if that lies ahead.

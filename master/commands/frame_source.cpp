@@ -66,18 +66,19 @@ Result<Scene> shown_motion(const Scene& scene, const MasterOptions& options) {
                       static_cast<double>(options.frame_last) / options.fps);
 }
 
-// Tells what of an animation is not shown as a person may think.
-void tell_of_motion(const Scene& scene, const MasterOptions& options, Progress& progress) {
+// Tells what of an animation is not shown as a person may think. `moves`: the chosen camera.
+void tell_of_motion(const Scene& scene, const MasterOptions& options, bool moves,
+                    Progress& progress) {
   if (!scene.animation) return;
   const double end_seconds = scene.animation->duration_seconds();
   const bool is_longer = static_cast<double>(options.frame_last) / options.fps > end_seconds;
   if (options.command == Command::kRender && is_longer)
     progress.say("tessera-master: the animation ends at " + std::to_string(end_seconds) +
                  " s; later frames show its end");
-  if (!scene.animation->cameras.empty())
+  if (options.command == Command::kView && moves)
     progress.say(
-        "tessera-master: warning: a camera of the scene moves; it stands where it is at "
-        "the first frame");
+        "tessera-master: warning: this camera moves with the scene; here it begins where it is at "
+        "the first frame, and then goes where it is steered");
 }
 
 }  // namespace
@@ -136,11 +137,14 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
   progress.finish("loaded " + options.scene + ": " + contents_of(scene) +
                   (played->empty() ? "" : "; " + *played));
   source.fps_ = options.fps;
-  tell_of_motion(scene, options, progress);
   const auto motion = shown_motion(scene, options);
   if (!motion.is_ok()) return motion.status();
   TESSERA_RETURN_IF_ERROR(
       source.camera_.settle(*motion, source.settings_.width_px, source.settings_.height_px));
+  if (const auto number = source.camera_.number_in(*motion);
+      number && moved_camera(scene, *number, 0))
+    source.followed_ = number;
+  tell_of_motion(scene, options, source.followed_.has_value(), progress);
   source.orbit_degrees_ = options.orbit_degrees;
   source.frame_first_ = options.frame_first;
   source.frame_last_ = options.frame_last;
@@ -162,6 +166,7 @@ Result<FrameSource> FrameSource::open(const MasterOptions& options, Progress& pr
 
 void FrameSource::replace(LoadedScene loaded) {
   loaded_ = std::move(loaded);
+  if (followed_ && *followed_ >= loaded_.scene.cameras.size()) followed_.reset();
   look_.is_committed = false;
 }
 
@@ -182,10 +187,18 @@ Status FrameSource::settle(Session& session, const MasterOptions& options, Progr
   return Status::ok();
 }
 
+// A camera that cannot stand where its node is at that time stays where it was settled.
+Camera FrameSource::camera_at(double frame) const {
+  std::optional<Camera> moved;
+  if (followed_ && is_timed())
+    moved = moved_camera(loaded_.scene, *followed_, std::max(0.0, frame / fps_));
+  return moved ? *moved : camera_.at(frame);
+}
+
 FrameSettings FrameSource::settings_at(double frame) const {
   FrameSettings settings = settings_;
   if (is_timed()) settings.time_seconds = std::max(0.0, frame / fps_);
-  settings.camera = camera_.at(frame);
+  settings.camera = camera_at(frame);
   if (frame_last_ > frame_first_) {
     const double share = (frame - static_cast<double>(frame_first_)) /
                          static_cast<double>(frame_last_ - frame_first_);

@@ -49,14 +49,17 @@ class FrameSource {
   bool is_committed() const { return look_.is_committed; }
   // What settling has cost.
   const SceneCost& scene_cost() const { return look_.scene_cost; }
-  // Everything but the camera is the same for all frames.
+  // Everything but the camera and the time is the same for all frames.
   FrameSettings settings_at(double frame) const;
 
  private:
   LoadedScene loaded_;
   Look look_;
   FrameSettings settings_;
+  Camera camera_at(double frame) const;
+
   CameraChoice camera_;
+  std::optional<std::size_t> followed_;  // the scene's camera that moves with the scene's time
   std::optional<Vec3f> environment_;
   std::shared_ptr<const EnvironmentMap> environment_map_;
   double fps_ = 24;

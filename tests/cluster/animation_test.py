@@ -19,8 +19,9 @@ NO_ISA = "this CPU does not have"  # what a master says of an instruction set
 SIDE = 60  # the sheet has 2 * SIDE^2 triangles, so that its vertices are far more than a frame's bytes
 
 
-def gltf(path_of_file):
-    """A sheet on two joints, of which one swings, and a second one that morphs."""
+def gltf(path_of_file, camera=()):
+    """A sheet on two joints, of which one swings, and a second one that morphs. `camera`: where one is along x at each key of
+    the first animation; of one place only: where it stands."""
     data = b""
     doc = {"asset": {"version": "2.0"}, "scene": 0, "buffers": [], "bufferViews": [], "accessors": [], "meshes": [],
            "nodes": [], "skins": [], "animations": []}
@@ -61,6 +62,14 @@ def gltf(path_of_file):
         {"name": name, "samplers": [{"input": times, "output": output}],
          "channels": [{"sampler": 0, "target": {"node": node, "path": path}}]}
         for name, output, node, path in [("swing", turns, 1, "rotation"), ("bend", bends, 3, "weights")]]
+    if camera:
+        doc["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1}}]
+        doc["nodes"].append({"camera": 0, "translation": [camera[0], -0.7, 6]})
+        doc["scenes"][0]["nodes"].append(4)
+    if len(camera) > 1:
+        places = accessor([(x, -0.7, 6.0) for x in camera], "VEC3", "f", 5126)
+        doc["animations"][0]["samplers"].append({"input": times, "output": places})
+        doc["animations"][0]["channels"].append({"sampler": 1, "target": {"node": 4, "path": "translation"}})
     uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
     doc["buffers"] = [{"byteLength": len(data), "uri": uri}]
     pathlib.Path(path_of_file).write_text(json.dumps(doc))
@@ -131,6 +140,16 @@ class Animation(unittest.TestCase):
             print(f"{pathlib.Path(scene).name}: {', '.join(found)}")
             self.assertEqual(len(set(map(tuple, found.values()))), 1, found)
             self.assertGreater(len(set(found["scalar"])), 3, scene)
+
+    def test_a_camera_that_moves_is_followed(self):
+        places = [0.0, 1.0, 2.0]
+        gltf(self.file, camera=places)
+        moving = [f["digest"] for f in self.alone(self.file, "--frames", "0:2", "--fps", "2")[1]]
+        self.assertEqual(len(set(moving)), 3)
+        for frame, x in enumerate(places):
+            gltf(self.file, camera=[x])
+            still = self.alone(self.file, "--frames", f"{frame}:{frame}", "--fps", "2")[1]
+            self.assertEqual([f["digest"] for f in still], [moving[frame]], frame)
 
     def test_any_cluster_makes_the_same_bits(self):
         expected = [[f["digest"] for f in self.alone(scene, "--frames", "0:5", "--fps", "7")[1]] for scene in self.scenes]

@@ -36,6 +36,21 @@ TEST(CameraChoice, TakesTheFilesCamerasByNumberAndName) {
   EXPECT_EQ(chosen(two_cameras(), "1")->eye.z, 5) << "numbers come before names";
 }
 
+TEST(CameraChoice, KnowsWhichOfTheScenesCamerasItIs) {
+  MasterOptions options;
+  auto choice = CameraChoice::read(options);
+  ASSERT_TRUE(choice->settle(two_cameras(), 320, 240).is_ok());
+  EXPECT_EQ(choice->number_in(two_cameras()), 0u);
+  options.camera = "left\nwing";
+  choice = CameraChoice::read(options);
+  ASSERT_TRUE(choice->settle(two_cameras(), 320, 240).is_ok());
+  EXPECT_EQ(choice->number_in(two_cameras()), 1u);
+  options.inline_camera = from(5);
+  choice = CameraChoice::read(options);
+  ASSERT_TRUE(choice->settle(two_cameras(), 320, 240).is_ok());
+  EXPECT_EQ(choice->number_in(two_cameras()), std::nullopt) << "it was given by its numbers";
+}
+
 TEST(CameraChoice, AFileOfThatNameWins) {
   const test::TempFolder folder;
   const std::string path = folder.write("wide", "eye 0 0 9\ntarget 0 0 0\nsize 64 32\n");
