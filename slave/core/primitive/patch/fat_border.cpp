@@ -45,32 +45,100 @@ double stretch_of(const Transform& map) {
   return std::exp((log + std::log(a[0][0] + a[1][1] + a[2][2])) / (2 * power));
 }
 
-// The frame has x along the chord, which is 2 long there, y and n across it. With its numbers as
-// they are stored, all points within `reach` of the chord have |row (P - centre)| of no more than
-// that at the chord's ends and `reach` times the row's length.
-void frame_about(const Vec3d (&ends)[2], double reach, SubPatch& part) {
-  const Vec3d chord = ends[1] - ends[0];
-  const double half = 0.5 * length(chord);
-  Vec3d along = half > reach ? (0.5 / half) * chord : Vec3d{1, 0, 0};
-  const Vec3d other = std::fabs(along.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
-  const Vec3d up = cross(along, other);
-  const Vec3d n = (1 / length(up)) * up, b = cross(n, along);
-  const Vec3d rows[3] = {(1 / std::max(half, reach)) * along, (1 / reach) * b, n};
-  const Vec3d middle = 0.5 * (ends[0] + ends[1]);
+// Places of a span, in even steps of its parameter. Between two of them it is as near to their
+// chord as kOfStep of what the whole is away from its own, |C''| h^2 / 8 being of the second order.
+constexpr int kSteps = 8;
+constexpr double kOfStep = 1.0 / (kSteps * kSteps);
+
+// A frame about all that is nearer than `radius` to the lines between the places: x along the
+// chord, y towards where the span bends to, n across both, where it is thinnest. With its numbers
+// as they are stored, |row (P - centre)| is at most that of some place and `radius` times the row's
+// length.
+void frame_about(const Vec3d (&places)[kSteps + 1], double radius, SubPatch& part) {
+  const Vec3d chord = places[kSteps] - places[0];
+  const double length_of_chord = length(chord);
+  const Vec3d along = length_of_chord > radius ? (1 / length_of_chord) * chord : Vec3d{1, 0, 0};
+  Vec3d beside = places[kSteps / 2] - places[0];
+  beside = beside - dot(beside, along) * along;
+  if (!(length(beside) > 0x1p-20 * (length_of_chord + radius)))
+    beside = cross(along, std::fabs(along.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0});
+  const Vec3d b = (1 / length(beside)) * beside, n = cross(along, b);
+  const Vec3d axes[3] = {along, b, n};
+  Vec3d middle = places[0], rows[3];
+  for (int r = 0; r < 3; ++r) {
+    double low = 0, high = 0;
+    for (const Vec3d& place : places) {
+      low = std::min(low, dot(axes[r], place - places[0]));
+      high = std::max(high, dot(axes[r], place - places[0]));
+    }
+    middle = middle + 0.5 * (low + high) * axes[r];
+    rows[r] = (r < 2 ? 1 / (0.5 * (high - low) + radius) : 1) * axes[r];
+  }
   for (int k = 0; k < 3; ++k) part.centre[k] = static_cast<float>(middle[k]);
   const Vec3d centre{part.centre[0], part.centre[1], part.centre[2]};
   part.has_frame = true;
   for (int r = 0; r < 3; ++r) {
     for (int k = 0; k < 3; ++k) part.frame[r][k] = static_cast<float>(rows[r][k]);
     const Vec3d row{part.frame[r][0], part.frame[r][1], part.frame[r][2]};
-    double most = reach * length(row);
-    for (const Vec3d& end : ends)
-      most = std::max(most, reach * length(row) + std::fabs(dot(row, end - centre)));
+    double most = 0;
+    for (const Vec3d& place : places) most = std::max(most, std::fabs(dot(row, place - centre)));
+    most += radius * length(row);
     // The square holds 1 of it. 2^-40 is for the roundings of these lines.
     part.reach[r] = rounded_up(std::max(0.0, most * (1 + 0x1p-40) - (r < 2 ? 1 : 0)));
     part.has_frame = part.has_frame && std::isfinite(part.reach[r]) && std::isfinite(row.x) &&
                      std::isfinite(row.y) && std::isfinite(row.z);
   }
+}
+
+// In the frame a span is nearly the parabola y = c (x^2 - 1/2). Sets c, and how far in y what is
+// nearer than `radius` to the span is from it at most. Between two places the parabola is within
+// |c| h^2 / 4 of its chord, for a length h by x.
+void bend_along(const Vec3d (&places)[kSteps + 1], double radius, SubPatch& part) {
+  const Vec3d centre{part.centre[0], part.centre[1], part.centre[2]};
+  const Vec3d row_x{part.frame[0][0], part.frame[0][1], part.frame[0][2]};
+  const Vec3d row_y{part.frame[1][0], part.frame[1][1], part.frame[1][2]};
+  double x[kSteps + 1], y[kSteps + 1];
+  for (int i = 0; i <= kSteps; ++i) {
+    x[i] = dot(row_x, places[i] - centre);
+    y[i] = dot(row_y, places[i] - centre);
+  }
+  part.second[2][1] = static_cast<float>(y[0] - y[kSteps / 2]);
+  const double c = part.second[2][1];
+  double away = 0, longest = 0;
+  for (int i = 0; i <= kSteps; ++i) {
+    away = std::max(away, std::fabs(y[i] - c * (x[i] * x[i] - 0.5)));
+    if (i > 0) longest = std::max(longest, std::fabs(x[i] - x[i - 1]));
+  }
+  const double steepest = 2 * std::fabs(c) * (1 + double{part.reach[0]});
+  away += 0.25 * std::fabs(c) * longest * longest;
+  away += radius * (length(row_y) + steepest * length(row_x));
+  part.second[2][2] = rounded_up(away * (1 + 0x1p-40));
+}
+
+// Whether the ray passes the plane n = 0 of the frame so far from the parabola that it meets
+// nothing: what it would meet is within reach_n of the plane, so within |p| reach_n of where the
+// ray passes it, by x, and so by y. Roundings are those of patch_decision-inl.h.
+bool passes_by(const SubPatch& part, double extent, const float* origin, const float* direction) {
+  double from[3], o[3], d[3], norm[3], far = 0;
+  for (int k = 0; k < 3; ++k) {
+    from[k] = double{origin[k]} - double{part.centre[k]};
+    far = std::max(far, std::fabs(from[k]));
+  }
+  for (int r = 0; r < 3; ++r) {
+    const double f[3] = {part.frame[r][0], part.frame[r][1], part.frame[r][2]};
+    o[r] = f[0] * from[0] + f[1] * from[1] + f[2] * from[2];
+    d[r] = f[0] * double{direction[0]} + f[1] * double{direction[1]} + f[2] * double{direction[2]};
+    norm[r] = std::fabs(f[0]) + std::fabs(f[1]) + std::fabs(f[2]);
+  }
+  const double inverse = 1 / d[2], p = d[0] * inverse, q = d[1] * inverse;
+  const double x = o[0] - p * o[2], y = o[1] - q * o[2], c = part.second[2][1];
+  const double noise = 0x1p-43 * (far + 2 * extent);
+  const double away_x =
+      std::fabs(p) * double{part.reach[2]} + (norm[0] + std::fabs(p) * norm[2]) * noise;
+  const double away_y =
+      std::fabs(q) * double{part.reach[2]} + (norm[1] + std::fabs(q) * norm[2]) * noise;
+  const double steepest = 2 * std::fabs(c) * std::max(std::fabs(x), 1 + double{part.reach[0]});
+  return std::fabs(y - c * (x * x - 0.5)) > double{part.second[2][2]} + away_y + steepest * away_x;
 }
 
 // A span as one ray sees it.
@@ -91,13 +159,13 @@ class Passage {
   }
 
   FatHit search(double away) {
-    Piece stack[kStackMax];
+    Piece stack[kStackMax];  // plain numbers, which cost nothing where most rays pass by at once
     int count = 0;
     stack[count++] = {span_.from, span_.to, across(point_at_parameter(span_.from)),
                       across(point_at_parameter(span_.to)), away};
     while (count > 0) {
       const Piece piece = stack[--count];
-      const Nearest at = nearest(piece.a, piece.b);
+      const Nearest at = nearest(piece.a.vector(), piece.b.vector());
       if (!(at.distance - piece.away <= limit_())) continue;
       if (evaluations_ >= kFatEvaluationsMax) break;
       if (piece.away <= kNear * width_) {
@@ -105,7 +173,7 @@ class Passage {
         continue;
       }
       const double middle = 0.5 * (piece.from + piece.to);
-      const Vec3d there = across(point_at_parameter(middle));
+      const Across there = across(point_at_parameter(middle));
       const Piece halves[2] = {{piece.from, middle, piece.a, there, 0.25 * piece.away},
                                {middle, piece.to, there, piece.b, 0.25 * piece.away}};
       // The nearer one is looked at first.
@@ -117,9 +185,13 @@ class Passage {
   }
 
  private:
+  struct Across {
+    double x, y, z;
+    Vec3d vector() const { return {x, y, z}; }
+  };
   struct Piece {
     double from, to;
-    Vec3d a, b;  // its ends, seen along the ray
+    Across a, b;  // its ends, seen along the ray
     double away;
   };
   struct Nearest {
@@ -127,9 +199,10 @@ class Passage {
   };
 
   // Of a point, what is across the ray, which is the origin there.
-  Vec3d across(Vec3d p) const {
+  Across across(Vec3d p) const {
     const Vec3d from = p - origin_;
-    return from - (dot(from, direction_) / square_) * direction_;
+    const Vec3d beside = from - (dot(from, direction_) / square_) * direction_;
+    return {beside.x, beside.y, beside.z};
   }
 
   static Nearest nearest(Vec3d a, Vec3d b) {
@@ -185,14 +258,16 @@ FatPlacement::FatPlacement(const Transform& to_world)
 SubPatch FatPlacement::placed(const Patch& patch, std::uint32_t span, Bounds3f& box) const {
   const TrimSet& trims = *patch.trims;
   const FatSpan& of = trims.borders()[span];
-  Vec3d ends[2];
+  PatchPoint points[kPatchPointsMax];
+  take_points(patch, points);
+  Vec3d places[kSteps + 1];
   double most = 0;
-  for (int end = 0; end < 2; ++end) {
-    const double t = end == 0 ? of.from : of.to;
+  for (int step = 0; step <= kSteps; ++step) {
+    const double t = of.from + step * ((of.to - of.from) / kSteps);
     const TrimPlace at = point_at(trims.cells().coefficients.data() + of.first,
                                   static_cast<int>(of.degree), {1 - t, t});
-    ends[end] = point_of(evaluate(patch, at.u, at.v));
-    for (int a = 0; a < 3; ++a) most = std::max(most, std::fabs(ends[end][a]));
+    places[step] = point_of(evaluate(patch, points, at.u, at.v));
+    for (int a = 0; a < 3; ++a) most = std::max(most, std::fabs(places[step][a]));
   }
   SubPatch part{};
   for (float& second : part.second[0]) second = std::numeric_limits<float>::infinity();
@@ -202,20 +277,22 @@ SubPatch FatPlacement::placed(const Patch& patch, std::uint32_t span, Bounds3f& 
   // Points of the patch in the world are rounded by 4 u of the coordinates.
   constexpr double kOff = 8 * 0x1p-24;
   part.second[2][0] = rounded_up(double{of.away} * stretch_ + rounding_ * most);
-  const double reach = double{part.second[1][2]} + double{part.second[2][0]} + kOff * most;
-  frame_about(ends, reach, part);
-  for (const Vec3d& end : ends) {
-    const Vec3f wide{rounded_up(reach), rounded_up(reach), rounded_up(reach)};
-    // The end itself is rounded to float32, and so is the sum.
-    const Vec3f off = wide + Vec3f{1, 1, 1} * rounded_up(2 * 0x1p-24 * (most + reach));
-    box.grow(rounded(end) - off);
-    box.grow(rounded(end) + off);
+  const double radius =
+      double{part.second[1][2]} + kOfStep * double{part.second[2][0]} + kOff * most;
+  frame_about(places, radius, part);
+  bend_along(places, radius, part);
+  const float wide = rounded_up(radius + 2 * 0x1p-24 * (most + radius));
+  for (const Vec3d& place : places) {
+    // The place itself is rounded to float32, and so is the sum.
+    box.grow(rounded(place) - Vec3f{wide, wide, wide});
+    box.grow(rounded(place) + Vec3f{wide, wide, wide});
   }
   return part;
 }
 
 FatHit fat_border_hit(const Patch& patch, const SubPatch& part, const float* origin,
                       const float* direction, float t_min) {
+  if (passes_by(part, patch.extent, origin, direction)) return {};
   const std::uint32_t number = static_cast<std::uint32_t>(part.second[1][0]) |
                                static_cast<std::uint32_t>(part.second[1][1]) << 16;
   const TrimSet& trims = *patch.trims;

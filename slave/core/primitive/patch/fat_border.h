@@ -22,7 +22,8 @@
 // met, so kernels look for rays there as for those of others; its second derivatives by x are
 // infinite, so none is decided without patch_answer(). The others hold what that needs: the number
 // of the span, 16 bits in second[1][0] and [1][1] each, its width in second[1][2], and in
-// second[2][0] how far it is away from its chord.
+// second[2] how far it is away from its chord, the bend c of the parabola y = c (x^2 - 1/2) that it
+// follows in the frame, and how far in y what is met is from that at most.
 //
 // Work. At most kFatEvaluationsMax points of the surface a ray, none for most; at the bound the
 // nearest point until then counts. The same bits on every instruction set: plain double.

@@ -20,7 +20,7 @@ constexpr int kTileBits = 3;  // 8 x 8 tiles
 constexpr int kTiles = 1 << kTileBits;
 constexpr double kUncertain = 5 * 0x1p-24;  // of the square: 4.5 u, and room for roundings
 constexpr int kSpanDepthMax = 8;            // halvings of a segment
-constexpr double kStraight = 1.0 / 16;      // of its chord: a span that is so near to it is short
+constexpr double kStraight = 1.0 / 4;       // of its chord: a span that is so near to it is short
 constexpr double kShare = 1.0 / 4;          // of the patch: spans are no longer, for their boxes
 
 // Bounds of the sizes of derivatives, by component.
