@@ -9,7 +9,6 @@
 #include "slave/core/primitive/patch/patch_input.h"
 #include "slave/core/primitive/patch/patch_preparation.h"
 #include "slave/core/primitive/patch/placed_sub_patch.h"
-#include "slave/core/primitive/patch/sub_patch_range.h"
 
 namespace tessera::core {
 namespace {
@@ -36,30 +35,18 @@ struct SplitSurface {
       patch.degree_v = form.degree_v;
       if (!checked.is_ok()) continue;
       patch = std::move(*checked);
-      split_patch(patch.patch(), 0, splitting, parts);
-      if (trims) leave_out(static_cast<std::uint32_t>(patches.size() - 1));
+      split(static_cast<std::uint32_t>(patches.size() - 1), splitting);
     }
     first_part.push_back(parts.parts.size());
   }
 
  private:
-  // Drops the last patch's parts of which nothing is kept, and marks those of which some is.
-  void leave_out(std::uint32_t patch) {
-    if (!trims->is_trimmed(patch)) return;
-    std::size_t to = first_part.back();
-    for (std::size_t p = to; p < parts.parts.size(); ++p) {
-      SubPatch part = parts.parts[p];
-      const SubPatchRange range(part);
-      const Kept kept =
-          trims->kept_of(patch, {range.middle_u - range.half_u, range.middle_u + range.half_u,
-                                 range.middle_v - range.half_v, range.middle_v + range.half_v});
-      if (kept == Kept::kNone) continue;
-      part.is_trimmed = kept == Kept::kSome;
-      parts.boxes[to] = parts.boxes[p];
-      parts.parts[to++] = part;
-    }
-    parts.parts.resize(to);
-    parts.boxes.resize(to);
+  void split(std::uint32_t number, const PatchSplitting& splitting) {
+    Patch patch = patches[number].patch();
+    if (!trims || !trims->is_trimmed(number)) return split_patch(patch, 0, splitting, parts);
+    patch.trims = trims.get();
+    patch.trimmed_as = number;
+    split_trimmed_patch(patch, 0, splitting, parts);
   }
 };
 
@@ -164,11 +151,11 @@ std::uint64_t patch_count(const Scene& scene) {
 
 PatchSplitting splitting_for(std::uint64_t patch_count) {
   // Some 300, 140, 30, 12 and 3 parts a patch.
-  if (patch_count <= 1024) return {0.35, 4};
-  if (patch_count <= 4096) return {0.5, 3};
-  if (patch_count <= 16384) return {0.7, 1};
-  if (patch_count <= 65536) return {1, 1};
-  return {2, 1};
+  if (patch_count <= 1024) return {.radius = 0.35, .slope = 4, .trim_level_max = 4};
+  if (patch_count <= 4096) return {.radius = 0.5, .slope = 3, .trim_level_max = 3};
+  if (patch_count <= 16384) return {.radius = 0.7, .slope = 1, .trim_level_max = 2};
+  if (patch_count <= 65536) return {.radius = 1, .slope = 1, .trim_level_max = 1};
+  return {.radius = 2, .slope = 1};
 }
 
 std::uint64_t PatchStore::memory_bytes() const {

@@ -9,9 +9,13 @@
 #include "slave/core/primitive/patch/patch_evaluation.h"
 #include "slave/core/primitive/patch/sub_patch_bounds.h"
 #include "slave/core/primitive/patch/sub_patch_range.h"
+#include "slave/core/primitive/patch/trim_set.h"
 
 namespace tessera::core {
 namespace {
+
+// Of a part that is cut by trims: of what is left out, for halves of it to be worth their memory.
+constexpr double kShareOut = 0.5;
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
@@ -53,7 +57,7 @@ class Splitter {
            SubPatches& to)
       : patch_(patch), number_(number), splitting_(splitting), to_(to) {}
 
-  void run() {
+  void run(Kept kept) {
     const int m = patch_.degree_u, n = patch_.degree_v;
     take_points(patch_, points_);
     PartNets nets;
@@ -68,26 +72,56 @@ class Splitter {
       }
     size_ = DoubleBox(nets).size();
     error_ = kNetError * std::max({size_of(nets.x[0]), size_of(nets.x[1]), size_of(nets.x[2])});
-    split_part(nets, SubPatch{});
+    split_part(nets, SubPatch{}, kept);
   }
 
  private:
   struct Verdict {
     double worst = kInf;  // the radius that is left open, over that which is asked for
     bool splits_u = true;
+    bool is_long_by_u = true;
   };
 
-  // Recursion: at most 2 level_max deep.
-  void split_part(const PartNets& nets, SubPatch part) {
+  Kept kept_of(const SubPatch& part) const {
+    const SubPatchRange range(part);
+    return patch_.trims->kept_of(patch_.trimmed_as,
+                                 {range.middle_u - range.half_u, range.middle_u + range.half_u,
+                                  range.middle_v - range.half_v, range.middle_v + range.half_v});
+  }
+
+  // The share of places of a part, in even steps, that are left out.
+  double share_left_out(const SubPatch& part) const {
+    constexpr int kSide = 8;
+    const SubPatchRange range(part);
+    int count = 0;
+    for (int i = 0; i < kSide; ++i)
+      for (int j = 0; j < kSide; ++j) {
+        const double x = (2 * i + 1.0) / kSide - 1, y = (2 * j + 1.0) / kSide - 1;
+        count += !patch_.trims->is_kept(patch_.trimmed_as, range.middle_u + range.half_u * x,
+                                        range.middle_v + range.half_v * y);
+      }
+    return count / double{kSide * kSide};
+  }
+
+  // Recursion: at most twice the larger level deep. kept: what is known of a part that holds it.
+  void split_part(const PartNets& nets, SubPatch part, Kept kept) {
+    if (kept == Kept::kSome) kept = kept_of(part);
+    if (kept == Kept::kNone) return;
     part.patch = number_;
+    part.is_trimmed = kept == Kept::kSome;
     Verdict verdict = fill(part, nets);
-    const int most = splitting_.level_max;
+    const DoubleBox box(nets);
+    const bool is_done = verdict.worst <= 1;
+    const int most = !is_done ? splitting_.level_max
+                     : part.is_trimmed && share_left_out(part) >= kShareOut
+                         ? splitting_.trim_level_max
+                         : 0;
+    if (is_done) verdict.splits_u = verdict.is_long_by_u;
     if (part.level_u >= most) verdict.splits_u = false;
     if (part.level_v >= most) verdict.splits_u = true;
-    const DoubleBox box(nets);
     const bool is_last =
         (part.level_u >= most && part.level_v >= most) || box.size() < splitting_.smallest * size_;
-    if (verdict.worst <= 1 || is_last) {
+    if (is_last) {
       to_.parts.push_back(part);
       to_.boxes.push_back(outward(nets, box));
       return;
@@ -104,7 +138,7 @@ class Splitter {
       std::uint16_t& place = verdict.splits_u ? other.column : other.row;
       place = static_cast<std::uint16_t>(2 * place + (is_high ? 1 : 0));
       ++(verdict.splits_u ? other.level_u : other.level_v);
-      split_part(half, other);
+      split_part(half, other, kept);
     }
   }
 
@@ -118,7 +152,8 @@ class Splitter {
                             jet.point[2] - middle_[2]};
     const Vec3d normal = cross(a, b);
     const double area = length(normal);
-    Verdict verdict{kInf, length(a) >= length(b)};
+    const bool is_long_by_u = length(a) >= length(b);
+    Verdict verdict{kInf, is_long_by_u, is_long_by_u};
     // Below these the derivatives are parallel, or noise.
     if (!(area > 0x1p-30 * length(a) * length(b) && area > 0x1p-60 * size_ * size_)) return verdict;
     const Vec3d n = (1 / area) * normal;
@@ -138,7 +173,7 @@ class Splitter {
     const SubPatchBounds bounds = local_bounds(part, nets);
     store(bounds, part);
     if (!part.has_frame) return verdict;
-    return judged(bounds, rows, nets);
+    return judged(bounds, rows, nets, is_long_by_u);
   }
 
   SubPatchBounds local_bounds(const SubPatch& part, const PartNets& nets) const {
@@ -174,7 +209,8 @@ class Splitter {
     part.has_frame = is_finite;
   }
 
-  Verdict judged(const SubPatchBounds& bounds, const Vec3d (&rows)[3], const PartNets& nets) const {
+  Verdict judged(const SubPatchBounds& bounds, const Vec3d (&rows)[3], const PartNets& nets,
+                 bool is_long_by_u) const {
     double radius = 0, in_x = 0, in_y = 0;
     for (int r = 0; r < 2; ++r) {
       const double slope = splitting_.slope * length(rows[r]);
@@ -182,7 +218,7 @@ class Splitter {
       in_x = std::max(in_x, bounds.xx[r] + slope * bounds.xx[2]);
       in_y = std::max(in_y, bounds.yy[r] + slope * bounds.yy[2]);
     }
-    Verdict verdict{radius / splitting_.radius, in_x >= in_y};
+    Verdict verdict{radius / splitting_.radius, in_x >= in_y, is_long_by_u};
     // Towards a border that is one point, halves across it are of no use.
     if (is_collapsed(nets, false)) {
       verdict.splits_u = false;
@@ -233,7 +269,14 @@ class Splitter {
 void split_patch(const Patch& patch, std::uint32_t number, const PatchSplitting& splitting,
                  SubPatches& to) {
   TESSERA_CHECK(splitting.level_max >= 0 && splitting.level_max <= kSubPatchLevelMax);
-  Splitter(patch, number, splitting, to).run();
+  Splitter(patch, number, splitting, to).run(Kept::kAll);
+}
+
+void split_trimmed_patch(const Patch& patch, std::uint32_t number, const PatchSplitting& splitting,
+                         SubPatches& to) {
+  TESSERA_CHECK(splitting.level_max >= 0 && splitting.level_max <= kSubPatchLevelMax);
+  TESSERA_CHECK(splitting.trim_level_max <= kSubPatchLevelMax);
+  Splitter(patch, number, splitting, to).run(Kept::kSome);
 }
 
 }  // namespace tessera::core

@@ -24,6 +24,9 @@ struct PatchSplitting {
   // Halvings in each direction, at most kSubPatchLevelMax: a patch has up to 4^level_max parts.
   int level_max = 5;
   double smallest = 0x1p-5;  // no part is split whose box is smaller than this part of its patch's
+  // Halvings in each direction of parts of which trims keep some and leave out some, where shape
+  // alone asks for fewer: the less of a part is left out, the fewer rays are decided for nothing.
+  int trim_level_max = 0;
 };
 
 struct SubPatches {
@@ -35,5 +38,10 @@ struct SubPatches {
 // Requires: a patch that was checked (patch_input.h).
 void split_patch(const Patch& patch, std::uint32_t number, const PatchSplitting& splitting,
                  SubPatches& to);
+
+// The same of what is kept: parts that trims leave out are not there, and those that they cut are
+// marked. Requires: patch.trims.
+void split_trimmed_patch(const Patch& patch, std::uint32_t number, const PatchSplitting& splitting,
+                         SubPatches& to);
 
 }  // namespace tessera::core
