@@ -128,11 +128,12 @@ bool PatchPacketTest<W, kAny, Rays, Test>::decide(const Patch& patch, const SubP
     }
     const int count = rays.count - first;
     const uint32_t there = count < kWidth ? (1u << count) - 1 : ~0u;
-    for (uint32_t hits = bits_of<Doubles>(answer.is_hit) & there; hits != 0; hits &= hits - 1) {
+    uint32_t hits = bits_of<Doubles>(answer.is_hit) & there;
+    if (part.is_trimmed && hits != 0) hits = kept_of_hits(patch, u, v, hits);
+    for (; hits != 0; hits &= hits - 1) {
       const int i = __builtin_ctz(hits);
       const auto ray = static_cast<size_t>(rays.ray[first + i]);
-      if (t[i] >= static_cast<double>(least_t(rays_, ray)) &&
-          (!part.is_trimmed || is_kept(patch, u[i], v[i])))
+      if (t[i] >= static_cast<double>(least_t(rays_, ray)))
         has_hit |= take(part, ray, static_cast<float>(t[i]));
     }
     for (uint32_t open = bits_of<Doubles>(answer.is_undecided) & there; open != 0; open &= open - 1)

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <span>
 
 #include "slave/core/primitive/patch/fat_border.h"
 #include "slave/core/primitive/patch/patch_answer_abi.h"
@@ -67,6 +69,23 @@ PatchAnswer solved_answer(const Patch& patch, const SubPatch& part, const float*
 
 bool is_kept(const Patch& patch, double u, double v) {
   return patch.trims == nullptr || patch.trims->is_kept(patch.trimmed_as, u, v);
+}
+
+std::uint32_t kept_of_hits(const Patch& patch, const double* u, const double* v,
+                           std::uint32_t hits) {
+  if (patch.trims == nullptr) return hits;
+  TrimPlace places[32];
+  std::size_t count = 0;
+  for (std::uint32_t left = hits; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left);
+    places[count++] = {u[i], v[i]};
+  }
+  const std::uint64_t kept = patch.trims->kept(patch.trimmed_as, std::span(places, count));
+  count = 0;
+  for (std::uint32_t left = hits; left != 0; left &= left - 1, ++count) {
+    if ((kept >> count & 1) == 0) hits ^= left & (~left + 1);
+  }
+  return hits;
 }
 
 }  // namespace tessera::core

@@ -29,4 +29,7 @@ PatchAnswer solved_answer(const Patch& patch, const SubPatch& part, const float*
 // Whether the patch is there at (u, v). To be asked for hits of sub-patches that are trimmed.
 bool is_kept(const Patch& patch, double u, double v);
 
+// Those of some hits where it is there. Shape: u and v of hit i, for each bit i that is set.
+uint32_t kept_of_hits(const Patch& patch, const double* u, const double* v, uint32_t hits);
+
 }  // namespace tessera::core

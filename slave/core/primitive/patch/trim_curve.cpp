@@ -13,21 +13,6 @@ TrimCoefficient coefficient_of(const TrimPoint& point, int degree, int index) {
   return {many * (w * double{point.u}), many * (w * double{point.v}), many * w};
 }
 
-TrimPlace point_at(const TrimCoefficient* coefficients, int degree, TrimParameter at) {
-  TrimCoefficient sum = coefficients[0];
-  double power = 1;
-  for (int i = 1; i <= degree; ++i) {
-    const TrimCoefficient& c = coefficients[i];
-    power = power * at.t;
-    sum = {sum.u * at.s + c.u * power, sum.v * at.s + c.v * power, sum.w * at.s + c.w * power};
-  }
-  return {sum.u / sum.w, sum.v / sum.w};
-}
-
-TrimParameter middle(TrimParameter a, TrimParameter b) {
-  return {0.5 * (a.s + b.s), 0.5 * (a.t + b.t)};
-}
-
 TrimParameter geometric_middle(TrimParameter a, TrimParameter b) {
   const auto digits = [](TrimParameter x) { return std::bit_cast<std::uint64_t>(x.t / x.s); };
   // Neither is negative, so the order of their bits is that of the numbers; infinity is the last.

@@ -37,10 +37,21 @@ struct TrimPlace {
 TrimCoefficient coefficient_of(const TrimPoint& point, int degree, int index);
 
 // Shape: coefficients [degree + 1].
-TrimPlace point_at(const TrimCoefficient* coefficients, int degree, TrimParameter at);
+inline TrimPlace point_at(const TrimCoefficient* coefficients, int degree, TrimParameter at) {
+  TrimCoefficient sum = coefficients[0];
+  double power = 1;
+  for (int i = 1; i <= degree; ++i) {
+    const TrimCoefficient& c = coefficients[i];
+    power = power * at.t;
+    sum = {sum.u * at.s + c.u * power, sum.v * at.s + c.v * power, sum.w * at.s + c.w * power};
+  }
+  return {sum.u / sum.w, sum.v / sum.w};
+}
 
 // Halfway. Requires: both have s + t = 1 but for roundings; so has what it returns.
-TrimParameter middle(TrimParameter a, TrimParameter b);
+inline TrimParameter middle(TrimParameter a, TrimParameter b) {
+  return {0.5 * (a.s + b.s), 0.5 * (a.t + b.t)};
+}
 
 // Halfway in the digits of t / s: after 64 such halves nothing lies between two parameters, however
 // many powers of two they are apart. What it returns has not s + t = 1.

@@ -80,10 +80,11 @@ class CellBuilder {
     return static_cast<float>(v_at(piece, to_.coefficients.data(), u));
   }
 
-  TrimCell leaf_of(const Area& area, const List& list, bool is_odd) {
+  TrimCell leaf_of(const Area& area, List list, bool is_odd) {
+    const TrimBox box{{area.u, area.u + area.width}, {area.v, area.v + area.height}};
+    for (TrimListed& of : list) set_course(to_, box, of);
     const auto crowd = static_cast<std::size_t>(options_.crowd);
     if (list.size() > crowd) {
-      const TrimBox box{{area.u, area.u + area.width}, {area.v, area.v + area.height}};
       if (const std::optional<std::uint32_t> order = add_order(to_, box, list, crowd)) {
         TrimCell cell;
         cell.first = *order;
@@ -201,7 +202,7 @@ class CellBuilder {
           span_of(box.v_low, box.v_high, area.v, grid.per_v, static_cast<int>(grid.rows));
       for (int row = rows.from; row <= rows.to; ++row)
         lists[static_cast<std::size_t>(row) * grid.columns + static_cast<std::size_t>(column)]
-            .push_back({of.piece, v_edge});
+            .push_back({of.piece, v_edge, {}});
     }
   }
 
@@ -257,7 +258,7 @@ class CellBuilder {
 TrimCell build_cells(TrimCells& to, std::uint32_t first, std::uint32_t end, bool is_odd,
                      const TrimCellOptions& options) {
   List list;
-  for (std::uint32_t i = first; i < end; ++i) list.push_back({i, no_edge(to.pieces[i])});
+  for (std::uint32_t i = first; i < end; ++i) list.push_back({i, no_edge(to.pieces[i]), {}});
   // Of the whole square only rays count: a piece that falls counts for v_edge = -infinity alone.
   for (const TrimListed& of : list) is_odd ^= to.pieces[of.piece].falls != 0;
   const std::size_t entries = list.size() * static_cast<std::size_t>(options.entries_per_piece);

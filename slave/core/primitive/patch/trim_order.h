@@ -21,6 +21,9 @@ struct TrimBox {
   double u[2], v[2];
 };
 
+// Finds the course of a piece that a cell lists, where it has one.
+void set_course(const TrimCells& cells, const TrimBox& cell, TrimListed& of);
+
 // Appends order, ranges and list of a cell. Returns: its number, or nothing, and nothing is
 // appended, where no more than `few` pieces have an order.
 std::optional<std::uint32_t> add_order(TrimCells& to, const TrimBox& cell,

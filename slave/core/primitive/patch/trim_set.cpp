@@ -99,6 +99,12 @@ TrimSet::TrimSet(const PatchSurface& surface, const TrimCellOptions& options) {
   cells_.ranges.shrink_to_fit();
 }
 
+const TrimCell& TrimSet::cell_in(const TrimGrid& grid, TrimPlace at) const {
+  const std::uint32_t column = cell_index(at.u, grid.u, grid.per_u, grid.columns);
+  const std::uint32_t row = cell_index(at.v, grid.v, grid.per_v, grid.rows);
+  return cells_.cells[std::size_t{grid.first} + std::size_t{row} * grid.columns + column];
+}
+
 bool TrimSet::is_kept(std::uint32_t patch, double u, double v, TrimSteps& steps) const {
   if (patch >= whole_.size()) return true;
   u = in_square(u);
@@ -106,10 +112,7 @@ bool TrimSet::is_kept(std::uint32_t patch, double u, double v, TrimSteps& steps)
   TrimCell cell = whole_[patch];
   while (cell.is_grid != 0) {
     ++steps.cells;
-    const TrimGrid& grid = cells_.grids[cell.first];
-    const std::uint32_t column = cell_index(u, grid.u, grid.per_u, grid.columns);
-    const std::uint32_t row = cell_index(v, grid.v, grid.per_v, grid.rows);
-    cell = cells_.cells[std::size_t{grid.first} + std::size_t{row} * grid.columns + column];
+    cell = cell_in(cells_.grids[cell.first], {u, v});
   }
   return !cells_.is_odd(cell, u, v, steps);
 }
@@ -162,11 +165,46 @@ Kept TrimSet::kept_of(std::uint32_t patch, const TrimCell& cell, const TrimArea&
   return is_any ? Kept::kAll : Kept::kNone;
 }
 
+// Memory of many loops comes from far away, and what a place asks is known only when the step
+// before has come: so all places take each step before one takes the next.
 std::uint64_t TrimSet::kept(std::uint32_t patch, std::span<const TrimPlace> places) const {
-  TESSERA_CHECK_LE(places.size(), 64u);
+  TESSERA_CHECK_LE(places.size(), kTrimPlacesMax);
+  const std::size_t count = places.size();
+  if (patch >= whole_.size())
+    return count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
+  TrimPlace at[kTrimPlacesMax];
+  const TrimCell* cell[kTrimPlacesMax];
+  for (std::size_t i = 0; i < count; ++i) {
+    at[i] = {in_square(places[i].u), in_square(places[i].v)};
+    cell[i] = &whole_[patch];
+  }
+  bool is_any_grid = true;
+  while (is_any_grid) {
+    is_any_grid = false;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (cell[i]->is_grid == 0) continue;
+      cell[i] = &cell_in(cells_.grids[cell[i]->first], at[i]);
+      __builtin_prefetch(cell[i]);
+      is_any_grid = true;
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (cell[i]->is_ordered != 0) {
+      __builtin_prefetch(&cells_.orders[cell[i]->first]);
+    } else if (cell[i]->count != 0) {
+      __builtin_prefetch(&cells_.listed[cell[i]->first]);
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (cell[i]->is_ordered == 0) continue;
+    const TrimOrder& order = cells_.orders[cell[i]->first];
+    __builtin_prefetch(&cells_.ranges[order.range]);
+    __builtin_prefetch(&cells_.listed[order.first]);
+  }
   std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < places.size(); ++i)
-    bits |= std::uint64_t{is_kept(patch, places[i].u, places[i].v)} << i;
+  TrimSteps steps;
+  for (std::size_t i = 0; i < count; ++i)
+    bits |= std::uint64_t{!cells_.is_odd(*cell[i], at[i].u, at[i].v, steps)} << i;
   return bits;
 }
 

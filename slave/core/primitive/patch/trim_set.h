@@ -13,7 +13,7 @@
 // are asked: those of a patch at most, and that only where they all pass one cell of 2^-17.
 //
 // Memory. A segment of degree 3 has 72 bytes of coefficients; 48 for a piece, of which it has 1 to
-// 2 in general; 4 to 8 cells of 8 bytes, and 8 bytes for each time that a piece passes a cell, at
+// 2 in general; 4 to 8 cells of 8 bytes, and 36 bytes for each time that a piece passes a cell, at
 // most 64 times, 12 more where the cell has an order. slave/core/decisions/trims.md has what was
 // measured.
 //
@@ -35,6 +35,8 @@ namespace tessera::core {
 struct TrimArea {
   double u0, u1, v0, v1;
 };
+inline constexpr std::size_t kTrimPlacesMax = 64;
+
 enum class Kept { kNone, kSome, kAll };
 
 class TrimSet {
@@ -60,7 +62,7 @@ class TrimSet {
   bool is_kept(std::uint32_t patch, double u, double v, TrimSteps& steps) const;
 
   // Several points of one patch. Returns: bit i is set where places[i] is kept.
-  // Requires: at most 64 places.
+  // Requires: at most kTrimPlacesMax places.
   std::uint64_t kept(std::uint32_t patch, std::span<const TrimPlace> places) const;
 
   // What is kept of a rectangle of a patch's square, its border and 2^-22 beyond it included.
@@ -74,6 +76,7 @@ class TrimSet {
   std::size_t bytes() const;
 
  private:
+  const TrimCell& cell_in(const TrimGrid& grid, TrimPlace at) const;
   Kept kept_of(std::uint32_t patch, const TrimCell& cell, const TrimArea& area) const;
 
   TrimCells cells_;
