@@ -54,7 +54,7 @@ SceneNeed SceneReceiver::begin_head() {
   need.version = a.version;
   head_->blocks.resize(a.digests.size());
   for (std::uint32_t i = 0; i < a.digests.size(); ++i) {
-    if (const SceneBlock* kept = shelf_.block(a.digests[i]); kept != nullptr) {
+    if (const SceneBlock* kept = shelf_.block(a.digests[i], i); kept != nullptr) {
       head_->blocks[i] = *kept;
       head_->had_bytes += a.sizes[i];
       continue;
@@ -72,6 +72,7 @@ SceneNeed SceneReceiver::begin_head() {
 // Reports the kept chunks as arrived, since slaves may have asked for them before the announcement
 // was here.
 void SceneReceiver::tell_kept(Actions& actions) const {
+  actions.arrived.reserve(actions.arrived.size() + head_->blocks.size());
   for (std::uint32_t block = 0; block < head_->blocks.size(); ++block) {
     if (!head_->blocks[block].bytes) continue;
     actions.arrived.push_back(
@@ -237,6 +238,7 @@ void SceneReceiver::finish_head(Actions& actions) {
   Complete complete;
   complete.version = head->announce.version;
   complete.scene.time_seconds = head->announce.time_seconds;
+  complete.scene.blocks.reserve(head->blocks.size());
   for (std::size_t i = 0; i < head->blocks.size(); ++i) {
     if (head->blocks[i].bytes->size() != head->announce.sizes[i]) {
       actions.failed.push_back({complete.version, wrong_size_text(i)});

@@ -6,36 +6,70 @@
 
 namespace tessera::wire {
 
+namespace {
+
+// Calls f with the blocks of `of` that are not at the same place in `other`.
+template <class F>
+void for_each_other(const EncodedScene& of, const EncodedScene* other, const F& f) {
+  for (std::size_t i = 0; i < of.blocks.size(); ++i) {
+    const bool is_same = other != nullptr && i < other->blocks.size() &&
+                         other->blocks[i].digest == of.blocks[i].digest;
+    if (!is_same) f(of.blocks[i]);
+  }
+}
+
+}  // namespace
+
 void SceneShelf::keep(SceneVersion version, const EncodedScene& scene) {
+  for_each_other(scene, kept_.empty() ? nullptr : &kept_.back().scene,
+                 [this](const SceneBlock& block) { add(block); });
   kept_.push_back({version, scene});
-  if (kept_.size() > kScenesKept) kept_.pop_front();
-  index_blocks();
+  if (kept_.size() > kScenesKept) drop_oldest();
+}
+
+void SceneShelf::drop_oldest() {
+  for_each_other(kept_[0].scene, kept_.size() > 1 ? &kept_[1].scene : nullptr,
+                 [this](const SceneBlock& block) { remove(block); });
+  kept_.pop_front();
 }
 
 void SceneShelf::put_aside(std::vector<SceneBlock> whole, std::vector<BlockAssembly> parts) {
+  for (const SceneBlock& block : whole) add(block);
+  for (const SceneBlock& block : whole_parts_) remove(block);
   whole_parts_ = std::move(whole);
   parts_ = std::move(parts);
-  index_blocks();
+  is_indexed_ = false;
 }
 
 void SceneShelf::drop_parts() { put_aside({}, {}); }
 
-void SceneShelf::index_blocks() {
-  blocks_.clear();
-  for (const Kept& kept : kept_) {
-    for (const SceneBlock& block : kept.scene.blocks) blocks_.emplace(block.digest, block);
-  }
-  for (const SceneBlock& block : whole_parts_) blocks_.emplace(block.digest, block);
+void SceneShelf::add(const SceneBlock& block) {
+  Indexed& indexed = blocks_[block.digest];
+  if (indexed.uses++ > 0) return;
+  indexed.block = block;
+  if (!block.chunks) return;
+  large_[block.digest] = indexed;
   is_indexed_ = false;
+}
+
+void SceneShelf::remove(const SceneBlock& block) {
+  const auto indexed = blocks_.find(block.digest);
+  if (--indexed->second.uses > 0) return;
+  blocks_.erase(indexed);
+  if (large_.erase(block.digest) > 0) is_indexed_ = false;
 }
 
 void SceneShelf::forget_versions() {
   for (Kept& kept : kept_) kept.version = 0;
 }
 
-const SceneBlock* SceneShelf::block(const Digest& digest) const {
+const SceneBlock* SceneShelf::block(const Digest& digest, std::size_t place) const {
+  if (!kept_.empty() && place < kept_.back().scene.blocks.size()) {
+    const SceneBlock& there = kept_.back().scene.blocks[place];
+    if (there.digest == digest) return &there;
+  }
   const auto found = blocks_.find(digest);
-  return found == blocks_.end() ? nullptr : &found->second;
+  return found == blocks_.end() ? nullptr : &found->second.block;
 }
 
 const EncodedScene* SceneShelf::scene(SceneVersion version) const {
@@ -60,8 +94,8 @@ std::optional<std::span<const std::byte>> SceneShelf::chunk(const Digest& digest
   if (!is_indexed_) {
     is_indexed_ = true;
     chunks_.clear();
-    for (const auto& [name, block] : blocks_) {
-      if (!block.chunks) continue;
+    for (const auto& [name, indexed] : large_) {
+      const SceneBlock& block = indexed.block;
       for (std::uint32_t i = 0; i < block.chunks->size(); ++i) {
         chunks_.emplace((*block.chunks)[i], std::span(*block.bytes)
                                                 .subspan(std::size_t{i} * kSceneChunkBytes,

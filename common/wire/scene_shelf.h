@@ -5,7 +5,9 @@
 //
 // Threads. One owner. Pure.
 // Invariants. (1) There are at most kScenesKept scenes, and the parts of one. (2) Everything here
-// has had its digest checked.
+// has had its digest checked. (3) A block of which the next kept scene has an equal one at the same
+// place counts there alone, so that a scene that differs in one block of thousands changes the
+// index in one place.
 #pragma once
 
 #include <cstdint>
@@ -33,8 +35,9 @@ class SceneShelf {
   // Keeps the blocks but not the versions, which mean nothing to the next master.
   void forget_versions();
 
-  // Returns: null when the block or scene is not here.
-  const SceneBlock* block(const Digest& digest) const;
+  // Returns: null when the block or scene is not here. `place`: where it may lie in the newest
+  // scene, which is looked at first.
+  const SceneBlock* block(const Digest& digest, std::size_t place = 0) const;
   const EncodedScene* scene(SceneVersion version) const;
   // Takes out a half-sent block.
   std::optional<BlockAssembly> take_part(const Digest& digest);
@@ -46,10 +49,18 @@ class SceneShelf {
     EncodedScene scene;
   };
 
-  void index_blocks();
+  struct Indexed {
+    SceneBlock block;
+    std::uint32_t uses = 0;
+  };
+  using Index = std::unordered_map<Digest, Indexed, DigestHash>;
+
+  void add(const SceneBlock& block);
+  void remove(const SceneBlock& block);
+  void drop_oldest();
 
   std::deque<Kept> kept_;
-  std::unordered_map<Digest, SceneBlock, DigestHash> blocks_;  // of kept_ and whole_parts_
+  Index blocks_, large_;  // of kept_ and whole_parts_: all, and those of several chunks
   std::vector<SceneBlock> whole_parts_;
   std::vector<BlockAssembly> parts_;
   // Where chunks of large blocks lie; the index is made when it is first asked for.
