@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 #include <numeric>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 
@@ -53,6 +54,15 @@ MeshIndices<W> indices_of(const KnownInstances<W>& known) {
   return indices;
 }
 
+// Returns: what the other version has built of the mesh of this number, where it is the same there.
+template <int W>
+std::shared_ptr<const MeshIndex<W>> index_at_place(const Scene& scene, std::size_t m,
+                                                   const KnownInstances<W>& known) {
+  const bool is_same = known.index != nullptr && m < known.scene.meshes.size() &&
+                       known.scene.meshes[m] == scene.meshes[m];
+  return is_same ? known.index->meshes[m] : nullptr;
+}
+
 template <int W>
 std::unordered_map<const Mesh*, std::shared_ptr<MeshSlot<W>>> slots_of(
     const KnownInstances<W>& known) {
@@ -89,12 +99,15 @@ template <int W>
 Status index_meshes(const Scene& scene, const std::vector<bool>& is_shared,
                     const KnownInstances<W>& known, const BuildControl& control,
                     Placement<W>& placement) {
-  MeshIndices<W> have = indices_of(known);
+  std::optional<MeshIndices<W>> have;  // made where a mesh is not at the place that it had
   placement.meshes.resize(scene.meshes.size());
   placement.slots.resize(scene.meshes.size());
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
     if (!is_shared[m]) continue;
-    std::shared_ptr<const MeshIndex<W>>& index = have[scene.meshes[m].get()];
+    placement.meshes[m] = index_at_place(scene, m, known);
+    if (placement.meshes[m]) continue;
+    if (!have) have = indices_of(known);
+    std::shared_ptr<const MeshIndex<W>>& index = (*have)[scene.meshes[m].get()];
     if (!index) {
       Result<std::shared_ptr<const MeshIndex<W>>> built = index_mesh<W>(*scene.meshes[m], control);
       if (!built.is_ok()) return built.status();

@@ -24,22 +24,34 @@ bool is_lamp(const Mesh& mesh, const Scene& scene) {
 }  // namespace
 
 bool keeps_most_of(const Scene& scene, const KnownScene& known) {
-  const MeshSet others = set_of(known.meshes);
+  MeshSet others;  // made where a mesh is not at the place that it had
   std::uint64_t kept = 0, fresh = 0;
-  for (const auto& mesh : scene.meshes)
-    (others.contains(mesh.get()) ? kept : fresh) += mesh->triangles.size();
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    const auto& mesh = scene.meshes[m];
+    bool is_kept = m < known.meshes.size() && known.meshes[m] == mesh;
+    if (!is_kept) {
+      if (others.empty()) others = set_of(known.meshes);
+      is_kept = others.contains(mesh.get());
+    }
+    (is_kept ? kept : fresh) += mesh->triangles.size();
+  }
   return kept > 0 && kept >= fresh;
 }
 
 std::vector<bool> moving_meshes(const Scene& scene, const KnownScene& known) {
   std::vector<bool> is_moving(scene.meshes.size(), false);
   if (!keeps_most_of(scene, known)) return is_moving;
-  MeshSet moved;
-  for (std::size_t m = 0; m < known.is_moving.size(); ++m) {
-    if (known.is_moving[m]) moved.insert(known.meshes[m].get());
+  if (std::equal(scene.meshes.begin(), scene.meshes.end(), known.meshes.begin(),
+                 known.meshes.end())) {
+    if (!known.is_moving.empty()) is_moving = known.is_moving;
+  } else {
+    MeshSet moved;
+    for (std::size_t m = 0; m < known.is_moving.size(); ++m) {
+      if (known.is_moving[m]) moved.insert(known.meshes[m].get());
+    }
+    for (std::size_t m = 0; m < scene.meshes.size(); ++m)
+      is_moving[m] = moved.contains(scene.meshes[m].get());
   }
-  for (std::size_t m = 0; m < scene.meshes.size(); ++m)
-    is_moving[m] = moved.contains(scene.meshes[m].get());
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
     const Instance* const other = i < known.instances.size() ? &known.instances[i] : nullptr;
