@@ -302,12 +302,25 @@ EncodedScene SceneEncoder::encode(const Scene& scene) {
   return encoded;
 }
 
+std::shared_ptr<const Mesh> SceneDecoder::mesh_of(const SceneBlock& block, PlacedMesh& before) {
+  if (before.digest == block.digest) {
+    if (auto known = before.mesh.lock()) return known;
+  }
+  auto mesh = cached<Mesh>(meshes_, block, &decode_mesh);
+  before = {block.digest, mesh};
+  return mesh;
+}
+
 Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
-  std::erase_if(meshes_, [](const auto& entry) { return entry.second.expired(); });
-  std::erase_if(surfaces_, [](const auto& entry) { return entry.second.expired(); });
-  std::erase_if(textures_, [](const auto& entry) { return entry.second.expired(); });
-  std::erase_if(environments_, [](const auto& entry) { return entry.second.expired(); });
-  std::erase_if(animations_, [](const auto& entry) { return entry.second.expired(); });
+  const auto forget = [](auto& cache) {
+    std::erase_if(cache, [](const auto& entry) { return entry.second.expired(); });
+  };
+  // Of thousands of objects, few are gone: they are looked for now and then.
+  if (meshes_.size() > 2 * encoded.blocks.size() + 64) forget(meshes_);
+  forget(surfaces_);
+  forget(textures_);
+  forget(environments_);
+  forget(animations_);
   Scene scene;
   BlockCounts counts;
   if (encoded.blocks.empty() || encoded.blocks.size() > kSceneBlocksMax ||
@@ -316,12 +329,14 @@ Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
   }
   const std::uint64_t others = encoded.blocks.size() - 1;
   if (!counts.are(others)) return malformed("root", 0);
+  scene.meshes.reserve(counts.meshes);
+  placed_.resize(counts.meshes);
   const std::uint64_t last_surface = counts.meshes + counts.surfaces;
   const std::uint64_t last_texture = last_surface + counts.textures;
   for (std::size_t i = 1; i <= others; ++i) {
     const SceneBlock& block = encoded.blocks[i];
     if (i <= counts.meshes) {
-      scene.meshes.push_back(cached<Mesh>(meshes_, block, &decode_mesh));
+      scene.meshes.push_back(mesh_of(block, placed_[i - 1]));
       if (!scene.meshes.back()) return malformed("mesh", i);
     } else if (i <= last_surface) {
       scene.surfaces.push_back(cached<PatchSurface>(

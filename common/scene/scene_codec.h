@@ -72,7 +72,8 @@ class SceneEncoder {
 };
 
 // Decodes block after block; the cache shares meshes, surfaces and textures with earlier versions
-// by digest. Used by one thread.
+// by digest: a mesh is looked for at its place in the version before, and then among all. Used by
+// one thread.
 class SceneDecoder {
  public:
   // Returns: kDataLoss for malformed bytes, or validate_scene()'s refusal. Requires: the caller has
@@ -80,6 +81,15 @@ class SceneDecoder {
   Result<Scene> decode(const EncodedScene& encoded);
 
  private:
+  struct PlacedMesh {
+    Digest digest;
+    std::weak_ptr<const Mesh> mesh;
+  };
+
+  // Returns: null for malformed bytes.
+  std::shared_ptr<const Mesh> mesh_of(const SceneBlock& block, PlacedMesh& before);
+
+  std::vector<PlacedMesh> placed_;  // the meshes of the version before
   std::unordered_map<Digest, std::weak_ptr<const Mesh>, DigestHash> meshes_;
   std::unordered_map<Digest, std::weak_ptr<const PatchSurface>, DigestHash> surfaces_;
   std::unordered_map<Digest, std::weak_ptr<const Texture>, DigestHash> textures_;

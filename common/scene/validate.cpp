@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "common/base/limits.h"
 #include "common/base/work_gate.h"
@@ -80,26 +81,26 @@ Status validate_counts(const Scene& scene) {
   return Status::ok();
 }
 
-Status validate_instance(const Scene& scene, const Instance& instance, const std::string& name) {
+// Requires: the name is asked for only where something is wrong.
+template <class Name>
+Status validate_instance(const Scene& scene, const Instance& instance, const Name& name) {
   const bool is_mesh = instance.kind == ObjectKind::kMesh;
   if (!is_mesh && instance.kind != ObjectKind::kPatchSurface)
-    return Status::invalid_argument(name + ": is of no kind that there is");
+    return Status::invalid_argument(name() + ": is of no kind that there is");
   const std::size_t count = is_mesh ? scene.meshes.size() : scene.surfaces.size();
   if (instance.mesh >= count) {
-    return Status::invalid_argument(name + (is_mesh ? ": mesh " : ": surface ") +
+    return Status::invalid_argument(name() + (is_mesh ? ": mesh " : ": surface ") +
                                     std::to_string(instance.mesh) + " of " + std::to_string(count));
   }
   if (!is_finite(instance.object_to_world))
-    return Status::invalid_argument(name + ": matrix is not finite");
+    return Status::invalid_argument(name() + ": matrix is not finite");
   return Status::ok();
 }
 
-// Checks the instances, and how much they make of meshes and surfaces.
-Status validate_instances(const Scene& scene) {
+// Checks how much the instances make of meshes and surfaces.
+Status validate_all_flattened(const Scene& scene) {
   FlattenedCounts counts;
-  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-    const Instance& instance = scene.instances[i];
-    TESSERA_RETURN_IF_ERROR(validate_instance(scene, instance, numbered("instance", i)));
+  for (const Instance& instance : scene.instances) {
     counts += flattened_counts(scene, instance);
     TESSERA_RETURN_IF_ERROR(validate_flattened(counts));
   }
@@ -118,6 +119,18 @@ bool maps_within_range(const Bounds3f& box, const Transform& map, Bounds3f& all)
     all.grow(p);
   }
   return is_finite(all.extent());
+}
+
+// Whether the box may lie where differences between it and another one that does not are infinite.
+bool may_be_far(const Bounds3f& box, const Transform& map) {
+  constexpr float kNear = 1e37f;
+  if (box.is_empty()) return false;
+  Bounds3f mapped;
+  if (!maps_within_range(box, map, mapped)) return true;
+  for (int a = 0; a < 3; ++a) {
+    if (!(mapped.lower[a] >= -kNear && mapped.upper[a] <= kNear)) return true;
+  }
+  return false;
 }
 
 Bounds3f box_of(const Mesh& mesh) {
@@ -163,6 +176,25 @@ Status SceneValidator::look_at(const std::shared_ptr<const Object>& object, cons
   return Status::ok();
 }
 
+template <class Object, class Check>
+Status SceneValidator::look_at_all(const std::vector<std::shared_ptr<const Object>>& objects,
+                                   const char* what, std::size_t material_count,
+                                   std::vector<Place>& places, const Check& check) {
+  places.resize(objects.size());
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const auto& object = objects[i];
+    Place& place = places[i];
+    place.has_changed = !place.is(object) || place.good.materials_needed > material_count;
+    if (!place.has_changed) continue;
+    // The name of one in thousands is made where something is wrong with it.
+    if (!look_at(object, {}, material_count, check).is_ok())
+      return look_at(object, numbered(what, i), material_count, check);
+    place.address = object.get();
+    place.good = good_.at(object.get());
+  }
+  return Status::ok();
+}
+
 Status SceneValidator::validate_objects(const Scene& scene) {
   const std::size_t count = scene.materials.size();
   const auto is_mesh_good = [&](const Mesh& m, const std::string& name) {
@@ -171,28 +203,50 @@ Status SceneValidator::validate_objects(const Scene& scene) {
   const auto is_surface_good = [&](const PatchSurface& s, const std::string& name) {
     return validate_surface(s, name, count);
   };
-  for (std::size_t i = 0; i < scene.meshes.size(); ++i)
-    TESSERA_RETURN_IF_ERROR(look_at(scene.meshes[i], numbered("mesh", i), count, is_mesh_good));
-  for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
-    TESSERA_RETURN_IF_ERROR(
-        look_at(scene.surfaces[i], numbered("surface", i), count, is_surface_good));
-  }
-  for (std::size_t i = 0; i < scene.textures.size(); ++i)
-    TESSERA_RETURN_IF_ERROR(
-        look_at(scene.textures[i], numbered("texture", i), count, validate_texture));
+  TESSERA_RETURN_IF_ERROR(look_at_all(scene.meshes, "mesh", count, meshes_, is_mesh_good));
+  TESSERA_RETURN_IF_ERROR(
+      look_at_all(scene.surfaces, "surface", count, surfaces_, is_surface_good));
+  TESSERA_RETURN_IF_ERROR(
+      look_at_all(scene.textures, "texture", count, textures_, validate_texture));
   if (!scene.environment_map) return Status::ok();
   return look_at(
       scene.environment_map, "", count,
       [](const EnvironmentMap& map, const std::string&) { return validate_environment_map(map); });
 }
 
+const SceneValidator::Place* SceneValidator::place_of(const Instance& instance) const {
+  const std::vector<Place>& places = instance.kind == ObjectKind::kMesh ? meshes_ : surfaces_;
+  return instance.mesh < places.size() ? &places[instance.mesh] : nullptr;
+}
+
+Status SceneValidator::validate_instances(const Scene& scene, Seen seen) {
+  const std::size_t count = scene.instances.size(), before = seen.instances.size();
+  bool are_counts_known = count == before;
+  seen.instances.resize(count);
+  seen.is_far.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Instance& instance = scene.instances[i];
+    Instance& known = seen.instances[i];
+    const Place* const place = place_of(instance);
+    const bool is_of_same = i < before && place != nullptr && !place->has_changed &&
+                            known.kind == instance.kind && known.mesh == instance.mesh;
+    if (is_of_same && known.object_to_world == instance.object_to_world) continue;
+    TESSERA_RETURN_IF_ERROR(
+        validate_instance(scene, instance, [i] { return numbered("instance", i); }));
+    are_counts_known = are_counts_known && is_of_same;
+    seen.is_far[i] = may_be_far(place->good.box, instance.object_to_world) ? 1 : 0;
+    known = instance;
+  }
+  if (!are_counts_known) TESSERA_RETURN_IF_ERROR(validate_all_flattened(scene));
+  seen_ = std::move(seen);
+  return Status::ok();
+}
+
 Status SceneValidator::validate_size(const Scene& scene) const {
+  if (std::count(seen_.is_far.begin(), seen_.is_far.end(), 1) == 0) return Status::ok();
   Bounds3f all;
   for (const Instance& instance : scene.instances) {
-    const void* const object = instance.kind == ObjectKind::kMesh
-                                   ? static_cast<const void*>(scene.meshes[instance.mesh].get())
-                                   : scene.surfaces[instance.mesh].get();
-    const Bounds3f& box = good_.at(object).box;
+    const Bounds3f& box = place_of(instance)->good.box;
     if (box.is_empty() || maps_within_range(box, instance.object_to_world, all)) continue;
     // The corners of the box are further out than what is in it, so all of it is looked at.
     const Bounds3f bounds = scene_bounds(scene);
@@ -203,7 +257,11 @@ Status SceneValidator::validate_size(const Scene& scene) const {
 }
 
 Status SceneValidator::validate(const Scene& scene) {
-  std::erase_if(good_, [](const auto& entry) { return entry.second.object.expired(); });
+  Seen seen = std::exchange(seen_, {});  // forgotten where anything is wrong
+  // What is gone is looked for now and then, so that this costs each scene little.
+  const std::size_t objects = scene.meshes.size() + scene.surfaces.size() + scene.textures.size();
+  if (good_.size() > 2 * objects + 64)
+    std::erase_if(good_, [](const auto& entry) { return entry.second.object.expired(); });
   TESSERA_RETURN_IF_ERROR(validate_counts(scene));
   TESSERA_RETURN_IF_ERROR(validate_objects(scene));
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
@@ -217,7 +275,7 @@ Status SceneValidator::validate(const Scene& scene) {
     return Status::invalid_argument("the environment must be finite and >= 0");
   if (!is_radiance(scene.background.low) || !is_radiance(scene.background.high))
     return Status::invalid_argument("the background must be finite and >= 0");
-  TESSERA_RETURN_IF_ERROR(validate_instances(scene));
+  TESSERA_RETURN_IF_ERROR(validate_instances(scene, std::move(seen)));
   TESSERA_RETURN_IF_ERROR(validate_size(scene));
   TESSERA_RETURN_IF_ERROR(validate_cameras(scene));
   return scene.animation ? validate_animation(*scene.animation, scene) : Status::ok();

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <random>
 #include <span>
+#include <utility>
 
 #include "tests/support/small_scene.h"
 
@@ -60,6 +62,72 @@ void expect_refused(std::span<const Spoiled> cases) {
     EXPECT_FALSE(status.is_ok()) << c.word;
     EXPECT_NE(status.message().find(c.word), std::string::npos) << status.message();
   }
+}
+
+// One change of a scene, that may spoil it.
+void change_something(Scene& scene, std::mt19937& random) {
+  const auto below = [&random](std::size_t end) { return random() % end; };
+  const bool is_any = !scene.instances.empty() && !scene.meshes.empty();
+  switch (below(9)) {
+    case 0:
+      if (is_any) scene.instances[below(scene.instances.size())].object_to_world.m[0][3] += 1;
+      break;
+    case 1:
+      if (is_any)
+        scene.instances[below(scene.instances.size())].object_to_world.m[1][3] =
+            below(3) == 0   ? kNan
+            : below(2) == 0 ? 3e38f
+                            : -3e38f;
+      break;
+    case 2:
+      if (is_any)
+        scene.instances[below(scene.instances.size())].mesh =
+            static_cast<std::uint32_t>(below(scene.meshes.size() + 1));
+      break;
+    case 3:
+      scene.instances.push_back({static_cast<std::uint32_t>(below(scene.meshes.size() + 1)), {}});
+      break;
+    case 4:
+      if (!scene.instances.empty()) scene.instances.pop_back();
+      break;
+    case 5:
+      if (is_any)
+        change_mesh(scene, below(scene.meshes.size()), [&](Mesh& m) {
+          m.positions[0].x = below(4) == 0 ? kInf : static_cast<float>(below(100));
+        });
+      break;
+    case 6:
+      if (!scene.meshes.empty())
+        std::swap(scene.meshes[below(scene.meshes.size())], scene.meshes[0]);
+      break;
+    case 7:
+      scene.materials.resize(1 + below(4));
+      break;
+    default:
+      if (!scene.lights.empty()) scene.lights[0].intensity.x = below(3) == 0 ? -1.0f : 1.0f;
+  }
+}
+
+TEST(ValidateScene, OneThatKnowsTheScenesBeforeSaysTheSame) {
+  int good = 0, bad = 0;
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    std::mt19937 random(seed);
+    Scene scene = test::make_small_scene();
+    Scene last_good = scene;
+    SceneValidator warm;
+    for (int step = 0; step < 30; ++step) {
+      for (auto changes = random() % 3; changes > 0; --changes) change_something(scene, random);
+      const Status status = validate_scene(scene);
+      ASSERT_EQ(warm.validate(scene).message(), status.message()) << seed << ", " << step;
+      ++(status.is_ok() ? good : bad);
+      if (status.is_ok())
+        last_good = scene;
+      else if (random() % 2 == 0)
+        scene = last_good;
+    }
+  }
+  EXPECT_GT(good, 1000);
+  EXPECT_GT(bad, 1000);
 }
 
 TEST(ValidateScene, SkiesThatCannotBeAreRefused) {
