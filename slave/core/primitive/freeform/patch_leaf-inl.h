@@ -69,6 +69,7 @@ bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch& patch, const SubPat
     gather(possible, rays);
     if (patch.is_rational) {
       if (patch.degree_u == 2 && patch.degree_v == 2) return decide<true, 2, 2>(patch, part, rays);
+      if (patch.degree_u == 2 && patch.degree_v == 1) return decide<true, 2, 1>(patch, part, rays);
       return decide<true, 0, 0>(patch, part, rays);
     }
     if (patch.degree_u == 3 && patch.degree_v == 3) return decide<false, 3, 3>(patch, part, rays);

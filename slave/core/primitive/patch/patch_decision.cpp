@@ -15,11 +15,15 @@ PatchDecision decide(const Patch& patch, const SubPatch& part, const PatchRay& r
   const auto by = [&](auto decided) {
     return decided(part, local, m, n, patch.extent, origin, direction);
   };
-  if (!patch.is_rational)
-    return m == 3 && n == 3 ? by(plain::decided<double, false, 3, 3>)
-                            : by(plain::decided<double, false, 0, 0>);
-  return m == 2 && n == 2 ? by(plain::decided<double, true, 2, 2>)
-                          : by(plain::decided<double, true, 0, 0>);
+  // Planes, cylinders and cones are most of the faces of CAD files.
+  if (patch.is_rational) {
+    if (m == 2 && n == 2) return by(plain::decided<double, true, 2, 2>);
+    if (m == 2 && n == 1) return by(plain::decided<double, true, 2, 1>);
+    return by(plain::decided<double, true, 0, 0>);
+  }
+  if (m == 3 && n == 3) return by(plain::decided<double, false, 3, 3>);
+  if (m == 1 && n == 1) return by(plain::decided<double, false, 1, 1>);
+  return by(plain::decided<double, false, 0, 0>);
 }
 
 }  // namespace tessera::core

@@ -36,11 +36,14 @@ PatchJet evaluate(const Patch& patch, double u, double v) {
 
 PatchJet evaluate(const Patch& patch, const PatchPoint* points, double u, double v) {
   const int m = patch.degree_u, n = patch.degree_v;
-  if (!patch.is_rational)
-    return m == 3 && n == 3 ? plain::evaluated<double, false, 3, 3>(points, 3, 3, u, v)
-                            : plain::evaluated<double, false, 0, 0>(points, m, n, u, v);
-  return m == 2 && n == 2 ? plain::evaluated<double, true, 2, 2>(points, 2, 2, u, v)
-                          : plain::evaluated<double, true, 0, 0>(points, m, n, u, v);
+  if (patch.is_rational) {
+    if (m == 2 && n == 2) return plain::evaluated<double, true, 2, 2>(points, 2, 2, u, v);
+    if (m == 2 && n == 1) return plain::evaluated<double, true, 2, 1>(points, 2, 1, u, v);
+    return plain::evaluated<double, true, 0, 0>(points, m, n, u, v);
+  }
+  if (m == 3 && n == 3) return plain::evaluated<double, false, 3, 3>(points, 3, 3, u, v);
+  if (m == 1 && n == 1) return plain::evaluated<double, false, 1, 1>(points, 1, 1, u, v);
+  return plain::evaluated<double, false, 0, 0>(points, m, n, u, v);
 }
 
 PatchCurvature second_derivatives(const Patch& patch, double u, double v) {
