@@ -9,6 +9,7 @@
 #include "common/base/version.h"
 #include "slave/core/integrate/tile_renderer.h"
 #include "tests/bench/accuracy_suite.h"
+#include "tests/bench/beside_suite.h"
 #include "tests/bench/build_suite.h"
 #include "tests/bench/core_suite.h"
 #include "tests/bench/deform_suite.h"
@@ -75,6 +76,7 @@ tessera::Status run(std::vector<std::string> suites,
                            : suite == "moves"     ? tessera::bench::run_move_suite
                            : suite == "deforming" ? tessera::bench::run_deform_suite
                            : suite == "demand"    ? tessera::bench::run_demand_suite
+                           : suite == "beside"    ? tessera::bench::run_beside_suite
                            : is_methods           ? tessera::bench::run_method_suite
                            : suite == "patch"     ? tessera::bench::run_patch_suite
                            : suite == "trims"     ? tessera::bench::run_trim_suite
@@ -175,8 +177,8 @@ int main(int argc, char** argv) {
          "speed and its error, on scenes of its "
          "own; "
          "default: the first three")
-      ->check(CLI::IsMember({"core", "build", "accuracy", "moves", "deforming", "demand", "patch",
-                             "trims", "thesis", "exchange", "update", "gi"}));
+      ->check(CLI::IsMember({"core", "build", "accuracy", "moves", "deforming", "beside", "demand",
+                             "patch", "trims", "thesis", "exchange", "update", "gi"}));
   const std::vector<std::string> scene_names = all_scene_names();
   app.add_option(
          "--scene", options.scenes,

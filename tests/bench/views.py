@@ -173,6 +173,17 @@ def demand_table(runs, _):
     return [f"{runs[0]['demand'][0]['objects']} objects", "CPU-ms", "ms", "MB", "primitives built"], made
 
 
+def beside_table(runs, _):
+    """Shows what rendering loses to builds beside it, and how long a build takes where."""
+    made = []
+    for place, row in enumerate(runs[0]["beside"]):
+        same = [run["beside"][place] for run in runs]
+        made.append([row["scene"], f"{row['threads']}", span([100 * r["lost_share"] for r in same]) + " %"]
+                    + [span([1e3 * r[key] for r in same]) if any(r[key] for r in same) else "-"
+                       for key in ("frame_seconds", "alone_seconds", "beside_seconds", "caught_up_seconds")])
+    return ["scene", "threads", "render speed lost", "a frame, ms", "a build alone", "beside rendering", "after its frame, begun beside"], made
+
+
 def trims_table(runs, _):
     """Shows what it costs to ask whether a point is kept: nanoseconds, and pieces and points of them that were looked at."""
     ways = ("cells", "tree", "linear")
@@ -216,7 +227,7 @@ VIEWS = {"rays": lambda runs, rest: rays_table(runs, f"embree {rest or 'medium'}
 
 def table_of(runs, view):
     name, _, rest = view.partition(" ")
-    for suite, table in (("moves", moves_table), ("deforming", deforming_table), ("demand", demand_table), ("trims", trims_table), ("methods", methods_table), ("build", build_table),
+    for suite, table in (("moves", moves_table), ("deforming", deforming_table), ("demand", demand_table), ("beside", beside_table), ("trims", trims_table), ("methods", methods_table), ("build", build_table),
                         ("update", update_table)):
         if name == suite and suite in runs[0]:
             return table(runs, rest)
