@@ -93,7 +93,9 @@ void change_something(Scene& scene, std::mt19937& random) {
     case 5:
       if (is_any)
         change_mesh(scene, below(scene.meshes.size()), [&](Mesh& m) {
-          m.positions[0].x = below(4) == 0 ? kInf : static_cast<float>(below(100));
+          constexpr float kPlaces[] = {kInf, 3e38f, -3e38f};
+          const std::size_t place = below(6);
+          m.positions[0].x = place < 3 ? kPlaces[place] : static_cast<float>(place);
         });
       break;
     case 6:
