@@ -105,6 +105,7 @@ struct LeafTests<TrianglesOnly<W>> {
   using Fan = PacketLeaf<W, kAny, FanBlock>;
   template <bool kAny>
   using Bundle = PacketLeaf<W, kAny, BundleBlock>;
+  using Twins = PacketLeaf<W, true, TwinBlock>;
 };
 
 }  // namespace HWY_NAMESPACE

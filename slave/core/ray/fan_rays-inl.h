@@ -43,6 +43,7 @@ struct ShadowFan {
 struct FanRays : PacketRays {
   // A fan that gets through setup() is traced as one, however many steps it takes.
   static constexpr int kStepsMax = 0x7fffffff, kKdStepsMax = 0x7fffffff;
+  static constexpr size_t kFans = 1;  // see twin_rays-inl.h
 
   static constexpr int kRaysLeast = 4;  // fewer are faster alone
 
@@ -55,6 +56,7 @@ struct FanRays : PacketRays {
   // not valid go where one does that is. Fans of packets have the first from the start, for rays
   // that are valid.
   void line_up();
+  HWY_INLINE FanRays& fan(size_t) { return *this; }
 
   // Takes a hit of one ray, already decided. Returns: whether it is nearer than what the ray had.
   // Requires: the ray's best hit is not pending.

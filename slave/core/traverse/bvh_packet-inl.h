@@ -60,6 +60,10 @@ class PacketTracer {
     rays_.write_to(hits);
   }
   uint64_t blocked() const { return rays_.blocked(); }
+  const Rays& rays() const { return rays_; }
+  // Whether the packet took less than a test of a row for each ray: culling is most of what it cost
+  // then, and two packets may share that. Requires: run() was called.
+  bool is_light() const { return kWorkMax * rays_.count - rays_.work_left < rays_.count; }
 
  private:
   using Stack = NodeStack<View, 7>;

@@ -183,14 +183,19 @@ HWY_INLINE uint64_t occluded_alone(const KdView<W, Shapes>& scene, const Packet&
   return blocked;
 }
 
+// Returns: bits of the rays that are blocked; by the tracer where that pays, else one by one.
 template <class Tracer, class View, class Packet>
-HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
-  Tracer tracer(scene);
+HWY_INLINE uint64_t occluded_by(Tracer& tracer, const View& scene, const Packet& rays) {
   const Together how = run_together(tracer, rays);
   if (how == Together::kDone) return tracer.blocked();
   // Rays that were found blocked before the packet was given up are blocked.
   uint64_t blocked = how == Together::kDoesNotPay ? tracer.blocked() : 0;
   return blocked | occluded_alone(scene, rays, rays.active & ~blocked);
+}
+template <class Tracer, class View, class Packet>
+HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
+  Tracer tracer(scene);
+  return occluded_by(tracer, scene, rays);
 }
 
 template <class View>
@@ -201,10 +206,43 @@ template <class View>
 uint64_t occluded_fan(const View& scene, const Fan& rays) {
   return occluded<typename Tracers<View>::template Fan<true>>(scene, rays);
 }
+// Whether two shadow fans may be traced as one: in the hierarchy, where all rays of a fan are a few
+// registers and leaves have a test for it.
+template <class View>
+constexpr bool kHasTwins = false;
+template <int W, class Shapes>
+constexpr bool kHasTwins<BvhView<W, Shapes>> = FanRays::kRows <= 4 && requires {
+  typename LeafTests<Shapes>::Twins;
+};
+
+// Traces fans g and g + 1 as one. Returns: whether it did. is_light: whether the next may be, too.
+template <class View>
+HWY_NOINLINE bool occluded_twins(const View& scene, const ShadowFans& fans, int g,
+                                 uint64_t* blocked, bool& is_light) {
+  PacketTracer<View, TwinRays, typename Tracers<View>::Leaves::Twins> tracer(scene);
+  const bool is_done = tracer.run(ShadowTwins(fans, g)) == Together::kDone;
+  is_light = tracer.is_light();
+  if (!is_done) return false;
+  for (size_t f = 0; f < 2; ++f)
+    blocked[static_cast<size_t>(g) + f] = tracer.rays().fan(f).blocked();
+  return true;
+}
+
 template <class View>
 void occluded_fans(const View& scene, const ShadowFans& fans, uint64_t* blocked) {
-  for (int g = 0; g < fans.targets->group_count; ++g)
-    blocked[g] = occluded<typename Tracers<View>::template Fan<true>>(scene, ShadowFan(fans, g));
+  const int count = fans.targets->group_count;
+  bool is_light = false;  // whether the fan before had so little to do that two would have gained
+  for (int g = 0; g < count; ++g) {
+    if constexpr (kHasTwins<View>) {
+      if (is_light && g + 1 < count && occluded_twins(scene, fans, g, blocked, is_light)) {
+        ++g;
+        continue;
+      }
+    }
+    typename Tracers<View>::template Fan<true> tracer(scene);
+    blocked[g] = occluded_by(tracer, scene, ShadowFan(fans, g));
+    if constexpr (kHasTwins<View>) is_light = tracer.is_light();
+  }
 }
 template <class View>
 void closest_packet(const View& scene, const RayPacket& rays, const HitArrays& hits) {

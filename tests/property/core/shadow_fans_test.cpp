@@ -28,7 +28,9 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kOdd[] = {0, kInf, kNan, 1e-30f, 1e30f, 1e-38f};
 
 struct World {
-  Mesh mesh = test::make_terrain(300, 2);
+  explicit World(int cells) : mesh(test::make_terrain(cells, 2)) {}
+
+  Mesh mesh;
   std::vector<Bounds3f> boxes;
   TriangleStore store = make_triangle_store(test::make_scene(mesh), boxes);
   IndexedBvh<8> bvh = std::move(*index_by_bvh<8>(boxes, store.vertices, {1, nullptr}));
@@ -40,14 +42,15 @@ Vec3f any_direction(std::mt19937& random) {
   return {normal(random), normal(random), normal(random)};
 }
 
-// Rays to all sides, or to one; every so many of them is odd (0: none).
-void fill(FanTargets& targets, int count, bool is_wide, int odd_every, std::mt19937& random) {
+// Rays to all sides, or to one, spread about it; every so many of them is odd (0: none).
+void fill(FanTargets& targets, int count, bool is_wide, int odd_every, std::mt19937& random,
+          float width = 0.1f) {
   std::uniform_real_distribution<float> unit(-1, 1);
   Vec3f main = any_direction(random);
   main.y = -std::fabs(main.y);  // where the ground is
   targets.count = count;
   for (int i = 0; i < count; ++i) {
-    const Vec3f spread = any_direction(random) * 0.1f;
+    const Vec3f spread = any_direction(random) * width;
     Vec3f d = (is_wide ? any_direction(random) : main + spread) * 30.0f;
     if (odd_every > 0 && i % odd_every == odd_every - 1) {
       const float odd = kOdd[random() % std::size(kOdd)];
@@ -87,7 +90,7 @@ int check(const KernelTable& table, const View& view, const ShadowFans& fans) {
 }
 
 TEST(ShadowFans, BlockTheRaysThatAreBlockedAlone) {
-  const World world;
+  const World world(300);
   const auto targets = std::make_unique<FanTargets>();
   std::mt19937 random(test::seed(17));
   int blocked = 0, all = 0;
@@ -112,6 +115,30 @@ TEST(ShadowFans, BlockTheRaysThatAreBlockedAlone) {
   }
   EXPECT_GT(blocked, all / 200);
   EXPECT_LT(blocked, all - all / 10);
+}
+
+// Fans have little to do there, and are traced by twos where registers are wide.
+TEST(ShadowFans, BlockTheSameRaysWhereTrianglesAreWide) {
+  const World world(60);
+  const auto targets = std::make_unique<FanTargets>();
+  std::mt19937 random(test::seed(19));
+  int blocked = 0, all = 0;
+  for (int number = 0; number < 48; ++number) {
+    const float widths[] = {0.2f, 0.1f, 0.05f, 0.02f};
+    fill(*targets, kFanTargetsMax, false, number % 3 == 1 ? 300 : 0, random, widths[number % 4]);
+    const Vec3f middle = world.mesh.positions[random() % world.mesh.positions.size()];
+    ShadowFans fans{targets.get(), {middle.x, middle.y + 1.5f, middle.z}, 0, 1};
+    if (number % 5 == 1) fans.t_min = 0.05f;
+    for (const Isa isa : test::isas_here()) {
+      const KernelTable& table = kernels_for(isa);
+      table.group_fans(*targets);
+      blocked += check(table, view_of(world.bvh), fans);
+      all += kFanTargetsMax;
+      if (HasFailure()) return;
+    }
+  }
+  EXPECT_GT(blocked, all / 20);
+  EXPECT_LT(blocked, all - all / 20);
 }
 
 }  // namespace

@@ -53,7 +53,8 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-template <int W>
+// Rays: FanRays or TwinRays.
+template <int W, class Rays>
 class FanForms {
   using VB = FloatsOf<W>;  // triangles
   using MB = MaskOf<VB>;
@@ -65,7 +66,7 @@ class FanForms {
   // With few wide rows all rays are tested; with many rows, those that the triangle may touch.
   static constexpr bool kCullsRows = kRows > 4;
 
-  explicit FanForms(const FanRays& fan) : fan_(fan) {}
+  explicit FanForms(const Rays& fan) : fan_(fan) {}
 
   // Requires, before the first block: the rays are set up.
   HWY_INLINE void prepare() { tolerance_ = 52 * kRoundoff * fan_.steepness; }
@@ -99,14 +100,15 @@ class FanForms {
   HWY_INLINE MB set_nearness(const TriangleBlock<W>& block, size_t first, const Corners<VB>& p,
                              MB& is_close);
 
-  const FanRays& fan_;
+  const Rays& fan_;
   float tolerance_;  // 52 S u
 };
 
 // Returns: the triangles whose nearness is known. is_close: those that may lie before t_min.
-template <int W>
-typename FanForms<W>::MB FanForms<W>::set_nearness(const TriangleBlock<W>& block, size_t first,
-                                                   const Corners<VB>& p, MB& is_close) {
+template <int W, class Rays>
+typename FanForms<W, Rays>::MB FanForms<W, Rays>::set_nearness(const TriangleBlock<W>& block,
+                                                               size_t first, const Corners<VB>& p,
+                                                               MB& is_close) {
   constexpr float kTiny = 0x1p-122f;  // more than products lose by underflow
   const auto edge = [&](int corner, int axis) {
     return load<VB>(block.vertex[3 * corner + axis] + first) - load<VB>(block.vertex[axis] + first);
@@ -140,9 +142,10 @@ typename FanForms<W>::MB FanForms<W>::set_nearness(const TriangleBlock<W>& block
   return is_good;
 }
 
-template <int W>
-typename FanForms<W>::Kept FanForms<W>::look_at(const TriangleBlock<W>& block, size_t first,
-                                                const Corners<VB>& p, MB keep) {
+template <int W, class Rays>
+typename FanForms<W, Rays>::Kept FanForms<W, Rays>::look_at(const TriangleBlock<W>& block,
+                                                            size_t first, const Corners<VB>& p,
+                                                            MB keep) {
   MB is_close;
   const MB is_good = set_nearness(block, first, p, is_close);
   const VB volume = load<VB>(sides + first);
@@ -186,8 +189,8 @@ typename FanForms<W>::Kept FanForms<W>::look_at(const TriangleBlock<W>& block, s
           bits_of<VB>(is_close) << first};
 }
 
-template <int W>
-void FanForms<W>::turn(size_t lane) {
+template <int W, class Rays>
+void FanForms<W, Rays>::turn(size_t lane) {
   for (size_t c = 0; c < 3; ++c) {
     edges[c][0][lane] = -edges[c][0][lane];
     edges[c][1][lane] = -edges[c][1][lane];
@@ -195,23 +198,24 @@ void FanForms<W>::turn(size_t lane) {
   }
 }
 
-template <int W>
-uint64_t FanForms<W>::rows_of(size_t lane) const {
-  if (!kCullsRows) return 0;
-  using VR = FloatsOf<(kRows < kLanes ? kRows : kLanes)>;
+template <int W, class Rays>
+uint64_t FanForms<W, Rays>::rows_of(size_t lane) const {
   uint64_t rows = 0;
-  for (size_t first = 0; first < kRows; first += kLanesOf<VR>) {
-    const auto best_of = [&](float x, float y, float z) {
-      const auto u = load<VR>(fan_.row_u[x >= 0] + first);
-      const auto v = load<VR>(fan_.row_v[y >= 0] + first);
-      return mul_add(u, set<VR>(x), mul_add(v, set<VR>(y), set<VR>(z)));
-    };
-    const auto edge = [&](int c) {
-      return best_of(edges[c][0][lane], edges[c][1][lane], edges[c][2][lane]);
-    };
-    const auto inside = min(min(edge(0), edge(1)), edge(2));
-    const auto is_near = load<VR>(fan_.row_low + first) * begins[lane] <= 1 + kTimeSlack;
-    rows |= uint64_t{bits_of<VR>(is_near && inside >= 0)} << first;
+  if constexpr (kCullsRows) {
+    using VR = FloatsOf<(kRows < kLanes ? kRows : kLanes)>;
+    for (size_t first = 0; first < kRows; first += kLanesOf<VR>) {
+      const auto best_of = [&](float x, float y, float z) {
+        const auto u = load<VR>(fan_.row_u[x >= 0] + first);
+        const auto v = load<VR>(fan_.row_v[y >= 0] + first);
+        return mul_add(u, set<VR>(x), mul_add(v, set<VR>(y), set<VR>(z)));
+      };
+      const auto edge = [&](int c) {
+        return best_of(edges[c][0][lane], edges[c][1][lane], edges[c][2][lane]);
+      };
+      const auto inside = min(min(edge(0), edge(1)), edge(2));
+      const auto is_near = load<VR>(fan_.row_low + first) * begins[lane] <= 1 + kTimeSlack;
+      rows |= uint64_t{bits_of<VR>(is_near && inside >= 0)} << first;
+    }
   }
   return rows;
 }

@@ -27,27 +27,31 @@
 #include "slave/core/primitive/triangle/edge_sides-inl.h"
 #include "slave/core/primitive/triangle/fan_forms-inl.h"
 #include "slave/core/primitive/triangle/fan_winners-inl.h"
+#include "slave/core/ray/twin_rays-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-template <int W, bool kAny>
-class FanBlock {
+// Rays: FanRays, or TwinRays, whose fans are tested one after the other.
+template <int W, bool kAny, class Rays>
+class FanBlockOf {
   using V = FanRays::V;  // rays
   using VI = FanRays::VI;
   using M = FanRays::M;
   using VB = FloatsOf<W>;  // triangles
   using MB = MaskOf<VB>;
   using Tests = FrustumTriangles<W>;
-  using Forms = FanForms<W>;
+  using Forms = FanForms<W, Rays>;
   static constexpr size_t kLanes = FanRays::kLanes;
   static constexpr size_t kRows = FanRays::kRows;
   static constexpr size_t kStep = kLanesOf<VB>;
 
  public:
   static constexpr bool kIsAny = kAny;
-  explicit FanBlock(FanRays& fan) : fan_(fan), forms_(fan), winners_(fan) {}
+  static_assert(kAny || Rays::kFans == 1);
+  explicit FanBlockOf(Rays& rays)
+      : rays_(rays), fan_at_(&rays.fan(0)), forms_(rays), winners_(rays.fan(0)) {}
 
   // Requires, before tests: the rays are set up.
   HWY_INLINE void prepare() {
@@ -79,30 +83,60 @@ class FanBlock {
   HWY_INLINE uint64_t take(const TriangleBlock<W>& block, size_t lane, size_t row, const Met& met,
                            int32_t slot);
   HWY_NOINLINE bool test_close(const TriangleBlock<W>& block, size_t lane) {
-    return test_rays<true>(block, lane, forms_.rows_of(lane));
+    return test_fans<true>(block, lane, forms_.rows_of(lane));
   }
   HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, uint64_t rays);
 
-  FanRays& fan_;
-  Forms forms_;  // of the block that is being tested
+  // The fan that is tested.
+  HWY_INLINE FanRays& fan() const {
+    if constexpr (Rays::kFans == 1) {
+      return rays_.fan(0);
+    } else {
+      return *fan_at_;
+    }
+  }
+  // Tests the rays of each fan, in turn.
+  template <bool kCareful>
+  HWY_INLINE bool test_fans(const TriangleBlock<W>& block, size_t lane, uint64_t rows) {
+    bool has_hit = false;
+    for (size_t f = 0; f < Rays::kFans; ++f) {
+      if (Rays::kFans > 1) fan_at_ = &rays_.fan(f);
+      has_hit |= test_rays<kCareful>(block, lane, rows);
+    }
+    return has_hit;
+  }
+  // Decides all rays of each fan.
+  bool decide_all(const TriangleBlock<W>& block, size_t lane) {
+    bool has_hit = false;
+    for (size_t f = 0; f < Rays::kFans; ++f) {
+      fan_at_ = &rays_.fan(f);
+      has_hit |= decide(block, lane, ~uint64_t{0});
+    }
+    return has_hit;
+  }
+
+  Rays& rays_;
+  FanRays* fan_at_;  // see fan()
+  Forms forms_;      // of the block that is being tested
   FanWinners<W> winners_;
 };
 
-template <int W, bool kAny>
-typename FanForms<W>::Kept FanBlock<W, kAny>::cull(const TriangleBlock<W>& block, size_t first) {
-  const Corners<VB> p = Tests::corners(fan_, block, first);
-  MB keep = Tests::triangles(fan_, p);
+template <int W, bool kAny, class Rays>
+typename FanForms<W, Rays>::Kept FanBlockOf<W, kAny, Rays>::cull(const TriangleBlock<W>& block,
+                                                                 size_t first) {
+  const Corners<VB> p = Tests::corners(rays_, block, first);
+  MB keep = Tests::triangles(rays_, p);
   if (kAny) {
     using VN = IntOf<VB>;
     const auto number = load<VN>(reinterpret_cast<const int32_t*>(block.primitive) + first);
-    keep = keep && mask_as<VB>(number != fan_.excluded);
+    keep = keep && mask_as<VB>(number != rays_.excluded);
   }
   if (is_none<VB>(keep)) return {};
   return forms_.look_at(block, first, p, keep);
 }
 
-template <int W, bool kAny>
-bool FanBlock<W, kAny>::test(const TriangleBlock<W>& block) {
+template <int W, bool kAny, class Rays>
+bool FanBlockOf<W, kAny, Rays>::test(const TriangleBlock<W>& block) {
   TESSERA_COUNT(blocks, 1);
   bool has_hit = false;
   for (size_t first = 0; first < W; first += kStep) {
@@ -117,9 +151,9 @@ bool FanBlock<W, kAny>::test(const TriangleBlock<W>& block) {
       } else {
         const uint64_t rows = forms_.rows_of(lane);
         // Where rows are not culled, `rows` is 0: all rays at once cost no more than culling does.
-        fan_.work_left -= 2 + __builtin_popcountll(rows);
+        rays_.work_left -= 2 * static_cast<int>(Rays::kFans) + __builtin_popcountll(rows);
         if (Forms::kCullsRows && rows == 0) continue;
-        has_hit |= test_rays<false>(block, lane, rows);
+        has_hit |= test_fans<false>(block, lane, rows);
       }
     }
   }
@@ -127,30 +161,31 @@ bool FanBlock<W, kAny>::test(const TriangleBlock<W>& block) {
 }
 
 // Tests a triangle for which it is not sure on which side of its plane the origin lies.
-template <int W, bool kAny>
-bool FanBlock<W, kAny>::test_unsure(const TriangleBlock<W>& block, size_t lane) {
+template <int W, bool kAny, class Rays>
+bool FanBlockOf<W, kAny, Rays>::test_unsure(const TriangleBlock<W>& block, size_t lane) {
   float triangle[9];
   for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
   if (!has_area(triangle)) return false;
-  const int side = exact_side(fan_.origin, triangle);
-  if (side == 0)
-    return decide(block, lane, ~uint64_t{0});  // only rays that start in the triangle can touch it
-  const bool is_behind = static_cast<float>(side) * fan_.side < 0;
+  const int side = exact_side(rays_.origin, triangle);
+  if (side == 0)  // only rays that start in the triangle can touch it
+    return decide_all(block, lane);
+  const bool is_behind = static_cast<float>(side) * rays_.side < 0;
   const bool is_right = is_behind == (__builtin_signbit(forms_.sides[lane]) != 0);
   const uint64_t rows = forms_.rows_of(lane);  // with the orientation as computed
   forms_.turn(lane);
   const uint64_t other_rows = forms_.rows_of(lane);
   if (is_right) forms_.turn(lane);
-  return test_rays<true>(block, lane, rows | other_rows);
+  return test_fans<true>(block, lane, rows | other_rows);
 }
 
 // kCareful: the triangle's orientation is not sure, or it may lie before t_min.
-template <int W, bool kAny>
+template <int W, bool kAny, class Rays>
 template <bool kCareful>
-typename FanBlock<W, kAny>::Met FanBlock<W, kAny>::test_row(size_t lane, size_t row) const {
+typename FanBlockOf<W, kAny, Rays>::Met FanBlockOf<W, kAny, Rays>::test_row(size_t lane,
+                                                                            size_t row) const {
   TESSERA_COUNT(row_tests, 1);
   const size_t at = row * kLanes;
-  const V u = load<V>(fan_.ray_u + at), v = load<V>(fan_.ray_v + at);
+  const V u = load<V>(fan().ray_u + at), v = load<V>(fan().ray_v + at);
   const auto value = [&](const float(*f)[W]) HWY_ATTR {
     return mul_add(u, set<V>(f[0][lane]), mul_add(v, set<V>(f[1][lane]), set<V>(f[2][lane])));
   };
@@ -166,39 +201,39 @@ typename FanBlock<W, kAny>::Met FanBlock<W, kAny>::test_row(size_t lane, size_t 
     const V most = max(max(e0, e1), e2);
     const M is_thick = abs(near) > set<V>(forms_.steep[lane]);
     met.is_possible = met.is_possible || and_not(is_thick, most <= twice);
-    met.is_sure = met.is_sure && is_thick && near + slack < fan_.nearest_min;
+    met.is_sure = met.is_sure && is_thick && near + slack < fan().nearest_min;
   }
-  met.is_possible = met.is_possible && near + slack >= load<V>(fan_.low + at);
-  met.is_sure = met.is_possible && met.is_sure && near - slack > load<V>(fan_.high + at);
+  met.is_possible = met.is_possible && near + slack >= load<V>(fan().low + at);
+  met.is_sure = met.is_possible && met.is_sure && near - slack > load<V>(fan().high + at);
   return met;
 }
 
 // Takes the hits that are sure. Returns: the bits of the rays that are to be decided.
-template <int W, bool kAny>
-uint64_t FanBlock<W, kAny>::take(const TriangleBlock<W>& block, size_t lane, size_t row,
-                                 const Met& met, int32_t slot) {
+template <int W, bool kAny, class Rays>
+uint64_t FanBlockOf<W, kAny, Rays>::take(const TriangleBlock<W>& block, size_t lane, size_t row,
+                                         const Met& met, int32_t slot) {
   const size_t at = row * kLanes;
   const V slack = set<V>(forms_.doubt[lane]);
   const auto put = [&](auto a, auto* to) HWY_ATTR { store_where(met.is_sure, a, to); };
-  put(set<VI>(static_cast<int32_t>(block.primitive[lane])), fan_.best + at);
+  put(set<VI>(static_cast<int32_t>(block.primitive[lane])), fan().best + at);
   if (kAny) {
-    put(set<V>(__builtin_inff()), fan_.low + at);
-    put(set<V>(__builtin_inff()), fan_.high + at);
-    put(set<V>(-__builtin_inff()), fan_.best_t + at);
+    put(set<V>(__builtin_inff()), fan().low + at);
+    put(set<V>(__builtin_inff()), fan().high + at);
+    put(set<V>(-__builtin_inff()), fan().best_t + at);
   } else {
-    put(met.near - slack, fan_.low + at);
-    put(met.near + slack, fan_.high + at);
-    put(set<VI>(slot), fan_.pending + at);
+    put(met.near - slack, fan().low + at);
+    put(met.near + slack, fan().high + at);
+    put(set<VI>(slot), fan().pending + at);
   }
   return uint64_t{bits_of<V>(and_not(met.is_sure, met.is_possible))} << at;
 }
 
 // Tests the first rows, without a branch between them. Returns: the bits of the rays that are to be
 // decided.
-template <int W, bool kAny>
+template <int W, bool kAny, class Rays>
 template <bool kCareful, size_t kFirst>
-uint64_t FanBlock<W, kAny>::test_rows_straight(const TriangleBlock<W>& block, size_t lane,
-                                               bool& has_hit) {
+uint64_t FanBlockOf<W, kAny, Rays>::test_rows_straight(const TriangleBlock<W>& block, size_t lane,
+                                                       bool& has_hit) {
   Met met[kFirst];
   for (size_t row = 0; row < kFirst; ++row) met[row] = test_row<kCareful>(lane, row);
   M is_possible = met[0].is_possible, is_sure = met[0].is_sure;
@@ -214,9 +249,10 @@ uint64_t FanBlock<W, kAny>::test_rows_straight(const TriangleBlock<W>& block, si
   return open;
 }
 
-template <int W, bool kAny>
+template <int W, bool kAny, class Rays>
 template <bool kCareful>
-bool FanBlock<W, kAny>::test_rays(const TriangleBlock<W>& block, size_t lane, uint64_t rows) {
+bool FanBlockOf<W, kAny, Rays>::test_rays(const TriangleBlock<W>& block, size_t lane,
+                                          uint64_t rows) {
   uint64_t open = 0;
   bool has_hit = false;
   if constexpr (Forms::kCullsRows) {
@@ -231,30 +267,30 @@ bool FanBlock<W, kAny>::test_rays(const TriangleBlock<W>& block, size_t lane, ui
       open |= take(block, lane, row, met, slot);
     }
   } else {
-    open = fan_.filled_rows <= 2 ? test_rows_straight<kCareful, 2>(block, lane, has_hit)
-                                 : test_rows_straight<kCareful, kRows>(block, lane, has_hit);
+    open = fan().filled_rows <= 2 ? test_rows_straight<kCareful, 2>(block, lane, has_hit)
+                                  : test_rows_straight<kCareful, kRows>(block, lane, has_hit);
   }
   if (HWY_UNLIKELY(open != 0)) {
     // Rays that have met this triangle before, in another leaf, need no decision.
     const auto number = static_cast<int32_t>(block.primitive[lane]);
     for (size_t at = 0; at < kPacketRays; at += kLanes)
-      open &= ~(uint64_t{bits_of<VI>(load<VI>(fan_.best + at) == number)} << at);
+      open &= ~(uint64_t{bits_of<VI>(load<VI>(fan().best + at) == number)} << at);
     if (open != 0) has_hit |= decide(block, lane, open);
   }
   return has_hit;
 }
 
 // Decides rays that the filter leaves open: in double, and exactly where that cannot tell.
-template <int W, bool kAny>
-bool FanBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, uint64_t rays) {
+template <int W, bool kAny, class Rays>
+bool FanBlockOf<W, kAny, Rays>::decide(const TriangleBlock<W>& block, size_t lane, uint64_t rays) {
   constexpr size_t kTogether = EdgeSides::kRays;
   float triangle[9];
   for (size_t k = 0; k < 9; ++k) triangle[k] = block.vertex[k][lane];
   if (!has_area(triangle)) return false;
-  const EdgeSides sides(fan_.origin, triangle);
-  const Plane plane = plane_of(triangle, fan_.origin);
+  const EdgeSides sides(fan().origin, triangle);
+  const Plane plane = plane_of(triangle, fan().origin);
   bool has_hit = false;
-  for (rays &= fan_.valid; rays != 0;) {
+  for (rays &= fan().valid; rays != 0;) {
     size_t number[kTogether] = {};
     alignas(64) float directions[3][kTogether] = {};
     size_t count = 0;
@@ -262,24 +298,29 @@ bool FanBlock<W, kAny>::decide(const TriangleBlock<W>& block, size_t lane, uint6
       TESSERA_COUNT(exact, 1);
       number[count] = static_cast<size_t>(__builtin_ctzll(rays));
       float direction[3];
-      fan_.direction_of(number[count], direction);
+      fan().direction_of(number[count], direction);
       for (size_t k = 0; k < 3; ++k) directions[k][count] = direction[k];
     }
     const EdgeSides::Found found = sides.of(directions);
     for (size_t i = 0; i < count; ++i) {
       const float direction[3] = {directions[0][i], directions[1][i], directions[2][i]};
       const bool is_known = (found.known >> i & 1u) != 0;
-      if (is_known ? (found.met >> i & 1u) == 0 : !is_exact_hit(fan_.origin, direction, triangle))
+      if (is_known ? (found.met >> i & 1u) == 0 : !is_exact_hit(fan().origin, direction, triangle))
         continue;
       float speed = 0, t = 0;
       if (!plane_t(plane, direction, FanRays::length_of(direction), speed, t))
-        t = exact_hit(fan_.origin, direction, triangle).t;
+        t = exact_hit(fan().origin, direction, triangle).t;
       if (!kAny) winners_.settle(number[i]);
-      has_hit |= fan_.template take<kAny>(number[i], t, fan_.t_min, block.primitive[lane]);
+      has_hit |= fan().template take<kAny>(number[i], t, fan().t_min, block.primitive[lane]);
     }
   }
   return has_hit;
 }
+
+template <int W, bool kAny>
+using FanBlock = FanBlockOf<W, kAny, FanRays>;
+template <int W, bool kAny>
+using TwinBlock = FanBlockOf<W, kAny, TwinRays>;
 
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core
