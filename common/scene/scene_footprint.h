@@ -8,12 +8,9 @@
 // takes with its builder's arrays; the sum is kIndexBytesPerTriangle. tests/unit/core measures that
 // a slave stays below it.
 //
-// Per patch: a sub-patch has 112 bytes (slave/core/primitive/patch/patch_layout.h), its array grows
-// by doubling, and with its box, the index and its builder's arrays it takes some 420 at the peak.
-// The teapot's patches are cut into 142 on the mean, a sphere's into 122, a flat one is one
-// sub-patch, one with a cusp 548. So this is cautious for most models and not a bound; the same
-// test measures it for the teapot. Control points are held as four doubles, and copied once; a
-// point of a loop with what finds it takes 96 bytes.
+// Patches: how many sub-patches they are cut into depends on their shape, from one to a thousand,
+// so whoever can cut patches (slave/core/scene/patch_footprint.h) is asked for each surface.
+// Without it 160 sub-patches a patch are assumed, as the teapot has where there are not many.
 //
 // Mip levels of textures take a third of their bytes, and while they are built the level in work
 // takes 15/16 of one texture in floats (slave/core/surface/texture.h): both are estimated as 4/3 of
@@ -25,6 +22,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "common/scene/scene_codec.h"
 
@@ -32,10 +30,15 @@ namespace tessera {
 
 inline constexpr std::uint64_t kIndexBytesPerTriangle = 320;
 inline constexpr std::uint64_t kIndexBytesPerPatch = 160 * 450;
-inline constexpr std::uint64_t kIndexBytesPerPatchNumber = 2 * 4 * 8 / 3 + 1;  // three a point
 inline constexpr std::uint64_t kIndexBytesPerTrimPoint = 96;
+inline constexpr std::uint64_t kIndexBytesOfThreads = 3 << 20;  // that build, whatever they build
+
+// Returns: the bytes that preparing a surface takes where it stands `copies` times, in a scene
+// whose instances have `patches` patches in all; 0 for a block that cannot be read.
+using SurfaceBytes = std::function<std::uint64_t(const SceneBlock& surface, std::uint64_t copies,
+                                                 std::uint64_t patches)>;
 
 // Returns: an estimate of the bytes; 0 for blocks that cannot be read (decoding will refuse them).
-std::uint64_t index_bytes_of(const EncodedScene& scene);
+std::uint64_t index_bytes_of(const EncodedScene& scene, const SurfaceBytes& surface_bytes = {});
 
 }  // namespace tessera

@@ -7,7 +7,6 @@
 
 #include "common/base/limits.h"
 #include "common/base/log.h"
-#include "common/scene/scene_footprint.h"
 #include "master/frame_loop/frame_loop_impl.h"
 #include "master/schedule/tile_order.h"
 
@@ -300,7 +299,8 @@ void FrameLoop::set_outcome_callback(std::function<void(FrameOutcome)> on_outcom
 }
 
 void FrameLoop::commit_scene(SceneVersion version, EncodedScene scene) {
-  scene.index_bytes = index_bytes_of(scene);
+  if (scene.index_bytes == 0)
+    scene.index_bytes = index_bytes_of(scene, impl_->options.surface_bytes);
   impl_->send(
       impl_->moments.commit(version, std::make_shared<const EncodedScene>(std::move(scene))));
 }

@@ -23,6 +23,7 @@
 #include "common/net/listener.h"
 #include "common/net/liveness.h"
 #include "common/scene/scene_codec.h"
+#include "common/scene/scene_footprint.h"
 #include "master/cluster/certificate_wish.h"
 #include "master/frame_loop/frame_admission.h"
 #include "master/frame_loop/frame_orders.h"
@@ -48,6 +49,7 @@ struct FrameLoopOptions {
   bool serves_applications = false;     // accept role app (serve); else such peers are refused
   FrameAdmission::Room memory = {};     // what this process may take; null: no limit is known
   CertificateWish certificate_wanted = {};  // by peers; null: none are made
+  SurfaceBytes surface_bytes = {};   // what preparing surfaces takes; null: by number of patches
   net::EventLoop* hasher = nullptr;  // computes frames' digests; null: the loop itself, at once
 };
 

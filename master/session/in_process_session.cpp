@@ -7,6 +7,7 @@
 #include "common/scene/validate.h"
 #include "master/session/master_host.h"
 #include "master/session/outcome_queue.h"
+#include "slave/core/scene/patch_footprint.h"
 
 namespace tessera::master {
 namespace {
@@ -33,7 +34,9 @@ class InProcessSession final : public Session {
   Result<SceneVersion> commit_scene(const Scene& scene) override {
     TESSERA_RETURN_IF_ERROR(validator_.validate(scene));
     const SceneVersion version = ++version_;
-    host_->io().post([host = host_.get(), version, encoded = encoder_.encode(scene)]() mutable {
+    EncodedScene encoded = encoder_.encode(scene);
+    encoded.index_bytes = index_bytes_of(encoded, footprint_.surface_bytes());  // it takes a while
+    host_->io().post([host = host_.get(), version, encoded = std::move(encoded)]() mutable {
       host->frame_loop().commit_scene(version, std::move(encoded));
     });
     return version;
@@ -63,9 +66,10 @@ class InProcessSession final : public Session {
 
  private:
   OutcomeQueue outcomes_;
-  SceneValidator validator_;  // application thread
-  SceneEncoder encoder_;      // application thread
-  SceneVersion version_ = 0;  // application thread
+  SceneValidator validator_;        // application thread
+  SceneEncoder encoder_;            // application thread
+  core::PatchFootprint footprint_;  // application thread
+  SceneVersion version_ = 0;        // application thread
   std::unique_ptr<MasterHost> host_;
 };
 

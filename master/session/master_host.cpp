@@ -117,6 +117,7 @@ Result<std::unique_ptr<MasterHost>> MasterHost::start(const SessionOptions& opti
     };
   }
   loop_options.hasher = &host->hasher_;
+  loop_options.surface_bytes = host->footprint_.surface_bytes();
   host->io_.run_and_wait(
       [&] { host->frame_loop_ = std::make_unique<FrameLoop>(host->io_, loop_options); });
   if (!options.listen.empty()) TESSERA_RETURN_IF_ERROR(host->listen_at(options));

@@ -20,6 +20,7 @@
 #include "master/frame_loop/frame_loop.h"
 #include "master/session/certificate_desk.h"
 #include "master/session/session.h"
+#include "slave/core/scene/patch_footprint.h"
 #include "slave/slave_host.h"
 
 namespace tessera::master {
@@ -47,6 +48,7 @@ class MasterHost {
 
   net::IoThread io_{"master-net"};
   net::IoThread hasher_{"master-hash"};                 // its tasks post to io_, which outlives it
+  core::PatchFootprint footprint_;                      // io_ thread; of applications' scenes
   std::unique_ptr<FrameLoop> frame_loop_;               // io_ thread
   std::unique_ptr<net::Listener> listener_;             // io_ thread; null when nothing listens
   std::unique_ptr<net::CredentialsWatch> credentials_;  // io_ thread; null without keys

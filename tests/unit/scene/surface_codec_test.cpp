@@ -4,6 +4,7 @@
 
 #include "common/scene/scene_codec.h"
 #include "common/scene/scene_footprint.h"
+#include "common/scene/surface_sample.h"
 #include "common/scene/validate.h"
 #include "tests/support/seed.h"
 #include "tests/support/surface_scene.h"
@@ -181,10 +182,72 @@ TEST(SurfaceCodec, PatchesAreReckonedPerInstance) {
   EXPECT_EQ(counts.trim_points, 2 * 8u);
   const std::uint64_t without = index_bytes_of(SceneEncoder().encode(test::make_small_scene()));
   EXPECT_EQ(index_bytes_of(encoded) - without, counts.patches * kIndexBytesPerPatch +
-                                                   counts.numbers * kIndexBytesPerPatchNumber +
+                                                   counts.numbers * 2 * sizeof(float) +
                                                    counts.trim_points * kIndexBytesPerTrimPoint);
   EXPECT_GE(index_bytes_of(SceneEncoder().encode(scene_of(sheet(2)))), 4 * kIndexBytesPerPatch)
       << "a scene without triangles is reckoned, too";
+}
+
+TEST(SurfaceCodec, WhoeverCutsPatchesIsAskedForEachSurface) {
+  const Scene scene = test::make_surface_scene();
+  const EncodedScene encoded = SceneEncoder().encode(scene);
+  std::uint64_t patches = 0, asked = 0;
+  const std::uint64_t bytes = index_bytes_of(
+      encoded, [&](const SceneBlock& surface, std::uint64_t copies, std::uint64_t all) {
+        EXPECT_EQ(all, scene.patch_count());
+        patches += copies * patches_of_surface(*surface.bytes);
+        asked += copies;
+        return 1'000'000 * copies;
+      });
+  EXPECT_EQ(patches, scene.patch_count());
+  const std::uint64_t without = index_bytes_of(SceneEncoder().encode(test::make_small_scene()));
+  EXPECT_EQ(bytes - without, kIndexBytesOfThreads + 1'000'000 * asked);
+}
+
+TEST(SurfaceSample, IsTheSurfaceWhereAllIsWantedAndElsePartOfIt) {
+  std::mt19937 random(test::seed(8));
+  for (int n = 0; n < 50; ++n) {
+    const PatchSurface surface = test::make_random_surface(random, 40);
+    Scene scene = scene_of(surface);
+    const SceneBlock block = SceneEncoder().encode(scene).blocks.at(1);
+    const auto all = sample_surface(*block.bytes, surface.patches.size());
+    ASSERT_TRUE(all.has_value());
+    EXPECT_EQ(all->patch_count, surface.patches.size());
+    PatchSurface same = surface;
+    same.materials = {0};
+    EXPECT_EQ(all->surface, same);
+    const auto some = sample_surface(*block.bytes, surface.patches.size() / 2);
+    if (!some) continue;  // none was drawn
+    EXPECT_LE(some->surface.numbers.size(), surface.numbers.size());
+  }
+}
+
+TEST(SurfaceSample, DrawsAboutAsManyAsWanted) {
+  PatchSurface many = sheet(1);
+  for (int i = 1; i < 3200; ++i) {
+    many.patches.push_back(many.patches[0]);
+    for (std::size_t k = 0; k < many.patches[0].number_count(); ++k)
+      many.numbers.push_back(many.numbers[k]);
+  }
+  const auto some = sample_surface(*SceneEncoder().encode(scene_of(many)).blocks.at(1).bytes, 320);
+  ASSERT_TRUE(some.has_value());
+  EXPECT_EQ(some->patch_count, many.patches.size());
+  EXPECT_GT(some->surface.patches.size(), 240u);
+  EXPECT_LT(some->surface.patches.size(), 400u);
+}
+
+TEST(SurfaceSample, DamagedBlocksHaveNone) {
+  std::mt19937 random(test::seed(9));
+  const PatchSurface surface = test::make_random_surface(random, 12);
+  const SceneBlock block = SceneEncoder().encode(scene_of(surface)).blocks.at(1);
+  std::vector<std::byte> bytes(block.bytes->begin(), block.bytes->end());
+  for (std::size_t kept = 0; kept < bytes.size(); kept += 7)
+    EXPECT_FALSE(sample_surface(std::span(bytes).first(kept), 100).has_value()) << kept;
+  for (int n = 0; n < 2000; ++n) {  // any answer will do
+    std::vector<std::byte> damaged = bytes;
+    damaged[random() % damaged.size()] ^= static_cast<std::byte>(1u << random() % 8);
+    static_cast<void>(sample_surface(damaged, n % 2 == 0 ? 100 : 3));
+  }
 }
 
 TEST(SurfaceCodec, CursorsKnowWhereEachPatchLies) {

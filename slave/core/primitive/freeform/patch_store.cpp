@@ -40,6 +40,13 @@ struct SplitSurface {
     first_part.push_back(parts.parts.size());
   }
 
+  // Sub-patches of one instance, with those that stand for its borders.
+  std::size_t part_count() const {
+    const auto last = static_cast<std::uint32_t>(patches.size()) - 1;
+    return parts.parts.size() +
+           (trims && !patches.empty() ? trims->borders().of_patch(last).end : 0);
+  }
+
  private:
   void split(std::uint32_t number, const PatchSplitting& splitting) {
     Patch patch = patches[number].patch();
@@ -150,7 +157,7 @@ std::uint64_t patch_count(const Scene& scene) {
 }  // namespace
 
 PatchSplitting splitting_for(std::uint64_t patch_count) {
-  // Some 300, 140, 30, 12 and 3 parts a patch.
+  // Some 300, 140, 30, 18 and 3 parts a patch of the teapot.
   if (patch_count <= 1024) return {.radius = 0.35, .slope = 4, .trim_level_max = 4};
   if (patch_count <= 4096) return {.radius = 0.5, .slope = 3, .trim_level_max = 3};
   if (patch_count <= 16384) return {.radius = 0.7, .slope = 1, .trim_level_max = 2};
@@ -167,18 +174,34 @@ std::uint64_t PatchStore::memory_bytes() const {
 }
 
 PatchStore make_patch_store(const Scene& scene, std::vector<Bounds3f>& boxes) {
+  return make_patch_store(scene, splitting_for(patch_count(scene)), boxes);
+}
+
+PatchStore make_patch_store(const Scene& scene, const PatchSplitting& splitting,
+                            std::vector<Bounds3f>& boxes) {
   PatchStore store;
   if (scene.surfaces.empty()) return store;
-  Filler filler(store, boxes);
-  const PatchSplitting splitting = splitting_for(patch_count(scene));
   std::vector<std::optional<SplitSurface>> split(scene.surfaces.size());
+  std::size_t number_count = 0, patch_count = 0, part_count = 0;
   for (const Instance& instance : scene.instances) {
-    store.first_patch.push_back(store.patches.size());
-    store.first_part.push_back(store.parts.size());
     if (instance.kind != ObjectKind::kPatchSurface) continue;
     std::optional<SplitSurface>& surface = split[instance.mesh];
     if (!surface) surface.emplace(*scene.surfaces[instance.mesh], splitting);
-    filler.add(*surface, instance.object_to_world);
+    number_count += scene.surfaces[instance.mesh]->numbers.size();
+    patch_count += surface->patches.size();
+    part_count += surface->part_count();
+  }
+  // Arrays that grow by doubling would take up to three times as much on their way.
+  store.numbers.reserve(number_count);
+  store.patches.reserve(patch_count);
+  store.parts.reserve(part_count);
+  boxes.reserve(boxes.size() + part_count);
+  Filler filler(store, boxes);
+  for (const Instance& instance : scene.instances) {
+    store.first_patch.push_back(store.patches.size());
+    store.first_part.push_back(store.parts.size());
+    if (instance.kind == ObjectKind::kPatchSurface)
+      filler.add(*split[instance.mesh], instance.object_to_world);
   }
   for (const std::optional<SplitSurface>& surface : split)
     store.trims.push_back(surface ? surface->trims : nullptr);

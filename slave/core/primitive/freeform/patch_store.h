@@ -46,5 +46,8 @@ PatchSplitting splitting_for(std::uint64_t patch_count);
 // Shape: boxes becomes those of the sub-patches, in world space. Sub-patches have no numbers as
 // primitives yet. Requires: validate_scene(scene) is ok.
 PatchStore make_patch_store(const Scene& scene, std::vector<Bounds3f>& boxes);
+// The same, split as one likes.
+PatchStore make_patch_store(const Scene& scene, const PatchSplitting& splitting,
+                            std::vector<Bounds3f>& boxes);
 
 }  // namespace tessera::core
