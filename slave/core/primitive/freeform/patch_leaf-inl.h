@@ -47,6 +47,7 @@ class PatchPacketTest {
   template <bool kRational, int kM, int kN>
   HWY_NOINLINE bool decide(const Patch& patch, const SubPatch& part, const Candidates& rays);
   HWY_NOINLINE bool ask(const Patch& patch, const SubPatch& part, size_t ray);
+  HWY_NOINLINE bool ask_all(const Patch& patch, const SubPatch& part, uint64_t possible);
   HWY_INLINE bool take(const SubPatch& part, size_t ray, float t) {
     if (!kAny) test_.settle(ray);
     return rays_.template take<kAny>(ray, t, least_t(rays_, ray), part.primitive);
@@ -65,6 +66,7 @@ bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch& patch, const SubPat
       possible |= uint64_t{filter.possible(at)} << at;
     if (possible == 0) return false;
     rays_.work_left -= 2 * __builtin_popcountll(possible);
+    if (is_border_span(part)) return ask_all(patch, part, possible);
     Candidates rays;
     gather(possible, rays);
     if (patch.is_rational) {
@@ -80,6 +82,15 @@ bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch& patch, const SubPat
   for (size_t ray = 0; ray < kPacketRays; ++ray) {
     if (rays_.best_t[ray] >= least_t(rays_, ray)) has_hit |= ask(patch, part, ray);
   }
+  return has_hit;
+}
+
+template <int W, bool kAny, class Rays, template <int, bool> class Test>
+bool PatchPacketTest<W, kAny, Rays, Test>::ask_all(const Patch& patch, const SubPatch& part,
+                                                   uint64_t possible) {
+  bool has_hit = false;
+  for (; possible != 0; possible &= possible - 1)
+    has_hit |= ask(patch, part, static_cast<size_t>(__builtin_ctzll(possible)));
   return has_hit;
 }
 

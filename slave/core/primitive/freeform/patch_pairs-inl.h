@@ -20,6 +20,10 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
+// Whether it is a span of a widened border (fat_border.h), whose second derivatives have no bound:
+// a decision would leave all of its rays open.
+HWY_INLINE bool is_border_span(const SubPatch& part) { return part.second[0][0] > 0x1.fffffep127f; }
+
 // Control points of a register of nets, one a lane.
 struct PointsInLanes {
   const double (*x)[kLanesOf<Doubles>];  // [point and axis]
@@ -34,7 +38,8 @@ class PatchPairs {
   static constexpr int kWidth = static_cast<int>(kLanesOf<Doubles>);
 
   static HWY_INLINE bool takes(const Patch& patch, const SubPatch& part) {
-    return !patch.is_rational && patch.degree_u == 3 && patch.degree_v == 3 && part.has_frame;
+    return !patch.is_rational && patch.degree_u == 3 && patch.degree_v == 3 && part.has_frame &&
+           !is_border_span(part);
   }
 
   // Requires: takes().
