@@ -43,64 +43,71 @@ HWY_INLINE Frustum frustum_of(const FanWindow& window) {
 }
 
 // Subtrees in the order of where their boxes begin along the main axis, which is the same for all
-// fans of a window, so that none of them has to sort. They stay where they are in the structure
-// until the list is written.
+// fans of a window, so that none of them has to sort. They stay where they are in nodes of W
+// children until the list is written.
+template <int W>
 class EntryList {
  public:
   explicit EntryList(const FanWindow& window) : axis_(window.axis), side_(window.side) {}
 
   int count() const { return count_; }
-  uint32_t child(int at) const { return subtrees_[at].child; }
+  uint32_t child(int at) const { return child_[at]; }
 
   // Requires: count() < kEntryWidth; the node outlives the list.
-  template <int W>
   HWY_INLINE void insert(const BvhNode<W>& node, int child) {
     static_assert(offsetof(BvhNode<W>, upper) == 3 * W * sizeof(float));
-    const float* const corner = node.lower[0] + child;
     const float begin = (side_ > 0 ? node.lower : node.upper)[axis_][child] * side_;
     int at = count_++;
-    for (; at > 0 && begin < subtrees_[at - 1].begin; --at) subtrees_[at] = subtrees_[at - 1];
-    subtrees_[at] = {begin, node.child[child], corner, W};
+    for (; at > 0 && begin < begin_[at - 1]; --at) move(at - 1, at);
+    begin_[at] = begin;
+    child_[at] = node.child[child];
+    corner_[at] = node.lower[0] + child;
   }
 
   HWY_INLINE void erase(int at) {
     --count_;
-    for (; at < count_; ++at) subtrees_[at] = subtrees_[at + 1];
+    for (; at < count_; ++at) move(at + 1, at);
   }
 
   void write_to(FanEntry& entry) const {
     entry.axis = axis_;
     entry.side = side_;
     BvhNode<kEntryWidth>& top = entry.top;
-    for (int at = 0; at < kEntryWidth; ++at) {
-      const bool is_used = at < count_;
-      const Subtree& from = subtrees_[is_used ? at : 0];
+    for (int at = 0; at < count_; ++at) {
       for (size_t a = 0; a < 3; ++a) {
-        const float infinity = __builtin_inff();
-        top.lower[a][at] = is_used ? from.corner[a * from.width] : infinity;
-        top.upper[a][at] = is_used ? from.corner[(a + 3) * from.width] : -infinity;
+        top.lower[a][at] = corner_[at][a * W];
+        top.upper[a][at] = corner_[at][(a + 3) * W];
       }
-      top.child[at] = is_used ? from.child : kBvhNoChild;
+      top.child[at] = child_[at];
+    }
+    for (int at = count_; at < kEntryWidth; ++at) {
+      for (size_t a = 0; a < 3; ++a) {
+        top.lower[a][at] = __builtin_inff();
+        top.upper[a][at] = -__builtin_inff();
+      }
+      top.child[at] = kBvhNoChild;
     }
   }
 
  private:
-  struct Subtree {
-    float begin;  // near face
-    uint32_t child;
-    const float* corner;  // its place in node.lower[0]; the others follow, `width` numbers apart
-    size_t width;
-  };
+  // What was stored a moment ago is loaded again by the same widths, which processors can forward.
+  HWY_INLINE void move(int from, int to) {
+    begin_[to] = begin_[from];
+    child_[to] = child_[from];
+    corner_[to] = corner_[from];
+  }
 
   const int axis_;
   const float side_;
-  Subtree subtrees_[kEntryWidth];
   int count_ = 0;
+  float begin_[kEntryWidth];  // of the near face
+  uint32_t child_[kEntryWidth];
+  const float* corner_[kEntryWidth];  // places in node.lower[0]; the other bounds follow, W apart
 };
 
 template <int W, class Shapes>
 void find_entry(const BvhView<W, Shapes>& scene, const FanWindow& window, FanEntry& entry) {
-  EntryList list(window);
+  EntryList<W> list(window);
   if (scene.nodes == nullptr) return list.write_to(entry);
   const Frustum f = frustum_of(window);
   alignas(64) float z_near[W];
@@ -127,11 +134,11 @@ void find_entry(const BvhView<W, Shapes>& scene, const FanWindow& window, FanEnt
 
 template <int W, class Shapes>
 void find_entry(const KdView<W, Shapes>& scene, const FanWindow& window, FanEntry& entry) {
-  EntryList list(window);
+  constexpr int kLanes = 4;  // two of them used
+  EntryList<kLanes> list(window);
   list.write_to(entry);
   if (scene.nodes == nullptr) return;
   const Frustum f = frustum_of(window);
-  constexpr int kLanes = 4;  // two of them used
   BvhNode<kLanes> voxels;
   for (int a = 0; a < 3; ++a) {
     for (int i = 0; i < kLanes; ++i) {
