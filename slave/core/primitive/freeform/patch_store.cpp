@@ -157,12 +157,12 @@ std::uint64_t patch_count(const Scene& scene) {
 }  // namespace
 
 PatchSplitting splitting_for(std::uint64_t patch_count) {
-  // Some 300, 140, 30, 18 and 3 parts a patch of the teapot.
+  // Some 300, 140, 30, 18 and 1.4 parts a patch of the teapot.
   if (patch_count <= 1024) return {.radius = 0.35, .slope = 4, .trim_level_max = 4};
   if (patch_count <= 4096) return {.radius = 0.5, .slope = 3, .trim_level_max = 3};
   if (patch_count <= 16384) return {.radius = 0.7, .slope = 1, .trim_level_max = 2};
   if (patch_count <= 65536) return {.radius = 1, .slope = 1, .trim_level_max = 1};
-  return {.radius = 2, .slope = 1};
+  return {.radius = 3, .slope = 1};
 }
 
 std::uint64_t PatchStore::memory_bytes() const {
