@@ -86,6 +86,23 @@ std::uint64_t patches_of_surface(std::span<const std::byte> block) {
   return in.open(BlockKind::kPatchSurface) ? in.get_count(sizeof(PatchForm)) : 0;
 }
 
+std::uint64_t form_of_surface(std::span<const std::byte> block) {
+  PatchSurface surface;
+  if (!read(block, surface)) return 0;
+  std::uint64_t form = 1;
+  const auto mix = [&form](const auto& numbers) {
+    form = mixed(form ^ numbers.size());
+    for (const std::byte b : std::as_bytes(std::span(numbers)))
+      form = (form ^ static_cast<std::uint64_t>(b)) * 0x100000001b3u;
+  };
+  mix(surface.patches);
+  mix(surface.loop_counts);
+  mix(surface.segment_counts);
+  mix(surface.degrees);
+  mix(surface.trim_points);
+  return mixed(form);
+}
+
 std::optional<SurfaceSample> sample_surface(std::span<const std::byte> block,
                                             std::uint64_t wanted) {
   PatchSurface whole;

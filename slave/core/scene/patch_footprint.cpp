@@ -58,17 +58,29 @@ PatchFootprint::Means PatchFootprint::sampled(const SceneBlock& surface, std::ui
   return means;
 }
 
+PatchFootprint::Means PatchFootprint::of_form(const SceneBlock& surface, std::uint64_t copies,
+                                              std::uint64_t patches) {
+  if (forms_.size() > kKnownMax) forms_.clear();
+  OfForm& form = forms_[{form_of_surface(*surface.bytes), splitting_for(patches).radius}];
+  if (form.uses < kUsesMax) {
+    ++form.uses;
+    return form.means;
+  }
+  form.uses = 0;
+  const std::uint64_t all_copies = patches_of_surface(*surface.bytes) * copies;
+  const double share = static_cast<double>(all_copies) / static_cast<double>(patches);
+  const double wanted = static_cast<double>(wanted_of(patches)) * share;
+  form.means =
+      sampled(surface, std::max(kSampledLeast, static_cast<std::uint64_t>(wanted)), patches);
+  return form.means;
+}
+
 std::uint64_t PatchFootprint::bytes(const SceneBlock& surface, std::uint64_t copies,
                                     std::uint64_t patches) {
   if (known_.size() > kKnownMax) known_.clear();
   const auto [entry, is_new] = known_.try_emplace({surface.digest, splitting_for(patches).radius});
   Means& of = entry->second;
-  if (is_new) {
-    const std::uint64_t all_copies = patches_of_surface(*surface.bytes) * copies;
-    const double share = static_cast<double>(all_copies) / static_cast<double>(patches);
-    const double wanted = static_cast<double>(wanted_of(patches)) * share;
-    of = sampled(surface, std::max(kSampledLeast, static_cast<std::uint64_t>(wanted)), patches);
-  }
+  if (is_new) of = of_form(surface, copies, patches);
   const double of_copy = of.parts * of.bytes_a_part + of.numbers * sizeof(float) + kBytesPerPatch;
   const double all = of.patches * (of_copy * static_cast<double>(copies) + of.trim_bytes);
   return static_cast<std::uint64_t>(all);

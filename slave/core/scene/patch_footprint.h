@@ -7,6 +7,9 @@
 // has the share of its copies in what is drawn. To the mean come some standard errors, so that less
 // than what is taken is said of few scenes in a hundred, and nothing where all were drawn.
 //
+// A surface that deforms has other points in each version; what was found of one version holds for
+// the kUsesMax that follow, so that weighing takes a small part of what preparing them does.
+//
 // Threads. One owner. What is known of a surface is remembered by its digest.
 #pragma once
 
@@ -21,6 +24,9 @@ namespace tessera::core {
 
 class PatchFootprint {
  public:
+  // Surfaces of one form that are not sampled after one that was.
+  static constexpr int kUsesMax = 64;
+
   // As SurfaceBytes (common/scene/scene_footprint.h).
   std::uint64_t bytes(const SceneBlock& surface, std::uint64_t copies, std::uint64_t patches);
   // Must not be called after this object's end.
@@ -39,7 +45,15 @@ class PatchFootprint {
   };
   static Means sampled(const SceneBlock& surface, std::uint64_t wanted, std::uint64_t patches);
 
+  // What is known of a form, and how many surfaces of it were not sampled since.
+  struct OfForm {
+    Means means;
+    int uses = kUsesMax;
+  };
+  Means of_form(const SceneBlock& surface, std::uint64_t copies, std::uint64_t patches);
+
   std::map<std::pair<Digest, double>, Means> known_;  // by digest and the splitting's radius
+  std::map<std::pair<std::uint64_t, double>, OfForm> forms_;  // by form, and the same
 };
 
 }  // namespace tessera::core

@@ -201,6 +201,30 @@ TEST(PatchFootprint, BytesThatAreNoSurfaceAreWeighedAsNothing) {
   }
 }
 
+// A version of a surface whose patches are as steep as `slope` says.
+SceneBlock bent_by(float slope) {
+  Scene scene = mixed_patches(100);
+  PatchSurface bent = *scene.surfaces[0];
+  for (std::size_t i = 2; i < bent.numbers.size(); i += 3) bent.numbers[i] *= slope;
+  scene.surfaces = {std::make_shared<const PatchSurface>(std::move(bent))};
+  return SceneEncoder().encode(scene).blocks[1];
+}
+
+TEST(PatchFootprint, ASurfaceThatDeformsIsWeighedNowAndThen) {
+  const auto weigh = [](PatchFootprint& by, const SceneBlock& block) {
+    return by.bytes(block, 1, 100);
+  };
+  PatchFootprint fresh, followed;
+  const std::uint64_t flat = weigh(followed, bent_by(0)), bent = weigh(fresh, bent_by(1));
+  ASSERT_GT(bent, 2 * flat);
+  for (int version = 0; version < PatchFootprint::kUsesMax; ++version) {
+    const SceneBlock block = bent_by(2 + static_cast<float>(version));
+    EXPECT_EQ(weigh(followed, block), flat) << version;
+    EXPECT_EQ(weigh(followed, block), flat) << version << ", once more";
+  }
+  EXPECT_EQ(weigh(followed, bent_by(1)), bent);
+}
+
 INSTANTIATE_TEST_SUITE_P(Structures, SceneMemory,
                          testing::Values(Structure::kAuto, Structure::kBvh, Structure::kBvhQuality,
                                          Structure::kKd));
