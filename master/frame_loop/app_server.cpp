@@ -178,12 +178,10 @@ void AppServer::on_certificate_request(wire::CertificateRequest request) {
 void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions actions) {
   if (!status.is_ok()) return violation(status.message());
   for (wire::SceneReceiver::Complete& complete : actions.complete) {
-    const SceneVersion ours = next_version_++;
-    application_->versions.clear();  // the loop keeps older ones for frames in work only
-    application_->versions[complete.version] = ours;
-    frames_.commit_scene(ours, std::move(complete.scene));
-    application_->link->send(wire::SceneBuilt{complete.version, 0, 0, {}});
-    submit_waiting();  // before the next version replaces this one
+    frames_.weigh(std::move(complete.scene), [this, session = application_->session,
+                                              version = complete.version](EncodedScene scene) {
+      if (is_application(session)) on_weighed(version, std::move(scene));
+    });
     if (!application_) return;
   }
   for (wire::SceneFailed& failed : actions.failed) {
@@ -196,6 +194,15 @@ void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions acti
   for (wire::SceneChunkNeed& need : actions.chunk_need) {
     application_->link->send(std::move(need));
   }
+}
+
+void AppServer::on_weighed(SceneVersion version, EncodedScene scene) {
+  const SceneVersion ours = next_version_++;
+  application_->versions.clear();  // the loop keeps older ones for frames in work only
+  application_->versions[version] = ours;
+  frames_.commit_scene(ours, std::move(scene));
+  application_->link->send(wire::SceneBuilt{version, 0, 0, {}});
+  submit_waiting();  // before the next version replaces this one
 }
 
 void AppServer::on_submit(wire::FrameSubmit submit) {

@@ -80,6 +80,7 @@ class AppServer {
   void fail_waiting(SceneVersion version, const Status& status);
   void give_back(FrameId theirs, const Status& status);
   void on_scene(const Status& status, wire::SceneReceiver::Actions actions);
+  void on_weighed(SceneVersion version, EncodedScene scene);
   void on_outcome(FrameOutcome outcome);
   void pump();
   void violation(const std::string& reason);

@@ -49,8 +49,10 @@ struct FrameLoopOptions {
   bool serves_applications = false;     // accept role app (serve); else such peers are refused
   FrameAdmission::Room memory = {};     // what this process may take; null: no limit is known
   CertificateWish certificate_wanted = {};  // by peers; null: none are made
-  SurfaceBytes surface_bytes = {};   // what preparing surfaces takes; null: by number of patches
-  net::EventLoop* hasher = nullptr;  // computes frames' digests; null: the loop itself, at once
+  // What preparing surfaces takes; null: by number of patches. Called on the hasher's thread.
+  SurfaceBytes surface_bytes = {};
+  // Computes frames' digests, and weighs surfaces; null: the loop itself, at once.
+  net::EventLoop* hasher = nullptr;
 };
 
 class FrameLoop final : public FrameOrders {
@@ -63,6 +65,7 @@ class FrameLoop final : public FrameOrders {
   void accept(net::ConnectionPtr connection, net::Listener* listener);
 
   void set_outcome_callback(std::function<void(FrameOutcome)> on_outcome) override;
+  void weigh(EncodedScene scene, std::function<void(EncodedScene)> on_weighed) override;
   void commit_scene(SceneVersion version, EncodedScene scene) override;
   void submit(FrameId frame, SceneVersion version, const FrameSettings& settings) override;
   void cancel(FrameId frame) override;

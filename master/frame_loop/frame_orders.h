@@ -33,6 +33,11 @@ class FrameOrders {
   // Versions and frames count up; a frame's version was committed before. Every submitted frame
   // ends in exactly one outcome.
   virtual void set_outcome_callback(std::function<void(FrameOutcome)> on_outcome) = 0;
+  // Reckons what slaves take to prepare a scene (EncodedScene::index_bytes), beside the net thread
+  // where that takes a while, and gives the scene back on it: at once, or later. Scenes keep their
+  // order. `on_weighed` is not called after the end of the orders' object.
+  virtual void weigh(EncodedScene scene, std::function<void(EncodedScene)> on_weighed) = 0;
+  // A scene that was not weighed is weighed here.
   virtual void commit_scene(SceneVersion version, EncodedScene scene) = 0;
   virtual void submit(FrameId frame, SceneVersion version, const FrameSettings& settings) = 0;
   virtual void cancel(FrameId frame) = 0;  // outcome kCancelled; nothing when it is over already

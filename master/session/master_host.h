@@ -47,8 +47,8 @@ class MasterHost {
   net::LinkFactory local_link_factory();
 
   net::IoThread io_{"master-net"};
+  core::PatchFootprint footprint_;                      // hasher_'s thread; of applications' scenes
   net::IoThread hasher_{"master-hash"};                 // its tasks post to io_, which outlives it
-  core::PatchFootprint footprint_;                      // io_ thread; of applications' scenes
   std::unique_ptr<FrameLoop> frame_loop_;               // io_ thread
   std::unique_ptr<net::Listener> listener_;             // io_ thread; null when nothing listens
   std::unique_ptr<net::CredentialsWatch> credentials_;  // io_ thread; null without keys

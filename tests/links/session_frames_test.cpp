@@ -164,6 +164,52 @@ TEST(SessionFrames, ConnectedSessionGivesTheSameBits) {
       << "the next application finds a clean master";
 }
 
+// The small scene with bent patches above it, which take a while to weigh and change the picture.
+Scene scene_with_patches(float height) {
+  Scene scene = small_scene();
+  auto surface = std::make_shared<PatchSurface>();
+  for (int patch = 0; patch < 160; ++patch) {
+    surface->patches.push_back({3, 3, 0, 0});
+    const float away = 1.5f + 0.01f * static_cast<float>(patch);
+    for (int i = 0; i < 16; ++i) {
+      const int row = i / 4, column = i % 4;
+      const bool is_inner = row % 3 != 0 && column % 3 != 0;
+      surface->numbers.push_back(0.5f * static_cast<float>(row) - 0.75f);
+      surface->numbers.push_back(is_inner ? away + 8 + height : away);
+      surface->numbers.push_back(0.5f * static_cast<float>(column) - 0.75f);
+    }
+  }
+  surface->materials = {1};
+  scene.surfaces = {surface};
+  scene.instances.push_back({0, {}, ObjectKind::kPatchSurface});
+  return scene;
+}
+
+// Scenes with patches are weighed beside the master's network thread; those without go at once.
+TEST(SessionFrames, OfScenesThatAreWeighedKeepTheirOrder) {
+  Served served = serve_plain(1);
+  ASSERT_TRUE(served.host);
+  auto remote = Session::open(served.client), alone = Session::open(local(1, 1));
+  ASSERT_TRUE(remote.is_ok() && alone.is_ok());
+  std::set<std::string> digests;
+  for (int round = 0; round < 3; ++round) {
+    const auto height = static_cast<float>(round);
+    const Scene scenes[2] = {scene_with_patches(height), small_scene(0.5f + 0.1f * height)};
+    for (auto* session : {&*remote, &*alone}) {
+      for (const Scene& scene : scenes) {
+        ASSERT_TRUE((*session)->commit_scene(scene).is_ok());
+        ASSERT_TRUE((*session)->submit(small_settings()).is_ok());
+      }
+    }
+    for (int k = 0; k < 2; ++k) {
+      const std::string digest = take(**remote).stats.digest.hex();
+      EXPECT_EQ(digest, take(**alone).stats.digest.hex()) << round << ", scene " << k;
+      digests.insert(digest);
+    }
+  }
+  EXPECT_EQ(digests.size(), 6u);
+}
+
 TEST(SessionFrames, SecondApplicationIsToldBusy) {
   Served served = serve_plain(1);
   ASSERT_TRUE(served.host);
