@@ -23,16 +23,20 @@ void Observer::leased(SessionId session, FrameId frame, const TileAssignment& ti
   // An earlier action of the same list may have expelled the slave.
   if (cluster_.threads_of(session) == 0) return accounts_.slave_lost(session);
   if (tile.attempt > 1 && !tile.is_comparison) ++tiles_reissued_;
-  if (on_trace_ && !trace_) {
-    trace_.emplace(now);
-    trace_end_ = now + trace_interval_;
-    for (const SessionId other : cluster_.joined_sessions())
-      trace_->slave_joined(other, cluster_.name_of(other), cluster_.threads_of(other));
-  }
+  begin_trace(now);
   if (trace_) trace_->leased(session, frame, tile.tile, tile.attempt, now);
 }
 
+void Observer::begin_trace(TimePoint now) {
+  if (!on_trace_ || trace_) return;
+  trace_.emplace(now);
+  trace_end_ = now + trace_interval_;
+  for (const SessionId other : cluster_.joined_sessions())
+    trace_->slave_joined(other, cluster_.name_of(other), cluster_.threads_of(other));
+}
+
 void Observer::scene_built(SessionId session, const wire::SceneBuilt& built, TimePoint now) {
+  begin_trace(now);
   if (trace_)
     trace_->built({session, built.version, now, built.build_seconds, built.built_primitives});
 }

@@ -43,8 +43,8 @@ class Observer {
   void frame_over(FrameId frame, SceneVersion version, FrameEndKind kind,
                   std::optional<TimePoint> begin, TimePoint now);
 
-  // Records from the first lease on, for `interval` (zero: until finish_trace()); then hands the
-  // trace over, once.
+  // Records from the first lease or built scene on, for `interval` (zero: until finish_trace());
+  // then hands the trace over, once.
   void start_trace(Duration interval, std::function<void(Trace)> on_done);
   // Ends an interval that is over; call often.
   void tick(TimePoint now);
@@ -56,11 +56,13 @@ class Observer {
   ClusterStatus counts(const Scheduler& scheduler) const;
 
  private:
+  void begin_trace(TimePoint now);  // where one is wanted
+
   const Cluster& cluster_;
   LeaseAccounts accounts_;
   std::uint64_t frames_done_ = 0, frames_failed_ = 0, frames_cancelled_ = 0, tiles_reissued_ = 0,
                 slaves_lost_ = 0;
-  std::optional<TraceRecorder> trace_;   // from the first lease on
+  std::optional<TraceRecorder> trace_;   // since it began
   std::function<void(Trace)> on_trace_;  // null: no trace is wanted, or it was handed over
   Duration trace_interval_{};
   TimePoint trace_end_{};

@@ -4,6 +4,11 @@
 #include <algorithm>
 
 namespace tessera::master {
+namespace {
+
+constexpr double kBuildSecondsMax = 24 * 3600;  // a slave may say anything
+
+}  // namespace
 
 void TraceRecorder::slave_joined(SessionId session, const std::string& name,
                                  std::uint32_t threads) {
@@ -62,6 +67,10 @@ void TraceRecorder::frame_over(const TracedFrame& frame) {
 void TraceRecorder::built(const TracedBuild& build) {
   if (!trace_.slaves.contains(build.session)) return;
   trace_.builds.push_back(build);
+  double& said = trace_.builds.back().seconds;
+  said = std::clamp(said, 0.0, kBuildSecondsMax);
+  const auto taken = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(said));
+  trace_.start = std::min(trace_.start, build.told - taken);
   if (trace_.builds.size() > kFramesMax) {
     trace_.builds.pop_front();
     ++trace_.builds_dropped;

@@ -99,6 +99,18 @@ TEST(Trace, TheBestClockOfASessionIsKept) {
   EXPECT_EQ(recorder.take().slaves.at(7).clock->error_ns, 100);
 }
 
+// A build that was told first began before that, and a slave may say that it took any time.
+TEST(Trace, BeginsWithTheFirstBuild) {
+  TraceRecorder recorder(kStart);
+  recorder.slave_joined(7, "a", 1);
+  recorder.built({7, 1, kStart, 0.25, 12});
+  EXPECT_EQ(recorder.take().start, kStart - 250ms);
+  TraceRecorder lied_to(kStart);
+  lied_to.slave_joined(7, "a", 1);
+  lied_to.built({7, 1, kStart, 1e300, 12});
+  EXPECT_EQ(lied_to.take().start, kStart - 24h);
+}
+
 TEST(Trace, KeepsOnlyAnswersToLeasesItWasToldOf) {
   TraceRecorder recorder(kStart);
   recorder.slave_joined(7, "a", 1);
