@@ -178,10 +178,8 @@ void AppServer::on_certificate_request(wire::CertificateRequest request) {
 void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions actions) {
   if (!status.is_ok()) return violation(status.message());
   for (wire::SceneReceiver::Complete& complete : actions.complete) {
-    frames_.weigh(std::move(complete.scene), [this, session = application_->session,
-                                              version = complete.version](EncodedScene scene) {
-      if (is_application(session)) on_weighed(version, std::move(scene));
-    });
+    application_->unweighed.push_back(std::move(complete));
+    weigh_next();
     if (!application_) return;
   }
   for (wire::SceneFailed& failed : actions.failed) {
@@ -196,13 +194,44 @@ void AppServer::on_scene(const Status& status, wire::SceneReceiver::Actions acti
   }
 }
 
+// Scenes are committed in their order, so one is weighed after the other. Those that wait are
+// bounded by the frames that wait for them: a frame comes before the scene that follows its own, so
+// all but the newest are passed over where none wants them.
+void AppServer::weigh_next() {
+  auto& unweighed = application_->unweighed;
+  const auto& waiting = application_->waiting;
+  const auto is_wanted = [&](SceneVersion version) {
+    return std::any_of(waiting.begin(), waiting.end(),
+                       [=](const wire::FrameSubmit& frame) { return frame.version == version; });
+  };
+  for (auto scene = unweighed.begin(); scene != unweighed.end() && scene + 1 != unweighed.end();) {
+    if (is_wanted(scene->version)) {
+      ++scene;
+      continue;
+    }
+    application_->link->send(wire::SceneBuilt{scene->version, 0, 0, {}});
+    scene = unweighed.erase(scene);
+  }
+  if (application_->is_weighing || unweighed.empty()) return;
+  application_->is_weighing = true;
+  const SceneVersion version = unweighed.front().version;
+  EncodedScene scene = std::move(unweighed.front().scene);
+  unweighed.pop_front();
+  frames_.weigh(std::move(scene),
+                [this, session = application_->session, version](EncodedScene weighed) {
+                  if (is_application(session)) on_weighed(version, std::move(weighed));
+                });
+}
+
 void AppServer::on_weighed(SceneVersion version, EncodedScene scene) {
+  application_->is_weighing = false;
   const SceneVersion ours = next_version_++;
   application_->versions.clear();  // the loop keeps older ones for frames in work only
   application_->versions[version] = ours;
   frames_.commit_scene(ours, std::move(scene));
   application_->link->send(wire::SceneBuilt{version, 0, 0, {}});
   submit_waiting();  // before the next version replaces this one
+  if (application_) weigh_next();
 }
 
 void AppServer::on_submit(wire::FrameSubmit submit) {

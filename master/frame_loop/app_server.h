@@ -66,6 +66,8 @@ class AppServer {
     std::string name;
     std::unique_ptr<PeerLink> link;
     wire::SceneReceiver receiver;
+    std::deque<wire::SceneReceiver::Complete> unweighed;  // in order; one at a time is weighed
+    bool is_weighing = false;
     std::map<SceneVersion, SceneVersion> versions;  // theirs -> ours
     std::map<FrameId, Submitted> frames;            // by our number
     std::deque<wire::FrameSubmit> waiting;          // in order, for scenes still on their way
@@ -80,6 +82,7 @@ class AppServer {
   void fail_waiting(SceneVersion version, const Status& status);
   void give_back(FrameId theirs, const Status& status);
   void on_scene(const Status& status, wire::SceneReceiver::Actions actions);
+  void weigh_next();
   void on_weighed(SceneVersion version, EncodedScene scene);
   void on_outcome(FrameOutcome outcome);
   void pump();

@@ -299,21 +299,17 @@ void FrameLoop::set_outcome_callback(std::function<void(FrameOutcome)> on_outcom
 }
 
 void FrameLoop::weigh(EncodedScene scene, std::function<void(EncodedScene)> on_weighed) {
-  const bool is_quick = primitive_counts_of(scene).patches == 0 && impl_->weighing == 0;
-  if (is_quick || impl_->options.hasher == nullptr) {
+  if (primitive_counts_of(scene).patches == 0 || impl_->options.hasher == nullptr) {
     scene.index_bytes = index_bytes_of(scene, impl_->options.surface_bytes);
     return on_weighed(std::move(scene));
   }
-  ++impl_->weighing;
-  impl_->options.hasher->post([impl = impl_.get(), is_here = std::weak_ptr<int>(impl_->alive),
-                               io = &impl_->io, surface_bytes = impl_->options.surface_bytes,
+  impl_->options.hasher->post([is_here = std::weak_ptr<int>(impl_->alive), io = &impl_->io,
+                               surface_bytes = impl_->options.surface_bytes,
                                weighed = std::make_shared<EncodedScene>(std::move(scene)),
                                on_weighed = std::move(on_weighed)] {
     weighed->index_bytes = index_bytes_of(*weighed, surface_bytes);
-    io->post([impl, is_here, weighed, on_weighed] {
-      if (is_here.expired()) return;
-      --impl->weighing;
-      on_weighed(std::move(*weighed));
+    io->post([is_here, weighed, on_weighed] {
+      if (!is_here.expired()) on_weighed(std::move(*weighed));
     });
   });
 }

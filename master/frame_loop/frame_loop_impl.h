@@ -47,7 +47,6 @@ struct FrameLoop::Impl {
   FrameAdmission admission;
   std::vector<std::weak_ptr<const FrameImage>> finished;  // those that somebody may still hold
   LoopGap loop_gap{kTick};
-  int weighing = 0;          // scenes that the hasher's thread weighs
   int performing = 0;        // lists of actions, each within the one before
   int convictions = 0;       // that are being carried out
   Actions after_conviction;  // follow from one, and from what was decided with it

@@ -34,8 +34,8 @@ class FrameOrders {
   // ends in exactly one outcome.
   virtual void set_outcome_callback(std::function<void(FrameOutcome)> on_outcome) = 0;
   // Reckons what slaves take to prepare a scene (EncodedScene::index_bytes), beside the net thread
-  // where that takes a while, and gives the scene back on it: at once, or later. Scenes keep their
-  // order. `on_weighed` is not called after the end of the orders' object.
+  // where that takes a while, and gives the scene back on it: at once, or later, so that one may
+  // overtake another. `on_weighed` is not called after the end of the orders' object.
   virtual void weigh(EncodedScene scene, std::function<void(EncodedScene)> on_weighed) = 0;
   // A scene that was not weighed is weighed here.
   virtual void commit_scene(SceneVersion version, EncodedScene scene) = 0;

@@ -210,6 +210,25 @@ TEST(SessionFrames, OfScenesThatAreWeighedKeepTheirOrder) {
   EXPECT_EQ(digests.size(), 6u);
 }
 
+// A scene that is weighed while others come is followed by the newest that a frame wants.
+TEST(SessionFrames, OfTheNewestSceneComeWhileOneIsWeighed) {
+  Served served = serve_plain(1);
+  ASSERT_TRUE(served.host);
+  auto remote = Session::open(served.client);
+  ASSERT_TRUE(remote.is_ok());
+  for (int k = 0; k < 50; ++k) {
+    const float height = 0.5f + 0.01f * static_cast<float>(k);
+    ASSERT_TRUE(
+        (*remote)->commit_scene(k == 0 ? scene_with_patches(0) : small_scene(height)).is_ok());
+  }
+  ASSERT_TRUE((*remote)->submit(small_settings()).is_ok());
+  auto alone = Session::open(local(1, 1));
+  ASSERT_TRUE(alone.is_ok());
+  ASSERT_TRUE((*alone)->commit_scene(small_scene(0.5f + 0.01f * 49)).is_ok());
+  ASSERT_TRUE((*alone)->submit(small_settings()).is_ok());
+  EXPECT_EQ(take(**remote).stats.digest.hex(), take(**alone).stats.digest.hex());
+}
+
 TEST(SessionFrames, SecondApplicationIsToldBusy) {
   Served served = serve_plain(1);
   ASSERT_TRUE(served.host);
