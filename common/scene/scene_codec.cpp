@@ -333,8 +333,9 @@ Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
   const auto forget = [](auto& cache) {
     std::erase_if(cache, [](const auto& entry) { return entry.second.expired(); });
   };
-  // Of thousands of objects, few are gone: they are looked for now and then.
-  if (meshes_.size() > 2 * encoded.blocks.size() + 64) forget(meshes_);
+  // Of thousands of objects, few are gone, which are looked for now and then; of few, at once,
+  // since what is left of each keeps the heap around it from being given back.
+  if (meshes_.size() > placed_.size() + placed_.size() / 8) forget(meshes_);
   forget(surfaces_);
   forget(textures_);
   forget(environments_);

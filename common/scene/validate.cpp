@@ -258,9 +258,10 @@ Status SceneValidator::validate_size(const Scene& scene) const {
 
 Status SceneValidator::validate(const Scene& scene) {
   Seen seen = std::exchange(seen_, {});  // forgotten where anything is wrong
-  // What is gone is looked for now and then, so that this costs each scene little.
+  // What is gone of thousands is looked for now and then, so that this costs each scene little; of
+  // few, at once, since what is left of each keeps the heap around it from being given back.
   const std::size_t objects = scene.meshes.size() + scene.surfaces.size() + scene.textures.size();
-  if (good_.size() > 2 * objects + 64)
+  if (good_.size() > objects + objects / 8)
     std::erase_if(good_, [](const auto& entry) { return entry.second.object.expired(); });
   TESSERA_RETURN_IF_ERROR(validate_counts(scene));
   TESSERA_RETURN_IF_ERROR(validate_objects(scene));
