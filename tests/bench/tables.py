@@ -30,6 +30,7 @@ from views import table_of
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "tests" / "bench" / "results"
 MARKS = re.compile(r"(<!-- results: (?P<files>\S+) (?P<view>[^>]+?) -->\n).*?(<!-- end of results -->)", re.S)
+ISA_NAMES = {"scalar": "scalar", "sse4": "SSE4", "avx2": "AVX2", "avx512": "AVX-512"}
 OPENING = re.compile(r"^<!-- (?:results|plot): ", re.M)
 PLOT_MARKS = re.compile(r"(<!-- plot: (?P<files>\S+) (?P<view>[^>]+?) (?P<picture>\S+\.svg) -->\n).*?(<!-- end of plot -->)", re.S)
 
@@ -40,7 +41,11 @@ def caption(runs):
     if missing:
         raise SystemExit(f"tables.py: a result lacks {', '.join(missing)}")
     times = f" ({len(runs)} runs)" if len(runs) > 1 else ""
-    text = f"`{run['command']}`{times}: {run['commit']}, {run['processor']}, {run['compiler']}, {run['date'][:10]}."
+    kernels = ISA_NAMES.get(runs[0].get("isa"), "")
+    if kernels in run["processor"]:
+        kernels = ""  # results of before kernels were named apart
+    where = run["processor"] + (f", {kernels} kernels" if kernels else "")
+    text = f"`{run['command']}`{times}: {run['commit']}, {where}, {run['compiler']}, {run['date'][:10]}."
     return textwrap.fill(text, 100, break_long_words=False, break_on_hyphens=False)
 
 
