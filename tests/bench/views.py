@@ -133,6 +133,24 @@ def build_table(runs, _):
     return ["CPU time, Embree's to ours"] + scenes, [[name] + [span(found[s]) if s in found else "-" for s in scenes] for name, found in rows.items()]
 
 
+def fans_table(runs, kind):
+    """Shows fans of each size through the usual hierarchy, as a multiple of the smallest, with Mrays per CPU-second."""
+    lists = {scene["scene"]: rays["rows"] for scene in runs[0]["core"] for rays in scene["rays"] if rays["kind"] == kind}
+    rates = {scene: {int(match[1]): row["mrays_per_cpu_second"] for row in rows if (match := re.match(r"bvh\d+ fan of (\d+)$", row["name"]))}
+             for scene, rows in lists.items()}
+    sizes = sorted(next(iter(rates.values())))
+    rows = [[f"{size}"] + [f"{number(of[size] / of[sizes[0]])} ({number(of[size])})" for of in rates.values()] for size in sizes]
+    return [f"{KINDS[kind]} rays, fan of"] + list(rates), rows
+
+
+def build_times_table(runs, _):
+    """Shows the CPU time of each build of one scene by its number of triangles, in ms, on one thread."""
+    parts = runs[0]["build"]
+    names = [build["name"] for build in parts[0]["builds"] if build["threads"] == 1]
+    times = [{build["name"]: 1e3 * build["cpu_seconds"] for build in part["builds"] if build["threads"] == 1} for part in parts]
+    return ["triangles"] + [f"{part['triangles']:,}" for part in parts], [[name] + [number(of[name]) for of in times] for name in names]
+
+
 def moves_table(runs, _):
     """Shows what a version costs in which one instance moved, in CPU-milliseconds, and rays in edited hierarchies to new ones."""
     columns = ["instances", "triangles of each", "triangles that stand once", "first version, ms", "one moved, ms", "rays, edited to built"]
@@ -222,14 +240,15 @@ def methods_table(runs, rest):
     return columns, made
 
 
-VIEWS = {"rays": lambda runs, rest: rays_table(runs, f"embree {rest or 'medium'}"), "modes": modes_table, "builds": builds_table}
+VIEWS = {"rays": lambda runs, rest: rays_table(runs, f"embree {rest or 'medium'}"), "modes": modes_table, "builds": builds_table, "fans": fans_table}
 
 
 def table_of(runs, view):
     name, _, rest = view.partition(" ")
     for suite, table in (("moves", moves_table), ("deforming", deforming_table), ("demand", demand_table), ("beside", beside_table), ("trims", trims_table), ("methods", methods_table), ("build", build_table),
+                        ("build-times", build_times_table),
                         ("update", update_table)):
-        if name == suite and suite in runs[0]:
+        if name == suite and suite.partition("-")[0] in runs[0]:
             return table(runs, rest)
     if name in VIEWS and "core" in runs[0]:
         return VIEWS[name](runs, rest)
