@@ -16,10 +16,9 @@ namespace tessera::core {
 // world is to_object (x - T) with T the last column of to_world.
 struct alignas(64) InstanceBlock {
   float to_world[3][4];
-  float to_object[3][3];
+  float to_object[3][4];  // by columns, which registers of 4 lanes load; the fourth of each is 0
   // How far a corner in world space, taken back, may be from the mesh's own; by axis, object units.
-  float pad[3];
-  float row_max[3];          // largest size of a number in each row of to_object
+  float pad[4];
   uint32_t mesh;             // index into TrianglesAndInstances::meshes
   uint32_t first_primitive;  // the number of the mesh's first triangle over the flattened scene
   uint32_t is_identity;      // 1: corners are taken as they are

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One ray by itself: where it goes, scaled so that nothing overflows, and what it has hit so far.
+// Boxes need less of it: that part is a BoxRay, which also goes through boxes of other spaces.
 //
 // Threads. One traversal owns one.
 #include "slave/core/ray/packet_layout.h"
@@ -19,14 +20,33 @@ namespace HWY_NAMESPACE {
 
 HWY_INLINE float moved(float t, float share) { return t + abs_of(t) * share; }
 
-struct OneRay {
+struct BoxRay {
   using A = hn::CappedTag<float, 4>;  // axes; the fourth is 0
   static constexpr size_t kAxisStep = hn::MaxLanes(A());
 
+  bool is_down(int axis) const { return (down >> axis & 1u) != 0; }
+
+  alignas(16) float origin[4];
+  alignas(16) float slope[4];    // the direction, scaled by a power of two where it is extreme
+  alignas(16) float inverse[4];  // of the slope
+  alignas(16) float pad[4];      // widening of t, where the ray hardly moves along an axis
+  uint32_t down = 0;             // bits of the axes with a negative slope
+  float near_limit = 0, far_limit = 0;  // t_min and best_t, scaled and moved out
+  float reach = 0;  // largest distance, by axis, of a point of the scene from the origin
+  float scale = 1;  // scaled t = t * scale
+
+ protected:
+  // Both take the size of the slope's largest component, which is above 0 and finite. Requires:
+  // reach is set.
+  // Returns: that size once the slope is scaled.
+  HWY_INLINE float scale_slope(float largest);
+  HWY_INLINE void invert_slope(float largest);
+};
+
+struct OneRay : BoxRay {
   // Returns: whether the ray is valid.
   HWY_INLINE bool setup(const SingleRay& ray, const SceneBox& scene);
 
-  bool is_down(int axis) const { return (down >> axis & 1u) != 0; }
   bool has_hit() const { return best != -1; }
   // Whether a hit at t is nearer than what the ray has, or at the same t and of a lower number.
   HWY_INLINE bool is_nearer(float t, int32_t primitive) const {
@@ -36,23 +56,12 @@ struct OneRay {
   template <bool kAny>
   HWY_INLINE void accept(float hit_t, int32_t primitive);
 
-  alignas(16) float origin[4], direction[4];
-  alignas(16) float slope[4];    // the direction, scaled by a power of two where it is extreme
-  alignas(16) float inverse[4];  // of the slope
-  alignas(16) float pad[4];      // widening of t, where the ray hardly moves along an axis
-  uint32_t down = 0;             // bits of the axes with a negative slope
-  float near_limit = 0, far_limit = 0;  // t_min and best_t, scaled and moved out
+  alignas(16) float direction[4];
   int32_t best = -1;
-  float reach = 0;             // largest distance, by axis, of a point of the scene from the origin
-  float scale = 1;             // scaled t = t * scale
   float size = 0;              // sum of |direction|
   int kx = 0, ky = 1, kz = 2;  // z: the main axis
   float t_min = 0, best_t = 0;
   int32_t excluded[2] = {-1, -1};
-
- private:
-  HWY_INLINE void scale_slope(float largest);
-  HWY_INLINE void invert_slope(float largest);
 };
 
 HWY_INLINE bool OneRay::setup(const SingleRay& ray, const SceneBox& scene) {
@@ -84,8 +93,8 @@ HWY_INLINE bool OneRay::setup(const SingleRay& ray, const SceneBox& scene) {
   kz = __builtin_ctz(is_main);
   kx = kz == 2 ? 0 : kz + 1;
   ky = kz == 0 ? 2 : kz - 1;
-  scale_slope(largest);
-  invert_slope(abs_of(slope[kz]));
+  for (size_t a = 0; a < 4; a += kAxisStep) hn::Store(hn::Load(d, direction + a), d, slope + a);
+  invert_slope(scale_slope(largest));
   t_min = ray.t_min;
   for (int k = 0; k < 2; ++k) excluded[k] = static_cast<int32_t>(ray.excluded[k]);
   best_t = ray.t_max;
@@ -97,24 +106,23 @@ HWY_INLINE bool OneRay::setup(const SingleRay& ray, const SceneBox& scene) {
 
 // Scales the slope so that no product of a coordinate with an inverse overflows: the inverse is at
 // most 2^60 for coordinates below 2^60 and at most 1 beyond.
-HWY_INLINE void OneRay::scale_slope(float largest) {
-  const A d;
-  for (size_t a = 0; a < 4; a += kAxisStep) hn::Store(hn::Load(d, direction + a), d, slope + a);
+HWY_INLINE float BoxRay::scale_slope(float largest) {
   const float wanted = reach < 0x1p60f ? 1.0f : 0x1p60f;
   scale = 1;
-  if (HWY_LIKELY(largest > wanted * 0x1p-20f && largest < wanted * 0x1p20f)) return;
+  if (HWY_LIKELY(largest > wanted * 0x1p-20f && largest < wanted * 0x1p20f)) return largest;
   while (!(largest >= wanted && largest < 2 * wanted)) {
     const float factor = largest < wanted ? 2 : 0.5f;
     for (float& s : slope) s *= factor;
     largest *= factor;
     scale /= factor;
   }
+  return largest;
 }
 
 // An axis along which the ray hardly moves counts as steeper than it is. The ray leaves the scene
 // within t = reach / largest (twice that with all roundings), so it moves by less than `least`
 // times that along it.
-HWY_INLINE void OneRay::invert_slope(float largest) {
+HWY_INLINE void BoxRay::invert_slope(float largest) {
   const A d;
   const auto least = hn::Set(d, largest * 0x1p-40f), widest = hn::Set(d, 4 * (reach / largest));
   down = 0;

@@ -10,7 +10,7 @@
 //    2 u |o| |r|           product and sum of c, at most 1 u |c| each
 //    1 u |p - o| |r|       the fused operation
 // and what c was moved by; c is moved out by 8 u (|p| + |o|) |r| for the largest p of the scene,
-// twice that bound, and by OneRay::pad where the ray hardly moves along the axis. So t_in is never
+// twice that bound, and by BoxRay::pad where the ray hardly moves along the axis. So t_in is never
 // too large and t_out never too small.
 //
 // Threads. One traversal owns one.
@@ -53,13 +53,11 @@ class RaySlabs {
   static constexpr size_t kStep = kLanesOf<V>;
 
  public:
-  // Requires: the ray is set up for that box. kPadded: boxes are larger than they say by `pad` on
-  // each axis; pad [4], the fourth is 0.
-  template <bool kPadded = false>
-  HWY_INLINE void setup(const OneRay& ray, const SceneBox& box, const float* pad = nullptr);
+  // Requires: the ray is set up for that box.
+  HWY_INLINE void setup(const BoxRay& ray, const SceneBox& box);
   // Returns: the bits of the children that the ray meets within its limits, with the t at which it
   // comes in.
-  HWY_INLINE uint32_t overlapping(const OneRay& ray, const BvhNode<W>& node, float* t_in) const;
+  HWY_INLINE uint32_t overlapping(const BoxRay& ray, const BvhNode<W>& node, float* t_in) const;
 
  private:
   SlabOrder<W> order_;
@@ -68,16 +66,14 @@ class RaySlabs {
 
 // Computes c, moved out.
 template <int W>
-template <bool kPadded>
-void RaySlabs<W>::setup(const OneRay& ray, const SceneBox& box, const float* pad) {
-  constexpr size_t kAxisStep = OneRay::kAxisStep;
+void RaySlabs<W>::setup(const BoxRay& ray, const SceneBox& box) {
+  constexpr size_t kAxisStep = BoxRay::kAxisStep;
   using VA = FloatsOf<4>;  // axes
   for (size_t a = 0; a < 4; a += kAxisStep) {
     const auto from = load<VA>(ray.origin + a), inverse = load<VA>(ray.inverse + a);
     const auto reach = load<VA>(box.farthest + a) + abs(from);
     const auto error = reach * abs(inverse) * (8 * kRoundoff);
-    auto slack = error + load<VA>(ray.pad + a);
-    if (kPadded) slack = mul_add(load<VA>(pad + a), abs(inverse), slack);
+    const auto slack = error + load<VA>(ray.pad + a);
     const auto at = -(from * inverse);
     store(at - slack, in_at_ + a);
     store(at + slack, out_at_ + a);
@@ -86,7 +82,7 @@ void RaySlabs<W>::setup(const OneRay& ray, const SceneBox& box, const float* pad
 }
 
 template <int W>
-uint32_t RaySlabs<W>::overlapping(const OneRay& ray, const BvhNode<W>& node, float* t_in) const {
+uint32_t RaySlabs<W>::overlapping(const BoxRay& ray, const BvhNode<W>& node, float* t_in) const {
   const float* const planes = reinterpret_cast<const float*>(&node);
   TESSERA_COUNT(nodes, 1);
   uint32_t bits = 0;

@@ -105,8 +105,8 @@ BUGS = (
     # Instances.
     Bug("transposed", "an instance's matrix is read by columns", "primitive/instance/instance_leaf-inl.h",
         "row[0] * x + row[1] * y", "row[0] * x + instance.to_world[1][a == 0 ? 0 : 1] * y", "core_instances"),
-    Bug("pad_forgotten", "a ray's place in object space is taken for exact", "primitive/instance/instance_leaf-inl.h",
-        "instance.pad[a] + kPlacedOriginError * ray.origin_size[a]", "0.0f", "core_instances"),
+    Bug("pad_forgotten", "a ray's place in object space is taken for exact", "primitive/instance/instance_rays-inl.h",
+        "mul_add(size_of(from), set<VA>(kPlacedOriginError), own_pad)", "own_pad * 0", "core_instances"),
     Bug("number_kept", "a triangle of an instance has its number in the mesh", "primitive/instance/instance_leaf-inl.h",
         "number + instance.first_primitive", "number", "core_instances"),
     Bug("placed_box", "the box of a turned instance is that of two corners", "primitive/instance/instance_placement.cpp",

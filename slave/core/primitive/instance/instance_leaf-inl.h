@@ -143,8 +143,6 @@ class InstanceRayTest {
 
  private:
   HWY_NOINLINE void test(const MeshShape<W>& mesh, const InstanceBlock& instance);
-  HWY_INLINE bool enter(const MeshShape<W>& mesh, const InstanceBlock& instance, OneRay& inner,
-                        RaySlabs<W>& slabs) const;
   // Returns: whether the ray needs no further tests.
   HWY_INLINE bool test(const InstanceBlock& instance, const TriangleBlock<W>* blocks,
                        uint32_t count) {
@@ -161,47 +159,16 @@ class InstanceRayTest {
   TriangleRay<W, kAny>& test_;
 };
 
-// Takes the ray into object space. Its direction is the scaled one, so that no transform makes it
-// vanish or overflow. Returns: false where that cannot be done with the precision that boxes need.
-template <int W, bool kAny>
-bool InstanceRayTest<W, kAny>::enter(const MeshShape<W>& mesh, const InstanceBlock& instance,
-                                     OneRay& inner, RaySlabs<W>& slabs) const {
-  const ObjectRay ray(instance, ray_.origin, ray_.slope);
-  SingleRay single;
-  single.t_min = ray_.t_min * ray_.scale;
-  single.t_max = ray_.best_t * ray_.scale;
-  SceneBox box = mesh.box;
-  alignas(16) float pad[4] = {0, 0, 0, 0};
-  for (int a = 0; a < 3; ++a) {
-    single.origin[a] = ray.origin[a];
-    single.direction[a] = ray.direction[a];
-    pad[a] = instance.pad[a] + kPlacedOriginError * ray.origin_size[a];
-    box.lower[a] -= 2 * pad[a];
-    box.upper[a] += 2 * pad[a];
-    box.farthest[a] += 2 * pad[a];
-  }
-  if (!inner.setup(single, box)) return false;
-  const float per_speed = kPlacedDirectionError / abs_of(ray.direction[inner.kz]);
-  float worst = 0;
-  for (int a = 0; a < 3; ++a) {
-    const float share = ray.direction_size[a] * per_speed;
-    worst = max_of(worst, share);
-    pad[a] = (pad[a] + share * inner.reach) * (1 + 16 * kRoundoff) + kUnderflow;
-  }
-  if (!(worst <= kPlacedDirectionErrorMax && inner.reach < 0x1p100f)) return false;
-  slabs.template setup<true>(inner, box, pad);
-  return true;
-}
-
 template <int W, bool kAny>
 void InstanceRayTest<W, kAny>::test(const MeshShape<W>& mesh, const InstanceBlock& instance) {
   if (ray_.best_t < ray_.t_min || HWY_UNLIKELY(mesh.nodes == nullptr)) return;
-  OneRay inner;
-  RaySlabs<W> slabs;
-  if (!enter(mesh, instance, inner, slabs)) {
+  ObjectRay inner;
+  if (!inner.enter(ray_, instance, mesh.box)) {
     test(instance, mesh.triangles, mesh.block_count);
     return;
   }
+  RaySlabs<W> slabs;
+  slabs.setup(inner, mesh.box);
   const MeshView<W> view = view_of(mesh);
   alignas(64) float t_in[W];
   NodeStack<MeshView<W>> stack(view);
@@ -215,7 +182,7 @@ void InstanceRayTest<W, kAny>::test(const MeshShape<W>& mesh, const InstanceBloc
     } else {
       const TriangleBlock<W>* const blocks = view.shapes.triangles + leaf_first(child);
       if (test(instance, blocks, leaf_count(child))) return;
-      inner.far_limit = moved(ray_.best_t * ray_.scale * inner.scale, 2 * kTimeSlack);
+      inner.shorten(ray_);
     }
     child = stack.next(inner.far_limit);
   }

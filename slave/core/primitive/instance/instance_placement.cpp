@@ -82,27 +82,28 @@ std::optional<InstanceBlock> place_instance(const Transform& to_world, const Bou
   block.is_identity = to_world.is_identity() ? 1 : 0;
   for (std::size_t i = 0; i < 3; ++i) {
     double pad = 0, reach = std::fabs(double{to_world.m[i][3]});
+    float largest_of_row = 0;
     for (std::size_t j = 0; j < 3; ++j) {
       block.to_world[i][j] = to_world.m[i][j];
-      block.to_object[i][j] = static_cast<float>((*inverse)[i][j]);
-      block.row_max[i] = std::max(block.row_max[i], std::fabs(block.to_object[i][j]));
+      block.to_object[j][i] = static_cast<float>((*inverse)[i][j]);
+      largest_of_row = std::max(largest_of_row, std::fabs(block.to_object[j][i]));
       reach += std::fabs(m[i][j]) * largest[j];
     }
     block.to_world[i][3] = to_world.m[i][3];
     for (std::size_t j = 0; j < 3; ++j) {
       double residual = i == j ? -1 : 0, size = 0;
       for (std::size_t k = 0; k < 3; ++k) {
-        const double product = double{block.to_object[i][k]} * m[k][j];
+        const double product = double{block.to_object[k][i]} * m[k][j];
         residual += product;
         size += std::fabs(product);
       }
       pad += (std::fabs(residual) + 0x1p-50 * (size + 1)) * largest[j];
-      pad += std::fabs(double{block.to_object[i][j]}) * errors[j];
+      pad += std::fabs(double{block.to_object[j][i]}) * errors[j];
     }
     block.pad[i] = rounded_up(pad * (1 + 0x1p-40));
     // Values have to be far from the ends of float32, so that no kernel overflows.
-    const bool is_sound = reach < 0x1p96 && block.pad[i] < 0x1p96f && block.row_max[i] > 0x1p-96f &&
-                          block.row_max[i] < 0x1p96f;
+    const bool is_sound = reach < 0x1p96 && block.pad[i] < 0x1p96f && largest_of_row > 0x1p-96f &&
+                          largest_of_row < 0x1p96f;
     if (!is_sound) return std::nullopt;
   }
   return block;

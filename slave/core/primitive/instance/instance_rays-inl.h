@@ -38,27 +38,66 @@ namespace HWY_NAMESPACE {
 constexpr float kPlacedOriginError = 6 * kRoundoff, kPlacedDirectionError = 4 * kRoundoff;
 constexpr float kPlacedDirectionErrorMax = 0.25f;  // q'
 
-// Origin and direction of one ray in object space, with the sizes that bound their errors.
-struct ObjectRay {
-  float origin[3], direction[3];
-  float origin_size[3];     // L
-  float direction_size[3];  // |A| |d|
+// A ray in object space, as far as boxes need it.
+class ObjectRay : public BoxRay {
+  using VA = FloatsOf<4>;  // axes
 
-  HWY_INLINE ObjectRay(const InstanceBlock& instance, const float* from, const float* along) {
-    float moved[3];
-    for (int a = 0; a < 3; ++a) moved[a] = from[a] - instance.to_world[a][3];
-    for (int a = 0; a < 3; ++a) {
-      const float* const row = instance.to_object[a];
-      origin[a] = row[0] * moved[0] + row[1] * moved[1] + row[2] * moved[2];
-      direction[a] = row[0] * along[0] + row[1] * along[1] + row[2] * along[2];
-      const auto size = [&](const float* v) {
-        return abs_of(row[0] * v[0]) + abs_of(row[1] * v[1]) + abs_of(row[2] * v[2]);
-      };
-      origin_size[a] = size(moved);
-      direction_size[a] = size(along);
-    }
+ public:
+  // Takes the ray there. Its direction is the scaled one, so that no transform makes it vanish or
+  // overflow. Returns: false where that cannot be done with the precision that boxes need.
+  // Requires: the ray is set up, and looks farther than it begins.
+  HWY_INLINE bool enter(const OneRay& ray, const InstanceBlock& instance, const SceneBox& box);
+  // To be called after hits.
+  HWY_INLINE void shorten(const OneRay& ray) {
+    far_limit = moved(ray.best_t * ray.scale * scale, 2 * kTimeSlack);
   }
 };
+
+// The pad P, in t, joins what widens t anyway.
+bool ObjectRay::enter(const OneRay& ray, const InstanceBlock& instance, const SceneBox& box) {
+  float from[3];
+  for (int a = 0; a < 3; ++a) from[a] = ray.origin[a] - instance.to_world[a][3];
+  alignas(16) float room[4], size[4];  // pad + 6 u L; |A| |d|
+  VA farthest = set<VA>(0), longest = farthest;
+  bool is_near = true;
+  for (size_t a = 0; a < 4; a += kAxisStep) {
+    const VA column[3] = {load<VA>(instance.to_object[0] + a), load<VA>(instance.to_object[1] + a),
+                          load<VA>(instance.to_object[2] + a)};
+    const auto taken = [&](const float* v) {
+      return mul_add(column[0], set<VA>(v[0]), mul_add(column[1], set<VA>(v[1]), column[2] * v[2]));
+    };
+    const auto size_of = [&](const float* v) {
+      const auto part = [&](int b) { return abs(column[b] * v[b]); };
+      return part(0) + part(1) + part(2);
+    };
+    const VA at = taken(from), along = taken(ray.slope);
+    const VA own_pad = load<VA>(instance.pad + a);
+    const VA around = mul_add(size_of(from), set<VA>(kPlacedOriginError), own_pad);
+    const VA low = abs(load<VA>(box.lower + a) - at), high = abs(load<VA>(box.upper + a) - at);
+    const VA far = mul_add(around, set<VA>(2), max(low, high));
+    is_near &= is_all<VA>(far < 0x1p100f);
+    farthest = max(farthest, far);
+    longest = max(longest, abs(along));
+    store(at, origin + a);
+    store(along, slope + a);
+    store(around, room + a);
+    store(size_of(ray.slope), size + a);
+  }
+  reach = greatest_lane(farthest);
+  const float speed = greatest_lane(longest);
+  if (HWY_UNLIKELY(!(is_near && speed > 0 && speed < __builtin_inff()))) return false;
+  invert_slope(scale_slope(speed));
+  const float per_speed = kPlacedDirectionError / speed;
+  for (size_t a = 0; a < 4; a += kAxisStep) {
+    const VA share = load<VA>(size + a) * per_speed, around = load<VA>(room + a);
+    is_near &= is_all<VA>(share <= kPlacedDirectionErrorMax);
+    const VA grown = mul_add(share, set<VA>(reach), around) * (1 + 16 * kRoundoff) + kUnderflow;
+    store(mul_add(grown, abs(load<VA>(inverse + a)), load<VA>(pad + a)), pad + a);
+  }
+  near_limit = moved(ray.t_min * ray.scale * scale, -2 * kTimeSlack);
+  shorten(ray);
+  return is_near;
+}
 
 // The rays of a packet, as one frustum in object space. Rays: FanRays or BundleRays.
 class ObjectFrustum : public Frustum {
@@ -86,8 +125,8 @@ class ObjectFrustum : public Frustum {
   HWY_INLINE bool grow(const InstanceBlock& instance, const SceneBox& box, float ratio);
   // The component of the row's vectors along an axis of object space.
   static HWY_INLINE V along(const InstanceBlock& instance, int axis, V x, V y, V z) {
-    const float* const row = instance.to_object[axis];
-    return mul_add(set<V>(row[0]), x, mul_add(set<V>(row[1]), y, row[2] * z));
+    const auto part = [&](int b) { return set<V>(instance.to_object[b][axis]); };
+    return mul_add(part(0), x, mul_add(part(1), y, part(2) * z));
   }
 
   float origin_size_[3];  // the largest L of a ray
@@ -104,9 +143,8 @@ bool ObjectFrustum::enter(const Rays& rays, const InstanceBlock& instance, const
   constexpr size_t kSome = 27;
   float size[3];
   for (size_t a = 0; a < 3; ++a) {
-    const float* const row = instance.to_object[a];
-    size[a] = row[0] * rays.direction[0][kSome] + row[1] * rays.direction[1][kSome] +
-              row[2] * rays.direction[2][kSome];
+    const auto part = [&](int b) { return instance.to_object[b][a] * rays.direction[b][kSome]; };
+    size[a] = part(0) + part(1) + part(2);
   }
   const int larger = abs_of(size[0]) >= abs_of(size[1]) ? 0 : 1;
   const int axis = abs_of(size[larger]) >= abs_of(size[2]) ? larger : 2;
@@ -156,11 +194,12 @@ bool ObjectFrustum::set_slopes(const Rays& rays, const InstanceBlock& instance, 
 }
 
 void ObjectFrustum::set_origin(const FanRays& rays, const InstanceBlock& instance) {
-  const float still[3] = {0, 0, 0};
-  const ObjectRay ray(instance, rays.origin, still);
   for (int a = 0; a < 3; ++a) {
-    origin[a] = ray.origin[a];
-    origin_size_[a] = ray.origin_size[a];
+    const auto part = [&](int b) {
+      return instance.to_object[b][a] * (rays.origin[b] - instance.to_world[b][3]);
+    };
+    origin[a] = part(0) + part(1) + part(2);
+    origin_size_[a] = abs_of(part(0)) + abs_of(part(1)) + abs_of(part(2));
   }
   spread_ = 0;
   for (size_t at = 0; at < kPacketRays; at += kLanes) store(set<V>(0), start_ + at);
@@ -178,8 +217,7 @@ void ObjectFrustum::set_origin(const BundleRays& rays, const InstanceBlock& inst
     store(depth, start_ + at);
     first = min(first, depth);
     for (int a = 0; a < 3; ++a) {
-      const float* const row = instance.to_object[a];
-      const auto part = [&](int b, V v) { return abs(row[b] * v); };
+      const auto part = [&](int b, V v) { return abs(instance.to_object[b][a] * v); };
       size[a] = max(size[a], part(0, x) + part(1, y) + part(2, z));
     }
   }
@@ -232,7 +270,9 @@ bool ObjectFrustum::grow(const InstanceBlock& instance, const SceneBox& box, flo
   reach += 2 * spread_;
   float worst = 0;
   for (int a = 0; a < 3; ++a) {
-    const float share = kPlacedDirectionError * (instance.row_max[a] * ratio);
+    const auto number = [&](int b) { return abs_of(instance.to_object[b][a]); };
+    const float largest = max_of(max_of(number(0), number(1)), number(2));
+    const float share = kPlacedDirectionError * (largest * ratio);
     worst = max_of(worst, share);
     pad[a] = (pad[a] + share * reach) * (1 + 16 * kRoundoff) + kUnderflow;
   }
