@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/scene_builder.h"
 
-#include <exception>
 #include <utility>
 
 #include "common/base/clock.h"
@@ -68,7 +67,7 @@ void SceneBuilder::run(const BuildTask& task) {
   const TimePoint began = Clock::now();
   BuildOutcome outcome = [this, &task] {
     const WorkGate::Visit visit(&gate_);
-    return build(task);
+    return preparation_.prepare(task, build_options_);
   }();
   outcome.seconds = seconds(Clock::now() - began);
   const bool was_stopped =
@@ -78,52 +77,6 @@ void SceneBuilder::run(const BuildTask& task) {
     if (is_stopped_ || !order_.finish(was_stopped)) return;
   }
   on_built_(std::move(outcome));
-}
-
-BuildOutcome SceneBuilder::build(const BuildTask& task) {
-  BuildOutcome outcome{task.generation, task.version, 0, Status::cancelled("not built yet")};
-  try {
-    give_way();
-    Result<Scene> scene = decoder_.decode(task.scene);
-    if (!scene.is_ok()) {
-      outcome.scene = scene.status();
-      return outcome;
-    }
-    give_way();
-    Result<Scene> posed = poser_.at(*scene, task.scene.time_seconds);
-    if (!posed.is_ok()) {
-      outcome.scene = posed.status();
-      return outcome;
-    }
-    give_way();
-    const std::shared_ptr<const Newest> before = newest();
-    core::BuildOptions options = build_options_;
-    options.other = before ? before->prepared.get() : nullptr;
-    outcome.scene = core::PreparedScene::build(*posed, options);
-    if (!outcome.scene.is_ok()) return outcome;
-    const core::PreparedScene& built = **outcome.scene;
-    if (!before || !built.has_geometry_of(*before->prepared))
-      outcome.built_primitives = built.built_primitives() + built.fitted_primitives();
-    auto now = std::make_shared<const Newest>(
-        Newest{*std::move(scene), *std::move(posed), *outcome.scene});
-    MutexLock lock(mutex_);
-    newest_ = std::move(now);  // `before` ends outside of the lock
-  } catch (const std::exception& e) {
-    outcome.scene =
-        Status::resource_exhausted(std::string("the scene could not be built: ") + e.what());
-  }
-  return outcome;
-}
-
-std::shared_ptr<const SceneBuilder::Newest> SceneBuilder::newest() const {
-  MutexLock lock(mutex_);
-  return newest_;
-}
-
-void SceneBuilder::forget_newest() {
-  std::shared_ptr<const Newest> forgotten;
-  MutexLock lock(mutex_);
-  forgotten.swap(newest_);
 }
 
 }  // namespace tessera::slave

@@ -3,8 +3,8 @@
 add_library(tessera_slave STATIC
   build_order.cpp build_pace.cpp master_link.cpp paced_gate.cpp pixel_coder.cpp
   relay_child.cpp relay_feeder.cpp
-  render_service.cpp scene_builder.cpp scene_intake.cpp slave_host.cpp slave_metrics.cpp slave_node.cpp
-  tile_queue.cpp)
+  render_service.cpp scene_builder.cpp scene_intake.cpp scene_preparation.cpp slave_host.cpp slave_metrics.cpp
+  slave_node.cpp tile_queue.cpp)
 target_link_libraries(tessera_slave
   PUBLIC tessera_base tessera_metrics tessera_scene tessera_frame tessera_net tessera_wire
     tessera_core
