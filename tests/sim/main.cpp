@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // tessera-sim: the cluster in virtual time. Exit code 0: every invariant held; 1: one was broken;
 // 2: wrong usage.
+#include <malloc.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -37,6 +38,9 @@ constexpr const char* kUsage =
     "  predict     one cluster: slaves threads width height tile_ms spread delay_ms mbit\n"
     "              slave_mbit record_us in_flight prefetch frames tile scale; costs=FILE\n"
     "              instead of tile_ms and spread; one JSON line\n";
+
+// Memory that is freed is filled with this, so that who still reads it is found out.
+constexpr int kFreed = 0xdb;
 
 struct Options {
   std::uint64_t first = 1, count = 1000;
@@ -222,6 +226,7 @@ int run(int argc, char** argv) {
     }
   }
   init_log(options.has_log ? LogLevel::kDebug : LogLevel::kOff, LogFormat::kText);
+  mallopt(M_PERTURB, kFreed);
   signal(SIGABRT, say_last_words);
   signal(SIGSEGV, say_last_words);
   return options.is_single ? run_single(options) : run_many(options);

@@ -45,6 +45,7 @@ constexpr std::size_t kEventsPerSlaveMax = 4000;
 // Of all blocks together, a little rounded up.
 double bytes_of_scenes(SceneWeight weight) {
   if (weight == SceneWeight::kHeavy) return 3.5e6;
+  if (weight == SceneWeight::kEdited) return 1e4;
   return weight == SceneWeight::kChanging ? 1.2e6 : 4e3;
 }
 

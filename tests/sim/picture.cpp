@@ -8,6 +8,7 @@
 
 #include "common/base/check.h"
 #include "common/scene/animation.h"
+#include "tests/sim/edited_scenes.h"
 #include "tests/sim/random.h"
 
 namespace tessera::sim {
@@ -104,7 +105,8 @@ const EncodedScene& scene_of_tag(int tag, SceneWeight weight) {
   static SceneEncoder encoder;
   const auto [scene, is_new] = made.try_emplace({tag, weight});
   if (is_new) {
-    scene->second = encoder.encode(make_scene(tag, weight));
+    scene->second = encoder.encode(weight == SceneWeight::kEdited ? edited_scene(tag)
+                                                                  : make_scene(tag, weight));
     for (const SceneBlock& block : scene->second.blocks) known_blocks()[block.digest] = block.bytes;
   }
   return scene->second;
@@ -137,13 +139,27 @@ std::shared_ptr<const core::PreparedScene> prepared_for(const Shown& shown) {
   return scene;
 }
 
-Shown shown_by(const core::PreparedScene& scene) { return prepared().shown.at(&scene); }
+Shown shown_by(const core::PreparedScene& scene) {
+  const auto known = prepared().shown.find(&scene);
+  return known != prepared().shown.end() ? known->second : Shown{0, 0, met_by_rays(scene)};
+}
+
+Shown shown_of_edited(int tag) {
+  static std::map<int, Shown> all;
+  const auto [shown, is_new] = all.try_emplace(tag);
+  if (is_new) {
+    const auto built = core::PreparedScene::build(edited_scene(tag), {1, nullptr, {}});
+    TESSERA_CHECK(built.is_ok());
+    shown->second.met = met_by_rays(**built);
+  }
+  return shown->second;
+}
 
 void draw(const Shown& shown, const FrameSettings& settings, const TileRect& rect,
           std::span<std::byte> bytes) {
   const auto time = static_cast<std::uint64_t>(shown.seconds * 1024);
   const std::uint64_t picture = mix((time << 8 | static_cast<std::uint64_t>(shown.tag)) << 32 ^
-                                    settings.seed ^ 0x7069637475726500u);
+                                    settings.seed ^ 0x7069637475726500u ^ shown.met);
   std::size_t at = 0;
   for (int y = rect.y_px; y < rect.y_px + rect.height_px; ++y) {
     std::uint64_t value = mix(picture + static_cast<std::uint64_t>(y) * 0x10001) +

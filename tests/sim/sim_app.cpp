@@ -21,7 +21,10 @@ SimApp::SimApp(EventQueue& queue, Network& network, int node, int master_node, A
       script_(script),
       random_(seed),
       times_(mix(seed ^ 0x74696d6573u)),
-      events_(std::move(events)) {}
+      events_(std::move(events)) {
+  // Frames are few, and edits many.
+  if (script.weight == SceneWeight::kEdited) tag_ = times_.pick(0, kSceneTagsMax - 1);
+}
 
 void SimApp::start() {
   if (process_) return;
@@ -96,7 +99,8 @@ void SimApp::submit_more() {
     }
     Frame frame;
     frame.frame = next_frame_++;
-    frame.shown.tag = tag_;
+    const bool is_edited = script_.weight == SceneWeight::kEdited;
+    frame.shown = is_edited ? shown_of_edited(tag_) : Shown{tag_};
     if (script_.weight == SceneWeight::kMoving)
       frame.shown.seconds = frame.settings.time_seconds = time_of(times_.pick(0, kTimes - 1));
     frame.settings.width_px = script_.width_px;

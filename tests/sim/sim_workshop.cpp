@@ -151,6 +151,14 @@ void SimWorkshop::stop_build_if_due() {
   });
 }
 
+Result<std::shared_ptr<const core::PreparedScene>> SimWorkshop::prepare(
+    const slave::BuildTask& task) {
+  if (model_.builds) return preparation_.prepare(task, *model_.builds).scene;
+  const Result<Shown> shown = shown_by(task.scene);
+  if (!shown.is_ok()) return shown.status();
+  return prepared_for(*shown);
+}
+
 void SimWorkshop::end_build(bool was_stopped) {
   using Built = Result<std::shared_ptr<const core::PreparedScene>>;
   const slave::BuildTask& task = *std::exchange(building_, nullptr);
@@ -159,8 +167,7 @@ void SimWorkshop::end_build(bool was_stopped) {
   if (model_.fails_builds) {
     outcome.scene = Built(Status::resource_exhausted("no memory for it"));
   } else if (!was_stopped) {
-    const Result<Shown> shown = shown_by(task.scene);
-    outcome.scene = shown.is_ok() ? Built(prepared_for(*shown)) : Built(shown.status());
+    outcome.scene = prepare(task);
   }
   const bool is_answered = builds_.finish(was_stopped);
   build_next();

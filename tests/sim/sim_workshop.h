@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The workshop of a simulated slave: workers whose tiles take as long as a model says, and a
 // builder; both in virtual time, with the queues and answers of the product's own
-// (render_service.h, scene_builder.h).
+// (render_service.h, scene_builder.h). Scenes are built in earnest where the model says so.
 //
 // Threads. The simulation's one.
 // Invariants. Those of slave/workshop.h.
@@ -10,6 +10,8 @@
 #include <functional>
 #include <list>
 #include <map>
+#include <memory>
+#include <optional>
 
 #include "slave/slave_node.h"
 #include "slave/tile_queue.h"
@@ -23,6 +25,7 @@ struct WorkModel {
   std::function<double(const slave::FrameWork&, TileIndex)> tile_seconds;
   double build_seconds = 0.01;
   bool fails_builds = false;                          // as a slave with too little memory
+  std::optional<core::BuildOptions> builds = {};      // scenes are built by the core, and met
   bool has_pixels = true;                             // false: black ones, where only time matters
   bool is_relaying = false;                           // feeds other slaves and is fed by them
   bool is_frozen_for_good = false;                    // no tile is ever finished
@@ -47,6 +50,7 @@ class SimWorkshop final : public slave::Workshop {
   void set_frozen(bool is_frozen) { is_frozen_ = is_frozen; }
   bool try_push(slave::BuildTask task) override;
   void retire(std::uint64_t generation, SceneVersion first_kept) override;
+  void forget_newest() override { preparation_.forget_newest(); }
 
   std::size_t queued_tiles() const { return jobs_.size(); }
   std::size_t working() const { return running_.size(); }
@@ -68,6 +72,7 @@ class SimWorkshop final : public slave::Workshop {
   void build_next();
   void stop_build_if_due();
   void end_build(bool was_stopped);
+  Result<std::shared_ptr<const core::PreparedScene>> prepare(const slave::BuildTask& task);
 
   Process& process_;
   const WorkModel model_;
@@ -80,6 +85,7 @@ class SimWorkshop final : public slave::Workshop {
   double busy_seconds_ = 0, starved_total_ = 0;
   bool is_frozen_ = false;
   slave::BuildOrder builds_;
+  slave::ScenePreparation preparation_;  // where scenes are built
   const slave::BuildTask* building_ = nullptr;
   std::uint64_t build_ = 0;  // number of the build, so that a stopped one does not end again
 };

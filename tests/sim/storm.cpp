@@ -52,6 +52,7 @@ class Storm {
   double idle_since_ = -1;
   std::vector<std::uint64_t> idle_tasks_;
   int frames_failed_ = 0;
+  double first_frame_at_ = -1, last_frame_at_ = -1;
 };
 
 Storm::Storm(const StormPlan& plan, bool has_trace)
@@ -72,6 +73,8 @@ Storm::Storm(const StormPlan& plan, bool has_trace)
   events.on_outcome = [this](FrameId frame, const Status& status) {
     oracle_->on_outcome(frame, status);
     frames_failed_ += status.is_ok() ? 0 : 1;
+    if (first_frame_at_ < 0) first_frame_at_ = queue_.now_seconds();
+    last_frame_at_ = queue_.now_seconds();
     if (has_trace_) {
       trace("frame " + std::to_string(frame) +
             (status.is_ok() ? " is here" : ": " + status.message()));
@@ -117,6 +120,10 @@ void Storm::build_slaves() {
     model.build_seconds = slave.build_seconds;
     model.fails_builds = slave.fails_builds;
     model.is_relaying = plan_.is_relaying;
+    if (plan_.script.weight == SceneWeight::kEdited) {
+      model.builds.emplace();
+      model.builds->is_on_demand = slave.is_on_demand;
+    }
     model.on_scene = [this, i](SceneVersion version, const EncodedScene& scene) {
       oracle_->scenes().on_scene(i, version, scene);
     };
@@ -291,6 +298,9 @@ StormReport Storm::run() {
   report.chunks_relayed = oracle_->scenes().chunks_relayed();
   report.frames_delivered = app_->delivered();
   report.frames_failed = frames_failed_;
+  report.frames_seconds = last_frame_at_ - first_frame_at_;
+  for (const auto& slave : slaves_)
+    report.rendering.push_back(slave->workshop() ? slave->workshop()->busy_seconds() : 0);
   report.status_answers = watchers_->answers();
   return report;
 }

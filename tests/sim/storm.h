@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "tests/sim/storm_plan.h"
 
@@ -20,6 +21,8 @@ struct StormReport {
   std::uint64_t events = 0;
   std::uint64_t chunks_relayed = 0;  // of scenes, from slave to slave
   std::uint64_t status_answers = 0;
+  double frames_seconds = 0;      // from the end of the first frame to that of the last
+  std::vector<double> rendering;  // seconds that the threads of each slave had a tile
   int frames_delivered = 0;
   int frames_failed = 0;
 };

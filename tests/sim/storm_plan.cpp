@@ -27,6 +27,8 @@ constexpr double kMortalShare = 0.3;
 constexpr double kLateShare = 0.02, kForgerShare = 0.02;
 // Share of the storms whose scenes move with time.
 constexpr double kMotionShare = 0.15;
+// Share of the storms whose scenes differ by edits, and are built.
+constexpr double kEditedShare = 0.06;
 // Share of the storms with status clients, with an application that stands still for long, and with
 // a master whose clock is wrong for a while.
 constexpr double kWatcherShare = 0.15, kAppPauseShare = 0.04, kWrongClockShare = 0.06;
@@ -215,6 +217,21 @@ void draw_motion(StormPlan& plan) {
   }
 }
 
+// Makes every frame or most of them show a scene that was edited, on slaves that build it. It draws
+// from numbers of its own: seeds keep what else they were.
+void draw_edits(StormPlan& plan) {
+  Random random(mix(plan.seed ^ 0x6564697473u));
+  if (plan.script.weight != SceneWeight::kLight || !plan.bad_slaves.empty()) return;
+  if (!random.chance(kEditedShare)) return;
+  plan.script.weight = SceneWeight::kEdited;
+  plan.script.scene_change = random.chance(0.5) ? 1 : random.between(0.5, 1);
+  for (SlavePlan& slave : plan.slaves) {
+    slave.is_on_demand = random.chance(0.3);
+    if (random.chance(0.2)) slave.build_seconds *= 10;
+    if (random.chance(0.03)) slave.fails_builds = &slave != &plan.slaves.front();
+  }
+}
+
 // Adds status clients, pauses of the application and a clock that jumps, by numbers of its own:
 // seeds keep what else they were.
 void draw_others(StormPlan& plan) {
@@ -242,6 +259,8 @@ const char* weight_text(SceneWeight weight) {
       return ", changing scenes";
     case SceneWeight::kMoving:
       return ", moving scenes";
+    case SceneWeight::kEdited:
+      return ", edited scenes";
   }
   return "";
 }
@@ -291,6 +310,7 @@ StormPlan draw_storm(std::uint64_t seed) {
   draw_others(plan);
   draw_motion(plan);
   draw_special_slaves(plan);
+  draw_edits(plan);
   std::stable_sort(plan.faults.begin(), plan.faults.end(),
                    [](const Fault& a, const Fault& b) { return a.at < b.at; });
   return plan;

@@ -19,7 +19,8 @@ struct SlavePlan {
   double tile_spread = 0;      // a tile costs between (1 - spread) and (1 + spread) of the mean
   double build_seconds = 0.01;
   bool fails_builds = false;
-  double joins_at = 0;  // seconds
+  bool is_on_demand = false;  // builds meshes when the first ray reaches them, of edited scenes
+  double joins_at = 0;        // seconds
 };
 
 // What a slave does all the while it is there.
