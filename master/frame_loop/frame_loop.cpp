@@ -7,6 +7,7 @@
 
 #include "common/base/limits.h"
 #include "common/base/log.h"
+#include "common/frame/tile_border.h"
 #include "master/frame_loop/frame_loop_impl.h"
 #include "master/schedule/tile_order.h"
 
@@ -160,7 +161,9 @@ void FrameLoop::Impl::complete(FrameId id) {
   for (const SessionId session : work.slaves()) authors.add(session, id);
   stats.completed_at_seconds = seconds(Clock::now() - started);
   scene_costs.charge(stats, cluster.scene_bytes_sent());
-  tile_size.measured(work.assembly.pixel_count(), stats.render_seconds);
+  tile_size.measured(
+      work.assembly.pixel_count(), stats.render_seconds,
+      {static_cast<int>(stats.tile_edge_px), tile_border_px(work.assembly.settings())});
   FrameOutcome outcome;
   outcome.frame = id;
   FrameDigest digest = work.assembly.take_digest();
@@ -323,8 +326,9 @@ void FrameLoop::commit_scene(SceneVersion version, EncodedScene scene) {
 void FrameLoop::submit(FrameId frame, SceneVersion version, const FrameSettings& asked) {
   FrameSettings settings = asked;
   if (settings.tile_edge_px == kTileEdgeAuto) {
-    settings.tile_edge_px = impl_->tile_size.edge_px(settings.width_px, settings.height_px,
-                                                     impl_->cluster.thread_count());
+    settings.tile_edge_px =
+        impl_->tile_size.edge_px(settings.width_px, settings.height_px,
+                                 impl_->cluster.thread_count(), tile_border_px(settings));
     settings.tile_edge_px = std::min(settings.tile_edge_px, tile_edge_max_px(settings));
   }
   const auto moment = impl_->moments.at(version, settings.time_seconds);

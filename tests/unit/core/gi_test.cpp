@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "common/frame/tile_border.h"
 #include "slave/core/integrate/igi/gi_tile.h"
 #include "slave/core/integrate/igi/vpl_set.h"
 #include "slave/core/kernels/kernel_table.h"

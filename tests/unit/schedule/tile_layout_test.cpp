@@ -45,13 +45,13 @@ TEST(TileOrder, ABandIsWholeBeforeTheNextOneBegins) {
 }
 
 TEST(TileSize, IsTheDefaultBeforeAnythingIsKnown) {
-  EXPECT_EQ(TileSize().edge_px(640, 480, 8), kTileEdgeAutoPx);
+  EXPECT_EQ(TileSize().edge_px(640, 480, 8, 0), kTileEdgeAutoPx);
 }
 
-int edge_at(double pixel_seconds, int width, int height, std::uint32_t threads) {
+int edge_at(double pixel_seconds, int width, int height, std::uint32_t threads, int border_px = 0) {
   TileSize size;
-  size.measured(1000, 1000 * pixel_seconds);
-  return size.edge_px(width, height, threads);
+  size.measured(1000, 1000 * pixel_seconds, {});
+  return size.edge_px(width, height, threads, border_px);
 }
 
 TEST(TileSize, DearPixelsAndManyThreadsMakeSmallTilesCheapOnesLarge) {
@@ -78,22 +78,46 @@ TEST(TileSize, ManySlavesDoNotDrownTheMasterAndAreNotLeftWithoutTiles) {
     EXPECT_EQ(edge_at(1.4e-6, 3840, 2160, threads), 64) << threads;
 }
 
+// Neighbours' light is rendered again for each tile that takes it, so a border asks for larger
+// tiles, and what it cost in the last frame is not what pixels cost.
+TEST(TileSize, BordersMakeTilesLarger) {
+  EXPECT_EQ(edge_at(1e-5, 320, 240, 4), 16);
+  EXPECT_EQ(edge_at(1e-5, 320, 240, 4, 2), 32);
+  TileSize size;
+  size.measured(1000, 1000 * 1e-5 * 1.5625, {16, 2});  // 20 x 20 pixels for 16 x 16
+  EXPECT_EQ(size.edge_px(320, 240, 4, 0), 16);
+  EXPECT_EQ(size.edge_px(320, 240, 4, 2), 32);
+}
+
+// A thread by itself waits for no other's last tile, but a tile is to be seen, and to be had again,
+// within a quarter of a second.
+TEST(TileSize, OneThreadHasTheLargestTilesThatAreSeenSoon) {
+  EXPECT_EQ(edge_at(1e-6, 640, 480, 1), 128);
+  EXPECT_EQ(edge_at(4e-5, 640, 480, 1), 64);
+  EXPECT_EQ(edge_at(1e-3, 640, 480, 1), 16);
+  TileSize size;
+  size.measured(1000, 1000 * 1e-6, {});
+  EXPECT_EQ(size.edge_px(640, 480, 1, 0), 128);
+  for (int i = 0; i < 20; ++i) size.measured(1000, 1000 * 4e-5, {});
+  EXPECT_EQ(size.edge_px(640, 480, 1, 0), 64);
+}
+
 TEST(TileSize, SmallChangesKeepTheSize) {
   TileSize size;
-  size.measured(1000, 1000 * 1e-6);
-  const int edge = size.edge_px(1280, 720, 8);
+  size.measured(1000, 1000 * 1e-6, {});
+  const int edge = size.edge_px(1280, 720, 8, 0);
   for (int i = 0; i < 100; ++i) {
-    size.measured(1000, 1000 * (i % 2 == 0 ? 0.8e-6 : 1.25e-6));
-    EXPECT_EQ(size.edge_px(1280, 720, 8), edge);
+    size.measured(1000, 1000 * (i % 2 == 0 ? 0.8e-6 : 1.25e-6), {});
+    EXPECT_EQ(size.edge_px(1280, 720, 8, 0), edge);
   }
 }
 
 TEST(TileSize, NonsenseIsIgnored) {
   TileSize size;
-  size.measured(0, 1);
-  size.measured(10, -1);
-  size.measured(10, std::numeric_limits<double>::quiet_NaN());
-  EXPECT_EQ(size.edge_px(640, 480, 8), kTileEdgeAutoPx);
+  size.measured(0, 1, {});
+  size.measured(10, -1, {});
+  size.measured(10, std::numeric_limits<double>::quiet_NaN(), {});
+  EXPECT_EQ(size.edge_px(640, 480, 8, 0), kTileEdgeAutoPx);
 }
 
 }  // namespace

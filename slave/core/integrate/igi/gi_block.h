@@ -11,13 +11,14 @@
 #include <span>
 #include <vector>
 
+#include "common/frame/tile_border.h"
 #include "common/frame/tile_grid.h"
 #include "common/math/vec3.h"
 #include "slave/core/kernels/kernel_table.h"
 
 namespace tessera::core {
 
-inline constexpr int kGiBlockEdgePx = 64;
+inline constexpr int kGiBlockEdgePx = kBorderBlockPx;
 static_assert(kFilterEdgeMax == kGiBlockEdgePx + 2 * kFilterRadiusMax);
 
 // The surface that a pixel shows, as a point that gathers light.

@@ -5,6 +5,7 @@
 #include <bit>
 #include <optional>
 
+#include "common/frame/tile_border.h"
 #include "slave/core/integrate/camera_packet.h"
 #include "slave/core/integrate/direct/direct_integrator.h"
 #include "slave/core/integrate/frame_light.h"
@@ -93,11 +94,7 @@ class GiTile::Work {
   RayCounts render(const TileRect& tile, std::span<float> rgb);
 
  private:
-  int radius() const {
-    const FrameSettings& settings = context_.settings;
-    const bool is_filtered = settings.is_filtered && settings.pass < kFilteredPasses;
-    return is_filtered ? settings.interleave / 2 : 0;
-  }
+  int radius() const { return tile_border_px(context_.settings); }
   std::int32_t number_of(const Material* material) const {
     return static_cast<std::int32_t>(material - context_.scene.materials.data());
   }

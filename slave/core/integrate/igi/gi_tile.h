@@ -26,10 +26,6 @@
 
 namespace tessera::core {
 
-// Number of passes that are filtered. In a picture of few passes the filter removes noise; the mean
-// of many passes has little noise by itself, and without the filter each pixel keeps its own value.
-inline constexpr std::uint32_t kFilteredPasses = 16;
-
 class GiTile final : public Integrator {
  public:
   GiTile();
