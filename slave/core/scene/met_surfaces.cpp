@@ -38,13 +38,34 @@ void show_alone(Surface& s, Vec3f seen) {
 
 }  // namespace
 
+// Finds the instances that the rays have met, and asks the memory for what will be read of the
+// triangles: scattered rays meet what nobody has looked at lately.
+void MetSurfaces::look_ahead(const PacketHits& hits) {
+  const bool is_flat = scene_.triangles.is_flat();
+  const float* const corners = scene_.triangles.vertices.data();
+  for (std::size_t i = 0; i < kPacketRays; ++i) {
+    const std::uint32_t triangle = hits.primitive[i];
+    if (triangle == kNoPrimitive) continue;
+    const std::uint32_t instance = memory_.instance[i] = instances_.of(triangle);
+    if (!is_flat) continue;
+    __builtin_prefetch(corners + std::size_t{9} * triangle);
+    __builtin_prefetch(corners + std::size_t{9} * triangle + 8);
+    const Mesh& mesh = *scene_.meshes[scene_.instances[instance].mesh];
+    const std::uint64_t number = triangle - instances_.first_triangle();
+    __builtin_prefetch(&mesh.triangles[number]);
+    if (mesh.materials.size() > 1) __builtin_prefetch(&mesh.materials[number]);
+  }
+}
+
 void MetSurfaces::find(const FanPacket& rays, const PacketHits& hits) {
+  if (scene_.features.is_rich) look_ahead(hits);
   if (!scene_.triangles.is_flat()) gather_corners(hits);
   kernels_.fan_points(vertices(), rays, numbered(hits), memory_.points);
   if (on_patches_ != 0) find_on_patches(rays, hits);
 }
 
 void MetSurfaces::find(const RayPacket& rays, const PacketHits& hits) {
+  if (scene_.features.is_rich) look_ahead(hits);
   if (!scene_.triangles.is_flat()) gather_corners(hits);
   kernels_.packet_points(vertices(), rays, numbered(hits), memory_.points);
   if (on_patches_ != 0) find_on_patches(rays, hits);
@@ -114,12 +135,16 @@ void MetSurfaces::blacken(std::uint64_t rays, Surface* const* to, bool is_seen) 
 void MetSurfaces::make_lit(const SurfaceDetail::Hits& hits, std::uint64_t rays,
                            const RayCone* cones, Surface* const* to, SurfaceBatch* batch) {
   const PacketPoints& at = hits.points;
+  const bool is_rich = scene_.features.is_rich;
   for_each_ray(rays, [&](int ray) {
     const std::uint32_t triangle = hits.triangle[ray];
-    const Material& m = material(triangle);
+    const Material& m = is_rich ? scene_.materials[material_number(hits.instance[ray], triangle)]
+                                : material(triangle);
     Surface& s = *new (to[ray]) Surface;  // constructed in place: every bounce comes here
     s.point = vector_at(at.point, ray);
-    s.normal = s.shading_normal = vector_at(at.normal, ray);
+    const Vec3f normal = vector_at(at.normal, ray);  // loads wait for stores of other widths
+    s.normal = normal;
+    s.shading_normal = normal;
     s.offset = at.offset[ray];
     s.albedo = m.albedo;
     s.is_front = (at.front >> ray & 1u) != 0;
@@ -127,11 +152,10 @@ void MetSurfaces::make_lit(const SurfaceDetail::Hits& hits, std::uint64_t rays,
     s.material = &m;
     s.sound_triangle = sound_triangle(triangle, ray);
   });
-  if (scene_.features.is_rich) detail_.add(hits, rays, cones, to, batch);
+  if (is_rich) detail_.add(hits, rays, cones, to, batch);
 }
 
-std::size_t MetSurfaces::material_number(std::uint32_t triangle) {
-  const std::uint32_t instance = instances_.of(triangle);
+std::size_t MetSurfaces::material_number(std::uint32_t instance, std::uint32_t triangle) const {
   if (scene_.is_patched(instance)) {
     const auto& of = scene_.geometry->surfaces[scene_.instances[instance].mesh]->materials;
     const std::uint64_t patch =
@@ -139,7 +163,8 @@ std::size_t MetSurfaces::material_number(std::uint32_t triangle) {
     return of[of.size() == 1 ? 0 : patch];
   }
   const auto& materials = scene_.meshes[scene_.instances[instance].mesh]->materials;
-  return materials[materials.size() == 1 ? 0 : triangle - instances_.first_triangle()];
+  return materials[materials.size() == 1 ? 0
+                                         : triangle - scene_.triangles.instance_first[instance]];
 }
 
 }  // namespace tessera::core

@@ -25,6 +25,8 @@ class MetSurfaces {
     // hits with places in `corner` as primitives. Hits of patches are left out of them.
     float corner[kPacketRays][3][3];  // [triangle][corner][axis]
     PacketHits numbered;
+    // Of the rays that have met something, in rich scenes: the instances that they have met.
+    std::uint32_t instance[kPacketRays];
   };
 
   // Requires: all outlive it.
@@ -52,7 +54,7 @@ class MetSurfaces {
   const Material& material(std::uint32_t triangle) {
     if (triangle != known_) {
       known_ = triangle;
-      material_ = material_number(triangle);
+      material_ = material_number(instances_.of(triangle), triangle);
     }
     return scene_.materials[material_];
   }
@@ -69,7 +71,8 @@ class MetSurfaces {
   template <class Packet>
   void make(const Packet& packet, const PacketHits& hits, std::uint64_t rays, const RayCone* cones,
             Surface* const* to, SurfaceBatch* batch = nullptr) {
-    make_lit({points(), packet.direction, hits.primitive}, rays, cones, to, batch);
+    make_lit({points(), packet.direction, hits.primitive, memory_.instance}, rays, cones, to,
+             batch);
     if (scene_.features.has_unlit) blacken(rays, to, /*is_seen=*/false);
   }
   // Does the same for what the camera sees, directly or in mirrors: unlit surfaces show their
@@ -77,7 +80,8 @@ class MetSurfaces {
   template <class Packet>
   void make_seen(const Packet& packet, const PacketHits& hits, std::uint64_t rays,
                  const RayCone* cones, Surface* const* to, SurfaceBatch* batch = nullptr) {
-    make_lit({points(), packet.direction, hits.primitive}, rays, cones, to, batch);
+    make_lit({points(), packet.direction, hits.primitive, memory_.instance}, rays, cones, to,
+             batch);
     if (scene_.features.has_unlit) blacken(rays, to, /*is_seen=*/true);
   }
 
@@ -85,7 +89,8 @@ class MetSurfaces {
   void make_lit(const SurfaceDetail::Hits& hits, std::uint64_t rays, const RayCone* cones,
                 Surface* const* to, SurfaceBatch* batch);
   static void blacken(std::uint64_t rays, Surface* const* to, bool is_seen);
-  std::size_t material_number(std::uint32_t triangle);
+  std::size_t material_number(std::uint32_t instance, std::uint32_t triangle) const;
+  void look_ahead(const PacketHits& hits);
   void gather_corners(const PacketHits& hits);
   template <class Packet>
   void find_on_patches(const Packet& rays, const PacketHits& hits);

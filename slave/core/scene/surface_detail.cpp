@@ -65,11 +65,10 @@ void put_uv(Vec2f uv, float (&to)[2][kDetailPoints], int i) {
 
 void SurfaceDetail::add(const Hits& hits, std::uint64_t rays, const RayCone* cones,
                         Surface* const* to, SurfaceBatch* batch) {
-  std::uint32_t instance[kPacketRays];
+  const auto& instance = hits.instance;
   const bool is_diffuse = scene_.features.is_diffuse();
   const bool has_cones = cones != nullptr && scene_.features.needs_cones();
   for_each_ray(rays, [&](int ray) {
-    instance[ray] = instances_.of(hits.triangle[ray]);
     Surface& s = *to[ray];
     if (has_cones) s.cone = cones[ray].advanced(hits.points.distance[ray]);
     if (is_diffuse) return;
@@ -143,7 +142,8 @@ void SurfaceDetail::add_group(const DetailGroup& group, const Hits& hits, std::u
     ++count;
   });
   memory_.points.count = count;
-  const std::uint32_t instance = instances_.of(memory_.triangle[0]);
+  const std::uint32_t instance = hits.instance[memory_.ray[0]];
+  first_triangle_ = scene_.triangles.instance_first[instance];
   put_corners(group, instance);
   kernels_.surface_detail(group, memory_.points);
   take(group, mesh_of(instance));
@@ -197,16 +197,28 @@ void SurfaceDetail::put_tangents(std::uint32_t instance) {
   }
 }
 
+// Asks the memory for what all corners have, so that it comes at once and not corner by corner.
+void SurfaceDetail::fetch_corners(const DetailGroup& group, const Mesh& mesh) const {
+  for (int i = 0; i < memory_.points.count; ++i) {
+    for (const std::uint32_t vertex : mesh.triangles[memory_.triangle[i] - first_triangle_]) {
+      if (group.has_normals) __builtin_prefetch(&mesh.normals[vertex]);
+      if (group.has_program) __builtin_prefetch(&mesh.positions[vertex]);
+      if (group.uses != 0 && !mesh.uvs.empty()) __builtin_prefetch(&mesh.uvs[vertex]);
+    }
+  }
+}
+
 void SurfaceDetail::put_corners(const DetailGroup& group, std::uint32_t instance) {
   if (scene_.is_patched(instance)) return put_tangents(instance);
   const Mesh& mesh = mesh_of(instance);
+  fetch_corners(group, mesh);
   const auto is_used = [&](int set) {
     return group.uses != 0 && (group.uses & group.textures->uses_of_set[set]) != 0;
   };
   const bool has_own_uv = group.is_stretched && !group.has_tangents;
   const bool has_set[2] = {is_used(0) || has_own_uv, is_used(1)};
   for (int i = 0; i < memory_.points.count; ++i) {
-    const auto& corners = mesh.triangles[memory_.triangle[i] - instances_.first_triangle()];
+    const auto& corners = mesh.triangles[memory_.triangle[i] - first_triangle_];
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t vertex = corners[static_cast<std::size_t>(k)];
       if (group.has_normals) put_vector(mesh.normals[vertex], memory_.points.corner_normal[k], i);
@@ -246,7 +258,7 @@ void SurfaceDetail::take(const DetailGroup& group, const Mesh& mesh) {
 }
 
 Vec3f SurfaceDetail::color_at(const Mesh& mesh, int i) const {
-  const auto& corners = mesh.triangles[memory_.triangle[i] - instances_.first_triangle()];
+  const auto& corners = mesh.triangles[memory_.triangle[i] - first_triangle_];
   const auto color = [&](std::size_t k) {
     const Vec4f& c = mesh.colors[corners[k]];
     return Vec3f{c.x, c.y, c.z};

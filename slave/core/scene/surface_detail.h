@@ -35,13 +35,14 @@ class SurfaceDetail {
 
   // Requires: all outlive it.
   SurfaceDetail(const PreparedScene::Impl& scene, const KernelTable& kernels, Memory& memory)
-      : scene_(scene), kernels_(kernels), memory_(memory), instances_(scene.triangles) {}
+      : scene_(scene), kernels_(kernels), memory_(memory) {}
 
   // What a packet has met.
   struct Hits {
     const PacketPoints& points;
     const float (&direction)[3][kPacketRays];
     const std::uint32_t (&triangle)[kPacketRays];
+    const std::uint32_t (&instance)[kPacketRays];  // that the triangle belongs to
   };
 
   // Adds to *to[i] for each of `rays`, bits of points.met. cones [kPacketRays]: the rays' cones
@@ -58,6 +59,7 @@ class SurfaceDetail {
   void add_group(const DetailGroup& group, const Hits& hits, std::uint64_t rays, Surface* const* to,
                  SurfaceBatch* batch);
   // These functions work on the points in the memory.
+  void fetch_corners(const DetailGroup& group, const Mesh& mesh) const;
   void put_corners(const DetailGroup& group, std::uint32_t instance);
   void put_tangents(std::uint32_t instance);
   void take(const DetailGroup& group, const Mesh& mesh);
@@ -69,7 +71,7 @@ class SurfaceDetail {
   const PreparedScene::Impl& scene_;
   const KernelTable& kernels_;
   Memory& memory_;
-  InstanceFinder instances_;
+  std::uint64_t first_triangle_ = 0;  // of the instance whose points are in the memory
 };
 
 }  // namespace tessera::core

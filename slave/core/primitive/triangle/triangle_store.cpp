@@ -56,8 +56,11 @@ bool is_degenerate(Vec3f a, Vec3f b, Vec3f c) {
 }
 
 std::uint32_t TriangleStore::instance_of(std::uint64_t triangle) const {
-  const auto next = std::upper_bound(instance_first.begin(), instance_first.end(), triangle);
-  return static_cast<std::uint32_t>(next - instance_first.begin() - 1);
+  // Rays that bounce ask for one instance after another, so that no branch may depend on which.
+  const std::uint64_t* from = instance_first.data();
+  for (std::size_t left = instance_first.size(); left > 1; left -= left / 2)
+    from += from[left / 2] <= triangle ? left / 2 : 0;
+  return static_cast<std::uint32_t>(from - instance_first.data());
 }
 
 void InstanceFinder::find(std::uint64_t triangle) {
