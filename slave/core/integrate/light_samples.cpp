@@ -87,7 +87,7 @@ void LightSamples::of_light(const SurfaceBatch& batch, const Light& light) {
     const Surface& s = batch.surface[i];
     if (light.kind == LightKind::kDirectional) {
       const Vec3f to_light = -light.direction;
-      put(i, {to_light, light.intensity, kInvPi * cosine_at(s, to_light), 0});
+      put(i, to_light, light.intensity, kInvPi * cosine_at(s, to_light), 0);
       memory_.start[i] = s.point + s.normal * s.offset;
       memory_.direction[i] = to_light;
     } else {
@@ -97,7 +97,7 @@ void LightSamples::of_light(const SurfaceBatch& batch, const Light& light) {
       float strength = cosine_at(s, to_light) / distance2;
       if (light.kind == LightKind::kSpot)
         strength *= spot_falloff(light, -dot(light.direction, to_light));
-      put(i, {to_light, light.intensity, kInvPi * strength, 0});
+      put(i, to_light, light.intensity, kInvPi * strength, 0);
       memory_.start[i] = s.point;
       memory_.direction[i] = away;
     }
@@ -148,8 +148,8 @@ void LightSamples::sample_emitters(const SurfaceBatch& batch, int first, std::ui
       e.v[i] = memory_.on_patch[1][i];
     }
     const int s = first + i;
-    put(s, {vector_at(e.to_light, i), lights.emission_at(*memory_.emitter[i], e.u[i], e.v[i]),
-            e.strength[i], e.pdf[i]});
+    put(s, vector_at(e.to_light, i), lights.emission_at(*memory_.emitter[i], e.u[i], e.v[i]),
+        e.strength[i], e.pdf[i]);
     memory_.start[s] = vector_at(e.start, i);
     memory_.direction[s] = vector_at(e.direction, i);
   }
@@ -222,7 +222,7 @@ void LightSamples::sample_even_sky(const SurfaceBatch& batch, std::uint32_t samp
       const Vec3f to_sky = packet.direction(i - first);
       const Surface& s = batch.surface[i];
       if (scattering_of(s.bsdf) == Scattering::kEven && dot(s.normal, to_sky) > 0)
-        put(i, {to_sky, context_.scene.lights.environment, each, 0});
+        put(i, to_sky, context_.scene.lights.environment, each, 0);
     }
   }
 }
@@ -236,8 +236,8 @@ void LightSamples::sample_map(const SurfaceBatch& batch, std::uint32_t sample) {
     for (int i = 0; i < memory_.samples.count; ++i) {
       const SkyMap::Sample sky = sky_.drawn(i);
       const float strength = cosine_at(batch.surface[first + i], sky.direction) * sky.angle;
-      put(first + i, {sky.direction, sky.radiance * context_.scene.lights.environment,
-                      strength * kInvPi * each, 1 / sky.angle});
+      put(first + i, sky.direction, sky.radiance * context_.scene.lights.environment,
+          strength * kInvPi * each, 1 / sky.angle);
     }
   }
 }

@@ -83,9 +83,15 @@ class LightSamples {
 
  private:
   void clear(int count) { std::fill_n(memory_.is_active, count, false); }
-  void put(int surface, const Arriving& from) {
-    memory_.arriving[surface] = from;
-    memory_.is_active[surface] = from.strength > 0;
+  // Member by member: an Arriving put together elsewhere would be read again in wider pieces than
+  // it was written in, and a load waits for such stores to leave the core.
+  void put(int surface, Vec3f to_light, Vec3f light, float strength, float pdf) {
+    Arriving& a = memory_.arriving[surface];
+    a.to_light = to_light;
+    a.light = light;
+    a.strength = strength;
+    a.pdf = pdf;
+    memory_.is_active[surface] = strength > 0;
   }
   void draw(const SurfaceBatch& batch, int first, std::uint32_t dimension, std::uint32_t sample);
   void sample_emitters(const SurfaceBatch& batch, int first, std::uint32_t round,

@@ -95,6 +95,16 @@ void add_emitters(const Mesh& mesh, const Scene& scene, std::uint64_t first,
   }
 }
 
+// Returns: how many of the sums are at most x. Samples are random, so that no branch may depend on
+// them. Shape: rising.
+std::size_t count_up_to(float x, std::span<const float> sums) {
+  const float* from = sums.data();
+  std::size_t left = sums.size();
+  for (; left > 1; left -= left / 2) from += from[left / 2 - 1] <= x ? left / 2 : 0;
+  const std::size_t last = left == 1 && *from <= x ? 1 : 0;
+  return static_cast<std::size_t>(from - sums.data()) + last;
+}
+
 // Rec. 709 luminance.
 double luminance(Vec3f c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
@@ -132,8 +142,7 @@ void set_environment(const Scene& scene, const LightSet* other, LightSet& set) {
 }  // namespace
 
 const Emitter& LightSet::pick(float x, float& rest) const {
-  const auto it = std::upper_bound(cumulative.begin(), cumulative.end() - 1, x);
-  const auto number = static_cast<std::size_t>(it - cumulative.begin());
+  const std::size_t number = count_up_to(x, {cumulative.data(), cumulative.size() - 1});
   const Emitter& e = emitters[number];
   const float below = number == 0 ? 0 : cumulative[number - 1];
   rest = std::clamp((x - below) / e.share, 0.0f, 1 - kUnitRoundoff);
