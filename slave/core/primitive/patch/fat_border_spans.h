@@ -2,11 +2,7 @@
 // The spans of a surface's widened segments (PatchSurface::trim_widths): parts of the curves that
 // segments are on their patches, in space, short enough to be nearly straight.
 //
-// How far a span goes beside its chord. C(t) = S(c(t)) has C'' = S_uu u'^2 + 2 S_uv u' v' + S_vv
-// v'^2 + S_u u'' + S_v v'', and is within max |C''| / 8 of its chord, for a parameter of length 1.
-// Derivatives of S are bounded over tiles of a patch (sub_patch_bounds.h), those of c by the
-// differences of its control points: with A = w (c - middle), w c' = A' - w' (c - middle), w c'' =
-// A'' - 2 w' c' - w'' (c - middle).
+// How far a span goes beside its chord: segment_bend.h.
 //
 // How wide it is: as the surface says, and what the decision on trims may be off by on top, which
 // is 4 u of the square for the answer and u / 2 for the rounding of the segment (u = 2^-24), times

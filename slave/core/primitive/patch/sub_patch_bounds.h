@@ -31,4 +31,14 @@ struct SubPatchBounds {
 SubPatchBounds bounds_of(const PatchNet (&local)[3], const PatchNet& w, bool is_rational,
                          const double (&error)[3]);
 
+// By component. Infinite likewise.
+struct DerivativeBounds {
+  double x[3] = {}, y[3] = {}, xx[3] = {}, xy[3] = {}, yy[3] = {};
+};
+
+// The same where local is in no frame: of first derivatives, too. The origin should be near the
+// surface, for what weights make of its distance counts.
+DerivativeBounds derivative_bounds_of(const PatchNet (&local)[3], const PatchNet& w,
+                                      bool is_rational, const double (&error)[3]);
+
 }  // namespace tessera::core
