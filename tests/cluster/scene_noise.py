@@ -5,7 +5,8 @@ import struct
 import zlib
 
 
-def _png_of_noise(path, side):
+def write_picture(path, side):
+    """Writes a PNG of noise, side by side texels."""
     noise = random.Random(7)
     rows = b"".join(b"\0" + noise.randbytes(4 * side) for _ in range(side))
 
@@ -17,7 +18,7 @@ def _png_of_noise(path, side):
 
 def write_scene(folder, side_px):
     """Writes the scene, with 4 side_px^2 bytes of texels. Returns: the file's path."""
-    _png_of_noise(folder / "noise.png", side_px)
+    write_picture(folder / "noise.png", side_px)
     (folder / "scene.mtl").write_text("newmtl paper\nKd 1 1 1\nmap_Kd noise.png\n")
     (folder / "scene.obj").write_text("mtllib scene.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
                                       "usemtl paper\nf 1/1 2/2 3/3 4/4\n")

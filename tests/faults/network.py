@@ -14,7 +14,7 @@ def returns_within(b):
     return 1.5 * b.reconnect_max + b.handshake + b.scene
 
 
-def cut_row(stage, report, port=None, scene=stages.STILL, **what):
+def cut_row(stage, report, port=None, scene=None, **what):
     """The link of slave-3, or one of its connections, is silent until it is healed. what: as for stage.cut()."""
     stage.cluster_of(3)
     stage.animate(scene, frames=20)
@@ -71,7 +71,7 @@ def f16(stage, report):
     cut_row(stage, report, "tile_port", MOVING)
 
 
-def steady_frame_time(stage, report, what, frames=14, scene=stages.STILL, size=stages.FRAME):
+def steady_frame_time(stage, report, what, frames=14, scene=None, size=stages.FRAME):
     """Returns the median time of a frame once rates are learnt (after 3 frames)."""
     stage.animate(scene, frames=frames, size=size)
     stage.wait_for_frames(frames)

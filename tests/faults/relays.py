@@ -6,6 +6,7 @@ import struct
 import threading
 import time
 
+import moving
 import peer
 from stage import wait_until
 
@@ -79,7 +80,7 @@ def fed_by(stage, report, name, answer, event, bound, is_cut=False):
     stage.serve("--relay", "on", "--slaves", "3")
     fake = FakeRelay(stage, f"fake-{name}", answer)
     stage.clean.callback(fake.close)
-    scene = scene_noise.write_scene(stage.cluster.folder, SIDE_PX)
+    scene = (moving.moving_noise if stage.moves else scene_noise.write_scene)(stage.cluster.folder, SIDE_PX)
     sent_before = stage.metric("tessera_scene_bytes_sent_total")
     stage.animate([scene], frames=3)
     fake.build()

@@ -7,6 +7,7 @@ import identity
 import joiners
 import masters
 import messages
+import moving
 import network
 import processes
 import relays
@@ -20,3 +21,7 @@ SMALL = ["F01", "F02", "F05large", "F05poison", "F07", "F13", "F13deaf", "F15", 
 ROWS = {}
 for group in (processes, crowds, joiners, network, cuts, results, messages, identity, application, masters, scenes, relays):
     ROWS.update(group.ROWS)
+
+# Rows that show a scene which stands still, and concern scenes: they hold while everything moves, too.
+WITH_MOTION = ["F01", "F02", "F03", "F08", "F09", "F10", "F13", "F14", "F57", "F57silent", "F57dead", "F57unreachable"]
+ROWS.update({name + "moving": moving.while_all_moves(ROWS[name]) for name in WITH_MOTION})

@@ -86,6 +86,7 @@ class Stage:
         self.frames = None
         self.frames_asked = 0  # frames of all animations
         self.has_moved = False  # whether it has shown MOVING
+        self.moves = False  # whether the row's scenes move, where it is not about one that stands still
         self.bounds_before = None
         self.clean = contextlib.ExitStack()  # ends what a row has started besides
 
@@ -184,8 +185,9 @@ class Stage:
                 scene[0], *scene[1:], *size, "--frames", f"0:{frames - 1}", "--local", "1", connect=False).digests
         return self.known_digests[key]
 
-    def animate(self, scene=STILL, frames=12, size=FRAME, options=()):
-        """Starts an application in the background, whose frames are timed as they come."""
+    def animate(self, scene=None, frames=12, size=FRAME, options=()):
+        """Starts an application in the background, whose frames are timed as they come. scene: None: the row's usual."""
+        scene = scene or (MOVING if self.moves else STILL)
         self.expected_digests = self.expected(scene, frames, size)
         self.frames_asked += frames
         self.animate_again = lambda: self.animate(scene, frames, size, options)
