@@ -5,12 +5,17 @@
 #include <bit>
 #include <cmath>
 
+#include "common/math/rounding.h"
 #include "slave/core/integrate/bsdf_packet.h"
 #include "slave/core/sampling/dimension.h"
 #include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {
 namespace {
+
+// The geometry term is computed with a few roundings, and a direction's length is 1 but for some
+// more. What exceeds the bound by no more than these is still to be met.
+constexpr float kReachSlack = 64 * kUnitRoundoff;
 
 static_assert(kPacketRays <= kSamplePoints && kPacketRays <= BsdfPacket::kMax);
 
@@ -21,12 +26,12 @@ BiasCompensation::BiasCompensation(const RenderContext& context, Memory& memory,
     : context_(context),
       memory_(memory),
       bounds_(bounds),
+      reach_(1 / std::sqrt(bounds.vpl)),
       met_(context.scene, context.tracer, memory.met),
       paths_(context, memory.paths, std::max(0, context.settings.bounces - 1)) {
   memory.batch.make_room_for_lobes(context.scene.features.has_lobes);
   memory.arrived.make_room_for_lobes(context.scene.features.has_lobes);
   std::fill_n(memory.rays.t_min, kPacketRays, 0.0f);
-  std::fill_n(memory.rays.t_max, kPacketRays, 1 / std::sqrt(bounds.vpl));
 }
 
 RayCounts BiasCompensation::add(GatherPoints& points, std::uint32_t sequence_index) {
@@ -63,7 +68,10 @@ void BiasCompensation::follow(const GatherPoints& points, int first, int count) 
     const int p = first + i;
     const Vec3f normal{points.normal[0][p], points.normal[1][p], points.normal[2][p]};
     const Vec3f direction = s.directions.direction(i);
-    if (!(dot(direction, normal) > 0)) continue;
+    const Vec3f shading{points.shading[0][p], points.shading[1][p], points.shading[2][p]};
+    const float cosine = dot(shading, direction);
+    if (!(dot(direction, normal) > 0 && cosine > 0)) continue;
+    s.rays.t_max[i] = std::min(reach_, reach_ * std::sqrt(cosine) * (1 + kReachSlack));
     for (int a = 0; a < 3; ++a) {
       s.rays.origin[a][i] = points.point[a][p] + normal[a] * points.offset[p];
       s.rays.direction[a][i] = direction[a];

@@ -5,8 +5,8 @@
 // VPLs within the bound and this together are unbiased.
 //
 // From a point x a ray of pdf cosine / pi meets y; of the light that y sends, the share
-// 1 - bound / G(x, y) is what VPLs at y have lost, where G > bound. G is at most 1 / distance^2, so
-// the ray is no longer than 1 / sqrt(bound).
+// 1 - bound / G(x, y) is what VPLs at y have lost, where G > bound. G is at most the cosine at x
+// over distance^2, so the ray is no longer than sqrt(cosine / bound).
 //
 // Threads. One object per thread, over memory of its own.
 #pragma once
@@ -46,6 +46,7 @@ class BiasCompensation {
   const RenderContext& context_;
   Memory& memory_;
   const GeometryBounds bounds_;
+  const float reach_;  // of a ray along the normal
   MetSurfaces met_;
   PathTracer paths_;
 };
