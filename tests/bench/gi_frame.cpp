@@ -4,6 +4,8 @@
 #include <x86intrin.h>
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 #include "common/base/cpu_count.h"
 #include "common/frame/tile_grid.h"
@@ -45,21 +47,6 @@ void group_fans(core::FanTargets& targets) {
   watch.real->group_fans(targets);
   if (watch.rays != nullptr && ++watch.seen % watch.one_in == 0) watch.pending = &targets;
 }
-bool begin_gather(const core::GatherPoints& points, const core::LightPoint& light, float clamp,
-                  core::GatherRays& rays) {
-  const Timed timed(GiPart::kStrength);
-  return watch.real->begin_gather(points, light, clamp, rays);
-}
-void end_gather(const core::LightPoint& light, const core::GatherRays& rays,
-                core::GatherPoints& points) {
-  const Timed timed(GiPart::kAdd);
-  watch.real->end_gather(light, rays, points);
-}
-void filter(core::FilterPlanes& planes, int radius, int x, int y, int width, int height) {
-  const Timed timed(GiPart::kFilter);
-  watch.real->filter(planes, radius, x, y, width, height);
-}
-
 void record(const float* origin) {
   const core::FanTargets& targets = *watch.pending;
   watch.pending = nullptr;
@@ -100,19 +87,61 @@ std::uint64_t occluded_packet(const View& view, const core::RayPacket& rays) {
 }
 
 template <class View>
+void closest_packet(const View& view, const core::RayPacket& rays, const core::HitArrays& hits) {
+  const Timed timed(GiPart::kBounce);
+  kernels_of(*watch.real, view).closest_packet(view, rays, hits);
+}
+
+template <class View>
 void put_watch(core::ViewKernels<View>& kernels) {
   kernels.enter_fans = enter_fans<View>;
   kernels.closest_fan = closest_fan<View>;
   kernels.occluded_fans = occluded_fans<View>;
   kernels.occluded_packet = occluded_packet<View>;
+  kernels.closest_packet = closest_packet<View>;
+}
+
+// Replaces a kernel by itself with its time taken.
+template <GiPart kPart, auto kKernel, class Result, class... Args>
+void put_timed(core::KernelTable& table, Result (*core::KernelTable::*)(Args...)) {
+  table.*kKernel = [](Args... args) -> Result {
+    const Timed timed(kPart);
+    return (watch.real->*kKernel)(args...);
+  };
+}
+template <GiPart kPart, auto... kKernels>
+void put_timed(core::KernelTable& table) {
+  (put_timed<kPart, kKernels>(table, kKernels), ...);
+}
+
+// The same for the kernels of a slot of BSDFs, where it has them.
+template <int kSlot, auto kKernel, class... Args>
+void put_timed(core::KernelTable& table, void (*core::BsdfKernel::*)(Args...)) {
+  if (table.bsdfs.of[kSlot].*kKernel == nullptr) return;
+  table.bsdfs.of[kSlot].*kKernel = [](Args... args) {
+    const Timed timed(GiPart::kSample);
+    (watch.real->bsdfs.of[kSlot].*kKernel)(args...);
+  };
+}
+template <int... kSlots>
+void put_timed_bsdfs(core::KernelTable& table, std::integer_sequence<int, kSlots...>) {
+  constexpr auto kSample = &core::BsdfKernel::sample, kEvaluate = &core::BsdfKernel::evaluate;
+  (put_timed<kSlots, kSample>(table, kSample), ...);
+  (put_timed<kSlots, kEvaluate>(table, kEvaluate), ...);
 }
 
 core::KernelTable watched(const core::KernelTable& real) {
   core::KernelTable table = real;
   table.group_fans = group_fans;
-  table.begin_gather = begin_gather;
-  table.end_gather = end_gather;
-  table.filter = filter;
+  using T = core::KernelTable;
+  put_timed<GiPart::kStrength, &T::begin_gather, &T::bound_points>(table);
+  put_timed<GiPart::kAdd, &T::end_gather>(table);
+  put_timed<GiPart::kFilter, &T::filter>(table);
+  put_timed<GiPart::kSurface, &T::fan_points, &T::packet_points, &T::surface_detail, &T::noise>(
+      table);
+  put_timed<GiPart::kSample, &T::camera_rays, &T::sample_points, &T::emitter_samples, &T::sky_light,
+            &T::sky_samples>(table);
+  put_timed_bsdfs(table, std::make_integer_sequence<int, core::kBsdfSlots>());
   put_watch(table.bvh8);
   put_watch(table.bvh16);
   put_watch(table.kd8);
@@ -137,8 +166,9 @@ std::size_t floats_of(int width_px, int height_px) {
 }  // namespace
 
 const char* gi_part_name(GiPart part) {
-  constexpr const char* kNames[] = {"camera rays", "shadow rays", "grouping", "strengths",
-                                    "sums",        "filter",      "walks",    "rest"};
+  constexpr const char* kNames[] = {"camera rays", "shadow rays", "grouping",          "strengths",
+                                    "sums",        "filter",      "bounces",           "surfaces",
+                                    "samples",     "walks",       "outside of kernels"};
   return kNames[static_cast<int>(part)];
 }
 
@@ -158,7 +188,9 @@ GiFrame render_gi(const core::PreparedScene& scene, const FrameSettings& setting
   const double start = thread_cpu_seconds();
   const std::uint64_t start_cycles = __rdtsc();
   light.vpls(context, frame.rays.secondary);
-  const std::uint64_t walk_cycles = __rdtsc() - start_cycles;
+  const std::uint64_t walk_cycles =
+      std::accumulate(watch.cycles.begin(), watch.cycles.end(), std::uint64_t{0});
+  watch.cycles = {};
   for (TileIndex i = 0; i < grid.tile_count(); ++i) {
     const TileRect rect = grid.rect(i);
     tile.resize(floats_of(rect.width_px, rect.height_px));

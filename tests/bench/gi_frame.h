@@ -16,9 +16,22 @@
 
 namespace tessera::bench {
 
-// The parts of a frame that are timed. kRest: surface interactions, packing rays, writing pixels.
-enum class GiPart { kCamera, kShadow, kGroup, kStrength, kAdd, kFilter, kWalks, kRest };
-inline constexpr int kGiParts = 8;
+// The parts of a frame that are timed. All but the last are kernels; kRest: what is outside of
+// them, as packing rays, adding up and writing pixels.
+enum class GiPart {
+  kCamera,
+  kShadow,
+  kGroup,
+  kStrength,
+  kAdd,
+  kFilter,
+  kBounce,   // closest hits of rays that scatter, to compensate the bound
+  kSurface,  // points where rays have met surfaces, and what is there
+  kSample,   // points of the sequence, directions, lights, BSDFs
+  kWalks,    // all kernels while VPLs are made
+  kRest
+};
+inline constexpr int kGiParts = 11;
 const char* gi_part_name(GiPart part);
 
 struct GiFrame {
