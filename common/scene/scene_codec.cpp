@@ -297,14 +297,23 @@ Digest EncodedScene::digest() const {
 }
 
 EncodedScene SceneEncoder::encode(const Scene& scene) {
-  decltype(known_) used;
   EncodedScene encoded;
+  encoded.blocks.reserve(known_.size() + 1);
   encoded.blocks.push_back(encode_root(scene));
+  std::unordered_map<const void*, Known> all;  // filled where an object is not at its place
+  std::size_t place = 0;
   const auto add = [&](const std::shared_ptr<const void>& object, auto make) {
-    auto known = known_.find(object.get());
-    const SceneBlock block = known != known_.end() ? known->second.second : make();
-    used[object.get()] = {object, block};
-    encoded.blocks.push_back(block);
+    if (place == known_.size()) known_.emplace_back();
+    Known& here = known_[place++];
+    if (here.object != object) {
+      if (all.empty()) {
+        for (const Known& known : known_) all.try_emplace(known.object.get(), known);
+      }
+      const auto found = all.find(object.get());
+      here = found != all.end() ? found->second : Known{object, make()};
+      all.try_emplace(object.get(), here);
+    }
+    encoded.blocks.push_back(here.block);
   };
   for (const auto& mesh : scene.meshes)
     add(mesh, [&] { return make_scene_block(encode_mesh(*mesh)); });
@@ -316,7 +325,7 @@ EncodedScene SceneEncoder::encode(const Scene& scene) {
     add(map, [&] { return make_scene_block(encode_environment(*map)); });
   if (const auto& motion = scene.animation)
     add(motion, [&] { return encode_arrays(BlockKind::kAnimation, *motion); });
-  known_ = std::move(used);  // what this version does not use is forgotten
+  known_.resize(place);  // what this version does not use is forgotten
   return encoded;
 }
 

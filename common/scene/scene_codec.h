@@ -60,15 +60,19 @@ PrimitiveCounts primitive_counts_of(const EncodedScene& scene);
 std::uint64_t texture_bytes_of(const EncodedScene& scene);
 
 // Encodes meshes, surfaces and textures; a caller that encodes version after version keeps one
-// SceneEncoder, which remembers the block of each of them by pointer and hashes only new ones.
-// Used by one thread.
+// SceneEncoder, which remembers the block of each of them by pointer and hashes only new ones: an
+// object is looked for at its place in the version before, and then among all. Used by one thread.
 class SceneEncoder {
  public:
   // Requires: validate_scene(scene) is ok.
   EncodedScene encode(const Scene& scene);
 
  private:
-  std::unordered_map<const void*, std::pair<std::shared_ptr<const void>, SceneBlock>> known_;
+  struct Known {
+    std::shared_ptr<const void> object;
+    SceneBlock block;
+  };
+  std::vector<Known> known_;  // the objects of the version before, in the order of their blocks
 };
 
 // Decodes block after block; the cache shares meshes, surfaces and textures with earlier versions

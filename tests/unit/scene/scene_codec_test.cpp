@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
 #include <set>
 
 #include "common/scene/block_chunks.h"
@@ -80,6 +83,35 @@ TEST(SceneCodec, AVersionThatMovesOneMeshChangesThatBlockAndTheRootAlone) {
   EXPECT_NE(before.digest(), after.digest());
   SceneEncoder stranger;
   EXPECT_EQ(stranger.encode(scene).digest(), after.digest());
+}
+
+TEST(SceneCodec, WhatIsAtAnotherPlaceOrTwiceThereIsNotEncodedAgain) {
+  Scene scene = test::make_small_scene();
+  const Mesh mesh = *scene.meshes[0];
+  while (scene.meshes.size() < 6) scene.meshes.push_back(std::make_shared<Mesh>(mesh));
+  SceneEncoder encoder;
+  const EncodedScene before = encoder.encode(scene);
+  std::map<const Mesh*, const void*> bytes_of;
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m)
+    bytes_of[scene.meshes[m].get()] = before.blocks[m + 1].bytes.get();
+  const auto expect_known = [&] {
+    const EncodedScene now = encoder.encode(scene);
+    SceneEncoder stranger;
+    EXPECT_EQ(stranger.encode(scene).digest(), now.digest());
+    for (std::size_t m = 0; m < scene.meshes.size(); ++m)
+      EXPECT_EQ(now.blocks[m + 1].bytes.get(), bytes_of.at(scene.meshes[m].get())) << m;
+  };
+  std::rotate(scene.meshes.begin(), scene.meshes.begin() + 2, scene.meshes.end());
+  expect_known();
+  scene.meshes.push_back(scene.meshes[1]);
+  expect_known();
+  scene.meshes.erase(scene.meshes.begin() + 3, scene.meshes.begin() + 5);
+  expect_known();
+  std::weak_ptr<const Mesh> gone = scene.meshes[2];
+  scene.meshes = {scene.meshes[0]};
+  for (Instance& instance : scene.instances) instance.mesh = 0;
+  expect_known();
+  EXPECT_TRUE(gone.expired()) << "what a version does not use is forgotten";
 }
 
 // Returns: how many bytes a peer that has one version lacks of the other: chunks, and lists of
