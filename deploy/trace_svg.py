@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws an interval of a trace (tessera-master --trace FILE.json) as an SVG picture.
 
-Each render thread of a slave has a row, below the frames of the master, and its builder one below
-them. A tile has its frame's colour, builds are grey; in a gap the thread waits. For a closer look open the trace itself at ui.perfetto.dev.
+Each render thread of a slave has a row, below the frames of the master; below them are rows of its builder and of
+scenes on their way to it. A tile has its frame's colour, builds are grey, transfers light grey; in a gap the thread
+waits. For a closer look open the trace itself at ui.perfetto.dev.
 """
 import argparse
 import json
@@ -13,8 +14,8 @@ from xml.sax.saxutils import escape
 COLOURS = ["#4c78a8", "#f58518", "#54a24b", "#b279a2", "#e45756", "#72b7b2", "#9d755d", "#eeca3b"]
 WIDTH_PX, NAME_PX, ROW_PX, HEAD_PX = 1000, 150, 14, 26
 MASTER_PROCESS = 1
-BUILD = None  # in the place of a frame
-BUILD_COLOUR = "#888"
+BUILD, TRANSFER = "builds", "transfers"  # in the place of a frame
+SCENE_COLOURS = {BUILD: "#888", TRANSFER: "#bbb"}
 
 
 def read(path):
@@ -25,14 +26,15 @@ def read(path):
     for event in trace["traceEvents"]:
         if event["ph"] == "X":
             begin = event["ts"]
-            spans.append((event["pid"], event["tid"], begin, begin + event["dur"], event["args"].get("frame", BUILD)))
+            of_scene = BUILD if "built_primitives" in event["args"] else TRANSFER
+            spans.append((event["pid"], event["tid"], begin, begin + event["dur"], event["args"].get("frame", of_scene)))
         elif event["ph"] == "M" and event["name"] == "process_name":
             names[event["pid"]] = event["args"]["name"]
     return spans, names, trace["otherData"]
 
 
 def busy_share(spans, begin, end):
-    tiles = [s for s in spans if s[0] != MASTER_PROCESS and s[4] is not BUILD]
+    tiles = [s for s in spans if s[0] != MASTER_PROCESS and s[4] not in SCENE_COLOURS]
     rows = {(s[0], s[1]) for s in tiles}
     used = sum(min(s[3], end) - max(s[2], begin) for s in tiles)
     return used / (len(rows) * (end - begin)) if rows else 0.0
@@ -52,7 +54,7 @@ def ticks(begin, end):
 def draw(spans, names, other, begin, end):
     spans = [s for s in spans if s[3] > begin and s[2] < end]
     rows = sorted({(s[0], s[1]) for s in spans})
-    builders = {(s[0], s[1]) for s in spans if s[4] is BUILD}
+    of_scenes = {(s[0], s[1]): s[4] for s in spans if s[4] in SCENE_COLOURS}
     scale = (WIDTH_PX - NAME_PX - 30) / (end - begin)
     x = lambda t: NAME_PX + (min(max(t, begin), end) - begin) * scale  # noqa: E731
     tops, y, last = {}, HEAD_PX + 4, None
@@ -69,12 +71,12 @@ def draw(spans, names, other, begin, end):
     for process, row in rows:
         top = tops[process, row]
         name = names.get(process, "?")
-        label = ("frames" if row == 0 else "") if process == MASTER_PROCESS else f"{name[:18]} : {'builds' if (process, row) in builders else row}"
+        label = ("frames" if row == 0 else "") if process == MASTER_PROCESS else f"{name[:18]} : {of_scenes.get((process, row), row)}"
         out.append(f'<text x="{NAME_PX - 6}" y="{top + 10}" text-anchor="end">{escape(label)}</text>')
     for process, row, span_begin, span_end, frame in sorted(spans, key=lambda s: s[:4]):
         left, right = x(span_begin), x(span_end)
         top = tops[process, row]
-        colour = BUILD_COLOUR if frame is BUILD else COLOURS[frame % len(COLOURS)]
+        colour = SCENE_COLOURS[frame] if frame in SCENE_COLOURS else COLOURS[frame % len(COLOURS)]
         out.append(f'<rect x="{left:.2f}" y="{top + 1}" width="{max(right - left - 0.4, 0.3):.2f}" height="{ROW_PX - 2}" '
                    f'fill="{colour}"/>')
         if process == MASTER_PROCESS and right - left > 40:

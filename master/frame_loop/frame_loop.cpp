@@ -218,6 +218,7 @@ void FrameLoop::Impl::release_scenes() {
     if (options.is_scene_transfer_sync && oldest_version_needed(next->first) < next->first) {
       return;
     }
+    observer.scene_offered(next->first, Clock::now());
     cluster.commit_scene(next->first, std::move(next->second));
     held_scenes.erase(next);
     retire();  // versions that no frame needs and that this one replaces

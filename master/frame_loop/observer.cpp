@@ -9,11 +9,13 @@
 namespace tessera::master {
 
 void Observer::slave_joined(SessionId session, std::uint32_t threads) {
+  joined_[session] = Clock::now();
   if (trace_) trace_->slave_joined(session, cluster_.name_of(session), threads);
 }
 
 void Observer::slave_lost(SessionId session) {
   accounts_.slave_lost(session);
+  joined_.erase(session);
   ++slaves_lost_;
   if (trace_) trace_->slave_lost(session);
 }
@@ -35,10 +37,23 @@ void Observer::begin_trace(TimePoint now) {
     trace_->slave_joined(other, cluster_.name_of(other), cluster_.threads_of(other));
 }
 
+void Observer::scene_offered(SceneVersion version, TimePoint now) {
+  offered_[version] = now;
+  if (offered_.size() > kOfferedMax) offered_.erase(offered_.begin());
+}
+
+std::optional<TimePoint> Observer::offered_at(SessionId session, SceneVersion version) const {
+  const auto offered = offered_.find(version);
+  const auto joined = joined_.find(session);
+  if (offered == offered_.end() || joined == joined_.end()) return std::nullopt;
+  return std::max(offered->second, joined->second);
+}
+
 void Observer::scene_built(SessionId session, const wire::SceneBuilt& built, TimePoint now) {
   begin_trace(now);
   if (trace_)
-    trace_->built({session, built.version, now, built.build_seconds, built.built_primitives});
+    trace_->built({session, built.version, now, built.build_seconds, built.built_primitives,
+                   offered_at(session, built.version)});
 }
 
 void Observer::handed_back(SessionId session, const wire::TileReturned& tile) {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -33,6 +34,7 @@ class Observer {
     const auto since = accounts_.leased_at(session, frame, tile);
     return since ? now - *since : Duration::zero();
   }
+  void scene_offered(SceneVersion version, TimePoint now);  // to all slaves, those to come, too
   void scene_built(SessionId session, const wire::SceneBuilt& built, TimePoint now);
   void handed_back(SessionId session, const wire::TileReturned& tile);
   void frame_ended(SessionId session, FrameId frame);  // FrameEnd was sent to that slave
@@ -56,14 +58,21 @@ class Observer {
   ClusterStatus counts(const Scheduler& scheduler) const;
 
  private:
+  // More versions are never in work at one time.
+  static constexpr std::size_t kOfferedMax = 64;
+
   void begin_trace(TimePoint now);  // where one is wanted
+  // Since when the scene is on its way to the slave, if that is known.
+  std::optional<TimePoint> offered_at(SessionId session, SceneVersion version) const;
 
   const Cluster& cluster_;
   LeaseAccounts accounts_;
   std::uint64_t frames_done_ = 0, frames_failed_ = 0, frames_cancelled_ = 0, tiles_reissued_ = 0,
                 slaves_lost_ = 0;
-  std::optional<TraceRecorder> trace_;   // since it began
-  std::function<void(Trace)> on_trace_;  // null: no trace is wanted, or it was handed over
+  std::map<SceneVersion, TimePoint> offered_;  // the newest
+  std::map<SessionId, TimePoint> joined_;      // of slaves that are here
+  std::optional<TraceRecorder> trace_;         // since it began
+  std::function<void(Trace)> on_trace_;        // null: no trace is wanted, or it was handed over
   Duration trace_interval_{};
   TimePoint trace_end_{};
 };

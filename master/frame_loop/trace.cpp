@@ -71,6 +71,7 @@ void TraceRecorder::built(const TracedBuild& build) {
   said = std::clamp(said, 0.0, kBuildSecondsMax);
   const auto taken = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(said));
   trace_.start = std::min(trace_.start, build.told - taken);
+  if (build.offered) trace_.start = std::min(trace_.start, *build.offered);
   if (trace_.builds.size() > kFramesMax) {
     trace_.builds.pop_front();
     ++trace_.builds_dropped;

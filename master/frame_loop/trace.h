@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a trace of the cluster holds: spans of frames and of builds by the master's clock, spans of
-// tiles by their slaves' clocks, and how far those are apart. write_trace() makes a file of it in
-// the "Trace Event Format" (JSON object form), which Perfetto (ui.perfetto.dev) and
-// chrome://tracing open.
+// What a trace of the cluster holds: spans of frames, of builds and of the ways of scenes to slaves
+// by the master's clock, spans of tiles by their slaves' clocks, and how far those are apart.
+// write_trace() makes a file of it in the "Trace Event Format" (JSON object form), which Perfetto
+// (ui.perfetto.dev) and chrome://tracing open.
 //
 // Threads. TraceRecorder: io thread. Trace: a plain value, handed over whole.
 //
@@ -58,6 +58,7 @@ struct TracedBuild {
   TimePoint told;  // by the master's clock: later than its end by the message's way
   double seconds = 0;
   std::uint64_t built_primitives = 0;
+  std::optional<TimePoint> offered = {};  // since then the scene was there for the slave
 };
 
 struct Trace {

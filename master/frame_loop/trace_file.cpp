@@ -191,6 +191,27 @@ void write_builds(const Trace& trace, SessionId session, int process, std::uint3
   }
 }
 
+// The ways of scenes to one slave, each until its build begins. A slave takes one after the other.
+void write_transfers(const Trace& trace, SessionId session, int process, std::uint32_t row,
+                     Writer& out) {
+  std::int64_t last_end_ns = std::numeric_limits<std::int64_t>::min();
+  for (const TracedBuild& build : trace.builds) {
+    if (build.session != session || !build.offered) continue;
+    if (last_end_ns == std::numeric_limits<std::int64_t>::min())
+      out.name_row(process, row, "scene transfer");
+    Span span;
+    span.process = process;
+    span.row = row;
+    span.begin_ns = std::max(last_end_ns, ns_between(trace.start, *build.offered));
+    span.end_ns = std::max(span.begin_ns, ns_between(trace.start, build.told) -
+                                              static_cast<std::int64_t>(build.seconds / kNs));
+    last_end_ns = span.end_ns;
+    span.name = "scene " + std::to_string(build.version);
+    span.args = JsonObject().add("scene_version", build.version).text();
+    out.span(span);
+  }
+}
+
 }  // namespace
 
 std::string trace_json(const Trace& trace) {
@@ -216,6 +237,7 @@ std::string trace_json(const Trace& trace) {
       out.name_row(process, row, "render thread " + std::to_string(row));
     write_tiles(trace, session, process, *slave.clock, out);
     write_builds(trace, session, process, slave.threads, out);
+    write_transfers(trace, session, process, slave.threads + 1, out);
     if (errors.size() > 1) errors += ',';
     append_json_string(errors, std::to_string(process));
     errors += ":" + error;

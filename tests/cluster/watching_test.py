@@ -126,8 +126,8 @@ class Watching(unittest.TestCase):
         for event in self.trace["traceEvents"]:
             if event["ph"] == "X":
                 rows.setdefault((event["pid"], event["tid"]), []).append((event["ts"], event["ts"] + event["dur"]))
-        self.assertEqual(len([row for row in rows if row[0] != 1]), SLAVES * (THREADS + 1),
-                         "one row for each render thread, and one for the builder")
+        self.assertEqual(len([row for row in rows if row[0] != 1]), SLAVES * (THREADS + 2),
+                         "one row for each render thread, one for the builder, and one for transfers")
         for row, spans in rows.items():
             spans.sort()
             for one, next_ in zip(spans, spans[1:]):
@@ -140,8 +140,13 @@ class Watching(unittest.TestCase):
         frames = {e["args"]["frame"]: e for e in events if e["ph"] == "X" and e["pid"] == 1}
         spans = [e for e in events if e["ph"] == "X" and e["pid"] != 1]
         tiles = [span for span in spans if "frame" in span["args"]]
-        builds = [span for span in spans if "frame" not in span["args"]]
-        self.assertEqual(sorted(build["args"]["scene_version"] for build in builds), [1] * SLAVES)
+        builds = [span for span in spans if "built_primitives" in span["args"]]
+        transfers = [span for span in spans if "frame" not in span["args"] and span not in builds]
+        for of_scenes in (builds, transfers):
+            self.assertEqual([span["args"]["scene_version"] for span in of_scenes], [1] * SLAVES)
+        for build in builds:
+            ends = [span["ts"] + span["dur"] for span in transfers if span["pid"] == build["pid"]]
+            self.assertEqual([round(end) for end in ends], [round(build["ts"])], "its transfer ends where it begins")
         self.assertEqual(len(frames), FRAMES)
         # Late tiles are leased twice; the second answer is traced, too.
         self.assertEqual(len([tile for tile in tiles if tile["args"]["accepted"]]), FRAMES * 10 * 8)

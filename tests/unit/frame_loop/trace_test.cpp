@@ -78,6 +78,25 @@ TEST(Trace, BuildsHaveARowBelowTheRenderThreads) {
   EXPECT_FALSE(has(text, R"("pid":3)"));
 }
 
+// A scene is under way from when the master has it until its build begins; the slave takes one
+// after the other.
+TEST(Trace, TransfersHaveARowBelowTheBuilds) {
+  TraceRecorder recorder(kStart);
+  recorder.slave_joined(7, "a", 2);
+  recorder.leased(7, 3, 5, 1, kStart);
+  recorder.answered(tile_at(7, 3, 5, kStart), ClockEstimate{kOffset, 0});
+  recorder.built({7, 4, kStart + 10ms, 0.002, 12, kStart - 1ms});
+  recorder.built({7, 5, kStart + 18ms, 0.004, 0, kStart + 5ms});
+  recorder.built({7, 6, kStart + 19ms, 0.001, 0});  // nobody knows since when
+  const std::string text = trace_json(recorder.take());
+  EXPECT_TRUE(
+      has(text, R"("pid":2,"tid":3,"name":"thread_name","args":{"name":"scene transfer"})"));
+  EXPECT_TRUE(has(text, R"("pid":2,"tid":3,"ts":0.000,"dur":9000.000,"name":"scene 4")")) << text;
+  EXPECT_TRUE(has(text, R"("pid":2,"tid":3,"ts":9000.000,"dur":6000.000,"name":"scene 5")"))
+      << text;
+  EXPECT_FALSE(has(text, R"("pid":2,"tid":3,"ts":19000.000)"));
+}
+
 TEST(Trace, WithoutAClockTilesAreLeftOutAndCounted) {
   TraceRecorder recorder(kStart);
   recorder.slave_joined(7, "old", 1);
