@@ -15,6 +15,19 @@ bool has_queue(const net::LinkCounters& before, const net::LinkCounters& now) {
          now.rtt - now.rtt_min >= LinkRate::kQueueingMin;
 }
 
+// An acknowledgement of the last bytes may be put off by so much.
+constexpr std::chrono::microseconds kPutOff{40'000};
+
+// The time that the link took for what waited when it was looked at last, where that is long enough
+// to tell: all of it may have been carried since. Zero where most of what moved came later.
+std::chrono::microseconds time_for_what_waited(const net::LinkCounters& before,
+                                               const net::LinkCounters& now) {
+  const std::uint64_t moved = now.bytes_moved - before.bytes_moved;
+  if (moved > 2 * (before.queue_bytes + before.on_the_way_bytes)) return {};
+  const auto time = now.busy - before.busy - kPutOff;
+  return time >= LinkRate::kBusyMin ? time : std::chrono::microseconds{};
+}
+
 }  // namespace
 
 void LinkRate::observe(const net::LinkCounters& counters) {
@@ -24,9 +37,11 @@ void LinkRate::observe(const net::LinkCounters& counters) {
   const double busy = seconds_of(counters.busy - before.busy);
   if (!(busy > 0)) return;
   const double memory = seconds_of(kMemory);
-  if (has_queue(before, counters)) {
+  const double for_waiting = seconds_of(time_for_what_waited(before, counters));
+  const bool is_queueing = has_queue(before, counters);
+  if (is_queueing || for_waiting > 0) {
     bytes_ += moved;
-    busy_seconds_ += busy;
+    busy_seconds_ += is_queueing ? busy : for_waiting;
     free_bytes_ = free_seconds_ = 0;
     if (busy_seconds_ > memory) {
       bytes_ *= memory / busy_seconds_;

@@ -8,7 +8,8 @@
 // kQueueingMin. The second rule is for results that are leased a few at a time: they fit into the
 // buffers between the machines and never wait in ours. The round trip alone would not do: an
 // acknowledgement may be put off by 40 ms on an idle link, but never for more than the last two
-// segments.
+// segments. And what is given to the link at once, and looked at when all of it has gone, shows the
+// rate if it took much longer than that.
 //
 // Threads. One owner. Pure: the counters come in, no clock is read.
 #pragma once

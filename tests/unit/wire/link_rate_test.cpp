@@ -61,6 +61,25 @@ TEST(LinkRate, APutOffAcknowledgementIsNoQueue) {
   EXPECT_FALSE(link.rate.bytes_per_second().has_value());
 }
 
+// A scene's version fits into the buffers of a link, which is looked at with the next one.
+TEST(LinkRate, WhatWaitedAndHasGoneShowsTheRate) {
+  const auto rate_of = [](double bytes_per_second, std::uint64_t waiting) {
+    Link link;
+    for (int version = 0; version < 10; ++version) {
+      link.counters.queue_bytes = waiting;
+      link.rate.observe(link.counters);
+      link.counters.queue_bytes = 0;
+      link.run(bytes_per_second, microseconds(static_cast<int>(8e11 / bytes_per_second)), 1, false);
+    }
+    return link.rate.bytes_per_second();
+  };
+  EXPECT_NEAR(rate_of(2.5e6, 700'000).value_or(0), 2.5e6, 4e5);
+  EXPECT_NEAR(rate_of(0.5e6, 700'000).value_or(0), 0.5e6, 2e4);
+  EXPECT_FALSE(rate_of(100e6, 700'000).has_value())
+      << "a put-off acknowledgement would take longer";
+  EXPECT_FALSE(rate_of(2.5e6, 0).has_value()) << "it may have come bit by bit";
+}
+
 TEST(LinkRate, IdleTimeDoesNotCount) {
   Link link;
   link.counters.queue_bytes = 1;
