@@ -136,7 +136,9 @@ Status build_index(const Scene& scene, const BuildOptions& options, Geometry& ge
   geometry.triangles.degenerate_count += placed->degenerate_count;
   auto index = index_instances<W>(std::move(*placed), std::move(flattened), known.index, control);
   if (!index.is_ok()) return index.status();
-  geometry.built_primitives += index->built_primitives;
+  // PreparedScene::built_primitives() adds all that rays have met. What they met in versions before
+  // was built there, and is taken off beforehand; the sum is right, though this may wrap around.
+  geometry.built_primitives += index->built_primitives - index->met_primitives();
   geometry.index.any = std::move(*index);
   return Status::ok();
 }
