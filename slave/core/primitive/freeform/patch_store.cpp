@@ -17,14 +17,17 @@ namespace {
 struct SplitSurface {
   std::vector<CheckedPatch> patches;  // without numbers where a patch has no extent
   SubPatches parts;
-  std::vector<std::size_t> first_part;   // [patch_count + 1]
-  std::shared_ptr<const TrimSet> trims;  // null where nothing is trimmed
+  std::vector<std::size_t> first_number;  // [patch_count]: of its own among the surface's
+  std::vector<std::size_t> first_part;    // [patch_count + 1]
+  std::shared_ptr<const TrimSet> trims;   // null where nothing is trimmed
 
   SplitSurface(const PatchSurface& surface, const PatchSplitting& splitting) {
-    if (!surface.loop_counts.empty()) trims = std::make_shared<const TrimSet>(surface);
+    if (!surface.loop_counts.empty())
+      trims = std::make_shared<const TrimSet>(surface, TrimCellOptions{}, splitting.span_share);
     std::size_t first = 0;
     for (const PatchForm& form : surface.patches) {
       const std::size_t count = form.number_count();
+      first_number.push_back(first);
       const auto numbers = std::span(surface.numbers).subspan(first, count);
       first += count;
       Result<CheckedPatch> checked =
@@ -78,7 +81,8 @@ class Filler {
  public:
   Filler(PatchStore& store, std::vector<Bounds3f>& boxes) : store_(store), boxes_(boxes) {}
 
-  void add(const SplitSurface& surface, const Transform& to_world) {
+  // given: the surface as it is, which outlives the store where it is not moved.
+  void add(const SplitSurface& surface, const PatchSurface& given, const Transform& to_world) {
     PatchPlacement placement(to_world);
     const FatPlacement borders(to_world);
     for (std::size_t i = 0; i < surface.patches.size(); ++i) {
@@ -89,6 +93,7 @@ class Filler {
         add_parts(surface, i, nullptr);
         add_borders(surface, i, patch, borders);
         add_patch(surface, i, patch);
+        store_.patches.back().numbers = given.numbers.data() + surface.first_number[i];
       } else {
         Bounds3f box;
         const std::optional<CheckedPatch> there = placed(patch, to_world, box);
@@ -100,6 +105,7 @@ class Filler {
         add_parts(surface, i, &placement);
         add_borders(surface, i, *there, borders);
         add_patch(surface, i, *there);
+        store_.numbers.insert(store_.numbers.end(), there->numbers.begin(), there->numbers.end());
       }
     }
   }
@@ -115,7 +121,6 @@ class Filler {
     store_.patches.push_back(patch.patch());
     store_.patches.back().trims = surface.trims.get();
     store_.patches.back().trimmed_as = static_cast<std::uint32_t>(number);
-    store_.numbers.insert(store_.numbers.end(), patch.numbers.begin(), patch.numbers.end());
   }
   void add_parts(const SplitSurface& surface, std::size_t patch, const PatchPlacement* placement) {
     for (std::size_t p = surface.first_part[patch]; p < surface.first_part[patch + 1]; ++p) {
@@ -145,6 +150,20 @@ class Filler {
   std::vector<Bounds3f>& boxes_;
 };
 
+// Points patches that were moved to their numbers, once these have their place.
+void set_numbers(const std::vector<Instance>& instances, PatchStore& store) {
+  const float* numbers = store.numbers.data();
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    if (instances[i].object_to_world.is_identity()) continue;
+    for (std::uint64_t p = store.first_patch[i]; p < store.first_patch[i + 1]; ++p) {
+      Patch& patch = store.patches[p];
+      if (patch.numbers == nullptr) continue;
+      patch.numbers = numbers;
+      numbers += (patch.is_rational ? 4 : 3) * (patch.degree_u + 1) * (patch.degree_v + 1);
+    }
+  }
+}
+
 std::uint64_t patch_count(const Scene& scene) {
   std::uint64_t count = 0;
   for (const Instance& instance : scene.instances) {
@@ -161,8 +180,9 @@ PatchSplitting splitting_for(std::uint64_t patch_count) {
   if (patch_count <= 1024) return {.radius = 0.35, .slope = 4, .trim_level_max = 4};
   if (patch_count <= 4096) return {.radius = 0.5, .slope = 3, .trim_level_max = 3};
   if (patch_count <= 16384) return {.radius = 0.7, .slope = 1, .trim_level_max = 2};
-  if (patch_count <= 65536) return {.radius = 1, .slope = 1, .trim_level_max = 1};
-  return {.radius = 3, .slope = 1};
+  if (patch_count <= 65536)
+    return {.radius = 1, .slope = 1, .trim_level_max = 1, .span_share = 0.5};
+  return {.radius = 3, .slope = 1, .span_share = 4};
 }
 
 std::uint64_t PatchStore::memory_bytes() const {
@@ -187,7 +207,8 @@ PatchStore make_patch_store(const Scene& scene, const PatchSplitting& splitting,
     if (instance.kind != ObjectKind::kPatchSurface) continue;
     std::optional<SplitSurface>& surface = split[instance.mesh];
     if (!surface) surface.emplace(*scene.surfaces[instance.mesh], splitting);
-    number_count += scene.surfaces[instance.mesh]->numbers.size();
+    if (!instance.object_to_world.is_identity())
+      number_count += scene.surfaces[instance.mesh]->numbers.size();
     patch_count += surface->patches.size();
     part_count += surface->part_count();
   }
@@ -201,21 +222,17 @@ PatchStore make_patch_store(const Scene& scene, const PatchSplitting& splitting,
     store.first_patch.push_back(store.patches.size());
     store.first_part.push_back(store.parts.size());
     if (instance.kind == ObjectKind::kPatchSurface)
-      filler.add(*split[instance.mesh], instance.object_to_world);
+      filler.add(*split[instance.mesh], *scene.surfaces[instance.mesh], instance.object_to_world);
   }
   for (const std::optional<SplitSurface>& surface : split)
     store.trims.push_back(surface ? surface->trims : nullptr);
+  store.surfaces = scene.surfaces;
   store.first_patch.push_back(store.patches.size());
   store.first_part.push_back(store.parts.size());
   store.numbers.shrink_to_fit();
   store.patches.shrink_to_fit();
   store.parts.shrink_to_fit();
-  const float* numbers = store.numbers.data();  // they have their place now
-  for (Patch& patch : store.patches) {
-    if (patch.numbers == nullptr) continue;
-    patch.numbers = numbers;
-    numbers += (patch.is_rational ? 4 : 3) * (patch.degree_u + 1) * (patch.degree_v + 1);
-  }
+  set_numbers(scene.instances, store);
   return store;
 }
 

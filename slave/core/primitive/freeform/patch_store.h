@@ -24,8 +24,10 @@ namespace tessera::core {
 
 struct PatchStore {
   std::vector<std::shared_ptr<const TrimSet>> trims;  // by surface; null where nothing is trimmed
+  // Control points of instances that are moved; those of others are the surface's own.
   std::vector<float> numbers;
-  std::vector<Patch> patches;  // their control points are in `numbers`
+  std::vector<std::shared_ptr<const PatchSurface>> surfaces;
+  std::vector<Patch> patches;
   std::vector<SubPatch> parts;
   // [instance_count + 1]: the first patch and the first sub-patch of each instance; instances of
   // meshes have none. Empty where the scene has no surfaces.

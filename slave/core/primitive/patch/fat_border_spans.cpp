@@ -18,12 +18,11 @@ namespace {
 constexpr double kUncertain = 5 * 0x1p-24;  // of the square: 4.5 u, and room for roundings
 constexpr int kSpanDepthMax = 8;            // halvings of a segment
 constexpr double kStraight = 1.0 / 4;       // of its chord: a span that is so near to it is short
-constexpr double kShare = 1.0 / 4;          // of the patch: spans are no longer, for their boxes
 
 class SegmentSplitter {
  public:
-  SegmentSplitter(const Patch& patch, std::vector<FatSpan>& to)
-      : patch_(patch), bend_(patch), to_(to) {
+  SegmentSplitter(const Patch& patch, double longest, std::vector<FatSpan>& to)
+      : patch_(patch), bend_(patch), longest_(longest), to_(to) {
     take_points(patch, points_);
   }
 
@@ -54,6 +53,13 @@ class SegmentSplitter {
     return evaluate(patch_, points_, place.u, place.v);
   }
 
+  // Of the whole, by what its halves are away from their own chords: second derivatives by the
+  // whole's parameter are four times theirs. Bounds over halves are nearer to what they bound.
+  double away_by_halves(TrimPart part, int degree) const {
+    const TrimPart half = first_half(part, degree);
+    return 4 * std::max(bend_.away_from_chord(half, degree), bend_.away_from_chord(part, degree));
+  }
+
   // Returns: whether the part is a span already.
   bool add(const TrimPart& part, const FatSegment& segment, const TrimCoefficient* coefficients) {
     const int degree = static_cast<int>(segment.degree);
@@ -68,11 +74,11 @@ class SegmentSplitter {
       size_v = std::max(size_v, length(Vec3d{jet.dv[0], jet.dv[1], jet.dv[2]}));
     }
     const double width = double{segment.width} + kUncertain * (size_u + size_v);
-    const double away = bend_.away_from_chord(part, degree);
     const double chord = length(ends[2] - ends[0]);
-    if (!is_last &&
-        (chord > kShare * patch_.extent || !(away <= std::max(width, kStraight * chord))))
-      return false;
+    const double most = std::max(width, kStraight * chord);
+    double away = bend_.away_from_chord(part, degree);
+    if (away > most) away = std::min(away, away_by_halves(part, degree));
+    if (!is_last && (chord > longest_ || !(away <= most))) return false;
     const auto up = [](double x) {
       return std::nextafter(static_cast<float>(x), std::numeric_limits<float>::infinity());
     };
@@ -85,13 +91,14 @@ class SegmentSplitter {
   const Patch patch_;
   PatchPoint points_[kPatchPointsMax];
   const SegmentBend bend_;
+  const double longest_;
   std::vector<FatSpan>& to_;
 };
 
 }  // namespace
 
 FatBorders::FatBorders(const PatchSurface& surface, std::span<const FatSegment> segments,
-                       const std::vector<TrimCoefficient>& coefficients) {
+                       const std::vector<TrimCoefficient>& coefficients, double span_share) {
   if (segments.empty()) return;
   std::size_t next = 0;
   for (PatchCursor at(surface); at.is_any(); at.advance()) {
@@ -104,7 +111,8 @@ FatBorders::FatBorders(const PatchSurface& surface, std::span<const FatSegment> 
     const auto checked =
         checked_patch({form.degree_u, form.degree_v, form.is_rational != 0, numbers});
     if (!checked.is_ok()) continue;
-    const auto splitter = std::make_unique<SegmentSplitter>(checked->patch(), spans_);
+    const auto splitter =
+        std::make_unique<SegmentSplitter>(checked->patch(), span_share * checked->extent, spans_);
     for (const FatSegment& segment : segments.subspan(first, next - first))
       splitter->split(segment, coefficients.data() + segment.first);
   }

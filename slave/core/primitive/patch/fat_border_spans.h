@@ -41,9 +41,10 @@ class FatBorders {
  public:
   FatBorders() = default;  // of a surface without widths
 
-  // Requires: segments in the order of their patches; coefficients of all of them.
+  // Requires: segments in the order of their patches; coefficients of all of them. No span is
+  // longer than span_share of its patch's extent, for the sake of its box.
   FatBorders(const PatchSurface& surface, std::span<const FatSegment> segments,
-             const std::vector<TrimCoefficient>& coefficients);
+             const std::vector<TrimCoefficient>& coefficients, double span_share);
 
   // Numbers of the spans of a patch.
   struct Range {

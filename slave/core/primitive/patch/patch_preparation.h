@@ -27,6 +27,7 @@ struct PatchSplitting {
   // Halvings in each direction of parts of which trims keep some and leave out some, where shape
   // alone asks for fewer: the less of a part is left out, the fewer rays are decided for nothing.
   int trim_level_max = 0;
+  double span_share = 0.25;  // of the patch: spans of widened borders are no longer
 };
 
 struct SubPatches {

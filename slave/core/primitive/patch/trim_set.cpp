@@ -77,7 +77,7 @@ std::uint32_t cell_index(double x, double origin, double per_unit, std::uint32_t
 
 }  // namespace
 
-TrimSet::TrimSet(const PatchSurface& surface, const TrimCellOptions& options) {
+TrimSet::TrimSet(const PatchSurface& surface, const TrimCellOptions& options, double span_share) {
   if (surface.loop_counts.empty()) return;
   TESSERA_CHECK_EQ(surface.loop_counts.size(), surface.patches.size());
   LoopReader reader(surface, cells_);
@@ -89,7 +89,7 @@ TrimSet::TrimSet(const PatchSurface& surface, const TrimCellOptions& options) {
     const bool is_whole = surface.loop_counts[p] == 0 || surface.patches[p].keeps_outside != 0;
     whole_.push_back(build_cells(cells_, first, end, !is_whole, options));
   }
-  borders_ = FatBorders(surface, reader.widened(), cells_.coefficients);
+  borders_ = FatBorders(surface, reader.widened(), cells_.coefficients, span_share);
   cells_.cells.shrink_to_fit();
   cells_.coefficients.shrink_to_fit();
   cells_.pieces.shrink_to_fit();

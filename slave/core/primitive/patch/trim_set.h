@@ -44,8 +44,9 @@ class TrimSet {
   TrimSet() = default;  // of a surface without trims
 
   // Requires: counts that add up, loops of at least one segment, degrees of 1 to kPatchDegreesMax,
-  // coordinates in [0, 1], weights > 0 and finite.
-  explicit TrimSet(const PatchSurface& surface, const TrimCellOptions& options = {});
+  // coordinates in [0, 1], weights > 0 and finite. span_share: as FatBorders has it.
+  explicit TrimSet(const PatchSurface& surface, const TrimCellOptions& options = {},
+                   double span_share = 0.25);
 
   bool is_trimmed(std::uint32_t patch) const {
     return patch < whole_.size() &&
