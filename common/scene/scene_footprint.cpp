@@ -9,8 +9,8 @@ std::uint64_t index_bytes_of(const EncodedScene& scene, const SurfaceBytes& surf
   const PrimitiveCounts counts = primitive_counts_of(scene);
   if (counts.triangles == 0 && counts.patches == 0) return 0;
   std::uint64_t bytes = kIndexBytesPerTriangle * counts.triangles + texture_bytes_of(scene) / 3 * 4;
+  if (counts.patches > 0) bytes += kIndexBytesOfThreads;
   if (surface_bytes && counts.patches > 0) {
-    bytes += kIndexBytesOfThreads;
     for (const SurfaceCopies& surface : surface_copies_of(scene))
       bytes += surface_bytes(scene.blocks[surface.block], surface.copies, counts.patches);
   } else {

@@ -10,7 +10,8 @@
 //
 // Patches: how many sub-patches they are cut into depends on their shape, from one to a thousand,
 // so whoever can cut patches (slave/core/scene/patch_footprint.h) is asked for each surface.
-// Without it 160 sub-patches a patch are assumed, as the teapot has where there are not many.
+// Without it 160 sub-patches a patch are assumed, as the teapot has where there are not many, and
+// of a point of a trimming loop what it takes where a thousand loops lie one in the other.
 //
 // Mip levels of textures take a third of their bytes, and while they are built the level in work
 // takes 15/16 of one texture in floats (slave/core/surface/texture.h): both are estimated as 4/3 of
@@ -30,7 +31,7 @@ namespace tessera {
 
 inline constexpr std::uint64_t kIndexBytesPerTriangle = 320;
 inline constexpr std::uint64_t kIndexBytesPerPatch = 160 * 450;
-inline constexpr std::uint64_t kIndexBytesPerTrimPoint = 96;
+inline constexpr std::uint64_t kIndexBytesPerTrimPoint = 8192;
 inline constexpr std::uint64_t kIndexBytesOfThreads = 3 << 20;  // that build, whatever they build
 
 // Returns: the bytes that preparing a surface takes where it stands `copies` times, in a scene

@@ -22,6 +22,9 @@ constexpr double kErrors = 2;  // standard errors that come on top of a mean
 // and are known as spans, too.
 constexpr double kBytesPerPart = 505, kBytesPerTrimmedPart = 530;
 constexpr double kBytesPerPatch = sizeof(Patch) + 120;  // beside its numbers
+// Of what decides trims, while that is made and nothing else of the surface is there yet: arrays
+// grow by doubling, and are copied when they are cut to their length.
+constexpr double kTrimsAtThePeak = 4;
 
 // Patches that are enough. Those of small scenes are cut into more parts, so fewer have to do.
 std::uint64_t wanted_of(std::uint64_t patches) {
@@ -82,7 +85,8 @@ std::uint64_t PatchFootprint::bytes(const SceneBlock& surface, std::uint64_t cop
   Means& of = entry->second;
   if (is_new) of = of_form(surface, copies, patches);
   const double of_copy = of.parts * of.bytes_a_part + of.numbers * sizeof(float) + kBytesPerPatch;
-  const double all = of.patches * (of_copy * static_cast<double>(copies) + of.trim_bytes);
+  const double done = of_copy * static_cast<double>(copies) + of.trim_bytes;
+  const double all = of.patches * std::max(done, kTrimsAtThePeak * of.trim_bytes);
   return static_cast<std::uint64_t>(all);
 }
 

@@ -18,6 +18,7 @@
 #include "slave/core/scene/patch_footprint.h"
 #include "slave/core/scene/prepared_scene.h"
 #include "tests/support/seed.h"
+#include "tests/support/trim_shapes.h"
 
 namespace tessera::core {
 namespace {
@@ -163,6 +164,33 @@ Scene mixed_patches(std::uint32_t count) {
   return scene;
 }
 
+// Pipes with a hole each, whose border is widened; by turns of one and of twelve segments.
+Scene pipes_with_holes(std::uint32_t count) {
+  Scene scene = mixed_patches(count);
+  PatchSurface holes = *scene.surfaces[0];
+  for (std::uint32_t i = 0; i < count; ++i) {
+    holes.patches[i].keeps_outside = 1;
+    holes.loop_counts.push_back(0);
+    for (std::uint32_t loop = 0; loop < (i % 2 == 0 ? 1u : 12u); ++loop)
+      test::add_circle(holes, 0.5f, 0.5f, 0.02f + 0.03f * static_cast<float>(loop));
+  }
+  for (std::size_t i = 0; i < holes.degrees.size(); ++i) holes.trim_widths.push_back(1e-5f);
+  scene.surfaces = {std::make_shared<const PatchSurface>(std::move(holes))};
+  return scene;
+}
+
+// One patch with very many loops, one in the other.
+Scene rings(std::uint32_t count) {
+  Scene scene = teapots(1);
+  PatchSurface surface = test::plain_patch(true);
+  for (std::uint32_t i = 0; i < count; ++i)
+    test::add_circle(surface, 0.5f, 0.5f,
+                     0.49f * (static_cast<float>(i) + 0.5f) / static_cast<float>(count));
+  for (std::size_t i = 0; i < surface.degrees.size(); ++i) surface.trim_widths.push_back(1e-5f);
+  scene.surfaces = {std::make_shared<const PatchSurface>(std::move(surface))};
+  return scene;
+}
+
 class PatchMemory : public SceneMemory {
  protected:
   void expect_near(const Scene& scene) {
@@ -187,6 +215,26 @@ TEST_P(PatchMemory, PreparingIsReckonedNearly) {
   for (const std::uint32_t count : {20u, 3000u}) expect_near(teapots_apart(count));
   for (const std::uint32_t count : {400u, 2000u}) expect_near(mixed_patches(count));
   expect_near(master::make_cones().scene);
+  for (const std::uint32_t count : {100u, 3000u}) expect_near(pipes_with_holes(count));
+}
+
+// Where nobody cuts patches, it is a bound.
+TEST_P(PatchMemory, PreparingTrimsStaysBelowWhatIsAssumedOfThem) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer's own memory counts";
+#endif
+  for (const Scene& scene : {rings(1), rings(300), rings(1000), pipes_with_holes(1000)}) {
+    const EncodedScene encoded = SceneEncoder().encode(scene);
+    const std::uint64_t assumed = index_bytes_of(encoded);
+    const std::uint64_t reckoned = index_bytes_of(encoded, PatchFootprint().surface_bytes());
+    const std::uint64_t taken = bytes_taken(scene, GetParam());
+    const auto points = static_cast<double>(primitive_counts_of(encoded).trim_points);
+    std::printf("%.0f points of loops: %.0f bytes each at the peak, %.0f reckoned, %.0f assumed\n",
+                points, static_cast<double>(taken) / points, static_cast<double>(reckoned) / points,
+                static_cast<double>(assumed) / points);
+    EXPECT_LE(taken, assumed);
+    EXPECT_LE(taken, reckoned);
+  }
 }
 
 TEST(PatchFootprint, BytesThatAreNoSurfaceAreWeighedAsNothing) {

@@ -181,9 +181,9 @@ TEST(SurfaceCodec, PatchesAreReckonedPerInstance) {
   EXPECT_EQ(counts.numbers, 2 * (16u * 3 + 6 * 4) + 4 * 3);
   EXPECT_EQ(counts.trim_points, 2 * 8u);
   const std::uint64_t without = index_bytes_of(SceneEncoder().encode(test::make_small_scene()));
-  EXPECT_EQ(index_bytes_of(encoded) - without, counts.patches * kIndexBytesPerPatch +
-                                                   counts.numbers * 2 * sizeof(float) +
-                                                   counts.trim_points * kIndexBytesPerTrimPoint);
+  EXPECT_EQ(index_bytes_of(encoded) - without,
+            kIndexBytesOfThreads + counts.patches * kIndexBytesPerPatch +
+                counts.numbers * 2 * sizeof(float) + counts.trim_points * kIndexBytesPerTrimPoint);
   EXPECT_GE(index_bytes_of(SceneEncoder().encode(scene_of(sheet(2)))), 4 * kIndexBytesPerPatch)
       << "a scene without triangles is reckoned, too";
 }
