@@ -72,6 +72,17 @@ struct FanRays : PacketRays {
     const size_t number = numbers == nullptr ? ray : static_cast<size_t>(numbers[ray]);
     for (int a = 0; a < 3; ++a) to[a] = direction[a][number];
   }
+  // Bits of those of the rays that end next to the primitive and are known not to meet it.
+  HWY_INLINE uint64_t ending_at(uint64_t rays, int32_t primitive) const {
+    uint64_t found = 0;
+    if (excluded_at_end == nullptr) return found;
+    for (; rays != 0; rays &= rays - 1) {
+      const auto ray = static_cast<size_t>(__builtin_ctzll(rays));
+      const uint32_t at_end = excluded_at_end[numbers[ray]];
+      found |= uint64_t{static_cast<int32_t>(at_end) == primitive} << ray;
+    }
+    return found;
+  }
   // The sums of the sizes of the components of directions; of a row, and of one.
   HWY_INLINE V length_at(size_t at) const { return sizes(direction, at); }
   static HWY_INLINE float length_of(const float* d) {
@@ -85,10 +96,11 @@ struct FanRays : PacketRays {
   uint64_t valid = 0;          // rays that may hit something
   size_t filled_rows = kRows;  // rows with rays that are valid, from the first
   float t_min = 0;
-  int32_t excluded = -1;  // ShadowFans::excluded_at_origin
-  float steepness = 0;    // largest sum of the sizes of u, v and 1 of a ray
-  float widest[2];        // largest size of u, of v
-  float nearest_min;      // a hit of less nearness is certainly not before t_min
+  int32_t excluded = -1;                      // ShadowFans::excluded_at_origin
+  const uint32_t* excluded_at_end = nullptr;  // see ShadowFans; null: nothing is known
+  float steepness = 0;                        // largest sum of the sizes of u, v and 1 of a ray
+  float widest[2];                            // largest size of u, of v
+  float nearest_min;  // a hit of less nearness is certainly not before t_min
   alignas(64) float ray_u[kPacketRays], ray_v[kPacketRays];
   alignas(64) float row_u[2][kRows], row_v[2][kRows];
   // Interval of the nearness of the best hit, or of t_max. Infinite for rays that look for nothing.
@@ -204,6 +216,7 @@ HWY_INLINE bool FanRays::setup(const ShadowFan& fan) {
   numbers = targets.order + fan.first;
   for (int a = 0; a < 3; ++a) direction[a] = targets.direction[a];
   excluded = static_cast<int32_t>(all.excluded_at_origin);
+  excluded_at_end = all.excluded_at_end;
   filled_rows = (fan.count + kLanes - 1) / kLanes;
   return set_rows([&](size_t row) HWY_ATTR { return setup_row(fan, row); });
 }
@@ -236,6 +249,7 @@ inline void FanRays::line_up() {
   }
   for (int a = 0; a < 3; ++a) direction[a] = own_[a];
   numbers = nullptr;
+  excluded_at_end = nullptr;
 }
 
 HWY_INLINE void FanRays::bound() {

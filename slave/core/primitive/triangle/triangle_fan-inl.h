@@ -275,6 +275,7 @@ bool FanBlockOf<W, kAny, Rays>::test_rays(const TriangleBlock<W>& block, size_t 
     const auto number = static_cast<int32_t>(block.primitive[lane]);
     for (size_t at = 0; at < kPacketRays; at += kLanes)
       open &= ~(uint64_t{bits_of<VI>(load<VI>(fan().best + at) == number)} << at);
+    if (kAny) open &= ~fan().ending_at(open, number);
     if (open != 0) has_hit |= decide(block, lane, open);
   }
   return has_hit;
