@@ -5,7 +5,7 @@
     measure.py [FILE...] [--copies N] [--arrange flat|instances] [--slaves N] [--size WxH] [--frames N] [--json OUT]
 
 Without files it takes three small ones that make_cad_files writes. TESSERA_BIN names the folder of the programs. Exit code 1 when a picture differs from that of one
-process. Speeds are of this machine with what else runs on it; nothing is judged by them.
+process, or when preparing the scene takes more memory than the master reckons. Speeds are of this machine with what else runs on it; nothing is judged by them.
 """
 import argparse
 import json
@@ -41,6 +41,14 @@ def counts_of(plan):
     return json.loads(run.stderr)
 
 
+def memory_of(plan):
+    """What one process takes for the scene, and what a master reckons of it, in bytes."""
+    run = subprocess.run([cluster_lib.program("cad_memory"), plan], capture_output=True, text=True)
+    if run.returncode:
+        sys.exit(run.stderr.strip())
+    return json.loads(run.stdout)
+
+
 def finished(cluster, render):
     run = cluster.finish(render, PATIENCE_S)
     if run.code:
@@ -57,6 +65,7 @@ def measure(options):
         plan.write_text(f"copies {options.copies}\narrange {options.arrange}\n" + "".join(f"file {file}\n" for file in options.files))
         os.environ["TESSERA_IMPORT"] = cluster_lib.program("cad_field")
         made = counts_of(plan)
+        memory = memory_of(plan)
         side = (options.copies * len(options.files)) ** 0.5
         still = ["--size", options.size, "--camera", camera_over(side)]
         alone = finished(cluster, cluster.start_render(str(plan), *still, "--local", "1", "--threads", "2", connect=False))
@@ -83,6 +92,8 @@ def measure(options):
         return made | {
             "slaves": options.slaves, "size": options.size, "frames": options.frames, "processors": os.cpu_count(),
             "load": round(os.getloadavg()[0], 1), "block_bytes_a_patch": round(made["block_bytes"] / patches),
+            "prepared_bytes_a_patch": round(memory["prepared"] / patches),
+            "reckoned_bytes": memory["reckoned"], "taken_bytes_at_the_peak": memory["taken_at_the_peak"],
             "slave_bytes_a_patch": [round(1024 * (r - e) / patches) for r, e in zip(rest, empty)],
             "slave_peak_bytes_a_patch": [round(1024 * (p - e) / patches) for p, e in zip(peak, empty)],
             "scene_bytes_sent": sum(line["scene_bytes"] for line in run.stats),
@@ -111,6 +122,9 @@ def main():
         print(f"{key:28} {value:,}" if isinstance(value, int) else f"{key:28} {value}")
     if options.json:
         options.json.write_text(json.dumps(result, indent=1) + "\n")
+    if result["taken_bytes_at_the_peak"] > result["reckoned_bytes"]:
+        print("preparing the scene takes more than is reckoned")
+        return 1
     return 1 if result["pictures_that_differ"] else 0
 
 
