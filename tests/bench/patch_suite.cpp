@@ -21,17 +21,13 @@ thread_local std::uint64_t answer_count = 0;
 
 // What the kernels ask out of line is counted on its way (CMakeLists.txt).
 extern "C" {
-tessera::core::PatchAnswer
-__real__ZN7tessera4core13solved_answerERKNS0_5PatchERKNS0_8SubPatchEPKfS8_f(
-    const tessera::core::Patch& patch, const tessera::core::SubPatch& part, const float* origin,
-    const float* direction, float t_min);
-tessera::core::PatchAnswer
-__wrap__ZN7tessera4core13solved_answerERKNS0_5PatchERKNS0_8SubPatchEPKfS8_f(
-    const tessera::core::Patch& patch, const tessera::core::SubPatch& part, const float* origin,
-    const float* direction, float t_min) {
-  ++answer_count;
-  return __real__ZN7tessera4core13solved_answerERKNS0_5PatchERKNS0_8SubPatchEPKfS8_f(
-      patch, part, origin, direction, t_min);
+void __real__ZN7tessera4core14solved_answersEPKNS0_13PatchQuestionEiPNS0_11PatchAnswerE(
+    const tessera::core::PatchQuestion* questions, int count, tessera::core::PatchAnswer* answers);
+void __wrap__ZN7tessera4core14solved_answersEPKNS0_13PatchQuestionEiPNS0_11PatchAnswerE(
+    const tessera::core::PatchQuestion* questions, int count, tessera::core::PatchAnswer* answers) {
+  answer_count += static_cast<std::uint64_t>(count);
+  __real__ZN7tessera4core14solved_answersEPKNS0_13PatchQuestionEiPNS0_11PatchAnswerE(
+      questions, count, answers);
 }
 }
 

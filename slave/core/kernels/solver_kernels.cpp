@@ -7,7 +7,7 @@
 #define HWY_TARGET_INCLUDE "slave/core/kernels/solver_kernels.cpp"
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
-#include "slave/core/primitive/patch/cubic_solver-inl.h"
+#include "slave/core/primitive/patch/cubic_lanes-inl.h"
 
 #if HWY_ONCE
 
@@ -20,8 +20,14 @@ namespace tessera::core {
 
 CubicSolverCall cubic_solver(Isa isa){TESSERA_RETURN_OF(isa, solve_cubic)}
 
+CubicSolversCall cubic_solvers(Isa isa){TESSERA_RETURN_OF(isa, solve_cubics)}
+
 CubicSolverCall widest_cubic_solver() {
   return cubic_solver(widest_isa(cpu_isas() & compiled_isas()));
+}
+
+CubicSolversCall widest_cubic_solvers() {
+  return cubic_solvers(widest_isa(cpu_isas() & compiled_isas()));
 }
 
 }  // namespace tessera::core

@@ -241,5 +241,65 @@ TEST(PatchKernels, CubicSolverHasOneAnswerOnAllSets) {
   EXPECT_GT(hits, 500u);
 }
 
+// Questions side by side have the bits of each alone: of one part and of many, of one kind of patch
+// and of all, for counts that fill registers and that do not.
+TEST(PatchKernels, CubicSolversAnswerAsOneByOne) {
+  constexpr int kMost = 20;
+  std::size_t hits = 0, many = 0;
+  std::vector<std::unique_ptr<test::PatchScene>> scenes;
+  std::vector<test::PatchRayMaker> makers;
+  std::vector<std::vector<Patch>> patches;
+  for (const char* shape : {"teapot", "sphere", "cone", "cylinder", "cusp", "fold", "plane"}) {
+    for (const PatchSplitting splitting : {PatchSplitting{1, 1}, PatchSplitting{3, 1}}) {
+      scenes.push_back(std::make_unique<test::PatchScene>(test::patch_shape(shape), splitting));
+      makers.emplace_back(*scenes.back(), false, test::seed(79));
+      std::vector<Patch>& of = patches.emplace_back();
+      for (std::size_t p = 0; p < scenes.back()->patch_count(); ++p)
+        of.push_back(scenes.back()->patch(p));
+    }
+  }
+  test::PatchRayMaker& any = makers[0];
+  for (std::uint32_t round = 0; round < 6000; ++round) {
+    PatchQuestion questions[kMost];
+    const int count = 1 + static_cast<int>(any.any().below(kMost));
+    const bool is_one_part = any.any().one_in(2), is_mixed = any.any().one_in(4);
+    std::size_t which = round % scenes.size();
+    for (int k = 0; k < count; ++k) {
+      if (is_mixed) which = any.any().below(static_cast<std::uint32_t>(scenes.size()));
+      const auto& parts = scenes[which]->parts().parts;
+      const PatchRays kinds[] = {PatchRays::kBorder, PatchRays::kGrazing, PatchRays::kCamera};
+      const PatchRay ray = makers[which].next(kinds[any.any().below(3)]);
+      PatchQuestion& question = questions[k];
+      if (k == 0 || !is_one_part) {
+        const SubPatch& part = parts[any.any().below(static_cast<std::uint32_t>(parts.size()))];
+        question = {&patches[which][part.patch], &part, {}, {}, {ray.t_min, ray.t_max}};
+      } else {
+        question = questions[0];
+      }
+      std::copy_n(ray.origin, 3, question.origin);
+      std::copy_n(ray.direction, 3, question.direction);
+    }
+    for (const Isa isa : test::isas_here()) {
+      SolvedPatch solved[kMost] = {};
+      cubic_solvers(isa)(questions, count, solved);
+      for (int k = 0; k < count; ++k) {
+        const PatchQuestion& q = questions[k];
+        SolvedPatch alone{};
+        cubic_solver(isa)(*q.patch, *q.part, q.origin, q.direction, q.t_range, alone);
+        ASSERT_EQ(solved[k].is_hit, alone.is_hit);
+        ASSERT_EQ(solved[k].box_count, alone.box_count);
+        ASSERT_EQ(solved[k].is_exhausted, alone.is_exhausted);
+        ASSERT_EQ(std::bit_cast<std::uint64_t>(solved[k].t), std::bit_cast<std::uint64_t>(alone.t));
+        ASSERT_EQ(std::bit_cast<std::uint64_t>(solved[k].u), std::bit_cast<std::uint64_t>(alone.u));
+        ASSERT_EQ(std::bit_cast<std::uint64_t>(solved[k].v), std::bit_cast<std::uint64_t>(alone.v));
+        hits += alone.is_hit;
+        many += alone.box_count > 8;
+      }
+    }
+  }
+  EXPECT_GT(hits, 10000u);
+  EXPECT_GT(many, 10000u);
+}
+
 }  // namespace
 }  // namespace tessera::core

@@ -46,7 +46,10 @@ class PatchPacketTest {
   HWY_INLINE void gather(uint64_t possible, Candidates& rays) const;
   template <bool kRational, int kM, int kN>
   HWY_NOINLINE bool decide(const Patch& patch, const SubPatch& part, const Candidates& rays);
-  HWY_NOINLINE bool ask(const Patch& patch, const SubPatch& part, size_t ray);
+  HWY_INLINE bool ask(const Patch& patch, const SubPatch& part, size_t ray) {
+    return ask_all(patch, part, uint64_t{1} << ray);
+  }
+  // Asks the complete solver for the rays of these bits. Requires: there are some.
   HWY_NOINLINE bool ask_all(const Patch& patch, const SubPatch& part, uint64_t possible);
   HWY_INLINE bool take(const SubPatch& part, size_t ray, float t) {
     if (!kAny) test_.settle(ray);
@@ -78,19 +81,34 @@ bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch& patch, const SubPat
     if (patch.degree_u == 1 && patch.degree_v == 1) return decide<false, 1, 1>(patch, part, rays);
     return decide<false, 0, 0>(patch, part, rays);
   }
-  bool has_hit = false;
-  for (size_t ray = 0; ray < kPacketRays; ++ray) {
-    if (rays_.best_t[ray] >= least_t(rays_, ray)) has_hit |= ask(patch, part, ray);
-  }
-  return has_hit;
+  for (size_t ray = 0; ray < kPacketRays; ++ray)
+    if (rays_.best_t[ray] >= least_t(rays_, ray)) possible |= uint64_t{1} << ray;
+  return possible != 0 && ask_all(patch, part, possible);
 }
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
 bool PatchPacketTest<W, kAny, Rays, Test>::ask_all(const Patch& patch, const SubPatch& part,
                                                    uint64_t possible) {
+  PatchQuestion questions[kPacketRays];
+  uint8_t ray[kPacketRays];
+  int count = 0;
+  do {
+    const auto number = static_cast<size_t>(__builtin_ctzll(possible));
+    ray[count] = static_cast<uint8_t>(number);
+    PatchQuestion& question = questions[count++];
+    question.patch = &patch;
+    question.part = &part;
+    origin_of(rays_, number, question.origin);
+    rays_.direction_of(number, question.direction);
+    question.t_range[0] = least_t(rays_, number);
+    question.t_range[1] = __builtin_inff();
+    possible &= possible - 1;
+  } while (possible != 0);
+  PatchAnswer answers[kPacketRays];
+  solved_answers(questions, count, answers);
   bool has_hit = false;
-  for (; possible != 0; possible &= possible - 1)
-    has_hit |= ask(patch, part, static_cast<size_t>(__builtin_ctzll(possible)));
+  for (int k = 0; k < count; ++k)
+    if (answers[k].is_hit) has_hit |= take(part, ray[k], answers[k].t);
   return has_hit;
 }
 
@@ -124,6 +142,7 @@ bool PatchPacketTest<W, kAny, Rays, Test>::decide(const Patch& patch, const SubP
   local_points(part, patch, local);
   constexpr int kWidth = static_cast<int>(kLanesOf<Doubles>);
   bool has_hit = false;
+  uint64_t asked = 0;
   for (int first = 0; first < rays.count; first += kWidth) {
     Doubles origin[3] = {}, direction[3] = {};
     for (int a = 0; a < 3; ++a) {
@@ -149,19 +168,10 @@ bool PatchPacketTest<W, kAny, Rays, Test>::decide(const Patch& patch, const SubP
         has_hit |= take(part, ray, static_cast<float>(t[i]));
     }
     for (uint32_t open = bits_of<Doubles>(answer.is_undecided) & there; open != 0; open &= open - 1)
-      has_hit |= ask(patch, part, static_cast<size_t>(rays.ray[first + __builtin_ctz(open)]));
+      asked |= uint64_t{1} << rays.ray[first + __builtin_ctz(open)];
   }
+  if (asked != 0) has_hit |= ask_all(patch, part, asked);
   return has_hit;
-}
-
-template <int W, bool kAny, class Rays, template <int, bool> class Test>
-bool PatchPacketTest<W, kAny, Rays, Test>::ask(const Patch& patch, const SubPatch& part,
-                                               size_t ray) {
-  float origin[3], direction[3];
-  origin_of(rays_, ray, origin);
-  rays_.direction_of(ray, direction);
-  const PatchAnswer answer = solved_answer(patch, part, origin, direction, least_t(rays_, ray));
-  return answer.is_hit && take(part, ray, answer.t);
 }
 
 // What tests a sub-patch against one ray, in MixedRayLeaf.
@@ -181,9 +191,14 @@ class PatchRayTest {
     take(part,
          patch_answer(shapes.patches[part.patch], part, ray_.origin, ray_.direction, ray_.t_min));
   }
-  // The same where the decision leaves it undecided.
-  HWY_NOINLINE void solve(const Patch& patch, const SubPatch& part) {
-    take(part, solved_answer(patch, part, ray_.origin, ray_.direction, ray_.t_min));
+  // What is asked of the complete solver where the decision leaves it undecided.
+  HWY_INLINE PatchQuestion question(const Patch& patch, const SubPatch& part) const {
+    PatchQuestion question{&patch, &part, {}, {}, {ray_.t_min, __builtin_inff()}};
+    for (int a = 0; a < 3; ++a) {
+      question.origin[a] = ray_.origin[a];
+      question.direction[a] = ray_.direction[a];
+    }
+    return question;
   }
   HWY_INLINE void take(const SubPatch& part, const PatchAnswer& answer) {
     const auto number = static_cast<int32_t>(part.primitive);
@@ -275,10 +290,17 @@ void PatchRayLeaf<W, kAny>::Settling::decide() {
     if (part_[i]->is_trimmed && !is_kept(shapes_.patches[part_[i]->patch], u[i], v[i])) continue;
     test_[i]->take(*part_[i], {true, static_cast<float>(t[i]), u[i], v[i]});
   }
+  PatchQuestion questions[PatchPairs::kWidth];
+  int asked[PatchPairs::kWidth], asked_count = 0;
   for (uint32_t open = bits_of<Doubles>(answer.is_undecided) & there; open != 0; open &= open - 1) {
     const int i = __builtin_ctz(open);
-    test_[i]->solve(shapes_.patches[part_[i]->patch], *part_[i]);
+    questions[asked_count] = test_[i]->question(shapes_.patches[part_[i]->patch], *part_[i]);
+    asked[asked_count++] = i;
   }
+  if (asked_count == 0) return;
+  PatchAnswer answers[PatchPairs::kWidth];
+  solved_answers(questions, asked_count, answers);
+  for (int k = 0; k < asked_count; ++k) test_[asked[k]]->take(*part_[asked[k]], answers[k]);
 }
 
 template <int W>

@@ -21,14 +21,9 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-class CubicSolver {
- public:
-  HWY_INLINE CubicSolver(const Patch& patch, const SubPatch& part, const float* origin,
-                         const float* direction, const float* t_range);
-  HWY_INLINE void run(SolvedPatch& to);
-
- private:
-  static constexpr double kNoiseShare = 0x1p-42;  // as complete_solver.cpp has them
+// What stands in complete_solver.cpp by these names.
+struct CubicSolverLimits {
+  static constexpr double kNoiseShare = 0x1p-42;
   static constexpr double kFlat = 0x1p-32;
   static constexpr double kLeastWidth = 0x1p-44;
   static constexpr double kContraction = 0.25;
@@ -39,6 +34,15 @@ class CubicSolver {
   static constexpr double kEvaluation = 0x1p-46;
   static constexpr double kOverlap = 0x1p-24;
   static constexpr int kNewtonStepsMax = 24;
+};
+
+class CubicSolver : CubicSolverLimits {
+ public:
+  HWY_INLINE CubicSolver(const Patch& patch, const SubPatch& part, const float* origin,
+                         const float* direction, const float* t_range);
+  HWY_INLINE void run(SolvedPatch& to);
+
+ private:
   static constexpr int kStackMax = 96;
 
   // The part of a box, in its own square, that may hold roots.

@@ -12,8 +12,10 @@ namespace tessera::core {
 
 // Requires: the set is compiled in.
 CubicSolverCall cubic_solver(Isa isa);
+CubicSolversCall cubic_solvers(Isa isa);
 
-// That of the widest set that is compiled in and that this processor has.
+// Those of the widest set that is compiled in and that this processor has.
 CubicSolverCall widest_cubic_solver();
+CubicSolversCall widest_cubic_solvers();
 
 }  // namespace tessera::core

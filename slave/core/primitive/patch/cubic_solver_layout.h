@@ -18,6 +18,17 @@ struct SolvedPatch {
 using CubicSolverCall = void (*)(const Patch& patch, const SubPatch& part, const float* origin,
                                  const float* direction, const float* t_range, SolvedPatch& to);
 
+// A ray and a sub-patch that the complete solver is to decide.
+struct PatchQuestion {
+  const Patch* patch;
+  const SubPatch* part;
+  float origin[3], direction[3];
+  float t_range[2];
+};
+
+// The same for any number of questions, side by side. Shape: questions, to [count].
+using CubicSolversCall = void (*)(const PatchQuestion* questions, int count, SolvedPatch* to);
+
 inline constexpr int kCubicMax = 3;
 inline constexpr int kSolverBoxesMax = 1024;
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <span>
 
+#include "slave/core/primitive/patch/cubic_solver_abi.h"
 #include "slave/core/primitive/patch/fat_border.h"
 #include "slave/core/primitive/patch/patch_answer_abi.h"
 #include "slave/core/primitive/patch/patch_hit.h"
@@ -65,6 +67,35 @@ PatchAnswer solved_answer(const Patch& patch, const SubPatch& part, const float*
   return first_kept(patch, part, ray_of(origin, direction, t_min), [&](const PatchRay& ray) {
     return solver_of_thread().solve(patch, part, ray);
   });
+}
+
+void solved_answers(const PatchQuestion* questions, int count, PatchAnswer* answers) {
+  static const CubicSolversCall solve_cubics = widest_cubic_solvers();
+  PatchQuestion cubic[kPatchQuestionsMax];
+  int number[kPatchQuestionsMax], cubic_count = 0;
+  const auto alone = [](const PatchQuestion& q) {
+    return solved_answer(*q.patch, *q.part, q.origin, q.direction, q.t_range[0]);
+  };
+  for (int k = 0; k < count; ++k) {
+    const PatchQuestion& q = questions[k];
+    if (std::max(q.patch->degree_u, q.patch->degree_v) > kCubicMax || is_fat_border(*q.part)) {
+      answers[k] = alone(q);
+    } else {
+      number[cubic_count] = k;
+      cubic[cubic_count++] = q;
+    }
+  }
+  SolvedPatch solved[kPatchQuestionsMax];
+  solve_cubics(cubic, cubic_count, solved);
+  for (int k = 0; k < cubic_count; ++k) {
+    const SolvedPatch& hit = solved[k];
+    const bool is_out =
+        hit.is_hit && cubic[k].part->is_trimmed && !is_kept(*cubic[k].patch, hit.u, hit.v);
+    // What lies behind a root that is left out is for the few.
+    answers[number[k]] = is_out       ? alone(cubic[k])
+                         : hit.is_hit ? PatchAnswer{true, static_cast<float>(hit.t), hit.u, hit.v}
+                                      : PatchAnswer{};
+  }
 }
 
 bool is_kept(const Patch& patch, double u, double v) {

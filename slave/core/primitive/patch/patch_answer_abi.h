@@ -5,7 +5,7 @@
 // Threads. Each thread has memory of its own for the complete solver.
 #pragma once
 
-#include "slave/core/primitive/patch/patch_layout.h"
+#include "slave/core/primitive/patch/cubic_solver_layout.h"
 
 namespace tessera::core {
 
@@ -25,6 +25,11 @@ PatchAnswer patch_answer(const Patch& patch, const SubPatch& part, const float* 
 // complete solver is asked. Requires: finite numbers, and a direction that is not zero.
 PatchAnswer solved_answer(const Patch& patch, const SubPatch& part, const float* origin,
                           const float* direction, float t_min);
+
+// The same for several, whose t_range begins with t_min and has no end. Shape: questions, answers
+// [count], count up to kPatchQuestionsMax.
+inline constexpr int kPatchQuestionsMax = 64;
+void solved_answers(const PatchQuestion* questions, int count, PatchAnswer* answers);
 
 // Whether the patch is there at (u, v). To be asked for hits of sub-patches that are trimmed.
 bool is_kept(const Patch& patch, double u, double v);

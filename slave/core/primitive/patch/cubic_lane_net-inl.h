@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// Nets of four by four numbers (cubic_net-inl.h), one in each lane of a register of doubles. Lanes
+// do what CubicNet does, operation by operation, so the bits are the same.
+//
+// Threads. Pure functions.
+#if defined(TESSERA_CORE_CUBIC_LANE_NET_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_CUBIC_LANE_NET_INL_H_
+#undef TESSERA_CORE_CUBIC_LANE_NET_INL_H_
+#else
+#define TESSERA_CORE_CUBIC_LANE_NET_INL_H_
+#endif
+
+#include "slave/core/simd/real-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+// A vector of three in each lane.
+struct LaneTriple {
+  Doubles x, y, z;
+};
+HWY_INLINE LaneTriple operator*(Doubles a, LaneTriple v) { return {a * v.x, a * v.y, a * v.z}; }
+HWY_INLINE Doubles dot_of(LaneTriple a, LaneTriple b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+HWY_INLINE LaneTriple cross_of(LaneTriple a, LaneTriple b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+HWY_INLINE Doubles length_of(LaneTriple a) { return sqrt(dot_of(a, a)); }
+HWY_INLINE LaneTriple unit_of(LaneTriple a) { return (1 / length_of(a)) * a; }
+
+// A part of [0, 1] of one parameter, in each lane: what CubicNet::restrict_rows() takes.
+struct LaneRange {
+  Doubles from, to;
+
+  static HWY_INLINE LaneRange whole() { return {set<Doubles>(0), set<Doubles>(1)}; }
+  template <class M>
+  HWY_INLINE void replace(M mask, Doubles low, Doubles high) {
+    from = select(mask, low, from);
+    to = select(mask, high, to);
+  }
+};
+
+// Both cuts of CubicNet::restrict_rows(). Lanes that cut the upper part off last have their four
+// numbers in the other order, so that one sequence does for both. A cut of nothing has the share 0,
+// which changes no number.
+class LaneCuts {
+  using V = Doubles;
+
+ public:
+  HWY_INLINE explicit LaneCuts(const LaneRange& range)
+      : is_low_first_(range.from + range.to >= set<V>(1)) {
+    const V other = 1 - range.from;
+    const V share = select(is_low_first_, range.from, range.to - range.from) /
+                    select(is_low_first_, range.to, other);
+    first_[0] = select(is_low_first_, 1 - range.to, range.from);
+    first_[1] = select(is_low_first_, range.to, other);
+    second_[0] = select(is_low_first_, 1 - share, share);
+    second_[1] = select(is_low_first_, share, 1 - share);
+  }
+
+  HWY_INLINE void cut(V& a, V& b, V& c, V& d) const {
+    V x[4] = {select(is_low_first_, a, d), select(is_low_first_, b, c), select(is_low_first_, c, b),
+              select(is_low_first_, d, a)};
+    for (int k = 1; k <= 3; ++k)
+      for (int i = 3; i >= k; --i) x[i] = first_[0] * x[i - 1] + first_[1] * x[i];
+    for (int k = 1; k <= 3; ++k)
+      for (int i = 0; i <= 3 - k; ++i) x[i] = second_[0] * x[i] + second_[1] * x[i + 1];
+    a = select(is_low_first_, x[0], x[3]);
+    b = select(is_low_first_, x[1], x[2]);
+    c = select(is_low_first_, x[2], x[1]);
+    d = select(is_low_first_, x[3], x[0]);
+  }
+
+ private:
+  MaskOf<V> is_low_first_;
+  V first_[2] = {}, second_[2] = {};  // what neighbours count
+};
+
+// Number (i, j), of B_i(u) B_j(v), is x[4 i + j].
+struct CubicLaneNet {
+  using V = Doubles;
+
+  V x[16];
+
+  HWY_INLINE void range(V& low, V& high) const {
+    low = high = x[0];
+    for (int k = 1; k < 16; ++k) {
+      low = min(low, x[k]);
+      high = max(high, x[k]);
+    }
+  }
+  // The range of the derivative by one parameter, where the square is [-1, 1]^2.
+  template <int kAxis>
+  HWY_INLINE void slope_range(V& low, V& high) const {
+    low = high = x[at<kAxis>(1, 0)] - x[at<kAxis>(0, 0)];
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 4; ++j) {
+        const V step = x[at<kAxis>(i + 1, j)] - x[at<kAxis>(i, j)];
+        low = min(low, step);
+        high = max(high, step);
+      }
+    low = 1.5 * low;
+    high = 1.5 * high;
+  }
+  template <int kAxis>
+  HWY_INLINE void cut(const LaneCuts& cuts) {
+    for (int j = 0; j < 4; ++j)
+      cuts.cut(x[at<kAxis>(0, j)], x[at<kAxis>(1, j)], x[at<kAxis>(2, j)], x[at<kAxis>(3, j)]);
+  }
+
+ private:
+  template <int kAxis>
+  static constexpr int at(int i, int j) {
+    return kAxis == 0 ? 4 * i + j : 4 * j + i;
+  }
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// A register of questions for the complete solver: rays, sub-patches, and their control points as
+// the rays' origins see them, one in each lane. Lanes do what CubicPoints does, operation by
+// operation.
+//
+// Threads. One call of a solver owns one.
+#include "slave/core/primitive/patch/cubic_solver_layout.h"
+
+#if defined(TESSERA_CORE_CUBIC_LANE_POINTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_CUBIC_LANE_POINTS_INL_H_
+#undef TESSERA_CORE_CUBIC_LANE_POINTS_INL_H_
+#else
+#define TESSERA_CORE_CUBIC_LANE_POINTS_INL_H_
+#endif
+
+#include "slave/core/primitive/patch/cubic_lane_net-inl.h"
+#include "slave/core/primitive/patch/cubic_points-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+class CubicLanePoints {
+  using V = Doubles;
+
+ public:
+  static constexpr int kWidth = static_cast<int>(kLanesOf<V>);
+
+  struct Jet {
+    LaneTriple point, du, dv;  // derivatives by x, y
+  };
+
+  // Shape: questions [count], count from 1 to kWidth. Lanes from `count` on have the last one.
+  HWY_INLINE void load_all(const PatchQuestion* questions, int count);
+
+  HWY_INLINE V origin(int a) const { return load<V>(ray_[a]); }
+  HWY_INLINE LaneTriple direction() const {
+    return {load<V>(ray_[3]), load<V>(ray_[4]), load<V>(ray_[5])};
+  }
+  HWY_INLINE V t_min() const { return load<V>(ray_[6]); }
+  HWY_INLINE V t_max() const { return load<V>(ray_[7]); }
+  HWY_INLINE V frame(int r, int k) const { return load<V>(part_[3 * r + k]); }
+  HWY_INLINE V centre(int k) const { return load<V>(part_[9 + k]); }
+  HWY_INLINE V reach(int r) const { return load<V>(part_[12 + r]); }
+  HWY_INLINE V extent() const { return load<V>(part_[15]); }
+  HWY_INLINE V half(int a) const { return load<V>(part_[16 + a]); }
+  HWY_INLINE V middle(int a) const { return load<V>(part_[18 + a]); }
+  HWY_INLINE MaskOf<V> has_frame() const { return load<V>(part_[20]) != set<V>(0); }
+  HWY_INLINE V far() const { return load<V>(far_); }
+  HWY_INLINE V low_w() const { return load<V>(weight_[0]); }
+  HWY_INLINE V high_w() const { return load<V>(weight_[1]); }
+
+  // w x, w y and w z of point number 4 i + j, relative to the origin.
+  HWY_INLINE LaneTriple point(int number) const {
+    return {load<V>(point_[number][0]), load<V>(point_[number][1]), load<V>(point_[number][2])};
+  }
+  HWY_INLINE Jet jet_at(V x, V y) const {
+    return is_any_rational_ ? jet<true>(x, y) : jet<false>(x, y);
+  }
+
+ private:
+  HWY_INLINE void put_ray(int lane, const PatchQuestion& question);
+  HWY_INLINE void put_part(int lane, const PatchQuestion& question);
+  HWY_INLINE void put_bicubic(int lane, const Patch& patch);
+  HWY_NOINLINE void put_other(int lane, const PatchQuestion& question);
+  HWY_INLINE void make_relative();
+  static HWY_INLINE bool is_bicubic(const Patch& patch) {
+    return !patch.is_rational && patch.degree_u == 3 && patch.degree_v == 3;
+  }
+  // Bernstein polynomials of degree 3, and their derivatives by x or y.
+  HWY_INLINE void weights(int a, V x, V (&weight)[4], V (&slope)[4]) const;
+  template <bool kRational>
+  HWY_INLINE Jet jet(V x, V y) const;
+
+  static constexpr int kPartNumbers = 21;
+
+  bool is_any_rational_ = false;
+  alignas(64) double ray_[8][kWidth];  // origin, direction, least and greatest t
+  alignas(64) double part_[kPartNumbers][kWidth];
+  alignas(64) double point_[16][4][kWidth];
+  alignas(64) double far_[kWidth], weight_[2][kWidth];  // the farthest coordinate, weights' range
+  alignas(64) double rational_[kWidth];                 // 1 where it is
+};
+
+void CubicLanePoints::load_all(const PatchQuestion* questions, int count) {
+  bool are_bicubic = true, are_one = true;
+  is_any_rational_ = false;
+  for (int lane = 0; lane < count; ++lane) {
+    are_bicubic = are_bicubic && is_bicubic(*questions[lane].patch);
+    are_one = are_one && questions[lane].part == questions[0].part;
+    is_any_rational_ = is_any_rational_ || questions[lane].patch->is_rational;
+  }
+  for (int lane = 0; lane < kWidth; ++lane)
+    put_ray(lane, questions[lane < count ? lane : count - 1]);
+  const int different = are_one ? 1 : count;
+  for (int lane = 0; lane < different; ++lane) {
+    put_part(lane, questions[lane]);
+    if (are_bicubic) put_bicubic(lane, *questions[lane].patch);
+  }
+  for (auto& row : part_)
+    for (int lane = different; lane < kWidth; ++lane) row[lane] = row[different - 1];
+  if (are_bicubic) {
+    for (auto& of : point_)
+      for (int a = 0; a < 3; ++a)
+        for (int lane = different; lane < kWidth; ++lane) of[a][lane] = of[a][different - 1];
+    make_relative();
+  } else {
+    for (int lane = 0; lane < kWidth; ++lane)
+      put_other(lane, questions[lane < count ? lane : count - 1]);
+  }
+}
+
+void CubicLanePoints::put_ray(int lane, const PatchQuestion& question) {
+  for (int a = 0; a < 3; ++a) {
+    ray_[a][lane] = static_cast<double>(question.origin[a]);
+    ray_[3 + a][lane] = static_cast<double>(question.direction[a]);
+  }
+  for (int a = 0; a < 2; ++a) ray_[6 + a][lane] = static_cast<double>(question.t_range[a]);
+}
+
+void CubicLanePoints::put_part(int lane, const PatchQuestion& question) {
+  const SubPatch& part = *question.part;
+  for (int r = 0; r < 3; ++r) {
+    for (int k = 0; k < 3; ++k) part_[3 * r + k][lane] = static_cast<double>(part.frame[r][k]);
+    part_[9 + r][lane] = static_cast<double>(part.centre[r]);
+    part_[12 + r][lane] = static_cast<double>(part.reach[r]);
+  }
+  part_[15][lane] = question.patch->extent;
+  const double half[2] = {1.0 / (2u << part.level_u), 1.0 / (2u << part.level_v)};
+  part_[16][lane] = half[0];
+  part_[17][lane] = half[1];
+  part_[18][lane] = (2 * part.column + 1) * half[0];
+  part_[19][lane] = (2 * part.row + 1) * half[1];
+  part_[20][lane] = part.has_frame ? 1 : 0;
+}
+
+void CubicLanePoints::put_bicubic(int lane, const Patch& patch) {
+  for (int k = 0; k < 16; ++k)
+    for (int a = 0; a < 3; ++a) point_[k][a][lane] = static_cast<double>(patch.numbers[3 * k + a]);
+}
+
+void CubicLanePoints::put_other(int lane, const PatchQuestion& question) {
+  CubicPoints points(*question.part);
+  points.load(*question.patch, question.origin);
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) {
+      double x[4];
+      points.point[i][j].store(x);
+      for (int a = 0; a < 4; ++a) point_[4 * i + j][a][lane] = x[a];
+    }
+  far_[lane] = points.far;
+  weight_[0][lane] = points.low_w;
+  weight_[1][lane] = points.high_w;
+  rational_[lane] = points.is_rational ? 1 : 0;
+}
+
+void CubicLanePoints::make_relative() {
+  V size = set<V>(0);
+  for (int a = 0; a < 3; ++a) {
+    const V from = origin(a);
+    for (auto& point : point_) {
+      const V x = load<V>(point[a]) - from;
+      size = max(size, abs(x));
+      store(x, point[a]);
+    }
+  }
+  store(size, far_);
+  store(set<V>(1), weight_[0]);
+  store(set<V>(1), weight_[1]);
+}
+
+void CubicLanePoints::weights(int a, V x, V (&weight)[4], V (&slope)[4]) const {
+  const V u = middle(a) + half(a) * x, v = 1 - u, uu = u * u, vv = v * v, uv = 2 * (u * v);
+  weight[0] = vv * v;
+  weight[1] = 3 * (vv * u);
+  weight[2] = 3 * (uu * v);
+  weight[3] = uu * u;
+  const V h = 3 * half(a);
+  slope[0] = -h * vv;
+  slope[1] = h * (vv - uv);
+  slope[2] = h * (uv - uu);
+  slope[3] = h * uu;
+}
+
+template <bool kRational>
+CubicLanePoints::Jet CubicLanePoints::jet(V x, V y) const {
+  V weight[2][4] = {}, slope[2][4] = {};
+  weights(0, x, weight[0], slope[0]);
+  weights(1, y, weight[1], slope[1]);
+  constexpr int kComponents = kRational ? 4 : 3;
+  V of[3][4] = {};
+  for (int a = 0; a < kComponents; ++a) {
+    for (int i = 0; i < 4; ++i) {
+      V p[4] = {};
+      for (int j = 0; j < 4; ++j) p[j] = load<V>(point_[4 * i + j][a]);
+      const V value =
+          (weight[1][0] * p[0] + weight[1][1] * p[1]) + (weight[1][2] * p[2] + weight[1][3] * p[3]);
+      const V across =
+          (slope[1][0] * p[0] + slope[1][1] * p[1]) + (slope[1][2] * p[2] + slope[1][3] * p[3]);
+      of[0][a] = of[0][a] + weight[0][i] * value;
+      of[1][a] = of[1][a] + slope[0][i] * value;
+      of[2][a] = of[2][a] + weight[0][i] * across;
+    }
+  }
+  if constexpr (!kRational) {
+    return {{of[0][0], of[0][1], of[0][2]},
+            {of[1][0], of[1][1], of[1][2]},
+            {of[2][0], of[2][1], of[2][2]}};
+  }
+  // Polynomial ones among them have a weight of 1, which does not change.
+  const auto is_rational = load<V>(rational_) != set<V>(0);
+  const V inverse = select(is_rational, 1 / of[0][3], set<V>(1));
+  const V s[3] = {of[0][0] * inverse, of[0][1] * inverse, of[0][2] * inverse};
+  const auto derivative = [&](const V(&d)[4]) HWY_ATTR {
+    const V change = zero_unless(is_rational, d[3]);
+    return LaneTriple{(d[0] - s[0] * change) * inverse, (d[1] - s[1] * change) * inverse,
+                      (d[2] - s[2] * change) * inverse};
+  };
+  return {{s[0], s[1], s[2]}, derivative(of[1]), derivative(of[2])};
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
