@@ -31,11 +31,21 @@ struct BoxRay {
   alignas(16) float inverse[4];  // of the slope
   alignas(16) float pad[4];      // widening of t, where the ray hardly moves along an axis
   uint32_t down = 0;             // bits of the axes with a negative slope
+  int kx = 0, ky = 1, kz = 2;    // z: the main axis
+  // No integer stands next to these: compilers load pairs, and arithmetic with an integer's bits,
+  // which are a denormal number, takes a hundred cycles even where the result is not used.
   float near_limit = 0, far_limit = 0;  // t_min and best_t, scaled and moved out
   float reach = 0;  // largest distance, by axis, of a point of the scene from the origin
   float scale = 1;  // scaled t = t * scale
 
  protected:
+  // Any of the axes `is_main` (bits), along which the ray goes farthest, becomes the main one.
+  HWY_INLINE void set_main_axis(uint32_t is_main) {
+    kz = __builtin_ctz(is_main);
+    // Shifts, since a branch on the axis is one in three that is not foreseen.
+    kx = 0b00'10'01 >> 2 * kz & 3;
+    ky = 0b01'00'10 >> 2 * kz & 3;
+  }
   // Both take the size of the slope's largest component, which is above 0 and finite. Requires:
   // reach is set.
   // Returns: that size once the slope is scaled.
@@ -57,10 +67,9 @@ struct OneRay : BoxRay {
   HWY_INLINE void accept(float hit_t, int32_t primitive);
 
   alignas(16) float direction[4];
-  int32_t best = -1;
-  float size = 0;              // sum of |direction|
-  int kx = 0, ky = 1, kz = 2;  // z: the main axis
   float t_min = 0, best_t = 0;
+  float size = 0;  // sum of |direction|
+  int32_t best = -1;
   int32_t excluded[2] = {-1, -1};
 };
 
@@ -90,9 +99,7 @@ HWY_INLINE bool OneRay::setup(const SingleRay& ray, const SceneBox& scene) {
   uint32_t is_main = 0;
   for (size_t a = 0; a < 4; a += kAxisStep)
     is_main |= bits_of(d, hn::Eq(hn::Abs(hn::Load(d, direction + a)), most)) << a;
-  kz = __builtin_ctz(is_main);
-  kx = kz == 2 ? 0 : kz + 1;
-  ky = kz == 0 ? 2 : kz - 1;
+  set_main_axis(is_main);
   for (size_t a = 0; a < 4; a += kAxisStep) hn::Store(hn::Load(d, direction + a), d, slope + a);
   invert_slope(scale_slope(largest));
   t_min = ray.t_min;
