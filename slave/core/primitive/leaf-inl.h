@@ -52,7 +52,7 @@ template <int W, bool kAny>
 class RayLeaf {
  public:
   static constexpr bool kIsAny = kAny;
-  using Found = typename TriangleRay<W, kAny>::Candidates;
+  using Found = Candidates;
 
   explicit RayLeaf(OneRay& ray) : test_(ray) {}
 

@@ -97,16 +97,7 @@ class FlightStack {
     size_ += static_cast<int>(count);
   }
 
- private:
-  // Lanes change places with their partners so that the greater key comes first.
-  template <uint64_t... kPartner>
-  static HWY_INLINE Keys exchanged(Keys v) {
-    const hn::CappedTag<uint64_t, 8> keys;
-    alignas(64) static constexpr uint64_t partner[8] = {kPartner...};
-    const auto other = hn::TableLookupLanes(v, hn::IndicesFromVec(keys, hn::Load(keys, partner)));
-    const auto is_later = hn::Lt(hn::Load(keys, partner), hn::Iota(keys, 0));
-    return hn::IfThenElse(is_later, hn::Min(v, other), hn::Max(v, other));
-  }
+ public:
   // Batcher's odd-even merge sort of 4 and of 8 keys, the greatest first; zeros end up last.
   static HWY_INLINE Keys sorted4(Keys v) {
     v = exchanged<1, 0, 3, 2, 5, 4, 7, 6>(v);
@@ -118,6 +109,17 @@ class FlightStack {
     v = exchanged<4, 5, 6, 7, 0, 1, 2, 3>(v);
     v = exchanged<0, 1, 4, 5, 2, 3, 6, 7>(v);
     return exchanged<0, 2, 1, 4, 3, 6, 5, 7>(v);
+  }
+
+ private:
+  // Lanes change places with their partners so that the greater key comes first.
+  template <uint64_t... kPartner>
+  static HWY_INLINE Keys exchanged(Keys v) {
+    const hn::CappedTag<uint64_t, 8> keys;
+    alignas(64) static constexpr uint64_t partner[8] = {kPartner...};
+    const auto other = hn::TableLookupLanes(v, hn::IndicesFromVec(keys, hn::Load(keys, partner)));
+    const auto is_later = hn::Lt(hn::Load(keys, partner), hn::Iota(keys, 0));
+    return hn::IfThenElse(is_later, hn::Min(v, other), hn::Max(v, other));
   }
 
   alignas(64) StackEntry entries_[kMost];

@@ -23,6 +23,8 @@ struct StackEntry {
   float distance;  // at which its box begins
 };
 
+struct BelowRoot {};
+
 // kLines: cache lines of a child that are fetched when it is pushed. Packets work long on each;
 // single rays are faster with few.
 template <class View, size_t kLines = 4>
@@ -33,6 +35,8 @@ class NodeStack {
   explicit NodeStack(const View& scene) : scene_(scene) {
     if (scene.nodes != nullptr) entries_[size_++] = {0, -__builtin_inff()};
   }
+  // For a traversal that begins below the root.
+  NodeStack(const View& scene, BelowRoot) : scene_(scene) {}
 
   // The nearest child that begins at `far` or before it; kBvhNoChild where there is none.
   HWY_INLINE uint32_t next(float far) {

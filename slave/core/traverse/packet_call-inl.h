@@ -15,6 +15,7 @@
 #include "slave/core/traverse/bvh_flight-inl.h"
 #include "slave/core/traverse/bvh_packet-inl.h"
 #include "slave/core/traverse/bvh_ray-inl.h"
+#include "slave/core/traverse/bvh_stream-inl.h"
 #include "slave/core/traverse/kd-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -80,11 +81,18 @@ HWY_INLINE SingleRay ray_of(const ShadowFan& fan, size_t i) {
           {at_end, all.excluded_at_origin}};
 }
 
+// The numbers are stored as one register where there is one of eight: what loads the origin or the
+// direction as a register would have to wait for numbers that are stored one by one.
 HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {
-  return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
-          {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
-          rays.t_min[i],
-          rays.t_max[i]};
+  using Eight = float __attribute__((vector_size(32)));
+  const auto& from = rays.origin;
+  const auto& along = rays.direction;
+  const Eight all = {from[0][i],  from[1][i],  from[2][i],    along[0][i],
+                     along[1][i], along[2][i], rays.t_min[i], rays.t_max[i]};
+  SingleRay ray;
+  static_assert(offsetof(SingleRay, excluded) == sizeof all);
+  __builtin_memcpy(static_cast<void*>(&ray), &all, sizeof all);
+  return ray;
 }
 
 HWY_INLINE PacketHabit& habit_of(const Fan& rays) { return *rays.habit; }
@@ -145,6 +153,8 @@ HWY_INLINE void closest_alone(const View& scene, const Packet& packet, const Hit
   using Leaf = typename Tracers<View>::Leaves::template Ray<false>;
   if constexpr (kFlies<View, Leaf>) {
     BvhFlight<View, Leaf>(scene).run(rays);
+  } else if constexpr (kStreams<View, Leaf>) {
+    BvhStream<View, Leaf>(scene).run(rays);
   } else {
     SingleRay ray;
     for (int i = rays.next(ray); i >= 0; i = rays.next(ray)) rays.ended(i, rays.alone(ray));

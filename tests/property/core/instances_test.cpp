@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "slave/core/integrate/tile_renderer.h"
@@ -114,6 +115,33 @@ TEST_P(Instances, GiveTheBitsOfTheFlattenedScene) {
 
 INSTANTIATE_TEST_SUITE_P(Transforms, Instances, testing::ValuesIn(kClasses),
                          [](const auto& info) { return std::string(info.param.name); });
+
+// Rays that meet more instances than a ray of a stream keeps, all in all and each by itself, and
+// rays that meet few.
+TEST(Instances, InARowGiveTheBitsOfTheFlattenedScene) {
+  const unsigned seed = test::seed();
+  TESSERA_TRACE_SEED(seed);
+  Random random(seed);
+  for (const int count : {2, 12, 40, 300}) {
+    Scene scene = test::make_scene(test::make_random_triangles(24, 0.2f, seed));
+    const Instance first = scene.instances[0];
+    for (int i = 1; i < count; ++i) {
+      Instance next = first;
+      next.object_to_world.m[0][3] = 0.5f * static_cast<float>(i);
+      next.object_to_world.m[1][2] = 0.1f * unit(random);
+      scene.instances.push_back(next);
+    }
+    const auto flat = prepared(scene, Instancing::kNever);
+    const auto instanced = prepared(scene, Instancing::kAlways);
+    std::vector<CastRay> rays = test::rays_around(flat->impl().triangles, 64 * 8, random);
+    for (int i = 0; i < 64 * 16; ++i) {
+      const float y = unit(random), z = unit(random), slope = i % 128 < 64 ? 0.01f : 1.0f;
+      rays.push_back({Vec3f{-2, y, z}, Vec3f{1, slope * unit(random), slope * unit(random)}, 0,
+                      std::numeric_limits<float>::infinity()});
+    }
+    EXPECT_GT(test::compare_with_flattened(*flat, *instanced, rays), 0u) << count;
+  }
+}
 
 // Hard rays of each class, and their mesh in its place and sheared beside it.
 class HardInstances : public testing::TestWithParam<std::string> {};

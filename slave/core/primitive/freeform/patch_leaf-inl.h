@@ -220,7 +220,7 @@ class PatchRayLeaf : public MixedRayLeaf<TrianglesAndPatches<W>, W, kAny, PatchR
 
  public:
   struct Found {
-    typename TriangleRay<W, kAny>::Candidates triangles;
+    Candidates triangles;
     bool is_part;  // one that the ray may meet
   };
 

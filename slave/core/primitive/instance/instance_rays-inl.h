@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays taken into the object space of an instance, where they are tested against boxes and nothing
-// else: what they hit is decided in world space.
+// Rays taken into the object space of an instance, where they are tested against boxes, and rays by
+// themselves are looked at beside triangles: what they hit is decided in world space.
 //
 // Padding. A point x of the world is y = A (x - T) in object space, with A = to_object exactly as
 // it is stored and T the last column of to_world, so whatever A is, rays and corners are taken
@@ -16,6 +16,14 @@
 // So boxes grow by P = pad + 6 u L + q' R with q' = 4 u |A| |d| / |d'|, for q' <= 1/4: then R,
 // which knows nothing of the last term, still is large enough: (R + P) 3/4 q' <= q' R for P <= R /
 // 3, and where pad and 6 u L make P larger, they are part of R.
+//
+// Triangles. A corner and the ray, both in object space, are off by E = pad + 6 u L on each axis,
+// and the ray's direction by q |d'|. Across the ray, sheared along its main axis z, a corner of
+// which nothing is farther than R is off by
+//    E_x + E_z + R (q_x + q_z) / (1 - q_z) <= 4/3 (P_x + P_z),
+// and its t by (E_z + R q_z / (1 - q_z)) / |d'| <= 4/3 P_z / |d'|. A line passes through a triangle
+// where it does so after the map A, exactly; so a triangle whose edges are surely on one side in
+// object space, by these, is hit in world space, too.
 //
 // Threads. One traversal owns one.
 #include "slave/core/primitive/instance_layout.h"
@@ -51,6 +59,14 @@ class ObjectRay : public BoxRay {
   HWY_INLINE void shorten(const OneRay& ray) {
     far_limit = moved(ray.best_t * ray.scale * scale, 2 * kTimeSlack);
   }
+
+  // What triangles of the mesh are off across this ray from where they are across the other, and
+  // their t along it.
+  float across() const { return 2.75f * off_; }
+  float along() const { return 1.5f * off_ * abs_of(inverse[kz]); }
+
+ private:
+  float off_ = 0;  // the largest P of an axis
 };
 
 // The pad P, in t, joins what widens t anyway.
@@ -86,14 +102,21 @@ bool ObjectRay::enter(const OneRay& ray, const InstanceBlock& instance, const Sc
   reach = greatest_lane(farthest);
   const float speed = greatest_lane(longest);
   if (HWY_UNLIKELY(!(is_near && speed > 0 && speed < __builtin_inff()))) return false;
-  invert_slope(scale_slope(speed));
+  const float largest = scale_slope(speed);
+  invert_slope(largest);
+  uint32_t is_main = 0;
+  VA most = set<VA>(0);
   const float per_speed = kPlacedDirectionError / speed;
   for (size_t a = 0; a < 4; a += kAxisStep) {
     const VA share = load<VA>(size + a) * per_speed, around = load<VA>(room + a);
     is_near &= is_all<VA>(share <= kPlacedDirectionErrorMax);
     const VA grown = mul_add(share, set<VA>(reach), around) * (1 + 16 * kRoundoff) + kUnderflow;
     store(mul_add(grown, abs(load<VA>(inverse + a)), load<VA>(pad + a)), pad + a);
+    is_main |= bits_of<VA>(abs(load<VA>(slope + a)) == largest) << a;
+    most = max(most, grown);
   }
+  set_main_axis(is_main);
+  off_ = greatest_lane(most);
   near_limit = moved(ray.t_min * ray.scale * scale, -2 * kTimeSlack);
   shorten(ray);
   return is_near;

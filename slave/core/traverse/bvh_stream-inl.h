@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+// Traversal by up to 64 rays with origins and directions of their own of a hierarchy whose leaves
+// lead into other structures, as instances do. Such a hierarchy is small, and what its leaves lead
+// to takes long; so the rays go through it together, without a look at what they hit: first each
+// ray finds all the leaves that it meets, node by node of all rays, in loops in which hardly a
+// branch depends on a ray; then the rays take their leaves, each the nearest first, in rounds: all
+// of them step into a structure, then each traverses its own. Decision: ../decisions/instances.md.
+//
+// For closest hits; see bvh_flight-inl.h for why. A ray's answer is that of bvh_ray-inl.h: both
+// visit every leaf that the ray meets before its hit. A ray that meets too many leaves is traced by
+// itself, and so are all where they meet too many nodes.
+//
+// Threads. One traversal owns one.
+#include "slave/core/traverse/view_layout.h"
+
+#if defined(TESSERA_CORE_BVH_STREAM_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef TESSERA_CORE_BVH_STREAM_INL_H_
+#undef TESSERA_CORE_BVH_STREAM_INL_H_
+#else
+#define TESSERA_CORE_BVH_STREAM_INL_H_
+#endif
+
+#include "slave/core/ray/one_ray-inl.h"
+#include "slave/core/traverse/bvh_flight-inl.h"
+#include "slave/core/traverse/node_stack-inl.h"
+#include "slave/core/traverse/ray_slabs-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+
+// Whether rays stream through a structure. That takes nodes as wide as a register, an instruction
+// set that compresses registers of 16, and leaves with
+//   bool leads_on(shapes, block)   whether the block leads into another structure;
+//   bool enter(shapes, block)      takes the ray there. Returns: whether it has to be traversed;
+//   void traverse()                does that, and comes back.
+template <class View, class Leaf>
+constexpr bool kStreams = false;
+
+#if HWY_TARGET == HWY_AVX3
+
+template <class Shapes, class Leaf>
+constexpr bool kStreams<BvhView<16, Shapes>, Leaf> = !Leaf::kIsAny && requires(Leaf leaf) {
+  leaf.traverse();
+};
+
+// The leaves that a ray meets, and where it does.
+class MetLeaves {
+  using V = FloatsOf<16>;
+
+ public:
+  static constexpr size_t kMost = 32;
+
+  void clear() { size_ = 0; }
+  // Whether the leaves of any node fit.
+  HWY_INLINE bool has_room() const { return size_ + 16 <= kMost; }
+  // Requires: has_room().
+  HWY_INLINE void add(UintOf<V> child, V distance, uint32_t met) {
+    store_packed(child, mask_of<UintOf<V>>(met), child_ + size_);
+    store_packed(distance, mask_of<V>(met), distance_ + size_);
+    size_ += static_cast<size_t>(__builtin_popcount(met));
+  }
+  // To be called before pop_nearest().
+  HWY_INLINE void sort() {
+    const size_t count = size_++;  // and what ends the ray
+    if (HWY_LIKELY(count <= 8)) return sort_few(count);
+    StackEntry* const entry = entry_ + 1;
+    for (size_t i = 0; i < count; ++i) {
+      const StackEntry next{child_[i], distance_[i]};
+      size_t at = i;
+      for (; at > 0 && entry[at - 1].distance < next.distance; --at) entry[at] = entry[at - 1];
+      entry[at] = next;
+    }
+  }
+  // Behind the last there is one at no distance; nothing is taken behind that.
+  HWY_INLINE StackEntry pop_nearest() { return entry_[--size_]; }
+  // Adds the leaf or does not, without a branch.
+  HWY_INLINE void push_if(bool is_wanted, StackEntry leaf) {
+    entry_[size_] = leaf;
+    size_ += is_wanted;
+  }
+
+ private:
+  HWY_INLINE void sort_few(size_t count) {
+    const hn::CappedTag<uint64_t, 8> keys;
+    const hn::Rebind<uint32_t, decltype(keys)> halves;
+    const auto distance = hn::Load(halves, reinterpret_cast<const uint32_t*>(distance_));
+    const auto joined = hn::Or(hn::ShiftLeft<32>(hn::PromoteTo(keys, distance)),
+                               hn::PromoteTo(keys, hn::Load(halves, child_)));
+    const auto wanted = hn::IfThenElseZero(hn::FirstN(keys, count), joined);
+    hn::StoreU(FlightStack::sorted8(wanted), keys, reinterpret_cast<uint64_t*>(entry_ + 1));
+  }
+
+  alignas(64) uint32_t child_[kMost + 16];
+  alignas(64) float distance_[kMost + 16];
+  // The nearest last, above one that is no distance away: a comparison with it fails.
+  alignas(64) StackEntry entry_[kMost + 2] = {{kBvhLeaf, __builtin_nanf("")}};
+  size_t size_ = 0;
+};
+
+template <class View, class Leaf>
+class BvhStream {
+  static constexpr int W = View::kWidth;
+  static constexpr uint32_t kSlots = 64;
+  static constexpr size_t kNodesMost = 16 * kSlots;  // that are visited by all rays
+
+ public:
+  // Requires: the scene outlives it. Some 60 KB.
+  explicit BvhStream(const View& scene) : scene_(scene) {}
+
+  // Rays: as in BvhFlight; at most kPacketRays of them.
+  template <class Rays>
+  void run(Rays& rays);
+
+ private:
+  struct Slot {
+    OneRay ray;
+    RaySlabs<W> slabs;
+    Leaf leaf{ray};
+    MetLeaves leaves;
+    SingleRay given;
+    int number;
+    bool is_lost;    // the ray meets too much
+    uint32_t block;  // that the ray has come to
+  };
+  // Numbers of slots.
+  struct SlotList {
+    uint8_t slot[kSlots + 1];
+    uint32_t count = 0;
+    // Adds the slot or does not, without a branch. Requires: there is room either way.
+    HWY_INLINE void add_if(bool is_wanted, uint32_t s) {
+      slot[count] = static_cast<uint8_t>(s);
+      count += is_wanted;
+    }
+  };
+  // Which rays do what in a round.
+  struct Round {
+    SlotList at_test, at_way_in, inside, next;
+  };
+
+  template <class Rays>
+  HWY_INLINE void set_up(Rays& rays);
+  template <class Rays>
+  HWY_INLINE void end(const Slot& slot, Rays& rays);
+  HWY_INLINE void visit(uint32_t s, const BvhNode<W>& node);
+  HWY_INLINE void find_leaves();
+  HWY_INLINE void test_leaves();
+  HWY_INLINE void take_next(const SlotList& waiting, Round& round);
+
+  const View& scene_;
+  Slot slots_[kSlots];
+  uint32_t slot_count_ = 0;
+  // The nodes to visit and by which ray: all that were found so far.
+  alignas(64) uint32_t node_[kNodesMost + 16];
+  alignas(64) uint32_t visitor_[kNodesMost + 16];
+  size_t node_count_ = 0;
+};
+
+template <class View, class Leaf>
+template <class Rays>
+void BvhStream<View, Leaf>::set_up(Rays& rays) {
+  slot_count_ = 0;
+  while (true) {
+    Slot& slot = slots_[slot_count_];
+    slot.number = rays.next(slot.given);
+    if (slot.number < 0) return;
+    if (scene_.nodes == nullptr || !slot.ray.setup(slot.given, scene_.box)) {
+      rays.ended(slot.number, SingleHit{0, kNoPrimitive});
+      continue;
+    }
+    slot.leaf.prepare();
+    slot.slabs.setup(slot.ray, scene_.box);
+    slot.leaves.clear();
+    slot.is_lost = false;
+    TESSERA_COUNT(singles, 1);
+    if (++slot_count_ == kSlots) return;
+  }
+}
+
+template <class View, class Leaf>
+void BvhStream<View, Leaf>::visit(uint32_t s, const BvhNode<W>& node) {
+  using V = FloatsOf<16>;
+  Slot& slot = slots_[s];
+  alignas(64) float t_in[W];
+  const uint32_t met = slot.slabs.overlapping(slot.ray, node, t_in);
+  const auto child = load<UintOf<V>>(node.child);
+  const uint32_t leaves = met & bits_of<IntOf<V>>(bit_cast<IntOf<V>>(child) < 0);
+  const uint32_t inner = met & ~leaves;
+  store_packed(child, mask_of<UintOf<V>>(inner), node_ + node_count_);
+  store_unaligned(set<UintOf<V>>(s), visitor_ + node_count_);
+  node_count_ += static_cast<size_t>(__builtin_popcount(inner));
+  slot.leaves.add(child, load<V>(t_in), leaves);
+}
+
+template <class View, class Leaf>
+void BvhStream<View, Leaf>::find_leaves() {
+  node_count_ = slot_count_;  // the root
+  for (uint32_t s = 0; s < slot_count_; ++s) {
+    node_[s] = 0;
+    visitor_[s] = s;
+  }
+  for (size_t i = 0; i < node_count_; ++i) {
+    const uint32_t s = visitor_[i];
+    if (HWY_UNLIKELY(!slots_[s].leaves.has_room())) {
+      slots_[s].is_lost = true;
+    } else if (HWY_UNLIKELY(node_count_ > kNodesMost)) {
+      for (; i < node_count_; ++i) slots_[visitor_[i]].is_lost = true;
+    } else {
+      visit(s, scene_.nodes[node_[i]]);
+    }
+  }
+}
+
+// Takes the next block of each waiting ray.
+template <class View, class Leaf>
+void BvhStream<View, Leaf>::take_next(const SlotList& waiting, Round& round) {
+  for (uint32_t i = 0; i < waiting.count; ++i) {
+    const uint32_t s = waiting.slot[i];
+    Slot& slot = slots_[s];
+    const StackEntry entry = slot.leaves.pop_nearest();
+    const bool is_near = entry.distance <= slot.ray.far_limit;  // else none of the others is
+    slot.block = leaf_first(entry.child);
+    slot.leaves.push_if(is_near & (leaf_count(entry.child) > 1),
+                        {entry.child + 1 - (1u << kBvhCountShift), entry.distance});
+    const bool leads_on = Leaf::leads_on(scene_.shapes, slot.block);
+    round.at_way_in.add_if(is_near & leads_on, s);
+    round.at_test.add_if(is_near & !leads_on, s);
+    round.next.add_if(is_near, s);
+  }
+}
+
+template <class View, class Leaf>
+void BvhStream<View, Leaf>::test_leaves() {
+  SlotList waiting;
+  for (uint32_t s = 0; s < slot_count_; ++s) {
+    slots_[s].leaves.sort();
+    waiting.add_if(!slots_[s].is_lost, s);
+  }
+  while (waiting.count > 0) {
+    Round round;
+    take_next(waiting, round);
+    for (uint32_t i = 0; i < round.at_way_in.count; ++i) {
+      const uint32_t s = round.at_way_in.slot[i];
+      round.inside.add_if(slots_[s].leaf.enter(scene_.shapes, slots_[s].block), s);
+    }
+    for (uint32_t i = 0; i < round.at_test.count; ++i) {
+      Slot& slot = slots_[round.at_test.slot[i]];
+      slot.leaf.test(scene_.shapes, slot.block, 1);
+    }
+    for (uint32_t i = 0; i < round.inside.count; ++i) slots_[round.inside.slot[i]].leaf.traverse();
+    waiting = round.next;
+  }
+}
+
+template <class View, class Leaf>
+template <class Rays>
+void BvhStream<View, Leaf>::end(const Slot& slot, Rays& rays) {
+  if (HWY_UNLIKELY(slot.is_lost)) return rays.ended(slot.number, rays.alone(slot.given));
+  const bool has_hit = slot.ray.has_hit();  // -1 is kNoPrimitive
+  rays.ended(slot.number,
+             SingleHit{has_hit ? slot.ray.best_t : 0, static_cast<uint32_t>(slot.ray.best)});
+}
+
+template <class View, class Leaf>
+template <class Rays>
+void BvhStream<View, Leaf>::run(Rays& rays) {
+  do {
+    set_up(rays);
+    find_leaves();
+    test_leaves();
+    for (uint32_t s = 0; s < slot_count_; ++s) end(slots_[s], rays);
+  } while (slot_count_ == kSlots);
+}
+
+#endif  // HWY_TARGET == HWY_AVX3
+
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
+
+#endif  // per-target include guard
