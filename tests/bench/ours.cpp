@@ -105,7 +105,7 @@ class Structure {
                           core::PacketHabit& habit) {
     return {{rays.direction[0] + first, rays.direction[1] + first, rays.direction[2] + first},
             rays.t_max + first,
-            {rays.origin[0][first], rays.origin[1][first], rays.origin[2][first]},
+            {rays.origin[0][0], rays.origin[1][0], rays.origin[2][0]},
             0,
             ~std::uint64_t{0} >> (core::kPacketRays - count),
             entry,

@@ -64,6 +64,9 @@ struct FanRays : PacketRays {
   bool take(size_t ray, float t, float t_min, uint32_t primitive);
   // Sets the t of a ray's best hit, which was pending or is new.
   HWY_INLINE void settle(size_t ray, float t);
+  // Both for some rays of the row that begins at `at`. Requires: directions lie there by ray.
+  HWY_INLINE bool take_rays(size_t at, M rays, V t, int32_t primitive);
+  HWY_INLINE void settle_rays(size_t at, M rays, V t);
   // Finds z_far and row_low; must be called after hits.
   HWY_INLINE void shorten();
   // Upper bounds of the best t of the rays from `at` on.
@@ -304,6 +307,24 @@ HWY_INLINE void FanRays::settle(size_t ray, float t) {
   const float near = 1 / abs_of(direction[kz][ray] * t);  // t may be -0
   low[ray] = min_of(near * (1 - kNearSlack) - kUnderflow, kNearMax);
   high[ray] = near * (1 + kNearSlack) + kUnderflow;
+}
+
+HWY_INLINE bool FanRays::take_rays(size_t at, M rays, V t, int32_t primitive) {
+  const VI now = load<VI>(best + at), number = set<VI>(primitive);
+  const V now_t = load<V>(best_t + at);
+  const M is_lower = mask_as<V>(now == -1) || mask_as<V>(number < now);
+  const M is_better = rays && t >= t_min && (t < now_t || (t == now_t && is_lower));
+  store_where(is_better, number, best + at);
+  settle_rays(at, is_better, t);
+  return !is_none<V>(is_better);
+}
+
+HWY_INLINE void FanRays::settle_rays(size_t at, M rays, V t) {
+  const V near = 1 / abs(load<V>(direction[kz] + at) * t);
+  store_where(rays, t, best_t + at);
+  store_where(rays, set<VI>(-1), pending + at);
+  store_where(rays, min(near * (1 - kNearSlack) - kUnderflow, kNearMax), low + at);
+  store_where(rays, near * (1 + kNearSlack) + kUnderflow, high + at);
 }
 
 HWY_INLINE void FanRays::shorten() {

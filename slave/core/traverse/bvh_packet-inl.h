@@ -20,6 +20,30 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
+// The subtrees of an entry list that a frustum meets. They are in order already and stay where they
+// are, so that what is behind the rays' hits costs nothing.
+class EnteredTrees {
+ public:
+  HWY_INLINE void find(const Frustum& frustum, const FanEntry& entry) {
+    top_ = &entry.top;
+    left_ = FrustumTests<kEntryWidth>::boxes(frustum, entry.top, z_near_);
+  }
+  // The nearest that is left, where it begins at `far` or before it; else kBvhNoChild.
+  HWY_INLINE uint32_t next(float far) {
+    if (left_ == 0) return kBvhNoChild;
+    const int nearest = __builtin_ctz(left_);
+    left_ &= left_ - 1;
+    if (z_near_[nearest] <= far) return top_->child[nearest];
+    left_ = 0;
+    return kBvhNoChild;
+  }
+
+ private:
+  const BvhNode<kEntryWidth>* top_ = nullptr;
+  uint32_t left_ = 0;
+  alignas(64) float z_near_[kEntryWidth];
+};
+
 template <class View, class Rays, class Leaf>
 class PacketTracer {
   static constexpr int W = View::kWidth;
@@ -39,9 +63,17 @@ class PacketTracer {
     TESSERA_COUNT(packets, 1);
     int steps = 0;
     alignas(64) float z_near[W];
-    Stack stack(scene_);
-    for (uint32_t child = first_child(packet, stack); child != kBvhNoChild;
-         child = stack.next(rays_.z_far)) {
+    NodeStack<View, 7> stack(scene_);
+    EnteredTrees entered;
+    if (const FanEntry* const entry = entry_of(packet)) {
+      entered.find(rays_, *entry);
+      stack.clear();
+    }
+    const auto next = [&]() HWY_ATTR {
+      const uint32_t child = stack.next(rays_.z_far);
+      return HWY_UNLIKELY(child == kBvhNoChild) ? entered.next(rays_.z_far) : child;
+    };
+    for (uint32_t child = next(); child != kBvhNoChild; child = next()) {
       while ((child & kBvhLeaf) == 0) {
         if (++steps > Rays::kStepsMax) return Together::kDoesNotPay;
         const BvhNode<W>& node = scene_.nodes[child];
@@ -66,18 +98,6 @@ class PacketTracer {
   bool is_light() const { return kWorkMax * rays_.count - rays_.work_left < rays_.count; }
 
  private:
-  using Stack = NodeStack<View, 7>;
-
-  // The first child to go to; the others are on the stack.
-  template <class Packet>
-  HWY_INLINE uint32_t first_child(const Packet& packet, Stack& stack) const {
-    const FanEntry* const entry = entry_of(packet);
-    if (entry == nullptr) return stack.next(rays_.z_far);
-    alignas(64) float z_near[kEntryWidth];
-    const uint32_t met = FrustumTests<kEntryWidth>::boxes(rays_, entry->top, z_near);
-    return stack.enter(entry->top, met, z_near);
-  }
-
   const View& scene_;
   Rays rays_;
   Leaf leaf_;

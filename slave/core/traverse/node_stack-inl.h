@@ -47,20 +47,7 @@ class NodeStack {
     return kBvhNoChild;
   }
 
-  // Puts children in the place of the root; they are in order, the nearest first. Returns: the
-  // nearest, which is not pushed.
-  HWY_INLINE uint32_t enter(const BvhNode<kEntryWidth>& top, uint32_t bits,
-                            const float* distances) {
-    size_ = 0;
-    if (bits == 0) return kBvhNoChild;
-    const uint32_t nearest = bits & -bits;
-    for (bits ^= nearest; bits != 0;) {
-      const int i = 31 - __builtin_clz(bits);
-      bits ^= 1u << i;
-      entries_[size_++] = {top.child[i], distances[i]};
-    }
-    return top.child[__builtin_ctz(nearest)];
-  }
+  HWY_INLINE void clear() { size_ = 0; }
 
   // Returns: the nearest of the children, which is not pushed as the others are; kBvhNoChild
   // without any.
@@ -118,7 +105,7 @@ class NodeStack {
   }
 
   const View& scene_;
-  StackEntry entries_[kBvhDepthMax * (View::kWidth - 1) + kEntryWidth];
+  StackEntry entries_[kBvhDepthMax * (View::kWidth - 1)];
   int size_ = 0;
 };
 

@@ -208,8 +208,23 @@ HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
   return occluded_by(tracer, scene, rays);
 }
 
+// Fetches the rays that lie behind those of a fan, and the places of their hits. Where arrays do
+// not follow one another as those of a FanPacket do, a caller has its rays in rows, and the next
+// fan is there. What lies behind the end of a row may be fetched, too.
+HWY_INLINE void fetch_next(const Fan& rays, const HitArrays& hits) {
+  constexpr size_t kLine = 64 / sizeof(float);
+  if (rays.direction[1] == rays.direction[0] + kPacketRays) return;
+  for (size_t at = kPacketRays; at < 2 * kPacketRays; at += kLine) {
+    for (const float* const direction : rays.direction) __builtin_prefetch(direction + at);
+    __builtin_prefetch(rays.t_max + at);
+    __builtin_prefetch(hits.t + at, 1);
+    __builtin_prefetch(hits.primitive + at, 1);
+  }
+}
+
 template <class View>
 void closest_fan(const View& scene, const Fan& rays, const HitArrays& hits) {
+  fetch_next(rays, hits);
   closest<typename Tracers<View>::template Fan<false>>(scene, rays, hits);
 }
 template <class View>

@@ -42,6 +42,8 @@ class FanWinners {
   HWY_INLINE void settle(size_t ray) {
     if (fan_.pending[ray] >= 0) settle_one(ray);
   }
+  // The same for some rays of the row that begins at `at`.
+  void settle_rays(size_t at, M rays);
   void settle_all();
 
  private:
@@ -78,6 +80,23 @@ void FanWinners<W>::settle_row(size_t at, M rays, const RowPlanes& planes) {
   store_where(rays && counts, t, fan_.best_t + at);
   for (uint32_t rest = bits_of<V>(and_not(counts, rays)); rest != 0; rest &= rest - 1)
     settle_one(at + static_cast<size_t>(__builtin_ctz(rest)));
+}
+
+template <int W>
+void FanWinners<W>::settle_rays(size_t at, M rays) {
+  const VI slots = load<VI>(fan_.pending + at);
+  const M is_pending = rays && mask_as<V>(slots > -1);
+  for (uint32_t left = bits_of<V>(is_pending); left != 0;) {
+    const int32_t slot = fan_.pending[at + static_cast<size_t>(__builtin_ctz(left))];
+    float triangle[9];
+    for (size_t k = 0; k < 9; ++k) triangle[k] = corners_[k][slot];
+    const Plane plane = plane_of(triangle, fan_.origin);
+    const M mine = is_pending && mask_as<V>(slots == slot);
+    settle_row(at, mine,
+               {speed_of(fan_, plane, at), set<V>(plane.distance), set<V>(plane.steepness)});
+    left &= ~bits_of<V>(mine);
+  }
+  fan_.settle_rays(at, is_pending, load<V>(fan_.best_t + at));
 }
 
 template <int W>

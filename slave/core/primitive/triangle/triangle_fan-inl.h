@@ -76,6 +76,12 @@ class FanBlockOf {
   HWY_NOINLINE bool test_unsure(const TriangleBlock<W>& block, size_t lane);
   template <bool kCareful>
   HWY_INLINE bool test_rays(const TriangleBlock<W>& block, size_t lane, uint64_t rows);
+  // A form of a triangle, for the rays of the row that begins at `at`.
+  HWY_INLINE V value(const float (*form)[W], size_t lane, size_t at) const {
+    const V u = load<V>(fan().ray_u + at), v = load<V>(fan().ray_v + at);
+    return mul_add(u, set<V>(form[0][lane]),
+                   mul_add(v, set<V>(form[1][lane]), set<V>(form[2][lane])));
+  }
   template <bool kCareful>
   HWY_INLINE Met test_row(size_t lane, size_t row) const;
   template <bool kCareful, size_t kFirst>
@@ -85,6 +91,9 @@ class FanBlockOf {
   HWY_NOINLINE bool test_close(const TriangleBlock<W>& block, size_t lane) {
     return test_fans<true>(block, lane, forms_.rows_of(lane));
   }
+  // Decides those of the open rays that are surely inside of the triangle, by their t, and takes
+  // them out of `open`. Returns: whether some ray has a new best hit.
+  HWY_NOINLINE bool compare_times(const TriangleBlock<W>& block, size_t lane, uint64_t& open);
   HWY_NOINLINE bool decide(const TriangleBlock<W>& block, size_t lane, uint64_t rays);
 
   // The fan that is tested.
@@ -185,16 +194,13 @@ typename FanBlockOf<W, kAny, Rays>::Met FanBlockOf<W, kAny, Rays>::test_row(size
                                                                             size_t row) const {
   TESSERA_COUNT(row_tests, 1);
   const size_t at = row * kLanes;
-  const V u = load<V>(fan().ray_u + at), v = load<V>(fan().ray_v + at);
-  const auto value = [&](const float(*f)[W]) HWY_ATTR {
-    return mul_add(u, set<V>(f[0][lane]), mul_add(v, set<V>(f[1][lane]), set<V>(f[2][lane])));
-  };
+  const auto edge = [&](int c) HWY_ATTR { return value(forms_.edges[c], lane, at); };
   const V slack = set<V>(forms_.doubt[lane]), twice = set<V>(forms_.twice[lane]);
-  const V e0 = value(forms_.edges[0]), e1 = value(forms_.edges[1]), e2 = value(forms_.edges[2]);
+  const V e0 = edge(0), e1 = edge(1), e2 = edge(2);
   const V least = min(min(e0, e1), e2);
   const M is_inside = least >= 0;
   if (kRows > 8 && !kCareful && is_none<V>(is_inside)) return {least, is_inside, is_inside};
-  const V near = value(forms_.nearness);
+  const V near = value(forms_.nearness, lane, at);
   Met met{near, is_inside, least > twice};
   if (kCareful) {
     // A ray may also be inside of the reversed triangle, where it does not pass it steeply.
@@ -276,7 +282,34 @@ bool FanBlockOf<W, kAny, Rays>::test_rays(const TriangleBlock<W>& block, size_t 
     for (size_t at = 0; at < kPacketRays; at += kLanes)
       open &= ~(uint64_t{bits_of<VI>(load<VI>(fan().best + at) == number)} << at);
     if (kAny) open &= ~fan().ending_at(open, number);
+    // Shadow fans have no two t to compare, and their directions do not lie in rows.
+    if constexpr (!kAny && !kCareful) {
+      if (open != 0) has_hit |= compare_times(block, lane, open);
+    }
     if (open != 0) has_hit |= decide(block, lane, open);
+  }
+  return has_hit;
+}
+
+// Where surfaces coincide, all rays of a row that meet them are open.
+template <int W, bool kAny, class Rays>
+bool FanBlockOf<W, kAny, Rays>::compare_times(const TriangleBlock<W>& block, size_t lane,
+                                              uint64_t& open) {
+  const Plane plane = plane_of(block, lane, fan().origin);
+  bool has_hit = false;
+  for (size_t at = 0; at < kPacketRays; at += kLanes) {
+    const M is_open = mask_of<V>(static_cast<uint32_t>(open >> at));
+    if (is_none<V>(is_open)) continue;
+    const auto edge = [&](int c) HWY_ATTR { return value(forms_.edges[c], lane, at); };
+    const M is_inside = min(min(edge(0), edge(1)), edge(2)) > set<V>(forms_.twice[lane]);
+    const V speed = speed_of(fan(), plane, at);
+    const V least = set<V>(plane.steepness) * fan().length_at(at) + kPlaneLeast;
+    const M rays = is_open && is_inside && abs(speed) >= least;
+    if (is_none<V>(rays)) continue;
+    open &= ~(uint64_t{bits_of<V>(rays)} << at);
+    winners_.settle_rays(at, rays);
+    const V t = set<V>(plane.distance) / speed;
+    has_hit |= fan().take_rays(at, rays, t, static_cast<int32_t>(block.primitive[lane]));
   }
   return has_hit;
 }
