@@ -214,7 +214,7 @@ bool InstanceRayTest<W, kAny>::test(const RayInside<W, kAny>& inside,
   for (uint32_t i = 0; i < count; ++i) {
     TESSERA_COUNT(blocks, 1);
     for (size_t first = 0; first < W; first += TriangleSight<W, kAny>::kStep) {
-      const Candidates found = inside.sight.template look<true, true>(blocks[i], first, excluded);
+      const Candidates found = inside.sight.template look<kAny, true>(blocks[i], first, excluded);
       if (found.possible != 0) settle(inside, blocks[i], first, found);
       if (kAny && test_.has_hit()) return true;
     }
