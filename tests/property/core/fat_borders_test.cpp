@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/math/bounds3.h"
+#include "slave/core/integrate/tile_renderer.h"
 #include "slave/core/primitive/patch/trim_set.h"
 #include "slave/core/scene/ray_caster.h"
 #include "slave/core/simd/isa_support.h"
@@ -132,7 +133,7 @@ TEST(FatBorders, HaveTheSameBitsForAllBundlesAndInstructionSets) {
     }
     std::optional<std::vector<core::CastHit>> first;
     for (const Isa isa : {Isa::kScalar, Isa::kSse4, Isa::kAvx2, Isa::kAvx512}) {
-      if ((core::cpu_isas() & isa_bit(isa)) == 0) continue;
+      if ((core::supported_isas() & isa_bit(isa)) == 0) continue;
       for (const int bundle : {1, 4, 16, 64}) {
         std::vector<core::CastHit> hits(some.size());
         core::CastOptions options;
