@@ -22,6 +22,7 @@
 #endif
 
 #include "slave/core/ray/one_ray-inl.h"
+#include "slave/core/traverse/many_rays-inl.h"
 #include "slave/core/traverse/node_stack-inl.h"
 #include "slave/core/traverse/ray_slabs-inl.h"
 
@@ -46,8 +47,6 @@ constexpr bool kFlies<BvhView<16, Shapes>, Leaf> = !Leaf::kIsAny && requires {
 
 // Boxes that a ray still has to visit, the nearest on top.
 class FlightStack {
-  using Keys = hn::Vec<hn::CappedTag<uint64_t, 8> >;
-
  public:
   // Entries. Rays of ordinary scenes have up to some 30 at a time; 64 keep a flight in the first
   // cache.
@@ -72,60 +71,32 @@ class FlightStack {
   HWY_INLINE void push(const BvhNode<16>& node, uint32_t met, const float* distance) {
     const hn::CappedTag<float, 16> d;
     const hn::CappedTag<uint32_t, 16> du;
-    const hn::CappedTag<uint64_t, 8> keys;
-    const hn::Rebind<uint32_t, decltype(keys)> halves;
+    const ChildKeys::Tag keys;
+    const ChildKeys::HalfTag halves;
     const auto far = hn::BitCast(du, hn::Compress(hn::Load(d, distance), mask_of(d, met)));
     const auto child = hn::Compress(hn::Load(du, node.child), mask_of(du, met));
     const auto count = static_cast<size_t>(__builtin_popcount(met));
-    const auto join = [&](auto distances, auto children) {
-      return hn::Or(hn::ShiftLeft<32>(hn::PromoteTo(keys, distances)),
-                    hn::PromoteTo(keys, children));
-    };
-    const Keys low = hn::IfThenElseZero(
-        hn::FirstN(keys, count), join(hn::LowerHalf(halves, far), hn::LowerHalf(halves, child)));
+    const auto low =
+        hn::IfThenElseZero(hn::FirstN(keys, count),
+                           ChildKeys::of(hn::LowerHalf(halves, far), hn::LowerHalf(halves, child)));
     uint64_t* const to = reinterpret_cast<uint64_t*>(entries_ + size_);
     if (HWY_UNLIKELY(count > 8)) {
       // In two halves: the farther children of each are below.
-      const Keys high =
-          hn::IfThenElseZero(hn::FirstN(keys, count - 8),
-                             join(hn::UpperHalf(halves, far), hn::UpperHalf(halves, child)));
-      hn::StoreU(sorted8(high), keys, to);
-      hn::StoreU(sorted8(low), keys, to + (count - 8));
+      const auto high = hn::IfThenElseZero(
+          hn::FirstN(keys, count - 8),
+          ChildKeys::of(hn::UpperHalf(halves, far), hn::UpperHalf(halves, child)));
+      hn::StoreU(ChildKeys::sorted8(high), keys, to);
+      hn::StoreU(ChildKeys::sorted8(low), keys, to + (count - 8));
     } else {
-      hn::StoreU(count > 4 ? sorted8(low) : sorted4(low), keys, to);
+      hn::StoreU(count > 4 ? ChildKeys::sorted8(low) : ChildKeys::sorted4(low), keys, to);
     }
     size_ += static_cast<int>(count);
   }
 
- public:
-  // Batcher's odd-even merge sort of 4 and of 8 keys, the greatest first; zeros end up last.
-  static HWY_INLINE Keys sorted4(Keys v) {
-    v = exchanged<1, 0, 3, 2, 5, 4, 7, 6>(v);
-    v = exchanged<2, 3, 0, 1, 6, 7, 4, 5>(v);
-    return exchanged<0, 2, 1, 3, 4, 6, 5, 7>(v);
-  }
-  static HWY_INLINE Keys sorted8(Keys v) {
-    v = sorted4(v);
-    v = exchanged<4, 5, 6, 7, 0, 1, 2, 3>(v);
-    v = exchanged<0, 1, 4, 5, 2, 3, 6, 7>(v);
-    return exchanged<0, 2, 1, 4, 3, 6, 5, 7>(v);
-  }
-
  private:
-  // Lanes change places with their partners so that the greater key comes first.
-  template <uint64_t... kPartner>
-  static HWY_INLINE Keys exchanged(Keys v) {
-    const hn::CappedTag<uint64_t, 8> keys;
-    alignas(64) static constexpr uint64_t partner[8] = {kPartner...};
-    const auto other = hn::TableLookupLanes(v, hn::IndicesFromVec(keys, hn::Load(keys, partner)));
-    const auto is_later = hn::Lt(hn::Load(keys, partner), hn::Iota(keys, 0));
-    return hn::IfThenElse(is_later, hn::Min(v, other), hn::Max(v, other));
-  }
-
   alignas(64) StackEntry entries_[kMost];
   int size_ = 0;
 };
-static_assert(sizeof(StackEntry) == 8 && offsetof(StackEntry, distance) == 4);
 
 template <class View, class Leaf>
 class BvhFlight {
@@ -153,20 +124,11 @@ class BvhFlight {
     FlightStack stack;
   };
 
-  // Numbers of slots.
-  struct SlotList {
-    uint8_t slot[kSlots + 1];
-    int count = 0;
-    // Adds the slot or does not, without a branch. Requires: there is room either way.
-    HWY_INLINE void add_if(bool is_wanted, uint8_t s) {
-      slot[count] = s;
-      count += is_wanted;
-    }
-  };
+  using Slots = SlotList<kSlots>;
   // Which rays do what in a round.
   struct Round {
-    const SlotList& waiting;
-    SlotList at_node, at_leaf, ended, next;
+    const Slots& waiting;
+    Slots at_node, at_leaf, ended, next;
   };
 
   HWY_INLINE void sort_out(Round& round);
@@ -243,7 +205,7 @@ void BvhFlight<View, Leaf>::step_nodes(Round& round, Rays& rays,
 template <class View, class Leaf>
 template <class Settling>
 void BvhFlight<View, Leaf>::test_leaves(Round& round, Settling& settling) {
-  SlotList close;
+  Slots close;
   for (int i = 0; i < round.at_leaf.count; ++i) {
     const uint8_t s = round.at_leaf.slot[i];
     Slot& slot = slots_[s];
@@ -262,7 +224,7 @@ void BvhFlight<View, Leaf>::test_leaves(Round& round, Settling& settling) {
 template <class View, class Leaf>
 template <class Rays>
 void BvhFlight<View, Leaf>::run(Rays& rays) {
-  SlotList waiting;
+  Slots waiting;
   typename Leaf::Settling settling(scene_.shapes);
   for (uint8_t s = 0; s < kSlots && fill(slots_[s], rays); ++s) waiting.add_if(true, s);
   while (waiting.count > 0) {

@@ -8,7 +8,7 @@
 //
 // For closest hits; see bvh_flight-inl.h for why. A ray's answer is that of bvh_ray-inl.h: both
 // visit every leaf that the ray meets before its hit. A ray that meets too many leaves is traced by
-// itself, and so are all where they meet too many nodes.
+// itself, and so are those that are not done with the nodes when there are too many.
 //
 // Threads. One traversal owns one.
 #include "slave/core/traverse/view_layout.h"
@@ -21,7 +21,7 @@
 #endif
 
 #include "slave/core/ray/one_ray-inl.h"
-#include "slave/core/traverse/bvh_flight-inl.h"
+#include "slave/core/traverse/many_rays-inl.h"
 #include "slave/core/traverse/node_stack-inl.h"
 #include "slave/core/traverse/ray_slabs-inl.h"
 
@@ -82,13 +82,12 @@ class MetLeaves {
 
  private:
   HWY_INLINE void sort_few(size_t count) {
-    const hn::CappedTag<uint64_t, 8> keys;
-    const hn::Rebind<uint32_t, decltype(keys)> halves;
+    const ChildKeys::Tag keys;
+    const ChildKeys::HalfTag halves;
     const auto distance = hn::Load(halves, reinterpret_cast<const uint32_t*>(distance_));
-    const auto joined = hn::Or(hn::ShiftLeft<32>(hn::PromoteTo(keys, distance)),
-                               hn::PromoteTo(keys, hn::Load(halves, child_)));
-    const auto wanted = hn::IfThenElseZero(hn::FirstN(keys, count), joined);
-    hn::StoreU(FlightStack::sorted8(wanted), keys, reinterpret_cast<uint64_t*>(entry_ + 1));
+    const auto met = ChildKeys::of(distance, hn::Load(halves, child_));
+    const auto wanted = hn::IfThenElseZero(hn::FirstN(keys, count), met);
+    hn::StoreU(ChildKeys::sorted8(wanted), keys, reinterpret_cast<uint64_t*>(entry_ + 1));
   }
 
   alignas(64) uint32_t child_[kMost + 16];
@@ -101,11 +100,11 @@ class MetLeaves {
 template <class View, class Leaf>
 class BvhStream {
   static constexpr int W = View::kWidth;
-  static constexpr uint32_t kSlots = 64;
+  static constexpr int kSlots = 64;
   static constexpr size_t kNodesMost = 16 * kSlots;  // that are visited by all rays
 
  public:
-  // Requires: the scene outlives it. Some 60 KB.
+  // Requires: the scene outlives it. Some 100 KB.
   explicit BvhStream(const View& scene) : scene_(scene) {}
 
   // Rays: as in BvhFlight; at most kPacketRays of them.
@@ -123,33 +122,24 @@ class BvhStream {
     bool is_lost;    // the ray meets too much
     uint32_t block;  // that the ray has come to
   };
-  // Numbers of slots.
-  struct SlotList {
-    uint8_t slot[kSlots + 1];
-    uint32_t count = 0;
-    // Adds the slot or does not, without a branch. Requires: there is room either way.
-    HWY_INLINE void add_if(bool is_wanted, uint32_t s) {
-      slot[count] = static_cast<uint8_t>(s);
-      count += is_wanted;
-    }
-  };
+  using Slots = SlotList<kSlots>;
   // Which rays do what in a round.
   struct Round {
-    SlotList at_test, at_way_in, inside, next;
+    Slots at_test, at_way_in, inside, next;
   };
 
   template <class Rays>
   HWY_INLINE void set_up(Rays& rays);
   template <class Rays>
   HWY_INLINE void end(const Slot& slot, Rays& rays);
-  HWY_INLINE void visit(uint32_t s, const BvhNode<W>& node);
+  HWY_INLINE void visit(uint8_t s, const BvhNode<W>& node);
   HWY_INLINE void find_leaves();
   HWY_INLINE void test_leaves();
-  HWY_INLINE void take_next(const SlotList& waiting, Round& round);
+  HWY_INLINE void take_next(const Slots& waiting, Round& round);
 
   const View& scene_;
   Slot slots_[kSlots];
-  uint32_t slot_count_ = 0;
+  int slot_count_ = 0;
   // The nodes to visit and by which ray: all that were found so far.
   alignas(64) uint32_t node_[kNodesMost + 16];
   alignas(64) uint32_t visitor_[kNodesMost + 16];
@@ -178,7 +168,7 @@ void BvhStream<View, Leaf>::set_up(Rays& rays) {
 }
 
 template <class View, class Leaf>
-void BvhStream<View, Leaf>::visit(uint32_t s, const BvhNode<W>& node) {
+void BvhStream<View, Leaf>::visit(uint8_t s, const BvhNode<W>& node) {
   using V = FloatsOf<16>;
   Slot& slot = slots_[s];
   alignas(64) float t_in[W];
@@ -194,13 +184,13 @@ void BvhStream<View, Leaf>::visit(uint32_t s, const BvhNode<W>& node) {
 
 template <class View, class Leaf>
 void BvhStream<View, Leaf>::find_leaves() {
-  node_count_ = slot_count_;  // the root
-  for (uint32_t s = 0; s < slot_count_; ++s) {
+  node_count_ = static_cast<size_t>(slot_count_);  // the root
+  for (uint8_t s = 0; s < slot_count_; ++s) {
     node_[s] = 0;
     visitor_[s] = s;
   }
   for (size_t i = 0; i < node_count_; ++i) {
-    const uint32_t s = visitor_[i];
+    const auto s = static_cast<uint8_t>(visitor_[i]);
     if (HWY_UNLIKELY(!slots_[s].leaves.has_room())) {
       slots_[s].is_lost = true;
     } else if (HWY_UNLIKELY(node_count_ > kNodesMost)) {
@@ -213,9 +203,9 @@ void BvhStream<View, Leaf>::find_leaves() {
 
 // Takes the next block of each waiting ray.
 template <class View, class Leaf>
-void BvhStream<View, Leaf>::take_next(const SlotList& waiting, Round& round) {
-  for (uint32_t i = 0; i < waiting.count; ++i) {
-    const uint32_t s = waiting.slot[i];
+void BvhStream<View, Leaf>::take_next(const Slots& waiting, Round& round) {
+  for (int i = 0; i < waiting.count; ++i) {
+    const uint8_t s = waiting.slot[i];
     Slot& slot = slots_[s];
     const StackEntry entry = slot.leaves.pop_nearest();
     const bool is_near = entry.distance <= slot.ray.far_limit;  // else none of the others is
@@ -231,23 +221,23 @@ void BvhStream<View, Leaf>::take_next(const SlotList& waiting, Round& round) {
 
 template <class View, class Leaf>
 void BvhStream<View, Leaf>::test_leaves() {
-  SlotList waiting;
-  for (uint32_t s = 0; s < slot_count_; ++s) {
+  Slots waiting;
+  for (uint8_t s = 0; s < slot_count_; ++s) {
     slots_[s].leaves.sort();
     waiting.add_if(!slots_[s].is_lost, s);
   }
   while (waiting.count > 0) {
     Round round;
     take_next(waiting, round);
-    for (uint32_t i = 0; i < round.at_way_in.count; ++i) {
-      const uint32_t s = round.at_way_in.slot[i];
+    for (int i = 0; i < round.at_way_in.count; ++i) {
+      const uint8_t s = round.at_way_in.slot[i];
       round.inside.add_if(slots_[s].leaf.enter(scene_.shapes, slots_[s].block), s);
     }
-    for (uint32_t i = 0; i < round.at_test.count; ++i) {
+    for (int i = 0; i < round.at_test.count; ++i) {
       Slot& slot = slots_[round.at_test.slot[i]];
       slot.leaf.test(scene_.shapes, slot.block, 1);
     }
-    for (uint32_t i = 0; i < round.inside.count; ++i) slots_[round.inside.slot[i]].leaf.traverse();
+    for (int i = 0; i < round.inside.count; ++i) slots_[round.inside.slot[i]].leaf.traverse();
     waiting = round.next;
   }
 }
@@ -268,7 +258,7 @@ void BvhStream<View, Leaf>::run(Rays& rays) {
     set_up(rays);
     find_leaves();
     test_leaves();
-    for (uint32_t s = 0; s < slot_count_; ++s) end(slots_[s], rays);
+    for (int s = 0; s < slot_count_; ++s) end(slots_[s], rays);
   } while (slot_count_ == kSlots);
 }
 
