@@ -10,6 +10,7 @@
 #define TESSERA_CORE_CUBIC_LANE_NET_INL_H_
 #endif
 
+#include "slave/core/primitive/patch/cubic_net-inl.h"
 #include "slave/core/simd/real-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -40,42 +41,6 @@ struct LaneRange {
   }
 };
 
-// Both cuts of CubicNet::restrict_rows(). Lanes that cut the upper part off last have their four
-// numbers in the other order, so that one sequence does for both. A cut of nothing has the share 0,
-// which changes no number.
-class LaneCuts {
-  using V = Doubles;
-
- public:
-  HWY_INLINE explicit LaneCuts(const LaneRange& range)
-      : is_low_first_(range.from + range.to >= set<V>(1)) {
-    const V other = 1 - range.from;
-    const V share = select(is_low_first_, range.from, range.to - range.from) /
-                    select(is_low_first_, range.to, other);
-    first_[0] = select(is_low_first_, 1 - range.to, range.from);
-    first_[1] = select(is_low_first_, range.to, other);
-    second_[0] = select(is_low_first_, 1 - share, share);
-    second_[1] = select(is_low_first_, share, 1 - share);
-  }
-
-  HWY_INLINE void cut(V& a, V& b, V& c, V& d) const {
-    V x[4] = {select(is_low_first_, a, d), select(is_low_first_, b, c), select(is_low_first_, c, b),
-              select(is_low_first_, d, a)};
-    for (int k = 1; k <= 3; ++k)
-      for (int i = 3; i >= k; --i) x[i] = first_[0] * x[i - 1] + first_[1] * x[i];
-    for (int k = 1; k <= 3; ++k)
-      for (int i = 0; i <= 3 - k; ++i) x[i] = second_[0] * x[i] + second_[1] * x[i + 1];
-    a = select(is_low_first_, x[0], x[3]);
-    b = select(is_low_first_, x[1], x[2]);
-    c = select(is_low_first_, x[2], x[1]);
-    d = select(is_low_first_, x[3], x[0]);
-  }
-
- private:
-  MaskOf<V> is_low_first_;
-  V first_[2] = {}, second_[2] = {};  // what neighbours count
-};
-
 // Number (i, j), of B_i(u) B_j(v), is x[4 i + j].
 struct CubicLaneNet {
   using V = Doubles;
@@ -103,9 +68,14 @@ struct CubicLaneNet {
     high = 1.5 * high;
   }
   template <int kAxis>
-  HWY_INLINE void cut(const LaneCuts& cuts) {
-    for (int j = 0; j < 4; ++j)
-      cuts.cut(x[at<kAxis>(0, j)], x[at<kAxis>(1, j)], x[at<kAxis>(2, j)], x[at<kAxis>(3, j)]);
+  HWY_INLINE void cut(const CubicCut<V>& cut) {
+    for (int j = 0; j < 4; ++j) {
+      const V old[4] = {x[at<kAxis>(0, j)], x[at<kAxis>(1, j)], x[at<kAxis>(2, j)],
+                        x[at<kAxis>(3, j)]};
+      for (int k = 0; k < 4; ++k)
+        x[at<kAxis>(k, j)] = (cut.weight[k][0] * old[0] + cut.weight[k][1] * old[1]) +
+                             (cut.weight[k][2] * old[2] + cut.weight[k][3] * old[3]);
+    }
   }
 
  private:

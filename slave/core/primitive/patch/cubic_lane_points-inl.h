@@ -30,8 +30,9 @@ class CubicLanePoints {
     LaneTriple point, du, dv;  // derivatives by x, y
   };
 
-  // Shape: questions [count], count from 1 to kWidth. Lanes from `count` on have the last one.
-  HWY_INLINE void load_all(const PatchQuestion* questions, int count);
+  // Puts question number[lane] into each lane of these bits; others keep what they have.
+  // Requires: lanes that have nothing yet are among them.
+  HWY_INLINE void load_all(const PatchQuestion* questions, const int* number, uint32_t lanes);
 
   HWY_INLINE V origin(int a) const { return load<V>(ray_[a]); }
   HWY_INLINE LaneTriple direction() const {
@@ -60,10 +61,9 @@ class CubicLanePoints {
 
  private:
   HWY_INLINE void put_ray(int lane, const PatchQuestion& question);
-  HWY_INLINE void put_part(int lane, const PatchQuestion& question);
-  HWY_INLINE void put_bicubic(int lane, const Patch& patch);
+  HWY_INLINE void put_part(uint32_t lanes, const PatchQuestion& question);
+  HWY_INLINE void put_bicubic(uint32_t lanes, const Patch& patch);
   HWY_NOINLINE void put_other(int lane, const PatchQuestion& question);
-  HWY_INLINE void make_relative();
   static HWY_INLINE bool is_bicubic(const Patch& patch) {
     return !patch.is_rational && patch.degree_u == 3 && patch.degree_v == 3;
   }
@@ -82,31 +82,26 @@ class CubicLanePoints {
   alignas(64) double rational_[kWidth];                 // 1 where it is
 };
 
-void CubicLanePoints::load_all(const PatchQuestion* questions, int count) {
-  bool are_bicubic = true, are_one = true;
-  is_any_rational_ = false;
-  for (int lane = 0; lane < count; ++lane) {
-    are_bicubic = are_bicubic && is_bicubic(*questions[lane].patch);
-    are_one = are_one && questions[lane].part == questions[0].part;
-    is_any_rational_ = is_any_rational_ || questions[lane].patch->is_rational;
+void CubicLanePoints::load_all(const PatchQuestion* questions, const int* number, uint32_t lanes) {
+  for (uint32_t left = lanes; left != 0; left &= left - 1) {
+    const int lane = __builtin_ctz(left);
+    put_ray(lane, questions[number[lane]]);
   }
-  for (int lane = 0; lane < kWidth; ++lane)
-    put_ray(lane, questions[lane < count ? lane : count - 1]);
-  const int different = are_one ? 1 : count;
-  for (int lane = 0; lane < different; ++lane) {
-    put_part(lane, questions[lane]);
-    if (are_bicubic) put_bicubic(lane, *questions[lane].patch);
-  }
-  for (auto& row : part_)
-    for (int lane = different; lane < kWidth; ++lane) row[lane] = row[different - 1];
-  if (are_bicubic) {
-    for (auto& of : point_)
-      for (int a = 0; a < 3; ++a)
-        for (int lane = different; lane < kWidth; ++lane) of[a][lane] = of[a][different - 1];
-    make_relative();
-  } else {
-    for (int lane = 0; lane < kWidth; ++lane)
-      put_other(lane, questions[lane < count ? lane : count - 1]);
+  while (lanes != 0) {
+    const PatchQuestion& first = questions[number[__builtin_ctz(lanes)]];
+    uint32_t same = 0;
+    for (uint32_t left = lanes; left != 0; left &= left - 1) {
+      const int lane = __builtin_ctz(left);
+      if (questions[number[lane]].part == first.part) same |= 1u << lane;
+    }
+    lanes &= ~same;
+    put_part(same, first);
+    if (is_bicubic(*first.patch)) {
+      put_bicubic(same, *first.patch);
+    } else {
+      for (; same != 0; same &= same - 1)
+        put_other(__builtin_ctz(same), questions[number[__builtin_ctz(same)]]);
+    }
   }
 }
 
@@ -118,25 +113,37 @@ void CubicLanePoints::put_ray(int lane, const PatchQuestion& question) {
   for (int a = 0; a < 2; ++a) ray_[6 + a][lane] = static_cast<double>(question.t_range[a]);
 }
 
-void CubicLanePoints::put_part(int lane, const PatchQuestion& question) {
+void CubicLanePoints::put_part(uint32_t lanes, const PatchQuestion& question) {
+  const MaskOf<V> where = mask_of<V>(lanes);
   const SubPatch& part = *question.part;
+  const auto put = [&](int row, double x) HWY_ATTR { store_where(where, set<V>(x), part_[row]); };
   for (int r = 0; r < 3; ++r) {
-    for (int k = 0; k < 3; ++k) part_[3 * r + k][lane] = static_cast<double>(part.frame[r][k]);
-    part_[9 + r][lane] = static_cast<double>(part.centre[r]);
-    part_[12 + r][lane] = static_cast<double>(part.reach[r]);
+    for (int k = 0; k < 3; ++k) put(3 * r + k, static_cast<double>(part.frame[r][k]));
+    put(9 + r, static_cast<double>(part.centre[r]));
+    put(12 + r, static_cast<double>(part.reach[r]));
   }
-  part_[15][lane] = question.patch->extent;
+  put(15, question.patch->extent);
   const double half[2] = {1.0 / (2u << part.level_u), 1.0 / (2u << part.level_v)};
-  part_[16][lane] = half[0];
-  part_[17][lane] = half[1];
-  part_[18][lane] = (2 * part.column + 1) * half[0];
-  part_[19][lane] = (2 * part.row + 1) * half[1];
-  part_[20][lane] = part.has_frame ? 1 : 0;
+  put(16, half[0]);
+  put(17, half[1]);
+  put(18, (2 * part.column + 1) * half[0]);
+  put(19, (2 * part.row + 1) * half[1]);
+  put(20, part.has_frame ? 1 : 0);
 }
 
-void CubicLanePoints::put_bicubic(int lane, const Patch& patch) {
+void CubicLanePoints::put_bicubic(uint32_t lanes, const Patch& patch) {
+  const MaskOf<V> where = mask_of<V>(lanes);
+  const V from[3] = {origin(0), origin(1), origin(2)};
+  V size = set<V>(0);
   for (int k = 0; k < 16; ++k)
-    for (int a = 0; a < 3; ++a) point_[k][a][lane] = static_cast<double>(patch.numbers[3 * k + a]);
+    for (int a = 0; a < 3; ++a) {
+      const V x = static_cast<double>(patch.numbers[3 * k + a]) - from[a];
+      size = max(size, abs(x));
+      store_where(where, x, point_[k][a]);
+    }
+  store_where(where, size, far_);
+  for (auto& weight : weight_) store_where(where, set<V>(1), weight);
+  store_where(where, set<V>(0), rational_);
 }
 
 void CubicLanePoints::put_other(int lane, const PatchQuestion& question) {
@@ -152,21 +159,7 @@ void CubicLanePoints::put_other(int lane, const PatchQuestion& question) {
   weight_[0][lane] = points.low_w;
   weight_[1][lane] = points.high_w;
   rational_[lane] = points.is_rational ? 1 : 0;
-}
-
-void CubicLanePoints::make_relative() {
-  V size = set<V>(0);
-  for (int a = 0; a < 3; ++a) {
-    const V from = origin(a);
-    for (auto& point : point_) {
-      const V x = load<V>(point[a]) - from;
-      size = max(size, abs(x));
-      store(x, point[a]);
-    }
-  }
-  store(size, far_);
-  store(set<V>(1), weight_[0]);
-  store(set<V>(1), weight_[1]);
+  is_any_rational_ = is_any_rational_ || points.is_rational;
 }
 
 void CubicLanePoints::weights(int a, V x, V (&weight)[4], V (&slope)[4]) const {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The complete solver of cubics (cubic_solver-inl.h) for a register of questions at once, one in
-// each lane. Lanes do what it does, operation by operation, so answers have its bits; they only
-// wait for each other. First all boxes are gone through, and those with one root at most are noted;
-// then Newton's iterations of the first box of each lane run, of the second, and so on. What is
-// seldom and long is not done here, but asked of it from the start: many boxes, many halves, and
-// boxes that are flat.
+// The complete solver of cubics (cubic_solver-inl.h) for many questions at once, one in each lane
+// of a register. Lanes do what it does, operation by operation, so answers have its bits. A lane
+// whose boxes are all looked at takes the next question once half of the lanes are free; boxes with
+// one root at most are noted for Newton's iteration, which has registers of its own
+// (cubic_lane_roots-inl.h). What is seldom and long is not done here, but asked of the other solver
+// from the start: many boxes, many halves, and boxes that are flat.
 //
 // Threads. Pure functions.
 #include "slave/core/primitive/patch/cubic_solver_layout.h"
@@ -17,6 +17,7 @@
 #endif
 
 #include "slave/core/primitive/patch/cubic_lane_points-inl.h"
+#include "slave/core/primitive/patch/cubic_lane_roots-inl.h"
 #include "slave/core/primitive/patch/cubic_solver-inl.h"
 #include "slave/core/primitive/patch/lane_notes-inl.h"
 
@@ -32,14 +33,17 @@ class CubicLanes {
  public:
   static constexpr int kWidth = CubicLanePoints::kWidth;
 
-  // Shape: questions, to [count], count from 1 to kWidth.
-  HWY_INLINE void solve(const PatchQuestion* questions, int count, SolvedPatch* to);
+  // Shape: questions, to [count], count from 1 to 64.
+  HWY_INLINE CubicLanes(const PatchQuestion* questions, int count, SolvedPatch* to)
+      : questions_(questions), count_(count), to_(to) {}
+  HWY_INLINE void solve();
 
  private:
   static constexpr int kBoxesMax = 48;    // beyond these a lane is asked of the other solver
   static constexpr int kHalvesMax = 6;    // that wait
-  static constexpr int kRootsMax = 4;     // boxes that Newton's iteration ends
   static constexpr int kBoxNumbers = 36;  // of a half that waits: its nets and its limits
+  static constexpr uint32_t kAll = (1u << kWidth) - 1;
+  static constexpr int kWorthStepping = kWidth / 2;  // lanes, where others may take a question
 
   // What the nets of a box say of it.
   struct Slopes {
@@ -55,8 +59,10 @@ class CubicLanes {
     HWY_INLINE V kept(int axis) const { return 0.5 * (high[axis] - low[axis]); }
   };
 
-  HWY_INLINE M find_square();
-  HWY_INLINE void project();
+  HWY_INLINE void fill();
+  HWY_INLINE void end(uint32_t lanes);
+  HWY_INLINE M find_square(M lanes);
+  HWY_INLINE void project(M lanes);
   HWY_INLINE void cut();
   HWY_INLINE void step();
   HWY_INLINE Slopes slopes() const;
@@ -65,63 +71,88 @@ class CubicLanes {
   HWY_INLINE void halve(M where, M by_u);
   HWY_INLINE void leave(M where);
   HWY_INLINE void give_up(M where) {
-    given_up_ |= bits_of<V>(where);
+    for (uint32_t left = bits_of<V>(where); left != 0; left &= left - 1)
+      given_up_ |= uint64_t{1} << number_[__builtin_ctz(left)];
     active_ = and_not(where, active_);
   }
-  HWY_INLINE void newton(int root);
-  HWY_INLINE void report(M where, V t, V x, V y);
+  HWY_INLINE void settle_roots() { given_up_ |= roots_.settle(questions_, to_); }
 
+  const PatchQuestion* const questions_;
+  const int count_;
+  SolvedPatch* const to_;
+  int next_question_ = 0;
+  int number_[kWidth];     // of the question in each lane
+  uint32_t taken_ = 0;     // lanes that have one
+  uint64_t given_up_ = 0;  // questions
   CubicLanePoints points_;
-  V noise_{}, noise_f_{}, flat_{};
-  M active_{};
-  uint32_t given_up_ = 0;
+  V noise_f_{}, flat_{};
+  M active_{};                    // lanes with boxes that are not looked at yet
   V low_[2] = {}, high_[2] = {};  // of the box
   CubicLaneNet f_[2];
   LaneRange next_[2];  // of the box, what is looked at next
-  V boxes_{}, has_hit_{}, t_{}, u_{}, v_{};
+  V boxes_{};
   LaneNotes<kHalvesMax, kBoxNumbers> halves_;
   uint32_t halved_by_u_[kHalvesMax] = {};
-  LaneNotes<kRootsMax, 4> roots_;
+  CubicLaneRoots roots_;
 };
 
-void CubicLanes::solve(const PatchQuestion* questions, int count, SolvedPatch* to) {
-  points_.load_all(questions, count);
-  active_ = find_square() && first_lanes<V>(static_cast<size_t>(count));
-  noise_ = Limits::kEvaluation * points_.far();
-  noise_f_ = Limits::kNoiseShare * points_.far() * points_.high_w();
-  flat_ = Limits::kFlat * points_.extent() * points_.low_w() + 2 * noise_f_;
-  boxes_ = has_hit_ = t_ = u_ = v_ = set<V>(0);
-  if (!is_none<V>(active_)) project();
-  while (!is_none<V>(active_)) {
-    step();
-    cut();
-  }
-  int most = 0;
-  for (int lane = 0; lane < count; ++lane) most = max_of(most, roots_.count[lane]);
-  for (int root = 0; root < most; ++root) newton(root);
-  alignas(64) double t[kWidth], u[kWidth], v[kWidth], boxes[kWidth];
-  store(t_, t);
-  store(u_, u);
-  store(v_, v);
-  store(boxes_, boxes);
-  const uint32_t hits = bits_of<V>(has_hit_ != set<V>(0));
-  for (int lane = 0; lane < count; ++lane) {
-    const PatchQuestion& q = questions[lane];
-    if ((given_up_ >> lane & 1) != 0) {
-      solve_cubic(*q.patch, *q.part, q.origin, q.direction, q.t_range, to[lane]);
-    } else {
-      to[lane] = {t[lane], u[lane], v[lane], static_cast<int>(boxes[lane]), (hits >> lane & 1) != 0,
-                  false};
+void CubicLanes::solve() {
+  for (int k = 0; k < count_; ++k) to_[k] = {0, 0, 0, 0, false, false};
+  active_ = mask_of<V>(0);
+  for (fill(); taken_ != 0; fill()) {
+    const int least = next_question_ < count_ ? kWorthStepping : 0;
+    while (__builtin_popcount(bits_of<V>(active_)) > least) {
+      step();
+      cut();
     }
+    end(taken_ & ~bits_of<V>(active_));
+  }
+  if (!roots_.is_empty()) settle_roots();
+  for (; given_up_ != 0; given_up_ &= given_up_ - 1) {
+    const int k = __builtin_ctzll(given_up_);
+    const PatchQuestion& q = questions_[k];
+    solve_cubic(*q.patch, *q.part, q.origin, q.direction, q.t_range, to_[k]);
   }
 }
 
-// Sets the first boxes. Returns: the lanes that have one.
-CubicLanes::M CubicLanes::find_square() {
-  for (int a = 0; a < 2; ++a) {
-    low_[a] = set<V>(-1 - kSquareWiden);
-    high_[a] = set<V>(1 + kSquareWiden);
+// Gives questions that wait to lanes that are free.
+void CubicLanes::fill() {
+  uint32_t lanes = 0;
+  const bool is_first = next_question_ == 0;
+  for (uint32_t left = kAll & ~taken_; left != 0 && next_question_ < count_; left &= left - 1) {
+    const int lane = __builtin_ctz(left);
+    number_[lane] = next_question_++;
+    lanes |= 1u << lane;
   }
+  if (lanes == 0) return;
+  taken_ |= lanes;
+  if (is_first)  // others have the numbers of some question, too
+    for (int lane = 0; lane < kWidth; ++lane)
+      if ((lanes >> lane & 1) == 0) number_[lane] = 0;
+  points_.load_all(questions_, number_, is_first ? kAll : lanes);
+  const M are_new = mask_of<V>(is_first ? kAll : lanes);
+  const M have_boxes = find_square(are_new) && mask_of<V>(lanes);
+  noise_f_ = Limits::kNoiseShare * points_.far() * points_.high_w();
+  flat_ = Limits::kFlat * points_.extent() * points_.low_w() + 2 * noise_f_;
+  boxes_ = select(are_new, set<V>(0), boxes_);
+  if (!is_none<V>(have_boxes)) project(are_new);
+  active_ = active_ || have_boxes;
+}
+
+// Frees lanes whose boxes are all looked at.
+void CubicLanes::end(uint32_t lanes) {
+  alignas(64) double boxes[kWidth];
+  store(boxes_, boxes);
+  taken_ &= ~lanes;
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const int lane = __builtin_ctz(lanes);
+    to_[number_[lane]].box_count = static_cast<int>(boxes[lane]);
+    halves_.count[lane] = 0;
+  }
+}
+
+// Sets the first boxes of these lanes. Returns: those that have one.
+CubicLanes::M CubicLanes::find_square(M lanes) {
   const LaneTriple direction = points_.direction();
   V from[3] = {}, o[3] = {}, d[3] = {}, norm[3] = {}, far = set<V>(0);
   for (int k = 0; k < 3; ++k) {
@@ -140,14 +171,15 @@ CubicLanes::M CubicLanes::find_square() {
     const V slope = d[a] * inverse, size = abs(slope), at = o[a] - o[2] * slope;
     const V reach =
         points_.reach(a) + size * points_.reach(2) + 8 * ((norm[a] + size * norm[2]) * noise);
-    low_[a] = select(has_frame && at - reach > low_[a], at - reach, low_[a]);
-    high_[a] = select(has_frame && at + reach < high_[a], at + reach, high_[a]);
+    const V low = set<V>(-1 - kSquareWiden), high = set<V>(1 + kSquareWiden);
+    low_[a] = select(lanes, select(has_frame && at - reach > low, at - reach, low), low_[a]);
+    high_[a] = select(lanes, select(has_frame && at + reach < high, at + reach, high), high_[a]);
   }
   return low_[0] <= high_[0] && low_[1] <= high_[1];
 }
 
-// Takes F over the first boxes.
-void CubicLanes::project() {
+// Takes F over the first boxes of these lanes.
+void CubicLanes::project(M lanes) {
   const LaneTriple direction = points_.direction();
   const V x = abs(direction.x), y = abs(direction.y), z = abs(direction.z);
   const M is_y = y < x, is_z = z < min(x, y);
@@ -156,15 +188,18 @@ void CubicLanes::project() {
                         select(is_z, one, zero)};
   const LaneTriple d = unit_of(direction), across = unit_of(cross_of(axis, d));
   const LaneTriple n[2] = {across, cross_of(d, across)};
+  CubicLaneNet f[2];
   for (int number = 0; number < 16; ++number) {
     const LaneTriple p = points_.point(number);
-    for (int k = 0; k < 2; ++k) f_[k].x[number] = n[k].x * p.x + n[k].y * p.y + n[k].z * p.z;
+    for (int k = 0; k < 2; ++k) f[k].x[number] = n[k].x * p.x + n[k].y * p.y + n[k].z * p.z;
   }
   for (int a = 0; a < 2; ++a) {
     const V middle = points_.middle(a), half = points_.half(a);
-    const LaneCuts cuts({middle + half * low_[a], middle + half * high_[a]});
-    for (CubicLaneNet& net : f_) a == 0 ? net.cut<0>(cuts) : net.cut<1>(cuts);
+    const CubicCut<V> part(middle + half * low_[a], middle + half * high_[a]);
+    for (CubicLaneNet& net : f) a == 0 ? net.cut<0>(part) : net.cut<1>(part);
   }
+  for (int k = 0; k < 2; ++k)
+    for (int p = 0; p < 16; ++p) f_[k].x[p] = select(lanes, f[k].x[p], f_[k].x[p]);
 }
 
 // Cuts all boxes to what is looked at next.
@@ -173,8 +208,8 @@ void CubicLanes::cut() {
     const LaneRange range = next_[a];
     const M is_whole = range.from == set<V>(0) && range.to == set<V>(1);
     if (is_all<V>(is_whole)) continue;
-    const LaneCuts cuts(range);
-    for (CubicLaneNet& net : f_) a == 0 ? net.cut<0>(cuts) : net.cut<1>(cuts);
+    const CubicCut<V> part(range.from, range.to);
+    for (CubicLaneNet& net : f_) a == 0 ? net.cut<0>(part) : net.cut<1>(part);
     const V low = low_[a], width = high_[a] - low;
     low_[a] = select(is_whole, low, low + range.from * width);
     high_[a] = select(is_whole, high_[a], low + range.to * width);
@@ -255,22 +290,17 @@ CubicLanes::Narrowed CubicLanes::narrowed(const Slopes& slopes) const {
 
 // Notes what may hold a root, for Newton's iteration.
 void CubicLanes::note(M where, const Narrowed& to) {
-  V from[2] = {}, until[2] = {};
+  alignas(64) double from[2][kWidth], until[2][kWidth];
   for (int k = 0; k < 2; ++k) {
     const V middle = 0.5 * (low_[k] + high_[k]), half = 0.5 * (high_[k] - low_[k]);
-    from[k] = middle + half * to.low[k];
-    until[k] = middle + half * to.high[k];
+    store(middle + half * to.low[k], from[k]);
+    store(middle + half * to.high[k], until[k]);
   }
-  roots_.by_count(bits_of<V>(where), [&](int number, uint32_t lanes) HWY_ATTR {
-    const M mask = mask_of<V>(lanes);
-    if (number == kRootsMax) return give_up(mask);
-    for (int k = 0; k < 2; ++k) {
-      store_where(mask, from[k], roots_.rows[number][k]);
-      store_where(mask, until[k], roots_.rows[number][2 + k]);
-    }
-  });
-  for (uint32_t left = bits_of<V>(where && active_); left != 0; left &= left - 1)
-    ++roots_.count[__builtin_ctz(left)];
+  for (uint32_t left = bits_of<V>(where); left != 0; left &= left - 1) {
+    const int lane = __builtin_ctz(left);
+    if (roots_.is_full()) settle_roots();
+    roots_.note(number_[lane], {from[0][lane], from[1][lane]}, {until[0][lane], until[1][lane]});
+  }
 }
 
 // Goes on with the lower halves; the upper ones wait, uncut.
@@ -313,72 +343,13 @@ void CubicLanes::leave(M where) {
   });
 }
 
-// Newton's iteration in the box of this number of each lane.
-void CubicLanes::newton(int root) {
-  uint32_t lanes = 0;
-  for (int lane = 0; lane < kWidth; ++lane)
-    if (roots_.count[lane] > root) lanes |= 1u << lane;
-  active_ = mask_of<V>(lanes & ~given_up_);
-  V from[2] = {}, until[2] = {}, at[2] = {}, tolerance[2] = {}, t = set<V>(0);
-  for (int k = 0; k < 2; ++k) {
-    from[k] = load<V>(roots_.rows[root][k]);
-    until[k] = load<V>(roots_.rows[root][2 + k]);
-    at[k] = 0.5 * (from[k] + until[k]);
-  }
-  const LaneTriple d = points_.direction();
-  const V size = max(until[0] - from[0], until[1] - from[1]), length = length_of(d);
-  V last = set<V>(__builtin_inf());
-  M moves = active_;
-  for (int step = 0; !is_none<V>(moves); ++step) {
-    const CubicLanePoints::Jet jet = points_.jet_at(at[0], at[1]);
-    const LaneTriple c = cross_of(d, jet.point), n = cross_of(jet.du, jet.dv);
-    const V unit = 1 / dot_of(n, d);
-    give_up(moves && !(abs(unit) < set<V>(__builtin_inf())));
-    moves = moves && active_;
-    t = select(moves, dot_of(n, jet.point) * unit, t);
-    const V moved[2] = {-dot_of(jet.dv, c) * unit, dot_of(jet.du, c) * unit};
-    const V scale = 4 * noise_ * abs(unit) * length;
-    tolerance[0] = select(moves, Limits::kOverlap + scale * length_of(jet.dv), tolerance[0]);
-    tolerance[1] = select(moves, Limits::kOverlap + scale * length_of(jet.du), tolerance[1]);
-    const V now = max(abs(moved[0]), abs(moved[1]));
-    M is_last = now <= 0x1p-15 * size || now <= set<V>(0x1p-34);
-    if (step > 4) is_last = is_last || now >= last;
-    if (step == Limits::kNewtonStepsMax) is_last = moves;
-    last = now;
-    for (int k = 0; k < 2; ++k) {
-      const V next = at[k] + moved[k];
-      at[k] = select(moves, select(is_last, next, min(max(next, from[k]), until[k])), at[k]);
-    }
-    moves = and_not(is_last, moves);
-  }
-  M is_root = active_;
-  for (int k = 0; k < 2; ++k) {
-    const V slack = 0x1p-16 * size + tolerance[k];
-    is_root = is_root && abs(at[k]) <= 1 + tolerance[k];
-    is_root = is_root && at[k] >= from[k] - slack && at[k] <= until[k] + slack;
-  }
-  report(is_root, t, at[0], at[1]);
-}
-
-void CubicLanes::report(M where, V t, V x, V y) {
-  const M is_in = where && t >= points_.t_min() && t <= points_.t_max();
-  const M is_best = is_in && (has_hit_ == set<V>(0) || t < t_);
-  has_hit_ = select(is_best, set<V>(1), has_hit_);
-  t_ = select(is_best, t, t_);
-  const V one = set<V>(1), low = set<V>(-1);
-  u_ = select(is_best, points_.middle(0) + points_.half(0) * min(max(x, low), one), u_);
-  v_ = select(is_best, points_.middle(1) + points_.half(1) * min(max(y, low), one), v_);
-}
-
 inline void solve_cubics(const PatchQuestion* questions, int count, SolvedPatch* to) {
   // Where a register has few lanes, or few are asked for, questions are solved one by one.
-  constexpr int kWorthLanes = 2;
-  constexpr int kWidth = CubicLanes::kWidth;
+  constexpr int kWorthLanes = 2, kMost = 64;
   while (count > 0) {
-    const int some = min_of(count, kWidth);
-    if (kWidth >= 4 && some >= kWorthLanes) {
-      CubicLanes lanes;
-      lanes.solve(questions, some, to);
+    const int some = min_of(count, kMost);
+    if (CubicLanes::kWidth >= 4 && some >= kWorthLanes) {
+      CubicLanes(questions, some, to).solve();
     } else {
       for (int k = 0; k < some; ++k) {
         const PatchQuestion& q = questions[k];

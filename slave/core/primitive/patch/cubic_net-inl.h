@@ -28,6 +28,32 @@ HWY_INLINE Triple cross_of(Triple a, Triple b) {
 HWY_INLINE double length_of(Triple a) { return __builtin_sqrt(dot_of(a, a)); }
 HWY_INLINE Triple unit_of(Triple a) { return (1 / length_of(a)) * a; }
 
+// What the control points of a cubic count in those of its part over [from, to]: number k is the
+// blossom of 3 - k times `from` and k times `to`. In [0, 1] all are sums of numbers that are not
+// negative, so a cut adds a few roundings to a net, and [0, 1] itself changes none of it.
+// T: double, or a register of doubles.
+template <class T>
+struct CubicCut {
+  T weight[4][4];
+
+  HWY_INLINE CubicCut(T s, T t) {
+    const T p = 1 - s, q = 1 - t, ss = s * s, pp = p * p, tt = t * t, qq = q * q;
+    const T ps = 2 * (p * s), qt = 2 * (q * t);
+    put(0, pp * p, 3 * (pp * s), 3 * (p * ss), ss * s);
+    put(1, pp * q, ps * q + pp * t, ss * q + ps * t, ss * t);
+    put(2, p * qq, s * qq + p * qt, s * qt + p * tt, s * tt);
+    put(3, qq * q, 3 * (qq * t), 3 * (q * tt), tt * t);
+  }
+
+ private:
+  HWY_INLINE void put(int k, T a, T b, T c, T d) {
+    weight[k][0] = a;
+    weight[k][1] = b;
+    weight[k][2] = c;
+    weight[k][3] = d;
+  }
+};
+
 // Row i, column j: of B_i(u) B_j(v).
 struct CubicNet {
   Quad row[4];
@@ -47,24 +73,14 @@ struct CubicNet {
     low = 1.5 * min(min(a, b), c).least();
     high = 1.5 * max(max(a, b), c).greatest();
   }
-  // Keeps [from, to] of the parameter of the rows, by de Casteljau's scheme.
+  // Keeps [from, to] of the parameter of the rows.
   HWY_INLINE void restrict_rows(double from, double to) {
-    // The cut that leaves more comes first, so that the other's share is no quotient of small ones.
-    if (from + to >= 1) {
-      if (to != 1) keep_low(to);
-      if (from != 0) keep_high(from / to);
-    } else {
-      if (from != 0) keep_high(from);
-      if (to != 1) keep_low((to - from) / (1 - from));
+    const CubicCut<double> cut(from, to);
+    const Quad old[4] = {row[0], row[1], row[2], row[3]};
+    for (int k = 0; k < 4; ++k) {
+      const double* const w = cut.weight[k];
+      row[k] = (w[0] * old[0] + w[1] * old[1]) + (w[2] * old[2] + w[3] * old[3]);
     }
-  }
-  HWY_INLINE void keep_low(double a) {
-    for (int k = 1; k <= 3; ++k)
-      for (int i = 3; i >= k; --i) row[i] = (1 - a) * row[i - 1] + a * row[i];
-  }
-  HWY_INLINE void keep_high(double a) {
-    for (int k = 1; k <= 3; ++k)
-      for (int i = 0; i <= 3 - k; ++i) row[i] = (1 - a) * row[i] + a * row[i + 1];
   }
 };
 

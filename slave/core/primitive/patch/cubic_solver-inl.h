@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The complete solver (complete_solver.h) for degrees up to 3, with its method and its bounds, but
-// that it begins with the part of the square that may hold roots. Points are raised to degree 3 in
-// both directions: at most four more roundings of means, among the 1024 that its noise stands for.
-// Newton ends at steps of 2^-15 of the box: with r <= 1/4 what is left is below 2^-29 of it. A net
-// is four registers of four numbers.
+// for these. It begins with the part of the square that may hold roots. Points are raised to degree
+// 3 in both directions: at most four more roundings of means, among the 1024 that its noise stands
+// for. A net is four registers of four numbers.
+//
+// Newton begins where r <= 7/16. With s the size of a step in half widths of the box, a step that
+// is not clamped leaves F, times the inverse of F' anywhere in the box, at r / (2 (1 - r)) s^2 =
+// 0.39 s^2 at most, which bounds the next step. A step within the box has s <= 2, so steps become
+// smaller, and none ends where F is not small. Newton ends at steps of 2^-15 of the box: what is
+// left is below 2^-29 of it.
 //
 // Threads. Pure functions.
 #include "slave/core/primitive/patch/cubic_solver_layout.h"
@@ -26,7 +31,7 @@ struct CubicSolverLimits {
   static constexpr double kNoiseShare = 0x1p-42;
   static constexpr double kFlat = 0x1p-32;
   static constexpr double kLeastWidth = 0x1p-44;
-  static constexpr double kContraction = 0.25;
+  static constexpr double kContraction = 0.4375;
   static constexpr double kRestricted = 0.7;
   static constexpr double kWorthACut = 0.95;
   static constexpr double kNetRoundings = 0x1p-40;
