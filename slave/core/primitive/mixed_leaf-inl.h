@@ -21,7 +21,8 @@ namespace HWY_NAMESPACE {
 // Leaf test of the rays of a packet. Test: FanBlock or BundleBlock, for triangles. Item: what tests
 // an item, with
 //   Item(Rays&, Test<W, kAny>&), both of which outlive it;
-//   bool test(const Shapes&, uint32_t number): whether some ray has a new best hit.
+//   bool test(const Shapes&, uint32_t number): whether some ray has a new best hit;
+//   bool settle_waiting(), where some of what is tested is put off: the same of that.
 template <class Shapes, int W, bool kAny, class Rays, template <int, bool> class Test, class Item>
 class MixedPacketLeaf {
  public:
@@ -45,6 +46,9 @@ class MixedPacketLeaf {
     }
     return has_hit;
   }
+  // Settles what items put off. To be called after all tests, and before a ray's answer is read.
+  HWY_INLINE void settle_waiting() requires requires(Item item) { item.settle_waiting(); }
+  { item_.settle_waiting(); }
   // To be called after all tests.
   HWY_INLINE void finish() { test_.finish(); }
 

@@ -83,6 +83,7 @@ class PacketTracer {
       if (leaf_.test(scene_.shapes, leaf_first(child), leaf_count(child))) rays_.shorten();
       if (rays_.work_left < 0) return Together::kDoesNotPay;
     }
+    if constexpr (requires { leaf_.settle_waiting(); }) leaf_.settle_waiting();
     return Together::kDone;
   }
 

@@ -212,6 +212,7 @@ Together KdPacketTracer<View, Rays, Leaf>::run(const Packet& packet) {
     if (leaf_.test(scene_.shapes, leaf.tag_and_index >> 2, leaf.count)) rays_.shorten();
     if (rays_.work_left < 0) return Together::kDoesNotPay;
   }
+  if constexpr (requires { leaf_.settle_waiting(); }) leaf_.settle_waiting();
   return Together::kDone;
 }
 

@@ -26,6 +26,7 @@
 #define TESSERA_CORE_PATCH_FILTER_INL_H_
 #endif
 
+#include "slave/core/primitive/freeform/patch_hull-inl.h"
 #include "slave/core/ray/bundle_rays-inl.h"
 #include "slave/core/ray/fan_rays-inl.h"
 #include "slave/core/ray/one_ray-inl.h"
@@ -69,7 +70,8 @@ class PatchFilter : PatchFilterRoom {
   }
 
   // Returns: the bits of the rays from `at` on that may meet it. Requires: it has a frame.
-  HWY_INLINE uint32_t possible(size_t at) const {
+  // hull: of the patch, or null.
+  HWY_INLINE uint32_t possible(size_t at, const PatchHull* hull) const {
     V o[3] = {}, d[3] = {}, reach = set<V>(reach_);
     load_origin(rays_, at, o, reach);
     const V x = load<V>(rays_.direction[0] + at), y = load<V>(rays_.direction[1] + at);
@@ -85,15 +87,22 @@ class PatchFilter : PatchFilterRoom {
     const V best = rays_.farthest(at), least = least_ts(rays_, at);
     M is_out = t - after > best + abs(best) * kLimitSlack;
     is_out = is_out || t + after < least - abs(least) * kLimitSlack;
+    RaysInFrame seen;
     for (int c = 0; c < 2; ++c) {
-      const V slope = d[c] * inverse, at_plane = abs(o[c] - slope * o[2]);
-      const V allowed = abs(slope) * away + (room * norm_[c] + (kBorder + part_.reach[c]));
-      is_out = is_out || at_plane > allowed;
+      seen.slope[c] = d[c] * inverse;
+      seen.at[c] = o[c] - seen.slope[c] * o[2];
+      const V size = abs(seen.slope[c]);
+      const V allowed = size * away + (room * norm_[c] + (kBorder + part_.reach[c]));
+      seen.size[c] = size * norm_[2] + norm_[c];
+      is_out = is_out || abs(seen.at[c]) > allowed;
     }
     // Where d_n is too small the test says nothing; rays that look for nothing stay out.
     const M is_flat = !(abs(d[2]) > length * (kTooFlat * norm_[2]));
-    const M is_over = best < least;
-    return bits_of<V>(and_not(is_over, is_flat || !is_out));
+    const M is_over = best < least, stays = and_not(is_over, is_flat || !is_out);
+    if (hull == nullptr || is_none<V>(stays)) return bits_of<V>(stays);
+    seen.distance = reach + abs(t) * length;
+    seen.flatness = length * (norm_[2] * abs(inverse));
+    return bits_of<V>(stays && (is_flat || hull->may_meet(seen)));
   }
 
  private:

@@ -33,8 +33,14 @@ class PatchPacketTest {
     const SubPatch& part = shapes.parts[number];
     return test(shapes.patches[part.patch], part);
   }
+  // Asks the complete solver what waits to be asked. Returns: whether some ray has a new best hit.
+  HWY_INLINE bool settle_waiting() { return waiting_count_ != 0 && ask_waiting(); }
 
  private:
+  // Questions to the complete solver are put together: it keeps its lanes busy where there are
+  // several times as many, and rays learn of hits the later the more there are.
+  static constexpr int kWorthAsking = 24;
+
   // Rays that may meet a sub-patch, side by side; the last ones are repeated to fill a register.
   struct Candidates {
     int count = 0;
@@ -46,11 +52,10 @@ class PatchPacketTest {
   HWY_INLINE void gather(uint64_t possible, Candidates& rays) const;
   template <bool kRational, int kM, int kN>
   HWY_NOINLINE bool decide(const Patch& patch, const SubPatch& part, const Candidates& rays);
-  HWY_INLINE bool ask(const Patch& patch, const SubPatch& part, size_t ray) {
-    return ask_all(patch, part, uint64_t{1} << ray);
-  }
-  // Asks the complete solver for the rays of these bits. Requires: there are some.
+  // Has the complete solver asked for the rays of these bits, sooner or later.
+  // Requires: there are some.
   HWY_NOINLINE bool ask_all(const Patch& patch, const SubPatch& part, uint64_t possible);
+  HWY_NOINLINE bool ask_waiting();
   HWY_INLINE bool take(const SubPatch& part, size_t ray, float t) {
     if (!kAny) test_.settle(ray);
     return rays_.template take<kAny>(ray, t, least_t(rays_, ray), part.primitive);
@@ -58,6 +63,9 @@ class PatchPacketTest {
 
   Rays& rays_;
   Test<W, kAny>& test_;
+  int waiting_count_ = 0;
+  uint8_t waiting_ray_[kPatchQuestionsMax];
+  PatchQuestion waiting_[kPatchQuestionsMax];
 };
 
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
@@ -65,8 +73,14 @@ bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch& patch, const SubPat
   uint64_t possible = 0;
   if (part.has_frame) {
     const PatchFilter<Rays> filter(rays_, part);
-    for (size_t at = 0; at < kPacketRays; at += kLaneCount)
-      possible |= uint64_t{filter.possible(at)} << at;
+    if (PatchHull::helps(patch, part)) {
+      const PatchHull hull(patch, part);
+      for (size_t at = 0; at < kPacketRays; at += kLaneCount)
+        possible |= uint64_t{filter.possible(at, &hull)} << at;
+    } else {
+      for (size_t at = 0; at < kPacketRays; at += kLaneCount)
+        possible |= uint64_t{filter.possible(at, nullptr)} << at;
+    }
     if (possible == 0) return false;
     rays_.work_left -= 2 * __builtin_popcountll(possible);
     if (is_border_span(part)) return ask_all(patch, part, possible);
@@ -89,13 +103,12 @@ bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch& patch, const SubPat
 template <int W, bool kAny, class Rays, template <int, bool> class Test>
 bool PatchPacketTest<W, kAny, Rays, Test>::ask_all(const Patch& patch, const SubPatch& part,
                                                    uint64_t possible) {
-  PatchQuestion questions[kPacketRays];
-  uint8_t ray[kPacketRays];
-  int count = 0;
+  bool has_hit = false;
+  if (waiting_count_ + __builtin_popcountll(possible) > kPatchQuestionsMax) has_hit = ask_waiting();
   do {
     const auto number = static_cast<size_t>(__builtin_ctzll(possible));
-    ray[count] = static_cast<uint8_t>(number);
-    PatchQuestion& question = questions[count++];
+    waiting_ray_[waiting_count_] = static_cast<uint8_t>(number);
+    PatchQuestion& question = waiting_[waiting_count_++];
     question.patch = &patch;
     question.part = &part;
     origin_of(rays_, number, question.origin);
@@ -104,11 +117,17 @@ bool PatchPacketTest<W, kAny, Rays, Test>::ask_all(const Patch& patch, const Sub
     question.t_range[1] = __builtin_inff();
     possible &= possible - 1;
   } while (possible != 0);
-  PatchAnswer answers[kPacketRays];
-  solved_answers(questions, count, answers);
+  return waiting_count_ < kWorthAsking ? has_hit : has_hit | ask_waiting();
+}
+
+template <int W, bool kAny, class Rays, template <int, bool> class Test>
+bool PatchPacketTest<W, kAny, Rays, Test>::ask_waiting() {
+  PatchAnswer answers[kPatchQuestionsMax];
+  solved_answers(waiting_, waiting_count_, answers);
   bool has_hit = false;
-  for (int k = 0; k < count; ++k)
-    if (answers[k].is_hit) has_hit |= take(part, ray[k], answers[k].t);
+  for (int k = 0; k < waiting_count_; ++k)
+    if (answers[k].is_hit) has_hit |= take(*waiting_[k].part, waiting_ray_[k], answers[k].t);
+  waiting_count_ = 0;
   return has_hit;
 }
 
