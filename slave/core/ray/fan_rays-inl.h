@@ -43,6 +43,8 @@ struct ShadowFan {
 struct FanRays : PacketRays {
   // A fan that gets through setup() is traced as one, however many steps it takes.
   static constexpr int kStepsMax = 0x7fffffff, kKdStepsMax = 0x7fffffff;
+  // With few wide rows all rays are tested; with many rows, those that a primitive may touch.
+  static constexpr bool kCullsRows = kRows > 4;
   static constexpr size_t kFans = 1;  // see twin_rays-inl.h
 
   static constexpr int kRaysLeast = 4;  // fewer are faster alone
@@ -69,6 +71,8 @@ struct FanRays : PacketRays {
   HWY_INLINE void settle_rays(size_t at, M rays, V t);
   // Finds z_far and row_low; must be called after hits.
   HWY_INLINE void shorten();
+  // Bounds the rays that still look for something.
+  HWY_INLINE void narrow();
   // Upper bounds of the best t of the rays from `at` on.
   HWY_INLINE V farthest(size_t at) const;
   HWY_INLINE void direction_of(size_t ray, float* to) const {
@@ -96,7 +100,8 @@ struct FanRays : PacketRays {
   // where there are numbers.
   const float* direction[3];
   const int* numbers = nullptr;
-  uint64_t valid = 0;          // rays that may hit something
+  uint64_t valid = 0;  // rays that may hit something
+  Diagonals diagonals;
   size_t filled_rows = kRows;  // rows with rays that are valid, from the first
   float t_min = 0;
   int32_t excluded = -1;                      // ShadowFans::excluded_at_origin
@@ -117,6 +122,8 @@ struct FanRays : PacketRays {
   // Relative error of a nearness computed from t is less than this: 4 roundings of t itself, and
   // one each of its product with z, of the quotient and of the bound.
   static constexpr float kNearSlack = 8 * kRoundoff;
+  // More than any slope, of which bounds can be computed.
+  static constexpr float kBeyond = 0x1p60f;
   // Greatest `low`, for hits at t = 0, beside which there may be others at 0.
   static constexpr float kNearMax = 0x1.fffffep127f;
 
@@ -256,35 +263,56 @@ inline void FanRays::line_up() {
 }
 
 HWY_INLINE void FanRays::bound() {
-  const auto least = [](auto a, auto b) { return min(a, b); };
-  const auto greatest = [](auto a, auto b) { return max(a, b); };
-  const auto u = [&](size_t row) { return load<V>(ray_u + row * kLanes); };
-  const auto v = [&](size_t row) { return load<V>(ray_v + row * kLanes); };
-  fold_rows<kRows>(D(), u, least, row_u[0]);
-  fold_rows<kRows>(D(), u, greatest, row_u[1]);
-  fold_rows<kRows>(D(), v, least, row_v[0]);
-  fold_rows<kRows>(D(), v, greatest, row_v[1]);
-  float u_low = row_u[0][0], u_high = row_u[1][0], v_low = row_v[0][0], v_high = row_v[1][0];
-  for (size_t r = 1; r < kRows; ++r) {
-    u_low = min_of(u_low, row_u[0][r]);
-    u_high = max_of(u_high, row_u[1][r]);
-    v_low = min_of(v_low, row_v[0][r]);
-    v_high = max_of(v_high, row_v[1][r]);
+  if constexpr (kCullsRows) {
+    const auto least = [](auto a, auto b) { return min(a, b); };
+    const auto greatest = [](auto a, auto b) { return max(a, b); };
+    const auto u = [&](size_t row) { return load<V>(ray_u + row * kLanes); };
+    const auto v = [&](size_t row) { return load<V>(ray_v + row * kLanes); };
+    fold_rows<kRows>(D(), u, least, row_u[0]);
+    fold_rows<kRows>(D(), u, greatest, row_u[1]);
+    fold_rows<kRows>(D(), v, least, row_v[0]);
+    fold_rows<kRows>(D(), v, greatest, row_v[1]);
   }
-  // Each bound is moved out by the roundings of u itself and of its product with z.
-  const auto outward = [](float bound, float sign) {
-    return bound + sign * abs_of(bound) * (8 * kRoundoff);
-  };
-  slope_u[0] = outward(u_low, -1);
-  slope_u[1] = outward(u_high, 1);
-  slope_v[0] = outward(v_low, -1);
-  slope_v[1] = outward(v_high, 1);
+  narrow();
   widest[0] = max_of(-slope_u[0], slope_u[1]);
   widest[1] = max_of(-slope_v[0], slope_v[1]);
   steepness = 1 + widest[0] + widest[1];
   nearest_min = __builtin_inff();
   if (!(t_min > 0)) return;
   nearest_min = least_lane(least_per_depth_) / t_min * (1 - kNearSlack) - kUnderflow;
+}
+
+HWY_INLINE void FanRays::narrow() {
+  V least[4], most[4];
+  for (size_t k = 0; k < 4; ++k) {
+    least[k] = set<V>(kBeyond);
+    most[k] = set<V>(-kBeyond);
+  }
+  for (size_t at = 0; at < kPacketRays; at += kLanes) {
+    const M looks = load<V>(low + at) < __builtin_inff();
+    const V u = load<V>(ray_u + at), v = load<V>(ray_v + at);
+    const V all[4] = {u, v, u + v, u - v};
+    for (size_t k = 0; k < 4; ++k) {
+      least[k] = select(looks, min(least[k], all[k]), least[k]);
+      most[k] = select(looks, max(most[k], all[k]), most[k]);
+    }
+  }
+  alignas(16) float from[4], to[4];
+  fold_rows<4>(
+      D(), [&](size_t k) { return least[k]; }, [](auto a, auto b) { return min(a, b); }, from);
+  fold_rows<4>(
+      D(), [&](size_t k) { return most[k]; }, [](auto a, auto b) { return max(a, b); }, to);
+  // Each bound is moved out by the roundings of u itself and of its product with z.
+  const auto outward = [](float bound, float sign) {
+    return bound + sign * abs_of(bound) * (8 * kRoundoff);
+  };
+  slope_u[0] = outward(from[0], -1);
+  slope_u[1] = outward(to[0], 1);
+  slope_v[0] = outward(from[1], -1);
+  slope_v[1] = outward(to[1], 1);
+  // A sum has a rounding more, and may be smaller than what it is the sum of.
+  const float slack = 8 * kRoundoff * (max_of(-from[0], to[0]) + max_of(-from[1], to[1]));
+  diagonals = {{from[2] - slack, to[2] + slack}, {from[3] - slack, to[3] + slack}};
 }
 
 template <bool kAny>

@@ -39,13 +39,24 @@ struct Frustum {
   }
 };
 
+// Bounds of u + v and of u - v of rays (u, v, 1) from one point: four planes more, across the
+// diagonals. A piece of a surface that is seen askew fills little of its window. Bundles have none.
+struct Diagonals {
+  float sum[2], difference[2];
+};
+template <class Rays>
+constexpr bool kHasDiagonals = requires(const Rays& rays) {
+  rays.diagonals;
+};
+
 template <int W>
 struct FrustumTests {
   using VB = FloatsOf<W>;  // children
   static constexpr size_t kStep = kLanesOf<VB>;
 
   // Children whose box meets the frustum, with the depth at which each begins.
-  static HWY_INLINE uint32_t boxes(const Frustum& f, const BvhNode<W>& node, float* z_near) {
+  template <class Rays>
+  static HWY_INLINE uint32_t boxes(const Rays& f, const BvhNode<W>& node, float* z_near) {
     const float* const z_in = f.side > 0 ? node.lower[f.kz] : node.upper[f.kz];
     const float* const z_out = f.side > 0 ? node.upper[f.kz] : node.lower[f.kz];
     const VB side = set<VB>(f.side);
@@ -69,11 +80,37 @@ struct FrustumTests {
       keep = keep && reach(f.slope_v[0], f.offset_v[0], f.slope_v[0] < 0) <=
                          load<VB>(node.upper[f.ky] + i) - oy;
       keep = keep && (out >= 0 && in <= f.z_far);
+      if constexpr (kHasDiagonals<Rays>) {
+        const auto from = [&](const float* plane, VB origin) {
+          return load<VB>(plane + i) - origin;
+        };
+        keep = keep &&
+               on_diagonals(f.diagonals, from(node.lower[f.kx], ox), from(node.upper[f.kx], ox),
+                            from(node.lower[f.ky], oy), from(node.upper[f.ky], oy), front, out);
+      }
       store(in, z_near + i);
       bits |= bits_of<VB>(keep) << i;
     }
     TESSERA_COUNT(children, __builtin_popcount(bits));
     return bits;
+  }
+
+ private:
+  // Whether boxes from `low` to `high`, of which the depths from `front` to `out` count, meet the
+  // planes across the diagonals. Three roundings of coordinates and sums may add up: 4 u of both
+  // coordinates hold them.
+  static HWY_INLINE MaskOf<VB> on_diagonals(const Diagonals& d, VB x_low, VB x_high, VB y_low,
+                                            VB y_high, VB front, VB out) {
+    const VB size = max(abs(x_low), abs(x_high)) + max(abs(y_low), abs(y_high));
+    const VB slack = size * (4 * kRoundoff);
+    const auto most = [&](float bound) {
+      return mul_add(set<VB>(bound), bound >= 0 ? out : front, slack);
+    };
+    const auto least = [&](float bound) {
+      return mul_sub(set<VB>(bound), bound < 0 ? out : front, slack);
+    };
+    return most(d.sum[1]) >= x_low + y_low && least(d.sum[0]) <= x_high + y_high &&
+           most(d.difference[1]) >= x_low - y_high && least(d.difference[0]) <= x_high - y_low;
   }
 };
 

@@ -35,13 +35,18 @@ struct TwinRays : Frustum {
   const FanRays& fan(size_t f) const { return fans_[f]; }
   // As in FanRays.
   HWY_INLINE void shorten();
+  HWY_INLINE void narrow();
 
   // As in FanRays, for the rays of both.
+  Diagonals diagonals;
   int count = 0, work_left = 0;
   int32_t excluded = -1;
   float steepness = 0, widest[2], nearest_min;
 
  private:
+  // Bounds the rays of both.
+  HWY_INLINE void join();
+
   FanRays fans_[2];
 };
 
@@ -50,10 +55,7 @@ inline bool TwinRays::setup(const ShadowTwins& twins) {
   if (twins.fan[0].face != twins.fan[1].face) return false;
   if (!fans_[0].setup(twins.fan[0]) || !fans_[1].setup(twins.fan[1])) return false;
   static_cast<Frustum&>(*this) = one;
-  slope_u[0] = min_of(one.slope_u[0], other.slope_u[0]);
-  slope_u[1] = max_of(one.slope_u[1], other.slope_u[1]);
-  slope_v[0] = min_of(one.slope_v[0], other.slope_v[0]);
-  slope_v[1] = max_of(one.slope_v[1], other.slope_v[1]);
+  join();
   const auto size = [](const Frustum& f) {
     return f.slope_u[1] - f.slope_u[0] + (f.slope_v[1] - f.slope_v[0]);
   };
@@ -65,6 +67,23 @@ inline bool TwinRays::setup(const ShadowTwins& twins) {
   excluded = one.excluded;
   z_far = max_of(one.z_far, other.z_far);
   return true;
+}
+
+HWY_INLINE void TwinRays::join() {
+  const FanRays &one = fans_[0], &other = fans_[1];
+  const auto widest_of = [](const float* a, const float* b, float* to) {
+    to[0] = min_of(a[0], b[0]);
+    to[1] = max_of(a[1], b[1]);
+  };
+  widest_of(one.slope_u, other.slope_u, slope_u);
+  widest_of(one.slope_v, other.slope_v, slope_v);
+  widest_of(one.diagonals.sum, other.diagonals.sum, diagonals.sum);
+  widest_of(one.diagonals.difference, other.diagonals.difference, diagonals.difference);
+}
+
+HWY_INLINE void TwinRays::narrow() {
+  for (FanRays& fan : fans_) fan.narrow();
+  join();
 }
 
 HWY_INLINE void TwinRays::shorten() {

@@ -80,7 +80,11 @@ class PacketTracer {
         child = stack.descend(node, FrustumTests<W>::boxes(rays_, node, z_near), z_near);
       }
       if (child == kBvhNoChild) continue;
-      if (leaf_.test(scene_.shapes, leaf_first(child), leaf_count(child))) rays_.shorten();
+      if (leaf_.test(scene_.shapes, leaf_first(child), leaf_count(child))) {
+        rays_.shorten();
+        // Rays that are blocked look for nothing any more.
+        if constexpr (Leaf::kIsAny && kHasDiagonals<Rays>) rays_.narrow();
+      }
       if (rays_.work_left < 0) return Together::kDoesNotPay;
     }
     if constexpr (requires { leaf_.settle_waiting(); }) leaf_.settle_waiting();

@@ -97,7 +97,7 @@ inline void FanGroups::run() {
 // Finds where each ray meets its face of the cube. `order` holds numbers of rays behind the last
 // one, too, for registers that are read whole. Returns: whether all leave through one face.
 inline bool FanGroups::project() {
-  auto first_face = set<VI>(0);
+  auto first_face = set<VI>(0), number = counting_from<VI>(0);
   bool is_one = true;
   for (int i = 0; i < targets_.count; i += kLanes) {
     const auto x = load<V>(targets_.direction[0] + i), y = load<V>(targets_.direction[1] + i),
@@ -114,7 +114,8 @@ inline bool FanGroups::project() {
     const auto axis = select(is_x, set<VI>(0), select(is_y, set<VI>(2), set<VI>(4)));
     const auto face = axis + zero_unless(main < 0, set<VI>(1));
     store(face, face_ + i);
-    store(counting_from<VI>(i), targets_.order + i);
+    store(number, targets_.order + i);
+    number = number + kLanes;
     if (i == 0) {
       face_of_group_ = face_[0];
       first_face = set<VI>(face_of_group_);

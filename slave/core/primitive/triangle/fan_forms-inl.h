@@ -63,8 +63,7 @@ class FanForms {
   static constexpr size_t kRows = FanRays::kRows;
 
  public:
-  // With few wide rows all rays are tested; with many rows, those that the triangle may touch.
-  static constexpr bool kCullsRows = kRows > 4;
+  static constexpr bool kCullsRows = FanRays::kCullsRows;
 
   explicit FanForms(const Rays& fan) : fan_(fan) {}
 

@@ -53,7 +53,8 @@ struct FrustumTriangles {
 
   // Triangles with a corner on the inner side of each plane. A lane without triangle is NaN and
   // fails the first comparison.
-  static HWY_INLINE MB triangles(const Frustum& f, const Corners<VB>& p) {
+  template <class Rays>
+  static HWY_INLINE MB triangles(const Rays& f, const Corners<VB>& p) {
     const MB in_front = largest(p.z[0], p.z[1], p.z[2]) >= 0;
     // 4 u s for the roundings of a corner and of its product.
     const VB slack = p.size * (-4 * kRoundoff);
@@ -66,7 +67,29 @@ struct FrustumTriangles {
         meets(p.x, f.slope_u[1], f.offset_u[1], 1) && meets(p.x, f.slope_u[0], f.offset_u[0], -1);
     const MB up =
         meets(p.y, f.slope_v[1], f.offset_v[1], 1) && meets(p.y, f.slope_v[0], f.offset_v[0], -1);
-    return in_front && p.z_low <= f.z_far && (across && up);
+    MB keep = in_front && p.z_low <= f.z_far && (across && up);
+    if constexpr (kHasDiagonals<Rays>) keep = keep && on_diagonals(f.diagonals, p);
+    return keep;
+  }
+
+ private:
+  // The same for planes x + y = k z and x - y = k z with |k| <= 4: 2 u s for the roundings of two
+  // corners, 4 u s for that of z and its product, 2 u s for that of the sum; 10 u s hold them.
+  static HWY_INLINE MB on_diagonals(const Diagonals& d, const Corners<VB>& p) {
+    VB sums[3], differences[3];
+    for (int c = 0; c < 3; ++c) {
+      sums[c] = p.x[c] + p.y[c];
+      differences[c] = p.x[c] - p.y[c];
+    }
+    const VB slack = p.size * (-10 * kRoundoff);
+    const auto meets = [&](const VB* q, const float* bound) {
+      const VB low = set<VB>(bound[0]), high = set<VB>(bound[1]);
+      const auto below = [&](int c) { return mul_sub(high, p.z[c], q[c]); };
+      const auto above = [&](int c) { return neg_mul_add(low, p.z[c], q[c]); };
+      return min(largest(below(0), below(1), below(2)), largest(above(0), above(1), above(2))) >=
+             slack;
+    };
+    return meets(sums, d.sum) && meets(differences, d.difference);
   }
 };
 
