@@ -59,6 +59,8 @@ class FlightStack {
     size_ = 2;
   }
   HWY_INLINE StackEntry pop() { return entries_[--size_]; }
+  // Puts back what ends a ray. Requires: it was taken, and nothing else is left.
+  HWY_INLINE void end() { size_ = 1; }
   // Adds the entry or does not, without a branch.
   HWY_INLINE void push_if(bool is_wanted, StackEntry entry) {
     entries_[size_] = entry;
@@ -102,6 +104,9 @@ template <class View, class Leaf>
 class BvhFlight {
   static constexpr int W = View::kWidth;
   static constexpr int kSlots = 32;
+  // Of rays that still have boxes to visit: while there are as many, a ray whose answers are not
+  // all known waits at its end.
+  static constexpr int kWorthWaiting = 12;
 
  public:
   // Requires: the scene outlives it. Some 30 KB, most of which are the rays' stacks.
@@ -234,7 +239,14 @@ void BvhFlight<View, Leaf>::run(Rays& rays) {
     test_leaves(round, settling);
     for (int i = 0; i < round.ended.count; ++i) {
       const uint8_t s = round.ended.slot[i];
-      if (!settling.is_settled(slots_[s].leaf)) settling.finish();
+      if (!settling.is_settled(slots_[s].leaf)) {
+        if (round.at_node.count + round.at_leaf.count >= kWorthWaiting) {
+          slots_[s].stack.end();
+          round.next.add_if(true, s);
+          continue;
+        }
+        settling.finish();
+      }
       const OneRay& ray = slots_[s].ray;
       const bool has_hit = ray.has_hit();  // -1 is kNoPrimitive
       rays.ended(slots_[s].number,

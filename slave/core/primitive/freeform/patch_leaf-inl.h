@@ -226,6 +226,8 @@ class PatchRayTest {
   }
   HWY_INLINE const OneRay& ray() const { return ray_; }
 
+  int waiting = 0;  // answers that are not known yet
+
  private:
   OneRay& ray_;
 };
@@ -255,7 +257,8 @@ class PatchRayLeaf : public MixedRayLeaf<TrianglesAndPatches<W>, W, kAny, PatchR
     return found.is_part || found.triangles.possible != 0;
   }
 
-  // The second steps of rays in flight. Answers of sub-patches wait until a register is full.
+  // The second steps of rays in flight. Answers of sub-patches wait until a register is full, and
+  // those of the complete solver until it has several.
   class Settling {
    public:
     explicit Settling(const Shapes& shapes) : shapes_(shapes) {}
@@ -267,29 +270,33 @@ class PatchRayLeaf : public MixedRayLeaf<TrianglesAndPatches<W>, W, kAny, PatchR
       const Patch& patch = shapes_.patches[part.patch];
       if (!PatchPairs::takes(patch, part)) return leaf.item_.ask(shapes_, item ^ kIsItem);
       pairs_.put(count_, leaf.item_.ray(), patch, part);
+      ++leaf.item_.waiting;
       test_[count_] = &leaf.item_;
       part_[count_++] = &part;
-      if (count_ == PatchPairs::kWidth) finish();
+      if (count_ == PatchPairs::kWidth) decide();
     }
     // Whether no answer of the leaf's ray waits.
-    HWY_INLINE bool is_settled(const PatchRayLeaf& leaf) const {
-      bool waits = false;
-      for (int i = 0; i < count_; ++i) waits |= test_[i] == &leaf.item_;
-      return !waits;
-    }
+    HWY_INLINE bool is_settled(const PatchRayLeaf& leaf) const { return leaf.item_.waiting == 0; }
     // Settles all that wait.
     HWY_INLINE void finish() {
       if (count_ > 0) decide();
+      if (asked_count_ > 0) ask();
     }
 
    private:
+    static constexpr int kWorthAsking = 16;
+
     HWY_NOINLINE void decide();
+    HWY_NOINLINE void ask();
 
     const Shapes& shapes_;
     int count_ = 0;
     Test* test_[PatchPairs::kWidth];
     const SubPatch* part_[PatchPairs::kWidth];
     PatchPairs pairs_;
+    int asked_count_ = 0;
+    Test* asked_[kWorthAsking + PatchPairs::kWidth];
+    PatchQuestion questions_[kWorthAsking + PatchPairs::kWidth];
   };
 };
 
@@ -302,6 +309,7 @@ void PatchRayLeaf<W, kAny>::Settling::decide() {
   store(answer.u, u);
   store(answer.v, v);
   const uint32_t there = (1u << count_) - 1;
+  for (int i = 0; i < count_; ++i) --test_[i]->waiting;
   count_ = 0;
   for (uint32_t hits = bits_of<Doubles>(answer.is_hit) & there; hits != 0; hits &= hits - 1) {
     const int i = __builtin_ctz(hits);
@@ -309,17 +317,24 @@ void PatchRayLeaf<W, kAny>::Settling::decide() {
     if (part_[i]->is_trimmed && !is_kept(shapes_.patches[part_[i]->patch], u[i], v[i])) continue;
     test_[i]->take(*part_[i], {true, static_cast<float>(t[i]), u[i], v[i]});
   }
-  PatchQuestion questions[PatchPairs::kWidth];
-  int asked[PatchPairs::kWidth], asked_count = 0;
   for (uint32_t open = bits_of<Doubles>(answer.is_undecided) & there; open != 0; open &= open - 1) {
     const int i = __builtin_ctz(open);
-    questions[asked_count] = test_[i]->question(shapes_.patches[part_[i]->patch], *part_[i]);
-    asked[asked_count++] = i;
+    ++test_[i]->waiting;
+    asked_[asked_count_] = test_[i];
+    questions_[asked_count_++] = test_[i]->question(shapes_.patches[part_[i]->patch], *part_[i]);
   }
-  if (asked_count == 0) return;
-  PatchAnswer answers[PatchPairs::kWidth];
-  solved_answers(questions, asked_count, answers);
-  for (int k = 0; k < asked_count; ++k) test_[asked[k]]->take(*part_[asked[k]], answers[k]);
+  if (asked_count_ >= kWorthAsking) ask();
+}
+
+template <int W, bool kAny>
+void PatchRayLeaf<W, kAny>::Settling::ask() {
+  PatchAnswer answers[kWorthAsking + PatchPairs::kWidth];
+  solved_answers(questions_, asked_count_, answers);
+  for (int k = 0; k < asked_count_; ++k) {
+    --asked_[k]->waiting;
+    asked_[k]->take(*questions_[k].part, answers[k]);
+  }
+  asked_count_ = 0;
 }
 
 template <int W>

@@ -32,7 +32,7 @@ struct CubicSolverLimits {
   static constexpr double kFlat = 0x1p-32;
   static constexpr double kLeastWidth = 0x1p-44;
   static constexpr double kContraction = 0.4375;
-  static constexpr double kRestricted = 0.7;
+  static constexpr double kRestricted = 0.8;
   static constexpr double kWorthACut = 0.95;
   static constexpr double kNetRoundings = 0x1p-40;
   static constexpr double kWellConditioned = 0x1p-24;
