@@ -11,6 +11,8 @@
 
 #include "common/math/bounds3.h"
 #include "slave/core/integrate/tile_renderer.h"
+#include "slave/core/primitive/freeform/patch_store.h"
+#include "slave/core/primitive/patch/fat_border.h"
 #include "slave/core/primitive/patch/trim_set.h"
 #include "slave/core/scene/ray_caster.h"
 #include "slave/core/simd/isa_support.h"
@@ -152,6 +154,66 @@ TEST(FatBorders, HaveTheSameBitsForAllBundlesAndInstructionSets) {
       }
     }
   }
+}
+
+// The border that a ray meets first, of those that `parts` stand for.
+struct BorderHit {
+  float t = Bounds3f::kInf;
+  double u = 0, v = 0;
+};
+BorderHit border_hit(const core::PatchStore& store, std::vector<Bounds3f>& boxes, Vec3f origin,
+                     Vec3f direction) {
+  BorderHit best;
+  for (std::size_t p = 0; p < store.parts.size(); ++p) {
+    const core::SubPatch& part = store.parts[p];
+    if (!is_fat_border(part)) continue;
+    const core::FatHit hit =
+        fat_border_hit(store.patches[part.patch], part, &origin.x, &direction.x, 0);
+    if (!hit.is_hit) continue;
+    if (hit.t < best.t) best = {hit.t, hit.u, hit.v};
+    // What kernels look for it in: the box, and the frame.
+    const Vec3f at = origin + direction * hit.t;
+    constexpr float kOff = 1e-5f;
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_GE(at[a], boxes[p].lower[a] - kOff);
+      EXPECT_LE(at[a], boxes[p].upper[a] + kOff);
+    }
+    for (int r = 0; r < 3; ++r) {
+      double local = 0, size = 0;
+      for (int a = 0; a < 3; ++a) {
+        local += double{part.frame[r][a]} * (double{at[a]} - double{part.centre[a]});
+        size += std::fabs(double{part.frame[r][a]});
+      }
+      EXPECT_LE(std::fabs(local), (r < 2 ? 1 : 0) + double{part.reach[r]} + double{kOff} * size);
+    }
+  }
+  return best;
+}
+
+TEST(FatBorders, OfSpansThatAreJoinedAreMetWhereTheyAreOneByOne) {
+  Choices choices(5);
+  const Cylinder cylinder(1e-3, choices);
+  Scene scene;
+  scene.materials.resize(1);
+  scene.surfaces = {std::make_shared<const PatchSurface>(cylinder.surface())};
+  scene.instances = {{0, {}, ObjectKind::kPatchSurface}};
+  core::PatchSplitting alone, joined;
+  joined.borders.run_max = core::kFatRunMax;
+  std::vector<Bounds3f> alone_boxes, joined_boxes;
+  const auto of_alone = make_patch_store(scene, alone, alone_boxes);
+  const auto of_joined = make_patch_store(scene, joined, joined_boxes);
+  EXPECT_LT(of_joined.parts.size(), of_alone.parts.size());
+  int hits = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const Vec3f at = rounded(cylinder.place(choices).on[0]) + choices.point(5e-4f);
+    const Vec3f from = choices.point(2);
+    const BorderHit a = border_hit(of_alone, alone_boxes, from, at - from);
+    const BorderHit b = border_hit(of_joined, joined_boxes, from, at - from);
+    ASSERT_EQ(std::bit_cast<std::uint32_t>(a.t), std::bit_cast<std::uint32_t>(b.t)) << i;
+    ASSERT_TRUE(a.u == b.u && a.v == b.v) << i;
+    hits += a.t < Bounds3f::kInf ? 1 : 0;
+  }
+  EXPECT_GT(hits, 1000);
 }
 
 // A loop along the border and back trims nothing, and costs no question.

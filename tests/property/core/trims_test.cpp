@@ -240,7 +240,8 @@ TEST(TrimSteps, AThousandLoopsCostLittleMoreThanOne) {
     const TrimSet many(layout(of, 1000));
     EXPECT_LT(steps_of(many), most * one);
     std::cout << "one loop " << one << ", 1,000 loops " << steps_of(many)
-              << " steps; bytes a segment " << static_cast<double>(many.bytes()) / 4000 << "\n";
+              << " steps; bytes a segment " << static_cast<double>(many.loops().bytes()) / 4000
+              << "\n";
   }
 }
 
@@ -263,6 +264,29 @@ TEST(TrimSet, PatchesHaveLoopsOfTheirOwn) {
   EXPECT_FALSE(TrimSet(test::plain_patch(true)).is_trimmed(0));
   EXPECT_FALSE(TrimSet().is_trimmed(0));
   EXPECT_TRUE(TrimSet().is_kept(0, 0.5, 0.5));
+}
+
+TEST(TrimLoopLibrary, SurfacesWithTheSameLoopsShareThem) {
+  const PatchSurface surface = layout(Layout::kNested, 3);
+  PatchSurface elsewhere = surface, inverse = surface;
+  for (float& number : elsewhere.numbers) number += 5;
+  elsewhere.trim_widths.assign(surface.degrees.size(), 0.1f);
+  inverse.patches[0].keeps_outside ^= 1;
+  const PatchSurface other = layout(Layout::kNested, 4);
+  core::TrimLoopLibrary library;
+  const auto loops = library.of(surface);
+  EXPECT_EQ(library.of(elsewhere), loops);
+  EXPECT_NE(library.of(inverse), loops);
+  EXPECT_NE(library.of(other), loops);
+  EXPECT_EQ(library.of(PatchSurface(surface)), loops);
+  const TrimSet shared(elsewhere, loops, {}), own(surface);
+  EXPECT_LT(shared.borders().of_patch(0).first, shared.borders().of_patch(0).end);
+  EXPECT_EQ(own.borders().of_patch(0).end, 0u);
+  test::Choices choices(11);
+  for (int i = 0; i < 1000; ++i) {
+    const double u{choices.share()}, v{choices.share()};
+    EXPECT_EQ(shared.is_kept(0, u, v), own.is_kept(0, u, v));
+  }
 }
 
 TEST(TrimSet, SeveralPointsAreAnsweredAsEachAlone) {

@@ -2,6 +2,7 @@
 #include "slave/core/primitive/freeform/patch_store.h"
 
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -21,9 +22,11 @@ struct SplitSurface {
   std::vector<std::size_t> first_part;    // [patch_count + 1]
   std::shared_ptr<const TrimSet> trims;   // null where nothing is trimmed
 
-  SplitSurface(const PatchSurface& surface, const PatchSplitting& splitting) {
+  // loops: that surfaces before it had.
+  SplitSurface(const PatchSurface& surface, const PatchSplitting& splitting,
+               TrimLoopLibrary& loops) {
     if (!surface.loop_counts.empty())
-      trims = std::make_shared<const TrimSet>(surface, TrimCellOptions{}, splitting.span_share);
+      trims = std::make_shared<const TrimSet>(surface, loops.of(surface), splitting.borders);
     std::size_t first = 0;
     for (const PatchForm& form : surface.patches) {
       const std::size_t count = form.number_count();
@@ -45,9 +48,7 @@ struct SplitSurface {
 
   // Sub-patches of one instance, with those that stand for its borders.
   std::size_t part_count() const {
-    const auto last = static_cast<std::uint32_t>(patches.size()) - 1;
-    return parts.parts.size() +
-           (trims && !patches.empty() ? trims->borders().of_patch(last).end : 0);
+    return parts.parts.size() + (trims ? trims->borders().run_count() : 0);
   }
 
  private:
@@ -137,10 +138,12 @@ class Filler {
     if (!surface.trims) return;
     Patch patch = checked.patch();
     patch.trims = surface.trims.get();
-    const auto [first, end] = surface.trims->borders().of_patch(static_cast<std::uint32_t>(number));
-    for (std::uint32_t span = first; span < end; ++span) {
+    const FatBorders& borders = surface.trims->borders();
+    const auto [begin, end] = borders.of_patch(static_cast<std::uint32_t>(number));
+    for (std::uint32_t first = begin, next = begin; first < end; first = next) {
+      next = borders.end_of_run(first, end);
       Bounds3f box;
-      store_.parts.push_back(placement.placed(patch, span, box));
+      store_.parts.push_back(placement.placed(patch, {first, next}, box));
       store_.parts.back().patch = static_cast<std::uint32_t>(store_.patches.size());
       boxes_.push_back(box);
     }
@@ -181,13 +184,21 @@ PatchSplitting splitting_for(std::uint64_t patch_count) {
   if (patch_count <= 4096) return {.radius = 0.5, .slope = 3, .trim_level_max = 3};
   if (patch_count <= 16384) return {.radius = 0.7, .slope = 1, .trim_level_max = 2};
   if (patch_count <= 65536)
-    return {.radius = 1, .slope = 1, .trim_level_max = 1, .span_share = 0.5};
-  return {.radius = 3, .slope = 1, .span_share = 4};
+    return {.radius = 1, .slope = 1, .trim_level_max = 1, .borders = {.span_share = 0.5}};
+  return {.radius = 3,
+          .slope = 1,
+          .borders = {.span_share = 4, .run_max = kFatRunMax},
+          .cells = {.cells_per_piece = 1}};
 }
 
 std::uint64_t PatchStore::memory_bytes() const {
   std::uint64_t of_trims = 0;
-  for (const auto& set : trims) of_trims += set ? set->bytes() : 0;
+  std::set<const TrimLoops*> loops;
+  for (const auto& set : trims) {
+    if (!set) continue;
+    of_trims += set->borders().bytes();
+    if (loops.insert(&set->loops()).second) of_trims += set->loops().bytes();
+  }
   return of_trims + numbers.capacity() * sizeof(float) + patches.capacity() * sizeof(Patch) +
          parts.capacity() * sizeof(SubPatch) +
          (first_patch.capacity() + first_part.capacity()) * sizeof(std::uint64_t);
@@ -202,11 +213,12 @@ PatchStore make_patch_store(const Scene& scene, const PatchSplitting& splitting,
   PatchStore store;
   if (scene.surfaces.empty()) return store;
   std::vector<std::optional<SplitSurface>> split(scene.surfaces.size());
+  TrimLoopLibrary loops(splitting.cells);
   std::size_t number_count = 0, patch_count = 0, part_count = 0;
   for (const Instance& instance : scene.instances) {
     if (instance.kind != ObjectKind::kPatchSurface) continue;
     std::optional<SplitSurface>& surface = split[instance.mesh];
-    if (!surface) surface.emplace(*scene.surfaces[instance.mesh], splitting);
+    if (!surface) surface.emplace(*scene.surfaces[instance.mesh], splitting, loops);
     if (!instance.object_to_world.is_identity())
       number_count += scene.surfaces[instance.mesh]->numbers.size();
     patch_count += surface->patches.size();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "common/math/vec3d.h"
 #include "slave/core/primitive/patch/patch_evaluation.h"
@@ -45,20 +46,30 @@ double stretch_of(const Transform& map) {
   return std::exp((log + std::log(a[0][0] + a[1][1] + a[2][2])) / (2 * power));
 }
 
+// Lengths of spans in the world. A length is off by less than 2^-52 of it.
+struct Growth {
+  double stretch, slack;
+  double of(float size) const { return double{size} * stretch + slack; }
+};
+Growth growth_of(const SubPatch& part) {
+  return {double{part.second[1][2]}, double{part.second[2][0]}};
+}
+
 // Places of a span, in even steps of its parameter. Between two of them it is as near to their
 // chord as kOfStep of what the whole is away from its own, |C''| h^2 / 8 being of the second order.
 constexpr int kSteps = 8;
 constexpr double kOfStep = 1.0 / (kSteps * kSteps);
+using Places = std::span<const Vec3d>;
 
 // A frame about all that is nearer than `radius` to the lines between the places: x along the
 // chord, y towards where the span bends to, n across both, where it is thinnest. With its numbers
 // as they are stored, |row (P - centre)| is at most that of some place and `radius` times the row's
 // length.
-void frame_about(const Vec3d (&places)[kSteps + 1], double radius, SubPatch& part) {
-  const Vec3d chord = places[kSteps] - places[0];
+void frame_about(Places places, double radius, SubPatch& part) {
+  const Vec3d chord = places.back() - places[0];
   const double length_of_chord = length(chord);
   const Vec3d along = length_of_chord > radius ? (1 / length_of_chord) * chord : Vec3d{1, 0, 0};
-  Vec3d beside = places[kSteps / 2] - places[0];
+  Vec3d beside = places[places.size() / 2] - places[0];
   beside = beside - dot(beside, along) * along;
   if (!(length(beside) > 0x1p-20 * (length_of_chord + radius)))
     beside = cross(along, std::fabs(along.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0});
@@ -90,24 +101,22 @@ void frame_about(const Vec3d (&places)[kSteps + 1], double radius, SubPatch& par
   }
 }
 
-// In the frame a span is nearly the parabola y = c (x^2 - 1/2). Sets c, and how far in y what is
-// nearer than `radius` to the span is from it at most. Between two places the parabola is within
+// In the frame a run is nearly the parabola y = c (x^2 - 1/2). Sets c, and how far in y what is
+// nearer than `radius` to its spans is from it at most. Between two places the parabola is within
 // |c| h^2 / 4 of its chord, for a length h by x.
-void bend_along(const Vec3d (&places)[kSteps + 1], double radius, SubPatch& part) {
+void bend_along(Places places, double radius, SubPatch& part) {
   const Vec3d centre{part.centre[0], part.centre[1], part.centre[2]};
   const Vec3d row_x{part.frame[0][0], part.frame[0][1], part.frame[0][2]};
   const Vec3d row_y{part.frame[1][0], part.frame[1][1], part.frame[1][2]};
-  double x[kSteps + 1], y[kSteps + 1];
-  for (int i = 0; i <= kSteps; ++i) {
-    x[i] = dot(row_x, places[i] - centre);
-    y[i] = dot(row_y, places[i] - centre);
-  }
-  part.second[2][1] = static_cast<float>(y[0] - y[kSteps / 2]);
+  const auto y_of = [&](std::size_t i) { return dot(row_y, places[i] - centre); };
+  part.second[2][1] = static_cast<float>(y_of(0) - y_of(places.size() / 2));
   const double c = part.second[2][1];
-  double away = 0, longest = 0;
-  for (int i = 0; i <= kSteps; ++i) {
-    away = std::max(away, std::fabs(y[i] - c * (x[i] * x[i] - 0.5)));
-    if (i > 0) longest = std::max(longest, std::fabs(x[i] - x[i - 1]));
+  double away = 0, longest = 0, x_before = dot(row_x, places[0] - centre);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double x = dot(row_x, places[i] - centre);
+    away = std::max(away, std::fabs(y_of(i) - c * (x * x - 0.5)));
+    longest = std::max(longest, std::fabs(x - x_before));
+    x_before = x;
   }
   const double steepest = 2 * std::fabs(c) * (1 + double{part.reach[0]});
   away += 0.25 * std::fabs(c) * longest * longest;
@@ -141,28 +150,27 @@ bool passes_by(const SubPatch& part, double extent, const float* origin, const f
   return std::fabs(y - c * (x * x - 0.5)) > double{part.second[2][2]} + away_y + steepest * away_x;
 }
 
-// A span as one ray sees it.
+// The spans of a run as one ray sees them.
 class Passage {
  public:
-  Passage(const Patch& patch, const SubPatch& part, const FatSpan& span,
-          const TrimCoefficient* coefficients, const float* origin, const float* direction,
+  Passage(const Patch& patch, const Growth& growth, const float* origin, const float* direction,
           float t_min)
       : patch_(patch),
-        span_(span),
-        coefficients_(coefficients),
+        growth_(growth),
         origin_{origin[0], origin[1], origin[2]},
         direction_{direction[0], direction[1], direction[2]},
         square_(dot(direction_, direction_)),
-        t_min_(t_min),
-        width_(part.second[1][2]) {
+        t_min_(t_min) {
     take_points(patch, points_);
   }
 
-  FatHit search(double away) {
+  // coefficients: of the segment of the span.
+  FatHit search(const FatSpan& span, const TrimCoefficient* coefficients) {
+    take(span, coefficients);
     Piece stack[kStackMax];  // plain numbers, which cost nothing where most rays pass by at once
     int count = 0;
-    stack[count++] = {span_.from, span_.to, across(point_at_parameter(span_.from)),
-                      across(point_at_parameter(span_.to)), away};
+    stack[count++] = {span.from(), span.to(), across(point_at_parameter(span.from())),
+                      across(point_at_parameter(span.to())), growth_.of(span.away)};
     while (count > 0) {
       const Piece piece = stack[--count];
       const Nearest at = nearest(piece.a.vector(), piece.b.vector());
@@ -198,6 +206,15 @@ class Passage {
     double distance, share;
   };
 
+  void take(const FatSpan& span, const TrimCoefficient* coefficients) {
+    coefficients_ = coefficients;
+    degree_ = static_cast<int>(span.degree);
+    width_ = growth_.of(span.width);
+    evaluations_ = 0;
+    best_ = kInf;
+    answer_ = {};
+  }
+
   // Of a point, what is across the ray, which is the origin there.
   Across across(Vec3d p) const {
     const Vec3d from = p - origin_;
@@ -215,7 +232,7 @@ class Passage {
   double limit_() const { return std::min(width_, best_ - kNear * width_); }
 
   Vec3d point_at_parameter(double t) {
-    place_ = point_at(coefficients_, static_cast<int>(span_.degree), {1 - t, t});
+    place_ = point_at(coefficients_, degree_, {1 - t, t});
     ++evaluations_;
     return point_of(evaluate(patch_, points_, place_.u, place_.v));
   }
@@ -234,13 +251,15 @@ class Passage {
   }
 
   const Patch& patch_;
-  const FatSpan& span_;
-  const TrimCoefficient* const coefficients_;
+  const Growth growth_;
   const Vec3d origin_, direction_;
   const double square_;
   const float t_min_;
-  const double width_;
   PatchPoint points_[kPatchPointsMax];
+  // The span at hand.
+  const TrimCoefficient* coefficients_ = nullptr;
+  int degree_ = 1;
+  double width_ = 0;
   TrimPlace place_;
   int evaluations_ = 0;
   double best_ = kInf;
@@ -252,33 +271,42 @@ class Passage {
 // A rounding moves what was one point of two faces by 4 u of the coordinates, in each of them, by
 // component: sqrt(3) 2 (4 u) < 2^-20.
 FatPlacement::FatPlacement(const Transform& to_world)
-    : stretch_(to_world.is_identity() ? 1 : stretch_of(to_world)),
+    : stretch_(to_world.is_identity() ? 1 : rounded_up(stretch_of(to_world))),
       rounding_(to_world.is_identity() ? 0 : 0x1p-20) {}
 
-SubPatch FatPlacement::placed(const Patch& patch, std::uint32_t span, Bounds3f& box) const {
+SubPatch FatPlacement::placed(const Patch& patch, FatBorders::Range run, Bounds3f& box) const {
   const TrimSet& trims = *patch.trims;
-  const FatSpan& of = trims.borders()[span];
   PatchPoint points[kPatchPointsMax];
   take_points(patch, points);
-  Vec3d places[kSteps + 1];
+  Vec3d all_places[kFatRunMax * (kSteps + 1)];
+  std::size_t count = 0;
   double most = 0;
-  for (int step = 0; step <= kSteps; ++step) {
-    const double t = of.from + step * ((of.to - of.from) / kSteps);
-    const TrimPlace at = point_at(trims.cells().coefficients.data() + of.first,
-                                  static_cast<int>(of.degree), {1 - t, t});
-    places[step] = point_of(evaluate(patch, points, at.u, at.v));
-    for (int a = 0; a < 3; ++a) most = std::max(most, std::fabs(places[step][a]));
+  float widest = 0, furthest = 0;
+  for (std::uint32_t number = run.first; number < run.end; ++number) {
+    const FatSpan& span = trims.borders()[number];
+    widest = std::max(widest, span.width);
+    furthest = std::max(furthest, span.away);
+    for (int step = 0; step <= kSteps; ++step) {
+      const double t = span.from() + step * ((span.to() - span.from()) / kSteps);
+      const TrimPlace at = point_at(trims.cells().coefficients.data() + span.first,
+                                    static_cast<int>(span.degree), {1 - t, t});
+      const Vec3d place = point_of(evaluate(patch, points, at.u, at.v));
+      for (int a = 0; a < 3; ++a) most = std::max(most, std::fabs(place[a]));
+      all_places[count++] = place;
+    }
   }
+  const Places places(all_places, count);
   SubPatch part{};
   for (float& second : part.second[0]) second = std::numeric_limits<float>::infinity();
-  part.second[1][0] = static_cast<float>(span & 0xffffu);
-  part.second[1][1] = static_cast<float>(span >> 16);
-  part.second[1][2] = rounded_up(double{of.width} * stretch_ + rounding_ * most);
+  part.second[1][0] = static_cast<float>(run.first & 0xffffu);
+  part.second[1][1] = static_cast<float>(run.first >> 16);
+  part.column = static_cast<std::uint16_t>(run.end - run.first - 1);
+  part.second[1][2] = stretch_;
+  part.second[2][0] = rounding_ > 0 ? rounded_up(rounding_ * most) : 0;
+  const Growth growth = growth_of(part);
   // Points of the patch in the world are rounded by 4 u of the coordinates.
   constexpr double kOff = 8 * 0x1p-24;
-  part.second[2][0] = rounded_up(double{of.away} * stretch_ + rounding_ * most);
-  const double radius =
-      double{part.second[1][2]} + kOfStep * double{part.second[2][0]} + kOff * most;
+  const double radius = growth.of(widest) + kOfStep * growth.of(furthest) + kOff * most;
   frame_about(places, radius, part);
   bend_along(places, radius, part);
   const float wide = rounded_up(radius + 2 * 0x1p-24 * (most + radius));
@@ -293,13 +321,17 @@ SubPatch FatPlacement::placed(const Patch& patch, std::uint32_t span, Bounds3f& 
 FatHit fat_border_hit(const Patch& patch, const SubPatch& part, const float* origin,
                       const float* direction, float t_min) {
   if (passes_by(part, patch.extent, origin, direction)) return {};
-  const std::uint32_t number = static_cast<std::uint32_t>(part.second[1][0]) |
-                               static_cast<std::uint32_t>(part.second[1][1]) << 16;
+  const std::uint32_t first = static_cast<std::uint32_t>(part.second[1][0]) |
+                              static_cast<std::uint32_t>(part.second[1][1]) << 16;
   const TrimSet& trims = *patch.trims;
-  const FatSpan& span = trims.borders()[number];
-  Passage passage(patch, part, span, trims.cells().coefficients.data() + span.first, origin,
-                  direction, t_min);
-  return passage.search(double{part.second[2][0]});
+  Passage passage(patch, growth_of(part), origin, direction, t_min);
+  FatHit best{};
+  for (std::uint32_t number = first; number <= first + part.column; ++number) {
+    const FatSpan& span = trims.borders()[number];
+    const FatHit hit = passage.search(span, trims.cells().coefficients.data() + span.first);
+    if (hit.is_hit && (!best.is_hit || hit.t < best.t)) best = hit;
+  }
+  return best;
 }
 
 }  // namespace tessera::core

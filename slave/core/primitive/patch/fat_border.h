@@ -18,12 +18,13 @@
 // the width: what a ray passes nearer than 31/32 of the width is met, what it passes further away
 // than the width never is.
 //
-// A sub-patch stands for each span. Its frame is that of a parallelepiped about all where it is
-// met, so kernels look for rays there as for those of others; its second derivatives by x are
-// infinite, so none is decided without patch_answer(). The others hold what that needs: the number
-// of the span, 16 bits in second[1][0] and [1][1] each, its width in second[1][2], and in
-// second[2] how far it is away from its chord, the bend c of the parabola y = c (x^2 - 1/2) that it
-// follows in the frame, and how far in y what is met is from that at most.
+// A sub-patch stands for each run of spans, mostly one. Its frame is that of a parallelepiped about
+// all where they are met, so kernels look for rays there as for those of others; its second
+// derivatives by x are infinite, so none is decided without patch_answer(). The others hold what
+// that needs: the number of the first span, 16 bits in second[1][0] and [1][1] each; in
+// second[1][2] and [2][0] by what lengths of spans grow in the world, and what comes on top; the
+// bend c of the parabola y = c (x^2 - 1/2) that they follow in the frame, and how far in y what is
+// met is from that at most. `column` is the number of spans after the first.
 //
 // Work. At most kFatEvaluationsMax points of the surface a ray, none for most; at the bound the
 // nearest point until then counts. The same bits on every instruction set: plain double.
@@ -53,12 +54,12 @@ class FatPlacement {
   FatPlacement() = default;  // where a surface stands in its own place
   explicit FatPlacement(const Transform& to_world);
 
-  // Span number `span` of a patch in the world, which has trims. Shape: box becomes that of all
-  // where the surface may be met.
-  SubPatch placed(const Patch& patch, std::uint32_t span, Bounds3f& box) const;
+  // The run of spans [first, end) of a patch in the world, which has trims. Shape: box becomes that
+  // of all where the surface may be met.
+  SubPatch placed(const Patch& patch, FatBorders::Range run, Bounds3f& box) const;
 
  private:
-  double stretch_ = 1;
+  float stretch_ = 1;
   double rounding_ = 0;  // of the coordinates, what the ends of neighbours may differ by
 };
 

@@ -11,18 +11,21 @@
 #include "slave/core/primitive/patch/patch_input.h"
 #include "slave/core/primitive/patch/segment_bend.h"
 #include "slave/core/primitive/patch/trim_part.h"
+#include "slave/core/primitive/patch/trim_piece.h"
 
 namespace tessera::core {
 namespace {
 
 constexpr double kUncertain = 5 * 0x1p-24;  // of the square: 4.5 u, and room for roundings
-constexpr int kSpanDepthMax = 8;            // halvings of a segment
 constexpr double kStraight = 1.0 / 4;       // of its chord: a span that is so near to it is short
+// Of its chord: a run that is so near to it, and without larger holes.
+constexpr double kRunStraight = 1.0 / 4, kRunHole = 1.0 / 64;
 
 class SegmentSplitter {
  public:
+  // Appends spans of the patch to `to`, which has those of others already.
   SegmentSplitter(const Patch& patch, double longest, std::vector<FatSpan>& to)
-      : patch_(patch), bend_(patch), longest_(longest), to_(to) {
+      : patch_(patch), bend_(patch), longest_(longest), first_(to.size()), to_(to) {
     take_points(patch, points_);
   }
 
@@ -47,6 +50,19 @@ class SegmentSplitter {
     }
   }
 
+  // Marks the spans of the patch that go on with a run. Returns: how many runs there are.
+  std::size_t join(int run_max) {
+    std::size_t count = 0, first = 0;
+    for (std::size_t i = 0; first_ + i < to_.size(); ++i) {
+      const bool goes_on = i > first && i - first < static_cast<std::size_t>(run_max);
+      to_[first_ + i].is_joined = goes_on && is_run(first, i) ? 1 : 0;
+      if (to_[first_ + i].is_joined != 0) continue;
+      first = i;
+      ++count;
+    }
+    return count;
+  }
+
  private:
   PatchJet jet_at(const TrimCoefficient* coefficients, int degree, TrimParameter at) const {
     const TrimPlace place = point_at(coefficients, degree, at);
@@ -63,7 +79,7 @@ class SegmentSplitter {
   // Returns: whether the part is a span already.
   bool add(const TrimPart& part, const FatSegment& segment, const TrimCoefficient* coefficients) {
     const int degree = static_cast<int>(segment.degree);
-    const bool is_last = part.depth >= kSpanDepthMax;
+    const bool is_last = part.depth >= kFatSpanDepthMax;
     double size_u = 0, size_v = 0;
     Vec3d ends[3];
     const TrimParameter at[3] = {part.from, middle(part.from, part.to), part.to};
@@ -84,7 +100,34 @@ class SegmentSplitter {
     };
     // Nothing is known of a span with bounds beyond float32: it is left out.
     if (!std::isfinite(up(away)) || !std::isfinite(up(width))) return true;
-    to_.push_back({part.from.t, part.to.t, up(width), up(away), segment.first, segment.degree});
+    const auto step = [](const TrimParameter& p) {
+      return static_cast<std::uint16_t>(p.t * (1 << kFatSpanDepthMax));
+    };
+    FatSpan span{};
+    span.width = up(width);
+    span.away = up(away);
+    span.first = segment.first & (kTrimCoefficientsMax - 1);
+    span.degree = segment.degree & 15u;
+    span.from_step = step(part.from);
+    span.to_step = step(part.to);
+    to_.push_back(span);
+    for (const Vec3d& end : ends) places_.push_back(end);
+    return true;
+  }
+
+  // Whether the spans [first, last] of this patch lie along a line, one behind the other.
+  bool is_run(std::size_t first, std::size_t last) const {
+    const auto places = std::span(places_).subspan(3 * first, 3 * (last - first + 1));
+    const Vec3d chord = places.back() - places.front();
+    const double size = length(chord), square = dot(chord, chord);
+    if (!(square > 0)) return false;
+    for (std::size_t i = 1; i < places.size(); ++i) {
+      const Vec3d step = places[i] - places[i - 1], from_first = places[i] - places.front();
+      const Vec3d beside = from_first - (dot(from_first, chord) / square) * chord;
+      if (!(length(beside) <= kRunStraight * size)) return false;
+      const bool is_hole = i % 3 == 0;
+      if (is_hole ? !(length(step) <= kRunHole * size) : !(dot(step, chord) >= 0)) return false;
+    }
     return true;
   }
 
@@ -92,13 +135,16 @@ class SegmentSplitter {
   PatchPoint points_[kPatchPointsMax];
   const SegmentBend bend_;
   const double longest_;
+  const std::size_t first_;  // of the patch's spans
   std::vector<FatSpan>& to_;
+  std::vector<Vec3d> places_;  // of the patch's spans: the first one, that halfway, the last one
 };
 
 }  // namespace
 
 FatBorders::FatBorders(const PatchSurface& surface, std::span<const FatSegment> segments,
-                       const std::vector<TrimCoefficient>& coefficients, double span_share) {
+                       const std::vector<TrimCoefficient>& coefficients,
+                       const FatSplitting& splitting) {
   if (segments.empty()) return;
   std::size_t next = 0;
   for (PatchCursor at(surface); at.is_any(); at.advance()) {
@@ -111,10 +157,11 @@ FatBorders::FatBorders(const PatchSurface& surface, std::span<const FatSegment> 
     const auto checked =
         checked_patch({form.degree_u, form.degree_v, form.is_rational != 0, numbers});
     if (!checked.is_ok()) continue;
-    const auto splitter =
-        std::make_unique<SegmentSplitter>(checked->patch(), span_share * checked->extent, spans_);
+    const auto splitter = std::make_unique<SegmentSplitter>(
+        checked->patch(), splitting.span_share * checked->extent, spans_);
     for (const FatSegment& segment : segments.subspan(first, next - first))
       splitter->split(segment, coefficients.data() + segment.first);
+    run_count_ += splitter->join(splitting.run_max);
   }
   first_.push_back(static_cast<std::uint32_t>(spans_.size()));
   spans_.shrink_to_fit();

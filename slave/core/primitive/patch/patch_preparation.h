@@ -14,7 +14,9 @@
 #include <vector>
 
 #include "common/math/bounds3.h"
+#include "slave/core/primitive/patch/fat_border_spans.h"
 #include "slave/core/primitive/patch/patch_layout.h"
+#include "slave/core/primitive/patch/trim_grid.h"
 
 namespace tessera::core {
 
@@ -27,7 +29,8 @@ struct PatchSplitting {
   // Halvings in each direction of parts of which trims keep some and leave out some, where shape
   // alone asks for fewer: the less of a part is left out, the fewer rays are decided for nothing.
   int trim_level_max = 0;
-  double span_share = 0.25;  // of the patch: spans of widened borders are no longer
+  FatSplitting borders = {};
+  TrimCellOptions cells = {};
 };
 
 struct SubPatches {

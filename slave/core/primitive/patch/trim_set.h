@@ -12,22 +12,20 @@
 // how many pass a cell, and some two pieces (trim_order.h). All pieces of a list that has no order
 // are asked: those of a patch at most, and that only where they all pass one cell of 2^-17.
 //
-// Memory. A segment of degree 3 has 72 bytes of coefficients; 48 for a piece, of which it has 1 to
-// 2 in general; 4 to 8 cells of 8 bytes, and 36 bytes for each time that a piece passes a cell, at
-// most 64 times, 12 more where the cell has an order. slave/core/decisions/trims.md has what was
-// measured.
+// Memory. What loops need (trim_loops.h), which surfaces with the same loops share, and what
+// borders need (fat_border_spans.h).
 //
 // Threads. Prepared by one thread, then never changed: any number may ask.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
-#include <vector>
 
 #include "common/scene/patch_surface.h"
 #include "slave/core/primitive/patch/fat_border_spans.h"
-#include "slave/core/primitive/patch/trim_grid.h"
+#include "slave/core/primitive/patch/trim_loops.h"
 
 namespace tessera::core {
 
@@ -41,17 +39,17 @@ enum class Kept { kNone, kSome, kAll };
 
 class TrimSet {
  public:
-  TrimSet() = default;  // of a surface without trims
+  TrimSet() : TrimSet(PatchSurface{}) {}  // of a surface without trims
 
   // Requires: counts that add up, loops of at least one segment, degrees of 1 to kPatchDegreesMax,
-  // coordinates in [0, 1], weights > 0 and finite. span_share: as FatBorders has it.
+  // coordinates in [0, 1], weights > 0 and finite.
   explicit TrimSet(const PatchSurface& surface, const TrimCellOptions& options = {},
-                   double span_share = 0.25);
+                   const FatSplitting& splitting = {});
+  // loops: of the surface, or of one with the same.
+  TrimSet(const PatchSurface& surface, std::shared_ptr<const TrimLoops> loops,
+          const FatSplitting& splitting);
 
-  bool is_trimmed(std::uint32_t patch) const {
-    return patch < whole_.size() &&
-           (whole_[patch].is_grid != 0 || whole_[patch].count != 0 || whole_[patch].is_odd != 0);
-  }
+  bool is_trimmed(std::uint32_t patch) const { return loops_->is_trimmed(patch); }
 
   // patch: number of one of the surface's patches.
   bool is_kept(std::uint32_t patch, double u, double v) const {
@@ -70,20 +68,18 @@ class TrimSet {
   // Conservative: kSome where that is not sure.
   Kept kept_of(std::uint32_t patch, const TrimArea& area) const;
 
-  const TrimCells& cells() const { return cells_; }
+  const TrimLoops& loops() const { return *loops_; }
+  const TrimCells& cells() const { return loops_->cells; }
   // Where the surface is met beside its widened segments (fat_border.h); answers above do not know
   // of them.
   const FatBorders& borders() const { return borders_; }
-  std::size_t bytes() const;
 
  private:
   const TrimCell& cell_in(const TrimGrid& grid, TrimPlace at) const;
   Kept kept_of(std::uint32_t patch, const TrimCell& cell, const TrimArea& area) const;
 
-  TrimCells cells_;
+  std::shared_ptr<const TrimLoops> loops_;
   FatBorders borders_;
-  std::vector<TrimCell>
-      whole_;  // [patch_count]: the square of each; empty where nothing is trimmed
 };
 
 }  // namespace tessera::core

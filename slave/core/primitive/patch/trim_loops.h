@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// The trimming loops of a surface, as points of its patches' squares are asked: nothing of it
+// depends on where the surface lies, nor on how its patches are shaped, so surfaces with the same
+// loops share it.
+//
+// Memory. A segment of degree 3 has 72 bytes of coefficients; 48 for a piece, of which it has 1 to
+// 2 in general; 4 to 8 cells of 8 bytes, and 36 bytes for each time that a piece passes a cell, at
+// most 64 times, 12 more where the cell has an order. slave/core/decisions/trims.md has what was
+// measured.
+//
+// Threads. TrimLoops never changes once it is made. TrimLoopLibrary has one owner.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "common/scene/patch_surface.h"
+#include "slave/core/primitive/patch/fat_border_spans.h"
+#include "slave/core/primitive/patch/trim_grid.h"
+
+namespace tessera::core {
+
+struct TrimLoops {
+  TrimCells cells;
+  std::vector<TrimCell> whole;  // [patch_count]: the square of each; empty: nothing is trimmed
+
+  // Requires: as TrimSet. A loop of a segment and back again, which trims nothing, has the
+  // coefficients of the first of the two alone.
+  explicit TrimLoops(const PatchSurface& surface, const TrimCellOptions& options = {});
+
+  bool is_trimmed(std::uint32_t patch) const {
+    return patch < whole.size() &&
+           (whole[patch].is_grid != 0 || whole[patch].count != 0 || whole[patch].is_odd != 0);
+  }
+  std::size_t bytes() const;
+};
+
+// The segments of a surface that have a width, with their places among the coefficients of its
+// loops, in the order of their patches.
+std::vector<FatSegment> widened_segments(const PatchSurface& surface);
+
+// Loops of surfaces that are asked for one after the other, each made once.
+class TrimLoopLibrary {
+ public:
+  explicit TrimLoopLibrary(const TrimCellOptions& options = {}) : options_(options) {}
+
+  // Returns: those of a surface that was asked for before, where they are the same.
+  // Requires: the surface outlives this object.
+  std::shared_ptr<const TrimLoops> of(const PatchSurface& surface);
+
+ private:
+  struct Known {
+    const PatchSurface* surface;
+    std::shared_ptr<const TrimLoops> loops;
+  };
+
+  const TrimCellOptions options_;
+  std::unordered_multimap<std::uint64_t, Known> known_;  // by a hash of the loops
+};
+
+}  // namespace tessera::core
