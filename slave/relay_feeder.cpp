@@ -130,17 +130,31 @@ std::string RelayFeeder::on_need(Child& child, const wire::SceneChunkNeed& need)
   return {};
 }
 
+void RelayFeeder::on_begun(SceneVersion version) {
+  net::SharedBytes bytes;
+  for (auto& [number, child] : children_) {
+    for (auto wanted = child.wanted.lower_bound({version, 0});
+         wanted != child.wanted.end() && wanted->first.first == version; ++wanted) {
+      const std::uint32_t block = wanted->first.second;
+      for (std::uint32_t chunk = 0; chunk < wanted->second.size(); ++chunk) {
+        if (!wanted->second[chunk] ||
+            receiver_.find(version, block, chunk, bytes) != wire::SceneReceiver::Holding::kHere)
+          continue;
+        wanted->second[chunk] = false;
+        child.ready.insert({version, block, chunk});
+      }
+    }
+    pump(child);
+  }
+}
+
 void RelayFeeder::on_arrived(const wire::SceneReceiver::Arrival& arrival) {
   for (auto& [number, child] : children_) {
     const auto wanted = child.wanted.find({arrival.version, arrival.block});
-    if (wanted == child.wanted.end()) continue;
-    const std::size_t end =
-        std::min(wanted->second.size(), std::size_t{arrival.chunk} + arrival.chunk_count);
-    for (std::uint32_t chunk = arrival.chunk; chunk < end; ++chunk) {
-      if (!wanted->second[chunk]) continue;
-      wanted->second[chunk] = false;
-      child.ready.insert({arrival.version, arrival.block, chunk});
-    }
+    if (wanted == child.wanted.end() || arrival.chunk >= wanted->second.size()) continue;
+    if (!wanted->second[arrival.chunk]) continue;
+    wanted->second[arrival.chunk] = false;
+    child.ready.insert({arrival.version, arrival.block, arrival.chunk});
     pump(child);
   }
 }

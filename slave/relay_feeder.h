@@ -45,6 +45,8 @@ class RelayFeeder {
 
   // `listener` outlives the connection; may be null (tests).
   void accept(net::ConnectionPtr connection, net::Listener* listener);
+  // The receiver has begun a version: what it keeps of it is sent to those who asked before.
+  void on_begun(SceneVersion version);
   void on_arrived(const wire::SceneReceiver::Arrival& arrival);
   void drop_all();
   std::size_t child_count() const { return children_.size(); }  // who has no token yet included

@@ -84,8 +84,9 @@ Status SceneIntake::retire(SceneVersion first_kept) {
 }
 
 Status SceneIntake::perform(wire::SceneReceiver::Actions actions) {
-  for (const auto& arrival : actions.arrived) {
-    if (feeder_) feeder_->on_arrived(arrival);
+  if (feeder_) {
+    for (const SceneVersion version : actions.begun) feeder_->on_begun(version);
+    for (const auto& arrival : actions.arrived) feeder_->on_arrived(arrival);
   }
   for (wire::SceneFailed& failed : actions.failed) {
     log_error("scene-failed", failed.reason, {{"version", std::to_string(failed.version)}});
@@ -102,7 +103,7 @@ Status SceneIntake::perform(wire::SceneReceiver::Actions actions) {
   for (wire::SceneReceiver::Complete& complete : actions.complete) {
     if (child_.is_following(complete.version)) child_.rest();
     log_received(complete);
-    if (feeder_) events_.send(wire::SceneProgress{complete.version, complete.scene.total_bytes()});
+    if (feeder_) events_.send(wire::SceneProgress{complete.version, complete.total_bytes});
     TESSERA_RETURN_IF_ERROR(events_.complete(std::move(complete)));
   }
   const bool is_in_work = feeder_ != nullptr && receiver_.head_version() != 0;
@@ -117,7 +118,7 @@ void SceneIntake::log_received(const wire::SceneReceiver::Complete& complete) {
   const double took = seconds(Clock::now() - announced_);
   log_event(took >= 0.5 ? LogLevel::kInfo : LogLevel::kDebug, "scene-received", "a scene is here",
             {{"version", std::to_string(complete.version)},
-             {"bytes", std::to_string(complete.scene.total_bytes())},
+             {"bytes", std::to_string(complete.total_bytes)},
              {"relayed_bytes", std::to_string(std::exchange(relayed_bytes_, 0))},
              {"seconds", std::to_string(took)}});
 }

@@ -13,13 +13,13 @@ BuildOutcome ScenePreparation::prepare(const BuildTask& task, core::BuildOptions
   BuildOutcome outcome{task.generation, task.version, 0, Status::cancelled("not built yet")};
   try {
     give_way();
-    Result<Scene> scene = decoder_.decode(task.scene);
+    auto scene = decoder_.decode_shared(task.scene);
     if (!scene.is_ok()) {
       outcome.scene = scene.status();
       return outcome;
     }
     give_way();
-    Result<Scene> posed = poser_.at(*scene, task.scene.time_seconds);
+    auto posed = posed_at(*scene, task.scene.time_seconds);
     if (!posed.is_ok()) {
       outcome.scene = posed.status();
       return outcome;
@@ -27,7 +27,7 @@ BuildOutcome ScenePreparation::prepare(const BuildTask& task, core::BuildOptions
     give_way();
     const std::shared_ptr<const Newest> before = newest();
     options.other = before ? before->prepared.get() : nullptr;
-    outcome.scene = core::PreparedScene::build(*posed, options);
+    outcome.scene = core::PreparedScene::build(**posed, options);
     if (!outcome.scene.is_ok()) return outcome;
     const core::PreparedScene& built = **outcome.scene;
     if (!before || !built.has_geometry_of(*before->prepared))
@@ -41,6 +41,14 @@ BuildOutcome ScenePreparation::prepare(const BuildTask& task, core::BuildOptions
         Status::resource_exhausted(std::string("the scene could not be built: ") + e.what());
   }
   return outcome;
+}
+
+Result<std::shared_ptr<const Scene>> ScenePreparation::posed_at(
+    const std::shared_ptr<const Scene>& scene, double seconds) {
+  if (!scene->animation) return scene;
+  Result<Scene> posed = poser_.at(*scene, seconds);
+  if (!posed.is_ok()) return posed.status();
+  return std::make_shared<const Scene>(*std::move(posed));
 }
 
 std::shared_ptr<const ScenePreparation::Newest> ScenePreparation::newest() const {

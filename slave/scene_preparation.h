@@ -40,10 +40,13 @@ class ScenePreparation {
   // What the next scene may share: a decoded scene's meshes and pictures live as long as it does,
   // and those that were posed as long as `posed`.
   struct Newest {
-    Scene scene, posed;
+    std::shared_ptr<const Scene> scene, posed;
     std::shared_ptr<const core::PreparedScene> prepared;
   };
 
+  // The scene itself where nothing of it moves.
+  Result<std::shared_ptr<const Scene>> posed_at(const std::shared_ptr<const Scene>& scene,
+                                                double seconds);
   std::shared_ptr<const Newest> newest() const;
 
   SceneDecoder decoder_;

@@ -8,9 +8,9 @@
 #include "common/base/limits.h"
 #include "common/scene/animation.h"
 #include "common/scene/block_bytes.h"
-#include "common/scene/material_bytes.h"
 #include "common/scene/mesh_block.h"
 #include "common/scene/picture_blocks.h"
+#include "common/scene/root_block.h"
 #include "common/scene/surface_copies.h"
 #include "common/scene/validate.h"
 
@@ -64,121 +64,6 @@ PrimitiveCounts surface_counts(std::span<const std::byte> bytes) {
       skip(sizeof(std::uint32_t), passed) && skip(sizeof(std::uint32_t), passed) &&
       skip(sizeof(std::uint8_t), passed) && skip(sizeof(TrimPoint), counts.trim_points);
   return is_good ? counts : PrimitiveCounts{};
-}
-
-void put_camera(BlockWriter& out, const Camera& camera) {
-  for (const Vec3f v : {camera.eye, camera.target, camera.up}) out.put(v);
-  out.put(camera.vfov_degrees);
-}
-
-Camera get_camera(BlockReader& in) {
-  Camera camera;
-  camera.eye = in.get<Vec3f>();
-  camera.target = in.get<Vec3f>();
-  camera.up = in.get<Vec3f>();
-  camera.vfov_degrees = in.get<float>();
-  return camera;
-}
-
-constexpr std::uint64_t kInstanceBytes = 4 + 4 + sizeof(Transform);
-
-SceneBlock encode_root(const Scene& scene) {
-  BlockWriter out(BlockKind::kRoot);
-  out.put(std::uint64_t{scene.meshes.size()});
-  out.put(std::uint64_t{scene.surfaces.size()});
-  out.put(std::uint64_t{scene.textures.size()});
-  out.put(std::uint64_t{scene.materials.size()});
-  for (const Material& m : scene.materials) put_material(out, m);
-  out.put(std::uint64_t{scene.instances.size()});
-  for (const Instance& instance : scene.instances) {
-    out.begin_record(kInstanceBytes);
-    out.put(static_cast<std::uint32_t>(instance.kind));
-    out.put(instance.mesh);
-    out.put(instance.object_to_world);
-  }
-  out.put(std::uint64_t{scene.lights.size()});
-  for (const Light& light : scene.lights) {
-    out.put(static_cast<std::uint32_t>(light.kind));
-    for (const Vec3f v : {light.position, light.direction, light.intensity}) out.put(v);
-    out.put(light.cos_inner);
-    out.put(light.cos_outer);
-  }
-  out.put(scene.environment);
-  out.put(std::uint32_t{scene.environment_map ? 1u : 0u});
-  out.put(std::uint32_t{scene.animation ? 1u : 0u});
-  out.put(static_cast<std::uint32_t>(scene.background.kind));
-  out.put(scene.background.low);
-  out.put(scene.background.high);
-  out.put(std::uint32_t{scene.camera ? 1u : 0u});
-  if (scene.camera) put_camera(out, *scene.camera);
-  out.put(std::uint64_t{scene.cameras.size()});
-  for (const NamedCamera& named : scene.cameras) {
-    out.put_text(named.name);
-    put_camera(out, named.camera);
-  }
-  return make_scene_block(out.finish());
-}
-
-constexpr std::uint64_t kCameraBytes = 3 * sizeof(Vec3f) + sizeof(float);
-constexpr std::uint64_t kLightBytes = 4 + 3 * 12 + 2 * 4;
-
-// How many blocks follow the root, in this order.
-struct BlockCounts {
-  std::uint64_t meshes = 0, surfaces = 0, textures = 0;
-  bool has_environment_map = false, has_animation = false;
-
-  // Whether these are all blocks but the root. Counts may be any numbers.
-  bool are(std::uint64_t blocks) const {
-    for (const std::uint64_t count : {meshes, surfaces, textures}) {
-      if (count > blocks) return false;
-      blocks -= count;
-    }
-    return blocks == (has_environment_map ? 1u : 0u) + (has_animation ? 1u : 0u);
-  }
-};
-
-// Decodes everything but what has blocks of its own.
-bool decode_root(std::span<const std::byte> bytes, Scene& scene, BlockCounts& counts) {
-  BlockReader in(bytes);
-  if (!in.open(BlockKind::kRoot)) return false;
-  counts.meshes = in.get<std::uint64_t>();
-  counts.surfaces = in.get<std::uint64_t>();
-  counts.textures = in.get<std::uint64_t>();
-  scene.materials.resize(in.get_count(material_bytes_min()));
-  for (Material& m : scene.materials) {
-    if (!get_material(in, m)) return false;
-  }
-  scene.instances.resize(in.get_count(kInstanceBytes));
-  for (Instance& instance : scene.instances) {
-    if (!in.begin_record(kInstanceBytes)) return false;
-    if (!get_enum(in, instance.kind, ObjectKind::kPatchSurface)) return false;
-    instance.mesh = in.get<std::uint32_t>();
-    instance.object_to_world = in.get<Transform>();
-  }
-  scene.lights.resize(in.get_count(kLightBytes));
-  for (Light& light : scene.lights) {
-    const auto kind = in.get<std::uint32_t>();
-    if (kind > static_cast<std::uint32_t>(LightKind::kDirectional)) return false;
-    light.kind = static_cast<LightKind>(kind);
-    light.position = in.get<Vec3f>();
-    light.direction = in.get<Vec3f>();
-    light.intensity = in.get<Vec3f>();
-    light.cos_inner = in.get<float>();
-    light.cos_outer = in.get<float>();
-  }
-  scene.environment = in.get<Vec3f>();
-  counts.has_environment_map = in.get<std::uint32_t>() != 0;
-  counts.has_animation = in.get<std::uint32_t>() != 0;
-  if (!get_enum(in, scene.background.kind, BackgroundKind::kGradient)) return false;
-  scene.background.low = in.get<Vec3f>();
-  scene.background.high = in.get<Vec3f>();
-  if (in.get<std::uint32_t>() != 0) scene.camera = get_camera(in);
-  scene.cameras.resize(in.get_count(8 + kCameraBytes));
-  for (NamedCamera& named : scene.cameras) {
-    if (!in.get_text(named.name)) return false;
-    named.camera = get_camera(in);
-  }
-  return in.is_finished();
 }
 
 template <typename T>
@@ -297,23 +182,25 @@ Digest EncodedScene::digest() const {
 }
 
 EncodedScene SceneEncoder::encode(const Scene& scene) {
-  EncodedScene encoded;
-  encoded.blocks.reserve(known_.size() + 1);
-  encoded.blocks.push_back(encode_root(scene));
+  // Both are forgotten together where memory runs out on the way.
+  std::vector<Known> known = std::exchange(known_, {});
+  BlockTable::Editor blocks(std::exchange(before_, {}));
+  blocks.resize(1 + scene.meshes.size() + scene.surfaces.size() + scene.textures.size() +
+                (scene.environment_map ? 1 : 0) + (scene.animation ? 1 : 0));
+  blocks.edit(0) = make_scene_block(encode_root(scene));
   std::unordered_map<const void*, Known> all;  // filled where an object is not at its place
   std::size_t place = 0;
   const auto add = [&](const std::shared_ptr<const void>& object, auto make) {
-    if (place == known_.size()) known_.emplace_back();
-    Known& here = known_[place++];
-    if (here.object != object) {
-      if (all.empty()) {
-        for (const Known& known : known_) all.try_emplace(known.object.get(), known);
-      }
-      const auto found = all.find(object.get());
-      here = found != all.end() ? found->second : Known{object, make()};
-      all.try_emplace(object.get(), here);
+    if (place == known.size()) known.emplace_back();
+    Known& here = known[place++];
+    if (here.object == object) return;
+    if (all.empty()) {
+      for (const Known& other : known) all.try_emplace(other.object.get(), other);
     }
-    encoded.blocks.push_back(here.block);
+    const auto found = all.find(object.get());
+    here = found != all.end() ? found->second : Known{object, make()};
+    all.try_emplace(object.get(), here);
+    blocks.edit(place) = here.block;
   };
   for (const auto& mesh : scene.meshes)
     add(mesh, [&] { return make_scene_block(encode_mesh(*mesh)); });
@@ -325,7 +212,10 @@ EncodedScene SceneEncoder::encode(const Scene& scene) {
     add(map, [&] { return make_scene_block(encode_environment(*map)); });
   if (const auto& motion = scene.animation)
     add(motion, [&] { return encode_arrays(BlockKind::kAnimation, *motion); });
-  known_.resize(place);  // what this version does not use is forgotten
+  known.resize(place);  // what this version does not use is forgotten
+  known_ = std::move(known);
+  EncodedScene encoded;
+  encoded.blocks = before_ = blocks.finish();
   return encoded;
 }
 
@@ -338,7 +228,28 @@ std::shared_ptr<const Mesh> SceneDecoder::mesh_of(const SceneBlock& block, Place
   return mesh;
 }
 
-Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
+Status SceneDecoder::decode_meshes(const EncodedScene& encoded, std::size_t count,
+                                   const Scene* before, Scene& scene) {
+  if (before != nullptr) scene.meshes = before->meshes;
+  scene.meshes.resize(count);
+  placed_.resize(count);
+  std::size_t malformed_at = 0;
+  const auto decode_one = [&](std::size_t i) {
+    if (i == 0 || i > count || malformed_at != 0) return;
+    scene.meshes[i - 1] = mesh_of(encoded.blocks[i], placed_[i - 1]);
+    if (!scene.meshes[i - 1]) malformed_at = i;
+  };
+  if (before != nullptr) {
+    newest_blocks_.for_each_apart(encoded.blocks, decode_one);
+    // A block of a shared chunk was no mesh where the scene before had fewer of them.
+    for (std::size_t i = before->meshes.size() + 1; i <= count; ++i) decode_one(i);
+  } else {
+    for (std::size_t i = 1; i <= count; ++i) decode_one(i);
+  }
+  return malformed_at != 0 ? malformed("mesh", malformed_at) : Status::ok();
+}
+
+void SceneDecoder::forget_expired() {
   const auto forget = [](auto& cache) {
     std::erase_if(cache, [](const auto& entry) { return entry.second.expired(); });
   };
@@ -349,7 +260,24 @@ Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
   forget(textures_);
   forget(environments_);
   forget(animations_);
+}
+
+Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
   Scene scene;
+  TESSERA_RETURN_IF_ERROR(decode_into(encoded, nullptr, scene));
+  return scene;
+}
+
+Result<std::shared_ptr<const Scene>> SceneDecoder::decode_shared(const EncodedScene& encoded) {
+  auto scene = std::make_shared<Scene>();
+  TESSERA_RETURN_IF_ERROR(decode_into(encoded, newest_.lock().get(), *scene));
+  newest_ = scene;
+  newest_blocks_ = BlockTable::Trace(encoded.blocks);
+  return std::shared_ptr<const Scene>(std::move(scene));
+}
+
+Status SceneDecoder::decode_into(const EncodedScene& encoded, const Scene* before, Scene& scene) {
+  forget_expired();
   BlockCounts counts;
   if (encoded.blocks.empty() || encoded.blocks.size() > kSceneBlocksMax ||
       !decode_root(*encoded.blocks[0].bytes, scene, counts)) {
@@ -357,16 +285,12 @@ Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
   }
   const std::uint64_t others = encoded.blocks.size() - 1;
   if (!counts.are(others)) return malformed("root", 0);
-  scene.meshes.reserve(counts.meshes);
-  placed_.resize(counts.meshes);
+  TESSERA_RETURN_IF_ERROR(decode_meshes(encoded, counts.meshes, before, scene));
   const std::uint64_t last_surface = counts.meshes + counts.surfaces;
   const std::uint64_t last_texture = last_surface + counts.textures;
-  for (std::size_t i = 1; i <= others; ++i) {
+  for (std::size_t i = 1 + counts.meshes; i <= others; ++i) {
     const SceneBlock& block = encoded.blocks[i];
-    if (i <= counts.meshes) {
-      scene.meshes.push_back(mesh_of(block, placed_[i - 1]));
-      if (!scene.meshes.back()) return malformed("mesh", i);
-    } else if (i <= last_surface) {
+    if (i <= last_surface) {
       scene.surfaces.push_back(cached<PatchSurface>(
           surfaces_, block, &decode_arrays<PatchSurface, BlockKind::kPatchSurface>));
       if (!scene.surfaces.back()) return malformed("surface", i);
@@ -382,8 +306,7 @@ Result<Scene> SceneDecoder::decode(const EncodedScene& encoded) {
       if (!scene.environment_map) return malformed("environment", i);
     }
   }
-  TESSERA_RETURN_IF_ERROR(validator_.validate(scene));
-  return scene;
+  return validator_.validate(scene);
 }
 
 }  // namespace tessera

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "common/base/digest.h"
+#include "common/base/shared_table.h"
 #include "common/base/status.h"
 #include "common/scene/block_chunks.h"
 #include "common/scene/scene.h"
@@ -36,10 +37,11 @@ struct SceneBlock {
   std::shared_ptr<const ChunkDigests> chunks;
 };
 SceneBlock make_scene_block(std::vector<std::byte> bytes);
+using BlockTable = SharedTable<SceneBlock>;
 
 // Block 0 is the root; the others are in the order in which the root refers to them.
 struct EncodedScene {
-  std::vector<SceneBlock> blocks;
+  BlockTable blocks;
   std::uint64_t index_bytes = 0;  // by index_bytes_of() (scene_footprint.h); 0: not estimated
   double time_seconds = 0;        // at which it is shown; of animated scenes alone
   std::uint64_t total_bytes() const;
@@ -72,17 +74,23 @@ class SceneEncoder {
     std::shared_ptr<const void> object;
     SceneBlock block;
   };
-  std::vector<Known> known_;  // the objects of the version before, in the order of their blocks
+  // The objects of the version before, in the order of their blocks, and its blocks. What is in
+  // the same chunk as none that changed is shared with them.
+  std::vector<Known> known_;
+  BlockTable before_;
 };
 
 // Decodes block after block; the cache shares meshes, surfaces and textures with earlier versions
-// by digest: a mesh is looked for at its place in the version before, and then among all. Used by
-// one thread.
+// by digest: a mesh is looked for at its place in the version before, and then among all. Where the
+// scene of the version before still lives, blocks of chunks that both share are not looked at. Used
+// by one thread.
 class SceneDecoder {
  public:
   // Returns: kDataLoss for malformed bytes, or validate_scene()'s refusal. Requires: the caller has
   // checked the digests.
   Result<Scene> decode(const EncodedScene& encoded);
+  // The same of a scene that is not changed; the next version takes what it can from it.
+  Result<std::shared_ptr<const Scene>> decode_shared(const EncodedScene& encoded);
 
  private:
   struct PlacedMesh {
@@ -92,6 +100,11 @@ class SceneDecoder {
 
   // Returns: null for malformed bytes.
   std::shared_ptr<const Mesh> mesh_of(const SceneBlock& block, PlacedMesh& before);
+  Status decode_meshes(const EncodedScene& encoded, std::size_t count, const Scene* before,
+                       Scene& scene);
+  void forget_expired();
+  // `before`: the newest scene of decode_shared(), or null.
+  Status decode_into(const EncodedScene& encoded, const Scene* before, Scene& scene);
 
   std::vector<PlacedMesh> placed_;  // the meshes of the version before
   std::unordered_map<Digest, std::weak_ptr<const Mesh>, DigestHash> meshes_;
@@ -100,6 +113,9 @@ class SceneDecoder {
   std::unordered_map<Digest, std::weak_ptr<const EnvironmentMap>, DigestHash> environments_;
   std::unordered_map<Digest, std::weak_ptr<const SceneAnimation>, DigestHash> animations_;
   SceneValidator validator_;
+
+  std::weak_ptr<const Scene> newest_;  // of decode_shared()
+  BlockTable::Trace newest_blocks_;    // of it
 };
 
 }  // namespace tessera

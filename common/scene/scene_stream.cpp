@@ -62,6 +62,7 @@ Result<SceneStream> decode_scene_stream(std::span<const std::byte> rest) {
     rest = rest.subspan(size);
   }
   if (!take(rest, &count, sizeof(count)) || count > kSceneBlocksMax) return malformed;
+  std::vector<SceneBlock> blocks;
   for (std::uint64_t i = 0; i < count; ++i) {
     std::uint64_t size = 0;
     Digest digest;
@@ -72,8 +73,9 @@ Result<SceneStream> decode_scene_stream(std::span<const std::byte> rest) {
         make_scene_block({rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(size)});
     rest = rest.subspan(size);
     if (block.digest != digest) return Status::data_loss("a scene block's digest differs");
-    stream.scene.blocks.push_back(std::move(block));
+    blocks.push_back(std::move(block));
   }
+  stream.scene.blocks = std::move(blocks);
   if (!rest.empty()) return malformed;
   return stream;
 }

@@ -27,9 +27,11 @@ Status SceneReceiver::announce(SceneAnnounce announce, Actions& actions) {
     return Status::resource_exhausted("more than " + std::to_string(kAnnouncedMax) +
                                       " scenes announced and not complete");
   }
-  TESSERA_RETURN_IF_ERROR(newest_blocks_.complete(announce));
+  TESSERA_RETURN_IF_ERROR(newest_blocks_.take(announce));
   newest_announced_ = announce.version;
-  waiting_.push_back(std::move(announce));
+  announce.digests = {};
+  announce.sizes = {};
+  waiting_.push_back({std::move(announce), newest_blocks_.names(), newest_blocks_.total_bytes()});
   if (!head_) serve_next(actions);
   return Status::ok();
 }
@@ -40,70 +42,74 @@ void SceneReceiver::serve_next(Actions& actions) {
     if (refuse_head(need, actions)) continue;
     need.codings = kByteCodingsAll;
     actions.need.push_back(std::move(need));
-    tell_kept(actions);
+    // Slaves may have asked for kept chunks before the announcement was here.
+    actions.begun.push_back(head_->version);
     if (head_->lacking.empty()) finish_head(actions);
   }
 }
 
 SceneNeed SceneReceiver::begin_head() {
   head_ = std::make_unique<Head>();
-  head_->announce = std::move(waiting_.front());
+  Announced announced = std::move(waiting_.front());
   waiting_.pop_front();
-  const SceneAnnounce& a = head_->announce;
+  head_->version = announced.announce.version;
+  head_->index_bytes = announced.announce.index_bytes;
+  head_->time_seconds = announced.announce.time_seconds;
+  head_->names = std::move(announced.names);
+  head_->total_bytes = head_->had_bytes = announced.total_bytes;
   SceneNeed need;
-  need.version = a.version;
-  head_->blocks.resize(a.digests.size());
-  for (std::uint32_t i = 0; i < a.digests.size(); ++i) {
-    if (const SceneBlock* kept = shelf_.block(a.digests[i], i); kept != nullptr) {
-      head_->blocks[i] = *kept;
-      head_->had_bytes += a.sizes[i];
-      continue;
-    }
-    std::vector<std::uint32_t>& indices = head_->lacking[a.digests[i]];
-    if (indices.empty()) {
-      need.blocks.push_back(i);
-      head_->assemblies.try_emplace(i, a.digests[i], a.sizes[i]);
-    }
-    indices.push_back(i);
-  }
+  need.version = head_->version;
+  const SceneShelf::Newest newest = shelf_.newest();
+  head_->blocks = BlockTable::Editor(newest.blocks);
+  head_->blocks.resize(head_->names.size());
+  head_->names.for_each_apart(newest.names, [&](std::size_t block) {
+    begin_block(static_cast<std::uint32_t>(block), newest, need);
+  });
   return need;
 }
 
-// Reports the kept chunks as arrived, since slaves may have asked for them before the announcement
-// was here.
-void SceneReceiver::tell_kept(Actions& actions) const {
-  actions.arrived.reserve(actions.arrived.size() + head_->blocks.size());
-  for (std::uint32_t block = 0; block < head_->blocks.size(); ++block) {
-    if (!head_->blocks[block].bytes) continue;
-    actions.arrived.push_back(
-        {head_->announce.version, block, 0, chunk_count(head_->blocks[block].bytes->size())});
+void SceneReceiver::begin_block(std::uint32_t block, const SceneShelf::Newest& newest,
+                                SceneNeed& need) {
+  const BlockName& name = head_->names[block];
+  if (block < newest.names.size() && newest.names[block] == name) return;  // it is there
+  head_->changed.push_back(block);
+  if (const SceneBlock* kept = shelf_.block(name.digest, block); kept != nullptr) {
+    head_->blocks.edit(block) = *kept;
+    return;
   }
+  head_->blocks.edit(block) = {};
+  head_->had_bytes -= name.size_bytes;
+  std::vector<std::uint32_t>& indices = head_->lacking[name.digest];
+  if (indices.empty()) {
+    need.blocks.push_back(block);
+    head_->assemblies.try_emplace(block, name.digest, name.size_bytes);
+  }
+  indices.push_back(block);
 }
 
 // For a slave the estimate counts lacking blocks twice, as bytes, for deltas and relays, and
 // decoded; and then the index, of which a peer may say any number.
 std::uint64_t SceneReceiver::bytes_to_take(const SceneNeed& need) const {
-  const SceneAnnounce& a = head_->announce;
   const bool is_built = use_ == Use::kBuilt;
   std::uint64_t bytes = 0;
-  for (const std::uint32_t block : need.blocks) bytes += (is_built ? 2 : 1) * a.sizes[block];
-  const std::uint64_t index_bytes = is_built ? a.index_bytes : 0;
+  for (const std::uint32_t block : need.blocks)
+    bytes += (is_built ? 2 : 1) * head_->names[block].size_bytes;
+  const std::uint64_t index_bytes = is_built ? head_->index_bytes : 0;
   return bytes + std::min(index_bytes, std::numeric_limits<std::uint64_t>::max() - bytes);
 }
 
 bool SceneReceiver::refuse_head(const SceneNeed& need, Actions& actions) {
-  const SceneAnnounce& a = head_->announce;
-  for (std::size_t i = 0; i < head_->blocks.size(); ++i) {
+  for (const std::uint32_t i : head_->changed) {
     const BlockBytes& kept = head_->blocks[i].bytes;
-    if (!kept || kept->size() == a.sizes[i]) continue;
-    actions.failed.push_back({a.version, wrong_size_text(i)});
+    if (!kept || kept->size() == head_->names[i].size_bytes) continue;
+    actions.failed.push_back({head_->version, wrong_size_text(i)});
     head_.reset();
     return true;
   }
   const std::uint64_t bytes = bytes_to_take(need);
   const std::optional<std::uint64_t> room = room_ ? room_(bytes) : std::nullopt;
   if (!room || bytes <= *room) return false;
-  actions.failed.push_back({a.version,
+  actions.failed.push_back({head_->version,
                             "the scene needs " + mib_text(bytes) + " of memory " +
                                 (use_ == Use::kBuilt ? "here, " : "in the master, ") +
                                 mib_text(*room) + " are free",
@@ -114,13 +120,13 @@ bool SceneReceiver::refuse_head(const SceneNeed& need, Actions& actions) {
 
 bool SceneReceiver::is_past(SceneVersion version) const {
   // Pieces of a version that failed or was retired may still be under way.
-  return version < (head_ ? head_->announce.version : newest_announced_ + 1);
+  return version < (head_ ? head_->version : newest_announced_ + 1);
 }
 
 Status SceneReceiver::list(SceneChunkList list, Actions& actions) {
   if (is_past(list.version)) return Status::ok();
   const std::string place = "SceneChunkList of block " + std::to_string(list.block);
-  if (!head_ || list.version != head_->announce.version) {
+  if (!head_ || list.version != head_->version) {
     return Status::data_loss(place + ": its version was not asked for");
   }
   const auto found = head_->assemblies.find(list.block);
@@ -179,7 +185,7 @@ Status SceneReceiver::chunk(const SceneChunk& chunk, Actions& actions) {
     }
   } catch (const std::bad_alloc&) {
     fail_head("no memory for a scene block of " +
-                  std::to_string(head_->announce.sizes[chunk.block]) + " bytes",
+                  std::to_string(head_->names[chunk.block].size_bytes) + " bytes",
               actions);
   }
   return Status::ok();
@@ -187,7 +193,7 @@ Status SceneReceiver::chunk(const SceneChunk& chunk, Actions& actions) {
 
 SceneReceiver::Verdict SceneReceiver::take(const SceneChunk& chunk, Actions& actions) {
   if (is_past(chunk.version)) return Verdict::kLate;
-  if (!head_ || chunk.version != head_->announce.version) return Verdict::kNotAskedFor;
+  if (!head_ || chunk.version != head_->version) return Verdict::kNotAskedFor;
   if (chunk.block >= head_->blocks.size()) return Verdict::kNotAskedFor;
   if (head_->blocks[chunk.block].bytes) return Verdict::kLate;
   const auto found = head_->assemblies.find(chunk.block);
@@ -223,7 +229,7 @@ void SceneReceiver::finish_block(std::uint32_t block, Actions& actions) {
   const auto lacking = head_->lacking.find(found->second.digest());
   const SceneBlock whole = found->second.finish();
   for (const std::uint32_t index : lacking->second) {
-    head_->blocks[index] = whole;
+    head_->blocks.edit(index) = whole;
     head_->had_bytes += whole.bytes->size();
   }
   head_->assemblies.erase(found);
@@ -235,18 +241,17 @@ void SceneReceiver::finish_block(std::uint32_t block, Actions& actions) {
 
 void SceneReceiver::finish_head(Actions& actions) {
   const std::unique_ptr<Head> head = std::move(head_);
-  Complete complete;
-  complete.version = head->announce.version;
-  complete.scene.time_seconds = head->announce.time_seconds;
-  complete.scene.blocks.reserve(head->blocks.size());
-  for (std::size_t i = 0; i < head->blocks.size(); ++i) {
-    if (head->blocks[i].bytes->size() != head->announce.sizes[i]) {
-      actions.failed.push_back({complete.version, wrong_size_text(i)});
-      return;
-    }
-    complete.scene.blocks.push_back(std::move(head->blocks[i]));
+  for (const std::uint32_t i : head->changed) {
+    if (head->blocks[i].bytes->size() == head->names[i].size_bytes) continue;
+    actions.failed.push_back({head->version, wrong_size_text(i)});
+    return;
   }
-  shelf_.keep(complete.version, complete.scene);
+  Complete complete;
+  complete.version = head->version;
+  complete.total_bytes = head->total_bytes;
+  complete.scene.time_seconds = head->time_seconds;
+  complete.scene.blocks = head->blocks.finish();
+  shelf_.keep(complete.version, complete.scene, std::move(head->names));
   shelf_.drop_parts();
   actions.complete.push_back(std::move(complete));
 }
@@ -259,22 +264,22 @@ void SceneReceiver::break_off_head() {
     if (assembly.have_count() > 0) parts.push_back(std::move(assembly));
   }
   std::vector<SceneBlock> whole;
-  for (SceneBlock& block : head_->blocks) {
-    if (block.bytes) whole.push_back(std::move(block));
+  for (const SceneBlock& block : head_->blocks.finish()) {
+    if (block.bytes) whole.push_back(block);
   }
   if (!parts.empty() || !whole.empty()) shelf_.put_aside(std::move(whole), std::move(parts));
   head_.reset();
 }
 
 void SceneReceiver::fail_head(std::string reason, Actions& actions) {
-  actions.failed.push_back({head_->announce.version, std::move(reason)});
+  actions.failed.push_back({head_->version, std::move(reason)});
   head_.reset();
   serve_next(actions);
 }
 
 void SceneReceiver::retire(SceneVersion first_kept, Actions& actions) {
-  while (!waiting_.empty() && waiting_.front().version < first_kept) waiting_.pop_front();
-  if (head_ && head_->announce.version < first_kept) {
+  while (!waiting_.empty() && waiting_.front().announce.version < first_kept) waiting_.pop_front();
+  if (head_ && head_->version < first_kept) {
     break_off_head();
     serve_next(actions);
   }
@@ -293,7 +298,7 @@ std::vector<SceneChunkNeed> SceneReceiver::lacking() const {
   if (!head_) return needs;
   for (const auto& [block, assembly] : head_->assemblies) {
     if (assembly.has_list()) {
-      needs.push_back({head_->announce.version, block, assembly.lacking()});
+      needs.push_back({head_->version, block, assembly.lacking()});
     }
   }
   return needs;
@@ -314,12 +319,12 @@ SceneReceiver::Holding SceneReceiver::find(SceneVersion version, std::uint32_t b
   if (const EncodedScene* scene = shelf_.scene(version); scene != nullptr) {
     if (block >= scene->blocks.size()) return Holding::kNever;
     whole = &scene->blocks[block];
-  } else if (head_ && head_->announce.version == version) {
+  } else if (head_ && head_->version == version) {
     if (block >= head_->blocks.size()) return Holding::kNever;
     if (head_->blocks[block].bytes) whole = &head_->blocks[block];
   } else {
-    for (const SceneAnnounce& announced : waiting_) {
-      if (announced.version == version) return Holding::kNotYet;
+    for (const Announced& announced : waiting_) {
+      if (announced.announce.version == version) return Holding::kNotYet;
     }
     return Holding::kNever;
   }

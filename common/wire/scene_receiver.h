@@ -43,11 +43,12 @@ class SceneReceiver {
   struct Complete {
     SceneVersion version = 0;
     EncodedScene scene;
+    std::uint64_t total_bytes = 0;  // of its blocks
   };
-  // Chunks of a block that are here and checked: `chunk_count` of them from `chunk` on.
+  // A chunk of a block that is here and checked.
   struct Arrival {
     SceneVersion version = 0;
-    std::uint32_t block = 0, chunk = 0, chunk_count = 1;
+    std::uint32_t block = 0, chunk = 0;
   };
   // What the caller has to do, in the order of the members.
   struct Actions {
@@ -55,7 +56,10 @@ class SceneReceiver {
     std::vector<SceneFailed> failed;
     std::vector<SceneNeed> need;
     std::vector<SceneChunkNeed> chunk_need;
-    std::vector<Arrival> arrived;  // for slaves that this one feeds
+    // For slaves that this one feeds: versions of which find() may know chunks from now on, and
+    // chunks that have come.
+    std::vector<SceneVersion> begun;
+    std::vector<Arrival> arrived;
   };
   enum class Verdict {
     kStored,
@@ -87,7 +91,7 @@ class SceneReceiver {
 
   // The version that is being received, 0: none; the chunks that it still lacks in blocks whose
   // lists are here; the bytes of it that have come.
-  SceneVersion head_version() const { return head_ ? head_->announce.version : 0; }
+  SceneVersion head_version() const { return head_ ? head_->version : 0; }
   std::vector<SceneChunkNeed> lacking() const;
   std::uint64_t head_bytes() const;
 
@@ -100,17 +104,28 @@ class SceneReceiver {
  private:
   // The announcement being served.
   struct Head {
-    SceneAnnounce announce;
-    std::vector<SceneBlock> blocks;  // those without bytes are lacking
+    SceneVersion version = 0;
+    std::uint64_t index_bytes = 0;
+    double time_seconds = 0;
+    BlockNames names;
+    std::uint64_t total_bytes = 0;
+    BlockTable::Editor blocks;           // those without bytes are lacking
+    std::vector<std::uint32_t> changed;  // blocks not shared with the newest scene on the shelf
     // Indices at which each missing block belongs; the first one is asked for.
     std::unordered_map<Digest, std::vector<std::uint32_t>, DigestHash> lacking;
     std::map<std::uint32_t, BlockAssembly> assemblies;  // by first index
     std::uint64_t had_bytes = 0;                        // of blocks that were here or are whole
   };
 
+  struct Announced {
+    SceneAnnounce announce;  // without its blocks
+    BlockNames names;
+    std::uint64_t total_bytes = 0;
+  };
+
   void serve_next(Actions& actions);
   SceneNeed begin_head();
-  void tell_kept(Actions& actions) const;
+  void begin_block(std::uint32_t block, const SceneShelf::Newest& newest, SceneNeed& need);
   std::uint64_t bytes_to_take(const SceneNeed& need) const;
   bool refuse_head(const SceneNeed& need, Actions& actions);
   void fill_from_shelf(BlockAssembly& assembly);
@@ -122,7 +137,7 @@ class SceneReceiver {
 
   Room room_;
   Use use_;
-  std::deque<SceneAnnounce> waiting_;
+  std::deque<Announced> waiting_;
   std::unique_ptr<Head> head_;
   SceneVersion newest_announced_ = 0;
   AnnouncedBlocks newest_blocks_;

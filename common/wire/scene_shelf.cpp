@@ -10,27 +10,30 @@ namespace {
 
 // Calls f with the blocks of `of` that are not at the same place in `other`.
 template <class F>
-void for_each_other(const EncodedScene& of, const EncodedScene* other, const F& f) {
-  for (std::size_t i = 0; i < of.blocks.size(); ++i) {
-    const bool is_same = other != nullptr && i < other->blocks.size() &&
-                         other->blocks[i].digest == of.blocks[i].digest;
-    if (!is_same) f(of.blocks[i]);
-  }
+void for_each_other(const BlockTable& of, const BlockTable& other, const F& f) {
+  of.for_each_apart(other, [&](std::size_t i) {
+    if (i >= other.size() || other[i].digest != of[i].digest) f(of[i]);
+  });
 }
 
 }  // namespace
 
-void SceneShelf::keep(SceneVersion version, const EncodedScene& scene) {
-  for_each_other(scene, kept_.empty() ? nullptr : &kept_.back().scene,
-                 [this](const SceneBlock& block) { add(block); });
-  kept_.push_back({version, scene});
+void SceneShelf::keep(SceneVersion version, const EncodedScene& scene, BlockNames names) {
+  for_each_other(scene.blocks, newest().blocks, [this](const SceneBlock& block) { add(block); });
+  kept_.push_back({version, scene, std::move(names)});
   if (kept_.size() > kScenesKept) drop_oldest();
 }
 
 void SceneShelf::drop_oldest() {
-  for_each_other(kept_[0].scene, kept_.size() > 1 ? &kept_[1].scene : nullptr,
-                 [this](const SceneBlock& block) { remove(block); });
+  const Kept oldest = std::move(kept_.front());
   kept_.pop_front();
+  const BlockTable next = kept_.empty() ? BlockTable() : kept_.front().scene.blocks;
+  for_each_other(oldest.scene.blocks, next, [this](const SceneBlock& block) { remove(block); });
+}
+
+SceneShelf::Newest SceneShelf::newest() const {
+  if (kept_.empty()) return {};
+  return {kept_.back().names, kept_.back().scene.blocks};
 }
 
 void SceneShelf::put_aside(std::vector<SceneBlock> whole, std::vector<BlockAssembly> parts) {

@@ -20,6 +20,7 @@
 
 #include "common/base/ids.h"
 #include "common/scene/scene_codec.h"
+#include "common/wire/announced_blocks.h"
 #include "common/wire/block_assembly.h"
 
 namespace tessera::wire {
@@ -28,7 +29,8 @@ class SceneShelf {
  public:
   static constexpr std::size_t kScenesKept = 2;
 
-  void keep(SceneVersion version, const EncodedScene& scene);
+  // `names`: those of its blocks, as they were announced.
+  void keep(SceneVersion version, const EncodedScene& scene, BlockNames names = {});
   // Takes the blocks of a scene that was broken off; they replace those of the one before.
   void put_aside(std::vector<SceneBlock> whole, std::vector<BlockAssembly> parts);
   void drop_parts();
@@ -39,6 +41,12 @@ class SceneShelf {
   // scene, which is looked at first.
   const SceneBlock* block(const Digest& digest, std::size_t place = 0) const;
   const EncodedScene* scene(SceneVersion version) const;
+  // The newest complete scene, which the next one may share chunks of its tables with.
+  struct Newest {
+    BlockNames names;
+    BlockTable blocks;
+  };
+  Newest newest() const;
   // Takes out a half-sent block.
   std::optional<BlockAssembly> take_part(const Digest& digest);
   std::optional<std::span<const std::byte>> chunk(const Digest& digest);
@@ -47,6 +55,7 @@ class SceneShelf {
   struct Kept {
     SceneVersion version = 0;  // 0: the scene is of another session
     EncodedScene scene;
+    BlockNames names;
   };
 
   struct Indexed {

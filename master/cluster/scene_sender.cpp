@@ -49,13 +49,7 @@ void SceneSender::announce(SceneVersion version, const SharedScene& scene) {
   announce.version = version;
   announce.index_bytes = scene->index_bytes;
   announce.time_seconds = scene->time_seconds;
-  std::vector<Digest> digests;
-  std::vector<std::uint64_t> sizes;
-  for (const SceneBlock& block : scene->blocks) {
-    digests.push_back(block.digest);
-    sizes.push_back(block.bytes->size());
-  }
-  newest_blocks_.describe(std::move(digests), std::move(sizes), announce);
+  newest_blocks_.describe(scene->blocks, announce);
   announced_.insert(version);
   live_.insert(version);
   link_.send(std::move(announce));

@@ -38,9 +38,8 @@ void SceneWatch::on_said_to(std::size_t slave, const net::Record& record, double
     it.announced.clear();
     it.lacking.clear();
   } else if (const auto announce = as<wire::SceneAnnounce>(Type::kSceneAnnounce, record)) {
-    wire::SceneAnnounce whole = *announce;
-    if (!it.newest_blocks.complete(whole).is_ok()) return;
-    it.announced[announce->version] = std::move(whole.digests);
+    if (!it.newest_blocks.take(*announce).is_ok()) return;
+    it.announced[announce->version] = it.newest_blocks.names();
     it.lacking[announce->version] = now;
   } else if (const auto retire = as<wire::SceneRetire>(Type::kSceneRetire, record)) {
     it.announced.erase(it.announced.begin(), it.announced.lower_bound(retire->first_kept));
@@ -78,11 +77,11 @@ void SceneWatch::on_said_between(std::size_t slave, const net::Record& record) {
 void SceneWatch::on_scene(std::size_t slave, SceneVersion version, const EncodedScene& scene) {
   const auto announced = slaves_[slave].announced.find(version);
   if (announced == slaves_[slave].announced.end()) return;  // retired meanwhile
-  const std::vector<Digest>& digests = announced->second;
-  bool is_right = scene.blocks.size() == digests.size();
-  for (std::size_t i = 0; is_right && i < digests.size(); ++i) {
-    const std::span<const std::byte>* const bytes = bytes_of(digests[i]);
-    is_right = scene.blocks[i].digest == digests[i] && bytes != nullptr &&
+  const wire::BlockNames& names = announced->second;
+  bool is_right = scene.blocks.size() == names.size();
+  for (std::size_t i = 0; is_right && i < names.size(); ++i) {
+    const std::span<const std::byte>* const bytes = bytes_of(names[i].digest);
+    is_right = scene.blocks[i].digest == names[i].digest && bytes != nullptr &&
                has_same_bytes(*scene.blocks[i].bytes, *bytes);
   }
   if (is_right) return;

@@ -42,7 +42,7 @@ class SceneWatch {
 
  private:
   struct Slave {
-    std::map<SceneVersion, std::vector<Digest>> announced;  // of this session, not retired
+    std::map<SceneVersion, wire::BlockNames> announced;  // of this session, not retired
     wire::AnnouncedBlocks newest_blocks;
     std::map<SceneVersion, double> lacking;  // since when; neither built nor failed
     bool has_altered = false, is_listed = false;

@@ -36,6 +36,7 @@ inline EncodedScene scene_of_loose_blocks(std::span<const std::byte> bytes) {
   EncodedScene scene;
   if (bytes.size() < kLooseHeadBytes) return scene;
   std::span<const std::byte> rest = bytes.subspan(kLooseHeadBytes);
+  std::vector<SceneBlock> blocks;
   for (std::size_t i = 0; i < kLooseBlocks; ++i) {
     const std::size_t length = i + 1 < kLooseBlocks
                                    ? std::to_integer<std::size_t>(bytes[2 * i]) |
@@ -43,8 +44,9 @@ inline EncodedScene scene_of_loose_blocks(std::span<const std::byte> bytes) {
                                    : rest.size();
     const auto piece = rest.first(std::min(length, rest.size()));
     rest = rest.subspan(piece.size());
-    scene.blocks.push_back(make_scene_block({piece.begin(), piece.end()}));
+    blocks.push_back(make_scene_block({piece.begin(), piece.end()}));
   }
+  scene.blocks = std::move(blocks);
   return scene;
 }
 

@@ -65,19 +65,19 @@ class Owner {
   }
 
   void remember(wire::SceneAnnounce announce) {
-    if (!last_.complete(announce).is_ok()) std::abort();
-    announced_[announce.version] = std::move(announce);
+    if (!last_.take(announce).is_ok()) std::abort();
+    announced_[announce.version] = last_.names();
   }
 
   void look_at(const SceneReceiver::Actions& actions) {
     for (const auto& complete : actions.complete) {
       const auto found = announced_.find(complete.version);
       if (found == announced_.end()) std::abort();
-      const wire::SceneAnnounce& a = found->second;
-      if (complete.scene.blocks.size() != a.digests.size()) std::abort();
-      for (std::size_t i = 0; i < a.digests.size(); ++i) {
+      const wire::BlockNames& names = found->second;
+      if (complete.scene.blocks.size() != names.size()) std::abort();
+      for (std::size_t i = 0; i < names.size(); ++i) {
         const SceneBlock& block = complete.scene.blocks[i];
-        if (block.digest != a.digests[i] || block.bytes->size() != a.sizes[i]) std::abort();
+        if (names[i] != wire::BlockName{block.digest, block.bytes->size()}) std::abort();
         if (make_scene_block({block.bytes->begin(), block.bytes->end()}).digest != block.digest)
           std::abort();
       }
@@ -101,7 +101,7 @@ class Owner {
       100;  // far above the chunks of all blocks that there are
 
   SceneReceiver receiver_;
-  std::map<SceneVersion, wire::SceneAnnounce> announced_;  // neither complete nor failed
+  std::map<SceneVersion, wire::BlockNames> announced_;  // neither complete nor failed
   wire::AnnouncedBlocks last_;
 };
 

@@ -212,8 +212,8 @@ TEST(SceneCodec, TruncatedBlocksAreRefusedAtEveryLength) {
     const std::span<const std::byte> bytes = *whole.blocks[b].bytes;
     for (std::size_t length = 0; length < bytes.size(); ++length) {
       EncodedScene cut = whole;
-      cut.blocks[b] =
-          block_of({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length)});
+      cut.blocks.set(
+          b, block_of({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(length)}));
       SceneDecoder decoder;
       EXPECT_FALSE(decoder.decode(cut).is_ok()) << "block " << b << " cut to " << length;
     }
@@ -229,7 +229,7 @@ TEST(SceneCodec, AnyFlippedByteIsRefusedOrGivesAValidScene) {
       std::vector<std::byte> bytes(sound.begin(), sound.end());
       bytes[i] ^= std::byte{0xff};
       EncodedScene damaged = whole;
-      damaged.blocks[b] = block_of(std::move(bytes));
+      damaged.blocks.set(b, block_of(std::move(bytes)));
       SceneDecoder decoder;
       auto decoded = decoder.decode(damaged);  // must neither crash nor take memory without bound
       if (!decoded.is_ok()) {
@@ -254,7 +254,9 @@ TEST(SceneCodec, MipLevelsOfTexturesAreReckoned) {
 TEST(SceneCodec, AMissingBlockIsRefused) {
   SceneEncoder encoder;
   EncodedScene scene = encoder.encode(test::make_small_scene());
-  scene.blocks.pop_back();
+  std::vector<SceneBlock> blocks(scene.blocks.begin(), scene.blocks.end());
+  blocks.pop_back();
+  scene.blocks = std::move(blocks);
   SceneDecoder decoder;
   EXPECT_FALSE(decoder.decode(scene).is_ok());
   EXPECT_FALSE(decoder.decode(EncodedScene{}).is_ok());

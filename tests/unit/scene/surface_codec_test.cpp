@@ -141,7 +141,7 @@ TEST(SurfaceCodec, DamagedBlocksAreRefusedOrGiveAValidScene) {
   const EncodedScene whole = SceneEncoder().encode(test::make_surface_scene());
   const auto decoded_with = [&](std::size_t block, std::vector<std::byte> bytes) {
     EncodedScene damaged = whole;
-    damaged.blocks[block] = make_scene_block(std::move(bytes));
+    damaged.blocks.set(block, make_scene_block(std::move(bytes)));
     SceneDecoder decoder;
     return decoder.decode(damaged);
   };
@@ -165,7 +165,9 @@ TEST(SurfaceCodec, DamagedBlocksAreRefusedOrGiveAValidScene) {
 
 TEST(SurfaceCodec, ABlockOfAnotherKindIsRefused) {
   EncodedScene scene = SceneEncoder().encode(test::make_surface_scene());
-  std::swap(scene.blocks[2], scene.blocks[3]);  // the last mesh, the first surface
+  const SceneBlock mesh = scene.blocks[2], surface = scene.blocks[3];  // the last, the first
+  scene.blocks.set(2, surface);
+  scene.blocks.set(3, mesh);
   SceneDecoder decoder;
   const auto decoded = decoder.decode(scene);
   ASSERT_FALSE(decoded.is_ok());

@@ -130,6 +130,7 @@ class RelaySlave {
     return verdict == Verdict::kStored;
   }
   void perform(const wire::SceneReceiver::Actions& actions) {
+    for (const SceneVersion version : actions.begun) feeder_->on_begun(version);
     for (const auto& arrival : actions.arrived) feeder_->on_arrived(arrival);
     if (actions.complete.empty()) return;
     complete_at = queue_.now();

@@ -327,7 +327,7 @@ TEST(SceneReceiver, AKeptBlockIsNoLargerThanItIs) {
   EXPECT_TRUE(actions.need.empty());
 }
 
-TEST(SceneReceiver, AKeptBlockIsReportedAtOnceHoweverManyChunksItHas) {
+TEST(SceneReceiver, AKeptBlockIsThereAsSoonAsItsVersionHasBegun) {
   const Bytes block = large(5, 1);
   SceneReceiver receiver;
   Actions actions;
@@ -335,9 +335,11 @@ TEST(SceneReceiver, AKeptBlockIsReportedAtOnceHoweverManyChunksItHas) {
   ASSERT_EQ(serve(receiver, actions, {block}), 5u);
   actions = {};
   ASSERT_TRUE(receiver.announce(announce_of(2, {block, block}), actions).is_ok());
-  ASSERT_EQ(actions.arrived.size(), 2u);
-  EXPECT_EQ(actions.arrived[1].block, 1u);
-  EXPECT_EQ(actions.arrived[1].chunk_count, 5u);
+  EXPECT_EQ(actions.begun, std::vector<SceneVersion>{2});
+  EXPECT_TRUE(actions.arrived.empty()) << "its chunks are found, and need not be named";
+  net::SharedBytes held;
+  for (std::uint32_t i = 0; i < 10; ++i)
+    EXPECT_EQ(receiver.find(2, i / 5, i % 5, held), SceneReceiver::Holding::kHere);
 }
 
 // A number near the largest one must not wrap around to a small sum.

@@ -26,9 +26,10 @@ class ListedShelf {
   void change() {
     const auto what = random_() % 8;
     if (what < 6) {
-      const EncodedScene scene = next_scene();
+      scenes_.push_back(next_scene());
+      EncodedScene scene;
+      scene.blocks = scenes_.back();
       shelf_.keep(++version_, scene);
-      scenes_.push_back(scene.blocks);
       if (scenes_.size() > SceneShelf::kScenesKept) scenes_.pop_front();
     } else {
       parts_ = what == 6 ? some_blocks() : std::vector<SceneBlock>();
@@ -60,12 +61,11 @@ class ListedShelf {
     return blocks;
   }
   // Often the scene before, of which a block differs.
-  EncodedScene next_scene() {
-    EncodedScene scene;
-    scene.blocks = scenes_.empty() || random_() % 4 == 0 ? some_blocks() : scenes_.back();
-    if (!scene.blocks.empty())
-      scene.blocks[random_() % scene.blocks.size()] = pool_[random_() % pool_.size()];
-    return scene;
+  std::vector<SceneBlock> next_scene() {
+    std::vector<SceneBlock> blocks =
+        scenes_.empty() || random_() % 4 == 0 ? some_blocks() : scenes_.back();
+    if (!blocks.empty()) blocks[random_() % blocks.size()] = pool_[random_() % pool_.size()];
+    return blocks;
   }
 
   std::mt19937 random_;
