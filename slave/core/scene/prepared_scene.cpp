@@ -41,10 +41,16 @@ bool is_smooth(const Mesh& mesh) {
   return false;
 }
 
-SurfaceFeatures features_of(const Scene& scene, const Geometry& geometry) {
+// `same`: another version with the same meshes, or null.
+SurfaceFeatures features_of(const Scene& scene, const Geometry& geometry,
+                            const PreparedScene::Impl* same) {
   SurfaceFeatures features;
   features.has_normals |= geometry.is_smooth;
-  for (const auto& mesh : scene.meshes) features.has_colors |= !mesh->colors.empty();
+  if (same != nullptr) {
+    features.has_colors = same->features.has_colors;
+  } else {
+    for (const auto& mesh : scene.meshes) features.has_colors |= !mesh->colors.empty();
+  }
   for (const Material& material : scene.materials) {
     features.has_textures |= has_texture(material);
     features.has_programs |= material.surface.kind != SurfaceKind::kConstant;
@@ -60,14 +66,15 @@ SurfaceFeatures features_of(const Scene& scene, const Geometry& geometry) {
   return features;
 }
 
-bool is_of(const Geometry& geometry, const Scene& scene, const BuildOptions& options) {
-  return geometry.meshes == scene.meshes && geometry.surfaces == scene.surfaces &&
-         geometry.instances == scene.instances && geometry.structure == options.structure &&
-         geometry.instancing == options.instancing && geometry.is_on_demand == options.is_on_demand;
+// change: of the scene, to what the geometry was made of.
+bool is_of(const Geometry& geometry, const Scene& scene, const SceneChange& change,
+           const BuildOptions& options) {
+  return change.moved && change.moved->empty() && geometry.surfaces == scene.surfaces &&
+         geometry.structure == options.structure && geometry.instancing == options.instancing &&
+         geometry.is_on_demand == options.is_on_demand;
 }
 
-bool is_any_smooth(const Scene& scene, const Geometry* other) {
-  if (other != nullptr && other->meshes == scene.meshes) return other->is_smooth;
+bool is_any_smooth(const Scene& scene) {
   for (const auto& mesh : scene.meshes) {
     if (is_smooth(*mesh)) return true;
   }
@@ -75,13 +82,14 @@ bool is_any_smooth(const Scene& scene, const Geometry* other) {
 }
 
 template <int W>
-KnownInstances<W> known_of(const PreparedScene* scene) {
+KnownInstances<W> known_of(const PreparedScene* scene, const SceneChange& change) {
   if (scene == nullptr || scene->impl().patches != nullptr) return {};
   const Geometry& other = *scene->impl().geometry;
   const auto* const index = std::get_if<InstancedBvh<W>>(&other.index.any);
-  return {
-      {other.meshes, other.instances, index == nullptr ? std::vector<bool>() : index->is_moving},
-      index};
+  return {{other.meshes, other.instances, index == nullptr ? std::vector<bool>() : index->is_moving,
+           change},
+          index,
+          other.triangles.instance_first};
 }
 
 // Makes the triangles that are flattened beside instances, or takes those of the other version
@@ -92,32 +100,47 @@ Status flatten(const Placement<W>& placement, const Scene& scene, const BuildOpt
                Flattened<W>& flattened, Geometry& geometry) {
   TriangleStore& store = geometry.triangles;
   const TriangleSource source{geometry.meshes, geometry.instances, placement.is_placed};
-  flattened.part = flat_part_of<W>(scene, placement.is_placed);
-  if (known.index != nullptr && known.index->flat->made_of == flattened.part.made_of) {
+  const bool has_same_numbers = has_same_flat_part(placement, known);
+  flattened.part =
+      has_same_numbers
+          ? known.index->flat
+          : std::make_shared<const FlatPart<W>>(flat_part_of<W>(scene, placement.is_placed));
+  if (has_same_numbers ||
+      (known.index != nullptr && known.index->flat->made_of == flattened.part->made_of)) {
     const Geometry& other = *options.other->impl().geometry;
-    store = make_triangle_store(source, other.triangles);
+    if (has_same_numbers) {
+      store = other.triangles;
+      store.meshes = source.meshes;
+      store.instances = source.instances;
+    } else {
+      store = make_triangle_store(source, other.triangles);
+    }
     geometry.left_out = other.left_out;
     store.degenerate_count = other.left_out.size();
-    flattened.part.index = known.index->flat->index;
-    if (!flattened.part.index) boxes = boxes_of(store.vertices);
+    flattened.part = known.index->flat;
+    if (!flattened.part->index) boxes = boxes_of(store.vertices);
   } else {
     store = make_triangle_store(source, boxes);
-    leave_out(boxes, flattened.part.numbers(), geometry);
+    leave_out(boxes, flattened.part->numbers(), geometry);
   }
   flattened.boxes = boxes;
   flattened.vertices = store.vertices;
-  if (flattened.part.index || store.vertices.empty() || !keeps_most_of(scene, known.scene))
+  if (flattened.part->index || store.vertices.empty() || !keeps_most_of(scene, known.scene))
     return Status::ok();
   geometry.built_primitives += boxes.size();
-  return index_flat_part<W>(boxes, store.vertices, {options.threads, options.is_cancelled},
-                            flattened.part);
+  auto part = std::make_shared<FlatPart<W>>(*flattened.part);
+  TESSERA_RETURN_IF_ERROR(
+      index_flat_part<W>(boxes, store.vertices, {options.threads, options.is_cancelled}, *part));
+  flattened.part = std::move(part);
+  return Status::ok();
 }
 
 // Builds the triangles with their structure, in two levels where instances are worth it.
 template <int W>
-Status build_index(const Scene& scene, const BuildOptions& options, Geometry& geometry) {
+Status build_index(const Scene& scene, const SceneChange& change, const BuildOptions& options,
+                   Geometry& geometry) {
   const BuildControl control{options.threads, options.is_cancelled};
-  const KnownInstances<W> known = known_of<W>(options.other);
+  const KnownInstances<W> known = known_of<W>(options.other, change);
   const bool is_kd =
       options.structure == Structure::kKd || options.structure == Structure::kKdQuality;
   const bool is_on_demand = options.is_on_demand && (options.structure == Structure::kAuto ||
@@ -207,11 +230,12 @@ bool has_patches(const Scene& scene) {
   });
 }
 
-Status build_any_index(const Scene& scene, const BuildOptions& options, Geometry& geometry) {
+Status build_any_index(const Scene& scene, const SceneChange& change, const BuildOptions& options,
+                       Geometry& geometry) {
   const bool is_wide = kernels_for(widest_isa(cpu_isas() & compiled_isas())).lane_count >= 16;
   if (!has_patches(scene)) {
-    return is_wide ? build_index<16>(scene, options, geometry)
-                   : build_index<8>(scene, options, geometry);
+    return is_wide ? build_index<16>(scene, change, options, geometry)
+                   : build_index<8>(scene, change, options, geometry);
   }
   if (options.structure == Structure::kKd || options.structure == Structure::kKdQuality)
     return Status::invalid_argument("patches are traced through a hierarchy: use --structure bvh");
@@ -220,11 +244,12 @@ Status build_any_index(const Scene& scene, const BuildOptions& options, Geometry
 }
 
 Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
+                                                       const SceneChange& change,
                                                        const BuildOptions& options) {
   const Geometry* other = nullptr;
   if (options.other != nullptr) {
     const std::shared_ptr<const Geometry>& others = options.other->impl().geometry;
-    if (is_of(*others, scene, options)) return others;
+    if (is_of(*others, scene, change, options)) return others;
     other = others.get();
   }
   auto geometry = std::make_shared<Geometry>();
@@ -234,8 +259,8 @@ Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
   geometry->structure = options.structure;
   geometry->instancing = options.instancing;
   geometry->is_on_demand = options.is_on_demand;
-  TESSERA_RETURN_IF_ERROR(build_any_index(scene, options, *geometry));
-  geometry->is_smooth = is_any_smooth(scene, other);
+  TESSERA_RETURN_IF_ERROR(build_any_index(scene, change, options, *geometry));
+  geometry->is_smooth = change.has_same_meshes ? other->is_smooth : is_any_smooth(scene);
   return std::shared_ptr<const Geometry>(std::move(geometry));
 }
 
@@ -256,21 +281,23 @@ std::vector<std::shared_ptr<const MipMap>> mip_maps_of(const Scene& scene,
 
 Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
                                                            const BuildOptions& options) {
-  const std::uint64_t count = scene.triangle_count();
+  const PreparedScene::Impl* other = options.other == nullptr ? nullptr : &options.other->impl();
+  const SceneChange change =
+      other == nullptr ? SceneChange() : change_of(scene, other->meshes, other->instances);
+  const std::uint64_t count = change.moved ? 0 : scene.triangle_count();  // that of the other
   if (count > kTrianglesMax) {
     return Status::resource_exhausted("the scene has " + std::to_string(count) +
                                       " triangles, more than 2^30: split it");
   }
-  auto geometry = build_geometry(scene, options);
+  auto geometry = build_geometry(scene, change, options);
   if (!geometry.is_ok()) return geometry.status();
   auto impl = std::make_unique<PreparedScene::Impl>(std::move(*geometry));
-  const PreparedScene::Impl* other = options.other == nullptr ? nullptr : &options.other->impl();
   impl->textures = mip_maps_of(scene, other);
   for (const auto& map : impl->textures) impl->texture_views.push_back(view_of(*map));
   impl->lights =
       make_light_set(scene, impl->triangles, impl->geometry->patches, impl->geometry->left_out,
                      impl->textures, other == nullptr ? nullptr : &other->lights);
-  impl->features = features_of(scene, *impl->geometry);
+  impl->features = features_of(scene, *impl->geometry, change.has_same_meshes ? other : nullptr);
   if (impl->features.has_glossy) AlbedoTable::shared();  // made here, not in the first tile
   if (std::any_of(scene.materials.begin(), scene.materials.end(), has_sheen)) SheenTable::shared();
   impl->materials = scene.materials;

@@ -27,18 +27,25 @@ class KnownPlaces {
   // other version's placed instances of one that is the same, or -1.
   std::int64_t next(const Mesh* mesh, const Instance& instance) {
     if (known_.index == nullptr || at_ >= known_.scene.instances.size()) return -1;
-    const Instance& other = known_.scene.instances[at_];
-    const bool is_placed = known_.index->is_placed[at_++] != 0;
-    if (!is_placed) return -1;
+    const std::size_t at = at_++;
+    if (known_.index->is_placed[at] == 0) return -1;
     const std::int64_t number = placed_++;
-    const bool is_same = known_.scene.meshes[other.mesh].get() == mesh &&
-                         other.object_to_world == instance.object_to_world;
-    return is_same ? number : -1;
+    return is_same(at, mesh, instance) ? number : -1;
   }
 
  private:
+  bool is_same(std::size_t at, const Mesh* mesh, const Instance& instance) {
+    if (const auto& moved = known_.scene.change.moved) {
+      while (moved_ < moved->size() && (*moved)[moved_] < at) ++moved_;
+      return moved_ == moved->size() || (*moved)[moved_] != at;
+    }
+    const Instance& other = known_.scene.instances[at];
+    return known_.scene.meshes[other.mesh].get() == mesh &&
+           other.object_to_world == instance.object_to_world;
+  }
+
   const KnownInstances<W>& known_;
-  std::size_t at_ = 0;
+  std::size_t at_ = 0, moved_ = 0;
   std::int64_t placed_ = 0;
 };
 
@@ -63,6 +70,15 @@ std::shared_ptr<const MeshIndex<W>> index_at_place(const Scene& scene, std::size
   return is_same ? known.index->meshes[m] : nullptr;
 }
 
+// The same of what is built when a ray meets it. Requires: index_at_place() has nothing.
+template <int W>
+std::shared_ptr<MeshSlot<W>> slot_at_place(const Scene& scene, std::size_t m,
+                                           const KnownInstances<W>& known) {
+  if (known.index == nullptr || m >= known.scene.meshes.size()) return nullptr;
+  const std::shared_ptr<MeshSlot<W>>& slot = known.index->slots[m];
+  return slot && &slot->mesh() == scene.meshes[m].get() && !slot->has_failed() ? slot : nullptr;
+}
+
 template <int W>
 std::unordered_map<const Mesh*, std::shared_ptr<MeshSlot<W>>> slots_of(
     const KnownInstances<W>& known) {
@@ -78,14 +94,22 @@ std::unordered_map<const Mesh*, std::shared_ptr<MeshSlot<W>>> slots_of(
 template <int W>
 void make_slots(const Scene& scene, const std::vector<bool>& is_shared,
                 const KnownInstances<W>& known, Placement<W>& placement) {
-  const MeshIndices<W> have = indices_of(known);
-  auto slots = slots_of(known);
+  // Made where a mesh is not at the place that it had.
+  std::optional<MeshIndices<W>> have;
+  std::unordered_map<const Mesh*, std::shared_ptr<MeshSlot<W>>> slots;
   placement.meshes.resize(scene.meshes.size());
   placement.slots.resize(scene.meshes.size());
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
     if (!is_shared[m]) continue;
-    const auto built = have.find(scene.meshes[m].get());
-    if (built != have.end()) {
+    placement.meshes[m] = index_at_place(scene, m, known);
+    placement.slots[m] = slot_at_place(scene, m, known);
+    if (placement.meshes[m] || placement.slots[m]) continue;
+    if (!have) {
+      have = indices_of(known);
+      slots = slots_of(known);
+    }
+    const auto built = have->find(scene.meshes[m].get());
+    if (built != have->end()) {
       placement.meshes[m] = built->second;
       continue;
     }
@@ -134,7 +158,7 @@ void place_flat_part(const MeshIndex<W>& part, Placement<W>& placement) {
 template <int W>
 Status build_top(const Flattened<W>& flattened, const BuildControl& control,
                  InstancedBvh<W>& index) {
-  const bool is_apart = flattened.part.index != nullptr;
+  const bool is_apart = flattened.part->index != nullptr;
   std::vector<Bounds3f> all;
   if (!is_apart) all.assign(flattened.boxes.begin(), flattened.boxes.end());
   const auto triangles = static_cast<std::uint32_t>(all.size());
@@ -150,7 +174,7 @@ Status build_top(const Flattened<W>& flattened, const BuildControl& control,
   index.triangles = writer.take_triangles();
   index.built_primitives += all.size();
   if (is_apart) return Status::ok();
-  const std::vector<std::uint32_t> numbers = flattened.part.numbers();
+  const std::vector<std::uint32_t> numbers = flattened.part->numbers();
   for (TriangleBlock<W>& block : index.triangles) {
     for (std::uint32_t& primitive : block.primitive) {
       if (primitive < numbers.size()) primitive = numbers[primitive];
@@ -241,11 +265,13 @@ Result<Placement<W>> place_instances(const Scene& scene, const PlacementOptions&
   }
   placement.is_placed.assign(scene.instances.size(), 0);
   KnownPlaces<W> places(known);
-  std::uint64_t first = 0;
+  std::uint64_t first = 0;  // unused where only places differ: numbers are the same then
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
     const Mesh* const mesh = scene.meshes[instance.mesh].get();
-    const std::uint64_t number = std::exchange(first, first + mesh->triangles.size());
+    const std::uint64_t number = known.scene.change.moved
+                                     ? known.first_numbers[i]
+                                     : std::exchange(first, first + mesh->triangles.size());
     const std::int64_t same = places.next(mesh, instance);
     const MeshIndex<W>* const index = placement.meshes[instance.mesh].get();
     const MeshSlot<W>* const slot = placement.slots[instance.mesh].get();
@@ -275,9 +301,19 @@ Result<Placement<W>> place_instances(const Scene& scene, const PlacementOptions&
 }
 
 template <int W>
+bool has_same_flat_part(const Placement<W>& placement, const KnownInstances<W>& known) {
+  const auto& moved = known.scene.change.moved;
+  if (known.index == nullptr || !moved || known.index->is_placed != placement.is_placed)
+    return false;
+  return std::all_of(moved->begin(), moved->end(),
+                     [&](std::uint32_t i) { return placement.is_placed[i] != 0; });
+}
+
+template <int W>
 Result<InstancedBvh<W>> index_instances(Placement<W> placement, Flattened<W> flattened,
                                         const InstancedBvh<W>* known, const BuildControl& control) {
-  const MeshIndex<W>* const apart = flattened.part.index.get();
+  if (!flattened.part) flattened.part = std::make_shared<const FlatPart<W>>();
+  const MeshIndex<W>* const apart = flattened.part->index.get();
   if (apart != nullptr) place_flat_part(*apart, placement);
   InstancedBvh<W> index;
   index.instances = std::move(placement.instances);
@@ -287,6 +323,7 @@ Result<InstancedBvh<W>> index_instances(Placement<W> placement, Flattened<W> fla
   index.slots = std::move(placement.slots);
   index.is_moving = std::move(placement.is_moving);
   index.built_primitives = placement.built_primitives;
+  index.shapes.reserve(index.meshes.size() + 1);
   for (std::size_t m = 0; m < index.meshes.size(); ++m) {
     index.shapes.push_back(index.meshes[m] ? index.meshes[m]->shape() : MeshShape<W>{});
     if (index.slots[m]) index.shapes.back() = index.slots[m]->shape();
@@ -306,10 +343,12 @@ Result<InstancedBvh<W>> index_instances(Placement<W> placement, Flattened<W> fla
     if (apart == nullptr) of_flattened.grow(box);
   }
   set_exact_bounds(of_flattened, is_comparable ? known : nullptr, changed, index);
-  index.flat = std::make_shared<const FlatPart<W>>(std::move(flattened.part));
+  index.flat = std::move(flattened.part);
   return index;
 }
 
+template bool has_same_flat_part<8>(const Placement<8>&, const KnownInstances<8>&);
+template bool has_same_flat_part<16>(const Placement<16>&, const KnownInstances<16>&);
 template Result<Placement<8>> place_instances<8>(const Scene&, const PlacementOptions&,
                                                  const KnownInstances<8>&, const BuildControl&);
 template Result<Placement<16>> place_instances<16>(const Scene&, const PlacementOptions&,

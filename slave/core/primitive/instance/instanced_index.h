@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -46,6 +47,7 @@ template <int W>
 struct KnownInstances {
   KnownScene scene;
   const InstancedBvh<W>* index = nullptr;  // null: all of it is flattened, or there is none
+  std::span<const std::uint64_t> first_numbers = {};  // [instance_count + 1], of triangles
 };
 
 // Which meshes get a structure of their own, and when.
@@ -59,11 +61,16 @@ template <int W>
 Result<Placement<W>> place_instances(const Scene& scene, const PlacementOptions& options,
                                      const KnownInstances<W>& known, const BuildControl& control);
 
+// Returns: whether the same instances are flattened as in the other version, and all stand where
+// they stood.
+template <int W>
+bool has_same_flat_part(const Placement<W>& placement, const KnownInstances<W>& known);
+
 // What is flattened beside the instances. Shape: boxes [triangle], vertices [triangle][3][3];
 // unused where the part has a structure of its own.
 template <int W>
 struct Flattened {
-  FlatPart<W> part;
+  std::shared_ptr<const FlatPart<W>> part;  // null: nothing is flattened
   std::span<const Bounds3f> boxes;
   std::span<const float> vertices;
 };

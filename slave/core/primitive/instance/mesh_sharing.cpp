@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <unordered_set>
+#include <utility>
 
 namespace tessera::core {
 namespace {
@@ -23,7 +24,27 @@ bool is_lamp(const Mesh& mesh, const Scene& scene) {
 
 }  // namespace
 
+SceneChange change_of(const Scene& scene, std::span<const std::shared_ptr<const Mesh>> meshes,
+                      std::span<const Instance> instances) {
+  SceneChange change;
+  change.has_same_meshes =
+      std::equal(scene.meshes.begin(), scene.meshes.end(), meshes.begin(), meshes.end());
+  if (!change.has_same_meshes || scene.instances.size() != instances.size()) return change;
+  std::vector<std::uint32_t> moved;
+  for (std::uint32_t i = 0; i < instances.size(); ++i) {
+    const Instance &now = scene.instances[i], &then = instances[i];
+    if (now.mesh != then.mesh || now.kind != then.kind) return change;
+    if (now.object_to_world != then.object_to_world) moved.push_back(i);
+  }
+  change.moved = std::move(moved);
+  return change;
+}
+
 bool keeps_most_of(const Scene& scene, const KnownScene& known) {
+  if (known.change.has_same_meshes) {
+    return std::any_of(scene.meshes.begin(), scene.meshes.end(),
+                       [](const auto& mesh) { return !mesh->triangles.empty(); });
+  }
   MeshSet others;  // made where a mesh is not at the place that it had
   std::uint64_t kept = 0, fresh = 0;
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
@@ -41,8 +62,7 @@ bool keeps_most_of(const Scene& scene, const KnownScene& known) {
 std::vector<bool> moving_meshes(const Scene& scene, const KnownScene& known) {
   std::vector<bool> is_moving(scene.meshes.size(), false);
   if (!keeps_most_of(scene, known)) return is_moving;
-  if (std::equal(scene.meshes.begin(), scene.meshes.end(), known.meshes.begin(),
-                 known.meshes.end())) {
+  if (known.change.has_same_meshes) {
     if (!known.is_moving.empty()) is_moving = known.is_moving;
   } else {
     MeshSet moved;
@@ -51,6 +71,10 @@ std::vector<bool> moving_meshes(const Scene& scene, const KnownScene& known) {
     }
     for (std::size_t m = 0; m < scene.meshes.size(); ++m)
       is_moving[m] = moved.contains(scene.meshes[m].get());
+  }
+  if (known.change.moved) {
+    for (const std::uint32_t i : *known.change.moved) is_moving[scene.instances[i].mesh] = true;
+    return is_moving;
   }
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];

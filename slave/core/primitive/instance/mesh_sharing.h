@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,11 +17,23 @@
 
 namespace tessera::core {
 
+// What a scene has in common with another version of it.
+struct SceneChange {
+  bool has_same_meshes = false;  // each at the number that it had
+  // Where only places of instances differ: those that stand elsewhere, rising. Nothing where more
+  // than that differs.
+  std::optional<std::vector<std::uint32_t>> moved;
+};
+
+SceneChange change_of(const Scene& scene, std::span<const std::shared_ptr<const Mesh>> meshes,
+                      std::span<const Instance> instances);
+
 // What another version of the scene was made of.
 struct KnownScene {
   std::span<const std::shared_ptr<const Mesh>> meshes;  // empty: there is no other version
   std::span<const Instance> instances;
   std::vector<bool> is_moving;  // by mesh, as moving_meshes() found; may be empty
+  SceneChange change = {};      // to the scene at hand
 };
 
 // Returns: whether half of the triangles are of meshes that the other version has, so that it pays
