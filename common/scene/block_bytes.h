@@ -51,6 +51,8 @@ class BlockWriter {
     put(kind);
     put(kLayoutVersion);
   }
+  // Takes memory for so many bytes at once.
+  void reserve(std::uint64_t bytes) { bytes_.reserve(bytes); }
   template <typename T>
   void put(const T& value) {
     static_assert(std::is_trivially_copyable_v<T>);

@@ -29,6 +29,8 @@ constexpr std::uint64_t kLightBytes = 4 + 3 * 12 + 2 * 4;
 
 std::vector<std::byte> encode_root(const Scene& scene) {
   BlockWriter out(BlockKind::kRoot);
+  // Each chunk has up to a record of padding.
+  out.reserve((scene.instances.size() * kInstanceBytes / kSceneChunkBytes + 2) * kSceneChunkBytes);
   out.put(std::uint64_t{scene.meshes.size()});
   out.put(std::uint64_t{scene.surfaces.size()});
   out.put(std::uint64_t{scene.textures.size()});

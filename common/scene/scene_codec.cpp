@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common/scene/scene_codec.h"
 
+#include <cstring>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -49,23 +50,6 @@ std::shared_ptr<const Object> decode_arrays(std::span<const std::byte> bytes) {
   return is_good && in.is_finished() ? object : nullptr;
 }
 
-PrimitiveCounts surface_counts(std::span<const std::byte> bytes) {
-  BlockReader in(bytes);
-  PrimitiveCounts counts;
-  const auto skip = [&](std::uint64_t bytes_each, std::uint64_t& count) {
-    BlockReader ahead = in;
-    count = ahead.get_count(bytes_each);
-    return in.skip_array(bytes_each);
-  };
-  std::uint64_t passed = 0;
-  const bool is_good =
-      in.open(BlockKind::kPatchSurface) && skip(sizeof(PatchForm), counts.patches) &&
-      skip(sizeof(float), counts.numbers) && skip(sizeof(std::uint32_t), passed) &&
-      skip(sizeof(std::uint32_t), passed) && skip(sizeof(std::uint32_t), passed) &&
-      skip(sizeof(std::uint8_t), passed) && skip(sizeof(TrimPoint), counts.trim_points);
-  return is_good ? counts : PrimitiveCounts{};
-}
-
 template <typename T>
 std::shared_ptr<const T> cached(
     std::unordered_map<Digest, std::weak_ptr<const T>, DigestHash>& cache, const SceneBlock& block,
@@ -75,6 +59,27 @@ std::shared_ptr<const T> cached(
   auto fresh = decode(*block.bytes);
   entry = fresh;
   return fresh;
+}
+
+// The block of a root of which most bytes are those of the one before: chunks that are the same are
+// not hashed again.
+SceneBlock root_block_after(const SceneBlock& before, std::vector<std::byte> bytes) {
+  if (!before.bytes || !before.chunks || is_one_chunk(bytes.size()))
+    return make_scene_block(std::move(bytes));
+  const std::span<const std::byte> now = bytes, then = *before.bytes;
+  ChunkDigests chunks;
+  for (std::uint32_t i = 0; i < chunk_count(now.size()); ++i) {
+    const std::size_t at = std::size_t{i} * kSceneChunkBytes;
+    const auto chunk = now.subspan(at, chunk_bytes(now.size(), i));
+    const bool is_same = i < before.chunks->size() && chunk.size() == chunk_bytes(then.size(), i) &&
+                         std::memcmp(chunk.data(), then.data() + at, chunk.size()) == 0;
+    chunks.push_back(is_same ? (*before.chunks)[i] : sha256(chunk));
+  }
+  SceneBlock block;
+  block.digest = block_digest(bytes.size(), chunks);
+  block.chunks = std::make_shared<const ChunkDigests>(std::move(chunks));
+  block.bytes = block_bytes_of(std::move(bytes));
+  return block;
 }
 
 Status malformed(const char* what, std::size_t index) {
@@ -117,32 +122,6 @@ std::uint64_t EncodedScene::total_bytes() const {
   return total;
 }
 
-PrimitiveCounts primitive_counts_of(const EncodedScene& encoded) {
-  Scene root;
-  BlockCounts counts;
-  if (encoded.blocks.empty() || !decode_root(*encoded.blocks[0].bytes, root, counts) ||
-      !counts.are(encoded.blocks.size() - 1)) {
-    return {};
-  }
-  std::vector<PrimitiveCounts> objects;  // meshes, then surfaces
-  for (std::uint64_t i = 1; i <= counts.meshes + counts.surfaces; ++i) {
-    const std::span<const std::byte> bytes = *encoded.blocks[i].bytes;
-    objects.push_back(i <= counts.meshes ? PrimitiveCounts{mesh_triangles(bytes), 0, 0, 0}
-                                         : surface_counts(bytes));
-  }
-  PrimitiveCounts total;
-  for (const Instance& instance : root.instances) {
-    const bool is_mesh = instance.kind == ObjectKind::kMesh;
-    if (instance.mesh >= (is_mesh ? counts.meshes : counts.surfaces)) continue;
-    const PrimitiveCounts& object = objects[instance.mesh + (is_mesh ? 0 : counts.meshes)];
-    total.triangles += object.triangles;
-    total.patches += object.patches;
-    total.numbers += object.numbers;
-    total.trim_points += object.trim_points;
-  }
-  return total;
-}
-
 std::vector<SurfaceCopies> surface_copies_of(const EncodedScene& encoded) {
   Scene root;
   BlockCounts counts;
@@ -160,25 +139,8 @@ std::vector<SurfaceCopies> surface_copies_of(const EncodedScene& encoded) {
   return all;
 }
 
-std::uint64_t texture_bytes_of(const EncodedScene& encoded) {
-  std::uint64_t total = 0;
-  for (const SceneBlock& block : encoded.blocks) {
-    if (BlockReader(*block.bytes).open(BlockKind::kTexture) ||
-        BlockReader(*block.bytes).open(BlockKind::kEnvironment)) {
-      total += block.bytes->size();
-    }
-  }
-  return total;
-}
-
 bool EncodedScene::is_animated() const {
   return !blocks.empty() && BlockReader(*blocks.back().bytes).open(BlockKind::kAnimation);
-}
-
-Digest EncodedScene::digest() const {
-  Sha256 hash;
-  for (const SceneBlock& block : blocks) hash.update(std::as_bytes(std::span(block.digest.bytes)));
-  return hash.finish();
 }
 
 EncodedScene SceneEncoder::encode(const Scene& scene) {
@@ -187,7 +149,7 @@ EncodedScene SceneEncoder::encode(const Scene& scene) {
   BlockTable::Editor blocks(std::exchange(before_, {}));
   blocks.resize(1 + scene.meshes.size() + scene.surfaces.size() + scene.textures.size() +
                 (scene.environment_map ? 1 : 0) + (scene.animation ? 1 : 0));
-  blocks.edit(0) = make_scene_block(encode_root(scene));
+  blocks.edit(0) = root_block_after(blocks[0], encode_root(scene));
   std::unordered_map<const void*, Known> all;  // filled where an object is not at its place
   std::size_t place = 0;
   const auto add = [&](const std::shared_ptr<const void>& object, auto make) {

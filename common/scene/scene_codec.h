@@ -45,7 +45,7 @@ struct EncodedScene {
   std::uint64_t index_bytes = 0;  // by index_bytes_of() (scene_footprint.h); 0: not estimated
   double time_seconds = 0;        // at which it is shown; of animated scenes alone
   std::uint64_t total_bytes() const;
-  Digest digest() const;     // SHA-256 over the block digests in order: the scene's identity
+  Digest digest() const;     // the scene's identity: scene_summary.h
   bool is_animated() const;  // whether a SceneAnimation is one of the blocks
 };
 
@@ -57,9 +57,6 @@ struct PrimitiveCounts {
   std::uint64_t trim_points = 0;  // of the patches' loops
 };
 PrimitiveCounts primitive_counts_of(const EncodedScene& scene);
-
-// Bytes of the blocks of textures and of the environment map.
-std::uint64_t texture_bytes_of(const EncodedScene& scene);
 
 // Encodes meshes, surfaces and textures; a caller that encodes version after version keeps one
 // SceneEncoder, which remembers the block of each of them by pointer and hashes only new ones: an

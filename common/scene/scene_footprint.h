@@ -19,11 +19,12 @@
 // each of its texels of 12 bytes (sky_map.h). Emitters, some 130 bytes for each triangle that sheds
 // light, are left out.
 //
-// Threads. Pure functions.
+// Threads. Pure functions; SceneFootprint: one at a time.
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "common/scene/scene_codec.h"
 
@@ -39,7 +40,29 @@ inline constexpr std::uint64_t kIndexBytesOfThreads = 3 << 20;  // that build, w
 using SurfaceBytes = std::function<std::uint64_t(const SceneBlock& surface, std::uint64_t copies,
                                                  std::uint64_t patches)>;
 
-// Returns: an estimate of the bytes; 0 for blocks that cannot be read (decoding will refuse them).
+// Reckons version after version; blocks that a version shares with the one before are not read
+// again.
+class SceneFootprint {
+ public:
+  // Returns: an estimate of the bytes; 0 for blocks that cannot be read (decoding will refuse
+  // them).
+  std::uint64_t index_bytes_of(const EncodedScene& scene, const SurfaceBytes& surface_bytes = {});
+  // primitive_counts_of().
+  PrimitiveCounts counts_of(const EncodedScene& scene);
+
+ private:
+  // What a block holds, whichever kind it is of.
+  struct Content {
+    PrimitiveCounts mesh, surface;
+    std::uint64_t picture_bytes = 0;
+  };
+
+  void read(const EncodedScene& scene);
+
+  BlockTable::Trace seen_;
+  std::vector<Content> blocks_;
+};
+
 std::uint64_t index_bytes_of(const EncodedScene& scene, const SurfaceBytes& surface_bytes = {});
 
 }  // namespace tessera

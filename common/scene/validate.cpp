@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string>
 #include <utility>
 
@@ -222,11 +223,19 @@ const SceneValidator::Place* SceneValidator::place_of(const Instance& instance) 
 Status SceneValidator::validate_instances(const Scene& scene, Seen seen) {
   const std::size_t count = scene.instances.size(), before = seen.instances.size();
   bool are_counts_known = count == before;
+  const auto has_changed = [](const Place& place) { return place.has_changed; };
+  const bool are_same = seen.mesh_count == meshes_.size() &&
+                        seen.surface_count == surfaces_.size() &&
+                        std::none_of(meshes_.begin(), meshes_.end(), has_changed) &&
+                        std::none_of(surfaces_.begin(), surfaces_.end(), has_changed);
   seen.instances.resize(count);
   seen.is_far.resize(count);
+  seen.mesh_count = meshes_.size();
+  seen.surface_count = surfaces_.size();
   for (std::size_t i = 0; i < count; ++i) {
     const Instance& instance = scene.instances[i];
     Instance& known = seen.instances[i];
+    if (are_same && i < before && std::memcmp(&known, &instance, sizeof known) == 0) continue;
     const Place* const place = place_of(instance);
     const bool is_of_same = i < before && place != nullptr && !place->has_changed &&
                             known.kind == instance.kind && known.mesh == instance.mesh;

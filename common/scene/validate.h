@@ -55,6 +55,7 @@ class TESSERA_API SceneValidator {
   struct Seen {
     std::vector<Instance> instances;
     std::vector<std::uint8_t> is_far;  // so far out that only all of them together can tell
+    std::size_t mesh_count = 0, surface_count = 0;  // that they could be of
   };
 
   template <class Object, class Check>

@@ -274,7 +274,8 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
   } else if (auto* built = std::get_if<wire::SceneBuilt>(&message)) {
     const auto scene = scenes_.find(built->version);
     if (scene == scenes_.end()) return sender.on_answered(built->version);  // retired
-    if (built->scene != scene->second->digest()) {
+    const SceneSummary summary = summarizer_.of(scene->second->blocks);
+    if (built->scene != summary.digest) {
       const std::string reason = "slave '" + slave->second->hello.name +
                                  "' built another scene than the one it was sent: its digest is " +
                                  built->scene.hex() + "; look for broken memory there";
@@ -284,7 +285,7 @@ void Cluster::on_scene_message(SessionId session, wire::Message message) {
       return events_.scene_failed(session, built->version, reason);
     }
     slave->second->built = std::max(slave->second->built, built->version);
-    relay_.complete(session, built->version, scene->second->total_bytes());
+    relay_.complete(session, built->version, summary.bytes);
     sender.on_answered(built->version);
     events_.scene_built(session, *built);
   } else if (const auto* progress = std::get_if<wire::SceneProgress>(&message)) {

@@ -24,6 +24,7 @@
 #include "common/base/ids.h"
 #include "common/frame/frame_stats.h"
 #include "common/net/event_loop.h"
+#include "common/scene/scene_summary.h"
 #include "master/cluster/certificate_wish.h"
 #include "master/cluster/common_cause.h"
 #include "master/cluster/peer_link.h"
@@ -156,7 +157,8 @@ class Cluster {
   CommonCause cause_;
   std::uint16_t next_ordinal_ = 0;
   std::map<SceneVersion, SharedScene> scenes_;  // kept for whoever joins
-  std::set<SceneVersion> needed_;               // by a frame, not retired
+  SceneSummarizer summarizer_;
+  std::set<SceneVersion> needed_;  // by a frame, not retired
   std::uint64_t gone_bytes_sent_ = 0, gone_bytes_received_ = 0, gone_scene_bytes_sent_ = 0;
   std::set<std::string> names_seen_;  // of slaves, at most kConnectionsMax
   // What a slave of this name could not hold, and how much memory it had then.

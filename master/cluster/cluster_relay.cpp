@@ -41,8 +41,8 @@ bool Cluster::feed_by_slave(SessionId session, SceneVersion version, std::uint64
   // A slave that joins beside frames in work is fed from here, where its data yields to them.
   const SlaveEntry& slave = *slaves_.at(session);
   const bool may_relay = is_relaying_ && slave.hello.relay_port != 0 && !is_behind(session);
-  const SessionId feeder =
-      relay_.want(session, version, bytes, scene->second->total_bytes(), may_relay, Clock::now());
+  const std::uint64_t all_bytes = summarizer_.of(scene->second->blocks).bytes;
+  const SessionId feeder = relay_.want(session, version, bytes, all_bytes, may_relay, Clock::now());
   if (feeder != kFedByMaster) tell_feed({session, version, feeder});
   return feeder != kFedByMaster;
 }

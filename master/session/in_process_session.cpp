@@ -35,7 +35,8 @@ class InProcessSession final : public Session {
     TESSERA_RETURN_IF_ERROR(validator_.validate(scene));
     const SceneVersion version = ++version_;
     EncodedScene encoded = encoder_.encode(scene);
-    encoded.index_bytes = index_bytes_of(encoded, footprint_.surface_bytes());  // it takes a while
+    // Cutting patches takes a while, so that the application's thread does it.
+    encoded.index_bytes = footprint_.index_bytes_of(encoded, patches_.surface_bytes());
     host_->io().post([host = host_.get(), version, encoded = std::move(encoded)]() mutable {
       host->frame_loop().commit_scene(version, std::move(encoded));
     });
@@ -66,10 +67,11 @@ class InProcessSession final : public Session {
 
  private:
   OutcomeQueue outcomes_;
-  SceneValidator validator_;        // application thread
-  SceneEncoder encoder_;            // application thread
-  core::PatchFootprint footprint_;  // application thread
-  SceneVersion version_ = 0;        // application thread
+  SceneValidator validator_;      // application thread
+  SceneEncoder encoder_;          // application thread
+  SceneFootprint footprint_;      // application thread
+  core::PatchFootprint patches_;  // application thread
+  SceneVersion version_ = 0;      // application thread
   std::unique_ptr<MasterHost> host_;
 };
 

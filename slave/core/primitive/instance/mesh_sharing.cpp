@@ -2,6 +2,7 @@
 #include "slave/core/primitive/instance/mesh_sharing.h"
 
 #include <algorithm>
+#include <cstring>
 #include <unordered_set>
 #include <utility>
 
@@ -33,6 +34,7 @@ SceneChange change_of(const Scene& scene, std::span<const std::shared_ptr<const 
   std::vector<std::uint32_t> moved;
   for (std::uint32_t i = 0; i < instances.size(); ++i) {
     const Instance &now = scene.instances[i], &then = instances[i];
+    if (std::memcmp(&now, &then, sizeof now) == 0) continue;  // all but a few, at most
     if (now.mesh != then.mesh || now.kind != then.kind) return change;
     if (now.object_to_world != then.object_to_world) moved.push_back(i);
   }
@@ -94,8 +96,11 @@ std::vector<bool> shared_meshes(const Scene& scene, Instancing instancing,
   std::vector<std::uint64_t> count(scene.meshes.size(), 0);
   for (const Instance& instance : scene.instances) ++count[instance.mesh];
   for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    // Of thousands of meshes that stand once, none is looked at.
+    if (count[m] == 0 || (count[m] == 1 && !is_moving[m] && instancing != Instancing::kAlways))
+      continue;
     const std::uint64_t triangles = scene.meshes[m]->triangles.size();
-    if (count[m] == 0 || triangles == 0) continue;
+    if (triangles == 0) continue;
     const bool pays = (count[m] - 1) * triangles >= kSharedTrianglesMin || is_moving[m];
     if (!pays && instancing != Instancing::kAlways) continue;
     is_shared[m] = !is_lamp(*scene.meshes[m], scene);
