@@ -119,6 +119,7 @@ TEST(FatBorders, ComeBehindTheSurface) {
   }
 }
 
+// Half of them in groups of 64 that start from one point and end near each other.
 TEST(FatBorders, HaveTheSameBitsForAllBundlesAndInstructionSets) {
   Choices choices(77);
   const Cylinder cylinder(1e-3, choices);
@@ -127,10 +128,16 @@ TEST(FatBorders, HaveTheSameBitsForAllBundlesAndInstructionSets) {
   for (const Transform& to_world : {Transform{}, moved}) {
     const auto scene = prepared(cylinder.surface(), to_world);
     std::vector<core::CastRay> some;
+    EdgePlace first_place = cylinder.place(choices);
+    Vec3f from;
     for (int i = 0; i < 8192; ++i) {
-      const EdgePlace place = cylinder.place(choices);
+      const bool is_group = i / 64 % 2 == 0, begins = i % 64 == 0;
+      EdgePlace place = cylinder.place(choices);
+      while (is_group && !begins && length(place.on[0] - first_place.on[0]) > 0.2)
+        place = cylinder.place(choices);
+      if (begins) first_place = place;
       const Vec3f at = to_world.point(rounded(place.on[0]) + choices.point(1e-3f));
-      const Vec3f from = to_world.point(choices.point(2));
+      if (begins || !is_group) from = to_world.point(choices.point(2));
       some.push_back({from, at - from, 0, Bounds3f::kInf});
     }
     std::optional<std::vector<core::CastHit>> first;

@@ -56,6 +56,40 @@ struct PatchFilterRoom {
   static constexpr float kBorder = 1 + 0x1p-18f;        // of the square, where neighbours overlap
 };
 
+struct NothingMore {
+  HWY_INLINE MaskOf<Floats> may_meet(const RaysInFrame& rays) const {
+    return rays.distance == rays.distance;
+  }
+};
+
+// Spans of a widened border, which are nearly parabolas in their frame: the test of passes_by() in
+// fat_border.cpp, with the room of this filter in place of that of doubles. x and y are off by
+// 8 u (N_a + |p| N_n) (R + |t| S), of which twice is allowed; the parabola has four roundings.
+class BorderBend {
+  using V = Floats;
+
+ public:
+  // Requires: the sub-patch is a span of a border.
+  HWY_INLINE explicit BorderBend(const SubPatch& part)
+      : bend_(part.second[2][1]),
+        away_(part.second[2][2]),
+        reach_(part.reach[2]),
+        far_(1 + part.reach[0]) {}
+
+  HWY_INLINE MaskOf<V> may_meet(const RaysInFrame& rays) const {
+    const V x = rays.at[0], y = rays.at[1], off = rays.distance * PatchFilterRoom::kRoom;
+    const V away_x = abs(rays.slope[0]) * reach_ + rays.size[0] * off;
+    const V away_y = abs(rays.slope[1]) * reach_ + rays.size[1] * off;
+    const V steepest = 2 * abs_of(bend_) * max(abs(x), set<V>(far_));
+    const V curve = bend_ * (x * x - 0.5f);
+    const V roundings = (8 * kRoundoff) * (abs(curve) + abs(y) + abs_of(bend_));
+    return !(abs(y - curve) > away_ + away_y + (steepest * away_x + roundings));
+  }
+
+ private:
+  const float bend_, away_, reach_, far_;
+};
+
 // Rays: FanRays or BundleRays.
 template <class Rays>
 class PatchFilter : PatchFilterRoom {
@@ -70,8 +104,9 @@ class PatchFilter : PatchFilterRoom {
   }
 
   // Returns: the bits of the rays from `at` on that may meet it. Requires: it has a frame.
-  // hull: of the patch, or null.
-  HWY_INLINE uint32_t possible(size_t at, const PatchHull* hull) const {
+  // more: what else is known of the sub-patch, a PatchHull, a BorderBend or NothingMore.
+  template <class More>
+  HWY_INLINE uint32_t possible(size_t at, const More& more) const {
     V o[3] = {}, d[3] = {}, reach = set<V>(reach_);
     load_origin(rays_, at, o, reach);
     const V x = load<V>(rays_.direction[0] + at), y = load<V>(rays_.direction[1] + at);
@@ -99,10 +134,10 @@ class PatchFilter : PatchFilterRoom {
     // Where d_n is too small the test says nothing; rays that look for nothing stay out.
     const M is_flat = !(abs(d[2]) > length * (kTooFlat * norm_[2]));
     const M is_over = best < least, stays = and_not(is_over, is_flat || !is_out);
-    if (hull == nullptr || is_none<V>(stays)) return bits_of<V>(stays);
+    if (is_none<V>(stays)) return 0;
     seen.distance = reach + abs(t) * length;
     seen.flatness = length * (norm_[2] * abs(inverse));
-    return bits_of<V>(stays && (is_flat || hull->may_meet(seen)));
+    return bits_of<V>(stays && (is_flat || more.may_meet(seen)));
   }
 
  private:

@@ -49,6 +49,15 @@ class PatchPacketTest {
   };
 
   HWY_NOINLINE bool test(const Patch& patch, const SubPatch& part);
+  // Those that may meet a sub-patch with a frame. more: as in PatchFilter.
+  template <class More>
+  HWY_INLINE uint64_t possible_rays(const SubPatch& part, const More& more) const {
+    const PatchFilter<Rays> filter(rays_, part);
+    uint64_t possible = 0;
+    for (size_t at = 0; at < kPacketRays; at += kLaneCount)
+      possible |= uint64_t{filter.possible(at, more)} << at;
+    return possible;
+  }
   HWY_INLINE void gather(uint64_t possible, Candidates& rays) const;
   template <bool kRational, int kM, int kN>
   HWY_NOINLINE bool decide(const Patch& patch, const SubPatch& part, const Candidates& rays);
@@ -72,18 +81,13 @@ template <int W, bool kAny, class Rays, template <int, bool> class Test>
 bool PatchPacketTest<W, kAny, Rays, Test>::test(const Patch& patch, const SubPatch& part) {
   uint64_t possible = 0;
   if (part.has_frame) {
-    const PatchFilter<Rays> filter(rays_, part);
-    if (PatchHull::helps(patch, part)) {
-      const PatchHull hull(patch, part);
-      for (size_t at = 0; at < kPacketRays; at += kLaneCount)
-        possible |= uint64_t{filter.possible(at, &hull)} << at;
-    } else {
-      for (size_t at = 0; at < kPacketRays; at += kLaneCount)
-        possible |= uint64_t{filter.possible(at, nullptr)} << at;
-    }
+    const bool is_border = is_border_span(part);
+    possible = is_border                       ? possible_rays(part, BorderBend(part))
+               : PatchHull::helps(patch, part) ? possible_rays(part, PatchHull(patch, part))
+                                               : possible_rays(part, NothingMore());
     if (possible == 0) return false;
     rays_.work_left -= 2 * __builtin_popcountll(possible);
-    if (is_border_span(part)) return ask_all(patch, part, possible);
+    if (is_border) return ask_all(patch, part, possible);
     Candidates rays;
     gather(possible, rays);
     if (patch.is_rational) {
