@@ -253,7 +253,7 @@ TEST(PatchKernels, CubicSolversAnswerAsOneByOne) {
   std::vector<test::PatchRayMaker> makers;
   std::vector<std::vector<Patch>> patches;
   for (const char* shape : {"teapot", "sphere", "cone", "cylinder", "cusp", "fold", "plane"}) {
-    for (const PatchSplitting splitting : {PatchSplitting{1, 1}, PatchSplitting{3, 1}}) {
+    for (const PatchSplitting& splitting : {PatchSplitting{1, 1}, PatchSplitting{3, 1}}) {
       scenes.push_back(std::make_unique<test::PatchScene>(test::patch_shape(shape), splitting));
       makers.emplace_back(*scenes.back(), false, test::seed(79));
       std::vector<Patch>& of = patches.emplace_back();
