@@ -3,8 +3,8 @@
 // lead into other structures, as instances do. Such a hierarchy is small, and what its leaves lead
 // to takes long; so the rays go through it together, without a look at what they hit: first each
 // ray finds all the leaves that it meets, node by node of all rays, in loops in which hardly a
-// branch depends on a ray; then the rays take their leaves, each the nearest first, in rounds: all
-// of them step into a structure, then each traverses its own. Decision: ../decisions/instances.md.
+// branch depends on a ray; then the rays take their leaves, each the nearest first, in rounds, in
+// which all of them step into a structure and go through it. Decision: ../decisions/instances.md.
 //
 // For closest hits; see bvh_flight-inl.h for why. A ray's answer is that of bvh_ray-inl.h: both
 // visit every leaf that the ray meets before its hit. A ray that meets too many leaves is traced by
@@ -31,9 +31,9 @@ namespace HWY_NAMESPACE {
 
 // Whether rays stream through a structure. That takes nodes as wide as a register, an instruction
 // set that compresses registers of 16, and leaves with
-//   bool leads_on(shapes, block)   whether the block leads into another structure;
-//   bool enter(shapes, block)      takes the ray there. Returns: whether it has to be traversed;
-//   void traverse()                does that, and comes back.
+//   bool leads_on(shapes, block)          whether the block leads into another structure;
+//   void join(stream, shapes, block)      adds the ray to those that are taken there;
+//   Stream, with clear(), and run(), which takes them there and comes back.
 template <class View, class Leaf>
 constexpr bool kStreams = false;
 
@@ -41,7 +41,7 @@ constexpr bool kStreams = false;
 
 template <class Shapes, class Leaf>
 constexpr bool kStreams<BvhView<16, Shapes>, Leaf> = !Leaf::kIsAny && requires(Leaf leaf) {
-  leaf.traverse();
+  typename Leaf::Stream;
 };
 
 // The leaves that a ray meets, and where it does.
@@ -52,6 +52,7 @@ class MetLeaves {
   static constexpr size_t kMost = 32;
 
   void clear() { size_ = 0; }
+  bool is_empty() const { return size_ == 0; }
   // Whether the leaves of any node fit.
   HWY_INLINE bool has_room() const { return size_ + 16 <= kMost; }
   // Requires: has_room().
@@ -62,17 +63,15 @@ class MetLeaves {
   }
   // To be called before pop_nearest().
   HWY_INLINE void sort() {
-    const size_t count = size_++;  // and what ends the ray
-    if (HWY_LIKELY(count <= 8)) return sort_few(count);
-    StackEntry* const entry = entry_ + 1;
-    for (size_t i = 0; i < count; ++i) {
+    if (HWY_LIKELY(size_ <= 8)) return sort_few();
+    for (size_t i = 0; i < size_; ++i) {
       const StackEntry next{child_[i], distance_[i]};
       size_t at = i;
-      for (; at > 0 && entry[at - 1].distance < next.distance; --at) entry[at] = entry[at - 1];
-      entry[at] = next;
+      for (; at > 0 && entry_[at - 1].distance < next.distance; --at) entry_[at] = entry_[at - 1];
+      entry_[at] = next;
     }
   }
-  // Behind the last there is one at no distance; nothing is taken behind that.
+  // Requires: it is not empty.
   HWY_INLINE StackEntry pop_nearest() { return entry_[--size_]; }
   // Adds the leaf or does not, without a branch.
   HWY_INLINE void push_if(bool is_wanted, StackEntry leaf) {
@@ -81,25 +80,25 @@ class MetLeaves {
   }
 
  private:
-  HWY_INLINE void sort_few(size_t count) {
+  HWY_INLINE void sort_few() {
     const ChildKeys::Tag keys;
     const ChildKeys::HalfTag halves;
     const auto distance = hn::Load(halves, reinterpret_cast<const uint32_t*>(distance_));
     const auto met = ChildKeys::of(distance, hn::Load(halves, child_));
-    const auto wanted = hn::IfThenElseZero(hn::FirstN(keys, count), met);
-    hn::StoreU(ChildKeys::sorted8(wanted), keys, reinterpret_cast<uint64_t*>(entry_ + 1));
+    const auto wanted = hn::IfThenElseZero(hn::FirstN(keys, size_), met);
+    hn::StoreU(ChildKeys::sorted8(wanted), keys, reinterpret_cast<uint64_t*>(entry_));
   }
 
   alignas(64) uint32_t child_[kMost + 16];
   alignas(64) float distance_[kMost + 16];
-  // The nearest last, above one that is no distance away: a comparison with it fails.
-  alignas(64) StackEntry entry_[kMost + 2] = {{kBvhLeaf, __builtin_nanf("")}};
-  size_t size_ = 0;
+  alignas(64) StackEntry entry_[kMost + 1];  // the nearest last
+  size_t size_;
 };
 
 template <class View, class Leaf>
 class BvhStream {
   static constexpr int W = View::kWidth;
+  using Group = Axes<FloatsOf<W>>;
   static constexpr int kSlots = 64;
   static constexpr size_t kNodesMost = 16 * kSlots;  // that are visited by all rays
 
@@ -125,11 +124,14 @@ class BvhStream {
   using Slots = SlotList<kSlots>;
   // Which rays do what in a round.
   struct Round {
-    Slots at_test, at_way_in, inside, next;
+    Slots at_test, at_way_in, next;
   };
 
   template <class Rays>
   HWY_INLINE void set_up(Rays& rays);
+  template <class Rays>
+  HWY_INLINE void set_up(int first, Rays& rays);
+  HWY_NOINLINE bool set_up_alone(Slot& slot);
   template <class Rays>
   HWY_INLINE void end(const Slot& slot, Rays& rays);
   HWY_INLINE void visit(uint8_t s, const BvhNode<W>& node);
@@ -144,27 +146,60 @@ class BvhStream {
   alignas(64) uint32_t node_[kNodesMost + 16];
   alignas(64) uint32_t visitor_[kNodesMost + 16];
   size_t node_count_ = 0;
+  typename Leaf::Stream stream_;
 };
 
+// Takes as many rays as there is room for.
 template <class View, class Leaf>
 template <class Rays>
 void BvhStream<View, Leaf>::set_up(Rays& rays) {
   slot_count_ = 0;
-  while (true) {
+  while (slot_count_ < kSlots) {
     Slot& slot = slots_[slot_count_];
     slot.number = rays.next(slot.given);
-    if (slot.number < 0) return;
-    if (scene_.nodes == nullptr || !slot.ray.setup(slot.given, scene_.box)) {
-      rays.ended(slot.number, SingleHit{0, kNoPrimitive});
-      continue;
-    }
-    slot.leaf.prepare();
-    slot.slabs.setup(slot.ray, scene_.box);
-    slot.leaves.clear();
-    slot.is_lost = false;
-    TESSERA_COUNT(singles, 1);
-    if (++slot_count_ == kSlots) return;
+    if (slot.number < 0) break;
+    ++slot_count_;
   }
+  for (int first = 0; first < slot_count_; first += Group::kRays) set_up(first, rays);
+}
+
+// Sets up a group of rays, from `first` on. Of those that are not valid the last one takes the
+// place.
+template <class View, class Leaf>
+template <class Rays>
+void BvhStream<View, Leaf>::set_up(int first, Rays& rays) {
+  Slot* slot[Group::kRays];  // a group that is not full has its last ray again
+  for (size_t r = 0; r < Group::kRays; ++r)
+    slot[r] = slots_ + min_of(first + static_cast<int>(r), slot_count_ - 1);
+  const auto ray = [&](size_t r) HWY_ATTR { return &slot[r]->ray; };
+  const auto given = [&](size_t r) HWY_ATTR { return &slot[r]->given; };
+  const bool is_valid =
+      scene_.nodes != nullptr && OneRay::setup_each<Group>(ray, given, scene_.box);
+  if (HWY_LIKELY(is_valid)) {
+    RaySlabs<W>::template setup_each<Group>([&](size_t r) HWY_ATTR { return &slot[r]->slabs; }, ray,
+                                            [&](size_t) HWY_ATTR { return &scene_.box; });
+  }
+  for (int s = first; s < min_of(first + static_cast<int>(Group::kRays), slot_count_); ++s) {
+    while (HWY_UNLIKELY(!is_valid) && !set_up_alone(slots_[s])) {
+      rays.ended(slots_[s].number, SingleHit{0, kNoPrimitive});
+      const Slot& last = slots_[--slot_count_];
+      if (s == slot_count_) return;
+      slots_[s].given = last.given;
+      slots_[s].number = last.number;
+    }
+    slots_[s].leaf.prepare();
+    slots_[s].leaves.clear();
+    slots_[s].is_lost = false;
+    TESSERA_COUNT(singles, 1);
+  }
+}
+
+// Returns: whether the ray is valid.
+template <class View, class Leaf>
+bool BvhStream<View, Leaf>::set_up_alone(Slot& slot) {
+  if (scene_.nodes == nullptr || !slot.ray.setup(slot.given, scene_.box)) return false;
+  slot.slabs.setup(slot.ray, scene_.box);
+  return true;
 }
 
 template <class View, class Leaf>
@@ -215,7 +250,7 @@ void BvhStream<View, Leaf>::take_next(const Slots& waiting, Round& round) {
     const bool leads_on = Leaf::leads_on(scene_.shapes, slot.block);
     round.at_way_in.add_if(is_near & leads_on, s);
     round.at_test.add_if(is_near & !leads_on, s);
-    round.next.add_if(is_near, s);
+    round.next.add_if(is_near & !slot.leaves.is_empty(), s);
   }
 }
 
@@ -224,20 +259,21 @@ void BvhStream<View, Leaf>::test_leaves() {
   Slots waiting;
   for (uint8_t s = 0; s < slot_count_; ++s) {
     slots_[s].leaves.sort();
-    waiting.add_if(!slots_[s].is_lost, s);
+    waiting.add_if(!slots_[s].is_lost & !slots_[s].leaves.is_empty(), s);
   }
   while (waiting.count > 0) {
     Round round;
     take_next(waiting, round);
-    for (int i = 0; i < round.at_way_in.count; ++i) {
-      const uint8_t s = round.at_way_in.slot[i];
-      round.inside.add_if(slots_[s].leaf.enter(scene_.shapes, slots_[s].block), s);
-    }
     for (int i = 0; i < round.at_test.count; ++i) {
       Slot& slot = slots_[round.at_test.slot[i]];
       slot.leaf.test(scene_.shapes, slot.block, 1);
     }
-    for (int i = 0; i < round.inside.count; ++i) slots_[round.inside.slot[i]].leaf.traverse();
+    stream_.clear();
+    for (int i = 0; i < round.at_way_in.count; ++i) {
+      Slot& slot = slots_[round.at_way_in.slot[i]];
+      slot.leaf.join(stream_, scene_.shapes, slot.block);
+    }
+    stream_.run();
     waiting = round.next;
   }
 }

@@ -34,18 +34,27 @@ namespace tessera::core {
 namespace HWY_NAMESPACE {
 
 // Offsets of the planes of a node through which a ray comes in and goes out, by axis, in floats.
-template <int W>
 struct SlabOrder {
   size_t in[3], out[3];
+};
 
-  void set(uint32_t down) {
+// By the bits of the axes along which a ray goes down.
+template <int W>
+struct SlabOrders {
+  SlabOrder of[8];
+
+  constexpr SlabOrders() : of() {
     static_assert(offsetof(BvhNode<W>, upper) == 3 * W * sizeof(float));
-    for (size_t a = 0; a < 3; ++a) {
-      in[a] = ((down >> a & 1u) * 3 + a) * W;
-      out[a] = (2 * a + 3) * W - in[a];
+    for (uint32_t down = 0; down < 8; ++down) {
+      for (size_t a = 0; a < 3; ++a) {
+        of[down].in[a] = ((down >> a & 1u) * 3 + a) * W;
+        of[down].out[a] = (2 * a + 3) * W - of[down].in[a];
+      }
     }
   }
 };
+template <int W>
+constexpr SlabOrders<W> kSlabOrders;
 
 template <int W>
 class RaySlabs {
@@ -54,31 +63,36 @@ class RaySlabs {
 
  public:
   // Requires: the ray is set up for that box.
-  HWY_INLINE void setup(const BoxRay& ray, const SceneBox& box);
+  HWY_INLINE void setup(const BoxRay& ray, const SceneBox& box) {
+    setup_each<Axes<FloatsOf<4>>>([&](size_t) { return this; }, [&](size_t) { return &ray; },
+                                  [&](size_t) { return &box; });
+  }
+  // Of as many rays as Axes holds.
+  template <class Axes, class Slabs, class Ray, class Box>
+  static HWY_INLINE void setup_each(const Slabs& to, const Ray& ray, const Box& box);
   // Returns: the bits of the children that the ray meets within its limits, with the t at which it
   // comes in.
   HWY_INLINE uint32_t overlapping(const BoxRay& ray, const BvhNode<W>& node, float* t_in) const;
 
  private:
-  SlabOrder<W> order_;
+  SlabOrder order_;
   alignas(16) float in_at_[4], out_at_[4];  // constants of t, by axis
 };
 
 // Computes c, moved out.
 template <int W>
-void RaySlabs<W>::setup(const BoxRay& ray, const SceneBox& box) {
-  constexpr size_t kAxisStep = BoxRay::kAxisStep;
-  using VA = FloatsOf<4>;  // axes
-  for (size_t a = 0; a < 4; a += kAxisStep) {
-    const auto from = load<VA>(ray.origin + a), inverse = load<VA>(ray.inverse + a);
-    const auto reach = load<VA>(box.farthest + a) + abs(from);
-    const auto error = reach * abs(inverse) * (8 * kRoundoff);
-    const auto slack = error + load<VA>(ray.pad + a);
-    const auto at = -(from * inverse);
-    store(at - slack, in_at_ + a);
-    store(at + slack, out_at_ + a);
-  }
-  order_.set(ray.down);
+template <class Axes, class Slabs, class Ray, class Box>
+void RaySlabs<W>::setup_each(const Slabs& to, const Ray& ray, const Box& box) {
+  const auto from = Axes::load_each([&](size_t r) { return ray(r)->origin; });
+  const auto inverse = Axes::load_each([&](size_t r) { return ray(r)->inverse; });
+  const auto pad = Axes::load_each([&](size_t r) { return ray(r)->pad; });
+  const auto farthest = Axes::load_each([&](size_t r) { return box(r)->farthest; });
+  const auto error = (farthest + from.size()) * inverse.size() * Axes::all(8 * kRoundoff);
+  const auto slack = error + pad;
+  const auto at = -(from * inverse);
+  (at - slack).store_each([&](size_t r) { return to(r)->in_at_; });
+  (at + slack).store_each([&](size_t r) { return to(r)->out_at_; });
+  for (size_t r = 0; r < Axes::kRays; ++r) to(r)->order_ = kSlabOrders<W>.of[ray(r)->down];
 }
 
 template <int W>

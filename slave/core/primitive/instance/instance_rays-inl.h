@@ -48,13 +48,20 @@ constexpr float kPlacedDirectionErrorMax = 0.25f;  // q'
 
 // A ray in object space, as far as boxes need it.
 class ObjectRay : public BoxRay {
-  using VA = FloatsOf<4>;  // axes
-
  public:
   // Takes the ray there. Its direction is the scaled one, so that no transform makes it vanish or
   // overflow. Returns: false where that cannot be done with the precision that boxes need.
   // Requires: the ray is set up, and looks farther than it begins.
-  HWY_INLINE bool enter(const OneRay& ray, const InstanceBlock& instance, const SceneBox& box);
+  HWY_INLINE bool enter(const OneRay& ray, const InstanceBlock& instance, const SceneBox& box) {
+    const auto self = [&](size_t) { return this; };
+    return enter_each<Axes<FloatsOf<4>>>(
+        self, [&](size_t) { return &ray; }, [&](size_t) { return &instance; },
+        [&](size_t) { return &box; });
+  }
+  // Takes as many rays as Axes holds. Returns: false where that cannot be done for one of them.
+  template <class Axes, class To, class Ray, class Instance, class Box>
+  static HWY_INLINE bool enter_each(const To& to, const Ray& ray, const Instance& instance,
+                                    const Box& box);
   // To be called after hits.
   HWY_INLINE void shorten(const OneRay& ray) {
     far_limit = moved(ray.best_t * ray.scale * scale, 2 * kTimeSlack);
@@ -66,60 +73,61 @@ class ObjectRay : public BoxRay {
   float along() const { return 1.5f * off_ * abs_of(inverse[kz]); }
 
  private:
-  float off_ = 0;  // the largest P of an axis
+  float off_;  // the largest P of an axis
 };
 
 // The pad P, in t, joins what widens t anyway.
-bool ObjectRay::enter(const OneRay& ray, const InstanceBlock& instance, const SceneBox& box) {
-  float from[3];
-  for (int a = 0; a < 3; ++a) from[a] = ray.origin[a] - instance.to_world[a][3];
-  alignas(16) float room[4], size[4];  // pad + 6 u L; |A| |d|
-  VA farthest = set<VA>(0), longest = farthest;
-  bool is_near = true;
-  for (size_t a = 0; a < 4; a += kAxisStep) {
-    const VA column[3] = {load<VA>(instance.to_object[0] + a), load<VA>(instance.to_object[1] + a),
-                          load<VA>(instance.to_object[2] + a)};
-    const auto taken = [&](const float* v) {
-      return mul_add(column[0], set<VA>(v[0]), mul_add(column[1], set<VA>(v[1]), column[2] * v[2]));
-    };
-    const auto size_of = [&](const float* v) {
-      const auto part = [&](int b) { return abs(column[b] * v[b]); };
-      return part(0) + part(1) + part(2);
-    };
-    const VA at = taken(from), along = taken(ray.slope);
-    const VA own_pad = load<VA>(instance.pad + a);
-    const VA around = mul_add(size_of(from), set<VA>(kPlacedOriginError), own_pad);
-    const VA low = abs(load<VA>(box.lower + a) - at), high = abs(load<VA>(box.upper + a) - at);
-    const VA far = mul_add(around, set<VA>(2), max(low, high));
-    is_near &= is_all<VA>(far < 0x1p100f);
-    farthest = max(farthest, far);
-    longest = max(longest, abs(along));
-    store(at, origin + a);
-    store(along, slope + a);
-    store(around, room + a);
-    store(size_of(ray.slope), size + a);
+template <class Axes, class To, class Ray, class Instance, class Box>
+bool ObjectRay::enter_each(const To& to, const Ray& ray, const Instance& instance, const Box& box) {
+  const auto row = [&](size_t a) {
+    return Axes::load_each([&, a](size_t r) { return instance(r)->to_world[a]; });
+  };
+  const auto column = [&](size_t a) {
+    return Axes::load_each([&, a](size_t r) { return instance(r)->to_object[a]; });
+  };
+  const Axes x = column(0), y = column(1), z = column(2);
+  const auto taken = [&](Axes v) {
+    return x.mul_add(v.template component<0>(),
+                     y.mul_add(v.template component<1>(), z * v.template component<2>()));
+  };
+  const auto size_of = [&](Axes v) {
+    return (x * v.template component<0>()).size() + (y * v.template component<1>()).size() +
+           (z * v.template component<2>()).size();
+  };
+  const Axes from = Axes::load_each([&](size_t r) { return ray(r)->origin; }) -
+                    Axes::fourths(row(0), row(1), row(2));
+  const Axes toward = Axes::load_each([&](size_t r) { return ray(r)->slope; });
+  const Axes at = taken(from), along = taken(toward);
+  const Axes own_pad = Axes::load_each([&](size_t r) { return instance(r)->pad; });
+  const Axes around = size_of(from).mul_add(Axes::all(kPlacedOriginError), own_pad);
+  const Axes low = (Axes::load_each([&](size_t r) { return box(r)->lower; }) - at).size();
+  const Axes high = (Axes::load_each([&](size_t r) { return box(r)->upper; }) - at).size();
+  const Axes far = around.mul_add(Axes::all(2), low.larger(high));
+  const Axes reach = far.greatest(), speed = along.size().greatest();
+  const Axes share = size_of(toward) * (Axes::all(kPlacedDirectionError) / speed);
+  const bool is_near = (far < Axes::all(0x1p100f)).is_all() && (Axes::all(0) < speed).is_all() &&
+                       (speed < Axes::all(__builtin_inff())).is_all() &&
+                       (share <= Axes::all(kPlacedDirectionErrorMax)).is_all();
+  if (HWY_UNLIKELY(!is_near)) return false;
+
+  at.store_each([&](size_t r) { return to(r)->origin; });
+  for (size_t r = 0; r < Axes::kRays; ++r) to(r)->reach = reach.of(r, 0);
+  Axes slope = along, inverse, pad;
+  set_slopes(to, slope, inverse, pad, reach);
+  const Axes grown =
+      share.mul_add(reach, around) * Axes::all(1 + 16 * kRoundoff) + Axes::all(kUnderflow);
+  grown.mul_add(inverse.size(), pad).store_each([&](size_t r) { return to(r)->pad; });
+  const Axes most = grown.greatest();
+  const uint32_t is_main = (slope.size() == slope.size().greatest()).bits();
+  for (size_t r = 0; r < Axes::kRays; ++r) {
+    ObjectRay& inner = *to(r);
+    const OneRay& outer = *ray(r);
+    inner.set_main_axis(is_main >> 4 * r & 15);
+    inner.off_ = most.of(r, 0);
+    inner.near_limit = moved(outer.t_min * outer.scale * inner.scale, -2 * kTimeSlack);
+    inner.shorten(outer);
   }
-  reach = greatest_lane(farthest);
-  const float speed = greatest_lane(longest);
-  if (HWY_UNLIKELY(!(is_near && speed > 0 && speed < __builtin_inff()))) return false;
-  const float largest = scale_slope(speed);
-  invert_slope(largest);
-  uint32_t is_main = 0;
-  VA most = set<VA>(0);
-  const float per_speed = kPlacedDirectionError / speed;
-  for (size_t a = 0; a < 4; a += kAxisStep) {
-    const VA share = load<VA>(size + a) * per_speed, around = load<VA>(room + a);
-    is_near &= is_all<VA>(share <= kPlacedDirectionErrorMax);
-    const VA grown = mul_add(share, set<VA>(reach), around) * (1 + 16 * kRoundoff) + kUnderflow;
-    store(mul_add(grown, abs(load<VA>(inverse + a)), load<VA>(pad + a)), pad + a);
-    is_main |= bits_of<VA>(abs(load<VA>(slope + a)) == largest) << a;
-    most = max(most, grown);
-  }
-  set_main_axis(is_main);
-  off_ = greatest_lane(most);
-  near_limit = moved(ray.t_min * ray.scale * scale, -2 * kTimeSlack);
-  shorten(ray);
-  return is_near;
+  return true;
 }
 
 // The rays of a packet, as one frustum in object space. Rays: FanRays or BundleRays.

@@ -47,12 +47,12 @@ struct PlaneTerms {
   T distance, reach;          // N.(A - O), and the sum of the sizes of A - O
 };
 
-// corner(k): coordinate k of A, B, C, in [0, 9).
-template <class T, class Corner>
-HWY_INLINE PlaneTerms<T> plane_terms(const Corner& corner, const float* origin) {
+// corner(k): coordinate k of A, B, C, in [0, 9). origin(k): of the ray's origin.
+template <class T, class Corner, class Origin>
+HWY_INLINE PlaneTerms<T> plane_terms(const Corner& corner, const Origin& origin) {
   T a[3], b[3], c[3];
   for (size_t k = 0; k < 3; ++k) {
-    a[k] = corner(k) - static_cast<double>(origin[k]);
+    a[k] = corner(k) - origin(k);
     b[k] = corner(3 + k) - corner(k);
     c[k] = corner(6 + k) - corner(k);
   }
@@ -73,7 +73,8 @@ HWY_INLINE PlaneTerms<T> plane_terms(const Corner& corner, const float* origin) 
 
 template <class Corner>
 HWY_INLINE Plane plane_through(const Corner& corner, const float* origin) {
-  const auto terms = plane_terms<double>(corner, origin);
+  const auto terms =
+      plane_terms<double>(corner, [&](size_t k) { return static_cast<double>(origin[k]); });
   Plane plane{terms.scale,
               terms.least,
               {terms.normal[0], terms.normal[1], terms.normal[2]},
@@ -95,6 +96,27 @@ HWY_INLINE Plane plane_of(const float* triangle, const float* origin) {
   return plane_through([&](size_t k) { return static_cast<double>(triangle[k]); }, origin);
 }
 
+// Planes as of Plane, one per lane of a register of doubles.
+struct PlaneLanes {
+  using VF = FloatOf<Doubles>;
+
+  Doubles normal[3];
+  VF distance, steepness;
+
+  template <class Corner, class Origin>
+  static HWY_INLINE PlaneLanes through(const Corner& corner, const Origin& origin) {
+    const auto terms = plane_terms<Doubles>(corner, origin);
+    const VF distance = convert<VF>(terms.distance);
+    const auto is_clear = abs(terms.distance) >= terms.least * terms.reach;
+    const VF clear = convert<VF>(zero_unless(is_clear, set<Doubles>(1)));
+    const auto is_good =
+        clear > 0 && abs(distance) >= kPlaneLeast && abs(distance) <= 1 / kPlaneLeast;
+    return {{terms.normal[0], terms.normal[1], terms.normal[2]},
+            distance,
+            select(is_good, convert<VF>(terms.least), set<VF>(__builtin_nanf("")))};
+  }
+};
+
 // The planes of up to kMost triangles.
 template <size_t kMost>
 struct PlaneTable {
@@ -104,17 +126,12 @@ struct PlaneTable {
   // Makes the planes of as many triangles from `at` on as a register of doubles has lanes. corners
   // [9][kMost].
   HWY_INLINE void make(const float (*corners)[kMost], size_t at, const float* origin) {
-    using VF = FloatOf<Doubles>;
-    const auto plane =
-        plane_terms<Doubles>([&](size_t k) HWY_ATTR { return in_double(corners[k] + at); }, origin);
+    const auto plane = PlaneLanes::through(
+        [&](size_t k) HWY_ATTR { return in_double(corners[k] + at); },
+        [&](size_t k) HWY_ATTR { return set<Doubles>(static_cast<double>(origin[k])); });
     for (size_t k = 0; k < 3; ++k) store(plane.normal[k], normal[k] + at);
-    const VF in_float = convert<VF>(plane.distance);
-    const auto is_clear = abs(plane.distance) >= plane.least * plane.reach;
-    const VF clear = convert<VF>(zero_unless(is_clear, set<Doubles>(1)));
-    const auto is_good =
-        clear > 0 && abs(in_float) >= kPlaneLeast && abs(in_float) <= 1 / kPlaneLeast;
-    store(in_float, distance + at);
-    store(select(is_good, convert<VF>(plane.least), set<VF>(__builtin_nanf(""))), steepness + at);
+    store(plane.distance, distance + at);
+    store(plane.steepness, steepness + at);
   }
 };
 
