@@ -89,7 +89,7 @@ std::string run_layout(Layout layout, int loops, int repeats) {
   JsonObject json;
   json.add("layout", kLayoutNames[static_cast<int>(layout)]).add("loops", loops);
   json.add("cells_bytes_a_segment",
-           static_cast<double>(set.bytes()) / static_cast<double>(surface.degrees.size()));
+           static_cast<double>(set.loops().bytes()) / static_cast<double>(surface.degrees.size()));
   json.add("prepare_cpu_seconds", prepared);
   std::printf("  %8s %6d", kLayoutNames[static_cast<int>(layout)], loops);
   TrimSteps unused;
@@ -108,8 +108,8 @@ std::string run_layout(Layout layout, int loops, int repeats) {
     std::printf("  %9.1f %8.2f %6.2f", ns, each(static_cast<double>(way.steps.pieces)),
                 each(static_cast<double>(way.steps.points)));
   }
-  std::printf("  %6.0f\n",
-              static_cast<double>(set.bytes()) / static_cast<double>(surface.degrees.size()));
+  std::printf("  %6.0f\n", static_cast<double>(set.loops().bytes()) /
+                               static_cast<double>(surface.degrees.size()));
   return json.text();
 }
 
