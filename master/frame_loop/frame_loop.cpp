@@ -92,8 +92,11 @@ void FrameLoop::Impl::perform(const Actions& actions) {
         break;
       case ActionKind::kLease:
         if (action.tile.attempt > 1 && !action.tile.is_comparison) {
-          if (const auto frame = frames.find(action.frame); frame != frames.end())
-            ++frame->second.assembly.stats().tiles_reissued;
+          if (const auto frame = frames.find(action.frame); frame != frames.end()) {
+            FrameStats& stats = frame->second.assembly.stats();
+            ++stats.tiles_reissued;
+            if (action.tile.is_duplicate) ++stats.tiles_duplicated;
+          }
         }
         observer.leased(action.session, action.frame, action.tile, Clock::now());
         cluster.send(action.session,

@@ -128,8 +128,9 @@ std::optional<TileAssignment> FrameLedger::lease_again(TileIndex index, SessionI
       audits_.contains(index) || has_seen(index, session)) {
     return std::nullopt;
   }
-  ++duplicated_count_;
-  return lease(index, session, now, due);
+  TileAssignment again = lease(index, session, now, due);
+  again.is_duplicate = true;
+  return again;
 }
 
 std::vector<TileLeaseView> FrameLedger::single_leases(const std::set<SessionId>& stalled) const {

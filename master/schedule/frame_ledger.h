@@ -36,6 +36,7 @@ struct TileAssignment {
   TileIndex tile = 0;
   Attempt attempt = 0;
   bool is_comparison = false;  // audit: another slave has the tile, or has answered
+  bool is_duplicate = false;   // leased a second time to end the frame sooner
 };
 
 struct LedgerCounts {
@@ -79,7 +80,6 @@ class FrameLedger {
   // Whether a tile is begun and another slave's pixels of it may yet take the place of the first.
   bool is_audited(TileIndex tile) const { return audits_.contains(tile); }
   std::size_t tiles_left() const { return tiles_.size() - done_count_; }
-  std::uint32_t duplicated_count() const { return duplicated_count_; }
   // How often the tile was leased so far. Requires: tile < tile_count().
   Attempt attempts(TileIndex tile) const { return tiles_[tile].attempts; }
   TileIndex tile_count() const { return static_cast<TileIndex>(tiles_.size()); }
@@ -209,7 +209,6 @@ class FrameLedger {
   TileLosses losses_;
   LedgerCounts counts_;
   std::size_t done_count_ = 0;
-  std::uint32_t duplicated_count_ = 0;
 };
 
 }  // namespace tessera::master

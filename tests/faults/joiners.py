@@ -39,7 +39,9 @@ def f08(stage, report):
     during = max((y - x for x, y in zip(stage.frames.times, stage.frames.times[1:]) if y > began and x < used), default=0)
     report.figure("others' frame time", during, 1.05 * before + b.tile + stage.measured_lateness)
     stage.finish()
-    report.claim("no frame disturbed", report.values["tiles_reissued"] == 0, report.values["tiles_reissued"])
+    # While scenes change, a slave is late with a tile as it builds, and whoever is idle has it as well.
+    lost = report.values["tiles_reissued"] - report.values["tiles_duplicated"]
+    report.claim("no tile lost", lost == 0, lost)
     stage.oracle(settled_slaves=4)
 
 

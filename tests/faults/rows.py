@@ -23,5 +23,5 @@ for group in (processes, crowds, joiners, network, cuts, results, messages, iden
     ROWS.update(group.ROWS)
 
 # Rows that show a scene which stands still, and concern scenes: they hold while everything moves, too.
-WITH_MOTION = ["F01", "F02", "F03", "F09", "F10", "F13", "F14", "F57", "F57silent", "F57dead", "F57unreachable"]
+WITH_MOTION = ["F01", "F02", "F03", "F08", "F09", "F10", "F13", "F14", "F57", "F57silent", "F57dead", "F57unreachable"]
 ROWS.update({name + "moving": moving.while_all_moves(ROWS[name]) for name in WITH_MOTION})

@@ -226,6 +226,7 @@ class Stage:
         self.report.picture(run.digests == self.expected_digests)
         values = self.report.values
         values["tiles_reissued"] = sum(line["tiles_reissued"] for line in run.stats)
+        values["tiles_duplicated"] = sum(line["tiles_duplicated"] for line in run.stats)
         values["tiles_rendered_twice"] = sum(line["tiles_rejected"] for line in run.stats)
         return run
 
