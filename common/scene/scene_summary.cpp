@@ -2,7 +2,6 @@
 #include "common/scene/scene_summary.h"
 
 #include <algorithm>
-#include <span>
 
 namespace tessera {
 namespace {
@@ -23,6 +22,15 @@ SceneSummary sum_up(const BlockTable& blocks, std::size_t group) {
 }
 
 }  // namespace
+
+Digest scene_digest(std::span<const Digest> blocks) {
+  Sha256 all;
+  for (; !blocks.empty(); blocks = blocks.subspan(std::min(kGroup, blocks.size()))) {
+    const Digest group = sha256(std::as_bytes(blocks.first(std::min(kGroup, blocks.size()))));
+    all.update(std::as_bytes(std::span(group.bytes)));
+  }
+  return all.finish();
+}
 
 SceneSummary SceneSummarizer::of(const BlockTable& blocks) {
   groups_.resize((blocks.size() + kGroup - 1) / kGroup);

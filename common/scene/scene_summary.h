@@ -7,12 +7,16 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/base/digest.h"
 #include "common/scene/scene_codec.h"
 
 namespace tessera {
+
+// The digest of a scene whose blocks have these.
+Digest scene_digest(std::span<const Digest> blocks);
 
 struct SceneSummary {
   Digest digest;

@@ -18,10 +18,10 @@
 #include <vector>
 
 #include "common/base/check.h"
-#include "common/base/digest.h"
 #include "common/net/cluster_authority.h"
 #include "common/net/crc32c.h"
 #include "common/net/record_head.h"
+#include "common/scene/scene_summary.h"
 #include "common/wire/codec.h"
 #include "tests/bench/exchange_socket.h"
 
@@ -193,10 +193,7 @@ class Peers {
       link.versions.erase(end->frame);
     } else if (const auto* scene = std::get_if<wire::SceneAnnounce>(&message)) {
       say(link, wire::SceneNeed{scene->version, {}});
-      Sha256 digest;
-      for (const Digest& block : scene->digests)
-        digest.update(std::as_bytes(std::span(block.bytes)));
-      say(link, wire::SceneBuilt{scene->version, 0.001, 1, digest.finish()});
+      say(link, wire::SceneBuilt{scene->version, 0.001, 1, scene_digest(scene->digests)});
     }
   }
 

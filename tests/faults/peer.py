@@ -234,6 +234,13 @@ class Link:
 SETTINGS = {3: header({1: 64, 2: 48, 5: Fixed32(3), 10: Fixed32(1), 12: Fixed32(40), 15: 16, 16: 1, 17: 1, 20: 1, 21: 1})}
 
 
+def scene_digest(digests):
+    """The digest of a scene whose blocks have these, of 32 bytes each (PROTOCOL.md, SceneBuilt)."""
+    group = 256 * 32
+    groups = [hashlib.sha256(digests[i:i + group]).digest() for i in range(0, len(digests), group)]
+    return hashlib.sha256(b"".join(groups)).digest()
+
+
 def hello(name, role=0, version=(1, 1), threads=1, isas=15):
     return {1: role, 2: version[0], 3: version[1], 4: name, 5: threads, 6: isas, 7: "by hand"}
 
@@ -258,8 +265,8 @@ class HandSlave:
         """Acknowledges the next scene announced. Returns: its version."""
         _, announce, payload = self.scene.hear(ANNOUNCE)
         self.scene.say(NEED, {1: announce[1], 2: 0})
-        digests = payload[:32 * announce[2]]  # the scene's own digest is taken over its blocks'
-        self.scene.say(BUILT, {1: announce[1], 2: 0.001, 3: 4, 4: hashlib.sha256(digests).digest()})
+        digests = payload[:32 * announce[2]]
+        self.scene.say(BUILT, {1: announce[1], 2: 0.001, 3: 4, 4: scene_digest(digests)})
         return announce[1]
 
     def lease(self, seconds=stages.PATIENCE_S):

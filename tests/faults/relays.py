@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """F57: a slave that feeds others alters what it passes on, says nothing, dies, or cannot be reached."""
-import hashlib
 import ssl
 import struct
 import threading
@@ -185,7 +184,7 @@ def f57_guarded(stage, report):
     is_closed, has_told = visit(slave, token, version, 0)
     report.claim("its own child is fed", has_told and not is_closed, (is_closed, has_told))
     root = digests[:32 * count]
-    child.scene.say(peer.BUILT, {1: version, 2: 0.001, 3: 4, 4: hashlib.sha256(root).digest()})
+    child.scene.say(peer.BUILT, {1: version, 2: 0.001, 3: 4, 4: peer.scene_digest(root)})
     child.close()
     stage.slave("slave-2", node=3, sleep_ms=5)
     stage.slave("slave-3", node=4, sleep_ms=5)

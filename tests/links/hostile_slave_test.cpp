@@ -9,6 +9,7 @@
 #include "common/base/limits.h"
 #include "common/frame/faulty_pixels.h"
 #include "common/net/connector.h"
+#include "common/scene/scene_summary.h"
 #include "common/wire/codec.h"
 #include "master/cluster/quarantine.h"
 #include "master/session/master_host.h"
@@ -65,10 +66,7 @@ class HandSlave {
   void build_scene(bool builds_wrong_scene = false) {
     const auto announce = hear<wire::SceneAnnounce>(scene_);
     say(scene_, wire::SceneNeed{announce.version, {}});
-    Sha256 digest;
-    for (const Digest& block : announce.digests)
-      digest.update(std::as_bytes(std::span(block.bytes)));
-    wire::SceneBuilt built{announce.version, 0.01, 4, digest.finish()};
+    wire::SceneBuilt built{announce.version, 0.01, 4, scene_digest(announce.digests)};
     if (builds_wrong_scene) built.scene.bytes[7] ^= 1;
     say(scene_, built);
   }

@@ -91,6 +91,9 @@ void run(unsigned seed) {
       ASSERT_EQ(encoded.blocks[b].digest, anew.blocks[b].digest) << b;
     const SceneSummary summary = summarizer.of(encoded.blocks);
     EXPECT_EQ(summary.digest, anew.digest());
+    std::vector<Digest> digests;
+    for (const SceneBlock& block : anew.blocks) digests.push_back(block.digest);
+    EXPECT_EQ(summary.digest, scene_digest(digests));
     EXPECT_EQ(summary.bytes, anew.total_bytes());
     EXPECT_EQ(footprint.index_bytes_of(encoded), index_bytes_of(anew));
     auto decoded = decoder.decode_shared(encoded);
