@@ -3,6 +3,8 @@
 // in common. The operations are those of patch_hit(). Only for polynomial bicubic patches.
 //
 // Threads. One traversal owns one.
+#include <stddef.h>
+
 #include "slave/core/primitive/patch/patch_layout.h"
 #include "slave/core/ray/packet_layout.h"
 
@@ -44,27 +46,32 @@ class PatchPairs {
 
   // Requires: takes().
   HWY_INLINE void put(int lane, const OneRay& ray, const Patch& patch, const SubPatch& part) {
-    const PartNumbers<double> numbers = numbers_of(part, patch.extent);
-    double from[kNumbers];
-    __builtin_memcpy(from, &numbers, sizeof(from));
-    for (int k = 0; k < kNumbers; ++k) part_[k][lane] = from[k];
-    for (int k = 0; k < 48; ++k) point_[k][lane] = static_cast<double>(patch.numbers[k]);
+    static_assert(offsetof(SubPatch, second) == (kPartNumbers - 9) * sizeof(float));
+    float of_part[kPartNumbers];
+    __builtin_memcpy(of_part, &part, sizeof(of_part));
+    for (int k = 0; k < kPartNumbers; ++k) part_[k][lane] = of_part[k];
+    for (int k = 0; k < 48; ++k) number_[k][lane] = patch.numbers[k];
     for (int a = 0; a < 3; ++a) {
-      ray_[a][lane] = static_cast<double>(ray.origin[a]);
-      ray_[3 + a][lane] = static_cast<double>(ray.direction[a]);
+      ray_[a][lane] = ray.origin[a];
+      ray_[3 + a][lane] = ray.direction[a];
     }
+    const double half_u = 1.0 / (2u << part.level_u), half_v = 1.0 / (2u << part.level_v);
+    const double range[5] = {patch.extent, half_u, half_v, (2 * part.column + 1) * half_u,
+                             (2 * part.row + 1) * half_v};
+    for (int k = 0; k < 5; ++k) range_[k][lane] = range[k];
   }
   // Fills the lanes from `count` on with what the lane before has.
   HWY_INLINE void fill(int count) {
     for (int lane = count; lane < kWidth; ++lane) {
       for (auto& row : part_) row[lane] = row[count - 1];
-      for (auto& row : point_) row[lane] = row[count - 1];
+      for (auto& row : number_) row[lane] = row[count - 1];
       for (auto& row : ray_) row[lane] = row[count - 1];
+      for (auto& row : range_) row[lane] = row[count - 1];
     }
   }
   // Requires: all lanes are there. They have to be put anew after it.
   HWY_NOINLINE PatchDecision<Doubles> decide() {
-    const auto at = [&](int k) HWY_ATTR { return load<Doubles>(part_[k]); };
+    const auto at = [&](int k) HWY_ATTR { return wide(part_[k]); };
     PartNumbers<Doubles> part = {};
     for (int r = 0; r < 3; ++r) {
       part.centre[r] = at(9 + r);
@@ -74,33 +81,39 @@ class PatchPairs {
         part.second[r][k] = at(15 + 3 * r + k);
       }
     }
-    part.extent = at(24);
-    part.half_u = at(25);
-    part.half_v = at(26);
-    part.middle_u = at(27);
-    part.middle_v = at(28);
+    part.extent = load<Doubles>(range_[0]);
+    part.half_u = load<Doubles>(range_[1]);
+    part.half_v = load<Doubles>(range_[2]);
+    part.middle_u = load<Doubles>(range_[3]);
+    part.middle_v = load<Doubles>(range_[4]);
     // As local_points(), with weights of 1.
     for (int p = 0; p < 16; ++p) {
       Doubles d[3] = {};
-      for (int a = 0; a < 3; ++a) d[a] = load<Doubles>(point_[3 * p + a]) - part.centre[a];
+      for (int a = 0; a < 3; ++a) d[a] = wide(number_[3 * p + a]) - part.centre[a];
       for (int r = 0; r < 3; ++r)
         store(part.frame[r][0] * d[0] + part.frame[r][1] * d[1] + part.frame[r][2] * d[2],
               point_[3 * p + r]);
     }
     Doubles origin[3] = {}, direction[3] = {};
     for (int a = 0; a < 3; ++a) {
-      origin[a] = load<Doubles>(ray_[a]);
-      direction[a] = load<Doubles>(ray_[3 + a]);
+      origin[a] = wide(ray_[a]);
+      direction[a] = wide(ray_[3 + a]);
     }
     return decided_of<Doubles, false, 3, 3>(part, PointsInLanes{point_}, 3, 3, origin, direction);
   }
 
  private:
-  static constexpr int kNumbers = sizeof(PartNumbers<double>) / sizeof(double);
+  static constexpr int kPartNumbers = 24;  // frame, centre, reach, second of a SubPatch
 
-  alignas(64) double part_[kNumbers][kWidth];  // as PartNumbers has them
-  alignas(64) double point_[48][kWidth];       // control points, then those in the frame
-  alignas(64) double ray_[6][kWidth];          // origin, direction
+  static HWY_INLINE Doubles wide(const float* from) {
+    return convert<Doubles>(load<FloatOf<Doubles>>(from));
+  }
+
+  alignas(64) float part_[kPartNumbers][kWidth];
+  alignas(64) float number_[48][kWidth];  // of control points
+  alignas(64) float ray_[6][kWidth];      // origin, direction
+  alignas(64) double range_[5][kWidth];   // extent, halves, middles
+  alignas(64) double point_[48][kWidth];  // control points in the frame
 };
 
 }  // namespace HWY_NAMESPACE
