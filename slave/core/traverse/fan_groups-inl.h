@@ -29,27 +29,37 @@ class FanGroups {
   void run();
 
  private:
-  // Where rays lie on a face of the cube.
+  static constexpr int kRunsMax = kFanTargetsMax / kPacketRays;
+  // Where rays lie on a face of the cube: the lower ends along both axes, and the upper ends, whose
+  // signs are changed.
   struct Extent {
-    float low[2] = {2, 2}, high[2] = {-2, -2};
-    float size() const { return high[0] - low[0] + (high[1] - low[1]); }
+    float end[4] = {2, 2, 2, 2};
+    float width(int axis) const { return -end[2 + axis] - end[axis]; }
+    float middle(int axis) const { return (end[axis] - end[2 + axis]) / 2; }
+    float size() const { return width(0) + width(1); }
     void grow(const Extent& other) {
-      for (int k = 0; k < 2; ++k) {
-        low[k] = other.low[k] < low[k] ? other.low[k] : low[k];
-        high[k] = max_of(high[k], other.high[k]);
-      }
+      for (int k = 0; k < 4; ++k) end[k] = min_of(end[k], other.end[k]);
     }
+  };
+  // Runs of 64 rays that would be packets.
+  struct Runs {
+    Extent all;
+    float sum = 0;          // of their sizes
+    bool are_apart = true;  // they hardly overlap
   };
   // A group is halved as long as that makes its runs of 64 rays smaller than this share of what
   // they were; otherwise the rays are neighbours already.
   static constexpr float kGain = 0.85f;
+  // Runs that share less than this part of their areas are not halved at all. A line counts as if
+  // it were so wide.
+  static constexpr float kShared = 0.03f, kLineWidth = 0x1p-20f;
 
-  // Predicates: which rays go to the front; of one ray, and of a register of them.
+  // Predicates: which rays go to the front; of one ray, and, where registers are packed, of a
+  // register of them.
   struct OnFace {
     const int* faces;
     int face;
     bool operator()(float, float, int number) const { return faces[number] == face; }
-    M operator()(V, V, VI number) const { return mask_as<V>(gather(faces, number) == face); }
   };
   struct Below {
     int axis;
@@ -66,9 +76,9 @@ class FanGroups {
   bool project();
   void sort_by_face();
   Extent extent_of(int begin, int end) const;
-  Extent extent_of_runs(int begin, int end, float& sum) const;
-  void start(int begin, int end);
-  void split(int begin, int end, const Extent& all, float sum);
+  Runs runs_of(int begin, int end);
+  bool are_apart(int count) const;
+  void split(int begin, int end, const Runs& runs);
   void emit(int begin, int end);
   // Moves those of [begin, end) for which is_left(u, v, number) holds to the front.
   // Returns: how many.
@@ -77,7 +87,8 @@ class FanGroups {
   void put_right(int left, int count);
 
   FanTargets& targets_;
-  int face_of_group_ = 0;  // that rays go through which are being split
+  int face_of_group_ = 0;                   // that rays go through which are being split
+  alignas(64) float run_end_[4][kRunsMax];  // Extent::end of runs
   alignas(64) float spare_[3][kFanTargetsRoom];
   alignas(64) int spare_order_[kFanTargetsRoom];
   alignas(64) int face_[kFanTargetsRoom];
@@ -88,7 +99,7 @@ inline void FanGroups::run() {
   targets_.group[0] = 0;
   if (targets_.count == 0) return;
   if (project()) {
-    start(0, targets_.count);
+    split(0, targets_.count, runs_of(0, targets_.count));
   } else {
     sort_by_face();
   }
@@ -126,16 +137,6 @@ inline bool FanGroups::project() {
   return is_one;
 }
 
-inline void FanGroups::sort_by_face() {
-  int begin = 0;
-  for (int face = 0; face < kFaces && begin < targets_.count; ++face) {
-    const int count = partition(begin, targets_.count, OnFace{face_, face});
-    face_of_group_ = face;
-    if (count > 0) start(begin, begin + count);
-    begin += count;
-  }
-}
-
 #if HWY_TARGET == HWY_AVX3
 // Registers of either side are packed and stored whole: what they overwrite on the left has been
 // read, since left <= i.
@@ -167,6 +168,29 @@ int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
   put_right(left, right);
   return left - begin;
 }
+
+// The rays of one face after those of another are packed into the spare arrays, and go back as a
+// whole. Most registers hold rays of one or two faces.
+inline void FanGroups::sort_by_face() {
+  int end[kFaces], count = 0;
+  for (int face = 0; face < kFaces; ++face) {
+    for (int i = 0; i < targets_.count && count < targets_.count; i += kLanes) {
+      const auto is_face = mask_as<V>(load<VI>(face_ + i) == face);
+      const auto is_own = is_face && lanes_before(i, targets_.count);
+      if (is_none<V>(is_own)) continue;
+      for (int k = 0; k < 3; ++k)
+        store_packed(load<V>(targets_.projected[k] + i), is_own, spare_[k] + count);
+      store_packed(counting_from<VI>(i), is_own, spare_order_ + count);
+      count += static_cast<int>(count_of<V>(is_own));
+    }
+    end[face] = count;
+  }
+  put_right(0, count);
+  for (int face = 0, begin = 0; face < kFaces; begin = end[face++]) {
+    face_of_group_ = face;
+    if (begin < end[face]) split(begin, end[face], runs_of(begin, end[face]));
+  }
+}
 #else
 // This version has no branches, since they cannot be predicted, and does not work in lanes, since
 // packing a register is slow before AVX-512.
@@ -195,6 +219,16 @@ int FanGroups::partition(int begin, int end, const IsLeft& is_left) {
   put_right(left, right);
   return left - begin;
 }
+
+inline void FanGroups::sort_by_face() {
+  int begin = 0;
+  for (int face = 0; face < kFaces && begin < targets_.count; ++face) {
+    const int end = begin + partition(begin, targets_.count, OnFace{face_, face});
+    face_of_group_ = face;
+    if (begin < end) split(begin, end, runs_of(begin, end));
+    begin = end;
+  }
+}
 #endif
 
 // Puts the rays in `spare_` behind those that went left.
@@ -206,56 +240,75 @@ inline void FanGroups::put_right(int left, int count) {
 }
 
 inline FanGroups::Extent FanGroups::extent_of(int begin, int end) const {
-  auto u_low = set<V>(2), u_high = set<V>(-2), v_low = u_low, v_high = u_high;
-  const auto grow = [&](auto u, auto v) {
-    u_low = min(u_low, u);
-    u_high = max(u_high, u);
-    v_low = min(v_low, v);
-    v_high = max(v_high, v);
-  };
-  int i = begin;
-  for (; i + kLanes <= end; i += kLanes)
-    grow(load_unaligned<V>(targets_.projected[0] + i),
-         load_unaligned<V>(targets_.projected[1] + i));
-  for (; i < end; ++i) grow(set<V>(targets_.projected[0][i]), set<V>(targets_.projected[1][i]));
-  return {{least_lane(u_low), least_lane(v_low)}, {greatest_lane(u_high), greatest_lane(v_high)}};
+  V least[4] = {set<V>(2), set<V>(2), set<V>(2), set<V>(2)};
+  for (int i = begin; i < end; i += kLanes) {
+    const M is_here = lanes_before(i, end);
+    for (int k = 0; k < 2; ++k) {
+      const V at = load_unaligned<V>(targets_.projected[k] + i);
+      least[k] = min(least[k], select(is_here, at, least[k]));
+      least[2 + k] = min(least[2 + k], select(is_here, -at, least[2 + k]));
+    }
+  }
+  Extent extent;
+  fold_rows<4>(
+      TagOf<V>(), [&](size_t r) HWY_ATTR { return least[r]; },
+      [](auto a, auto b) HWY_ATTR { return min(a, b); }, extent.end);
+  return extent;
 }
 
-inline void FanGroups::start(int begin, int end) {
-  float sum = 0;
-  const Extent all = extent_of_runs(begin, end, sum);
-  split(begin, end, all, sum);
-}
-
-// Returns: the extent of all rays. sum: the sizes of the runs of 64 that would be packets are added
-// to it.
-inline FanGroups::Extent FanGroups::extent_of_runs(int begin, int end, float& sum) const {
-  Extent all;
+inline FanGroups::Runs FanGroups::runs_of(int begin, int end) {
+  Runs runs;
+  int count = 0;
   for (int i = begin; i < end; i += kPacketRays) {
     const Extent run = extent_of(i, i + kPacketRays < end ? i + kPacketRays : end);
-    sum += run.size();
-    all.grow(run);
+    for (int k = 0; k < 4; ++k) run_end_[k][count] = run.end[k];
+    ++count;
+    runs.sum += run.size();
+    runs.all.grow(run);
   }
-  return all;
+  if (count > 1) runs.are_apart = are_apart(count);
+  return runs;
 }
 
-// all, sum: see extent_of_runs(). The recursion ends, since a step halves an extent of floats on
-// [-1, 1], or emits.
-inline void FanGroups::split(int begin, int end, const Extent& all, float sum) {
-  if (end - begin <= kPacketRays) return emit(begin, end);
-  const int axis = all.high[0] - all.low[0] >= all.high[1] - all.low[1] ? 0 : 1;
-  const int left = partition(begin, end, Below{axis, (all.low[axis] + all.high[axis]) / 2});
+// Whether the first `count` of run_end_ hardly overlap. Rays that come in the order of pixels are
+// mostly parted as they are.
+inline bool FanGroups::are_apart(int count) const {
+  V own = set<V>(0), common = own;
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; j += kLanes) {
+      const auto overlap = [&](int axis) HWY_ATTR {
+        const V low = max(load<V>(run_end_[axis] + j), run_end_[axis][i]);
+        const V high = max(load<V>(run_end_[2 + axis] + j), run_end_[2 + axis][i]);
+        return max(set<V>(kLineWidth) - (low + high), 0);
+      };
+      const M is_run = lanes_before(j, count);
+      const M is_itself = mask_as<V>(counting_from<VI>(j) == i);
+      const V area = zero_unless(is_run, overlap(0) * overlap(1));
+      own = own + zero_unless(is_itself, area);
+      common = common + zero_if(is_itself, area);
+    }
+  }
+  const TagOf<V> d;
+  // Two runs have what they share in common twice.
+  return hn::GetLane(hn::SumOfLanes(d, common)) <=
+         2 * kShared * hn::GetLane(hn::SumOfLanes(d, own));
+}
+
+// runs: of these rays. The recursion ends, since a step halves an extent of floats on [-1, 1], or
+// emits.
+inline void FanGroups::split(int begin, int end, const Runs& runs) {
+  if (runs.are_apart) return emit(begin, end);
+  const int axis = runs.all.width(0) >= runs.all.width(1) ? 0 : 1;
+  const int left = partition(begin, end, Below{axis, runs.all.middle(axis)});
   if (left == 0 || left == end - begin) return emit(begin, end);  // all in one place, or NaN
   const int border = begin + left;
-  float left_sum = 0, right_sum = 0;
-  const Extent left_all = extent_of_runs(begin, border, left_sum);
-  const Extent right_all = extent_of_runs(border, end, right_sum);
-  if (left_sum + right_sum > kGain * sum) {
+  const Runs on_left = runs_of(begin, border), on_right = runs_of(border, end);
+  if (on_left.sum + on_right.sum > kGain * runs.sum) {
     emit(begin, border);
     return emit(border, end);
   }
-  split(begin, border, left_all, left_sum);
-  split(border, end, right_all, right_sum);
+  split(begin, border, on_left);
+  split(border, end, on_right);
 }
 
 inline void FanGroups::emit(int begin, int end) {
