@@ -8,6 +8,27 @@
 #include "hwy/foreach_target.h"
 #include "hwy/highway.h"
 #include "slave/core/kernels/view_kernels-inl.h"
+#include "slave/core/traverse/few_primitives-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tessera::core {
+namespace HWY_NAMESPACE {
+#if HWY_TARGET == HWY_AVX3
+// Packets through a few triangles go through all of them.
+template <>
+constexpr ViewKernels<TriangleBvh<16>> kKernels<TriangleBvh<16>>{
+    closest_ray<TriangleBvh<16>>,
+    occluded_ray<TriangleBvh<16>>,
+    enter_fans<TriangleBvh<16>>,
+    closest_fan<TriangleBvh<16>>,
+    occluded_fan<TriangleBvh<16>>,
+    occluded_fans<TriangleBvh<16>>,
+    closest_few_or_packet<TriangleBvh<16>>,
+    occluded_few_or_packet<TriangleBvh<16>>};
+#endif
+}  // namespace HWY_NAMESPACE
+}  // namespace tessera::core
+HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 
