@@ -319,7 +319,6 @@ Status run_thesis_suite(const CoreSuiteOptions& options, std::vector<std::string
     core::KdBuildConfig fine = core::quality_build(clipper);
     fine.cost_intersect = 2;
     fine.refs_per_primitive_max = 30;
-    fine.block_size = 1;
     json.push_back(run_tree("fine", fine, *scene, triangles, boxes, options.size_px));
     json.push_back(run_tree("coarse", {}, *scene, triangles, boxes, options.size_px));
   }

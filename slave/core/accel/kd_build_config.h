@@ -14,10 +14,10 @@ namespace tessera::core {
 inline constexpr int kKdBinsMax = 128;
 
 struct KdBuildConfig {
-  float cost_traverse = 1.0f;     // cost of one step down, the unit
-  float cost_intersect = 0.025f;  // cost of one primitive's test, in a block; measured (README.md)
-  std::uint32_t block_size = 8;   // primitives of a leaf are tested in blocks of this many
-  float empty_bonus = 0.2f;       // share of cost forgiven to a split that cuts empty space off
+  float cost_traverse = 1.0f;  // cost of one step down, the unit
+  // Cost of one primitive's test, in a block that has a box; measured (decisions/kd-tree.md).
+  float cost_intersect = 0.006f;
+  float empty_bonus = 0.2f;  // share of cost forgiven to a split that cuts empty space off
   std::uint32_t refs_per_primitive_max = 8;  // on average; bounds the memory of leaves
   // In voxels of at most this many primitives, planes are tried at every face of a box; in larger
   // ones at the borders of bins, and at every face in the two bins beside the best border.

@@ -63,9 +63,7 @@ template <int W>
 Result<IndexedKd<W>> index_by_kd(std::span<const Bounds3f> boxes, std::span<const float> vertices,
                                  const BuildControl& control, const KdBuildConfig& config) {
   TriangleWriter<W> writer(vertices);
-  KdBuildConfig wide = config;
-  wide.block_size = W;
-  Result<KdIndex> kd = build_kd_index({boxes, writer}, control, wide);
+  Result<KdIndex<W>> kd = build_kd_index<W>({boxes, writer}, control, config);
   if (!kd.is_ok()) return kd.status();
   return IndexedKd<W>{std::move(*kd), writer.take()};
 }

@@ -45,7 +45,7 @@ struct Indexed {
 template <int W>
 using IndexedBvh = Indexed<Bvh<W>, W>;
 template <int W>
-using IndexedKd = Indexed<KdIndex, W>;
+using IndexedKd = Indexed<KdIndex<W>, W>;
 
 // A hierarchy over instances, each a mesh with a hierarchy of its own, and over triangles that are
 // flattened.

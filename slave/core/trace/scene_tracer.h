@@ -26,7 +26,10 @@ TriangleBvh<W> view_of(const IndexedBvh<W>& bvh) {
 }
 template <int W>
 TriangleKd<W> view_of(const IndexedKd<W>& kd) {
-  return {kd.structure.nodes.data(), {kd.triangles.data()}, scene_box(kd.structure.bounds)};
+  return {kd.structure.nodes.data(),
+          kd.structure.leaves.data(),
+          {kd.triangles.data()},
+          scene_box(kd.structure.bounds)};
 }
 
 template <int W>

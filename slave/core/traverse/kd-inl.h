@@ -25,6 +25,7 @@
 
 #include "slave/core/ray/one_ray-inl.h"
 #include "slave/core/ray/packet_rays-inl.h"
+#include "slave/core/traverse/ray_slabs-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
@@ -89,6 +90,9 @@ class KdPacketTracer {
   HWY_INLINE bool enter(uint32_t node, const Voxel& voxel, KdEntry& entry) const;
   HWY_INLINE uint32_t descend(const KdNode& node, KdEntry& entry);
   HWY_INLINE uint32_t descend_across(int axis, float plane, uint32_t lower, KdEntry& entry);
+  HWY_INLINE void visit(const KdNode& leaf);
+  HWY_INLINE void shorten();
+  HWY_INLINE void invert_slopes();
 
   const View& scene_;
   Rays rays_;
@@ -177,6 +181,39 @@ uint32_t KdPacketTracer<View, Rays, Leaf>::descend_across(int axis, float plane,
   return near;
 }
 
+// Tests the blocks of a leaf whose boxes the frustum meets.
+template <class View, class Rays, class Leaf>
+void KdPacketTracer<View, Rays, Leaf>::visit(const KdNode& leaf) {
+  constexpr int W = View::kWidth;
+  const BvhNode<W>* blocks = scene_.leaves + (leaf.tag_and_index >> 2);
+  for (const BvhNode<W>* const end = blocks + leaf.count; blocks != end; ++blocks) {
+    alignas(64) float z_near[W];
+    uint32_t met = FrustumTests<W>::boxes(rays_, *blocks, z_near);
+    for (; met != 0; met &= met - 1) {
+      const int i = __builtin_ctz(met);
+      if (z_near[i] > rays_.z_far) continue;
+      if (leaf_.test(scene_.shapes, blocks->child[i], 1)) shorten();
+    }
+  }
+}
+
+template <class View, class Rays, class Leaf>
+void KdPacketTracer<View, Rays, Leaf>::shorten() {
+  rays_.shorten();
+  if constexpr (Leaf::kIsAny && kHasDiagonals<Rays>) {
+    rays_.narrow();
+    invert_slopes();
+  }
+}
+
+template <class View, class Rays, class Leaf>
+void KdPacketTracer<View, Rays, Leaf>::invert_slopes() {
+  for (int i = 0; i < 2; ++i) {
+    inverse_[0][i] = 1 / rays_.slope_u[i];
+    inverse_[1][i] = 1 / rays_.slope_v[i];
+  }
+}
+
 template <class View, class Rays, class Leaf>
 template <class Packet>
 Together KdPacketTracer<View, Rays, Leaf>::run(const Packet& packet) {
@@ -184,10 +221,7 @@ Together KdPacketTracer<View, Rays, Leaf>::run(const Packet& packet) {
   leaf_.prepare();
   rays_.work_left = kWorkMax * rays_.count;
   TESSERA_COUNT(packets, 1);
-  for (int i = 0; i < 2; ++i) {
-    inverse_[0][i] = 1 / rays_.slope_u[i];
-    inverse_[1][i] = 1 / rays_.slope_v[i];
-  }
+  invert_slopes();
   KdEntry begin;
   if (scene_.nodes == nullptr) return Together::kDone;
   if (const FanEntry* const found = entry_of(packet)) {
@@ -208,8 +242,7 @@ Together KdPacketTracer<View, Rays, Leaf>::run(const Packet& packet) {
       TESSERA_COUNT(nodes, 1);
       node = descend(scene_.nodes[node], entry);
     }
-    const KdNode& leaf = scene_.nodes[node];
-    if (leaf_.test(scene_.shapes, leaf.tag_and_index >> 2, leaf.count)) rays_.shorten();
+    visit(scene_.nodes[node]);
     if (rays_.work_left < 0) return Together::kDoesNotPay;
   }
   if constexpr (requires { leaf_.settle_waiting(); }) leaf_.settle_waiting();
@@ -228,9 +261,11 @@ class KdRayTracer {
 
  private:
   HWY_INLINE uint32_t descend(const KdNode& node, KdEntry& entry);
+  HWY_INLINE bool is_blocked_in(const KdNode& leaf);
 
   const View& scene_;
   OneRay ray_;
+  RaySlabs<View::kWidth> slabs_;
   Leaf leaf_;
   KdStack stack_;
 };
@@ -252,11 +287,31 @@ uint32_t KdRayTracer<View, Leaf>::descend(const KdNode& node, KdEntry& entry) {
   return near;
 }
 
+// Tests the blocks of a leaf whose boxes the ray meets. Returns: whether any hit will do and there
+// is one.
+template <class View, class Leaf>
+bool KdRayTracer<View, Leaf>::is_blocked_in(const KdNode& leaf) {
+  constexpr int W = View::kWidth;
+  const BvhNode<W>* blocks = scene_.leaves + (leaf.tag_and_index >> 2);
+  for (const BvhNode<W>* const end = blocks + leaf.count; blocks != end; ++blocks) {
+    alignas(64) float t_in[W];
+    uint32_t met = slabs_.overlapping(ray_, *blocks, t_in);
+    for (; met != 0; met &= met - 1) {
+      const int i = __builtin_ctz(met);
+      if (t_in[i] > ray_.far_limit) continue;
+      const uint32_t block = leaf_.test(scene_.shapes, blocks->child[i], 1);
+      if (Leaf::kIsAny && block != kNoBlock) return true;
+    }
+  }
+  return false;
+}
+
 template <class View, class Leaf>
 bool KdRayTracer<View, Leaf>::run(const SingleRay& ray) {
   if (scene_.nodes == nullptr || !ray_.setup(ray, scene_.box)) return false;
   leaf_.prepare();
   TESSERA_COUNT(singles, 1);
+  slabs_.setup(ray_, scene_.box);
   KdEntry root{0, ray_.near_limit, ray_.far_limit};
   for (int a = 0; a < 3; ++a) {
     const float p = (scene_.box.lower[a] - ray_.origin[a]) * ray_.inverse[a];
@@ -275,9 +330,7 @@ bool KdRayTracer<View, Leaf>::run(const SingleRay& ray) {
       TESSERA_COUNT(nodes, 1);
       node = descend(scene_.nodes[node], entry);
     }
-    const KdNode& leaf = scene_.nodes[node];
-    const uint32_t block = leaf_.test(scene_.shapes, leaf.tag_and_index >> 2, leaf.count);
-    if (Leaf::kIsAny && block != kNoBlock) return true;
+    if (is_blocked_in(scene_.nodes[node])) return true;
   }
   return ray_.has_hit();
 }

@@ -26,6 +26,8 @@ struct KdView {
   using Shapes = ShapesOf;
   static constexpr int kWidth = W;
   const KdNode* nodes;  // root first; null for an empty scene
+  // The boxes of the leaves' blocks. Leaves name some of these, whose children are blocks.
+  const BvhNode<W>* leaves;
   Shapes shapes;
   SceneBox box;
 };

@@ -146,16 +146,15 @@ TEST_P(ThirdKind, IsTracedOnEveryWay) {
   const auto bvh = build_bvh<W>({boxes, bvh_leaves}, {2, nullptr});
   ASSERT_TRUE(bvh.is_ok());
   EXPECT_TRUE(bvh->validate({boxes, bvh_leaves}).is_ok());
-  KdBuildConfig wide;
-  wide.block_size = W;
-  const auto kd = build_kd_index({boxes, kd_leaves}, {1, nullptr}, wide);
+  const auto kd = build_kd_index<W>({boxes, kd_leaves}, {1, nullptr});
   ASSERT_TRUE(kd.is_ok());
   for (const Isa isa : test::isas_here()) {
     SCOPED_TRACE(isa_name(isa));
     const SphereBvh<W> through_bvh{
         bvh->nodes.data(), {bvh_leaves.blocks()}, scene_box(bvh->bounds)};
     EXPECT_GT(check(sphere_bvh_kernels(isa).by16, through_bvh, balls, seed), 200);
-    const SphereKd<W> through_kd{kd->nodes.data(), {kd_leaves.blocks()}, scene_box(kd->bounds)};
+    const SphereKd<W> through_kd{
+        kd->nodes.data(), kd->leaves.data(), {kd_leaves.blocks()}, scene_box(kd->bounds)};
     EXPECT_GT(check(sphere_kd_kernels(isa).by16, through_kd, balls, seed), 200);
   }
 }
