@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""A field of copies of CAD files on slaves: memory, bytes sent, frames per second, the bits of one process, one slave killed.
+"""A field of copies of CAD files on slaves: memory, bytes sent, frames per second, error, the bits of one process, one slave killed.
 
     measure.py [FILE...] [--copies N] [--arrange flat|instances] [--slaves N] [--size WxH] [--frames N] [--json OUT]
 
@@ -34,6 +34,10 @@ def camera_over(side):
     return f"{-0.15 * side},{0.35 * side},{-0.25 * side} {0.5 * side},0,{0.45 * side} 0,1,0 45"
 
 
+def camera_of(options):
+    return camera_over((options.copies * len(options.files)) ** 0.5)
+
+
 def counts_of(plan):
     run = subprocess.run([cluster_lib.program("cad_field"), plan], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     if run.returncode:
@@ -44,6 +48,15 @@ def counts_of(plan):
 def memory_of(plan):
     """What one process takes for the scene, and what a master reckons of it, in bytes."""
     run = subprocess.run([cluster_lib.program("cad_memory"), plan], capture_output=True, text=True)
+    if run.returncode:
+        sys.exit(run.stderr.strip())
+    return json.loads(run.stdout)
+
+
+def error_of(plan, options):
+    """How far hits of the picture's rays are from their surfaces, over the scene's diagonal."""
+    width, height = options.size.split("x")
+    run = subprocess.run([cluster_lib.program("cad_error"), plan, width, height, camera_of(options)], capture_output=True, text=True)
     if run.returncode:
         sys.exit(run.stderr.strip())
     return json.loads(run.stdout)
@@ -66,8 +79,8 @@ def measure(options):
         os.environ["TESSERA_IMPORT"] = cluster_lib.program("cad_field")
         made = counts_of(plan)
         memory = memory_of(plan)
-        side = (options.copies * len(options.files)) ** 0.5
-        still = ["--size", options.size, "--camera", camera_over(side)]
+        error = error_of(plan, options)
+        still = ["--size", options.size, "--camera", camera_of(options)]
         alone = finished(cluster, cluster.start_render(str(plan), *still, "--local", "1", "--threads", "2", connect=False))
         cluster.serve()
         cluster.slaves(options.slaves)
@@ -99,6 +112,7 @@ def measure(options):
             "scene_bytes_sent": sum(line["scene_bytes"] for line in run.stats),
             "build_seconds": run.stats[0]["build_seconds"],
             "pixel_bytes_a_frame": round(sum(line["bytes_from_slaves"] for line in run.stats) / options.frames),
+            "error_p99.9": f"{error['error_p999']:.1e}", "error_worst": f"{error['error_worst']:.1e}", "error_of_hits": error["hits"],
             "frames_per_second": round(len(after_first) / sum(after_first), 3),
             "rays_a_frame": round(sum(line["rays_primary"] + line["rays_shadow"] for line in run.stats) / options.frames),
             "tiles_reissued_after_kill": sum(line["tiles_reissued"] for line in killed.stats),
