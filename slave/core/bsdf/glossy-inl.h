@@ -67,6 +67,16 @@ class GlossyLobes {
     V3 times_pi;
     V pdf;  // by solid angle
   };
+  // What the value is the sum of: facets that reflect once, multiple scattering, diffuse base.
+  struct Parts {
+    V3 facets, several, body;  // times pi; only where both directions are above
+    V pdf;
+  };
+  // Of what a direction brings: what facets miss, and what they leave for the base.
+  struct Shares {
+    V missing;
+    V3 left;
+  };
   struct Sample {
     V3 direction;  // unit
     V3 weight;     // BSDF times cosine over pdf; zero: nothing comes from there
@@ -140,6 +150,13 @@ class GlossyLobes {
   }
 
   HWY_INLINE Value evaluate_local(V3 light) const {
+    const Parts parts = parts_of(light);
+    const V3 times_pi = parts.facets + parts.several + parts.body;
+    const auto is_above = light.z > 0 && viewer_.z > 0;
+    return {zero_unless(is_above, times_pi), zero_unless(is_above, parts.pdf)};
+  }
+
+  HWY_INLINE Parts parts_of(V3 light) const {
     const V3 half = normalize(light + viewer_);
     const V3 fresnel = f0_ + (grey(facets_.at_grazing()) - f0_) * schlick_rise(dot(viewer_, half));
     const V distribution = facets_.distribution(half);
@@ -147,13 +164,19 @@ class GlossyLobes {
     const V shadowed = root_viewer * light.z + root_light * viewer_.z;
     const V facets = distribution / (2 * kInvPi * shadowed);
     const AlbedoTerms<V> there = table_.at(light.z, facets_.roughness(light));
-    const V3 times_pi =
-        fresnel * facets + several_ * missing(there) + base_ * left_of(there, dielectric_);
     const V of_facets = facets_share_ * distribution / (2 * (viewer_.z + root_viewer));
     const V of_rest = (1 - facets_share_) * kInvPi * light.z;
-    const auto is_above = light.z > 0 && viewer_.z > 0;
-    return {zero_unless(is_above, times_pi), zero_unless(is_above, of_facets + of_rest)};
+    return {fresnel * facets, several_ * missing(there), base_ * left_of(there, dielectric_),
+            of_facets + of_rest};
   }
+
+  // Of a direction with this cosine, whatever its azimuth.
+  HWY_INLINE Shares shares(V cosine) const {
+    const AlbedoTerms<V> there = table_.at(cosine, facets_.roughness());
+    return {missing(there), left_of(there, dielectric_)};
+  }
+  HWY_INLINE V3 f0() const { return f0_; }
+  HWY_INLINE V roughness() const { return facets_.roughness(); }
 
  private:
   struct Reflecting {

@@ -7,8 +7,17 @@
 //     pipeline for The Order: 1886", 2013);
 //   - the glossy surface (glossy-inl.h), whose facets may be longer along one direction (Heitz
 //     2014, section 5.4), with its own reflectance at grazing incidence.
-// A layer passes to what lies below it 1 minus its albedo, seen from the viewer or from the light,
+// Sheen passes to what lies below it 1 minus its albedo, seen from the viewer or from the light,
 // whichever is less. That is reciprocal, and a white surface below sends out no more than came in.
+// What comes out everywhere (multiple scattering and the diffuse base) varnish passes on the way in
+// and on the way out, T(o) T(i) with T = 1 - albedo, over the mean share that passes both, since
+// what it keeps below comes back to it (C. Kelemen and L. Szirmay-Kalos, "A microfacet based
+// coupled specular-matte BRDF model", Eurographics 2001): a white surface then sends out what came
+// in.
+// Facets that reflect once get the lesser of T(o) and T(i), mixed with the root of their product,
+// which is right for narrow ones where T is even, and too much for wide ones at grazing angles.
+// What wide ones still lose is put back in the form of the former. The two shares, kLesser and
+// kRegained, were fitted to white metal, which sends out what lobes_test.cpp states.
 //
 // Stretched facets shadow a grazing direction as much as isotropic ones of the width along it do
 // (Heitz 2014), so that the table of isotropic facets serves both. From grazing directions to the
@@ -108,6 +117,7 @@ class LayeredLobes {
     sheen_roughness_ = max(load<V>(q.sheen_roughness + at), kSheenRoughnessMin);
     sheen_power_ = 1 / (sheen_roughness_ * sheen_roughness_);
     coat_to_viewer_ = coat_albedo(coat_viewer_.z);
+    couple();
     fibres_to_viewer_ = fibres_albedo(base_.viewer_z());
     sheen_to_viewer_ = largest(sheen_) * min(fibres_to_viewer_, 1);
     const V below_coat = 1 - coat_to_viewer_;
@@ -122,8 +132,17 @@ class LayeredLobes {
 
   HWY_INLINE Value evaluate(V3 to_light) const {
     const V3 light = base_.local(to_light), coat_light = in_coat(to_light);
-    const Value base = base_.evaluate_local(light), coat = evaluate_coat(coat_light);
-    const V below_coat = 1 - max(coat_to_viewer_, coat_albedo(coat_light.z));
+    const auto base = base_.parts_of(light);
+    const Value coat = evaluate_coat(coat_light);
+    const V coat_to_light = coat_albedo(coat_light.z);
+    const V below_coat = 1 - max(coat_to_viewer_, coat_to_light);
+    const V both = (1 - coat_to_viewer_) * (1 - coat_to_light), root = sqrt(both);
+    const V lesser2 = below_coat * below_coat, lesser6 = lesser2 * lesser2 * lesser2;
+    const V alpha3 = base_alpha_ * base_alpha_ * base_alpha_;
+    const V root_share = (1 - base_alpha_) * lesser6 / max(lesser6 + alpha3 * kLesser, 1e-12f);
+    const V below_for_facets = below_coat + (root - below_coat) * root_share;
+    const V3 coated = base.facets * below_for_facets + base.several * (several_coupling_ * both) +
+                      base.body * body_coupling_ * both + regained_ * lost_by_facets(coat_to_light);
     const V fibres_to_light = fibres_albedo(light.z);
     const V sheen_to_light = largest(sheen_) * min(fibres_to_light, 1);
     const V below_sheen = 1 - max(sheen_to_viewer_, sheen_to_light);
@@ -132,8 +151,8 @@ class LayeredLobes {
     // Turns the cosine to the coat's normal into that to the surface's normal, by which the value
     // will be multiplied.
     const V3 of_coat = coat.times_pi * (coat_light.z / light.z);
-    const V3 below = base.times_pi * below_sheen + sheen_ * (sheen_times_pi(light) / most);
-    const V3 all = of_coat + below * below_coat;
+    const V3 all =
+        of_coat + coated * below_sheen + sheen_ * (sheen_times_pi(light) / most * below_coat);
     const V base_share = 1 - coat_share_ - sheen_share_;
     const V even = kInvPi * light.z;
     const V pdf = coat_share_ * coat.pdf + (sheen_share_ * even + base_share * base.pdf);
@@ -167,6 +186,54 @@ class LayeredLobes {
     const Basis<V> any = basis_about(normal);
     return {select(is_stretched, tangent, any.tangent),
             select(is_stretched, cross(normal, tangent), any.bitangent)};
+  }
+
+  // Cosines and weights that integrate over all directions, cosine-weighted: Gauss' for the root of
+  // the cosine, so exact for polynomials of degree 7 in it.
+  static constexpr int kDirections = 4;
+  static constexpr float kCosine[kDirections] = {0.06837063f, 0.28713141f, 0.62454758f,
+                                                 0.91747102f};
+  static constexpr float kWeight[kDirections] = {0.01863347f, 0.17016689f, 0.43601747f,
+                                                 0.37518217f};
+
+  static constexpr float kLesser = 200, kRegained = 0.58f;
+
+  // Finds what depends on all directions to the light.
+  HWY_INLINE void couple() {
+    V missing = set<V>(0), passed_missing = set<V>(0);
+    V3 left{missing, missing, missing}, passed_left = left;
+    for (int k = 0; k < kDirections; ++k) {
+      const V cosine = set<V>(kCosine[k]);
+      const auto shares = base_.shares(cosine);
+      coat_at_[k] = coat_albedo(cosine);
+      const V passed = 1 - coat_at_[k];
+      missing = missing + shares.missing * kWeight[k];
+      passed_missing = passed_missing + shares.missing * passed * kWeight[k];
+      left = left + shares.left * set<V>(kWeight[k]);
+      passed_left = passed_left + shares.left * (passed * kWeight[k]);
+    }
+    several_coupling_ = one_over(passed_missing, missing);
+    body_coupling_ = {one_over(passed_left.x, left.x), one_over(passed_left.y, left.y),
+                      one_over(passed_left.z, left.z)};
+    V lost = set<V>(0);
+    for (int k = 0; k < kDirections; ++k) lost = lost + lost_by_facets(coat_at_[k]) * kWeight[k];
+    const V alpha = alpha_of(base_.roughness());
+    base_alpha_ = alpha;
+    const V regained = alpha * (1 - kRegained * alpha) * lost_by_facets(coat_to_viewer_);
+    const V share = zero_unless(lost > 0, regained / lost);
+    regained_ = base_.f0() * share;
+  }
+
+  // The mean over all directions of what passes for this one and not for both. passed: 1 - albedo.
+  HWY_INLINE V lost_by_facets(V albedo) const {
+    V sum = set<V>(0);
+    for (int k = 0; k < kDirections; ++k) sum = sum + max(coat_at_[k] - albedo, 0) * kWeight[k];
+    return sum;
+  }
+  // whole / passed, the two means; 1 where there is nothing of either.
+  static HWY_INLINE V one_over(V passed, V whole) {
+    constexpr float kSmall = 1e-6f;
+    return select(passed > kSmall, whole / passed, set<V>(1));
   }
 
   HWY_INLINE V3 in_coat(V3 world) const {
@@ -221,6 +288,12 @@ class LayeredLobes {
   V coat_to_viewer_, sheen_to_viewer_;  // albedos towards the viewer
   V fibres_to_viewer_;                  // likewise, of white fibres; may be above 1
   V coat_share_, sheen_share_;          // shares of samples
+  V coat_at_[kDirections];              // albedos of the coat
+  V base_alpha_;                        // width of the facets of the surface below
+  // 1 over the mean share of what comes out everywhere that the coat passes.
+  V several_coupling_;
+  V3 body_coupling_;
+  V3 regained_;  // what facets lose to the coat: to be multiplied by what a direction loses
 };
 
 }  // namespace HWY_NAMESPACE
