@@ -32,6 +32,14 @@ bool has_sound_triangles(const Mesh& mesh) {
   });
 }
 
+bool skip_to_triangles(BlockReader& in) {
+  if (!in.open(BlockKind::kMesh)) return false;
+  in.get<std::uint32_t>();  // whether normals follow
+  return in.skip_array(sizeof(Vec3f)) && in.skip_array(sizeof(Vec2f)) &&
+         in.skip_array(sizeof(Vec2f)) && in.skip_array(sizeof(Vec4f)) &&
+         in.skip_array(sizeof(Vec4f));
+}
+
 }  // namespace
 
 std::vector<std::byte> encode_mesh(const Mesh& mesh) {
@@ -61,12 +69,15 @@ std::shared_ptr<const Mesh> decode_mesh(std::span<const std::byte> bytes) {
 
 std::uint64_t mesh_triangles(std::span<const std::byte> bytes) {
   BlockReader in(bytes);
-  const bool is_mesh = in.open(BlockKind::kMesh);
-  in.get<std::uint32_t>();  // whether normals follow
-  const bool is_good = is_mesh && in.skip_array(sizeof(Vec3f)) && in.skip_array(sizeof(Vec2f)) &&
-                       in.skip_array(sizeof(Vec2f)) && in.skip_array(sizeof(Vec4f)) &&
-                       in.skip_array(sizeof(Vec4f));
-  return is_good ? in.get_count(3 * sizeof(std::uint32_t)) : 0;
+  return skip_to_triangles(in) ? in.get_count(3 * sizeof(std::uint32_t)) : 0;
+}
+
+std::vector<std::uint32_t> mesh_materials(std::span<const std::byte> bytes) {
+  BlockReader in(bytes);
+  std::vector<std::uint32_t> materials;
+  const bool is_good =
+      skip_to_triangles(in) && in.skip_array(3 * sizeof(std::uint32_t)) && in.get_array(materials);
+  return is_good ? materials : std::vector<std::uint32_t>{};
 }
 
 }  // namespace tessera

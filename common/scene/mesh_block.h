@@ -25,4 +25,7 @@ std::shared_ptr<const Mesh> decode_mesh(std::span<const std::byte> bytes);
 // The number of triangles, from the counts alone. Returns: 0 where they cannot be read.
 std::uint64_t mesh_triangles(std::span<const std::byte> bytes);
 
+// The materials of its triangles, as Mesh::materials. Returns: none where they cannot be read.
+std::vector<std::uint32_t> mesh_materials(std::span<const std::byte> bytes);
+
 }  // namespace tessera

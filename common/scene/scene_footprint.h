@@ -8,6 +8,11 @@
 // takes with its builder's arrays; the sum is kIndexBytesPerTriangle. tests/unit/core measures that
 // a slave stays below it.
 //
+// A mesh that stands so often that its copies would take much is built once, and each place where
+// it stands takes kIndexBytesPerInstance. Meshes that shed light are copied all the same, since
+// each of their triangles is a lamp, and so is everything where a slave makes a kd-tree: such a
+// slave may take more than is reckoned here, and says so where it has no more.
+//
 // Patches: how many sub-patches they are cut into depends on their shape, from one to a thousand,
 // so whoever can cut patches (slave/core/scene/patch_footprint.h) is asked for each surface.
 // Without it 160 sub-patches a patch are assumed, as the teapot has where there are not many, and
@@ -26,11 +31,16 @@
 #include <functional>
 #include <vector>
 
+#include "common/scene/root_block.h"
 #include "common/scene/scene_codec.h"
 
 namespace tessera {
 
 inline constexpr std::uint64_t kIndexBytesPerTriangle = 320;
+inline constexpr std::uint64_t kIndexBytesPerInstance = 640;
+// A mesh is built once where its copies beside the first would have so many triangles, about 100
+// bytes each. Tracing instances costs time, so memory has to be worth it.
+inline constexpr std::uint64_t kSharedTrianglesMin = std::uint64_t{1} << 19;
 inline constexpr std::uint64_t kIndexBytesPerPatch = 160 * 450;
 inline constexpr std::uint64_t kIndexBytesPerTrimPoint = 8192;
 inline constexpr std::uint64_t kIndexBytesOfThreads = 3 << 20;  // that build, whatever they build
@@ -57,7 +67,11 @@ class SceneFootprint {
     std::uint64_t picture_bytes = 0;
   };
 
-  void read(const EncodedScene& scene);
+  // Returns: false for a scene whose root cannot be read, or does not fit its blocks.
+  bool read(const EncodedScene& scene, Scene& root, BlockCounts& counts);
+  PrimitiveCounts counts_of(const Scene& root, const BlockCounts& counts) const;
+  std::uint64_t mesh_bytes(const EncodedScene& scene, const Scene& root,
+                           const BlockCounts& counts) const;
 
   BlockTable::Trace seen_;
   std::vector<Content> blocks_;

@@ -124,6 +124,35 @@ TEST_P(SceneMemory, PreparingStaysBelowTheReckoning) {
   EXPECT_GE(4 * taken, reckoned) << "far too cautious";
 }
 
+TEST(InstanceMemory, PreparingStaysBelowTheReckoning) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer's own memory counts";
+#endif
+  Scene scene = rough_field(23);
+  for (int i = 1; i < 100'000; ++i) {
+    scene.instances.push_back(scene.instances[0]);
+    scene.instances.back().object_to_world.m[i % 2][3] = 30 * static_cast<float>(i / 2);
+  }
+  const std::uint64_t reckoned = index_bytes_of(SceneEncoder().encode(scene));
+  const std::uint64_t taken = bytes_taken(scene, Structure::kAuto);
+  std::printf("%.0f bytes an instance at the peak, %llu reckoned\n",
+              static_cast<double>(taken) / static_cast<double>(scene.instances.size()),
+              static_cast<unsigned long long>(kIndexBytesPerInstance));
+  EXPECT_GT(taken, 0u);
+  EXPECT_LE(taken, reckoned);
+  EXPECT_GE(4 * taken, reckoned) << "far too cautious";
+}
+
+TEST(InstanceMemory, CopiesThatShedLightAreReckonedOneByOne) {
+  Scene scene = rough_field(23);
+  for (int i = 1; i < 1000; ++i) scene.instances.push_back(scene.instances[0]);
+  const std::uint64_t shared = index_bytes_of(SceneEncoder().encode(scene));
+  scene.materials[0].emission = {1, 1, 1};
+  const std::uint64_t copied = index_bytes_of(SceneEncoder().encode(scene));
+  EXPECT_EQ(copied, kIndexBytesPerTriangle * scene.triangle_count());
+  EXPECT_LT(100 * shared, copied);
+}
+
 // As many teapots as one surface.
 Scene teapots_apart(std::uint32_t count) {
   Scene scene = teapots(1);

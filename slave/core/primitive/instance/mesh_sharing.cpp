@@ -6,6 +6,8 @@
 #include <unordered_set>
 #include <utility>
 
+#include "common/scene/scene_footprint.h"
+
 namespace tessera::core {
 namespace {
 
