@@ -17,7 +17,7 @@
 // Facets that reflect once get the lesser of T(o) and T(i), mixed with the root of their product,
 // which is right for narrow ones where T is even, and too much for wide ones at grazing angles.
 // What wide ones still lose is put back in the form of the former. The two shares, kLesser and
-// kRegained, were fitted to white metal, which sends out what lobes_test.cpp states.
+// kRegained, were fitted to white metal and white paint, which send out what lobes_test.cpp states.
 //
 // Stretched facets shadow a grazing direction as much as isotropic ones of the width along it do
 // (Heitz 2014), so that the table of isotropic facets serves both. From grazing directions to the
