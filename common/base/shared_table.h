@@ -37,6 +37,16 @@ class SharedTable {
     }
   }
   SharedTable(std::initializer_list<T> entries) : SharedTable(std::vector<T>(entries)) {}
+  SharedTable(const SharedTable&) = default;
+  SharedTable& operator=(const SharedTable&) = default;
+  // What is moved from is empty.
+  SharedTable(SharedTable&& other) noexcept
+      : chunks_(std::move(other.chunks_)), size_(std::exchange(other.size_, 0)) {}
+  SharedTable& operator=(SharedTable&& other) noexcept {
+    chunks_ = std::exchange(other.chunks_, {});
+    size_ = std::exchange(other.size_, 0);
+    return *this;
+  }
 
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }

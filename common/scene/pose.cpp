@@ -301,6 +301,11 @@ void move_lights_and_cameras(const PosedNodes& nodes, Scene& scene) {
   }
 }
 
+// Whether meshes with equal inputs are deformed to the same.
+bool deform_alike(const SceneAnimation& a, const SceneAnimation& b) {
+  return a.meshes == b.meshes && a.influences == b.influences && a.deltas == b.deltas;
+}
+
 }  // namespace
 
 Transform rest_place(const MotionNode& node) {
@@ -335,6 +340,10 @@ Result<Scene> ScenePoser::at(const Scene& scene, double seconds) {
   const SceneAnimation& animation = *scene.animation;
   const PosedNodes nodes(animation, seconds);
   Scene posed = scene;
+  if (animation_ != scene.animation) {
+    if (!animation_ || !deform_alike(*animation_, animation)) known_.clear();
+    animation_ = scene.animation;
+  }
   known_.resize(animation.meshes.size());
   const Influence* influences = animation.influences.data();
   const Vec3f* deltas = animation.deltas.data();

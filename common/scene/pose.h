@@ -48,7 +48,8 @@ class TESSERA_API ScenePoser {
     std::shared_ptr<const Mesh> rest, deformed;
     std::vector<double> inputs;  // weights, and the matrices of the joints
   };
-  std::vector<Known> known_;  // [deformed mesh]
+  std::vector<Known> known_;                         // [deformed mesh]
+  std::shared_ptr<const SceneAnimation> animation_;  // by which they were
 };
 
 }  // namespace tessera

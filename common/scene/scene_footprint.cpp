@@ -2,7 +2,11 @@
 #include "common/scene/scene_footprint.h"
 
 #include <algorithm>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
 
+#include "common/math/transform_checks.h"
 #include "common/scene/block_bytes.h"
 #include "common/scene/mesh_block.h"
 #include "common/scene/root_block.h"
@@ -33,13 +37,11 @@ bool is_picture(std::span<const std::byte> bytes) {
          BlockReader(bytes).open(BlockKind::kEnvironment);
 }
 
-bool sheds_light(std::span<const std::byte> mesh, const Scene& root) {
-  const auto emits = [](const Material& material) { return material.emission != Vec3f{}; };
-  if (std::none_of(root.materials.begin(), root.materials.end(), emits)) return false;
-  const std::vector<std::uint32_t> materials = mesh_materials(mesh);
-  return std::any_of(materials.begin(), materials.end(), [&](std::uint32_t material) {
-    return material < root.materials.size() && emits(root.materials[material]);
-  });
+std::vector<std::uint32_t> distinct(const std::vector<std::uint32_t>& materials) {
+  std::unordered_set<std::uint32_t> all;
+  for (std::size_t i = 0; i < materials.size(); ++i)
+    if (i == 0 || materials[i] != materials[i - 1]) all.insert(materials[i]);
+  return {all.begin(), all.end()};
 }
 
 }  // namespace
@@ -50,10 +52,20 @@ bool SceneFootprint::read(const EncodedScene& scene, Scene& root, BlockCounts& c
     return false;
   }
   blocks_.resize(scene.blocks.size());
-  seen_.for_each_apart(scene.blocks, [&](std::size_t i) {
+  // Where memory ends between here and the end, nothing is taken for seen.
+  const BlockTable::Trace seen = std::exchange(seen_, {});
+  std::unordered_map<Digest, std::size_t, DigestHash> read;  // a block may be there very often
+  seen.for_each_apart(scene.blocks, [&](std::size_t i) {
+    const auto [known, is_new] = read.try_emplace(scene.blocks[i].digest, i);
+    if (!is_new) {
+      blocks_[i] = blocks_[known->second];
+      return;
+    }
     const std::span<const std::byte> bytes = *scene.blocks[i].bytes;
-    blocks_[i] = {{mesh_triangles(bytes), 0, 0, 0}, surface_counts(bytes), 0};
-    if (is_picture(bytes)) blocks_[i].picture_bytes = bytes.size();
+    Content content{{mesh_triangles(bytes), 0, 0, 0}, surface_counts(bytes), 0, {}};
+    if (content.mesh.triangles > 0) content.materials = distinct(mesh_materials(bytes));
+    if (is_picture(bytes)) content.picture_bytes = bytes.size();
+    blocks_[i] = std::move(content);
   });
   seen_ = BlockTable::Trace(scene.blocks);
   return true;
@@ -82,20 +94,29 @@ PrimitiveCounts SceneFootprint::counts_of(const Scene& root, const BlockCounts& 
 }
 
 // Of all meshes, where they stand.
-std::uint64_t SceneFootprint::mesh_bytes(const EncodedScene& scene, const Scene& root,
-                                         const BlockCounts& counts) const {
-  std::vector<std::uint64_t> copies(counts.meshes, 0);
+std::uint64_t SceneFootprint::mesh_bytes(const Scene& root, const BlockCounts& counts,
+                                         bool has_patches) const {
+  struct Places {
+    std::uint64_t all = 0, flat = 0;  // flat: whose matrix has no inverse
+  };
+  std::vector<Places> places(counts.meshes);
   for (const Instance& instance : root.instances) {
-    if (instance.kind == ObjectKind::kMesh && instance.mesh < counts.meshes)
-      ++copies[instance.mesh];
+    if (instance.kind != ObjectKind::kMesh || instance.mesh >= counts.meshes) continue;
+    ++places[instance.mesh].all;
+    places[instance.mesh].flat += is_singular(instance.object_to_world) ? 1 : 0;
   }
+  const auto sheds_light = [&](std::uint32_t material) {
+    return material < root.materials.size() && root.materials[material].emission != Vec3f{};
+  };
   std::uint64_t bytes = 0;
-  for (std::size_t m = 0; m < copies.size(); ++m) {
-    const std::uint64_t triangles = blocks_[1 + m].mesh.triangles;
-    const bool is_shared = copies[m] > 1 && (copies[m] - 1) * triangles >= kSharedTrianglesMin &&
-                           !sheds_light(*scene.blocks[1 + m].bytes, root);
-    bytes += is_shared ? kIndexBytesPerTriangle * triangles + kIndexBytesPerInstance * copies[m]
-                       : kIndexBytesPerTriangle * triangles * copies[m];
+  for (std::size_t m = 0; m < places.size(); ++m) {
+    const Content& block = blocks_[1 + m];
+    const std::uint64_t of_mesh = kIndexBytesPerTriangle * block.mesh.triangles;
+    const auto [all, flat] = places[m];
+    const bool is_shared =
+        !has_patches && all > 1 && (all - 1) * block.mesh.triangles >= kSharedTrianglesMin &&
+        std::none_of(block.materials.begin(), block.materials.end(), sheds_light);
+    bytes += is_shared ? of_mesh * (1 + flat) + kIndexBytesPerInstance * all : of_mesh * all;
   }
   return bytes;
 }
@@ -109,7 +130,7 @@ std::uint64_t SceneFootprint::index_bytes_of(const EncodedScene& scene,
   if (counts.triangles == 0 && counts.patches == 0) return 0;
   std::uint64_t picture_bytes = 0;
   for (const Content& block : blocks_) picture_bytes += block.picture_bytes;
-  std::uint64_t bytes = mesh_bytes(scene, root, block_counts) + picture_bytes / 3 * 4;
+  std::uint64_t bytes = mesh_bytes(root, block_counts, counts.patches > 0) + picture_bytes / 3 * 4;
   if (counts.patches > 0) bytes += kIndexBytesOfThreads;
   if (surface_bytes && counts.patches > 0) {
     for (const SurfaceCopies& surface : surface_copies_of(scene))

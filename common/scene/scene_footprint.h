@@ -10,8 +10,9 @@
 //
 // A mesh that stands so often that its copies would take much is built once, and each place where
 // it stands takes kIndexBytesPerInstance. Meshes that shed light are copied all the same, since
-// each of their triangles is a lamp, and so is everything where a slave makes a kd-tree: such a
-// slave may take more than is reckoned here, and says so where it has no more.
+// each of their triangles is a lamp; so are places whose matrix has no inverse, all meshes of a
+// scene with patches, and everything where a slave makes a kd-tree: such a slave may take more than
+// is reckoned here, and says so where it has no more.
 //
 // Patches: how many sub-patches they are cut into depends on their shape, from one to a thousand,
 // so whoever can cut patches (slave/core/scene/patch_footprint.h) is asked for each surface.
@@ -65,13 +66,13 @@ class SceneFootprint {
   struct Content {
     PrimitiveCounts mesh, surface;
     std::uint64_t picture_bytes = 0;
+    std::vector<std::uint32_t> materials;  // of a mesh, each once
   };
 
   // Returns: false for a scene whose root cannot be read, or does not fit its blocks.
   bool read(const EncodedScene& scene, Scene& root, BlockCounts& counts);
   PrimitiveCounts counts_of(const Scene& root, const BlockCounts& counts) const;
-  std::uint64_t mesh_bytes(const EncodedScene& scene, const Scene& root,
-                           const BlockCounts& counts) const;
+  std::uint64_t mesh_bytes(const Scene& root, const BlockCounts& counts, bool has_patches) const;
 
   BlockTable::Trace seen_;
   std::vector<Content> blocks_;

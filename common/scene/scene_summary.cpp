@@ -2,6 +2,7 @@
 #include "common/scene/scene_summary.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace tessera {
 namespace {
@@ -35,7 +36,9 @@ Digest scene_digest(std::span<const Digest> blocks) {
 SceneSummary SceneSummarizer::of(const BlockTable& blocks) {
   groups_.resize((blocks.size() + kGroup - 1) / kGroup);
   std::size_t next = 0;  // groups below are done
-  seen_.for_each_apart(blocks, [&](std::size_t i) {
+  // Where memory ends between here and the end, nothing is taken for seen.
+  const BlockTable::Trace seen = std::exchange(seen_, {});
+  seen.for_each_apart(blocks, [&](std::size_t i) {
     if (i / kGroup < next) return;
     groups_[i / kGroup] = sum_up(blocks, i / kGroup);
     next = i / kGroup + 1;

@@ -207,7 +207,7 @@ HWY_INLINE void FanRays::limit_row(size_t row, M is_valid, V per_depth, V t_max)
   const size_t at = row * kLanes;
   const V infinity = set<V>(__builtin_inff());
   least_per_depth_ = min(least_per_depth_, select(is_valid, per_depth, infinity));
-  const V near = per_depth / t_max;
+  const V near = per_depth / abs(t_max);  // -0 is 0
   const V least = min(near * (1 - kNearSlack) - kUnderflow, kNearMax);
   store(select(is_valid, least, infinity), low + at);
   store(select(is_valid, near * (1 + kNearSlack) + kUnderflow, infinity), high + at);

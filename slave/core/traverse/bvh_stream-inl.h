@@ -8,7 +8,8 @@
 //
 // For closest hits; see bvh_flight-inl.h for why. A ray's answer is that of bvh_ray-inl.h: both
 // visit every leaf that the ray meets before its hit. A ray that meets too many leaves is traced by
-// itself, and so are those that are not done with the nodes when there are too many.
+// itself, and so are those that are not done with the nodes when there are too many, and those that
+// begin behind their origin.
 //
 // Threads. One traversal owns one.
 #include "slave/core/traverse/view_layout.h"
@@ -118,7 +119,7 @@ class BvhStream {
     MetLeaves leaves;
     SingleRay given;
     int number;
-    bool is_lost;    // the ray meets too much
+    bool is_lost;    // the ray meets too much, or begins behind its origin
     uint32_t block;  // that the ray has come to
   };
   using Slots = SlotList<kSlots>;
@@ -189,7 +190,8 @@ void BvhStream<View, Leaf>::set_up(int first, Rays& rays) {
     }
     slots_[s].leaf.prepare();
     slots_[s].leaves.clear();
-    slots_[s].is_lost = false;
+    // Leaves are sorted by the bits of their distances, which must not be negative.
+    slots_[s].is_lost = __builtin_signbitf(slots_[s].ray.near_limit) != 0;
     TESSERA_COUNT(singles, 1);
   }
 }

@@ -139,6 +139,13 @@ TEST(Instances, InARowGiveTheBitsOfTheFlattenedScene) {
       rays.push_back({Vec3f{-2, y, z}, Vec3f{1, slope * unit(random), slope * unit(random)}, 0,
                       std::numeric_limits<float>::infinity()});
     }
+    // Rays that begin behind their origin, which lies among the instances, or at it, written as -0.
+    for (int i = 0; i < 64 * 16; ++i) {
+      const float x = 0.25f * static_cast<float>(count);
+      rays.push_back({Vec3f{x, unit(random), unit(random)},
+                      Vec3f{1, 0.1f * unit(random), 0.1f * unit(random)}, i < 512 ? -3.0f : -0.0f,
+                      std::numeric_limits<float>::infinity()});
+    }
     EXPECT_GT(test::compare_with_flattened(*flat, *instanced, rays), 0u) << count;
   }
 }

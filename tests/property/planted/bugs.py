@@ -116,6 +116,8 @@ BUGS = (
         "number + instance.first_primitive", "number", "core_instances"),
     Bug("pairs_left", "pairs of a ray and a triangle that fill no register are not decided", "primitive/triangle/triangle_pairs-inl.h",
         "at < count_; at += kStep", "at + kStep <= count_; at += kStep", "core_instances"),
+    Bug("begins_behind", "leaves that a ray meets behind its origin are sorted as the farthest", "traverse/bvh_stream-inl.h",
+        "__builtin_signbitf(slots_[s].ray.near_limit) != 0", "false", "core_instances"),
     Bug("blocks_left", "of a leaf of a mesh the first block alone is looked at", "primitive/instance/instance_stream-inl.h",
         "while (HWY_UNLIKELY(++block != end));", "while (end == nullptr);", "core_instances"),
     Bug("placed_box", "the box of a turned instance is that of two corners", "primitive/instance/instance_placement.cpp",
@@ -128,8 +130,8 @@ BUGS = (
         "known != nullptr && !std::binary_search(changed.begin(), changed.end(), who)", "known != nullptr",
         "core_moved_instances"),
     Bug("flat_part_kept", "what is flattened is taken for the same wherever it stands", "scene/prepared_scene.cpp",
-        "known.index->flat->made_of == flattened.part.made_of",
-        "known.index->flat->made_of.size() == flattened.part.made_of.size()", "core_moved_instances"),
+        "known.index->flat->made_of == flattened.part->made_of",
+        "known.index->flat->made_of.size() == flattened.part->made_of.size()", "core_moved_instances"),
     # Patches.
     Bug("patch_border_open", "a patch's part ends short of its border", "primitive/patch/patch_decision-inl.h",
         "abs(at_[c]) <= 1 + tolerance_[c]", "abs(at_[c]) <= 1 - kPatchOverlap", "core_patch_borders"),
@@ -164,7 +166,7 @@ BUGS = (
         "Trend::is_one(u_) && Trend::is_one(v_)", "Trend::is_one(v_)", "core_trims"),
     Bug("trim_band_inward", "the band of a piece has half its width on one side", "primitive/patch/trim_splitting.cpp",
         "high = std::max(high, side);", "high = std::max(high, 0.5 * side);", "core_trims"),
-    Bug("trim_keeps_ignored", "what loops enclose is always kept", "primitive/patch/trim_set.cpp",
+    Bug("trim_keeps_ignored", "what loops enclose is always kept", "primitive/patch/trim_loops.cpp",
         "surface.patches[p].keeps_outside != 0", "false", "core_trims"),
     # Surfaces, light and chance.
     Bug("coordinates_equal", "u of a hit is its v", "primitive/triangle/barycentric-inl.h",

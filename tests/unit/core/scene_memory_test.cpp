@@ -153,6 +153,24 @@ TEST(InstanceMemory, CopiesThatShedLightAreReckonedOneByOne) {
   EXPECT_LT(100 * shared, copied);
 }
 
+TEST(InstanceMemory, WhatSlavesCopyIsReckonedCopyByCopy) {
+  Scene scene = rough_field(23);
+  for (int i = 1; i < 1000; ++i) scene.instances.push_back(scene.instances[0]);
+  const std::uint64_t shared = index_bytes_of(SceneEncoder().encode(scene));
+  const std::uint64_t each = kIndexBytesPerTriangle * scene.meshes[0]->triangles.size();
+
+  Scene flat = scene;
+  for (int i = 1; i < 1000; ++i)
+    flat.instances[static_cast<std::size_t>(i)].object_to_world.m[2][2] = 0;
+  EXPECT_EQ(index_bytes_of(SceneEncoder().encode(flat)), shared + 999 * each);
+
+  Scene with_patches = teapots(1);
+  with_patches.meshes = scene.meshes;
+  with_patches.instances.insert(with_patches.instances.end(), scene.instances.begin(),
+                                scene.instances.end());
+  EXPECT_GE(index_bytes_of(SceneEncoder().encode(with_patches)), 1000 * each);
+}
+
 // As many teapots as one surface.
 Scene teapots_apart(std::uint32_t count) {
   Scene scene = teapots(1);

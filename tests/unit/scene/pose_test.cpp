@@ -190,6 +190,23 @@ TEST(Pose, WhatDidNotMoveIsTheSameObject) {
   EXPECT_EQ(first.meshes[2], scene.meshes[2]);
 }
 
+TEST(Pose, MeshesThatAreDeformedOtherwiseAreMadeAnew) {
+  Motions motions(7);
+  const Scene scene = motions.scene();
+  SceneAnimation other = *scene.animation;
+  for (Vec3f& delta : other.deltas) delta = 2 * delta;
+  Scene changed = scene;
+  changed.animation = std::make_shared<const SceneAnimation>(other);
+  ScenePoser poser;
+  const Scene first = *poser.at(scene, 0.5), second = *poser.at(changed, 0.5);
+  const Scene alone = *ScenePoser().at(changed, 0.5);
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m)
+    EXPECT_TRUE(*second.meshes[m] == *alone.meshes[m]) << m;
+  // The same animation, decoded once more, changes nothing.
+  changed.animation = std::make_shared<const SceneAnimation>(other);
+  EXPECT_EQ(poser.at(changed, 0.5)->meshes, second.meshes);
+}
+
 TEST(Pose, AScaleOfZeroHidesAnInstance) {
   Motions motions(8);
   Scene scene = motions.scene();

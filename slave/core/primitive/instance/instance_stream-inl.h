@@ -138,10 +138,12 @@ typename InstanceStream<W>::Counts InstanceStream<W>::visit(uint32_t ray, const 
 // Rays that are not done with the nodes when there are too many go on by themselves.
 template <int W>
 typename InstanceStream<W>::Counts InstanceStream<W>::visit_nodes(Counts counts) {
+  uint64_t done = 0;  // rays that went on by themselves
   for (size_t i = 0; i < counts.nodes; ++i) {
     const uint32_t ray = nodes_.ray[i];
     if (HWY_UNLIKELY(max_of(counts.nodes, counts.leaves) > kVisitsMost)) {
-      tests_[ray]->test(inside_[ray]);
+      if ((done >> ray & 1) == 0) tests_[ray]->test(inside_[ray]);
+      done |= uint64_t{1} << ray;
     } else {
       counts = visit(ray, inside_[ray].mesh->nodes[nodes_.child[i]], counts);
     }

@@ -2,7 +2,6 @@
 #include "slave/core/primitive/patch/trim_loops.h"
 
 #include <algorithm>
-#include <bit>
 #include <span>
 
 #include "common/base/check.h"
@@ -79,26 +78,22 @@ void walk_loop(LoopCursor& at, std::size_t& coefficient, const Use& use) {
   ++coefficient;  // the loop's end
 }
 
-bool have_same_loops(const PatchSurface& a, const PatchSurface& b) {
-  const auto keeps_as = [](const PatchForm& x, const PatchForm& y) {
-    return x.keeps_outside == y.keeps_outside;
+// Of all that loops depend on.
+Digest digest_of(const PatchSurface& surface) {
+  Sha256 hash;
+  const auto take = [&](const auto& values) {
+    const std::uint64_t count = values.size();
+    hash.update(std::as_bytes(std::span(&count, 1)));
+    hash.update(std::as_bytes(std::span(values)));
   };
-  return a.loop_counts == b.loop_counts && a.segment_counts == b.segment_counts &&
-         a.degrees == b.degrees && a.trim_points == b.trim_points &&
-         std::equal(a.patches.begin(), a.patches.end(), b.patches.begin(), b.patches.end(),
-                    keeps_as);
-}
-
-// The FNV-1a hash of words (G. Fowler, L. Noll, K.-P. Vo).
-std::uint64_t hash_of(const PatchSurface& surface) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  const auto take = [&](std::uint32_t word) { hash = (hash ^ word) * 0x100000001b3u; };
-  for (const std::uint32_t count : surface.loop_counts) take(count);
-  for (const TrimPoint& p : surface.trim_points) {
-    take(std::bit_cast<std::uint32_t>(p.u));
-    take(std::bit_cast<std::uint32_t>(p.v));
-  }
-  return hash;
+  take(surface.loop_counts);
+  take(surface.segment_counts);
+  take(surface.degrees);
+  take(surface.trim_points);
+  std::vector<std::uint8_t> keeps;
+  for (const PatchForm& form : surface.patches) keeps.push_back(form.keeps_outside);
+  take(keeps);
+  return hash.finish();
 }
 
 }  // namespace
@@ -161,12 +156,8 @@ std::vector<FatSegment> widened_segments(const PatchSurface& surface) {
 }
 
 std::shared_ptr<const TrimLoops> TrimLoopLibrary::of(const PatchSurface& surface) {
-  const std::uint64_t hash = hash_of(surface);
-  const auto [begin, end] = known_.equal_range(hash);
-  for (auto at = begin; at != end; ++at)
-    if (have_same_loops(*at->second.surface, surface)) return at->second.loops;
-  auto loops = std::make_shared<const TrimLoops>(surface, options_);
-  known_.emplace(hash, Known{&surface, loops});
+  std::shared_ptr<const TrimLoops>& loops = known_[digest_of(surface)];
+  if (!loops) loops = std::make_shared<const TrimLoops>(surface, options_);
   return loops;
 }
 

@@ -17,6 +17,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/base/digest.h"
 #include "common/scene/patch_surface.h"
 #include "slave/core/primitive/patch/fat_border_spans.h"
 #include "slave/core/primitive/patch/trim_grid.h"
@@ -48,17 +49,11 @@ class TrimLoopLibrary {
   explicit TrimLoopLibrary(const TrimCellOptions& options = {}) : options_(options) {}
 
   // Returns: those of a surface that was asked for before, where they are the same.
-  // Requires: the surface outlives this object.
   std::shared_ptr<const TrimLoops> of(const PatchSurface& surface);
 
  private:
-  struct Known {
-    const PatchSurface* surface;
-    std::shared_ptr<const TrimLoops> loops;
-  };
-
   const TrimCellOptions options_;
-  std::unordered_multimap<std::uint64_t, Known> known_;  // by a hash of the loops
+  std::unordered_map<Digest, std::shared_ptr<const TrimLoops>, DigestHash> known_;
 };
 
 }  // namespace tessera::core
