@@ -139,15 +139,33 @@ TEST(Instances, InARowGiveTheBitsOfTheFlattenedScene) {
       rays.push_back({Vec3f{-2, y, z}, Vec3f{1, slope * unit(random), slope * unit(random)}, 0,
                       std::numeric_limits<float>::infinity()});
     }
-    // Rays that begin behind their origin, which lies among the instances, or at it, written as -0.
-    for (int i = 0; i < 64 * 16; ++i) {
-      const float x = 0.25f * static_cast<float>(count);
-      rays.push_back({Vec3f{x, unit(random), unit(random)},
-                      Vec3f{1, 0.1f * unit(random), 0.1f * unit(random)}, i < 512 ? -3.0f : -0.0f,
-                      std::numeric_limits<float>::infinity()});
-    }
     EXPECT_GT(test::compare_with_flattened(*flat, *instanced, rays), 0u) << count;
   }
+}
+
+// Of the instances that such a ray meets some lie before it and some behind, at negative distances;
+// or it begins at its origin, written as -0.
+TEST(Instances, BehindTheOriginOfARayGiveTheBitsOfTheFlattenedScene) {
+  const unsigned seed = test::seed();
+  TESSERA_TRACE_SEED(seed);
+  Random random(seed);
+  Scene scene = test::make_scene(test::make_random_triangles(200, 0.3f, seed));
+  const Instance first = scene.instances[0];
+  for (int i = 1; i < 6; ++i) {
+    Instance next = first;
+    next.object_to_world.m[0][3] = 3 * static_cast<float>(i);
+    scene.instances.push_back(next);
+  }
+  const auto flat = prepared(scene, Instancing::kNever);
+  const auto instanced = prepared(scene, Instancing::kAlways);
+  std::vector<CastRay> rays;
+  for (int i = 0; i < 64 * 64; ++i) {
+    const float x = 7.5f + 6 * unit(random);
+    rays.push_back({Vec3f{x, 0.5f * unit(random), 0.5f * unit(random)},
+                    Vec3f{1, 0.05f * unit(random), 0.05f * unit(random)},
+                    i % 128 < 64 ? -20.0f : -0.0f, std::numeric_limits<float>::infinity()});
+  }
+  EXPECT_GT(test::compare_with_flattened(*flat, *instanced, rays), rays.size() / 2);
 }
 
 // Hard rays of each class, and their mesh in its place and sheared beside it.
