@@ -37,11 +37,12 @@ bool is_picture(std::span<const std::byte> bytes) {
          BlockReader(bytes).open(BlockKind::kEnvironment);
 }
 
-std::vector<std::uint32_t> distinct(const std::vector<std::uint32_t>& materials) {
+std::shared_ptr<const std::vector<std::uint32_t>> distinct(
+    const std::vector<std::uint32_t>& materials) {
   std::unordered_set<std::uint32_t> all;
   for (std::size_t i = 0; i < materials.size(); ++i)
     if (i == 0 || materials[i] != materials[i - 1]) all.insert(materials[i]);
-  return {all.begin(), all.end()};
+  return std::make_shared<const std::vector<std::uint32_t>>(all.begin(), all.end());
 }
 
 }  // namespace
@@ -62,7 +63,7 @@ bool SceneFootprint::read(const EncodedScene& scene, Scene& root, BlockCounts& c
       return;
     }
     const std::span<const std::byte> bytes = *scene.blocks[i].bytes;
-    Content content{{mesh_triangles(bytes), 0, 0, 0}, surface_counts(bytes), 0, {}};
+    Content content{{mesh_triangles(bytes), 0, 0, 0}, surface_counts(bytes), 0, nullptr};
     if (content.mesh.triangles > 0) content.materials = distinct(mesh_materials(bytes));
     if (is_picture(bytes)) content.picture_bytes = bytes.size();
     blocks_[i] = std::move(content);
@@ -105,17 +106,23 @@ std::uint64_t SceneFootprint::mesh_bytes(const Scene& root, const BlockCounts& c
     ++places[instance.mesh].all;
     places[instance.mesh].flat += is_singular(instance.object_to_world) ? 1 : 0;
   }
-  const auto sheds_light = [&](std::uint32_t material) {
+  const auto is_lamp = [&](std::uint32_t material) {
     return material < root.materials.size() && root.materials[material].emission != Vec3f{};
+  };
+  std::unordered_map<const void*, bool> known;  // lists are looked through once
+  const auto sheds_light = [&](const std::vector<std::uint32_t>& materials) {
+    const auto [at, is_new] = known.try_emplace(&materials, false);
+    if (is_new) at->second = std::any_of(materials.begin(), materials.end(), is_lamp);
+    return at->second;
   };
   std::uint64_t bytes = 0;
   for (std::size_t m = 0; m < places.size(); ++m) {
     const Content& block = blocks_[1 + m];
     const std::uint64_t of_mesh = kIndexBytesPerTriangle * block.mesh.triangles;
     const auto [all, flat] = places[m];
-    const bool is_shared =
-        !has_patches && all > 1 && (all - 1) * block.mesh.triangles >= kSharedTrianglesMin &&
-        std::none_of(block.materials.begin(), block.materials.end(), sheds_light);
+    const bool is_shared = !has_patches && all > 1 &&
+                           (all - 1) * block.mesh.triangles >= kSharedTrianglesMin &&
+                           !sheds_light(*block.materials);
     bytes += is_shared ? of_mesh * (1 + flat) + kIndexBytesPerInstance * all : of_mesh * all;
   }
   return bytes;

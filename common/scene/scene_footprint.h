@@ -30,6 +30,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "common/scene/root_block.h"
@@ -66,7 +67,8 @@ class SceneFootprint {
   struct Content {
     PrimitiveCounts mesh, surface;
     std::uint64_t picture_bytes = 0;
-    std::vector<std::uint32_t> materials;  // of a mesh, each once
+    // Of a mesh, each once; null: none. Blocks with the same digest share them.
+    std::shared_ptr<const std::vector<std::uint32_t>> materials;
   };
 
   // Returns: false for a scene whose root cannot be read, or does not fit its blocks.
