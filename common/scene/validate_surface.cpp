@@ -64,6 +64,8 @@ Status validate_trim_counts(const PatchSurface& surface, const std::string& name
     return wrong(name + ": needs a count of loops for each patch, or none");
   if (segment_count > kTrimSegmentsMax)
     return Status::resource_exhausted(name + ": more than 2^26 segments of loops");
+  if (points + surface.segment_counts.size() > kTrimPointsMax)
+    return Status::resource_exhausted(name + ": more than 2^27 - 16 points and loops of its trims");
   if (loops != surface.segment_counts.size())
     return wrong(name + ": its loops are not as many as its patches count");
   if (segments != segment_count)

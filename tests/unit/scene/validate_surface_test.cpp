@@ -7,6 +7,7 @@
 
 #include "common/base/limits.h"
 #include "common/scene/validate.h"
+#include "common/scene/validate_surface.h"
 #include "tests/support/surface_scene.h"
 
 namespace tessera {
@@ -73,6 +74,21 @@ TEST(ValidateSurface, FormsAndPointsAreChecked) {
   EXPECT_EQ(said_of([](S& s) { s.materials = {}; }),
             "surface 0: needs one material, or one for each patch");
   EXPECT_EQ(said_of([](S& s) { s.materials[1] = 3; }), "surface 0: material 3 of 3");
+}
+
+// Of degree 15, so that few bytes stand for many points.
+TEST(ValidateSurface, SurfacesHaveNoMorePointsOfTrimsThanPiecesCanName) {
+  const auto with_segments = [](std::size_t count) {
+    return said_of([count](PatchSurface& s) {
+      s.loop_counts = {1, 0};
+      s.segment_counts = {static_cast<std::uint32_t>(count)};
+      s.degrees.assign(count, 15);
+    });
+  };
+  const std::size_t most = (kTrimPointsMax - 1) / 15;
+  EXPECT_EQ(with_segments(most), "surface 0: the points of its loops do not fit the degrees");
+  EXPECT_EQ(with_segments(most + 1),
+            "surface 0: more than 2^27 - 16 points and loops of its trims");
 }
 
 TEST(ValidateSurface, LoopsAreChecked) {

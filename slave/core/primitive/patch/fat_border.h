@@ -26,8 +26,9 @@
 // bend c of the parabola y = c (x^2 - 1/2) that they follow in the frame, and how far in y what is
 // met is from that at most. `column` is the number of spans after the first.
 //
-// Work. At most kFatEvaluationsMax points of the surface a ray, none for most; at the bound the
-// nearest point until then counts. The same bits on every instruction set: plain double.
+// Work. At most kFatEvaluationsMax points of the surface for each span of the run that a ray is
+// asked for, none for most; at the bound the span's nearest point until then counts. The same bits
+// on every instruction set: plain double.
 //
 // Threads. Pure functions.
 #pragma once

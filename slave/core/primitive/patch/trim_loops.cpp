@@ -5,10 +5,14 @@
 #include <span>
 
 #include "common/base/check.h"
+#include "common/scene/validate_surface.h"
 #include "slave/core/primitive/patch/trim_splitting.h"
 
 namespace tessera::core {
 namespace {
+
+static_assert(kTrimPointsMax + kTrimDegreeMax < kTrimCoefficientsMax,
+              "the coefficients of a valid surface have numbers");
 
 // The segments of a surface's loops one after the other, with all of their points.
 class LoopCursor {
