@@ -16,6 +16,13 @@ std::string wrong_size_text(std::size_t block) {
   return "block " + std::to_string(block) + " does not have its announced size";
 }
 
+std::string no_memory_text(std::uint64_t block_bytes) {
+  return "no memory for a scene block of " + std::to_string(block_bytes) + " bytes";
+}
+
+// The tables of a scene have run out of memory, not its blocks.
+constexpr const char* kNoMemoryForTables = "no memory for the list of the scene's blocks";
+
 }  // namespace
 
 Status SceneReceiver::announce(SceneAnnounce announce, Actions& actions) {
@@ -38,20 +45,31 @@ Status SceneReceiver::announce(SceneAnnounce announce, Actions& actions) {
 
 void SceneReceiver::serve_next(Actions& actions) {
   while (!head_ && !waiting_.empty()) {
-    SceneNeed need = begin_head();
-    if (refuse_head(need, actions)) continue;
-    need.codings = kByteCodingsAll;
-    actions.need.push_back(std::move(need));
-    // Slaves may have asked for kept chunks before the announcement was here.
-    actions.begun.push_back(head_->version);
-    if (head_->lacking.empty()) finish_head(actions);
+    Announced announced = std::move(waiting_.front());
+    waiting_.pop_front();
+    const SceneVersion version = announced.announce.version;
+    try {
+      serve(std::move(announced), actions);
+    } catch (const std::bad_alloc&) {
+      head_.reset();
+      actions.failed.push_back({version, kNoMemoryForTables});
+    }
   }
 }
 
-SceneNeed SceneReceiver::begin_head() {
+void SceneReceiver::serve(Announced announced, Actions& actions) {
+  SceneNeed need = begin_head(std::move(announced));
+  if (refuse_head(need, actions)) return;
+  need.codings = kByteCodingsAll;
+  // Slaves may have asked for kept chunks before the announcement was here.
+  actions.begun.push_back(head_->version);
+  actions.need.reserve(actions.need.size() + 1);
+  if (head_->lacking.empty()) finish_head(actions);
+  actions.need.push_back(std::move(need));
+}
+
+SceneNeed SceneReceiver::begin_head(Announced announced) {
   head_ = std::make_unique<Head>();
-  Announced announced = std::move(waiting_.front());
-  waiting_.pop_front();
   head_->version = announced.announce.version;
   head_->index_bytes = announced.announce.index_bytes;
   head_->time_seconds = announced.announce.time_seconds;
@@ -125,38 +143,39 @@ bool SceneReceiver::is_past(SceneVersion version) const {
 
 Status SceneReceiver::list(SceneChunkList list, Actions& actions) {
   if (is_past(list.version)) return Status::ok();
-  const std::string place = "SceneChunkList of block " + std::to_string(list.block);
+  const auto place = [&] { return "SceneChunkList of block " + std::to_string(list.block); };
   if (!head_ || list.version != head_->version) {
-    return Status::data_loss(place + ": its version was not asked for");
+    return Status::data_loss(place() + ": its version was not asked for");
   }
   const auto found = head_->assemblies.find(list.block);
   if (found == head_->assemblies.end() || found->second.has_list()) {
-    return Status::data_loss(place + ": it was not asked for");
-  }
-  if (std::optional<BlockAssembly> part = shelf_.take_part(found->second.digest())) {
-    found->second = std::move(*part);
-  } else if (!found->second.set_list(std::move(list.chunks))) {
-    fail_head("the list of block " + std::to_string(list.block) + " does not have its digest",
-              actions);
-    return Status::ok();
+    return Status::data_loss(place() + ": it was not asked for");
   }
   try {
-    fill_from_shelf(found->second);
-  } catch (const std::bad_alloc&) {
-    fail_head(
-        "no memory for a scene block of " + std::to_string(found->second.size_bytes()) + " bytes",
-        actions);
-    return Status::ok();
-  }
-  for (std::uint32_t i = 0; i < found->second.count(); ++i) {
-    if (found->second.has(i)) actions.arrived.push_back({list.version, list.block, i});
-  }
-  if (found->second.is_whole()) {
-    finish_block(list.block, actions);
-  } else {
-    actions.chunk_need.push_back({list.version, list.block, found->second.lacking()});
+    take_list(std::move(list), found->second, actions);
+  } catch (const std::bad_alloc&) {  // the head is still there
+    fail_head(no_memory_text(found->second.size_bytes()), actions);
   }
   return Status::ok();
+}
+
+// Throws: std::bad_alloc, and has not finished the block then.
+void SceneReceiver::take_list(SceneChunkList list, BlockAssembly& assembly, Actions& actions) {
+  if (std::optional<BlockAssembly> part = shelf_.take_part(assembly.digest())) {
+    assembly = std::move(*part);
+  } else if (!assembly.set_list(std::move(list.chunks))) {
+    return fail_head(
+        "the list of block " + std::to_string(list.block) + " does not have its digest", actions);
+  }
+  fill_from_shelf(assembly);
+  for (std::uint32_t i = 0; i < assembly.count(); ++i) {
+    if (assembly.has(i)) actions.arrived.push_back({list.version, list.block, i});
+  }
+  if (assembly.is_whole()) {
+    finish_block(list.block, actions);
+  } else {
+    actions.chunk_need.push_back({list.version, list.block, assembly.lacking()});
+  }
 }
 
 void SceneReceiver::fill_from_shelf(BlockAssembly& assembly) {
@@ -169,24 +188,22 @@ void SceneReceiver::fill_from_shelf(BlockAssembly& assembly) {
 }
 
 Status SceneReceiver::chunk(const SceneChunk& chunk, Actions& actions) {
-  const std::string place = "SceneChunk of block " + std::to_string(chunk.block);
+  const auto place = [&] { return "SceneChunk of block " + std::to_string(chunk.block); };
   try {
     switch (take(chunk, actions)) {
       case Verdict::kStored:
       case Verdict::kLate:
         break;
       case Verdict::kNotAskedFor:
-        return Status::data_loss(place + ": it was not asked for");
+        return Status::data_loss(place() + ": it was not asked for");
       case Verdict::kMalformed:
-        return Status::data_loss(place + ": it is not one chunk of the block");
+        return Status::data_loss(place() + ": it is not one chunk of the block");
       case Verdict::kWrongDigest:
         fail_head("block " + std::to_string(chunk.block) + " does not have its digest", actions);
         break;
     }
-  } catch (const std::bad_alloc&) {
-    fail_head("no memory for a scene block of " +
-                  std::to_string(head_->names[chunk.block].size_bytes) + " bytes",
-              actions);
+  } catch (const std::bad_alloc&) {  // take() leaves the head where it was
+    fail_head(no_memory_text(head_->names[chunk.block].size_bytes), actions);
   }
   return Status::ok();
 }
@@ -225,6 +242,17 @@ SceneReceiver::Verdict SceneReceiver::take(const SceneChunk& chunk, Actions& act
 }
 
 void SceneReceiver::finish_block(std::uint32_t block, Actions& actions) {
+  try {
+    join_block(block);
+    if (!head_->lacking.empty()) return;
+    finish_head(actions);
+  } catch (const std::bad_alloc&) {
+    return fail_head(no_memory_text(head_->names[block].size_bytes), actions);
+  }
+  serve_next(actions);
+}
+
+void SceneReceiver::join_block(std::uint32_t block) {
   const auto found = head_->assemblies.find(block);
   const auto lacking = head_->lacking.find(found->second.digest());
   const SceneBlock whole = found->second.finish();
@@ -234,26 +262,26 @@ void SceneReceiver::finish_block(std::uint32_t block, Actions& actions) {
   }
   head_->assemblies.erase(found);
   head_->lacking.erase(lacking);
-  if (!head_->lacking.empty()) return;
-  finish_head(actions);
-  serve_next(actions);
 }
 
+// Throws: std::bad_alloc; the head is still there then.
 void SceneReceiver::finish_head(Actions& actions) {
-  const std::unique_ptr<Head> head = std::move(head_);
-  for (const std::uint32_t i : head->changed) {
-    if (head->blocks[i].bytes->size() == head->names[i].size_bytes) continue;
-    actions.failed.push_back({head->version, wrong_size_text(i)});
+  for (const std::uint32_t i : head_->changed) {
+    if (head_->blocks[i].bytes->size() == head_->names[i].size_bytes) continue;
+    actions.failed.push_back({head_->version, wrong_size_text(i)});
+    head_.reset();
     return;
   }
   Complete complete;
-  complete.version = head->version;
-  complete.total_bytes = head->total_bytes;
-  complete.scene.time_seconds = head->time_seconds;
-  complete.scene.blocks = head->blocks.finish();
-  shelf_.keep(complete.version, complete.scene, std::move(head->names));
+  complete.version = head_->version;
+  complete.total_bytes = head_->total_bytes;
+  complete.scene.time_seconds = head_->time_seconds;
+  complete.scene.blocks = head_->blocks.finish();
+  actions.complete.reserve(actions.complete.size() + 1);
+  shelf_.keep(complete.version, complete.scene, head_->names);
   shelf_.drop_parts();
   actions.complete.push_back(std::move(complete));
+  head_.reset();
 }
 
 // The chunks and blocks that have come are kept: they may be part of the next version, or of the

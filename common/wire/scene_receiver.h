@@ -15,7 +15,8 @@
 //
 // Threads. One owner (the network thread). No socket, no clock.
 // Invariants. (1) At most kAnnouncedMax announcements wait. (2) A block is at most as long as
-// announced. (3) No bytes reach a scene before their digest has been checked.
+// announced. (3) No bytes reach a scene before their digest has been checked. (4) A version for
+// which memory runs out has failed, with one line; those that wait behind it are served.
 #pragma once
 
 #include <cstdint>
@@ -124,12 +125,15 @@ class SceneReceiver {
   };
 
   void serve_next(Actions& actions);
-  SceneNeed begin_head();
+  void serve(Announced announced, Actions& actions);
+  SceneNeed begin_head(Announced announced);
   void begin_block(std::uint32_t block, const SceneShelf::Newest& newest, SceneNeed& need);
   std::uint64_t bytes_to_take(const SceneNeed& need) const;
   bool refuse_head(const SceneNeed& need, Actions& actions);
+  void take_list(SceneChunkList list, BlockAssembly& assembly, Actions& actions);
   void fill_from_shelf(BlockAssembly& assembly);
   void finish_block(std::uint32_t block, Actions& actions);
+  void join_block(std::uint32_t block);
   void finish_head(Actions& actions);
   void break_off_head();
   void fail_head(std::string reason, Actions& actions);

@@ -2,6 +2,7 @@
 #include "common/wire/scene_shelf.h"
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 namespace tessera::wire {
@@ -19,8 +20,22 @@ void for_each_other(const BlockTable& of, const BlockTable& other, const F& f) {
 }  // namespace
 
 void SceneShelf::keep(SceneVersion version, const EncodedScene& scene, BlockNames names) {
-  for_each_other(scene.blocks, newest().blocks, [this](const SceneBlock& block) { add(block); });
-  kept_.push_back({version, scene, std::move(names)});
+  const Newest before = newest();
+  std::size_t added = 0;
+  try {
+    for_each_other(scene.blocks, before.blocks, [&](const SceneBlock& block) {
+      add(block);
+      ++added;
+    });
+    kept_.push_back({version, scene, std::move(names)});
+  } catch (const std::bad_alloc&) {
+    for_each_other(scene.blocks, before.blocks, [&](const SceneBlock& block) {
+      if (added == 0) return;
+      --added;
+      remove(block);
+    });
+    throw;
+  }
   if (kept_.size() > kScenesKept) drop_oldest();
 }
 
@@ -47,12 +62,17 @@ void SceneShelf::put_aside(std::vector<SceneBlock> whole, std::vector<BlockAssem
 void SceneShelf::drop_parts() { put_aside({}, {}); }
 
 void SceneShelf::add(const SceneBlock& block) {
-  Indexed& indexed = blocks_[block.digest];
-  if (indexed.uses++ > 0) return;
-  indexed.block = block;
-  if (!block.chunks) return;
-  large_[block.digest] = indexed;
-  is_indexed_ = false;
+  const auto [at, is_new] = blocks_.try_emplace(block.digest, Indexed{block, 0});
+  if (is_new && block.chunks) {
+    try {
+      large_[block.digest] = at->second;
+    } catch (const std::bad_alloc&) {
+      blocks_.erase(at);
+      throw;
+    }
+    is_indexed_ = false;
+  }
+  ++at->second.uses;
 }
 
 void SceneShelf::remove(const SceneBlock& block) {

@@ -29,7 +29,8 @@ class SceneShelf {
  public:
   static constexpr std::size_t kScenesKept = 2;
 
-  // `names`: those of its blocks, as they were announced.
+  // `names`: those of its blocks, as they were announced. Throws: std::bad_alloc, and is then as it
+  // was.
   void keep(SceneVersion version, const EncodedScene& scene, BlockNames names = {});
   // Takes the blocks of a scene that was broken off; they replace those of the one before.
   void put_aside(std::vector<SceneBlock> whole, std::vector<BlockAssembly> parts);
