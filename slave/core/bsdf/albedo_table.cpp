@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "slave/core/bsdf/microfacet.h"
+#include "slave/core/bsdf/root_cosine_mean.h"
 #include "slave/core/sampling/sample_sequence.h"
 
 namespace tessera::core {
@@ -26,21 +27,6 @@ SpecularAlbedo integrate(float cosine, float alpha) {
   return {static_cast<float>((whole - bias) / kPoints), static_cast<float>(bias / kPoints)};
 }
 
-// Twice the integral over the cosine of a function times the cosine. The function is linear between
-// nodes in t, the root of the cosine, so this is the integral of 4 t^3 (a + b t).
-template <class Get>
-float mean_of(Get get) {
-  double sum = 0;
-  constexpr int kLast = AlbedoTable::kNodes - 1;
-  for (int i = 0; i < kLast; ++i) {
-    const double t0 = static_cast<double>(i) / kLast, t1 = static_cast<double>(i + 1) / kLast;
-    const double b = (get(i + 1) - get(i)) * kLast, a = get(i) - b * t0;
-    const double fourth0 = t0 * t0 * t0 * t0, fourth1 = t1 * t1 * t1 * t1;
-    sum += a * (fourth1 - fourth0) + b * 0.8 * (fourth1 * t1 - fourth0 * t0);
-  }
-  return static_cast<float>(sum);
-}
-
 }  // namespace
 
 SpecularAlbedo albedo_at(const AlbedoView& table, float cosine, float roughness) {
@@ -61,9 +47,8 @@ AlbedoTable::AlbedoTable() {
       nodes_[r][i] = integrate(root * root, alpha);
     }
     const auto& row = nodes_[r];
-    const auto at = [&row](int i) { return row[static_cast<std::size_t>(i)]; };
-    means_[r] = {mean_of([&](int i) { return double{at(i).scale}; }),
-                 mean_of([&](int i) { return double{at(i).bias}; })};
+    means_[r] = {mean_by_root_cosine(kNodes, [&](std::size_t i) { return double{row[i].scale}; }),
+                 mean_by_root_cosine(kNodes, [&](std::size_t i) { return double{row[i].bias}; })};
   }
 }
 

@@ -72,11 +72,6 @@ class GlossyLobes {
     V3 facets, several, body;  // times pi; only where both directions are above
     V pdf;
   };
-  // Of what a direction brings: what facets miss, and what they leave for the base.
-  struct Shares {
-    V missing;
-    V3 left;
-  };
   struct Sample {
     V3 direction;  // unit
     V3 weight;     // BSDF times cosine over pdf; zero: nothing comes from there
@@ -170,12 +165,19 @@ class GlossyLobes {
             of_facets + of_rest};
   }
 
-  // Of a direction with this cosine, whatever its azimuth.
-  HWY_INLINE Shares shares(V cosine) const {
-    const AlbedoTerms<V> there = table_.at(cosine, facets_.roughness());
-    return {missing(there), left_of(there, dielectric_)};
+  // The share of light from all sides that facets miss, and the one that they leave for the base.
+  HWY_INLINE V mean_missing() const { return missing(table_.mean(facets_.roughness())); }
+  HWY_INLINE V3 mean_left() const { return left_of(table_.mean(facets_.roughness()), dielectric_); }
+  // What is left of a share, of which so much is in the terms of facets and so much is missed.
+  HWY_INLINE V3 left_of_share(V share, AlbedoTerms<V> of_facets, V of_missing) const {
+    const V bias = facets_.times_dielectric_at_grazing(of_facets.bias);
+    return grey(share - bias) - dielectric_.f0 * of_facets.scale -
+           dielectric_.several_albedo * of_missing;
   }
-  HWY_INLINE V3 f0() const { return f0_; }
+  // What facets reflect of a share that has so much in each term.
+  HWY_INLINE V3 reflected(AlbedoTerms<V> terms) const {
+    return f0_ * terms.scale + grey(facets_.times_at_grazing(terms.bias));
+  }
   HWY_INLINE V roughness() const { return facets_.roughness(); }
 
  private:

@@ -14,10 +14,9 @@
 // what it keeps below comes back to it (C. Kelemen and L. Szirmay-Kalos, "A microfacet based
 // coupled specular-matte BRDF model", Eurographics 2001): a white surface then sends out what came
 // in.
-// Facets that reflect once get the lesser of T(o) and T(i), mixed with the root of their product,
-// which is right for narrow ones where T is even, and too much for wide ones at grazing angles.
-// What wide ones still lose is put back in the form of the former. The two shares, kLesser and
-// kRegained, were fitted to white metal and white paint, which send out what lobes_test.cpp states.
+// Facets that reflect once get the lesser of T(o) and T(i), which a mirror keeps whole, and lose
+// L(o) beside T(o) of what they reflect. That is put back as L(o) L(i) over its mean, so that white
+// facets, too, send out what came in, whatever both roughnesses are (slave/core/bsdf/coat_table.h).
 //
 // Stretched facets shadow a grazing direction as much as isotropic ones of the width along it do
 // (Heitz 2014), so that the table of isotropic facets serves both. From grazing directions to the
@@ -34,6 +33,7 @@
 #define TESSERA_CORE_LAYERED_INL_H_
 #endif
 
+#include "slave/core/bsdf/coat-inl.h"
 #include "slave/core/bsdf/glossy-inl.h"
 #include "slave/core/bsdf/sheen-inl.h"
 
@@ -110,6 +110,7 @@ class LayeredLobes {
         coat_normal_(load3<V>(q.coat_normal, at)),
         coat_basis_(basis_about(coat_normal_)),
         coat_viewer_(in_coat(load3<V>(p.to_viewer, at))),
+        coat_table_(tables.coat, base_.roughness(), load<V>(q.coat_roughness + at)),
         sheen_(load3<V>(q.sheen, at)) {
     coat_ = load<V>(q.coat + at);
     coat_roughness_ = load<V>(q.coat_roughness + at);
@@ -124,10 +125,13 @@ class LayeredLobes {
     const V sheen =
         (sheen_.x + sheen_.y + sheen_.z) * (1 / 3.0f) * (min(fibres_to_viewer_, 1) * below_coat);
     const V rest = base_.whole() * (1 - sheen_to_viewer_) * below_coat;
-    const V whole = coat_to_viewer_ + sheen + rest;
+    // What the coat keeps of facets and gives back comes from everywhere, as sheen does.
+    const V back = (back_to_viewer_.x + back_to_viewer_.y + back_to_viewer_.z) * (1 / 3.0f);
+    const V even = sheen + back;
+    const V whole = coat_to_viewer_ + even + rest;
     const auto is_any = whole > 0;
     coat_share_ = zero_unless(is_any, coat_to_viewer_ / whole);
-    sheen_share_ = zero_unless(is_any, sheen / whole);
+    even_share_ = zero_unless(is_any, even / whole);
   }
 
   HWY_INLINE Value evaluate(V3 to_light) const {
@@ -136,13 +140,9 @@ class LayeredLobes {
     const Value coat = evaluate_coat(coat_light);
     const V coat_to_light = coat_albedo(coat_light.z);
     const V below_coat = 1 - max(coat_to_viewer_, coat_to_light);
-    const V both = (1 - coat_to_viewer_) * (1 - coat_to_light), root = sqrt(both);
-    const V lesser2 = below_coat * below_coat, lesser6 = lesser2 * lesser2 * lesser2;
-    const V alpha3 = base_alpha_ * base_alpha_ * base_alpha_;
-    const V root_share = (1 - base_alpha_) * lesser6 / max(lesser6 + alpha3 * kLesser, 1e-12f);
-    const V below_for_facets = below_coat + (root - below_coat) * root_share;
-    const V3 coated = base.facets * below_for_facets + base.several * (several_coupling_ * both) +
-                      base.body * body_coupling_ * both + regained_ * lost_by_facets(coat_to_light);
+    const V both = (1 - coat_to_viewer_) * (1 - coat_to_light);
+    const V3 coated = base.facets * below_coat + base.several * (several_coupling_ * both) +
+                      base.body * body_coupling_ * both + regained_ * lost(coat_light.z);
     const V fibres_to_light = fibres_albedo(light.z);
     const V sheen_to_light = largest(sheen_) * min(fibres_to_light, 1);
     const V below_sheen = 1 - max(sheen_to_viewer_, sheen_to_light);
@@ -153,21 +153,21 @@ class LayeredLobes {
     const V3 of_coat = coat.times_pi * (coat_light.z / light.z);
     const V3 all =
         of_coat + coated * below_sheen + sheen_ * (sheen_times_pi(light) / most * below_coat);
-    const V base_share = 1 - coat_share_ - sheen_share_;
+    const V base_share = 1 - coat_share_ - even_share_;
     const V even = kInvPi * light.z;
-    const V pdf = coat_share_ * coat.pdf + (sheen_share_ * even + base_share * base.pdf);
+    const V pdf = coat_share_ * coat.pdf + (even_share_ * even + base_share * base.pdf);
     const auto is_above = light.z > 0 && base_.viewer_z() > 0;
     return {zero_unless(is_above, all), zero_unless(is_above, pdf)};
   }
 
   HWY_INLINE Sample sample(V x, V y) const {
     constexpr float kBelowOne = 1 - kRoundoff;
-    const V layers = coat_share_ + sheen_share_;
+    const V layers = coat_share_ + even_share_;
     const auto is_coat = x < coat_share_, is_base = x >= layers;
     const auto within = [&](V from, V share) { return min(max((x - from) / share, 0), kBelowOne); };
     const V3 half = visible_normal(coat_viewer_, coat_alpha_, within(set<V>(0), coat_share_), y);
     const V3 mirrored = half * (2 * dot(coat_viewer_, half)) - coat_viewer_;
-    const V3 even = cosine_direction(Base::upright(), within(coat_share_, sheen_share_), y);
+    const V3 even = cosine_direction(Base::upright(), within(coat_share_, even_share_), y);
     const V3 of_base = base_.sample_local(within(layers, 1 - layers), y);
     const V3 direction = normalize(
         select(is_coat, from_coat(mirrored), base_.world(select(is_base, of_base, even))));
@@ -188,52 +188,32 @@ class LayeredLobes {
             select(is_stretched, cross(normal, tangent), any.bitangent)};
   }
 
-  // Cosines and weights that integrate over all directions, cosine-weighted: Gauss' for the root of
-  // the cosine, so exact for polynomials of degree 7 in it.
-  static constexpr int kDirections = 4;
-  static constexpr float kCosine[kDirections] = {0.06837063f, 0.28713141f, 0.62454758f,
-                                                 0.91747102f};
-  static constexpr float kWeight[kDirections] = {0.01863347f, 0.17016689f, 0.43601747f,
-                                                 0.37518217f};
-
-  static constexpr float kLesser = 200, kRegained = 0.58f;
-
   // Finds what depends on all directions to the light.
   HWY_INLINE void couple() {
-    V missing = set<V>(0), passed_missing = set<V>(0);
-    V3 left{missing, missing, missing}, passed_left = left;
-    for (int k = 0; k < kDirections; ++k) {
-      const V cosine = set<V>(kCosine[k]);
-      const auto shares = base_.shares(cosine);
-      coat_at_[k] = coat_albedo(cosine);
-      const V passed = 1 - coat_at_[k];
-      missing = missing + shares.missing * kWeight[k];
-      passed_missing = passed_missing + shares.missing * passed * kWeight[k];
-      left = left + shares.left * set<V>(kWeight[k]);
-      passed_left = passed_left + shares.left * (passed * kWeight[k]);
-    }
-    several_coupling_ = one_over(passed_missing, missing);
-    body_coupling_ = {one_over(passed_left.x, left.x), one_over(passed_left.y, left.y),
-                      one_over(passed_left.z, left.z)};
-    V lost = set<V>(0);
-    for (int k = 0; k < kDirections; ++k) lost = lost + lost_by_facets(coat_at_[k]) * kWeight[k];
-    const V alpha = alpha_of(base_.roughness());
-    base_alpha_ = alpha;
-    const V regained = alpha * (1 - kRegained * alpha) * lost_by_facets(coat_to_viewer_);
-    const V share = zero_unless(lost > 0, regained / lost);
-    regained_ = base_.f0() * share;
+    const auto kept = coat_table_.means();
+    const V missing = base_.mean_missing();
+    const V3 left = base_.mean_left();
+    const V3 kept_of_left =
+        base_.left_of_share(kept.albedo, {kept.of_scale, kept.of_bias}, kept.of_missing);
+    several_coupling_ = over_passed(missing, kept.of_missing);
+    body_coupling_ = {over_passed(left.x, kept_of_left.x), over_passed(left.y, kept_of_left.y),
+                      over_passed(left.z, kept_of_left.z)};
+    const V3 all = base_.reflected(kept.regained) * coat_;
+    back_to_viewer_ = lost(coat_viewer_.z);
+    const auto over = [](V x, V mean) { return zero_unless(mean > 0, x / mean); };
+    regained_ = {over(back_to_viewer_.x, all.x), over(back_to_viewer_.y, all.y),
+                 over(back_to_viewer_.z, all.z)};
   }
 
-  // The mean over all directions of what passes for this one and not for both. passed: 1 - albedo.
-  HWY_INLINE V lost_by_facets(V albedo) const {
-    V sum = set<V>(0);
-    for (int k = 0; k < kDirections; ++k) sum = sum + max(coat_at_[k] - albedo, 0) * kWeight[k];
-    return sum;
+  // What facets lose to the coat of the light from a direction.
+  HWY_INLINE V3 lost(V cosine) const {
+    return base_.reflected(coat_table_.regained(cosine)) * coat_;
   }
-  // whole / passed, the two means; 1 where there is nothing of either.
-  static HWY_INLINE V one_over(V passed, V whole) {
-    constexpr float kSmall = 1e-6f;
-    return select(passed > kSmall, whole / passed, set<V>(1));
+  // whole / (whole - what a coat keeps of it); 1 where the whole counts for nothing.
+  HWY_INLINE V over_passed(V whole, V kept) const {
+    constexpr float kSmall = 1e-3f;
+    const V passed = whole - coat_ * min(max(kept, 0), 0.5f * whole);
+    return select(whole > kSmall, whole / passed, set<V>(1));
   }
 
   HWY_INLINE V3 in_coat(V3 world) const {
@@ -282,18 +262,18 @@ class LayeredLobes {
   V3 coat_normal_;
   Basis<V> coat_basis_;
   V3 coat_viewer_;  // in the coat's frame
+  CoatLookup<V> coat_table_;
   V3 sheen_;
   V coat_, coat_roughness_, coat_alpha_;
   V sheen_roughness_, sheen_power_;
   V coat_to_viewer_, sheen_to_viewer_;  // albedos towards the viewer
   V fibres_to_viewer_;                  // likewise, of white fibres; may be above 1
-  V coat_share_, sheen_share_;          // shares of samples
-  V coat_at_[kDirections];              // albedos of the coat
-  V base_alpha_;                        // width of the facets of the surface below
+  V coat_share_, even_share_;           // shares of samples; the latter's come from everywhere
   // 1 over the mean share of what comes out everywhere that the coat passes.
   V several_coupling_;
   V3 body_coupling_;
-  V3 regained_;  // what facets lose to the coat: to be multiplied by what a direction loses
+  V3 back_to_viewer_;  // what facets lose to the coat of the light from the viewer
+  V3 regained_;        // what facets lose to the coat: to be multiplied by what a direction loses
 };
 
 }  // namespace HWY_NAMESPACE

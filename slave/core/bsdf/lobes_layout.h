@@ -20,6 +20,7 @@ struct alignas(64) LobePoints {
 // The tables of albedos. Those of sheen (slave/core/bsdf/sheen_table.h) are stored in the scale.
 struct LobeTables {
   AlbedoView facets, sheen;
+  CoatView coat;
 };
 
 // The kernels of one slot: `sample` draws directions to the light, `evaluate` takes given ones.

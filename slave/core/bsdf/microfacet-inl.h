@@ -83,6 +83,37 @@ struct AlbedoTerms {
   T scale, bias;
 };
 
+// The node of a table below a place, and the weight of the next node.
+template <class T>
+struct TableStep {
+  IntOf<T> node;
+  T weight;
+};
+
+// x: in [0, 1], along an axis of so many nodes.
+template <class T>
+TESSERA_INLINE TableStep<T> table_step(T x, int32_t node_count) {
+  using I = IntOf<T>;
+  const T inside = min(max(x, 0), 1);
+  const T at = inside * static_cast<float>(node_count - 1);
+  const I below = min(convert<I>(at), node_count - 2);
+  const I node = max(below, 0);  // unused lanes may hold anything
+  return {node, at - convert<T>(node)};
+}
+
+template <class T>
+TESSERA_INLINE AlbedoTerms<T> mixed(AlbedoTerms<T> a, AlbedoTerms<T> b, T t) {
+  const T s = 1 - t;
+  return {a.scale * s + b.scale * t, a.bias * s + b.bias * t};
+}
+
+// Entry `number` of a table of pairs.
+template <class T>
+TESSERA_INLINE AlbedoTerms<T> pair_at(const float* table, IntOf<T> number) {
+  const IntOf<T> first = number + number;
+  return {gather(table, first), gather(table + 1, first)};
+}
+
 template <class T>
 class AlbedoLookup {
   using I = IntOf<T>;
@@ -92,7 +123,7 @@ class AlbedoLookup {
 
   // cosine and roughness in [0, 1].
   TESSERA_INLINE AlbedoTerms<T> at(T cosine, T roughness) const {
-    const Step i = step_of(sqrt(max(cosine, 0))), r = step_of(roughness);
+    const TableStep<T> i = step_of(sqrt(max(cosine, 0))), r = step_of(roughness);
     const I row = r.node * table_.node_count;
     const auto mixed_row = [&](I first) {
       const I node = first + i.node;
@@ -103,33 +134,14 @@ class AlbedoLookup {
 
   // The mean over all directions, cosine-weighted.
   TESSERA_INLINE AlbedoTerms<T> mean(T roughness) const {
-    const Step r = step_of(roughness);
+    const TableStep<T> r = step_of(roughness);
     return mixed(pair(table_.means, r.node), pair(table_.means, r.node + 1), r.weight);
   }
 
  private:
-  // The node below a place, and the weight of the next node.
-  struct Step {
-    I node;
-    T weight;
-  };
-
-  TESSERA_INLINE Step step_of(T x) const {
-    const T inside = min(max(x, 0), 1);
-    const T at = inside * static_cast<float>(table_.node_count - 1);
-    const I below = min(convert<I>(at), table_.node_count - 2);
-    const I node = max(below, 0);  // unused lanes may hold anything
-    return {node, at - convert<T>(node)};
-  }
-
+  TESSERA_INLINE TableStep<T> step_of(T x) const { return table_step(x, table_.node_count); }
   static TESSERA_INLINE AlbedoTerms<T> pair(const float* table, I number) {
-    const I first = number + number;
-    return {gather(table, first), gather(table + 1, first)};
-  }
-
-  static TESSERA_INLINE AlbedoTerms<T> mixed(AlbedoTerms<T> a, AlbedoTerms<T> b, T t) {
-    const T s = 1 - t;
-    return {a.scale * s + b.scale * t, a.bias * s + b.bias * t};
+    return pair_at<T>(table, number);
   }
 
   AlbedoView table_;

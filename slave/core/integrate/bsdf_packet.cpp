@@ -4,17 +4,20 @@
 #include <bit>
 
 #include "slave/core/bsdf/albedo_table.h"
+#include "slave/core/bsdf/coat_table.h"
 #include "slave/core/bsdf/sheen_table.h"
 #include "slave/core/simd/axis_arrays.h"
 
 namespace tessera::core {
 namespace {
 
-// The table of sheens takes longer to make than a small picture, so it is made only where a point
-// has a sheen. Elsewhere a sheen's albedo counts for nothing, and any table serves.
-LobeTables lobe_tables(bool has_sheen) {
+// The tables of sheens and of varnish take longer to make than a small picture, so they are made
+// only where a point has a sheen or varnish. Elsewhere their values count for nothing, and any
+// table serves.
+LobeTables lobe_tables(bool has_sheen, bool has_coat) {
   const AlbedoView facets = AlbedoTable::shared().view();
-  return {facets, has_sheen ? SheenTable::shared().view() : facets};
+  return {facets, has_sheen ? SheenTable::shared().view() : facets,
+          has_coat ? CoatTable::shared().view() : CoatTable::none()};
 }
 
 }  // namespace
@@ -60,6 +63,7 @@ void BsdfPacket::put_lobes(const SurfaceLobes& lobes, int i) {
   put_vector(lobes.specular, points_.specular, i);
   to.specular_f90[i] = lobes.specular_f90;
   to.coat[i] = lobes.coat;
+  has_coat_ = has_coat_ || lobes.coat > 0;
   to.coat_roughness[i] = lobes.coat_roughness;
   put_vector(lobes.coat_normal, to.coat_normal, i);
   put_vector(lobes.sheen, to.sheen, i);
@@ -70,10 +74,10 @@ void BsdfPacket::put_lobes(const SurfaceLobes& lobes, int i) {
 }
 
 void BsdfPacket::sample(const KernelTable& kernels, int slot) {
-  kernels.bsdfs.of[slot].sample(lobe_tables(has_sheen_), lobes_.get(), points_);
+  kernels.bsdfs.of[slot].sample(lobe_tables(has_sheen_, has_coat_), lobes_.get(), points_);
 }
 void BsdfPacket::evaluate(const KernelTable& kernels, int slot) {
-  kernels.bsdfs.of[slot].evaluate(lobe_tables(has_sheen_), lobes_.get(), points_);
+  kernels.bsdfs.of[slot].evaluate(lobe_tables(has_sheen_, has_coat_), lobes_.get(), points_);
 }
 void BsdfPacket::sample_diffuse(const KernelTable& kernels) {
   kernels.bsdfs.of[kDiffuseSlot].sample({}, nullptr, points_);

@@ -60,6 +60,7 @@ class BsdfPacket {
   BsdfPoints points_{};
   std::unique_ptr<LobePoints> lobes_;  // allocated for the first layered surface
   bool has_sheen_ = false;             // whether any layered surface so far had a sheen
+  bool has_coat_ = false;              // likewise, varnish
 };
 
 // Surfaces of any kind except specular ones, sorted into a packet for each slot. Packets are made

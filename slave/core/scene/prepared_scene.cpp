@@ -12,6 +12,7 @@
 #include "common/base/limits.h"
 #include "common/base/work_gate.h"
 #include "slave/core/bsdf/albedo_table.h"
+#include "slave/core/bsdf/coat_table.h"
 #include "slave/core/bsdf/sheen_table.h"
 #include "slave/core/kernels/kernel_table.h"
 #include "slave/core/primitive/freeform/patched_index.h"
@@ -300,6 +301,7 @@ Result<std::shared_ptr<const PreparedScene>> build_checked(const Scene& scene,
   impl->features = features_of(scene, *impl->geometry, change.has_same_meshes ? other : nullptr);
   if (impl->features.has_glossy) AlbedoTable::shared();  // made here, not in the first tile
   if (std::any_of(scene.materials.begin(), scene.materials.end(), has_sheen)) SheenTable::shared();
+  if (std::any_of(scene.materials.begin(), scene.materials.end(), has_coat)) CoatTable::shared();
   impl->materials = scene.materials;
   for (std::size_t i = 0; i < scene.materials.size() && impl->features.has_textures; ++i)
     impl->texture_tables.push_back(make_texture_table(scene.materials[i], impl->texture_views));
