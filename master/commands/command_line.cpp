@@ -81,7 +81,8 @@ void add_frame_options(CLI::App& app, MasterOptions& o, TypedOptions& t) {
   app.add_option(
          "SCENE", o.scene,
          "scene file (.obj .ply .stl .gltf .glb .fbx .dae .bpt .step .iges) or builtin:NAME "
-         "(cones, cones-mesh, cornell, evening, room, teapot, teapot-mesh, teapots, waves)")
+         "(cones, cones-mesh, cornell, evening, paint, room, teapot, teapot-mesh, teapots,\n"
+         "waves)")
       ->required()
       ->type_name(" ");
   app.add_option("--connect", o.session.connect, "a running 'tessera-master serve'")

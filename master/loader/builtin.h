@@ -9,6 +9,7 @@
 namespace tessera::master {
 
 LoadedScene make_cornell();
+LoadedScene make_paint();  // a teapot of patches in car paint, glass beside it, under a sky
 LoadedScene make_room();
 // The room, its lamp almost out, and a lantern that moves: only the light differs between times.
 LoadedScene make_evening();
@@ -24,6 +25,7 @@ LoadedScene make_teapots_apart();  // the same as one surface of 1,048,576 patch
 class MeshMaker;
 void add_ceiling_light(MeshMaker& maker, Vec3f centre, float half_x, float half_z,
                        std::uint32_t material);
+std::shared_ptr<const PatchSurface> teapot_surface();
 Material matte(const char* name, Vec3f albedo);
 Material glowing(const char* name, Vec3f emission);
 

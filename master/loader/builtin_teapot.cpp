@@ -82,19 +82,6 @@ std::shared_ptr<const Mesh> teapot_mesh() {
   return mesh;
 }
 
-std::shared_ptr<const PatchSurface> teapot_surface() {
-  auto surface = std::make_shared<PatchSurface>();
-  for (const auto& patch : kTeapotPatches) {
-    surface->patches.push_back({3, 3, 0, 0});
-    for (std::size_t i = 0; i < 16; ++i) {
-      const Vec3f p = control_point(patch, i);
-      surface->numbers.insert(surface->numbers.end(), {p.x, p.y, p.z});
-    }
-  }
-  surface->materials = {0};
-  return surface;
-}
-
 // A table and a wall, lamps and a camera; mesh 0. The teapot's material is the first.
 LoadedScene make_stage() {
   LoadedScene loaded;
@@ -117,6 +104,19 @@ LoadedScene make_stage() {
 }
 
 }  // namespace
+
+std::shared_ptr<const PatchSurface> teapot_surface() {
+  auto surface = std::make_shared<PatchSurface>();
+  for (const auto& patch : kTeapotPatches) {
+    surface->patches.push_back({3, 3, 0, 0});
+    for (std::size_t i = 0; i < 16; ++i) {
+      const Vec3f p = control_point(patch, i);
+      surface->numbers.insert(surface->numbers.end(), {p.x, p.y, p.z});
+    }
+  }
+  surface->materials = {0};
+  return surface;
+}
 
 LoadedScene make_teapot() {
   LoadedScene loaded = make_stage();
