@@ -55,6 +55,7 @@ void walk(const TopoDS_Shape& shape, const TopLoc_Location& above,
 Status check_end(const std::string& path, std::initializer_list<const char*> end_marks) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const auto size = static_cast<std::streamoff>(file.tellg());
+  if (size < 0) return Status::not_found(path + ": cannot be opened");
   file.seekg(size > kEndBytes ? size - kEndBytes : 0);
   std::string end(static_cast<std::size_t>(size > kEndBytes ? kEndBytes : size), '\0');
   file.read(end.data(), static_cast<std::streamsize>(end.size()));

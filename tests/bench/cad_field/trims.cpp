@@ -191,7 +191,16 @@ Result<Options> read_options(const std::vector<std::string>& words) {
   return options;
 }
 
+constexpr const char* kUsage =
+    "usage: cad_trims [renderer primary|direct|path|igi] [repeats N] [FILE...]\n"
+    "CPU time of frames of trimmed patches, over that of the same without loops. Without a FILE:\n"
+    "one patch with 1 to 1,000 loops.\n";
+
 Status run(const std::vector<std::string>& words) {
+  if (!words.empty() && (words[0] == "--help" || words[0] == "-h")) {
+    std::printf("%s", kUsage);
+    return Status::ok();
+  }
   const auto options = read_options(words);
   if (!options.is_ok()) return options.status();
   if (options->files.empty()) return compare_loops(*options);

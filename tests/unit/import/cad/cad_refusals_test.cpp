@@ -70,6 +70,14 @@ TEST(CadRefusals, NameWhatIsWrong) {
   EXPECT_EQ(refusal("x.igs", iges_lines(12)), "no surfaces, only 12 curves");
 }
 
+TEST(CadRefusals, FilesThatAreNotThere) {
+  for (const std::string name : {"--help", "none.step", "none.igs"}) {
+    const auto read = read_cad(name);
+    ASSERT_FALSE(read.is_ok());
+    EXPECT_EQ(read.status().message(), name + ": cannot be opened");
+  }
+}
+
 TEST(CadRefusals, SolidsWithoutExtent) {
   std::string text = test::step_text(test::tray());
   ASSERT_FALSE(text.empty());
