@@ -6,36 +6,21 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <new>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "common/base/api.h"
 #include "common/base/digest.h"
+#include "common/base/uninitialized_allocator.h"
 #include "common/frame/frame_settings.h"
 #include "common/frame/pixel_layout.h"
 #include "common/frame/tile_grid.h"
 
 namespace tessera {
 
-// An allocator that leaves new elements uninitialised: every pixel of a frame is written once, and
-// zeroing gigabytes first would hold up the thread that does it.
-template <typename T>
-struct UninitializedAllocator : std::allocator<T> {
-  template <typename U>
-  struct rebind {
-    using other = UninitializedAllocator<U>;
-  };
-  template <typename U>
-  void construct(U* place) noexcept {
-    ::new (static_cast<void*>(place)) U;
-  }
-  template <typename U, typename... Args>
-  void construct(U* place, Args&&... args) {
-    ::new (static_cast<void*>(place)) U(std::forward<Args>(args)...);
-  }
-};
+// Every pixel of a frame is written once, and zeroing gigabytes first would hold up the thread that
+// does it.
 using PixelBytes = std::vector<std::byte, UninitializedAllocator<std::byte>>;
 
 struct FrameImage {

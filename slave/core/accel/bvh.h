@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "common/base/uninitialized_allocator.h"
 #include "common/math/bounds3.h"
 #include "slave/core/accel/bvh_layout.h"
 #include "slave/core/accel/primitive_set.h"
@@ -22,9 +23,12 @@
 namespace tessera::core {
 
 template <int W>
+using BvhNodes = std::vector<BvhNode<W>, UninitializedAllocator<BvhNode<W>>>;
+
+template <int W>
 struct Bvh {
-  Bounds3f bounds;                // empty without primitives
-  std::vector<BvhNode<W>> nodes;  // root first; empty without primitives
+  Bounds3f bounds;    // empty without primitives
+  BvhNodes<W> nodes;  // root first; empty without primitives
 
   std::uint64_t memory_bytes() const { return nodes.capacity() * sizeof(BvhNode<W>); }
   // Walks the whole hierarchy. Requires: it was built from this set. `clipper`: the one that cut

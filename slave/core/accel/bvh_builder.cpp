@@ -16,7 +16,7 @@ namespace {
 
 // The root of a fragment.
 struct Start {
-  const Branch* branch;
+  RefRange range;
   int depth;
 };
 
@@ -56,7 +56,7 @@ class Builder {
     if (branch.halves == nullptr) {
       top[index].linked = static_cast<std::uint32_t>(fragments_.size());
       fragments_.emplace_back();
-      starts_.push_back({&branch, depth});
+      starts_.push_back({branch.range, depth});
       return;
     }
     lay_out(branch.halves->left, depth + 1);
@@ -69,13 +69,13 @@ class Builder {
     BvhFragment<W>& fragment = fragments_[start + 1];
     const Start& from = starts_[start];
     // A good guess saves most of the moves of growing arrays.
-    const std::size_t blocks = from.branch->range.size() / W * 5 / 4 + 1;
+    const std::size_t blocks = from.range.size() / W * 5 / 4 + 1;
     fragment.leaves = leaves_.fresh();
     fragment.leaves->reserve(blocks);
     fragment.nodes.reserve(blocks / (W / 2) + 1);
     fragment.tree.reserve(2 * blocks);
     FragmentGrower<W> grower(splitter_, config_, fragment);
-    fragment.costs = grower.grow(*from.branch, from.depth);
+    fragment.costs = grower.grow(from.range, from.depth);
   }
 
   void weigh_top() {
@@ -99,24 +99,6 @@ class Builder {
   std::vector<Start> starts_;              // of the others
 };
 
-// Appends what a fragment holds and ties it to the slots that the top has kept for it.
-template <int W>
-void append(const BvhFragment<W>& fragment, Bvh<W>& bvh, LeafWriter& leaves) {
-  const auto node_base = static_cast<std::uint32_t>(bvh.nodes.size());
-  const std::uint32_t block_base = leaves.join(*fragment.leaves);
-  const auto moved = [&](std::uint32_t child) {
-    return child + (is_bvh_leaf(child) ? block_base : node_base);
-  };
-  for (BvhNode<W> node : fragment.nodes) {
-    for (std::uint32_t& child : node.child) {
-      if (child != kBvhNoChild) child = moved(child);
-    }
-    bvh.nodes.push_back(node);
-  }
-  for (const Bough& bough : fragment.boughs)
-    bvh.nodes[bough.parent].child[bough.slot] = moved(bough.reference);
-}
-
 template <int W>
 Result<Bvh<W>> build(const PrimitiveSet& set, const BuildControl& control,
                      const BvhBuildConfig& config) {
@@ -130,22 +112,12 @@ Result<Bvh<W>> build(const PrimitiveSet& set, const BuildControl& control,
   auto fragments = Builder<W>(splitter, set.leaves, config, control.thread_count).run(top.root());
   if (splitter.is_cancelled())
     return Status::cancelled("the build of the spatial index was cancelled");
-  const std::span<BvhFragment<W>> below = std::span(fragments).subspan(1);
-  std::size_t node_count = fragments[0].nodes.size(), block_count = 0;
-  for (const BvhFragment<W>& fragment : below) {
-    node_count += fragment.nodes.size();
-    block_count += fragment.leaves->block_count();
-  }
-  if (block_count > kBvhBlockMask) {
-    return Status::resource_exhausted("the spatial index of " + std::to_string(set.boxes.size()) +
-                                      " primitives has more than 2^27 blocks: split the scene");
-  }
-  bvh.nodes.reserve(node_count);
-  set.leaves.reserve(block_count);
-  bvh.nodes.assign(fragments[0].nodes.begin(), fragments[0].nodes.end());
-  for (BvhFragment<W>& fragment : below) {
-    append<W>(fragment, bvh, set.leaves);
-    fragment = {};
+  Result<std::vector<PartBase>> bases =
+      join_parts(std::span(fragments), set, control.thread_count, bvh);
+  if (!bases.is_ok()) return bases.status();
+  for (std::size_t i = 0; i < fragments.size(); ++i) {
+    for (const Bough& bough : fragments[i].boughs)
+      bvh.nodes[bough.parent].child[bough.slot] = (*bases)[i].moved(bough.reference);
   }
   return bvh;
 }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/base/check.h"
-#include "slave/core/accel/bvh_children.h"
+#include "slave/core/accel/bvh_join.h"
 #include "slave/core/accel/grid_sort.h"
 #include "slave/core/accel/run_tasks.h"
 #include "slave/core/accel/sah_bins.h"
@@ -38,12 +38,10 @@ struct Branch {
 
 // A part of the hierarchy that one task builds.
 template <int W>
-struct Part {
-  Branch root;
+struct Part : BvhPart<W> {
+  Branch root{};
   std::uint32_t parent = 0;  // node of the first part
   int slot = 0;
-  std::vector<BvhNode<W>> nodes{};
-  std::unique_ptr<LeafWriter> leaves{};
 };
 
 template <int W>
@@ -136,7 +134,7 @@ class Builder {
         if (children[i].is_leaf) {
           reference = make_leaf(children[i].range, out);
         } else if (below != nullptr && children[i].range.size() <= task_refs_) {
-          below->push_back({children[i], index, i});
+          below->push_back({{}, children[i], index, i});
         } else {
           reference = build_node(children[i], bins, out, below);
         }
@@ -171,20 +169,6 @@ class Builder {
   const std::uint32_t task_refs_;
 };
 
-// Appends a part and ties it to the slot that the first one has kept for it.
-template <int W>
-void append(const Part<W>& part, Bvh<W>& bvh, LeafWriter& leaves) {
-  const auto node_base = static_cast<std::uint32_t>(bvh.nodes.size());
-  const std::uint32_t block_base = leaves.join(*part.leaves);
-  for (BvhNode<W> node : part.nodes) {
-    for (std::uint32_t& child : node.child) {
-      if (child != kBvhNoChild) child += is_bvh_leaf(child) ? block_base : node_base;
-    }
-    bvh.nodes.push_back(node);
-  }
-  if (node_base != 0) bvh.nodes[part.parent].child[part.slot] = node_base;
-}
-
 template <int W>
 Result<Bvh<W>> build(const PrimitiveSet& set, const BuildControl& control) {
   const GridSorted sorted = grid_sort(set.boxes, W, control.thread_count);
@@ -195,21 +179,11 @@ Result<Bvh<W>> build(const PrimitiveSet& set, const BuildControl& control) {
   std::vector<Part<W>> parts = builder.run();
   if (builder.is_cancelled())
     return Status::cancelled("the build of the spatial index was cancelled");
-  std::size_t node_count = 0, block_count = 0;
-  for (const Part<W>& part : parts) {
-    node_count += part.nodes.size();
-    block_count += part.leaves->block_count();
-  }
-  if (block_count > kBvhBlockMask) {
-    return Status::resource_exhausted("the spatial index of " + std::to_string(set.boxes.size()) +
-                                      " primitives has more than 2^27 blocks: split the scene");
-  }
-  bvh.nodes.reserve(node_count);
-  set.leaves.reserve(block_count);
-  for (Part<W>& part : parts) {
-    append<W>(part, bvh, set.leaves);
-    part = {};
-  }
+  Result<std::vector<PartBase>> bases =
+      join_parts(std::span(parts), set, control.thread_count, bvh);
+  if (!bases.is_ok()) return bases.status();
+  for (std::size_t i = 1; i < parts.size(); ++i)
+    bvh.nodes[parts[i].parent].child[parts[i].slot] = (*bases)[i].node;
   return bvh;
 }
 

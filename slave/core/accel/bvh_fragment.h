@@ -18,7 +18,7 @@
 
 #include "slave/core/accel/box4.h"
 #include "slave/core/accel/bvh_build_config.h"
-#include "slave/core/accel/bvh_children.h"
+#include "slave/core/accel/bvh_join.h"
 #include "slave/core/accel/bvh_layout.h"
 #include "slave/core/accel/primitive_set.h"
 #include "slave/core/accel/range_splitter.h"
@@ -49,12 +49,10 @@ struct Bough {
 };
 
 template <int W>
-struct BvhFragment {
+struct BvhFragment : BvhPart<W> {
   std::vector<BinaryNode<W>> tree{};
   SlotCosts<W> costs{};  // of its root
   std::vector<Bough> boughs{};
-  std::vector<BvhNode<W>> nodes{};
-  std::unique_ptr<LeafWriter> leaves{};
 };
 
 // Splits ranges down to leaves.
@@ -65,8 +63,9 @@ class FragmentGrower {
                  BvhFragment<W>& fragment)
       : splitter_(splitter), config_(config), tree_(fragment.tree) {}
 
-  // Appends the subtree of a branch; recursion is bounded by kBvhDepthMax. Returns: its costs.
-  SlotCosts<W> grow(const Branch& branch, int depth) {
+  // Appends the subtree of a range; recursion is bounded by kBvhDepthMax. Returns: its costs.
+  SlotCosts<W> grow(const RefRange& range, int depth) {
+    const Branch branch = splitter_.branch_of(range, depth, bins_);
     const auto index = static_cast<std::uint32_t>(tree_.size());
     const float area = branch.range.bounds.half_area();
     const float as_leaf = config_.cost_block * area * splitter_.blocks_of_leaf(branch.range);
@@ -74,9 +73,9 @@ class FragmentGrower {
     if (!branch.is_split || splitter_.is_cancelled()) return leaf_costs<W>(as_leaf);
     const bool may_be_leaf = splitter_.may_be_leaf(branch.range);
     const auto [left, right] = splitter_.halves_of(branch);
-    const SlotCosts<W> of_left = grow(splitter_.branch_of(left, depth + 1, bins_), depth + 1);
+    const SlotCosts<W> of_left = grow(left, depth + 1);
     tree_[index].right = static_cast<std::uint32_t>(tree_.size());
-    const SlotCosts<W> of_right = grow(splitter_.branch_of(right, depth + 1, bins_), depth + 1);
+    const SlotCosts<W> of_right = grow(right, depth + 1);
     const WholeCosts whole{as_leaf, may_be_leaf, config_.cost_node * area};
     return costs_of_halves(of_left, of_right, whole, tree_[index].plan);
   }

@@ -10,7 +10,7 @@ namespace tessera::core {
 namespace {
 
 // References are made in parts of this many steps.
-constexpr std::size_t kReferPart = 65536;
+constexpr std::size_t kReferPart = 8192;
 
 // A run of primitives that one task refers to.
 struct Part {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "common/math/bounds3.h"
 
@@ -26,9 +27,11 @@ class LeafWriter {
   virtual LeafRange append(std::span<const std::uint32_t> primitives) = 0;
   // Returns: an empty writer for the same primitives; each task of a build fills its own.
   virtual std::unique_ptr<LeafWriter> fresh() const = 0;
-  // Moves the blocks of a fresh writer behind those that are here. Returns: the offset by which the
-  // numbers of the moved blocks grow.
-  virtual std::uint32_t join(LeafWriter& part) = 0;
+  // Makes room for the blocks of fresh writers, in turn, behind those that are here. Returns: by
+  // how much the numbers of each one's blocks grow.
+  virtual std::vector<std::uint32_t> make_room(std::span<LeafWriter* const> parts) = 0;
+  // Moves the blocks of such a writer into its room. Different threads may move different ones.
+  virtual void move_in(LeafWriter& part) = 0;
   // Reserves memory for this many blocks in all.
   virtual void reserve(std::size_t block_count) = 0;
 

@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <bit>
-#include <mutex>
 
 #include "slave/core/accel/bvh_layout.h"
-#include "slave/core/accel/run_tasks.h"
 
 namespace tessera::core {
 
@@ -33,14 +31,27 @@ bool RangeSplitter::may_be_leaf(const RefRange& range) const {
 
 // Cuts take off as little as one reference, halving takes the fewest steps to leaves of one: ranges
 // are halved, whatever their boxes, from where one more cut could lead too deep.
-Branch RangeSplitter::branch_of(const RefRange& range, int depth, SahBins& bins) const {
-  Branch branch{range};
+bool RangeSplitter::begin_branch(const RefRange& range, int depth, Branch& branch) const {
+  branch.range = range;
   // Where no cut follows, nothing has to move to make room for parts.
   if (config_.cuts_have_to_pay && !is_of_top(range)) branch.range.limit = range.end;
   branch.is_split = range.size() > width_ || !may_be_leaf(range);
   const auto halvings = static_cast<int>(std::bit_width(range.size() - 1));
-  if (!branch.is_split || depth + halvings > kBvhDepthMax) return branch;
+  return branch.is_split && depth + halvings <= kBvhDepthMax;
+}
+
+Branch RangeSplitter::branch_of(const RefRange& range, int depth, SahBins& bins) const {
+  Branch branch;
+  if (!begin_branch(range, depth, branch)) return branch;
   branch.cut = bins.cut(refs_, range, block_size_);
+  cut_in_space(branch);
+  return branch;
+}
+
+Branch RangeSplitter::branch_of_bins(const RefRange& range, int depth, const SahBins& bins) const {
+  Branch branch;
+  if (!begin_branch(range, depth, branch)) return branch;
+  branch.cut = bins.best_cut(range, block_size_);
   cut_in_space(branch);
   return branch;
 }
@@ -62,33 +73,6 @@ void RangeSplitter::cut_in_space(Branch& branch) const {
 std::pair<RefRange, RefRange> RangeSplitter::halves_of(const Branch& branch) const {
   if (branch.in_space.axis < 0) return SahBins::split(refs_, branch.range, branch.cut);
   return SpatialSplitter(*config_.clipper).split(refs_, branch.range, branch.in_space);
-}
-
-std::deque<Halves> RangeSplitter::split_top(Branch& root, int thread_count) const {
-  std::deque<Halves> all;
-  std::mutex mutex;  // of `all`
-  struct Item {
-    Branch* branch;
-    int depth;
-  };
-  const auto is_large = [this](const Item& item) {
-    return item.branch->is_split && is_of_top(item.branch->range) && !is_cancelled();
-  };
-  if (!is_large({&root, 0})) return all;
-  run_growing(Item{&root, 0}, thread_count, [&](const Item& item, const auto& put) {
-    SahBins bins;
-    const auto [left, right] = halves_of(*item.branch);
-    std::unique_lock lock(mutex);
-    Halves& halves = all.emplace_back();
-    lock.unlock();
-    item.branch->halves = &halves;
-    const Item below[] = {{&halves.left, item.depth + 1}, {&halves.right, item.depth + 1}};
-    halves.left = branch_of(left, item.depth + 1, bins);
-    if (is_large(below[0])) put(below[0]);
-    halves.right = branch_of(right, item.depth + 1, bins);
-    if (is_large(below[1])) put(below[1]);
-  });
-  return all;
 }
 
 }  // namespace tessera::core

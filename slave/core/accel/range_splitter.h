@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <span>
 #include <utility>
 
@@ -23,7 +22,7 @@ struct Halves;
 
 // A range with the cut that splits it.
 struct Branch {
-  RefRange range;
+  RefRange range{};
   SahCut cut{};
   SpatialCut in_space{};           // with an axis: takes the place of `cut`
   bool is_split = false;           // false: a leaf of the binary hierarchy
@@ -46,12 +45,20 @@ class RangeSplitter {
   // Chooses the cut of a range that lies `depth` halvings below the root. Requires: no range below
   // the same root that was split lies so deep that kBvhDepthMax is passed.
   Branch branch_of(const RefRange& range, int depth, SahBins& bins) const;
+  // The same, of bins that the references of the range are sorted into.
+  Branch branch_of_bins(const RefRange& range, int depth, const SahBins& bins) const;
   // Orders the references by the cut. Requires: branch.is_split.
   std::pair<RefRange, RefRange> halves_of(const Branch& branch) const;
-  // Splits all ranges below `root` that are too large to be one task's, on up to thread_count
-  // threads. Returns: where their halves are kept.
-  std::deque<Halves> split_top(Branch& root, int thread_count) const;
+  // The same in parts, by a cut between bins (SahBins).
+  SahSides order(const Branch& branch, std::uint32_t begin, std::uint32_t end) const {
+    return SahBins::order(refs_, branch.range, branch.cut, begin, end);
+  }
+  std::pair<RefRange, RefRange> join(const Branch& branch, std::span<const SahSides> parts) const {
+    return SahBins::join(refs_, branch.range, branch.cut, parts);
+  }
 
+  // Whether the range is too large to be one task's.
+  bool is_of_top(const RefRange& range) const { return range.size() > task_refs_; }
   // Whether one leaf may hold the range.
   bool may_be_leaf(const RefRange& range) const;
   // Blocks that the range takes as a leaf.
@@ -62,8 +69,8 @@ class RangeSplitter {
   bool is_cancelled() const { return control_.is_to_stop(); }
 
  private:
-  // Whether the range is too large to be one task's.
-  bool is_of_top(const RefRange& range) const { return range.size() > task_refs_; }
+  // A branch without a cut. Returns: whether one is to be chosen.
+  bool begin_branch(const RefRange& range, int depth, Branch& branch) const;
   void cut_in_space(Branch& branch) const;
 
   const std::span<PrimitiveRef> refs_;

@@ -59,15 +59,15 @@ void run_tasks(int task_count, int thread_count, const Task& task) {
   if (failure) std::rethrow_exception(failure);
 }
 
-// Calls work(item, put) for `first` and for each item that work puts in by put(item).
+// Calls work(item, put) for the first items and for each item that work puts in by put(item).
 // Throws: what the first failing call threw, after all threads have stopped; other items may be
 // left out.
 template <typename Item, typename Work>
-void run_growing(Item first, int thread_count, const Work& work) {
+void run_growing(std::deque<Item> waiting, int thread_count, const Work& work) {
   std::mutex mutex;
   std::condition_variable has_changed;
-  std::deque<Item> waiting{first};  // guarded by mutex, as is `unfinished`
-  int unfinished = 1;               // items that wait or are worked on
+  // Items that wait or are worked on; guarded by the mutex, as are those that wait.
+  std::size_t unfinished = waiting.size();
   const auto put = [&](Item item) {
     {
       const std::lock_guard lock(mutex);
@@ -94,8 +94,8 @@ void run_growing(Item first, int thread_count, const Work& work) {
         failure = std::current_exception();
       }
       lock.lock();
-      unfinished = failure ? 0 : unfinished - 1;
-      if (unfinished <= 0) has_changed.notify_all();
+      unfinished = failure || unfinished == 0 ? 0 : unfinished - 1;
+      if (unfinished == 0) has_changed.notify_all();
       if (failure) std::rethrow_exception(failure);
     }
   });

@@ -95,16 +95,24 @@ void SahBins::fill(std::span<const PrimitiveRef> refs, const RefRange& range) {
   for (; i < refs.size(); ++i) put(refs[i], bins_[0]);
   if (!has_two) return;
   for (int a = 0; a < 3; ++a) {
-    for (int b = 0; b < map.count; ++b) {
-      bins_[0][a][b].bounds.grow(bins_[1][a][b].bounds);
-      bins_[0][a][b].count += bins_[1][a][b].count;
-    }
+    for (int b = 0; b < map.count; ++b) bins_[0][a][b].add(bins_[1][a][b]);
   }
 }
 
 SahCut SahBins::cut(std::span<const PrimitiveRef> refs, const RefRange& range,
                     std::uint32_t block_size) {
   fill(refs.subspan(range.begin, range.size()), range);
+  return best_cut(range, block_size);
+}
+
+void SahBins::add(const SahBins& part, const RefRange& range) {
+  const BinMap map(range);
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b < map.count; ++b) bins_[0][a][b].add(part.bins_[0][a][b]);
+  }
+}
+
+SahCut SahBins::best_cut(const RefRange& range, std::uint32_t block_size) const {
   const BinMap map(range);
   SahCut best;
   best.cost = std::numeric_limits<float>::infinity();
@@ -168,33 +176,61 @@ void SahBins::set_boxes(int bin_count, SahCut& cut) const {
   for (int b = 0; b < bin_count; ++b) (b <= cut.bin ? cut.left : cut.right).grow(bins[b].bounds);
 }
 
-std::pair<RefRange, RefRange> SahBins::split(std::span<PrimitiveRef> refs, const RefRange& range,
-                                             const SahCut& cut) {
-  RefRange left, right;
-  left.begin = range.begin;
-  right.end = range.end;
-  std::uint32_t next = range.begin, end = range.end;
-  if (cut.axis < 0) {
-    const std::uint32_t middle = range.begin + range.size() / 2;
-    for (; next < middle; ++next) left.grow(refs[next]);
-    for (; next < end; ++next) right.grow(refs[next]);
-    left.end = right.begin = middle;
-    share_room(refs, left, right, range.limit);
-    return {left, right};
-  }
+SahSides SahBins::order(std::span<PrimitiveRef> refs, const RefRange& range, const SahCut& cut,
+                        std::uint32_t begin, std::uint32_t end) {
   Sides sides(range, cut);
+  std::uint32_t next = begin;
   // Every reference changes places with the first one on the right; one on the left stays there.
-  for (std::uint32_t i = next; i < end; ++i) {
+  for (std::uint32_t i = begin; i < end; ++i) {
     const PrimitiveRef ref = refs[i];
     refs[i] = refs[next];
     refs[next] = ref;
     next += 1 - sides.side_of(ref);
   }
-  left.end = right.begin = next;
+  return {begin, next, end, sides.left, sides.right};
+}
+
+std::pair<RefRange, RefRange> SahBins::join(std::span<PrimitiveRef> refs, const RefRange& range,
+                                            const SahCut& cut, std::span<const SahSides> parts) {
+  RefRange left, right;
+  std::uint32_t border = range.begin;
+  for (const SahSides& part : parts) {
+    border += part.middle - part.begin;
+    left.centroids.grow(part.left);
+    right.centroids.grow(part.right);
+  }
+  // As many as stand on the right in front of the border stand on the left behind it.
+  std::size_t last = parts.size();
+  std::uint32_t from = 0;  // behind the last one on the left that has not moved
+  for (const SahSides& part : parts) {
+    for (std::uint32_t to = part.middle; to < std::min(part.end, border); ++to) {
+      while (last == parts.size() || from == std::max(parts[last].begin, border))
+        from = std::max(parts[--last].middle, border);
+      std::swap(refs[to], refs[--from]);
+    }
+  }
+  left.begin = range.begin;
+  left.end = right.begin = border;
+  right.end = range.end;
   left.bounds = cut.left;
   right.bounds = cut.right;
-  left.centroids = sides.left;
-  right.centroids = sides.right;
+  share_room(refs, left, right, range.limit);
+  return {left, right};
+}
+
+std::pair<RefRange, RefRange> SahBins::split(std::span<PrimitiveRef> refs, const RefRange& range,
+                                             const SahCut& cut) {
+  if (cut.axis >= 0) {
+    const SahSides whole = order(refs, range, cut, range.begin, range.end);
+    return join(refs, range, cut, {&whole, 1});
+  }
+  RefRange left, right;
+  left.begin = range.begin;
+  right.end = range.end;
+  const std::uint32_t middle = range.begin + range.size() / 2;
+  for (std::uint32_t i = range.begin; i < middle; ++i) left.grow(refs[i]);
+  for (std::uint32_t i = middle; i < range.end; ++i) right.grow(refs[i]);
+  left.end = right.begin = middle;
   share_room(refs, left, right, range.limit);
   return {left, right};
 }

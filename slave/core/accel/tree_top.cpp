@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "slave/core/accel/sah_bins.h"
+#include "slave/core/accel/top_splitter.h"
 
 namespace tessera::core {
 namespace {
@@ -32,6 +32,12 @@ References refer_to_some(const PrimitiveSet& set, const BuildControl& control,
 constexpr std::uint32_t kTaskShare = 64;
 constexpr std::uint32_t kTaskRefsMin = 4096;
 
+// A range of more than a kSharedShare-th of all references, and of more than kPartsMin parts of
+// kPartRefs, is split by several tasks. Ranges below that are enough for as many threads.
+constexpr std::uint32_t kSharedShare = 8;
+constexpr std::uint32_t kPartsMin = 4;
+constexpr std::uint32_t kPartRefs = 8192;
+
 // Every kStepMax-th primitive tells whether cuts pay, or more of them where fewer than kSampleMin
 // would be left. The longest step is odd, since neighbours often come in pairs.
 constexpr std::size_t kStepMax = 7;
@@ -46,9 +52,12 @@ TreeTop::TreeTop(const PrimitiveSet& set, int width, const BuildControl& control
                 std::max(kTaskRefsMin / step, references_.all.size() / kTaskShare), control,
                 config) {
   if (references_.all.size() == 0) return;
-  SahBins bins;
-  root_ = splitter_.branch_of(references_.all, 0, bins);
-  halves_ = splitter_.split_top(root_, control.thread_count);
+  root_.range = references_.all;
+  const std::uint32_t part_refs = std::max(kPartRefs / step, 1u);
+  const std::uint32_t shared_refs =
+      std::max(kPartsMin * part_refs, references_.all.size() / kSharedShare);
+  TopSplitter top(splitter_, part_refs, shared_refs);
+  halves_ = top.run(root_, control.thread_count);
 }
 
 bool TreeTop::has_cuts_in_space() const { return has_cuts_below(root_); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The top of a binary hierarchy: ranges that are too large to be one task's are split, down to
-// those that are not. Whether it is cut in space is decided here.
+// those that are not, which stay uncut. Whether it is cut in space is decided here.
 //
 // Threads. Built by a call on several threads; then the splitter may be called as it says.
 #pragma once

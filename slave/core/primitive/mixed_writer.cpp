@@ -29,12 +29,33 @@ std::unique_ptr<LeafWriter> MixedWriter<W>::fresh() const {
 }
 
 template <int W>
-std::uint32_t MixedWriter<W>::join(LeafWriter& part) {
+std::vector<std::uint32_t> MixedWriter<W>::make_room(std::span<LeafWriter* const> parts) {
+  std::vector<LeafWriter*> triangle_parts;
+  for (LeafWriter* const part : parts)
+    triangle_parts.push_back(&static_cast<MixedWriter*>(part)->triangles_);
+  const std::vector<std::uint32_t> triangle_bases = triangles_.make_room(triangle_parts);
+  std::vector<std::uint32_t> bases;
+  std::size_t end = blocks_.size();
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    auto& part = static_cast<MixedWriter&>(*parts[i]);
+    bases.push_back(static_cast<std::uint32_t>(end));
+    part.room_ = end;
+    part.triangle_room_ = triangle_bases[i];
+    end += part.blocks_.size();
+  }
+  blocks_.reserve(end);
+  blocks_.resize(end);
+  return bases;
+}
+
+template <int W>
+void MixedWriter<W>::move_in(LeafWriter& part) {
   auto& other = static_cast<MixedWriter&>(part);
-  const std::uint32_t base = block_count(), triangle_base = triangles_.join(other.triangles_);
-  for (const std::uint32_t block : other.blocks_)
-    blocks_.push_back((block & kIsItem) != 0 ? block : block + triangle_base);
-  return base;
+  triangles_.move_in(other.triangles_);
+  std::transform(other.blocks_.begin(), other.blocks_.end(), blocks_.data() + other.room_,
+                 [&other](std::uint32_t block) {
+                   return (block & kIsItem) != 0 ? block : block + other.triangle_room_;
+                 });
 }
 
 template <int W>

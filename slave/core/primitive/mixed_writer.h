@@ -26,19 +26,22 @@ class MixedWriter final : public LeafWriter {
 
   LeafRange append(std::span<const std::uint32_t> primitives) override;
   std::unique_ptr<LeafWriter> fresh() const override;
-  std::uint32_t join(LeafWriter& part) override;
+  std::vector<std::uint32_t> make_room(std::span<LeafWriter* const> parts) override;
+  void move_in(LeafWriter& part) override;
   void reserve(std::size_t block_count) override;
   std::uint32_t block_count() const override { return static_cast<std::uint32_t>(blocks_.size()); }
   std::span<const std::uint32_t> primitives_of(std::uint32_t block) const override;
 
   std::vector<std::uint32_t> take_blocks() { return std::move(blocks_); }
-  std::vector<TriangleBlock<W>> take_triangles() { return triangles_.take(); }
+  TriangleBlocks<W> take_triangles() { return triangles_.take(); }
 
  private:
   TriangleWriter<W> triangles_;
   std::span<const float> vertices_;
   std::span<const std::uint32_t> items_;
   std::vector<std::uint32_t> blocks_;  // as shapes_layout.h has them
+  std::size_t room_ = 0;               // where the blocks move to
+  std::uint32_t triangle_room_ = 0;    // where those of triangles move to
 };
 
 }  // namespace tessera::core

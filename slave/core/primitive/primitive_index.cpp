@@ -52,7 +52,7 @@ Result<IndexedBvh<W>> index_fast(std::span<const Bounds3f> boxes, std::span<cons
 template <int W>
 Result<IndexedBvh<W>> fit_index(const IndexedBvh<W>& built, std::span<const float> vertices,
                                 const BuildControl& control) {
-  std::vector<TriangleBlock<W>> triangles = built.triangles;
+  TriangleBlocks<W> triangles = built.triangles;
   const TriangleFitter<W> fitter(vertices, triangles);
   Result<Bvh<W>> bvh = fit_bvh<W>(built.structure, fitter, control);
   if (!bvh.is_ok()) return bvh.status();

@@ -20,6 +20,7 @@
 #include "slave/core/accel/kd_index.h"
 #include "slave/core/accel/structure.h"
 #include "slave/core/primitive/shapes_layout.h"
+#include "slave/core/primitive/triangle/triangle_blocks.h"
 
 namespace tessera::core {
 
@@ -36,7 +37,7 @@ inline SceneBox scene_box(const Bounds3f& bounds) {
 template <class Structure, int W>
 struct Indexed {
   Structure structure;
-  std::vector<TriangleBlock<W>> triangles;
+  TriangleBlocks<W> triangles;
 
   std::uint64_t memory_bytes() const {
     return structure.memory_bytes() + triangles.capacity() * sizeof(TriangleBlock<W>);
@@ -60,7 +61,7 @@ struct InstancedBvh {
   Bvh<W> structure;
   Bounds3f bounds;                    // of all corners; the structure's box is wider
   std::vector<std::uint32_t> blocks;  // as TrianglesAndInstances has them
-  std::vector<TriangleBlock<W>> triangles;
+  TriangleBlocks<W> triangles;
   std::vector<InstanceBlock> instances;
   std::vector<Bounds3f> boxes;  // of instances, world space
   // By mesh of the scene. Meshes without an instance here are null in `meshes` and `slots`, and
@@ -87,7 +88,7 @@ template <int W>
 struct PatchedBvh {
   Bvh<W> structure;
   std::vector<std::uint32_t> blocks;  // as TrianglesAndPatches has them
-  std::vector<TriangleBlock<W>> triangles;
+  TriangleBlocks<W> triangles;
   std::shared_ptr<const PatchStore> patches;
 
   std::uint64_t memory_bytes() const {  // but for the patches

@@ -202,10 +202,10 @@ TEST(Bvh, LeavesDegenerateTrianglesOut) {
   expect_sound<8>(Triangles(mesh));
 }
 
-template <class T>
-void expect_same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
+template <class Array>
+void expect_same_bytes(const Array& a, const Array& b) {
   ASSERT_EQ(a.size(), b.size());
-  EXPECT_EQ(0, std::memcmp(a.data(), b.data(), a.size() * sizeof(T)));
+  EXPECT_EQ(0, std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])));
 }
 
 template <int W>

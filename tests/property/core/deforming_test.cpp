@@ -143,7 +143,7 @@ void expect_exact_boxes() {
   }
   const Status status = one->structure.validate({boxes, leaves});
   EXPECT_TRUE(status.is_ok()) << status.message();
-  const std::vector<TriangleBlock<W>> written = leaves.take();
+  const TriangleBlocks<W> written = leaves.take();
   ASSERT_EQ(written.size(), one->triangles.size());
   EXPECT_EQ(0, std::memcmp(written.data(), one->triangles.data(),
                            written.size() * sizeof(TriangleBlock<W>)));

@@ -3,6 +3,7 @@
 // Threads. Pure functions; a writer has one owner.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -53,10 +54,18 @@ class SphereWriter final : public LeafWriter {
   std::unique_ptr<LeafWriter> fresh() const override {
     return std::make_unique<SphereWriter>(balls_);
   }
-  std::uint32_t join(LeafWriter& part) override {
-    const std::uint32_t base = block_count();
-    for (const auto& block : static_cast<SphereWriter&>(part).blocks_) blocks_.push_back(block);
-    return base;
+  std::vector<std::uint32_t> make_room(std::span<LeafWriter* const> parts) override {
+    std::vector<std::uint32_t> bases;
+    for (LeafWriter* const part : parts) {
+      static_cast<SphereWriter*>(part)->room_ = blocks_.size();
+      bases.push_back(block_count());
+      blocks_.resize(blocks_.size() + part->block_count());
+    }
+    return bases;
+  }
+  void move_in(LeafWriter& part) override {
+    const auto& other = static_cast<SphereWriter&>(part);
+    std::copy(other.blocks_.begin(), other.blocks_.end(), blocks_.data() + other.room_);
   }
   void reserve(std::size_t block_count) override { blocks_.reserve(block_count); }
   std::uint32_t block_count() const override { return static_cast<std::uint32_t>(blocks_.size()); }
@@ -71,6 +80,7 @@ class SphereWriter final : public LeafWriter {
  private:
   std::span<const Ball> balls_;
   std::vector<SphereBlock<W>> blocks_;
+  std::size_t room_ = 0;
 };
 
 }  // namespace tessera::core

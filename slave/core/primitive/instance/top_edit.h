@@ -53,7 +53,7 @@ class TopEdit {
   bool put_beside(Slot leaf, std::uint32_t instance, int depth);
   std::uint32_t leaf_of(std::uint32_t instance);
 
-  std::vector<BvhNode<W>> nodes_;
+  BvhNodes<W> nodes_;
   std::vector<std::uint32_t> blocks_;
   std::span<const Bounds3f> boxes_;
   std::vector<Slot> parent_;  // [node]; kRoot for the root

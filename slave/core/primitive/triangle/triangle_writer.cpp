@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/core/primitive/triangle/triangle_writer.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace tessera::core {
@@ -34,11 +35,24 @@ std::unique_ptr<LeafWriter> TriangleWriter<W>::fresh() const {
 }
 
 template <int W>
-std::uint32_t TriangleWriter<W>::join(LeafWriter& part) {
-  const std::uint32_t base = block_count();
-  std::vector<TriangleBlock<W>> blocks = static_cast<TriangleWriter&>(part).take();
-  blocks_.insert(blocks_.end(), blocks.begin(), blocks.end());
-  return base;
+std::vector<std::uint32_t> TriangleWriter<W>::make_room(std::span<LeafWriter* const> parts) {
+  std::vector<std::uint32_t> bases;
+  std::size_t end = blocks_.size();
+  for (LeafWriter* const part : parts) {
+    bases.push_back(static_cast<std::uint32_t>(end));
+    static_cast<TriangleWriter*>(part)->room_ = end;
+    end += part->block_count();
+  }
+  blocks_.reserve(end);
+  blocks_.resize(end);
+  return bases;
+}
+
+template <int W>
+void TriangleWriter<W>::move_in(LeafWriter& part) {
+  auto& other = static_cast<TriangleWriter&>(part);
+  std::copy(other.blocks_.begin(), other.blocks_.end(), blocks_.data() + other.room_);
+  other.blocks_ = {};
 }
 
 template <int W>

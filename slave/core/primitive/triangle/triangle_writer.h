@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "slave/core/accel/primitive_set.h"
-#include "slave/core/primitive/triangle/triangle_layout.h"
+#include "slave/core/primitive/triangle/triangle_blocks.h"
 
 namespace tessera::core {
 
@@ -21,16 +21,18 @@ class TriangleWriter final : public LeafWriter {
 
   LeafRange append(std::span<const std::uint32_t> primitives) override;
   std::unique_ptr<LeafWriter> fresh() const override;
-  std::uint32_t join(LeafWriter& part) override;
+  std::vector<std::uint32_t> make_room(std::span<LeafWriter* const> parts) override;
+  void move_in(LeafWriter& part) override;
   void reserve(std::size_t block_count) override { blocks_.reserve(block_count); }
   std::uint32_t block_count() const override;
   std::span<const std::uint32_t> primitives_of(std::uint32_t block) const override;
 
-  std::vector<TriangleBlock<W>> take() { return std::move(blocks_); }
+  TriangleBlocks<W> take() { return std::move(blocks_); }
 
  private:
   std::span<const float> vertices_;
-  std::vector<TriangleBlock<W>> blocks_;
+  TriangleBlocks<W> blocks_;
+  std::size_t room_ = 0;  // where the blocks move to
 };
 
 }  // namespace tessera::core
