@@ -10,7 +10,7 @@
 #include "common/base/status.h"
 #include "common/math/bounds3.h"
 #include "slave/core/accel/build_control.h"
-#include "slave/core/accel/bvh_layout.h"
+#include "slave/core/accel/bvh.h"
 #include "slave/core/accel/kd_builder.h"
 #include "slave/core/accel/kd_layout.h"
 #include "slave/core/accel/primitive_set.h"
@@ -24,7 +24,7 @@ struct KdIndex {
   std::vector<KdNode> nodes;
   // The blocks of a leaf, W at a time, with the boxes of what lies of them in the leaf's voxel.
   // Children are numbers of blocks; kBvhNoChild behind the last.
-  std::vector<BvhNode<W>> leaves;
+  BvhNodes<W> leaves;
 
   std::uint64_t memory_bytes() const {
     return nodes.capacity() * sizeof(KdNode) + leaves.capacity() * sizeof(BvhNode<W>);

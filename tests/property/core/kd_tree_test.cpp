@@ -10,6 +10,7 @@
 #include <string>
 
 #include "slave/core/accel/kd_builder.h"
+#include "slave/core/primitive/primitive_index.h"
 #include "slave/core/primitive/triangle/triangle_clipper.h"
 #include "slave/core/primitive/triangle/triangle_store.h"
 #include "tests/support/seed.h"
@@ -187,6 +188,35 @@ TEST(KdTree, DoesNotDependOnTheNumberOfThreads) {
     ASSERT_EQ(one->primitive_refs().size(), many->primitive_refs().size());
     EXPECT_TRUE(std::equal(one->primitive_refs().begin(), one->primitive_refs().end(),
                            many->primitive_refs().begin()));
+  }
+}
+
+template <typename Array>
+void expect_same_bytes(const Array& a, const Array& b) {
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_EQ(0, std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])));
+}
+
+// Enough triangles for several runs of leaves, and for voxels that several threads split; every
+// seventh has no box.
+TEST(KdTree, ItsIndexDoesNotDependOnTheNumberOfThreads) {
+  Mesh mesh = test::make_random_triangles(60000, 0.02f, 4);
+  for (std::size_t i = 0; i < mesh.triangles.size(); i += 7)
+    mesh.triangles[i][1] = mesh.triangles[i][0];
+  std::vector<Bounds3f> boxes;
+  const TriangleStore store = make_triangle_store(test::make_scene(std::move(mesh)), boxes);
+  const TriangleClipper clipper(store.vertices);
+  for (const KdBuildConfig& config : {KdBuildConfig{}, quality_build(clipper)}) {
+    const auto index = [&](int threads) {
+      return std::move(*index_by_kd<16>(boxes, store.vertices, {threads, nullptr}, config));
+    };
+    const IndexedKd<16> one = index(1);
+    for (const int threads : {2, 5}) {
+      const IndexedKd<16> many = index(threads);
+      expect_same_bytes(one.structure.nodes, many.structure.nodes);
+      expect_same_bytes(one.structure.leaves, many.structure.leaves);
+      expect_same_bytes(one.triangles, many.triangles);
+    }
   }
 }
 
