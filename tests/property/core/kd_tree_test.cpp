@@ -207,6 +207,10 @@ TEST(KdTree, ItsIndexDoesNotDependOnTheNumberOfThreads) {
   const TriangleStore store = make_triangle_store(test::make_scene(std::move(mesh)), boxes);
   const TriangleClipper clipper(store.vertices);
   for (const KdBuildConfig& config : {KdBuildConfig{}, quality_build(clipper)}) {
+    const Result<KdTree> tree = build_kd_tree(boxes, {2, nullptr}, config);
+    ASSERT_TRUE(tree.is_ok());
+    const Status sound = tree->validate(boxes, config.clipper != nullptr);
+    EXPECT_TRUE(sound.is_ok()) << sound.message();
     const auto index = [&](int threads) {
       return std::move(*index_by_kd<16>(boxes, store.vertices, {threads, nullptr}, config));
     };
