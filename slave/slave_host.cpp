@@ -19,13 +19,21 @@ using std::chrono::milliseconds;
 constexpr milliseconds kFinishTilesMs{2000};
 constexpr milliseconds kFlushMs{2000};
 
+std::function<std::optional<std::uint64_t>()> free_bytes(const SlaveOptions& options) {
+  if (!options.memory) return nullptr;
+  return [memory = options.memory]() -> std::optional<std::uint64_t> {
+    const std::optional<MemoryRoom> room = memory();
+    return room ? std::optional(room->free_bytes) : std::nullopt;
+  };
+}
+
 // A workshop of render threads and a builder thread.
 class ThreadWorkshop final : public Workshop {
  public:
   ThreadWorkshop(const SlaveOptions& options, RenderService::OnDone on_done,
                  SceneBuilder::OnBuilt on_built)
       : builder_({options.threads, nullptr, options.structure, core::Instancing::kAuto,
-                  options.is_on_demand},
+                  options.is_on_demand, nullptr, free_bytes(options)},
                  std::move(on_built)),
         render_(options.threads, options.hooks, coder_, std::move(on_done),
                 [this, threads = options.threads](int idle) {

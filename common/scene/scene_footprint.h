@@ -11,8 +11,8 @@
 // A mesh that stands so often that its copies would take much is built once, and each place where
 // it stands takes kIndexBytesPerInstance. Meshes that shed light are copied all the same, since
 // each of their triangles is a lamp; so are places whose matrix has no inverse, all meshes of a
-// scene with patches, and everything where a slave makes a kd-tree: such a slave may take more than
-// is reckoned here, and says so where it has no more.
+// scene with patches, and everything where a slave makes a kd-tree: such a slave reckons that
+// itself before it builds, and refuses with one line (slave/core/scene/prepared_scene.h).
 //
 // Patches: how many sub-patches they are cut into depends on their shape, from one to a thousand,
 // so whoever can cut patches (slave/core/scene/patch_footprint.h) is asked for each surface.

@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "common/base/byte_text.h"
 #include "common/base/check.h"
 #include "common/base/limits.h"
 #include "common/base/work_gate.h"
@@ -136,6 +137,16 @@ Status flatten(const Placement<W>& placement, const Scene& scene, const BuildOpt
   return Status::ok();
 }
 
+// What a kd-tree takes more than was reckoned is looked for here, before it is built.
+Status find_room_for_copies(const Scene& scene, const BuildOptions& options) {
+  const std::uint64_t needed = options.free_bytes ? bytes_without_sharing(scene) : 0;
+  const std::optional<std::uint64_t> free = needed > 0 ? options.free_bytes() : std::nullopt;
+  if (!free || needed <= *free) return Status::ok();
+  return Status::resource_exhausted("a kd-tree of the scene needs " + mib_text(needed) +
+                                    " of memory here, " + mib_text(*free) +
+                                    " are free: it copies what --structure auto shares");
+}
+
 // Builds the triangles with their structure, in two levels where instances are worth it.
 template <int W>
 Status build_index(const Scene& scene, const SceneChange& change, const BuildOptions& options,
@@ -144,6 +155,7 @@ Status build_index(const Scene& scene, const SceneChange& change, const BuildOpt
   const KnownInstances<W> known = known_of<W>(options.other, change);
   const bool is_kd =
       options.structure == Structure::kKd || options.structure == Structure::kKdQuality;
+  if (is_kd) TESSERA_RETURN_IF_ERROR(find_room_for_copies(scene, options));
   const bool is_on_demand = options.is_on_demand && (options.structure == Structure::kAuto ||
                                                      options.structure == Structure::kBvh);
   Result<Placement<W>> placed = place_instances<W>(

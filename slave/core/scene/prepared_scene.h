@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "common/base/status.h"
 #include "common/scene/scene.h"
@@ -31,13 +32,16 @@ struct BuildOptions {
   // beside what did not: meshes that move get a structure of their own, the others keep one. Where
   // corners moved and all triangles are the same, its structure is fitted (flat_geometry.h).
   const PreparedScene* other = nullptr;
+  // Tells how many bytes can be had; null, or nothing: not known. Asked where a kd-tree is to hold
+  // copies of meshes for which whoever sent the scene has reckoned one.
+  std::function<std::optional<std::uint64_t>()> free_bytes = {};
 };
 
 class PreparedScene {
  public:
   // Any thread; takes seconds for large scenes. Degenerate triangles keep their number and stay out
   // of the tree. Requires: validate_scene(scene) is ok. Returns: kCancelled, or kResourceExhausted
-  // when the tree would pass its limits or memory ran out.
+  // when the tree would pass its limits, or memory ran out or surely would.
   static Result<std::shared_ptr<const PreparedScene>> build(const Scene& scene,
                                                             const BuildOptions& options);
 

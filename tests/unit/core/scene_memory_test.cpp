@@ -171,6 +171,27 @@ TEST(InstanceMemory, WhatSlavesCopyIsReckonedCopyByCopy) {
   EXPECT_GE(index_bytes_of(SceneEncoder().encode(with_patches)), 1000 * each);
 }
 
+TEST(InstanceMemory, AKdTreeThatCopiesMoreThanThereIsRoomForIsRefused) {
+  Scene scene = rough_field(23);
+  const auto copies = [&](std::size_t count) {
+    scene.instances.assign(count, scene.instances[0]);
+    for (std::size_t i = 0; i < count; ++i)
+      scene.instances[i].object_to_world.m[0][3] = 30 * static_cast<float>(i);
+  };
+  const auto said = [&](Structure structure, std::uint64_t free) {
+    BuildOptions options{2, nullptr, structure};
+    options.free_bytes = [free] { return std::optional(free); };
+    return PreparedScene::build(scene, options).status().message();
+  };
+  copies(600);  // 580,800 triangles: 178 MiB as copies, less than 1 as instances
+  EXPECT_EQ(said(Structure::kKd, 100 << 20),
+            "a kd-tree of the scene needs 178 MiB of memory here, 100 MiB are free: it copies what "
+            "--structure auto shares");
+  EXPECT_EQ(said(Structure::kAuto, 100 << 20), "");
+  copies(10);  // reckoned as copies by whoever sent it
+  EXPECT_EQ(said(Structure::kKd, 1 << 20), "");
+}
+
 // As many teapots as one surface.
 Scene teapots_apart(std::uint32_t count) {
   Scene scene = teapots(1);

@@ -110,4 +110,11 @@ std::vector<bool> shared_meshes(const Scene& scene, Instancing instancing,
   return is_shared;
 }
 
+std::uint64_t bytes_without_sharing(const Scene& scene) {
+  const std::vector<bool> is_shared =
+      shared_meshes(scene, Instancing::kAuto, std::vector<bool>(scene.meshes.size(), false));
+  if (std::find(is_shared.begin(), is_shared.end(), true) == is_shared.end()) return 0;
+  return kIndexBytesPerTriangle * scene.triangle_count();
+}
+
 }  // namespace tessera::core

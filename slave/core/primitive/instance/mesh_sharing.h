@@ -50,4 +50,8 @@ std::vector<bool> moving_meshes(const Scene& scene, const KnownScene& known);
 std::vector<bool> shared_meshes(const Scene& scene, Instancing instancing,
                                 const std::vector<bool>& is_moving);
 
+// Returns: the bytes of the index, as index_bytes_of() reckons them (scene_footprint.h), where
+// nothing is shared though some mesh would be for its memory; 0 where there is none.
+std::uint64_t bytes_without_sharing(const Scene& scene);
+
 }  // namespace tessera::core
