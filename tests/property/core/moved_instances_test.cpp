@@ -218,6 +218,46 @@ TEST(MovedInstances, WhereMostIsExchangedAllIsBuiltAsOne) {
   compare(scene, *second, 64 * 16, random);
 }
 
+// So many balls that they share a structure from the first version on.
+Scene make_crowd(Random& random) {
+  Scene scene = test::make_scene(test::make_icosphere(5));
+  scene.instances.clear();
+  for (int i = 0; i < 30; ++i) scene.instances.push_back({0, place(random)});
+  return scene;
+}
+
+TEST(MovedInstances, OfACrowdAloneAreEditedFromTheFirstMoveOn) {
+  Random random(11);
+  Scene scene = make_crowd(random);
+  Prepared newest = prepare(scene, nullptr);
+  EXPECT_EQ(newest->built_primitives(), scene.meshes[0]->triangles.size() + 30);
+  for (int version = 0; version < 2; ++version) {
+    scene.instances[static_cast<std::size_t>(5 + version)].object_to_world = place(random);
+    newest = prepare(scene, newest.get());
+    EXPECT_EQ(newest->built_primitives(), 1u);
+    EXPECT_EQ(expect_sound(*newest), static_cast<std::uint64_t>(version) + 1);
+  }
+  compare(scene, *newest, 64 * 8, random);
+}
+
+// The terrain is part of the hierarchy over all before the first move, and an instance behind it.
+TEST(MovedInstances, OfACrowdOnATerrainHaveItsBounds) {
+  Random random(12);
+  Scene scene = make_crowd(random);
+  scene.meshes.push_back(std::make_shared<const Mesh>(test::make_terrain(30, 3)));
+  scene.instances.push_back({1, Transform{}});
+  for (const float far : {0.0f, 40.0f}) {
+    const Prepared first = prepare(scene, nullptr);
+    scene.instances[7].object_to_world.m[0][3] = far;
+    const Prepared second = prepare(scene, first.get());
+    compare(scene, *second, 64 * 8, random);
+    scene.instances[7].object_to_world.m[0][3] = 1;
+    const Prepared third = prepare(scene, second.get());
+    EXPECT_EQ(third->built_primitives(), 1u);
+    compare(scene, *third, 64 * 8, random);
+  }
+}
+
 TEST(MovedInstances, ThatComeAndGo) {
   Random random(9);
   Scene scene = make_field(12, random);

@@ -142,9 +142,13 @@ template <int W>
 void set_exact_bounds(const Bounds3f& flattened, const InstancedBvh<W>* known,
                       std::span<const std::uint32_t> changed, InstancedBvh<W>& index) {
   float limit[2][3];
+  const std::int64_t of_part = known != nullptr && known->instances.size() < index.instances.size()
+                                   ? static_cast<std::int64_t>(known->instances.size())
+                                   : -1;
   for (int d = 0; d < 6; ++d) {
     const Direction along{d / 2, d % 2 == 0 ? -1.0f : 1.0f};
-    const std::int64_t who = known != nullptr ? known->farthest[d] : -1;
+    std::int64_t who = known != nullptr ? known->farthest[d] : -1;
+    if (who < 0) who = of_part;
     const bool is_known =
         known != nullptr && !std::binary_search(changed.begin(), changed.end(), who);
     Farthest<W> farthest(index, along, along.of(is_known ? known->bounds : flattened),

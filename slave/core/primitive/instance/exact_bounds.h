@@ -18,7 +18,8 @@ namespace tessera::core {
 // Sets `bounds` and `farthest` of the index: the least box that holds `flattened`, which may be
 // empty, and every corner, in world space as float32 arithmetic has it, of instances' triangles
 // that have an area there. `known`: another version with as many instances, of which `changed`,
-// rising, are others, and which has the same triangles flattened; or null.
+// rising, are others, and which has the same triangles flattened; here they may be one more
+// instance, the last. Or null.
 template <int W>
 void set_exact_bounds(const Bounds3f& flattened, const InstancedBvh<W>* known,
                       std::span<const std::uint32_t> changed, InstancedBvh<W>& index);

@@ -183,12 +183,13 @@ Status build_top(const Flattened<W>& flattened, const BuildControl& control,
   return Status::ok();
 }
 
-// Instances whose place or mesh is another one than in the other version, which has as many.
+// Instances whose place or mesh is another one than in the other version, which has as many, or all
+// but what is flattened.
 template <int W>
 std::vector<std::uint32_t> changed_instances(const InstancedBvh<W>& index,
                                              const InstancedBvh<W>& known) {
   std::vector<std::uint32_t> changed;
-  for (std::uint32_t i = 0; i < index.instances.size(); ++i) {
+  for (std::uint32_t i = 0; i < known.instances.size(); ++i) {
     const InstanceBlock &now = index.instances[i], &then = known.instances[i];
     const bool is_same = std::memcmp(now.to_world, then.to_world, sizeof now.to_world) == 0 &&
                          index.shapes[now.mesh].nodes == known.shapes[then.mesh].nodes &&
@@ -196,6 +197,14 @@ std::vector<std::uint32_t> changed_instances(const InstancedBvh<W>& index,
     if (!is_same) changed.push_back(i);
   }
   return changed;
+}
+
+// Whether the other version has the same triangles flattened, in the hierarchy over all, and as
+// many instances; here they are behind these as one of them.
+template <int W>
+bool has_parted(const FlatPart<W>& part, const InstancedBvh<W>& known, std::size_t instances) {
+  return part.index && !known.triangles.empty() && known.instances.size() + 1 == instances &&
+         known.flat->made_of == part.made_of;
 }
 
 // Hierarchies that were edited so often become worse than those that were built as a whole; a
@@ -330,10 +339,13 @@ Result<InstancedBvh<W>> index_instances(Placement<W> placement, Flattened<W> fla
   }
   if (apart != nullptr) index.shapes.push_back(apart->shape());
 
-  const bool is_comparable = apart != nullptr && known != nullptr && known->triangles.empty() &&
+  const bool is_all_placed = apart != nullptr || flattened.vertices.empty();
+  const bool is_comparable = is_all_placed && known != nullptr && known->triangles.empty() &&
                              known->instances.size() == index.instances.size();
+  const bool is_bounded = is_comparable || (known != nullptr && has_parted(*flattened.part, *known,
+                                                                           index.instances.size()));
   std::vector<std::uint32_t> changed;
-  if (is_comparable) changed = changed_instances(index, *known);
+  if (is_bounded) changed = changed_instances(index, *known);
   if (!is_comparable || !edit_top(*known, changed, index)) {
     index.moves = 0;
     TESSERA_RETURN_IF_ERROR(build_top(flattened, control, index));
@@ -342,7 +354,7 @@ Result<InstancedBvh<W>> index_instances(Placement<W> placement, Flattened<W> fla
   for (const Bounds3f& box : flattened.boxes) {
     if (apart == nullptr) of_flattened.grow(box);
   }
-  set_exact_bounds(of_flattened, is_comparable ? known : nullptr, changed, index);
+  set_exact_bounds(of_flattened, is_bounded ? known : nullptr, changed, index);
   index.flat = std::move(flattened.part);
   return index;
 }
