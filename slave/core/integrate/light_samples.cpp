@@ -139,14 +139,12 @@ void LightSamples::sample_emitters(const SurfaceBatch& batch, int first, std::ui
   std::memcpy(e.square, memory_.samples.square, sizeof(e.square));
   for (int i = 0; i < n && options_.picks_emitters; ++i)
     put_emitter(lights.pick(e.square[0][i], e.square[0][i]), i);
-  if (lights.patches != nullptr) put_patch_points();
+  const bool may_be_patches = kKnowsPatches && lights.patches != nullptr;
+  if (may_be_patches) put_patch_points();
   context_.kernels().emitter_samples(memory_.lit[first / kLitPoints], e);
+  if (may_be_patches) put_patch_places();
   for (int i = 0; i < n; ++i) {
     if (!(e.strength[i] > 0)) continue;
-    if (memory_.emitter[i]->is_patch()) {
-      e.u[i] = memory_.on_patch[0][i];
-      e.v[i] = memory_.on_patch[1][i];
-    }
     const int s = first + i;
     put(s, vector_at(e.to_light, i), lights.emission_at(*memory_.emitter[i], e.u[i], e.v[i]),
         e.strength[i], e.pdf[i]);
@@ -168,6 +166,15 @@ void LightSamples::put_patch_points() {
     e.area[i] = on.area;
     memory_.on_patch[0][i] = on.u;
     memory_.on_patch[1][i] = on.v;
+  }
+}
+
+void LightSamples::put_patch_places() {
+  EmitterSamples& e = memory_.emitters;
+  for (int i = 0; i < e.count; ++i) {
+    if (!memory_.emitter[i]->is_patch()) continue;
+    e.u[i] = memory_.on_patch[0][i];
+    e.v[i] = memory_.on_patch[1][i];
   }
 }
 

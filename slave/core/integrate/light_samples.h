@@ -97,6 +97,7 @@ class LightSamples {
   void sample_emitters(const SurfaceBatch& batch, int first, std::uint32_t round,
                        std::uint32_t sample);
   void put_patch_points();
+  void put_patch_places();  // where those points are on their patches
   void put_emitter(const Emitter& emitter, int i);
   void sample_even_sky(const SurfaceBatch& batch, std::uint32_t sample);
   void sample_map(const SurfaceBatch& batch, std::uint32_t sample);

@@ -66,6 +66,7 @@ HWY_AFTER_NAMESPACE();
 #include "common/base/check.h"
 #include "slave/core/kernels/kernel_table.h"
 #include "slave/core/kernels/view_tables.h"
+#include "slave/core/primitive/patch/patch_support.h"
 
 namespace tessera::core {
 namespace {
@@ -81,7 +82,7 @@ KernelTable table_of(Isa isa, int lane_count, Entries... entries) {
   const auto bvh = bvh_kernels(isa);
   const auto kd = kd_kernels(isa);
   const auto instanced = instance_kernels(isa);
-  const auto patched = patch_kernels(isa);
+  const auto patched = kKnowsPatches ? patch_kernels(isa) : ViewTables<PatchedView>{};
   return {isa,     lane_count,    entries...,     bvh.by8,     bvh.by16,     kd.by8,
           kd.by16, instanced.by8, instanced.by16, patched.by8, patched.by16, bsdf_kernels(isa)};
 }

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "common/math/vec3.h"
+#include "slave/core/primitive/patch/patch_support.h"
 #include "slave/core/surface/texture.h"
 
 namespace tessera::core {
@@ -25,7 +26,7 @@ struct Emitter {
   bool is_back = false;        // of a sub-patch: the side against its normal emits
   std::int32_t texture = -1;   // index into LightSet::emitter_textures, or none
 
-  bool is_patch() const { return part >= 0; }
+  bool is_patch() const { return kKnowsPatches && part >= 0; }
 };
 
 struct EmitterTexture {

@@ -61,14 +61,14 @@ void MetSurfaces::find(const FanPacket& rays, const PacketHits& hits) {
   if (scene_.features.is_rich) look_ahead(hits);
   if (!scene_.triangles.is_flat()) gather_corners(hits);
   kernels_.fan_points(vertices(), rays, numbered(hits), memory_.points);
-  if (on_patches_ != 0) find_on_patches(rays, hits);
+  if (on_patches() != 0) find_on_patches(rays, hits);
 }
 
 void MetSurfaces::find(const RayPacket& rays, const PacketHits& hits) {
   if (scene_.features.is_rich) look_ahead(hits);
   if (!scene_.triangles.is_flat()) gather_corners(hits);
   kernels_.packet_points(vertices(), rays, numbered(hits), memory_.points);
-  if (on_patches_ != 0) find_on_patches(rays, hits);
+  if (on_patches() != 0) find_on_patches(rays, hits);
 }
 
 // Rays that meet one triangle after another share its corners.
@@ -155,16 +155,32 @@ void MetSurfaces::make_lit(const SurfaceDetail::Hits& hits, std::uint64_t rays,
   if (is_rich) detail_.add(hits, rays, cones, to, batch);
 }
 
+const std::vector<std::uint32_t>& MetSurfaces::materials_of(std::uint32_t instance) const {
+  const std::uint32_t number = scene_.instances[instance].mesh;
+  return scene_.is_patched(instance) ? scene_.geometry->surfaces[number]->materials
+                                     : scene_.meshes[number]->materials;
+}
+
+std::size_t MetSurfaces::material_number(const std::vector<std::uint32_t>& of,
+                                         std::uint32_t instance, std::uint32_t triangle) const {
+  if (of.size() == 1) return of[0];
+  if (scene_.is_patched(instance))
+    return of[scene_.part(instance, triangle).patch - scene_.patches->first_patch[instance]];
+  return of[triangle - scene_.triangles.instance_first[instance]];
+}
+
 std::size_t MetSurfaces::material_number(std::uint32_t instance, std::uint32_t triangle) const {
-  if (scene_.is_patched(instance)) {
-    const auto& of = scene_.geometry->surfaces[scene_.instances[instance].mesh]->materials;
-    const std::uint64_t patch =
-        scene_.part(instance, triangle).patch - scene_.patches->first_patch[instance];
-    return of[of.size() == 1 ? 0 : patch];
-  }
-  const auto& materials = scene_.meshes[scene_.instances[instance].mesh]->materials;
-  return materials[materials.size() == 1 ? 0
-                                         : triangle - scene_.triangles.instance_first[instance]];
+  return material_number(materials_of(instance), instance, triangle);
+}
+
+// Most instances have one material, and most rays meet the instance that the last one has met.
+void MetSurfaces::find_material(std::uint32_t triangle) {
+  known_ = triangle;
+  const std::uint32_t instance = instances_.of(triangle);
+  if (instance == even_instance_) return;
+  const std::vector<std::uint32_t>& of = materials_of(instance);
+  material_ = material_number(of, instance, triangle);
+  even_instance_ = of.size() == 1 ? instance : kNoPrimitive;
 }
 
 }  // namespace tessera::core

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "slave/core/kernels/kernel_table.h"
 #include "slave/core/scene/surface_detail.h"
@@ -49,13 +50,10 @@ class MetSurfaces {
 
   const PacketPoints& points() const { return memory_.points; }
   // Bits of the rays that have met patches.
-  std::uint64_t on_patches() const { return on_patches_; }
+  std::uint64_t on_patches() const { return kKnowsPatches ? on_patches_ : 0; }
   // Material of a triangle that was hit.
   const Material& material(std::uint32_t triangle) {
-    if (triangle != known_) {
-      known_ = triangle;
-      material_ = material_number(instances_.of(triangle), triangle);
-    }
+    if (triangle != known_) find_material(triangle);
     return scene_.materials[material_];
   }
   // The triangle that a ray has hit, or kNoPrimitive for a sliver and for a patch: rays that leave
@@ -89,6 +87,11 @@ class MetSurfaces {
   void make_lit(const SurfaceDetail::Hits& hits, std::uint64_t rays, const RayCone* cones,
                 Surface* const* to, SurfaceBatch* batch);
   static void blacken(std::uint64_t rays, Surface* const* to, bool is_seen);
+  void find_material(std::uint32_t triangle);
+  const std::vector<std::uint32_t>& materials_of(std::uint32_t instance) const;
+  // of: the materials of the instance.
+  std::size_t material_number(const std::vector<std::uint32_t>& of, std::uint32_t instance,
+                              std::uint32_t triangle) const;
   std::size_t material_number(std::uint32_t instance, std::uint32_t triangle) const;
   void look_ahead(const PacketHits& hits);
   void gather_corners(const PacketHits& hits);
@@ -104,7 +107,8 @@ class MetSurfaces {
   const PreparedScene::Impl& scene_;
   const KernelTable& kernels_;
   Memory& memory_;
-  std::uint32_t known_ = kNoPrimitive;  // whose material has number material_
+  std::uint32_t known_ = kNoPrimitive;          // whose material has number material_
+  std::uint32_t even_instance_ = kNoPrimitive;  // all of it has that material, where there is one
   std::size_t material_ = 0;
   PatchMethod patch_method_ = PatchMethod::kAuto;
   std::uint64_t on_patches_ = 0;  // bits of the rays that have met patches

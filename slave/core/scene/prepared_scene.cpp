@@ -250,6 +250,7 @@ Status build_any_index(const Scene& scene, const SceneChange& change, const Buil
     return is_wide ? build_index<16>(scene, change, options, geometry)
                    : build_index<8>(scene, change, options, geometry);
   }
+  if (!kKnowsPatches) return Status::invalid_argument("this build knows no patches");
   if (options.structure == Structure::kKd || options.structure == Structure::kKdQuality)
     return Status::invalid_argument("patches are traced through a hierarchy: use --structure bvh");
   return is_wide ? build_patched_index<16>(scene, options, geometry)

@@ -9,6 +9,7 @@
 
 #include "slave/core/light/feature.h"
 #include "slave/core/light/light_set.h"
+#include "slave/core/primitive/patch/patch_support.h"
 #include "slave/core/scene/geometry.h"
 #include "slave/core/scene/prepared_scene.h"
 #include "slave/core/scene/texture_table.h"
@@ -60,7 +61,8 @@ struct PreparedScene::Impl {
 
   // Whether what is placed is a surface of patches, and no mesh.
   bool is_patched(std::uint32_t instance) const {
-    return patches != nullptr && instances[instance].kind == ObjectKind::kPatchSurface;
+    return kKnowsPatches && patches != nullptr &&
+           instances[instance].kind == ObjectKind::kPatchSurface;
   }
   // The sub-patch that is the given primitive of an instance of patches.
   const SubPatch& part(std::uint32_t instance, std::uint64_t primitive) const {

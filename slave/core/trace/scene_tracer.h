@@ -13,6 +13,7 @@
 #include "slave/core/kernels/kernel_table.h"
 #include "slave/core/primitive/freeform/patch_store.h"
 #include "slave/core/primitive/patch/methods/patch_methods.h"
+#include "slave/core/primitive/patch/patch_support.h"
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/ray/fan_of.h"
 #include "slave/core/trace/method_tracer.h"
@@ -99,14 +100,14 @@ class SceneTracer {
   }
   // A ray's answer does not depend on its companions.
   void closest(const FanPacket& rays, PacketHits& hits) const {
-    if (by_method_) return by_method(rays, hits);
+    if (is_by_method()) return by_method(rays, hits);
     const Fan fan = fan_of(rays);
     const HitArrays found = arrays_of(hits);
     std::visit([&](const auto& v) { table(v).closest_fan(v, fan, found); }, view_);
     if (alpha_ != nullptr) go_through(rays, hits);
   }
   void closest(const RayPacket& rays, PacketHits& hits) const {
-    if (by_method_) return by_method(rays, hits);
+    if (is_by_method()) return by_method(rays, hits);
     const HitArrays found = arrays_of(hits);
     std::visit([&](const auto& v) { table(v).closest_packet(v, rays, found); }, view_);
     if (alpha_ != nullptr) go_through(rays, hits);
@@ -118,29 +119,30 @@ class SceneTracer {
   }
   // Bits of the rays that something blocks.
   std::uint64_t occluded(const FanPacket& rays) const {
-    if (alpha_ != nullptr || by_method_) return stopped(rays);
+    if (alpha_ != nullptr || is_by_method()) return stopped(rays);
     const Fan fan = fan_of(rays);
     return std::visit([&](const auto& v) { return table(v).occluded_fan(v, fan); }, view_);
   }
   // The same for each of many fans: blocked [fans.targets->group_count].
   void occluded(const ShadowFans& fans, std::uint64_t* blocked) const {
-    if (alpha_ != nullptr || by_method_) return stopped(fans, blocked);
+    if (alpha_ != nullptr || is_by_method()) return stopped(fans, blocked);
     std::visit([&](const auto& v) { table(v).occluded_fans(v, fans, blocked); }, view_);
   }
   std::uint64_t occluded(const RayPacket& rays) const {
-    if (alpha_ != nullptr || by_method_) return stopped(rays);
+    if (alpha_ != nullptr || is_by_method()) return stopped(rays);
     return std::visit([&](const auto& v) { return table(v).occluded_packet(v, rays); }, view_);
   }
   bool occluded(const SingleRay& ray) const {
     if (alpha_ != nullptr) return closest(ray).primitive != kNoPrimitive;
-    if (by_method_) return by_method_->occluded(ray);
+    if (is_by_method()) return by_method_->occluded(ray);
     return std::visit([&](const auto& v) { return table(v).occluded_ray(v, ray); }, view_);
   }
 
  private:
+  bool is_by_method() const { return kKnowsPatches && by_method_.has_value(); }
   // Nearest hit of all triangles, whether the ray goes through them or not.
   SingleHit nearest(const SingleRay& ray) const {
-    if (by_method_) return by_method_->closest(ray);
+    if (is_by_method()) return by_method_->closest(ray);
     SingleHit hit;
     std::visit([&](const auto& v) { table(v).closest_ray(v, ray, hit); }, view_);
     return hit;

@@ -1,8 +1,9 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
 # Shows what a scene pays for features that it does not have. It counts the core's instructions, on one
-# thread, for a frame of plain diffuse triangles, in a usual build and in one whose code for textures,
-# normal maps, programs, glossy and specular surfaces and the sky is compiled away.
+# thread, for a frame of plain diffuse triangles, in a usual build, in one whose code for textures,
+# normal maps, programs, glossy and specular surfaces and the sky is compiled away, and in one that
+# knows neither patches nor trims.
 #
 # Usage: core_cost.sh [BUILD_FOLDER]   (default build/plain-core; it configures and builds there)
 # Exit code: 0 no more than 0.1 %; 1 more; 77 valgrind is missing.
@@ -10,8 +11,8 @@ set -euo pipefail
 cd "$(dirname "$0")/../../.."
 folder=${1:-build/plain-core}
 command -v valgrind >/dev/null || { echo "skipped: valgrind is not installed"; exit 77; }
-declare -A flags=([usual]="" [plain]=-DTESSERA_PLAIN_CORE)
-for kind in usual plain; do
+declare -A flags=([usual]="" [plain]=-DTESSERA_PLAIN_CORE [triangles]=-DTESSERA_WITHOUT_PATCHES)
+for kind in usual plain triangles; do
   cmake -S . -B "$folder/$kind" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE="-O2 -DNDEBUG" \
     -DCMAKE_CXX_FLAGS="${flags[$kind]}" >/dev/null
   ninja -C "$folder/$kind" frame_once libhwy_stub >/dev/null
@@ -40,4 +41,8 @@ compare() { # prints the row NAME: the usual build and the build KIND with RENDE
 compare plain direct "features, sky"
 compare plain igi "features, sky"
 compare plain path "features, sky"
+compare triangles primary "patches, trims"
+compare triangles direct "patches, trims"
+compare triangles igi "patches, trims"
+compare triangles path "patches, trims"
 exit $status
