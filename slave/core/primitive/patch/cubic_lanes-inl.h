@@ -56,6 +56,7 @@ class CubicLanes {
   };
   struct Narrowed {
     V low[2], high[2], r;
+    V change[2];  // of F' along each axis; 0 where nothing is known
     HWY_INLINE V kept(int axis) const { return 0.5 * (high[axis] - low[axis]); }
   };
 
@@ -254,7 +255,9 @@ void CubicLanes::step() {
     is_gone = is_gone || is_empty || ends;
     if (!is_none<V>(ends)) note(ends, to);
     const M halves = goes_on && !is_narrow;
-    if (!is_none<V>(halves)) halve(halves, of.size(0) >= of.size(1));
+    const M is_equal = to.change[0] == to.change[1];
+    const M by_u = to.change[0] > to.change[1] || (is_equal && of.size(0) >= of.size(1));
+    if (!is_none<V>(halves)) halve(halves, by_u);
   }
   if (!is_none<V>(is_gone)) leave(is_gone && active_);
 }
@@ -266,25 +269,39 @@ CubicLanes::Narrowed CubicLanes::narrowed(const Slopes& slopes) const {
   const M is_good = abs(determinant) > Limits::kWellConditioned * slopes.size(0) * slopes.size(1);
   const V y[2][2] = {{d / determinant, -b / determinant}, {-c / determinant, a / determinant}};
   constexpr double kPlace[4] = {-1, 2.0 / 3 - 1, 4.0 / 3 - 1, 1};
-  Narrowed to = {{set<V>(-1), set<V>(-1)}, {set<V>(1), set<V>(1)}, set<V>(0)};
+  Narrowed to = {
+      {set<V>(-1), set<V>(-1)}, {set<V>(1), set<V>(1)}, set<V>(0), {set<V>(0), set<V>(0)}};
   for (int k = 0; k < 2; ++k) {
     const V y0 = abs(y[k][0]), y1 = abs(y[k][1]);
     to.r = max(to.r, y0 * (slopes.radius(0, 0) + slopes.radius(0, 1)) +
                          y1 * (slopes.radius(1, 0) + slopes.radius(1, 1)));
-    V low = {}, high = {};
+    for (int a = 0; a < 2; ++a)
+      to.change[a] = max(to.change[a], y0 * slopes.radius(0, a) + y1 * slopes.radius(1, a));
+    V least[4] = {}, most[4] = {};  // by the place of their axis
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) {
-        const int number = 4 * i + j;
-        const V rest =
-            y[k][0] * f_[0].x[number] + y[k][1] * f_[1].x[number] - kPlace[k == 0 ? i : j];
-        low = number == 0 ? rest : min(low, rest);
-        high = number == 0 ? rest : max(high, rest);
+        const int number = k == 0 ? 4 * i + j : 4 * j + i;
+        const V x = y[k][0] * f_[0].x[number] + y[k][1] * f_[1].x[number];
+        least[i] = j == 0 ? x : min(least[i], x);
+        most[i] = j == 0 ? x : max(most[i], x);
       }
     const V wide = (y0 + y1) * noise_f_ + Limits::kNetRoundings;
-    to.low[k] = select(is_good, max(to.low[k], -high - wide), to.low[k]);
-    to.high[k] = select(is_good, min(to.high[k], -low + wide), to.high[k]);
+    V from = set<V>(-1), until = set<V>(1);
+    for (const double share : Limits::kShares) {
+      V low = {}, high = {};
+      for (int i = 0; i < 4; ++i) {
+        const V early = kPlace[i] - share * most[i], late = kPlace[i] - share * least[i];
+        low = i == 0 ? early : min(low, early);
+        high = i == 0 ? late : max(high, late);
+      }
+      from = max(from, low - wide);
+      until = min(until, high + wide);
+    }
+    to.low[k] = select(is_good, from, to.low[k]);
+    to.high[k] = select(is_good, until, to.high[k]);
   }
   to.r = select(is_good, to.r, set<V>(__builtin_inf()));
+  for (V& change : to.change) change = select(is_good, change, set<V>(0));
   return to;
 }
 

@@ -4,6 +4,13 @@
 // 3 in both directions: at most four more roundings of means, among the 1024 that its noise stands
 // for. A net is four registers of four numbers.
 //
+// Narrowing. With Y about the inverse of F', let g = Y F have control numbers g_ij, whose places
+// are c_i by the first axis, and let s >= 0. At a root sum B_i B_j g_ij = 0 and sum B_i c_i = x, so
+// x = sum B_i B_j (c_i - s g_ij), which lies between the least and the greatest of c_i - s g_ij;
+// and so by the second axis. s = 1 is Krawczyk's operator; smaller ones narrow boxes over which F'
+// changes much, where g rises faster somewhere than in the middle. A box that no share narrows is
+// halved along the axis along which F' changes more.
+//
 // Newton begins where r <= 7/16. With s the size of a step in half widths of the box, a step that
 // is not clamped leaves F, times the inverse of F' anywhere in the box, at r / (2 (1 - r)) s^2 =
 // 0.39 s^2 at most, which bounds the next step. A step within the box has s <= 2, so steps become
@@ -35,6 +42,7 @@ struct CubicSolverLimits {
   static constexpr double kRestricted = 0.8;
   static constexpr double kWorthACut = 0.95;
   static constexpr double kNetRoundings = 0x1p-40;
+  static constexpr double kShares[] = {1, 0.4, 0.16};
   static constexpr double kWellConditioned = 0x1p-24;
   static constexpr double kEvaluation = 0x1p-46;
   static constexpr double kOverlap = 0x1p-24;
@@ -54,6 +62,7 @@ class CubicSolver : CubicSolverLimits {
   struct Narrowed {
     double low[2] = {-1, -1}, high[2] = {1, 1};
     double r = __builtin_inf();
+    double change[2] = {0, 0};  // of F' along each axis; 0 where nothing is known
     bool is_empty() const { return !(low[0] <= high[0] && low[1] <= high[1]); }
     double kept(int axis) const { return 0.5 * (high[axis] - low[axis]); }
   };
@@ -221,7 +230,9 @@ void CubicSolver::step() {
     for (int a = 0; a < 2; ++a)
       if (to.kept(a) < kWorthACut) shrink(box, a, 0.5 * (1 + to.low[a]), 0.5 * (1 + to.high[a]));
   } else {
-    halve(slopes.size(0) >= slopes.size(1) ? 0 : 1);
+    const bool is_equal = to.change[0] == to.change[1];
+    const bool by_u = to.change[0] > to.change[1] || (is_equal && slopes.size(0) >= slopes.size(1));
+    halve(by_u ? 0 : 1);
   }
 }
 
@@ -244,23 +255,30 @@ CubicSolver::Narrowed CubicSolver::narrowed(const CubicBox& box, const Slopes& s
   const double determinant = a * d - b * c;
   if (!(abs_of(determinant) > kWellConditioned * slopes.size(0) * slopes.size(1))) return to;
   const double y[2][2] = {{d / determinant, -b / determinant}, {-c / determinant, a / determinant}};
-  alignas(32) static constexpr double kPlace[4] = {-1, 2.0 / 3 - 1, 4.0 / 3 - 1, 1};
-  const Quad columns = Quad::loaded(kPlace);
+  constexpr double kPlace[4] = {-1, 2.0 / 3 - 1, 4.0 / 3 - 1, 1};
   to.r = 0;
   for (int k = 0; k < 2; ++k) {
     const double y0 = abs_of(y[k][0]), y1 = abs_of(y[k][1]);
     to.r = max_of(to.r, y0 * (slopes.radius(0, 0) + slopes.radius(0, 1)) +
                             y1 * (slopes.radius(1, 0) + slopes.radius(1, 1)));
-    CubicNet rest;
-    for (int i = 0; i < 4; ++i) {
-      const Quad place = k == 0 ? Quad::all(kPlace[i]) : columns;
-      rest.row[i] = y[k][0] * box.f[0].row[i] + y[k][1] * box.f[1].row[i] - place;
-    }
-    double low = 0, high = 0;
-    rest.range(low, high);
+    for (int a = 0; a < 2; ++a)
+      to.change[a] = max_of(to.change[a], y0 * slopes.radius(0, a) + y1 * slopes.radius(1, a));
+    CubicNet seen;  // columns by the place of the axis
+    for (int i = 0; i < 4; ++i) seen.row[i] = y[k][0] * box.f[0].row[i] + y[k][1] * box.f[1].row[i];
+    if (k == 0) seen = seen.transposed();
+    double least[4], most[4];
+    min(min(seen.row[0], seen.row[1]), min(seen.row[2], seen.row[3])).store(least);
+    max(max(seen.row[0], seen.row[1]), max(seen.row[2], seen.row[3])).store(most);
     const double wide = (y0 + y1) * noise_f_ + kNetRoundings;
-    to.low[k] = max_of(to.low[k], -high - wide);
-    to.high[k] = min_of(to.high[k], -low + wide);
+    for (const double share : kShares) {
+      double low = __builtin_inf(), high = -__builtin_inf();
+      for (int i = 0; i < 4; ++i) {
+        low = min_of(low, kPlace[i] - share * most[i]);
+        high = max_of(high, kPlace[i] - share * least[i]);
+      }
+      to.low[k] = max_of(to.low[k], low - wide);
+      to.high[k] = min_of(to.high[k], high + wide);
+    }
   }
   return to;
 }
