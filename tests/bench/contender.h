@@ -61,7 +61,7 @@ class Entrants {
 
 struct OursOptions {
   bool with_kd = true;      // kd-trees, beside the hierarchy
-  bool with_sizes = false;  // fans of fewer rays, too
+  bool with_sizes = false;  // fans of fewer rays, too, one by one
 };
 
 // The first contender of each kind is the one that the others' answers are compared with.

@@ -22,7 +22,7 @@ struct CoreSuiteOptions {
   int size_px = 1024;              // a multiple of 32
   bool with_all_peers = false;     // Embree's build "high" and its robust flag, too
   bool with_methods = false;       // patch: the methods for patches, and no triangles
-  bool with_sizes = false;         // fans of 8, 16 and 32 rays; builds of a part of a scene
+  bool with_sizes = false;         // fans of 8 to 128 rays; builds of a part of a scene
   int repeats = 5;
   bool is_quick = false;
 };

@@ -148,7 +148,11 @@ void add_flags(CLI::App& app, tessera::bench::CoreSuiteOptions& options) {
   app.add_flag("--methods", options.with_methods,
                "patch: the methods that frames may ask for and their variants, beside each other");
   app.add_flag("--sizes", options.with_sizes,
-               "core: fans of 8, 16 and 32 rays, too; build: a part of the triangles, too");
+               "core: fans of 8 to 128 rays, too; build: a part of the triangles, too");
+  app.add_option("--size", options.size_px,
+                 "core: pixels along a side of the picture, a multiple of 32")
+      ->check(CLI::Range(32, 8192))
+      ->capture_default_str();
   app.add_flag(
       "--quick", options.is_quick,
       "interior and knot, 512x512, 3 repeats; 4,000 rays a class; gi: a fifth of the size");
@@ -214,6 +218,7 @@ int main(int argc, char** argv) {
     }
     options.isa = *named;
   }
+  if (options.size_px % 32 != 0) return fail(2, "--size: must be a multiple of 32");
   if (options.is_quick) {
     options.size_px = 512;
     options.repeats = std::min(options.repeats, 3);

@@ -4,7 +4,9 @@
 import contextlib
 import io
 import json
+import math
 import pathlib
+import re
 import sys
 import tempfile
 import unittest
@@ -120,6 +122,20 @@ class Documents(unittest.TestCase):
             self.document.write_text(mark)
             with self.assertRaisesRegex(SystemExit, words):
                 tables.main(["--check"])
+
+
+class PacketLimits(unittest.TestCase):
+    """The limits of a packet's work in the kernels are those that the measured tables yield."""
+
+    def test_limits_follow_from_what_was_measured(self):
+        measured = json.loads((tables.RESULTS / "trials-packets-limits.json").read_text())["tables"]
+        kernel = (tables.ROOT / "slave/core/traverse/bvh_packet-inl.h").read_text()
+        of_any, of_closest = map(int, re.search(r"kWorkMax = Leaf::kIsAny \? (\d+) : (\d+);", kernel).groups())
+        for table, limit in (("closest", of_closest), ("any", of_any)):
+            times = {int(row[0]): math.prod(map(float, row[1:])) ** (1 / len(row[1:]))
+                     for row in measured[table]["rows"] if row[0].isdigit()}
+            self.assertGreater(len(times), 4)
+            self.assertEqual(limit, max(key for key, time in times.items() if time <= 1.01 * min(times.values())), table)
 
 
 if __name__ == "__main__":

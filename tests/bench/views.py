@@ -134,9 +134,11 @@ def build_table(runs, _):
 
 
 def fans_table(runs, kind):
-    """Shows fans of each size through the usual hierarchy, as a multiple of the smallest, with Mrays per CPU-second."""
+    """Shows fans of each size through the usual hierarchy, as a multiple of the smallest, with Mrays per CPU-second.
+
+    Fans from a light as they are traced are two of 64 where these have little to do."""
     lists = {scene["scene"]: rays["rows"] for scene in runs[0]["core"] for rays in scene["rays"] if rays["kind"] == kind}
-    rates = {scene: {int(match[1]): row["mrays_per_cpu_second"] for row in rows if (match := re.match(r"bvh\d+ fan of (\d+)$", row["name"]))}
+    rates = {scene: {int(match[1] or 128): row["mrays_per_cpu_second"] for row in rows if (match := re.match(r"bvh\d+ fan (?:of (\d+)|from light)$", row["name"]))}
              for scene, rows in lists.items()}
     sizes = sorted(next(iter(rates.values())))
     rows = [[f"{size}"] + [f"{number(of[size] / of[sizes[0]])} ({number(of[size])})" for of in rates.values()] for size in sizes]

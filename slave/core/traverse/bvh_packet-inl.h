@@ -49,9 +49,12 @@ class PacketTracer {
   static constexpr int W = View::kWidth;
 
  public:
-  // Work per ray after which a packet does not pay: what one ray by itself takes, which is less
-  // where any hit will do.
-  static constexpr int kWorkMax = Leaf::kIsAny ? 24 : 32;
+  // Work per ray after which a packet does not pay, in tests of a row. A ray by itself takes the
+  // cycles of some 13 of them (10 to 20), boxes and culling included. Who gives a packet up at that
+  // loses at most as much again; what it has done, and its neighbours that are not tried then, are
+  // lost, too, so the best limits lie above: they are those of the least mean time in
+  // ../decisions/packets-pay.md, from which tests/bench/self_test.py finds them again.
+  static constexpr int kWorkMax = Leaf::kIsAny ? 16 : 24;
 
   explicit PacketTracer(const View& scene) : scene_(scene), leaf_(rays_) {}
 
