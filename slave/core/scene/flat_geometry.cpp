@@ -9,10 +9,10 @@ namespace tessera::core {
 namespace {
 
 bool has_same_triangles(const Geometry& a, const Geometry& b) {
-  if (a.meshes.size() != b.meshes.size() || a.instances.size() != b.instances.size()) return false;
-  for (std::size_t m = 0; m < a.meshes.size(); ++m) {
-    if (a.meshes[m] != b.meshes[m] && a.meshes[m]->triangles != b.meshes[m]->triangles)
-      return false;
+  const MeshList &of_a = a.meshes(), &of_b = b.meshes();
+  if (of_a.size() != of_b.size() || a.instances.size() != b.instances.size()) return false;
+  for (std::size_t m = 0; m < of_a.size(); ++m) {
+    if (of_a[m] != of_b[m] && of_a[m]->triangles != of_b[m]->triangles) return false;
   }
   for (std::size_t i = 0; i < a.instances.size(); ++i) {
     if (a.instances[i].mesh != b.instances[i].mesh) return false;
@@ -53,7 +53,7 @@ Result<bool> fit(const Geometry& other, const IndexedBvh<W>& built, const BuildC
 // that has nothing to do with the one before stays for longer.
 bool is_frame_of_many(const Geometry* other, const Geometry& geometry) {
   if (geometry.structure != Structure::kAuto && geometry.structure != Structure::kBvh) return false;
-  return other != nullptr && other->meshes.size() == geometry.meshes.size() &&
+  return other != nullptr && other->meshes().size() == geometry.meshes().size() &&
          other->instances.size() == geometry.instances.size();
 }
 
@@ -80,7 +80,7 @@ void leave_out(const std::vector<Bounds3f>& boxes, std::span<const std::uint32_t
 template <int W>
 Status build_flat_geometry(const Geometry* other, const BuildControl& control, Geometry& geometry) {
   TriangleStore& store = geometry.triangles;
-  store = make_triangle_store(TriangleSource{geometry.meshes, geometry.instances, {}});
+  store = make_triangle_store(TriangleSource{geometry.meshes(), geometry.instances, {}});
   if (const IndexedBvh<W>* const built = structure_to_fit<W>(other, geometry)) {
     const Result<bool> is_fitted = fit<W>(*other, *built, control, geometry);
     if (!is_fitted.is_ok()) return is_fitted.status();

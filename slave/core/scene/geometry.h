@@ -15,6 +15,8 @@
 
 namespace tessera::core {
 
+using MeshList = std::vector<std::shared_ptr<const Mesh>>;
+
 // The part of a scene that lights and materials do not change; it is shared by versions of a scene.
 struct Geometry {
   TriangleStore triangles;
@@ -30,13 +32,16 @@ struct Geometry {
   // known.
   double built_cost = 0;
   bool is_smooth = false;  // some mesh has normals that differ from those of its triangles
-  // What the geometry was made of:
-  std::vector<std::shared_ptr<const Mesh>> meshes;
+  // What the geometry was made of. Versions with the same meshes share the list of them, for a copy
+  // would count each mesh.
+  std::shared_ptr<const MeshList> mesh_list;
   std::vector<std::shared_ptr<const PatchSurface>> surfaces;
   std::vector<Instance> instances;
   Structure structure = Structure::kAuto;
   Instancing instancing = Instancing::kAuto;
   bool is_on_demand = false;
+
+  const MeshList& meshes() const { return *mesh_list; }
 };
 
 }  // namespace tessera::core

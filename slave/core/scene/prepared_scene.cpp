@@ -88,8 +88,8 @@ KnownInstances<W> known_of(const PreparedScene* scene, const SceneChange& change
   if (scene == nullptr || scene->impl().patches != nullptr) return {};
   const Geometry& other = *scene->impl().geometry;
   const auto* const index = std::get_if<InstancedBvh<W>>(&other.index.any);
-  return {{other.meshes, other.instances, index == nullptr ? std::vector<bool>() : index->is_moving,
-           change},
+  return {{other.meshes(), other.instances,
+           index == nullptr ? std::vector<bool>() : index->is_moving, change},
           index,
           other.triangles.instance_first};
 }
@@ -101,7 +101,7 @@ Status flatten(const Placement<W>& placement, const Scene& scene, const BuildOpt
                const KnownInstances<W>& known, std::vector<Bounds3f>& boxes,
                Flattened<W>& flattened, Geometry& geometry) {
   TriangleStore& store = geometry.triangles;
-  const TriangleSource source{geometry.meshes, geometry.instances, placement.is_placed};
+  const TriangleSource source{geometry.meshes(), geometry.instances, placement.is_placed};
   const bool has_same_numbers = has_same_flat_part(placement, known);
   flattened.part =
       has_same_numbers
@@ -220,7 +220,7 @@ Status build_patched_index(const Scene& scene, const BuildOptions& options, Geom
   for (std::size_t i = 0; i < scene.instances.size(); ++i)
     part_counts.push_back(patches.part_count(i));
   TriangleStore& store = geometry.triangles;
-  const TriangleSource source{geometry.meshes, geometry.instances, {}, part_counts};
+  const TriangleSource source{geometry.meshes(), geometry.instances, {}, part_counts};
   store = make_triangle_store(source, boxes);
   if (store.primitive_count() >= kNoPrimitive)
     return Status::resource_exhausted("the scene's patches have more than 2^32 - 1 parts");
@@ -267,7 +267,8 @@ Result<std::shared_ptr<const Geometry>> build_geometry(const Scene& scene,
     other = others.get();
   }
   auto geometry = std::make_shared<Geometry>();
-  geometry->meshes = scene.meshes;
+  geometry->mesh_list =
+      change.has_same_meshes ? other->mesh_list : std::make_shared<const MeshList>(scene.meshes);
   geometry->surfaces = scene.surfaces;
   geometry->instances = scene.instances;
   geometry->structure = options.structure;

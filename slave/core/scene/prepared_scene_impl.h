@@ -41,7 +41,7 @@ struct PreparedScene::Impl {
         triangles(geometry->triangles),
         patches(geometry->patches.get()),
         index(geometry->index),
-        meshes(geometry->meshes),
+        meshes(geometry->meshes()),
         instances(geometry->instances) {}
 
   const std::shared_ptr<const Geometry> geometry;
