@@ -80,16 +80,16 @@ void occluded_fans(const View& view, const core::ShadowFans& fans, std::uint64_t
   kernels_of(*watch.real, view).occluded_fans(view, fans, blocked);
 }
 template <class View>
-std::uint64_t occluded_packet(const View& view, const core::RayPacket& rays) {
+void occluded_many(const View& view, const core::ManyRays& rays, std::uint64_t* blocked) {
   watch.pending = nullptr;  // parallel rays have no common origin
   const Timed timed(GiPart::kShadow);
-  return kernels_of(*watch.real, view).occluded_packet(view, rays);
+  kernels_of(*watch.real, view).occluded_many(view, rays, blocked);
 }
 
 template <class View>
-void closest_packet(const View& view, const core::RayPacket& rays, const core::HitArrays& hits) {
+void closest_many(const View& view, const core::ManyRays& rays, const core::HitArrays& hits) {
   const Timed timed(GiPart::kBounce);
-  kernels_of(*watch.real, view).closest_packet(view, rays, hits);
+  kernels_of(*watch.real, view).closest_many(view, rays, hits);
 }
 
 template <class View>
@@ -97,8 +97,8 @@ void put_watch(core::ViewKernels<View>& kernels) {
   kernels.enter_fans = enter_fans<View>;
   kernels.closest_fan = closest_fan<View>;
   kernels.occluded_fans = occluded_fans<View>;
-  kernels.occluded_packet = occluded_packet<View>;
-  kernels.closest_packet = closest_packet<View>;
+  kernels.occluded_many = occluded_many<View>;
+  kernels.closest_many = closest_many<View>;
 }
 
 // Replaces a kernel by itself with its time taken.

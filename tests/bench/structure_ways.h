@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "slave/core/ray/fan_of.h"
+#include "slave/core/ray/many_of.h"
 #include "slave/core/trace/fan_window.h"
 #include "slave/core/trace/scene_tracer.h"
 #include "tests/bench/contender.h"
@@ -46,16 +47,29 @@ class StructureWays {
       add("fan of 16", RayKind::kPrimary, &StructureWays::trace_fans<16>);
       add("fan of 8", RayKind::kPrimary, &StructureWays::trace_fans<8>);
     }
-    add("fan from light", RayKind::kShadow, &StructureWays::trace_light_fans);
+    add("fan from light", RayKind::kShadow, &StructureWays::trace_light_fans<0>);
+    if (with_sizes_) {
+      add("fan of 64", RayKind::kShadow, &StructureWays::trace_light_fans<64>);
+      add("fan of 32", RayKind::kShadow, &StructureWays::trace_light_fans<32>);
+      add("fan of 16", RayKind::kShadow, &StructureWays::trace_light_fans<16>);
+      add("fan of 8", RayKind::kShadow, &StructureWays::trace_light_fans<8>);
+    }
     for (const RayKind kind : {RayKind::kPrimary, RayKind::kBounce}) {
       add("packet", kind, &StructureWays::trace_packets);
+      add("many", kind, &StructureWays::trace_many);
       add("single", kind, &StructureWays::trace_singles);
     }
     add("packet", RayKind::kShadow, &StructureWays::occlude_packets);
+    add("many", RayKind::kShadow, &StructureWays::occlude_many);
     add("single", RayKind::kShadow, &StructureWays::occlude_singles);
   }
 
  private:
+  // Bits of the rays of a block.
+  struct Bits {
+    std::uint64_t of[kBlockRays / core::kPacketRays];
+  };
+
   static core::SingleRay ray_of(const RayBlock& rays, int i) {
     return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
             {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
@@ -122,7 +136,9 @@ class StructureWays {
     std::copy_n(found.primitive, count, hits.primitive + first);
   }
 
-  // Traces the shadow segments as fans from the light.
+  // Traces the shadow segments as fans from the light, of at most kRays each, one by one; 0: as
+  // grouping made them, and by twos where the kernel does that.
+  template <int kRays>
   void trace_light_fans(const RayBlock& rays, BlockHits& hits) {
     const Vec3f light = {rays.origin[0][0] + rays.direction[0][0],
                          rays.origin[1][0] + rays.direction[1][0],
@@ -134,13 +150,38 @@ class StructureWays {
     }
     table_.group_fans(*targets);
     const core::ShadowFans fans{targets.get(), {light.x, light.y, light.z}, 1e-4f, 1};
+    std::fill_n(hits.t, rays.count, 0.0f);
+    if constexpr (kRays > 0) return trace_light_fans_of(kRays, fans, *targets, hits);
     std::uint64_t blocked[core::kFanTargetsMax];
     kernels_.occluded_fans(view_, fans, blocked);
-    std::fill_n(hits.t, rays.count, 0.0f);
-    for (int g = 0; g < targets->group_count; ++g) {
-      for (int i = targets->group[g]; i < targets->group[g + 1]; ++i, blocked[g] >>= 1)
-        hits.primitive[targets->order[i]] = (blocked[g] & 1u) != 0 ? 0 : core::kNoPrimitive;
+    for (int g = 0; g < targets->group_count; ++g)
+      take(blocked[g], *targets, targets->group[g], targets->group[g + 1], hits);
+  }
+
+  // Each fan is made the only group.
+  void trace_light_fans_of(int most, const core::ShadowFans& fans, core::FanTargets& targets,
+                           BlockHits& hits) {
+    const int count = targets.group_count;
+    std::vector<int> begins(targets.group, targets.group + count + 1);
+    std::vector<int> faces(targets.face, targets.face + count);
+    targets.group_count = 1;
+    for (std::size_t g = 0; g < faces.size(); ++g) {
+      targets.face[0] = faces[g];
+      for (int begin = begins[g]; begin < begins[g + 1]; begin += most) {
+        targets.group[0] = begin;
+        targets.group[1] = std::min(begin + most, begins[g + 1]);
+        std::uint64_t blocked = 0;
+        kernels_.occluded_fans(view_, fans, &blocked);
+        take(blocked, targets, begin, targets.group[1], hits);
+      }
     }
+  }
+
+  // blocked: bits of the rays in places `begin` to `end` of targets.order.
+  static void take(std::uint64_t blocked, const core::FanTargets& targets, int begin, int end,
+                   BlockHits& hits) {
+    for (int i = begin; i < end; ++i, blocked >>= 1)
+      hits.primitive[targets.order[i]] = (blocked & 1u) != 0 ? 0 : core::kNoPrimitive;
   }
 
   static int fill(const RayBlock& rays, int first, core::RayPacket& packet) {
@@ -155,12 +196,45 @@ class StructureWays {
     return count;
   }
 
+  // A block as it lies.
+  static core::ManyRays many_of(const RayBlock& rays, Bits& active, core::PacketHabit& habit) {
+    alignas(64) static constexpr float kZeros[kBlockRays] = {};
+    const int packets = (rays.count + core::kPacketRays - 1) / core::kPacketRays;
+    std::fill_n(active.of, packets, ~std::uint64_t{0});
+    active.of[packets - 1] >>= packets * core::kPacketRays - rays.count;
+    return {{rays.origin[0], rays.origin[1], rays.origin[2]},
+            {rays.direction[0], rays.direction[1], rays.direction[2]},
+            kZeros,
+            rays.t_max,
+            active.of,
+            packets,
+            &habit};
+  }
+
+  void trace_many(const RayBlock& rays, BlockHits& hits) {
+    Bits active;
+    core::PacketHabit habit;
+    kernels_.closest_many(view_, many_of(rays, active, habit), {hits.t, hits.primitive});
+  }
+
+  void occlude_many(const RayBlock& rays, BlockHits& hits) {
+    Bits active, blocked;
+    core::PacketHabit habit;
+    kernels_.occluded_many(view_, many_of(rays, active, habit), blocked.of);
+    for (int i = 0; i < rays.count; ++i) {
+      const bool is_blocked =
+          (blocked.of[i / core::kPacketRays] >> i % core::kPacketRays & 1u) != 0;
+      hits.t[i] = 0;
+      hits.primitive[i] = is_blocked ? 0 : core::kNoPrimitive;
+    }
+  }
+
   void trace_packets(const RayBlock& rays, BlockHits& hits) {
     core::RayPacket packet;
     core::PacketHits found;
     for (int first = 0; first < rays.count; first += core::kPacketRays) {
       const int count = fill(rays, first, packet);
-      kernels_.closest_packet(view_, packet, core::arrays_of(found));
+      kernels_.closest_many(view_, core::many_of(packet), core::arrays_of(found));
       copy_rays<core::kPacketRays>(found.t, count, hits.t + first);
       copy_rays<core::kPacketRays>(found.primitive, count, hits.primitive + first);
     }
@@ -170,7 +244,8 @@ class StructureWays {
     core::RayPacket packet;
     for (int first = 0; first < rays.count; first += core::kPacketRays) {
       const int count = fill(rays, first, packet);
-      const std::uint64_t blocked = kernels_.occluded_packet(view_, packet);
+      std::uint64_t blocked = 0;
+      kernels_.occluded_many(view_, core::many_of(packet), &blocked);
       for (int i = 0; i < count; ++i) {
         hits.t[first + i] = 0;
         hits.primitive[first + i] = (blocked >> i & 1u) != 0 ? 0 : core::kNoPrimitive;

@@ -2,10 +2,12 @@
 #include "slave/core/integrate/direct_light.h"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 
 #include "common/math/rounding.h"
 #include "slave/core/integrate/light_samples.h"
+#include "slave/core/ray/ray_bits.h"
 
 namespace tessera::core {
 namespace {
@@ -85,30 +87,30 @@ std::uint64_t DirectLight::add_point(const SurfaceBatch& batch, const Light& lig
   return static_cast<std::uint64_t>(memory_.groups.count());
 }
 
+// Makes the active rays of a group, of which there may be none, the next packet.
+void DirectLight::put_group(int group, float t_max) {
+  int place = memory_.rays.packet_count() * kPacketRays;
+  for (const int ray : memory_.groups.group(group)) {
+    const int s = memory_.surface[ray];
+    if (!samples_.is_active(s)) continue;
+    memory_.rays.put(place, samples_.start(s), samples_.direction(s), t_max);
+    memory_.lit[place++] = s;
+  }
+}
+
 std::uint64_t DirectLight::trace_groups(const SurfaceBatch& batch, float t_max, Vec3f* radiance) {
   std::uint64_t count = 0;
-  RayPacket packet;
-  std::fill_n(packet.t_min, kPacketRays, 0.0f);
-  std::fill_n(packet.t_max, kPacketRays, t_max);
+  RayList& rays = memory_.rays;
   const int groups = memory_.groups.group_count();
-  for (int g = 0; g < groups; ++g) {
-    int surfaces[kPacketRays], n = 0;
-    for (const int ray : memory_.groups.group(g)) {
-      const int s = memory_.surface[ray];
-      if (!samples_.is_active(s)) continue;
-      for (int a = 0; a < 3; ++a) {
-        packet.origin[a][n] = samples_.start(s)[a];
-        packet.direction[a][n] = samples_.direction(s)[a];
-      }
-      surfaces[n++] = s;
+  for (int g = 0; g < groups;) {
+    rays.clear();
+    while (g < groups && rays.packet_count() < RayList::kPacketsMax) put_group(g++, t_max);
+    context_.tracer.occluded(rays.many(), memory_.blocked);
+    for (int p = 0; p < rays.packet_count(); ++p) {
+      for_each_ray(rays.active(p) & ~memory_.blocked[p],
+                   [&](int i) { add_open(batch, memory_.lit[p * kPacketRays + i], radiance); });
+      count += static_cast<std::uint64_t>(std::popcount(rays.active(p)));
     }
-    if (n == 0) continue;
-    packet.active = bits_below(n);
-    const std::uint64_t blocked = context_.tracer.occluded(packet);
-    for (int i = 0; i < n; ++i) {
-      if ((blocked >> i & 1u) == 0) add_open(batch, surfaces[i], radiance);
-    }
-    count += static_cast<std::uint64_t>(n);
   }
   return count;
 }

@@ -18,6 +18,7 @@
 
 #include "slave/core/integrate/glossy_light.h"
 #include "slave/core/integrate/light_samples.h"
+#include "slave/core/ray/ray_list.h"
 #include "slave/core/scene/surface_batch.h"
 
 namespace tessera::core {
@@ -27,8 +28,10 @@ class DirectLight {
   struct Memory {
     LightSamples::Memory samples;
     RayGroups groups;
-    int surface[kBatchMax];                         // by ray of `groups`
-    std::uint64_t blocked[RayGroups::kRaysMax];     // by group
+    int surface[kBatchMax];                      // by ray of `groups`
+    std::uint64_t blocked[RayGroups::kRaysMax];  // by group, or by packet of `rays`
+    RayList rays;
+    int lit[RayList::kRaysMax];                     // surface, by ray of `rays`
     std::unique_ptr<ScatteredRays::Memory> glossy;  // made where a scene has glossy surfaces
   };
 
@@ -59,6 +62,7 @@ class DirectLight {
     memory_.groups.add(seen_from_light);
   }
   // Traces the active rays of the groups that have been formed.
+  void put_group(int group, float t_max);
   std::uint64_t trace_groups(const SurfaceBatch& batch, float t_max, Vec3f* radiance);
   void add_open(const SurfaceBatch& batch, int surface, Vec3f* radiance) const;
 

@@ -29,11 +29,10 @@ void GlossyLight::trace(Vec3f* radiance) {
   Surface met_by[kPacketRays];
   Surface* to[kPacketRays];
   for (int i = 0; i < kPacketRays; ++i) to[i] = &met_by[i];
-  int numbers[kPacketRays];
+  rays_.trace_all();
   for (int first = 0; first < rays_.count(); first += kPacketRays) {
     const int n = std::min(kPacketRays, rays_.count() - first);
-    for (int i = 0; i < n; ++i) numbers[i] = first + i;
-    const std::uint64_t met = rays_.trace(numbers, n);
+    const std::uint64_t met = rays_.take(first, n);
     rays_.meet(met, to, nullptr);
     rays_.look_at_sky(bits_below(n) & ~met);
     for (int i = 0; i < n; ++i) {

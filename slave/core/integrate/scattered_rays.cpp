@@ -26,6 +26,7 @@ ScatteredRays::ScatteredRays(const RenderContext& context, Memory& memory)
 
 void ScatteredRays::clear() {
   count_ = asked_count_ = 0;
+  memory_.rays.clear();
   memory_.packet.habit = {};
   std::fill_n(memory_.packet.t_min, kPacketRays, 0.0f);
   std::fill_n(memory_.packet.t_max, kPacketRays, std::numeric_limits<float>::infinity());
@@ -86,8 +87,7 @@ void ScatteredRays::push(const SurfaceBatch& batch, const Asked& asked, const Sc
   memory_.origin[ray] = asked.surface;
   memory_.pixel[ray] = batch.pixel[asked.surface];
   memory_.key[ray] = asked.key;
-  memory_.start[ray] = s.point + outward * s.offset;
-  memory_.direction[ray] = out.direction;
+  memory_.rays.put(ray, s.point + outward * s.offset, out.direction);
   memory_.weight[ray] = out.weight;
   memory_.pdf[ray] = out.pdf;
   memory_.cone[ray] = s.cone.widened(out.widening);
@@ -97,12 +97,22 @@ std::uint64_t ScatteredRays::trace(const int* rays, int n) {
   memory_.packet.active = bits_below(n);
   for (int i = 0; i < n; ++i) {
     memory_.number[i] = rays[i];
-    for (int a = 0; a < 3; ++a) {
-      memory_.packet.origin[a][i] = memory_.start[rays[i]][a];
-      memory_.packet.direction[a][i] = memory_.direction[rays[i]][a];
-    }
+    put_vector(memory_.rays.origin(rays[i]), memory_.packet.origin, i);
+    put_vector(memory_.rays.direction(rays[i]), memory_.packet.direction, i);
   }
   context_.tracer.closest(memory_.packet, memory_.hits);
+  met_.find(memory_.packet, memory_.hits);
+  return met_.points().met;
+}
+
+void ScatteredRays::trace_all() {
+  context_.tracer.closest(memory_.rays.many(), memory_.found.arrays());
+}
+
+std::uint64_t ScatteredRays::take(int first, int n) {
+  memory_.rays.copy_packet(first / kPacketRays, memory_.packet);
+  memory_.found.copy_packet(first / kPacketRays, memory_.hits);
+  for (int i = 0; i < n; ++i) memory_.number[i] = first + i;
   met_.find(memory_.packet, memory_.hits);
   return met_.points().met;
 }

@@ -10,6 +10,7 @@
 #include "slave/core/integrate/bsdf_packet.h"
 #include "slave/core/integrate/open_sky.h"
 #include "slave/core/integrate/render_context.h"
+#include "slave/core/ray/ray_list.h"
 #include "slave/core/scene/met_surfaces.h"
 #include "slave/core/scene/surface_batch.h"
 
@@ -22,8 +23,9 @@ class ScatteredRays {
     std::uint32_t key;
   };
   struct Memory {
-    Vec3f start[kBatchMax], direction[kBatchMax];  // unit
-    Vec3f weight[kBatchMax];                       // throughput of what the ray meets, to the pixel
+    RayList rays;             // directions are unit vectors
+    ListHits found;           // of all rays
+    Vec3f weight[kBatchMax];  // throughput of what the ray meets, to the pixel
     // Pdf of the direction by solid angle, for the MIS weight of what the ray meets; 0 after a
     // mirror or glass, where light samples have no share.
     float pdf[kBatchMax];
@@ -56,18 +58,24 @@ class ScatteredRays {
 
   int count() const { return count_; }
   // `ray`: number of the ray, from 0.
-  Vec3f direction(int ray) const { return memory_.direction[ray]; }
+  Vec3f direction(int ray) const { return memory_.rays.direction(ray); }
   Vec3f weight(int ray) const { return memory_.weight[ray]; }
   float pdf(int ray) const { return memory_.pdf[ray]; }
   int origin(int ray) const { return memory_.origin[ray]; }
   std::uint16_t pixel(int ray) const { return memory_.pixel[ray]; }
   std::uint32_t key(int ray) const { return memory_.key[ray]; }
 
-  // Traces the n rays of these numbers as one packet. Requires: n <= kPacketRays. Returns: bits of
-  // the packet's rays that have met something.
+  // Traces the n rays of these numbers as one packet, which is the one at hand then. Requires: n <=
+  // kPacketRays. Returns: bits of the packet's rays that have met something.
   std::uint64_t trace(const int* rays, int n);
 
-  // The functions below are about the packet that was traced last.
+  // Traces all rays.
+  void trace_all();
+  // Takes n rays from number `first` on as the packet at hand. Requires: trace_all() was called;
+  // first is a multiple of kPacketRays, and n is at most that. Returns: as trace().
+  std::uint64_t take(int first, int n);
+
+  // The functions below are about the packet at hand.
 
   // Makes *to[i], the surface that the packet's ray i has met, for each bit i of `met`. `batch`:
   // see MetSurfaces.

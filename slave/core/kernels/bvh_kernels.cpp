@@ -14,7 +14,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 #if HWY_TARGET == HWY_AVX3
-// Packets through a few triangles go through all of them.
+// Rays through a few triangles go through all of them.
 template <>
 constexpr ViewKernels<TriangleBvh<16>> kKernels<TriangleBvh<16>>{
     closest_ray<TriangleBvh<16>>,
@@ -23,8 +23,8 @@ constexpr ViewKernels<TriangleBvh<16>> kKernels<TriangleBvh<16>>{
     closest_fan<TriangleBvh<16>>,
     occluded_fan<TriangleBvh<16>>,
     occluded_fans<TriangleBvh<16>>,
-    closest_few_or_packet<TriangleBvh<16>>,
-    occluded_few_or_packet<TriangleBvh<16>>};
+    closest_of_few_or_many<TriangleBvh<16>>,
+    occluded_by_few_or_many<TriangleBvh<16>>};
 #endif
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core

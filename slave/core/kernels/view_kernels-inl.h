@@ -12,7 +12,7 @@
 #endif
 
 #include "slave/core/traverse/entry-inl.h"
-#include "slave/core/traverse/packet_call-inl.h"
+#include "slave/core/traverse/many_call-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
@@ -24,9 +24,9 @@ void enter_fans(const View& scene, const FanWindow& window, FanEntry& entry) {
 }
 
 template <class View>
-constexpr ViewKernels<View> kKernels{
-    closest_ray<View>,  occluded_ray<View>,  enter_fans<View>,     closest_fan<View>,
-    occluded_fan<View>, occluded_fans<View>, closest_packet<View>, occluded_packet<View>};
+constexpr ViewKernels<View> kKernels{closest_ray<View>,  occluded_ray<View>, enter_fans<View>,
+                                     closest_fan<View>,  occluded_fan<View>, occluded_fans<View>,
+                                     closest_many<View>, occluded_many<View>};
 
 template <template <int> class View>
 constexpr ViewTables<View> view_tables() {

@@ -52,6 +52,7 @@ template <int W, bool kAny>
 class RayLeaf {
  public:
   static constexpr bool kIsAny = kAny;
+  static constexpr bool kSettlesAtOnce = true;
   using Found = Candidates;
 
   explicit RayLeaf(OneRay& ray) : test_(ray) {}

@@ -29,9 +29,9 @@ struct BundleRays : PacketRays {
   static constexpr int kRaysLeast = 12;    // fewer, or one lane, are faster alone
   static constexpr float kWidest = 0.75f;  // limit of u_max - u_min, v_max - v_min, likewise
 
-  // Returns: whether the rays form a narrow frustum: those that are valid go to one side of the
-  // main axis and to about the same part of it.
-  bool setup(const RayPacket& rays);
+  // Takes the first packet. Returns: whether its rays form a narrow frustum: those that are valid
+  // go to one side of the main axis and to about the same part of it.
+  bool setup(const ManyRays& rays);
   void line_up() {}  // as FanRays::line_up(): they are in line
   HWY_INLINE V length_at(size_t at) const { return load<V>(length + at); }
   HWY_INLINE void direction_of(size_t ray, float* to) const {
@@ -75,14 +75,14 @@ struct BundleRays : PacketRays {
   RowPlanes row_u, row_v;
 
  private:
-  static uint64_t valid_rays(const RayPacket& rays);
-  bool setup_row(const RayPacket& rays, size_t row, uint64_t valid, size_t middle);
+  static uint64_t valid_rays(const ManyRays& rays);
+  bool setup_row(const ManyRays& rays, size_t row, uint64_t valid, size_t middle);
   void set_slopes(size_t row, V u, RowPlanes& planes);
   void set_offsets(int axis, RowPlanes& planes, const float* slope, float* offset);
   void set_origin(size_t middle);
 };
 
-inline uint64_t BundleRays::valid_rays(const RayPacket& rays) {
+inline uint64_t BundleRays::valid_rays(const ManyRays& rays) {
   uint64_t valid = 0;
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
     const V sum = sizes(rays.direction, at), place = sizes(rays.origin, at);
@@ -91,10 +91,10 @@ inline uint64_t BundleRays::valid_rays(const RayPacket& rays) {
     is_valid = is_valid && load<V>(rays.t_max + at) >= load<V>(rays.t_min + at);
     valid |= uint64_t{bits_of<V>(is_valid)} << at;
   }
-  return valid & rays.active;
+  return valid & rays.active[0];
 }
 
-inline bool BundleRays::setup(const RayPacket& rays) {
+inline bool BundleRays::setup(const ManyRays& rays) {
   const uint64_t valid = valid_rays(rays);
   if (kLanes == 1 || __builtin_popcountll(valid) < kRaysLeast) return false;
   const size_t middle = middle_of(valid);
@@ -121,8 +121,7 @@ inline bool BundleRays::setup(const RayPacket& rays) {
 }
 
 // Returns: whether the rays of the row are near the main axis.
-inline bool BundleRays::setup_row(const RayPacket& rays, size_t row, uint64_t valid,
-                                  size_t middle) {
+inline bool BundleRays::setup_row(const ManyRays& rays, size_t row, uint64_t valid, size_t middle) {
   const size_t at = row * kLanes;
   const auto is_valid = mask_of<V>(static_cast<uint32_t>(valid >> at));
   const auto copy = [&](const float* values, float* to) {

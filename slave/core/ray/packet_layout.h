@@ -70,7 +70,22 @@ struct Fan {
   PacketHabit* habit;
 };
 
-// Any 64 rays. Those that form a bundle are traced together. A hit needs t_min <= t <= t_max.
+// Rays with origins and directions of their own, in as many packets as there are: packet p has the
+// rays kPacketRays * p and those behind it. Arrays stay where they are: at multiples of 64 bytes,
+// with room for kPacketRays rays a packet. Rays of one packet that form a bundle are traced
+// together, and all others are, whatever packets they are in. See many_of() in
+// slave/core/ray/many_of.h.
+struct ManyRays {
+  const float* origin[3];
+  const float* direction[3];
+  const float* t_min;
+  const float* t_max;
+  const uint64_t* active;  // by packet, as in FanPacket
+  int packet_count;
+  PacketHabit* habit;
+};
+
+// 64 of such rays. A hit needs t_min <= t <= t_max.
 struct alignas(64) RayPacket {
   float origin[3][kPacketRays];
   float direction[3][kPacketRays];

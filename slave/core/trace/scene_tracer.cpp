@@ -18,7 +18,7 @@ SingleRay ray_of(const FanPacket& rays, int i) {
           rays.t_max[i]};
 }
 
-SingleRay ray_of(const RayPacket& rays, int i) {
+SingleRay ray_of(const ManyRays& rays, int i) {
   return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
           {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
           rays.t_min[i],
@@ -48,35 +48,28 @@ SingleRay ray_of(const ShadowFans& fans, int g, int i) {
       {at_end, fans.excluded_at_origin}};
 }
 
-// Bits of the rays of a packet that are blocked.
-template <class Packet>
-std::uint64_t blocked_of(const Packet& rays, const MethodTracer& tracer) {
-  std::uint64_t blocked = 0;
-  for_each_ray(rays.active,
-               [&](int i) { blocked |= std::uint64_t{tracer.occluded(ray_of(rays, i))} << i; });
-  return blocked;
+// Calls `function(packet, i)` for each ray, the one in place i.
+template <class Function>
+void for_each_of(const ManyRays& rays, const Function& function) {
+  for (int p = 0; p < rays.packet_count; ++p)
+    for_each_ray(rays.active[p], [&](int i) { function(p, p * kPacketRays + i); });
+}
+template <class Function>
+void for_each_of(const FanPacket& rays, const Function& function) {
+  for_each_ray(rays.active, [&](int i) { function(0, i); });
 }
 
-template <class Packet>
-void trace_alone(const Packet& rays, const MethodTracer& tracer, PacketHits& hits) {
-  for (int i = 0; i < kPacketRays; ++i) {
-    hits.t[i] = 0;
-    hits.primitive[i] = kNoPrimitive;
-  }
-  for_each_ray(rays.active, [&](int i) {
-    const SingleHit hit = tracer.closest(ray_of(rays, i));
-    hits.t[i] = hit.t;
-    hits.primitive[i] = hit.primitive;
-  });
+void put(const SingleHit& hit, int i, const HitArrays& hits) {
+  hits.t[i] = hit.t;
+  hits.primitive[i] = hit.primitive;
 }
 
-std::uint64_t bits_of_met(std::uint64_t active, const PacketHits& hits) {
-  std::uint64_t met = 0;
-  for (; active != 0; active &= active - 1) {
-    const int i = std::countr_zero(active);
-    if (hits.primitive[i] != kNoPrimitive) met |= std::uint64_t{1} << i;
-  }
-  return met;
+// packet_count: of `rays`.
+template <class Rays>
+void trace_alone(const Rays& rays, int packet_count, const MethodTracer& tracer,
+                 const HitArrays& hits) {
+  for (int i = 0; i < packet_count * kPacketRays; ++i) put({0, kNoPrimitive}, i, hits);
+  for_each_of(rays, [&](int, int i) { put(tracer.closest(ray_of(rays, i)), i, hits); });
 }
 
 }  // namespace
@@ -90,45 +83,61 @@ void SceneTracer::go_through(SingleRay ray, SingleHit& hit) const {
   }
 }
 
-template <class Packet>
-void SceneTracer::go_through_all(const Packet& rays, PacketHits& hits) const {
-  for (std::uint64_t left = rays.active; left != 0; left &= left - 1) {
-    const int i = std::countr_zero(left);
-    if (hits.primitive[i] == kNoPrimitive) continue;
+void SceneTracer::go_through(const FanPacket& rays, const HitArrays& hits) const {
+  for_each_of(rays, [&](int, int i) {
+    if (hits.primitive[i] == kNoPrimitive) return;
     SingleHit hit{hits.t[i], hits.primitive[i]};
     go_through(ray_of(rays, i), hit);
-    hits.t[i] = hit.t;
-    hits.primitive[i] = hit.primitive;
-  }
+    put(hit, i, hits);
+  });
 }
-
-void SceneTracer::go_through(const FanPacket& rays, PacketHits& hits) const {
-  go_through_all(rays, hits);
-}
-void SceneTracer::go_through(const RayPacket& rays, PacketHits& hits) const {
-  go_through_all(rays, hits);
+void SceneTracer::go_through(const ManyRays& rays, const HitArrays& hits) const {
+  for_each_of(rays, [&](int, int i) {
+    if (hits.primitive[i] == kNoPrimitive) return;
+    SingleHit hit{hits.t[i], hits.primitive[i]};
+    go_through(ray_of(rays, i), hit);
+    put(hit, i, hits);
+  });
 }
 
 void SceneTracer::by_method(const FanPacket& rays, PacketHits& hits) const {
-  trace_alone(rays, *by_method_, hits);
-  if (alpha_ != nullptr) go_through(rays, hits);
+  trace_alone(rays, 1, *by_method_, arrays_of(hits));
+  if (alpha_ != nullptr) go_through(rays, arrays_of(hits));
 }
-void SceneTracer::by_method(const RayPacket& rays, PacketHits& hits) const {
-  trace_alone(rays, *by_method_, hits);
+void SceneTracer::by_method(const ManyRays& rays, const HitArrays& hits) const {
+  trace_alone(rays, rays.packet_count, *by_method_, hits);
   if (alpha_ != nullptr) go_through(rays, hits);
 }
 
 std::uint64_t SceneTracer::stopped(const FanPacket& rays) const {
-  if (alpha_ == nullptr) return blocked_of(rays, *by_method_);
+  std::uint64_t blocked = 0;
+  if (alpha_ == nullptr) {
+    for_each_of(rays, [&](int, int i) {
+      blocked |= std::uint64_t{by_method_->occluded(ray_of(rays, i))} << i;
+    });
+    return blocked;
+  }
   PacketHits hits;
   closest(rays, hits);
-  return bits_of_met(rays.active, hits);
+  for_each_of(
+      rays, [&](int, int i) { blocked |= std::uint64_t{hits.primitive[i] != kNoPrimitive} << i; });
+  return blocked;
 }
-std::uint64_t SceneTracer::stopped(const RayPacket& rays) const {
-  if (alpha_ == nullptr) return blocked_of(rays, *by_method_);
+void SceneTracer::stopped(const ManyRays& rays, std::uint64_t* blocked) const {
+  std::fill_n(blocked, rays.packet_count, std::uint64_t{0});
+  if (alpha_ == nullptr) {
+    for_each_of(rays, [&](int p, int i) {
+      blocked[p] |= std::uint64_t{by_method_->occluded(ray_of(rays, i))} << i % kPacketRays;
+    });
+    return;
+  }
   PacketHits hits;
-  closest(rays, hits);
-  return bits_of_met(rays.active, hits);
+  for (int p = 0; p < rays.packet_count; ++p) {
+    closest(packet_at(rays, p), arrays_of(hits));
+    for_each_ray(rays.active[p], [&](int i) {
+      blocked[p] |= std::uint64_t{hits.primitive[i] != kNoPrimitive} << i;
+    });
+  }
 }
 void SceneTracer::stopped(const ShadowFans& fans, std::uint64_t* blocked) const {
   if (alpha_ == nullptr) {

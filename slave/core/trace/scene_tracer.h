@@ -16,6 +16,7 @@
 #include "slave/core/primitive/patch/patch_support.h"
 #include "slave/core/primitive/primitive_index.h"
 #include "slave/core/ray/fan_of.h"
+#include "slave/core/ray/many_of.h"
 #include "slave/core/trace/method_tracer.h"
 
 namespace tessera::core {
@@ -104,13 +105,16 @@ class SceneTracer {
     const Fan fan = fan_of(rays);
     const HitArrays found = arrays_of(hits);
     std::visit([&](const auto& v) { table(v).closest_fan(v, fan, found); }, view_);
+    if (alpha_ != nullptr) go_through(rays, found);
+  }
+  // The same for any number of rays with origins of their own.
+  void closest(const ManyRays& rays, const HitArrays& hits) const {
+    if (is_by_method()) return by_method(rays, hits);
+    std::visit([&](const auto& v) { table(v).closest_many(v, rays, hits); }, view_);
     if (alpha_ != nullptr) go_through(rays, hits);
   }
   void closest(const RayPacket& rays, PacketHits& hits) const {
-    if (is_by_method()) return by_method(rays, hits);
-    const HitArrays found = arrays_of(hits);
-    std::visit([&](const auto& v) { table(v).closest_packet(v, rays, found); }, view_);
-    if (alpha_ != nullptr) go_through(rays, hits);
+    closest(many_of(rays), arrays_of(hits));
   }
   SingleHit closest(const SingleRay& ray) const {
     SingleHit hit = nearest(ray);
@@ -128,9 +132,15 @@ class SceneTracer {
     if (alpha_ != nullptr || is_by_method()) return stopped(fans, blocked);
     std::visit([&](const auto& v) { table(v).occluded_fans(v, fans, blocked); }, view_);
   }
+  // The same for any number of rays with origins of their own: blocked [rays.packet_count].
+  void occluded(const ManyRays& rays, std::uint64_t* blocked) const {
+    if (alpha_ != nullptr || is_by_method()) return stopped(rays, blocked);
+    std::visit([&](const auto& v) { table(v).occluded_many(v, rays, blocked); }, view_);
+  }
   std::uint64_t occluded(const RayPacket& rays) const {
-    if (alpha_ != nullptr || is_by_method()) return stopped(rays);
-    return std::visit([&](const auto& v) { return table(v).occluded_packet(v, rays); }, view_);
+    std::uint64_t blocked = 0;
+    occluded(many_of(rays), &blocked);
+    return blocked;
   }
   bool occluded(const SingleRay& ray) const {
     if (alpha_ != nullptr) return closest(ray).primitive != kNoPrimitive;
@@ -149,18 +159,16 @@ class SceneTracer {
   }
   // The same for packets where a method answers for patches: ray by ray.
   void by_method(const FanPacket& rays, PacketHits& hits) const;
-  void by_method(const RayPacket& rays, PacketHits& hits) const;
+  void by_method(const ManyRays& rays, const HitArrays& hits) const;
   // Replaces hits that are passed by the first behind them that is not. Requires: alpha_ is not
   // null.
   void go_through(SingleRay ray, SingleHit& hit) const;
-  void go_through(const FanPacket& rays, PacketHits& hits) const;
-  void go_through(const RayPacket& rays, PacketHits& hits) const;
-  template <class Packet>
-  void go_through_all(const Packet& rays, PacketHits& hits) const;
+  void go_through(const FanPacket& rays, const HitArrays& hits) const;
+  void go_through(const ManyRays& rays, const HitArrays& hits) const;
   // What is blocked, where the kernels for any hit do not do: rays go through something, or a
   // method answers for patches.
   std::uint64_t stopped(const FanPacket& rays) const;
-  std::uint64_t stopped(const RayPacket& rays) const;
+  void stopped(const ManyRays& rays, std::uint64_t* blocked) const;
   void stopped(const ShadowFans& fans, std::uint64_t* blocked) const;
 
   template <class View>

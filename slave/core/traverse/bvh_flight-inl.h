@@ -5,8 +5,8 @@
 // waits for each step's result, since the next step is a branch on it; here the steps of different
 // rays overlap, and hardly a branch depends on a ray. Decision: ../decisions/flights.md.
 //
-// For closest hits. Where any hit will do, rays are better one by one: what blocks one of them is
-// tested first for the next, and rays in flight begin before anything is known of each other.
+// Where any hit will do, a ray is first tested against the block that blocked a ray last: of those
+// that the same block blocks, few take off.
 //
 // A ray's answer is that of bvh_ray-inl.h: both visit every box that the ray meets before its hit,
 // in another order. A ray that has too many boxes to come back to is traced by itself.
@@ -34,15 +34,17 @@ template <class View, class Leaf>
 class BvhFlight;
 
 // Whether rays fly through a structure. That takes a leaf test in two steps, nodes as wide as a
-// register, and an instruction set that compresses and permutes registers of 16.
+// register, and an instruction set that compresses and permutes registers of 16. Where any hit will
+// do, what a leaf has must be known before the ray goes on.
 template <class View, class Leaf>
 constexpr bool kFlies = false;
 
 #if HWY_TARGET == HWY_AVX3
 
 template <class Shapes, class Leaf>
-constexpr bool kFlies<BvhView<16, Shapes>, Leaf> = !Leaf::kIsAny && requires {
+constexpr bool kFlies<BvhView<16, Shapes>, Leaf> = requires {
   typename Leaf::Found;
+  requires(!Leaf::kIsAny || Leaf::kSettlesAtOnce);
 };
 
 // Boxes that a ray still has to visit, the nearest on top.
@@ -59,7 +61,7 @@ class FlightStack {
     size_ = 2;
   }
   HWY_INLINE StackEntry pop() { return entries_[--size_]; }
-  // Puts back what ends a ray. Requires: it was taken, and nothing else is left.
+  // Leaves nothing but what ends a ray.
   HWY_INLINE void end() { size_ = 1; }
   // Adds the entry or does not, without a branch.
   HWY_INLINE void push_if(bool is_wanted, StackEntry entry) {
@@ -95,6 +97,19 @@ class FlightStack {
     size_ += static_cast<int>(count);
   }
 
+  // The same in any order, for rays of which any hit will do.
+  HWY_INLINE void push_unsorted(const BvhNode<16>& node, uint32_t met) {
+    const hn::CappedTag<uint32_t, 16> du;
+    const ChildKeys::Tag keys;
+    const ChildKeys::HalfTag halves;
+    const auto child = hn::Compress(hn::Load(du, node.child), mask_of(du, met));
+    const auto near = hn::Set(halves, 0xff800000u);  // -inf
+    uint64_t* const to = reinterpret_cast<uint64_t*>(entries_ + size_);
+    hn::StoreU(ChildKeys::of(near, hn::LowerHalf(halves, child)), keys, to);
+    hn::StoreU(ChildKeys::of(near, hn::UpperHalf(halves, child)), keys, to + 8);
+    size_ += __builtin_popcount(met);
+  }
+
  private:
   alignas(64) StackEntry entries_[kMost];
   int size_ = 0;
@@ -103,6 +118,7 @@ class FlightStack {
 template <class View, class Leaf>
 class BvhFlight {
   static constexpr int W = View::kWidth;
+  static constexpr bool kAny = Leaf::kIsAny;
   static constexpr int kSlots = 32;
   // Of rays that still have boxes to visit: while there are as many, a ray whose answers are not
   // all known waits at its end.
@@ -146,6 +162,7 @@ class BvhFlight {
 
   const View& scene_;
   Slot slots_[kSlots];
+  uint32_t blocker_ = kNoBlock;  // of the ray that was blocked last
 };
 
 // Returns: whether the slot has a ray.
@@ -155,6 +172,11 @@ bool BvhFlight<View, Leaf>::fill(Slot& slot, Rays& rays) {
   while ((slot.number = rays.next(slot.given)) >= 0) {
     if (scene_.nodes != nullptr && slot.ray.setup(slot.given, scene_.box)) {
       slot.leaf.prepare();
+      if (kAny && blocker_ != kNoBlock && slot.leaf.test(scene_.shapes, blocker_, 1) != kNoBlock) {
+        TESSERA_COUNT(singles, 1);
+        rays.ended(slot.number, SingleHit{0, static_cast<uint32_t>(slot.ray.best)});
+        continue;
+      }
       slot.slabs.setup(slot.ray, scene_.box);
       slot.stack.begin();
       TESSERA_COUNT(singles, 1);
@@ -194,7 +216,11 @@ void BvhFlight<View, Leaf>::step_nodes(Round& round, Rays& rays,
     alignas(64) float t_in[W];
     const BvhNode<W>& node = scene_.nodes[slot.child];
     const uint32_t met = slot.slabs.overlapping(slot.ray, node, t_in);
-    slot.stack.push(node, met, t_in);
+    if constexpr (kAny) {
+      slot.stack.push_unsorted(node, met);
+    } else {
+      slot.stack.push(node, met, t_in);
+    }
     bool goes_on = true;
     if (HWY_UNLIKELY(!slot.stack.has_room())) {
       if (!settling.is_settled(slot.leaf)) settling.finish();
@@ -223,6 +249,10 @@ void BvhFlight<View, Leaf>::test_leaves(Round& round, Settling& settling) {
   for (int i = 0; i < close.count; ++i) {
     Slot& slot = slots_[close.slot[i]];
     settling.settle(slot.leaf, slot.child & kBvhBlockMask, slot.found);
+    if (kAny && slot.ray.has_hit()) {
+      blocker_ = slot.child & kBvhBlockMask;
+      slot.stack.end();
+    }
   }
 }
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traversal by up to 64 rays with origins and directions of their own of a hierarchy whose leaves
-// lead into other structures, as instances do. Such a hierarchy is small, and what its leaves lead
-// to takes long; so the rays go through it together, without a look at what they hit: first each
-// ray finds all the leaves that it meets, node by node of all rays, in loops in which hardly a
-// branch depends on a ray; then the rays take their leaves, each the nearest first, in rounds, in
-// which all of them step into a structure and go through it. Decision: ../decisions/instances.md.
+// Traversal by rays with origins and directions of their own, 64 at a time, of a hierarchy whose
+// leaves lead into other structures, as instances do. It is small, and what its leaves lead to
+// takes long; so the rays go through it together, without a look at what they hit: first each ray
+// finds all leaves that it meets, node by node of all rays, in loops in which hardly a branch
+// depends on a ray; then the rays take their leaves, each the nearest first, in rounds, in which
+// all of them step into a structure and go through it. Decision: ../decisions/instances.md.
 //
-// For closest hits; see bvh_flight-inl.h for why. A ray's answer is that of bvh_ray-inl.h: both
-// visit every leaf that the ray meets before its hit. A ray that meets too many leaves is traced by
-// itself, and so are those that are not done with the nodes when there are too many, and those that
-// begin behind their origin.
+// For closest hits; rays of which any hit will do go one by one. A ray's answer is that of
+// bvh_ray-inl.h: both visit every leaf that the ray meets before its hit. A ray that meets too many
+// leaves is traced by itself, and so are those that are not done with the nodes when there are too
+// many, and those that begin behind their origin.
 //
 // Threads. One traversal owns one.
 #include "slave/core/traverse/view_layout.h"
@@ -107,7 +107,7 @@ class BvhStream {
   // Requires: the scene outlives it. Some 100 KB.
   explicit BvhStream(const View& scene) : scene_(scene) {}
 
-  // Rays: as in BvhFlight; at most kPacketRays of them.
+  // Rays: as in BvhFlight.
   template <class Rays>
   void run(Rays& rays);
 
@@ -129,7 +129,7 @@ class BvhStream {
   };
 
   template <class Rays>
-  HWY_INLINE void set_up(Rays& rays);
+  HWY_INLINE bool set_up(Rays& rays);
   template <class Rays>
   HWY_INLINE void set_up(int first, Rays& rays);
   HWY_NOINLINE bool set_up_alone(Slot& slot);
@@ -150,10 +150,10 @@ class BvhStream {
   typename Leaf::Stream stream_;
 };
 
-// Takes as many rays as there is room for.
+// Takes as many rays as there is room for. Returns: whether there may be more.
 template <class View, class Leaf>
 template <class Rays>
-void BvhStream<View, Leaf>::set_up(Rays& rays) {
+bool BvhStream<View, Leaf>::set_up(Rays& rays) {
   slot_count_ = 0;
   while (slot_count_ < kSlots) {
     Slot& slot = slots_[slot_count_];
@@ -161,7 +161,10 @@ void BvhStream<View, Leaf>::set_up(Rays& rays) {
     if (slot.number < 0) break;
     ++slot_count_;
   }
+  const bool is_full = slot_count_ == kSlots;
+  // Rays that are not valid leave.
   for (int first = 0; first < slot_count_; first += Group::kRays) set_up(first, rays);
+  return is_full;
 }
 
 // Sets up a group of rays, from `first` on. Of those that are not valid the last one takes the
@@ -292,12 +295,13 @@ void BvhStream<View, Leaf>::end(const Slot& slot, Rays& rays) {
 template <class View, class Leaf>
 template <class Rays>
 void BvhStream<View, Leaf>::run(Rays& rays) {
-  do {
-    set_up(rays);
+  bool has_more = true;
+  while (has_more) {
+    has_more = set_up(rays);
     find_leaves();
     test_leaves();
     for (int s = 0; s < slot_count_; ++s) end(slots_[s], rays);
-  } while (slot_count_ == kSlots);
+  }
 }
 
 #endif  // HWY_TARGET == HWY_AVX3

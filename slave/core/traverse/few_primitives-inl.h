@@ -16,7 +16,7 @@
 #endif
 
 #include "slave/core/primitive/list-inl.h"
-#include "slave/core/traverse/packet_call-inl.h"
+#include "slave/core/traverse/many_call-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
@@ -35,7 +35,7 @@ class FewPrimitives {
   bool find(const View& scene);
   // Traces the packet's rays. Returns: the bits of those that it leaves to others. Requires: find()
   // returned true.
-  uint64_t run(const RayPacket& rays);
+  uint64_t run(const ManyRays& rays);
   // Answers of the rays that were traced.
   uint64_t blocked() const { return blocked_; }
   void write_to(const HitArrays& hits) const;
@@ -44,7 +44,7 @@ class FewPrimitives {
   // Returns: by ray, where t of the nearest hit begins at the latest.
   V look_at_all(const Row& row, size_t at);
   void pair_up(V far);
-  void settle(const Row& row, const RayPacket& rays, size_t at);
+  void settle(const Row& row, const ManyRays& rays, size_t at);
   bool is_nearer(size_t ray, float t_min, float t, int32_t primitive) const {
     const bool is_lower = best_[ray] == -1 || primitive < best_[ray];
     return t >= t_min && (t < best_t_[ray] || (t == best_t_[ray] && is_lower));
@@ -80,7 +80,7 @@ bool FewPrimitives<View, kAny>::find(const View& scene) {
 }
 
 template <class View, bool kAny>
-uint64_t FewPrimitives<View, kAny>::run(const RayPacket& rays) {
+uint64_t FewPrimitives<View, kAny>::run(const ManyRays& rays) {
   uint64_t odd = 0;
   blocked_ = 0;
   for (size_t at = 0; at < kPacketRays; at += kLanes) {
@@ -130,7 +130,7 @@ void FewPrimitives<View, kAny>::pair_up(V far) {
 }
 
 template <class View, bool kAny>
-void FewPrimitives<View, kAny>::settle(const Row& row, const RayPacket& rays, size_t at) {
+void FewPrimitives<View, kAny>::settle(const Row& row, const ManyRays& rays, size_t at) {
   alignas(64) float t[kLanes];
   for (size_t first = 0; first < pair_count_; first += kLanes) {
     const uint32_t counts =
@@ -172,47 +172,57 @@ constexpr int kFewRaysLeast = 8;
 
 // Whether it is worth looking whether a structure has few primitives.
 template <class View>
-HWY_INLINE bool may_be_few(const View& scene, const RayPacket& rays) {
-  return scene.nodes != nullptr && (scene.nodes[0].child[0] & kBvhLeaf) != 0 &&
-         __builtin_popcountll(rays.active) >= kFewRaysLeast;
+HWY_INLINE bool may_be_few(const View& scene, const ManyRays& rays) {
+  if (scene.nodes == nullptr || (scene.nodes[0].child[0] & kBvhLeaf) == 0) return false;
+  int count = 0;
+  for (int p = 0; p < rays.packet_count && count < kFewRaysLeast; ++p)
+    count += __builtin_popcountll(rays.active[p]);
+  return count >= kFewRaysLeast;
 }
 
 // Returns: whether the rays were traced.
 template <class View>
-HWY_NOINLINE bool closest_of_few(const View& scene, const RayPacket& rays, const HitArrays& hits) {
+HWY_NOINLINE bool closest_of_few(const View& scene, const ManyRays& rays, const HitArrays& hits) {
   FewPrimitives<View, false> few;
   if (!few.find(scene)) return false;
-  uint64_t odd = few.run(rays);
-  few.write_to(hits);
-  for (; odd != 0; odd &= odd - 1) {
-    const auto i = static_cast<size_t>(__builtin_ctzll(odd));
-    SingleHit hit;
-    closest_ray(scene, ray_of(rays, i), hit);
-    hits.t[i] = hit.t;
-    hits.primitive[i] = hit.primitive;
+  for (int p = 0; p < rays.packet_count; ++p) {
+    const ManyRays packet = packet_of(rays, p);
+    const HitArrays found = hits_of(hits, p);
+    uint64_t odd = few.run(packet);
+    few.write_to(found);
+    for (; odd != 0; odd &= odd - 1) {
+      const auto i = static_cast<size_t>(__builtin_ctzll(odd));
+      SingleHit hit;
+      closest_ray(scene, ray_of(packet, i), hit);
+      found.t[i] = hit.t;
+      found.primitive[i] = hit.primitive;
+    }
   }
   return true;
 }
 template <class View>
-HWY_NOINLINE bool occluded_by_few(const View& scene, const RayPacket& rays, uint64_t& blocked) {
+HWY_NOINLINE bool occluded_by_few(const View& scene, const ManyRays& rays, uint64_t* blocked) {
   FewPrimitives<View, true> few;
   if (!few.find(scene)) return false;
-  const uint64_t odd = few.run(rays);
-  blocked = few.blocked() | occluded_alone(scene, rays, odd);
+  uint32_t blocker = kNoBlock;
+  for (int p = 0; p < rays.packet_count; ++p) {
+    const ManyRays packet = packet_of(rays, p);
+    const uint64_t odd = few.run(packet);
+    blocked[p] = few.blocked() | occluded_alone(scene, packet, odd, blocker);
+  }
   return true;
 }
 
-// What closest_packet() and occluded_packet() do, where primitives may be few.
+// What closest_many() and occluded_many() do, where primitives may be few.
 template <class View>
-void closest_few_or_packet(const View& scene, const RayPacket& rays, const HitArrays& hits) {
+void closest_of_few_or_many(const View& scene, const ManyRays& rays, const HitArrays& hits) {
   if (!may_be_few(scene, rays) || !closest_of_few(scene, rays, hits))
-    closest_packet(scene, rays, hits);
+    closest_many(scene, rays, hits);
 }
 template <class View>
-uint64_t occluded_few_or_packet(const View& scene, const RayPacket& rays) {
-  uint64_t blocked = 0;
-  if (may_be_few(scene, rays) && occluded_by_few(scene, rays, blocked)) return blocked;
-  return occluded_packet(scene, rays);
+void occluded_by_few_or_many(const View& scene, const ManyRays& rays, uint64_t* blocked) {
+  if (!may_be_few(scene, rays) || !occluded_by_few(scene, rays, blocked))
+    occluded_many(scene, rays, blocked);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -83,7 +83,7 @@ HWY_INLINE SingleRay ray_of(const ShadowFan& fan, size_t i) {
 
 // The numbers are stored as one register where there is one of eight: what loads the origin or the
 // direction as a register would have to wait for numbers that are stored one by one.
-HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {
+HWY_INLINE SingleRay ray_of(const ManyRays& rays, size_t i) {
   using Eight = float __attribute__((vector_size(32)));
   const auto& from = rays.origin;
   const auto& along = rays.direction;
@@ -97,7 +97,7 @@ HWY_INLINE SingleRay ray_of(const RayPacket& rays, size_t i) {
 
 HWY_INLINE PacketHabit& habit_of(const Fan& rays) { return *rays.habit; }
 HWY_INLINE PacketHabit& habit_of(const ShadowFan& rays) { return rays.fans.habit; }
-HWY_INLINE PacketHabit& habit_of(const RayPacket& rays) { return rays.habit; }
+HWY_INLINE PacketHabit& habit_of(const ManyRays& rays) { return *rays.habit; }
 
 // Returns: how it ended; kNoFrustum also where it was not tried.
 template <class Tracer, class Packet>
@@ -142,14 +142,9 @@ struct PacketInFlight {
   }
 };
 
-// Traces the rays of a packet without company.
-template <class View, class Packet>
-HWY_INLINE void closest_alone(const View& scene, const Packet& packet, const HitArrays& hits) {
-  for (size_t i = 0; i < kPacketRays; ++i) {
-    hits.t[i] = 0;
-    hits.primitive[i] = kNoPrimitive;
-  }
-  PacketInFlight<View, Packet> rays{scene, packet, hits};
+// Traces rays without company, as many as `rays` has.
+template <class View, class Rays>
+HWY_INLINE void closest_of_each(const View& scene, Rays& rays) {
   using Leaf = typename Tracers<View>::Leaves::template Ray<false>;
   if constexpr (kFlies<View, Leaf>) {
     BvhFlight<View, Leaf>(scene).run(rays);
@@ -161,6 +156,21 @@ HWY_INLINE void closest_alone(const View& scene, const Packet& packet, const Hit
   }
 }
 
+HWY_INLINE void put_misses(const HitArrays& hits) {
+  for (size_t i = 0; i < kPacketRays; ++i) {
+    hits.t[i] = 0;
+    hits.primitive[i] = kNoPrimitive;
+  }
+}
+
+// Traces the rays of a packet without company.
+template <class View, class Packet>
+HWY_INLINE void closest_alone(const View& scene, const Packet& packet, const HitArrays& hits) {
+  put_misses(hits);
+  PacketInFlight<View, Packet> rays{scene, packet, hits};
+  closest_of_each(scene, rays);
+}
+
 template <class Tracer, class View, class Packet>
 HWY_INLINE void closest(const View& scene, const Packet& rays, const HitArrays& hits) {
   Tracer tracer(scene);
@@ -169,12 +179,12 @@ HWY_INLINE void closest(const View& scene, const Packet& rays, const HitArrays& 
 }
 
 // Traces the rays of `bits` one by one. The block that blocked one ray is tested first for the
-// next, since neighbours are mostly blocked by the same primitives.
+// next, since neighbours are mostly blocked by the same primitives. blocker: such a block, or
+// kNoBlock; it becomes that of the last ray that is blocked.
 template <int W, class Shapes, class Packet>
 HWY_INLINE uint64_t occluded_alone(const BvhView<W, Shapes>& scene, const Packet& rays,
-                                   uint64_t bits) {
+                                   uint64_t bits, uint32_t& blocker) {
   uint64_t blocked = 0;
-  uint32_t blocker = kNoBlock;
   for (; bits != 0; bits &= bits - 1) {
     const auto i = static_cast<size_t>(__builtin_ctzll(bits));
     typename Tracers<BvhView<W, Shapes>>::template Ray<true> tracer(scene);
@@ -184,7 +194,7 @@ HWY_INLINE uint64_t occluded_alone(const BvhView<W, Shapes>& scene, const Packet
 }
 template <int W, class Shapes, class Packet>
 HWY_INLINE uint64_t occluded_alone(const KdView<W, Shapes>& scene, const Packet& rays,
-                                   uint64_t bits) {
+                                   uint64_t bits, uint32_t&) {
   uint64_t blocked = 0;
   for (; bits != 0; bits &= bits - 1) {
     const auto i = static_cast<size_t>(__builtin_ctzll(bits));
@@ -200,7 +210,8 @@ HWY_INLINE uint64_t occluded_by(Tracer& tracer, const View& scene, const Packet&
   if (how == Together::kDone) return tracer.blocked();
   // Rays that were found blocked before the packet was given up are blocked.
   uint64_t blocked = how == Together::kDoesNotPay ? tracer.blocked() : 0;
-  return blocked | occluded_alone(scene, rays, rays.active & ~blocked);
+  uint32_t blocker = kNoBlock;
+  return blocked | occluded_alone(scene, rays, rays.active & ~blocked, blocker);
 }
 template <class Tracer, class View, class Packet>
 HWY_INLINE uint64_t occluded(const View& scene, const Packet& rays) {
@@ -269,15 +280,6 @@ void occluded_fans(const View& scene, const ShadowFans& fans, uint64_t* blocked)
     if constexpr (kHasTwins<View>) is_light = tracer.is_light();
   }
 }
-template <class View>
-void closest_packet(const View& scene, const RayPacket& rays, const HitArrays& hits) {
-  closest<typename Tracers<View>::template Bundle<false>>(scene, rays, hits);
-}
-template <class View>
-uint64_t occluded_packet(const View& scene, const RayPacket& rays) {
-  return occluded<typename Tracers<View>::template Bundle<true>>(scene, rays);
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core
 HWY_AFTER_NAMESPACE();

@@ -42,13 +42,14 @@ struct ViewKernels {
   void (*closest_ray)(const View& scene, const SingleRay& ray, SingleHit& hit);
   bool (*occluded_ray)(const View& scene, const SingleRay& ray);
   void (*enter_fans)(const View& scene, const FanWindow& window, FanEntry& entry);
-  // Rays that are no narrow fan, or no narrow bundle, are traced one by one.
+  // Rays that are no narrow fan are traced one by one.
   void (*closest_fan)(const View& scene, const Fan& rays, const HitArrays& hits);
   uint64_t (*occluded_fan)(const View& scene, const Fan& rays);  // bits of the blocked
   // Sets, for each fan, the bits of its blocked rays. blocked [fans.targets->group_count].
   void (*occluded_fans)(const View& scene, const ShadowFans& fans, uint64_t* blocked);
-  void (*closest_packet)(const View& scene, const RayPacket& rays, const HitArrays& hits);
-  uint64_t (*occluded_packet)(const View& scene, const RayPacket& rays);
+  // Any number of rays. blocked [rays.packet_count]: bits of the blocked.
+  void (*closest_many)(const View& scene, const ManyRays& rays, const HitArrays& hits);
+  void (*occluded_many)(const View& scene, const ManyRays& rays, uint64_t* blocked);
 };
 
 }  // namespace tessera::core

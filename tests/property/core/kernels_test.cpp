@@ -210,8 +210,9 @@ void expect_agreement(const Index& bvh, const RayPacket& packet, const SingleHit
   for (const Isa isa : test::isas_here()) {
     const auto& kernels = kernels_of(kernels_for(isa), view_of(bvh));
     PacketHits hits;
-    kernels.closest_packet(view_of(bvh), packet, arrays_of(hits));
-    const std::uint64_t blocked = kernels.occluded_packet(view_of(bvh), packet);
+    kernels.closest_many(view_of(bvh), many_of(packet), arrays_of(hits));
+    std::uint64_t blocked = 0;
+    kernels.occluded_many(view_of(bvh), many_of(packet), &blocked);
     for (int i = 0; i < kPacketRays; ++i) {
       EXPECT_EQ(hits.primitive[i], expected[i].primitive) << isa_name(isa) << " " << i;
       EXPECT_EQ(std::bit_cast<std::uint32_t>(hits.t[i]),

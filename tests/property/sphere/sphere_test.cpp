@@ -113,8 +113,8 @@ int check(const ViewKernels<View>& kernels, const View& view, const std::vector<
       blocked = kernels.occluded_fan(view, fan_of(packet));
     } else {
       const auto packet = packet_of<RayPacket>(rays);
-      kernels.closest_packet(view, packet, arrays_of(hits));
-      blocked = kernels.occluded_packet(view, packet);
+      kernels.closest_many(view, many_of(packet), arrays_of(hits));
+      kernels.occluded_many(view, many_of(packet), &blocked);
     }
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const SingleHit wanted = reference(balls, rays[i]);

@@ -31,7 +31,6 @@ BiasCompensation::BiasCompensation(const RenderContext& context, Memory& memory,
       paths_(context, memory.paths, std::max(0, context.settings.bounces - 1)) {
   memory.batch.make_room_for_lobes(context.scene.features.has_lobes);
   memory.arrived.make_room_for_lobes(context.scene.features.has_lobes);
-  std::fill_n(memory.rays.t_min, kPacketRays, 0.0f);
 }
 
 RayCounts BiasCompensation::add(GatherPoints& points, std::uint32_t sequence_index) {
@@ -40,8 +39,15 @@ RayCounts BiasCompensation::add(GatherPoints& points, std::uint32_t sequence_ind
   s.batch.count = 0;
   s.batch.sample_index = sequence_index;
   std::fill_n(s.light, points.count, Vec3f{});
-  for (int first = 0; first < points.count; first += kPacketRays) {
-    follow(points, first, std::min(kPacketRays, points.count - first));
+  s.list.clear();
+  for (int first = 0; first < points.count; first += kPacketRays)
+    put_rays(points, first, std::min(kPacketRays, points.count - first));
+  context_.tracer.closest(s.list.many(), s.found.arrays());
+  for (int p = 0; p < s.list.packet_count(); ++p) {
+    s.list.copy_packet(p, s.rays);
+    s.found.copy_packet(p, s.hits);
+    met_.find(s.rays, s.hits);
+    arrive(points, p * kPacketRays);
     counts.secondary += static_cast<std::uint64_t>(std::popcount(s.rays.active));
   }
   if (context_.settings.bounces > 0 && s.batch.count > 0) counts += paths_.add(s.batch, s.light);
@@ -51,7 +57,8 @@ RayCounts BiasCompensation::add(GatherPoints& points, std::uint32_t sequence_ind
   return counts;
 }
 
-void BiasCompensation::follow(const GatherPoints& points, int first, int count) {
+// Puts the rays of `count` points from number `first` on into the list.
+void BiasCompensation::put_rays(const GatherPoints& points, int first, int count) {
   Memory& s = memory_;
   s.samples.count = count;
   std::copy_n(points.key + first, count, s.samples.key);
@@ -63,7 +70,6 @@ void BiasCompensation::follow(const GatherPoints& points, int first, int count) 
                              {s.samples.square[0][i], s.samples.square[1][i]});
   }
   s.directions.sample_diffuse(context_.kernels());
-  s.rays.active = 0;
   for (int i = 0; i < count; ++i) {
     const int p = first + i;
     const Vec3f normal{points.normal[0][p], points.normal[1][p], points.normal[2][p]};
@@ -71,16 +77,10 @@ void BiasCompensation::follow(const GatherPoints& points, int first, int count) 
     const Vec3f shading{points.shading[0][p], points.shading[1][p], points.shading[2][p]};
     const float cosine = dot(shading, direction);
     if (!(dot(direction, normal) > 0 && cosine > 0)) continue;
-    s.rays.t_max[i] = std::min(reach_, reach_ * std::sqrt(cosine) * (1 + kReachSlack));
-    for (int a = 0; a < 3; ++a) {
-      s.rays.origin[a][i] = points.point[a][p] + normal[a] * points.offset[p];
-      s.rays.direction[a][i] = direction[a];
-    }
-    s.rays.active |= std::uint64_t{1} << i;
+    const Vec3f point{points.point[0][p], points.point[1][p], points.point[2][p]};
+    s.list.put(p, point + normal * points.offset[p], direction,
+               std::min(reach_, reach_ * std::sqrt(cosine) * (1 + kReachSlack)));
   }
-  context_.tracer.closest(s.rays, s.hits);
-  met_.find(s.rays, s.hits);
-  arrive(points, first);
 }
 
 // Handles the hits of the packet whose first ray is that of point number `first`.

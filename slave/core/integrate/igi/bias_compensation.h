@@ -15,6 +15,7 @@
 #include "slave/core/integrate/igi/vpl_gather.h"
 #include "slave/core/integrate/path/path_tracer.h"
 #include "slave/core/light/gather_layout.h"
+#include "slave/core/ray/ray_list.h"
 
 namespace tessera::core {
 
@@ -26,7 +27,9 @@ class BiasCompensation {
     Vec3f light[kGatherMax];
     SamplePoints samples{};
     BsdfPacket directions;
-    RayPacket rays;
+    RayList list;  // by number of the point
+    ListHits found;
+    RayPacket rays;  // that are looked at
     PacketHits hits;
     MetSurfaces::Memory met;
     SurfaceBatch arrived;  // surfaces that one packet has met
@@ -40,7 +43,7 @@ class BiasCompensation {
   RayCounts add(GatherPoints& points, std::uint32_t sequence_index);
 
  private:
-  void follow(const GatherPoints& points, int first, int count);
+  void put_rays(const GatherPoints& points, int first, int count);
   void arrive(const GatherPoints& points, int first);
 
   const RenderContext& context_;

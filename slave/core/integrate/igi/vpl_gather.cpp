@@ -30,10 +30,7 @@ void stand_back(const GatherPoints& points, LightPoint& light) {
 }  // namespace
 
 VplGather::VplGather(const RenderContext& context, GatherRays& memory, const GeometryBounds& bounds)
-    : context_(context), rays_(memory), bounds_(bounds) {
-  std::fill_n(packet_.t_min, kPacketRays, 0.0f);
-  std::fill_n(packet_.t_max, kPacketRays, std::numeric_limits<float>::infinity());
-}
+    : context_(context), rays_(memory), bounds_(bounds) {}
 
 std::uint64_t VplGather::add(std::span<const LightPoint> vpls, std::size_t first,
                              std::size_t stride, float weight, GatherPoints& points) {
@@ -84,16 +81,22 @@ void VplGather::trace_fans(const LightPoint& light) {
 // Traces shadow rays from the points towards the light.
 void VplGather::trace_parallel(const LightPoint& light, const GatherPoints& points) {
   const FanTargets& targets = rays_.targets;
-  for (int a = 0; a < 3; ++a) std::fill_n(packet_.direction[a], kPacketRays, -light.normal[a]);
-  for (int g = 0; g < targets.group_count; ++g) {
-    const int begin = targets.group[g], count = targets.group[g + 1] - begin;
-    for (int i = 0; i < count; ++i) {
-      const int p = rays_.point[targets.order[begin + i]];
-      for (int a = 0; a < 3; ++a)
-        packet_.origin[a][i] = points.point[a][p] + points.normal[a][p] * points.offset[p];
+  const Vec3f direction{-light.normal[0], -light.normal[1], -light.normal[2]};
+  for (int first = 0; first < targets.group_count; first += RayList::kPacketsMax) {
+    const int groups = std::min(RayList::kPacketsMax, targets.group_count - first);
+    list_.clear();
+    for (int g = 0; g < groups; ++g) {
+      const int begin = targets.group[first + g], end = targets.group[first + g + 1];
+      for (int i = begin; i < end; ++i) {
+        const int p = rays_.point[targets.order[i]];
+        Vec3f start;
+        for (int a = 0; a < 3; ++a)
+          (&start.x)[a] = points.point[a][p] + points.normal[a][p] * points.offset[p];
+        list_.put(g * kPacketRays + i - begin, start, direction);
+      }
     }
-    packet_.active = bits_below(count);
-    darken(context_.tracer.occluded(packet_), g);
+    context_.tracer.occluded(list_.many(), blocked_);
+    for (int g = 0; g < groups; ++g) darken(blocked_[g], first + g);
   }
 }
 

@@ -12,6 +12,7 @@
 
 #include "slave/core/integrate/render_context.h"
 #include "slave/core/light/gather_layout.h"
+#include "slave/core/ray/ray_list.h"
 
 namespace tessera::core {
 
@@ -44,7 +45,7 @@ class VplGather {
   const GeometryBounds bounds_;
   ShadowFans fans_;
   std::uint64_t blocked_[kFanTargetsMax];  // by fan
-  RayPacket packet_;
+  RayList list_;
 };
 
 }  // namespace tessera::core

@@ -48,12 +48,11 @@ void PathTracer::add_sky(int first, std::uint64_t open, Vec3f* radiance) {
 // Replaces the batch by what the rays meet. Returns: rays traced.
 std::uint64_t PathTracer::follow(SurfaceBatch& batch, Vec3f* radiance) {
   batch.count = 0;
-  int numbers[kPacketRays];
+  rays_.trace_all();
   Surface* to[kPacketRays];
   for (int first = 0; first < rays_.count() && !context_.is_over(); first += kPacketRays) {
     const int n = std::min(kPacketRays, rays_.count() - first);
-    for (int i = 0; i < n; ++i) numbers[i] = first + i;
-    const std::uint64_t met = rays_.trace(numbers, n);
+    const std::uint64_t met = rays_.take(first, n);
     if (context_.scene.lights.has_environment) add_sky(first, bits_below(n) & ~met, radiance);
     for_each_ray(met, [&](int i) {
       to[i] = &batch.surface[batch.count];

@@ -244,6 +244,8 @@ class PatchRayLeaf : public MixedRayLeaf<TrianglesAndPatches<W>, W, kAny, PatchR
   using Base = MixedRayLeaf<Shapes, W, kAny, Test>;
 
  public:
+  static constexpr bool kSettlesAtOnce = false;
+
   struct Found {
     Candidates triangles;
     bool is_part;  // one that the ray may meet

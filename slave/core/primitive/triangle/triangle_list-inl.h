@@ -79,7 +79,8 @@ class TriangleList {
   // Must be called after the last add(). Returns: whether the triangles are of a size to look at.
   bool finish(const SceneBox& box);
 
-  HWY_INLINE void set_row(const RayPacket& rays, size_t at, Row& row) const;
+  // Takes a row of the first packet.
+  HWY_INLINE void set_row(const ManyRays& rays, size_t at, Row& row) const;
   HWY_INLINE Sight look(const Row& row, size_t triangle) const;
 
   int32_t number(size_t triangle) const { return number_[triangle]; }
@@ -178,7 +179,7 @@ inline void TriangleList::set_planes(size_t at) {
 }
 
 // Validity is that of OneRay::setup().
-void TriangleList::set_row(const RayPacket& rays, size_t at, Row& row) const {
+void TriangleList::set_row(const ManyRays& rays, size_t at, Row& row) const {
   V far = set<V>(0), size = far;
   M is_finite = first_lanes<V>(kLaneCount);
   for (size_t a = 0; a < 3; ++a) {
@@ -200,7 +201,7 @@ void TriangleList::set_row(const RayPacket& rays, size_t at, Row& row) const {
   row.tolerance = size * row.reach * (48 * kRoundoff * reach_);
   const M is_valid = is_finite && size > 0 && size < __builtin_inff() && row.t_min <= row.t_max;
   const M is_usual = size > kSmallest && size < kLargest && far < kLargest;
-  row.valid = bits_of<V>(is_valid) & static_cast<uint32_t>(rays.active >> at);
+  row.valid = bits_of<V>(is_valid) & static_cast<uint32_t>(rays.active[0] >> at);
   row.odd = row.valid & ~bits_of<V>(is_usual);
   row.is_looked_at = mask_of<V>(row.valid & ~row.odd);
 }
