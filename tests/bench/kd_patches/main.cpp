@@ -12,10 +12,10 @@
 #include <numeric>
 
 #include "slave/core/accel/kd_builder.h"
+#include "slave/core/integrate/tile_renderer.h"
 #include "slave/core/primitive/freeform/patch_point.h"
 #include "slave/core/primitive/freeform/patched_index.h"
 #include "slave/core/primitive/mixed_writer.h"
-#include "slave/core/integrate/tile_renderer.h"
 #include "slave/core/simd/isa_support.h"
 #include "tests/bench/kd_patches/kd_patch_view.h"
 #include "tests/bench/patch_scene.h"
