@@ -34,11 +34,17 @@ Status SceneReceiver::announce(SceneAnnounce announce, Actions& actions) {
     return Status::resource_exhausted("more than " + std::to_string(kAnnouncedMax) +
                                       " scenes announced and not complete");
   }
-  TESSERA_RETURN_IF_ERROR(newest_blocks_.take(announce));
-  newest_announced_ = announce.version;
-  announce.digests = {};
-  announce.sizes = {};
-  waiting_.push_back({std::move(announce), newest_blocks_.names(), newest_blocks_.total_bytes()});
+  try {
+    TESSERA_RETURN_IF_ERROR(newest_blocks_.take(announce));
+    newest_announced_ = announce.version;
+    announce.digests = {};
+    announce.sizes = {};
+    waiting_.push_back({std::move(announce), newest_blocks_.names(), newest_blocks_.total_bytes()});
+  } catch (const std::bad_alloc&) {
+    newest_announced_ = announce.version;
+    newest_blocks_.forget();  // the next announcement is to name all blocks
+    actions.failed.push_back({announce.version, kNoMemoryForTables});
+  }
   if (!head_) serve_next(actions);
   return Status::ok();
 }
@@ -151,10 +157,12 @@ Status SceneReceiver::list(SceneChunkList list, Actions& actions) {
   if (found == head_->assemblies.end() || found->second.has_list()) {
     return Status::data_loss(place() + ": it was not asked for");
   }
+  const SceneVersion version = list.version;
+  const std::uint64_t block_bytes = found->second.size_bytes();
   try {
     take_list(std::move(list), found->second, actions);
-  } catch (const std::bad_alloc&) {  // the head is still there
-    fail_head(no_memory_text(found->second.size_bytes()), actions);
+  } catch (const std::bad_alloc&) {
+    fail(version, block_bytes, actions);
   }
   return Status::ok();
 }
@@ -202,8 +210,8 @@ Status SceneReceiver::chunk(const SceneChunk& chunk, Actions& actions) {
         fail_head("block " + std::to_string(chunk.block) + " does not have its digest", actions);
         break;
     }
-  } catch (const std::bad_alloc&) {  // take() leaves the head where it was
-    fail_head(no_memory_text(head_->names[chunk.block].size_bytes), actions);
+  } catch (const std::bad_alloc&) {
+    fail(chunk.version, bytes_of(chunk.block), actions);
   }
   return Status::ok();
 }
@@ -228,6 +236,7 @@ SceneReceiver::Verdict SceneReceiver::take(const SceneChunk& chunk, Actions& act
     bytes = plain;
   }
   if (bytes.size() != chunk_bytes(assembly.size_bytes(), index)) return Verdict::kMalformed;
+  actions.arrived.reserve(actions.arrived.size() + 1);  // what is put is told
   switch (assembly.put(index, bytes)) {
     case BlockAssembly::Put::kKnown:
       return Verdict::kLate;
@@ -287,16 +296,29 @@ void SceneReceiver::finish_head(Actions& actions) {
 // The chunks and blocks that have come are kept: they may be part of the next version, or of the
 // same one in the next session.
 void SceneReceiver::break_off_head() {
-  std::vector<BlockAssembly> parts;
-  for (auto& [block, assembly] : head_->assemblies) {
-    if (assembly.have_count() > 0) parts.push_back(std::move(assembly));
+  try {
+    std::vector<BlockAssembly> parts;
+    for (auto& [block, assembly] : head_->assemblies) {
+      if (assembly.have_count() > 0) parts.push_back(std::move(assembly));
+    }
+    std::vector<SceneBlock> whole;
+    for (const SceneBlock& block : head_->blocks.finish()) {
+      if (block.bytes) whole.push_back(block);
+    }
+    if (!parts.empty() || !whole.empty()) shelf_.put_aside(std::move(whole), std::move(parts));
+  } catch (const std::bad_alloc&) {
+    shelf_.drop_parts();  // they will travel again
   }
-  std::vector<SceneBlock> whole;
-  for (const SceneBlock& block : head_->blocks.finish()) {
-    if (block.bytes) whole.push_back(block);
-  }
-  if (!parts.empty() || !whole.empty()) shelf_.put_aside(std::move(whole), std::move(parts));
   head_.reset();
+}
+
+// The version in work may have ended already, where memory ran out again for the one behind it.
+void SceneReceiver::fail(SceneVersion version, std::uint64_t block_bytes, Actions& actions) {
+  if (head_ && head_->version == version) fail_head(no_memory_text(block_bytes), actions);
+}
+
+std::uint64_t SceneReceiver::bytes_of(std::uint32_t block) const {
+  return head_ && block < head_->names.size() ? head_->names[block].size_bytes : 0;
 }
 
 void SceneReceiver::fail_head(std::string reason, Actions& actions) {

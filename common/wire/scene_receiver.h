@@ -136,6 +136,8 @@ class SceneReceiver {
   void join_block(std::uint32_t block);
   void finish_head(Actions& actions);
   void break_off_head();
+  void fail(SceneVersion version, std::uint64_t block_bytes, Actions& actions);
+  std::uint64_t bytes_of(std::uint32_t block) const;
   void fail_head(std::string reason, Actions& actions);
   bool is_past(SceneVersion version) const;
 

@@ -52,7 +52,13 @@ SceneShelf::Newest SceneShelf::newest() const {
 }
 
 void SceneShelf::put_aside(std::vector<SceneBlock> whole, std::vector<BlockAssembly> parts) {
-  for (const SceneBlock& block : whole) add(block);
+  std::size_t added = 0;
+  try {
+    for (; added < whole.size(); ++added) add(whole[added]);
+  } catch (const std::bad_alloc&) {
+    while (added > 0) remove(whole[--added]);
+    throw;
+  }
   for (const SceneBlock& block : whole_parts_) remove(block);
   whole_parts_ = std::move(whole);
   parts_ = std::move(parts);
@@ -115,7 +121,6 @@ std::optional<BlockAssembly> SceneShelf::take_part(const Digest& digest) {
 
 std::optional<std::span<const std::byte>> SceneShelf::chunk(const Digest& digest) {
   if (!is_indexed_) {
-    is_indexed_ = true;
     chunks_.clear();
     for (const auto& [name, indexed] : large_) {
       const SceneBlock& block = indexed.block;
@@ -130,6 +135,7 @@ std::optional<std::span<const std::byte>> SceneShelf::chunk(const Digest& digest
         if (part.has(i)) chunks_.emplace(part.list()[i], part.chunk(i).bytes);
       }
     }
+    is_indexed_ = true;
   }
   const auto found = chunks_.find(digest);
   if (found == chunks_.end()) return std::nullopt;
