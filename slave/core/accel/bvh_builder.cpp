@@ -109,9 +109,10 @@ Result<Bvh<W>> build(const PrimitiveSet& set, const BuildControl& control,
   if (top.all().size() == 0) return bvh;
   bvh.bounds = top.all().bounds.bounds();
   const RangeSplitter& splitter = top.splitter();
+  const Status cancelled = Status::cancelled("the build of the spatial index was cancelled");
+  if (splitter.is_cancelled()) return cancelled;
   auto fragments = Builder<W>(splitter, set.leaves, config, control.thread_count).run(top.root());
-  if (splitter.is_cancelled())
-    return Status::cancelled("the build of the spatial index was cancelled");
+  if (splitter.is_cancelled()) return cancelled;
   Result<std::vector<PartBase>> bases =
       join_parts(std::span(fragments), set, control.thread_count, bvh);
   if (!bases.is_ok()) return bases.status();

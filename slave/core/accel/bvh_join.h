@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "common/base/work_gate.h"
 #include "slave/core/accel/bvh.h"
 #include "slave/core/accel/bvh_children.h"
 #include "slave/core/accel/primitive_set.h"
@@ -61,6 +62,7 @@ Result<std::vector<PartBase>> join_parts(std::span<Part> parts, const PrimitiveS
   }
   bvh.nodes.resize(node_count);
   run_tasks(static_cast<int>(parts.size()), thread_count, [&](int i) {
+    give_way();
     const auto number = static_cast<std::size_t>(i);
     BvhPart<W> part{std::move(parts[number].nodes), std::move(parts[number].leaves)};
     BvhNode<W>* next = bvh.nodes.data() + bases[number].node;

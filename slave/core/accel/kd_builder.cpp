@@ -103,8 +103,7 @@ class Tasks {
  private:
   // Splits voxels that several threads split, one by one; hands out the others.
   void share(Task& task, std::deque<Task*>& waiting) {
-    const bool is_shared = shared_.splitter.is_shared(task.voxel) && task.voxel.depth < kTaskDepth;
-    if (!is_shared || shared_.cancelled()) {
+    if (!shared_.splitter.is_shared(task.voxel) || shared_.cancelled()) {
       waiting.push_back(&task);
     } else if (split(task)) {
       for (Task* const half : task.halves) share(*half, waiting);
@@ -115,8 +114,9 @@ class Tasks {
   bool split(Task& task) {
     SahScratch scratch;
     Voxel half[2];
-    const bool is_small = task.voxel.size() <= kTaskRefsMax || task.voxel.depth >= kTaskDepth;
-    if (!is_small && shared_.split(task.voxel, scratch, task.split, half)) {
+    const bool is_deep = task.voxel.depth >= kTaskDepth && !shared_.splitter.is_shared(task.voxel);
+    const bool is_small = task.voxel.size() <= kTaskRefsMax || is_deep;
+    if (!is_small && !shared_.cancelled() && shared_.split(task.voxel, scratch, task.split, half)) {
       const std::lock_guard lock(mutex_);
       for (int side = 0; side < 2; ++side) {
         task.halves[side] = &all_.emplace_back();
@@ -150,7 +150,7 @@ void append(Fragment& top, std::size_t slot, const Fragment& part) {
   top.refs.insert(top.refs.end(), part.refs.begin(), part.refs.end());
 }
 
-// Recursion is bounded by kTaskDepth.
+// Recursion is bounded by depth_max <= kKdDepthMax.
 void place(Task& task, std::size_t slot, Fragment& top) {
   if (task.halves[0] == nullptr) {
     append(top, slot, task.result);

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/work_gate.h"
 #include "slave/core/accel/run_tasks.h"
 
 namespace tessera::core {
@@ -61,8 +62,10 @@ class IndexMaker {
  private:
   template <typename Work>
   void for_runs(const Work& work) {
-    run_tasks(static_cast<int>(runs_.size()), thread_count_,
-              [&work](int i) { work(static_cast<std::size_t>(i)); });
+    run_tasks(static_cast<int>(runs_.size()), thread_count_, [&work](int i) {
+      give_way();
+      work(static_cast<std::size_t>(i));
+    });
   }
 
   // Finds the voxels of nodes, and parts leaves into runs. Children lie behind their node.

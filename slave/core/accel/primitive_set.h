@@ -2,7 +2,8 @@
 // What builders of spatial indices know of primitives: their boxes, how to cut them, and where the
 // primitives of a leaf are written. No builder knows what a primitive is.
 //
-// Threads. A clipper is called by any thread of a build, a writer by one thread at a time.
+// Threads. A clipper is called by any thread of a build, a writer by one thread at a time,
+// but for move_in().
 #pragma once
 
 #include <cstdint>

@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "common/base/work_gate.h"
 #include "common/math/bounds3.h"
 #include "slave/core/accel/kd_build_config.h"
 #include "slave/core/accel/run_tasks.h"
@@ -72,6 +73,7 @@ void in_parts(const Boxes& boxes, std::size_t parts, int thread_count, const Wor
   if (parts == 1) return work(std::size_t{0}, boxes);
   const std::size_t size = (boxes.size() + parts - 1) / parts;
   run_tasks(static_cast<int>(parts), thread_count, [&](int i) {
+    give_way();
     const auto part = static_cast<std::size_t>(i);
     const std::size_t first = std::min(part * size, boxes.size());
     work(part, boxes.subspan(first, std::min(size, boxes.size() - first)));

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Splits the ranges of the top of a binary hierarchy on several threads. Ranges that hold a large
-// share of all references are split in parts, so that threads have work from the root on; parts are
-// cut by counts alone, and the result does not depend on the number of threads.
+// share of all references are split in parts, so that threads have work from the root on, but for
+// cuts in space, which one thread makes; parts are cut by counts alone, and the result does not
+// depend on the number of threads.
 //
 // Threads. One owner; run() works on several.
 #pragma once

@@ -2,7 +2,7 @@
 // Puts what leaves of more than one kind of primitive hold into blocks: triangles in world space
 // side by side, items of the other kind (instances, sub-patches) by number.
 //
-// Threads. One owner.
+// Threads. One owner, but for move_in().
 #pragma once
 
 #include <cstdint>

@@ -100,7 +100,7 @@ BUGS = (
     Bug("clip_inward", "boxes of clipped triangles are rounded inwards", "primitive/triangle/triangle_clipper.cpp",
         "is_inside ? std::nextafter(rounded, towards) : rounded",
         "is_inside ? rounded : std::nextafter(rounded, -towards)", "core_kernels"),
-    Bug("across_lost", "what lies across a plane of the kd-tree is below it alone", "accel/kd_builder.cpp",
+    Bug("across_lost", "what lies across a plane of the kd-tree is below it alone", "accel/kd_voxel.cpp",
         "if (!is_there[side]) continue;", "if (!is_there[side] || (side == 1 && is_there[0])) continue;", "core_kd_tree"),
     # Instances.
     Bug("transposed", "an instance's matrix is read by columns", "primitive/instance/placed-inl.h",

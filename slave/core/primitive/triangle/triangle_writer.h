@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Puts the triangles of a structure's leaves into blocks of W.
-// Threads. One owner.
+// Threads. One owner, but for move_in().
 #pragma once
 
 #include <cstdint>
