@@ -15,8 +15,8 @@
 // coupled specular-matte BRDF model", Eurographics 2001): a white surface then sends out what came
 // in.
 // Facets that reflect once get the lesser of T(o) and T(i), which a mirror keeps whole, and lose
-// L(o) beside T(o) of what they reflect. That is put back as L(o) L(i) over its mean, so that white
-// facets, too, send out what came in, whatever both roughnesses are (slave/core/bsdf/coat_table.h).
+// L(o) beside 1 - T(o) of what they reflect. That is put back as L(o) L(i) over its mean, so that
+// white facets, too, send out what came in, whatever both roughnesses are (bsdf/coat_table.h).
 //
 // Stretched facets shadow a grazing direction as much as isotropic ones of the width along it do
 // (Heitz 2014), so that the table of isotropic facets serves both. From grazing directions to the

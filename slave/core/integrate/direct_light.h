@@ -61,8 +61,8 @@ class DirectLight {
     memory_.surface[memory_.groups.count()] = surface;
     memory_.groups.add(seen_from_light);
   }
-  // Traces the active rays of the groups that have been formed.
   void put_group(int group, float t_max);
+  // Traces the active rays of the groups that have been formed.
   std::uint64_t trace_groups(const SurfaceBatch& batch, float t_max, Vec3f* radiance);
   void add_open(const SurfaceBatch& batch, int surface, Vec3f* radiance) const;
 

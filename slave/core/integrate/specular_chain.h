@@ -6,8 +6,8 @@
 // specular surfaces, and then see none.
 //
 // Rays that leave one surface (instance and material) in one way (reflected or refracted) are
-// traced together, in the order of the batch; a group that is no narrow bundle is traced ray by
-// ray, as any packet is (traverse/many_call-inl.h). The result does not depend on that.
+// traced together, in the order of the batch; rays of a group that is no narrow bundle have no
+// company, as in any packet (traverse/many_call-inl.h). The result does not depend on that.
 //
 // Depth. At most kSpecularDepthMax reflections and refractions in a row, counted apart from
 // `bounces`, which are those of surfaces that are not specular; deeper chains are black. Glass

@@ -28,7 +28,6 @@ class RayList {
   void clear() {
     std::fill_n(active_, packet_count_, std::uint64_t{0});
     packet_count_ = 0;
-    habit_ = {};
   }
   // Puts a ray in a place. Requires: it is empty, and below kRaysMax.
   void put(int place, Vec3f origin, Vec3f direction, float t_max = kNoEnd) {

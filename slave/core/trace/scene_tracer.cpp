@@ -83,7 +83,8 @@ void SceneTracer::go_through(SingleRay ray, SingleHit& hit) const {
   }
 }
 
-void SceneTracer::go_through(const FanPacket& rays, const HitArrays& hits) const {
+template <class Rays>
+void SceneTracer::go_through_all(const Rays& rays, const HitArrays& hits) const {
   for_each_of(rays, [&](int, int i) {
     if (hits.primitive[i] == kNoPrimitive) return;
     SingleHit hit{hits.t[i], hits.primitive[i]};
@@ -91,13 +92,11 @@ void SceneTracer::go_through(const FanPacket& rays, const HitArrays& hits) const
     put(hit, i, hits);
   });
 }
+void SceneTracer::go_through(const FanPacket& rays, const HitArrays& hits) const {
+  go_through_all(rays, hits);
+}
 void SceneTracer::go_through(const ManyRays& rays, const HitArrays& hits) const {
-  for_each_of(rays, [&](int, int i) {
-    if (hits.primitive[i] == kNoPrimitive) return;
-    SingleHit hit{hits.t[i], hits.primitive[i]};
-    go_through(ray_of(rays, i), hit);
-    put(hit, i, hits);
-  });
+  go_through_all(rays, hits);
 }
 
 void SceneTracer::by_method(const FanPacket& rays, PacketHits& hits) const {

@@ -165,6 +165,8 @@ class SceneTracer {
   void go_through(SingleRay ray, SingleHit& hit) const;
   void go_through(const FanPacket& rays, const HitArrays& hits) const;
   void go_through(const ManyRays& rays, const HitArrays& hits) const;
+  template <class Rays>
+  void go_through_all(const Rays& rays, const HitArrays& hits) const;
   // What is blocked, where the kernels for any hit do not do: rays go through something, or a
   // method answers for patches.
   std::uint64_t stopped(const FanPacket& rays) const;

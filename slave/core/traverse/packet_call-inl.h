@@ -280,6 +280,7 @@ void occluded_fans(const View& scene, const ShadowFans& fans, uint64_t* blocked)
     if constexpr (kHasTwins<View>) is_light = tracer.is_light();
   }
 }
+
 }  // namespace HWY_NAMESPACE
 }  // namespace tessera::core
 HWY_AFTER_NAMESPACE();

@@ -42,7 +42,7 @@ struct ViewKernels {
   void (*closest_ray)(const View& scene, const SingleRay& ray, SingleHit& hit);
   bool (*occluded_ray)(const View& scene, const SingleRay& ray);
   void (*enter_fans)(const View& scene, const FanWindow& window, FanEntry& entry);
-  // Rays that are no narrow fan are traced one by one.
+  // Rays that are no narrow fan are traced without company.
   void (*closest_fan)(const View& scene, const Fan& rays, const HitArrays& hits);
   uint64_t (*occluded_fan)(const View& scene, const Fan& rays);  // bits of the blocked
   // Sets, for each fan, the bits of its blocked rays. blocked [fans.targets->group_count].

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 
 #include "common/math/rounding.h"
 #include "slave/core/trace/ray_groups.h"
@@ -89,10 +88,9 @@ void VplGather::trace_parallel(const LightPoint& light, const GatherPoints& poin
       const int begin = targets.group[first + g], end = targets.group[first + g + 1];
       for (int i = begin; i < end; ++i) {
         const int p = rays_.point[targets.order[i]];
-        Vec3f start;
-        for (int a = 0; a < 3; ++a)
-          (&start.x)[a] = points.point[a][p] + points.normal[a][p] * points.offset[p];
-        list_.put(g * kPacketRays + i - begin, start, direction);
+        const Vec3f point{points.point[0][p], points.point[1][p], points.point[2][p]};
+        const Vec3f normal{points.normal[0][p], points.normal[1][p], points.normal[2][p]};
+        list_.put(g * kPacketRays + i - begin, point + normal * points.offset[p], direction);
       }
     }
     context_.tracer.occluded(list_.many(), blocked_);

@@ -33,7 +33,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
-// What stands in complete_solver.cpp by these names.
+// As in complete_solver.cpp, but for kContraction, kRestricted and kShares.
 struct CubicSolverLimits {
   static constexpr double kNoiseShare = 0x1p-42;
   static constexpr double kFlat = 0x1p-32;
