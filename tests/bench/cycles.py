@@ -17,31 +17,21 @@ Needs blender (Debian 12: blender 3.4.1, python3-numpy). Exit code 77: it is mis
 """
 import argparse
 import array
-import json
-import os
 import pathlib
 import resource
-import shutil
 import statistics
 import subprocess
 import sys
 import tempfile
 
+import blender
 import result_file
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-# What runs inside Blender. Its importer for glTF uses a name that newer versions of numpy lack. Files have +y up,
-# Blender has +z: (x, y, z) is (x, -z, y) there. Column 0 of a sky is a quarter further on.
+# What runs inside Blender. Column 0 of a sky is a quarter further on there.
 IN_BLENDER = """
-import json, math, sys
-import numpy
-if not hasattr(numpy, "bool"): numpy.bool = bool
-import bpy, mathutils
-job = json.loads(sys.argv[sys.argv.index("--") + 1])
-bpy.ops.wm.read_factory_settings(use_empty=True)
-bpy.ops.import_scene.gltf(filepath=job["scene"])
-scene = bpy.context.scene
+import mathutils
 world = bpy.data.worlds.new("sky"); scene.world = world; world.use_nodes = True
 nodes, links = world.node_tree.nodes, world.node_tree.links
 picture = nodes.new("ShaderNodeTexEnvironment"); picture.image = bpy.data.images.load(job["sky"])
@@ -108,9 +98,8 @@ class Cycles:
         job = {"scene": str(o.scene.resolve()), "sky": str(o.sky.resolve()), "eye": eye, "target": target, "up": up,
                "fov": fov, "width": o.width, "height": o.height, "samples": samples, "seed": seed, "bounces": o.bounces,
                "output": str(output.with_suffix(".exr"))}
-        # Debian's Blender takes its modules from beside the python3 that it finds first, which has to be Debian's.
-        return cpu_seconds_of([shutil.which("blender"), "-b", "-noaudio", "--python-exit-code", "1", "--python-expr", IN_BLENDER,
-                               "--", json.dumps(job)], env=os.environ | {"PATH": "/usr/bin:/bin"})
+        command, environment = blender.command(IN_BLENDER, job)
+        return cpu_seconds_of(command, env=environment)
 
 
 class Path:
@@ -173,8 +162,8 @@ def arguments():
 
 def main():
     options = arguments()
-    if shutil.which("blender") is None:
-        print("cycles.py: blender is not installed (Debian: blender python3-numpy)")
+    if not blender.is_there():
+        print(f"cycles.py: {blender.MISSING}")
         return 77
     with tempfile.TemporaryDirectory() as made:
         folder = options.keep or pathlib.Path(made)

@@ -16,27 +16,21 @@ Needs blender (Debian 12: blender 3.4.1, python3-numpy), and files of one mesh. 
 import json
 import os
 import pathlib
-import shutil
 import subprocess
 import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "bench"))
+
+import blender
+
 SHARED = ROOT.parent / "shared/scenes/gltf"
 BIN = pathlib.Path(os.environ.get("TESSERA_BIN", ROOT / "build/release/bin"))
 BAR = 1e-5
 TIMES = 12
 
-# Blender's importer for glTF uses a name that newer versions of numpy lack. Files have +y up, Blender has +z.
 IN_BLENDER = """
-import json, math, sys
-import numpy
-if not hasattr(numpy, "bool"): numpy.bool = bool
-import bpy
-job = json.loads(sys.argv[sys.argv.index("--") + 1])
-bpy.ops.wm.read_factory_settings(use_empty=True)
-bpy.ops.import_scene.gltf(filepath=job["file"])
-scene = bpy.context.scene
 frames = []
 for seconds in job["seconds"]:
     frame = seconds * scene.render.fps / scene.render.fps_base
@@ -82,10 +76,9 @@ def ours(file, seconds):
 def blenders(file, seconds):
     with tempfile.TemporaryDirectory() as folder:
         output = pathlib.Path(folder) / "corners.json"
-        job = {"file": str(file.resolve()), "seconds": seconds, "output": str(output)}
-        # Debian's Blender takes its modules from beside the python3 that it finds first, which has to be Debian's.
-        run([shutil.which("blender"), "-b", "-noaudio", "--python-exit-code", "1", "--python-expr", IN_BLENDER, "--", json.dumps(job)],
-            env=os.environ | {"PATH": "/usr/bin:/bin"})
+        job = {"scene": str(file.resolve()), "seconds": seconds, "output": str(output)}
+        command, environment = blender.command(IN_BLENDER, job)
+        run(command, env=environment)
         return json.loads(output.read_text())
 
 
@@ -123,8 +116,8 @@ def main():
     if not files:
         known = [SHARED / "Fox.glb", SHARED / "AnimatedMorphCube/AnimatedMorphCube.gltf"]
         files = [file for file in known if file.exists()]
-    if not files or shutil.which("blender") is None:
-        missing = "blender is not installed (Debian: blender python3-numpy)" if files else "no file is here: name some"
+    if not files or not blender.is_there():
+        missing = blender.MISSING if files else "no file is here: name some"
         print(f"beside_blender.py: {missing}")
         return 77
     return 0 if all([compare(file) for file in files]) else 1
