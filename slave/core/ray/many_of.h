@@ -19,15 +19,15 @@ inline ManyRays many_of(const RayPacket& packet) {
           &packet.habit};
 }
 
-// One of the packets. Requires: the arrays outlive what is returned.
-inline ManyRays packet_at(const ManyRays& rays, int packet) {
-  const int at = packet * kPacketRays;
+// Some of the packets. Requires: the arrays outlive what is returned.
+inline ManyRays packets_from(const ManyRays& rays, int first, int count) {
+  const int at = first * kPacketRays;
   return {{rays.origin[0] + at, rays.origin[1] + at, rays.origin[2] + at},
           {rays.direction[0] + at, rays.direction[1] + at, rays.direction[2] + at},
           rays.t_min + at,
           rays.t_max + at,
-          rays.active + packet,
-          1,
+          rays.active + first,
+          count,
           rays.habit};
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "slave/core/ray/ray_bits.h"
+#include "slave/core/ray/ray_list.h"
 #include "slave/core/trace/alpha_surfaces.h"
 #include "slave/core/trace/ray_groups.h"
 
@@ -130,11 +131,14 @@ void SceneTracer::stopped(const ManyRays& rays, std::uint64_t* blocked) const {
     });
     return;
   }
-  PacketHits hits;
-  for (int p = 0; p < rays.packet_count; ++p) {
-    closest(packet_at(rays, p), arrays_of(hits));
-    for_each_ray(rays.active[p], [&](int i) {
-      blocked[p] |= std::uint64_t{hits.primitive[i] != kNoPrimitive} << i;
+  ListHits hits;
+  for (int first = 0; first < rays.packet_count; first += RayList::kPacketsMax) {
+    const int count = std::min(RayList::kPacketsMax, rays.packet_count - first);
+    const ManyRays some = packets_from(rays, first, count);
+    closest(some, hits.arrays());
+    for_each_of(some, [&](int p, int i) {
+      const bool is_blocked = hits.primitive[i] != kNoPrimitive;
+      blocked[first + p] |= std::uint64_t{is_blocked} << i % kPacketRays;
     });
   }
 }

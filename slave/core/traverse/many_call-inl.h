@@ -72,15 +72,13 @@ class RaysLeft {
 };
 
 template <class View>
-struct ClosestCall {
-  const View& scene;
+struct ClosestCall : ClosestAnswers<View> {
   const ManyRays& rays;
-  const HitArrays& hits;
 
   HWY_NOINLINE uint64_t together(int p) {
     const ManyRays packet = packet_of(rays, p);
-    const HitArrays found = hits_of(hits, p);
-    typename Tracers<View>::template Bundle<false> tracer(scene);
+    const HitArrays found = hits_of(this->hits, p);
+    typename Tracers<View>::template Bundle<false> tracer(this->scene);
     if (run_together(tracer, packet) == Together::kDone) {
       tracer.write_to(found);
       return 0;
@@ -88,20 +86,11 @@ struct ClosestCall {
     put_misses(found);
     return packet.active[0];
   }
-  HWY_INLINE void ended(int i, const SingleHit& hit) {
-    hits.t[i] = hit.t;
-    hits.primitive[i] = hit.primitive;
-  }
-  HWY_INLINE SingleHit alone(const SingleRay& ray) const {
-    SingleHit hit;
-    closest_ray(scene, ray, hit);
-    return hit;
-  }
 };
 
 template <class View>
 void closest_many(const View& scene, const ManyRays& rays, const HitArrays& hits) {
-  ClosestCall<View> call{scene, rays, hits};
+  ClosestCall<View> call{{scene, hits}, rays};
   RaysLeft<ClosestCall<View>> left(rays, call);
   if (left.advance()) closest_of_each(scene, left);
 }

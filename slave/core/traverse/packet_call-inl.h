@@ -116,21 +116,12 @@ HWY_INLINE Together run_together(Tracer& tracer, const Packet& rays) {
   return how;
 }
 
-// The active rays of a packet, one after the other, for a flight.
-template <class View, class Packet>
-struct PacketInFlight {
+// What a flight for the closest hits asks of those whose rays fly.
+template <class View>
+struct ClosestAnswers {
   const View& scene;
-  const Packet& packet;
   const HitArrays& hits;
-  uint64_t left = packet.active;
 
-  HWY_INLINE int next(SingleRay& ray) {
-    if (left == 0) return -1;
-    const int i = __builtin_ctzll(left);
-    left &= left - 1;
-    ray = ray_of(packet, static_cast<size_t>(i));
-    return i;
-  }
   HWY_INLINE void ended(int i, const SingleHit& hit) {
     hits.t[i] = hit.t;
     hits.primitive[i] = hit.primitive;
@@ -139,6 +130,21 @@ struct PacketInFlight {
     SingleHit hit;
     closest_ray(scene, ray, hit);
     return hit;
+  }
+};
+
+// The active rays of a packet, one after the other, for a flight.
+template <class View, class Packet>
+struct PacketInFlight : ClosestAnswers<View> {
+  const Packet& packet;
+  uint64_t left = packet.active;
+
+  HWY_INLINE int next(SingleRay& ray) {
+    if (left == 0) return -1;
+    const int i = __builtin_ctzll(left);
+    left &= left - 1;
+    ray = ray_of(packet, static_cast<size_t>(i));
+    return i;
   }
 };
 
@@ -167,7 +173,7 @@ HWY_INLINE void put_misses(const HitArrays& hits) {
 template <class View, class Packet>
 HWY_INLINE void closest_alone(const View& scene, const Packet& packet, const HitArrays& hits) {
   put_misses(hits);
-  PacketInFlight<View, Packet> rays{scene, packet, hits};
+  PacketInFlight<View, Packet> rays{{scene, hits}, packet};
   closest_of_each(scene, rays);
 }
 
