@@ -15,13 +15,15 @@ long allocations_left = -1;  // until one is refused; negative: none is
 
 }  // namespace
 
-void* operator new(std::size_t size) {
+// These three are never inlined: a compiler that sees into one of a pair alone takes it for a
+// mismatch of new and free.
+[[gnu::noinline]] void* operator new(std::size_t size) {
   if (allocations_left >= 0 && allocations_left-- == 0) throw std::bad_alloc();
   if (void* const memory = std::malloc(size == 0 ? 1 : size)) return memory;
   throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace tessera::wire {
 namespace {
