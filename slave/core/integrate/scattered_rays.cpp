@@ -2,8 +2,8 @@
 #include "slave/core/integrate/scattered_rays.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <limits>
 
 #include "slave/core/bsdf/specular.h"
 #include "slave/core/ray/ray_bits.h"
@@ -27,9 +27,6 @@ ScatteredRays::ScatteredRays(const RenderContext& context, Memory& memory)
 void ScatteredRays::clear() {
   count_ = asked_count_ = 0;
   memory_.rays.clear();
-  memory_.packet.habit = {};
-  std::fill_n(memory_.packet.t_min, kPacketRays, 0.0f);
-  std::fill_n(memory_.packet.t_max, kPacketRays, std::numeric_limits<float>::infinity());
 }
 
 void ScatteredRays::scatter(const SurfaceBatch& batch, std::uint32_t dimension,
@@ -93,26 +90,26 @@ void ScatteredRays::push(const SurfaceBatch& batch, const Asked& asked, const Sc
   memory_.cone[ray] = s.cone.widened(out.widening);
 }
 
-std::uint64_t ScatteredRays::trace(const int* rays, int n) {
-  memory_.packet.active = bits_below(n);
+void ScatteredRays::put(const int* numbers, int n, RayList& list, int packet) const {
   for (int i = 0; i < n; ++i) {
-    memory_.number[i] = rays[i];
-    put_vector(memory_.rays.origin(rays[i]), memory_.packet.origin, i);
-    put_vector(memory_.rays.direction(rays[i]), memory_.packet.direction, i);
+    list.put(packet * kPacketRays + i, memory_.rays.origin(numbers[i]),
+             memory_.rays.direction(numbers[i]));
   }
-  context_.tracer.closest(memory_.packet, memory_.hits);
-  met_.find(memory_.packet, memory_.hits);
-  return met_.points().met;
-}
-
-void ScatteredRays::trace_all() {
-  context_.tracer.closest(memory_.rays.many(), memory_.found.arrays());
 }
 
 std::uint64_t ScatteredRays::take(int first, int n) {
-  memory_.rays.copy_packet(first / kPacketRays, memory_.packet);
-  memory_.found.copy_packet(first / kPacketRays, memory_.hits);
   for (int i = 0; i < n; ++i) memory_.number[i] = first + i;
+  return find(memory_.rays, first / kPacketRays);
+}
+
+std::uint64_t ScatteredRays::take(const RayList& list, int packet, const int* numbers) {
+  std::copy_n(numbers, std::popcount(list.active(packet)), memory_.number);
+  return find(list, packet);
+}
+
+std::uint64_t ScatteredRays::find(const RayList& list, int packet) {
+  list.copy_packet(packet, memory_.packet);
+  memory_.found.copy_packet(packet, memory_.hits);
   met_.find(memory_.packet, memory_.hits);
   return met_.points().met;
 }

@@ -24,7 +24,7 @@ class ScatteredRays {
   };
   struct Memory {
     RayList rays;             // directions are unit vectors
-    ListHits found;           // of all rays
+    ListHits found;           // of the list that was traced last
     Vec3f weight[kBatchMax];  // throughput of what the ray meets, to the pixel
     // Pdf of the direction by solid angle, for the MIS weight of what the ray meets; 0 after a
     // mirror or glass, where light samples have no share.
@@ -65,15 +65,20 @@ class ScatteredRays {
   std::uint16_t pixel(int ray) const { return memory_.pixel[ray]; }
   std::uint32_t key(int ray) const { return memory_.key[ray]; }
 
-  // Traces the n rays of these numbers as one packet, which is the one at hand then. Requires: n <=
-  // kPacketRays. Returns: bits of the packet's rays that have met something.
-  std::uint64_t trace(const int* rays, int n);
-
   // Traces all rays.
-  void trace_all();
+  void trace_all() { trace(memory_.rays); }
   // Takes n rays from number `first` on as the packet at hand. Requires: trace_all() was called;
-  // first is a multiple of kPacketRays, and n is at most that. Returns: as trace().
+  // first is a multiple of kPacketRays, and n is at most that. Returns: bits of the packet's rays
+  // that have met something.
   std::uint64_t take(int first, int n);
+
+  // For who has an order of its own: puts the n rays of these numbers in a packet of a list, which
+  // has no rays yet. Requires: n <= kPacketRays.
+  void put(const int* numbers, int n, RayList& list, int packet) const;
+  void trace(const RayList& list) { context_.tracer.closest(list.many(), memory_.found.arrays()); }
+  // Takes a packet of the list that was traced last as the packet at hand. numbers: of its rays.
+  // Returns: as take() above.
+  std::uint64_t take(const RayList& list, int packet, const int* numbers);
 
   // The functions below are about the packet at hand.
 
@@ -102,6 +107,7 @@ class ScatteredRays {
   // Scatters n rays by the samples in the memory.
   void scatter_some(const SurfaceBatch& batch, const Asked* asked, int n);
   void push(const SurfaceBatch& batch, const Asked& asked, const Scattered& out);
+  std::uint64_t find(const RayList& list, int packet);
 
   const RenderContext& context_;
   Memory& memory_;

@@ -12,6 +12,10 @@ namespace {
 static_assert(kSpecularDepthMax < kSurfaceDimensions[3].count &&
               kSurfaceDimensions[3].first == Dimension::kSpecular);
 
+// Fewer rays are no bundle, however much they look alike (ray/bundle_rays-inl.h), and share packets
+// with others.
+constexpr int kCompanyLeast = 12;
+
 }  // namespace
 
 std::uint64_t SpecularChain::follow(SurfaceBatch& batch, Vec3f* radiance) {
@@ -19,18 +23,10 @@ std::uint64_t SpecularChain::follow(SurfaceBatch& batch, Vec3f* radiance) {
   std::uint64_t traced = 0;
   for (std::uint32_t depth = 0; depth < kSpecularDepthMax; ++depth) {
     const int count = scatter(batch, depth);
-    for (int first = 0; first < count;) {
-      if (context_.is_over()) return traced;
-      const std::uint64_t group = memory_.group[memory_.order[first]];
-      int n = 1;
-      while (n < kPacketRays && first + n < count &&
-             memory_.group[memory_.order[first + n]] == group)
-        ++n;
-      trace_packet(batch, memory_.order + first, n, radiance);
-      first += n;
-    }
-    traced += static_cast<std::uint64_t>(count);
     if (count == 0) break;
+    trace(part(count), batch, radiance);
+    if (context_.is_over()) return traced;
+    traced += static_cast<std::uint64_t>(count);
   }
   int kept = 0;
   for (int i = 0; i < batch.count; ++i) {
@@ -69,8 +65,49 @@ int SpecularChain::scatter(const SurfaceBatch& batch, std::uint32_t depth) {
   return rays_.count();
 }
 
-void SpecularChain::trace_packet(SurfaceBatch& batch, const int* numbers, int n, Vec3f* radiance) {
-  const std::uint64_t met = rays_.trace(numbers, n);
+int SpecularChain::group_end(int first, int count) const {
+  const std::uint64_t group = memory_.group[memory_.order[first]];
+  int end = first + 1;
+  while (end < count && memory_.group[memory_.order[end]] == group) ++end;
+  return end;
+}
+
+// Parts the rays into packets: a group that may be a bundle begins one, and small ones share.
+// Returns: how many packets there are.
+int SpecularChain::part(int count) {
+  int packet = 0;
+  bool was_small = true;
+  memory_.begin[0] = 0;
+  for (int first = 0, end = 0; first < count; first = end) {
+    end = group_end(first, count);
+    const bool is_small = end - first < kCompanyLeast;
+    if (first > 0 && !(is_small && was_small)) memory_.begin[++packet] = first;
+    was_small = is_small;
+    while (end - memory_.begin[packet] > kPacketRays) {
+      memory_.begin[packet + 1] = memory_.begin[packet] + kPacketRays;
+      ++packet;
+    }
+  }
+  memory_.begin[++packet] = count;
+  return packet;
+}
+
+void SpecularChain::trace(int packets, SurfaceBatch& batch, Vec3f* radiance) {
+  for (int first = 0; first < packets && !context_.is_over(); first += RayList::kPacketsMax) {
+    const int end = std::min(packets, first + RayList::kPacketsMax);
+    const auto numbers = [&](int p) { return memory_.order + memory_.begin[p]; };
+    const auto size = [&](int p) { return memory_.begin[p + 1] - memory_.begin[p]; };
+    memory_.list.clear();
+    for (int p = first; p < end; ++p) rays_.put(numbers(p), size(p), memory_.list, p - first);
+    rays_.trace(memory_.list);
+    for (int p = first; p < end; ++p)
+      meet(rays_.take(memory_.list, p - first, numbers(p)), numbers(p), size(p), batch, radiance);
+  }
+}
+
+// The surfaces that the packet at hand meets take the places of those that its rays have left.
+void SpecularChain::meet(std::uint64_t met, const int* numbers, int n, SurfaceBatch& batch,
+                         Vec3f* radiance) {
   Surface* to[kPacketRays];
   for (int i = 0; i < n; ++i) to[i] = &batch.surface[rays_.origin(numbers[i])];
   rays_.meet(met, to, &batch, is_seen_);

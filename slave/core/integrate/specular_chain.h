@@ -5,9 +5,9 @@
 // depend on the renderer: direct light, paths and gathering all follow them where a scene has
 // specular surfaces, and then see none.
 //
-// Rays that leave one surface (instance and material) in one way (reflected or refracted) are
-// traced together, in the order of the batch; rays of a group that is no narrow bundle have no
-// company, as in any packet (traverse/many_call-inl.h). The result does not depend on that.
+// All rays of a batch are traced by one call, those that leave one surface (instance and material)
+// in one way (reflected or refracted) side by side, in the order of the batch, since they may look
+// alike (traverse/many_call-inl.h). The result does not depend on that.
 //
 // Depth. At most kSpecularDepthMax reflections and refractions in a row, counted apart from
 // `bounces`, which are those of surfaces that are not specular; deeper chains are black. Glass
@@ -33,7 +33,9 @@ class SpecularChain {
   struct Memory {
     ScatteredRays::Memory rays;
     int order[kBatchMax];            // of rays; those of one group are neighbours
-    std::uint64_t group[kBatchMax];  // by ray; rays of one group are traced together
+    std::uint64_t group[kBatchMax];  // by ray; rays of one group look alike
+    int begin[kBatchMax + 1];        // place in `order`, by packet, and the end
+    RayList list;                    // packets that are traced by one call
     bool is_gone[kBatchMax];         // by surface: its chain has ended
   };
 
@@ -47,7 +49,10 @@ class SpecularChain {
 
  private:
   int scatter(const SurfaceBatch& batch, std::uint32_t depth);
-  void trace_packet(SurfaceBatch& batch, const int* rays, int n, Vec3f* radiance);
+  int part(int count);
+  int group_end(int first, int count) const;
+  void trace(int packets, SurfaceBatch& batch, Vec3f* radiance);
+  void meet(std::uint64_t met, const int* numbers, int n, SurfaceBatch& batch, Vec3f* radiance);
 
   const RenderContext& context_;
   Memory& memory_;
