@@ -13,11 +13,17 @@ struct Builtin {
   const char* name;
   LoadedScene (*make)();
 };
-constexpr Builtin kBuiltins[] = {{"cones", make_cones},     {"cones-mesh", make_cones_mesh},
-                                 {"cornell", make_cornell}, {"evening", make_evening},
-                                 {"paint", make_paint},     {"room", make_room},
-                                 {"teapot", make_teapot},   {"teapot-mesh", make_teapot_mesh},
-                                 {"teapots", make_teapots}, {"teapots-apart", make_teapots_apart},
+constexpr Builtin kBuiltins[] = {{"cones", make_cones},
+                                 {"cones-mesh", make_cones_mesh},
+                                 {"cornell", make_cornell},
+                                 {"evening", make_evening},
+                                 {"paint", make_paint},
+                                 {"room", make_room},
+                                 {"teapot", make_teapot},
+                                 {"teapot-mesh", make_teapot_mesh},
+                                 {"teapots", make_teapots},
+                                 {"teapots-apart", make_teapots_apart},
+                                 {"teapots-mesh", make_teapots_mesh},
                                  {"waves", make_waves}};
 
 }  // namespace

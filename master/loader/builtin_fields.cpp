@@ -185,4 +185,15 @@ LoadedScene make_teapots_apart() {
   return loaded;
 }
 
+LoadedScene make_teapots_mesh() {
+  LoadedScene loaded = make_teapots();
+  Scene& scene = loaded.scene;
+  scene.meshes.push_back(teapot_mesh(8));
+  scene.surfaces.clear();
+  for (Instance& instance : scene.instances) {
+    if (instance.kind == ObjectKind::kPatchSurface) instance = {1, instance.object_to_world};
+  }
+  return loaded;
+}
+
 }  // namespace tessera::master

@@ -9,8 +9,6 @@
 namespace tessera::master {
 namespace {
 
-constexpr int kCells = 28;  // per patch and direction: 50,176 triangles
-
 std::array<float, 4> bernstein(float t) {
   const float s = 1 - t;
   return {s * s * s, 3 * t * s * s, 3 * t * t * s, t * t * t};
@@ -47,39 +45,14 @@ Vec3f snapped(Vec3f p) {
 }
 
 // Where the tangent plane collapses (knob, bottom), the normal a little inside stands in.
-Vec3f normal_at(const std::uint16_t (&patch)[16], float u, float v) {
+Vec3f normal_at(const std::uint16_t (&patch)[16], float u, float v, float inside) {
   const auto cross_at = [&](float a, float b) {
     return cross(evaluate(patch, bernstein_slope(a), bernstein(b)),
                  evaluate(patch, bernstein(a), bernstein_slope(b)));
   };
   const Vec3f n = cross_at(u, v);
   if (length(n) > 1e-6f) return normalize(n);
-  const float inside = 1.0f / (4 * kCells);
   return normalize(cross_at(u + (0.5f - u) * inside, v + (0.5f - v) * inside));
-}
-
-std::shared_ptr<const Mesh> teapot_mesh() {
-  auto mesh = std::make_shared<Mesh>();
-  for (const auto& patch : kTeapotPatches) {
-    const auto first = static_cast<std::uint32_t>(mesh->positions.size());
-    for (int i = 0; i <= kCells; ++i) {
-      for (int j = 0; j <= kCells; ++j) {
-        const float u = static_cast<float>(i) / kCells, v = static_cast<float>(j) / kCells;
-        mesh->positions.push_back(snapped(evaluate(patch, bernstein(u), bernstein(v))));
-        mesh->normals.push_back(normal_at(patch, u, v));
-      }
-    }
-    constexpr std::uint32_t kStride = kCells + 1;
-    for (std::uint32_t i = 0; i < kCells; ++i) {
-      for (std::uint32_t j = 0; j < kCells; ++j) {
-        const std::uint32_t a = first + i * kStride + j, b = a + kStride;
-        mesh->triangles.push_back({a, b, b + 1});
-        mesh->triangles.push_back({a, b + 1, a + 1});
-      }
-    }
-  }
-  mesh->materials = {0};
-  return mesh;
 }
 
 // A table and a wall, lamps and a camera; mesh 0. The teapot's material is the first.
@@ -105,6 +78,33 @@ LoadedScene make_stage() {
 
 }  // namespace
 
+std::shared_ptr<const Mesh> teapot_mesh(std::uint32_t cells) {
+  const auto share = [&](std::uint32_t i) {
+    return static_cast<float>(i) / static_cast<float>(cells);
+  };
+  const std::uint32_t stride = cells + 1;
+  auto mesh = std::make_shared<Mesh>();
+  for (const auto& patch : kTeapotPatches) {
+    const auto first = static_cast<std::uint32_t>(mesh->positions.size());
+    for (std::uint32_t i = 0; i <= cells; ++i) {
+      for (std::uint32_t j = 0; j <= cells; ++j) {
+        const float u = share(i), v = share(j);
+        mesh->positions.push_back(snapped(evaluate(patch, bernstein(u), bernstein(v))));
+        mesh->normals.push_back(normal_at(patch, u, v, share(1) / 4));
+      }
+    }
+    for (std::uint32_t i = 0; i < cells; ++i) {
+      for (std::uint32_t j = 0; j < cells; ++j) {
+        const std::uint32_t a = first + i * stride + j, b = a + stride;
+        mesh->triangles.push_back({a, b, b + 1});
+        mesh->triangles.push_back({a, b + 1, a + 1});
+      }
+    }
+  }
+  mesh->materials = {0};
+  return mesh;
+}
+
 std::shared_ptr<const PatchSurface> teapot_surface() {
   auto surface = std::make_shared<PatchSurface>();
   for (const auto& patch : kTeapotPatches) {
@@ -127,7 +127,7 @@ LoadedScene make_teapot() {
 
 LoadedScene make_teapot_mesh() {
   LoadedScene loaded = make_stage();
-  loaded.scene.meshes.insert(loaded.scene.meshes.begin(), teapot_mesh());
+  loaded.scene.meshes.insert(loaded.scene.meshes.begin(), teapot_mesh(28));
   loaded.scene.instances = {{0, {}}, {1, {}}};
   return loaded;
 }

@@ -120,6 +120,24 @@ TEST(Builtin, TheTeapotsApartStandWhereTheInstancesDo) {
   EXPECT_LT(length(one.upper - other.upper) + length(one.lower - other.lower), 1e-2f);
 }
 
+TEST(Builtin, TheTeapotsOfTrianglesStandWhereThoseOfPatchesDo) {
+  const Scene triangles = make("teapots-mesh").scene, patches = make("teapots").scene;
+  EXPECT_TRUE(triangles.surfaces.empty());
+  ASSERT_EQ(triangles.instances.size(), patches.instances.size());
+  EXPECT_TRUE(validate_scene(triangles).is_ok());
+  for (std::size_t i = 0; i < patches.instances.size(); ++i)
+    ASSERT_EQ(triangles.instances[i].object_to_world, patches.instances[i].object_to_world);
+  const Mesh& teapot = *triangles.meshes[triangles.instances[0].mesh];
+  EXPECT_EQ(teapot.triangles.size(), 4096u);
+  const auto box_of = [](const Mesh& mesh) {
+    Bounds3f box;
+    for (const Vec3f& at : mesh.positions) box.grow(at);
+    return box;
+  };
+  const Bounds3f box = box_of(teapot), fine = box_of(*make("teapot-mesh").scene.meshes[0]);
+  EXPECT_LT(length(box.upper - fine.upper) + length(box.lower - fine.lower), 0.05f);
+}
+
 // A slave has nothing to fetch from frame to frame but the light.
 TEST(Builtin, TheEveningMovesItsLightAlone) {
   const LoadedScene evening = make("evening");
