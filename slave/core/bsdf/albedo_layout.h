@@ -20,11 +20,13 @@ struct AlbedoView {
 struct CoatMeans {
   float albedo;                               // A
   float of_missing, of_scale, of_bias;        // A times each
+  float share_of_missing;                     // that of A times missing over that of missing
   float regained_of_scale, regained_of_bias;  // what facets lose to varnish, see CoatTable
 };
 
 // View of a CoatTable (slave/core/bsdf/coat_table.h).
 struct CoatView {
+  AlbedoView facets;       // finer than that of plain surfaces, for those under it and its own
   const float* regained;   // [roughness below][of the varnish][root of cosine][scale, bias]
   const CoatMeans* means;  // [roughness below][of the varnish]
   int32_t base_count, coat_count, cosine_count;  // of nodes

@@ -12,10 +12,12 @@ namespace {
 
 constexpr std::uint32_t kPoints = 1024;
 
-SpecularAlbedo integrate(float cosine, float alpha) {
+}  // namespace
+
+SpecularAlbedo albedo_by_points(float cosine, float alpha, std::uint32_t points) {
   const Vec3f viewer{std::sqrt(1 - cosine * cosine), 0, cosine};
   double whole = 0, bias = 0;
-  for (std::uint32_t i = 0; i < kPoints; ++i) {
+  for (std::uint32_t i = 0; i < points; ++i) {
     const Vec3f half = visible_normal(viewer, alpha, sample_2d(0, i));
     const float along = dot(viewer, half);
     const float z_light = 2 * along * half.z - viewer.z;
@@ -24,10 +26,8 @@ SpecularAlbedo integrate(float cosine, float alpha) {
     whole += weight;
     bias += weight * schlick_rise(along);
   }
-  return {static_cast<float>((whole - bias) / kPoints), static_cast<float>(bias / kPoints)};
+  return {static_cast<float>((whole - bias) / points), static_cast<float>(bias / points)};
 }
-
-}  // namespace
 
 SpecularAlbedo albedo_at(const AlbedoView& table, float cosine, float roughness) {
   const auto terms = plain::AlbedoLookup<float>(table).at(cosine, roughness);
@@ -44,7 +44,7 @@ AlbedoTable::AlbedoTable() {
     const float alpha = alpha_of(static_cast<float>(r) / (kNodes - 1));
     for (std::size_t i = 0; i < kNodes; ++i) {
       const float root = static_cast<float>(i) / (kNodes - 1);
-      nodes_[r][i] = integrate(root * root, alpha);
+      nodes_[r][i] = albedo_by_points(root * root, alpha, kPoints);
     }
     const auto& row = nodes_[r];
     means_[r] = {mean_by_root_cosine(kNodes, [&](std::size_t i) { return double{row[i].scale}; }),

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 
 #include "slave/core/bsdf/albedo_layout.h"
 
@@ -27,6 +28,9 @@ static_assert(sizeof(SpecularAlbedo) == 2 * sizeof(float));
 // One lookup, computed as the kernels do (slave/core/bsdf/microfacet-inl.h); cosine and roughness
 // in [0, 1].
 SpecularAlbedo albedo_at(const AlbedoView& table, float cosine, float roughness);
+
+// The table's value by so many points of the sample sequence: what it is interpolated from.
+SpecularAlbedo albedo_by_points(float cosine, float alpha, std::uint32_t points);
 
 class AlbedoTable {
  public:

@@ -25,7 +25,7 @@ class CoatLookup {
  public:
   // As CoatMeans.
   struct Means {
-    T albedo, of_missing, of_scale, of_bias;
+    T albedo, of_missing, of_scale, of_bias, share_of_missing;
     AlbedoTerms<T> regained;
   };
 
@@ -48,11 +48,9 @@ class CoatLookup {
 
   TESSERA_INLINE Means means() const {
     const CoatMeans* m = table_.means;
-    return {mean(&m->albedo),
-            mean(&m->of_missing),
-            mean(&m->of_scale),
-            mean(&m->of_bias),
-            {mean(&m->regained_of_scale), mean(&m->regained_of_bias)}};
+    return {mean(&m->albedo),           mean(&m->of_missing),
+            mean(&m->of_scale),         mean(&m->of_bias),
+            mean(&m->share_of_missing), {mean(&m->regained_of_scale), mean(&m->regained_of_bias)}};
   }
 
  private:

@@ -16,8 +16,8 @@ namespace {
 constexpr std::uint32_t kPoints = 512;
 constexpr int kLast = CoatTable::kCosines - 1;
 
-float roughness_at(std::size_t node) {
-  return static_cast<float>(node) / (CoatTable::kRoughnesses - 1);
+float roughness_at(std::size_t node, int count) {
+  return static_cast<float>(node) / static_cast<float>(count - 1);
 }
 float cosine_at(std::size_t node) {
   const float root = static_cast<float>(node) / kLast;
@@ -55,27 +55,37 @@ const CoatTable& CoatTable::shared() {
 CoatView CoatTable::none() {
   static constexpr float kNothing[2 * 2 * 2 * 2] = {};
   static constexpr CoatMeans kNoMeans[2 * 2] = {};
-  return {kNothing, kNoMeans, 2, 2, 2};
+  return {{kNothing, kNothing, 2}, kNothing, kNoMeans, 2, 2, 2};
 }
 
 CoatTable::CoatTable() {
-  const AlbedoView facets = AlbedoTable::shared().view();
-  for (std::size_t c = 0; c < kRoughnesses; ++c) {
+  for (std::size_t r = 0; r < kAlbedoNodes; ++r) {
+    const float alpha = alpha_of(roughness_at(r, kAlbedoNodes));
+    for (std::size_t i = 0; i < kAlbedoNodes; ++i) {
+      const float root = static_cast<float>(i) / (kAlbedoNodes - 1);
+      facets_[r][i] = albedo_by_points(root * root, alpha, kPoints);
+    }
+    const auto& row = facets_[r];
+    facet_means_[r] = {
+        mean_by_root_cosine(kAlbedoNodes, [&](std::size_t i) { return double{row[i].scale}; }),
+        mean_by_root_cosine(kAlbedoNodes, [&](std::size_t i) { return double{row[i].bias}; })};
+  }
+  for (std::size_t c = 0; c < kCoats; ++c) {
     for (std::size_t i = 0; i < kCosines; ++i) {
-      const SpecularAlbedo a = albedo_at(facets, cosine_at(i), roughness_at(c));
+      const SpecularAlbedo a = albedo_at(facets(), cosine_at(i), roughness_at(c, kCoats));
       albedo_[c][i] = kCoatF0 * a.scale + a.bias;
     }
   }
-  for (std::size_t base = 0; base < kRoughnesses; ++base) fill(base);
+  for (std::size_t base = 0; base < kBases; ++base) fill(base);
 }
 
 void CoatTable::fill(std::size_t base) {
-  const AlbedoView facets = AlbedoTable::shared().view();
+  const auto missing = [](SpecularAlbedo a) { return std::max(0.0f, 1 - (a.scale + a.bias)); };
   OfCosines<SpecularAlbedo> whole;
   for (std::size_t i = 0; i < kCosines; ++i) {
-    whole[i] = albedo_at(facets, cosine_at(i), roughness_at(base));
-    const auto from = reflections(cosine_at(i), alpha_of(roughness_at(base)));
-    for (std::size_t c = 0; c < kRoughnesses; ++c) {
+    whole[i] = albedo_at(facets(), cosine_at(i), roughness_at(base, kBases));
+    const auto from = reflections(cosine_at(i), alpha_of(roughness_at(base, kBases)));
+    for (std::size_t c = 0; c < kCoats; ++c) {
       const auto& albedo = albedo_[c];
       double scale = 0, bias = 0;
       for (const Reflected& r : from) {
@@ -88,7 +98,7 @@ void CoatTable::fill(std::size_t base) {
       regained_[base][c][i] = {static_cast<float>(scale), static_cast<float>(bias)};
     }
   }
-  for (std::size_t c = 0; c < kRoughnesses; ++c) {
+  for (std::size_t c = 0; c < kCoats; ++c) {
     const auto& albedo = albedo_[c];
     const auto& regained = regained_[base][c];
     const auto mean_of_products = [&](auto get) {
@@ -97,8 +107,10 @@ void CoatTable::fill(std::size_t base) {
     };
     CoatMeans& m = means_[base][c];
     m.albedo = mean_of_products([](SpecularAlbedo) { return 1.0f; });
-    m.of_missing =
-        mean_of_products([](SpecularAlbedo a) { return std::max(0.0f, 1 - (a.scale + a.bias)); });
+    m.of_missing = mean_of_products(missing);
+    const float all_missing =
+        mean_by_root_cosine(kCosines, [&](std::size_t i) { return double{missing(whole[i])}; });
+    m.share_of_missing = all_missing > 0 ? m.of_missing / all_missing : 0;
     m.of_scale = mean_of_products([](SpecularAlbedo a) { return a.scale; });
     m.of_bias = mean_of_products([](SpecularAlbedo a) { return a.bias; });
     m.regained_of_scale =

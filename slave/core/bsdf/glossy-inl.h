@@ -35,6 +35,8 @@ class EvenFacets {
   using V3 = Vec3<V>;
 
  public:
+  using Albedo = AlbedoLookup<V>;  // of facets
+
   HWY_INLINE EvenFacets(const BsdfPoints& p, size_t at)
       : roughness_(load<V>(p.roughness + at)), alpha_(alpha_of(roughness_)) {}
 
@@ -79,9 +81,9 @@ class GlossyLobes {
   };
 
   // Takes the surfaces from `at` on, in a frame about their normals.
-  HWY_INLINE GlossyLobes(const AlbedoView& view, const BsdfPoints& p, size_t at,
+  HWY_INLINE GlossyLobes(const typename Facets::Albedo& table, const BsdfPoints& p, size_t at,
                          const Facets& facets_of, const Basis<V>& basis)
-      : table_(view),
+      : table_(table),
         facets_(facets_of),
         normal_(load3<V>(p.normal, at)),
         basis_(basis),
@@ -165,8 +167,7 @@ class GlossyLobes {
             of_facets + of_rest};
   }
 
-  // The share of light from all sides that facets miss, and the one that they leave for the base.
-  HWY_INLINE V mean_missing() const { return missing(table_.mean(facets_.roughness())); }
+  // The share of light from all sides that facets leave for the base.
   HWY_INLINE V3 mean_left() const { return left_of(table_.mean(facets_.roughness()), dielectric_); }
   // What is left of a share, of which so much is in the terms of facets and so much is missed.
   HWY_INLINE V3 left_of_share(V share, AlbedoTerms<V> of_facets, V of_missing) const {
@@ -215,7 +216,7 @@ class GlossyLobes {
     return {max(left.x, 0), max(left.y, 0), max(left.z, 0)};
   }
 
-  AlbedoLookup<V> table_;
+  typename Facets::Albedo table_;
   Facets facets_;
   V3 normal_;
   Basis<V> basis_;
@@ -233,7 +234,7 @@ class PlainGlossy : public GlossyLobes<EvenFacets> {
  public:
   HWY_INLINE PlainGlossy(const LobeTables& tables, const BsdfPoints& p, const LobePoints*,
                          size_t at)
-      : GlossyLobes(tables.facets, p, at, EvenFacets(p, at),
+      : GlossyLobes(AlbedoLookup<Floats>(tables.facets), p, at, EvenFacets(p, at),
                     basis_about(load3<Floats>(p.normal, at))) {}
 };
 

@@ -41,12 +41,40 @@ HWY_BEFORE_NAMESPACE();
 namespace tessera::core {
 namespace HWY_NAMESPACE {
 
+// Albedos of facets by the finer table where varnish lies on them. Elsewhere the bits are those of
+// surfaces that never have it.
+class FacetsUnderCoat {
+  using V = Floats;
+
+ public:
+  HWY_INLINE FacetsUnderCoat(const LobeTables& tables, const LobePoints& q, size_t at)
+      : usual_(tables.facets), fine_(tables.coat.facets), coat_(load<V>(q.coat + at)) {}
+
+  HWY_INLINE AlbedoTerms<V> at(V cosine, V roughness) const {
+    return chosen(fine_.at(cosine, roughness), usual_.at(cosine, roughness));
+  }
+  HWY_INLINE AlbedoTerms<V> mean(V roughness) const {
+    return chosen(fine_.mean(roughness), usual_.mean(roughness));
+  }
+
+ private:
+  HWY_INLINE AlbedoTerms<V> chosen(AlbedoTerms<V> fine, AlbedoTerms<V> usual) const {
+    const auto is_coated = coat_ > 0;
+    return {select(is_coated, fine.scale, usual.scale), select(is_coated, fine.bias, usual.bias)};
+  }
+
+  AlbedoLookup<V> usual_, fine_;
+  V coat_;
+};
+
 // Facets that are wider along x of the frame, and reflectances at grazing incidence.
 class StretchedFacets {
   using V = Floats;
   using V3 = Vec3<V>;
 
  public:
+  using Albedo = FacetsUnderCoat;
+
   HWY_INLINE StretchedFacets(const BsdfPoints& p, const LobePoints& q, size_t at) {
     const V metalness = load<V>(p.metalness + at);
     dielectric_ = load<V>(q.specular_f90 + at);
@@ -104,9 +132,9 @@ class LayeredLobes {
       : LayeredLobes(tables, p, *lobes, at) {}
   HWY_INLINE LayeredLobes(const LobeTables& tables, const BsdfPoints& p, const LobePoints& q,
                           size_t at)
-      : facets_table_(tables.facets),
+      : coat_albedo_(tables.coat.facets),
         sheen_table_(tables.sheen),
-        base_(tables.facets, p, at, StretchedFacets(p, q, at), frame_of(p, q, at)),
+        base_(FacetsUnderCoat(tables, q, at), p, at, StretchedFacets(p, q, at), frame_of(p, q, at)),
         coat_normal_(load3<V>(q.coat_normal, at)),
         coat_basis_(basis_about(coat_normal_)),
         coat_viewer_(in_coat(load3<V>(p.to_viewer, at))),
@@ -191,11 +219,10 @@ class LayeredLobes {
   // Finds what depends on all directions to the light.
   HWY_INLINE void couple() {
     const auto kept = coat_table_.means();
-    const V missing = base_.mean_missing();
     const V3 left = base_.mean_left();
     const V3 kept_of_left =
         base_.left_of_share(kept.albedo, {kept.of_scale, kept.of_bias}, kept.of_missing);
-    several_coupling_ = over_passed(missing, kept.of_missing);
+    several_coupling_ = 1 / (1 - coat_ * kept.share_of_missing);
     body_coupling_ = {over_passed(left.x, kept_of_left.x), over_passed(left.y, kept_of_left.y),
                       over_passed(left.z, kept_of_left.z)};
     const V3 all = base_.reflected(kept.regained) * coat_;
@@ -226,7 +253,7 @@ class LayeredLobes {
 
   // The share of light from a direction that the coat reflects.
   HWY_INLINE V coat_albedo(V cosine) const {
-    const AlbedoTerms<V> a = facets_table_.at(max(cosine, 0), coat_roughness_);
+    const AlbedoTerms<V> a = coat_albedo_.at(max(cosine, 0), coat_roughness_);
     return coat_ * (kCoatF0 * a.scale + a.bias);
   }
   // The albedo of white fibres; it may be above 1.
@@ -257,7 +284,7 @@ class LayeredLobes {
     return zero_unless(light.z > 0 && v > 0, value);
   }
 
-  AlbedoLookup<V> facets_table_, sheen_table_;
+  AlbedoLookup<V> coat_albedo_, sheen_table_;
   Base base_;
   V3 coat_normal_;
   Basis<V> coat_basis_;

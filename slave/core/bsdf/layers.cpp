@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "slave/core/bsdf/coat_table.h"
 #include "slave/core/bsdf/layers_layout.h"
 #include "slave/core/bsdf/sheen_table.h"
 
@@ -12,7 +13,7 @@ float passed_by_layers(const SurfaceLobes& lobes, Vec3f normal, Vec3f to_viewer)
   float passed = 1;
   if (lobes.coat > 0) {
     const float cosine = std::max(dot(lobes.coat_normal, to_viewer), 0.0f);
-    const SpecularAlbedo a = albedo_at(AlbedoTable::shared().view(), cosine, lobes.coat_roughness);
+    const SpecularAlbedo a = albedo_at(CoatTable::shared().facets(), cosine, lobes.coat_roughness);
     passed *= 1 - lobes.coat * (kCoatF0 * a.scale + a.bias);
   }
   if (!is_black(lobes.sheen)) {

@@ -68,8 +68,7 @@ Value evaluate(Layered c, Vec3f to_light, const KernelTable& kernels = test::wid
   return {packet.times_pi(0), packet.pdf(0)};
 }
 
-// Mean weight of samples under a white sky. integrate() has the same by values over an even grid,
-// with the integral of the pdf.
+// Mean weight of samples under a white sky; integrate() has it by values, and the pdf's integral.
 double furnace(Layered c, std::uint32_t count = 4096) {
   double sum = 0;
   for (std::uint32_t i = 0; i < count;) {
@@ -126,21 +125,22 @@ TEST(Lobes, WithoutAnyTheyAreThePlainGlossyBsdf) {
   }
 }
 
-// Whatever the roughness of both, and from all sides.
+// Whatever the roughness of both, and from all sides. Rare samples weigh much at grazing angles.
 TEST(Lobes, VarnishOnWhiteSurfacesKeepsTheLight) {
-  constexpr float kBetween[] = {0, 0.03f, 0.1f, 0.2f, 0.3f, 0.45f, 0.6f, 0.8f, 1};
+  constexpr float kBetween[] = {0, 0.03f, 0.05f, 0.08f, 0.1f, 0.15f, 0.2f, 0.3f, 0.45f, 0.6f, 1};
   for (const bool is_metal : {false, true}) {
     double least = 1, most = 1;
     for (const float base : kBetween)
       for (const float layer : kBetween)
-        for (const float cosine : {0.05f, 0.15f, 0.3f, 0.5f, 0.7f, 1.0f})
+        for (float root = 0.1f; root < 1.01f; root += 0.05f)  // cosines from 0.01 to 1
           for (const float weight : {0.5f, 1.0f}) {
+            const float cosine = std::min(root * root, 1.0f);
             Layered c({1, 1, 1}, base, is_metal ? 1.0f : 0.0f);
             c.look(cosine, 0.3f);
-            const double light = furnace(with_coat(c, weight, layer));
-            least = std::min(least, light);
-            most = std::max(most, light);
-            EXPECT_NEAR(light, 1, 0.01) << base << " " << layer << " " << cosine << is_metal;
+            double light = furnace(with_coat(c, weight, layer));
+            if (std::fabs(light - 1) > 0.004) light = furnace(with_coat(c, weight, layer), 131072);
+            least = std::min(least, light), most = std::max(most, light);
+            EXPECT_NEAR(light, 1, 0.007) << base << " " << layer << " " << cosine << is_metal;
           }
     std::printf("varnish on white %s: %.4f to %.4f\n", is_metal ? "metal" : "paint", least, most);
   }
