@@ -12,6 +12,7 @@ are printed. Exit code: 0 all rows hold, 1 some do not, 77 this machine has no l
 """
 import argparse
 import pathlib
+import subprocess
 import sys
 import time
 import traceback
@@ -40,8 +41,23 @@ def run_row(lab, name, options):
     return report
 
 
-def run_rows(names, options, out, table):
-    failed = []
+def write_table(options, rows):
+    """Writes what is known so far, so that a run that is broken off has not been for nothing."""
+    program = stage.cluster_lib.program("tessera-master")
+    words = [*options.rows, *(["--all"] if options.all else []), *(["--part", options.part] if options.part != "1/1" else [])]
+    run = {**result_file.run_facts(program), "command": " ".join(["tests/faults.sh", *words])}
+    result_file.write(options.table, program, {"figures": (["row", "what", "figures and their bounds", "verdict"], rows)}, run=run)
+
+
+def rewrite_documents(options):
+    """Brings the documents up to date where the table is a result that they show."""
+    results = HERE.parent / "bench" / "results"
+    if pathlib.Path(options.table).resolve().parent == results.resolve():
+        subprocess.run([sys.executable, str(HERE.parent / "bench" / "tables.py")], check=True)
+
+
+def run_rows(names, options, out):
+    failed, table = [], []
     with stage.Lab() as lab:
         for name in names:
             began = time.monotonic()
@@ -54,8 +70,9 @@ def run_rows(names, options, out, table):
             title = ROWS[name].__doc__.strip().splitlines()[0]
             print(f"{name} {outcome} [{time.monotonic() - began:.0f} s] {title} " +
                   " | first: ".join(r.text() for r in reversed(reports)), flush=True)
-            if table is not None:
-                table.append([name, title, reports[-1].figures_text(), outcome])
+            table.append([name, title, reports[-1].figures_text(), outcome])
+            if options.table:
+                write_table(options, table)
             if out:
                 out.write("".join(r.json("FAILED" if not r.holds else "held") + "\n" for r in reports))
                 out.flush()
@@ -72,7 +89,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="of what is drawn by chance (default: 1)")
     parser.add_argument("--repeats", type=int, default=1, help="how often a row that does not hold is run again")
     parser.add_argument("--json", metavar="FILE", help="write one JSON object per run of a row")
-    parser.add_argument("--table", metavar="FILE", help="write the result that figures.md shows: row, what, figures and bounds, verdict")
+    parser.add_argument("--table", metavar="FILE", help="write row, what, figures and bounds, verdict; in tests/bench/results, documents follow")
     parser.add_argument("--logs", metavar="DIR", help="keep the logs of rows that do not hold, in DIR/ROW")
     options = parser.parse_args()
     if options.list:
@@ -90,11 +107,9 @@ def main():
         print("skipped: this machine's fault lab lacks " + ", ".join(missing))
         return 77
     out = open(options.json, "w", encoding="utf-8") if options.json else None
-    table = [] if options.table else None
-    failed = run_rows(names, options, out, table)
-    if table:
-        result_file.write(options.table, stage.cluster_lib.program("tessera-master"),
-                          {"figures": (["row", "what", "figures and their bounds", "verdict"], table)})
+    failed = run_rows(names, options, out)
+    if options.table:
+        rewrite_documents(options)
     print(f"{len(names) - len(failed)} of {len(names)} rows hold" + (f"; FAILED: {', '.join(failed)}" if failed else ""))
     return 1 if failed else 0
 

