@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Property: rays that are traced by one call, as many as there are, answer as they do alone, to the
 // bit, on every instruction set, through every structure: among packets that form bundles, packets
-// that do not, empty ones, and rays that are not valid; closest hits and any hit.
+// that do not, empty ones, and rays that are not valid; closest hits and any hit; through surfaces
+// that rays pass, and among patches.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <limits>
 #include <memory>
@@ -12,6 +14,7 @@
 #include "slave/core/ray/ray_list.h"
 #include "slave/core/scene/prepared_scene_impl.h"
 #include "tests/support/packets.h"
+#include "tests/support/patch_scene_of.h"
 #include "tests/support/seed.h"
 #include "tests/support/test_meshes.h"
 
@@ -68,6 +71,7 @@ void fill(Rays& rays, Random& random) {
       rays.t_max[i] = random() % 4 == 0 ? 1 + unit(random) : inf;
       if (random() % 40 == 0) rays.direction[random() % 3][i] = random() % 2 == 0 ? nan : inf;
       if (random() % 40 == 0) rays.origin[random() % 3][i] = nan;
+      if (random() % 40 == 0) (random() % 2 == 0 ? rays.t_min : rays.t_max)[i] = nan;
     }
   }
 }
@@ -75,9 +79,9 @@ void fill(Rays& rays, Random& random) {
 // Returns: how many rays hit something.
 int compare(const PreparedScene::Impl& scene, Rays& rays) {
   int hit_count = 0;
-  const SceneTracer reference(scene.index, kernels_for(Isa::kScalar));
+  const SceneTracer reference(scene.index, kernels_for(Isa::kScalar), scene.alpha.get());
   for (const Isa isa : test::isas_here()) {
-    const SceneTracer tracer(scene.index, kernels_for(isa));
+    const SceneTracer tracer(scene.index, kernels_for(isa), scene.alpha.get());
     for (const int packet_count : {1, 2, 7, 16, kPacketsMost}) {
       alignas(64) float t[kPlaces];
       alignas(64) std::uint32_t primitive[kPlaces];
@@ -85,6 +89,7 @@ int compare(const PreparedScene::Impl& scene, Rays& rays) {
       rays.habit = {};
       tracer.closest(rays.many(packet_count), {t, primitive});
       rays.habit = {};
+      std::fill_n(blocked, packet_count, ~std::uint64_t{0});  // what is left of other rays
       tracer.occluded(rays.many(packet_count), blocked);
       for (int i = 0; i < packet_count * kPacketRays; ++i) {
         const bool is_active = (rays.active[i / kPacketRays] >> i % kPacketRays & 1u) != 0;
@@ -143,6 +148,17 @@ TEST(ManyRays, AnswerAsTheyDoAloneAmongInstances) {
   BuildOptions options;
   options.instancing = Instancing::kAlways;
   check(scene, options);
+}
+
+TEST(ManyRays, AnswerAsTheyDoAloneThroughWhatTheyPass) {
+  Scene scene = test::make_scene(test::make_random_triangles(3000, 0.3f, 3));
+  scene.materials[0].alpha.mode = AlphaMode::kBlend;
+  scene.materials[0].alpha.value = 0.5f;
+  check(scene, {});
+}
+
+TEST(ManyRays, AnswerAsTheyDoAloneAmongPatches) {
+  for (const char* shape : {"teapot", "torus"}) check(test::patch_scene_of(shape), {});
 }
 
 TEST(ManyRays, OfAListLieWhereTheyWerePut) {

@@ -46,6 +46,16 @@ BUGS = (
         "row_far[row] = least_lane(depths(row)) * (1 + kTimeSlack);", "core_hard_cases"),
     Bug("window_narrow", "the frustum of a window of pixels has lost its far side", "traverse/entry-inl.h",
         "f.slope_u[1] = outward(window.high[0], 1);", "f.slope_u[1] = outward(window.low[0], 1);", "core_entry"),
+    # Many rays.
+    Bug("list_order", "rays of a list's packet have the bits of others", "ray/ray_list.h",
+        "std::uint64_t{1} << place % kPacketRays", "std::uint64_t{1} << (kPacketRays - 1 - place % kPacketRays)",
+        "core_many_rays"),
+    Bug("flight_last", "an any-hit flight ends while its last ray is under way", "traverse/bvh_flight-inl.h",
+        "waiting.count > 0", "waiting.count > (kAny ? 1 : 0)", "core_many_rays"),
+    Bug("blocked_kept", "rays that pass surfaces keep what blocked others in their places", "trace/scene_tracer.cpp",
+        "std::fill_n(blocked, rays.packet_count, std::uint64_t{0});", ";", "core_many_rays"),
+    Bug("packet_last", "the last packet of many rays does not fly", "traverse/many_call-inl.h",
+        "++packet_ == rays_.packet_count", "++packet_ + 1 >= rays_.packet_count", "core_many_rays"),
     # Triangles.
     Bug("edge_swapped", "one edge of a triangle runs the other way", "primitive/triangle/triangle_sight-inl.h",
         "edge_of(2, 0)", "edge_of(0, 2)", "core_kernels"),
