@@ -7,6 +7,21 @@
 
 namespace tessera::slave {
 
+std::optional<wire::RelayFault> relay_fault_of(wire::SceneReceiver::Verdict verdict) {
+  switch (verdict) {
+    case wire::SceneReceiver::Verdict::kStored:
+    case wire::SceneReceiver::Verdict::kLate:
+      return std::nullopt;
+    case wire::SceneReceiver::Verdict::kNoMemory:
+      return wire::RelayFault::kGone;
+    case wire::SceneReceiver::Verdict::kNotAskedFor:
+    case wire::SceneReceiver::Verdict::kMalformed:
+    case wire::SceneReceiver::Verdict::kWrongDigest:
+      break;
+  }
+  return wire::RelayFault::kAltered;
+}
+
 void RelayChild::follow(const wire::RelayFrom& from, std::vector<wire::SceneChunkNeed> needs) {
   const bool is_at_hand = connection_ || attempt_;
   if (!is_at_hand || from.feeder != feeder_ || from.token != token_) connect(from);
@@ -68,10 +83,12 @@ void RelayChild::on_record(net::ReceivedRecord record) {
   }
   const auto& chunk = std::get<wire::SceneChunk>(*message);  // the limits allow nothing else
   const std::uint64_t generation = generation_;
-  const bool is_good = events_.on_chunk(chunk);
-  if (generation != generation_ || is_good) return;
-  fail(wire::RelayFault::kAltered, "block " + std::to_string(chunk.block) + ", offset " +
-                                       std::to_string(chunk.offset) + " is not what it should be");
+  const std::optional<wire::RelayFault> fault = events_.on_chunk(chunk);
+  if (generation != generation_ || !fault) return;
+  const std::string place =
+      "block " + std::to_string(chunk.block) + ", offset " + std::to_string(chunk.offset);
+  fail(*fault, *fault == wire::RelayFault::kAltered ? place + " is not what it should be"
+                                                    : "no memory here for " + place);
 }
 
 void RelayChild::fail(wire::RelayFault fault, const std::string& reason) {

@@ -12,20 +12,27 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "common/net/connector.h"
 #include "common/net/event_loop.h"
 #include "common/wire/messages.h"
+#include "common/wire/scene_receiver.h"
 #include "slave/relay_access.h"
 
 namespace tessera::slave {
 
+// What becomes of a feeder by the verdict on a chunk that it sent; nothing: it feeds on. Where
+// there is no memory here, the master's chunk is the one that fails the version, and the feeder is
+// left without blame.
+std::optional<wire::RelayFault> relay_fault_of(wire::SceneReceiver::Verdict verdict);
+
 class RelayChild {
  public:
   struct Events {
-    // Returns: false when the chunk is not what it says.
-    std::function<bool(const wire::SceneChunk&)> on_chunk;
+    // Returns: why the feeder is given up; nothing: it feeds on.
+    std::function<std::optional<wire::RelayFault>(const wire::SceneChunk&)> on_chunk;
     std::function<void(wire::RelayFailed)> on_failed;
   };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "slave/scene_intake.h"
 
-#include <new>
 #include <utility>
 
 #include "common/base/clock.h"
@@ -144,20 +143,15 @@ Status SceneIntake::on_relay_from(const wire::RelayFrom& from) {
   return Status::ok();
 }
 
-bool SceneIntake::on_relayed_chunk(const wire::SceneChunk& chunk) {
+std::optional<wire::RelayFault> SceneIntake::on_relayed_chunk(const wire::SceneChunk& chunk) {
   wire::SceneReceiver::Actions actions;
-  using Verdict = wire::SceneReceiver::Verdict;
   relayed_bytes_ += chunk.bytes.bytes.size();
-  try {
-    const Verdict verdict = receiver_.take(chunk, actions);
-    if (verdict != Verdict::kStored && verdict != Verdict::kLate) return false;
-  } catch (const std::bad_alloc&) {
-    return false;  // the same chunk from the master will fail the version, with that reason
-  }
+  const auto fault = relay_fault_of(receiver_.take(chunk, actions));
+  if (fault) return fault;
   if (Status status = perform(std::move(actions)); !status.is_ok()) {
     events_.breach(std::move(status));
   }
-  return true;
+  return std::nullopt;
 }
 
 void SceneIntake::lost() {

@@ -54,7 +54,7 @@ class SceneIntake {
  private:
   Status perform(wire::SceneReceiver::Actions actions);
   Status on_relay_from(const wire::RelayFrom& from);
-  bool on_relayed_chunk(const wire::SceneChunk& chunk);
+  std::optional<wire::RelayFault> on_relayed_chunk(const wire::SceneChunk& chunk);
   void log_received(const wire::SceneReceiver::Complete& complete);
   void report_progress();
 

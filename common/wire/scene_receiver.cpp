@@ -209,6 +209,9 @@ Status SceneReceiver::chunk(const SceneChunk& chunk, Actions& actions) {
       case Verdict::kWrongDigest:
         fail_head("block " + std::to_string(chunk.block) + " does not have its digest", actions);
         break;
+      case Verdict::kNoMemory:
+        fail(chunk.version, bytes_of(chunk.block), actions);
+        break;
     }
   } catch (const std::bad_alloc&) {
     fail(chunk.version, bytes_of(chunk.block), actions);
@@ -216,7 +219,7 @@ Status SceneReceiver::chunk(const SceneChunk& chunk, Actions& actions) {
   return Status::ok();
 }
 
-SceneReceiver::Verdict SceneReceiver::take(const SceneChunk& chunk, Actions& actions) {
+SceneReceiver::Verdict SceneReceiver::take(const SceneChunk& chunk, Actions& actions) try {
   if (is_past(chunk.version)) return Verdict::kLate;
   if (!head_ || chunk.version != head_->version) return Verdict::kNotAskedFor;
   if (chunk.block >= head_->blocks.size()) return Verdict::kNotAskedFor;
@@ -248,6 +251,8 @@ SceneReceiver::Verdict SceneReceiver::take(const SceneChunk& chunk, Actions& act
   actions.arrived.push_back({chunk.version, chunk.block, index});
   if (assembly.is_whole()) finish_block(chunk.block, actions);
   return Verdict::kStored;
+} catch (const std::bad_alloc&) {
+  return Verdict::kNoMemory;  // it may come again
 }
 
 void SceneReceiver::finish_block(std::uint32_t block, Actions& actions) {

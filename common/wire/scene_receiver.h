@@ -68,6 +68,7 @@ class SceneReceiver {
     kNotAskedFor,  // a breach of the protocol, as are those below
     kMalformed,
     kWrongDigest,
+    kNoMemory,  // here, for the chunk; its sender has done nothing wrong
   };
 
   // Returns: how many bytes may be taken now, where `needed_bytes` are needed; nothing: no limit is

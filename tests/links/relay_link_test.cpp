@@ -69,7 +69,7 @@ TEST(RelayLink, AWrongTokenIsTurnedAwayAndARightOneFed) {
                              wire::SceneReceiver::Actions done;
                              const auto verdict = lower.take(chunk, done);
                              if (!done.complete.empty()) complete.set_value();
-                             return verdict == wire::SceneReceiver::Verdict::kStored;
+                             return relay_fault_of(verdict);
                            },
                            [&](wire::RelayFailed fault) { failed.set_value(fault.fault); }});
     follow(kToken + 1);

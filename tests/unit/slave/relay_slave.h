@@ -116,18 +116,19 @@ class RelaySlave {
   std::optional<TimePoint> complete_at;
   std::vector<wire::RelayFailed> failures;
   int connects = 0;
+  bool is_out_of_memory = false;
 
  private:
-  bool on_chunk(const wire::SceneChunk& chunk) {
+  std::optional<wire::RelayFault> on_chunk(const wire::SceneChunk& chunk) {
     using Verdict = wire::SceneReceiver::Verdict;
     wire::SceneReceiver::Actions actions;
-    const Verdict verdict = receiver_.take(chunk, actions);
+    const Verdict verdict = is_out_of_memory ? Verdict::kNoMemory : receiver_.take(chunk, actions);
     if (verdict == Verdict::kStored) {
       stored.emplace_back(static_cast<std::uint32_t>(chunk.offset / kSceneChunkBytes),
                           queue_.now());
     }
     perform(actions);
-    return verdict == Verdict::kStored;
+    return relay_fault_of(verdict);
   }
   void perform(const wire::SceneReceiver::Actions& actions) {
     for (const SceneVersion version : actions.begun) feeder_->on_begun(version);

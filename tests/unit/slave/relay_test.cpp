@@ -234,6 +234,19 @@ TEST_F(RelayTest, AnAlteredChunkEndsItWithThatReason) {
   EXPECT_TRUE(liar.closed_at);
 }
 
+// The master bars who altered a chunk from feeding anybody, and whom memory fails is another slave.
+TEST_F(RelayTest, MemoryThatRunsOutBlamesNoFeeder) {
+  const auto upper = slave("upper"), lower = slave("lower");
+  give(*upper, {0, 1});
+  lower->is_out_of_memory = true;
+  lower->follow(kVersion, *upper);
+  settle();
+  EXPECT_EQ(faults(*lower), kOnceGone);
+  ASSERT_FALSE(lower->failures.empty());
+  EXPECT_EQ(lower->failures[0].reason, "no memory here for block 0, offset 0");
+  EXPECT_TRUE(lower->stored.empty());
+}
+
 TEST_F(RelayTest, WhoNeverSaysTheTokenIsSentAwayInTime) {
   const auto upper = slave("upper");
   give_all(*upper);

@@ -91,5 +91,34 @@ TEST(SceneReceiverMemory, AVersionFailsWhereverMemoryRunsOut) {
   EXPECT_GT(allocation, 20);
 }
 
+// Takes the chunks from a peer that did not announce them, and again those that found no memory.
+// Returns: whether all memory was there.
+bool try_refusing_a_peer(const Delivery& delivery, long allocation) {
+  SceneReceiver receiver;
+  Actions actions;
+  EXPECT_TRUE(receiver.announce(delivery.first, actions).is_ok());
+  EXPECT_TRUE(receiver.list(delivery.list, actions).is_ok());
+  allocations_left = allocation;
+  std::vector<SceneReceiver::Verdict> verdicts(delivery.chunks.size());
+  for (std::size_t i = 0; i < delivery.chunks.size(); ++i)
+    verdicts[i] = receiver.take(delivery.chunks[i], actions);
+  const bool was_there = allocations_left >= 0;
+  allocations_left = -1;
+  for (std::size_t i = 0; i < verdicts.size(); ++i) {
+    if (verdicts[i] != SceneReceiver::Verdict::kNoMemory) continue;
+    EXPECT_TRUE(actions.failed.empty()) << "nothing has failed, allocation " << allocation;
+    EXPECT_EQ(receiver.take(delivery.chunks[i], actions), SceneReceiver::Verdict::kStored) << i;
+  }
+  EXPECT_EQ(actions.complete.size() + actions.failed.size(), 1u) << allocation;
+  return was_there;
+}
+
+TEST(SceneReceiverMemory, AChunkOfAnotherPeerCanComeAgainWhereMemoryWasRefused) {
+  const Delivery delivery;
+  long allocation = 1;  // the first is that of the list of verdicts
+  while (!try_refusing_a_peer(delivery, allocation) && !HasFailure()) ++allocation;
+  EXPECT_GT(allocation, 5);
+}
+
 }  // namespace
 }  // namespace tessera::wire
