@@ -343,7 +343,7 @@ TEST(PatchFootprint, ASurfaceThatDeformsIsWeighedNowAndThen) {
 
 INSTANTIATE_TEST_SUITE_P(Structures, SceneMemory,
                          testing::Values(Structure::kAuto, Structure::kBvh, Structure::kBvhQuality,
-                                         Structure::kKd));
+                                         Structure::kKd, Structure::kKdQuality));
 // Kd-trees hold no patches.
 INSTANTIATE_TEST_SUITE_P(Structures, PatchMemory,
                          testing::Values(Structure::kAuto, Structure::kBvh,
